@@ -1,0 +1,38 @@
+#pragma once
+// A float image in memory, and its files (through OpenImageIO).
+#include <map>
+#include <string>
+#include <vector>
+
+namespace lightmill {
+
+/// Row-major, interleaved RGB (or `channels`) floats, top row first. Linear Rec.709 unless said otherwise.
+struct Image {
+  int width = 0, height = 0, channels = 3;
+  std::vector<float> data;
+  Image() = default;
+  Image(int w, int h, int c = 3)
+      : width(w), height(h), channels(c), data(static_cast<size_t>(w) * static_cast<size_t>(h) * static_cast<size_t>(c)) {}
+  float* pixel(int x, int y) {
+    return &data[(static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)) * static_cast<size_t>(channels)];
+  }
+  const float* pixel(int x, int y) const { return const_cast<Image*>(this)->pixel(x, y); }
+};
+
+struct ImageWriteOptions {
+  bool half = false;                            // EXR only
+  std::map<std::string, std::string> metadata;  // EXR string attributes "lightmill:KEY"
+};
+
+/// Writes by extension: .exr (float or half, with metadata), .png (8-bit sRGB), .hdr, .pfm. Written to a
+/// temporary file beside `path` and renamed, so a reader never sees half an image.
+/// Throws Error(kFailed) if it can't be written, Error(kUsage) on an unknown extension.
+void write_image(const Image& image, const std::string& path, const ImageWriteOptions& options = {});
+/// Throws Error(kUsage) on an unknown extension and Error(kFailed) if the folder can't be written to; to be
+/// called before a long render.
+void check_writable(const std::string& path);
+/// Reads any image OpenImageIO can; PNG and JPEG are converted from sRGB to linear. First 3 channels (a
+/// single channel is replicated). Throws Error(kFailed).
+Image read_image(const std::string& path);
+
+}  // namespace lightmill

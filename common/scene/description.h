@@ -1,0 +1,188 @@
+#pragma once
+// A scene as its file describes it, free of any file format and of any renderer.
+//
+// Geometry keeps the file's object-space floats and a double transform; the renderer's scene builder
+// decides how to normalise. Colours are linear Rec.709 (sRGB primaries). Vectors index each other by
+// position. Units are the file's.
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace lightmill {
+
+struct Vec2f { float x = 0, y = 0; };
+struct Vec3f { float x = 0, y = 0, z = 0; };
+struct Vec3d { double x = 0, y = 0, z = 0; };
+struct Rgb { float r = 0, g = 0, b = 0; bool operator==(const Rgb&) const = default; };
+
+/// Row-major 4x4 matrix acting on column vectors: p' = M p.
+struct Transform {
+  std::array<std::array<double, 4>, 4> m{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
+};
+
+/// file:line:column of a directive; column and line count from 1.
+struct SourceLocation {
+  std::string file;
+  int line = 0, column = 0;
+};
+
+// --- textures and materials ---------------------------------------------------------------------
+
+/// A colour or a reference to a texture (index into SceneDescription::textures).
+struct SpectrumInput { Rgb value; int texture = -1; };
+struct FloatInput { float value = 0; int texture = -1; };
+
+enum class Wrap { kRepeat, kClamp, kBlack, kOctahedral };
+enum class ColorEncoding { kAuto, kSrgb, kLinear, kGamma };  // kAuto: sRGB for 8-bit files, else linear
+
+struct UvMapping { float su = 1, sv = 1, du = 0, dv = 0; };  // (s,t) = (su*u + du, sv*v + dv)
+
+/// pbrt "imagemap". (0,0) is the lower left corner of the picture (pbrt flips v).
+struct ImageTexture {
+  std::string path;  // resolved: can be opened
+  Wrap wrap = Wrap::kRepeat;
+  ColorEncoding encoding = ColorEncoding::kAuto;
+  float gamma = 1;
+  float scale = 1;
+  bool invert = false;
+  UvMapping mapping;
+};
+struct ConstantTexture { Rgb value; };
+struct ScaleTexture { SpectrumInput tex; FloatInput scale; };
+struct MixTexture { SpectrumInput tex1, tex2; FloatInput amount; };
+struct CheckerboardTexture { SpectrumInput tex1, tex2; UvMapping mapping; };
+using TextureKind = std::variant<ImageTexture, ConstantTexture, ScaleTexture, MixTexture, CheckerboardTexture>;
+struct TextureDescription {
+  std::string name;
+  bool is_spectrum = true;  // false: "float"; then r == g == b
+  TextureKind kind;
+  SourceLocation location;
+};
+
+/// Roughness as pbrt has it: alpha = remap ? sqrt(roughness) : roughness, per tangent direction.
+struct Roughness { FloatInput u, v; bool remap = true; };
+
+struct DiffuseMaterial { SpectrumInput reflectance{{0.5f, 0.5f, 0.5f}, -1}; };
+/// Fresnel by eta, k; or, if `reflectance` is set, by pbrt's rule eta = 1, k = 2 sqrt(r) / sqrt(1 - r).
+struct ConductorMaterial {
+  SpectrumInput eta, k;
+  std::optional<SpectrumInput> reflectance;
+  Roughness roughness;
+};
+struct DielectricMaterial { float eta = 1.5f; Roughness roughness; };
+/// Diffuse base under a dielectric coat without absorption.
+struct CoatedDiffuseMaterial {
+  SpectrumInput reflectance{{0.5f, 0.5f, 0.5f}, -1};
+  float eta = 1.5f;
+  Roughness roughness;
+};
+using MaterialKind = std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial>;
+struct MaterialDescription {
+  std::string name;  // empty for an unnamed Material
+  MaterialKind kind;
+  SourceLocation location;
+};
+
+// --- shapes ---------------------------------------------------------------------------------------
+
+/// Object-space triangles. `normals` and `uvs` are empty or one per vertex.
+struct TriangleMesh {
+  std::vector<Vec3f> positions;
+  std::vector<Vec3f> normals;
+  std::vector<Vec2f> uvs;
+  std::vector<std::array<uint32_t, 3>> triangles;
+};
+struct MeshShape { std::shared_ptr<const TriangleMesh> mesh; };
+struct SphereShape { float radius = 1; };
+using ShapeKind = std::variant<MeshShape, SphereShape>;
+struct ShapeDescription {
+  ShapeKind kind;
+  Transform object_to_world;
+  bool reverse_orientation = false;  // ReverseOrientation was in force; see surface_flips_normal
+  int material = -1;                 // index into materials
+  int area_light = -1;               // index into area_lights, or -1
+  SourceLocation location;
+};
+
+// --- lights ---------------------------------------------------------------------------------------
+
+/// Emits `radiance` (scale applied) from the side of the shape's outward normal, or from both sides.
+struct AreaLightDescription {
+  Rgb radiance;
+  bool two_sided = false;
+  SourceLocation location;
+};
+/// Point light: intensity in W/sr per channel, at object_to_world * 0.
+struct PointLight { Rgb intensity; Vec3d position; };
+/// Constant environment radiance from all directions.
+struct InfiniteLight { Rgb radiance; };
+using LightKind = std::variant<PointLight, InfiniteLight>;
+struct LightDescription {
+  LightKind kind;
+  SourceLocation location;
+};
+
+// --- camera, film, sampling -----------------------------------------------------------------------
+
+/// Pinhole perspective. Camera space: +x right, +y up, +z into the scene (pbrt, left-handed).
+struct CameraDescription {
+  Transform camera_to_world;
+  double fov_degrees = 90;  // of the shorter image axis, or as screen_window says
+  std::optional<std::array<double, 4>> screen_window;  // x0,x1,y0,y1
+  std::optional<double> frame_aspect_ratio;
+};
+struct FilmDescription {
+  int width = 1280, height = 720;
+  std::optional<std::array<double, 4>> crop;  // x0,x1,y0,y1 in [0,1]
+  std::string filename = "pbrt.exr";
+  double imaging_ratio = 1;  // exposure: every radiance is multiplied by it
+};
+enum class FilterKind { kBox, kTriangle, kGaussian };
+/// Pixel reconstruction filter, importance-sampled. Radii in pixels.
+struct FilterDescription {
+  FilterKind kind = FilterKind::kGaussian;
+  double xradius = 1.5, yradius = 1.5;
+  double sigma = 0.5;  // gaussian
+};
+struct SamplingDescription {
+  std::string integrator = "volpath";  // as the file names it
+  int64_t spp = 16;
+  int max_depth = 5;  // kUnlimitedDepth: no limit
+  uint64_t seed = 0;
+};
+
+// --- files and problems -----------------------------------------------------------------------------
+
+/// A file that the scene reads: its name as the bundle knows it (relative, '/' separated) and where it is.
+struct SourceFile { std::string name; std::string path; };
+
+enum class Severity { kWarning, kError };
+/// One finding of the reader. Unsupported features are warnings unless `--strict`.
+struct Problem {
+  SourceLocation where;
+  Severity severity = Severity::kError;
+  std::string message;
+};
+
+struct SceneDescription {
+  CameraDescription camera;
+  FilmDescription film;
+  FilterDescription filter;
+  SamplingDescription sampling;
+  std::vector<TextureDescription> textures;
+  std::vector<MaterialDescription> materials;
+  std::vector<AreaLightDescription> area_lights;
+  std::vector<ShapeDescription> shapes;
+  std::vector<LightDescription> lights;
+  std::vector<SourceFile> files;  // the scene file first
+};
+
+/// True if the shading/emitting normal (the geometric normal of the transformed winding) must be flipped:
+/// pbrt flips when ReverseOrientation differs from "the transform swaps handedness".
+bool surface_flips_normal(const ShapeDescription& shape);
+
+}  // namespace lightmill

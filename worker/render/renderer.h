@@ -1,0 +1,50 @@
+#pragma once
+// The renderer: a scene under fixed settings, ready to render packets. Pure: a packet's contribution is a
+// function of (scene, settings, packet) alone. No gRPC here; Embree stays behind accel/.
+//
+//   Renderer renderer(scene, settings, threads);
+//   auto workspace = renderer.make_workspace();            // one per thread
+//   renderer.render_packet({cx, cy, s0, s1}, *workspace, builder);
+#include <cstdint>
+#include <memory>
+
+#include "common/image/partial.h"
+#include "common/scene/description.h"
+#include "common/settings.h"
+#include "worker/render/plan/scene_plan.h"
+
+namespace lightmill {
+
+/// One cell x one block (or the part of a block that a tile covers).
+struct Packet {
+  int cell_x = 0, cell_y = 0;
+  int64_t sample_begin = 0, sample_end = 0;  // within one block
+};
+
+/// A thread's private wavefront, light-vertex cache and buffers.
+class Workspace {
+ public:
+  virtual ~Workspace() = default;
+};
+
+class Renderer {
+ public:
+  /// Builds the acceleration structure with `threads` threads (0: all) and freezes the plan. Throws
+  /// Error(kBadScene) for geometry that can't be rendered and Error(kFailed) if a texture can't be read.
+  Renderer(const SceneDescription& scene, const RenderSettings& settings, int threads);
+  ~Renderer();
+  const ScenePlan& plan() const;
+  const RenderSettings& settings() const;
+  int quantum_exponent() const;
+  bool has_camera_layer() const;  // false for lt
+  bool has_splat_layer() const;   // false for pt
+  std::unique_ptr<Workspace> make_workspace() const;
+  /// Renders one packet into `builder`. Thread-safe for distinct workspaces.
+  void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lightmill
