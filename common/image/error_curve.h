@@ -53,11 +53,11 @@ class BatchFilm {
 
  private:
   FilmGrid grid_;
-  int64_t group_ = 1;  // superblocks per batch
+  int64_t group_ = 1;              // superblocks per batch
   std::vector<uint32_t> tracked_;  // pixel indices (y * width + x), ascending
   struct Batch {
-    std::vector<float> rgb;       // 3 per tracked pixel: sum of contributions / samples per superblock
-    int64_t samples = 0;          // pixel-samples folded (all pixels), to know when it is complete
+    std::vector<float> rgb;  // 3 per tracked pixel: sum of contributions / samples per superblock
+    int64_t samples = 0;     // pixel-samples folded (all pixels), to know when it is complete
   };
   std::vector<Batch> batches_;
 };

@@ -34,9 +34,9 @@ class Film {
   FilmGrid grid_;
   bool has_quantum_ = false;
   int quantum_exponent_ = 0;
-  std::vector<ExactRgb> camera_;        // crop window, row-major
-  std::vector<int64_t> cell_samples_;   // grid_.cells(), row-major
-  std::vector<ExactRgb> splat_;         // crop window, row-major; empty until a splat arrives
+  std::vector<ExactRgb> camera_;       // crop window, row-major
+  std::vector<int64_t> cell_samples_;  // grid_.cells(), row-major
+  std::vector<ExactRgb> splat_;        // crop window, row-major; empty until a splat arrives
   uint64_t light_paths_ = 0;
   RenderCounters counters_;
   double cpu_seconds_ = 0;

@@ -18,19 +18,19 @@ inline constexpr int64_t kSuperblockSamples = 16;
 /// Half-open pixel rectangle [x0,x1) x [y0,y1).
 struct PixelRect {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-  int width() const { return x1 - x0; }
-  int height() const { return y1 - y0; }
-  int64_t area() const { return int64_t{width()} * height(); }
-  bool empty() const { return x1 <= x0 || y1 <= y0; }
+  constexpr int width() const { return x1 - x0; }
+  constexpr int height() const { return y1 - y0; }
+  constexpr int64_t area() const { return int64_t{width()} * height(); }
+  constexpr bool empty() const { return x1 <= x0 || y1 <= y0; }
   bool operator==(const PixelRect&) const = default;
 };
 
 /// Half-open rectangle of cells, in units of kCellSize pixels.
 struct CellRect {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-  int width() const { return x1 - x0; }
-  int height() const { return y1 - y0; }
-  int64_t count() const { return int64_t{width()} * height(); }
+  constexpr int width() const { return x1 - x0; }
+  constexpr int height() const { return y1 - y0; }
+  constexpr int64_t count() const { return int64_t{width()} * height(); }
   bool operator==(const CellRect&) const = default;
 };
 
@@ -49,6 +49,13 @@ struct FilmGrid {
   PixelRect pixels(const CellRect& r) const {
     return {std::max(r.x0 * kCellSize, crop.x0), std::max(r.y0 * kCellSize, crop.y0),
             std::min(r.x1 * kCellSize, crop.x1), std::min(r.y1 * kCellSize, crop.y1)};
+  }
+  /// Index of uncropped pixel `pixel` = y * width + x in the row-major crop window, or -1 outside of it.
+  int64_t crop_index(uint32_t pixel) const {
+    const int64_t x = pixel % static_cast<uint32_t>(width) - int64_t{crop.x0};
+    const int64_t y = pixel / static_cast<uint32_t>(width) - int64_t{crop.y0};
+    if (x < 0 || y < 0 || x >= crop.width() || y >= crop.height()) return -1;
+    return y * crop.width() + x;
   }
   /// Light paths traced per unit of spp: one per pixel of the crop window.
   int64_t light_paths_per_spp() const { return crop.area(); }
@@ -80,7 +87,7 @@ struct TileSpec {
   CellRect cells;
   int64_t sample_begin = 0, sample_end = 0;
   bool operator==(const TileSpec&) const = default;
-  int64_t samples() const { return sample_end - sample_begin; }
+  constexpr int64_t samples() const { return sample_end - sample_begin; }
 };
 
 /// Number of packets that `tile` *completes* in a job of `spp` samples: blocks whose last sample

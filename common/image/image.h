@@ -12,9 +12,13 @@ struct Image {
   std::vector<float> data;
   Image() = default;
   Image(int w, int h, int c = 3)
-      : width(w), height(h), channels(c), data(static_cast<size_t>(w) * static_cast<size_t>(h) * static_cast<size_t>(c)) {}
+      : width(w),
+        height(h),
+        channels(c),
+        data(static_cast<size_t>(w) * static_cast<size_t>(h) * static_cast<size_t>(c)) {}
   float* pixel(int x, int y) {
-    return &data[(static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)) * static_cast<size_t>(channels)];
+    return &data[(static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)) *
+                 static_cast<size_t>(channels)];
   }
   const float* pixel(int x, int y) const { return const_cast<Image*>(this)->pixel(x, y); }
 };
@@ -28,6 +32,11 @@ struct ImageWriteOptions {
 /// temporary file beside `path` and renamed, so a reader never sees half an image.
 /// Throws Error(kFailed) if it can't be written, Error(kUsage) on an unknown extension.
 void write_image(const Image& image, const std::string& path, const ImageWriteOptions& options = {});
+/// The bytes of a PNG file (8-bit sRGB). Throws Error(kFailed) on an image without pixels.
+std::string encode_png(const Image& image);
+/// The sRGB transfer functions (IEC 61966-2-1); `linear_to_srgb` clamps to [0, 1] and maps NaN to 0.
+float linear_to_srgb(float linear);
+float srgb_to_linear(float encoded);
 /// Throws Error(kUsage) on an unknown extension and Error(kFailed) if the folder can't be written to; to be
 /// called before a long render.
 void check_writable(const std::string& path);

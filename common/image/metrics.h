@@ -5,12 +5,12 @@
 namespace lightmill {
 
 struct Metrics {
-  double mse = 0;              // mean over pixels and channels
-  double relmse = 0;           // mean((I-R)^2 / (R^2 + 1e-2))
-  double relmse_trimmed = 0;   // without the 0.1 % of pixels of largest error
+  double mse = 0;             // mean over pixels and channels
+  double relmse = 0;          // mean((I-R)^2 / (R^2 + 1e-2))
+  double relmse_trimmed = 0;  // without the 0.1 % of pixels of largest error
   double mae = 0;
-  double flip = 0;             // LDR-FLIP mean, after sRGB tone curve; Andersson et al. 2020
-  double mean_ratio = 1;       // mean(I) / mean(R) over pixels and channels
+  double flip = 0;        // LDR-FLIP mean, after sRGB tone curve; Andersson et al. 2020
+  double mean_ratio = 1;  // mean(I) / mean(R) over pixels and channels
 };
 
 /// Throws Error(kUsage) if the sizes differ.

@@ -55,7 +55,7 @@ struct Partial {
   std::vector<SplatSum> splats;
   uint64_t light_paths = 0;  // accepted light paths that fed `splats`
   RenderCounters counters;
-  double cpu_seconds = 0;    // of the worker's threads; informational, not part of the digest's promise
+  double cpu_seconds = 0;  // of the worker's threads; informational, not part of the digest's promise
   bool operator==(const Partial&) const = default;
 };
 
@@ -68,9 +68,11 @@ class PartialBuilder {
   PartialBuilder(const PartialBuilder&) = delete;
   PartialBuilder& operator=(const PartialBuilder&) = delete;
   /// Adds a packet's camera sums for cell (cx, cy): `sums` is the cell's 32x32 pixels row-major, entries
-  /// outside the crop window are ignored.
+  /// outside the crop window are ignored. Throws std::logic_error for a cell outside the tile or without a
+  /// camera layer.
   void add_camera(int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
-  /// Rounds splats to the quantum and adds them; those that can't be represented are counted non-finite.
+  /// Rounds splats to the quantum and adds them; those that can't be represented are counted non-finite,
+  /// those outside the crop window are ignored. Throws std::logic_error without a splat layer.
   void add_splats(std::span<const Splat> splats);
   /// Adds a finished packet's counters (its light_paths also count for the splat layer).
   void add_counters(const RenderCounters& counters, double cpu_seconds);
@@ -82,13 +84,26 @@ class PartialBuilder {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Version of the encoding: the `schema` that workers register with.
+inline constexpr int kPartialSchema = 1;
+/// Bounds of what is accepted as a tile: with kMaxContributionBits they keep its sums below 2^126.
+inline constexpr int64_t kMaxSampleIndex = int64_t{1} << 40;
+inline constexpr int64_t kMaxTileSamples = int64_t{1} << 31;
+inline constexpr int kMaxSumBits = 126;
+
 /// Lossless, compressed, with a SHA-256 over the content. Splats are sent sparse or dense, whichever
-/// is smaller.
+/// is smaller. Throws Error(kFailed) for a partial that decode_partial would refuse.
 std::string encode_partial(const Partial& partial);
 /// Inverse. Throws Error(kFailed) with the reason on a wrong digest, truncation, a decompressed size over
 /// what the tile and grid allow, pixels outside the crop, counts that do not add up, or sums out of range.
+/// Allocates up to what the tile and grid *in the bytes* call for: for bytes from an untrusted peer use the
+/// second form, which refuses another grid or tile than that of the lease before it allocates anything.
 Partial decode_partial(std::string_view bytes);
+Partial decode_partial(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile);
 /// SHA-256 of the partial's content (tile, layers, counts; not cpu_seconds).
 std::string partial_digest(const Partial& partial);
+/// The digest that encoded bytes carry: equals partial_digest(decode_partial(bytes)) if that succeeds.
+/// Throws Error(kFailed) if the header is corrupt.
+std::string encoded_digest(std::string_view bytes);
 
 }  // namespace lightmill

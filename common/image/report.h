@@ -15,7 +15,8 @@ struct ReportInfo {
 
 /// Writes the three files into `folder` (made if absent). `image` is embedded in the HTML as a PNG.
 /// Throws Error(kFailed) if it can't be written.
-void write_report(const std::string& folder, const ReportInfo& info, const ErrorCurve& curve, const Image& image);
+void write_report(const std::string& folder, const ReportInfo& info, const ErrorCurve& curve,
+                  const Image& image);
 /// Reads error.csv of a report folder. Throws Error(kFailed) with file:line on malformed input.
 ErrorCurve read_report_csv(const std::string& path);
 /// The plot alone: log-log relMSE against wall seconds with its interval.

@@ -1,0 +1,217 @@
+#include "common/image/image.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+#include "common/error.h"
+#include "common/settings.h"
+
+namespace lightmill {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class Format { kExr, kPng, kHdr, kPfm };
+
+Format format_of(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (extension == ".exr") return Format::kExr;
+  if (extension == ".png") return Format::kPng;
+  if (extension == ".hdr") return Format::kHdr;
+  if (extension == ".pfm") return Format::kPfm;
+  throw Error(ErrorKind::kUsage, path + ": unknown image format \"" + extension +
+                                     "\"; name the output .exr, .png, .hdr or .pfm");
+}
+
+/// The libraries' messages may span lines; ours is one.
+std::string one_line(std::string message) {
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  while (!message.empty() && message.back() == ' ') message.pop_back();
+  return message.empty() ? "unknown error" : message;
+}
+
+[[noreturn]] void cannot_write(const std::string& path, const std::string& why) {
+  throw Error(ErrorKind::kFailed, path + ": can't write the image: " + one_line(why));
+}
+
+/// Where the bytes go in the end: a symbolic link keeps pointing to its file.
+fs::path final_path(const std::string& path) {
+  std::error_code ec;
+  if (!fs::is_symlink(path, ec)) return path;
+  const fs::path target = fs::weakly_canonical(path, ec);
+  return ec ? fs::path(path) : target;
+}
+
+/// A name in the same folder (so that rename is atomic) with the same extension (so that the format stays).
+fs::path temporary_beside(const fs::path& path) {
+  static std::atomic<unsigned> serial{0};
+  std::string name(1, '.');
+  name += path.stem().string();
+  name += '.' + std::to_string(::getpid()) + '-' + std::to_string(serial++);
+  name += path.extension().string();
+  return path.parent_path() / name;
+}
+
+std::vector<uint8_t> to_srgb8(const Image& image) {
+  std::vector<uint8_t> bytes(image.data.size());
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    bytes[i] = static_cast<uint8_t>(std::lround(255.0f * linear_to_srgb(image.data[i])));
+  }
+  return bytes;
+}
+
+void write_pfm(const Image& image, const fs::path& path) {
+  std::ofstream out(path, std::ios::binary);
+  out << (image.channels == 1 ? "Pf\n" : "PF\n") << image.width << ' ' << image.height << "\n-1.0\n";
+  const auto row = static_cast<std::streamsize>(static_cast<size_t>(image.width) *
+                                                static_cast<size_t>(image.channels) * sizeof(float));
+  for (int y = image.height - 1; y >= 0; --y)
+    out.write(reinterpret_cast<const char*>(image.pixel(0, y)), row);
+  out.close();
+  if (!out) cannot_write(path.string(), std::error_code(errno, std::generic_category()).message());
+}
+
+void write_oiio(const Image& image, Format format, const fs::path& path, const ImageWriteOptions& options,
+                OIIO::Filesystem::IOProxy* proxy) {
+  const auto out = OIIO::ImageOutput::create(path.string(), proxy);
+  if (!out) cannot_write(path.string(), OIIO::geterror());
+  const bool png = format == Format::kPng;
+  OIIO::TypeDesc type = OIIO::TypeDesc::FLOAT;
+  if (png) type = OIIO::TypeDesc::UINT8;
+  if (format == Format::kExr && options.half) type = OIIO::TypeDesc::HALF;
+  OIIO::ImageSpec spec(image.width, image.height, image.channels, type);
+  spec.attribute("oiio:ColorSpace", png ? "sRGB" : "Linear");
+  if (format == Format::kExr) {
+    spec.attribute("compression", "zip");
+    for (const auto& [key, value] : options.metadata) spec.attribute("lightmill:" + key, value);
+  }
+  if (!out->open(path.string(), spec)) cannot_write(path.string(), out->geterror());
+  bool written = false;
+  if (png) {
+    const std::vector<uint8_t> bytes = to_srgb8(image);
+    written = out->write_image(OIIO::TypeDesc::UINT8, bytes.data());
+  } else {
+    written = out->write_image(OIIO::TypeDesc::FLOAT, image.data.data());
+  }
+  if (!written || !out->close()) cannot_write(path.string(), out->geterror());
+}
+
+void check_shape(const Image& image, const std::string& path) {
+  if (image.width < 1 || image.height < 1 || (image.channels != 1 && image.channels != 3) ||
+      image.data.size() != static_cast<size_t>(image.width) * static_cast<size_t>(image.height) *
+                               static_cast<size_t>(image.channels)) {
+    cannot_write(path, "it has no pixels");
+  }
+}
+
+/// Integer files hold sRGB values unless they say otherwise; floats are linear.
+bool is_srgb(const OIIO::ImageSpec& spec) {
+  if (spec.format.is_floating_point()) return false;
+  return spec.get_string_attribute("oiio:ColorSpace", "sRGB") != "Linear";
+}
+
+}  // namespace
+
+float linear_to_srgb(float linear) {
+  if (!(linear > 0)) return 0;  // also NaN
+  if (linear >= 1) return 1;
+  if (linear <= 0.0031308f) return 12.92f * linear;
+  return 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
+}
+
+float srgb_to_linear(float encoded) {
+  if (encoded <= 0.04045f) return encoded / 12.92f;
+  return std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
+void write_image(const Image& image, const std::string& path, const ImageWriteOptions& options) {
+  const Format format = format_of(path);
+  check_shape(image, path);
+  const fs::path target = final_path(path);
+  const fs::path temporary = temporary_beside(target);
+  std::error_code ec;
+  try {
+    if (format == Format::kPfm) {
+      write_pfm(image, temporary);
+    } else {
+      write_oiio(image, format, temporary, options, nullptr);
+    }
+    fs::rename(temporary, target, ec);
+    if (ec) cannot_write(path, ec.message());
+  } catch (const Error& e) {
+    fs::remove(temporary, ec);
+    // Name the file that was asked for, not the temporary one.
+    std::string message = e.what();
+    for (size_t at; (at = message.find(temporary.string())) != std::string::npos;) {
+      message.replace(at, temporary.string().size(), path);
+    }
+    throw Error(e.kind(), message);
+  }
+}
+
+std::string encode_png(const Image& image) {
+  check_shape(image, "image.png");
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput proxy(bytes);
+  write_oiio(image, Format::kPng, "image.png", {}, &proxy);
+  return {bytes.begin(), bytes.end()};
+}
+
+void check_writable(const std::string& path) {
+  format_of(path);
+  std::error_code ec;
+  if (fs::is_directory(path, ec)) cannot_write(path, "it is a folder; name a file in it");
+  const fs::path target = final_path(path);
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, ec))
+    cannot_write(path, "there is no folder " + folder.string() + "; make it first");
+  const fs::path probe = temporary_beside(target);
+  {
+    std::ofstream out(probe, std::ios::binary);
+    if (!out) {
+      cannot_write(path, "the folder " + folder.string() + " can't be written to (" +
+                             std::error_code(errno, std::generic_category()).message() + ")");
+    }
+  }
+  fs::remove(probe, ec);
+}
+
+Image read_image(const std::string& path) {
+  const auto fail = [&](const std::string& why) {
+    throw Error(ErrorKind::kFailed, path + ": can't read the image: " + one_line(why));
+  };
+  std::error_code ec;
+  if (!fs::exists(path, ec)) fail("no such file");
+  if (fs::is_directory(path, ec)) fail("it is a folder");
+  const auto in = OIIO::ImageInput::open(path);
+  if (!in) fail(OIIO::geterror());
+  const OIIO::ImageSpec spec = in->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 ||
+      spec.width > kMaxResolution || spec.height > kMaxResolution ||
+      int64_t{spec.width} * spec.height > kMaxPixels) {
+    fail("its size is out of range (at most " + std::to_string(kMaxPixels) + " pixels)");
+  }
+  const int used = spec.nchannels >= 3 ? 3 : 1;
+  Image raw(spec.width, spec.height, used);
+  if (!in->read_image(0, 0, 0, used, OIIO::TypeDesc::FLOAT, raw.data.data())) fail(in->geterror());
+  in->close();
+  if (is_srgb(spec)) {
+    for (float& v : raw.data) v = srgb_to_linear(v);
+  }
+  if (used == 3) return raw;
+  Image image(spec.width, spec.height, 3);
+  for (size_t i = 0; i < image.data.size(); ++i) image.data[i] = raw.data[i / 3];
+  return image;
+}
+
+}  // namespace lightmill

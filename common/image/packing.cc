@@ -1,0 +1,106 @@
+#include "common/image/packing.h"
+
+#include <zstd.h>
+
+#include <stdexcept>
+
+#include "common/digest.h"
+#include "common/error.h"
+
+namespace lightmill {
+
+namespace {
+
+constexpr int kSnapshotLevel = 1;
+
+[[noreturn]] void corrupt(const char* what, const std::string& reason) {
+  throw Error(ErrorKind::kFailed, std::string(what) + " is corrupt: " + reason);
+}
+
+}  // namespace
+
+void ByteWriter::put_varint(uint64_t value) {
+  while (value >= 0x80) {
+    bytes_.push_back(static_cast<char>(value | 0x80));
+    value >>= 7;
+  }
+  bytes_.push_back(static_cast<char>(value));
+}
+
+uint64_t ByteReader::get_varint() {
+  uint64_t value = 0;
+  for (int shift = 0; shift < 64; shift += 7) {
+    const auto byte = get<uint8_t>();
+    const uint64_t bits = byte & 0x7fu;
+    if (shift == 63 && bits > 1) break;
+    value |= bits << shift;
+    if (byte < 0x80) {
+      // A padded form would be a second spelling of the same content.
+      if (byte == 0 && shift > 0) fail("overlong number");
+      return value;
+    }
+  }
+  fail("number over 64 bits");
+}
+
+std::string_view ByteReader::get_bytes(size_t count) {
+  if (count > rest_.size()) fail("truncated");
+  const std::string_view bytes = rest_.substr(0, count);
+  rest_.remove_prefix(count);
+  return bytes;
+}
+
+void ByteReader::expect_end() const {
+  if (!rest_.empty()) fail(std::to_string(rest_.size()) + " bytes too many");
+}
+
+void ByteReader::fail(const std::string& reason) const { corrupt(what_, reason); }
+
+std::string zstd_pack(std::string_view raw, int level) {
+  std::string packed(ZSTD_compressBound(raw.size()), '\0');
+  const size_t size = ZSTD_compress(packed.data(), packed.size(), raw.data(), raw.size(), level);
+  if (ZSTD_isError(size)) throw std::logic_error(std::string("zstd: ") + ZSTD_getErrorName(size));
+  packed.resize(size);
+  return packed;
+}
+
+std::string zstd_unpack(std::string_view packed, size_t raw_size, const char* what) {
+  const unsigned long long declared = ZSTD_getFrameContentSize(packed.data(), packed.size());
+  if (declared == ZSTD_CONTENTSIZE_ERROR) corrupt(what, "no zstd frame");
+  if (declared != raw_size) corrupt(what, "unexpected decompressed size");
+  if (ZSTD_findFrameCompressedSize(packed.data(), packed.size()) != packed.size()) {
+    corrupt(what, "truncated or followed by other data");
+  }
+  std::string raw(raw_size, '\0');
+  const size_t size = ZSTD_decompress(raw.data(), raw.size(), packed.data(), packed.size());
+  if (ZSTD_isError(size)) corrupt(what, ZSTD_getErrorName(size));
+  if (size != raw_size) corrupt(what, "unexpected decompressed size");
+  return raw;
+}
+
+std::string seal(uint32_t magic, uint32_t version, std::string_view raw) {
+  ByteWriter body;
+  body.put<uint64_t>(raw.size());
+  body.put_bytes(zstd_pack(raw, kSnapshotLevel));
+  ByteWriter sealed;
+  sealed.put(magic);
+  sealed.put(version);
+  sealed.put_bytes(sha256_hex(body.bytes()));
+  sealed.put_bytes(body.bytes());
+  return std::move(sealed.bytes());
+}
+
+std::string unseal(uint32_t magic, uint32_t version, std::string_view sealed, const char* what) {
+  ByteReader in(sealed, what);
+  if (in.get<uint32_t>() != magic) in.fail("wrong magic word");
+  const auto found = in.get<uint32_t>();
+  if (found != version) {
+    in.fail("version " + std::to_string(found) + ", this program reads " + std::to_string(version));
+  }
+  const std::string_view digest = in.get_bytes(64);
+  if (sha256_hex(in.rest()) != digest) in.fail("wrong digest");
+  const auto raw_size = in.get<uint64_t>();
+  return zstd_unpack(in.rest(), raw_size, what);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,69 @@
+#pragma once
+// Packing numbers and byte strings: little-endian fields, zstd, and sealed snapshots.
+//
+//   ByteWriter w;  w.put<uint32_t>(7);  w.put(3.5);
+//   ByteReader r(w.bytes(), "film snapshot");  r.get<uint32_t>();  r.get<double>();  r.expect_end();
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace lightmill {
+
+static_assert(std::endian::native == std::endian::little, "the packed formats are little-endian");
+
+/// Appends little-endian fields to a byte string.
+class ByteWriter {
+ public:
+  template <typename T>
+  void put(T value) {
+    static_assert(std::is_arithmetic_v<T>);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  /// Unsigned LEB128: 7 bits a byte, lowest first.
+  void put_varint(uint64_t value);
+  void put_bytes(std::string_view bytes) { bytes_.append(bytes); }
+  std::string& bytes() { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
+/// Reads what ByteWriter wrote. Every read past the end throws Error(kFailed) that names `what`.
+class ByteReader {
+ public:
+  ByteReader(std::string_view bytes, const char* what) : rest_(bytes), what_(what) {}
+  template <typename T>
+  T get() {
+    static_assert(std::is_arithmetic_v<T>);
+    T value;
+    std::memcpy(&value, get_bytes(sizeof value).data(), sizeof value);
+    return value;
+  }
+  uint64_t get_varint();
+  std::string_view get_bytes(size_t count);
+  std::string_view rest() const { return rest_; }
+  /// Throws unless everything was read.
+  void expect_end() const;
+  /// Throws Error(kFailed, "WHAT is corrupt: REASON").
+  [[noreturn]] void fail(const std::string& reason) const;
+
+ private:
+  std::string_view rest_;
+  const char* what_;
+};
+
+/// One zstd frame that records its content size.
+std::string zstd_pack(std::string_view raw, int level);
+/// Inverse: exactly one frame of exactly `raw_size` bytes, which is known from elsewhere and bounds the
+/// allocation. Throws Error(kFailed) that names `what`.
+std::string zstd_unpack(std::string_view packed, size_t raw_size, const char* what);
+
+/// Compresses `raw` under a magic word, a version and a SHA-256 of all that follows.
+std::string seal(uint32_t magic, uint32_t version, std::string_view raw);
+/// Inverse. The digest is checked before anything is decompressed. Throws Error(kFailed) that names `what`.
+std::string unseal(uint32_t magic, uint32_t version, std::string_view sealed, const char* what);
+
+}  // namespace lightmill

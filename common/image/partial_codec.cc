@@ -1,0 +1,351 @@
+// The encoding of a partial.
+//
+//   magic, schema                                         8 bytes
+//   content head: grid, tile, quantum, counts, layout     fixed size, part of the content digest
+//   cpu_seconds, payload size                             16 bytes
+//   content digest: SHA-256(content head, payload)        64 hex digits
+//   head digest: SHA-256 of all of the above              64 hex digits
+//   zstd frame of the payload: camera planes, sparse pixels, splat planes (unit_planes.h)
+//
+// The layout (byte ranges, sparse or dense) is a function of the content and decoding refuses any other, so
+// the digest names the content, not one of its spellings.
+#include <cmath>
+#include <utility>
+
+#include "common/digest.h"
+#include "common/error.h"
+#include "common/image/packing.h"
+#include "common/image/partial.h"
+#include "common/image/unit_planes.h"
+#include "common/settings.h"
+
+namespace lightmill {
+
+namespace {
+
+constexpr uint32_t kMagic = 0x74706d4c;  // "Lmpt"
+constexpr const char* kWhat = "partial";
+constexpr int kZstdLevel = 1;
+constexpr int kMinQuantum = -300, kMaxQuantum = 200;  // beyond any float's scale
+constexpr int kMaxCounterBits = 56;
+
+enum class SplatForm : uint8_t { kNone = 0, kSparse = 1, kDense = 2 };
+
+struct Layout {
+  bool has_camera = false;
+  ByteRange camera_range, splat_range;
+  SplatForm splat_form = SplatForm::kNone;
+  uint64_t splat_count = 0;
+  bool operator==(const Layout&) const = default;
+};
+
+[[noreturn]] void refuse(const std::string& reason) {
+  throw Error(ErrorKind::kFailed, "partial is invalid: " + reason);
+}
+
+size_t varint_bytes(uint64_t value) {
+  size_t bytes = 1;
+  while (value >>= 7) ++bytes;
+  return bytes;
+}
+
+/// Grid, tile, quantum and counts: everything that can be checked before layers are read.
+void check_head(const Partial& p) {
+  const FilmGrid& g = p.grid;
+  if (g.width < 1 || g.height < 1 || g.width > kMaxResolution || g.height > kMaxResolution ||
+      int64_t{g.width} * g.height > kMaxPixels) {
+    refuse("resolution out of range");
+  }
+  if (g.crop.empty() || g.crop.x0 < 0 || g.crop.y0 < 0 || g.crop.x1 > g.width || g.crop.y1 > g.height) {
+    refuse("crop window outside the film");
+  }
+  const CellRect all = g.cells();
+  const CellRect& cells = p.tile.cells;
+  if (cells.x0 < all.x0 || cells.y0 < all.y0 || cells.x1 > all.x1 || cells.y1 > all.y1 ||
+      cells.x1 <= cells.x0 || cells.y1 <= cells.y0) {
+    refuse("tile outside the crop window");
+  }
+  if (p.tile.sample_begin < 0 || p.tile.sample_end > kMaxSampleIndex ||
+      p.tile.sample_begin >= p.tile.sample_end || p.tile.samples() > kMaxTileSamples) {
+    refuse("sample range out of range");
+  }
+  if (p.quantum_exponent < kMinQuantum || p.quantum_exponent > kMaxQuantum) refuse("quantum out of range");
+  const auto pixel_samples =
+      static_cast<uint64_t>(g.pixels(cells).area()) * static_cast<uint64_t>(p.tile.samples());
+  const RenderCounters& c = p.counters;
+  if (p.light_paths > pixel_samples || c.light_paths > pixel_samples || c.camera_paths > pixel_samples) {
+    refuse("more paths than the tile has samples");
+  }
+  for (const uint64_t n : {c.closest_hit_rays, c.shadow_rays, c.zero_connections_skipped,
+                           c.rouletted_connections, c.nonfinite}) {
+    if (n >> kMaxCounterBits) refuse("counter out of range");
+  }
+  if (!(p.cpu_seconds >= 0) || !std::isfinite(p.cpu_seconds)) refuse("cpu_seconds is not a duration");
+}
+
+void check_layers(const Partial& p) {
+  const auto area = static_cast<size_t>(p.grid.pixels(p.tile.cells).area());
+  if (!p.camera.empty() && p.camera.size() != area) refuse("camera layer of another size than the tile");
+  // A sample adds less than 2^kMaxContributionBits.
+  const Units limit = static_cast<Units>(p.tile.samples()) << kMaxContributionBits;
+  for (const ExactRgb& sum : p.camera) {
+    for (const Units u : sum.c) {
+      if (u > limit) refuse("camera sum out of range");
+    }
+  }
+  if (!p.splats.empty() && p.light_paths == 0) refuse("splats without light paths");
+  int64_t last = -1;
+  for (const Partial::SplatSum& splat : p.splats) {
+    if (int64_t{splat.pixel} <= last) refuse("splats are not in ascending order");
+    last = splat.pixel;
+    if (p.grid.crop_index(splat.pixel) < 0) refuse("splat outside the crop window");
+    if (splat.sum.is_zero()) refuse("splat of zero");
+    for (const Units u : splat.sum.c) {
+      if (u >> kMaxSumBits) refuse("splat sum out of range");
+    }
+  }
+}
+
+Layout layout_of(const Partial& p) {
+  Layout layout;
+  layout.has_camera = !p.camera.empty();
+  layout.camera_range = used_bytes(std::span(p.camera));
+  layout.splat_range = used_bytes(std::span(p.splats));
+  layout.splat_count = p.splats.size();
+  if (p.splats.empty()) return layout;
+  size_t sparse = plane_bytes(p.splats.size(), layout.splat_range);
+  int64_t last = -1;
+  for (const Partial::SplatSum& splat : p.splats) {
+    sparse += varint_bytes(static_cast<uint64_t>(splat.pixel - last - 1));
+    last = splat.pixel;
+  }
+  const size_t dense = plane_bytes(static_cast<size_t>(p.grid.crop.area()), layout.splat_range);
+  layout.splat_form = sparse < dense ? SplatForm::kSparse : SplatForm::kDense;
+  return layout;
+}
+
+std::string content_head(const Partial& p, const Layout& layout) {
+  ByteWriter w;
+  const FilmGrid& g = p.grid;
+  const CellRect& c = p.tile.cells;
+  for (const int v : {g.width, g.height, g.crop.x0, g.crop.y0, g.crop.x1, g.crop.y1, c.x0, c.y0, c.x1, c.y1,
+                      p.quantum_exponent}) {
+    w.put<int32_t>(v);
+  }
+  w.put<int64_t>(p.tile.sample_begin);
+  w.put<int64_t>(p.tile.sample_end);
+  const RenderCounters& n = p.counters;
+  for (const uint64_t v :
+       {p.light_paths, n.camera_paths, n.light_paths, n.closest_hit_rays, n.shadow_rays,
+        n.zero_connections_skipped, n.rouletted_connections, n.nonfinite, layout.splat_count}) {
+    w.put<uint64_t>(v);
+  }
+  w.put<uint8_t>(layout.has_camera);
+  w.put<uint8_t>(static_cast<uint8_t>(layout.splat_form));
+  for (const ByteRange& range : {layout.camera_range, layout.splat_range}) {
+    w.put<uint8_t>(range.low);
+    w.put<uint8_t>(range.high);
+  }
+  return std::move(w.bytes());
+}
+
+Layout read_content_head(ByteReader* in, Partial* p) {
+  FilmGrid& g = p->grid;
+  CellRect& c = p->tile.cells;
+  for (int* v : {&g.width, &g.height, &g.crop.x0, &g.crop.y0, &g.crop.x1, &g.crop.y1, &c.x0, &c.y0, &c.x1,
+                 &c.y1, &p->quantum_exponent}) {
+    *v = in->get<int32_t>();
+  }
+  p->tile.sample_begin = in->get<int64_t>();
+  p->tile.sample_end = in->get<int64_t>();
+  RenderCounters& n = p->counters;
+  Layout layout;
+  for (uint64_t* v :
+       {&p->light_paths, &n.camera_paths, &n.light_paths, &n.closest_hit_rays, &n.shadow_rays,
+        &n.zero_connections_skipped, &n.rouletted_connections, &n.nonfinite, &layout.splat_count}) {
+    *v = in->get<uint64_t>();
+  }
+  const auto has_camera = in->get<uint8_t>();
+  const auto form = in->get<uint8_t>();
+  if (has_camera > 1 || form > 2) in->fail("unknown layout");
+  layout.has_camera = has_camera != 0;
+  layout.splat_form = static_cast<SplatForm>(form);
+  for (ByteRange* range : {&layout.camera_range, &layout.splat_range}) {
+    range->low = in->get<uint8_t>();
+    range->high = in->get<uint8_t>();
+    if (!range->valid()) in->fail("unknown layout");
+  }
+  return layout;
+}
+
+std::string make_payload(const Partial& p, const Layout& layout) {
+  ByteWriter w;
+  append_planes(std::span(p.camera), layout.camera_range, &w.bytes());
+  if (layout.splat_form == SplatForm::kSparse) {
+    int64_t last = -1;
+    for (const Partial::SplatSum& splat : p.splats) {
+      w.put_varint(static_cast<uint64_t>(splat.pixel - last - 1));
+      last = splat.pixel;
+    }
+    append_planes(std::span(p.splats), layout.splat_range, &w.bytes());
+  } else if (layout.splat_form == SplatForm::kDense) {
+    std::vector<ExactRgb> frame(static_cast<size_t>(p.grid.crop.area()));
+    for (const Partial::SplatSum& splat : p.splats) {
+      frame[static_cast<size_t>(p.grid.crop_index(splat.pixel))] = splat.sum;
+    }
+    append_planes(std::span(std::as_const(frame)), layout.splat_range, &w.bytes());
+  }
+  return std::move(w.bytes());
+}
+
+/// Bounds of the payload's size that the head allows.
+struct SizeBounds {
+  size_t low = 0, high = 0;
+};
+SizeBounds payload_bounds(const Partial& p, const Layout& layout) {
+  const auto tile_area = static_cast<size_t>(p.grid.pixels(p.tile.cells).area());
+  const auto crop_area = static_cast<size_t>(p.grid.crop.area());
+  const size_t camera = layout.has_camera ? plane_bytes(tile_area, layout.camera_range) : 0;
+  if (layout.splat_count > crop_area) refuse("more splats than pixels");
+  if ((layout.splat_count == 0) != (layout.splat_form == SplatForm::kNone))
+    refuse("splat layer without splats");
+  const auto count = static_cast<size_t>(layout.splat_count);
+  switch (layout.splat_form) {
+    case SplatForm::kNone:
+      return {camera, camera};
+    case SplatForm::kSparse: {
+      const size_t planes = plane_bytes(count, layout.splat_range);
+      return {camera + planes + count, camera + planes + 5 * count};
+    }
+    case SplatForm::kDense: {
+      const size_t planes = plane_bytes(crop_area, layout.splat_range);
+      return {camera + planes, camera + planes};
+    }
+  }
+  refuse("unknown layout");
+}
+
+void read_splats(ByteReader* in, const Layout& layout, Partial* p) {
+  if (layout.splat_form == SplatForm::kSparse) {
+    p->splats.resize(static_cast<size_t>(layout.splat_count));
+    const auto pixels = static_cast<uint64_t>(p->grid.width) * static_cast<uint64_t>(p->grid.height);
+    uint64_t next = 0;
+    for (Partial::SplatSum& splat : p->splats) {
+      const uint64_t delta = in->get_varint();
+      if (delta >= pixels || next + delta >= pixels) refuse("splat outside the film");
+      splat.pixel = static_cast<uint32_t>(next + delta);
+      next = uint64_t{splat.pixel} + 1;
+    }
+    const size_t size = plane_bytes(p->splats.size(), layout.splat_range);
+    read_planes(in->get_bytes(size), layout.splat_range, std::span(p->splats));
+  } else if (layout.splat_form == SplatForm::kDense) {
+    const PixelRect& crop = p->grid.crop;
+    std::vector<ExactRgb> frame(static_cast<size_t>(crop.area()));
+    read_planes(in->get_bytes(plane_bytes(frame.size(), layout.splat_range)), layout.splat_range,
+                std::span(frame));
+    p->splats.reserve(static_cast<size_t>(layout.splat_count));
+    size_t i = 0;
+    for (int y = crop.y0; y < crop.y1; ++y) {
+      const uint32_t row = static_cast<uint32_t>(y) * static_cast<uint32_t>(p->grid.width);
+      for (int x = crop.x0; x < crop.x1; ++x, ++i) {
+        if (!frame[i].is_zero()) p->splats.push_back({row + static_cast<uint32_t>(x), frame[i]});
+      }
+    }
+    if (p->splats.size() != layout.splat_count) refuse("wrong number of splats");
+  }
+}
+
+std::string content_digest(const std::string& head, std::string_view payload) {
+  Sha256 hash;
+  hash.update(head);
+  hash.update(payload);
+  return hash.hex();
+}
+
+/// What stands before the zstd frame.
+struct Header {
+  Partial partial;  // without layers
+  Layout layout;
+  size_t payload_size = 0;
+  std::string digest;
+  std::string_view frame;
+};
+
+Header read_header(std::string_view bytes) {
+  ByteReader in(bytes, kWhat);
+  Header h;
+  if (in.get<uint32_t>() != kMagic) in.fail("wrong magic word");
+  const auto schema = in.get<int32_t>();
+  if (schema != kPartialSchema) {
+    in.fail("schema " + std::to_string(schema) + ", this program reads " + std::to_string(kPartialSchema));
+  }
+  h.layout = read_content_head(&in, &h.partial);
+  h.partial.cpu_seconds = in.get<double>();
+  h.payload_size = in.get<uint64_t>();
+  h.digest = in.get_bytes(64);
+  const std::string_view head = bytes.substr(0, bytes.size() - in.rest().size());
+  if (in.get_bytes(64) != sha256_hex(head)) in.fail("wrong digest of its head");
+  h.frame = in.rest();
+  check_head(h.partial);
+  return h;
+}
+
+Partial decode_layers(Header h) {
+  const SizeBounds bounds = payload_bounds(h.partial, h.layout);
+  if (h.payload_size < bounds.low || h.payload_size > bounds.high)
+    refuse("payload of a size that does not fit");
+  const std::string payload = zstd_unpack(h.frame, h.payload_size, kWhat);
+  if (content_digest(content_head(h.partial, h.layout), payload) != h.digest) {
+    throw Error(ErrorKind::kFailed, "partial is corrupt: wrong digest");
+  }
+  ByteReader in(payload, kWhat);
+  Partial& p = h.partial;
+  if (h.layout.has_camera) {
+    p.camera.resize(static_cast<size_t>(p.grid.pixels(p.tile.cells).area()));
+    const size_t size = plane_bytes(p.camera.size(), h.layout.camera_range);
+    read_planes(in.get_bytes(size), h.layout.camera_range, std::span(p.camera));
+  }
+  read_splats(&in, h.layout, &p);
+  in.expect_end();
+  check_layers(p);
+  if (layout_of(p) != h.layout) refuse("not in its canonical layout");
+  return std::move(h.partial);
+}
+
+}  // namespace
+
+std::string encode_partial(const Partial& partial) {
+  check_head(partial);
+  check_layers(partial);
+  const Layout layout = layout_of(partial);
+  const std::string payload = make_payload(partial, layout);
+  const std::string head = content_head(partial, layout);
+  ByteWriter w;
+  w.put<uint32_t>(kMagic);
+  w.put<int32_t>(kPartialSchema);
+  w.put_bytes(head);
+  w.put<double>(partial.cpu_seconds);
+  w.put<uint64_t>(payload.size());
+  w.put_bytes(content_digest(head, payload));
+  w.put_bytes(sha256_hex(w.bytes()));
+  w.put_bytes(zstd_pack(payload, kZstdLevel));
+  return std::move(w.bytes());
+}
+
+Partial decode_partial(std::string_view bytes) { return decode_layers(read_header(bytes)); }
+
+Partial decode_partial(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile) {
+  Header header = read_header(bytes);
+  if (header.partial.grid != grid) refuse("rendered for another film");
+  if (header.partial.tile != tile) refuse("rendered for another tile");
+  return decode_layers(std::move(header));
+}
+
+std::string partial_digest(const Partial& partial) {
+  const Layout layout = layout_of(partial);
+  return content_digest(content_head(partial, layout), make_payload(partial, layout));
+}
+
+std::string encoded_digest(std::string_view bytes) { return read_header(bytes).digest; }
+
+}  // namespace lightmill

@@ -1,0 +1,79 @@
+#include "common/image/unit_planes.h"
+
+#include <algorithm>
+
+namespace lightmill {
+
+namespace {
+
+// Pixels per strip: strips stay in the L1 cache while every plane reads them.
+constexpr size_t kStrip = 256;
+
+const ExactRgb& sum_of(const ExactRgb& sum) { return sum; }
+const ExactRgb& sum_of(const Partial::SplatSum& splat) { return splat.sum; }
+ExactRgb& sum_of(ExactRgb& sum) { return sum; }
+ExactRgb& sum_of(Partial::SplatSum& splat) { return splat.sum; }
+
+template <typename T>
+ByteRange used_bytes_of(std::span<const T> sums) {
+  Units any = 0;
+  for (const T& s : sums) any |= sum_of(s).c[0] | sum_of(s).c[1] | sum_of(s).c[2];
+  if (any == 0) return {};
+  ByteRange range{0, sizeof(Units)};
+  while (((any >> (8 * range.low)) & 0xff) == 0) ++range.low;
+  while (((any >> (8 * (range.high - 1))) & 0xff) == 0) --range.high;
+  return range;
+}
+
+template <typename T>
+void append_planes_of(std::span<const T> sums, ByteRange range, std::string* out) {
+  const size_t n = sums.size();
+  const size_t start = out->size();
+  out->resize(start + plane_bytes(n, range));
+  char* base = out->data() + start;
+  for (size_t first = 0; first < n; first += kStrip) {
+    const size_t last = std::min(n, first + kStrip);
+    char* plane = base;
+    for (int c = 0; c < 3; ++c) {
+      for (unsigned b = range.low; b < range.high; ++b, plane += n) {
+        for (size_t i = first; i < last; ++i) {
+          plane[i] = reinterpret_cast<const char*>(&sum_of(sums[i]).c[c])[b];
+        }
+      }
+    }
+  }
+}
+
+template <typename T>
+void read_planes_of(std::string_view planes, ByteRange range, std::span<T> sums) {
+  const size_t n = sums.size();
+  for (size_t first = 0; first < n; first += kStrip) {
+    const size_t last = std::min(n, first + kStrip);
+    const char* plane = planes.data();
+    for (int c = 0; c < 3; ++c) {
+      for (unsigned b = range.low; b < range.high; ++b, plane += n) {
+        for (size_t i = first; i < last; ++i) reinterpret_cast<char*>(&sum_of(sums[i]).c[c])[b] = plane[i];
+      }
+    }
+  }
+}
+
+}  // namespace
+
+ByteRange used_bytes(std::span<const ExactRgb> sums) { return used_bytes_of(sums); }
+ByteRange used_bytes(std::span<const Partial::SplatSum> sums) { return used_bytes_of(sums); }
+
+void append_planes(std::span<const ExactRgb> sums, ByteRange range, std::string* out) {
+  append_planes_of(sums, range, out);
+}
+void append_planes(std::span<const Partial::SplatSum> sums, ByteRange range, std::string* out) {
+  append_planes_of(sums, range, out);
+}
+void read_planes(std::string_view planes, ByteRange range, std::span<ExactRgb> sums) {
+  read_planes_of(planes, range, sums);
+}
+void read_planes(std::string_view planes, ByteRange range, std::span<Partial::SplatSum> sums) {
+  read_planes_of(planes, range, sums);
+}
+
+}  // namespace lightmill

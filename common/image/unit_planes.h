@@ -1,0 +1,42 @@
+#pragma once
+// Byte planes of exact sums: how layers are laid out before compression.
+//
+// A sum has 16 bytes, of which the upper and lower ones are zero throughout a layer: only the range that is
+// used is stored. Per channel and byte one plane of that byte of every pixel, so that like bytes lie
+// together.
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/image/exact_sum.h"
+#include "common/image/partial.h"
+
+namespace lightmill {
+
+/// Bytes [low, high) of a sum, 0 = least significant. Empty (0, 0) for a layer of zeros.
+struct ByteRange {
+  uint8_t low = 0, high = 0;
+  size_t count() const { return static_cast<size_t>(high - low); }
+  bool valid() const { return high <= sizeof(Units) && (low < high || (low == 0 && high == 0)); }
+  bool operator==(const ByteRange&) const = default;
+};
+
+/// Bytes that the planes of `pixels` sums take.
+inline size_t plane_bytes(size_t pixels, ByteRange range) { return pixels * 3 * range.count(); }
+
+/// Smallest range that holds every sum.
+ByteRange used_bytes(std::span<const ExactRgb> sums);
+ByteRange used_bytes(std::span<const Partial::SplatSum> sums);
+
+/// Appends the planes.
+void append_planes(std::span<const ExactRgb> sums, ByteRange range, std::string* out);
+void append_planes(std::span<const Partial::SplatSum> sums, ByteRange range, std::string* out);
+
+/// Inverse; `planes` has plane_bytes(sums.size(), range) bytes. Sums must be zero on entry.
+void read_planes(std::string_view planes, ByteRange range, std::span<ExactRgb> sums);
+void read_planes(std::string_view planes, ByteRange range, std::span<Partial::SplatSum> sums);
+
+}  // namespace lightmill
