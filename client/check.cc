@@ -1,0 +1,77 @@
+// lightmill check: parse and validate only; every problem with file:line:column. Needs no renderer.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "client/cli.h"
+#include "client/options.h"
+#include "common/error.h"
+
+namespace lightmill::client {
+namespace {
+
+struct CheckOptions {
+  CommonOptions common;
+  SceneOptions scene;
+};
+
+std::vector<Problem> find_problems(const CheckOptions& options) {
+  const std::filesystem::path path(options.scene.scene);
+  const LoadResult result =
+      load_scene(options.scene.scene, DirectoryFiles(path.parent_path().string()), {options.scene.strict});
+  std::vector<Problem> problems = result.problems;
+  if (result.ok()) {
+    try {
+      resolve_settings(result.scene, options.scene.render);
+    } catch (const Error& error) {
+      problems.push_back({{options.scene.scene, 1, 1}, Severity::kError, error.what()});
+    }
+  }
+  return problems;
+}
+
+int check(const CheckOptions& options) {
+  const std::vector<Problem> problems = find_problems(options);
+  int errors = 0;
+  nlohmann::json list = nlohmann::json::array();
+  for (const Problem& problem : problems) {
+    const bool is_error = problem.severity == Severity::kError;
+    errors += is_error;
+    if (options.common.json) {
+      list.push_back({{"file", problem.where.file},
+                      {"line", problem.where.line},
+                      {"column", problem.where.column},
+                      {"severity", is_error ? "error" : "warning"},
+                      {"message", problem.message}});
+    } else {
+      std::printf("%s%s\n", is_error ? "" : "warning: ", format_problem(problem).c_str());
+    }
+  }
+  if (options.common.json) {
+    const nlohmann::json document = {{"problems", list}};
+    std::printf("%s\n", document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+  }
+  const auto warnings = static_cast<int>(problems.size()) - errors;
+  if (errors > 0) {
+    throw Error(ErrorKind::kBadScene, options.scene.scene + ": " + std::to_string(errors) + " error(s), " +
+                                          std::to_string(warnings) + " warning(s)");
+  }
+  if (!options.common.quiet && !options.common.json) {
+    std::printf("%s: no errors, %d warning(s)\n", options.scene.scene.c_str(), warnings);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, Action& action) {
+  auto options = std::make_shared<CheckOptions>();
+  CLI::App* verb = add_verb(app, "check", "List every problem of a scene, without rendering it", &options->common);
+  add_json(verb, &options->common);
+  add_scene(verb, &options->scene);
+  verb->callback([&action, options] { action = [options] { return check(*options); }; });
+}
+
+}  // namespace lightmill::client

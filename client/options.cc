@@ -1,0 +1,160 @@
+#include "client/options.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "common/build_id/build_id.h"
+#include "common/error.h"
+
+namespace lightmill::client {
+namespace {
+
+template <class T>
+T parse_number(const std::string& text, const std::string& option, const std::string& expected) {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || text.empty()) {
+    throw Error(ErrorKind::kUsage, option + " " + text + ": expected " + expected);
+  }
+  return value;
+}
+
+template <class T>
+void add_ranged(CLI::App* verb, const std::string& name, std::optional<T>* target, T low, T high,
+                const std::string& range, const std::string& help) {
+  verb->add_option_function<std::string>(
+      name,
+      [=](const std::string& text) {
+        const T value = parse_number<T>(text, name, range);
+        bool inside = value >= low && value <= high;
+        if constexpr (std::is_floating_point_v<T>) inside = inside && std::isfinite(value);
+        if (!inside) throw Error(ErrorKind::kUsage, name + " " + text + ": expected " + range);
+        *target = value;
+      },
+      help);
+}
+
+}  // namespace
+
+void print_warning(const std::string& message) { std::fprintf(stderr, "lightmill: %s\n", message.c_str()); }
+
+CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description, CommonOptions* common) {
+  CLI::App* verb = app.add_subcommand(name, description);
+  verb->set_version_flag("--version", build_id());
+  verb->add_flag("--quiet,-q", common->quiet, "No progress and no warnings on stderr");
+  return verb;
+}
+
+void add_json(CLI::App* verb, CommonOptions* common) {
+  verb->add_flag("--json", common->json, "Print JSON on stdout");
+}
+
+void add_connection(CLI::App* verb, ConnectionOptions* connection) {
+  verb->add_option("--coordinator", connection->coordinator, "The coordinator's HOST:PORT")
+      ->envname("LIGHTMILL_COORDINATOR")
+      ->capture_default_str();
+  for (const char* option : {"--tls-ca", "--tls-cert", "--tls-key"}) add_unavailable(verb, option, "TLS");
+  add_unavailable(verb, "--token-file", "token authentication");
+}
+
+void add_unavailable(CLI::App* verb, const std::string& option, const std::string& what) {
+  verb->add_option_function<std::string>(
+          option,
+          [=](const std::string&) {
+            throw Error(ErrorKind::kUsage,
+                        option + ": " + what + " does not exist in this version; leave the option out");
+          },
+          "Not available in this version: " + what)
+      ->expected(0, 1)
+      ->trigger_on_parse();
+}
+
+void add_scene(CLI::App* verb, SceneOptions* scene) {
+  verb->add_option("SCENE", scene->scene, "A pbrt-v4 scene file")->required();
+  verb->add_flag("--strict", scene->strict, "Unsupported scene features are errors");
+}
+
+void add_render_options(CLI::App* verb, SceneOptions* scene) {
+  RenderOptions& render = scene->render;
+  verb->add_option("--integrator", render.integrator, "auto, bdpt, pt, lt, or scene: the one that the file names")
+      ->check(CLI::IsMember({"auto", "bdpt", "pt", "lt", "scene"}))
+      ->capture_default_str();
+  constexpr double kNoLimit = std::numeric_limits<double>::max();
+  add_ranged<int64_t>(verb, "--spp", &render.spp, 1, int64_t{1} << 40, "a whole number of samples, at least 1",
+                      "Samples per pixel");
+  add_ranged<double>(verb, "--time", &render.time_s, 1e-3, kNoLimit, "a number of seconds above 0",
+                     "Stop after so many seconds of rendering");
+  add_ranged<double>(verb, "--target-error", &render.target_error, 1e-30, kNoLimit, "a relMSE above 0",
+                     "Stop at this estimated relMSE");
+  verb->add_option("--max-depth", scene->max_depth, "Scattering events per path, or \"unlimited\"");
+  add_ranged<uint64_t>(verb, "--seed", &render.seed, 0, std::numeric_limits<uint64_t>::max(),
+                       "a whole number from 0", "Seed of the random numbers");
+  verb->add_option("--resolution", scene->resolution, "Image size in pixels: WxH");
+  verb->add_option("--crop", scene->crop, "Crop window in [0,1]: x0,x1,y0,y1");
+  add_unavailable(verb, "--aov", "AOV output");
+  add_unavailable(verb, "--plan", "a recorded plan");
+  add_unavailable(verb, "--plan-override", "overriding the plan");
+  add_unavailable(verb, "--mixed", "rendering on several arithmetic classes");
+}
+
+void finish_scene_options(SceneOptions* scene) {
+  RenderOptions& render = scene->render;
+  if (scene->max_depth == "unlimited") {
+    render.max_depth = kUnlimitedDepth;
+  } else if (!scene->max_depth.empty()) {
+    const std::string range = "a whole number of scattering events from 0, or \"unlimited\"";
+    const int depth = parse_number<int>(scene->max_depth, "--max-depth", range);
+    if (depth < 0) throw Error(ErrorKind::kUsage, "--max-depth " + scene->max_depth + ": expected " + range);
+    render.max_depth = std::min(depth, kUnlimitedDepth);
+  }
+  if (!scene->resolution.empty()) {
+    const std::string& text = scene->resolution;
+    const size_t cross = text.find('x');
+    const std::string form = "WxH, two whole numbers of pixels such as 640x480";
+    if (cross == std::string::npos) throw Error(ErrorKind::kUsage, "--resolution " + text + ": expected " + form);
+    render.width = parse_number<int>(text.substr(0, cross), "--resolution", form);
+    render.height = parse_number<int>(text.substr(cross + 1), "--resolution", form);
+    if (*render.width < 1 || *render.height < 1) {
+      throw Error(ErrorKind::kUsage, "--resolution " + text + ": both sides must be at least 1 pixel");
+    }
+  }
+  if (!scene->crop.empty()) {
+    const std::string form = "x0,x1,y0,y1 with 0 <= x0 < x1 <= 1 and 0 <= y0 < y1 <= 1";
+    std::array<double, 4> window{};
+    size_t begin = 0;
+    for (size_t i = 0; i < 4; ++i) {
+      const size_t comma = scene->crop.find(',', begin);
+      if ((comma == std::string::npos) != (i == 3)) {
+        throw Error(ErrorKind::kUsage, "--crop " + scene->crop + ": expected " + form);
+      }
+      window[i] = parse_number<double>(scene->crop.substr(begin, comma - begin), "--crop", form);
+      begin = comma + 1;
+    }
+    const bool valid = window[0] >= 0 && window[0] < window[1] && window[1] <= 1 && window[2] >= 0 &&
+                       window[2] < window[3] && window[3] <= 1;
+    if (!valid) throw Error(ErrorKind::kUsage, "--crop " + scene->crop + ": expected " + form);
+    render.crop = window;
+  }
+}
+
+void add_output(CLI::App* verb, OutputOptions* output) {
+  verb->add_option("-o,--output", output->path, "Image to write: .exr, .png, .hdr or .pfm");
+  verb->add_flag("--half", output->half, "Write 16-bit floats (.exr only)");
+}
+
+SceneDescription load_scene_for(const SceneOptions& options, bool quiet) {
+  return load_scene_file(options.scene, LoadOptions{options.strict}, [quiet](const Problem& problem) {
+    if (!quiet) print_warning("warning: " + format_problem(problem));
+  });
+}
+
+void announce_auto(const SceneOptions& options, bool quiet) {
+  if (options.render.integrator == "auto" && !quiet) {
+    print_warning("--integrator auto renders with bdpt for now");
+  }
+}
+
+}  // namespace lightmill::client

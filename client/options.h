@@ -1,0 +1,64 @@
+#pragma once
+// Option groups that several verbs share.
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/scene/load.h"
+#include "common/settings.h"
+
+namespace CLI {
+class App;
+}
+
+namespace lightmill::client {
+
+/// --quiet, and --json where the verb prints data.
+struct CommonOptions {
+  bool quiet = false;
+  bool json = false;
+};
+
+/// Adds a verb with --help, --version and --quiet. Every verb starts with this.
+CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description, CommonOptions* common);
+void add_json(CLI::App* verb, CommonOptions* common);
+
+/// --coordinator; the default is $LIGHTMILL_COORDINATOR, then localhost:7070.
+struct ConnectionOptions {
+  std::string coordinator = "localhost:7070";
+};
+void add_connection(CLI::App* verb, ConnectionOptions* connection);
+
+/// What to render and how: the scene and the overrides of design §2's "render options".
+struct SceneOptions {
+  std::string scene;
+  bool strict = false;
+  RenderOptions render;
+  // As typed; `finish_scene_options` turns them into `render`.
+  std::string max_depth, resolution, crop;
+};
+void add_scene(CLI::App* verb, SceneOptions* scene);
+void add_render_options(CLI::App* verb, SceneOptions* scene);
+/// Parses what CLI11 took as text. Throws Error(kUsage).
+void finish_scene_options(SceneOptions* scene);
+
+/// -o and --half.
+struct OutputOptions {
+  std::string path;
+  bool half = false;
+};
+void add_output(CLI::App* verb, OutputOptions* output);
+
+/// An option that design §2 names but that does not exist yet: it is refused in one line, never ignored.
+void add_unavailable(CLI::App* verb, const std::string& option, const std::string& what);
+
+/// Loads a scene from disk. Unsupported features are warned of on stderr unless `quiet`. Throws
+/// Error(kBadScene) with the first problem.
+SceneDescription load_scene_for(const SceneOptions& options, bool quiet);
+/// Says once on stderr what `auto` means for now, unless `quiet`.
+void announce_auto(const SceneOptions& options, bool quiet);
+
+/// "NAME: message" to stderr, on one line.
+void print_warning(const std::string& message);
+
+}  // namespace lightmill::client
