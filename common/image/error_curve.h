@@ -3,13 +3,15 @@
 //
 // Estimate. relMSE = mean((I-R)^2 / (R^2 + 1e-2)) over pixels and channels. Superblocks (16 samples, camera
 // and splat layers together) are grouped into 16..31 batches of equally many superblocks (pairs of
-// neighbours are merged when 32 are full). The error of the mean of n batches is estimated from each
+// neighbours are merged when a 33rd begins). The error of the mean of n batches is estimated from each
 // batch's image-level squared deviation, corrected for the noise in its own denominator; the interval is
-// Student's t over those n image-level values, never over pixels. With fewer than 16 complete superblocks
-// the same is done with those there are (>= 2) and the point says how many `batches` it rests on.
+// Student's t over those n image-level values, never over pixels (derivation: batch_film.cc). With fewer
+// than 16 complete superblocks the same is done with those there are (>= 2) and the point says how many
+// `batches` it rests on.
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/image/image.h"
@@ -36,30 +38,48 @@ struct ErrorCurve {
 std::string curve_to_json(const ErrorCurve& curve);
 ErrorCurve curve_from_json(const std::string& text);
 
+/// 97.5 % quantile of Student's t with `dof` >= 1 degrees of freedom: half-width of a 95 % interval.
+double student_t_975(int dof);
+
 /// Per-batch images of a running job. Not bit-exact (floats); only error estimates come from it. Above
-/// kMaxTrackedPixels it follows a fixed pseudo-random subset of the pixels.
+/// kMaxTrackedPixels it follows a fixed pseudo-random subset of the pixels. Not thread-safe.
+///
+/// A batch is complete when every pixel of the crop window got all its samples (and the light paths that
+/// belong to them, one per pixel sample); a superblock that the job's spp cuts never completes, it only
+/// counts towards the samples that the image rests on.
 class BatchFilm {
  public:
   static constexpr int64_t kMaxTrackedPixels = 262144;
+  static constexpr int64_t kMaxBatches = 32;
+  BatchFilm() = default;
   explicit BatchFilm(const FilmGrid& grid);
-  /// Adds a partial; its tile must not cross an aligned group of superblocks (see `max_tile_superblocks`).
+  /// Adds a partial, once. A tile that crosses an aligned group of superblocks (see `max_tile_superblocks`)
+  /// merges batches until it fits into one. Throws Error(kFailed) if its grid differs.
   void fold(const Partial& partial);
-  /// Largest aligned run of superblocks that a new tile may span.
+  /// Largest aligned run of superblocks that a new tile may span without costing batches.
   int64_t max_tile_superblocks() const { return group_; }
-  /// Fills relmse, relmse_low, relmse_high and batches from the complete batches.
+  /// Fills relmse, relmse_low, relmse_high (empty below 2 complete batches) and batches.
   void estimate(ErrorPoint* point) const;
+  /// Mean samples per pixel folded so far.
+  double spp() const;
   std::string snapshot() const;
+  /// Throws Error(kFailed) on corruption.
   static BatchFilm restore(std::string_view bytes);
 
  private:
-  FilmGrid grid_;
-  int64_t group_ = 1;              // superblocks per batch
-  std::vector<uint32_t> tracked_;  // pixel indices (y * width + x), ascending
   struct Batch {
-    std::vector<float> rgb;  // 3 per tracked pixel: sum of contributions / samples per superblock
-    int64_t samples = 0;     // pixel-samples folded (all pixels), to know when it is complete
+    std::vector<float> rgb;  // 3 per tracked pixel: sum of contributions; empty until the first arrives
+    int64_t samples = 0;     // pixel samples folded (all pixels), to know when it is complete
   };
-  std::vector<Batch> batches_;
+  int64_t tracked_index(int64_t crop_index) const;
+  void merge_pairs();
+  std::vector<const Batch*> complete_batches() const;
+
+  FilmGrid grid_;
+  int64_t group_ = 1;  // superblocks per batch
+  int64_t tracked_pixels_ = 0;
+  std::vector<uint32_t> tracked_;  // indices into the crop window, ascending; empty: all pixels
+  std::vector<Batch> batches_;     // batch i: superblocks [i * group_, (i + 1) * group_)
 };
 
 }  // namespace lightmill
