@@ -13,7 +13,8 @@ struct Metrics {
   double mean_ratio = 1;  // mean(I) / mean(R) over pixels and channels
 };
 
-/// Throws Error(kUsage) if the sizes differ.
+/// `mean_ratio` is infinite if only the reference is black. Throws Error(kUsage) if the sizes differ and
+/// Error(kFailed) if either has a non-finite value.
 Metrics compare_images(const Image& image, const Image& reference);
 
 }  // namespace lightmill
