@@ -2,6 +2,8 @@
 
 #include <gnu/libc-version.h>
 
+#include "common/image/partial.h"
+
 namespace lightmill {
 
 std::string project_version() { return LIGHTMILL_VERSION; }

@@ -4,9 +4,6 @@
 
 namespace lightmill {
 
-/// Version of the partial's encoding and of the packets' meaning. A worker with another one is refused.
-inline constexpr int kPartialSchema = 1;
-
 /// The project's version, e.g. "0.1.0".
 std::string project_version();
 

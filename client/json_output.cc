@@ -1,0 +1,77 @@
+#include "client/json_output.h"
+
+#include <nlohmann/json.hpp>
+
+namespace lightmill::client {
+namespace {
+
+nlohmann::json optional_number(const std::optional<double>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+
+}  // namespace
+
+nlohmann::json job_to_json(const JobStatus& s) {
+  const RenderCounters& c = s.counters;
+  return {{"id", s.id.value},
+          {"name", s.name},
+          {"state", job_state_name(s.state)},
+          {"message", s.message},
+          {"scene", s.bundle_digest},
+          {"settings", nlohmann::json::parse(settings_to_json(s.settings))},
+          {"priority", s.priority},
+          {"pool", s.pool},
+          {"packets_done", s.packets_done},
+          {"packets_total", s.packets_total},
+          {"tiles_committed", s.tiles_committed},
+          {"tiles_leased", s.tiles_leased},
+          {"leases_reassigned", s.leases_reassigned},
+          {"spp", s.spp},
+          {"wall_seconds", s.wall_seconds},
+          {"cpu_seconds", s.cpu_seconds},
+          {"samples_per_second", s.samples_per_second},
+          {"eta_seconds", s.eta_seconds < 0 ? nlohmann::json(nullptr) : nlohmann::json(s.eta_seconds)},
+          {"relmse", optional_number(s.relmse)},
+          {"relmse_low", optional_number(s.relmse_low)},
+          {"relmse_high", optional_number(s.relmse_high)},
+          {"nonfinite", c.nonfinite},
+          {"workers", s.workers},
+          {"counters",
+           {{"camera_paths", c.camera_paths},
+            {"light_paths", c.light_paths},
+            {"closest_hit_rays", c.closest_hit_rays},
+            {"shadow_rays", c.shadow_rays},
+            {"zero_connections_skipped", c.zero_connections_skipped},
+            {"rouletted_connections", c.rouletted_connections},
+            {"nonfinite", c.nonfinite}}}};
+}
+
+nlohmann::json tile_to_json(const TileStatus& t) {
+  return {{"id", t.id.value},
+          {"state", t.state},
+          {"cells", {t.tile.cells.x0, t.tile.cells.y0, t.tile.cells.x1, t.tile.cells.y1}},
+          {"sample_begin", t.tile.sample_begin},
+          {"sample_end", t.tile.sample_end},
+          {"attempt", t.attempt},
+          {"worker", t.worker.value},
+          {"digest", t.digest}};
+}
+
+nlohmann::json worker_to_json(const WorkerStatus& w) {
+  return {{"id", w.id.value},
+          {"state", w.state},
+          {"host", w.registration.host},
+          {"threads", w.registration.threads},
+          {"pool", w.registration.pool},
+          {"build", w.registration.build},
+          {"arithmetic_class", w.registration.arithmetic_class},
+          {"tiles_committed", w.tiles_committed},
+          {"samples_per_second", w.samples_per_second},
+          {"seconds_since_seen", w.seconds_since_seen}};
+}
+
+std::string dump(const nlohmann::json& document) {
+  return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace lightmill::client

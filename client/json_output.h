@@ -1,0 +1,17 @@
+#pragma once
+// The shapes of --json. More keys than design §2 promises; never fewer.
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "coordinator/farm.h"
+
+namespace lightmill::client {
+
+/// relmse and its interval are null while unknown.
+nlohmann::json job_to_json(const JobStatus& status);
+nlohmann::json tile_to_json(const TileStatus& tile);
+nlohmann::json worker_to_json(const WorkerStatus& worker);
+/// Indented; bytes that are not UTF-8 (names are free text) are replaced.
+std::string dump(const nlohmann::json& document);
+
+}  // namespace lightmill::client

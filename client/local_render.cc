@@ -1,0 +1,118 @@
+#include "client/local_render.h"
+
+#include <exception>
+#include <thread>
+
+#include "client/in_process_link.h"
+#include "common/build_id/build_id.h"
+#include "common/clock.h"
+#include "common/error.h"
+#include "coordinator/job_store.h"
+#include "worker/agent/host.h"
+#include "worker/agent/tile_runner.h"
+
+namespace lightmill::client {
+namespace {
+
+/// Leases can't get lost inside one process; a machine that was suspended must not make them expire.
+constexpr double kLeaseSeconds = 86400;
+constexpr double kPollSeconds = 0.1;      // between looks at the interrupt flag
+constexpr double kLeaseWaitSeconds = 0.05;  // so that the end of the job is the end of the program
+constexpr double kFinishSeconds = 10;     // tiles in hand after an interrupt
+
+class OneRenderer : public agent::RenderSource {
+ public:
+  explicit OneRenderer(std::shared_ptr<const agent::PacketRenderer> renderer) : renderer_(std::move(renderer)) {}
+  std::shared_ptr<const agent::PacketRenderer> open(const std::string&, const std::string&) override {
+    return renderer_;
+  }
+
+ private:
+  std::shared_ptr<const agent::PacketRenderer> renderer_;
+};
+
+bool has_ended(JobState state) {
+  return state == JobState::kDone || state == JobState::kFailed || state == JobState::kCancelled;
+}
+
+/// Runs a TileRunner on its own thread; joins whatever happens.
+class RunnerThread {
+ public:
+  RunnerThread(Farm& farm, std::shared_ptr<const agent::PacketRenderer> renderer, int threads)
+      : link_(farm), source_(std::move(renderer)), runner_(link_, source_, options(threads)) {
+    thread_ = std::thread([this] {
+      try {
+        runner_.run();
+      } catch (...) {
+        error_ = std::current_exception();
+      }
+      ended_ = true;
+    });
+  }
+  ~RunnerThread() { join(); }
+  void finish_tiles() {
+    runner_.drain();
+    if (thread_.joinable()) thread_.join();
+  }
+  /// Stops at once; rethrows what ended the runner.
+  void stop() {
+    join();
+    if (error_) std::rethrow_exception(error_);
+  }
+  bool ended() const { return ended_; }
+
+ private:
+  static agent::RunnerOptions options(int threads) {
+    agent::RunnerOptions options;
+    options.threads = threads;
+    options.registration = {agent::host_name(), threads, build_id(), kPartialSchema, "local", ""};
+    options.lease_wait_seconds = kLeaseWaitSeconds;
+    options.drain_timeout_seconds = kFinishSeconds;
+    return options;
+  }
+  void join() {
+    runner_.stop();
+    if (thread_.joinable()) thread_.join();
+  }
+  InProcessLink link_;
+  OneRenderer source_;
+  agent::TileRunner runner_;
+  std::atomic<bool> ended_{false};
+  std::exception_ptr error_;
+  std::thread thread_;
+};
+
+}  // namespace
+
+LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent::PacketRenderer> renderer,
+                         int threads, const std::function<bool(const JobStatus&)>& observe) {
+  const SteadyClock clock;
+  FarmOptions options;
+  options.build = build_id();
+  options.schema = kPartialSchema;
+  options.lease_seconds = kLeaseSeconds;
+  Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
+  const JobId job = farm.submit(request);
+  LocalResult result;
+  result.status = farm.job(job);
+  {
+    RunnerThread runner(farm, std::move(renderer), threads);
+    while (!has_ended(result.status.state) && !runner.ended()) {
+      if (!observe(result.status)) {
+        result.interrupted = true;
+        break;
+      }
+      result.status = farm.wait(job, result.status.version, kPollSeconds);
+    }
+    if (result.interrupted) runner.finish_tiles();
+    runner.stop();
+  }
+  result.status = farm.job(job);
+  if (result.status.state == JobState::kFailed) throw Error(ErrorKind::kFailed, result.status.message);
+  if (has_ended(result.status.state)) result.interrupted = false;
+  result.image = farm.image(job);
+  result.curve = farm.curve(job);
+  return result;
+}
+
+}  // namespace lightmill::client

@@ -1,0 +1,27 @@
+#pragma once
+// A job rendered by an embedded farm: the coordinator's core and one worker in this process.
+#include <functional>
+#include <memory>
+
+#include "common/image/error_curve.h"
+#include "common/image/image.h"
+#include "common/scene/description.h"
+#include "coordinator/farm.h"
+#include "worker/agent/packet_renderer.h"
+
+namespace lightmill::client {
+
+struct LocalResult {
+  JobStatus status;
+  Image image;
+  ErrorCurve curve;
+  bool interrupted = false;
+};
+
+/// Renders `request` with `renderer` on `threads` threads. `observe` is called a few times a second with the
+/// newest status; once it returns false, rendering stops after the tiles in hand and the result is what is
+/// there. Throws Error(kFailed) if the job fails.
+LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent::PacketRenderer> renderer,
+                         int threads, const std::function<bool(const JobStatus&)>& observe);
+
+}  // namespace lightmill::client

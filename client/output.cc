@@ -1,0 +1,55 @@
+#include "client/output.h"
+
+#include <cstdio>
+#include <filesystem>
+
+#include "common/build_id/build_id.h"
+#include "common/error.h"
+
+namespace lightmill::client {
+
+std::string output_path(const OutputOptions& options, const SceneDescription& scene) {
+  std::string path = options.path;
+  if (path.empty()) {
+    std::string stem = std::filesystem::path(scene.film.filename).stem().string();
+    if (stem.empty()) stem = "lightmill";
+    path = stem + ".exr";
+  }
+  if (options.half && std::filesystem::path(path).extension() != ".exr") {
+    throw Error(ErrorKind::kUsage, "--half: only .exr files hold 16-bit floats, not " + path);
+  }
+  check_writable(path);
+  return path;
+}
+
+std::map<std::string, std::string> image_metadata(const JobStatus& status) {
+  const auto number = [](double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.9g", value);
+    return std::string(text);
+  };
+  std::map<std::string, std::string> metadata = {{"scene", status.bundle_digest},
+                                                 {"settings", settings_to_json(status.settings)},
+                                                 {"build", build_id()},
+                                                 {"spp", number(status.spp)},
+                                                 {"wall_seconds", number(status.wall_seconds)},
+                                                 {"cpu_seconds", number(status.cpu_seconds)},
+                                                 {"nonfinite", std::to_string(status.counters.nonfinite)},
+                                                 {"job", status.name}};
+  if (status.relmse) metadata["relmse"] = number(*status.relmse);
+  return metadata;
+}
+
+Image load_reference(const std::string& path, const FilmGrid& grid) {
+  if (path.empty()) return {};
+  Image image = read_image(path);
+  if (image.width != grid.crop.width() || image.height != grid.crop.height()) {
+    throw Error(ErrorKind::kUsage, path + ": the reference has " + std::to_string(image.width) + "x" +
+                                       std::to_string(image.height) + " pixels and the image " +
+                                       std::to_string(grid.crop.width()) + "x" +
+                                       std::to_string(grid.crop.height()) + "; give one of the same size");
+  }
+  return image;
+}
+
+}  // namespace lightmill::client

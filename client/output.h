@@ -1,0 +1,24 @@
+#pragma once
+// Where an image goes and what its file records.
+#include <map>
+#include <string>
+
+#include "client/options.h"
+#include "common/image/image.h"
+#include "coordinator/farm.h"
+
+namespace lightmill::client {
+
+/// -o as given, or the scene's film filename in the current folder with the extension .exr. Checked to be
+/// writable, so that a long render can't end in an error. Throws Error(kFailed), or Error(kUsage) for an
+/// extension that can't be written.
+std::string output_path(const OutputOptions& options, const SceneDescription& scene);
+
+/// What an image file says of its making: scene digest, settings, build, spp, wall seconds, error.
+std::map<std::string, std::string> image_metadata(const JobStatus& status);
+
+/// The crop window's size must be the reference's. Throws Error(kUsage), or Error(kFailed) if the file can't
+/// be read. Empty for an empty path.
+Image load_reference(const std::string& path, const FilmGrid& grid);
+
+}  // namespace lightmill::client

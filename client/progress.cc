@@ -1,0 +1,112 @@
+#include "client/progress.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace lightmill::client {
+namespace {
+
+constexpr double kBarSeconds = 0.1;   // between redraws on a terminal
+constexpr double kLineSeconds = 2.0;  // between lines in a log
+constexpr int kBarWidth = 24;
+
+std::string format(const char* pattern, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, pattern, value);
+  return text;
+}
+
+double fraction_done(const JobStatus& status) {
+  if (status.state == JobState::kDone) return 1;
+  double fraction = status.packets_total > 0 ? static_cast<double>(status.packets_done) /
+                                                   static_cast<double>(status.packets_total)
+                                             : 0;
+  if (status.settings.time_s > 0) fraction = std::max(fraction, status.wall_seconds / status.settings.time_s);
+  return std::clamp(fraction, 0.0, 1.0);
+}
+
+int terminal_width() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 80;
+}
+
+}  // namespace
+
+std::string short_number(double value) {
+  if (value >= 1e9) return format("%.2f G", value / 1e9);
+  if (value >= 1e6) return format("%.2f M", value / 1e6);
+  if (value >= 1e3) return format("%.0f k", value / 1e3);
+  return format("%.0f ", value);
+}
+
+std::string duration_text(double seconds) {
+  const auto whole = static_cast<int64_t>(std::llround(std::clamp(seconds, 0.0, 1e9)));
+  if (whole < 60) return std::to_string(whole) + " s";
+  if (whole < 3600) return std::to_string(whole / 60) + " min " + std::to_string(whole % 60) + " s";
+  return std::to_string(whole / 3600) + " h " + std::to_string(whole % 3600 / 60) + " min";
+}
+
+std::string progress_line(const JobStatus& status) {
+  std::string line = format("%3.0f %%", std::floor(100 * fraction_done(status)));
+  line += "  " + format("%.4g", status.spp) + "/" + std::to_string(status.settings.spp) + " spp";
+  if (status.samples_per_second > 0) line += "  " + short_number(status.samples_per_second) + "samples/s";
+  if (status.relmse) {
+    line += "  relMSE " + format("%.3g", *status.relmse);
+    if (status.relmse_low && status.relmse_high) {
+      line += " ±" + format("%.2g", (*status.relmse_high - *status.relmse_low) / 2);
+    }
+  }
+  const bool ended = status.state == JobState::kDone || status.state == JobState::kFailed ||
+                     status.state == JobState::kCancelled;
+  if (ended) {
+    line += std::string("  ") + job_state_name(status.state) + " after " + duration_text(status.wall_seconds);
+  } else {
+    if (status.eta_seconds >= 0) line += "  ETA " + duration_text(status.eta_seconds);
+    if (status.state != JobState::kRunning) line += std::string("  ") + job_state_name(status.state);
+  }
+  return line;
+}
+
+Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void Progress::update(const JobStatus& status) {
+  if (quiet_) return;
+  const auto now = std::chrono::steady_clock::now();
+  const double since = std::chrono::duration<double>(now - last_time_).count();
+  if (drawn_ && status.state == last_state_ && since < (terminal_ ? kBarSeconds : kLineSeconds)) return;
+  last_time_ = now;
+  draw(status);
+}
+
+void Progress::finish(const JobStatus& status) {
+  if (quiet_) return;
+  draw(status);
+  if (terminal_) std::fputc('\n', stderr);
+}
+
+void Progress::draw(const JobStatus& status) {
+  drawn_ = true;
+  last_state_ = status.state;
+  std::string line = progress_line(status);
+  line += "  tiles " + std::to_string(status.tiles_committed);
+  if (status.workers > 0) line += ", workers " + std::to_string(status.workers);
+  if (!terminal_) {
+    if (line != last_) std::fprintf(stderr, "%s\n", line.c_str());
+    last_ = line;
+    return;
+  }
+  const auto filled = static_cast<int>(kBarWidth * fraction_done(status));
+  std::string bar = "[" + std::string(static_cast<size_t>(filled), '#') +
+                    std::string(static_cast<size_t>(kBarWidth - filled), '-') + "] " + line;
+  const auto width = static_cast<size_t>(terminal_width() - 1);
+  if (bar.size() > width) bar.resize(width);
+  while (!bar.empty() && (static_cast<unsigned char>(bar.back()) & 0xC0) == 0x80) bar.pop_back();
+  std::fprintf(stderr, "\r%s\033[K", bar.c_str());
+  std::fflush(stderr);
+}
+
+}  // namespace lightmill::client

@@ -1,0 +1,36 @@
+#pragma once
+// Progress of a job on stderr: a bar on a terminal, plain lines otherwise, nothing when quiet.
+#include <chrono>
+#include <string>
+
+#include "coordinator/farm.h"
+
+namespace lightmill::client {
+
+/// "37 %  24/64 spp  1.31 Msamples/s  relMSE 0.0123 (0.0101..0.0150)  ETA 12 s  3 workers"; parts that are
+/// not known yet are left out.
+std::string progress_line(const JobStatus& status);
+
+class Progress {
+ public:
+  explicit Progress(bool quiet);
+  /// Shows the status if enough time has passed since the last one, or if its state changed.
+  void update(const JobStatus& status);
+  /// Shows the last status and leaves the cursor on a fresh line.
+  void finish(const JobStatus& status);
+
+ private:
+  void draw(const JobStatus& status);
+  bool quiet_, terminal_;
+  bool drawn_ = false;
+  std::string last_;
+  JobState last_state_ = JobState::kQueued;
+  std::chrono::steady_clock::time_point last_time_;
+};
+
+/// "1.31 M", "820 k", "17".
+std::string short_number(double value);
+/// "12 s", "3 min 5 s", "2 h 4 min".
+std::string duration_text(double seconds);
+
+}  // namespace lightmill::client

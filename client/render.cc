@@ -1,0 +1,108 @@
+// lightmill render: a scene to an image on this machine, through an embedded farm.
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "client/cli.h"
+#include "client/json_output.h"
+#include "client/local_render.h"
+#include "client/options.h"
+#include "client/output.h"
+#include "client/progress.h"
+#include "common/error.h"
+#include "common/image/report.h"
+#include "worker/agent/float_mode.h"
+#include "worker/agent/host.h"
+
+namespace lightmill::client {
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+/// The first Ctrl-C (or SIGTERM) asks for an orderly end; the second one ends the program.
+void handle_interrupt(int signal) {
+  interrupted = 1;
+  std::signal(signal, SIG_DFL);
+}
+
+struct LocalOptions {
+  CommonOptions common;
+  SceneOptions scene;
+  OutputOptions output;
+  int threads = 0;
+  std::string reference, report;
+};
+
+int render(LocalOptions& options) {
+  finish_scene_options(&options.scene);
+  const bool quiet = options.common.quiet;
+  const SceneDescription scene = load_scene_for(options.scene, quiet);
+  announce_auto(options.scene, quiet);
+  JobRequest request;
+  request.settings = resolve_settings(scene, options.scene.render);
+  const std::string path = output_path(options.output, scene);
+  request.reference = load_reference(options.reference, request.settings.grid);
+  request.name = std::filesystem::path(options.scene.scene).stem().string();
+  request.bundle = make_bundle(scene, nullptr);
+
+  const int threads = options.threads > 0 ? options.threads : agent::usable_threads();
+  agent::set_float_mode();
+  const auto renderer = agent::make_packet_renderer(scene, request.settings, threads);
+
+  std::signal(SIGINT, handle_interrupt);
+  std::signal(SIGTERM, handle_interrupt);
+  Progress progress(quiet);
+  const LocalResult result = render_local(request, renderer, threads, [&](const JobStatus& status) {
+    progress.update(status);
+    return interrupted == 0;
+  });
+  progress.finish(result.status);
+
+  write_image(result.image, path, {options.output.half, image_metadata(result.status)});
+  if (!options.report.empty()) {
+    write_report(options.report,
+                 {request.name, settings_to_json(request.settings), result.status.counters}, result.curve,
+                 result.image);
+  }
+  if (options.common.json) {
+    nlohmann::json document = job_to_json(result.status);
+    document["output"] = path;
+    std::printf("%s\n", dump(document).c_str());
+  } else if (!quiet) {
+    std::fprintf(stderr, "wrote %s\n", path.c_str());
+  }
+  if (result.status.counters.nonfinite > 0) {
+    print_warning("warning: " + std::to_string(result.status.counters.nonfinite) +
+                  " contributions were not finite and were dropped");
+  }
+  if (result.interrupted) {
+    char spp[32];
+    std::snprintf(spp, sizeof spp, "%.4g", result.status.spp);
+    throw Error(ErrorKind::kFailed, std::string("interrupted at ") + spp + " of " +
+                                        std::to_string(request.settings.spp) + " spp; " + path +
+                                        " holds what was there");
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Action& action) {
+  auto options = std::make_shared<LocalOptions>();
+  CLI::App* verb = add_verb(app, "render", "Render a scene on this machine", &options->common);
+  add_json(verb, &options->common);
+  add_scene(verb, &options->scene);
+  add_render_options(verb, &options->scene);
+  add_output(verb, &options->output);
+  verb->add_option("--threads", options->threads, "Render threads; 0: all processors")
+      ->check(CLI::Range(0, 4096).description("0 to 4096"))
+      ->capture_default_str();
+  verb->add_option("--reference", options->reference, "An image to measure true errors against");
+  verb->add_option("--report", options->report, "Folder for error.csv, error.svg and report.html");
+  verb->callback([&action, options] { action = [options] { return render(*options); }; });
+}
+
+}  // namespace lightmill::client

@@ -1,0 +1,89 @@
+#pragma once
+// The worker's view of the farm: the seam between "lease, render, commit" and what carries it.
+//
+// GrpcLink dials a coordinator; the client's InProcessLink calls the coordinator's core directly; tests
+// script one. Every call may throw
+//   LinkDown       the other side can't be reached now: try again with backoff; all calls may be repeated
+//   NotRegistered  it has forgotten this worker (it was restarted): register again
+//   Error          it refuses for good (register_worker: another build) or has no such thing (bundle).
+// All calls but register_worker are thread-safe with each other.
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/image/grid.h"
+#include "common/scene/bundle.h"
+
+namespace lightmill::agent {
+
+struct LinkDown : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+struct NotRegistered : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What a worker says of itself when it comes.
+struct Registration {
+  std::string host;
+  int threads = 1;
+  std::string build;             // build id
+  int schema = 0;                // of the partial's encoding
+  std::string arithmetic_class;  // digest of the built-in render
+  std::string pool;              // empty: takes jobs without a pool
+};
+
+/// Names one attempt at one tile.
+struct LeaseKey {
+  std::string job;
+  int64_t tile = -1;
+  int64_t attempt = 0;
+  auto operator<=>(const LeaseKey&) const = default;
+};
+
+struct Lease {
+  LeaseKey key;
+  TileSpec tile;
+  std::string settings_json;
+  std::string bundle_digest;
+  double lease_seconds = 10;
+};
+
+enum class CommitOutcome { kAccepted, kAlreadyCommitted, kStale, kCorrupt, kUnknownJob };
+struct CommitAnswer {
+  CommitOutcome outcome = CommitOutcome::kAccepted;
+  std::string message;  // why it was refused
+};
+
+/// Receives blobs in the order asked: begin, any number of writes, end.
+class BlobSink {
+ public:
+  virtual ~BlobSink() = default;
+  virtual void begin(const std::string& digest, uint64_t size) = 0;
+  virtual void write(std::string_view chunk) = 0;
+  virtual void end() = 0;
+};
+
+class FarmLink {
+ public:
+  virtual ~FarmLink() = default;
+  virtual void register_worker(const Registration& registration) = 0;
+  /// The next tile, waiting up to `wait_seconds` for one.
+  virtual std::optional<Lease> lease(double wait_seconds) = 0;
+  /// Keeps leases alive; returns those that are lost.
+  virtual std::vector<LeaseKey> renew(const std::vector<LeaseKey>& held) = 0;
+  virtual CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) = 0;
+  /// The tile can't be rendered here; `reason` is one line.
+  virtual void fail(const LeaseKey& key, const std::string& reason) = 0;
+  /// No more leases, please.
+  virtual void drain() = 0;
+  virtual Bundle bundle(const std::string& digest) = 0;
+  virtual void fetch_blobs(const std::vector<std::string>& digests, BlobSink& sink) = 0;
+  /// Makes calls in progress, and later ones, throw LinkDown soon. Any thread.
+  virtual void cancel() = 0;
+};
+
+}  // namespace lightmill::agent

@@ -1,0 +1,107 @@
+#pragma once
+// The leases that a worker holds, from grant to commit, and the packets that its threads pull from them.
+//
+// A lease is *loading* (its scene is being opened), *rendering* (packets are handed out, oldest lease first),
+// *finished* (waits for the commit thread) and then gone. A lease that the coordinator has taken away is
+// *lost*: its packets are no longer handed out and its partial is thrown away.
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/image/partial.h"
+#include "worker/agent/farm_link.h"
+#include "worker/agent/packet_renderer.h"
+
+namespace lightmill::agent {
+
+/// The packets of a tile: its cells times the sample blocks that it touches, cut to its range.
+class PacketList {
+ public:
+  explicit PacketList(const TileSpec& tile);
+  int64_t size() const { return cells_ * blocks_; }
+  Packet operator[](int64_t index) const;
+
+ private:
+  TileSpec tile_;
+  int64_t cells_, first_block_, blocks_;
+};
+
+/// A lease whose renderer is ready.
+struct ActiveLease {
+  ActiveLease(Lease granted, std::shared_ptr<const PacketRenderer> ready);
+  const Lease lease;
+  const std::shared_ptr<const PacketRenderer> renderer;
+  PartialBuilder builder;  // thread-safe by itself
+
+ private:
+  friend class LeaseQueue;
+  const PacketList packets_;
+  // Guarded by the queue's mutex.
+  int64_t next_ = 0;        // first packet that was not handed out
+  int64_t unfinished_ = 0;  // handed out, still being rendered
+  bool lost_ = false;
+  std::string error_;  // why a packet could not be rendered
+};
+
+/// Thread-safe.
+class LeaseQueue {
+ public:
+  explicit LeaseQueue(int threads) : threads_(threads) {}
+
+  // --- the thread that leases ---
+  /// Blocks until another lease is worth asking for (true), or the queue was closed or told to stop growing.
+  bool wait_for_room();
+  /// A lease was granted; it is renewed from now on.
+  void hold(const LeaseKey& key);
+  void start(std::shared_ptr<ActiveLease> lease);
+  /// It will not be rendered after all.
+  void release(const LeaseKey& key);
+
+  // --- render threads ---
+  struct Work {
+    std::shared_ptr<ActiveLease> lease;
+    Packet packet;
+  };
+  /// The next packet; blocks. Empty once the queue is closed.
+  std::optional<Work> take();
+  /// The packet is done; `error` is empty unless it failed.
+  void finish(const Work& work, const std::string& error);
+
+  // --- the thread that commits ---
+  struct Finished {
+    std::shared_ptr<ActiveLease> lease;
+    std::string error;  // the tile failed: report it instead
+  };
+  /// The next lease all of whose packets are done; blocks. Empty once the queue is closed.
+  std::optional<Finished> take_finished();
+
+  // --- renewal and shutdown ---
+  std::vector<LeaseKey> held() const;
+  bool is_held(const LeaseKey& key) const;
+  void lose(const std::vector<LeaseKey>& keys);
+  /// No more leases: wait_for_room returns false.
+  void stop_growing();
+  /// Blocks until nothing is held, at most `seconds`; true if so.
+  bool wait_until_empty(double seconds) const;
+  /// Wakes everyone; take and take_finished return empty.
+  void close();
+
+ private:
+  bool has_room() const;
+  void retire(const std::shared_ptr<ActiveLease>& lease);
+
+  const int threads_;
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  std::set<LeaseKey> held_;
+  std::deque<std::shared_ptr<ActiveLease>> rendering_;  // not all packets are done, oldest first
+  std::deque<Finished> finished_;
+  bool growing_ = true, closed_ = false;
+};
+
+}  // namespace lightmill::agent

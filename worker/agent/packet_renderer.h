@@ -1,0 +1,38 @@
+#pragma once
+// What the agent needs of a renderer, so that tests can run the agent without Embree.
+#include <memory>
+
+#include "common/image/partial.h"
+#include "common/scene/description.h"
+#include "common/settings.h"
+#include "worker/render/renderer.h"
+
+namespace lightmill::agent {
+
+class PacketRenderer {
+ public:
+  virtual ~PacketRenderer() = default;
+  virtual const FilmGrid& grid() const = 0;
+  virtual int quantum_exponent() const = 0;
+  virtual bool has_camera_layer() const = 0;
+  virtual bool has_splat_layer() const = 0;
+  virtual std::unique_ptr<Workspace> make_workspace() const = 0;
+  /// Thread-safe for distinct workspaces.
+  virtual void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const = 0;
+};
+
+/// The renderer itself. Throws as Renderer's constructor does.
+std::shared_ptr<const PacketRenderer> make_packet_renderer(const SceneDescription& scene,
+                                                           const RenderSettings& settings, int threads);
+
+/// Where the runner gets the renderer of a lease from.
+class RenderSource {
+ public:
+  virtual ~RenderSource() = default;
+  /// Called by one thread. Throws Error if the scene can't be rendered here (the lease is failed with its
+  /// text) and LinkDown if it can't be fetched now.
+  virtual std::shared_ptr<const PacketRenderer> open(const std::string& bundle_digest,
+                                                     const std::string& settings_json) = 0;
+};
+
+}  // namespace lightmill::agent

@@ -1,0 +1,56 @@
+#include "worker/agent/scene_cache.h"
+
+#include <algorithm>
+
+#include "common/error.h"
+#include "common/scene/load.h"
+
+namespace lightmill::agent {
+namespace {
+
+/// Renderers kept besides those that leases hold: enough for a few jobs that take turns.
+constexpr size_t kWarmRenderers = 3;
+
+/// What a packet's bits depend on: the scene and the settings without the stop rule, so that an extended job
+/// finds its renderer again.
+std::string warm_key(const std::string& bundle_digest, RenderSettings settings) {
+  settings.spp = 1;
+  settings.time_s = 0;
+  settings.target_error = 0;
+  return bundle_digest + " " + settings_to_json(settings);
+}
+
+SceneDescription load(const Bundle& bundle, const std::string& folder) {
+  LoadResult result = load_scene(bundle.main, BundleFiles(bundle, folder));
+  if (result.ok()) return std::move(result.scene);
+  const auto first = std::find_if(result.problems.begin(), result.problems.end(),
+                                  [](const Problem& problem) { return problem.severity == Severity::kError; });
+  throw Error(ErrorKind::kBadScene, first == result.problems.end() ? bundle.main + ": cannot be read"
+                                                                   : format_problem(*first));
+}
+
+}  // namespace
+
+SceneCache::SceneCache(FarmLink& link, std::string folder, uint64_t max_bytes, int threads)
+    : link_(link), blobs_(std::move(folder), max_bytes), threads_(threads) {}
+
+std::shared_ptr<const PacketRenderer> SceneCache::open(const std::string& bundle_digest,
+                                                       const std::string& settings_json) {
+  const RenderSettings settings = settings_from_json(settings_json);
+  const std::string key = warm_key(bundle_digest, settings);
+  const auto found = std::find_if(warm_.begin(), warm_.end(), [&](const Warm& warm) { return warm.key == key; });
+  if (found != warm_.end()) {
+    warm_.splice(warm_.begin(), warm_, found);
+    return warm_.front().renderer;
+  }
+  const Bundle bundle = link_.bundle(bundle_digest);
+  if (bundle.digest() != bundle_digest) {
+    throw Error(ErrorKind::kFailed, "bundle " + bundle_digest + ": the manifest does not match its digest");
+  }
+  blobs_.ensure(bundle, link_);
+  if (warm_.size() >= kWarmRenderers) warm_.pop_back();  // before building: two large scenes may not fit
+  warm_.push_front({key, make_packet_renderer(load(bundle, blobs_.folder()), settings, threads_)});
+  return warm_.front().renderer;
+}
+
+}  // namespace lightmill::agent

@@ -1,0 +1,260 @@
+#include "worker/agent/tile_runner.h"
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <thread>
+#include <vector>
+
+#include "common/error.h"
+#include "worker/agent/backoff.h"
+#include "worker/agent/float_mode.h"
+
+namespace lightmill::agent {
+namespace {
+
+const char* outcome_name(CommitOutcome outcome) {
+  switch (outcome) {
+    case CommitOutcome::kAccepted:
+      return "accepted";
+    case CommitOutcome::kAlreadyCommitted:
+      return "already committed";
+    case CommitOutcome::kStale:
+      return "stale";
+    case CommitOutcome::kCorrupt:
+      return "corrupt";
+    case CommitOutcome::kUnknownJob:
+      return "unknown job";
+  }
+  return "?";
+}
+
+std::string describe(const LeaseKey& key) {
+  return key.job + " tile " + std::to_string(key.tile) + " attempt " + std::to_string(key.attempt);
+}
+
+/// A render thread's workspaces: of the renderers that it used last, most recent first.
+class Workspaces {
+ public:
+  Workspace& of(const std::shared_ptr<const PacketRenderer>& renderer) {
+    auto found = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& k) { return k.renderer == renderer; });
+    if (found == kept_.end()) {
+      if (kept_.size() == kMost) kept_.pop_back();
+      found = kept_.insert(kept_.begin(), Kept{renderer, renderer->make_workspace()});
+    }
+    std::rotate(kept_.begin(), found, found + 1);
+    return *kept_.front().workspace;
+  }
+
+ private:
+  static constexpr size_t kMost = 2;  // two leases of two jobs take turns
+  struct Kept {
+    std::shared_ptr<const PacketRenderer> renderer;  // before the workspace, which may refer to it
+    std::unique_ptr<Workspace> workspace;
+  };
+  std::vector<Kept> kept_;
+};
+
+}  // namespace
+
+TileRunner::TileRunner(FarmLink& link, RenderSource& source, RunnerOptions options)
+    : link_(link), source_(source), options_(std::move(options)), queue_(options_.threads) {}
+
+void TileRunner::run() {
+  std::vector<std::thread> threads;
+  for (int i = 0; i < options_.threads; ++i) threads.emplace_back([this] { render_loop(); });
+  threads.emplace_back([this] { commit_loop(); });
+  threads.emplace_back([this] { renew_loop(); });
+  set_float_mode();
+  lease_loop();
+  if (!is_stopping()) finish_held();
+  stop();
+  for (std::thread& thread : threads) thread.join();
+  const std::lock_guard lock(refusal_mutex_);
+  if (refusal_) std::rethrow_exception(refusal_);
+}
+
+void TileRunner::drain() {
+  draining_ = true;
+  queue_.stop_growing();
+  const std::lock_guard lock(mutex_);
+  woken_.notify_all();
+}
+
+void TileRunner::stop() {
+  stopping_ = true;
+  queue_.close();
+  link_.cancel();
+  const std::lock_guard lock(mutex_);
+  woken_.notify_all();
+}
+
+bool TileRunner::sleep(double seconds) {
+  std::unique_lock lock(mutex_);
+  woken_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return is_stopping(); });
+  return !is_stopping();
+}
+
+bool TileRunner::register_again(uint64_t seen) {
+  const std::lock_guard lock(register_mutex_);
+  if (generation_ != seen) return true;  // another thread did
+  try {
+    link_.register_worker(options_.registration);
+  } catch (const Error&) {
+    {
+      const std::lock_guard refusal_lock(refusal_mutex_);
+      refusal_ = std::current_exception();
+    }
+    stop();
+    return false;
+  }
+  ++generation_;
+  return true;
+}
+
+/// Calls `call` until it went through, while `wanted()` and not stopping; registers (again) when told to.
+/// False if it gave up. What `call` throws as Error passes through.
+template <class F>
+bool TileRunner::retry(const std::function<bool()>& wanted, F call) {
+  Backoff backoff;
+  bool complained = false;
+  while (!is_stopping() && wanted()) {
+    const uint64_t seen = generation_;
+    try {
+      if (seen == 0) throw NotRegistered("not yet");
+      call();
+      return true;
+    } catch (const NotRegistered&) {
+      try {
+        if (!register_again(seen)) return false;
+        if (seen != 0) options_.log("registered again");
+        continue;
+      } catch (const LinkDown& down) {
+        if (!complained && !is_stopping()) options_.log(std::string(down.what()) + "; trying again");
+      }
+    } catch (const LinkDown& down) {
+      if (!complained && !is_stopping()) options_.log(std::string(down.what()) + "; trying again");
+    }
+    complained = true;
+    sleep(backoff.next());
+  }
+  return false;
+}
+
+void TileRunner::lease_loop() {
+  Backoff failures;
+  while (queue_.wait_for_room()) {
+    std::optional<Lease> lease;
+    const auto wanted = [this] { return !draining_; };
+    try {
+      if (!retry(wanted, [&] { lease = link_.lease(options_.lease_wait_seconds); })) continue;
+    } catch (const Error& error) {  // a benched worker, a coordinator that is full
+      options_.log(error.what());
+      if (!draining_) sleep(failures.next());
+      continue;
+    }
+    if (!lease) continue;
+    queue_.hold(lease->key);
+    lease_seconds_ = lease->lease_seconds;
+    try {
+      open_lease(*lease);
+      failures.reset();
+    } catch (const std::exception& error) {
+      const std::string reason = error.what();
+      options_.log(describe(lease->key) + ": " + reason);
+      try {
+        retry([&] { return queue_.is_held(lease->key); }, [&] { link_.fail(lease->key, reason); });
+      } catch (const Error& refused) {
+        options_.log(refused.what());
+      }
+      queue_.release(lease->key);
+      if (!draining_) sleep(failures.next());  // do not ask for the same scene in a tight loop
+    }
+  }
+}
+
+void TileRunner::open_lease(const Lease& lease) {
+  std::shared_ptr<const PacketRenderer> renderer;
+  const auto wanted = [&] { return queue_.is_held(lease.key); };
+  if (!retry(wanted, [&] { renderer = source_.open(lease.bundle_digest, lease.settings_json); })) return;
+  queue_.start(std::make_shared<ActiveLease>(lease, std::move(renderer)));
+}
+
+void TileRunner::render_loop() {
+  set_float_mode();
+  Workspaces workspaces;
+  while (const auto work = queue_.take()) {
+    std::string error;
+    try {
+      ActiveLease& lease = *work->lease;
+      lease.renderer->render_packet(work->packet, workspaces.of(lease.renderer), lease.builder);
+    } catch (const std::exception& thrown) {
+      error = thrown.what();
+    }
+    queue_.finish(*work, error);
+  }
+}
+
+void TileRunner::commit_loop() {
+  while (auto finished = queue_.take_finished()) {
+    const LeaseKey key = finished->lease->lease.key;
+    try {
+      commit_one(*finished);
+    } catch (const std::exception& error) {
+      options_.log(describe(key) + ": " + error.what());
+    }
+    finished->lease.reset();
+    queue_.release(key);
+  }
+}
+
+void TileRunner::commit_one(const LeaseQueue::Finished& finished) {
+  const LeaseKey& key = finished.lease->lease.key;
+  const auto wanted = [&] { return queue_.is_held(key); };
+  if (!finished.error.empty()) {
+    options_.log(describe(key) + ": " + finished.error);
+    retry(wanted, [&] { link_.fail(key, finished.error); });
+    return;
+  }
+  const std::string bytes = encode_partial(finished.lease->builder.take());
+  CommitAnswer answer;
+  if (!retry(wanted, [&] { answer = link_.commit(key, bytes); })) return;
+  if (answer.outcome == CommitOutcome::kAccepted) {
+    ++tiles_committed_;
+  } else {
+    options_.log(describe(key) + ": " + outcome_name(answer.outcome) +
+                 (answer.message.empty() ? "" : ": " + answer.message));
+  }
+}
+
+void TileRunner::renew_loop() {
+  while (sleep(lease_seconds_ / 3)) {
+    const std::vector<LeaseKey> held = queue_.held();
+    if (held.empty() || generation_ == 0) continue;
+    try {
+      std::vector<LeaseKey> lost;
+      const double give_up = lease_seconds_;  // by then the next round is due, with the leases of that moment
+      const auto start = std::chrono::steady_clock::now();
+      const auto wanted = [&] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < give_up;
+      };
+      if (!retry(wanted, [&] { lost = link_.renew(held); })) continue;
+      for (const LeaseKey& key : lost) options_.log(describe(key) + ": lease lost");
+      queue_.lose(lost);
+    } catch (const std::exception& error) {
+      options_.log(error.what());
+    }
+  }
+}
+
+void TileRunner::finish_held() {
+  try {
+    link_.drain();
+  } catch (const std::exception& error) {  // it learns of it when the leases end
+    options_.log(error.what());
+  }
+  const double timeout = std::clamp(options_.drain_timeout_seconds, 0.0, 1e6);
+  if (!queue_.wait_until_empty(timeout)) options_.log("drain timeout: the tiles still held are given back");
+}
+
+}  // namespace lightmill::agent

@@ -1,0 +1,72 @@
+#pragma once
+// The worker's life: register, lease, render on N threads, commit, renew, drain.
+//
+//   TileRunner runner(link, source, {.threads = 8, .registration = ...});
+//   std::thread control([&] { wait_for_sigterm(); runner.drain(); });
+//   runner.run();
+//
+// Threads: the caller of run() leases and opens scenes; N threads render packets of up to a few leases at
+// once, so that none idles at the end of a tile; one encodes and commits; one renews at a third of the lease
+// time. None of them waits for another's RPC.
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <string>
+
+#include "worker/agent/farm_link.h"
+#include "worker/agent/lease_queue.h"
+#include "worker/agent/packet_renderer.h"
+
+namespace lightmill::agent {
+
+struct RunnerOptions {
+  int threads = 1;
+  Registration registration;
+  double lease_wait_seconds = 5;    // long poll
+  double drain_timeout_seconds = 60;
+  std::function<void(const std::string&)> log = [](const std::string&) {};  // any thread; one line
+};
+
+class TileRunner {
+ public:
+  /// `link` and `source` must outlive the runner.
+  TileRunner(FarmLink& link, RenderSource& source, RunnerOptions options);
+  /// Until drained or stopped. Throws Error if the coordinator refuses this worker for good.
+  void run();
+  /// Takes no more leases, finishes those held within the drain timeout, then run() returns. Any thread.
+  void drain();
+  /// Drops everything; run() returns soon. Any thread, also before run().
+  void stop();
+  int64_t tiles_committed() const { return tiles_committed_; }
+
+ private:
+  void lease_loop();
+  void open_lease(const Lease& lease);
+  void render_loop();
+  void commit_loop();
+  void commit_one(const LeaseQueue::Finished& finished);
+  void renew_loop();
+  void finish_held();
+  template <class F>
+  bool retry(const std::function<bool()>& wanted, F call);
+  bool register_again(uint64_t seen);
+  bool sleep(double seconds);
+  bool is_stopping() const { return stopping_.load(); }
+
+  FarmLink& link_;
+  RenderSource& source_;
+  const RunnerOptions options_;
+  LeaseQueue queue_;
+  std::mutex mutex_;
+  std::condition_variable woken_;
+  std::atomic<bool> stopping_{false}, draining_{false};
+  std::atomic<uint64_t> generation_{0};  // counts registrations
+  std::mutex register_mutex_;
+  std::atomic<double> lease_seconds_{10};
+  std::atomic<int64_t> tiles_committed_{0};
+  std::mutex refusal_mutex_;
+  std::exception_ptr refusal_;
+};
+
+}  // namespace lightmill::agent
