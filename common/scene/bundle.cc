@@ -1,0 +1,103 @@
+#include "common/scene/bundle.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "common/digest.h"
+#include "common/error.h"
+#include "common/scene/scene_files.h"
+
+namespace lightmill {
+namespace {
+
+constexpr size_t kMaxEntries = 1'000'000;
+
+[[noreturn]] void fail(const std::string& what) { throw Error(ErrorKind::kFailed, "scene bundle: " + what); }
+
+/// Throws unless the bundle is one that make_bundle could have made.
+void check(const Bundle& bundle) {
+  if (bundle.entries.empty() || bundle.entries.size() > kMaxEntries) fail("it must hold from 1 to 1000000 files");
+  bool has_main = false;
+  for (size_t i = 0; i < bundle.entries.size(); ++i) {
+    const BundleEntry& e = bundle.entries[i];
+    if (!is_safe_bundle_name(e.name)) fail("unsafe file name");
+    if (!is_sha256_hex(e.digest)) fail("malformed digest of " + e.name);
+    if (i > 0 && !(bundle.entries[i - 1].name < e.name)) fail("names are not sorted, or one is given twice");
+    has_main = has_main || e.name == bundle.main;
+  }
+  if (!has_main) fail("its main file is not among its files");
+}
+
+}  // namespace
+
+std::string Bundle::digest() const { return sha256_hex(bundle_to_json(*this)); }
+
+std::string bundle_to_json(const Bundle& bundle) {
+  auto entries = nlohmann::json::array();
+  for (const BundleEntry& e : bundle.entries) {
+    entries.push_back({{"digest", e.digest}, {"name", e.name}, {"size", e.size}});
+  }
+  return nlohmann::json{{"entries", std::move(entries)}, {"main", bundle.main}, {"version", 1}}.dump();
+}
+
+Bundle bundle_from_json(const std::string& text) {
+  try {
+    const auto j = nlohmann::json::parse(text);
+    if (j.at("version") != 1) fail("unknown version; upgrade this program");
+    Bundle bundle;
+    bundle.main = j.at("main").get<std::string>();
+    if (!j.at("entries").is_array()) fail("\"entries\" must be an array");
+    for (const auto& e : j.at("entries")) {
+      if (!e.at("size").is_number_unsigned()) fail("a size must be a whole number from 0");
+      bundle.entries.push_back({e.at("name").get<std::string>(), e.at("digest").get<std::string>(), e.at("size").get<uint64_t>()});
+    }
+    check(bundle);
+    return bundle;
+  } catch (const nlohmann::json::exception& e) {
+    fail(std::string("malformed manifest: ") + e.what());
+  }
+}
+
+Bundle make_bundle(const SceneDescription& scene, std::map<std::string, std::string>* paths) {
+  if (scene.files.empty()) fail("the scene has no files");
+  Bundle bundle;
+  bundle.main = scene.files.front().name;
+  for (const SourceFile& file : scene.files) {
+    std::error_code error;
+    const uint64_t size = std::filesystem::file_size(file.path, error);
+    if (error) fail("can't read " + file.path + ": " + error.message());
+    const std::string digest = sha256_file(file.path);
+    bundle.entries.push_back({file.name, digest, size});
+    if (paths != nullptr) (*paths)[digest] = file.path;
+  }
+  std::sort(bundle.entries.begin(), bundle.entries.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  check(bundle);
+  return bundle;
+}
+
+std::string blob_file_name(const BundleEntry& entry) {
+  constexpr size_t kLongestExtension = 16;
+  const std::string base = std::filesystem::path(entry.name).filename().string();
+  const size_t dot = base.rfind('.');
+  if (dot == std::string::npos || base.size() - dot > kLongestExtension) return entry.digest;
+  const std::string extension = base.substr(dot);
+  const bool plain = std::all_of(extension.begin() + 1, extension.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+  });
+  return plain ? entry.digest + extension : entry.digest;
+}
+
+BundleFiles::BundleFiles(const Bundle& bundle, std::string folder) {
+  for (const BundleEntry& e : bundle.entries) {
+    path_by_name_[e.name] = (std::filesystem::path(folder) / blob_file_name(e)).string();
+  }
+}
+
+std::string BundleFiles::resolve(const std::string& name) const {
+  auto found = path_by_name_.find(name);  // names of the manifest itself, such as the main file's
+  if (found == path_by_name_.end()) found = path_by_name_.find(bundle_name(name));
+  return found == path_by_name_.end() ? "" : found->second;
+}
+
+}  // namespace lightmill

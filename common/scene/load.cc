@@ -1,0 +1,60 @@
+#include "common/scene/load.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "common/error.h"
+#include "common/scene/pbrt_parser.h"
+
+namespace lightmill {
+
+bool LoadResult::ok() const {
+  return std::none_of(problems.begin(), problems.end(), [](const Problem& p) { return p.severity == Severity::kError; });
+}
+
+LoadResult load_scene(const std::string& name, const FileSource& files, const LoadOptions& options) {
+  ProblemList problems(options.strict);
+  LoadResult result;
+  const std::string extension = std::filesystem::path(name).extension().string();
+  if (extension == ".pbrt") {
+    try {
+      result.scene = PbrtParser(files, &problems).parse(name);
+    } catch (const std::bad_alloc&) {
+      problems.error({name, 1, 1}, "the scene does not fit into memory");
+    }
+  } else if (extension == ".gltf" || extension == ".glb") {
+    problems.error({name, 1, 1}, "not supported yet: glTF scenes; use a .pbrt file");
+  } else {
+    problems.error({name, 1, 1}, "a scene file ends in .pbrt, not " + in_quotes(extension));
+  }
+  result.problems = problems.take();
+  return result;
+}
+
+SceneDescription load_scene_file(const std::string& path, const LoadOptions& options,
+                                 const std::function<void(const Problem&)>& warn) {
+  const std::filesystem::path file(path);
+  const std::string folder = file.has_parent_path() ? file.parent_path().string() : ".";
+  LoadResult result = load_scene(file.filename().string(), DirectoryFiles(folder), options);
+  const Problem* first = nullptr;
+  size_t errors = 0;
+  for (const Problem& p : result.problems) {
+    if (p.severity == Severity::kWarning) {
+      if (warn) warn(p);
+    } else if (++errors == 1) {
+      first = &p;
+    }
+  }
+  if (first != nullptr) {
+    throw Error(ErrorKind::kBadScene,
+                format_problem(*first) + (errors > 1 ? " (and " + std::to_string(errors - 1) + " more)" : ""));
+  }
+  return std::move(result.scene);
+}
+
+std::string format_problem(const Problem& problem) {
+  return problem.where.file + ":" + std::to_string(problem.where.line) + ":" + std::to_string(problem.where.column) +
+         ": " + (problem.severity == Severity::kWarning ? "warning: " : "") + problem.message;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,430 @@
+// One handler per directive of pbrt-v4.
+#include <algorithm>
+
+#include "common/scene/pbrt_parser.h"
+#include "common/scene/transform.h"
+
+namespace lightmill {
+namespace {
+
+constexpr size_t kMaxShapes = 8'000'000;  // after instances were multiplied out
+
+std::string owner_of(const char* kind, const std::string& type) { return std::string(kind) + " " + in_quotes(type); }
+
+}  // namespace
+
+const std::map<std::string_view, PbrtParser::Handler>& PbrtParser::handlers() {
+  static const std::map<std::string_view, Handler> table = {
+      {"Accelerator", &PbrtParser::on_accelerator},
+      {"ActiveTransform", &PbrtParser::on_active_transform},
+      {"AreaLightSource", &PbrtParser::on_area_light},
+      {"Attribute", &PbrtParser::on_attribute},
+      {"AttributeBegin", &PbrtParser::on_attribute_begin},
+      {"AttributeEnd", &PbrtParser::on_attribute_end},
+      {"Camera", &PbrtParser::on_camera},
+      {"ColorSpace", &PbrtParser::on_color_space},
+      {"ConcatTransform", &PbrtParser::on_concat_transform},
+      {"CoordSysTransform", &PbrtParser::on_coord_sys_transform},
+      {"CoordinateSystem", &PbrtParser::on_coordinate_system},
+      {"Film", &PbrtParser::on_film},
+      {"Identity", &PbrtParser::on_identity},
+      {"Import", &PbrtParser::on_import},
+      {"Include", &PbrtParser::on_include},
+      {"Integrator", &PbrtParser::on_integrator},
+      {"LightSource", &PbrtParser::on_light},
+      {"LookAt", &PbrtParser::on_look_at},
+      {"MakeNamedMaterial", &PbrtParser::on_make_named_material},
+      {"MakeNamedMedium", &PbrtParser::on_make_named_medium},
+      {"Material", &PbrtParser::on_material},
+      {"MediumInterface", &PbrtParser::on_medium_interface},
+      {"NamedMaterial", &PbrtParser::on_named_material},
+      {"ObjectBegin", &PbrtParser::on_object_begin},
+      {"ObjectEnd", &PbrtParser::on_object_end},
+      {"ObjectInstance", &PbrtParser::on_object_instance},
+      {"Option", &PbrtParser::on_option},
+      {"PixelFilter", &PbrtParser::on_pixel_filter},
+      {"ReverseOrientation", &PbrtParser::on_reverse_orientation},
+      {"Rotate", &PbrtParser::on_rotate},
+      {"Sampler", &PbrtParser::on_sampler},
+      {"Scale", &PbrtParser::on_scale},
+      {"Shape", &PbrtParser::on_shape},
+      {"Texture", &PbrtParser::on_texture},
+      {"Transform", &PbrtParser::on_transform},
+      {"TransformBegin", &PbrtParser::on_transform_begin},
+      {"TransformEnd", &PbrtParser::on_transform_end},
+      {"TransformTimes", &PbrtParser::on_transform_times},
+      {"Translate", &PbrtParser::on_translate},
+      {"WorldBegin", &PbrtParser::on_world_begin},
+      {"WorldEnd", &PbrtParser::on_world_end},
+  };
+  return table;
+}
+
+// --- transforms -----------------------------------------------------------------------------------
+
+void PbrtParser::on_identity(const Token& d) { apply(d, Transform{}, true); }
+
+void PbrtParser::on_translate(const Token& d) {
+  double v[3];
+  if (take_numbers(d, v, 3)) apply(d, translation({v[0], v[1], v[2]}));
+}
+
+void PbrtParser::on_scale(const Token& d) {
+  double v[3];
+  if (take_numbers(d, v, 3)) apply(d, scaling({v[0], v[1], v[2]}));
+}
+
+void PbrtParser::on_rotate(const Token& d) {
+  double v[4];
+  if (!take_numbers(d, v, 4)) return;
+  const Vec3d axis{v[1], v[2], v[3]};
+  if (!(length(axis) > 0)) {
+    problems_->error(d.where.location(), "Rotate needs an axis that is not 0 0 0");
+    return;
+  }
+  apply(d, rotation(v[0], axis));
+}
+
+void PbrtParser::on_look_at(const Token& d) {
+  double v[9];
+  if (!take_numbers(d, v, 9)) return;
+  const Vec3d eye{v[0], v[1], v[2]}, target{v[3], v[4], v[5]}, up{v[6], v[7], v[8]};
+  if (look_at_is_degenerate(eye, target, up)) {
+    problems_->error(d.where.location(), "LookAt needs a target other than the eye, and an up vector not along the view");
+    return;
+  }
+  apply(d, look_at(eye, target, up));
+}
+
+void PbrtParser::on_transform(const Token& d) {
+  std::array<double, 16> v;
+  if (take_numbers(d, v.data(), v.size())) apply(d, from_columns(v), true);
+}
+
+void PbrtParser::on_concat_transform(const Token& d) {
+  std::array<double, 16> v;
+  if (take_numbers(d, v.data(), v.size())) apply(d, from_columns(v));
+}
+
+void PbrtParser::on_coordinate_system(const Token& d) {
+  if (const auto name = take_string(d, "a name")) coordinate_systems_[*name] = state_.shape.ctm;
+}
+
+void PbrtParser::on_coord_sys_transform(const Token& d) {
+  const auto name = take_string(d, "a name");
+  if (!name) return;
+  if (const auto found = coordinate_systems_.find(*name); found != coordinate_systems_.end()) {
+    state_.shape.ctm = found->second;
+    return;
+  }
+  std::vector<std::string_view> names;
+  for (const auto& [known, transform] : coordinate_systems_) names.push_back(known);
+  problems_->error(d.where.location(), "there is no coordinate system named " + in_quotes(*name) + nearest_hint(*name, names));
+}
+
+void PbrtParser::on_active_transform(const Token& d) {
+  const Token which = tokens_->next();
+  if (which.text != "StartTime" && which.text != "EndTime" && which.text != "All") {
+    problems_->error(which.where.location(), "ActiveTransform needs StartTime, EndTime or All, not " + in_quotes(which.text));
+    return;
+  }
+  state_.transforms_start = which.text != "EndTime";
+  if (which.text == "EndTime") {
+    problems_->unsupported(d.where.location(), "an animated transform stays as at its start time");
+  }
+}
+
+void PbrtParser::on_transform_times(const Token& d) {
+  double v[2];
+  take_numbers(d, v, 2);
+}
+
+// --- scopes and attributes ------------------------------------------------------------------------
+
+void PbrtParser::on_attribute_begin(const Token& d) {
+  if (require_world(d)) push(Scope::Kind::kAttribute, d);
+}
+void PbrtParser::on_attribute_end(const Token& d) {
+  if (require_world(d)) pop(Scope::Kind::kAttribute, d, "AttributeBegin");
+}
+void PbrtParser::on_transform_begin(const Token& d) { push(Scope::Kind::kTransform, d); }
+void PbrtParser::on_transform_end(const Token& d) { pop(Scope::Kind::kTransform, d, "TransformBegin"); }
+
+void PbrtParser::on_reverse_orientation(const Token& d) {
+  if (require_world(d)) state_.shape.reverse_orientation = !state_.shape.reverse_orientation;
+}
+
+void PbrtParser::on_attribute(const Token& d) {
+  const auto target = take_string(d, "what it is for");
+  if (!target) return;
+  static const std::vector<std::string_view> targets = {"shape", "light", "material", "medium", "texture"};
+  if (std::find(targets.begin(), targets.end(), *target) == targets.end()) {
+    problems_->error(d.where.location(), "unknown target of Attribute " + in_quotes(*target) + nearest_hint(*target, targets));
+    return;
+  }
+  auto inherited = std::make_shared<InheritedParameters>(*state_.inherited);
+  auto& list = (*inherited)[*target];
+  for (Parameter& p : parse_parameters(*tokens_, problems_)) {
+    p.inherited = true;
+    std::erase_if(list, [&](const Parameter& old) { return old.name == p.name; });
+    list.push_back(std::move(p));
+  }
+  state_.inherited = std::move(inherited);
+}
+
+void PbrtParser::on_color_space(const Token& d) {
+  const auto name = take_string(d, "a name");
+  if (!name) return;
+  static const std::vector<std::string_view> known = {"srgb", "rec2020", "aces2065-1", "dci-p3"};
+  if (std::find(known.begin(), known.end(), *name) == known.end()) {
+    problems_->error(d.where.location(), "unknown color space " + in_quotes(*name) + nearest_hint(*name, known));
+  } else if (*name != "srgb") {
+    problems_->unsupported(d.where.location(), "the color space " + in_quotes(*name) + " is taken as \"srgb\"");
+  }
+}
+
+void PbrtParser::on_medium_interface(const Token& d) {
+  if (!take_string(d, "a medium's name")) return;
+  if (tokens_->peek().kind == Token::Kind::kString) tokens_->next();
+  problems_->unsupported(d.where.location(), "participating media: MediumInterface is ignored");
+}
+
+void PbrtParser::on_make_named_medium(const Token& d) {
+  const auto name = take_string(d, "a name");
+  if (!name) return;
+  parse_parameters(*tokens_, problems_);
+  problems_->unsupported(d.where.location(), "participating media: the medium " + in_quotes(*name) + " is ignored");
+}
+
+// --- files ----------------------------------------------------------------------------------------
+
+void PbrtParser::on_include(const Token& d) {
+  const SourceLocation where = tokens_->peek().where.location();
+  if (const auto file = take_string(d, "a file name")) parse_file(*file, where);
+}
+
+void PbrtParser::on_import(const Token& d) {
+  if (!require_world(d)) return;
+  const SourceLocation where = tokens_->peek().where.location();
+  const auto file = take_string(d, "a file name");
+  if (!file) return;
+  // Unlike Include, what the file does to the graphics state ends with it.
+  const size_t depth = scopes_.size();
+  push(Scope::Kind::kImport, d);
+  parse_file(*file, where);
+  while (scopes_.size() > depth + 1) {
+    problems_->error(scopes_.back().where, "the scope that begins here is never closed in " + in_quotes(*file));
+    scopes_.pop_back();
+  }
+  if (scopes_.size() == depth + 1) pop(Scope::Kind::kImport, d, "Import");
+}
+
+// --- options --------------------------------------------------------------------------------------
+
+void PbrtParser::on_camera(const Token& d) {
+  if (!require_options(d)) return;
+  const auto type = take_string(d, "a type");
+  if (!type) return;
+  ParameterList params = take_parameters(d, owner_of("camera", *type), "");
+  translate_camera(out_, *type, params, state_.shape.ctm, &exposure_time_);
+  coordinate_systems_["camera"] = inverse(state_.shape.ctm);
+}
+
+void PbrtParser::on_film(const Token& d) {
+  if (!require_options(d)) return;
+  const auto type = take_string(d, "a type");
+  if (!type) return;
+  ParameterList params = take_parameters(d, owner_of("film", *type), "");
+  double explicit_time = 0;
+  translate_film(out_, *type, params, &iso_ratio_, &explicit_time);
+  if (explicit_time > 0) film_exposure_time_ = explicit_time;
+}
+
+void PbrtParser::on_pixel_filter(const Token& d) {
+  if (!require_options(d)) return;
+  const auto type = take_string(d, "a type");
+  if (!type) return;
+  ParameterList params = take_parameters(d, owner_of("pixel filter", *type), "");
+  translate_filter(out_, *type, params);
+}
+
+void PbrtParser::on_sampler(const Token& d) {
+  if (!require_options(d)) return;
+  const auto type = take_string(d, "a type");
+  if (!type) return;
+  ParameterList params = take_parameters(d, owner_of("sampler", *type), "");
+  translate_sampler(out_, *type, params);
+}
+
+void PbrtParser::on_integrator(const Token& d) {
+  if (!require_options(d)) return;
+  const auto type = take_string(d, "a type");
+  if (!type) return;
+  ParameterList params = take_parameters(d, owner_of("integrator", *type), "");
+  translate_integrator(out_, *type, params);
+}
+
+void PbrtParser::on_accelerator(const Token& d) {
+  if (!require_options(d)) return;
+  const auto type = take_string(d, "a type");
+  if (!type) return;
+  ParameterList params = take_parameters(d, owner_of("accelerator", *type), "");
+  translate_accelerator(out_, *type, params);
+}
+
+void PbrtParser::on_option(const Token& d) {
+  ParameterList params = take_parameters(d, "Option", "");
+  translate_option(out_, params);
+}
+
+void PbrtParser::on_world_begin(const Token& d) {
+  if (in_world_) {
+    problems_->error(d.where.location(), "WorldBegin is given twice");
+    return;
+  }
+  for (const Scope& scope : scopes_) {
+    problems_->error(scope.where, "the scope that begins here is not closed before WorldBegin");
+  }
+  scopes_.clear();
+  in_world_ = true;
+  state_.shape.ctm = Transform{};
+  state_.transforms_start = true;
+  coordinate_systems_["world"] = Transform{};
+}
+
+void PbrtParser::on_world_end(const Token& d) {
+  // pbrt-v3's last line; v4 allows and ignores it.
+  require_world(d);
+}
+
+// --- content --------------------------------------------------------------------------------------
+
+void PbrtParser::on_material(const Token& d) {
+  if (!require_world(d)) return;
+  const auto type = take_string(d, "a type");
+  if (!type) return;
+  ParameterList params = take_parameters(d, owner_of("material", *type), "material");
+  state_.shape.material = out_.add_material(translate_material(out_, *type, params));
+}
+
+void PbrtParser::on_make_named_material(const Token& d) {
+  if (!require_world(d)) return;
+  const auto name = take_string(d, "a name");
+  if (!name) return;
+  ParameterList params = take_parameters(d, "the material " + in_quotes(*name), "material");
+  const std::string type = params.text("type", "");
+  if (type.empty()) {
+    if (!params.has("type")) problems_->error(d.where.location(), "the material " + in_quotes(*name) + " needs a \"string type\"");
+    return;
+  }
+  MaterialDescription material = translate_material(out_, type, params);
+  material.name = *name;
+  out_.define_material(std::move(material));
+}
+
+void PbrtParser::on_named_material(const Token& d) {
+  if (!require_world(d)) return;
+  const SourceLocation where = tokens_->peek().where.location();
+  if (const auto name = take_string(d, "a name")) state_.shape.material = out_.material_named(*name, where);
+}
+
+void PbrtParser::on_texture(const Token& d) {
+  if (!require_world(d)) return;
+  const auto name = take_string(d, "a name");
+  if (!name) return;
+  const auto value_type = take_string(d, "\"float\" or \"spectrum\"");
+  if (!value_type) return;
+  const auto type = take_string(d, "a type");
+  if (!type) return;
+  ParameterList params = take_parameters(d, owner_of("texture", *type), "texture");
+  translate_texture(out_, *name, *value_type, *type, params);
+}
+
+void PbrtParser::on_light(const Token& d) {
+  if (!require_world(d)) return;
+  const auto type = take_string(d, "a type");
+  if (!type) return;
+  ParameterList params = take_parameters(d, owner_of("light", *type), "light");
+  translate_light(out_, *type, params, state_.shape.ctm);
+}
+
+void PbrtParser::on_area_light(const Token& d) {
+  if (!require_world(d)) return;
+  const auto type = take_string(d, "a type");
+  if (!type) return;
+  ParameterList params = take_parameters(d, owner_of("area light", *type), "light");
+  state_.shape.area_light = translate_area_light(out_, *type, params);
+}
+
+void PbrtParser::on_shape(const Token& d) {
+  if (!require_world(d)) return;
+  const auto type = take_string(d, "a type");
+  if (!type) return;
+  ParameterList params = take_parameters(d, owner_of("shape", *type), "shape");
+  ShapeAttributes attributes = state_.shape;
+  if (open_object_ && attributes.area_light != nullptr) {
+    problems_->unsupported(d.where.location(), "area lights in objects: the shape does not emit");
+    attributes.area_light = nullptr;
+  }
+  translate_shape(out_, *type, params, attributes);
+}
+
+// --- objects --------------------------------------------------------------------------------------
+
+void PbrtParser::on_object_begin(const Token& d) {
+  if (!require_world(d)) return;
+  const auto name = take_string(d, "a name");
+  if (!name) return;
+  if (open_object_) {
+    problems_->error(d.where.location(), "ObjectBegin inside of another object");
+    return;
+  }
+  if (objects_.contains(*name)) {
+    problems_->error(d.where.location(), "the object " + in_quotes(*name) + " is defined twice; rename one");
+    return;
+  }
+  push(Scope::Kind::kObject, d);
+  open_object_ = *name;
+  object_first_shape_ = out_.scene.shapes.size();
+}
+
+void PbrtParser::on_object_end(const Token& d) {
+  if (!require_world(d) || !pop(Scope::Kind::kObject, d, "ObjectBegin")) return;
+  auto& shapes = out_.scene.shapes;
+  const auto first = shapes.begin() + static_cast<std::ptrdiff_t>(object_first_shape_);
+  objects_[*open_object_].assign(std::make_move_iterator(first), std::make_move_iterator(shapes.end()));
+  shapes.erase(first, shapes.end());
+  open_object_.reset();
+}
+
+void PbrtParser::on_object_instance(const Token& d) {
+  if (!require_world(d)) return;
+  const auto name = take_string(d, "a name");
+  if (!name) return;
+  if (open_object_) {
+    problems_->error(d.where.location(), "ObjectInstance inside of an object");
+    return;
+  }
+  const auto found = objects_.find(*name);
+  if (found == objects_.end()) {
+    std::vector<std::string_view> names;
+    for (const auto& [known, shapes] : objects_) names.push_back(known);
+    problems_->error(d.where.location(), "there is no object named " + in_quotes(*name) + nearest_hint(*name, names));
+    return;
+  }
+  auto& shapes = out_.scene.shapes;
+  if (shapes.size() + found->second.size() > kMaxShapes) {
+    problems_->error(d.where.location(), "instances make more than 8000000 shapes");
+    return;
+  }
+  for (ShapeDescription shape : found->second) {
+    shape.object_to_world = state_.shape.ctm * shape.object_to_world;
+    if (!is_finite(shape.object_to_world) || is_singular(shape.object_to_world)) {
+      problems_->error(d.where.location(), "the instance's transform is singular or leaves the range of numbers");
+      return;
+    }
+    shapes.push_back(std::move(shape));
+  }
+}
+
+}  // namespace lightmill

@@ -1,0 +1,112 @@
+// Material and MakeNamedMaterial.
+#include <algorithm>
+
+#include "common/scene/pbrt_scene.h"
+#include "common/scene/spectrum.h"
+
+namespace lightmill {
+namespace {
+
+constexpr double kMaxEta = 100;
+constexpr const char* kDefaultMetal[] = {"metal-Cu-eta", "metal-Cu-k"};
+
+const std::vector<std::string_view>& known_materials() {
+  static const std::vector<std::string_view> names = {
+      "diffuse",     "conductor", "dielectric", "coateddiffuse", "coatedconductor", "diffusetransmission",
+      "thindielectric", "hair",   "measured",   "subsurface",    "mix",             "interface"};
+  return names;
+}
+
+Roughness read_roughness(PbrtScene& out, ParameterList& params) {
+  const FloatInput both = out.float_input(params, "roughness", 0, 0, 1e6);
+  Roughness r;
+  r.u = params.has("uroughness") ? out.float_input(params, "uroughness", 0, 0, 1e6) : both;
+  r.v = params.has("vroughness") ? out.float_input(params, "vroughness", 0, 0, 1e6) : both;
+  params.accept({"uroughness", "vroughness"});
+  r.remap = params.boolean("remaproughness", true);
+  return r;
+}
+
+/// A dielectric's index: "float eta", or a spectrum reduced to one number.
+float read_eta(PbrtScene& out, ParameterList& params) {
+  const Parameter* p = params.find("eta", {ParamType::kFloat, ParamType::kSpectrum});
+  if (p == nullptr) return 1.5f;
+  float eta = 1.5f;
+  if (p->type == ParamType::kFloat) {
+    eta = static_cast<float>(params.number("eta", 1.5, 1e-3, kMaxEta));
+  } else {
+    const Rgb c = out.spectrum(params, "eta", SpectrumUse::kFactor, {1.5f, 1.5f, 1.5f});
+    eta = c.g;
+    const std::optional<float> glass = p->strings.empty() ? std::nullopt : named_glass(p->strings[0]);
+    if (glass || c.r != c.b) {
+      out.problems->unsupported(p->where, "dispersion: parameter \"eta\" of " + params.owner() +
+                                              " is taken as the one number " + std::to_string(eta));
+    }
+  }
+  if (!(eta > 0)) {
+    params.bad_value("eta", "must be above 0");
+    return 1.5f;
+  }
+  return eta;
+}
+
+ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params) {
+  ConductorMaterial m;
+  if (params.has("reflectance")) {
+    m.reflectance = out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
+    for (const char* other : {"eta", "k"}) {
+      if (params.has(other)) params.bad_value(other, "can't be given together with \"reflectance\"; keep one of them");
+    }
+  }
+  m.eta = out.spectrum_input(params, "eta", SpectrumUse::kFactor, *named_metal(kDefaultMetal[0]));
+  m.k = out.spectrum_input(params, "k", SpectrumUse::kFactor, *named_metal(kDefaultMetal[1]));
+  params.accept({"reflectance"});
+  m.roughness = read_roughness(out, params);
+  return m;
+}
+
+CoatedDiffuseMaterial read_coated_diffuse(PbrtScene& out, ParameterList& params) {
+  CoatedDiffuseMaterial m;
+  m.reflectance = out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
+  m.eta = read_eta(out, params);
+  m.roughness = read_roughness(out, params);
+  // Without an absorbing coat its thickness changes nothing; the other two steer pbrt's random walk.
+  params.accept({"thickness", "maxdepth", "nsamples", "g"});
+  const SpectrumInput albedo = out.spectrum_input(params, "albedo", SpectrumUse::kReflectance, {});
+  if (albedo.texture >= 0 || !(albedo.value == Rgb{})) {
+    params.unsupported("albedo", "(a scattering coat) is ignored");
+  }
+  return m;
+}
+
+}  // namespace
+
+MaterialDescription translate_material(PbrtScene& out, const std::string& type, ParameterList& params) {
+  MaterialDescription material{"", DiffuseMaterial{}, params.where()};
+  for (const char* name : {"displacement", "normalmap"}) params.unsupported(name, "is ignored");
+  if (type == "diffuse") {
+    material.kind = DiffuseMaterial{
+        out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f})};
+  } else if (type == "conductor") {
+    material.kind = read_conductor(out, params);
+  } else if (type == "dielectric") {
+    DielectricMaterial m;
+    m.eta = read_eta(out, params);
+    m.roughness = read_roughness(out, params);
+    material.kind = m;
+  } else if (type == "coateddiffuse") {
+    material.kind = read_coated_diffuse(out, params);
+  } else {
+    const auto& known = known_materials();
+    if (std::find(known.begin(), known.end(), type) == known.end() && type != "" && type != "none") {
+      report_unknown_word(params, "material", type, known);
+    } else {
+      out.problems->unsupported(params.where(), params.owner() + " is rendered as grey diffuse");
+    }
+    return material;  // its parameters are another material's: not checked
+  }
+  params.finish();
+  return material;
+}
+
+}  // namespace lightmill

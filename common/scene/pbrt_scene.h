@@ -1,0 +1,113 @@
+#pragma once
+// What the translators of pbrt's directives share: the scene that is being built, the tables of names, and
+// the files. Names of textures and materials may be used before they are declared, as in pbrt.
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/scene/load.h"
+#include "common/scene/pbrt_params.h"
+
+namespace lightmill {
+
+/// What a spectrum stands for; it decides its range and how spectra are reduced to RGB.
+enum class SpectrumUse {
+  kReflectance,  // within [0,1]
+  kFactor,       // >= 0: eta, k, texture values
+  kEmission,     // >= 0; spectra are scaled to luminance 1
+};
+
+/// AreaLightSource in force; becomes a light when a shape takes it.
+struct PendingAreaLight {
+  Rgb radiance;          // scale applied
+  double power = 0;      // > 0: overrides the magnitude, per pbrt
+  bool two_sided = false;
+  SourceLocation where;
+  int index = -1;        // in SceneDescription::area_lights once a shape took it (without `power`)
+};
+
+/// Attributes that a shape takes over.
+struct ShapeAttributes {
+  Transform ctm;
+  bool reverse_orientation = false;
+  int material = -1;                             // -1: pbrt's default material
+  std::shared_ptr<PendingAreaLight> area_light;  // null: none
+};
+
+struct PbrtScene {
+  PbrtScene(const FileSource& file_source, ProblemList* problem_list) : files(file_source), problems(problem_list) {}
+
+  SceneDescription scene;
+  const FileSource& files;
+  ProblemList* problems;
+
+  /// Path of a referenced file, listed in scene.files; "" (reported at `where`) if it can't be opened.
+  std::string open_reference(const std::string& reference, const SourceLocation& where);
+  /// Index of a named material or texture; made a placeholder on first use.
+  int material_named(const std::string& name, const SourceLocation& where);
+  int texture_named(const std::string& name, bool is_spectrum, const SourceLocation& where);
+  /// Fills the named slot; reports a second definition.
+  void define_material(MaterialDescription material);
+  void define_texture(TextureDescription texture);
+  bool texture_defined(const std::string& name, bool is_spectrum) const;
+  int add_material(MaterialDescription material);
+  /// Index of pbrt's default material: diffuse 0.5.
+  int default_material(const SourceLocation& where);
+  /// Reports names that were used and never defined.
+  void report_undefined();
+
+  // Parameters that read names and files.
+  Rgb spectrum(ParameterList& params, std::string_view name, SpectrumUse use, Rgb fallback);
+  SpectrumInput spectrum_input(ParameterList& params, std::string_view name, SpectrumUse use, Rgb fallback);
+  FloatInput float_input(ParameterList& params, std::string_view name, float fallback, double min, double max);
+
+  /// Meshes by path, so that a file that is used twice is read once.
+  std::map<std::string, std::shared_ptr<const TriangleMesh>> meshes;
+
+ private:
+  struct Named {
+    int index = -1;
+    bool defined = false;
+    SourceLocation first_use;
+  };
+  Rgb read_spectrum(const Parameter& parameter, SpectrumUse use, ParameterList& params, Rgb fallback);
+
+  std::map<std::string, Named> named_materials_;
+  std::map<std::pair<bool, std::string>, Named> named_textures_;
+  std::set<std::string> listed_files_;
+  int default_material_ = -1;
+};
+
+// Translators; each asks for its parameters and reports the rest. `type` is the directive's first string.
+
+/// pbrt_materials.cc: reports an unknown type; an unsupported one becomes grey diffuse.
+MaterialDescription translate_material(PbrtScene& out, const std::string& type, ParameterList& params);
+/// pbrt_textures.cc
+void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type, const std::string& type,
+                       ParameterList& params);
+/// pbrt_shapes.cc: appends to scene.shapes unless the shape is left out.
+void translate_shape(PbrtScene& out, const std::string& type, ParameterList& params, const ShapeAttributes& attributes);
+/// pbrt_lights.cc
+void translate_light(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm);
+std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std::string& type, ParameterList& params);
+/// pbrt_view.cc: camera, film and the directives about sampling.
+void translate_camera(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm,
+                      double* exposure_time);
+/// `iso_ratio` receives iso/100; `exposure_time` an explicit exposure time, or is left alone.
+void translate_film(PbrtScene& out, const std::string& type, ParameterList& params, double* iso_ratio,
+                    double* exposure_time);
+void translate_filter(PbrtScene& out, const std::string& type, ParameterList& params);
+void translate_sampler(PbrtScene& out, const std::string& type, ParameterList& params);
+void translate_integrator(PbrtScene& out, const std::string& type, ParameterList& params);
+void translate_accelerator(PbrtScene& out, const std::string& type, ParameterList& params);
+void translate_option(PbrtScene& out, ParameterList& params);
+
+/// Error for a word that pbrt doesn't have, with the nearest one.
+void report_unknown_word(ParameterList& params, const std::string& kind, const std::string& word,
+                         const std::vector<std::string_view>& known);
+
+}  // namespace lightmill

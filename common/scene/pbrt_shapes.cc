@@ -1,0 +1,222 @@
+// Shape, and how it takes over the material and the area light in force.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "common/error.h"
+#include "common/scene/mesh_check.h"
+#include "common/scene/pbrt_scene.h"
+#include "common/scene/ply_reader.h"
+#include "common/scene/spectrum.h"
+#include "common/scene/transform.h"
+
+namespace lightmill {
+namespace {
+
+const std::vector<std::string_view> kKnownShapes = {"trianglemesh", "plymesh", "sphere", "disk",       "cylinder",
+                                                    "bilinearmesh", "curve",   "loopsubdiv"};
+
+/// Drops what has no area and mends normals, with one warning each.
+void clean(TriangleMesh* mesh, const std::string& what, const SourceLocation& where, ProblemList* problems) {
+  if (const size_t n = drop_zero_area_triangles(mesh); n > 0) {
+    problems->warning(where, what + " has " + std::to_string(n) + " triangles without area; they are left out");
+  }
+  if (const size_t n = mend_zero_normals(mesh); n > 0) {
+    problems->warning(where, what + " has " + std::to_string(n) +
+                                 " normals without direction; they are taken from the triangles");
+  }
+}
+
+std::vector<Vec3f> to_vec3(const std::vector<double>& v) {
+  std::vector<Vec3f> out(v.size() / 3);
+  for (size_t i = 0; i < out.size(); ++i) {
+    out[i] = {static_cast<float>(v[3 * i]), static_cast<float>(v[3 * i + 1]), static_cast<float>(v[3 * i + 2])};
+  }
+  return out;
+}
+
+std::shared_ptr<const TriangleMesh> read_triangle_mesh(PbrtScene& out, ParameterList& params) {
+  auto mesh = std::make_shared<TriangleMesh>();
+  const auto* positions = params.numbers("P", ParamType::kPoint3);
+  const auto* indices = params.numbers("indices", ParamType::kInteger);
+  const auto* normals = params.numbers("N", ParamType::kNormal);
+  const auto* uvs = params.numbers("uv", ParamType::kPoint2);
+  params.accept({"S", "faceIndices"});
+  if (positions == nullptr) {
+    if (!params.has("P")) out.problems->error(params.where(), params.owner() + " needs \"point3 P\"");
+    return nullptr;
+  }
+  mesh->positions = to_vec3(*positions);
+  if (normals != nullptr) mesh->normals = to_vec3(*normals);
+  if (uvs != nullptr) {
+    for (size_t i = 0; i + 1 < uvs->size(); i += 2) {
+      mesh->uvs.push_back({static_cast<float>((*uvs)[i]), static_cast<float>((*uvs)[i + 1])});
+    }
+  }
+  if (indices == nullptr) {
+    if (params.has("indices")) return nullptr;  // reported
+    if (mesh->positions.size() != 3) {
+      out.problems->error(params.where(), params.owner() + " needs \"integer indices\" unless it is one triangle");
+      return nullptr;
+    }
+    mesh->triangles.push_back({0, 1, 2});
+  } else {
+    if (indices->size() % 3 != 0) {
+      params.bad_value("indices", "has " + std::to_string(indices->size()) + " numbers; it needs 3 per triangle");
+      return nullptr;
+    }
+    for (size_t i = 0; i < indices->size(); ++i) {
+      if ((*indices)[i] < 0) {
+        params.bad_value("indices", "has a negative index");
+        return nullptr;
+      }
+    }
+    for (size_t i = 0; i < indices->size(); i += 3) {
+      const auto at = [&](size_t k) { return static_cast<uint32_t>((*indices)[i + k]); };
+      mesh->triangles.push_back({at(0), at(1), at(2)});
+    }
+  }
+  try {
+    require_valid_mesh(*mesh);
+  } catch (const Error& e) {
+    out.problems->error(params.where(), params.owner() + ": " + e.what());
+    return nullptr;
+  }
+  clean(mesh.get(), params.owner(), params.where(), out.problems);
+  return mesh;
+}
+
+std::shared_ptr<const TriangleMesh> read_ply_mesh(PbrtScene& out, ParameterList& params) {
+  const std::string file = params.text("filename", "");
+  params.unsupported("displacement", "is ignored");
+  params.accept({"edgelength"});
+  const SourceLocation where = params.where_of("filename");
+  if (file.empty()) {
+    out.problems->error(where, params.owner() + " needs a \"string filename\"");
+    return nullptr;
+  }
+  const std::string path = out.open_reference(file, where);
+  if (path.empty()) return nullptr;
+  if (const auto found = out.meshes.find(path); found != out.meshes.end()) return found->second;
+  std::shared_ptr<TriangleMesh> mesh;
+  try {
+    mesh = std::make_shared<TriangleMesh>(read_ply(path));
+    clean(mesh.get(), "the mesh " + in_quotes(file), where, out.problems);
+  } catch (const Error& e) {
+    out.problems->error(where, "the mesh " + in_quotes(file) + " " + e.what());
+  } catch (const std::bad_alloc&) {
+    out.problems->error(where, "the mesh " + in_quotes(file) + " does not fit into memory");
+  }
+  out.meshes[path] = mesh;  // also null: a broken file is reported once
+  return mesh;
+}
+
+/// nullopt: left out (and named).
+std::optional<SphereShape> read_sphere(PbrtScene& out, ParameterList& params) {
+  SphereShape sphere;
+  sphere.radius = static_cast<float>(params.number("radius", 1, -3e38, 3e38));
+  if (!(sphere.radius > 0)) {
+    params.bad_value("radius", "must be above 0");
+    return std::nullopt;
+  }
+  const double r = sphere.radius;
+  const double zmin = params.number("zmin", -r, -3e38, 3e38), zmax = params.number("zmax", r, -3e38, 3e38);
+  const double phimax = params.number("phimax", 360, 0, 360);
+  if (zmin > -r || zmax < r || phimax < 360) {
+    out.problems->unsupported(params.where(), "a partial sphere is left out");
+    return std::nullopt;
+  }
+  return sphere;
+}
+
+/// Area after the transform. A sphere's is that of its mean scale: exact when the scale is uniform.
+double area_of(const ShapeDescription& shape) {
+  if (const auto* mesh = std::get_if<MeshShape>(&shape.kind)) return mesh_area(*mesh->mesh, shape.object_to_world);
+  const double r = std::get<SphereShape>(shape.kind).radius;
+  return 4 * std::numbers::pi * r * r * std::pow(std::abs(determinant3(shape.object_to_world)), 2.0 / 3.0);
+}
+
+/// Index of the area light that the shape takes over.
+int take_area_light(PbrtScene& out, const ShapeDescription& shape, PendingAreaLight& pending) {
+  auto& lights = out.scene.area_lights;
+  if (pending.power > 0) {
+    // pbrt makes every triangle a light of its own with the whole power, so a mesh of n triangles emits n
+    // times as much; each here has the mean radiance.
+    const auto* mesh = std::get_if<MeshShape>(&shape.kind);
+    const double emitters = mesh == nullptr ? 1 : static_cast<double>(mesh->mesh->triangles.size());
+    const double flux_per_radiance = (pending.two_sided ? 2 : 1) * std::numbers::pi * area_of(shape);
+    const double scale = pending.power * emitters / flux_per_radiance;
+    const auto f = [&](float x) { return static_cast<float>(x * scale); };
+    lights.push_back({{f(pending.radiance.r), f(pending.radiance.g), f(pending.radiance.b)}, pending.two_sided, pending.where});
+    return static_cast<int>(lights.size()) - 1;
+  }
+  if (pending.index < 0) {
+    pending.index = static_cast<int>(lights.size());
+    lights.push_back({pending.radiance, pending.two_sided, pending.where});
+  }
+  return pending.index;
+}
+
+/// Warns about cut-outs. An alpha of 1 changes nothing.
+void check_alpha(ParameterList& params) {
+  if (!params.has("alpha")) return;
+  const Parameter* p = params.find("alpha", {ParamType::kFloat, ParamType::kTexture});
+  const bool opaque = p != nullptr && p->type == ParamType::kFloat && p->numbers == std::vector<double>{1};
+  if (p != nullptr && !opaque) params.unsupported("alpha", "is ignored; the shape is opaque");
+}
+
+bool extent_is_finite(const ShapeDescription& shape) {
+  const auto fits = [&](const Vec3d& p) {
+    const Vec3d q = transform_point(shape.object_to_world, p);
+    constexpr double kLimit = 1e37;  // squared distances are formed in double, positions kept in float
+    return std::abs(q.x) < kLimit && std::abs(q.y) < kLimit && std::abs(q.z) < kLimit;
+  };
+  if (const auto* sphere = std::get_if<SphereShape>(&shape.kind)) {
+    const double r = sphere->radius;
+    return fits({r, r, r}) && fits({-r, -r, -r});
+  }
+  const auto& positions = std::get<MeshShape>(shape.kind).mesh->positions;
+  return std::all_of(positions.begin(), positions.end(), [&](const Vec3f& p) { return fits({p.x, p.y, p.z}); });
+}
+
+}  // namespace
+
+void translate_shape(PbrtScene& out, const std::string& type, ParameterList& params, const ShapeAttributes& attributes) {
+  ShapeDescription shape;
+  shape.object_to_world = attributes.ctm;
+  shape.reverse_orientation = attributes.reverse_orientation;
+  shape.location = params.where();
+  check_alpha(params);
+  params.accept({"alpha"});
+  if (type == "trianglemesh" || type == "plymesh") {
+    auto mesh = type == "plymesh" ? read_ply_mesh(out, params) : read_triangle_mesh(out, params);
+    params.finish();
+    if (mesh == nullptr) return;
+    if (mesh->triangles.empty()) {
+      out.problems->warning(params.where(), params.owner() + " has no triangle with area; it is left out");
+      return;
+    }
+    shape.kind = MeshShape{std::move(mesh)};
+  } else if (type == "sphere") {
+    const auto sphere = read_sphere(out, params);
+    params.finish();
+    if (!sphere) return;
+    shape.kind = *sphere;
+  } else {
+    if (std::find(kKnownShapes.begin(), kKnownShapes.end(), type) == kKnownShapes.end()) {
+      report_unknown_word(params, "shape", type, kKnownShapes);
+    } else {
+      out.problems->unsupported(params.where(), params.owner() + " is left out");
+    }
+    return;
+  }
+  if (!extent_is_finite(shape)) {
+    out.problems->error(params.where(), params.owner() + " lies outside the range of numbers; check its transform");
+    return;
+  }
+  shape.material = attributes.material >= 0 ? attributes.material : out.default_material(params.where());
+  if (attributes.area_light != nullptr) shape.area_light = take_area_light(out, shape, *attributes.area_light);
+  out.scene.shapes.push_back(std::move(shape));
+}
+
+}  // namespace lightmill

@@ -1,0 +1,156 @@
+// Texture "name" "float|spectrum" "type".
+#include <algorithm>
+#include <cmath>
+
+#include "common/scene/pbrt_scene.h"
+
+namespace lightmill {
+namespace {
+
+constexpr double kAny = 3e38;  // parameters are in float's range already
+
+UvMapping read_mapping(PbrtScene& out, ParameterList& params) {
+  const std::string kind = params.text("mapping", "uv");
+  UvMapping m;
+  const auto value = [&](const char* name, double fallback) {
+    return static_cast<float>(params.number(name, fallback, -kAny, kAny));
+  };
+  m.su = value("uscale", 1);
+  m.sv = value("vscale", 1);
+  m.du = value("udelta", 0);
+  m.dv = value("vdelta", 0);
+  params.accept({"v1", "v2"});
+  if (kind == "spherical" || kind == "cylindrical" || kind == "planar") {
+    out.problems->unsupported(params.where_of("mapping"), in_quotes(kind) + " mapping of " + params.owner() + " is taken as \"uv\"");
+  } else if (kind != "uv") {
+    params.bad_value("mapping", "is unknown: " + in_quotes(kind) + nearest_hint(kind, {"uv", "spherical", "cylindrical", "planar"}));
+  }
+  return m;
+}
+
+Wrap read_wrap(ParameterList& params) {
+  const std::string name = params.text("wrap", "repeat");
+  if (name == "repeat") return Wrap::kRepeat;
+  if (name == "clamp") return Wrap::kClamp;
+  if (name == "black") return Wrap::kBlack;
+  if (name == "octahedralsphere") return Wrap::kOctahedral;
+  params.bad_value("wrap", "is unknown: " + in_quotes(name) + nearest_hint(name, {"repeat", "clamp", "black", "octahedralsphere"}));
+  return Wrap::kRepeat;
+}
+
+void read_encoding(ParameterList& params, ImageTexture* image) {
+  const std::string name = params.text("encoding", "");
+  if (name == "sRGB") {
+    image->encoding = ColorEncoding::kSrgb;
+  } else if (name == "linear") {
+    image->encoding = ColorEncoding::kLinear;
+  } else if (double gamma = 0; name.starts_with("gamma ") && parse_number(name.substr(6), &gamma) && gamma > 0 && gamma < 100) {
+    image->encoding = ColorEncoding::kGamma;
+    image->gamma = static_cast<float>(gamma);
+  } else if (!name.empty()) {
+    params.bad_value("encoding", "is unknown: " + in_quotes(name) + "; use \"sRGB\", \"linear\" or \"gamma 2.2\"");
+  }
+}
+
+ImageTexture read_image(PbrtScene& out, ParameterList& params) {
+  ImageTexture image;
+  const std::string file = params.text("filename", "");
+  if (file.empty()) {
+    out.problems->error(params.where_of("filename"), params.owner() + " needs a \"string filename\"");
+  } else {
+    image.path = out.open_reference(file, params.where_of("filename"));
+  }
+  image.wrap = read_wrap(params);
+  read_encoding(params, &image);
+  image.scale = static_cast<float>(params.number("scale", 1, 0, kAny));
+  image.invert = params.boolean("invert", false);
+  image.mapping = read_mapping(out, params);
+  params.accept({"filter", "maxanisotropy"});  // how a renderer filters it; the renderer supersamples
+  return image;
+}
+
+/// A texture's inputs may name only textures that are defined before it, so that there can be no cycle.
+class Inputs {
+ public:
+  Inputs(PbrtScene& out, ParameterList& params, bool is_spectrum) : out_(out), params_(params), is_spectrum_(is_spectrum) {}
+
+  SpectrumInput color(std::string_view name, float fallback) {
+    if (!check(name, is_spectrum_)) return {{fallback, fallback, fallback}, -1};
+    if (is_spectrum_) {
+      return out_.spectrum_input(params_, name, SpectrumUse::kFactor, {fallback, fallback, fallback});
+    }
+    const FloatInput f = out_.float_input(params_, name, fallback, -kAny, kAny);
+    return {{f.value, f.value, f.value}, f.texture};
+  }
+  FloatInput number(std::string_view name, float fallback) {
+    if (!check(name, false)) return {fallback, -1};
+    return out_.float_input(params_, name, fallback, -kAny, kAny);
+  }
+
+ private:
+  /// Reports a texture name that is not defined yet.
+  bool check(std::string_view name, bool is_spectrum) {
+    if (!params_.has(name)) return true;
+    const Parameter* p = params_.find(name, {ParamType::kTexture, ParamType::kFloat, ParamType::kRgb,
+                                             ParamType::kSpectrum, ParamType::kBlackbody});
+    if (p == nullptr) return false;
+    if (p->type != ParamType::kTexture || p->strings.size() != 1) return true;
+    if (out_.texture_defined(p->strings[0], is_spectrum)) return true;
+    params_.bad_value(name, "names the " + std::string(is_spectrum ? "spectrum" : "float") + " texture " +
+                                in_quotes(p->strings[0]) + ", which is not defined above");
+    return false;
+  }
+
+  PbrtScene& out_;
+  ParameterList& params_;
+  bool is_spectrum_;
+};
+
+TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum, ParameterList& params) {
+  Inputs inputs(out, params, is_spectrum);
+  if (type == "imagemap") return read_image(out, params);
+  if (type == "constant") {
+    if (is_spectrum) return ConstantTexture{out.spectrum(params, "value", SpectrumUse::kFactor, {1, 1, 1})};
+    const auto v = static_cast<float>(params.number("value", 1, -kAny, kAny));
+    return ConstantTexture{{v, v, v}};
+  }
+  if (type == "scale") return ScaleTexture{inputs.color("tex", 1), inputs.number("scale", 1)};
+  if (type == "mix") {
+    return MixTexture{inputs.color("tex1", 0), inputs.color("tex2", 1), inputs.number("amount", 0.5f)};
+  }
+  if (type == "checkerboard") {
+    if (params.integer("dimension", 2, 2, 3) == 3) {
+      params.unsupported("dimension", "3 is taken as 2");
+    }
+    CheckerboardTexture board{inputs.color("tex1", 1), inputs.color("tex2", 0), {}};
+    board.mapping = read_mapping(out, params);
+    return board;
+  }
+  return ConstantTexture{{0.5f, 0.5f, 0.5f}};
+}
+
+const std::vector<std::string_view> kSupported = {"imagemap", "constant", "scale", "mix", "checkerboard"};
+const std::vector<std::string_view> kKnown = {"imagemap", "constant", "scale",    "mix",   "checkerboard", "directionmix",
+                                              "bilerp",   "dots",     "fbm",      "wrinkled", "windy",     "marble", "ptex"};
+
+}  // namespace
+
+void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type, const std::string& type,
+                       ParameterList& params) {
+  if (value_type != "float" && value_type != "spectrum") {
+    out.problems->error(params.where(), "a texture is of type \"float\" or \"spectrum\", not " + in_quotes(value_type));
+    return;
+  }
+  const bool is_spectrum = value_type == "spectrum";
+  TextureDescription texture{name, is_spectrum, read_kind(out, type, is_spectrum, params), params.where()};
+  if (std::find(kSupported.begin(), kSupported.end(), type) != kSupported.end()) {
+    params.finish();
+  } else if (std::find(kKnown.begin(), kKnown.end(), type) != kKnown.end()) {
+    out.problems->unsupported(params.where(), params.owner() + " is replaced by the constant 0.5");
+  } else {
+    report_unknown_word(params, "texture", type, kKnown);
+  }
+  out.define_texture(std::move(texture));
+}
+
+}  // namespace lightmill

@@ -1,0 +1,152 @@
+#include "common/scene/scene_files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "common/digest.h"
+#include "common/error.h"
+#include "common/scene/load.h"
+
+namespace lightmill {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Closes the descriptor at the end of the scope.
+struct Descriptor {
+  int fd;
+  ~Descriptor() {
+    if (fd >= 0) close(fd);
+  }
+};
+
+[[noreturn]] void fail(const std::string& what) { throw Error(ErrorKind::kBadScene, what); }
+
+std::string too_large(size_t max_bytes) {
+  return "is larger than the limit of " + std::to_string(max_bytes >> 20) + " MiB";
+}
+
+/// Well-formed UTF-8: what JSON can carry.
+bool is_utf8(const std::string& s) {
+  for (size_t i = 0; i < s.size();) {
+    const auto lead = static_cast<unsigned char>(s[i++]);
+    int more = lead < 0x80 ? 0 : lead < 0xc2 ? -1 : lead < 0xe0 ? 1 : lead < 0xf0 ? 2 : lead < 0xf5 ? 3 : -1;
+    if (more < 0) return false;
+    const unsigned char low = lead == 0xe0 ? 0xa0 : lead == 0xf0 ? 0x90 : 0x80;   // no overlong forms
+    const unsigned char high = lead == 0xed ? 0x9f : lead == 0xf4 ? 0x8f : 0xbf;  // no surrogates
+    for (bool first = true; more > 0; --more, first = false) {
+      if (i == s.size()) return false;
+      const auto byte = static_cast<unsigned char>(s[i++]);
+      if (byte < (first ? low : 0x80) || byte > (first ? high : 0xbf)) return false;
+    }
+  }
+  return true;
+}
+
+std::string inflate_all(const std::string& packed, size_t max_bytes) {
+  constexpr int kGzipWindow = 15 + 16;
+  z_stream stream{};
+  if (inflateInit2(&stream, kGzipWindow) != Z_OK) fail("can't start the gzip decoder");
+  struct Guard {
+    z_stream* s;
+    ~Guard() { inflateEnd(s); }
+  } guard{&stream};
+
+  std::string out;
+  size_t fed = 0;
+  std::string chunk(size_t{1} << 20, '\0');
+  for (;;) {
+    if (stream.avail_in == 0 && fed < packed.size()) {
+      const size_t count = std::min(packed.size() - fed, size_t{1} << 24);
+      stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + fed));
+      stream.avail_in = static_cast<uInt>(count);
+      fed += count;
+    }
+    stream.next_out = reinterpret_cast<Bytef*>(chunk.data());
+    stream.avail_out = static_cast<uInt>(chunk.size());
+    const int status = inflate(&stream, Z_NO_FLUSH);
+    const size_t produced = chunk.size() - stream.avail_out;
+    if (out.size() + produced > max_bytes) fail(too_large(max_bytes) + " when unpacked");
+    out.append(chunk, 0, produced);
+    if (status == Z_STREAM_END) {
+      if (stream.avail_in == 0 && fed == packed.size()) return out;
+      if (inflateReset(&stream) != Z_OK) fail("is damaged gzip data");  // a further member
+    } else if (status == Z_BUF_ERROR || (status == Z_OK && produced == 0 && stream.avail_in == 0 && fed == packed.size())) {
+      fail("is truncated gzip data");
+    } else if (status != Z_OK) {
+      fail("is damaged gzip data");
+    }
+  }
+}
+
+}  // namespace
+
+std::string bundle_name(const std::string& reference) {
+  const fs::path normal = fs::path(reference).lexically_normal();
+  const std::string text = normal.generic_string();
+  if (is_safe_bundle_name(text) && !text.starts_with("external/")) return text;
+  std::string base = normal.filename().string();
+  if (!is_safe_bundle_name(base)) base = "file";
+  return "external/" + sha256_hex(text).substr(0, 16) + "/" + base;
+}
+
+bool is_safe_bundle_name(const std::string& name) {
+  constexpr size_t kMaxLength = 1024;
+  if (name.empty() || name.size() > kMaxLength || !is_utf8(name)) return false;
+  for (char c : name) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == '\\') return false;
+  }
+  for (size_t begin = 0; begin <= name.size();) {
+    const size_t end = std::min(name.find('/', begin), name.size());
+    const std::string part = name.substr(begin, end - begin);
+    if (part.empty() || part == "." || part == "..") return false;
+    begin = end + 1;
+  }
+  return true;
+}
+
+std::string why_unreadable(const std::string& path) {
+  struct stat info {};
+  if (stat(path.c_str(), &info) != 0) return std::strerror(errno);
+  if (!S_ISREG(info.st_mode)) return "it is not a regular file";
+  return access(path.c_str(), R_OK) == 0 ? "" : std::strerror(errno);
+}
+
+std::string read_scene_file(const std::string& path, size_t max_bytes) {
+  // O_NONBLOCK: opening a named pipe must not hang.
+  const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  struct stat info {};
+  if (file.fd < 0 || fstat(file.fd, &info) != 0) fail(std::string("can't be read: ") + std::strerror(errno));
+  if (!S_ISREG(info.st_mode)) fail("is not a regular file");
+  const auto size = static_cast<size_t>(info.st_size);
+  if (size > max_bytes) fail(too_large(max_bytes));
+  std::string contents(size, '\0');
+  size_t have = 0;
+  while (have < size) {
+    const ssize_t got = read(file.fd, contents.data() + have, size - have);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail(std::string("can't be read: ") + std::strerror(errno));
+    if (got == 0) break;  // it shrank meanwhile
+    have += static_cast<size_t>(got);
+  }
+  contents.resize(have);
+  return contents.starts_with("\x1f\x8b") ? inflate_all(contents, max_bytes) : contents;
+}
+
+std::string DirectoryFiles::resolve(const std::string& name) const {
+  if (name.empty() || name.find('\0') != std::string::npos) return "";
+  // Normalised as bundle_name does it, so that both mean the same file even across symbolic links.
+  const fs::path path = fs::path(name).lexically_normal();
+  const fs::path full = path.is_absolute() ? path : fs::path(folder_) / path;
+  std::error_code ignored;
+  return fs::exists(full, ignored) ? full.string() : "";
+}
+
+}  // namespace lightmill

@@ -1,0 +1,171 @@
+#include "common/settings.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "common/error.h"
+#include "common/scene/description.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int64_t kMaxSpp = int64_t{1} << 31;
+
+[[noreturn]] void usage(const std::string& message) { throw Error(ErrorKind::kUsage, message); }
+
+void check_resolution(int64_t width, int64_t height, ErrorKind kind) {
+  const std::string size = std::to_string(width) + "x" + std::to_string(height);
+  if (width < 1 || height < 1) throw Error(kind, "resolution " + size + " is empty; both sides must be at least 1");
+  if (width > kMaxResolution || height > kMaxResolution || width * height > kMaxPixels) {
+    throw Error(kind, "resolution " + size + " is over the limit of " + std::to_string(kMaxResolution) +
+                          " a side and " + std::to_string(kMaxPixels) + " pixels; lower it");
+  }
+}
+
+/// First pixel at or right of a fraction of a side: pbrt's ceil(fraction * side), forgiving the rounding of
+/// fractions that stand for whole pixels.
+int crop_edge(double fraction, int side) {
+  return static_cast<int>(std::ceil(fraction * side - 1e-9 * side));
+}
+
+PixelRect crop_rect(const std::array<double, 4>& c, int width, int height, ErrorKind kind) {
+  for (double x : c) {
+    if (!(x >= 0 && x <= 1)) throw Error(kind, "the crop window must be x0,x1,y0,y1 within [0, 1]");
+  }
+  if (!(c[0] < c[1] && c[2] < c[3])) throw Error(kind, "the crop window must have x0 < x1 and y0 < y1");
+  const PixelRect r{crop_edge(c[0], width), crop_edge(c[2], height), crop_edge(c[1], width), crop_edge(c[3], height)};
+  if (r.empty()) {
+    throw Error(kind, "the crop window holds no pixel of " + std::to_string(width) + "x" + std::to_string(height) +
+                          "; enlarge it");
+  }
+  return r;
+}
+
+Integrator integrator_named(const std::string& name) {
+  if (name == "bdpt") return Integrator::kBdpt;
+  if (name == "pt") return Integrator::kPt;
+  if (name == "lt") return Integrator::kLt;
+  usage("unknown integrator \"" + name + "\"; use auto, bdpt, pt, lt or scene");
+}
+
+/// What a scene's integrator corresponds to here; bidirectional methods and those we lack become bdpt.
+Integrator integrator_of_scene(const std::string& name) {
+  if (name == "path" || name == "volpath" || name == "simplepath" || name == "simplevolpath" || name == "randomwalk") {
+    return Integrator::kPt;
+  }
+  return name == "lightpath" ? Integrator::kLt : Integrator::kBdpt;
+}
+
+void check(const RenderSettings& s, ErrorKind kind) {
+  check_resolution(s.grid.width, s.grid.height, kind);
+  if (s.spp < 1 || s.spp > kMaxSpp) {
+    throw Error(kind, "samples per pixel must be from 1 to " + std::to_string(kMaxSpp) + ", not " + std::to_string(s.spp));
+  }
+  if (s.max_depth < 0 || s.max_depth > kUnlimitedDepth) {
+    throw Error(kind, "max depth must be from 0 to " + std::to_string(kUnlimitedDepth) + " or \"unlimited\", not " +
+                          std::to_string(s.max_depth));
+  }
+  if (!std::isfinite(s.time_s) || s.time_s < 0) throw Error(kind, "the time limit must be a positive number of seconds");
+  if (!std::isfinite(s.target_error) || s.target_error < 0) throw Error(kind, "the target error must be a positive number");
+  const PixelRect& c = s.grid.crop;
+  if (c.empty() || c.x0 < 0 || c.y0 < 0 || c.x1 > s.grid.width || c.y1 > s.grid.height) {
+    throw Error(kind, "the crop window must not be empty and must lie inside the film");
+  }
+}
+
+}  // namespace
+
+const char* integrator_name(Integrator integrator) {
+  switch (integrator) {
+    case Integrator::kBdpt: return "bdpt";
+    case Integrator::kPt: return "pt";
+    case Integrator::kLt: return "lt";
+  }
+  return "bdpt";
+}
+
+RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptions& options) {
+  RenderSettings s;
+  if (options.integrator == "scene") {
+    s.integrator = integrator_of_scene(scene.sampling.integrator);
+  } else if (options.integrator == "auto") {
+    s.integrator = Integrator::kBdpt;  // until the plan chooses; the caller says so
+  } else {
+    s.integrator = integrator_named(options.integrator);
+  }
+  // Options out of range are the command line's fault, everything else the scene's.
+  if (options.time_s && !(*options.time_s > 0)) usage("--time must be above 0 seconds");
+  if (options.target_error && !(*options.target_error > 0)) usage("--target-error must be above 0");
+  const bool own_size = options.width || options.height;
+  s.grid.width = options.width.value_or(scene.film.width);
+  s.grid.height = options.height.value_or(scene.film.height);
+  check_resolution(s.grid.width, s.grid.height, own_size ? ErrorKind::kUsage : ErrorKind::kBadScene);
+  // A crop is kept as fractions, so that it frames the same part of the view at any resolution.
+  s.grid.crop = {0, 0, s.grid.width, s.grid.height};
+  if (options.crop) {
+    s.grid.crop = crop_rect(*options.crop, s.grid.width, s.grid.height, ErrorKind::kUsage);
+  } else if (scene.film.crop) {
+    s.grid.crop = crop_rect(*scene.film.crop, s.grid.width, s.grid.height, own_size ? ErrorKind::kUsage : ErrorKind::kBadScene);
+  }
+  s.spp = options.spp.value_or(scene.sampling.spp);
+  s.max_depth = options.max_depth.value_or(scene.sampling.max_depth);
+  s.seed = options.seed.value_or(scene.sampling.seed);
+  s.time_s = options.time_s.value_or(0);
+  s.target_error = options.target_error.value_or(0);
+  check(s, options.spp || options.max_depth ? ErrorKind::kUsage : ErrorKind::kBadScene);
+  return s;
+}
+
+std::string settings_to_json(const RenderSettings& s) {
+  // nlohmann's objects are sorted by key, and its doubles are written so that they read back the same.
+  const PixelRect& c = s.grid.crop;
+  return nlohmann::json{{"crop", {c.x0, c.y0, c.x1, c.y1}},
+                        {"height", s.grid.height},
+                        {"integrator", integrator_name(s.integrator)},
+                        {"max_depth", s.max_depth},
+                        {"seed", s.seed},
+                        {"spp", s.spp},
+                        {"target_error", s.target_error},
+                        {"time_s", s.time_s},
+                        {"width", s.grid.width}}
+      .dump();
+}
+
+namespace {
+
+int64_t integer_in(const nlohmann::json& j, int64_t low, int64_t high) {
+  if (!j.is_number_integer()) usage("render settings: a whole number is expected");
+  if (j.is_number_unsigned() && j.get<uint64_t>() > static_cast<uint64_t>(high)) usage("render settings: a number is too large");
+  const auto v = j.get<int64_t>();
+  if (v < low || v > high) usage("render settings: a number is out of range");
+  return v;
+}
+
+}  // namespace
+
+RenderSettings settings_from_json(const std::string& text) {
+  try {
+    const auto j = nlohmann::json::parse(text);
+    if (j.size() != 9) usage("render settings: exactly 9 fields are expected");
+    RenderSettings s;
+    s.integrator = integrator_named(j.at("integrator").get<std::string>());
+    s.grid.width = static_cast<int>(integer_in(j.at("width"), 1, kMaxResolution));
+    s.grid.height = static_cast<int>(integer_in(j.at("height"), 1, kMaxResolution));
+    const auto& crop = j.at("crop");
+    if (!crop.is_array() || crop.size() != 4) usage("render settings: \"crop\" must hold 4 numbers");
+    const auto edge = [&](size_t i) { return static_cast<int>(integer_in(crop.at(i), 0, kMaxResolution)); };
+    s.grid.crop = {edge(0), edge(1), edge(2), edge(3)};
+    s.spp = integer_in(j.at("spp"), 1, kMaxSpp);
+    s.max_depth = static_cast<int>(integer_in(j.at("max_depth"), 0, kUnlimitedDepth));
+    if (!j.at("seed").is_number_unsigned()) usage("render settings: \"seed\" must be a whole number from 0");
+    s.seed = j.at("seed").get<uint64_t>();
+    s.time_s = j.at("time_s").get<double>();
+    s.target_error = j.at("target_error").get<double>();
+    check(s, ErrorKind::kUsage);
+    return s;
+  } catch (const nlohmann::json::exception& e) {
+    usage(std::string("render settings are malformed: ") + e.what());
+  }
+}
+
+}  // namespace lightmill
