@@ -1,0 +1,154 @@
+#pragma once
+// A scripted farm and a renderer without a scene, to run the agent alone.
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "worker/agent/farm_link.h"
+#include "worker/agent/packet_renderer.h"
+
+namespace lightmill::agent::testing {
+
+inline constexpr int kQuantum = -40;
+
+inline FilmGrid small_grid() { return {96, 64, {0, 0, 96, 64}}; }
+
+/// Adds 1 to every pixel of the packet, per sample.
+class CountingRenderer : public PacketRenderer {
+ public:
+  const FilmGrid& grid() const override { return grid_; }
+  int quantum_exponent() const override { return kQuantum; }
+  bool has_camera_layer() const override { return true; }
+  bool has_splat_layer() const override { return false; }
+  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }
+  void render_packet(const Packet& packet, Workspace&, PartialBuilder& builder) const override {
+    if (packet.cell_x == fail_cell_x) throw std::runtime_error("cell on fire");
+    std::vector<ExactRgb> sums(kCellPixels);
+    const auto samples = static_cast<Units>(packet.sample_end - packet.sample_begin);
+    for (ExactRgb& sum : sums) sum.c[0] = samples << -kQuantum;
+    builder.add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(sums));
+    RenderCounters counters;
+    const PixelRect cell{packet.cell_x * kCellSize, packet.cell_y * kCellSize, (packet.cell_x + 1) * kCellSize,
+                         (packet.cell_y + 1) * kCellSize};
+    counters.camera_paths = static_cast<uint64_t>(cell.area()) * static_cast<uint64_t>(samples);
+    builder.add_counters(counters, 0.001);
+  }
+  int fail_cell_x = -1;
+
+ private:
+  FilmGrid grid_ = small_grid();
+};
+
+class FixedSource : public RenderSource {
+ public:
+  std::shared_ptr<const PacketRenderer> open(const std::string&, const std::string&) override {
+    if (!error.empty()) throw Error(ErrorKind::kBadScene, error);
+    return renderer;
+  }
+  std::shared_ptr<CountingRenderer> renderer = std::make_shared<CountingRenderer>();
+  std::string error;
+};
+
+/// Hands out the tiles that it was given; may be told to misbehave.
+class FakeFarm : public FarmLink {
+ public:
+  void register_worker(const Registration& registration) override {
+    const std::lock_guard lock(mutex_);
+    if (!refusal.empty()) throw Error(ErrorKind::kUnreachable, refusal);
+    if (down_calls > 0 && down_calls--) throw LinkDown("no route");
+    registered = true;
+    ++registrations;
+    last_registration = registration;
+  }
+  std::optional<Lease> lease(double wait_seconds) override {
+    std::unique_lock lock(mutex_);
+    check();
+    changed_.wait_for(lock, std::chrono::duration<double>(std::min(wait_seconds, 0.02)));
+    if (pending.empty()) return std::nullopt;
+    Lease lease = pending.front();
+    pending.pop_front();
+    most_held = std::max(most_held, ++held);
+    return lease;
+  }
+  std::vector<LeaseKey> renew(const std::vector<LeaseKey>& keys) override {
+    const std::lock_guard lock(mutex_);
+    check();
+    ++renewals;
+    std::vector<LeaseKey> lost;
+    for (const LeaseKey& key : keys) {
+      if (lose.count(key)) lost.push_back(key);
+    }
+    return lost;
+  }
+  CommitAnswer commit(const LeaseKey& key, const std::string& bytes) override {
+    const std::lock_guard lock(mutex_);
+    check();
+    --held;
+    commits[key].push_back(bytes);
+    changed_.notify_all();
+    return {CommitOutcome::kAccepted, ""};
+  }
+  void fail(const LeaseKey& key, const std::string& reason) override {
+    const std::lock_guard lock(mutex_);
+    check();
+    --held;
+    failures[key] = reason;
+    changed_.notify_all();
+  }
+  void drain() override {
+    const std::lock_guard lock(mutex_);
+    drained = true;
+  }
+  Bundle bundle(const std::string&) override { return {}; }
+  void fetch_blobs(const std::vector<std::string>&, BlobSink&) override {}
+  void cancel() override {
+    const std::lock_guard lock(mutex_);
+    cancelled = true;
+    changed_.notify_all();
+  }
+
+  void add(const TileSpec& tile, double lease_seconds = 10) {
+    const std::lock_guard lock(mutex_);
+    pending.push_back({{"j1", next_tile_++, 1}, tile, "{}", "digest", lease_seconds});
+    changed_.notify_all();
+  }
+  /// Blocks until so many tiles were committed or failed; false after a generous time.
+  bool wait_for_answers(size_t count) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::seconds(60),
+                             [&] { return commits.size() + failures.size() >= count; });
+  }
+
+  std::mutex mutex_;
+  std::deque<Lease> pending;
+  std::map<LeaseKey, std::vector<std::string>> commits;
+  std::map<LeaseKey, std::string> failures;
+  std::map<LeaseKey, bool> lose;
+  std::string refusal;
+  int down_calls = 0;     // so many calls throw LinkDown
+  bool forget = false;    // the next call throws NotRegistered
+  bool registered = false, drained = false, cancelled = false;
+  int registrations = 0, renewals = 0, held = 0, most_held = 0;
+  Registration last_registration;
+
+ private:
+  void check() {
+    if (cancelled) throw LinkDown("cancelled");
+    if (down_calls > 0) {
+      --down_calls;
+      throw LinkDown("no route");
+    }
+    if (forget || !registered) {
+      forget = registered = false;
+      throw NotRegistered("who are you?");
+    }
+  }
+  std::condition_variable changed_;
+  int64_t next_tile_ = 0;
+};
+
+}  // namespace lightmill::agent::testing
