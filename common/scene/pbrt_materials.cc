@@ -17,6 +17,18 @@ const std::vector<std::string_view>& known_materials() {
   return names;
 }
 
+/// pbrt-v4's name of a material that only pbrt-v3 has, or "".
+std::string_view successor_of(std::string_view type) {
+  constexpr std::string_view kRenamed[][2] = {
+      {"matte", "diffuse"},        {"plastic", "coateddiffuse"}, {"substrate", "coateddiffuse"},
+      {"uber", "coateddiffuse"},   {"glass", "dielectric"},      {"metal", "conductor"},
+      {"mirror", "conductor"},     {"translucent", "diffusetransmission"}};
+  for (const auto& [old_name, new_name] : kRenamed) {
+    if (old_name == type) return new_name;
+  }
+  return "";
+}
+
 Roughness read_roughness(PbrtScene& out, ParameterList& params) {
   const FloatInput both = out.float_input(params, "roughness", 0, 0, 1e6);
   Roughness r;
@@ -99,7 +111,13 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
   } else {
     const auto& known = known_materials();
     if (std::find(known.begin(), known.end(), type) == known.end() && type != "" && type != "none") {
-      report_unknown_word(params, "material", type, known);
+      const std::string_view successor = successor_of(type);
+      if (successor.empty()) {
+        report_unknown_word(params, "material", type, known);
+      } else {
+        out.problems->error(params.where(), "unknown material " + in_quotes(type) + " (of pbrt-v3); pbrt-v4 calls it " +
+                                                in_quotes(successor));
+      }
     } else {
       out.problems->unsupported(params.where(), params.owner() + " is rendered as grey diffuse");
     }

@@ -179,7 +179,7 @@ std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ProblemList* prob
       }
       continue;
     }
-    if (!parse_values(tokens, &parameter, problems)) continue;
+    parameter.malformed = !parse_values(tokens, &parameter, problems);
     const bool twice = std::any_of(list.begin(), list.end(), [&](const Parameter& p) { return p.name == parameter.name; });
     if (twice) {
       problems->error(parameter.where, "parameter " + in_quotes(parameter.name) + " is given twice; keep one");
@@ -222,6 +222,7 @@ void ParameterList::bad_value(std::string_view name, const std::string& message)
 
 const Parameter* ParameterList::find(std::string_view name, std::initializer_list<ParamType> types) {
   const Parameter* p = lookup(name);
+  if (p != nullptr && p->malformed) return nullptr;
   if (p == nullptr || std::find(types.begin(), types.end(), p->type) != types.end()) return p;
   std::string expected;
   for (ParamType type : types) expected += (expected.empty() ? "" : " or ") + in_quotes(param_type_name(type));

@@ -28,10 +28,11 @@ struct Parameter {
   std::vector<std::string> strings;  // string, texture, named spectrum
   bool inherited = false;            // from an Attribute directive: may stay unused
   bool used = false;
+  bool malformed = false;  // its value was reported and is missing here
 };
 
 /// Reads the parameters that follow a directive, up to the next token that is not a string. What is
-/// malformed is reported and left out.
+/// malformed is reported; a parameter whose name is known at least stays in the list, marked.
 std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ProblemList* problems);
 
 class ParameterList {
@@ -57,7 +58,8 @@ class ParameterList {
   const std::vector<double>* numbers(std::string_view name, ParamType type);
   /// The same with exactly `count` numbers.
   const std::vector<double>* numbers(std::string_view name, ParamType type, size_t count);
-  /// The parameter of this name if its type is among `types`; another type is reported.
+  /// The parameter of this name if its type is among `types`; another type is reported. Null also if its value
+  /// was malformed: then `has` is true all the same.
   const Parameter* find(std::string_view name, std::initializer_list<ParamType> types);
 
   /// Declares parameters that are legal and change nothing here (such as a BVH's split method).

@@ -140,10 +140,11 @@ bool PbrtParser::require_options(const Token& directive) {
   }
   const auto [previous, is_first] = once_.try_emplace(std::string(directive.text), where);
   if (!is_first) {
-    problems_->error(where, std::string(directive.text) + " is given twice; the first is at line " +
-                                std::to_string(previous->second.line));
+    problems_->warning(where, std::string(directive.text) + " is given again; it replaces the one at line " +
+                                  std::to_string(previous->second.line));
+    previous->second = where;
   }
-  return is_first;
+  return true;
 }
 
 void PbrtParser::apply(const Token& directive, const Transform& transform, bool replace) {

@@ -102,7 +102,7 @@ class PbrtParser {
   std::vector<Scope> scopes_;
   std::map<std::string, Transform> coordinate_systems_;
   bool in_world_ = false;
-  std::map<std::string, SourceLocation> once_;  // directives that may be given once, and where they were
+  std::map<std::string, SourceLocation> once_;  // directives that count once, and where they were
 
   // Object instancing: the shapes of each object, in the space in which ObjectBegin was given.
   std::map<std::string, std::vector<ShapeDescription>> objects_;

@@ -29,6 +29,7 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
     return;
   }
   CameraDescription& camera = out.scene.camera;
+  camera = CameraDescription{};
   camera.camera_to_world = inverse(ctm);
   camera.fov_degrees = params.number("fov", 90, 1e-4, 179.99);
   if (const auto* window = params.numbers("screenwindow", ParamType::kFloat, 4)) {
@@ -62,6 +63,7 @@ void translate_film(PbrtScene& out, const std::string& type, ParameterList& para
   }
   if (type != "rgb") out.problems->unsupported(params.where(), params.owner() + " is rendered as \"rgb\"");
   FilmDescription& film = out.scene.film;
+  film = FilmDescription{};
   film.width = static_cast<int>(params.integer("xresolution", 1280, 1, kMaxResolution));
   film.height = static_cast<int>(params.integer("yresolution", 720, 1, kMaxResolution));
   if (int64_t{film.width} * film.height > kMaxPixels) {
@@ -102,6 +104,7 @@ void translate_film(PbrtScene& out, const std::string& type, ParameterList& para
 void translate_filter(PbrtScene& out, const std::string& type, ParameterList& params) {
   static const std::vector<std::string_view> known = {"box", "triangle", "gaussian", "mitchell", "sinc"};
   FilterDescription& filter = out.scene.filter;
+  filter = FilterDescription{};
   constexpr double kMinRadius = 1e-3, kMaxRadius = 64;
   double radius = 1.5;
   if (type == "box") {
@@ -119,7 +122,6 @@ void translate_filter(PbrtScene& out, const std::string& type, ParameterList& pa
     } else {
       report_unknown_word(params, "pixel filter", type, known);
     }
-    filter = FilterDescription{};
     return;
   }
   filter.xradius = params.number("xradius", radius, kMinRadius, kMaxRadius);
