@@ -1,0 +1,193 @@
+#include <embree3/rtcore.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "common/error.h"
+#include "worker/render/accel/accel.h"
+#include "worker/render/scene/sphere_hit.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kPacket = 8;
+
+void sphere_bounds(const RTCBoundsFunctionArguments* args) {
+  const auto* scene = static_cast<const RenderScene*>(args->geometryUserPtr);
+  const float* s = &scene->spheres[size_t{args->primID} * 4];
+  // One ulp of slack: the box must hold the rounded sphere.
+  const float r = s[3] * (1 + 0x1p-22f);
+  auto& b = *args->bounds_o;
+  auto down = [](float x) { return std::nextafter(x, -std::numeric_limits<float>::infinity()); };
+  auto up = [](float x) { return std::nextafter(x, std::numeric_limits<float>::infinity()); };
+  b.lower_x = down(s[0] - r), b.lower_y = down(s[1] - r), b.lower_z = down(s[2] - r);
+  b.upper_x = up(s[0] + r), b.upper_y = up(s[1] + r), b.upper_z = up(s[2] + r);
+}
+
+void sphere_intersect(const RTCIntersectFunctionNArguments* args) {
+  const auto* scene = static_cast<const RenderScene*>(args->geometryUserPtr);
+  const float* s = &scene->spheres[size_t{args->primID} * 4];
+  RTCRayN* ray = RTCRayHitN_RayN(args->rayhit, args->N);
+  RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, args->N);
+  for (unsigned i = 0; i < args->N; ++i) {
+    if (!args->valid[i]) continue;
+    const float o[3] = {RTCRayN_org_x(ray, args->N, i), RTCRayN_org_y(ray, args->N, i), RTCRayN_org_z(ray, args->N, i)};
+    const float d[3] = {RTCRayN_dir_x(ray, args->N, i), RTCRayN_dir_y(ray, args->N, i), RTCRayN_dir_z(ray, args->N, i)};
+    const double t = sphere_hit(o, d, s, RTCRayN_tnear(ray, args->N, i), RTCRayN_tfar(ray, args->N, i));
+    if (t < 0) continue;
+    RTCRayN_tfar(ray, args->N, i) = static_cast<float>(t);
+    RTCHitN_geomID(hit, args->N, i) = args->geomID;
+    RTCHitN_primID(hit, args->N, i) = args->primID;
+    RTCHitN_instID(hit, args->N, i, 0) = args->context->instID[0];
+  }
+}
+
+void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
+  const auto* scene = static_cast<const RenderScene*>(args->geometryUserPtr);
+  const float* s = &scene->spheres[size_t{args->primID} * 4];
+  for (unsigned i = 0; i < args->N; ++i) {
+    if (!args->valid[i]) continue;
+    RTCRayN* ray = args->ray;
+    const float o[3] = {RTCRayN_org_x(ray, args->N, i), RTCRayN_org_y(ray, args->N, i), RTCRayN_org_z(ray, args->N, i)};
+    const float d[3] = {RTCRayN_dir_x(ray, args->N, i), RTCRayN_dir_y(ray, args->N, i), RTCRayN_dir_z(ray, args->N, i)};
+    if (sphere_hit(o, d, s, RTCRayN_tnear(ray, args->N, i), RTCRayN_tfar(ray, args->N, i)) >= 0) {
+      RTCRayN_tfar(ray, args->N, i) = -std::numeric_limits<float>::infinity();
+    }
+  }
+}
+
+[[noreturn]] void fail(RTCDevice device) {
+  const char* what = "unknown";
+  switch (rtcGetDeviceError(device)) {
+    case RTC_ERROR_OUT_OF_MEMORY:
+      what = "out of memory";
+      break;
+    case RTC_ERROR_UNSUPPORTED_CPU:
+      what = "this CPU has no AVX2";
+      break;
+    case RTC_ERROR_INVALID_ARGUMENT:
+    case RTC_ERROR_INVALID_OPERATION:
+      what = "invalid geometry";
+      break;
+    default:
+      break;
+  }
+  throw Error(ErrorKind::kFailed, std::string("the ray tracing structure can't be built: ") + what);
+}
+
+}  // namespace
+
+struct Accel::Impl {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  std::vector<int32_t> first_primitive;  // per geometry id
+  ~Impl() {
+    if (scene) rtcReleaseScene(scene);
+    if (device) rtcReleaseDevice(device);
+  }
+};
+
+Accel::Accel(const RenderScene& scene, int threads) : impl_(std::make_unique<Impl>()) {
+  const std::string config = "isa=avx2,frequency_level=simd256" + (threads > 0 ? ",threads=" + std::to_string(threads) : std::string());
+  impl_->device = rtcNewDevice(config.c_str());
+  if (!impl_->device) fail(nullptr);
+  RTCDevice device = impl_->device;
+  impl_->scene = rtcNewScene(device);
+  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(impl_->scene, RTC_BUILD_QUALITY_MEDIUM);
+  const size_t vertices = (scene.positions.size() - 4) / 3;
+  for (const MeshRange& mesh : scene.meshes) {
+    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, scene.positions.data(), 0, 12, vertices);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.indices.data(),
+                               static_cast<size_t>(mesh.first_triangle) * 12, 12, static_cast<size_t>(mesh.triangle_count));
+    rtcCommitGeometry(g);
+    rtcAttachGeometry(impl_->scene, g);
+    rtcReleaseGeometry(g);
+    impl_->first_primitive.push_back(mesh.first_triangle);
+  }
+  if (scene.sphere_count() > 0) {
+    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(g, static_cast<unsigned>(scene.sphere_count()));
+    rtcSetGeometryUserData(g, const_cast<RenderScene*>(&scene));
+    rtcSetGeometryBoundsFunction(g, sphere_bounds, nullptr);
+    rtcSetGeometryIntersectFunction(g, sphere_intersect);
+    rtcSetGeometryOccludedFunction(g, sphere_occluded);
+    rtcCommitGeometry(g);
+    rtcAttachGeometry(impl_->scene, g);
+    rtcReleaseGeometry(g);
+    impl_->first_primitive.push_back(scene.triangle_count());
+  }
+  rtcCommitScene(impl_->scene);
+  if (rtcGetDeviceError(device) != RTC_ERROR_NONE) fail(device);
+}
+
+Accel::~Accel() = default;
+
+void Accel::closest_hits(const RayView& rays, const int32_t* ids, int count, int32_t* prim) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  for (int begin = 0; begin < count; begin += kPacket) {
+    const int n = std::min(kPacket, count - begin);
+    RTCRayHit8 packet;
+    alignas(32) int valid[kPacket];
+    for (int l = 0; l < kPacket; ++l) {
+      const int i = ids[begin + std::min(l, n - 1)];
+      valid[l] = l < n ? -1 : 0;
+      packet.ray.org_x[l] = rays.ox[i];
+      packet.ray.org_y[l] = rays.oy[i];
+      packet.ray.org_z[l] = rays.oz[i];
+      packet.ray.dir_x[l] = rays.dx[i];
+      packet.ray.dir_y[l] = rays.dy[i];
+      packet.ray.dir_z[l] = rays.dz[i];
+      packet.ray.tnear[l] = 0;
+      packet.ray.tfar[l] = std::numeric_limits<float>::infinity();
+      packet.ray.time[l] = 0;
+      packet.ray.mask[l] = ~0u;
+      packet.ray.id[l] = 0;
+      packet.ray.flags[l] = 0;
+      packet.hit.geomID[l] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.instID[0][l] = RTC_INVALID_GEOMETRY_ID;
+    }
+    rtcIntersect8(valid, impl_->scene, &context, &packet);
+    for (int l = 0; l < n; ++l) {
+      const unsigned g = packet.hit.geomID[l];
+      prim[ids[begin + l]] = g == RTC_INVALID_GEOMETRY_ID
+                                 ? -1
+                                 : impl_->first_primitive[g] + static_cast<int32_t>(packet.hit.primID[l]);
+    }
+  }
+}
+
+void Accel::occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  for (int begin = 0; begin < count; begin += kPacket) {
+    const int n = std::min(kPacket, count - begin);
+    RTCRay8 packet;
+    alignas(32) int valid[kPacket];
+    for (int l = 0; l < kPacket; ++l) {
+      const int i = begin + std::min(l, n - 1);
+      valid[l] = l < n ? -1 : 0;
+      packet.org_x[l] = rays.ox[i];
+      packet.org_y[l] = rays.oy[i];
+      packet.org_z[l] = rays.oz[i];
+      packet.dir_x[l] = rays.dx[i];
+      packet.dir_y[l] = rays.dy[i];
+      packet.dir_z[l] = rays.dz[i];
+      packet.tnear[l] = 0;
+      packet.tfar[l] = tfar[i];
+      packet.time[l] = 0;
+      packet.mask[l] = ~0u;
+      packet.id[l] = 0;
+      packet.flags[l] = 0;
+    }
+    rtcOccluded8(valid, impl_->scene, &context, &packet);
+    for (int l = 0; l < n; ++l) occluded[begin + l] = packet.tfar[l] < 0;
+  }
+}
+
+}  // namespace lightmill

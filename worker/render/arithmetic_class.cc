@@ -1,0 +1,83 @@
+#include "worker/render/arithmetic_class.h"
+
+#include "common/image/partial.h"
+#include "worker/render/renderer.h"
+
+namespace lightmill {
+namespace {
+
+ShapeDescription quad(Vec3f a, Vec3f b, Vec3f c, Vec3f d, int material, int light = -1) {
+  auto mesh = std::make_shared<TriangleMesh>();
+  mesh->positions = {a, b, c, d};
+  mesh->normals = {{0.1f, 0.2f, 1}, {-0.1f, 0.3f, 1}, {0.2f, -0.1f, 1}, {0, 0, 1}};
+  mesh->uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  mesh->triangles = {{0, 1, 2}, {0, 2, 3}};
+  if (light >= 0) mesh->normals.clear();
+  ShapeDescription s;
+  s.kind = MeshShape{mesh};
+  s.material = material;
+  s.area_light = light;
+  return s;
+}
+
+ShapeDescription sphere(double x, double y, double z, float radius, int material, int light = -1) {
+  ShapeDescription s;
+  s.kind = SphereShape{radius};
+  s.object_to_world.m[0][3] = x;
+  s.object_to_world.m[1][3] = y;
+  s.object_to_world.m[2][3] = z;
+  s.material = material;
+  s.area_light = light;
+  return s;
+}
+
+/// A small scene with every BSDF kind, every light type, textures, smooth normals and spheres.
+SceneDescription every_kernel() {
+  SceneDescription scene;
+  scene.camera.fov_degrees = 70;
+  scene.filter = {FilterKind::kGaussian, 1.5, 1.5, 0.5};
+  CheckerboardTexture board{{{0.8f, 0.3f, 0.2f}, -1}, {{0.2f, 0.4f, 0.7f}, -1}, {4, 4, 0, 0}};
+  scene.textures.push_back({"board", true, board, {}});
+  auto add = [&](MaterialKind kind) { scene.materials.push_back({"", std::move(kind), {}}); };
+  const auto rough = [](float r) { return Roughness{{r, -1}, {r, -1}, false}; };
+  add(DiffuseMaterial{{{0.5f, 0.5f, 0.5f}, 0}});
+  add(ConductorMaterial{{{0.2f, 0.92f, 1.1f}, -1}, {{3.9f, 2.45f, 2.14f}, -1}, {}, rough(0.2f)});
+  add(ConductorMaterial{{{0.2f, 0.92f, 1.1f}, -1}, {{3.9f, 2.45f, 2.14f}, -1}, {}, rough(0)});
+  add(DielectricMaterial{1.5f, rough(0)});
+  add(DielectricMaterial{1.3f, rough(0.3f)});
+  add(CoatedDiffuseMaterial{{{0.7f, 0.4f, 0.1f}, -1}, 1.5f, rough(0)});
+  add(CoatedDiffuseMaterial{{{0.1f, 0.4f, 0.7f}, -1}, 1.5f, rough(0.2f)});
+  scene.area_lights.push_back({{9, 8, 7}, false, {}});
+  scene.area_lights.push_back({{20, 30, 40}, true, {}});
+  scene.shapes.push_back(quad({-3, -2, 6}, {3, -2, 6}, {3, 2, 6}, {-3, 2, 6}, 0));
+  scene.shapes.push_back(quad({-3, -2, 0}, {3, -2, 0}, {3, -2, 6}, {-3, -2, 6}, 6));
+  scene.shapes.push_back(quad({-1, 2, 3}, {1, 2, 3}, {1, 2, 5}, {-1, 2, 5}, 0, 0));
+  scene.shapes.push_back(sphere(2.4, 1.2, 4, 0.2f, 0, 1));
+  for (int i = 1; i <= 6; ++i) scene.shapes.push_back(sphere(-3.0 + i * 0.9, -0.8 + 0.25 * i, 4.0, 0.42f, i));
+  scene.lights.push_back({PointLight{{3, 3, 3}, {-2, 1, 2}}, {}});
+  scene.lights.push_back({InfiniteLight{{0.1f, 0.2f, 0.3f}}, {}});
+  return scene;
+}
+
+}  // namespace
+
+std::string arithmetic_class() {
+  static const std::string digest = [] {
+    RenderSettings settings;
+    settings.grid = {64, 32, {0, 0, 64, 32}};
+    settings.spp = 2;
+    settings.max_depth = 12;
+    settings.seed = 1;
+    const Renderer renderer(every_kernel(), settings, 1);
+    const TileSpec tile{{0, 0, 2, 1}, 0, 2};
+    PartialBuilder builder(settings.grid, tile, renderer.quantum_exponent(), true, true);
+    const auto workspace = renderer.make_workspace();
+    for (int x = 0; x < 2; ++x) {
+      for (int64_t s = 0; s < 2; ++s) renderer.render_packet({x, 0, s, s + 1}, *workspace, builder);
+    }
+    return partial_digest(builder.take());
+  }();
+  return digest;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,64 @@
+#pragma once
+// The closed set of BSDFs, over a lane type.
+//
+// Directions are unit vectors in the shading frame (z = shading normal), both pointing away from the
+// surface. `wo` is where the path came from, `wi` where it goes. Every value states its measure:
+//   f            BSDF value, 1/sr, without the cosine
+//   pdf          density of sampling wi given wo, per unit solid angle (of the non-delta lobes)
+//   pdf_reverse  density of sampling wo given wi, same measure
+//   weight       f |cos wi| / pdf of the sampled direction; for delta lobes the ratio of the deltas
+// Mode::kRadiance scales transmitted light by 1/eta^2 (camera paths); Mode::kImportance does not (light
+// paths): Veach 1997 §5.2, pbrt-v4 §9.5.2.
+//
+// eval_bsdf() and sample_bsdf() (bsdf_dispatch.h) take a kind per lane.
+#include "worker/render/math/vec.h"
+
+namespace lightmill {
+
+enum class Mode { kRadiance, kImportance };
+
+/// Kinds as stored with a vertex. Values index the counting sort of the bouncer.
+using BsdfKind = int32_t;
+inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 2, kSmoothDielectric = 3,
+                          kRoughDielectric = 4, kSmoothCoated = 5, kRoughCoated = 6, kBsdfKinds = 7;
+
+/// True if every lobe is a delta: no connection can be made at such a vertex.
+constexpr bool is_pure_delta(int32_t kind) { return kind == kSmoothConductor || kind == kSmoothDielectric; }
+
+/// Roughness below which a microfacet lobe is its delta limit.
+inline constexpr float kSmoothAlpha = 1e-3f;
+
+inline constexpr int kBsdfParams = 8;
+/// Parameters of any kind, in slots:
+///   diffuse     0-2 reflectance
+///   conductor   0-2 eta, 3-5 k, 6 alpha
+///   dielectric  0 eta, 6 alpha
+///   coated      0-2 reflectance, 3 eta, 4 internal diffuse Fresnel reflectance, 6 alpha
+template <class F>
+struct BsdfParams {
+  F p[kBsdfParams]{};
+  Vec3<F> rgb(int slot) const { return {p[slot], p[slot + 1], p[slot + 2]}; }
+};
+
+template <class F>
+struct BsdfEval {
+  Vec3<F> f;
+  F pdf{}, pdf_reverse{};
+};
+
+template <class F>
+struct BsdfSample {
+  Vec3<F> wi;
+  Vec3<F> weight;
+  F pdf{}, pdf_reverse{};  // of the non-delta lobes; 1 for a delta event
+  F roulette_scale = splat<F>(1.0f);  // undoes the 1/eta^2 of radiance for Russian roulette
+  MaskOf<F> valid{};
+  MaskOf<F> delta{};
+};
+
+template <class F>
+inline MaskOf<F> same_side(const Vec3<F>& a, const Vec3<F>& b) {
+  return MaskOf<F>(a.z * b.z > 0.0f);
+}
+
+}  // namespace lightmill

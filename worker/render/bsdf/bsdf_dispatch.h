@@ -1,0 +1,88 @@
+#pragma once
+// Evaluation and sampling with a kind per lane: each kind that is present is computed once for all lanes and
+// selected, so a group of one kind (what the bouncer's counting sort makes) costs one kernel.
+#include "worker/render/bsdf/coated_diffuse.h"
+#include "worker/render/bsdf/conductor.h"
+#include "worker/render/bsdf/dielectric.h"
+#include "worker/render/bsdf/diffuse.h"
+
+namespace lightmill {
+
+/// Calls fn(kind, mask) for every kind that occurs among the active lanes.
+template <class F, class Fn>
+inline void for_each_kind(IntOf<F> kind, MaskOf<F> active, Fn&& fn) {
+  for (int32_t k = 0; k < kBsdfKinds; ++k) {
+    const MaskOf<F> mask = mask_and(active, MaskOf<F>(kind == k));
+    if (any(mask)) fn(k, mask);
+  }
+}
+
+template <class F>
+inline void merge(MaskOf<F> m, const BsdfEval<F>& from, BsdfEval<F>* to) {
+  to->f = select(m, from.f, to->f);
+  to->pdf = select(m, from.pdf, to->pdf);
+  to->pdf_reverse = select(m, from.pdf_reverse, to->pdf_reverse);
+}
+
+/// Zero for pure delta kinds and for lanes that are not active.
+template <class F>
+inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F>& params, const Vec3<F>& wo,
+                             const Vec3<F>& wi, Mode mode) {
+  BsdfEval<F> result{};
+  for_each_kind<F>(kind, active, [&](int32_t k, MaskOf<F> m) {
+    switch (k) {
+      case kDiffuse:
+        return merge(m, eval_diffuse(params, wo, wi), &result);
+      case kRoughConductor:
+        return merge(m, eval_rough_conductor(params, wo, wi), &result);
+      case kRoughDielectric:
+        return merge(m, eval_rough_dielectric(params, wo, wi, mode), &result);
+      case kSmoothCoated:
+        return merge(m, eval_coated<F, false>(params, wo, wi), &result);
+      case kRoughCoated:
+        return merge(m, eval_coated<F, true>(params, wo, wi), &result);
+      default:
+        return;
+    }
+  });
+  return result;
+}
+
+/// `lobe`, `u`, `v` are independent uniforms in [0, 1).
+template <class F>
+inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F>& params, const Vec3<F>& wo,
+                                 F lobe, F u, F v, Mode mode) {
+  BsdfSample<F> result{};
+  auto take = [&](MaskOf<F> m, const BsdfSample<F>& s) {
+    result.wi = select(m, s.wi, result.wi);
+    result.weight = select(m, s.weight, result.weight);
+    result.pdf = select(m, s.pdf, result.pdf);
+    result.pdf_reverse = select(m, s.pdf_reverse, result.pdf_reverse);
+    result.roulette_scale = select(m, s.roulette_scale, result.roulette_scale);
+    result.valid = mask_or(result.valid, mask_and(m, s.valid));
+    result.delta = mask_or(result.delta, mask_and(m, s.delta));
+  };
+  for_each_kind<F>(kind, active, [&](int32_t k, MaskOf<F> m) {
+    switch (k) {
+      case kDiffuse:
+        return take(m, sample_diffuse(params, wo, u, v));
+      case kRoughConductor:
+        return take(m, sample_rough_conductor(params, wo, u, v));
+      case kSmoothConductor:
+        return take(m, sample_smooth_conductor(params, wo));
+      case kSmoothDielectric:
+        return take(m, sample_smooth_dielectric(params, wo, lobe, mode));
+      case kRoughDielectric:
+        return take(m, sample_rough_dielectric(params, wo, lobe, u, v, mode));
+      case kSmoothCoated:
+        return take(m, sample_coated<F, false>(params, wo, lobe, u, v));
+      case kRoughCoated:
+        return take(m, sample_coated<F, true>(params, wo, lobe, u, v));
+      default:
+        return;
+    }
+  });
+  return result;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,45 @@
+#pragma once
+// Isotropic GGX (Trowbridge-Reitz) microfacets. Shapes of the formulas: Walter et al. 2007; visible-normal
+// sampling by spherical caps, Dupuy & Benyoub 2023. The tan^2 form is kept free of divisions by cos and of
+// the cancellation in cos^2 (alpha^2 - 1) + 1.
+#include "worker/render/math/trig.h"
+#include "worker/render/math/vec.h"
+
+namespace lightmill {
+
+template <class F>
+struct Ggx {
+  F alpha;
+
+  /// Density of normals, 1/sr: 1 / (pi a^2 (x^2/a^2 + y^2/a^2 + z^2)^2).
+  F d(const Vec3<F>& m) const {
+    const F a2 = alpha * alpha;
+    const F e = (m.x * m.x + m.y * m.y) / a2 + m.z * m.z;
+    return kInvPi / (a2 * e * e);
+  }
+  /// Smith Lambda.
+  F lambda(const Vec3<F>& w) const {
+    const F z2 = max(w.z * w.z, splat<F>(1e-30f));
+    const F a = alpha * alpha * (w.x * w.x + w.y * w.y) / z2;
+    return 0.5f * (sqrt(1.0f + a) - 1.0f);
+  }
+  F g1(const Vec3<F>& w) const { return 1.0f / (1.0f + lambda(w)); }
+  /// Height-correlated masking and shadowing.
+  F g(const Vec3<F>& wo, const Vec3<F>& wi) const { return 1.0f / (1.0f + lambda(wo) + lambda(wi)); }
+  /// Density of visible normals seen from wo, 1/sr.
+  F d_visible(const Vec3<F>& wo, const Vec3<F>& m) const {
+    return g1(wo) * d(m) * abs(dot(wo, m)) / max(abs(wo.z), splat<F>(1e-12f));
+  }
+  /// Samples d_visible for wo with wo.z >= 0.
+  Vec3<F> sample_visible(const Vec3<F>& wo, F u, F v) const {
+    const Vec3<F> wh = normalize(Vec3<F>{alpha * wo.x, alpha * wo.y, wo.z});
+    F s, c;
+    sincos_2pi(u, &s, &c);
+    const F z = (1.0f - v) * (1.0f + wh.z) - wh.z;
+    const F r = safe_sqrt(1.0f - z * z);
+    const Vec3<F> h = Vec3<F>{r * c, r * s, z} + wh;
+    return normalize(Vec3<F>{alpha * h.x, alpha * h.y, max(h.z, splat<F>(1e-12f))});
+  }
+};
+
+}  // namespace lightmill

@@ -1,0 +1,43 @@
+#pragma once
+// All lights of a scene as flat arrays, with power-proportional selection (Walker's alias method).
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace lightmill {
+
+using LightType = int32_t;
+inline constexpr LightType kTriangleLight = 0, kSphereLight = 1, kPointLight = 2, kInfiniteLight = 3;
+
+inline constexpr int kLightFloats = 20;
+/// Slots of one light's record (stride kLightFloats):
+///   triangle  0 v0, 3 e1, 6 e2, 9 unit normal of the emitting side
+///   sphere    0 centre, 3 radius, 9 unused, 12 orientation (+1 emits outwards, -1 inwards)
+///   point     0 position
+///   infinite  0 centre of the scene's bounding sphere, 3 its radius
+///   all       13 radiance rgb (point: intensity), 16 area, 17 selection probability, 18 two-sided (0 or 1)
+enum LightSlot { kLightP = 0, kLightE1 = 3, kLightE2 = 6, kLightN = 9, kLightOrientation = 12, kLightRadiance = 13,
+                 kLightArea = 16, kLightSelect = 17, kLightTwoSided = 18 };
+
+struct LightTable {
+  std::vector<float> records;    // kLightFloats per light
+  std::vector<int32_t> type;     // LightType per light
+  std::vector<float> alias_keep; // alias method: keep probability
+  std::vector<int32_t> alias;    //               other index
+  std::vector<int32_t> infinite; // indices of the infinite lights
+  bool any_delta = false;        // point lights present
+  bool only_delta = true;        // nothing that a ray can hit or escape to
+  bool any_sphere = false;
+
+  int32_t count() const { return static_cast<int32_t>(type.size()); }
+  /// Appends a light; `power` (W, any channel mean) decides how often it is selected.
+  void add(LightType light_type, const std::array<float, kLightFloats>& record, double power);
+  /// Builds the selection table; call once after the last add().
+  void finish();
+
+ private:
+  std::vector<double> powers_;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,282 @@
+#include "worker/render/pipeline/bouncer.h"
+
+#include "worker/render/bsdf/bsdf_dispatch.h"
+#include "worker/render/light/light_sampling.h"
+#include "worker/render/pipeline/vertex_io.h"
+#include "worker/render/scene/surface.h"
+
+namespace lightmill {
+namespace {
+
+/// Scattering events before Russian roulette starts.
+constexpr int kRouletteStart = 1;
+/// From this vertex on, survival is capped, so that paths in lossless closed scenes end.
+constexpr int kRouletteCapStart = 64;
+constexpr float kRouletteCap = 0.99f;
+
+Vec3<Lane> gather_vec(const float* x, const float* y, const float* z, LaneInt i) {
+  return {gather(x, i), gather(y, i), gather(z, i)};
+}
+
+/// Counting sort of the active slots by BSDF kind, misses last; returns the number of hits.
+int sort_by_kind(const RenderScene& scene, Wavefront& w) {
+  Paths& p = w.paths;
+  const int n = p.active_count;
+  if (scene.kinds_present <= 1) {
+    // Nothing to group; only the misses go last, in order.
+    int hits = 0;
+    w.sorted.clear();
+    for (int i = 0; i < n; ++i) {
+      const int32_t slot = p.active[i];
+      if (p.prim[slot] >= 0) {
+        p.active[hits++] = slot;
+      } else {
+        w.sorted.push_back(slot);
+      }
+    }
+    std::copy(w.sorted.begin(), w.sorted.end(), p.active + hits);
+    return hits;
+  }
+  int count[kBsdfKinds + 2] = {};
+  auto key = [&](int32_t slot) {
+    const int32_t prim = p.prim[slot];
+    return prim < 0 ? static_cast<int32_t>(kBsdfKinds)
+                    : scene.material_kind[static_cast<size_t>(scene.primitive_material[static_cast<size_t>(prim)])];
+  };
+  for (int i = 0; i < n; ++i) ++count[key(p.active[i]) + 1];
+  for (int k = 0; k <= kBsdfKinds; ++k) count[k + 1] += count[k];
+  const int hits = count[kBsdfKinds];
+  w.sorted.resize(static_cast<size_t>(n));
+  for (int i = 0; i < n; ++i) w.sorted[static_cast<size_t>(count[key(p.active[i])]++)] = p.active[i];
+  std::copy(w.sorted.begin(), w.sorted.end(), p.active);
+  return hits;
+}
+
+/// A group of up to kLanes active paths; lanes past the end repeat the last one.
+struct Group {
+  LaneInt slot;
+  LaneMask active;
+  Group(const int32_t* ids, int count) {
+    const LaneInt i = lane_index<Lane>();
+    active = LaneMask(i < count);
+    slot = gather(ids, select(active, i, splat_int<Lane>(count - 1)));
+  }
+};
+
+/// A hit in lanes: the path's vertex before anything is sampled there.
+struct Hit {
+  VertexLanes<Lane> v;
+  LaneInt prim;
+  Vec3<Lane> origin;   // of the ray
+  Lane distance2{}, cos_in{};
+  LaneMask valid;      // both normals on wo's side
+};
+
+Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, int depth) {
+  Hit h;
+  const Vec3<Lane> o = gather_vec(paths.ox, paths.oy, paths.oz, g.slot);
+  const Vec3<Lane> d = gather_vec(paths.dx, paths.dy, paths.dz, g.slot);
+  h.prim = gather(paths.prim, g.slot);
+  h.origin = o;
+  const Surface<Lane> s = surface_at<Lane>(scene, h.prim, o, d);
+  VertexLanes<Lane>& v = h.v;
+  v.p = s.p;
+  v.error = s.error;
+  v.ng = s.ng;
+  v.ns = s.ns;
+  v.wo = -d;
+  v.throughput = gather_vec(paths.br, paths.bg, paths.bb, g.slot);
+  const LaneInt material = gather(scene.primitive_material.data(), h.prim);
+  v.kind = bsdf_at<Lane>(scene, material, g.active, s.u, s.v, &v.params);
+  v.path = g.slot;
+  v.depth = splat_int<Lane>(depth);
+  const Vec3<Lane> segment = s.p - o;
+  h.distance2 = dot(segment, segment);
+  const Lane cos_g = dot(s.ng, v.wo);
+  h.cos_in = max(abs(cos_g), splat<Lane>(1e-12f));
+  h.valid = mask_and(g.active, LaneMask(cos_g * dot(s.ns, v.wo) > 0.0f));
+  v.dvcm = gather(paths.dvcm, g.slot);
+  v.dvc = gather(paths.dvc, g.slot);
+  return h;
+}
+
+/// Samples the BSDF, updates throughput and MIS terms (M4, M5), plays roulette, writes the next ray. Returns
+/// the lanes that go on.
+LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& stream, const Hit& h, LaneMask active,
+                       Mode mode, int depth, bool keep_dvc, Wavefront& w) {
+  const VertexLanes<Lane>& v = h.v;
+  const Frame<Lane> frame(v.ns);
+  const Vec3<Lane> wo = frame.to_local(v.wo);
+  Lane du, dv;
+  stream.get_2d(vertex_dim(depth, kDimBsdfDirection), &du, &dv);
+  const Lane lobe_u = stream.get_1d(vertex_dim(depth, kDimBsdfLobe));
+  const BsdfSample<Lane> s = sample_bsdf<Lane>(v.kind, active, v.params, wo, lobe_u, du, dv, mode);
+  const Vec3<Lane> wi = frame.to_world(s.wi);
+  // The direction must lie on the side of both normals that the BSDF meant.
+  const Lane cos_g = dot(v.ng, wi);
+  LaneMask go = mask_and(mask_and(active, s.valid), LaneMask(cos_g * s.wi.z > 0.0f));
+  Vec3<Lane> weight = s.weight;
+  if (mode == Mode::kImportance && context.scene.any_normals) {
+    // Adjoint of shading normals (Veach 1997, eq. 5.19): |wo.ns| |wi.ng| / (|wo.ng| |wi.ns|).
+    const Lane correction = abs(wo.z) * abs(cos_g) / (h.cos_in * max(abs(s.wi.z), splat<Lane>(1e-12f)));
+    weight = weight * correction;
+  }
+  Vec3<Lane> throughput = v.throughput * weight;
+  const Lane before = max_component(v.throughput), after = max_component(throughput) * s.roulette_scale;
+  go = mask_and(go, LaneMask(after > 0.0f));
+  if (depth > kRouletteStart) {
+    // Survival is the loss of throughput at this event, so that the product over a path tracks its throughput.
+    const float cap = depth > kRouletteCapStart ? kRouletteCap : 1.0f;
+    const Lane q = min(after / before, splat<Lane>(cap));
+    const Lane u = stream.get_1d(vertex_dim(depth, kDimRoulette));
+    go = mask_and(go, LaneMask(u < q));
+    throughput = throughput * (1.0f / select(LaneMask(q > 0.0f), q, splat<Lane>(1.0f)));
+  }
+  if (!any(go)) return go;
+  const Lane cos_out = abs(cos_g);
+  const Lane inv_pdf = 1.0f / s.pdf;
+  const Lane dvc = select(s.delta, v.dvc * cos_out, cos_out * inv_pdf * (v.dvc * s.pdf_reverse + v.dvcm));  // M4, M5
+  const Lane dvcm = select(s.delta, Lane{}, inv_pdf);
+  const Vec3<Lane> o = offset_origin(v.p, v.error, v.ng, wi);
+  Paths& p = w.paths;
+  scatter(p.ox, v.path, o.x, go);
+  scatter(p.oy, v.path, o.y, go);
+  scatter(p.oz, v.path, o.z, go);
+  scatter(p.dx, v.path, wi.x, go);
+  scatter(p.dy, v.path, wi.y, go);
+  scatter(p.dz, v.path, wi.z, go);
+  scatter(p.br, v.path, throughput.x, go);
+  scatter(p.bg, v.path, throughput.y, go);
+  scatter(p.bb, v.path, throughput.z, go);
+  scatter(p.dvcm, v.path, dvcm, go);
+  scatter(p.dvc, v.path, keep_dvc ? dvc : Lane{}, go);
+  return go;
+}
+
+void append_survivors(LaneInt slot, LaneMask go, int32_t* out, int* count) {
+  for (unsigned bits = mask_bits(go); bits; bits &= bits - 1) out[(*count)++] = lane(slot, std::countr_zero(bits));
+}
+
+void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c) {
+  for (unsigned bits = mask_bits(m); bits; bits &= bits - 1) {
+    const int l = std::countr_zero(bits);
+    const auto i = static_cast<size_t>(lane(slot, l));
+    w.radiance_r[i] += lane(c.x, l);
+    w.radiance_g[i] += lane(c.y, l);
+    w.radiance_b[i] += lane(c.z, l);
+  }
+}
+
+/// Camera paths that left the scene see the infinite lights (M6).
+void add_environment(const StageContext& context, const Group& g, int depth, bool weigh_connections, Wavefront& w) {
+  const LightTable& lights = context.scene.lights;
+  const Vec3<Lane> throughput = gather_vec(w.paths.br, w.paths.bg, w.paths.bb, g.slot);
+  const Lane dvcm = gather(w.paths.dvcm, g.slot), dvc = gather(w.paths.dvc, g.slot);
+  for (int32_t index : lights.infinite) {
+    const LaneInt light = splat_int<Lane>(index);
+    const LightRecord<Lane> r(lights, light);
+    Lane w_camera{};
+    if (depth > 1) {
+      w_camera = direct_pdf_area<Lane>(lights, light, {}, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
+      if (weigh_connections) w_camera += emission_pdf(lights, light, splat<Lane>(1.0f)) * dvc;
+    }
+    add_radiance(w, g.slot, g.active,
+                 throughput * r.vec(kLightRadiance) * (mis_weight(Lane{}, w_camera) * context.imaging_ratio));
+  }
+}
+
+/// Camera paths that hit an emitter (s = 0, M6).
+void add_emission(const StageContext& context, const Hit& h, LaneMask active, int depth, bool weigh_connections,
+                  Wavefront& w) {
+  const RenderScene& scene = context.scene;
+  const LaneInt index = gather(scene.primitive_light.data(), h.prim);
+  const LaneMask emits = mask_and(active, LaneMask(index >= 0));
+  if (!any(emits)) return;
+  const LaneInt light = select(emits, index, LaneInt{});
+  const Vec3<Lane> radiance = emitted_radiance(scene.lights, light, h.v.ng, h.v.wo);
+  Lane w_camera{};
+  if (depth > 1) {
+    w_camera = direct_pdf_area(scene.lights, light, h.origin, h.distance2, h.cos_in) * h.v.dvcm;
+    if (weigh_connections) w_camera += emission_pdf(scene.lights, light, h.cos_in) * h.v.dvc;
+  }
+  const Vec3<Lane> c = h.v.throughput * radiance * (mis_weight(Lane{}, w_camera) * context.imaging_ratio);
+  add_radiance(w, h.v.path, mask_and(emits, LaneMask(max_component(radiance) > 0.0f)), c);
+}
+
+}  // namespace
+
+void bounce_light_paths(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+  const RenderScene& scene = context.scene;
+  Paths& paths = w.paths;
+  const int hits = sort_by_kind(scene, w);
+  const bool store_for_connection = context.connect;
+  // A vertex at `depth` is the depth-th scattering event of a path through the lens.
+  const bool go_on = depth < context.max_depth && (context.light_only || depth < kMaxLightVertices);
+  int survivors = 0;
+  for (int base = 0; base < hits; base += kLanes) {
+    const Group g(paths.active + base, std::min(kLanes, hits - base));
+    Hit h = reconstruct(scene, paths, g, depth);
+    // M3; the first segment also receives p_direct of M1.
+    if (depth == 1) {
+      const LaneInt light = gather(paths.light, g.slot);
+      const Lane cos_light = gather(paths.cos_light, g.slot);
+      h.v.dvcm = h.v.dvcm * direct_pdf_area(scene.lights, light, h.v.p, h.distance2, cos_light);
+      LaneMask finite = splat_mask<Lane>(true);
+      if (!scene.lights.infinite.empty()) finite = LaneMask(gather(scene.lights.type.data(), light) != kInfiniteLight);
+      h.v.dvcm = h.v.dvcm * select(finite, h.distance2, splat<Lane>(1.0f));
+    } else {
+      h.v.dvcm = h.v.dvcm * h.distance2;
+    }
+    const Lane inv_cos = 1.0f / h.cos_in;
+    h.v.dvcm = h.v.dvcm * inv_cos;
+    h.v.dvc = h.v.dvc * inv_cos;
+    const LaneMask connectable =
+        mask_and(h.valid, mask_not(mask_or(LaneMask(h.v.kind == kSmoothConductor), LaneMask(h.v.kind == kSmoothDielectric))));
+    auto next_index = static_cast<int32_t>(w.light_vertices.size());
+    append_vertices(h.v, mask_bits(connectable), &w.light_vertices);
+    if (store_for_connection) {
+      for (unsigned bits = mask_bits(connectable); bits; bits &= bits - 1) {
+        const auto slot = static_cast<size_t>(lane(g.slot, std::countr_zero(bits)));
+        w.light_vertex_of[w.light_vertex_count[slot]++][slot] = next_index++;
+      }
+    }
+    if (!go_on) continue;
+    const LaneMask go = scatter_paths(context, layer.light_stream<Lane>(g.slot), h, h.valid, Mode::kImportance, depth, true, w);
+    append_survivors(g.slot, go, paths.active, &survivors);
+  }
+  paths.active_count = survivors;
+}
+
+void bounce_camera_paths(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+  const RenderScene& scene = context.scene;
+  Paths& paths = w.paths;
+  w.vertices.clear();
+  const int hits = sort_by_kind(scene, w);
+  // A path that ends here on an emitter has depth - 1 scattering events.
+  const bool weigh_connections = context.connect && depth - 1 <= kMaxLightVertices;
+  if (!scene.lights.infinite.empty()) {
+    for (int base = hits; base < paths.active_count; base += kLanes) {
+      add_environment(context, Group(paths.active + base, std::min(kLanes, paths.active_count - base)), depth,
+                      weigh_connections, w);
+    }
+  }
+  int survivors = 0;
+  for (int base = 0; base < hits; base += kLanes) {
+    const Group g(paths.active + base, std::min(kLanes, hits - base));
+    Hit h = reconstruct(scene, paths, g, depth);
+    const Lane inv_cos = 1.0f / h.cos_in;
+    h.v.dvcm = h.v.dvcm * h.distance2 * inv_cos;  // M3
+    h.v.dvc = h.v.dvc * inv_cos;
+    add_emission(context, h, g.active, depth, weigh_connections, w);
+    if (depth > context.max_depth) continue;
+    const LaneMask connectable =
+        mask_and(h.valid, mask_not(mask_or(LaneMask(h.v.kind == kSmoothConductor), LaneMask(h.v.kind == kSmoothDielectric))));
+    append_vertices(h.v, mask_bits(connectable), &w.vertices);
+    const LaneMask go =
+        scatter_paths(context, layer.camera_stream<Lane>(g.slot), h, h.valid, Mode::kRadiance, depth, context.connect, w);
+    append_survivors(g.slot, go, paths.active, &survivors);
+  }
+  paths.active_count = survivors;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,48 @@
+#pragma once
+// What all stages read: the scene and the frozen settings of a render, and the packet layer at hand.
+#include "common/image/grid.h"
+#include "worker/render/accel/accel.h"
+#include "worker/render/camera/perspective.h"
+#include "worker/render/camera/pixel_filter.h"
+#include "worker/render/pipeline/work_items.h"
+#include "worker/render/sampling/dimensions.h"
+#include "worker/render/sampling/sobol.h"
+#include "worker/render/scene/render_scene.h"
+
+namespace lightmill {
+
+struct StageContext {
+  const RenderScene& scene;
+  const Accel& accel;
+  const PerspectiveCamera& camera;
+  const PixelFilter& filter;
+  FilmGrid grid;
+  uint64_t seed = 0;
+  int max_depth = 5;
+  bool connect = false;          // bdpt: vertex and lens connections take part in MIS
+  bool light_only = false;       // lt: the lens strategy alone, weight 1
+  float light_paths_per_spp = 1;
+  float imaging_ratio = 1;       // exposure: multiplies every contribution
+  float tiny_contribution = 0;   // connections below this play Russian roulette; 0: never
+};
+
+/// One sample index of a packet: the identity of its random numbers.
+struct LayerContext {
+  int cell_x = 0, cell_y = 0;
+  uint32_t sample_in_block = 0;
+  const uint32_t* camera_keys = nullptr;  // per slot
+  uint32_t light_key = 0;
+
+  /// Streams of path slots `slot`.
+  template <class F>
+  SampleStream<F> camera_stream(IntOf<F> slot) const {
+    return {as_uint(gather(reinterpret_cast<const int32_t*>(camera_keys), slot)), splat_uint<F>(sample_in_block)};
+  }
+  /// Light paths of a packet share one stream and are stratified over its sample indices and pixels.
+  template <class F>
+  SampleStream<F> light_stream(IntOf<F> slot) const {
+    return {splat_uint<F>(light_key), as_uint(slot) + sample_in_block * static_cast<uint32_t>(kWavefront)};
+  }
+};
+
+}  // namespace lightmill

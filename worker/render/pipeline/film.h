@@ -1,0 +1,15 @@
+#pragma once
+// Stage 5: adds unoccluded contributions to the packet's paths and splats, and finished paths to its sums.
+#include "worker/render/pipeline/context.h"
+
+namespace lightmill {
+
+/// Adds queued contributions that are not occluded to the paths' radiance.
+void film_add_to_paths(Wavefront& wavefront);
+/// Appends queued contributions that are not occluded to the packet's splats.
+void film_add_splats(Wavefront& wavefront);
+/// Rounds the radiance of every camera path of the layer to the quantum and adds it to the cell's sums. A
+/// value that is not finite or negative is dropped and counted.
+void film_finish_layer(const StageContext& context, const LayerContext& layer, int quantum_exponent, Wavefront& wavefront);
+
+}  // namespace lightmill

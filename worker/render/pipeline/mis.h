@@ -1,0 +1,50 @@
+#pragma once
+// Multiple importance sampling over every (s,t) strategy: the scheme, stated once.
+//
+// A path of n = s + t vertices can be made by s light and t camera vertices. Strategies in use:
+//   s = 0        a camera path hits an emitter or escapes to the environment
+//   s = 1        next-event estimation: a camera vertex samples a point on a light
+//   s >= 2, t >= 2  vertex connection
+//   t = 1        lens connection: a light vertex is joined to the pinhole and splatted
+// (t = 0 cannot hit a pinhole; s = t = 1 is left to s = 0, which sees it without noise.) The weight of
+// strategy i is the balance heuristic w_i = n_i p_i / sum_j n_j p_j (Veach 1997, eq. 9.8), n_j = 1 except for
+// t = 1, where every pixel sample stands against `light_paths_per_spp` light paths. p_j are products of
+// densities without Russian roulette: any fixed function of the path keeps the weights summing to one, and
+// roulette ends both kinds of subpath at nearly the same rate.
+//
+// Recursion. Each subpath carries two partial sums (Georgiev, "Implementing Vertex Connection and Merging",
+// 2012, eqs. 31-42, without merging):
+//   dVCM  the ratio for connecting one vertex earlier
+//   dVC   the sum of the ratios of all strategies further back
+// They are ratios of densities at each step, so they stay in float range at any path length and scale.
+//   start, light:  dVCM = p_direct / p_emission            dVC = cos_light / p_emission (0 if delta)   (M1)
+//   start, camera: dVCM = n_light / p_camera               dVC = 0                                     (M2)
+//   at a hit:      dVCM *= dist^2 / cos_in                 dVC /= cos_in                               (M3)
+//                  (no dist^2 for the first segment from an infinite light)
+//   scattering:    dVC  = cos_out / pdf * (dVC * pdf_rev + dVCM)      dVCM = 1 / pdf                   (M4)
+//   delta event:   dVC *= cos_out                                     dVCM = 0                         (M5)
+// Weights, w = 1 / (1 + w_light + w_camera):
+//   s = 0:  w_camera = p_direct_A * dVCM + p_emission * dVC                                            (M6)
+//   s = 1:  w_light  = pdf(wi) / p_direct (0 if delta)
+//           w_camera = p_emission cos / (p_direct cos_light) * (dVCM + dVC * pdf_rev)                  (M7)
+//   t = 1:  w_light  = p_camera_A / n_light * (dVCM + dVC * pdf_rev)                                   (M8)
+//   connect: w_light = pdf_camera->light_A * (dVCM_l + dVC_l * pdf_rev_l), w_camera alike              (M9)
+// pdf_X_A is per unit area at the other vertex; cosines are to the geometric normal.
+//
+// Limit. Light subpaths are stored up to kMaxLightVertices vertices. Paths with more than kMaxLightVertices
+// scattering events are left to s = 0 and s = 1 alone, weighted between those two (dVC = 0, and dVCM in M6 is
+// the density ratio of the last step): the set of strategies depends on the path's length only, so weights
+// still sum to one. With the integrator `pt` this holds at every length.
+#include "worker/render/math/vec.h"
+
+namespace lightmill {
+
+inline constexpr int kMaxLightVertices = 24;
+
+/// The heuristic's power is 1 (balance): this is where another one would be applied to each ratio.
+template <class F>
+inline F mis_weight(F w_light, F w_camera) {
+  return 1.0f / (1.0f + w_light + w_camera);
+}
+
+}  // namespace lightmill

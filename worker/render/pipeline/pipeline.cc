@@ -1,0 +1,94 @@
+#include "worker/render/pipeline/pipeline.h"
+
+#include <time.h>
+
+#include <algorithm>
+
+#include "worker/render/pipeline/bouncer.h"
+#include "worker/render/pipeline/caster.h"
+#include "worker/render/pipeline/film.h"
+#include "worker/render/pipeline/producer.h"
+#include "worker/render/pipeline/shadow_caster.h"
+
+namespace lightmill {
+namespace {
+
+/// Splats kept before they are handed to the tile.
+constexpr size_t kSplatBatch = 1 << 15;
+
+double thread_cpu_seconds() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+void light_pass(const StageContext& context, const LayerContext& layer, Wavefront& w) {
+  w.light_vertices.clear();
+  std::fill(std::begin(w.light_vertex_count), std::end(w.light_vertex_count), 0);
+  produce_light_paths(context, layer, w);
+  for (int depth = 1; w.paths.active_count > 0; ++depth) {
+    cast_paths(context, w);
+    if (!context.connect) w.light_vertices.clear();
+    const size_t first = w.light_vertices.size();
+    bounce_light_paths(context, layer, depth, w);
+    shadow_lens(context, layer, depth, first, w);
+  }
+  flush_shadow_rays(context, true, w);
+}
+
+void camera_pass(const StageContext& context, const LayerContext& layer, Wavefront& w) {
+  produce_camera_paths(context, layer, w);
+  for (int depth = 1; w.paths.active_count > 0; ++depth) {
+    cast_paths(context, w);
+    bounce_camera_paths(context, layer, depth, w);
+    shadow_next_event(context, layer, depth, w);
+    if (context.connect) shadow_connections(context, layer, depth, w);
+    flush_shadow_rays(context, false, w);
+  }
+}
+
+}  // namespace
+
+void render_packet(const StageContext& context, const Packet& packet, int quantum_exponent, Wavefront& w,
+                   PartialBuilder& builder) {
+  const double start = thread_cpu_seconds();
+  w.counters = {};
+  w.splats.clear();
+  const int64_t block = block_of_sample(packet.sample_begin);
+  uint32_t keys[kWavefront];
+  LayerContext layer;
+  layer.cell_x = packet.cell_x;
+  layer.cell_y = packet.cell_y;
+  layer.camera_keys = keys;
+  const auto width = static_cast<uint64_t>(context.grid.width);
+  for (uint64_t i = 0; i < kWavefront; ++i) {
+    const uint64_t x = static_cast<uint64_t>(packet.cell_x) * kCellSize + i % kCellSize;
+    const uint64_t y = static_cast<uint64_t>(packet.cell_y) * kCellSize + i / kCellSize;
+    keys[i] = stream_key(context.seed, kCameraStream, y * width + x, static_cast<uint64_t>(block));
+  }
+  const uint64_t cells_per_row = (width + kCellSize - 1) / kCellSize;
+  const uint64_t cell = static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
+  layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(block));
+  const bool light_paths = (context.connect || context.light_only) && context.max_depth >= (context.light_only ? 0 : 1);
+  if (!context.light_only) w.camera_sums.assign(kCellPixels, {});
+  for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
+    layer.sample_in_block = static_cast<uint32_t>(s - block_begin(block));
+    if (light_paths) light_pass(context, layer, w);
+    if (!context.light_only) {
+      std::fill(std::begin(w.radiance_r), std::end(w.radiance_r), 0.0f);
+      std::fill(std::begin(w.radiance_g), std::end(w.radiance_g), 0.0f);
+      std::fill(std::begin(w.radiance_b), std::end(w.radiance_b), 0.0f);
+      camera_pass(context, layer, w);
+      film_finish_layer(context, layer, quantum_exponent, w);
+    }
+    if (w.splats.size() >= kSplatBatch) {
+      builder.add_splats(w.splats);
+      w.splats.clear();
+    }
+  }
+  if (!w.splats.empty()) builder.add_splats(w.splats);
+  if (!context.light_only) builder.add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(w.camera_sums));
+  builder.add_counters(w.counters, thread_cpu_seconds() - start);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,12 @@
+#pragma once
+// The stages in turn over one packet.
+#include "worker/render/pipeline/context.h"
+#include "worker/render/renderer.h"
+
+namespace lightmill {
+
+/// Renders `packet` with a thread's wavefront and adds it to `builder`.
+void render_packet(const StageContext& context, const Packet& packet, int quantum_exponent, Wavefront& wavefront,
+                   PartialBuilder& builder);
+
+}  // namespace lightmill

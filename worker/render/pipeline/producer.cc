@@ -1,0 +1,95 @@
+#include "worker/render/pipeline/producer.h"
+
+#include "worker/render/light/light_sampling.h"
+#include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/shadow_caster.h"
+
+namespace lightmill {
+namespace {
+
+/// Slots base .. base + kLanes - 1 and which of them are pixels of the crop window.
+struct SlotGroup {
+  LaneInt slot, x, y;
+  LaneMask inside;
+  SlotGroup(const StageContext& context, const LayerContext& layer, int base) {
+    slot = lane_index<Lane>() + base;
+    x = (slot & (kCellSize - 1)) + layer.cell_x * kCellSize;
+    y = (slot >> 5) + layer.cell_y * kCellSize;
+    const PixelRect& crop = context.grid.crop;
+    inside = mask_and(mask_and(LaneMask(x >= crop.x0), LaneMask(x < crop.x1)),
+                      mask_and(LaneMask(y >= crop.y0), LaneMask(y < crop.y1)));
+  }
+};
+static_assert(kCellSize == 32);
+
+void activate(Paths& paths, LaneInt slot, LaneMask mask) {
+  for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
+    paths.active[paths.active_count++] = lane(slot, std::countr_zero(bits));
+  }
+}
+
+void store_ray(Paths& paths, int base, const Vec3<Lane>& o, const Vec3<Lane>& d) {
+  store(paths.ox + base, o.x);
+  store(paths.oy + base, o.y);
+  store(paths.oz + base, o.z);
+  store(paths.dx + base, d.x);
+  store(paths.dy + base, d.y);
+  store(paths.dz + base, d.z);
+}
+
+void store_throughput(Paths& paths, int base, const Vec3<Lane>& b) {
+  store(paths.br + base, b.x);
+  store(paths.bg + base, b.y);
+  store(paths.bb + base, b.z);
+}
+
+}  // namespace
+
+void produce_camera_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
+  Paths& paths = wavefront.paths;
+  paths.active_count = 0;
+  for (int base = 0; base < kWavefront; base += kLanes) {
+    const SlotGroup g(context, layer, base);
+    if (!any(g.inside)) continue;
+    Lane u, v;
+    layer.camera_stream<Lane>(g.slot).get_2d(kDimFilm, &u, &v);
+    const Lane x = to_float(g.x) + 0.5f + context.filter.x.sample(u);
+    const Lane y = to_float(g.y) + 0.5f + context.filter.y.sample(v);
+    Lane cosine;
+    const Vec3<Lane> d = context.camera.direction(x, y, &cosine);
+    store_ray(paths, base, {}, d);
+    store_throughput(paths, base, splat3<Lane>(1, 1, 1));
+    store(paths.dvcm + base, context.light_paths_per_spp / context.camera.pdf_solid_angle(cosine));  // M2
+    store(paths.dvc + base, Lane{});
+    activate(paths, g.slot, g.inside);
+  }
+  wavefront.counters.camera_paths += static_cast<uint64_t>(paths.active_count);
+}
+
+void produce_light_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
+  Paths& paths = wavefront.paths;
+  paths.active_count = 0;
+  const LightTable& lights = context.scene.lights;
+  for (int base = 0; base < kWavefront; base += kLanes) {
+    const SlotGroup g(context, layer, base);
+    if (!any(g.inside)) continue;
+    wavefront.counters.light_paths += static_cast<uint64_t>(std::popcount(mask_bits(g.inside)));
+    if (lights.count() == 0) continue;
+    const SampleStream<Lane> stream = layer.light_stream<Lane>(g.slot);
+    Lane pu, pv, du, dv;
+    stream.get_2d(kDimLightPosition, &pu, &pv);
+    stream.get_2d(kDimLightDirection, &du, &dv);
+    const EmissionSample<Lane> e = sample_emission(lights, stream.get_1d(kDimLightSelect), pu, pv, du, dv);
+    if (context.light_only) queue_emitter_to_lens(context, layer, g.slot, g.inside, e, wavefront);
+    store_ray(paths, base, offset_origin(e.point, e.error, e.normal, e.direction), e.direction);
+    store_throughput(paths, base, e.power);
+    const Lane inv = 1.0f / e.pdf;
+    store(paths.dvcm + base, inv);  // M1; p_direct follows at the first hit, which it may depend on
+    store(paths.dvc + base, select(e.delta, Lane{}, e.cos_light * inv));
+    store(paths.light + base, e.light);
+    store(paths.cos_light + base, e.cos_light);
+    activate(paths, g.slot, mask_and(g.inside, LaneMask(max_component(e.power) > 0.0f)));
+  }
+}
+
+}  // namespace lightmill

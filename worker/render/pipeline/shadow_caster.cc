@@ -1,0 +1,292 @@
+#include "worker/render/pipeline/shadow_caster.h"
+
+#include <limits>
+
+#include "worker/render/bsdf/bsdf_dispatch.h"
+#include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/film.h"
+#include "worker/render/pipeline/vertex_io.h"
+
+namespace lightmill {
+namespace {
+
+/// Segments end this fraction short of their target, which they must not hit: rounding of the hit distance is
+/// a few ulps of the segment's length.
+constexpr float kSegmentEnd = 1 - 0x1p-18f;
+
+/// Contributions that wait for visibility, in lanes.
+struct Candidates {
+  Vec3<Lane> origin, direction;  // segment from origin to origin + direction, or a ray if infinite
+  Lane tfar;
+  Vec3<Lane> value;
+  LaneInt target;
+};
+
+/// Drops zero contributions (counted), plays roulette for tiny ones with `u`, queues the rest.
+void queue(const StageContext& context, const Candidates& c, LaneMask active, Lane u, bool splats, Wavefront& w) {
+  const Lane size = max_component(c.value);
+  // NaN and negative values go on to the film, which counts them: only exact zeros are dropped here.
+  const LaneMask nonzero = mask_and(active, mask_not(LaneMask(size == 0.0f)));
+  const unsigned active_bits = mask_bits(active), nonzero_bits = mask_bits(nonzero);
+  w.counters.zero_connections_skipped += static_cast<uint64_t>(std::popcount(active_bits & ~nonzero_bits));
+  if (!nonzero_bits) return;
+  unsigned bits = nonzero_bits;
+  Lane scale = splat<Lane>(1.0f);
+  if (context.tiny_contribution > 0) {
+    const LaneMask tiny = LaneMask(size < context.tiny_contribution);
+    const Lane q = size * (1.0f / context.tiny_contribution);
+    const LaneMask lost = mask_and(tiny, LaneMask(u >= q));
+    scale = select(tiny, 1.0f / select(LaneMask(q > 0.0f), q, splat<Lane>(1.0f)), scale);
+    bits &= ~mask_bits(lost);
+    w.counters.rouletted_connections += static_cast<uint64_t>(std::popcount(nonzero_bits & ~bits));
+  }
+  if (w.shadow.count + kLanes > ShadowRays::kCapacity) flush_shadow_rays(context, splats, w);
+  ShadowRays& q = w.shadow;
+  const Vec3<Lane> value = c.value * scale;
+  for (; bits; bits &= bits - 1) {
+    const int l = std::countr_zero(bits);
+    const int i = q.count++;
+    q.ox[i] = lane(c.origin.x, l);
+    q.oy[i] = lane(c.origin.y, l);
+    q.oz[i] = lane(c.origin.z, l);
+    q.dx[i] = lane(c.direction.x, l);
+    q.dy[i] = lane(c.direction.y, l);
+    q.dz[i] = lane(c.direction.z, l);
+    q.tfar[i] = lane(c.tfar, l);
+    q.r[i] = lane(value.x, l);
+    q.g[i] = lane(value.y, l);
+    q.b[i] = lane(value.z, l);
+    q.target[i] = lane(c.target, l);
+  }
+}
+
+/// Both normals see `w` on the same side.
+LaneMask consistent(const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
+  return LaneMask(dot(v.ng, w) * dot(v.ns, w) > 0.0f);
+}
+
+/// |wo.ns| |wi.ng| / |wo.ng|: the cosine of a light-path vertex with the adjoint correction.
+Lane adjoint_cosine(const VertexLanes<Lane>& v, const Vec3<Lane>& wi) {
+  return abs(dot(v.wo, v.ns)) * abs(dot(wi, v.ng)) / max(abs(dot(v.wo, v.ng)), splat<Lane>(1e-12f));
+}
+
+/// A group of up to kLanes consecutive vertices.
+struct VertexGroup {
+  VertexLanes<Lane> v;
+  LaneMask active;
+  VertexGroup(const std::vector<Vertex>& from, size_t base) {
+    const auto count = static_cast<int32_t>(std::min<size_t>(kLanes, from.size() - base));
+    const LaneInt i = lane_index<Lane>();
+    active = LaneMask(i < count);
+    v = load_vertices(from.data() + base, select(active, i, splat_int<Lane>(count - 1)));
+  }
+};
+
+/// Where a splat seen in direction `w` from the camera lands, and its weight.
+struct SplatTarget {
+  LaneInt pixel{};
+  Lane weight{};  // filter weight; 0 if no pixel of the crop window receives it
+  SplatTarget(const StageContext& context, Lane x, Lane y, Lane u, Lane v, LaneMask active) {
+    int32_t pixels[kLanes] = {};
+    float weights[kLanes] = {};
+    const PixelRect& crop = context.grid.crop;
+    for (unsigned bits = mask_bits(active); bits; bits &= bits - 1) {
+      const int l = std::countr_zero(bits);
+      const float px = lane(x, l), py = lane(y, l);
+      // Written so that NaN fails; 64 pixels is more than any filter's radius.
+      if (!(px > static_cast<float>(crop.x0) - 64 && px < static_cast<float>(crop.x1) + 64 &&
+            py > static_cast<float>(crop.y0) - 64 && py < static_cast<float>(crop.y1) + 64)) {
+        continue;
+      }
+      float wx, wy;
+      const int ix = context.filter.x.choose_pixel(px, lane(u, l), &wx);
+      const int iy = context.filter.y.choose_pixel(py, lane(v, l), &wy);
+      if (ix < crop.x0 || ix >= crop.x1 || iy < crop.y0 || iy >= crop.y1) continue;
+      pixels[l] = iy * context.grid.width + ix;
+      weights[l] = wx * wy;
+    }
+    pixel = load_int<Lane>(pixels);
+    weight = load<Lane>(weights);
+  }
+};
+
+}  // namespace
+
+void flush_shadow_rays(const StageContext& context, bool splats, Wavefront& w) {
+  ShadowRays& q = w.shadow;
+  if (q.count == 0) return;
+  context.accel.occluded({q.ox, q.oy, q.oz, q.dx, q.dy, q.dz}, q.tfar, q.count, q.occluded);
+  w.counters.shadow_rays += static_cast<uint64_t>(q.count);
+  if (splats) {
+    film_add_splats(w);
+  } else {
+    film_add_to_paths(w);
+  }
+  q.count = 0;
+}
+
+void shadow_next_event(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+  const LightTable& lights = context.scene.lights;
+  if (lights.count() == 0) return;
+  // This vertex is the depth-th scattering event.
+  const bool weigh_connections = context.connect && depth <= kMaxLightVertices;
+  for (size_t base = 0; base < w.vertices.size(); base += kLanes) {
+    const VertexGroup g(w.vertices, base);
+    const VertexLanes<Lane>& v = g.v;
+    const SampleStream<Lane> stream = layer.camera_stream<Lane>(v.path);
+    Lane lu, lv;
+    stream.get_2d(vertex_dim(depth, kDimNeePosition), &lu, &lv);
+    const Lane pick = lights.count() > 1 ? stream.get_1d(vertex_dim(depth, kDimNeeSelect)) : Lane{};
+    const DirectSample<Lane> d = sample_direct(lights, v.p, pick, lu, lv);
+    const LaneMask lit = mask_and(mask_and(g.active, LaneMask(max_component(d.radiance) > 0.0f)),
+                                  mask_and(LaneMask(d.pdf > 0.0f), consistent(v, d.wi)));
+    const Frame<Lane> frame(v.ns);
+    const Vec3<Lane> wi = frame.to_local(d.wi);
+    const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, lit, v.params, frame.to_local(v.wo), wi, Mode::kRadiance);
+    const Lane inv_pdf = 1.0f / select(lit, d.pdf, splat<Lane>(1.0f));
+    const Lane w_light = select(d.delta, Lane{}, f.pdf * inv_pdf);
+    Lane w_camera{};
+    if (weigh_connections) {
+      const Lane cos_surface = abs(dot(v.ng, d.wi));
+      const Lane cos_light = select(lit, d.cos_light, splat<Lane>(1.0f));
+      w_camera = d.pdf_emission * cos_surface * inv_pdf / cos_light * (v.dvcm + v.dvc * f.pdf_reverse);  // M7
+    }
+    const Lane scale = abs(wi.z) * inv_pdf * mis_weight(w_light, w_camera) * context.imaging_ratio;
+    Candidates c;
+    c.value = select(lit, v.throughput * f.f * d.radiance * scale, Vec3<Lane>{});
+    c.origin = offset_origin(v.p, v.error, v.ng, d.wi);
+    const Vec3<Lane> end = offset_origin(d.point, d.error, d.normal, -d.wi);
+    c.direction = select(d.infinite, d.wi, end - c.origin);
+    c.tfar = select(d.infinite, splat<Lane>(std::numeric_limits<float>::infinity()), splat<Lane>(kSegmentEnd));
+    c.target = v.path;
+    const Lane u = context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
+    queue(context, c, g.active, u, false, w);
+  }
+}
+
+void shadow_connections(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+  const int longest = std::min(context.max_depth, kMaxLightVertices) - depth;
+  if (longest < 1) return;
+  for (size_t base = 0; base < w.vertices.size(); base += kLanes) {
+    const VertexGroup g(w.vertices, base);
+    const VertexLanes<Lane>& v = g.v;
+    const LaneInt count = gather(w.light_vertex_count, v.path);
+    const SampleStream<Lane> stream = layer.camera_stream<Lane>(v.path);
+    const Frame<Lane> frame(v.ns);
+    const Vec3<Lane> wo = frame.to_local(v.wo);
+    for (int j = 0; j < kMaxLightVertices; ++j) {
+      LaneMask active = mask_and(g.active, LaneMask(count > j));
+      if (!any(active)) break;
+      const LaneInt index = select(active, gather(w.light_vertex_of[j], v.path), LaneInt{});
+      const VertexLanes<Lane> l = load_vertices(w.light_vertices.data(), index);
+      active = mask_and(active, LaneMask(l.depth <= longest));
+      if (!any(active)) break;  // later vertices of a path are deeper
+      const Vec3<Lane> to_light = l.p - v.p;
+      const Lane d2 = dot(to_light, to_light);
+      const LaneMask apart = LaneMask(d2 > 0.0f);
+      const Lane inv_d2 = 1.0f / select(apart, d2, splat<Lane>(1.0f));
+      const Vec3<Lane> wi = to_light * sqrt(inv_d2);
+      const LaneMask valid = mask_and(mask_and(active, apart), mask_and(consistent(v, wi), consistent(l, -wi)));
+      const Vec3<Lane> wi_local = frame.to_local(wi);
+      const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, wo, wi_local, Mode::kRadiance);
+      const Frame<Lane> light_frame(l.ns);
+      const BsdfEval<Lane> fl = eval_bsdf<Lane>(l.kind, valid, l.params, light_frame.to_local(l.wo),
+                                                light_frame.to_local(-wi), Mode::kImportance);
+      const Lane cos_v = abs(dot(v.ng, wi)), cos_l = abs(dot(l.ng, wi));
+      // M9.
+      const Lane w_light = f.pdf * cos_l * inv_d2 * (l.dvcm + l.dvc * fl.pdf_reverse);
+      const Lane w_camera = fl.pdf * cos_v * inv_d2 * (v.dvcm + v.dvc * f.pdf_reverse);
+      const Lane geometry = abs(wi_local.z) * adjoint_cosine(l, -wi) * inv_d2;
+      Candidates c;
+      c.value = select(valid,
+                       v.throughput * l.throughput * f.f * fl.f *
+                           (geometry * mis_weight(w_light, w_camera) * context.imaging_ratio),
+                       Vec3<Lane>{});
+      c.origin = offset_origin(v.p, v.error, v.ng, wi);
+      c.direction = offset_origin(l.p, l.error, l.ng, -wi) - c.origin;
+      c.tfar = splat<Lane>(kSegmentEnd);
+      c.target = v.path;
+      const Lane u = context.tiny_contribution > 0
+                         ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + static_cast<uint32_t>(j)))
+                         : Lane{};
+      queue(context, c, active, u, false, w);
+    }
+  }
+}
+
+void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first, Wavefront& w) {
+  for (size_t base = first; base < w.light_vertices.size(); base += kLanes) {
+    const VertexGroup g(w.light_vertices, base);
+    const VertexLanes<Lane>& v = g.v;
+    const Lane d2 = dot(v.p, v.p);  // the camera is the origin
+    const LaneMask apart = LaneMask(d2 > 0.0f);
+    const Lane inv_d2 = 1.0f / select(apart, d2, splat<Lane>(1.0f));
+    const Vec3<Lane> to_camera = v.p * -sqrt(inv_d2);
+    Lane x, y, cos_camera;
+    context.camera.project(-to_camera, &x, &y, &cos_camera);
+    const LaneMask seen =
+        mask_and(mask_and(g.active, apart), mask_and(LaneMask(cos_camera > 0.0f), consistent(v, to_camera)));
+    if (!any(seen)) continue;
+    const SampleStream<Lane> stream = layer.light_stream<Lane>(v.path);
+    Lane fu, fv;
+    stream.get_2d(vertex_dim(depth, kDimSplatPixel), &fu, &fv);
+    const SplatTarget target(context, x, y, fu, fv, seen);
+    const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
+    if (!any(valid)) continue;
+    const Frame<Lane> frame(v.ns);
+    const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo), frame.to_local(to_camera),
+                                             Mode::kImportance);
+    const Lane raster_density =
+        context.camera.pdf_solid_angle(select(valid, cos_camera, splat<Lane>(1.0f))) * inv_d2;
+    Lane mis = splat<Lane>(1.0f);
+    if (!context.light_only) {
+      const Lane p_camera = raster_density * abs(dot(v.ng, to_camera));
+      mis = mis_weight(p_camera * (1.0f / context.light_paths_per_spp) * (v.dvcm + v.dvc * f.pdf_reverse), Lane{});  // M8
+    }
+    const Lane scale = raster_density * adjoint_cosine(v, to_camera) * target.weight * mis *
+                       (context.imaging_ratio / context.light_paths_per_spp);
+    Candidates c;
+    c.value = select(valid, v.throughput * f.f * scale, Vec3<Lane>{});
+    c.origin = offset_origin(v.p, v.error, v.ng, to_camera);
+    c.direction = -c.origin;
+    c.tfar = splat<Lane>(kSegmentEnd);
+    c.target = target.pixel;
+    const Lane u = context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
+    queue(context, c, valid, u, true, w);
+  }
+  flush_shadow_rays(context, true, w);
+}
+
+void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot, LaneMask active,
+                           const EmissionSample<Lane>& e, Wavefront& w) {
+  const Lane d2 = dot(e.point, e.point);
+  const LaneMask surface = mask_and(active, mask_not(mask_or(e.delta, e.infinite)));
+  const LaneMask apart = mask_and(surface, LaneMask(d2 > 0.0f));
+  if (!any(apart)) return;
+  const Lane inv_d2 = 1.0f / select(apart, d2, splat<Lane>(1.0f));
+  const Vec3<Lane> to_camera = e.point * -sqrt(inv_d2);
+  Lane x, y, cos_camera;
+  context.camera.project(-to_camera, &x, &y, &cos_camera);
+  const LaneMask seen = mask_and(apart, LaneMask(cos_camera > 0.0f));
+  if (!any(seen)) return;
+  Lane fu, fv;
+  layer.light_stream<Lane>(slot).get_2d(vertex_dim(0, kDimSplatPixel), &fu, &fv);
+  const SplatTarget target(context, x, y, fu, fv, seen);
+  const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
+  const Vec3<Lane> radiance = emitted_radiance(context.scene.lights, e.light, e.normal, to_camera);
+  // Density of the point alone: selection / area.
+  const LightRecord<Lane> r(context.scene.lights, e.light);
+  const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
+  const Lane scale = context.camera.pdf_solid_angle(select(valid, cos_camera, splat<Lane>(1.0f))) * inv_d2 *
+                     abs(dot(e.normal, to_camera)) * inv_pdf * target.weight *
+                     (context.imaging_ratio / context.light_paths_per_spp);
+  Candidates c;
+  c.value = select(valid, radiance * scale, Vec3<Lane>{});
+  c.origin = offset_origin(e.point, e.error, e.normal, to_camera);
+  c.direction = -c.origin;
+  c.tfar = splat<Lane>(kSegmentEnd);
+  c.target = target.pixel;
+  queue(context, c, valid, splat<Lane>(0.0f), true, w);
+}
+
+}  // namespace lightmill

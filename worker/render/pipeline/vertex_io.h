@@ -1,0 +1,88 @@
+#pragma once
+// Vertices between memory (one per two cache lines) and lanes.
+#include "worker/render/pipeline/work_items.h"
+
+namespace lightmill {
+
+/// A vertex per lane.
+template <class F>
+struct VertexLanes {
+  Vec3<F> p, ng, ns, wo, throughput;
+  F error{}, dvcm{}, dvc{}, last_pdf{};
+  IntOf<F> kind{}, path{}, depth{};
+  BsdfParams<F> params;
+};
+
+namespace vertex_detail {
+
+template <class F>
+void to_rows(const VertexLanes<F>& v, F r[32]) {
+  auto vec = [&](int slot, const Vec3<F>& a) { r[slot] = a.x, r[slot + 1] = a.y, r[slot + 2] = a.z; };
+  vec(Vertex::kP, v.p);
+  r[Vertex::kError] = v.error;
+  vec(Vertex::kNg, v.ng);
+  vec(Vertex::kNs, v.ns);
+  vec(Vertex::kWo, v.wo);
+  vec(Vertex::kThroughput, v.throughput);
+  r[Vertex::kDvcm] = v.dvcm;
+  r[Vertex::kDvc] = v.dvc;
+  r[Vertex::kKind] = bits_float(as_uint(v.kind));
+  r[Vertex::kPath] = bits_float(as_uint(v.path));
+  for (int i = 0; i < kBsdfParams; ++i) r[Vertex::kParams + i] = v.params.p[i];
+  r[Vertex::kDepth] = bits_float(as_uint(v.depth));
+  r[Vertex::kLastPdf] = v.last_pdf;
+  r[30] = r[31] = F{};
+}
+
+template <class F>
+VertexLanes<F> from_rows(const F r[32]) {
+  VertexLanes<F> v;
+  auto vec = [&](int slot) { return Vec3<F>{r[slot], r[slot + 1], r[slot + 2]}; };
+  v.p = vec(Vertex::kP);
+  v.error = r[Vertex::kError];
+  v.ng = vec(Vertex::kNg);
+  v.ns = vec(Vertex::kNs);
+  v.wo = vec(Vertex::kWo);
+  v.throughput = vec(Vertex::kThroughput);
+  v.dvcm = r[Vertex::kDvcm];
+  v.dvc = r[Vertex::kDvc];
+  v.kind = as_int(float_bits(r[Vertex::kKind]));
+  v.path = as_int(float_bits(r[Vertex::kPath]));
+  for (int i = 0; i < kBsdfParams; ++i) v.params.p[i] = r[Vertex::kParams + i];
+  v.depth = as_int(float_bits(r[Vertex::kDepth]));
+  v.last_pdf = r[Vertex::kLastPdf];
+  return v;
+}
+
+}  // namespace vertex_detail
+
+/// Appends the lanes in `mask`, in lane order.
+inline void append_vertices(const VertexLanes<Float8>& v, unsigned mask, std::vector<Vertex>* out) {
+  Float8 r[32];
+  vertex_detail::to_rows(v, r);
+  for (int q = 0; q < 4; ++q) transpose8(r + 8 * q);
+  for (int l = 0; l < 8; ++l) {
+    if (!(mask >> l & 1)) continue;
+    Vertex& w = out->emplace_back();
+    for (int q = 0; q < 4; ++q) store(w.f + 8 * q, r[8 * q + l]);
+  }
+}
+inline void append_vertices(const VertexLanes<float>& v, unsigned mask, std::vector<Vertex>* out) {
+  if (mask & 1) vertex_detail::to_rows(v, out->emplace_back().f);
+}
+
+/// Loads base[index] per lane; every index must be valid.
+inline VertexLanes<Float8> load_vertices(const Vertex* base, Int8 index) {
+  Float8 r[32];
+  for (int l = 0; l < 8; ++l) {
+    const Vertex& v = base[index[l]];
+    for (int q = 0; q < 4; ++q) r[8 * q + l] = load<Float8>(v.f + 8 * q);
+  }
+  for (int q = 0; q < 4; ++q) transpose8(r + 8 * q);
+  return vertex_detail::from_rows(r);
+}
+inline VertexLanes<float> load_vertices(const Vertex* base, int32_t index) {
+  return vertex_detail::from_rows(base[index].f);
+}
+
+}  // namespace lightmill

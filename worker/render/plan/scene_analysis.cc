@@ -1,0 +1,63 @@
+#include "worker/render/plan/scene_analysis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "common/image/exact_sum.h"
+
+namespace lightmill {
+namespace {
+
+/// Exponent of the sums' quantum from the brightest emitter, so that scaling the scene leaves it alone: point
+/// intensities are brought to radiance by the scene's own extent (1 in normalised space).
+int quantum(const RenderScene& scene, double imaging_ratio) {
+  float brightest = 0;
+  for (int32_t i = 0; i < scene.lights.count(); ++i) {
+    const float* r = &scene.lights.records[static_cast<size_t>(i) * kLightFloats];
+    for (int c = 0; c < 3; ++c) brightest = std::max(brightest, r[kLightRadiance + c]);
+  }
+  const double scale = brightest * imaging_ratio;
+  const int exponent = scale > 0 && std::isfinite(scale) ? std::ilogb(scale) + 1 : 0;
+  return exponent - kQuantumBitsBelowScale;
+}
+
+}  // namespace
+
+ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& scene, const RenderSettings& settings) {
+  ScenePlan plan;
+  plan.quantum_exponent = quantum(scene, description.film.imaging_ratio);
+  auto item = [&](const char* feature, bool needed, std::string reason, std::string saving) {
+    plan.items.push_back({feature, needed, std::move(reason), needed ? std::string() : std::move(saving)});
+  };
+  const auto text = [](auto n) { return std::to_string(n); };
+  const bool connect = settings.integrator == Integrator::kBdpt && settings.max_depth >= 1;
+  const bool lens = connect || settings.integrator == Integrator::kLt;
+
+  item("textures", scene.any_texture, scene.any_texture ? "a material in use reads one" : "no material in use reads one",
+       "texture evaluation per hit");
+  item("texture coordinates", !scene.uvs.empty(), scene.uvs.empty() ? "nothing reads them" : "a texture reads them",
+       "8 bytes per vertex and their interpolation per hit");
+  item("shading normals", scene.any_normals,
+       scene.any_normals ? "a mesh has vertex normals" : "no mesh has vertex normals",
+       "12 bytes per vertex, their interpolation and the adjoint correction per hit");
+  item("material sort", scene.kinds_present > 1, text(scene.kinds_present) + " BSDF kind(s) in use", "a counting sort per bounce");
+  item("delta events", scene.any_delta, scene.any_delta ? "a smooth metal, glass or coat is in use" : "no smooth metal, glass or coat",
+       "nothing yet: the flags are still carried");
+  item("spheres", scene.sphere_count() > 0, text(scene.sphere_count()) + " sphere(s)", "the user geometry and its intersection code");
+  item("light selection", scene.lights.count() > 1, text(scene.lights.count()) + " light(s)", "a random number and two look-ups per sample");
+  item("delta lights", scene.lights.any_delta, scene.lights.any_delta ? "a point light" : "no point light", "their cases in light sampling");
+  item("environment", !scene.lights.infinite.empty(),
+       scene.lights.infinite.empty() ? "no infinite light" : "an infinite light", "the escape branch of camera paths");
+  item("emission hits (s = 0)", settings.integrator != Integrator::kLt,
+       settings.integrator == Integrator::kLt ? "lt traces no camera paths" : "emitters can be seen", "camera paths");
+  item("vertex connections (s, t >= 2)", connect, connect ? "bdpt" : "the integrator does not connect", "light paths and their cache");
+  item("lens connections (t = 1)", lens, lens ? "the pinhole is joined to light vertices" : "the integrator traces no light paths",
+       "the splat layer and its traffic");
+  item("lens sampling", false, "the camera is a pinhole", "two dimensions per path and hits on the lens (t = 0)");
+  item("instances", false, "instances are flattened at load", "a level of traversal");
+  item("participating media", false, "none in the scene", "distance sampling and transmittance");
+  return plan;
+}
+
+}  // namespace lightmill

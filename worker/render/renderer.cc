@@ -1,0 +1,76 @@
+#include "worker/render/renderer.h"
+
+#include <xmmintrin.h>
+
+#include <cmath>
+
+#include "worker/render/pipeline/pipeline.h"
+#include "worker/render/plan/scene_analysis.h"
+
+namespace lightmill {
+namespace {
+
+class WavefrontWorkspace : public Workspace {
+ public:
+  std::unique_ptr<Wavefront> wavefront = std::make_unique<Wavefront>();
+};
+
+/// Denormals cost a hundred cycles each and carry nothing here: flush them on this thread, restore on leaving.
+class FlushDenormals {
+ public:
+  FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | 0x8040); }
+  ~FlushDenormals() { _mm_setcsr(saved_); }
+
+ private:
+  unsigned saved_;
+};
+
+}  // namespace
+
+struct Renderer::Impl {
+  RenderSettings settings;
+  RenderScene scene;
+  Accel accel;
+  PerspectiveCamera camera;
+  PixelFilter filter;
+  ScenePlan plan;
+  StageContext context;
+
+  Impl(const SceneDescription& description, const RenderSettings& s, int threads)
+      : settings(s),
+        scene(build_scene(description)),
+        accel(scene, threads),
+        camera(description.camera, s.grid.width, s.grid.height),
+        filter(description.filter),
+        plan(analyse_scene(description, scene, s)),
+        context{scene, accel, camera, filter, s.grid} {
+    context.seed = s.seed;
+    context.max_depth = s.max_depth;
+    // Without a finite depth-1 vertex there is nothing that light paths could be joined to.
+    context.connect = s.integrator == Integrator::kBdpt && s.max_depth >= 1;
+    context.light_only = s.integrator == Integrator::kLt;
+    context.light_paths_per_spp = static_cast<float>(s.grid.light_paths_per_spp());
+    context.imaging_ratio = static_cast<float>(description.film.imaging_ratio);
+    context.tiny_contribution = 0;
+  }
+};
+
+Renderer::Renderer(const SceneDescription& scene, const RenderSettings& settings, int threads)
+    : impl_(std::make_unique<Impl>(scene, settings, threads)) {}
+Renderer::~Renderer() = default;
+
+const ScenePlan& Renderer::plan() const { return impl_->plan; }
+const RenderSettings& Renderer::settings() const { return impl_->settings; }
+int Renderer::quantum_exponent() const { return impl_->plan.quantum_exponent; }
+bool Renderer::has_camera_layer() const { return !impl_->context.light_only; }
+bool Renderer::has_splat_layer() const { return impl_->context.light_only || impl_->context.connect; }
+
+std::unique_ptr<Workspace> Renderer::make_workspace() const { return std::make_unique<WavefrontWorkspace>(); }
+
+void Renderer::render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const {
+  const FlushDenormals flush;
+  lightmill::render_packet(impl_->context, packet, impl_->plan.quantum_exponent,
+                           *static_cast<WavefrontWorkspace&>(workspace).wavefront, builder);
+}
+
+}  // namespace lightmill

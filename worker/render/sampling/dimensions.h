@@ -1,0 +1,33 @@
+#pragma once
+// Which dimension of a path's sample stream is used for what.
+#include <cstdint>
+
+namespace lightmill {
+
+/// Streams: what a key belongs to.
+enum Stream : uint32_t { kCameraStream = 0, kLightStream = 1 };
+
+// Start of a path.
+inline constexpr uint32_t kDimFilm = 0;            // 2D, camera: position in the pixel filter
+inline constexpr uint32_t kDimLightSelect = 0;     // 1D, light: which light
+inline constexpr uint32_t kDimLightPosition = 1;   // 2D, light
+inline constexpr uint32_t kDimLightDirection = 2;  // 2D, light
+
+// Per vertex: kDimsPerVertex dimensions from kDimVertex0 on, vertex 0 being the first surface hit.
+inline constexpr uint32_t kDimVertex0 = 8;
+inline constexpr uint32_t kDimsPerVertex = 64;
+enum VertexDim : uint32_t {
+  kDimBsdfLobe = 0,       // 1D
+  kDimBsdfDirection = 1,  // 2D
+  kDimRoulette = 2,       // 1D
+  kDimNeeSelect = 3,      // 1D
+  kDimNeePosition = 4,    // 2D
+  kDimSplatPixel = 5,     // 2D: which pixel of the filter's footprint
+  kDimNeeRoulette = 6,    // 1D
+  kDimConnectRoulette = 8  // + light vertex number: 1D
+};
+constexpr uint32_t vertex_dim(int vertex, uint32_t dim) {
+  return kDimVertex0 + static_cast<uint32_t>(vertex) * kDimsPerVertex + dim;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,10 @@
+#pragma once
+// From a material's description to a table entry: kind, constant parameters, textures.
+#include "worker/render/scene/render_scene.h"
+
+namespace lightmill {
+
+/// Appends `material` to scene.materials, material_params and material_kind.
+void add_material(const MaterialDescription& material, RenderScene* scene);
+
+}  // namespace lightmill

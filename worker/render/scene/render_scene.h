@@ -1,0 +1,72 @@
+#pragma once
+// The scene as the kernels read it: flat arrays in normalised space.
+//
+// Normalised space: camera at the origin, lengths scaled by 2^scale_exponent (exact), so that the scene's
+// extent is about 1. Point intensities are scaled by its square; radiance does not change, so the image does
+// not either. Primitives are numbered: triangles first, then spheres.
+#include <cstdint>
+#include <vector>
+
+#include "common/scene/description.h"
+#include "worker/render/bsdf/bsdf.h"
+#include "worker/render/light/light_table.h"
+#include "worker/render/scene/texture.h"
+
+namespace lightmill {
+
+struct MeshRange {
+  int32_t first_triangle = 0, triangle_count = 0;
+};
+
+/// A material with what is constant in place, and textures for what is not.
+struct MaterialEntry {
+  int32_t kind = kDiffuse;
+  int32_t textured = 0;      // any of the textures below is set
+  int texture_color = -1;    // reflectance: slots 0-2 (diffuse, coated) or, via F0, 0-5 (conductor)
+  int texture_eta = -1, texture_k = -1;
+  int texture_u_roughness = -1, texture_v_roughness = -1;
+  float u_roughness = 0, v_roughness = 0;
+  bool remap_roughness = true;
+  bool conductor_reflectance = false;  // color gives F0 by eta = 1, k = 2 sqrt(r / (1 - r))
+};
+
+struct RenderScene {
+  explicit RenderScene(TextureTable table) : textures(std::move(table)) {}
+
+  int scale_exponent = 0;
+  Vec3d origin;  // camera position in scene units
+
+  std::vector<float> positions;  // 3 per vertex, padded by 4 floats for vector loads
+  std::vector<float> normals;    // 3 per vertex or empty; (0,0,0) where the mesh has none
+  std::vector<float> uvs;        // 2 per vertex or empty
+  std::vector<int32_t> indices;  // 3 per triangle
+  std::vector<MeshRange> meshes;
+  std::vector<float> spheres;    // 4 per sphere: centre, radius
+
+  std::vector<int32_t> primitive_material;  // per primitive
+  std::vector<int32_t> primitive_light;     // per primitive: index into lights, or -1
+  std::vector<int32_t> primitive_flags;     // per primitive: kFlip...
+  static constexpr int32_t kFlip = 1, kHasUv = 2;
+
+  std::vector<MaterialEntry> materials;
+  std::vector<float> material_params;  // kBsdfParams per material
+  std::vector<int32_t> material_kind;
+  bool any_texture = false;            // some material is textured
+  bool any_normals = false;            // some mesh has shading normals
+  bool any_delta = false;              // some material has a delta lobe
+  int kinds_present = 0;               // number of BSDF kinds in use
+
+  TextureTable textures;
+  LightTable lights;
+  float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space
+  float bounds_radius = 1;
+
+  int32_t triangle_count() const { return static_cast<int32_t>(indices.size() / 3); }
+  int32_t sphere_count() const { return static_cast<int32_t>(spheres.size() / 4); }
+};
+
+/// Builds it. Throws Error(kBadScene) for geometry that can't be rendered (no geometry or light is fine: the
+/// image is what the scene says) and Error(kFailed) if a texture can't be read.
+RenderScene build_scene(const SceneDescription& description);
+
+}  // namespace lightmill

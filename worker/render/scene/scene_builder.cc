@@ -1,0 +1,341 @@
+// Normalises a scene description into flat arrays. Everything that rounds happens once, here, in double.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "common/error.h"
+#include "worker/render/scene/material_builder.h"
+#include "worker/render/scene/render_scene.h"
+
+namespace lightmill {
+namespace {
+
+using Matrix = std::array<std::array<double, 4>, 4>;
+
+Vec3d transform_point(const Matrix& m, double x, double y, double z) {
+  const double w = m[3][0] * x + m[3][1] * y + m[3][2] * z + m[3][3];
+  const double s = w == 1 ? 1 : 1 / w;
+  return {(m[0][0] * x + m[0][1] * y + m[0][2] * z + m[0][3]) * s,
+          (m[1][0] * x + m[1][1] * y + m[1][2] * z + m[1][3]) * s,
+          (m[2][0] * x + m[2][1] * y + m[2][2] * z + m[2][3]) * s};
+}
+
+/// Normals transform by the inverse transpose: the cofactor matrix does it up to |det|, without a division.
+Vec3d transform_normal(const Matrix& m, double x, double y, double z) {
+  const auto c = [&](int i, int j) {
+    const int a = (i + 1) % 3, b = (i + 2) % 3, p = (j + 1) % 3, q = (j + 2) % 3;
+    const auto u = [](int k) { return static_cast<size_t>(k); };
+    return m[u(a)][u(p)] * m[u(b)][u(q)] - m[u(a)][u(q)] * m[u(b)][u(p)];
+  };
+  const double det = m[0][0] * c(0, 0) + m[0][1] * c(0, 1) + m[0][2] * c(0, 2);
+  const double s = det < 0 ? -1 : 1;
+  return {s * (c(0, 0) * x + c(0, 1) * y + c(0, 2) * z), s * (c(1, 0) * x + c(1, 1) * y + c(1, 2) * z),
+          s * (c(2, 0) * x + c(2, 1) * y + c(2, 2) * z)};
+}
+
+/// The uniform scale of a transform, or nothing if it is not a similarity (relative tolerance 1e-4).
+std::optional<double> uniform_scale(const Matrix& m) {
+  double length[3];
+  for (size_t j = 0; j < 3; ++j) {
+    length[j] = std::sqrt(m[0][j] * m[0][j] + m[1][j] * m[1][j] + m[2][j] * m[2][j]);
+  }
+  const double s = length[0];
+  if (!(s > 0)) return std::nullopt;
+  for (size_t j = 0; j < 3; ++j) {
+    const size_t k = (j + 1) % 3;
+    const double d = m[0][j] * m[0][k] + m[1][j] * m[1][k] + m[2][j] * m[2][k];
+    if (std::fabs(length[j] / s - 1) > 1e-4 || std::fabs(d) > 1e-4 * s * s) return std::nullopt;
+  }
+  return s;
+}
+
+std::string where(const SourceLocation& l) {
+  return l.file + ":" + std::to_string(l.line) + ":" + std::to_string(l.column) + ": ";
+}
+
+struct Bounds {
+  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
+  void add(const Vec3d& p, double r = 0) {
+    const double c[3] = {p.x, p.y, p.z};
+    for (int i = 0; i < 3; ++i) {
+      lo[i] = std::min(lo[i], c[i] - r);
+      hi[i] = std::max(hi[i], c[i] + r);
+    }
+  }
+  bool empty() const { return lo[0] > hi[0]; }
+};
+
+/// World-space (double) geometry before normalisation: only bounds are kept, points are computed twice.
+class SceneBuilder {
+ public:
+  SceneBuilder(const SceneDescription& description, RenderScene* scene) : in_(description), out_(*scene) {}
+
+  void build() {
+    const Matrix& c2w = in_.camera.camera_to_world.m;
+    out_.origin = {c2w[0][3], c2w[1][3], c2w[2][3]};
+    measure();
+    for (const MaterialDescription& m : in_.materials) add_material(m, &out_);
+    reserve();
+    for (const ShapeDescription& s : in_.shapes) {
+      if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) add_mesh(s, *mesh->mesh);
+    }
+    for (const ShapeDescription& s : in_.shapes) {
+      if (const auto* sphere = std::get_if<SphereShape>(&s.kind)) add_sphere(s, *sphere);
+    }
+    out_.positions.resize(out_.positions.size() + 4);  // vector loads read past the last vertex
+    for (const LightDescription& l : in_.lights) add_light(l);
+    out_.lights.finish();
+    for (size_t i = 0; i < out_.materials.size(); ++i) {
+      if (!used_[i]) continue;
+      const int32_t kind = out_.material_kind[i];
+      out_.any_texture = out_.any_texture || out_.materials[i].textured;
+      out_.any_delta = out_.any_delta || is_pure_delta(kind) || kind == kSmoothCoated;
+      kinds_ |= 1u << kind;
+    }
+    for (; kinds_; kinds_ &= kinds_ - 1) ++out_.kinds_present;
+  }
+
+ private:
+  Vec3d relative(const Vec3d& p) const {
+    return {std::ldexp(p.x - out_.origin.x, out_.scale_exponent), std::ldexp(p.y - out_.origin.y, out_.scale_exponent),
+            std::ldexp(p.z - out_.origin.z, out_.scale_exponent)};
+  }
+
+  void measure() {
+    Bounds b;
+    for (const ShapeDescription& s : in_.shapes) {
+      if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
+        for (const Vec3f& v : mesh->mesh->positions) b.add(transform_point(s.object_to_world.m, v.x, v.y, v.z));
+      } else {
+        const auto scale = uniform_scale(s.object_to_world.m);
+        if (!scale) {
+          throw Error(ErrorKind::kBadScene,
+                      where(s.location) + "a sphere under a non-uniform scale is not supported yet; use a mesh");
+        }
+        b.add(transform_point(s.object_to_world.m, 0, 0, 0), *scale * std::get<SphereShape>(s.kind).radius);
+      }
+    }
+    for (const LightDescription& l : in_.lights) {
+      if (const auto* p = std::get_if<PointLight>(&l.kind)) b.add(p->position);
+    }
+    const Vec3d& o = out_.origin;
+    double extent = 0;
+    if (!b.empty()) {
+      const double from[3] = {o.x, o.y, o.z};
+      for (int i = 0; i < 3; ++i) extent = std::max({extent, std::fabs(b.lo[i] - from[i]), std::fabs(b.hi[i] - from[i])});
+    }
+    if (!std::isfinite(extent)) throw Error(ErrorKind::kBadScene, "the scene's extent is not finite; check its transforms");
+    out_.scale_exponent = extent > 0 ? -std::ilogb(extent) : 0;
+    if (b.empty()) return;
+    const double s = std::ldexp(1.0, out_.scale_exponent);
+    double r2 = 0;
+    const double from[3] = {o.x, o.y, o.z};
+    for (int i = 0; i < 3; ++i) {
+      out_.bounds_center[i] = static_cast<float>((0.5 * (b.lo[i] + b.hi[i]) - from[i]) * s);
+      const double half = 0.5 * (b.hi[i] - b.lo[i]) * s;
+      r2 += half * half;
+    }
+    out_.bounds_radius = static_cast<float>(std::max(std::sqrt(r2) * 1.001, 1e-6));
+  }
+
+  void reserve() {
+    size_t vertices = 0, triangles = 0, spheres = 0;
+    bool normals = false, uvs = false;
+    for (const ShapeDescription& s : in_.shapes) {
+      if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
+        vertices += mesh->mesh->positions.size();
+        triangles += mesh->mesh->triangles.size();
+        normals = normals || !mesh->mesh->normals.empty();
+        uvs = uvs || !mesh->mesh->uvs.empty();
+      } else {
+        ++spheres;
+      }
+    }
+    if (vertices > size_t{1} << 29 || triangles > size_t{1} << 29) {
+      throw Error(ErrorKind::kBadScene, "the scene has more than 2^29 vertices or triangles, which is the limit");
+    }
+    out_.any_normals = normals;
+    out_.positions.reserve(3 * vertices + 4);
+    if (normals) out_.normals.reserve(3 * vertices);
+    keep_uvs_ = uvs && std::any_of(out_.materials.begin(), out_.materials.end(), [](const MaterialEntry& m) { return m.textured; });
+    if (keep_uvs_) out_.uvs.reserve(2 * vertices);
+    out_.indices.reserve(3 * triangles);
+    out_.primitive_material.reserve(triangles + spheres);
+    out_.primitive_light.reserve(triangles + spheres);
+    out_.primitive_flags.reserve(triangles + spheres);
+    used_.assign(out_.materials.size(), false);
+  }
+
+  void add_primitive(const ShapeDescription& s, int32_t light, int32_t flags) {
+    out_.primitive_material.push_back(s.material);
+    out_.primitive_light.push_back(light);
+    out_.primitive_flags.push_back(flags);
+  }
+
+  void add_mesh(const ShapeDescription& s, const TriangleMesh& mesh) {
+    const auto first_vertex = static_cast<int32_t>(out_.positions.size() / 3);
+    const Matrix& m = s.object_to_world.m;
+    for (const Vec3f& v : mesh.positions) {
+      const Vec3d p = relative(transform_point(m, v.x, v.y, v.z));
+      out_.positions.insert(out_.positions.end(), {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+    }
+    if (out_.any_normals) {
+      const double sign = s.reverse_orientation ? -1 : 1;
+      for (size_t i = 0; i < mesh.positions.size(); ++i) {
+        Vec3d n;
+        if (!mesh.normals.empty()) {
+          n = transform_normal(m, mesh.normals[i].x, mesh.normals[i].y, mesh.normals[i].z);
+          const double length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+          const double f = length > 0 && std::isfinite(length) ? sign / length : 0;
+          n = {n.x * f, n.y * f, n.z * f};
+        }
+        out_.normals.insert(out_.normals.end(), {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)});
+      }
+    }
+    if (keep_uvs_) {
+      for (size_t i = 0; i < mesh.positions.size(); ++i) {
+        const Vec2f uv = mesh.uvs.empty() ? Vec2f{} : mesh.uvs[i];
+        out_.uvs.insert(out_.uvs.end(), {uv.x, uv.y});
+      }
+    }
+    int32_t flags = surface_flips_normal(s) ? RenderScene::kFlip : 0;
+    if (keep_uvs_ && !mesh.uvs.empty()) flags |= RenderScene::kHasUv;
+    MeshRange range{out_.triangle_count(), 0};
+    for (const auto& t : mesh.triangles) {
+      const int32_t i[3] = {first_vertex + static_cast<int32_t>(t[0]), first_vertex + static_cast<int32_t>(t[1]),
+                            first_vertex + static_cast<int32_t>(t[2])};
+      Vec3d n;
+      const double area = triangle_area(i, &n);
+      if (!(area > 0) || !std::isfinite(area)) continue;  // collapsed when rounded to float: nothing can hit it
+      out_.indices.insert(out_.indices.end(), i, i + 3);
+      add_primitive(s, s.area_light >= 0 ? add_triangle_light(s, i, n, area, flags) : -1, flags);
+      ++range.triangle_count;
+    }
+    if (range.triangle_count > 0) {
+      out_.meshes.push_back(range);
+      if (s.material >= 0) used_[static_cast<size_t>(s.material)] = true;
+    }
+  }
+
+  /// Area, and the unit normal of the winding.
+  double triangle_area(const int32_t* i, Vec3d* n) const {
+    double p[3][3];
+    for (int k = 0; k < 3; ++k) {
+      for (int c = 0; c < 3; ++c) p[k][c] = out_.positions[static_cast<size_t>(i[k]) * 3 + static_cast<size_t>(c)];
+    }
+    const double a[3] = {p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]};
+    const double b[3] = {p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
+    const double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
+    const double length = std::sqrt(x * x + y * y + z * z);
+    if (length > 0) *n = {x / length, y / length, z / length};
+    return 0.5 * length;
+  }
+
+  static bool dark(const Rgb& c) { return !(c.r > 0 || c.g > 0 || c.b > 0); }
+
+  int32_t add_triangle_light(const ShapeDescription& s, const int32_t* i, const Vec3d& winding, double area, int32_t flags) {
+    const AreaLightDescription& light = in_.area_lights[static_cast<size_t>(s.area_light)];
+    if (dark(light.radiance)) return -1;
+    double sign = flags & RenderScene::kFlip ? -1 : 1;
+    if (out_.any_normals) {
+      // The side of the vertex normals, as at intersection.
+      double along = 0;
+      for (int k = 0; k < 3; ++k) {
+        const float* n = &out_.normals[static_cast<size_t>(i[k]) * 3];
+        along += n[0] * winding.x + n[1] * winding.y + n[2] * winding.z;
+      }
+      if (along != 0) sign = along < 0 ? -1 : 1;
+    }
+    std::array<float, kLightFloats> r{};
+    for (size_t c = 0; c < 3; ++c) {
+      const float v0 = out_.positions[static_cast<size_t>(i[0]) * 3 + c];
+      r[kLightP + c] = v0;
+      r[kLightE1 + c] = out_.positions[static_cast<size_t>(i[1]) * 3 + c] - v0;
+      r[kLightE2 + c] = out_.positions[static_cast<size_t>(i[2]) * 3 + c] - v0;
+    }
+    r[kLightN] = static_cast<float>(sign * winding.x);
+    r[kLightN + 1] = static_cast<float>(sign * winding.y);
+    r[kLightN + 2] = static_cast<float>(sign * winding.z);
+    return add_area_light(kTriangleLight, r, light, area);
+  }
+
+  int32_t add_area_light(LightType type, std::array<float, kLightFloats>& r, const AreaLightDescription& light, double area) {
+    const Rgb& c = light.radiance;
+    r[kLightRadiance] = c.r;
+    r[kLightRadiance + 1] = c.g;
+    r[kLightRadiance + 2] = c.b;
+    r[kLightArea] = static_cast<float>(area);
+    r[kLightTwoSided] = light.two_sided ? 1 : 0;
+    const double mean = (double{c.r} + c.g + c.b) / 3;
+    out_.lights.add(type, r, M_PI * area * mean * (light.two_sided ? 2 : 1));
+    return out_.lights.count() - 1;
+  }
+
+  void add_sphere(const ShapeDescription& s, const SphereShape& sphere) {
+    const double scale = *uniform_scale(s.object_to_world.m);
+    const Vec3d c = relative(transform_point(s.object_to_world.m, 0, 0, 0));
+    const double radius = std::ldexp(scale * sphere.radius, out_.scale_exponent);
+    if (!(static_cast<float>(radius) > 0)) return;
+    const float record[4] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z), static_cast<float>(radius)};
+    out_.spheres.insert(out_.spheres.end(), record, record + 4);
+    // The normal is computed outwards, so handedness does not matter: only ReverseOrientation flips.
+    const int32_t flags = s.reverse_orientation ? RenderScene::kFlip : 0;
+    int32_t light = -1;
+    if (s.area_light >= 0) {
+      const AreaLightDescription& d = in_.area_lights[static_cast<size_t>(s.area_light)];
+      if (!dark(d.radiance)) {
+        std::array<float, kLightFloats> r{};
+        std::copy(record, record + 4, r.begin());
+        r[kLightOrientation] = s.reverse_orientation ? -1 : 1;
+        light = add_area_light(kSphereLight, r, d, 4 * M_PI * radius * radius);
+      }
+    }
+    add_primitive(s, light, flags);
+    if (s.material >= 0) used_[static_cast<size_t>(s.material)] = true;
+  }
+
+  void add_light(const LightDescription& l) {
+    std::array<float, kLightFloats> r{};
+    if (const auto* p = std::get_if<PointLight>(&l.kind)) {
+      if (dark(p->intensity)) return;
+      const Vec3d c = relative(p->position);
+      const float k = std::ldexp(1.0f, 2 * out_.scale_exponent);
+      r[kLightP] = static_cast<float>(c.x);
+      r[kLightP + 1] = static_cast<float>(c.y);
+      r[kLightP + 2] = static_cast<float>(c.z);
+      r[kLightRadiance] = p->intensity.r * k;
+      r[kLightRadiance + 1] = p->intensity.g * k;
+      r[kLightRadiance + 2] = p->intensity.b * k;
+      r[kLightArea] = 1;
+      out_.lights.add(kPointLight, r, 4 * M_PI * (double{r[13]} + r[14] + r[15]) / 3);
+    } else {
+      const Rgb& c = std::get<InfiniteLight>(l.kind).radiance;
+      if (dark(c)) return;
+      std::copy(out_.bounds_center, out_.bounds_center + 3, r.begin());
+      const float radius = out_.bounds_radius;
+      r[3] = radius;
+      r[kLightRadiance] = c.r;
+      r[kLightRadiance + 1] = c.g;
+      r[kLightRadiance + 2] = c.b;
+      r[kLightArea] = 1;
+      out_.lights.add(kInfiniteLight, r, 4 * M_PI * M_PI * double{radius} * radius * (double{c.r} + c.g + c.b) / 3);
+    }
+  }
+
+  const SceneDescription& in_;
+  RenderScene& out_;
+  std::vector<bool> used_;
+  unsigned kinds_ = 0;
+  bool keep_uvs_ = false;
+};
+
+}  // namespace
+
+RenderScene build_scene(const SceneDescription& description) {
+  RenderScene scene((TextureTable(description.textures)));
+  SceneBuilder(description, &scene).build();
+  return scene;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,153 @@
+#include "worker/render/scene/texture.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+
+namespace lightmill {
+namespace {
+
+/// Largest accepted side of a texture, in texels.
+constexpr int kMaxTextureSide = 32768;
+
+float srgb_to_linear(float x) { return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f); }
+
+/// Index into [0, n) under the wrap mode, or -1 for black.
+int wrap_index(int i, int n, Wrap wrap) {
+  switch (wrap) {
+    case Wrap::kRepeat:
+      i %= n;
+      return i < 0 ? i + n : i;
+    case Wrap::kBlack:
+      return i < 0 || i >= n ? -1 : i;
+    case Wrap::kClamp:
+    case Wrap::kOctahedral:
+      return std::clamp(i, 0, n - 1);
+  }
+  return -1;
+}
+
+}  // namespace
+
+ImageMap::ImageMap(const ImageTexture& texture)
+    : wrap_(texture.wrap), scale_(texture.scale), invert_(texture.invert) {
+  auto in = OIIO::ImageInput::open(texture.path);
+  if (!in) {
+    throw Error(ErrorKind::kFailed, texture.path + ": texture can't be read: " + OIIO::geterror());
+  }
+  const OIIO::ImageSpec spec = in->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.width > kMaxTextureSide || spec.height > kMaxTextureSide ||
+      spec.nchannels < 1) {
+    throw Error(ErrorKind::kFailed, texture.path + ": texture size is not supported");
+  }
+  width_ = spec.width;
+  height_ = spec.height;
+  const size_t texels = static_cast<size_t>(width_) * static_cast<size_t>(height_);
+  const int channels = std::min(spec.nchannels, 3);
+  const bool bytes = spec.format == OIIO::TypeDesc::UINT8;
+  auto spread = [&](auto& out, const auto& raw) {
+    for (size_t i = 0; i < texels; ++i) {
+      for (size_t c = 0; c < 3; ++c) {
+        const size_t from = std::min(c, static_cast<size_t>(channels) - 1);
+        out[3 * i + c] = raw[static_cast<size_t>(channels) * i + (channels == 2 ? 0 : from)];
+      }
+    }
+  };
+  bool ok;
+  if (bytes) {
+    std::vector<uint8_t> raw(texels * static_cast<size_t>(channels));
+    ok = in->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, raw.data());
+    bytes_.resize(texels * 3);
+    spread(bytes_, raw);
+  } else {
+    std::vector<float> raw(texels * static_cast<size_t>(channels));
+    ok = in->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, raw.data());
+    floats_.resize(texels * 3);
+    spread(floats_, raw);
+  }
+  if (!ok) throw Error(ErrorKind::kFailed, texture.path + ": texture can't be read: " + in->geterror());
+  ColorEncoding encoding = texture.encoding;
+  if (encoding == ColorEncoding::kAuto) encoding = bytes ? ColorEncoding::kSrgb : ColorEncoding::kLinear;
+  auto decode = [&](float x) {
+    if (encoding == ColorEncoding::kSrgb) return srgb_to_linear(x);
+    if (encoding == ColorEncoding::kGamma) return std::pow(x, texture.gamma);
+    return x;
+  };
+  for (int i = 0; i < 256; ++i) decode_[i] = decode(static_cast<float>(i) / 255.0f);
+  for (float& x : floats_) {
+    x = std::isfinite(x) ? x : 0.0f;
+    if (encoding != ColorEncoding::kLinear) x = decode(std::max(x, 0.0f));
+  }
+}
+
+Rgb ImageMap::texel(int x, int y) const {
+  x = wrap_index(x, width_, wrap_);
+  y = wrap_index(y, height_, wrap_);
+  if (x < 0 || y < 0) return {};
+  const size_t i = 3 * (static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x));
+  if (!bytes_.empty()) return {decode_[bytes_[i]], decode_[bytes_[i + 1]], decode_[bytes_[i + 2]]};
+  return {floats_[i], floats_[i + 1], floats_[i + 2]};
+}
+
+Rgb ImageMap::lookup(float s, float t) const {
+  if (!(std::fabs(s) < 1e6f && std::fabs(t) < 1e6f)) s = t = 0;  // uv out of any meaningful range
+  const float x = s * static_cast<float>(width_) - 0.5f;
+  const float y = (1.0f - t) * static_cast<float>(height_) - 0.5f;
+  const float fx = std::floor(x), fy = std::floor(y);
+  const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
+  const float wx = x - fx, wy = y - fy;
+  const Rgb a = texel(ix, iy), b = texel(ix + 1, iy), c = texel(ix, iy + 1), d = texel(ix + 1, iy + 1);
+  auto mix = [&](float p, float q, float r, float u) {
+    const float top = p + (q - p) * wx, bottom = r + (u - r) * wx;
+    float v = top + (bottom - top) * wy;
+    v *= scale_;
+    return invert_ ? std::max(0.0f, 1.0f - v) : v;
+  };
+  return {mix(a.r, b.r, c.r, d.r), mix(a.g, b.g, c.g, d.g), mix(a.b, b.b, c.b, d.b)};
+}
+
+TextureTable::TextureTable(const std::vector<TextureDescription>& textures) {
+  for (const TextureDescription& t : textures) {
+    nodes_.push_back(t.kind);
+    if (const auto* image = std::get_if<ImageTexture>(&t.kind)) {
+      image_of_.push_back(static_cast<int>(images_.size()));
+      images_.emplace_back(*image);
+    } else {
+      image_of_.push_back(-1);
+    }
+  }
+}
+
+Rgb TextureTable::input(const SpectrumInput& in, float u, float v) const {
+  return in.texture < 0 ? in.value : evaluate(in.texture, u, v);
+}
+
+Rgb TextureTable::evaluate(int id, float u, float v) const {
+  const auto index = static_cast<size_t>(id);
+  const TextureKind& node = nodes_[index];
+  auto grey = [&](const FloatInput& in) { return in.texture < 0 ? in.value : evaluate(in.texture, u, v).r; };
+  if (const auto* t = std::get_if<ImageTexture>(&node)) {
+    return images_[static_cast<size_t>(image_of_[index])].lookup(t->mapping.su * u + t->mapping.du,
+                                                                 t->mapping.sv * v + t->mapping.dv);
+  }
+  if (const auto* t = std::get_if<ConstantTexture>(&node)) return t->value;
+  if (const auto* t = std::get_if<ScaleTexture>(&node)) {
+    const Rgb x = input(t->tex, u, v);
+    const float s = grey(t->scale);
+    return {x.r * s, x.g * s, x.b * s};
+  }
+  if (const auto* t = std::get_if<MixTexture>(&node)) {
+    const float w = grey(t->amount);
+    const Rgb a = input(t->tex1, u, v), b = input(t->tex2, u, v);
+    return {a.r + (b.r - a.r) * w, a.g + (b.g - a.g) * w, a.b + (b.b - a.b) * w};
+  }
+  const auto& board = std::get<CheckerboardTexture>(node);
+  const float s = board.mapping.su * u + board.mapping.du, t = board.mapping.sv * v + board.mapping.dv;
+  const bool odd = std::fmod(std::floor(s) + std::floor(t), 2.0f) != 0.0f;
+  return input(odd ? board.tex2 : board.tex1, u, v);
+}
+
+}  // namespace lightmill

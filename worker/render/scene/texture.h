@@ -1,0 +1,44 @@
+#pragma once
+// Textures at render time: images in memory with bilinear lookup, and the small texture graph.
+#include <cstdint>
+#include <vector>
+
+#include "common/scene/description.h"
+
+namespace lightmill {
+
+/// An image of RGB texels, linear. Stored as 8-bit sRGB or linear (decoded by a table) or as float.
+class ImageMap {
+ public:
+  /// Throws Error(kFailed) if the file can't be read.
+  explicit ImageMap(const ImageTexture& texture);
+  /// Bilinear value at (s, t), t up. Scale and invert applied.
+  Rgb lookup(float s, float t) const;
+
+ private:
+  Rgb texel(int x, int y) const;
+  int width_ = 0, height_ = 0;
+  Wrap wrap_;
+  float scale_;
+  bool invert_;
+  std::vector<uint8_t> bytes_;  // 3 per texel, or empty
+  std::vector<float> floats_;   // 3 per texel, or empty
+  float decode_[256];
+};
+
+/// All textures of a scene, evaluated per point.
+class TextureTable {
+ public:
+  explicit TextureTable(const std::vector<TextureDescription>& textures);
+  /// Value of texture `id` at surface coordinates (u, v); floats come as grey.
+  Rgb evaluate(int id, float u, float v) const;
+  size_t size() const { return nodes_.size(); }
+
+ private:
+  Rgb input(const SpectrumInput& in, float u, float v) const;
+  std::vector<TextureKind> nodes_;
+  std::vector<ImageMap> images_;
+  std::vector<int> image_of_;  // per node, -1 if it is not an image
+};
+
+}  // namespace lightmill
