@@ -1,0 +1,299 @@
+#include "common/rpc/convert.h"
+
+#include <cmath>
+
+namespace lightmill {
+namespace {
+
+[[noreturn]] void bad(const std::string& what) {
+  throw Error(ErrorKind::kUsage, "malformed message: " + what);
+}
+
+template <class From, class To>
+struct Pair {
+  From domain;
+  To wire;
+};
+
+constexpr Pair<JobState, v1::JobState> kJobStates[] = {
+    {JobState::kQueued, v1::JOB_STATE_QUEUED}, {JobState::kRunning, v1::JOB_STATE_RUNNING},
+    {JobState::kPaused, v1::JOB_STATE_PAUSED}, {JobState::kDone, v1::JOB_STATE_DONE},
+    {JobState::kFailed, v1::JOB_STATE_FAILED}, {JobState::kCancelled, v1::JOB_STATE_CANCELLED},
+};
+constexpr Pair<CommitResult, v1::CommitOutcome> kOutcomes[] = {
+    {CommitResult::kAccepted, v1::COMMIT_OUTCOME_ACCEPTED},
+    {CommitResult::kAlreadyCommitted, v1::COMMIT_OUTCOME_ALREADY_COMMITTED},
+    {CommitResult::kStale, v1::COMMIT_OUTCOME_STALE},
+    {CommitResult::kCorrupt, v1::COMMIT_OUTCOME_CORRUPT},
+    {CommitResult::kUnknownJob, v1::COMMIT_OUTCOME_UNKNOWN_JOB},
+};
+constexpr Pair<const char*, v1::TileState> kTileStates[] = {
+    {"pending", v1::TILE_STATE_PENDING},
+    {"leased", v1::TILE_STATE_LEASED},
+    {"committed", v1::TILE_STATE_COMMITTED},
+};
+constexpr Pair<const char*, v1::WorkerState> kWorkerStates[] = {
+    {"idle", v1::WORKER_STATE_IDLE},         {"rendering", v1::WORKER_STATE_RENDERING},
+    {"draining", v1::WORKER_STATE_DRAINING}, {"lost", v1::WORKER_STATE_LOST},
+    {"refused", v1::WORKER_STATE_REFUSED},   {"benched", v1::WORKER_STATE_BENCHED},
+};
+
+template <class Table, class Domain>
+auto wire_of(const Table& table, const Domain& value, const char* what) {
+  for (const auto& row : table) {
+    if (value == row.domain) return row.wire;
+  }
+  throw std::logic_error(std::string("no message value for this ") + what);
+}
+template <class Table, class Wire>
+auto domain_of(const Table& table, Wire value, const char* what) {
+  for (const auto& row : table) {
+    if (row.wire == value) return row.domain;
+  }
+  bad(std::string(what) + " " + std::to_string(static_cast<int>(value)) + " is unknown; is the peer newer?");
+}
+
+v1::RenderCounters counters_to_proto(const RenderCounters& c) {
+  v1::RenderCounters m;
+  m.set_camera_paths(c.camera_paths);
+  m.set_light_paths(c.light_paths);
+  m.set_closest_hit_rays(c.closest_hit_rays);
+  m.set_shadow_rays(c.shadow_rays);
+  m.set_zero_connections_skipped(c.zero_connections_skipped);
+  m.set_rouletted_connections(c.rouletted_connections);
+  m.set_nonfinite(c.nonfinite);
+  return m;
+}
+RenderCounters counters_from_proto(const v1::RenderCounters& m) {
+  RenderCounters c;
+  c.camera_paths = m.camera_paths();
+  c.light_paths = m.light_paths();
+  c.closest_hit_rays = m.closest_hit_rays();
+  c.shadow_rays = m.shadow_rays();
+  c.zero_connections_skipped = m.zero_connections_skipped();
+  c.rouletted_connections = m.rouletted_connections();
+  c.nonfinite = m.nonfinite();
+  return c;
+}
+
+void set_if(const std::optional<double>& value, auto&& setter) {
+  if (value) setter(*value);
+}
+std::optional<double> get_if(bool has, double value) { return has ? std::optional(value) : std::nullopt; }
+
+}  // namespace
+
+v1::JobState to_proto(JobState state) { return wire_of(kJobStates, state, "job state"); }
+JobState from_proto(v1::JobState state) { return domain_of(kJobStates, state, "job state"); }
+v1::CommitOutcome to_proto(CommitResult result) { return wire_of(kOutcomes, result, "commit result"); }
+CommitResult from_proto(v1::CommitOutcome outcome) { return domain_of(kOutcomes, outcome, "commit outcome"); }
+
+v1::JobStatus to_proto(const JobStatus& s) {
+  v1::JobStatus m;
+  m.set_id(s.id.value);
+  m.set_name(s.name);
+  m.set_state(to_proto(s.state));
+  m.set_message(s.message);
+  m.set_settings_json(settings_to_json(s.settings));
+  m.set_bundle_digest(s.bundle_digest);
+  m.set_priority(s.priority);
+  m.set_pool(s.pool);
+  m.set_packets_done(s.packets_done);
+  m.set_packets_total(s.packets_total);
+  m.set_tiles_committed(s.tiles_committed);
+  m.set_tiles_leased(s.tiles_leased);
+  m.set_leases_reassigned(s.leases_reassigned);
+  m.set_spp(s.spp);
+  m.set_wall_seconds(s.wall_seconds);
+  m.set_cpu_seconds(s.cpu_seconds);
+  m.set_samples_per_second(s.samples_per_second);
+  m.set_eta_seconds(s.eta_seconds);
+  set_if(s.relmse, [&](double v) { m.set_relmse(v); });
+  set_if(s.relmse_low, [&](double v) { m.set_relmse_low(v); });
+  set_if(s.relmse_high, [&](double v) { m.set_relmse_high(v); });
+  *m.mutable_counters() = counters_to_proto(s.counters);
+  m.set_workers(s.workers);
+  m.set_version(s.version);
+  return m;
+}
+
+JobStatus from_proto(const v1::JobStatus& m) {
+  JobStatus s;
+  s.id = JobId{m.id()};
+  s.name = m.name();
+  s.state = from_proto(m.state());
+  s.message = m.message();
+  s.settings = settings_from_json(m.settings_json());
+  s.bundle_digest = m.bundle_digest();
+  s.priority = m.priority();
+  s.pool = m.pool();
+  s.packets_done = m.packets_done();
+  s.packets_total = m.packets_total();
+  s.tiles_committed = m.tiles_committed();
+  s.tiles_leased = m.tiles_leased();
+  s.leases_reassigned = m.leases_reassigned();
+  s.spp = m.spp();
+  s.wall_seconds = m.wall_seconds();
+  s.cpu_seconds = m.cpu_seconds();
+  s.samples_per_second = m.samples_per_second();
+  s.eta_seconds = m.eta_seconds();
+  s.relmse = get_if(m.has_relmse(), m.relmse());
+  s.relmse_low = get_if(m.has_relmse_low(), m.relmse_low());
+  s.relmse_high = get_if(m.has_relmse_high(), m.relmse_high());
+  s.counters = counters_from_proto(m.counters());
+  s.workers = m.workers();
+  s.version = m.version();
+  return s;
+}
+
+v1::TileSpec to_proto(const TileSpec& tile) {
+  v1::TileSpec m;
+  m.mutable_cells()->set_x0(tile.cells.x0);
+  m.mutable_cells()->set_y0(tile.cells.y0);
+  m.mutable_cells()->set_x1(tile.cells.x1);
+  m.mutable_cells()->set_y1(tile.cells.y1);
+  m.set_sample_begin(tile.sample_begin);
+  m.set_sample_end(tile.sample_end);
+  return m;
+}
+
+TileSpec from_proto(const v1::TileSpec& m) {
+  constexpr int kMaxCells = kMaxResolution / kCellSize;
+  const v1::CellRect& c = m.cells();
+  if (c.x0() < 0 || c.y0() < 0 || c.x1() <= c.x0() || c.y1() <= c.y0() || c.x1() > kMaxCells ||
+      c.y1() > kMaxCells) {
+    bad("tile: cells out of range");
+  }
+  if (m.sample_begin() < 0 || m.sample_end() <= m.sample_begin() || m.sample_end() > (int64_t{1} << 40)) {
+    bad("tile: sample range out of range");
+  }
+  return {{c.x0(), c.y0(), c.x1(), c.y1()}, m.sample_begin(), m.sample_end()};
+}
+
+v1::TileStatus to_proto(const TileStatus& s) {
+  v1::TileStatus m;
+  m.set_id(s.id.value);
+  *m.mutable_tile() = to_proto(s.tile);
+  m.set_state(wire_of(kTileStates, s.state, "tile state"));
+  m.set_attempt(s.attempt);
+  m.set_worker_id(s.worker.value);
+  m.set_digest(s.digest);
+  return m;
+}
+
+TileStatus from_proto(const v1::TileStatus& m) {
+  return {TileId{m.id()}, from_proto(m.tile()),    domain_of(kTileStates, m.state(), "tile state"),
+          m.attempt(),    WorkerId{m.worker_id()}, m.digest()};
+}
+
+v1::WorkerRegistration to_proto(const WorkerRegistration& r) {
+  v1::WorkerRegistration m;
+  m.set_host(r.host);
+  m.set_threads(r.threads);
+  m.set_build(r.build);
+  m.set_schema(r.schema);
+  m.set_arithmetic_class(r.arithmetic_class);
+  m.set_pool(r.pool);
+  return m;
+}
+
+WorkerRegistration from_proto(const v1::WorkerRegistration& m) {
+  if (m.threads() < 1 || m.threads() > 4096) bad("threads must be 1..4096");
+  for (const std::string* text : {&m.host(), &m.build(), &m.arithmetic_class(), &m.pool()}) {
+    if (text->size() > 1000) bad("a text of a registration is longer than 1000 bytes");
+  }
+  return {m.host(), m.threads(), m.build(), m.schema(), m.arithmetic_class(), m.pool()};
+}
+
+v1::WorkerStatus to_proto(const WorkerStatus& s) {
+  v1::WorkerStatus m;
+  m.set_id(s.id.value);
+  *m.mutable_registration() = to_proto(s.registration);
+  m.set_state(wire_of(kWorkerStates, s.state, "worker state"));
+  m.set_tiles_committed(s.tiles_committed);
+  m.set_samples_per_second(s.samples_per_second);
+  m.set_seconds_since_seen(s.seconds_since_seen);
+  return m;
+}
+
+WorkerStatus from_proto(const v1::WorkerStatus& m) {
+  return {
+      WorkerId{m.id()},    from_proto(m.registration()), domain_of(kWorkerStates, m.state(), "worker state"),
+      m.tiles_committed(), m.samples_per_second(),       m.seconds_since_seen()};
+}
+
+v1::LeaseKey to_proto(const LeaseKey& key) {
+  v1::LeaseKey m;
+  m.set_job_id(key.job.value);
+  m.set_tile_id(key.tile.value);
+  m.set_attempt(key.attempt);
+  return m;
+}
+
+LeaseKey from_proto(const v1::LeaseKey& m) {
+  if (m.job_id().empty() || m.job_id().size() > 100 || m.tile_id() < 0 || m.attempt() < 1) bad("lease key");
+  return {JobId{m.job_id()}, TileId{m.tile_id()}, m.attempt()};
+}
+
+v1::LeaseGrant to_proto(const LeaseGrant& g) {
+  v1::LeaseGrant m;
+  *m.mutable_key() = to_proto(LeaseKey{g.job, g.tile_id, g.attempt});
+  *m.mutable_tile() = to_proto(g.tile);
+  m.set_settings_json(settings_to_json(g.settings));
+  m.set_bundle_digest(g.bundle_digest);
+  m.set_lease_seconds(g.lease_seconds);
+  return m;
+}
+
+LeaseGrant from_proto(const v1::LeaseGrant& m) {
+  const LeaseKey key = from_proto(m.key());
+  if (!(m.lease_seconds() > 0 && m.lease_seconds() <= 86400)) bad("lease_seconds");
+  return {key.job,
+          key.tile,
+          key.attempt,
+          from_proto(m.tile()),
+          settings_from_json(m.settings_json()),
+          m.bundle_digest(),
+          m.lease_seconds()};
+}
+
+v1::ErrorCurve to_proto(const ErrorCurve& curve) {
+  v1::ErrorCurve m;
+  m.set_job_name(curve.job_name);
+  for (const ErrorPoint& p : curve.points) {
+    v1::ErrorPoint& q = *m.add_points();
+    q.set_wall_seconds(p.wall_seconds);
+    q.set_cpu_seconds(p.cpu_seconds);
+    q.set_spp(p.spp);
+    set_if(p.relmse, [&](double v) { q.set_relmse(v); });
+    set_if(p.relmse_low, [&](double v) { q.set_relmse_low(v); });
+    set_if(p.relmse_high, [&](double v) { q.set_relmse_high(v); });
+    q.set_batches(p.batches);
+    set_if(p.true_relmse, [&](double v) { q.set_true_relmse(v); });
+    set_if(p.true_relmse_trimmed, [&](double v) { q.set_true_relmse_trimmed(v); });
+    set_if(p.true_flip, [&](double v) { q.set_true_flip(v); });
+  }
+  return m;
+}
+
+ErrorCurve from_proto(const v1::ErrorCurve& m) {
+  ErrorCurve curve;
+  curve.job_name = m.job_name();
+  for (const v1::ErrorPoint& q : m.points()) {
+    ErrorPoint p;
+    p.wall_seconds = q.wall_seconds();
+    p.cpu_seconds = q.cpu_seconds();
+    p.spp = q.spp();
+    p.relmse = get_if(q.has_relmse(), q.relmse());
+    p.relmse_low = get_if(q.has_relmse_low(), q.relmse_low());
+    p.relmse_high = get_if(q.has_relmse_high(), q.relmse_high());
+    p.batches = q.batches();
+    p.true_relmse = get_if(q.has_true_relmse(), q.true_relmse());
+    p.true_relmse_trimmed = get_if(q.has_true_relmse_trimmed(), q.true_relmse_trimmed());
+    p.true_flip = get_if(q.has_true_flip(), q.true_flip());
+    curve.points.push_back(p);
+  }
+  return curve;
+}
+
+}  // namespace lightmill
