@@ -12,11 +12,11 @@ class InProcessLink : public agent::FarmLink {
  public:
   /// `farm` must outlive the link.
   explicit InProcessLink(Farm& farm) : farm_(farm) {}
-  void register_worker(const agent::Registration& registration) override;
-  std::optional<agent::Lease> lease(double wait_seconds) override;
-  std::vector<agent::LeaseKey> renew(const std::vector<agent::LeaseKey>& held) override;
-  agent::CommitAnswer commit(const agent::LeaseKey& key, const std::string& partial_bytes) override;
-  void fail(const agent::LeaseKey& key, const std::string& reason) override;
+  void register_worker(const WorkerRegistration& registration) override;
+  std::optional<LeaseGrant> lease(double wait_seconds) override;
+  std::vector<LeaseKey> renew(const std::vector<LeaseKey>& held) override;
+  agent::CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) override;
+  void fail(const LeaseKey& key, const std::string& reason) override;
   void drain() override;
   Bundle bundle(const std::string& digest) override;
   /// The scene is in this process already; never called.

@@ -7,7 +7,7 @@
 #include "common/build_id/build_id.h"
 #include "common/clock.h"
 #include "common/error.h"
-#include "coordinator/job_store.h"
+#include "coordinator/memory_job_store.h"
 #include "worker/agent/host.h"
 #include "worker/agent/tile_runner.h"
 
@@ -23,17 +23,13 @@ constexpr double kFinishSeconds = 10;     // tiles in hand after an interrupt
 class OneRenderer : public agent::RenderSource {
  public:
   explicit OneRenderer(std::shared_ptr<const agent::PacketRenderer> renderer) : renderer_(std::move(renderer)) {}
-  std::shared_ptr<const agent::PacketRenderer> open(const std::string&, const std::string&) override {
+  std::shared_ptr<const agent::PacketRenderer> open(const std::string&, const RenderSettings&) override {
     return renderer_;
   }
 
  private:
   std::shared_ptr<const agent::PacketRenderer> renderer_;
 };
-
-bool has_ended(JobState state) {
-  return state == JobState::kDone || state == JobState::kFailed || state == JobState::kCancelled;
-}
 
 /// Runs a TileRunner on its own thread; joins whatever happens.
 class RunnerThread {
@@ -97,7 +93,7 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
   result.status = farm.job(job);
   {
     RunnerThread runner(farm, std::move(renderer), threads);
-    while (!has_ended(result.status.state) && !runner.ended()) {
+    while (!is_final(result.status.state) && !runner.ended()) {
       if (!observe(result.status)) {
         result.interrupted = true;
         break;
@@ -109,7 +105,7 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
   }
   result.status = farm.job(job);
   if (result.status.state == JobState::kFailed) throw Error(ErrorKind::kFailed, result.status.message);
-  if (has_ended(result.status.state)) result.interrupted = false;
+  if (is_final(result.status.state)) result.interrupted = false;
   result.image = farm.image(job);
   result.curve = farm.curve(job);
   return result;

@@ -56,6 +56,8 @@ void add_connection(CLI::App* verb, ConnectionOptions* connection) {
   verb->add_option("--coordinator", connection->coordinator, "The coordinator's HOST:PORT")
       ->envname("LIGHTMILL_COORDINATOR")
       ->capture_default_str();
+  verb->add_flag("--insecure", connection->insecure, "Allow plain text to a coordinator on another machine")
+      ->envname("LIGHTMILL_INSECURE");
   for (const char* option : {"--tls-ca", "--tls-cert", "--tls-key"}) add_unavailable(verb, option, "TLS");
   add_unavailable(verb, "--token-file", "token authentication");
 }
@@ -77,11 +79,8 @@ void add_scene(CLI::App* verb, SceneOptions* scene) {
   verb->add_flag("--strict", scene->strict, "Unsupported scene features are errors");
 }
 
-void add_render_options(CLI::App* verb, SceneOptions* scene) {
+void add_stop_rule(CLI::App* verb, SceneOptions* scene) {
   RenderOptions& render = scene->render;
-  verb->add_option("--integrator", render.integrator, "auto, bdpt, pt, lt, or scene: the one that the file names")
-      ->check(CLI::IsMember({"auto", "bdpt", "pt", "lt", "scene"}))
-      ->capture_default_str();
   constexpr double kNoLimit = std::numeric_limits<double>::max();
   add_ranged<int64_t>(verb, "--spp", &render.spp, 1, int64_t{1} << 40, "a whole number of samples, at least 1",
                       "Samples per pixel");
@@ -89,6 +88,14 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
                      "Stop after so many seconds of rendering");
   add_ranged<double>(verb, "--target-error", &render.target_error, 1e-30, kNoLimit, "a relMSE above 0",
                      "Stop at this estimated relMSE");
+}
+
+void add_render_options(CLI::App* verb, SceneOptions* scene) {
+  RenderOptions& render = scene->render;
+  verb->add_option("--integrator", render.integrator, "auto, bdpt, pt, lt, or scene: the one that the file names")
+      ->check(CLI::IsMember({"auto", "bdpt", "pt", "lt", "scene"}))
+      ->capture_default_str();
+  add_stop_rule(verb, scene);
   verb->add_option("--max-depth", scene->max_depth, "Scattering events per path, or \"unlimited\"");
   add_ranged<uint64_t>(verb, "--seed", &render.seed, 0, std::numeric_limits<uint64_t>::max(),
                        "a whole number from 0", "Seed of the random numbers");

@@ -26,6 +26,7 @@ void add_json(CLI::App* verb, CommonOptions* common);
 /// --coordinator; the default is $LIGHTMILL_COORDINATOR, then localhost:7070.
 struct ConnectionOptions {
   std::string coordinator = "localhost:7070";
+  bool insecure = false;  // allow plain text to another machine
 };
 void add_connection(CLI::App* verb, ConnectionOptions* connection);
 
@@ -39,6 +40,8 @@ struct SceneOptions {
 };
 void add_scene(CLI::App* verb, SceneOptions* scene);
 void add_render_options(CLI::App* verb, SceneOptions* scene);
+/// --spp, --time and --target-error alone (also part of the render options).
+void add_stop_rule(CLI::App* verb, SceneOptions* scene);
 /// Parses what CLI11 took as text. Throws Error(kUsage).
 void finish_scene_options(SceneOptions* scene);
 

@@ -8,6 +8,13 @@
 
 namespace lightmill::client {
 
+void check_output(const OutputOptions& options) {
+  if (options.half && std::filesystem::path(options.path).extension() != ".exr") {
+    throw Error(ErrorKind::kUsage, "--half: only .exr files hold 16-bit floats, not " + options.path);
+  }
+  check_writable(options.path);
+}
+
 std::string output_path(const OutputOptions& options, const SceneDescription& scene) {
   std::string path = options.path;
   if (path.empty()) {
@@ -15,10 +22,7 @@ std::string output_path(const OutputOptions& options, const SceneDescription& sc
     if (stem.empty()) stem = "lightmill";
     path = stem + ".exr";
   }
-  if (options.half && std::filesystem::path(path).extension() != ".exr") {
-    throw Error(ErrorKind::kUsage, "--half: only .exr files hold 16-bit floats, not " + path);
-  }
-  check_writable(path);
+  check_output({path, options.half});
   return path;
 }
 

@@ -9,9 +9,12 @@
 
 namespace lightmill::client {
 
-/// -o as given, or the scene's film filename in the current folder with the extension .exr. Checked to be
-/// writable, so that a long render can't end in an error. Throws Error(kFailed), or Error(kUsage) for an
-/// extension that can't be written.
+/// Throws Error(kFailed) unless options.path can be written to, Error(kUsage) for an extension that can't be
+/// written or --half with another than .exr.
+void check_output(const OutputOptions& options);
+
+/// -o as given, or the scene's film filename in the current folder with the extension .exr. Checked by
+/// check_output, so that a long render can't end in an error.
 std::string output_path(const OutputOptions& options, const SceneDescription& scene);
 
 /// What an image file says of its making: scene digest, settings, build, spp, wall seconds, error.

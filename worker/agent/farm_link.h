@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "common/image/grid.h"
+#include "common/rpc/farm_types.h"
 #include "common/scene/bundle.h"
 
 namespace lightmill::agent {
@@ -26,35 +26,10 @@ struct NotRegistered : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a worker says of itself when it comes.
-struct Registration {
-  std::string host;
-  int threads = 1;
-  std::string build;             // build id
-  int schema = 0;                // of the partial's encoding
-  std::string arithmetic_class;  // digest of the built-in render
-  std::string pool;              // empty: takes jobs without a pool
-};
+inline LeaseKey key_of(const LeaseGrant& lease) { return {lease.job, lease.tile_id, lease.attempt}; }
 
-/// Names one attempt at one tile.
-struct LeaseKey {
-  std::string job;
-  int64_t tile = -1;
-  int64_t attempt = 0;
-  auto operator<=>(const LeaseKey&) const = default;
-};
-
-struct Lease {
-  LeaseKey key;
-  TileSpec tile;
-  std::string settings_json;
-  std::string bundle_digest;
-  double lease_seconds = 10;
-};
-
-enum class CommitOutcome { kAccepted, kAlreadyCommitted, kStale, kCorrupt, kUnknownJob };
 struct CommitAnswer {
-  CommitOutcome outcome = CommitOutcome::kAccepted;
+  CommitResult outcome = CommitResult::kAccepted;
   std::string message;  // why it was refused
 };
 
@@ -70,9 +45,9 @@ class BlobSink {
 class FarmLink {
  public:
   virtual ~FarmLink() = default;
-  virtual void register_worker(const Registration& registration) = 0;
+  virtual void register_worker(const WorkerRegistration& registration) = 0;
   /// The next tile, waiting up to `wait_seconds` for one.
-  virtual std::optional<Lease> lease(double wait_seconds) = 0;
+  virtual std::optional<LeaseGrant> lease(double wait_seconds) = 0;
   /// Keeps leases alive; returns those that are lost.
   virtual std::vector<LeaseKey> renew(const std::vector<LeaseKey>& held) = 0;
   virtual CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) = 0;

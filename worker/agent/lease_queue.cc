@@ -29,7 +29,7 @@ Packet PacketList::operator[](int64_t index) const {
   return packet;
 }
 
-ActiveLease::ActiveLease(Lease granted, std::shared_ptr<const PacketRenderer> ready)
+ActiveLease::ActiveLease(LeaseGrant granted, std::shared_ptr<const PacketRenderer> ready)
     : lease(std::move(granted)),
       renderer(std::move(ready)),
       builder(renderer->grid(), lease.tile, renderer->quantum_exponent(), renderer->has_camera_layer(),
@@ -61,7 +61,7 @@ void LeaseQueue::hold(const LeaseKey& key) {
 
 void LeaseQueue::start(std::shared_ptr<ActiveLease> lease) {
   const std::lock_guard lock(mutex_);
-  if (!held_.count(lease->lease.key)) return;  // lost while it was loading
+  if (!held_.count(key_of(lease->lease))) return;  // lost while it was loading
   if (lease->packets_.size() == 0) {
     finished_.push_back({lease, "the tile is empty"});
   } else {
@@ -133,9 +133,9 @@ void LeaseQueue::lose(const std::vector<LeaseKey>& keys) {
   const std::lock_guard lock(mutex_);
   for (const LeaseKey& key : keys) {
     held_.erase(key);
-    std::erase_if(finished_, [&](const Finished& finished) { return finished.lease->lease.key == key; });
+    std::erase_if(finished_, [&](const Finished& finished) { return key_of(finished.lease->lease) == key; });
     const auto position = std::find_if(rendering_.begin(), rendering_.end(),
-                                       [&](const auto& lease) { return lease->lease.key == key; });
+                                       [&](const auto& lease) { return key_of(lease->lease) == key; });
     if (position == rendering_.end()) continue;
     const std::shared_ptr<ActiveLease> lease = *position;
     lease->lost_ = true;

@@ -33,8 +33,8 @@ class PacketList {
 
 /// A lease whose renderer is ready.
 struct ActiveLease {
-  ActiveLease(Lease granted, std::shared_ptr<const PacketRenderer> ready);
-  const Lease lease;
+  ActiveLease(LeaseGrant granted, std::shared_ptr<const PacketRenderer> ready);
+  const LeaseGrant lease;
   const std::shared_ptr<const PacketRenderer> renderer;
   PartialBuilder builder;  // thread-safe by itself
 

@@ -32,7 +32,7 @@ class RenderSource {
   /// Called by one thread. Throws Error if the scene can't be rendered here (the lease is failed with its
   /// text) and LinkDown if it can't be fetched now.
   virtual std::shared_ptr<const PacketRenderer> open(const std::string& bundle_digest,
-                                                     const std::string& settings_json) = 0;
+                                                     const RenderSettings& settings) = 0;
 };
 
 }  // namespace lightmill::agent

@@ -35,8 +35,7 @@ SceneCache::SceneCache(FarmLink& link, std::string folder, uint64_t max_bytes, i
     : link_(link), blobs_(std::move(folder), max_bytes), threads_(threads) {}
 
 std::shared_ptr<const PacketRenderer> SceneCache::open(const std::string& bundle_digest,
-                                                       const std::string& settings_json) {
-  const RenderSettings settings = settings_from_json(settings_json);
+                                                       const RenderSettings& settings) {
   const std::string key = warm_key(bundle_digest, settings);
   const auto found = std::find_if(warm_.begin(), warm_.end(), [&](const Warm& warm) { return warm.key == key; });
   if (found != warm_.end()) {

@@ -15,7 +15,7 @@ class SceneCache : public RenderSource {
   /// Renderers build with `threads` threads; the last few stay warm, whatever their jobs' spp.
   SceneCache(FarmLink& link, std::string folder, uint64_t max_bytes, int threads);
   std::shared_ptr<const PacketRenderer> open(const std::string& bundle_digest,
-                                             const std::string& settings_json) override;
+                                             const RenderSettings& settings) override;
 
  private:
   struct Warm {

@@ -13,24 +13,24 @@
 namespace lightmill::agent {
 namespace {
 
-const char* outcome_name(CommitOutcome outcome) {
+const char* outcome_name(CommitResult outcome) {
   switch (outcome) {
-    case CommitOutcome::kAccepted:
+    case CommitResult::kAccepted:
       return "accepted";
-    case CommitOutcome::kAlreadyCommitted:
+    case CommitResult::kAlreadyCommitted:
       return "already committed";
-    case CommitOutcome::kStale:
+    case CommitResult::kStale:
       return "stale";
-    case CommitOutcome::kCorrupt:
+    case CommitResult::kCorrupt:
       return "corrupt";
-    case CommitOutcome::kUnknownJob:
+    case CommitResult::kUnknownJob:
       return "unknown job";
   }
   return "?";
 }
 
 std::string describe(const LeaseKey& key) {
-  return key.job + " tile " + std::to_string(key.tile) + " attempt " + std::to_string(key.attempt);
+  return key.job.value + " tile " + std::to_string(key.tile.value) + " attempt " + std::to_string(key.attempt);
 }
 
 /// A render thread's workspaces: of the renderers that it used last, most recent first.
@@ -144,7 +144,7 @@ bool TileRunner::retry(const std::function<bool()>& wanted, F call) {
 void TileRunner::lease_loop() {
   Backoff failures;
   while (queue_.wait_for_room()) {
-    std::optional<Lease> lease;
+    std::optional<LeaseGrant> lease;
     const auto wanted = [this] { return !draining_; };
     try {
       if (!retry(wanted, [&] { lease = link_.lease(options_.lease_wait_seconds); })) continue;
@@ -154,29 +154,29 @@ void TileRunner::lease_loop() {
       continue;
     }
     if (!lease) continue;
-    queue_.hold(lease->key);
+    queue_.hold(key_of(*lease));
     lease_seconds_ = lease->lease_seconds;
     try {
       open_lease(*lease);
       failures.reset();
     } catch (const std::exception& error) {
       const std::string reason = error.what();
-      options_.log(describe(lease->key) + ": " + reason);
+      options_.log(describe(key_of(*lease)) + ": " + reason);
       try {
-        retry([&] { return queue_.is_held(lease->key); }, [&] { link_.fail(lease->key, reason); });
+        retry([&] { return queue_.is_held(key_of(*lease)); }, [&] { link_.fail(key_of(*lease), reason); });
       } catch (const Error& refused) {
         options_.log(refused.what());
       }
-      queue_.release(lease->key);
+      queue_.release(key_of(*lease));
       if (!draining_) sleep(failures.next());  // do not ask for the same scene in a tight loop
     }
   }
 }
 
-void TileRunner::open_lease(const Lease& lease) {
+void TileRunner::open_lease(const LeaseGrant& lease) {
   std::shared_ptr<const PacketRenderer> renderer;
-  const auto wanted = [&] { return queue_.is_held(lease.key); };
-  if (!retry(wanted, [&] { renderer = source_.open(lease.bundle_digest, lease.settings_json); })) return;
+  const auto wanted = [&] { return queue_.is_held(key_of(lease)); };
+  if (!retry(wanted, [&] { renderer = source_.open(lease.bundle_digest, lease.settings); })) return;
   queue_.start(std::make_shared<ActiveLease>(lease, std::move(renderer)));
 }
 
@@ -197,7 +197,7 @@ void TileRunner::render_loop() {
 
 void TileRunner::commit_loop() {
   while (auto finished = queue_.take_finished()) {
-    const LeaseKey key = finished->lease->lease.key;
+    const LeaseKey key = key_of(finished->lease->lease);
     try {
       commit_one(*finished);
     } catch (const std::exception& error) {
@@ -209,7 +209,7 @@ void TileRunner::commit_loop() {
 }
 
 void TileRunner::commit_one(const LeaseQueue::Finished& finished) {
-  const LeaseKey& key = finished.lease->lease.key;
+  const LeaseKey key = key_of(finished.lease->lease);
   const auto wanted = [&] { return queue_.is_held(key); };
   if (!finished.error.empty()) {
     options_.log(describe(key) + ": " + finished.error);
@@ -219,7 +219,7 @@ void TileRunner::commit_one(const LeaseQueue::Finished& finished) {
   const std::string bytes = encode_partial(finished.lease->builder.take());
   CommitAnswer answer;
   if (!retry(wanted, [&] { answer = link_.commit(key, bytes); })) return;
-  if (answer.outcome == CommitOutcome::kAccepted) {
+  if (answer.outcome == CommitResult::kAccepted) {
     ++tiles_committed_;
   } else {
     options_.log(describe(key) + ": " + outcome_name(answer.outcome) +

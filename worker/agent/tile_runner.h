@@ -22,7 +22,7 @@ namespace lightmill::agent {
 
 struct RunnerOptions {
   int threads = 1;
-  Registration registration;
+  WorkerRegistration registration;
   double lease_wait_seconds = 5;    // long poll
   double drain_timeout_seconds = 60;
   std::function<void(const std::string&)> log = [](const std::string&) {};  // any thread; one line
@@ -42,7 +42,7 @@ class TileRunner {
 
  private:
   void lease_loop();
-  void open_lease(const Lease& lease);
+  void open_lease(const LeaseGrant& lease);
   void render_loop();
   void commit_loop();
   void commit_one(const LeaseQueue::Finished& finished);

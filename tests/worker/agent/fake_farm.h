@@ -45,7 +45,7 @@ class CountingRenderer : public PacketRenderer {
 
 class FixedSource : public RenderSource {
  public:
-  std::shared_ptr<const PacketRenderer> open(const std::string&, const std::string&) override {
+  std::shared_ptr<const PacketRenderer> open(const std::string&, const RenderSettings&) override {
     if (!error.empty()) throw Error(ErrorKind::kBadScene, error);
     return renderer;
   }
@@ -56,7 +56,7 @@ class FixedSource : public RenderSource {
 /// Hands out the tiles that it was given; may be told to misbehave.
 class FakeFarm : public FarmLink {
  public:
-  void register_worker(const Registration& registration) override {
+  void register_worker(const WorkerRegistration& registration) override {
     const std::lock_guard lock(mutex_);
     if (!refusal.empty()) throw Error(ErrorKind::kUnreachable, refusal);
     if (down_calls > 0 && down_calls--) throw LinkDown("no route");
@@ -64,12 +64,12 @@ class FakeFarm : public FarmLink {
     ++registrations;
     last_registration = registration;
   }
-  std::optional<Lease> lease(double wait_seconds) override {
+  std::optional<LeaseGrant> lease(double wait_seconds) override {
     std::unique_lock lock(mutex_);
     check();
     changed_.wait_for(lock, std::chrono::duration<double>(std::min(wait_seconds, 0.02)));
     if (pending.empty()) return std::nullopt;
-    Lease lease = pending.front();
+    LeaseGrant lease = pending.front();
     pending.pop_front();
     most_held = std::max(most_held, ++held);
     return lease;
@@ -90,7 +90,7 @@ class FakeFarm : public FarmLink {
     --held;
     commits[key].push_back(bytes);
     changed_.notify_all();
-    return {CommitOutcome::kAccepted, ""};
+    return {CommitResult::kAccepted, ""};
   }
   void fail(const LeaseKey& key, const std::string& reason) override {
     const std::lock_guard lock(mutex_);
@@ -113,7 +113,7 @@ class FakeFarm : public FarmLink {
 
   void add(const TileSpec& tile, double lease_seconds = 10) {
     const std::lock_guard lock(mutex_);
-    pending.push_back({{"j1", next_tile_++, 1}, tile, "{}", "digest", lease_seconds});
+    pending.push_back({JobId{"j1"}, TileId{next_tile_++}, 1, tile, {}, "digest", lease_seconds});
     changed_.notify_all();
   }
   /// Blocks until so many tiles were committed or failed; false after a generous time.
@@ -124,7 +124,7 @@ class FakeFarm : public FarmLink {
   }
 
   std::mutex mutex_;
-  std::deque<Lease> pending;
+  std::deque<LeaseGrant> pending;
   std::map<LeaseKey, std::vector<std::string>> commits;
   std::map<LeaseKey, std::string> failures;
   std::map<LeaseKey, bool> lose;
@@ -133,7 +133,7 @@ class FakeFarm : public FarmLink {
   bool forget = false;    // the next call throws NotRegistered
   bool registered = false, drained = false, cancelled = false;
   int registrations = 0, renewals = 0, held = 0, most_held = 0;
-  Registration last_registration;
+  WorkerRegistration last_registration;
 
  private:
   void check() {

@@ -14,7 +14,7 @@ namespace {
 using testing::CountingRenderer;
 
 std::shared_ptr<ActiveLease> make_lease(int64_t tile, const TileSpec& spec) {
-  return std::make_shared<ActiveLease>(Lease{{"j1", tile, 1}, spec, "{}", "d", 10},
+  return std::make_shared<ActiveLease>(LeaseGrant{JobId{"j1"}, TileId{tile}, 1, spec, {}, "d", 10},
                                        std::make_shared<CountingRenderer>());
 }
 
@@ -39,7 +39,7 @@ TEST(PacketList, CoversEverySampleOfEveryCellOnceAndKeepsBlocksApart) {
 TEST(LeaseQueue, FinishesALeaseWhenItsLastPacketIsDone) {
   LeaseQueue queue(2);
   const auto lease = make_lease(0, {{0, 0, 2, 1}, 0, 1});
-  queue.hold(lease->lease.key);
+  queue.hold(key_of(lease->lease));
   queue.start(lease);
   const auto first = queue.take(), second = queue.take();
   queue.finish(*first, "");
@@ -48,13 +48,13 @@ TEST(LeaseQueue, FinishesALeaseWhenItsLastPacketIsDone) {
   ASSERT_TRUE(finished);
   EXPECT_EQ(finished->lease, lease);
   EXPECT_TRUE(finished->error.empty());
-  EXPECT_TRUE(queue.is_held(lease->lease.key));  // until committed
+  EXPECT_TRUE(queue.is_held(key_of(lease->lease)));  // until committed
 }
 
 TEST(LeaseQueue, AFailedPacketEndsItsLeaseWithTheReason) {
   LeaseQueue queue(1);
   const auto lease = make_lease(0, {{0, 0, 3, 2}, 0, 1});
-  queue.hold(lease->lease.key);
+  queue.hold(key_of(lease->lease));
   queue.start(lease);
   queue.finish(*queue.take(), "broken");
   const auto finished = queue.take_finished();
@@ -66,12 +66,12 @@ TEST(LeaseQueue, ALostLeaseIsNoLongerHandedOutNorCommitted) {
   LeaseQueue queue(1);
   const auto lost = make_lease(0, {{0, 0, 3, 1}, 0, 1}), kept = make_lease(1, {{0, 0, 1, 1}, 0, 1});
   for (const auto& lease : {lost, kept}) {
-    queue.hold(lease->lease.key);
+    queue.hold(key_of(lease->lease));
     queue.start(lease);
   }
   const auto of_lost = queue.take();
   EXPECT_EQ(of_lost->lease, lost);
-  queue.lose({lost->lease.key});
+  queue.lose({key_of(lost->lease)});
   const auto of_kept = queue.take();
   EXPECT_EQ(of_kept->lease, kept);
   queue.finish(*of_lost, "");
@@ -83,10 +83,10 @@ TEST(LeaseQueue, ALostLeaseIsNoLongerHandedOutNorCommitted) {
 TEST(LeaseQueue, ALeaseLostWhileLoadingNeverStarts) {
   LeaseQueue queue(1);
   const auto lost = make_lease(0, {{0, 0, 1, 1}, 0, 1}), kept = make_lease(1, {{0, 0, 1, 1}, 0, 1});
-  queue.hold(lost->lease.key);
-  queue.lose({lost->lease.key});
+  queue.hold(key_of(lost->lease));
+  queue.lose({key_of(lost->lease)});
   queue.start(lost);
-  queue.hold(kept->lease.key);
+  queue.hold(key_of(kept->lease));
   queue.start(kept);
   EXPECT_EQ(queue.take()->lease, kept);
 }

@@ -1,0 +1,56 @@
+#pragma once
+// The client service of a coordinator, in domain types.
+//
+// Every call has a deadline and throws Error: kUnreachable with the address if nobody answers, kFailed for an
+// unknown job or a request that does not fit the job's state, kUsage for values out of range.
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/options.h"
+#include "common/image/error_curve.h"
+#include "common/image/image.h"
+#include "coordinator/farm.h"
+
+namespace lightmill::client {
+
+struct FetchedImage {
+  Image image;
+  std::map<std::string, std::string> metadata;
+};
+
+class FarmClient {
+ public:
+  /// Does not connect yet. Throws Error(kUsage) for a malformed address, or one that plain text is not allowed to.
+  explicit FarmClient(const ConnectionOptions& connection);
+  ~FarmClient();
+
+  /// Uploads the blobs (digest -> path) that the coordinator lacks, then queues the job. `uploading` is told
+  /// how many blobs and bytes are about to be sent, if any.
+  JobId submit(const JobRequest& request, const std::map<std::string, std::string>& blob_paths,
+               const std::function<void(size_t blobs, uint64_t bytes)>& uploading);
+  JobStatus job(const JobId& id);
+  std::vector<JobStatus> jobs();
+  std::vector<TileStatus> tiles(const JobId& id);
+  std::vector<WorkerStatus> workers();
+  JobStatus pause(const JobId& id);
+  JobStatus resume(const JobId& id);
+  JobStatus cancel(const JobId& id);
+  JobStatus retry(const JobId& id);
+  JobStatus extend(const JobId& id, std::optional<int64_t> spp, std::optional<double> time_s,
+                   std::optional<double> target_error);
+  /// Calls `observe` with every status until the job is done, failed or cancelled; returns the last one. A
+  /// coordinator that restarts meanwhile is waited for, up to a minute; `lost` is told once per loss.
+  JobStatus watch(const JobId& id, const std::function<void(const JobStatus&)>& observe,
+                  const std::function<void(const std::string&)>& lost);
+  FetchedImage fetch(const JobId& id);
+  ErrorCurve curve(const JobId& id);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lightmill::client

@@ -1,0 +1,206 @@
+#include "worker/agent/grpc_link.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <mutex>
+#include <set>
+
+#include "common/digest.h"
+#include "common/error.h"
+#include "common/rpc/channel.h"
+#include "common/rpc/convert.h"
+#include "common/rpc/status.h"
+#include "lightmill/v1/worker.grpc.pb.h"
+
+namespace lightmill::agent {
+namespace {
+
+constexpr double kTransferSeconds = 600;  // a partial, or a blob of many gigabytes
+constexpr size_t kMostBlobsAtOnce = 1000;
+
+}  // namespace
+
+struct GrpcLink::Impl {
+  std::string address;
+  std::unique_ptr<v1::WorkerService::Stub> stub;
+  std::mutex mutex;
+  std::string worker_id;                  // guarded by mutex
+  std::set<grpc::ClientContext*> active;  // guarded by mutex: what cancel() ends
+  bool cancelled = false;                 // guarded by mutex
+
+  std::string worker() {
+    const std::lock_guard lock(mutex);
+    return worker_id;
+  }
+};
+
+namespace {
+
+/// One RPC: its deadline, and its place among those that cancel() ends.
+template <class Impl>
+class Call {
+ public:
+  Call(Impl& impl, double seconds) : impl_(impl) {
+    set_deadline(context_, seconds);
+    const std::lock_guard lock(impl_.mutex);
+    if (impl_.cancelled) throw LinkDown("stopping");
+    impl_.active.insert(&context_);
+  }
+  ~Call() {
+    const std::lock_guard lock(impl_.mutex);
+    impl_.active.erase(&context_);
+  }
+  Call(const Call&) = delete;
+  Call& operator=(const Call&) = delete;
+  grpc::ClientContext* context() { return &context_; }
+
+ private:
+  Impl& impl_;
+  grpc::ClientContext context_;
+};
+
+/// Throws what a status means. `names_worker`: NOT_FOUND says that the coordinator has forgotten us.
+void check(const grpc::Status& status, const std::string& address, bool names_worker) {
+  if (status.ok()) return;
+  const std::string text = one_line(status.error_message());
+  switch (status.error_code()) {
+    case grpc::StatusCode::NOT_FOUND:
+      if (names_worker) throw NotRegistered(text);
+      throw Error(ErrorKind::kFailed, text);
+    case grpc::StatusCode::PERMISSION_DENIED:
+    case grpc::StatusCode::UNAUTHENTICATED:
+    case grpc::StatusCode::UNIMPLEMENTED:
+      throw Error(ErrorKind::kUnreachable, address + ": refused: " + text);
+    case grpc::StatusCode::INVALID_ARGUMENT:
+    case grpc::StatusCode::FAILED_PRECONDITION:
+    case grpc::StatusCode::OUT_OF_RANGE:
+      throw Error(ErrorKind::kFailed, text);
+    default:  // unreachable, shutting down, out of time, full: it may pass
+      throw LinkDown(address + ": " + (text.empty() ? "no answer" : text));
+  }
+}
+
+}  // namespace
+
+GrpcLink::GrpcLink(const std::string& address, bool insecure) : impl_(std::make_unique<Impl>()) {
+  impl_->address = address;
+  impl_->stub = v1::WorkerService::NewStub(make_channel({address, insecure}));
+}
+GrpcLink::~GrpcLink() = default;
+
+void GrpcLink::register_worker(const WorkerRegistration& registration) {
+  Call call(*impl_, kCallSeconds);
+  v1::RegisterRequest request;
+  *request.mutable_registration() = to_proto(registration);
+  v1::RegisterResponse response;
+  check(impl_->stub->Register(call.context(), request, &response), impl_->address, false);
+  const std::lock_guard lock(impl_->mutex);
+  impl_->worker_id = response.worker_id();
+}
+
+std::optional<LeaseGrant> GrpcLink::lease(double wait_seconds) {
+  Call call(*impl_, wait_seconds + kCallSeconds);
+  v1::LeaseRequest request;
+  request.set_worker_id(impl_->worker());
+  request.set_wait_seconds(wait_seconds);
+  v1::LeaseResponse response;
+  check(impl_->stub->Lease(call.context(), request, &response), impl_->address, true);
+  if (!response.has_grant()) return std::nullopt;
+  LeaseGrant lease = from_proto(response.grant());
+  const CellRect all = lease.settings.grid.cells(), cells = lease.tile.cells;
+  if (cells.x0 < all.x0 || cells.y0 < all.y0 || cells.x1 > all.x1 || cells.y1 > all.y1) {
+    throw Error(ErrorKind::kFailed, "the coordinator sent a tile outside its image; is it of the same version?");
+  }
+  return lease;
+}
+
+std::vector<LeaseKey> GrpcLink::renew(const std::vector<LeaseKey>& held) {
+  Call call(*impl_, kCallSeconds);
+  v1::RenewRequest request;
+  request.set_worker_id(impl_->worker());
+  for (const LeaseKey& key : held) *request.add_held() = to_proto(key);
+  v1::RenewResponse response;
+  check(impl_->stub->Renew(call.context(), request, &response), impl_->address, true);
+  std::vector<LeaseKey> lost;
+  for (const v1::LeaseKey& key : response.lost()) lost.push_back(from_proto(key));
+  return lost;
+}
+
+CommitAnswer GrpcLink::commit(const LeaseKey& key, const std::string& partial_bytes) {
+  Call call(*impl_, kTransferSeconds);
+  v1::CommitResponse response;
+  const auto writer = impl_->stub->Commit(call.context(), &response);
+  v1::CommitRequest message;
+  v1::CommitRequest::Header& header = *message.mutable_header();
+  header.set_worker_id(impl_->worker());
+  *header.mutable_key() = to_proto(key);
+  header.set_size(partial_bytes.size());
+  header.set_digest(sha256_hex(partial_bytes));
+  bool open = writer->Write(message);
+  for (size_t begin = 0; open && begin < partial_bytes.size(); begin += kChunkBytes) {
+    message.set_chunk(partial_bytes.substr(begin, kChunkBytes));
+    open = writer->Write(message);
+  }
+  writer->WritesDone();
+  check(writer->Finish(), impl_->address, true);
+  return {from_proto(response.outcome()), response.message()};
+}
+
+void GrpcLink::fail(const LeaseKey& key, const std::string& reason) {
+  Call call(*impl_, kCallSeconds);
+  v1::FailRequest request;
+  request.set_worker_id(impl_->worker());
+  *request.mutable_key() = to_proto(key);
+  request.set_reason(one_line(reason));
+  v1::FailResponse response;
+  check(impl_->stub->Fail(call.context(), request, &response), impl_->address, true);
+}
+
+void GrpcLink::drain() {
+  Call call(*impl_, kCallSeconds);
+  v1::DrainRequest request;
+  request.set_worker_id(impl_->worker());
+  v1::DrainResponse response;
+  check(impl_->stub->Drain(call.context(), request, &response), impl_->address, true);
+}
+
+Bundle GrpcLink::bundle(const std::string& digest) {
+  Call call(*impl_, kCallSeconds);
+  v1::GetBundleRequest request;
+  request.set_bundle_digest(digest);
+  v1::GetBundleResponse response;
+  check(impl_->stub->GetBundle(call.context(), request, &response), impl_->address, false);
+  return bundle_from_json(response.bundle_json());
+}
+
+void GrpcLink::fetch_blobs(const std::vector<std::string>& digests, BlobSink& sink) {
+  for (size_t first = 0; first < digests.size(); first += kMostBlobsAtOnce) {
+    Call call(*impl_, kTransferSeconds);
+    v1::FetchBlobsRequest request;
+    const size_t last = std::min(digests.size(), first + kMostBlobsAtOnce);
+    for (size_t i = first; i < last; ++i) request.add_digests(digests[i]);
+    const auto reader = impl_->stub->FetchBlobs(call.context(), request);
+    v1::FetchBlobsResponse message;
+    bool begun = false;
+    while (reader->Read(&message)) {
+      if (message.has_header()) {
+        if (begun) sink.end();
+        sink.begin(message.header().digest(), message.header().size());
+        begun = true;
+      } else if (begun) {
+        sink.write(message.chunk());
+      }
+    }
+    check(reader->Finish(), impl_->address, false);
+    if (begun) sink.end();
+  }
+}
+
+void GrpcLink::cancel() {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->cancelled = true;
+  for (grpc::ClientContext* context : impl_->active) context->TryCancel();
+}
+
+}  // namespace lightmill::agent

@@ -1,0 +1,31 @@
+#pragma once
+// The farm link over gRPC. Dials out; every call has a deadline.
+#include <memory>
+#include <string>
+
+#include "worker/agent/farm_link.h"
+
+namespace lightmill::agent {
+
+class GrpcLink : public FarmLink {
+ public:
+  /// Does not connect yet. Plain text: throws Error(kUsage) unless `address` (HOST:PORT) is loopback or
+  /// `insecure` allows it.
+  GrpcLink(const std::string& address, bool insecure);
+  ~GrpcLink() override;
+  void register_worker(const WorkerRegistration& registration) override;
+  std::optional<LeaseGrant> lease(double wait_seconds) override;
+  std::vector<LeaseKey> renew(const std::vector<LeaseKey>& held) override;
+  CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) override;
+  void fail(const LeaseKey& key, const std::string& reason) override;
+  void drain() override;
+  Bundle bundle(const std::string& digest) override;
+  void fetch_blobs(const std::vector<std::string>& digests, BlobSink& sink) override;
+  void cancel() override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lightmill::agent

@@ -1,0 +1,170 @@
+// lightmill-worker: leases tiles from a coordinator, renders them on all its threads, commits partials.
+#include <pthread.h>
+#include <signal.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+#include "common/build_id/build_id.h"
+#include "common/error.h"
+#include "common/image/partial.h"
+#include "worker/agent/float_mode.h"
+#include "worker/agent/grpc_link.h"
+#include "worker/agent/host.h"
+#include "worker/agent/scene_cache.h"
+#include "worker/agent/size_text.h"
+#include "worker/agent/tile_runner.h"
+#include "worker/render/arithmetic_class.h"
+
+namespace lightmill {
+namespace {
+
+struct Options {
+  std::string coordinator = "localhost:7070";
+  int threads = 0;
+  std::string pool;
+  std::string cache_dir;
+  std::string cache_size = "10G";
+  double drain_timeout = 60;
+  bool insecure = false;
+  std::string log_level = "info";
+};
+
+std::string default_cache_dir() {
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache) return std::string(cache) + "/lightmill";
+  if (const char* home = std::getenv("HOME"); home && *home) return std::string(home) + "/.cache/lightmill";
+  return "lightmill-cache";
+}
+
+/// Test hooks: a worker that claims to be of another build or arithmetic class.
+std::string overridden(const char* variable, std::string value) {
+  const char* other = std::getenv(variable);
+  return other && *other ? other : value;
+}
+
+/// SIGTERM, SIGINT, and SIGUSR1 to end the thread that waits for them.
+sigset_t handled_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int signal : {SIGTERM, SIGINT, SIGUSR1}) sigaddset(&set, signal);
+  return set;
+}
+
+/// Turns the first SIGTERM or SIGINT into a drain and the second into a stop. The signals must be blocked in
+/// all threads.
+class SignalThread {
+ public:
+  explicit SignalThread(agent::TileRunner& runner) {
+    thread_ = std::thread([&runner] {
+      const sigset_t set = handled_signals();
+      int signal = 0;
+      for (int count = 0; sigwait(&set, &signal) == 0 && signal != SIGUSR1; ++count) {
+        spdlog::info("signal {}: {}", signal, count == 0 ? "draining; once more to stop at once" : "stopping");
+        if (count == 0) {
+          runner.drain();
+        } else {
+          runner.stop();
+        }
+      }
+    });
+  }
+  ~SignalThread() {
+    pthread_kill(thread_.native_handle(), SIGUSR1);
+    thread_.join();
+  }
+
+ private:
+  std::thread thread_;
+};
+
+void add_options(CLI::App& app, Options& options) {
+  app.set_version_flag("--version", build_id());
+  app.set_config("--config", "", "Read options from a TOML file");
+  app.add_option("--coordinator", options.coordinator, "The coordinator's HOST:PORT")
+      ->envname("LIGHTMILL_COORDINATOR")
+      ->capture_default_str();
+  app.add_option("--threads", options.threads, "Render threads; 0: all processors")
+      ->envname("LIGHTMILL_THREADS")
+      ->check(CLI::Range(0, 4096).description("0 to 4096"))
+      ->capture_default_str();
+  app.add_option("--pool", options.pool, "Take jobs of this pool too")->envname("LIGHTMILL_POOL");
+  app.add_option("--cache-dir", options.cache_dir, "Folder for scene files")->envname("LIGHTMILL_CACHE_DIR");
+  app.add_option("--cache-size", options.cache_size, "Size of the cache, e.g. 10G")
+      ->envname("LIGHTMILL_CACHE_SIZE")
+      ->capture_default_str();
+  app.add_option("--drain-timeout", options.drain_timeout, "Seconds to finish tiles in after SIGTERM")
+      ->envname("LIGHTMILL_DRAIN_TIMEOUT")
+      ->check(CLI::Range(0.0, 1e6).description("0 to 1000000"))
+      ->capture_default_str();
+  app.add_flag("--insecure", options.insecure, "Allow plain text to a coordinator on another machine")
+      ->envname("LIGHTMILL_INSECURE");
+  app.add_option("--log-level", options.log_level, "debug, info, warn or error")
+      ->envname("LIGHTMILL_LOG_LEVEL")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
+      ->capture_default_str();
+}
+
+int run(const Options& options) {
+  const uint64_t cache_bytes = agent::parse_size(options.cache_size, "--cache-size");
+  const int threads = options.threads > 0 ? options.threads : agent::usable_threads();
+  const sigset_t blocked = handled_signals();
+  pthread_sigmask(SIG_BLOCK, &blocked, nullptr);  // before any other thread starts
+  agent::set_float_mode();
+
+  agent::RunnerOptions runner_options;
+  runner_options.threads = threads;
+  runner_options.drain_timeout_seconds = options.drain_timeout;
+  runner_options.lease_wait_seconds = 2;
+  runner_options.log = [](const std::string& line) { spdlog::info("{}", line); };
+  runner_options.registration = {agent::host_name(),
+                                 threads,
+                                 overridden("LIGHTMILL_TEST_BUILD_ID", build_id()),
+                                 kPartialSchema,
+                                 overridden("LIGHTMILL_TEST_ARITHMETIC_CLASS", arithmetic_class()),
+                                 options.pool};
+  spdlog::info("{}; {} threads; arithmetic class {}", runner_options.registration.build, threads,
+               runner_options.registration.arithmetic_class.substr(0, 12));
+
+  agent::GrpcLink link(options.coordinator, options.insecure);
+  const std::string folder = options.cache_dir.empty() ? default_cache_dir() : options.cache_dir;
+  agent::SceneCache scenes(link, (std::filesystem::path(folder) / "blobs").string(), cache_bytes, threads);
+  agent::TileRunner runner(link, scenes, runner_options);
+  const SignalThread signals(runner);
+  spdlog::info("leasing from {}", options.coordinator);
+  runner.run();
+  spdlog::info("done: {} tiles committed", runner.tiles_committed());
+  return 0;
+}
+
+int main_with_errors(int argc, char** argv) {
+  CLI::App app{"Renders tiles for a Lightmill coordinator", "lightmill-worker"};
+  Options options;
+  add_options(app, options);
+  try {
+    app.parse(argc, argv);
+    spdlog::set_default_logger(spdlog::stderr_logger_mt("worker"));
+    spdlog::set_level(spdlog::level::from_str(options.log_level));
+    return run(options);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "lightmill-worker: %s; see --help\n", error.what());
+    return 2;
+  } catch (const Error& error) {
+    std::fprintf(stderr, "lightmill-worker: %s\n", error.what());
+    return error.exit_code();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "lightmill-worker: %s\n", error.what());
+    return 1;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill
+
+int main(int argc, char** argv) { return lightmill::main_with_errors(argc, argv); }
