@@ -74,11 +74,14 @@ struct ConductorMaterial {
   Roughness roughness;
 };
 struct DielectricMaterial { float eta = 1.5f; Roughness roughness; };
-/// Diffuse base under a dielectric coat without absorption.
+/// Diffuse base under a dielectric coat, pbrt's layered model without scattering in the coat: a traversal of
+/// the coat at cosine mu transmits exp(-thickness / mu), and at most max_depth interactions are followed.
 struct CoatedDiffuseMaterial {
   SpectrumInput reflectance{{0.5f, 0.5f, 0.5f}, -1};
   float eta = 1.5f;
   Roughness roughness;
+  float thickness = 0.01f;
+  int max_depth = 10;
 };
 using MaterialKind = std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial>;
 struct MaterialDescription {

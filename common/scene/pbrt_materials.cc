@@ -11,18 +11,28 @@ constexpr double kMaxEta = 100;
 constexpr const char* kDefaultMetal[] = {"metal-Cu-eta", "metal-Cu-k"};
 
 const std::vector<std::string_view>& known_materials() {
-  static const std::vector<std::string_view> names = {
-      "diffuse",     "conductor", "dielectric", "coateddiffuse", "coatedconductor", "diffusetransmission",
-      "thindielectric", "hair",   "measured",   "subsurface",    "mix",             "interface"};
+  static const std::vector<std::string_view> names = {"diffuse",
+                                                      "conductor",
+                                                      "dielectric",
+                                                      "coateddiffuse",
+                                                      "coatedconductor",
+                                                      "diffusetransmission",
+                                                      "thindielectric",
+                                                      "hair",
+                                                      "measured",
+                                                      "subsurface",
+                                                      "mix",
+                                                      "interface"};
   return names;
 }
 
 /// pbrt-v4's name of a material that only pbrt-v3 has, or "".
 std::string_view successor_of(std::string_view type) {
   constexpr std::string_view kRenamed[][2] = {
-      {"matte", "diffuse"},        {"plastic", "coateddiffuse"}, {"substrate", "coateddiffuse"},
-      {"uber", "coateddiffuse"},   {"glass", "dielectric"},      {"metal", "conductor"},
-      {"mirror", "conductor"},     {"translucent", "diffusetransmission"}};
+      {"matte", "diffuse"},           {"plastic", "coateddiffuse"},
+      {"substrate", "coateddiffuse"}, {"uber", "coateddiffuse"},
+      {"glass", "dielectric"},        {"metal", "conductor"},
+      {"mirror", "conductor"},        {"translucent", "diffusetransmission"}};
   for (const auto& [old_name, new_name] : kRenamed) {
     if (old_name == type) return new_name;
   }
@@ -67,7 +77,8 @@ ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params) {
   if (params.has("reflectance")) {
     m.reflectance = out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
     for (const char* other : {"eta", "k"}) {
-      if (params.has(other)) params.bad_value(other, "can't be given together with \"reflectance\"; keep one of them");
+      if (params.has(other))
+        params.bad_value(other, "can't be given together with \"reflectance\"; keep one of them");
     }
   }
   m.eta = out.spectrum_input(params, "eta", SpectrumUse::kFactor, *named_metal(kDefaultMetal[0]));
@@ -82,8 +93,9 @@ CoatedDiffuseMaterial read_coated_diffuse(PbrtScene& out, ParameterList& params)
   m.reflectance = out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
   m.eta = read_eta(out, params);
   m.roughness = read_roughness(out, params);
-  // Without an absorbing coat its thickness changes nothing; the other two steer pbrt's random walk.
-  params.accept({"thickness", "maxdepth", "nsamples", "g"});
+  m.thickness = static_cast<float>(params.number("thickness", 0.01, 0, 1e6));
+  m.max_depth = static_cast<int>(params.integer("maxdepth", 10, 1, 1000));
+  params.accept({"nsamples", "g"});  // the closed form needs no samples; g acts only with an albedo
   const SpectrumInput albedo = out.spectrum_input(params, "albedo", SpectrumUse::kReflectance, {});
   if (albedo.texture >= 0 || !(albedo.value == Rgb{})) {
     params.unsupported("albedo", "(a scattering coat) is ignored");
@@ -115,8 +127,8 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
       if (successor.empty()) {
         report_unknown_word(params, "material", type, known);
       } else {
-        out.problems->error(params.where(), "unknown material " + in_quotes(type) + " (of pbrt-v3); pbrt-v4 calls it " +
-                                                in_quotes(successor));
+        out.problems->error(params.where(), "unknown material " + in_quotes(type) +
+                                                " (of pbrt-v3); pbrt-v4 calls it " + in_quotes(successor));
       }
     } else {
       out.problems->unsupported(params.where(), params.owner() + " is rendered as grey diffuse");

@@ -33,7 +33,7 @@ inline constexpr int kBsdfParams = 8;
 ///   diffuse     0-2 reflectance
 ///   conductor   0-2 eta, 3-5 k, 6 alpha
 ///   dielectric  0 eta, 6 alpha
-///   coated      0-2 reflectance, 3 eta, 4 internal diffuse Fresnel reflectance, 6 alpha
+///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha
 template <class F>
 struct BsdfParams {
   F p[kBsdfParams]{};

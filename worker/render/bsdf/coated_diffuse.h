@@ -1,39 +1,51 @@
 #pragma once
-// Diffuse base under a dielectric coat without absorption, both sides alike.
+// Diffuse base under a dielectric coat, both sides alike: pbrt's layered model (pbrt-v4 §14.3) without
+// scattering inside the coat, in closed form.
 //
-// Closed form, exact for a smooth coat: light that enters (1 - F(wi)) is scattered by the Lambertian base,
-// bounces between base and coat (a geometric series with the internal diffuse reflectance F_in), and leaves
-// with (1 - F(wo)) / eta^2:
-//   f_d = (1 - F(wo)) (1 - F(wi)) rho / (pi eta^2 (1 - rho F_in))
+// For a smooth coat this is exact. T(w) = (1 - F(w)) exp(-t / mu') is what enters (or leaves) along w, with mu'
+// the cosine of the refracted direction and t the coat's thickness. The Lambertian base, of reflectance rho,
+// and the coat's inside exchange light; one round trip keeps rho R, with
+//   R = 2 int_0^1 F_in(mu) exp(-2 t / mu) mu dmu
+// the mean internal reflectance of diffuse light. After at most n encounters with the base
+//   f_d = T(wo) T(wi) B,   B = rho / (pi eta^2) * (1 - (rho R)^n) / (1 - rho R)
 // plus the coat's own reflection: a delta, or GGX when rough. For a rough coat the transmissions are those of
-// the smooth one.
+// the smooth one. Reciprocal by form; its energy is at most 1.
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/bsdf/fresnel.h"
 #include "worker/render/bsdf/ggx.h"
+#include "worker/render/math/exp.h"
 #include "worker/render/sampling/warp.h"
 
 namespace lightmill {
 
+/// Constants of a coat, by quadrature in double.
+struct CoatConstants {
+  double internal_reflectance;       // R above
+  double entering_transmittance;     // 2 int T(mu) mu dmu: of diffuse light from outside
+};
+CoatConstants coat_constants(double eta, double thickness);
+
+/// B above for one channel.
+float coated_base(float rho, double eta, double internal_reflectance, int base_encounters);
+
 template <class F>
 struct CoatedDiffuse {
   const BsdfParams<F>& params;
-  F eta = params.p[3];
 
-  F coat_fresnel(F cosine) const {
+  F fresnel(F cosine) const {
     F unused;
-    return fresnel_dielectric(cosine, eta, &unused);
+    return fresnel_dielectric(cosine, params.p[3], &unused);
   }
-  /// f_d without the two transmissions' product.
-  Vec3<F> base() const {
-    const F inv_eta2 = 1.0f / (eta * eta);
-    auto channel = [&](F rho) { return rho * kInvPi * inv_eta2 / (1.0f - rho * params.p[4]); };
-    return {channel(params.p[0]), channel(params.p[1]), channel(params.p[2])};
+  /// T and F at outside cosine `cosine`.
+  F transmittance(F cosine, F* reflectance) const {
+    F cos_t;
+    *reflectance = fresnel_dielectric(cosine, params.p[3], &cos_t);
+    return (1.0f - *reflectance) * exp_negative(-params.p[5] / max(cos_t, splat<F>(1e-6f)));
   }
-  /// Probability of the coat's lobe, given its Fresnel reflectance at the outgoing direction.
-  F coat_probability(F fresnel) const {
-    const F rho = max_component(params.rgb(0));
-    const F diffuse = (1.0f - fresnel) * rho;
-    return fresnel / max(fresnel + diffuse, splat<F>(1e-12f));
+  /// Probability of sampling the coat's lobe, by the albedos of the two lobes.
+  F coat_probability(F reflectance, F transmitted) const {
+    const F diffuse = transmitted * params.p[4] * max_component(params.rgb(0)) * kPi;
+    return reflectance / max(reflectance + diffuse, splat<F>(1e-12f));
   }
 };
 
@@ -41,10 +53,11 @@ template <class F, bool kRough>
 inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, const Vec3<F>& wo, const Vec3<F>& wi) {
   const CoatedDiffuse<F> coat{params};
   const F co = abs(wo.z), ci = abs(wi.z);
-  const F fo = coat.coat_fresnel(co), fi = coat.coat_fresnel(ci);
-  const F po = coat.coat_probability(fo), pi = coat.coat_probability(fi);
+  F fo, fi;
+  const F to = coat.transmittance(co, &fo), ti = coat.transmittance(ci, &fi);
+  const F po = coat.coat_probability(fo, to), pi = coat.coat_probability(fi, ti);
   BsdfEval<F> e;
-  e.f = coat.base() * ((1.0f - fo) * (1.0f - fi));
+  e.f = params.rgb(0) * (to * ti);
   e.pdf = (1.0f - po) * ci * kInvPi;
   e.pdf_reverse = (1.0f - pi) * co * kInvPi;
   if constexpr (kRough) {
@@ -55,7 +68,7 @@ inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, const Vec3<F>& wo, c
     const Vec3<F> m = h * (1.0f / sqrt(select(valid, h2, splat<F>(1.0f))));
     const F d = select(valid, ggx.d(m), F{});
     const F co_safe = max(co, splat<F>(1e-12f)), ci_safe = max(ci, splat<F>(1e-12f));
-    const F spec = d * ggx.g(wo, wi) * coat.coat_fresnel(abs(dot(wo, m))) / (4.0f * co_safe * ci_safe);
+    const F spec = d * ggx.g(wo, wi) * coat.fresnel(min(abs(dot(wo, m)), splat<F>(1.0f))) / (4.0f * co_safe * ci_safe);
     e.f = e.f + Vec3<F>{spec, spec, spec};
     e.pdf = e.pdf + po * d * ggx.g1(wo) / (4.0f * co_safe);
     e.pdf_reverse = e.pdf_reverse + pi * d * ggx.g1(wi) / (4.0f * ci_safe);
@@ -68,8 +81,9 @@ template <class F, bool kRough>
 inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe, F u, F v) {
   const CoatedDiffuse<F> coat{params};
   const F co = abs(wo.z);
-  const F fo = coat.coat_fresnel(co);
-  const F po = coat.coat_probability(fo);
+  F fo;
+  const F to = coat.transmittance(co, &fo);
+  const F po = coat.coat_probability(fo, to);
   const MaskOf<F> choose_coat = MaskOf<F>(lobe < po);
   Vec3<F> wi = square_to_cosine_hemisphere(u, v);
   BsdfSample<F> s;

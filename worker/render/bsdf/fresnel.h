@@ -41,8 +41,4 @@ inline Vec3<F> fresnel_conductor(F cos_i, const Vec3<F>& eta, const Vec3<F>& k) 
           fresnel_conductor(cos_i, eta.z, k.z)};
 }
 
-/// Reflectance of a dielectric of relative index `eta` (>= 1) for diffuse light from *inside*:
-/// 1 - (1 - F_outside) / eta^2 with F_outside = 2 int F(mu) mu dmu, by quadrature in double.
-double internal_diffuse_fresnel(double eta);
-
 }  // namespace lightmill

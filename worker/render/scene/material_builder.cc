@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/render/bsdf/fresnel.h"
+#include "worker/render/bsdf/coated_diffuse.h"
 #include "worker/render/scene/surface.h"
 
 namespace lightmill {
 namespace {
 
-/// Reflectances are kept just below 1, so that closed scenes end.
 float reflectance(float x) { return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f) : 0.0f; }
 
 float roughness_to_alpha(float roughness, bool remap) {
@@ -35,8 +34,15 @@ void set_rgb(float* params, int slot, const Rgb& c) {
   params[slot + 2] = c.b;
 }
 
-void set_reflectance(float* params, const Rgb& c) {
-  set_rgb(params, 0, {reflectance(c.r), reflectance(c.g), reflectance(c.b)});
+void set_reflectance(const MaterialEntry& entry, float* params, const Rgb& c) {
+  Rgb rho = {reflectance(c.r), reflectance(c.g), reflectance(c.b)};
+  if (entry.kind == kSmoothCoated || entry.kind == kRoughCoated) {
+    const auto base = [&](float x) {
+      return coated_base(x, params[3], entry.coat_internal_reflectance, entry.coat_base_encounters);
+    };
+    rho = {base(rho.r), base(rho.g), base(rho.b)};
+  }
+  set_rgb(params, 0, rho);
 }
 
 void set_conductor_reflectance(float* params, const Rgb& c) {
@@ -64,7 +70,7 @@ struct Builder {
   void operator()(const DiffuseMaterial& m) {
     entry.kind = kDiffuse;
     entry.texture_color = m.reflectance.texture;
-    set_reflectance(params, m.reflectance.value);
+    set_reflectance(entry, params, m.reflectance.value);
   }
   void operator()(const ConductorMaterial& m) {
     entry.kind = roughness(m.roughness) ? kSmoothConductor : kRoughConductor;
@@ -86,9 +92,13 @@ struct Builder {
   void operator()(const CoatedDiffuseMaterial& m) {
     entry.kind = roughness(m.roughness) ? kSmoothCoated : kRoughCoated;
     entry.texture_color = m.reflectance.texture;
-    set_reflectance(params, m.reflectance.value);
+    const CoatConstants coat = coat_constants(m.eta, m.thickness);
+    entry.coat_internal_reflectance = coat.internal_reflectance;
+    entry.coat_base_encounters = (m.max_depth + 1) / 2;  // every other interaction is with the base
     params[3] = m.eta;
-    params[4] = static_cast<float>(internal_diffuse_fresnel(std::max(1.0, static_cast<double>(m.eta))));
+    params[4] = static_cast<float>(coat.entering_transmittance);
+    params[5] = m.thickness;
+    set_reflectance(entry, params, m.reflectance.value);
   }
 };
 
@@ -112,7 +122,7 @@ void apply_textures(const RenderScene& scene, int32_t material, float u, float v
     if (e.conductor_reflectance) {
       set_conductor_reflectance(params, c);
     } else {
-      set_reflectance(params, c);
+      set_reflectance(e, params, c);
     }
   }
   if (e.texture_eta >= 0) set_rgb(params, 0, scene.textures.evaluate(e.texture_eta, u, v));

@@ -27,6 +27,8 @@ struct MaterialEntry {
   int texture_u_roughness = -1, texture_v_roughness = -1;
   float u_roughness = 0, v_roughness = 0;
   bool remap_roughness = true;
+  double coat_internal_reflectance = 0;  // coated: see coated_diffuse.h
+  int coat_base_encounters = 1;
   bool conductor_reflectance = false;  // color gives F0 by eta = 1, k = 2 sqrt(r / (1 - r))
 };
 
