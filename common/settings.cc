@@ -15,7 +15,8 @@ constexpr int64_t kMaxSpp = int64_t{1} << 31;
 
 void check_resolution(int64_t width, int64_t height, ErrorKind kind) {
   const std::string size = std::to_string(width) + "x" + std::to_string(height);
-  if (width < 1 || height < 1) throw Error(kind, "resolution " + size + " is empty; both sides must be at least 1");
+  if (width < 1 || height < 1)
+    throw Error(kind, "resolution " + size + " is empty; both sides must be at least 1");
   if (width > kMaxResolution || height > kMaxResolution || width * height > kMaxPixels) {
     throw Error(kind, "resolution " + size + " is over the limit of " + std::to_string(kMaxResolution) +
                           " a side and " + std::to_string(kMaxPixels) + " pixels; lower it");
@@ -33,10 +34,11 @@ PixelRect crop_rect(const std::array<double, 4>& c, int width, int height, Error
     if (!(x >= 0 && x <= 1)) throw Error(kind, "the crop window must be x0,x1,y0,y1 within [0, 1]");
   }
   if (!(c[0] < c[1] && c[2] < c[3])) throw Error(kind, "the crop window must have x0 < x1 and y0 < y1");
-  const PixelRect r{crop_edge(c[0], width), crop_edge(c[2], height), crop_edge(c[1], width), crop_edge(c[3], height)};
+  const PixelRect r{crop_edge(c[0], width), crop_edge(c[2], height), crop_edge(c[1], width),
+                    crop_edge(c[3], height)};
   if (r.empty()) {
-    throw Error(kind, "the crop window holds no pixel of " + std::to_string(width) + "x" + std::to_string(height) +
-                          "; enlarge it");
+    throw Error(kind, "the crop window holds no pixel of " + std::to_string(width) + "x" +
+                          std::to_string(height) + "; enlarge it");
   }
   return r;
 }
@@ -50,7 +52,8 @@ Integrator integrator_named(const std::string& name) {
 
 /// What a scene's integrator corresponds to here; bidirectional methods and those we lack become bdpt.
 Integrator integrator_of_scene(const std::string& name) {
-  if (name == "path" || name == "volpath" || name == "simplepath" || name == "simplevolpath" || name == "randomwalk") {
+  if (name == "path" || name == "volpath" || name == "simplepath" || name == "simplevolpath" ||
+      name == "randomwalk") {
     return Integrator::kPt;
   }
   return name == "lightpath" ? Integrator::kLt : Integrator::kBdpt;
@@ -59,14 +62,17 @@ Integrator integrator_of_scene(const std::string& name) {
 void check(const RenderSettings& s, ErrorKind kind) {
   check_resolution(s.grid.width, s.grid.height, kind);
   if (s.spp < 1 || s.spp > kMaxSpp) {
-    throw Error(kind, "samples per pixel must be from 1 to " + std::to_string(kMaxSpp) + ", not " + std::to_string(s.spp));
+    throw Error(kind, "samples per pixel must be from 1 to " + std::to_string(kMaxSpp) + ", not " +
+                          std::to_string(s.spp));
   }
   if (s.max_depth < 0 || s.max_depth > kUnlimitedDepth) {
-    throw Error(kind, "max depth must be from 0 to " + std::to_string(kUnlimitedDepth) + " or \"unlimited\", not " +
-                          std::to_string(s.max_depth));
+    throw Error(kind, "max depth must be from 0 to " + std::to_string(kUnlimitedDepth) +
+                          " or \"unlimited\", not " + std::to_string(s.max_depth));
   }
-  if (!std::isfinite(s.time_s) || s.time_s < 0) throw Error(kind, "the time limit must be a positive number of seconds");
-  if (!std::isfinite(s.target_error) || s.target_error < 0) throw Error(kind, "the target error must be a positive number");
+  if (!std::isfinite(s.time_s) || s.time_s < 0)
+    throw Error(kind, "the time limit must be a positive number of seconds");
+  if (!std::isfinite(s.target_error) || s.target_error < 0)
+    throw Error(kind, "the target error must be a positive number");
   const PixelRect& c = s.grid.crop;
   if (c.empty() || c.x0 < 0 || c.y0 < 0 || c.x1 > s.grid.width || c.y1 > s.grid.height) {
     throw Error(kind, "the crop window must not be empty and must lie inside the film");
@@ -77,9 +83,12 @@ void check(const RenderSettings& s, ErrorKind kind) {
 
 const char* integrator_name(Integrator integrator) {
   switch (integrator) {
-    case Integrator::kBdpt: return "bdpt";
-    case Integrator::kPt: return "pt";
-    case Integrator::kLt: return "lt";
+    case Integrator::kBdpt:
+      return "bdpt";
+    case Integrator::kPt:
+      return "pt";
+    case Integrator::kLt:
+      return "lt";
   }
   return "bdpt";
 }
@@ -105,7 +114,8 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   if (options.crop) {
     s.grid.crop = crop_rect(*options.crop, s.grid.width, s.grid.height, ErrorKind::kUsage);
   } else if (scene.film.crop) {
-    s.grid.crop = crop_rect(*scene.film.crop, s.grid.width, s.grid.height, own_size ? ErrorKind::kUsage : ErrorKind::kBadScene);
+    s.grid.crop = crop_rect(*scene.film.crop, s.grid.width, s.grid.height,
+                            own_size ? ErrorKind::kUsage : ErrorKind::kBadScene);
   }
   s.spp = options.spp.value_or(scene.sampling.spp);
   s.max_depth = options.max_depth.value_or(scene.sampling.max_depth);
@@ -135,7 +145,8 @@ namespace {
 
 int64_t integer_in(const nlohmann::json& j, int64_t low, int64_t high) {
   if (!j.is_number_integer()) usage("render settings: a whole number is expected");
-  if (j.is_number_unsigned() && j.get<uint64_t>() > static_cast<uint64_t>(high)) usage("render settings: a number is too large");
+  if (j.is_number_unsigned() && j.get<uint64_t>() > static_cast<uint64_t>(high))
+    usage("render settings: a number is too large");
   const auto v = j.get<int64_t>();
   if (v < low || v > high) usage("render settings: a number is out of range");
   return v;

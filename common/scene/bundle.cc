@@ -17,7 +17,8 @@ constexpr size_t kMaxEntries = 1'000'000;
 
 /// Throws unless the bundle is one that make_bundle could have made.
 void check(const Bundle& bundle) {
-  if (bundle.entries.empty() || bundle.entries.size() > kMaxEntries) fail("it must hold from 1 to 1000000 files");
+  if (bundle.entries.empty() || bundle.entries.size() > kMaxEntries)
+    fail("it must hold from 1 to 1000000 files");
   bool has_main = false;
   for (size_t i = 0; i < bundle.entries.size(); ++i) {
     const BundleEntry& e = bundle.entries[i];
@@ -50,7 +51,8 @@ Bundle bundle_from_json(const std::string& text) {
     if (!j.at("entries").is_array()) fail("\"entries\" must be an array");
     for (const auto& e : j.at("entries")) {
       if (!e.at("size").is_number_unsigned()) fail("a size must be a whole number from 0");
-      bundle.entries.push_back({e.at("name").get<std::string>(), e.at("digest").get<std::string>(), e.at("size").get<uint64_t>()});
+      bundle.entries.push_back(
+          {e.at("name").get<std::string>(), e.at("digest").get<std::string>(), e.at("size").get<uint64_t>()});
     }
     check(bundle);
     return bundle;
@@ -71,7 +73,8 @@ Bundle make_bundle(const SceneDescription& scene, std::map<std::string, std::str
     bundle.entries.push_back({file.name, digest, size});
     if (paths != nullptr) (*paths)[digest] = file.path;
   }
-  std::sort(bundle.entries.begin(), bundle.entries.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  std::sort(bundle.entries.begin(), bundle.entries.end(),
+            [](const auto& a, const auto& b) { return a.name < b.name; });
   check(bundle);
   return bundle;
 }

@@ -9,7 +9,8 @@
 namespace lightmill {
 
 bool LoadResult::ok() const {
-  return std::none_of(problems.begin(), problems.end(), [](const Problem& p) { return p.severity == Severity::kError; });
+  return std::none_of(problems.begin(), problems.end(),
+                      [](const Problem& p) { return p.severity == Severity::kError; });
 }
 
 LoadResult load_scene(const std::string& name, const FileSource& files, const LoadOptions& options) {
@@ -46,15 +47,17 @@ SceneDescription load_scene_file(const std::string& path, const LoadOptions& opt
     }
   }
   if (first != nullptr) {
-    throw Error(ErrorKind::kBadScene,
-                format_problem(*first) + (errors > 1 ? " (and " + std::to_string(errors - 1) + " more)" : ""));
+    throw Error(
+        ErrorKind::kBadScene,
+        format_problem(*first) + (errors > 1 ? " (and " + std::to_string(errors - 1) + " more)" : ""));
   }
   return std::move(result.scene);
 }
 
 std::string format_problem(const Problem& problem) {
-  return problem.where.file + ":" + std::to_string(problem.where.line) + ":" + std::to_string(problem.where.column) +
-         ": " + (problem.severity == Severity::kWarning ? "warning: " : "") + problem.message;
+  return problem.where.file + ":" + std::to_string(problem.where.line) + ":" +
+         std::to_string(problem.where.column) + ": " +
+         (problem.severity == Severity::kWarning ? "warning: " : "") + problem.message;
 }
 
 }  // namespace lightmill

@@ -35,7 +35,8 @@ bool has_direction(const Vec3f& n) {
 void require_valid_mesh(const TriangleMesh& mesh) {
   const size_t count = mesh.positions.size();
   if (!mesh.normals.empty() && mesh.normals.size() != count) {
-    fail("has " + std::to_string(mesh.normals.size()) + " normals for " + std::to_string(count) + " vertices");
+    fail("has " + std::to_string(mesh.normals.size()) + " normals for " + std::to_string(count) +
+         " vertices");
   }
   if (!mesh.uvs.empty() && mesh.uvs.size() != count) {
     fail("has " + std::to_string(mesh.uvs.size()) + " uv pairs for " + std::to_string(count) + " vertices");

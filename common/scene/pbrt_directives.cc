@@ -9,7 +9,9 @@ namespace {
 
 constexpr size_t kMaxShapes = 8'000'000;  // after instances were multiplied out
 
-std::string owner_of(const char* kind, const std::string& type) { return std::string(kind) + " " + in_quotes(type); }
+std::string owner_of(const char* kind, const std::string& type) {
+  return std::string(kind) + " " + in_quotes(type);
+}
 
 }  // namespace
 
@@ -90,7 +92,8 @@ void PbrtParser::on_look_at(const Token& d) {
   if (!take_numbers(d, v, 9)) return;
   const Vec3d eye{v[0], v[1], v[2]}, target{v[3], v[4], v[5]}, up{v[6], v[7], v[8]};
   if (look_at_is_degenerate(eye, target, up)) {
-    problems_->error(d.where.location(), "LookAt needs a target other than the eye, and an up vector not along the view");
+    problems_->error(d.where.location(),
+                     "LookAt needs a target other than the eye, and an up vector not along the view");
     return;
   }
   apply(d, look_at(eye, target, up));
@@ -119,13 +122,15 @@ void PbrtParser::on_coord_sys_transform(const Token& d) {
   }
   std::vector<std::string_view> names;
   for (const auto& [known, transform] : coordinate_systems_) names.push_back(known);
-  problems_->error(d.where.location(), "there is no coordinate system named " + in_quotes(*name) + nearest_hint(*name, names));
+  problems_->error(d.where.location(),
+                   "there is no coordinate system named " + in_quotes(*name) + nearest_hint(*name, names));
 }
 
 void PbrtParser::on_active_transform(const Token& d) {
   const Token which = tokens_->next();
   if (which.text != "StartTime" && which.text != "EndTime" && which.text != "All") {
-    problems_->error(which.where.location(), "ActiveTransform needs StartTime, EndTime or All, not " + in_quotes(which.text));
+    problems_->error(which.where.location(),
+                     "ActiveTransform needs StartTime, EndTime or All, not " + in_quotes(which.text));
     return;
   }
   state_.transforms_start = which.text != "EndTime";
@@ -159,7 +164,8 @@ void PbrtParser::on_attribute(const Token& d) {
   if (!target) return;
   static const std::vector<std::string_view> targets = {"shape", "light", "material", "medium", "texture"};
   if (std::find(targets.begin(), targets.end(), *target) == targets.end()) {
-    problems_->error(d.where.location(), "unknown target of Attribute " + in_quotes(*target) + nearest_hint(*target, targets));
+    problems_->error(d.where.location(),
+                     "unknown target of Attribute " + in_quotes(*target) + nearest_hint(*target, targets));
     return;
   }
   auto inherited = std::make_shared<InheritedParameters>(*state_.inherited);
@@ -177,9 +183,11 @@ void PbrtParser::on_color_space(const Token& d) {
   if (!name) return;
   static const std::vector<std::string_view> known = {"srgb", "rec2020", "aces2065-1", "dci-p3"};
   if (std::find(known.begin(), known.end(), *name) == known.end()) {
-    problems_->error(d.where.location(), "unknown color space " + in_quotes(*name) + nearest_hint(*name, known));
+    problems_->error(d.where.location(),
+                     "unknown color space " + in_quotes(*name) + nearest_hint(*name, known));
   } else if (*name != "srgb") {
-    problems_->unsupported(d.where.location(), "the color space " + in_quotes(*name) + " is taken as \"srgb\"");
+    problems_->unsupported(d.where.location(),
+                           "the color space " + in_quotes(*name) + " is taken as \"srgb\"");
   }
 }
 
@@ -193,7 +201,8 @@ void PbrtParser::on_make_named_medium(const Token& d) {
   const auto name = take_string(d, "a name");
   if (!name) return;
   parse_parameters(*tokens_, problems_);
-  problems_->unsupported(d.where.location(), "participating media: the medium " + in_quotes(*name) + " is ignored");
+  problems_->unsupported(d.where.location(),
+                         "participating media: the medium " + in_quotes(*name) + " is ignored");
 }
 
 // --- files ----------------------------------------------------------------------------------------
@@ -213,7 +222,8 @@ void PbrtParser::on_import(const Token& d) {
   push(Scope::Kind::kImport, d);
   parse_file(*file, where);
   while (scopes_.size() > depth + 1) {
-    problems_->error(scopes_.back().where, "the scope that begins here is never closed in " + in_quotes(*file));
+    problems_->error(scopes_.back().where,
+                     "the scope that begins here is never closed in " + in_quotes(*file));
     scopes_.pop_back();
   }
   if (scopes_.size() == depth + 1) pop(Scope::Kind::kImport, d, "Import");
@@ -314,7 +324,8 @@ void PbrtParser::on_make_named_material(const Token& d) {
   ParameterList params = take_parameters(d, "the material " + in_quotes(*name), "material");
   const std::string type = params.text("type", "");
   if (type.empty()) {
-    if (!params.has("type")) problems_->error(d.where.location(), "the material " + in_quotes(*name) + " needs a \"string type\"");
+    if (!params.has("type"))
+      problems_->error(d.where.location(), "the material " + in_quotes(*name) + " needs a \"string type\"");
     return;
   }
   MaterialDescription material = translate_material(out_, type, params);
@@ -409,7 +420,8 @@ void PbrtParser::on_object_instance(const Token& d) {
   if (found == objects_.end()) {
     std::vector<std::string_view> names;
     for (const auto& [known, shapes] : objects_) names.push_back(known);
-    problems_->error(d.where.location(), "there is no object named " + in_quotes(*name) + nearest_hint(*name, names));
+    problems_->error(d.where.location(),
+                     "there is no object named " + in_quotes(*name) + nearest_hint(*name, names));
     return;
   }
   auto& shapes = out_.scene.shapes;
@@ -419,8 +431,10 @@ void PbrtParser::on_object_instance(const Token& d) {
   }
   for (ShapeDescription shape : found->second) {
     shape.object_to_world = state_.shape.ctm * shape.object_to_world;
-    if (!is_finite(shape.object_to_world) || is_singular(shape.object_to_world)) {
-      problems_->error(d.where.location(), "the instance's transform is singular or leaves the range of numbers");
+    const Transform& t = shape.object_to_world;
+    if (!is_in_range(t) || is_singular(t) || !is_in_range(inverse(t))) {
+      problems_->error(d.where.location(),
+                       "the instance's transform is singular or leaves the range of numbers");
       return;
     }
     shapes.push_back(std::move(shape));

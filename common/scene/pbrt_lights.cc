@@ -21,15 +21,16 @@ bool finite(const Rgb& c) { return std::isfinite(c.r) && std::isfinite(c.g) && s
 /// Reports an emission that overflowed float.
 Rgb checked(const Rgb& c, ParameterList& params) {
   if (finite(c)) return c;
-  params.problems().error(params.where(), params.owner() + " is brighter than float can hold; lower its \"scale\"");
+  params.problems().error(params.where(),
+                          params.owner() + " is brighter than float can hold; lower its \"scale\"");
   return {};
 }
 
 }  // namespace
 
 void translate_light(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm) {
-  static const std::vector<std::string_view> known = {"point",        "infinite",   "distant", "spot",
-                                                      "goniometric", "projection"};
+  static const std::vector<std::string_view> known = {"point", "infinite",    "distant",
+                                                      "spot",  "goniometric", "projection"};
   double scale = params.number("scale", 1, 0, kMaxScale);
   if (type == "point") {
     const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
@@ -39,9 +40,11 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     if (const auto* p = params.numbers("from", ParamType::kPoint3, 3)) from = {(*p)[0], (*p)[1], (*p)[2]};
     const Vec3d position = transform_point(ctm, from);
     if (!std::isfinite(position.x) || !std::isfinite(position.y) || !std::isfinite(position.z)) {
-      out.problems->error(params.where(), params.owner() + " lies outside the range of numbers; check the transform");
+      out.problems->error(params.where(),
+                          params.owner() + " lies outside the range of numbers; check the transform");
     }
-    out.scene.lights.push_back({PointLight{checked(scaled(intensity, scale), params), position}, params.where()});
+    out.scene.lights.push_back(
+        {PointLight{checked(scaled(intensity, scale), params), position}, params.where()});
   } else if (type == "infinite") {
     for (const char* name : {"filename", "portal"}) {
       if (!params.has(name)) continue;
@@ -64,7 +67,8 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
   params.finish();
 }
 
-std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std::string& type, ParameterList& params) {
+std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std::string& type,
+                                                       ParameterList& params) {
   if (type != "diffuse") {
     report_unknown_word(params, "area light", type, {"diffuse"});
     return nullptr;

@@ -13,23 +13,28 @@ struct TypeName {
 };
 // The first name of a type is the one used in messages; the others are pbrt's synonyms.
 constexpr TypeName kTypeNames[] = {
-    {"integer", ParamType::kInteger}, {"float", ParamType::kFloat},       {"point2", ParamType::kPoint2},
-    {"vector2", ParamType::kVector2}, {"point3", ParamType::kPoint3},     {"vector3", ParamType::kVector3},
-    {"normal", ParamType::kNormal},   {"bool", ParamType::kBool},         {"string", ParamType::kString},
-    {"rgb", ParamType::kRgb},         {"spectrum", ParamType::kSpectrum}, {"blackbody", ParamType::kBlackbody},
-    {"texture", ParamType::kTexture}, {"point", ParamType::kPoint3},      {"vector", ParamType::kVector3},
-    {"normal3", ParamType::kNormal},
+    {"integer", ParamType::kInteger},   {"float", ParamType::kFloat},
+    {"point2", ParamType::kPoint2},     {"vector2", ParamType::kVector2},
+    {"point3", ParamType::kPoint3},     {"vector3", ParamType::kVector3},
+    {"normal", ParamType::kNormal},     {"bool", ParamType::kBool},
+    {"string", ParamType::kString},     {"rgb", ParamType::kRgb},
+    {"spectrum", ParamType::kSpectrum}, {"blackbody", ParamType::kBlackbody},
+    {"texture", ParamType::kTexture},   {"point", ParamType::kPoint3},
+    {"vector", ParamType::kVector3},    {"normal3", ParamType::kNormal},
 };
 
 size_t components(ParamType type) {
   switch (type) {
     case ParamType::kPoint2:
-    case ParamType::kVector2: return 2;
+    case ParamType::kVector2:
+      return 2;
     case ParamType::kPoint3:
     case ParamType::kVector3:
     case ParamType::kNormal:
-    case ParamType::kRgb: return 3;
-    default: return 1;
+    case ParamType::kRgb:
+      return 3;
+    default:
+      return 1;
   }
 }
 
@@ -37,9 +42,12 @@ bool takes_strings(ParamType type) { return type == ParamType::kString || type =
 
 std::string shown(const Token& token) {
   switch (token.kind) {
-    case Token::Kind::kEnd: return "the end of the file";
-    case Token::Kind::kString: return "the string " + in_quotes(token.text);
-    default: return in_quotes(token.text);
+    case Token::Kind::kEnd:
+      return "the end of the file";
+    case Token::Kind::kString:
+      return "the string " + in_quotes(token.text);
+    default:
+      return in_quotes(token.text);
   }
 }
 
@@ -86,8 +94,8 @@ bool parse_declaration(const Token& token, Parameter* out, ProblemList* problems
 bool add_value(const Token& token, Parameter* out, ProblemList* problems) {
   const auto fail = [&](const std::string& wanted) {
     problems->error(token.where.location(), "parameter " + in_quotes(out->name) + " (" +
-                                                std::string(param_type_name(out->type)) + ") needs " + wanted +
-                                                ", not " + shown(token));
+                                                std::string(param_type_name(out->type)) + ") needs " +
+                                                wanted + ", not " + shown(token));
     return false;
   };
   const bool is_string = token.kind == Token::Kind::kString;
@@ -128,8 +136,9 @@ bool parse_values(PbrtTokenizer& tokens, Parameter* out, ProblemList* problems) 
   if (first.kind != Kind::kOpen) {
     double ignored = 0;
     const bool is_value = first.kind == Kind::kString || first.text == "true" || first.text == "false" ||
-                          parse_number(first.text, &ignored) || !std::isalpha(static_cast<unsigned char>(first.text[0])) ||
-                          first.text == "nan" || first.text == "inf";
+                          parse_number(first.text, &ignored) ||
+                          !std::isalpha(static_cast<unsigned char>(first.text[0])) || first.text == "nan" ||
+                          first.text == "inf";
     if (!is_value) return missing();  // the next directive: leave it
     return add_value(tokens.next(), out, problems);
   }
@@ -142,7 +151,8 @@ bool parse_values(PbrtTokenizer& tokens, Parameter* out, ProblemList* problems) 
       break;
     }
     if (token.kind == Kind::kEnd || token.kind == Kind::kOpen) {
-      problems->error(out->where, "the list of parameter " + in_quotes(out->name) + " is never closed: \"]\" expected at line " +
+      problems->error(out->where, "the list of parameter " + in_quotes(out->name) +
+                                      " is never closed: \"]\" expected at line " +
                                       std::to_string(token.where.line) + ", found " + shown(token));
       return false;
     }
@@ -171,18 +181,21 @@ std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ProblemList* prob
     if (!declared) {
       // Skip the value in silence, whatever it is.
       if (tokens.peek().kind == Token::Kind::kOpen) {
-        while (tokens.peek().kind != Token::Kind::kClose && tokens.peek().kind != Token::Kind::kEnd) tokens.next();
+        while (tokens.peek().kind != Token::Kind::kClose && tokens.peek().kind != Token::Kind::kEnd)
+          tokens.next();
         tokens.next();
-      } else if (double ignored = 0; tokens.peek().kind == Token::Kind::kString ||
-                                     parse_number(tokens.peek().text, &ignored)) {
+      } else if (double ignored = 0;
+                 tokens.peek().kind == Token::Kind::kString || parse_number(tokens.peek().text, &ignored)) {
         tokens.next();
       }
       continue;
     }
     parameter.malformed = !parse_values(tokens, &parameter, problems);
-    const bool twice = std::any_of(list.begin(), list.end(), [&](const Parameter& p) { return p.name == parameter.name; });
+    const bool twice =
+        std::any_of(list.begin(), list.end(), [&](const Parameter& p) { return p.name == parameter.name; });
     if (twice) {
-      problems->error(parameter.where, "parameter " + in_quotes(parameter.name) + " is given twice; keep one");
+      problems->error(parameter.where,
+                      "parameter " + in_quotes(parameter.name) + " is given twice; keep one");
       continue;
     }
     list.push_back(std::move(parameter));
@@ -192,7 +205,10 @@ std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ProblemList* prob
 
 ParameterList::ParameterList(std::string owner, SourceLocation where, std::vector<Parameter> parameters,
                              ProblemList* problems)
-    : owner_(std::move(owner)), where_(std::move(where)), parameters_(std::move(parameters)), problems_(problems) {}
+    : owner_(std::move(owner)),
+      where_(std::move(where)),
+      parameters_(std::move(parameters)),
+      problems_(problems) {}
 
 Parameter* ParameterList::lookup(std::string_view name) {
   if (std::find(known_.begin(), known_.end(), name) == known_.end()) known_.push_back(name);
@@ -213,7 +229,8 @@ SourceLocation ParameterList::where_of(std::string_view name) const {
 }
 
 bool ParameterList::has(std::string_view name) const {
-  return std::any_of(parameters_.begin(), parameters_.end(), [&](const Parameter& p) { return p.name == name; });
+  return std::any_of(parameters_.begin(), parameters_.end(),
+                     [&](const Parameter& p) { return p.name == name; });
 }
 
 void ParameterList::bad_value(std::string_view name, const std::string& message) {
@@ -225,7 +242,8 @@ const Parameter* ParameterList::find(std::string_view name, std::initializer_lis
   if (p != nullptr && p->malformed) return nullptr;
   if (p == nullptr || std::find(types.begin(), types.end(), p->type) != types.end()) return p;
   std::string expected;
-  for (ParamType type : types) expected += (expected.empty() ? "" : " or ") + in_quotes(param_type_name(type));
+  for (ParamType type : types)
+    expected += (expected.empty() ? "" : " or ") + in_quotes(param_type_name(type));
   bad_value(name, "has type " + in_quotes(param_type_name(p->type)) + "; it must be " + expected);
   return nullptr;
 }
@@ -245,7 +263,8 @@ const std::vector<double>* ParameterList::numbers(std::string_view name, ParamTy
   const Parameter* p = find(name, {type});
   if (p == nullptr) return nullptr;
   if (p->numbers.size() != count) {
-    bad_value(name, "has " + std::to_string(p->numbers.size()) + " numbers; it needs " + std::to_string(count));
+    bad_value(name,
+              "has " + std::to_string(p->numbers.size()) + " numbers; it needs " + std::to_string(count));
     return nullptr;
   }
   return &p->numbers;
@@ -292,14 +311,16 @@ void ParameterList::accept(std::initializer_list<std::string_view> names) {
 
 void ParameterList::unsupported(std::string_view name, const std::string& consequence) {
   if (lookup(name) != nullptr) {
-    problems_->unsupported(where_of(name), "parameter " + in_quotes(name) + " of " + owner_ + " " + consequence);
+    problems_->unsupported(where_of(name),
+                           "parameter " + in_quotes(name) + " of " + owner_ + " " + consequence);
   }
 }
 
 void ParameterList::finish() {
   for (const Parameter& p : parameters_) {
     if (p.used || p.inherited) continue;
-    problems_->error(p.where, "unknown parameter " + in_quotes(p.name) + " of " + owner_ + nearest_hint(p.name, known_));
+    problems_->error(
+        p.where, "unknown parameter " + in_quotes(p.name) + " of " + owner_ + nearest_hint(p.name, known_));
   }
 }
 

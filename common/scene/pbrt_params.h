@@ -14,7 +14,18 @@
 namespace lightmill {
 
 enum class ParamType {
-  kInteger, kFloat, kPoint2, kVector2, kPoint3, kVector3, kNormal, kBool, kString, kRgb, kSpectrum, kBlackbody,
+  kInteger,
+  kFloat,
+  kPoint2,
+  kVector2,
+  kPoint3,
+  kVector3,
+  kNormal,
+  kBool,
+  kString,
+  kRgb,
+  kSpectrum,
+  kBlackbody,
   kTexture,
 };
 /// The type's name in a scene file ("point3").
@@ -38,7 +49,8 @@ std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ProblemList* prob
 class ParameterList {
  public:
   /// `owner` names the directive in messages, e.g. `shape "sphere"`.
-  ParameterList(std::string owner, SourceLocation where, std::vector<Parameter> parameters, ProblemList* problems);
+  ParameterList(std::string owner, SourceLocation where, std::vector<Parameter> parameters,
+                ProblemList* problems);
 
   const std::string& owner() const { return owner_; }
   const SourceLocation& where() const { return where_; }
@@ -58,8 +70,8 @@ class ParameterList {
   const std::vector<double>* numbers(std::string_view name, ParamType type);
   /// The same with exactly `count` numbers.
   const std::vector<double>* numbers(std::string_view name, ParamType type, size_t count);
-  /// The parameter of this name if its type is among `types`; another type is reported. Null also if its value
-  /// was malformed: then `has` is true all the same.
+  /// The parameter of this name if its type is among `types`; another type is reported. Null also if its
+  /// value was malformed: then `has` is true all the same.
   const Parameter* find(std::string_view name, std::initializer_list<ParamType> types);
 
   /// Declares parameters that are legal and change nothing here (such as a BVH's split method).

@@ -32,8 +32,9 @@ void PbrtParser::parse_file(const std::string& reference, const SourceLocation& 
     return;
   }
   if (open_files_.size() >= kMaxIncludeDepth || ++files_read_ > kMaxFilesRead) {
-    problems_->error(where, open_files_.size() >= kMaxIncludeDepth ? "files include one another more than 32 deep"
-                                                                   : "more than 20000 files are included");
+    problems_->error(where, open_files_.size() >= kMaxIncludeDepth
+                                ? "files include one another more than 32 deep"
+                                : "more than 20000 files are included");
     return;
   }
   std::string text;
@@ -66,7 +67,8 @@ void PbrtParser::parse_tokens() {
     if (found == handlers().end()) {
       std::vector<std::string_view> names;
       for (const auto& [name, handler] : handlers()) names.push_back(name);
-      problems_->error(token.where.location(), "unknown directive " + in_quotes(token.text) + nearest_hint(token.text, names));
+      problems_->error(token.where.location(),
+                       "unknown directive " + in_quotes(token.text) + nearest_hint(token.text, names));
       skip_to_directive();
       continue;
     }
@@ -88,8 +90,9 @@ void PbrtParser::skip_to_directive() {
 std::optional<std::string> PbrtParser::take_string(const Token& directive, const char* what) {
   const Token& token = tokens_->peek();
   if (token.kind == Token::Kind::kString) return std::string(tokens_->next().text);
-  problems_->error(token.where.location(), std::string(directive.text) + " needs " + what + " in quotes" +
-                                               (token.kind == Token::Kind::kEnd ? "; the file ends here" : ""));
+  problems_->error(token.where.location(),
+                   std::string(directive.text) + " needs " + what + " in quotes" +
+                       (token.kind == Token::Kind::kEnd ? "; the file ends here" : ""));
   return std::nullopt;
 }
 
@@ -97,10 +100,10 @@ bool PbrtParser::take_numbers(const Token& directive, double* numbers, size_t co
   const bool bracketed = tokens_->peek().kind == Token::Kind::kOpen;
   if (bracketed) tokens_->next();
   const auto fail = [&](const Token& token) {
-    problems_->error(token.where.location(), std::string(directive.text) + " needs " + std::to_string(count) +
-                                                 " finite numbers" +
-                                                 (token.kind == Token::Kind::kEnd ? "; the file ends here"
-                                                                                  : ", not " + in_quotes(token.text)));
+    problems_->error(
+        token.where.location(),
+        std::string(directive.text) + " needs " + std::to_string(count) + " finite numbers" +
+            (token.kind == Token::Kind::kEnd ? "; the file ends here" : ", not " + in_quotes(token.text)));
     return false;
   };
   for (size_t i = 0; i < count; ++i) {
@@ -115,11 +118,13 @@ bool PbrtParser::take_numbers(const Token& directive, double* numbers, size_t co
   return true;
 }
 
-ParameterList PbrtParser::take_parameters(const Token& directive, const std::string& owner, const char* inherited_from) {
+ParameterList PbrtParser::take_parameters(const Token& directive, const std::string& owner,
+                                          const char* inherited_from) {
   std::vector<Parameter> parameters = parse_parameters(*tokens_, problems_);
   if (const auto found = state_.inherited->find(inherited_from); found != state_.inherited->end()) {
     for (const Parameter& p : found->second) {
-      const bool given = std::any_of(parameters.begin(), parameters.end(), [&](const Parameter& q) { return q.name == p.name; });
+      const bool given = std::any_of(parameters.begin(), parameters.end(),
+                                     [&](const Parameter& q) { return q.name == p.name; });
       if (!given) parameters.push_back(p);
     }
   }
@@ -153,11 +158,13 @@ void PbrtParser::apply(const Token& directive, const Transform& transform, bool 
   if (!is_affine(transform)) {
     problems_->error(where, std::string(directive.text) + " is not affine: the last row must be 0 0 0 1");
   } else if (is_singular(transform)) {
-    problems_->error(where, std::string(directive.text) + " is singular: it flattens space; no factor may be 0");
+    problems_->error(where,
+                     std::string(directive.text) + " is singular: it flattens space; no factor may be 0");
   } else {
     const Transform next = replace ? transform : state_.shape.ctm * transform;
-    if (!is_finite(next) || is_singular(next) || !is_finite(inverse(next))) {
-      problems_->error(where, std::string(directive.text) + " makes the transform singular or leave the range of numbers");
+    if (!is_in_range(next) || is_singular(next) || !is_in_range(inverse(next))) {
+      problems_->error(
+          where, std::string(directive.text) + " makes the transform singular or leave the range of numbers");
       return;
     }
     state_.shape.ctm = next;
@@ -174,7 +181,9 @@ void PbrtParser::push(Scope::Kind kind, const Token& directive) {
 
 bool PbrtParser::pop(Scope::Kind kind, const Token& directive, const char* opener) {
   if (scopes_.empty() || scopes_.back().kind != kind) {
-    const std::string open = scopes_.empty() ? "" : "; the scope open here began at line " + std::to_string(scopes_.back().where.line);
+    const std::string open =
+        scopes_.empty() ? ""
+                        : "; the scope open here began at line " + std::to_string(scopes_.back().where.line);
     problems_->error(directive.where.location(), std::string(directive.text) + " without " + opener + open);
     return false;
   }
@@ -201,11 +210,12 @@ void PbrtParser::finish() {
   out_.report_undefined();
   SceneDescription& scene = out_.scene;
   scene.film.imaging_ratio = film_exposure_time_.value_or(exposure_time_) * iso_ratio_;
-  const bool emits = !scene.lights.empty() ||
-                     std::any_of(scene.shapes.begin(), scene.shapes.end(), [](const auto& s) { return s.area_light >= 0; });
+  const bool emits = !scene.lights.empty() || std::any_of(scene.shapes.begin(), scene.shapes.end(),
+                                                          [](const auto& s) { return s.area_light >= 0; });
   if (!emits && problems_->errors() == 0) {
-    problems_->error(top, "the scene has no light that is supported: the picture would be black; add an "
-                          "AreaLightSource to a shape, or a LightSource");
+    problems_->error(top,
+                     "the scene has no light that is supported: the picture would be black; add an "
+                     "AreaLightSource to a shape, or a LightSource");
   }
 }
 

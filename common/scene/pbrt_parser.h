@@ -1,6 +1,6 @@
 #pragma once
-// The directives of a pbrt-v4 file: the graphics state, attribute scopes, named coordinate systems, includes and
-// object instances. What a directive's parameters mean is in the translators of pbrt_scene.h.
+// The directives of a pbrt-v4 file: the graphics state, attribute scopes, named coordinate systems, includes
+// and object instances. What a directive's parameters mean is in the translators of pbrt_scene.h.
 #include <deque>
 #include <map>
 #include <memory>

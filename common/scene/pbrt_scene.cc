@@ -12,7 +12,8 @@ namespace lightmill {
 std::string PbrtScene::open_reference(const std::string& reference, const SourceLocation& where) {
   const std::string path = files.resolve(reference);
   if (path.empty()) {
-    problems->error(where, "there is no file " + in_quotes(reference) + "; names are relative to the main scene file");
+    problems->error(
+        where, "there is no file " + in_quotes(reference) + "; names are relative to the main scene file");
     return "";
   }
   if (std::string why = why_unreadable(path); !why.empty()) {
@@ -47,7 +48,8 @@ void PbrtScene::define_material(MaterialDescription material) {
   const int index = material_named(material.name, material.location);
   Named& entry = named_materials_[material.name];
   if (entry.defined) {
-    problems->error(material.location, "the material " + in_quotes(material.name) + " is defined twice; rename one");
+    problems->error(material.location,
+                    "the material " + in_quotes(material.name) + " is defined twice; rename one");
     return;
   }
   entry.defined = true;
@@ -58,7 +60,8 @@ void PbrtScene::define_texture(TextureDescription texture) {
   const int index = texture_named(texture.name, texture.is_spectrum, texture.location);
   Named& entry = named_textures_[{texture.is_spectrum, texture.name}];
   if (entry.defined) {
-    problems->error(texture.location, "the texture " + in_quotes(texture.name) + " is defined twice; rename one");
+    problems->error(texture.location,
+                    "the texture " + in_quotes(texture.name) + " is defined twice; rename one");
     return;
   }
   entry.defined = true;
@@ -87,7 +90,8 @@ void PbrtScene::report_undefined() {
   }
   for (const auto& [name, entry] : named_materials_) {
     if (!entry.defined) {
-      problems->error(entry.first_use, "there is no material named " + in_quotes(name) + nearest_hint(name, names));
+      problems->error(entry.first_use,
+                      "there is no material named " + in_quotes(name) + nearest_hint(name, names));
     }
   }
   for (const auto& [key, entry] : named_textures_) {
@@ -97,7 +101,8 @@ void PbrtScene::report_undefined() {
       if (other_entry.defined && other.first == key.first) names.push_back(other.second);
     }
     problems->error(entry.first_use, std::string("there is no ") + (key.first ? "spectrum" : "float") +
-                                         " texture named " + in_quotes(key.second) + nearest_hint(key.second, names));
+                                         " texture named " + in_quotes(key.second) +
+                                         nearest_hint(key.second, names));
   }
 }
 
@@ -162,7 +167,8 @@ Rgb PbrtScene::read_spectrum(const Parameter& p, SpectrumUse use, ParameterList&
       params.bad_value(p.name, reflectance ? "must be within [0, 1]" : "must not be negative");
       return fallback;
     }
-    return {static_cast<float>(p.numbers[0]), static_cast<float>(p.numbers[1]), static_cast<float>(p.numbers[2])};
+    return {static_cast<float>(p.numbers[0]), static_cast<float>(p.numbers[1]),
+            static_cast<float>(p.numbers[2])};
   }
   if (p.type == ParamType::kBlackbody) {
     if (p.numbers.size() != 1 || p.numbers[0] < 200 || p.numbers[0] > 1e6) {
@@ -186,7 +192,8 @@ Rgb PbrtScene::read_spectrum(const Parameter& p, SpectrumUse use, ParameterList&
       if (const auto glass = named_glass(name)) return {*glass, *glass, *glass};
     }
     if (name.find('.') == std::string::npos && name.find('/') == std::string::npos) {
-      params.bad_value(p.name, "names no spectrum of that use: " + in_quotes(name) + nearest_hint(name, spectrum_names()));
+      params.bad_value(
+          p.name, "names no spectrum of that use: " + in_quotes(name) + nearest_hint(name, spectrum_names()));
       return fallback;
     }
     const std::string path = open_reference(name, p.where);
@@ -203,7 +210,8 @@ Rgb PbrtScene::spectrum(ParameterList& params, std::string_view name, SpectrumUs
   return p == nullptr ? fallback : read_spectrum(*p, use, params, fallback);
 }
 
-SpectrumInput PbrtScene::spectrum_input(ParameterList& params, std::string_view name, SpectrumUse use, Rgb fallback) {
+SpectrumInput PbrtScene::spectrum_input(ParameterList& params, std::string_view name, SpectrumUse use,
+                                        Rgb fallback) {
   const Parameter* p =
       params.find(name, {ParamType::kRgb, ParamType::kSpectrum, ParamType::kBlackbody, ParamType::kTexture});
   if (p == nullptr) return {fallback, -1};
@@ -229,7 +237,8 @@ FloatInput PbrtScene::float_input(ParameterList& params, std::string_view name, 
 
 void report_unknown_word(ParameterList& params, const std::string& kind, const std::string& word,
                          const std::vector<std::string_view>& known) {
-  params.problems().error(params.where(), "unknown " + kind + " " + in_quotes(word) + nearest_hint(word, known));
+  params.problems().error(params.where(),
+                          "unknown " + kind + " " + in_quotes(word) + nearest_hint(word, known));
 }
 
 }  // namespace lightmill

@@ -23,11 +23,11 @@ enum class SpectrumUse {
 
 /// AreaLightSource in force; becomes a light when a shape takes it.
 struct PendingAreaLight {
-  Rgb radiance;          // scale applied
-  double power = 0;      // > 0: overrides the magnitude, per pbrt
+  Rgb radiance;      // scale applied
+  double power = 0;  // > 0: overrides the magnitude, per pbrt
   bool two_sided = false;
   SourceLocation where;
-  int index = -1;        // in SceneDescription::area_lights once a shape took it (without `power`)
+  int index = -1;  // in SceneDescription::area_lights once a shape took it (without `power`)
 };
 
 /// Attributes that a shape takes over.
@@ -39,7 +39,8 @@ struct ShapeAttributes {
 };
 
 struct PbrtScene {
-  PbrtScene(const FileSource& file_source, ProblemList* problem_list) : files(file_source), problems(problem_list) {}
+  PbrtScene(const FileSource& file_source, ProblemList* problem_list)
+      : files(file_source), problems(problem_list) {}
 
   SceneDescription scene;
   const FileSource& files;
@@ -63,7 +64,8 @@ struct PbrtScene {
   // Parameters that read names and files.
   Rgb spectrum(ParameterList& params, std::string_view name, SpectrumUse use, Rgb fallback);
   SpectrumInput spectrum_input(ParameterList& params, std::string_view name, SpectrumUse use, Rgb fallback);
-  FloatInput float_input(ParameterList& params, std::string_view name, float fallback, double min, double max);
+  FloatInput float_input(ParameterList& params, std::string_view name, float fallback, double min,
+                         double max);
 
   /// Meshes by path, so that a file that is used twice is read once.
   std::map<std::string, std::shared_ptr<const TriangleMesh>> meshes;
@@ -87,13 +89,15 @@ struct PbrtScene {
 /// pbrt_materials.cc: reports an unknown type; an unsupported one becomes grey diffuse.
 MaterialDescription translate_material(PbrtScene& out, const std::string& type, ParameterList& params);
 /// pbrt_textures.cc
-void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type, const std::string& type,
-                       ParameterList& params);
+void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type,
+                       const std::string& type, ParameterList& params);
 /// pbrt_shapes.cc: appends to scene.shapes unless the shape is left out.
-void translate_shape(PbrtScene& out, const std::string& type, ParameterList& params, const ShapeAttributes& attributes);
+void translate_shape(PbrtScene& out, const std::string& type, ParameterList& params,
+                     const ShapeAttributes& attributes);
 /// pbrt_lights.cc
 void translate_light(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm);
-std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std::string& type, ParameterList& params);
+std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std::string& type,
+                                                       ParameterList& params);
 /// pbrt_view.cc: camera, film and the directives about sampling.
 void translate_camera(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm,
                       double* exposure_time);

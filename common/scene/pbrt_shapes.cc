@@ -13,13 +13,14 @@
 namespace lightmill {
 namespace {
 
-const std::vector<std::string_view> kKnownShapes = {"trianglemesh", "plymesh", "sphere", "disk",       "cylinder",
-                                                    "bilinearmesh", "curve",   "loopsubdiv"};
+const std::vector<std::string_view> kKnownShapes = {"trianglemesh", "plymesh",      "sphere", "disk",
+                                                    "cylinder",     "bilinearmesh", "curve",  "loopsubdiv"};
 
 /// Drops what has no area and mends normals, with one warning each.
 void clean(TriangleMesh* mesh, const std::string& what, const SourceLocation& where, ProblemList* problems) {
   if (const size_t n = drop_zero_area_triangles(mesh); n > 0) {
-    problems->warning(where, what + " has " + std::to_string(n) + " triangles without area; they are left out");
+    problems->warning(where,
+                      what + " has " + std::to_string(n) + " triangles without area; they are left out");
   }
   if (const size_t n = mend_zero_normals(mesh); n > 0) {
     problems->warning(where, what + " has " + std::to_string(n) +
@@ -30,7 +31,8 @@ void clean(TriangleMesh* mesh, const std::string& what, const SourceLocation& wh
 std::vector<Vec3f> to_vec3(const std::vector<double>& v) {
   std::vector<Vec3f> out(v.size() / 3);
   for (size_t i = 0; i < out.size(); ++i) {
-    out[i] = {static_cast<float>(v[3 * i]), static_cast<float>(v[3 * i + 1]), static_cast<float>(v[3 * i + 2])};
+    out[i] = {static_cast<float>(v[3 * i]), static_cast<float>(v[3 * i + 1]),
+              static_cast<float>(v[3 * i + 2])};
   }
   return out;
 }
@@ -56,13 +58,15 @@ std::shared_ptr<const TriangleMesh> read_triangle_mesh(PbrtScene& out, Parameter
   if (indices == nullptr) {
     if (params.has("indices")) return nullptr;  // reported
     if (mesh->positions.size() != 3) {
-      out.problems->error(params.where(), params.owner() + " needs \"integer indices\" unless it is one triangle");
+      out.problems->error(params.where(),
+                          params.owner() + " needs \"integer indices\" unless it is one triangle");
       return nullptr;
     }
     mesh->triangles.push_back({0, 1, 2});
   } else {
     if (indices->size() % 3 != 0) {
-      params.bad_value("indices", "has " + std::to_string(indices->size()) + " numbers; it needs 3 per triangle");
+      params.bad_value("indices",
+                       "has " + std::to_string(indices->size()) + " numbers; it needs 3 per triangle");
       return nullptr;
     }
     for (size_t i = 0; i < indices->size(); ++i) {
@@ -131,7 +135,8 @@ std::optional<SphereShape> read_sphere(PbrtScene& out, ParameterList& params) {
 
 /// Area after the transform. A sphere's is that of its mean scale: exact when the scale is uniform.
 double area_of(const ShapeDescription& shape) {
-  if (const auto* mesh = std::get_if<MeshShape>(&shape.kind)) return mesh_area(*mesh->mesh, shape.object_to_world);
+  if (const auto* mesh = std::get_if<MeshShape>(&shape.kind))
+    return mesh_area(*mesh->mesh, shape.object_to_world);
   const double r = std::get<SphereShape>(shape.kind).radius;
   return 4 * std::numbers::pi * r * r * std::pow(std::abs(determinant3(shape.object_to_world)), 2.0 / 3.0);
 }
@@ -147,7 +152,9 @@ int take_area_light(PbrtScene& out, const ShapeDescription& shape, PendingAreaLi
     const double flux_per_radiance = (pending.two_sided ? 2 : 1) * std::numbers::pi * area_of(shape);
     const double scale = pending.power * emitters / flux_per_radiance;
     const auto f = [&](float x) { return static_cast<float>(x * scale); };
-    lights.push_back({{f(pending.radiance.r), f(pending.radiance.g), f(pending.radiance.b)}, pending.two_sided, pending.where});
+    lights.push_back({{f(pending.radiance.r), f(pending.radiance.g), f(pending.radiance.b)},
+                      pending.two_sided,
+                      pending.where});
     return static_cast<int>(lights.size()) - 1;
   }
   if (pending.index < 0) {
@@ -176,12 +183,15 @@ bool extent_is_finite(const ShapeDescription& shape) {
     return fits({r, r, r}) && fits({-r, -r, -r});
   }
   const auto& positions = std::get<MeshShape>(shape.kind).mesh->positions;
-  return std::all_of(positions.begin(), positions.end(), [&](const Vec3f& p) { return fits({p.x, p.y, p.z}); });
+  return std::all_of(positions.begin(), positions.end(), [&](const Vec3f& p) {
+    return fits({p.x, p.y, p.z});
+  });
 }
 
 }  // namespace
 
-void translate_shape(PbrtScene& out, const std::string& type, ParameterList& params, const ShapeAttributes& attributes) {
+void translate_shape(PbrtScene& out, const std::string& type, ParameterList& params,
+                     const ShapeAttributes& attributes) {
   ShapeDescription shape;
   shape.object_to_world = attributes.ctm;
   shape.reverse_orientation = attributes.reverse_orientation;
@@ -211,11 +221,13 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
     return;
   }
   if (!extent_is_finite(shape)) {
-    out.problems->error(params.where(), params.owner() + " lies outside the range of numbers; check its transform");
+    out.problems->error(params.where(),
+                        params.owner() + " lies outside the range of numbers; check its transform");
     return;
   }
   shape.material = attributes.material >= 0 ? attributes.material : out.default_material(params.where());
-  if (attributes.area_light != nullptr) shape.area_light = take_area_light(out, shape, *attributes.area_light);
+  if (attributes.area_light != nullptr)
+    shape.area_light = take_area_light(out, shape, *attributes.area_light);
   out.scene.shapes.push_back(std::move(shape));
 }
 

@@ -21,9 +21,11 @@ UvMapping read_mapping(PbrtScene& out, ParameterList& params) {
   m.dv = value("vdelta", 0);
   params.accept({"v1", "v2"});
   if (kind == "spherical" || kind == "cylindrical" || kind == "planar") {
-    out.problems->unsupported(params.where_of("mapping"), in_quotes(kind) + " mapping of " + params.owner() + " is taken as \"uv\"");
+    out.problems->unsupported(params.where_of("mapping"),
+                              in_quotes(kind) + " mapping of " + params.owner() + " is taken as \"uv\"");
   } else if (kind != "uv") {
-    params.bad_value("mapping", "is unknown: " + in_quotes(kind) + nearest_hint(kind, {"uv", "spherical", "cylindrical", "planar"}));
+    params.bad_value("mapping", "is unknown: " + in_quotes(kind) +
+                                    nearest_hint(kind, {"uv", "spherical", "cylindrical", "planar"}));
   }
   return m;
 }
@@ -34,7 +36,8 @@ Wrap read_wrap(ParameterList& params) {
   if (name == "clamp") return Wrap::kClamp;
   if (name == "black") return Wrap::kBlack;
   if (name == "octahedralsphere") return Wrap::kOctahedral;
-  params.bad_value("wrap", "is unknown: " + in_quotes(name) + nearest_hint(name, {"repeat", "clamp", "black", "octahedralsphere"}));
+  params.bad_value("wrap", "is unknown: " + in_quotes(name) +
+                               nearest_hint(name, {"repeat", "clamp", "black", "octahedralsphere"}));
   return Wrap::kRepeat;
 }
 
@@ -44,11 +47,13 @@ void read_encoding(ParameterList& params, ImageTexture* image) {
     image->encoding = ColorEncoding::kSrgb;
   } else if (name == "linear") {
     image->encoding = ColorEncoding::kLinear;
-  } else if (double gamma = 0; name.starts_with("gamma ") && parse_number(name.substr(6), &gamma) && gamma > 0 && gamma < 100) {
+  } else if (double gamma = 0;
+             name.starts_with("gamma ") && parse_number(name.substr(6), &gamma) && gamma > 0 && gamma < 100) {
     image->encoding = ColorEncoding::kGamma;
     image->gamma = static_cast<float>(gamma);
   } else if (!name.empty()) {
-    params.bad_value("encoding", "is unknown: " + in_quotes(name) + "; use \"sRGB\", \"linear\" or \"gamma 2.2\"");
+    params.bad_value("encoding",
+                     "is unknown: " + in_quotes(name) + "; use \"sRGB\", \"linear\" or \"gamma 2.2\"");
   }
 }
 
@@ -72,7 +77,8 @@ ImageTexture read_image(PbrtScene& out, ParameterList& params) {
 /// A texture's inputs may name only textures that are defined before it, so that there can be no cycle.
 class Inputs {
  public:
-  Inputs(PbrtScene& out, ParameterList& params, bool is_spectrum) : out_(out), params_(params), is_spectrum_(is_spectrum) {}
+  Inputs(PbrtScene& out, ParameterList& params, bool is_spectrum)
+      : out_(out), params_(params), is_spectrum_(is_spectrum) {}
 
   SpectrumInput color(std::string_view name, float fallback) {
     if (!check(name, is_spectrum_)) return {{fallback, fallback, fallback}, -1};
@@ -130,15 +136,17 @@ TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum,
 }
 
 const std::vector<std::string_view> kSupported = {"imagemap", "constant", "scale", "mix", "checkerboard"};
-const std::vector<std::string_view> kKnown = {"imagemap", "constant", "scale",    "mix",   "checkerboard", "directionmix",
-                                              "bilerp",   "dots",     "fbm",      "wrinkled", "windy",     "marble", "ptex"};
+const std::vector<std::string_view> kKnown = {"imagemap",     "constant", "scale", "mix", "checkerboard",
+                                              "directionmix", "bilerp",   "dots",  "fbm", "wrinkled",
+                                              "windy",        "marble",   "ptex"};
 
 }  // namespace
 
-void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type, const std::string& type,
-                       ParameterList& params) {
+void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type,
+                       const std::string& type, ParameterList& params) {
   if (value_type != "float" && value_type != "spectrum") {
-    out.problems->error(params.where(), "a texture is of type \"float\" or \"spectrum\", not " + in_quotes(value_type));
+    out.problems->error(params.where(),
+                        "a texture is of type \"float\" or \"spectrum\", not " + in_quotes(value_type));
     return;
   }
   const bool is_spectrum = value_type == "spectrum";

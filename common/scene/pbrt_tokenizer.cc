@@ -13,15 +13,24 @@ bool ends_word(char c) { return is_blank(c) || c == '"' || c == '[' || c == ']' 
 /// The character that `\c` stands for, or 0 if that is no escape.
 char unescape(char c) {
   switch (c) {
-    case 'b': return '\b';
-    case 'f': return '\f';
-    case 'n': return '\n';
-    case 'r': return '\r';
-    case 't': return '\t';
-    case '\\': return '\\';
-    case '\'': return '\'';
-    case '"': return '"';
-    default: return 0;
+    case 'b':
+      return '\b';
+    case 'f':
+      return '\f';
+    case 'n':
+      return '\n';
+    case 'r':
+      return '\r';
+    case 't':
+      return '\t';
+    case '\\':
+      return '\\';
+    case '\'':
+      return '\'';
+    case '"':
+      return '"';
+    default:
+      return 0;
   }
 }
 
@@ -96,7 +105,8 @@ Token PbrtTokenizer::scan_string(Token token) {
   if (at_ < text_.size() && text_[at_] == '"') {
     advance();
   } else {
-    problems_->error(token.where.location(), "unterminated string " + in_quotes(raw) + ": add the closing quote");
+    problems_->error(token.where.location(),
+                     "unterminated string " + in_quotes(raw) + ": add the closing quote");
   }
   token.text = raw;
   if (!escapes) return token;
@@ -109,8 +119,9 @@ Token PbrtTokenizer::scan_string(Token token) {
     }
     const char replaced = unescape(raw[++i]);
     if (replaced == 0) {
-      problems_->error(token.where.location(), "unknown escape \\" + std::string(1, raw[i]) + " in the string " +
-                                                   in_quotes(raw) + "; write \\\\ for a backslash");
+      problems_->error(token.where.location(), "unknown escape \\" + std::string(1, raw[i]) +
+                                                   " in the string " + in_quotes(raw) +
+                                                   "; write \\\\ for a backslash");
     }
     plain += replaced == 0 ? raw[i] : replaced;
   }

@@ -19,7 +19,8 @@ bool is_one_of(const std::string& word, const std::vector<std::string_view>& wor
 
 void translate_camera(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm,
                       double* exposure_time) {
-  static const std::vector<std::string_view> known = {"perspective", "orthographic", "realistic", "spherical"};
+  static const std::vector<std::string_view> known = {"perspective", "orthographic", "realistic",
+                                                      "spherical"};
   if (type != "perspective") {
     if (is_one_of(type, known)) {
       out.problems->error(params.where(), "not supported yet: " + params.owner() + "; use \"perspective\"");
@@ -38,7 +39,8 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
       params.bad_value("screenwindow", "must be x0 < x1, y0 < y1");
     }
   }
-  if (params.has("frameaspectratio")) camera.frame_aspect_ratio = params.number("frameaspectratio", 1, 1e-5, 1e5);
+  if (params.has("frameaspectratio"))
+    camera.frame_aspect_ratio = params.number("frameaspectratio", 1, 1e-5, 1e5);
   params.accept({"frameaspectratio"});
   if (params.number("lensradius", 0, 0, kAny) > 0) {
     params.unsupported("lensradius", "(a thin lens) is rendered as a pinhole");
@@ -67,12 +69,14 @@ void translate_film(PbrtScene& out, const std::string& type, ParameterList& para
   film.width = static_cast<int>(params.integer("xresolution", 1280, 1, kMaxResolution));
   film.height = static_cast<int>(params.integer("yresolution", 720, 1, kMaxResolution));
   if (int64_t{film.width} * film.height > kMaxPixels) {
-    params.bad_value("yresolution", "makes an image of more than " + std::to_string(kMaxPixels) + " pixels; lower it");
+    params.bad_value("yresolution",
+                     "makes an image of more than " + std::to_string(kMaxPixels) + " pixels; lower it");
   }
   film.filename = params.text("filename", "pbrt.exr");
   if (const auto* c = params.numbers("cropwindow", ParamType::kFloat, 4)) {
     film.crop = {(*c)[0], (*c)[1], (*c)[2], (*c)[3]};
-    if (!(0 <= (*c)[0] && (*c)[0] < (*c)[1] && (*c)[1] <= 1 && 0 <= (*c)[2] && (*c)[2] < (*c)[3] && (*c)[3] <= 1)) {
+    if (!(0 <= (*c)[0] && (*c)[0] < (*c)[1] && (*c)[1] <= 1 && 0 <= (*c)[2] && (*c)[2] < (*c)[3] &&
+          (*c)[3] <= 1)) {
       params.bad_value("cropwindow", "must be x0 x1 y0 y1 with 0 <= x0 < x1 <= 1 and 0 <= y0 < y1 <= 1");
       film.crop.reset();
     }
@@ -80,7 +84,8 @@ void translate_film(PbrtScene& out, const std::string& type, ParameterList& para
   if (const auto* b = params.numbers("pixelbounds", ParamType::kInteger, 4)) {
     const double w = film.width, h = film.height;
     if (film.crop) params.bad_value("pixelbounds", "can't be given together with \"cropwindow\"; keep one");
-    if (0 <= (*b)[0] && (*b)[0] < (*b)[1] && (*b)[1] <= w && 0 <= (*b)[2] && (*b)[2] < (*b)[3] && (*b)[3] <= h) {
+    if (0 <= (*b)[0] && (*b)[0] < (*b)[1] && (*b)[1] <= w && 0 <= (*b)[2] && (*b)[2] < (*b)[3] &&
+        (*b)[3] <= h) {
       film.crop = {(*b)[0] / w, (*b)[1] / w, (*b)[2] / h, (*b)[3] / h};
     } else {
       params.bad_value("pixelbounds", "must be x0 x1 y0 y1, not empty and inside the film");
@@ -88,7 +93,8 @@ void translate_film(PbrtScene& out, const std::string& type, ParameterList& para
   }
   *iso_ratio = params.number("iso", 100, 1e-6, 1e9) / 100;
   if (params.has("exposuretime")) *exposure_time = params.number("exposuretime", 1, 1e-9, 1e9);
-  params.accept({"diagonal", "savefp16", "exposuretime", "coordinatesystem", "nbuckets", "lambdamin", "lambdamax"});
+  params.accept(
+      {"diagonal", "savefp16", "exposuretime", "coordinatesystem", "nbuckets", "lambdamin", "lambdamax"});
   if (const std::string sensor = params.text("sensor", "cie1931"); sensor != "cie1931") {
     params.unsupported("sensor", in_quotes(sensor) + " is taken as \"cie1931\"");
   }
@@ -118,7 +124,8 @@ void translate_filter(PbrtScene& out, const std::string& type, ParameterList& pa
     filter.sigma = params.number("sigma", 0.5, 1e-3, 1e3);
   } else {
     if (is_one_of(type, known)) {
-      out.problems->unsupported(params.where(), params.owner() + " is replaced by pbrt's default \"gaussian\"");
+      out.problems->unsupported(params.where(),
+                                params.owner() + " is replaced by pbrt's default \"gaussian\"");
     } else {
       report_unknown_word(params, "pixel filter", type, known);
     }
@@ -152,8 +159,8 @@ void translate_sampler(PbrtScene& out, const std::string& type, ParameterList& p
 
 void translate_integrator(PbrtScene& out, const std::string& type, ParameterList& params) {
   static const std::vector<std::string_view> known = {
-      "path", "simplepath", "lightpath", "simplevolpath", "volpath", "bdpt", "mlt", "ambientocclusion",
-      "randomwalk", "sppm", "function"};
+      "path", "simplepath",       "lightpath",  "simplevolpath", "volpath", "bdpt",
+      "mlt",  "ambientocclusion", "randomwalk", "sppm",          "function"};
   if (!is_one_of(type, known)) {
     report_unknown_word(params, "integrator", type, known);
     return;
@@ -164,10 +171,26 @@ void translate_integrator(PbrtScene& out, const std::string& type, ParameterList
   sampling.max_depth = std::min(sampling.max_depth, kUnlimitedDepth);
   if (params.boolean("regularize", false)) params.unsupported("regularize", "is ignored");
   // They steer how an integrator finds light, not what the picture converges to.
-  params.accept({"lightsampler", "samplelights", "samplebsdf", "visualizestrategies", "visualizeweights",
-                 "bootstrapsamples", "chains", "mutationsperpixel", "largestepprobability", "sigma", "radius",
-                 "photonsperiteration", "seed", "iterations", "cossample", "maxdistance", "function", "filename",
-                 "imagefilename", "skipbad"});
+  params.accept({"lightsampler",
+                 "samplelights",
+                 "samplebsdf",
+                 "visualizestrategies",
+                 "visualizeweights",
+                 "bootstrapsamples",
+                 "chains",
+                 "mutationsperpixel",
+                 "largestepprobability",
+                 "sigma",
+                 "radius",
+                 "photonsperiteration",
+                 "seed",
+                 "iterations",
+                 "cossample",
+                 "maxdistance",
+                 "function",
+                 "filename",
+                 "imagefilename",
+                 "skipbad"});
   params.finish();
 }
 
@@ -178,17 +201,19 @@ void translate_accelerator(PbrtScene& out, const std::string& type, ParameterLis
     report_unknown_word(params, "accelerator", type, known);
     return;
   }
-  params.accept({"maxnodeprims", "splitmethod", "intersectcost", "traversalcost", "emptybonus", "maxprims", "maxdepth"});
+  params.accept({"maxnodeprims", "splitmethod", "intersectcost", "traversalcost", "emptybonus", "maxprims",
+                 "maxdepth"});
   params.finish();
 }
 
 void translate_option(PbrtScene& out, ParameterList& params) {
-  if (params.has("seed")) out.scene.sampling.seed = static_cast<uint64_t>(params.integer("seed", 0, 0, 2147483647));
+  if (params.has("seed"))
+    out.scene.sampling.seed = static_cast<uint64_t>(params.integer("seed", 0, 0, 2147483647));
   for (const char* name : {"disablepixeljitter", "forcediffuse", "displacementedgescale"}) {
     params.unsupported(name, "is ignored");
   }
-  params.accept({"seed", "disabletexturefiltering", "disablewavelengthjitter", "msereferenceimage", "msereferenceout",
-                 "rendercoordsys", "pixelstats", "wavefront"});
+  params.accept({"seed", "disabletexturefiltering", "disablewavelengthjitter", "msereferenceimage",
+                 "msereferenceout", "rendercoordsys", "pixelstats", "wavefront"});
   params.finish();
 }
 

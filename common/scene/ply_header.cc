@@ -14,13 +14,16 @@ constexpr size_t kMaxProperties = 256;
 
 [[noreturn]] void fail(const std::string& what) { throw Error(ErrorKind::kBadScene, what); }
 
-struct TypeName { std::string_view name; PlyType type; };
+struct TypeName {
+  std::string_view name;
+  PlyType type;
+};
 constexpr TypeName kTypes[] = {
-    {"char", PlyType::kInt8},     {"int8", PlyType::kInt8},       {"uchar", PlyType::kUint8},
-    {"uint8", PlyType::kUint8},   {"short", PlyType::kInt16},     {"int16", PlyType::kInt16},
-    {"ushort", PlyType::kUint16}, {"uint16", PlyType::kUint16},   {"int", PlyType::kInt32},
-    {"int32", PlyType::kInt32},   {"uint", PlyType::kUint32},     {"uint32", PlyType::kUint32},
-    {"float", PlyType::kFloat32}, {"float32", PlyType::kFloat32}, {"double", PlyType::kFloat64},
+    {"char", PlyType::kInt8},       {"int8", PlyType::kInt8},       {"uchar", PlyType::kUint8},
+    {"uint8", PlyType::kUint8},     {"short", PlyType::kInt16},     {"int16", PlyType::kInt16},
+    {"ushort", PlyType::kUint16},   {"uint16", PlyType::kUint16},   {"int", PlyType::kInt32},
+    {"int32", PlyType::kInt32},     {"uint", PlyType::kUint32},     {"uint32", PlyType::kUint32},
+    {"float", PlyType::kFloat32},   {"float32", PlyType::kFloat32}, {"double", PlyType::kFloat64},
     {"float64", PlyType::kFloat64},
 };
 
@@ -78,7 +81,8 @@ size_t ply_type_size(PlyType type) {
 
 PlyHeader parse_ply_header(std::string_view data) {
   PlyHeader header;
-  if (!data.starts_with("ply\n") && !data.starts_with("ply\r\n")) fail("is no PLY file: it does not begin with \"ply\"");
+  if (!data.starts_with("ply\n") && !data.starts_with("ply\r\n"))
+    fail("is no PLY file: it does not begin with \"ply\"");
   std::optional<PlyFormat> format;
   size_t at = data.find('\n') + 1;
   for (;;) {
@@ -93,7 +97,8 @@ PlyHeader parse_ply_header(std::string_view data) {
     } else if (words[0] == "element" && words.size() == 3) {
       PlyElement element;
       element.name = words[1];
-      const auto [stop, error] = std::from_chars(words[2].data(), words[2].data() + words[2].size(), element.count);
+      const auto [stop, error] =
+          std::from_chars(words[2].data(), words[2].data() + words[2].size(), element.count);
       if (error != std::errc() || stop != words[2].data() + words[2].size()) {
         fail("has a malformed count of " + in_quotes(element.name));
       }

@@ -51,14 +51,22 @@ class BinaryValues {
   }
   double get(PlyType type, const char* p) const {
     switch (type) {
-      case PlyType::kInt8: return load<int8_t>(p);
-      case PlyType::kUint8: return load<uint8_t>(p);
-      case PlyType::kInt16: return load<int16_t>(p);
-      case PlyType::kUint16: return load<uint16_t>(p);
-      case PlyType::kInt32: return load<int32_t>(p);
-      case PlyType::kUint32: return load<uint32_t>(p);
-      case PlyType::kFloat32: return load<float>(p);
-      case PlyType::kFloat64: return load<double>(p);
+      case PlyType::kInt8:
+        return load<int8_t>(p);
+      case PlyType::kUint8:
+        return load<uint8_t>(p);
+      case PlyType::kInt16:
+        return load<int16_t>(p);
+      case PlyType::kUint16:
+        return load<uint16_t>(p);
+      case PlyType::kInt32:
+        return load<int32_t>(p);
+      case PlyType::kUint32:
+        return load<uint32_t>(p);
+      case PlyType::kFloat32:
+        return load<float>(p);
+      case PlyType::kFloat64:
+        return load<double>(p);
     }
     return 0;
   }
@@ -103,10 +111,14 @@ class AsciiValues {
 enum Slot { kX, kY, kZ, kNx, kNy, kNz, kU, kV, kSlots, kNowhere = kSlots };
 
 Slot slot_of(const std::string& name) {
-  struct Entry { std::string_view name; Slot slot; };
-  constexpr Entry kEntries[] = {{"x", kX},   {"y", kY},   {"z", kZ}, {"nx", kNx}, {"ny", kNy}, {"nz", kNz},
-                                {"u", kU},   {"v", kV},   {"s", kU}, {"t", kV},   {"texture_u", kU},
-                                {"texture_v", kV}, {"texture_s", kU}, {"texture_t", kV}};
+  struct Entry {
+    std::string_view name;
+    Slot slot;
+  };
+  constexpr Entry kEntries[] = {{"x", kX},         {"y", kY},        {"z", kZ},         {"nx", kNx},
+                                {"ny", kNy},       {"nz", kNz},      {"u", kU},         {"v", kV},
+                                {"s", kU},         {"t", kV},        {"texture_u", kU}, {"texture_v", kV},
+                                {"texture_s", kU}, {"texture_t", kV}};
   for (const Entry& e : kEntries) {
     if (e.name == name) return e.slot;
   }
@@ -122,11 +134,13 @@ Slot slot_of(const std::string& name) {
 template <class Values>
 void check_count(const PlyElement& element, const Values& values) {
   size_t least = 0;
-  for (const PlyProperty& p : element.properties) least += Values::least_bytes(p.is_list ? p.count_type : p.type);
+  for (const PlyProperty& p : element.properties)
+    least += Values::least_bytes(p.is_list ? p.count_type : p.type);
   if (least == 0) {
     if (element.count > 0) fail("has the element " + in_quotes(element.name) + " without properties");
   } else if (element.count > values.remaining() / least) {
-    fail("is truncated: its header promises " + std::to_string(element.count) + " of element " + in_quotes(element.name));
+    fail("is truncated: its header promises " + std::to_string(element.count) + " of element " +
+         in_quotes(element.name));
   }
 }
 
@@ -169,7 +183,8 @@ void add_vertex(const VertexLayout& layout, const double* v, TriangleMesh* mesh)
 template <class Values>
 void read_vertices(const PlyElement& element, Values& values, TriangleMesh* mesh) {
   const VertexLayout layout = layout_of(element);
-  if (element.count > std::numeric_limits<uint32_t>::max()) fail("has more vertices than 32-bit indices reach");
+  if (element.count > std::numeric_limits<uint32_t>::max())
+    fail("has more vertices than 32-bit indices reach");
   mesh->positions.reserve(element.count);
   if (layout.has_normals()) mesh->normals.reserve(element.count);
   if (layout.has_uvs()) mesh->uvs.reserve(element.count);
@@ -193,7 +208,8 @@ bool is_index_list(const PlyProperty& p) {
 
 /// Reads a polygon's indices and appends its fan of triangles.
 template <class Values>
-void read_polygon(const PlyProperty& p, const PlyElement& element, uint64_t row, Values& values, TriangleMesh* mesh) {
+void read_polygon(const PlyProperty& p, const PlyElement& element, uint64_t row, Values& values,
+                  TriangleMesh* mesh) {
   double count = 0;
   if (!values.next(p.count_type, &count)) truncated(element, row);
   if (!(count >= 3)) fail("face " + std::to_string(row) + " has fewer than 3 corners");
@@ -220,7 +236,8 @@ uint64_t read_plain_triangles(const PlyElement&, Values&, TriangleMesh*) {
 template <>
 uint64_t read_plain_triangles(const PlyElement& element, BinaryValues& values, TriangleMesh* mesh) {
   const PlyProperty& p = element.properties[0];
-  if (element.properties.size() != 1 || ply_type_size(p.count_type) != 1 || ply_type_size(p.type) != 4) return 0;
+  if (element.properties.size() != 1 || ply_type_size(p.count_type) != 1 || ply_type_size(p.type) != 4)
+    return 0;
   constexpr size_t kStride = 13;
   const auto limit = static_cast<double>(mesh->positions.size());
   uint64_t row = 0;

@@ -78,7 +78,8 @@ std::string inflate_all(const std::string& packed, size_t max_bytes) {
     if (status == Z_STREAM_END) {
       if (stream.avail_in == 0 && fed == packed.size()) return out;
       if (inflateReset(&stream) != Z_OK) fail("is damaged gzip data");  // a further member
-    } else if (status == Z_BUF_ERROR || (status == Z_OK && produced == 0 && stream.avail_in == 0 && fed == packed.size())) {
+    } else if (status == Z_BUF_ERROR ||
+               (status == Z_OK && produced == 0 && stream.avail_in == 0 && fed == packed.size())) {
       fail("is truncated gzip data");
     } else if (status != Z_OK) {
       fail("is damaged gzip data");

@@ -25,10 +25,11 @@ Triple matching_functions(double nm) {
 }
 
 /// CIE standard illuminant D65, relative, every 10 nm from 380 (CIE 15:2004, table T.1).
-constexpr double kD65[] = {49.98, 54.65, 82.75, 91.49, 93.43, 86.68, 104.86, 117.01, 117.81, 114.86, 115.92,
-                           108.81, 109.35, 107.80, 104.79, 107.69, 104.41, 104.05, 100.00, 96.33, 95.79, 88.69,
-                           90.01, 89.60, 87.70, 83.29, 83.70, 80.03, 80.21, 82.28, 78.28, 69.72, 71.61,
-                           74.35, 61.60, 69.89, 75.09, 63.59, 46.42, 66.81, 63.38};
+constexpr double kD65[] = {49.98,  54.65,  82.75,  91.49,  93.43,  86.68,  104.86, 117.01, 117.81,
+                           114.86, 115.92, 108.81, 109.35, 107.80, 104.79, 107.69, 104.41, 104.05,
+                           100.00, 96.33,  95.79,  88.69,  90.01,  89.60,  87.70,  83.29,  83.70,
+                           80.03,  80.21,  82.28,  78.28,  69.72,  71.61,  74.35,  61.60,  69.89,
+                           75.09,  63.59,  46.42,  66.81,  63.38};
 
 double d65(double nm) {
   const double at = std::clamp((nm - 380) / 10, 0.0, static_cast<double>(std::size(kD65) - 1));
@@ -74,7 +75,10 @@ Rgb unit_luminance(const Triple& xyz) {
   return non_negative(xyz_to_rgb({xyz[0] / xyz[1], 1, xyz[2] / xyz[1]}));
 }
 
-struct NamedRgb { std::string_view name; Rgb value; };
+struct NamedRgb {
+  std::string_view name;
+  Rgb value;
+};
 // Figures of the metals' measured n and k averaged to Rec.709, as scene exporters write them.
 constexpr NamedRgb kMetals[] = {
     {"metal-Ag-eta", {0.155265f, 0.116723f, 0.138381f}}, {"metal-Ag-k", {4.828343f, 3.122246f, 2.147050f}},
@@ -86,22 +90,30 @@ constexpr NamedRgb kMetals[] = {
     {"metal-TiO2-eta", {2.5810f, 2.6575f, 2.8297f}},     {"metal-TiO2-k", {0, 0, 0}},
 };
 
-struct NamedFloat { std::string_view name; float value; };
+struct NamedFloat {
+  std::string_view name;
+  float value;
+};
 // n_D from the makers' data sheets. pbrt's "glass-F5", "-F10" and "-F11" are SF5, SF10 and SF11.
 constexpr NamedFloat kGlasses[] = {
     {"glass-BK7", 1.5168f}, {"glass-BAF10", 1.6700f}, {"glass-FK51A", 1.4866f}, {"glass-LASF9", 1.8503f},
     {"glass-F5", 1.6727f},  {"glass-F10", 1.7283f},   {"glass-F11", 1.7847f},
 };
 
-struct Chromaticity { std::string_view name; double x, y; };
+struct Chromaticity {
+  std::string_view name;
+  double x, y;
+};
 // CIE 15:2004, 2 degree observer; ACES white point from SMPTE ST 2065-1.
 constexpr Chromaticity kIlluminants[] = {
-    {"stdillum-A", 0.44757, 0.40745},   {"stdillum-D50", 0.34567, 0.35850}, {"stdillum-D65", 0.31272, 0.32903},
-    {"stdillum-F1", 0.31310, 0.33710},  {"stdillum-F2", 0.37210, 0.37510},  {"stdillum-F3", 0.40910, 0.39410},
-    {"stdillum-F4", 0.44020, 0.40310},  {"stdillum-F5", 0.31380, 0.34520},  {"stdillum-F6", 0.37790, 0.38820},
-    {"stdillum-F7", 0.31290, 0.32920},  {"stdillum-F8", 0.34580, 0.35860},  {"stdillum-F9", 0.37410, 0.37270},
-    {"stdillum-F10", 0.34580, 0.35880}, {"stdillum-F11", 0.38050, 0.37690}, {"stdillum-F12", 0.43700, 0.40420},
-    {"illum-acesD60", 0.32168, 0.33767},
+    {"stdillum-A", 0.44757, 0.40745},   {"stdillum-D50", 0.34567, 0.35850},
+    {"stdillum-D65", 0.31272, 0.32903}, {"stdillum-F1", 0.31310, 0.33710},
+    {"stdillum-F2", 0.37210, 0.37510},  {"stdillum-F3", 0.40910, 0.39410},
+    {"stdillum-F4", 0.44020, 0.40310},  {"stdillum-F5", 0.31380, 0.34520},
+    {"stdillum-F6", 0.37790, 0.38820},  {"stdillum-F7", 0.31290, 0.32920},
+    {"stdillum-F8", 0.34580, 0.35860},  {"stdillum-F9", 0.37410, 0.37270},
+    {"stdillum-F10", 0.34580, 0.35880}, {"stdillum-F11", 0.38050, 0.37690},
+    {"stdillum-F12", 0.43700, 0.40420}, {"illum-acesD60", 0.32168, 0.33767},
 };
 
 }  // namespace

@@ -24,7 +24,8 @@ Transform operator*(const Transform& a, const Transform& b) {
   Transform out;
   for (size_t i = 0; i < 4; ++i) {
     for (size_t j = 0; j < 4; ++j) {
-      out.m[i][j] = a.m[i][0] * b.m[0][j] + a.m[i][1] * b.m[1][j] + a.m[i][2] * b.m[2][j] + a.m[i][3] * b.m[3][j];
+      out.m[i][j] =
+          a.m[i][0] * b.m[0][j] + a.m[i][1] * b.m[1][j] + a.m[i][2] * b.m[2][j] + a.m[i][3] * b.m[3][j];
     }
   }
   return out;
@@ -86,7 +87,8 @@ Transform from_columns(const std::array<double, 16>& numbers) {
 
 double determinant3(const Transform& t) {
   const auto& m = t.m;
-  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+         m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
@@ -107,10 +109,10 @@ Transform inverse(const Transform& t) {
   return out;
 }
 
-bool is_finite(const Transform& t) {
+bool is_in_range(const Transform& t) {
   for (const auto& row : t.m) {
     for (double x : row) {
-      if (!std::isfinite(x)) return false;
+      if (!(std::abs(x) <= kLargestEntry)) return false;
     }
   }
   return true;
@@ -121,9 +123,13 @@ bool is_affine(const Transform& t) {
 }
 
 bool is_singular(const Transform& t) {
-  double product = 1;
-  for (size_t i = 0; i < 3; ++i) product *= std::hypot(t.m[i][0], t.m[i][1], t.m[i][2]);
-  return !(std::abs(determinant3(t)) > 1e-12 * product);
+  // Rows are normalised first, so that no product leaves double's range.
+  Transform unit;
+  for (size_t i = 0; i < 3; ++i) {
+    const double n = std::hypot(t.m[i][0], t.m[i][1], t.m[i][2]);
+    for (size_t j = 0; j < 3; ++j) unit.m[i][j] = t.m[i][j] / n;
+  }
+  return !(std::abs(determinant3(unit)) > 1e-12);
 }
 
 Vec3d transform_point(const Transform& t, const Vec3d& p) {

@@ -24,7 +24,9 @@ Transform from_columns(const std::array<double, 16>& numbers);
 Transform inverse(const Transform& t);
 /// Determinant of the upper 3x3 part.
 double determinant3(const Transform& t);
-bool is_finite(const Transform& t);
+/// Largest entry that a transform may have: float's range, within which determinants stay inside double's.
+inline constexpr double kLargestEntry = 1e38;
+bool is_in_range(const Transform& t);
 /// Last row is 0 0 0 1.
 bool is_affine(const Transform& t);
 /// The 3x3 part has (numerically) no inverse: |det| is below 1e-12 of the product of its row lengths.

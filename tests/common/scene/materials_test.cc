@@ -1,0 +1,160 @@
+// Materials, textures, lights.
+#include <cmath>
+#include <numbers>
+
+#include "tests/common/scene/scene_fixture.h"
+
+namespace lightmill {
+namespace {
+
+class Materials : public SceneTest {
+ protected:
+  template <class T>
+  T last(const SceneDescription& scene) {
+    return std::get<T>(scene.materials.back().kind);
+  }
+};
+
+TEST_F(Materials, Defaults) {
+  EXPECT_EQ(last<DiffuseMaterial>(clean_world("Material \"diffuse\"")).reflectance.value,
+            (Rgb{0.5f, 0.5f, 0.5f}));
+  const auto glass = last<DielectricMaterial>(clean_world("Material \"dielectric\""));
+  EXPECT_EQ(glass.eta, 1.5f);
+  EXPECT_EQ(glass.roughness.u.value, 0);
+  EXPECT_TRUE(glass.roughness.remap);
+  const auto metal = last<ConductorMaterial>(clean_world("Material \"conductor\""));
+  EXPECT_NEAR(metal.eta.value.r, 0.2004, 1e-3) << "copper";
+  EXPECT_FALSE(metal.reflectance);
+  const auto coat =
+      last<CoatedDiffuseMaterial>(clean_world("Material \"coateddiffuse\" \"float thickness\" 0.1"));
+  EXPECT_EQ(coat.eta, 1.5f);
+  EXPECT_EQ(coat.roughness.v.value, 0);
+}
+
+TEST_F(Materials, RoughnessSetsBothDirections) {
+  auto m = last<ConductorMaterial>(
+      clean_world("Material \"conductor\" \"float roughness\" 0.3 \"bool remaproughness\" false"));
+  EXPECT_FLOAT_EQ(m.roughness.u.value, 0.3f);
+  EXPECT_FLOAT_EQ(m.roughness.v.value, 0.3f);
+  EXPECT_FALSE(m.roughness.remap);
+  m = last<ConductorMaterial>(
+      clean_world("Material \"conductor\" \"float roughness\" 0.3 \"float vroughness\" 0.1"));
+  EXPECT_FLOAT_EQ(m.roughness.u.value, 0.3f);
+  EXPECT_FLOAT_EQ(m.roughness.v.value, 0.1f);
+}
+
+TEST_F(Materials, ConductorByReflectance) {
+  const auto m =
+      last<ConductorMaterial>(clean_world("Material \"conductor\" \"rgb reflectance\" [0.9 0.8 0.7]"));
+  ASSERT_TRUE(m.reflectance);
+  EXPECT_FLOAT_EQ(m.reflectance->value.g, 0.8f);
+  EXPECT_TRUE(has_error(
+      load_world("Material \"conductor\" \"rgb reflectance\" [0.9 0.8 0.7] \"rgb k\" [1 1 1]"), "together"));
+}
+
+TEST_F(Materials, NamedGlassIsANumber) {
+  const LoadResult r = load_world("Material \"dielectric\" \"spectrum eta\" \"glass-F11\"");
+  EXPECT_TRUE(r.ok());
+  EXPECT_FLOAT_EQ(last<DielectricMaterial>(r.scene).eta, 1.7847f);
+}
+
+TEST_F(Materials, Textures) {
+  folder_.write("a b.png", "not really a picture");
+  const SceneDescription s = clean_world(R"(
+    Texture "img" "spectrum" "imagemap" "string filename" "a b.png" "string wrap" "clamp" "string encoding" "gamma 1.8"
+      "float scale" 2 "bool invert" true "float uscale" 3 "float vdelta" 0.5 "string filter" "trilinear"
+    Texture "rough" "float" "constant" "float value" 0.2
+    Texture "dim" "spectrum" "scale" "texture tex" "img" "float scale" 0.5
+    Texture "mix" "spectrum" "mix" "texture tex1" "img" "rgb tex2" [0 1 0] "texture amount" "rough"
+    Texture "board" "spectrum" "checkerboard" "rgb tex1" [1 0 0] "texture tex2" "mix" "float uscale" 4
+    Material "coateddiffuse" "texture reflectance" "board" "texture roughness" "rough")");
+  ASSERT_EQ(s.textures.size(), 5u);
+  const auto& image = std::get<ImageTexture>(s.textures[0].kind);
+  EXPECT_EQ(std::filesystem::path(image.path).filename(), "a b.png");
+  EXPECT_EQ(image.wrap, Wrap::kClamp);
+  EXPECT_EQ(image.encoding, ColorEncoding::kGamma);
+  EXPECT_FLOAT_EQ(image.gamma, 1.8f);
+  EXPECT_FLOAT_EQ(image.scale, 2);
+  EXPECT_TRUE(image.invert);
+  EXPECT_FLOAT_EQ(image.mapping.su, 3);
+  EXPECT_FLOAT_EQ(image.mapping.dv, 0.5f);
+  EXPECT_FALSE(s.textures[1].is_spectrum);
+  EXPECT_EQ(std::get<ScaleTexture>(s.textures[2].kind).tex.texture, 0);
+  EXPECT_EQ(std::get<MixTexture>(s.textures[3].kind).amount.texture, 1);
+  EXPECT_EQ(std::get<CheckerboardTexture>(s.textures[4].kind).tex2.texture, 3);
+  const auto m = last<CoatedDiffuseMaterial>(s);
+  EXPECT_EQ(m.reflectance.texture, 4);
+  EXPECT_EQ(m.roughness.u.texture, 1);
+  EXPECT_EQ(m.roughness.v.texture, 1);
+  EXPECT_EQ(s.files.back().name, "a b.png");
+}
+
+TEST_F(Materials, TextureMistakes) {
+  EXPECT_TRUE(has_error(load_world("Material \"diffuse\" \"texture reflectance\" \"none\""),
+                        "no spectrum texture named \"none\""));
+  EXPECT_TRUE(has_error(load_world("Texture \"t\" \"spectrum\" \"scale\" \"texture tex\" \"t\""),
+                        "not defined above"));
+  EXPECT_TRUE(
+      has_error(load_world("Texture \"t\" \"rgb\" \"constant\""), "of type \"float\" or \"spectrum\""));
+  EXPECT_TRUE(has_error(load_world("Texture \"t\" \"float\" \"constnt\""), "did you mean \"constant\"?"));
+  EXPECT_TRUE(
+      has_error(load_world("Texture \"t\" \"float\" \"constant\" Texture \"t\" \"float\" \"constant\""),
+                "defined twice"));
+  EXPECT_TRUE(has_error(load_world("Texture \"t\" \"float\" \"imagemap\""), "needs a \"string filename\""));
+  EXPECT_TRUE(has_error(load_world("Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"no.png\""),
+                        "2:32: there is no file \"no.png\""));
+}
+
+TEST_F(Materials, Mistakes) {
+  EXPECT_TRUE(has_error(load_world("Material \"diffus\""), "did you mean \"diffuse\"?"));
+  EXPECT_TRUE(has_error(load_world("Material \"matte\""), "pbrt-v4 calls it \"diffuse\""));
+  EXPECT_TRUE(has_error(load_world("Material \"diffuse\" \"rgb reflectance\" [1.5 0 0]"), "within [0, 1]"));
+  EXPECT_TRUE(has_error(load_world("Material \"diffuse\" \"rgb reflectance\" [0.5 0.5]"), "rgb needs 3"));
+  EXPECT_TRUE(has_error(load_world("Material \"dielectric\" \"float eta\" -1"), "must be at least"));
+  EXPECT_TRUE(has_error(load_world("Material \"conductor\" \"float roughness\" -0.1"), "must be at least 0"));
+  EXPECT_TRUE(has_error(load_world("NamedMaterial \"x\" Shape \"sphere\""), "no material named \"x\""));
+  EXPECT_TRUE(has_error(load_world("MakeNamedMaterial \"x\""), "needs a \"string type\""));
+  EXPECT_TRUE(has_error(load_world("MakeNamedMaterial \"x\" \"string type\" \"diffuse\" MakeNamedMaterial "
+                                   "\"x\" \"string type\" \"diffuse\""),
+                        "defined twice"));
+}
+
+TEST_F(Materials, PointAndInfiniteLights) {
+  const SceneDescription s = clean_world(R"(
+    Translate 1 2 3
+    LightSource "point" "rgb I" [1 2 3] "float scale" 2 "point3 from" [0 0 1]
+    LightSource "point" "float power" 100
+    LightSource "infinite" "rgb L" [0.1 0.2 0.3] "float scale" 10
+    LightSource "infinite" "float illuminance" 6)");
+  const auto& point = std::get<PointLight>(s.lights.at(1).kind);
+  EXPECT_EQ(point.intensity, (Rgb{2, 4, 6}));
+  EXPECT_EQ(point.position.z, 4);
+  EXPECT_NEAR(std::get<PointLight>(s.lights.at(2).kind).intensity.g, 100 / (4 * std::numbers::pi), 1e-4);
+  EXPECT_EQ(std::get<InfiniteLight>(s.lights.at(3).kind).radiance, (Rgb{1, 2, 3}));
+  EXPECT_NEAR(std::get<InfiniteLight>(s.lights.at(4).kind).radiance.b, 6 / std::numbers::pi, 1e-5);
+}
+
+TEST_F(Materials, AreaLightPower) {
+  // One triangle of area 2 (scaled): L = power / (pi A).
+  const SceneDescription s = clean_world(R"(
+    Scale 2 1 1
+    AreaLightSource "diffuse" "float power" 10
+    Shape "trianglemesh" "point3 P" [0 0 0 2 0 0 0 1 0]
+    AreaLightSource "diffuse" "float power" 10 "bool twosided" true
+    Shape "trianglemesh" "point3 P" [0 0 0 2 0 0 0 1 0])");
+  EXPECT_NEAR(s.area_lights.at(0).radiance.r, 10 / (std::numbers::pi * 2), 1e-5);
+  EXPECT_NEAR(s.area_lights.at(1).radiance.r, 10 / (std::numbers::pi * 4), 1e-5);
+}
+
+TEST_F(Materials, ShapesShareOneAreaLight) {
+  const SceneDescription s = clean_world("AreaLightSource \"diffuse\" Shape \"sphere\" Shape \"sphere\"");
+  EXPECT_EQ(s.area_lights.size(), 1u);
+  EXPECT_EQ(s.shapes[0].area_light, s.shapes[1].area_light);
+}
+
+TEST_F(Materials, ASceneWithoutLightIsRefused) {
+  EXPECT_TRUE(has_error(load("WorldBegin Shape \"sphere\""), "no light"));
+}
+
+}  // namespace
+}  // namespace lightmill
