@@ -5,7 +5,7 @@
 // and splat layers together) are grouped into 16..31 batches of equally many superblocks (pairs of
 // neighbours are merged when a 33rd begins). The error of the mean of n batches is estimated from each
 // batch's image-level squared deviation, corrected for the noise in its own denominator; the interval is
-// Student's t over those n image-level values, never over pixels (derivation: batch_film.cc). With fewer
+// Student's t over those n image-level values, never over pixels (derivation: error_estimate.cc). With fewer
 // than 16 complete superblocks the same is done with those there are (>= 2) and the point says how many
 // `batches` it rests on.
 #include <cstdint>
@@ -37,9 +37,6 @@ struct ErrorCurve {
 /// JSON, the form that is stored and sent. curve_from_json throws Error(kFailed).
 std::string curve_to_json(const ErrorCurve& curve);
 ErrorCurve curve_from_json(const std::string& text);
-
-/// 97.5 % quantile of Student's t with `dof` >= 1 degrees of freedom: half-width of a 95 % interval.
-double student_t_975(int dof);
 
 /// Per-batch images of a running job. Not bit-exact (floats); only error estimates come from it. Above
 /// kMaxTrackedPixels it follows a fixed pseudo-random subset of the pixels. Not thread-safe.

@@ -9,15 +9,14 @@
 //
 // The layout (byte ranges, sparse or dense) is a function of the content and decoding refuses any other, so
 // the digest names the content, not one of its spellings.
-#include <cmath>
 #include <utility>
 
 #include "common/digest.h"
 #include "common/error.h"
 #include "common/image/packing.h"
 #include "common/image/partial.h"
+#include "common/image/partial_check.h"
 #include "common/image/unit_planes.h"
-#include "common/settings.h"
 
 namespace lightmill {
 
@@ -26,8 +25,6 @@ namespace {
 constexpr uint32_t kMagic = 0x74706d4c;  // "Lmpt"
 constexpr const char* kWhat = "partial";
 constexpr int kZstdLevel = 1;
-constexpr int kMinQuantum = -300, kMaxQuantum = 200;  // beyond any float's scale
-constexpr int kMaxCounterBits = 56;
 
 enum class SplatForm : uint8_t { kNone = 0, kSparse = 1, kDense = 2 };
 
@@ -39,71 +36,10 @@ struct Layout {
   bool operator==(const Layout&) const = default;
 };
 
-[[noreturn]] void refuse(const std::string& reason) {
-  throw Error(ErrorKind::kFailed, "partial is invalid: " + reason);
-}
-
 size_t varint_bytes(uint64_t value) {
   size_t bytes = 1;
   while (value >>= 7) ++bytes;
   return bytes;
-}
-
-/// Grid, tile, quantum and counts: everything that can be checked before layers are read.
-void check_head(const Partial& p) {
-  const FilmGrid& g = p.grid;
-  if (g.width < 1 || g.height < 1 || g.width > kMaxResolution || g.height > kMaxResolution ||
-      int64_t{g.width} * g.height > kMaxPixels) {
-    refuse("resolution out of range");
-  }
-  if (g.crop.empty() || g.crop.x0 < 0 || g.crop.y0 < 0 || g.crop.x1 > g.width || g.crop.y1 > g.height) {
-    refuse("crop window outside the film");
-  }
-  const CellRect all = g.cells();
-  const CellRect& cells = p.tile.cells;
-  if (cells.x0 < all.x0 || cells.y0 < all.y0 || cells.x1 > all.x1 || cells.y1 > all.y1 ||
-      cells.x1 <= cells.x0 || cells.y1 <= cells.y0) {
-    refuse("tile outside the crop window");
-  }
-  if (p.tile.sample_begin < 0 || p.tile.sample_end > kMaxSampleIndex ||
-      p.tile.sample_begin >= p.tile.sample_end || p.tile.samples() > kMaxTileSamples) {
-    refuse("sample range out of range");
-  }
-  if (p.quantum_exponent < kMinQuantum || p.quantum_exponent > kMaxQuantum) refuse("quantum out of range");
-  const auto pixel_samples =
-      static_cast<uint64_t>(g.pixels(cells).area()) * static_cast<uint64_t>(p.tile.samples());
-  const RenderCounters& c = p.counters;
-  if (p.light_paths > pixel_samples || c.light_paths > pixel_samples || c.camera_paths > pixel_samples) {
-    refuse("more paths than the tile has samples");
-  }
-  for (const uint64_t n : {c.closest_hit_rays, c.shadow_rays, c.zero_connections_skipped,
-                           c.rouletted_connections, c.nonfinite}) {
-    if (n >> kMaxCounterBits) refuse("counter out of range");
-  }
-  if (!(p.cpu_seconds >= 0) || !std::isfinite(p.cpu_seconds)) refuse("cpu_seconds is not a duration");
-}
-
-void check_layers(const Partial& p) {
-  const auto area = static_cast<size_t>(p.grid.pixels(p.tile.cells).area());
-  if (!p.camera.empty() && p.camera.size() != area) refuse("camera layer of another size than the tile");
-  // A sample adds less than 2^kMaxContributionBits.
-  const Units limit = static_cast<Units>(p.tile.samples()) << kMaxContributionBits;
-  for (const ExactRgb& sum : p.camera) {
-    for (const Units u : sum.c) {
-      if (u > limit) refuse("camera sum out of range");
-    }
-  }
-  if (!p.splats.empty() && p.light_paths == 0) refuse("splats without light paths");
-  int64_t last = -1;
-  for (const Partial::SplatSum& splat : p.splats) {
-    if (int64_t{splat.pixel} <= last) refuse("splats are not in ascending order");
-    last = splat.pixel;
-    if (p.grid.crop_index(splat.pixel) < 0) refuse("splat outside the crop window");
-    if (splat.sum.is_zero()) refuse("splat of zero");
-    for (const Units u : splat.sum.c) {
-      if (u >> kMaxSumBits) refuse("splat sum out of range");
-    }
-  }
 }
 
 Layout layout_of(const Partial& p) {
@@ -206,9 +142,9 @@ SizeBounds payload_bounds(const Partial& p, const Layout& layout) {
   const auto tile_area = static_cast<size_t>(p.grid.pixels(p.tile.cells).area());
   const auto crop_area = static_cast<size_t>(p.grid.crop.area());
   const size_t camera = layout.has_camera ? plane_bytes(tile_area, layout.camera_range) : 0;
-  if (layout.splat_count > crop_area) refuse("more splats than pixels");
+  if (layout.splat_count > crop_area) refuse_partial("more splats than pixels");
   if ((layout.splat_count == 0) != (layout.splat_form == SplatForm::kNone))
-    refuse("splat layer without splats");
+    refuse_partial("splat layer without splats");
   const auto count = static_cast<size_t>(layout.splat_count);
   switch (layout.splat_form) {
     case SplatForm::kNone:
@@ -222,7 +158,7 @@ SizeBounds payload_bounds(const Partial& p, const Layout& layout) {
       return {camera + planes, camera + planes};
     }
   }
-  refuse("unknown layout");
+  refuse_partial("unknown layout");
 }
 
 void read_splats(ByteReader* in, const Layout& layout, Partial* p) {
@@ -232,7 +168,7 @@ void read_splats(ByteReader* in, const Layout& layout, Partial* p) {
     uint64_t next = 0;
     for (Partial::SplatSum& splat : p->splats) {
       const uint64_t delta = in->get_varint();
-      if (delta >= pixels || next + delta >= pixels) refuse("splat outside the film");
+      if (delta >= pixels || next + delta >= pixels) refuse_partial("splat outside the film");
       splat.pixel = static_cast<uint32_t>(next + delta);
       next = uint64_t{splat.pixel} + 1;
     }
@@ -251,7 +187,7 @@ void read_splats(ByteReader* in, const Layout& layout, Partial* p) {
         if (!frame[i].is_zero()) p->splats.push_back({row + static_cast<uint32_t>(x), frame[i]});
       }
     }
-    if (p->splats.size() != layout.splat_count) refuse("wrong number of splats");
+    if (p->splats.size() != layout.splat_count) refuse_partial("wrong number of splats");
   }
 }
 
@@ -286,14 +222,14 @@ Header read_header(std::string_view bytes) {
   const std::string_view head = bytes.substr(0, bytes.size() - in.rest().size());
   if (in.get_bytes(64) != sha256_hex(head)) in.fail("wrong digest of its head");
   h.frame = in.rest();
-  check_head(h.partial);
+  check_partial_head(h.partial);
   return h;
 }
 
 Partial decode_layers(Header h) {
   const SizeBounds bounds = payload_bounds(h.partial, h.layout);
   if (h.payload_size < bounds.low || h.payload_size > bounds.high)
-    refuse("payload of a size that does not fit");
+    refuse_partial("payload of a size that does not fit");
   const std::string payload = zstd_unpack(h.frame, h.payload_size, kWhat);
   if (content_digest(content_head(h.partial, h.layout), payload) != h.digest) {
     throw Error(ErrorKind::kFailed, "partial is corrupt: wrong digest");
@@ -307,16 +243,16 @@ Partial decode_layers(Header h) {
   }
   read_splats(&in, h.layout, &p);
   in.expect_end();
-  check_layers(p);
-  if (layout_of(p) != h.layout) refuse("not in its canonical layout");
+  check_partial_layers(p);
+  if (layout_of(p) != h.layout) refuse_partial("not in its canonical layout");
   return std::move(h.partial);
 }
 
 }  // namespace
 
 std::string encode_partial(const Partial& partial) {
-  check_head(partial);
-  check_layers(partial);
+  check_partial_head(partial);
+  check_partial_layers(partial);
   const Layout layout = layout_of(partial);
   const std::string payload = make_payload(partial, layout);
   const std::string head = content_head(partial, layout);
@@ -336,8 +272,8 @@ Partial decode_partial(std::string_view bytes) { return decode_layers(read_heade
 
 Partial decode_partial(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile) {
   Header header = read_header(bytes);
-  if (header.partial.grid != grid) refuse("rendered for another film");
-  if (header.partial.tile != tile) refuse("rendered for another tile");
+  if (header.partial.grid != grid) refuse_partial("rendered for another film");
+  if (header.partial.tile != tile) refuse_partial("rendered for another tile");
   return decode_layers(std::move(header));
 }
 

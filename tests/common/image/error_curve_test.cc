@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "common/image/error_estimate.h"
 
 namespace lightmill {
 namespace {
