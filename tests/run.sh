@@ -1,0 +1,126 @@
+#!/usr/bin/env bash
+# Sets up, builds and runs every test. The last line is "N passed, N failed, N skipped" over all of them.
+#   tests/run.sh           fast tests, the farm of real processes, the CLI contract, Docker Compose
+#   tests/run.sh --all     the slow ones, sanitizers, formatting and lint as well
+#   tests/run.sh --no-install     packages are there already (no root needed)
+# Logs stay in build/test-logs. Exit codes: 0 all passed, 1 some failed or the build did, 2 wrong usage.
+set -uo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$root" || exit 1
+source deploy/build_env.sh
+
+all=false install=true
+for argument in "$@"; do
+  case $argument in
+    --all) all=true ;;
+    --no-install) install=false ;;
+    *) sed -n '2,6s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; [[ $argument == --help ]] && exit 0 || exit 2 ;;
+  esac
+done
+
+cores=$(nproc)
+logs=$root/build/test-logs
+mkdir -p "$logs"
+passed=0 failed=0 skipped=0
+summary=()
+
+# count NAME PASSED FAILED SKIPPED [NOTE]: adds a part's figures.
+count() {
+  passed=$((passed + $2)) failed=$((failed + $3)) skipped=$((skipped + $4))
+  summary+=("$(printf '%-24s %5d passed %4d failed %4d skipped  %s' "$1" "$2" "$3" "$4" "${5:-}")")
+}
+
+finish() {
+  echo
+  printf '%s\n' "${summary[@]}"
+  echo "$passed passed, $failed failed, $skipped skipped"
+  [[ $failed == 0 ]]
+  exit
+}
+
+part() { printf '\n== %s (%ds)\n' "$1" "$SECONDS"; }
+
+# ctest_part NAME PRESET CTEST-OPTIONS...: counts from the JUnit file that ctest writes.
+ctest_part() {
+  local name=$1 preset=$2 junit=$logs/${1// /-}.xml figures
+  shift 2
+  part "$name"
+  rm -f "$junit"
+  ctest --test-dir "build/$preset" --output-on-failure --no-tests=ignore --output-junit "$junit" "$@"
+  local status=$?
+  # A test "not run" for another reason than its own skip (a missing program, a failed fixture) has failed.
+  figures=$(/usr/bin/python3 - "$junit" <<'P'
+import sys, xml.etree.ElementTree as tree
+counts = {"passed": 0, "failed": 0, "skipped": 0}
+for case in tree.parse(sys.argv[1]).getroot().iter("testcase"):
+    skip = case.find("skipped")
+    skipped = case.get("status") == "disabled" or (skip is not None and skip.get("message", "").startswith("SKIP_"))
+    counts["passed" if case.get("status") == "run" else "skipped" if skipped else "failed"] += 1
+print(*counts.values())
+P
+  ) || figures=
+  if [[ -z $figures ]]; then
+    count "$name" 0 1 0 "ctest ended with $status and left no result"
+    return
+  fi
+  # shellcheck disable=SC2086
+  count "$name" $figures
+}
+
+# script_part NAME COMMAND...: a script whose last line is "N passed, N failed[, N skipped]".
+script_part() {
+  local name=$1 log=$logs/${1// /-}.log line
+  shift
+  part "$name"
+  "$@" 2>&1 </dev/null | tee "$log"
+  local status=${PIPESTATUS[0]}
+  line=$(grep -E '^[0-9]+ passed, [0-9]+ failed(, [0-9]+ skipped)?$' "$log" | tail -n 1)
+  if [[ -z $line ]]; then
+    count "$name" 0 1 0 "ended with $status and no count: $(tail -n 1 "$log" | cut -c1-80)"
+    return
+  fi
+  local figures
+  read -ra figures <<<"$(tr -dc '0-9 ' <<<"$line")"
+  # A script that counts no failure and yet fails has failed.
+  [[ $status != 0 && ${figures[1]} == 0 ]] && figures[1]=1
+  count "$name" "${figures[0]}" "${figures[1]}" "${figures[2]:-0}" "$(grep -m 1 '^skipped: ' "$log")"
+}
+
+# build_part PRESET TARGETS...: compiles; a build that fails ends the run when it is the release build.
+build_part() {
+  local preset=$1
+  part "build $preset"
+  build "$@" >"$logs/build-$preset.log" 2>&1 && { tail -n 1 "$logs/build-$preset.log"; return 0; }
+  grep -E -A5 -m 8 'FAILED|error|Error' "$logs/build-$preset.log" || tail -n 20 "$logs/build-$preset.log"
+  count "build $preset" 0 1 0 "see build/test-logs/build-$preset.log"
+  return 1
+}
+
+if $install; then
+  part "packages"
+  groups=(build test)
+  $all && groups+=(lint)
+  deploy/install_packages.sh "${groups[@]}" || { count packages 0 1 0; finish; }
+fi
+
+build_part release ON -j "$cores" || finish
+ctest_part "fast tests" release -LE 'slow|farm' -j "$cores" --timeout 300
+ctest_part "farm tests" release -L farm -LE slow --timeout 600
+if $all; then
+  ctest_part "slow tests" release -L slow --timeout 3600
+fi
+
+if [[ -f ../shared/contract/check.sh ]]; then
+  script_part "contract" bash ../shared/contract/check.sh
+fi
+script_part "layout" bash tests/deploy/layout.sh
+script_part "quickstart" bash tests/deploy/quickstart.sh
+script_part "compose" bash tests/deploy/compose.sh
+
+if $all; then
+  for preset in asan tsan; do
+    build_part "$preset" ON -j "$cores" && ctest_part "$preset" "$preset" -LE 'slow|statistical' --timeout 1200
+  done
+  script_part "lint" bash tests/deploy/lint.sh
+fi
+finish
