@@ -1,0 +1,40 @@
+#pragma once
+// Rendering in tests, through the same partials and film as the farm.
+#include <functional>
+
+#include "common/image/image.h"
+#include "common/image/partial.h"
+#include "common/scene/description.h"
+#include "common/settings.h"
+#include "tests/support/statistics.h"
+
+namespace lightmill::test {
+
+/// Settings over the scene's film.
+RenderSettings settings_for(const SceneDescription& scene, Integrator integrator, int64_t spp, int max_depth,
+                            uint64_t seed = 1);
+
+/// How packets are handed out: in order, in reverse, or scattered.
+enum class PacketOrder { kForward, kReverse, kScattered };
+
+/// One partial of the whole crop window and all samples.
+Partial render_partial(const SceneDescription& scene, const RenderSettings& settings, int threads = 1,
+                       PacketOrder order = PacketOrder::kForward);
+
+/// Independent images: batch b holds sample indices [16 n b, 16 n (b + 1)), whole blocks, whose random numbers are
+/// independent. settings.spp is split over `batches` and must be a multiple of 16 * batches.
+struct Batches {
+  std::vector<Image> images;
+  RenderCounters counters;
+  /// The mean over pixels [rect] of channel `c` (-1: all) in every batch.
+  Estimate mean(const PixelRect& rect, int c = -1) const;
+  Estimate mean(int c = -1) const;
+  /// The same of any functional of an image.
+  Estimate of(const std::function<double(const Image&)>& value) const;
+};
+Batches render_batches(const SceneDescription& scene, const RenderSettings& settings, int batches, int threads = 1);
+
+/// "pt", "bdpt" or "lt" for messages and parameterised test names.
+inline std::string name_of(Integrator i) { return integrator_name(i); }
+
+}  // namespace lightmill::test
