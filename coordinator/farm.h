@@ -6,8 +6,10 @@
 //   Farm farm(std::make_unique<MemoryJobStore>(), clock, {});
 //   JobId job = farm.submit({...});
 //   WorkerId w = farm.register_worker({...});
-//   if (auto grant = farm.lease(w)) farm.commit(w, grant->job, grant->tile_id, grant->attempt, bytes);
+//   if (auto grant = farm.lease(w)) farm.commit(w, {grant->job, grant->tile_id, grant->attempt}, bytes);
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -51,6 +53,22 @@ struct FarmOptions {
   double target_tile_seconds = 1.0;
   int max_attempts = 5;             // of a tile that workers report as failed
   double checkpoint_bytes = 256e6;  // fold the spool into a film snapshot when it is larger
+  /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
+  std::function<void(const std::string&)> log;
+};
+
+/// What happened since the start; for metrics.
+struct FarmStats {
+  uint64_t leases = 0;
+  uint64_t leases_expired = 0;
+  uint64_t commits = 0;
+  uint64_t commits_repeated = 0;
+  uint64_t commits_stale = 0;
+  uint64_t commits_corrupt = 0;
+  uint64_t commit_bytes = 0;
+  uint64_t packets = 0;
+  uint64_t failures = 0;
+  uint64_t workers_refused = 0;
 };
 
 class Farm {
@@ -79,6 +97,11 @@ class Farm {
   /// Blocks until job(id).version > version or `timeout_s` passed; returns the newest status.
   JobStatus wait(const JobId& id, uint64_t version, double timeout_s) const;
   std::vector<WorkerStatus> workers() const;
+  FarmStats stats() const;
+  /// What an image file of the job should record: job, settings, samples, arithmetic class.
+  std::map<std::string, std::string> image_metadata(const JobId& id) const;
+  /// Largest encoded partial that a tile of this job can need, bytes; 0 for an unknown job or tile.
+  uint64_t max_partial_bytes(const LeaseKey& lease) const;
 
   // --- workers ---
   /// Throws Error(kUnreachable) with a sentence if the build or schema does not fit.
@@ -96,6 +119,8 @@ class Farm {
   void drain(const WorkerId& worker);
   /// Expires leases; called by a timer (and by lease()).
   void tick();
+  /// Makes every waiting and later lease() and wait() return at once: the program is shutting down.
+  void stop_waiting();
 
  private:
   struct Impl;

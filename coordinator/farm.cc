@@ -1,0 +1,267 @@
+#include "coordinator/farm.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "coordinator/farm_impl.h"
+
+namespace lightmill {
+namespace {
+
+constexpr double kMaxWaitSeconds = 60;
+constexpr size_t kMaxNameBytes = 1000;
+
+/// "job j1 is done; only a job that is running can be paused"
+Error wrong_state(const JobRecord& job, const char* wanted, const char* verb) {
+  return {ErrorKind::kFailed, "job " + job.id.value + " is " + job_state_name(job.state) +
+                                  "; only a job that is " + wanted + " can be " + verb};
+}
+
+int64_t count_packets(const LeaseTable& tiles, int64_t spp) {
+  int64_t packets = 0;
+  for (const TileRecord& tile : tiles.tiles()) {
+    if (tile.state == TileState::kCommitted) packets += packets_completed(tile.tile, spp);
+  }
+  return packets;
+}
+
+JobState runnable_state(const Job& job) {
+  const auto& tiles = job.tiles.tiles();
+  const bool begun =
+      std::any_of(tiles.begin(), tiles.end(), [](const TileRecord& t) { return t.attempt > 0; });
+  return begun ? JobState::kRunning : JobState::kQueued;
+}
+
+}  // namespace
+
+Farm::Farm(std::unique_ptr<JobStore> store, const Clock& clock, const FarmOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(store), clock, options)) {
+  impl_->settle_complete();
+}
+Farm::~Farm() = default;
+
+JobId Farm::submit(const JobRequest& request) {
+  const RenderSettings settings =
+      settings_from_json(settings_to_json(request.settings));  // checks the ranges
+  if (request.name.size() > kMaxNameBytes || request.pool.size() > kMaxNameBytes) {
+    throw Error(ErrorKind::kUsage, "name and pool may have at most 1000 bytes");
+  }
+  const Image& reference = request.reference;
+  const PixelRect& crop = settings.grid.crop;
+  if (!reference.data.empty() &&
+      (reference.width != crop.width() || reference.height != crop.height() || reference.channels != 3)) {
+    throw Error(ErrorKind::kUsage, "the reference image is " + std::to_string(reference.width) + "x" +
+                                       std::to_string(reference.height) + ", the job renders " +
+                                       std::to_string(crop.width()) + "x" + std::to_string(crop.height()) +
+                                       "; give one of the same size");
+  }
+  Job job;
+  job.record.name = request.name;
+  job.record.bundle_digest = request.bundle.digest();
+  job.record.settings = settings;
+  job.record.priority = request.priority;
+  job.record.pool = request.pool;
+  const std::string bundle_json = bundle_to_json(request.bundle);
+
+  const std::lock_guard lock(impl_->mutex);
+  if (impl_->scheduler.order().size() >= Impl::kMaxJobs) {
+    throw LimitReached("the coordinator has its limit of " + std::to_string(Impl::kMaxJobs) +
+                       " jobs; start one with a new data folder");
+  }
+  job.record.id = JobId{numbered("j", impl_->store->next_number("job"))};
+  impl_->store->add_job(job.record, bundle_json, reference);
+  impl_->touch(impl_->scheduler.add(std::move(job)));
+  return impl_->scheduler.order().back();
+}
+
+std::vector<JobStatus> Farm::jobs() const {
+  const std::lock_guard lock(impl_->mutex);
+  const double now = impl_->clock.now();
+  const std::vector<JobId>& order = impl_->scheduler.order();
+  std::vector<JobStatus> result;
+  for (size_t i = order.size() - std::min(order.size(), Impl::kMaxListedJobs); i < order.size(); ++i) {
+    result.push_back(impl_->status(*impl_->scheduler.find(order[i]), now));
+  }
+  return result;
+}
+
+JobStatus Farm::job(const JobId& id) const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->status(impl_->job(id), impl_->clock.now());
+}
+
+std::vector<TileStatus> Farm::tiles(const JobId& id) const {
+  std::vector<TileRecord> records;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    const Job& job = impl_->job(id);
+    records = job.ledger_loaded ? job.tiles.tiles() : impl_->store->tiles(id);
+    for (TileRecord& tile : records) {
+      if (!job.ledger_loaded && tile.state == TileState::kLeased) tile.state = TileState::kPending;
+    }
+  }
+  std::vector<TileStatus> result;
+  for (const TileRecord& tile : records) {
+    result.push_back(
+        {tile.id, tile.tile, tile_state_name(tile.state), tile.attempt, tile.worker, tile.digest});
+  }
+  return result;
+}
+
+ErrorCurve Farm::curve(const JobId& id) const {
+  const std::lock_guard lock(impl_->mutex);
+  return {impl_->job(id).record.name, impl_->store->curve(id)};
+}
+
+Image Farm::image(const JobId& id) const {
+  FilmGrid grid;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    grid = impl_->job(id).record.settings.grid;
+  }
+  const Merger::Open layers = impl_->merger.open(id, grid);
+  return layers->film.resolve();
+}
+
+std::map<std::string, std::string> Farm::image_metadata(const JobId& id) const {
+  const std::lock_guard lock(impl_->mutex);
+  const Job& job = impl_->job(id);
+  const JobStatus s = impl_->status(job, impl_->clock.now());
+  return {{"job", s.id.value},
+          {"name", s.name},
+          {"state", job_state_name(s.state)},
+          {"bundle", s.bundle_digest},
+          {"settings", settings_to_json(s.settings)},
+          {"integrator", integrator_name(s.settings.integrator)},
+          {"spp", std::to_string(s.spp)},
+          {"wall_seconds", std::to_string(s.wall_seconds)},
+          {"cpu_seconds", std::to_string(s.cpu_seconds)},
+          {"nonfinite", std::to_string(s.counters.nonfinite)},
+          {"arithmetic_class", job.record.arithmetic_class},
+          {"build", impl_->options.build}};
+}
+
+Bundle Farm::bundle(const std::string& bundle_digest) const {
+  const std::optional<std::string> text = impl_->store->bundle_json(bundle_digest);
+  if (!text) throw Error(ErrorKind::kFailed, "no job has the bundle " + bundle_digest);
+  return bundle_from_json(*text);
+}
+
+void Farm::pause(const JobId& id) {
+  const std::lock_guard lock(impl_->mutex);
+  Job& job = impl_->job(id);
+  if (job.record.state != JobState::kQueued && job.record.state != JobState::kRunning) {
+    throw wrong_state(job.record, "queued or running", "paused");
+  }
+  const double now = impl_->clock.now();
+  JobRecord record = impl_->record_at(job, now);
+  record.state = JobState::kPaused;
+  impl_->update(job, std::move(record), now);
+  job.running_since = -1;
+}
+
+void Farm::resume(const JobId& id) {
+  const std::lock_guard lock(impl_->mutex);
+  Job& job = impl_->job(id);
+  if (job.record.state != JobState::kPaused) {
+    throw wrong_state(job.record, "paused", "resumed");
+  }
+  JobRecord record = job.record;
+  record.state = runnable_state(job);
+  impl_->update(job, std::move(record), impl_->clock.now());
+}
+
+void Farm::cancel(const JobId& id) {
+  const std::lock_guard lock(impl_->mutex);
+  Job& job = impl_->job(id);
+  if (is_final(job.record.state)) {
+    throw wrong_state(job.record, "queued, running or paused", "cancelled");
+  }
+  impl_->end(job, JobState::kCancelled, "cancelled by a client", impl_->clock.now());
+}
+
+void Farm::retry(const JobId& id) {
+  const std::lock_guard lock(impl_->mutex);
+  Job& job = impl_->job(id);
+  if (job.record.state != JobState::kFailed && job.record.state != JobState::kCancelled) {
+    throw wrong_state(job.record, "failed or cancelled", "retried");
+  }
+  impl_->load_ledger(job);
+  const double now = impl_->clock.now();
+  std::vector<TileRecord> forgiven;
+  for (const TileRecord& tile : job.tiles.tiles()) {
+    if (tile.failures == 0) continue;
+    forgiven.push_back(tile);
+    forgiven.back().failures = 0;
+  }
+  for (const TileRecord& tile : forgiven) {
+    impl_->store->save_tile(job.record, tile);
+    job.tiles.apply(tile);
+  }
+  job.failures_in_row = 0;
+  JobRecord record = job.record;
+  record.state = runnable_state(job);
+  record.message.clear();
+  impl_->update(job, std::move(record), now);
+}
+
+void Farm::extend(const JobId& id, std::optional<int64_t> spp, std::optional<double> time_s,
+                  std::optional<double> target_error) {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    Job& job = impl_->job(id);
+    if (job.record.state == JobState::kFailed || job.record.state == JobState::kCancelled) {
+      throw Error(ErrorKind::kFailed, "job " + id.value + " is " + job_state_name(job.record.state) +
+                                          "; run `lightmill retry` before extending it");
+    }
+    RenderSettings settings = job.record.settings;
+    if (spp) settings.spp = *spp;
+    if (time_s) settings.time_s = *time_s;
+    if (target_error) settings.target_error = *target_error;
+    settings = settings_from_json(settings_to_json(settings));  // checks the ranges
+    impl_->load_ledger(job);
+    if (settings.spp < job.tiles.planned_samples()) {
+      throw Error(ErrorKind::kUsage,
+                  "job " + id.value + " has " + std::to_string(job.tiles.planned_samples()) +
+                      " samples per pixel planned already; --spp is the new total and must not "
+                      "be below");
+    }
+    const double now = impl_->clock.now();
+    JobRecord record = impl_->record_at(job, now);
+    record.settings = settings;
+    record.target_met =
+        settings.target_error > 0 && job.last_estimate && *job.last_estimate->relmse <= settings.target_error;
+    record.packets_done = count_packets(job.tiles, settings.spp);
+    if (record.state == JobState::kDone) record.state = runnable_state(job);
+    impl_->update(job, std::move(record), now);
+  }
+  impl_->settle_complete();
+}
+
+JobStatus Farm::wait(const JobId& id, uint64_t version, double timeout_s) const {
+  // Real time, not the injected clock's: a simulated clock must not make anybody sleep.
+  const auto end = std::chrono::steady_clock::now() +
+                   std::chrono::duration<double>(std::clamp(timeout_s, 0.0, kMaxWaitSeconds));
+  std::unique_lock lock(impl_->mutex);
+  impl_->changed.wait_until(lock, end, [&] { return impl_->stopping || impl_->job(id).version > version; });
+  return impl_->status(impl_->job(id), impl_->clock.now());
+}
+
+std::vector<WorkerStatus> Farm::workers() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->scheduler.workers.list(impl_->clock.now());
+}
+
+FarmStats Farm::stats() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->stats;
+}
+
+void Farm::stop_waiting() {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->stopping = true;
+  impl_->changed.notify_all();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,186 @@
+#include "coordinator/farm_impl.h"
+
+#include <algorithm>
+
+namespace lightmill {
+namespace {
+
+/// Leases that end in silence are nobody's fault (a killed worker), up to a point.
+constexpr int64_t kSilentAttemptsPerAllowed = 10;
+/// A job whose tiles fail this many times the allowed attempts in a row, without one commit, is hopeless.
+constexpr int kRowOfFailures = 3;
+
+std::string tile_text(const TileRecord& tile) {
+  const CellRect& c = tile.tile.cells;
+  return "tile " + std::to_string(tile.id.value) + " (cells " + std::to_string(c.x0) + "," +
+         std::to_string(c.y0) + " to " + std::to_string(c.x1) + "," + std::to_string(c.y1) + ", samples " +
+         std::to_string(tile.tile.sample_begin) + " to " + std::to_string(tile.tile.sample_end) + ")";
+}
+
+}  // namespace
+
+std::string numbered(std::string prefix, int64_t number) { return prefix.append(std::to_string(number)); }
+
+Farm::Impl::Impl(std::unique_ptr<JobStore> job_store, const Clock& the_clock, const FarmOptions& farm_options)
+    : store(std::move(job_store)),
+      clock(the_clock),
+      options(farm_options),
+      scheduler({farm_options.target_tile_seconds}, farm_options.lease_seconds),
+      merger(*store) {
+  for (const JobRecord& record : store->jobs()) {
+    Job loaded;
+    loaded.record = record;
+    loaded.ledger_loaded = false;
+    loaded.version = ++version;
+    for (const ErrorPoint& point : store->curve(record.id)) {
+      loaded.last_point = point;
+      if (point.relmse) loaded.last_estimate = point;
+    }
+    Job& added = scheduler.add(std::move(loaded));
+    if (!is_final(record.state)) load_ledger(added);
+  }
+}
+
+void Farm::Impl::log(const std::string& line) const {
+  if (options.log) options.log(line);
+}
+
+Job& Farm::Impl::job(const JobId& id) {
+  Job* found = scheduler.find(id);
+  if (!found) throw UnknownJob(id);
+  return *found;
+}
+
+void Farm::Impl::load_ledger(Job& job) {
+  if (job.ledger_loaded) return;
+  std::vector<TileRecord> tiles = store->tiles(job.record.id);
+  // Leases from before are void; their attempt numbers stay used.
+  for (TileRecord& tile : tiles) {
+    if (tile.state == TileState::kLeased) tile.state = TileState::kPending;
+  }
+  job.tiles = LeaseTable();
+  job.tiles.add(tiles);
+  job.ledger_loaded = true;
+}
+
+JobRecord Farm::Impl::record_at(const Job& job, double now) const {
+  JobRecord record = job.record;
+  record.wall_seconds = Scheduler::wall_seconds(job, now);
+  return record;
+}
+
+void Farm::Impl::update(Job& job, JobRecord record, double now) {
+  store->save_job(record);
+  job.record = std::move(record);
+  if (job.running_since >= 0) job.running_since = now;
+  scheduler.state_changed(job);
+  touch(job);
+}
+
+void Farm::Impl::touch(Job& job) {
+  job.version = ++version;
+  changed.notify_all();
+}
+
+void Farm::Impl::end(Job& job, JobState state, const std::string& message, double now) {
+  JobRecord record = record_at(job, now);
+  record.state = state;
+  record.message = message;
+  store->save_job(record);
+  for (const TileId& id : job.tiles.leased()) {
+    if (Worker* worker = scheduler.workers.find(job.tiles.find(id)->worker)) --worker->leases;
+  }
+  job.record = std::move(record);
+  job.running_since = -1;
+  job.tiles = LeaseTable();  // from now on the store has it; tiles that it calls leased are void
+  job.ledger_loaded = false;
+  job.failed_on.clear();
+  job.recent.clear();
+  scheduler.state_changed(job);
+  touch(job);
+}
+
+void Farm::Impl::release(Job& job, TileId id, bool failed, const std::string& reason, double now) {
+  const TileRecord record = job.tiles.released(id, failed);
+  store->save_tile(record_at(job, now), record);
+  job.tiles.apply(record);
+  if (Worker* worker = scheduler.workers.find(record.worker)) --worker->leases;
+  if (failed) {
+    job.failed_on.insert({id, record.worker});
+    ++job.failures_in_row;
+  }
+  touch(job);
+  const bool hopeless = failed && (record.failures >= options.max_attempts ||
+                                   job.failures_in_row >= kRowOfFailures * options.max_attempts);
+  if (hopeless) {
+    end(job, JobState::kFailed,
+        tile_text(record) + " failed " + std::to_string(record.failures) + " times, last on worker " +
+            record.worker.value + ": " + reason,
+        now);
+  } else if (!failed && record.attempt >= kSilentAttemptsPerAllowed * options.max_attempts) {
+    end(job, JobState::kFailed,
+        tile_text(record) + " was leased " + std::to_string(record.attempt) +
+            " times and its workers never came back, last " + record.worker.value,
+        now);
+  }
+}
+
+void Farm::Impl::release_expired(double now) {
+  for (const JobId& id : scheduler.active()) {
+    Job& active = job(id);
+    for (const TileId& tile : active.tiles.expired(now)) {
+      if (is_final(active.record.state)) break;
+      ++stats.leases_expired;
+      log("lease of job " + id.value + " tile " + std::to_string(tile.value) + " by " +
+          active.tiles.find(tile)->worker.value + " expired");
+      release(active, tile, false, "", now);
+    }
+  }
+}
+
+std::vector<JobId> Farm::Impl::complete_jobs(double now) const {
+  std::vector<JobId> ids;
+  for (const JobId& id : scheduler.active()) {
+    if (scheduler.complete(*scheduler.find(id), now)) ids.push_back(id);
+  }
+  return ids;
+}
+
+JobStatus Farm::Impl::status(const Job& job, double now) const {
+  const JobRecord& r = job.record;
+  JobStatus s;
+  s.id = r.id;
+  s.name = r.name;
+  s.state = r.state;
+  s.message = r.message.empty() ? scheduler.waiting_for(job, now) : r.message;
+  s.settings = r.settings;
+  s.bundle_digest = r.bundle_digest;
+  s.priority = r.priority;
+  s.pool = r.pool;
+  s.packets_done = r.packets_done;
+  // A job that stopped before its spp (time, target) is complete with what it has.
+  s.packets_total = r.state == JobState::kDone
+                        ? r.packets_done
+                        : r.settings.grid.cells().count() * block_count(r.settings.spp);
+  s.tiles_committed = r.tiles_committed;
+  s.tiles_leased = job.tiles.leased_count();
+  s.leases_reassigned = r.leases_reassigned;
+  s.spp = static_cast<double>(r.pixel_samples) / static_cast<double>(r.settings.grid.crop.area());
+  s.wall_seconds = Scheduler::wall_seconds(job, now);
+  s.cpu_seconds = r.cpu_seconds;
+  s.samples_per_second = Scheduler::recent_rate(job, now);
+  s.eta_seconds = Scheduler::eta_seconds(job, now);
+  if (job.last_estimate) {
+    s.relmse = job.last_estimate->relmse;
+    s.relmse_low = job.last_estimate->relmse_low;
+    s.relmse_high = job.last_estimate->relmse_high;
+  }
+  s.counters = r.counters;
+  std::set<WorkerId> holders;
+  for (const TileId& id : job.tiles.leased()) holders.insert(job.tiles.find(id)->worker);
+  s.workers = static_cast<int>(holders.size());
+  s.version = job.version;
+  return s;
+}
+
+}  // namespace lightmill

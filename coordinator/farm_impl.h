@@ -1,0 +1,71 @@
+#pragma once
+// Inside of Farm, shared by farm.cc (clients), farm_workers.cc (workers) and farm_merge.cc (commits).
+//
+// Locks, in this order: a job's layers (Merger::Open), then `mutex`. Nothing that takes long happens under
+// `mutex` but the store's small transactions; decoding, folding, resolving and error metrics happen outside.
+// A change is made durable first and applied to memory after.
+#include <condition_variable>
+#include <mutex>
+
+#include "coordinator/farm.h"
+#include "coordinator/job_store.h"
+#include "coordinator/merger.h"
+#include "coordinator/scheduler.h"
+
+namespace lightmill {
+
+struct Farm::Impl {
+  static constexpr size_t kMaxJobs = 100000;
+  static constexpr size_t kMaxListedJobs = 1000;
+
+  Impl(std::unique_ptr<JobStore> store, const Clock& clock, const FarmOptions& options);
+
+  // All of these want `mutex` held.
+  Job& job(const JobId& id);  // throws UnknownJob
+  /// Loads the ledger of a final job.
+  void load_ledger(Job& job);
+  /// The record with the wall time up to `now`.
+  JobRecord record_at(const Job& job, double now) const;
+  /// Stores `record` (whose wall time is up to `now`) and makes it the job's; wakes those who wait.
+  void update(Job& job, JobRecord record, double now);
+  /// The job goes to a state in which nothing is leased: leases are void, the clock stops.
+  void end(Job& job, JobState state, const std::string& message, double now);
+  void touch(Job& job);
+  /// A leased tile goes back to pending; too many failures fail the job.
+  void release(Job& job, TileId id, bool failed, const std::string& reason, double now);
+  void release_expired(double now);
+  std::optional<LeaseGrant> try_lease(const WorkerId& worker, double now);
+  JobStatus status(const Job& job, double now) const;
+  std::vector<JobId> complete_jobs(double now) const;
+
+  // These want no lock.
+  /// Round and job ends: a point of the curve, the stop rules, the final state.
+  void settle(const JobId& id, Merger::Open& layers);
+  void settle(const JobId& id);
+  void settle_complete();
+  /// Appends a point with estimated and true errors; `layers` is open.
+  static void evaluate(Merger::Open& layers, ErrorPoint* point);
+  CommitResult refuse(const WorkerId& worker, const LeaseKey& lease, const std::string& reason,
+                      const std::string& bytes);
+  void log(const std::string& line) const;
+
+  std::unique_ptr<JobStore> store;
+  const Clock& clock;
+  FarmOptions options;
+  mutable std::mutex mutex;
+  mutable std::condition_variable changed;
+  bool stopping = false;
+  uint64_t version = 0;
+  FarmStats stats;
+  Scheduler scheduler;
+  Merger merger;
+};
+
+/// "j7", "w12".
+std::string numbered(std::string prefix, int64_t number);
+
+/// Throws Error(kFailed) with the reason if a decoded partial is not what the lease asked for.
+void check_partial(const Partial& partial, const TileSpec& tile, const RenderSettings& settings,
+                   const std::optional<int>& quantum_exponent);
+
+}  // namespace lightmill

@@ -1,0 +1,275 @@
+// Commits and the merge: Farm::commit, and what round and job ends ask for.
+#include <algorithm>
+#include <limits>
+
+#include "common/image/metrics.h"
+#include "coordinator/farm_impl.h"
+
+namespace lightmill {
+namespace {
+
+/// An error estimate from fewer batches than this does not stop a job.
+constexpr int kMinBatchesForTarget = 4;
+/// A worker may report any time it likes; only plausible ones count.
+constexpr double kMaxCpuSeconds = 1e7;
+
+constexpr uint64_t kPartialOverhead = 1 << 20;
+constexpr uint64_t kBytesPerSum = 48;    // three 128-bit sums
+constexpr uint64_t kBytesPerSplat = 54;  // and its pixel
+
+}  // namespace
+
+void check_partial(const Partial& partial, const TileSpec& tile, const RenderSettings& settings,
+                   const std::optional<int>& quantum_exponent) {
+  const auto refuse = [](const std::string& why) {
+    throw Error(ErrorKind::kFailed, "partial refused: " + why);
+  };
+  if (!(partial.tile == tile)) refuse("it is of another tile than the lease");
+  if (!(partial.grid == settings.grid)) refuse("it is of another film than the job");
+  if (quantum_exponent && partial.quantum_exponent != *quantum_exponent) {
+    refuse("its quantum is 2^" + std::to_string(partial.quantum_exponent) + ", the job's is 2^" +
+           std::to_string(*quantum_exponent));
+  }
+  const bool wants_camera = settings.integrator != Integrator::kLt;
+  if (partial.camera.empty() == wants_camera) {
+    refuse(wants_camera ? "its camera layer is missing"
+                        : "light tracing has no camera layer, but it brings one");
+  }
+  if (settings.integrator == Integrator::kPt && (!partial.splats.empty() || partial.light_paths > 0)) {
+    refuse("path tracing has no light paths, but it brings some");
+  }
+  if (!(partial.cpu_seconds >= 0 && partial.cpu_seconds <= kMaxCpuSeconds))
+    refuse("its CPU time is out of range");
+}
+
+uint64_t Farm::max_partial_bytes(const LeaseKey& lease) const {
+  const std::lock_guard lock(impl_->mutex);
+  Job* job = impl_->scheduler.find(lease.job);
+  if (!job) return 0;
+  const FilmGrid& grid = job->record.settings.grid;
+  // Without the ledger at hand, the tile may be as large as the crop window.
+  const TileRecord* tile = job->tiles.find(lease.tile);
+  const auto tile_pixels =
+      static_cast<uint64_t>(tile ? grid.pixels(tile->tile.cells).area() : grid.crop.area());
+  return kPartialOverhead + tile_pixels * kBytesPerSum +
+         static_cast<uint64_t>(grid.crop.area()) * kBytesPerSplat;
+}
+
+CommitResult Farm::Impl::refuse(const WorkerId& worker, const LeaseKey& lease, const std::string& reason,
+                                const std::string& bytes) {
+  const std::lock_guard lock(mutex);
+  const double now = clock.now();
+  ++stats.commits_corrupt;
+  scheduler.workers.failed(worker, now);
+  log("job " + lease.job.value + " tile " + std::to_string(lease.tile.value) + " from worker " +
+      worker.value + ": " + reason);
+  store->quarantine(lease, worker, reason, bytes);
+  Job* owner = scheduler.find(lease.job);
+  if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) {
+    release(*owner, lease.tile, true, reason, now);
+  }
+  return CommitResult::kCorrupt;
+}
+
+CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const std::string& partial_bytes) {
+  TileSpec tile;
+  RenderSettings settings;
+  std::optional<int> quantum;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->scheduler.workers.seen(worker, impl_->clock.now());
+    Job* job = impl_->scheduler.find(lease.job);
+    if (!job || job->record.state == JobState::kCancelled) return CommitResult::kUnknownJob;
+    std::optional<TileRecord> record;
+    if (job->ledger_loaded) {
+      if (const TileRecord* found = job->tiles.find(lease.tile)) record = *found;
+    } else {
+      const std::vector<TileRecord> stored = impl_->store->tiles(lease.job);
+      if (lease.tile.value >= 0 && lease.tile.value < static_cast<int64_t>(stored.size())) {
+        record = stored[static_cast<size_t>(lease.tile.value)];
+      }
+    }
+    if (!record) return CommitResult::kUnknownJob;
+    if (record->state == TileState::kCommitted && record->attempt == lease.attempt &&
+        record->worker == worker) {
+      ++impl_->stats.commits_repeated;
+      return CommitResult::kAlreadyCommitted;
+    }
+    if (!job->tiles.holds(lease.tile, worker, lease.attempt)) {
+      ++impl_->stats.commits_stale;
+      return CommitResult::kStale;
+    }
+    // Decoding and folding take a moment; the lease must not run out meanwhile.
+    job->tiles.pin(lease.tile);
+    tile = record->tile;
+    settings = job->record.settings;
+    quantum = job->record.quantum_exponent;
+  }
+  const auto unpin = [&] {
+    const std::lock_guard lock(impl_->mutex);
+    Job* job = impl_->scheduler.find(lease.job);
+    if (job && job->tiles.holds(lease.tile, worker, lease.attempt)) {
+      job->tiles.unpin(lease.tile, impl_->clock.now() + impl_->options.lease_seconds);
+    }
+  };
+
+  Partial partial;
+  std::string digest;
+  try {
+    partial = decode_partial(partial_bytes);
+    check_partial(partial, tile, settings, quantum);
+    digest = partial_digest(partial);
+  } catch (const Error& e) {
+    return impl_->refuse(worker, lease, e.what(), partial_bytes);
+  } catch (...) {
+    unpin();
+    throw;
+  }
+
+  std::optional<Merger::Open> layers;
+  try {
+    layers.emplace(impl_->merger.open(lease.job, settings.grid));
+  } catch (...) {
+    unpin();  // the store is at fault, not the worker
+    throw;
+  }
+  try {
+    (*layers)->film.fold(partial);
+    (*layers)->batches.fold(partial);
+  } catch (const Error& e) {
+    Merger::reset(*layers);
+    layers.reset();
+    return impl_->refuse(worker, lease, e.what(), partial_bytes);
+  }
+  // Folded in memory, where nobody sees it before the layers are unlocked; now make it durable, or forget it.
+  try {
+    const std::lock_guard lock(impl_->mutex);
+    Job* job = impl_->scheduler.find(lease.job);
+    if (!job || !job->tiles.holds(lease.tile, worker, lease.attempt)) {
+      Merger::reset(*layers);
+      ++impl_->stats.commits_stale;
+      return CommitResult::kStale;
+    }
+    const double now = impl_->clock.now();
+    TileRecord committed = *job->tiles.find(lease.tile);
+    committed.state = TileState::kCommitted;
+    committed.digest = digest;
+    const auto pixel_samples = settings.grid.pixels(tile.cells).area() * tile.samples();
+    const int64_t packets = packets_completed(tile, job->record.settings.spp);
+    JobRecord record = impl_->record_at(*job, now);
+    record.quantum_exponent = partial.quantum_exponent;
+    record.cpu_seconds += partial.cpu_seconds;
+    record.packets_done += packets;
+    ++record.tiles_committed;
+    record.pixel_samples += pixel_samples;
+    record.counters += partial.counters;
+    if (!impl_->store->commit_tile(record, committed, partial_bytes)) {
+      Merger::reset(*layers);
+      ++impl_->stats.commits_stale;
+      return CommitResult::kStale;
+    }
+    job->record = std::move(record);
+    if (job->running_since >= 0) job->running_since = now;
+    job->tiles.apply(committed);
+    job->failures_in_row = 0;
+    Scheduler::count_commit(*job, now, static_cast<double>(pixel_samples));
+    if (Worker* taker = impl_->scheduler.workers.find(worker)) {
+      --taker->leases;
+      const double seconds = partial.cpu_seconds / std::max(1, taker->registration.threads);
+      impl_->scheduler.workers.committed(worker, static_cast<double>(pixel_samples), seconds);
+    }
+    ++impl_->stats.commits;
+    impl_->stats.commit_bytes += partial_bytes.size();
+    impl_->stats.packets += static_cast<uint64_t>(packets);
+    impl_->touch(*job);
+  } catch (...) {
+    Merger::reset(*layers);
+    unpin();
+    throw;
+  }
+
+  // The commit stands. What follows is housekeeping: if the disk fails now, a later tick tries again.
+  try {
+    (*layers)->spool_bytes += static_cast<double>(partial_bytes.size());
+    impl_->settle(lease.job, *layers);
+    if ((*layers)->spool_bytes > impl_->options.checkpoint_bytes)
+      impl_->merger.checkpoint(lease.job, *layers);
+  } catch (const std::exception& e) {
+    impl_->log("job " + lease.job.value + ": " + e.what());
+  }
+  return CommitResult::kAccepted;
+}
+
+void Farm::Impl::evaluate(Merger::Open& layers, ErrorPoint* point) {
+  layers->batches.estimate(point);
+  if (layers->reference.data.empty()) return;
+  const Metrics metrics = compare_images(layers->film.resolve(), layers->reference);
+  point->true_relmse = metrics.relmse;
+  point->true_relmse_trimmed = metrics.relmse_trimmed;
+  point->true_flip = metrics.flip;
+}
+
+void Farm::Impl::settle(const JobId& id, Merger::Open& layers) {
+  ErrorPoint point;
+  bool fresh = false;
+  {
+    const std::lock_guard lock(mutex);
+    Job& open = job(id);
+    if (is_final(open.record.state)) return;
+    open.batch_group = layers->batches.max_tile_superblocks();
+    const double now = clock.now();
+    if (!scheduler.complete(open, now) && !Scheduler::point_due(open)) return;
+    point.wall_seconds = Scheduler::wall_seconds(open, now);
+    point.cpu_seconds = open.record.cpu_seconds;
+    point.spp = static_cast<double>(open.record.pixel_samples) /
+                static_cast<double>(open.record.settings.grid.crop.area());
+    fresh = !open.last_point || open.last_point->spp < point.spp;
+  }
+  if (fresh) evaluate(layers, &point);
+  bool complete = false;
+  {
+    const std::lock_guard lock(mutex);
+    Job& open = job(id);
+    if (is_final(open.record.state)) return;
+    const double now = clock.now();
+    if (fresh) {
+      store->add_point(id, point);
+      open.last_point = point;
+      if (point.relmse) open.last_estimate = point;
+      const double target = open.record.settings.target_error;
+      if (target > 0 && point.relmse && *point.relmse <= target && point.batches >= kMinBatchesForTarget) {
+        JobRecord record = record_at(open, now);
+        record.target_met = true;
+        update(open, std::move(record), now);
+      }
+    }
+    complete = scheduler.complete(open, now);
+    if (complete) {
+      end(open, JobState::kDone, "", now);
+    } else {
+      touch(open);
+    }
+  }
+  if (complete && layers->spool_bytes > 0) merger.checkpoint(id, layers);
+}
+
+void Farm::Impl::settle(const JobId& id) {
+  FilmGrid grid;
+  {
+    const std::lock_guard lock(mutex);
+    grid = job(id).record.settings.grid;
+  }
+  Merger::Open layers = merger.open(id, grid);
+  settle(id, layers);
+}
+
+void Farm::Impl::settle_complete() {
+  std::vector<JobId> ids;
+  {
+    const std::lock_guard lock(mutex);
+    ids = complete_jobs(clock.now());
+  }
+  for (const JobId& id : ids) settle(id);
+}
+
+}  // namespace lightmill

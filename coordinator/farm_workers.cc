@@ -1,0 +1,166 @@
+// The workers' half of Farm: registration, leases, renewals, failures. Commits are in farm_merge.cc.
+#include <algorithm>
+#include <chrono>
+
+#include "coordinator/farm_impl.h"
+
+namespace lightmill {
+namespace {
+
+/// Somebody must look at expiries even where no timer calls tick().
+constexpr std::chrono::seconds kLookAgain(1);
+
+constexpr double kMaxWaitSeconds = 60;
+
+}  // namespace
+
+WorkerId Farm::register_worker(const WorkerRegistration& registration) {
+  const std::lock_guard lock(impl_->mutex);
+  const double now = impl_->clock.now();
+  std::string refusal;
+  if (registration.build != impl_->options.build) {
+    refusal = "worker of another build: it is \"" + registration.build + "\", the coordinator is \"" +
+              impl_->options.build + "\"; install the same version on both";
+  } else if (registration.schema != impl_->options.schema) {
+    refusal = "worker of another schema: it writes partials of schema " +
+              std::to_string(registration.schema) + ", the coordinator reads " +
+              std::to_string(impl_->options.schema) + "; install the same version on both";
+  } else if (registration.threads < 1) {
+    throw Error(ErrorKind::kUsage, "a worker needs at least one thread");
+  }
+  const WorkerId id{numbered("w", impl_->store->next_number("worker"))};
+  if (!refusal.empty()) {
+    ++impl_->stats.workers_refused;
+    impl_->scheduler.workers.add_refused(id, registration, now);
+    impl_->log("refused " + registration.host + ": " + refusal);
+    throw Error(ErrorKind::kUnreachable, refusal);
+  }
+  impl_->scheduler.workers.add(id, registration, now);
+  impl_->changed.notify_all();
+  return id;
+}
+
+std::optional<LeaseGrant> Farm::Impl::try_lease(const WorkerId& worker, double now) {
+  for (;;) {
+    const Offer offer = scheduler.offer(worker, now);
+    if (const auto* round = std::get_if<RoundOffer>(&offer)) {
+      Job& target = job(round->job);
+      std::vector<TileRecord> tiles;
+      int64_t next = static_cast<int64_t>(target.tiles.tiles().size());
+      for (const TileSpec& spec : round->tiles) {
+        TileRecord tile;
+        tile.id = TileId{next++};
+        tile.tile = spec;
+        tiles.push_back(tile);
+      }
+      store->add_tiles(round->job, tiles);
+      target.tiles.add(tiles);
+      continue;
+    }
+    const auto* lease = std::get_if<LeaseOffer>(&offer);
+    if (!lease) return std::nullopt;
+    Job& target = job(lease->job);
+    Worker& taker = *scheduler.workers.find(worker);
+    const TileRecord tile = target.tiles.leased_to(lease->tile, worker);
+    JobRecord record = record_at(target, now);
+    record.state = JobState::kRunning;
+    if (record.arithmetic_class.empty()) record.arithmetic_class = taker.registration.arithmetic_class;
+    if (tile.attempt > 1) ++record.leases_reassigned;
+    store->save_tile(record, tile);
+    target.record = std::move(record);
+    target.running_since = now;
+    target.tiles.apply(tile, now + options.lease_seconds);
+    ++taker.leases;
+    ++stats.leases;
+    touch(target);
+    return LeaseGrant{target.record.id,       tile.id,
+                      tile.attempt,           tile.tile,
+                      target.record.settings, target.record.bundle_digest,
+                      options.lease_seconds};
+  }
+}
+
+std::optional<LeaseGrant> Farm::lease(const WorkerId& worker_id, double wait_s) {
+  const auto end = std::chrono::steady_clock::now() +
+                   std::chrono::duration<double>(std::clamp(wait_s, 0.0, kMaxWaitSeconds));
+  std::unique_lock lock(impl_->mutex);
+  Worker* worker = impl_->scheduler.workers.find(worker_id);
+  if (!worker) throw UnknownWorker(worker_id);
+  // A polling worker is never forgotten, so the pointer stays good.
+  struct Polling {
+    Worker* worker;
+    explicit Polling(Worker* w) : worker(w) { ++worker->polling; }
+    ~Polling() { --worker->polling; }
+    Polling(const Polling&) = delete;
+    Polling& operator=(const Polling&) = delete;
+  };
+  const Polling polling(worker);
+  for (;;) {
+    const double now = impl_->clock.now();
+    worker->last_seen = now;
+    impl_->release_expired(now);
+    if (impl_->stopping || worker->draining) return std::nullopt;
+    if (std::optional<LeaseGrant> grant = impl_->try_lease(worker_id, now)) return grant;
+    if (!impl_->complete_jobs(now).empty()) {
+      lock.unlock();
+      impl_->settle_complete();
+      lock.lock();
+      continue;
+    }
+    const auto real_now = std::chrono::steady_clock::now();
+    if (real_now >= end) return std::nullopt;
+    impl_->changed.wait_until(
+        lock,
+        std::min<std::chrono::steady_clock::time_point>(
+            std::chrono::time_point_cast<std::chrono::steady_clock::duration>(end), real_now + kLookAgain));
+  }
+}
+
+std::vector<LeaseKey> Farm::renew(const WorkerId& worker, const std::vector<LeaseKey>& held) {
+  const std::lock_guard lock(impl_->mutex);
+  if (!impl_->scheduler.workers.find(worker)) throw UnknownWorker(worker);
+  const double now = impl_->clock.now();
+  impl_->scheduler.workers.seen(worker, now);
+  impl_->release_expired(now);
+  std::vector<LeaseKey> lost;
+  for (const LeaseKey& key : held) {
+    Job* job = impl_->scheduler.find(key.job);
+    if (job && job->tiles.holds(key.tile, worker, key.attempt)) {
+      job->tiles.renew(key.tile, now + impl_->options.lease_seconds);
+    } else {
+      lost.push_back(key);
+    }
+  }
+  return lost;
+}
+
+void Farm::fail(const WorkerId& worker, const LeaseKey& key, const std::string& reason) {
+  const std::lock_guard lock(impl_->mutex);
+  const double now = impl_->clock.now();
+  impl_->scheduler.workers.seen(worker, now);
+  Job* job = impl_->scheduler.find(key.job);
+  if (!job || !job->tiles.holds(key.tile, worker, key.attempt)) return;
+  ++impl_->stats.failures;
+  impl_->scheduler.workers.failed(worker, now);
+  impl_->log("worker " + worker.value + " failed job " + key.job.value + " tile " +
+             std::to_string(key.tile.value) + ": " + reason);
+  impl_->release(*job, key.tile, true, reason, now);
+}
+
+void Farm::drain(const WorkerId& worker) {
+  const std::lock_guard lock(impl_->mutex);
+  Worker* found = impl_->scheduler.workers.find(worker);
+  if (!found) throw UnknownWorker(worker);
+  found->draining = true;
+  impl_->changed.notify_all();
+}
+
+void Farm::tick() {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->release_expired(impl_->clock.now());
+  }
+  impl_->settle_complete();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,95 @@
+#include "coordinator/job_record.h"
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace lightmill {
+namespace {
+
+using nlohmann::json;
+
+struct CounterField {
+  const char* name;
+  uint64_t RenderCounters::*member;
+};
+constexpr CounterField kCounters[] = {
+    {"camera_paths", &RenderCounters::camera_paths},
+    {"light_paths", &RenderCounters::light_paths},
+    {"closest_hit_rays", &RenderCounters::closest_hit_rays},
+    {"shadow_rays", &RenderCounters::shadow_rays},
+    {"zero_connections_skipped", &RenderCounters::zero_connections_skipped},
+    {"rouletted_connections", &RenderCounters::rouletted_connections},
+    {"nonfinite", &RenderCounters::nonfinite},
+};
+
+}  // namespace
+
+const char* tile_state_name(TileState state) {
+  switch (state) {
+    case TileState::kPending:
+      return "pending";
+    case TileState::kLeased:
+      return "leased";
+    case TileState::kCommitted:
+      return "committed";
+  }
+  throw std::logic_error("unknown tile state");
+}
+
+std::string job_record_to_json(const JobRecord& r) {
+  json counters;
+  for (const CounterField& field : kCounters) counters[field.name] = r.counters.*field.member;
+  json j = {{"name", r.name},
+            {"bundle", r.bundle_digest},
+            {"settings", settings_to_json(r.settings)},
+            {"priority", r.priority},
+            {"pool", r.pool},
+            {"state", job_state_name(r.state)},
+            {"message", r.message},
+            {"class", r.arithmetic_class},
+            {"target_met", r.target_met},
+            {"wall_seconds", r.wall_seconds},
+            {"cpu_seconds", r.cpu_seconds},
+            {"packets_done", r.packets_done},
+            {"tiles_committed", r.tiles_committed},
+            {"leases_reassigned", r.leases_reassigned},
+            {"pixel_samples", r.pixel_samples},
+            {"counters", counters}};
+  if (r.quantum_exponent) j["quantum"] = *r.quantum_exponent;
+  // A name that isn't UTF-8 must not make the job unstorable.
+  return j.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+JobRecord job_record_from_json(const JobId& id, const std::string& text) {
+  try {
+    const json j = json::parse(text);
+    JobRecord r;
+    r.id = id;
+    r.name = j.at("name").get<std::string>();
+    r.bundle_digest = j.at("bundle").get<std::string>();
+    r.settings = settings_from_json(j.at("settings").get<std::string>());
+    r.priority = j.at("priority").get<int>();
+    r.pool = j.at("pool").get<std::string>();
+    const auto state = job_state_from_name(j.at("state").get<std::string>());
+    if (!state) throw Error(ErrorKind::kFailed, "job " + id.value + " in the store: unknown state");
+    r.state = *state;
+    r.message = j.at("message").get<std::string>();
+    r.arithmetic_class = j.at("class").get<std::string>();
+    if (j.contains("quantum")) r.quantum_exponent = j.at("quantum").get<int>();
+    r.target_met = j.at("target_met").get<bool>();
+    r.wall_seconds = j.at("wall_seconds").get<double>();
+    r.cpu_seconds = j.at("cpu_seconds").get<double>();
+    r.packets_done = j.at("packets_done").get<int64_t>();
+    r.tiles_committed = j.at("tiles_committed").get<int64_t>();
+    r.leases_reassigned = j.at("leases_reassigned").get<int64_t>();
+    r.pixel_samples = j.at("pixel_samples").get<int64_t>();
+    for (const CounterField& field : kCounters) {
+      r.counters.*field.member = j.at("counters").at(field.name).get<uint64_t>();
+    }
+    return r;
+  } catch (const json::exception& e) {
+    throw Error(ErrorKind::kFailed, "job " + id.value + " in the store is malformed: " + e.what());
+  }
+}
+
+}  // namespace lightmill

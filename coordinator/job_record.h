@@ -1,0 +1,53 @@
+#pragma once
+// What the store keeps of a job and of its tiles.
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "common/rpc/farm_types.h"
+
+namespace lightmill {
+
+enum class TileState : int { kPending = 0, kLeased = 1, kCommitted = 2 };
+/// "pending", "leased" or "committed".
+const char* tile_state_name(TileState state);
+
+/// A row of the ledger.
+struct TileRecord {
+  TileId id;
+  TileSpec tile;
+  TileState state = TileState::kPending;
+  int64_t attempt = 0;  // leases so far
+  int failures = 0;     // attempts that ended in a failure report, a corrupt partial or silence
+  WorkerId worker;      // of the last lease
+  std::string digest;   // of the committed partial's content
+  bool operator==(const TileRecord&) const = default;
+};
+
+/// A job without its tiles. The totals are over the committed tiles.
+struct JobRecord {
+  JobId id;
+  std::string name;
+  std::string bundle_digest;
+  RenderSettings settings;
+  int priority = 0;
+  std::string pool;
+  JobState state = JobState::kQueued;
+  std::string message;
+  std::string arithmetic_class;         // of the first worker that got a lease; empty before
+  std::optional<int> quantum_exponent;  // of the first committed partial
+  bool target_met = false;              // --target-error was reached: no more rounds
+  double wall_seconds = 0;
+  double cpu_seconds = 0;
+  int64_t packets_done = 0;
+  int64_t tiles_committed = 0;
+  int64_t leases_reassigned = 0;
+  int64_t pixel_samples = 0;
+  RenderCounters counters;
+};
+
+/// JSON text of everything but the id, and back; throws Error(kFailed) on malformed text.
+std::string job_record_to_json(const JobRecord& record);
+JobRecord job_record_from_json(const JobId& id, const std::string& text);
+
+}  // namespace lightmill

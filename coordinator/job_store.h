@@ -1,0 +1,61 @@
+#pragma once
+// Where jobs live: the seam between the farm and its disk. Every method that changes something is one
+// transaction, durable when it returns; a failing disk throws Error(kFailed) and changes nothing.
+// Thread-safe.
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/image/error_curve.h"
+#include "coordinator/job_record.h"
+
+namespace lightmill {
+
+/// A job's merged layers at some point of time; both empty if there is none yet.
+struct LayerSnapshot {
+  std::string film;     // Film::snapshot()
+  std::string batches;  // BatchFilm::snapshot()
+};
+
+class JobStore {
+ public:
+  virtual ~JobStore() = default;
+
+  // --- reading ---
+  /// All jobs, in the order of their submission.
+  virtual std::vector<JobRecord> jobs() = 0;
+  /// The job's ledger, ascending by id.
+  virtual std::vector<TileRecord> tiles(const JobId& job) = 0;
+  virtual std::vector<ErrorPoint> curve(const JobId& job) = 0;
+  /// Manifest text of a bundle that some job names.
+  virtual std::optional<std::string> bundle_json(const std::string& digest) = 0;
+  /// The job's reference image; empty if it has none.
+  virtual Image reference(const JobId& job) = 0;
+  virtual LayerSnapshot snapshot(const JobId& job) = 0;
+  /// Calls `visit` with every encoded partial that was committed after the snapshot.
+  virtual void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) = 0;
+
+  // --- writing ---
+  /// 1, 2, 3, ...: never the same twice for one `counter`, also after a restart.
+  virtual int64_t next_number(const std::string& counter) = 0;
+  virtual void add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) = 0;
+  virtual void save_job(const JobRecord& job) = 0;
+  virtual void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) = 0;
+  /// Writes both rows: a lease, an expiry, a failure.
+  virtual void save_tile(const JobRecord& job, const TileRecord& tile) = 0;
+  /// In one transaction: checks that the tile is leased with `tile.attempt` by `tile.worker`, puts the
+  /// partial into the spool, marks the tile committed and writes the job row. False, without any change, if
+  /// the check fails.
+  virtual bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) = 0;
+  virtual void add_point(const JobId& job, const ErrorPoint& point) = 0;
+  /// Replaces the snapshot and empties the spool, whose partials it must contain.
+  virtual void checkpoint(const JobId& job, const LayerSnapshot& snapshot) = 0;
+  /// Keeps a refused partial for inspection; only the newest few, and none that is large.
+  virtual void quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
+                          std::string_view partial) = 0;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,130 @@
+#include "coordinator/memory_job_store.h"
+
+#include <stdexcept>
+
+namespace lightmill {
+
+MemoryJobStore::Entry& MemoryJobStore::entry(const JobId& job) {
+  const auto found = jobs_.find(job);
+  if (found == jobs_.end()) throw std::logic_error("store: no job " + job.value);
+  return found->second;
+}
+
+TileRecord& MemoryJobStore::row(Entry& entry, const TileId& id) {
+  if (id.value < 0 || static_cast<size_t>(id.value) >= entry.tiles.size()) {
+    throw std::logic_error("store: no tile " + std::to_string(id.value));
+  }
+  return entry.tiles[static_cast<size_t>(id.value)];
+}
+
+std::vector<JobRecord> MemoryJobStore::jobs() {
+  const std::lock_guard lock(mutex_);
+  std::vector<JobRecord> records;
+  for (const JobId& id : order_) records.push_back(entry(id).record);
+  return records;
+}
+
+std::vector<TileRecord> MemoryJobStore::tiles(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  return entry(job).tiles;
+}
+
+std::vector<ErrorPoint> MemoryJobStore::curve(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  return entry(job).curve;
+}
+
+std::optional<std::string> MemoryJobStore::bundle_json(const std::string& digest) {
+  const std::lock_guard lock(mutex_);
+  const auto found = bundles_.find(digest);
+  if (found == bundles_.end()) return std::nullopt;
+  return found->second;
+}
+
+Image MemoryJobStore::reference(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  return entry(job).reference;
+}
+
+LayerSnapshot MemoryJobStore::snapshot(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  return entry(job).snapshot;
+}
+
+void MemoryJobStore::for_each_spooled(const JobId& job,
+                                      const std::function<void(const std::string&)>& visit) {
+  std::vector<std::string> spool;
+  {
+    const std::lock_guard lock(mutex_);
+    spool = entry(job).spool;
+  }
+  for (const std::string& partial : spool) visit(partial);
+}
+
+int64_t MemoryJobStore::next_number(const std::string& counter) {
+  const std::lock_guard lock(mutex_);
+  return ++counters_[counter];
+}
+
+void MemoryJobStore::add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) {
+  const std::lock_guard lock(mutex_);
+  Entry added;
+  added.record = job;
+  added.reference = reference;
+  jobs_.emplace(job.id, std::move(added));
+  bundles_[job.bundle_digest] = bundle_json;
+  order_.push_back(job.id);
+}
+
+void MemoryJobStore::save_job(const JobRecord& job) {
+  const std::lock_guard lock(mutex_);
+  entry(job.id).record = job;
+}
+
+void MemoryJobStore::add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) {
+  const std::lock_guard lock(mutex_);
+  Entry& e = entry(job);
+  for (const TileRecord& tile : tiles) {
+    if (static_cast<size_t>(tile.id.value) != e.tiles.size())
+      throw std::logic_error("store: tile ids must be dense");
+    e.tiles.push_back(tile);
+  }
+}
+
+void MemoryJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
+  const std::lock_guard lock(mutex_);
+  Entry& e = entry(job.id);
+  row(e, tile.id) = tile;
+  e.record = job;
+}
+
+bool MemoryJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) {
+  const std::lock_guard lock(mutex_);
+  Entry& e = entry(job.id);
+  TileRecord& stored = row(e, tile.id);
+  if (stored.state != TileState::kLeased || stored.attempt != tile.attempt || stored.worker != tile.worker) {
+    return false;
+  }
+  e.spool.emplace_back(partial);
+  stored = tile;
+  e.record = job;
+  return true;
+}
+
+void MemoryJobStore::add_point(const JobId& job, const ErrorPoint& point) {
+  const std::lock_guard lock(mutex_);
+  entry(job).curve.push_back(point);
+}
+
+void MemoryJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot) {
+  const std::lock_guard lock(mutex_);
+  Entry& e = entry(job);
+  e.snapshot = snapshot;
+  e.spool.clear();
+}
+
+void MemoryJobStore::quarantine(const LeaseKey&, const WorkerId&, const std::string&, std::string_view) {
+  // Nobody could look at it after the process has ended.
+}
+
+}  // namespace lightmill

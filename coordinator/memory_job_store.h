@@ -1,0 +1,49 @@
+#pragma once
+// A store that lives as long as the process: for `lightmill render` and for tests.
+#include <map>
+#include <mutex>
+
+#include "coordinator/job_store.h"
+
+namespace lightmill {
+
+class MemoryJobStore : public JobStore {
+ public:
+  std::vector<JobRecord> jobs() override;
+  std::vector<TileRecord> tiles(const JobId& job) override;
+  std::vector<ErrorPoint> curve(const JobId& job) override;
+  std::optional<std::string> bundle_json(const std::string& digest) override;
+  Image reference(const JobId& job) override;
+  LayerSnapshot snapshot(const JobId& job) override;
+  void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) override;
+  int64_t next_number(const std::string& counter) override;
+  void add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) override;
+  void save_job(const JobRecord& job) override;
+  void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) override;
+  void save_tile(const JobRecord& job, const TileRecord& tile) override;
+  bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) override;
+  void add_point(const JobId& job, const ErrorPoint& point) override;
+  void checkpoint(const JobId& job, const LayerSnapshot& snapshot) override;
+  void quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
+                  std::string_view partial) override;
+
+ private:
+  struct Entry {
+    JobRecord record;
+    std::vector<TileRecord> tiles;  // index = id
+    std::vector<ErrorPoint> curve;
+    Image reference;
+    LayerSnapshot snapshot;
+    std::vector<std::string> spool;
+  };
+  Entry& entry(const JobId& job);
+  TileRecord& row(Entry& entry, const TileId& id);
+
+  std::mutex mutex_;
+  std::vector<JobId> order_;
+  std::map<JobId, Entry> jobs_;
+  std::map<std::string, std::string> bundles_;
+  std::map<std::string, int64_t> counters_;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,195 @@
+#include "coordinator/scheduler.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lightmill {
+namespace {
+
+constexpr double kRateWindowSeconds = 10;
+constexpr double kPointSpacing = 1.25;  // points of the curve are this far apart in spp
+
+bool runnable(const Job& job) {
+  return job.record.state == JobState::kQueued || job.record.state == JobState::kRunning;
+}
+
+/// A tile may be leased: in time, or one of the first round, without which the picture has holes.
+bool in_time(const TileRecord& tile, bool time_is_up) { return !time_is_up || tile.tile.sample_begin == 0; }
+
+}  // namespace
+
+Job& Scheduler::add(Job job) {
+  const JobId id = job.record.id;
+  order_.push_back(id);
+  rank_[id] = order_.size();
+  Job& added = jobs_.insert_or_assign(id, std::move(job)).first->second;
+  state_changed(added);
+  return added;
+}
+
+void Scheduler::state_changed(const Job& job) {
+  const size_t rank = rank_.at(job.record.id);
+  if (is_final(job.record.state)) {
+    active_.erase(rank);
+  } else {
+    active_[rank] = job.record.id;
+  }
+}
+
+std::vector<JobId> Scheduler::active() const {
+  std::vector<JobId> ids;
+  for (const auto& [rank, id] : active_) ids.push_back(id);
+  return ids;
+}
+
+Job* Scheduler::find(const JobId& id) {
+  const auto found = jobs_.find(id);
+  return found == jobs_.end() ? nullptr : &found->second;
+}
+const Job* Scheduler::find(const JobId& id) const { return const_cast<Scheduler*>(this)->find(id); }
+
+double Scheduler::wall_seconds(const Job& job, double now) {
+  return job.record.wall_seconds + (job.running_since >= 0 ? std::max(0.0, now - job.running_since) : 0);
+}
+
+bool Scheduler::time_is_up(const Job& job, double now) {
+  return job.record.settings.time_s > 0 && wall_seconds(job, now) >= job.record.settings.time_s;
+}
+
+bool Scheduler::fits(const Job& job, const Worker& worker) const {
+  const JobRecord& record = job.record;
+  return (record.pool.empty() || record.pool == worker.registration.pool) &&
+         (record.arithmetic_class.empty() || record.arithmetic_class == worker.registration.arithmetic_class);
+}
+
+int Scheduler::fitting_workers(const Job& job, double now, double* mean_speed) const {
+  int count = 0, measured = 0;
+  double speed = 0;
+  for (const auto& [id, worker] : workers.all()) {
+    if (!workers.may_work(worker, now) || !fits(job, worker)) continue;
+    ++count;
+    if (worker.samples_per_second > 0) {
+      ++measured;
+      speed += worker.samples_per_second;
+    }
+  }
+  if (mean_speed) *mean_speed = measured > 0 ? speed / measured : 0;
+  return count;
+}
+
+std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
+  const RenderSettings& settings = job.record.settings;
+  TilingInput input;
+  input.grid = settings.grid;
+  input.begin = job.tiles.planned_samples();
+  input.spp = settings.spp;
+  if (input.begin >= input.spp || job.record.target_met || time_is_up(job, now)) return {};
+  input.workers = fitting_workers(job, now, &input.worker_samples_per_second);
+  // Speeds were measured on other jobs too; a new job starts small whatever they say.
+  input.target_tile_seconds = options_.target_tile_seconds;
+  if (!job.tiles.rounds().empty()) {
+    const LeaseTable::Round& last = job.tiles.rounds().back();
+    input.previous_tile_samples = std::max<int64_t>(
+        1, settings.grid.crop.area() * (last.end - last.begin) / std::max<int64_t>(1, last.tiles));
+  }
+  input.max_superblocks = job.batch_group;
+  if (settings.time_s > 0) input.seconds_left = std::max(0.0, settings.time_s - wall_seconds(job, now));
+  return plan_round(input);
+}
+
+Offer Scheduler::offer(const WorkerId& worker_id, double now) const {
+  const Worker* worker = workers.find(worker_id);
+  if (!worker || !workers.may_work(*worker, now)) return {};
+  std::vector<const Job*> candidates;
+  for (const auto& [rank, id] : active_) {
+    const Job* job = find(id);
+    if (runnable(*job) && fits(*job, *worker)) candidates.push_back(job);
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Job* a, const Job* b) { return a->record.priority > b->record.priority; });
+  for (const Job* job : candidates) {
+    const bool up = time_is_up(*job, now);
+    // A tile that failed here goes to somebody else, if there is anybody else who has not failed it too.
+    const auto acceptable = [&](const TileRecord& tile) {
+      if (!in_time(tile, up)) return false;
+      if (tile.failures == 0 || !job->failed_on.contains({tile.id, worker_id})) return true;
+      for (const auto& [id, other] : workers.all()) {
+        if (workers.may_work(other, now) && fits(*job, other) && !job->failed_on.contains({tile.id, id})) {
+          return false;
+        }
+      }
+      return true;
+    };
+    if (const auto tile = job->tiles.next_pending(acceptable)) return LeaseOffer{job->record.id, *tile};
+    std::vector<TileSpec> round = next_round(*job, now);
+    if (!round.empty()) return RoundOffer{job->record.id, std::move(round)};
+  }
+  return {};
+}
+
+bool Scheduler::complete(const Job& job, double now) const {
+  if (is_final(job.record.state) || job.tiles.leased_count() > 0 || job.tiles.rounds().empty()) return false;
+  const bool up = time_is_up(job, now);
+  if (job.tiles.next_pending([&](const TileRecord& tile) { return in_time(tile, up); })) return false;
+  return next_round(job, now).empty();
+}
+
+void Scheduler::count_commit(Job& job, double now, double pixel_samples) {
+  job.recent.emplace_back(now, pixel_samples);
+  while (job.recent.size() > 2 && job.recent.front().first < now - kRateWindowSeconds) job.recent.pop_front();
+}
+
+double Scheduler::recent_rate(const Job& job, double now) {
+  // The oldest entry of the window only marks its beginning: what it took to render lies before it.
+  double samples = 0, first = -1;
+  for (const auto& [time, count] : job.recent) {
+    if (time < now - kRateWindowSeconds) continue;
+    if (first < 0) {
+      first = time;
+    } else {
+      samples += count;
+    }
+  }
+  return first >= 0 && now > first ? samples / (now - first) : 0;
+}
+
+double Scheduler::eta_seconds(const Job& job, double now) {
+  const RenderSettings& settings = job.record.settings;
+  if (is_final(job.record.state)) return 0;
+  double eta = -1;
+  const double rate = recent_rate(job, now);
+  if (rate > 1e-3) {
+    const double total = static_cast<double>(settings.spp) * static_cast<double>(settings.grid.crop.area());
+    eta = std::max(0.0, total - static_cast<double>(job.record.pixel_samples)) / rate;
+  }
+  if (settings.time_s > 0) {
+    const double left = std::max(0.0, settings.time_s - wall_seconds(job, now));
+    eta = eta < 0 ? left : std::min(eta, left);
+  }
+  return eta;
+}
+
+std::string Scheduler::waiting_for(const Job& job, double now) const {
+  if (!runnable(job) || job.tiles.leased_count() > 0) return {};
+  int live = 0, pool = 0;
+  for (const auto& [id, worker] : workers.all()) {
+    if (!workers.may_work(worker, now)) continue;
+    ++live;
+    if (job.record.pool.empty() || job.record.pool == worker.registration.pool) ++pool;
+  }
+  if (live == 0) return "waits for a worker: none is connected";
+  if (pool == 0) return "waits for a worker of pool \"" + job.record.pool + "\"";
+  if (fitting_workers(job, now, nullptr) == 0) {
+    return "waits for a worker of arithmetic class " + job.record.arithmetic_class.substr(0, 12) +
+           "; those connected compute other bits";
+  }
+  return {};
+}
+
+bool Scheduler::point_due(const Job& job) {
+  const int64_t complete = job.tiles.complete_samples();
+  if (complete <= 0) return false;
+  return !job.last_point || static_cast<double>(complete) >= job.last_point->spp * kPointSpacing;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,95 @@
+#pragma once
+// The scheduler: which tile for which worker, when to open a round, when a job is complete. Pure: it decides
+// on (state, now) and never waits, stores or renders; the farm makes a decision durable and then applies it.
+#include <deque>
+#include <map>
+#include <set>
+#include <variant>
+#include <vector>
+
+#include "common/image/error_curve.h"
+#include "coordinator/lease_table.h"
+#include "coordinator/tiling.h"
+#include "coordinator/worker_table.h"
+
+namespace lightmill {
+
+/// A job as the scheduler sees it.
+struct Job {
+  JobRecord record;
+  LeaseTable tiles;  // of a final job only while `ledger_loaded`
+  bool ledger_loaded = true;
+  double running_since = -1;  // clock time up to which wall_seconds is summed; negative: does not run
+  int64_t batch_group = 1;    // BatchFilm::max_tile_superblocks() of its layers
+  std::set<std::pair<TileId, WorkerId>> failed_on;  // do not give it to the same worker again if others can
+  int failures_in_row = 0;                          // failed tiles without a commit in between
+  std::optional<ErrorPoint> last_point;             // of the curve
+  std::optional<ErrorPoint> last_estimate;          // last one with a relMSE
+  std::deque<std::pair<double, double>> recent;     // (clock time, pixel samples) of the newest commits
+  uint64_t version = 0;
+};
+
+struct SchedulerOptions {
+  double target_tile_seconds = 1;
+};
+
+/// Lease this tile.
+struct LeaseOffer {
+  JobId job;
+  TileId tile;
+};
+/// Open this round, then ask again.
+struct RoundOffer {
+  JobId job;
+  std::vector<TileSpec> tiles;
+};
+using Offer = std::variant<std::monostate, LeaseOffer, RoundOffer>;
+
+class Scheduler {
+ public:
+  Scheduler(const SchedulerOptions& options, double lease_seconds)
+      : workers(lease_seconds), options_(options) {}
+
+  WorkerTable workers;
+
+  Job& add(Job job);
+  Job* find(const JobId& id);
+  const Job* find(const JobId& id) const;
+  /// In the order of submission.
+  const std::vector<JobId>& order() const { return order_; }
+  /// Those that are not final, in the order of submission.
+  std::vector<JobId> active() const;
+  /// To be called after record.state was changed.
+  void state_changed(const Job& job);
+
+  /// What to do for a worker that asks for work: the first runnable job by priority, then by age, that has
+  /// (or can open) something for it.
+  Offer offer(const WorkerId& worker, double now) const;
+  /// True if nothing is left to lease or to wait for: the job is done.
+  bool complete(const Job& job, double now) const;
+  /// Render wall time so far.
+  static double wall_seconds(const Job& job, double now);
+  static bool time_is_up(const Job& job, double now);
+  /// Pixel samples per second over the newest commits; 0 if unknown.
+  static double recent_rate(const Job& job, double now);
+  static void count_commit(Job& job, double now, double pixel_samples);
+  /// Remaining seconds until spp or the time limit, whichever comes first; -1 if unknown.
+  static double eta_seconds(const Job& job, double now);
+  /// Why nothing happens to a runnable job, or empty.
+  std::string waiting_for(const Job& job, double now) const;
+  /// True if a round end asks for a new point of the curve.
+  static bool point_due(const Job& job);
+
+ private:
+  bool fits(const Job& job, const Worker& worker) const;
+  int fitting_workers(const Job& job, double now, double* mean_speed) const;
+  std::vector<TileSpec> next_round(const Job& job, double now) const;
+
+  SchedulerOptions options_;
+  std::map<JobId, Job> jobs_;
+  std::vector<JobId> order_;
+  std::map<JobId, size_t> rank_;    // place in order_, from 1
+  std::map<size_t, JobId> active_;  // by rank
+};
+
+}  // namespace lightmill

@@ -1,0 +1,86 @@
+#include "coordinator/tiling.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lightmill {
+namespace {
+
+// First tiles: small enough for a first picture within a second or two on any machine.
+constexpr int64_t kFirstTileSamples = 16 * kCellPixels;
+constexpr int64_t kMaxTilesPerRound = 4096;
+constexpr int64_t kMaxGrowth = 2;
+
+int64_t tile_budget(const TilingInput& in) {
+  if (in.previous_tile_samples <= 0) return kFirstTileSamples;
+  const int64_t grown = in.previous_tile_samples * kMaxGrowth;
+  if (!(in.worker_samples_per_second > 0)) return in.previous_tile_samples;
+  const double wanted = std::clamp(in.worker_samples_per_second * in.target_tile_seconds, 1.0, 0x1p50);
+  return std::min(grown, static_cast<int64_t>(wanted));
+}
+
+int64_t range_end(const TilingInput& in, int64_t budget) {
+  const int64_t pixels = in.grid.crop.area();
+  int64_t end = 0;
+  if (in.begin < kSuperblockSamples) {
+    end = block_end(block_of_sample(in.begin));
+  } else {
+    const int64_t first = superblock_of_sample(in.begin);
+    const int64_t group = std::max<int64_t>(1, in.max_superblocks);
+    const double round_budget = 2.0 * std::max(1, in.workers) * static_cast<double>(budget);
+    const double fits =
+        round_budget / (static_cast<double>(pixels) * static_cast<double>(kSuperblockSamples));
+    const auto count = static_cast<int64_t>(std::clamp(fits, 1.0, static_cast<double>(group)));
+    end = std::min(first + count, (first / group + 1) * group) * kSuperblockSamples;
+  }
+  end = std::min(end, in.spp);
+  if (in.seconds_left >= 0 && in.worker_samples_per_second > 0) {
+    const double rate = in.worker_samples_per_second * std::max(1, in.workers);
+    const double affordable = in.seconds_left * rate / static_cast<double>(pixels);
+    // A first picture is owed in any case.
+    if (affordable < 0.5 && in.begin > 0) return in.begin;
+    if (affordable < static_cast<double>(end - in.begin)) {
+      end = in.begin + std::max<int64_t>(1, static_cast<int64_t>(affordable));
+    }
+  }
+  return end;
+}
+
+}  // namespace
+
+std::vector<CellRect> split_cells(const CellRect& cells, int64_t count) {
+  const int width = cells.width(), height = cells.height();
+  count = std::clamp<int64_t>(count, 1, cells.count());
+  const double side = std::sqrt(static_cast<double>(cells.count()) / static_cast<double>(count));
+  int columns = static_cast<int>(std::clamp(std::ceil(width / std::max(1.0, std::floor(side))), 1.0,
+                                            static_cast<double>(std::min<int64_t>(width, count))));
+  const auto rows = static_cast<int>(std::min<int64_t>(height, (count + columns - 1) / columns));
+  columns = static_cast<int>(std::min<int64_t>(width, (count + rows - 1) / rows));
+  const auto cut = [](int from, int length, int parts, int i) {
+    return from + static_cast<int>(int64_t{length} * i / parts);
+  };
+  std::vector<CellRect> parts;
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      parts.push_back({cut(cells.x0, width, columns, x), cut(cells.y0, height, rows, y),
+                       cut(cells.x0, width, columns, x + 1), cut(cells.y0, height, rows, y + 1)});
+    }
+  }
+  return parts;
+}
+
+std::vector<TileSpec> plan_round(const TilingInput& in) {
+  const int64_t budget = tile_budget(in);
+  const int64_t end = range_end(in, budget);
+  if (end <= in.begin) return {};
+  const CellRect cells = in.grid.cells();
+  const double samples = static_cast<double>(in.grid.crop.area()) * static_cast<double>(end - in.begin);
+  auto count = static_cast<int64_t>(std::min(std::ceil(samples / static_cast<double>(budget)), 1e9));
+  count = std::min(
+      {std::max<int64_t>(count, 2 * int64_t{std::max(1, in.workers)}), cells.count(), kMaxTilesPerRound});
+  std::vector<TileSpec> tiles;
+  for (const CellRect& part : split_cells(cells, count)) tiles.push_back({part, in.begin, end});
+  return tiles;
+}
+
+}  // namespace lightmill

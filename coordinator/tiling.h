@@ -1,0 +1,36 @@
+#pragma once
+// Rounds and tiles. A round is the whole crop window over a range of sample indices, split into rectangles of
+// cells. Sums are exact, so nothing that is decided here shows in a pixel: it may depend on measured speed.
+#include <cstdint>
+#include <vector>
+
+#include "common/image/grid.h"
+
+namespace lightmill {
+
+struct TilingInput {
+  FilmGrid grid;
+  int64_t begin = 0;                     // first sample index that no round covers yet
+  int64_t spp = 0;                       // of the job; begin < spp
+  int workers = 1;                       // that could take part
+  double worker_samples_per_second = 0;  // measured mean per worker; 0: not known yet
+  double target_tile_seconds = 1;
+  int64_t previous_tile_samples = 0;  // pixel samples per tile of the last round; 0: this is the first
+  int64_t max_superblocks = 1;        // BatchFilm::max_tile_superblocks()
+  double seconds_left = -1;           // of --time; negative: no limit
+};
+
+/// The tiles of the next round, all with the same sample range [begin, end).
+///
+/// The range ends at a block's end within the first superblock, then at a superblock's end, never beyond spp;
+/// several superblocks of one aligned group of `max_superblocks` are taken together if a single one is less
+/// work than two target tiles per worker. With a time limit the range is cut to what fits. A tile takes about
+/// target_tile_seconds, but no more than twice the samples of the last round's tiles; there are at least two
+/// tiles per worker where the grid has as many cells. Empty if less than half a sample per pixel fits the
+/// time left.
+std::vector<TileSpec> plan_round(const TilingInput& input);
+
+/// Splits `cells` into about `count` nearly equal rectangles, row-major, at least one cell each.
+std::vector<CellRect> split_cells(const CellRect& cells, int64_t count);
+
+}  // namespace lightmill

@@ -1,0 +1,103 @@
+#include "coordinator/worker_table.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lightmill {
+namespace {
+
+constexpr double kLostAfterLeases = 3;  // lease times without a word
+constexpr int kFailuresUntilBenched = 8;
+constexpr double kFirstBenchSeconds = 30;
+constexpr double kLongestBenchSeconds = 600;
+constexpr double kSmoothing = 0.3;  // weight of the newest tile in a worker's speed
+
+WorkerStatus status_of(const Worker& worker, const char* state, double now) {
+  return {worker.id,
+          worker.registration,
+          state,
+          worker.tiles_committed,
+          worker.samples_per_second,
+          worker.polling > 0 ? 0 : std::max(0.0, now - worker.last_seen)};
+}
+
+}  // namespace
+
+void WorkerTable::add(const WorkerId& id, const WorkerRegistration& registration, double now) {
+  if (workers_.size() >= kMaxWorkers) {
+    std::erase_if(workers_, [&](const auto& item) { return is_lost(item.second, now); });
+  }
+  if (workers_.size() >= kMaxWorkers) {
+    throw Error(ErrorKind::kUnreachable, "the coordinator has its limit of " + std::to_string(kMaxWorkers) +
+                                             " workers; stop some, or start a second coordinator");
+  }
+  Worker worker;
+  worker.id = id;
+  worker.registration = registration;
+  worker.last_seen = now;
+  workers_[id] = worker;
+}
+
+void WorkerTable::add_refused(const WorkerId& id, const WorkerRegistration& registration, double now) {
+  Worker worker;
+  worker.id = id;
+  worker.registration = registration;
+  worker.last_seen = now;
+  refused_.push_back(worker);
+  if (refused_.size() > kMaxRefused) refused_.pop_front();
+}
+
+Worker* WorkerTable::find(const WorkerId& id) {
+  const auto found = workers_.find(id);
+  return found == workers_.end() ? nullptr : &found->second;
+}
+const Worker* WorkerTable::find(const WorkerId& id) const { return const_cast<WorkerTable*>(this)->find(id); }
+
+void WorkerTable::seen(const WorkerId& id, double now) {
+  if (Worker* worker = find(id)) worker->last_seen = now;
+}
+
+bool WorkerTable::is_lost(const Worker& worker, double now) const {
+  return worker.polling == 0 && now - worker.last_seen > kLostAfterLeases * lease_seconds_;
+}
+
+bool WorkerTable::may_work(const Worker& worker, double now) const {
+  return !worker.draining && now >= worker.benched_until && !is_lost(worker, now);
+}
+
+void WorkerTable::committed(const WorkerId& id, double samples, double seconds) {
+  Worker* worker = find(id);
+  if (!worker) return;
+  ++worker->tiles_committed;
+  worker->failures_in_row = 0;
+  worker->times_benched = 0;
+  if (!(seconds > 0) || !(samples > 0)) return;
+  const double rate = samples / seconds;
+  worker->samples_per_second =
+      worker->samples_per_second > 0 ? std::lerp(worker->samples_per_second, rate, kSmoothing) : rate;
+}
+
+void WorkerTable::failed(const WorkerId& id, double now) {
+  Worker* worker = find(id);
+  if (!worker || ++worker->failures_in_row < kFailuresUntilBenched) return;
+  worker->failures_in_row = 0;
+  worker->benched_until =
+      now + std::min(kLongestBenchSeconds, std::ldexp(kFirstBenchSeconds, worker->times_benched));
+  worker->times_benched = std::min(worker->times_benched + 1, 10);
+}
+
+std::vector<WorkerStatus> WorkerTable::list(double now) const {
+  std::vector<WorkerStatus> result;
+  for (const auto& [id, worker] : workers_) {
+    const char* state = is_lost(worker, now)         ? "lost"
+                        : worker.draining            ? "draining"
+                        : now < worker.benched_until ? "benched"
+                        : worker.leases > 0          ? "rendering"
+                                                     : "idle";
+    result.push_back(status_of(worker, state, now));
+  }
+  for (const Worker& worker : refused_) result.push_back(status_of(worker, "refused", now));
+  return result;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,59 @@
+#pragma once
+// The workers that the coordinator knows: who may work, who is lost, who is benched. Pure: time is an
+// argument.
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "common/rpc/farm_types.h"
+
+namespace lightmill {
+
+struct Worker {
+  WorkerId id;
+  WorkerRegistration registration;
+  double last_seen = 0;
+  int polling = 0;  // lease calls that wait right now: as good as being seen
+  bool draining = false;
+  int64_t leases = 0;  // held now
+  int64_t tiles_committed = 0;
+  int failures_in_row = 0;  // failure reports and corrupt partials since the last good commit
+  int times_benched = 0;
+  double benched_until = 0;
+  double samples_per_second = 0;  // smoothed; 0: not known yet
+};
+
+class WorkerTable {
+ public:
+  static constexpr size_t kMaxWorkers = 4096;
+  static constexpr size_t kMaxRefused = 32;
+
+  explicit WorkerTable(double lease_seconds) : lease_seconds_(lease_seconds) {}
+
+  /// Throws Error(kUnreachable) if kMaxWorkers live ones are registered. Makes room by forgetting lost ones.
+  void add(const WorkerId& id, const WorkerRegistration& registration, double now);
+  /// Remembers a refusal, for the user to see in the list of workers.
+  void add_refused(const WorkerId& id, const WorkerRegistration& registration, double now);
+  /// Null if it is not registered.
+  Worker* find(const WorkerId& id);
+  const Worker* find(const WorkerId& id) const;
+  void seen(const WorkerId& id, double now);
+  bool is_lost(const Worker& worker, double now) const;
+  /// May it get leases: neither lost nor draining nor benched.
+  bool may_work(const Worker& worker, double now) const;
+  /// A tile was rendered: `samples` pixel samples in `seconds`.
+  void committed(const WorkerId& id, double samples, double seconds);
+  /// A failure report or a corrupt partial. Too many in a row bench the worker, twice as long every time.
+  void failed(const WorkerId& id, double now);
+  std::vector<WorkerStatus> list(double now) const;
+  const std::map<WorkerId, Worker>& all() const { return workers_; }
+
+ private:
+  double lease_seconds_;
+  std::map<WorkerId, Worker> workers_;
+  std::deque<Worker> refused_;
+};
+
+}  // namespace lightmill
