@@ -1,0 +1,76 @@
+#pragma once
+// A thin RAII layer over SQLite: a connection, statements, transactions. Errors become Error(kFailed) that
+// name the file. Not thread-safe; the owner serialises.
+//
+//   Transaction transaction(db);
+//   Statement(db, "UPDATE jobs SET record=? WHERE id=?").bind(text).bind(id).run();
+//   transaction.commit();
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace lightmill {
+
+class Database {
+ public:
+  /// Opens or creates the file; WAL, every transaction is on disk when it returns.
+  explicit Database(const std::string& path);
+  ~Database();
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+  /// Runs statements without parameters or results.
+  void execute(const char* sql);
+  /// Rows that the last statement changed.
+  int64_t changes() const;
+  [[noreturn]] void fail() const;
+
+ private:
+  friend class Statement;
+  std::string path_;
+  sqlite3* handle_ = nullptr;
+};
+
+class Statement {
+ public:
+  Statement(Database& db, const char* sql);
+  ~Statement();
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+  /// Parameters, in order. Texts and blobs are not copied: they must live until the statement has run.
+  Statement& bind(int64_t value);
+  Statement& bind(int value) { return bind(int64_t{value}); }
+  Statement& bind(const std::string& text);
+  Statement& bind_blob(std::string_view bytes);
+  /// Next row; false at the end.
+  bool step();
+  /// For statements without rows.
+  void run() { step(); }
+  int64_t integer(int column) const;
+  std::string text(int column) const;
+  /// Valid until the next step.
+  std::string_view blob(int column) const;
+
+ private:
+  Database& db_;
+  sqlite3_stmt* statement_ = nullptr;
+  int next_parameter_ = 1;
+};
+
+/// Rolls back unless committed.
+class Transaction {
+ public:
+  explicit Transaction(Database& db);
+  ~Transaction();
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+  void commit();
+
+ private:
+  Database& db_;
+  bool open_ = true;
+};
+
+}  // namespace lightmill

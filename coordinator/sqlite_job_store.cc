@@ -1,0 +1,341 @@
+#include "coordinator/sqlite_job_store.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace lightmill {
+namespace {
+
+constexpr int64_t kSchemaVersion = 1;
+constexpr int64_t kMaxQuarantined = 32;
+constexpr size_t kMaxQuarantinedBytes = size_t{16} << 20;
+
+constexpr const char* kTables = R"sql(
+CREATE TABLE meta(key TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
+CREATE TABLE counters(name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
+CREATE TABLE bundles(digest TEXT PRIMARY KEY, manifest TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE jobs(
+  number INTEGER PRIMARY KEY AUTOINCREMENT,
+  id TEXT NOT NULL UNIQUE,
+  bundle TEXT NOT NULL REFERENCES bundles(digest),
+  record TEXT NOT NULL);
+-- The ledger. state: 0 pending, 1 leased, 2 committed.
+CREATE TABLE tiles(
+  job TEXT NOT NULL REFERENCES jobs(id),
+  tile INTEGER NOT NULL,
+  x0 INTEGER NOT NULL, y0 INTEGER NOT NULL, x1 INTEGER NOT NULL, y1 INTEGER NOT NULL,
+  sample_begin INTEGER NOT NULL, sample_end INTEGER NOT NULL,
+  state INTEGER NOT NULL, attempt INTEGER NOT NULL, failures INTEGER NOT NULL,
+  worker TEXT NOT NULL, digest TEXT NOT NULL,
+  PRIMARY KEY(job, tile)) WITHOUT ROWID;
+-- Committed partials that no snapshot contains yet, as they came, in chunks.
+CREATE TABLE spool(
+  job TEXT NOT NULL, tile INTEGER NOT NULL, part INTEGER NOT NULL, bytes BLOB NOT NULL,
+  UNIQUE(job, tile, part));
+-- kind: film, batches, reference.
+CREATE TABLE layers(
+  job TEXT NOT NULL, kind TEXT NOT NULL, part INTEGER NOT NULL, bytes BLOB NOT NULL,
+  UNIQUE(job, kind, part));
+CREATE TABLE points(job TEXT NOT NULL, number INTEGER NOT NULL, point TEXT NOT NULL,
+  PRIMARY KEY(job, number)) WITHOUT ROWID;
+CREATE TABLE quarantine(
+  number INTEGER PRIMARY KEY AUTOINCREMENT,
+  job TEXT NOT NULL, tile INTEGER NOT NULL, attempt INTEGER NOT NULL,
+  worker TEXT NOT NULL, reason TEXT NOT NULL, bytes BLOB NOT NULL);
+)sql";
+
+}  // namespace
+
+SqliteJobStore::SqliteJobStore(const std::string& path, size_t chunk_bytes)
+    : db_(path), path_(path), chunk_bytes_(chunk_bytes) {
+  create_tables();
+}
+
+void SqliteJobStore::create_tables() {
+  Transaction transaction(db_);
+  const bool fresh = !Statement(db_, "SELECT 1 FROM sqlite_master WHERE name='meta'").step();
+  if (fresh) {
+    db_.execute(kTables);
+    Statement(db_, "INSERT INTO meta VALUES('schema', ?)").bind(kSchemaVersion).run();
+  } else {
+    Statement version(db_, "SELECT value FROM meta WHERE key='schema'");
+    if (!version.step() || version.integer(0) != kSchemaVersion) {
+      throw Error(ErrorKind::kFailed,
+                  path_ +
+                      ": another version of Lightmill wrote this job store; use that version "
+                      "or a new --data folder");
+    }
+  }
+  transaction.commit();
+}
+
+std::vector<JobRecord> SqliteJobStore::jobs() {
+  const std::lock_guard lock(mutex_);
+  std::vector<JobRecord> records;
+  Statement select(db_, "SELECT id, record FROM jobs ORDER BY number");
+  while (select.step()) records.push_back(job_record_from_json(JobId{select.text(0)}, select.text(1)));
+  return records;
+}
+
+std::vector<TileRecord> SqliteJobStore::tiles(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  Statement select(
+      db_,
+      "SELECT tile, x0, y0, x1, y1, sample_begin, sample_end, state, attempt, failures, worker, digest "
+      "FROM tiles WHERE job=? ORDER BY tile");
+  select.bind(job.value);
+  std::vector<TileRecord> records;
+  while (select.step()) {
+    TileRecord tile;
+    tile.id = TileId{select.integer(0)};
+    const auto cell = [&](int column) { return static_cast<int>(select.integer(column)); };
+    tile.tile = {{cell(1), cell(2), cell(3), cell(4)}, select.integer(5), select.integer(6)};
+    const int64_t state = select.integer(7);
+    if (state < 0 || state > 2) throw Error(ErrorKind::kFailed, path_ + ": unknown tile state in the ledger");
+    tile.state = static_cast<TileState>(state);
+    tile.attempt = select.integer(8);
+    tile.failures = static_cast<int>(select.integer(9));
+    tile.worker = WorkerId{select.text(10)};
+    tile.digest = select.text(11);
+    if (tile.id.value != static_cast<int64_t>(records.size())) {
+      throw Error(ErrorKind::kFailed, path_ + ": the ledger of job " + job.value + " has gaps");
+    }
+    records.push_back(std::move(tile));
+  }
+  return records;
+}
+
+std::vector<ErrorPoint> SqliteJobStore::curve(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  std::vector<ErrorPoint> points;
+  Statement select(db_, "SELECT point FROM points WHERE job=? ORDER BY number");
+  select.bind(job.value);
+  while (select.step()) {
+    for (const ErrorPoint& point : curve_from_json(select.text(0)).points) points.push_back(point);
+  }
+  return points;
+}
+
+std::optional<std::string> SqliteJobStore::bundle_json(const std::string& digest) {
+  const std::lock_guard lock(mutex_);
+  Statement select(db_, "SELECT manifest FROM bundles WHERE digest=?");
+  select.bind(digest);
+  if (!select.step()) return std::nullopt;
+  return select.text(0);
+}
+
+void SqliteJobStore::put_layer(const JobId& job, const std::string& kind, std::string_view bytes) {
+  Statement(db_, "DELETE FROM layers WHERE job=? AND kind=?").bind(job.value).bind(kind).run();
+  int64_t part = 0;
+  for (size_t at = 0; at < bytes.size(); at += chunk_bytes_) {
+    Statement(db_, "INSERT INTO layers VALUES(?,?,?,?)")
+        .bind(job.value)
+        .bind(kind)
+        .bind(part++)
+        .bind_blob(bytes.substr(at, chunk_bytes_))
+        .run();
+  }
+}
+
+std::string SqliteJobStore::get_layer(const JobId& job, const std::string& kind) {
+  Statement select(db_, "SELECT bytes FROM layers WHERE job=? AND kind=? ORDER BY part");
+  select.bind(job.value).bind(kind);
+  std::string bytes;
+  while (select.step()) bytes += select.blob(0);
+  return bytes;
+}
+
+Image SqliteJobStore::reference(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  const std::string bytes = get_layer(job, "reference");
+  if (bytes.empty()) return {};
+  int32_t size[2];
+  Image image;
+  if (bytes.size() >= sizeof size) {
+    std::memcpy(size, bytes.data(), sizeof size);
+    if (size[0] > 0 && size[1] > 0 && int64_t{size[0]} * size[1] <= kMaxPixels)
+      image = Image(size[0], size[1]);
+  }
+  if (image.data.empty() || bytes.size() != sizeof size + image.data.size() * sizeof(float)) {
+    throw Error(ErrorKind::kFailed, path_ + ": the reference image of job " + job.value + " is damaged");
+  }
+  std::memcpy(image.data.data(), bytes.data() + sizeof size, image.data.size() * sizeof(float));
+  return image;
+}
+
+LayerSnapshot SqliteJobStore::snapshot(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  return {get_layer(job, "film"), get_layer(job, "batches")};
+}
+
+void SqliteJobStore::for_each_spooled(const JobId& job,
+                                      const std::function<void(const std::string&)>& visit) {
+  const std::lock_guard lock(mutex_);
+  Statement select(db_, "SELECT part, bytes FROM spool WHERE job=? ORDER BY tile, part");
+  select.bind(job.value);
+  std::string partial;
+  while (select.step()) {
+    if (select.integer(0) == 0 && !partial.empty()) {
+      visit(partial);
+      partial.clear();
+    }
+    partial += select.blob(1);
+  }
+  if (!partial.empty()) visit(partial);
+}
+
+int64_t SqliteJobStore::next_number(const std::string& counter) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  int64_t value = 0;
+  {
+    Statement upsert(db_,
+                     "INSERT INTO counters VALUES(?, 1) ON CONFLICT(name) DO UPDATE SET value = value + 1 "
+                     "RETURNING value");
+    upsert.bind(counter);
+    if (!upsert.step()) db_.fail();
+    value = upsert.integer(0);
+    upsert.step();
+  }
+  transaction.commit();
+  return value;
+}
+
+void SqliteJobStore::add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) {
+  const std::lock_guard lock(mutex_);
+  const std::string record = job_record_to_json(job);
+  Transaction transaction(db_);
+  Statement(db_, "INSERT OR IGNORE INTO bundles VALUES(?,?)").bind(job.bundle_digest).bind(bundle_json).run();
+  Statement(db_, "INSERT INTO jobs(id, bundle, record) VALUES(?,?,?)")
+      .bind(job.id.value)
+      .bind(job.bundle_digest)
+      .bind(record)
+      .run();
+  if (!reference.data.empty()) {
+    const int32_t size[2] = {reference.width, reference.height};
+    std::string bytes(reinterpret_cast<const char*>(size), sizeof size);
+    bytes.append(reinterpret_cast<const char*>(reference.data.data()), reference.data.size() * sizeof(float));
+    put_layer(job.id, "reference", bytes);
+  }
+  transaction.commit();
+}
+
+void SqliteJobStore::write_job(const JobRecord& job) {
+  const std::string record = job_record_to_json(job);
+  Statement(db_, "UPDATE jobs SET record=? WHERE id=?").bind(record).bind(job.id.value).run();
+  if (db_.changes() != 1) throw std::logic_error("store: no job " + job.id.value);
+}
+
+void SqliteJobStore::save_job(const JobRecord& job) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  write_job(job);
+  transaction.commit();
+}
+
+void SqliteJobStore::add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  for (const TileRecord& tile : tiles) {
+    const CellRect& c = tile.tile.cells;
+    Statement(db_, "INSERT INTO tiles VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?)")
+        .bind(job.value)
+        .bind(tile.id.value)
+        .bind(c.x0)
+        .bind(c.y0)
+        .bind(c.x1)
+        .bind(c.y1)
+        .bind(tile.tile.sample_begin)
+        .bind(tile.tile.sample_end)
+        .bind(static_cast<int>(tile.state))
+        .bind(tile.attempt)
+        .bind(tile.failures)
+        .bind(tile.worker.value)
+        .bind(tile.digest)
+        .run();
+  }
+  transaction.commit();
+}
+
+void SqliteJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  Statement(db_, "UPDATE tiles SET state=?, attempt=?, failures=?, worker=?, digest=? WHERE job=? AND tile=?")
+      .bind(static_cast<int>(tile.state))
+      .bind(tile.attempt)
+      .bind(tile.failures)
+      .bind(tile.worker.value)
+      .bind(tile.digest)
+      .bind(job.id.value)
+      .bind(tile.id.value)
+      .run();
+  if (db_.changes() != 1) throw std::logic_error("store: no tile " + std::to_string(tile.id.value));
+  write_job(job);
+  transaction.commit();
+}
+
+bool SqliteJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  Statement(
+      db_, "UPDATE tiles SET state=2, digest=? WHERE job=? AND tile=? AND state=1 AND attempt=? AND worker=?")
+      .bind(tile.digest)
+      .bind(job.id.value)
+      .bind(tile.id.value)
+      .bind(tile.attempt)
+      .bind(tile.worker.value)
+      .run();
+  if (db_.changes() != 1) return false;
+  int64_t part = 0;
+  for (size_t at = 0; at < partial.size(); at += chunk_bytes_) {
+    Statement(db_, "INSERT INTO spool VALUES(?,?,?,?)")
+        .bind(job.id.value)
+        .bind(tile.id.value)
+        .bind(part++)
+        .bind_blob(partial.substr(at, chunk_bytes_))
+        .run();
+  }
+  write_job(job);
+  transaction.commit();
+  return true;
+}
+
+void SqliteJobStore::add_point(const JobId& job, const ErrorPoint& point) {
+  const std::lock_guard lock(mutex_);
+  const std::string text = curve_to_json({"", {point}});
+  Transaction transaction(db_);
+  Statement(db_, "INSERT INTO points SELECT ?1, COALESCE(MAX(number), 0) + 1, ?2 FROM points WHERE job=?1")
+      .bind(job.value)
+      .bind(text)
+      .run();
+  transaction.commit();
+}
+
+void SqliteJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  put_layer(job, "film", snapshot.film);
+  put_layer(job, "batches", snapshot.batches);
+  Statement(db_, "DELETE FROM spool WHERE job=?").bind(job.value).run();
+  transaction.commit();
+}
+
+void SqliteJobStore::quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
+                                std::string_view partial) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  Statement(db_, "INSERT INTO quarantine(job, tile, attempt, worker, reason, bytes) VALUES(?,?,?,?,?,?)")
+      .bind(key.job.value)
+      .bind(key.tile.value)
+      .bind(key.attempt)
+      .bind(worker.value)
+      .bind(reason)
+      .bind_blob(partial.substr(0, std::min(partial.size(), kMaxQuarantinedBytes)))
+      .run();
+  Statement(db_, "DELETE FROM quarantine WHERE number <= (SELECT MAX(number) FROM quarantine) - ?")
+      .bind(kMaxQuarantined)
+      .run();
+  transaction.commit();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,47 @@
+#pragma once
+// The coordinator's store: one SQLite file (WAL, synchronous=FULL). What it acknowledged survives kill -9 and
+// power loss. Long byte strings lie in chunks, below SQLite's limit for one value.
+#include <mutex>
+
+#include "coordinator/job_store.h"
+#include "coordinator/sqlite_db.h"
+
+namespace lightmill {
+
+class SqliteJobStore : public JobStore {
+ public:
+  /// Opens or creates the file. Throws Error(kFailed) if that fails or if a newer version wrote it.
+  /// `chunk_bytes` is the longest value that is stored in one piece.
+  explicit SqliteJobStore(const std::string& path, size_t chunk_bytes = size_t{256} << 20);
+
+  std::vector<JobRecord> jobs() override;
+  std::vector<TileRecord> tiles(const JobId& job) override;
+  std::vector<ErrorPoint> curve(const JobId& job) override;
+  std::optional<std::string> bundle_json(const std::string& digest) override;
+  Image reference(const JobId& job) override;
+  LayerSnapshot snapshot(const JobId& job) override;
+  void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) override;
+  int64_t next_number(const std::string& counter) override;
+  void add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) override;
+  void save_job(const JobRecord& job) override;
+  void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) override;
+  void save_tile(const JobRecord& job, const TileRecord& tile) override;
+  bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) override;
+  void add_point(const JobId& job, const ErrorPoint& point) override;
+  void checkpoint(const JobId& job, const LayerSnapshot& snapshot) override;
+  void quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
+                  std::string_view partial) override;
+
+ private:
+  void create_tables();
+  void write_job(const JobRecord& job);
+  void put_layer(const JobId& job, const std::string& kind, std::string_view bytes);
+  std::string get_layer(const JobId& job, const std::string& kind);
+
+  std::mutex mutex_;
+  Database db_;
+  std::string path_;
+  size_t chunk_bytes_;
+};
+
+}  // namespace lightmill
