@@ -26,7 +26,7 @@ void light_pass(const StageContext& context, const LayerContext& layer, Wavefron
   w.light_vertices.clear();
   std::fill(std::begin(w.light_vertex_count), std::end(w.light_vertex_count), 0);
   produce_light_paths(context, layer, w);
-  for (int depth = 1; w.paths.active_count > 0; ++depth) {
+  for (int depth = 1; w.paths.active_count > 0 && depth <= context.max_depth; ++depth) {
     cast_paths(context, w);
     if (!context.connect) w.light_vertices.clear();
     const size_t first = w.light_vertices.size();
