@@ -20,7 +20,7 @@ Vec3d normalized(const Vec3d& a);
 
 /// What a shape emits and which way it faces.
 struct Emits {
-  Rgb radiance;
+  Rgb radiance{};
   bool two_sided = false;
   bool inward = false;  // boxes and spheres: the outside normal points to the inside
 };
