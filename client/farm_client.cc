@@ -274,6 +274,8 @@ FetchedImage FarmClient::fetch(const JobId& id) {
       const auto& header = message.header();
       if (size != 0 || header.width() < 1 || header.height() < 1 || header.channels() != 3 ||
           int64_t{header.width()} * header.height() > kMaxPixels) {
+        context.TryCancel();
+        reader->Finish();
         throw malformed();
       }
       fetched.image = Image(header.width(), header.height(), 3);
@@ -281,7 +283,11 @@ FetchedImage FarmClient::fetch(const JobId& id) {
       fetched.metadata = {header.metadata().begin(), header.metadata().end()};
     } else {
       const std::string& chunk = message.chunk();
-      if (chunk.size() > size - filled) throw malformed();
+      if (chunk.size() > size - filled) {
+        context.TryCancel();
+        reader->Finish();
+        throw malformed();
+      }
       std::memcpy(reinterpret_cast<char*>(fetched.image.data.data()) + filled, chunk.data(), chunk.size());
       filled += chunk.size();
     }

@@ -183,14 +183,20 @@ void GrpcLink::fetch_blobs(const std::vector<std::string>& digests, BlobSink& si
     const auto reader = impl_->stub->FetchBlobs(call.context(), request);
     v1::FetchBlobsResponse message;
     bool begun = false;
-    while (reader->Read(&message)) {
-      if (message.has_header()) {
-        if (begun) sink.end();
-        sink.begin(message.header().digest(), message.header().size());
-        begun = true;
-      } else if (begun) {
-        sink.write(message.chunk());
+    try {
+      while (reader->Read(&message)) {
+        if (message.has_header()) {
+          if (begun) sink.end();
+          sink.begin(message.header().digest(), message.header().size());
+          begun = true;
+        } else if (begun) {
+          sink.write(message.chunk());
+        }
       }
+    } catch (...) {  // a full disk or a damaged blob: the stream must be ended before it is left
+      call.context()->TryCancel();
+      reader->Finish();
+      throw;
     }
     check(reader->Finish(), impl_->address, false);
     if (begun) sink.end();

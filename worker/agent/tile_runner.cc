@@ -89,9 +89,10 @@ void TileRunner::stop() {
   woken_.notify_all();
 }
 
-bool TileRunner::sleep(double seconds) {
+/// False if it is time to stop; wakes early for that, and once `wanted` turns false on a drain.
+bool TileRunner::sleep(double seconds, const std::function<bool()>& wanted) {
   std::unique_lock lock(mutex_);
-  woken_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return is_stopping(); });
+  woken_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return is_stopping() || !wanted(); });
   return !is_stopping();
 }
 
@@ -136,21 +137,21 @@ bool TileRunner::retry(const std::function<bool()>& wanted, F call) {
       if (!complained && !is_stopping()) options_.log(std::string(down.what()) + "; trying again");
     }
     complained = true;
-    sleep(backoff.next());
+    sleep(backoff.next(), wanted);
   }
   return false;
 }
 
 void TileRunner::lease_loop() {
   Backoff failures;
+  const std::function<bool()> wanted = [this] { return !draining_; };
   while (queue_.wait_for_room()) {
     std::optional<LeaseGrant> lease;
-    const auto wanted = [this] { return !draining_; };
     try {
       if (!retry(wanted, [&] { lease = link_.lease(options_.lease_wait_seconds); })) continue;
     } catch (const Error& error) {  // a benched worker, a coordinator that is full
       options_.log(error.what());
-      if (!draining_) sleep(failures.next());
+      sleep(failures.next(), wanted);
       continue;
     }
     if (!lease) continue;
@@ -168,7 +169,7 @@ void TileRunner::lease_loop() {
         options_.log(refused.what());
       }
       queue_.release(key_of(*lease));
-      if (!draining_) sleep(failures.next());  // do not ask for the same scene in a tight loop
+      sleep(failures.next(), wanted);  // do not ask for the same scene in a tight loop
     }
   }
 }

@@ -51,7 +51,7 @@ class TileRunner {
   template <class F>
   bool retry(const std::function<bool()>& wanted, F call);
   bool register_again(uint64_t seen);
-  bool sleep(double seconds);
+  bool sleep(double seconds, const std::function<bool()>& wanted = [] { return true; });
   bool is_stopping() const { return stopping_.load(); }
 
   FarmLink& link_;

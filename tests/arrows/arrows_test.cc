@@ -1,0 +1,100 @@
+// Dependencies point one way: proto <- common <- {worker, coordinator} <- client. Read from the #include lines.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <regex>
+#include <string>
+#include <vector>
+
+namespace lightmill {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Include {
+  std::string file;  // relative to the root, '/' separated
+  int line;
+  std::string target;
+};
+
+std::vector<Include> includes_under(const std::string& folder) {
+  std::vector<Include> found;
+  const fs::path root(LIGHTMILL_SOURCE_DIR);
+  const std::regex pattern(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / folder)) {
+    const std::string extension = entry.path().extension().string();
+    if (extension != ".h" && extension != ".cc") continue;
+    std::ifstream in(entry.path());
+    std::string text;
+    for (int line = 1; std::getline(in, text); ++line) {
+      std::smatch match;
+      if (std::regex_search(text, match, pattern)) {
+        found.push_back({fs::relative(entry.path(), root).generic_string(), line, match[1]});
+      }
+    }
+  }
+  return found;
+}
+
+void expect_none(const std::string& folder, const std::string& rule,
+                 const std::function<bool(const Include&)>& is_forbidden) {
+  const std::vector<Include> all = includes_under(folder);
+  EXPECT_GT(all.size(), 10u) << folder << " was not scanned";
+  for (const Include& include : all) {
+    EXPECT_FALSE(is_forbidden(include))
+        << include.file << ":" << include.line << ": includes " << include.target << "; " << rule;
+  }
+}
+
+bool starts_with_any(const std::string& text, std::initializer_list<const char*> prefixes) {
+  for (const char* prefix : prefixes) {
+    if (text.rfind(prefix, 0) == 0) return true;
+  }
+  return false;
+}
+
+TEST(Arrows, CommonDependsOnNothingAboveIt) {
+  expect_none("common", "common/ is below worker/, coordinator/ and client/ and has no Embree", [](const Include& i) {
+    return starts_with_any(i.target, {"worker/", "coordinator/", "client/", "embree"});
+  });
+}
+
+TEST(Arrows, CoordinatorKnowsNoWorkerAndNoEmbree) {
+  expect_none("coordinator", "coordinator/ contains no Embree and no worker code", [](const Include& i) {
+    return starts_with_any(i.target, {"worker/", "client/", "embree"});
+  });
+}
+
+TEST(Arrows, WorkerKnowsNoCoordinator) {
+  expect_none("worker", "worker/ talks to the coordinator by messages only", [](const Include& i) {
+    return starts_with_any(i.target, {"coordinator/", "client/"});
+  });
+}
+
+TEST(Arrows, OnlyAccelIncludesEmbree) {
+  for (const char* folder : {"common", "coordinator", "worker", "client"}) {
+    expect_none(folder, "only worker/render/accel/*.cc includes embree3/*.h", [](const Include& i) {
+      const bool is_accel = i.file.rfind("worker/render/accel/", 0) == 0 && i.file.ends_with(".cc");
+      return starts_with_any(i.target, {"embree"}) && !is_accel;
+    });
+  }
+}
+
+TEST(Arrows, TheRendererHasNoGrpc) {
+  expect_none("worker/render", "worker/render/ has no gRPC", [](const Include& i) {
+    return starts_with_any(i.target, {"grpc", "lightmill/v1/", "worker/agent/", "common/rpc/"});
+  });
+}
+
+TEST(Arrows, OnlyTheGrpcLinkIncludesGrpcInTheAgent) {
+  expect_none("worker/agent", "only grpc_link.cc uses gRPC", [](const Include& i) {
+    return starts_with_any(i.target, {"grpc", "lightmill/v1/", "common/rpc/channel.h", "common/rpc/convert.h",
+                                      "common/rpc/status.h"}) &&
+           i.file != "worker/agent/grpc_link.cc";
+  });
+}
+
+}  // namespace
+}  // namespace lightmill

@@ -1,0 +1,124 @@
+"""One answer: the farm, whoever rendered what and whatever died on the way, gives the pixels of `lightmill render`.
+
+    process_test.py --bin build/release/bin [workers] [restart] [strangers]
+"""
+import argparse
+import pathlib
+import signal
+import sys
+import time
+
+try:
+    import numpy  # noqa: F401
+    import OpenImageIO  # noqa: F401
+except ImportError as error:
+    print(f"skipped: {error}; install python3-numpy and python3-openimageio")
+    sys.exit(77)
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from farm import ROOT, Farm, assert_same_pixels, wait_until  # noqa: E402
+
+SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
+LONG_SPP = 2048  # enough to be killed in the middle of
+
+
+def options(spp):
+    return [SCENE, "--integrator", "bdpt", "--resolution", "80x48", "--seed", "7", "--spp", str(spp)]
+
+
+def test_workers(bin_dir, kill_at):
+    """1, 2 and 5 workers of different thread counts; one killed while it holds a lease, one late."""
+    with Farm(bin_dir) as farm:
+        reference = farm.render("local2.exr", *options(64), "--threads", 2)
+        assert_same_pixels(reference, farm.render("local1.exr", *options(64), "--threads", 1))
+        assert_same_pixels(reference, farm.render("local5.exr", *options(64), "--threads", 5))
+        long_reference = farm.render("long.exr", *options(LONG_SPP))
+        farm.start_coordinator()
+
+        farm.start_worker(2)
+        assert_same_pixels(reference, farm.finish_and_fetch(farm.submit(*options(64)), "one.exr"))
+
+        farm.start_worker(1)
+        assert_same_pixels(reference, farm.finish_and_fetch(farm.submit(*options(64)), "two.exr"))
+
+        victim = farm.start_worker(4)
+        farm.start_worker(3)
+        wait_until("four workers", lambda: len(farm.json("workers")) >= 4)
+        job = farm.submit(*options(LONG_SPP))
+        farm.wait_for_packets(job, kill_at)
+        held = farm.kill_while_leased(job, victim, 4)
+        farm.start_worker(5)  # the late one
+        assert_same_pixels(long_reference, farm.finish_and_fetch(job, "five.exr"))
+        ledger = {t["id"]: t for t in farm.json("tiles", job)}
+        assert all(t["state"] == "committed" for t in ledger.values())
+        assert any(ledger[t["id"]]["attempt"] > 1 for t in held if t["id"] in ledger) or any(
+            t["attempt"] > 1 for t in ledger.values()), "the kill hit no lease"
+        assert farm.json("job", job)["leases_reassigned"] >= 1
+
+
+def test_restart(bin_dir, kill_at):
+    """32 spp extended to 64 are 64 spp; a coordinator killed in mid-job and restarted goes on."""
+    with Farm(bin_dir) as farm:
+        reference = farm.render("local.exr", *options(64))
+        short_reference = farm.render("short.exr", *options(32))
+        long_reference = farm.render("long.exr", *options(LONG_SPP))
+        farm.start_coordinator()
+        farm.start_worker(2)
+        job = farm.submit(*options(32))
+        assert_same_pixels(short_reference, farm.finish_and_fetch(job, "thirtytwo.exr"))
+        farm.lightmill("extend", job, "--spp", 64)
+        assert_same_pixels(reference, farm.finish_and_fetch(job, "extended.exr"))
+
+        long_job = farm.submit(*options(LONG_SPP))
+        farm.wait_for_packets(long_job, kill_at)
+        farm.kill_coordinator()
+        farm.start_coordinator()
+        after = farm.json("job", long_job)
+        assert after["packets_done"] >= kill_at, f"acknowledged packets are gone: {after}"
+        assert_same_pixels(long_reference, farm.finish_and_fetch(long_job, "restarted.exr"))
+        assert_same_pixels(reference, farm.folder / "extended.exr")
+
+
+def test_strangers(bin_dir, kill_at):
+    """A worker of another build is refused; one of another arithmetic class gets other jobs; SIGTERM drains."""
+    with Farm(bin_dir) as farm:
+        farm.start_coordinator()
+        stranger = farm.start_worker(1, LIGHTMILL_TEST_BUILD_ID="lightmill of another age")
+        assert stranger.wait(timeout=60) == 3, "a worker of another build must exit with 3"
+        sentence = farm.logs[-1].read_text().splitlines()[-1]
+        assert "lightmill of another age" in sentence, sentence
+
+        ours = farm.start_worker(2)
+        job = farm.submit(*options(LONG_SPP))
+        farm.wait_for_packets(job, 1)
+        other = farm.start_worker(3, LIGHTMILL_TEST_ARITHMETIC_CLASS="0" * 64)
+        other_id = wait_until("the other class", lambda: next(
+            (w["id"] for w in farm.json("workers") if w["arithmetic_class"] == "0" * 64), None))
+        reference = farm.render("long.exr", *options(LONG_SPP))
+        assert_same_pixels(reference, farm.finish_and_fetch(job, "mine.exr"))
+        assert other.poll() is None
+        tiles = farm.json("tiles", job)
+        assert tiles and all(t["worker"] != other_id for t in tiles), "a job must stay within one class"
+
+        ours.send_signal(signal.SIGTERM)
+        assert ours.wait(timeout=60) == 0, "SIGTERM must drain"
+        second = farm.submit(*options(16))
+        farm.finish_and_fetch(second, "theirs.exr")
+        assert {t["worker"] for t in farm.json("tiles", second)} == {other_id}
+
+
+def main():
+    tests = {"workers": test_workers, "restart": test_restart, "strangers": test_strangers}
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--bin", required=True, help="folder of the programs")
+    parser.add_argument("--kill-at", type=int, default=60, help="packets merged before something is killed")
+    parser.add_argument("parts", nargs="*", choices=[[], *tests], help="default: all")
+    arguments = parser.parse_args()
+    for name in arguments.parts or tests:
+        start = time.monotonic()
+        tests[name](arguments.bin, arguments.kill_at)
+        print(f"ok {name} ({time.monotonic() - start:.0f} s)", flush=True)
+
+
+if __name__ == "__main__":
+    main()
