@@ -25,6 +25,14 @@ class FlushDenormals {
   unsigned saved_;
 };
 
+/// Connections that add less than this to a pixel play Russian roulette: a twentieth of the radiance that the
+/// lights' power, spread evenly over all surfaces, would leave with. On the Cornell box this saves 3 % of the
+/// time per unit of error; ten times more costs variance.
+float tiny_contribution(const RenderScene& scene) {
+  if (!(scene.surface_area > 0)) return 0;
+  return static_cast<float>(0.05 * scene.lights.total_power / (M_PI * scene.surface_area));
+}
+
 }  // namespace
 
 struct Renderer::Impl {
@@ -51,7 +59,7 @@ struct Renderer::Impl {
     context.light_only = s.integrator == Integrator::kLt;
     context.light_paths_per_spp = static_cast<float>(s.grid.light_paths_per_spp());
     context.imaging_ratio = static_cast<float>(description.film.imaging_ratio);
-    context.tiny_contribution = 0;
+    context.tiny_contribution = tiny_contribution(scene) * context.imaging_ratio;
   }
 };
 

@@ -44,6 +44,7 @@ void LightTable::finish() {
       small.push_back(l);
     }
   }
+  total_power = total;
   powers_.clear();
 }
 

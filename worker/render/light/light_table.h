@@ -29,6 +29,7 @@ struct LightTable {
   bool any_delta = false;        // point lights present
   bool only_delta = true;        // nothing that a ray can hit or escape to
   bool any_sphere = false;
+  double total_power = 0;        // W, mean over channels, in normalised space
 
   int32_t count() const { return static_cast<int32_t>(type.size()); }
   /// Appends a light; `power` (W, any channel mean) decides how often it is selected.

@@ -62,6 +62,7 @@ struct RenderScene {
   LightTable lights;
   float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space
   float bounds_radius = 1;
+  double surface_area = 0;             // of all primitives, normalised space
 
   int32_t triangle_count() const { return static_cast<int32_t>(indices.size() / 3); }
   int32_t sphere_count() const { return static_cast<int32_t>(spheres.size() / 4); }

@@ -208,6 +208,7 @@ class SceneBuilder {
       Vec3d n;
       const double area = triangle_area(i, &n);
       if (!(area > 0) || !std::isfinite(area)) continue;  // collapsed when rounded to float: nothing can hit it
+      out_.surface_area += area;
       out_.indices.insert(out_.indices.end(), i, i + 3);
       add_primitive(s, s.area_light >= 0 ? add_triangle_light(s, i, n, area, flags) : -1, flags);
       ++range.triangle_count;
@@ -279,6 +280,7 @@ class SceneBuilder {
     if (!(static_cast<float>(radius) > 0)) return;
     const float record[4] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z), static_cast<float>(radius)};
     out_.spheres.insert(out_.spheres.end(), record, record + 4);
+    out_.surface_area += 4 * M_PI * radius * radius;
     // The normal is computed outwards, so handedness does not matter: only ReverseOrientation flips.
     const int32_t flags = s.reverse_orientation ? RenderScene::kFlip : 0;
     int32_t light = -1;
