@@ -1,0 +1,31 @@
+# shellcheck shell=bash
+# Sourced by the test scripts: one line to a check, counted.
+#
+#   check "name" command...     ok when the command succeeds; its last line of output explains a failure
+#   finish                      prints "N passed, N failed" and exits accordingly
+passed=0 failed=0
+
+check() {
+  local name=$1 output
+  shift
+  if output=$("$@" 2>&1); then
+    passed=$((passed + 1))
+    echo "ok    $name"
+  else
+    failed=$((failed + 1))
+    echo "FAIL  $name: $(tail -n 1 <<<"$output" | cut -c1-300)"
+  fi
+}
+
+# The whole script can't run here: counted as one, with the reason.
+skip_all() {
+  echo "skipped: $1"
+  echo "0 passed, 0 failed, 1 skipped"
+  exit 0
+}
+
+finish() {
+  echo "$passed passed, $failed failed"
+  [[ $failed == 0 ]]
+  exit
+}

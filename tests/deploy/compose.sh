@@ -1,0 +1,123 @@
+#!/usr/bin/env bash
+# The Compose farm, really run: images, submit, a scale from 1 to 3 workers and the death of the coordinator in
+# mid-job, fetch, and the same pixels as a local render.
+#   tests/deploy/compose.sh             images from the programs in build/release/bin
+#   tests/deploy/compose.sh --source    images that compile the checkout themselves, as a user's do
+# Skips with its reason where there is no root or the kernel runs no containers.
+# shellcheck disable=SC2317  # functions that `check` calls
+set -uo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+cd "$root" || exit 1
+source tests/deploy/checks.sh
+source tests/deploy/docker_daemon.sh
+bin=$root/build/release/bin
+mode=${1:-prebuilt}
+
+dir=$(mktemp -d "${TMPDIR:-/tmp}/lightmill-compose.XXXXXX")
+export COMPOSE_PROJECT_NAME=lightmilltest
+compose() { docker-compose -f "$dir/context/deploy/compose.yaml" "$@"; }
+cleanup() {
+  [[ -n $docker_pid ]] && timeout 120 docker-compose -f "$dir/context/deploy/compose.yaml" down -v -t 5 >/dev/null 2>&1
+  stop_docker "$dir"
+}
+trap cleanup EXIT
+
+for program in lightmill lightmill-coordinator lightmill-worker; do
+  [[ -x $bin/$program ]] || { echo "FAIL  $bin/$program is not there; build the release preset first"; failed=1; finish; }
+done
+[[ $(id -u) == 0 ]] || skip_all "a Docker daemon of its own needs root"
+deploy/install_packages.sh docker test || skip_all "Docker's packages could not be installed"
+start_docker "$dir" || skip_all "$docker_reason"
+make_base_image "$dir" || skip_all "$docker_reason"
+
+# --- images -------------------------------------------------------------------------------------------------
+mkdir "$dir/context"
+git ls-files -z --cached --others --exclude-standard | xargs -0 cp --parents -t "$dir/context" 2>/dev/null
+binaries=source
+if [[ $mode != --source ]]; then
+  binaries=prebuilt
+  rm "$dir/context/.dockerignore"
+  mkdir -p "$dir/context/build/release"
+  cp -r "$bin" "$dir/context/build/release/"
+fi
+image() {
+  docker build --network host --build-arg BINARIES="$binaries" --target "$1" -t "lightmill-$1" \
+    -f "$dir/context/deploy/Dockerfile" "$dir/context"
+}
+for target in coordinator worker cli; do check "image $target ($binaries)" image $target; done
+no_embree() { ! docker run --rm --network none --entrypoint ls lightmill-coordinator /usr/lib/x86_64-linux-gnu | grep embree; }
+check "no Embree in the coordinator's image" no_embree
+[[ $failed == 0 ]] || finish
+
+# --- up -----------------------------------------------------------------------------------------------------
+free_port() { /usr/bin/python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
+LIGHTMILL_RPC_PORT=$(free_port) LIGHTMILL_HTTP_PORT=$(free_port)
+export LIGHTMILL_RPC_PORT LIGHTMILL_HTTP_PORT LIGHTMILL_COORDINATOR=127.0.0.1:$LIGHTMILL_RPC_PORT
+scene=scenes/cornell-spheres.pbrt
+settings=(--integrator bdpt --spp "${LIGHTMILL_COMPOSE_SPP:-256}" --seed 3)
+
+# key COMMAND... KEY: one value of a JSON answer.
+key() { "$bin/lightmill" "${@:1:$#-1}" --json | /usr/bin/python3 -c 'import json, sys; print(json.load(sys.stdin)[sys.argv[1]])' "${@: -1}"; }
+workers() { "$bin/lightmill" workers --json | /usr/bin/python3 -c 'import json, sys; print(sum(w["state"] not in ("gone", "lost", "left", "offline") for w in json.load(sys.stdin)))'; }
+# until SECONDS COMMAND...: polls it.
+until_true() {
+  local end=$((SECONDS + $1))
+  shift
+  while ! "$@" >/dev/null 2>&1; do
+    [[ $SECONDS -lt $end ]] || { "$@"; return 1; }
+    sleep 0.2
+  done
+}
+container() { compose ps -q "$1" | head -n 1; }
+healthy() { [[ $(docker inspect -f '{{.State.Health.Status}}' "$(container coordinator)") == healthy ]]; }
+limited() { [[ $(docker inspect -f '{{.HostConfig.NanoCpus}} {{.HostConfig.Memory}}' "$(container "$1")") =~ ^[1-9][0-9]*\ [1-9] ]]; }
+not_root() { [[ $(compose exec -T "$1" id -u) != 0 ]]; }
+
+check "compose.yaml is valid" compose config -q
+check "up with one worker" timeout 180 docker-compose -f "$dir/context/deploy/compose.yaml" up -d --no-build
+check "the coordinator turns healthy" until_true 60 healthy
+if [[ $failed != 0 ]]; then
+  compose ps -a; compose logs --no-color --tail 20
+  finish
+fi
+for service in coordinator worker; do
+  check "$service has CPU and memory limits" limited $service
+  check "$service does not run as root" not_root $service
+done
+check "the dashboard answers on the published port" curl -fsS -o /dev/null "http://127.0.0.1:$LIGHTMILL_HTTP_PORT/healthz"
+
+# --- a job, while the farm changes under it -------------------------------------------------------------------
+job=$("$bin/lightmill" submit "$scene" "${settings[@]}" 2>"$dir/submit.log" | tail -n 1)
+check "submit prints a job id" test -n "$job" || cat "$dir/submit.log"
+started() { [[ $(key job "$job" packets_done) -gt 0 ]]; }
+unfinished() { [[ $(key job "$job" packets_done) -lt $(key job "$job" packets_total) ]]; }
+three_workers() { [[ $(workers) -ge 3 ]]; }
+check "one worker makes progress" until_true 60 started
+check "scale to three workers" timeout 120 docker-compose -f "$dir/context/deploy/compose.yaml" up -d --no-build --scale worker=3
+check "three workers are registered" until_true 60 three_workers
+check "the job is still running" unfinished
+
+coordinator=$(container coordinator)
+kill -9 "$(docker inspect -f '{{.State.Pid}}' "$coordinator")"
+restarted() { [[ $(docker inspect -f '{{.RestartCount}}' "$coordinator") -ge 1 ]] && healthy; }
+check "the killed coordinator is restarted and healthy" until_true 60 restarted
+check "the job finishes" timeout 600 "$bin/lightmill" watch "$job"
+"$bin/lightmill" job "$job" --json || true
+check "fetch" "$bin/lightmill" fetch "$job" -o "$dir/farm.exr"
+
+# --- the same bits --------------------------------------------------------------------------------------------
+check "local render" "$bin/lightmill" render "$scene" "${settings[@]}" --quiet -o "$dir/local.exr"
+check "farm and local give the same pixels" /usr/bin/python3 tests/deploy/same_pixels.py "$dir/farm.exr" "$dir/local.exr"
+
+# --- the rest of the file ---------------------------------------------------------------------------------------
+cli_sees_job() { compose run --rm -T cli jobs --json | grep -q "$job"; }
+check "the cli service reaches the coordinator" cli_sees_job
+worker=$(container worker)
+drains() { timeout 100 docker stop -t 70 "$worker" && [[ $(docker inspect -f '{{.State.ExitCode}}' "$worker") == 0 ]]; }
+check "a stopped worker drains and exits with 0" drains
+recreate() { compose rm -sf coordinator && compose up -d --no-build --no-deps coordinator && until_true 60 healthy; }
+check "a new coordinator container comes up on the old volume" recreate
+check "the job is still there" key job "$job" id
+
+if [[ $failed != 0 ]]; then compose logs --no-color --tail 30; fi
+finish
