@@ -84,6 +84,8 @@ BlobStore::Writer BlobStore::begin(const std::string& digest, uint64_t size) {
 
 BlobStore::Writer::Writer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
+BlobStore::Writer::Writer(Writer&&) noexcept = default;
+
 BlobStore::Writer::~Writer() {
   if (!state_) return;
   close(state_->fd);

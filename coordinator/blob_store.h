@@ -29,7 +29,7 @@ class BlobStore {
   /// One blob on its way in; what isn't finished leaves nothing behind.
   class Writer {
    public:
-    Writer(Writer&&) = default;
+    Writer(Writer&&) noexcept;
     ~Writer();
     /// Throws Error(kUsage) beyond the announced size, Error(kFailed) if the disk fails.
     void write(std::string_view chunk);

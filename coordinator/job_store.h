@@ -20,6 +20,12 @@ struct LayerSnapshot {
   std::string batches;  // BatchFilm::snapshot()
 };
 
+/// The disk failed, or what it holds is damaged: nobody's request is at fault.
+class StoreError : public Error {
+ public:
+  explicit StoreError(const std::string& message) : Error(ErrorKind::kFailed, message) {}
+};
+
 class JobStore {
  public:
   virtual ~JobStore() = default;

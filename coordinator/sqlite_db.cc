@@ -2,7 +2,7 @@
 
 #include <sqlite3.h>
 
-#include "common/error.h"
+#include "coordinator/job_store.h"
 
 namespace lightmill {
 
@@ -11,7 +11,7 @@ Database::Database(const std::string& path) : path_(path) {
   if (sqlite3_open_v2(path.c_str(), &handle_, flags, nullptr) != SQLITE_OK) {
     const std::string why = handle_ ? sqlite3_errmsg(handle_) : "out of memory";
     sqlite3_close(handle_);
-    throw Error(ErrorKind::kFailed, path + ": can't open the job store: " + why);
+    throw StoreError(path + ": can't open the job store: " + why);
   }
   try {
     sqlite3_busy_timeout(handle_, 10000);
@@ -34,8 +34,8 @@ void Database::execute(const char* sql) {
 int64_t Database::changes() const { return sqlite3_changes64(handle_); }
 
 void Database::fail() const {
-  throw Error(ErrorKind::kFailed, path_ + ": the job store failed: " + sqlite3_errmsg(handle_) +
-                                      "; is the disk full or damaged?");
+  throw StoreError(path_ + ": the job store failed: " + sqlite3_errmsg(handle_) +
+                   "; is the disk full or damaged?");
 }
 
 Statement::Statement(Database& db, const char* sql) : db_(db) {

@@ -60,10 +60,9 @@ void SqliteJobStore::create_tables() {
   } else {
     Statement version(db_, "SELECT value FROM meta WHERE key='schema'");
     if (!version.step() || version.integer(0) != kSchemaVersion) {
-      throw Error(ErrorKind::kFailed,
-                  path_ +
-                      ": another version of Lightmill wrote this job store; use that version "
-                      "or a new --data folder");
+      throw StoreError(path_ +
+                       ": another version of Lightmill wrote this job store; use that version "
+                       "or a new --data folder");
     }
   }
   transaction.commit();
@@ -91,14 +90,14 @@ std::vector<TileRecord> SqliteJobStore::tiles(const JobId& job) {
     const auto cell = [&](int column) { return static_cast<int>(select.integer(column)); };
     tile.tile = {{cell(1), cell(2), cell(3), cell(4)}, select.integer(5), select.integer(6)};
     const int64_t state = select.integer(7);
-    if (state < 0 || state > 2) throw Error(ErrorKind::kFailed, path_ + ": unknown tile state in the ledger");
+    if (state < 0 || state > 2) throw StoreError(path_ + ": unknown tile state in the ledger");
     tile.state = static_cast<TileState>(state);
     tile.attempt = select.integer(8);
     tile.failures = static_cast<int>(select.integer(9));
     tile.worker = WorkerId{select.text(10)};
     tile.digest = select.text(11);
     if (tile.id.value != static_cast<int64_t>(records.size())) {
-      throw Error(ErrorKind::kFailed, path_ + ": the ledger of job " + job.value + " has gaps");
+      throw StoreError(path_ + ": the ledger of job " + job.value + " has gaps");
     }
     records.push_back(std::move(tile));
   }
@@ -157,7 +156,7 @@ Image SqliteJobStore::reference(const JobId& job) {
       image = Image(size[0], size[1]);
   }
   if (image.data.empty() || bytes.size() != sizeof size + image.data.size() * sizeof(float)) {
-    throw Error(ErrorKind::kFailed, path_ + ": the reference image of job " + job.value + " is damaged");
+    throw StoreError(path_ + ": the reference image of job " + job.value + " is damaged");
   }
   std::memcpy(image.data.data(), bytes.data() + sizeof size, image.data.size() * sizeof(float));
   return image;

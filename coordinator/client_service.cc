@@ -1,0 +1,264 @@
+#include "coordinator/client_service.h"
+
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <optional>
+#include <thread>
+
+#include "common/rpc/channel.h"
+#include "common/rpc/convert.h"
+#include "coordinator/service_status.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kMaxFetches = 8;  // an image is resolved in memory for each
+constexpr int kMaxAskedBlobs = 100000;
+constexpr int kTilesPerMessage = 1000;
+constexpr size_t kMaxUploadChunk = size_t{4} << 20;
+constexpr double kWatchBeatSeconds = 1;
+constexpr std::chrono::milliseconds kWatchSpacing(200);
+
+/// Counts those inside; releases on every way out.
+class Slot {
+ public:
+  Slot(std::atomic<int>& count, int limit) : count_(count), granted_(++count <= limit) {}
+  ~Slot() { --count_; }
+  Slot(const Slot&) = delete;
+  Slot& operator=(const Slot&) = delete;
+  bool granted() const { return granted_; }
+
+ private:
+  std::atomic<int>& count_;
+  bool granted_;
+};
+
+}  // namespace
+
+Image ClientService::read_reference(const v1::Reference& reference, const RenderSettings& settings) const {
+  const PixelRect& crop = settings.grid.crop;
+  // The size is checked against the job's before anything of that size is allocated.
+  if (reference.width() != crop.width() || reference.height() != crop.height()) {
+    throw Error(ErrorKind::kUsage, "the reference image is " + std::to_string(reference.width()) + "x" +
+                                       std::to_string(reference.height()) + ", the job renders " +
+                                       std::to_string(crop.width()) + "x" + std::to_string(crop.height()));
+  }
+  const std::string path = blobs_.path(reference.digest());
+  Image image(reference.width(), reference.height());
+  const size_t bytes = image.data.size() * sizeof(float);
+  if (blobs_.size(reference.digest()) != bytes) {
+    throw Error(ErrorKind::kUsage, "the reference blob is not width*height*3 floats");
+  }
+  std::ifstream in(path, std::ios::binary);
+  in.read(reinterpret_cast<char*>(image.data.data()), static_cast<std::streamsize>(bytes));
+  if (!in) throw StoreError(path + ": cannot be read");
+  return image;
+}
+
+grpc::Status ClientService::SubmitJob(grpc::ServerContext*, const v1::SubmitJobRequest* request,
+                                      v1::SubmitJobResponse* response) {
+  return guarded([&] {
+    JobRequest job;
+    job.name = request->name();
+    try {
+      job.bundle = bundle_from_json(request->bundle_json());
+    } catch (const Error& e) {
+      throw Error(ErrorKind::kUsage, e.what());  // it came from outside: a wrong request, not a failed disk
+    }
+    job.settings = settings_from_json(request->settings_json());
+    job.priority = request->priority();
+    job.pool = request->pool();
+    for (const BundleEntry& entry : job.bundle.entries) {
+      if (blobs_.contains(entry.digest)) continue;
+      throw Error(ErrorKind::kFailed, "file " + entry.name + " of the bundle was not uploaded");
+    }
+    if (request->has_reference()) job.reference = read_reference(request->reference(), job.settings);
+    response->set_job_id(farm_.submit(job).value);
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::GetJob(grpc::ServerContext*, const v1::GetJobRequest* request,
+                                   v1::GetJobResponse* response) {
+  return guarded([&] {
+    *response->mutable_job() = to_proto(farm_.job(JobId{request->job_id()}));
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::ListJobs(grpc::ServerContext*, const v1::ListJobsRequest*,
+                                     v1::ListJobsResponse* response) {
+  return guarded([&] {
+    for (const JobStatus& job : farm_.jobs()) *response->add_jobs() = to_proto(job);
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::ListTiles(grpc::ServerContext*, const v1::ListTilesRequest* request,
+                                      grpc::ServerWriter<v1::ListTilesResponse>* writer) {
+  return guarded([&] {
+    v1::ListTilesResponse message;
+    for (const TileStatus& tile : farm_.tiles(JobId{request->job_id()})) {
+      *message.add_tiles() = to_proto(tile);
+      if (message.tiles_size() < kTilesPerMessage) continue;
+      if (!writer->Write(message)) return grpc::Status::CANCELLED;
+      message.clear_tiles();
+    }
+    if (message.tiles_size() > 0) writer->Write(message);
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::ListWorkers(grpc::ServerContext*, const v1::ListWorkersRequest*,
+                                        v1::ListWorkersResponse* response) {
+  return guarded([&] {
+    for (const WorkerStatus& worker : farm_.workers()) *response->add_workers() = to_proto(worker);
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::WatchJob(grpc::ServerContext* context, const v1::WatchJobRequest* request,
+                                     grpc::ServerWriter<v1::WatchJobResponse>* writer) {
+  return guarded([&]() -> grpc::Status {
+    const JobId id{request->job_id()};
+    JobStatus status = farm_.job(id);
+    for (;;) {
+      v1::WatchJobResponse message;
+      *message.mutable_job() = to_proto(status);
+      if (!writer->Write(message)) return grpc::Status::CANCELLED;
+      if (is_final(status.state)) return grpc::Status::OK;
+      std::this_thread::sleep_for(kWatchSpacing);
+      status = farm_.wait(id, status.version, kWatchBeatSeconds);
+      if (context->IsCancelled()) return grpc::Status::CANCELLED;
+      if (stopping_) return {grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"};
+    }
+  });
+}
+
+grpc::Status ClientService::PauseJob(grpc::ServerContext*, const v1::PauseJobRequest* request,
+                                     v1::PauseJobResponse* response) {
+  return guarded([&] {
+    farm_.pause(JobId{request->job_id()});
+    *response->mutable_job() = to_proto(farm_.job(JobId{request->job_id()}));
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::ResumeJob(grpc::ServerContext*, const v1::ResumeJobRequest* request,
+                                      v1::ResumeJobResponse* response) {
+  return guarded([&] {
+    farm_.resume(JobId{request->job_id()});
+    *response->mutable_job() = to_proto(farm_.job(JobId{request->job_id()}));
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::CancelJob(grpc::ServerContext*, const v1::CancelJobRequest* request,
+                                      v1::CancelJobResponse* response) {
+  return guarded([&] {
+    farm_.cancel(JobId{request->job_id()});
+    *response->mutable_job() = to_proto(farm_.job(JobId{request->job_id()}));
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::RetryJob(grpc::ServerContext*, const v1::RetryJobRequest* request,
+                                     v1::RetryJobResponse* response) {
+  return guarded([&] {
+    farm_.retry(JobId{request->job_id()});
+    *response->mutable_job() = to_proto(farm_.job(JobId{request->job_id()}));
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::ExtendJob(grpc::ServerContext*, const v1::ExtendJobRequest* request,
+                                      v1::ExtendJobResponse* response) {
+  return guarded([&] {
+    std::optional<int64_t> spp;
+    std::optional<double> time_s, target_error;
+    if (request->has_spp()) spp = request->spp();
+    if (request->has_time_seconds()) time_s = request->time_seconds();
+    if (request->has_target_error()) target_error = request->target_error();
+    farm_.extend(JobId{request->job_id()}, spp, time_s, target_error);
+    *response->mutable_job() = to_proto(farm_.job(JobId{request->job_id()}));
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::FetchImage(grpc::ServerContext*, const v1::FetchImageRequest* request,
+                                       grpc::ServerWriter<v1::FetchImageResponse>* writer) {
+  return guarded([&]() -> grpc::Status {
+    const Slot slot(fetches_, kMaxFetches);
+    if (!slot.granted()) {
+      return {grpc::StatusCode::RESOURCE_EXHAUSTED, "too many images are being fetched at once; try again"};
+    }
+    const JobId id{request->job_id()};
+    const Image image = farm_.image(id);
+    v1::FetchImageResponse message;
+    v1::FetchImageResponse::Header& header = *message.mutable_header();
+    header.set_width(image.width);
+    header.set_height(image.height);
+    header.set_channels(image.channels);
+    for (const auto& [key, value] : farm_.image_metadata(id)) (*header.mutable_metadata())[key] = value;
+    if (!writer->Write(message)) return grpc::Status::CANCELLED;
+    const std::string_view bytes(reinterpret_cast<const char*>(image.data.data()),
+                                 image.data.size() * sizeof(float));
+    for (size_t at = 0; at < bytes.size(); at += kChunkBytes) {
+      message.set_chunk(std::string(bytes.substr(at, kChunkBytes)));
+      if (!writer->Write(message)) return grpc::Status::CANCELLED;
+    }
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::GetCurve(grpc::ServerContext*, const v1::GetCurveRequest* request,
+                                     v1::GetCurveResponse* response) {
+  return guarded([&] {
+    *response->mutable_curve() = to_proto(farm_.curve(JobId{request->job_id()}));
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::FindMissingBlobs(grpc::ServerContext*, const v1::FindMissingBlobsRequest* request,
+                                             v1::FindMissingBlobsResponse* response) {
+  return guarded([&] {
+    if (request->digests_size() > kMaxAskedBlobs)
+      throw Error(ErrorKind::kUsage, "more than 100000 blobs at once");
+    for (const std::string& digest : request->digests()) {
+      if (!blobs_.contains(digest)) response->add_digests(digest);
+    }
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::UploadBlobs(grpc::ServerContext*,
+                                        grpc::ServerReader<v1::UploadBlobsRequest>* reader,
+                                        v1::UploadBlobsResponse* response) {
+  return guarded([&] {
+    std::optional<BlobStore::Writer> writer;
+    int64_t blobs = 0;
+    uint64_t bytes = 0;
+    v1::UploadBlobsRequest message;
+    while (reader->Read(&message)) {
+      if (message.has_header()) {
+        if (writer) writer->finish();
+        writer.reset();
+        writer.emplace(blobs_.begin(message.header().digest(), message.header().size()));
+        ++blobs;
+        bytes += message.header().size();
+      } else if (writer && message.chunk().size() <= kMaxUploadChunk) {
+        writer->write(message.chunk());
+      } else {
+        throw Error(ErrorKind::kUsage,
+                    writer ? "an upload chunk is over 4 MiB" : "an upload begins with a header");
+      }
+    }
+    if (writer) writer->finish();
+    response->set_blobs(blobs);
+    response->set_bytes(bytes);
+    return grpc::Status::OK;
+  });
+}
+
+}  // namespace lightmill

@@ -1,0 +1,48 @@
+#pragma once
+// v1.ClientService over a Farm and a BlobStore: translates, bounds, streams; decides nothing.
+#include <atomic>
+
+#include "coordinator/blob_store.h"
+#include "coordinator/farm.h"
+#include "lightmill/v1/client.grpc.pb.h"
+
+namespace lightmill {
+
+class ClientService final : public v1::ClientService::Service {
+ public:
+  /// Both must outlive the service.
+  ClientService(Farm& farm, BlobStore& blobs) : farm_(farm), blobs_(blobs) {}
+  /// Ends the streams of WatchJob soon with UNAVAILABLE.
+  void stop() { stopping_ = true; }
+
+  grpc::Status SubmitJob(grpc::ServerContext*, const v1::SubmitJobRequest*, v1::SubmitJobResponse*) override;
+  grpc::Status GetJob(grpc::ServerContext*, const v1::GetJobRequest*, v1::GetJobResponse*) override;
+  grpc::Status ListJobs(grpc::ServerContext*, const v1::ListJobsRequest*, v1::ListJobsResponse*) override;
+  grpc::Status ListTiles(grpc::ServerContext*, const v1::ListTilesRequest*,
+                         grpc::ServerWriter<v1::ListTilesResponse>*) override;
+  grpc::Status ListWorkers(grpc::ServerContext*, const v1::ListWorkersRequest*,
+                           v1::ListWorkersResponse*) override;
+  grpc::Status WatchJob(grpc::ServerContext*, const v1::WatchJobRequest*,
+                        grpc::ServerWriter<v1::WatchJobResponse>*) override;
+  grpc::Status PauseJob(grpc::ServerContext*, const v1::PauseJobRequest*, v1::PauseJobResponse*) override;
+  grpc::Status ResumeJob(grpc::ServerContext*, const v1::ResumeJobRequest*, v1::ResumeJobResponse*) override;
+  grpc::Status CancelJob(grpc::ServerContext*, const v1::CancelJobRequest*, v1::CancelJobResponse*) override;
+  grpc::Status RetryJob(grpc::ServerContext*, const v1::RetryJobRequest*, v1::RetryJobResponse*) override;
+  grpc::Status ExtendJob(grpc::ServerContext*, const v1::ExtendJobRequest*, v1::ExtendJobResponse*) override;
+  grpc::Status FetchImage(grpc::ServerContext*, const v1::FetchImageRequest*,
+                          grpc::ServerWriter<v1::FetchImageResponse>*) override;
+  grpc::Status GetCurve(grpc::ServerContext*, const v1::GetCurveRequest*, v1::GetCurveResponse*) override;
+  grpc::Status FindMissingBlobs(grpc::ServerContext*, const v1::FindMissingBlobsRequest*,
+                                v1::FindMissingBlobsResponse*) override;
+  grpc::Status UploadBlobs(grpc::ServerContext*, grpc::ServerReader<v1::UploadBlobsRequest>*,
+                           v1::UploadBlobsResponse*) override;
+
+ private:
+  Image read_reference(const v1::Reference& reference, const RenderSettings& settings) const;
+  Farm& farm_;
+  BlobStore& blobs_;
+  std::atomic<bool> stopping_{false};
+  std::atomic<int> fetches_{0};
+};
+
+}  // namespace lightmill

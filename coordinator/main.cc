@@ -1,0 +1,141 @@
+// lightmill-coordinator: wires flags, the data folder, the farm and its servers together.
+#include <pthread.h>
+#include <signal.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "common/build_id/build_id.h"
+#include "common/image/partial.h"
+#include "coordinator/data_folder.h"
+#include "coordinator/server.h"
+#include "coordinator/sqlite_job_store.h"
+
+namespace lightmill {
+namespace {
+
+struct Options {
+  ServerOptions server;
+  FarmOptions farm;
+  std::string data = "lightmill-data";
+  std::string port_file;
+  double checkpoint_megabytes = 256;
+  std::string log_level = "info";
+};
+
+constexpr long kTickNanoseconds = 250'000'000;
+
+void add_options(CLI::App& app, Options& o) {
+  app.set_version_flag("--version", build_id());
+  app.set_config("--config", "", "Read options from a TOML file");
+  app.add_option("--listen", o.server.listen,
+                 "HOST:PORT for workers and clients (gRPC); port 0: any free one")
+      ->envname("LIGHTMILL_LISTEN")
+      ->capture_default_str();
+  app.add_option("--http", o.server.http, "HOST:PORT for /healthz, /metrics and the status page; port 0: any")
+      ->envname("LIGHTMILL_HTTP")
+      ->capture_default_str();
+  app.add_option("--data", o.data, "Folder for jobs and scene files")
+      ->envname("LIGHTMILL_DATA")
+      ->capture_default_str();
+  app.add_option("--port-file", o.port_file, "Write the ports to this file once both listen (rpc=N, http=N)")
+      ->envname("LIGHTMILL_PORT_FILE");
+  app.add_flag("--insecure", o.server.insecure, "Allow plain text on addresses other than loopback")
+      ->envname("LIGHTMILL_INSECURE");
+  app.add_option("--lease-seconds", o.farm.lease_seconds, "How long a lease lasts without renewal")
+      ->envname("LIGHTMILL_LEASE_SECONDS")
+      ->check(CLI::Range(0.1, 3600.0).description("0.1 to 3600"))
+      ->capture_default_str();
+  app.add_option("--tile-seconds", o.farm.target_tile_seconds, "Render time that tiles are sized for")
+      ->envname("LIGHTMILL_TILE_SECONDS")
+      ->check(CLI::Range(0.01, 3600.0).description("0.01 to 3600"))
+      ->capture_default_str();
+  app.add_option("--max-attempts", o.farm.max_attempts, "Failures of one tile that fail its job")
+      ->envname("LIGHTMILL_MAX_ATTEMPTS")
+      ->check(CLI::Range(1, 1000).description("1 to 1000"))
+      ->capture_default_str();
+  app.add_option("--checkpoint-mb", o.checkpoint_megabytes,
+                 "Committed megabytes after which a job is compacted")
+      ->envname("LIGHTMILL_CHECKPOINT_MB")
+      ->check(CLI::Range(1.0, 1e6).description("1 to 1000000"))
+      ->capture_default_str();
+  app.add_option("--log-level", o.log_level, "debug, info, warn or error")
+      ->envname("LIGHTMILL_LOG_LEVEL")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
+      ->capture_default_str();
+}
+
+/// Ticks the farm until SIGTERM or SIGINT, which must be blocked in all threads.
+void serve_until_signal(Farm& farm, const sigset_t& signals) {
+  const timespec pause{0, kTickNanoseconds};
+  for (;;) {
+    const int signal = sigtimedwait(&signals, nullptr, &pause);
+    if (signal > 0) {
+      spdlog::info("signal {}: shutting down", signal);
+      return;
+    }
+    try {
+      farm.tick();
+    } catch (const std::exception& e) {
+      spdlog::error("{}", e.what());
+    }
+  }
+}
+
+int run(Options options) {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any other thread starts
+  signal(SIGPIPE, SIG_IGN);
+
+  const DataFolder data(options.data);
+  BlobStore blobs(data.blob_folder());
+  const SteadyClock clock;
+  options.farm.build = build_id();
+  options.farm.schema = kPartialSchema;
+  options.farm.checkpoint_bytes = options.checkpoint_megabytes * 1e6;
+  options.farm.log = [](const std::string& line) { spdlog::warn("{}", line); };
+  options.server.lease_seconds = options.farm.lease_seconds;
+  Farm farm(std::make_unique<SqliteJobStore>(data.store_path()), clock, options.farm);
+  const Server server(options.server, farm, blobs);
+  spdlog::info("{}; data in {}", build_id(), options.data);
+  spdlog::info("listening: rpc port {}, http port {}", server.rpc_port(), server.http_port());
+  if (!options.port_file.empty()) {
+    write_file_atomically(options.port_file, "rpc=" + std::to_string(server.rpc_port()) +
+                                                 "\nhttp=" + std::to_string(server.http_port()) + "\n");
+  }
+  serve_until_signal(farm, signals);
+  return 0;
+}
+
+int main_with_errors(int argc, char** argv) {
+  CLI::App app{"Keeps jobs, leases tiles to workers and merges what they render", "lightmill-coordinator"};
+  Options options;
+  add_options(app, options);
+  try {
+    app.parse(argc, argv);
+    spdlog::set_default_logger(spdlog::stderr_logger_mt("coordinator"));
+    spdlog::set_level(spdlog::level::from_str(options.log_level));
+    return run(options);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "lightmill-coordinator: %s; see --help\n", error.what());
+    return 2;
+  } catch (const Error& error) {
+    std::fprintf(stderr, "lightmill-coordinator: %s\n", error.what());
+    return error.exit_code();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "lightmill-coordinator: %s\n", error.what());
+    return 1;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill
+
+int main(int argc, char** argv) { return lightmill::main_with_errors(argc, argv); }

@@ -1,0 +1,74 @@
+#include "coordinator/server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/security/server_credentials.h>
+#include <grpcpp/server.h>
+#include <grpcpp/server_builder.h>
+
+#include <chrono>
+#include <mutex>
+#include <optional>
+
+#include "common/rpc/channel.h"
+#include "coordinator/client_service.h"
+#include "coordinator/http_server.h"
+#include "coordinator/worker_service.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::chrono::seconds kShutdownGrace(3);
+
+void enable_plugins() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    grpc::EnableDefaultHealthCheckService(true);
+    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  });
+}
+
+}  // namespace
+
+struct Server::Impl {
+  Impl(const ServerOptions& options, Farm& the_farm, BlobStore& blobs)
+      : farm(the_farm), client_service(farm, blobs), worker_service(farm, blobs, options.lease_seconds) {}
+  Farm& farm;
+  ClientService client_service;
+  WorkerService worker_service;
+  std::unique_ptr<grpc::Server> rpc;
+  int rpc_port = 0;
+  std::optional<HttpServer> http;
+};
+
+Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs)
+    : impl_(std::make_unique<Impl>(options, farm, blobs)) {
+  require_plain_text_allowed(options.listen, options.insecure);
+  if (!options.http.empty()) require_plain_text_allowed(options.http, options.insecure);
+  enable_plugins();
+  grpc::ServerBuilder builder;
+  configure_server(builder);
+  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &impl_->rpc_port);
+  builder.RegisterService(&impl_->client_service);
+  builder.RegisterService(&impl_->worker_service);
+  impl_->rpc = builder.BuildAndStart();
+  if (!impl_->rpc || impl_->rpc_port == 0) {
+    throw Error(ErrorKind::kFailed,
+                "--listen " + options.listen + ": can't listen there; is the port in use?");
+  }
+  if (!options.http.empty()) impl_->http.emplace(options.http, farm);
+}
+
+Server::~Server() {
+  if (!impl_->rpc) return;
+  impl_->client_service.stop();
+  impl_->worker_service.stop();
+  impl_->farm.stop_waiting();
+  impl_->rpc->Shutdown(std::chrono::system_clock::now() + kShutdownGrace);
+  impl_->rpc->Wait();
+}
+
+int Server::rpc_port() const { return impl_->rpc_port; }
+int Server::http_port() const { return impl_->http ? impl_->http->port() : 0; }
+
+}  // namespace lightmill
