@@ -7,7 +7,17 @@
 namespace lightmill {
 namespace {
 
-constexpr size_t kMaxShapes = 8'000'000;  // after instances were multiplied out
+// Instances are multiplied out; these keep a small file from filling the memory.
+constexpr size_t kMaxShapes = 8'000'000;
+constexpr size_t kMaxInstancedTriangles = 100'000'000;
+
+size_t triangle_count(const std::vector<ShapeDescription>& shapes) {
+  size_t sum = 0;
+  for (const ShapeDescription& s : shapes) {
+    if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) sum += mesh->mesh->triangles.size();
+  }
+  return sum;
+}
 
 std::string owner_of(const char* kind, const std::string& type) {
   return std::string(kind) + " " + in_quotes(type);
@@ -315,6 +325,7 @@ void PbrtParser::on_material(const Token& d) {
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("material", *type), "material");
   state_.shape.material = out_.add_material(translate_material(out_, *type, params));
+  if (is_interface_material(*type)) out_.invisible_materials.insert(state_.shape.material);
 }
 
 void PbrtParser::on_make_named_material(const Token& d) {
@@ -331,6 +342,8 @@ void PbrtParser::on_make_named_material(const Token& d) {
   MaterialDescription material = translate_material(out_, type, params);
   material.name = *name;
   out_.define_material(std::move(material));
+  if (is_interface_material(type))
+    out_.invisible_materials.insert(out_.material_named(*name, d.where.location()));
 }
 
 void PbrtParser::on_named_material(const Token& d) {
@@ -425,8 +438,11 @@ void PbrtParser::on_object_instance(const Token& d) {
     return;
   }
   auto& shapes = out_.scene.shapes;
-  if (shapes.size() + found->second.size() > kMaxShapes) {
-    problems_->error(d.where.location(), "instances make more than 8000000 shapes");
+  instanced_triangles_ += triangle_count(found->second);
+  if (shapes.size() + found->second.size() > kMaxShapes || instanced_triangles_ > kMaxInstancedTriangles) {
+    problems_->error(d.where.location(),
+                     "not supported yet: instances that add up to more than 8000000 shapes or "
+                     "100000000 triangles");
     return;
   }
   for (ShapeDescription shape : found->second) {

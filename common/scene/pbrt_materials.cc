@@ -105,6 +105,10 @@ CoatedDiffuseMaterial read_coated_diffuse(PbrtScene& out, ParameterList& params)
 
 }  // namespace
 
+bool is_interface_material(const std::string& type) {
+  return type == "interface" || type == "" || type == "none";
+}
+
 MaterialDescription translate_material(PbrtScene& out, const std::string& type, ParameterList& params) {
   MaterialDescription material{"", DiffuseMaterial{}, params.where()};
   for (const char* name : {"displacement", "normalmap"}) params.unsupported(name, "is ignored");
@@ -122,7 +126,10 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
     material.kind = read_coated_diffuse(out, params);
   } else {
     const auto& known = known_materials();
-    if (std::find(known.begin(), known.end(), type) == known.end() && type != "" && type != "none") {
+    if (is_interface_material(type)) {
+      out.problems->unsupported(params.where(),
+                                params.owner() + " (a boundary of a medium): its shapes are left out");
+    } else if (std::find(known.begin(), known.end(), type) == known.end()) {
       const std::string_view successor = successor_of(type);
       if (successor.empty()) {
         report_unknown_word(params, "material", type, known);
@@ -131,7 +138,7 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
                                                 " (of pbrt-v3); pbrt-v4 calls it " + in_quotes(successor));
       }
     } else {
-      out.problems->unsupported(params.where(), params.owner() + " is rendered as grey diffuse");
+      out.problems->unsupported(params.where(), params.owner() + " of type " + in_quotes(type) + " is rendered as grey diffuse");
     }
     return material;  // its parameters are another material's: not checked
   }

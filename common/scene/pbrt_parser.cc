@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/error.h"
+#include "common/scene/pbrt_quadrics.h"
 #include "common/scene/scene_files.h"
 #include "common/scene/transform.h"
 
@@ -209,6 +210,10 @@ void PbrtParser::finish() {
   }
   out_.report_undefined();
   SceneDescription& scene = out_.scene;
+  std::erase_if(scene.shapes, [&](const ShapeDescription& s) {
+    return s.area_light < 0 && out_.invisible_materials.contains(s.material);
+  });
+  tessellate_stretched_spheres(&scene, problems_);
   scene.film.imaging_ratio = film_exposure_time_.value_or(exposure_time_) * iso_ratio_;
   const bool emits = !scene.lights.empty() || std::any_of(scene.shapes.begin(), scene.shapes.end(),
                                                           [](const auto& s) { return s.area_light >= 0; });

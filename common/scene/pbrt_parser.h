@@ -108,6 +108,7 @@ class PbrtParser {
   std::map<std::string, std::vector<ShapeDescription>> objects_;
   std::optional<std::string> open_object_;
   size_t object_first_shape_ = 0;
+  size_t instanced_triangles_ = 0;
 
   double exposure_time_ = 1, iso_ratio_ = 1;
   std::optional<double> film_exposure_time_;

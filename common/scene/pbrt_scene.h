@@ -69,6 +69,8 @@ struct PbrtScene {
 
   /// Meshes by path, so that a file that is used twice is read once.
   std::map<std::string, std::shared_ptr<const TriangleMesh>> meshes;
+  /// Materials of which nothing is seen; shapes of them are left out at the end.
+  std::set<int> invisible_materials;
 
  private:
   struct Named {
@@ -88,6 +90,8 @@ struct PbrtScene {
 
 /// pbrt_materials.cc: reports an unknown type; an unsupported one becomes grey diffuse.
 MaterialDescription translate_material(PbrtScene& out, const std::string& type, ParameterList& params);
+/// pbrt's material for a boundary between media that has no surface: nothing is seen of it.
+bool is_interface_material(const std::string& type);
 /// pbrt_textures.cc
 void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type,
                        const std::string& type, ParameterList& params);

@@ -5,6 +5,7 @@
 
 #include "common/error.h"
 #include "common/scene/mesh_check.h"
+#include "common/scene/pbrt_quadrics.h"
 #include "common/scene/pbrt_scene.h"
 #include "common/scene/ply_reader.h"
 #include "common/scene/spectrum.h"
@@ -115,24 +116,6 @@ std::shared_ptr<const TriangleMesh> read_ply_mesh(PbrtScene& out, ParameterList&
   return mesh;
 }
 
-/// nullopt: left out (and named).
-std::optional<SphereShape> read_sphere(PbrtScene& out, ParameterList& params) {
-  SphereShape sphere;
-  sphere.radius = static_cast<float>(params.number("radius", 1, -3e38, 3e38));
-  if (!(sphere.radius > 0)) {
-    params.bad_value("radius", "must be above 0");
-    return std::nullopt;
-  }
-  const double r = sphere.radius;
-  const double zmin = params.number("zmin", -r, -3e38, 3e38), zmax = params.number("zmax", r, -3e38, 3e38);
-  const double phimax = params.number("phimax", 360, 0, 360);
-  if (zmin > -r || zmax < r || phimax < 360) {
-    out.problems->unsupported(params.where(), "a partial sphere is left out");
-    return std::nullopt;
-  }
-  return sphere;
-}
-
 /// Area after the transform. A sphere's is that of its mean scale: exact when the scale is uniform.
 double area_of(const ShapeDescription& shape) {
   if (const auto* mesh = std::get_if<MeshShape>(&shape.kind))
@@ -142,15 +125,14 @@ double area_of(const ShapeDescription& shape) {
 }
 
 /// Index of the area light that the shape takes over.
-int take_area_light(PbrtScene& out, const ShapeDescription& shape, PendingAreaLight& pending) {
+int take_area_light(PbrtScene& out, const ShapeDescription& shape, size_t emitters,
+                    PendingAreaLight& pending) {
   auto& lights = out.scene.area_lights;
   if (pending.power > 0) {
     // pbrt makes every triangle a light of its own with the whole power, so a mesh of n triangles emits n
     // times as much; each here has the mean radiance.
-    const auto* mesh = std::get_if<MeshShape>(&shape.kind);
-    const double emitters = mesh == nullptr ? 1 : static_cast<double>(mesh->mesh->triangles.size());
     const double flux_per_radiance = (pending.two_sided ? 2 : 1) * std::numbers::pi * area_of(shape);
-    const double scale = pending.power * emitters / flux_per_radiance;
+    const double scale = pending.power * static_cast<double>(emitters) / flux_per_radiance;
     const auto f = [&](float x) { return static_cast<float>(x * scale); };
     lights.push_back({{f(pending.radiance.r), f(pending.radiance.g), f(pending.radiance.b)},
                       pending.two_sided,
@@ -198,26 +180,33 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   shape.location = params.where();
   check_alpha(params);
   params.accept({"alpha"});
+  size_t emitters = 1;
   if (type == "trianglemesh" || type == "plymesh") {
     auto mesh = type == "plymesh" ? read_ply_mesh(out, params) : read_triangle_mesh(out, params);
     params.finish();
     if (mesh == nullptr) return;
-    if (mesh->triangles.empty()) {
-      out.problems->warning(params.where(), params.owner() + " has no triangle with area; it is left out");
-      return;
-    }
+    emitters = mesh->triangles.size();
     shape.kind = MeshShape{std::move(mesh)};
-  } else if (type == "sphere") {
-    const auto sphere = read_sphere(out, params);
+  } else if (type == "sphere" || type == "disk" || type == "cylinder" || type == "bilinearmesh") {
+    auto read = type == "sphere"     ? read_sphere(out, params)
+                : type == "disk"     ? read_disk(out, params)
+                : type == "cylinder" ? read_cylinder(out, params)
+                                     : read_bilinear_mesh(out, params);
     params.finish();
-    if (!sphere) return;
-    shape.kind = *sphere;
+    if (!read) return;
+    emitters = read->emitters;
+    shape.kind = std::move(read->kind);
   } else {
     if (std::find(kKnownShapes.begin(), kKnownShapes.end(), type) == kKnownShapes.end()) {
       report_unknown_word(params, "shape", type, kKnownShapes);
     } else {
       out.problems->unsupported(params.where(), params.owner() + " is left out");
     }
+    return;
+  }
+  if (const auto* mesh = std::get_if<MeshShape>(&shape.kind);
+      mesh != nullptr && mesh->mesh->triangles.empty()) {
+    out.problems->warning(params.where(), params.owner() + " has no triangle with area; it is left out");
     return;
   }
   if (!extent_is_finite(shape)) {
@@ -227,7 +216,7 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   }
   shape.material = attributes.material >= 0 ? attributes.material : out.default_material(params.where());
   if (attributes.area_light != nullptr)
-    shape.area_light = take_area_light(out, shape, *attributes.area_light);
+    shape.area_light = take_area_light(out, shape, emitters, *attributes.area_light);
   out.scene.shapes.push_back(std::move(shape));
 }
 

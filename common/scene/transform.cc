@@ -132,6 +132,18 @@ bool is_singular(const Transform& t) {
   return !(std::abs(determinant3(unit)) > 1e-12);
 }
 
+bool is_similarity(const Transform& t) {
+  constexpr double kTolerance = 1e-4;
+  const auto column = [&](size_t j) { return Vec3d{t.m[0][j], t.m[1][j], t.m[2][j]}; };
+  const double scale = length(column(0));
+  for (size_t j = 0; j < 3; ++j) {
+    const Vec3d a = column(j), b = column((j + 1) % 3);
+    const double skew = dot({a.x / scale, a.y / scale, a.z / scale}, {b.x / scale, b.y / scale, b.z / scale});
+    if (!(std::abs(length(a) / scale - 1) <= kTolerance && std::abs(skew) <= kTolerance)) return false;
+  }
+  return true;
+}
+
 Vec3d transform_point(const Transform& t, const Vec3d& p) {
   const Vec3d v = transform_vector(t, p);
   return {v.x + t.m[0][3], v.y + t.m[1][3], v.z + t.m[2][3]};

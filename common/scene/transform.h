@@ -31,6 +31,8 @@ bool is_in_range(const Transform& t);
 bool is_affine(const Transform& t);
 /// The 3x3 part has (numerically) no inverse: |det| is below 1e-12 of the product of its row lengths.
 bool is_singular(const Transform& t);
+/// Keeps the shape of things: rotation, mirror and one scale for all axes, within 1e-4.
+bool is_similarity(const Transform& t);
 Vec3d transform_point(const Transform& t, const Vec3d& p);
 Vec3d transform_vector(const Transform& t, const Vec3d& v);
 

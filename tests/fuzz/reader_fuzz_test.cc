@@ -98,7 +98,7 @@ class ReaderFuzz : public SceneTest {};
 TEST_F(ReaderFuzz, Scenes) {
   ASSERT_TRUE(load(kScene).ok()) << listed(load(kScene));
   size_t accepted = 0;
-  for (uint64_t seed = 0; seed < 6000; ++seed) {
+  for (uint64_t seed = 0; seed < 3000; ++seed) {
     Random random(seed);
     const std::string text = mutated(kScene, random, kWords);
     SCOPED_TRACE(seed);

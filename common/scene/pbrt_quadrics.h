@@ -1,0 +1,24 @@
+#pragma once
+// Shapes of a pbrt scene that are not meshes: spheres, disks, cylinders, bilinear patches.
+#include <optional>
+
+#include "common/scene/pbrt_scene.h"
+
+namespace lightmill {
+
+/// A shape and how many emitters pbrt would count it as (AreaLightSource's "power" is per emitter).
+struct ReadShape {
+  ShapeKind kind;
+  size_t emitters = 1;
+};
+
+/// nullopt: reported. What is not a whole sphere becomes a mesh, and is named as an approximation.
+std::optional<ReadShape> read_sphere(PbrtScene& out, ParameterList& params);
+std::optional<ReadShape> read_disk(PbrtScene& out, ParameterList& params);
+std::optional<ReadShape> read_cylinder(PbrtScene& out, ParameterList& params);
+std::optional<ReadShape> read_bilinear_mesh(PbrtScene& out, ParameterList& params);
+
+/// Replaces spheres whose transform (their own, or an instance's) stretches them by meshes; each is named.
+void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems);
+
+}  // namespace lightmill
