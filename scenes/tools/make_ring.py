@@ -13,7 +13,7 @@ import sys
 
 INNER_RADIUS = 1.0
 OUTER_RADIUS = 1.06
-HEIGHT = 0.5
+HEIGHT = 0.3
 SEGMENTS = 720
 
 
