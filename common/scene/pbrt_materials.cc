@@ -138,7 +138,8 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
                                                 " (of pbrt-v3); pbrt-v4 calls it " + in_quotes(successor));
       }
     } else {
-      out.problems->unsupported(params.where(), params.owner() + " of type " + in_quotes(type) + " is rendered as grey diffuse");
+      out.problems->unsupported(
+          params.where(), params.owner() + " of type " + in_quotes(type) + " is rendered as grey diffuse");
     }
     return material;  // its parameters are another material's: not checked
   }
