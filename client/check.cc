@@ -19,14 +19,23 @@ struct CheckOptions {
 
 std::vector<Problem> find_problems(const CheckOptions& options) {
   const std::filesystem::path path(options.scene.scene);
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   const LoadResult result =
-      load_scene(options.scene.scene, DirectoryFiles(path.parent_path().string()), {options.scene.strict});
+      load_scene(path.filename().string(), DirectoryFiles(folder.string()), {options.scene.strict});
   std::vector<Problem> problems = result.problems;
+  for (Problem& problem : problems) {  // the reader names files relative to the scene's folder
+    const std::filesystem::path file(problem.where.file);
+    if (path.has_parent_path() && file.is_relative()) problem.where.file = (folder / file).string();
+  }
   if (result.ok()) {
     try {
       resolve_settings(result.scene, options.scene.render);
     } catch (const Error& error) {
-      problems.push_back({{options.scene.scene, 1, 1}, Severity::kError, error.what()});
+      Problem problem;
+      problem.where.file = options.scene.scene;
+      problem.where.line = problem.where.column = 1;
+      problem.message = error.what();
+      problems.push_back(problem);
     }
   }
   return problems;
@@ -46,7 +55,7 @@ int check(const CheckOptions& options) {
                       {"severity", is_error ? "error" : "warning"},
                       {"message", problem.message}});
     } else {
-      std::printf("%s%s\n", is_error ? "" : "warning: ", format_problem(problem).c_str());
+      std::printf("%s\n", format_problem(problem).c_str());
     }
   }
   if (options.common.json) {

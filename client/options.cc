@@ -154,7 +154,7 @@ void add_output(CLI::App* verb, OutputOptions* output) {
 
 SceneDescription load_scene_for(const SceneOptions& options, bool quiet) {
   return load_scene_file(options.scene, LoadOptions{options.strict}, [quiet](const Problem& problem) {
-    if (!quiet) print_warning("warning: " + format_problem(problem));
+    if (!quiet) print_warning(format_problem(problem));
   });
 }
 

@@ -1,0 +1,220 @@
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/image/image.h"
+#include "tests/client/cli_fixture.h"
+
+namespace lightmill::client {
+namespace {
+
+using testing::kBox;
+using testing::Outcome;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::MatchesRegex;
+using ::testing::Not;
+
+class Cli : public testing::CliTest {};
+
+constexpr const char* kVerbs[] = {"render", "submit", "watch",  "jobs",  "job",   "workers", "tiles",   "pause", "resume",
+                                  "cancel", "retry",  "extend", "fetch", "check", "explain", "compare", "report"};
+
+TEST_F(Cli, EveryVerbHasHelpAndVersion) {
+  for (const char* verb : kVerbs) {
+    const Outcome help = run({verb, "--help"});
+    EXPECT_EQ(help.code, 0) << verb;
+    EXPECT_THAT(help.out, HasSubstr("Usage")) << verb;
+    EXPECT_THAT(help.out, HasSubstr("--quiet")) << verb;
+    const Outcome version = run({verb, "--version"});
+    EXPECT_EQ(version.code, 0) << verb;
+    EXPECT_THAT(version.out, HasSubstr("lightmill ")) << verb;
+  }
+}
+
+TEST_F(Cli, WrongUsageIsOneLineAndExitCode2) {
+  write("box.pbrt", kBox);
+  const std::vector<std::vector<std::string>> wrong = {
+      {},
+      {"frobnicate"},
+      {"render"},
+      {"render", "box.pbrt", "--frobnicate"},
+      {"render", "box.pbrt", "--spp", "-1"},
+      {"render", "box.pbrt", "--spp", "0"},
+      {"render", "box.pbrt", "--spp", "1.5"},
+      {"render", "box.pbrt", "--spp", "many"},
+      {"render", "box.pbrt", "--spp", "99999999999999999999"},
+      {"render", "box.pbrt", "--time", "-3"},
+      {"render", "box.pbrt", "--time", "nan"},
+      {"render", "box.pbrt", "--target-error", "0"},
+      {"render", "box.pbrt", "--max-depth", "deep"},
+      {"render", "box.pbrt", "--max-depth", "-1"},
+      {"render", "box.pbrt", "--seed", "-1"},
+      {"render", "box.pbrt", "--threads", "-2"},
+      {"render", "box.pbrt", "--threads", "5000"},
+      {"render", "box.pbrt", "--integrator", "magic"},
+      {"render", "box.pbrt", "--resolution", "64"},
+      {"render", "box.pbrt", "--resolution", "0x64"},
+      {"render", "box.pbrt", "--resolution", "64x64x64"},
+      {"render", "box.pbrt", "--resolution", "100000x100000"},
+      {"render", "box.pbrt", "--crop", "0,1,0"},
+      {"render", "box.pbrt", "--crop", "0,1,0,1,0"},
+      {"render", "box.pbrt", "--crop", "0.5,0.5,0,1"},
+      {"render", "box.pbrt", "--crop", "0,2,0,1"},
+      {"render", "box.pbrt", "-o", "box.docx"},
+      {"render", "box.pbrt", "--half", "-o", "box.png"},
+      {"render", "box.pbrt", "--aov", "albedo"},
+      {"render", "box.pbrt", "--plan", "plan.json"},
+      {"render", "box.pbrt", "--plan-override", "textures=off"},
+      {"jobs", "--tls-ca", "ca.pem"},
+      {"jobs", "--token-file", "token"},
+      {"jobs", "--coordinator", "no port here"},
+      {"jobs", "--coordinator", "host.example:7070"},
+      {"submit", "box.pbrt", "-o", "box.exr"},
+      {"extend", "j1"},
+      {"job"},
+      {"fetch", "j1"},
+      {"compare", "one.exr"},
+  };
+  for (const auto& arguments : wrong) {
+    std::string line;
+    for (const std::string& argument : arguments) line += argument + " ";
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, 2) << line << outcome.err;
+    EXPECT_THAT(outcome.out, IsEmpty()) << line;
+    EXPECT_LE(lines(outcome.err), 2) << line << outcome.err;  // the error, and what auto means
+    EXPECT_THAT(outcome.err, HasSubstr("lightmill: ")) << line;
+  }
+}
+
+TEST_F(Cli, MissingFeaturesSaySo) {
+  write("box.pbrt", kBox);
+  EXPECT_THAT(run({"render", "box.pbrt", "--aov", "albedo"}).err, HasSubstr("--aov: "));
+  EXPECT_THAT(run({"jobs", "--tls-ca", "x"}).err, HasSubstr("--tls-ca: TLS does not exist in this version"));
+}
+
+TEST_F(Cli, AnUnreachableCoordinatorIsNamedWithExitCode3) {
+  for (const char* verb : {"jobs", "workers"}) {
+    const Outcome outcome = run({verb, "--coordinator", "127.0.0.1:1"});
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_THAT(outcome.err, HasSubstr("127.0.0.1:1"));
+    EXPECT_EQ(lines(outcome.err), 1);
+  }
+  for (const char* verb : {"job", "watch", "tiles", "pause", "resume", "cancel", "retry", "report"}) {
+    EXPECT_EQ(run({verb, "j1", "--coordinator", "127.0.0.1:1"}).code, 3) << verb;
+  }
+  setenv("LIGHTMILL_COORDINATOR", "127.0.0.1:2", 1);
+  EXPECT_THAT(run({"jobs"}).err, HasSubstr("127.0.0.1:2"));
+}
+
+TEST_F(Cli, AnOutputThatCannotBeWrittenIsExitCode1BeforeRendering) {
+  write("box.pbrt", kBox);
+  const Outcome outcome = run({"render", "box.pbrt", "--quiet", "-o", "/proc/none/x.exr"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(lines(outcome.err), 1);
+  EXPECT_THAT(outcome.err, HasSubstr("/proc/none"));
+}
+
+TEST_F(Cli, RenderWritesToTheFilmsNameInTheCurrentFolder) {
+  write("box.pbrt", kBox);
+  const Outcome outcome = run({"render", "box.pbrt", "--quiet"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, IsEmpty());
+  const Image image = read_image("box.exr");
+  EXPECT_EQ(image.width, 40);
+  EXPECT_EQ(image.height, 24);
+}
+
+TEST_F(Cli, RenderSaysWhatAutoMeansUnlessQuietOrTold) {
+  write("box.pbrt", kBox);
+  EXPECT_THAT(run({"render", "box.pbrt"}).err, HasSubstr("auto renders with bdpt for now"));
+  EXPECT_THAT(run({"render", "box.pbrt", "--integrator", "bdpt"}).err, Not(HasSubstr("auto")));
+}
+
+TEST_F(Cli, RenderAsJson) {
+  write("box.pbrt", kBox);
+  const Outcome outcome = run({"render", "box.pbrt", "--json", "--quiet", "--crop", "0,0.5,0,1"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto job = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(job["state"], "done");
+  EXPECT_EQ(job["spp"], 2);
+  EXPECT_EQ(job["packets_done"], job["packets_total"]);
+  EXPECT_EQ(job["nonfinite"], 0);
+  EXPECT_EQ(read_image(job["output"].get<std::string>()).width, 20);
+}
+
+TEST_F(Cli, ThreadsDoNotShowAndSeedsDo) {
+  write("box.pbrt", kBox);
+  for (const char* threads : {"1", "3"}) {
+    ASSERT_EQ(run({"render", "box.pbrt", "--quiet", "--spp", "20", "--threads", threads, "-o",
+                   std::string("t") + threads + ".exr"}).code, 0);
+  }
+  ASSERT_EQ(run({"render", "box.pbrt", "--quiet", "--spp", "20", "--seed", "9", "-o", "s.exr"}).code, 0);
+  EXPECT_EQ(read_image("t1.exr").data, read_image("t3.exr").data);
+  EXPECT_NE(read_image("t1.exr").data, read_image("s.exr").data);
+}
+
+TEST_F(Cli, ReportHasItsThreeFilesAndTrueErrors) {
+  write("box.pbrt", kBox);
+  ASSERT_EQ(run({"render", "box.pbrt", "--quiet", "--spp", "512", "-o", "ref.exr"}).code, 0);
+  ASSERT_EQ(run({"render", "box.pbrt", "--quiet", "--spp", "64", "--seed", "3", "--reference", "ref.exr", "--report",
+                 "rep", "-o", "x.exr"}).code, 0);
+  for (const char* file : {"rep/error.csv", "rep/error.svg", "rep/report.html"}) {
+    EXPECT_GT(std::filesystem::file_size(file), 100u) << file;
+  }
+  const Outcome again = run({"report", "rep", "--json"});
+  ASSERT_EQ(again.code, 0) << again.err;
+  const auto curve = nlohmann::json::parse(again.out);
+  EXPECT_FALSE(curve["points"].empty());
+}
+
+TEST_F(Cli, AReferenceOfAnotherSizeIsRefused) {
+  write("box.pbrt", kBox);
+  write_image(Image(8, 8), "small.exr");
+  const Outcome outcome = run({"render", "box.pbrt", "--quiet", "--reference", "small.exr"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("8x8"));
+}
+
+TEST_F(Cli, CompareHasTheKeysOfTheContract) {
+  Image a(16, 16), b(16, 16);
+  std::fill(a.data.begin(), a.data.end(), 0.5f);
+  std::fill(b.data.begin(), b.data.end(), 0.25f);
+  write_image(a, "a.exr");
+  write_image(b, "b.exr");
+  const Outcome outcome = run({"compare", "a.exr", "b.exr", "--json"});
+  ASSERT_EQ(outcome.code, 0);
+  const auto metrics = nlohmann::json::parse(outcome.out);
+  EXPECT_DOUBLE_EQ(metrics["mse"].get<double>(), 0.0625);
+  EXPECT_DOUBLE_EQ(metrics["mean_ratio"].get<double>(), 2);
+  for (const char* key : {"relmse", "relmse_trimmed", "mae", "flip"}) EXPECT_GT(metrics[key].get<double>(), 0) << key;
+  write_image(Image(8, 8), "small.exr");
+  EXPECT_EQ(run({"compare", "a.exr", "small.exr"}).code, 2);
+  EXPECT_EQ(run({"compare", "a.exr", "none.exr"}).code, 1);
+}
+
+TEST_F(Cli, ExplainHasTheKeysOfTheContract) {
+  write("box.pbrt", kBox);
+  const Outcome outcome = run({"explain", "box.pbrt", "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  bool needed = false, left_out = false;
+  const auto document = nlohmann::json::parse(outcome.out);
+  for (const auto& item : document["items"]) {
+    EXPECT_FALSE(item["feature"].get<std::string>().empty());
+    EXPECT_FALSE(item["reason"].get<std::string>().empty());
+    EXPECT_TRUE(item["saving"].is_string());
+    (item["needed"].get<bool>() ? needed : left_out) = true;
+  }
+  EXPECT_TRUE(needed && left_out);
+}
+
+TEST_F(Cli, TinyAndOblongImagesWork) {
+  write("box.pbrt", kBox);
+  for (const char* size : {"1x1", "1x20000", "33x1"}) {
+    const Outcome outcome = run({"render", "box.pbrt", "--quiet", "--spp", "1", "--resolution", size, "-o", "x.exr"});
+    EXPECT_EQ(outcome.code, 0) << size << outcome.err;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::client
