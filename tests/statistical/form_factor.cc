@@ -15,8 +15,8 @@ double polygon_irradiance(const std::vector<Vec3d>& vertices, const Vec3d& x, co
   return 0.5 * std::fabs(sum);
 }
 
-double mean_over_plane(const SceneDescription& scene, double height, const std::function<double(const Vec3d&)>& radiance,
-                       int samples) {
+double mean_over_plane(const SceneDescription& scene, double height,
+                       const std::function<double(const Vec3d&)>& radiance, int samples) {
   const int nx = scene.film.width * samples, ny = scene.film.height * samples;
   const Vec3d eye = camera_position(scene);
   double sum = 0;

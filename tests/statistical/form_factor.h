@@ -12,9 +12,9 @@ namespace lightmill::test {
 /// or clockwise: the result is positive.
 double polygon_irradiance(const std::vector<Vec3d>& vertices, const Vec3d& x, const Vec3d& n);
 
-/// Mean over the film of `radiance(p)` where p is what the pixel sees on the plane y = height; `samples` midpoints
-/// per pixel side.
-double mean_over_plane(const SceneDescription& scene, double height, const std::function<double(const Vec3d&)>& radiance,
-                       int samples = 16);
+/// Mean over the film of `radiance(p)` where p is what the pixel sees on the plane y = height; `samples`
+/// midpoints per pixel side.
+double mean_over_plane(const SceneDescription& scene, double height,
+                       const std::function<double(const Vec3d&)>& radiance, int samples = 16);
 
 }  // namespace lightmill::test

@@ -1,5 +1,6 @@
-// Scenes whose radiance is known in closed form because everything encloses everything: closed emissive boxes,
-// furnaces, spheres around their light. alpha = 1e-4 per comparison; each states the error that it would notice.
+// Scenes whose radiance is known in closed form because everything encloses everything: closed emissive
+// boxes, furnaces, spheres around their light. alpha = 1e-4 per comparison; each states the error that it
+// would notice.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +25,8 @@ class Enclosure : public ::testing::TestWithParam<Integrator> {
 /// Sum of a geometric series of `terms` terms.
 double series(double ratio, int terms) { return (1 - std::pow(ratio, terms)) / (1 - ratio); }
 
-// Oracle 1: a closed box that emits 1 and reflects rho: Le (1 - rho^k) / (1 - rho) with k = max_depth + 1 terms.
+// Oracle 1: a closed box that emits 1 and reflects rho: Le (1 - rho^k) / (1 - rho) with k = max_depth + 1
+// terms.
 TEST_P(Enclosure, EmissiveBoxIsAGeometricSeries) {
   for (const float rho : {0.2f, 0.5f, 0.8f}) {
     for (const int max_depth : {0, 1, 2, 5, 12}) {
@@ -115,7 +117,8 @@ TEST_P(Enclosure, ConvexObjectInAConstantEnvironment) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Enclosure, ::testing::Values(Integrator::kPt, Integrator::kBdpt, Integrator::kLt),
+INSTANTIATE_TEST_SUITE_P(All, Enclosure,
+                         ::testing::Values(Integrator::kPt, Integrator::kBdpt, Integrator::kLt),
                          [](const auto& info) { return name_of(info.param); });
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Direct light of known irradiance on a plane y = 0, and colour bleeding as a number. alpha = 1e-4 per comparison.
+// Direct light of known irradiance on a plane y = 0, and colour bleeding as a number. alpha = 1e-4 per
+// comparison.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -47,7 +48,8 @@ TEST_P(LightOracle, PlaneUnderAPointLight) {
 // Oracle 8: a sphere light of radius r at distance d: E = pi L (r / d)^2 cos theta.
 TEST_P(LightOracle, PlaneUnderASphereLight) {
   for (const double ratio : {1e-3, 0.1, 0.5, 0.99}) {
-    if (GetParam() == Integrator::kLt && ratio != 0.1) continue;  // for the others too few light paths land in the view
+    if (GetParam() == Integrator::kLt && ratio != 0.1)
+      continue;  // for the others too few light paths land in the view
     TestScene s = floor_scene();
     const double h = 1.2, r = ratio * h, emitted = 1 / (ratio * ratio);
     s.camera({0.5, 2, -1.5}, {0, 0, 0}, 15);
@@ -59,7 +61,8 @@ TEST_P(LightOracle, PlaneUnderASphereLight) {
       return kRho * emitted * r * r * h / std::pow(d2, 1.5);
     };
     const int64_t spp = GetParam() == Integrator::kLt ? 8192 : 1024;
-    EXPECT_TRUE(mean_is(render(s, 1, spp).mean(), mean_over_plane(s.scene, 0, radiance), test(0.15))) << "r/d " << ratio;
+    EXPECT_TRUE(mean_is(render(s, 1, spp).mean(), mean_over_plane(s.scene, 0, radiance), test(0.15)))
+        << "r/d " << ratio;
   }
 }
 
@@ -110,13 +113,14 @@ TEST_P(LightOracle, CornerNextToAnEmittingStrip) {
       return kRho / M_PI * (M_PI / 2) * (1 - p.x / std::sqrt(p.x * p.x + h * h));
     };
     if (GetParam() == Integrator::kLt) continue;  // so small a view catches no light path
-    EXPECT_TRUE(mean_is(render(s, 1, 4096).mean(), mean_over_plane(s.scene, 0, radiance), {.resolution = 0.05}))
+    EXPECT_TRUE(
+        mean_is(render(s, 1, 4096).mean(), mean_over_plane(s.scene, 0, radiance), {.resolution = 0.05}))
         << "x " << x;
   }
 }
 
-/// Colour bleeding: a white floor y = 0 beside a red wall x = 0, a point light, two scattering events. The floor's
-/// direct light is grey; the red wall adds a coloured bounce, by quadrature over the wall.
+/// Colour bleeding: a white floor y = 0 beside a red wall x = 0, a point light, two scattering events. The
+/// floor's direct light is grey; the red wall adds a coloured bounce, by quadrature over the wall.
 struct Bleeding {
   static constexpr double kWall[3] = {0.8, 0.1, 0.05};
   static constexpr double kSide = 1;
@@ -152,7 +156,8 @@ TEST_P(LightOracle, ColourBleedingAsANumber) {
   const Batches b = render(s, 2, GetParam() == Integrator::kLt ? 65536 : 2048);
   double exact[3];
   for (int c = 0; c < 3; ++c) {
-    exact[c] = mean_over_plane(s.scene, 0, [&](const Vec3d& p) { return scene.radiance(p, c); }, 2);
+    exact[c] = mean_over_plane(
+        s.scene, 0, [&](const Vec3d& p) { return scene.radiance(p, c); }, 2);
     EXPECT_TRUE(mean_is(b.mean(c), exact[c], {.resolution = 0.1, .rounding = 5e-4})) << "channel " << c;
   }
   // The ratio of red to green: noise that is common to both cancels.
@@ -168,7 +173,8 @@ TEST_P(LightOracle, ColourBleedingAsANumber) {
   EXPECT_TRUE(mean_is(ratio, exact[0] / exact[1], {.resolution = 0.06, .rounding = 5e-4}));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, LightOracle, ::testing::Values(Integrator::kPt, Integrator::kBdpt, Integrator::kLt),
+INSTANTIATE_TEST_SUITE_P(All, LightOracle,
+                         ::testing::Values(Integrator::kPt, Integrator::kBdpt, Integrator::kLt),
                          [](const auto& info) { return name_of(info.param); });
 
 }  // namespace

@@ -50,7 +50,8 @@ TEST_P(Specular, CameraInsideGlassSeesNSquared) {
     TestScene s;
     s.sphere({0, 0, 0}, 1, s.dielectric(n, 0)).environment({1, 1, 1});
     s.camera({0, 0, 0}, {0.3, 0.2, 1}, 50).film(16, 16);
-    EXPECT_TRUE(mean_is(render(s, kUnlimitedDepth, 256).mean(), double{n} * n, {.resolution = 0.01})) << "n " << n;
+    EXPECT_TRUE(mean_is(render(s, kUnlimitedDepth, 256).mean(), double{n} * n, {.resolution = 0.01}))
+        << "n " << n;
   }
 }
 
@@ -92,8 +93,9 @@ TEST_P(Specular, DielectricSlab) {
                       {.resolution = 0.02, .rounding = 1e-3}));
 }
 
-// Light paths through refraction: the adjoint carries no 1 / eta^2. A point light inside a glass sphere's centre leaves it undeviated, so the irradiance outside is that
-// without the sphere (no absorption; all that is reflected returns through the centre and leaves in the end).
+// Light paths through refraction: the adjoint carries no 1 / eta^2. A point light inside a glass sphere's
+// centre leaves it undeviated, so the irradiance outside is that without the sphere (no absorption; all that
+// is reflected returns through the centre and leaves in the end).
 TEST(SpecularLightPaths, PointLightInAGlassSphere) {
   TestScene s;
   constexpr float kRho = 0.6f, kRadius = 3;

@@ -68,9 +68,10 @@ Agreement compare_blocks(const Batches& a, const Batches& b, const AgreementTest
   const auto text = [&](const char* what) {
     return ::testing::AssertionFailure()
            << what << ": " << r.failed << " of " << r.judged << " blocks fail, " << r.excluded
-           << " are too noisy; worst at (" << r.worst.x0 << ", " << r.worst.y0 << ") channel " << r.worst_channel
-           << ": " << r.worst_a.mean << " (" << r.worst_a.standard_error << ") against " << r.worst_b.mean << " ("
-           << r.worst_b.standard_error << "), p = " << r.worst_p << "; a block resolves " << r.median_resolution;
+           << " are too noisy; worst at (" << r.worst.x0 << ", " << r.worst.y0 << ") channel "
+           << r.worst_channel << ": " << r.worst_a.mean << " (" << r.worst_a.standard_error << ") against "
+           << r.worst_b.mean << " (" << r.worst_b.standard_error << "), p = " << r.worst_p
+           << "; a block resolves " << r.median_resolution;
   };
   if (r.judged == 0) return text("nothing to judge");
   if (r.excluded > test.max_excluded * (r.judged + r.excluded)) return text("too many blocks are too noisy");

@@ -1,9 +1,9 @@
 #pragma once
 // Agreement of two estimators of the same image, per channel and 8x8 block, from independent batches.
 //
-// Every block and channel gives a Welch t-test; the family is corrected by Sidak. The distribution of a block's
-// batch means must be near enough to normal: a block whose relative standard error in either image is above
-// `max_relative_error` cannot be judged and is excluded. At most `max_excluded` of the blocks may be.
+// Every block and channel gives a Welch t-test; the family is corrected by Sidak. The distribution of a
+// block's batch means must be near enough to normal: a block whose relative standard error in either image is
+// above `max_relative_error` cannot be judged and is excluded. At most `max_excluded` of the blocks may be.
 #include "tests/support/render.h"
 
 namespace lightmill::test {

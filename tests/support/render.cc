@@ -15,7 +15,8 @@ Partial render_tile(const Renderer& r, const TileSpec& tile, int64_t spp, int th
   const FilmGrid& grid = r.settings().grid;
   std::vector<Packet> packets;
   for (int64_t b = block_of_sample(tile.sample_begin); block_begin(b) < tile.sample_end; ++b) {
-    const int64_t begin = std::max(block_begin(b), tile.sample_begin), end = std::min({block_end(b), tile.sample_end, spp});
+    const int64_t begin = std::max(block_begin(b), tile.sample_begin),
+                  end = std::min({block_end(b), tile.sample_end, spp});
     for (int y = tile.cells.y0; y < tile.cells.y1; ++y) {
       for (int x = tile.cells.x0; x < tile.cells.x1; ++x) packets.push_back({x, y, begin, end});
     }
@@ -50,12 +51,14 @@ RenderSettings settings_for(const SceneDescription& scene, Integrator integrator
   return resolve_settings(scene, options);
 }
 
-Partial render_partial(const SceneDescription& scene, const RenderSettings& settings, int threads, PacketOrder order) {
+Partial render_partial(const SceneDescription& scene, const RenderSettings& settings, int threads,
+                       PacketOrder order) {
   const Renderer r(scene, settings, threads);
   return render_tile(r, {settings.grid.cells(), 0, settings.spp}, settings.spp, threads, order);
 }
 
-Batches render_batches(const SceneDescription& scene, const RenderSettings& settings, int batches, int threads) {
+Batches render_batches(const SceneDescription& scene, const RenderSettings& settings, int batches,
+                       int threads) {
   if (settings.spp % (int64_t{kSuperblockSamples} * batches) != 0) {
     throw std::logic_error("batches must be whole superblocks");
   }

@@ -21,8 +21,8 @@ enum class PacketOrder { kForward, kReverse, kScattered };
 Partial render_partial(const SceneDescription& scene, const RenderSettings& settings, int threads = 1,
                        PacketOrder order = PacketOrder::kForward);
 
-/// Independent images: batch b holds sample indices [16 n b, 16 n (b + 1)), whole blocks, whose random numbers are
-/// independent. settings.spp is split over `batches` and must be a multiple of 16 * batches.
+/// Independent images: batch b holds sample indices [16 n b, 16 n (b + 1)), whole blocks, whose random
+/// numbers are independent. settings.spp is split over `batches` and must be a multiple of 16 * batches.
 struct Batches {
   std::vector<Image> images;
   RenderCounters counters;
@@ -32,7 +32,8 @@ struct Batches {
   /// The same of any functional of an image.
   Estimate of(const std::function<double(const Image&)>& value) const;
 };
-Batches render_batches(const SceneDescription& scene, const RenderSettings& settings, int batches, int threads = 1);
+Batches render_batches(const SceneDescription& scene, const RenderSettings& settings, int batches,
+                       int threads = 1);
 
 /// "pt", "bdpt" or "lt" for messages and parameterised test names.
 inline std::string name_of(Integrator i) { return integrator_name(i); }

@@ -44,7 +44,8 @@ double incomplete_beta(double a, double b, double x) {
   if (!(x < 1)) return 1;
   if (x > (a + 1) / (a + b + 2)) return 1 - incomplete_beta(b, a, 1 - x);
   const double front =
-      std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x)) / a;
+      std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x)) /
+      a;
   double c = 1, d = 1 / (1 - (a + b) * x / (a + 1)), h = d;
   for (int m = 1; m < 10000; ++m) {
     const double even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m));
@@ -78,9 +79,9 @@ double sidak(double alpha, int64_t n) { return -std::expm1(std::log1p(-alpha) / 
   const double half = e.n > 1 ? student_quantile(test.alpha, e.n - 1) * e.standard_error : 0;
   const double rounding = test.rounding * std::fabs(exact);
   const auto text = [&](const char* what) {
-    return ::testing::AssertionFailure() << what << ": mean " << e.mean << " +- " << half << " (standard error "
-                                         << e.standard_error << ", " << e.n << " batches), exact " << exact
-                                         << ", ratio " << e.mean / exact;
+    return ::testing::AssertionFailure()
+           << what << ": mean " << e.mean << " +- " << half << " (standard error " << e.standard_error << ", "
+           << e.n << " batches), exact " << exact << ", ratio " << e.mean / exact;
   };
   if (!std::isfinite(e.mean)) return text("not finite");
   if (half > test.resolution * std::fabs(exact)) return text("too noisy to tell");
@@ -102,9 +103,9 @@ double welch_p(const Estimate& a, const Estimate& b) {
   const double dof = v > 0 ? v * v / (va * va / (a.n - 1) + vb * vb / (b.n - 1)) : 1;
   const double half = student_quantile(test.alpha, dof) * std::sqrt(v);
   const auto text = [&](const char* what) {
-    return ::testing::AssertionFailure() << what << ": " << a.mean << " (" << a.standard_error << ") against "
-                                         << b.mean << " (" << b.standard_error << "), ratio " << a.mean / b.mean
-                                         << ", half width " << half;
+    return ::testing::AssertionFailure()
+           << what << ": " << a.mean << " (" << a.standard_error << ") against " << b.mean << " ("
+           << b.standard_error << "), ratio " << a.mean / b.mean << ", half width " << half;
   };
   if (!std::isfinite(a.mean) || !std::isfinite(b.mean)) return text("not finite");
   if (half > test.resolution * larger) return text("too noisy to tell");
@@ -132,8 +133,9 @@ ChiSquare chi_square(std::span<const double> observed, std::span<const double> e
       pooled_o = pooled_e = 0;
     }
   }
-  // What is left over is too small for a bin of its own; counts where next to none are expected still tell.
-  if (pooled_o > 0) add(pooled_o, std::max(pooled_e, 0.5));
+  // What is left over is too small for a bin of its own; many counts where next to none are expected still
+  // tell.
+  if (pooled_o > 0) add(pooled_o, std::max(pooled_e, pool_below));
   c.dof = std::max(bins - 1, 1);
   c.p = upper_gamma(0.5 * c.dof, 0.5 * c.statistic);
   return c;
@@ -141,8 +143,8 @@ ChiSquare chi_square(std::span<const double> observed, std::span<const double> e
 
 ::testing::AssertionResult chi_square_passes(const ChiSquare& c, int64_t family, double alpha) {
   if (c.p >= sidak(alpha, family)) return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure() << "chi^2 " << c.statistic << " with " << c.dof << " degrees of freedom, p = "
-                                       << c.p << " of a family of " << family;
+  return ::testing::AssertionFailure() << "chi^2 " << c.statistic << " with " << c.dof
+                                       << " degrees of freedom, p = " << c.p << " of a family of " << family;
 }
 
 uint32_t Random::bits() {

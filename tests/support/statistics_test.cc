@@ -9,9 +9,9 @@ namespace lightmill::test {
 namespace {
 
 TEST(Statistics, ChiSquareTailMatchesTables) {
-  EXPECT_NEAR(upper_gamma(0.5, 3.841458820694124 / 2), 0.05, 1e-10);   // 1 degree of freedom
-  EXPECT_NEAR(upper_gamma(5, 18.307038053275146 / 2), 0.05, 1e-10);    // 10
-  EXPECT_NEAR(upper_gamma(50, 135.80672317102676 / 2), 0.01, 1e-9);    // 100
+  EXPECT_NEAR(upper_gamma(0.5, 3.841458820694124 / 2), 0.05, 1e-10);  // 1 degree of freedom
+  EXPECT_NEAR(upper_gamma(5, 18.307038053275146 / 2), 0.05, 1e-10);   // 10
+  EXPECT_NEAR(upper_gamma(50, 135.80672317102676 / 2), 0.01, 1e-9);   // 100
 }
 
 TEST(Statistics, StudentMatchesTables) {
@@ -58,7 +58,7 @@ TEST(Statistics, MeanTestAcceptsTheTruthAndRejectsAFewPercent) {
     if (!mean_is(e, 0.5, {.alpha = 0.05, .resolution = 0.2})) ++rejected;
     EXPECT_FALSE(mean_is(e, 0.4, {.alpha = 1e-4, .resolution = 0.2}));
   }
-  EXPECT_GE(rejected, 1);   // 10 expected at alpha = 5 %
+  EXPECT_GE(rejected, 1);  // 10 expected at alpha = 5 %
   EXPECT_LE(rejected, 25);
 }
 

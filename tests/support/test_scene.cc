@@ -16,7 +16,9 @@ Vec3d normalized(const Vec3d& a) { return a * (1 / length(a)); }
 
 namespace {
 
-Vec3f to_float3(const Vec3d& p) { return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}; }
+Vec3f to_float3(const Vec3d& p) {
+  return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
 
 Roughness alpha_roughness(float alpha) {
   Roughness r;
@@ -48,7 +50,9 @@ int TestScene::conductor(float r, float alpha) {
   return add(&scene, m);
 }
 
-int TestScene::dielectric(float eta, float alpha) { return add(&scene, DielectricMaterial{eta, alpha_roughness(alpha)}); }
+int TestScene::dielectric(float eta, float alpha) {
+  return add(&scene, DielectricMaterial{eta, alpha_roughness(alpha)});
+}
 
 int TestScene::coated(const Rgb& reflectance, float eta, float alpha) {
   CoatedDiffuseMaterial m;
@@ -80,7 +84,8 @@ TestScene& TestScene::quad(const Vec3d& p, const Vec3d& u, const Vec3d& v, int m
   return *this;
 }
 
-TestScene& TestScene::triangle(const Vec3d& a, const Vec3d& b, const Vec3d& c, int material, const Emits& emits) {
+TestScene& TestScene::triangle(const Vec3d& a, const Vec3d& b, const Vec3d& c, int material,
+                               const Emits& emits) {
   TriangleMesh mesh;
   mesh.positions = {to_float3(a), to_float3(b), to_float3(c)};
   mesh.triangles = {{0, 1, 2}};
@@ -138,9 +143,10 @@ TestScene& TestScene::film(int width, int height) {
 
 TestScene cornell_room() {
   TestScene s;
-  const int white = s.diffuse(0.7f), red = s.diffuse(Rgb{0.6f, 0.05f, 0.05f}), green = s.diffuse(Rgb{0.1f, 0.5f, 0.1f});
-  s.quad({-1, -1, -1}, {0, 0, 2}, {2, 0, 0}, white);                                     // floor
-  s.quad({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}, white);                                      // ceiling
+  const int white = s.diffuse(0.7f), red = s.diffuse(Rgb{0.6f, 0.05f, 0.05f}),
+            green = s.diffuse(Rgb{0.1f, 0.5f, 0.1f});
+  s.quad({-1, -1, -1}, {0, 0, 2}, {2, 0, 0}, white);  // floor
+  s.quad({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}, white);   // ceiling
   s.quad({-1, -1, 1}, {0, 2, 0}, {2, 0, 0}, white).quad({-1, -1, -1}, {2, 0, 0}, {0, 2, 0}, white);
   s.quad({-1, -1, -1}, {0, 2, 0}, {0, 0, 2}, red).quad({1, -1, -1}, {0, 0, 2}, {0, 2, 0}, green);
   s.quad({-0.3, 0.98, 0.0}, {0.6, 0, 0}, {0, 0, 0.6}, s.diffuse(0.0f), {.radiance = {8, 7, 6}});

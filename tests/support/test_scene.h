@@ -44,7 +44,8 @@ struct TestScene {
   TestScene& sphere(const Vec3d& center, double radius, int material, const Emits& emits = {});
   TestScene& point_light(const Vec3d& position, const Rgb& intensity);
   TestScene& environment(const Rgb& radiance);
-  /// Looks from `eye` to `target`; `fov` in degrees of the shorter axis. Up is +y, or +z when looking along y.
+  /// Looks from `eye` to `target`; `fov` in degrees of the shorter axis. Up is +y, or +z when looking along
+  /// y.
   TestScene& camera(const Vec3d& eye, const Vec3d& target, double fov);
   /// Resolution; the pixel filter is a box of one pixel.
   TestScene& film(int width, int height);
@@ -53,8 +54,8 @@ struct TestScene {
   ShapeDescription& shape(int material, const Emits& emits);
 };
 
-/// A closed room 2 x 2 x 2 around the origin: red left (x < 0), green right, a lamp below the ceiling, a block
-/// on the floor; the camera is inside and looks to +z.
+/// A closed room 2 x 2 x 2 around the origin: red left (x < 0), green right, a lamp below the ceiling, a
+/// block on the floor; the camera is inside and looks to +z.
 TestScene cornell_room();
 /// Direction through raster position (x, y) of the scene's camera, in world space, in double.
 Vec3d camera_direction(const SceneDescription& scene, double x, double y);

@@ -1,0 +1,52 @@
+#include "tests/worker/render/bsdf/bsdf_cases.h"
+
+#include <cmath>
+
+#include "tests/support/test_scene.h"
+#include "worker/render/scene/render_scene.h"
+
+namespace lightmill::test {
+
+std::vector<BsdfCase> all_bsdfs() {
+  TestScene s;
+  std::vector<BsdfCase> cases;
+  auto add = [&](std::string name, int, float alpha) { cases.push_back({std::move(name), 0, {}, alpha}); };
+  const Rgb colour{0.8f, 0.5f, 0.1f}, white{1, 1, 1};
+  add("diffuse", s.diffuse(colour), 0);
+  add("diffuse_white", s.diffuse(white), 0);
+  add("conductor_smooth", s.conductor(0.9f, 0), 0);
+  for (const float a : {0.05f, 0.2f, 0.5f, 1.0f})
+    add("conductor_" + std::to_string(a), s.conductor(0.9f, a), a);
+  add("dielectric_smooth", s.dielectric(1.5f, 0), 0);
+  for (const float a : {0.05f, 0.2f, 0.5f}) add("dielectric_" + std::to_string(a), s.dielectric(1.5f, a), a);
+  add("dielectric_water", s.dielectric(1.33f, 0.3f), 0.3f);
+  add("dielectric_thin", s.dielectric(0.75f, 0.3f), 0.3f);
+  add("coated_smooth", s.coated(colour, 1.5f, 0), 0);
+  add("coated_white", s.coated(white, 1.5f, 0), 0);
+  for (const float a : {0.05f, 0.3f}) add("coated_" + std::to_string(a), s.coated(colour, 1.5f, a), a);
+  add("coated_white_rough", s.coated(white, 1.8f, 0.4f), 0.4f);
+  const RenderScene scene = build_scene(s.scene);
+  for (size_t i = 0; i < cases.size(); ++i) {
+    cases[i].kind = scene.material_kind[i];
+    for (size_t k = 0; k < kBsdfParams; ++k)
+      cases[i].params.p[k] = scene.material_params[i * kBsdfParams + k];
+  }
+  return cases;
+}
+
+Vec3<float> direction_at(double degrees, double phi) {
+  const double t = degrees * M_PI / 180;
+  return {static_cast<float>(std::sin(t) * std::cos(phi)), static_cast<float>(std::sin(t) * std::sin(phi)),
+          static_cast<float>(std::cos(t))};
+}
+
+std::vector<Vec3<float>> outgoing_directions() {
+  std::vector<Vec3<float>> result;
+  for (const double degrees : {0.0, 25.0, 60.0, 85.0}) {
+    result.push_back(direction_at(degrees));
+    result.push_back(direction_at(180 - degrees));
+  }
+  return result;
+}
+
+}  // namespace lightmill::test

@@ -1,0 +1,89 @@
+// No BSDF makes energy; the lossless ones lose none.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/worker/render/bsdf/bsdf_cases.h"
+
+namespace lightmill::test {
+namespace {
+
+/// Mean weight over all lobes: the directional albedo (of importance, which carries no 1 / eta^2).
+Estimate albedo(const BsdfCase& bsdf, const Vec3<float>& wo, int samples) {
+  Random random(21);
+  std::vector<double> batches(32);
+  for (double& b : batches) {
+    for (int i = 0; i < samples / 32; ++i) {
+      const BsdfSample<float> s = bsdf.sample(wo, random, Mode::kImportance);
+      if (s.valid) b += max_component(s.weight) / static_cast<float>(samples / 32);
+    }
+  }
+  return estimate(batches);
+}
+
+// |z| < 4; a smooth coat is exact, a rough one uses the smooth one's transmissions: 1 % is allowed there.
+TEST(BsdfEnergy, AlbedoIsAtMostOne) {
+  for (const BsdfCase& bsdf : all_bsdfs()) {
+    const double allowance = bsdf.kind == kRoughCoated ? 0.01 : 1e-5;
+    for (const double degrees : {0.0, 30.0, 60.0, 80.0, 88.0, 92.0, 100.0, 150.0, 180.0}) {
+      const Estimate e = albedo(bsdf, direction_at(degrees), 16000);
+      EXPECT_LE(e.mean, 1 + 4 * e.standard_error + allowance) << bsdf.name << " at " << degrees;
+      EXPECT_GT(e.mean, 0.01) << bsdf.name << " at " << degrees;
+    }
+  }
+}
+
+TEST(BsdfEnergy, LosslessKindsLoseNothing) {
+  for (const BsdfCase& bsdf : all_bsdfs()) {
+    if (bsdf.name != "diffuse_white" && bsdf.kind != kSmoothDielectric) continue;
+    for (const Vec3<float>& wo : outgoing_directions()) {
+      const Estimate e = albedo(bsdf, wo, 3200);
+      EXPECT_NEAR(e.mean, 1, 1e-6) << bsdf.name << " cos " << wo.z;
+    }
+  }
+}
+
+// Single scattering loses what is masked: a smooth interface none, more with roughness.
+TEST(BsdfEnergy, RoughConductorTendsToTheMirror) {
+  BsdfCase c{"perfect", kRoughConductor, {}, 0};
+  for (const size_t i : {0u, 1u, 2u}) c.params.p[i] = 1;
+  for (const size_t i : {3u, 4u, 5u}) c.params.p[i] = 1e6f;  // F = 1
+  double last = 1 + 1e-4;
+  for (const float alpha : {1e-3f, 1e-2f, 0.1f, 0.5f, 1.0f}) {
+    c.params.p[6] = alpha;
+    const double a = albedo(c, direction_at(60), 64000).mean;
+    EXPECT_LE(a, last) << "alpha " << alpha;
+    if (alpha <= 1e-2f) {
+      EXPECT_NEAR(a, 1, 2e-3) << "alpha " << alpha;
+    }
+    last = a;
+  }
+}
+
+// Oracle 15: the albedo of GGX with F = 1 by quadrature over the hemisphere.
+TEST(BsdfEnergy, RoughConductorAlbedoByQuadrature) {
+  BsdfCase c{"perfect", kRoughConductor, {}, 0};
+  for (const size_t i : {0u, 1u, 2u}) c.params.p[i] = 1;
+  for (const size_t i : {3u, 4u, 5u}) c.params.p[i] = 1e6f;
+  for (const float alpha : {0.3f, 0.6f, 1.0f}) {
+    c.params.p[6] = alpha;
+    for (const double degrees : {0.0, 45.0, 75.0}) {
+      const Vec3<float> wo = direction_at(degrees);
+      constexpr int kSteps = 512;
+      double sum = 0;
+      for (int i = 0; i < kSteps; ++i) {
+        for (int j = 0; j < kSteps; ++j) {
+          const double t = M_PI / 2 * (i + 0.5) / kSteps, p = 2 * M_PI * (j + 0.5) / kSteps;
+          const Vec3<float> wi = direction_at(t * 180 / M_PI, p);
+          sum += double{c.eval(wo, wi).f.x} * std::cos(t) * std::sin(t) * (M_PI / 2) * (2 * M_PI) /
+                 (kSteps * kSteps);
+        }
+      }
+      EXPECT_TRUE(mean_is(albedo(c, wo, 128000), sum, {.resolution = 0.02, .rounding = 1e-3}))
+          << "alpha " << alpha << " at " << degrees;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test

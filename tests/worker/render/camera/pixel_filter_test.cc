@@ -1,0 +1,122 @@
+// Pixel filters: samples follow the density, and splats meet the same integral as camera samples.
+#include "worker/render/camera/pixel_filter.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/statistics.h"
+
+namespace lightmill::test {
+namespace {
+
+std::vector<FilterAxis> filters() {
+  return {FilterAxis(FilterKind::kBox, 0.5, 0),        FilterAxis(FilterKind::kBox, 1.25, 0),
+          FilterAxis(FilterKind::kTriangle, 2, 0),     FilterAxis(FilterKind::kTriangle, 0.7, 0),
+          FilterAxis(FilterKind::kGaussian, 1.5, 0.5), FilterAxis(FilterKind::kGaussian, 2, 1)};
+}
+
+/// int density over [a, b] by midpoints.
+double integral(const FilterAxis& f, double a, double b, int steps) {
+  double sum = 0;
+  for (int i = 0; i < steps; ++i)
+    sum += double{f.density(static_cast<float>(a + (b - a) * (i + 0.5) / steps))} * (b - a) / steps;
+  return sum;
+}
+
+TEST(PixelFilter, SamplesFollowTheDensity) {
+  for (const FilterAxis& f : filters()) {
+    constexpr int kBins = 40, kSamples = 200000;
+    const double r = f.radius();
+    std::vector<double> observed(kBins), expected(kBins);
+    double total = 0;
+    for (int i = 0; i < kBins; ++i) {
+      const double p = integral(f, -r + 2 * r * i / kBins, -r + 2 * r * (i + 1) / kBins, 2000);
+      expected[static_cast<size_t>(i)] = p * kSamples;
+      total += p;
+    }
+    EXPECT_NEAR(total, 1, 1e-4);
+    Random random(1);
+    for (int i = 0; i < kSamples; ++i) {
+      const double x = f.sample(random.uniform());
+      ASSERT_LE(std::fabs(x), r * 1.000001);
+      ++observed[std::min<size_t>(static_cast<size_t>(std::max(0.0, (x + r) / (2 * r) * kBins)), kBins - 1)];
+    }
+    EXPECT_TRUE(chi_square_passes(chi_square(observed, expected), 6));
+  }
+}
+
+TEST(PixelFilter, ShapesAreThoseOfTheirFormulas) {
+  const FilterAxis gaussian(FilterKind::kGaussian, 1.5, 0.5), triangle(FilterKind::kTriangle, 2, 0);
+  const auto g = [](double x) { return std::exp(-x * x / 0.5) - std::exp(-1.5 * 1.5 / 0.5); };
+  double norm = 0;
+  for (int i = 0; i < 30000; ++i) norm += g(-1.5 + 3 * (i + 0.5) / 30000) * 3 / 30000;
+  for (const double x : {0.0, 0.3, -0.8, 1.1}) {
+    // The density is that of the table: piecewise constant, near to the formula.
+    EXPECT_NEAR(gaussian.density(static_cast<float>(x)), g(x) / norm, 0.02) << x;
+    EXPECT_NEAR(triangle.density(static_cast<float>(x)), (2 - std::fabs(x)) / 4, 1e-6) << x;
+  }
+  EXPECT_EQ(gaussian.density(1.6f), 0);
+}
+
+TEST(PixelFilter, SplatWeightIsTheSumOfDensitiesAndPixelsFollowThem) {
+  Random random(2);
+  for (const FilterAxis& f : filters()) {
+    for (const float p : {10.5f, 10.03f, 10.77f, 3.999f}) {
+      double sum = 0;
+      std::vector<double> expected(24), observed(24);
+      for (int j = 0; j < 24; ++j) {
+        const double d = f.density(p - (static_cast<float>(j) + 0.5f));
+        expected[static_cast<size_t>(j)] = d;
+        sum += d;
+      }
+      constexpr int kSamples = 20000;
+      for (double& e : expected) e *= kSamples / sum;
+      for (int i = 0; i < kSamples; ++i) {
+        float weight;
+        const int j = f.choose_pixel(p, random.uniform(), &weight);
+        ASSERT_NEAR(weight, sum, 1e-5 * sum);
+        ASSERT_TRUE(j >= 0 && j < 24);
+        ++observed[static_cast<size_t>(j)];
+      }
+      EXPECT_TRUE(chi_square_passes(chi_square(observed, expected), 24)) << p;
+    }
+  }
+}
+
+// A light path that lands uniformly on the raster gives every pixel on average what a camera sample gives: 1.
+TEST(PixelFilter, SplatsAndCameraSamplesEstimateTheSameIntegral) {
+  for (const FilterAxis& f : filters()) {
+    // With a linear image L(x) = x, too: the pixel's value is its centre.
+    Random random(3);
+    std::vector<double> one(32), linear(32);
+    for (size_t b = 0; b < one.size(); ++b) {
+      constexpr int kSamples = 20000;
+      for (int i = 0; i < kSamples; ++i) {
+        const double p = random.between(0, 16);
+        float weight;
+        const int j = f.choose_pixel(static_cast<float>(p), random.uniform(), &weight);
+        if (j != 7) continue;
+        one[b] += weight * 16 / kSamples;
+        linear[b] += weight * p * 16 / kSamples;
+      }
+    }
+    EXPECT_TRUE(mean_is(estimate(one), 1, {.resolution = 0.03}));
+    EXPECT_TRUE(mean_is(estimate(linear), 7.5, {.resolution = 0.03}));
+  }
+}
+
+TEST(PixelFilter, LanesHaveTheBitsOfScalars) {
+  Random random(4);
+  for (const FilterAxis& f : filters()) {
+    for (int round = 0; round < 500; ++round) {
+      Float8 u{};
+      for (int l = 0; l < 8; ++l) u[l] = random.uniform();
+      const Float8 x = f.sample(u);
+      for (int l = 0; l < 8; ++l) ASSERT_EQ(float_bits(x[l]), float_bits(f.sample(float{u[l]})));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test

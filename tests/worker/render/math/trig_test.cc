@@ -1,0 +1,40 @@
+// Sine and cosine against the library's, and equal bits in lanes.
+#include "worker/render/math/trig.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "worker/render/math/exp.h"
+
+namespace lightmill::test {
+namespace {
+
+TEST(Trig, SineAndCosineOfTurns) {
+  for (int i = 0; i <= 100000; ++i) {
+    const float u = static_cast<float>(i) / 100000;
+    float s, c;
+    sincos_2pi(u, &s, &c);
+    ASSERT_NEAR(s, std::sin(2 * M_PI * double{u}), 2e-7) << u;
+    ASSERT_NEAR(c, std::cos(2 * M_PI * double{u}), 2e-7) << u;
+    Float8 s8, c8;
+    sincos_2pi(splat<Float8>(u), &s8, &c8);
+    ASSERT_EQ(float_bits(s8[3]), float_bits(s));
+    ASSERT_EQ(float_bits(c8[5]), float_bits(c));
+  }
+}
+
+TEST(Trig, ExponentialOfNegatives) {
+  for (int i = 0; i <= 100000; ++i) {
+    const float x = -static_cast<float>(i) / 1250;  // to -80, where it is clamped
+    const float e = exp_negative(x);
+    const double exact = std::exp(double{x});
+    ASSERT_NEAR(e, exact, 1e-6 * exact + 1e-37) << x;
+    ASSERT_EQ(float_bits(exp_negative(splat<Float8>(x))[6]), float_bits(e));
+  }
+  EXPECT_EQ(exp_negative(0.0f), 1.0f);
+  EXPECT_LE(exp_negative(-1e30f), 1e-30f);
+}
+
+}  // namespace
+}  // namespace lightmill::test
