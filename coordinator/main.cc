@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 
 #include "common/build_id/build_id.h"
 #include "common/image/partial.h"
@@ -91,6 +92,7 @@ int run(Options options) {
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any other thread starts
   signal(SIGPIPE, SIG_IGN);
+  setenv("GRPC_VERBOSITY", "NONE", 0);  // what goes wrong is said once, by us
 
   const DataFolder data(options.data);
   BlobStore blobs(data.blob_folder());

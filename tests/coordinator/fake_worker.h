@@ -1,0 +1,91 @@
+#pragma once
+// A worker without a renderer, for tests of the farm: its pixels are a hash of (pixel, sample), so that any
+// tiling must add up to the same film.
+#include <functional>
+#include <string>
+
+#include "common/image/film.h"
+#include "coordinator/farm.h"
+#include "coordinator/job_store.h"
+
+namespace lightmill::testing {
+
+inline constexpr int kFakeQuantum = -40;
+
+/// The partial of a tile; camera and splat layers as the integrator has them. `cpu_seconds` as given.
+Partial fake_partial(const TileSpec& tile, const RenderSettings& settings, double cpu_seconds = 0.1);
+std::string fake_bytes(const LeaseGrant& grant, double cpu_seconds = 0.1);
+
+/// The film of the whole job, rendered as one tile.
+Image fake_image(const RenderSettings& settings);
+
+RenderSettings small_settings(int width, int height, int64_t spp, Integrator integrator = Integrator::kBdpt);
+Bundle fake_bundle();
+JobRequest small_job(int width, int height, int64_t spp, Integrator integrator = Integrator::kBdpt);
+WorkerRegistration registration(const std::string& arithmetic_class = "class-a",
+                                const std::string& pool = "");
+FarmOptions fake_options();
+
+/// Leases and commits until there is nothing left for `worker`; at most `limit` tiles. Returns how many.
+int work(Farm& farm, const WorkerId& worker, int limit = 1 << 20);
+
+bool same_pixels(const Image& a, const Image& b);
+
+/// Forwards to another store and calls `before_write` with the number of the write, from 1, before each one.
+class WatchedStore : public JobStore {
+ public:
+  WatchedStore(JobStore& store, std::function<void(int)> before_write)
+      : store_(store), before_write_(std::move(before_write)) {}
+  std::vector<JobRecord> jobs() override { return store_.jobs(); }
+  std::vector<TileRecord> tiles(const JobId& job) override { return store_.tiles(job); }
+  std::vector<ErrorPoint> curve(const JobId& job) override { return store_.curve(job); }
+  std::optional<std::string> bundle_json(const std::string& d) override { return store_.bundle_json(d); }
+  Image reference(const JobId& job) override { return store_.reference(job); }
+  LayerSnapshot snapshot(const JobId& job) override { return store_.snapshot(job); }
+  void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) override {
+    store_.for_each_spooled(job, visit);
+  }
+  int64_t next_number(const std::string& counter) override { return write(), store_.next_number(counter); }
+  void add_job(const JobRecord& j, const std::string& b, const Image& r) override {
+    write(), store_.add_job(j, b, r);
+  }
+  void save_job(const JobRecord& job) override { write(), store_.save_job(job); }
+  void add_tiles(const JobId& job, const std::vector<TileRecord>& t) override {
+    write(), store_.add_tiles(job, t);
+  }
+  void save_tile(const JobRecord& job, const TileRecord& tile) override {
+    write(), store_.save_tile(job, tile);
+  }
+  bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) override {
+    return write(), store_.commit_tile(job, tile, partial);
+  }
+  void add_point(const JobId& job, const ErrorPoint& point) override {
+    write(), store_.add_point(job, point);
+  }
+  void checkpoint(const JobId& job, const LayerSnapshot& s) override { write(), store_.checkpoint(job, s); }
+  void quarantine(const LeaseKey& k, const WorkerId& w, const std::string& r, std::string_view p) override {
+    write(), store_.quarantine(k, w, r, p);
+  }
+
+ private:
+  void write() { before_write_(++writes_); }
+  JobStore& store_;
+  std::function<void(int)> before_write_;
+  int writes_ = 0;
+};
+
+/// A folder that goes away with the object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace lightmill::testing
