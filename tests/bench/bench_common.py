@@ -1,0 +1,50 @@
+"""What the benchmark scripts share: where things are, running a program, medians."""
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("LIGHTMILL_BUILD", ROOT / "build" / "release"))
+LIGHTMILL = BUILD / "bin" / "lightmill"
+BENCH_RENDER = BUILD / "bench" / "bench_render"
+SHARED = ROOT.parent / "shared" / "scenes"
+CORES = os.cpu_count() or 1
+
+
+def need(*paths):
+    """Ends with one line if a program has not been built."""
+    for path in paths:
+        if not path.exists():
+            sys.exit(f"{path} is not there; build the preset release first")
+
+
+def output(*command):
+    """The program's stdout; its error message on failure."""
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(map(str, command))}: exit {done.returncode}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def bench_render(scene, **options):
+    """bench_render's figures for a scene."""
+    flags = [x for k, v in options.items() for x in (f"--{k}", v)]
+    return json.loads(output(BENCH_RENDER, scene, *flags))
+
+
+def farm_render(scene, out, *flags):
+    """`lightmill render` (the embedded farm): (render wall seconds, worker CPU seconds)."""
+    with tempfile.TemporaryDirectory() as report:
+        output(LIGHTMILL, "render", scene, "--quiet", "--report", report, "-o", out, *flags)
+        rows = (pathlib.Path(report) / "error.csv").read_text().splitlines()
+    last = dict(zip(rows[0].split(","), rows[-1].split(",")))
+    return float(last["wall_s"]), float(last["cpu_s"])
+
+
+def spread(values):
+    """'median [min, max]' of a list of figures."""
+    return f"{statistics.median(values):.3f} [{min(values):.3f}, {max(values):.3f}]"
