@@ -14,7 +14,9 @@ namespace {
 constexpr double kRelMseEpsilon = 1e-2;
 constexpr size_t kTrimOneIn = 1000;  // the trimmed relMSE leaves out 0.1 % of the pixels
 
-void check_image(const Image& image, const char* which) {
+}  // namespace
+
+void check_comparable(const Image& image, const char* which) {
   const auto complain = [&](const std::string& why) {
     throw Error(ErrorKind::kFailed, std::string("can't compare: the ") + which + " " + why);
   };
@@ -27,8 +29,6 @@ void check_image(const Image& image, const char* which) {
   }
 }
 
-}  // namespace
-
 Metrics compare_images(const Image& image, const Image& reference) {
   if (image.width != reference.width || image.height != reference.height) {
     throw Error(ErrorKind::kUsage, "can't compare images of different sizes: " + std::to_string(image.width) +
@@ -36,8 +36,8 @@ Metrics compare_images(const Image& image, const Image& reference) {
                                        std::to_string(reference.width) + "x" +
                                        std::to_string(reference.height));
   }
-  check_image(image, "image");
-  check_image(reference, "reference");
+  check_comparable(image, "image");
+  check_comparable(reference, "reference");
 
   const size_t pixels = image.data.size() / 3;
   const auto values = static_cast<double>(image.data.size());

@@ -85,6 +85,8 @@ TEST(Metrics, RefusesOtherSizesAndNonFiniteValues) {
     EXPECT_NE(std::string(e.what()).find("(2, 1)"), std::string::npos);
   }
   EXPECT_THROW(compare_images(Image(), Image()), Error);
+  EXPECT_THROW(check_comparable(bad, "reference"), Error);
+  EXPECT_NO_THROW(check_comparable(image, "reference"));
 }
 
 TEST(Flip, BlackAgainstWhiteByHand) {
