@@ -10,9 +10,10 @@ namespace {
 
 /// Scattering events before Russian roulette starts.
 constexpr int kRouletteStart = 1;
-/// From this vertex on, survival is capped, so that paths in lossless closed scenes end.
+/// From this vertex on, survival is capped, so that paths in lossless closed scenes end. An albedo rho has finite
+/// variance under the cap q only if rho^2 < q: 0.999 must pass.
 constexpr int kRouletteCapStart = 64;
-constexpr float kRouletteCap = 0.99f;
+constexpr float kRouletteCap = 0.999f;
 
 Vec3<Lane> gather_vec(const float* x, const float* y, const float* z, LaneInt i) {
   return {gather(x, i), gather(y, i), gather(z, i)};
