@@ -1,0 +1,111 @@
+#include "common/rpc/convert.h"
+
+#include <gtest/gtest.h>
+
+namespace lightmill {
+namespace {
+
+TEST(Convert, JobStatusRoundTrip) {
+  JobStatus s;
+  s.id = JobId{"j7"};
+  s.name = "name";
+  s.state = JobState::kPaused;
+  s.message = "why";
+  s.settings.grid = {640, 480, {10, 20, 300, 400}};
+  s.settings.spp = 123;
+  s.settings.seed = 0xfedcba9876543210u;
+  s.bundle_digest = "d";
+  s.priority = -4;
+  s.pool = "p";
+  s.packets_done = 5;
+  s.packets_total = 6;
+  s.leases_reassigned = 2;
+  s.relmse = 0.5;
+  s.counters.nonfinite = 3;
+  s.counters.shadow_rays = 9;
+  s.version = 77;
+  const JobStatus back = from_proto(to_proto(s));
+  EXPECT_EQ(back.id, s.id);
+  EXPECT_EQ(back.state, s.state);
+  EXPECT_EQ(settings_to_json(back.settings), settings_to_json(s.settings));
+  EXPECT_EQ(back.settings.seed, s.settings.seed);
+  EXPECT_EQ(back.priority, s.priority);
+  EXPECT_EQ(back.packets_total, 6);
+  EXPECT_EQ(back.relmse, s.relmse);
+  EXPECT_EQ(back.relmse_low, std::nullopt);
+  EXPECT_EQ(back.counters, s.counters);
+  EXPECT_EQ(back.version, 77u);
+}
+
+TEST(Convert, EveryEnumValueRoundTrips) {
+  for (JobState state : {JobState::kQueued, JobState::kRunning, JobState::kPaused, JobState::kDone,
+                         JobState::kFailed, JobState::kCancelled}) {
+    EXPECT_EQ(from_proto(to_proto(state)), state);
+    EXPECT_EQ(job_state_from_name(job_state_name(state)), state);
+  }
+  for (CommitResult result : {CommitResult::kAccepted, CommitResult::kAlreadyCommitted, CommitResult::kStale,
+                              CommitResult::kCorrupt, CommitResult::kUnknownJob}) {
+    EXPECT_EQ(from_proto(to_proto(result)), result);
+  }
+  for (const char* state : {"idle", "rendering", "draining", "lost", "refused", "benched"}) {
+    WorkerStatus worker;
+    worker.state = state;
+    EXPECT_EQ(from_proto(to_proto(worker)).state, state);
+  }
+  EXPECT_THROW(from_proto(v1::JOB_STATE_UNSPECIFIED), Error);
+  EXPECT_THROW(from_proto(static_cast<v1::JobState>(99)), Error);
+  EXPECT_EQ(job_state_from_name("nonsense"), std::nullopt);
+}
+
+TEST(Convert, LeaseGrantAndTileRoundTrip) {
+  LeaseGrant grant;
+  grant.job = JobId{"j1"};
+  grant.tile_id = TileId{4};
+  grant.attempt = 3;
+  grant.tile = {{1, 2, 3, 4}, 16, 32};
+  grant.settings.grid = {128, 128, {0, 0, 128, 128}};
+  grant.bundle_digest = "d";
+  const LeaseGrant back = from_proto(to_proto(grant));
+  EXPECT_EQ(back.tile, grant.tile);
+  EXPECT_EQ(back.attempt, 3);
+  EXPECT_EQ(back.lease_seconds, grant.lease_seconds);
+  const TileStatus tile{TileId{4}, grant.tile, "leased", 3, WorkerId{"w1"}, "d"};
+  EXPECT_EQ(from_proto(to_proto(tile)).state, "leased");
+}
+
+TEST(Convert, CurveRoundTrip) {
+  ErrorCurve curve{"name", {}};
+  ErrorPoint point;
+  point.spp = 4;
+  point.relmse_high = 2;
+  point.true_flip = 0.5;
+  point.batches = 17;
+  curve.points = {point, {}};
+  const ErrorCurve back = from_proto(to_proto(curve));
+  ASSERT_EQ(back.points.size(), 2u);
+  EXPECT_EQ(back.points[0].relmse_high, 2);
+  EXPECT_EQ(back.points[0].relmse, std::nullopt);
+  EXPECT_EQ(back.points[0].true_flip, 0.5);
+  EXPECT_EQ(back.points[0].batches, 17);
+}
+
+TEST(Convert, OutOfRangeIsRefused) {
+  v1::TileSpec tile;
+  EXPECT_THROW(from_proto(tile), Error);
+  tile.mutable_cells()->set_x1(1);
+  tile.mutable_cells()->set_y1(1);
+  tile.set_sample_end(1);
+  EXPECT_NO_THROW(from_proto(tile));
+  tile.set_sample_begin(-1);
+  EXPECT_THROW(from_proto(tile), Error);
+  v1::WorkerRegistration registration;
+  EXPECT_THROW(from_proto(registration), Error) << "no threads";
+  registration.set_threads(4);
+  EXPECT_NO_THROW(from_proto(registration));
+  registration.set_host(std::string(2000, 'x'));
+  EXPECT_THROW(from_proto(registration), Error);
+  EXPECT_THROW(from_proto(v1::LeaseKey()), Error);
+}
+
+}  // namespace
+}  // namespace lightmill

@@ -1,0 +1,368 @@
+// The services over a real gRPC server in this process, and the HTTP side.
+#include <gmock/gmock.h>
+#include <grpcpp/create_channel.h>
+#include <gtest/gtest.h>
+#include <httplib.h>
+
+#include <thread>
+
+#include "common/digest.h"
+#include "common/rpc/channel.h"
+#include "common/rpc/convert.h"
+#include "common/rpc/status.h"
+#include "coordinator/memory_job_store.h"
+#include "coordinator/server.h"
+#include "lightmill/v1/client.grpc.pb.h"
+#include "lightmill/v1/worker.grpc.pb.h"
+#include "tests/coordinator/fake_worker.h"
+
+namespace lightmill {
+namespace {
+
+using namespace testing;
+using ::testing::HasSubstr;
+
+class ServiceTest : public ::testing::Test {
+ protected:
+  ServiceTest()
+      : blobs(folder.file("blobs")),
+        farm(std::make_unique<MemoryJobStore>(), clock, fake_options()),
+        server(
+            std::make_unique<Server>(ServerOptions{"127.0.0.1:0", "127.0.0.1:0", false, 10}, farm, blobs)) {
+    channel = make_channel({"127.0.0.1:" + std::to_string(server->rpc_port())});
+    client = v1::ClientService::NewStub(channel);
+    worker = v1::WorkerService::NewStub(channel);
+  }
+
+  template <class Stub, class Request, class Response>
+  grpc::Status call(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                    const Request& request, Response* response) {
+    grpc::ClientContext context;
+    set_deadline(context, 30);
+    return (stub.*method)(&context, request, response);
+  }
+
+  grpc::Status upload(const std::string& digest, uint64_t size, const std::string& content) {
+    grpc::ClientContext context;
+    set_deadline(context, 30);
+    v1::UploadBlobsResponse response;
+    auto writer = client->UploadBlobs(&context, &response);
+    v1::UploadBlobsRequest message;
+    message.mutable_header()->set_digest(digest);
+    message.mutable_header()->set_size(size);
+    writer->Write(message);
+    for (size_t at = 0; at < content.size(); at += 3) {
+      message.set_chunk(content.substr(at, 3));
+      writer->Write(message);
+    }
+    writer->WritesDone();
+    return writer->Finish();
+  }
+
+  v1::SubmitJobRequest submit_request(int64_t spp) {
+    v1::SubmitJobRequest request;
+    request.set_name("job");
+    request.set_bundle_json(bundle_to_json(fake_bundle()));
+    request.set_settings_json(settings_to_json(small_settings(64, 64, spp)));
+    return request;
+  }
+  std::string submit(int64_t spp) {
+    EXPECT_TRUE(upload(sha256_hex("scene"), 5, "scene").ok());
+    v1::SubmitJobResponse response;
+    const grpc::Status status =
+        call(*client, &v1::ClientService::Stub::SubmitJob, submit_request(spp), &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response.job_id();
+  }
+  std::string register_worker() {
+    v1::RegisterRequest request;
+    *request.mutable_registration() = to_proto(registration());
+    v1::RegisterResponse response;
+    EXPECT_TRUE(call(*worker, &v1::WorkerService::Stub::Register, request, &response).ok());
+    return response.worker_id();
+  }
+  std::optional<LeaseGrant> lease(const std::string& id, double wait = 0) {
+    v1::LeaseRequest request;
+    request.set_worker_id(id);
+    request.set_wait_seconds(wait);
+    v1::LeaseResponse response;
+    EXPECT_TRUE(call(*worker, &v1::WorkerService::Stub::Lease, request, &response).ok());
+    if (!response.has_grant()) return std::nullopt;
+    return from_proto(response.grant());
+  }
+  grpc::Status commit(const std::string& id, const LeaseKey& key, const std::string& bytes, uint64_t size,
+                      const std::string& digest, v1::CommitResponse* response) {
+    grpc::ClientContext context;
+    set_deadline(context, 30);
+    auto writer = worker->Commit(&context, response);
+    v1::CommitRequest message;
+    message.mutable_header()->set_worker_id(id);
+    *message.mutable_header()->mutable_key() = to_proto(key);
+    message.mutable_header()->set_size(size);
+    message.mutable_header()->set_digest(digest);
+    writer->Write(message);
+    for (size_t at = 0; at < bytes.size(); at += 10000) {
+      message.set_chunk(bytes.substr(at, 10000));
+      if (!writer->Write(message)) break;
+    }
+    writer->WritesDone();
+    return writer->Finish();
+  }
+  v1::CommitOutcome commit(const std::string& id, const LeaseGrant& grant) {
+    v1::CommitResponse response;
+    const std::string bytes = fake_bytes(grant);
+    const grpc::Status status = commit(id, {grant.job, grant.tile_id, grant.attempt}, bytes, bytes.size(),
+                                       sha256_hex(bytes), &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response.outcome();
+  }
+
+  TemporaryFolder folder;
+  SteadyClock clock;
+  BlobStore blobs;
+  Farm farm;
+  std::unique_ptr<Server> server;
+  std::shared_ptr<grpc::Channel> channel;
+  std::unique_ptr<v1::ClientService::Stub> client;
+  std::unique_ptr<v1::WorkerService::Stub> worker;
+};
+
+TEST_F(ServiceTest, SubmitLeaseCommitWatchFetch) {
+  const std::string job = submit(20);
+  std::vector<JobStatus> watched;
+  std::thread watcher([&] {
+    grpc::ClientContext context;
+    set_deadline(context, 60);
+    v1::WatchJobRequest request;
+    request.set_job_id(job);
+    const auto reader = client->WatchJob(&context, request);
+    v1::WatchJobResponse message;
+    while (reader->Read(&message)) watched.push_back(from_proto(message.job()));
+    EXPECT_TRUE(reader->Finish().ok());
+  });
+  const std::string id = register_worker();
+  while (const auto grant = lease(id)) EXPECT_EQ(commit(id, *grant), v1::COMMIT_OUTCOME_ACCEPTED);
+  watcher.join();
+  ASSERT_FALSE(watched.empty());
+  EXPECT_EQ(watched.back().state, JobState::kDone);
+  EXPECT_EQ(watched.back().spp, 20);
+
+  grpc::ClientContext context;
+  v1::FetchImageRequest request;
+  request.set_job_id(job);
+  const auto reader = client->FetchImage(&context, request);
+  v1::FetchImageResponse message;
+  ASSERT_TRUE(reader->Read(&message));
+  EXPECT_EQ(message.header().width(), 64);
+  EXPECT_EQ(message.header().metadata().at("job"), job);
+  Image image(message.header().width(), message.header().height());
+  std::string bytes;
+  while (reader->Read(&message)) bytes += message.chunk();
+  EXPECT_TRUE(reader->Finish().ok());
+  ASSERT_EQ(bytes.size(), image.data.size() * sizeof(float));
+  std::memcpy(image.data.data(), bytes.data(), bytes.size());
+  EXPECT_TRUE(same_pixels(image, fake_image(small_settings(64, 64, 20))));
+
+  grpc::ClientContext tiles_context;
+  v1::ListTilesRequest tiles_request;
+  tiles_request.set_job_id(job);
+  const auto tiles = client->ListTiles(&tiles_context, tiles_request);
+  v1::ListTilesResponse tiles_message;
+  int64_t count = 0;
+  while (tiles->Read(&tiles_message)) {
+    for (const auto& tile : tiles_message.tiles()) {
+      EXPECT_EQ(from_proto(tile).id.value, count++);
+      EXPECT_EQ(tile.state(), v1::TILE_STATE_COMMITTED);
+    }
+  }
+  EXPECT_EQ(count, watched.back().tiles_committed);
+
+  v1::GetCurveRequest curve_request;
+  curve_request.set_job_id(job);
+  v1::GetCurveResponse curve;
+  ASSERT_TRUE(call(*client, &v1::ClientService::Stub::GetCurve, curve_request, &curve).ok());
+  EXPECT_EQ(curve.curve().points(curve.curve().points_size() - 1).spp(), 20);
+}
+
+TEST_F(ServiceTest, StatusCodes) {
+  v1::GetJobResponse response;
+  v1::GetJobRequest request;
+  request.set_job_id("j404");
+  grpc::Status status = call(*client, &v1::ClientService::Stub::GetJob, request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_THAT(status.error_message(), HasSubstr("no job \"j404\""));
+
+  v1::SubmitJobResponse submitted;
+  status = call(*client, &v1::ClientService::Stub::SubmitJob, submit_request(4), &submitted);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(status.error_message(), HasSubstr("scene.pbrt"));
+  for (int broken = 0; broken < 3; ++broken) {
+    v1::SubmitJobRequest bad = submit_request(4);
+    if (broken == 0) bad.set_bundle_json("{");
+    if (broken == 1) bad.set_settings_json("{}");
+    if (broken == 2) bad.set_settings_json("[1,2");
+    status = call(*client, &v1::ClientService::Stub::SubmitJob, bad, &submitted);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_THAT(status.error_message(), ::testing::Not(HasSubstr("\n")));
+  }
+
+  v1::LeaseRequest lease_request;
+  lease_request.set_worker_id("w404");
+  v1::LeaseResponse lease_response;
+  status = call(*worker, &v1::WorkerService::Stub::Lease, lease_request, &lease_response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  lease_request.set_wait_seconds(1e9);
+  status = call(*worker, &v1::WorkerService::Stub::Lease, lease_request, &lease_response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+
+  v1::RegisterRequest stranger;
+  *stranger.mutable_registration() = to_proto(registration());
+  stranger.mutable_registration()->set_build("another");
+  v1::RegisterResponse refused;
+  status = call(*worker, &v1::WorkerService::Stub::Register, stranger, &refused);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(to_error(status, "x").exit_code(), 3);
+
+  v1::PauseJobRequest pause;
+  v1::PauseJobResponse paused;
+  pause.set_job_id(submit(4));
+  EXPECT_TRUE(call(*client, &v1::ClientService::Stub::PauseJob, pause, &paused).ok());
+  EXPECT_EQ(paused.job().state(), v1::JOB_STATE_PAUSED);
+  status = call(*client, &v1::ClientService::Stub::PauseJob, pause, &paused);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+}
+
+TEST_F(ServiceTest, BlobsAreVerifiedAndComeBack) {
+  const std::string content = "the content of a texture";
+  const std::string digest = sha256_hex(content);
+  EXPECT_EQ(upload(digest, content.size(), "the kontent of a texture").error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(upload(digest, content.size() + 1, content).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(upload("../../evil", content.size(), content).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(upload(digest, uint64_t{1} << 60, content).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+
+  v1::FindMissingBlobsRequest find;
+  find.add_digests(digest);
+  v1::FindMissingBlobsResponse missing;
+  ASSERT_TRUE(call(*client, &v1::ClientService::Stub::FindMissingBlobs, find, &missing).ok());
+  EXPECT_EQ(missing.digests_size(), 1);
+  EXPECT_TRUE(upload(digest, content.size(), content).ok());
+  EXPECT_TRUE(upload(digest, content.size(), content).ok()) << "twice is fine";
+  missing.Clear();
+  ASSERT_TRUE(call(*client, &v1::ClientService::Stub::FindMissingBlobs, find, &missing).ok());
+  EXPECT_EQ(missing.digests_size(), 0);
+
+  for (const bool known : {true, false}) {
+    grpc::ClientContext context;
+    v1::FetchBlobsRequest request;
+    request.add_digests(known ? digest : sha256_hex("unknown"));
+    const auto reader = worker->FetchBlobs(&context, request);
+    v1::FetchBlobsResponse message;
+    std::string received;
+    while (reader->Read(&message)) {
+      if (message.has_header()) {
+        EXPECT_EQ(message.header().size(), content.size());
+      }
+      received += message.chunk();
+    }
+    EXPECT_EQ(reader->Finish().error_code(), known ? grpc::StatusCode::OK : grpc::StatusCode::NOT_FOUND);
+    EXPECT_EQ(received, known ? content : "");
+  }
+}
+
+TEST_F(ServiceTest, CommitsThatLieAreRefused) {
+  submit(4);
+  const std::string id = register_worker();
+  const LeaseGrant grant = *lease(id);
+  const LeaseKey key{grant.job, grant.tile_id, grant.attempt};
+  const std::string bytes = fake_bytes(grant);
+  v1::CommitResponse response;
+  EXPECT_EQ(commit(id, key, bytes, bytes.size(), sha256_hex("other"), &response).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(commit(id, key, bytes, bytes.size() - 1, sha256_hex(bytes), &response).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(commit(id, key, bytes, bytes.size() + 1, sha256_hex(bytes), &response).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(commit(id, key, bytes, uint64_t{1} << 50, sha256_hex(bytes), &response).error_code(),
+            grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_TRUE(
+      commit(id, {JobId{"j404"}, TileId{0}, 1}, bytes, bytes.size(), sha256_hex(bytes), &response).ok());
+  EXPECT_EQ(response.outcome(), v1::COMMIT_OUTCOME_UNKNOWN_JOB);
+  {
+    grpc::ClientContext context;
+    auto writer = worker->Commit(&context, &response);
+    v1::CommitRequest message;
+    message.set_chunk("no header");
+    writer->Write(message);
+    writer->WritesDone();
+    EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  }
+  EXPECT_EQ(commit(id, grant), v1::COMMIT_OUTCOME_ACCEPTED)
+      << "the lease was not touched by damage on the way";
+  EXPECT_EQ(commit(id, grant), v1::COMMIT_OUTCOME_ALREADY_COMMITTED);
+}
+
+TEST_F(ServiceTest, HttpServesHealthMetricsAndAnEscapedPage) {
+  submit(4);
+  farm.submit([] {
+    JobRequest request = small_job(64, 64, 1);
+    request.name = "<script>alert(1)</script>";
+    return request;
+  }());
+  httplib::Client http("127.0.0.1", server->http_port());
+  auto health = http.Get("/healthz");
+  ASSERT_TRUE(health);
+  EXPECT_EQ(health->status, 200);
+  auto metrics = http.Get("/metrics");
+  ASSERT_TRUE(metrics);
+  EXPECT_THAT(metrics->body, HasSubstr("lightmill_jobs{state=\"queued\"} 2\n"));
+  EXPECT_THAT(metrics->body, HasSubstr("# TYPE lightmill_commits_total counter"));
+  auto page = http.Get("/");
+  ASSERT_TRUE(page);
+  EXPECT_THAT(page->body, HasSubstr("&lt;script&gt;"));
+  EXPECT_THAT(page->body, ::testing::Not(HasSubstr("<script>")));
+  EXPECT_EQ(http.Get("/nothing")->status, 404);
+}
+
+TEST_F(ServiceTest, PortsInUseAndPlainTextAreRefused) {
+  const std::string rpc = "127.0.0.1:" + std::to_string(server->rpc_port());
+  const std::string http = "127.0.0.1:" + std::to_string(server->http_port());
+  const auto start = [&](const std::string& listen, const std::string& http_address) {
+    const Server other({listen, http_address, false, 10}, farm, blobs);
+  };
+  EXPECT_THROW(start(rpc, "127.0.0.1:0"), Error);
+  EXPECT_THROW(start("127.0.0.1:0", http), Error);
+  EXPECT_THROW(start("0.0.0.0:0", ""), Error);
+  EXPECT_THROW(start("127.0.0.1:0", "0.0.0.0:0"), Error);
+  EXPECT_THROW(start("nonsense", ""), Error);
+}
+
+TEST_F(ServiceTest, ShutdownEndsStreamsAndPolls) {
+  const std::string job = submit(4);
+  const std::string id = register_worker();
+  farm.pause(JobId{job});
+  std::thread poller([&] {
+    grpc::ClientContext context;
+    v1::LeaseRequest request;
+    request.set_worker_id(id);
+    request.set_wait_seconds(20);
+    v1::LeaseResponse response;
+    // CANCELLED if the call had not reached its handler yet.
+    EXPECT_THAT(worker->Lease(&context, request, &response).error_code(),
+                ::testing::AnyOf(grpc::StatusCode::UNAVAILABLE, grpc::StatusCode::CANCELLED));
+  });
+  grpc::ClientContext context;
+  v1::WatchJobRequest request;
+  request.set_job_id(job);
+  const auto reader = client->WatchJob(&context, request);
+  v1::WatchJobResponse message;
+  ASSERT_TRUE(reader->Read(&message));
+  server.reset();
+  while (reader->Read(&message)) {
+  }
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::UNAVAILABLE);
+  poller.join();
+}
+
+}  // namespace
+}  // namespace lightmill
