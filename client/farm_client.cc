@@ -107,7 +107,8 @@ struct FarmClient::Impl {
       for (size_t i = first; i < std::min(digests.size(), first + kDigestsAtOnce); ++i) {
         request.add_digests(digests[i]);
       }
-      for (const std::string& digest : call(&v1::ClientService::Stub::FindMissingBlobs, request).digests()) {
+      const auto response = call(&v1::ClientService::Stub::FindMissingBlobs, request);
+      for (const std::string& digest : response.digests()) {
         const auto found = by_digest.find(digest);
         if (found != by_digest.end()) missing.push_back(std::move(found->second));
       }
