@@ -3,6 +3,7 @@
 #include <httplib.h>
 #include <sys/socket.h>
 
+#include <atomic>
 #include <thread>
 
 #include "common/rpc/channel.h"
@@ -12,6 +13,7 @@ namespace lightmill {
 
 struct HttpServer::Impl {
   httplib::Server server;
+  std::atomic<bool> ended{false};  // the listening loop, whyever
   std::thread thread;
 };
 
@@ -44,12 +46,15 @@ HttpServer::HttpServer(const std::string& address, const Farm& farm) : impl_(std
   if (port_ <= 0) {
     throw Error(ErrorKind::kFailed, "--http " + address + ": can't listen there; is the port in use?");
   }
-  impl_->thread = std::thread([this] { impl_->server.listen_after_bind(); });
+  impl_->thread = std::thread([this] {
+    impl_->server.listen_after_bind();
+    impl_->ended = true;
+  });
 }
 
 HttpServer::~HttpServer() {
   // stop() does nothing before the thread has begun to listen.
-  while (!impl_->server.is_running()) std::this_thread::yield();
+  while (!impl_->server.is_running() && !impl_->ended) std::this_thread::yield();
   impl_->server.stop();
   impl_->thread.join();
 }
