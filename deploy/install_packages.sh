@@ -15,8 +15,9 @@ for group in "${@:-build}"; do
   wanted+=("${packages[@]}")
 done
 
-command -v dpkg-query >/dev/null && command -v apt-get >/dev/null ||
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   fail 1 "needs Debian 12 (apt-get was not found); elsewhere install the packages of $list by hand"
+fi
 installed=$(dpkg-query -W -f '${db:Status-Status} ${Package}\n' 2>/dev/null | sed -n 's/^installed //p')
 missing=()
 for package in "${wanted[@]}"; do

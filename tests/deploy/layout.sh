@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# What the documents and the tree promise about themselves.
+# shellcheck disable=SC2317  # functions that `check` calls
+set -uo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+cd "$root" || exit 1
+source tests/deploy/checks.sh
+
+sources() { git ls-files '*.cc' '*.h' '*.proto' '*.py' '*.sh'; }
+# The list of offenders is the message.
+none() { local found; found=$("$@"); [[ -z $found ]] || { tr '\n' ' ' <<<"$found"; return 1; }; }
+
+long_files() { sources | xargs wc -l | awk '$2 != "total" && $1 > 800 { print $2 ":" $1 }'; }
+missing_names() { # every `path` that a document names
+  grep -ohE '`[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)+/?`' README.md ARCHITECTURE.md | tr -d '`' | sort -u |
+    while read -r path; do
+      [[ -e $path || $path == build/* || -n $(git ls-files "*/$path") ]] || echo "$path"
+    done
+}
+missing_links() { grep -ohE '\]\([^)#:]+\)' README.md ARCHITECTURE.md | sed 's/](\(.*\))/\1/' | sort -u | while read -r path; do [[ -e $path ]] || echo "$path"; done; }
+not_executable() { git ls-files -s 'deploy/*.sh' 'tests/run.sh' '.ci/run' | awk '$1 != "100755" && $4 !~ /build_env/ { print $4 }'; }
+broken_scripts() { git ls-files '*.sh' .ci/run | while read -r script; do bash -n "$script" 2>&1; done; }
+unknown_packages() { awk '/^[a-z]/ { print $2 }' deploy/packages.txt | sort -u | while read -r package; do [[ -n $(apt-cache show --no-all-versions "$package" 2>/dev/null) ]] || echo "$package"; done; }
+unfinished() { git grep -nE '\b(TODO|FIXME|XXX)\b|#if 0|DISABLED_' -- '*.cc' '*.h' '*.proto' '*.py' | cut -d: -f1,2; }
+missing_folders() { local folder; for folder in proto/lightmill/v1 common/image common/scene common/rpc worker/agent worker/render/{scene,accel,bsdf,light,camera,sampling,math,plan,pipeline} coordinator client deploy tests scenes; do [[ -d $folder ]] || echo "$folder"; done; }
+stages() { local stage; for stage in producer caster bouncer shadow_caster film; do [[ -f worker/render/pipeline/$stage.cc || -f worker/render/pipeline/$stage.h ]] || echo "$stage"; done; }
+
+check "folders of the layout" none missing_folders
+check "the five stages are files" none stages
+check "no file over 800 lines" none long_files
+check "documents name only what is there" none missing_names
+check "links of the documents" none missing_links
+check "no unfinished marks" none unfinished
+check "scripts are executable" none not_executable
+check "scripts parse" none broken_scripts
+check "packages exist" none unknown_packages
+check "licence" grep -q 'Apache License' LICENSE
+finish
