@@ -45,6 +45,7 @@ Agreement compare_blocks(const Batches& a, const Batches& b, const AgreementTest
     const double se = std::hypot(cell.a.standard_error, cell.b.standard_error);
     widths.push_back(student_quantile(level, cell.a.n + cell.b.n - 2) * se / larger);
     if (std::fabs(cell.a.mean - cell.b.mean) <= test.rounding * larger) continue;
+    if (test.one_sided && cell.a.mean < cell.b.mean) continue;
     const double p = welch_p(cell.a, cell.b);
     if (p < level) ++result.failed;
     if (p < result.worst_p) {

@@ -13,8 +13,9 @@ struct AgreementTest {
   double max_relative_error = 0.10;  // standard error over mean of a block that counts
   double max_excluded = 0.10;        // fraction of blocks
   double rounding = 2e-5;
+  bool one_sided = false;  // only a brighter `a` fails
   /// Blocks that count; empty: all.
-  std::function<bool(const PixelRect&)> include;
+  std::function<bool(const PixelRect&)> include{};
 };
 
 struct Agreement {

@@ -54,6 +54,8 @@ int TestScene::dielectric(float eta, float alpha) {
   return add(&scene, DielectricMaterial{eta, alpha_roughness(alpha)});
 }
 
+int TestScene::thin_dielectric(float eta) { return add(&scene, ThinDielectricMaterial{eta}); }
+
 int TestScene::coated(const Rgb& reflectance, float eta, float alpha) {
   CoatedDiffuseMaterial m;
   m.reflectance = {reflectance, -1};

@@ -35,6 +35,7 @@ struct TestScene {
   /// Reflects `r` at normal incidence (eta = 1).
   int conductor(float r, float alpha);
   int dielectric(float eta, float alpha);
+  int thin_dielectric(float eta);
   int coated(const Rgb& reflectance, float eta, float alpha);
 
   /// Parallelogram p, p + u, p + u + v, p + v with normal u x v.
