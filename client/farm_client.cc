@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstring>
 #include <fstream>
+#include <optional>
 #include <thread>
 
 #include "common/digest.h"
@@ -24,6 +25,7 @@ static_assert(std::endian::native == std::endian::little, "images travel as litt
 constexpr double kFirstAnswerSeconds = 8;      // "is anybody there?" within a few seconds
 constexpr double kTransferSeconds = 3600;      // uploads and images
 constexpr double kWatchSeconds = 86400;        // a stream; it is opened again when it ends by this
+constexpr double kConnectSeconds = 6;          // patience of a first connection: a coordinator may be starting
 constexpr double kReconnectSeconds = 60;       // a coordinator that restarts is back by then
 constexpr size_t kDigestsAtOnce = 10000;
 
@@ -228,7 +230,7 @@ JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobS
   using Steady = std::chrono::steady_clock;
   JobStatus last;
   bool connected = false, complained = false;
-  Steady::time_point lost_at;
+  std::optional<Steady::time_point> lost_at;
   for (;;) {
     grpc::ClientContext context;
     set_deadline(context, kWatchSeconds);
@@ -240,19 +242,23 @@ JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobS
       last = from_proto(message.job());
       connected = true;
       complained = false;
+      lost_at.reset();
       observe(last);
     }
     const grpc::Status status = reader->Finish();
     if (status.ok() && is_final(last.state)) return last;
-    if (!status.ok() && (!connected || !is_loss(status.error_code()))) throw_if_failed(status, impl_->address);
-    if (!complained) {
-      lost_at = Steady::now();
-      complained = true;
-      if (!status.ok()) lost("lost the coordinator at " + impl_->address + "; trying again");
-    } else if (std::chrono::duration<double>(Steady::now() - lost_at).count() > kReconnectSeconds) {
+    if (!status.ok() && !is_loss(status.error_code())) throw_if_failed(status, impl_->address);
+    if (!lost_at) lost_at = Steady::now();
+    const double seconds = std::chrono::duration<double>(Steady::now() - *lost_at).count();
+    if (!connected && seconds > kConnectSeconds) throw_if_failed(status, impl_->address);
+    if (seconds > kReconnectSeconds) {
       throw Error(ErrorKind::kUnreachable, "coordinator " + impl_->address +
                                                " did not come back; the job goes on once it does: lightmill watch " +
                                                id.value);
+    }
+    if (connected && !complained && !status.ok()) {
+      lost("lost the coordinator at " + impl_->address + "; trying again");
+      complained = true;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
   }
