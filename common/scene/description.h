@@ -131,12 +131,15 @@ struct LightDescription {
 
 // --- camera, film, sampling -----------------------------------------------------------------------
 
-/// Pinhole perspective. Camera space: +x right, +y up, +z into the scene (pbrt, left-handed).
+/// Camera space: +x right, +y up, +z into the scene (pbrt, left-handed). With a lens radius > 0 rays leave a disk
+/// of that radius around the camera space origin and meet at the plane z = focal_distance (both in its units).
 struct CameraDescription {
   Transform camera_to_world;
   double fov_degrees = 90;  // of the shorter image axis, or as screen_window says
   std::optional<std::array<double, 4>> screen_window;  // x0,x1,y0,y1
   std::optional<double> frame_aspect_ratio;
+  double lens_radius = 0;       // 0: pinhole
+  double focal_distance = 1e6;  // > 0
 };
 struct FilmDescription {
   int width = 1280, height = 720;

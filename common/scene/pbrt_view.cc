@@ -42,10 +42,8 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
   if (params.has("frameaspectratio"))
     camera.frame_aspect_ratio = params.number("frameaspectratio", 1, 1e-5, 1e5);
   params.accept({"frameaspectratio"});
-  if (params.number("lensradius", 0, 0, kAny) > 0) {
-    params.unsupported("lensradius", "(a thin lens) is rendered as a pinhole");
-  }
-  params.accept({"focaldistance"});
+  camera.lens_radius = params.number("lensradius", 0, 0, kAny);
+  camera.focal_distance = params.number("focaldistance", 1e6, 1e-38, kAny);
   const double opened = params.number("shutteropen", 0, -kAny, kAny);
   const double closed = params.number("shutterclose", 1, -kAny, kAny);
   *exposure_time = closed - opened;

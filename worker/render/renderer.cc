@@ -39,7 +39,7 @@ struct Renderer::Impl {
   RenderSettings settings;
   RenderScene scene;
   Accel accel;
-  PerspectiveCamera camera;
+  Camera camera;
   PixelFilter filter;
   ScenePlan plan;
   StageContext context;
@@ -48,7 +48,7 @@ struct Renderer::Impl {
       : settings(s),
         scene(build_scene(description)),
         accel(scene, threads),
-        camera(description.camera, s.grid.width, s.grid.height),
+        camera(make_camera(description.camera, s.grid.width, s.grid.height, scene.scale_exponent)),
         filter(description.filter),
         plan(analyse_scene(description, scene, s)),
         context{scene, accel, camera, filter, s.grid} {

@@ -100,6 +100,8 @@ TEST_F(BadInput, Options) {
       {"Camera \"perspective\" \"float shutterclose\" 0", "the shutter must close"},
       {"Camera \"perspective\" \"float screenwindow\" [1 -1 -1 1]", "x0 < x1"},
       {"Camera \"orthographic\"", "not supported yet: camera \"orthographic\""},
+      {"Camera \"perspective\" \"float lensradius\" -1", "\"lensradius\""},
+      {"Camera \"perspective\" \"float lensradius\" 1 \"float focaldistance\" 0", "\"focaldistance\""},
       {"Camera \"perspectve\"", "did you mean \"perspective\"?"},
       {"PixelFilter \"triangle\" \"float xradius\" 0", "\"xradius\""},
       {"PixelFilter \"triangel\"", "did you mean \"triangle\"?"},

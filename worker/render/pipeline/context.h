@@ -2,7 +2,7 @@
 // What all stages read: the scene and the frozen settings of a render, and the packet layer at hand.
 #include "common/image/grid.h"
 #include "worker/render/accel/accel.h"
-#include "worker/render/camera/perspective.h"
+#include "worker/render/camera/camera.h"
 #include "worker/render/camera/pixel_filter.h"
 #include "worker/render/pipeline/work_items.h"
 #include "worker/render/sampling/dimensions.h"
@@ -14,7 +14,7 @@ namespace lightmill {
 struct StageContext {
   const RenderScene& scene;
   const Accel& accel;
-  const PerspectiveCamera& camera;
+  const Camera& camera;
   const PixelFilter& filter;
   FilmGrid grid;
   uint64_t seed = 0;

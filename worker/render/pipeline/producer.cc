@@ -43,27 +43,34 @@ void store_throughput(Paths& paths, int base, const Vec3<Lane>& b) {
   store(paths.bb + base, b.z);
 }
 
-}  // namespace
-
-void produce_camera_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
+template <class C>
+void camera_paths(const C& camera, const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
   Paths& paths = wavefront.paths;
   paths.active_count = 0;
   for (int base = 0; base < kWavefront; base += kLanes) {
     const SlotGroup g(context, layer, base);
     if (!any(g.inside)) continue;
     Lane u, v;
-    layer.camera_stream<Lane>(g.slot).get_2d(kDimFilm, &u, &v);
+    const SampleStream<Lane> stream = layer.camera_stream<Lane>(g.slot);
+    stream.get_2d(kDimFilm, &u, &v);
     const Lane x = to_float(g.x) + 0.5f + context.filter.x.sample(u);
     const Lane y = to_float(g.y) + 0.5f + context.filter.y.sample(v);
-    Lane cosine;
-    const Vec3<Lane> d = context.camera.direction(x, y, &cosine);
-    store_ray(paths, base, {}, d);
+    Lane lu{}, lv{};
+    if constexpr (C::kHasLens) stream.get_2d(kDimLens, &lu, &lv);
+    const CameraRay<Lane> ray = camera.ray(x, y, lu, lv);
+    store_ray(paths, base, ray.origin, ray.direction);
     store_throughput(paths, base, splat3<Lane>(1, 1, 1));
-    store(paths.dvcm + base, context.light_paths_per_spp / context.camera.pdf_solid_angle(cosine));  // M2
+    store(paths.dvcm + base, context.light_paths_per_spp / ray.density);  // M2
     store(paths.dvc + base, Lane{});
     activate(paths, g.slot, g.inside);
   }
   wavefront.counters.camera_paths += static_cast<uint64_t>(paths.active_count);
+}
+
+}  // namespace
+
+void produce_camera_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
+  std::visit([&](const auto& camera) { camera_paths(camera, context, layer, wavefront); }, context.camera);
 }
 
 void produce_light_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {

@@ -5,6 +5,7 @@
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/film.h"
+#include "worker/render/pipeline/splat_target.h"
 #include "worker/render/pipeline/vertex_io.h"
 
 namespace lightmill {
@@ -82,33 +83,17 @@ struct VertexGroup {
   }
 };
 
-/// Where a splat seen in direction `w` from the camera lands, and its weight.
-struct SplatTarget {
-  LaneInt pixel{};
-  Lane weight{};  // filter weight; 0 if no pixel of the crop window receives it
-  SplatTarget(const StageContext& context, Lane x, Lane y, Lane u, Lane v, LaneMask active) {
-    int32_t pixels[kLanes] = {};
-    float weights[kLanes] = {};
-    const PixelRect& crop = context.grid.crop;
-    for (unsigned bits = mask_bits(active); bits; bits &= bits - 1) {
-      const int l = std::countr_zero(bits);
-      const float px = lane(x, l), py = lane(y, l);
-      // Written so that NaN fails; 64 pixels is more than any filter's radius.
-      if (!(px > static_cast<float>(crop.x0) - 64 && px < static_cast<float>(crop.x1) + 64 &&
-            py > static_cast<float>(crop.y0) - 64 && py < static_cast<float>(crop.y1) + 64)) {
-        continue;
-      }
-      float wx, wy;
-      const int ix = context.filter.x.choose_pixel(px, lane(u, l), &wx);
-      const int iy = context.filter.y.choose_pixel(py, lane(v, l), &wy);
-      if (ix < crop.x0 || ix >= crop.x1 || iy < crop.y0 || iy >= crop.y1) continue;
-      pixels[l] = iy * context.grid.width + ix;
-      weights[l] = wx * wy;
-    }
-    pixel = load_int<Lane>(pixels);
-    weight = load<Lane>(weights);
-  }
-};
+/// Joins points `p` to the camera; the lens sample is dimension `dim` of `stream`, if there is a lens.
+LensConnection<Lane> connect_lens(const StageContext& context, const SampleStream<Lane>& stream, uint32_t dim,
+                                  const Vec3<Lane>& p) {
+  return std::visit(
+      [&](const auto& camera) {
+        Lane u{}, v{};
+        if constexpr (std::decay_t<decltype(camera)>::kHasLens) stream.get_2d(dim, &u, &v);
+        return camera.connect(p, u, v);
+      },
+      context.camera);
+}
 
 }  // namespace
 
@@ -218,37 +203,30 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
   for (size_t base = first; base < w.light_vertices.size(); base += kLanes) {
     const VertexGroup g(w.light_vertices, base);
     const VertexLanes<Lane>& v = g.v;
-    const Lane d2 = dot(v.p, v.p);  // the camera is the origin
-    const LaneMask apart = LaneMask(d2 > 0.0f);
-    const Lane inv_d2 = 1.0f / select(apart, d2, splat<Lane>(1.0f));
-    const Vec3<Lane> to_camera = v.p * -sqrt(inv_d2);
-    Lane x, y, cos_camera;
-    context.camera.project(-to_camera, &x, &y, &cos_camera);
-    const LaneMask seen =
-        mask_and(mask_and(g.active, apart), mask_and(LaneMask(cos_camera > 0.0f), consistent(v, to_camera)));
-    if (!any(seen)) continue;
     const SampleStream<Lane> stream = layer.light_stream<Lane>(v.path);
+    const LensConnection<Lane> lens = connect_lens(context, stream, vertex_dim(depth, kDimSplatLens), v.p);
+    const Vec3<Lane>& to_camera = lens.direction;
+    const LaneMask seen = mask_and(mask_and(g.active, lens.seen), consistent(v, to_camera));
+    if (!any(seen)) continue;
     Lane fu, fv;
     stream.get_2d(vertex_dim(depth, kDimSplatPixel), &fu, &fv);
-    const SplatTarget target(context, x, y, fu, fv, seen);
+    const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
     const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
     if (!any(valid)) continue;
     const Frame<Lane> frame(v.ns);
     const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo), frame.to_local(to_camera),
                                              Mode::kImportance);
-    const Lane raster_density =
-        context.camera.pdf_solid_angle(select(valid, cos_camera, splat<Lane>(1.0f))) * inv_d2;
     Lane mis = splat<Lane>(1.0f);
     if (!context.light_only) {
-      const Lane p_camera = raster_density * abs(dot(v.ng, to_camera));
+      const Lane p_camera = lens.density * abs(dot(v.ng, to_camera));
       mis = mis_weight(p_camera * (1.0f / context.light_paths_per_spp) * (v.dvcm + v.dvc * f.pdf_reverse), Lane{});  // M8
     }
-    const Lane scale = raster_density * adjoint_cosine(v, to_camera) * target.weight * mis *
+    const Lane scale = lens.density * adjoint_cosine(v, to_camera) * target.weight * mis *
                        (context.imaging_ratio / context.light_paths_per_spp);
     Candidates c;
     c.value = select(valid, v.throughput * f.f * scale, Vec3<Lane>{});
     c.origin = offset_origin(v.p, v.error, v.ng, to_camera);
-    c.direction = -c.origin;
+    c.direction = -(c.origin - lens.lens);
     c.tfar = splat<Lane>(kSegmentEnd);
     c.target = target.pixel;
     const Lane u = context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
@@ -259,31 +237,27 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
 
 void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot, LaneMask active,
                            const EmissionSample<Lane>& e, Wavefront& w) {
-  const Lane d2 = dot(e.point, e.point);
   const LaneMask surface = mask_and(active, mask_not(mask_or(e.delta, e.infinite)));
-  const LaneMask apart = mask_and(surface, LaneMask(d2 > 0.0f));
-  if (!any(apart)) return;
-  const Lane inv_d2 = 1.0f / select(apart, d2, splat<Lane>(1.0f));
-  const Vec3<Lane> to_camera = e.point * -sqrt(inv_d2);
-  Lane x, y, cos_camera;
-  context.camera.project(-to_camera, &x, &y, &cos_camera);
-  const LaneMask seen = mask_and(apart, LaneMask(cos_camera > 0.0f));
+  if (!any(surface)) return;
+  const SampleStream<Lane> stream = layer.light_stream<Lane>(slot);
+  const LensConnection<Lane> lens = connect_lens(context, stream, vertex_dim(0, kDimSplatLens), e.point);
+  const Vec3<Lane>& to_camera = lens.direction;
+  const LaneMask seen = mask_and(surface, lens.seen);
   if (!any(seen)) return;
   Lane fu, fv;
-  layer.light_stream<Lane>(slot).get_2d(vertex_dim(0, kDimSplatPixel), &fu, &fv);
-  const SplatTarget target(context, x, y, fu, fv, seen);
+  stream.get_2d(vertex_dim(0, kDimSplatPixel), &fu, &fv);
+  const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
   const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
   const Vec3<Lane> radiance = emitted_radiance(context.scene.lights, e.light, e.normal, to_camera);
   // Density of the point alone: selection / area.
   const LightRecord<Lane> r(context.scene.lights, e.light);
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
-  const Lane scale = context.camera.pdf_solid_angle(select(valid, cos_camera, splat<Lane>(1.0f))) * inv_d2 *
-                     abs(dot(e.normal, to_camera)) * inv_pdf * target.weight *
+  const Lane scale = lens.density * abs(dot(e.normal, to_camera)) * inv_pdf * target.weight *
                      (context.imaging_ratio / context.light_paths_per_spp);
   Candidates c;
   c.value = select(valid, radiance * scale, Vec3<Lane>{});
   c.origin = offset_origin(e.point, e.error, e.normal, to_camera);
-  c.direction = -c.origin;
+  c.direction = -(c.origin - lens.lens);
   c.tfar = splat<Lane>(kSegmentEnd);
   c.target = target.pixel;
   queue(context, c, valid, splat<Lane>(0.0f), true, w);

@@ -12,7 +12,7 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
 /// s >= 2, t >= 2: every vertex of wavefront.vertices is connected to every stored vertex of its slot's light
 /// path that the depth limits allow (M9).
 void shadow_connections(const StageContext& context, const LayerContext& layer, int depth, Wavefront& wavefront);
-/// t = 1: light vertices from index `first` on are joined to the pinhole (M8); splats go to the film.
+/// t = 1: light vertices from index `first` on are joined to the camera (M8); splats go to the film.
 void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first, Wavefront& wavefront);
 /// s = t = 1 of lt: the emission samples themselves seen through the lens.
 void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot, LaneMask active,

@@ -52,9 +52,11 @@ ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& 
   item("emission hits (s = 0)", settings.integrator != Integrator::kLt,
        settings.integrator == Integrator::kLt ? "lt traces no camera paths" : "emitters can be seen", "camera paths");
   item("vertex connections (s, t >= 2)", connect, connect ? "bdpt" : "the integrator does not connect", "light paths and their cache");
-  item("lens connections (t = 1)", lens, lens ? "the pinhole is joined to light vertices" : "the integrator traces no light paths",
+  item("lens connections (t = 1)", lens, lens ? "the camera is joined to light vertices" : "the integrator traces no light paths",
        "the splat layer and its traffic");
-  item("lens sampling", false, "the camera is a pinhole", "two dimensions per path and hits on the lens (t = 0)");
+  const bool lens_radius = description.camera.lens_radius > 0;
+  item("lens sampling", lens_radius, lens_radius ? "the lens has a radius" : "every ray leaves one point",
+       "two dimensions per camera path and per lens connection");
   item("instances", false, "instances are flattened at load", "a level of traversal");
   item("participating media", false, "none in the scene", "distance sampling and transmittance");
   return plan;

@@ -9,6 +9,7 @@ enum Stream : uint32_t { kCameraStream = 0, kLightStream = 1 };
 
 // Start of a path.
 inline constexpr uint32_t kDimFilm = 0;            // 2D, camera: position in the pixel filter
+inline constexpr uint32_t kDimLens = 1;            // 2D, camera: position on the lens, if it has a radius
 inline constexpr uint32_t kDimLightSelect = 0;     // 1D, light: which light
 inline constexpr uint32_t kDimLightPosition = 1;   // 2D, light
 inline constexpr uint32_t kDimLightDirection = 2;  // 2D, light
@@ -24,6 +25,7 @@ enum VertexDim : uint32_t {
   kDimNeePosition = 4,    // 2D
   kDimSplatPixel = 5,     // 2D: which pixel of the filter's footprint
   kDimNeeRoulette = 6,    // 1D
+  kDimSplatLens = 7,      // 2D: the lens point that a light vertex is joined to
   kDimConnectRoulette = 8  // + light vertex number: 1D
 };
 constexpr uint32_t vertex_dim(int vertex, uint32_t dim) {

@@ -1,0 +1,10 @@
+#include "worker/render/camera/camera.h"
+
+namespace lightmill {
+
+Camera make_camera(const CameraDescription& description, int width, int height, int scale_exponent) {
+  if (description.lens_radius > 0) return ThinLensCamera(description, width, height, scale_exponent);
+  return PerspectiveCamera(description, width, height);
+}
+
+}  // namespace lightmill

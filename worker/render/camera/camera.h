@@ -1,0 +1,21 @@
+#pragma once
+// The cameras: a closed set. Kernels visit it once per group of lanes and are compiled for each.
+#include <variant>
+
+#include "worker/render/camera/perspective.h"
+#include "worker/render/camera/thin_lens.h"
+
+namespace lightmill {
+
+using Camera = std::variant<PerspectiveCamera, ThinLensCamera>;
+
+/// The camera of `description` in normalised space, whose lengths are 2^scale_exponent scene units. A
+/// perspective camera without a lens radius is the pinhole. Throws Error(kBadScene).
+Camera make_camera(const CameraDescription& description, int width, int height, int scale_exponent);
+
+/// See CameraRay.
+inline bool is_parallel(const Camera& camera) {
+  return std::visit([](const auto& c) { return c.kParallel; }, camera);
+}
+
+}  // namespace lightmill

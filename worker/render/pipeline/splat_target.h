@@ -1,0 +1,37 @@
+#pragma once
+// Where a contribution of the lens strategy lands on the film.
+#include <bit>
+
+#include "worker/render/pipeline/context.h"
+
+namespace lightmill {
+
+/// Draws a pixel of the filter's footprint around raster position (x, y) with uniforms u and v.
+struct SplatTarget {
+  LaneInt pixel{};
+  Lane weight{};  // filter weight; 0 if no pixel of the crop window receives it
+  SplatTarget(const StageContext& context, Lane x, Lane y, Lane u, Lane v, LaneMask active) {
+    int32_t pixels[kLanes] = {};
+    float weights[kLanes] = {};
+    const PixelRect& crop = context.grid.crop;
+    for (unsigned bits = mask_bits(active); bits; bits &= bits - 1) {
+      const int l = std::countr_zero(bits);
+      const float px = lane(x, l), py = lane(y, l);
+      // Written so that NaN fails; 64 pixels is more than any filter's radius.
+      if (!(px > static_cast<float>(crop.x0) - 64 && px < static_cast<float>(crop.x1) + 64 &&
+            py > static_cast<float>(crop.y0) - 64 && py < static_cast<float>(crop.y1) + 64)) {
+        continue;
+      }
+      float wx, wy;
+      const int ix = context.filter.x.choose_pixel(px, lane(u, l), &wx);
+      const int iy = context.filter.y.choose_pixel(py, lane(v, l), &wy);
+      if (ix < crop.x0 || ix >= crop.x1 || iy < crop.y0 || iy >= crop.y1) continue;
+      pixels[l] = iy * context.grid.width + ix;
+      weights[l] = wx * wy;
+    }
+    pixel = load_int<Lane>(pixels);
+    weight = load<Lane>(weights);
+  }
+};
+
+}  // namespace lightmill
