@@ -74,6 +74,8 @@ struct ConductorMaterial {
   Roughness roughness;
 };
 struct DielectricMaterial { float eta = 1.5f; Roughness roughness; };
+/// A smooth sheet too thin to shift what is seen through it; `eta` over its surroundings.
+struct ThinDielectricMaterial { float eta = 1.5f; };
 /// Diffuse base under a dielectric coat, pbrt's layered model without scattering in the coat: a traversal of
 /// the coat at cosine mu transmits exp(-thickness / mu), and at most max_depth interactions are followed.
 struct CoatedDiffuseMaterial {
@@ -83,7 +85,8 @@ struct CoatedDiffuseMaterial {
   float thickness = 0.01f;
   int max_depth = 10;
 };
-using MaterialKind = std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial>;
+using MaterialKind = std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial,
+                                  ThinDielectricMaterial>;
 struct MaterialDescription {
   std::string name;  // empty for an unnamed Material
   MaterialKind kind;

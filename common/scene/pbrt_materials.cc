@@ -122,6 +122,8 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
     m.eta = read_eta(out, params);
     m.roughness = read_roughness(out, params);
     material.kind = m;
+  } else if (type == "thindielectric") {
+    material.kind = ThinDielectricMaterial{read_eta(out, params)};
   } else if (type == "coateddiffuse") {
     material.kind = read_coated_diffuse(out, params);
   } else {

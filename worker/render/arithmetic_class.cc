@@ -47,13 +47,15 @@ SceneDescription every_kernel() {
   add(DielectricMaterial{1.3f, rough(0.3f)});
   add(CoatedDiffuseMaterial{{{0.7f, 0.4f, 0.1f}, -1}, 1.5f, rough(0)});
   add(CoatedDiffuseMaterial{{{0.1f, 0.4f, 0.7f}, -1}, 1.5f, rough(0.2f)});
+  add(ThinDielectricMaterial{1.5f});
   scene.area_lights.push_back({{9, 8, 7}, false, {}});
   scene.area_lights.push_back({{20, 30, 40}, true, {}});
   scene.shapes.push_back(quad({-3, -2, 6}, {3, -2, 6}, {3, 2, 6}, {-3, 2, 6}, 0));
   scene.shapes.push_back(quad({-3, -2, 0}, {3, -2, 0}, {3, -2, 6}, {-3, -2, 6}, 6));
   scene.shapes.push_back(quad({-1, 2, 3}, {1, 2, 3}, {1, 2, 5}, {-1, 2, 5}, 0, 0));
   scene.shapes.push_back(sphere(2.4, 1.2, 4, 0.2f, 0, 1));
-  for (int i = 1; i <= 6; ++i) scene.shapes.push_back(sphere(-3.0 + i * 0.9, -0.8 + 0.25 * i, 4.0, 0.42f, i));
+  const int materials = static_cast<int>(scene.materials.size());
+  for (int i = 1; i < materials; ++i) scene.shapes.push_back(sphere(-3.0 + i * 0.7, -0.8 + 0.2 * i, 4.0, 0.33f, i));
   scene.lights.push_back({PointLight{{3, 3, 3}, {-2, 1, 2}}, {}});
   scene.lights.push_back({InfiniteLight{{0.1f, 0.2f, 0.3f}}, {}});
   return scene;

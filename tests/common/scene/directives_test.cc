@@ -250,7 +250,7 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
       {"Material \"interface\" Shape \"sphere\"", "its shapes are left out"},
       {"Shape \"sphere\" \"float zmax\" 0.5", "exact partial sphere"},
       {"Shape \"sphere\" \"float alpha\" 0.5", "the shape is opaque"},
-      {"Material \"thindielectric\"", "rendered as grey diffuse"},
+      {"Material \"hair\"", "rendered as grey diffuse"},
       {"Material \"diffuse\" \"string normalmap\" \"n.png\"",
        "parameter \"normalmap\" of material \"diffuse\" is ignored"},
       {"Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"", "dispersion"},

@@ -58,6 +58,14 @@ TEST_F(Materials, NamedGlassIsANumber) {
   EXPECT_FLOAT_EQ(last<DielectricMaterial>(r.scene).eta, 1.7847f);
 }
 
+TEST_F(Materials, ThinDielectric) {
+  EXPECT_EQ(last<ThinDielectricMaterial>(clean_world("Material \"thindielectric\"")).eta, 1.5f);
+  const LoadResult r = load_world("Material \"thindielectric\" \"spectrum eta\" \"glass-F11\"");
+  EXPECT_TRUE(r.ok());
+  EXPECT_FLOAT_EQ(last<ThinDielectricMaterial>(r.scene).eta, 1.7847f);
+  EXPECT_TRUE(has_error(load_world("Material \"thindielectric\" \"float eta\" 0"), "must be at least"));
+}
+
 TEST_F(Materials, Textures) {
   folder_.write("a b.png", "not really a picture");
   const SceneDescription s = clean_world(R"(

@@ -20,10 +20,19 @@ enum class Mode { kRadiance, kImportance };
 /// Kinds as stored with a vertex. Values index the counting sort of the bouncer.
 using BsdfKind = int32_t;
 inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 2, kSmoothDielectric = 3,
-                          kRoughDielectric = 4, kSmoothCoated = 5, kRoughCoated = 6, kBsdfKinds = 7;
+                          kRoughDielectric = 4, kSmoothCoated = 5, kRoughCoated = 6, kThinDielectric = 7,
+                          kBsdfKinds = 8;
 
 /// True if every lobe is a delta: no connection can be made at such a vertex.
-constexpr bool is_pure_delta(int32_t kind) { return kind == kSmoothConductor || kind == kSmoothDielectric; }
+constexpr bool is_pure_delta(int32_t kind) {
+  return kind == kSmoothConductor || kind == kSmoothDielectric || kind == kThinDielectric;
+}
+/// The same per lane.
+template <class F>
+inline MaskOf<F> pure_delta(IntOf<F> kind) {
+  return mask_or(mask_or(MaskOf<F>(kind == kSmoothConductor), MaskOf<F>(kind == kSmoothDielectric)),
+                 MaskOf<F>(kind == kThinDielectric));
+}
 
 /// Roughness below which a microfacet lobe is its delta limit.
 inline constexpr float kSmoothAlpha = 1e-3f;
@@ -32,7 +41,7 @@ inline constexpr int kBsdfParams = 8;
 /// Parameters of any kind, in slots:
 ///   diffuse     0-2 reflectance
 ///   conductor   0-2 eta, 3-5 k, 6 alpha
-///   dielectric  0 eta, 6 alpha
+///   dielectric  0 eta, 6 alpha (thin: eta alone)
 ///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha
 template <class F>
 struct BsdfParams {

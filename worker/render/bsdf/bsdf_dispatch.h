@@ -5,6 +5,7 @@
 #include "worker/render/bsdf/conductor.h"
 #include "worker/render/bsdf/dielectric.h"
 #include "worker/render/bsdf/diffuse.h"
+#include "worker/render/bsdf/thin_dielectric.h"
 
 namespace lightmill {
 
@@ -78,6 +79,8 @@ inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfPara
         return take(m, sample_coated<F, false>(params, wo, lobe, u, v));
       case kRoughCoated:
         return take(m, sample_coated<F, true>(params, wo, lobe, u, v));
+      case kThinDielectric:
+        return take(m, sample_thin_dielectric(params, wo, lobe));
       default:
         return;
     }

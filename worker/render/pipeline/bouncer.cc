@@ -231,8 +231,7 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
     const Lane inv_cos = 1.0f / h.cos_in;
     h.v.dvcm = h.v.dvcm * inv_cos;
     h.v.dvc = h.v.dvc * inv_cos;
-    const LaneMask connectable =
-        mask_and(h.valid, mask_not(mask_or(LaneMask(h.v.kind == kSmoothConductor), LaneMask(h.v.kind == kSmoothDielectric))));
+    const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
     auto next_index = static_cast<int32_t>(w.light_vertices.size());
     append_vertices(h.v, mask_bits(connectable), &w.light_vertices);
     if (store_for_connection) {
@@ -270,8 +269,7 @@ void bounce_camera_paths(const StageContext& context, const LayerContext& layer,
     h.v.dvc = h.v.dvc * inv_cos;
     add_emission(context, h, g.active, depth, weigh_connections, w);
     if (depth > context.max_depth) continue;
-    const LaneMask connectable =
-        mask_and(h.valid, mask_not(mask_or(LaneMask(h.v.kind == kSmoothConductor), LaneMask(h.v.kind == kSmoothDielectric))));
+    const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
     append_vertices(h.v, mask_bits(connectable), &w.vertices);
     const LaneMask go =
         scatter_paths(context, layer.camera_stream<Lane>(g.slot), h, h.valid, Mode::kRadiance, depth, context.connect, w);

@@ -89,6 +89,10 @@ struct Builder {
     entry.kind = roughness(m.roughness) ? kSmoothDielectric : kRoughDielectric;
     params[0] = m.eta;
   }
+  void operator()(const ThinDielectricMaterial& m) {
+    entry.kind = kThinDielectric;
+    params[0] = m.eta;
+  }
   void operator()(const CoatedDiffuseMaterial& m) {
     entry.kind = roughness(m.roughness) ? kSmoothCoated : kRoughCoated;
     entry.texture_color = m.reflectance.texture;

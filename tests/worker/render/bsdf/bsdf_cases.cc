@@ -25,6 +25,8 @@ std::vector<BsdfCase> all_bsdfs() {
   add("coated_white", s.coated(white, 1.5f, 0), 0);
   for (const float a : {0.05f, 0.3f}) add("coated_" + std::to_string(a), s.coated(colour, 1.5f, a), a);
   add("coated_white_rough", s.coated(white, 1.8f, 0.4f), 0.4f);
+  for (const float eta : {1.0f, 1.5f, 2.4f, 0.75f})
+    add("thin_sheet_" + std::to_string(eta), s.thin_dielectric(eta), 0);
   const RenderScene scene = build_scene(s.scene);
   for (size_t i = 0; i < cases.size(); ++i) {
     cases[i].kind = scene.material_kind[i];

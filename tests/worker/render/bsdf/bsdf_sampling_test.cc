@@ -148,5 +148,34 @@ TEST(BsdfSampling, DeltaLobesAreChosenByTheFresnelReflectance) {
   }
 }
 
+// Against the sum of the series of internal reflections, in double; what is not reflected goes straight on.
+TEST(BsdfSampling, ThinSheetsReflectTheSumOverAllBounces) {
+  for (const BsdfCase& bsdf : all_bsdfs()) {
+    if (bsdf.kind != kThinDielectric) continue;
+    for (const Vec3<float>& wo : outgoing_directions()) {
+      float cos_t;
+      const double face = fresnel_dielectric(abs(wo.z), bsdf.params.p[0], &cos_t);
+      double reflected = face;
+      for (double inside = (1 - face) * face; inside > 1e-12; inside *= face * face)
+        reflected += inside * (1 - face);
+      Random random(4);
+      double counts[2] = {0, 0};
+      for (int i = 0; i < 20000; ++i) {
+        const Mode mode = i % 2 ? Mode::kRadiance : Mode::kImportance;
+        const BsdfSample<float> s = bsdf.sample(wo, random, mode);
+        ASSERT_TRUE(s.valid && s.delta);
+        ASSERT_EQ(s.weight.x, 1.0f);
+        ASSERT_EQ(s.roulette_scale, 1.0f);
+        ASSERT_EQ(s.wi.x, -wo.x);
+        ASSERT_EQ(s.wi.y, -wo.y);
+        ASSERT_EQ(abs(s.wi.z), abs(wo.z));
+        ++counts[s.wi.z * wo.z > 0 ? 0 : 1];
+      }
+      const double expected[2] = {20000 * reflected, 20000 * (1 - reflected)};
+      EXPECT_TRUE(chi_square_passes(chi_square(counts, expected), 32)) << bsdf.name << " cos " << wo.z;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lightmill::test
