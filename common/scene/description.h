@@ -124,9 +124,23 @@ struct AreaLightDescription {
 };
 /// Point light: intensity in W/sr per channel, at object_to_world * 0.
 struct PointLight { Rgb intensity; Vec3d position; };
-/// Constant environment radiance from all directions.
-struct InfiniteLight { Rgb radiance; };
-using LightKind = std::variant<PointLight, InfiniteLight>;
+/// Environment radiance: constant, or `radiance` times a square equal-area image (pbrt-v4's mapping, +z of the
+/// light's space in the middle of the picture).
+struct InfiniteLight {
+  Rgb radiance;
+  std::string image_path = {};  // resolved; empty: constant
+  Transform light_to_world = {};
+};
+/// Parallel light: irradiance `radiance` on a surface that faces it; shines along the unit vector `direction`.
+struct DistantLight { Rgb radiance; Vec3d direction; };
+/// Point light within a cone: intensity (W/sr) times a smoothstep from total_width to falloff_start (half angles,
+/// degrees) around the unit axis `direction`.
+struct SpotLight {
+  Rgb intensity;
+  Vec3d position, direction;
+  double falloff_start = 25, total_width = 30;
+};
+using LightKind = std::variant<PointLight, InfiniteLight, DistantLight, SpotLight>;
 struct LightDescription {
   LightKind kind;
   SourceLocation location;
@@ -138,7 +152,7 @@ struct LightDescription {
 /// of that radius around the camera space origin and meet at the plane z = focal_distance (both in its units).
 struct CameraDescription {
   Transform camera_to_world;
-  double fov_degrees = 90;  // of the shorter image axis, or as screen_window says
+  double fov_degrees = 90;  // perspective: of the shorter image axis, or as screen_window says
   std::optional<std::array<double, 4>> screen_window;  // x0,x1,y0,y1
   std::optional<double> frame_aspect_ratio;
   double lens_radius = 0;       // 0: pinhole

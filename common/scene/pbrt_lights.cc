@@ -26,6 +26,24 @@ Rgb checked(const Rgb& c, ParameterList& params) {
   return {};
 }
 
+Vec3d end_point(ParameterList& params, const char* name, const Vec3d& fallback) {
+  const auto* p = params.numbers(name, ParamType::kPoint3, 3);
+  return p ? Vec3d{(*p)[0], (*p)[1], (*p)[2]} : fallback;
+}
+
+/// Unit world direction from "from" to "to" (by default along +z).
+Vec3d axis(PbrtScene& out, ParameterList& params, const Transform& ctm) {
+  const Vec3d from = transform_point(ctm, end_point(params, "from", {0, 0, 0}));
+  const Vec3d to = transform_point(ctm, end_point(params, "to", {0, 0, 1}));
+  const Vec3d d{to.x - from.x, to.y - from.y, to.z - from.z};
+  const double length = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
+  if (!(length > 0) || !std::isfinite(length)) {
+    out.problems->error(params.where(), params.owner() + " has no direction; \"from\" and \"to\" must differ");
+    return {0, 0, 1};
+  }
+  return {d.x / length, d.y / length, d.z / length};
+}
+
 }  // namespace
 
 void translate_light(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm) {
@@ -46,16 +64,46 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     out.scene.lights.push_back(
         {PointLight{checked(scaled(intensity, scale), params), position}, params.where()});
   } else if (type == "infinite") {
-    for (const char* name : {"filename", "portal"}) {
-      if (!params.has(name)) continue;
-      params.unsupported(name, "(an image or a portal of the environment); the light is left out");
+    InfiniteLight light;
+    if (params.has("portal")) params.unsupported("portal", "is ignored; the environment is sampled as a whole");
+    params.accept({"portal"});
+    if (const std::string file = params.text("filename", ""); !file.empty()) {
+      light.image_path = out.open_reference(file, params.where_of("filename"));
+      light.light_to_world = ctm;
+      if (params.has("illuminance")) params.unsupported("illuminance", "of an image is ignored");
+      params.accept({"illuminance"});
+      light.radiance = scaled({1, 1, 1}, scale);
+      out.scene.lights.push_back({light, params.where()});
+      params.finish();
       return;
     }
-    params.accept({"filename", "portal"});
     const Rgb radiance = out.spectrum(params, "L", SpectrumUse::kEmission, {1, 1, 1});
     const double illuminance = params.number("illuminance", -1, -kMaxScale, kMaxScale);
     if (illuminance > 0) scale *= illuminance / std::numbers::pi;
-    out.scene.lights.push_back({InfiniteLight{checked(scaled(radiance, scale), params)}, params.where()});
+    light.radiance = checked(scaled(radiance, scale), params);
+    out.scene.lights.push_back({light, params.where()});
+  } else if (type == "distant") {
+    const Rgb radiance = out.spectrum(params, "L", SpectrumUse::kEmission, {1, 1, 1});
+    const double illuminance = params.number("illuminance", -1, -kMaxScale, kMaxScale);
+    if (illuminance > 0) scale *= illuminance;
+    const Vec3d along = axis(out, params, ctm);
+    out.scene.lights.push_back({DistantLight{checked(scaled(radiance, scale), params), along}, params.where()});
+  } else if (type == "spot") {
+    const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
+    SpotLight spot;
+    spot.total_width = params.number("coneangle", 30, 1e-3, 180);
+    spot.falloff_start = std::max(0.0, spot.total_width - params.number("conedeltaangle", 5, 0, 180));
+    const double power = params.number("power", -1, -kMaxScale, kMaxScale);
+    if (power > 0) {
+      // Power of intensity 1: the full cone plus half of the falloff's (pbrt's rule).
+      const double start = std::cos(spot.falloff_start * std::numbers::pi / 180);
+      const double end = std::cos(spot.total_width * std::numbers::pi / 180);
+      scale *= power / (2 * std::numbers::pi * ((1 - start) + (start - end) / 2));
+    }
+    spot.intensity = checked(scaled(intensity, scale), params);
+    spot.position = transform_point(ctm, end_point(params, "from", {0, 0, 0}));
+    spot.direction = axis(out, params, ctm);
+    out.scene.lights.push_back({spot, params.where()});
   } else {
     if (std::find(known.begin(), known.end(), type) == known.end()) {
       report_unknown_word(params, "light", type, known);

@@ -3,8 +3,8 @@
 //
 // direct:   from a reference point towards a light; densities per unit solid angle at the reference point.
 // emission: a ray that leaves a light; density per unit area x unit solid angle.
-// All densities include the probability of selecting the light. A delta (point) light's direct density is
-// distance^2 x selection, so that radiance / pdf = I / (d^2 p).
+// All densities include the probability of selecting the light. A point or spot light's direct density is
+// distance^2 x selection, so that radiance / pdf = I / (d^2 p); a distant light's is the selection alone.
 #include "worker/render/light/light_table.h"
 #include "worker/render/sampling/warp.h"
 
@@ -19,10 +19,10 @@ struct DirectSample {
   Vec3<F> radiance;     // towards the reference point; 0 on the dark side
   F pdf{};              // direct density
   F pdf_emission{};     // density of emission sampling producing the reversed ray
-  F cos_light{};        // |cos| at the light (1 for point and infinite lights)
+  F cos_light{};        // |cos| at the light (1 for all but area lights)
   F error{};            // bound of the position error of `point` per component
   MaskOf<F> delta{};
-  MaskOf<F> infinite{};
+  MaskOf<F> infinite{};  // infinite or distant
 };
 
 template <class F>
@@ -65,10 +65,51 @@ inline F one_minus_cos_cone(F radius, F d2) {
   return s2 / (1.0f + safe_sqrt(1.0f - s2));
 }
 
-/// Density per unit *area at the light* of direct sampling choosing a point of `light` from `reference`,
-/// with selection. Point lights: the selection probability; infinite lights: per unit solid angle.
+/// Spot falloff for the cosine between the axis and the direction of emission.
 template <class F>
-inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference, F distance2, F cos_light) {
+inline F spot_falloff(const LightRecord<F>& r, F cosine) {
+  const F start = r.scalar(4), end = r.scalar(5);
+  const F x = clamp((cosine - end) / max(start - end, splat<F>(1e-7f)), 0.0f, 1.0f);
+  return x * x * (3.0f - 2.0f * x);
+}
+
+/// Calls fn(map, mask) for the environment maps among the `infinite` lanes.
+template <class F, class Fn>
+inline void for_each_environment(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite, Fn&& fn) {
+  if (lights.environments.empty()) return;
+  const F number = r.scalar(4);
+  for (size_t k = 0; k < lights.environments.size(); ++k) {
+    const MaskOf<F> mask = mask_and(infinite, MaskOf<F>(number == static_cast<float>(k)));
+    if (any(mask)) fn(lights.environments[k], mask);
+  }
+}
+
+/// Density per unit solid angle, without selection, of sampling direction `wi` of infinite lights.
+template <class F>
+inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite, const Vec3<F>& wi) {
+  F pdf = splat<F>(1 / (4 * kPi));
+  for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
+    pdf = select(m, map.pdf<F>(map.texel<F>(wi)), pdf);
+  });
+  return pdf;
+}
+
+/// Radiance of infinite lights from direction `wi`.
+template <class F>
+inline Vec3<F> infinite_radiance(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite, const Vec3<F>& wi) {
+  Vec3<F> radiance = r.vec(kLightRadiance);
+  for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
+    radiance = select(m, map.radiance<F>(map.texel<F>(wi)), radiance);
+  });
+  return radiance;
+}
+
+/// Density per unit *area at the light* of direct sampling choosing a point of `light` from `reference`, which
+/// sees it in unit direction `wi`, with selection. Point, spot and distant lights: the selection probability;
+/// infinite lights: per unit solid angle.
+template <class F>
+inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference, const Vec3<F>& wi,
+                         F distance2, F cos_light) {
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   const F select_pdf = r.scalar(kLightSelect);
@@ -80,21 +121,35 @@ inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>
     const F q = one_minus_cos_cone(radius, select(cone, d2, splat<F>(1.0f)));
     pdf = select(cone, cos_light / (distance2 * (2.0f * kPi) * q), pdf);
   }
-  if (lights.any_delta) pdf = select(MaskOf<F>(type == kPointLight), splat<F>(1.0f), pdf);
-  if (!lights.infinite.empty()) pdf = select(MaskOf<F>(type == kInfiniteLight), splat<F>(1 / (4 * kPi)), pdf);
+  if (lights.any_delta || !lights.infinite.empty()) {
+    const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
+    const MaskOf<F> delta = mask_and(MaskOf<F>(type >= kPointLight), mask_not(infinite));
+    pdf = select(delta, splat<F>(1.0f), pdf);
+    if (!lights.infinite.empty()) pdf = select(infinite, infinite_pdf(lights, r, infinite, wi), pdf);
+  }
   return pdf * select_pdf;
 }
 
-/// Density of emission sampling for a ray leaving `light` with cosine `cos_light` to its normal.
+/// Density of emission sampling for the ray that leaves `light` against unit direction `wi` (which points to
+/// the light), with cosine `cos_light` to its normal.
 template <class F>
-inline F emission_pdf(const LightTable& lights, IntOf<F> light, F cos_light) {
+inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& wi, F cos_light) {
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   F pdf = cos_light * kInvPi / (r.scalar(kLightArea) * (1.0f + r.scalar(kLightTwoSided)));
-  if (lights.any_delta) pdf = select(MaskOf<F>(type == kPointLight), splat<F>(1 / (4 * kPi)), pdf);
-  if (!lights.infinite.empty()) {
+  if (lights.any_delta) {
+    pdf = select(MaskOf<F>(type == kPointLight), splat<F>(1 / (4 * kPi)), pdf);
+    if (lights.any_spot) {
+      const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
+      pdf = select(spot, 1.0f / ((2 * kPi) * (1.0f - select(spot, r.scalar(5), F{}))), pdf);
+    }
+  }
+  if (lights.any_infinite()) {
+    const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
     const F radius = r.scalar(3);
-    pdf = select(MaskOf<F>(type == kInfiniteLight), (1 / (4 * kPi)) * kInvPi / (radius * radius), pdf);
+    const F disk = kInvPi / (radius * radius);
+    if (!lights.infinite.empty()) pdf = select(infinite, infinite_pdf(lights, r, infinite, wi) * disk, pdf);
+    pdf = select(distant, disk, pdf);
   }
   return pdf * r.scalar(kLightSelect);
 }
@@ -112,8 +167,9 @@ inline F position_error(const Vec3<F>& p, float scale) {
   return (abs(p.x) + abs(p.y) + abs(p.z)) * scale;
 }
 
+/// `texel` chooses the texel of an environment image; unused without one.
 template <class F>
-inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& reference, F u_select, F u, F v) {
+inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& reference, F u_select, F texel, F u, F v) {
   DirectSample<F> s;
   const IntOf<F> light = select_light(lights, u_select);
   const LightRecord<F> r(lights, light);
@@ -155,7 +211,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
     }
   }
   if (lights.any_delta) {
-    const MaskOf<F> point = MaskOf<F>(type == kPointLight);
+    const MaskOf<F> point = mask_or(MaskOf<F>(type == kPointLight), MaskOf<F>(type == kSpotLight));
     s.point = select(point, r.vec(kLightP), s.point);
     s.error = select(point, F{}, s.error);
     s.delta = point;
@@ -171,24 +227,40 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
   const MaskOf<F> lit = mask_or(MaskOf<F>(cosine > 0.0f), mask_and(MaskOf<F>(r.scalar(kLightTwoSided) > 0.0f), MaskOf<F>(cosine != 0.0f)));
   s.cos_light = select(s.delta, splat<F>(1.0f), abs(cosine));
   s.radiance = select(mask_and(apart, mask_or(lit, s.delta)), s.radiance, Vec3<F>{});
+  if (lights.any_spot) {
+    const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
+    s.radiance = select(spot, s.radiance * spot_falloff(r, -dot(s.wi, r.vec(kLightN))), s.radiance);
+  }
   s.infinite = splat_mask<F>(false);
   const F safe_cos = select(MaskOf<F>(s.cos_light > 0.0f), s.cos_light, splat<F>(1.0f));
-  s.pdf = direct_pdf_area(lights, light, reference, select(apart, s.distance2, splat<F>(1.0f)), safe_cos) *
+  s.pdf = direct_pdf_area(lights, light, reference, s.wi, select(apart, s.distance2, splat<F>(1.0f)), safe_cos) *
           s.distance2 / safe_cos;
-  if (!lights.infinite.empty()) {
-    const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
-    s.infinite = infinite;
-    s.wi = select(infinite, square_to_sphere(u, v), s.wi);
-    s.radiance = select(infinite, r.vec(kLightRadiance), s.radiance);
-    s.cos_light = select(infinite, splat<F>(1.0f), s.cos_light);
-    s.pdf = select(infinite, r.scalar(kLightSelect) * (1 / (4 * kPi)), s.pdf);
+  if (lights.any_infinite()) {
+    const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
+    Vec3<F> w = square_to_sphere(u, v);
+    Vec3<F> radiance = r.vec(kLightRadiance);
+    F pdf = splat<F>(1 / (4 * kPi));
+    for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
+      IntOf<F> chosen;
+      w = select(m, map.sample(texel, u, v, &chosen), w);
+      radiance = select(m, map.radiance<F>(chosen), radiance);
+      pdf = select(m, map.pdf<F>(chosen), pdf);
+    });
+    w = select(distant, -r.vec(kLightN), w);
+    pdf = select(distant, splat<F>(1.0f), pdf);
+    s.infinite = mask_or(infinite, distant);
+    s.delta = mask_or(s.delta, distant);
+    s.wi = select(s.infinite, w, s.wi);
+    s.radiance = select(s.infinite, radiance, s.radiance);
+    s.cos_light = select(s.infinite, splat<F>(1.0f), s.cos_light);
+    s.pdf = select(s.infinite, r.scalar(kLightSelect) * pdf, s.pdf);
   }
-  s.pdf_emission = emission_pdf(lights, light, s.cos_light);
+  s.pdf_emission = emission_pdf(lights, light, s.wi, s.cos_light);
   return s;
 }
 
 template <class F>
-inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F pu, F pv, F du, F dv) {
+inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F texel, F pu, F pv, F du, F dv) {
   EmissionSample<F> s;
   s.light = select_light(lights, u_select);
   const LightRecord<F> r(lights, s.light);
@@ -213,33 +285,51 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
   const F half = select(back, du * 2.0f, du * 2.0f - 1.0f);
   const Vec3<F> local = square_to_cosine_hemisphere(select(two_sided, half, du), dv);
   s.delta = s.infinite = splat_mask<F>(false);
-  const MaskOf<F> is_point = MaskOf<F>(type == kPointLight), is_infinite = MaskOf<F>(type == kInfiniteLight);
-  const MaskOf<F> has_normal = mask_not(mask_or(is_point, is_infinite));
+  const MaskOf<F> has_normal = MaskOf<F>(type <= kSphereLight);
   const Vec3<F> n = select(has_normal, s.normal, splat3<F>(0, 0, 1));
   const Frame<F> frame(select(back, -n, n));
   s.direction = frame.to_world(local);
   s.cos_light = local.z;
+  Vec3<F> radiance = r.vec(kLightRadiance);
   if (lights.any_delta || !lights.infinite.empty()) {
-    const Vec3<F> w = square_to_sphere(du, dv);
+    const MaskOf<F> spot = MaskOf<F>(type == kSpotLight), distant = MaskOf<F>(type == kDistantLight);
+    const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
+    const MaskOf<F> at_point = mask_or(MaskOf<F>(type == kPointLight), spot);
+    Vec3<F> w = square_to_sphere(du, dv);
+    if (lights.any_spot) {
+      const F cosine = 1.0f - du * (1.0f - r.scalar(5));
+      const F sine = safe_sqrt(1.0f - cosine * cosine);
+      F sp, cp;
+      sincos_2pi(dv, &sp, &cp);
+      const Frame<F> cone(select(spot, r.vec(kLightN), splat3<F>(0, 0, 1)));
+      w = select(spot, cone.to_world({sine * cp, sine * sp, cosine}), w);
+      radiance = select(spot, radiance * spot_falloff(r, cosine), radiance);
+    }
+    for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
+      IntOf<F> chosen;
+      w = select(m, -map.sample(texel, du, dv, &chosen), w);
+      radiance = select(m, map.radiance<F>(chosen), radiance);
+    });
+    w = select(distant, r.vec(kLightN), w);
     s.direction = select(has_normal, s.direction, w);
     s.cos_light = select(has_normal, s.cos_light, splat<F>(1.0f));
-    s.point = select(is_point, r.vec(kLightP), s.point);
+    s.point = select(at_point, r.vec(kLightP), s.point);
     s.error = select(has_normal, s.error, F{});
-    s.delta = is_point;
-    s.infinite = is_infinite;
-    if (!lights.infinite.empty()) {
+    s.delta = mask_or(at_point, distant);
+    s.infinite = mask_or(infinite, distant);
+    if (lights.any_infinite()) {
       // A disk across the bounding sphere, in front of the scene.
       const Frame<F> disk(w);
       F x, y;
       square_to_disk(pu, pv, &x, &y);
       const F radius = r.scalar(3);
       const Vec3<F> on_disk = r.vec(kLightP) + (disk.s * x + disk.t * y - w) * radius;
-      s.point = select(is_infinite, on_disk, s.point);
+      s.point = select(s.infinite, on_disk, s.point);
     }
   }
-  s.pdf = emission_pdf(lights, s.light, s.cos_light);
+  s.pdf = emission_pdf(lights, s.light, -s.direction, s.cos_light);
   const F cos_over_pdf = s.cos_light / s.pdf;
-  s.power = r.vec(kLightRadiance) * cos_over_pdf;
+  s.power = radiance * cos_over_pdf;
   return s;
 }
 

@@ -1,10 +1,14 @@
 #include "worker/render/light/light_table.h"
 
+#include "worker/render/light/alias_table.h"
+
 namespace lightmill {
 
 void LightTable::add(LightType light_type, const std::array<float, kLightFloats>& record, double power) {
   if (light_type == kInfiniteLight) infinite.push_back(count());
-  if (light_type == kPointLight) {
+  any_spot = any_spot || light_type == kSpotLight;
+  any_distant = any_distant || light_type == kDistantLight;
+  if (light_type == kPointLight || light_type == kSpotLight || light_type == kDistantLight) {
     any_delta = true;
   } else {
     only_delta = false;
@@ -16,35 +20,11 @@ void LightTable::add(LightType light_type, const std::array<float, kLightFloats>
 }
 
 void LightTable::finish() {
-  const std::size_t n = type.size();
-  double total = 0;
-  for (double p : powers_) total += p;
-  std::vector<double> q(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    q[i] = total > 0 ? powers_[i] / total : 1.0 / static_cast<double>(n);
-    records[i * kLightFloats + kLightSelect] = static_cast<float>(q[i]);
+  const std::vector<double> probability = build_alias_table(powers_, &alias_keep, &alias);
+  for (std::size_t i = 0; i < probability.size(); ++i) {
+    records[i * kLightFloats + kLightSelect] = static_cast<float>(probability[i]);
+    total_power += powers_[i];
   }
-  // Walker/Vose: columns of height 1/n, each holding at most two lights.
-  alias_keep.assign(n, 1.0f);
-  alias.resize(n);
-  std::vector<std::size_t> small, large;
-  for (std::size_t i = 0; i < n; ++i) {
-    alias[i] = static_cast<int32_t>(i);
-    q[i] *= static_cast<double>(n);
-    (q[i] < 1 ? small : large).push_back(i);
-  }
-  while (!small.empty() && !large.empty()) {
-    const std::size_t s = small.back(), l = large.back();
-    small.pop_back();
-    alias_keep[s] = static_cast<float>(q[s]);
-    alias[s] = static_cast<int32_t>(l);
-    q[l] -= 1 - q[s];
-    if (q[l] < 1) {
-      large.pop_back();
-      small.push_back(l);
-    }
-  }
-  total_power = total;
   powers_.clear();
 }
 

@@ -172,17 +172,19 @@ void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c) {
 void add_environment(const StageContext& context, const Group& g, int depth, bool weigh_connections, Wavefront& w) {
   const LightTable& lights = context.scene.lights;
   const Vec3<Lane> throughput = gather_vec(w.paths.br, w.paths.bg, w.paths.bb, g.slot);
+  const Vec3<Lane> wi = gather_vec(w.paths.dx, w.paths.dy, w.paths.dz, g.slot);
   const Lane dvcm = gather(w.paths.dvcm, g.slot), dvc = gather(w.paths.dvc, g.slot);
   for (int32_t index : lights.infinite) {
     const LaneInt light = splat_int<Lane>(index);
     const LightRecord<Lane> r(lights, light);
+    const LaneMask all = splat_mask<Lane>(true);
     Lane w_camera{};
     if (depth > 1) {
-      w_camera = direct_pdf_area<Lane>(lights, light, {}, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
-      if (weigh_connections) w_camera += emission_pdf(lights, light, splat<Lane>(1.0f)) * dvc;
+      w_camera = direct_pdf_area<Lane>(lights, light, {}, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
+      if (weigh_connections) w_camera += emission_pdf(lights, light, wi, splat<Lane>(1.0f)) * dvc;
     }
     add_radiance(w, g.slot, g.active,
-                 throughput * r.vec(kLightRadiance) * (mis_weight(Lane{}, w_camera) * context.imaging_ratio));
+                 throughput * infinite_radiance(lights, r, all, wi) * (mis_weight(Lane{}, w_camera) * context.imaging_ratio));
   }
 }
 
@@ -197,8 +199,8 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   const Vec3<Lane> radiance = emitted_radiance(scene.lights, light, h.v.ng, h.v.wo);
   Lane w_camera{};
   if (depth > 1) {
-    w_camera = direct_pdf_area(scene.lights, light, h.origin, h.distance2, h.cos_in) * h.v.dvcm;
-    if (weigh_connections) w_camera += emission_pdf(scene.lights, light, h.cos_in) * h.v.dvc;
+    w_camera = direct_pdf_area(scene.lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in) * h.v.dvcm;
+    if (weigh_connections) w_camera += emission_pdf(scene.lights, light, -h.v.wo, h.cos_in) * h.v.dvc;
   }
   const Vec3<Lane> c = h.v.throughput * radiance * (mis_weight(Lane{}, w_camera) * context.imaging_ratio);
   add_radiance(w, h.v.path, mask_and(emits, LaneMask(max_component(radiance) > 0.0f)), c);
@@ -221,9 +223,12 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
     if (depth == 1) {
       const LaneInt light = gather(paths.light, g.slot);
       const Lane cos_light = gather(paths.cos_light, g.slot);
-      h.v.dvcm = h.v.dvcm * direct_pdf_area(scene.lights, light, h.v.p, h.distance2, cos_light);
+      h.v.dvcm = h.v.dvcm * direct_pdf_area(scene.lights, light, h.v.p, h.v.wo, h.distance2, cos_light);
       LaneMask finite = splat_mask<Lane>(true);
-      if (!scene.lights.infinite.empty()) finite = LaneMask(gather(scene.lights.type.data(), light) != kInfiniteLight);
+      if (scene.lights.any_infinite()) {
+        const LaneInt type = gather(scene.lights.type.data(), light);
+        finite = mask_and(LaneMask(type != kInfiniteLight), LaneMask(type != kDistantLight));
+      }
       h.v.dvcm = h.v.dvcm * select(finite, h.distance2, splat<Lane>(1.0f));
     } else {
       h.v.dvcm = h.v.dvcm * h.distance2;

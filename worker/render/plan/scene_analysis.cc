@@ -17,6 +17,7 @@ int quantum(const RenderScene& scene, double imaging_ratio) {
     const float* r = &scene.lights.records[static_cast<size_t>(i) * kLightFloats];
     for (int c = 0; c < 3; ++c) brightest = std::max(brightest, r[kLightRadiance + c]);
   }
+  for (const EnvironmentMap& map : scene.lights.environments) brightest = std::max(brightest, map.brightest);
   const double scale = brightest * imaging_ratio;
   const int exponent = scale > 0 && std::isfinite(scale) ? std::ilogb(scale) + 1 : 0;
   return exponent - kQuantumBitsBelowScale;
@@ -46,9 +47,12 @@ ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& 
        "nothing yet: the flags are still carried");
   item("spheres", scene.sphere_count() > 0, text(scene.sphere_count()) + " sphere(s)", "the user geometry and its intersection code");
   item("light selection", scene.lights.count() > 1, text(scene.lights.count()) + " light(s)", "a random number and two look-ups per sample");
-  item("delta lights", scene.lights.any_delta, scene.lights.any_delta ? "a point light" : "no point light", "their cases in light sampling");
+  item("delta lights", scene.lights.any_delta, scene.lights.any_delta ? "a point, spot or distant light" : "no point, spot or distant light", "their cases in light sampling");
   item("environment", !scene.lights.infinite.empty(),
        scene.lights.infinite.empty() ? "no infinite light" : "an infinite light", "the escape branch of camera paths");
+  item("environment image", !scene.lights.environments.empty(),
+       scene.lights.environments.empty() ? "no infinite light has one" : "an infinite light has one",
+       "its memory, its sampling table and a random number per light sample");
   item("emission hits (s = 0)", settings.integrator != Integrator::kLt,
        settings.integrator == Integrator::kLt ? "lt traces no camera paths" : "emitters can be seen", "camera paths");
   item("vertex connections (s, t >= 2)", connect, connect ? "bdpt" : "the integrator does not connect", "light paths and their cache");

@@ -13,6 +13,7 @@ inline constexpr uint32_t kDimLens = 1;            // 2D, camera: position on th
 inline constexpr uint32_t kDimLightSelect = 0;     // 1D, light: which light
 inline constexpr uint32_t kDimLightPosition = 1;   // 2D, light
 inline constexpr uint32_t kDimLightDirection = 2;  // 2D, light
+inline constexpr uint32_t kDimLightTexel = 3;      // 1D, light: texel of an environment image
 
 // Per vertex: kDimsPerVertex dimensions from kDimVertex0 on, vertex 0 being the first surface hit.
 inline constexpr uint32_t kDimVertex0 = 8;
@@ -26,6 +27,7 @@ enum VertexDim : uint32_t {
   kDimSplatPixel = 5,     // 2D: which pixel of the filter's footprint
   kDimNeeRoulette = 6,    // 1D
   kDimSplatLens = 7,      // 2D: the lens point that a light vertex is joined to
+  kDimNeeTexel = 7,       // 1D: texel of an environment image
   kDimConnectRoulette = 8  // + light vertex number: 1D
 };
 constexpr uint32_t vertex_dim(int vertex, uint32_t dim) {

@@ -118,6 +118,7 @@ class SceneBuilder {
     }
     for (const LightDescription& l : in_.lights) {
       if (const auto* p = std::get_if<PointLight>(&l.kind)) b.add(p->position);
+      if (const auto* p = std::get_if<SpotLight>(&l.kind)) b.add(p->position);
     }
     const Vec3d& o = out_.origin;
     double extent = 0;
@@ -297,32 +298,66 @@ class SceneBuilder {
     if (s.material >= 0) used_[static_cast<size_t>(s.material)] = true;
   }
 
+  void set_radiance(std::array<float, kLightFloats>& r, const Rgb& c, float scale = 1) {
+    r[kLightRadiance] = c.r * scale;
+    r[kLightRadiance + 1] = c.g * scale;
+    r[kLightRadiance + 2] = c.b * scale;
+    r[kLightArea] = 1;
+  }
+  static void set_vec(std::array<float, kLightFloats>& r, size_t slot, const Vec3d& v) {
+    r[slot] = static_cast<float>(v.x);
+    r[slot + 1] = static_cast<float>(v.y);
+    r[slot + 2] = static_cast<float>(v.z);
+  }
+  /// The disk across the scene from which lights at infinity emit.
+  void set_disk(std::array<float, kLightFloats>& r) {
+    std::copy(out_.bounds_center, out_.bounds_center + 3, r.begin());
+    r[3] = out_.bounds_radius;
+  }
+  static double mean(const std::array<float, kLightFloats>& r) { return (double{r[13]} + r[14] + r[15]) / 3; }
+
   void add_light(const LightDescription& l) {
+    std::visit([&](const auto& light) { add(light); }, l.kind);
+  }
+  void add(const PointLight& l) {
+    if (dark(l.intensity)) return;
     std::array<float, kLightFloats> r{};
-    if (const auto* p = std::get_if<PointLight>(&l.kind)) {
-      if (dark(p->intensity)) return;
-      const Vec3d c = relative(p->position);
-      const float k = std::ldexp(1.0f, 2 * out_.scale_exponent);
-      r[kLightP] = static_cast<float>(c.x);
-      r[kLightP + 1] = static_cast<float>(c.y);
-      r[kLightP + 2] = static_cast<float>(c.z);
-      r[kLightRadiance] = p->intensity.r * k;
-      r[kLightRadiance + 1] = p->intensity.g * k;
-      r[kLightRadiance + 2] = p->intensity.b * k;
-      r[kLightArea] = 1;
-      out_.lights.add(kPointLight, r, 4 * M_PI * (double{r[13]} + r[14] + r[15]) / 3);
-    } else {
-      const Rgb& c = std::get<InfiniteLight>(l.kind).radiance;
-      if (dark(c)) return;
-      std::copy(out_.bounds_center, out_.bounds_center + 3, r.begin());
-      const float radius = out_.bounds_radius;
-      r[3] = radius;
-      r[kLightRadiance] = c.r;
-      r[kLightRadiance + 1] = c.g;
-      r[kLightRadiance + 2] = c.b;
-      r[kLightArea] = 1;
-      out_.lights.add(kInfiniteLight, r, 4 * M_PI * M_PI * double{radius} * radius * (double{c.r} + c.g + c.b) / 3);
+    set_vec(r, kLightP, relative(l.position));
+    set_radiance(r, l.intensity, std::ldexp(1.0f, 2 * out_.scale_exponent));
+    out_.lights.add(kPointLight, r, 4 * M_PI * mean(r));
+  }
+  void add(const SpotLight& l) {
+    if (dark(l.intensity)) return;
+    std::array<float, kLightFloats> r{};
+    set_vec(r, kLightP, relative(l.position));
+    set_radiance(r, l.intensity, std::ldexp(1.0f, 2 * out_.scale_exponent));
+    set_vec(r, kLightN, l.direction);
+    const double start = std::cos(l.falloff_start * M_PI / 180), end = std::cos(l.total_width * M_PI / 180);
+    r[4] = static_cast<float>(start);
+    r[5] = static_cast<float>(end);
+    out_.lights.add(kSpotLight, r, 2 * M_PI * (1 - 0.5 * (start + end)) * mean(r));
+  }
+  void add(const DistantLight& l) {
+    if (dark(l.radiance)) return;
+    std::array<float, kLightFloats> r{};
+    set_disk(r);
+    set_radiance(r, l.radiance);
+    set_vec(r, kLightN, l.direction);
+    out_.lights.add(kDistantLight, r, M_PI * double{r[3]} * r[3] * mean(r));
+  }
+  void add(const InfiniteLight& l) {
+    if (dark(l.radiance)) return;
+    std::array<float, kLightFloats> r{};
+    set_disk(r);
+    set_radiance(r, l.radiance);
+    r[4] = -1;
+    double radiance = mean(r);
+    if (!l.image_path.empty()) {
+      r[4] = static_cast<float>(out_.lights.environments.size());
+      const EnvironmentMap& map = out_.lights.environments.emplace_back(l.image_path, l.radiance, l.light_to_world);
+      radiance = map.mean_radiance;
     }
+    out_.lights.add(kInfiniteLight, r, 4 * M_PI * M_PI * double{r[3]} * r[3] * radiance);
   }
 
   const SceneDescription& in_;

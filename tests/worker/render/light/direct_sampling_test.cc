@@ -25,7 +25,7 @@ TEST(DirectSampling, SphereConeIsUniform) {
     std::vector<double> observed(kBins * kBins), expected(kBins * kBins, double{kSamples} / (kBins * kBins));
     const bool resolved = ratio > 1e-4;  // below, the rounding of wi itself is as large as the cone's bins
     for (int i = 0; i < kSamples; ++i) {
-      const auto s = sample_direct<float>(scene.lights(), {}, 0, random.uniform(), random.uniform());
+      const auto s = sample_direct<float>(scene.lights(), {}, 0, 0, random.uniform(), random.uniform());
       const double sin2 = double{s.wi.x} * s.wi.x + double{s.wi.y} * s.wi.y;
       ASSERT_LE(std::sqrt(sin2), ratio * 1.001 + 3e-8) << ratio;
       if (resolved) {
@@ -51,7 +51,7 @@ TEST(DirectSampling, SphereFromInsideIsUniformOverItsArea) {
   Random random(6);
   std::vector<double> observed(kBins * kBins), expected(kBins * kBins, double{kSamples} / (kBins * kBins));
   for (int i = 0; i < kSamples; ++i) {
-    const auto d = sample_direct<float>(scene.lights(), {}, 0, random.uniform(), random.uniform());
+    const auto d = sample_direct<float>(scene.lights(), {}, 0, 0, random.uniform(), random.uniform());
     const Vec3<float> n = -d.normal;
     ++observed[bin(0.5 + 0.5 * n.z) * kBins + bin(std::atan2(n.y, n.x) / (2 * M_PI) + 0.5)];
     ASSERT_EQ(d.radiance.x, 1.0f);
@@ -67,7 +67,7 @@ TEST(DirectSampling, TrianglePointsAreUniform) {
   Random random(8);
   std::vector<double> observed(kBins * kBins), expected(kBins * kBins, double{kSamples} / (kBins * kBins));
   for (int i = 0; i < kSamples; ++i) {
-    const auto s = sample_direct<float>(scene.lights(), {}, 0, random.uniform(), random.uniform());
+    const auto s = sample_direct<float>(scene.lights(), {}, 0, 0, random.uniform(), random.uniform());
     const Vec3<float> p = s.point - v0;
     const double x = dot(p, e1), y = dot(p, e2);
     const double b1 = (x * a22 - y * a12) / det, b2 = (y * a11 - x * a12) / det, rest = 1 - b1;
@@ -113,7 +113,7 @@ TEST(DirectSampling, DensityIntegratesToOne) {
     const LightHit h = hit_triangle(rt, w);
     if (!h.hit) return 0.0;
     const auto d2 = static_cast<float>(h.distance2), c = static_cast<float>(h.cosine);
-    return 4 * M_PI * direct_pdf_area<float>(triangle.lights(), 0, {}, d2, c) * h.distance2 / h.cosine;
+    return 4 * M_PI * direct_pdf_area<float>(triangle.lights(), 0, {}, {}, d2, c) * h.distance2 / h.cosine;
   });
   EXPECT_TRUE(mean_is(t, 1, {.resolution = 0.03}));
   const LightScene sphere(sphere_light(1, 2));
@@ -123,7 +123,7 @@ TEST(DirectSampling, DensityIntegratesToOne) {
     const LightHit h = hit_sphere(rs, w);
     if (!h.hit || h.cosine < 1e-4) return 0.0;
     const auto d2 = static_cast<float>(h.distance2), c = static_cast<float>(h.cosine);
-    return 4 * M_PI * direct_pdf_area<float>(sphere.lights(), 0, {}, d2, c) * h.distance2 / h.cosine;
+    return 4 * M_PI * direct_pdf_area<float>(sphere.lights(), 0, {}, {}, d2, c) * h.distance2 / h.cosine;
   });
   EXPECT_TRUE(mean_is(e, 1, {.resolution = 0.03}));
 }
@@ -134,7 +134,7 @@ TEST(DirectSampling, IrradianceOfASphereLight) {
     const LightScene scene(sphere_light(ratio * 2, 2));
     Random random(10);
     const Estimate e = mean_of(64000, [&] {
-      const auto s = sample_direct<float>(scene.lights(), {}, 0, random.uniform(), random.uniform());
+      const auto s = sample_direct<float>(scene.lights(), {}, 0, 0, random.uniform(), random.uniform());
       return s.pdf > 0 ? double{s.radiance.x} * s.wi.z / s.pdf : 0.0;
     });
     EXPECT_TRUE(mean_is(e, M_PI * ratio * ratio, {.resolution = 0.01, .rounding = 1e-3})) << ratio;
@@ -147,7 +147,7 @@ TEST(DirectSampling, DarkSidesGiveNothing) {
     int lit = 0;
     // Above and below the triangle.
     for (const double y : {-1.0, 1.9}) {
-      const auto s = sample_direct<float>(scene.lights(), scene.at(0.1, y, 0.2), 0, 0.4f, 0.3f);
+      const auto s = sample_direct<float>(scene.lights(), scene.at(0.1, y, 0.2), 0, 0, 0.4f, 0.3f);
       lit += s.radiance.x > 0;
       EXPECT_GT(s.pdf, 0);
     }
@@ -160,7 +160,7 @@ TEST(DirectSampling, PointLightByTheInverseSquare) {
   s.point_light({0, 0, 2}, {3, 2, 1});
   const LightScene scene(s);
   for (const double z : {1.0, 0.0, -5.0}) {
-    const auto d = sample_direct<float>(scene.lights(), scene.at(0, 0, z), 0, 0.1f, 0.2f);
+    const auto d = sample_direct<float>(scene.lights(), scene.at(0, 0, z), 0, 0, 0.1f, 0.2f);
     EXPECT_TRUE(d.delta);
     EXPECT_NEAR(d.radiance.x / d.pdf, 3 / ((2 - z) * (2 - z)), 1e-5);  // W/m^2 at the point, in any scale
     EXPECT_NEAR(d.wi.z, 1, 1e-6);
@@ -178,9 +178,9 @@ TEST(DirectSampling, LanesHaveTheBitsOfScalars) {
       p.z[l] = static_cast<float>(random.between(-1, 1));
       pick[l] = random.uniform(), u[l] = random.uniform(), v[l] = random.uniform();
     }
-    const auto s = sample_direct<Float8>(scene.lights(), p, pick, u, v);
+    const auto s = sample_direct<Float8>(scene.lights(), p, pick, Float8{}, u, v);
     for (int l = 0; l < 8; ++l) {
-      const auto t = sample_direct<float>(scene.lights(), {p.x[l], p.y[l], p.z[l]}, pick[l], u[l], v[l]);
+      const auto t = sample_direct<float>(scene.lights(), {p.x[l], p.y[l], p.z[l]}, pick[l], 0, u[l], v[l]);
       ASSERT_EQ(float_bits(s.wi.x[l]), float_bits(t.wi.x));
       ASSERT_EQ(float_bits(s.wi.z[l]), float_bits(t.wi.z));
       ASSERT_EQ(float_bits(s.radiance.x[l]), float_bits(t.radiance.x));

@@ -12,7 +12,7 @@ constexpr size_t kBins = 16;
 
 EmissionSample<float> emit(const LightTable& lights, Random& random, float pick) {
   const float pu = random.uniform(), pv = random.uniform(), du = random.uniform(), dv = random.uniform();
-  return sample_emission<float>(lights, pick, pu, pv, du, dv);
+  return sample_emission<float>(lights, pick, 0, pu, pv, du, dv);
 }
 
 size_t bin(double x) { return std::min(static_cast<size_t>(std::max(x, 0.0) * kBins), kBins - 1); }
@@ -93,11 +93,11 @@ TEST(EmissionSampling, DensityIsTheOneThatDirectSamplingReports) {
     const float pick = random.uniform();
     const auto e = emit(scene.lights(), random, pick);
     ASSERT_EQ(e.light, select_light<float>(scene.lights(), pick));
-    ASSERT_NEAR(e.pdf / emission_pdf<float>(scene.lights(), e.light, e.cos_light), 1, 1e-6);
+    ASSERT_NEAR(e.pdf / emission_pdf<float>(scene.lights(), e.light, {}, e.cos_light), 1, 1e-6);
     const Vec3<float> reference{static_cast<float>(random.between(-1, 1)), 0, 0};
-    const auto d = sample_direct<float>(scene.lights(), reference, pick, random.uniform(), random.uniform());
+    const auto d = sample_direct<float>(scene.lights(), reference, pick, 0, random.uniform(), random.uniform());
     if (!(d.radiance.x > 0)) continue;
-    ASSERT_NEAR(d.pdf_emission / emission_pdf<float>(scene.lights(), e.light, d.cos_light), 1, 1e-5);
+    ASSERT_NEAR(d.pdf_emission / emission_pdf<float>(scene.lights(), e.light, {}, d.cos_light), 1, 1e-5);
     ++compared;
   }
   EXPECT_GT(compared, 5000);
@@ -112,7 +112,7 @@ TEST(EmissionSampling, DensityIntegratesToThatOfThePoint) {
     double sum = 0;
     for (int i = 0; i < kSteps; ++i) {
       const auto c = static_cast<float>((i + 0.5) / kSteps);
-      sum += emission_pdf<float>(scene.lights(), 0, c) * 2 * M_PI / kSteps * (two_sided ? 2 : 1);
+      sum += emission_pdf<float>(scene.lights(), 0, {}, c) * 2 * M_PI / kSteps * (two_sided ? 2 : 1);
     }
     EXPECT_NEAR(sum * r.scalar(kLightArea), 1, 1e-4);
   }
@@ -126,9 +126,9 @@ TEST(EmissionSampling, LanesHaveTheBitsOfScalars) {
     for (Float8& f : x) {
       for (int l = 0; l < 8; ++l) f[l] = random.uniform();
     }
-    const auto s = sample_emission<Float8>(scene.lights(), x[0], x[1], x[2], x[3], x[4]);
+    const auto s = sample_emission<Float8>(scene.lights(), x[0], Float8{}, x[1], x[2], x[3], x[4]);
     for (int l = 0; l < 8; ++l) {
-      const auto t = sample_emission<float>(scene.lights(), x[0][l], x[1][l], x[2][l], x[3][l], x[4][l]);
+      const auto t = sample_emission<float>(scene.lights(), x[0][l], 0, x[1][l], x[2][l], x[3][l], x[4][l]);
       ASSERT_EQ(s.light[l], t.light);
       ASSERT_EQ(float_bits(s.point.x[l]), float_bits(t.point.x));
       ASSERT_EQ(float_bits(s.direction.y[l]), float_bits(t.direction.y));

@@ -1,0 +1,127 @@
+// The equal-area mapping and environment images: round trips, equal areas, chi^2 of the sampling.
+#include "worker/render/light/environment_map.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "common/error.h"
+#include "common/image/image.h"
+#include "tests/support/statistics.h"
+
+namespace lightmill::test {
+namespace {
+
+/// A folder that goes away with the test.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "lightmill-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+/// 8x8 texels of very different brightness, some black.
+Image sky() {
+  Image image(8, 8);
+  Random random(3);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 8; ++x) {
+      const float v = (x + 3 * y) % 5 == 0 ? 0 : 0.1f + random.uniform() * random.uniform() * 20;
+      float* p = image.pixel(x, y);
+      p[0] = v, p[1] = 0.5f * v, p[2] = 0.25f * v;
+    }
+  }
+  return image;
+}
+
+TEST(EqualArea, RoundTripsOverTheWholeSphere) {
+  Random random(1);
+  for (int i = 0; i < 100000; ++i) {
+    const float s = random.uniform(), t = random.uniform();
+    const Vec3<float> w = equal_area_square_to_sphere(s, t);
+    ASSERT_NEAR(dot(w, w), 1, 2e-6);
+    float s2, t2;
+    equal_area_sphere_to_square(w, &s2, &t2);
+    // At the square's edges the sphere's lower half meets itself, and near the poles of the map the inverse is a
+    // root: compare directions there.
+    const Vec3<float> w2 = equal_area_square_to_sphere(s2, t2);
+    ASSERT_GT(dot(w, w2), 1 - 1e-6f) << s << " " << t;
+  }
+}
+
+TEST(EqualArea, UniformPointsAreUniformDirections) {
+  Random random(2);
+  constexpr int kSamples = 200000, kZ = 16, kPhi = 16;
+  std::vector<double> observed(kZ * kPhi), expected(kZ * kPhi, double{kSamples} / (kZ * kPhi));
+  for (int i = 0; i < kSamples; ++i) {
+    const Vec3<float> w = equal_area_square_to_sphere(random.uniform(), random.uniform());
+    const int z = std::min(kZ - 1, static_cast<int>((w.z + 1) * 0.5f * kZ));
+    const int phi = std::min(kPhi - 1, static_cast<int>((std::atan2(w.y, w.x) / (2 * M_PI) + 0.5) * kPhi));
+    ++observed[static_cast<size_t>(z * kPhi + phi)];
+  }
+  EXPECT_TRUE(chi_square_passes(chi_square(observed, expected)));
+}
+
+TEST(EqualArea, LanesGiveTheSameBits) {
+  Random random(4);
+  for (int i = 0; i < 1000; ++i) {
+    Float8 s, t;
+    for (int l = 0; l < 8; ++l) s[l] = random.uniform(), t[l] = random.uniform();
+    const Vec3<Float8> w = equal_area_square_to_sphere(s, t);
+    Float8 u, v;
+    equal_area_sphere_to_square(w, &u, &v);
+    for (int l = 0; l < 8; ++l) {
+      const Vec3<float> one = equal_area_square_to_sphere(s[l], t[l]);
+      ASSERT_EQ(one.x, w.x[l]);
+      ASSERT_EQ(one.z, w.z[l]);
+      float a, b;
+      equal_area_sphere_to_square(one, &a, &b);
+      ASSERT_EQ(a, u[l]);
+      ASSERT_EQ(b, v[l]);
+    }
+  }
+}
+
+TEST(EnvironmentMap, SamplesTexelsInProportionToTheirLight) {
+  const Folder folder;
+  const Image image = sky();
+  write_image(image, folder.file("sky.exr"));
+  Transform turn;  // a quarter turn about x
+  turn.m = {{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}}};
+  const EnvironmentMap map(folder.file("sky.exr"), {2, 2, 2}, turn);
+  Random random(5);
+  constexpr int kSamples = 100000;
+  std::vector<double> observed(64), expected(64);
+  double total = 0;
+  for (size_t i = 0; i < 64; ++i) total += expected[i] = image.data[3 * i] + image.data[3 * i + 1] + image.data[3 * i + 2];
+  for (double& e : expected) e *= kSamples / total;
+  int elsewhere = 0;
+  for (int i = 0; i < kSamples; ++i) {
+    int32_t chosen;
+    const Vec3<float> w = map.sample(random.uniform(), random.uniform(), random.uniform(), &chosen);
+    ++observed[static_cast<size_t>(chosen)];
+    if (map.texel<float>(w) != chosen) ++elsewhere;  // only by rounding at a texel's border
+    ASSERT_GT(map.pdf<float>(chosen), 0);
+    ASSERT_FLOAT_EQ(map.radiance<float>(chosen).x, 2 * image.data[3 * static_cast<size_t>(chosen)]);
+  }
+  EXPECT_LT(elsewhere, kSamples / 1000);
+  EXPECT_TRUE(chi_square_passes(chi_square(observed, expected)));
+}
+
+TEST(EnvironmentMap, RefusesWhatIsNoSquareOfLight) {
+  const Folder folder;
+  write_image(Image(8, 4), folder.file("wide.exr"));
+  write_image(Image(4, 4), folder.file("black.exr"));
+  for (const char* name : {"wide.exr", "black.exr", "absent.exr"}) {
+    EXPECT_THROW(EnvironmentMap(folder.file(name), {1, 1, 1}, {}), Error) << name;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test

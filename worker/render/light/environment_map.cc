@@ -1,0 +1,57 @@
+#include "worker/render/light/environment_map.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+#include "worker/render/light/alias_table.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kMaxSide = 8192;
+
+}  // namespace
+
+EnvironmentMap::EnvironmentMap(const std::string& path, const Rgb& scale, const Transform& light_to_world) {
+  auto in = OIIO::ImageInput::open(path);
+  if (!in) throw Error(ErrorKind::kFailed, path + ": environment image can't be read: " + OIIO::geterror());
+  const OIIO::ImageSpec spec = in->spec();
+  if (spec.width != spec.height || spec.width < 1 || spec.width > kMaxSide || spec.nchannels < 3) {
+    throw Error(ErrorKind::kFailed, path + ": an environment is a square equal-area RGB image of at most 8192 texels a "
+                                           "side; convert it with pbrt's imgtool makeequiarea");
+  }
+  side = spec.width;
+  const size_t texels = static_cast<size_t>(side) * static_cast<size_t>(side);
+  rgb.resize(3 * texels);
+  if (!in->read_image(0, 0, 0, 3, OIIO::TypeDesc::FLOAT, rgb.data())) {
+    throw Error(ErrorKind::kFailed, path + ": environment image can't be read: " + in->geterror());
+  }
+  const float factor[3] = {scale.r, scale.g, scale.b};
+  std::vector<double> weights(texels);
+  for (size_t i = 0; i < texels; ++i) {
+    for (size_t c = 0; c < 3; ++c) {
+      float& x = rgb[3 * i + c];
+      x = std::isfinite(x) && x > 0 ? x * factor[c] : 0.0f;
+      if (!std::isfinite(x)) x = 0;
+      brightest = std::max(brightest, x);
+      weights[i] += x / 3.0;
+    }
+    mean_radiance += weights[i] / static_cast<double>(texels);
+  }
+  if (!(brightest > 0)) throw Error(ErrorKind::kFailed, path + ": the environment image is black");
+  const std::vector<double> probability = build_alias_table(weights, &alias_keep, &alias);
+  density.resize(texels);
+  for (size_t i = 0; i < texels; ++i) density[i] = static_cast<float>(probability[i] * static_cast<double>(texels));
+  // Columns of the rotation, without scale.
+  const auto& m = light_to_world.m;
+  for (size_t j = 0; j < 3; ++j) {
+    const double length = std::sqrt(m[0][j] * m[0][j] + m[1][j] * m[1][j] + m[2][j] * m[2][j]);
+    if (!(length > 0)) throw Error(ErrorKind::kBadScene, path + ": the infinite light's transform is singular");
+    for (size_t i = 0; i < 3; ++i) to_light[3 * j + i] = static_cast<float>(m[i][j] / length);
+  }
+}
+
+}  // namespace lightmill

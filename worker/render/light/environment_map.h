@@ -1,0 +1,74 @@
+#pragma once
+// An environment given as a square equal-area image: piecewise-constant radiance, sampled in proportion to it.
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/scene/description.h"
+#include "worker/render/math/equal_area.h"
+
+namespace lightmill {
+
+struct EnvironmentMap {
+  int32_t side = 0;               // texels per row and column
+  std::vector<float> rgb;         // 3 per texel, row-major from the top; radiance
+  std::vector<float> density;     // per texel: sampling density on the unit square, 4 pi x that per steradian
+  std::vector<float> alias_keep;  // alias method over texels
+  std::vector<int32_t> alias;
+  float to_light[9];              // rotation from world to the light's space, row-major
+  double mean_radiance = 0;       // mean over the sphere and the channels
+  float brightest = 0;            // any channel of any texel
+
+  /// Reads `path` (any format of the image library; must be square), scaled by `scale` per channel. Throws
+  /// Error(kFailed) if it can't be read, is not square, or holds no light.
+  EnvironmentMap(const std::string& path, const Rgb& scale, const Transform& light_to_world);
+
+  template <class F>
+  Vec3<F> rotate_to_light(const Vec3<F>& w) const {
+    const float* m = to_light;
+    return {w.x * m[0] + w.y * m[1] + w.z * m[2], w.x * m[3] + w.y * m[4] + w.z * m[5], w.x * m[6] + w.y * m[7] + w.z * m[8]};
+  }
+  template <class F>
+  Vec3<F> rotate_to_world(const Vec3<F>& w) const {
+    const float* m = to_light;
+    return {w.x * m[0] + w.y * m[3] + w.z * m[6], w.x * m[1] + w.y * m[4] + w.z * m[7], w.x * m[2] + w.y * m[5] + w.z * m[8]};
+  }
+  /// Texel seen in world direction `w`.
+  template <class F>
+  IntOf<F> texel(const Vec3<F>& w) const {
+    F s, t;
+    equal_area_sphere_to_square(rotate_to_light(w), &s, &t);
+    const IntOf<F> last = splat_int<F>(side - 1);
+    const IntOf<F> x = to_int(s * static_cast<float>(side)), y = to_int(t * static_cast<float>(side));
+    return select(MaskOf<F>(y > last), last, y) * side + select(MaskOf<F>(x > last), last, x);
+  }
+  template <class F>
+  Vec3<F> radiance(IntOf<F> texel) const {
+    return gather3<F>(rgb.data(), texel);
+  }
+  /// Density of sample() per unit solid angle.
+  template <class F>
+  F pdf(IntOf<F> texel) const {
+    return gather(density.data(), texel) * (1 / (4 * kPi));
+  }
+  /// World direction: a texel by `pick`, a place in it by (u, v).
+  template <class F>
+  Vec3<F> sample(F pick, F u, F v, IntOf<F>* chosen) const {
+    const int32_t count = side * side;
+    const F scaled = pick * static_cast<float>(count);
+    const IntOf<F> c0 = to_int(scaled), last = splat_int<F>(count - 1);
+    const IntOf<F> column = select(MaskOf<F>(c0 > last), last, c0);
+    const MaskOf<F> keep = MaskOf<F>(scaled - to_float(column) < gather(alias_keep.data(), column));
+    *chosen = select(keep, column, gather(alias.data(), column));
+    int32_t xs[8], ys[8];
+    for (int l = 0; l < kWidth<F>; ++l) {
+      xs[l] = lane(*chosen, l) % side;
+      ys[l] = lane(*chosen, l) / side;
+    }
+    const float inv = 1.0f / static_cast<float>(side);
+    const F s = (to_float(load_int<F>(xs)) + u) * inv, t = (to_float(load_int<F>(ys)) + v) * inv;
+    return rotate_to_world(equal_area_square_to_sphere(s, t));
+  }
+};
+
+}  // namespace lightmill
