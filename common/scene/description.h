@@ -148,9 +148,13 @@ struct LightDescription {
 
 // --- camera, film, sampling -----------------------------------------------------------------------
 
-/// Camera space: +x right, +y up, +z into the scene (pbrt, left-handed). With a lens radius > 0 rays leave a disk
-/// of that radius around the camera space origin and meet at the plane z = focal_distance (both in its units).
+enum class CameraKind { kPerspective, kOrthographic };
+/// Camera space: +x right, +y up, +z into the scene (pbrt, left-handed). A perspective camera with a lens radius
+/// > 0 has rays that leave a disk of that radius around the origin and meet at the plane z = focal_distance (both in
+/// camera space units). An orthographic camera's rays run along +z from the plane z = 0, of which it shows
+/// screen_window.
 struct CameraDescription {
+  CameraKind kind = CameraKind::kPerspective;
   Transform camera_to_world;
   double fov_degrees = 90;  // perspective: of the shorter image axis, or as screen_window says
   std::optional<std::array<double, 4>> screen_window;  // x0,x1,y0,y1

@@ -21,7 +21,7 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
                       double* exposure_time) {
   static const std::vector<std::string_view> known = {"perspective", "orthographic", "realistic",
                                                       "spherical"};
-  if (type != "perspective") {
+  if (type != "perspective" && type != "orthographic") {
     if (is_one_of(type, known)) {
       out.problems->error(params.where(), "not supported yet: " + params.owner() + "; use \"perspective\"");
     } else {
@@ -32,7 +32,15 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
   CameraDescription& camera = out.scene.camera;
   camera = CameraDescription{};
   camera.camera_to_world = inverse(ctm);
-  camera.fov_degrees = params.number("fov", 90, 1e-4, 179.99);
+  if (type == "perspective") {
+    camera.fov_degrees = params.number("fov", 90, 1e-4, 179.99);
+    camera.lens_radius = params.number("lensradius", 0, 0, kAny);
+    camera.focal_distance = params.number("focaldistance", 1e6, 1e-38, kAny);
+  } else {
+    camera.kind = CameraKind::kOrthographic;
+    if (params.number("lensradius", 0, 0, kAny) > 0) params.unsupported("lensradius", "is ignored: all is sharp");
+    params.accept({"focaldistance"});
+  }
   if (const auto* window = params.numbers("screenwindow", ParamType::kFloat, 4)) {
     camera.screen_window = {(*window)[0], (*window)[1], (*window)[2], (*window)[3]};
     if (!((*window)[0] < (*window)[1] && (*window)[2] < (*window)[3])) {
@@ -42,8 +50,6 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
   if (params.has("frameaspectratio"))
     camera.frame_aspect_ratio = params.number("frameaspectratio", 1, 1e-5, 1e5);
   params.accept({"frameaspectratio"});
-  camera.lens_radius = params.number("lensradius", 0, 0, kAny);
-  camera.focal_distance = params.number("focaldistance", 1e6, 1e-38, kAny);
   const double opened = params.number("shutteropen", 0, -kAny, kAny);
   const double closed = params.number("shutterclose", 1, -kAny, kAny);
   *exposure_time = closed - opened;

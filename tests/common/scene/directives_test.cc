@@ -35,6 +35,13 @@ TEST_F(Directives, Defaults) {
   EXPECT_EQ(s.camera.lens_radius, 0);
 }
 
+TEST_F(Directives, OrthographicCamera) {
+  const SceneDescription s = clean(
+      load("Camera \"orthographic\" \"float screenwindow\" [-3 3 -2 2] WorldBegin LightSource \"point\""));
+  EXPECT_EQ(s.camera.kind, CameraKind::kOrthographic);
+  EXPECT_EQ(s.camera.screen_window->at(1), 3);
+}
+
 TEST_F(Directives, Options) {
   const SceneDescription s = clean(load(R"(
     Option "integer seed" 3
@@ -242,7 +249,7 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
       {"MediumInterface \"fog\" \"\"", "participating media"},
       {"ActiveTransform EndTime Translate 1 1 1 ActiveTransform All", "animated transform"},
       {"LightSource \"distant\" \"rgb L\" [1 1 1]", "light \"distant\" is left out"},
-      {"LightSource \"infinite\" \"string filename\" \"sky.exr\"", "left out"},
+      {"LightSource \"goniometric\"", "left out"},
       {"Shape \"curve\"", "shape \"curve\" is left out"},
       {"Shape \"disk\"", "exact disk"},
       {"Scale 1 2 1 Shape \"sphere\"", "exact sphere under a non-uniform scale"},
@@ -270,6 +277,7 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
 
 TEST_F(Directives, UnsupportedOptionsAreNamed) {
   const std::pair<const char*, const char*> cases[] = {
+      {"Camera \"orthographic\" \"float lensradius\" 0.1 \"float focaldistance\" 3", "all is sharp"},
       {"Film \"gbuffer\"", "rendered as \"rgb\""},
       {"Film \"rgb\" \"string sensor\" \"canon_eos_5d\"", "taken as \"cie1931\""},
       {"Film \"rgb\" \"float maxcomponentvalue\" 10", "clamping"},

@@ -3,6 +3,12 @@
 namespace lightmill {
 
 Camera make_camera(const CameraDescription& description, int width, int height, int scale_exponent) {
+  switch (description.kind) {
+    case CameraKind::kOrthographic:
+      return OrthographicCamera(description, width, height, scale_exponent);
+    case CameraKind::kPerspective:
+      break;
+  }
   if (description.lens_radius > 0) return ThinLensCamera(description, width, height, scale_exponent);
   return PerspectiveCamera(description, width, height);
 }

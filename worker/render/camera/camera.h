@@ -2,12 +2,13 @@
 // The cameras: a closed set. Kernels visit it once per group of lanes and are compiled for each.
 #include <variant>
 
+#include "worker/render/camera/orthographic.h"
 #include "worker/render/camera/perspective.h"
 #include "worker/render/camera/thin_lens.h"
 
 namespace lightmill {
 
-using Camera = std::variant<PerspectiveCamera, ThinLensCamera>;
+using Camera = std::variant<PerspectiveCamera, ThinLensCamera, OrthographicCamera>;
 
 /// The camera of `description` in normalised space, whose lengths are 2^scale_exponent scene units. A
 /// perspective camera without a lens radius is the pinhole. Throws Error(kBadScene).

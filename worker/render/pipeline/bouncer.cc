@@ -259,6 +259,7 @@ void bounce_camera_paths(const StageContext& context, const LayerContext& layer,
   const int hits = sort_by_kind(scene, w);
   // A path that ends here on an emitter has depth - 1 scattering events.
   const bool weigh_connections = context.connect && depth - 1 <= kMaxLightVertices;
+  const bool parallel = depth == 1 && is_parallel(context.camera);
   if (!scene.lights.infinite.empty()) {
     for (int base = hits; base < paths.active_count; base += kLanes) {
       add_environment(context, Group(paths.active + base, std::min(kLanes, paths.active_count - base)), depth,
@@ -270,7 +271,8 @@ void bounce_camera_paths(const StageContext& context, const LayerContext& layer,
     const Group g(paths.active + base, std::min(kLanes, hits - base));
     Hit h = reconstruct(scene, paths, g, depth);
     const Lane inv_cos = 1.0f / h.cos_in;
-    h.v.dvcm = h.v.dvcm * h.distance2 * inv_cos;  // M3
+    // M3; rays of a parallel camera spread no more with distance.
+    h.v.dvcm = h.v.dvcm * (parallel ? splat<Lane>(1.0f) : h.distance2) * inv_cos;
     h.v.dvc = h.v.dvc * inv_cos;
     add_emission(context, h, g.active, depth, weigh_connections, w);
     if (depth > context.max_depth) continue;

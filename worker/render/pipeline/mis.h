@@ -21,7 +21,7 @@
 //   start, light:  dVCM = p_direct / p_emission            dVC = cos_light / p_emission (0 if delta)   (M1)
 //   start, camera: dVCM = n_light / p_camera               dVC = 0                                     (M2)
 //   at a hit:      dVCM *= dist^2 / cos_in                 dVC /= cos_in                               (M3)
-//                  (no dist^2 for the first segment from an infinite light)
+//                  (no dist^2 for the first segment from an infinite light or a parallel camera)
 //   scattering:    dVC  = cos_out / pdf * (dVC * pdf_rev + dVCM)      dVCM = 1 / pdf                   (M4)
 //   delta event:   dVC *= cos_out                                     dVCM = 0                         (M5)
 // Weights, w = 1 / (1 + w_light + w_camera):
@@ -36,6 +36,9 @@
 // (camera_ray.h). A thin lens draws its point uniformly both for t >= 2 and for t = 1: that density is a factor
 // of every p_j and cancels, so that p_camera is the one of a pinhole at the lens point. It may be another point
 // than the camera path of the same pixel has: weights are functions of the whole path, lens point included.
+// A parallel (orthographic) camera swaps the roles: its direction has probability one in both strategies and its
+// position is sampled, so p_camera is raster area per unit area across the ray, which M3 and M8 turn into a density
+// at the surface by the cosine alone.
 //
 // Limit. Light subpaths are stored up to kMaxLightVertices vertices. Paths with more than kMaxLightVertices
 // scattering events are left to s = 0 and s = 1 alone, weighted between those two (dVC = 0, and dVCM in M6 is

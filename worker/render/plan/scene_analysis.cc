@@ -58,8 +58,9 @@ ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& 
   item("vertex connections (s, t >= 2)", connect, connect ? "bdpt" : "the integrator does not connect", "light paths and their cache");
   item("lens connections (t = 1)", lens, lens ? "the camera is joined to light vertices" : "the integrator traces no light paths",
        "the splat layer and its traffic");
-  const bool lens_radius = description.camera.lens_radius > 0;
-  item("lens sampling", lens_radius, lens_radius ? "the lens has a radius" : "every ray leaves one point",
+  const bool lens_radius =
+      description.camera.kind == CameraKind::kPerspective && description.camera.lens_radius > 0;
+  item("lens sampling", lens_radius, lens_radius ? "the lens has a radius" : "the camera has no lens with a radius",
        "two dimensions per camera path and per lens connection");
   item("instances", false, "instances are flattened at load", "a level of traversal");
   item("participating media", false, "none in the scene", "distance sampling and transmittance");

@@ -11,7 +11,7 @@
 namespace lightmill::test {
 namespace {
 
-enum class Kind { kPinhole, kThinLens };
+enum class Kind { kPinhole, kThinLens, kOrthographic };
 
 struct CameraCase {
   const char* name;
@@ -26,6 +26,10 @@ void set_camera(CameraDescription& camera, Kind kind, double size) {
     case Kind::kThinLens:
       camera.lens_radius = 0.08 * size;
       camera.focal_distance = 1.1 * size;
+      break;
+    case Kind::kOrthographic:
+      camera.kind = CameraKind::kOrthographic;
+      camera.screen_window = std::array<double, 4>{-0.9 * size, 0.8 * size, -0.85 * size, 0.9 * size};
       break;
   }
 }
@@ -54,7 +58,7 @@ TEST_P(CameraImage, AnEmissiveBoxShowsItsRadianceInEveryPixel) {
   TestScene s;
   s.box({-3, -2, -4}, {3, 2, 4}, s.diffuse(0), {.radiance = {1, 2, 4}, .inward = true});
   s.camera({0.3, 0.2, -1}, {0, 0, 3}, 60).film(24, 16);
-  set_camera(s.scene.camera, GetParam().kind, 1);
+  set_camera(s.scene.camera, GetParam().kind, 1.8);
   const Image exact = render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 16, 0), 1).images[0];
   for (size_t i = 0; i < exact.data.size(); ++i) EXPECT_NEAR(exact.data[i], 1 << i % 3, 1e-5);
   const Batches lt = render_batches(s.scene, settings_for(s.scene, Integrator::kLt, 16384, 0), 16);
@@ -85,7 +89,8 @@ TEST_P(CameraImage, PowersOfTwoLeaveTheBitsAlone) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, CameraImage,
-                         ::testing::Values(CameraCase{"pinhole", Kind::kPinhole}, CameraCase{"thin_lens", Kind::kThinLens}),
+                         ::testing::Values(CameraCase{"pinhole", Kind::kPinhole}, CameraCase{"thin_lens", Kind::kThinLens},
+                                           CameraCase{"orthographic", Kind::kOrthographic}),
                          [](const auto& info) { return info.param.name; });
 
 /// Total and variance along x, in pixels^2, of an image's light.
