@@ -196,11 +196,15 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   const LaneMask emits = mask_and(active, LaneMask(index >= 0));
   if (!any(emits)) return;
   const LaneInt light = select(emits, index, LaneInt{});
-  const Vec3<Lane> radiance = emitted_radiance(scene.lights, light, h.v.ng, h.v.wo);
+  const LightTable& lights = scene.lights;
+  const Vec3<Lane> radiance = emitted_radiance(lights, light, h.v.ng, h.v.wo);
   Lane w_camera{};
   if (depth > 1) {
-    w_camera = direct_pdf_area(scene.lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in) * h.v.dvcm;
-    if (weigh_connections) w_camera += emission_pdf(scene.lights, light, -h.v.wo, h.cos_in) * h.v.dvc;
+    w_camera = direct_pdf_area(lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in) * h.v.dvcm;
+    if (weigh_connections) w_camera += emission_pdf(lights, light, -h.v.wo, h.cos_in) * h.v.dvc;
+  } else if (weigh_connections) {
+    const LightRecord<Lane> r(lights, light);
+    w_camera = r.scalar(kLightSelect) / r.scalar(kLightArea) * h.v.dvcm;  // M10
   }
   const Vec3<Lane> c = h.v.throughput * radiance * (mis_weight(Lane{}, w_camera) * context.imaging_ratio);
   add_radiance(w, h.v.path, mask_and(emits, LaneMask(max_component(radiance) > 0.0f)), c);

@@ -7,10 +7,9 @@
 //   s >= 2, t >= 2  vertex connection
 //   t = 1        lens connection: a light vertex is joined to the camera and splatted
 // t = 0, a light path that hits the lens, is never sampled, not with a finite lens either, and has no term
-// (dVC = 0 in M2). s = t = 1 is left to s = 0, which sees it without noise. The weight of
-// strategy i is the balance heuristic w_i = n_i p_i / sum_j n_j p_j (Veach 1997, eq. 9.8), n_j = 1 except for
-// t = 1, where every pixel sample stands against `light_paths_per_spp` light paths. p_j are products of
-// densities without Russian roulette: any fixed function of the path keeps the weights summing to one, and
+// (dVC = 0 in M2). The weight of strategy i is the balance heuristic w_i = n_i p_i / sum_j n_j p_j (Veach 1997,
+// eq. 9.8), n_j = 1 except for t = 1, where every pixel sample stands against `light_paths_per_spp` light paths.
+// p_j are products of densities without Russian roulette: any fixed function of the path keeps the weights summing to one, and
 // roulette ends both kinds of subpath at nearly the same rate.
 //
 // Recursion. Each subpath carries two partial sums (Georgiev, "Implementing Vertex Connection and Merging",
@@ -30,6 +29,8 @@
 //           w_camera = p_emission cos / (p_direct cos_light) * (dVCM + dVC * pdf_rev)                  (M7)
 //   t = 1:  w_light  = p_camera_A / n_light * (dVCM + dVC * pdf_rev)                                   (M8)
 //   connect: w_light = pdf_camera->light_A * (dVCM_l + dVC_l * pdf_rev_l), w_camera alike              (M9)
+//   s = t = 1 against s = 0, t = 2: w_light = p_camera_A / (n_light p_light_A), and its reciprocal
+//           p_light_A * dVCM for the hit, with p_light_A = selection / area of emission                (M10)
 // pdf_X_A is per unit area at the other vertex; cosines are to the geometric normal.
 //
 // Cameras. M2 and M8 hold for all of them, with p_camera the raster area seen per unit solid angle, in pixels

@@ -88,7 +88,7 @@ void produce_light_paths(const StageContext& context, const LayerContext& layer,
     stream.get_2d(kDimLightDirection, &du, &dv);
     const Lane texel = lights.environments.empty() ? Lane{} : stream.get_1d(kDimLightTexel);
     const EmissionSample<Lane> e = sample_emission(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
-    if (context.light_only) queue_emitter_to_lens(context, layer, g.slot, g.inside, e, wavefront);
+    queue_emitter_to_lens(context, layer, g.slot, g.inside, e, wavefront);
     store_ray(paths, base, offset_origin(e.point, e.error, e.normal, e.direction), e.direction);
     store_throughput(paths, base, e.power);
     const Lane inv = 1.0f / e.pdf;

@@ -6,8 +6,7 @@ namespace lightmill {
 
 /// Fills wavefront.paths with camera rays (throughput 1, M2).
 void produce_camera_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront);
-/// Fills wavefront.paths with light rays (M1). Under lt, also queues the emitter's own lens connection
-/// (s = t = 1), which is how that integrator sees emitters directly.
+/// Fills wavefront.paths with light rays (M1) and queues the emitters' own lens connections (s = t = 1).
 void produce_light_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront);
 
 }  // namespace lightmill

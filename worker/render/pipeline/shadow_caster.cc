@@ -253,15 +253,18 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   // Density of the point alone: selection / area.
   const LightRecord<Lane> r(context.scene.lights, e.light);
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
-  const Lane scale = lens.density * abs(dot(e.normal, to_camera)) * inv_pdf * target.weight *
-                     (context.imaging_ratio / context.light_paths_per_spp);
+  const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
+  Lane mis = splat<Lane>(1.0f);
+  if (!context.light_only) mis = mis_weight(p_camera * inv_pdf * (1.0f / context.light_paths_per_spp), Lane{});  // M10
+  const Lane scale = p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio / context.light_paths_per_spp);
   Candidates c;
   c.value = select(valid, radiance * scale, Vec3<Lane>{});
   c.origin = offset_origin(e.point, e.error, e.normal, to_camera);
   c.direction = -(c.origin - lens.lens);
   c.tfar = splat<Lane>(kSegmentEnd);
   c.target = target.pixel;
-  queue(context, c, valid, splat<Lane>(0.0f), true, w);
+  const Lane u = context.tiny_contribution > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
+  queue(context, c, valid, u, true, w);
 }
 
 }  // namespace lightmill
