@@ -26,6 +26,9 @@ double fraction_done(const JobStatus& status) {
                                                    static_cast<double>(status.packets_total)
                                              : 0;
   if (status.settings.time_s > 0) fraction = std::max(fraction, status.wall_seconds / status.settings.time_s);
+  // Samples that a target error costs grow in inverse proportion to it.
+  const double target = status.settings.target_error;
+  if (target > 0 && status.relmse && *status.relmse > 0) fraction = std::max(fraction, target / *status.relmse);
   return std::clamp(fraction, 0.0, 1.0);
 }
 
@@ -52,7 +55,9 @@ std::string duration_text(double seconds) {
 
 std::string progress_line(const JobStatus& status) {
   std::string line = format("%3.0f %%", std::floor(100 * fraction_done(status)));
-  line += "  " + format("%.4g", status.spp) + "/" + std::to_string(status.settings.spp) + " spp";
+  line += "  " + format("%.4g", status.spp);
+  if (status.settings.spp < kMaxSpp) line += "/" + std::to_string(status.settings.spp);
+  line += " spp";
   if (status.samples_per_second > 0) line += "  " + short_number(status.samples_per_second) + "samples/s";
   if (status.relmse) {
     line += "  relMSE " + format("%.3g", *status.relmse);

@@ -9,7 +9,6 @@
 namespace lightmill {
 namespace {
 
-constexpr int64_t kMaxSpp = int64_t{1} << 31;
 
 [[noreturn]] void usage(const std::string& message) { throw Error(ErrorKind::kUsage, message); }
 
@@ -117,7 +116,8 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
     s.grid.crop = crop_rect(*scene.film.crop, s.grid.width, s.grid.height,
                             own_size ? ErrorKind::kUsage : ErrorKind::kBadScene);
   }
-  s.spp = options.spp.value_or(scene.sampling.spp);
+  // --time and --target-error stand instead of a number of samples, unless that is given too.
+  s.spp = options.spp.value_or(options.time_s || options.target_error ? kMaxSpp : scene.sampling.spp);
   s.max_depth = options.max_depth.value_or(scene.sampling.max_depth);
   s.seed = options.seed.value_or(scene.sampling.seed);
   s.time_s = options.time_s.value_or(0);

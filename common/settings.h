@@ -20,6 +20,9 @@ inline constexpr int64_t kMaxPixels = int64_t{1} << 28;
 /// Largest accepted side, in pixels.
 inline constexpr int kMaxResolution = 65536;
 
+/// Most samples per pixel; also what a job has whose only stop rule is a time or a target error.
+inline constexpr int64_t kMaxSpp = int64_t{1} << 31;
+
 /// What the command line may override. Empty means "what the scene says".
 struct RenderOptions {
   std::string integrator = "auto";  // auto | bdpt | pt | lt | scene

@@ -219,9 +219,12 @@ void Farm::extend(const JobId& id, std::optional<int64_t> spp, std::optional<dou
       throw Error(ErrorKind::kUsage, "extend: samples must be at least 1, a time and a target error at least 0");
     }
     RenderSettings settings = job.record.settings;
-    if (spp) settings.spp = *spp;
-    if (time_s) settings.time_s = *time_s;
-    if (target_error) settings.target_error = *target_error;
+    if (spp || time_s || target_error) {
+      // The new totals replace the old ones: a job that had run out of time goes on to the samples asked for.
+      settings.spp = spp.value_or(kMaxSpp);
+      settings.time_s = time_s.value_or(0);
+      settings.target_error = target_error.value_or(0);
+    }
     settings = settings_from_json(settings_to_json(settings));  // checks the ranges
     impl_->load_ledger(job);
     if (settings.spp < job.tiles.planned_samples()) {
