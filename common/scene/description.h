@@ -148,7 +148,10 @@ struct LightDescription {
 
 // --- camera, film, sampling -----------------------------------------------------------------------
 
-enum class CameraKind { kPerspective, kOrthographic };
+enum class CameraKind { kPerspective, kOrthographic, kSpherical };
+/// Of a spherical camera, whose picture shows all directions. Equirectangular: the azimuth from +x over +z grows with
+/// x, the angle from +y with y. Equal-area: the octahedral square of pbrt-v4, its y and z exchanged.
+enum class SphericalMapping { kEqualArea, kEquirectangular };
 /// Camera space: +x right, +y up, +z into the scene (pbrt, left-handed). A perspective camera with a lens radius
 /// > 0 has rays that leave a disk of that radius around the origin and meet at the plane z = focal_distance (both in
 /// camera space units). An orthographic camera's rays run along +z from the plane z = 0, of which it shows
@@ -161,6 +164,7 @@ struct CameraDescription {
   std::optional<double> frame_aspect_ratio;
   double lens_radius = 0;       // 0: pinhole
   double focal_distance = 1e6;  // > 0
+  SphericalMapping mapping = SphericalMapping::kEqualArea;
 };
 struct FilmDescription {
   int width = 1280, height = 720;

@@ -21,7 +21,7 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
                       double* exposure_time) {
   static const std::vector<std::string_view> known = {"perspective", "orthographic", "realistic",
                                                       "spherical"};
-  if (type != "perspective" && type != "orthographic") {
+  if (type == "realistic" || !is_one_of(type, known)) {
     if (is_one_of(type, known)) {
       out.problems->error(params.where(), "not supported yet: " + params.owner() + "; use \"perspective\"");
     } else {
@@ -36,6 +36,15 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
     camera.fov_degrees = params.number("fov", 90, 1e-4, 179.99);
     camera.lens_radius = params.number("lensradius", 0, 0, kAny);
     camera.focal_distance = params.number("focaldistance", 1e6, 1e-38, kAny);
+  } else if (type == "spherical") {
+    camera.kind = CameraKind::kSpherical;
+    const std::string mapping = params.text("mapping", "equalarea");
+    if (mapping == "equirectangular") {
+      camera.mapping = SphericalMapping::kEquirectangular;
+    } else if (mapping != "equalarea") {
+      params.bad_value("mapping", "must be \"equalarea\" or \"equirectangular\", not " + in_quotes(mapping));
+    }
+    params.accept({"lensradius", "focaldistance"});  // without meaning here, as in pbrt
   } else {
     camera.kind = CameraKind::kOrthographic;
     if (params.number("lensradius", 0, 0, kAny) > 0) params.unsupported("lensradius", "is ignored: all is sharp");

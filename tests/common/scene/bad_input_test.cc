@@ -99,6 +99,7 @@ TEST_F(BadInput, Options) {
       {"Camera \"perspective\" \"float fov\" 180", "\"fov\""},
       {"Camera \"perspective\" \"float shutterclose\" 0", "the shutter must close"},
       {"Camera \"perspective\" \"float screenwindow\" [1 -1 -1 1]", "x0 < x1"},
+      {"Camera \"spherical\" \"string mapping\" \"mercator\"", "must be \"equalarea\" or \"equirectangular\""},
       {"Camera \"realistic\"", "not supported yet: camera \"realistic\""},
       {"Camera \"orthographic\" \"float fov\" 30", "\"fov\""},
       {"Camera \"orthographic\" \"float screenwindow\" [-1 1 1 1]", "y0 < y1"},

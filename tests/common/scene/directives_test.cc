@@ -42,6 +42,15 @@ TEST_F(Directives, OrthographicCamera) {
   EXPECT_EQ(s.camera.screen_window->at(1), 3);
 }
 
+TEST_F(Directives, SphericalCamera) {
+  const auto camera = [&](const std::string& parameters) {
+    return clean(load("Camera \"spherical\" " + parameters + " WorldBegin LightSource \"point\"")).camera;
+  };
+  EXPECT_EQ(camera("").kind, CameraKind::kSpherical);
+  EXPECT_EQ(camera("").mapping, SphericalMapping::kEqualArea);
+  EXPECT_EQ(camera("\"string mapping\" \"equirectangular\"").mapping, SphericalMapping::kEquirectangular);
+}
+
 TEST_F(Directives, Options) {
   const SceneDescription s = clean(load(R"(
     Option "integer seed" 3
@@ -248,7 +257,6 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
       {"MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"", "participating media"},
       {"MediumInterface \"fog\" \"\"", "participating media"},
       {"ActiveTransform EndTime Translate 1 1 1 ActiveTransform All", "animated transform"},
-      {"LightSource \"distant\" \"rgb L\" [1 1 1]", "light \"distant\" is left out"},
       {"LightSource \"goniometric\"", "left out"},
       {"Shape \"curve\"", "shape \"curve\" is left out"},
       {"Shape \"disk\"", "exact disk"},

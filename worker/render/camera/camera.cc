@@ -6,6 +6,8 @@ Camera make_camera(const CameraDescription& description, int width, int height, 
   switch (description.kind) {
     case CameraKind::kOrthographic:
       return OrthographicCamera(description, width, height, scale_exponent);
+    case CameraKind::kSpherical:
+      return SphericalCamera(description, width, height);
     case CameraKind::kPerspective:
       break;
   }

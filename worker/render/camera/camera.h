@@ -4,11 +4,12 @@
 
 #include "worker/render/camera/orthographic.h"
 #include "worker/render/camera/perspective.h"
+#include "worker/render/camera/spherical.h"
 #include "worker/render/camera/thin_lens.h"
 
 namespace lightmill {
 
-using Camera = std::variant<PerspectiveCamera, ThinLensCamera, OrthographicCamera>;
+using Camera = std::variant<PerspectiveCamera, ThinLensCamera, OrthographicCamera, SphericalCamera>;
 
 /// The camera of `description` in normalised space, whose lengths are 2^scale_exponent scene units. A
 /// perspective camera without a lens radius is the pinhole. Throws Error(kBadScene).

@@ -14,17 +14,21 @@ struct SplatTarget {
     int32_t pixels[kLanes] = {};
     float weights[kLanes] = {};
     const PixelRect& crop = context.grid.crop;
+    // A sphere has no edge: what a filter receives beyond the raster belongs to pixels elsewhere in it.
+    const auto* sphere = std::get_if<SphericalCamera>(&context.camera);
+    const PixelRect reach = sphere ? PixelRect{0, 0, context.grid.width, context.grid.height} : crop;
     for (unsigned bits = mask_bits(active); bits; bits &= bits - 1) {
       const int l = std::countr_zero(bits);
       const float px = lane(x, l), py = lane(y, l);
       // Written so that NaN fails; 64 pixels is more than any filter's radius.
-      if (!(px > static_cast<float>(crop.x0) - 64 && px < static_cast<float>(crop.x1) + 64 &&
-            py > static_cast<float>(crop.y0) - 64 && py < static_cast<float>(crop.y1) + 64)) {
+      if (!(px > static_cast<float>(reach.x0) - 64 && px < static_cast<float>(reach.x1) + 64 &&
+            py > static_cast<float>(reach.y0) - 64 && py < static_cast<float>(reach.y1) + 64)) {
         continue;
       }
       float wx, wy;
-      const int ix = context.filter.x.choose_pixel(px, lane(u, l), &wx);
-      const int iy = context.filter.y.choose_pixel(py, lane(v, l), &wy);
+      int ix = context.filter.x.choose_pixel(px, lane(u, l), &wx);
+      int iy = context.filter.y.choose_pixel(py, lane(v, l), &wy);
+      if (sphere) sphere->wrap(&ix, &iy);
       if (ix < crop.x0 || ix >= crop.x1 || iy < crop.y0 || iy >= crop.y1) continue;
       pixels[l] = iy * context.grid.width + ix;
       weights[l] = wx * wy;
