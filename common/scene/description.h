@@ -67,6 +67,12 @@ struct TextureDescription {
 struct Roughness { FloatInput u, v; bool remap = true; };
 
 struct DiffuseMaterial { SpectrumInput reflectance{{0.5f, 0.5f, 0.5f}, -1}; };
+/// Lambertian reflection and transmission, both sides alike. Values are times `scale`; where a channel's sum is
+/// above 1, the renderer scales both down to a sum of 1.
+struct DiffuseTransmissionMaterial {
+  SpectrumInput reflectance{{0.25f, 0.25f, 0.25f}, -1}, transmittance{{0.25f, 0.25f, 0.25f}, -1};
+  float scale = 1;
+};
 /// Fresnel by eta, k; or, if `reflectance` is set, by pbrt's rule eta = 1, k = 2 sqrt(r) / sqrt(1 - r).
 struct ConductorMaterial {
   SpectrumInput eta, k;
@@ -86,7 +92,7 @@ struct CoatedDiffuseMaterial {
   int max_depth = 10;
 };
 using MaterialKind = std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial,
-                                  ThinDielectricMaterial>;
+                                  ThinDielectricMaterial, DiffuseTransmissionMaterial>;
 struct MaterialDescription {
   std::string name;  // empty for an unnamed Material
   MaterialKind kind;

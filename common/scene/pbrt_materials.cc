@@ -103,6 +103,23 @@ CoatedDiffuseMaterial read_coated_diffuse(PbrtScene& out, ParameterList& params)
   return m;
 }
 
+DiffuseTransmissionMaterial read_diffuse_transmission(PbrtScene& out, ParameterList& params) {
+  constexpr Rgb kQuarter{0.25f, 0.25f, 0.25f};
+  DiffuseTransmissionMaterial m;
+  m.reflectance = out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, kQuarter);
+  m.transmittance = out.spectrum_input(params, "transmittance", SpectrumUse::kReflectance, kQuarter);
+  m.scale = static_cast<float>(params.number("scale", 1, 0, 1e6));
+  if (m.reflectance.texture < 0 && m.transmittance.texture < 0) {
+    const Rgb &r = m.reflectance.value, &t = m.transmittance.value;
+    const float sum = m.scale * std::max({r.r + t.r, r.g + t.g, r.b + t.b});
+    if (sum > 1 + 1e-6f) {
+      out.problems->warning(params.where(), params.owner() + " reflects and transmits " + std::to_string(sum) +
+                                                " times the light it gets; both are scaled down to a sum of 1");
+    }
+  }
+  return m;
+}
+
 }  // namespace
 
 bool is_interface_material(const std::string& type) {
@@ -124,6 +141,8 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
     material.kind = m;
   } else if (type == "thindielectric") {
     material.kind = ThinDielectricMaterial{read_eta(out, params)};
+  } else if (type == "diffusetransmission") {
+    material.kind = read_diffuse_transmission(out, params);
   } else if (type == "coateddiffuse") {
     material.kind = read_coated_diffuse(out, params);
   } else {

@@ -56,6 +56,10 @@ int TestScene::dielectric(float eta, float alpha) {
 
 int TestScene::thin_dielectric(float eta) { return add(&scene, ThinDielectricMaterial{eta}); }
 
+int TestScene::diffuse_transmission(const Rgb& reflectance, const Rgb& transmittance) {
+  return add(&scene, DiffuseTransmissionMaterial{{reflectance, -1}, {transmittance, -1}});
+}
+
 int TestScene::coated(const Rgb& reflectance, float eta, float alpha) {
   CoatedDiffuseMaterial m;
   m.reflectance = {reflectance, -1};

@@ -36,6 +36,7 @@ struct TestScene {
   int conductor(float r, float alpha);
   int dielectric(float eta, float alpha);
   int thin_dielectric(float eta);
+  int diffuse_transmission(const Rgb& reflectance, const Rgb& transmittance);
   int coated(const Rgb& reflectance, float eta, float alpha);
 
   /// Parallelogram p, p + u, p + u + v, p + v with normal u x v.

@@ -48,6 +48,7 @@ SceneDescription every_kernel() {
   add(CoatedDiffuseMaterial{{{0.7f, 0.4f, 0.1f}, -1}, 1.5f, rough(0)});
   add(CoatedDiffuseMaterial{{{0.1f, 0.4f, 0.7f}, -1}, 1.5f, rough(0.2f)});
   add(ThinDielectricMaterial{1.5f});
+  add(DiffuseTransmissionMaterial{{{0.5f, 0.3f, 0.2f}, -1}, {{0.2f, 0.5f, 0.6f}, -1}});
   scene.area_lights.push_back({{9, 8, 7}, false, {}});
   scene.area_lights.push_back({{20, 30, 40}, true, {}});
   scene.shapes.push_back(quad({-3, -2, 6}, {3, -2, 6}, {3, 2, 6}, {-3, 2, 6}, 0));

@@ -66,6 +66,20 @@ TEST_F(Materials, ThinDielectric) {
   EXPECT_TRUE(has_error(load_world("Material \"thindielectric\" \"float eta\" 0"), "must be at least"));
 }
 
+TEST_F(Materials, DiffuseTransmission) {
+  const auto plain = last<DiffuseTransmissionMaterial>(clean_world("Material \"diffusetransmission\""));
+  EXPECT_EQ(plain.reflectance.value, (Rgb{0.25f, 0.25f, 0.25f}));
+  EXPECT_EQ(plain.transmittance.value, (Rgb{0.25f, 0.25f, 0.25f}));
+  const auto leaf = last<DiffuseTransmissionMaterial>(
+      clean_world("Material \"diffusetransmission\" \"rgb reflectance\" [0.1 0.2 0.1] \"rgb transmittance\" "
+                  "[0.1 0.3 0.1] \"float scale\" 2"));
+  EXPECT_FLOAT_EQ(leaf.transmittance.value.g, 0.3f);
+  EXPECT_EQ(leaf.scale, 2);
+  const LoadResult r = load_world("Material \"diffusetransmission\" \"float scale\" 4");
+  EXPECT_TRUE(r.ok());
+  EXPECT_TRUE(mentions(r, "scaled down to a sum of 1"));
+}
+
 TEST_F(Materials, Textures) {
   folder_.write("a b.png", "not really a picture");
   const SceneDescription s = clean_world(R"(

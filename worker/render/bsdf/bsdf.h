@@ -21,7 +21,7 @@ enum class Mode { kRadiance, kImportance };
 using BsdfKind = int32_t;
 inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 2, kSmoothDielectric = 3,
                           kRoughDielectric = 4, kSmoothCoated = 5, kRoughCoated = 6, kThinDielectric = 7,
-                          kBsdfKinds = 8;
+                          kDiffuseTransmission = 8, kBsdfKinds = 9;
 
 /// True if every lobe is a delta: no connection can be made at such a vertex.
 constexpr bool is_pure_delta(int32_t kind) {
@@ -39,7 +39,7 @@ inline constexpr float kSmoothAlpha = 1e-3f;
 
 inline constexpr int kBsdfParams = 8;
 /// Parameters of any kind, in slots:
-///   diffuse     0-2 reflectance
+///   diffuse     0-2 reflectance, 3-5 transmittance (of diffuse transmission)
 ///   conductor   0-2 eta, 3-5 k, 6 alpha
 ///   dielectric  0 eta, 6 alpha (thin: eta alone)
 ///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha

@@ -5,6 +5,7 @@
 #include "worker/render/bsdf/conductor.h"
 #include "worker/render/bsdf/dielectric.h"
 #include "worker/render/bsdf/diffuse.h"
+#include "worker/render/bsdf/diffuse_transmission.h"
 #include "worker/render/bsdf/thin_dielectric.h"
 
 namespace lightmill {
@@ -42,6 +43,8 @@ inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F
         return merge(m, eval_coated<F, false>(params, wo, wi), &result);
       case kRoughCoated:
         return merge(m, eval_coated<F, true>(params, wo, wi), &result);
+      case kDiffuseTransmission:
+        return merge(m, eval_diffuse_transmission(params, wo, wi), &result);
       default:
         return;
     }
@@ -81,6 +84,8 @@ inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfPara
         return take(m, sample_coated<F, true>(params, wo, lobe, u, v));
       case kThinDielectric:
         return take(m, sample_thin_dielectric(params, wo, lobe));
+      case kDiffuseTransmission:
+        return take(m, sample_diffuse_transmission(params, wo, lobe, u, v));
       default:
         return;
     }

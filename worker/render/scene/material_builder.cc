@@ -50,6 +50,17 @@ void set_conductor_reflectance(float* params, const Rgb& c) {
   set_rgb(params, 3, {k_of_reflectance(c.r), k_of_reflectance(c.g), k_of_reflectance(c.b)});
 }
 
+/// Slots 0-5 of diffuse transmission, no channel above a sum of 1.
+void set_transmission(float* params, float scale, const Rgb& r, const Rgb& t) {
+  const float from[6] = {r.r, r.g, r.b, t.r, t.g, t.b};
+  for (int c = 0; c < 3; ++c) {
+    const float a = reflectance(scale * from[c]), b = reflectance(scale * from[c + 3]);
+    const float k = 1 / std::max(a + b, 1.0f);
+    params[c] = a * k;
+    params[c + 3] = b * k;
+  }
+}
+
 struct Builder {
   MaterialEntry entry;
   float params[kBsdfParams] = {};
@@ -93,6 +104,15 @@ struct Builder {
     entry.kind = kThinDielectric;
     params[0] = m.eta;
   }
+  void operator()(const DiffuseTransmissionMaterial& m) {
+    entry.kind = kDiffuseTransmission;
+    entry.texture_color = m.reflectance.texture;
+    entry.texture_transmittance = m.transmittance.texture;
+    entry.color = m.reflectance.value;
+    entry.transmittance = m.transmittance.value;
+    entry.scale = m.scale;
+    set_transmission(params, m.scale, entry.color, entry.transmittance);
+  }
   void operator()(const CoatedDiffuseMaterial& m) {
     entry.kind = roughness(m.roughness) ? kSmoothCoated : kRoughCoated;
     entry.texture_color = m.reflectance.texture;
@@ -113,7 +133,7 @@ void add_material(const MaterialDescription& material, RenderScene* scene) {
   std::visit(b, material.kind);
   MaterialEntry& e = b.entry;
   e.textured = e.texture_color >= 0 || e.texture_eta >= 0 || e.texture_k >= 0 || e.texture_u_roughness >= 0 ||
-               e.texture_v_roughness >= 0;
+               e.texture_v_roughness >= 0 || e.texture_transmittance >= 0;
   scene->materials.push_back(e);
   scene->material_kind.push_back(e.kind);
   scene->material_params.insert(scene->material_params.end(), b.params, b.params + kBsdfParams);
@@ -121,6 +141,11 @@ void add_material(const MaterialDescription& material, RenderScene* scene) {
 
 void apply_textures(const RenderScene& scene, int32_t material, float u, float v, float* params) {
   const MaterialEntry& e = scene.materials[static_cast<size_t>(material)];
+  if (e.kind == kDiffuseTransmission) {
+    const Rgb r = e.texture_color >= 0 ? scene.textures.evaluate(e.texture_color, u, v) : e.color;
+    const Rgb t = e.texture_transmittance >= 0 ? scene.textures.evaluate(e.texture_transmittance, u, v) : e.transmittance;
+    return set_transmission(params, e.scale, r, t);
+  }
   if (e.texture_color >= 0) {
     const Rgb c = scene.textures.evaluate(e.texture_color, u, v);
     if (e.conductor_reflectance) {

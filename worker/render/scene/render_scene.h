@@ -24,7 +24,10 @@ struct MaterialEntry {
   int32_t textured = 0;      // any of the textures below is set
   int texture_color = -1;    // reflectance: slots 0-2 (diffuse, coated) or, via F0, 0-5 (conductor)
   int texture_eta = -1, texture_k = -1;
+  int texture_transmittance = -1;
   int texture_u_roughness = -1, texture_v_roughness = -1;
+  Rgb color, transmittance;    // diffuse transmission: what is not textured
+  float scale = 1;             // of both
   float u_roughness = 0, v_roughness = 0;
   bool remap_roughness = true;
   double coat_internal_reflectance = 0;  // coated: see coated_diffuse.h

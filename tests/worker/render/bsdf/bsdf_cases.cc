@@ -27,6 +27,12 @@ std::vector<BsdfCase> all_bsdfs() {
   add("coated_white_rough", s.coated(white, 1.8f, 0.4f), 0.4f);
   for (const float eta : {1.0f, 1.5f, 2.4f, 0.75f})
     add("thin_sheet_" + std::to_string(eta), s.thin_dielectric(eta), 0);
+  const Rgb black{};
+  add("sheet_colour", s.diffuse_transmission({0.1f, 0.4f, 0.2f}, {0.6f, 0.3f, 0.1f}), 0);
+  add("sheet_lossless", s.diffuse_transmission({0.3f, 0.3f, 0.3f}, {0.7f, 0.7f, 0.7f}), 0);
+  add("sheet_transmits", s.diffuse_transmission(black, white), 0);
+  add("sheet_reflects", s.diffuse_transmission(white, black), 0);
+  add("sheet_above_one", s.diffuse_transmission(white, white), 0);
   const RenderScene scene = build_scene(s.scene);
   for (size_t i = 0; i < cases.size(); ++i) {
     cases[i].kind = scene.material_kind[i];

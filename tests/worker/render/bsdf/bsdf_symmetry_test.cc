@@ -66,6 +66,9 @@ TEST(BsdfSymmetry, ReflectionIsReciprocalAndTransmissionByTheSquaredIndex) {
         ASSERT_NEAR(radiance.f.y * eta * eta, importance.f.y, scale);
         ASSERT_NEAR(exchanged_importance.f.y * eta * eta, importance.f.y, scale * std::max(1.0f, eta * eta));
         transmitted += radiance.f.y > 0;
+      } else if (bsdf.kind == kDiffuseTransmission) {
+        ASSERT_EQ(radiance.f.y, importance.f.y);  // no interface: no squared index
+        ASSERT_FLOAT_EQ(radiance.f.y, bsdf.params.p[4] * kInvPi);
       } else {
         ASSERT_EQ(radiance.f.y, 0);
       }
