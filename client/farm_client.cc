@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cstring>
 #include <fstream>
-#include <optional>
 #include <thread>
 
 #include "common/digest.h"
@@ -230,7 +229,8 @@ JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobS
   using Steady = std::chrono::steady_clock;
   JobStatus last;
   bool connected = false, complained = false;
-  std::optional<Steady::time_point> lost_at;
+  bool is_lost = false;
+  Steady::time_point lost_at{};
   for (;;) {
     grpc::ClientContext context;
     set_deadline(context, kWatchSeconds);
@@ -242,14 +242,15 @@ JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobS
       last = from_proto(message.job());
       connected = true;
       complained = false;
-      lost_at.reset();
+      is_lost = false;
       observe(last);
     }
     const grpc::Status status = reader->Finish();
     if (status.ok() && is_final(last.state)) return last;
     if (!status.ok() && !is_loss(status.error_code())) throw_if_failed(status, impl_->address);
-    if (!lost_at) lost_at = Steady::now();
-    const double seconds = std::chrono::duration<double>(Steady::now() - *lost_at).count();
+    if (!is_lost) lost_at = Steady::now();
+    is_lost = true;
+    const double seconds = std::chrono::duration<double>(Steady::now() - lost_at).count();
     if (!connected && seconds > kConnectSeconds) throw_if_failed(status, impl_->address);
     if (seconds > kReconnectSeconds) {
       throw Error(ErrorKind::kUnreachable, "coordinator " + impl_->address +

@@ -103,8 +103,17 @@ class FakeFarm : public FarmLink {
     const std::lock_guard lock(mutex_);
     drained = true;
   }
-  Bundle bundle(const std::string&) override { return {}; }
-  void fetch_blobs(const std::vector<std::string>&, BlobSink&) override {}
+  Bundle bundle(const std::string& digest) override { return bundles.at(digest); }
+  void fetch_blobs(const std::vector<std::string>& digests, BlobSink& sink) override {
+    for (const std::string& digest : digests) {
+      const std::string& content = blobs.at(digest);
+      sink.begin(digest, content.size());
+      sink.write(std::string_view(content).substr(0, 3));
+      if (content.size() > 3) sink.write(std::string_view(content).substr(3));
+      sink.end();
+      ++blobs_sent;
+    }
+  }
   void cancel() override {
     const std::lock_guard lock(mutex_);
     cancelled = true;
@@ -131,6 +140,9 @@ class FakeFarm : public FarmLink {
   std::string refusal;
   int down_calls = 0;     // so many calls throw LinkDown
   bool forget = false;    // the next call throws NotRegistered
+  std::map<std::string, Bundle> bundles;
+  std::map<std::string, std::string> blobs;  // digest -> content, which may be a lie
+  int blobs_sent = 0;
   bool registered = false, drained = false, cancelled = false;
   int registrations = 0, renewals = 0, held = 0, most_held = 0;
   WorkerRegistration last_registration;

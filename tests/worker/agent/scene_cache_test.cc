@@ -1,0 +1,73 @@
+#include "worker/agent/scene_cache.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "common/digest.h"
+#include "common/error.h"
+#include "tests/worker/agent/fake_farm.h"
+#include "tests/worker/agent/temporary_folder.h"
+
+namespace lightmill::agent {
+namespace {
+
+using testing::FakeFarm;
+using testing::TemporaryFolder;
+using ::testing::HasSubstr;
+
+constexpr char kScene[] = R"(Camera "perspective"
+WorldBegin
+LightSource "point" "rgb I" [1 1 1]
+Include "ball.pbrt"
+)";
+
+class SceneCacheTest : public ::testing::Test {
+ protected:
+  SceneCacheTest() : cache_(farm_, (folder_.path / "blobs").string(), 1 << 20, 1) {
+    settings_.grid = {32, 32, {0, 0, 32, 32}};
+  }
+  std::string add(const std::string& ball) {
+    Bundle bundle;
+    bundle.main = "scene.pbrt";
+    for (const auto& [name, content] : {std::pair<std::string, std::string>("ball.pbrt", ball),
+                                        std::pair<std::string, std::string>("scene.pbrt", kScene)}) {
+      bundle.entries.push_back({name, sha256_hex(content), content.size()});
+      farm_.blobs[bundle.entries.back().digest] = content;
+    }
+    farm_.bundles[bundle.digest()] = bundle;
+    return bundle.digest();
+  }
+
+  TemporaryFolder folder_;
+  FakeFarm farm_;
+  SceneCache cache_;
+  RenderSettings settings_;
+};
+
+TEST_F(SceneCacheTest, ARendererStaysWarmAcrossStopRulesButNotAcrossSettings) {
+  const std::string digest = add("Translate 0 0 5 Shape \"sphere\"");
+  const auto first = cache_.open(digest, settings_);
+  settings_.spp = 64;  // extended
+  EXPECT_EQ(cache_.open(digest, settings_), first);
+  settings_.seed = 9;
+  EXPECT_NE(cache_.open(digest, settings_), first);
+  EXPECT_EQ(farm_.blobs_sent, 2);
+}
+
+TEST_F(SceneCacheTest, ABadSceneIsAnErrorWithItsPlace) {
+  try {
+    cache_.open(add("Shape \"sphear\""), settings_);
+    FAIL() << "the scene was accepted";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("ball.pbrt:1:"));
+  }
+}
+
+TEST_F(SceneCacheTest, AManifestThatIsNotWhatWasAskedForIsRefused) {
+  const std::string a = add("Translate 0 0 5 Shape \"sphere\""), b = add("Shape \"sphere\"");
+  farm_.bundles[a] = farm_.bundles[b];
+  EXPECT_THROW(cache_.open(a, settings_), Error);
+}
+
+}  // namespace
+}  // namespace lightmill::agent
