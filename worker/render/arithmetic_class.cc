@@ -1,5 +1,6 @@
 #include "worker/render/arithmetic_class.h"
 
+#include "common/digest.h"
 #include "common/image/partial.h"
 #include "worker/render/renderer.h"
 
@@ -59,6 +60,8 @@ SceneDescription every_kernel() {
   for (int i = 1; i < materials; ++i) scene.shapes.push_back(sphere(-3.0 + i * 0.7, -0.8 + 0.2 * i, 4.0, 0.33f, i));
   scene.lights.push_back({PointLight{{3, 3, 3}, {-2, 1, 2}}, {}});
   scene.lights.push_back({InfiniteLight{{0.1f, 0.2f, 0.3f}}, {}});
+  scene.lights.push_back({DistantLight{{0.4f, 0.3f, 0.2f}, {0, -0.6, 0.8}}, {}});
+  scene.lights.push_back({SpotLight{{5, 6, 7}, {1, 1.5, 1}, {0, -0.6, 0.8}, 20, 35}, {}});
   return scene;
 }
 
@@ -71,14 +74,25 @@ std::string arithmetic_class() {
     settings.spp = 2;
     settings.max_depth = 12;
     settings.seed = 1;
-    const Renderer renderer(every_kernel(), settings, 1);
     const TileSpec tile{{0, 0, 2, 1}, 0, 2};
-    PartialBuilder builder(settings.grid, tile, renderer.quantum_exponent(), true, true);
-    const auto workspace = renderer.make_workspace();
-    for (int x = 0; x < 2; ++x) {
-      for (int64_t s = 0; s < 2; ++s) renderer.render_packet({x, 0, s, s + 1}, *workspace, builder);
+    SceneDescription scene = every_kernel();
+    CameraDescription thin_lens = scene.camera, orthographic = scene.camera, spherical = scene.camera;
+    thin_lens.lens_radius = 0.1;
+    thin_lens.focal_distance = 4;
+    orthographic.kind = CameraKind::kOrthographic;
+    spherical.kind = CameraKind::kSpherical;
+    Sha256 all;
+    for (const CameraDescription& camera : {scene.camera, thin_lens, orthographic, spherical}) {
+      scene.camera = camera;
+      const Renderer renderer(scene, settings, 1);
+      PartialBuilder builder(settings.grid, tile, renderer.quantum_exponent(), true, true);
+      const auto workspace = renderer.make_workspace();
+      for (int x = 0; x < 2; ++x) {
+        for (int64_t s = 0; s < 2; ++s) renderer.render_packet({x, 0, s, s + 1}, *workspace, builder);
+      }
+      all.update(partial_digest(builder.take()));
     }
-    return partial_digest(builder.take());
+    return all.hex();
   }();
   return digest;
 }

@@ -39,7 +39,7 @@ inline Vec3<F> equal_area_square_to_sphere(F s, F t) {
 template <class F>
 inline void equal_area_sphere_to_square(const Vec3<F>& w, F* s, F* t) {
   const F x = abs(w.x), y = abs(w.y), z = min(abs(w.z), splat<F>(1.0f));
-  const F r = safe_sqrt(1.0f - z);
+  const F r = sqrt((x * x + y * y) / (1.0f + z));  // sqrt(1 - z) without its cancellation near the poles
   const F a = max(x, y), b = min(x, y);
   const MaskOf<F> zero = MaskOf<F>(a == 0.0f);
   F phi = atan_unit(select(zero, F{}, b / select(zero, splat<F>(1.0f), a))) * (2.0f / kPi);

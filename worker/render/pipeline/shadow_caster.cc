@@ -23,8 +23,9 @@ struct Candidates {
   LaneInt target;
 };
 
-/// Drops zero contributions (counted), plays roulette for tiny ones with `u`, queues the rest.
-void queue(const StageContext& context, const Candidates& c, LaneMask active, Lane u, bool splats, Wavefront& w) {
+/// Drops zero contributions (counted), plays roulette for those below `tiny_contribution` with `u`, queues the rest.
+void queue(const StageContext& context, const Candidates& c, LaneMask active, float tiny_contribution, Lane u, bool splats,
+           Wavefront& w) {
   const Lane size = max_component(c.value);
   // NaN and negative values go on to the film, which counts them: only exact zeros are dropped here.
   const LaneMask nonzero = mask_and(active, mask_not(LaneMask(size == 0.0f)));
@@ -33,9 +34,9 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, La
   if (!nonzero_bits) return;
   unsigned bits = nonzero_bits;
   Lane scale = splat<Lane>(1.0f);
-  if (context.tiny_contribution > 0) {
-    const LaneMask tiny = LaneMask(size < context.tiny_contribution);
-    const Lane q = size * (1.0f / context.tiny_contribution);
+  if (tiny_contribution > 0) {
+    const LaneMask tiny = LaneMask(size < tiny_contribution);
+    const Lane q = size * (1.0f / tiny_contribution);
     const LaneMask lost = mask_and(tiny, LaneMask(u >= q));
     scale = select(tiny, 1.0f / select(LaneMask(q > 0.0f), q, splat<Lane>(1.0f)), scale);
     bits &= ~mask_bits(lost);
@@ -146,7 +147,7 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
     c.tfar = select(d.infinite, splat<Lane>(std::numeric_limits<float>::infinity()), splat<Lane>(kSegmentEnd));
     c.target = v.path;
     const Lane u = context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
-    queue(context, c, g.active, u, false, w);
+    queue(context, c, g.active, context.tiny_contribution, u, false, w);
   }
 }
 
@@ -195,7 +196,7 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
       const Lane u = context.tiny_contribution > 0
                          ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + static_cast<uint32_t>(j)))
                          : Lane{};
-      queue(context, c, active, u, false, w);
+      queue(context, c, active, context.tiny_contribution, u, false, w);
     }
   }
 }
@@ -231,7 +232,7 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
     c.tfar = splat<Lane>(kSegmentEnd);
     c.target = target.pixel;
     const Lane u = context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
-    queue(context, c, valid, u, true, w);
+    queue(context, c, valid, context.tiny_contribution, u, true, w);
   }
   flush_shadow_rays(context, true, w);
 }
@@ -263,8 +264,10 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   c.direction = -(c.origin - lens.lens);
   c.tfar = splat<Lane>(kSegmentEnd);
   c.target = target.pixel;
-  const Lane u = context.tiny_contribution > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
-  queue(context, c, valid, u, true, w);
+  // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt a help beside s = 0.
+  const float tiny = context.light_only ? 0 : context.tiny_contribution;
+  const Lane u = tiny > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
+  queue(context, c, valid, tiny, u, true, w);
 }
 
 }  // namespace lightmill
