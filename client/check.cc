@@ -77,7 +77,8 @@ int check(const CheckOptions& options) {
 
 void add_check(CLI::App& app, Action& action) {
   auto options = std::make_shared<CheckOptions>();
-  CLI::App* verb = add_verb(app, "check", "List every problem of a scene, without rendering it", &options->common);
+  CLI::App* verb =
+      add_verb(app, "check", "List every problem of a scene, without rendering it", &options->common);
   add_json(verb, &options->common);
   add_scene(verb, &options->scene);
   verb->callback([&action, options] { action = [options] { return check(*options); }; });

@@ -54,7 +54,8 @@ int run_cli(int argc, const char* const* argv) {
     } catch (const CLI::ParseError& error) {
       const std::string verb = chosen_verb(app);
       std::string message = error.what();
-      if (verb.empty() && argc > 1 && argv[1][0] != '-') message = std::string("unknown command \"") + argv[1] + "\"";
+      if (verb.empty() && argc > 1 && argv[1][0] != '-')
+        message = std::string("unknown command \"") + argv[1] + "\"";
       if (argc <= 1) message = "no command given";
       return fail(one_line(message) + "; see lightmill " + verb + "--help", 2);
     }

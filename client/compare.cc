@@ -20,8 +20,9 @@ struct CompareOptions {
 int compare(const CompareOptions& options) {
   const Metrics m = compare_images(read_image(options.image), read_image(options.reference));
   if (options.common.json) {
-    const nlohmann::json document = {{"mse", m.mse},   {"relmse", m.relmse}, {"relmse_trimmed", m.relmse_trimmed},
-                                     {"mae", m.mae},   {"flip", m.flip},     {"mean_ratio", m.mean_ratio}};
+    const nlohmann::json document = {
+        {"mse", m.mse}, {"relmse", m.relmse}, {"relmse_trimmed", m.relmse_trimmed},
+        {"mae", m.mae}, {"flip", m.flip},     {"mean_ratio", m.mean_ratio}};
     std::printf("%s\n", document.dump(2).c_str());
     return 0;
   }

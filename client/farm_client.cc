@@ -21,11 +21,11 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "images travel as little-endian floats");
 
-constexpr double kFirstAnswerSeconds = 8;      // "is anybody there?" within a few seconds
-constexpr double kTransferSeconds = 3600;      // uploads and images
-constexpr double kWatchSeconds = 86400;        // a stream; it is opened again when it ends by this
-constexpr double kConnectSeconds = 6;          // patience of a first connection: a coordinator may be starting
-constexpr double kReconnectSeconds = 60;       // a coordinator that restarts is back by then
+constexpr double kFirstAnswerSeconds = 8;  // "is anybody there?" within a few seconds
+constexpr double kTransferSeconds = 3600;  // uploads and images
+constexpr double kWatchSeconds = 86400;    // a stream; it is opened again when it ends by this
+constexpr double kConnectSeconds = 6;      // patience of a first connection: a coordinator may be starting
+constexpr double kReconnectSeconds = 60;   // a coordinator that restarts is back by then
 constexpr size_t kDigestsAtOnce = 10000;
 
 /// The bytes of a blob to upload: a file, or memory.
@@ -59,7 +59,7 @@ class BlobBytes {
 struct PendingBlob {
   std::string digest;
   uint64_t size = 0;
-  std::string path;    // empty: `memory` holds it
+  std::string path;  // empty: `memory` holds it
   std::string memory;
 };
 
@@ -80,7 +80,8 @@ struct FarmClient::Impl {
   std::unique_ptr<v1::ClientService::Stub> stub;
 
   template <class Request, class Response>
-  Response call(grpc::Status (v1::ClientService::Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+  Response call(grpc::Status (v1::ClientService::Stub::*method)(grpc::ClientContext*, const Request&,
+                                                                Response*),
                 const Request& request) {
     grpc::ClientContext context;
     set_deadline(context, kFirstAnswerSeconds);
@@ -90,7 +91,8 @@ struct FarmClient::Impl {
   }
 
   template <class Request, class Response>
-  JobStatus change(grpc::Status (v1::ClientService::Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+  JobStatus change(grpc::Status (v1::ClientService::Stub::*method)(grpc::ClientContext*, const Request&,
+                                                                   Response*),
                    const JobId& id) {
     Request request;
     request.set_job_id(id.value);
@@ -181,8 +183,12 @@ JobId FarmClient::submit(const JobRequest& request, const std::map<std::string, 
 
 JobStatus FarmClient::job(const JobId& id) { return impl_->change(&v1::ClientService::Stub::GetJob, id); }
 JobStatus FarmClient::pause(const JobId& id) { return impl_->change(&v1::ClientService::Stub::PauseJob, id); }
-JobStatus FarmClient::resume(const JobId& id) { return impl_->change(&v1::ClientService::Stub::ResumeJob, id); }
-JobStatus FarmClient::cancel(const JobId& id) { return impl_->change(&v1::ClientService::Stub::CancelJob, id); }
+JobStatus FarmClient::resume(const JobId& id) {
+  return impl_->change(&v1::ClientService::Stub::ResumeJob, id);
+}
+JobStatus FarmClient::cancel(const JobId& id) {
+  return impl_->change(&v1::ClientService::Stub::CancelJob, id);
+}
 JobStatus FarmClient::retry(const JobId& id) { return impl_->change(&v1::ClientService::Stub::RetryJob, id); }
 
 JobStatus FarmClient::extend(const JobId& id, std::optional<int64_t> spp, std::optional<double> time_s,
@@ -253,9 +259,9 @@ JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobS
     const double seconds = std::chrono::duration<double>(Steady::now() - lost_at).count();
     if (!connected && seconds > kConnectSeconds) throw_if_failed(status, impl_->address);
     if (seconds > kReconnectSeconds) {
-      throw Error(ErrorKind::kUnreachable, "coordinator " + impl_->address +
-                                               " did not come back; the job goes on once it does: lightmill watch " +
-                                               id.value);
+      throw Error(ErrorKind::kUnreachable,
+                  "coordinator " + impl_->address +
+                      " did not come back; the job goes on once it does: lightmill watch " + id.value);
     }
     if (connected && !complained && !status.ok()) {
       lost("lost the coordinator at " + impl_->address + "; trying again");

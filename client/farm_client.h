@@ -23,7 +23,8 @@ struct FetchedImage {
 
 class FarmClient {
  public:
-  /// Does not connect yet. Throws Error(kUsage) for a malformed address, or one that plain text is not allowed to.
+  /// Does not connect yet. Throws Error(kUsage) for a malformed address, or one that plain text is not
+  /// allowed to.
   explicit FarmClient(const ConnectionOptions& connection);
   ~FarmClient();
 

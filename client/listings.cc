@@ -49,43 +49,47 @@ int job(const ListOptions& options) {
   }
   const FilmGrid& grid = s.settings.grid;
   std::printf("job       %s  %s\n", s.id.value.c_str(), s.name.c_str());
-  std::printf("state     %s%s%s\n", job_state_name(s.state), s.message.empty() ? "" : ": ", s.message.c_str());
+  std::printf("state     %s%s%s\n", job_state_name(s.state), s.message.empty() ? "" : ": ",
+              s.message.c_str());
   std::printf("progress  %s\n", progress_line(s).c_str());
   std::printf("packets   %lld of %lld, tiles committed %lld, leases reassigned %lld\n",
               static_cast<long long>(s.packets_done), static_cast<long long>(s.packets_total),
               static_cast<long long>(s.tiles_committed), static_cast<long long>(s.leases_reassigned));
-  std::printf("image     %dx%d, %s\n", grid.crop.width(), grid.crop.height(), integrator_name(s.settings.integrator));
+  std::printf("image     %dx%d, %s\n", grid.crop.width(), grid.crop.height(),
+              integrator_name(s.settings.integrator));
   std::printf("time      %s wall, %s of processors\n", duration_text(s.wall_seconds).c_str(),
               duration_text(s.cpu_seconds).c_str());
   if (s.relmse && s.relmse_low && s.relmse_high) {
     std::printf("relMSE    %.4g (95 %%: %.4g to %.4g)\n", *s.relmse, *s.relmse_low, *s.relmse_high);
   }
-  std::printf("dropped   %llu non-finite contributions\n", static_cast<unsigned long long>(s.counters.nonfinite));
+  std::printf("dropped   %llu non-finite contributions\n",
+              static_cast<unsigned long long>(s.counters.nonfinite));
   return 0;
 }
 
 int workers(const ListOptions& options) {
   const auto list = FarmClient(options.connection).workers();
-  return print_list(options.common.json, list, "ID       STATE      THREADS  TILES    SEEN      HOST", worker_to_json,
-                    [](const WorkerStatus& w) {
+  return print_list(options.common.json, list, "ID       STATE      THREADS  TILES    SEEN      HOST",
+                    worker_to_json, [](const WorkerStatus& w) {
                       std::printf("%-8s %-10s %7d  %-7lld  %-8s  %s\n", w.id.value.c_str(), w.state.c_str(),
                                   w.registration.threads, static_cast<long long>(w.tiles_committed),
-                                  (duration_text(w.seconds_since_seen) + " ago").c_str(), w.registration.host.c_str());
+                                  (duration_text(w.seconds_since_seen) + " ago").c_str(),
+                                  w.registration.host.c_str());
                     });
 }
 
 int tiles(const ListOptions& options) {
   const auto list = FarmClient(options.connection).tiles(JobId{options.job});
-  return print_list(options.common.json, list, "TILE     STATE      ATTEMPT  WORKER   CELLS            SAMPLES",
-                    tile_to_json, [](const TileStatus& t) {
-                      const CellRect& c = t.tile.cells;
-                      char cells[64];
-                      std::snprintf(cells, sizeof cells, "%d,%d-%d,%d", c.x0, c.y0, c.x1, c.y1);
-                      std::printf("%-8lld %-10s %7lld  %-8s %-16s %lld-%lld\n", static_cast<long long>(t.id.value),
-                                  t.state.c_str(), static_cast<long long>(t.attempt), t.worker.value.c_str(), cells,
-                                  static_cast<long long>(t.tile.sample_begin),
-                                  static_cast<long long>(t.tile.sample_end));
-                    });
+  return print_list(
+      options.common.json, list, "TILE     STATE      ATTEMPT  WORKER   CELLS            SAMPLES",
+      tile_to_json, [](const TileStatus& t) {
+        const CellRect& c = t.tile.cells;
+        char cells[64];
+        std::snprintf(cells, sizeof cells, "%d,%d-%d,%d", c.x0, c.y0, c.x1, c.y1);
+        std::printf("%-8lld %-10s %7lld  %-8s %-16s %lld-%lld\n", static_cast<long long>(t.id.value),
+                    t.state.c_str(), static_cast<long long>(t.attempt), t.worker.value.c_str(), cells,
+                    static_cast<long long>(t.tile.sample_begin), static_cast<long long>(t.tile.sample_end));
+      });
 }
 
 }  // namespace

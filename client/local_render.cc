@@ -16,13 +16,14 @@ namespace {
 
 /// Leases can't get lost inside one process; a machine that was suspended must not make them expire.
 constexpr double kLeaseSeconds = 86400;
-constexpr double kPollSeconds = 0.1;      // between looks at the interrupt flag
+constexpr double kPollSeconds = 0.1;        // between looks at the interrupt flag
 constexpr double kLeaseWaitSeconds = 0.05;  // so that the end of the job is the end of the program
-constexpr double kFinishSeconds = 10;     // tiles in hand after an interrupt
+constexpr double kFinishSeconds = 10;       // tiles in hand after an interrupt
 
 class OneRenderer : public agent::RenderSource {
  public:
-  explicit OneRenderer(std::shared_ptr<const agent::PacketRenderer> renderer) : renderer_(std::move(renderer)) {}
+  explicit OneRenderer(std::shared_ptr<const agent::PacketRenderer> renderer)
+      : renderer_(std::move(renderer)) {}
   std::shared_ptr<const agent::PacketRenderer> open(const std::string&, const RenderSettings&) override {
     return renderer_;
   }

@@ -41,7 +41,8 @@ void add_ranged(CLI::App* verb, const std::string& name, std::optional<T>* targe
 
 void print_warning(const std::string& message) { std::fprintf(stderr, "lightmill: %s\n", message.c_str()); }
 
-CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description, CommonOptions* common) {
+CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description,
+                   CommonOptions* common) {
   CLI::App* verb = app.add_subcommand(name, description);
   verb->set_version_flag("--version", build_id());
   verb->add_flag("--quiet,-q", common->quiet, "No progress and no warnings on stderr");
@@ -82,8 +83,8 @@ void add_scene(CLI::App* verb, SceneOptions* scene) {
 void add_stop_rule(CLI::App* verb, SceneOptions* scene) {
   RenderOptions& render = scene->render;
   constexpr double kNoLimit = std::numeric_limits<double>::max();
-  add_ranged<int64_t>(verb, "--spp", &render.spp, 1, int64_t{1} << 40, "a whole number of samples, at least 1",
-                      "Samples per pixel");
+  add_ranged<int64_t>(verb, "--spp", &render.spp, 1, int64_t{1} << 40,
+                      "a whole number of samples, at least 1", "Samples per pixel");
   add_ranged<double>(verb, "--time", &render.time_s, 1e-3, kNoLimit, "a number of seconds above 0",
                      "Stop after so many seconds of rendering");
   add_ranged<double>(verb, "--target-error", &render.target_error, 1e-30, kNoLimit, "a relMSE above 0",
@@ -92,7 +93,8 @@ void add_stop_rule(CLI::App* verb, SceneOptions* scene) {
 
 void add_render_options(CLI::App* verb, SceneOptions* scene) {
   RenderOptions& render = scene->render;
-  verb->add_option("--integrator", render.integrator, "auto, bdpt, pt, lt, or scene: the one that the file names")
+  verb->add_option("--integrator", render.integrator,
+                   "auto, bdpt, pt, lt, or scene: the one that the file names")
       ->check(CLI::IsMember({"auto", "bdpt", "pt", "lt", "scene"}))
       ->capture_default_str();
   add_stop_rule(verb, scene);
@@ -121,7 +123,8 @@ void finish_scene_options(SceneOptions* scene) {
     const std::string& text = scene->resolution;
     const size_t cross = text.find('x');
     const std::string form = "WxH, two whole numbers of pixels such as 640x480";
-    if (cross == std::string::npos) throw Error(ErrorKind::kUsage, "--resolution " + text + ": expected " + form);
+    if (cross == std::string::npos)
+      throw Error(ErrorKind::kUsage, "--resolution " + text + ": expected " + form);
     render.width = parse_number<int>(text.substr(0, cross), "--resolution", form);
     render.height = parse_number<int>(text.substr(cross + 1), "--resolution", form);
     if (*render.width < 1 || *render.height < 1) {

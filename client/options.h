@@ -20,7 +20,8 @@ struct CommonOptions {
 };
 
 /// Adds a verb with --help, --version and --quiet. Every verb starts with this.
-CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description, CommonOptions* common);
+CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description,
+                   CommonOptions* common);
 void add_json(CLI::App* verb, CommonOptions* common);
 
 /// --coordinator; the default is $LIGHTMILL_COORDINATOR, then localhost:7070.

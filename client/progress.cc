@@ -22,13 +22,14 @@ std::string format(const char* pattern, double value) {
 
 double fraction_done(const JobStatus& status) {
   if (status.state == JobState::kDone) return 1;
-  double fraction = status.packets_total > 0 ? static_cast<double>(status.packets_done) /
-                                                   static_cast<double>(status.packets_total)
-                                             : 0;
+  double fraction = status.packets_total > 0
+                        ? static_cast<double>(status.packets_done) / static_cast<double>(status.packets_total)
+                        : 0;
   if (status.settings.time_s > 0) fraction = std::max(fraction, status.wall_seconds / status.settings.time_s);
   // Samples that a target error costs grow in inverse proportion to it.
   const double target = status.settings.target_error;
-  if (target > 0 && status.relmse && *status.relmse > 0) fraction = std::max(fraction, target / *status.relmse);
+  if (target > 0 && status.relmse && *status.relmse > 0)
+    fraction = std::max(fraction, target / *status.relmse);
   return std::clamp(fraction, 0.0, 1.0);
 }
 

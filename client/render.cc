@@ -63,9 +63,8 @@ int render(LocalOptions& options) {
 
   write_image(result.image, path, {options.output.half, image_metadata(result.status)});
   if (!options.report.empty()) {
-    write_report(options.report,
-                 {request.name, settings_to_json(request.settings), result.status.counters}, result.curve,
-                 result.image);
+    write_report(options.report, {request.name, settings_to_json(request.settings), result.status.counters},
+                 result.curve, result.image);
   }
   if (options.common.json) {
     nlohmann::json document = job_to_json(result.status);

@@ -1,4 +1,6 @@
 // lightmill report: error against run time, of a job or of a folder that `render --report` wrote.
+#include "common/image/report.h"
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -11,7 +13,6 @@
 #include "client/json_output.h"
 #include "client/options.h"
 #include "common/error.h"
-#include "common/image/report.h"
 
 namespace lightmill::client {
 namespace {
@@ -67,8 +68,8 @@ int report(const ReportOptions& options) {
 
 void add_report(CLI::App& app, Action& action) {
   auto options = std::make_shared<ReportOptions>();
-  CLI::App* verb = add_verb(app, "report", "Error against run time: error.csv, error.svg, report.html",
-                            &options->common);
+  CLI::App* verb =
+      add_verb(app, "report", "Error against run time: error.csv, error.svg, report.html", &options->common);
   add_json(verb, &options->common);
   add_connection(verb, &options->connection);
   verb->add_option("JOB|DIR", options->subject, "A job's id, or a folder that has error.csv")->required();

@@ -29,7 +29,8 @@ int submit(SubmitOptions& options) {
   finish_scene_options(&options.scene);
   const bool quiet = options.common.quiet;
   if (!options.output.path.empty()) {
-    if (!options.wait) throw Error(ErrorKind::kUsage, "-o: only with --wait; fetch the image later by lightmill fetch");
+    if (!options.wait)
+      throw Error(ErrorKind::kUsage, "-o: only with --wait; fetch the image later by lightmill fetch");
     check_output(options.output);
   }
   const SceneDescription scene = load_scene_for(options.scene, quiet);
@@ -37,7 +38,8 @@ int submit(SubmitOptions& options) {
   JobRequest request;
   request.settings = resolve_settings(scene, options.scene.render);
   request.reference = load_reference(options.reference, request.settings.grid);
-  request.name = options.name.empty() ? std::filesystem::path(options.scene.scene).stem().string() : options.name;
+  request.name =
+      options.name.empty() ? std::filesystem::path(options.scene.scene).stem().string() : options.name;
   request.priority = options.priority;
   request.pool = options.pool;
   std::map<std::string, std::string> paths;
@@ -46,7 +48,8 @@ int submit(SubmitOptions& options) {
   FarmClient farm(options.connection);
   const JobId id = farm.submit(request, paths, [&](size_t blobs, uint64_t bytes) {
     if (quiet) return;
-    std::fprintf(stderr, "uploading %zu file(s), %sB\n", blobs, short_number(static_cast<double>(bytes)).c_str());
+    std::fprintf(stderr, "uploading %zu file(s), %sB\n", blobs,
+                 short_number(static_cast<double>(bytes)).c_str());
   });
   std::printf("%s\n", id.value.c_str());
   std::fflush(stdout);
@@ -60,7 +63,8 @@ int submit(SubmitOptions& options) {
 
 void add_submit(CLI::App& app, Action& action) {
   auto options = std::make_shared<SubmitOptions>();
-  CLI::App* verb = add_verb(app, "submit", "Queue a scene on the farm; prints the job's id", &options->common);
+  CLI::App* verb =
+      add_verb(app, "submit", "Queue a scene on the farm; prints the job's id", &options->common);
   add_connection(verb, &options->connection);
   add_scene(verb, &options->scene);
   add_render_options(verb, &options->scene);

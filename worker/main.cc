@@ -36,7 +36,8 @@ struct Options {
 };
 
 std::string default_cache_dir() {
-  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache) return std::string(cache) + "/lightmill";
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache)
+    return std::string(cache) + "/lightmill";
   if (const char* home = std::getenv("HOME"); home && *home) return std::string(home) + "/.cache/lightmill";
   return "lightmill-cache";
 }
@@ -64,7 +65,8 @@ class SignalThread {
       const sigset_t set = handled_signals();
       int signal = 0;
       for (int count = 0; sigwait(&set, &signal) == 0 && signal != SIGUSR1; ++count) {
-        spdlog::info("signal {}: {}", signal, count == 0 ? "draining; once more to stop at once" : "stopping");
+        spdlog::info("signal {}: {}", signal,
+                     count == 0 ? "draining; once more to stop at once" : "stopping");
         if (count == 0) {
           runner.drain();
         } else {

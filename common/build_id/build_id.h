@@ -7,10 +7,11 @@ namespace lightmill {
 /// The project's version, e.g. "0.1.0".
 std::string project_version();
 
-/// One line that is equal for programs built together and run on the same C library, e.g.
-/// "lightmill 0.1.0 (a1b2c3d) schema 1, Embree 3.13.5, OpenImageIO 2.4.7, libc 2.36".
-/// Embree and OpenImageIO are those found at configure time, so that a program that links neither gives
-/// the same id; libc is the one that runs, because its math functions pick the bits.
+/// One line that is equal for programs built from the same sources and run on the same C library, e.g.
+/// "lightmill 0.1.0 (source a1b2c3d4e5f6) schema 1, Embree 3.13.5, OpenImageIO 2.4.7, libc 2.36".
+/// The digest is over all sources that a partial, its merge or the protocol depends on. Embree and
+/// OpenImageIO are those found at configure time, so that a program that links neither gives the same id;
+/// libc is the one that runs, because its math functions pick the bits.
 std::string build_id();
 
 }  // namespace lightmill

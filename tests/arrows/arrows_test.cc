@@ -1,4 +1,5 @@
-// Dependencies point one way: proto <- common <- {worker, coordinator} <- client. Read from the #include lines.
+// Dependencies point one way: proto <- common <- {worker, coordinator} <- client. Read from the #include
+// lines.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -56,9 +57,10 @@ bool starts_with_any(const std::string& text, std::initializer_list<const char*>
 }
 
 TEST(Arrows, CommonDependsOnNothingAboveIt) {
-  expect_none("common", "common/ is below worker/, coordinator/ and client/ and has no Embree", [](const Include& i) {
-    return starts_with_any(i.target, {"worker/", "coordinator/", "client/", "embree"});
-  });
+  expect_none("common", "common/ is below worker/, coordinator/ and client/ and has no Embree",
+              [](const Include& i) {
+                return starts_with_any(i.target, {"worker/", "coordinator/", "client/", "embree"});
+              });
 }
 
 TEST(Arrows, CoordinatorKnowsNoWorkerAndNoEmbree) {

@@ -8,9 +8,9 @@
 namespace lightmill::client {
 namespace {
 
+using ::testing::HasSubstr;
 using testing::kBox;
 using testing::Outcome;
-using ::testing::HasSubstr;
 
 struct BadScene {
   const char* name;
@@ -35,32 +35,40 @@ std::string box_and(const std::string& more) { return kBox + more; }  // `more` 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, BadSceneTest,
     ::testing::Values(
-        BadScene{"Empty", "", "bad.pbrt:"}, BadScene{"Binary", std::string("\x7f\x45\x00\x01\xff", 5), "bad.pbrt:1:"},
+        BadScene{"Empty", "", "bad.pbrt:"},
+        BadScene{"Binary", std::string("\x7f\x45\x00\x01\xff", 5), "bad.pbrt:1:"},
         BadScene{"Truncated", std::string(kBox).substr(0, 420), "bad.pbrt:"},
         BadScene{"UnknownDirective", box_and("Shap \"sphere\"\n"), "bad.pbrt:12:1"},
         BadScene{"UnknownShape", box_and("Shape \"sphear\"\n"), "bad.pbrt:12:"},
         BadScene{"UnknownMaterial", box_and("Material \"difuse\"\n"), "bad.pbrt:12:"},
         BadScene{"UnknownParameter", box_and("Shape \"sphere\" \"float radios\" 1\n"), "bad.pbrt:12:"},
-        BadScene{"WrongParameterType", box_and("Shape \"sphere\" \"string radius\" \"big\"\n"), "bad.pbrt:12:"},
+        BadScene{"WrongParameterType", box_and("Shape \"sphere\" \"string radius\" \"big\"\n"),
+                 "bad.pbrt:12:"},
         BadScene{"UnbalancedAttribute", box_and("AttributeBegin\n"), "bad.pbrt:"},
         BadScene{"SingularTransform", box_and("Scale 0 1 1\nShape \"sphere\"\n"), "bad.pbrt:1"},
-        BadScene{"NanVertex",
-                 box_and("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 nan 1 0] \"integer indices\" [0 1 2]\n"),
-                 "bad.pbrt:12:"},
-        BadScene{"IndexOutOfRange",
-                 box_and("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 9]\n"),
-                 "bad.pbrt:12:"},
+        BadScene{
+            "NanVertex",
+            box_and(
+                "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 nan 1 0] \"integer indices\" [0 1 2]\n"),
+            "bad.pbrt:12:"},
+        BadScene{
+            "IndexOutOfRange",
+            box_and("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 9]\n"),
+            "bad.pbrt:12:"},
         BadScene{"MissingMesh", box_and("Shape \"plymesh\" \"string filename\" \"none.ply\"\n"), "none.ply"},
         BadScene{"MissingTexture",
-                 box_and("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"none.png\"\n"), "none.png"},
+                 box_and("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"none.png\"\n"),
+                 "none.png"},
         BadScene{"MissingInclude", box_and("Include \"none.pbrt\"\n"), "none.pbrt"},
         BadScene{"ZeroResolution",
-                 "Film \"rgb\" \"integer xresolution\" 0 \"integer yresolution\" 64\nWorldBegin\n", "bad.pbrt:"},
+                 "Film \"rgb\" \"integer xresolution\" 0 \"integer yresolution\" 64\nWorldBegin\n",
+                 "bad.pbrt:"},
         BadScene{"HugeResolution",
                  "Film \"rgb\" \"integer xresolution\" 100000 \"integer yresolution\" 100000\nWorldBegin\n"
                  "LightSource \"infinite\"\nShape \"sphere\"\n",
                  "bad.pbrt:"},
-        BadScene{"NegativeSamples", "Sampler \"sobol\" \"integer pixelsamples\" -4\nWorldBegin\n", "bad.pbrt:1:"}),
+        BadScene{"NegativeSamples", "Sampler \"sobol\" \"integer pixelsamples\" -4\nWorldBegin\n",
+                 "bad.pbrt:1:"}),
     [](const auto& info) { return info.param.name; });
 
 class BadMesh : public testing::CliTest {};
@@ -70,9 +78,9 @@ TEST_F(BadMesh, TruncatedAndMalformedMeshesAreRefused) {
   const std::string header =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
-  for (const std::string& mesh : {std::string(""), std::string("plx\n"), header.substr(0, 60), header,
-                                  header + "0 0 0\n1 0 0\n0 1 0\n", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
-                                  header + "0 0 0\n1 0 inf\n0 1 0\n3 0 1 2\n"}) {
+  for (const std::string& mesh :
+       {std::string(""), std::string("plx\n"), header.substr(0, 60), header, header + "0 0 0\n1 0 0\n0 1 0\n",
+        header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", header + "0 0 0\n1 0 inf\n0 1 0\n3 0 1 2\n"}) {
     write("m.ply", mesh);
     const Outcome outcome = run({"render", "bad.pbrt", "--quiet"});
     EXPECT_EQ(outcome.code, 2) << mesh;
@@ -82,7 +90,8 @@ TEST_F(BadMesh, TruncatedAndMalformedMeshesAreRefused) {
 }
 
 TEST_F(BadMesh, AZeroAreaTriangleDoesNoHarm) {
-  write("ok.pbrt", box_and("Shape \"trianglemesh\" \"point3 P\" [0 0 0 0 0 0 0 1 0] \"integer indices\" [0 1 2]\n"));
+  write("ok.pbrt",
+        box_and("Shape \"trianglemesh\" \"point3 P\" [0 0 0 0 0 0 0 1 0] \"integer indices\" [0 1 2]\n"));
   const Outcome outcome = run({"render", "ok.pbrt", "--quiet"});
   EXPECT_TRUE(outcome.code == 0 || outcome.code == 2) << outcome.err;
 }

@@ -8,17 +8,18 @@
 namespace lightmill::client {
 namespace {
 
-using testing::kBox;
-using testing::Outcome;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using testing::kBox;
 using ::testing::MatchesRegex;
 using ::testing::Not;
+using testing::Outcome;
 
 class Cli : public testing::CliTest {};
 
-constexpr const char* kVerbs[] = {"render", "submit", "watch",  "jobs",  "job",   "workers", "tiles",   "pause", "resume",
-                                  "cancel", "retry",  "extend", "fetch", "check", "explain", "compare", "report"};
+constexpr const char* kVerbs[] = {"render", "submit", "watch",   "jobs",    "job",   "workers",
+                                  "tiles",  "pause",  "resume",  "cancel",  "retry", "extend",
+                                  "fetch",  "check",  "explain", "compare", "report"};
 
 TEST_F(Cli, EveryVerbHasHelpAndVersion) {
   for (const char* verb : kVerbs) {
@@ -147,7 +148,9 @@ TEST_F(Cli, ThreadsDoNotShowAndSeedsDo) {
   write("box.pbrt", kBox);
   for (const char* threads : {"1", "3"}) {
     ASSERT_EQ(run({"render", "box.pbrt", "--quiet", "--spp", "20", "--threads", threads, "-o",
-                   std::string("t") + threads + ".exr"}).code, 0);
+                   std::string("t") + threads + ".exr"})
+                  .code,
+              0);
   }
   ASSERT_EQ(run({"render", "box.pbrt", "--quiet", "--spp", "20", "--seed", "9", "-o", "s.exr"}).code, 0);
   EXPECT_EQ(read_image("t1.exr").data, read_image("t3.exr").data);
@@ -157,8 +160,10 @@ TEST_F(Cli, ThreadsDoNotShowAndSeedsDo) {
 TEST_F(Cli, ReportHasItsThreeFilesAndTrueErrors) {
   write("box.pbrt", kBox);
   ASSERT_EQ(run({"render", "box.pbrt", "--quiet", "--spp", "512", "-o", "ref.exr"}).code, 0);
-  ASSERT_EQ(run({"render", "box.pbrt", "--quiet", "--spp", "64", "--seed", "3", "--reference", "ref.exr", "--report",
-                 "rep", "-o", "x.exr"}).code, 0);
+  ASSERT_EQ(run({"render", "box.pbrt", "--quiet", "--spp", "64", "--seed", "3", "--reference", "ref.exr",
+                 "--report", "rep", "-o", "x.exr"})
+                .code,
+            0);
   for (const char* file : {"rep/error.csv", "rep/error.svg", "rep/report.html"}) {
     EXPECT_GT(std::filesystem::file_size(file), 100u) << file;
   }
@@ -187,7 +192,8 @@ TEST_F(Cli, CompareHasTheKeysOfTheContract) {
   const auto metrics = nlohmann::json::parse(outcome.out);
   EXPECT_DOUBLE_EQ(metrics["mse"].get<double>(), 0.0625);
   EXPECT_DOUBLE_EQ(metrics["mean_ratio"].get<double>(), 2);
-  for (const char* key : {"relmse", "relmse_trimmed", "mae", "flip"}) EXPECT_GT(metrics[key].get<double>(), 0) << key;
+  for (const char* key : {"relmse", "relmse_trimmed", "mae", "flip"})
+    EXPECT_GT(metrics[key].get<double>(), 0) << key;
   write_image(Image(8, 8), "small.exr");
   EXPECT_EQ(run({"compare", "a.exr", "small.exr"}).code, 2);
   EXPECT_EQ(run({"compare", "a.exr", "none.exr"}).code, 1);
@@ -211,7 +217,8 @@ TEST_F(Cli, ExplainHasTheKeysOfTheContract) {
 TEST_F(Cli, TinyAndOblongImagesWork) {
   write("box.pbrt", kBox);
   for (const char* size : {"1x1", "1x20000", "33x1"}) {
-    const Outcome outcome = run({"render", "box.pbrt", "--quiet", "--spp", "1", "--resolution", size, "-o", "x.exr"});
+    const Outcome outcome =
+        run({"render", "box.pbrt", "--quiet", "--spp", "1", "--resolution", size, "-o", "x.exr"});
     EXPECT_EQ(outcome.code, 0) << size << outcome.err;
   }
 }

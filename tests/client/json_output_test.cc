@@ -18,8 +18,9 @@ JobStatus some_job() {
 
 TEST(JobJson, HasTheKeysOfTheContract) {
   const nlohmann::json job = job_to_json(some_job());
-  for (const char* key : {"id", "state", "packets_done", "packets_total", "leases_reassigned", "spp", "wall_seconds",
-                          "cpu_seconds", "relmse", "relmse_low", "relmse_high", "nonfinite"}) {
+  for (const char* key :
+       {"id", "state", "packets_done", "packets_total", "leases_reassigned", "spp", "wall_seconds",
+        "cpu_seconds", "relmse", "relmse_low", "relmse_high", "nonfinite"}) {
     EXPECT_TRUE(job.contains(key)) << key;
   }
   EXPECT_EQ(job["id"], "j7");

@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void fail_disk(const std::string& path) {
-  throw Error(ErrorKind::kFailed, path + ": " + std::strerror(errno) +
-                                      "; free some disk space or choose another --cache-dir");
+  throw Error(ErrorKind::kFailed,
+              path + ": " + std::strerror(errno) + "; free some disk space or choose another --cache-dir");
 }
 
 /// Writes fetched blobs to temporary files and renames those whose content fits their digest.
@@ -35,7 +35,8 @@ class Downloader : public BlobSink {
   void begin(const std::string& digest, uint64_t size) override {
     const auto found = wanted_.find(digest);
     if (found == wanted_.end() || size != found->second.size) {
-      throw Error(ErrorKind::kFailed, "the coordinator sent a blob that was not asked for, or of another size");
+      throw Error(ErrorKind::kFailed,
+                  "the coordinator sent a blob that was not asked for, or of another size");
     }
     entry_ = found->second;
     left_ = size;
@@ -78,11 +79,13 @@ class Downloader : public BlobSink {
 
 }  // namespace
 
-BlobCache::BlobCache(std::string folder, uint64_t max_bytes) : folder_(std::move(folder)), max_bytes_(max_bytes) {
+BlobCache::BlobCache(std::string folder, uint64_t max_bytes)
+    : folder_(std::move(folder)), max_bytes_(max_bytes) {
   std::error_code error;
   fs::create_directories(folder_, error);
   if (error || ::access(folder_.c_str(), W_OK) != 0) {
-    throw Error(ErrorKind::kFailed, folder_ + ": the cache folder can't be written to; choose another --cache-dir");
+    throw Error(ErrorKind::kFailed,
+                folder_ + ": the cache folder can't be written to; choose another --cache-dir");
   }
 }
 
@@ -117,7 +120,8 @@ void BlobCache::make_room(const Bundle& bundle, uint64_t missing_bytes) {
     const uint64_t size = file.file_size(error);
     if (error) continue;  // another worker removed it just now
     total += size;
-    if (!kept.count(file.path().filename())) candidates.push_back({file.path(), size, file.last_write_time(error)});
+    if (!kept.count(file.path().filename()))
+      candidates.push_back({file.path(), size, file.last_write_time(error)});
   }
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.used < b.used; });
@@ -139,8 +143,9 @@ void BlobCache::ensure(const Bundle& bundle, FarmLink& link) {
     missing.emplace(entry.digest, entry);
   }
   if (bundle_bytes > max_bytes_) {
-    throw Error(ErrorKind::kFailed, "the scene has " + std::to_string(bundle_bytes) + " bytes and the cache holds " +
-                                        std::to_string(max_bytes_) + "; raise this worker's --cache-size");
+    throw Error(ErrorKind::kFailed, "the scene has " + std::to_string(bundle_bytes) +
+                                        " bytes and the cache holds " + std::to_string(max_bytes_) +
+                                        "; raise this worker's --cache-size");
   }
   if (missing.empty()) return;
   make_room(bundle, missing_bytes);
@@ -155,7 +160,8 @@ void BlobCache::ensure(const Bundle& bundle, FarmLink& link) {
     const std::string name = blob_file_name(entry), source = blob_file_name(fetched->second);
     std::error_code error;
     if (name != source) {
-      fs::copy_file(folder_ + "/" + source, folder_ + "/" + name, fs::copy_options::overwrite_existing, error);
+      fs::copy_file(folder_ + "/" + source, folder_ + "/" + name, fs::copy_options::overwrite_existing,
+                    error);
     }
     if (error || !fs::exists(folder_ + "/" + name, error)) {
       throw Error(ErrorKind::kFailed, "blob " + entry.digest + " (" + entry.name + ") could not be stored");

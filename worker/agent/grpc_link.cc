@@ -110,7 +110,8 @@ std::optional<LeaseGrant> GrpcLink::lease(double wait_seconds) {
   LeaseGrant lease = from_proto(response.grant());
   const CellRect all = lease.settings.grid.cells(), cells = lease.tile.cells;
   if (cells.x0 < all.x0 || cells.y0 < all.y0 || cells.x1 > all.x1 || cells.y1 > all.y1) {
-    throw Error(ErrorKind::kFailed, "the coordinator sent a tile outside its image; is it of the same version?");
+    throw Error(ErrorKind::kFailed,
+                "the coordinator sent a tile outside its image; is it of the same version?");
   }
   return lease;
 }

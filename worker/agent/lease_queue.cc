@@ -153,9 +153,9 @@ void LeaseQueue::stop_growing() {
 
 bool LeaseQueue::wait_until_empty(double seconds) const {
   std::unique_lock lock(mutex_);
-  return changed_.wait_for(lock, std::chrono::duration<double>(seconds),
-                           [&] { return closed_ || held_.empty(); }) &&
-         held_.empty();
+  return changed_.wait_for(lock, std::chrono::duration<double>(seconds), [&] {
+    return closed_ || held_.empty();
+  }) && held_.empty();
 }
 
 void LeaseQueue::close() {

@@ -23,10 +23,11 @@ std::string warm_key(const std::string& bundle_digest, RenderSettings settings) 
 SceneDescription load(const Bundle& bundle, const std::string& folder) {
   LoadResult result = load_scene(bundle.main, BundleFiles(bundle, folder));
   if (result.ok()) return std::move(result.scene);
-  const auto first = std::find_if(result.problems.begin(), result.problems.end(),
-                                  [](const Problem& problem) { return problem.severity == Severity::kError; });
-  throw Error(ErrorKind::kBadScene, first == result.problems.end() ? bundle.main + ": cannot be read"
-                                                                   : format_problem(*first));
+  const auto first = std::find_if(result.problems.begin(), result.problems.end(), [](const Problem& problem) {
+    return problem.severity == Severity::kError;
+  });
+  throw Error(ErrorKind::kBadScene,
+              first == result.problems.end() ? bundle.main + ": cannot be read" : format_problem(*first));
 }
 
 }  // namespace
@@ -37,7 +38,8 @@ SceneCache::SceneCache(FarmLink& link, std::string folder, uint64_t max_bytes, i
 std::shared_ptr<const PacketRenderer> SceneCache::open(const std::string& bundle_digest,
                                                        const RenderSettings& settings) {
   const std::string key = warm_key(bundle_digest, settings);
-  const auto found = std::find_if(warm_.begin(), warm_.end(), [&](const Warm& warm) { return warm.key == key; });
+  const auto found =
+      std::find_if(warm_.begin(), warm_.end(), [&](const Warm& warm) { return warm.key == key; });
   if (found != warm_.end()) {
     warm_.splice(warm_.begin(), warm_, found);
     return warm_.front().renderer;

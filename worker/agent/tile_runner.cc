@@ -30,14 +30,16 @@ const char* outcome_name(CommitResult outcome) {
 }
 
 std::string describe(const LeaseKey& key) {
-  return key.job.value + " tile " + std::to_string(key.tile.value) + " attempt " + std::to_string(key.attempt);
+  return key.job.value + " tile " + std::to_string(key.tile.value) + " attempt " +
+         std::to_string(key.attempt);
 }
 
 /// A render thread's workspaces: of the renderers that it used last, most recent first.
 class Workspaces {
  public:
   Workspace& of(const std::shared_ptr<const PacketRenderer>& renderer) {
-    auto found = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& k) { return k.renderer == renderer; });
+    auto found =
+        std::find_if(kept_.begin(), kept_.end(), [&](const Kept& k) { return k.renderer == renderer; });
     if (found == kept_.end()) {
       if (kept_.size() == kMost) kept_.pop_back();
       found = kept_.insert(kept_.begin(), Kept{renderer, renderer->make_workspace()});

@@ -23,7 +23,7 @@ namespace lightmill::agent {
 struct RunnerOptions {
   int threads = 1;
   WorkerRegistration registration;
-  double lease_wait_seconds = 5;    // long poll
+  double lease_wait_seconds = 5;  // long poll
   double drain_timeout_seconds = 60;
   std::function<void(const std::string&)> log = [](const std::string&) {};  // any thread; one line
 };
@@ -51,7 +51,8 @@ class TileRunner {
   template <class F>
   bool retry(const std::function<bool()>& wanted, F call);
   bool register_again(uint64_t seen);
-  bool sleep(double seconds, const std::function<bool()>& wanted = [] { return true; });
+  bool sleep(
+      double seconds, const std::function<bool()>& wanted = [] { return true; });
   bool is_stopping() const { return stopping_.load(); }
 
   FarmLink& link_;

@@ -15,8 +15,8 @@ namespace lightmill::agent {
 namespace {
 
 using testing::FakeFarm;
-using testing::TemporaryFolder;
 using ::testing::HasSubstr;
+using testing::TemporaryFolder;
 
 class BlobCacheTest : public ::testing::Test {
  protected:

@@ -32,8 +32,8 @@ class CountingRenderer : public PacketRenderer {
     for (ExactRgb& sum : sums) sum.c[0] = samples << -kQuantum;
     builder.add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(sums));
     RenderCounters counters;
-    const PixelRect cell{packet.cell_x * kCellSize, packet.cell_y * kCellSize, (packet.cell_x + 1) * kCellSize,
-                         (packet.cell_y + 1) * kCellSize};
+    const PixelRect cell{packet.cell_x * kCellSize, packet.cell_y * kCellSize,
+                         (packet.cell_x + 1) * kCellSize, (packet.cell_y + 1) * kCellSize};
     counters.camera_paths = static_cast<uint64_t>(cell.area()) * static_cast<uint64_t>(samples);
     builder.add_counters(counters, 0.001);
   }
@@ -138,8 +138,8 @@ class FakeFarm : public FarmLink {
   std::map<LeaseKey, std::string> failures;
   std::map<LeaseKey, bool> lose;
   std::string refusal;
-  int down_calls = 0;     // so many calls throw LinkDown
-  bool forget = false;    // the next call throws NotRegistered
+  int down_calls = 0;   // so many calls throw LinkDown
+  bool forget = false;  // the next call throws NotRegistered
   std::map<std::string, Bundle> bundles;
   std::map<std::string, std::string> blobs;  // digest -> content, which may be a lie
   int blobs_sent = 0;

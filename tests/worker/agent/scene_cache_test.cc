@@ -12,8 +12,8 @@ namespace lightmill::agent {
 namespace {
 
 using testing::FakeFarm;
-using testing::TemporaryFolder;
 using ::testing::HasSubstr;
+using testing::TemporaryFolder;
 
 constexpr char kScene[] = R"(Camera "perspective"
 WorldBegin
