@@ -31,7 +31,7 @@ constexpr size_t kDigestsAtOnce = 10000;
 /// The bytes of a blob to upload: a file, or memory.
 class BlobBytes {
  public:
-  BlobBytes(std::string path, std::string memory) : memory_(std::move(memory)) {
+  BlobBytes(const std::string& path, std::string memory) : memory_(std::move(memory)) {
     if (path.empty()) return;
     file_.open(path, std::ios::binary);
     if (!file_) throw Error(ErrorKind::kFailed, path + ": cannot be read");
@@ -103,6 +103,7 @@ struct FarmClient::Impl {
     std::map<std::string, PendingBlob> by_digest;
     for (PendingBlob& blob : blobs) by_digest.emplace(blob.digest, std::move(blob));
     std::vector<std::string> digests;
+    digests.reserve(by_digest.size());
     for (const auto& [digest, blob] : by_digest) digests.push_back(digest);
     std::vector<PendingBlob> missing;
     for (size_t first = 0; first < digests.size(); first += kDigestsAtOnce) {

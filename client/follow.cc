@@ -10,7 +10,7 @@ namespace lightmill::client {
 
 JobStatus follow(FarmClient& farm, const JobId& id, bool quiet) {
   Progress progress(quiet);
-  const JobStatus last = farm.watch(
+  JobStatus last = farm.watch(
       id, [&](const JobStatus& status) { progress.update(status); },
       [&](const std::string& message) {
         if (!quiet) print_warning(message);

@@ -45,7 +45,7 @@ std::string default_cache_dir() {
 /// Test hooks: a worker that claims to be of another build or arithmetic class.
 std::string overridden(const char* variable, std::string value) {
   const char* other = std::getenv(variable);
-  return other && *other ? other : value;
+  return other && *other ? std::string(other) : std::move(value);
 }
 
 /// SIGTERM, SIGINT, and SIGUSR1 to end the thread that waits for them.
@@ -169,4 +169,10 @@ int main_with_errors(int argc, char** argv) {
 }  // namespace
 }  // namespace lightmill
 
-int main(int argc, char** argv) { return lightmill::main_with_errors(argc, argv); }
+int main(int argc, char** argv) {
+  try {
+    return lightmill::main_with_errors(argc, argv);
+  } catch (...) {  // printing help, or an error, failed
+    return 1;
+  }
+}

@@ -150,6 +150,7 @@ void BlobCache::ensure(const Bundle& bundle, FarmLink& link) {
   if (missing.empty()) return;
   make_room(bundle, missing_bytes);
   std::vector<std::string> digests;
+  digests.reserve(missing.size());
   for (const auto& [digest, entry] : missing) digests.push_back(digest);
   Downloader downloader(folder_, missing);
   link.fetch_blobs(digests, downloader);

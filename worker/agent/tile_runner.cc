@@ -64,6 +64,7 @@ TileRunner::TileRunner(FarmLink& link, RenderSource& source, RunnerOptions optio
 
 void TileRunner::run() {
   std::vector<std::thread> threads;
+  threads.reserve(static_cast<size_t>(options_.threads) + 2);
   for (int i = 0; i < options_.threads; ++i) threads.emplace_back([this] { render_loop(); });
   threads.emplace_back([this] { commit_loop(); });
   threads.emplace_back([this] { renew_loop(); });
