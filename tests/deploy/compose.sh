@@ -45,7 +45,7 @@ image() {
     -f "$dir/context/deploy/Dockerfile" "$dir/context"
 }
 for target in coordinator worker cli; do check "image $target ($binaries)" image $target; done
-no_embree() { ! docker run --rm --network none --entrypoint ls lightmill-coordinator /usr/lib/x86_64-linux-gnu | grep embree; }
+no_embree() { ! docker run --rm --pull never --network none --entrypoint ls lightmill-coordinator /usr/lib/x86_64-linux-gnu | grep embree; }
 check "no Embree in the coordinator's image" no_embree
 [[ $failed == 0 ]] || finish
 

@@ -59,6 +59,6 @@ make_base_image() {
   tar -C "$dir/base" --one-file-system -c . | docker import - debian:bookworm-slim >/dev/null ||
     { docker_reason="docker import failed"; return 1; }
   rm -rf --one-file-system "${dir:?}/base"
-  docker run --rm --network none debian:bookworm-slim true 2>"$dir/run.log" ||
+  docker run --rm --pull never --network none debian:bookworm-slim true 2>"$dir/run.log" ||
     { docker_reason="this kernel does not run containers: $(tail -n 1 "$dir/run.log" | cut -c1-200)"; return 1; }
 }

@@ -11,6 +11,7 @@ sources() { git ls-files '*.cc' '*.h' '*.proto' '*.py' '*.sh'; }
 none() { local found; found=$("$@"); [[ -z $found ]] || { tr '\n' ' ' <<<"$found"; return 1; }; }
 
 long_files() { sources | xargs wc -l | awk '$2 != "total" && $1 > 800 { print $2 ":" $1 }'; }
+# shellcheck disable=SC2016  # backquotes of Markdown
 missing_names() { # every `path` that a document names
   grep -ohE '`[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)+/?`' README.md ARCHITECTURE.md | tr -d '`' | sort -u |
     while read -r path; do
