@@ -27,5 +27,7 @@ struct TileId {
 
 template <class Tag>
 struct std::hash<lightmill::StringId<Tag>> {
-  size_t operator()(const lightmill::StringId<Tag>& id) const noexcept { return std::hash<std::string>{}(id.value); }
+  size_t operator()(const lightmill::StringId<Tag>& id) const noexcept {
+    return std::hash<std::string>{}(id.value);
+  }
 };

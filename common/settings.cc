@@ -9,7 +9,6 @@
 namespace lightmill {
 namespace {
 
-
 [[noreturn]] void usage(const std::string& message) { throw Error(ErrorKind::kUsage, message); }
 
 void check_resolution(int64_t width, int64_t height, ErrorKind kind) {

@@ -39,8 +39,8 @@ struct RenderOptions {
 struct RenderSettings {
   Integrator integrator = Integrator::kBdpt;
   FilmGrid grid;
-  int64_t spp = 16;    // samples per pixel in total
-  int max_depth = 5;   // scattering events (pbrt's meaning); kUnlimitedDepth for no limit
+  int64_t spp = 16;   // samples per pixel in total
+  int max_depth = 5;  // scattering events (pbrt's meaning); kUnlimitedDepth for no limit
   uint64_t seed = 0;
   double time_s = 0;        // 0: none
   double target_error = 0;  // 0: none

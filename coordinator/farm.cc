@@ -216,7 +216,8 @@ void Farm::extend(const JobId& id, std::optional<int64_t> spp, std::optional<dou
                                           "; run `lightmill retry` before extending it");
     }
     if ((spp && *spp < 1) || (time_s && !(*time_s >= 0)) || (target_error && !(*target_error >= 0))) {
-      throw Error(ErrorKind::kUsage, "extend: samples must be at least 1, a time and a target error at least 0");
+      throw Error(ErrorKind::kUsage,
+                  "extend: samples must be at least 1, a time and a target error at least 0");
     }
     RenderSettings settings = job.record.settings;
     if (spp || time_s || target_error) {

@@ -14,10 +14,19 @@
 
 namespace lightmill {
 
-struct Vec2f { float x = 0, y = 0; };
-struct Vec3f { float x = 0, y = 0, z = 0; };
-struct Vec3d { double x = 0, y = 0, z = 0; };
-struct Rgb { float r = 0, g = 0, b = 0; bool operator==(const Rgb&) const = default; };
+struct Vec2f {
+  float x = 0, y = 0;
+};
+struct Vec3f {
+  float x = 0, y = 0, z = 0;
+};
+struct Vec3d {
+  double x = 0, y = 0, z = 0;
+};
+struct Rgb {
+  float r = 0, g = 0, b = 0;
+  bool operator==(const Rgb&) const = default;
+};
 
 /// Row-major 4x4 matrix acting on column vectors: p' = M p.
 struct Transform {
@@ -33,13 +42,21 @@ struct SourceLocation {
 // --- textures and materials ---------------------------------------------------------------------
 
 /// A colour or a reference to a texture (index into SceneDescription::textures).
-struct SpectrumInput { Rgb value; int texture = -1; };
-struct FloatInput { float value = 0; int texture = -1; };
+struct SpectrumInput {
+  Rgb value;
+  int texture = -1;
+};
+struct FloatInput {
+  float value = 0;
+  int texture = -1;
+};
 
 enum class Wrap { kRepeat, kClamp, kBlack, kOctahedral };
 enum class ColorEncoding { kAuto, kSrgb, kLinear, kGamma };  // kAuto: sRGB for 8-bit files, else linear
 
-struct UvMapping { float su = 1, sv = 1, du = 0, dv = 0; };  // (s,t) = (su*u + du, sv*v + dv)
+struct UvMapping {
+  float su = 1, sv = 1, du = 0, dv = 0;
+};  // (s,t) = (su*u + du, sv*v + dv)
 
 /// pbrt "imagemap". (0,0) is the lower left corner of the picture (pbrt flips v).
 struct ImageTexture {
@@ -51,11 +68,23 @@ struct ImageTexture {
   bool invert = false;
   UvMapping mapping;
 };
-struct ConstantTexture { Rgb value; };
-struct ScaleTexture { SpectrumInput tex; FloatInput scale; };
-struct MixTexture { SpectrumInput tex1, tex2; FloatInput amount; };
-struct CheckerboardTexture { SpectrumInput tex1, tex2; UvMapping mapping; };
-using TextureKind = std::variant<ImageTexture, ConstantTexture, ScaleTexture, MixTexture, CheckerboardTexture>;
+struct ConstantTexture {
+  Rgb value;
+};
+struct ScaleTexture {
+  SpectrumInput tex;
+  FloatInput scale;
+};
+struct MixTexture {
+  SpectrumInput tex1, tex2;
+  FloatInput amount;
+};
+struct CheckerboardTexture {
+  SpectrumInput tex1, tex2;
+  UvMapping mapping;
+};
+using TextureKind =
+    std::variant<ImageTexture, ConstantTexture, ScaleTexture, MixTexture, CheckerboardTexture>;
 struct TextureDescription {
   std::string name;
   bool is_spectrum = true;  // false: "float"; then r == g == b
@@ -64,11 +93,16 @@ struct TextureDescription {
 };
 
 /// Roughness as pbrt has it: alpha = remap ? sqrt(roughness) : roughness, per tangent direction.
-struct Roughness { FloatInput u, v; bool remap = true; };
+struct Roughness {
+  FloatInput u, v;
+  bool remap = true;
+};
 
-struct DiffuseMaterial { SpectrumInput reflectance{{0.5f, 0.5f, 0.5f}, -1}; };
-/// Lambertian reflection and transmission, both sides alike. Values are times `scale`; where a channel's sum is
-/// above 1, the renderer scales both down to a sum of 1.
+struct DiffuseMaterial {
+  SpectrumInput reflectance{{0.5f, 0.5f, 0.5f}, -1};
+};
+/// Lambertian reflection and transmission, both sides alike. Values are times `scale`; where a channel's sum
+/// is above 1, the renderer scales both down to a sum of 1.
 struct DiffuseTransmissionMaterial {
   SpectrumInput reflectance{{0.25f, 0.25f, 0.25f}, -1}, transmittance{{0.25f, 0.25f, 0.25f}, -1};
   float scale = 1;
@@ -79,9 +113,14 @@ struct ConductorMaterial {
   std::optional<SpectrumInput> reflectance;
   Roughness roughness;
 };
-struct DielectricMaterial { float eta = 1.5f; Roughness roughness; };
+struct DielectricMaterial {
+  float eta = 1.5f;
+  Roughness roughness;
+};
 /// A smooth sheet too thin to shift what is seen through it; `eta` over its surroundings.
-struct ThinDielectricMaterial { float eta = 1.5f; };
+struct ThinDielectricMaterial {
+  float eta = 1.5f;
+};
 /// Diffuse base under a dielectric coat, pbrt's layered model without scattering in the coat: a traversal of
 /// the coat at cosine mu transmits exp(-thickness / mu), and at most max_depth interactions are followed.
 struct CoatedDiffuseMaterial {
@@ -91,8 +130,8 @@ struct CoatedDiffuseMaterial {
   float thickness = 0.01f;
   int max_depth = 10;
 };
-using MaterialKind = std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial,
-                                  ThinDielectricMaterial, DiffuseTransmissionMaterial>;
+using MaterialKind = std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial,
+                                  CoatedDiffuseMaterial, ThinDielectricMaterial, DiffuseTransmissionMaterial>;
 struct MaterialDescription {
   std::string name;  // empty for an unnamed Material
   MaterialKind kind;
@@ -108,8 +147,12 @@ struct TriangleMesh {
   std::vector<Vec2f> uvs;
   std::vector<std::array<uint32_t, 3>> triangles;
 };
-struct MeshShape { std::shared_ptr<const TriangleMesh> mesh; };
-struct SphereShape { float radius = 1; };
+struct MeshShape {
+  std::shared_ptr<const TriangleMesh> mesh;
+};
+struct SphereShape {
+  float radius = 1;
+};
 using ShapeKind = std::variant<MeshShape, SphereShape>;
 struct ShapeDescription {
   ShapeKind kind;
@@ -129,18 +172,25 @@ struct AreaLightDescription {
   SourceLocation location;
 };
 /// Point light: intensity in W/sr per channel, at object_to_world * 0.
-struct PointLight { Rgb intensity; Vec3d position; };
-/// Environment radiance: constant, or `radiance` times a square equal-area image (pbrt-v4's mapping, +z of the
-/// light's space in the middle of the picture).
+struct PointLight {
+  Rgb intensity;
+  Vec3d position;
+};
+/// Environment radiance: constant, or `radiance` times a square equal-area image (pbrt-v4's mapping, +z of
+/// the light's space in the middle of the picture).
 struct InfiniteLight {
   Rgb radiance;
   std::string image_path = {};  // resolved; empty: constant
   Transform light_to_world = {};
 };
-/// Parallel light: irradiance `radiance` on a surface that faces it; shines along the unit vector `direction`.
-struct DistantLight { Rgb radiance; Vec3d direction; };
-/// Point light within a cone: intensity (W/sr) times a smoothstep from total_width to falloff_start (half angles,
-/// degrees) around the unit axis `direction`.
+/// Parallel light: irradiance `radiance` on a surface that faces it; shines along the unit vector
+/// `direction`.
+struct DistantLight {
+  Rgb radiance;
+  Vec3d direction;
+};
+/// Point light within a cone: intensity (W/sr) times a smoothstep from total_width to falloff_start (half
+/// angles, degrees) around the unit axis `direction`.
 struct SpotLight {
   Rgb intensity;
   Vec3d position, direction;
@@ -155,13 +205,14 @@ struct LightDescription {
 // --- camera, film, sampling -----------------------------------------------------------------------
 
 enum class CameraKind { kPerspective, kOrthographic, kSpherical };
-/// Of a spherical camera, whose picture shows all directions. Equirectangular: the azimuth from +x over +z grows with
-/// x, the angle from +y with y. Equal-area: the octahedral square of pbrt-v4, its y and z exchanged.
+/// Of a spherical camera, whose picture shows all directions. Equirectangular: the azimuth from +x over +z
+/// grows with x, the angle from +y with y. Equal-area: the octahedral square of pbrt-v4, its y and z
+/// exchanged.
 enum class SphericalMapping { kEqualArea, kEquirectangular };
-/// Camera space: +x right, +y up, +z into the scene (pbrt, left-handed). A perspective camera with a lens radius
-/// > 0 has rays that leave a disk of that radius around the origin and meet at the plane z = focal_distance (both in
-/// camera space units). An orthographic camera's rays run along +z from the plane z = 0, of which it shows
-/// screen_window.
+/// Camera space: +x right, +y up, +z into the scene (pbrt, left-handed). A perspective camera with a lens
+/// radius > 0 has rays that leave a disk of that radius around the origin and meet at the plane z =
+/// focal_distance (both in camera space units). An orthographic camera's rays run along +z from the plane z =
+/// 0, of which it shows screen_window.
 struct CameraDescription {
   CameraKind kind = CameraKind::kPerspective;
   Transform camera_to_world;
@@ -195,7 +246,10 @@ struct SamplingDescription {
 // --- files and problems -----------------------------------------------------------------------------
 
 /// A file that the scene reads: its name as the bundle knows it (relative, '/' separated) and where it is.
-struct SourceFile { std::string name; std::string path; };
+struct SourceFile {
+  std::string name;
+  std::string path;
+};
 
 enum class Severity { kWarning, kError };
 /// One finding of the reader. Unsupported features are warnings unless `--strict`.

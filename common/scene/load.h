@@ -32,7 +32,7 @@ class DirectoryFiles : public FileSource {
 };
 
 struct LoadOptions {
-  bool strict = false;   // unsupported features are errors
+  bool strict = false;  // unsupported features are errors
 };
 
 struct LoadResult {

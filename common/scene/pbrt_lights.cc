@@ -38,7 +38,8 @@ Vec3d axis(PbrtScene& out, ParameterList& params, const Transform& ctm) {
   const Vec3d d{to.x - from.x, to.y - from.y, to.z - from.z};
   const double length = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
   if (!(length > 0) || !std::isfinite(length)) {
-    out.problems->error(params.where(), params.owner() + " has no direction; \"from\" and \"to\" must differ");
+    out.problems->error(params.where(),
+                        params.owner() + " has no direction; \"from\" and \"to\" must differ");
     return {0, 0, 1};
   }
   return {d.x / length, d.y / length, d.z / length};
@@ -65,7 +66,8 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
         {PointLight{checked(scaled(intensity, scale), params), position}, params.where()});
   } else if (type == "infinite") {
     InfiniteLight light;
-    if (params.has("portal")) params.unsupported("portal", "is ignored; the environment is sampled as a whole");
+    if (params.has("portal"))
+      params.unsupported("portal", "is ignored; the environment is sampled as a whole");
     params.accept({"portal"});
     if (const std::string file = params.text("filename", ""); !file.empty()) {
       light.image_path = out.open_reference(file, params.where_of("filename"));
@@ -87,7 +89,8 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     const double illuminance = params.number("illuminance", -1, -kMaxScale, kMaxScale);
     if (illuminance > 0) scale *= illuminance;
     const Vec3d along = axis(out, params, ctm);
-    out.scene.lights.push_back({DistantLight{checked(scaled(radiance, scale), params), along}, params.where()});
+    out.scene.lights.push_back(
+        {DistantLight{checked(scaled(radiance, scale), params), along}, params.where()});
   } else if (type == "spot") {
     const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
     SpotLight spot;

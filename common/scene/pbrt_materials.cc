@@ -113,8 +113,9 @@ DiffuseTransmissionMaterial read_diffuse_transmission(PbrtScene& out, ParameterL
     const Rgb &r = m.reflectance.value, &t = m.transmittance.value;
     const float sum = m.scale * std::max({r.r + t.r, r.g + t.g, r.b + t.b});
     if (sum > 1 + 1e-6f) {
-      out.problems->warning(params.where(), params.owner() + " reflects and transmits " + std::to_string(sum) +
-                                                " times the light it gets; both are scaled down to a sum of 1");
+      out.problems->warning(params.where(),
+                            params.owner() + " reflects and transmits " + std::to_string(sum) +
+                                " times the light it gets; both are scaled down to a sum of 1");
     }
   }
   return m;

@@ -47,7 +47,8 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
     params.accept({"lensradius", "focaldistance"});  // without meaning here, as in pbrt
   } else {
     camera.kind = CameraKind::kOrthographic;
-    if (params.number("lensradius", 0, 0, kAny) > 0) params.unsupported("lensradius", "is ignored: all is sharp");
+    if (params.number("lensradius", 0, 0, kAny) > 0)
+      params.unsupported("lensradius", "is ignored: all is sharp");
     params.accept({"focaldistance"});
   }
   if (const auto* window = params.numbers("screenwindow", ParamType::kFloat, 4)) {

@@ -2,8 +2,8 @@
 //
 //   bench_render SCENE --integrator bdpt --spp 16 [--resolution WxH] [--threads N]
 //
-// load_s: reading the scene; build_s: textures, normalisation, acceleration structure; render_s: wall time of the
-// packets; cpu_s: of the render threads; peak_gb: resident set.
+// load_s: reading the scene; build_s: textures, normalisation, acceleration structure; render_s: wall time of
+// the packets; cpu_s: of the render threads; peak_gb: resident set.
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -64,7 +64,8 @@ int run(const std::string& path, const lightmill::RenderOptions& options, int th
   const auto per_sample = [&](uint64_t n) { return static_cast<double>(n) / samples; };
   std::printf(
       "{\"load_s\": %.3f, \"build_s\": %.3f, \"render_s\": %.3f, \"cpu_s\": %.3f, \"msamples_per_s\": %.4f, "
-      "\"closest_rays_per_sample\": %.3f, \"shadow_rays_per_sample\": %.3f, \"zero_skipped_per_sample\": %.3f, "
+      "\"closest_rays_per_sample\": %.3f, \"shadow_rays_per_sample\": %.3f, \"zero_skipped_per_sample\": "
+      "%.3f, "
       "\"rouletted_per_sample\": %.3f, \"nonfinite\": %llu, \"peak_gb\": %.3f}\n",
       load, build, render, partial.cpu_seconds, samples / render * 1e-6, per_sample(c.closest_hit_rays),
       per_sample(c.shadow_rays), per_sample(c.zero_connections_skipped), per_sample(c.rouletted_connections),

@@ -57,7 +57,8 @@ SceneDescription every_kernel() {
   scene.shapes.push_back(quad({-1, 2, 3}, {1, 2, 3}, {1, 2, 5}, {-1, 2, 5}, 0, 0));
   scene.shapes.push_back(sphere(2.4, 1.2, 4, 0.2f, 0, 1));
   const int materials = static_cast<int>(scene.materials.size());
-  for (int i = 1; i < materials; ++i) scene.shapes.push_back(sphere(-3.0 + i * 0.7, -0.8 + 0.2 * i, 4.0, 0.33f, i));
+  for (int i = 1; i < materials; ++i)
+    scene.shapes.push_back(sphere(-3.0 + i * 0.7, -0.8 + 0.2 * i, 4.0, 0.33f, i));
   scene.lights.push_back({PointLight{{3, 3, 3}, {-2, 1, 2}}, {}});
   scene.lights.push_back({InfiniteLight{{0.1f, 0.2f, 0.3f}}, {}});
   scene.lights.push_back({DistantLight{{0.4f, 0.3f, 0.2f}, {0, -0.6, 0.8}}, {}});

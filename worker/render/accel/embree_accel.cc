@@ -32,8 +32,10 @@ void sphere_intersect(const RTCIntersectFunctionNArguments* args) {
   RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, args->N);
   for (unsigned i = 0; i < args->N; ++i) {
     if (!args->valid[i]) continue;
-    const float o[3] = {RTCRayN_org_x(ray, args->N, i), RTCRayN_org_y(ray, args->N, i), RTCRayN_org_z(ray, args->N, i)};
-    const float d[3] = {RTCRayN_dir_x(ray, args->N, i), RTCRayN_dir_y(ray, args->N, i), RTCRayN_dir_z(ray, args->N, i)};
+    const float o[3] = {RTCRayN_org_x(ray, args->N, i), RTCRayN_org_y(ray, args->N, i),
+                        RTCRayN_org_z(ray, args->N, i)};
+    const float d[3] = {RTCRayN_dir_x(ray, args->N, i), RTCRayN_dir_y(ray, args->N, i),
+                        RTCRayN_dir_z(ray, args->N, i)};
     const double t = sphere_hit(o, d, s, RTCRayN_tnear(ray, args->N, i), RTCRayN_tfar(ray, args->N, i));
     if (t < 0) continue;
     RTCRayN_tfar(ray, args->N, i) = static_cast<float>(t);
@@ -49,8 +51,10 @@ void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
   for (unsigned i = 0; i < args->N; ++i) {
     if (!args->valid[i]) continue;
     RTCRayN* ray = args->ray;
-    const float o[3] = {RTCRayN_org_x(ray, args->N, i), RTCRayN_org_y(ray, args->N, i), RTCRayN_org_z(ray, args->N, i)};
-    const float d[3] = {RTCRayN_dir_x(ray, args->N, i), RTCRayN_dir_y(ray, args->N, i), RTCRayN_dir_z(ray, args->N, i)};
+    const float o[3] = {RTCRayN_org_x(ray, args->N, i), RTCRayN_org_y(ray, args->N, i),
+                        RTCRayN_org_z(ray, args->N, i)};
+    const float d[3] = {RTCRayN_dir_x(ray, args->N, i), RTCRayN_dir_y(ray, args->N, i),
+                        RTCRayN_dir_z(ray, args->N, i)};
     if (sphere_hit(o, d, s, RTCRayN_tnear(ray, args->N, i), RTCRayN_tfar(ray, args->N, i)) >= 0) {
       RTCRayN_tfar(ray, args->N, i) = -std::numeric_limits<float>::infinity();
     }
@@ -89,7 +93,8 @@ struct Accel::Impl {
 };
 
 Accel::Accel(const RenderScene& scene, int threads) : impl_(std::make_unique<Impl>()) {
-  const std::string config = "isa=avx2,frequency_level=simd256" + (threads > 0 ? ",threads=" + std::to_string(threads) : std::string());
+  const std::string config = "isa=avx2,frequency_level=simd256" +
+                             (threads > 0 ? ",threads=" + std::to_string(threads) : std::string());
   impl_->device = rtcNewDevice(config.c_str());
   if (!impl_->device) fail(nullptr);
   RTCDevice device = impl_->device;
@@ -99,9 +104,11 @@ Accel::Accel(const RenderScene& scene, int threads) : impl_(std::make_unique<Imp
   const size_t vertices = (scene.positions.size() - 4) / 3;
   for (const MeshRange& mesh : scene.meshes) {
     RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, scene.positions.data(), 0, 12, vertices);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, scene.positions.data(), 0, 12,
+                               vertices);
     rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.indices.data(),
-                               static_cast<size_t>(mesh.first_triangle) * 12, 12, static_cast<size_t>(mesh.triangle_count));
+                               static_cast<size_t>(mesh.first_triangle) * 12, 12,
+                               static_cast<size_t>(mesh.triangle_count));
     rtcCommitGeometry(g);
     rtcAttachGeometry(impl_->scene, g);
     rtcReleaseGeometry(g);

@@ -59,7 +59,7 @@ template <class F>
 struct BsdfSample {
   Vec3<F> wi;
   Vec3<F> weight;
-  F pdf{}, pdf_reverse{};  // of the non-delta lobes; 1 for a delta event
+  F pdf{}, pdf_reverse{};             // of the non-delta lobes; 1 for a delta event
   F roulette_scale = splat<F>(1.0f);  // undoes the 1/eta^2 of radiance for Russian roulette
   MaskOf<F> valid{};
   MaskOf<F> delta{};

@@ -54,8 +54,8 @@ inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F
 
 /// `lobe`, `u`, `v` are independent uniforms in [0, 1).
 template <class F>
-inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F>& params, const Vec3<F>& wo,
-                                 F lobe, F u, F v, Mode mode) {
+inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F>& params,
+                                 const Vec3<F>& wo, F lobe, F u, F v, Mode mode) {
   BsdfSample<F> result{};
   auto take = [&](MaskOf<F> m, const BsdfSample<F>& s) {
     result.wi = select(m, s.wi, result.wi);

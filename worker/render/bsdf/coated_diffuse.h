@@ -2,9 +2,9 @@
 // Diffuse base under a dielectric coat, both sides alike: pbrt's layered model (pbrt-v4 §14.3) without
 // scattering inside the coat, in closed form.
 //
-// For a smooth coat this is exact. T(w) = (1 - F(w)) exp(-t / mu') is what enters (or leaves) along w, with mu'
-// the cosine of the refracted direction and t the coat's thickness. The Lambertian base, of reflectance rho,
-// and the coat's inside exchange light; one round trip keeps rho R, with
+// For a smooth coat this is exact. T(w) = (1 - F(w)) exp(-t / mu') is what enters (or leaves) along w, with
+// mu' the cosine of the refracted direction and t the coat's thickness. The Lambertian base, of reflectance
+// rho, and the coat's inside exchange light; one round trip keeps rho R, with
 //   R = 2 int_0^1 F_in(mu) exp(-2 t / mu) mu dmu
 // the mean internal reflectance of diffuse light. After at most n encounters with the base
 //   f_d = T(wo) T(wi) B,   B = rho / (pi eta^2) * (1 - (rho R)^n) / (1 - rho R)
@@ -20,8 +20,8 @@ namespace lightmill {
 
 /// Constants of a coat, by quadrature in double.
 struct CoatConstants {
-  double internal_reflectance;       // R above
-  double entering_transmittance;     // 2 int T(mu) mu dmu: of diffuse light from outside
+  double internal_reflectance;    // R above
+  double entering_transmittance;  // 2 int T(mu) mu dmu: of diffuse light from outside
 };
 CoatConstants coat_constants(double eta, double thickness);
 
@@ -68,7 +68,8 @@ inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, const Vec3<F>& wo, c
     const Vec3<F> m = h * (1.0f / sqrt(select(valid, h2, splat<F>(1.0f))));
     const F d = select(valid, ggx.d(m), F{});
     const F co_safe = max(co, splat<F>(1e-12f)), ci_safe = max(ci, splat<F>(1e-12f));
-    const F spec = d * ggx.g(wo, wi) * coat.fresnel(min(abs(dot(wo, m)), splat<F>(1.0f))) / (4.0f * co_safe * ci_safe);
+    const F spec =
+        d * ggx.g(wo, wi) * coat.fresnel(min(abs(dot(wo, m)), splat<F>(1.0f))) / (4.0f * co_safe * ci_safe);
     e.f = e.f + Vec3<F>{spec, spec, spec};
     e.pdf = e.pdf + po * d * ggx.g1(wo) / (4.0f * co_safe);
     e.pdf_reverse = e.pdf_reverse + pi * d * ggx.g1(wi) / (4.0f * ci_safe);

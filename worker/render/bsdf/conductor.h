@@ -27,7 +27,8 @@ inline BsdfEval<F> eval_rough_conductor(const BsdfParams<F>& params, const Vec3<
   const F co = max(abs(wo.z), splat<F>(1e-12f)), ci = max(abs(wi.z), splat<F>(1e-12f));
   const F d = select(valid, ggx.d(m), F{});
   BsdfEval<F> e;
-  e.f = fresnel_conductor(abs(dot(wo, m)), params.rgb(0), params.rgb(3)) * (d * ggx.g(wo, wi) / (4.0f * co * ci));
+  e.f = fresnel_conductor(abs(dot(wo, m)), params.rgb(0), params.rgb(3)) *
+        (d * ggx.g(wo, wi) / (4.0f * co * ci));
   e.pdf = d * ggx.g1(wo) / (4.0f * co);
   e.pdf_reverse = d * ggx.g1(wi) / (4.0f * ci);
   return e;

@@ -15,14 +15,16 @@ inline F relative_eta(F eta, const Vec3<F>& w) {
 
 /// `lobe` chooses between reflection and transmission with the Fresnel reflectance.
 template <class F>
-inline BsdfSample<F> sample_smooth_dielectric(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe, Mode mode) {
+inline BsdfSample<F> sample_smooth_dielectric(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe,
+                                              Mode mode) {
   const F eta = relative_eta(params.p[0], wo);
   F cos_t;
   const F r = fresnel_dielectric(abs(wo.z), eta, &cos_t);
   const MaskOf<F> reflect = MaskOf<F>(lobe < r);
   const F inv = 1.0f / eta;
   BsdfSample<F> s;
-  s.wi = select(reflect, Vec3<F>{-wo.x, -wo.y, wo.z}, Vec3<F>{-wo.x * inv, -wo.y * inv, -copysign(cos_t, wo.z)});
+  s.wi =
+      select(reflect, Vec3<F>{-wo.x, -wo.y, wo.z}, Vec3<F>{-wo.x * inv, -wo.y * inv, -copysign(cos_t, wo.z)});
   const F scale = mode == Mode::kRadiance ? select(reflect, splat<F>(1.0f), inv * inv) : splat<F>(1.0f);
   s.weight = {scale, scale, scale};
   s.roulette_scale = 1.0f / scale;
@@ -33,7 +35,8 @@ inline BsdfSample<F> sample_smooth_dielectric(const BsdfParams<F>& params, const
 }
 
 template <class F>
-inline BsdfEval<F> eval_rough_dielectric(const BsdfParams<F>& params, const Vec3<F>& wo, const Vec3<F>& wi, Mode mode) {
+inline BsdfEval<F> eval_rough_dielectric(const BsdfParams<F>& params, const Vec3<F>& wo, const Vec3<F>& wi,
+                                         Mode mode) {
   const Ggx<F> ggx{params.p[6]};
   const MaskOf<F> reflect = same_side(wo, wi);
   const F eta_o = relative_eta(params.p[0], wo);  // n(wi side) / n(wo side) when transmitting
@@ -54,7 +57,8 @@ inline BsdfEval<F> eval_rough_dielectric(const BsdfParams<F>& params, const Vec3
   const F f_reflect = d * g * r / (4.0f * co * ci);
   const F pdf_reflect = d * ggx.g1(wo) * r / (4.0f * co);
   const F pdf_reflect_reverse = d * ggx.g1(wi) * r / (4.0f * ci);
-  // Transmission. dh/dwi = |wi.h| / (wi.h + wo.h / eta)^2, and the same with wo and wi exchanged (eta -> 1/eta).
+  // Transmission. dh/dwi = |wi.h| / (wi.h + wo.h / eta)^2, and the same with wo and wi exchanged (eta ->
+  // 1/eta).
   const F q = ih + oh / eta;
   const F denominator = max(q * q, splat<F>(1e-30f));
   const F q_reverse = oh + ih * eta;
@@ -65,15 +69,18 @@ inline BsdfEval<F> eval_rough_dielectric(const BsdfParams<F>& params, const Vec3
   const F pdf_transmit = d * ggx.g1(wo) * abs(oh) / co * t * abs(ih) / denominator;
   const F pdf_transmit_reverse = d * ggx.g1(wi) * abs(ih) / ci * t * abs(oh) / denominator_reverse;
   const F f = select(reflect, f_reflect, f_transmit);
-  return {{f, f, f}, select(reflect, pdf_reflect, pdf_transmit),
+  return {{f, f, f},
+          select(reflect, pdf_reflect, pdf_transmit),
           select(reflect, pdf_reflect_reverse, pdf_transmit_reverse)};
 }
 
 template <class F>
-inline BsdfSample<F> sample_rough_dielectric(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe, F u, F v, Mode mode) {
+inline BsdfSample<F> sample_rough_dielectric(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe, F u, F v,
+                                             Mode mode) {
   const Ggx<F> ggx{params.p[6]};
   const F flip = copysign(splat<F>(1.0f), wo.z);
-  const Vec3<F> up = wo * flip;  // rotate by pi rather than mirror: keeps handedness irrelevant for isotropic GGX
+  const Vec3<F> up =
+      wo * flip;  // rotate by pi rather than mirror: keeps handedness irrelevant for isotropic GGX
   const Vec3<F> m = ggx.sample_visible(up, u, v);
   const F c = dot(up, m);
   const F eta = relative_eta(params.p[0], wo);

@@ -17,15 +17,18 @@ inline F reflection_probability(const BsdfParams<F>& params) {
 }
 
 template <class F>
-inline BsdfEval<F> eval_diffuse_transmission(const BsdfParams<F>& params, const Vec3<F>& wo, const Vec3<F>& wi) {
+inline BsdfEval<F> eval_diffuse_transmission(const BsdfParams<F>& params, const Vec3<F>& wo,
+                                             const Vec3<F>& wi) {
   const F p = reflection_probability(params);
   const MaskOf<F> reflects = same_side(wo, wi);
   const F density = select(reflects, p, 1.0f - p) * kInvPi;
-  return {select(reflects, params.rgb(0), params.rgb(3)) * splat<F>(kInvPi), density * abs(wi.z), density * abs(wo.z)};
+  return {select(reflects, params.rgb(0), params.rgb(3)) * splat<F>(kInvPi), density * abs(wi.z),
+          density * abs(wo.z)};
 }
 
 template <class F>
-inline BsdfSample<F> sample_diffuse_transmission(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe, F u, F v) {
+inline BsdfSample<F> sample_diffuse_transmission(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe, F u,
+                                                 F v) {
   const F p = reflection_probability(params);
   const MaskOf<F> reflect = MaskOf<F>(lobe < p);
   const F chosen = select(reflect, p, 1.0f - p);

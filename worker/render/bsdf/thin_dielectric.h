@@ -1,6 +1,6 @@
 #pragma once
-// A thin sheet of dielectric between two parallel smooth faces: a window pane or a bubble. Light passes straight
-// through; nothing is focused, so radiance is not scaled and both modes of transport agree.
+// A thin sheet of dielectric between two parallel smooth faces: a window pane or a bubble. Light passes
+// straight through; nothing is focused, so radiance is not scaled and both modes of transport agree.
 //
 // With R the reflectance of one face and T = 1 - R, the faces exchange light for ever (pbrt-v4 §9.5.3):
 //   R' = R + T R T + T R^3 T + ... = R + T^2 R / (1 - R^2) = 2 R / (1 + R),   T' = 1 - R'
@@ -10,8 +10,8 @@
 
 namespace lightmill {
 
-/// `lobe` chooses between reflection and transmission with R'. params.p[0] is the index of the sheet over that of
-/// its surroundings.
+/// `lobe` chooses between reflection and transmission with R'. params.p[0] is the index of the sheet over
+/// that of its surroundings.
 template <class F>
 inline BsdfSample<F> sample_thin_dielectric(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe) {
   F unused;

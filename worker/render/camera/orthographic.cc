@@ -8,18 +8,21 @@
 
 namespace lightmill {
 
-OrthographicCamera::OrthographicCamera(const CameraDescription& description, int width, int height, int scale_exponent) {
+OrthographicCamera::OrthographicCamera(const CameraDescription& description, int width, int height,
+                                       int scale_exponent) {
   const CameraFrame frame(description, width, height);
   frame.store_axes(right, down, forward);
   const double* window = frame.window;
-  const double sx = std::ldexp(frame.length[0], scale_exponent), sy = std::ldexp(frame.length[1], scale_exponent);
+  const double sx = std::ldexp(frame.length[0], scale_exponent),
+               sy = std::ldexp(frame.length[1], scale_exponent);
   const double px = (window[1] - window[0]) * sx / width, py = (window[3] - window[2]) * sy / height;
-  const double farthest = std::max({std::fabs(window[0]) * sx, std::fabs(window[1]) * sx, std::fabs(window[2]) * sy,
-                                    std::fabs(window[3]) * sy});
+  const double farthest = std::max({std::fabs(window[0]) * sx, std::fabs(window[1]) * sx,
+                                    std::fabs(window[2]) * sy, std::fabs(window[3]) * sy});
   // Beyond this, positions or densities would leave float's range when squared.
   if (!(px > 0x1p-40 && py > 0x1p-40 && farthest < 0x1p40)) {
     throw Error(ErrorKind::kBadScene,
-                "the orthographic camera's window is out of all proportion to the scene's size (a pixel below 2^-40 or "
+                "the orthographic camera's window is out of all proportion to the scene's size (a pixel "
+                "below 2^-40 or "
                 "an edge beyond 2^40 of it); mend \"screenwindow\" or the camera's scale");
   }
   x0 = static_cast<float>(window[0] * sx);

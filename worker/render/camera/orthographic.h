@@ -1,9 +1,9 @@
 #pragma once
 // Orthographic camera through the origin of normalised space, in both directions.
 //
-// Directions are fixed and positions are sampled: the roles of M2 and M8 (mis.h) swap from solid angle to area.
-// The density of a hit by the camera is raster area per unit area across the ray, times the cosine at the
-// surface, at any distance; a light vertex sees the camera along the one direction, with probability one.
+// Directions are fixed and positions are sampled: the roles of M2 and M8 (mis.h) swap from solid angle to
+// area. The density of a hit by the camera is raster area per unit area across the ray, times the cosine at
+// the surface, at any distance; a light vertex sees the camera along the one direction, with probability one.
 #include "common/scene/description.h"
 #include "worker/render/camera/camera_ray.h"
 
@@ -22,8 +22,8 @@ struct OrthographicCamera {
 
   template <class F>
   CameraRay<F> ray(F x, F y, F, F) const {
-    return {plane_point<F>(x * per_pixel_x + x0, y * per_pixel_y + y0), splat3<F>(forward[0], forward[1], forward[2]),
-            splat<F>(pixel_density)};
+    return {plane_point<F>(x * per_pixel_x + x0, y * per_pixel_y + y0),
+            splat3<F>(forward[0], forward[1], forward[2]), splat<F>(pixel_density)};
   }
 
   template <class F>

@@ -11,7 +11,7 @@ struct PerspectiveCamera {
   float right[3], down[3], forward[3];  // unit image axes and viewing direction, world orientation
   float tan_x0, tan_y0;                 // image-plane position (distance 1) of raster (0, 0)
   float tan_per_pixel_x, tan_per_pixel_y;
-  float pixel_density;                  // raster area per unit area of the plane at distance 1
+  float pixel_density;  // raster area per unit area of the plane at distance 1
 
   PerspectiveCamera(const CameraDescription& description, int width, int height);
 

@@ -5,7 +5,8 @@
 
 namespace lightmill {
 
-FilterAxis::FilterAxis(FilterKind kind, double radius, double sigma) : kind_(kind), radius_(static_cast<float>(radius)) {
+FilterAxis::FilterAxis(FilterKind kind, double radius, double sigma)
+    : kind_(kind), radius_(static_cast<float>(radius)) {
   if (kind != FilterKind::kGaussian) return;
   // CDF on a fine grid, inverted into kTable equal-probability steps.
   constexpr int kFine = 8192;
@@ -50,7 +51,8 @@ int FilterAxis::choose_pixel(float p, float u, float* weight) const {
     *weight = 1;
     return static_cast<int>(std::floor(p));
   }
-  const int first = static_cast<int>(std::ceil(p - radius_ - 0.5f)), last = static_cast<int>(std::floor(p + radius_ - 0.5f));
+  const int first = static_cast<int>(std::ceil(p - radius_ - 0.5f)),
+            last = static_cast<int>(std::floor(p + radius_ - 0.5f));
   float total = 0;
   for (int j = first; j <= last; ++j) total += density(p - (static_cast<float>(j) + 0.5f));
   *weight = total;

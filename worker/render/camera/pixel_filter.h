@@ -2,8 +2,8 @@
 // Pixel reconstruction filters, importance-sampled in both directions.
 //
 // Camera samples: a pixel's sample position is drawn with density f(p - centre), so its weight is 1 and it
-// touches its own pixel only. Splats: a light path that arrives at raster position p contributes f(p - c_j) to
-// every pixel j in reach; one of them is drawn with probability proportional to that, and the sum is the
+// touches its own pixel only. Splats: a light path that arrives at raster position p contributes f(p - c_j)
+// to every pixel j in reach; one of them is drawn with probability proportional to that, and the sum is the
 // weight. Both estimate the same integral. Filters are separable and normalised to unit integral; gaussian
 // as pbrt's: exp(-x^2/2s^2) minus its value at the radius.
 #include <array>

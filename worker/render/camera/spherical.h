@@ -1,9 +1,9 @@
 #pragma once
 // Camera at the origin of normalised space that sees all directions, in both directions; pbrt-v4's mappings.
 //
-// Equal-area: the square picture of Clarberg's octahedral mapping, one density everywhere. Equirectangular: y is
-// the polar angle from up, x the azimuth; the density grows as 1 / sin towards the poles. The raster goes on past its
-// edges, where pixel filters reach: wrap() says which pixel is meant there.
+// Equal-area: the square picture of Clarberg's octahedral mapping, one density everywhere. Equirectangular: y
+// is the polar angle from up, x the azimuth; the density grows as 1 / sin towards the poles. The raster goes
+// on past its edges, where pixel filters reach: wrap() says which pixel is meant there.
 #include "common/scene/description.h"
 #include "worker/render/camera/camera_ray.h"
 #include "worker/render/math/equal_area.h"
@@ -15,7 +15,7 @@ struct SphericalCamera {
 
   float right[3], up[3], forward[3];  // unit, world orientation
   bool equal_area;
-  float width, height;                // of the raster
+  float width, height;  // of the raster
   float inv_width, inv_height;
 
   SphericalCamera(const CameraDescription& description, int raster_width, int raster_height);
@@ -25,7 +25,8 @@ struct SphericalCamera {
     CameraRay<F> r;
     const Vec3<F> w = equal_area ? from_equal_area(x * inv_width, y * inv_height)
                                  : from_equirectangular(x * inv_width, y * inv_height);
-    r.direction = {right[0] * w.x + up[0] * w.y + forward[0] * w.z, right[1] * w.x + up[1] * w.y + forward[1] * w.z,
+    r.direction = {right[0] * w.x + up[0] * w.y + forward[0] * w.z,
+                   right[1] * w.x + up[1] * w.y + forward[1] * w.z,
                    right[2] * w.x + up[2] * w.y + forward[2] * w.z};
     r.density = pdf_solid_angle(w);
     return r;
@@ -55,9 +56,10 @@ struct SphericalCamera {
     return c;
   }
 
-  /// The pixel, inside the raster, that shows what pixel (*x, *y) of the continued raster shows. Both mappings
-  /// continue as a group that maps pixel centres to pixel centres, but for the poles of an equirectangular raster
-  /// of odd width, where half a turn is half a pixel off: there *x may be either neighbour.
+  /// The pixel, inside the raster, that shows what pixel (*x, *y) of the continued raster shows. Both
+  /// mappings continue as a group that maps pixel centres to pixel centres, but for the poles of an
+  /// equirectangular raster of odd width, where half a turn is half a pixel off: there *x may be either
+  /// neighbour.
   void wrap(int* x, int* y) const;
 
  private:

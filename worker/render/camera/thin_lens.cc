@@ -7,7 +7,8 @@
 
 namespace lightmill {
 
-ThinLensCamera::ThinLensCamera(const CameraDescription& description, int width, int height, int scale_exponent)
+ThinLensCamera::ThinLensCamera(const CameraDescription& description, int width, int height,
+                               int scale_exponent)
     : pinhole(description, width, height) {
   const CameraFrame frame(description, width, height);
   const double x = description.lens_radius * frame.length[0], y = description.lens_radius * frame.length[1];
@@ -15,11 +16,13 @@ ThinLensCamera::ThinLensCamera(const CameraDescription& description, int width, 
   // Beyond this, positions or slopes would leave float's range when squared.
   constexpr double kLargest = 0x1p40;
   if (!(std::ldexp(std::fmax(x, y), scale_exponent) < kLargest)) {
-    throw Error(ErrorKind::kBadScene, "the camera's lens radius is more than 2^40 times the scene's size; lower \"lensradius\"");
+    throw Error(ErrorKind::kBadScene,
+                "the camera's lens radius is more than 2^40 times the scene's size; lower \"lensradius\"");
   }
   if (!(std::fmax(x, y) / focus < kLargest)) {
-    throw Error(ErrorKind::kBadScene,
-                "the camera's lens radius is more than 2^40 times its focal distance; raise \"focaldistance\"");
+    throw Error(
+        ErrorKind::kBadScene,
+        "the camera's lens radius is more than 2^40 times its focal distance; raise \"focaldistance\"");
   }
   radius_x = static_cast<float>(std::ldexp(x, scale_exponent));
   radius_y = static_cast<float>(std::ldexp(y, scale_exponent));

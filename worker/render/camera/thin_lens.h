@@ -3,8 +3,8 @@
 //
 // Rays leave a uniform point of the lens, an ellipse around the origin in the image axes, for the point where
 // the pinhole's ray meets the plane of focus. With the lens point at l and that plane at distance f, the ray
-// runs along (t - l / f, 1), where t is the pinhole's image-plane position: a shear, which leaves the raster's
-// area per solid angle what it is for a pinhole at l.
+// runs along (t - l / f, 1), where t is the pinhole's image-plane position: a shear, which leaves the
+// raster's area per solid angle what it is for a pinhole at l.
 #include "worker/render/camera/perspective.h"
 #include "worker/render/sampling/warp.h"
 
@@ -24,8 +24,9 @@ struct ThinLensCamera {
   CameraRay<F> ray(F x, F y, F lens_u, F lens_v) const {
     F a, b, cosine;
     square_to_disk(lens_u, lens_v, &a, &b);
-    const Vec3<F> d = pinhole.direction_at(x * pinhole.tan_per_pixel_x + pinhole.tan_x0 - a * shear_x,
-                                           y * pinhole.tan_per_pixel_y + pinhole.tan_y0 - b * shear_y, &cosine);
+    const Vec3<F> d =
+        pinhole.direction_at(x * pinhole.tan_per_pixel_x + pinhole.tan_x0 - a * shear_x,
+                             y * pinhole.tan_per_pixel_y + pinhole.tan_y0 - b * shear_y, &cosine);
     return {lens_point(a, b), d, pinhole.pdf_solid_angle(cosine)};
   }
 

@@ -20,8 +20,10 @@ EnvironmentMap::EnvironmentMap(const std::string& path, const Rgb& scale, const 
   if (!in) throw Error(ErrorKind::kFailed, path + ": environment image can't be read: " + OIIO::geterror());
   const OIIO::ImageSpec spec = in->spec();
   if (spec.width != spec.height || spec.width < 1 || spec.width > kMaxSide || spec.nchannels < 3) {
-    throw Error(ErrorKind::kFailed, path + ": an environment is a square equal-area RGB image of at most 8192 texels a "
-                                           "side; convert it with pbrt's imgtool makeequiarea");
+    throw Error(ErrorKind::kFailed,
+                path +
+                    ": an environment is a square equal-area RGB image of at most 8192 texels a "
+                    "side; convert it with pbrt's imgtool makeequiarea");
   }
   side = spec.width;
   const size_t texels = static_cast<size_t>(side) * static_cast<size_t>(side);
@@ -44,12 +46,14 @@ EnvironmentMap::EnvironmentMap(const std::string& path, const Rgb& scale, const 
   if (!(brightest > 0)) throw Error(ErrorKind::kFailed, path + ": the environment image is black");
   const std::vector<double> probability = build_alias_table(weights, &alias_keep, &alias);
   density.resize(texels);
-  for (size_t i = 0; i < texels; ++i) density[i] = static_cast<float>(probability[i] * static_cast<double>(texels));
+  for (size_t i = 0; i < texels; ++i)
+    density[i] = static_cast<float>(probability[i] * static_cast<double>(texels));
   // Columns of the rotation, without scale.
   const auto& m = light_to_world.m;
   for (size_t j = 0; j < 3; ++j) {
     const double length = std::sqrt(m[0][j] * m[0][j] + m[1][j] * m[1][j] + m[2][j] * m[2][j]);
-    if (!(length > 0)) throw Error(ErrorKind::kBadScene, path + ": the infinite light's transform is singular");
+    if (!(length > 0))
+      throw Error(ErrorKind::kBadScene, path + ": the infinite light's transform is singular");
     for (size_t i = 0; i < 3; ++i) to_light[3 * j + i] = static_cast<float>(m[i][j] / length);
   }
 }

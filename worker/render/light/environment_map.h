@@ -1,5 +1,6 @@
 #pragma once
-// An environment given as a square equal-area image: piecewise-constant radiance, sampled in proportion to it.
+// An environment given as a square equal-area image: piecewise-constant radiance, sampled in proportion to
+// it.
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -15,9 +16,9 @@ struct EnvironmentMap {
   std::vector<float> density;     // per texel: sampling density on the unit square, 4 pi x that per steradian
   std::vector<float> alias_keep;  // alias method over texels
   std::vector<int32_t> alias;
-  float to_light[9];              // rotation from world to the light's space, row-major
-  double mean_radiance = 0;       // mean over the sphere and the channels
-  float brightest = 0;            // any channel of any texel
+  float to_light[9];         // rotation from world to the light's space, row-major
+  double mean_radiance = 0;  // mean over the sphere and the channels
+  float brightest = 0;       // any channel of any texel
 
   /// Reads `path` (any format of the image library; must be square), scaled by `scale` per channel. Throws
   /// Error(kFailed) if it can't be read, is not square, or holds no light.
@@ -26,12 +27,14 @@ struct EnvironmentMap {
   template <class F>
   Vec3<F> rotate_to_light(const Vec3<F>& w) const {
     const float* m = to_light;
-    return {w.x * m[0] + w.y * m[1] + w.z * m[2], w.x * m[3] + w.y * m[4] + w.z * m[5], w.x * m[6] + w.y * m[7] + w.z * m[8]};
+    return {w.x * m[0] + w.y * m[1] + w.z * m[2], w.x * m[3] + w.y * m[4] + w.z * m[5],
+            w.x * m[6] + w.y * m[7] + w.z * m[8]};
   }
   template <class F>
   Vec3<F> rotate_to_world(const Vec3<F>& w) const {
     const float* m = to_light;
-    return {w.x * m[0] + w.y * m[3] + w.z * m[6], w.x * m[1] + w.y * m[4] + w.z * m[7], w.x * m[2] + w.y * m[5] + w.z * m[8]};
+    return {w.x * m[0] + w.y * m[3] + w.z * m[6], w.x * m[1] + w.y * m[4] + w.z * m[7],
+            w.x * m[2] + w.y * m[5] + w.z * m[8]};
   }
   /// Texel seen in world direction `w`.
   template <class F>

@@ -12,15 +12,15 @@ namespace lightmill {
 
 template <class F>
 struct DirectSample {
-  Vec3<F> point;        // on the light (for infinite lights: not used)
-  Vec3<F> normal;       // there
-  Vec3<F> wi;           // unit, from the reference point
-  F distance2{};        // squared distance to `point`
-  Vec3<F> radiance;     // towards the reference point; 0 on the dark side
-  F pdf{};              // direct density
-  F pdf_emission{};     // density of emission sampling producing the reversed ray
-  F cos_light{};        // |cos| at the light (1 for all but area lights)
-  F error{};            // bound of the position error of `point` per component
+  Vec3<F> point;     // on the light (for infinite lights: not used)
+  Vec3<F> normal;    // there
+  Vec3<F> wi;        // unit, from the reference point
+  F distance2{};     // squared distance to `point`
+  Vec3<F> radiance;  // towards the reference point; 0 on the dark side
+  F pdf{};           // direct density
+  F pdf_emission{};  // density of emission sampling producing the reversed ray
+  F cos_light{};     // |cos| at the light (1 for all but area lights)
+  F error{};         // bound of the position error of `point` per component
   MaskOf<F> delta{};
   MaskOf<F> infinite{};  // infinite or distant
 };
@@ -28,8 +28,8 @@ struct DirectSample {
 template <class F>
 struct EmissionSample {
   Vec3<F> point, normal, direction;
-  Vec3<F> power;     // radiance x cos / pdf: the path's initial throughput
-  F pdf{};           // emission density
+  Vec3<F> power;  // radiance x cos / pdf: the path's initial throughput
+  F pdf{};        // emission density
   F cos_light{};
   F error{};
   IntOf<F> light{};
@@ -53,7 +53,8 @@ template <class F>
 struct LightRecord {
   const float* base;
   IntOf<F> offset;
-  LightRecord(const LightTable& lights, IntOf<F> index) : base(lights.records.data()), offset(index * kLightFloats) {}
+  LightRecord(const LightTable& lights, IntOf<F> index)
+      : base(lights.records.data()), offset(index * kLightFloats) {}
   F scalar(int slot) const { return gather(base + slot, offset); }
   Vec3<F> vec(int slot) const { return {scalar(slot), scalar(slot + 1), scalar(slot + 2)}; }
 };
@@ -75,7 +76,8 @@ inline F spot_falloff(const LightRecord<F>& r, F cosine) {
 
 /// Calls fn(map, mask) for the environment maps among the `infinite` lanes.
 template <class F, class Fn>
-inline void for_each_environment(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite, Fn&& fn) {
+inline void for_each_environment(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
+                                 Fn&& fn) {
   if (lights.environments.empty()) return;
   const F number = r.scalar(4);
   for (size_t k = 0; k < lights.environments.size(); ++k) {
@@ -86,7 +88,8 @@ inline void for_each_environment(const LightTable& lights, const LightRecord<F>&
 
 /// Density per unit solid angle, without selection, of sampling direction `wi` of infinite lights.
 template <class F>
-inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite, const Vec3<F>& wi) {
+inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
+                      const Vec3<F>& wi) {
   F pdf = splat<F>(1 / (4 * kPi));
   for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
     pdf = select(m, map.pdf<F>(map.texel<F>(wi)), pdf);
@@ -96,7 +99,8 @@ inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<
 
 /// Radiance of infinite lights from direction `wi`.
 template <class F>
-inline Vec3<F> infinite_radiance(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite, const Vec3<F>& wi) {
+inline Vec3<F> infinite_radiance(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
+                                 const Vec3<F>& wi) {
   Vec3<F> radiance = r.vec(kLightRadiance);
   for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
     radiance = select(m, map.radiance<F>(map.texel<F>(wi)), radiance);
@@ -104,12 +108,12 @@ inline Vec3<F> infinite_radiance(const LightTable& lights, const LightRecord<F>&
   return radiance;
 }
 
-/// Density per unit *area at the light* of direct sampling choosing a point of `light` from `reference`, which
-/// sees it in unit direction `wi`, with selection. Point, spot and distant lights: the selection probability;
-/// infinite lights: per unit solid angle.
+/// Density per unit *area at the light* of direct sampling choosing a point of `light` from `reference`,
+/// which sees it in unit direction `wi`, with selection. Point, spot and distant lights: the selection
+/// probability; infinite lights: per unit solid angle.
 template <class F>
-inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference, const Vec3<F>& wi,
-                         F distance2, F cos_light) {
+inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
+                         const Vec3<F>& wi, F distance2, F cos_light) {
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   const F select_pdf = r.scalar(kLightSelect);
@@ -156,7 +160,8 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& w
 
 /// Radiance that leaves an area light at a point with normal `n` into direction `w` (0 on the dark side).
 template <class F>
-inline Vec3<F> emitted_radiance(const LightTable& lights, IntOf<F> light, const Vec3<F>& n, const Vec3<F>& w) {
+inline Vec3<F> emitted_radiance(const LightTable& lights, IntOf<F> light, const Vec3<F>& n,
+                                const Vec3<F>& w) {
   const LightRecord<F> r(lights, light);
   const MaskOf<F> lit = mask_or(MaskOf<F>(dot(n, w) > 0.0f), MaskOf<F>(r.scalar(kLightTwoSided) > 0.0f));
   return select(lit, r.vec(kLightRadiance), Vec3<F>{});
@@ -169,7 +174,8 @@ inline F position_error(const Vec3<F>& p, float scale) {
 
 /// `texel` chooses the texel of an environment image; unused without one.
 template <class F>
-inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& reference, F u_select, F texel, F u, F v) {
+inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& reference, F u_select, F texel,
+                                     F u, F v) {
   DirectSample<F> s;
   const IntOf<F> light = select_light(lights, u_select);
   const LightRecord<F> r(lights, light);
@@ -224,7 +230,8 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
   s.wi = d * (1.0f / sqrt(select(apart, s.distance2, splat<F>(1.0f))));
   const F cosine = -dot(s.wi, s.normal);
   s.radiance = r.vec(kLightRadiance);
-  const MaskOf<F> lit = mask_or(MaskOf<F>(cosine > 0.0f), mask_and(MaskOf<F>(r.scalar(kLightTwoSided) > 0.0f), MaskOf<F>(cosine != 0.0f)));
+  const MaskOf<F> lit = mask_or(MaskOf<F>(cosine > 0.0f), mask_and(MaskOf<F>(r.scalar(kLightTwoSided) > 0.0f),
+                                                                   MaskOf<F>(cosine != 0.0f)));
   s.cos_light = select(s.delta, splat<F>(1.0f), abs(cosine));
   s.radiance = select(mask_and(apart, mask_or(lit, s.delta)), s.radiance, Vec3<F>{});
   if (lights.any_spot) {
@@ -233,8 +240,9 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
   }
   s.infinite = splat_mask<F>(false);
   const F safe_cos = select(MaskOf<F>(s.cos_light > 0.0f), s.cos_light, splat<F>(1.0f));
-  s.pdf = direct_pdf_area(lights, light, reference, s.wi, select(apart, s.distance2, splat<F>(1.0f)), safe_cos) *
-          s.distance2 / safe_cos;
+  s.pdf =
+      direct_pdf_area(lights, light, reference, s.wi, select(apart, s.distance2, splat<F>(1.0f)), safe_cos) *
+      s.distance2 / safe_cos;
   if (lights.any_infinite()) {
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
     Vec3<F> w = square_to_sphere(u, v);
@@ -260,7 +268,8 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
 }
 
 template <class F>
-inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F texel, F pu, F pv, F du, F dv) {
+inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F texel, F pu, F pv, F du,
+                                         F dv) {
   EmissionSample<F> s;
   s.light = select_light(lights, u_select);
   const LightRecord<F> r(lights, s.light);

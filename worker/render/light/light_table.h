@@ -10,8 +10,8 @@
 namespace lightmill {
 
 using LightType = int32_t;
-inline constexpr LightType kTriangleLight = 0, kSphereLight = 1, kPointLight = 2, kInfiniteLight = 3, kDistantLight = 4,
-                           kSpotLight = 5;
+inline constexpr LightType kTriangleLight = 0, kSphereLight = 1, kPointLight = 2, kInfiniteLight = 3,
+                           kDistantLight = 4, kSpotLight = 5;
 
 inline constexpr int kLightFloats = 20;
 /// Slots of one light's record (stride kLightFloats):
@@ -21,23 +21,33 @@ inline constexpr int kLightFloats = 20;
 ///   spot      0 position, 4 cosines of the half angles where the falloff starts and 5 ends, 9 unit axis
 ///   infinite  0 centre of the scene's bounding sphere, 3 its radius, 4 environment map number or -1
 ///   distant   0 and 3 as infinite, 9 unit direction in which it shines
-///   all       13 radiance rgb (point, spot: intensity), 16 area, 17 selection probability, 18 two-sided (0 or 1)
-enum LightSlot { kLightP = 0, kLightE1 = 3, kLightE2 = 6, kLightN = 9, kLightOrientation = 12, kLightRadiance = 13,
-                 kLightArea = 16, kLightSelect = 17, kLightTwoSided = 18 };
+///   all       13 radiance rgb (point, spot: intensity), 16 area, 17 selection probability, 18 two-sided (0
+///   or 1)
+enum LightSlot {
+  kLightP = 0,
+  kLightE1 = 3,
+  kLightE2 = 6,
+  kLightN = 9,
+  kLightOrientation = 12,
+  kLightRadiance = 13,
+  kLightArea = 16,
+  kLightSelect = 17,
+  kLightTwoSided = 18
+};
 
 struct LightTable {
-  std::vector<float> records;    // kLightFloats per light
-  std::vector<int32_t> type;     // LightType per light
-  std::vector<float> alias_keep; // alias method: keep probability
-  std::vector<int32_t> alias;    //               other index
-  std::vector<int32_t> infinite; // indices of the infinite lights (what an escaping ray sees)
+  std::vector<float> records;     // kLightFloats per light
+  std::vector<int32_t> type;      // LightType per light
+  std::vector<float> alias_keep;  // alias method: keep probability
+  std::vector<int32_t> alias;     //               other index
+  std::vector<int32_t> infinite;  // indices of the infinite lights (what an escaping ray sees)
   std::vector<EnvironmentMap> environments;
-  bool any_delta = false;        // point, spot or distant lights present
+  bool any_delta = false;  // point, spot or distant lights present
   bool any_spot = false;
   bool any_distant = false;
-  bool only_delta = true;        // nothing that a ray can hit or escape to
+  bool only_delta = true;  // nothing that a ray can hit or escape to
   bool any_sphere = false;
-  double total_power = 0;        // W, mean over channels, in normalised space
+  double total_power = 0;  // W, mean over channels, in normalised space
 
   /// Lights at infinity exist (their paths start on a disk across the scene).
   bool any_infinite() const { return !infinite.empty() || any_distant; }

@@ -7,13 +7,17 @@
 
 namespace lightmill {
 
-/// atan on [0, 1] with fixed bits; absolute error below 2e-7 (reduction at tan(pi/8), odd minimax polynomial).
+/// atan on [0, 1] with fixed bits; absolute error below 2e-7 (reduction at tan(pi/8), odd minimax
+/// polynomial).
 template <class F>
 inline F atan_unit(F x) {
   const MaskOf<F> high = MaskOf<F>(x > 0.41421356f);
   const F r = select(high, (x - 1.0f) / (x + 1.0f), x);
   const F z = r * r;
-  const F p = (((8.05374449538e-2f * z - 1.38776856032e-1f) * z + 1.99777106478e-1f) * z - 3.33329491539e-1f) * z * r + r;
+  const F p =
+      (((8.05374449538e-2f * z - 1.38776856032e-1f) * z + 1.99777106478e-1f) * z - 3.33329491539e-1f) * z *
+          r +
+      r;
   return select(high, p + kPi / 4, p);
 }
 
@@ -32,7 +36,8 @@ inline Vec3<F> equal_area_square_to_sphere(F s, F t) {
   constexpr float kHalfRoot = 0.70710678118654752f;
   const F c = (cn - sn) * kHalfRoot, d = (cn + sn) * kHalfRoot;
   const F q = r * safe_sqrt(2.0f - r * r);
-  return {copysign(max(c, F{}), u) * q, copysign(max(d, F{}), v) * q, copysign(1.0f - r * r, signed_distance)};
+  return {copysign(max(c, F{}), u) * q, copysign(max(d, F{}), v) * q,
+          copysign(1.0f - r * r, signed_distance)};
 }
 
 /// Square point of unit direction `w`; clamped to [0, 1].

@@ -4,8 +4,8 @@
 
 namespace lightmill {
 
-/// e^x for x <= 0 (clamped to [-80, 0]); relative error below 3e-7. Cody-Waite reduction x = n ln2 + r, then the
-/// Taylor polynomial of e^r on |r| <= ln2 / 2 in Horner form.
+/// e^x for x <= 0 (clamped to [-80, 0]); relative error below 3e-7. Cody-Waite reduction x = n ln2 + r, then
+/// the Taylor polynomial of e^r on |r| <= ln2 / 2 in Horner form.
 template <class F>
 inline F exp_negative(F x) {
   x = clamp(x, -80.0f, 0.0f);

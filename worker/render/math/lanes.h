@@ -89,7 +89,9 @@ inline Int8 mask_and(Int8 a, Int8 b) { return a & b; }
 inline bool mask_or(bool a, bool b) { return a || b; }
 inline Int8 mask_or(Int8 a, Int8 b) { return a | b; }
 inline bool any(bool m) { return m; }
-inline bool any(Int8 m) { return !_mm256_testz_si256(reinterpret_cast<__m256i>(m), reinterpret_cast<__m256i>(m)); }
+inline bool any(Int8 m) {
+  return !_mm256_testz_si256(reinterpret_cast<__m256i>(m), reinterpret_cast<__m256i>(m));
+}
 /// One bit per lane, lane 0 lowest.
 inline unsigned mask_bits(bool m) { return m; }
 inline unsigned mask_bits(Int8 m) {
@@ -134,7 +136,9 @@ inline Uint8 as_uint(Int8 x) { return reinterpret_cast<Uint8>(x); }
 inline int32_t as_int(uint32_t x) { return static_cast<int32_t>(x); }
 inline Int8 as_int(Uint8 x) { return reinterpret_cast<Int8>(x); }
 inline float floor(float x) { return std::floor(x); }
-inline Float8 floor(Float8 x) { return reinterpret_cast<Float8>(_mm256_floor_ps(reinterpret_cast<__m256>(x))); }
+inline Float8 floor(Float8 x) {
+  return reinterpret_cast<Float8>(_mm256_floor_ps(reinterpret_cast<__m256>(x)));
+}
 
 template <class F>
 inline F safe_sqrt(F x) {

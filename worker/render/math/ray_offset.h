@@ -20,7 +20,8 @@ inline F next_float(F x, F sign) {
   const UintOf<F> bits = float_bits(x);
   const MaskOf<F> away = MaskOf<F>(up == positive);
   const F moved = bits_float(select(away, bits + 1u, bits - 1u));
-  const F tiny = select(up, splat<F>(0x1p-126f), splat<F>(-0x1p-126f));  // smallest normal: denormals are flushed
+  const F tiny =
+      select(up, splat<F>(0x1p-126f), splat<F>(-0x1p-126f));  // smallest normal: denormals are flushed
   return select(zero, tiny, moved);
 }
 

@@ -10,8 +10,8 @@ namespace {
 
 /// Scattering events before Russian roulette starts.
 constexpr int kRouletteStart = 1;
-/// From this vertex on, survival is capped, so that paths in lossless closed scenes end. An albedo rho has finite
-/// variance under the cap q only if rho^2 < q: 0.999 must pass.
+/// From this vertex on, survival is capped, so that paths in lossless closed scenes end. An albedo rho has
+/// finite variance under the cap q only if rho^2 < q: 0.999 must pass.
 constexpr int kRouletteCapStart = 64;
 constexpr float kRouletteCap = 0.999f;
 
@@ -41,8 +41,10 @@ int sort_by_kind(const RenderScene& scene, Wavefront& w) {
   int count[kBsdfKinds + 2] = {};
   auto key = [&](int32_t slot) {
     const int32_t prim = p.prim[slot];
-    return prim < 0 ? static_cast<int32_t>(kBsdfKinds)
-                    : scene.material_kind[static_cast<size_t>(scene.primitive_material[static_cast<size_t>(prim)])];
+    return prim < 0
+               ? static_cast<int32_t>(kBsdfKinds)
+               : scene
+                     .material_kind[static_cast<size_t>(scene.primitive_material[static_cast<size_t>(prim)])];
   };
   for (int i = 0; i < n; ++i) ++count[key(p.active[i]) + 1];
   for (int k = 0; k <= kBsdfKinds; ++k) count[k + 1] += count[k];
@@ -68,9 +70,9 @@ struct Group {
 struct Hit {
   VertexLanes<Lane> v;
   LaneInt prim;
-  Vec3<Lane> origin;   // of the ray
+  Vec3<Lane> origin;  // of the ray
   Lane distance2{}, cos_in{};
-  LaneMask valid;      // both normals on wo's side
+  LaneMask valid;  // both normals on wo's side
 };
 
 Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, int depth) {
@@ -103,8 +105,8 @@ Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, in
 
 /// Samples the BSDF, updates throughput and MIS terms (M4, M5), plays roulette, writes the next ray. Returns
 /// the lanes that go on.
-LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& stream, const Hit& h, LaneMask active,
-                       Mode mode, int depth, bool keep_dvc, Wavefront& w) {
+LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& stream, const Hit& h,
+                       LaneMask active, Mode mode, int depth, bool keep_dvc, Wavefront& w) {
   const VertexLanes<Lane>& v = h.v;
   const Frame<Lane> frame(v.ns);
   const Vec3<Lane> wo = frame.to_local(v.wo);
@@ -126,7 +128,8 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   const Lane before = max_component(v.throughput), after = max_component(throughput) * s.roulette_scale;
   go = mask_and(go, LaneMask(after > 0.0f));
   if (depth > kRouletteStart) {
-    // Survival is the loss of throughput at this event, so that the product over a path tracks its throughput.
+    // Survival is the loss of throughput at this event, so that the product over a path tracks its
+    // throughput.
     const float cap = depth > kRouletteCapStart ? kRouletteCap : 1.0f;
     const Lane q = min(after / before, splat<Lane>(cap));
     const Lane u = stream.get_1d(vertex_dim(depth, kDimRoulette));
@@ -136,7 +139,8 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   if (!any(go)) return go;
   const Lane cos_out = abs(cos_g);
   const Lane inv_pdf = 1.0f / s.pdf;
-  const Lane dvc = select(s.delta, v.dvc * cos_out, cos_out * inv_pdf * (v.dvc * s.pdf_reverse + v.dvcm));  // M4, M5
+  const Lane dvc =
+      select(s.delta, v.dvc * cos_out, cos_out * inv_pdf * (v.dvc * s.pdf_reverse + v.dvcm));  // M4, M5
   const Lane dvcm = select(s.delta, Lane{}, inv_pdf);
   const Vec3<Lane> o = offset_origin(v.p, v.error, v.ng, wi);
   Paths& p = w.paths;
@@ -155,7 +159,8 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
 }
 
 void append_survivors(LaneInt slot, LaneMask go, int32_t* out, int* count) {
-  for (unsigned bits = mask_bits(go); bits; bits &= bits - 1) out[(*count)++] = lane(slot, std::countr_zero(bits));
+  for (unsigned bits = mask_bits(go); bits; bits &= bits - 1)
+    out[(*count)++] = lane(slot, std::countr_zero(bits));
 }
 
 void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c) {
@@ -169,7 +174,8 @@ void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c) {
 }
 
 /// Camera paths that left the scene see the infinite lights (M6).
-void add_environment(const StageContext& context, const Group& g, int depth, bool weigh_connections, Wavefront& w) {
+void add_environment(const StageContext& context, const Group& g, int depth, bool weigh_connections,
+                     Wavefront& w) {
   const LightTable& lights = context.scene.lights;
   const Vec3<Lane> throughput = gather_vec(w.paths.br, w.paths.bg, w.paths.bb, g.slot);
   const Vec3<Lane> wi = gather_vec(w.paths.dx, w.paths.dy, w.paths.dz, g.slot);
@@ -184,13 +190,14 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
       if (weigh_connections) w_camera += emission_pdf(lights, light, wi, splat<Lane>(1.0f)) * dvc;
     }
     add_radiance(w, g.slot, g.active,
-                 throughput * infinite_radiance(lights, r, all, wi) * (mis_weight(Lane{}, w_camera) * context.imaging_ratio));
+                 throughput * infinite_radiance(lights, r, all, wi) *
+                     (mis_weight(Lane{}, w_camera) * context.imaging_ratio));
   }
 }
 
 /// Camera paths that hit an emitter (s = 0, M6).
-void add_emission(const StageContext& context, const Hit& h, LaneMask active, int depth, bool weigh_connections,
-                  Wavefront& w) {
+void add_emission(const StageContext& context, const Hit& h, LaneMask active, int depth,
+                  bool weigh_connections, Wavefront& w) {
   const RenderScene& scene = context.scene;
   const LaneInt index = gather(scene.primitive_light.data(), h.prim);
   const LaneMask emits = mask_and(active, LaneMask(index >= 0));
@@ -250,7 +257,8 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
       }
     }
     if (!go_on) continue;
-    const LaneMask go = scatter_paths(context, layer.light_stream<Lane>(g.slot), h, h.valid, Mode::kImportance, depth, true, w);
+    const LaneMask go = scatter_paths(context, layer.light_stream<Lane>(g.slot), h, h.valid,
+                                      Mode::kImportance, depth, true, w);
     append_survivors(g.slot, go, paths.active, &survivors);
   }
   paths.active_count = survivors;
@@ -282,8 +290,8 @@ void bounce_camera_paths(const StageContext& context, const LayerContext& layer,
     if (depth > context.max_depth) continue;
     const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
     append_vertices(h.v, mask_bits(connectable), &w.vertices);
-    const LaneMask go =
-        scatter_paths(context, layer.camera_stream<Lane>(g.slot), h, h.valid, Mode::kRadiance, depth, context.connect, w);
+    const LaneMask go = scatter_paths(context, layer.camera_stream<Lane>(g.slot), h, h.valid, Mode::kRadiance,
+                                      depth, context.connect, w);
     append_survivors(g.slot, go, paths.active, &survivors);
   }
   paths.active_count = survivors;

@@ -19,11 +19,11 @@ struct StageContext {
   FilmGrid grid;
   uint64_t seed = 0;
   int max_depth = 5;
-  bool connect = false;          // bdpt: vertex and lens connections take part in MIS
-  bool light_only = false;       // lt: the lens strategy alone, weight 1
+  bool connect = false;     // bdpt: vertex and lens connections take part in MIS
+  bool light_only = false;  // lt: the lens strategy alone, weight 1
   float light_paths_per_spp = 1;
-  float imaging_ratio = 1;       // exposure: multiplies every contribution
-  float tiny_contribution = 0;   // connections below this play Russian roulette; 0: never
+  float imaging_ratio = 1;      // exposure: multiplies every contribution
+  float tiny_contribution = 0;  // connections below this play Russian roulette; 0: never
 };
 
 /// One sample index of a packet: the identity of its random numbers.
@@ -36,7 +36,8 @@ struct LayerContext {
   /// Streams of path slots `slot`.
   template <class F>
   SampleStream<F> camera_stream(IntOf<F> slot) const {
-    return {as_uint(gather(reinterpret_cast<const int32_t*>(camera_keys), slot)), splat_uint<F>(sample_in_block)};
+    return {as_uint(gather(reinterpret_cast<const int32_t*>(camera_keys), slot)),
+            splat_uint<F>(sample_in_block)};
   }
   /// Light paths of a packet share one stream and are stratified over its sample indices and pixels.
   template <class F>

@@ -10,6 +10,7 @@ void film_add_to_paths(Wavefront& wavefront);
 void film_add_splats(Wavefront& wavefront);
 /// Rounds the radiance of every camera path of the layer to the quantum and adds it to the cell's sums. A
 /// value that is not finite or negative is dropped and counted.
-void film_finish_layer(const StageContext& context, const LayerContext& layer, int quantum_exponent, Wavefront& wavefront);
+void film_finish_layer(const StageContext& context, const LayerContext& layer, int quantum_exponent,
+                       Wavefront& wavefront);
 
 }  // namespace lightmill

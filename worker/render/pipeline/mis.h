@@ -7,10 +7,10 @@
 //   s >= 2, t >= 2  vertex connection
 //   t = 1        lens connection: a light vertex is joined to the camera and splatted
 // t = 0, a light path that hits the lens, is never sampled, not with a finite lens either, and has no term
-// (dVC = 0 in M2). The weight of strategy i is the balance heuristic w_i = n_i p_i / sum_j n_j p_j (Veach 1997,
-// eq. 9.8), n_j = 1 except for t = 1, where every pixel sample stands against `light_paths_per_spp` light paths.
-// p_j are products of densities without Russian roulette: any fixed function of the path keeps the weights summing to one, and
-// roulette ends both kinds of subpath at nearly the same rate.
+// (dVC = 0 in M2). The weight of strategy i is the balance heuristic w_i = n_i p_i / sum_j n_j p_j (Veach
+// 1997, eq. 9.8), n_j = 1 except for t = 1, where every pixel sample stands against `light_paths_per_spp`
+// light paths. p_j are products of densities without Russian roulette: any fixed function of the path keeps
+// the weights summing to one, and roulette ends both kinds of subpath at nearly the same rate.
 //
 // Recursion. Each subpath carries two partial sums (Georgiev, "Implementing Vertex Connection and Merging",
 // 2012, eqs. 31-42, without merging):
@@ -34,12 +34,12 @@
 // pdf_X_A is per unit area at the other vertex; cosines are to the geometric normal.
 //
 // Cameras. M2 and M8 hold for all of them, with p_camera the raster area seen per unit solid angle, in pixels
-// (camera_ray.h). A thin lens draws its point uniformly both for t >= 2 and for t = 1: that density is a factor
-// of every p_j and cancels, so that p_camera is the one of a pinhole at the lens point. It may be another point
-// than the camera path of the same pixel has: weights are functions of the whole path, lens point included.
-// A parallel (orthographic) camera swaps the roles: its direction has probability one in both strategies and its
-// position is sampled, so p_camera is raster area per unit area across the ray, which M3 and M8 turn into a density
-// at the surface by the cosine alone.
+// (camera_ray.h). A thin lens draws its point uniformly both for t >= 2 and for t = 1: that density is a
+// factor of every p_j and cancels, so that p_camera is the one of a pinhole at the lens point. It may be
+// another point than the camera path of the same pixel has: weights are functions of the whole path, lens
+// point included. A parallel (orthographic) camera swaps the roles: its direction has probability one in both
+// strategies and its position is sampled, so p_camera is raster area per unit area across the ray, which M3
+// and M8 turn into a density at the surface by the cosine alone.
 //
 // Limit. Light subpaths are stored up to kMaxLightVertices vertices. Paths with more than kMaxLightVertices
 // scattering events are left to s = 0 and s = 1 alone, weighted between those two (dVC = 0, and dVCM in M6 is

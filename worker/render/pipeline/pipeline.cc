@@ -67,9 +67,11 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
     keys[i] = stream_key(context.seed, kCameraStream, y * width + x, static_cast<uint64_t>(block));
   }
   const uint64_t cells_per_row = (width + kCellSize - 1) / kCellSize;
-  const uint64_t cell = static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
+  const uint64_t cell =
+      static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
   layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(block));
-  const bool light_paths = (context.connect || context.light_only) && context.max_depth >= (context.light_only ? 0 : 1);
+  const bool light_paths =
+      (context.connect || context.light_only) && context.max_depth >= (context.light_only ? 0 : 1);
   if (!context.light_only) w.camera_sums.assign(kCellPixels, {});
   for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
     layer.sample_in_block = static_cast<uint32_t>(s - block_begin(block));
@@ -87,7 +89,8 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
     }
   }
   if (!w.splats.empty()) builder.add_splats(w.splats);
-  if (!context.light_only) builder.add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(w.camera_sums));
+  if (!context.light_only)
+    builder.add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(w.camera_sums));
   builder.add_counters(w.counters, thread_cpu_seconds() - start);
 }
 

@@ -6,7 +6,7 @@
 namespace lightmill {
 
 /// Renders `packet` with a thread's wavefront and adds it to `builder`.
-void render_packet(const StageContext& context, const Packet& packet, int quantum_exponent, Wavefront& wavefront,
-                   PartialBuilder& builder);
+void render_packet(const StageContext& context, const Packet& packet, int quantum_exponent,
+                   Wavefront& wavefront, PartialBuilder& builder);
 
 }  // namespace lightmill

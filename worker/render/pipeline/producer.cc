@@ -44,7 +44,8 @@ void store_throughput(Paths& paths, int base, const Vec3<Lane>& b) {
 }
 
 template <class C>
-void camera_paths(const C& camera, const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
+void camera_paths(const C& camera, const StageContext& context, const LayerContext& layer,
+                  Wavefront& wavefront) {
   Paths& paths = wavefront.paths;
   paths.active_count = 0;
   for (int base = 0; base < kWavefront; base += kLanes) {
@@ -87,7 +88,8 @@ void produce_light_paths(const StageContext& context, const LayerContext& layer,
     stream.get_2d(kDimLightPosition, &pu, &pv);
     stream.get_2d(kDimLightDirection, &du, &dv);
     const Lane texel = lights.environments.empty() ? Lane{} : stream.get_1d(kDimLightTexel);
-    const EmissionSample<Lane> e = sample_emission(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
+    const EmissionSample<Lane> e =
+        sample_emission(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
     queue_emitter_to_lens(context, layer, g.slot, g.inside, e, wavefront);
     store_ray(paths, base, offset_origin(e.point, e.error, e.normal, e.direction), e.direction);
     store_throughput(paths, base, e.power);

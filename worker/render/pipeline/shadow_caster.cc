@@ -23,9 +23,10 @@ struct Candidates {
   LaneInt target;
 };
 
-/// Drops zero contributions (counted), plays roulette for those below `tiny_contribution` with `u`, queues the rest.
-void queue(const StageContext& context, const Candidates& c, LaneMask active, float tiny_contribution, Lane u, bool splats,
-           Wavefront& w) {
+/// Drops zero contributions (counted), plays roulette for those below `tiny_contribution` with `u`, queues
+/// the rest.
+void queue(const StageContext& context, const Candidates& c, LaneMask active, float tiny_contribution, Lane u,
+           bool splats, Wavefront& w) {
   const Lane size = max_component(c.value);
   // NaN and negative values go on to the film, which counts them: only exact zeros are dropped here.
   const LaneMask nonzero = mask_and(active, mask_not(LaneMask(size == 0.0f)));
@@ -129,7 +130,8 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
                                   mask_and(LaneMask(d.pdf > 0.0f), consistent(v, d.wi)));
     const Frame<Lane> frame(v.ns);
     const Vec3<Lane> wi = frame.to_local(d.wi);
-    const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, lit, v.params, frame.to_local(v.wo), wi, Mode::kRadiance);
+    const BsdfEval<Lane> f =
+        eval_bsdf<Lane>(v.kind, lit, v.params, frame.to_local(v.wo), wi, Mode::kRadiance);
     const Lane inv_pdf = 1.0f / select(lit, d.pdf, splat<Lane>(1.0f));
     const Lane w_light = select(d.delta, Lane{}, f.pdf * inv_pdf);
     Lane w_camera{};
@@ -144,9 +146,11 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
     c.origin = offset_origin(v.p, v.error, v.ng, d.wi);
     const Vec3<Lane> end = offset_origin(d.point, d.error, d.normal, -d.wi);
     c.direction = select(d.infinite, d.wi, end - c.origin);
-    c.tfar = select(d.infinite, splat<Lane>(std::numeric_limits<float>::infinity()), splat<Lane>(kSegmentEnd));
+    c.tfar =
+        select(d.infinite, splat<Lane>(std::numeric_limits<float>::infinity()), splat<Lane>(kSegmentEnd));
     c.target = v.path;
-    const Lane u = context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
+    const Lane u =
+        context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
     queue(context, c, g.active, context.tiny_contribution, u, false, w);
   }
 }
@@ -173,7 +177,8 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
       const LaneMask apart = LaneMask(d2 > 0.0f);
       const Lane inv_d2 = 1.0f / select(apart, d2, splat<Lane>(1.0f));
       const Vec3<Lane> wi = to_light * sqrt(inv_d2);
-      const LaneMask valid = mask_and(mask_and(active, apart), mask_and(consistent(v, wi), consistent(l, -wi)));
+      const LaneMask valid =
+          mask_and(mask_and(active, apart), mask_and(consistent(v, wi), consistent(l, -wi)));
       const Vec3<Lane> wi_local = frame.to_local(wi);
       const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, wo, wi_local, Mode::kRadiance);
       const Frame<Lane> light_frame(l.ns);
@@ -193,15 +198,17 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
       c.direction = offset_origin(l.p, l.error, l.ng, -wi) - c.origin;
       c.tfar = splat<Lane>(kSegmentEnd);
       c.target = v.path;
-      const Lane u = context.tiny_contribution > 0
-                         ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + static_cast<uint32_t>(j)))
-                         : Lane{};
+      const Lane u =
+          context.tiny_contribution > 0
+              ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + static_cast<uint32_t>(j)))
+              : Lane{};
       queue(context, c, active, context.tiny_contribution, u, false, w);
     }
   }
 }
 
-void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first, Wavefront& w) {
+void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
+                 Wavefront& w) {
   for (size_t base = first; base < w.light_vertices.size(); base += kLanes) {
     const VertexGroup g(w.light_vertices, base);
     const VertexLanes<Lane>& v = g.v;
@@ -216,12 +223,13 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
     const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
     if (!any(valid)) continue;
     const Frame<Lane> frame(v.ns);
-    const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo), frame.to_local(to_camera),
-                                             Mode::kImportance);
+    const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo),
+                                             frame.to_local(to_camera), Mode::kImportance);
     Lane mis = splat<Lane>(1.0f);
     if (!context.light_only) {
       const Lane p_camera = lens.density * abs(dot(v.ng, to_camera));
-      mis = mis_weight(p_camera * (1.0f / context.light_paths_per_spp) * (v.dvcm + v.dvc * f.pdf_reverse), Lane{});  // M8
+      mis = mis_weight(p_camera * (1.0f / context.light_paths_per_spp) * (v.dvcm + v.dvc * f.pdf_reverse),
+                       Lane{});  // M8
     }
     const Lane scale = lens.density * adjoint_cosine(v, to_camera) * target.weight * mis *
                        (context.imaging_ratio / context.light_paths_per_spp);
@@ -231,14 +239,15 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
     c.direction = -(c.origin - lens.lens);
     c.tfar = splat<Lane>(kSegmentEnd);
     c.target = target.pixel;
-    const Lane u = context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
+    const Lane u =
+        context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
     queue(context, c, valid, context.tiny_contribution, u, true, w);
   }
   flush_shadow_rays(context, true, w);
 }
 
-void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot, LaneMask active,
-                           const EmissionSample<Lane>& e, Wavefront& w) {
+void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot,
+                           LaneMask active, const EmissionSample<Lane>& e, Wavefront& w) {
   const LaneMask surface = mask_and(active, mask_not(mask_or(e.delta, e.infinite)));
   if (!any(surface)) return;
   const SampleStream<Lane> stream = layer.light_stream<Lane>(slot);
@@ -256,15 +265,18 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
   const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
   Lane mis = splat<Lane>(1.0f);
-  if (!context.light_only) mis = mis_weight(p_camera * inv_pdf * (1.0f / context.light_paths_per_spp), Lane{});  // M10
-  const Lane scale = p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio / context.light_paths_per_spp);
+  if (!context.light_only)
+    mis = mis_weight(p_camera * inv_pdf * (1.0f / context.light_paths_per_spp), Lane{});  // M10
+  const Lane scale =
+      p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio / context.light_paths_per_spp);
   Candidates c;
   c.value = select(valid, radiance * scale, Vec3<Lane>{});
   c.origin = offset_origin(e.point, e.error, e.normal, to_camera);
   c.direction = -(c.origin - lens.lens);
   c.tfar = splat<Lane>(kSegmentEnd);
   c.target = target.pixel;
-  // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt a help beside s = 0.
+  // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt a help beside s =
+  // 0.
   const float tiny = context.light_only ? 0 : context.tiny_contribution;
   const Lane u = tiny > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
   queue(context, c, valid, tiny, u, true, w);

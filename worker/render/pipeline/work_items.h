@@ -3,8 +3,8 @@
 //
 //   producer -> paths -> caster -> (prim) -> bouncer -> vertices -> shadow caster -> shadow rays -> film
 //
-// One thread owns a wavefront; nothing here is shared. One wavefront works on one cell x one sample index at a
-// time: path slot i is pixel i of the cell (row-major), for the camera path and for its light path.
+// One thread owns a wavefront; nothing here is shared. One wavefront works on one cell x one sample index at
+// a time: path slot i is pixel i of the cell (row-major), for the camera path and for its light path.
 #include <cstdint>
 #include <vector>
 
@@ -29,18 +29,31 @@ struct Paths {
   alignas(32) float dx[kWavefront], dy[kWavefront], dz[kWavefront];
   alignas(32) float br[kWavefront], bg[kWavefront], bb[kWavefront];  // throughput
   alignas(32) float dvcm[kWavefront], dvc[kWavefront];
-  alignas(32) float last_pdf[kWavefront];  // camera: density of the last direction, 0 after a delta event
-  alignas(32) int32_t light[kWavefront];   // light paths: the light they left
-  alignas(32) float cos_light[kWavefront]; //              and the cosine there
-  alignas(32) int32_t prim[kWavefront];    // set by the caster
+  alignas(32) float last_pdf[kWavefront];   // camera: density of the last direction, 0 after a delta event
+  alignas(32) int32_t light[kWavefront];    // light paths: the light they left
+  alignas(32) float cos_light[kWavefront];  //              and the cosine there
+  alignas(32) int32_t prim[kWavefront];     // set by the caster
   alignas(32) int32_t active[kWavefront + kLanes];  // slots with a ray, `active_count` of them
   int active_count = 0;
 };
 
 /// A surface vertex that can be connected: 32 floats, two cache lines. Integers are stored by bits.
 struct alignas(64) Vertex {
-  enum Slot { kP = 0, kError = 3, kNg = 4, kNs = 7, kWo = 10, kThroughput = 13, kDvcm = 16, kDvc = 17, kKind = 18,
-              kPath = 19, kParams = 20, kDepth = 28, kLastPdf = 29 };
+  enum Slot {
+    kP = 0,
+    kError = 3,
+    kNg = 4,
+    kNs = 7,
+    kWo = 10,
+    kThroughput = 13,
+    kDvcm = 16,
+    kDvc = 17,
+    kKind = 18,
+    kPath = 19,
+    kParams = 20,
+    kDepth = 28,
+    kLastPdf = 29
+  };
   float f[32];
 };
 
@@ -60,14 +73,15 @@ struct ShadowRays {
 struct Wavefront {
   Paths paths;
   std::vector<Vertex> light_vertices;  // the packet layer's light-vertex cache, in order of creation
-  int32_t light_vertex_of[kMaxLightVertices][kWavefront + kLanes];  // j-th stored vertex of a slot's light path
+  int32_t light_vertex_of[kMaxLightVertices]
+                         [kWavefront + kLanes];  // j-th stored vertex of a slot's light path
   int32_t light_vertex_count[kWavefront + kLanes];
-  std::vector<Vertex> vertices;        // connectable vertices of the current bounce
+  std::vector<Vertex> vertices;  // connectable vertices of the current bounce
   ShadowRays shadow;
   alignas(32) float radiance_r[kWavefront], radiance_g[kWavefront], radiance_b[kWavefront];
   std::vector<Splat> splats;
-  std::vector<ExactRgb> camera_sums;   // the packet's cell
-  std::vector<int32_t> sorted;         // the bouncer's counting sort
+  std::vector<ExactRgb> camera_sums;  // the packet's cell
+  std::vector<int32_t> sorted;        // the bouncer's counting sort
   RenderCounters counters;
 };
 

@@ -25,7 +25,8 @@ int quantum(const RenderScene& scene, double imaging_ratio) {
 
 }  // namespace
 
-ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& scene, const RenderSettings& settings) {
+ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& scene,
+                        const RenderSettings& settings) {
   ScenePlan plan;
   plan.quantum_exponent = quantum(scene, description.film.imaging_ratio);
   auto item = [&](const char* feature, bool needed, std::string reason, std::string saving) {
@@ -35,32 +36,45 @@ ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& 
   const bool connect = settings.integrator == Integrator::kBdpt && settings.max_depth >= 1;
   const bool lens = connect || settings.integrator == Integrator::kLt;
 
-  item("textures", scene.any_texture, scene.any_texture ? "a material in use reads one" : "no material in use reads one",
+  item("textures", scene.any_texture,
+       scene.any_texture ? "a material in use reads one" : "no material in use reads one",
        "texture evaluation per hit");
-  item("texture coordinates", !scene.uvs.empty(), scene.uvs.empty() ? "nothing reads them" : "a texture reads them",
+  item("texture coordinates", !scene.uvs.empty(),
+       scene.uvs.empty() ? "nothing reads them" : "a texture reads them",
        "8 bytes per vertex and their interpolation per hit");
   item("shading normals", scene.any_normals,
        scene.any_normals ? "a mesh has vertex normals" : "no mesh has vertex normals",
        "12 bytes per vertex, their interpolation and the adjoint correction per hit");
-  item("material sort", scene.kinds_present > 1, text(scene.kinds_present) + " BSDF kind(s) in use", "a counting sort per bounce");
-  item("delta events", scene.any_delta, scene.any_delta ? "a smooth metal, glass or coat is in use" : "no smooth metal, glass or coat",
+  item("material sort", scene.kinds_present > 1, text(scene.kinds_present) + " BSDF kind(s) in use",
+       "a counting sort per bounce");
+  item("delta events", scene.any_delta,
+       scene.any_delta ? "a smooth metal, glass or coat is in use" : "no smooth metal, glass or coat",
        "nothing yet: the flags are still carried");
-  item("spheres", scene.sphere_count() > 0, text(scene.sphere_count()) + " sphere(s)", "the user geometry and its intersection code");
-  item("light selection", scene.lights.count() > 1, text(scene.lights.count()) + " light(s)", "a random number and two look-ups per sample");
-  item("delta lights", scene.lights.any_delta, scene.lights.any_delta ? "a point, spot or distant light" : "no point, spot or distant light", "their cases in light sampling");
+  item("spheres", scene.sphere_count() > 0, text(scene.sphere_count()) + " sphere(s)",
+       "the user geometry and its intersection code");
+  item("light selection", scene.lights.count() > 1, text(scene.lights.count()) + " light(s)",
+       "a random number and two look-ups per sample");
+  item("delta lights", scene.lights.any_delta,
+       scene.lights.any_delta ? "a point, spot or distant light" : "no point, spot or distant light",
+       "their cases in light sampling");
   item("environment", !scene.lights.infinite.empty(),
-       scene.lights.infinite.empty() ? "no infinite light" : "an infinite light", "the escape branch of camera paths");
+       scene.lights.infinite.empty() ? "no infinite light" : "an infinite light",
+       "the escape branch of camera paths");
   item("environment image", !scene.lights.environments.empty(),
        scene.lights.environments.empty() ? "no infinite light has one" : "an infinite light has one",
        "its memory, its sampling table and a random number per light sample");
   item("emission hits (s = 0)", settings.integrator != Integrator::kLt,
-       settings.integrator == Integrator::kLt ? "lt traces no camera paths" : "emitters can be seen", "camera paths");
-  item("vertex connections (s, t >= 2)", connect, connect ? "bdpt" : "the integrator does not connect", "light paths and their cache");
-  item("lens connections (t = 1)", lens, lens ? "the camera is joined to light vertices" : "the integrator traces no light paths",
+       settings.integrator == Integrator::kLt ? "lt traces no camera paths" : "emitters can be seen",
+       "camera paths");
+  item("vertex connections (s, t >= 2)", connect, connect ? "bdpt" : "the integrator does not connect",
+       "light paths and their cache");
+  item("lens connections (t = 1)", lens,
+       lens ? "the camera is joined to light vertices" : "the integrator traces no light paths",
        "the splat layer and its traffic");
   const bool lens_radius =
       description.camera.kind == CameraKind::kPerspective && description.camera.lens_radius > 0;
-  item("lens sampling", lens_radius, lens_radius ? "the lens has a radius" : "the camera has no lens with a radius",
+  item("lens sampling", lens_radius,
+       lens_radius ? "the lens has a radius" : "the camera has no lens with a radius",
        "two dimensions per camera path and per lens connection");
   item("instances", false, "instances are flattened at load", "a level of traversal");
   item("participating media", false, "none in the scene", "distance sampling and transmittance");

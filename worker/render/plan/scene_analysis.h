@@ -6,6 +6,7 @@
 
 namespace lightmill {
 
-ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& scene, const RenderSettings& settings);
+ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& scene,
+                        const RenderSettings& settings);
 
 }  // namespace lightmill

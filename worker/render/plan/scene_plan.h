@@ -8,13 +8,14 @@ namespace lightmill {
 struct PlanItem {
   std::string feature;  // e.g. "textures"
   bool needed = false;
-  std::string reason;   // why it is needed, or why it can be left out
-  std::string saving;   // what leaving it out saves; empty if needed
+  std::string reason;  // why it is needed, or why it can be left out
+  std::string saving;  // what leaving it out saves; empty if needed
 };
 
 struct ScenePlan {
   std::vector<PlanItem> items;
-  /// Exponent of the exact sums' quantum: floor(log2(brightest emitted radiance)) + 1 - kQuantumBitsBelowScale.
+  /// Exponent of the exact sums' quantum: floor(log2(brightest emitted radiance)) + 1 -
+  /// kQuantumBitsBelowScale.
   int quantum_exponent = 0;
 };
 

@@ -19,15 +19,15 @@ inline constexpr uint32_t kDimLightTexel = 3;      // 1D, light: texel of an env
 inline constexpr uint32_t kDimVertex0 = 8;
 inline constexpr uint32_t kDimsPerVertex = 64;
 enum VertexDim : uint32_t {
-  kDimBsdfLobe = 0,       // 1D
-  kDimBsdfDirection = 1,  // 2D
-  kDimRoulette = 2,       // 1D
-  kDimNeeSelect = 3,      // 1D
-  kDimNeePosition = 4,    // 2D
-  kDimSplatPixel = 5,     // 2D: which pixel of the filter's footprint
-  kDimNeeRoulette = 6,    // 1D
-  kDimSplatLens = 7,      // 2D: the lens point that a light vertex is joined to
-  kDimNeeTexel = 7,       // 1D: texel of an environment image
+  kDimBsdfLobe = 0,        // 1D
+  kDimBsdfDirection = 1,   // 2D
+  kDimRoulette = 2,        // 1D
+  kDimNeeSelect = 3,       // 1D
+  kDimNeePosition = 4,     // 2D
+  kDimSplatPixel = 5,      // 2D: which pixel of the filter's footprint
+  kDimNeeRoulette = 6,     // 1D
+  kDimSplatLens = 7,       // 2D: the lens point that a light vertex is joined to
+  kDimNeeTexel = 7,        // 1D: texel of an environment image
   kDimConnectRoulette = 8  // + light vertex number: 1D
 };
 constexpr uint32_t vertex_dim(int vertex, uint32_t dim) {

@@ -143,7 +143,8 @@ void apply_textures(const RenderScene& scene, int32_t material, float u, float v
   const MaterialEntry& e = scene.materials[static_cast<size_t>(material)];
   if (e.kind == kDiffuseTransmission) {
     const Rgb r = e.texture_color >= 0 ? scene.textures.evaluate(e.texture_color, u, v) : e.color;
-    const Rgb t = e.texture_transmittance >= 0 ? scene.textures.evaluate(e.texture_transmittance, u, v) : e.transmittance;
+    const Rgb t = e.texture_transmittance >= 0 ? scene.textures.evaluate(e.texture_transmittance, u, v)
+                                               : e.transmittance;
     return set_transmission(params, e.scale, r, t);
   }
   if (e.texture_color >= 0) {
@@ -157,8 +158,10 @@ void apply_textures(const RenderScene& scene, int32_t material, float u, float v
   if (e.texture_eta >= 0) set_rgb(params, 0, scene.textures.evaluate(e.texture_eta, u, v));
   if (e.texture_k >= 0) set_rgb(params, 3, scene.textures.evaluate(e.texture_k, u, v));
   if (e.texture_u_roughness >= 0 || e.texture_v_roughness >= 0) {
-    const float ru = e.texture_u_roughness >= 0 ? scene.textures.evaluate(e.texture_u_roughness, u, v).r : e.u_roughness;
-    const float rv = e.texture_v_roughness >= 0 ? scene.textures.evaluate(e.texture_v_roughness, u, v).r : e.v_roughness;
+    const float ru =
+        e.texture_u_roughness >= 0 ? scene.textures.evaluate(e.texture_u_roughness, u, v).r : e.u_roughness;
+    const float rv =
+        e.texture_v_roughness >= 0 ? scene.textures.evaluate(e.texture_v_roughness, u, v).r : e.v_roughness;
     params[6] = std::max(mean_alpha(ru, rv, e.remap_roughness), kSmoothAlpha);
   }
 }

@@ -21,13 +21,13 @@ struct MeshRange {
 /// A material with what is constant in place, and textures for what is not.
 struct MaterialEntry {
   int32_t kind = kDiffuse;
-  int32_t textured = 0;      // any of the textures below is set
-  int texture_color = -1;    // reflectance: slots 0-2 (diffuse, coated) or, via F0, 0-5 (conductor)
+  int32_t textured = 0;    // any of the textures below is set
+  int texture_color = -1;  // reflectance: slots 0-2 (diffuse, coated) or, via F0, 0-5 (conductor)
   int texture_eta = -1, texture_k = -1;
   int texture_transmittance = -1;
   int texture_u_roughness = -1, texture_v_roughness = -1;
-  Rgb color, transmittance;    // diffuse transmission: what is not textured
-  float scale = 1;             // of both
+  Rgb color, transmittance;  // diffuse transmission: what is not textured
+  float scale = 1;           // of both
   float u_roughness = 0, v_roughness = 0;
   bool remap_roughness = true;
   double coat_internal_reflectance = 0;  // coated: see coated_diffuse.h
@@ -46,7 +46,7 @@ struct RenderScene {
   std::vector<float> uvs;        // 2 per vertex or empty
   std::vector<int32_t> indices;  // 3 per triangle
   std::vector<MeshRange> meshes;
-  std::vector<float> spheres;    // 4 per sphere: centre, radius
+  std::vector<float> spheres;  // 4 per sphere: centre, radius
 
   std::vector<int32_t> primitive_material;  // per primitive
   std::vector<int32_t> primitive_light;     // per primitive: index into lights, or -1
@@ -56,16 +56,16 @@ struct RenderScene {
   std::vector<MaterialEntry> materials;
   std::vector<float> material_params;  // kBsdfParams per material
   std::vector<int32_t> material_kind;
-  bool any_texture = false;            // some material is textured
-  bool any_normals = false;            // some mesh has shading normals
-  bool any_delta = false;              // some material has a delta lobe
-  int kinds_present = 0;               // number of BSDF kinds in use
+  bool any_texture = false;  // some material is textured
+  bool any_normals = false;  // some mesh has shading normals
+  bool any_delta = false;    // some material has a delta lobe
+  int kinds_present = 0;     // number of BSDF kinds in use
 
   TextureTable textures;
   LightTable lights;
   float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space
   float bounds_radius = 1;
-  double surface_area = 0;             // of all primitives, normalised space
+  double surface_area = 0;  // of all primitives, normalised space
 
   int32_t triangle_count() const { return static_cast<int32_t>(indices.size() / 3); }
   int32_t sphere_count() const { return static_cast<int32_t>(spheres.size() / 4); }

@@ -98,7 +98,8 @@ class SceneBuilder {
 
  private:
   Vec3d relative(const Vec3d& p) const {
-    return {std::ldexp(p.x - out_.origin.x, out_.scale_exponent), std::ldexp(p.y - out_.origin.y, out_.scale_exponent),
+    return {std::ldexp(p.x - out_.origin.x, out_.scale_exponent),
+            std::ldexp(p.y - out_.origin.y, out_.scale_exponent),
             std::ldexp(p.z - out_.origin.z, out_.scale_exponent)};
   }
 
@@ -106,12 +107,14 @@ class SceneBuilder {
     Bounds b;
     for (const ShapeDescription& s : in_.shapes) {
       if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
-        for (const Vec3f& v : mesh->mesh->positions) b.add(transform_point(s.object_to_world.m, v.x, v.y, v.z));
+        for (const Vec3f& v : mesh->mesh->positions)
+          b.add(transform_point(s.object_to_world.m, v.x, v.y, v.z));
       } else {
         const auto scale = uniform_scale(s.object_to_world.m);
         if (!scale) {
-          throw Error(ErrorKind::kBadScene,
-                      where(s.location) + "a sphere under a non-uniform scale is not supported yet; use a mesh");
+          throw Error(
+              ErrorKind::kBadScene,
+              where(s.location) + "a sphere under a non-uniform scale is not supported yet; use a mesh");
         }
         b.add(transform_point(s.object_to_world.m, 0, 0, 0), *scale * std::get<SphereShape>(s.kind).radius);
       }
@@ -124,9 +127,11 @@ class SceneBuilder {
     double extent = 0;
     if (!b.empty()) {
       const double from[3] = {o.x, o.y, o.z};
-      for (int i = 0; i < 3; ++i) extent = std::max({extent, std::fabs(b.lo[i] - from[i]), std::fabs(b.hi[i] - from[i])});
+      for (int i = 0; i < 3; ++i)
+        extent = std::max({extent, std::fabs(b.lo[i] - from[i]), std::fabs(b.hi[i] - from[i])});
     }
-    if (!std::isfinite(extent)) throw Error(ErrorKind::kBadScene, "the scene's extent is not finite; check its transforms");
+    if (!std::isfinite(extent))
+      throw Error(ErrorKind::kBadScene, "the scene's extent is not finite; check its transforms");
     out_.scale_exponent = extent > 0 ? -std::ilogb(extent) : 0;
     if (b.empty()) return;
     const double s = std::ldexp(1.0, out_.scale_exponent);
@@ -154,12 +159,14 @@ class SceneBuilder {
       }
     }
     if (vertices > size_t{1} << 29 || triangles > size_t{1} << 29) {
-      throw Error(ErrorKind::kBadScene, "the scene has more than 2^29 vertices or triangles, which is the limit");
+      throw Error(ErrorKind::kBadScene,
+                  "the scene has more than 2^29 vertices or triangles, which is the limit");
     }
     out_.any_normals = normals;
     out_.positions.reserve(3 * vertices + 4);
     if (normals) out_.normals.reserve(3 * vertices);
-    keep_uvs_ = uvs && std::any_of(out_.materials.begin(), out_.materials.end(), [](const MaterialEntry& m) { return m.textured; });
+    keep_uvs_ = uvs && std::any_of(out_.materials.begin(), out_.materials.end(),
+                                   [](const MaterialEntry& m) { return m.textured; });
     if (keep_uvs_) out_.uvs.reserve(2 * vertices);
     out_.indices.reserve(3 * triangles);
     out_.primitive_material.reserve(triangles + spheres);
@@ -179,7 +186,8 @@ class SceneBuilder {
     const Matrix& m = s.object_to_world.m;
     for (const Vec3f& v : mesh.positions) {
       const Vec3d p = relative(transform_point(m, v.x, v.y, v.z));
-      out_.positions.insert(out_.positions.end(), {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+      out_.positions.insert(out_.positions.end(),
+                            {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
     }
     if (out_.any_normals) {
       const double sign = s.reverse_orientation ? -1 : 1;
@@ -191,7 +199,8 @@ class SceneBuilder {
           const double f = length > 0 && std::isfinite(length) ? sign / length : 0;
           n = {n.x * f, n.y * f, n.z * f};
         }
-        out_.normals.insert(out_.normals.end(), {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)});
+        out_.normals.insert(out_.normals.end(),
+                            {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)});
       }
     }
     if (keep_uvs_) {
@@ -204,11 +213,13 @@ class SceneBuilder {
     if (keep_uvs_ && !mesh.uvs.empty()) flags |= RenderScene::kHasUv;
     MeshRange range{out_.triangle_count(), 0};
     for (const auto& t : mesh.triangles) {
-      const int32_t i[3] = {first_vertex + static_cast<int32_t>(t[0]), first_vertex + static_cast<int32_t>(t[1]),
+      const int32_t i[3] = {first_vertex + static_cast<int32_t>(t[0]),
+                            first_vertex + static_cast<int32_t>(t[1]),
                             first_vertex + static_cast<int32_t>(t[2])};
       Vec3d n;
       const double area = triangle_area(i, &n);
-      if (!(area > 0) || !std::isfinite(area)) continue;  // collapsed when rounded to float: nothing can hit it
+      if (!(area > 0) || !std::isfinite(area))
+        continue;  // collapsed when rounded to float: nothing can hit it
       out_.surface_area += area;
       out_.indices.insert(out_.indices.end(), i, i + 3);
       add_primitive(s, s.area_light >= 0 ? add_triangle_light(s, i, n, area, flags) : -1, flags);
@@ -224,7 +235,8 @@ class SceneBuilder {
   double triangle_area(const int32_t* i, Vec3d* n) const {
     double p[3][3];
     for (int k = 0; k < 3; ++k) {
-      for (int c = 0; c < 3; ++c) p[k][c] = out_.positions[static_cast<size_t>(i[k]) * 3 + static_cast<size_t>(c)];
+      for (int c = 0; c < 3; ++c)
+        p[k][c] = out_.positions[static_cast<size_t>(i[k]) * 3 + static_cast<size_t>(c)];
     }
     const double a[3] = {p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]};
     const double b[3] = {p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
@@ -236,7 +248,8 @@ class SceneBuilder {
 
   static bool dark(const Rgb& c) { return !(c.r > 0 || c.g > 0 || c.b > 0); }
 
-  int32_t add_triangle_light(const ShapeDescription& s, const int32_t* i, const Vec3d& winding, double area, int32_t flags) {
+  int32_t add_triangle_light(const ShapeDescription& s, const int32_t* i, const Vec3d& winding, double area,
+                             int32_t flags) {
     const AreaLightDescription& light = in_.area_lights[static_cast<size_t>(s.area_light)];
     if (dark(light.radiance)) return -1;
     double sign = flags & RenderScene::kFlip ? -1 : 1;
@@ -262,7 +275,8 @@ class SceneBuilder {
     return add_area_light(kTriangleLight, r, light, area);
   }
 
-  int32_t add_area_light(LightType type, std::array<float, kLightFloats>& r, const AreaLightDescription& light, double area) {
+  int32_t add_area_light(LightType type, std::array<float, kLightFloats>& r,
+                         const AreaLightDescription& light, double area) {
     const Rgb& c = light.radiance;
     r[kLightRadiance] = c.r;
     r[kLightRadiance + 1] = c.g;
@@ -279,7 +293,8 @@ class SceneBuilder {
     const Vec3d c = relative(transform_point(s.object_to_world.m, 0, 0, 0));
     const double radius = std::ldexp(scale * sphere.radius, out_.scale_exponent);
     if (!(static_cast<float>(radius) > 0)) return;
-    const float record[4] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z), static_cast<float>(radius)};
+    const float record[4] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z),
+                             static_cast<float>(radius)};
     out_.spheres.insert(out_.spheres.end(), record, record + 4);
     out_.surface_area += 4 * M_PI * radius * radius;
     // The normal is computed outwards, so handedness does not matter: only ReverseOrientation flips.
@@ -354,7 +369,8 @@ class SceneBuilder {
     double radiance = mean(r);
     if (!l.image_path.empty()) {
       r[4] = static_cast<float>(out_.lights.environments.size());
-      const EnvironmentMap& map = out_.lights.environments.emplace_back(l.image_path, l.radiance, l.light_to_world);
+      const EnvironmentMap& map =
+          out_.lights.environments.emplace_back(l.image_path, l.radiance, l.light_to_world);
       radiance = map.mean_radiance;
     }
     out_.lights.add(kInfiniteLight, r, 4 * M_PI * M_PI * double{r[3]} * r[3] * radiance);

@@ -8,7 +8,8 @@ namespace lightmill {
 /// Smallest t in (tnear, tfar) at which o + t d meets the sphere, or a negative number. The discriminant is
 /// computed from the perpendicular distance, which does not cancel for far-away spheres (Hearn & Baker;
 /// Haines et al., "Precision Improvements for Ray/Sphere Intersection", 2019).
-inline double sphere_hit(const float o[3], const float d[3], const float sphere[4], double tnear, double tfar) {
+inline double sphere_hit(const float o[3], const float d[3], const float sphere[4], double tnear,
+                         double tfar) {
   const double fx = double{o[0]} - sphere[0], fy = double{o[1]} - sphere[1], fz = double{o[2]} - sphere[2];
   const double dx = d[0], dy = d[1], dz = d[2], r = sphere[3];
   const double a = dx * dx + dy * dy + dz * dz;

@@ -11,11 +11,11 @@ namespace lightmill {
 
 template <class F>
 struct Surface {
-  Vec3<F> p;     // on the primitive
-  F error{};     // bound of |p - true point| per component
-  Vec3<F> ng;    // unit geometric normal, to the surface's outside
-  Vec3<F> ns;    // unit shading normal, same orientation
-  F u{}, v{};    // texture coordinates
+  Vec3<F> p;   // on the primitive
+  F error{};   // bound of |p - true point| per component
+  Vec3<F> ng;  // unit geometric normal, to the surface's outside
+  Vec3<F> ns;  // unit shading normal, same orientation
+  F u{}, v{};  // texture coordinates
 };
 
 /// Reconstructs the hit of ray (o, d) with primitives `prim` (all valid indices).
@@ -46,7 +46,8 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
     s.p = p0 * b0 + p1 * b1 + p2 * b2;
     // |p| error <= gamma_7 sum |b_i p_i| (pbrt-v4 §6.8.1); one bound for all three axes.
     auto bound = [&](F a, F b, F c) { return abs(a * b0) + abs(b * b1) + abs(c * b2); };
-    s.error = max(bound(p0.x, p1.x, p2.x), max(bound(p0.y, p1.y, p2.y), bound(p0.z, p1.z, p2.z))) * gamma_bound(7);
+    s.error =
+        max(bound(p0.x, p1.x, p2.x), max(bound(p0.y, p1.y, p2.y), bound(p0.z, p1.z, p2.z))) * gamma_bound(7);
     s.ng = normalize(cross(e1, e2)) * flip;
     s.ns = s.ng;
     if (scene.any_normals) {
@@ -87,7 +88,8 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
       const float sphere[4] = {lane(center.x, l), lane(center.y, l), lane(center.z, l), lane(radius, l)};
       const double t = sphere_hit(lo, ld, sphere, 0, 1e300);
       // Offset from the centre, renormalised onto the sphere.
-      double x = lo[0] + t * ld[0] - sphere[0], y = lo[1] + t * ld[1] - sphere[1], z = lo[2] + t * ld[2] - sphere[2];
+      double x = lo[0] + t * ld[0] - sphere[0], y = lo[1] + t * ld[1] - sphere[1],
+             z = lo[2] + t * ld[2] - sphere[2];
       const double n = std::sqrt(x * x + y * y + z * z);
       const double f = n > 0 ? 1 / n : 0;
       out[0][l] = static_cast<float>(x * f);
@@ -107,13 +109,15 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
 
 /// BSDF kind and parameters of `material` at texture coordinates (u, v).
 template <class F>
-inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, F u, F v, BsdfParams<F>* params);
+inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, F u, F v,
+                        BsdfParams<F>* params);
 
 /// Overwrites the parameters of a textured material at one point.
 void apply_textures(const RenderScene& scene, int32_t material, float u, float v, float* params);
 
 template <class F>
-inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, F u, F v, BsdfParams<F>* params) {
+inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, F u, F v,
+                        BsdfParams<F>* params) {
   const IntOf<F> offset = material * kBsdfParams;
   for (int i = 0; i < kBsdfParams; ++i) params->p[i] = gather(scene.material_params.data() + i, offset);
   if (scene.any_texture) {

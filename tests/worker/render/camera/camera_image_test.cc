@@ -1,6 +1,6 @@
-// Every camera through the whole renderer: the three integrators agree, an emissive wall shows its radiance in
-// every pixel (the camera's importance integrates to one), powers of two leave the bits alone, and a thin lens
-// blurs as its circle of confusion says. Fixed seeds.
+// Every camera through the whole renderer: the three integrators agree, an emissive wall shows its radiance
+// in every pixel (the camera's importance integrates to one), powers of two leave the bits alone, and a thin
+// lens blurs as its circle of confusion says. Fixed seeds.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -43,8 +43,8 @@ void set_camera(CameraDescription& camera, Kind kind, double size) {
 
 class CameraImage : public ::testing::TestWithParam<CameraCase> {};
 
-// Family-wise alpha 1e-4 over all 8x8 blocks and channels. The room has a block, walls in and out of focus and
-// a lamp; blocks resolve about 10 %, the whole image 1 %.
+// Family-wise alpha 1e-4 over all 8x8 blocks and channels. The room has a block, walls in and out of focus
+// and a lamp; blocks resolve about 10 %, the whole image 1 %.
 TEST_P(CameraImage, PtBdptAndLtAgree) {
   TestScene s = cornell_room();
   s.sphere({-0.4, -0.3, 0}, 0.3, s.conductor(0.9f, 0.3f));
@@ -74,7 +74,8 @@ TEST_P(CameraImage, AnEmissiveBoxShowsItsRadianceInEveryPixel) {
   EXPECT_EQ(lt.counters.nonfinite, 0u);
   for (int y = 0; y < 16; y += 4) {
     for (int x = 0; x < 24; x += 4) {
-      EXPECT_TRUE(mean_is(lt.mean({x, y, x + 4, y + 4}, 1), 2, {.alpha = 1e-5, .resolution = 0.15})) << x << ' ' << y;
+      EXPECT_TRUE(mean_is(lt.mean({x, y, x + 4, y + 4}, 1), 2, {.alpha = 1e-5, .resolution = 0.15}))
+          << x << ' ' << y;
     }
   }
   EXPECT_TRUE(mean_is(lt.mean(1), 2, {.resolution = 0.02}));
@@ -90,7 +91,8 @@ TEST_P(CameraImage, PowersOfTwoLeaveTheBitsAlone) {
         for (double& x : shape.object_to_world.m[i]) x = std::ldexp(x, k);
       }
     }
-    for (size_t i = 0; i < 3; ++i) camera.camera_to_world.m[i][3] = std::ldexp(camera.camera_to_world.m[i][3], k);
+    for (size_t i = 0; i < 3; ++i)
+      camera.camera_to_world.m[i][3] = std::ldexp(camera.camera_to_world.m[i][3], k);
     return render_batches(s.scene, settings_for(s.scene, Integrator::kBdpt, 16, 4), 1).images[0].data;
   };
   const auto original = render(0);
@@ -98,7 +100,8 @@ TEST_P(CameraImage, PowersOfTwoLeaveTheBitsAlone) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, CameraImage,
-                         ::testing::Values(CameraCase{"pinhole", Kind::kPinhole}, CameraCase{"thin_lens", Kind::kThinLens},
+                         ::testing::Values(CameraCase{"pinhole", Kind::kPinhole},
+                                           CameraCase{"thin_lens", Kind::kThinLens},
                                            CameraCase{"orthographic", Kind::kOrthographic},
                                            CameraCase{"equal_area", Kind::kEqualArea},
                                            CameraCase{"equirectangular", Kind::kEquirectangular}),
@@ -118,9 +121,9 @@ double variance_x(const Image& image) {
   return second / sum - first / sum * (first / sum);
 }
 
-// A source of radius r at depth z through a lens of radius R focused at f: on the image plane at distance 1 the
-// lens's disk maps to a disk of radius R |1/f - 1/z|, whose variance along an axis is a quarter of its square;
-// the source adds (r/z)^2 / 4 and a pixel of width p adds p^2 / 12.
+// A source of radius r at depth z through a lens of radius R focused at f: on the image plane at distance 1
+// the lens's disk maps to a disk of radius R |1/f - 1/z|, whose variance along an axis is a quarter of its
+// square; the source adds (r/z)^2 / 4 and a pixel of width p adds p^2 / 12.
 TEST(ThinLensImage, BlurIsTheCircleOfConfusion) {
   constexpr int kPixels = 128;
   constexpr double kDepth = 4, kSource = 0.005, kLens = 0.1;

@@ -25,7 +25,8 @@ TEST(Spherical, ConnectInvertsRay) {
   for (const SphericalMapping mapping : kMappings) {
     const SphericalCamera camera = camera_of(mapping, 64, 48);
     for (int i = 0; i < 4000; ++i) {
-      const auto x = static_cast<float>(random.between(0, 64)), y = static_cast<float>(random.between(0.2, 47.8));
+      const auto x = static_cast<float>(random.between(0, 64)),
+                 y = static_cast<float>(random.between(0.2, 47.8));
       const CameraRay<float> r = camera.ray(x, y, 0.0f, 0.0f);
       ASSERT_NEAR(dot(r.direction, r.direction), 1, 2e-6);
       const auto t = static_cast<float>(random.between(0.1, 5));

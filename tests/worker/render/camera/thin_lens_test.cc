@@ -100,13 +100,15 @@ TEST(ThinLens, LanesHaveTheBitsOfScalars) {
   for (int round = 0; round < 500; ++round) {
     Float8 x{}, y{}, u{}, v{};
     for (int l = 0; l < 8; ++l) {
-      x[l] = random.uniform() * 64, y[l] = random.uniform() * 48, u[l] = random.uniform(), v[l] = random.uniform();
+      x[l] = random.uniform() * 64, y[l] = random.uniform() * 48, u[l] = random.uniform(),
+      v[l] = random.uniform();
     }
     const CameraRay<Float8> r = camera.ray(x, y, u, v);
     const LensConnection<Float8> c = camera.connect(r.direction * splat<Float8>(3.0f) + r.origin, v, u);
     for (int l = 0; l < 8; ++l) {
       const CameraRay<float> r1 = camera.ray(float{x[l]}, float{y[l]}, float{u[l]}, float{v[l]});
-      const LensConnection<float> c1 = camera.connect(r1.direction * 3.0f + r1.origin, float{v[l]}, float{u[l]});
+      const LensConnection<float> c1 =
+          camera.connect(r1.direction * 3.0f + r1.origin, float{v[l]}, float{u[l]});
       ASSERT_EQ(float_bits(r.direction.x[l]), float_bits(r1.direction.x));
       ASSERT_EQ(float_bits(r.origin.y[l]), float_bits(r1.origin.y));
       ASSERT_EQ(float_bits(r.density[l]), float_bits(r1.density));

@@ -95,7 +95,8 @@ TEST(EmissionSampling, DensityIsTheOneThatDirectSamplingReports) {
     ASSERT_EQ(e.light, select_light<float>(scene.lights(), pick));
     ASSERT_NEAR(e.pdf / emission_pdf<float>(scene.lights(), e.light, {}, e.cos_light), 1, 1e-6);
     const Vec3<float> reference{static_cast<float>(random.between(-1, 1)), 0, 0};
-    const auto d = sample_direct<float>(scene.lights(), reference, pick, 0, random.uniform(), random.uniform());
+    const auto d =
+        sample_direct<float>(scene.lights(), reference, pick, 0, random.uniform(), random.uniform());
     if (!(d.radiance.x > 0)) continue;
     ASSERT_NEAR(d.pdf_emission / emission_pdf<float>(scene.lights(), e.light, {}, d.cos_light), 1, 1e-5);
     ++compared;

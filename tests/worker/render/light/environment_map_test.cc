@@ -48,8 +48,8 @@ TEST(EqualArea, RoundTripsOverTheWholeSphere) {
     ASSERT_NEAR(dot(w, w), 1, 2e-6);
     float s2, t2;
     equal_area_sphere_to_square(w, &s2, &t2);
-    // At the square's edges the sphere's lower half meets itself, and near the poles of the map the inverse is a
-    // root: compare directions there.
+    // At the square's edges the sphere's lower half meets itself, and near the poles of the map the inverse
+    // is a root: compare directions there.
     const Vec3<float> w2 = equal_area_square_to_sphere(s2, t2);
     ASSERT_GT(dot(w, w2), 1 - 1e-6f) << s << " " << t;
   }
@@ -99,7 +99,8 @@ TEST(EnvironmentMap, SamplesTexelsInProportionToTheirLight) {
   constexpr int kSamples = 100000;
   std::vector<double> observed(64), expected(64);
   double total = 0;
-  for (size_t i = 0; i < 64; ++i) total += expected[i] = image.data[3 * i] + image.data[3 * i + 1] + image.data[3 * i + 2];
+  for (size_t i = 0; i < 64; ++i)
+    total += expected[i] = image.data[3 * i] + image.data[3 * i + 1] + image.data[3 * i + 2];
   for (double& e : expected) e *= kSamples / total;
   int elsewhere = 0;
   for (int i = 0; i < kSamples; ++i) {
