@@ -83,6 +83,19 @@ int PbrtScene::default_material(const SourceLocation& where) {
   return default_material_;
 }
 
+bool PbrtScene::may_generate(size_t triangles, ParameterList& params) {
+  constexpr size_t kMaxGenerated = 32'000'000;
+  const bool before = generated_triangles_ <= kMaxGenerated;
+  generated_triangles_ += triangles;
+  if (generated_triangles_ <= kMaxGenerated) return true;
+  if (before) {
+    problems->error(params.where(), params.owner() +
+                                        " makes the triangles of all tessellated shapes more than 32000000; "
+                                        "leave out some or use coarser ones");
+  }
+  return false;
+}
+
 void PbrtScene::report_undefined() {
   std::vector<std::string_view> names;
   for (const auto& [name, entry] : named_materials_) {

@@ -67,6 +67,10 @@ struct PbrtScene {
   FloatInput float_input(ParameterList& params, std::string_view name, float fallback, double min,
                          double max);
 
+  /// Counts triangles that a shape makes of few numbers; false (reported) if all of them together are too
+  /// many, so that a small file can't fill the memory.
+  bool may_generate(size_t triangles, ParameterList& params);
+
   /// Meshes by path, so that a file that is used twice is read once.
   std::map<std::string, std::shared_ptr<const TriangleMesh>> meshes;
   /// Materials of which nothing is seen; shapes of them are left out at the end.
@@ -84,6 +88,7 @@ struct PbrtScene {
   std::map<std::pair<bool, std::string>, Named> named_textures_;
   std::set<std::string> listed_files_;
   int default_material_ = -1;
+  size_t generated_triangles_ = 0;
 };
 
 // Translators; each asks for its parameters and reports the rest. `type` is the directive's first string.

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "common/error.h"
+#include "common/scene/loop_subdivision.h"
 #include "common/scene/mesh_check.h"
 #include "common/scene/pbrt_quadrics.h"
 #include "common/scene/pbrt_scene.h"
@@ -38,47 +39,53 @@ std::vector<Vec3f> to_vec3(const std::vector<double>& v) {
   return out;
 }
 
-std::shared_ptr<const TriangleMesh> read_triangle_mesh(PbrtScene& out, ParameterList& params) {
-  auto mesh = std::make_shared<TriangleMesh>();
+/// Positions and triangles from "P" and "indices"; false: reported.
+bool read_triangles(PbrtScene& out, ParameterList& params, TriangleMesh* mesh) {
   const auto* positions = params.numbers("P", ParamType::kPoint3);
   const auto* indices = params.numbers("indices", ParamType::kInteger);
+  if (positions == nullptr) {
+    if (!params.has("P")) out.problems->error(params.where(), params.owner() + " needs \"point3 P\"");
+    return false;
+  }
+  mesh->positions = to_vec3(*positions);
+  if (indices == nullptr) {
+    if (params.has("indices")) return false;  // reported
+    if (mesh->positions.size() != 3) {
+      out.problems->error(params.where(),
+                          params.owner() + " needs \"integer indices\" unless it is one triangle");
+      return false;
+    }
+    mesh->triangles.push_back({0, 1, 2});
+    return true;
+  }
+  if (indices->size() % 3 != 0) {
+    params.bad_value("indices",
+                     "has " + std::to_string(indices->size()) + " numbers; it needs 3 per triangle");
+    return false;
+  }
+  for (size_t i = 0; i < indices->size(); ++i) {
+    if ((*indices)[i] < 0) {
+      params.bad_value("indices", "has a negative index");
+      return false;
+    }
+  }
+  for (size_t i = 0; i < indices->size(); i += 3) {
+    const auto at = [&](size_t k) { return static_cast<uint32_t>((*indices)[i + k]); };
+    mesh->triangles.push_back({at(0), at(1), at(2)});
+  }
+  return true;
+}
+
+std::shared_ptr<const TriangleMesh> read_triangle_mesh(PbrtScene& out, ParameterList& params) {
+  auto mesh = std::make_shared<TriangleMesh>();
   const auto* normals = params.numbers("N", ParamType::kNormal);
   const auto* uvs = params.numbers("uv", ParamType::kPoint2);
   params.accept({"S", "faceIndices"});
-  if (positions == nullptr) {
-    if (!params.has("P")) out.problems->error(params.where(), params.owner() + " needs \"point3 P\"");
-    return nullptr;
-  }
-  mesh->positions = to_vec3(*positions);
+  if (!read_triangles(out, params, mesh.get())) return nullptr;
   if (normals != nullptr) mesh->normals = to_vec3(*normals);
   if (uvs != nullptr) {
     for (size_t i = 0; i + 1 < uvs->size(); i += 2) {
       mesh->uvs.push_back({static_cast<float>((*uvs)[i]), static_cast<float>((*uvs)[i + 1])});
-    }
-  }
-  if (indices == nullptr) {
-    if (params.has("indices")) return nullptr;  // reported
-    if (mesh->positions.size() != 3) {
-      out.problems->error(params.where(),
-                          params.owner() + " needs \"integer indices\" unless it is one triangle");
-      return nullptr;
-    }
-    mesh->triangles.push_back({0, 1, 2});
-  } else {
-    if (indices->size() % 3 != 0) {
-      params.bad_value("indices",
-                       "has " + std::to_string(indices->size()) + " numbers; it needs 3 per triangle");
-      return nullptr;
-    }
-    for (size_t i = 0; i < indices->size(); ++i) {
-      if ((*indices)[i] < 0) {
-        params.bad_value("indices", "has a negative index");
-        return nullptr;
-      }
-    }
-    for (size_t i = 0; i < indices->size(); i += 3) {
-      const auto at = [&](size_t k) { return static_cast<uint32_t>((*indices)[i + k]); };
-      mesh->triangles.push_back({at(0), at(1), at(2)});
     }
   }
   try {
@@ -87,6 +94,25 @@ std::shared_ptr<const TriangleMesh> read_triangle_mesh(PbrtScene& out, Parameter
     out.problems->error(params.where(), params.owner() + ": " + e.what());
     return nullptr;
   }
+  clean(mesh.get(), params.owner(), params.where(), out.problems);
+  return mesh;
+}
+
+std::shared_ptr<const TriangleMesh> read_loop_subdivision(PbrtScene& out, ParameterList& params) {
+  constexpr int kMaxLevels = 11;  // of which one triangle has kMaxSubdividedTriangles
+  const auto levels = static_cast<int>(params.integer("levels", 3, 0, kMaxLevels));
+  params.accept({"scheme"});
+  TriangleMesh control;
+  if (!read_triangles(out, params, &control)) return nullptr;
+  std::shared_ptr<TriangleMesh> mesh;
+  try {
+    require_valid_mesh(control);
+    mesh = std::make_shared<TriangleMesh>(loop_subdivide(control, levels));
+  } catch (const Error& e) {
+    out.problems->error(params.where(), params.owner() + ": " + e.what());
+    return nullptr;
+  }
+  if (!out.may_generate(mesh->triangles.size(), params)) return nullptr;
   clean(mesh.get(), params.owner(), params.where(), out.problems);
   return mesh;
 }
