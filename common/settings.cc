@@ -91,6 +91,18 @@ const char* integrator_name(Integrator integrator) {
   return "bdpt";
 }
 
+Strategies strategies_of(const RenderSettings& s) {
+  Strategies set = kAllStrategies;
+  if (s.integrator == Integrator::kPt) set = kEmissionHits | kNextEvent;
+  if (s.integrator == Integrator::kLt) set = kLensConnections;
+  if (s.strategies) set = *s.strategies;
+  if (s.max_depth < 1) {
+    if (set & kEmissionHits) return kEmissionHits;
+    if (set & kLensConnections) return kLensConnections;
+  }
+  return set;
+}
+
 RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptions& options) {
   RenderSettings s;
   if (options.integrator == "scene") {
@@ -121,6 +133,7 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   s.seed = options.seed.value_or(scene.sampling.seed);
   s.time_s = options.time_s.value_or(0);
   s.target_error = options.target_error.value_or(0);
+  if (options.strategies) s.strategies = strategies_named(*options.strategies);
   check(s, options.spp || options.max_depth ? ErrorKind::kUsage : ErrorKind::kBadScene);
   return s;
 }
@@ -134,6 +147,7 @@ std::string settings_to_json(const RenderSettings& s) {
                         {"max_depth", s.max_depth},
                         {"seed", s.seed},
                         {"spp", s.spp},
+                        {"strategies", s.strategies ? strategy_names(*s.strategies) : ""},
                         {"target_error", s.target_error},
                         {"time_s", s.time_s},
                         {"width", s.grid.width}}
@@ -156,7 +170,7 @@ int64_t integer_in(const nlohmann::json& j, int64_t low, int64_t high) {
 RenderSettings settings_from_json(const std::string& text) {
   try {
     const auto j = nlohmann::json::parse(text);
-    if (j.size() != 9) usage("render settings: exactly 9 fields are expected");
+    if (j.size() != 10) usage("render settings: exactly 10 fields are expected");
     RenderSettings s;
     s.integrator = integrator_named(j.at("integrator").get<std::string>());
     s.grid.width = static_cast<int>(integer_in(j.at("width"), 1, kMaxResolution));
@@ -171,6 +185,8 @@ RenderSettings settings_from_json(const std::string& text) {
     s.seed = j.at("seed").get<uint64_t>();
     s.time_s = j.at("time_s").get<double>();
     s.target_error = j.at("target_error").get<double>();
+    const auto strategies = j.at("strategies").get<std::string>();
+    if (!strategies.empty()) s.strategies = strategies_named(strategies);
     check(s, ErrorKind::kUsage);
     return s;
   } catch (const nlohmann::json::exception& e) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/image/grid.h"
+#include "common/strategies.h"
 
 namespace lightmill {
 
@@ -33,6 +34,7 @@ struct RenderOptions {
   std::optional<uint64_t> seed;
   std::optional<int> width, height;
   std::optional<std::array<double, 4>> crop;  // x0,x1,y0,y1 in [0,1], pbrt's order
+  std::optional<std::string> strategies;      // names, see strategies.h
 };
 
 /// Everything that, with the bundle digest, determines a partial's bytes; plus the stop rule.
@@ -44,7 +46,21 @@ struct RenderSettings {
   uint64_t seed = 0;
   double time_s = 0;        // 0: none
   double target_error = 0;  // 0: none
+  /// Which strategies take part in MIS; empty: the integrator's own.
+  std::optional<Strategies> strategies = {};
 };
+
+/// The strategies that run. pt: hit and next-event; lt: lens; bdpt: all. Without a scattering event only
+/// those that need none are left, of which one suffices.
+Strategies strategies_of(const RenderSettings& settings);
+/// Whether partials bring a camera layer.
+inline bool has_camera_layer(const RenderSettings& settings) {
+  return strategies_of(settings) & kCameraLayer;
+}
+/// Whether partials bring splats.
+inline bool has_splat_layer(const RenderSettings& settings) {
+  return strategies_of(settings) & kLensConnections;
+}
 
 /// Combines the scene's own settings with the options. Throws Error(kUsage) on an option out of
 /// range and Error(kBadScene) if the scene's film is.

@@ -30,13 +30,16 @@ void check_partial(const Partial& partial, const TileSpec& tile, const RenderSet
     refuse("its quantum is 2^" + std::to_string(partial.quantum_exponent) + ", the job's is 2^" +
            std::to_string(*quantum_exponent));
   }
-  const bool wants_camera = settings.integrator != Integrator::kLt;
+  const bool wants_camera = has_camera_layer(settings);
   if (partial.camera.empty() == wants_camera) {
     refuse(wants_camera ? "its camera layer is missing"
-                        : "light tracing has no camera layer, but it brings one");
+                        : "the job's strategies have no camera layer, but it brings one");
   }
-  if (settings.integrator == Integrator::kPt && (!partial.splats.empty() || partial.light_paths > 0)) {
-    refuse("path tracing has no light paths, but it brings some");
+  if (!has_splat_layer(settings) && !partial.splats.empty()) {
+    refuse("the job's strategies make no splats, but it brings some");
+  }
+  if (!(strategies_of(settings) & kLightPaths) && partial.light_paths > 0) {
+    refuse("the job's strategies have no light paths, but it brings some");
   }
   if (!(partial.cpu_seconds >= 0 && partial.cpu_seconds <= kMaxCpuSeconds))
     refuse("its CPU time is out of range");

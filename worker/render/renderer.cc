@@ -55,9 +55,7 @@ struct Renderer::Impl {
         context{scene, accel, camera, filter, s.grid} {
     context.seed = s.seed;
     context.max_depth = s.max_depth;
-    // Without a finite depth-1 vertex there is nothing that light paths could be joined to.
-    context.connect = s.integrator == Integrator::kBdpt && s.max_depth >= 1;
-    context.light_only = s.integrator == Integrator::kLt;
+    context.strategies = strategies_of(s);
     context.light_paths_per_spp = static_cast<float>(s.grid.light_paths_per_spp());
     context.imaging_ratio = static_cast<float>(description.film.imaging_ratio);
     context.tiny_contribution = tiny_contribution(scene) * context.imaging_ratio;
@@ -71,8 +69,8 @@ Renderer::~Renderer() = default;
 const ScenePlan& Renderer::plan() const { return impl_->plan; }
 const RenderSettings& Renderer::settings() const { return impl_->settings; }
 int Renderer::quantum_exponent() const { return impl_->plan.quantum_exponent; }
-bool Renderer::has_camera_layer() const { return !impl_->context.light_only; }
-bool Renderer::has_splat_layer() const { return impl_->context.light_only || impl_->context.connect; }
+bool Renderer::has_camera_layer() const { return impl_->context.strategies & kCameraLayer; }
+bool Renderer::has_splat_layer() const { return impl_->context.strategies & kLensConnections; }
 
 std::unique_ptr<Workspace> Renderer::make_workspace() const { return std::make_unique<WavefrontWorkspace>(); }
 

@@ -186,7 +186,9 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
     const LaneMask all = splat_mask<Lane>(true);
     Lane w_camera{};
     if (depth > 1) {
-      w_camera = direct_pdf_area<Lane>(lights, light, {}, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
+      if (context.on(kNextEvent)) {
+        w_camera = direct_pdf_area<Lane>(lights, light, {}, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
+      }
       if (weigh_connections) w_camera += emission_pdf(lights, light, wi, splat<Lane>(1.0f)) * dvc;
     }
     add_radiance(w, g.slot, g.active,
@@ -207,9 +209,11 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   const Vec3<Lane> radiance = emitted_radiance(lights, light, h.v.ng, h.v.wo);
   Lane w_camera{};
   if (depth > 1) {
-    w_camera = direct_pdf_area(lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in) * h.v.dvcm;
+    if (context.on(kNextEvent)) {
+      w_camera = direct_pdf_area(lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in) * h.v.dvcm;
+    }
     if (weigh_connections) w_camera += emission_pdf(lights, light, -h.v.wo, h.cos_in) * h.v.dvc;
-  } else if (weigh_connections) {
+  } else if (context.on(kLensConnections)) {
     const LightRecord<Lane> r(lights, light);
     w_camera = r.scalar(kLightSelect) / r.scalar(kLightArea) * h.v.dvcm;  // M10
   }
@@ -223,9 +227,9 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
   const RenderScene& scene = context.scene;
   Paths& paths = w.paths;
   const int hits = sort_by_kind(scene, w);
-  const bool store_for_connection = context.connect;
+  const bool store_for_connection = context.on(kVertexConnections);
   // A vertex at `depth` is the depth-th scattering event of a path through the lens.
-  const bool go_on = depth < context.max_depth && (context.light_only || depth < kMaxLightVertices);
+  const bool go_on = depth < context.max_depth && (context.lens_alone() || depth < kMaxLightVertices);
   int survivors = 0;
   for (int base = 0; base < hits; base += kLanes) {
     const Group g(paths.active + base, std::min(kLanes, hits - base));
@@ -247,6 +251,8 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
     const Lane inv_cos = 1.0f / h.cos_in;
     h.v.dvcm = h.v.dvcm * inv_cos;
     h.v.dvc = h.v.dvc * inv_cos;
+    // From here on dVCM stands for one strategy: joining the vertex before.
+    if (!context.on(depth == 1 ? kNextEvent : kVertexConnections)) h.v.dvcm = Lane{};
     const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
     auto next_index = static_cast<int32_t>(w.light_vertices.size());
     append_vertices(h.v, mask_bits(connectable), &w.light_vertices);
@@ -270,9 +276,9 @@ void bounce_camera_paths(const StageContext& context, const LayerContext& layer,
   w.vertices.clear();
   const int hits = sort_by_kind(scene, w);
   // A path that ends here on an emitter has depth - 1 scattering events.
-  const bool weigh_connections = context.connect && depth - 1 <= kMaxLightVertices;
+  const bool weigh_connections = context.on(kLightPaths) && depth - 1 <= kMaxLightVertices;
   const bool parallel = depth == 1 && is_parallel(context.camera);
-  if (!scene.lights.infinite.empty()) {
+  if (context.on(kEmissionHits) && !scene.lights.infinite.empty()) {
     for (int base = hits; base < paths.active_count; base += kLanes) {
       add_environment(context, Group(paths.active + base, std::min(kLanes, paths.active_count - base)), depth,
                       weigh_connections, w);
@@ -286,12 +292,14 @@ void bounce_camera_paths(const StageContext& context, const LayerContext& layer,
     // M3; rays of a parallel camera spread no more with distance.
     h.v.dvcm = h.v.dvcm * (parallel ? splat<Lane>(1.0f) : h.distance2) * inv_cos;
     h.v.dvc = h.v.dvc * inv_cos;
-    add_emission(context, h, g.active, depth, weigh_connections, w);
+    if (context.on(kEmissionHits)) add_emission(context, h, g.active, depth, weigh_connections, w);
+    // From here on dVCM stands for one strategy: joining the vertex before.
+    if (!context.on(depth == 1 ? kLensConnections : kVertexConnections)) h.v.dvcm = Lane{};
     if (depth > context.max_depth) continue;
     const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
     append_vertices(h.v, mask_bits(connectable), &w.vertices);
     const LaneMask go = scatter_paths(context, layer.camera_stream<Lane>(g.slot), h, h.valid, Mode::kRadiance,
-                                      depth, context.connect, w);
+                                      depth, context.on(kLightPaths), w);
     append_survivors(g.slot, go, paths.active, &survivors);
   }
   paths.active_count = survivors;

@@ -1,6 +1,7 @@
 #pragma once
 // What all stages read: the scene and the frozen settings of a render, and the packet layer at hand.
 #include "common/image/grid.h"
+#include "common/strategies.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/camera/camera.h"
 #include "worker/render/camera/pixel_filter.h"
@@ -19,11 +20,14 @@ struct StageContext {
   FilmGrid grid;
   uint64_t seed = 0;
   int max_depth = 5;
-  bool connect = false;     // bdpt: vertex and lens connections take part in MIS
-  bool light_only = false;  // lt: the lens strategy alone, weight 1
+  Strategies strategies = kAllStrategies;
   float light_paths_per_spp = 1;
   float imaging_ratio = 1;      // exposure: multiplies every contribution
   float tiny_contribution = 0;  // connections below this play Russian roulette; 0: never
+
+  bool on(Strategies family) const { return strategies & family; }
+  /// Light paths alone can be followed at any length: nothing is stored.
+  bool lens_alone() const { return strategies == kLensConnections; }
 };
 
 /// One sample index of a packet: the identity of its random numbers.

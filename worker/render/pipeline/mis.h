@@ -41,6 +41,11 @@
 // strategies and its position is sampled, so p_camera is raster area per unit area across the ray, which M3
 // and M8 turn into a density at the surface by the cosine alone.
 //
+// Any set of the four families (common/strategies.h) can run: a family that is off has no term. dVC starts at
+// 0 on light paths without s = 0, M7 has no w_light, M6 no p_direct without s = 1; and as dVCM of a vertex,
+// once M6 is done, only stands for joining the vertex before it, it is set to 0 there if that family is off:
+// lens for the camera's first hit, next event for the light's, connections deeper.
+//
 // Limit. Light subpaths are stored up to kMaxLightVertices vertices. Paths with more than kMaxLightVertices
 // scattering events are left to s = 0 and s = 1 alone, weighted between those two (dVC = 0, and dVCM in M6 is
 // the density ratio of the last step): the set of strategies depends on the path's length only, so weights

@@ -28,10 +28,10 @@ void light_pass(const StageContext& context, const LayerContext& layer, Wavefron
   produce_light_paths(context, layer, w);
   for (int depth = 1; w.paths.active_count > 0 && depth <= context.max_depth; ++depth) {
     cast_paths(context, w);
-    if (!context.connect) w.light_vertices.clear();
+    if (!context.on(kVertexConnections)) w.light_vertices.clear();
     const size_t first = w.light_vertices.size();
     bounce_light_paths(context, layer, depth, w);
-    shadow_lens(context, layer, depth, first, w);
+    if (context.on(kLensConnections)) shadow_lens(context, layer, depth, first, w);
   }
   flush_shadow_rays(context, true, w);
 }
@@ -41,8 +41,8 @@ void camera_pass(const StageContext& context, const LayerContext& layer, Wavefro
   for (int depth = 1; w.paths.active_count > 0; ++depth) {
     cast_paths(context, w);
     bounce_camera_paths(context, layer, depth, w);
-    shadow_next_event(context, layer, depth, w);
-    if (context.connect) shadow_connections(context, layer, depth, w);
+    if (context.on(kNextEvent)) shadow_next_event(context, layer, depth, w);
+    if (context.on(kVertexConnections)) shadow_connections(context, layer, depth, w);
     flush_shadow_rays(context, false, w);
   }
 }
@@ -70,13 +70,12 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   const uint64_t cell =
       static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
   layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(block));
-  const bool light_paths =
-      (context.connect || context.light_only) && context.max_depth >= (context.light_only ? 0 : 1);
-  if (!context.light_only) w.camera_sums.assign(kCellPixels, {});
+  const bool light_paths = context.on(kLightPaths), camera_layer = context.on(kCameraLayer);
+  if (camera_layer) w.camera_sums.assign(kCellPixels, {});
   for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
     layer.sample_in_block = static_cast<uint32_t>(s - block_begin(block));
     if (light_paths) light_pass(context, layer, w);
-    if (!context.light_only) {
+    if (camera_layer) {
       std::fill(std::begin(w.radiance_r), std::end(w.radiance_r), 0.0f);
       std::fill(std::begin(w.radiance_g), std::end(w.radiance_g), 0.0f);
       std::fill(std::begin(w.radiance_b), std::end(w.radiance_b), 0.0f);
@@ -89,7 +88,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
     }
   }
   if (!w.splats.empty()) builder.add_splats(w.splats);
-  if (!context.light_only)
+  if (camera_layer)
     builder.add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(w.camera_sums));
   builder.add_counters(w.counters, thread_cpu_seconds() - start);
 }

@@ -90,12 +90,12 @@ void produce_light_paths(const StageContext& context, const LayerContext& layer,
     const Lane texel = lights.environments.empty() ? Lane{} : stream.get_1d(kDimLightTexel);
     const EmissionSample<Lane> e =
         sample_emission(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
-    queue_emitter_to_lens(context, layer, g.slot, g.inside, e, wavefront);
+    if (context.on(kLensConnections)) queue_emitter_to_lens(context, layer, g.slot, g.inside, e, wavefront);
     store_ray(paths, base, offset_origin(e.point, e.error, e.normal, e.direction), e.direction);
     store_throughput(paths, base, e.power);
     const Lane inv = 1.0f / e.pdf;
     store(paths.dvcm + base, inv);  // M1; p_direct follows at the first hit, which it may depend on
-    store(paths.dvc + base, select(e.delta, Lane{}, e.cos_light * inv));
+    store(paths.dvc + base, context.on(kEmissionHits) ? select(e.delta, Lane{}, e.cos_light * inv) : Lane{});
     store(paths.light + base, e.light);
     store(paths.cos_light + base, e.cos_light);
     activate(paths, g.slot, mask_and(g.inside, LaneMask(max_component(e.power) > 0.0f)));

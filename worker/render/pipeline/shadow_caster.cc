@@ -116,7 +116,7 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
   const LightTable& lights = context.scene.lights;
   if (lights.count() == 0) return;
   // This vertex is the depth-th scattering event.
-  const bool weigh_connections = context.connect && depth <= kMaxLightVertices;
+  const bool weigh_connections = context.on(kLightPaths) && depth <= kMaxLightVertices;
   for (size_t base = 0; base < w.vertices.size(); base += kLanes) {
     const VertexGroup g(w.vertices, base);
     const VertexLanes<Lane>& v = g.v;
@@ -133,7 +133,7 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
     const BsdfEval<Lane> f =
         eval_bsdf<Lane>(v.kind, lit, v.params, frame.to_local(v.wo), wi, Mode::kRadiance);
     const Lane inv_pdf = 1.0f / select(lit, d.pdf, splat<Lane>(1.0f));
-    const Lane w_light = select(d.delta, Lane{}, f.pdf * inv_pdf);
+    const Lane w_light = context.on(kEmissionHits) ? select(d.delta, Lane{}, f.pdf * inv_pdf) : Lane{};
     Lane w_camera{};
     if (weigh_connections) {
       const Lane cos_surface = abs(dot(v.ng, d.wi));
@@ -225,12 +225,10 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
     const Frame<Lane> frame(v.ns);
     const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo),
                                              frame.to_local(to_camera), Mode::kImportance);
-    Lane mis = splat<Lane>(1.0f);
-    if (!context.light_only) {
-      const Lane p_camera = lens.density * abs(dot(v.ng, to_camera));
-      mis = mis_weight(p_camera * (1.0f / context.light_paths_per_spp) * (v.dvcm + v.dvc * f.pdf_reverse),
-                       Lane{});  // M8
-    }
+    const Lane p_camera = lens.density * abs(dot(v.ng, to_camera));
+    const Lane w_light =
+        p_camera * (1.0f / context.light_paths_per_spp) * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
+    const Lane mis = mis_weight(w_light, Lane{});
     const Lane scale = lens.density * adjoint_cosine(v, to_camera) * target.weight * mis *
                        (context.imaging_ratio / context.light_paths_per_spp);
     Candidates c;
@@ -265,7 +263,7 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
   const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
   Lane mis = splat<Lane>(1.0f);
-  if (!context.light_only)
+  if (context.on(kEmissionHits))
     mis = mis_weight(p_camera * inv_pdf * (1.0f / context.light_paths_per_spp), Lane{});  // M10
   const Lane scale =
       p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio / context.light_paths_per_spp);
@@ -277,7 +275,7 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   c.target = target.pixel;
   // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt a help beside s =
   // 0.
-  const float tiny = context.light_only ? 0 : context.tiny_contribution;
+  const float tiny = context.lens_alone() ? 0 : context.tiny_contribution;
   const Lane u = tiny > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
   queue(context, c, valid, tiny, u, true, w);
 }

@@ -33,8 +33,9 @@ ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& 
     plan.items.push_back({feature, needed, std::move(reason), needed ? std::string() : std::move(saving)});
   };
   const auto text = [](auto n) { return std::to_string(n); };
-  const bool connect = settings.integrator == Integrator::kBdpt && settings.max_depth >= 1;
-  const bool lens = connect || settings.integrator == Integrator::kLt;
+  const Strategies strategies = strategies_of(settings);
+  const std::string chosen =
+      settings.strategies ? "the strategies asked for" : std::string(integrator_name(settings.integrator));
 
   item("textures", scene.any_texture,
        scene.any_texture ? "a material in use reads one" : "no material in use reads one",
@@ -63,14 +64,15 @@ ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& 
   item("environment image", !scene.lights.environments.empty(),
        scene.lights.environments.empty() ? "no infinite light has one" : "an infinite light has one",
        "its memory, its sampling table and a random number per light sample");
-  item("emission hits (s = 0)", settings.integrator != Integrator::kLt,
-       settings.integrator == Integrator::kLt ? "lt traces no camera paths" : "emitters can be seen",
-       "camera paths");
-  item("vertex connections (s, t >= 2)", connect, connect ? "bdpt" : "the integrator does not connect",
-       "light paths and their cache");
-  item("lens connections (t = 1)", lens,
-       lens ? "the camera is joined to light vertices" : "the integrator traces no light paths",
-       "the splat layer and its traffic");
+  const auto strategy = [&](const char* feature, Strategies family, const char* saving) {
+    const bool on = strategies & family;
+    item(feature, on, chosen + (on ? " includes it" : " leaves it out"), saving);
+  };
+  strategy("emission hits (s = 0)", kEmissionHits, "emission look-ups at hits and escapes");
+  strategy("next-event estimation (s = 1)", kNextEvent, "light sampling and a shadow ray per camera vertex");
+  strategy("vertex connections (s, t >= 2)", kVertexConnections,
+           "the light-vertex cache and its shadow rays");
+  strategy("lens connections (t = 1)", kLensConnections, "the splat layer and its traffic");
   const bool lens_radius =
       description.camera.kind == CameraKind::kPerspective && description.camera.lens_radius > 0;
   item("lens sampling", lens_radius,

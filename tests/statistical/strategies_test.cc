@@ -1,0 +1,79 @@
+// Any set of strategy families is an unbiased estimator of the paths that its members can make: weights sum
+// to one over the set that is on.
+//
+// Every comparison is of 16 independent batches a side, two-sided, alpha = 1e-4 over all blocks and channels;
+// each must also fail when one image is scaled by 1.06.
+#include <gtest/gtest.h>
+
+#include "tests/support/agreement.h"
+#include "tests/support/test_scene.h"
+
+namespace lightmill::test {
+namespace {
+
+constexpr int kBatches = 16;
+
+/// A room whose lamp is out of sight, with a half glossy block.
+TestScene room() {
+  TestScene s = cornell_room();
+  s.box({-0.2, -0.999, 0.3}, {0.3, -0.6, 0.7}, s.conductor(0.8f, 0.4f));
+  s.camera({0, 0.6, -0.95}, {0, -1, 0.3}, 70).film(16, 16);
+  return s;
+}
+
+/// A ball on a slab under a constant sky, seen from above; nothing of the sky is in sight.
+TestScene open_air() {
+  TestScene s;
+  s.quad({-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, s.diffuse({0.6f, 0.5f, 0.3f}));
+  s.sphere({0, 1, 0}, 1, s.diffuse(0.7f));
+  s.environment({1, 1.2f, 1.5f});
+  s.camera({0, 6, 0.01}, {0, 0, 0}, 40).film(16, 16);
+  return s;
+}
+
+Batches render(const TestScene& s, Strategies set, int64_t spp, int max_depth) {
+  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, spp, max_depth, 1 + set);
+  settings.strategies = set;
+  return render_batches(s.scene, settings, kBatches);
+}
+
+class StrategySet : public ::testing::TestWithParam<unsigned> {};
+
+void agrees_with_all(const TestScene& s, Strategies set, int max_depth, float connections_notice) {
+  const Batches all = render(s, kAllStrategies, 256, max_depth);
+  // Without next event and lens connections, or with connections from afar, a sample tells little.
+  const bool weak = !(set & (kNextEvent | kLensConnections)) || !(set & (kEmissionHits | kNextEvent));
+  const Batches some = render(s, set, weak ? 8192 : 1024, max_depth);
+  EXPECT_EQ(some.counters.nonfinite, 0u);
+  AgreementTest test;
+  test.max_relative_error = 0.2;
+  if (set & (kEmissionHits | kNextEvent | kLensConnections)) {
+    EXPECT_TRUE(images_agree(all, some, test));
+    EXPECT_FALSE(images_agree(all, scaled(some, 1.06f), test)) << "the test notices nothing";
+    return;
+  }
+  // Connections alone make the paths of two and more scattering events.
+  const Batches once = render(s, kNextEvent, 256, 1);
+  Batches deeper = all;
+  for (size_t b = 0; b < deeper.images.size(); ++b) {
+    for (size_t i = 0; i < deeper.images[b].data.size(); ++i)
+      deeper.images[b].data[i] -= once.images[b].data[i];
+  }
+  test.max_excluded = 0.2;
+  EXPECT_TRUE(images_agree(deeper, some, test));
+  EXPECT_FALSE(images_agree(deeper, scaled(some, connections_notice), test)) << "the test notices nothing";
+}
+
+TEST_P(StrategySet, AgreesInARoom) { agrees_with_all(room(), GetParam(), 6, 1.15f); }
+
+// An open scene needs paths from far away: lens and connections by light paths that start on a large disk.
+TEST_P(StrategySet, AgreesUnderTheSky) { agrees_with_all(open_air(), GetParam(), 4, 2); }
+
+INSTANTIATE_TEST_SUITE_P(All, StrategySet, ::testing::Range(1u, kAllStrategies + 1), [](const auto& info) {
+  std::string name = strategy_names(info.param);
+  for (char& c : name) c = c == ',' ? '_' : c == '-' ? '0' : c;
+  return name;
+});
+
+}  // namespace
+}  // namespace lightmill::test
