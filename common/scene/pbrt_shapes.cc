@@ -207,8 +207,10 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   check_alpha(params);
   params.accept({"alpha"});
   size_t emitters = 1;
-  if (type == "trianglemesh" || type == "plymesh") {
-    auto mesh = type == "plymesh" ? read_ply_mesh(out, params) : read_triangle_mesh(out, params);
+  if (type == "trianglemesh" || type == "plymesh" || type == "loopsubdiv") {
+    auto mesh = type == "plymesh"        ? read_ply_mesh(out, params)
+                : type == "trianglemesh" ? read_triangle_mesh(out, params)
+                                         : read_loop_subdivision(out, params);
     params.finish();
     if (mesh == nullptr) return;
     emitters = mesh->triangles.size();
