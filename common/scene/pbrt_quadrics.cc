@@ -143,13 +143,15 @@ void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems
   std::shared_ptr<const TriangleMesh> unit;
   for (ShapeDescription& shape : scene->shapes) {
     const auto* sphere = std::get_if<SphereShape>(&shape.kind);
-    if (sphere == nullptr || is_similarity(shape.object_to_world)) continue;
+    const bool masked = shape.alpha.texture >= 0 || shape.alpha.value < 1;
+    if (sphere == nullptr || (is_similarity(shape.object_to_world) && !masked)) continue;
     if (unit == nullptr)
       unit = std::make_shared<const TriangleMesh>(sphere_mesh(1, -1, 1, 2 * std::numbers::pi));
     const double r = sphere->radius;
-    problems->unsupported(shape.location,
-                          "an exact sphere under a non-uniform scale; it is approximated by " +
-                              std::to_string(unit->triangles.size()) + " triangles");
+    std::string what = "an exact sphere ";
+    what += masked ? "with an alpha mask" : "under a non-uniform scale";
+    what += "; it is approximated by " + std::to_string(unit->triangles.size()) + " triangles";
+    problems->unsupported(shape.location, what);
     shape.object_to_world = shape.object_to_world * scaling({r, r, r});
     shape.kind = MeshShape{unit};
   }

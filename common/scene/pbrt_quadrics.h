@@ -18,7 +18,8 @@ std::optional<ReadShape> read_disk(PbrtScene& out, ParameterList& params);
 std::optional<ReadShape> read_cylinder(PbrtScene& out, ParameterList& params);
 std::optional<ReadShape> read_bilinear_mesh(PbrtScene& out, ParameterList& params);
 
-/// Replaces spheres whose transform (their own, or an instance's) stretches them by meshes; each is named.
+/// Replaces spheres whose transform (their own, or an instance's) stretches them, and those with an alpha
+/// mask, by meshes; each is named.
 void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems);
 
 }  // namespace lightmill

@@ -172,12 +172,15 @@ int take_area_light(PbrtScene& out, const ShapeDescription& shape, size_t emitte
   return pending.index;
 }
 
-/// Warns about cut-outs. An alpha of 1 changes nothing.
-void check_alpha(ParameterList& params) {
-  if (!params.has("alpha")) return;
-  const Parameter* p = params.find("alpha", {ParamType::kFloat, ParamType::kTexture});
-  const bool opaque = p != nullptr && p->type == ParamType::kFloat && p->numbers == std::vector<double>{1};
-  if (p != nullptr && !opaque) params.unsupported("alpha", "is ignored; the shape is opaque");
+/// Constants are within [0, 1]; a texture's values are cut to that where they are used.
+FloatInput read_alpha(PbrtScene& out, ParameterList& params, bool emits) {
+  constexpr FloatInput kOpaque{1, -1};
+  const FloatInput alpha = out.float_input(params, "alpha", 1, 0, 1);
+  if (emits && (alpha.texture >= 0 || alpha.value < 1)) {
+    params.unsupported("alpha", "is ignored; a shape that emits is opaque");
+    return kOpaque;
+  }
+  return alpha;
 }
 
 bool extent_is_finite(const ShapeDescription& shape) {
@@ -204,8 +207,7 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   shape.object_to_world = attributes.ctm;
   shape.reverse_orientation = attributes.reverse_orientation;
   shape.location = params.where();
-  check_alpha(params);
-  params.accept({"alpha"});
+  shape.alpha = read_alpha(out, params, attributes.area_light != nullptr);
   size_t emitters = 1;
   if (type == "trianglemesh" || type == "plymesh" || type == "loopsubdiv") {
     auto mesh = type == "plymesh"        ? read_ply_mesh(out, params)
@@ -237,6 +239,7 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
     out.problems->warning(params.where(), params.owner() + " has no triangle with area; it is left out");
     return;
   }
+  if (shape.alpha.texture < 0 && shape.alpha.value == 0) return;  // every ray passes: there is nothing
   if (!extent_is_finite(shape)) {
     out.problems->error(params.where(),
                         params.owner() + " lies outside the range of numbers; check its transform");

@@ -32,7 +32,7 @@ ShapeDescription sphere(double x, double y, double z, float radius, int material
   return s;
 }
 
-/// A small scene with every BSDF kind, every light type, textures, smooth normals and spheres.
+/// A small scene with every BSDF kind, every light type, textures, alpha, smooth normals and spheres.
 SceneDescription every_kernel() {
   SceneDescription scene;
   scene.camera.fov_degrees = 70;
@@ -59,6 +59,10 @@ SceneDescription every_kernel() {
   const int materials = static_cast<int>(scene.materials.size());
   for (int i = 1; i < materials; ++i)
     scene.shapes.push_back(sphere(-3.0 + i * 0.7, -0.8 + 0.2 * i, 4.0, 0.33f, i));
+  ShapeDescription veil =
+      quad({-0.5f, -1, 2.5f}, {1.5f, -1, 2.5f}, {1.5f, 0.5f, 2.5f}, {-0.5f, 0.5f, 2.5f}, 0);
+  veil.alpha.texture = 0;
+  scene.shapes.push_back(veil);
   scene.lights.push_back({PointLight{{3, 3, 3}, {-2, 1, 2}}, {}});
   scene.lights.push_back({InfiniteLight{{0.1f, 0.2f, 0.3f}}, {}});
   scene.lights.push_back({DistantLight{{0.4f, 0.3f, 0.2f}, {0, -0.6, 0.8}}, {}});

@@ -1,11 +1,13 @@
 #include <embree3/rtcore.h>
 
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <string>
 
 #include "common/error.h"
 #include "worker/render/accel/accel.h"
+#include "worker/render/scene/alpha_mask.h"
 #include "worker/render/scene/sphere_hit.h"
 
 namespace lightmill {
@@ -61,6 +63,27 @@ void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
   }
 }
 
+/// A mesh with an alpha mask; its geometry's user data.
+struct MaskedMesh {
+  const RenderScene* scene;
+  const MeshRange* mesh;
+};
+
+/// Rejects the hits that alpha lets through, of closest-hit and shadow rays alike.
+void alpha_filter(const RTCFilterFunctionNArguments* args) {
+  const auto* masked = static_cast<const MaskedMesh*>(args->geometryUserPtr);
+  for (unsigned i = 0; i < args->N; ++i) {
+    if (!args->valid[i]) continue;
+    const Vec3<float> o{RTCRayN_org_x(args->ray, args->N, i), RTCRayN_org_y(args->ray, args->N, i),
+                        RTCRayN_org_z(args->ray, args->N, i)};
+    const Vec3<float> d{RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
+                        RTCRayN_dir_z(args->ray, args->N, i)};
+    const auto prim = static_cast<int32_t>(RTCHitN_primID(args->hit, args->N, i));
+    const MeshRange& mesh = *masked->mesh;
+    if (!alpha_stops(*masked->scene, mesh.alpha, mesh.first_triangle + prim, o, d)) args->valid[i] = 0;
+  }
+}
+
 [[noreturn]] void fail(RTCDevice device) {
   const char* what = "unknown";
   switch (rtcGetDeviceError(device)) {
@@ -86,6 +109,7 @@ struct Accel::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
   std::vector<int32_t> first_primitive;  // per geometry id
+  std::deque<MaskedMesh> masked;         // does not move: geometries point to it
   ~Impl() {
     if (scene) rtcReleaseScene(scene);
     if (device) rtcReleaseDevice(device);
@@ -109,6 +133,11 @@ Accel::Accel(const RenderScene& scene, int threads) : impl_(std::make_unique<Imp
     rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.indices.data(),
                                static_cast<size_t>(mesh.first_triangle) * 12, 12,
                                static_cast<size_t>(mesh.triangle_count));
+    if (has_alpha_mask(mesh.alpha)) {
+      rtcSetGeometryUserData(g, &impl_->masked.emplace_back(MaskedMesh{&scene, &mesh}));
+      rtcSetGeometryIntersectFilterFunction(g, alpha_filter);
+      rtcSetGeometryOccludedFilterFunction(g, alpha_filter);
+    }
     rtcCommitGeometry(g);
     rtcAttachGeometry(impl_->scene, g);
     rtcReleaseGeometry(g);

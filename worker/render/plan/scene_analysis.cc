@@ -46,6 +46,9 @@ ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& 
   item("shading normals", scene.any_normals,
        scene.any_normals ? "a mesh has vertex normals" : "no mesh has vertex normals",
        "12 bytes per vertex, their interpolation and the adjoint correction per hit");
+  item("alpha masks", scene.any_alpha,
+       scene.any_alpha ? "a shape has an alpha below 1 or textured" : "every shape is opaque",
+       "a callback per crossing of a masked shape");
   item("material sort", scene.kinds_present > 1, text(scene.kinds_present) + " BSDF kind(s) in use",
        "a counting sort per bounce");
   item("delta events", scene.any_delta,

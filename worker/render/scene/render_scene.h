@@ -16,6 +16,7 @@ namespace lightmill {
 
 struct MeshRange {
   int32_t first_triangle = 0, triangle_count = 0;
+  FloatInput alpha{1, -1};  // see alpha_mask.h
 };
 
 /// A material with what is constant in place, and textures for what is not.
@@ -65,6 +66,8 @@ struct RenderScene {
   LightTable lights;
   float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space
   float bounds_radius = 1;
+  bool any_tangent = false;  // something reads dp/du (a normal map, bumps, anisotropy)
+  bool any_alpha = false;    // some mesh has an alpha mask
   double surface_area = 0;  // of all primitives, normalised space
 
   int32_t triangle_count() const { return static_cast<int32_t>(indices.size() / 3); }

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "common/error.h"
+#include "worker/render/scene/alpha_mask.h"
 #include "worker/render/scene/material_builder.h"
 #include "worker/render/scene/render_scene.h"
 
@@ -106,6 +107,12 @@ class SceneBuilder {
   void measure() {
     Bounds b;
     for (const ShapeDescription& s : in_.shapes) {
+      if (std::holds_alternative<SphereShape>(s.kind) && has_alpha_mask(s.alpha)) {
+        throw Error(ErrorKind::kBadScene,
+                    where(s.location) + "an alpha mask on a sphere is not supported; use a mesh");
+      }
+    }
+    for (const ShapeDescription& s : in_.shapes) {
       if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
         for (const Vec3f& v : mesh->mesh->positions)
           b.add(transform_point(s.object_to_world.m, v.x, v.y, v.z));
@@ -147,13 +154,14 @@ class SceneBuilder {
 
   void reserve() {
     size_t vertices = 0, triangles = 0, spheres = 0;
-    bool normals = false, uvs = false;
+    bool normals = false, uvs = false, textured_alpha = false;
     for (const ShapeDescription& s : in_.shapes) {
       if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
         vertices += mesh->mesh->positions.size();
         triangles += mesh->mesh->triangles.size();
         normals = normals || !mesh->mesh->normals.empty();
         uvs = uvs || !mesh->mesh->uvs.empty();
+        textured_alpha = textured_alpha || s.alpha.texture >= 0;
       } else {
         ++spheres;
       }
@@ -165,8 +173,8 @@ class SceneBuilder {
     out_.any_normals = normals;
     out_.positions.reserve(3 * vertices + 4);
     if (normals) out_.normals.reserve(3 * vertices);
-    keep_uvs_ = uvs && std::any_of(out_.materials.begin(), out_.materials.end(),
-                                   [](const MaterialEntry& m) { return m.textured; });
+    keep_uvs_ = uvs && (textured_alpha || std::any_of(out_.materials.begin(), out_.materials.end(),
+                                                      [](const MaterialEntry& m) { return m.textured; }));
     if (keep_uvs_) out_.uvs.reserve(2 * vertices);
     out_.indices.reserve(3 * triangles);
     out_.primitive_material.reserve(triangles + spheres);
@@ -211,7 +219,7 @@ class SceneBuilder {
     }
     int32_t flags = surface_flips_normal(s) ? RenderScene::kFlip : 0;
     if (keep_uvs_ && !mesh.uvs.empty()) flags |= RenderScene::kHasUv;
-    MeshRange range{out_.triangle_count(), 0};
+    MeshRange range{out_.triangle_count(), 0, s.alpha};
     for (const auto& t : mesh.triangles) {
       const int32_t i[3] = {first_vertex + static_cast<int32_t>(t[0]),
                             first_vertex + static_cast<int32_t>(t[1]),
@@ -227,6 +235,7 @@ class SceneBuilder {
     }
     if (range.triangle_count > 0) {
       out_.meshes.push_back(range);
+      out_.any_alpha = out_.any_alpha || has_alpha_mask(range.alpha);
       if (s.material >= 0) used_[static_cast<size_t>(s.material)] = true;
     }
   }

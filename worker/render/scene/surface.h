@@ -6,6 +6,7 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/sphere_hit.h"
+#include "worker/render/scene/triangle_hit.h"
 
 namespace lightmill {
 
@@ -16,7 +17,19 @@ struct Surface {
   Vec3<F> ng;  // unit geometric normal, to the surface's outside
   Vec3<F> ns;  // unit shading normal, same orientation
   F u{}, v{};  // texture coordinates
+  // Derivatives of the position by u and v, not zero, if scene.any_tangent; else zero.
+  Vec3<F> dpdu, dpdv;
 };
+
+/// The unit tangent along +u: dp/du made perpendicular to the unit normal `n` (the shading normal in use).
+template <class F>
+inline Vec3<F> unit_tangent(const Vec3<F>& dpdu, const Vec3<F>& n) {
+  const Vec3<F> t = dpdu - n * dot(dpdu, n);
+  const F t2 = dot(t, t);
+  // Along the normal nothing is left to choose by.
+  const MaskOf<F> usable = MaskOf<F>(t2 > dot(dpdu, dpdu) * 1e-12f);
+  return select(usable, t * (1.0f / sqrt(select(usable, t2, splat<F>(1.0f)))), Frame<F>(n).s);
+}
 
 /// Reconstructs the hit of ray (o, d) with primitives `prim` (all valid indices).
 template <class F>
@@ -29,30 +42,19 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
   const F flip = select(MaskOf<F>((flags & RenderScene::kFlip) != 0), splat<F>(-1.0f), splat<F>(1.0f));
   if (triangles > 0) {
     const IntOf<F> tri = spheres ? select(is_sphere, IntOf<F>{}, prim) : prim;
-    const IntOf<F> i3 = tri * 3;
-    const IntOf<F> i0 = gather(scene.indices.data(), i3), i1 = gather(scene.indices.data() + 1, i3),
-                   i2 = gather(scene.indices.data() + 2, i3);
-    const float* pos = scene.positions.data();
-    const Vec3<F> p0 = gather3<F>(pos, i0), p1 = gather3<F>(pos, i1), p2 = gather3<F>(pos, i2);
-    const Vec3<F> e1 = p1 - p0, e2 = p2 - p0;
-    // Moller & Trumbore 1997.
-    const Vec3<F> q = cross(d, e2);
-    const F det = dot(e1, q);
-    const F inv = 1.0f / select(MaskOf<F>(det == 0.0f), splat<F>(1.0f), det);
-    const Vec3<F> w = o - p0;
-    const F b1 = clamp(dot(w, q) * inv, 0.0f, 1.0f);
-    const F b2 = min(max(dot(d, cross(w, e1)) * inv, F{}), 1.0f - b1);
-    const F b0 = 1.0f - b1 - b2;
-    s.p = p0 * b0 + p1 * b1 + p2 * b2;
+    const TriangleHit<F> h = triangle_hit<F>(scene, tri, o, d);
+    const F b0 = h.b0, b1 = h.b1, b2 = h.b2;
+    s.p = h.p0 * b0 + h.p1 * b1 + h.p2 * b2;
     // |p| error <= gamma_7 sum |b_i p_i| (pbrt-v4 §6.8.1); one bound for all three axes.
     auto bound = [&](F a, F b, F c) { return abs(a * b0) + abs(b * b1) + abs(c * b2); };
-    s.error =
-        max(bound(p0.x, p1.x, p2.x), max(bound(p0.y, p1.y, p2.y), bound(p0.z, p1.z, p2.z))) * gamma_bound(7);
-    s.ng = normalize(cross(e1, e2)) * flip;
+    s.error = max(bound(h.p0.x, h.p1.x, h.p2.x),
+                  max(bound(h.p0.y, h.p1.y, h.p2.y), bound(h.p0.z, h.p1.z, h.p2.z))) *
+              gamma_bound(7);
+    s.ng = normalize(cross(h.e1, h.e2)) * flip;
     s.ns = s.ng;
     if (scene.any_normals) {
       const float* nor = scene.normals.data();
-      const Vec3<F> n = gather3<F>(nor, i0) * b0 + gather3<F>(nor, i1) * b1 + gather3<F>(nor, i2) * b2;
+      const Vec3<F> n = gather3<F>(nor, h.i0) * b0 + gather3<F>(nor, h.i1) * b1 + gather3<F>(nor, h.i2) * b2;
       const F n2 = dot(n, n);
       const MaskOf<F> smooth = MaskOf<F>(n2 > 0.0f);
       const Vec3<F> unit = n * (1.0f / sqrt(select(smooth, n2, splat<F>(1.0f))));
@@ -61,18 +63,11 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
       s.ng = select(smooth, s.ng * agree, s.ng);
       s.ns = select(smooth, unit, s.ng);
     }
-    if (scene.any_texture) {
-      const MaskOf<F> has_uv = MaskOf<F>((flags & RenderScene::kHasUv) != 0);
-      // Without coordinates a triangle has (0,0), (1,0), (1,1).
-      s.u = b1 + b2;
-      s.v = b2;
-      if (any(has_uv)) {
-        const float* uv = scene.uvs.data();
-        const F u = gather(uv, i0 * 2) * b0 + gather(uv, i1 * 2) * b1 + gather(uv, i2 * 2) * b2;
-        const F v = gather(uv + 1, i0 * 2) * b0 + gather(uv + 1, i1 * 2) * b1 + gather(uv + 1, i2 * 2) * b2;
-        s.u = select(has_uv, u, s.u);
-        s.v = select(has_uv, v, s.v);
-      }
+    if (scene.any_texture || scene.any_tangent) {
+      const CornerUv<F> uv(scene, h, flags);
+      s.u = uv.u(h);
+      s.v = uv.v(h);
+      if (scene.any_tangent) triangle_derivatives(h, uv, &s.dpdu, &s.dpdv);
     }
   }
   if (spheres) {

@@ -1,0 +1,42 @@
+// What changes a surface without changing its shape or its material: alpha masks, normal maps, bumps.
+#include "tests/common/scene/scene_fixture.h"
+
+namespace lightmill {
+namespace {
+
+using SurfaceDetail = SceneTest;
+
+TEST_F(SurfaceDetail, AlphaIsANumberOrAFloatTexture) {
+  const SceneDescription scene = clean_world(
+      "Texture \"leaf\" \"float\" \"checkerboard\"\n"
+      "Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0] \"float alpha\" 0.25\n"
+      "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"texture alpha\" \"leaf\"\n"
+      "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0]\n");
+  ASSERT_EQ(scene.shapes.size(), 3u);
+  EXPECT_EQ(scene.shapes[0].alpha.value, 0.25f);
+  EXPECT_EQ(scene.shapes[0].alpha.texture, -1);
+  EXPECT_EQ(scene.shapes[1].alpha.texture, 0);
+  EXPECT_EQ(scene.shapes[2].alpha.value, 1.0f);
+}
+
+TEST_F(SurfaceDetail, AlphaZeroLeavesTheShapeOut) {
+  EXPECT_TRUE(clean_world("Shape \"sphere\" \"float alpha\" 0").shapes.empty());
+}
+
+TEST_F(SurfaceDetail, BadAlphaIsNamedWithItsPlace) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"Shape \"sphere\" \"float alpha\" 1.5", "parameter \"alpha\""},
+      {"Shape \"sphere\" \"float alpha\" -0.5", "parameter \"alpha\""},
+      {"Shape \"sphere\" \"texture alpha\" \"leaf\"", "no float texture named \"leaf\""},
+      {"Shape \"sphere\" \"string alpha\" \"leaf.png\"", "parameter \"alpha\""},
+  };
+  for (const auto& [text, message] : cases) {
+    const LoadResult r = load_world(text);
+    EXPECT_FALSE(r.ok()) << text;
+    EXPECT_TRUE(mentions(r, message)) << listed(r);
+    EXPECT_TRUE(mentions(r, "scene.pbrt:2:")) << listed(r);
+  }
+}
+
+}  // namespace
+}  // namespace lightmill

@@ -1,0 +1,24 @@
+#pragma once
+// Alpha masks: surfaces that stop only a fraction of the rays.
+//
+// A crossing is decided by comparing alpha with a hash of the ray's bits and the primitive, as pbrt-v4 does:
+// a pure function, so no random number is drawn and no state is kept. Every ray that meets a surface of alpha
+// a is stopped with probability a, whatever kind of ray it is: the vertices of a path are found with the
+// factor that its segments are let through with, in every strategy alike, so MIS weights need not know of it.
+// A hash of the position alone would make a mask that stays: neighbouring rays through the same point would
+// agree, and what next-event and BSDF rays see through a point would be correlated.
+#include "common/scene/description.h"
+#include "worker/render/math/vec.h"
+
+namespace lightmill {
+
+struct RenderScene;
+
+/// True if rays may pass.
+inline bool has_alpha_mask(const FloatInput& alpha) { return alpha.texture >= 0 || alpha.value < 1; }
+
+/// Whether triangle `prim` of a mesh with `alpha` stops ray (o, d), which is known to hit it.
+bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim, const Vec3<float>& o,
+                 const Vec3<float>& d);
+
+}  // namespace lightmill

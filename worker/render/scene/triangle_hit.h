@@ -1,0 +1,76 @@
+#pragma once
+// Where a ray meets a triangle that it is known to hit: vertices, barycentrics, texture coordinates and
+// their derivatives. By our own arithmetic alone, so that whoever asks gets the same bits: the surface
+// reconstruction, and the alpha masks inside the ray tracing library's callbacks.
+#include "worker/render/scene/render_scene.h"
+
+namespace lightmill {
+
+template <class F>
+struct TriangleHit {
+  IntOf<F> i0, i1, i2;  // vertices
+  Vec3<F> p0, p1, p2;   // their positions
+  Vec3<F> e1, e2;       // p1 - p0, p2 - p0
+  F b0{}, b1{}, b2{};   // barycentrics in [0, 1]
+};
+
+/// The hit of ray (o, d) with the plane of triangles `tri`, clamped into the triangle.
+template <class F>
+inline TriangleHit<F> triangle_hit(const RenderScene& scene, IntOf<F> tri, const Vec3<F>& o,
+                                   const Vec3<F>& d) {
+  TriangleHit<F> h;
+  const IntOf<F> i3 = tri * 3;
+  h.i0 = gather(scene.indices.data(), i3);
+  h.i1 = gather(scene.indices.data() + 1, i3);
+  h.i2 = gather(scene.indices.data() + 2, i3);
+  const float* pos = scene.positions.data();
+  h.p0 = gather3<F>(pos, h.i0), h.p1 = gather3<F>(pos, h.i1), h.p2 = gather3<F>(pos, h.i2);
+  h.e1 = h.p1 - h.p0, h.e2 = h.p2 - h.p0;
+  // Moller & Trumbore 1997.
+  const Vec3<F> q = cross(d, h.e2);
+  const F det = dot(h.e1, q);
+  const F inv = 1.0f / select(MaskOf<F>(det == 0.0f), splat<F>(1.0f), det);
+  const Vec3<F> w = o - h.p0;
+  h.b1 = clamp(dot(w, q) * inv, 0.0f, 1.0f);
+  h.b2 = min(max(dot(d, cross(w, h.e1)) * inv, F{}), 1.0f - h.b1);
+  h.b0 = 1.0f - h.b1 - h.b2;
+  return h;
+}
+
+/// Texture coordinates of the three corners. Without coordinates a triangle has (0,0), (1,0), (1,1).
+template <class F>
+struct CornerUv {
+  F u0{}, v0{}, u1{}, v1{}, u2{}, v2{};
+  CornerUv(const RenderScene& scene, const TriangleHit<F>& h, IntOf<F> flags) {
+    u1 = u2 = v2 = splat<F>(1.0f);
+    const MaskOf<F> has_uv = MaskOf<F>((flags & RenderScene::kHasUv) != 0);
+    if (!any(has_uv)) return;
+    const float* uv = scene.uvs.data();
+    u0 = select(has_uv, gather(uv, h.i0 * 2), u0), v0 = select(has_uv, gather(uv + 1, h.i0 * 2), v0);
+    u1 = select(has_uv, gather(uv, h.i1 * 2), u1), v1 = select(has_uv, gather(uv + 1, h.i1 * 2), v1);
+    u2 = select(has_uv, gather(uv, h.i2 * 2), u2), v2 = select(has_uv, gather(uv + 1, h.i2 * 2), v2);
+  }
+  F u(const TriangleHit<F>& h) const { return u0 * h.b0 + u1 * h.b1 + u2 * h.b2; }
+  F v(const TriangleHit<F>& h) const { return v0 * h.b0 + v1 * h.b1 + v2 * h.b2; }
+};
+
+/// dp/du and dp/dv of the triangle; where its coordinates do not span the plane, two edges' worth of an
+/// arbitrary basis of it.
+template <class F>
+inline void triangle_derivatives(const TriangleHit<F>& h, const CornerUv<F>& uv, Vec3<F>* dpdu,
+                                 Vec3<F>* dpdv) {
+  const F du1 = uv.u1 - uv.u0, dv1 = uv.v1 - uv.v0, du2 = uv.u2 - uv.u0, dv2 = uv.v2 - uv.v0;
+  const F det = du1 * dv2 - du2 * dv1;
+  const F inv = 1.0f / select(MaskOf<F>(det == 0.0f), splat<F>(1.0f), det);
+  const Vec3<F> a = (h.e1 * dv2 - h.e2 * dv1) * inv, b = (h.e2 * du1 - h.e1 * du2) * inv;
+  // Compared so that NaN and overflow fall back too; their squares must be in range.
+  const auto usable = [](const Vec3<F>& x) {
+    const F n2 = dot(x, x);
+    return mask_and(MaskOf<F>(n2 > 0x1p-120f), MaskOf<F>(n2 < 0x1p120f));
+  };
+  const MaskOf<F> spans = mask_and(MaskOf<F>(det != 0.0f), mask_and(usable(a), usable(b)));
+  *dpdu = select(spans, a, h.e1);
+  *dpdv = select(spans, b, h.e2);
+}
+
+}  // namespace lightmill
