@@ -136,6 +136,12 @@ struct MaterialDescription {
   std::string name;  // empty for an unnamed Material
   MaterialKind kind;
   SourceLocation location;
+  /// Index of a texture that turns the shading normal: 2 rgb - 1 in the frame of dp/du, of the normal, and of
+  /// their cross product. -1: none.
+  int normal_map = -1;
+  /// Index of a float texture of heights (scene units) along the normal that tilts the shading normal alone.
+  /// -1: none. A normal map goes before it.
+  int displacement = -1;
 };
 
 // --- shapes ---------------------------------------------------------------------------------------
@@ -145,12 +151,6 @@ struct TriangleMesh {
   std::vector<Vec3f> positions;
   std::vector<Vec3f> normals;
   std::vector<Vec2f> uvs;
-  /// Index of a texture that turns the shading normal: 2 rgb - 1 in the frame of dp/du, of the normal, and of
-  /// their cross product. -1: none.
-  int normal_map = -1;
-  /// Index of a float texture of heights (scene units) along the normal that tilts the shading normal alone.
-  /// -1: none. A normal map goes before it.
-  int displacement = -1;
   std::vector<std::array<uint32_t, 3>> triangles;
 };
 struct MeshShape {
@@ -167,6 +167,7 @@ struct ShapeDescription {
   int material = -1;                 // index into materials
   int area_light = -1;               // index into area_lights, or -1
   SourceLocation location;
+  FloatInput alpha{1, -1};  // cut-out: the fraction of rays that the surface stops, in [0, 1]
 };
 
 // --- lights ---------------------------------------------------------------------------------------
@@ -176,7 +177,6 @@ struct AreaLightDescription {
   Rgb radiance;
   bool two_sided = false;
   SourceLocation location;
-  FloatInput alpha{1, -1};  // cut-out: the fraction of rays that the surface stops, in [0, 1]
 };
 /// Point light: intensity in W/sr per channel, at object_to_world * 0.
 struct PointLight {

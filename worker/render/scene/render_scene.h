@@ -60,14 +60,14 @@ struct RenderScene {
   bool any_texture = false;  // some material is textured
   bool any_normals = false;  // some mesh has shading normals
   bool any_delta = false;    // some material has a delta lobe
+  bool any_tangent = false;  // something reads dp/du (a normal map, bumps, anisotropy)
+  bool any_alpha = false;    // some mesh has an alpha mask
   int kinds_present = 0;     // number of BSDF kinds in use
 
   TextureTable textures;
   LightTable lights;
   float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space
   float bounds_radius = 1;
-  bool any_tangent = false;  // something reads dp/du (a normal map, bumps, anisotropy)
-  bool any_alpha = false;    // some mesh has an alpha mask
   double surface_area = 0;  // of all primitives, normalised space
 
   int32_t triangle_count() const { return static_cast<int32_t>(indices.size() / 3); }
