@@ -12,14 +12,14 @@ struct ReadShape {
   size_t emitters = 1;
 };
 
-/// nullopt: reported. What is not a whole sphere becomes a mesh, and is named as an approximation.
+/// nullopt: reported. What is not a whole sphere becomes a mesh; see tessellate.h for how near it is.
 std::optional<ReadShape> read_sphere(PbrtScene& out, ParameterList& params);
 std::optional<ReadShape> read_disk(PbrtScene& out, ParameterList& params);
 std::optional<ReadShape> read_cylinder(PbrtScene& out, ParameterList& params);
 std::optional<ReadShape> read_bilinear_mesh(PbrtScene& out, ParameterList& params);
 
 /// Replaces spheres whose transform (their own, or an instance's) stretches them, and those with an alpha
-/// mask, by meshes; each is named.
+/// mask, by meshes: of kSphereSegments, or, if there are more than about 500, of fewer, with a warning.
 void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems);
 
 }  // namespace lightmill

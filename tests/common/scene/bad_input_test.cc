@@ -188,7 +188,7 @@ TEST_F(BadInput, TheCommandLineGetsOneLine) {
     EXPECT_NE(what.find("(and 1 more)"), std::string::npos) << what;
   }
   int warnings = 0;
-  folder_.write("warn.pbrt", "WorldBegin LightSource \"point\" Shape \"disk\"");
+  folder_.write("warn.pbrt", "WorldBegin LightSource \"point\" Material \"hair\"");
   load_scene_file(folder_.path() + "/warn.pbrt", {}, [&](const Problem&) { ++warnings; });
   EXPECT_EQ(warnings, 1);
 }

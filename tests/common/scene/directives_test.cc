@@ -263,8 +263,6 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
       {"Scale 1 2 1 Shape \"sphere\"", "exact sphere under a non-uniform scale"},
       {"ObjectBegin \"s\" Shape \"sphere\" ObjectEnd Scale 1 2 1 ObjectInstance \"s\"", "non-uniform scale"},
       {"Material \"interface\" Shape \"sphere\"", "its shapes are left out"},
-      {"Shape \"sphere\" \"float zmax\" 0.5", "exact partial sphere"},
-      {"Shape \"sphere\" \"float alpha\" 0.5", "exact sphere with an alpha mask"},
       {"AreaLightSource \"diffuse\" Shape \"disk\" \"float alpha\" 0.5", "a shape that emits is opaque"},
       {"Material \"hair\"", "rendered as grey diffuse"},
       {"Material \"diffuse\" \"string normalmap\" \"n.png\"",
