@@ -328,6 +328,7 @@ void PbrtParser::on_object_begin(const Token& d) {
   }
   push(Scope::Kind::kObject, d);
   open_object_ = *name;
+  out_.open_curves.reset();
   object_first_shape_ = out_.scene.shapes.size();
 }
 
@@ -337,6 +338,7 @@ void PbrtParser::on_object_end(const Token& d) {
   const auto first = shapes.begin() + static_cast<std::ptrdiff_t>(object_first_shape_);
   objects_[*open_object_].assign(std::make_move_iterator(first), std::make_move_iterator(shapes.end()));
   shapes.erase(first, shapes.end());
+  out_.open_curves.reset();
   open_object_.reset();
 }
 

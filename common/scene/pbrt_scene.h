@@ -73,6 +73,9 @@ struct PbrtScene {
 
   /// Meshes by path, so that a file that is used twice is read once.
   std::map<std::string, std::shared_ptr<const TriangleMesh>> meshes;
+  /// The mesh of the last shape if that is of curves and may take more of them; see pbrt_curves.h.
+  std::shared_ptr<TriangleMesh> open_curves;
+  bool named_flat_curves = false, named_empty_curves = false;  // what is said once a scene
   /// Materials of which nothing is seen; shapes of them are left out at the end.
   std::set<int> invisible_materials;
 

@@ -6,6 +6,7 @@
 #include "common/error.h"
 #include "common/scene/loop_subdivision.h"
 #include "common/scene/mesh_check.h"
+#include "common/scene/pbrt_curves.h"
 #include "common/scene/pbrt_quadrics.h"
 #include "common/scene/pbrt_scene.h"
 #include "common/scene/ply_reader.h"
@@ -208,7 +209,9 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   shape.reverse_orientation = attributes.reverse_orientation;
   shape.location = params.where();
   shape.alpha = read_alpha(out, params, attributes.area_light != nullptr);
+  const bool plain_curve = type == "curve" && !params.has("alpha") && attributes.area_light == nullptr;
   size_t emitters = 1;
+  std::shared_ptr<TriangleMesh> curve;
   if (type == "trianglemesh" || type == "plymesh" || type == "loopsubdiv") {
     auto mesh = type == "plymesh"        ? read_ply_mesh(out, params)
                 : type == "trianglemesh" ? read_triangle_mesh(out, params)
@@ -226,12 +229,13 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
     if (!read) return;
     emitters = read->emitters;
     shape.kind = std::move(read->kind);
+  } else if (type == "curve") {
+    curve = read_curve(out, params);
+    params.finish();
+    if (curve == nullptr) return;
+    shape.kind = MeshShape{curve};
   } else {
-    if (std::find(kKnownShapes.begin(), kKnownShapes.end(), type) == kKnownShapes.end()) {
-      report_unknown_word(params, "shape", type, kKnownShapes);
-    } else {
-      out.problems->unsupported(params.where(), params.owner() + " is left out");
-    }
+    report_unknown_word(params, "shape", type, kKnownShapes);
     return;
   }
   if (const auto* mesh = std::get_if<MeshShape>(&shape.kind);
@@ -248,6 +252,8 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   shape.material = attributes.material >= 0 ? attributes.material : out.default_material(params.where());
   if (attributes.area_light != nullptr)
     shape.area_light = take_area_light(out, shape, emitters, *attributes.area_light);
+  if (plain_curve && join_curves(out, shape)) return;
+  out.open_curves = plain_curve ? curve : nullptr;
   out.scene.shapes.push_back(std::move(shape));
 }
 
