@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli.h"
+#include "client/diagnose.h"
 #include "client/json_output.h"
 #include "client/local_render.h"
 #include "client/options.h"
@@ -33,7 +34,7 @@ struct LocalOptions {
   SceneOptions scene;
   OutputOptions output;
   int threads = 0;
-  std::string reference, report;
+  std::string reference, report, diagnose;
 };
 
 int render(LocalOptions& options) {
@@ -65,6 +66,12 @@ int render(LocalOptions& options) {
   if (!options.report.empty()) {
     write_report(options.report, {request.name, settings_to_json(request.settings), result.status.counters},
                  result.curve, result.image);
+  }
+  if (!options.diagnose.empty() && !result.interrupted) {
+    RenderSettings settings = request.settings;
+    settings.spp = std::max<int64_t>(1, static_cast<int64_t>(result.status.spp));
+    write_diagnosis(options.diagnose, scene, settings, threads, [] { return interrupted == 0; });
+    if (!quiet) std::fprintf(stderr, "wrote %s/index.html\n", options.diagnose.c_str());
   }
   if (options.common.json) {
     nlohmann::json document = job_to_json(result.status);
@@ -101,6 +108,8 @@ void add_render(CLI::App& app, Action& action) {
       ->capture_default_str();
   verb->add_option("--reference", options->reference, "An image to measure true errors against");
   verb->add_option("--report", options->report, "Folder for error.csv, error.svg and report.html");
+  verb->add_option("--diagnose", options->diagnose,
+                   "Folder for every strategy's image, noise, time and brightest paths (renders once more)");
   verb->callback([&action, options] { action = [options] { return render(*options); }; });
 }
 

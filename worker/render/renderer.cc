@@ -80,4 +80,24 @@ void Renderer::render_packet(const Packet& packet, Workspace& workspace, Partial
                            *static_cast<WavefrontWorkspace&>(workspace).wavefront, builder);
 }
 
+void Renderer::record_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder,
+                             StrategyRecorder& recorder) const {
+  Wavefront& w = *static_cast<WavefrontWorkspace&>(workspace).wavefront;
+  w.recorder = &recorder;
+  render_packet(packet, workspace, builder);
+  w.recorder = nullptr;
+}
+
+Vec3d Renderer::world_point(const float p[3]) const {
+  const RenderScene& s = impl_->scene;
+  const auto axis = [&](float x, double origin) {
+    return std::ldexp(static_cast<double>(x), -s.scale_exponent) + origin;
+  };
+  return {axis(p[0], s.origin.x), axis(p[1], s.origin.y), axis(p[2], s.origin.z)};
+}
+
+int Renderer::material_of(int primitive) const {
+  return impl_->scene.primitive_material[static_cast<size_t>(primitive)];
+}
+
 }  // namespace lightmill

@@ -21,6 +21,8 @@ struct Packet {
   int64_t sample_begin = 0, sample_end = 0;  // within one block
 };
 
+class StrategyRecorder;  // pipeline/strategy_recorder.h
+
 /// A thread's private wavefront, light-vertex cache and buffers.
 class Workspace {
  public:
@@ -41,6 +43,13 @@ class Renderer {
   std::unique_ptr<Workspace> make_workspace() const;
   /// Renders one packet into `builder`. Thread-safe for distinct workspaces.
   void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const;
+  /// The same, told to `recorder` contribution by contribution: slow, for diagnosis.
+  void record_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder,
+                     StrategyRecorder& recorder) const;
+  /// A point of normalised space (what a recorder gives) in the scene file's world space.
+  Vec3d world_point(const float normalised[3]) const;
+  /// Index into SceneDescription::materials of a primitive.
+  int material_of(int primitive) const;
 
  private:
   struct Impl;

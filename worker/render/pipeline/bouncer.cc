@@ -2,6 +2,7 @@
 
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/light/light_sampling.h"
+#include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/vertex_io.h"
 #include "worker/render/scene/surface.h"
 
@@ -158,6 +159,12 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   return go;
 }
 
+void record_vertex(const Hit& h, const Group& g, bool light, int depth, Wavefront& w) {
+  const LaneMask inconsistent = mask_and(g.active, mask_not(h.valid));
+  w.recorder->inconsistent_hits += static_cast<uint64_t>(std::popcount(mask_bits(inconsistent)));
+  if (w.recorder->trace) w.recorder->vertex(light, depth, g.slot, g.active, h.prim, h.v.p, h.v.throughput);
+}
+
 void append_survivors(LaneInt slot, LaneMask go, int32_t* out, int* count) {
   for (unsigned bits = mask_bits(go); bits; bits &= bits - 1)
     out[(*count)++] = lane(slot, std::countr_zero(bits));
@@ -191,9 +198,10 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
       }
       if (weigh_connections) w_camera += emission_pdf(lights, light, wi, splat<Lane>(1.0f)) * dvc;
     }
-    add_radiance(w, g.slot, g.active,
-                 throughput * infinite_radiance(lights, r, all, wi) *
-                     (mis_weight(Lane{}, w_camera) * context.imaging_ratio));
+    const Lane mis = mis_weight(Lane{}, w_camera);
+    const Vec3<Lane> c = throughput * infinite_radiance(lights, r, all, wi) * (mis * context.imaging_ratio);
+    add_radiance(w, g.slot, g.active, c);
+    if (w.recorder) w.recorder->emission(depth + 1, g.slot, g.active, c, mis);
   }
 }
 
@@ -217,8 +225,11 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
     const LightRecord<Lane> r(lights, light);
     w_camera = r.scalar(kLightSelect) / r.scalar(kLightArea) * h.v.dvcm;  // M10
   }
-  const Vec3<Lane> c = h.v.throughput * radiance * (mis_weight(Lane{}, w_camera) * context.imaging_ratio);
-  add_radiance(w, h.v.path, mask_and(emits, LaneMask(max_component(radiance) > 0.0f)), c);
+  const Lane mis = mis_weight(Lane{}, w_camera);
+  const Vec3<Lane> c = h.v.throughput * radiance * (mis * context.imaging_ratio);
+  const LaneMask shines = mask_and(emits, LaneMask(max_component(radiance) > 0.0f));
+  add_radiance(w, h.v.path, shines, c);
+  if (w.recorder) w.recorder->emission(depth + 1, h.v.path, shines, c, mis);
 }
 
 }  // namespace
@@ -234,6 +245,7 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
   for (int base = 0; base < hits; base += kLanes) {
     const Group g(paths.active + base, std::min(kLanes, hits - base));
     Hit h = reconstruct(scene, paths, g, depth);
+    if (w.recorder) record_vertex(h, g, true, depth, w);
     // M3; the first segment also receives p_direct of M1.
     if (depth == 1) {
       const LaneInt light = gather(paths.light, g.slot);
@@ -289,6 +301,7 @@ void bounce_camera_paths(const StageContext& context, const LayerContext& layer,
     const Group g(paths.active + base, std::min(kLanes, hits - base));
     Hit h = reconstruct(scene, paths, g, depth);
     const Lane inv_cos = 1.0f / h.cos_in;
+    if (w.recorder) record_vertex(h, g, false, depth, w);
     // M3; rays of a parallel camera spread no more with distance.
     h.v.dvcm = h.v.dvcm * (parallel ? splat<Lane>(1.0f) : h.distance2) * inv_cos;
     h.v.dvc = h.v.dvc * inv_cos;

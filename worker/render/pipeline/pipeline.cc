@@ -1,7 +1,5 @@
 #include "worker/render/pipeline/pipeline.h"
 
-#include <time.h>
-
 #include <algorithm>
 
 #include "worker/render/pipeline/bouncer.h"
@@ -9,6 +7,8 @@
 #include "worker/render/pipeline/film.h"
 #include "worker/render/pipeline/producer.h"
 #include "worker/render/pipeline/shadow_caster.h"
+#include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/pipeline/thread_time.h"
 
 namespace lightmill {
 namespace {
@@ -16,33 +16,47 @@ namespace {
 /// Splats kept before they are handed to the tile.
 constexpr size_t kSplatBatch = 1 << 15;
 
-double thread_cpu_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+/// Runs a stage; a recorder is told its time, as `member` or, if null, shared out over the strategies.
+template <class Stage>
+void run(Wavefront& w, double StrategyRecorder::*member, Stage&& stage) {
+  if (!w.recorder) return stage();
+  const double start = thread_cpu_seconds();
+  if (!member) w.recorder->begin_stage();
+  stage();
+  const double seconds = thread_cpu_seconds() - start;
+  if (member) {
+    w.recorder->*member += seconds;
+  } else {
+    w.recorder->end_stage(seconds);
+  }
 }
 
 void light_pass(const StageContext& context, const LayerContext& layer, Wavefront& w) {
   w.light_vertices.clear();
   std::fill(std::begin(w.light_vertex_count), std::end(w.light_vertex_count), 0);
-  produce_light_paths(context, layer, w);
+  run(w, &StrategyRecorder::light_subpath_seconds, [&] { produce_light_paths(context, layer, w); });
   for (int depth = 1; w.paths.active_count > 0 && depth <= context.max_depth; ++depth) {
-    cast_paths(context, w);
     if (!context.on(kVertexConnections)) w.light_vertices.clear();
     const size_t first = w.light_vertices.size();
-    bounce_light_paths(context, layer, depth, w);
-    if (context.on(kLensConnections)) shadow_lens(context, layer, depth, first, w);
+    run(w, &StrategyRecorder::light_subpath_seconds, [&] {
+      cast_paths(context, w);
+      bounce_light_paths(context, layer, depth, w);
+    });
+    if (context.on(kLensConnections)) run(w, nullptr, [&] { shadow_lens(context, layer, depth, first, w); });
   }
   flush_shadow_rays(context, true, w);
 }
 
 void camera_pass(const StageContext& context, const LayerContext& layer, Wavefront& w) {
-  produce_camera_paths(context, layer, w);
+  run(w, &StrategyRecorder::camera_subpath_seconds, [&] { produce_camera_paths(context, layer, w); });
   for (int depth = 1; w.paths.active_count > 0; ++depth) {
-    cast_paths(context, w);
-    bounce_camera_paths(context, layer, depth, w);
-    if (context.on(kNextEvent)) shadow_next_event(context, layer, depth, w);
-    if (context.on(kVertexConnections)) shadow_connections(context, layer, depth, w);
+    run(w, &StrategyRecorder::camera_subpath_seconds, [&] {
+      cast_paths(context, w);
+      bounce_camera_paths(context, layer, depth, w);
+    });
+    if (context.on(kNextEvent)) run(w, nullptr, [&] { shadow_next_event(context, layer, depth, w); });
+    if (context.on(kVertexConnections))
+      run(w, nullptr, [&] { shadow_connections(context, layer, depth, w); });
     flush_shadow_rays(context, false, w);
   }
 }
@@ -74,6 +88,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   if (camera_layer) w.camera_sums.assign(kCellPixels, {});
   for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
     layer.sample_in_block = static_cast<uint32_t>(s - block_begin(block));
+    if (w.recorder) w.recorder->begin_layer(packet.cell_x, packet.cell_y, context.grid.width);
     if (light_paths) light_pass(context, layer, w);
     if (camera_layer) {
       std::fill(std::begin(w.radiance_r), std::end(w.radiance_r), 0.0f);

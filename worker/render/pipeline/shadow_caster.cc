@@ -6,6 +6,8 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/film.h"
 #include "worker/render/pipeline/splat_target.h"
+#include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/pipeline/thread_time.h"
 #include "worker/render/pipeline/vertex_io.h"
 
 namespace lightmill {
@@ -32,7 +34,10 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   const LaneMask nonzero = mask_and(active, mask_not(LaneMask(size == 0.0f)));
   const unsigned active_bits = mask_bits(active), nonzero_bits = mask_bits(nonzero);
   w.counters.zero_connections_skipped += static_cast<uint64_t>(std::popcount(active_bits & ~nonzero_bits));
-  if (!nonzero_bits) return;
+  if (!nonzero_bits) {
+    if (w.recorder) w.recorder->candidates(active_bits, active_bits, 0);
+    return;
+  }
   unsigned bits = nonzero_bits;
   Lane scale = splat<Lane>(1.0f);
   if (tiny_contribution > 0) {
@@ -43,6 +48,7 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
     bits &= ~mask_bits(lost);
     w.counters.rouletted_connections += static_cast<uint64_t>(std::popcount(nonzero_bits & ~bits));
   }
+  if (w.recorder) w.recorder->candidates(active_bits, active_bits & ~nonzero_bits, nonzero_bits & ~bits);
   if (w.shadow.count + kLanes > ShadowRays::kCapacity) flush_shadow_rays(context, splats, w);
   ShadowRays& q = w.shadow;
   const Vec3<Lane> value = c.value * scale;
@@ -60,6 +66,7 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
     q.g[i] = lane(value.y, l);
     q.b[i] = lane(value.z, l);
     q.target[i] = lane(c.target, l);
+    if (w.recorder) w.recorder->queued(l, i);
   }
 }
 
@@ -102,8 +109,10 @@ LensConnection<Lane> connect_lens(const StageContext& context, const SampleStrea
 void flush_shadow_rays(const StageContext& context, bool splats, Wavefront& w) {
   ShadowRays& q = w.shadow;
   if (q.count == 0) return;
+  const double start = w.recorder ? thread_cpu_seconds() : 0;
   context.accel.occluded({q.ox, q.oy, q.oz, q.dx, q.dy, q.dz}, q.tfar, q.count, q.occluded);
   w.counters.shadow_rays += static_cast<uint64_t>(q.count);
+  if (w.recorder) w.recorder->resolved(q, splats, thread_cpu_seconds() - start);
   if (splats) {
     film_add_splats(w);
   } else {
@@ -140,7 +149,8 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
       const Lane cos_light = select(lit, d.cos_light, splat<Lane>(1.0f));
       w_camera = d.pdf_emission * cos_surface * inv_pdf / cos_light * (v.dvcm + v.dvc * f.pdf_reverse);  // M7
     }
-    const Lane scale = abs(wi.z) * inv_pdf * mis_weight(w_light, w_camera) * context.imaging_ratio;
+    const Lane mis = mis_weight(w_light, w_camera);
+    const Lane scale = abs(wi.z) * inv_pdf * mis * context.imaging_ratio;
     Candidates c;
     c.value = select(lit, v.throughput * f.f * d.radiance * scale, Vec3<Lane>{});
     c.origin = offset_origin(v.p, v.error, v.ng, d.wi);
@@ -151,6 +161,7 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
     c.target = v.path;
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
+    if (w.recorder) w.recorder->announce(splat_int<Lane>(1), depth + 1, v.path, mis);
     queue(context, c, g.active, context.tiny_contribution, u, false, w);
   }
 }
@@ -188,12 +199,12 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
       // M9.
       const Lane w_light = f.pdf * cos_l * inv_d2 * (l.dvcm + l.dvc * fl.pdf_reverse);
       const Lane w_camera = fl.pdf * cos_v * inv_d2 * (v.dvcm + v.dvc * f.pdf_reverse);
+      const Lane mis = mis_weight(w_light, w_camera);
       const Lane geometry = abs(wi_local.z) * adjoint_cosine(l, -wi) * inv_d2;
       Candidates c;
-      c.value = select(valid,
-                       v.throughput * l.throughput * f.f * fl.f *
-                           (geometry * mis_weight(w_light, w_camera) * context.imaging_ratio),
-                       Vec3<Lane>{});
+      c.value =
+          select(valid, v.throughput * l.throughput * f.f * fl.f * (geometry * mis * context.imaging_ratio),
+                 Vec3<Lane>{});
       c.origin = offset_origin(v.p, v.error, v.ng, wi);
       c.direction = offset_origin(l.p, l.error, l.ng, -wi) - c.origin;
       c.tfar = splat<Lane>(kSegmentEnd);
@@ -202,6 +213,7 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
           context.tiny_contribution > 0
               ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + static_cast<uint32_t>(j)))
               : Lane{};
+      if (w.recorder) w.recorder->announce(l.depth + 1, depth + 1, v.path, mis);
       queue(context, c, active, context.tiny_contribution, u, false, w);
     }
   }
@@ -239,6 +251,7 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
     c.target = target.pixel;
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
+    if (w.recorder) w.recorder->announce(splat_int<Lane>(depth + 1), 1, v.path, mis);
     queue(context, c, valid, context.tiny_contribution, u, true, w);
   }
   flush_shadow_rays(context, true, w);
@@ -277,6 +290,7 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   // 0.
   const float tiny = context.lens_alone() ? 0 : context.tiny_contribution;
   const Lane u = tiny > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
+  if (w.recorder) w.recorder->announce(splat_int<Lane>(1), 1, slot, mis);
   queue(context, c, valid, tiny, u, true, w);
 }
 

@@ -69,6 +69,8 @@ struct ShadowRays {
   int count = 0;
 };
 
+class StrategyRecorder;  // strategy_recorder.h
+
 /// Everything that a thread needs to render packets.
 struct Wavefront {
   Paths paths;
@@ -83,6 +85,7 @@ struct Wavefront {
   std::vector<ExactRgb> camera_sums;  // the packet's cell
   std::vector<int32_t> sorted;        // the bouncer's counting sort
   RenderCounters counters;
+  StrategyRecorder* recorder = nullptr;  // not owned; null but for diagnosis
 };
 
 }  // namespace lightmill

@@ -1,0 +1,102 @@
+// The diagnosis accounts for the whole image: weighted strategy images add up to it, and every unweighted one
+// estimates the paths of its length.
+#include "worker/render/diagnose/diagnosis.h"
+
+#include <gtest/gtest.h>
+
+#include "common/error.h"
+#include "tests/support/render.h"
+#include "tests/support/test_scene.h"
+
+namespace lightmill::test {
+namespace {
+
+bool always() { return true; }
+
+TestScene room() {
+  TestScene s = cornell_room();
+  s.sphere({0.3, -0.6, 0.3}, 0.3, s.dielectric(1.5f, 0));
+  s.camera({0, 0, -0.95}, {0, 0, 1}, 80).film(48, 40);
+  return s;
+}
+
+double mean(const Image& image) {
+  double sum = 0;
+  for (const float x : image.data) sum += static_cast<double>(x);
+  return sum / static_cast<double>(image.data.size());
+}
+
+TEST(Diagnosis, WeightedImagesAddUpToTheImageWhateverTheThreads) {
+  const TestScene s = room();
+  const RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 8, 5);
+  const Diagnosis d = diagnose(s.scene, settings, 2, always);
+  Image sum(48, 40);
+  uint64_t visible = 0, rays = 0;
+  for (int i = 0; i <= kRecordedVertices; ++i) {
+    for (int t = 0; t <= kRecordedVertices; ++t) {
+      const StrategyCounts& c = d.counts[static_cast<size_t>(i)][static_cast<size_t>(t)];
+      EXPECT_EQ(c.evaluated, c.zero + c.rouletted + c.occluded + c.visible) << i << " " << t;
+      if (i > 0) visible += c.visible, rays += c.visible + c.occluded;
+      if (const auto image = d.film.weighted(i, t, 8)) {
+        for (size_t k = 0; k < sum.data.size(); ++k) sum.data[k] += image->data[k];
+      }
+    }
+  }
+  EXPECT_GT(visible, 0u);
+  EXPECT_EQ(rays, d.counters.shadow_rays);
+  for (size_t k = 0; k < sum.data.size(); ++k) {
+    EXPECT_NEAR(sum.data[k], d.image.data[k], 1e-4f * (1 + d.image.data[k])) << k;
+  }
+  const Diagnosis one = diagnose(s.scene, settings, 1, always);
+  EXPECT_EQ(one.image.data, d.image.data);
+  ASSERT_EQ(one.brightest.size(), d.brightest.size());
+  for (size_t k = 0; k < d.brightest.size(); ++k) {
+    EXPECT_EQ(one.brightest[k].sample, d.brightest[k].sample);
+    EXPECT_EQ(one.brightest[k].contribution.pixel, d.brightest[k].contribution.pixel);
+  }
+}
+
+TEST(Diagnosis, BrightestPathsHaveTheirVerticesInTheRoom) {
+  const TestScene s = room();
+  const Diagnosis d = diagnose(s.scene, settings_for(s.scene, Integrator::kBdpt, 4, 5), 1, always);
+  ASSERT_FALSE(d.brightest.empty());
+  for (const BrightPath& p : d.brightest) {
+    EXPECT_EQ(p.camera.size(), static_cast<size_t>(p.contribution.t) - 1);
+    EXPECT_EQ(p.light.size(), static_cast<size_t>(std::max(p.contribution.s - 1, 0)));
+    for (const auto* list : {&p.camera, &p.light}) {
+      for (const BrightPath::Vertex& v : *list) {
+        EXPECT_LE(std::max({std::abs(v.position.x), std::abs(v.position.y), std::abs(v.position.z)}), 1.0001);
+        EXPECT_LT(v.material, static_cast<int>(s.scene.materials.size()));
+      }
+    }
+  }
+}
+
+// In a room without delta lobes and without sight of the lamp, next event and lens connections each see all
+// light that is scattered once; their unweighted images have the same mean.
+TEST(Diagnosis, UnweightedStrategiesOfOneLengthAgree) {
+  TestScene s = cornell_room();
+  s.camera({0, 0.6, -0.95}, {0, -1, 0.3}, 70).film(32, 32);
+  const Diagnosis d = diagnose(s.scene, settings_for(s.scene, Integrator::kBdpt, 256, 2), 1, always);
+  const auto next_event = d.film.unweighted(1, 2, 256), lens = d.film.unweighted(2, 1, 256);
+  ASSERT_TRUE(next_event && lens);
+  EXPECT_NEAR(mean(*next_event) / mean(*lens), 1, 0.02);
+  EXPECT_GT(mean(*next_event), 1.2 * mean(*d.film.weighted(1, 2, 256)));
+}
+
+TEST(Diagnosis, RefusesWhatWouldNotFit) {
+  const TestScene s = room();
+  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 1, 100);
+  settings.grid.width = settings.grid.height = 4000;
+  settings.grid.crop = {0, 0, 4000, 4000};
+  EXPECT_THROW(diagnose(s.scene, settings, 1, always), Error);
+}
+
+TEST(Diagnosis, StopsWhenAsked) {
+  const TestScene s = room();
+  EXPECT_THROW(diagnose(s.scene, settings_for(s.scene, Integrator::kBdpt, 4, 5), 1, [] { return false; }),
+               Error);
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,97 @@
+#include "worker/render/pipeline/strategy_recorder.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace lightmill {
+namespace {
+
+constexpr size_t clipped(int32_t vertices) {
+  return static_cast<size_t>(std::min(vertices, kRecordedVertices));
+}
+
+}  // namespace
+
+uint32_t StrategyRecorder::pixel_of(int32_t slot) const {
+  const int x = cell_x_ * kCellSize + slot % kCellSize, y = cell_y_ * kCellSize + slot / kCellSize;
+  return static_cast<uint32_t>(y) * static_cast<uint32_t>(width_) + static_cast<uint32_t>(x);
+}
+
+void StrategyRecorder::announce(LaneInt s, int t, LaneInt slot, Lane weight) {
+  for (int l = 0; l < kLanes; ++l) {
+    announced_[static_cast<size_t>(l)] = {lane(s, l), t, lane(slot, l), lane(weight, l)};
+  }
+}
+
+void StrategyRecorder::candidates(unsigned evaluated, unsigned zero, unsigned rouletted) {
+  for (; evaluated; evaluated &= evaluated - 1) {
+    const auto l = static_cast<unsigned>(std::countr_zero(evaluated));
+    StrategyCounts& c = counts[clipped(announced_[l].s)][clipped(announced_[l].t)];
+    ++c.evaluated;
+    c.zero += zero >> l & 1;
+    c.rouletted += rouletted >> l & 1;
+  }
+}
+
+void StrategyRecorder::queued(int l, int i) {
+  pending_[static_cast<size_t>(i)] = announced_[static_cast<size_t>(l)];
+}
+
+void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seconds) {
+  for (int i = 0; i < rays.count; ++i) {
+    const auto k = static_cast<size_t>(i);
+    const Announced& a = pending_[k];
+    StrategyCounts& c = counts[clipped(a.s)][clipped(a.t)];
+    c.cpu_seconds += seconds / rays.count;
+    ++(rays.occluded[k] ? c.occluded : c.visible);
+    if (rays.occluded[k]) continue;
+    const uint32_t pixel = splats ? static_cast<uint32_t>(rays.target[k]) : pixel_of(a.slot);
+    contributions.push_back({a.s, a.t, a.slot, pixel, {rays.r[k], rays.g[k], rays.b[k]}, a.weight});
+  }
+  resolving_seconds_ += seconds;
+}
+
+void StrategyRecorder::emission(int t, LaneInt slot, LaneMask mask, const Vec3<Lane>& rgb, Lane weight) {
+  for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
+    const int l = std::countr_zero(bits);
+    StrategyCounts& c = counts[0][clipped(t)];
+    ++c.evaluated;
+    ++c.visible;
+    contributions.push_back({0,
+                             t,
+                             lane(slot, l),
+                             pixel_of(lane(slot, l)),
+                             {lane(rgb.x, l), lane(rgb.y, l), lane(rgb.z, l)},
+                             lane(weight, l)});
+  }
+}
+
+void StrategyRecorder::vertex(bool light, int depth, LaneInt slot, LaneMask mask, LaneInt primitive,
+                              const Vec3<Lane>& p, const Vec3<Lane>& throughput) {
+  for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
+    const int l = std::countr_zero(bits);
+    vertices.push_back({lane(slot, l),
+                        light,
+                        depth,
+                        lane(primitive, l),
+                        {lane(p.x, l), lane(p.y, l), lane(p.z, l)},
+                        {lane(throughput.x, l), lane(throughput.y, l), lane(throughput.z, l)}});
+  }
+}
+
+void StrategyRecorder::end_stage(double seconds) {
+  seconds = std::max(seconds - resolving_seconds_, 0.0);
+  uint64_t total = 0;
+  for (size_t s = 0; s < counts.size(); ++s) {
+    for (size_t t = 0; t < counts.size(); ++t) total += counts[s][t].evaluated - before_[s][t].evaluated;
+  }
+  if (total == 0) return;
+  for (size_t s = 0; s < counts.size(); ++s) {
+    for (size_t t = 0; t < counts.size(); ++t) {
+      const uint64_t n = counts[s][t].evaluated - before_[s][t].evaluated;
+      counts[s][t].cpu_seconds += seconds * static_cast<double>(n) / static_cast<double>(total);
+    }
+  }
+}
+
+}  // namespace lightmill

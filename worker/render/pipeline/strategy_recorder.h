@@ -1,0 +1,87 @@
+#pragma once
+// What every strategy did in the packets of one thread: recorded for diagnosis only. A wavefront without a
+// recorder pays one test of a pointer per batch.
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "worker/render/pipeline/work_items.h"
+
+namespace lightmill {
+
+/// Strategies are told apart up to this many vertices a side; longer ones count with it.
+inline constexpr int kRecordedVertices = 12;
+
+/// A contribution that reached the film.
+struct StrategyContribution {
+  int32_t s = 0, t = 0;      // vertices of the light and of the camera subpath
+  int32_t slot = 0;          // of the path(s) within the cell
+  uint32_t pixel = 0;        // row-major in the full frame
+  float rgb[3] = {0, 0, 0};  // weighted, on the scale of a pixel sample
+  float weight = 0;          // MIS weight within rgb
+};
+
+/// A vertex of a path, in normalised space.
+struct PathVertex {
+  int32_t slot = 0;
+  bool light = false;  // which subpath
+  int32_t depth = 0;   // 1: the first surface hit
+  int32_t primitive = 0;
+  float p[3] = {0, 0, 0};
+  float throughput[3] = {0, 0, 0};
+};
+
+/// Counts of one (s,t). evaluated = zero + rouletted + occluded + visible.
+struct StrategyCounts {
+  uint64_t evaluated = 0, zero = 0, rouletted = 0, occluded = 0, visible = 0;
+  double cpu_seconds = 0;
+};
+
+class StrategyRecorder {
+ public:
+  using Table = std::array<std::array<StrategyCounts, kRecordedVertices + 1>, kRecordedVertices + 1>;
+
+  std::vector<StrategyContribution> contributions;  // since the last clear()
+  std::vector<PathVertex> vertices;                 // the same, while `trace`
+  bool trace = false;
+  Table counts{};  // [s][t]
+  double light_subpath_seconds = 0, camera_subpath_seconds = 0;
+  uint64_t inconsistent_hits = 0;  // ended where shading and geometric normal disagree on the side
+
+  void begin_layer(int cell_x, int cell_y, int film_width) {
+    cell_x_ = cell_x, cell_y_ = cell_y, width_ = film_width;
+  }
+  void clear() { contributions.clear(), vertices.clear(); }
+
+  /// Names the lanes of the next call that queues candidates.
+  void announce(LaneInt s, int t, LaneInt slot, Lane weight);
+  /// Of the announced lanes: evaluated, and those that were zero or lost at roulette.
+  void candidates(unsigned evaluated, unsigned zero, unsigned rouletted);
+  /// Announced lane `l` became entry `i` of the shadow rays.
+  void queued(int l, int i);
+  /// The queue was tested; `seconds` is shared out by entries.
+  void resolved(const ShadowRays& rays, bool splats, double seconds);
+  /// Camera paths in `mask` hit an emitter or escaped after t - 1 segments.
+  void emission(int t, LaneInt slot, LaneMask mask, const Vec3<Lane>& rgb, Lane weight);
+  void vertex(bool light, int depth, LaneInt slot, LaneMask mask, LaneInt primitive, const Vec3<Lane>& p,
+              const Vec3<Lane>& throughput);
+  /// Between these two a stage forms candidates; its `seconds` are shared out by those evaluated, without
+  /// what resolved() took meanwhile.
+  void begin_stage() { before_ = counts, resolving_seconds_ = 0; }
+  void end_stage(double seconds);
+
+ private:
+  struct Announced {
+    int32_t s = 0, t = 0, slot = 0;
+    float weight = 0;
+  };
+  uint32_t pixel_of(int32_t slot) const;
+
+  int cell_x_ = 0, cell_y_ = 0, width_ = 0;
+  std::array<Announced, kLanes> announced_{};
+  std::array<Announced, ShadowRays::kCapacity> pending_{};
+  Table before_{};                // counts at begin_stage()
+  double resolving_seconds_ = 0;  // since then
+};
+
+}  // namespace lightmill
