@@ -1,8 +1,63 @@
 #include "worker/render/light/light_table.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "worker/render/light/alias_table.h"
 
 namespace lightmill {
+namespace {
+
+/// With a tree, lights at infinity are chosen this often: nothing tells which of the two matters where.
+constexpr float kInfinityShare = 0.5f;
+
+/// Bounds of a light that is not at infinity.
+LightBound bound_of(LightType type, const float* r, double power) {
+  LightBound b;
+  const auto set = [&](const double(&points)[3][3], int count) {
+    for (int i = 0; i < 3; ++i) {
+      b.lo[i] = b.hi[i] = points[0][i];
+      for (int k = 1; k < count; ++k) {
+        b.lo[i] = std::min(b.lo[i], points[k][i]);
+        b.hi[i] = std::max(b.hi[i], points[k][i]);
+      }
+      b.center[i] = 0.5 * (b.lo[i] + b.hi[i]);
+    }
+    double diagonal2 = 0;
+    for (int i = 0; i < 3; ++i) diagonal2 += (b.hi[i] - b.lo[i]) * (b.hi[i] - b.lo[i]);
+    b.radius = 0.5 * std::sqrt(diagonal2);
+  };
+  double p[3][3];
+  for (int i = 0; i < 3; ++i) {
+    p[0][i] = r[kLightP + i];
+    p[1][i] = p[0][i] + r[kLightE1 + i];
+    p[2][i] = p[0][i] + r[kLightE2 + i];
+  }
+  if (type == kTriangleLight) {
+    set(p, 3);
+    std::copy(r + kLightN, r + kLightN + 3, b.axis);
+    b.two_sided = r[kLightTwoSided] > 0;
+    b.intensity = power / (M_PI * (b.two_sided ? 2 : 1));
+    return b;
+  }
+  set(p, 1);
+  b.intensity = power / (4 * M_PI);
+  b.cos_emission = -1;
+  if (type == kSphereLight) {
+    b.radius = double{r[3]};
+    for (int i = 0; i < 3; ++i) {
+      b.lo[i] -= b.radius;
+      b.hi[i] += b.radius;
+    }
+  } else if (type == kSpotLight) {
+    std::copy(r + kLightN, r + kLightN + 3, b.axis);
+    b.cos_emission = double{r[5]};
+    b.intensity = (double{r[kLightRadiance]} + r[kLightRadiance + 1] + r[kLightRadiance + 2]) / 3;
+  }
+  return b;
+}
+
+}  // namespace
 
 void LightTable::add(LightType light_type, const std::array<float, kLightFloats>& record, double power) {
   if (light_type == kInfiniteLight) infinite.push_back(count());
@@ -25,7 +80,31 @@ void LightTable::finish() {
     records[i * kLightFloats + kLightSelect] = static_cast<float>(probability[i]);
     total_power += powers_[i];
   }
+  build_tree();
   powers_.clear();
+}
+
+void LightTable::build_tree() {
+  std::vector<LightBound> bounds;
+  std::vector<double> far;
+  for (size_t i = 0; i < type.size(); ++i) {
+    if (type[i] == kInfiniteLight || type[i] == kDistantLight) {
+      at_infinity.push_back(static_cast<int32_t>(i));
+      far.push_back(powers_[i]);
+    } else if (powers_[i] > 0) {
+      bounds.push_back(bound_of(type[i], &records[i * kLightFloats], powers_[i]));
+      bounds.back().light = static_cast<int32_t>(i);
+    }
+  }
+  if (bounds.size() <= static_cast<size_t>(kAliasLights)) return;
+  tree.build(std::move(bounds), count());
+  if (far.empty()) return;
+  infinity_share = kInfinityShare;
+  const std::vector<double> probability = build_alias_table(far, &at_infinity_keep, &at_infinity_alias);
+  for (size_t k = 0; k < far.size(); ++k) {
+    records[static_cast<size_t>(at_infinity[k]) * kLightFloats + kLightAtInfinitySelect] =
+        static_cast<float>(probability[k]) * infinity_share;
+  }
 }
 
 }  // namespace lightmill

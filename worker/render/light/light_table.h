@@ -1,17 +1,23 @@
 #pragma once
-// All lights of a scene as flat arrays, with power-proportional selection (Walker's alias method).
+// All lights of a scene as flat arrays, and how one is selected: in proportion to power (Walker's alias
+// method) for light paths, and for next-event estimation too unless there are many; then by what may reach
+// the point (light_tree.h).
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "worker/render/light/environment_map.h"
+#include "worker/render/light/light_tree.h"
 
 namespace lightmill {
 
 using LightType = int32_t;
 inline constexpr LightType kTriangleLight = 0, kSphereLight = 1, kPointLight = 2, kInfiniteLight = 3,
                            kDistantLight = 4, kSpotLight = 5;
+
+/// With more lights than this that are not at infinity, next-event estimation selects by the light tree.
+inline constexpr int kAliasLights = 16;
 
 inline constexpr int kLightFloats = 20;
 /// Slots of one light's record (stride kLightFloats):
@@ -21,8 +27,8 @@ inline constexpr int kLightFloats = 20;
 ///   spot      0 position, 4 cosines of the half angles where the falloff starts and 5 ends, 9 unit axis
 ///   infinite  0 centre of the scene's bounding sphere, 3 its radius, 4 environment map number or -1
 ///   distant   0 and 3 as infinite, 9 unit direction in which it shines
-///   all       13 radiance rgb (point, spot: intensity), 16 area, 17 selection probability, 18 two-sided (0
-///   or 1)
+///   all       13 radiance rgb (point, spot: intensity), 16 area, 17 selection probability by power,
+///             18 two-sided (0 or 1), 19 with a light tree: selection probability of lights at infinity
 enum LightSlot {
   kLightP = 0,
   kLightE1 = 3,
@@ -32,7 +38,8 @@ enum LightSlot {
   kLightRadiance = 13,
   kLightArea = 16,
   kLightSelect = 17,
-  kLightTwoSided = 18
+  kLightTwoSided = 18,
+  kLightAtInfinitySelect = 19
 };
 
 struct LightTable {
@@ -41,6 +48,10 @@ struct LightTable {
   std::vector<float> alias_keep;  // alias method: keep probability
   std::vector<int32_t> alias;     //               other index
   std::vector<int32_t> infinite;  // indices of the infinite lights (what an escaping ray sees)
+  LightTree tree;                 // empty: next-event estimation selects by power
+  float infinity_share = 0;       // with a tree: probability of choosing from `at_infinity` instead
+  std::vector<int32_t> at_infinity, at_infinity_alias;  // infinite and distant lights, selected by power
+  std::vector<float> at_infinity_keep;
   std::vector<EnvironmentMap> environments;
   bool any_delta = false;  // point, spot or distant lights present
   bool any_spot = false;
@@ -54,10 +65,11 @@ struct LightTable {
   int32_t count() const { return static_cast<int32_t>(type.size()); }
   /// Appends a light; `power` (W, any channel mean) decides how often it is selected.
   void add(LightType light_type, const std::array<float, kLightFloats>& record, double power);
-  /// Builds the selection table; call once after the last add().
+  /// Builds the selection tables; call once after the last add().
   void finish();
 
  private:
+  void build_tree();
   std::vector<double> powers_;
 };
 

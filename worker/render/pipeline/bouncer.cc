@@ -218,7 +218,7 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   Lane w_camera{};
   if (depth > 1) {
     if (context.on(kNextEvent)) {
-      w_camera = direct_pdf_area(lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in) * h.v.dvcm;
+      w_camera = direct_pdf_area(lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in, emits) * h.v.dvcm;
     }
     if (weigh_connections) w_camera += emission_pdf(lights, light, -h.v.wo, h.cos_in) * h.v.dvc;
   } else if (context.on(kLensConnections)) {
@@ -250,7 +250,8 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
     if (depth == 1) {
       const LaneInt light = gather(paths.light, g.slot);
       const Lane cos_light = gather(paths.cos_light, g.slot);
-      h.v.dvcm = h.v.dvcm * direct_pdf_area(scene.lights, light, h.v.p, h.v.wo, h.distance2, cos_light);
+      h.v.dvcm =
+          h.v.dvcm * direct_pdf_area(scene.lights, light, h.v.p, h.v.wo, h.distance2, cos_light, g.active);
       LaneMask finite = splat_mask<Lane>(true);
       if (scene.lights.any_infinite()) {
         const LaneInt type = gather(scene.lights.type.data(), light);

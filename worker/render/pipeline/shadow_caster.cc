@@ -133,7 +133,9 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
     Lane lu, lv;
     stream.get_2d(vertex_dim(depth, kDimNeePosition), &lu, &lv);
     const Lane pick = lights.count() > 1 ? stream.get_1d(vertex_dim(depth, kDimNeeSelect)) : Lane{};
-    const Lane texel = lights.environments.empty() ? Lane{} : stream.get_1d(vertex_dim(depth, kDimNeeTexel));
+    const Lane texel = lights.environments.empty() && lights.tree.empty()
+                           ? Lane{}
+                           : stream.get_1d(vertex_dim(depth, kDimNeeTexel));
     const DirectSample<Lane> d = sample_direct(lights, v.p, pick, texel, lu, lv);
     const LaneMask lit = mask_and(mask_and(g.active, LaneMask(max_component(d.radiance) > 0.0f)),
                                   mask_and(LaneMask(d.pdf > 0.0f), consistent(v, d.wi)));

@@ -1,0 +1,225 @@
+#pragma once
+// From a reference point towards a light, over a lane type; densities per unit solid angle at the reference
+// point. See light_sampling.h.
+#include <bit>
+
+#include "worker/render/light/light_record.h"
+
+namespace lightmill {
+
+template <class F>
+struct DirectSample {
+  Vec3<F> point;     // on the light (for infinite lights: not used)
+  Vec3<F> normal;    // there
+  Vec3<F> wi;        // unit, from the reference point
+  F distance2{};     // squared distance to `point`
+  Vec3<F> radiance;  // towards the reference point; 0 on the dark side
+  F pdf{};           // direct density
+  F pdf_emission{};  // density of emission sampling producing the reversed ray
+  F cos_light{};     // |cos| at the light (1 for all but area lights)
+  F error{};         // bound of the position error of `point` per component
+  MaskOf<F> delta{};
+  MaskOf<F> infinite{};  // infinite or distant
+};
+
+/// 1 - cos of the half angle under which a sphere is seen from distance^2 d2, without cancellation.
+template <class F>
+inline F one_minus_cos_cone(F radius, F d2) {
+  const F s2 = min(radius * radius / d2, splat<F>(1.0f));
+  return s2 / (1.0f + safe_sqrt(1.0f - s2));
+}
+
+/// Density per unit *area at the light* of direct sampling choosing a point of `light` from `reference`,
+/// which sees it in unit direction `wi`, given the light. Point, spot and distant lights: 1; infinite lights:
+/// per unit solid angle.
+template <class F>
+inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
+                             const Vec3<F>& wi, F distance2, F cos_light) {
+  const LightRecord<F> r(lights, light);
+  const IntOf<F> type = gather(lights.type.data(), light);
+  F pdf = 1.0f / r.scalar(kLightArea);
+  if (lights.any_sphere) {
+    const Vec3<F> to_center = r.vec(kLightP) - reference;
+    const F d2 = dot(to_center, to_center), radius = r.scalar(3);
+    const MaskOf<F> cone = mask_and(MaskOf<F>(type == kSphereLight), MaskOf<F>(d2 > radius * radius));
+    const F q = one_minus_cos_cone(radius, select(cone, d2, splat<F>(1.0f)));
+    pdf = select(cone, cos_light / (distance2 * (2.0f * kPi) * q), pdf);
+  }
+  if (lights.any_delta || !lights.infinite.empty()) {
+    const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
+    const MaskOf<F> delta = mask_and(MaskOf<F>(type >= kPointLight), mask_not(infinite));
+    pdf = select(delta, splat<F>(1.0f), pdf);
+    if (!lights.infinite.empty()) pdf = select(infinite, infinite_pdf(lights, r, infinite, wi), pdf);
+  }
+  return pdf;
+}
+
+template <class F>
+inline void to_lanes(const Vec3<F>& v, Vec3<float> (&out)[8]) {
+  for (int l = 0; l < kWidth<F>; ++l) out[l] = {lane(v.x, l), lane(v.y, l), lane(v.z, l)};
+}
+
+/// Probability that next-event estimation at `reference` selects `light`; inactive lanes may give anything.
+template <class F>
+inline F direct_selection(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
+                          MaskOf<F> active = splat_mask<F>(true)) {
+  const LightRecord<F> r(lights, light);
+  if (lights.tree.empty()) return r.scalar(kLightSelect);
+  const F at_infinity = r.scalar(kLightAtInfinitySelect);
+  const MaskOf<F> in_tree = MaskOf<F>(at_infinity == 0.0f);
+  float p[8] = {};
+  int32_t index[8] = {};
+  Vec3<float> at[8];
+  to_lanes(reference, at);
+  store(index, light);
+  lights.tree.probability(at, index, mask_bits(mask_and(active, in_tree)), p);
+  return select(in_tree, load<F>(p) * (1 - lights.infinity_share), at_infinity);
+}
+
+/// direct_pdf_of_light with the probability of selecting the light.
+template <class F>
+inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
+                         const Vec3<F>& wi, F distance2, F cos_light,
+                         MaskOf<F> active = splat_mask<F>(true)) {
+  return direct_pdf_of_light(lights, light, reference, wi, distance2, cos_light) *
+         direct_selection(lights, light, reference, active);
+}
+
+/// Selects a light at `reference`. A uniform of 24 bits does not do for thousands of lights: `more` extends
+/// it.
+template <class F>
+inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference, F u, F more,
+                              F* probability) {
+  if (lights.tree.empty()) {
+    const IntOf<F> light = select_light(lights, u);
+    *probability = LightRecord<F>(lights, light).scalar(kLightSelect);
+    return light;
+  }
+  const double share = double{lights.infinity_share};
+  int32_t index[8];
+  float p[8];
+  double x[8];
+  LightTree::Choice choice[8];
+  Vec3<float> at[8];
+  to_lanes(reference, at);
+  unsigned in_tree = 0;
+  for (int l = 0; l < kWidth<F>; ++l) {
+    x[l] = double{lane(u, l)} + 0x1p-24 * double{lane(more, l)};
+    if (x[l] < share) {
+      const auto place = static_cast<size_t>(select_alias<float>(
+          lights.at_infinity_keep, lights.at_infinity_alias, static_cast<float>(x[l] / share)));
+      index[l] = lights.at_infinity[place];
+      p[l] = lights.records[static_cast<size_t>(index[l]) * kLightFloats + kLightAtInfinitySelect];
+    } else {
+      x[l] = (x[l] - share) / (1 - share);
+      in_tree |= 1u << l;
+    }
+  }
+  lights.tree.sample(at, x, in_tree, choice);
+  for (unsigned bits = in_tree; bits != 0; bits &= bits - 1) {
+    const auto l = static_cast<size_t>(std::countr_zero(bits));
+    index[l] = choice[l].light;
+    p[l] = choice[l].probability * (1 - lights.infinity_share);
+  }
+  *probability = load<F>(p);
+  return load_int<F>(index);
+}
+
+/// `texel` chooses the texel of an environment image and extends `u_select` if there is a light tree; unused
+/// without either.
+template <class F>
+inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& reference, F u_select, F texel,
+                                     F u, F v) {
+  DirectSample<F> s;
+  F selection;
+  const IntOf<F> light = select_direct(lights, reference, u_select, texel, &selection);
+  const LightRecord<F> r(lights, light);
+  const IntOf<F> type = gather(lights.type.data(), light);
+  // Triangle.
+  F b1, b2;
+  square_to_triangle(u, v, &b1, &b2);
+  s.point = r.vec(kLightP) + r.vec(kLightE1) * b1 + r.vec(kLightE2) * b2;
+  s.normal = r.vec(kLightN);
+  s.error = position_error(s.point, 0x1p-21f);
+  if (lights.any_sphere) {
+    const MaskOf<F> sphere = MaskOf<F>(type == kSphereLight);
+    if (any(sphere)) {
+      const Vec3<F> center = r.vec(kLightP);
+      const F radius = r.scalar(3);
+      const Vec3<F> to_center = center - reference;
+      const F d2 = dot(to_center, to_center);
+      const MaskOf<F> outside = MaskOf<F>(d2 > radius * radius);
+      // Cone of directions that the sphere subtends; the point on it by the law of sines (pbrt-v4 §6.2.4).
+      const F safe_d2 = select(outside, d2, radius * radius * 4.0f);
+      const F q = one_minus_cos_cone(radius, safe_d2);
+      const F one_minus_cos = u * q;
+      const F sin2 = one_minus_cos * (2.0f - one_minus_cos);
+      const F sin2_max = radius * radius / safe_d2;
+      const F sin_max = sqrt(sin2_max);
+      const F cos_alpha =
+          min(sin2 / sin_max + (1.0f - one_minus_cos) * safe_sqrt(1.0f - sin2 / sin2_max), splat<F>(1.0f));
+      const F sin_alpha = safe_sqrt(1.0f - cos_alpha * cos_alpha);
+      F sp, cp;
+      sincos_2pi(v, &sp, &cp);
+      const MaskOf<F> use = mask_and(sphere, outside);
+      const Vec3<F> axis = select(use, to_center * (1.0f / sqrt(safe_d2)), splat3<F>(0, 0, 1));
+      const Frame<F> frame(-axis);
+      const Vec3<F> n_cone = frame.to_world({sin_alpha * cp, sin_alpha * sp, cos_alpha});
+      const Vec3<F> n = select(outside, n_cone, square_to_sphere(u, v));
+      s.point = select(sphere, center + n * radius, s.point);
+      s.normal = select(sphere, n * r.scalar(kLightOrientation), s.normal);
+      s.error = select(sphere, position_error(center, 0x1p-21f) + radius * 0x1p-21f, s.error);
+    }
+  }
+  if (lights.any_delta) {
+    const MaskOf<F> point = mask_or(MaskOf<F>(type == kPointLight), MaskOf<F>(type == kSpotLight));
+    s.point = select(point, r.vec(kLightP), s.point);
+    s.error = select(point, F{}, s.error);
+    s.delta = point;
+  } else {
+    s.delta = splat_mask<F>(false);
+  }
+  const Vec3<F> d = s.point - reference;
+  s.distance2 = dot(d, d);
+  const MaskOf<F> apart = MaskOf<F>(s.distance2 > 0.0f);
+  s.wi = d * (1.0f / sqrt(select(apart, s.distance2, splat<F>(1.0f))));
+  const F cosine = -dot(s.wi, s.normal);
+  s.radiance = r.vec(kLightRadiance);
+  const MaskOf<F> lit = mask_or(MaskOf<F>(cosine > 0.0f), mask_and(MaskOf<F>(r.scalar(kLightTwoSided) > 0.0f),
+                                                                   MaskOf<F>(cosine != 0.0f)));
+  s.cos_light = select(s.delta, splat<F>(1.0f), abs(cosine));
+  s.radiance = select(mask_and(apart, mask_or(lit, s.delta)), s.radiance, Vec3<F>{});
+  if (lights.any_spot) {
+    const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
+    s.radiance = select(spot, s.radiance * spot_falloff(r, -dot(s.wi, r.vec(kLightN))), s.radiance);
+  }
+  s.infinite = splat_mask<F>(false);
+  const F safe_cos = select(MaskOf<F>(s.cos_light > 0.0f), s.cos_light, splat<F>(1.0f));
+  s.pdf = direct_pdf_of_light(lights, light, reference, s.wi, select(apart, s.distance2, splat<F>(1.0f)),
+                              safe_cos) *
+          selection * s.distance2 / safe_cos;
+  if (lights.any_infinite()) {
+    const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
+    Vec3<F> w = square_to_sphere(u, v);
+    Vec3<F> radiance = r.vec(kLightRadiance);
+    F pdf = splat<F>(1 / (4 * kPi));
+    for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
+      IntOf<F> chosen;
+      w = select(m, map.sample(texel, u, v, &chosen), w);
+      radiance = select(m, map.radiance<F>(chosen), radiance);
+      pdf = select(m, map.pdf<F>(chosen), pdf);
+    });
+    w = select(distant, -r.vec(kLightN), w);
+    pdf = select(distant, splat<F>(1.0f), pdf);
+    s.infinite = mask_or(infinite, distant);
+    s.delta = mask_or(s.delta, distant);
+    s.wi = select(s.infinite, w, s.wi);
+    s.radiance = select(s.infinite, radiance, s.radiance);
+    s.cos_light = select(s.infinite, splat<F>(1.0f), s.cos_light);
+    s.pdf = select(s.infinite, selection * pdf, s.pdf);
+  }
+  s.pdf_emission = emission_pdf(lights, light, s.wi, s.cos_light);
+  return s;
+}
+
+}  // namespace lightmill

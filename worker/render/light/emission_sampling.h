@@ -1,0 +1,94 @@
+#pragma once
+// Rays that leave a light, over a lane type; densities per unit area x unit solid angle. See
+// light_sampling.h.
+#include "worker/render/light/light_record.h"
+
+namespace lightmill {
+
+template <class F>
+struct EmissionSample {
+  Vec3<F> point, normal, direction;
+  Vec3<F> power;  // radiance x cos / pdf: the path's initial throughput
+  F pdf{};        // emission density
+  F cos_light{};
+  F error{};
+  IntOf<F> light{};
+  MaskOf<F> delta{}, infinite{};
+};
+
+template <class F>
+inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F texel, F pu, F pv, F du,
+                                         F dv) {
+  EmissionSample<F> s;
+  s.light = select_light(lights, u_select);
+  const LightRecord<F> r(lights, s.light);
+  const IntOf<F> type = gather(lights.type.data(), s.light);
+  F b1, b2;
+  square_to_triangle(pu, pv, &b1, &b2);
+  s.point = r.vec(kLightP) + r.vec(kLightE1) * b1 + r.vec(kLightE2) * b2;
+  s.normal = r.vec(kLightN);
+  s.error = position_error(s.point, 0x1p-21f);
+  if (lights.any_sphere) {
+    const MaskOf<F> sphere = MaskOf<F>(type == kSphereLight);
+    const Vec3<F> n = square_to_sphere(pu, pv);
+    const Vec3<F> center = r.vec(kLightP);
+    const F radius = r.scalar(3);
+    s.point = select(sphere, center + n * radius, s.point);
+    s.normal = select(sphere, n * r.scalar(kLightOrientation), s.normal);
+    s.error = select(sphere, position_error(center, 0x1p-21f) + radius * 0x1p-21f, s.error);
+  }
+  // Two-sided emitters split the first direction coordinate.
+  const MaskOf<F> two_sided = MaskOf<F>(r.scalar(kLightTwoSided) > 0.0f);
+  const MaskOf<F> back = mask_and(two_sided, MaskOf<F>(du < 0.5f));
+  const F half = select(back, du * 2.0f, du * 2.0f - 1.0f);
+  const Vec3<F> local = square_to_cosine_hemisphere(select(two_sided, half, du), dv);
+  s.delta = s.infinite = splat_mask<F>(false);
+  const MaskOf<F> has_normal = MaskOf<F>(type <= kSphereLight);
+  const Vec3<F> n = select(has_normal, s.normal, splat3<F>(0, 0, 1));
+  const Frame<F> frame(select(back, -n, n));
+  s.direction = frame.to_world(local);
+  s.cos_light = local.z;
+  Vec3<F> radiance = r.vec(kLightRadiance);
+  if (lights.any_delta || !lights.infinite.empty()) {
+    const MaskOf<F> spot = MaskOf<F>(type == kSpotLight), distant = MaskOf<F>(type == kDistantLight);
+    const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
+    const MaskOf<F> at_point = mask_or(MaskOf<F>(type == kPointLight), spot);
+    Vec3<F> w = square_to_sphere(du, dv);
+    if (lights.any_spot) {
+      const F cosine = 1.0f - du * (1.0f - r.scalar(5));
+      const F sine = safe_sqrt(1.0f - cosine * cosine);
+      F sp, cp;
+      sincos_2pi(dv, &sp, &cp);
+      const Frame<F> cone(select(spot, r.vec(kLightN), splat3<F>(0, 0, 1)));
+      w = select(spot, cone.to_world({sine * cp, sine * sp, cosine}), w);
+      radiance = select(spot, radiance * spot_falloff(r, cosine), radiance);
+    }
+    for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
+      IntOf<F> chosen;
+      w = select(m, -map.sample(texel, du, dv, &chosen), w);
+      radiance = select(m, map.radiance<F>(chosen), radiance);
+    });
+    w = select(distant, r.vec(kLightN), w);
+    s.direction = select(has_normal, s.direction, w);
+    s.cos_light = select(has_normal, s.cos_light, splat<F>(1.0f));
+    s.point = select(at_point, r.vec(kLightP), s.point);
+    s.error = select(has_normal, s.error, F{});
+    s.delta = mask_or(at_point, distant);
+    s.infinite = mask_or(infinite, distant);
+    if (lights.any_infinite()) {
+      // A disk across the bounding sphere, in front of the scene.
+      const Frame<F> disk(w);
+      F x, y;
+      square_to_disk(pu, pv, &x, &y);
+      const F radius = r.scalar(3);
+      const Vec3<F> on_disk = r.vec(kLightP) + (disk.s * x + disk.t * y - w) * radius;
+      s.point = select(s.infinite, on_disk, s.point);
+    }
+  }
+  s.pdf = emission_pdf(lights, s.light, -s.direction, s.cos_light);
+  const F cos_over_pdf = s.cos_light / s.pdf;
+  s.power = radiance * cos_over_pdf;
+  return s;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,118 @@
+#pragma once
+// One light per lane: its record, its radiance, and the densities that both directions of sampling share.
+#include "worker/render/light/light_table.h"
+#include "worker/render/sampling/warp.h"
+
+namespace lightmill {
+
+/// Alias-method selection from one uniform: an index into `keep`.
+template <class F>
+inline IntOf<F> select_alias(const std::vector<float>& keep, const std::vector<int32_t>& alias, F u) {
+  const auto count = static_cast<int32_t>(keep.size());
+  if (count == 1) return IntOf<F>{};
+  const F scaled = u * static_cast<float>(count);
+  const IntOf<F> column0 = to_int(scaled);
+  const IntOf<F> last = splat_int<F>(count - 1);
+  const IntOf<F> column = select(MaskOf<F>(column0 > last), last, column0);
+  const F fraction = scaled - to_float(column);
+  const MaskOf<F> own = MaskOf<F>(fraction < gather(keep.data(), column));
+  return select(own, column, gather(alias.data(), column));
+}
+
+/// A light in proportion to its power.
+template <class F>
+inline IntOf<F> select_light(const LightTable& lights, F u) {
+  return select_alias(lights.alias_keep, lights.alias, u);
+}
+
+template <class F>
+struct LightRecord {
+  const float* base;
+  IntOf<F> offset;
+  LightRecord(const LightTable& lights, IntOf<F> index)
+      : base(lights.records.data()), offset(index * kLightFloats) {}
+  F scalar(int slot) const { return gather(base + slot, offset); }
+  Vec3<F> vec(int slot) const { return {scalar(slot), scalar(slot + 1), scalar(slot + 2)}; }
+};
+
+/// Spot falloff for the cosine between the axis and the direction of emission.
+template <class F>
+inline F spot_falloff(const LightRecord<F>& r, F cosine) {
+  const F start = r.scalar(4), end = r.scalar(5);
+  const F x = clamp((cosine - end) / max(start - end, splat<F>(1e-7f)), 0.0f, 1.0f);
+  return x * x * (3.0f - 2.0f * x);
+}
+
+/// Calls fn(map, mask) for the environment maps among the `infinite` lanes.
+template <class F, class Fn>
+inline void for_each_environment(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
+                                 Fn&& fn) {
+  if (lights.environments.empty()) return;
+  const F number = r.scalar(4);
+  for (size_t k = 0; k < lights.environments.size(); ++k) {
+    const MaskOf<F> mask = mask_and(infinite, MaskOf<F>(number == static_cast<float>(k)));
+    if (any(mask)) fn(lights.environments[k], mask);
+  }
+}
+
+/// Density per unit solid angle, without selection, of sampling direction `wi` of infinite lights.
+template <class F>
+inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
+                      const Vec3<F>& wi) {
+  F pdf = splat<F>(1 / (4 * kPi));
+  for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
+    pdf = select(m, map.pdf<F>(map.texel<F>(wi)), pdf);
+  });
+  return pdf;
+}
+
+/// Radiance of infinite lights from direction `wi`.
+template <class F>
+inline Vec3<F> infinite_radiance(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
+                                 const Vec3<F>& wi) {
+  Vec3<F> radiance = r.vec(kLightRadiance);
+  for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
+    radiance = select(m, map.radiance<F>(map.texel<F>(wi)), radiance);
+  });
+  return radiance;
+}
+
+/// Density of emission sampling for the ray that leaves `light` against unit direction `wi` (which points to
+/// the light), with cosine `cos_light` to its normal.
+template <class F>
+inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& wi, F cos_light) {
+  const LightRecord<F> r(lights, light);
+  const IntOf<F> type = gather(lights.type.data(), light);
+  F pdf = cos_light * kInvPi / (r.scalar(kLightArea) * (1.0f + r.scalar(kLightTwoSided)));
+  if (lights.any_delta) {
+    pdf = select(MaskOf<F>(type == kPointLight), splat<F>(1 / (4 * kPi)), pdf);
+    if (lights.any_spot) {
+      const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
+      pdf = select(spot, 1.0f / ((2 * kPi) * (1.0f - select(spot, r.scalar(5), F{}))), pdf);
+    }
+  }
+  if (lights.any_infinite()) {
+    const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
+    const F radius = r.scalar(3);
+    const F disk = kInvPi / (radius * radius);
+    if (!lights.infinite.empty()) pdf = select(infinite, infinite_pdf(lights, r, infinite, wi) * disk, pdf);
+    pdf = select(distant, disk, pdf);
+  }
+  return pdf * r.scalar(kLightSelect);
+}
+
+/// Radiance that leaves an area light at a point with normal `n` into direction `w` (0 on the dark side).
+template <class F>
+inline Vec3<F> emitted_radiance(const LightTable& lights, IntOf<F> light, const Vec3<F>& n,
+                                const Vec3<F>& w) {
+  const LightRecord<F> r(lights, light);
+  const MaskOf<F> lit = mask_or(MaskOf<F>(dot(n, w) > 0.0f), MaskOf<F>(r.scalar(kLightTwoSided) > 0.0f));
+  return select(lit, r.vec(kLightRadiance), Vec3<F>{});
+}
+
+template <class F>
+inline F position_error(const Vec3<F>& p, float scale) {
+  return (abs(p.x) + abs(p.y) + abs(p.z)) * scale;
+}
+
+}  // namespace lightmill
