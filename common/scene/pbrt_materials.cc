@@ -8,6 +8,7 @@ namespace lightmill {
 namespace {
 
 constexpr double kMaxEta = 100;
+constexpr double kMaxHeight = 3e38;  // any float
 constexpr const char* kDefaultMetal[] = {"metal-Cu-eta", "metal-Cu-k"};
 
 const std::vector<std::string_view>& known_materials() {
@@ -121,6 +122,20 @@ DiffuseTransmissionMaterial read_diffuse_transmission(PbrtScene& out, ParameterL
   return m;
 }
 
+/// "normalmap" (an image, always linear) and "displacement" (a float texture; a constant lifts all alike).
+void read_bumps(PbrtScene& out, ParameterList& params, MaterialDescription* material) {
+  if (const std::string file = params.text("normalmap", ""); !file.empty()) {
+    ImageTexture image;
+    image.path = out.open_reference(file, params.where_of("normalmap"));
+    image.encoding = ColorEncoding::kLinear;
+    if (!image.path.empty()) {
+      material->normal_map = static_cast<int>(out.scene.textures.size());
+      out.scene.textures.push_back({"", true, image, params.where_of("normalmap")});
+    }
+  }
+  material->displacement = out.float_input(params, "displacement", 0, -kMaxHeight, kMaxHeight).texture;
+}
+
 }  // namespace
 
 bool is_interface_material(const std::string& type) {
@@ -129,7 +144,7 @@ bool is_interface_material(const std::string& type) {
 
 MaterialDescription translate_material(PbrtScene& out, const std::string& type, ParameterList& params) {
   MaterialDescription material{"", DiffuseMaterial{}, params.where()};
-  for (const char* name : {"displacement", "normalmap"}) params.unsupported(name, "is ignored");
+  read_bumps(out, params, &material);
   if (type == "diffuse") {
     material.kind = DiffuseMaterial{
         out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f})};

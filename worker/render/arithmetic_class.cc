@@ -32,7 +32,7 @@ ShapeDescription sphere(double x, double y, double z, float radius, int material
   return s;
 }
 
-/// A small scene with every BSDF kind, every light type, textures, alpha, smooth normals and spheres.
+/// A small scene with every BSDF kind, every light type, textures, alpha, bumps, smooth normals and spheres.
 SceneDescription every_kernel() {
   SceneDescription scene;
   scene.camera.fov_degrees = 70;
@@ -50,6 +50,8 @@ SceneDescription every_kernel() {
   add(CoatedDiffuseMaterial{{{0.1f, 0.4f, 0.7f}, -1}, 1.5f, rough(0.2f)});
   add(ThinDielectricMaterial{1.5f});
   add(DiffuseTransmissionMaterial{{{0.5f, 0.3f, 0.2f}, -1}, {{0.2f, 0.5f, 0.6f}, -1}});
+  scene.materials[0].normal_map = 0;
+  scene.materials[1].displacement = 0;
   scene.area_lights.push_back({{9, 8, 7}, false, {}});
   scene.area_lights.push_back({{20, 30, 40}, true, {}});
   scene.shapes.push_back(quad({-3, -2, 6}, {3, -2, 6}, {3, 2, 6}, {-3, 2, 6}, 0));

@@ -264,8 +264,6 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
       {"Material \"interface\" Shape \"sphere\"", "its shapes are left out"},
       {"AreaLightSource \"diffuse\" Shape \"disk\" \"float alpha\" 0.5", "a shape that emits is opaque"},
       {"Material \"hair\"", "rendered as grey diffuse"},
-      {"Material \"diffuse\" \"string normalmap\" \"n.png\"",
-       "parameter \"normalmap\" of material \"diffuse\" is ignored"},
       {"Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"", "dispersion"},
       {"Texture \"t\" \"spectrum\" \"marble\"", "replaced by the constant 0.5"},
       {"ColorSpace \"rec2020\"", "taken as \"srgb\""},

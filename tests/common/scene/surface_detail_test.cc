@@ -38,5 +38,36 @@ TEST_F(SurfaceDetail, BadAlphaIsNamedWithItsPlace) {
   }
 }
 
+TEST_F(SurfaceDetail, NormalMapsAreLinearImagesAndBumpsFloatTextures) {
+  folder_.write("n.png", "not looked into by the reader");
+  const SceneDescription scene = clean_world(
+      "Texture \"waves\" \"float\" \"checkerboard\"\n"
+      "Material \"diffuse\" \"string normalmap\" \"n.png\"\nShape \"sphere\"\n"
+      "Material \"dielectric\" \"texture displacement\" \"waves\"\nShape \"sphere\"\n");
+  const MaterialDescription& mapped = scene.materials[static_cast<size_t>(scene.shapes[0].material)];
+  const MaterialDescription& bumpy = scene.materials[static_cast<size_t>(scene.shapes[1].material)];
+  ASSERT_GE(mapped.normal_map, 0);
+  EXPECT_EQ(mapped.displacement, -1);
+  const auto& image = std::get<ImageTexture>(scene.textures[static_cast<size_t>(mapped.normal_map)].kind);
+  EXPECT_EQ(image.encoding, ColorEncoding::kLinear);
+  EXPECT_EQ(bumpy.normal_map, -1);
+  EXPECT_EQ(bumpy.displacement, 0);
+  EXPECT_EQ(scene.files.size(), 2u);  // the scene and the map
+}
+
+TEST_F(SurfaceDetail, BadBumpsAreNamedWithTheirPlace) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"Material \"diffuse\" \"string normalmap\" \"none.png\"", "there is no file \"none.png\""},
+      {"Material \"diffuse\" \"texture normalmap\" \"t\"", "parameter \"normalmap\""},
+      {"Material \"diffuse\" \"texture displacement\" \"waves\"", "no float texture named \"waves\""},
+  };
+  for (const auto& [text, message] : cases) {
+    const LoadResult r = load_world(text);
+    EXPECT_FALSE(r.ok()) << text;
+    EXPECT_TRUE(mentions(r, message)) << listed(r);
+    EXPECT_TRUE(mentions(r, "scene.pbrt:2:")) << listed(r);
+  }
+}
+
 }  // namespace
 }  // namespace lightmill

@@ -70,16 +70,6 @@ struct SphericalCamera {
     const F sine = sqrt(w.x * w.x + w.z * w.z);
     return width * height / (2 * kPi * kPi) / max(sine, splat<F>(1e-6f));
   }
-  /// Angle of (x, y) in turns, in [0, 1).
-  template <class F>
-  static F turns(F y, F x) {
-    const F ax = abs(x), ay = abs(y), a = max(ax, ay), b = min(ax, ay);
-    const MaskOf<F> zero = MaskOf<F>(a == 0.0f);
-    F t = atan_unit<F>(select(zero, F{}, b / select(zero, splat<F>(1.0f), a))) * (0.5f * kInvPi);
-    t = select(MaskOf<F>(ay > ax), 0.25f - t, t);
-    t = select(MaskOf<F>(x < 0.0f), 0.5f - t, t);
-    return select(MaskOf<F>(y < 0.0f), 1.0f - t, t);
-  }
   template <class F>
   static Vec3<F> from_equirectangular(F s, F t) {
     // Past a pole the meridian goes on on the other side: sin changes sign. Whole turns do not matter.

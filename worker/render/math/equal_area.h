@@ -2,24 +2,10 @@
 // Equal-area octahedral mapping between the unit square and the unit sphere (Clarberg, "Fast Equal-Area
 // Mapping of the (Hemi)Sphere using SIMD", 2008; the orientation is pbrt-v4's). The square's area 1 covers
 // 4 pi steradians everywhere alike, so densities convert by that constant.
-#include "worker/render/math/trig.h"
+#include "worker/render/math/angle.h"
 #include "worker/render/math/vec.h"
 
 namespace lightmill {
-
-/// atan on [0, 1] with fixed bits; absolute error below 2e-7 (reduction at tan(pi/8), odd minimax
-/// polynomial).
-template <class F>
-inline F atan_unit(F x) {
-  const MaskOf<F> high = MaskOf<F>(x > 0.41421356f);
-  const F r = select(high, (x - 1.0f) / (x + 1.0f), x);
-  const F z = r * r;
-  const F p =
-      (((8.05374449538e-2f * z - 1.38776856032e-1f) * z + 1.99777106478e-1f) * z - 3.33329491539e-1f) * z *
-          r +
-      r;
-  return select(high, p + kPi / 4, p);
-}
 
 /// Unit direction of square point (s, t) in [0, 1]^2.
 template <class F>

@@ -4,7 +4,7 @@
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/vertex_io.h"
-#include "worker/render/scene/surface.h"
+#include "worker/render/scene/bump.h"
 
 namespace lightmill {
 namespace {
@@ -87,10 +87,10 @@ Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, in
   v.p = s.p;
   v.error = s.error;
   v.ng = s.ng;
-  v.ns = s.ns;
   v.wo = -d;
   v.throughput = gather_vec(paths.br, paths.bg, paths.bb, g.slot);
   const LaneInt material = gather(scene.primitive_material.data(), h.prim);
+  v.ns = scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
   v.kind = bsdf_at<Lane>(scene, material, g.active, s.u, s.v, &v.params);
   v.path = g.slot;
   v.depth = splat_int<Lane>(depth);
@@ -98,7 +98,7 @@ Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, in
   h.distance2 = dot(segment, segment);
   const Lane cos_g = dot(s.ng, v.wo);
   h.cos_in = max(abs(cos_g), splat<Lane>(1e-12f));
-  h.valid = mask_and(g.active, LaneMask(cos_g * dot(s.ns, v.wo) > 0.0f));
+  h.valid = mask_and(g.active, LaneMask(cos_g * dot(v.ns, v.wo) > 0.0f));
   v.dvcm = gather(paths.dvcm, g.slot);
   v.dvc = gather(paths.dvc, g.slot);
   return h;
@@ -120,7 +120,7 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   const Lane cos_g = dot(v.ng, wi);
   LaneMask go = mask_and(mask_and(active, s.valid), LaneMask(cos_g * s.wi.z > 0.0f));
   Vec3<Lane> weight = s.weight;
-  if (mode == Mode::kImportance && context.scene.any_normals) {
+  if (mode == Mode::kImportance && context.scene.any_shading_normals()) {
     // Adjoint of shading normals (Veach 1997, eq. 5.19): |wo.ns| |wi.ng| / (|wo.ng| |wi.ns|).
     const Lane correction = abs(wo.z) * abs(cos_g) / (h.cos_in * max(abs(s.wi.z), splat<Lane>(1e-12f)));
     weight = weight * correction;

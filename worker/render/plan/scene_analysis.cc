@@ -46,6 +46,9 @@ ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& 
   item("shading normals", scene.any_normals,
        scene.any_normals ? "a mesh has vertex normals" : "no mesh has vertex normals",
        "12 bytes per vertex, their interpolation and the adjoint correction per hit");
+  item("normal and bump maps", scene.any_bumps,
+       scene.any_bumps ? "a material in use has one" : "no material in use has one",
+       "tangents and texture evaluations per hit");
   item("alpha masks", scene.any_alpha,
        scene.any_alpha ? "a shape has an alpha below 1 or textured" : "every shape is opaque",
        "a callback per crossing of a masked shape");

@@ -134,6 +134,8 @@ void add_material(const MaterialDescription& material, RenderScene* scene) {
   MaterialEntry& e = b.entry;
   e.textured = e.texture_color >= 0 || e.texture_eta >= 0 || e.texture_k >= 0 || e.texture_u_roughness >= 0 ||
                e.texture_v_roughness >= 0 || e.texture_transmittance >= 0;
+  e.normal_map = material.normal_map;
+  e.displacement = material.displacement;
   scene->materials.push_back(e);
   scene->material_kind.push_back(e.kind);
   scene->material_params.insert(scene->material_params.end(), b.params, b.params + kBsdfParams);

@@ -27,6 +27,7 @@ struct MaterialEntry {
   int texture_eta = -1, texture_k = -1;
   int texture_transmittance = -1;
   int texture_u_roughness = -1, texture_v_roughness = -1;
+  int normal_map = -1, displacement = -1;  // as in MaterialDescription
   Rgb color, transmittance;  // diffuse transmission: what is not textured
   float scale = 1;           // of both
   float u_roughness = 0, v_roughness = 0;
@@ -48,6 +49,8 @@ struct RenderScene {
   std::vector<int32_t> indices;  // 3 per triangle
   std::vector<MeshRange> meshes;
   std::vector<float> spheres;  // 4 per sphere: centre, radius
+  /// 9 per sphere: the unit axes x, y, z of its object space, for its texture coordinates.
+  std::vector<float> sphere_axes;
 
   std::vector<int32_t> primitive_material;  // per primitive
   std::vector<int32_t> primitive_light;     // per primitive: index into lights, or -1
@@ -60,6 +63,7 @@ struct RenderScene {
   bool any_texture = false;  // some material is textured
   bool any_normals = false;  // some mesh has shading normals
   bool any_delta = false;    // some material has a delta lobe
+  bool any_bumps = false;    // some material has a normal map or a displacement
   bool any_tangent = false;  // something reads dp/du (a normal map, bumps, anisotropy)
   bool any_alpha = false;    // some mesh has an alpha mask
   int kinds_present = 0;     // number of BSDF kinds in use
@@ -70,6 +74,8 @@ struct RenderScene {
   float bounds_radius = 1;
   double surface_area = 0;  // of all primitives, normalised space
 
+  /// Whether shading normals may differ from geometric ones.
+  bool any_shading_normals() const { return any_normals || any_bumps; }
   int32_t triangle_count() const { return static_cast<int32_t>(indices.size() / 3); }
   int32_t sphere_count() const { return static_cast<int32_t>(spheres.size() / 4); }
 };

@@ -6,6 +6,7 @@
 
 #include "common/error.h"
 #include "worker/render/scene/alpha_mask.h"
+#include "worker/render/scene/bump.h"
 #include "worker/render/scene/material_builder.h"
 #include "worker/render/scene/render_scene.h"
 
@@ -91,9 +92,11 @@ class SceneBuilder {
       if (!used_[i]) continue;
       const int32_t kind = out_.material_kind[i];
       out_.any_texture = out_.any_texture || out_.materials[i].textured;
+      out_.any_bumps = out_.any_bumps || has_bumps(out_.materials[i]);
       out_.any_delta = out_.any_delta || is_pure_delta(kind) || kind == kSmoothCoated;
       kinds_ |= 1u << kind;
     }
+    out_.any_tangent = out_.any_tangent || out_.any_bumps;
     for (; kinds_; kinds_ &= kinds_ - 1) ++out_.kinds_present;
   }
 
@@ -173,8 +176,9 @@ class SceneBuilder {
     out_.any_normals = normals;
     out_.positions.reserve(3 * vertices + 4);
     if (normals) out_.normals.reserve(3 * vertices);
-    keep_uvs_ = uvs && (textured_alpha || std::any_of(out_.materials.begin(), out_.materials.end(),
-                                                      [](const MaterialEntry& m) { return m.textured; }));
+    keep_uvs_ = uvs && (textured_alpha ||
+                        std::any_of(out_.materials.begin(), out_.materials.end(),
+                                    [](const MaterialEntry& m) { return m.textured || has_bumps(m); }));
     if (keep_uvs_) out_.uvs.reserve(2 * vertices);
     out_.indices.reserve(3 * triangles);
     out_.primitive_material.reserve(triangles + spheres);
@@ -305,6 +309,11 @@ class SceneBuilder {
     const float record[4] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z),
                              static_cast<float>(radius)};
     out_.spheres.insert(out_.spheres.end(), record, record + 4);
+    const Matrix& m = s.object_to_world.m;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      for (size_t row = 0; row < 3; ++row)
+        out_.sphere_axes.push_back(static_cast<float>(m[row][axis] / scale));
+    }
     out_.surface_area += 4 * M_PI * radius * radius;
     // The normal is computed outwards, so handedness does not matter: only ReverseOrientation flips.
     const int32_t flags = s.reverse_orientation ? RenderScene::kFlip : 0;

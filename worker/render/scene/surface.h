@@ -3,6 +3,7 @@
 //
 // The acceleration structure only names the primitive; distance, barycentrics and position are recomputed
 // here by our own arithmetic, because its reciprocal estimates round differently between CPU vendors.
+#include "worker/render/math/angle.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/sphere_hit.h"
@@ -17,7 +18,8 @@ struct Surface {
   Vec3<F> ng;  // unit geometric normal, to the surface's outside
   Vec3<F> ns;  // unit shading normal, same orientation
   F u{}, v{};  // texture coordinates
-  // Derivatives of the position by u and v, not zero, if scene.any_tangent; else zero.
+  // Derivatives of the position by u and v if scene.any_tangent (dpdu is zero at a sphere's poles); else
+  // zero.
   Vec3<F> dpdu, dpdv;
 };
 
@@ -98,6 +100,25 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
     s.error = select(is_sphere, size * gamma_bound(5), s.error);
     s.ng = select(is_sphere, n * flip, s.ng);
     s.ns = select(is_sphere, n * flip, s.ns);
+    if (scene.any_texture || scene.any_tangent) {
+      const IntOf<F> sphere = select(is_sphere, prim - triangles, IntOf<F>{}) * 3;
+      const float* axes = scene.sphere_axes.data();
+      const Vec3<F> ax = gather3<F>(axes, sphere), ay = gather3<F>(axes, sphere + 1),
+                    az = gather3<F>(axes, sphere + 2);
+      const F x = dot(n, ax), y = dot(n, ay), z = dot(n, az);
+      const F sine = sqrt(x * x + y * y);
+      s.u = select(is_sphere, turns(y, x), s.u);
+      s.v = select(is_sphere, 1.0f - 2.0f * turns(sine, z), s.v);
+      if (scene.any_tangent) {
+        const F around = 2.0f * kPi * radius, along = kPi * radius;
+        // v grows towards +z; at the poles dp/du is zero and dp/dv is along x.
+        const MaskOf<F> pole = MaskOf<F>(sine == 0.0f);
+        const F inv = 1.0f / select(pole, splat<F>(1.0f), sine);
+        const F c = select(pole, splat<F>(1.0f), x * inv), d = select(pole, F{}, y * inv);
+        s.dpdu = select(is_sphere, (ay * x - ax * y) * around, s.dpdu);
+        s.dpdv = select(is_sphere, (az * sine - (ax * c + ay * d) * z) * along, s.dpdv);
+      }
+    }
   }
   return s;
 }

@@ -114,7 +114,14 @@ TextureTable::TextureTable(const std::vector<TextureDescription>& textures) {
     nodes_.push_back(t.kind);
     if (const auto* image = std::get_if<ImageTexture>(&t.kind)) {
       image_of_.push_back(static_cast<int>(images_.size()));
-      images_.emplace_back(*image);
+      try {
+        images_.emplace_back(*image);
+      } catch (const Error& e) {
+        const SourceLocation& l = t.location;
+        if (l.file.empty()) throw;
+        throw Error(e.kind(),
+                    l.file + ":" + std::to_string(l.line) + ":" + std::to_string(l.column) + ": " + e.what());
+      }
     } else {
       image_of_.push_back(-1);
     }

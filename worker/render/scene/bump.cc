@@ -1,0 +1,43 @@
+#include "worker/render/scene/bump.h"
+
+namespace lightmill {
+namespace {
+
+using Vec = Vec3<float>;
+
+/// `n` made a unit vector on the side of s.ng, or s.ns if it has no direction.
+Vec finish(const Surface<float>& s, const Vec& n) {
+  const float n2 = dot(n, n);
+  if (!(n2 > 0x1p-100f && n2 < 0x1p100f)) return s.ns;
+  const Vec unit = n * (1 / std::sqrt(n2));
+  return dot(unit, s.ng) < 0 ? -unit : unit;
+}
+
+Vec mapped(const RenderScene& scene, int texture, const Surface<float>& s) {
+  const Rgb c = scene.textures.evaluate(texture, s.u, s.v);
+  const Vec x = unit_tangent(s.dpdu, s.ns), y = cross(s.ns, x);
+  return x * (2 * c.r - 1) + y * (2 * c.g - 1) + s.ns * (2 * c.b - 1);
+}
+
+Vec lifted(const RenderScene& scene, int texture, const Surface<float>& s) {
+  // Heights are in scene units, derivatives of the position in normalised space.
+  const float unit = std::ldexp(1.0f, scene.scale_exponent);
+  const auto height = [&](float u, float v) { return scene.textures.evaluate(texture, u, v).r * unit; };
+  const float h = height(s.u, s.v);
+  const float u = s.u + kBumpStep, v = s.v + kBumpStep;
+  const float du = u - s.u, dv = v - s.v;  // the steps that float took
+  const float slope_u = du > 0 ? (height(u, s.v) - h) / du : 0,
+              slope_v = dv > 0 ? (height(s.u, v) - h) / dv : 0;
+  // Within the plane of the shading normal.
+  const Vec t = s.dpdu - s.ns * dot(s.dpdu, s.ns), b = s.dpdv - s.ns * dot(s.dpdv, s.ns);
+  return cross(t + s.ns * slope_u, b + s.ns * slope_v);
+}
+
+}  // namespace
+
+Vec bumped_normal(const RenderScene& scene, const MaterialEntry& material, const Surface<float>& s) {
+  return finish(s, material.normal_map >= 0 ? mapped(scene, material.normal_map, s)
+                                            : lifted(scene, material.displacement, s));
+}
+
+}  // namespace lightmill
