@@ -130,8 +130,17 @@ struct CoatedDiffuseMaterial {
   float thickness = 0.01f;
   int max_depth = 10;
 };
-using MaterialKind = std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial,
-                                  CoatedDiffuseMaterial, ThinDielectricMaterial, DiffuseTransmissionMaterial>;
+/// Metal under a dielectric coat; the coat as above. `conductor` is the metal against air, as pbrt has it.
+struct CoatedConductorMaterial {
+  ConductorMaterial conductor;
+  float eta = 1.5f;  // of the coat
+  Roughness coat_roughness;
+  float thickness = 0.01f;
+  int max_depth = 10;
+};
+using MaterialKind =
+    std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial,
+                 ThinDielectricMaterial, DiffuseTransmissionMaterial, CoatedConductorMaterial>;
 struct MaterialDescription {
   std::string name;  // empty for an unnamed Material
   MaterialKind kind;

@@ -40,52 +40,94 @@ std::string_view successor_of(std::string_view type) {
   return "";
 }
 
-Roughness read_roughness(PbrtScene& out, ParameterList& params) {
-  const FloatInput both = out.float_input(params, "roughness", 0, 0, 1e6);
+/// Names of the parameters of one roughness; literals, as the list of known names keeps them.
+struct RoughnessNames {
+  std::string_view both = "roughness", u = "uroughness", v = "vroughness";
+};
+
+Roughness read_roughness(PbrtScene& out, ParameterList& params, const RoughnessNames& names = {}) {
+  const FloatInput both = out.float_input(params, names.both, 0, 0, 1e6);
   Roughness r;
-  r.u = params.has("uroughness") ? out.float_input(params, "uroughness", 0, 0, 1e6) : both;
-  r.v = params.has("vroughness") ? out.float_input(params, "vroughness", 0, 0, 1e6) : both;
-  params.accept({"uroughness", "vroughness"});
+  r.u = params.has(names.u) ? out.float_input(params, names.u, 0, 0, 1e6) : both;
+  r.v = params.has(names.v) ? out.float_input(params, names.v, 0, 0, 1e6) : both;
+  params.accept({names.u, names.v});
   r.remap = params.boolean("remaproughness", true);
   return r;
 }
 
-/// A dielectric's index: "float eta", or a spectrum reduced to one number.
-float read_eta(PbrtScene& out, ParameterList& params) {
-  const Parameter* p = params.find("eta", {ParamType::kFloat, ParamType::kSpectrum});
+/// A dielectric's index: a float, or a spectrum reduced to one number.
+float read_eta(PbrtScene& out, ParameterList& params, std::string_view name = "eta") {
+  const Parameter* p = params.find(name, {ParamType::kFloat, ParamType::kSpectrum});
   if (p == nullptr) return 1.5f;
   float eta = 1.5f;
   if (p->type == ParamType::kFloat) {
-    eta = static_cast<float>(params.number("eta", 1.5, 1e-3, kMaxEta));
+    eta = static_cast<float>(params.number(name, 1.5, 1e-3, kMaxEta));
   } else {
-    const Rgb c = out.spectrum(params, "eta", SpectrumUse::kFactor, {1.5f, 1.5f, 1.5f});
+    const Rgb c = out.spectrum(params, name, SpectrumUse::kFactor, {1.5f, 1.5f, 1.5f});
     eta = c.g;
     const std::optional<float> glass = p->strings.empty() ? std::nullopt : named_glass(p->strings[0]);
     if (glass || c.r != c.b) {
-      out.problems->unsupported(p->where, "dispersion: parameter \"eta\" of " + params.owner() +
-                                              " is taken as the one number " + std::to_string(eta));
+      out.problems->unsupported(p->where, "dispersion: parameter " + in_quotes(std::string(name)) + " of " +
+                                              params.owner() + " is taken as the one number " +
+                                              std::to_string(eta));
     }
   }
   if (!(eta > 0)) {
-    params.bad_value("eta", "must be above 0");
+    params.bad_value(name, "must be above 0");
     return 1.5f;
   }
   return eta;
 }
 
-ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params) {
+/// Names of a metal's parameters.
+struct MetalNames {
+  const char *eta = "eta", *k = "k";
+  RoughnessNames roughness;
+};
+
+ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params, const MetalNames& names = {}) {
   ConductorMaterial m;
   if (params.has("reflectance")) {
     m.reflectance = out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
-    for (const char* other : {"eta", "k"}) {
+    for (const char* other : {names.eta, names.k}) {
       if (params.has(other))
         params.bad_value(other, "can't be given together with \"reflectance\"; keep one of them");
     }
   }
-  m.eta = out.spectrum_input(params, "eta", SpectrumUse::kFactor, *named_metal(kDefaultMetal[0]));
-  m.k = out.spectrum_input(params, "k", SpectrumUse::kFactor, *named_metal(kDefaultMetal[1]));
+  m.eta = out.spectrum_input(params, names.eta, SpectrumUse::kFactor, *named_metal(kDefaultMetal[0]));
+  m.k = out.spectrum_input(params, names.k, SpectrumUse::kFactor, *named_metal(kDefaultMetal[1]));
   params.accept({"reflectance"});
-  m.roughness = read_roughness(out, params);
+  m.roughness = read_roughness(out, params, names.roughness);
+  return m;
+}
+
+/// What a layered material's coat has besides its index and roughness.
+template <class Coated>
+void read_coat(PbrtScene& out, ParameterList& params, Coated* m) {
+  m->thickness = static_cast<float>(params.number("thickness", 0.01, 0, 1e6));
+  m->max_depth = static_cast<int>(params.integer("maxdepth", 10, 1, 1000));
+  params.accept({"nsamples", "g"});  // no samples are needed; g acts only with an albedo
+  const SpectrumInput albedo = out.spectrum_input(params, "albedo", SpectrumUse::kReflectance, {});
+  if (albedo.texture >= 0 || !(albedo.value == Rgb{})) {
+    params.unsupported("albedo", "(a scattering coat) is ignored");
+  }
+}
+
+CoatedConductorMaterial read_coated_conductor(PbrtScene& out, ParameterList& params) {
+  CoatedConductorMaterial m;
+  m.conductor = read_conductor(out, params,
+                               {"conductor.eta",
+                                "conductor.k",
+                                {"conductor.roughness", "conductor.uroughness", "conductor.vroughness"}});
+  m.eta = read_eta(out, params, "interface.eta");
+  m.coat_roughness =
+      read_roughness(out, params, {"interface.roughness", "interface.uroughness", "interface.vroughness"});
+  for (FloatInput* r : {&m.coat_roughness.u, &m.coat_roughness.v}) {
+    if (r->texture < 0) continue;
+    *r = {0.3f, -1};
+    params.unsupported("interface.roughness", "(a texture) is taken as 0.3");
+  }
+  read_coat(out, params, &m);
   return m;
 }
 
@@ -94,13 +136,7 @@ CoatedDiffuseMaterial read_coated_diffuse(PbrtScene& out, ParameterList& params)
   m.reflectance = out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
   m.eta = read_eta(out, params);
   m.roughness = read_roughness(out, params);
-  m.thickness = static_cast<float>(params.number("thickness", 0.01, 0, 1e6));
-  m.max_depth = static_cast<int>(params.integer("maxdepth", 10, 1, 1000));
-  params.accept({"nsamples", "g"});  // the closed form needs no samples; g acts only with an albedo
-  const SpectrumInput albedo = out.spectrum_input(params, "albedo", SpectrumUse::kReflectance, {});
-  if (albedo.texture >= 0 || !(albedo.value == Rgb{})) {
-    params.unsupported("albedo", "(a scattering coat) is ignored");
-  }
+  read_coat(out, params, &m);
   return m;
 }
 
@@ -161,6 +197,8 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
     material.kind = read_diffuse_transmission(out, params);
   } else if (type == "coateddiffuse") {
     material.kind = read_coated_diffuse(out, params);
+  } else if (type == "coatedconductor") {
+    material.kind = read_coated_conductor(out, params);
   } else {
     const auto& known = known_materials();
     if (is_interface_material(type)) {

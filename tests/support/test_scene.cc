@@ -68,6 +68,15 @@ int TestScene::coated(const Rgb& reflectance, float eta, float alpha) {
   return add(&scene, m);
 }
 
+int TestScene::coated_conductor(const Rgb& reflectance, float eta, float coat_alpha, float metal_alpha) {
+  CoatedConductorMaterial m;
+  m.conductor.reflectance = SpectrumInput{reflectance, -1};
+  m.conductor.roughness = alpha_roughness(metal_alpha);
+  m.eta = eta;
+  m.coat_roughness = alpha_roughness(coat_alpha);
+  return add(&scene, m);
+}
+
 ShapeDescription& TestScene::shape(int material, const Emits& emits) {
   ShapeDescription& s = scene.shapes.emplace_back();
   s.material = material;

@@ -38,6 +38,8 @@ struct TestScene {
   int thin_dielectric(float eta);
   int diffuse_transmission(const Rgb& reflectance, const Rgb& transmittance);
   int coated(const Rgb& reflectance, float eta, float alpha);
+  /// Metal that reflects `reflectance` at normal incidence against air, under a coat of index `eta`.
+  int coated_conductor(const Rgb& reflectance, float eta, float coat_alpha, float metal_alpha);
 
   /// Parallelogram p, p + u, p + u + v, p + v with normal u x v.
   TestScene& quad(const Vec3d& p, const Vec3d& u, const Vec3d& v, int material, const Emits& emits = {});

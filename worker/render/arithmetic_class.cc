@@ -52,6 +52,12 @@ SceneDescription every_kernel() {
   add(DiffuseTransmissionMaterial{{{0.5f, 0.3f, 0.2f}, -1}, {{0.2f, 0.5f, 0.6f}, -1}});
   scene.materials[0].normal_map = 0;
   scene.materials[1].displacement = 0;
+  const ConductorMaterial metal{{{0.2f, 0.92f, 1.1f}, -1}, {{3.9f, 2.45f, 2.14f}, -1}, {}, rough(0.2f)};
+  ConductorMaterial polished = metal;
+  polished.roughness = rough(0);
+  add(CoatedConductorMaterial{polished, 1.5f, rough(0)});
+  add(CoatedConductorMaterial{metal, 1.5f, rough(0)});
+  add(CoatedConductorMaterial{metal, 1.4f, rough(0.3f)});
   scene.area_lights.push_back({{9, 8, 7}, false, {}});
   scene.area_lights.push_back({{20, 30, 40}, true, {}});
   scene.shapes.push_back(quad({-3, -2, 6}, {3, -2, 6}, {3, 2, 6}, {-3, 2, 6}, 0));
@@ -60,7 +66,7 @@ SceneDescription every_kernel() {
   scene.shapes.push_back(sphere(2.4, 1.2, 4, 0.2f, 0, 1));
   const int materials = static_cast<int>(scene.materials.size());
   for (int i = 1; i < materials; ++i)
-    scene.shapes.push_back(sphere(-3.0 + i * 0.7, -0.8 + 0.2 * i, 4.0, 0.33f, i));
+    scene.shapes.push_back(sphere(-3.0 + i * 0.5, -0.8 + 0.15 * i, 4.0, 0.3f, i));
   ShapeDescription veil =
       quad({-0.5f, -1, 2.5f}, {1.5f, -1, 2.5f}, {1.5f, 0.5f, 2.5f}, {-0.5f, 0.5f, 2.5f}, 0);
   veil.alpha.texture = 0;

@@ -66,6 +66,34 @@ TEST_F(Materials, ThinDielectric) {
   EXPECT_TRUE(has_error(load_world("Material \"thindielectric\" \"float eta\" 0"), "must be at least"));
 }
 
+TEST_F(Materials, CoatedConductor) {
+  const auto plain = last<CoatedConductorMaterial>(clean_world("Material \"coatedconductor\""));
+  EXPECT_NEAR(plain.conductor.eta.value.r, 0.2004, 1e-3) << "copper";
+  EXPECT_EQ(plain.eta, 1.5f);
+  EXPECT_FLOAT_EQ(plain.thickness, 0.01f);
+  EXPECT_EQ(plain.max_depth, 10);
+  const auto m = last<CoatedConductorMaterial>(clean_world(R"(Material "coatedconductor"
+    "float interface.roughness" 0.1 "float interface.vroughness" 0.2 "float interface.eta" 1.3
+    "float conductor.roughness" 0.4 "spectrum conductor.eta" "metal-Au-eta" "spectrum conductor.k" "metal-Au-k"
+    "float thickness" 0.5 "integer maxdepth" 20 "integer nsamples" 4 "float g" 0.2 "bool remaproughness" false)"));
+  EXPECT_FLOAT_EQ(m.coat_roughness.u.value, 0.1f);
+  EXPECT_FLOAT_EQ(m.coat_roughness.v.value, 0.2f);
+  EXPECT_FALSE(m.coat_roughness.remap);
+  EXPECT_FLOAT_EQ(m.conductor.roughness.v.value, 0.4f);
+  EXPECT_FALSE(m.conductor.roughness.remap);
+  EXPECT_FLOAT_EQ(m.eta, 1.3f);
+  EXPECT_EQ(m.max_depth, 20);
+  EXPECT_TRUE(last<CoatedConductorMaterial>(
+                  clean_world("Material \"coatedconductor\" \"rgb reflectance\" [0.9 0.5 0.1]"))
+                  .conductor.reflectance);
+  EXPECT_TRUE(has_error(load_world("Material \"coatedconductor\" \"float interface.eta\" 0"), "at least"));
+  EXPECT_TRUE(
+      has_error(load_world("Material \"coatedconductor\" \"float conductor.roughness\" -1"), "at least 0"));
+  EXPECT_TRUE(has_error(load_world("Material \"coatedconductor\" \"float roughness\" 1"), "roughness"));
+  EXPECT_TRUE(
+      mentions(load_world("Material \"coatedconductor\" \"rgb albedo\" [0.1 0.1 0.1]"), "scattering coat"));
+}
+
 TEST_F(Materials, DiffuseTransmission) {
   const auto plain = last<DiffuseTransmissionMaterial>(clean_world("Material \"diffusetransmission\""));
   EXPECT_EQ(plain.reflectance.value, (Rgb{0.25f, 0.25f, 0.25f}));

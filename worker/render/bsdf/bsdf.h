@@ -21,31 +21,44 @@ enum class Mode { kRadiance, kImportance };
 using BsdfKind = int32_t;
 inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 2, kSmoothDielectric = 3,
                           kRoughDielectric = 4, kSmoothCoated = 5, kRoughCoated = 6, kThinDielectric = 7,
-                          kDiffuseTransmission = 8, kBsdfKinds = 9;
+                          kDiffuseTransmission = 8, kSmoothCoatedConductor = 9, kCoatedConductor = 10,
+                          kRoughCoatedConductor = 11, kBsdfKinds = 12;
 
 /// True if every lobe is a delta: no connection can be made at such a vertex.
 constexpr bool is_pure_delta(int32_t kind) {
-  return kind == kSmoothConductor || kind == kSmoothDielectric || kind == kThinDielectric;
+  return kind == kSmoothConductor || kind == kSmoothDielectric || kind == kThinDielectric ||
+         kind == kSmoothCoatedConductor;
+}
+/// True if some lobe is a delta.
+constexpr bool has_delta(int32_t kind) {
+  return is_pure_delta(kind) || kind == kSmoothCoated || kind == kCoatedConductor;
 }
 /// The same per lane.
 template <class F>
 inline MaskOf<F> pure_delta(IntOf<F> kind) {
   return mask_or(mask_or(MaskOf<F>(kind == kSmoothConductor), MaskOf<F>(kind == kSmoothDielectric)),
-                 MaskOf<F>(kind == kThinDielectric));
+                 mask_or(MaskOf<F>(kind == kThinDielectric), MaskOf<F>(kind == kSmoothCoatedConductor)));
 }
 
 /// Roughness below which a microfacet lobe is its delta limit.
 inline constexpr float kSmoothAlpha = 1e-3f;
 
-inline constexpr int kBsdfParams = 8;
+inline constexpr int kBsdfParams = 10;
 /// Parameters of any kind, in slots:
 ///   diffuse     0-2 reflectance, 3-5 transmittance (of diffuse transmission)
 ///   conductor   0-2 eta, 3-5 k, 6 alpha
 ///   dielectric  0 eta, 6 alpha (thin: eta alone)
-///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha
+///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha,
+///               8 table row (rough: entering transmittance)
+///   coated conductor, all smooth
+///               0-2 eta and 3-5 k of the metal over the coat, 7 eta of the coat, 8 thickness
+///   coated conductor, rough
+///               0-2 F0 of the metal in the coat, 3 eta of the coat, 4 rise of F, 5 thickness, 6 alpha of the
+///               metal seen through the coat, 7 alpha of the coat, 8 table row (coated_conductor.h)
 template <class F>
 struct BsdfParams {
   F p[kBsdfParams]{};
+  const float* tables = nullptr;  // RenderScene::bsdf_tables, into which table rows point
   Vec3<F> rgb(int slot) const { return {p[slot], p[slot + 1], p[slot + 2]}; }
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 // Evaluation and sampling with a kind per lane: each kind that is present is computed once for all lanes and
 // selected, so a group of one kind (what the bouncer's counting sort makes) costs one kernel.
+#include "worker/render/bsdf/coated_conductor.h"
 #include "worker/render/bsdf/coated_diffuse.h"
 #include "worker/render/bsdf/conductor.h"
 #include "worker/render/bsdf/dielectric.h"
@@ -40,11 +41,15 @@ inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F
       case kRoughDielectric:
         return merge(m, eval_rough_dielectric(params, wo, wi, mode), &result);
       case kSmoothCoated:
-        return merge(m, eval_coated<F, false>(params, wo, wi), &result);
+        return merge(m, eval_coated<F, false>(params, m, wo, wi), &result);
       case kRoughCoated:
-        return merge(m, eval_coated<F, true>(params, wo, wi), &result);
+        return merge(m, eval_coated<F, true>(params, m, wo, wi), &result);
       case kDiffuseTransmission:
         return merge(m, eval_diffuse_transmission(params, wo, wi), &result);
+      case kCoatedConductor:
+        return merge(m, eval_coated_conductor<F, false>(params, m, wo, wi), &result);
+      case kRoughCoatedConductor:
+        return merge(m, eval_coated_conductor<F, true>(params, m, wo, wi), &result);
       default:
         return;
     }
@@ -79,13 +84,19 @@ inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfPara
       case kRoughDielectric:
         return take(m, sample_rough_dielectric(params, wo, lobe, u, v, mode));
       case kSmoothCoated:
-        return take(m, sample_coated<F, false>(params, wo, lobe, u, v));
+        return take(m, sample_coated<F, false>(params, m, wo, lobe, u, v));
       case kRoughCoated:
-        return take(m, sample_coated<F, true>(params, wo, lobe, u, v));
+        return take(m, sample_coated<F, true>(params, m, wo, lobe, u, v));
       case kThinDielectric:
         return take(m, sample_thin_dielectric(params, wo, lobe));
       case kDiffuseTransmission:
         return take(m, sample_diffuse_transmission(params, wo, lobe, u, v));
+      case kSmoothCoatedConductor:
+        return take(m, sample_smooth_coated_conductor(params, wo));
+      case kCoatedConductor:
+        return take(m, sample_coated_conductor<F, false>(params, m, wo, lobe, u, v));
+      case kRoughCoatedConductor:
+        return take(m, sample_coated_conductor<F, true>(params, m, wo, lobe, u, v));
       default:
         return;
     }

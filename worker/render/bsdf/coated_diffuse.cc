@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/render/bsdf/layered_walk.h"
+
 namespace lightmill {
 namespace {
 
@@ -29,6 +31,29 @@ CoatConstants coat_constants(double eta, double thickness) {
     double unused;
     const double inside = reflectance(mu, 1 / eta, &unused);
     c.internal_reflectance += w * inside * std::exp(-2 * thickness / mu);
+  }
+  return c;
+}
+
+CoatConstants rough_coat_constants(float eta, float thickness, float alpha, CosineRow* row) {
+  const CoatDescription coat{eta, thickness, alpha};
+  CoatConstants c{coat_internal_return(coat), 0};
+  std::array<double, kCosineNodes> entering;
+  for (int i = 0; i < kCosineNodes; ++i) {
+    const float cosine = node_cosine(i);
+    const Vec3<float> w{std::sqrt(std::max(1 - cosine * cosine, 0.0f)), 0, cosine};
+    double cos_t;
+    const double smooth =
+        (1 - reflectance(facet_cosine(w, alpha), eta, &cos_t)) * std::exp(-thickness / std::max(cos_t, 1e-6));
+    const auto n = static_cast<size_t>(i);
+    entering[n] = coat_entering(coat, cosine);
+    (*row)[n] = smooth > 0 ? static_cast<float>(entering[n] / smooth) : 0.0f;
+  }
+  // 2 int T mu dmu over the linear pieces between the nodes, by Simpson's rule (exact for them).
+  for (size_t i = 0; i + 1 < kCosineNodes; ++i) {
+    const double h = 1.0 / (kCosineNodes - 1), a = static_cast<double>(i) * h, b = a + h;
+    const double middle = 0.5 * (entering[i] + entering[i + 1]) * 0.5 * (a + b);
+    c.entering_transmittance += 2 * h / 6 * (entering[i] * a + 4 * middle + entering[i + 1] * b);
   }
   return c;
 }

@@ -8,8 +8,13 @@
 //   R = 2 int_0^1 F_in(mu) exp(-2 t / mu) mu dmu
 // the mean internal reflectance of diffuse light. After at most n encounters with the base
 //   f_d = T(wo) T(wi) B,   B = rho / (pi eta^2) * (1 - (rho R)^n) / (1 - rho R)
-// plus the coat's own reflection: a delta, or GGX when rough. For a rough coat the transmissions are those of
-// the smooth one. Reciprocal by form; its energy is at most 1.
+// plus the coat's own reflection, a delta. Reciprocal by form; its energy is at most 1.
+//
+// A rough coat (GGX) keeps this form, as a Lambertian base forgets where light came from: T(w) becomes the
+// part of light along w that gets through the rough interface to the base, and R what that interface returns,
+// both integrals over it (layered_walk.h). T is tabulated over the cosine (albedo_table.h) as the ratio to
+// the smooth T at the mean facet_cosine.
+#include "worker/render/bsdf/albedo_table.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/bsdf/fresnel.h"
 #include "worker/render/bsdf/ggx.h"
@@ -24,23 +29,29 @@ struct CoatConstants {
   double entering_transmittance;  // 2 int T(mu) mu dmu: of diffuse light from outside
 };
 CoatConstants coat_constants(double eta, double thickness);
+/// The same for a coat of roughness `alpha` > kSmoothAlpha, and T's row.
+CoatConstants rough_coat_constants(float eta, float thickness, float alpha, CosineRow* row);
 
 /// B above for one channel.
 float coated_base(float rho, double eta, double internal_reflectance, int base_encounters);
 
-template <class F>
+template <class F, bool kRough>
 struct CoatedDiffuse {
   const BsdfParams<F>& params;
+  MaskOf<F> of_kind;
 
   F fresnel(F cosine) const {
     F unused;
     return fresnel_dielectric(cosine, params.p[3], &unused);
   }
-  /// T and F at outside cosine `cosine`.
-  F transmittance(F cosine, F* reflectance) const {
+  /// T and F of `w`.
+  F transmittance(const Vec3<F>& w, F* reflectance) const {
     F cos_t;
-    *reflectance = fresnel_dielectric(cosine, params.p[3], &cos_t);
-    return (1.0f - *reflectance) * exp_negative(-params.p[5] / max(cos_t, splat<F>(1e-6f)));
+    const F cosine = abs(w.z);
+    *reflectance = fresnel_dielectric(kRough ? facet_cosine(w, params.p[6]) : cosine, params.p[3], &cos_t);
+    const F t = (1.0f - *reflectance) * exp_negative(-params.p[5] / max(cos_t, splat<F>(1e-6f)));
+    if constexpr (kRough) return t * CosinePlace<F>(cosine).in(params.tables, table_row(params, 8, of_kind));
+    return t;
   }
   /// Probability of sampling the coat's lobe, by the albedos of the two lobes.
   F coat_probability(F reflectance, F transmitted) const {
@@ -50,11 +61,12 @@ struct CoatedDiffuse {
 };
 
 template <class F, bool kRough>
-inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, const Vec3<F>& wo, const Vec3<F>& wi) {
-  const CoatedDiffuse<F> coat{params};
+inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
+                               const Vec3<F>& wi) {
+  const CoatedDiffuse<F, kRough> coat{params, of_kind};
   const F co = abs(wo.z), ci = abs(wi.z);
   F fo, fi;
-  const F to = coat.transmittance(co, &fo), ti = coat.transmittance(ci, &fi);
+  const F to = coat.transmittance(wo, &fo), ti = coat.transmittance(wi, &fi);
   const F po = coat.coat_probability(fo, to), pi = coat.coat_probability(fi, ti);
   BsdfEval<F> e;
   e.f = params.rgb(0) * (to * ti);
@@ -79,11 +91,12 @@ inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, const Vec3<F>& wo, c
 }
 
 template <class F, bool kRough>
-inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe, F u, F v) {
-  const CoatedDiffuse<F> coat{params};
+inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo, F lobe,
+                                   F u, F v) {
+  const CoatedDiffuse<F, kRough> coat{params, of_kind};
   const F co = abs(wo.z);
   F fo;
-  const F to = coat.transmittance(co, &fo);
+  const F to = coat.transmittance(wo, &fo);
   const F po = coat.coat_probability(fo, to);
   const MaskOf<F> choose_coat = MaskOf<F>(lobe < po);
   Vec3<F> wi = square_to_cosine_hemisphere(u, v);
@@ -103,7 +116,7 @@ inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, const Vec3<F>& w
     s.valid = MaskOf<F>(co > 0.0f);
     s.delta = choose_coat;
   }
-  const BsdfEval<F> e = eval_coated<F, kRough>(params, wo, s.wi);
+  const BsdfEval<F> e = eval_coated<F, kRough>(params, of_kind, wo, s.wi);
   if constexpr (kRough) {
     s.valid = mask_and(s.valid, MaskOf<F>(e.pdf > 0.0f));
   } else {

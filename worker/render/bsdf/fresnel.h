@@ -35,6 +35,14 @@ inline F fresnel_conductor(F cos_i, F eta, F k) {
   return 0.5f * (rp + rs);
 }
 
+/// Cosine at which a rough surface (GGX alpha) is met on the average along `w`: mean of <w, m> over its
+/// facets, |cos w| (1 + Lambda). F at it is the reflectance to first order.
+template <class F>
+inline F facet_cosine(const Vec3<F>& w, F alpha) {
+  const F z = abs(w.z);
+  return min(0.5f * (z + sqrt(z * z + alpha * alpha * (w.x * w.x + w.y * w.y))), splat<F>(1.0f));
+}
+
 template <class F>
 inline Vec3<F> fresnel_conductor(F cos_i, const Vec3<F>& eta, const Vec3<F>& k) {
   return {fresnel_conductor(cos_i, eta.x, k.x), fresnel_conductor(cos_i, eta.y, k.y),

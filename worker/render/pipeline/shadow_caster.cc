@@ -84,11 +84,12 @@ Lane adjoint_cosine(const VertexLanes<Lane>& v, const Vec3<Lane>& wi) {
 struct VertexGroup {
   VertexLanes<Lane> v;
   LaneMask active;
-  VertexGroup(const std::vector<Vertex>& from, size_t base) {
+  VertexGroup(const std::vector<Vertex>& from, size_t base, const RenderScene& scene) {
     const auto count = static_cast<int32_t>(std::min<size_t>(kLanes, from.size() - base));
     const LaneInt i = lane_index<Lane>();
     active = LaneMask(i < count);
     v = load_vertices(from.data() + base, select(active, i, splat_int<Lane>(count - 1)));
+    v.params.tables = scene.bsdf_tables.data();
   }
 };
 
@@ -127,7 +128,7 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
   // This vertex is the depth-th scattering event.
   const bool weigh_connections = context.on(kLightPaths) && depth <= kMaxLightVertices;
   for (size_t base = 0; base < w.vertices.size(); base += kLanes) {
-    const VertexGroup g(w.vertices, base);
+    const VertexGroup g(w.vertices, base, context.scene);
     const VertexLanes<Lane>& v = g.v;
     const SampleStream<Lane> stream = layer.camera_stream<Lane>(v.path);
     Lane lu, lv;
@@ -172,7 +173,7 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
   const int longest = std::min(context.max_depth, kMaxLightVertices) - depth;
   if (longest < 1) return;
   for (size_t base = 0; base < w.vertices.size(); base += kLanes) {
-    const VertexGroup g(w.vertices, base);
+    const VertexGroup g(w.vertices, base, context.scene);
     const VertexLanes<Lane>& v = g.v;
     const LaneInt count = gather(w.light_vertex_count, v.path);
     const SampleStream<Lane> stream = layer.camera_stream<Lane>(v.path);
@@ -182,7 +183,8 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
       LaneMask active = mask_and(g.active, LaneMask(count > j));
       if (!any(active)) break;
       const LaneInt index = select(active, gather(w.light_vertex_of[j], v.path), LaneInt{});
-      const VertexLanes<Lane> l = load_vertices(w.light_vertices.data(), index);
+      VertexLanes<Lane> l = load_vertices(w.light_vertices.data(), index);
+      l.params.tables = context.scene.bsdf_tables.data();
       active = mask_and(active, LaneMask(l.depth <= longest));
       if (!any(active)) break;  // later vertices of a path are deeper
       const Vec3<Lane> to_light = l.p - v.p;
@@ -224,7 +226,7 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
 void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
                  Wavefront& w) {
   for (size_t base = first; base < w.light_vertices.size(); base += kLanes) {
-    const VertexGroup g(w.light_vertices, base);
+    const VertexGroup g(w.light_vertices, base, context.scene);
     const VertexLanes<Lane>& v = g.v;
     const SampleStream<Lane> stream = layer.light_stream<Lane>(v.path);
     const LensConnection<Lane> lens = connect_lens(context, stream, vertex_dim(depth, kDimSplatLens), v.p);

@@ -31,7 +31,6 @@ void to_rows(const VertexLanes<F>& v, F r[32]) {
   for (int i = 0; i < kBsdfParams; ++i) r[Vertex::kParams + i] = v.params.p[i];
   r[Vertex::kDepth] = bits_float(as_uint(v.depth));
   r[Vertex::kLastPdf] = v.last_pdf;
-  r[30] = r[31] = F{};
 }
 
 template <class F>

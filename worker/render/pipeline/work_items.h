@@ -51,8 +51,8 @@ struct alignas(64) Vertex {
     kKind = 18,
     kPath = 19,
     kParams = 20,
-    kDepth = 28,
-    kLastPdf = 29
+    kDepth = 30,
+    kLastPdf = 31
   };
   float f[32];
 };

@@ -1,8 +1,10 @@
 #include "worker/render/scene/material_builder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "worker/render/bsdf/coated_conductor.h"
 #include "worker/render/bsdf/coated_diffuse.h"
 #include "worker/render/scene/surface.h"
 
@@ -61,8 +63,61 @@ void set_transmission(float* params, float scale, const Rgb& r, const Rgb& t) {
   }
 }
 
+/// Slots of the metal and the coat's index: from eta and k against air, or from the reflectance.
+void set_coated_metal(const MaterialEntry& e, float* params, const Rgb& reflectance_or_eta, const Rgb& k) {
+  float air[6];
+  if (e.conductor_reflectance) {
+    set_conductor_reflectance(air, reflectance_or_eta);
+  } else {
+    set_rgb(air, 0, reflectance_or_eta);
+    set_rgb(air, 3, k);
+  }
+  for (float& x : air) x /= e.coat_eta;
+  if (e.kind == kSmoothCoatedConductor) {
+    std::copy_n(air, 6, params);
+  } else {
+    coated_conductor_fresnel(air, air + 3, e.coat_eta, params, &params[4]);
+  }
+}
+
+// Textured roughness: rows for alphas i^2 / (kAlphaRows - 1)^2, of which the nearest is taken.
+constexpr int kAlphaRows = 16;
+
+float row_alpha(int i) {
+  const float x = static_cast<float>(i) / (kAlphaRows - 1);
+  return std::max(x * x, kSmoothAlpha);
+}
+int row_of_alpha(float alpha) {
+  return static_cast<int>(std::sqrt(std::clamp(alpha, 0.0f, 1.0f)) * (kAlphaRows - 1) + 0.5f);
+}
+
+/// Appends rows to the scene's tables; returns where they begin.
+template <size_t kRows>
+int add_rows(const std::array<CosineRow, kRows>& rows, RenderScene* scene) {
+  const auto first = static_cast<int>(scene->bsdf_tables.size());
+  for (const CosineRow& row : rows)
+    scene->bsdf_tables.insert(scene->bsdf_tables.end(), row.begin(), row.end());
+  return first;
+}
+
+/// What depends on the roughness of a rough coat over a diffuse base, but not yet its colour.
+void set_rough_coat(MaterialEntry& e, float* params, float alpha) {
+  params[6] = std::max(alpha, kSmoothAlpha);
+  if (e.first_row < 0) return;
+  const int i = row_of_alpha(alpha);
+  params[8] = static_cast<float>(e.first_row + i * kCosineNodes);
+  e.coat_internal_reflectance = e.coat_returns[static_cast<size_t>(i)];
+}
+
+void set_metal_alpha(const MaterialEntry& e, float* params, float alpha) {
+  params[6] = coated_conductor_alpha(e.coat_eta, e.coat_alpha, alpha);
+  if (e.first_row >= 0)
+    params[8] = static_cast<float>(e.first_row + row_of_alpha(alpha) * kReflectanceNodes * kCosineNodes);
+}
+
 struct Builder {
-  MaterialEntry entry;
+  RenderScene* scene;
+  MaterialEntry entry = {};
   float params[kBsdfParams] = {};
 
   /// Sets alpha and returns true if the lobe is its delta limit. Textured roughness never is.
@@ -116,20 +171,78 @@ struct Builder {
   void operator()(const CoatedDiffuseMaterial& m) {
     entry.kind = roughness(m.roughness) ? kSmoothCoated : kRoughCoated;
     entry.texture_color = m.reflectance.texture;
-    const CoatConstants coat = coat_constants(m.eta, m.thickness);
-    entry.coat_internal_reflectance = coat.internal_reflectance;
+    entry.color = m.reflectance.value;
     entry.coat_base_encounters = (m.max_depth + 1) / 2;  // every other interaction is with the base
     params[3] = m.eta;
-    params[4] = static_cast<float>(coat.entering_transmittance);
     params[5] = m.thickness;
+    const bool textured = entry.texture_u_roughness >= 0 || entry.texture_v_roughness >= 0;
+    CoatConstants coat = coat_constants(m.eta, m.thickness);
+    if (textured) {
+      for (int i = 0; i < kAlphaRows; ++i) {
+        std::array<CosineRow, 1> row;
+        coat = rough_coat_constants(m.eta, m.thickness, row_alpha(i), row.data());
+        const int first = add_rows(row, scene);
+        if (i == 0) entry.first_row = first;
+        entry.coat_returns.push_back(coat.internal_reflectance);
+      }
+    } else if (entry.kind == kRoughCoated) {
+      std::array<CosineRow, 1> row;
+      coat = rough_coat_constants(m.eta, m.thickness, params[6], row.data());
+      params[8] = static_cast<float>(add_rows(row, scene));
+    }
+    entry.coat_internal_reflectance = coat.internal_reflectance;
+    params[4] = static_cast<float>(coat.entering_transmittance);
     set_reflectance(entry, params, m.reflectance.value);
+  }
+  void operator()(const CoatedConductorMaterial& m) {
+    const bool smooth_metal = roughness(m.conductor.roughness);
+    const float coat_alpha =
+        mean_alpha(m.coat_roughness.u.value, m.coat_roughness.v.value, m.coat_roughness.remap);
+    const bool smooth_coat = coat_alpha <= kSmoothAlpha;
+    entry.kind = !smooth_coat   ? kRoughCoatedConductor
+                 : smooth_metal ? kSmoothCoatedConductor
+                                : kCoatedConductor;
+    entry.coat_eta = m.eta;
+    entry.coat_alpha = smooth_coat ? 0 : coat_alpha;
+    if (m.conductor.reflectance) {
+      entry.conductor_reflectance = true;
+      entry.texture_color = m.conductor.reflectance->texture;
+      entry.eta = m.conductor.reflectance->value;
+    } else {
+      entry.texture_eta = m.conductor.eta.texture;
+      entry.texture_k = m.conductor.k.texture;
+      entry.eta = m.conductor.eta.value;
+      entry.k = m.conductor.k.value;
+    }
+    set_coated_metal(entry, params, entry.eta, entry.k);
+    if (entry.kind == kSmoothCoatedConductor) {
+      params[7] = m.eta;
+      params[8] = m.thickness;
+      return;
+    }
+    params[3] = m.eta;
+    params[5] = m.thickness;
+    params[7] = std::max(coat_alpha, kSmoothAlpha);
+    const auto rows = [&](float metal_alpha) {
+      return add_rows(coated_conductor_rows(m.eta, m.thickness, coat_alpha, metal_alpha, m.max_depth), scene);
+    };
+    const Roughness& r = m.conductor.roughness;
+    if (r.u.texture >= 0 || r.v.texture >= 0) {
+      for (int i = 0; i < kAlphaRows; ++i) {
+        const int first = rows(row_alpha(i));
+        if (i == 0) entry.first_row = first;
+      }
+    } else {
+      params[8] = static_cast<float>(rows(smooth_metal ? 0 : params[6]));
+    }
+    set_metal_alpha(entry, params, mean_alpha(r.u.value, r.v.value, r.remap));
   }
 };
 
 }  // namespace
 
 void add_material(const MaterialDescription& material, RenderScene* scene) {
-  Builder b;
+  Builder b{scene};
   std::visit(b, material.kind);
   MaterialEntry& e = b.entry;
   e.textured = e.texture_color >= 0 || e.texture_eta >= 0 || e.texture_k >= 0 || e.texture_u_roughness >= 0 ||
@@ -141,6 +254,38 @@ void add_material(const MaterialDescription& material, RenderScene* scene) {
   scene->material_params.insert(scene->material_params.end(), b.params, b.params + kBsdfParams);
 }
 
+namespace {
+
+float textured_alpha(const TextureTable& textures, const MaterialEntry& e, float u, float v) {
+  const auto number = [&](int texture, float constant) {
+    return texture >= 0 ? textures.evaluate(texture, u, v).r : constant;
+  };
+  return mean_alpha(number(e.texture_u_roughness, e.u_roughness),
+                    number(e.texture_v_roughness, e.v_roughness), e.remap_roughness);
+}
+
+void apply_coated_conductor_textures(const TextureTable& textures, const MaterialEntry& e, float u, float v,
+                                     float* params) {
+  const auto color = [&](int texture, const Rgb& constant) {
+    return texture >= 0 ? textures.evaluate(texture, u, v) : constant;
+  };
+  if (e.texture_color >= 0 || e.texture_eta >= 0 || e.texture_k >= 0) {
+    const Rgb first = e.conductor_reflectance ? color(e.texture_color, e.eta) : color(e.texture_eta, e.eta);
+    set_coated_metal(e, params, first, color(e.texture_k, e.k));
+  }
+  if (e.first_row >= 0) set_metal_alpha(e, params, textured_alpha(textures, e, u, v));
+}
+
+/// A diffuse base under a coat of textured roughness: its colour depends on the roughness, too.
+void apply_rough_coat_textures(const TextureTable& textures, const MaterialEntry& entry, float u, float v,
+                               float* params) {
+  MaterialEntry e = entry;
+  set_rough_coat(e, params, textured_alpha(textures, e, u, v));
+  set_reflectance(e, params, e.texture_color >= 0 ? textures.evaluate(e.texture_color, u, v) : e.color);
+}
+
+}  // namespace
+
 void apply_textures(const RenderScene& scene, int32_t material, float u, float v, float* params) {
   const MaterialEntry& e = scene.materials[static_cast<size_t>(material)];
   if (e.kind == kDiffuseTransmission) {
@@ -149,6 +294,10 @@ void apply_textures(const RenderScene& scene, int32_t material, float u, float v
                                                : e.transmittance;
     return set_transmission(params, e.scale, r, t);
   }
+  if (e.kind == kSmoothCoatedConductor || e.kind == kCoatedConductor || e.kind == kRoughCoatedConductor)
+    return apply_coated_conductor_textures(scene.textures, e, u, v, params);
+  if (e.kind == kRoughCoated && e.first_row >= 0)
+    return apply_rough_coat_textures(scene.textures, e, u, v, params);
   if (e.texture_color >= 0) {
     const Rgb c = scene.textures.evaluate(e.texture_color, u, v);
     if (e.conductor_reflectance) {
@@ -160,11 +309,7 @@ void apply_textures(const RenderScene& scene, int32_t material, float u, float v
   if (e.texture_eta >= 0) set_rgb(params, 0, scene.textures.evaluate(e.texture_eta, u, v));
   if (e.texture_k >= 0) set_rgb(params, 3, scene.textures.evaluate(e.texture_k, u, v));
   if (e.texture_u_roughness >= 0 || e.texture_v_roughness >= 0) {
-    const float ru =
-        e.texture_u_roughness >= 0 ? scene.textures.evaluate(e.texture_u_roughness, u, v).r : e.u_roughness;
-    const float rv =
-        e.texture_v_roughness >= 0 ? scene.textures.evaluate(e.texture_v_roughness, u, v).r : e.v_roughness;
-    params[6] = std::max(mean_alpha(ru, rv, e.remap_roughness), kSmoothAlpha);
+    params[6] = std::max(textured_alpha(scene.textures, e, u, v), kSmoothAlpha);
   }
 }
 

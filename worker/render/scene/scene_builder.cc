@@ -93,7 +93,7 @@ class SceneBuilder {
       const int32_t kind = out_.material_kind[i];
       out_.any_texture = out_.any_texture || out_.materials[i].textured;
       out_.any_bumps = out_.any_bumps || has_bumps(out_.materials[i]);
-      out_.any_delta = out_.any_delta || is_pure_delta(kind) || kind == kSmoothCoated;
+      out_.any_delta = out_.any_delta || has_delta(kind);
       kinds_ |= 1u << kind;
     }
     out_.any_tangent = out_.any_tangent || out_.any_bumps;

@@ -134,6 +134,7 @@ void apply_textures(const RenderScene& scene, int32_t material, float u, float v
 template <class F>
 inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, F u, F v,
                         BsdfParams<F>* params) {
+  params->tables = scene.bsdf_tables.data();
   const IntOf<F> offset = material * kBsdfParams;
   for (int i = 0; i < kBsdfParams; ++i) params->p[i] = gather(scene.material_params.data() + i, offset);
   if (scene.any_texture) {

@@ -33,9 +33,20 @@ std::vector<BsdfCase> all_bsdfs() {
   add("sheet_transmits", s.diffuse_transmission(black, white), 0);
   add("sheet_reflects", s.diffuse_transmission(white, black), 0);
   add("sheet_above_one", s.diffuse_transmission(white, white), 0);
+  const Rgb gold{0.9f, 0.7f, 0.3f};
+  add("lacquer_smooth", s.coated_conductor(gold, 1.5f, 0, 0), 0);
+  for (const float a : {0.05f, 0.3f, 1.0f})
+    add("lacquer_metal_" + std::to_string(a), s.coated_conductor(gold, 1.5f, 0, a), a);
+  add("lacquer_white", s.coated_conductor(white, 1.8f, 0, 0.4f), 0.4f);
+  add("lacquer_coat", s.coated_conductor(gold, 1.5f, 0.3f, 0), 0.05f);
+  add("lacquer_both", s.coated_conductor(gold, 1.5f, 0.2f, 0.3f), 0.2f);
+  add("lacquer_dense", s.coated_conductor(white, 2.5f, 0.5f, 0.5f), 0.5f);
+  // For ever: the cases point into its tables.
+  static const std::vector<float> tables = build_scene(s.scene).bsdf_tables;
   const RenderScene scene = build_scene(s.scene);
   for (size_t i = 0; i < cases.size(); ++i) {
     cases[i].kind = scene.material_kind[i];
+    cases[i].params.tables = tables.data();
     for (size_t k = 0; k < kBsdfParams; ++k)
       cases[i].params.p[k] = scene.material_params[i * kBsdfParams + k];
   }

@@ -17,6 +17,7 @@ TEST(BsdfLanes, EightLanesEqualEightScalars) {
     const Mode mode = round % 2 ? Mode::kRadiance : Mode::kImportance;
     Int8 kind{}, active{};
     BsdfParams<Float8> params;
+    params.tables = cases[0].params.tables;  // of all cases
     Vec3<Float8> wo, wi;
     Float8 lobe{}, u{}, v{};
     const BsdfCase* of[8];

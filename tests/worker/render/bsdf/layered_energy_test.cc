@@ -1,0 +1,127 @@
+// The layered BSDFs against a random walk through their layers, written again here with the metal's own
+// Fresnel reflectance: coat, base, coat, ... until the light has left.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/test_scene.h"
+#include "tests/worker/render/bsdf/bsdf_cases.h"
+#include "worker/render/scene/render_scene.h"
+
+namespace lightmill::test {
+namespace {
+
+struct Layers {
+  float eta, thickness, coat_alpha;
+  bool metal;            // else Lambertian
+  float metal_alpha;     // of the metal
+  float reflectance[3];  // of a Lambertian base; of the metal against air at normal incidence
+};
+
+/// What leaves the layers per unit of light that arrives along `wo`.
+Vec3<float> walk(const Layers& layers, const Vec3<float>& wo, Random& random) {
+  BsdfParams<float> coat, base;
+  coat.p[0] = layers.eta;
+  coat.p[6] = layers.coat_alpha;
+  base.p[6] = layers.metal_alpha;
+  for (size_t c = 0; c < 3; ++c) {
+    const float r = std::min(layers.reflectance[c], 0.9999f);
+    base.p[c] = layers.metal ? 1 / layers.eta : r;
+    base.p[c + 3] = 2 * std::sqrt(r) / std::sqrt(1 - r) / layers.eta;
+  }
+  const auto meet = [&](int32_t kind, const BsdfParams<float>& params, const Vec3<float>& from) {
+    const float lobe = random.uniform(), u = random.uniform(), v = random.uniform();
+    return sample_bsdf<float>(kind, true, params, from, lobe, u, v, Mode::kImportance);
+  };
+  const auto interface_kind = layers.coat_alpha > 0 ? kRoughDielectric : kSmoothDielectric;
+  const auto base_kind = !layers.metal            ? kDiffuse
+                         : layers.metal_alpha > 0 ? kRoughConductor
+                                                  : kSmoothConductor;
+  Vec3<float> weight{1, 1, 1};
+  Vec3<float> from = wo;
+  for (int i = 0; i < 5; ++i) {  // as many meetings with the base as pbrt's maxdepth 10 has
+    const BsdfSample<float> s = meet(interface_kind, coat, from);
+    if (!s.valid) return {};
+    weight = weight * s.weight;
+    if (s.wi.z > 0) return weight;
+    const BsdfSample<float> b = meet(base_kind, base, -s.wi);
+    if (!b.valid) return {};
+    const auto loss = static_cast<float>(std::exp(-layers.thickness / std::fabs(s.wi.z)) *
+                                         std::exp(-layers.thickness / std::fabs(b.wi.z)));
+    weight = weight * b.weight * loss;
+    from = -b.wi;
+  }
+  const BsdfSample<float> s = meet(interface_kind, coat, from);
+  return s.valid && s.wi.z > 0 ? weight * s.weight : Vec3<float>{};
+}
+
+struct Albedo {
+  double c[3] = {0, 0, 0};
+};
+template <class Fn>
+Albedo mean(int n, Fn&& one) {
+  Albedo a;
+  for (int i = 0; i < n; ++i) {
+    const Vec3<float> w = one();
+    a.c[0] += w.x, a.c[1] += w.y, a.c[2] += w.z;
+  }
+  for (double& c : a.c) c /= n;
+  return a;
+}
+
+BsdfCase only_material(const TestScene& s, std::vector<float>* tables) {
+  const RenderScene scene = build_scene(s.scene);
+  BsdfCase c{"", scene.material_kind[0], {}, 0};
+  for (size_t k = 0; k < kBsdfParams; ++k) c.params.p[k] = scene.material_params[k];
+  *tables = scene.bsdf_tables;
+  c.params.tables = tables->data();
+  return c;
+}
+
+/// The albedos of model and walk agree in every channel within 3 % and `tolerance`.
+void compare(const Layers& layers, const BsdfCase& model, double tolerance, const std::string& name) {
+  for (const double degrees : {0.0, 30.0, 60.0, 80.0}) {
+    const Vec3<float> wo = direction_at(degrees);
+    Random r1(1), r2(2);
+    const Albedo w = mean(20000, [&] { return walk(layers, wo, r1); });
+    const Albedo m = mean(20000, [&] {
+      const BsdfSample<float> s = model.sample(wo, r2, Mode::kImportance);
+      return s.valid ? s.weight : Vec3<float>{};
+    });
+    for (const size_t c : {0u, 1u, 2u})
+      EXPECT_NEAR(m.c[c], w.c[c], 0.03 * w.c[c] + tolerance) << name << " at " << degrees << " channel " << c;
+  }
+}
+
+TEST(LayeredEnergy, CoatedConductorHasTheAlbedoOfTheWalk) {
+  for (const float eta : {1.2f, 1.5f, 2.0f}) {
+    for (const float coat : {0.0f, 0.1f, 0.4f}) {
+      for (const float metal : {0.0f, 0.1f, 0.3f, 1.0f}) {
+        const float thickness = metal == 0.3f ? 0.2f : 0.01f;
+        TestScene s;
+        s.coated_conductor({0.95f, 0.6f, 0.2f}, eta, coat, metal);
+        std::get<CoatedConductorMaterial>(s.scene.materials[0].kind).thickness = thickness;
+        std::vector<float> tables;
+        compare({eta, thickness, coat, true, metal, {0.95f, 0.6f, 0.2f}}, only_material(s, &tables),
+                coat > 0.1f ? 0.04 : 0.02,
+                "eta " + std::to_string(eta) + " coat " + std::to_string(coat) + " metal " +
+                    std::to_string(metal));
+      }
+    }
+  }
+}
+
+TEST(LayeredEnergy, CoatedDiffuseHasTheAlbedoOfTheWalk) {
+  for (const float eta : {1.2f, 1.5f, 2.0f}) {
+    for (const float coat : {0.0f, 0.1f, 0.4f, 0.8f}) {
+      TestScene s;
+      s.coated({0.95f, 0.6f, 0.2f}, eta, coat);
+      std::vector<float> tables;
+      compare({eta, 0.01f, coat, false, 0, {0.95f, 0.6f, 0.2f}}, only_material(s, &tables), 0.004,
+              "eta " + std::to_string(eta) + " coat " + std::to_string(coat));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test
