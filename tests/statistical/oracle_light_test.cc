@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "common/scene/tessellate.h"
 #include "tests/statistical/form_factor.h"
 #include "tests/support/render.h"
 
@@ -78,25 +79,26 @@ TEST_P(LightOracle, PlaneUnderAPolygonLight) {
   EXPECT_TRUE(mean_is(render(s, 1, spp).mean(), mean_over_plane(s.scene, 0, radiance), test()));
 }
 
-// Oracle 9 with a disk of 64 sides, whose irradiance on the axis is compared by the polygon formula.
+// Oracle 9: a disk of radius R over a parallel plane at distance d. On its axis E = pi L R^2 / (R^2 + d^2);
+// at distance x from it E = pi L / 2 (1 - (x^2 + d^2 - R^2) / sqrt((x^2 + d^2 + R^2)^2 - 4 R^2 x^2)).
 TEST_P(LightOracle, CoaxialDisk) {
-  constexpr int kSides = 64;
-  constexpr double kRadius = 0.7, kHeight = 1.0;
+  constexpr double kRadius = 0.7, kHeight = 1.0, kEmitted = 2;
   TestScene s = floor_scene();
-  const int black = s.diffuse(0);
-  std::vector<Vec3d> rim;
-  for (int i = 0; i < kSides; ++i) {
-    const double a = 2 * M_PI * i / kSides;
-    rim.push_back({kRadius * std::cos(a), kHeight, kRadius * std::sin(a)});
-  }
-  for (size_t i = 0; i < kSides; ++i) {
-    s.triangle({0, kHeight, 0}, rim[i], rim[(i + 1) % kSides], black, {.radiance = {2, 2, 2}});
-  }
+  ShapeDescription disk;
+  disk.kind = MeshShape{std::make_shared<const TriangleMesh>(disk_mesh(-kHeight, kRadius, 0, 2 * M_PI))};
+  disk.object_to_world.m = {{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}}};  // z to -y
+  disk.material = s.diffuse(0);
+  disk.area_light = static_cast<int>(s.scene.area_lights.size());
+  s.scene.area_lights.push_back({{kEmitted, kEmitted, kEmitted}, false, {}});
+  s.scene.shapes.push_back(disk);
   s.camera({1.5, 0.9, 0}, {0, 0, 0}, 2).film(8, 8);
-  // A regular n-gon has the irradiance of the disk up to O(1/n^2); the formula for the polygon is exact.
-  const double disk = M_PI * kRadius * kRadius / (kRadius * kRadius + kHeight * kHeight);
-  EXPECT_NEAR(polygon_irradiance(rim, {0, 0, 0}, kUp) / disk, 1, 2e-3);
-  const auto radiance = [&](const Vec3d& p) { return kRho / M_PI * 2 * polygon_irradiance(rim, p, kUp); };
+  const auto radiance = [&](const Vec3d& p) {
+    const double x2 = p.x * p.x + p.z * p.z, d2 = kHeight * kHeight, r2 = kRadius * kRadius,
+                 sum = x2 + d2 + r2;
+    const double form = 0.5 * (1 - (x2 + d2 - r2) / std::sqrt(sum * sum - 4 * r2 * x2));
+    return kRho * kEmitted * form;
+  };
+  EXPECT_NEAR(radiance({0, 0, 0}), kRho * kEmitted * kRadius * kRadius / (1 + kRadius * kRadius), 1e-12);
   const int64_t spp = GetParam() == Integrator::kLt ? 65536 : 1024;
   EXPECT_TRUE(mean_is(render(s, 1, spp).mean(), mean_over_plane(s.scene, 0, radiance), test(0.15)));
 }
