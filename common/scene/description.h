@@ -54,9 +54,18 @@ struct FloatInput {
 enum class Wrap { kRepeat, kClamp, kBlack, kOctahedral };
 enum class ColorEncoding { kAuto, kSrgb, kLinear, kGamma };  // kAuto: sRGB for 8-bit files, else linear
 
+/// How a surface point becomes (s, t). Over texture space, p_t = world_to_texture p with p in scene units:
+///   kUv           (su u + du, sv v + dv)
+///   kSpherical    of p_t's direction: polar angle from +z over pi, azimuth over 2 pi
+///   kCylindrical  of p_t's direction: azimuth from -x in turns, z
+///   kPlanar       (du + p_t . s_axis, dv + p_t . t_axis)
+enum class MappingKind { kUv, kSpherical, kCylindrical, kPlanar };
 struct UvMapping {
   float su = 1, sv = 1, du = 0, dv = 0;
-};  // (s,t) = (su*u + du, sv*v + dv)
+  MappingKind kind = MappingKind::kUv;
+  Vec3d s_axis{1, 0, 0}, t_axis{0, 1, 0};
+  Transform world_to_texture{};
+};
 
 /// pbrt "imagemap". (0,0) is the lower left corner of the picture (pbrt flips v).
 struct ImageTexture {
@@ -82,9 +91,30 @@ struct MixTexture {
 struct CheckerboardTexture {
   SpectrumInput tex1, tex2;
   UvMapping mapping;
+  bool solid = false;  // over p_t, the mapping's texture space, instead of (s, t)
 };
-using TextureKind =
-    std::variant<ImageTexture, ConstantTexture, ScaleTexture, MixTexture, CheckerboardTexture>;
+/// Bilinear in (s, t): vST at the corner (S, T).
+struct BilerpTexture {
+  Rgb v00, v01{1, 1, 1}, v10, v11{1, 1, 1};
+  UvMapping mapping;
+};
+/// Scattered disks of `inside` on `outside`, about one to two cells of (s, t).
+struct DotsTexture {
+  SpectrumInput inside, outside;
+  UvMapping mapping;
+};
+/// Sums of gradient noise over texture space: the value itself (fbm), of absolute values (wrinkled), waves
+/// under gusts (windy), veins of colour (marble).
+enum class NoiseKind { kFbm, kWrinkled, kWindy, kMarble };
+struct NoiseTexture {
+  NoiseKind kind = NoiseKind::kFbm;
+  int octaves = 8;
+  float roughness = 0.5f;             // weight of an octave over the one before
+  float scale = 1, variation = 0.2f;  // marble
+  Transform world_to_texture{};
+};
+using TextureKind = std::variant<ImageTexture, ConstantTexture, ScaleTexture, MixTexture, CheckerboardTexture,
+                                 BilerpTexture, DotsTexture, NoiseTexture>;
 struct TextureDescription {
   std::string name;
   bool is_spectrum = true;  // false: "float"; then r == g == b

@@ -280,7 +280,7 @@ void PbrtParser::on_texture(const Token& d) {
   const auto type = take_string(d, "a type");
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("texture", *type), "texture");
-  translate_texture(out_, *name, *value_type, *type, params);
+  translate_texture(out_, *name, *value_type, *type, params, state_.shape.ctm);
 }
 
 void PbrtParser::on_light(const Token& d) {

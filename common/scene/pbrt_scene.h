@@ -100,9 +100,9 @@ struct PbrtScene {
 MaterialDescription translate_material(PbrtScene& out, const std::string& type, ParameterList& params);
 /// pbrt's material for a boundary between media that has no surface: nothing is seen of it.
 bool is_interface_material(const std::string& type);
-/// pbrt_textures.cc
+/// pbrt_textures.cc: `ctm` is the texture's space.
 void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type,
-                       const std::string& type, ParameterList& params);
+                       const std::string& type, ParameterList& params, const Transform& ctm);
 /// pbrt_shapes.cc: appends to scene.shapes unless the shape is left out.
 void translate_shape(PbrtScene& out, const std::string& type, ParameterList& params,
                      const ShapeAttributes& attributes);

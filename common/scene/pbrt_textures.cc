@@ -1,15 +1,23 @@
 // Texture "name" "float|spectrum" "type".
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "common/scene/pbrt_scene.h"
+#include "common/scene/transform.h"
 
 namespace lightmill {
 namespace {
 
 constexpr double kAny = 3e38;  // parameters are in float's range already
 
-UvMapping read_mapping(PbrtScene& out, ParameterList& params) {
+/// An axis of a planar mapping.
+Vec3d read_axis(ParameterList& params, const char* name, const Vec3d& fallback) {
+  const auto* v = params.numbers(name, ParamType::kVector3, 3);
+  return v == nullptr ? fallback : Vec3d{(*v)[0], (*v)[1], (*v)[2]};
+}
+
+UvMapping read_mapping(ParameterList& params, const Transform& ctm) {
   const std::string kind = params.text("mapping", "uv");
   UvMapping m;
   const auto value = [&](const char* name, double fallback) {
@@ -19,10 +27,15 @@ UvMapping read_mapping(PbrtScene& out, ParameterList& params) {
   m.sv = value("vscale", 1);
   m.du = value("udelta", 0);
   m.dv = value("vdelta", 0);
-  params.accept({"v1", "v2"});
-  if (kind == "spherical" || kind == "cylindrical" || kind == "planar") {
-    out.problems->unsupported(params.where_of("mapping"),
-                              in_quotes(kind) + " mapping of " + params.owner() + " is taken as \"uv\"");
+  m.s_axis = read_axis(params, "v1", {1, 0, 0});
+  m.t_axis = read_axis(params, "v2", {0, 1, 0});
+  m.world_to_texture = inverse(ctm);
+  if (kind == "spherical") {
+    m.kind = MappingKind::kSpherical;
+  } else if (kind == "cylindrical") {
+    m.kind = MappingKind::kCylindrical;
+  } else if (kind == "planar") {
+    m.kind = MappingKind::kPlanar;
   } else if (kind != "uv") {
     params.bad_value("mapping", "is unknown: " + in_quotes(kind) +
                                     nearest_hint(kind, {"uv", "spherical", "cylindrical", "planar"}));
@@ -57,7 +70,7 @@ void read_encoding(ParameterList& params, ImageTexture* image) {
   }
 }
 
-ImageTexture read_image(PbrtScene& out, ParameterList& params) {
+ImageTexture read_image(PbrtScene& out, ParameterList& params, const Transform& ctm) {
   ImageTexture image;
   const std::string file = params.text("filename", "");
   if (file.empty()) {
@@ -69,7 +82,7 @@ ImageTexture read_image(PbrtScene& out, ParameterList& params) {
   read_encoding(params, &image);
   image.scale = static_cast<float>(params.number("scale", 1, 0, kAny));
   image.invert = params.boolean("invert", false);
-  image.mapping = read_mapping(out, params);
+  image.mapping = read_mapping(params, ctm);
   params.accept({"filter", "maxanisotropy"});  // how a renderer filters it; the renderer supersamples
   return image;
 }
@@ -112,9 +125,42 @@ class Inputs {
   bool is_spectrum_;
 };
 
-TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum, ParameterList& params) {
+constexpr int kMaxOctaves = 64;  // beyond about 24, float has no digits left for them
+
+std::optional<NoiseKind> noise_kind(const std::string& type) {
+  if (type == "fbm") return NoiseKind::kFbm;
+  if (type == "wrinkled") return NoiseKind::kWrinkled;
+  if (type == "windy") return NoiseKind::kWindy;
+  if (type == "marble") return NoiseKind::kMarble;
+  return std::nullopt;
+}
+
+NoiseTexture read_noise(NoiseKind kind, ParameterList& params, const Transform& ctm) {
+  NoiseTexture noise;
+  noise.kind = kind;
+  if (kind != NoiseKind::kWindy) {
+    noise.octaves = static_cast<int>(params.integer("octaves", 8, 1, kMaxOctaves));
+    noise.roughness = static_cast<float>(params.number("roughness", 0.5, 0, 2));
+  }
+  if (kind == NoiseKind::kMarble) {
+    noise.scale = static_cast<float>(params.number("scale", 1, -1e6, 1e6));
+    noise.variation = static_cast<float>(params.number("variation", 0.2, -1e6, 1e6));
+  }
+  noise.world_to_texture = inverse(ctm);
+  return noise;
+}
+
+/// A corner of "bilerp".
+Rgb read_corner(PbrtScene& out, ParameterList& params, const char* name, float fallback, bool is_spectrum) {
+  if (is_spectrum) return out.spectrum(params, name, SpectrumUse::kFactor, {fallback, fallback, fallback});
+  const auto v = static_cast<float>(params.number(name, fallback, -kAny, kAny));
+  return {v, v, v};
+}
+
+TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum, ParameterList& params,
+                      const Transform& ctm) {
   Inputs inputs(out, params, is_spectrum);
-  if (type == "imagemap") return read_image(out, params);
+  if (type == "imagemap") return read_image(out, params, ctm);
   if (type == "constant") {
     if (is_spectrum) return ConstantTexture{out.spectrum(params, "value", SpectrumUse::kFactor, {1, 1, 1})};
     const auto v = static_cast<float>(params.number("value", 1, -kAny, kAny));
@@ -125,36 +171,57 @@ TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum,
     return MixTexture{inputs.color("tex1", 0), inputs.color("tex2", 1), inputs.number("amount", 0.5f)};
   }
   if (type == "checkerboard") {
-    if (params.integer("dimension", 2, 2, 3) == 3) {
-      params.unsupported("dimension", "3 is taken as 2");
-    }
     CheckerboardTexture board{inputs.color("tex1", 1), inputs.color("tex2", 0), {}};
-    board.mapping = read_mapping(out, params);
+    board.solid = params.integer("dimension", 2, 2, 3) == 3;
+    board.mapping = read_mapping(params, ctm);
     return board;
+  }
+  if (type == "dots")
+    return DotsTexture{inputs.color("inside", 1), inputs.color("outside", 0), read_mapping(params, ctm)};
+  if (type == "bilerp") {
+    const auto corner = [&](const char* name, float fallback) {
+      return read_corner(out, params, name, fallback, is_spectrum);
+    };
+    return BilerpTexture{corner("v00", 0), corner("v01", 1), corner("v10", 0), corner("v11", 1),
+                         read_mapping(params, ctm)};
+  }
+  if (const auto noise = noise_kind(type)) {
+    const bool wants_spectrum = *noise == NoiseKind::kMarble;
+    if (is_spectrum != wants_spectrum) {
+      out.problems->error(params.where(), params.owner() + " is a " +
+                                              (wants_spectrum ? "spectrum" : "float") +
+                                              " texture; declare it as that");
+    }
+    return read_noise(*noise, params, ctm);
   }
   return ConstantTexture{{0.5f, 0.5f, 0.5f}};
 }
 
-const std::vector<std::string_view> kSupported = {"imagemap", "constant", "scale", "mix", "checkerboard"};
 const std::vector<std::string_view> kKnown = {"imagemap",     "constant", "scale", "mix", "checkerboard",
                                               "directionmix", "bilerp",   "dots",  "fbm", "wrinkled",
                                               "windy",        "marble",   "ptex"};
+const std::vector<std::string_view> kUnsupported = {"directionmix", "ptex"};
+
+bool among(const std::vector<std::string_view>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
 
 }  // namespace
 
 void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type,
-                       const std::string& type, ParameterList& params) {
+                       const std::string& type, ParameterList& params, const Transform& ctm) {
   if (value_type != "float" && value_type != "spectrum") {
     out.problems->error(params.where(),
                         "a texture is of type \"float\" or \"spectrum\", not " + in_quotes(value_type));
     return;
   }
   const bool is_spectrum = value_type == "spectrum";
-  TextureDescription texture{name, is_spectrum, read_kind(out, type, is_spectrum, params), params.where()};
-  if (std::find(kSupported.begin(), kSupported.end(), type) != kSupported.end()) {
-    params.finish();
-  } else if (std::find(kKnown.begin(), kKnown.end(), type) != kKnown.end()) {
+  TextureDescription texture{name, is_spectrum, read_kind(out, type, is_spectrum, params, ctm),
+                             params.where()};
+  if (among(kUnsupported, type)) {
     out.problems->unsupported(params.where(), params.owner() + " is replaced by the constant 0.5");
+  } else if (among(kKnown, type)) {
+    params.finish();
   } else {
     report_unknown_word(params, "texture", type, kKnown);
   }

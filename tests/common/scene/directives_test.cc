@@ -265,7 +265,7 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
       {"AreaLightSource \"diffuse\" Shape \"disk\" \"float alpha\" 0.5", "a shape that emits is opaque"},
       {"Material \"hair\"", "rendered as grey diffuse"},
       {"Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"", "dispersion"},
-      {"Texture \"t\" \"spectrum\" \"marble\"", "replaced by the constant 0.5"},
+      {"Texture \"t\" \"spectrum\" \"directionmix\"", "replaced by the constant 0.5"},
       {"ColorSpace \"rec2020\"", "taken as \"srgb\""},
       {"ObjectBegin \"o\" AreaLightSource \"diffuse\" Shape \"sphere\" ObjectEnd", "does not emit"},
   };

@@ -91,7 +91,7 @@ Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, in
   v.throughput = gather_vec(paths.br, paths.bg, paths.bb, g.slot);
   const LaneInt material = gather(scene.primitive_material.data(), h.prim);
   v.ns = scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
-  v.kind = bsdf_at<Lane>(scene, material, g.active, s.u, s.v, &v.params);
+  v.kind = bsdf_at<Lane>(scene, material, g.active, s, &v.params);
   v.path = g.slot;
   v.depth = splat_int<Lane>(depth);
   const Vec3<Lane> segment = s.p - o;

@@ -14,7 +14,7 @@ Vec finish(const Surface<float>& s, const Vec& n) {
 }
 
 Vec mapped(const RenderScene& scene, int texture, const Surface<float>& s) {
-  const Rgb c = scene.textures.evaluate(texture, s.u, s.v);
+  const Rgb c = scene.textures.evaluate(texture, texture_point(scene, s, 0));
   const Vec x = unit_tangent(s.dpdu, s.ns), y = cross(s.ns, x);
   return x * (2 * c.r - 1) + y * (2 * c.g - 1) + s.ns * (2 * c.b - 1);
 }
@@ -22,12 +22,17 @@ Vec mapped(const RenderScene& scene, int texture, const Surface<float>& s) {
 Vec lifted(const RenderScene& scene, int texture, const Surface<float>& s) {
   // Heights are in scene units, derivatives of the position in normalised space.
   const float unit = std::ldexp(1.0f, scene.scale_exponent);
-  const auto height = [&](float u, float v) { return scene.textures.evaluate(texture, u, v).r * unit; };
-  const float h = height(s.u, s.v);
-  const float u = s.u + kBumpStep, v = s.v + kBumpStep;
-  const float du = u - s.u, dv = v - s.v;  // the steps that float took
-  const float slope_u = du > 0 ? (height(u, s.v) - h) / du : 0,
-              slope_v = dv > 0 ? (height(s.u, v) - h) / dv : 0;
+  const auto height = [&](float du, float dv) {
+    Surface<float> moved = s;
+    moved.u += du;
+    moved.v += dv;
+    moved.p = s.p + s.dpdu * du + s.dpdv * dv;
+    return scene.textures.evaluate(texture, texture_point(scene, moved, 0)).r * unit;
+  };
+  const float h = height(0, 0);
+  const float du = s.u + kBumpStep - s.u, dv = s.v + kBumpStep - s.v;  // the steps that float took
+  const float slope_u = du > 0 ? (height(du, 0) - h) / du : 0,
+              slope_v = dv > 0 ? (height(0, dv) - h) / dv : 0;
   // Within the plane of the shading normal.
   const Vec t = s.dpdu - s.ns * dot(s.dpdu, s.ns), b = s.dpdv - s.ns * dot(s.dpdv, s.ns);
   return cross(t + s.ns * slope_u, b + s.ns * slope_v);

@@ -28,6 +28,7 @@ inline Vec3<F> bumped_normals(const RenderScene& scene, IntOf<F> material, MaskO
     if (!has_bumps(m)) continue;
     const auto vec = [&](const Vec3<F>& a) { return Vec3<float>{lane(a.x, l), lane(a.y, l), lane(a.z, l)}; };
     Surface<float> one;
+    one.p = vec(s.p);
     one.ng = vec(s.ng);
     one.ns = vec(s.ns);
     one.u = lane(s.u, l);

@@ -256,60 +256,60 @@ void add_material(const MaterialDescription& material, RenderScene* scene) {
 
 namespace {
 
-float textured_alpha(const TextureTable& textures, const MaterialEntry& e, float u, float v) {
+float textured_alpha(const TextureTable& textures, const MaterialEntry& e, const TexturePoint& at) {
   const auto number = [&](int texture, float constant) {
-    return texture >= 0 ? textures.evaluate(texture, u, v).r : constant;
+    return texture >= 0 ? textures.evaluate(texture, at).r : constant;
   };
   return mean_alpha(number(e.texture_u_roughness, e.u_roughness),
                     number(e.texture_v_roughness, e.v_roughness), e.remap_roughness);
 }
 
-void apply_coated_conductor_textures(const TextureTable& textures, const MaterialEntry& e, float u, float v,
-                                     float* params) {
+void apply_coated_conductor_textures(const TextureTable& textures, const MaterialEntry& e,
+                                     const TexturePoint& at, float* params) {
   const auto color = [&](int texture, const Rgb& constant) {
-    return texture >= 0 ? textures.evaluate(texture, u, v) : constant;
+    return texture >= 0 ? textures.evaluate(texture, at) : constant;
   };
   if (e.texture_color >= 0 || e.texture_eta >= 0 || e.texture_k >= 0) {
     const Rgb first = e.conductor_reflectance ? color(e.texture_color, e.eta) : color(e.texture_eta, e.eta);
     set_coated_metal(e, params, first, color(e.texture_k, e.k));
   }
-  if (e.first_row >= 0) set_metal_alpha(e, params, textured_alpha(textures, e, u, v));
+  if (e.first_row >= 0) set_metal_alpha(e, params, textured_alpha(textures, e, at));
 }
 
 /// A diffuse base under a coat of textured roughness: its colour depends on the roughness, too.
-void apply_rough_coat_textures(const TextureTable& textures, const MaterialEntry& entry, float u, float v,
-                               float* params) {
+void apply_rough_coat_textures(const TextureTable& textures, const MaterialEntry& entry,
+                               const TexturePoint& at, float* params) {
   MaterialEntry e = entry;
-  set_rough_coat(e, params, textured_alpha(textures, e, u, v));
-  set_reflectance(e, params, e.texture_color >= 0 ? textures.evaluate(e.texture_color, u, v) : e.color);
+  set_rough_coat(e, params, textured_alpha(textures, e, at));
+  set_reflectance(e, params, e.texture_color >= 0 ? textures.evaluate(e.texture_color, at) : e.color);
 }
 
 }  // namespace
 
-void apply_textures(const RenderScene& scene, int32_t material, float u, float v, float* params) {
+void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params) {
   const MaterialEntry& e = scene.materials[static_cast<size_t>(material)];
   if (e.kind == kDiffuseTransmission) {
-    const Rgb r = e.texture_color >= 0 ? scene.textures.evaluate(e.texture_color, u, v) : e.color;
-    const Rgb t = e.texture_transmittance >= 0 ? scene.textures.evaluate(e.texture_transmittance, u, v)
-                                               : e.transmittance;
+    const Rgb r = e.texture_color >= 0 ? scene.textures.evaluate(e.texture_color, at) : e.color;
+    const Rgb t =
+        e.texture_transmittance >= 0 ? scene.textures.evaluate(e.texture_transmittance, at) : e.transmittance;
     return set_transmission(params, e.scale, r, t);
   }
   if (e.kind == kSmoothCoatedConductor || e.kind == kCoatedConductor || e.kind == kRoughCoatedConductor)
-    return apply_coated_conductor_textures(scene.textures, e, u, v, params);
+    return apply_coated_conductor_textures(scene.textures, e, at, params);
   if (e.kind == kRoughCoated && e.first_row >= 0)
-    return apply_rough_coat_textures(scene.textures, e, u, v, params);
+    return apply_rough_coat_textures(scene.textures, e, at, params);
   if (e.texture_color >= 0) {
-    const Rgb c = scene.textures.evaluate(e.texture_color, u, v);
+    const Rgb c = scene.textures.evaluate(e.texture_color, at);
     if (e.conductor_reflectance) {
       set_conductor_reflectance(params, c);
     } else {
       set_reflectance(e, params, c);
     }
   }
-  if (e.texture_eta >= 0) set_rgb(params, 0, scene.textures.evaluate(e.texture_eta, u, v));
-  if (e.texture_k >= 0) set_rgb(params, 3, scene.textures.evaluate(e.texture_k, u, v));
+  if (e.texture_eta >= 0) set_rgb(params, 0, scene.textures.evaluate(e.texture_eta, at));
+  if (e.texture_k >= 0) set_rgb(params, 3, scene.textures.evaluate(e.texture_k, at));
   if (e.texture_u_roughness >= 0 || e.texture_v_roughness >= 0) {
-    params[6] = std::max(textured_alpha(scene.textures, e, u, v), kSmoothAlpha);
+    params[6] = std::max(textured_alpha(scene.textures, e, at), kSmoothAlpha);
   }
 }
 

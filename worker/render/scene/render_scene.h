@@ -4,6 +4,7 @@
 // Normalised space: camera at the origin, lengths scaled by 2^scale_exponent (exact), so that the scene's
 // extent is about 1. Point intensities are scaled by its square; radiance does not change, so the image does
 // not either. Primitives are numbered: triangles first, then spheres.
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -28,8 +29,8 @@ struct MaterialEntry {
   int texture_transmittance = -1;
   int texture_u_roughness = -1, texture_v_roughness = -1;
   int normal_map = -1, displacement = -1;  // as in MaterialDescription
-  Rgb color, transmittance;                // diffuse transmission: what is not textured
-  float scale = 1;                         // of both
+  Rgb color, transmittance;  // diffuse transmission: what is not textured
+  float scale = 1;           // of both
   float u_roughness = 0, v_roughness = 0;
   bool remap_roughness = true;
   double coat_internal_reflectance = 0;  // coated: see coated_diffuse.h
@@ -79,6 +80,12 @@ struct RenderScene {
   float bounds_radius = 1;
   double surface_area = 0;  // of all primitives, normalised space
 
+  /// A point of normalised space in scene units.
+  Vec3d scene_point(const Vec3f& p) const {
+    return {origin.x + std::ldexp(double{p.x}, -scale_exponent),
+            origin.y + std::ldexp(double{p.y}, -scale_exponent),
+            origin.z + std::ldexp(double{p.z}, -scale_exponent)};
+  }
   /// Whether shading normals may differ from geometric ones.
   bool any_shading_normals() const { return any_normals || any_bumps; }
   int32_t triangle_count() const { return static_cast<int32_t>(indices.size() / 3); }

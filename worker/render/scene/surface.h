@@ -123,16 +123,18 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
   return s;
 }
 
-/// BSDF kind and parameters of `material` at texture coordinates (u, v).
+/// Where lane `l` of `s` looks textures up.
 template <class F>
-inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, F u, F v,
-                        BsdfParams<F>* params);
+inline TexturePoint texture_point(const RenderScene& scene, const Surface<F>& s, int l) {
+  return {lane(s.u, l), lane(s.v, l), scene.scene_point({lane(s.p.x, l), lane(s.p.y, l), lane(s.p.z, l)})};
+}
 
 /// Overwrites the parameters of a textured material at one point.
-void apply_textures(const RenderScene& scene, int32_t material, float u, float v, float* params);
+void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params);
 
+/// BSDF kind and parameters of `material` at the points of `s`.
 template <class F>
-inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, F u, F v,
+inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, const Surface<F>& s,
                         BsdfParams<F>* params) {
   params->tables = scene.bsdf_tables.data();
   const IntOf<F> offset = material * kBsdfParams;
@@ -147,7 +149,7 @@ inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> a
       if (!(bits >> l & 1) || !scene.materials[static_cast<size_t>(m)].textured) continue;
       float one[kBsdfParams];
       for (int i = 0; i < kBsdfParams; ++i) one[i] = p[i][l];
-      apply_textures(scene, m, lane(u, l), lane(v, l), one);
+      apply_textures(scene, m, texture_point(scene, s, l), one);
       for (int i = 0; i < kBsdfParams; ++i) p[i][l] = one[i];
       changed = true;
     }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "worker/render/scene/procedural.h"
 
 namespace lightmill {
 namespace {
@@ -128,33 +129,35 @@ TextureTable::TextureTable(const std::vector<TextureDescription>& textures) {
   }
 }
 
-Rgb TextureTable::input(const SpectrumInput& in, float u, float v) const {
-  return in.texture < 0 ? in.value : evaluate(in.texture, u, v);
+Rgb TextureTable::input(const SpectrumInput& in, const TexturePoint& at) const {
+  return in.texture < 0 ? in.value : evaluate(in.texture, at);
 }
 
-Rgb TextureTable::evaluate(int id, float u, float v) const {
+Rgb TextureTable::evaluate(int id, const TexturePoint& at) const {
   const auto index = static_cast<size_t>(id);
   const TextureKind& node = nodes_[index];
-  auto grey = [&](const FloatInput& in) { return in.texture < 0 ? in.value : evaluate(in.texture, u, v).r; };
+  auto grey = [&](const FloatInput& in) { return in.texture < 0 ? in.value : evaluate(in.texture, at).r; };
   if (const auto* t = std::get_if<ImageTexture>(&node)) {
-    return images_[static_cast<size_t>(image_of_[index])].lookup(t->mapping.su * u + t->mapping.du,
-                                                                 t->mapping.sv * v + t->mapping.dv);
+    const MappedPoint m = map_point(t->mapping, at);
+    return images_[static_cast<size_t>(image_of_[index])].lookup(m.s, m.t);
   }
   if (const auto* t = std::get_if<ConstantTexture>(&node)) return t->value;
   if (const auto* t = std::get_if<ScaleTexture>(&node)) {
-    const Rgb x = input(t->tex, u, v);
+    const Rgb x = input(t->tex, at);
     const float s = grey(t->scale);
     return {x.r * s, x.g * s, x.b * s};
   }
   if (const auto* t = std::get_if<MixTexture>(&node)) {
     const float w = grey(t->amount);
-    const Rgb a = input(t->tex1, u, v), b = input(t->tex2, u, v);
+    const Rgb a = input(t->tex1, at), b = input(t->tex2, at);
     return {a.r + (b.r - a.r) * w, a.g + (b.g - a.g) * w, a.b + (b.b - a.b) * w};
   }
-  const auto& board = std::get<CheckerboardTexture>(node);
-  const float s = board.mapping.su * u + board.mapping.du, t = board.mapping.sv * v + board.mapping.dv;
-  const bool odd = std::fmod(std::floor(s) + std::floor(t), 2.0f) != 0.0f;
-  return input(odd ? board.tex2 : board.tex1, u, v);
+  if (const auto* t = std::get_if<CheckerboardTexture>(&node))
+    return input(second_square(*t, at) ? t->tex2 : t->tex1, at);
+  if (const auto* t = std::get_if<BilerpTexture>(&node)) return bilerp(*t, at);
+  if (const auto* t = std::get_if<DotsTexture>(&node))
+    return input(inside_dot(map_point(t->mapping, at)) ? t->inside : t->outside, at);
+  return noise_color(std::get<NoiseTexture>(node), at);
 }
 
 }  // namespace lightmill

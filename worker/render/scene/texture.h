@@ -26,16 +26,22 @@ class ImageMap {
   float decode_[256];
 };
 
+/// Where a texture is looked up.
+struct TexturePoint {
+  float u = 0, v = 0;  // surface coordinates
+  Vec3d p{};           // position in scene units
+};
+
 /// All textures of a scene, evaluated per point.
 class TextureTable {
  public:
   explicit TextureTable(const std::vector<TextureDescription>& textures);
-  /// Value of texture `id` at surface coordinates (u, v); floats come as grey.
-  Rgb evaluate(int id, float u, float v) const;
+  /// Value of texture `id` at a point; floats come as grey.
+  Rgb evaluate(int id, const TexturePoint& at) const;
   size_t size() const { return nodes_.size(); }
 
  private:
-  Rgb input(const SpectrumInput& in, float u, float v) const;
+  Rgb input(const SpectrumInput& in, const TexturePoint& at) const;
   std::vector<TextureKind> nodes_;
   std::vector<ImageMap> images_;
   std::vector<int> image_of_;  // per node, -1 if it is not an image

@@ -99,7 +99,7 @@ TEST_F(TextureTest, MappingScalesAndShifts) {
   TextureDescription d;
   d.kind = t;
   const TextureTable table({d});
-  EXPECT_FLOAT_EQ(table.evaluate(0, 0, 0.75f).r, 3);  // (s, t) = (0.25, 0.25)
+  EXPECT_FLOAT_EQ(table.evaluate(0, {0, 0.75f}).r, 3);  // (s, t) = (0.25, 0.25)
 }
 
 TEST_F(TextureTest, BadFilesAreRefusedInOneLine) {
@@ -123,12 +123,12 @@ TEST(TextureGraph, ConstantScaleMixCheckerboard) {
   t[2].kind = MixTexture{{{1, 1, 1}, -1}, {{}, 1}, {0.25f, -1}};
   t[3].kind = CheckerboardTexture{{{1, 0, 0}, -1}, {{}, 2}, {2, 2, 0, 0}};
   const TextureTable table(t);
-  EXPECT_FLOAT_EQ(table.evaluate(1, 0, 0).g, 0.2f);
-  EXPECT_FLOAT_EQ(table.evaluate(2, 0, 0).r, 0.75f + 0.25f * 0.1f);
-  EXPECT_FLOAT_EQ(table.evaluate(3, 0.1f, 0.1f).g, 0);
-  EXPECT_FLOAT_EQ(table.evaluate(3, 0.6f, 0.1f).g, 0.75f + 0.25f * 0.2f);
-  EXPECT_FLOAT_EQ(table.evaluate(3, 0.6f, 0.7f).g, 0);
-  EXPECT_FLOAT_EQ(table.evaluate(3, -0.1f, 0.1f).g, 0.75f + 0.25f * 0.2f);
+  EXPECT_FLOAT_EQ(table.evaluate(1, {0, 0}).g, 0.2f);
+  EXPECT_FLOAT_EQ(table.evaluate(2, {0, 0}).r, 0.75f + 0.25f * 0.1f);
+  EXPECT_FLOAT_EQ(table.evaluate(3, {0.1f, 0.1f}).g, 0);
+  EXPECT_FLOAT_EQ(table.evaluate(3, {0.6f, 0.1f}).g, 0.75f + 0.25f * 0.2f);
+  EXPECT_FLOAT_EQ(table.evaluate(3, {0.6f, 0.7f}).g, 0);
+  EXPECT_FLOAT_EQ(table.evaluate(3, {-0.1f, 0.1f}).g, 0.75f + 0.25f * 0.2f);
 }
 
 }  // namespace
