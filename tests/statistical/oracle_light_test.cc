@@ -85,7 +85,8 @@ TEST_P(LightOracle, CoaxialDisk) {
   constexpr double kRadius = 0.7, kHeight = 1.0, kEmitted = 2;
   TestScene s = floor_scene();
   ShapeDescription disk;
-  disk.kind = MeshShape{std::make_shared<const TriangleMesh>(disk_mesh(-kHeight, kRadius, 0, 2 * M_PI))};
+  const auto mesh = std::make_shared<const TriangleMesh>(disk_mesh(-kHeight, kRadius, 0, 2 * M_PI));
+  disk.kind = MeshShape{mesh};
   disk.object_to_world.m = {{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}}};  // z to -y
   disk.material = s.diffuse(0);
   disk.area_light = static_cast<int>(s.scene.area_lights.size());
@@ -99,6 +100,16 @@ TEST_P(LightOracle, CoaxialDisk) {
     return kRho * kEmitted * form;
   };
   EXPECT_NEAR(radiance({0, 0, 0}), kRho * kEmitted * kRadius * kRadius / (1 + kRadius * kRadius), 1e-12);
+  // Without noise: the polygon that stands for the disk has its irradiance.
+  std::vector<Vec3d> rim;
+  for (const Vec3f& p : mesh->positions) {
+    if (p.x != 0 || p.y != 0) rim.push_back({p.x, -double{p.z}, p.y});
+  }
+  rim.pop_back();  // the first again
+  for (const double x : {0.0, 0.3, 0.7, 2.0}) {
+    const double irradiance = kEmitted * polygon_irradiance(rim, {x, 0, 0}, kUp);
+    EXPECT_NEAR(kRho / M_PI * irradiance / radiance({x, 0, 0}), 1, 2e-6) << x;
+  }
   const int64_t spp = GetParam() == Integrator::kLt ? 65536 : 1024;
   EXPECT_TRUE(mean_is(render(s, 1, spp).mean(), mean_over_plane(s.scene, 0, radiance), test(0.15)));
 }
