@@ -82,7 +82,8 @@ std::optional<ReadShape> read_cylinder(PbrtScene& out, ParameterList& params) {
 }
 
 void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems) {
-  constexpr size_t kBudget = 32'000'000;  // triangles of all of them, once multiplied out
+  constexpr size_t kBudget = 8'000'000;  // triangles of all of them, once multiplied out
+  constexpr int kFineSegments = 64;      // within 0.2 % of the radius: half a pixel of a sphere of 600
   std::vector<ShapeDescription*> found;
   for (ShapeDescription& shape : scene->shapes) {
     const bool masked = shape.alpha.texture >= 0 || shape.alpha.value < 1;
@@ -93,13 +94,13 @@ void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems
   int segments = kSphereSegments;
   const auto triangles = [&] { return static_cast<size_t>(segments) * static_cast<size_t>(segments); };
   while (segments > 16 && found.size() * triangles() > kBudget) segments /= 2;
-  if (found.size() * triangles() > 4 * kBudget) {
+  if (found.size() * triangles() > 16 * kBudget) {
     problems->error(found.front()->location,
                     "the scene has " + std::to_string(found.size()) +
                         " spheres under a non-uniform scale, which are too many; use fewer, or round ones");
     return;
   }
-  if (segments < kSphereSegments) {
+  if (segments < kFineSegments) {
     problems->warning(found.front()->location, "the scene has " + std::to_string(found.size()) +
                                                    " spheres under a non-uniform scale; each is drawn as " +
                                                    std::to_string(triangles()) + " triangles, within " +
