@@ -1,0 +1,47 @@
+#include "tests/extreme/case.h"
+
+#include <cstdio>
+
+namespace lightmill::test {
+
+bool Sight::covered_by(Strategies set) const {
+  if (first == 0 && !(set & none)) return false;
+  if (first <= 1 && last >= 1 && !(set & one)) return false;
+  if (last < 2) return true;
+  // Longer paths than light subpaths are stored are left to hits and next event: of the others alone only the
+  // lens, which then is the light tracer, goes on.
+  constexpr int kStored = 20;
+  if (last > kStored && !(set & more & (kEmissionHits | kNextEvent)))
+    return set == kLensConnections && more & set;
+  return set & more;
+}
+
+Sight area_light_sight(int first, int last) {
+  return {kEmissionHits | kLensConnections, kEmissionHits | kNextEvent | kLensConnections, kAllStrategies,
+          first, last};
+}
+
+Sight delta_light_sight(int first, int last) {
+  return {0, kNextEvent | kLensConnections, kAllStrategies & ~kEmissionHits, first, last};
+}
+
+Sight far_light_sight(int first, int last) {
+  return {kEmissionHits, kEmissionHits | kNextEvent | kLensConnections, kAllStrategies, first, last};
+}
+
+Sight specular_sight() { return {kEmissionHits, kEmissionHits, kEmissionHits, 0, kUnlimitedDepth}; }
+
+Sight without_lens(Sight sight) {
+  sight.none &= ~kLensConnections;
+  sight.one &= ~kLensConnections;
+  sight.more &= ~kLensConnections;
+  return sight;
+}
+
+std::string text(double x) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.7g", x);
+  return buffer;
+}
+
+}  // namespace lightmill::test

@@ -1,0 +1,72 @@
+// extreme_suite: the stiff and extreme cases, a row each; exit code 1 if one fails.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+
+#include "common/error.h"
+#include "tests/extreme/report.h"
+
+namespace lightmill::test {
+namespace {
+
+std::vector<Case> all_cases() {
+  std::vector<Case> all;
+  for (const auto& family : {enclosure_cases, specular_cases, direct_light_cases, near_light_cases,
+                             range_cases, contact_cases, identity_cases}) {
+    for (Case& c : family()) all.push_back(std::move(c));
+  }
+  return all;
+}
+
+void write_file(const std::string& path, const std::string& content) {
+  std::ofstream file(path, std::ios::binary);
+  if (!(file << content << std::flush)) throw Error(ErrorKind::kFailed, path + ": can't be written");
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Renders scenes whose answer is known, at the ends of their ranges; a row each"};
+  SuiteOptions options;
+  std::string json, html;
+  bool list = false;
+  app.add_flag("--full", options.full, "Every set of strategies of every case, and more samples");
+  app.add_option("--filter", options.filter,
+                 "Only rows whose \"case, parameter [strategies]\" contains this");
+  app.add_flag("--list", list, "Print the rows' names only");
+  app.add_option("--json", json, "Write the rows to this file");
+  app.add_option("--html", html, "Write a page with pictures to this file");
+  CLI11_PARSE(app, argc, argv);
+
+  const std::vector<Case> cases = all_cases();
+  std::vector<Row> rows;
+  if (!list) std::printf("%s\n", text_head().c_str());
+  for (const Case& c : cases) {
+    for (const Run& r : runs_of(c, options)) {
+      if (list) {
+        std::printf("%s\n", row_title(c, r).c_str());
+        continue;
+      }
+      rows.push_back(run_case(c, r, options));
+      std::printf("%s\n", text_row(rows.back()).c_str());
+      std::fflush(stdout);
+    }
+  }
+  if (list) return 0;
+  std::printf("%s\n", text_summary(rows).c_str());
+  if (!json.empty()) write_file(json, json_report(rows));
+  if (!html.empty()) write_file(html, html_report(rows));
+  const bool failed =
+      std::any_of(rows.begin(), rows.end(), [](const Row& row) { return row.verdict == Verdict::kFail; });
+  return failed || rows.empty() ? 1 : 0;
+}
+
+}  // namespace
+}  // namespace lightmill::test
+
+int main(int argc, char** argv) {
+  try {
+    return lightmill::test::run(argc, argv);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "extreme_suite: %s\n", e.what());
+    return 1;
+  }
+}

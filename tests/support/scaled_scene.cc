@@ -1,0 +1,75 @@
+#include "tests/support/scaled_scene.h"
+
+#include <cmath>
+
+namespace lightmill::test {
+
+SceneDescription scaled_scene(const SceneDescription& scene, int k) {
+  SceneDescription out = scene;
+  const double length = std::ldexp(1.0, k);
+  for (ShapeDescription& s : out.shapes) {
+    for (size_t i = 0; i < 3; ++i) {
+      for (double& x : s.object_to_world.m[i]) x *= length;
+    }
+  }
+  const auto scale_point = [&](auto& light) {
+    const float f = std::ldexp(1.0f, 2 * k);
+    light.position = light.position * length;
+    light.intensity = {light.intensity.r * f, light.intensity.g * f, light.intensity.b * f};
+  };
+  for (LightDescription& l : out.lights) {
+    if (auto* point = std::get_if<PointLight>(&l.kind)) scale_point(*point);
+    if (auto* spot = std::get_if<SpotLight>(&l.kind)) scale_point(*spot);
+  }
+  CameraDescription& c = out.camera;
+  for (size_t i = 0; i < 3; ++i) c.camera_to_world.m[i][3] *= length;
+  c.lens_radius *= length;
+  c.focal_distance *= length;
+  if (c.kind == CameraKind::kOrthographic) {
+    if (!c.screen_window) c.screen_window = std::array<double, 4>{-1, 1, -1, 1};
+    for (double& x : *c.screen_window) x *= length;
+  }
+  return out;
+}
+
+SceneDescription scaled_vertices(const SceneDescription& scene, int k) {
+  SceneDescription out = scaled_scene(scene, k);
+  for (size_t i = 0; i < out.shapes.size(); ++i) {
+    const auto* mesh = std::get_if<MeshShape>(&scene.shapes[i].kind);
+    if (!mesh) continue;
+    out.shapes[i].object_to_world = scene.shapes[i].object_to_world;
+    TriangleMesh copy = *mesh->mesh;
+    for (Vec3f& v : copy.positions) v = {std::ldexp(v.x, k), std::ldexp(v.y, k), std::ldexp(v.z, k)};
+    out.shapes[i].kind = MeshShape{std::make_shared<TriangleMesh>(std::move(copy))};
+  }
+  return out;
+}
+
+TestScene scene_of_everything(const std::string& environment) {
+  TestScene s;
+  const int white = s.diffuse(0.7f);
+  s.quad({-1, -1, -1}, {0, 0, 2}, {2, 0, 0}, white);                               // floor
+  s.quad({-1, -1, 1}, {0, 2, 0}, {2, 0, 0}, white);                                // back
+  s.quad({-1, -1, -1}, {0, 2, 0}, {0, 0, 2}, s.diffuse(Rgb{0.6f, 0.05f, 0.05f}));  // left
+  s.quad({0.99, -1, -0.5}, {0, 0, 1.2}, {0, 1.5, 0},
+         s.diffuse_transmission({0.3f, 0.2f, 0.1f}, {0.2f, 0.4f, 0.2f}));
+  s.sphere({-0.5, -0.6, 0.4}, 0.3, s.dielectric(1.5f, 0));
+  s.sphere({0.1, -0.75, 0.2}, 0.2, s.dielectric(1.4f, 0.3f));
+  s.sphere({0.35, -0.2, 0.5}, 0.2, s.conductor(0.9f, 0.2f));
+  s.sphere({-0.4, 0.3, 0.8}, 0.15, s.coated({0.2f, 0.3f, 0.8f}, 1.5f, 0));
+  s.sphere({0, 0.5, 0.8}, 0.15, s.coated({0.8f, 0.3f, 0.2f}, 1.5f, 0.2f));
+  s.quad({-0.9, -0.9, 0.9}, {0, 0.8, 0.05}, {0.8, 0, 0}, s.conductor(0.8f, 0));
+  s.quad({0.2, -0.9, 0.1}, {0, 0.5, 0}, {0.3, 0, 0.1}, s.thin_dielectric(1.5f));
+  const int black = s.diffuse(0);
+  s.quad({-0.3, 0.98, 0.0}, {0.6, 0, 0}, {0, 0, 0.6}, black, {.radiance = {8, 7, 6}});
+  s.sphere({0.7, 0.6, 0.6}, 0.05, black, {.radiance = {20, 10, 5}});
+  s.point_light({-0.6, 0.5, -0.3}, {0.2f, 0.3f, 0.4f});
+  s.scene.lights.push_back(
+      {SpotLight{{0.5f, 0.5f, 0.2f}, {0.6, 0.8, -0.5}, normalized({-0.5, -1, 0.6}), 15, 30}, {}});
+  s.scene.lights.push_back({DistantLight{{0.5f, 0.5f, 0.6f}, normalized({0.3, -1, 0.4})}, {}});
+  s.scene.lights.push_back({InfiniteLight{{0.2f, 0.3f, 0.4f}, environment, {}}, {}});
+  s.camera({0, 0, -0.9}, {0, 0, 1}, 75).film(32, 32);
+  return s;
+}
+
+}  // namespace lightmill::test
