@@ -229,11 +229,13 @@ struct InfiniteLight {
   std::string image_path = {};  // resolved; empty: constant
   Transform light_to_world = {};
 };
-/// Parallel light: irradiance `radiance` on a surface that faces it; shines along the unit vector
-/// `direction`.
+/// Light from afar: `irradiance` on a surface that faces it; shines along the unit vector `direction`, or
+/// along all directions that differ from it by at most half_angle_degrees (0 to 90), evenly: a sun, which is
+/// seen.
 struct DistantLight {
-  Rgb radiance;
+  Rgb irradiance;
   Vec3d direction;
+  double half_angle_degrees = 0;
 };
 /// Point light within a cone: intensity (W/sr) times a smoothstep from total_width to falloff_start (half
 /// angles, degrees) around the unit axis `direction`.

@@ -11,6 +11,8 @@ namespace lightmill {
 namespace {
 
 constexpr double kMaxScale = 3e38;
+/// Narrower suns (degrees) are lost in the rounding of directions.
+constexpr double kLeastSunAngle = 1e-5;
 
 Rgb scaled(const Rgb& c, double s) {
   return {static_cast<float>(c.r * s), static_cast<float>(c.g * s), static_cast<float>(c.b * s)};
@@ -88,9 +90,16 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     const Rgb radiance = out.spectrum(params, "L", SpectrumUse::kEmission, {1, 1, 1});
     const double illuminance = params.number("illuminance", -1, -kMaxScale, kMaxScale);
     if (illuminance > 0) scale *= illuminance;
-    const Vec3d along = axis(out, params, ctm);
-    out.scene.lights.push_back(
-        {DistantLight{checked(scaled(radiance, scale), params), along}, params.where()});
+    DistantLight distant;
+    distant.irradiance = checked(scaled(radiance, scale), params);
+    distant.direction = axis(out, params, ctm);
+    distant.half_angle_degrees = params.number("angle", 0, 0, 90);  // ours: pbrt has no sun
+    if (distant.half_angle_degrees > 0 && distant.half_angle_degrees < kLeastSunAngle) {
+      out.problems->warning(params.where_of("angle"),
+                            "a sun of \"angle\" below 1e-5 degrees is a parallel light");
+      distant.half_angle_degrees = 0;
+    }
+    out.scene.lights.push_back({distant, params.where()});
   } else if (type == "spot") {
     const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
     SpotLight spot;

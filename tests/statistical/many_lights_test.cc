@@ -43,7 +43,8 @@ TestScene crowded_room(bool sky) {
   }
   if (sky) {
     s.environment({0.05f, 0.06f, 0.08f});
-    s.scene.lights.push_back({DistantLight{{0.3f, 0.3f, 0.3f}, {0.6, -0.8, 0}}, {}});
+    LightDescription& sun = s.scene.lights.emplace_back();
+    sun.kind = DistantLight{{0.3f, 0.3f, 0.3f}, {0.6, -0.8, 0}, 3};
   }
   s.camera({0.8, 0.7, -1.8}, {-0.2, 0.2, 1}, 60).film(16, 16);
   return s;

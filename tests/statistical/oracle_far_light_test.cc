@@ -41,6 +41,39 @@ TEST_P(FarLight, PlaneUnderADistantLight) {
   EXPECT_TRUE(mean_is(render(s, spp()).mean(), kRho / M_PI * 3 * -along.y, test()));
 }
 
+// Oracle 12, a sun of half angle alpha: E = pi L sin^2(alpha) cos(theta), and the same as the parallel light
+// of that irradiance, over the stiff range. Seen directly its disc has radiance L, and nothing outside it has
+// any.
+TEST_P(FarLight, PlaneUnderASun) {
+  for (const double alpha : {1e-5, 1e-4, 0.00465, 0.1, 0.6}) {
+    TestScene s = floor_scene();
+    const Vec3d along = normalized({0.3, -0.8, 0.4});
+    DistantLight sun{{3, 3, 3}, along};
+    sun.half_angle_degrees = alpha * 180 / M_PI;
+    s.scene.lights.push_back({sun, {}});
+    ASSERT_LT(alpha, std::asin(-along.y));  // all of it above the floor
+    EXPECT_TRUE(mean_is(render(s, spp()).mean(), kRho / M_PI * 3 * -along.y, test())) << alpha;
+  }
+}
+
+TEST_P(FarLight, TheSunItself) {
+  if (GetParam() == Integrator::kLt) return;  // joins surfaces to the lens, and the sun is none
+  for (const double alpha : {1e-3, 0.3}) {
+    TestScene s;
+    const Vec3d along = normalized({0.3, -0.8, 0.4});
+    DistantLight sun{{3, 3, 3}, along};
+    sun.half_angle_degrees = alpha * 180 / M_PI;
+    s.scene.lights.push_back({sun, {}});
+    const double radiance = 3 / (M_PI * std::sin(alpha) * std::sin(alpha));
+    s.camera({0, 0, 0}, along * -1.0, alpha * 180 / M_PI).film(8, 8);  // the middle of the disc
+    EXPECT_TRUE(mean_is(render(s, 256).mean(), radiance)) << alpha;
+    // All of it: radiance x pi tan^2(alpha) over the picture's (2 tan(2 alpha))^2.
+    s.camera({0, 0, 0}, along * -1.0, 4 * alpha * 180 / M_PI);
+    const double share = M_PI * std::pow(std::tan(alpha) / (2 * std::tan(2 * alpha)), 2);
+    EXPECT_TRUE(mean_is(render(s, 16384).mean(), radiance * share)) << alpha;
+  }
+}
+
 // Inside the full cone a spot is a point light; in its falloff, that times the smoothstep.
 TEST_P(FarLight, PlaneUnderASpotLight) {
   for (const double start : {80.0, 5.0}) {

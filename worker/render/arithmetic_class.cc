@@ -75,6 +75,10 @@ SceneDescription every_kernel() {
   scene.lights.push_back({InfiniteLight{{0.1f, 0.2f, 0.3f}}, {}});
   scene.lights.push_back({DistantLight{{0.4f, 0.3f, 0.2f}, {0, -0.6, 0.8}}, {}});
   scene.lights.push_back({SpotLight{{5, 6, 7}, {1, 1.5, 1}, {0, -0.6, 0.8}, 20, 35}, {}});
+  scene.lights.push_back({DistantLight{{0.2f, 0.3f, 0.4f}, {0.6, -0.8, 0}, 4}, {}});
+  // Enough lights for a light tree.
+  for (int i = 0; i < 24; ++i)
+    scene.lights.push_back({PointLight{{0.2f, 0.1f, 0.1f}, {-2 + 0.17 * i, 1.6, 2.0 + (i * 7) % 5}}, {}});
   return scene;
 }
 

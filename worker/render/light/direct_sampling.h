@@ -209,6 +209,11 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
       radiance = select(m, map.radiance<F>(chosen), radiance);
       pdf = select(m, map.pdf<F>(chosen), pdf);
     });
+    if (lights.any_sun) {
+      const MaskOf<F> sun = suns(r, infinite);
+      w = select(sun, sample_sun(r, sun, u, v), w);
+      pdf = select(sun, 1.0f / ((2 * kPi) * select(sun, r.scalar(5), splat<F>(1.0f))), pdf);
+    }
     w = select(distant, -r.vec(kLightN), w);
     pdf = select(distant, splat<F>(1.0f), pdf);
     s.infinite = mask_or(infinite, distant);

@@ -68,6 +68,10 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
       w = select(m, -map.sample(texel, du, dv, &chosen), w);
       radiance = select(m, map.radiance<F>(chosen), radiance);
     });
+    if (lights.any_sun) {
+      const MaskOf<F> sun = suns(r, infinite);
+      w = select(sun, -sample_sun(r, sun, du, dv), w);
+    }
     w = select(distant, r.vec(kLightN), w);
     s.direction = select(has_normal, s.direction, w);
     s.cos_light = select(has_normal, s.cos_light, splat<F>(1.0f));

@@ -55,6 +55,32 @@ inline void for_each_environment(const LightTable& lights, const LightRecord<F>&
   }
 }
 
+/// Which infinite lights are suns.
+template <class F>
+inline MaskOf<F> suns(const LightRecord<F>& r, MaskOf<F> infinite) {
+  return mask_and(infinite, MaskOf<F>(r.scalar(4) == kSunCone));
+}
+
+/// Whether direction `wi`, to the light, is in a sun's cone widened by `margin` (radians): by the chord
+/// 2 sin(angle / 2), as cosines of small angles are all 1.
+template <class F>
+inline MaskOf<F> in_sun(const LightRecord<F>& r, const Vec3<F>& wi, float margin) {
+  const Vec3<F> chord = wi + r.vec(kLightN);
+  const F widest = sqrt(2.0f * max(r.scalar(5), F{})) + margin;
+  return MaskOf<F>(dot(chord, chord) <= widest * widest);
+}
+
+/// Unit direction to the sun, uniform in its cone.
+template <class F>
+inline Vec3<F> sample_sun(const LightRecord<F>& r, MaskOf<F> sun, F u, F v) {
+  const F one_minus_cos = u * select(sun, r.scalar(5), F{});
+  const F sine = safe_sqrt(one_minus_cos * (2.0f - one_minus_cos));
+  F sp, cp;
+  sincos_2pi(v, &sp, &cp);
+  const Frame<F> frame(select(sun, -r.vec(kLightN), splat3<F>(0, 0, 1)));
+  return frame.to_world({sine * cp, sine * sp, 1.0f - one_minus_cos});
+}
+
 /// Density per unit solid angle, without selection, of sampling direction `wi` of infinite lights.
 template <class F>
 inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
@@ -63,6 +89,12 @@ inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<
   for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
     pdf = select(m, map.pdf<F>(map.texel<F>(wi)), pdf);
   });
+  if (lights.any_sun) {
+    const MaskOf<F> sun = suns(r, infinite);
+    // A sampled direction must count as inside when it comes back rounded: the margin is its rounding.
+    const F inside = 1.0f / ((2 * kPi) * select(sun, r.scalar(5), splat<F>(1.0f)));
+    pdf = select(sun, select(in_sun(r, wi, 0x1p-22f), inside, F{}), pdf);
+  }
   return pdf;
 }
 
@@ -74,6 +106,8 @@ inline Vec3<F> infinite_radiance(const LightTable& lights, const LightRecord<F>&
   for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
     radiance = select(m, map.radiance<F>(map.texel<F>(wi)), radiance);
   });
+  if (lights.any_sun)
+    radiance = select(mask_and(suns(r, infinite), mask_not(in_sun(r, wi, 0.0f))), Vec3<F>{}, radiance);
   return radiance;
 }
 

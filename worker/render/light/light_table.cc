@@ -61,6 +61,7 @@ LightBound bound_of(LightType type, const float* r, double power) {
 
 void LightTable::add(LightType light_type, const std::array<float, kLightFloats>& record, double power) {
   if (light_type == kInfiniteLight) infinite.push_back(count());
+  any_sun = any_sun || (light_type == kInfiniteLight && record[4] == kSunCone);
   any_spot = any_spot || light_type == kSpotLight;
   any_distant = any_distant || light_type == kDistantLight;
   if (light_type == kPointLight || light_type == kSpotLight || light_type == kDistantLight) {

@@ -19,13 +19,17 @@ inline constexpr LightType kTriangleLight = 0, kSphereLight = 1, kPointLight = 2
 /// With more lights than this that are not at infinity, next-event estimation selects by the light tree.
 inline constexpr int kAliasLights = 16;
 
+/// What an infinite light has in place of a map: the same radiance everywhere, or in a cone alone.
+inline constexpr float kEvenSky = -1, kSunCone = -2;
+
 inline constexpr int kLightFloats = 20;
 /// Slots of one light's record (stride kLightFloats):
 ///   triangle  0 v0, 3 e1, 6 e2, 9 unit normal of the emitting side
 ///   sphere    0 centre, 3 radius, 9 unused, 12 orientation (+1 emits outwards, -1 inwards)
 ///   point     0 position
 ///   spot      0 position, 4 cosines of the half angles where the falloff starts and 5 ends, 9 unit axis
-///   infinite  0 centre of the scene's bounding sphere, 3 its radius, 4 environment map number or -1
+///   infinite  0 centre of the scene's bounding sphere, 3 its radius, 4 environment map number, kEvenSky or
+///             kSunCone; a sun also 5 its 1 - cos(half angle), 9 unit direction in which it shines
 ///   distant   0 and 3 as infinite, 9 unit direction in which it shines
 ///   all       13 radiance rgb (point, spot: intensity), 16 area, 17 selection probability by power,
 ///             18 two-sided (0 or 1), 19 with a light tree: selection probability of lights at infinity
@@ -55,6 +59,7 @@ struct LightTable {
   std::vector<EnvironmentMap> environments;
   bool any_delta = false;  // point, spot or distant lights present
   bool any_spot = false;
+  bool any_sun = false;  // infinite lights that fill a cone
   bool any_distant = false;
   bool only_delta = true;  // nothing that a ray can hit or escape to
   bool any_sphere = false;

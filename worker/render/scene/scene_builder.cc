@@ -350,7 +350,12 @@ class SceneBuilder {
   static double mean(const std::array<float, kLightFloats>& r) { return (double{r[13]} + r[14] + r[15]) / 3; }
 
   void add_light(const LightDescription& l) {
-    std::visit([&](const auto& light) { add(light); }, l.kind);
+    try {
+      std::visit([&](const auto& light) { add(light); }, l.kind);
+    } catch (const Error& e) {
+      if (l.location.file.empty()) throw;
+      throw Error(e.kind(), where(l.location) + e.what());
+    }
   }
   void add(const PointLight& l) {
     if (dark(l.intensity)) return;
@@ -371,19 +376,34 @@ class SceneBuilder {
     out_.lights.add(kSpotLight, r, 2 * M_PI * (1 - 0.5 * (start + end)) * mean(r));
   }
   void add(const DistantLight& l) {
-    if (dark(l.radiance)) return;
+    if (dark(l.irradiance)) return;
     std::array<float, kLightFloats> r{};
     set_disk(r);
-    set_radiance(r, l.radiance);
     set_vec(r, kLightN, l.direction);
-    out_.lights.add(kDistantLight, r, M_PI * double{r[3]} * r[3] * mean(r));
+    const double power = M_PI * double{r[3]} * r[3];
+    if (l.half_angle_degrees == 0) {
+      set_radiance(r, l.irradiance);
+      out_.lights.add(kDistantLight, r, power * mean(r));
+      return;
+    }
+    // A cone of even radiance: facing it, E = pi L sin^2(half angle).
+    const double half = std::sin(l.half_angle_degrees * M_PI / 360), one_minus_cos = 2 * half * half;
+    const double solid = M_PI * one_minus_cos * (2 - one_minus_cos);
+    set_radiance(r, l.irradiance, static_cast<float>(1 / solid));
+    if (!std::isfinite(mean(r))) {
+      throw Error(ErrorKind::kBadScene,
+                  "a sun so small and bright is more than float can hold; widen its \"angle\"");
+    }
+    r[4] = kSunCone;
+    r[5] = static_cast<float>(one_minus_cos);
+    out_.lights.add(kInfiniteLight, r, power * mean(r) * solid);
   }
   void add(const InfiniteLight& l) {
     if (dark(l.radiance)) return;
     std::array<float, kLightFloats> r{};
     set_disk(r);
     set_radiance(r, l.radiance);
-    r[4] = -1;
+    r[4] = kEvenSky;
     double radiance = mean(r);
     if (!l.image_path.empty()) {
       r[4] = static_cast<float>(out_.lights.environments.size());

@@ -102,6 +102,38 @@ LightHit hit_sphere(const LightRecord<float>& r, const Vec3<float>& w) {
   return {true, t * t, std::fabs(dot(normalized(d * t - c), d))};
 }
 
+// A sun's directions are uniform in its cone, at any half angle, and count as inside when asked for again.
+TEST(DirectSampling, SunIsUniformInItsCone) {
+  for (const double alpha : {1e-6, 1e-5, 1e-3, 0.2, 1.2}) {
+    TestScene t;
+    const Vec3d along = normalized({0.2, -0.7, 0.4});
+    DistantLight sun{{1, 1, 1}, along};
+    sun.half_angle_degrees = alpha * 180 / M_PI;
+    t.scene.lights.push_back({sun, {}});
+    const LightScene scene(t);
+    const LightTable& lights = scene.lights();
+    const double half = std::sin(alpha / 2), solid = 4 * M_PI * half * half;
+    Random random(15);
+    constexpr size_t kRings = 16;
+    std::vector<double> observed(kRings), expected(kRings, double{kSamples} / kRings);
+    for (int i = 0; i < kSamples; ++i) {
+      const auto d = sample_direct<float>(lights, {}, 0, 0, random.uniform(), random.uniform());
+      ASSERT_NEAR(d.pdf * solid, 1, 1e-4);
+      ASSERT_EQ(direct_pdf_area<float>(lights, 0, {}, d.wi, 1, 1), d.pdf);
+      const auto e = sample_emission<float>(lights, 0, 0, random.uniform(), random.uniform(),
+                                            random.uniform(), random.uniform());
+      ASSERT_GT(e.pdf, 0);
+      const Vec3d chord{d.wi.x + along.x, d.wi.y + along.y, d.wi.z + along.z};
+      const double q = dot(chord, chord) / (4 * half * half);
+      ++observed[std::min(static_cast<size_t>(q * kRings), kRings - 1)];
+    }
+    // Below 1e-3 the rounding of directions shows in rings of equal area.
+    if (alpha >= 1e-3) {
+      EXPECT_TRUE(chi_square_passes(chi_square(observed, expected), 3)) << alpha;
+    }
+  }
+}
+
 // What MIS asks of a direction that was *not* sampled here: the density integrates to one over all
 // directions.
 TEST(DirectSampling, DensityIntegratesToOne) {

@@ -3,11 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "common/error.h"
 #include "common/image/image.h"
 #include "tests/support/statistics.h"
+#include "tests/support/test_scene.h"
+#include "worker/render/scene/render_scene.h"
 
 namespace lightmill::test {
 namespace {
@@ -122,6 +125,42 @@ TEST(EnvironmentMap, RefusesWhatIsNoSquareOfLight) {
   for (const char* name : {"wide.exr", "black.exr", "absent.exr"}) {
     EXPECT_THROW(EnvironmentMap(folder.file(name), {1, 1, 1}, {}), Error) << name;
   }
+}
+
+// The message names the texel, and the line of the light when the scene builder meets it.
+TEST(EnvironmentMap, RefusesTexelsThatAreNoRadiance) {
+  const Folder folder;
+  const std::pair<float, const char*> bad[] = {
+      {NAN, "not a number"}, {INFINITY, "infinite"}, {-1.0f, "negative"}};
+  for (const auto& [value, word] : bad) {
+    Image image(4, 4);
+    for (float& x : image.data) x = 1;
+    image.data[3 * 6 + 1] = value;
+    write_image(image, folder.file("sky.exr"));
+    TestScene s;
+    s.scene.lights.push_back({InfiniteLight{{1, 1, 1}, folder.file("sky.exr"), {}}, {"scene.pbrt", 12, 3}});
+    try {
+      build_scene(s.scene);
+      FAIL() << word;
+    } catch (const Error& e) {
+      const std::string message = e.what();
+      EXPECT_EQ(message.rfind("scene.pbrt:12:3: ", 0), 0u) << message;
+      EXPECT_NE(message.find("texel (2, 1)"), std::string::npos) << message;
+      EXPECT_NE(message.find(word), std::string::npos) << message;
+    }
+  }
+}
+
+// A filter's ringing is not an error: it counts as 0.
+TEST(EnvironmentMap, SlightlyNegativeTexelsAreBlack) {
+  const Folder folder;
+  Image image(2, 2);
+  for (float& x : image.data) x = 1;
+  image.data[0] = image.data[1] = image.data[2] = -0.001f;
+  write_image(image, folder.file("sky.exr"));
+  const EnvironmentMap map(folder.file("sky.exr"), {1, 1, 1}, {});
+  EXPECT_EQ(map.rgb[0], 0.0f);
+  EXPECT_EQ(map.density[0], 0.0f);
 }
 
 }  // namespace
