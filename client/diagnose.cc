@@ -64,6 +64,7 @@ class Page {
              std::to_string(kRecordedVertices) + "+ stands for longer ones too.</p>" +
              picture("image", "the image");
     strategies();
+    sets();
     discarded();
     brightest();
     html_ += "</body></html>\n";
@@ -136,6 +137,30 @@ class Page {
              percent(share(d_.light_subpath_seconds, seconds)) + "</td></tr></tbody></table>";
     html_ += "<h2>With their MIS weights: they add up to the image</h2>" + pictures[0];
     html_ += "<h2>Unweighted: each alone estimates the paths that it can make</h2>" + pictures[1];
+  }
+
+  /// What leaving families out would do: noise from these very samples, cost from the times of their parts.
+  void sets() {
+    double family[4] = {};
+    for (int s = 0; s <= kRecordedVertices; ++s) {
+      for (int t = 0; t <= kRecordedVertices; ++t) {
+        const size_t f = s == 0 ? 0 : t == 1 ? 2 : s == 1 ? 1 : 3;
+        family[f] += d_.counts[static_cast<size_t>(s)][static_cast<size_t>(t)].cpu_seconds;
+      }
+    }
+    const double samples = spp_ * static_cast<double>(d_.pixels);
+    html_ +=
+        "<h2>Other sets of strategies, predicted</h2><table><thead><tr><th>--strategies</th>"
+        "<th>relMSE at 1 spp</th><th>µs a sample</th><th>relMSE × µs</th></tr></thead><tbody>";
+    for (size_t i = 0; i < StrategyFilm::kSets; ++i) {
+      const Strategies set = StrategyFilm::set(i);
+      double seconds = d_.camera_subpath_seconds + (set & kLightPaths ? d_.light_subpath_seconds : 0);
+      for (unsigned f = 0; f < 4; ++f) seconds += set >> f & 1 ? family[f] : 0;
+      const double variance = d_.film.predicted_variance(i, spp_, d_.image), cost = 1e6 * seconds / samples;
+      html_ += "<tr><td>" + strategy_names(set) + "</td><td>" + number(variance) + "</td><td>" +
+               number(cost) + "</td><td>" + number(variance * cost) + "</td></tr>";
+    }
+    html_ += "</tbody></table>";
   }
 
   void discarded() {

@@ -19,7 +19,9 @@ float size_of(const StrategyContribution& c) { return std::max({c.rgb[0], c.rgb[
 void check_memory(const RenderSettings& settings) {
   const int64_t longest = std::min(settings.max_depth + 2, kRecordedVertices);
   const int64_t pixels = int64_t{settings.grid.width} * settings.grid.height;
-  const int64_t bytes = (longest + 1) * (longest + 2) / 2 * pixels * StrategyFilm::kBytesPerPixel;
+  const int64_t bytes =
+      ((longest + 1) * (longest + 2) / 2 * StrategyFilm::kBytesPerPixel + StrategyFilm::kBytesOfSets) *
+      pixels;
   if (bytes > kDiagnosisBytes) {
     throw Error(ErrorKind::kUsage,
                 "--diagnose at " + std::to_string(settings.grid.width) + "x" +
@@ -95,8 +97,8 @@ class Run {
 
   void add(const Packet& packet, const StrategyRecorder& recorder) {
     const std::lock_guard lock(mutex_);
+    result_.film.add_sample(recorder.contributions);
     for (const StrategyContribution& c : recorder.contributions) {
-      result_.film.add(c);
       auto& list = result_.brightest;
       const BrightPath path{c, packet.cell_x, packet.cell_y, packet.sample_begin, {}, {}};
       if (list.size() == kBrightest && !before(path, list.back())) continue;

@@ -24,9 +24,10 @@ struct BrightPath {
 };
 
 struct Diagnosis {
-  explicit Diagnosis(const FilmGrid& grid) : film(grid.width, grid.height) {}
+  explicit Diagnosis(const FilmGrid& grid) : film(grid.width, grid.height), pixels(grid.crop.area()) {}
   Image image;
   StrategyFilm film;
+  int64_t pixels;  // rendered
   StrategyRecorder::Table counts{};
   RenderCounters counters;
   double light_subpath_seconds = 0, camera_subpath_seconds = 0, cpu_seconds = 0;

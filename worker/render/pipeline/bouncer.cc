@@ -143,6 +143,11 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   const Lane dvc =
       select(s.delta, v.dvc * cos_out, cos_out * inv_pdf * (v.dvc * s.pdf_reverse + v.dvcm));  // M4, M5
   const Lane dvcm = select(s.delta, Lane{}, inv_pdf);
+  if (w.recorder) {
+    const Lane gain = select(s.delta, cos_out, cos_out * inv_pdf * s.pdf_reverse);
+    const Lane own = select(s.delta, Lane{}, cos_out * inv_pdf * v.dvcm);
+    w.recorder->scatter(mode == Mode::kImportance, depth, v.path, go, gain, own);
+  }
   const Vec3<Lane> o = offset_origin(v.p, v.error, v.ng, wi);
   Paths& p = w.paths;
   scatter(p.ox, v.path, o.x, go);
@@ -180,6 +185,16 @@ void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c) {
   }
 }
 
+/// `w_other` is the ratio of next event, at depth 1 that of the lens connection.
+void record_emission(int depth, LaneInt slot, LaneMask mask, const Vec3<Lane>& c, Lane mis, Lane w_other,
+                     Lane p_emission, Lane dvc, Wavefront& w) {
+  FamilyRatios ratios{};
+  add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
+  add_ratio(&ratios, depth == 1 ? &FamilyShares::lens : &FamilyShares::next_event, w_other);
+  w.recorder->add_camera_path(slot, p_emission, dvc, &ratios);
+  w.recorder->emission(depth + 1, slot, mask, c, mis, ratios);
+}
+
 /// Camera paths that left the scene see the infinite lights (M6).
 void add_environment(const StageContext& context, const Group& g, int depth, bool weigh_connections,
                      Wavefront& w) {
@@ -191,17 +206,19 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
     const LaneInt light = splat_int<Lane>(index);
     const LightRecord<Lane> r(lights, light);
     const LaneMask all = splat_mask<Lane>(true);
-    Lane w_camera{};
+    Lane w_next_event{}, p_emission{};
     if (depth > 1) {
       if (context.on(kNextEvent)) {
-        w_camera = direct_pdf_area<Lane>(lights, light, {}, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
+        w_next_event =
+            direct_pdf_area<Lane>(lights, light, {}, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
       }
-      if (weigh_connections) w_camera += emission_pdf(lights, light, wi, splat<Lane>(1.0f)) * dvc;
+      if (weigh_connections) p_emission = emission_pdf(lights, light, wi, splat<Lane>(1.0f));
     }
+    const Lane w_camera = weigh_connections ? w_next_event + p_emission * dvc : w_next_event;
     const Lane mis = mis_weight(Lane{}, w_camera);
     const Vec3<Lane> c = throughput * infinite_radiance(lights, r, all, wi) * (mis * context.imaging_ratio);
     add_radiance(w, g.slot, g.active, c);
-    if (w.recorder) w.recorder->emission(depth + 1, g.slot, g.active, c, mis);
+    if (w.recorder) record_emission(depth, g.slot, g.active, c, mis, w_next_event, p_emission, dvc, w);
   }
 }
 
@@ -215,21 +232,21 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   const LaneInt light = select(emits, index, LaneInt{});
   const LightTable& lights = scene.lights;
   const Vec3<Lane> radiance = emitted_radiance(lights, light, h.v.ng, h.v.wo);
-  Lane w_camera{};
+  Lane w_other{}, p_emission{};
   if (depth > 1) {
     if (context.on(kNextEvent)) {
-      w_camera = direct_pdf_area(lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in, emits) * h.v.dvcm;
+      w_other = direct_pdf_area(lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in, emits) * h.v.dvcm;
     }
-    if (weigh_connections) w_camera += emission_pdf(lights, light, -h.v.wo, h.cos_in) * h.v.dvc;
+    if (weigh_connections) p_emission = emission_pdf(lights, light, -h.v.wo, h.cos_in);
   } else if (context.on(kLensConnections)) {
     const LightRecord<Lane> r(lights, light);
-    w_camera = r.scalar(kLightSelect) / r.scalar(kLightArea) * h.v.dvcm;  // M10
+    w_other = r.scalar(kLightSelect) / r.scalar(kLightArea) * h.v.dvcm;  // M10
   }
-  const Lane mis = mis_weight(Lane{}, w_camera);
+  const Lane mis = mis_weight(Lane{}, weigh_connections ? w_other + p_emission * h.v.dvc : w_other);
   const Vec3<Lane> c = h.v.throughput * radiance * (mis * context.imaging_ratio);
   const LaneMask shines = mask_and(emits, LaneMask(max_component(radiance) > 0.0f));
   add_radiance(w, h.v.path, shines, c);
-  if (w.recorder) w.recorder->emission(depth + 1, h.v.path, shines, c, mis);
+  if (w.recorder) record_emission(depth, h.v.path, shines, c, mis, w_other, p_emission, h.v.dvc, w);
 }
 
 }  // namespace
@@ -267,6 +284,10 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
     // From here on dVCM stands for one strategy: joining the vertex before.
     if (!context.on(depth == 1 ? kNextEvent : kVertexConnections)) h.v.dvcm = Lane{};
     const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
+    if (w.recorder) {
+      w.recorder->hit(true, g.slot, g.active, inv_cos);
+      w.recorder->store(true, w.light_vertices.size(), g.slot, connectable);
+    }
     auto next_index = static_cast<int32_t>(w.light_vertices.size());
     append_vertices(h.v, mask_bits(connectable), &w.light_vertices);
     if (store_for_connection) {
@@ -301,16 +322,18 @@ void bounce_camera_paths(const StageContext& context, const LayerContext& layer,
   for (int base = 0; base < hits; base += kLanes) {
     const Group g(paths.active + base, std::min(kLanes, hits - base));
     Hit h = reconstruct(scene, paths, g, depth);
-    const Lane inv_cos = 1.0f / h.cos_in;
     if (w.recorder) record_vertex(h, g, false, depth, w);
+    const Lane inv_cos = 1.0f / h.cos_in;
     // M3; rays of a parallel camera spread no more with distance.
     h.v.dvcm = h.v.dvcm * (parallel ? splat<Lane>(1.0f) : h.distance2) * inv_cos;
     h.v.dvc = h.v.dvc * inv_cos;
+    if (w.recorder) w.recorder->hit(false, g.slot, g.active, inv_cos);
     if (context.on(kEmissionHits)) add_emission(context, h, g.active, depth, weigh_connections, w);
     // From here on dVCM stands for one strategy: joining the vertex before.
     if (!context.on(depth == 1 ? kLensConnections : kVertexConnections)) h.v.dvcm = Lane{};
     if (depth > context.max_depth) continue;
     const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
+    if (w.recorder) w.recorder->store(false, w.vertices.size(), g.slot, connectable);
     append_vertices(h.v, mask_bits(connectable), &w.vertices);
     const LaneMask go = scatter_paths(context, layer.camera_stream<Lane>(g.slot), h, h.valid, Mode::kRadiance,
                                       depth, context.on(kLightPaths), w);

@@ -3,6 +3,7 @@
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/shadow_caster.h"
+#include "worker/render/pipeline/strategy_recorder.h"
 
 namespace lightmill {
 namespace {
@@ -71,6 +72,7 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
 }  // namespace
 
 void produce_camera_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
+  if (wavefront.recorder) wavefront.recorder->start_camera_paths();
   std::visit([&](const auto& camera) { camera_paths(camera, context, layer, wavefront); }, context.camera);
 }
 
@@ -96,6 +98,7 @@ void produce_light_paths(const StageContext& context, const LayerContext& layer,
     const Lane inv = 1.0f / e.pdf;
     store(paths.dvcm + base, inv);  // M1; p_direct follows at the first hit, which it may depend on
     store(paths.dvc + base, context.on(kEmissionHits) ? select(e.delta, Lane{}, e.cos_light * inv) : Lane{});
+    if (wavefront.recorder) wavefront.recorder->start_light_paths(base, load<Lane>(paths.dvc + base));
     store(paths.light + base, e.light);
     store(paths.cos_light + base, e.cos_light);
     activate(paths, g.slot, mask_and(g.inside, LaneMask(max_component(e.power) > 0.0f)));

@@ -83,11 +83,13 @@ Lane adjoint_cosine(const VertexLanes<Lane>& v, const Vec3<Lane>& wi) {
 /// A group of up to kLanes consecutive vertices.
 struct VertexGroup {
   VertexLanes<Lane> v;
+  LaneInt index;
   LaneMask active;
   VertexGroup(const std::vector<Vertex>& from, size_t base, const RenderScene& scene) {
     const auto count = static_cast<int32_t>(std::min<size_t>(kLanes, from.size() - base));
     const LaneInt i = lane_index<Lane>();
     active = LaneMask(i < count);
+    index = i + static_cast<int32_t>(base);
     v = load_vertices(from.data() + base, select(active, i, splat_int<Lane>(count - 1)));
     v.params.tables = scene.bsdf_tables.data();
   }
@@ -146,11 +148,12 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
         eval_bsdf<Lane>(v.kind, lit, v.params, frame.to_local(v.wo), wi, Mode::kRadiance);
     const Lane inv_pdf = 1.0f / select(lit, d.pdf, splat<Lane>(1.0f));
     const Lane w_light = context.on(kEmissionHits) ? select(d.delta, Lane{}, f.pdf * inv_pdf) : Lane{};
-    Lane w_camera{};
+    Lane camera_ratio{}, w_camera{};
     if (weigh_connections) {
       const Lane cos_surface = abs(dot(v.ng, d.wi));
       const Lane cos_light = select(lit, d.cos_light, splat<Lane>(1.0f));
-      w_camera = d.pdf_emission * cos_surface * inv_pdf / cos_light * (v.dvcm + v.dvc * f.pdf_reverse);  // M7
+      camera_ratio = d.pdf_emission * cos_surface * inv_pdf / cos_light;
+      w_camera = camera_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M7
     }
     const Lane mis = mis_weight(w_light, w_camera);
     const Lane scale = abs(wi.z) * inv_pdf * mis * context.imaging_ratio;
@@ -164,7 +167,13 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
     c.target = v.path;
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
-    if (w.recorder) w.recorder->announce(splat_int<Lane>(1), depth + 1, v.path, mis);
+    if (w.recorder) {
+      FamilyRatios ratios{};
+      add_ratio(&ratios, &FamilyShares::next_event, splat<Lane>(1.0f));
+      add_ratio(&ratios, &FamilyShares::hit, w_light);
+      w.recorder->add_stored(false, g.index, v.depth, camera_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
+      w.recorder->announce(splat_int<Lane>(1), depth + 1, v.path, mis, ratios);
+    }
     queue(context, c, g.active, context.tiny_contribution, u, false, w);
   }
 }
@@ -201,8 +210,9 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
                                                 light_frame.to_local(-wi), Mode::kImportance);
       const Lane cos_v = abs(dot(v.ng, wi)), cos_l = abs(dot(l.ng, wi));
       // M9.
-      const Lane w_light = f.pdf * cos_l * inv_d2 * (l.dvcm + l.dvc * fl.pdf_reverse);
-      const Lane w_camera = fl.pdf * cos_v * inv_d2 * (v.dvcm + v.dvc * f.pdf_reverse);
+      const Lane light_ratio = f.pdf * cos_l * inv_d2, camera_ratio = fl.pdf * cos_v * inv_d2;
+      const Lane w_light = light_ratio * (l.dvcm + l.dvc * fl.pdf_reverse);
+      const Lane w_camera = camera_ratio * (v.dvcm + v.dvc * f.pdf_reverse);
       const Lane mis = mis_weight(w_light, w_camera);
       const Lane geometry = abs(wi_local.z) * adjoint_cosine(l, -wi) * inv_d2;
       Candidates c;
@@ -217,7 +227,13 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
           context.tiny_contribution > 0
               ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + static_cast<uint32_t>(j)))
               : Lane{};
-      if (w.recorder) w.recorder->announce(l.depth + 1, depth + 1, v.path, mis);
+      if (w.recorder) {
+        FamilyRatios ratios{};
+        add_ratio(&ratios, &FamilyShares::connect, splat<Lane>(1.0f));
+        w.recorder->add_stored(false, g.index, v.depth, camera_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
+        w.recorder->add_stored(true, index, l.depth, light_ratio, l.dvcm, l.dvc, fl.pdf_reverse, &ratios);
+        w.recorder->announce(l.depth + 1, depth + 1, v.path, mis, ratios);
+      }
       queue(context, c, active, context.tiny_contribution, u, false, w);
     }
   }
@@ -242,8 +258,8 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
     const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo),
                                              frame.to_local(to_camera), Mode::kImportance);
     const Lane p_camera = lens.density * abs(dot(v.ng, to_camera));
-    const Lane w_light =
-        p_camera * (1.0f / context.light_paths_per_spp) * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
+    const Lane light_ratio = p_camera * (1.0f / context.light_paths_per_spp);
+    const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
     const Lane mis = mis_weight(w_light, Lane{});
     const Lane scale = lens.density * adjoint_cosine(v, to_camera) * target.weight * mis *
                        (context.imaging_ratio / context.light_paths_per_spp);
@@ -255,7 +271,12 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
     c.target = target.pixel;
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
-    if (w.recorder) w.recorder->announce(splat_int<Lane>(depth + 1), 1, v.path, mis);
+    if (w.recorder) {
+      FamilyRatios ratios{};
+      add_ratio(&ratios, &FamilyShares::lens, splat<Lane>(1.0f));
+      w.recorder->add_stored(true, g.index, v.depth, light_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
+      w.recorder->announce(splat_int<Lane>(depth + 1), 1, v.path, mis, ratios);
+    }
     queue(context, c, valid, context.tiny_contribution, u, true, w);
   }
   flush_shadow_rays(context, true, w);
@@ -279,9 +300,9 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   const LightRecord<Lane> r(context.scene.lights, e.light);
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
   const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
-  Lane mis = splat<Lane>(1.0f);
-  if (context.on(kEmissionHits))
-    mis = mis_weight(p_camera * inv_pdf * (1.0f / context.light_paths_per_spp), Lane{});  // M10
+  Lane w_hit{};
+  if (context.on(kEmissionHits)) w_hit = p_camera * inv_pdf * (1.0f / context.light_paths_per_spp);  // M10
+  const Lane mis = mis_weight(w_hit, Lane{});
   const Lane scale =
       p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio / context.light_paths_per_spp);
   Candidates c;
@@ -294,7 +315,12 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   // 0.
   const float tiny = context.lens_alone() ? 0 : context.tiny_contribution;
   const Lane u = tiny > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
-  if (w.recorder) w.recorder->announce(splat_int<Lane>(1), 1, slot, mis);
+  if (w.recorder) {
+    FamilyRatios ratios{};
+    add_ratio(&ratios, &FamilyShares::lens, splat<Lane>(1.0f));
+    add_ratio(&ratios, &FamilyShares::hit, w_hit);
+    w.recorder->announce(splat_int<Lane>(1), 1, slot, mis, ratios);
+  }
   queue(context, c, valid, tiny, u, true, w);
 }
 

@@ -10,6 +10,12 @@ constexpr size_t clipped(int32_t vertices) {
   return static_cast<size_t>(std::min(vertices, kRecordedVertices));
 }
 
+FamilyShares shares_of(const FamilyRatios& ratios, Lane weight, int l) {
+  const FamilyShares& r = ratios[static_cast<size_t>(l)];
+  const float w = lane(weight, l);
+  return {r.hit * w, r.next_event * w, r.lens * w, r.connect * w};
+}
+
 }  // namespace
 
 uint32_t StrategyRecorder::pixel_of(int32_t slot) const {
@@ -17,9 +23,10 @@ uint32_t StrategyRecorder::pixel_of(int32_t slot) const {
   return static_cast<uint32_t>(y) * static_cast<uint32_t>(width_) + static_cast<uint32_t>(x);
 }
 
-void StrategyRecorder::announce(LaneInt s, int t, LaneInt slot, Lane weight) {
+void StrategyRecorder::announce(LaneInt s, int t, LaneInt slot, Lane weight, const FamilyRatios& ratios) {
   for (int l = 0; l < kLanes; ++l) {
-    announced_[static_cast<size_t>(l)] = {lane(s, l), t, lane(slot, l), lane(weight, l)};
+    announced_[static_cast<size_t>(l)] = {lane(s, l), t, lane(slot, l), lane(weight, l),
+                                          shares_of(ratios, weight, l)};
   }
 }
 
@@ -46,12 +53,13 @@ void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seco
     ++(rays.occluded[k] ? c.occluded : c.visible);
     if (rays.occluded[k]) continue;
     const uint32_t pixel = splats ? static_cast<uint32_t>(rays.target[k]) : pixel_of(a.slot);
-    contributions.push_back({a.s, a.t, a.slot, pixel, {rays.r[k], rays.g[k], rays.b[k]}, a.weight});
+    contributions.push_back({a.s, a.t, a.slot, pixel, {rays.r[k], rays.g[k], rays.b[k]}, a.weight, a.shares});
   }
   resolving_seconds_ += seconds;
 }
 
-void StrategyRecorder::emission(int t, LaneInt slot, LaneMask mask, const Vec3<Lane>& rgb, Lane weight) {
+void StrategyRecorder::emission(int t, LaneInt slot, LaneMask mask, const Vec3<Lane>& rgb, Lane weight,
+                                const FamilyRatios& ratios) {
   for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
     StrategyCounts& c = counts[0][clipped(t)];
@@ -62,7 +70,8 @@ void StrategyRecorder::emission(int t, LaneInt slot, LaneMask mask, const Vec3<L
                              lane(slot, l),
                              pixel_of(lane(slot, l)),
                              {lane(rgb.x, l), lane(rgb.y, l), lane(rgb.z, l)},
-                             lane(weight, l)});
+                             lane(weight, l),
+                             shares_of(ratios, weight, l)});
   }
 }
 

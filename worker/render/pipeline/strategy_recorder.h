@@ -5,12 +5,30 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/strategies.h"
 #include "worker/render/pipeline/work_items.h"
 
 namespace lightmill {
 
 /// Strategies are told apart up to this many vertices a side; longer ones count with it.
 inline constexpr int kRecordedVertices = 12;
+
+/// Of a path's density under all strategies, what stems from each family; the sum is 1. A set S of families
+/// would give the same contribution the weight (its own family's share) / (the shares in S), and its second
+/// moment is the sum over contributions of value^2 / (the shares in S): Grittmann et al. 2022, eq. 12.
+struct FamilyShares {
+  float hit = 0, next_event = 0, lens = 0, connect = 0;
+  float of(Strategies set) const {
+    return (set & kEmissionHits ? hit : 0) + (set & kNextEvent ? next_event : 0) +
+           (set & kLensConnections ? lens : 0) + (set & kVertexConnections ? connect : 0);
+  }
+};
+
+/// The same per lane before normalisation: ratios of densities to the strategy at hand, whose own is 1.
+using FamilyRatios = std::array<FamilyShares, kLanes>;
+inline void add_ratio(FamilyRatios* ratios, float FamilyShares::*family, Lane x) {
+  for (int l = 0; l < kLanes; ++l) (*ratios)[static_cast<size_t>(l)].*family += lane(x, l);
+}
 
 /// A contribution that reached the film.
 struct StrategyContribution {
@@ -19,6 +37,7 @@ struct StrategyContribution {
   uint32_t pixel = 0;        // row-major in the full frame
   float rgb[3] = {0, 0, 0};  // weighted, on the scale of a pixel sample
   float weight = 0;          // MIS weight within rgb
+  FamilyShares shares;
 };
 
 /// A vertex of a path, in normalised space.
@@ -54,7 +73,7 @@ class StrategyRecorder {
   void clear() { contributions.clear(), vertices.clear(); }
 
   /// Names the lanes of the next call that queues candidates.
-  void announce(LaneInt s, int t, LaneInt slot, Lane weight);
+  void announce(LaneInt s, int t, LaneInt slot, Lane weight, const FamilyRatios& ratios);
   /// Of the announced lanes: evaluated, and those that were zero or lost at roulette.
   void candidates(unsigned evaluated, unsigned zero, unsigned rouletted);
   /// Announced lane `l` became entry `i` of the shadow rays.
@@ -62,9 +81,26 @@ class StrategyRecorder {
   /// The queue was tested; `seconds` is shared out by entries.
   void resolved(const ShadowRays& rays, bool splats, double seconds);
   /// Camera paths in `mask` hit an emitter or escaped after t - 1 segments.
-  void emission(int t, LaneInt slot, LaneMask mask, const Vec3<Lane>& rgb, Lane weight);
+  void emission(int t, LaneInt slot, LaneMask mask, const Vec3<Lane>& rgb, Lane weight,
+                const FamilyRatios& ratios);
   void vertex(bool light, int depth, LaneInt slot, LaneMask mask, LaneInt primitive, const Vec3<Lane>& p,
               const Vec3<Lane>& throughput);
+  // The parts of dVC along the subpaths (mis.h): of a camera path what lens connections add, of a light path
+  // what next event and emission hits add; the rest is connections. Slots and vertices as in the wavefront.
+  void start_camera_paths() { camera_.fill({}); }
+  void start_light_paths(int base, Lane dvc);
+  /// M3: everything is divided by the cosine.
+  void hit(bool light, LaneInt slot, LaneMask mask, Lane inv_cos);
+  /// M4, M5: parts are scaled by `gain`; at depth 1 `dvcm_term` is the family's own.
+  void scatter(bool light, int depth, LaneInt slot, LaneMask mask, Lane gain, Lane dvcm_term);
+  /// Vertices first, first + 1, ... are those in `mask`.
+  void store(bool light, size_t first, LaneInt slot, LaneMask mask);
+  /// Adds the families of dVCM + dVC * pdf_reverse, times `scale`, of stored vertices to `ratios`.
+  void add_stored(bool light, LaneInt index, LaneInt depth, Lane scale, Lane dvcm, Lane dvc, Lane pdf_reverse,
+                  FamilyRatios* ratios) const;
+  /// Adds those of dVC * scale of camera paths that end on an emitter.
+  void add_camera_path(LaneInt slot, Lane scale, Lane dvc, FamilyRatios* ratios) const;
+
   /// Between these two a stage forms candidates; its `seconds` are shared out by those evaluated, without
   /// what resolved() took meanwhile.
   void begin_stage() { before_ = counts, resolving_seconds_ = 0; }
@@ -74,12 +110,20 @@ class StrategyRecorder {
   struct Announced {
     int32_t s = 0, t = 0, slot = 0;
     float weight = 0;
+    FamilyShares shares;
+  };
+  /// What connections do not add to dVC.
+  struct Parts {
+    float next_event = 0, hit = 0;  // light paths
+    float lens = 0;                 // camera paths
   };
   uint32_t pixel_of(int32_t slot) const;
 
   int cell_x_ = 0, cell_y_ = 0, width_ = 0;
   std::array<Announced, kLanes> announced_{};
   std::array<Announced, ShadowRays::kCapacity> pending_{};
+  std::array<Parts, kWavefront> camera_{}, light_{};
+  std::vector<Parts> camera_vertices_, light_vertices_;
   Table before_{};                // counts at begin_stage()
   double resolving_seconds_ = 0;  // since then
 };
