@@ -61,6 +61,10 @@ ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& 
        "the user geometry and its intersection code");
   item("light selection", scene.lights.count() > 1, text(scene.lights.count()) + " light(s)",
        "a random number and two look-ups per sample");
+  item("light tree", !scene.lights.tree.empty(),
+       (scene.lights.tree.empty() ? "not more than " : "more than ") + text(kAliasLights) +
+           " lights within the scene",
+       "a traversal per light sample and per emitter that a path hits");
   item("delta lights", scene.lights.any_delta,
        scene.lights.any_delta ? "a point, spot or distant light" : "no point, spot or distant light",
        "their cases in light sampling");
