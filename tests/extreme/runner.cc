@@ -17,16 +17,6 @@ constexpr uint64_t kPilotSeed = 1, kSeed = 2;
 /// Samples (pixels times spp) that a row may take.
 int64_t largest_work(const SuiteOptions& options) { return int64_t{1} << (options.full ? 27 : 21); }
 
-/// x with P(|normal| >= x) = p: the inverse of erfc by bisection.
-double normal_deviate(double p) {
-  double lo = 0, hi = 38;
-  for (int i = 0; i < 200; ++i) {
-    const double mid = 0.5 * (lo + hi);
-    (std::erfc(mid / std::sqrt(2.0)) > p ? lo : hi) = mid;
-  }
-  return lo;
-}
-
 /// Kish's effective number of the pixels' values over all batches: how many equal ones would tell as much.
 double effective_samples(const Batches& b, int channel) {
   double sum = 0, squares = 0, largest = 0;
@@ -75,12 +65,16 @@ int64_t decide_spp(const Setup& setup, const Run& run, const SuiteOptions& optio
                     most);
 }
 
-const Note* note_for(const Case& subject, const Run& run) {
+Strategies set_of(const Run& run) {
   RenderSettings settings;
   settings.integrator = run.integrator;
   settings.strategies = run.strategies;
+  return strategies_of(settings);
+}
+
+const Note* note_for(const Case& subject, const Run& run) {
   for (const Note& n : subject.notes) {
-    if (!(strategies_of(settings) & n.needs)) return &n;
+    if (!(set_of(run) & n.needs)) return &n;
   }
   return nullptr;
 }
@@ -130,32 +124,41 @@ std::string row_title(const Case& subject, const Run& run) {
   return subject.name + ", " + subject.parameter + " [" + run.name + "]";
 }
 
-std::vector<Run> runs_of(const Case& subject, const SuiteOptions& options) {
+// The inverse of erfc by bisection.
+double normal_deviate(double p) {
+  double lo = 0, hi = 38;
+  for (int i = 0; i < 200; ++i) {
+    const double mid = 0.5 * (lo + hi);
+    (std::erfc(mid / std::sqrt(2.0)) > p ? lo : hi) = mid;
+  }
+  return lo;
+}
+
+std::vector<Run> runs_that_see(const Sight& sight, bool every_set) {
   std::vector<Run> all{{"pt", Integrator::kPt}, {"lt", Integrator::kLt}, {"bdpt", Integrator::kBdpt}};
-  const auto set_of = [](const Run& run) {
-    RenderSettings settings;
-    settings.integrator = run.integrator;
-    settings.strategies = run.strategies;
-    return strategies_of(settings);
-  };
-  if (!subject.measure) {
-    for (Strategies set = 1; set <= kAllStrategies; ++set) {
-      // pt is hit and next-event, lt is lens, bdpt is all: those have a row.
-      if (std::any_of(all.begin(), all.begin() + 3, [&](const Run& r) { return set_of(r) == set; })) continue;
-      const bool single = (set & (set - 1)) == 0;
-      if (options.full || subject.every_set || (single))
-        all.push_back({strategy_names(set), Integrator::kBdpt, set});
-    }
+  for (Strategies set = 1; set <= kAllStrategies; ++set) {
+    if (std::any_of(all.begin(), all.begin() + 3, [&](const Run& r) { return set_of(r) == set; })) continue;
+    const bool single = (set & (set - 1)) == 0;
+    if (every_set || single) all.push_back({strategy_names(set), Integrator::kBdpt, set});
   }
+  std::erase_if(all, [&](const Run& run) { return !sight.covered_by(set_of(run)); });
+  return all;
+}
+
+std::vector<Run> runs_of(const Case& subject, const SuiteOptions& options) {
+  if (subject.full_only && !options.full) return {};
   std::vector<Run> runs;
-  if (subject.full_only && !options.full) return runs;
-  if (subject.pt_only && !options.full) all.resize(1);
-  for (const Run& run : all) {
-    if (subject.measure ? !subject.sight.covered_by(kAllStrategies) && run.integrator != Integrator::kPt
-                        : !subject.sight.covered_by(set_of(run)))
-      continue;
-    if (row_title(subject, run).find(options.filter) != std::string::npos) runs.push_back(run);
+  if (!subject.measure) {
+    runs = runs_that_see(subject.sight, options.full || subject.every_set);
+  } else if (subject.sight.covered_by(kAllStrategies)) {
+    runs = {{"pt", Integrator::kPt}, {"lt", Integrator::kLt}, {"bdpt", Integrator::kBdpt}};
+  } else {
+    runs = {{"sums", Integrator::kPt}};
   }
+  if (subject.pt_only && !options.full) runs.resize(1);
+  std::erase_if(runs, [&](const Run& run) {
+    return row_title(subject, run).find(options.filter) == std::string::npos;
+  });
   return runs;
 }
 

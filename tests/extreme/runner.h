@@ -35,6 +35,11 @@ struct SuiteOptions {
 
 /// "1 closed box, rho 0.5 [bdpt]".
 std::string row_title(const Case& subject, const Run& run);
+/// pt, lt, bdpt and the sets of families (all, or single ones only) that see all light; pt is hit and next
+/// event, lt is lens, bdpt is all, and those sets are not repeated.
+std::vector<Run> runs_that_see(const Sight& sight, bool every_set);
+/// x with P(|normal| >= x) = p.
+double normal_deviate(double p);
 /// The runs of a case that the options select.
 std::vector<Run> runs_of(const Case& subject, const SuiteOptions& options);
 Row run_case(const Case& subject, const Run& run, const SuiteOptions& options);

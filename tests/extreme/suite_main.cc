@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "common/error.h"
+#include "tests/extreme/matrix.h"
 #include "tests/extreme/report.h"
 
 namespace lightmill::test {
@@ -23,19 +24,40 @@ void write_file(const std::string& path, const std::string& content) {
   if (!(file << content << std::flush)) throw Error(ErrorKind::kFailed, path + ": can't be written");
 }
 
+/// Prints the matrices; false if estimators differ.
+bool run_matrices(const SuiteOptions& options, bool list) {
+  bool passed = true;
+  const std::vector<std::string> names = matrix_scenes();
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (names[i].find(options.filter) == std::string::npos) continue;
+    if (list) {
+      std::printf("%s\n", names[i].c_str());
+      continue;
+    }
+    const AgreementMatrix m = agreement_matrix(i, options.full);
+    std::printf("%s", matrix_text(m).c_str());
+    std::fflush(stdout);
+    passed = passed && m.passed();
+  }
+  return passed;
+}
+
 int run(int argc, char** argv) {
   CLI::App app{"Renders scenes whose answer is known, at the ends of their ranges; a row each"};
   SuiteOptions options;
   std::string json, html;
-  bool list = false;
+  bool list = false, matrix = false;
   app.add_flag("--full", options.full, "Every set of strategies of every case, and more samples");
   app.add_option("--filter", options.filter,
                  "Only rows whose \"case, parameter [strategies]\" contains this");
   app.add_flag("--list", list, "Print the rows' names only");
+  app.add_flag("--matrix", matrix,
+               "In place of the cases: z values of all pairs of estimators on ten scenes");
   app.add_option("--json", json, "Write the rows to this file");
   app.add_option("--html", html, "Write a page with pictures to this file");
   CLI11_PARSE(app, argc, argv);
 
+  if (matrix) return run_matrices(options, list) ? 0 : 1;
   const std::vector<Case> cases = all_cases();
   std::vector<Row> rows;
   if (!list) std::printf("%s\n", text_head().c_str());
