@@ -10,4 +10,34 @@ bool surface_flips_normal(const ShapeDescription& shape) {
   return shape.reverse_orientation != (determinant3(shape.object_to_world) < 0);
 }
 
+int mix_in_a_cycle(const std::vector<MaterialDescription>& materials) {
+  enum class State : uint8_t { kNew, kOpen, kDone };
+  std::vector<State> state(materials.size(), State::kNew);
+  // Depth first without recursion: a file may nest mixes as deeply as it likes.
+  std::vector<std::pair<size_t, size_t>> open;  // material, child to look at next
+  for (size_t root = 0; root < materials.size(); ++root) {
+    if (state[root] != State::kNew) continue;
+    open.push_back({root, 0});
+    state[root] = State::kOpen;
+    while (!open.empty()) {
+      auto& [material, next] = open.back();
+      const auto* mix = std::get_if<MixMaterial>(&materials[material].kind);
+      if (mix == nullptr || next == mix->materials.size()) {
+        state[material] = State::kDone;
+        open.pop_back();
+        continue;
+      }
+      const int child = mix->materials[next++];
+      if (child < 0) continue;
+      const auto c = static_cast<size_t>(child);
+      if (state[c] == State::kOpen) return static_cast<int>(material);
+      if (state[c] == State::kNew) {
+        state[c] = State::kOpen;
+        open.push_back({c, 0});
+      }
+    }
+  }
+  return -1;
+}
+
 }  // namespace lightmill

@@ -168,9 +168,15 @@ struct CoatedConductorMaterial {
   float thickness = 0.01f;
   int max_depth = 10;
 };
+/// At every point either materials[0] or, with probability `amount`, materials[1] (indices into
+/// SceneDescription::materials; they may be mixes, too).
+struct MixMaterial {
+  std::array<int, 2> materials{-1, -1};
+  FloatInput amount{0.5f, -1};
+};
 using MaterialKind =
     std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial,
-                 ThinDielectricMaterial, DiffuseTransmissionMaterial, CoatedConductorMaterial>;
+                 ThinDielectricMaterial, DiffuseTransmissionMaterial, CoatedConductorMaterial, MixMaterial>;
 struct MaterialDescription {
   std::string name;  // empty for an unnamed Material
   MaterialKind kind;
@@ -319,6 +325,9 @@ struct SceneDescription {
   std::vector<LightDescription> lights;
   std::vector<SourceFile> files;  // the scene file first
 };
+
+/// A mix among `materials` that contains itself, directly or not; -1 if there is none.
+int mix_in_a_cycle(const std::vector<MaterialDescription>& materials);
 
 /// True if the shading/emitting normal (the geometric normal of the transformed winding) must be flipped:
 /// pbrt flips when ReverseOrientation differs from "the transform swaps handedness".

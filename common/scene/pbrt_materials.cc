@@ -172,6 +172,19 @@ void read_bumps(PbrtScene& out, ParameterList& params, MaterialDescription* mate
   material->displacement = out.float_input(params, "displacement", 0, -kMaxHeight, kMaxHeight).texture;
 }
 
+MixMaterial read_mix(PbrtScene& out, ParameterList& params) {
+  MixMaterial m;
+  const Parameter* p = params.find("materials", {ParamType::kString});
+  if (p == nullptr || p->strings.size() != 2) {
+    params.bad_value("materials", "needs the names of two materials");
+    m.materials.fill(out.default_material(params.where()));
+  } else {
+    for (size_t i = 0; i < 2; ++i) m.materials[i] = out.material_named(p->strings[i], p->where);
+  }
+  m.amount = out.float_input(params, "amount", 0.5f, 0, 1);
+  return m;
+}
+
 }  // namespace
 
 bool is_interface_material(const std::string& type) {
@@ -197,6 +210,8 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
     material.kind = read_diffuse_transmission(out, params);
   } else if (type == "coateddiffuse") {
     material.kind = read_coated_diffuse(out, params);
+  } else if (type == "mix") {
+    material.kind = read_mix(out, params);
   } else if (type == "coatedconductor") {
     material.kind = read_coated_conductor(out, params);
   } else {

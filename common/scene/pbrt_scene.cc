@@ -107,6 +107,11 @@ void PbrtScene::report_undefined() {
                       "there is no material named " + in_quotes(name) + nearest_hint(name, names));
     }
   }
+  if (const int cycle = mix_in_a_cycle(scene.materials); cycle >= 0) {
+    const MaterialDescription& m = scene.materials[static_cast<size_t>(cycle)];
+    problems->error(m.location, "the mix " + in_quotes(m.name) +
+                                    " contains itself; name other materials in one of the mixes around it");
+  }
   for (const auto& [key, entry] : named_textures_) {
     if (entry.defined) continue;
     names.clear();

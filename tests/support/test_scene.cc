@@ -68,6 +68,10 @@ int TestScene::coated(const Rgb& reflectance, float eta, float alpha) {
   return add(&scene, m);
 }
 
+int TestScene::mix(int first, int second, float amount) {
+  return add(&scene, MixMaterial{{first, second}, {amount, -1}});
+}
+
 int TestScene::coated_conductor(const Rgb& reflectance, float eta, float coat_alpha, float metal_alpha) {
   CoatedConductorMaterial m;
   m.conductor.reflectance = SpectrumInput{reflectance, -1};

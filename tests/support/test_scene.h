@@ -38,6 +38,8 @@ struct TestScene {
   int thin_dielectric(float eta);
   int diffuse_transmission(const Rgb& reflectance, const Rgb& transmittance);
   int coated(const Rgb& reflectance, float eta, float alpha);
+  /// `second` with probability `amount`, else `first`.
+  int mix(int first, int second, float amount);
   /// Metal that reflects `reflectance` at normal incidence against air, under a coat of index `eta`.
   int coated_conductor(const Rgb& reflectance, float eta, float coat_alpha, float metal_alpha);
 

@@ -58,6 +58,7 @@ SceneDescription every_kernel() {
   add(CoatedConductorMaterial{polished, 1.5f, rough(0)});
   add(CoatedConductorMaterial{metal, 1.5f, rough(0)});
   add(CoatedConductorMaterial{metal, 1.4f, rough(0.3f)});
+  add(MixMaterial{{1, 6}, {0.4f, -1}});
   scene.area_lights.push_back({{9, 8, 7}, false, {}});
   scene.area_lights.push_back({{20, 30, 40}, true, {}});
   scene.shapes.push_back(quad({-3, -2, 6}, {3, -2, 6}, {3, 2, 6}, {-3, 2, 6}, 0));

@@ -94,6 +94,27 @@ TEST_F(Materials, CoatedConductor) {
       mentions(load_world("Material \"coatedconductor\" \"rgb albedo\" [0.1 0.1 0.1]"), "scattering coat"));
 }
 
+TEST_F(Materials, Mix) {
+  const std::string two =
+      "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" MakeNamedMaterial \"b\" \"string type\" "
+      "\"conductor\" ";
+  const SceneDescription s =
+      clean_world(two + "Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" 0.3");
+  const auto m = last<MixMaterial>(s);
+  EXPECT_EQ(s.materials[static_cast<size_t>(m.materials[0])].name, "a");
+  EXPECT_EQ(s.materials[static_cast<size_t>(m.materials[1])].name, "b");
+  EXPECT_FLOAT_EQ(m.amount.value, 0.3f);
+  EXPECT_TRUE(has_error(load_world(two + "Material \"mix\" \"string materials\" [\"a\"]"), "two materials"));
+  EXPECT_TRUE(has_error(load_world(two + "Material \"mix\" \"string materials\" [\"a\" \"c\"]"),
+                        "no material named \"c\""));
+  EXPECT_TRUE(has_error(
+      load_world(two + "Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" 2"), "amount"));
+  EXPECT_TRUE(has_error(
+      load_world("MakeNamedMaterial \"a\" \"string type\" \"mix\" \"string materials\" [\"b\" \"b\"]"
+                 " MakeNamedMaterial \"b\" \"string type\" \"mix\" \"string materials\" [\"a\" \"a\"]"),
+      "contains itself"));
+}
+
 TEST_F(Materials, DiffuseTransmission) {
   const auto plain = last<DiffuseTransmissionMaterial>(clean_world("Material \"diffusetransmission\""));
   EXPECT_EQ(plain.reflectance.value, (Rgb{0.25f, 0.25f, 0.25f}));

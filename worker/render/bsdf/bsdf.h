@@ -23,6 +23,8 @@ inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 
                           kRoughDielectric = 4, kSmoothCoated = 5, kRoughCoated = 6, kThinDielectric = 7,
                           kDiffuseTransmission = 8, kSmoothCoatedConductor = 9, kCoatedConductor = 10,
                           kRoughCoatedConductor = 11, kBsdfKinds = 12;
+/// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
+inline constexpr BsdfKind kMix = kBsdfKinds, kMaterialKinds = kBsdfKinds + 1;
 
 /// True if every lobe is a delta: no connection can be made at such a vertex.
 constexpr bool is_pure_delta(int32_t kind) {

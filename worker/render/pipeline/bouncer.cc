@@ -5,6 +5,7 @@
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/vertex_io.h"
 #include "worker/render/scene/bump.h"
+#include "worker/render/scene/mix.h"
 
 namespace lightmill {
 namespace {
@@ -39,17 +40,17 @@ int sort_by_kind(const RenderScene& scene, Wavefront& w) {
     std::copy(w.sorted.begin(), w.sorted.end(), p.active + hits);
     return hits;
   }
-  int count[kBsdfKinds + 2] = {};
+  int count[kMaterialKinds + 2] = {};
   auto key = [&](int32_t slot) {
     const int32_t prim = p.prim[slot];
     return prim < 0
-               ? static_cast<int32_t>(kBsdfKinds)
+               ? static_cast<int32_t>(kMaterialKinds)
                : scene
                      .material_kind[static_cast<size_t>(scene.primitive_material[static_cast<size_t>(prim)])];
   };
   for (int i = 0; i < n; ++i) ++count[key(p.active[i]) + 1];
-  for (int k = 0; k <= kBsdfKinds; ++k) count[k + 1] += count[k];
-  const int hits = count[kBsdfKinds];
+  for (int k = 0; k <= kMaterialKinds; ++k) count[k + 1] += count[k];
+  const int hits = count[kMaterialKinds];
   w.sorted.resize(static_cast<size_t>(n));
   for (int i = 0; i < n; ++i) w.sorted[static_cast<size_t>(count[key(p.active[i])]++)] = p.active[i];
   std::copy(w.sorted.begin(), w.sorted.end(), p.active);
@@ -89,7 +90,8 @@ Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, in
   v.ng = s.ng;
   v.wo = -d;
   v.throughput = gather_vec(paths.br, paths.bg, paths.bb, g.slot);
-  const LaneInt material = gather(scene.primitive_material.data(), h.prim);
+  LaneInt material = gather(scene.primitive_material.data(), h.prim);
+  if (scene.any_mix) material = resolve_mixes<Lane>(scene, material, g.active, h.prim, s);
   v.ns = scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
   v.kind = bsdf_at<Lane>(scene, material, g.active, s, &v.params);
   v.path = g.slot;

@@ -194,6 +194,13 @@ struct Builder {
     params[4] = static_cast<float>(coat.entering_transmittance);
     set_reflectance(entry, params, m.reflectance.value);
   }
+  void operator()(const MixMaterial& m) {
+    entry.kind = kMix;
+    entry.mix_first = m.materials[0];
+    entry.mix_second = m.materials[1];
+    entry.scale = m.amount.value;
+    entry.texture_color = m.amount.texture;
+  }
   void operator()(const CoatedConductorMaterial& m) {
     const bool smooth_metal = roughness(m.conductor.roughness);
     const float coat_alpha =

@@ -29,14 +29,15 @@ struct MaterialEntry {
   int texture_transmittance = -1;
   int texture_u_roughness = -1, texture_v_roughness = -1;
   int normal_map = -1, displacement = -1;  // as in MaterialDescription
-  Rgb color, transmittance;  // diffuse transmission: what is not textured
-  float scale = 1;           // of both
+  Rgb color, transmittance;                // diffuse transmission: what is not textured
+  float scale = 1;                         // of both
   float u_roughness = 0, v_roughness = 0;
   bool remap_roughness = true;
   double coat_internal_reflectance = 0;  // coated: see coated_diffuse.h
   int coat_base_encounters = 1;
-  bool conductor_reflectance = false;  // color gives F0 by eta = 1, k = 2 sqrt(r / (1 - r))
-  Rgb eta, k;                          // coated conductor: of the metal against air, what is not textured
+  int mix_first = -1, mix_second = -1;  // mix: materials; `scale` is the second's share, or texture_color
+  bool conductor_reflectance = false;   // color gives F0 by eta = 1, k = 2 sqrt(r / (1 - r))
+  Rgb eta, k;                           // coated conductor: of the metal against air, what is not textured
   float coat_eta = 1, coat_alpha = 0;
   int first_row = -1;                // textured roughness: in bsdf_tables, where the rows over alpha begin
   std::vector<double> coat_returns;  // the same for coat_internal_reflectance
@@ -66,6 +67,7 @@ struct RenderScene {
   std::vector<float> material_params;  // kBsdfParams per material
   std::vector<int32_t> material_kind;
   std::vector<float> bsdf_tables;  // rows of albedo_table.h
+  bool any_mix = false;            // some material is a mix
   bool any_texture = false;        // some material is textured
   bool any_normals = false;        // some mesh has shading normals
   bool any_delta = false;          // some material has a delta lobe

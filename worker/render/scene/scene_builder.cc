@@ -77,6 +77,10 @@ class SceneBuilder {
     const Matrix& c2w = in_.camera.camera_to_world.m;
     out_.origin = {c2w[0][3], c2w[1][3], c2w[2][3]};
     measure();
+    if (const int cycle = mix_in_a_cycle(in_.materials); cycle >= 0) {
+      throw Error(ErrorKind::kBadScene, "the mix " + in_.materials[static_cast<size_t>(cycle)].name +
+                                            " contains itself; take it out of what it mixes");
+    }
     for (const MaterialDescription& m : in_.materials) add_material(m, &out_);
     reserve();
     for (const ShapeDescription& s : in_.shapes) {
@@ -88,12 +92,14 @@ class SceneBuilder {
     out_.positions.resize(out_.positions.size() + 4);  // vector loads read past the last vertex
     for (const LightDescription& l : in_.lights) add_light(l);
     out_.lights.finish();
+    use_mixed_materials();
     for (size_t i = 0; i < out_.materials.size(); ++i) {
       if (!used_[i]) continue;
       const int32_t kind = out_.material_kind[i];
       out_.any_texture = out_.any_texture || out_.materials[i].textured;
       out_.any_bumps = out_.any_bumps || has_bumps(out_.materials[i]);
       out_.any_delta = out_.any_delta || has_delta(kind);
+      out_.any_mix = out_.any_mix || kind == kMix;
       kinds_ |= 1u << kind;
     }
     out_.any_tangent = out_.any_tangent || out_.any_bumps;
@@ -101,6 +107,23 @@ class SceneBuilder {
   }
 
  private:
+  /// What a mix in use contains is in use.
+  void use_mixed_materials() {
+    std::vector<size_t> todo;
+    for (size_t i = 0; i < used_.size(); ++i) {
+      if (used_[i]) todo.push_back(i);
+    }
+    while (!todo.empty()) {
+      const MaterialEntry& e = out_.materials[todo.back()];
+      todo.pop_back();
+      for (const int child : {e.mix_first, e.mix_second}) {
+        if (child < 0 || used_[static_cast<size_t>(child)]) continue;
+        used_[static_cast<size_t>(child)] = true;
+        todo.push_back(static_cast<size_t>(child));
+      }
+    }
+  }
+
   Vec3d relative(const Vec3d& p) const {
     return {std::ldexp(p.x - out_.origin.x, out_.scale_exponent),
             std::ldexp(p.y - out_.origin.y, out_.scale_exponent),
