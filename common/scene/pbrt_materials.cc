@@ -1,5 +1,6 @@
 // Material and MakeNamedMaterial.
 #include <algorithm>
+#include <utility>
 
 #include "common/scene/pbrt_scene.h"
 #include "common/scene/spectrum.h"
@@ -52,6 +53,19 @@ Roughness read_roughness(PbrtScene& out, ParameterList& params, const RoughnessN
   r.v = params.has(names.v) ? out.float_input(params, names.v, 0, 0, 1e6) : both;
   params.accept({names.u, names.v});
   r.remap = params.boolean("remaproughness", true);
+  const std::pair<std::string_view, FloatInput*> directions[] = {
+      {params.has(names.u) ? names.u : names.both, &r.u}, {params.has(names.v) ? names.v : names.both, &r.v}};
+  for (const auto& [name, input] : directions) {
+    if (input->texture >= 0 || input->value <= 1) continue;
+    // Both directions may come from one parameter: one line is enough.
+    if (input == &r.u || directions[0].first != name) {
+      out.problems->warning(params.where_of(name), "parameter " + in_quotes(std::string(name)) + " of " +
+                                                       params.owner() + " is " +
+                                                       std::to_string(input->value) +
+                                                       "; the roughest surface has 1, which is taken");
+    }
+    input->value = 1;
+  }
   return r;
 }
 
@@ -97,6 +111,10 @@ ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params, const Me
   m.eta = out.spectrum_input(params, names.eta, SpectrumUse::kFactor, *named_metal(kDefaultMetal[0]));
   m.k = out.spectrum_input(params, names.k, SpectrumUse::kFactor, *named_metal(kDefaultMetal[1]));
   params.accept({"reflectance"});
+  const Rgb &eta = m.eta.value, &k = m.k.value;
+  if (m.eta.texture < 0 && m.k.texture < 0 && (eta.r + k.r <= 0 || eta.g + k.g <= 0 || eta.b + k.b <= 0)) {
+    params.bad_value(names.eta, "must be above 0 where k is 0: no matter has an index of 0");
+  }
   m.roughness = read_roughness(out, params, names.roughness);
   return m;
 }

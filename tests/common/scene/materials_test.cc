@@ -183,6 +183,10 @@ TEST_F(Materials, Mistakes) {
   EXPECT_TRUE(has_error(load_world("Material \"diffuse\" \"rgb reflectance\" [0.5 0.5]"), "rgb needs 3"));
   EXPECT_TRUE(has_error(load_world("Material \"dielectric\" \"float eta\" -1"), "must be at least"));
   EXPECT_TRUE(has_error(load_world("Material \"conductor\" \"float roughness\" -0.1"), "must be at least 0"));
+  EXPECT_TRUE(has_error(load_world("Material \"conductor\" \"rgb eta\" [0 1 1] \"rgb k\" [0 1 1]"),
+                        "must be above 0 where k is 0"));
+  EXPECT_TRUE(
+      mentions(load_world("Material \"conductor\" \"float roughness\" 3"), "the roughest surface has 1"));
   EXPECT_TRUE(has_error(load_world("NamedMaterial \"x\" Shape \"sphere\""), "no material named \"x\""));
   EXPECT_TRUE(has_error(load_world("MakeNamedMaterial \"x\""), "needs a \"string type\""));
   EXPECT_TRUE(has_error(load_world("MakeNamedMaterial \"x\" \"string type\" \"diffuse\" MakeNamedMaterial "
