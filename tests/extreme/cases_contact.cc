@@ -61,7 +61,6 @@ std::vector<Case> contact_cases() {
                           shells("a copy 1e-6 behind", {1, 1 + 1e-6}, false),
                           shells("a copy 1e-3 behind", {1, 1 + 1e-3}, false)};
   cases.push_back(camera_in_box("on the wall behind", {0.25, 0.125, -1}, {0, 0, 1}));
-  cases.back().notes.push_back({Note::kKnown, 0, "a surface at distance 0 counts as hit"});
   cases.push_back(camera_in_box("1e-6 off the wall behind", {0.25, 0.125, -1 + 1e-6}, {0, 0, 1}));
   cases.push_back(camera_in_box("1e-6 before a wall", {0.25, 0.125, 1 - 1e-6}, {0.25, 0.125, 2}));
   cases.push_back(camera_in_box("1e-6 from a corner", {1 - 1e-6, 1 - 1e-6, 1 - 1e-6}, {0, 0, 0}));

@@ -140,7 +140,7 @@ std::vector<Case> direct_light_cases() {
                           point_over_plane(1e-6)};
   cases[0].every_set = true;
   cases[3].notes.push_back(
-      {Note::kKnown, 0, "beyond 2^40 times the light's scale, the largest value of the exact sums"});
+      {Note::kKnown, 0, "a hit is known to 1e-7 of its triangle's size, here half the height of the light"});
   for (const double ratio : {1e-6, 1e-3, 0.1, 0.5, 0.99}) {
     cases.push_back(sphere_over_plane(ratio));
     if (ratio <= 1e-3)

@@ -50,11 +50,6 @@ Case tangent_sphere(double x) {
                s.scene, 0, [](const Vec3d& p) { return kRho / std::pow(p.x * p.x + p.z * p.z + 1, 1.5); }, 4);
            return Setup{s.scene, 1, grey(mean), 2e-4};
          }};
-  if (x < 0.1)
-    c.notes.push_back(
-        {Note::kKnown, 0,
-         "the point drawn on the sphere comes from its normal, whose sine cancels: it is off by "
-         "as much as it is away"});
   return c;
 }
 

@@ -178,7 +178,8 @@ void Accel::closest_hits(const RayView& rays, const int32_t* ids, int count, int
       packet.ray.dir_x[l] = rays.dx[i];
       packet.ray.dir_y[l] = rays.dy[i];
       packet.ray.dir_z[l] = rays.dz[i];
-      packet.ray.tnear[l] = 0;
+      // Above 0: a camera may stand exactly on a surface, which it must not hit.
+      packet.ray.tnear[l] = std::numeric_limits<float>::min();
       packet.ray.tfar[l] = std::numeric_limits<float>::infinity();
       packet.ray.time[l] = 0;
       packet.ray.mask[l] = ~0u;

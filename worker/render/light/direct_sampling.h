@@ -149,24 +149,33 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
       const Vec3<F> to_center = center - reference;
       const F d2 = dot(to_center, to_center);
       const MaskOf<F> outside = MaskOf<F>(d2 > radius * radius);
-      // Cone of directions that the sphere subtends; the point on it by the law of sines (pbrt-v4 §6.2.4).
+      // Cone of directions that the sphere subtends; theta at the reference, alpha at the centre, t the
+      // distance to the near root in a form that does not cancel next to the sphere; sin alpha by the law of
+      // sines (pbrt-v4 §6.2.4).
       const F safe_d2 = select(outside, d2, radius * radius * 4.0f);
       const F q = one_minus_cos_cone(radius, safe_d2);
       const F one_minus_cos = u * q;
       const F sin2 = one_minus_cos * (2.0f - one_minus_cos);
       const F sin2_max = radius * radius / safe_d2;
       const F sin_max = sqrt(sin2_max);
-      const F cos_alpha =
-          min(sin2 / sin_max + (1.0f - one_minus_cos) * safe_sqrt(1.0f - sin2 / sin2_max), splat<F>(1.0f));
-      const F sin_alpha = safe_sqrt(1.0f - cos_alpha * cos_alpha);
+      const F cos_theta = 1.0f - one_minus_cos, sin_theta = sqrt(sin2);
+      const F half_chord = safe_sqrt(1.0f - sin2 / sin2_max);  // over the radius
+      const F distance = sqrt(safe_d2);
+      const F t = (safe_d2 - radius * radius) / (distance * cos_theta + radius * half_chord);
+      const F cos_alpha = min(sin2 / sin_max + cos_theta * half_chord, splat<F>(1.0f));
+      const F sin_alpha = min(t * sin_theta / radius, splat<F>(1.0f));
       F sp, cp;
       sincos_2pi(v, &sp, &cp);
       const MaskOf<F> use = mask_and(sphere, outside);
-      const Vec3<F> axis = select(use, to_center * (1.0f / sqrt(safe_d2)), splat3<F>(0, 0, 1));
+      const Vec3<F> axis = select(use, to_center * (1.0f / distance), splat3<F>(0, 0, 1));
       const Frame<F> frame(-axis);
       const Vec3<F> n_cone = frame.to_world({sin_alpha * cp, sin_alpha * sp, cos_alpha});
       const Vec3<F> n = select(outside, n_cone, square_to_sphere(u, v));
-      s.point = select(sphere, center + n * radius, s.point);
+      // Close to the surface, the point is better known from the reference than from the centre.
+      const Vec3<F> from_reference =
+          reference + frame.to_world({sin_theta * cp, sin_theta * sp, -cos_theta}) * t;
+      const MaskOf<F> close = mask_and(outside, MaskOf<F>(t < radius));
+      s.point = select(sphere, select(close, from_reference, center + n * radius), s.point);
       s.normal = select(sphere, n * r.scalar(kLightOrientation), s.normal);
       s.error = select(sphere, position_error(center, 0x1p-21f) + radius * 0x1p-21f, s.error);
     }

@@ -9,15 +9,22 @@
 namespace lightmill {
 namespace {
 
+/// Contributions go up to 2^40 of the scale: with this factor a point light may be 2^-25 of the scene's
+/// extent away, the last bit of a position.
+constexpr double kPointLightRoom = 0x1p10;
+
 /// Exponent of the sums' quantum from the brightest emitter, so that scaling the scene leaves it alone: point
-/// intensities are brought to radiance by the scene's own extent (1 in normalised space).
+/// intensities are brought to radiance by the scene's own extent (1 in normalised space), with as much room
+/// above kPointLightRoom says.
 int quantum(const RenderScene& scene, double imaging_ratio) {
-  float brightest = 0;
+  double brightest = 0;
   for (int32_t i = 0; i < scene.lights.count(); ++i) {
     const float* r = &scene.lights.records[static_cast<size_t>(i) * kLightFloats];
-    for (int c = 0; c < 3; ++c) brightest = std::max(brightest, r[kLightRadiance + c]);
+    const LightType type = scene.lights.type[static_cast<size_t>(i)];
+    const double room = type == kPointLight || type == kSpotLight ? kPointLightRoom : 1;
+    for (int c = 0; c < 3; ++c) brightest = std::max(brightest, double{r[kLightRadiance + c]} * room);
   }
-  for (const EnvironmentMap& map : scene.lights.environments) brightest = std::max(brightest, map.brightest);
+  for (const EnvironmentMap& map : scene.lights.environments) brightest = std::max(brightest, double{map.brightest});
   const double scale = brightest * imaging_ratio;
   const int exponent = scale > 0 && std::isfinite(scale) ? std::ilogb(scale) + 1 : 0;
   return exponent - kQuantumBitsBelowScale;
