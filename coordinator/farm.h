@@ -91,8 +91,8 @@ class Farm {
   void resume(const JobId& id);
   void cancel(const JobId& id);
   void retry(const JobId& id);
-  /// New *totals*, in place of the old ones: without `spp` only the others stop the job. Reopens a finished
-  /// job.
+  /// New *totals*, in place of the old ones: without `spp` only the others stop the job.
+  /// Reopens a finished job.
   void extend(const JobId& id, std::optional<int64_t> spp, std::optional<double> time_s,
               std::optional<double> target_error);
   /// Blocks until job(id).version > version or `timeout_s` passed; returns the newest status.

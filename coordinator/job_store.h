@@ -1,7 +1,7 @@
 #pragma once
-// Where jobs live: the seam between the farm and its disk. Every method that changes something is one
-// transaction, durable when it returns; a failing disk throws Error(kFailed) and changes nothing.
-// Thread-safe.
+// Where jobs live: the seam between the farm and its disk. Every method that changes something
+// is one transaction, durable when it returns; a failing disk throws Error(kFailed) and changes
+// nothing. Thread-safe.
 #include <cstdint>
 #include <functional>
 #include <optional>

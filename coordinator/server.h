@@ -1,6 +1,6 @@
 #pragma once
-// A running coordinator: farm + blobs behind gRPC and HTTP. main.cc wires it to flags, tests start it in
-// process.
+// A running coordinator: farm + blobs behind gRPC and HTTP. main.cc wires it to flags, tests
+// start it in process.
 #include <memory>
 #include <string>
 

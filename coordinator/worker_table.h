@@ -1,6 +1,6 @@
 #pragma once
-// The workers that the coordinator knows: who may work, who is lost, who is benched. Pure: time is an
-// argument.
+// The workers that the coordinator knows: who may work, who is lost, who is benched. Pure: time
+// is an argument.
 #include <cstdint>
 #include <deque>
 #include <map>

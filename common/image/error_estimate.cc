@@ -17,14 +17,13 @@
 //   w = f(M') / (1 + z)          for z >= 0,
 //   w = min(1/e, f(M') (1 - z))  for z < 0,     z = (1 + 2/n) t' (3 M'^2 - e) f(M')^2.
 //
-// The 2/n: B_b - M = (B_b - M')(n-1)/n holds the error d = M' - R too, which is not independent of M';
-// E[d^2 f(M')] - t' E[f(M')] = t'^2 f''(R) + ..., which is 2 z/n of v f(R) (n-1)/n.
-// If the other batches have missed what b saw, M' ~ 0 and w ~ 1/e says nothing about the pixel; w is
-// therefore at most 3 f(M). With n = 2 there is no v' of one batch: there w = 1/(max(0, M^2 - t) + e), at
-// most 2 f(M). In simulations with normal, gamma and log-normal B the bias of v w was below 1 % for a
-// relative noise of a batch up to 50 %, and about 10 % up to 100 % for n >= 8; fewer batches or more noise
-// cost more
-// (-50..+30 %): there the samples at hand do not tell.
+// The 2/n: B_b - M = (B_b - M')(n-1)/n holds the error d = M' - R too, which is not independent of M'; E[d^2
+// f(M')] - t' E[f(M')] = t'^2 f''(R) + ..., which is 2 z/n of v f(R) (n-1)/n. If the other batches have
+// missed what b saw, M' ~ 0 and w ~ 1/e says nothing about the pixel; w is therefore at most 3 f(M). With n
+// = 2 there is no v' of one batch: there w = 1/(max(0, M^2 - t) + e), at most 2 f(M). In simulations with
+// normal, gamma and log-normal B the bias of v w was below 1 % for a relative noise of a batch up to 50 %,
+// and about 10 % up to 100 % for n >= 8; fewer batches or more noise cost more (-50..+30 %): there the
+// samples at hand do not tell.
 //
 // Per batch d_b = mean_p( (B_b - M)^2 n/(n-1) * w_b ): the image-level error of one batch. Then
 //

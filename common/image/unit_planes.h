@@ -1,9 +1,9 @@
 #pragma once
 // Byte planes of exact sums: how layers are laid out before compression.
 //
-// A sum has 16 bytes, of which the upper and lower ones are zero throughout a layer: only the range that is
-// used is stored. Per channel and byte one plane of that byte of every pixel, so that like bytes lie
-// together.
+// A sum has 16 bytes, of which the upper and lower ones are zero throughout a layer: only the
+// range that is used is stored. Per channel and byte one plane of that byte of every pixel, so
+// that like bytes lie together.
 #include <cstddef>
 #include <cstdint>
 #include <span>

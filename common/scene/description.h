@@ -235,9 +235,9 @@ struct InfiniteLight {
   std::string image_path = {};  // resolved; empty: constant
   Transform light_to_world = {};
 };
-/// Light from afar: `irradiance` on a surface that faces it; shines along the unit vector `direction`, or
-/// along all directions that differ from it by at most half_angle_degrees (0 to 90), evenly: a sun, which is
-/// seen.
+/// Light from afar: `irradiance` on a surface that faces it; shines along the unit vector
+/// `direction`, or along all directions that differ from it by at most half_angle_degrees (0 to
+/// 90), evenly: a sun, which is seen.
 struct DistantLight {
   Rgb irradiance;
   Vec3d direction;
@@ -259,9 +259,9 @@ struct LightDescription {
 // --- camera, film, sampling -----------------------------------------------------------------------
 
 enum class CameraKind { kPerspective, kOrthographic, kSpherical };
-/// Of a spherical camera, whose picture shows all directions. Equirectangular: the azimuth from +x over +z
-/// grows with x, the angle from +y with y. Equal-area: the octahedral square of pbrt-v4, its y and z
-/// exchanged.
+/// Of a spherical camera, whose picture shows all directions. Equirectangular: the azimuth from
+/// +x over +z grows with x, the angle from +y with y. Equal-area: the octahedral square of
+/// pbrt-v4, its y and z exchanged.
 enum class SphericalMapping { kEqualArea, kEquirectangular };
 /// Camera space: +x right, +y up, +z into the scene (pbrt, left-handed). A perspective camera with a lens
 /// radius > 0 has rays that leave a disk of that radius around the origin and meet at the plane z =

@@ -143,9 +143,9 @@ struct LimitPoint {
   Vec3d p, n;  // n: anticlockwise about the control triangles, of any length
 };
 
-/// Position and normal are the left eigenvectors of the subdivision matrix around the vertex: of eigenvalue
-/// 1, and the two that follow (Halstead et al. 1993; Biermann, Levin & Zorin 2000 for the method at
-/// boundaries).
+/// Position and normal are the left eigenvectors of the subdivision matrix around the vertex:
+/// of eigenvalue 1, and the two that follow (Halstead et al. 1993; Biermann, Levin & Zorin 2000
+/// for the method at boundaries).
 LimitPoint inner_limit(const Manifold& m, uint32_t v, const std::vector<uint32_t>& ring) {
   const auto n = static_cast<double>(ring.size());
   const double w = 1 / (n + 3 / (8 * neighbour_weight(ring.size())));

@@ -11,8 +11,8 @@ namespace lightmill {
 void require_valid_mesh(const TriangleMesh& mesh);
 /// Removes triangles without area; returns how many.
 size_t drop_zero_area_triangles(TriangleMesh* mesh);
-/// Gives vertices whose normal has no direction the area-weighted normal of their triangles; returns how
-/// many.
+/// Gives vertices whose normal has no direction the area-weighted normal of their triangles;
+/// returns how many.
 size_t mend_zero_normals(TriangleMesh* mesh);
 /// Area of the mesh under a transform.
 double mesh_area(const TriangleMesh& mesh, const Transform& transform);

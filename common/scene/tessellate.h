@@ -20,8 +20,8 @@ TriangleMesh sphere_mesh(double radius, double zmin, double zmax, double phimax,
                          int segments = kSphereSegments);
 /// Open cylinder about the z axis; with normals and uv. Within 5e-6 of the radius.
 TriangleMesh cylinder_mesh(double radius, double zmin, double zmax, double phimax);
-/// Ring (or, with inner radius 0, disk) in the plane z = height; with uv, without normals. Within 5e-6 of the
-/// radius.
+/// Ring (or, with inner radius 0, disk) in the plane z = height; with uv, without normals. Within 5e-6 of
+/// the radius.
 TriangleMesh disk_mesh(double height, double radius, double inner_radius, double phimax);
 
 /// Bilinear patch with corners p00, p10, p01, p11, and what is given at them in the same order.

@@ -1,5 +1,5 @@
-// Dependencies point one way: proto <- common <- {worker, coordinator} <- client. Read from the #include
-// lines.
+// Dependencies point one way: proto <- common <- {worker, coordinator} <- client. Read from the
+// #include lines.
 #include <gtest/gtest.h>
 
 #include <filesystem>

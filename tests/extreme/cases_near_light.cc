@@ -10,8 +10,8 @@ namespace {
 constexpr double kRho = 0.5;
 const Vec3d kUp{0, 1, 0};
 
-/// The floor at x from an emitting wall of height 1/2 that stands on it; the finite wall by Lambert's
-/// formula.
+/// The floor at x from an emitting wall of height 1/2 that stands on it; the finite wall by
+/// Lambert's formula.
 Case corner(double x) {
   Case c{
       "11 corner beside an emitting strip", "x " + text(x), "E = pi L / 2 (1 - x / sqrt(x^2 + h^2))",

@@ -1,5 +1,5 @@
-// Oracle 1 again where numbers are at the ends of their range: radiance, distance from the origin, thin
-// triangles.
+// Oracle 1 again where numbers are at the ends of their range: radiance, distance from the
+// origin, thin triangles.
 #include <cmath>
 
 #include "tests/extreme/case.h"

@@ -1,5 +1,5 @@
-// Scaling a scene by 2^k leaves the bits of the image alone; translating it leaves the image within its
-// interval.
+// Scaling a scene by 2^k leaves the bits of the image alone; translating it leaves the image
+// within its interval.
 #include <gtest/gtest.h>
 
 #include <algorithm>

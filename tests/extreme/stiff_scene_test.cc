@@ -50,8 +50,8 @@ TEST_P(Stiff, LosslessBoxEnds) {
   }
 }
 
-// Two lamps of which one is 1e5 times as bright, each in a channel of its own, over a floor: each channel is
-// right.
+// Two lamps of which one is 1e5 times as bright, each in a channel of its own, over a floor:
+// each channel is right.
 TEST_P(StiffView, IntensitiesOneToOneHundredThousand) {
   TestScene s;
   s.quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, s.diffuse(0.5f));

@@ -110,8 +110,8 @@ class DeltaMask {
   }
 
  private:
-  /// A visible lamp smaller than a pixel: camera paths (s = 0) meet it too rarely for their batches to show
-  /// it.
+  /// A visible lamp smaller than a pixel: camera paths (s = 0) meet it too rarely for their
+  /// batches to show it.
   void mark_tiny_lamps(const RenderScene& scene, const PerspectiveCamera& camera) {
     for (int32_t t = 0; t < scene.triangle_count(); ++t) {
       if (scene.primitive_light[static_cast<size_t>(t)] < 0) continue;

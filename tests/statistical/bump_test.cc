@@ -1,5 +1,5 @@
-// pt, bdpt and lt agree where normal maps tilt the shading normals: the adjoint correction holds for them
-// too.
+// pt, bdpt and lt agree where normal maps tilt the shading normals: the adjoint correction
+// holds for them too.
 #include <gtest/gtest.h>
 
 #include "tests/support/agreement.h"

@@ -25,8 +25,8 @@ class Enclosure : public ::testing::TestWithParam<Integrator> {
 /// Sum of a geometric series of `terms` terms.
 double series(double ratio, int terms) { return (1 - std::pow(ratio, terms)) / (1 - ratio); }
 
-// Oracle 1: a closed box that emits 1 and reflects rho: Le (1 - rho^k) / (1 - rho) with k = max_depth + 1
-// terms.
+// Oracle 1: a closed box that emits 1 and reflects rho: Le (1 - rho^k) / (1 - rho) with k =
+// max_depth + 1 terms.
 TEST_P(Enclosure, EmissiveBoxIsAGeometricSeries) {
   for (const float rho : {0.2f, 0.5f, 0.8f}) {
     for (const int max_depth : {0, 1, 2, 5, 12}) {

@@ -1,5 +1,5 @@
-// Distant, spot and image lights on a plane, against closed answers or quadrature. alpha = 1e-4 per
-// comparison.
+// Distant, spot and image lights on a plane, against closed answers or quadrature. alpha = 1e-4
+// per comparison.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -42,8 +42,8 @@ TEST_P(FarLight, PlaneUnderADistantLight) {
 }
 
 // Oracle 12, a sun of half angle alpha: E = pi L sin^2(alpha) cos(theta), and the same as the parallel light
-// of that irradiance, over the stiff range. Seen directly its disc has radiance L, and nothing outside it has
-// any.
+// of that irradiance, over the stiff range. Seen directly its disc has radiance L, and nothing outside it
+// has any.
 TEST_P(FarLight, PlaneUnderASun) {
   for (const double alpha : {1e-5, 1e-4, 0.00465, 0.1, 0.6}) {
     TestScene s = floor_scene();

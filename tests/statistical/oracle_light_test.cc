@@ -1,5 +1,5 @@
-// Direct light of known irradiance on a plane y = 0, and colour bleeding as a number. alpha = 1e-4 per
-// comparison.
+// Direct light of known irradiance on a plane y = 0, and colour bleeding as a number. alpha =
+// 1e-4 per comparison.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -133,8 +133,8 @@ ChiSquare chi_square(std::span<const double> observed, std::span<const double> e
       pooled_o = pooled_e = 0;
     }
   }
-  // What is left over is too small for a bin of its own; many counts where next to none are expected still
-  // tell.
+  // What is left over is too small for a bin of its own; many counts where next to none are
+  // expected still tell.
   if (pooled_o > 0) add(pooled_o, std::max(pooled_e, pool_below));
   c.dof = std::max(bins - 1, 1);
   c.p = upper_gamma(0.5 * c.dof, 0.5 * c.statistic);

@@ -39,11 +39,11 @@ struct MeanTest {
 };
 /// The exact value lies within the (1 - alpha) interval of Student's t, and the interval is narrow enough.
 ::testing::AssertionResult mean_is(const Estimate& e, double exact, const MeanTest& test = {});
-/// Two independent means are equal within the interval of Welch's t; `resolution` as above, of the larger
-/// one.
+/// Two independent means are equal within the interval of Welch's t; `resolution` as above, of
+/// the larger one.
 ::testing::AssertionResult means_agree(const Estimate& a, const Estimate& b, const MeanTest& test = {});
-/// Two-sided p-value of Welch's t for equal means (1 if both are constant and equal, 0 if constant and
-/// unequal).
+/// Two-sided p-value of Welch's t for equal means (1 if both are constant and equal, 0 if
+/// constant and unequal).
 double welch_p(const Estimate& a, const Estimate& b);
 
 /// Pearson's chi^2 of counts against expectations. Bins expected below `pool_below` are pooled.

@@ -50,8 +50,8 @@ struct TestScene {
   TestScene& sphere(const Vec3d& center, double radius, int material, const Emits& emits = {});
   TestScene& point_light(const Vec3d& position, const Rgb& intensity);
   TestScene& environment(const Rgb& radiance);
-  /// Looks from `eye` to `target`; `fov` in degrees of the shorter axis. Up is +y, or +z when looking along
-  /// y.
+  /// Looks from `eye` to `target`; `fov` in degrees of the shorter axis. Up is +y, or +z when
+  /// looking along y.
   TestScene& camera(const Vec3d& eye, const Vec3d& target, double fov);
   /// Resolution; the pixel filter is a box of one pixel.
   TestScene& film(int width, int height);

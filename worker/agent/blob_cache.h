@@ -14,10 +14,10 @@ class BlobCache {
   /// `folder` is made if absent. Throws Error(kFailed) if it can't be written to. Several workers of a host
   /// may share one.
   BlobCache(std::string folder, uint64_t max_bytes);
-  /// Makes every blob of `bundle` present and verified, fetching what is missing; least recently used blobs
-  /// of other bundles go if room is needed. Throws Error(kFailed) if the bundle alone is larger than the
-  /// cache, the disk fails, or a blob's content does not match its digest; LinkDown if it can't be fetched
-  /// now.
+  /// Makes every blob of `bundle` present and verified, fetching what is missing; least
+  /// recently used blobs of other bundles go if room is needed. Throws Error(kFailed) if the
+  /// bundle alone is larger than the cache, the disk fails, or a blob's content does not match
+  /// its digest; LinkDown if it can't be fetched now.
   void ensure(const Bundle& bundle, FarmLink& link);
   /// The blobs, under `blob_file_name`.
   const std::string& folder() const { return folder_; }

@@ -16,8 +16,8 @@ class WavefrontWorkspace : public Workspace {
   std::unique_ptr<Wavefront> wavefront = std::make_unique<Wavefront>();
 };
 
-/// Denormals cost a hundred cycles each and carry nothing here: flush them on this thread, restore on
-/// leaving.
+/// Denormals cost a hundred cycles each and carry nothing here: flush them on this thread,
+/// restore on leaving.
 class FlushDenormals {
  public:
   FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | 0x8040); }

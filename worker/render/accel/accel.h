@@ -1,9 +1,9 @@
 #pragma once
 // The acceleration structure: which primitive does a ray hit first, is a segment free.
 //
-// Hides the ray tracing library: nothing else includes its headers. The device is pinned to AVX2 and the
-// scene is built ROBUST, so that packets, single rays and any number of build threads name the same
-// primitives.
+// Hides the ray tracing library: nothing else includes its headers. The device is pinned to
+// AVX2 and the scene is built ROBUST, so that packets, single rays and any number of build
+// threads name the same primitives.
 #include <cstdint>
 #include <memory>
 

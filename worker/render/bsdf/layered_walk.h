@@ -5,8 +5,8 @@
 
 namespace lightmill {
 
-/// A coat: its index over air, optical thickness per unit cosine, roughness (at or below kSmoothAlpha:
-/// smooth).
+/// A coat: its index over air, optical thickness per unit cosine, roughness (at or below
+/// kSmoothAlpha: smooth).
 struct CoatDescription {
   float eta, thickness, alpha;
 };

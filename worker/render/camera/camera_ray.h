@@ -6,9 +6,9 @@
 //   static constexpr bool kParallel;   // directions are fixed and positions are sampled
 //   CameraRay<F> ray(F x, F y, F lens_u, F lens_v) const;
 //   LensConnection<F> connect(const Vec3<F>& p, F lens_u, F lens_v) const;
-// Raster coordinates are continuous pixels: pixel (x, y) covers [x, x+1) x [y, y+1), y down. The response is
-// 1 for a uniform position on the raster and, with a lens, on the lens: a pixel is the mean radiance over
-// both.
+// Raster coordinates are continuous pixels: pixel (x, y) covers [x, x+1) x [y, y+1), y down.
+// The response is 1 for a uniform position on the raster and, with a lens, on the lens: a pixel
+// is the mean radiance over both.
 #include "worker/render/math/vec.h"
 
 namespace lightmill {

@@ -56,10 +56,10 @@ struct SphericalCamera {
     return c;
   }
 
-  /// The pixel, inside the raster, that shows what pixel (*x, *y) of the continued raster shows. Both
-  /// mappings continue as a group that maps pixel centres to pixel centres, but for the poles of an
-  /// equirectangular raster of odd width, where half a turn is half a pixel off: there *x may be either
-  /// neighbour.
+  /// The pixel, inside the raster, that shows what pixel (*x, *y) of the continued raster
+  /// shows. Both mappings continue as a group that maps pixel centres to pixel centres, but for
+  /// the poles of an equirectangular raster of odd width, where half a turn is half a pixel
+  /// off: there *x may be either neighbour.
   void wrap(int* x, int* y) const;
 
  private:

@@ -40,8 +40,8 @@ void StrategyFilm::add(const StrategyContribution& c) {
 }
 
 void StrategyFilm::add_sample(const std::vector<StrategyContribution>& contributions) {
-  // Per path slot, set and channel: the sum that the set's own camera path would bring, and that of its
-  // squares.
+  // Per path slot, set and channel: the sum that the set's own camera path would bring, and
+  // that of its squares.
   struct Moments {
     float sum[3] = {0, 0, 0}, squares[3] = {0, 0, 0};
     uint32_t pixel = 0;

@@ -85,8 +85,8 @@ inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>
          direct_selection(lights, light, reference, active);
 }
 
-/// Selects a light at `reference`. A uniform of 24 bits does not do for thousands of lights: `more` extends
-/// it.
+/// Selects a light at `reference`. A uniform of 24 bits does not do for thousands of lights:
+/// `more` extends it.
 template <class F>
 inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference, F u, F more,
                               F* probability) {

@@ -1,6 +1,6 @@
 #pragma once
-// An environment given as a square equal-area image: piecewise-constant radiance, sampled in proportion to
-// it.
+// An environment given as a square equal-area image: piecewise-constant radiance, sampled in
+// proportion to it.
 #include <cstdint>
 #include <string>
 #include <vector>

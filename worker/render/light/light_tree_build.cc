@@ -15,8 +15,8 @@ constexpr size_t kBuckets = 12;
 constexpr int kMaxDepth = 16, kBalancedDepth = 5;
 /// Rounding of the cosines in LightTree::shares, where a sine is formed from a cosine near 1.
 constexpr double kCosineMargin = 2e-3;
-/// Least intensity of a light relative to all: far below what any image shows, far above where float
-/// underflows.
+/// Least intensity of a light relative to all: far below what any image shows, far above where
+/// float underflows.
 constexpr double kLeastIntensity = 1e-30;
 
 /// What a set of lights adds up to.

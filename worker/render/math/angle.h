@@ -4,8 +4,8 @@
 
 namespace lightmill {
 
-/// atan on [0, 1] with fixed bits; absolute error below 2e-7 (reduction at tan(pi/8), odd minimax
-/// polynomial).
+/// atan on [0, 1] with fixed bits; absolute error below 2e-7 (reduction at tan(pi/8), odd
+/// minimax polynomial).
 template <class F>
 inline F atan_unit(F x) {
   const MaskOf<F> high = MaskOf<F>(x > 0.41421356f);

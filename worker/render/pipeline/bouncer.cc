@@ -131,8 +131,8 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   const Lane before = max_component(v.throughput), after = max_component(throughput) * s.roulette_scale;
   go = mask_and(go, LaneMask(after > 0.0f));
   if (depth > kRouletteStart) {
-    // Survival is the loss of throughput at this event, so that the product over a path tracks its
-    // throughput.
+    // Survival is the loss of throughput at this event, so that the product over a path tracks
+    // its throughput.
     const float cap = depth > kRouletteCapStart ? kRouletteCap : 1.0f;
     const Lane q = min(after / before, splat<Lane>(cap));
     const Lane u = stream.get_1d(vertex_dim(depth, kDimRoulette));

@@ -5,9 +5,9 @@
 
 namespace lightmill {
 
-/// Processes the hits of light paths at vertex `depth` (1 = first surface). Appends connectable vertices to
-/// wavefront.light_vertices (and, if the plan connects, to the slots' lists); paths.active becomes the
-/// survivors.
+/// Processes the hits of light paths at vertex `depth` (1 = first surface). Appends connectable
+/// vertices to wavefront.light_vertices (and, if the plan connects, to the slots' lists);
+/// paths.active becomes the survivors.
 void bounce_light_paths(const StageContext& context, const LayerContext& layer, int depth,
                         Wavefront& wavefront);
 

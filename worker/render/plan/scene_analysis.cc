@@ -24,7 +24,8 @@ int quantum(const RenderScene& scene, double imaging_ratio) {
     const double room = type == kPointLight || type == kSpotLight ? kPointLightRoom : 1;
     for (int c = 0; c < 3; ++c) brightest = std::max(brightest, double{r[kLightRadiance + c]} * room);
   }
-  for (const EnvironmentMap& map : scene.lights.environments) brightest = std::max(brightest, double{map.brightest});
+  for (const EnvironmentMap& map : scene.lights.environments)
+    brightest = std::max(brightest, double{map.brightest});
   const double scale = brightest * imaging_ratio;
   const int exponent = scale > 0 && std::isfinite(scale) ? std::ilogb(scale) + 1 : 0;
   return exponent - kQuantumBitsBelowScale;

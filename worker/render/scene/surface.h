@@ -18,8 +18,8 @@ struct Surface {
   Vec3<F> ng;  // unit geometric normal, to the surface's outside
   Vec3<F> ns;  // unit shading normal, same orientation
   F u{}, v{};  // texture coordinates
-  // Derivatives of the position by u and v if scene.any_tangent (dpdu is zero at a sphere's poles); else
-  // zero.
+  // Derivatives of the position by u and v if scene.any_tangent (dpdu is zero at a sphere's
+  // poles); else zero.
   Vec3<F> dpdu, dpdv;
 };
 

@@ -134,8 +134,8 @@ TEST(DirectSampling, SunIsUniformInItsCone) {
   }
 }
 
-// What MIS asks of a direction that was *not* sampled here: the density integrates to one over all
-// directions.
+// What MIS asks of a direction that was *not* sampled here: the density integrates to one over
+// all directions.
 TEST(DirectSampling, DensityIntegratesToOne) {
   Random random(9);
   const LightScene triangle(triangle_light());

@@ -17,8 +17,8 @@ EmissionSample<float> emit(const LightTable& lights, Random& random, float pick)
 
 size_t bin(double x) { return std::min(static_cast<size_t>(std::max(x, 0.0) * kBins), kBins - 1); }
 
-// Radiance x cos / pdf is the light's whole power on every path: pi A L, twice for both sides, 4 pi I for a
-// point.
+// Radiance x cos / pdf is the light's whole power on every path: pi A L, twice for both sides,
+// 4 pi I for a point.
 TEST(EmissionSampling, EveryPathCarriesThePower) {
   Random random(1);
   {
@@ -83,8 +83,8 @@ TEST(EmissionSampling, DirectionsFollowTheCosine) {
   }
 }
 
-// The density of emission at the point and direction that direct sampling found is what emission sampling
-// reports.
+// The density of emission at the point and direction that direct sampling found is what
+// emission sampling reports.
 TEST(EmissionSampling, DensityIsTheOneThatDirectSamplingReports) {
   const LightScene scene(mixed_lights());
   Random random(3);

@@ -63,8 +63,8 @@ TEST(LightTable, TheLargestUniformSelectsALight) {
   }
 }
 
-// Selection follows power through the scene builder as well: 4 pi^2 r^2 L for a sphere, pi A L for a
-// triangle.
+// Selection follows power through the scene builder as well: 4 pi^2 r^2 L for a sphere, pi A L
+// for a triangle.
 TEST(LightTable, SceneBuilderGivesPowers) {
   TestScene s;
   const int black = s.diffuse(0);

@@ -56,8 +56,8 @@ TEST(SphereHit, MatchesLongDouble) {
     if (exact <= 0) {
       ASSERT_LT(t, 0);
     } else {
-      // Near the surface a root is a difference: absolute error by the radius, relative to the distance
-      // beyond.
+      // Near the surface a root is a difference: absolute error by the radius, relative to the
+      // distance beyond.
       ASSERT_NEAR(t, static_cast<double>(exact), 1e-9 * (static_cast<double>(exact) + radius));
       ++hits;
     }
