@@ -99,6 +99,8 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
       ->capture_default_str();
   verb->add_option("--strategies", render.strategies,
                    "Only these of the integrator's path strategies: hit,next-event,lens,connect");
+  verb->add_flag("--energy-compensation", render.energy_compensation,
+                 "Rough metals get back the light that single bounces between facets lose (pbrt's do not)");
   add_stop_rule(verb, scene);
   verb->add_option("--max-depth", scene->max_depth, "Scattering events per path, or \"unlimited\"");
   add_ranged<uint64_t>(verb, "--seed", &render.seed, 0, std::numeric_limits<uint64_t>::max(),

@@ -133,6 +133,7 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   s.seed = options.seed.value_or(scene.sampling.seed);
   s.time_s = options.time_s.value_or(0);
   s.target_error = options.target_error.value_or(0);
+  s.energy_compensation = options.energy_compensation;
   if (options.strategies) s.strategies = strategies_named(*options.strategies);
   check(s, options.spp || options.max_depth ? ErrorKind::kUsage : ErrorKind::kBadScene);
   return s;
@@ -142,6 +143,7 @@ std::string settings_to_json(const RenderSettings& s) {
   // nlohmann's objects are sorted by key, and its doubles are written so that they read back the same.
   const PixelRect& c = s.grid.crop;
   return nlohmann::json{{"crop", {c.x0, c.y0, c.x1, c.y1}},
+                        {"energy_compensation", s.energy_compensation},
                         {"height", s.grid.height},
                         {"integrator", integrator_name(s.integrator)},
                         {"max_depth", s.max_depth},
@@ -170,7 +172,7 @@ int64_t integer_in(const nlohmann::json& j, int64_t low, int64_t high) {
 RenderSettings settings_from_json(const std::string& text) {
   try {
     const auto j = nlohmann::json::parse(text);
-    if (j.size() != 10) usage("render settings: exactly 10 fields are expected");
+    if (j.size() != 11) usage("render settings: exactly 11 fields are expected");
     RenderSettings s;
     s.integrator = integrator_named(j.at("integrator").get<std::string>());
     s.grid.width = static_cast<int>(integer_in(j.at("width"), 1, kMaxResolution));
@@ -185,6 +187,7 @@ RenderSettings settings_from_json(const std::string& text) {
     s.seed = j.at("seed").get<uint64_t>();
     s.time_s = j.at("time_s").get<double>();
     s.target_error = j.at("target_error").get<double>();
+    s.energy_compensation = j.at("energy_compensation").get<bool>();
     const auto strategies = j.at("strategies").get<std::string>();
     if (!strategies.empty()) s.strategies = strategies_named(strategies);
     check(s, ErrorKind::kUsage);

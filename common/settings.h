@@ -34,6 +34,7 @@ struct RenderOptions {
   std::optional<uint64_t> seed;
   std::optional<int> width, height;
   std::optional<std::array<double, 4>> crop;  // x0,x1,y0,y1 in [0,1], pbrt's order
+  bool energy_compensation = false;           // see RenderSettings
   std::optional<std::string> strategies;      // names, see strategies.h
 };
 
@@ -46,6 +47,8 @@ struct RenderSettings {
   uint64_t seed = 0;
   double time_s = 0;        // 0: none
   double target_error = 0;  // 0: none
+  /// Rough metals get back what one bounce between facets loses. pbrt's images are without.
+  bool energy_compensation = false;
   /// Which strategies take part in MIS; empty: the integrator's own.
   std::optional<Strategies> strategies = {};
 };

@@ -51,7 +51,7 @@ struct Renderer::Impl {
 
   Impl(const SceneDescription& description, const RenderSettings& s, int threads)
       : settings(s),
-        scene(build_scene(description)),
+        scene(build_scene(description, s.energy_compensation)),
         accel(scene, threads),
         camera(make_camera(description.camera, s.grid.width, s.grid.height, scene.scale_exponent)),
         filter(description.filter),

@@ -12,7 +12,7 @@
 
 namespace lightmill {
 
-inline constexpr int kCosineNodes = 16;
+inline constexpr int kCosineNodes = 32;
 using CosineRow = std::array<float, kCosineNodes>;
 
 /// Cosine of node i; the first is a grazing direction, not 0.

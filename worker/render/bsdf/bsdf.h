@@ -48,7 +48,7 @@ inline constexpr float kSmoothAlpha = 1e-3f;
 inline constexpr int kBsdfParams = 10;
 /// Parameters of any kind, in slots:
 ///   diffuse     0-2 reflectance, 3-5 transmittance (of diffuse transmission)
-///   conductor   0-2 eta, 3-5 k, 6 alpha
+///   conductor   0-2 eta, 3-5 k, 6 alpha, 7 table row + 1 of energy compensation or 0
 ///   dielectric  0 eta, 6 alpha (thin: eta alone)
 ///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha,
 ///               8 table row (rough: entering transmittance)

@@ -37,7 +37,7 @@ inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F
       case kDiffuse:
         return merge(m, eval_diffuse(params, wo, wi), &result);
       case kRoughConductor:
-        return merge(m, eval_rough_conductor(params, wo, wi), &result);
+        return merge(m, eval_rough_conductor(params, m, wo, wi), &result);
       case kRoughDielectric:
         return merge(m, eval_rough_dielectric(params, wo, wi, mode), &result);
       case kSmoothCoated:
@@ -76,7 +76,7 @@ inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfPara
       case kDiffuse:
         return take(m, sample_diffuse(params, wo, u, v));
       case kRoughConductor:
-        return take(m, sample_rough_conductor(params, wo, u, v));
+        return take(m, sample_rough_conductor(params, m, wo, u, v));
       case kSmoothConductor:
         return take(m, sample_smooth_conductor(params, wo));
       case kSmoothDielectric:

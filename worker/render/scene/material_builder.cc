@@ -6,6 +6,7 @@
 
 #include "worker/render/bsdf/coated_conductor.h"
 #include "worker/render/bsdf/coated_diffuse.h"
+#include "worker/render/bsdf/conductor.h"
 #include "worker/render/scene/surface.h"
 
 namespace lightmill {
@@ -149,6 +150,17 @@ struct Builder {
       entry.texture_k = m.k.texture;
       set_rgb(params, 0, m.eta.value);
       set_rgb(params, 3, m.k.value);
+    }
+    if (entry.kind != kRoughConductor || !scene->energy_compensation) return;
+    if (m.roughness.u.texture < 0 && m.roughness.v.texture < 0) {
+      params[7] =
+          static_cast<float>(add_rows(std::array<CosineRow, 1>{compensation_row(params[6])}, scene) + 1);
+      return;
+    }
+    for (int i = 0; i < kAlphaRows; ++i) {
+      const float alpha = std::max(row_alpha(i), kSmoothAlpha);
+      const int first = add_rows(std::array<CosineRow, 1>{compensation_row(alpha)}, scene);
+      if (i == 0) entry.first_row = first;
     }
   }
   void operator()(const DielectricMaterial& m) {
@@ -317,6 +329,8 @@ void apply_textures(const RenderScene& scene, int32_t material, const TexturePoi
   if (e.texture_k >= 0) set_rgb(params, 3, scene.textures.evaluate(e.texture_k, at));
   if (e.texture_u_roughness >= 0 || e.texture_v_roughness >= 0) {
     params[6] = std::max(textured_alpha(scene.textures, e, at), kSmoothAlpha);
+    if (e.kind == kRoughConductor && e.first_row >= 0)
+      params[7] = static_cast<float>(e.first_row + row_of_alpha(params[6]) * kCosineNodes + 1);
   }
 }
 

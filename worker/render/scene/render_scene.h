@@ -66,15 +66,16 @@ struct RenderScene {
   std::vector<MaterialEntry> materials;
   std::vector<float> material_params;  // kBsdfParams per material
   std::vector<int32_t> material_kind;
-  std::vector<float> bsdf_tables;  // rows of albedo_table.h
-  bool any_mix = false;            // some material is a mix
-  bool any_texture = false;        // some material is textured
-  bool any_normals = false;        // some mesh has shading normals
-  bool any_delta = false;          // some material has a delta lobe
-  bool any_bumps = false;          // some material has a normal map or a displacement
-  bool any_tangent = false;        // something reads dp/du (a normal map, bumps, anisotropy)
-  bool any_alpha = false;          // some mesh has an alpha mask
-  int kinds_present = 0;           // number of BSDF kinds in use
+  std::vector<float> bsdf_tables;    // rows of albedo_table.h
+  bool energy_compensation = false;  // see conductor.h
+  bool any_mix = false;              // some material is a mix
+  bool any_texture = false;          // some material is textured
+  bool any_normals = false;          // some mesh has shading normals
+  bool any_delta = false;            // some material has a delta lobe
+  bool any_bumps = false;            // some material has a normal map or a displacement
+  bool any_tangent = false;          // something reads dp/du (a normal map, bumps, anisotropy)
+  bool any_alpha = false;            // some mesh has an alpha mask
+  int kinds_present = 0;             // number of BSDF kinds in use
 
   TextureTable textures;
   LightTable lights;
@@ -96,6 +97,6 @@ struct RenderScene {
 
 /// Builds it. Throws Error(kBadScene) for geometry that can't be rendered (no geometry or light is fine: the
 /// image is what the scene says) and Error(kFailed) if a texture can't be read.
-RenderScene build_scene(const SceneDescription& description);
+RenderScene build_scene(const SceneDescription& description, bool energy_compensation = false);
 
 }  // namespace lightmill

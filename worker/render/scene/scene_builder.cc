@@ -446,8 +446,9 @@ class SceneBuilder {
 
 }  // namespace
 
-RenderScene build_scene(const SceneDescription& description) {
+RenderScene build_scene(const SceneDescription& description, bool energy_compensation) {
   RenderScene scene((TextureTable(description.textures)));
+  scene.energy_compensation = energy_compensation;
   SceneBuilder(description, &scene).build();
   return scene;
 }
