@@ -59,6 +59,10 @@ SceneDescription every_kernel() {
   add(CoatedConductorMaterial{metal, 1.5f, rough(0)});
   add(CoatedConductorMaterial{metal, 1.4f, rough(0.3f)});
   add(MixMaterial{{1, 6}, {0.4f, -1}});
+  ConductorMaterial brushed = metal;
+  brushed.roughness = {{0.3f, -1}, {0.05f, -1}, false};
+  add(brushed);
+  add(DielectricMaterial{1.5f, brushed.roughness});
   scene.area_lights.push_back({{9, 8, 7}, false, {}});
   scene.area_lights.push_back({{20, 30, 40}, true, {}});
   scene.shapes.push_back(quad({-3, -2, 6}, {3, -2, 6}, {3, 2, 6}, {-3, 2, 6}, 0));
@@ -91,6 +95,7 @@ std::string arithmetic_class() {
     settings.grid = {64, 32, {0, 0, 64, 32}};
     settings.spp = 2;
     settings.max_depth = 12;
+    settings.energy_compensation = true;
     settings.seed = 1;
     const TileSpec tile{{0, 0, 2, 1}, 0, 2};
     SceneDescription scene = every_kernel();

@@ -22,7 +22,8 @@ using BsdfKind = int32_t;
 inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 2, kSmoothDielectric = 3,
                           kRoughDielectric = 4, kSmoothCoated = 5, kRoughCoated = 6, kThinDielectric = 7,
                           kDiffuseTransmission = 8, kSmoothCoatedConductor = 9, kCoatedConductor = 10,
-                          kRoughCoatedConductor = 11, kBsdfKinds = 12;
+                          kRoughCoatedConductor = 11, kAnisotropicConductor = 12, kAnisotropicDielectric = 13,
+                          kBsdfKinds = 14;
 /// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
 inline constexpr BsdfKind kMix = kBsdfKinds, kMaterialKinds = kBsdfKinds + 1;
 
@@ -42,6 +43,12 @@ inline MaskOf<F> pure_delta(IntOf<F> kind) {
                  mask_or(MaskOf<F>(kind == kThinDielectric), MaskOf<F>(kind == kSmoothCoatedConductor)));
 }
 
+/// Which lanes have a lobe that follows the tangent.
+template <class F>
+inline MaskOf<F> anisotropic(IntOf<F> kind) {
+  return mask_or(MaskOf<F>(kind == kAnisotropicConductor), MaskOf<F>(kind == kAnisotropicDielectric));
+}
+
 /// Roughness below which a microfacet lobe is its delta limit.
 inline constexpr float kSmoothAlpha = 1e-3f;
 
@@ -50,6 +57,7 @@ inline constexpr int kBsdfParams = 10;
 ///   diffuse     0-2 reflectance, 3-5 transmittance (of diffuse transmission)
 ///   conductor   0-2 eta, 3-5 k, 6 alpha, 7 table row + 1 of energy compensation or 0
 ///   dielectric  0 eta, 6 alpha (thin: eta alone)
+///   anisotropic as conductor and dielectric, and 8 and 9 as anisotropic.h says
 ///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha,
 ///               8 table row (rough: entering transmittance)
 ///   coated conductor, all smooth

@@ -1,6 +1,7 @@
 #pragma once
 // Evaluation and sampling with a kind per lane: each kind that is present is computed once for all lanes and
 // selected, so a group of one kind (what the bouncer's counting sort makes) costs one kernel.
+#include "worker/render/bsdf/anisotropic.h"
 #include "worker/render/bsdf/coated_conductor.h"
 #include "worker/render/bsdf/coated_diffuse.h"
 #include "worker/render/bsdf/conductor.h"
@@ -37,13 +38,17 @@ inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F
       case kDiffuse:
         return merge(m, eval_diffuse(params, wo, wi), &result);
       case kRoughConductor:
-        return merge(m, eval_rough_conductor(params, m, wo, wi), &result);
+        return merge(m, eval_rough_conductor(Ggx<F>{params.p[6]}, params, m, wo, wi), &result);
       case kRoughDielectric:
-        return merge(m, eval_rough_dielectric(params, wo, wi, mode), &result);
+        return merge(m, eval_rough_dielectric(Ggx<F>{params.p[6]}, params, wo, wi, mode), &result);
       case kSmoothCoated:
         return merge(m, eval_coated<F, false>(params, m, wo, wi), &result);
       case kRoughCoated:
         return merge(m, eval_coated<F, true>(params, m, wo, wi), &result);
+      case kAnisotropicConductor:
+        return merge(m, eval_anisotropic_conductor(params, m, wo, wi), &result);
+      case kAnisotropicDielectric:
+        return merge(m, eval_anisotropic_dielectric(params, wo, wi, mode), &result);
       case kDiffuseTransmission:
         return merge(m, eval_diffuse_transmission(params, wo, wi), &result);
       case kCoatedConductor:
@@ -76,19 +81,23 @@ inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfPara
       case kDiffuse:
         return take(m, sample_diffuse(params, wo, u, v));
       case kRoughConductor:
-        return take(m, sample_rough_conductor(params, m, wo, u, v));
+        return take(m, sample_rough_conductor(Ggx<F>{params.p[6]}, params, m, wo, u, v));
       case kSmoothConductor:
         return take(m, sample_smooth_conductor(params, wo));
       case kSmoothDielectric:
         return take(m, sample_smooth_dielectric(params, wo, lobe, mode));
       case kRoughDielectric:
-        return take(m, sample_rough_dielectric(params, wo, lobe, u, v, mode));
+        return take(m, sample_rough_dielectric(Ggx<F>{params.p[6]}, params, wo, lobe, u, v, mode));
       case kSmoothCoated:
         return take(m, sample_coated<F, false>(params, m, wo, lobe, u, v));
       case kRoughCoated:
         return take(m, sample_coated<F, true>(params, m, wo, lobe, u, v));
       case kThinDielectric:
         return take(m, sample_thin_dielectric(params, wo, lobe));
+      case kAnisotropicConductor:
+        return take(m, sample_anisotropic_conductor(params, m, wo, u, v));
+      case kAnisotropicDielectric:
+        return take(m, sample_anisotropic_dielectric(params, wo, lobe, u, v, mode));
       case kDiffuseTransmission:
         return take(m, sample_diffuse_transmission(params, wo, lobe, u, v));
       case kSmoothCoatedConductor:

@@ -40,10 +40,10 @@ inline Vec3<F> compensate(const Vec3<F>& reflectance, const BsdfParams<F>& param
   return reflectance + reflectance * f0 * gain;
 }
 
-template <class F>
-inline BsdfEval<F> eval_rough_conductor(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
-                                        const Vec3<F>& wi) {
-  const Ggx<F> ggx{params.p[6]};
+/// `ggx` is a Ggx or AnisotropicGgx.
+template <class F, class Distribution>
+inline BsdfEval<F> eval_rough_conductor(const Distribution& ggx, const BsdfParams<F>& params,
+                                        MaskOf<F> of_kind, const Vec3<F>& wo, const Vec3<F>& wi) {
   const Vec3<F> h = wo + wi;
   const F h2 = dot(h, h);
   const MaskOf<F> valid = mask_and(same_side(wo, wi), MaskOf<F>(h2 > 0.0f));
@@ -59,10 +59,9 @@ inline BsdfEval<F> eval_rough_conductor(const BsdfParams<F>& params, MaskOf<F> o
   return e;
 }
 
-template <class F>
-inline BsdfSample<F> sample_rough_conductor(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
-                                            F u, F v) {
-  const Ggx<F> ggx{params.p[6]};
+template <class F, class Distribution>
+inline BsdfSample<F> sample_rough_conductor(const Distribution& ggx, const BsdfParams<F>& params,
+                                            MaskOf<F> of_kind, const Vec3<F>& wo, F u, F v) {
   const Vec3<F> up{wo.x, wo.y, abs(wo.z)};
   const Vec3<F> m = ggx.sample_visible(up, u, v);
   const F c = dot(up, m);

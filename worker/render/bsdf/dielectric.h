@@ -34,10 +34,10 @@ inline BsdfSample<F> sample_smooth_dielectric(const BsdfParams<F>& params, const
   return s;
 }
 
-template <class F>
-inline BsdfEval<F> eval_rough_dielectric(const BsdfParams<F>& params, const Vec3<F>& wo, const Vec3<F>& wi,
-                                         Mode mode) {
-  const Ggx<F> ggx{params.p[6]};
+/// `ggx` is a Ggx or AnisotropicGgx.
+template <class F, class Distribution>
+inline BsdfEval<F> eval_rough_dielectric(const Distribution& ggx, const BsdfParams<F>& params,
+                                         const Vec3<F>& wo, const Vec3<F>& wi, Mode mode) {
   const MaskOf<F> reflect = same_side(wo, wi);
   const F eta_o = relative_eta(params.p[0], wo);  // n(wi side) / n(wo side) when transmitting
   const F eta = select(reflect, splat<F>(1.0f), eta_o);
@@ -74,13 +74,11 @@ inline BsdfEval<F> eval_rough_dielectric(const BsdfParams<F>& params, const Vec3
           select(reflect, pdf_reflect_reverse, pdf_transmit_reverse)};
 }
 
-template <class F>
-inline BsdfSample<F> sample_rough_dielectric(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe, F u, F v,
-                                             Mode mode) {
-  const Ggx<F> ggx{params.p[6]};
+template <class F, class Distribution>
+inline BsdfSample<F> sample_rough_dielectric(const Distribution& ggx, const BsdfParams<F>& params,
+                                             const Vec3<F>& wo, F lobe, F u, F v, Mode mode) {
   const F flip = copysign(splat<F>(1.0f), wo.z);
-  const Vec3<F> up =
-      wo * flip;  // rotate by pi rather than mirror: keeps handedness irrelevant for isotropic GGX
+  const Vec3<F> up = wo * flip;  // rotate by pi rather than mirror: GGX is symmetric under it
   const Vec3<F> m = ggx.sample_visible(up, u, v);
   const F c = dot(up, m);
   const F eta = relative_eta(params.p[0], wo);
@@ -94,7 +92,7 @@ inline BsdfSample<F> sample_rough_dielectric(const BsdfParams<F>& params, const 
   const Vec3<F> wi = select(reflect, reflected, transmitted);
   s.wi = wi * flip;
   s.valid = mask_and(MaskOf<F>(up.z > 0.0f), MaskOf<F>(select(reflect, wi.z, -wi.z) > 0.0f));
-  const BsdfEval<F> e = eval_rough_dielectric(params, wo, s.wi, mode);
+  const BsdfEval<F> e = eval_rough_dielectric(ggx, params, wo, s.wi, mode);
   s.pdf = e.pdf;
   s.pdf_reverse = e.pdf_reverse;
   s.valid = mask_and(s.valid, MaskOf<F>(e.pdf > 0.0f));

@@ -42,4 +42,38 @@ struct Ggx {
   }
 };
 
+/// The same with a roughness for each tangent direction; the interface is Ggx's.
+template <class F>
+struct AnisotropicGgx {
+  F alpha_x, alpha_y;
+
+  F d(const Vec3<F>& m) const {
+    const F x = m.x / alpha_x, y = m.y / alpha_y;
+    const F e = x * x + y * y + m.z * m.z;
+    return kInvPi / (alpha_x * alpha_y * e * e);
+  }
+  F lambda(const Vec3<F>& w) const {
+    const F z2 = max(w.z * w.z, splat<F>(1e-30f));
+    const F x = alpha_x * w.x, y = alpha_y * w.y;
+    return 0.5f * (sqrt(1.0f + (x * x + y * y) / z2) - 1.0f);
+  }
+  F g1(const Vec3<F>& w) const { return 1.0f / (1.0f + lambda(w)); }
+  F g(const Vec3<F>& wo, const Vec3<F>& wi) const { return 1.0f / (1.0f + lambda(wo) + lambda(wi)); }
+  Vec3<F> sample_visible(const Vec3<F>& wo, F u, F v) const {
+    // In coordinates in which the surface is a hemisphere.
+    const Vec3<F> m =
+        Ggx<F>{splat<F>(1.0f)}.sample_visible(normalize(Vec3<F>{alpha_x * wo.x, alpha_y * wo.y, wo.z}), u, v);
+    return normalize(Vec3<F>{alpha_x * m.x, alpha_y * m.y, m.z});
+  }
+};
+
+/// Axes of an anisotropic lobe within the shading frame, from a rotation in turns.
+template <class F>
+struct LobeAxes {
+  F c, s;
+  explicit LobeAxes(F rotation) { sincos_2pi(rotation, &s, &c); }
+  Vec3<F> to_lobe(const Vec3<F>& w) const { return {w.x * c + w.y * s, w.y * c - w.x * s, w.z}; }
+  Vec3<F> from_lobe(const Vec3<F>& w) const { return {w.x * c - w.y * s, w.y * c + w.x * s, w.z}; }
+};
+
 }  // namespace lightmill

@@ -5,6 +5,7 @@
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/vertex_io.h"
 #include "worker/render/scene/bump.h"
+#include "worker/render/scene/lobe_axes.h"
 #include "worker/render/scene/mix.h"
 
 namespace lightmill {
@@ -94,6 +95,7 @@ Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, in
   if (scene.any_mix) material = resolve_mixes<Lane>(scene, material, g.active, h.prim, s);
   v.ns = scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
   v.kind = bsdf_at<Lane>(scene, material, g.active, s, &v.params);
+  if (scene.any_anisotropy) orient_lobes<Lane>(s, v.ns, v.kind, &v.params);
   v.path = g.slot;
   v.depth = splat_int<Lane>(depth);
   const Vec3<Lane> segment = s.p - o;

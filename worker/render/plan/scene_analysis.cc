@@ -57,6 +57,10 @@ ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& 
   item("normal and bump maps", scene.any_bumps,
        scene.any_bumps ? "a material in use has one" : "no material in use has one",
        "tangents and texture evaluations per hit");
+  item("anisotropic lobes", scene.any_anisotropy,
+       scene.any_anisotropy ? "a roughness differs along and across the surface's u"
+                            : "every roughness is the same all round",
+       "the tangent and its rotation per hit");
   item("alpha masks", scene.any_alpha,
        scene.any_alpha ? "a shape has an alpha below 1 or textured" : "every shape is opaque",
        "a callback per crossing of a masked shape");

@@ -131,7 +131,17 @@ struct Builder {
     const bool textured = r.u.texture >= 0 || r.v.texture >= 0;
     const float alpha = mean_alpha(r.u.value, r.v.value, r.remap);
     params[6] = std::max(alpha, kSmoothAlpha);
-    return !textured && alpha <= kSmoothAlpha;
+    const float widest =
+        std::max(roughness_to_alpha(r.u.value, r.remap), roughness_to_alpha(r.v.value, r.remap));
+    return !textured && widest <= kSmoothAlpha;
+  }
+  /// `isotropic` or, if the roughness differs by direction, the anisotropic kind with its parameters. Next to
+  /// the delta limit in one direction the lobe is kSmoothAlpha wide there.
+  BsdfKind along_tangent(const Roughness& r, BsdfKind isotropic, BsdfKind anisotropic) {
+    if (r.u.texture == r.v.texture && (r.u.texture >= 0 || r.u.value == r.v.value)) return isotropic;
+    params[6] = std::max(roughness_to_alpha(r.u.value, r.remap), kSmoothAlpha);
+    params[8] = std::max(roughness_to_alpha(r.v.value, r.remap), kSmoothAlpha);
+    return anisotropic;
   }
 
   void operator()(const DiffuseMaterial& m) {
@@ -140,7 +150,8 @@ struct Builder {
     set_reflectance(entry, params, m.reflectance.value);
   }
   void operator()(const ConductorMaterial& m) {
-    entry.kind = roughness(m.roughness) ? kSmoothConductor : kRoughConductor;
+    entry.kind = roughness(m.roughness) ? kSmoothConductor
+                                        : along_tangent(m.roughness, kRoughConductor, kAnisotropicConductor);
     if (m.reflectance) {
       entry.conductor_reflectance = true;
       entry.texture_color = m.reflectance->texture;
@@ -164,7 +175,9 @@ struct Builder {
     }
   }
   void operator()(const DielectricMaterial& m) {
-    entry.kind = roughness(m.roughness) ? kSmoothDielectric : kRoughDielectric;
+    entry.kind = roughness(m.roughness)
+                     ? kSmoothDielectric
+                     : along_tangent(m.roughness, kRoughDielectric, kAnisotropicDielectric);
     params[0] = m.eta;
   }
   void operator()(const ThinDielectricMaterial& m) {
@@ -327,7 +340,14 @@ void apply_textures(const RenderScene& scene, int32_t material, const TexturePoi
   }
   if (e.texture_eta >= 0) set_rgb(params, 0, scene.textures.evaluate(e.texture_eta, at));
   if (e.texture_k >= 0) set_rgb(params, 3, scene.textures.evaluate(e.texture_k, at));
-  if (e.texture_u_roughness >= 0 || e.texture_v_roughness >= 0) {
+  if ((e.texture_u_roughness >= 0 || e.texture_v_roughness >= 0) && anisotropic<float>(e.kind)) {
+    const auto alpha = [&](int texture, float constant) {
+      const float r = texture >= 0 ? scene.textures.evaluate(texture, at).r : constant;
+      return std::max(roughness_to_alpha(r, e.remap_roughness), kSmoothAlpha);
+    };
+    params[6] = alpha(e.texture_u_roughness, e.u_roughness);
+    params[8] = alpha(e.texture_v_roughness, e.v_roughness);
+  } else if (e.texture_u_roughness >= 0 || e.texture_v_roughness >= 0) {
     params[6] = std::max(textured_alpha(scene.textures, e, at), kSmoothAlpha);
     if (e.kind == kRoughConductor && e.first_row >= 0)
       params[7] = static_cast<float>(e.first_row + row_of_alpha(params[6]) * kCosineNodes + 1);

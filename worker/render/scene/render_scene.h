@@ -68,6 +68,7 @@ struct RenderScene {
   std::vector<int32_t> material_kind;
   std::vector<float> bsdf_tables;    // rows of albedo_table.h
   bool energy_compensation = false;  // see conductor.h
+  bool any_anisotropy = false;       // some lobe follows dp/du
   bool any_mix = false;              // some material is a mix
   bool any_texture = false;          // some material is textured
   bool any_normals = false;          // some mesh has shading normals

@@ -100,9 +100,10 @@ class SceneBuilder {
       out_.any_bumps = out_.any_bumps || has_bumps(out_.materials[i]);
       out_.any_delta = out_.any_delta || has_delta(kind);
       out_.any_mix = out_.any_mix || kind == kMix;
+      out_.any_anisotropy = out_.any_anisotropy || anisotropic<float>(kind);
       kinds_ |= 1u << kind;
     }
-    out_.any_tangent = out_.any_tangent || out_.any_bumps;
+    out_.any_tangent = out_.any_tangent || out_.any_bumps || out_.any_anisotropy;
     for (; kinds_; kinds_ &= kinds_ - 1) ++out_.kinds_present;
   }
 
@@ -200,8 +201,9 @@ class SceneBuilder {
     out_.positions.reserve(3 * vertices + 4);
     if (normals) out_.normals.reserve(3 * vertices);
     keep_uvs_ = uvs && (textured_alpha ||
-                        std::any_of(out_.materials.begin(), out_.materials.end(),
-                                    [](const MaterialEntry& m) { return m.textured || has_bumps(m); }));
+                        std::any_of(out_.materials.begin(), out_.materials.end(), [](const MaterialEntry& m) {
+                          return m.textured || has_bumps(m) || anisotropic<float>(m.kind);
+                        }));
     if (keep_uvs_) out_.uvs.reserve(2 * vertices);
     out_.indices.reserve(3 * triangles);
     out_.primitive_material.reserve(triangles + spheres);

@@ -1,6 +1,7 @@
 #include "tests/worker/render/bsdf/bsdf_cases.h"
 
 #include <cmath>
+#include <stdexcept>
 
 #include "tests/support/test_scene.h"
 #include "worker/render/scene/render_scene.h"
@@ -41,6 +42,22 @@ std::vector<BsdfCase> all_bsdfs() {
   add("lacquer_coat", s.coated_conductor(gold, 1.5f, 0.3f, 0), 0.05f);
   add("lacquer_both", s.coated_conductor(gold, 1.5f, 0.2f, 0.3f), 0.2f);
   add("lacquer_dense", s.coated_conductor(white, 2.5f, 0.5f, 0.5f), 0.5f);
+  const auto brushed = [&](int material, float u, float v) {
+    Roughness& r = std::visit(
+        [](auto& m) -> Roughness& {
+          if constexpr (requires { m.roughness; }) {
+            return m.roughness;
+          } else {
+            throw std::logic_error("no roughness");
+          }
+        },
+        s.scene.materials[static_cast<size_t>(material)].kind);
+    r = {{u, -1}, {v, -1}, false};
+    return material;
+  };
+  add("brushed_metal", brushed(s.conductor(0.9f, 0.2f), 0.4f, 0.1f), 0.1f);
+  add("brushed_metal_stiff", brushed(s.conductor(0.9f, 0.2f), 0.05f, 0.8f), 0.05f);
+  add("brushed_glass", brushed(s.dielectric(1.5f, 0.2f), 0.15f, 0.5f), 0.15f);
   // For ever: the cases point into its tables.
   static const std::vector<float> tables = build_scene(s.scene).bsdf_tables;
   const RenderScene scene = build_scene(s.scene);
@@ -49,6 +66,7 @@ std::vector<BsdfCase> all_bsdfs() {
     cases[i].params.tables = tables.data();
     for (size_t k = 0; k < kBsdfParams; ++k)
       cases[i].params.p[k] = scene.material_params[i * kBsdfParams + k];
+    if (anisotropic<float>(cases[i].kind)) cases[i].params.p[9] = 0.1f;  // turns
   }
   return cases;
 }

@@ -60,7 +60,7 @@ TEST(BsdfSymmetry, ReflectionIsReciprocalAndTransmissionByTheSquaredIndex) {
       ASSERT_NEAR(importance.f.y, exchanged.f.y, scale) << wo.z << " " << wi.z;
       if (wo.z * wi.z > 0) {
         ASSERT_EQ(radiance.f.y, importance.f.y);
-      } else if (bsdf.kind == kRoughDielectric) {
+      } else if (bsdf.kind == kRoughDielectric || bsdf.kind == kAnisotropicDielectric) {
         // f(wo -> wi) = f*(wo -> wi) / eta^2 with eta = n(wi) / n(wo); f* is symmetric up to the same square.
         const float eta = wo.z > 0 ? bsdf.params.p[0] : 1 / bsdf.params.p[0];
         ASSERT_NEAR(radiance.f.y * eta * eta, importance.f.y, scale);
@@ -73,7 +73,7 @@ TEST(BsdfSymmetry, ReflectionIsReciprocalAndTransmissionByTheSquaredIndex) {
         ASSERT_EQ(radiance.f.y, 0);
       }
     });
-    if (bsdf.kind == kRoughDielectric) {
+    if (bsdf.kind == kRoughDielectric || bsdf.kind == kAnisotropicDielectric) {
       EXPECT_GT(transmitted, 200);
     }
   }
