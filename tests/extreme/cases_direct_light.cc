@@ -107,6 +107,19 @@ Case sun(double half_angle) {
           }};
 }
 
+/// The distant light with an angle.
+Case sun_disc(double half_angle) {
+  return {"12 sun disc", "half-angle " + text(half_angle), "E = pi L sin^2(alpha) cos", far_light_sight(1, 1),
+          [half_angle] {
+            TestScene s;
+            s.quad({-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, s.diffuse(static_cast<float>(kRho)));
+            s.camera({0.5, 2, -1}, {0, 0, 0}, 50).film(16, 16);
+            const Vec3d to_sun = normalized({0.3, 0.8, -0.4});
+            s.scene.lights.push_back({DistantLight{{1, 1, 1}, to_sun * -1, half_angle * 180 / M_PI}, {}});
+            return floor_setup(s, [=](const Vec3d&) { return to_sun.y; });
+          }};
+}
+
 /// Two lamps, one `ratio` times as bright, each in a channel of its own.
 Case unequal_lamps(double ratio) {
   Case c{"lamps of unequal power", "1 to " + text(ratio), "8 for either: E = pi L (r/d)^2 cos",
@@ -161,10 +174,12 @@ std::vector<Case> direct_light_cases() {
   cases.push_back(polygon_over_plane());
   cases.back().every_set = true;
   for (const double alpha : {0.1, 1e-3, 1e-5}) {
-    cases.push_back(sun(alpha));
-    if (alpha <= 1e-3)
-      cases.back().notes.push_back(
-          {Note::kSkip, kNextEvent, "a sampled direction all but never meets the sun"});
+    for (const auto& make : {sun, sun_disc}) {
+      cases.push_back(make(alpha));
+      if (alpha <= 1e-3)
+        cases.back().notes.push_back(
+            {Note::kSkip, kNextEvent | kLensConnections, "a sampled direction all but never meets the sun"});
+    }
   }
   for (const double ratio : {1e3, 1e9}) cases.push_back(unequal_lamps(ratio));
   return cases;
