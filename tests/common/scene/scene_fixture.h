@@ -67,6 +67,14 @@ inline bool mentions(const LoadResult& result, const std::string& text) {
   return listed(result).find(text) != std::string::npos;
 }
 
+/// There is an error, `text` is listed, and so is a place on line 2 of scene.pbrt.
+inline testing::AssertionResult refused_on_line_2(const LoadResult& result, const std::string& text) {
+  if (result.ok()) return testing::AssertionFailure() << "no error; " << listed(result);
+  if (!mentions(result, text) || !mentions(result, "scene.pbrt:2:"))
+    return testing::AssertionFailure() << "wanted \"" << text << "\" on line 2 in\n" << listed(result);
+  return testing::AssertionSuccess();
+}
+
 /// An error that holds `text` is listed, and every message is one line.
 inline testing::AssertionResult has_error(const LoadResult& result, const std::string& text) {
   if (result.ok()) return testing::AssertionFailure() << "no error; " << listed(result);

@@ -101,6 +101,14 @@ int add_rows(const std::array<CosineRow, kRows>& rows, RenderScene* scene) {
   return first;
 }
 
+/// Appends `rows(alpha)` for every alpha of a textured roughness; returns where they begin.
+template <class Rows>
+int add_alpha_rows(RenderScene* scene, Rows&& rows) {
+  const auto first = static_cast<int>(scene->bsdf_tables.size());
+  for (int i = 0; i < kAlphaRows; ++i) add_rows(rows(row_alpha(i)), scene);
+  return first;
+}
+
 /// What depends on the roughness of a rough coat over a diffuse base, but not yet its colour.
 void set_rough_coat(MaterialEntry& e, float* params, float alpha) {
   params[6] = std::max(alpha, kSmoothAlpha);
@@ -163,15 +171,11 @@ struct Builder {
       set_rgb(params, 3, m.k.value);
     }
     if (entry.kind != kRoughConductor || !scene->energy_compensation) return;
+    const auto row = [](float alpha) { return std::array<CosineRow, 1>{compensation_row(alpha)}; };
     if (m.roughness.u.texture < 0 && m.roughness.v.texture < 0) {
-      params[7] =
-          static_cast<float>(add_rows(std::array<CosineRow, 1>{compensation_row(params[6])}, scene) + 1);
-      return;
-    }
-    for (int i = 0; i < kAlphaRows; ++i) {
-      const float alpha = std::max(row_alpha(i), kSmoothAlpha);
-      const int first = add_rows(std::array<CosineRow, 1>{compensation_row(alpha)}, scene);
-      if (i == 0) entry.first_row = first;
+      params[7] = static_cast<float>(add_rows(row(params[6]), scene) + 1);
+    } else {
+      entry.first_row = add_alpha_rows(scene, row);
     }
   }
   void operator()(const DielectricMaterial& m) {
@@ -202,18 +206,19 @@ struct Builder {
     params[5] = m.thickness;
     const bool textured = entry.texture_u_roughness >= 0 || entry.texture_v_roughness >= 0;
     CoatConstants coat = coat_constants(m.eta, m.thickness);
-    if (textured) {
-      for (int i = 0; i < kAlphaRows; ++i) {
-        std::array<CosineRow, 1> row;
-        coat = rough_coat_constants(m.eta, m.thickness, row_alpha(i), row.data());
-        const int first = add_rows(row, scene);
-        if (i == 0) entry.first_row = first;
-        entry.coat_returns.push_back(coat.internal_reflectance);
-      }
-    } else if (entry.kind == kRoughCoated) {
+    const auto rough_coat = [&](float alpha) {
       std::array<CosineRow, 1> row;
-      coat = rough_coat_constants(m.eta, m.thickness, params[6], row.data());
-      params[8] = static_cast<float>(add_rows(row, scene));
+      coat = rough_coat_constants(m.eta, m.thickness, alpha, row.data());
+      return row;
+    };
+    if (textured) {
+      entry.first_row = add_alpha_rows(scene, [&](float alpha) {
+        const auto row = rough_coat(alpha);
+        entry.coat_returns.push_back(coat.internal_reflectance);
+        return row;
+      });
+    } else if (entry.kind == kRoughCoated) {
+      params[8] = static_cast<float>(add_rows(rough_coat(params[6]), scene));
     }
     entry.coat_internal_reflectance = coat.internal_reflectance;
     params[4] = static_cast<float>(coat.entering_transmittance);
@@ -256,16 +261,13 @@ struct Builder {
     params[5] = m.thickness;
     params[7] = std::max(coat_alpha, kSmoothAlpha);
     const auto rows = [&](float metal_alpha) {
-      return add_rows(coated_conductor_rows(m.eta, m.thickness, coat_alpha, metal_alpha, m.max_depth), scene);
+      return coated_conductor_rows(m.eta, m.thickness, coat_alpha, metal_alpha, m.max_depth);
     };
     const Roughness& r = m.conductor.roughness;
     if (r.u.texture >= 0 || r.v.texture >= 0) {
-      for (int i = 0; i < kAlphaRows; ++i) {
-        const int first = rows(row_alpha(i));
-        if (i == 0) entry.first_row = first;
-      }
+      entry.first_row = add_alpha_rows(scene, rows);
     } else {
-      params[8] = static_cast<float>(rows(smooth_metal ? 0 : params[6]));
+      params[8] = static_cast<float>(add_rows(rows(smooth_metal ? 0 : params[6]), scene));
     }
     set_metal_alpha(entry, params, mean_alpha(r.u.value, r.v.value, r.remap));
   }
