@@ -84,6 +84,11 @@ struct RenderScene {
   float bounds_radius = 1;
   double surface_area = 0;  // of all primitives, normalised space
 
+  /// A point of scene units in normalised space.
+  Vec3d normalised_point(const Vec3d& p) const {
+    return {std::ldexp(p.x - origin.x, scale_exponent), std::ldexp(p.y - origin.y, scale_exponent),
+            std::ldexp(p.z - origin.z, scale_exponent)};
+  }
   /// A point of normalised space in scene units.
   Vec3d scene_point(const Vec3f& p) const {
     return {origin.x + std::ldexp(double{p.x}, -scale_exponent),

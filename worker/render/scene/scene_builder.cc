@@ -7,6 +7,7 @@
 #include "common/error.h"
 #include "worker/render/scene/alpha_mask.h"
 #include "worker/render/scene/bump.h"
+#include "worker/render/scene/light_builder.h"
 #include "worker/render/scene/material_builder.h"
 #include "worker/render/scene/render_scene.h"
 
@@ -52,10 +53,6 @@ std::optional<double> uniform_scale(const Matrix& m) {
   return s;
 }
 
-std::string where(const SourceLocation& l) {
-  return l.file + ":" + std::to_string(l.line) + ":" + std::to_string(l.column) + ": ";
-}
-
 struct Bounds {
   double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
   void add(const Vec3d& p, double r = 0) {
@@ -90,7 +87,7 @@ class SceneBuilder {
       if (const auto* sphere = std::get_if<SphereShape>(&s.kind)) add_sphere(s, *sphere);
     }
     out_.positions.resize(out_.positions.size() + 4);  // vector loads read past the last vertex
-    for (const LightDescription& l : in_.lights) add_light(l);
+    for (const LightDescription& l : in_.lights) add_light(l, &out_);
     out_.lights.finish();
     use_mixed_materials();
     for (size_t i = 0; i < out_.materials.size(); ++i) {
@@ -125,18 +122,14 @@ class SceneBuilder {
     }
   }
 
-  Vec3d relative(const Vec3d& p) const {
-    return {std::ldexp(p.x - out_.origin.x, out_.scale_exponent),
-            std::ldexp(p.y - out_.origin.y, out_.scale_exponent),
-            std::ldexp(p.z - out_.origin.z, out_.scale_exponent)};
-  }
+  Vec3d relative(const Vec3d& p) const { return out_.normalised_point(p); }
 
   void measure() {
     Bounds b;
     for (const ShapeDescription& s : in_.shapes) {
       if (std::holds_alternative<SphereShape>(s.kind) && has_alpha_mask(s.alpha)) {
         throw Error(ErrorKind::kBadScene,
-                    where(s.location) + "an alpha mask on a sphere is not supported; use a mesh");
+                    place(s.location) + "an alpha mask on a sphere is not supported; use a mesh");
       }
     }
     for (const ShapeDescription& s : in_.shapes) {
@@ -148,7 +141,7 @@ class SceneBuilder {
         if (!scale) {
           throw Error(
               ErrorKind::kBadScene,
-              where(s.location) + "a sphere under a non-uniform scale is not supported yet; use a mesh");
+              place(s.location) + "a sphere under a non-uniform scale is not supported yet; use a mesh");
         }
         b.add(transform_point(s.object_to_world.m, 0, 0, 0), *scale * std::get<SphereShape>(s.kind).radius);
       }
@@ -259,7 +252,8 @@ class SceneBuilder {
         continue;  // collapsed when rounded to float: nothing can hit it
       out_.surface_area += area;
       out_.indices.insert(out_.indices.end(), i, i + 3);
-      add_primitive(s, s.area_light >= 0 ? add_triangle_light(s, i, n, area, flags) : -1, flags);
+      add_primitive(s, s.area_light >= 0 ? add_triangle_emitter(emitter(s), i, n, area, flags, &out_) : -1,
+                    flags);
       ++range.triangle_count;
     }
     if (range.triangle_count > 0) {
@@ -284,46 +278,8 @@ class SceneBuilder {
     return 0.5 * length;
   }
 
-  static bool dark(const Rgb& c) { return !(c.r > 0 || c.g > 0 || c.b > 0); }
-
-  int32_t add_triangle_light(const ShapeDescription& s, const int32_t* i, const Vec3d& winding, double area,
-                             int32_t flags) {
-    const AreaLightDescription& light = in_.area_lights[static_cast<size_t>(s.area_light)];
-    if (dark(light.radiance)) return -1;
-    double sign = flags & RenderScene::kFlip ? -1 : 1;
-    if (out_.any_normals) {
-      // The side of the vertex normals, as at intersection.
-      double along = 0;
-      for (int k = 0; k < 3; ++k) {
-        const float* n = &out_.normals[static_cast<size_t>(i[k]) * 3];
-        along += n[0] * winding.x + n[1] * winding.y + n[2] * winding.z;
-      }
-      if (along != 0) sign = along < 0 ? -1 : 1;
-    }
-    std::array<float, kLightFloats> r{};
-    for (size_t c = 0; c < 3; ++c) {
-      const float v0 = out_.positions[static_cast<size_t>(i[0]) * 3 + c];
-      r[kLightP + c] = v0;
-      r[kLightE1 + c] = out_.positions[static_cast<size_t>(i[1]) * 3 + c] - v0;
-      r[kLightE2 + c] = out_.positions[static_cast<size_t>(i[2]) * 3 + c] - v0;
-    }
-    r[kLightN] = static_cast<float>(sign * winding.x);
-    r[kLightN + 1] = static_cast<float>(sign * winding.y);
-    r[kLightN + 2] = static_cast<float>(sign * winding.z);
-    return add_area_light(kTriangleLight, r, light, area);
-  }
-
-  int32_t add_area_light(LightType type, std::array<float, kLightFloats>& r,
-                         const AreaLightDescription& light, double area) {
-    const Rgb& c = light.radiance;
-    r[kLightRadiance] = c.r;
-    r[kLightRadiance + 1] = c.g;
-    r[kLightRadiance + 2] = c.b;
-    r[kLightArea] = static_cast<float>(area);
-    r[kLightTwoSided] = light.two_sided ? 1 : 0;
-    const double mean = (double{c.r} + c.g + c.b) / 3;
-    out_.lights.add(type, r, M_PI * area * mean * (light.two_sided ? 2 : 1));
-    return out_.lights.count() - 1;
+  EmitterSource emitter(const ShapeDescription& s) const {
+    return {in_.area_lights[static_cast<size_t>(s.area_light)], s.alpha};
   }
 
   void add_sphere(const ShapeDescription& s, const SphereShape& sphere) {
@@ -342,101 +298,10 @@ class SceneBuilder {
     out_.surface_area += 4 * M_PI * radius * radius;
     // The normal is computed outwards, so handedness does not matter: only ReverseOrientation flips.
     const int32_t flags = s.reverse_orientation ? RenderScene::kFlip : 0;
-    int32_t light = -1;
-    if (s.area_light >= 0) {
-      const AreaLightDescription& d = in_.area_lights[static_cast<size_t>(s.area_light)];
-      if (!dark(d.radiance)) {
-        std::array<float, kLightFloats> r{};
-        std::copy(record, record + 4, r.begin());
-        r[kLightOrientation] = s.reverse_orientation ? -1 : 1;
-        light = add_area_light(kSphereLight, r, d, 4 * M_PI * radius * radius);
-      }
-    }
+    const int32_t light =
+        s.area_light >= 0 ? add_sphere_emitter(emitter(s), s.reverse_orientation, &out_) : -1;
     add_primitive(s, light, flags);
     if (s.material >= 0) used_[static_cast<size_t>(s.material)] = true;
-  }
-
-  void set_radiance(std::array<float, kLightFloats>& r, const Rgb& c, float scale = 1) {
-    r[kLightRadiance] = c.r * scale;
-    r[kLightRadiance + 1] = c.g * scale;
-    r[kLightRadiance + 2] = c.b * scale;
-    r[kLightArea] = 1;
-  }
-  static void set_vec(std::array<float, kLightFloats>& r, size_t slot, const Vec3d& v) {
-    r[slot] = static_cast<float>(v.x);
-    r[slot + 1] = static_cast<float>(v.y);
-    r[slot + 2] = static_cast<float>(v.z);
-  }
-  /// The disk across the scene from which lights at infinity emit.
-  void set_disk(std::array<float, kLightFloats>& r) {
-    std::copy(out_.bounds_center, out_.bounds_center + 3, r.begin());
-    r[3] = out_.bounds_radius;
-  }
-  static double mean(const std::array<float, kLightFloats>& r) { return (double{r[13]} + r[14] + r[15]) / 3; }
-
-  void add_light(const LightDescription& l) {
-    try {
-      std::visit([&](const auto& light) { add(light); }, l.kind);
-    } catch (const Error& e) {
-      if (l.location.file.empty()) throw;
-      throw Error(e.kind(), where(l.location) + e.what());
-    }
-  }
-  void add(const PointLight& l) {
-    if (dark(l.intensity)) return;
-    std::array<float, kLightFloats> r{};
-    set_vec(r, kLightP, relative(l.position));
-    set_radiance(r, l.intensity, std::ldexp(1.0f, 2 * out_.scale_exponent));
-    out_.lights.add(kPointLight, r, 4 * M_PI * mean(r));
-  }
-  void add(const SpotLight& l) {
-    if (dark(l.intensity)) return;
-    std::array<float, kLightFloats> r{};
-    set_vec(r, kLightP, relative(l.position));
-    set_radiance(r, l.intensity, std::ldexp(1.0f, 2 * out_.scale_exponent));
-    set_vec(r, kLightN, l.direction);
-    const double start = std::cos(l.falloff_start * M_PI / 180), end = std::cos(l.total_width * M_PI / 180);
-    r[4] = static_cast<float>(start);
-    r[5] = static_cast<float>(end);
-    out_.lights.add(kSpotLight, r, 2 * M_PI * (1 - 0.5 * (start + end)) * mean(r));
-  }
-  void add(const DistantLight& l) {
-    if (dark(l.irradiance)) return;
-    std::array<float, kLightFloats> r{};
-    set_disk(r);
-    set_vec(r, kLightN, l.direction);
-    const double power = M_PI * double{r[3]} * r[3];
-    if (l.half_angle_degrees == 0) {
-      set_radiance(r, l.irradiance);
-      out_.lights.add(kDistantLight, r, power * mean(r));
-      return;
-    }
-    // A cone of even radiance: facing it, E = pi L sin^2(half angle).
-    const double half = std::sin(l.half_angle_degrees * M_PI / 360), one_minus_cos = 2 * half * half;
-    const double solid = M_PI * one_minus_cos * (2 - one_minus_cos);
-    set_radiance(r, l.irradiance, static_cast<float>(1 / solid));
-    if (!std::isfinite(mean(r))) {
-      throw Error(ErrorKind::kBadScene,
-                  "a sun so small and bright is more than float can hold; widen its \"angle\"");
-    }
-    r[4] = kSunCone;
-    r[5] = static_cast<float>(one_minus_cos);
-    out_.lights.add(kInfiniteLight, r, power * mean(r) * solid);
-  }
-  void add(const InfiniteLight& l) {
-    if (dark(l.radiance)) return;
-    std::array<float, kLightFloats> r{};
-    set_disk(r);
-    set_radiance(r, l.radiance);
-    r[4] = kEvenSky;
-    double radiance = mean(r);
-    if (!l.image_path.empty()) {
-      r[4] = static_cast<float>(out_.lights.environments.size());
-      const EnvironmentMap& map =
-          out_.lights.environments.emplace_back(l.image_path, l.radiance, l.light_to_world);
-      radiance = map.mean_radiance;
-    }
-    out_.lights.add(kInfiniteLight, r, 4 * M_PI * M_PI * double{r[3]} * r[3] * radiance);
   }
 
   const SceneDescription& in_;
