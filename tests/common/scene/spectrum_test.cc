@@ -50,6 +50,22 @@ TEST(Spectrum, Names) {
   EXPECT_GE(spectrum_names().size(), 30u);
 }
 
+// Known colours of clean metals at normal incidence, linear Rec.709 under D65 (Hoffman, "Physics and Math of
+// Shading", SIGGRAPH 2013 course, from measured n and k); gold's red lies outside Rec.709.
+TEST(Spectrum, MetalsHaveTheirColours) {
+  const auto reflectance = [](const std::string& metal) {
+    const Rgb n = *named_metal(metal + "-eta"), k = *named_metal(metal + "-k");
+    const auto f0 = [](float x, float y) {
+      return ((x - 1) * (x - 1) + y * y) / ((x + 1) * (x + 1) + y * y);
+    };
+    return Rgb{f0(n.r, k.r), f0(n.g, k.g), f0(n.b, k.b)};
+  };
+  expect_near(reflectance("metal-Au"), {1.000f, 0.782f, 0.344f}, 0.011f);
+  expect_near(reflectance("metal-Ag"), {0.972f, 0.960f, 0.915f}, 0.002f);
+  expect_near(reflectance("metal-Al"), {0.913f, 0.922f, 0.924f}, 0.002f);
+  expect_near(reflectance("metal-Cu"), {0.955f, 0.638f, 0.538f}, 0.002f);
+}
+
 class SpectrumParameters : public SceneTest {
  protected:
   Rgb reflectance(const std::string& parameter) {
