@@ -45,6 +45,7 @@ Integrator integrator_named(const std::string& name) {
   if (name == "bdpt") return Integrator::kBdpt;
   if (name == "pt") return Integrator::kPt;
   if (name == "lt") return Integrator::kLt;
+  if (name == "auto") return Integrator::kAuto;
   usage("unknown integrator \"" + name + "\"; use auto, bdpt, pt, lt or scene");
 }
 
@@ -87,20 +88,26 @@ const char* integrator_name(Integrator integrator) {
       return "pt";
     case Integrator::kLt:
       return "lt";
+    case Integrator::kAuto:
+      return "auto";
   }
   return "bdpt";
 }
 
-Strategies strategies_of(const RenderSettings& s) {
-  Strategies set = kAllStrategies;
-  if (s.integrator == Integrator::kPt) set = kEmissionHits | kNextEvent;
-  if (s.integrator == Integrator::kLt) set = kLensConnections;
-  if (s.strategies) set = *s.strategies;
+SamplingPlan plan_of(const RenderSettings& s) {
+  SamplingPlan plan;
+  if (s.integrator == Integrator::kPt) plan.strategies = kEmissionHits | kNextEvent;
+  if (s.integrator == Integrator::kLt) plan.strategies = kLensConnections;
+  if (s.plan) plan = *s.plan;
   if (s.max_depth < 1) {
-    if (set & kEmissionHits) return kEmissionHits;
-    if (set & kLensConnections) return kLensConnections;
+    for (const Strategies one : {kEmissionHits, kLensConnections}) {
+      if (plan.strategies & one) {
+        plan.strategies = one;
+        break;
+      }
+    }
   }
-  return set;
+  return plan;
 }
 
 RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptions& options) {
@@ -134,7 +141,14 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   s.time_s = options.time_s.value_or(0);
   s.target_error = options.target_error.value_or(0);
   s.energy_compensation = options.energy_compensation;
-  if (options.strategies) s.strategies = strategies_named(*options.strategies);
+  s.plan = options.plan;
+  if (options.strategies || options.light_paths || options.connections) {
+    if (!s.plan) s.plan = plan_of(s);
+    if (options.strategies) s.plan->strategies = strategies_named(*options.strategies);
+    if (options.light_paths) s.plan->light_paths = *options.light_paths;
+    if (options.connections) s.plan->connections = *options.connections;
+  }
+  if (s.plan) check_plan(*s.plan);
   check(s, options.spp || options.max_depth ? ErrorKind::kUsage : ErrorKind::kBadScene);
   return s;
 }
@@ -147,9 +161,9 @@ std::string settings_to_json(const RenderSettings& s) {
                         {"height", s.grid.height},
                         {"integrator", integrator_name(s.integrator)},
                         {"max_depth", s.max_depth},
+                        {"plan", s.plan ? nlohmann::json::parse(plan_to_json(*s.plan)) : nlohmann::json()},
                         {"seed", s.seed},
                         {"spp", s.spp},
-                        {"strategies", s.strategies ? strategy_names(*s.strategies) : ""},
                         {"target_error", s.target_error},
                         {"time_s", s.time_s},
                         {"width", s.grid.width}}
@@ -188,8 +202,7 @@ RenderSettings settings_from_json(const std::string& text) {
     s.time_s = j.at("time_s").get<double>();
     s.target_error = j.at("target_error").get<double>();
     s.energy_compensation = j.at("energy_compensation").get<bool>();
-    const auto strategies = j.at("strategies").get<std::string>();
-    if (!strategies.empty()) s.strategies = strategies_named(strategies);
+    if (!j.at("plan").is_null()) s.plan = plan_from_json(j.at("plan").dump());
     check(s, ErrorKind::kUsage);
     return s;
   } catch (const nlohmann::json::exception& e) {

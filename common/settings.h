@@ -5,13 +5,14 @@
 #include <string>
 
 #include "common/image/grid.h"
-#include "common/strategies.h"
+#include "common/sampling_plan.h"
 
 namespace lightmill {
 
 struct SceneDescription;  // common/scene/description.h
 
-enum class Integrator : int { kBdpt = 0, kPt = 1, kLt = 2 };
+/// kAuto: a pilot chooses the sampling plan.
+enum class Integrator : int { kBdpt = 0, kPt = 1, kLt = 2, kAuto = 3 };
 const char* integrator_name(Integrator integrator);
 
 /// `max_depth` that means "no limit": Russian roulette alone ends paths.
@@ -35,7 +36,9 @@ struct RenderOptions {
   std::optional<int> width, height;
   std::optional<std::array<double, 4>> crop;  // x0,x1,y0,y1 in [0,1], pbrt's order
   bool energy_compensation = false;           // see RenderSettings
-  std::optional<std::string> strategies;      // names, see strategies.h
+  std::optional<std::string> strategies;      // names, see strategies.h; likewise a plan of one's own:
+  std::optional<double> light_paths, connections;
+  std::optional<SamplingPlan> plan;
 };
 
 /// Everything that, with the bundle digest, determines a partial's bytes; plus the stop rule.
@@ -49,13 +52,18 @@ struct RenderSettings {
   double target_error = 0;  // 0: none
   /// Rough metals get back what one bounce between facets loses. pbrt's images are without.
   bool energy_compensation = false;
-  /// Which strategies take part in MIS; empty: the integrator's own.
-  std::optional<Strategies> strategies = {};
+  /// What runs, in place of the integrator's own plan. With kAuto: what the pilot chose; empty before.
+  std::optional<SamplingPlan> plan = {};
 };
 
-/// The strategies that run. pt: hit and next-event; lt: lens; bdpt: all. Without a scattering event only
-/// those that need none are left, of which one suffices.
-Strategies strategies_of(const RenderSettings& settings);
+/// A pilot has to choose the plan before anything can be rendered.
+inline bool needs_pilot(const RenderSettings& settings) {
+  return settings.integrator == Integrator::kAuto && !settings.plan;
+}
+/// What runs. pt: hit and next-event; lt: lens; bdpt, and auto before its pilot: all, with one light path per
+/// camera path. Without a scattering event only strategies that need none are left, of which one suffices.
+SamplingPlan plan_of(const RenderSettings& settings);
+inline Strategies strategies_of(const RenderSettings& settings) { return plan_of(settings).strategies; }
 /// Whether partials bring a camera layer.
 inline bool has_camera_layer(const RenderSettings& settings) {
   return strategies_of(settings) & kCameraLayer;

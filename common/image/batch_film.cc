@@ -87,20 +87,24 @@ void BatchFilm::fold(const Partial& partial) {
   if (batch.rgb.empty()) batch.rgb.resize(3 * index(tracked_pixels_));
 
   const double quantum = std::ldexp(1.0, partial.quantum_exponent);
-  const auto add = [&](int64_t crop_index, const ExactRgb& sum) {
+  // Splats stand for one light path per pixel sample; a plan may have traced more or fewer.
+  const double paths = static_cast<double>(partial.light_paths);
+  const double splat_quantum =
+      paths > 0 ? quantum * static_cast<double>(r.area() * partial.tile.samples()) / paths : 0;
+  const auto add = [&](int64_t crop_index, const ExactRgb& sum, double unit) {
     const int64_t at = tracked_index(crop_index);
     if (at < 0) return;
     float* rgb = &batch.rgb[3 * index(at)];
-    for (int c = 0; c < 3; ++c) rgb[c] += static_cast<float>(to_double(sum.c[c]) * quantum);
+    for (int c = 0; c < 3; ++c) rgb[c] += static_cast<float>(to_double(sum.c[c]) * unit);
   };
   const ExactRgb* from = partial.camera.data();
   for (int y = r.y0; !partial.camera.empty() && y < r.y1; ++y) {
     const int64_t row = int64_t{y - grid_.crop.y0} * grid_.crop.width() - grid_.crop.x0;
-    for (int x = r.x0; x < r.x1; ++x) add(row + x, *from++);
+    for (int x = r.x0; x < r.x1; ++x) add(row + x, *from++, quantum);
   }
   for (const Partial::SplatSum& splat : partial.splats) {
     const int64_t crop_index = grid_.crop_index(splat.pixel);
-    if (crop_index >= 0) add(crop_index, splat.sum);
+    if (crop_index >= 0) add(crop_index, splat.sum, splat_quantum);
   }
   batch.samples += r.area() * partial.tile.samples();
 }

@@ -61,6 +61,9 @@ struct FilmGrid {
   int64_t light_paths_per_spp() const { return crop.area(); }
 };
 
+/// Most light paths that a plan traces per camera path (common/sampling_plan.h).
+inline constexpr uint64_t kMaxLightPathsPerSample = 2;
+
 /// Block that holds sample index `s` (s >= 0).
 constexpr int64_t block_of_sample(int64_t s) {
   if (s >= 16) return 5 + (s - 16) / 16;

@@ -42,7 +42,8 @@ void check_partial_head(const Partial& p) {
   const auto pixel_samples =
       static_cast<uint64_t>(g.pixels(cells).area()) * static_cast<uint64_t>(p.tile.samples());
   const RenderCounters& c = p.counters;
-  if (p.light_paths > pixel_samples || c.light_paths > pixel_samples || c.camera_paths > pixel_samples) {
+  const uint64_t light_paths = kMaxLightPathsPerSample * pixel_samples;
+  if (p.light_paths > light_paths || c.light_paths > light_paths || c.camera_paths > pixel_samples) {
     refuse_partial("more paths than the tile has samples");
   }
   for (const uint64_t n : {c.closest_hit_rays, c.shadow_rays, c.zero_connections_skipped,

@@ -110,7 +110,7 @@ AgreementMatrix agreement_matrix(size_t index, bool full) {
   for (const Run& run : runs_that_see(chosen.sight, true)) {
     RenderSettings settings = settings_for(scene.scene, run.integrator, full ? 16 * kSpp : kSpp, kDepth,
                                            m.runs.size() + 1);  // a seed of its own
-    settings.strategies = run.strategies;
+    if (run.strategies) settings.plan = SamplingPlan{.strategies = *run.strategies};
     const Batches b = render_batches(scene.scene, settings, kBatches);
     m.runs.push_back(run.name);
     m.nonfinite += b.counters.nonfinite;

@@ -47,7 +47,7 @@ Image mean_image(const Batches& b) {
 
 Batches render(const Setup& setup, const Run& run, int64_t spp, uint64_t seed) {
   RenderSettings settings = settings_for(setup.scene, run.integrator, spp, setup.max_depth, seed);
-  settings.strategies = run.strategies;
+  if (run.strategies) settings.plan = SamplingPlan{.strategies = *run.strategies};
   return render_batches(setup.scene, settings, kBatches);
 }
 
@@ -68,7 +68,7 @@ int64_t decide_spp(const Setup& setup, const Run& run, const SuiteOptions& optio
 Strategies set_of(const Run& run) {
   RenderSettings settings;
   settings.integrator = run.integrator;
-  settings.strategies = run.strategies;
+  if (run.strategies) settings.plan = SamplingPlan{.strategies = *run.strategies};
   return strategies_of(settings);
 }
 

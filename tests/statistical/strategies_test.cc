@@ -31,10 +31,13 @@ TestScene open_air() {
   return s;
 }
 
-Batches render(const TestScene& s, Strategies set, int64_t spp, int max_depth) {
-  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, spp, max_depth, 1 + set);
-  settings.strategies = set;
+Batches render(const TestScene& s, const SamplingPlan& plan, int64_t spp, int max_depth) {
+  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, spp, max_depth, 1 + plan.strategies);
+  settings.plan = plan;
   return render_batches(s.scene, settings, kBatches);
+}
+Batches render(const TestScene& s, Strategies set, int64_t spp, int max_depth) {
+  return render(s, SamplingPlan{.strategies = set}, spp, max_depth);
 }
 
 class StrategySet : public ::testing::TestWithParam<unsigned> {};
@@ -68,6 +71,30 @@ TEST_P(StrategySet, AgreesInARoom) { agrees_with_all(room(), GetParam(), 6, 1.15
 
 // An open scene needs paths from far away: lens and connections by light paths that start on a large disk.
 TEST_P(StrategySet, AgreesUnderTheSky) { agrees_with_all(open_air(), GetParam(), 4, 2); }
+
+/// How many light paths and connections go with a camera path shows in the noise only; also where the crop
+/// window cuts cells, so that these have fewer light paths.
+TEST(PlanCounts, AgreeWithOneOfEach) {
+  TestScene s = room();
+  s.film(40, 20);
+  s.scene.film.crop = {0.1, 0.9, 0, 0.9};
+  const Batches one = render(s, kAllStrategies, 256, 6);
+  AgreementTest test;
+  test.max_relative_error = 0.2;
+  constexpr Strategies kNoLens = kAllStrategies & ~kLensConnections;
+  constexpr Strategies kNoConnections = kAllStrategies & ~kVertexConnections;
+  for (const SamplingPlan& plan :
+       {SamplingPlan{kAllStrategies, 0.25, 0.25}, SamplingPlan{kAllStrategies, 0.25, 4},
+        SamplingPlan{kAllStrategies, 2, 0.5}, SamplingPlan{kAllStrategies, 0.5, 2},
+        SamplingPlan{kNoLens, 0.25, 2}, SamplingPlan{kNoLens, 2, 0.25}, SamplingPlan{kNoConnections, 0.25, 1},
+        SamplingPlan{kNoConnections, 2, 1}, SamplingPlan{kLensConnections, 2, 1}}) {
+    SCOPED_TRACE(plan_to_json(plan));
+    const Batches other = render(s, plan, 512, 6);
+    EXPECT_EQ(other.counters.nonfinite, 0u);
+    EXPECT_TRUE(images_agree(one, other, test));
+    EXPECT_FALSE(images_agree(one, scaled(other, 1.06f), test)) << "the test notices nothing";
+  }
+}
 
 INSTANTIATE_TEST_SUITE_P(All, StrategySet, ::testing::Range(1u, kAllStrategies + 1), [](const auto& info) {
   std::string name = strategy_names(info.param);

@@ -40,34 +40,51 @@ float tiny_contribution(const RenderScene& scene) {
 
 }  // namespace
 
-struct Renderer::Impl {
-  RenderSettings settings;
+/// What does not depend on the sampling.
+struct Renderer::World {
   RenderScene scene;
   Accel accel;
   Camera camera;
   PixelFilter filter;
-  ScenePlan plan;
-  StageContext context;
+  double imaging_ratio;
 
-  Impl(const SceneDescription& description, const RenderSettings& s, int threads)
-      : settings(s),
-        scene(build_scene(description, s.energy_compensation)),
+  World(const SceneDescription& description, const RenderSettings& s, int threads)
+      : scene(build_scene(description, s.energy_compensation)),
         accel(scene, threads),
         camera(make_camera(description.camera, s.grid.width, s.grid.height, scene.scale_exponent)),
         filter(description.filter),
-        plan(analyse_scene(description, scene, s)),
-        context{scene, accel, camera, filter, s.grid} {
+        imaging_ratio(description.film.imaging_ratio) {}
+};
+
+struct Renderer::Impl {
+  RenderSettings settings;
+  std::shared_ptr<const World> world;
+  ScenePlan plan;
+  StageContext context;
+
+  Impl(std::shared_ptr<const World> w, const RenderSettings& s)
+      : settings(s),
+        world(std::move(w)),
+        plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, s)),
+        context{world->scene, world->accel, world->camera, world->filter, s.grid} {
     context.seed = s.seed;
     context.max_depth = s.max_depth;
-    context.strategies = strategies_of(s);
-    context.light_paths_per_spp = static_cast<float>(s.grid.light_paths_per_spp());
-    context.imaging_ratio = static_cast<float>(description.film.imaging_ratio);
-    context.tiny_contribution = tiny_contribution(scene) * context.imaging_ratio;
+    const SamplingPlan sampling = plan_of(s);
+    const auto film_paths = static_cast<double>(s.grid.light_paths_per_spp());
+    context.strategies = sampling.strategies;
+    context.light_paths = sampling.light_paths;
+    context.splat_scale = static_cast<float>(1 / film_paths);
+    context.light_samples = static_cast<float>(sampling.light_paths * film_paths);
+    context.connections = static_cast<float>(sampling.connections);
+    context.imaging_ratio = static_cast<float>(world->imaging_ratio);
+    context.tiny_contribution = tiny_contribution(world->scene) * context.imaging_ratio;
   }
 };
 
 Renderer::Renderer(const SceneDescription& scene, const RenderSettings& settings, int threads)
-    : impl_(std::make_unique<Impl>(scene, settings, threads)) {}
+    : impl_(std::make_unique<Impl>(std::make_shared<World>(scene, settings, threads), settings)) {}
+Renderer::Renderer(const Renderer& other, const RenderSettings& settings)
+    : impl_(std::make_unique<Impl>(other.impl_->world, settings)) {}
 Renderer::~Renderer() = default;
 
 const ScenePlan& Renderer::plan() const { return impl_->plan; }
@@ -93,7 +110,7 @@ void Renderer::record_packet(const Packet& packet, Workspace& workspace, Partial
 }
 
 Vec3d Renderer::world_point(const float p[3]) const {
-  const RenderScene& s = impl_->scene;
+  const RenderScene& s = impl_->world->scene;
   const auto axis = [&](float x, double origin) {
     return std::ldexp(static_cast<double>(x), -s.scale_exponent) + origin;
   };
@@ -101,7 +118,7 @@ Vec3d Renderer::world_point(const float p[3]) const {
 }
 
 int Renderer::material_of(int primitive) const {
-  return impl_->scene.primitive_material[static_cast<size_t>(primitive)];
+  return impl_->world->scene.primitive_material[static_cast<size_t>(primitive)];
 }
 
 }  // namespace lightmill

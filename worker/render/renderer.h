@@ -35,6 +35,9 @@ class Renderer {
   /// Error(kBadScene) for geometry that can't be rendered and Error(kFailed) if a texture can't be read.
   Renderer(const SceneDescription& scene, const RenderSettings& settings, int threads);
   ~Renderer();
+  /// The scene of `other`, shared, under settings that differ from its own in plan, integrator, depth,
+  /// samples or seed at most: what the scene was built from stays.
+  Renderer(const Renderer& other, const RenderSettings& settings);
   const ScenePlan& plan() const;
   const RenderSettings& settings() const;
   int quantum_exponent() const;
@@ -52,6 +55,7 @@ class Renderer {
   int material_of(int primitive) const;
 
  private:
+  struct World;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -259,7 +259,6 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
   const RenderScene& scene = context.scene;
   Paths& paths = w.paths;
   const int hits = sort_by_kind(scene, w);
-  const bool store_for_connection = context.on(kVertexConnections);
   // A vertex at `depth` is the depth-th scattering event of a path through the lens.
   const bool go_on = depth < context.max_depth && (context.lens_alone() || depth < kMaxLightVertices);
   int survivors = 0;
@@ -286,20 +285,14 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
     h.v.dvcm = h.v.dvcm * inv_cos;
     h.v.dvc = h.v.dvc * inv_cos;
     // From here on dVCM stands for one strategy: joining the vertex before.
-    if (!context.on(depth == 1 ? kNextEvent : kVertexConnections)) h.v.dvcm = Lane{};
+    h.v.dvcm =
+        h.v.dvcm * (depth == 1 ? context.samples_of(kNextEvent) : context.samples_of(kVertexConnections));
     const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
     if (w.recorder) {
       w.recorder->hit(true, g.slot, g.active, inv_cos);
       w.recorder->store(true, w.light_vertices.size(), g.slot, connectable);
     }
-    auto next_index = static_cast<int32_t>(w.light_vertices.size());
     append_vertices(h.v, mask_bits(connectable), &w.light_vertices);
-    if (store_for_connection) {
-      for (unsigned bits = mask_bits(connectable); bits; bits &= bits - 1) {
-        const auto slot = static_cast<size_t>(lane(g.slot, std::countr_zero(bits)));
-        w.light_vertex_of[w.light_vertex_count[slot]++][slot] = next_index++;
-      }
-    }
     if (!go_on) continue;
     const LaneMask go = scatter_paths(context, layer.light_stream<Lane>(g.slot), h, h.valid,
                                       Mode::kImportance, depth, true, w);
@@ -333,8 +326,10 @@ void bounce_camera_paths(const StageContext& context, const LayerContext& layer,
     h.v.dvc = h.v.dvc * inv_cos;
     if (w.recorder) w.recorder->hit(false, g.slot, g.active, inv_cos);
     if (context.on(kEmissionHits)) add_emission(context, h, g.active, depth, weigh_connections, w);
-    // From here on dVCM stands for one strategy: joining the vertex before.
-    if (!context.on(depth == 1 ? kLensConnections : kVertexConnections)) h.v.dvcm = Lane{};
+    // From here on dVCM stands for one strategy: joining the vertex before. M2 brought the lens' n_j.
+    h.v.dvcm = h.v.dvcm * (depth > 1                      ? context.samples_of(kVertexConnections)
+                           : context.on(kLensConnections) ? 1.0f
+                                                          : 0.0f);
     if (depth > context.max_depth) continue;
     const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
     if (w.recorder) w.recorder->store(false, w.vertices.size(), g.slot, connectable);

@@ -21,11 +21,19 @@ struct StageContext {
   uint64_t seed = 0;
   int max_depth = 5;
   Strategies strategies = kAllStrategies;
-  float light_paths_per_spp = 1;
+  float splat_scale = 1;  // of one light path: 1 / light paths per unit of spp
+  /// Samples that strategies of light paths stand with against one of a camera path (mis.h): light paths of
+  /// the whole film for t = 1, those that a camera vertex is connected to for s, t >= 2.
+  float light_samples = 1, connections = 1;
+  double light_paths = 1;       // per camera path
   float imaging_ratio = 1;      // exposure: multiplies every contribution
   float tiny_contribution = 0;  // connections below this play Russian roulette; 0: never
 
   bool on(Strategies family) const { return strategies & family; }
+  /// n_j of mis.h but for the lens: 0 for a family that is off.
+  float samples_of(Strategies family) const {
+    return !on(family) ? 0 : family == kVertexConnections ? connections : 1;
+  }
   /// Light paths alone can be followed at any length: nothing is stored.
   bool lens_alone() const { return strategies == kLensConnections; }
 };
@@ -36,6 +44,8 @@ struct LayerContext {
   uint32_t sample_in_block = 0;
   const uint32_t* camera_keys = nullptr;  // per slot
   uint32_t light_key = 0;
+  int light_paths = 0;       // of this layer
+  int first_light_path = 0;  // the one in slot 0: a wavefront holds kWavefront of them at a time
 
   /// Streams of path slots `slot`.
   template <class F>
@@ -43,10 +53,11 @@ struct LayerContext {
     return {as_uint(gather(reinterpret_cast<const int32_t*>(camera_keys), slot)),
             splat_uint<F>(sample_in_block)};
   }
-  /// Light paths of a packet share one stream and are stratified over its sample indices and pixels.
+  /// Light paths of a packet share one stream and are stratified over its sample indices and paths.
   template <class F>
   SampleStream<F> light_stream(IntOf<F> slot) const {
-    return {splat_uint<F>(light_key), as_uint(slot) + sample_in_block * static_cast<uint32_t>(kWavefront)};
+    return {splat_uint<F>(light_key), as_uint(slot) + (sample_in_block * static_cast<uint32_t>(light_paths) +
+                                                       static_cast<uint32_t>(first_light_path))};
   }
 };
 

@@ -4,15 +4,20 @@
 // A path of n = s + t vertices can be made by s light and t camera vertices. Strategies in use:
 //   s = 0        a camera path hits an emitter or escapes to the environment
 //   s = 1        next-event estimation: a camera vertex samples a point on a light
-//   s >= 2, t >= 2  vertex connection
+//   s >= 2, t >= 2  vertex connection, to vertices drawn from the light-vertex cache of the packet's layer
 //   t = 1        lens connection: a light vertex is joined to the camera and splatted
 // t = 0, a light path that hits the lens, is never sampled, not with a finite lens either, and has no term
 // (dVC = 0 in M2). The weight of strategy i is the balance heuristic w_i = n_i p_i / sum_j n_j p_j (Veach
-// 1997, eq. 9.8), n_j = 1 except for t = 1, where every pixel sample stands against `light_paths_per_spp`
-// light paths. p_j are products of densities without Russian roulette: any fixed function of the path keeps
-// the weights summing to one, and roulette ends both kinds of subpath at nearly the same rate.
+// 1997, eq. 9.8), with n_j = 1 for s <= 1, n_light for t = 1: the light paths of the whole film per pixel
+// sample, and n_connect for connections: the light paths that a camera vertex is connected to. Both are
+// constants of the plan (common/sampling_plan.h), not of the cache at hand, so that the weights of all
+// strategies sum to one; the cache is sampled systematically, every vertex with probability n_connect / paths
+// in the layer (light vertex caches: Davidovic et al. 2014). p_j are products of densities without Russian
+// roulette: any fixed function of the path keeps the weights summing to one, and roulette ends both kinds of
+// subpath at nearly the same rate.
 //
-// Recursion. Each subpath carries two partial sums (Georgiev, "Implementing Vertex Connection and Merging",
+// Recursion. n_j are applied where a term enters: n_light in M2 and M8, n_connect to dVCM of deeper vertices.
+// Each subpath carries two partial sums (Georgiev, "Implementing Vertex Connection and Merging",
 // 2012, eqs. 31-42, without merging):
 //   dVCM  the ratio for connecting one vertex earlier
 //   dVC   the sum of the ratios of all strategies further back
@@ -28,7 +33,7 @@
 //   s = 1:  w_light  = pdf(wi) / p_direct (0 if delta)
 //           w_camera = p_emission cos / (p_direct cos_light) * (dVCM + dVC * pdf_rev)                  (M7)
 //   t = 1:  w_light  = p_camera_A / n_light * (dVCM + dVC * pdf_rev)                                   (M8)
-//   connect: w_light = pdf_camera->light_A * (dVCM_l + dVC_l * pdf_rev_l), w_camera alike              (M9)
+//   connect: w_light = pdf_camera->light_A / n_connect * (dVCM_l + dVC_l * pdf_rev_l), w_camera alike  (M9)
 //   s = t = 1 against s = 0, t = 2: w_light = p_camera_A / (n_light p_light_A), and its reciprocal
 //           p_light_A * dVCM for the hit, with p_light_A = selection / area of emission                (M10)
 // pdf_X_A is per unit area at the other vertex; cosines are to the geometric normal.
@@ -44,7 +49,7 @@
 // Any set of the four families (common/strategies.h) can run: a family that is off has no term. dVC starts at
 // 0 on light paths without s = 0, M7 has no w_light, M6 no p_direct without s = 1; and as dVCM of a vertex,
 // once M6 is done, only stands for joining the vertex before it, it is set to 0 there if that family is off:
-// lens for the camera's first hit, next event for the light's, connections deeper.
+// lens for the camera's first hit, next event for the light's, connections deeper (n_connect if they are on).
 //
 // Limit. Light subpaths are stored up to kMaxLightVertices vertices. Paths with more than kMaxLightVertices
 // scattering events are left to s = 0 and s = 1 alone, weighted between those two (dVC = 0, and dVCM in M6 is

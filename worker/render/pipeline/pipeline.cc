@@ -31,9 +31,14 @@ void run(Wavefront& w, double StrategyRecorder::*member, Stage&& stage) {
   }
 }
 
+/// Light paths of a layer: about as many as asked for per pixel of the cell that is inside the crop window.
+int light_paths_of(const StageContext& context, int cell_x, int cell_y) {
+  const PixelRect inside = context.grid.pixels({cell_x, cell_y, cell_x + 1, cell_y + 1});
+  return std::max(1, static_cast<int>(context.light_paths * static_cast<double>(inside.area()) + 0.5));
+}
+
+/// One wavefront of light paths; their vertices are added to the cache.
 void light_pass(const StageContext& context, const LayerContext& layer, Wavefront& w) {
-  w.light_vertices.clear();
-  std::fill(std::begin(w.light_vertex_count), std::end(w.light_vertex_count), 0);
   run(w, &StrategyRecorder::light_subpath_seconds, [&] { produce_light_paths(context, layer, w); });
   for (int depth = 1; w.paths.active_count > 0 && depth <= context.max_depth; ++depth) {
     if (!context.on(kVertexConnections)) w.light_vertices.clear();
@@ -83,13 +88,18 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   const uint64_t cells_per_row = (width + kCellSize - 1) / kCellSize;
   const uint64_t cell =
       static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
+  layer.light_paths = light_paths_of(context, packet.cell_x, packet.cell_y);
   layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(block));
   const bool light_paths = context.on(kLightPaths), camera_layer = context.on(kCameraLayer);
   if (camera_layer) w.camera_sums.assign(kCellPixels, {});
   for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
     layer.sample_in_block = static_cast<uint32_t>(s - block_begin(block));
     if (w.recorder) w.recorder->begin_layer(packet.cell_x, packet.cell_y, context.grid.width);
-    if (light_paths) light_pass(context, layer, w);
+    w.light_vertices.clear();
+    for (layer.first_light_path = 0; light_paths && layer.first_light_path < layer.light_paths;
+         layer.first_light_path += kWavefront) {
+      light_pass(context, layer, w);
+    }
     if (camera_layer) {
       std::fill(std::begin(w.radiance_r), std::end(w.radiance_r), 0.0f);
       std::fill(std::begin(w.radiance_g), std::end(w.radiance_g), 0.0f);

@@ -62,7 +62,7 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
     const CameraRay<Lane> ray = camera.ray(x, y, lu, lv);
     store_ray(paths, base, ray.origin, ray.direction);
     store_throughput(paths, base, splat3<Lane>(1, 1, 1));
-    store(paths.dvcm + base, context.light_paths_per_spp / ray.density);  // M2
+    store(paths.dvcm + base, context.light_samples / ray.density);  // M2
     store(paths.dvc + base, Lane{});
     activate(paths, g.slot, g.inside);
   }
@@ -80,19 +80,20 @@ void produce_light_paths(const StageContext& context, const LayerContext& layer,
   Paths& paths = wavefront.paths;
   paths.active_count = 0;
   const LightTable& lights = context.scene.lights;
-  for (int base = 0; base < kWavefront; base += kLanes) {
-    const SlotGroup g(context, layer, base);
-    if (!any(g.inside)) continue;
-    wavefront.counters.light_paths += static_cast<uint64_t>(std::popcount(mask_bits(g.inside)));
-    if (lights.count() == 0) continue;
-    const SampleStream<Lane> stream = layer.light_stream<Lane>(g.slot);
+  const int count = std::min(layer.light_paths - layer.first_light_path, kWavefront);
+  wavefront.counters.light_paths += static_cast<uint64_t>(count);
+  if (lights.count() == 0) return;
+  for (int base = 0; base < count; base += kLanes) {
+    const LaneInt slot = lane_index<Lane>() + base;
+    const LaneMask started = LaneMask(slot < count);
+    const SampleStream<Lane> stream = layer.light_stream<Lane>(slot);
     Lane pu, pv, du, dv;
     stream.get_2d(kDimLightPosition, &pu, &pv);
     stream.get_2d(kDimLightDirection, &du, &dv);
     const Lane texel = lights.environments.empty() ? Lane{} : stream.get_1d(kDimLightTexel);
     const EmissionSample<Lane> e =
         sample_emission(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
-    if (context.on(kLensConnections)) queue_emitter_to_lens(context, layer, g.slot, g.inside, e, wavefront);
+    if (context.on(kLensConnections)) queue_emitter_to_lens(context, layer, slot, started, e, wavefront);
     store_ray(paths, base, offset_origin(e.point, e.error, e.normal, e.direction), e.direction);
     store_throughput(paths, base, e.power);
     const Lane inv = 1.0f / e.pdf;
@@ -101,7 +102,7 @@ void produce_light_paths(const StageContext& context, const LayerContext& layer,
     if (wavefront.recorder) wavefront.recorder->start_light_paths(base, load<Lane>(paths.dvc + base));
     store(paths.light + base, e.light);
     store(paths.cos_light + base, e.cos_light);
-    activate(paths, g.slot, mask_and(g.inside, LaneMask(max_component(e.power) > 0.0f)));
+    activate(paths, slot, mask_and(started, LaneMask(max_component(e.power) > 0.0f)));
   }
 }
 

@@ -180,22 +180,28 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
 
 void shadow_connections(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   const int longest = std::min(context.max_depth, kMaxLightVertices) - depth;
-  if (longest < 1) return;
+  const auto cached = static_cast<int32_t>(w.light_vertices.size());
+  if (longest < 1 || cached == 0) return;
+  // Systematic sampling of the cache: every step-th vertex from a random start, so that each has probability
+  // 1 / step, and the picks of one camera vertex are spread over the depths that the cache is ordered by.
+  const float step = static_cast<float>(layer.light_paths) / context.connections;
+  const float inv_connections = 1.0f / context.connections;
   for (size_t base = 0; base < w.vertices.size(); base += kLanes) {
     const VertexGroup g(w.vertices, base, context.scene);
     const VertexLanes<Lane>& v = g.v;
-    const LaneInt count = gather(w.light_vertex_count, v.path);
     const SampleStream<Lane> stream = layer.camera_stream<Lane>(v.path);
+    const Lane start = stream.get_1d(vertex_dim(depth, kDimConnectStart)) * step;
     const Frame<Lane> frame(v.ns);
     const Vec3<Lane> wo = frame.to_local(v.wo);
-    for (int j = 0; j < kMaxLightVertices; ++j) {
-      LaneMask active = mask_and(g.active, LaneMask(count > j));
+    for (uint32_t j = 0;; ++j) {
+      const LaneInt pick = to_int(start + static_cast<float>(j) * step);
+      LaneMask active = mask_and(g.active, LaneMask(pick < cached));
       if (!any(active)) break;
-      const LaneInt index = select(active, gather(w.light_vertex_of[j], v.path), LaneInt{});
+      const LaneInt index = select(active, pick, LaneInt{});
       VertexLanes<Lane> l = load_vertices(w.light_vertices.data(), index);
       l.params.tables = context.scene.bsdf_tables.data();
       active = mask_and(active, LaneMask(l.depth <= longest));
-      if (!any(active)) break;  // later vertices of a path are deeper
+      if (!any(active)) continue;
       const Vec3<Lane> to_light = l.p - v.p;
       const Lane d2 = dot(to_light, to_light);
       const LaneMask apart = LaneMask(d2 > 0.0f);
@@ -209,12 +215,12 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
       const BsdfEval<Lane> fl = eval_bsdf<Lane>(l.kind, valid, l.params, light_frame.to_local(l.wo),
                                                 light_frame.to_local(-wi), Mode::kImportance);
       const Lane cos_v = abs(dot(v.ng, wi)), cos_l = abs(dot(l.ng, wi));
-      // M9.
       const Lane light_ratio = f.pdf * cos_l * inv_d2, camera_ratio = fl.pdf * cos_v * inv_d2;
       const Lane w_light = light_ratio * (l.dvcm + l.dvc * fl.pdf_reverse);
       const Lane w_camera = camera_ratio * (v.dvcm + v.dvc * f.pdf_reverse);
-      const Lane mis = mis_weight(w_light, w_camera);
-      const Lane geometry = abs(wi_local.z) * adjoint_cosine(l, -wi) * inv_d2;
+      // M9; over the samples of the connection itself, which the contribution is divided by in turn.
+      const Lane mis = mis_weight(w_light * inv_connections, w_camera * inv_connections);
+      const Lane geometry = inv_connections * abs(wi_local.z) * adjoint_cosine(l, -wi) * inv_d2;
       Candidates c;
       c.value =
           select(valid, v.throughput * l.throughput * f.f * fl.f * (geometry * mis * context.imaging_ratio),
@@ -225,13 +231,15 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
       c.target = v.path;
       const Lane u =
           context.tiny_contribution > 0
-              ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + static_cast<uint32_t>(j)))
+              ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + j % kConnectRouletteDims))
               : Lane{};
       if (w.recorder) {
         FamilyRatios ratios{};
         add_ratio(&ratios, &FamilyShares::connect, splat<Lane>(1.0f));
-        w.recorder->add_stored(false, g.index, v.depth, camera_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
-        w.recorder->add_stored(true, index, l.depth, light_ratio, l.dvcm, l.dvc, fl.pdf_reverse, &ratios);
+        w.recorder->add_stored(false, g.index, v.depth, camera_ratio * inv_connections, v.dvcm, v.dvc,
+                               f.pdf_reverse, &ratios);
+        w.recorder->add_stored(true, index, l.depth, light_ratio * inv_connections, l.dvcm, l.dvc,
+                               fl.pdf_reverse, &ratios);
         w.recorder->announce(l.depth + 1, depth + 1, v.path, mis, ratios);
       }
       queue(context, c, active, context.tiny_contribution, u, false, w);
@@ -258,11 +266,11 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
     const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo),
                                              frame.to_local(to_camera), Mode::kImportance);
     const Lane p_camera = lens.density * abs(dot(v.ng, to_camera));
-    const Lane light_ratio = p_camera * (1.0f / context.light_paths_per_spp);
+    const Lane light_ratio = p_camera * (1.0f / context.light_samples);
     const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
     const Lane mis = mis_weight(w_light, Lane{});
     const Lane scale = lens.density * adjoint_cosine(v, to_camera) * target.weight * mis *
-                       (context.imaging_ratio / context.light_paths_per_spp);
+                       (context.imaging_ratio * context.splat_scale);
     Candidates c;
     c.value = select(valid, v.throughput * f.f * scale, Vec3<Lane>{});
     c.origin = offset_origin(v.p, v.error, v.ng, to_camera);
@@ -301,10 +309,9 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
   const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
   Lane w_hit{};
-  if (context.on(kEmissionHits)) w_hit = p_camera * inv_pdf * (1.0f / context.light_paths_per_spp);  // M10
+  if (context.on(kEmissionHits)) w_hit = p_camera * inv_pdf * (1.0f / context.light_samples);  // M10
   const Lane mis = mis_weight(w_hit, Lane{});
-  const Lane scale =
-      p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio / context.light_paths_per_spp);
+  const Lane scale = p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio * context.splat_scale);
   Candidates c;
   c.value = select(valid, radiance * scale, Vec3<Lane>{});
   c.origin = offset_origin(e.point, e.error, e.normal, to_camera);

@@ -65,7 +65,8 @@ class StrategyRecorder {
   bool trace = false;
   Table counts{};  // [s][t]
   double light_subpath_seconds = 0, camera_subpath_seconds = 0;
-  uint64_t inconsistent_hits = 0;  // ended where shading and geometric normal disagree on the side
+  uint64_t camera_hits = 0, light_hits = 0;  // surfaces that paths met
+  uint64_t inconsistent_hits = 0;            // ended where shading and geometric normal disagree on the side
 
   void begin_layer(int cell_x, int cell_y, int film_width) {
     cell_x_ = cell_x, cell_y_ = cell_y, width_ = film_width;

@@ -11,6 +11,7 @@ void StrategyRecorder::start_light_paths(int base, Lane dvc) {
 
 void StrategyRecorder::hit(bool light, LaneInt slot, LaneMask mask, Lane inv_cos) {
   auto& paths = light ? light_ : camera_;
+  (light ? light_hits : camera_hits) += static_cast<uint64_t>(std::popcount(mask_bits(mask)));
   for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
     Parts& p = paths[static_cast<size_t>(lane(slot, l))];

@@ -4,7 +4,8 @@
 //   producer -> paths -> caster -> (prim) -> bouncer -> vertices -> shadow caster -> shadow rays -> film
 //
 // One thread owns a wavefront; nothing here is shared. One wavefront works on one cell x one sample index at
-// a time: path slot i is pixel i of the cell (row-major), for the camera path and for its light path.
+// a time: slot i of the camera paths is pixel i of the cell (row-major). Light paths belong to the layer as a
+// whole: their vertices form its cache, from which camera vertices draw.
 #include <cstdint>
 #include <vector>
 
@@ -75,10 +76,7 @@ class StrategyRecorder;  // strategy_recorder.h
 struct Wavefront {
   Paths paths;
   std::vector<Vertex> light_vertices;  // the packet layer's light-vertex cache, in order of creation
-  int32_t light_vertex_of[kMaxLightVertices]
-                         [kWavefront + kLanes];  // j-th stored vertex of a slot's light path
-  int32_t light_vertex_count[kWavefront + kLanes];
-  std::vector<Vertex> vertices;  // connectable vertices of the current bounce
+  std::vector<Vertex> vertices;        // connectable vertices of the current bounce
   ShadowRays shadow;
   alignas(32) float radiance_r[kWavefront], radiance_g[kWavefront], radiance_b[kWavefront];
   std::vector<Splat> splats;

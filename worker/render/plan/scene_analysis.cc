@@ -31,19 +31,36 @@ int quantum(const RenderScene& scene, double imaging_ratio) {
   return exponent - kQuantumBitsBelowScale;
 }
 
+/// Emission hits make every path that ends on an emitter with an area. Of lights without one, next event
+/// makes all but the paths whose first event is a delta one: these take lens connections, or, where the
+/// camera sees the next vertex through another delta event only, vertex connections.
+void find_strategies(const RenderScene& scene, ScenePlan* plan) {
+  const LightTable& lights = scene.lights;
+  plan->useful = plan->required = 0;
+  if (lights.count() == 0) return;
+  const bool any_area = std::any_of(lights.type.begin(), lights.type.end(), [](const auto type) {
+    return type != kPointLight && type != kSpotLight && type != kDistantLight;
+  });
+  plan->useful = kNextEvent | kLightPaths;
+  if (any_area) plan->useful |= kEmissionHits, plan->required |= kEmissionHits;
+  if (lights.any_delta) plan->required |= kNextEvent | (scene.any_delta ? kLightPaths : 0);
+}
+
 }  // namespace
 
-ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& scene,
+ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
                         const RenderSettings& settings) {
   ScenePlan plan;
-  plan.quantum_exponent = quantum(scene, description.film.imaging_ratio);
+  plan.quantum_exponent = quantum(scene, imaging_ratio);
+  plan.primitives = static_cast<int64_t>(scene.primitive_material.size());
+  find_strategies(scene, &plan);
   auto item = [&](const char* feature, bool needed, std::string reason, std::string saving) {
     plan.items.push_back({feature, needed, std::move(reason), needed ? std::string() : std::move(saving)});
   };
   const auto text = [](auto n) { return std::to_string(n); };
   const Strategies strategies = strategies_of(settings);
   const std::string chosen =
-      settings.strategies ? "the strategies asked for" : std::string(integrator_name(settings.integrator));
+      settings.plan ? "the strategies asked for" : std::string(integrator_name(settings.integrator));
 
   item("textures", scene.any_texture,
        scene.any_texture ? "a material in use reads one" : "no material in use reads one",
@@ -95,8 +112,7 @@ ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& 
   strategy("vertex connections (s, t >= 2)", kVertexConnections,
            "the light-vertex cache and its shadow rays");
   strategy("lens connections (t = 1)", kLensConnections, "the splat layer and its traffic");
-  const bool lens_radius =
-      description.camera.kind == CameraKind::kPerspective && description.camera.lens_radius > 0;
+  const bool lens_radius = std::visit([](const auto& c) { return c.kHasLens; }, camera);
   item("lens sampling", lens_radius,
        lens_radius ? "the lens has a radius" : "the camera has no lens with a radius",
        "two dimensions per camera path and per lens connection");

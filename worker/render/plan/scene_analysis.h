@@ -1,12 +1,14 @@
 #pragma once
 // Analyses a built scene into its plan.
 #include "common/settings.h"
+#include "worker/render/camera/camera.h"
 #include "worker/render/plan/scene_plan.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
 
-ScenePlan analyse_scene(const SceneDescription& description, const RenderScene& scene,
+/// `imaging_ratio` multiplies every contribution.
+ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
                         const RenderSettings& settings);
 
 }  // namespace lightmill

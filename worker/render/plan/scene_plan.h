@@ -1,7 +1,10 @@
 #pragma once
 // The scene plan: what the renderer found out the scene needs, and what it therefore leaves out.
+#include <cstdint>
 #include <string>
 #include <vector>
+
+#include "common/strategies.h"
 
 namespace lightmill {
 
@@ -17,6 +20,10 @@ struct ScenePlan {
   /// Exponent of the exact sums' quantum: floor(log2(brightest emitted radiance)) + 1 -
   /// kQuantumBitsBelowScale.
   int quantum_exponent = 0;
+  /// Strategy families that can add light at all, and those without which some of the scene's light could be
+  /// missing, whatever else runs.
+  Strategies useful = kAllStrategies, required = 0;
+  int64_t primitives = 0;
 };
 
 }  // namespace lightmill

@@ -28,8 +28,10 @@ enum VertexDim : uint32_t {
   kDimNeeRoulette = 6,     // 1D
   kDimSplatLens = 7,       // 2D: the lens point that a light vertex is joined to
   kDimNeeTexel = 7,        // 1D: texel of an environment image
-  kDimConnectRoulette = 8  // + light vertex number: 1D
+  kDimConnectStart = 8,    // 1D: where the draws from the light-vertex cache start
+  kDimConnectRoulette = 9  // + number of the draw modulo kConnectRouletteDims: 1D
 };
+inline constexpr uint32_t kConnectRouletteDims = kDimsPerVertex - kDimConnectRoulette;
 constexpr uint32_t vertex_dim(int vertex, uint32_t dim) {
   return kDimVertex0 + static_cast<uint32_t>(vertex) * kDimsPerVertex + dim;
 }

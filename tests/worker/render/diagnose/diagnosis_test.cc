@@ -97,7 +97,7 @@ TEST(Diagnosis, PredictsTheNoiseOfOtherSets) {
     const Strategies set = StrategyFilm::set(i);
     if (!(set & kNextEvent)) continue;  // the few hits on the lamp would need far more samples
     RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 1, 5);
-    settings.strategies = set;
+    settings.plan = SamplingPlan{.strategies = set};
     constexpr int kSeeds = 256;
     std::vector<double> sum(d.image.data.size()), squares(d.image.data.size());
     for (settings.seed = 100; settings.seed < 100 + kSeeds; ++settings.seed) {

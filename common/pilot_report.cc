@@ -1,0 +1,70 @@
+#include "common/pilot_report.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "common/error.h"
+
+namespace lightmill {
+namespace {
+
+constexpr size_t kMaxEstimates = 1000;
+
+double positive(const nlohmann::json& j) {
+  const auto x = j.get<double>();
+  if (!std::isfinite(x) || x < 0)
+    throw Error(ErrorKind::kUsage, "pilot report: an estimate must be a number from 0");
+  return x;
+}
+
+constexpr std::pair<const char*, double SampleWork::*> kWork[] = {
+    {"camera_hits", &SampleWork::camera_hits},
+    {"connection_rays", &SampleWork::connection_rays},
+    {"connections", &SampleWork::connections},
+    {"lens_connections", &SampleWork::lens_connections},
+    {"lens_rays", &SampleWork::lens_rays},
+    {"light_hits", &SampleWork::light_hits},
+    {"next_event_rays", &SampleWork::next_event_rays},
+    {"next_events", &SampleWork::next_events}};
+
+}  // namespace
+
+std::string pilot_to_json(const PilotReport& report) {
+  auto estimates = nlohmann::json::array();
+  for (const PlanEstimate& e : report.estimates) {
+    estimates.push_back({{"plan", nlohmann::json::parse(plan_to_json(e.plan))},
+                         {"relative_variance", e.relative_variance},
+                         {"cost", e.cost}});
+  }
+  nlohmann::json work;
+  for (const auto& [name, member] : kWork) work[name] = report.work.*member;
+  return nlohmann::json{{"chosen", nlohmann::json::parse(plan_to_json(report.chosen))},
+                        {"estimates", estimates},
+                        {"samples", report.samples},
+                        {"work", work}}
+      .dump();
+}
+
+PilotReport pilot_from_json(const std::string& text) {
+  if (text.size() > kMaxPilotBytes) throw Error(ErrorKind::kUsage, "pilot report: larger than 1 MiB");
+  try {
+    const auto j = nlohmann::json::parse(text);
+    PilotReport report;
+    report.chosen = plan_from_json(j.at("chosen").dump());
+    const auto& estimates = j.at("estimates");
+    if (!estimates.is_array() || estimates.size() > kMaxEstimates)
+      throw Error(ErrorKind::kUsage, "pilot report: \"estimates\" must be an array of at most 1000");
+    for (const auto& e : estimates) {
+      report.estimates.push_back(
+          {plan_from_json(e.at("plan").dump()), positive(e.at("relative_variance")), positive(e.at("cost"))});
+    }
+    report.samples = j.at("samples").get<int64_t>();
+    if (report.samples < 0) throw Error(ErrorKind::kUsage, "pilot report: \"samples\" must not be negative");
+    for (const auto& [name, member] : kWork) report.work.*member = positive(j.at("work").at(name));
+    return report;
+  } catch (const nlohmann::json::exception& e) {
+    throw Error(ErrorKind::kUsage, std::string("the pilot report is malformed: ") + e.what());
+  }
+}
+
+}  // namespace lightmill

@@ -1,0 +1,42 @@
+#pragma once
+// What the pilot of a render with the integrator `auto` found out, and the plan that it chose.
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/sampling_plan.h"
+
+namespace lightmill {
+
+/// Work of one camera path, with all that belongs to it, under the plan of the pilot: every strategy, one light
+/// path, one connection.
+struct SampleWork {
+  double camera_hits = 0, light_hits = 0;  // surface hits of camera paths and of light paths
+  // Evaluated per strategy and, of these, with a shadow ray.
+  double next_events = 0, next_event_rays = 0;
+  double connections = 0, connection_rays = 0;
+  double lens_connections = 0, lens_rays = 0;
+};
+
+/// A plan with what the pilot predicts of it.
+struct PlanEstimate {
+  SamplingPlan plan;
+  double relative_variance = 0;  // relMSE of one sample per pixel
+  double cost = 0;               // nominal CPU microseconds per sample, from counted work
+};
+
+struct PilotReport {
+  SamplingPlan chosen;
+  std::vector<PlanEstimate> estimates;  // of every plan considered, `chosen` included
+  int64_t samples = 0;                  // camera paths that the pilot traced
+  SampleWork work;
+};
+
+/// Largest accepted JSON of a report, bytes.
+inline constexpr size_t kMaxPilotBytes = size_t{1} << 20;
+
+std::string pilot_to_json(const PilotReport& report);
+/// Inverse. Throws Error(kUsage) if it is malformed, too large, or a value is out of range.
+PilotReport pilot_from_json(const std::string& json);
+
+}  // namespace lightmill

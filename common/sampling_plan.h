@@ -1,0 +1,32 @@
+#pragma once
+// How a render spends its samples: which strategies run and how many light paths and connections go with each
+// camera path. Part of the settings: any plan is unbiased, and the same plan gives the same bytes.
+#include <string>
+
+#include "common/strategies.h"
+
+namespace lightmill {
+
+struct SamplingPlan {
+  Strategies strategies = kAllStrategies;
+  /// Light paths per camera path: one of kLightPathCounts. Without a strategy that uses them none is traced.
+  double light_paths = 1;
+  /// Light paths, out of those of its packet, whose vertices a camera vertex is connected to on average: one
+  /// of kConnectionCounts. Counts only with kVertexConnections.
+  double connections = 1;
+
+  bool operator==(const SamplingPlan&) const = default;
+};
+
+inline constexpr double kLightPathCounts[] = {0.25, 0.5, 1, 2};
+inline constexpr double kConnectionCounts[] = {0.25, 0.5, 1, 2, 4};
+
+/// Throws Error(kUsage) for a count that is not in the lists above, or no strategy.
+void check_plan(const SamplingPlan& plan);
+
+/// JSON with sorted keys: {"connections": 1, "light_paths": 0.5, "strategies": "hit,next-event,lens"}.
+std::string plan_to_json(const SamplingPlan& plan);
+/// Inverse. Throws Error(kUsage) if it is malformed or a value is out of range.
+SamplingPlan plan_from_json(const std::string& json);
+
+}  // namespace lightmill
