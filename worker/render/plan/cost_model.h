@@ -1,0 +1,12 @@
+#pragma once
+// What a sampling plan costs, from counted work: a pure function, so that the choice of a plan does not
+// depend on the machine or its load.
+#include "common/pilot_report.h"
+
+namespace lightmill {
+
+/// Nominal CPU microseconds of one pixel sample under `plan`, in a scene of `primitives` primitives. The unit
+/// costs were fitted to renders of this project's kernels by tests/bench/cost_model.py.
+double sample_cost(const SampleWork& work, const SamplingPlan& plan, double primitives);
+
+}  // namespace lightmill
