@@ -51,17 +51,20 @@ struct FloatInput {
   int texture = -1;
 };
 
-enum class Wrap { kRepeat, kClamp, kBlack, kOctahedral };
+enum class Wrap { kRepeat, kClamp, kBlack, kOctahedral, kMirror };
+/// What a texel is: its colour, or one of its channels as a grey (alpha is 1 where the file has none).
+enum class ImageChannel { kRgb, kRed, kGreen, kBlue, kAlpha };
 enum class ColorEncoding { kAuto, kSrgb, kLinear, kGamma };  // kAuto: sRGB for 8-bit files, else linear
 
 /// How a surface point becomes (s, t). Over texture space, p_t = world_to_texture p with p in scene units:
-///   kUv           (su u + du, sv v + dv)
+///   kUv           (su u + sv_u v + du, sv v + su_v u + dv); the mixed factors turn the picture
 ///   kSpherical    of p_t's direction: polar angle from +z over pi, azimuth over 2 pi
 ///   kCylindrical  of p_t's direction: azimuth from -x in turns, z
 ///   kPlanar       (du + p_t . s_axis, dv + p_t . t_axis)
 enum class MappingKind { kUv, kSpherical, kCylindrical, kPlanar };
 struct UvMapping {
   float su = 1, sv = 1, du = 0, dv = 0;
+  float sv_u = 0, su_v = 0;
   MappingKind kind = MappingKind::kUv;
   Vec3d s_axis{1, 0, 0}, t_axis{0, 1, 0};
   Transform world_to_texture{};
@@ -69,13 +72,29 @@ struct UvMapping {
 
 /// pbrt "imagemap". (0,0) is the lower left corner of the picture (pbrt flips v).
 struct ImageTexture {
-  std::string path;  // resolved: can be opened
+  std::string path;  // resolved: can be opened; with `contents` just a name for messages
+  std::shared_ptr<const std::string> contents;  // the image file's bytes, if it lies inside another file
   Wrap wrap = Wrap::kRepeat;
+  std::optional<Wrap> wrap_t;  // where it differs along t
+  ImageChannel channel = ImageChannel::kRgb;
+  bool nearest = false;  // the nearest texel instead of a blend of four
   ColorEncoding encoding = ColorEncoding::kAuto;
   float gamma = 1;
   float scale = 1;
   bool invert = false;
   UvMapping mapping;
+};
+struct ProductTexture {
+  SpectrumInput a, b;
+};
+/// The mesh's vertex colour, or its alpha as a grey; 1 where the mesh has none.
+struct VertexColorTexture {
+  bool alpha = false;
+};
+/// 1 where the value is at least `edge`, else 0.
+struct StepTexture {
+  FloatInput value;
+  float edge = 0.5f;
 };
 struct ConstantTexture {
   Rgb value;
@@ -113,8 +132,9 @@ struct NoiseTexture {
   float scale = 1, variation = 0.2f;  // marble
   Transform world_to_texture{};
 };
-using TextureKind = std::variant<ImageTexture, ConstantTexture, ScaleTexture, MixTexture, CheckerboardTexture,
-                                 BilerpTexture, DotsTexture, NoiseTexture>;
+using TextureKind =
+    std::variant<ImageTexture, ConstantTexture, ScaleTexture, MixTexture, CheckerboardTexture, BilerpTexture,
+                 DotsTexture, NoiseTexture, ProductTexture, VertexColorTexture, StepTexture>;
 struct TextureDescription {
   std::string name;
   bool is_spectrum = true;  // false: "float"; then r == g == b
@@ -174,9 +194,30 @@ struct MixMaterial {
   std::array<int, 2> materials{-1, -1};
   FloatInput amount{0.5f, -1};
 };
+/// glTF's material: a diffuse base under a dielectric's specular reflection, blended with a metal of the
+/// base's colour; a clear coat over both. GGX with alpha = roughness^2. The dielectric reflects min(1,
+/// f0(ior) specular_color) specular at normal incidence and `specular` at grazing; ior 0 means f0 = 1.
+struct MetallicRoughnessMaterial {
+  SpectrumInput base_color{{1, 1, 1}, -1};
+  FloatInput metallic{1, -1}, roughness{1, -1};
+  float ior = 1.5f;
+  FloatInput specular{1, -1};
+  SpectrumInput specular_color{{1, 1, 1}, -1};
+  FloatInput clearcoat{0, -1}, clearcoat_roughness{0, -1};
+};
+/// glTF's transmission: an interface that tints what it lets through. Thin: a sheet of which light comes out
+/// in the direction in which it entered, spread by the roughness; else light is refracted into a solid of
+/// index `ior`. GGX with alpha = roughness^2.
+struct TransmissionMaterial {
+  SpectrumInput color{{1, 1, 1}, -1};
+  FloatInput roughness{0, -1};
+  float ior = 1.5f;
+  bool thin = true;
+};
 using MaterialKind =
     std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial,
-                 ThinDielectricMaterial, DiffuseTransmissionMaterial, CoatedConductorMaterial, MixMaterial>;
+                 ThinDielectricMaterial, DiffuseTransmissionMaterial, CoatedConductorMaterial, MixMaterial,
+                 MetallicRoughnessMaterial, TransmissionMaterial>;
 struct MaterialDescription {
   std::string name;  // empty for an unnamed Material
   MaterialKind kind;
@@ -184,6 +225,8 @@ struct MaterialDescription {
   /// Index of a texture that turns the shading normal: 2 rgb - 1 in the frame of dp/du, of the normal, and of
   /// their cross product. -1: none.
   int normal_map = -1;
+  float normal_scale = 1;         // of the map's x and y
+  bool normal_follows_v = false;  // glTF: y points along +v even where u and v are mirrored
   /// Index of a float texture of heights (scene units) along the normal that tilts the shading normal alone.
   /// -1: none. A normal map goes before it.
   int displacement = -1;
@@ -191,11 +234,12 @@ struct MaterialDescription {
 
 // --- shapes ---------------------------------------------------------------------------------------
 
-/// Object-space triangles. `normals` and `uvs` are empty or one per vertex.
+/// Object-space triangles. `normals`, `uvs` and `colors` (linear RGB and alpha) are empty or one per vertex.
 struct TriangleMesh {
   std::vector<Vec3f> positions;
   std::vector<Vec3f> normals;
   std::vector<Vec2f> uvs;
+  std::vector<std::array<float, 4>> colors;
   std::vector<std::array<uint32_t, 3>> triangles;
 };
 struct MeshShape {
@@ -234,6 +278,8 @@ struct InfiniteLight {
   Rgb radiance;
   std::string image_path = {};  // resolved; empty: constant
   Transform light_to_world = {};
+  /// The image is a panorama of any resolution instead: its middle is -x, right of that -z, its top +y.
+  bool lat_long = false;
 };
 /// Light from afar: `irradiance` on a surface that faces it; shines along the unit vector
 /// `direction`, or along all directions that differ from it by at most half_angle_degrees (0 to

@@ -63,6 +63,18 @@ SceneDescription every_kernel() {
   brushed.roughness = {{0.3f, -1}, {0.05f, -1}, false};
   add(brushed);
   add(DielectricMaterial{1.5f, brushed.roughness});
+  MetallicRoughnessMaterial metallic;
+  metallic.base_color = {{0.8f, 0.6f, 0.3f}, -1};
+  metallic.metallic.value = 0.4f;
+  metallic.roughness.value = 0.5f;
+  add(metallic);
+  metallic.clearcoat = {0.7f, -1};
+  metallic.base_color.texture = 0;
+  add(metallic);
+  for (const bool thin : {true, false}) {
+    add(TransmissionMaterial{{{0.5f, 0.9f, 0.6f}, -1}, {0, -1}, 1.5f, thin});
+    add(TransmissionMaterial{{{0.5f, 0.9f, 0.6f}, -1}, {0.6f, -1}, 1.5f, thin});
+  }
   scene.area_lights.push_back({{9, 8, 7}, false, {}});
   scene.area_lights.push_back({{20, 30, 40}, true, {}});
   scene.shapes.push_back(quad({-3, -2, 6}, {3, -2, 6}, {3, 2, 6}, {-3, 2, 6}, 0));

@@ -23,14 +23,16 @@ inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 
                           kRoughDielectric = 4, kSmoothCoated = 5, kRoughCoated = 6, kThinDielectric = 7,
                           kDiffuseTransmission = 8, kSmoothCoatedConductor = 9, kCoatedConductor = 10,
                           kRoughCoatedConductor = 11, kAnisotropicConductor = 12, kAnisotropicDielectric = 13,
-                          kBsdfKinds = 14;
+                          kMetallicRoughness = 14, kCoatedMetallicRoughness = 15, kTintedDielectric = 16,
+                          kRoughTintedDielectric = 17, kTintedSheet = 18, kRoughTintedSheet = 19,
+                          kBsdfKinds = 20;
 /// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
 inline constexpr BsdfKind kMix = kBsdfKinds, kMaterialKinds = kBsdfKinds + 1;
 
 /// True if every lobe is a delta: no connection can be made at such a vertex.
 constexpr bool is_pure_delta(int32_t kind) {
   return kind == kSmoothConductor || kind == kSmoothDielectric || kind == kThinDielectric ||
-         kind == kSmoothCoatedConductor;
+         kind == kSmoothCoatedConductor || kind == kTintedDielectric || kind == kTintedSheet;
 }
 /// True if some lobe is a delta.
 constexpr bool has_delta(int32_t kind) {
@@ -39,8 +41,12 @@ constexpr bool has_delta(int32_t kind) {
 /// The same per lane.
 template <class F>
 inline MaskOf<F> pure_delta(IntOf<F> kind) {
-  return mask_or(mask_or(MaskOf<F>(kind == kSmoothConductor), MaskOf<F>(kind == kSmoothDielectric)),
-                 mask_or(MaskOf<F>(kind == kThinDielectric), MaskOf<F>(kind == kSmoothCoatedConductor)));
+  const auto either = [&](BsdfKind a, BsdfKind b) {
+    return mask_or(MaskOf<F>(kind == a), MaskOf<F>(kind == b));
+  };
+  return mask_or(
+      either(kTintedDielectric, kTintedSheet),
+      mask_or(either(kSmoothConductor, kSmoothDielectric), either(kThinDielectric, kSmoothCoatedConductor)));
 }
 
 /// Which lanes have a lobe that follows the tangent.
@@ -58,6 +64,7 @@ inline constexpr int kBsdfParams = 10;
 ///   conductor   0-2 eta, 3-5 k, 6 alpha, 7 table row + 1 of energy compensation or 0
 ///   dielectric  0 eta, 6 alpha (thin: eta alone)
 ///   anisotropic as conductor and dielectric, and 8 and 9 as anisotropic.h says
+///   metallic roughness as metallic_roughness.h says, tinted as tinted.h
 ///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha,
 ///               8 table row (rough: entering transmittance)
 ///   coated conductor, all smooth

@@ -8,7 +8,9 @@
 #include "worker/render/bsdf/dielectric.h"
 #include "worker/render/bsdf/diffuse.h"
 #include "worker/render/bsdf/diffuse_transmission.h"
+#include "worker/render/bsdf/metallic_roughness.h"
 #include "worker/render/bsdf/thin_dielectric.h"
+#include "worker/render/bsdf/tinted.h"
 
 namespace lightmill {
 
@@ -55,6 +57,14 @@ inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F
         return merge(m, eval_coated_conductor<F, false>(params, m, wo, wi), &result);
       case kRoughCoatedConductor:
         return merge(m, eval_coated_conductor<F, true>(params, m, wo, wi), &result);
+      case kMetallicRoughness:
+        return merge(m, eval_metallic_roughness<F, false>(params, m, wo, wi), &result);
+      case kCoatedMetallicRoughness:
+        return merge(m, eval_metallic_roughness<F, true>(params, m, wo, wi), &result);
+      case kRoughTintedDielectric:
+        return merge(m, eval_rough_tinted_dielectric(params, wo, wi, mode), &result);
+      case kRoughTintedSheet:
+        return merge(m, eval_rough_tinted_sheet(params, m, wo, wi), &result);
       default:
         return;
     }
@@ -106,6 +116,18 @@ inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfPara
         return take(m, sample_coated_conductor<F, false>(params, m, wo, lobe, u, v));
       case kRoughCoatedConductor:
         return take(m, sample_coated_conductor<F, true>(params, m, wo, lobe, u, v));
+      case kMetallicRoughness:
+        return take(m, sample_metallic_roughness<F, false>(params, m, wo, lobe, u, v));
+      case kCoatedMetallicRoughness:
+        return take(m, sample_metallic_roughness<F, true>(params, m, wo, lobe, u, v));
+      case kTintedDielectric:
+        return take(m, sample_tinted_dielectric(params, wo, lobe, mode));
+      case kRoughTintedDielectric:
+        return take(m, sample_rough_tinted_dielectric(params, wo, lobe, u, v, mode));
+      case kTintedSheet:
+        return take(m, sample_tinted_sheet(params, wo, lobe));
+      case kRoughTintedSheet:
+        return take(m, sample_rough_tinted_sheet(params, m, wo, lobe, u, v));
       default:
         return;
     }

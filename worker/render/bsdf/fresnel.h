@@ -35,6 +35,13 @@ inline F fresnel_conductor(F cos_i, F eta, F k) {
   return 0.5f * (rp + rs);
 }
 
+/// (1 - cosine)^5 of Schlick's approximation F = f0 + (f90 - f0) (1 - cosine)^5.
+template <class F>
+inline F schlick_weight(F cosine) {
+  const F x = clamp(1.0f - cosine, 0.0f, 1.0f), x2 = x * x;
+  return x2 * x2 * x;
+}
+
 /// Cosine at which a rough surface (GGX alpha) is met on the average along `w`: mean of <w, m> over its
 /// facets, |cos w| (1 + Lambda). F at it is the reflectance to first order.
 template <class F>

@@ -22,7 +22,9 @@ bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim
     const TriangleHit<float> h = triangle_hit<float>(scene, prim, o, d);
     const CornerUv<float> uv(scene, h, scene.primitive_flags[static_cast<size_t>(prim)]);
     const Vec3<float> p = h.p0 * h.b0 + h.p1 * h.b1 + h.p2 * h.b2;
-    a = scene.textures.evaluate(alpha.texture, {uv.u(h), uv.v(h), scene.scene_point({p.x, p.y, p.z})}).r;
+    TexturePoint at{uv.u(h), uv.v(h), scene.scene_point({p.x, p.y, p.z})};
+    if (scene.any_colors) interpolate_colors(scene, h, at.color.data());
+    a = scene.textures.evaluate(alpha.texture, at).r;
   }
   if (a >= 1) return true;
   return a > 0 && hash_ray(prim, o, d) < a;

@@ -13,10 +13,12 @@ Vec finish(const Surface<float>& s, const Vec& n) {
   return dot(unit, s.ng) < 0 ? -unit : unit;
 }
 
-Vec mapped(const RenderScene& scene, int texture, const Surface<float>& s) {
-  const Rgb c = scene.textures.evaluate(texture, texture_point(scene, s, 0));
-  const Vec x = unit_tangent(s.dpdu, s.ns), y = cross(s.ns, x);
-  return x * (2 * c.r - 1) + y * (2 * c.g - 1) + s.ns * (2 * c.b - 1);
+Vec mapped(const RenderScene& scene, const MaterialEntry& m, const Surface<float>& s) {
+  const Rgb c = scene.textures.evaluate(m.normal_map, texture_point(scene, s, 0));
+  const Vec x = unit_tangent(s.dpdu, s.ns);
+  Vec y = cross(s.ns, x);
+  if (m.normal_follows_v && dot(y, s.dpdv) < 0) y = -y;
+  return x * ((2 * c.r - 1) * m.normal_scale) + y * ((2 * c.g - 1) * m.normal_scale) + s.ns * (2 * c.b - 1);
 }
 
 Vec lifted(const RenderScene& scene, int texture, const Surface<float>& s) {
@@ -41,8 +43,8 @@ Vec lifted(const RenderScene& scene, int texture, const Surface<float>& s) {
 }  // namespace
 
 Vec bumped_normal(const RenderScene& scene, const MaterialEntry& material, const Surface<float>& s) {
-  return finish(s, material.normal_map >= 0 ? mapped(scene, material.normal_map, s)
-                                            : lifted(scene, material.displacement, s));
+  return finish(
+      s, material.normal_map >= 0 ? mapped(scene, material, s) : lifted(scene, material.displacement, s));
 }
 
 }  // namespace lightmill

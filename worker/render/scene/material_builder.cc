@@ -7,6 +7,8 @@
 #include "worker/render/bsdf/coated_conductor.h"
 #include "worker/render/bsdf/coated_diffuse.h"
 #include "worker/render/bsdf/conductor.h"
+#include "worker/render/bsdf/metallic_table.h"
+#include "worker/render/scene/metallic_builder.h"
 #include "worker/render/scene/surface.h"
 
 namespace lightmill {
@@ -224,6 +226,8 @@ struct Builder {
     params[4] = static_cast<float>(coat.entering_transmittance);
     set_reflectance(entry, params, m.reflectance.value);
   }
+  void operator()(const MetallicRoughnessMaterial& m) { build_metallic_roughness(m, scene, &entry, params); }
+  void operator()(const TransmissionMaterial& m) { build_transmission(m, scene, &entry, params); }
   void operator()(const MixMaterial& m) {
     entry.kind = kMix;
     entry.mix_first = m.materials[0];
@@ -275,14 +279,24 @@ struct Builder {
 
 }  // namespace
 
+void begin_tables(const std::vector<MaterialDescription>& materials, RenderScene* scene) {
+  const bool metallic = std::any_of(materials.begin(), materials.end(), [](const MaterialDescription& m) {
+    return std::holds_alternative<MetallicRoughnessMaterial>(m.kind) ||
+           std::holds_alternative<TransmissionMaterial>(m.kind);
+  });
+  if (metallic) scene->bsdf_tables = metallic_table();
+}
+
 void add_material(const MaterialDescription& material, RenderScene* scene) {
   Builder b{scene};
   std::visit(b, material.kind);
   MaterialEntry& e = b.entry;
-  e.textured = e.texture_color >= 0 || e.texture_eta >= 0 || e.texture_k >= 0 || e.texture_u_roughness >= 0 ||
-               e.texture_v_roughness >= 0 || e.texture_transmittance >= 0;
+  e.textured = e.textured || e.texture_color >= 0 || e.texture_eta >= 0 || e.texture_k >= 0 ||
+               e.texture_u_roughness >= 0 || e.texture_v_roughness >= 0 || e.texture_transmittance >= 0;
   e.normal_map = material.normal_map;
   e.displacement = material.displacement;
+  e.normal_scale = material.normal_scale;
+  e.normal_follows_v = material.normal_follows_v;
   scene->materials.push_back(e);
   scene->material_kind.push_back(e.kind);
   scene->material_params.insert(scene->material_params.end(), b.params, b.params + kBsdfParams);
@@ -322,6 +336,7 @@ void apply_rough_coat_textures(const TextureTable& textures, const MaterialEntry
 
 void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params) {
   const MaterialEntry& e = scene.materials[static_cast<size_t>(material)];
+  if (e.gltf >= 0) return apply_gltf_textures(scene, e, at, params);
   if (e.kind == kDiffuseTransmission) {
     const Rgb r = e.texture_color >= 0 ? scene.textures.evaluate(e.texture_color, at) : e.color;
     const Rgb t =

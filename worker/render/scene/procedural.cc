@@ -50,7 +50,11 @@ Rgb marble(const NoiseTexture& texture, NoisePoint p) {
 }  // namespace
 
 MappedPoint map_point(const UvMapping& m, const TexturePoint& at) {
-  if (m.kind == MappingKind::kUv) return {m.su * at.u + m.du, m.sv * at.v + m.dv};
+  if (m.kind == MappingKind::kUv) {
+    // The mixed terms only where there are any, so that none of them rounds.
+    if (m.sv_u == 0 && m.su_v == 0) return {m.su * at.u + m.du, m.sv * at.v + m.dv};
+    return {m.su * at.u + m.sv_u * at.v + m.du, m.sv * at.v + m.su_v * at.u + m.dv};
+  }
   const NoisePoint p = texture_space(m.world_to_texture, at.p);
   if (m.kind == MappingKind::kPlanar) {
     const auto along = [&](const Vec3d& a) { return static_cast<float>(p.x * a.x + p.y * a.y + p.z * a.z); };

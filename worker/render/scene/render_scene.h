@@ -29,6 +29,9 @@ struct MaterialEntry {
   int texture_transmittance = -1;
   int texture_u_roughness = -1, texture_v_roughness = -1;
   int normal_map = -1, displacement = -1;  // as in MaterialDescription
+  float normal_scale = 1;
+  bool normal_follows_v = false;
+  int gltf = -1;  // metallic roughness and tinted: index into RenderScene::metallic or tinted
   Rgb color, transmittance;                // diffuse transmission: what is not textured
   float scale = 1;                         // of both
   float u_roughness = 0, v_roughness = 0;
@@ -51,6 +54,7 @@ struct RenderScene {
 
   std::vector<float> positions;  // 3 per vertex, padded by 4 floats for vector loads
   std::vector<float> normals;    // 3 per vertex or empty; (0,0,0) where the mesh has none
+  std::vector<float> colors;     // 4 per vertex or empty; 1 where the mesh has none
   std::vector<float> uvs;        // 2 per vertex or empty
   std::vector<int32_t> indices;  // 3 per triangle
   std::vector<MeshRange> meshes;
@@ -66,12 +70,16 @@ struct RenderScene {
   std::vector<MaterialEntry> materials;
   std::vector<float> material_params;  // kBsdfParams per material
   std::vector<int32_t> material_kind;
-  std::vector<float> bsdf_tables;    // rows of albedo_table.h
+  /// Rows of albedo_table.h; they begin with the metallic table if there are materials that need it.
+  std::vector<float> bsdf_tables;
+  std::vector<MetallicRoughnessMaterial> metallic;
+  std::vector<TransmissionMaterial> tinted;
   bool energy_compensation = false;  // see conductor.h
   bool any_anisotropy = false;       // some lobe follows dp/du
   bool any_mix = false;              // some material is a mix
   bool any_texture = false;          // some material is textured
   bool any_normals = false;          // some mesh has shading normals
+  bool any_colors = false;           // some mesh has vertex colours, and some texture reads them
   bool any_delta = false;            // some material has a delta lobe
   bool any_bumps = false;            // some material has a normal map or a displacement
   bool any_tangent = false;          // something reads dp/du (a normal map, bumps, anisotropy)

@@ -78,6 +78,7 @@ class SceneBuilder {
       throw Error(ErrorKind::kBadScene, "the mix " + in_.materials[static_cast<size_t>(cycle)].name +
                                             " contains itself; take it out of what it mixes");
     }
+    begin_tables(in_.materials, &out_);
     for (const MaterialDescription& m : in_.materials) add_material(m, &out_);
     reserve();
     for (const ShapeDescription& s : in_.shapes) {
@@ -174,13 +175,14 @@ class SceneBuilder {
 
   void reserve() {
     size_t vertices = 0, triangles = 0, spheres = 0;
-    bool normals = false, uvs = false, textured_alpha = false;
+    bool normals = false, uvs = false, colors = false, textured_alpha = false;
     for (const ShapeDescription& s : in_.shapes) {
       if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
         vertices += mesh->mesh->positions.size();
         triangles += mesh->mesh->triangles.size();
         normals = normals || !mesh->mesh->normals.empty();
         uvs = uvs || !mesh->mesh->uvs.empty();
+        colors = colors || !mesh->mesh->colors.empty();
         textured_alpha = textured_alpha || s.alpha.texture >= 0;
       } else {
         ++spheres;
@@ -198,6 +200,10 @@ class SceneBuilder {
                           return m.textured || has_bumps(m) || anisotropic<float>(m.kind);
                         }));
     if (keep_uvs_) out_.uvs.reserve(2 * vertices);
+    out_.any_colors =
+        colors && std::any_of(in_.textures.begin(), in_.textures.end(), [](const TextureDescription& t) {
+          return std::holds_alternative<VertexColorTexture>(t.kind);
+        });
     out_.indices.reserve(3 * triangles);
     out_.primitive_material.reserve(triangles + spheres);
     out_.primitive_light.reserve(triangles + spheres);
@@ -237,6 +243,12 @@ class SceneBuilder {
       for (size_t i = 0; i < mesh.positions.size(); ++i) {
         const Vec2f uv = mesh.uvs.empty() ? Vec2f{} : mesh.uvs[i];
         out_.uvs.insert(out_.uvs.end(), {uv.x, uv.y});
+      }
+    }
+    if (out_.any_colors) {
+      for (size_t i = 0; i < mesh.positions.size(); ++i) {
+        const auto color = mesh.colors.empty() ? std::array<float, 4>{1, 1, 1, 1} : mesh.colors[i];
+        out_.colors.insert(out_.colors.end(), color.begin(), color.end());
       }
     }
     int32_t flags = surface_flips_normal(s) ? RenderScene::kFlip : 0;

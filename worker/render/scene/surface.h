@@ -21,6 +21,7 @@ struct Surface {
   // Derivatives of the position by u and v if scene.any_tangent (dpdu is zero at a sphere's
   // poles); else zero.
   Vec3<F> dpdu, dpdv;
+  F color[4]{};  // of the vertices, with alpha, if scene.any_colors
 };
 
 /// The unit tangent along +u: dp/du made perpendicular to the unit normal `n` (the shading normal in use).
@@ -65,6 +66,7 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
       s.ng = select(smooth, s.ng * agree, s.ng);
       s.ns = select(smooth, unit, s.ng);
     }
+    if (scene.any_colors) interpolate_colors(scene, h, s.color);
     if (scene.any_texture || scene.any_tangent) {
       const CornerUv<F> uv(scene, h, flags);
       s.u = uv.u(h);
@@ -100,6 +102,9 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
     s.error = select(is_sphere, size * gamma_bound(5), s.error);
     s.ng = select(is_sphere, n * flip, s.ng);
     s.ns = select(is_sphere, n * flip, s.ns);
+    if (scene.any_colors) {
+      for (F& c : s.color) c = select(is_sphere, splat<F>(1.0f), c);
+    }
     if (scene.any_texture || scene.any_tangent) {
       const IntOf<F> sphere = select(is_sphere, prim - triangles, IntOf<F>{}) * 3;
       const float* axes = scene.sphere_axes.data();
@@ -126,7 +131,12 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
 /// Where lane `l` of `s` looks textures up.
 template <class F>
 inline TexturePoint texture_point(const RenderScene& scene, const Surface<F>& s, int l) {
-  return {lane(s.u, l), lane(s.v, l), scene.scene_point({lane(s.p.x, l), lane(s.p.y, l), lane(s.p.z, l)})};
+  TexturePoint at{
+      lane(s.u, l), lane(s.v, l), scene.scene_point({lane(s.p.x, l), lane(s.p.y, l), lane(s.p.z, l)})};
+  if (scene.any_colors) {
+    for (size_t c = 0; c < 4; ++c) at.color[c] = lane(s.color[c], l);
+  }
+  return at;
 }
 
 /// Overwrites the parameters of a textured material at one point.

@@ -1,5 +1,6 @@
 #include "worker/render/scene/texture.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -22,6 +23,10 @@ int wrap_index(int i, int n, Wrap wrap) {
     case Wrap::kRepeat:
       i %= n;
       return i < 0 ? i + n : i;
+    case Wrap::kMirror:
+      i %= 2 * n;
+      i = i < 0 ? i + 2 * n : i;
+      return i < n ? i : 2 * n - 1 - i;
     case Wrap::kBlack:
       return i < 0 || i >= n ? -1 : i;
     case Wrap::kClamp:
@@ -31,11 +36,43 @@ int wrap_index(int i, int n, Wrap wrap) {
   return -1;
 }
 
+struct ChannelRange {
+  int begin, end;
+};
+
+/// Which of a file's channels make the texels; none if alpha is asked for and there is none.
+ChannelRange channels_to_read(ImageChannel channel, int in_file) {
+  const bool grey = in_file < 3;  // grey, or grey and alpha
+  switch (channel) {
+    case ImageChannel::kRgb:
+      return {0, grey ? 1 : 3};
+    case ImageChannel::kRed:
+      return {0, 1};
+    case ImageChannel::kGreen:
+      return grey ? ChannelRange{0, 1} : ChannelRange{1, 2};
+    case ImageChannel::kBlue:
+      return grey ? ChannelRange{0, 1} : ChannelRange{2, 3};
+    case ImageChannel::kAlpha:
+      return in_file == 2 || in_file > 3 ? ChannelRange{grey ? 1 : 3, grey ? 2 : 4} : ChannelRange{0, 0};
+  }
+  return {0, 0};
+}
+
 }  // namespace
 
 ImageMap::ImageMap(const ImageTexture& texture)
-    : wrap_(texture.wrap), scale_(texture.scale), invert_(texture.invert) {
-  auto in = OIIO::ImageInput::open(texture.path);
+    : wrap_(texture.wrap),
+      wrap_t_(texture.wrap_t.value_or(texture.wrap)),
+      scale_(texture.scale),
+      invert_(texture.invert),
+      nearest_(texture.nearest) {
+  std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;
+  if (texture.contents)
+    memory =
+        std::make_unique<OIIO::Filesystem::IOMemReader>(texture.contents->data(), texture.contents->size());
+  OIIO::ImageSpec as_stored;
+  as_stored.attribute("oiio:UnassociatedAlpha", 1);  // colours not multiplied by alpha
+  auto in = OIIO::ImageInput::open(texture.path, &as_stored, memory.get());
   if (!in) {
     throw Error(ErrorKind::kFailed, texture.path + ": texture can't be read: " + OIIO::geterror());
   }
@@ -47,28 +84,27 @@ ImageMap::ImageMap(const ImageTexture& texture)
   width_ = spec.width;
   height_ = spec.height;
   const size_t texels = static_cast<size_t>(width_) * static_cast<size_t>(height_);
-  const int channels = std::min(spec.nchannels, 3);
+  const ChannelRange take = channels_to_read(texture.channel, spec.nchannels);
+  const size_t read = static_cast<size_t>(take.end - take.begin);
+  channels_ = texture.channel == ImageChannel::kRgb ? 3 : 1;
   const bool bytes = spec.format == OIIO::TypeDesc::UINT8;
-  auto spread = [&](auto& out, const auto& raw) {
-    for (size_t i = 0; i < texels; ++i) {
-      for (size_t c = 0; c < 3; ++c) {
-        const size_t from = std::min(c, static_cast<size_t>(channels) - 1);
-        out[3 * i + c] = raw[static_cast<size_t>(channels) * i + (channels == 2 ? 0 : from)];
-      }
+  auto fill = [&](auto& out, OIIO::TypeDesc type) {
+    if (read == 0) {  // no alpha: opaque
+      out.assign(texels, bytes ? 255 : 1);
+      return true;
     }
+    using Value = typename std::decay_t<decltype(out)>::value_type;
+    std::vector<Value> raw(texels * read);
+    const bool ok = in->read_image(0, 0, take.begin, take.end, type, raw.data());
+    if (read == channels_) {
+      out = std::move(raw);
+      return ok;
+    }
+    out.resize(texels * channels_);  // a grey, with or without alpha, spread over three
+    for (size_t i = 0; i < texels * channels_; ++i) out[i] = raw[i / channels_ * read];
+    return ok;
   };
-  bool ok;
-  if (bytes) {
-    std::vector<uint8_t> raw(texels * static_cast<size_t>(channels));
-    ok = in->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, raw.data());
-    bytes_.resize(texels * 3);
-    spread(bytes_, raw);
-  } else {
-    std::vector<float> raw(texels * static_cast<size_t>(channels));
-    ok = in->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, raw.data());
-    floats_.resize(texels * 3);
-    spread(floats_, raw);
-  }
+  const bool ok = bytes ? fill(bytes_, OIIO::TypeDesc::UINT8) : fill(floats_, OIIO::TypeDesc::FLOAT);
   if (!ok) throw Error(ErrorKind::kFailed, texture.path + ": texture can't be read: " + in->geterror());
   ColorEncoding encoding = texture.encoding;
   if (encoding == ColorEncoding::kAuto) encoding = bytes ? ColorEncoding::kSrgb : ColorEncoding::kLinear;
@@ -86,9 +122,14 @@ ImageMap::ImageMap(const ImageTexture& texture)
 
 Rgb ImageMap::texel(int x, int y) const {
   x = wrap_index(x, width_, wrap_);
-  y = wrap_index(y, height_, wrap_);
+  y = wrap_index(y, height_, wrap_t_);
   if (x < 0 || y < 0) return {};
-  const size_t i = 3 * (static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x));
+  const size_t i =
+      channels_ * (static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x));
+  if (channels_ == 1) {
+    const float grey = bytes_.empty() ? floats_[i] : decode_[bytes_[i]];
+    return {grey, grey, grey};
+  }
   if (!bytes_.empty()) return {decode_[bytes_[i]], decode_[bytes_[i + 1]], decode_[bytes_[i + 2]]};
   return {floats_[i], floats_[i + 1], floats_[i + 2]};
 }
@@ -99,7 +140,7 @@ Rgb ImageMap::lookup(float s, float t) const {
   const float y = (1.0f - t) * static_cast<float>(height_) - 0.5f;
   const float fx = std::floor(x), fy = std::floor(y);
   const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
-  const float wx = x - fx, wy = y - fy;
+  const float wx = nearest_ ? std::round(x - fx) : x - fx, wy = nearest_ ? std::round(y - fy) : y - fy;
   const Rgb a = texel(ix, iy), b = texel(ix + 1, iy), c = texel(ix, iy + 1), d = texel(ix + 1, iy + 1);
   auto mix = [&](float p, float q, float r, float u) {
     const float top = p + (q - p) * wx, bottom = r + (u - r) * wx;
@@ -157,6 +198,18 @@ Rgb TextureTable::evaluate(int id, const TexturePoint& at) const {
   if (const auto* t = std::get_if<BilerpTexture>(&node)) return bilerp(*t, at);
   if (const auto* t = std::get_if<DotsTexture>(&node))
     return input(inside_dot(map_point(t->mapping, at)) ? t->inside : t->outside, at);
+  if (const auto* t = std::get_if<ProductTexture>(&node)) {
+    const Rgb a = input(t->a, at), b = input(t->b, at);
+    return {a.r * b.r, a.g * b.g, a.b * b.b};
+  }
+  if (const auto* t = std::get_if<VertexColorTexture>(&node)) {
+    const auto& c = at.color;
+    return t->alpha ? Rgb{c[3], c[3], c[3]} : Rgb{c[0], c[1], c[2]};
+  }
+  if (const auto* t = std::get_if<StepTexture>(&node)) {
+    const float x = grey(t->value) >= t->edge ? 1.0f : 0.0f;
+    return {x, x, x};
+  }
   return noise_color(std::get<NoiseTexture>(node), at);
 }
 

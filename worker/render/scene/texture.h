@@ -1,5 +1,6 @@
 #pragma once
 // Textures at render time: images in memory with bilinear lookup, and the small texture graph.
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -7,29 +8,31 @@
 
 namespace lightmill {
 
-/// An image of RGB texels, linear. Stored as 8-bit sRGB or linear (decoded by a table) or as float.
+/// An image of RGB or grey texels, linear. Stored as 8-bit sRGB or linear (decoded by a table) or as float.
 class ImageMap {
  public:
   /// Throws Error(kFailed) if the file can't be read.
   explicit ImageMap(const ImageTexture& texture);
-  /// Bilinear value at (s, t), t up. Scale and invert applied.
+  /// Bilinear value (or the nearest texel's) at (s, t), t up. Scale and invert applied.
   Rgb lookup(float s, float t) const;
 
  private:
   Rgb texel(int x, int y) const;
   int width_ = 0, height_ = 0;
-  Wrap wrap_;
+  Wrap wrap_, wrap_t_;
   float scale_;
-  bool invert_;
-  std::vector<uint8_t> bytes_;  // 3 per texel, or empty
-  std::vector<float> floats_;   // 3 per texel, or empty
+  bool invert_, nearest_;
+  size_t channels_ = 3;         // per texel: 3, or 1 for a grey
+  std::vector<uint8_t> bytes_;  // channels_ per texel, or empty
+  std::vector<float> floats_;   // channels_ per texel, or empty
   float decode_[256];
 };
 
 /// Where a texture is looked up.
 struct TexturePoint {
-  float u = 0, v = 0;  // surface coordinates
-  Vec3d p{};           // position in scene units
+  float u = 0, v = 0;                      // surface coordinates
+  Vec3d p{};                               // position in scene units
+  std::array<float, 4> color{1, 1, 1, 1};  // of the vertices, interpolated
 };
 
 /// All textures of a scene, evaluated per point.

@@ -37,6 +37,15 @@ inline TriangleHit<F> triangle_hit(const RenderScene& scene, IntOf<F> tri, const
   return h;
 }
 
+/// Vertex colours at the hit, RGB and alpha; scene.any_colors.
+template <class F>
+inline void interpolate_colors(const RenderScene& scene, const TriangleHit<F>& h, F color[4]) {
+  for (int c = 0; c < 4; ++c) {
+    const float* base = scene.colors.data() + c;
+    color[c] = gather(base, h.i0 * 4) * h.b0 + gather(base, h.i1 * 4) * h.b1 + gather(base, h.i2 * 4) * h.b2;
+  }
+}
+
 /// Texture coordinates of the three corners. Without coordinates a triangle has (0,0), (1,0), (1,1).
 template <class F>
 struct CornerUv {

@@ -45,7 +45,7 @@ std::vector<BsdfCase> all_bsdfs() {
   const auto brushed = [&](int material, float u, float v) {
     Roughness& r = std::visit(
         [](auto& m) -> Roughness& {
-          if constexpr (requires { m.roughness; }) {
+          if constexpr (requires { m.roughness.remap; }) {
             return m.roughness;
           } else {
             throw std::logic_error("no roughness");
@@ -58,6 +58,38 @@ std::vector<BsdfCase> all_bsdfs() {
   add("brushed_metal", brushed(s.conductor(0.9f, 0.2f), 0.4f, 0.1f), 0.1f);
   add("brushed_metal_stiff", brushed(s.conductor(0.9f, 0.2f), 0.05f, 0.8f), 0.05f);
   add("brushed_glass", brushed(s.dielectric(1.5f, 0.2f), 0.15f, 0.5f), 0.15f);
+  const auto gltf = [&](MaterialKind kind) {
+    s.scene.materials.push_back({"", std::move(kind), {}, {}});
+    return 0;
+  };
+  const auto metallic = [&](const Rgb& base, float metal, float roughness, float coat = 0) {
+    MetallicRoughnessMaterial m;
+    m.base_color.value = base;
+    m.metallic.value = metal;
+    m.roughness.value = roughness;
+    m.clearcoat.value = coat;
+    m.clearcoat_roughness.value = 0.3f;
+    return gltf(m);
+  };
+  for (const float r : {0.25f, 0.5f, 0.8f, 1.0f}) {
+    add("gltf_white_metal_" + std::to_string(r), metallic(white, 1, r), r * r);
+    add("gltf_white_" + std::to_string(r), metallic(white, 0, r), r * r);
+  }
+  add("gltf_gold", metallic(gold, 1, 0.4f), 0.16f);
+  add("gltf_half_metal", metallic(colour, 0.5f, 0.6f), 0.36f);
+  add("gltf_coated", metallic(colour, 0.3f, 0.7f, 0.6f), 0.09f);
+  add("gltf_coated_white", metallic(white, 0, 1, 1), 0.09f);
+  add("gltf_coated_metal", metallic(white, 1, 0.5f, 1), 0.09f);
+  const auto clear = [&](bool thin, float roughness, const Rgb& tint) {
+    return gltf(TransmissionMaterial{{tint, -1}, {roughness, -1}, 1.5f, thin});
+  };
+  add("gltf_glass", clear(false, 0, white), 0);
+  add("gltf_glass_green", clear(false, 0, {0.5f, 0.9f, 0.6f}), 0);
+  add("gltf_glass_rough", clear(false, 0.6f, {0.5f, 0.9f, 0.6f}), 0.36f);
+  add("gltf_sheet", clear(true, 0, white), 0);
+  for (const float r : {0.4f, 0.7f, 1.0f})
+    add("gltf_sheet_" + std::to_string(r), clear(true, r, white), r * r);
+  add("gltf_sheet_tinted", clear(true, 0.5f, {0.5f, 0.9f, 0.6f}), 0.25f);
   // For ever: the cases point into its tables.
   static const std::vector<float> tables = build_scene(s.scene).bsdf_tables;
   const RenderScene scene = build_scene(s.scene);

@@ -47,6 +47,11 @@ TEST(BsdfSymmetry, ReverseDensityIsTheDensityOfTheExchangedPair) {
   }
 }
 
+bool refracts(const BsdfCase& bsdf) {
+  return bsdf.kind == kRoughDielectric || bsdf.kind == kAnisotropicDielectric ||
+         bsdf.kind == kRoughTintedDielectric;
+}
+
 TEST(BsdfSymmetry, ReflectionIsReciprocalAndTransmissionByTheSquaredIndex) {
   for (const BsdfCase& bsdf : all_bsdfs()) {
     if (is_pure_delta(bsdf.kind)) continue;
@@ -60,7 +65,7 @@ TEST(BsdfSymmetry, ReflectionIsReciprocalAndTransmissionByTheSquaredIndex) {
       ASSERT_NEAR(importance.f.y, exchanged.f.y, scale) << wo.z << " " << wi.z;
       if (wo.z * wi.z > 0) {
         ASSERT_EQ(radiance.f.y, importance.f.y);
-      } else if (bsdf.kind == kRoughDielectric || bsdf.kind == kAnisotropicDielectric) {
+      } else if (refracts(bsdf)) {
         // f(wo -> wi) = f*(wo -> wi) / eta^2 with eta = n(wi) / n(wo); f* is symmetric up to the same square.
         const float eta = wo.z > 0 ? bsdf.params.p[0] : 1 / bsdf.params.p[0];
         ASSERT_NEAR(radiance.f.y * eta * eta, importance.f.y, scale);
@@ -69,11 +74,13 @@ TEST(BsdfSymmetry, ReflectionIsReciprocalAndTransmissionByTheSquaredIndex) {
       } else if (bsdf.kind == kDiffuseTransmission) {
         ASSERT_EQ(radiance.f.y, importance.f.y);  // no interface: no squared index
         ASSERT_FLOAT_EQ(radiance.f.y, bsdf.params.p[4] * kInvPi);
+      } else if (bsdf.kind == kRoughTintedSheet) {
+        ASSERT_EQ(radiance.f.y, importance.f.y);
       } else {
         ASSERT_EQ(radiance.f.y, 0);
       }
     });
-    if (bsdf.kind == kRoughDielectric || bsdf.kind == kAnisotropicDielectric) {
+    if (refracts(bsdf)) {
       EXPECT_GT(transmitted, 200);
     }
   }

@@ -1,0 +1,139 @@
+#pragma once
+// glTF's metallic-roughness material, both sides alike: a Lambertian base under the GGX reflection of a
+// dielectric, blended with a metal of the base's colour; and with a clear coat over both.
+//
+// The specular lobe has Schlick's Fresnel term with the blend of both reflectances, f0 per channel and f90,
+// and its energy compensated (metallic_table.h). The base gets what a dielectric's lobe of albedo E leaves,
+//   f_d = rho / pi (1 - E(wo)) (1 - E(wi)) / (1 - mean E)
+// (Kulla and Conty, "Revisiting Physically Based Shading at Imageworks", 2017): reciprocal, and a white base
+// under a lossless dielectric is white; glTF's own sketch, (1 - F) rho / pi, is neither. A coat of weight c
+// and albedo E_c lets (1 - c E_c(wo)) (1 - c E_c(wi)) through; what it reflects back inside is left out.
+// Reciprocal in all parts.
+//
+// Parameters: 0-2 rho / (1 - mean E), 3-5 f0, 6 alpha, 7 f90, 8 the largest f0 of the dielectric (for E),
+// 9 the coat (coat_slot). The metallic table is where the tables begin.
+#include "worker/render/bsdf/fresnel.h"
+#include "worker/render/bsdf/ggx.h"
+#include "worker/render/bsdf/metallic_table.h"
+#include "worker/render/sampling/warp.h"
+
+namespace lightmill {
+
+/// Reflectance of a coat (index 1.5) at normal incidence.
+inline constexpr float kCoatF0 = 0.04f;
+
+/// Weight and alpha of a coat in one number: whole steps of the weight, and alpha in (0, 1) as the rest.
+inline constexpr float kCoatSteps = 1024;
+inline float coat_slot(float weight, float alpha) {
+  return static_cast<float>(static_cast<int>(weight * kCoatSteps + 0.5f)) + alpha;
+}
+
+template <class F, bool kCoated>
+struct MetallicRoughness {
+  const BsdfParams<F>& params;
+  Ggx<F> ggx, coat_ggx{};
+  F coat{};  // weight
+
+  MetallicRoughness(const BsdfParams<F>& p, MaskOf<F> of_kind) : params(p) {
+    ggx.alpha = select(of_kind, p.p[6], splat<F>(1.0f));
+    if constexpr (kCoated) {
+      const F packed = select(of_kind, p.p[9], splat<F>(0.5f));
+      const F steps = to_float(to_int(packed));
+      coat = steps * (1 / kCoatSteps);
+      coat_ggx.alpha = packed - steps;
+    }
+  }
+
+  /// What the lobes do along one direction.
+  struct Side {
+    F cosine;
+    LobeAlbedo<F> lobe;
+    F base_share;              // 1 - E
+    F coat_share = F{};        // c E_c
+    F specular, diffuse, sum;  // of a sampling choice, and with the coat's
+    F p_coat() const { return coat_share / sum; }
+    F p_specular() const { return specular / sum; }
+    F p_diffuse() const { return diffuse / sum; }
+  };
+  Side side(const Vec3<F>& w) const {
+    const F cosine = max(abs(w.z), splat<F>(1e-12f));
+    Side s{cosine, LobeAlbedo<F>(params.tables, cosine, ggx.alpha), F{}, F{}, F{}, F{}, F{}};
+    s.base_share = 1.0f - s.lobe.albedo(params.p[8], params.p[7]);
+    F through = splat<F>(1.0f);
+    if constexpr (kCoated) {
+      s.coat_share =
+          coat *
+          LobeAlbedo<F>(params.tables, cosine, coat_ggx.alpha).albedo(splat<F>(kCoatF0), splat<F>(1.0f));
+      through = 1.0f - s.coat_share;
+    }
+    s.specular = through * s.lobe.albedo(max_component(params.rgb(3)), params.p[7]);
+    s.diffuse = through * s.base_share * max_component(params.rgb(0));
+    s.sum = max(s.specular + s.diffuse + s.coat_share, splat<F>(1e-12f));
+    return s;
+  }
+
+  BsdfEval<F> eval(const Side& o, const Side& i, const Vec3<F>& wo, const Vec3<F>& wi) const {
+    const Vec3<F> h = wo + wi;
+    const F h2 = dot(h, h);
+    const MaskOf<F> valid = MaskOf<F>(h2 > 0.0f);
+    const Vec3<F> m = h * (1.0f / sqrt(select(valid, h2, splat<F>(1.0f))));
+    const F s = schlick_weight(min(abs(dot(wo, m)), splat<F>(1.0f)));
+    const F d = select(valid, ggx.d(m), F{});
+    const F lobe = d * ggx.g(wo, wi) / (4.0f * o.cosine * i.cosine);
+    const Vec3<F> f0 = params.rgb(3);
+    const F gain = o.lobe.g * i.lobe.g - 1.0f;
+    const F at_grazing = params.p[7] * s;
+    const auto channel = [&](F r) { return (r * (1.0f - s) + at_grazing) * (1.0f + r * gain) * lobe; };
+    BsdfEval<F> e;
+    e.f = Vec3<F>{channel(f0.x), channel(f0.y), channel(f0.z)} +
+          params.rgb(0) * (o.base_share * i.base_share * kInvPi);
+    e.pdf = o.p_specular() * d * ggx.g1(wo) / (4.0f * o.cosine) + o.p_diffuse() * i.cosine * kInvPi;
+    e.pdf_reverse = i.p_specular() * d * ggx.g1(wi) / (4.0f * i.cosine) + i.p_diffuse() * o.cosine * kInvPi;
+    if constexpr (kCoated) {
+      const F dc = select(valid, coat_ggx.d(m), F{});
+      const F fresnel = kCoatF0 + (1.0f - kCoatF0) * s;
+      const F reflected = coat * fresnel * dc * coat_ggx.g(wo, wi) / (4.0f * o.cosine * i.cosine);
+      e.f = e.f * ((1.0f - o.coat_share) * (1.0f - i.coat_share)) + Vec3<F>{reflected, reflected, reflected};
+      e.pdf = e.pdf + o.p_coat() * dc * coat_ggx.g1(wo) / (4.0f * o.cosine);
+      e.pdf_reverse = e.pdf_reverse + i.p_coat() * dc * coat_ggx.g1(wi) / (4.0f * i.cosine);
+    }
+    const F one = select(same_side(wo, wi), splat<F>(1.0f), F{});
+    return {e.f * one, e.pdf * one, e.pdf_reverse * one};
+  }
+};
+
+template <class F, bool kCoated>
+inline BsdfEval<F> eval_metallic_roughness(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
+                                           const Vec3<F>& wi) {
+  const MetallicRoughness<F, kCoated> m(params, of_kind);
+  return m.eval(m.side(wo), m.side(wi), wo, wi);
+}
+
+template <class F, bool kCoated>
+inline BsdfSample<F> sample_metallic_roughness(const BsdfParams<F>& params, MaskOf<F> of_kind,
+                                               const Vec3<F>& wo, F lobe, F u, F v) {
+  const MetallicRoughness<F, kCoated> material(params, of_kind);
+  const auto o = material.side(wo);
+  const MaskOf<F> diffuse = MaskOf<F>(lobe < o.p_diffuse());
+  Ggx<F> ggx = material.ggx;
+  if constexpr (kCoated) {
+    const MaskOf<F> of_coat = MaskOf<F>(lobe >= o.p_diffuse() + o.p_specular());
+    ggx.alpha = select(of_coat, material.coat_ggx.alpha, ggx.alpha);
+  }
+  const Vec3<F> up{wo.x, wo.y, abs(wo.z)};
+  const Vec3<F> m = ggx.sample_visible(up, u, v);
+  Vec3<F> wi = select(diffuse, square_to_cosine_hemisphere(u, v), m * (2.0f * dot(up, m)) - up);
+  BsdfSample<F> s;
+  s.valid = mask_and(MaskOf<F>(wi.z > 0.0f), MaskOf<F>(up.z > 0.0f));
+  wi.z = copysign(wi.z, wo.z);
+  s.wi = wi;
+  const BsdfEval<F> e = material.eval(o, material.side(wi), wo, wi);
+  s.valid = mask_and(s.valid, MaskOf<F>(e.pdf > 0.0f));
+  s.weight = e.f * (abs(wi.z) / select(s.valid, e.pdf, splat<F>(1.0f)));
+  s.pdf = e.pdf;
+  s.pdf_reverse = e.pdf_reverse;
+  s.delta = splat_mask<F>(false);
+  return s;
+}
+
+}  // namespace lightmill

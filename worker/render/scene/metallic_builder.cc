@@ -1,0 +1,98 @@
+#include "worker/render/scene/metallic_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "worker/render/bsdf/metallic_roughness.h"
+
+namespace lightmill {
+namespace {
+
+/// Values of inputs at a point, or the constants where `at` is null.
+struct Inputs {
+  const TextureTable& textures;
+  const TexturePoint* at;
+
+  Rgb operator()(const SpectrumInput& in) const {
+    return at && in.texture >= 0 ? textures.evaluate(in.texture, *at) : in.value;
+  }
+  float operator()(const FloatInput& in) const {
+    const float x = at && in.texture >= 0 ? textures.evaluate(in.texture, *at).r : in.value;
+    return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f) : 0.0f;
+  }
+};
+
+float within_unit(float x) { return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f) : 0.0f; }
+
+float gltf_alpha(float roughness) { return std::max(roughness * roughness, kSmoothAlpha); }
+
+void set_metallic_roughness(const MetallicRoughnessMaterial& m, const Inputs& value, const float* table,
+                            float* params) {
+  const Rgb base = value(m.base_color), tint = value(m.specular_color);
+  const float metallic = value(m.metallic), specular = value(m.specular);
+  const float ratio = m.ior == 0 ? 1 : (m.ior - 1) / (m.ior + 1);
+  const float color[3] = {within_unit(base.r), within_unit(base.g), within_unit(base.b)};
+  const float of_specular[3] = {tint.r, tint.g, tint.b};
+  const float alpha = gltf_alpha(value(m.roughness));
+  float brightest = 0;
+  for (int c = 0; c < 3; ++c) {
+    const float f0 = within_unit(ratio * ratio * of_specular[c]) * specular;
+    brightest = std::max(brightest, f0);
+    params[3 + c] = f0 + (color[c] - f0) * metallic;
+  }
+  params[6] = alpha;
+  params[7] = specular + (1 - specular) * metallic;
+  params[8] = brightest;
+  const float left = std::max(1 - mean_lobe_albedo(table, alpha, brightest, params[7]), 1e-6f);
+  for (int c = 0; c < 3; ++c) params[c] = color[c] * (1 - metallic) / left;
+  // Not above 0.999: 1 would be the next step of the weight.
+  params[9] = coat_slot(value(m.clearcoat), std::min(gltf_alpha(value(m.clearcoat_roughness)), 0.999f));
+}
+
+void set_transmission_tint(const TransmissionMaterial& m, const Inputs& value, float* params) {
+  const Rgb tint = value(m.color);
+  params[0] = m.ior;
+  params[1] = within_unit(tint.r);
+  params[2] = within_unit(tint.g);
+  params[3] = within_unit(tint.b);
+  params[6] = gltf_alpha(value(m.roughness));
+}
+
+}  // namespace
+
+void build_metallic_roughness(const MetallicRoughnessMaterial& m, RenderScene* scene, MaterialEntry* entry,
+                              float* params) {
+  const bool coated = m.clearcoat.texture >= 0 || m.clearcoat.value > 0;
+  entry->kind = coated ? kCoatedMetallicRoughness : kMetallicRoughness;
+  entry->gltf = static_cast<int>(scene->metallic.size());
+  for (const int t : {m.base_color.texture, m.metallic.texture, m.roughness.texture, m.specular.texture,
+                      m.specular_color.texture, m.clearcoat.texture, m.clearcoat_roughness.texture})
+    entry->textured = entry->textured || t >= 0;
+  scene->metallic.push_back(m);
+  set_metallic_roughness(m, {scene->textures, nullptr}, scene->bsdf_tables.data(), params);
+}
+
+void build_transmission(const TransmissionMaterial& m, RenderScene* scene, MaterialEntry* entry,
+                        float* params) {
+  const bool smooth = m.roughness.texture < 0 &&
+                      within_unit(m.roughness.value) * within_unit(m.roughness.value) <= kSmoothAlpha;
+  entry->kind = m.thin ? (smooth ? kTintedSheet : kRoughTintedSheet)
+                       : (smooth ? kTintedDielectric : kRoughTintedDielectric);
+  entry->gltf = static_cast<int>(scene->tinted.size());
+  entry->textured = m.color.texture >= 0 || m.roughness.texture >= 0;
+  scene->tinted.push_back(m);
+  set_transmission_tint(m, {scene->textures, nullptr}, params);
+}
+
+void apply_gltf_textures(const RenderScene& scene, const MaterialEntry& entry, const TexturePoint& at,
+                         float* params) {
+  const Inputs value{scene.textures, &at};
+  const auto index = static_cast<size_t>(entry.gltf);
+  if (entry.kind == kMetallicRoughness || entry.kind == kCoatedMetallicRoughness) {
+    set_metallic_roughness(scene.metallic[index], value, scene.bsdf_tables.data(), params);
+  } else {
+    set_transmission_tint(scene.tinted[index], value, params);
+  }
+}
+
+}  // namespace lightmill
