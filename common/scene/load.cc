@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "common/error.h"
+#include "common/scene/gltf_reader.h"
 #include "common/scene/pbrt_parser.h"
 
 namespace lightmill {
@@ -18,15 +19,23 @@ LoadResult load_scene(const std::string& name, const FileSource& files, const Lo
   LoadResult result;
   const std::string extension = std::filesystem::path(name).extension().string();
   if (extension == ".pbrt") {
+    if (!options.camera.empty())
+      problems.error({name, 1, 1}, "--camera is for glTF scenes; a .pbrt file has one camera");
+    if (!options.environment.empty())
+      problems.error({name, 1, 1}, "--environment is for glTF scenes; a .pbrt file lists its lights");
     try {
       result.scene = PbrtParser(files, &problems).parse(name);
     } catch (const std::bad_alloc&) {
       problems.error({name, 1, 1}, "the scene does not fit into memory");
     }
   } else if (extension == ".gltf" || extension == ".glb") {
-    problems.error({name, 1, 1}, "not supported yet: glTF scenes; use a .pbrt file");
+    try {
+      result.scene = read_gltf(name, files, options, &problems);
+    } catch (const std::bad_alloc&) {
+      problems.error({name, 1, 1}, "the scene does not fit into memory");
+    }
   } else {
-    problems.error({name, 1, 1}, "a scene file ends in .pbrt, not " + in_quotes(extension));
+    problems.error({name, 1, 1}, "a scene file ends in .pbrt, .gltf or .glb, not " + in_quotes(extension));
   }
   result.problems = problems.take();
   return result;

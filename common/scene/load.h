@@ -33,6 +33,9 @@ class DirectoryFiles : public FileSource {
 
 struct LoadOptions {
   bool strict = false;  // unsupported features are errors
+  // What glTF files may lack; a .pbrt file says it itself.
+  std::string camera = {};       // name of the camera to use; empty: the first
+  std::string environment = {};  // lat-long image that lights the scene, as a FileSource knows it; empty: none
 };
 
 struct LoadResult {
@@ -41,8 +44,8 @@ struct LoadResult {
   bool ok() const;
 };
 
-/// Reads the scene file `name` through `files` (by extension; .pbrt). Never throws on bad input: every
-/// problem is listed. Reading goes on after an error so that `check` can list all of them.
+/// Reads the scene file `name` through `files` (by extension: .pbrt, .gltf, .glb). Never throws on bad input:
+/// every problem is listed. Reading goes on after an error so that `check` can list all of them.
 LoadResult load_scene(const std::string& name, const FileSource& files, const LoadOptions& options = {});
 
 /// Convenience for a scene on disk: throws Error(kBadScene) with the first error (one line, "and N more");

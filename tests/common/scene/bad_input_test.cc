@@ -132,8 +132,8 @@ TEST_F(BadInput, ReadingGoesOnAfterAnError) {
 
 TEST_F(BadInput, Files) {
   EXPECT_TRUE(has_error(load_scene("none.pbrt", DirectoryFiles(folder_.path())), "no file \"none.pbrt\""));
-  EXPECT_TRUE(has_error(load_scene("scene.obj", DirectoryFiles(folder_.path())), "ends in .pbrt"));
-  EXPECT_TRUE(has_error(load_scene("scene.gltf", DirectoryFiles(folder_.path())), "not supported yet: glTF"));
+  EXPECT_TRUE(has_error(load_scene("scene.obj", DirectoryFiles(folder_.path())), "ends in .pbrt, .gltf or .glb"));
+  EXPECT_TRUE(has_error(load_scene("scene.gltf", DirectoryFiles(folder_.path())), "no file \"scene.gltf\""));
   EXPECT_TRUE(has_error(load_world("Include \"none.pbrt\""), "2:9: there is no file \"none.pbrt\""));
   EXPECT_TRUE(has_error(load_world("Include \"\""), "there is no file"));
   std::filesystem::create_directory(folder_.path() + "/dir.ply");

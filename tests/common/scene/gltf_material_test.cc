@@ -1,0 +1,173 @@
+// glTF materials and textures.
+#include <cmath>
+
+#include "tests/common/scene/gltf_fixture.h"
+
+namespace lightmill {
+namespace {
+
+using nlohmann::json;
+
+class GltfMaterialTest : public GltfTest {
+ protected:
+  GltfMaterialTest() {
+    document_["images"] = {{{"uri", "paint.png"}}};
+    document_["textures"] = {{{"source", 0}}};
+    folder_.write("paint.png", "not read by the reader");
+  }
+  json& material() { return document_["materials"][0]; }
+  /// The material that the shape has, of one kind.
+  template <class Kind>
+  Kind only(const SceneDescription& s) {
+    return std::get<Kind>(s.materials.at(static_cast<size_t>(s.shapes.at(0).material)).kind);
+  }
+  static const ImageTexture& image(const SceneDescription& s, int texture) {
+    return std::get<ImageTexture>(s.textures.at(static_cast<size_t>(texture)).kind);
+  }
+};
+
+TEST_F(GltfMaterialTest, Defaults) {
+  const auto m = only<MetallicRoughnessMaterial>(clean_document());
+  EXPECT_EQ(m.base_color.value, (Rgb{1, 1, 1}));
+  EXPECT_EQ(m.metallic.value, 1);
+  EXPECT_EQ(m.roughness.value, 1);
+  EXPECT_EQ(m.ior, 1.5f);
+}
+
+TEST_F(GltfMaterialTest, FactorsAndTexturesMultiply) {
+  material()["pbrMetallicRoughness"] = json::parse(R"({
+    "baseColorFactor": [0.5, 1, 1, 1], "baseColorTexture": {"index": 0},
+    "metallicFactor": 0.25, "roughnessFactor": 0.5, "metallicRoughnessTexture": {"index": 0}})");
+  const SceneDescription s = clean_document();
+  const auto m = only<MetallicRoughnessMaterial>(s);
+  const auto& product =
+      std::get<ProductTexture>(s.textures.at(static_cast<size_t>(m.base_color.texture)).kind);
+  EXPECT_EQ(product.b.value, (Rgb{0.5f, 1, 1}));
+  EXPECT_EQ(image(s, product.a.texture).encoding, ColorEncoding::kSrgb);
+  const ImageTexture& metal = image(s, m.metallic.texture);
+  EXPECT_EQ(metal.channel, ImageChannel::kBlue);
+  EXPECT_EQ(metal.scale, 0.25f);
+  EXPECT_EQ(metal.encoding, ColorEncoding::kLinear);
+  EXPECT_EQ(image(s, m.roughness.texture).channel, ImageChannel::kGreen);
+  EXPECT_EQ(s.files.size(), 2u) << "the image is bundled once";
+}
+
+TEST_F(GltfMaterialTest, SamplersAndTransforms) {
+  document_["samplers"] = {{{"wrapS", 33071}, {"wrapT", 33648}, {"magFilter", 9728}}};
+  document_["textures"][0]["sampler"] = 0;
+  material()["normalTexture"] = json::parse(R"({"index": 0, "scale": 2, "extensions": {
+      "KHR_texture_transform": {"offset": [0.1, 0.2], "rotation": 0.3, "scale": [4, 5]}}})");
+  const SceneDescription s = clean_document();
+  const MaterialDescription& m = s.materials.at(0);
+  EXPECT_EQ(m.normal_scale, 2);
+  EXPECT_TRUE(m.normal_follows_v);
+  const ImageTexture& t = image(s, m.normal_map);
+  EXPECT_EQ(t.wrap, Wrap::kClamp);
+  EXPECT_EQ(t.wrap_t, Wrap::kMirror);
+  EXPECT_TRUE(t.nearest);
+  // glTF's (u, v) = (0.7, 0.4), v downwards, by the extension's matrices.
+  const double c = std::cos(0.3), n = std::sin(0.3), u = 0.7, v = 0.4;
+  const double want_s = c * 4 * u + n * 5 * v + 0.1, want_t = -n * 4 * u + c * 5 * v + 0.2;
+  const UvMapping& w = t.mapping;
+  EXPECT_NEAR(w.su * u + w.sv_u * (1 - v) + w.du, want_s, 1e-6);
+  EXPECT_NEAR(w.sv * (1 - v) + w.su_v * u + w.dv, 1 - want_t, 1e-6);
+}
+
+TEST_F(GltfMaterialTest, AlphaModes) {
+  auto& m = material();
+  m["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 0.3};
+  EXPECT_EQ(clean_document().shapes[0].alpha.value, 1) << "opaque";
+  m["alphaMode"] = "BLEND";
+  EXPECT_EQ(clean_document().shapes[0].alpha.value, 0.3f);
+  m["alphaMode"] = "MASK";
+  EXPECT_TRUE(load_document().scene.shapes.empty()) << "below the cutoff of 0.5";
+  m["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+  m["alphaCutoff"] = 0.25;
+  const SceneDescription s = clean_document();
+  const auto& step =
+      std::get<StepTexture>(s.textures.at(static_cast<size_t>(s.shapes[0].alpha.texture)).kind);
+  EXPECT_EQ(step.edge, 0.25f);
+  EXPECT_EQ(image(s, step.value.texture).channel, ImageChannel::kAlpha);
+  EXPECT_EQ(image(s, step.value.texture).scale, 0.3f);
+  m["alphaMode"] = "GLASS";
+  EXPECT_TRUE(has_error(load_document(), "/materials/0/alphaMode: must be OPAQUE, MASK or BLEND"));
+}
+
+TEST_F(GltfMaterialTest, Emission) {
+  material()["emissiveFactor"] = {0.5, 0.25, 0};
+  material()["doubleSided"] = true;
+  material()["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 8;
+  const SceneDescription s = clean_document();
+  EXPECT_EQ(s.area_lights.at(0).radiance, (Rgb{4, 2, 0}));
+  EXPECT_TRUE(s.area_lights[0].two_sided);
+}
+
+TEST_F(GltfMaterialTest, TransmissionIsASheetOrASolid) {
+  auto& m = material();
+  m["pbrMetallicRoughness"] = {{"metallicFactor", 0}, {"roughnessFactor", 0}};
+  m["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = 1;
+  m["extensions"]["KHR_materials_ior"]["ior"] = 1.4;
+  EXPECT_TRUE(only<TransmissionMaterial>(clean_document()).thin);
+  m["extensions"]["KHR_materials_volume"]["thicknessFactor"] = 0.1;
+  const auto solid = only<TransmissionMaterial>(clean_document());
+  EXPECT_FALSE(solid.thin);
+  EXPECT_EQ(solid.ior, 1.4f);
+  m["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = 0.25;
+  m["pbrMetallicRoughness"]["metallicFactor"] = 0.5;
+  EXPECT_EQ(only<MixMaterial>(clean_document()).amount.value, 0.125f);
+  m["extensions"]["KHR_materials_volume"]["attenuationDistance"] = 1;
+  EXPECT_TRUE(mentions(load_document(), "/materials/0/extensions/KHR_materials_volume: absorption"));
+}
+
+TEST_F(GltfMaterialTest, CoatAndSpecular) {
+  material()["extensions"] = json::parse(R"({
+    "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.1},
+    "KHR_materials_specular": {"specularFactor": 0.25, "specularColorFactor": [1, 0.5, 2]}})");
+  const auto m = only<MetallicRoughnessMaterial>(clean_document());
+  EXPECT_EQ(m.clearcoat.value, 0.5f);
+  EXPECT_EQ(m.clearcoat_roughness.value, 0.1f);
+  EXPECT_EQ(m.specular.value, 0.25f);
+  EXPECT_EQ(m.specular_color.value, (Rgb{1, 0.5f, 2}));
+}
+
+TEST_F(GltfMaterialTest, SpecularGlossiness) {
+  material()["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {
+      {"diffuseFactor", {0.2, 0.3, 0.4, 1}}, {"specularFactor", {0.1, 0.1, 0.1}}, {"glossinessFactor", 0.75}};
+  const auto m = only<MetallicRoughnessMaterial>(clean_document());
+  EXPECT_EQ(m.base_color.value, (Rgb{0.2f, 0.3f, 0.4f}));
+  EXPECT_EQ(m.ior, 0);
+  EXPECT_EQ(m.specular_color.value, (Rgb{0.1f, 0.1f, 0.1f}));
+  EXPECT_EQ(m.metallic.value, 0);
+  EXPECT_EQ(m.roughness.value, 0.25f);
+}
+
+TEST_F(GltfMaterialTest, WhatIsLeftOutIsNamed) {
+  material()["extensions"]["KHR_materials_iridescence"] = json::object();
+  EXPECT_TRUE(mentions(load_document(), "KHR_materials_iridescence is ignored"));
+  EXPECT_FALSE(load_document({true, "", ""}).ok());
+}
+
+TEST_F(GltfMaterialTest, ASecondSetOfCoordinates) {
+  primitive()["attributes"]["TEXCOORD_1"] = 2;
+  primitive()["attributes"].erase("TEXCOORD_0");
+  material()["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}, {"texCoord", 1}};
+  EXPECT_EQ(mesh_of(clean_document()).uvs.size(), 4u);
+  material()["normalTexture"] = {{"index", 0}};
+  EXPECT_TRUE(mentions(load_document(), "a second set of texture coordinates"));
+}
+
+TEST_F(GltfMaterialTest, EmbeddedImages) {
+  document_["images"][0] = {{"uri", "data:image/png;base64," + base64("\x89PNG\r\n")}};
+  material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+  const SceneDescription s = clean_document();
+  const ImageTexture& t = image(s, only<MetallicRoughnessMaterial>(s).base_color.texture);
+  ASSERT_NE(t.contents, nullptr);
+  EXPECT_TRUE(t.contents->starts_with("\x89PNG"));
+  EXPECT_TRUE(t.path.ends_with(".png"));
+  EXPECT_EQ(s.files.size(), 1u);
+  document_["images"][0] = {{"bufferView", 0}, {"mimeType", "image/png"}};
+  EXPECT_TRUE(has_error(load_document(), "/images/0: is neither a PNG nor a JPEG"));
+}
+
+}  // namespace
+}  // namespace lightmill
