@@ -237,8 +237,7 @@ void Farm::extend(const JobId& id, std::optional<int64_t> spp, std::optional<dou
     const double now = impl_->clock.now();
     JobRecord record = impl_->record_at(job, now);
     record.settings = settings;
-    record.target_met =
-        settings.target_error > 0 && job.last_estimate && *job.last_estimate->relmse <= settings.target_error;
+    record.target_met = job.last_estimate && meets_target(*job.last_estimate, settings.target_error);
     record.packets_done = count_packets(job.tiles, settings.spp);
     if (record.state == JobState::kDone) record.state = runnable_state(job);
     impl_->update(job, std::move(record), now);

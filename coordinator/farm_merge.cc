@@ -8,8 +8,6 @@
 namespace lightmill {
 namespace {
 
-/// An error estimate from fewer batches than this does not stop a job.
-constexpr int kMinBatchesForTarget = 4;
 /// A worker may report any time it likes; only plausible ones count.
 constexpr double kMaxCpuSeconds = 1e7;
 
@@ -239,8 +237,7 @@ void Farm::Impl::settle(const JobId& id, Merger::Open& layers) {
       store->add_point(id, point);
       open.last_point = point;
       if (point.relmse) open.last_estimate = point;
-      const double target = open.record.settings.target_error;
-      if (target > 0 && point.relmse && *point.relmse <= target && point.batches >= kMinBatchesForTarget) {
+      if (meets_target(point, open.record.settings.target_error)) {
         JobRecord record = record_at(open, now);
         record.target_met = true;
         update(open, std::move(record), now);

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/image/checkpoints.h"
+
 namespace lightmill {
 namespace {
 
 constexpr double kRateWindowSeconds = 10;
 constexpr double kPointSpacing = 1.25;  // points of the curve are this far apart in spp
+constexpr int64_t kMinSamplesForTarget = int64_t{kMinIntervalBatches} * kSuperblockSamples;
 
 bool runnable(const Job& job) {
   return job.record.state == JobState::kQueued || job.record.state == JobState::kRunning;
@@ -77,13 +80,29 @@ int Scheduler::fitting_workers(const Job& job, double now, double* mean_speed) c
   return count;
 }
 
+bool Scheduler::awaits_checkpoint(const Job& job) {
+  const double target = job.record.settings.target_error;
+  const int64_t samples = job.tiles.planned_samples();
+  if (!(target > 0) || samples < kMinSamplesForTarget || next_checkpoint(samples - 1) != samples) return false;
+  const auto planned = static_cast<double>(samples);
+  if (job.last_point && job.last_point->spp >= planned) return false;  // looked at
+  // Error falls as 1/samples. Where even the lower end of the interval stays above the target there is no need
+  // to wait; before the first interval there is nothing to go by.
+  const auto& last = job.last_estimate;
+  return !last || !last->relmse_low || *last->relmse_low * last->spp / planned <= target;
+}
+
 std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
   const RenderSettings& settings = job.record.settings;
   TilingInput input;
   input.grid = settings.grid;
   input.begin = job.tiles.planned_samples();
   input.spp = settings.spp;
-  if (input.begin >= input.spp || job.record.target_met || time_is_up(job, now)) return {};
+  if (input.begin >= input.spp || job.record.target_met) return {};
+  // A first picture is owed even to a job whose pilot took all its time.
+  if (input.begin > 0 && time_is_up(job, now)) return {};
+  // More samples than the target asks for are lost time: rather the workers pause until the round is in.
+  if (awaits_checkpoint(job)) return {};
   input.workers = fitting_workers(job, now, &input.worker_samples_per_second);
   // Speeds were measured on other jobs too; a new job starts small whatever they say.
   input.target_tile_seconds = options_.target_tile_seconds;
@@ -95,6 +114,7 @@ std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
   input.max_superblocks = job.batch_group;
   if (settings.time_s > 0) input.seconds_left = std::max(0.0, settings.time_s - wall_seconds(job, now));
   return plan_round(input);
+  input.to_checkpoint = settings.target_error > 0;
 }
 
 Offer Scheduler::offer(const WorkerId& worker_id, double now) const {
@@ -192,4 +212,8 @@ bool Scheduler::point_due(const Job& job) {
   return !job.last_point || static_cast<double>(complete) >= job.last_point->spp * kPointSpacing;
 }
 
+  if (job.record.settings.target_error > 0) {
+    const double looked_at = job.last_point ? job.last_point->spp : 0;
+    return static_cast<double>(complete) > looked_at && next_checkpoint(complete - 1) == complete;
+  }
 }  // namespace lightmill

@@ -83,6 +83,8 @@ class Scheduler {
  private:
   bool fits(const Job& job, const Worker& worker) const;
   int fitting_workers(const Job& job, double now, double* mean_speed) const;
+  /// True while what is planned ends at a checkpoint that may turn out to meet the target error.
+  static bool awaits_checkpoint(const Job& job);
   std::vector<TileSpec> next_round(const Job& job, double now) const;
 
   SchedulerOptions options_;

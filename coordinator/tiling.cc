@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/image/checkpoints.h"
+
 namespace lightmill {
 namespace {
 
@@ -33,6 +35,7 @@ int64_t range_end(const TilingInput& in, int64_t budget) {
     const auto count = static_cast<int64_t>(std::clamp(fits, 1.0, static_cast<double>(group)));
     end = std::min(first + count, (first / group + 1) * group) * kSuperblockSamples;
   }
+  if (in.to_checkpoint) end = std::min(end, next_checkpoint(in.begin));
   end = std::min(end, in.spp);
   if (in.seconds_left >= 0 && in.worker_samples_per_second > 0) {
     const double rate = in.worker_samples_per_second * std::max(1, in.workers);

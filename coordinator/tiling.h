@@ -18,13 +18,15 @@ struct TilingInput {
   int64_t previous_tile_samples = 0;  // pixel samples per tile of the last round; 0: this is the first
   int64_t max_superblocks = 1;        // BatchFilm::max_tile_superblocks()
   double seconds_left = -1;           // of --time; negative: no limit
+  bool to_checkpoint = false;  // of a job with a target error: the round ends at a checkpoint at the latest
 };
 
 /// The tiles of the next round, all with the same sample range [begin, end).
 ///
 /// The range ends at a block's end within the first superblock, then at a superblock's end, never beyond spp;
 /// several superblocks of one aligned group of `max_superblocks` are taken together if a single one is less
-/// work than two target tiles per worker. With a time limit the range is cut to what fits. A tile takes about
+/// work than two target tiles per worker. A round does not pass the next checkpoint if it is to end there.
+/// With a time limit the range is cut to what fits. A tile takes about
 /// target_tile_seconds, but no more than twice the samples of the last round's tiles; there are at least two
 /// tiles per worker where the grid has as many cells. Empty if less than half a sample per pixel fits the
 /// time left.

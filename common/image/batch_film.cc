@@ -13,7 +13,8 @@ namespace lightmill {
 namespace {
 
 constexpr uint32_t kMagic = 0x6662694c;  // "Libf"
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
+constexpr int64_t kRun = 8;  // tracked pixels beside each other, where not all are
 constexpr const char* kWhat = "batch film snapshot";
 
 size_t index(int64_t i) { return static_cast<size_t>(i); }
@@ -37,10 +38,11 @@ BatchFilm::BatchFilm(const FilmGrid& grid) : grid_(grid) {
   const int64_t pixels = grid.crop.area();
   tracked_pixels_ = std::min(pixels, kMaxTrackedPixels);
   if (tracked_pixels_ == pixels) return;
-  // One pixel of each of kMaxTrackedPixels equal strata.
-  tracked_.resize(index(tracked_pixels_));
-  for (int64_t i = 0; i < tracked_pixels_; ++i) {
-    const int64_t begin = i * pixels / tracked_pixels_, end = (i + 1) * pixels / tracked_pixels_;
+  // One run of pixels of each of equal strata: the estimate looks at a pixel's neighbours.
+  const int64_t runs = pixels / kRun, strata = kMaxTrackedPixels / kRun;
+  tracked_.resize(index(strata));
+  for (int64_t i = 0; i < strata; ++i) {
+    const int64_t begin = i * runs / strata, end = (i + 1) * runs / strata;
     const auto offset =
         static_cast<int64_t>(mix(static_cast<uint64_t>(i)) % static_cast<uint64_t>(end - begin));
     tracked_[index(i)] = static_cast<uint32_t>(begin + offset);
@@ -50,8 +52,15 @@ BatchFilm::BatchFilm(const FilmGrid& grid) : grid_(grid) {
 /// Position of a pixel among the tracked ones, or -1.
 int64_t BatchFilm::tracked_index(int64_t crop_index) const {
   if (tracked_.empty()) return crop_index;
-  const int64_t stratum = ((crop_index + 1) * tracked_pixels_ - 1) / grid_.crop.area();
-  return int64_t{tracked_[index(stratum)]} == crop_index ? stratum : -1;
+  const auto strata = static_cast<int64_t>(tracked_.size());
+  const int64_t run = crop_index / kRun, stratum = ((run + 1) * strata - 1) / (grid_.crop.area() / kRun);
+  if (stratum >= strata || int64_t{tracked_[index(stratum)]} != run) return -1;
+  return stratum * kRun + crop_index % kRun;
+}
+
+PixelLayout BatchFilm::layout() const {
+  if (tracked_.empty()) return {index(grid_.crop.width()), index(grid_.crop.height())};
+  return {index(kRun), tracked_.size(), index(kRun) - 1, 0};
 }
 
 void BatchFilm::merge_pairs() {
@@ -134,12 +143,13 @@ void BatchFilm::estimate(ErrorPoint* point) const {
   std::vector<const float*> sums;
   for (const Batch* batch : batches) sums.push_back(batch->rgb.data());
   const auto batch_spp = static_cast<double>(kSuperblockSamples * group_);
-  const BatchError error = estimate_batch_error(sums, 3 * index(tracked_pixels_), batch_spp);
+  const BatchError error = estimate_batch_error(sums, layout(), batch_spp);
   // From one batch to all samples folded so far, also those of batches that are not complete.
   const double scale = batch_spp / spp();
   point->relmse = error.relmse * scale;
-  point->relmse_low = std::max(0.0, error.relmse - error.half_width) * scale;
-  point->relmse_high = (error.relmse + error.half_width) * scale;
+  if (!error.half_width) return;
+  point->relmse_low = std::max(0.0, error.relmse - *error.half_width) * scale;
+  point->relmse_high = (error.relmse + *error.half_width) * scale;
 }
 
 std::string BatchFilm::snapshot() const {

@@ -4,16 +4,17 @@
 // Estimate. relMSE = mean((I-R)^2 / (R^2 + 1e-2)) over pixels and channels. Superblocks (16 samples, camera
 // and splat layers together) are grouped into 16..31 batches of equally many superblocks (pairs of
 // neighbours are merged when a 33rd begins). The error of the mean of n batches is estimated from each
-// batch's image-level squared deviation, corrected for the noise in its own denominator; the interval is
-// Student's t over those n image-level values, never over pixels (derivation: error_estimate.cc). With fewer
-// than 16 complete superblocks the same is done with those there are (>= 2) and the point says how many
-// `batches` it rests on.
+// batch's image-level squared deviation, corrected for the noise in its own denominator; the interval covers
+// the error of the image at hand and rests on image-level values of the batches, never on the spread over
+// pixels (derivation: error_estimate.cc). With fewer than 16 complete superblocks the same is done with those
+// there are and the point says how many `batches` it rests on: the estimate takes 2, its interval 4.
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "common/image/error_estimate.h"
 #include "common/image/image.h"
 #include "common/image/partial.h"
 
@@ -23,11 +24,18 @@ struct ErrorPoint {
   double wall_seconds = 0;
   double cpu_seconds = 0;
   double spp = 0;
-  std::optional<double> relmse, relmse_low, relmse_high;  // estimated, 95 %
+  std::optional<double> relmse;                   // estimated
+  std::optional<double> relmse_low, relmse_high;  // its 95 % interval, from 4 batches on
   int batches = 0;
   // Only with a reference image:
   std::optional<double> true_relmse, true_relmse_trimmed, true_flip;
 };
+
+/// The rule of --target-error: the upper end of the interval is below the target (0: none). It is asked at
+/// checkpoints (checkpoints.h) only.
+inline bool meets_target(const ErrorPoint& point, double target) {
+  return target > 0 && point.relmse_high && *point.relmse_high < target;
+}
 
 struct ErrorCurve {
   std::string job_name;
@@ -39,7 +47,7 @@ std::string curve_to_json(const ErrorCurve& curve);
 ErrorCurve curve_from_json(const std::string& text);
 
 /// Per-batch images of a running job. Not bit-exact (floats); only error estimates come from it. Above
-/// kMaxTrackedPixels it follows a fixed pseudo-random subset of the pixels. Not thread-safe.
+/// kMaxTrackedPixels it follows a fixed pseudo-random subset of the pixels, in short runs. Not thread-safe.
 ///
 /// A batch is complete when every pixel of the crop window got all its samples (and the light paths that
 /// belong to them, one per pixel sample); a superblock that the job's spp cuts never completes, it only
@@ -55,7 +63,7 @@ class BatchFilm {
   void fold(const Partial& partial);
   /// Largest aligned run of superblocks that a new tile may span without costing batches.
   int64_t max_tile_superblocks() const { return group_; }
-  /// Fills relmse, relmse_low, relmse_high (empty below 2 complete batches) and batches.
+  /// Fills relmse (empty below 2 complete batches), relmse_low, relmse_high (below 4) and batches.
   void estimate(ErrorPoint* point) const;
   /// Mean samples per pixel folded so far.
   double spp() const;
@@ -69,13 +77,14 @@ class BatchFilm {
     int64_t samples = 0;     // pixel samples folded (all pixels), to know when it is complete
   };
   int64_t tracked_index(int64_t crop_index) const;
+  PixelLayout layout() const;
   void merge_pairs();
   std::vector<const Batch*> complete_batches() const;
 
   FilmGrid grid_;
   int64_t group_ = 1;  // superblocks per batch
   int64_t tracked_pixels_ = 0;
-  std::vector<uint32_t> tracked_;  // indices into the crop window, ascending; empty: all pixels
+  std::vector<uint32_t> tracked_;  // runs of 8 pixels of the crop window, ascending; empty: all pixels
   std::vector<Batch> batches_;     // batch i: superblocks [i * group_, (i + 1) * group_)
 };
 

@@ -1,20 +1,33 @@
 #pragma once
 // The error of a mean image, estimated from independent batches of samples (derivation: error_estimate.cc).
 #include <cstddef>
+#include <optional>
 #include <span>
 
 namespace lightmill {
 
-/// Expected relMSE of one batch's image, with the half-width of its 95 % interval. The image of k times as
-/// many samples has 1/k of both.
-struct BatchError {
-  double relmse = 0;
-  double half_width = 0;
+/// How the pixels of a batch lie beside each other: rows of `width`, `rows` of them; a pixel's neighbourhood
+/// reaches `reach_x` columns and `reach_y` rows.
+struct PixelLayout {
+  size_t width = 0, rows = 0;
+  size_t reach_x = 2, reach_y = 2;
 };
 
-/// From n >= 2 batches of equally many samples per pixel: `sums[b]` has `values` sums over `samples` samples
-/// each (pixels x channels).
-BatchError estimate_batch_error(std::span<const float* const> sums, size_t values, double samples);
+/// relMSE of one batch's image, with the half-width of a 95 % interval. The mean image of n batches has 1/n
+/// of both: `relmse` / n estimates the error of *that* image, against the converged one, and the interval
+/// covers it.
+struct BatchError {
+  double relmse = 0;
+  std::optional<double> half_width;  // from kMinIntervalBatches on
+};
+
+/// With fewer batches their spread says too little, and nothing is claimed.
+inline constexpr size_t kMinIntervalBatches = 4;
+
+/// From n >= 2 batches of equally many samples per pixel: `sums[b]` has 3 width rows sums over `samples`
+/// samples each (channels of a pixel together).
+BatchError estimate_batch_error(std::span<const float* const> sums, const PixelLayout& layout,
+                                double samples);
 
 /// 97.5 % quantile of Student's t with `dof` >= 1 degrees of freedom: half-width of a 95 % interval.
 double student_t_975(int dof);

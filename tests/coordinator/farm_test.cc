@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "common/image/checkpoints.h"
 #include "coordinator/memory_job_store.h"
 #include "tests/coordinator/fake_worker.h"
 
@@ -310,22 +311,64 @@ TEST_F(FarmTest, ATimeThatIsTooShortStillGivesAWholePicture) {
   EXPECT_TRUE(same_pixels(farm.image(job), fake_image(small_settings(320, 320, 1))));
 }
 
-TEST_F(FarmTest, TargetErrorStopsAtARoundEnd) {
+TEST_F(FarmTest, TargetErrorStopsAtTheFirstCheckpointThatMeetsIt) {
   JobRequest request = small_job(64, 64, 100000);
-  request.settings.target_error = 0.02;
+  request.settings.target_error = 0.01;
   const JobId job = farm.submit(request);
   const WorkerId ann = farm.register_worker(registration());
   work(farm, ann);
   const JobStatus status = farm.job(job);
   EXPECT_EQ(status.state, JobState::kDone);
-  ASSERT_TRUE(status.relmse);
-  EXPECT_LE(*status.relmse, 0.02);
-  EXPECT_LT(status.spp, 100000);
-  EXPECT_EQ(status.spp, std::floor(status.spp)) << "whole rounds only";
+  ASSERT_TRUE(status.relmse_high);
+  EXPECT_LT(*status.relmse_high, 0.01);
+  int64_t checkpoint = 0;
+  size_t points = 0;
+  for (const ErrorPoint& p : farm.curve(job).points) {
+    checkpoint = next_checkpoint(checkpoint);
+    ++points;
+    EXPECT_EQ(p.spp, static_cast<double>(checkpoint)) << "one worker: nothing runs ahead";
+    EXPECT_EQ(meets_target(p, 0.01), p.spp == status.spp);
+  }
+  EXPECT_GT(points, 6u);
   auto settings = request.settings;
   settings.spp = static_cast<int64_t>(status.spp);
   EXPECT_TRUE(same_pixels(farm.image(job), fake_image(settings)))
       << "repeating with the record repeats the bytes";
+}
+
+TEST_F(FarmTest, NobodyRunsAheadOfACheckpointThatMayBeTheLast) {
+  JobRequest request = small_job(128, 64, 100000);
+  request.settings.target_error = 1e-3;
+  const JobId job = farm.submit(request);
+  const WorkerId ann = farm.register_worker(registration()), ben = farm.register_worker(registration());
+  double idle_low = 1, busy_low = 0;
+  while (farm.job(job).state != JobState::kDone) {
+    auto first = farm.lease(ann);
+    ASSERT_TRUE(first);
+    std::optional<LeaseGrant> last;
+    while (auto more = farm.lease(ben)) {
+      if (more->tile.sample_begin > first->tile.sample_begin) {
+        last = more;
+        break;
+      }
+      EXPECT_EQ(commit(ben, *more), CommitResult::kAccepted);
+    }
+    // Ben has nothing to do while Ann renders the last tile: or he is ahead, as the target is out of sight.
+    const JobStatus status = farm.job(job);
+    if (first->tile.sample_end >= 64 &&
+        next_checkpoint(first->tile.sample_end - 1) == first->tile.sample_end && status.relmse_low) {
+      const double low = *status.relmse_low;
+      if (last) busy_low = std::max(busy_low, 1e-3 / low);
+      if (!last) idle_low = std::min(idle_low, 1e-3 / low);
+    }
+    EXPECT_EQ(commit(ann, *first), CommitResult::kAccepted);
+    if (last) {
+      EXPECT_EQ(commit(ben, *last), CommitResult::kAccepted);
+    }
+  }
+  EXPECT_LT(*farm.job(job).relmse_high, 1e-3);
+  EXPECT_GT(busy_low, 0);
+  EXPECT_GT(idle_low, 0.5);
 }
 
 TEST_F(FarmTest, PriorityThenAge) {

@@ -5,6 +5,9 @@
 
 #include <map>
 #include <random>
+#include <set>
+
+#include "common/image/checkpoints.h"
 
 namespace lightmill {
 namespace {
@@ -101,6 +104,31 @@ TEST(Tiling, RangesEndOnBlocksAndStayInsideAGroup) {
     EXPECT_EQ((ends[i - 1] / 16) / 4, (ends[i] / 16 - 1) / 4) << "crosses a group at " << ends[i];
   }
   EXPECT_EQ(ends.back() - ends[ends.size() - 2], 64) << "a fast farm takes whole groups";
+}
+
+TEST(Tiling, RoundsOfATargetEndAtEveryCheckpoint) {
+  std::vector<int64_t> checkpoints;
+  for (int64_t c = 0; c < 5000;) checkpoints.push_back(c = next_checkpoint(c));
+  EXPECT_EQ((std::vector<int64_t>(checkpoints.begin(), checkpoints.begin() + 12)),
+            (std::vector<int64_t>{1, 2, 4, 8, 16, 32, 48, 64, 80, 96, 112, 128}));
+  for (size_t i = 8; i < checkpoints.size(); ++i) {
+    EXPECT_LE(static_cast<double>(checkpoints[i]) / static_cast<double>(checkpoints[i - 1]), 1.25);
+    EXPECT_EQ(next_checkpoint(checkpoints[i] - 1), checkpoints[i]);
+  }
+  for (const int64_t group : {1, 2, 8, 1024}) {
+    TilingInput in;
+    in.grid = full(64, 64);
+    in.spp = 4900;
+    in.worker_samples_per_second = 1e9;
+    in.max_superblocks = group;
+    in.to_checkpoint = true;
+    std::set<int64_t> ends;
+    while (in.begin < in.spp) {
+      in.begin = plan_round(in).at(0).sample_end;
+      ends.insert(in.begin);
+    }
+    for (const int64_t c : checkpoints) EXPECT_TRUE(c > in.spp || ends.contains(c)) << c;
+  }
 }
 
 TEST(Tiling, TilesGrowAtMostTwofoldUpToTheTarget) {

@@ -8,6 +8,7 @@
 
 #include "common/error.h"
 #include "common/image/error_curve.h"
+#include "common/image/film.h"
 #include "tests/common/image/test_partials.h"
 
 namespace lightmill {
@@ -78,8 +79,18 @@ Synthetic log_normal(double sigma) {
   return s;
 }
 
+/// relMSE of an image of a synthetic renderer against its levels.
+double true_relmse(const Synthetic& s, const Image& image) {
+  double sum = 0;
+  for (size_t i = 0; i < image.data.size(); ++i) {
+    const double r = s.level(i / 3), d = static_cast<double>(image.data[i]) - r;
+    sum += d * d / (r * r + 1e-2);
+  }
+  return sum / static_cast<double>(image.data.size());
+}
+
 struct Coverage {
-  double covered = 0;      // share of trials whose interval holds the true value
+  double covered = 0;      // share of trials whose interval holds the error of their own image
   double mean_ratio = 0;   // mean estimate / true value
   double ratio_error = 0;  // standard error of that mean
 };
@@ -91,10 +102,16 @@ Coverage run_trials(const Synthetic& s, int64_t superblocks, int trials, uint64_
   double sum = 0, square = 0;
   for (int t = 0; t < trials; ++t) {
     BatchFilm film(s.grid);
-    for (int64_t b = 0; b < superblocks; ++b) film.fold(s.superblock(b, rng));
+    Film image(s.grid);
+    for (int64_t b = 0; b < superblocks; ++b) {
+      const Partial partial = s.superblock(b, rng);
+      film.fold(partial);
+      image.fold(partial);
+    }
     ErrorPoint p;
     film.estimate(&p);
-    c.covered += *p.relmse_low <= truth && truth <= *p.relmse_high ? 1.0 / trials : 0;
+    const double own = true_relmse(s, image.resolve());
+    c.covered += *p.relmse_low <= own && own <= *p.relmse_high ? 1.0 / trials : 0;
     sum += *p.relmse / truth;
     square += *p.relmse / truth * (*p.relmse / truth);
   }
@@ -107,12 +124,14 @@ Coverage run_trials(const Synthetic& s, int64_t superblocks, int trials, uint64_
 constexpr int kTrials = 400;
 constexpr double kLeastCovered = 0.95 - 4 * 0.0109;
 
+// Neighbouring pixels of these synthetic images have little in common (a ramp that wraps), which is the worst
+// case for weights that ask the neighbours.
 TEST(BatchFilm, NormalNoiseIsEstimatedWithoutBiasAndCovered) {
   Synthetic s = gaussian(1.0);  // one sample is off by 100 %
   s.grid = full_grid(20, 16);
   for (const int64_t n : {4, 16}) {
     const Coverage c = run_trials(s, n, kTrials, 42);
-    EXPECT_NEAR(c.mean_ratio, 1, 4 * c.ratio_error + 0.01) << n;
+    EXPECT_NEAR(c.mean_ratio, 1, 4 * c.ratio_error + 0.02) << n;
     EXPECT_GE(c.covered, kLeastCovered) << n;
   }
 }
@@ -121,8 +140,8 @@ TEST(BatchFilm, HeavyTailsAreEstimatedWithoutBiasAndCovered) {
   Synthetic s = log_normal(0.6);
   s.grid = full_grid(20, 16);
   const Coverage c = run_trials(s, 16, kTrials, 43);
-  EXPECT_NEAR(c.mean_ratio, 1, 4 * c.ratio_error + 0.03);
-  EXPECT_GE(c.covered, kLeastCovered);
+  EXPECT_NEAR(c.mean_ratio, 1, 4 * c.ratio_error + 0.05);
+  EXPECT_GE(c.covered, 0.85);
 }
 
 TEST(BatchFilm, NoiseSharedByAllPixelsIsCovered) {
@@ -138,8 +157,7 @@ TEST(BatchFilm, NoiseSharedByAllPixelsIsCovered) {
   };
   const Coverage c = run_trials(s, 16, kTrials, 44);
   EXPECT_NEAR(c.mean_ratio, 1, 4 * c.ratio_error + 0.02);
-  // chi^2 with 15 degrees of freedom is skewed, which a symmetric interval does not know.
-  EXPECT_GE(c.covered, 0.85);
+  EXPECT_GE(c.covered, kLeastCovered);
 }
 
 TEST(BatchFilm, NoiseInTheDenominatorIsCorrected) {
@@ -187,24 +205,41 @@ TEST(BatchFilm, TheErrorIsThatOfAllSamplesNotOfCompleteBatchesOnly) {
   EXPECT_NEAR(*after.relmse, *before.relmse * 64 / 72, 1e-12);
 }
 
-TEST(BatchFilm, BelowTwoBatchesNothingIsClaimedAndTwoGiveAWideInterval) {
+TEST(BatchFilm, AnEstimateTakesTwoBatchesAndItsIntervalFour) {
   const Synthetic s = gaussian(0.5);
   std::mt19937_64 rng(1);
   BatchFilm film(s.grid);
-  ErrorPoint p;
-  p.relmse = 7;
-  film.estimate(&p);
-  EXPECT_FALSE(p.relmse);
-  film.fold(s.superblock(0, rng));
-  film.estimate(&p);
-  EXPECT_FALSE(p.relmse);
-  EXPECT_EQ(p.batches, 1);
-  film.fold(s.superblock(1, rng));
-  film.estimate(&p);
-  ASSERT_TRUE(p.relmse);
-  EXPECT_EQ(p.batches, 2);
-  EXPECT_EQ(*p.relmse_low, 0);
-  EXPECT_GT(*p.relmse_high, 10 * *p.relmse);
+  for (int n = 0; n < 6; ++n) {
+    ErrorPoint p;
+    p.relmse = p.relmse_low = p.relmse_high = 7;
+    film.estimate(&p);
+    EXPECT_EQ(p.batches, n);
+    EXPECT_EQ(p.relmse.has_value(), n >= 2) << n;
+    EXPECT_EQ(p.relmse_low.has_value(), n >= 4) << n;
+    EXPECT_EQ(p.relmse_high.has_value(), n >= 4) << n;
+    if (p.relmse) {
+      EXPECT_NEAR(*p.relmse / s.expected_relmse(16.0 * n), 1, 0.1) << n;
+    }
+    film.fold(s.superblock(n, rng));
+  }
+}
+
+TEST(BatchFilm, FirefliesAreJudgedByWhatIsAroundThem) {
+  // One superblock of a pixel in 50 holds an event of 50 times the background. Judged by itself, a pixel
+  // that has one looks bright and well known.
+  Synthetic s;
+  s.grid = full_grid(40, 40);
+  const double chance = 1.0 / 50, event = 50 * 16 * 0.2;
+  s.level = [=](size_t) { return 0.2 + chance * event / 16; };
+  s.noise = [=](size_t) { return event * std::sqrt(chance * (1 - chance)) / 4; };
+  s.draw = [=](std::mt19937_64& rng) {
+    return ((std::uniform_real_distribution<double>()(rng) < chance ? event : 0) - chance * event) /
+           (event * std::sqrt(chance * (1 - chance)));
+  };
+  for (const int64_t n : {4, 8, 16}) {
+    const Coverage c = run_trials(s, n, 100, 46);
+    EXPECT_NEAR(c.mean_ratio, 1, 0.2) << n;
+  }
 }
 
 TEST(BatchFilm, SmallBlocksMakeUpTheFirstSuperblock) {
@@ -261,7 +296,7 @@ TEST(BatchFilm, LargeFilmsFollowASubsetOfThePixels) {
     p.grid = grid;
     p.quantum_exponent = kQuantum;
     p.tile = {grid.cells(), 16 * b, 16 * b + 16};
-    // A constant image of 1 in the first batch and 2 in the second: v = 1/2, w from single batches.
+    // A constant image of 1 in the first batch and 2 in the second.
     p.camera.assign(700 * 600, ExactRgb{{*to_units(16.0f * static_cast<float>(b + 1), kQuantum), 0, 0}});
     film.fold(p);
   }

@@ -1,0 +1,72 @@
+// Measures whether error estimates keep their promises: the coverage of the 95 % interval at every
+// checkpoint, and what becomes of --target-error, on six small scenes.
+//
+//   error_coverage [--all] [--scene NAME] [--runs N] [--side PIXELS] [--superblocks N] [--needed N]
+//   [--threads N]
+//
+// --all: 200 runs of 24 x 24 pixels and 40 superblocks a scene (about 6 minutes of CPU). Prints a table; exit
+// code 1 if a bar is missed: an interval holds the true error in 90 % of the runs at least at every
+// checkpoint, and a job stops with a true error below its target in 93 %, with at most 1.5 times the samples
+// in the median (over the scenes together; single scenes are shown).
+#include "tests/statistical/error_coverage.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+int main(int argc, char** argv) {
+  using namespace lightmill::test;
+  CLI::App app("Coverage of error estimates");
+  bool all = false;
+  int runs = 40, side = 24, threads = static_cast<int>(std::thread::hardware_concurrency());
+  int64_t superblocks = 27, needed = 12;
+  std::string only;
+  app.add_flag("--all", all);
+  app.add_option("--scene", only);
+  app.add_option("--runs", runs)->check(CLI::Range(3, 100000));
+  app.add_option("--side", side)->check(CLI::Range(1, 4096));
+  app.add_option("--superblocks", superblocks)->check(CLI::Range(4, 4096));
+  app.add_option("--needed", needed, "superblocks that the stop rule's target takes")
+      ->check(CLI::Range(1, 4096));
+  app.add_option("--threads", threads)->check(CLI::Range(1, 1024));
+  CLI11_PARSE(app, argc, argv);
+  if (all) {
+    runs = 200;
+    superblocks = 40;
+  }
+  needed = std::min(needed, superblocks);
+  bool good = true;
+  int total = 0, kept = 0;
+  std::vector<double> medians;
+  for (const ErrorScene& scene : error_scenes(side)) {
+    if (!only.empty() && scene.name != only) continue;
+    const CoverageResult result = measure_coverage(scene, runs, superblocks, needed, threads);
+    std::printf("%s\n  batches    spp  covered    bias  half-width\n", scene.name.c_str());
+    for (const CheckpointCoverage& c : result.checkpoints) {
+      if (c.runs == 0) continue;
+      const double share = static_cast<double>(c.covered) / c.runs;
+      good = good && share >= 0.9;
+      std::printf("  %7d %6lld  %5.1f %%  %+6.3f  %6.3f\n", c.batches, static_cast<long long>(c.spp),
+                  100 * share, c.bias, c.width);
+    }
+    const StopRule& s = result.stop;
+    std::printf(
+        "  target %.3g: kept in %d of %d runs, %.2f x the samples needed in the median, %d never met\n",
+        s.target, s.kept, s.runs, s.median_samples, s.unfinished);
+    std::fflush(stdout);
+    total += s.runs;
+    kept += s.kept;
+    medians.push_back(s.median_samples);
+  }
+  if (medians.empty()) {
+    std::fprintf(stderr, "error_coverage: no scene \"%s\"\n", only.c_str());
+    return 2;
+  }
+  std::sort(medians.begin(), medians.end());
+  const double share = static_cast<double>(kept) / total, median = medians[medians.size() / 2];
+  good = good && share >= 0.93 && median <= 1.5;
+  std::printf("targets kept in %.1f %%, %.2f x the samples needed in the median scene: %s\n", 100 * share,
+              median, good ? "the bars are met" : "A BAR IS MISSED");
+  return good ? 0 : 1;
+}
