@@ -259,6 +259,17 @@ struct ShapeDescription {
   FloatInput alpha{1, -1};  // cut-out: the fraction of rays that the surface stops, in [0, 1]
 };
 
+/// Shapes that are there once, wherever instances put them; their object_to_world goes to the object's space.
+struct ObjectDescription {
+  std::string name;
+  std::vector<ShapeDescription> shapes;
+};
+/// One more occurrence of an object; its transform is affine and not singular.
+struct InstanceDescription {
+  int object = -1;  // index into SceneDescription::objects
+  Transform object_to_world;
+};
+
 // --- lights ---------------------------------------------------------------------------------------
 
 /// Emits `radiance` (scale applied) from the side of the shape's outward normal, or from both sides.
@@ -368,6 +379,8 @@ struct SceneDescription {
   std::vector<MaterialDescription> materials;
   std::vector<AreaLightDescription> area_lights;
   std::vector<ShapeDescription> shapes;
+  std::vector<ObjectDescription> objects;  // of which only instances are seen
+  std::vector<InstanceDescription> instances;
   std::vector<LightDescription> lights;
   std::vector<SourceFile> files;  // the scene file first
 };

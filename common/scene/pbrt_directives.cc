@@ -1,6 +1,8 @@
 // The table of pbrt-v4's directives, and one handler for each; those of transforms are in
 // pbrt_transform_directives.cc.
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "common/scene/pbrt_parser.h"
 #include "common/scene/transform.h"
@@ -8,16 +10,38 @@
 namespace lightmill {
 namespace {
 
-// Instances are multiplied out; these keep a small file from filling the memory.
-constexpr size_t kMaxShapes = 8'000'000;
-constexpr size_t kMaxInstancedTriangles = 100'000'000;
+constexpr size_t kMaxInstances = 8'000'000;  // about 1 GB here, and as much in the renderer
 
-size_t triangle_count(const std::vector<ShapeDescription>& shapes) {
-  size_t sum = 0;
+/// Corners of the box around `shapes`; none around nothing.
+std::vector<Vec3d> box_corners(const std::vector<ShapeDescription>& shapes) {
+  std::array<double, 3> lo, hi;
+  lo.fill(1e300), hi.fill(-1e300);
+  const auto add = [&](const Transform& t, const Vec3d& p) {
+    const Vec3d q = transform_point(t, p);
+    const std::array<double, 3> c{q.x, q.y, q.z};
+    for (size_t i = 0; i < 3; ++i) lo[i] = std::min(lo[i], c[i]), hi[i] = std::max(hi[i], c[i]);
+  };
   for (const ShapeDescription& s : shapes) {
-    if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) sum += mesh->mesh->triangles.size();
+    if (const auto* sphere = std::get_if<SphereShape>(&s.kind)) {
+      const double r = sphere->radius;
+      for (const double x : {-r, r}) {
+        for (const double y : {-r, r}) {
+          for (const double z : {-r, r}) add(s.object_to_world, {x, y, z});
+        }
+      }
+    } else {
+      for (const Vec3f& p : std::get<MeshShape>(s.kind).mesh->positions)
+        add(s.object_to_world, {p.x, p.y, p.z});
+    }
   }
-  return sum;
+  std::vector<Vec3d> corners;
+  if (lo[0] > hi[0]) return corners;
+  for (const double x : {lo[0], hi[0]}) {
+    for (const double y : {lo[1], hi[1]}) {
+      for (const double z : {lo[2], hi[2]}) corners.push_back({x, y, z});
+    }
+  }
+  return corners;
 }
 
 std::string owner_of(const char* kind, const std::string& type) {
@@ -336,8 +360,11 @@ void PbrtParser::on_object_end(const Token& d) {
   if (!require_world(d) || !pop(Scope::Kind::kObject, d, "ObjectBegin")) return;
   auto& shapes = out_.scene.shapes;
   const auto first = shapes.begin() + static_cast<std::ptrdiff_t>(object_first_shape_);
-  objects_[*open_object_].assign(std::make_move_iterator(first), std::make_move_iterator(shapes.end()));
+  ObjectDescription object{*open_object_,
+                           {std::make_move_iterator(first), std::make_move_iterator(shapes.end())}};
   shapes.erase(first, shapes.end());
+  objects_[*open_object_] = {static_cast<int>(out_.scene.objects.size()), box_corners(object.shapes)};
+  out_.scene.objects.push_back(std::move(object));
   out_.open_curves.reset();
   open_object_.reset();
 }
@@ -358,24 +385,20 @@ void PbrtParser::on_object_instance(const Token& d) {
                      "there is no object named " + in_quotes(*name) + nearest_hint(*name, names));
     return;
   }
-  auto& shapes = out_.scene.shapes;
-  instanced_triangles_ += triangle_count(found->second);
-  if (shapes.size() + found->second.size() > kMaxShapes || instanced_triangles_ > kMaxInstancedTriangles) {
-    problems_->error(d.where.location(),
-                     "not supported yet: instances that add up to more than 8000000 shapes or "
-                     "100000000 triangles");
+  if (out_.scene.instances.size() >= kMaxInstances) {
+    problems_->error(d.where.location(), "the scene has more than 8000000 instances, which is the limit");
     return;
   }
-  for (ShapeDescription shape : found->second) {
-    shape.object_to_world = state_.shape.ctm * shape.object_to_world;
-    const Transform& t = shape.object_to_world;
-    if (!is_in_range(t) || is_singular(t) || !is_in_range(inverse(t))) {
-      problems_->error(d.where.location(),
-                       "the instance's transform is singular or leaves the range of numbers");
-      return;
-    }
-    shapes.push_back(std::move(shape));
+  const Transform& ctm = state_.shape.ctm;  // in range and not singular: see apply()
+  constexpr double kLimit = 1e37;           // as for shapes
+  for (const Vec3d& corner : found->second.corners) {
+    const Vec3d p = transform_point(ctm, corner);
+    if (std::abs(p.x) < kLimit && std::abs(p.y) < kLimit && std::abs(p.z) < kLimit) continue;
+    problems_->error(d.where.location(), "the instance of " + in_quotes(*name) +
+                                             " lies outside the range of numbers; check its transform");
+    return;
   }
+  out_.scene.instances.push_back({found->second.index, ctm});
 }
 
 }  // namespace lightmill

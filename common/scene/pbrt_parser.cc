@@ -210,9 +210,11 @@ void PbrtParser::finish() {
   }
   out_.report_undefined();
   SceneDescription& scene = out_.scene;
-  std::erase_if(scene.shapes, [&](const ShapeDescription& s) {
+  const auto invisible = [&](const ShapeDescription& s) {
     return s.area_light < 0 && out_.invisible_materials.contains(s.material);
-  });
+  };
+  std::erase_if(scene.shapes, invisible);
+  for (ObjectDescription& object : scene.objects) std::erase_if(object.shapes, invisible);
   tessellate_stretched_spheres(&scene, problems_);
   scene.film.imaging_ratio = film_exposure_time_.value_or(exposure_time_) * iso_ratio_;
   const bool emits = !scene.lights.empty() || std::any_of(scene.shapes.begin(), scene.shapes.end(),

@@ -104,11 +104,14 @@ class PbrtParser {
   bool in_world_ = false;
   std::map<std::string, SourceLocation> once_;  // directives that count once, and where they were
 
-  // Object instancing: the shapes of each object, in the space in which ObjectBegin was given.
-  std::map<std::string, std::vector<ShapeDescription>> objects_;
+  /// Object instancing: a finished object and the corners of its box, in the space of its instances.
+  struct KnownObject {
+    int index = -1;  // in SceneDescription::objects
+    std::vector<Vec3d> corners;
+  };
+  std::map<std::string, KnownObject> objects_;
   std::optional<std::string> open_object_;
   size_t object_first_shape_ = 0;
-  size_t instanced_triangles_ = 0;
 
   double exposure_time_ = 1, iso_ratio_ = 1;
   std::optional<double> film_exposure_time_;

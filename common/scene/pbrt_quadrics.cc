@@ -82,14 +82,23 @@ std::optional<ReadShape> read_cylinder(PbrtScene& out, ParameterList& params) {
 }
 
 void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems) {
-  constexpr size_t kBudget = 8'000'000;  // triangles of all of them, once multiplied out
+  constexpr size_t kBudget = 8'000'000;  // triangles of all of them
   constexpr int kFineSegments = 64;      // within 0.2 % of the radius: half a pixel of a sphere of 600
   std::vector<ShapeDescription*> found;
-  for (ShapeDescription& shape : scene->shapes) {
-    const bool masked = shape.alpha.texture >= 0 || shape.alpha.value < 1;
-    if (std::holds_alternative<SphereShape>(shape.kind) && (masked || !is_similarity(shape.object_to_world)))
-      found.push_back(&shape);
+  const auto find = [&](std::vector<ShapeDescription>& shapes, bool stretched) {
+    for (ShapeDescription& shape : shapes) {
+      if (!std::holds_alternative<SphereShape>(shape.kind)) continue;
+      const bool masked = shape.alpha.texture >= 0 || shape.alpha.value < 1;
+      if (stretched || masked || !is_similarity(shape.object_to_world)) found.push_back(&shape);
+    }
+  };
+  find(scene->shapes, false);
+  std::vector<bool> stretched(scene->objects.size(), false);
+  for (const InstanceDescription& i : scene->instances) {
+    const auto object = static_cast<size_t>(i.object);
+    if (!stretched[object]) stretched[object] = !is_similarity(i.object_to_world);
   }
+  for (size_t i = 0; i < scene->objects.size(); ++i) find(scene->objects[i].shapes, stretched[i]);
   if (found.empty()) return;
   int segments = kSphereSegments;
   const auto triangles = [&] { return static_cast<size_t>(segments) * static_cast<size_t>(segments); };

@@ -116,6 +116,8 @@ TEST_F(ReaderFuzz, Scenes) {
       EXPECT_TRUE(s.material >= 0 && in(s.material, r.scene.materials.size()));
       EXPECT_TRUE(in(s.area_light, r.scene.area_lights.size()));
     }
+    for (const InstanceDescription& i : r.scene.instances)
+      EXPECT_TRUE(i.object >= 0 && in(i.object, r.scene.objects.size()));
     EXPECT_NO_THROW(resolve_settings(r.scene, {}));
   }
   EXPECT_GT(accepted, 30u) << "some mutations are harmless, or the test tests nothing";

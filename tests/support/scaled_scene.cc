@@ -12,6 +12,11 @@ SceneDescription scaled_scene(const SceneDescription& scene, int k) {
       for (double& x : s.object_to_world.m[i]) x *= length;
     }
   }
+  for (InstanceDescription& instance : out.instances) {
+    for (size_t i = 0; i < 3; ++i) {
+      for (double& x : instance.object_to_world.m[i]) x *= length;
+    }
+  }
   const auto scale_point = [&](auto& light) {
     const float f = std::ldexp(1.0f, 2 * k);
     light.position = light.position * length;
@@ -34,13 +39,28 @@ SceneDescription scaled_scene(const SceneDescription& scene, int k) {
 
 SceneDescription scaled_vertices(const SceneDescription& scene, int k) {
   SceneDescription out = scaled_scene(scene, k);
-  for (size_t i = 0; i < out.shapes.size(); ++i) {
-    const auto* mesh = std::get_if<MeshShape>(&scene.shapes[i].kind);
-    if (!mesh) continue;
-    out.shapes[i].object_to_world = scene.shapes[i].object_to_world;
+  const auto scale = [&](const ShapeDescription& from, ShapeDescription* to) {
+    const auto* mesh = std::get_if<MeshShape>(&from.kind);
+    if (!mesh) return;
+    to->object_to_world = from.object_to_world;
     TriangleMesh copy = *mesh->mesh;
     for (Vec3f& v : copy.positions) v = {std::ldexp(v.x, k), std::ldexp(v.y, k), std::ldexp(v.z, k)};
-    out.shapes[i].kind = MeshShape{std::make_shared<TriangleMesh>(std::move(copy))};
+    to->kind = MeshShape{std::make_shared<TriangleMesh>(std::move(copy))};
+  };
+  for (size_t i = 0; i < out.shapes.size(); ++i) scale(scene.shapes[i], &out.shapes[i]);
+  const double length = std::ldexp(1.0, k);
+  for (size_t i = 0; i < out.objects.size(); ++i) {
+    for (size_t j = 0; j < out.objects[i].shapes.size(); ++j) {
+      ShapeDescription& shape = out.objects[i].shapes[j];
+      for (size_t row = 0; row < 3; ++row) {
+        for (double& x : shape.object_to_world.m[row]) x *= length;
+      }
+      scale(scene.objects[i].shapes[j], &shape);
+    }
+  }
+  for (size_t i = 0; i < out.instances.size(); ++i) {
+    Transform& t = out.instances[i].object_to_world = scene.instances[i].object_to_world;
+    for (size_t row = 0; row < 3; ++row) t.m[row][3] *= length;
   }
   return out;
 }

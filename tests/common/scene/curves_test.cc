@@ -147,9 +147,12 @@ TEST_F(CurveShapes, AlikeOnesInARowAreOneMesh) {
   // What is in an object does not join what is before or after it.
   const SceneDescription o =
       clean_world(c + "ObjectBegin \"o\" " + c + c + "ObjectEnd " + c + "ObjectInstance \"o\" " + c);
-  ASSERT_EQ(o.shapes.size(), 3u + 1u);
-  EXPECT_EQ(mesh(o, 0).triangles.size(), mesh(o, 3).triangles.size());
-  EXPECT_EQ(mesh(o, 2).triangles.size(), 2 * mesh(o, 3).triangles.size());
+  ASSERT_EQ(o.shapes.size(), 2u);
+  ASSERT_EQ(o.objects.size(), 1u);
+  ASSERT_EQ(o.objects[0].shapes.size(), 1u);
+  const auto& object = std::get<MeshShape>(o.objects[0].shapes[0].kind).mesh;
+  EXPECT_EQ(object->triangles.size(), 2 * mesh(o, 0).triangles.size());
+  EXPECT_EQ(mesh(o, 1).triangles.size(), 2 * mesh(o, 0).triangles.size());
 }
 
 TEST_F(CurveShapes, FlatOnesAreNamedOnce) {

@@ -232,24 +232,64 @@ TEST_F(Directives, IncludeSharesTheStateAndImportDoesNot) {
   EXPECT_EQ(s.files[1].name, "parts/moved.pbrt");
 }
 
-TEST_F(Directives, InstancesAreMultipliedOut) {
+TEST_F(Directives, InstancesShareTheirObject) {
   const SceneDescription s = clean_world(R"(
+    Translate 0 0 3
     ObjectBegin "pair"
       Translate 0 1 0
       Shape "sphere"
       Shape "trianglemesh" "point3 P" [0 0 0 1 0 0 0 1 0]
     ObjectEnd
+    ObjectBegin "unused" Shape "sphere" ObjectEnd
+    Identity
     Shape "sphere"
     Translate 5 0 0
     ObjectInstance "pair"
     Scale 2 2 2
     ObjectInstance "pair")");
-  ASSERT_EQ(s.shapes.size(), 5u);
-  expect_origin(s, 0, 0, 0, 0);
-  expect_origin(s, 1, 5, 1, 0);
-  expect_origin(s, 3, 5, 2, 0);
-  EXPECT_EQ(std::get<MeshShape>(s.shapes[2].kind).mesh, std::get<MeshShape>(s.shapes[4].kind).mesh)
-      << "shared";
+  EXPECT_EQ(s.shapes.size(), 1u);
+  ASSERT_EQ(s.objects.size(), 2u);
+  EXPECT_EQ(s.objects[0].name, "pair");
+  ASSERT_EQ(s.objects[0].shapes.size(), 2u);
+  const Vec3d in_object = transform_point(s.objects[0].shapes[0].object_to_world, {});
+  EXPECT_EQ(in_object.y, 1);
+  EXPECT_EQ(in_object.z, 3) << "the transform in force at ObjectBegin counts, as in pbrt";
+  ASSERT_EQ(s.instances.size(), 2u);
+  for (const size_t i : {size_t{0}, size_t{1}}) {
+    EXPECT_EQ(s.instances[i].object, 0);
+    const Vec3d p = transform_point(s.instances[i].object_to_world, in_object);
+    const double scale = i == 0 ? 1 : 2;
+    EXPECT_EQ(p.x, 5);
+    EXPECT_EQ(p.y, scale);
+    EXPECT_EQ(p.z, 3 * scale);
+  }
+}
+
+TEST_F(Directives, ASphereThatAnInstanceStretchesIsAMeshOnce) {
+  const SceneDescription s = clean_world(R"(
+    ObjectBegin "round" Shape "sphere" ObjectEnd
+    ObjectBegin "long" Shape "sphere" ObjectEnd
+    ObjectInstance "round" ObjectInstance "long"
+    Scale 2 2 2 ObjectInstance "round"
+    Scale 1 1 2 ObjectInstance "long")");
+  ASSERT_EQ(s.objects.size(), 2u);
+  EXPECT_TRUE(std::holds_alternative<SphereShape>(s.objects[0].shapes[0].kind));
+  EXPECT_TRUE(std::holds_alternative<MeshShape>(s.objects[1].shapes[0].kind));
+}
+
+TEST_F(Directives, InstancesThatCannotBeAreRefusedWithTheirLine) {
+  const std::string object = "ObjectBegin \"o\" Scale 1e20 1e20 1e20 Shape \"sphere\" ObjectEnd\n";
+  const std::pair<const char*, const char*> cases[] = {
+      {"Scale 1 0 1 ObjectInstance \"o\"", "is singular"},
+      {"Transform [1 0 0 0 0 1 0 0 1 1 0 0 0 0 0 1] ObjectInstance \"o\"", "is singular"},
+      {"Scale 1e19 1e19 1e19 ObjectInstance \"o\"", "lies outside the range of numbers"},
+      {"ObjectInstance \"oo\"", "there is no object named \"oo\"; did you mean \"o\"?"},
+  };
+  for (const auto& [text, message] : cases) {
+    const LoadResult r = load_world(object + text);
+    EXPECT_TRUE(has_error(r, message));
+    EXPECT_TRUE(mentions(r, "scene.pbrt:3:")) << listed(r);
+  }
 }
 
 TEST_F(Directives, UnsupportedOnesAreNamed) {

@@ -25,7 +25,9 @@ class Accel {
   Accel& operator=(const Accel&) = delete;
 
   /// For i < count: primitive number hit first by ray ids[i], in (0, infinity), to prim[ids[i]]; -1 if none.
-  void closest_hits(const RayView& rays, const int32_t* ids, int count, int32_t* prim) const;
+  /// The instance that it is hit in, or -1, goes to instance[ids[i]], which may be null if the scene has none.
+  void closest_hits(const RayView& rays, const int32_t* ids, int count, int32_t* prim,
+                    int32_t* instance = nullptr) const;
   /// For i < count: occluded[i] = 1 if anything lies on ray i in (0, tfar[i]), else 0.
   void occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const;
 

@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 #include "worker/render/accel/accel.h"
+#include "worker/render/accel/embree_instances.h"
 #include "worker/render/scene/alpha_mask.h"
 #include "worker/render/scene/sphere_hit.h"
 
@@ -15,9 +16,13 @@ namespace {
 
 constexpr int kPacket = 8;
 
+/// The user data of a geometry of spheres: their records.
+const float* sphere_of(void* user_data, unsigned prim) {
+  return static_cast<const float*>(user_data) + size_t{prim} * 4;
+}
+
 void sphere_bounds(const RTCBoundsFunctionArguments* args) {
-  const auto* scene = static_cast<const RenderScene*>(args->geometryUserPtr);
-  const float* s = &scene->spheres[size_t{args->primID} * 4];
+  const float* s = sphere_of(args->geometryUserPtr, args->primID);
   // One ulp of slack: the box must hold the rounded sphere.
   const float r = s[3] * (1 + 0x1p-22f);
   auto& b = *args->bounds_o;
@@ -28,8 +33,7 @@ void sphere_bounds(const RTCBoundsFunctionArguments* args) {
 }
 
 void sphere_intersect(const RTCIntersectFunctionNArguments* args) {
-  const auto* scene = static_cast<const RenderScene*>(args->geometryUserPtr);
-  const float* s = &scene->spheres[size_t{args->primID} * 4];
+  const float* s = sphere_of(args->geometryUserPtr, args->primID);
   RTCRayN* ray = RTCRayHitN_RayN(args->rayhit, args->N);
   RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, args->N);
   for (unsigned i = 0; i < args->N; ++i) {
@@ -48,8 +52,7 @@ void sphere_intersect(const RTCIntersectFunctionNArguments* args) {
 }
 
 void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
-  const auto* scene = static_cast<const RenderScene*>(args->geometryUserPtr);
-  const float* s = &scene->spheres[size_t{args->primID} * 4];
+  const float* s = sphere_of(args->geometryUserPtr, args->primID);
   for (unsigned i = 0; i < args->N; ++i) {
     if (!args->valid[i]) continue;
     RTCRayN* ray = args->ray;
@@ -80,7 +83,9 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
                         RTCRayN_dir_z(args->ray, args->N, i)};
     const auto prim = static_cast<int32_t>(RTCHitN_primID(args->hit, args->N, i));
     const MeshRange& mesh = *masked->mesh;
-    if (!alpha_stops(*masked->scene, mesh.alpha, mesh.first_triangle + prim, o, d)) args->valid[i] = 0;
+    if (!alpha_stops(*masked->scene, mesh.alpha, mesh.first_triangle + prim,
+                     TraceContext::instance_of(args->context), o, d))
+      args->valid[i] = 0;
   }
 }
 
@@ -107,12 +112,57 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
 
 struct Accel::Impl {
   RTCDevice device = nullptr;
-  RTCScene scene = nullptr;
-  std::vector<int32_t> first_primitive;  // per geometry id
-  std::deque<MaskedMesh> masked;         // does not move: geometries point to it
+  TracedObject world;
+  TracedInstances instances;
+  std::deque<MaskedMesh> masked;  // does not move: geometries point to it
   ~Impl() {
-    if (scene) rtcReleaseScene(scene);
+    if (world.scene) rtcReleaseScene(world.scene);
+    for (const TracedObject& o : instances.objects) rtcReleaseScene(o.scene);
     if (device) rtcReleaseDevice(device);
+  }
+
+  TracedObject begin() const {
+    TracedObject o{rtcNewScene(device), {}};
+    rtcSetSceneFlags(o.scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(o.scene, RTC_BUILD_QUALITY_MEDIUM);
+    return o;
+  }
+
+  static void attach(RTCGeometry g, int32_t first_primitive, TracedObject* o) {
+    rtcCommitGeometry(g);
+    rtcAttachGeometry(o->scene, g);
+    rtcReleaseGeometry(g);
+    o->first_primitive.push_back(first_primitive);
+  }
+
+  void add_meshes(const RenderScene& scene, size_t first, size_t count, TracedObject* o) {
+    const size_t vertices = (scene.positions.size() - 4) / 3;
+    for (size_t i = first; i < first + count; ++i) {
+      const MeshRange& mesh = scene.meshes[i];
+      RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+      rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, scene.positions.data(), 0,
+                                 12, vertices);
+      rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.indices.data(),
+                                 static_cast<size_t>(mesh.first_triangle) * 12, 12,
+                                 static_cast<size_t>(mesh.triangle_count));
+      if (has_alpha_mask(mesh.alpha)) {
+        rtcSetGeometryUserData(g, &masked.emplace_back(MaskedMesh{&scene, &mesh}));
+        rtcSetGeometryIntersectFilterFunction(g, alpha_filter);
+        rtcSetGeometryOccludedFilterFunction(g, alpha_filter);
+      }
+      attach(g, mesh.first_triangle, o);
+    }
+  }
+
+  void add_spheres(const RenderScene& scene, int32_t first, int32_t count, TracedObject* o) {
+    if (count == 0) return;
+    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(g, static_cast<unsigned>(count));
+    rtcSetGeometryUserData(g, const_cast<float*>(&scene.spheres[static_cast<size_t>(first) * 4]));
+    rtcSetGeometryBoundsFunction(g, sphere_bounds, nullptr);
+    rtcSetGeometryIntersectFunction(g, sphere_intersect);
+    rtcSetGeometryOccludedFunction(g, sphere_occluded);
+    attach(g, scene.triangle_count() + first, o);
   }
 };
 
@@ -121,50 +171,29 @@ Accel::Accel(const RenderScene& scene, int threads) : impl_(std::make_unique<Imp
                              (threads > 0 ? ",threads=" + std::to_string(threads) : std::string());
   impl_->device = rtcNewDevice(config.c_str());
   if (!impl_->device) fail(nullptr);
-  RTCDevice device = impl_->device;
-  impl_->scene = rtcNewScene(device);
-  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneBuildQuality(impl_->scene, RTC_BUILD_QUALITY_MEDIUM);
-  const size_t vertices = (scene.positions.size() - 4) / 3;
-  for (const MeshRange& mesh : scene.meshes) {
-    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, scene.positions.data(), 0, 12,
-                               vertices);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.indices.data(),
-                               static_cast<size_t>(mesh.first_triangle) * 12, 12,
-                               static_cast<size_t>(mesh.triangle_count));
-    if (has_alpha_mask(mesh.alpha)) {
-      rtcSetGeometryUserData(g, &impl_->masked.emplace_back(MaskedMesh{&scene, &mesh}));
-      rtcSetGeometryIntersectFilterFunction(g, alpha_filter);
-      rtcSetGeometryOccludedFilterFunction(g, alpha_filter);
-    }
-    rtcCommitGeometry(g);
-    rtcAttachGeometry(impl_->scene, g);
-    rtcReleaseGeometry(g);
-    impl_->first_primitive.push_back(mesh.first_triangle);
+  for (const ObjectRange& range : scene.objects) {
+    TracedObject& o = impl_->instances.objects.emplace_back(impl_->begin());
+    impl_->add_meshes(scene, range.first_mesh, range.mesh_count, &o);
+    impl_->add_spheres(scene, range.first_sphere, range.sphere_count, &o);
+    rtcCommitScene(o.scene);
   }
-  if (scene.sphere_count() > 0) {
-    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(g, static_cast<unsigned>(scene.sphere_count()));
-    rtcSetGeometryUserData(g, const_cast<RenderScene*>(&scene));
-    rtcSetGeometryBoundsFunction(g, sphere_bounds, nullptr);
-    rtcSetGeometryIntersectFunction(g, sphere_intersect);
-    rtcSetGeometryOccludedFunction(g, sphere_occluded);
-    rtcCommitGeometry(g);
-    rtcAttachGeometry(impl_->scene, g);
-    rtcReleaseGeometry(g);
-    impl_->first_primitive.push_back(scene.triangle_count());
+  TracedObject& world = impl_->world = impl_->begin();
+  impl_->add_meshes(scene, 0, scene.world_mesh_count(), &world);
+  impl_->add_spheres(scene, 0, scene.world_sphere_count(), &world);
+  if (scene.any_instances()) {
+    impl_->instances.scene = &scene;
+    attach_instances(impl_->device, world.scene, &impl_->instances);
+    world.first_primitive.push_back(0);
   }
-  rtcCommitScene(impl_->scene);
-  if (rtcGetDeviceError(device) != RTC_ERROR_NONE) fail(device);
+  rtcCommitScene(world.scene);
+  if (rtcGetDeviceError(impl_->device) != RTC_ERROR_NONE) fail(impl_->device);
 }
 
 Accel::~Accel() = default;
 
-void Accel::closest_hits(const RayView& rays, const int32_t* ids, int count, int32_t* prim) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+void Accel::closest_hits(const RayView& rays, const int32_t* ids, int count, int32_t* prim,
+                         int32_t* instance) const {
+  TraceContext context;
   for (int begin = 0; begin < count; begin += kPacket) {
     const int n = std::min(kPacket, count - begin);
     RTCRayHit8 packet;
@@ -188,20 +217,20 @@ void Accel::closest_hits(const RayView& rays, const int32_t* ids, int count, int
       packet.hit.geomID[l] = RTC_INVALID_GEOMETRY_ID;
       packet.hit.instID[0][l] = RTC_INVALID_GEOMETRY_ID;
     }
-    rtcIntersect8(valid, impl_->scene, &context, &packet);
+    rtcIntersect8(valid, impl_->world.scene, &context.base, &packet);
     for (int l = 0; l < n; ++l) {
       const unsigned g = packet.hit.geomID[l];
-      prim[ids[begin + l]] = g == RTC_INVALID_GEOMETRY_ID
-                                 ? -1
-                                 : impl_->first_primitive[g] + static_cast<int32_t>(packet.hit.primID[l]);
+      prim[ids[begin + l]] = g == RTC_INVALID_GEOMETRY_ID ? -1
+                                                          : impl_->world.first_primitive[g] +
+                                                                static_cast<int32_t>(packet.hit.primID[l]);
+      // RTC_INVALID_GEOMETRY_ID is -1.
+      if (instance) instance[ids[begin + l]] = static_cast<int32_t>(packet.hit.instID[0][l]);
     }
   }
 }
 
 void Accel::occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  TraceContext context;
   for (int begin = 0; begin < count; begin += kPacket) {
     const int n = std::min(kPacket, count - begin);
     RTCRay8 packet;
@@ -222,7 +251,7 @@ void Accel::occluded(const RayView& rays, const float* tfar, int count, uint8_t*
       packet.id[l] = 0;
       packet.flags[l] = 0;
     }
-    rtcOccluded8(valid, impl_->scene, &context, &packet);
+    rtcOccluded8(valid, impl_->world.scene, &context.base, &packet);
     for (int l = 0; l < n; ++l) occluded[begin + l] = packet.tfar[l] < 0;
   }
 }

@@ -84,7 +84,8 @@ Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, in
   const Vec3<Lane> d = gather_vec(paths.dx, paths.dy, paths.dz, g.slot);
   h.prim = gather(paths.prim, g.slot);
   h.origin = o;
-  const Surface<Lane> s = surface_at<Lane>(scene, h.prim, o, d);
+  const LaneInt instance = scene.any_instances() ? gather(paths.instance, g.slot) : splat_int<Lane>(-1);
+  const Surface<Lane> s = surface_at<Lane>(scene, h.prim, instance, o, d);
   VertexLanes<Lane>& v = h.v;
   v.p = s.p;
   v.error = s.error;

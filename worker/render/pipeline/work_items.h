@@ -30,10 +30,11 @@ struct Paths {
   alignas(32) float dx[kWavefront], dy[kWavefront], dz[kWavefront];
   alignas(32) float br[kWavefront], bg[kWavefront], bb[kWavefront];  // throughput
   alignas(32) float dvcm[kWavefront], dvc[kWavefront];
-  alignas(32) float last_pdf[kWavefront];   // camera: density of the last direction, 0 after a delta event
-  alignas(32) int32_t light[kWavefront];    // light paths: the light they left
-  alignas(32) float cos_light[kWavefront];  //              and the cosine there
-  alignas(32) int32_t prim[kWavefront];     // set by the caster
+  alignas(32) float last_pdf[kWavefront];    // camera: density of the last direction, 0 after a delta event
+  alignas(32) int32_t light[kWavefront];     // light paths: the light they left
+  alignas(32) float cos_light[kWavefront];   //              and the cosine there
+  alignas(32) int32_t prim[kWavefront];      // set by the caster
+  alignas(32) int32_t instance[kWavefront];  // the same, if scene.any_instances()
   alignas(32) int32_t active[kWavefront + kLanes];  // slots with a ray, `active_count` of them
   int active_count = 0;
 };

@@ -116,7 +116,15 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   item("lens sampling", lens_radius,
        lens_radius ? "the lens has a radius" : "the camera has no lens with a radius",
        "two dimensions per camera path and per lens connection");
-  item("instances", false, "instances are flattened at load", "a level of traversal");
+  const std::string flattened =
+      text(scene.flattened_instances) + " used once, small, emitting or nearly flat";
+  item("instances", scene.any_instances(),
+       scene.any_instances() ? text(scene.instance_count()) + " of " + text(scene.objects.size()) +
+                                   " object(s) share their geometry" +
+                                   (scene.flattened_instances ? "; multiplied out: " + flattened : "")
+       : scene.flattened_instances ? "all are multiplied out: " + flattened
+                                   : "no object is instanced",
+       "a level of traversal, and a transform per hit");
   item("participating media", false, "none in the scene", "distance sampling and transmittance");
   return plan;
 }

@@ -1,33 +1,36 @@
 #include "worker/render/scene/alpha_mask.h"
 
 #include "worker/render/sampling/sobol.h"
+#include "worker/render/scene/placement.h"
 #include "worker/render/scene/triangle_hit.h"
 
 namespace lightmill {
 namespace {
 
 /// In [0, 1), 24 bits.
-float hash_ray(int32_t prim, const Vec3<float>& o, const Vec3<float>& d) {
+float hash_ray(int32_t prim, int32_t instance, const Vec3<float>& o, const Vec3<float>& d) {
   uint32_t h = hash32(static_cast<uint32_t>(prim));
+  if (instance >= 0) h = hash_combine(h, static_cast<uint32_t>(instance));
   for (const float x : {o.x, o.y, o.z, d.x, d.y, d.z}) h = hash_combine(h, float_bits(x));
   return static_cast<float>(h >> 8) * 0x1p-24f;
 }
 
 }  // namespace
 
-bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim, const Vec3<float>& o,
-                 const Vec3<float>& d) {
+bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim, int32_t instance,
+                 const Vec3<float>& o, const Vec3<float>& d) {
   float a = alpha.value;
   if (alpha.texture >= 0) {
     const TriangleHit<float> h = triangle_hit<float>(scene, prim, o, d);
     const CornerUv<float> uv(scene, h, scene.primitive_flags[static_cast<size_t>(prim)]);
-    const Vec3<float> p = h.p0 * h.b0 + h.p1 * h.b1 + h.p2 * h.b2;
+    Vec3<float> p = h.p0 * h.b0 + h.p1 * h.b1 + h.p2 * h.b2;
+    if (instance >= 0) p = Placement<float>::of(scene, instance).point(p);
     TexturePoint at{uv.u(h), uv.v(h), scene.scene_point({p.x, p.y, p.z})};
     if (scene.any_colors) interpolate_colors(scene, h, at.color.data());
     a = scene.textures.evaluate(alpha.texture, at).r;
   }
   if (a >= 1) return true;
-  return a > 0 && hash_ray(prim, o, d) < a;
+  return a > 0 && hash_ray(prim, instance, o, d) < a;
 }
 
 }  // namespace lightmill

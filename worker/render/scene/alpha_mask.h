@@ -17,8 +17,9 @@ struct RenderScene;
 /// True if rays may pass.
 inline bool has_alpha_mask(const FloatInput& alpha) { return alpha.texture >= 0 || alpha.value < 1; }
 
-/// Whether triangle `prim` of a mesh with `alpha` stops ray (o, d), which is known to hit it.
-bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim, const Vec3<float>& o,
-                 const Vec3<float>& d);
+/// Whether triangle `prim` of a mesh with `alpha`, in `instance` (-1: in none), stops ray (o, d), which is
+/// known to hit it. The ray is in the space of the triangle.
+bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim, int32_t instance,
+                 const Vec3<float>& o, const Vec3<float>& d);
 
 }  // namespace lightmill

@@ -31,9 +31,9 @@ struct MaterialEntry {
   int normal_map = -1, displacement = -1;  // as in MaterialDescription
   float normal_scale = 1;
   bool normal_follows_v = false;
-  int gltf = -1;  // metallic roughness and tinted: index into RenderScene::metallic or tinted
-  Rgb color, transmittance;                // diffuse transmission: what is not textured
-  float scale = 1;                         // of both
+  int gltf = -1;             // metallic roughness and tinted: index into RenderScene::metallic or tinted
+  Rgb color, transmittance;  // diffuse transmission: what is not textured
+  float scale = 1;           // of both
   float u_roughness = 0, v_roughness = 0;
   bool remap_roughness = true;
   double coat_internal_reflectance = 0;  // coated: see coated_diffuse.h
@@ -44,6 +44,26 @@ struct MaterialEntry {
   float coat_eta = 1, coat_alpha = 0;
   int first_row = -1;                // textured roughness: in bsdf_tables, where the rows over alpha begin
   std::vector<double> coat_returns;  // the same for coat_internal_reflectance
+};
+
+/// Slots of an instance's record (placement.h): A over its scale by rows, the position of its object's
+/// origin, W times that scale by rows, 1 / scale (a power of two), norms of |A| and |A||W|, sign of det A.
+enum InstanceSlot {
+  kInstanceA = 0,
+  kInstancePosition = 9,
+  kInstanceW = 12,
+  kInstanceTimeScale = 21,
+  kInstanceNorm = 22,
+  kInstanceSpread = 23,
+  kInstanceHandedness = 24
+};
+inline constexpr int kInstanceFloats = 25;
+
+/// Meshes and spheres that are built once and seen where instances put them.
+struct ObjectRange {
+  size_t first_mesh = 0, mesh_count = 0;
+  int32_t first_sphere = 0, sphere_count = 0;
+  float lo[3] = {}, hi[3] = {};  // box in the object's space
 };
 
 struct RenderScene {
@@ -57,10 +77,17 @@ struct RenderScene {
   std::vector<float> colors;     // 4 per vertex or empty; 1 where the mesh has none
   std::vector<float> uvs;        // 2 per vertex or empty
   std::vector<int32_t> indices;  // 3 per triangle
-  std::vector<MeshRange> meshes;
+  std::vector<MeshRange> meshes;  // those of objects last
   std::vector<float> spheres;  // 4 per sphere: centre, radius
   /// 9 per sphere: the unit axes x, y, z of its object space, for its texture coordinates.
   std::vector<float> sphere_axes;
+
+  // Instanced objects. Their primitives follow those of the world, triangles and spheres alike, and their
+  // positions and normals are in the object's space.
+  std::vector<ObjectRange> objects;
+  std::vector<float> instance_records;   // kInstanceFloats per instance
+  std::vector<int32_t> instance_object;  // per instance
+  size_t flattened_instances = 0;        // built as shapes of their own
 
   std::vector<int32_t> primitive_material;  // per primitive
   std::vector<int32_t> primitive_light;     // per primitive: index into lights, or -1
@@ -107,6 +134,10 @@ struct RenderScene {
   bool any_shading_normals() const { return any_normals || any_bumps; }
   int32_t triangle_count() const { return static_cast<int32_t>(indices.size() / 3); }
   int32_t sphere_count() const { return static_cast<int32_t>(spheres.size() / 4); }
+  int32_t instance_count() const { return static_cast<int32_t>(instance_object.size()); }
+  bool any_instances() const { return !instance_object.empty(); }
+  size_t world_mesh_count() const { return objects.empty() ? meshes.size() : objects.front().first_mesh; }
+  int32_t world_sphere_count() const { return objects.empty() ? sphere_count() : objects.front().first_sphere; }
 };
 
 /// Builds it. Throws Error(kBadScene) for geometry that can't be rendered (no geometry or light is fine: the

@@ -3,10 +3,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "common/error.h"
+#include "common/scene/transform.h"
 #include "worker/render/scene/alpha_mask.h"
 #include "worker/render/scene/bump.h"
+#include "worker/render/scene/instancing.h"
 #include "worker/render/scene/light_builder.h"
 #include "worker/render/scene/material_builder.h"
 #include "worker/render/scene/render_scene.h"
@@ -68,7 +71,14 @@ struct Bounds {
 /// World-space (double) geometry before normalisation: only bounds are kept, points are computed twice.
 class SceneBuilder {
  public:
-  SceneBuilder(const SceneDescription& description, RenderScene* scene) : in_(description), out_(*scene) {}
+  SceneBuilder(const SceneDescription& description, RenderScene* scene)
+      : in_(description), out_(*scene), split_(split_instances(description)) {
+    for (const ShapeDescription& s : in_.shapes) world_.push_back(&s);
+    for (const ShapeDescription& s : split_.flattened) world_.push_back(&s);
+    shapes_ = world_;
+    for (const InstancedObject& o : split_.objects)
+      shapes_.insert(shapes_.end(), o.shapes.begin(), o.shapes.end());
+  }
 
   void build() {
     const Matrix& c2w = in_.camera.camera_to_world.m;
@@ -81,12 +91,12 @@ class SceneBuilder {
     begin_tables(in_.materials, &out_);
     for (const MaterialDescription& m : in_.materials) add_material(m, &out_);
     reserve();
-    for (const ShapeDescription& s : in_.shapes) {
-      if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) add_mesh(s, *mesh->mesh);
-    }
-    for (const ShapeDescription& s : in_.shapes) {
-      if (const auto* sphere = std::get_if<SphereShape>(&s.kind)) add_sphere(s, *sphere);
-    }
+    space_ = {out_.origin, out_.scale_exponent};
+    add_meshes(world_);
+    add_object_meshes();
+    add_spheres(world_);
+    add_object_spheres();
+    add_instances();
     out_.positions.resize(out_.positions.size() + 4);  // vector loads read past the last vertex
     for (const LightDescription& l : in_.lights) add_light(l, &out_);
     out_.lights.finish();
@@ -123,28 +133,118 @@ class SceneBuilder {
     }
   }
 
-  Vec3d relative(const Vec3d& p) const { return out_.normalised_point(p); }
+  /// Where geometry is kept: p -> (p - origin) 2^exponent.
+  struct Space {
+    Vec3d origin;
+    int exponent = 0;
+  };
+  Vec3d relative(const Vec3d& p) const {
+    return {std::ldexp(p.x - space_.origin.x, space_.exponent),
+            std::ldexp(p.y - space_.origin.y, space_.exponent),
+            std::ldexp(p.z - space_.origin.z, space_.exponent)};
+  }
+
+  void add_meshes(const std::vector<const ShapeDescription*>& shapes) {
+    for (const ShapeDescription* s : shapes) {
+      if (const auto* mesh = std::get_if<MeshShape>(&s->kind)) add_mesh(*s, *mesh->mesh);
+    }
+  }
+  void add_spheres(const std::vector<const ShapeDescription*>& shapes) {
+    for (const ShapeDescription* s : shapes) {
+      if (const auto* sphere = std::get_if<SphereShape>(&s->kind)) add_sphere(*s, *sphere);
+    }
+  }
+
+  /// Runs `add` in the space of each object in turn; what it adds to the surface area is the object's.
+  template <class Add>
+  void in_objects(const Add& add) {
+    object_area_.resize(split_.objects.size());
+    const Space world = space_;
+    for (size_t i = 0; i < split_.objects.size(); ++i) {
+      space_ = {split_.objects[i].center, split_.objects[i].exponent};
+      const double before = out_.surface_area;
+      add(split_.objects[i], out_.objects[i]);
+      object_area_[i] += std::exchange(out_.surface_area, before) - before;
+    }
+    space_ = world;
+  }
+  void add_object_meshes() {
+    out_.objects.resize(split_.objects.size());
+    in_objects([&](const InstancedObject& from, ObjectRange& range) {
+      range.first_mesh = out_.meshes.size();
+      add_meshes(from.shapes);
+      range.mesh_count = out_.meshes.size() - range.first_mesh;
+    });
+  }
+  void add_object_spheres() {
+    in_objects([&](const InstancedObject& from, ObjectRange& range) {
+      range.first_sphere = out_.sphere_count();
+      add_spheres(from.shapes);
+      range.sphere_count = out_.sphere_count() - range.first_sphere;
+      const Vec3d lo = relative({from.lo[0], from.lo[1], from.lo[2]}),
+                  hi = relative({from.hi[0], from.hi[1], from.hi[2]});
+      const double box[2][3] = {{lo.x, lo.y, lo.z}, {hi.x, hi.y, hi.z}};
+      for (int i = 0; i < 3; ++i) {
+        // Rounded as the vertices are; a sphere may round beyond its box.
+        range.lo[i] = static_cast<float>(box[0][i]) - 0x1p-22f;
+        range.hi[i] = static_cast<float>(box[1][i]) + 0x1p-22f;
+      }
+    });
+  }
+  void add_instances() {
+    out_.flattened_instances = split_.flattened_instances;
+    std::array<float, kInstanceFloats> record;
+    for (const PlacedObject& i : split_.instances) {
+      const InstancedObject& object = split_.objects[i.object];
+      const Transform& t = *i.object_to_world;
+      const Vec3d position =
+          relative(transform_point(t.m, object.center.x, object.center.y, object.center.z));
+      if (!instance_record(object, t, position, out_.scale_exponent, record.data()))
+        continue;  // collapsed, as triangles of this size are
+      out_.instance_records.insert(out_.instance_records.end(), record.begin(), record.end());
+      out_.instance_object.push_back(static_cast<int32_t>(i.object));
+      // Exact for a similarity, and near enough for what it is used for.
+      const double scale = std::cbrt(std::fabs(determinant3(t)));
+      out_.surface_area +=
+          object_area_[i.object] * std::pow(std::ldexp(scale, out_.scale_exponent - object.exponent), 2);
+    }
+  }
+
+  static double sphere_scale(const ShapeDescription& s) {
+    if (const auto scale = uniform_scale(s.object_to_world.m)) return *scale;
+    throw Error(ErrorKind::kBadScene,
+                place(s.location) + "a sphere under a non-uniform scale is not supported yet; use a mesh");
+  }
 
   void measure() {
     Bounds b;
-    for (const ShapeDescription& s : in_.shapes) {
+    for (const ShapeDescription* shape : shapes_) {
+      const ShapeDescription& s = *shape;
       if (std::holds_alternative<SphereShape>(s.kind) && has_alpha_mask(s.alpha)) {
         throw Error(ErrorKind::kBadScene,
                     place(s.location) + "an alpha mask on a sphere is not supported; use a mesh");
       }
     }
-    for (const ShapeDescription& s : in_.shapes) {
+    for (const ShapeDescription* shape : world_) {
+      const ShapeDescription& s = *shape;
       if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
         for (const Vec3f& v : mesh->mesh->positions)
           b.add(transform_point(s.object_to_world.m, v.x, v.y, v.z));
       } else {
-        const auto scale = uniform_scale(s.object_to_world.m);
-        if (!scale) {
-          throw Error(
-              ErrorKind::kBadScene,
-              place(s.location) + "a sphere under a non-uniform scale is not supported yet; use a mesh");
-        }
-        b.add(transform_point(s.object_to_world.m, 0, 0, 0), *scale * std::get<SphereShape>(s.kind).radius);
+        b.add(transform_point(s.object_to_world.m, 0, 0, 0),
+              sphere_scale(s) * std::get<SphereShape>(s.kind).radius);
+      }
+    }
+    for (const InstancedObject& o : split_.objects) {
+      for (const ShapeDescription* s : o.shapes) {
+        if (std::holds_alternative<SphereShape>(s->kind)) sphere_scale(*s);
+      }
+    }
+    for (const PlacedObject& i : split_.instances) {
+      const InstancedObject& o = split_.objects[i.object];
+      for (int corner = 0; corner < 8; ++corner) {
+        b.add(transform_point(i.object_to_world->m, corner & 1 ? o.hi[0] : o.lo[0],
+                              corner & 2 ? o.hi[1] : o.lo[1], corner & 4 ? o.hi[2] : o.lo[2]));
       }
     }
     for (const LightDescription& l : in_.lights) {
@@ -176,7 +276,8 @@ class SceneBuilder {
   void reserve() {
     size_t vertices = 0, triangles = 0, spheres = 0;
     bool normals = false, uvs = false, colors = false, textured_alpha = false;
-    for (const ShapeDescription& s : in_.shapes) {
+    for (const ShapeDescription* shape : shapes_) {
+      const ShapeDescription& s = *shape;
       if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
         vertices += mesh->mesh->positions.size();
         triangles += mesh->mesh->triangles.size();
@@ -297,7 +398,7 @@ class SceneBuilder {
   void add_sphere(const ShapeDescription& s, const SphereShape& sphere) {
     const double scale = *uniform_scale(s.object_to_world.m);
     const Vec3d c = relative(transform_point(s.object_to_world.m, 0, 0, 0));
-    const double radius = std::ldexp(scale * sphere.radius, out_.scale_exponent);
+    const double radius = std::ldexp(scale * sphere.radius, space_.exponent);
     if (!(static_cast<float>(radius) > 0)) return;
     const float record[4] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z),
                              static_cast<float>(radius)};
@@ -318,6 +419,10 @@ class SceneBuilder {
 
   const SceneDescription& in_;
   RenderScene& out_;
+  SplitScene split_;
+  std::vector<const ShapeDescription*> world_, shapes_;  // in normalised space; and those of objects, too
+  Space space_;
+  std::vector<double> object_area_;  // in the object's space
   std::vector<bool> used_;
   unsigned kinds_ = 0;
   bool keep_uvs_ = false;

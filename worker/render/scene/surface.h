@@ -5,6 +5,7 @@
 // here by our own arithmetic, because its reciprocal estimates round differently between CPU vendors.
 #include "worker/render/math/angle.h"
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/scene/placement.h"
 #include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/sphere_hit.h"
 #include "worker/render/scene/triangle_hit.h"
@@ -34,10 +35,12 @@ inline Vec3<F> unit_tangent(const Vec3<F>& dpdu, const Vec3<F>& n) {
   return select(usable, t * (1.0f / sqrt(select(usable, t2, splat<F>(1.0f)))), Frame<F>(n).s);
 }
 
-/// Reconstructs the hit of ray (o, d) with primitives `prim` (all valid indices).
-template <class F>
-inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3<F>& o, const Vec3<F>& d) {
+/// See surface_at; the ray is (world_o, world_d) before `place` takes it to the primitive's space.
+template <class F, class Place>
+inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const Place& place,
+                                 const Vec3<F>& world_o, const Vec3<F>& world_d) {
   Surface<F> s;
+  const Vec3<F> o = place.origin(world_o), d = place.direction(world_d);
   const int32_t triangles = scene.triangle_count();
   const MaskOf<F> is_sphere = MaskOf<F>(prim >= triangles);
   const bool spheres = any(is_sphere);
@@ -45,19 +48,22 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
   const F flip = select(MaskOf<F>((flags & RenderScene::kFlip) != 0), splat<F>(-1.0f), splat<F>(1.0f));
   if (triangles > 0) {
     const IntOf<F> tri = spheres ? select(is_sphere, IntOf<F>{}, prim) : prim;
-    const TriangleHit<F> h = triangle_hit<F>(scene, tri, o, d);
+    TriangleHit<F> h = triangle_hit<F>(scene, tri, o, d);
     const F b0 = h.b0, b1 = h.b1, b2 = h.b2;
-    s.p = h.p0 * b0 + h.p1 * b1 + h.p2 * b2;
+    const Vec3<F> p = h.p0 * b0 + h.p1 * b1 + h.p2 * b2;
+    s.p = place.point(p);
     // |p| error <= gamma_7 sum |b_i p_i| (pbrt-v4 §6.8.1); one bound for all three axes.
     auto bound = [&](F a, F b, F c) { return abs(a * b0) + abs(b * b1) + abs(c * b2); };
-    s.error = max(bound(h.p0.x, h.p1.x, h.p2.x),
-                  max(bound(h.p0.y, h.p1.y, h.p2.y), bound(h.p0.z, h.p1.z, h.p2.z))) *
-              gamma_bound(7);
-    s.ng = normalize(cross(h.e1, h.e2)) * flip;
+    const F error = max(bound(h.p0.x, h.p1.x, h.p2.x),
+                        max(bound(h.p0.y, h.p1.y, h.p2.y), bound(h.p0.z, h.p1.z, h.p2.z))) *
+                    gamma_bound(7);
+    s.error = place.error(error, p);
+    s.ng = place.handed(normalize(cross(place.scaled_vector(h.e1), place.scaled_vector(h.e2))) * flip);
     s.ns = s.ng;
     if (scene.any_normals) {
       const float* nor = scene.normals.data();
-      const Vec3<F> n = gather3<F>(nor, h.i0) * b0 + gather3<F>(nor, h.i1) * b1 + gather3<F>(nor, h.i2) * b2;
+      const Vec3<F> n = place.normal(gather3<F>(nor, h.i0)) * b0 + place.normal(gather3<F>(nor, h.i1)) * b1 +
+                        place.normal(gather3<F>(nor, h.i2)) * b2;
       const F n2 = dot(n, n);
       const MaskOf<F> smooth = MaskOf<F>(n2 > 0.0f);
       const Vec3<F> unit = n * (1.0f / sqrt(select(smooth, n2, splat<F>(1.0f))));
@@ -71,7 +77,10 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
       const CornerUv<F> uv(scene, h, flags);
       s.u = uv.u(h);
       s.v = uv.v(h);
-      if (scene.any_tangent) triangle_derivatives(h, uv, &s.dpdu, &s.dpdv);
+      if (scene.any_tangent) {
+        h.e1 = place.vector(h.e1), h.e2 = place.vector(h.e2);
+        triangle_derivatives(h, uv, &s.dpdu, &s.dpdv);
+      }
     }
   }
   if (spheres) {
@@ -97,11 +106,12 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
     }
     const Vec3<F> n{load<F>(out[0]), load<F>(out[1]), load<F>(out[2])};
     p = center + n * radius;
-    s.p = select(is_sphere, p, s.p);
+    s.p = select(is_sphere, place.point(p), s.p);
     const F size = max(abs(center.x), max(abs(center.y), abs(center.z))) + radius;
-    s.error = select(is_sphere, size * gamma_bound(5), s.error);
-    s.ng = select(is_sphere, n * flip, s.ng);
-    s.ns = select(is_sphere, n * flip, s.ns);
+    s.error = select(is_sphere, place.error(size * gamma_bound(5), p), s.error);
+    const Vec3<F> outward = place.normal(n) * flip;
+    s.ng = select(is_sphere, outward, s.ng);
+    s.ns = select(is_sphere, outward, s.ns);
     if (scene.any_colors) {
       for (F& c : s.color) c = select(is_sphere, splat<F>(1.0f), c);
     }
@@ -120,19 +130,33 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
         const MaskOf<F> pole = MaskOf<F>(sine == 0.0f);
         const F inv = 1.0f / select(pole, splat<F>(1.0f), sine);
         const F c = select(pole, splat<F>(1.0f), x * inv), d = select(pole, F{}, y * inv);
-        s.dpdu = select(is_sphere, (ay * x - ax * y) * around, s.dpdu);
-        s.dpdv = select(is_sphere, (az * sine - (ax * c + ay * d) * z) * along, s.dpdv);
+        s.dpdu = select(is_sphere, place.vector((ay * x - ax * y) * around), s.dpdu);
+        s.dpdv = select(is_sphere, place.vector((az * sine - (ax * c + ay * d) * z) * along), s.dpdv);
       }
     }
   }
   return s;
 }
 
+/// Reconstructs the hit of ray (o, d) with primitives `prim` (all valid indices) of instances `instance` (-1:
+/// of the world itself).
+template <class F>
+inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, IntOf<F> instance, const Vec3<F>& o,
+                             const Vec3<F>& d) {
+  if (scene.any_instances() && any(MaskOf<F>(instance >= 0)))
+    return placed_surface(scene, prim, Placement<F>(scene, instance), o, d);
+  return placed_surface(scene, prim, NoPlacement<F>{}, o, d);
+}
+template <class F>
+inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3<F>& o, const Vec3<F>& d) {
+  return placed_surface(scene, prim, NoPlacement<F>{}, o, d);
+}
+
 /// Where lane `l` of `s` looks textures up.
 template <class F>
 inline TexturePoint texture_point(const RenderScene& scene, const Surface<F>& s, int l) {
-  TexturePoint at{
-      lane(s.u, l), lane(s.v, l), scene.scene_point({lane(s.p.x, l), lane(s.p.y, l), lane(s.p.z, l)})};
+  TexturePoint at{lane(s.u, l), lane(s.v, l),
+                  scene.scene_point({lane(s.p.x, l), lane(s.p.y, l), lane(s.p.z, l)})};
   if (scene.any_colors) {
     for (size_t c = 0; c < 4; ++c) at.color[c] = lane(s.color[c], l);
   }

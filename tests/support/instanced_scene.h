@@ -1,0 +1,22 @@
+#pragma once
+// Scenes with objects and instances, and the same scenes without.
+#include "common/scene/transform.h"
+#include "tests/support/test_scene.h"
+
+namespace lightmill::test {
+
+/// A sphere of `segments`^2 / 2 triangles or more with normals and texture coordinates.
+std::shared_ptr<const TriangleMesh> ball_mesh(double radius, int segments);
+/// Starts an object; `add_to_object` and `instance` take its index.
+int begin_object(TestScene* s, const std::string& name);
+ShapeDescription& add_to_object(TestScene* s, int object, ShapeKind kind, int material,
+                                const Transform& to_object = {});
+void instance(TestScene* s, int object, const Transform& to_world);
+
+/// The scene with the shapes of its instances written out.
+SceneDescription flattened(const SceneDescription& scene);
+
+/// The room of cornell_room with three objects that share their geometry: bumpy, masked and mirrored ones.
+TestScene room_of_instances();
+
+}  // namespace lightmill::test

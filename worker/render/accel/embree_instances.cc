@@ -1,0 +1,174 @@
+#include "worker/render/accel/embree_instances.h"
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "worker/render/scene/placement.h"
+
+namespace lightmill {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr unsigned kMaxLanes = 8;  // of the packets that accel.h traces
+
+const TracedObject& object_of(const TracedInstances& all, unsigned instance) {
+  return all.objects[static_cast<size_t>(all.scene->instance_object[instance])];
+}
+
+void instance_bounds(const RTCBoundsFunctionArguments* args) {
+  const auto& all = *static_cast<const TracedInstances*>(args->geometryUserPtr);
+  const RenderScene& scene = *all.scene;
+  const float* r = &scene.instance_records[size_t{args->primID} * kInstanceFloats];
+  const ObjectRange& o = scene.objects[static_cast<size_t>(scene.instance_object[args->primID])];
+  const double scale = 1.0 / double{r[kInstanceTimeScale]};
+  double lo[3], hi[3];
+  for (size_t i = 0; i < 3; ++i) {
+    lo[i] = hi[i] = double{r[kInstancePosition + i]};
+    double size = 0;
+    for (size_t j = 0; j < 3; ++j) {
+      const double a = double{r[kInstanceA + 3 * i + j]} * scale;
+      lo[i] += std::min(a * double{o.lo[j]}, a * double{o.hi[j]});
+      hi[i] += std::max(a * double{o.lo[j]}, a * double{o.hi[j]});
+      size += std::fabs(a);
+    }
+    // What rounding may move a ray by on its way in, and then some: a box that is a little larger costs
+    // nothing.
+    const double slack =
+        0x1p-20 * (double{r[kInstanceSpread]} * size + std::fabs(double{r[kInstancePosition + i]}));
+    lo[i] -= slack, hi[i] += slack;
+  }
+  const auto down = [](double x) { return std::nextafter(static_cast<float>(x), -kInfinity); };
+  const auto up = [](double x) { return std::nextafter(static_cast<float>(x), kInfinity); };
+  auto& b = *args->bounds_o;
+  b.lower_x = down(lo[0]), b.lower_y = down(lo[1]), b.lower_z = down(lo[2]);
+  b.upper_x = up(hi[0]), b.upper_y = up(hi[1]), b.upper_z = up(hi[2]);
+}
+
+/// The valid rays of a packet in the object's space.
+struct ObjectRays {
+  unsigned lanes = 0;  // bits
+  alignas(32) float ox[kMaxLanes], oy[kMaxLanes], oz[kMaxLanes], dx[kMaxLanes], dy[kMaxLanes], dz[kMaxLanes];
+  alignas(32) float tnear[kMaxLanes], tfar[kMaxLanes];
+
+  ObjectRays(const int* valid, RTCRayN* ray, unsigned n, const Placement<Float8>& place) {
+    alignas(32) float o[3][kMaxLanes], d[3][kMaxLanes];
+    const float t = lane(place.time_scale, 0);
+    unsigned some = 0;
+    for (unsigned i = 0; i < n; ++i) {
+      if (!valid[i]) continue;
+      lanes |= 1u << i;
+      some = i;
+    }
+    for (unsigned l = 0; l < kMaxLanes; ++l) {
+      const unsigned i = lanes >> l & 1 ? l : some;
+      o[0][l] = RTCRayN_org_x(ray, n, i), o[1][l] = RTCRayN_org_y(ray, n, i),
+      o[2][l] = RTCRayN_org_z(ray, n, i);
+      d[0][l] = RTCRayN_dir_x(ray, n, i), d[1][l] = RTCRayN_dir_y(ray, n, i),
+      d[2][l] = RTCRayN_dir_z(ray, n, i);
+      tnear[l] = RTCRayN_tnear(ray, n, i) * t;
+      tfar[l] = RTCRayN_tfar(ray, n, i) * t;
+    }
+    const Vec3<Float8> po = place.origin({load<Float8>(o[0]), load<Float8>(o[1]), load<Float8>(o[2])});
+    const Vec3<Float8> pd = place.direction({load<Float8>(d[0]), load<Float8>(d[1]), load<Float8>(d[2])});
+    store(ox, po.x), store(oy, po.y), store(oz, po.z);
+    store(dx, pd.x), store(dy, pd.y), store(dz, pd.z);
+  }
+  /// If just one ray is valid: which.
+  int single() const { return std::has_single_bit(lanes) ? std::countr_zero(lanes) : -1; }
+  void fill(unsigned l, RTCRay* r) const {
+    r->org_x = ox[l], r->org_y = oy[l], r->org_z = oz[l];
+    r->dir_x = dx[l], r->dir_y = dy[l], r->dir_z = dz[l];
+    r->tnear = tnear[l], r->tfar = tfar[l];
+    r->time = 0, r->mask = ~0u, r->id = 0, r->flags = 0;
+  }
+  void fill(RTCRay8* r, int* valid) const {
+    for (unsigned l = 0; l < kMaxLanes; ++l) {
+      valid[l] = lanes >> l & 1 ? -1 : 0;
+      r->org_x[l] = ox[l], r->org_y[l] = oy[l], r->org_z[l] = oz[l];
+      r->dir_x[l] = dx[l], r->dir_y[l] = dy[l], r->dir_z[l] = dz[l];
+      r->tnear[l] = tnear[l], r->tfar[l] = tfar[l];
+      r->time[l] = 0, r->mask[l] = ~0u, r->id[l] = 0, r->flags[l] = 0;
+    }
+  }
+};
+
+void instance_intersect(const RTCIntersectFunctionNArguments* args) {
+  const auto& all = *static_cast<const TracedInstances*>(args->geometryUserPtr);
+  const auto instance = static_cast<int32_t>(args->primID);
+  const TracedObject& object = object_of(all, args->primID);
+  const unsigned n = args->N;
+  RTCRayN* ray = RTCRayHitN_RayN(args->rayhit, n);
+  RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, n);
+  const auto place = Placement<Float8>::of(*all.scene, instance);
+  const ObjectRays rays(args->valid, ray, n, place);
+  const float time = lane(place.time_scale, 0);
+  TraceContext context(instance);
+  const auto report = [&](unsigned l, float t, unsigned geometry, unsigned prim) {
+    if (geometry == RTC_INVALID_GEOMETRY_ID) return;
+    RTCRayN_tfar(ray, n, l) = t / time;
+    RTCHitN_geomID(hit, n, l) = args->geomID;
+    RTCHitN_primID(hit, n, l) = static_cast<unsigned>(object.first_primitive[geometry]) + prim;
+    RTCHitN_instID(hit, n, l, 0) = args->primID;
+  };
+  if (const int l = rays.single(); l >= 0) {
+    RTCRayHit one;
+    rays.fill(static_cast<unsigned>(l), &one.ray);
+    one.hit.geomID = one.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(object.scene, &context.base, &one);
+    report(static_cast<unsigned>(l), one.ray.tfar, one.hit.geomID, one.hit.primID);
+    return;
+  }
+  RTCRayHit8 packet;
+  alignas(32) int valid[kMaxLanes];
+  rays.fill(&packet.ray, valid);
+  for (unsigned l = 0; l < kMaxLanes; ++l)
+    packet.hit.geomID[l] = packet.hit.instID[0][l] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect8(valid, object.scene, &context.base, &packet);
+  for (unsigned bits = rays.lanes; bits; bits &= bits - 1) {
+    const auto l = static_cast<unsigned>(std::countr_zero(bits));
+    report(l, packet.ray.tfar[l], packet.hit.geomID[l], packet.hit.primID[l]);
+  }
+}
+
+void instance_occluded(const RTCOccludedFunctionNArguments* args) {
+  const auto& all = *static_cast<const TracedInstances*>(args->geometryUserPtr);
+  const auto instance = static_cast<int32_t>(args->primID);
+  const TracedObject& object = object_of(all, args->primID);
+  const ObjectRays rays(args->valid, args->ray, args->N, Placement<Float8>::of(*all.scene, instance));
+  TraceContext context(instance);
+  const auto report = [&](unsigned l, float t) {
+    if (t < 0) RTCRayN_tfar(args->ray, args->N, l) = -kInfinity;
+  };
+  if (const int l = rays.single(); l >= 0) {
+    RTCRay one;
+    rays.fill(static_cast<unsigned>(l), &one);
+    rtcOccluded1(object.scene, &context.base, &one);
+    report(static_cast<unsigned>(l), one.tfar);
+    return;
+  }
+  RTCRay8 packet;
+  alignas(32) int valid[kMaxLanes];
+  rays.fill(&packet, valid);
+  rtcOccluded8(valid, object.scene, &context.base, &packet);
+  for (unsigned bits = rays.lanes; bits; bits &= bits - 1) {
+    const auto l = static_cast<unsigned>(std::countr_zero(bits));
+    report(l, packet.tfar[l]);
+  }
+}
+
+}  // namespace
+
+void attach_instances(RTCDevice device, RTCScene world, TracedInstances* instances) {
+  RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(g, static_cast<unsigned>(instances->scene->instance_count()));
+  rtcSetGeometryUserData(g, instances);
+  rtcSetGeometryBoundsFunction(g, instance_bounds, nullptr);
+  rtcSetGeometryIntersectFunction(g, instance_intersect);
+  rtcSetGeometryOccludedFunction(g, instance_occluded);
+  rtcCommitGeometry(g);
+  rtcAttachGeometry(world, g);
+  rtcReleaseGeometry(g);
+}
+
+}  // namespace lightmill

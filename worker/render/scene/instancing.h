@@ -1,0 +1,44 @@
+#pragma once
+// Which objects are built once and instanced, and which are multiplied out ("flattened").
+//
+// Flattened is what must be: shapes that emit (each of their triangles is a light with a place of its own)
+// and instances whose matrix is too near to singular for float rays; and what is cheaper so: objects used
+// once, and those of which all copies together are so few triangles that a ray saves more than they cost.
+#include <vector>
+
+#include "common/scene/description.h"
+
+namespace lightmill {
+
+/// All copies of an object beyond the first, together, may have this many primitives and be flattened.
+inline constexpr size_t kFlattenedPrimitives = 4096;
+
+/// An object that is built once. Its space: p -> (p - center) 2^exponent, which brings its box to a size
+/// of 1.
+struct InstancedObject {
+  std::vector<const ShapeDescription*> shapes;
+  Vec3d center;
+  int exponent = 0;
+  double lo[3], hi[3];  // its box, before that
+};
+struct PlacedObject {
+  size_t object = 0;  // index into SplitScene::objects
+  const Transform* object_to_world = nullptr;
+};
+struct SplitScene {
+  std::vector<InstancedObject> objects;
+  std::vector<PlacedObject> instances;
+  std::vector<ShapeDescription> flattened;  // in the world
+  size_t flattened_instances = 0;           // of which something is in `flattened`
+};
+
+/// Pointers are into `scene`. Throws Error(kBadScene) if what must be flattened is too much.
+SplitScene split_instances(const SceneDescription& scene);
+
+/// kInstanceFloats of placement.h for an object at `object_to_world`; `position` is that of its center in
+/// normalised space, which is the scene's scaled by 2^scene_exponent. False: so small that nothing can hit
+/// it.
+bool instance_record(const InstancedObject& object, const Transform& object_to_world, const Vec3d& position,
+                     int scene_exponent, float* record);
+
+}  // namespace lightmill
