@@ -2,6 +2,7 @@
 
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/light/light_sampling.h"
+#include "worker/render/pipeline/roulette.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/vertex_io.h"
 #include "worker/render/scene/bump.h"
@@ -10,13 +11,6 @@
 
 namespace lightmill {
 namespace {
-
-/// Scattering events before Russian roulette starts.
-constexpr int kRouletteStart = 1;
-/// From this vertex on, survival is capped, so that paths in lossless closed scenes end. An albedo rho has
-/// finite variance under the cap q only if rho^2 < q: 0.999 must pass.
-constexpr int kRouletteCapStart = 64;
-constexpr float kRouletteCap = 0.999f;
 
 Vec3<Lane> gather_vec(const float* x, const float* y, const float* z, LaneInt i) {
   return {gather(x, i), gather(y, i), gather(z, i)};
@@ -136,8 +130,7 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   if (depth > kRouletteStart) {
     // Survival is the loss of throughput at this event, so that the product over a path tracks
     // its throughput.
-    const float cap = depth > kRouletteCapStart ? kRouletteCap : 1.0f;
-    const Lane q = min(after / before, splat<Lane>(cap));
+    const Lane q = min(after / before, splat<Lane>(roulette_cap(depth)));
     const Lane u = stream.get_1d(vertex_dim(depth, kDimRoulette));
     go = mask_and(go, LaneMask(u < q));
     throughput = throughput * (1.0f / select(LaneMask(q > 0.0f), q, splat<Lane>(1.0f)));

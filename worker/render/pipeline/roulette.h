@@ -1,0 +1,24 @@
+#pragma once
+// Russian roulette: how probable it is at most that a path goes on.
+//
+// A path survives a scattering event with the loss of throughput there, so that its throughput stays what it
+// was: under an albedo rho it has 1 / (1 - rho) events on average. Where nothing is lost it would never end.
+// So from kRouletteCapStart = K on, survival of event n is at most 1 - 2 / n: a path then gets to event n
+// with probability P(n) <= (K / n)^2, and has 2 K events on average however little is lost.
+//
+// The variance stays finite for every albedo below 1: the throughput at event n is rho^n / P(n), and of a
+// light that adds 1 per event the estimate has the second moment
+//   2 / (1 - rho) * sum_n rho^(2n) / P(n),   P(n) ~ n^-2.
+// A constant cap q in place of 1 - 2 / n would make P(n) geometric, and the sum infinite once rho^2 >= q.
+namespace lightmill {
+
+/// Scattering events before Russian roulette starts.
+inline constexpr int kRouletteStart = 1;
+inline constexpr int kRouletteCapStart = 1024;
+
+/// Largest probability to survive scattering event `depth` (1: the first).
+inline float roulette_cap(int depth) {
+  return depth > kRouletteCapStart ? 1.0f - 2.0f / static_cast<float>(depth) : 1.0f;
+}
+
+}  // namespace lightmill
