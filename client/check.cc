@@ -21,7 +21,7 @@ std::vector<Problem> find_problems(const CheckOptions& options) {
   const std::filesystem::path path(options.scene.scene);
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   const LoadResult result =
-      load_scene(path.filename().string(), DirectoryFiles(folder.string()), {options.scene.strict});
+      load_scene(path.filename().string(), DirectoryFiles(folder.string()), load_options(options.scene));
   std::vector<Problem> problems = result.problems;
   for (Problem& problem : problems) {  // the reader names files relative to the scene's folder
     const std::filesystem::path file(problem.where.file);

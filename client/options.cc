@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 
 #include "common/build_id/build_id.h"
@@ -76,9 +77,14 @@ void add_unavailable(CLI::App* verb, const std::string& option, const std::strin
 }
 
 void add_scene(CLI::App* verb, SceneOptions* scene) {
-  verb->add_option("SCENE", scene->scene, "A pbrt-v4 scene file")->required();
+  verb->add_option("SCENE", scene->scene, "A scene file: pbrt-v4 (.pbrt) or glTF 2.0 (.gltf, .glb)")
+      ->required();
   verb->add_flag("--strict", scene->strict, "Unsupported scene features are errors");
 }
+  verb->add_option("--camera", scene->camera,
+                   "glTF: the camera or node of this name (default: the first camera)");
+  verb->add_option("--environment", scene->environment,
+                   "glTF: light from all around by this lat-long picture (.exr, .hdr, ...)");
 
 void add_stop_rule(CLI::App* verb, SceneOptions* scene) {
   RenderOptions& render = scene->render;
@@ -164,9 +170,15 @@ void add_output(CLI::App* verb, OutputOptions* output) {
 }
 
 SceneDescription load_scene_for(const SceneOptions& options, bool quiet) {
-  return load_scene_file(options.scene, LoadOptions{options.strict}, [quiet](const Problem& problem) {
+  return load_scene_file(options.scene, load_options(options), [quiet](const Problem& problem) {
     if (!quiet) print_warning(format_problem(problem));
   });
+LoadOptions load_options(const SceneOptions& options) {
+  LoadOptions load{options.strict, options.camera, options.environment};
+  if (!load.environment.empty()) load.environment = std::filesystem::absolute(load.environment).string();
+  return load;
+}
+
 }
 
 void announce_auto(const SceneOptions& options, bool quiet) {

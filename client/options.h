@@ -35,6 +35,7 @@ void add_connection(CLI::App* verb, ConnectionOptions* connection);
 struct SceneOptions {
   std::string scene;
   bool strict = false;
+  std::string camera, environment;  // for glTF, see LoadOptions
   RenderOptions render;
   // As typed; `finish_scene_options` turns them into `render`.
   std::string max_depth, resolution, crop;
@@ -57,6 +58,9 @@ void add_output(CLI::App* verb, OutputOptions* output);
 void add_unavailable(CLI::App* verb, const std::string& option, const std::string& what);
 
 /// Loads a scene from disk. Unsupported features are warned of on stderr unless `quiet`. Throws
+/// What the options say to the scene's reader; the environment's path made absolute, as it is relative to the
+/// working folder and not to the scene's.
+LoadOptions load_options(const SceneOptions& options);
 /// Error(kBadScene) with the first problem.
 SceneDescription load_scene_for(const SceneOptions& options, bool quiet);
 /// Says once on stderr what `auto` means for now, unless `quiet`.

@@ -19,15 +19,19 @@ constexpr size_t kMaxEntries = 1'000'000;
 void check(const Bundle& bundle) {
   if (bundle.entries.empty() || bundle.entries.size() > kMaxEntries)
     fail("it must hold from 1 to 1000000 files");
-  bool has_main = false;
+  constexpr size_t kMaxCameraName = 4096;
+  if (bundle.camera.size() > kMaxCameraName) fail("the camera's name is too long");
+  bool has_main = false, has_environment = bundle.environment.empty();
   for (size_t i = 0; i < bundle.entries.size(); ++i) {
     const BundleEntry& e = bundle.entries[i];
     if (!is_safe_bundle_name(e.name)) fail("unsafe file name");
     if (!is_sha256_hex(e.digest)) fail("malformed digest of " + e.name);
     if (i > 0 && !(bundle.entries[i - 1].name < e.name)) fail("names are not sorted, or one is given twice");
     has_main = has_main || e.name == bundle.main;
+    has_environment = has_environment || e.name == bundle.environment;
   }
   if (!has_main) fail("its main file is not among its files");
+  if (!has_environment) fail("its environment is not among its files");
 }
 
 }  // namespace
@@ -39,7 +43,10 @@ std::string bundle_to_json(const Bundle& bundle) {
   for (const BundleEntry& e : bundle.entries) {
     entries.push_back({{"digest", e.digest}, {"name", e.name}, {"size", e.size}});
   }
-  return nlohmann::json{{"entries", std::move(entries)}, {"main", bundle.main}, {"version", 1}}.dump();
+  nlohmann::json j{{"entries", std::move(entries)}, {"main", bundle.main}, {"version", 1}};
+  if (!bundle.camera.empty()) j["camera"] = bundle.camera;
+  if (!bundle.environment.empty()) j["environment"] = bundle.environment;
+  return j.dump();
 }
 
 Bundle bundle_from_json(const std::string& text) {
@@ -48,6 +55,8 @@ Bundle bundle_from_json(const std::string& text) {
     if (j.at("version") != 1) fail("unknown version; upgrade this program");
     Bundle bundle;
     bundle.main = j.at("main").get<std::string>();
+    bundle.camera = j.value("camera", "");
+    bundle.environment = j.value("environment", "");
     if (!j.at("entries").is_array()) fail("\"entries\" must be an array");
     for (const auto& e : j.at("entries")) {
       if (!e.at("size").is_number_unsigned()) fail("a size must be a whole number from 0");
@@ -65,6 +74,8 @@ Bundle make_bundle(const SceneDescription& scene, std::map<std::string, std::str
   if (scene.files.empty()) fail("the scene has no files");
   Bundle bundle;
   bundle.main = scene.files.front().name;
+  bundle.camera = scene.chosen_camera;
+  bundle.environment = scene.chosen_environment;
   for (const SourceFile& file : scene.files) {
     std::error_code error;
     const uint64_t size = std::filesystem::file_size(file.path, error);

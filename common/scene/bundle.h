@@ -16,9 +16,11 @@ struct BundleEntry {
   bool operator==(const BundleEntry&) const = default;
 };
 
-/// The manifest. `entries` are sorted by name; `main` is one of them.
+/// The manifest. `entries` are sorted by name; `main` is one of them, and so is `environment` unless it is
+/// empty.
 struct Bundle {
   std::string main;
+  std::string camera, environment;  // as in LoadOptions
   std::vector<BundleEntry> entries;
   /// SHA-256 of the canonical text of the manifest.
   std::string digest() const;

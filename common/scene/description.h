@@ -284,7 +284,7 @@ struct PointLight {
   Vec3d position;
 };
 /// Environment radiance: constant, or `radiance` times a square equal-area image (pbrt-v4's mapping, +z of
-/// the light's space in the middle of the picture).
+/// the light's space in the middle of the picture) or a panorama.
 struct InfiniteLight {
   Rgb radiance;
   std::string image_path = {};  // resolved; empty: constant
@@ -383,6 +383,8 @@ struct SceneDescription {
   std::vector<InstanceDescription> instances;
   std::vector<LightDescription> lights;
   std::vector<SourceFile> files;  // the scene file first
+  // What LoadOptions chose, the environment by its name in a bundle; empty: as the scene file says.
+  std::string chosen_camera, chosen_environment;
 };
 
 /// A mix among `materials` that contains itself, directly or not; -1 if there is none.

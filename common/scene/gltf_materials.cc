@@ -183,7 +183,7 @@ void GltfMaterials::emission(const GltfValue& material, GltfSurface* surface) {
   AreaLightDescription light;
   light.radiance = factor;
   light.two_sided = material.boolean_or("doubleSided", false);
-  light.location = scene_.where(material.pointer());
+  light.location = scene_.likely_place(material.pointer());
   if (material.find("emissiveTexture"))
     scene_.unsupported(material.pointer() + "/emissiveTexture", "a texture of the emission; it is even");
   surface->area_light = static_cast<int>(scene_.scene.area_lights.size());
@@ -195,7 +195,7 @@ GltfSurface GltfMaterials::translate(const GltfValue& material, bool vertex_colo
   name_unsupported(material);
   MaterialDescription d;
   d.name = material.text_or("name", "");
-  d.location = {scene_.name, 1, 1};
+  d.location = scene_.likely_place(material.pointer());
   const auto gloss = material.extension("KHR_materials_pbrSpecularGlossiness");
   const GltfValue base = gloss ? *gloss : or_empty(material.find("pbrMetallicRoughness"), material);
   const char* factor_key = gloss ? "diffuseFactor" : "baseColorFactor";

@@ -61,6 +61,7 @@ void add_environment(GltfScene& out, const std::string& file) {
   light.lat_long = true;
   out.attempt([&] {
     light.image_path = out.open_reference(file, "--environment");
+    out.scene.chosen_environment = bundle_name(file);
     out.scene.lights.push_back({light, {out.name, 1, 1}});
   });
 }
@@ -73,6 +74,7 @@ SceneDescription read_gltf(const std::string& name, const FileSource& files, con
   out.name = name;
   out.scene.film.filename = std::filesystem::path(name).stem().string() + ".exr";
   out.scene.sampling.max_depth = kUnlimitedDepth;
+  out.scene.chosen_camera = options.camera;
   SourceLocation place{name, 1, 1};
   try {
     const std::string path = out.open_reference(name, "");

@@ -27,7 +27,12 @@ struct GltfScene {
   std::optional<std::string> glb_binary;  // taken by the buffer without a URI
 
   SourceLocation where(const std::string& pointer) const { return locate_in_json(json_text, pointer, name); }
-  /// "/meshes/0: message", once per message and pointer.
+  /// The same for what is kept in case something is wrong with it: long texts would take too long to walk.
+  SourceLocation likely_place(const std::string& pointer) const {
+    constexpr size_t kShort = size_t{1} << 18;
+    return json_text.size() <= kShort ? where(pointer) : SourceLocation{name, 1, 1};
+  }
+  /// "/meshes/0: message".
   void error(const GltfProblem& problem);
   void warning(const std::string& pointer, const std::string& message);
   void unsupported(const std::string& pointer, const std::string& what);

@@ -73,7 +73,8 @@ const GltfTextures::Image& GltfTextures::source(size_t index) {
 }
 
 int GltfTextures::add(TextureKind kind, const GltfValue& at, bool is_spectrum) {
-  scene_.scene.textures.push_back({at.pointer(), is_spectrum, std::move(kind), {scene_.name, 1, 1}});
+  scene_.scene.textures.push_back(
+      {at.pointer(), is_spectrum, std::move(kind), scene_.likely_place(at.pointer())});
   return static_cast<int>(scene_.scene.textures.size()) - 1;
 }
 

@@ -5,7 +5,7 @@
 #include "common/error.h"
 #include "common/scene/ply_reader.h"
 #include "common/settings.h"
-#include "tests/common/scene/scene_fixture.h"
+#include "tests/common/scene/gltf_fixture.h"
 
 namespace lightmill {
 namespace {
@@ -171,6 +171,62 @@ TEST(MeshFuzz, Ply) {
     }
     EXPECT_GT(accepted, 100u);
   }
+}
+
+class GltfFuzz : public GltfTest {};
+
+TEST_F(GltfFuzz, Scenes) {
+  const std::vector<std::string> words = {"-1",
+                                          "0",
+                                          "1e300",
+                                          "4294967296",
+                                          "null",
+                                          "[]",
+                                          "{}",
+                                          "\"\"",
+                                          "\"children\": [0],",
+                                          "\"sparse\": {},",
+                                          "\"normalized\": true,",
+                                          "\"mode\": 5,",
+                                          "\"byteOffset\": 3,",
+                                          "\"byteStride\": 4,",
+                                          "\"extensions\": {\"KHR_lights_punctual\": {\"light\": 0}},",
+                                          "data:;base64,AAAA"};
+  primitive()["attributes"]["COLOR_0"] = 0;
+  document_["materials"][0]["alphaMode"] = "BLEND";
+  document_["materials"][0]["pbrMetallicRoughness"] = {{"baseColorFactor", {1, 1, 1, 0.5}},
+                                                       {"metallicFactor", 0}};
+  document_["materials"][0]["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = 0.5;
+  document_["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "spot"}, {"spot", {}}}};
+  nlohmann::json in_glb = document_;
+  in_glb["buffers"][0].erase("uri");
+  const std::string valid = document_.dump(), binary = glb(in_glb, square_);
+  ASSERT_TRUE(load_text(valid).ok()) << listed(load_text(valid));
+  size_t accepted = 0;
+  for (uint64_t seed = 0; seed < 4000; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const bool packed = seed % 2 == 1;
+    const std::string name = packed ? "scene.glb" : "scene.gltf";
+    folder_.write(name, mutated(packed ? binary : valid, random, words));
+    const LoadResult r = load_scene(name, DirectoryFiles(folder_.path()));
+    for (const Problem& p : r.problems) {
+      EXPECT_EQ(format_problem(p).find('\n'), std::string::npos) << format_problem(p);
+      EXPECT_GE(p.where.line, 1);
+      EXPECT_GE(p.where.column, 1);
+    }
+    if (!r.ok()) continue;
+    ++accepted;
+    for (const ShapeDescription& s : r.scene.shapes) {
+      EXPECT_TRUE(s.material >= 0 && s.material < static_cast<int>(r.scene.materials.size()));
+      const TriangleMesh& mesh = *std::get<MeshShape>(s.kind).mesh;
+      for (const auto& t : mesh.triangles) {
+        for (uint32_t v : t) ASSERT_LT(v, mesh.positions.size());
+      }
+    }
+    EXPECT_NO_THROW(resolve_settings(r.scene, {}));
+  }
+  EXPECT_GT(accepted, 100u);
 }
 
 }  // namespace

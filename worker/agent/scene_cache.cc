@@ -21,7 +21,8 @@ std::string warm_key(const std::string& bundle_digest, RenderSettings settings) 
 }
 
 SceneDescription load(const Bundle& bundle, const std::string& folder) {
-  LoadResult result = load_scene(bundle.main, BundleFiles(bundle, folder));
+  LoadResult result =
+      load_scene(bundle.main, BundleFiles(bundle, folder), {false, bundle.camera, bundle.environment});
   if (result.ok()) return std::move(result.scene);
   const auto first = std::find_if(result.problems.begin(), result.problems.end(), [](const Problem& problem) {
     return problem.severity == Severity::kError;

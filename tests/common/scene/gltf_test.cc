@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "common/scene/bundle.h"
+#include "common/scene/scene_files.h"
 #include "common/scene/transform.h"
 #include "common/settings.h"
 #include "tests/common/scene/gltf_fixture.h"
@@ -97,12 +98,15 @@ TEST_F(GltfTest, WithoutALightTheSceneIsLit) {
 
 TEST_F(GltfTest, AnEnvironmentIsPartOfTheBundle) {
   const std::string sky = folder_.write("elsewhere/sky.exr", "pixels");
-  const SceneDescription s = clean(load_document({false, "", sky}));
+  const SceneDescription s = clean(load_document({false, "front", sky}));
   ASSERT_EQ(s.lights.size(), 1u);
   const auto& light = std::get<InfiniteLight>(s.lights[0].kind);
   EXPECT_EQ(light.image_path, sky);
   EXPECT_TRUE(light.lat_long);
   EXPECT_EQ(s.files.size(), 2u);
+  const Bundle bundle = bundle_from_json(bundle_to_json(make_bundle(s, nullptr)));
+  EXPECT_EQ(bundle.environment, bundle_name(sky));
+  EXPECT_EQ(bundle.camera, "front");
   EXPECT_TRUE(has_error(load_document({false, "", "none.exr"}), "no file \"none.exr\""));
 }
 

@@ -31,6 +31,15 @@ TEST(OwnScenes, LoadWithoutAWord) {
   }
 }
 
+TEST(OwnScenes, MaterialsAsGltf) {
+  const LoadResult r = load_path(fs::path(LIGHTMILL_SOURCE_DIR) / "scenes/materials.gltf");
+  EXPECT_EQ(listed(r), "");
+  EXPECT_EQ(r.scene.shapes.size(), 7u);
+  EXPECT_EQ(r.scene.lights.size(), 1u);
+  EXPECT_EQ(r.scene.area_lights.size(), 1u);
+  EXPECT_EQ(resolve_settings(r.scene, {}).grid.height, 720);
+}
+
 TEST(OwnScenes, TheGlassBallIsHollow) {
   const LoadResult r = load_path(fs::path(LIGHTMILL_SOURCE_DIR) / "scenes/cornell-spheres.pbrt");
   std::vector<const ShapeDescription*> glass;

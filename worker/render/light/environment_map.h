@@ -20,9 +20,11 @@ struct EnvironmentMap {
   double mean_radiance = 0;  // mean over the sphere and the channels
   float brightest = 0;       // any channel of any texel
 
-  /// Reads `path` (any format of the image library; must be square), scaled by `scale` per channel. Throws
-  /// Error(kFailed) if it can't be read, is not square, or holds no light.
-  EnvironmentMap(const std::string& path, const Rgb& scale, const Transform& light_to_world);
+  /// Reads `path` (any format of the image library), scaled by `scale` per channel: a square equal-area
+  /// image, or a lat-long one of any resolution (InfiniteLight), which is resampled to about as many texels.
+  /// Throws Error(kFailed) if it can't be read, is not square but should be, or holds no light.
+  EnvironmentMap(const std::string& path, const Rgb& scale, const Transform& light_to_world,
+                 bool lat_long = false);
 
   template <class F>
   Vec3<F> rotate_to_light(const Vec3<F>& w) const {

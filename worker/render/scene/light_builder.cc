@@ -77,7 +77,7 @@ class LightBuilder {
     if (!l.image_path.empty()) {
       r[4] = static_cast<float>(out_.lights.environments.size());
       const EnvironmentMap& map =
-          out_.lights.environments.emplace_back(l.image_path, l.radiance, l.light_to_world);
+          out_.lights.environments.emplace_back(l.image_path, l.radiance, l.light_to_world, l.lat_long);
       radiance = map.mean_radiance;
     }
     out_.lights.add(kInfiniteLight, r, 4 * M_PI * M_PI * double{r[3]} * r[3] * radiance);

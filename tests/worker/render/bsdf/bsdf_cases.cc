@@ -59,7 +59,7 @@ std::vector<BsdfCase> all_bsdfs() {
   add("brushed_metal_stiff", brushed(s.conductor(0.9f, 0.2f), 0.05f, 0.8f), 0.05f);
   add("brushed_glass", brushed(s.dielectric(1.5f, 0.2f), 0.15f, 0.5f), 0.15f);
   const auto gltf = [&](MaterialKind kind) {
-    s.scene.materials.push_back({"", std::move(kind), {}, {}});
+    s.scene.materials.push_back({"", std::move(kind), {}});
     return 0;
   };
   const auto metallic = [&](const Rgb& base, float metal, float roughness, float coat = 0) {

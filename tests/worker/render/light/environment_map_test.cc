@@ -163,5 +163,39 @@ TEST(EnvironmentMap, SlightlyNegativeTexelsAreBlack) {
   EXPECT_EQ(map.density[0], 0.0f);
 }
 
+TEST(EnvironmentMapTest, PanoramasKeepTheirPlaceAndPower) {
+  // Dark but for one bright patch each to the left of, above and right of the middle, where -x is.
+  const Folder folder;
+  Image picture(128, 64);
+  const auto paint = [&](int x0, int y0, int channel) {
+    for (int y = y0 - 3; y < y0 + 3; ++y) {
+      for (int x = x0 - 3; x < x0 + 3; ++x) picture.pixel(x, y)[channel] = 1;
+    }
+  };
+  paint(64, 32, 0);  // the middle
+  paint(96, 32, 1);  // a quarter turn to the right
+  paint(64, 16, 2);  // 45 degrees up
+  write_image(picture, folder.file("sky.exr"), {});
+  const EnvironmentMap map(folder.file("sky.exr"), {1, 1, 1}, {}, true);
+  const auto seen = [&](float x, float y, float z) {
+    return map.radiance<float>(map.texel<float>(normalize(Vec3<float>{x, y, z})));
+  };
+  EXPECT_NEAR(seen(-1, 0, 0).x, 1, 1e-5);
+  EXPECT_NEAR(seen(0, 0, -1).y, 1, 1e-5);
+  EXPECT_NEAR(seen(-1, 1, 0).z, 1, 1e-5);
+  EXPECT_EQ(seen(1, 0, 0).x, 0);
+  // The mean over the sphere, by the picture's own rows.
+  double sum = 0, weight = 0;
+  for (int y = 0; y < 64; ++y) {
+    const double w = std::cos(y * M_PI / 64) - std::cos((y + 1) * M_PI / 64);
+    for (int x = 0; x < 128; ++x) {
+      const float* p = picture.pixel(x, y);
+      sum += w * (p[0] + p[1] + p[2]) / 3;
+      weight += w;
+    }
+  }
+  EXPECT_NEAR(map.mean_radiance, sum / weight, 0.01 * sum / weight);
+}
+
 }  // namespace
 }  // namespace lightmill::test
