@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/rpc/pilot_result.h"
+
 namespace lightmill {
 namespace {
 
@@ -173,7 +175,8 @@ TileSpec from_proto(const v1::TileSpec& m) {
 v1::TileStatus to_proto(const TileStatus& s) {
   v1::TileStatus m;
   m.set_id(s.id.value);
-  *m.mutable_tile() = to_proto(s.tile);
+  m.set_pilot(is_pilot(s.tile));
+  if (!m.pilot()) *m.mutable_tile() = to_proto(s.tile);
   m.set_state(wire_of(kTileStates, s.state, "tile state"));
   m.set_attempt(s.attempt);
   m.set_worker_id(s.worker.value);
@@ -182,8 +185,12 @@ v1::TileStatus to_proto(const TileStatus& s) {
 }
 
 TileStatus from_proto(const v1::TileStatus& m) {
-  return {TileId{m.id()}, from_proto(m.tile()),    domain_of(kTileStates, m.state(), "tile state"),
-          m.attempt(),    WorkerId{m.worker_id()}, m.digest()};
+  return {TileId{m.id()},
+          m.pilot() ? TileSpec{} : from_proto(m.tile()),
+          domain_of(kTileStates, m.state(), "tile state"),
+          m.attempt(),
+          WorkerId{m.worker_id()},
+          m.digest()};
 }
 
 v1::WorkerRegistration to_proto(const WorkerRegistration& r) {
@@ -238,7 +245,8 @@ LeaseKey from_proto(const v1::LeaseKey& m) {
 v1::LeaseGrant to_proto(const LeaseGrant& g) {
   v1::LeaseGrant m;
   *m.mutable_key() = to_proto(LeaseKey{g.job, g.tile_id, g.attempt});
-  *m.mutable_tile() = to_proto(g.tile);
+  m.set_pilot(is_pilot(g.tile));
+  if (!m.pilot()) *m.mutable_tile() = to_proto(g.tile);
   m.set_settings_json(settings_to_json(g.settings));
   m.set_bundle_digest(g.bundle_digest);
   m.set_lease_seconds(g.lease_seconds);
@@ -251,7 +259,7 @@ LeaseGrant from_proto(const v1::LeaseGrant& m) {
   return {key.job,
           key.tile,
           key.attempt,
-          from_proto(m.tile()),
+          m.pilot() ? TileSpec{} : from_proto(m.tile()),
           settings_from_json(m.settings_json()),
           m.bundle_digest(),
           m.lease_seconds()};

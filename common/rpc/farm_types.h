@@ -58,7 +58,7 @@ struct JobStatus {
 
 struct TileStatus {
   TileId id;
-  TileSpec tile;
+  TileSpec tile;      // or the pilot (pilot_result.h)
   std::string state;  // "pending", "leased", "committed"
   int64_t attempt = 0;
   WorkerId worker;
@@ -91,7 +91,8 @@ struct LeaseKey {
   auto operator<=>(const LeaseKey&) const = default;
 };
 
-/// What a worker needs to render a tile. `attempt` is the lease's token: monotonic per tile.
+/// What a worker needs to render a tile, or to run the pilot (pilot_result.h). `attempt` is the lease's
+/// token: monotonic per tile.
 struct LeaseGrant {
   JobId job;
   TileId tile_id;

@@ -73,6 +73,24 @@ TEST(Convert, LeaseGrantAndTileRoundTrip) {
   EXPECT_EQ(from_proto(to_proto(tile)).state, "leased");
 }
 
+TEST(Convert, APilotHasNoTile) {
+  LeaseGrant grant;
+  grant.job = JobId{"j1"};
+  grant.attempt = 1;
+  grant.settings.integrator = Integrator::kAuto;
+  grant.settings.grid = {128, 128, {0, 0, 128, 128}};
+  const v1::LeaseGrant message = to_proto(grant);
+  EXPECT_TRUE(message.pilot());
+  EXPECT_FALSE(message.has_tile());
+  EXPECT_EQ(from_proto(message).tile, TileSpec());
+  EXPECT_TRUE(needs_pilot(from_proto(message).settings));
+  const TileStatus status{TileId{0}, {}, "leased", 1, WorkerId{"w1"}, ""};
+  EXPECT_EQ(from_proto(to_proto(status)).tile, TileSpec());
+  v1::LeaseGrant neither = message;
+  neither.set_pilot(false);
+  EXPECT_THROW(from_proto(neither), Error);
+}
+
 TEST(Convert, CurveRoundTrip) {
   ErrorCurve curve{"name", {}};
   ErrorPoint point;

@@ -1,0 +1,58 @@
+#include "common/plan_text.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace lightmill {
+namespace {
+
+/// The plan without the counts that none of its strategies uses.
+SamplingPlan canonical(SamplingPlan plan) {
+  if (!(plan.strategies & kLightPaths)) plan.light_paths = SamplingPlan().light_paths;
+  if (!(plan.strategies & kVertexConnections)) plan.connections = SamplingPlan().connections;
+  return plan;
+}
+
+const PlanEstimate* find(const PilotReport& report, const SamplingPlan& plan) {
+  for (const PlanEstimate& e : report.estimates) {
+    if (canonical(e.plan) == canonical(plan)) return &e;
+  }
+  return nullptr;
+}
+
+std::string count_text(double count) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", count);
+  return text;
+}
+
+double work(const PlanEstimate& e) { return e.relative_variance * e.cost; }
+
+}  // namespace
+
+std::string plan_text(const SamplingPlan& plan) {
+  std::string text = strategy_names(plan.strategies);
+  if (plan.strategies & kLightPaths) text += " × " + count_text(plan.light_paths);
+  if (plan.strategies & kVertexConnections) text += " × " + count_text(plan.connections) + " connections";
+  return text;
+}
+
+std::vector<PlanEstimate> ranked_estimates(const PilotReport& report) {
+  std::vector<PlanEstimate> list = report.estimates;
+  std::stable_sort(list.begin(), list.end(),
+                   [](const PlanEstimate& a, const PlanEstimate& b) { return work(a) < work(b); });
+  const auto chosen =
+      std::find_if(list.begin(), list.end(), [&](const PlanEstimate& e) { return e.plan == report.chosen; });
+  if (chosen != list.end()) std::rotate(list.begin(), chosen, chosen + 1);
+  return list;
+}
+
+std::optional<double> predicted_gain(const PilotReport& report, const SamplingPlan& other) {
+  const PlanEstimate *chosen = find(report, report.chosen), *compared = find(report, other);
+  if (!chosen || !compared || !(work(*chosen) > 0)) return std::nullopt;
+  return work(*compared) / work(*chosen);
+}
+
+SamplingPlan path_tracing_plan() { return {kEmissionHits | kNextEvent, 1, 1}; }
+
+}  // namespace lightmill
