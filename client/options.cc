@@ -169,16 +169,16 @@ void add_output(CLI::App* verb, OutputOptions* output) {
   verb->add_flag("--half", output->half, "Write 16-bit floats (.exr only)");
 }
 
-SceneDescription load_scene_for(const SceneOptions& options, bool quiet) {
-  return load_scene_file(options.scene, load_options(options), [quiet](const Problem& problem) {
-    if (!quiet) print_warning(format_problem(problem));
-  });
 LoadOptions load_options(const SceneOptions& options) {
   LoadOptions load{options.strict, options.camera, options.environment};
   if (!load.environment.empty()) load.environment = std::filesystem::absolute(load.environment).string();
   return load;
 }
 
+SceneDescription load_scene_for(const SceneOptions& options, bool quiet) {
+  return load_scene_file(options.scene, load_options(options), [quiet](const Problem& problem) {
+    if (!quiet) print_warning(format_problem(problem));
+  });
 }
 
 void announce_auto(const SceneOptions& options, bool quiet) {

@@ -57,10 +57,10 @@ void add_output(CLI::App* verb, OutputOptions* output);
 /// An option that design §2 names but that does not exist yet: it is refused in one line, never ignored.
 void add_unavailable(CLI::App* verb, const std::string& option, const std::string& what);
 
-/// Loads a scene from disk. Unsupported features are warned of on stderr unless `quiet`. Throws
 /// What the options say to the scene's reader; the environment's path made absolute, as it is relative to the
 /// working folder and not to the scene's.
 LoadOptions load_options(const SceneOptions& options);
+/// Loads a scene from disk. Unsupported features are warned of on stderr unless `quiet`. Throws
 /// Error(kBadScene) with the first problem.
 SceneDescription load_scene_for(const SceneOptions& options, bool quiet);
 /// Says once on stderr what `auto` means for now, unless `quiet`.
