@@ -272,11 +272,15 @@ struct InstanceDescription {
 
 // --- lights ---------------------------------------------------------------------------------------
 
-/// Emits `radiance` (scale applied) from the side of the shape's outward normal, or from both sides.
+/// Emits `radiance` (scale applied) from the side of the shape's outward normal, or from both sides; times a
+/// texture, if there is one, whose negative values count as 0. The shape's alpha cuts the emission out, too,
+/// except that a constant alpha of 0 makes an emitter that shines and is not there for any ray (pbrt's rule).
 struct AreaLightDescription {
   Rgb radiance;
   bool two_sided = false;
   SourceLocation location;
+  int texture = -1;                // index into SceneDescription::textures, or -1
+  bool of_mean_luminance = false;  // `radiance` is for a texture of mean luminance 1: divide by what it has
 };
 /// Point light: intensity in W/sr per channel, at object_to_world * 0.
 struct PointLight {
@@ -289,6 +293,7 @@ struct InfiniteLight {
   Rgb radiance;
   std::string image_path = {};  // resolved; empty: constant
   Transform light_to_world = {};
+  double illuminance = 0;  // of an image: > 0 scales the radiance so that what faces +z receives this much
   /// The image is a panorama of any resolution instead: its middle is -x, right of that -z, its top +y.
   bool lat_long = false;
 };
@@ -307,7 +312,25 @@ struct SpotLight {
   Vec3d position, direction;
   double falloff_start = 25, total_width = 30;
 };
-using LightKind = std::variant<PointLight, InfiniteLight, DistantLight, SpotLight>;
+/// Point light at the origin of its space: `intensity` (W/sr) times the mean channel of a square equal-area
+/// image, the mapping's z axis being the light's y and its y the light's z (pbrt).
+struct GoniometricLight {
+  Rgb intensity;
+  std::string image_path;  // resolved
+  Transform light_to_world = {};
+  double power = 0;  // W; > 0: `intensity` is scaled as if the image alone shone with this power
+};
+/// Point light at the origin of its space that throws an image through a window around +z: `intensity` (W/sr)
+/// times the image, whose top is at +y and whose left at -x.
+struct ProjectionLight {
+  Rgb intensity;
+  std::string image_path;  // resolved
+  Transform light_to_world = {};
+  double fov_degrees = 90;  // full angle of the window's shorter side, within (0, 180)
+  double power = 0;         // as above, of the image's luminance
+};
+using LightKind =
+    std::variant<PointLight, InfiniteLight, DistantLight, SpotLight, GoniometricLight, ProjectionLight>;
 struct LightDescription {
   LightKind kind;
   SourceLocation location;

@@ -45,8 +45,7 @@ std::optional<ReadShape> read_bilinear_mesh(PbrtScene& out, ParameterList& param
   const auto* positions = params.numbers("P", ParamType::kPoint3);
   const auto* normals = params.numbers("N", ParamType::kNormal);
   const auto* uvs = params.numbers("uv", ParamType::kPoint2);
-  params.unsupported("emissionfilename", "is ignored");
-  params.accept({"faceIndices", "indices"});
+  params.accept({"faceIndices", "indices", "emissionfilename"});  // the last guides pbrt's sampling alone
   if (positions == nullptr) {
     if (!params.has("P")) out.problems->error(params.where(), params.owner() + " needs \"point3 P\"");
     return std::nullopt;

@@ -13,6 +13,8 @@ namespace {
 constexpr double kMaxScale = 3e38;
 /// Narrower suns (degrees) are lost in the rounding of directions.
 constexpr double kLeastSunAngle = 1e-5;
+/// Of projections (degrees): beyond, the window is a point or the whole half space.
+constexpr double kLeastFov = 1e-3, kGreatestFov = 179.9;
 
 Rgb scaled(const Rgb& c, double s) {
   return {static_cast<float>(c.r * s), static_cast<float>(c.g * s), static_cast<float>(c.b * s)};
@@ -47,11 +49,27 @@ Vec3d axis(PbrtScene& out, ParameterList& params, const Transform& ctm) {
   return {d.x / length, d.y / length, d.z / length};
 }
 
+/// The file of a light that shines by an image, whose transform should only turn and move it; "" if there is
+/// none (`needed`: reported) or it can't be opened (reported).
+std::string image_file(PbrtScene& out, ParameterList& params, const Transform& ctm, bool needed) {
+  const std::string file = params.text("filename", "");
+  if (file.empty()) {
+    if (needed) out.problems->error(params.where(), params.owner() + " needs a \"string filename\"");
+    return "";
+  }
+  if (!is_similarity(ctm)) {
+    out.problems->warning(params.where(), params.owner() +
+                                              " is stretched or sheared by its transform; its image is only "
+                                              "turned");
+  }
+  return out.open_reference(file, params.where_of("filename"));
+}
+
 }  // namespace
 
 void translate_light(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm) {
-  static const std::vector<std::string_view> known = {"point", "infinite",    "distant",
-                                                      "spot",  "goniometric", "projection"};
+  const std::vector<std::string_view> known = {"point", "infinite",    "distant",
+                                               "spot",  "goniometric", "projection"};
   double scale = params.number("scale", 1, 0, kMaxScale);
   if (type == "point") {
     const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
@@ -71,18 +89,22 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     if (params.has("portal"))
       params.unsupported("portal", "is ignored; the environment is sampled as a whole");
     params.accept({"portal"});
-    if (const std::string file = params.text("filename", ""); !file.empty()) {
-      light.image_path = out.open_reference(file, params.where_of("filename"));
+    const double illuminance = params.number("illuminance", -1, -kMaxScale, kMaxScale);
+    light.image_path = image_file(out, params, ctm, false);
+    if (!light.image_path.empty()) {
+      if (params.has("L")) {
+        out.problems->error(params.where_of("L"),
+                            params.owner() + " has both \"L\" and \"filename\"; leave one out");
+      }
+      params.accept({"L"});
       light.light_to_world = ctm;
-      if (params.has("illuminance")) params.unsupported("illuminance", "of an image is ignored");
-      params.accept({"illuminance"});
+      light.illuminance = std::max(illuminance, 0.0);
       light.radiance = scaled({1, 1, 1}, scale);
       out.scene.lights.push_back({light, params.where()});
       params.finish();
       return;
     }
     const Rgb radiance = out.spectrum(params, "L", SpectrumUse::kEmission, {1, 1, 1});
-    const double illuminance = params.number("illuminance", -1, -kMaxScale, kMaxScale);
     if (illuminance > 0) scale *= illuminance / std::numbers::pi;
     light.radiance = checked(scaled(radiance, scale), params);
     out.scene.lights.push_back({light, params.where()});
@@ -116,12 +138,20 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     spot.position = transform_point(ctm, end_point(params, "from", {0, 0, 0}));
     spot.direction = axis(out, params, ctm);
     out.scene.lights.push_back({spot, params.where()});
+  } else if (type == "goniometric") {
+    const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
+    const double power = params.number("power", -1, -kMaxScale, kMaxScale);
+    GoniometricLight light{checked(scaled(intensity, scale), params), image_file(out, params, ctm, true), ctm,
+                           std::max(power, 0.0)};
+    if (!light.image_path.empty()) out.scene.lights.push_back({std::move(light), params.where()});
+  } else if (type == "projection") {
+    const double power = params.number("power", -1, -kMaxScale, kMaxScale);
+    const double fov = params.number("fov", 90, kLeastFov, kGreatestFov);
+    ProjectionLight light{scaled({1, 1, 1}, scale), image_file(out, params, ctm, true), ctm, fov,
+                          std::max(power, 0.0)};
+    if (!light.image_path.empty()) out.scene.lights.push_back({std::move(light), params.where()});
   } else {
-    if (std::find(known.begin(), known.end(), type) == known.end()) {
-      report_unknown_word(params, "light", type, known);
-    } else {
-      out.problems->unsupported(params.where(), params.owner() + " is left out");
-    }
+    report_unknown_word(params, "light", type, known);
     return;
   }
   params.finish();
@@ -136,10 +166,14 @@ std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std
   auto light = std::make_shared<PendingAreaLight>();
   light->where = params.where();
   const double scale = params.number("scale", 1, 0, kMaxScale);
-  if (params.has("filename")) {
-    params.unsupported("filename", "(an emission image) is ignored; the light emits evenly");
+  if (const std::string file = params.text("filename", ""); !file.empty()) {
+    light->image_where = params.where_of("filename");
+    light->image_path = out.open_reference(file, light->image_where);
+    if (params.has("L")) {
+      out.problems->error(params.where_of("L"),
+                          params.owner() + " has both \"L\" and \"filename\"; leave one out");
+    }
   }
-  params.accept({"filename"});
   const Rgb radiance = out.spectrum(params, "L", SpectrumUse::kEmission, {1, 1, 1});
   light->radiance = checked(scaled(radiance, scale), params);
   light->power = params.number("power", -1, -kMaxScale, kMaxScale);

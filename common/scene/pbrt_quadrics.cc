@@ -88,7 +88,9 @@ void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems
   const auto find = [&](std::vector<ShapeDescription>& shapes, bool stretched) {
     for (ShapeDescription& shape : shapes) {
       if (!std::holds_alternative<SphereShape>(shape.kind)) continue;
-      const bool masked = shape.alpha.texture >= 0 || shape.alpha.value < 1;
+      // An emitter of alpha 0 is there for no ray: it needs no mesh to be masked.
+      const bool masked = shape.alpha.texture >= 0 ||
+                          (shape.alpha.value < 1 && !(shape.alpha.value == 0 && shape.area_light >= 0));
       if (stretched || masked || !is_similarity(shape.object_to_world)) found.push_back(&shape);
     }
   };

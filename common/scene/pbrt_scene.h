@@ -27,7 +27,10 @@ struct PendingAreaLight {
   double power = 0;  // > 0: overrides the magnitude, per pbrt
   bool two_sided = false;
   SourceLocation where;
-  int index = -1;  // in SceneDescription::area_lights once a shape took it (without `power`)
+  std::string image_path;  // emission image, or empty: even
+  SourceLocation image_where;
+  int texture = -1;  // in SceneDescription::textures once a shape took the image
+  int index = -1;    // in SceneDescription::area_lights once a shape took it (without `power`)
 };
 
 /// Attributes that a shape takes over.

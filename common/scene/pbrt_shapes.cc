@@ -155,33 +155,38 @@ double area_of(const ShapeDescription& shape) {
 int take_area_light(PbrtScene& out, const ShapeDescription& shape, size_t emitters,
                     PendingAreaLight& pending) {
   auto& lights = out.scene.area_lights;
+  if (!pending.image_path.empty() && pending.texture < 0) {
+    ImageTexture image;
+    image.path = pending.image_path;
+    image.wrap = Wrap::kClamp;
+    pending.texture = static_cast<int>(out.scene.textures.size());
+    out.scene.textures.push_back({"", true, image, pending.image_where});
+  }
   if (pending.power > 0) {
     // pbrt makes every triangle a light of its own with the whole power, so a mesh of n triangles emits n
     // times as much; each here has the mean radiance.
     const double flux_per_radiance = (pending.two_sided ? 2 : 1) * std::numbers::pi * area_of(shape);
     const double scale = pending.power * static_cast<double>(emitters) / flux_per_radiance;
-    const auto f = [&](float x) { return static_cast<float>(x * scale); };
+    const auto f = [&](float x) {
+      const auto y = static_cast<float>(x * scale);
+      if (std::isfinite(y)) return y;
+      out.problems->error(shape.location,
+                          "the shape is so small that its area light's \"power\" makes it "
+                          "brighter than float can hold; lower it");
+      return 0.0f;
+    };
     lights.push_back({{f(pending.radiance.r), f(pending.radiance.g), f(pending.radiance.b)},
                       pending.two_sided,
-                      pending.where});
+                      pending.where,
+                      pending.texture,
+                      pending.texture >= 0});
     return static_cast<int>(lights.size()) - 1;
   }
   if (pending.index < 0) {
     pending.index = static_cast<int>(lights.size());
-    lights.push_back({pending.radiance, pending.two_sided, pending.where});
+    lights.push_back({pending.radiance, pending.two_sided, pending.where, pending.texture, false});
   }
   return pending.index;
-}
-
-/// Constants are within [0, 1]; a texture's values are cut to that where they are used.
-FloatInput read_alpha(PbrtScene& out, ParameterList& params, bool emits) {
-  constexpr FloatInput kOpaque{1, -1};
-  const FloatInput alpha = out.float_input(params, "alpha", 1, 0, 1);
-  if (emits && (alpha.texture >= 0 || alpha.value < 1)) {
-    params.unsupported("alpha", "is ignored; a shape that emits is opaque");
-    return kOpaque;
-  }
-  return alpha;
 }
 
 bool extent_is_finite(const ShapeDescription& shape) {
@@ -208,7 +213,8 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   shape.object_to_world = attributes.ctm;
   shape.reverse_orientation = attributes.reverse_orientation;
   shape.location = params.where();
-  shape.alpha = read_alpha(out, params, attributes.area_light != nullptr);
+  // Constants are within [0, 1]; a texture's values are cut to that where they are used.
+  shape.alpha = out.float_input(params, "alpha", 1, 0, 1);
   const bool plain_curve = type == "curve" && !params.has("alpha") && attributes.area_light == nullptr;
   size_t emitters = 1;
   std::shared_ptr<TriangleMesh> curve;
@@ -243,7 +249,8 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
     out.problems->warning(params.where(), params.owner() + " has no triangle with area; it is left out");
     return;
   }
-  if (shape.alpha.texture < 0 && shape.alpha.value == 0) return;  // every ray passes: there is nothing
+  // Every ray passes: there is nothing, but light if it emits.
+  if (shape.alpha.texture < 0 && shape.alpha.value == 0 && attributes.area_light == nullptr) return;
   if (!extent_is_finite(shape)) {
     out.problems->error(params.where(),
                         params.owner() + " lies outside the range of numbers; check its transform");

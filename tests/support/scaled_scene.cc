@@ -25,6 +25,13 @@ SceneDescription scaled_scene(const SceneDescription& scene, int k) {
   for (LightDescription& l : out.lights) {
     if (auto* point = std::get_if<PointLight>(&l.kind)) scale_point(*point);
     if (auto* spot = std::get_if<SpotLight>(&l.kind)) scale_point(*spot);
+    const auto scale_image = [&](auto& light) {
+      const float f = std::ldexp(1.0f, 2 * k);
+      for (size_t i = 0; i < 3; ++i) light.light_to_world.m[i][3] *= length;
+      light.intensity = {light.intensity.r * f, light.intensity.g * f, light.intensity.b * f};
+    };
+    if (auto* light = std::get_if<GoniometricLight>(&l.kind)) scale_image(*light);
+    if (auto* light = std::get_if<ProjectionLight>(&l.kind)) scale_image(*light);
   }
   CameraDescription& c = out.camera;
   for (size_t i = 0; i < 3; ++i) c.camera_to_world.m[i][3] *= length;
@@ -88,6 +95,15 @@ TestScene scene_of_everything(const std::string& environment) {
       {SpotLight{{0.5f, 0.5f, 0.2f}, {0.6, 0.8, -0.5}, normalized({-0.5, -1, 0.6}), 15, 30}, {}});
   s.scene.lights.push_back({DistantLight{{0.5f, 0.5f, 0.6f}, normalized({0.3, -1, 0.4})}, {}});
   s.scene.lights.push_back({InfiniteLight{{0.2f, 0.3f, 0.4f}, environment, {}}, {}});
+  if (!environment.empty()) {
+    Transform at;
+    at.m = {{{1, 0, 0, 0.4}, {0, 1, 0, 0.3}, {0, 0, 1, -0.4}, {0, 0, 0, 1}}};
+    s.scene.lights.push_back({GoniometricLight{{0.05f, 0.05f, 0.02f}, environment, at, 0}, {}});
+    s.scene.lights.push_back({ProjectionLight{{0.1f, 0.1f, 0.2f}, environment, at, 40, 0}, {}});
+  }
+  CheckerboardTexture board{{{1, 1, 0.5f}, -1}, {{0.2f, 0.5f, 1}, -1}, {6, 4, 0, 0}};
+  s.scene.textures.push_back({"board", true, board, {}});
+  s.scene.area_lights.back().texture = static_cast<int>(s.scene.textures.size()) - 1;
   s.camera({0, 0, -0.9}, {0, 0, 1}, 75).film(32, 32);
   return s;
 }

@@ -12,8 +12,9 @@ SceneDescription scaled_scene(const SceneDescription& scene, int k);
 /// The same by the vertices of meshes themselves, which must stay within float.
 SceneDescription scaled_vertices(const SceneDescription& scene, int k);
 
-/// Triangles and spheres, every kind of material, and lights of every kind: area, sphere, point, spot,
-/// distant and infinite, the last of an image if `environment` names one.
+/// Triangles and spheres, every kind of material, and lights of every kind: area, textured sphere, point, spot,
+/// distant and infinite, the last of an image if `environment` names one, and then a goniometric and a
+/// projection light by it, too.
 TestScene scene_of_everything(const std::string& environment = {});
 
 }  // namespace lightmill::test

@@ -1,7 +1,10 @@
 #include "worker/render/arithmetic_class.h"
 
+#include <array>
+
 #include "common/digest.h"
 #include "common/image/partial.h"
+#include "worker/render/light/light_sampling.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill {
@@ -30,6 +33,41 @@ ShapeDescription sphere(double x, double y, double z, float radius, int material
   s.material = material;
   s.area_light = light;
   return s;
+}
+
+/// Samples, in both directions, of lights that shine by images: in memory, as a worker has no files of its
+/// own.
+void hash_imaged_lights(Sha256* all) {
+  LightImage image{"", 4, 4, {}};
+  for (int i = 0; i < 48; ++i) image.rgb.push_back(static_cast<float>(i * 7 % 11));
+  LightTable lights;
+  lights.environments.emplace_back(image, Rgb{1, 2, 3}, Transform{});
+  lights.goniometers.emplace_back(image, Rgb{3, 1, 2}, Transform{});
+  lights.projectors.emplace_back(image, Rgb{2, 2, 1}, Transform{}, 50);
+  for (const LightType type : {kInfiniteLight, kGoniometricLight, kProjectionLight}) {
+    std::array<float, kLightFloats> record{};
+    record[2] = -0.5f;
+    record[3] = 1;
+    record[kLightArea] = 1;
+    lights.add(type, record, 1);
+  }
+  lights.finish();
+  const auto add = [&](const Float8& x) {
+    float out[8];
+    store(out, x);
+    all->update(std::string(reinterpret_cast<const char*>(out), sizeof out));
+  };
+  for (int i = 0; i < 64; ++i) {
+    const auto u = [&](int k) {
+      return to_float((lane_index<Float8>() * 641 + i * 97 + k * 193) & 1023) * 0x1p-10f;
+    };
+    const auto e = sample_emission<Float8>(lights, u(0), u(1), u(2), u(3), u(4), u(5));
+    const Vec3<Float8> at{u(6) - 0.5f, u(7) - 0.5f, u(8)};
+    const auto d = sample_direct<Float8>(lights, at, u(0), u(1), u(2), u(3));
+    for (const Float8& x :
+         {e.direction.x, e.direction.y, e.power.x, e.pdf, d.wi.z, d.radiance.x, d.pdf, d.pdf_emission})
+      add(x);
+  }
 }
 
 /// A small scene with every BSDF kind, every light type, textures, alpha, bumps, smooth normals and spheres.
@@ -77,10 +115,16 @@ SceneDescription every_kernel() {
   }
   scene.area_lights.push_back({{9, 8, 7}, false, {}});
   scene.area_lights.push_back({{20, 30, 40}, true, {}});
+  scene.area_lights.push_back({{4, 3, 2}, false, {}, 0});
   scene.shapes.push_back(quad({-3, -2, 6}, {3, -2, 6}, {3, 2, 6}, {-3, 2, 6}, 0));
   scene.shapes.push_back(quad({-3, -2, 0}, {3, -2, 0}, {3, -2, 6}, {-3, -2, 6}, 6));
   scene.shapes.push_back(quad({-1, 2, 3}, {1, 2, 3}, {1, 2, 5}, {-1, 2, 5}, 0, 0));
   scene.shapes.push_back(sphere(2.4, 1.2, 4, 0.2f, 0, 1));
+  scene.shapes.push_back(sphere(-2.4, 1.2, 4, 0.2f, 0, 2));
+  scene.shapes.push_back(quad({-2, 2, 3}, {-1.2f, 2, 3}, {-1.2f, 2, 4}, {-2, 2, 4}, 0, 2));
+  scene.shapes.back().alpha.texture = 0;
+  scene.shapes.push_back(sphere(0, 1.5, 1, 0.2f, 0, 1));
+  scene.shapes.back().alpha.value = 0;
   const int materials = static_cast<int>(scene.materials.size());
   for (int i = 1; i < materials; ++i)
     scene.shapes.push_back(sphere(-3.0 + i * 0.5, -0.8 + 0.15 * i, 4.0, 0.3f, i));
@@ -127,6 +171,7 @@ std::string arithmetic_class() {
       }
       all.update(partial_digest(builder.take()));
     }
+    hash_imaged_lights(&all);
     return all.hex();
   }();
   return digest;

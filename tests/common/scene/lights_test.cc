@@ -49,14 +49,55 @@ TEST_F(Lights, RefusesWhatNoLightCanBe) {
   }
 }
 
-TEST_F(Lights, NamesWhatIsLeftOut) {
-  for (const char* type : {"goniometric", "projection"}) {
-    const LoadResult r =
-        load_world("LightSource \"" + std::string(type) + "\" \"string filename\" \"x.exr\"");
-    EXPECT_TRUE(r.ok());
-    EXPECT_TRUE(mentions(r, "scene.pbrt:2:1: ")) << listed(r);
-    EXPECT_TRUE(mentions(r, "is left out")) << listed(r);
+TEST_F(Lights, ImagesShineAtAPointAndFromAfar) {
+  folder_.write("x.exr", "no picture is read here");
+  const std::string file = " \"string filename\" \"x.exr\"";
+  const auto gonio =
+      only<GoniometricLight>("\"goniometric\" \"rgb I\" [1 2 3] \"float scale\" 2 \"float power\" 5" + file);
+  EXPECT_EQ(gonio.intensity, (Rgb{2, 4, 6}));
+  EXPECT_EQ(gonio.power, 5);
+  EXPECT_NE(gonio.image_path.find("x.exr"), std::string::npos);
+  const auto projection = only<ProjectionLight>("\"projection\" \"float fov\" 40 \"float scale\" 3" + file);
+  EXPECT_EQ(projection.intensity, (Rgb{3, 3, 3}));
+  EXPECT_EQ(projection.fov_degrees, 40);
+  EXPECT_EQ(projection.power, 0);
+  EXPECT_EQ(only<InfiniteLight>("\"infinite\" \"float illuminance\" 7" + file).illuminance, 7);
+  for (const char* text :
+       {"\"goniometric\"", "\"projection\"", "\"projection\" \"float fov\" 0 \"string filename\" \"x.exr\"",
+        "\"goniometric\" \"string filename\" \"absent.exr\"",
+        "\"infinite\" \"rgb L\" [1 1 1] \"string filename\" \"x.exr\""}) {
+    EXPECT_TRUE(has_error(load("WorldBegin\nLightSource " + std::string(text)), "scene.pbrt:2:")) << text;
   }
+  const LoadResult stretched = load("WorldBegin\nScale 1 2 1 LightSource \"projection\"" + file);
+  EXPECT_TRUE(mentions(stretched, "scene.pbrt:2:13: ")) << listed(stretched);
+  EXPECT_TRUE(mentions(stretched, "stretched or sheared")) << listed(stretched);
+}
+
+TEST_F(Lights, AreaLightsTakeImagesAndAlpha) {
+  folder_.write("x.exr", "no picture is read here");
+  const SceneDescription s = clean(load(R"(WorldBegin
+AreaLightSource "diffuse" "string filename" "x.exr" "float scale" 3
+Shape "sphere"
+Shape "disk" "float alpha" 0
+AreaLightSource "diffuse" "string filename" "x.exr" "float power" 10
+Shape "bilinearmesh" "point3 P" [0 0 0 2 0 0 0 1 0 2 1 0] "string emissionfilename" "x.exr"
+)"));
+  ASSERT_EQ(s.shapes.size(), 3u);
+  EXPECT_EQ(s.shapes[1].alpha.value, 0);
+  const AreaLightDescription& scaled = s.area_lights.at(static_cast<size_t>(s.shapes[0].area_light));
+  EXPECT_EQ(scaled.radiance, (Rgb{3, 3, 3}));
+  EXPECT_FALSE(scaled.of_mean_luminance);
+  EXPECT_EQ(s.shapes[1].area_light, s.shapes[0].area_light);
+  const auto& image = std::get<ImageTexture>(s.textures.at(static_cast<size_t>(scaled.texture)).kind);
+  EXPECT_EQ(image.wrap, Wrap::kClamp);
+  const AreaLightDescription& power = s.area_lights.at(static_cast<size_t>(s.shapes[2].area_light));
+  EXPECT_TRUE(power.of_mean_luminance);
+  EXPECT_NEAR(power.radiance.g, 10 / (M_PI * 2), 1e-5);
+  EXPECT_TRUE(has_error(
+      load("WorldBegin\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"string filename\" \"x.exr\""),
+      "scene.pbrt:2:27: "));
+  EXPECT_TRUE(has_error(load("WorldBegin\nAreaLightSource \"diffuse\" \"string filename\" \"absent.exr\""),
+                        "scene.pbrt:2:"));
 }
 
 }  // namespace

@@ -20,6 +20,8 @@ struct DirectSample {
   F error{};         // bound of the position error of `point` per component
   MaskOf<F> delta{};
   MaskOf<F> infinite{};  // infinite or distant
+  IntOf<F> light{};
+  F b1{}, b2{};  // of a triangle: barycentrics of `point`
 };
 
 /// 1 - cos of the half angle under which a sphere is seen from distance^2 d2, without cancellation.
@@ -135,10 +137,10 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
   const IntOf<F> light = select_direct(lights, reference, u_select, texel, &selection);
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
+  s.light = light;
   // Triangle.
-  F b1, b2;
-  square_to_triangle(u, v, &b1, &b2);
-  s.point = r.vec(kLightP) + r.vec(kLightE1) * b1 + r.vec(kLightE2) * b2;
+  square_to_triangle(u, v, &s.b1, &s.b2);
+  s.point = r.vec(kLightP) + r.vec(kLightE1) * s.b1 + r.vec(kLightE2) * s.b2;
   s.normal = r.vec(kLightN);
   s.error = position_error(s.point, 0x1p-21f);
   if (lights.any_sphere) {
@@ -181,7 +183,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
     }
   }
   if (lights.any_delta) {
-    const MaskOf<F> point = mask_or(MaskOf<F>(type == kPointLight), MaskOf<F>(type == kSpotLight));
+    const MaskOf<F> point = mask_and(MaskOf<F>(type >= kPointLight), MaskOf<F>(type < kInfiniteLight));
     s.point = select(point, r.vec(kLightP), s.point);
     s.error = select(point, F{}, s.error);
     s.delta = point;
@@ -202,6 +204,9 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
     const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
     s.radiance = select(spot, s.radiance * spot_falloff(r, -dot(s.wi, r.vec(kLightN))), s.radiance);
   }
+  for_each_image<F>(lights, r, type, [&](const auto& map, MaskOf<F> m) {
+    s.radiance = select(mask_and(m, apart), map.template towards<F>(-s.wi), s.radiance);
+  });
   s.infinite = splat_mask<F>(false);
   const F safe_cos = select(MaskOf<F>(s.cos_light > 0.0f), s.cos_light, splat<F>(1.0f));
   s.pdf = direct_pdf_of_light(lights, light, reference, s.wi, select(apart, s.distance2, splat<F>(1.0f)),

@@ -14,6 +14,8 @@ struct EmissionSample {
   F error{};
   IntOf<F> light{};
   MaskOf<F> delta{}, infinite{};
+  F b1{}, b2{};     // of a triangle: barycentrics of `point`
+  Vec3<F> pattern;  // with patterned emitters: what `power` was multiplied by (emitter_pattern.h)
 };
 
 template <class F>
@@ -23,9 +25,8 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
   s.light = select_light(lights, u_select);
   const LightRecord<F> r(lights, s.light);
   const IntOf<F> type = gather(lights.type.data(), s.light);
-  F b1, b2;
-  square_to_triangle(pu, pv, &b1, &b2);
-  s.point = r.vec(kLightP) + r.vec(kLightE1) * b1 + r.vec(kLightE2) * b2;
+  square_to_triangle(pu, pv, &s.b1, &s.b2);
+  s.point = r.vec(kLightP) + r.vec(kLightE1) * s.b1 + r.vec(kLightE2) * s.b2;
   s.normal = r.vec(kLightN);
   s.error = position_error(s.point, 0x1p-21f);
   if (lights.any_sphere) {
@@ -49,12 +50,15 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
   s.direction = frame.to_world(local);
   s.cos_light = local.z;
   Vec3<F> radiance = r.vec(kLightRadiance);
+  // Density by the texel that was chosen: at its border the direction may round into the next one.
+  F of_texel{};
   if (lights.any_delta || !lights.infinite.empty()) {
-    const MaskOf<F> spot = MaskOf<F>(type == kSpotLight), distant = MaskOf<F>(type == kDistantLight);
+    const MaskOf<F> distant = MaskOf<F>(type == kDistantLight);
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
-    const MaskOf<F> at_point = mask_or(MaskOf<F>(type == kPointLight), spot);
+    const MaskOf<F> at_point = mask_and(MaskOf<F>(type >= kPointLight), MaskOf<F>(type < kInfiniteLight));
     Vec3<F> w = square_to_sphere(du, dv);
     if (lights.any_spot) {
+      const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
       const F cosine = 1.0f - du * (1.0f - r.scalar(5));
       const F sine = safe_sqrt(1.0f - cosine * cosine);
       F sp, cp;
@@ -67,6 +71,13 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
       IntOf<F> chosen;
       w = select(m, -map.sample(texel, du, dv, &chosen), w);
       radiance = select(m, map.radiance<F>(chosen), radiance);
+      of_texel = select(m, map.pdf<F>(chosen) * kInvPi / (r.scalar(3) * r.scalar(3)), of_texel);
+    });
+    for_each_image<F>(lights, r, type, [&](const auto& map, MaskOf<F> m) {
+      IntOf<F> chosen;
+      w = select(m, map.template sample<F>(texel, du, dv, &chosen), w);
+      radiance = select(m, map.template radiance<F>(chosen), radiance);
+      of_texel = select(m, map.template pdf<F>(chosen, w), of_texel);
     });
     if (lights.any_sun) {
       const MaskOf<F> sun = suns(r, infinite);
@@ -90,6 +101,8 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
     }
   }
   s.pdf = emission_pdf(lights, s.light, -s.direction, s.cos_light);
+  if (lights.any_texels())
+    s.pdf = select(MaskOf<F>(of_texel > 0.0f), of_texel * r.scalar(kLightSelect), s.pdf);
   const F cos_over_pdf = s.cos_light / s.pdf;
   s.power = radiance * cos_over_pdf;
   return s;

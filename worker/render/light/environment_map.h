@@ -1,14 +1,19 @@
 #pragma once
-// An environment given as a square equal-area image: piecewise-constant radiance, sampled in
-// proportion to it.
+// What shines from or into all directions by a square equal-area image: the radiance of an environment, or
+// the intensity of a goniometric light. Constant within a texel, sampled in proportion.
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "common/scene/description.h"
+#include "worker/render/light/light_image.h"
 #include "worker/render/math/equal_area.h"
 
 namespace lightmill {
+
+/// A square equal-area image, or a lat-long one of any resolution (InfiniteLight), which is resampled to
+/// about as many texels. Throws as read_light_image.
+LightImage read_environment(const std::string& path, bool lat_long);
 
 struct EnvironmentMap {
   int32_t side = 0;               // texels per row and column
@@ -20,9 +25,10 @@ struct EnvironmentMap {
   double mean_radiance = 0;  // mean over the sphere and the channels
   float brightest = 0;       // any channel of any texel
 
-  /// Reads `path` (any format of the image library), scaled by `scale` per channel: a square equal-area
-  /// image, or a lat-long one of any resolution (InfiniteLight), which is resampled to about as many texels.
-  /// Throws Error(kFailed) if it can't be read, is not square but should be, or holds no light.
+  /// `image` must be square; it is scaled by `scale` per channel. Throws Error(kFailed) if it is not, or
+  /// holds no light.
+  EnvironmentMap(LightImage image, const Rgb& scale, const Transform& light_to_world);
+  /// As read_environment gives it.
   EnvironmentMap(const std::string& path, const Rgb& scale, const Transform& light_to_world,
                  bool lat_long = false);
 
@@ -55,6 +61,19 @@ struct EnvironmentMap {
   template <class F>
   F pdf(IntOf<F> texel) const {
     return gather(density.data(), texel) * (1 / (4 * kPi));
+  }
+  template <class F>
+  F pdf(IntOf<F> texel, const Vec3<F>&) const {
+    return pdf<F>(texel);
+  }
+  /// What shines from (an environment) or into (a light at a point) world direction `w`.
+  template <class F>
+  Vec3<F> towards(const Vec3<F>& w) const {
+    return radiance<F>(texel<F>(w));
+  }
+  template <class F>
+  F pdf_towards(const Vec3<F>& w) const {
+    return pdf<F>(texel<F>(w));
   }
   /// World direction: a texel by `pick`, a place in it by (u, v).
   template <class F>

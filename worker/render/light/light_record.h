@@ -55,6 +55,21 @@ inline void for_each_environment(const LightTable& lights, const LightRecord<F>&
   }
 }
 
+/// Calls fn(map, mask) for the maps of lights at a point among the lanes.
+template <class F, class Fn>
+inline void for_each_image(const LightTable& lights, const LightRecord<F>& r, IntOf<F> type, Fn&& fn) {
+  if (!lights.any_imaged()) return;
+  const F number = r.scalar(4);
+  const auto each = [&](const auto& maps, LightType of) {
+    for (size_t k = 0; k < maps.size(); ++k) {
+      const MaskOf<F> mask = mask_and(MaskOf<F>(type == of), MaskOf<F>(number == static_cast<float>(k)));
+      if (any(mask)) fn(maps[k], mask);
+    }
+  };
+  each(lights.goniometers, kGoniometricLight);
+  each(lights.projectors, kProjectionLight);
+}
+
 /// Which infinite lights are suns.
 template <class F>
 inline MaskOf<F> suns(const LightRecord<F>& r, MaskOf<F> infinite) {
@@ -124,6 +139,9 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& w
       const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
       pdf = select(spot, 1.0f / ((2 * kPi) * (1.0f - select(spot, r.scalar(5), F{}))), pdf);
     }
+    for_each_image<F>(lights, r, type, [&](const auto& map, MaskOf<F> m) {
+      pdf = select(m, map.template pdf_towards<F>(-wi), pdf);
+    });
   }
   if (lights.any_infinite()) {
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);

@@ -53,6 +53,10 @@ LightBound bound_of(LightType type, const float* r, double power) {
     std::copy(r + kLightN, r + kLightN + 3, b.axis);
     b.cos_emission = double{r[5]};
     b.intensity = (double{r[kLightRadiance]} + r[kLightRadiance + 1] + r[kLightRadiance + 2]) / 3;
+  } else if (type == kProjectionLight) {
+    std::copy(r + kLightN, r + kLightN + 3, b.axis);
+    b.cos_emission = double{r[5]};
+    b.intensity = power / (2 * M_PI * (1 - double{r[5]}));
   }
   return b;
 }
@@ -64,7 +68,7 @@ void LightTable::add(LightType light_type, const std::array<float, kLightFloats>
   any_sun = any_sun || (light_type == kInfiniteLight && record[4] == kSunCone);
   any_spot = any_spot || light_type == kSpotLight;
   any_distant = any_distant || light_type == kDistantLight;
-  if (light_type == kPointLight || light_type == kSpotLight || light_type == kDistantLight) {
+  if (is_at_a_point(light_type) || light_type == kDistantLight) {
     any_delta = true;
   } else {
     only_delta = false;
@@ -75,7 +79,14 @@ void LightTable::add(LightType light_type, const std::array<float, kLightFloats>
   powers_.push_back(power);
 }
 
+void LightTable::add_pattern(const EmitterPattern& pattern) {
+  pattern_of.resize(type.size(), -1);
+  pattern_of.back() = static_cast<int32_t>(patterns.size());
+  patterns.push_back(pattern);
+}
+
 void LightTable::finish() {
+  if (!patterns.empty()) pattern_of.resize(type.size(), -1);
   const std::vector<double> probability = build_alias_table(powers_, &alias_keep, &alias);
   for (std::size_t i = 0; i < probability.size(); ++i) {
     records[i * kLightFloats + kLightSelect] = static_cast<float>(probability[i]);

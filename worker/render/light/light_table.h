@@ -9,12 +9,14 @@
 
 #include "worker/render/light/environment_map.h"
 #include "worker/render/light/light_tree.h"
+#include "worker/render/light/projection_map.h"
 
 namespace lightmill {
 
 using LightType = int32_t;
-inline constexpr LightType kTriangleLight = 0, kSphereLight = 1, kPointLight = 2, kInfiniteLight = 3,
-                           kDistantLight = 4, kSpotLight = 5;
+inline constexpr LightType kTriangleLight = 0, kSphereLight = 1, kPointLight = 2, kSpotLight = 3,
+                           kGoniometricLight = 4, kProjectionLight = 5, kInfiniteLight = 6, kDistantLight = 7;
+constexpr bool is_at_a_point(LightType type) { return type >= kPointLight && type < kInfiniteLight; }
 
 /// With more lights than this that are not at infinity, next-event estimation selects by the light tree.
 inline constexpr int kAliasLights = 16;
@@ -28,10 +30,13 @@ inline constexpr int kLightFloats = 20;
 ///   sphere    0 centre, 3 radius, 9 unused, 12 orientation (+1 emits outwards, -1 inwards)
 ///   point     0 position
 ///   spot      0 position, 4 cosines of the half angles where the falloff starts and 5 ends, 9 unit axis
+///   goniometric  0 position, 4 number of its map
+///   projection   0 position, 4 number of its map, 5 cosine of its half angle, to the corners, 9 unit axis
 ///   infinite  0 centre of the scene's bounding sphere, 3 its radius, 4 environment map number, kEvenSky or
 ///             kSunCone; a sun also 5 its 1 - cos(half angle), 9 unit direction in which it shines
 ///   distant   0 and 3 as infinite, 9 unit direction in which it shines
-///   all       13 radiance rgb (point, spot: intensity), 16 area, 17 selection probability by power,
+///   all       13 radiance rgb (at a point: intensity; with a map the brightest texel's), 16 area, 17
+///   selection probability by power,
 ///             18 two-sided (0 or 1), 19 with a light tree: selection probability of lights at infinity
 enum LightSlot {
   kLightP = 0,
@@ -46,6 +51,17 @@ enum LightSlot {
   kLightAtInfinitySelect = 19
 };
 
+/// What varies over an emitter's surface.
+struct EmitterPattern {
+  int texture = -1;         // multiplies the radiance
+  FloatInput alpha{1, -1};  // multiplies what is sampled on the light; rays meet it in alpha_mask.h
+  float brightest = 1;      // of the texture, where that is an image
+  bool unseen = false;      // no ray meets the light: it has no primitive
+  /// Triangle: texture coordinates (u, v) of the corners. Sphere: the axes x, y, z of its object space.
+  std::array<float, 9> frame{};
+  std::array<std::array<float, 4>, 3> colors{};  // of a triangle's vertices, if scene.any_colors
+};
+
 struct LightTable {
   std::vector<float> records;     // kLightFloats per light
   std::vector<int32_t> type;      // LightType per light
@@ -57,7 +73,11 @@ struct LightTable {
   std::vector<int32_t> at_infinity, at_infinity_alias;  // infinite and distant lights, selected by power
   std::vector<float> at_infinity_keep;
   std::vector<EnvironmentMap> environments;
-  bool any_delta = false;  // point, spot or distant lights present
+  std::vector<EnvironmentMap> goniometers;  // of intensity
+  std::vector<ProjectionMap> projectors;
+  std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly
+  std::vector<int32_t> pattern_of;       // per light: index into patterns, or -1; empty if there are none
+  bool any_delta = false;                // lights at a point or distant ones present
   bool any_spot = false;
   bool any_sun = false;  // infinite lights that fill a cone
   bool any_distant = false;
@@ -67,9 +87,15 @@ struct LightTable {
 
   /// Lights at infinity exist (their paths start on a disk across the scene).
   bool any_infinite() const { return !infinite.empty() || any_distant; }
+  /// Some light at a point shines by an image.
+  bool any_imaged() const { return !goniometers.empty() || !projectors.empty(); }
+  /// A light path needs a random number for a texel.
+  bool any_texels() const { return !environments.empty() || any_imaged(); }
   int32_t count() const { return static_cast<int32_t>(type.size()); }
   /// Appends a light; `power` (W, any channel mean) decides how often it is selected.
   void add(LightType light_type, const std::array<float, kLightFloats>& record, double power);
+  /// Gives the last light a pattern.
+  void add_pattern(const EmitterPattern& pattern);
   /// Builds the selection tables; call once after the last add().
   void finish();
 

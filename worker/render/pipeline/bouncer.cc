@@ -6,6 +6,7 @@
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/vertex_io.h"
 #include "worker/render/scene/bump.h"
+#include "worker/render/scene/emitter_pattern.h"
 #include "worker/render/scene/lobe_axes.h"
 #include "worker/render/scene/mix.h"
 
@@ -70,6 +71,7 @@ struct Hit {
   Vec3<Lane> origin;  // of the ray
   Lane distance2{}, cos_in{};
   LaneMask valid;  // both normals on wo's side
+  Lane u{}, tv{};  // texture coordinates
 };
 
 Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, int depth) {
@@ -91,6 +93,7 @@ Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, in
   v.ns = scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
   v.kind = bsdf_at<Lane>(scene, material, g.active, s, &v.params);
   if (scene.any_anisotropy) orient_lobes<Lane>(s, v.ns, v.kind, &v.params);
+  h.u = s.u, h.tv = s.v;
   v.path = g.slot;
   v.depth = splat_int<Lane>(depth);
   const Vec3<Lane> segment = s.p - o;
@@ -229,7 +232,8 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   if (!any(emits)) return;
   const LaneInt light = select(emits, index, LaneInt{});
   const LightTable& lights = scene.lights;
-  const Vec3<Lane> radiance = emitted_radiance(lights, light, h.v.ng, h.v.wo);
+  Vec3<Lane> radiance = emitted_radiance(lights, light, h.v.ng, h.v.wo);
+  if (!lights.patterns.empty()) radiance = radiance * hit_pattern(scene, light, emits, h.u, h.tv, h.v.p);
   Lane w_other{}, p_emission{};
   if (depth > 1) {
     if (context.on(kNextEvent)) {

@@ -4,6 +4,7 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/scene/emitter_pattern.h"
 
 namespace lightmill {
 namespace {
@@ -90,9 +91,9 @@ void produce_light_paths(const StageContext& context, const LayerContext& layer,
     Lane pu, pv, du, dv;
     stream.get_2d(kDimLightPosition, &pu, &pv);
     stream.get_2d(kDimLightDirection, &du, &dv);
-    const Lane texel = lights.environments.empty() ? Lane{} : stream.get_1d(kDimLightTexel);
-    const EmissionSample<Lane> e =
-        sample_emission(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
+    const Lane texel = lights.any_texels() ? stream.get_1d(kDimLightTexel) : Lane{};
+    EmissionSample<Lane> e = sample_emission(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
+    if (!lights.patterns.empty()) apply_pattern(context.scene, started, &e);
     if (context.on(kLensConnections)) queue_emitter_to_lens(context, layer, slot, started, e, wavefront);
     store_ray(paths, base, offset_origin(e.point, e.error, e.normal, e.direction), e.direction);
     store_throughput(paths, base, e.power);

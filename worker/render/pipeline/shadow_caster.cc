@@ -9,6 +9,7 @@
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/thread_time.h"
 #include "worker/render/pipeline/vertex_io.h"
+#include "worker/render/scene/emitter_pattern.h"
 
 namespace lightmill {
 namespace {
@@ -139,7 +140,8 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
     const Lane texel = lights.environments.empty() && lights.tree.empty()
                            ? Lane{}
                            : stream.get_1d(vertex_dim(depth, kDimNeeTexel));
-    const DirectSample<Lane> d = sample_direct(lights, v.p, pick, texel, lu, lv);
+    DirectSample<Lane> d = sample_direct(lights, v.p, pick, texel, lu, lv);
+    if (!lights.patterns.empty()) apply_pattern(context.scene, g.active, &d);
     const LaneMask lit = mask_and(mask_and(g.active, LaneMask(max_component(d.radiance) > 0.0f)),
                                   mask_and(LaneMask(d.pdf > 0.0f), consistent(v, d.wi)));
     const Frame<Lane> frame(v.ns);
@@ -303,7 +305,8 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   stream.get_2d(vertex_dim(0, kDimSplatPixel), &fu, &fv);
   const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
   const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
-  const Vec3<Lane> radiance = emitted_radiance(context.scene.lights, e.light, e.normal, to_camera);
+  Vec3<Lane> radiance = emitted_radiance(context.scene.lights, e.light, e.normal, to_camera);
+  if (!context.scene.lights.patterns.empty()) radiance = radiance * e.pattern;
   // Density of the point alone: selection / area.
   const LightRecord<Lane> r(context.scene.lights, e.light);
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);

@@ -21,8 +21,15 @@ int quantum(const RenderScene& scene, double imaging_ratio) {
   for (int32_t i = 0; i < scene.lights.count(); ++i) {
     const float* r = &scene.lights.records[static_cast<size_t>(i) * kLightFloats];
     const LightType type = scene.lights.type[static_cast<size_t>(i)];
-    const double room = type == kPointLight || type == kSpotLight ? kPointLightRoom : 1;
+    const double room = is_at_a_point(type) ? kPointLightRoom : 1;
     for (int c = 0; c < 3; ++c) brightest = std::max(brightest, double{r[kLightRadiance + c]} * room);
+  }
+  for (size_t i = 0; i < scene.lights.pattern_of.size(); ++i) {
+    if (scene.lights.pattern_of[i] < 0) continue;
+    const float* r = &scene.lights.records[i * kLightFloats];
+    const double times =
+        double{scene.lights.patterns[static_cast<size_t>(scene.lights.pattern_of[i])].brightest};
+    for (int c = 0; c < 3; ++c) brightest = std::max(brightest, double{r[kLightRadiance + c]} * times);
   }
   for (const EnvironmentMap& map : scene.lights.environments)
     brightest = std::max(brightest, double{map.brightest});
@@ -63,7 +70,8 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
       settings.plan ? "the strategies asked for" : std::string(integrator_name(settings.integrator));
 
   item("textures", scene.any_texture,
-       scene.any_texture ? "a material in use reads one" : "no material in use reads one",
+       scene.any_texture ? "a material or emitter in use reads one"
+                         : "no material or emitter in use reads one",
        "texture evaluation per hit");
   item("texture coordinates", !scene.uvs.empty(),
        scene.uvs.empty() ? "nothing reads them" : "a texture reads them",
@@ -95,7 +103,8 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
            " lights within the scene",
        "a traversal per light sample and per emitter that a path hits");
   item("delta lights", scene.lights.any_delta,
-       scene.lights.any_delta ? "a point, spot or distant light" : "no point, spot or distant light",
+       scene.lights.any_delta ? "a light at a point or a distant one"
+                              : "no light at a point and no distant one",
        "their cases in light sampling");
   item("environment", !scene.lights.infinite.empty(),
        scene.lights.infinite.empty() ? "no infinite light" : "an infinite light",

@@ -27,6 +27,35 @@ double mean(const Record& r) {
   return (double{r[kLightRadiance]} + r[kLightRadiance + 1] + r[kLightRadiance + 2]) / 3;
 }
 
+Rgb scaled(const Rgb& c, double s) {
+  const auto f = [&](float x) { return static_cast<float>(x * s); };
+  return {f(c.r), f(c.g), f(c.b)};
+}
+
+/// What an environment image gives a surface that faces its +z, by pbrt's sum over the texels above: it
+/// counts a texel as 2 pi / n steradians, half of what it is, so that an even sky asked for E shines with 2 E
+/// / pi.
+double illuminance(const LightImage& image) {
+  double sum = 0;
+  for (int32_t y = 0; y < image.height; ++y) {
+    for (int32_t x = 0; x < image.width; ++x) {
+      const float s = (static_cast<float>(x) + 0.5f) / static_cast<float>(image.width),
+                  t = (static_cast<float>(y) + 0.5f) / static_cast<float>(image.height);
+      const double cosine = double{equal_area_square_to_sphere(s, t).z};
+      const float* c =
+          &image
+               .rgb[3 * (static_cast<size_t>(y) * static_cast<size_t>(image.width) + static_cast<size_t>(x))];
+      if (cosine > 0) sum += (0.2126 * double{c[0]} + 0.7152 * double{c[1]} + 0.0722 * double{c[2]}) * cosine;
+    }
+  }
+  if (!(sum > 0)) {
+    throw Error(ErrorKind::kBadScene, image.path +
+                                          ": the environment image is black above its horizon, so no "
+                                          "\"illuminance\" can be had; leave that out");
+  }
+  return sum * 2 * M_PI / (static_cast<double>(image.width) * image.height);
+}
+
 /// The lights that are not shapes, a kind to an overload.
 class LightBuilder {
  public:
@@ -76,14 +105,60 @@ class LightBuilder {
     double radiance = mean(r);
     if (!l.image_path.empty()) {
       r[4] = static_cast<float>(out_.lights.environments.size());
+      LightImage image = read_environment(l.image_path, l.lat_long);
+      const double f = l.illuminance > 0 ? l.illuminance / illuminance(image) : 1;
       const EnvironmentMap& map =
-          out_.lights.environments.emplace_back(l.image_path, l.radiance, l.light_to_world, l.lat_long);
+          out_.lights.environments.emplace_back(std::move(image), scaled(l.radiance, f), l.light_to_world);
       radiance = map.mean_radiance;
     }
     out_.lights.add(kInfiniteLight, r, 4 * M_PI * M_PI * double{r[3]} * r[3] * radiance);
   }
 
+  void add(const GoniometricLight& l) {
+    if (dark(l.intensity)) return;
+    LightImage image = read_light_image(l.image_path, "goniometric image");
+    image.make_grey();
+    const double f = l.power > 0 ? l.power / (4 * M_PI * image.mean()) : 1;
+    Record r = at_origin(l.light_to_world);
+    r[4] = static_cast<float>(out_.lights.goniometers.size());
+    // pbrt's image has the light's y axis in its middle.
+    Transform image_to_world = l.light_to_world;
+    for (auto& row : image_to_world.m) std::swap(row[1], row[2]);
+    const EnvironmentMap& map = out_.lights.goniometers.emplace_back(
+        std::move(image), scaled(l.intensity, f * area_scale()), image_to_world);
+    set_radiance(r, {map.brightest, map.brightest, map.brightest});
+    out_.lights.add(kGoniometricLight, r, 4 * M_PI * map.mean_radiance);
+  }
+  void add(const ProjectionLight& l) {
+    if (dark(l.intensity)) return;
+    LightImage image = read_light_image(l.image_path, "projected image");
+    double f = 1;
+    if (l.power > 0) {
+      // The power of the image by its luminance.
+      LightImage luminance = image;
+      for (size_t i = 0; i < luminance.rgb.size(); i += 3) {
+        float* c = &luminance.rgb[i];
+        c[0] = c[1] = c[2] = 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
+      }
+      f = l.power / ProjectionMap(std::move(luminance), {1, 1, 1}, {}, l.fov_degrees).power;
+    }
+    Record r = at_origin(l.light_to_world);
+    r[4] = static_cast<float>(out_.lights.projectors.size());
+    const ProjectionMap& map = out_.lights.projectors.emplace_back(
+        std::move(image), scaled(l.intensity, f * area_scale()), l.light_to_world, l.fov_degrees);
+    r[5] = 1 / std::sqrt(1 + map.half_x * map.half_x + map.half_y * map.half_y);
+    std::copy(map.to_light + 6, map.to_light + 9, r.begin() + kLightN);
+    set_radiance(r, {map.brightest, map.brightest, map.brightest});
+    out_.lights.add(kProjectionLight, r, map.power);
+  }
+
  private:
+  /// Intensities are scaled with the square of lengths.
+  double area_scale() const { return std::ldexp(1.0, 2 * out_.scale_exponent); }
+  Record at_origin(const Transform& light_to_world) const {
+    const auto& m = light_to_world.m;
+    return at_point({m[0][3], m[1][3], m[2][3]}, {});
+  }
   Record at_point(const Vec3d& position, const Rgb& intensity) const {
     Record r{};
     set_vec(r, kLightP, out_.normalised_point(position));
@@ -103,15 +178,6 @@ class LightBuilder {
   RenderScene& out_;
 };
 
-int32_t add_emitter(LightType type, Record& r, const EmitterSource& source, double area, RenderScene* scene) {
-  const AreaLightDescription& light = source.light;
-  set_radiance(r, light.radiance);
-  r[kLightArea] = static_cast<float>(area);
-  r[kLightTwoSided] = light.two_sided ? 1 : 0;
-  scene->lights.add(type, r, M_PI * area * mean(r) * (light.two_sided ? 2 : 1));
-  return scene->lights.count() - 1;
-}
-
 }  // namespace
 
 std::string place(const SourceLocation& where) {
@@ -126,39 +192,6 @@ void add_light(const LightDescription& light, RenderScene* scene) {
     if (light.location.file.empty()) throw;
     throw Error(e.kind(), place(light.location) + e.what());
   }
-}
-
-int32_t add_triangle_emitter(const EmitterSource& source, const int32_t* i, const Vec3d& winding, double area,
-                             int32_t flags, RenderScene* scene) {
-  if (dark(source.light.radiance)) return -1;
-  double sign = flags & RenderScene::kFlip ? -1 : 1;
-  if (scene->any_normals) {
-    // The side of the vertex normals, as at intersection.
-    double along = 0;
-    for (int k = 0; k < 3; ++k) {
-      const float* n = &scene->normals[static_cast<size_t>(i[k]) * 3];
-      along += n[0] * winding.x + n[1] * winding.y + n[2] * winding.z;
-    }
-    if (along != 0) sign = along < 0 ? -1 : 1;
-  }
-  Record r{};
-  for (size_t c = 0; c < 3; ++c) {
-    const float v0 = scene->positions[static_cast<size_t>(i[0]) * 3 + c];
-    r[kLightP + c] = v0;
-    r[kLightE1 + c] = scene->positions[static_cast<size_t>(i[1]) * 3 + c] - v0;
-    r[kLightE2 + c] = scene->positions[static_cast<size_t>(i[2]) * 3 + c] - v0;
-  }
-  set_vec(r, kLightN, {sign * winding.x, sign * winding.y, sign * winding.z});
-  return add_emitter(kTriangleLight, r, source, area, scene);
-}
-
-int32_t add_sphere_emitter(const EmitterSource& source, bool reverse_orientation, RenderScene* scene) {
-  if (dark(source.light.radiance)) return -1;
-  Record r{};
-  std::copy(scene->spheres.end() - 4, scene->spheres.end(), r.begin());
-  r[kLightOrientation] = reverse_orientation ? -1 : 1;
-  const double radius = double{r[3]};
-  return add_emitter(kSphereLight, r, source, 4 * M_PI * radius * radius, scene);
 }
 
 }  // namespace lightmill

@@ -104,7 +104,7 @@ struct RenderScene {
   bool energy_compensation = false;  // see conductor.h
   bool any_anisotropy = false;       // some lobe follows dp/du
   bool any_mix = false;              // some material is a mix
-  bool any_texture = false;          // some material is textured
+  bool any_texture = false;          // some material or emitter is textured
   bool any_normals = false;          // some mesh has shading normals
   bool any_colors = false;           // some mesh has vertex colours, and some texture reads them
   bool any_delta = false;            // some material has a delta lobe

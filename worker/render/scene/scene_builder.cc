@@ -9,6 +9,7 @@
 #include "common/scene/transform.h"
 #include "worker/render/scene/alpha_mask.h"
 #include "worker/render/scene/bump.h"
+#include "worker/render/scene/emitter_builder.h"
 #include "worker/render/scene/instancing.h"
 #include "worker/render/scene/light_builder.h"
 #include "worker/render/scene/material_builder.h"
@@ -72,7 +73,7 @@ struct Bounds {
 class SceneBuilder {
  public:
   SceneBuilder(const SceneDescription& description, RenderScene* scene)
-      : in_(description), out_(*scene), split_(split_instances(description)) {
+      : in_(description), out_(*scene), split_(split_instances(description)), emitters_(description, scene) {
     for (const ShapeDescription& s : in_.shapes) world_.push_back(&s);
     for (const ShapeDescription& s : split_.flattened) world_.push_back(&s);
     shapes_ = world_;
@@ -111,6 +112,7 @@ class SceneBuilder {
       out_.any_anisotropy = out_.any_anisotropy || anisotropic<float>(kind);
       kinds_ |= 1u << kind;
     }
+    out_.any_texture = out_.any_texture || emitters_.any_texture();
     out_.any_tangent = out_.any_tangent || out_.any_bumps || out_.any_anisotropy;
     for (; kinds_; kinds_ &= kinds_ - 1) ++out_.kinds_present;
   }
@@ -220,7 +222,7 @@ class SceneBuilder {
     Bounds b;
     for (const ShapeDescription* shape : shapes_) {
       const ShapeDescription& s = *shape;
-      if (std::holds_alternative<SphereShape>(s.kind) && has_alpha_mask(s.alpha)) {
+      if (std::holds_alternative<SphereShape>(s.kind) && has_alpha_mask(s.alpha) && !is_unseen_emitter(s)) {
         throw Error(ErrorKind::kBadScene,
                     place(s.location) + "an alpha mask on a sphere is not supported; use a mesh");
       }
@@ -250,6 +252,9 @@ class SceneBuilder {
     for (const LightDescription& l : in_.lights) {
       if (const auto* p = std::get_if<PointLight>(&l.kind)) b.add(p->position);
       if (const auto* p = std::get_if<SpotLight>(&l.kind)) b.add(p->position);
+      const auto origin = [](const Transform& t) { return Vec3d{t.m[0][3], t.m[1][3], t.m[2][3]}; };
+      if (const auto* p = std::get_if<GoniometricLight>(&l.kind)) b.add(origin(p->light_to_world));
+      if (const auto* p = std::get_if<ProjectionLight>(&l.kind)) b.add(origin(p->light_to_world));
     }
     const Vec3d& o = out_.origin;
     double extent = 0;
@@ -275,7 +280,7 @@ class SceneBuilder {
 
   void reserve() {
     size_t vertices = 0, triangles = 0, spheres = 0;
-    bool normals = false, uvs = false, colors = false, textured_alpha = false;
+    bool normals = false, uvs = false, colors = false, read_uvs = false;
     for (const ShapeDescription* shape : shapes_) {
       const ShapeDescription& s = *shape;
       if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
@@ -283,8 +288,9 @@ class SceneBuilder {
         triangles += mesh->mesh->triangles.size();
         normals = normals || !mesh->mesh->normals.empty();
         uvs = uvs || !mesh->mesh->uvs.empty();
+        read_uvs = read_uvs || s.alpha.texture >= 0 ||
+                   (s.area_light >= 0 && in_.area_lights[static_cast<size_t>(s.area_light)].texture >= 0);
         colors = colors || !mesh->mesh->colors.empty();
-        textured_alpha = textured_alpha || s.alpha.texture >= 0;
       } else {
         ++spheres;
       }
@@ -296,7 +302,7 @@ class SceneBuilder {
     out_.any_normals = normals;
     out_.positions.reserve(3 * vertices + 4);
     if (normals) out_.normals.reserve(3 * vertices);
-    keep_uvs_ = uvs && (textured_alpha ||
+    keep_uvs_ = uvs && (read_uvs ||
                         std::any_of(out_.materials.begin(), out_.materials.end(), [](const MaterialEntry& m) {
                           return m.textured || has_bumps(m) || anisotropic<float>(m.kind);
                         }));
@@ -363,10 +369,11 @@ class SceneBuilder {
       const double area = triangle_area(i, &n);
       if (!(area > 0) || !std::isfinite(area))
         continue;  // collapsed when rounded to float: nothing can hit it
+      const int32_t light = s.area_light >= 0 ? emitters_.add_triangle(s, i, n, area, flags) : -1;
+      if (is_unseen_emitter(s)) continue;
       out_.surface_area += area;
       out_.indices.insert(out_.indices.end(), i, i + 3);
-      add_primitive(s, s.area_light >= 0 ? add_triangle_emitter(emitter(s), i, n, area, flags, &out_) : -1,
-                    flags);
+      add_primitive(s, light, flags);
       ++range.triangle_count;
     }
     if (range.triangle_count > 0) {
@@ -391,10 +398,6 @@ class SceneBuilder {
     return 0.5 * length;
   }
 
-  EmitterSource emitter(const ShapeDescription& s) const {
-    return {in_.area_lights[static_cast<size_t>(s.area_light)], s.alpha};
-  }
-
   void add_sphere(const ShapeDescription& s, const SphereShape& sphere) {
     const double scale = *uniform_scale(s.object_to_world.m);
     const Vec3d c = relative(transform_point(s.object_to_world.m, 0, 0, 0));
@@ -408,11 +411,15 @@ class SceneBuilder {
       for (size_t row = 0; row < 3; ++row)
         out_.sphere_axes.push_back(static_cast<float>(m[row][axis] / scale));
     }
+    const int32_t light = s.area_light >= 0 ? emitters_.add_sphere(s) : -1;
+    if (is_unseen_emitter(s)) {
+      out_.spheres.resize(out_.spheres.size() - 4);
+      out_.sphere_axes.resize(out_.sphere_axes.size() - 9);
+      return;
+    }
     out_.surface_area += 4 * M_PI * radius * radius;
     // The normal is computed outwards, so handedness does not matter: only ReverseOrientation flips.
     const int32_t flags = s.reverse_orientation ? RenderScene::kFlip : 0;
-    const int32_t light =
-        s.area_light >= 0 ? add_sphere_emitter(emitter(s), s.reverse_orientation, &out_) : -1;
     add_primitive(s, light, flags);
     if (s.material >= 0) used_[static_cast<size_t>(s.material)] = true;
   }
@@ -426,6 +433,7 @@ class SceneBuilder {
   std::vector<bool> used_;
   unsigned kinds_ = 0;
   bool keep_uvs_ = false;
+  EmitterBuilder emitters_;
 };
 
 }  // namespace

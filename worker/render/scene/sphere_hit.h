@@ -3,6 +3,8 @@
 // reconstruction, so that both name the same root.
 #include <cmath>
 
+#include "worker/render/math/angle.h"
+
 namespace lightmill {
 
 /// Smallest t in (tnear, tfar) at which o + t d meets the sphere, or a negative number. The discriminant is
@@ -25,6 +27,13 @@ inline double sphere_hit(const float o[3], const float d[3], const float sphere[
   if (t0 > tnear && t0 < tfar) return t0;
   if (t1 > tnear && t1 < tfar) return t1;
   return -1;
+}
+
+/// Texture coordinates of the unit direction (x, y, z) from a sphere's centre in its object space.
+template <class F>
+inline void sphere_uv(F x, F y, F z, F* u, F* v) {
+  *u = turns(y, x);
+  *v = 1.0f - 2.0f * turns(sqrt(x * x + y * y), z);
 }
 
 }  // namespace lightmill

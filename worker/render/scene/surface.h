@@ -122,8 +122,10 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
                     az = gather3<F>(axes, sphere + 2);
       const F x = dot(n, ax), y = dot(n, ay), z = dot(n, az);
       const F sine = sqrt(x * x + y * y);
-      s.u = select(is_sphere, turns(y, x), s.u);
-      s.v = select(is_sphere, 1.0f - 2.0f * turns(sine, z), s.v);
+      F u, v;
+      sphere_uv(x, y, z, &u, &v);
+      s.u = select(is_sphere, u, s.u);
+      s.v = select(is_sphere, v, s.v);
       if (scene.any_tangent) {
         const F around = 2.0f * kPi * radius, along = kPi * radius;
         // v grows towards +z; at the poles dp/du is zero and dp/dv is along x.

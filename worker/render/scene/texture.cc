@@ -115,7 +115,13 @@ ImageMap::ImageMap(const ImageTexture& texture)
   };
   for (int i = 0; i < 256; ++i) decode_[i] = decode(static_cast<float>(i) / 255.0f);
   for (float& x : floats_) {
-    x = std::isfinite(x) ? x : 0.0f;
+    if (!std::isfinite(x)) {
+      if (not_finite_ < 0) {
+        not_finite_ = &x - floats_.data();
+        is_nan_ = std::isnan(x);
+      }
+      x = 0;
+    }
     if (encoding != ColorEncoding::kLinear) x = decode(std::max(x, 0.0f));
   }
 }
@@ -132,6 +138,36 @@ Rgb ImageMap::texel(int x, int y) const {
   }
   if (!bytes_.empty()) return {decode_[bytes_[i]], decode_[bytes_[i + 1]], decode_[bytes_[i + 2]]};
   return {floats_[i], floats_[i + 1], floats_[i + 2]};
+}
+
+ImageContent ImageMap::content() const {
+  ImageContent c;
+  c.width = width_;
+  c.height = height_;
+  double sum[3] = {};
+  for (int y = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x) {
+      const Rgb t = texel(x, y);
+      const float rgb[3] = {t.r * scale_, t.g * scale_, t.b * scale_};
+      for (int k = 0; k < 3; ++k) {
+        sum[k] += std::max(rgb[k], 0.0f);
+        c.brightest = std::max(c.brightest, rgb[k]);
+        if (rgb[k] < c.darkest) {
+          c.darkest = rgb[k];
+          c.darkest_x = x;
+          c.darkest_y = y;
+        }
+      }
+    }
+  }
+  const double n = static_cast<double>(width_) * height_;
+  c.mean = {static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n), static_cast<float>(sum[2] / n)};
+  if (not_finite_ >= 0) {
+    c.not_finite_x = static_cast<int>(not_finite_ / static_cast<ptrdiff_t>(channels_) % width_);
+    c.not_finite_y = static_cast<int>(not_finite_ / static_cast<ptrdiff_t>(channels_) / width_);
+    c.is_nan = is_nan_;
+  }
+  return c;
 }
 
 Rgb ImageMap::lookup(float s, float t) const {

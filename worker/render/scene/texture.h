@@ -1,12 +1,23 @@
 #pragma once
 // Textures at render time: images in memory with bilinear lookup, and the small texture graph.
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "common/scene/description.h"
 
 namespace lightmill {
+
+/// What is in an image, for emitters that shine by it.
+struct ImageContent {
+  int width = 0, height = 0;
+  Rgb mean;                                 // of all texels, negative ones as 0
+  float brightest = 0, darkest = 0;         // of any channel
+  int darkest_x = 0, darkest_y = 0;         // where
+  int not_finite_x = -1, not_finite_y = 0;  // the first texel that is no number or infinite; -1: none
+  bool is_nan = false;                      // which of the two
+};
 
 /// An image of RGB or grey texels, linear. Stored as 8-bit sRGB or linear (decoded by a table) or as float.
 class ImageMap {
@@ -15,6 +26,8 @@ class ImageMap {
   explicit ImageMap(const ImageTexture& texture);
   /// Bilinear value (or the nearest texel's) at (s, t), t up. Scale and invert applied.
   Rgb lookup(float s, float t) const;
+  /// Looks at every texel.
+  ImageContent content() const;
 
  private:
   Rgb texel(int x, int y) const;
@@ -26,6 +39,8 @@ class ImageMap {
   std::vector<uint8_t> bytes_;  // channels_ per texel, or empty
   std::vector<float> floats_;   // channels_ per texel, or empty
   float decode_[256];
+  ptrdiff_t not_finite_ = -1;  // index into floats_ of the first value that was not, and became 0
+  bool is_nan_ = false;
 };
 
 /// Where a texture is looked up.
@@ -41,6 +56,11 @@ class TextureTable {
   explicit TextureTable(const std::vector<TextureDescription>& textures);
   /// Value of texture `id` at a point; floats come as grey.
   Rgb evaluate(int id, const TexturePoint& at) const;
+  /// The image behind texture `id`, or null if it is of another kind.
+  const ImageMap* image(int id) const {
+    const int at = image_of_[static_cast<size_t>(id)];
+    return at < 0 ? nullptr : &images_[static_cast<size_t>(at)];
+  }
   size_t size() const { return nodes_.size(); }
 
  private:

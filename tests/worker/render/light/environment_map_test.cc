@@ -4,30 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 
 #include "common/error.h"
 #include "common/image/image.h"
 #include "tests/support/statistics.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/test_scene.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill::test {
 namespace {
-
-/// A folder that goes away with the test.
-class Folder {
- public:
-  Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "lightmill-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  std::string file(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
 
 /// 8x8 texels of very different brightness, some black.
 Image sky() {
@@ -92,7 +78,7 @@ TEST(EqualArea, LanesGiveTheSameBits) {
 }
 
 TEST(EnvironmentMap, SamplesTexelsInProportionToTheirLight) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const Image image = sky();
   write_image(image, folder.file("sky.exr"));
   Transform turn;  // a quarter turn about x
@@ -119,7 +105,7 @@ TEST(EnvironmentMap, SamplesTexelsInProportionToTheirLight) {
 }
 
 TEST(EnvironmentMap, RefusesWhatIsNoSquareOfLight) {
-  const Folder folder;
+  const TemporaryFolder folder;
   write_image(Image(8, 4), folder.file("wide.exr"));
   write_image(Image(4, 4), folder.file("black.exr"));
   for (const char* name : {"wide.exr", "black.exr", "absent.exr"}) {
@@ -129,7 +115,7 @@ TEST(EnvironmentMap, RefusesWhatIsNoSquareOfLight) {
 
 // The message names the texel, and the line of the light when the scene builder meets it.
 TEST(EnvironmentMap, RefusesTexelsThatAreNoRadiance) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::pair<float, const char*> bad[] = {
       {NAN, "not a number"}, {INFINITY, "infinite"}, {-1.0f, "negative"}};
   for (const auto& [value, word] : bad) {
@@ -153,7 +139,7 @@ TEST(EnvironmentMap, RefusesTexelsThatAreNoRadiance) {
 
 // A filter's ringing is not an error: it counts as 0.
 TEST(EnvironmentMap, SlightlyNegativeTexelsAreBlack) {
-  const Folder folder;
+  const TemporaryFolder folder;
   Image image(2, 2);
   for (float& x : image.data) x = 1;
   image.data[0] = image.data[1] = image.data[2] = -0.001f;
