@@ -80,11 +80,11 @@ void add_scene(CLI::App* verb, SceneOptions* scene) {
   verb->add_option("SCENE", scene->scene, "A scene file: pbrt-v4 (.pbrt) or glTF 2.0 (.gltf, .glb)")
       ->required();
   verb->add_flag("--strict", scene->strict, "Unsupported scene features are errors");
-}
   verb->add_option("--camera", scene->camera,
                    "glTF: the camera or node of this name (default: the first camera)");
   verb->add_option("--environment", scene->environment,
                    "glTF: light from all around by this lat-long picture (.exr, .hdr, ...)");
+}
 
 void add_stop_rule(CLI::App* verb, SceneOptions* scene) {
   RenderOptions& render = scene->render;
