@@ -3,46 +3,26 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "common/error.h"
+#include "common/image/report_files.h"
 #include "common/image/report_text.h"
 
 namespace lightmill {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kCsvHeader =
     "wall_s,cpu_s,spp,relmse,relmse_low,relmse_high,batches,true_relmse,true_relmse_trimmed,true_flip";
 constexpr size_t kCsvColumns = 10;
 
-void write_file(const fs::path& path, const std::string& content) {
-  // Beside it and renamed: a reader of a running job's report never sees half a file.
-  fs::path temporary = path;
-  temporary += ".part";
-  std::ofstream out(temporary, std::ios::binary);
-  out << content;
-  out.close();
-  std::error_code ec;
-  if (!out) {
-    const int why = errno;
-    fs::remove(temporary, ec);
-    throw Error(ErrorKind::kFailed, path.string() + ": can't write the report (" +
-                                        std::error_code(why, std::generic_category()).message() +
-                                        "); choose another folder with --report");
-  }
-  fs::rename(temporary, path, ec);
-  if (ec) throw Error(ErrorKind::kFailed, path.string() + ": can't write the report (" + ec.message() + ")");
-}
-
 std::string cell(const std::optional<double>& value) { return value ? exact_number(*value) : ""; }
 
-std::string make_csv(const ErrorCurve& curve) {
+}  // namespace
+
+std::string error_csv(const ErrorCurve& curve) {
   std::string csv = std::string(kCsvHeader) + "\n";
   for (const ErrorPoint& p : curve.points) {
     csv += exact_number(p.wall_seconds) + "," + exact_number(p.cpu_seconds) + "," + exact_number(p.spp) +
@@ -52,6 +32,8 @@ std::string make_csv(const ErrorCurve& curve) {
   }
   return csv;
 }
+
+namespace {
 
 std::string row(const std::string& name, const std::string& value) {
   return "<tr><th scope=\"row\">" + escape_markup(name) + "</th><td>" + escape_markup(value) + "</td></tr>\n";
@@ -110,24 +92,6 @@ std::string result_rows(const ErrorPoint& p, const ReportInfo& info, const Image
   return rows;
 }
 
-/// What more time buys, by error ~ 1/samples and samples ~ time.
-std::string outlook(const ErrorPoint& p) {
-  if (!p.relmse || !(p.wall_seconds > 0)) {
-    return "<p>Not known yet: the estimate takes two complete batches of 16 samples per pixel.</p>\n";
-  }
-  std::string html = "<table>\n<tr><th>more render time</th><th>expected relMSE</th><th>error × </th></tr>\n";
-  for (const double more : {60.0, 600.0, 3600.0}) {
-    const double factor = p.wall_seconds / (p.wall_seconds + more);
-    html += "<tr><td>" + short_duration(more) + "</td><td>" + escape_markup(interval_text(p, factor)) +
-            "</td><td>" + short_number(factor) + "</td></tr>\n";
-  }
-  html += "</table>\n<p>Another minute takes the relMSE from " + short_number(*p.relmse) + " to about " +
-          short_number(*p.relmse * p.wall_seconds / (p.wall_seconds + 60)) + "; halving it takes another " +
-          short_duration(p.wall_seconds) +
-          ". This is extrapolated by the 1/N law of independent samples at the pace so far.</p>\n";
-  return html;
-}
-
 std::string curve_rows(const ErrorCurve& curve) {
   std::string html =
       "<table>\n<tr><th>wall</th><th>CPU</th><th>spp</th><th>estimated relMSE</th><th>true relMSE</th>"
@@ -142,31 +106,18 @@ std::string curve_rows(const ErrorCurve& curve) {
   return html + "</table>\n";
 }
 
-constexpr const char* kHtmlStyle = R"(<style>
-:root{color-scheme:light dark;--back:#fff;--text:#20242b;--dim:#5c636e;--rule:#dfe2e7}
-@media (prefers-color-scheme:dark){:root{--back:#15181d;--text:#dfe3e9;--dim:#99a1ad;--rule:#2c323b}}
-body{background:var(--back);color:var(--text);font:15px/1.5 system-ui,sans-serif;max-width:860px;margin:2rem auto;padding:0 1rem}
-h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem}p,figcaption{color:var(--dim)}
-table{border-collapse:collapse;width:100%}th,td{text-align:left;padding:.25rem .75rem .25rem 0;border-bottom:1px solid var(--rule);font-weight:400;overflow-wrap:anywhere}
-th{color:var(--dim)}td{font-variant-numeric:tabular-nums}img,svg{max-width:100%;height:auto}figure{margin:1rem 0}
-</style>
-)";
-
 std::string make_html(const ReportInfo& info, const ErrorCurve& curve, const Image& image) {
   const ErrorPoint now = curve.points.empty() ? ErrorPoint{} : curve.points.back();
-  const std::string title = escape_markup(info.title.empty() ? "Lightmill report" : info.title);
-  std::string html =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-      title + "</title>\n" + kHtmlStyle + "</head>\n<body>\n<h1>" + title + "</h1>\n";
+  std::string html = html_head(info.title.empty() ? "Lightmill report" : info.title);
   html += "<figure><img alt=\"The rendered image\" width=\"" + std::to_string(image.width) + "\" height=\"" +
           std::to_string(image.height) + "\" src=\"data:image/png;base64," + base64(encode_png(image)) +
           "\"></figure>\n";
   html += "<h2>Result</h2>\n<table>\n" + result_rows(now, info, image) + "</table>\n";
-  html += "<h2>What another minute buys</h2>\n" + outlook(now);
-  html += "<h2>Error against run time</h2>\n<figure>" + error_svg(curve) +
+  html += "<h2>What more time buys</h2>\n" + curve_statements(curve);
+  html += "<h2>Error against run time</h2>\n<figure>" + error_svg({curve}) +
           "<figcaption>relMSE = mean of (I−R)²/(R²+0.01) over pixels and channels. The estimate comes from "
-          "independent batches of samples, its interval is Student's t over them.</figcaption></figure>\n";
+          "independent batches of samples; in 95 of 100 renders its interval holds the error of the "
+          "image.</figcaption></figure>\n";
   html += "<details><summary>All points (error.csv)</summary>\n" + curve_rows(curve) + "</details>\n";
   html += "<h2>Settings</h2>\n<table>\n" + settings_rows(info.settings_json) + "</table>\n";
   return html + "</body>\n</html>\n";
@@ -176,16 +127,10 @@ std::string make_html(const ReportInfo& info, const ErrorCurve& curve, const Ima
 
 void write_report(const std::string& folder, const ReportInfo& info, const ErrorCurve& curve,
                   const Image& image) {
-  std::error_code ec;
-  fs::create_directories(folder, ec);
-  if (ec || !fs::is_directory(folder)) {
-    throw Error(ErrorKind::kFailed,
-                folder + ": can't make the report's folder (" + (ec ? ec.message() : "it is a file") + ")");
-  }
-  const fs::path base = folder;
-  write_file(base / "error.csv", make_csv(curve));
-  write_file(base / "error.svg", error_svg(curve));
-  write_file(base / "report.html", make_html(info, curve, image));
+  make_report_folder(folder);
+  write_report_file(folder, "error.csv", error_csv(curve));
+  write_report_file(folder, "error.svg", error_svg({curve}));
+  write_report_file(folder, "report.html", make_html(info, curve, image));
 }
 
 ErrorCurve read_report_csv(const std::string& path) {

@@ -1,6 +1,7 @@
 #pragma once
 // The error-against-time report: error.csv, error.svg and a self-contained report.html.
 #include <string>
+#include <vector>
 
 #include "common/image/error_curve.h"
 #include "common/image/image.h"
@@ -13,13 +14,14 @@ struct ReportInfo {
   RenderCounters counters;
 };
 
-/// Writes the three files into `folder` (made if absent). `image` is embedded in the HTML as a PNG.
+/// Writes the files into `folder` (made if absent). `image` is embedded in the HTML as a PNG.
 /// Throws Error(kFailed) if it can't be written.
 void write_report(const std::string& folder, const ReportInfo& info, const ErrorCurve& curve,
                   const Image& image);
 /// Reads error.csv of a report folder. Throws Error(kFailed) with file:line on malformed input.
 ErrorCurve read_report_csv(const std::string& path);
-/// The plot alone: log-log relMSE against wall seconds with its interval.
-std::string error_svg(const ErrorCurve& curve);
+/// The plot alone: log-log relMSE against wall seconds, intervals as bands. Several curves are told apart by
+/// their job_name.
+std::string error_svg(const std::vector<ErrorCurve>& curves);
 
 }  // namespace lightmill

@@ -13,6 +13,8 @@ std::string short_number(double value, int digits = 3);
 std::string short_duration(double seconds);
 /// Escapes & < > " ' for XML and HTML and drops control characters.
 std::string escape_markup(std::string_view text);
+/// At most `bytes` bytes of UTF-8 text and "…" if it was longer; never half a character.
+std::string utf8_prefix(std::string_view text, size_t bytes);
 std::string base64(std::string_view bytes);
 
 }  // namespace lightmill

@@ -122,16 +122,16 @@ TEST(Report, MalformedCsvNamesItsLine) {
 
 TEST(Report, PlotsOfAnyCurveAreWellFormed) {
   ErrorCurve empty;
-  expect_balanced_xml(error_svg(empty));
-  EXPECT_THAT(error_svg(empty), HasSubstr("No estimate yet"));
+  expect_balanced_xml(error_svg({empty}));
+  EXPECT_THAT(error_svg({empty}), HasSubstr("No estimate yet"));
   ErrorCurve one;
   one.points.push_back({3, 6, 32, 1e-3, 0, 1e3, 2, {}, {}, {}});
-  expect_balanced_xml(error_svg(one));
+  expect_balanced_xml(error_svg({one}));
   ErrorCurve odd = example_curve();
   odd.points.push_back({0, 0, 0, 0.0, 0.0, 0.0, 2, {}, {}, {}});
   odd.points.push_back({1e9, 0, 0, 1e-30, {}, 1.0, 2, {}, {}, {}});
   odd.points.push_back({2e9, 0, 0, {}, 1.0, 2.0, 2, 1e-5, {}, {}});
-  const std::string svg = error_svg(odd);
+  const std::string svg = error_svg({odd});
   expect_balanced_xml(svg);
   EXPECT_THAT(svg, Not(HasSubstr("nan")));
   EXPECT_THAT(svg, Not(HasSubstr("inf")));
