@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace lightmill::agent {
 
@@ -37,7 +38,7 @@ ActiveLease::ActiveLease(LeaseGrant granted, std::shared_ptr<const PacketRendere
       packets_(lease.tile) {}
 
 bool LeaseQueue::has_room() const {
-  if (held_.size() >= kMaxHeld) return false;
+  if (held_.size() >= kMaxHeld || pilot_ || pilot_running_) return false;
   int64_t waiting_packets = 0;
   int waiting_leases = 0;
   for (const auto& lease : rendering_) {
@@ -73,7 +74,23 @@ void LeaseQueue::start(std::shared_ptr<ActiveLease> lease) {
 void LeaseQueue::release(const LeaseKey& key) {
   const std::lock_guard lock(mutex_);
   held_.erase(key);
+  if (pilot_running_ == key) pilot_running_.reset();
   changed_.notify_all();
+}
+
+void LeaseQueue::start_pilot(PilotLease pilot) {
+  const std::lock_guard lock(mutex_);
+  if (!held_.count(key_of(pilot.lease))) return;
+  pilot_ = std::move(pilot);
+  changed_.notify_all();
+}
+
+std::optional<PilotLease> LeaseQueue::take_pilot() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return closed_ || pilot_; });
+  if (closed_) return std::nullopt;
+  pilot_running_ = key_of(pilot_->lease);
+  return std::exchange(pilot_, std::nullopt);
 }
 
 std::optional<LeaseQueue::Work> LeaseQueue::take() {
@@ -133,6 +150,7 @@ void LeaseQueue::lose(const std::vector<LeaseKey>& keys) {
   const std::lock_guard lock(mutex_);
   for (const LeaseKey& key : keys) {
     held_.erase(key);
+    if (pilot_ && key_of(pilot_->lease) == key) pilot_.reset();
     std::erase_if(finished_, [&](const Finished& finished) { return key_of(finished.lease->lease) == key; });
     const auto position = std::find_if(rendering_.begin(), rendering_.end(),
                                        [&](const auto& lease) { return key_of(lease->lease) == key; });

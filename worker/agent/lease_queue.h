@@ -4,6 +4,9 @@
 // A lease is *loading* (its scene is being opened), *rendering* (packets are handed out, oldest lease first),
 // *finished* (waits for the commit thread) and then gone. A lease that the coordinator has taken away is
 // *lost*: its packets are no longer handed out and its partial is thrown away.
+//
+// A lease of a job's pilot goes from the leasing thread to the pilot thread instead, one at a time; while it
+// is there nothing more is leased, as the pilot wants all threads.
 #include <condition_variable>
 #include <deque>
 #include <memory>
@@ -48,6 +51,12 @@ struct ActiveLease {
   std::string error_;  // why a packet could not be rendered
 };
 
+/// A pilot that waits to be run.
+struct PilotLease {
+  LeaseGrant lease;
+  std::shared_ptr<const PacketRenderer> renderer;
+};
+
 /// Thread-safe.
 class LeaseQueue {
  public:
@@ -59,6 +68,7 @@ class LeaseQueue {
   /// A lease was granted; it is renewed from now on.
   void hold(const LeaseKey& key);
   void start(std::shared_ptr<ActiveLease> lease);
+  void start_pilot(PilotLease pilot);
   /// It will not be rendered after all.
   void release(const LeaseKey& key);
 
@@ -71,6 +81,10 @@ class LeaseQueue {
   std::optional<Work> take();
   /// The packet is done; `error` is empty unless it failed.
   void finish(const Work& work, const std::string& error);
+
+  // --- the pilot thread ---
+  /// The next pilot; blocks. Empty once the queue is closed. release() ends it.
+  std::optional<PilotLease> take_pilot();
 
   // --- the thread that commits ---
   struct Finished {
@@ -101,6 +115,8 @@ class LeaseQueue {
   std::set<LeaseKey> held_;
   std::deque<std::shared_ptr<ActiveLease>> rendering_;  // not all packets are done, oldest first
   std::deque<Finished> finished_;
+  std::optional<PilotLease> pilot_;        // not taken yet
+  std::optional<LeaseKey> pilot_running_;  // taken, and not released yet
   bool growing_ = true, closed_ = false;
 };
 

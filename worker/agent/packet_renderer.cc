@@ -1,5 +1,7 @@
 #include "worker/agent/packet_renderer.h"
 
+#include "worker/render/plan/pilot.h"
+
 namespace lightmill::agent {
 namespace {
 
@@ -7,6 +9,7 @@ class SceneRenderer : public PacketRenderer {
  public:
   SceneRenderer(const SceneDescription& scene, const RenderSettings& settings, int threads)
       : renderer_(scene, settings, threads) {}
+  SceneRenderer(const Renderer& other, const RenderSettings& settings) : renderer_(other, settings) {}
   const FilmGrid& grid() const override { return renderer_.settings().grid; }
   int quantum_exponent() const override { return renderer_.quantum_exponent(); }
   bool has_camera_layer() const override { return renderer_.has_camera_layer(); }
@@ -14,6 +17,12 @@ class SceneRenderer : public PacketRenderer {
   std::unique_ptr<Workspace> make_workspace() const override { return renderer_.make_workspace(); }
   void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const override {
     renderer_.render_packet(packet, workspace, builder);
+  }
+  PilotReport run_pilot(int threads, const std::function<bool()>& go_on) const override {
+    return lightmill::run_pilot(renderer_, threads, go_on);
+  }
+  std::shared_ptr<const PacketRenderer> with_settings(const RenderSettings& settings) const override {
+    return std::make_shared<SceneRenderer>(renderer_, settings);
   }
 
  private:

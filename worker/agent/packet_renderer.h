@@ -1,8 +1,10 @@
 #pragma once
 // What the agent needs of a renderer, so that tests can run the agent without Embree.
+#include <functional>
 #include <memory>
 
 #include "common/image/partial.h"
+#include "common/pilot_report.h"
 #include "common/scene/description.h"
 #include "common/settings.h"
 #include "worker/render/renderer.h"
@@ -19,6 +21,10 @@ class PacketRenderer {
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
   /// Thread-safe for distinct workspaces.
   virtual void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const = 0;
+  /// Chooses the sampling plan, on `threads` threads. Throws Error(kFailed) once `go_on` gives false.
+  virtual PilotReport run_pilot(int threads, const std::function<bool()>& go_on) const = 0;
+  /// The same scene, shared, under settings that differ in plan, integrator, depth, seed or stop rule only.
+  virtual std::shared_ptr<const PacketRenderer> with_settings(const RenderSettings& settings) const = 0;
 };
 
 /// The renderer itself. Throws as Renderer's constructor does.

@@ -12,15 +12,20 @@ namespace lightmill::agent {
 
 class SceneCache : public RenderSource {
  public:
-  /// Renderers build with `threads` threads; the last few stay warm, whatever their jobs' spp.
+  /// Scenes are built with `threads` threads; the last few stay warm, whatever their jobs' stop rules, and
+  /// are shared by jobs that differ in their sampling only (plan, integrator, depth, seed).
   SceneCache(FarmLink& link, std::string folder, uint64_t max_bytes, int threads);
   std::shared_ptr<const PacketRenderer> open(const std::string& bundle_digest,
                                              const RenderSettings& settings) override;
 
  private:
-  struct Warm {
+  struct Ready {
     std::string key;
     std::shared_ptr<const PacketRenderer> renderer;
+  };
+  struct Warm {
+    std::string scene_key;
+    std::list<Ready> renderers;  // of one scene, most recently used first
   };
   FarmLink& link_;
   BlobCache blobs_;

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <map>
 #include <thread>
 #include <vector>
 
 #include "common/error.h"
+#include "common/rpc/pilot_result.h"
 #include "worker/agent/backoff.h"
 #include "worker/agent/float_mode.h"
 
@@ -33,6 +35,23 @@ std::string describe(const LeaseKey& key) {
   return key.job.value + " tile " + std::to_string(key.tile.value) + " attempt " +
          std::to_string(key.attempt);
 }
+
+/// Processor time of what runs on `threads` threads from now on. Tiles that are still being finished beside
+/// it count too, but never more than these threads could have used.
+class ProcessorTime {
+ public:
+  explicit ProcessorTime(int threads) : threads_(threads) {}
+  double seconds() const {
+    const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    const double used = static_cast<double>(std::clock() - used_) / CLOCKS_PER_SEC;
+    return std::clamp(used, 0.0, wall * threads_);
+  }
+
+ private:
+  int threads_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::clock_t used_ = std::clock();
+};
 
 /// A render thread's workspaces: of the renderers that it used last, most recent first.
 class Workspaces {
@@ -64,9 +83,10 @@ TileRunner::TileRunner(FarmLink& link, RenderSource& source, RunnerOptions optio
 
 void TileRunner::run() {
   std::vector<std::thread> threads;
-  threads.reserve(static_cast<size_t>(options_.threads) + 2);
+  threads.reserve(static_cast<size_t>(options_.threads) + 3);
   for (int i = 0; i < options_.threads; ++i) threads.emplace_back([this] { render_loop(); });
   threads.emplace_back([this] { commit_loop(); });
+  threads.emplace_back([this] { pilot_loop(); });
   threads.emplace_back([this] { renew_loop(); });
   set_float_mode();
   lease_loop();
@@ -181,7 +201,11 @@ void TileRunner::open_lease(const LeaseGrant& lease) {
   std::shared_ptr<const PacketRenderer> renderer;
   const auto wanted = [&] { return queue_.is_held(key_of(lease)); };
   if (!retry(wanted, [&] { renderer = source_.open(lease.bundle_digest, lease.settings); })) return;
-  queue_.start(std::make_shared<ActiveLease>(lease, std::move(renderer)));
+  if (is_pilot(lease.tile)) {
+    queue_.start_pilot({lease, std::move(renderer)});
+  } else {
+    queue_.start(std::make_shared<ActiveLease>(lease, std::move(renderer)));
+  }
 }
 
 void TileRunner::render_loop() {
@@ -214,21 +238,51 @@ void TileRunner::commit_loop() {
 
 void TileRunner::commit_one(const LeaseQueue::Finished& finished) {
   const LeaseKey key = key_of(finished.lease->lease);
-  const auto wanted = [&] { return queue_.is_held(key); };
-  if (!finished.error.empty()) {
-    options_.log(describe(key) + ": " + finished.error);
-    retry(wanted, [&] { link_.fail(key, finished.error); });
-    return;
-  }
-  const std::string bytes = encode_partial(finished.lease->builder.take());
+  if (!finished.error.empty()) return report_failure(key, finished.error);
+  if (hand_in(key, encode_partial(finished.lease->builder.take()))) ++tiles_committed_;
+}
+
+void TileRunner::report_failure(const LeaseKey& key, const std::string& error) {
+  options_.log(describe(key) + ": " + error);
+  retry([&] { return queue_.is_held(key); }, [&] { link_.fail(key, error); });
+}
+
+bool TileRunner::hand_in(const LeaseKey& key, const std::string& bytes) {
   CommitAnswer answer;
-  if (!retry(wanted, [&] { answer = link_.commit(key, bytes); })) return;
-  if (answer.outcome == CommitResult::kAccepted) {
-    ++tiles_committed_;
-  } else {
+  if (!retry([&] { return queue_.is_held(key); }, [&] { answer = link_.commit(key, bytes); })) return false;
+  if (answer.outcome != CommitResult::kAccepted) {
     options_.log(describe(key) + ": " + outcome_name(answer.outcome) +
                  (answer.message.empty() ? "" : ": " + answer.message));
   }
+  return answer.outcome == CommitResult::kAccepted;
+}
+
+void TileRunner::pilot_loop() {
+  set_float_mode();
+  while (const auto pilot = queue_.take_pilot()) {
+    const LeaseKey key = key_of(pilot->lease);
+    try {
+      run_pilot(*pilot);
+    } catch (const std::exception& error) {
+      options_.log(describe(key) + ": " + error.what());
+    }
+    queue_.release(key);
+  }
+}
+
+void TileRunner::run_pilot(const PilotLease& pilot) {
+  const LeaseKey key = key_of(pilot.lease);
+  const auto go_on = [&] { return queue_.is_held(key) && !draining_ && !is_stopping(); };
+  PilotResult result;
+  const ProcessorTime time(options_.threads);
+  try {
+    result.report = pilot.renderer->run_pilot(options_.threads, go_on);
+  } catch (const std::exception& error) {
+    if (go_on()) report_failure(key, error.what());
+    return;
+  }
+  result.cpu_seconds = time.seconds();
+  hand_in(key, encode_pilot(result));
 }
 
 void TileRunner::renew_loop() {

@@ -6,8 +6,8 @@
 //   runner.run();
 //
 // Threads: the caller of run() leases and opens scenes; N threads render packets of up to a few leases at
-// once, so that none idles at the end of a tile; one encodes and commits; one renews at a third of the lease
-// time. None of them waits for another's RPC.
+// once, so that none idles at the end of a tile; one encodes and commits; one runs pilots, on N threads of
+// their own; one renews at a third of the lease time. None of them waits for another's RPC.
 #include <atomic>
 #include <condition_variable>
 #include <functional>
@@ -34,7 +34,8 @@ class TileRunner {
   TileRunner(FarmLink& link, RenderSource& source, RunnerOptions options);
   /// Until drained or stopped. Throws Error if the coordinator refuses this worker for good.
   void run();
-  /// Takes no more leases, finishes those held within the drain timeout, then run() returns. Any thread.
+  /// Takes no more leases, finishes the tiles held within the drain timeout, then run() returns. A pilot is
+  /// given up at once: its lease runs out and another worker takes it. Any thread.
   void drain();
   /// Drops everything; run() returns soon. Any thread, also before run().
   void stop();
@@ -45,6 +46,11 @@ class TileRunner {
   void open_lease(const LeaseGrant& lease);
   void render_loop();
   void commit_loop();
+  void pilot_loop();
+  void run_pilot(const PilotLease& pilot);
+  /// Hands in a lease's result, or its failure; true if it was accepted.
+  bool hand_in(const LeaseKey& key, const std::string& bytes);
+  void report_failure(const LeaseKey& key, const std::string& error);
   void commit_one(const LeaseQueue::Finished& finished);
   void renew_loop();
   void finish_held();

@@ -1,11 +1,14 @@
 #pragma once
 // A scripted farm and a renderer without a scene, to run the agent alone.
+#include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "worker/agent/farm_link.h"
@@ -37,7 +40,29 @@ class CountingRenderer : public PacketRenderer {
     counters.camera_paths = static_cast<uint64_t>(cell.area()) * static_cast<uint64_t>(samples);
     builder.add_counters(counters, 0.001);
   }
+  /// Waits to be cancelled, unless `pilot_report` holds what it finds; then for `pilot_rounds` looks at
+  /// go_on.
+  PilotReport run_pilot(int threads, const std::function<bool()>& go_on) const override {
+    pilot_threads = threads;
+    ++pilots_begun;
+    for (int i = 0; !pilot_report || i < pilot_rounds; ++i) {
+      if (!go_on()) {
+        ++pilots_cancelled;
+        throw Error(ErrorKind::kFailed, "interrupted");
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    if (!pilot_error.empty()) throw Error(ErrorKind::kFailed, pilot_error);
+    return *pilot_report;
+  }
+  std::shared_ptr<const PacketRenderer> with_settings(const RenderSettings&) const override {
+    throw std::logic_error("one renderer is enough");
+  }
   int fail_cell_x = -1;
+  std::optional<PilotReport> pilot_report;
+  std::string pilot_error;
+  int pilot_rounds = 0;
+  mutable std::atomic<int> pilots_begun{0}, pilots_cancelled{0}, pilot_threads{0};
 
  private:
   FilmGrid grid_ = small_grid();

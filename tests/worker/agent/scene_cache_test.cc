@@ -49,9 +49,27 @@ TEST_F(SceneCacheTest, ARendererStaysWarmAcrossStopRulesButNotAcrossSettings) {
   const auto first = cache_.open(digest, settings_);
   settings_.spp = 64;  // extended
   EXPECT_EQ(cache_.open(digest, settings_), first);
-  settings_.seed = 9;
+  settings_.energy_compensation = true;
   EXPECT_NE(cache_.open(digest, settings_), first);
   EXPECT_EQ(farm_.blobs_sent, 2);
+}
+
+TEST_F(SceneCacheTest, JobsThatDifferInTheirSamplingShareTheScene) {
+  const std::string digest = add("Translate 0 0 5 Shape \"sphere\"");
+  settings_.integrator = Integrator::kAuto;
+  const auto pilot = cache_.open(digest, settings_);
+  farm_.bundles.clear();  // whoever builds a scene asks for its bundle
+  settings_.plan = SamplingPlan{kEmissionHits | kNextEvent, 1, 1};
+  const auto planned = cache_.open(digest, settings_);
+  EXPECT_NE(planned, pilot);
+  EXPECT_TRUE(pilot->has_splat_layer());
+  EXPECT_FALSE(planned->has_splat_layer());
+  settings_.seed = 9;
+  settings_.max_depth = 2;
+  EXPECT_NE(cache_.open(digest, settings_), planned);
+  for (settings_.seed = 100; settings_.seed < 200; ++settings_.seed) cache_.open(digest, settings_);
+  settings_.grid = {64, 32, {0, 0, 64, 32}};
+  EXPECT_THROW(cache_.open(digest, settings_), std::out_of_range) << "another film is another camera";
 }
 
 TEST_F(SceneCacheTest, ABadSceneIsAnErrorWithItsPlace) {

@@ -8,6 +8,7 @@
 
 #include "common/error.h"
 #include "common/image/film.h"
+#include "common/rpc/pilot_result.h"
 #include "tests/worker/agent/fake_farm.h"
 
 namespace lightmill::agent {
@@ -46,6 +47,21 @@ class TileRunnerTest : public ::testing::Test {
   }
   void add_tiles(int count, double lease_seconds = 10) {
     for (int i = 0; i < count; ++i) farm_.add({{0, 0, 3, 2}, 8 * i, 8 * i + 8}, lease_seconds);
+  }
+
+  /// Until `condition` holds; false after a generous time.
+  template <class Condition>
+  bool wait_until(Condition condition) {
+    for (int i = 0; i < 60000 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return condition();
+  }
+  size_t answers() {
+    const std::lock_guard lock(farm_.mutex_);
+    return farm_.commits.size() + farm_.failures.size();
+  }
+  int renewals() {
+    const std::lock_guard lock(farm_.mutex_);
+    return farm_.renewals;
   }
 
   FakeFarm farm_;
@@ -132,6 +148,66 @@ TEST_F(TileRunnerTest, DrainFinishesWhatIsHeldAndReturns) {
   EXPECT_TRUE(farm_.drained);
   EXPECT_EQ(farm_.held, 0);
   EXPECT_TRUE(error_.empty());
+}
+
+TEST_F(TileRunnerTest, APilotIsRunAndItsResultCommitted) {
+  const SamplingPlan chosen{kEmissionHits, 1, 1};
+  source_.renderer->pilot_report = PilotReport{chosen, {{chosen, 1, 2}}, 7, {}};
+  source_.renderer->pilot_rounds = 5;
+  farm_.add({});
+  add_tiles(3);
+  start(3);
+  ASSERT_TRUE(farm_.wait_for_answers(4));
+  const std::vector<std::string>& results = farm_.commits.at({JobId{"j1"}, TileId{0}, 1});
+  ASSERT_EQ(results.size(), 1u);
+  const PilotResult result = decode_pilot(results.front());
+  EXPECT_EQ(pilot_to_json(result.report), pilot_to_json(*source_.renderer->pilot_report));
+  EXPECT_GE(result.cpu_seconds, 0);
+  EXPECT_EQ(source_.renderer->pilot_threads, 3);
+}
+
+TEST_F(TileRunnerTest, NothingIsLeasedBesideAPilotAndALostOneIsCancelled) {
+  farm_.add({}, 0.03);
+  add_tiles(1, 0.03);
+  start(2);
+  ASSERT_TRUE(wait_until([&] { return source_.renderer->pilots_begun == 1 && renewals() >= 3; }));
+  EXPECT_EQ(answers(), 0u) << "it is renewed while it runs";
+  {
+    const std::lock_guard lock(farm_.mutex_);
+    EXPECT_EQ(farm_.pending.size(), 1u);
+    farm_.lose[{JobId{"j1"}, TileId{0}, 1}] = true;
+  }
+  ASSERT_TRUE(farm_.wait_for_answers(1));
+  EXPECT_EQ(source_.renderer->pilots_cancelled, 1);
+  EXPECT_EQ(farm_.commits.count({JobId{"j1"}, TileId{1}, 1}), 1u) << "the worker goes on with the tile";
+  EXPECT_TRUE(farm_.failures.empty()) << "a lost pilot is nobody's failure";
+}
+
+TEST_F(TileRunnerTest, APilotThatThrowsFailsItsLease) {
+  source_.renderer->pilot_report = PilotReport();
+  source_.renderer->pilot_error = "no light";
+  farm_.add({});
+  add_tiles(1);
+  start(2);
+  ASSERT_TRUE(farm_.wait_for_answers(2));
+  ASSERT_EQ(farm_.failures.size(), 1u);
+  EXPECT_EQ(farm_.failures.begin()->second, "no light");
+  EXPECT_EQ(farm_.commits.size(), 1u) << "the worker lives on";
+}
+
+TEST_F(TileRunnerTest, DrainAndStopCancelAPilot) {
+  for (const bool drain : {true, false}) {
+    const int begun = source_.renderer->pilots_begun;
+    farm_.cancelled = false;
+    farm_.add({});
+    start(2);
+    ASSERT_TRUE(wait_until([&] { return source_.renderer->pilots_begun == begun + 1; }));
+    drain ? runner_->drain() : runner_->stop();
+    join();
+    EXPECT_EQ(source_.renderer->pilots_cancelled, begun + 1);
+    EXPECT_EQ(answers(), 0u);
+    runner_.reset();
+  }
 }
 
 TEST_F(TileRunnerTest, DrainBeforeTheCoordinatorIsReachableReturns) {
