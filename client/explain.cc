@@ -1,11 +1,17 @@
-// lightmill explain: the scene plan. What is needed, what is left out, and why.
+// lightmill explain: the scene plan. What is needed, what is left out, and why; how it is sampled.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "client/cli.h"
+#include "client/json_output.h"
 #include "client/options.h"
+#include "common/plan_text.h"
+#include "worker/agent/float_mode.h"
+#include "worker/agent/host.h"
+#include "worker/render/plan/pilot.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill::client {
@@ -14,32 +20,68 @@ namespace {
 struct ExplainOptions {
   CommonOptions common;
   SceneOptions scene;
+  bool no_pilot = false;
 };
+
+nlohmann::json items_document(const ScenePlan& plan) {
+  nlohmann::json items = nlohmann::json::array();
+  for (const PlanItem& item : plan.items) {
+    items.push_back({{"feature", item.feature},
+                     {"needed", item.needed},
+                     {"reason", item.reason},
+                     {"saving", item.saving}});
+  }
+  return items;
+}
+
+void print_items(const ScenePlan& plan) {
+  for (const PlanItem& item : plan.items) {
+    std::printf("%-9s %-28s %s%s%s\n", item.needed ? "needed" : "left out", item.feature.c_str(),
+                item.reason.c_str(), item.saving.empty() ? "" : "; saves ", item.saving.c_str());
+  }
+}
+
+void print_gain(const PilotReport& pilot, const char* name, const SamplingPlan& plan) {
+  if (const auto gain = predicted_gain(pilot, plan)) {
+    std::printf("predicted efficiency: %.3g times that of %s\n", *gain, name);
+  }
+}
+
+void print_pilot(const PilotReport& pilot) {
+  std::printf("\nsampling: %s, chosen by a pilot of %lld camera paths\n", plan_text(pilot.chosen).c_str(),
+              static_cast<long long>(pilot.samples));
+  print_gain(pilot, "path tracing", path_tracing_plan());
+  print_gain(pilot, "bdpt", SamplingPlan());
+  std::printf("%12s %12s %12s  %s\n", "variance", "us a sample", "product", "plan");
+  for (const PlanEstimate& e : ranked_estimates(pilot)) {
+    std::printf("%12.4g %12.4g %12.4g  %s\n", e.relative_variance, e.cost, e.relative_variance * e.cost,
+                plan_text(e.plan).c_str());
+  }
+}
 
 int explain(ExplainOptions& options) {
   finish_scene_options(&options.scene);
   const SceneDescription scene = load_scene_for(options.scene, options.common.quiet);
-  announce_auto(options.scene, options.common.quiet || options.common.json);
-  const RenderSettings settings = resolve_settings(scene, options.scene.render);
-  const Renderer renderer(scene, settings, 0);
-  nlohmann::json items = nlohmann::json::array();
-  for (const PlanItem& item : renderer.plan().items) {
-    if (options.common.json) {
-      items.push_back({{"feature", item.feature},
-                       {"needed", item.needed},
-                       {"reason", item.reason},
-                       {"saving", item.saving}});
-    } else {
-      std::printf("%-9s %-28s %s%s%s\n", item.needed ? "needed" : "left out", item.feature.c_str(),
-                  item.reason.c_str(), item.saving.empty() ? "" : "; saves ", item.saving.c_str());
-    }
+  RenderSettings settings = resolve_settings(scene, options.scene.render);
+  agent::set_float_mode();
+  const int threads = agent::usable_threads();
+  const Renderer analysed(scene, settings, threads);
+  std::optional<PilotReport> pilot;
+  if (needs_pilot(settings) && !options.no_pilot) {
+    pilot = run_pilot(analysed, threads, [] { return true; });
+    settings.plan = pilot->chosen;
   }
+  const Renderer renderer(analysed, settings);
   if (options.common.json) {
     const nlohmann::json document = {{"integrator", integrator_name(settings.integrator)},
                                      {"quantum_exponent", renderer.plan().quantum_exponent},
-                                     {"items", items}};
-    std::printf("%s\n", document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+                                     {"items", items_document(renderer.plan())},
+                                     {"pilot", pilot_document(pilot)}};
+    std::printf("%s\n", dump(document).c_str());
+    return 0;
   }
+  print_items(renderer.plan());
+  if (pilot) print_pilot(*pilot);
   return 0;
 }
 
@@ -52,6 +94,7 @@ void add_explain(CLI::App& app, Action& action) {
   add_json(verb, &options->common);
   add_scene(verb, &options->scene);
   add_render_options(verb, &options->scene);
+  verb->add_flag("--no-pilot", options->no_pilot, "Do not run the pilot of --integrator auto");
   verb->callback([&action, options] { action = [options] { return explain(*options); }; });
 }
 

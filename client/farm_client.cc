@@ -202,6 +202,14 @@ JobStatus FarmClient::extend(const JobId& id, std::optional<int64_t> spp, std::o
   return from_proto(impl_->call(&v1::ClientService::Stub::ExtendJob, request).job());
 }
 
+std::optional<PilotReport> FarmClient::pilot(const JobId& id) {
+  v1::GetJobRequest request;
+  request.set_job_id(id.value);
+  const auto response = impl_->call(&v1::ClientService::Stub::GetJob, request);
+  if (!response.has_pilot_json()) return std::nullopt;
+  return pilot_from_json(response.pilot_json());
+}
+
 std::vector<JobStatus> FarmClient::jobs() {
   std::vector<JobStatus> list;
   const auto response = impl_->call(&v1::ClientService::Stub::ListJobs, v1::ListJobsRequest());

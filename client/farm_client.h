@@ -33,6 +33,8 @@ class FarmClient {
   JobId submit(const JobRequest& request, const std::map<std::string, std::string>& blob_paths,
                const std::function<void(size_t blobs, uint64_t bytes)>& uploading);
   JobStatus job(const JobId& id);
+  /// What the job's pilot estimated and chose; empty if it had none, or none yet.
+  std::optional<PilotReport> pilot(const JobId& id);
   std::vector<JobStatus> jobs();
   std::vector<TileStatus> tiles(const JobId& id);
   std::vector<WorkerStatus> workers();

@@ -2,6 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "client/progress.h"
+#include "common/rpc/pilot_result.h"
+
 namespace lightmill::client {
 namespace {
 
@@ -13,6 +16,7 @@ nlohmann::json optional_number(const std::optional<double>& value) {
 
 nlohmann::json job_to_json(const JobStatus& s) {
   const RenderCounters& c = s.counters;
+  const std::optional<bool> met = target_met(s);
   return {{"id", s.id.value},
           {"name", s.name},
           {"state", job_state_name(s.state)},
@@ -34,6 +38,7 @@ nlohmann::json job_to_json(const JobStatus& s) {
           {"relmse", optional_number(s.relmse)},
           {"relmse_low", optional_number(s.relmse_low)},
           {"relmse_high", optional_number(s.relmse_high)},
+          {"target_met", met ? nlohmann::json(*met) : nlohmann::json(nullptr)},
           {"nonfinite", c.nonfinite},
           {"workers", s.workers},
           {"counters",
@@ -46,9 +51,14 @@ nlohmann::json job_to_json(const JobStatus& s) {
             {"nonfinite", c.nonfinite}}}};
 }
 
+nlohmann::json pilot_document(const std::optional<PilotReport>& pilot) {
+  return pilot ? nlohmann::json::parse(pilot_to_json(*pilot)) : nlohmann::json(nullptr);
+}
+
 nlohmann::json tile_to_json(const TileStatus& t) {
   return {{"id", t.id.value},
           {"state", t.state},
+          {"pilot", is_pilot(t.tile)},
           {"cells", {t.tile.cells.x0, t.tile.cells.y0, t.tile.cells.x1, t.tile.cells.y1}},
           {"sample_begin", t.tile.sample_begin},
           {"sample_end", t.tile.sample_end},

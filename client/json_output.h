@@ -9,6 +9,8 @@ namespace lightmill::client {
 
 /// relmse and its interval are null while unknown.
 nlohmann::json job_to_json(const JobStatus& status);
+/// Null without a pilot's report.
+nlohmann::json pilot_document(const std::optional<PilotReport>& pilot);
 nlohmann::json tile_to_json(const TileStatus& tile);
 nlohmann::json worker_to_json(const WorkerStatus& worker);
 /// Indented; bytes that are not UTF-8 (names are free text) are replaced.

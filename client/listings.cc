@@ -9,6 +9,7 @@
 #include "client/json_output.h"
 #include "client/options.h"
 #include "client/progress.h"
+#include "common/rpc/pilot_result.h"
 
 namespace lightmill::client {
 namespace {
@@ -42,9 +43,12 @@ int jobs(const ListOptions& options) {
 }
 
 int job(const ListOptions& options) {
-  const JobStatus s = FarmClient(options.connection).job(JobId{options.job});
+  FarmClient farm(options.connection);
+  const JobStatus s = farm.job(JobId{options.job});
   if (options.common.json) {
-    std::printf("%s\n", dump(job_to_json(s)).c_str());
+    nlohmann::json document = job_to_json(s);
+    document["pilot"] = pilot_document(farm.pilot(s.id));
+    std::printf("%s\n", dump(document).c_str());
     return 0;
   }
   const FilmGrid& grid = s.settings.grid;
@@ -56,7 +60,7 @@ int job(const ListOptions& options) {
               static_cast<long long>(s.packets_done), static_cast<long long>(s.packets_total),
               static_cast<long long>(s.tiles_committed), static_cast<long long>(s.leases_reassigned));
   std::printf("image     %dx%d, %s\n", grid.crop.width(), grid.crop.height(),
-              integrator_name(s.settings.integrator));
+              sampling_text(s.settings).c_str());
   std::printf("time      %s wall, %s of processors\n", duration_text(s.wall_seconds).c_str(),
               duration_text(s.cpu_seconds).c_str());
   if (s.relmse && s.relmse_low && s.relmse_high) {
@@ -86,6 +90,7 @@ int tiles(const ListOptions& options) {
         const CellRect& c = t.tile.cells;
         char cells[64];
         std::snprintf(cells, sizeof cells, "%d,%d-%d,%d", c.x0, c.y0, c.x1, c.y1);
+        if (is_pilot(t.tile)) std::snprintf(cells, sizeof cells, "pilot");
         std::printf("%-8lld %-10s %7lld  %-8s %-16s %lld-%lld\n", static_cast<long long>(t.id.value),
                     t.state.c_str(), static_cast<long long>(t.attempt), t.worker.value.c_str(), cells,
                     static_cast<long long>(t.tile.sample_begin), static_cast<long long>(t.tile.sample_end));

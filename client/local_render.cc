@@ -20,16 +20,19 @@ constexpr double kPollSeconds = 0.1;        // between looks at the interrupt fl
 constexpr double kLeaseWaitSeconds = 0.05;  // so that the end of the job is the end of the program
 constexpr double kFinishSeconds = 10;       // tiles in hand after an interrupt
 
-class OneRenderer : public agent::RenderSource {
+/// The one scene: under the job's settings, and under those with the plan that its pilot chose.
+class OneScene : public agent::RenderSource {
  public:
-  explicit OneRenderer(std::shared_ptr<const agent::PacketRenderer> renderer)
-      : renderer_(std::move(renderer)) {}
-  std::shared_ptr<const agent::PacketRenderer> open(const std::string&, const RenderSettings&) override {
-    return renderer_;
+  explicit OneScene(std::shared_ptr<const agent::PacketRenderer> renderer) : renderer_(std::move(renderer)) {}
+  std::shared_ptr<const agent::PacketRenderer> open(const std::string&,
+                                                    const RenderSettings& settings) override {
+    if (settings.integrator != Integrator::kAuto || needs_pilot(settings)) return renderer_;
+    if (!planned_) planned_ = renderer_->with_settings(settings);  // a job's plan does not change
+    return planned_;
   }
 
  private:
-  std::shared_ptr<const agent::PacketRenderer> renderer_;
+  std::shared_ptr<const agent::PacketRenderer> renderer_, planned_;
 };
 
 /// Runs a TileRunner on its own thread; joins whatever happens.
@@ -72,7 +75,7 @@ class RunnerThread {
     if (thread_.joinable()) thread_.join();
   }
   InProcessLink link_;
-  OneRenderer source_;
+  OneScene source_;
   agent::TileRunner runner_;
   std::atomic<bool> ended_{false};
   std::exception_ptr error_;
@@ -109,6 +112,7 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
   if (is_final(result.status.state)) result.interrupted = false;
   result.image = farm.image(job);
   result.curve = farm.curve(job);
+  result.pilot = farm.pilot(job);
   return result;
 }
 

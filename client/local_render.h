@@ -15,12 +15,14 @@ struct LocalResult {
   JobStatus status;
   Image image;
   ErrorCurve curve;
+  std::optional<PilotReport> pilot;  // if one ran to its end
   bool interrupted = false;
 };
 
-/// Renders `request` with `renderer` on `threads` threads. `observe` is called a few times a second with the
-/// newest status; once it returns false, rendering stops after the tiles in hand and the result is what is
-/// there. Throws Error(kFailed) if the job fails.
+/// Renders `request` with `renderer`, of its scene and settings, on `threads` threads; a pilot comes first if
+/// its settings need one. `observe` is called a few times a second with the newest status; once it returns
+/// false, rendering stops after the tiles in hand and the result is what is there. Throws Error(kFailed) if
+/// the job fails.
 LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent::PacketRenderer> renderer,
                          int threads, const std::function<bool(const JobStatus&)>& observe);
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "client/plan_file.h"
 #include "common/build_id/build_id.h"
 #include "common/error.h"
 
@@ -118,7 +119,9 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
   verb->add_option("--resolution", scene->resolution, "Image size in pixels: WxH");
   verb->add_option("--crop", scene->crop, "Crop window in [0,1]: x0,x1,y0,y1");
   add_unavailable(verb, "--aov", "AOV output");
-  add_unavailable(verb, "--plan", "a recorded plan");
+  verb->add_option(
+      "--plan", scene->plan,
+      "How to sample, instead of the integrator's choice: a plan.json, job --json or an .exr image");
   add_unavailable(verb, "--plan-override", "overriding the plan");
   add_unavailable(verb, "--mixed", "rendering on several arithmetic classes");
 }
@@ -145,6 +148,7 @@ void finish_scene_options(SceneOptions* scene) {
       throw Error(ErrorKind::kUsage, "--resolution " + text + ": both sides must be at least 1 pixel");
     }
   }
+  if (!scene->plan.empty()) render.plan = read_plan(scene->plan);
   if (!scene->crop.empty()) {
     const std::string form = "x0,x1,y0,y1 with 0 <= x0 < x1 <= 1 and 0 <= y0 < y1 <= 1";
     std::array<double, 4> window{};
@@ -179,12 +183,6 @@ SceneDescription load_scene_for(const SceneOptions& options, bool quiet) {
   return load_scene_file(options.scene, load_options(options), [quiet](const Problem& problem) {
     if (!quiet) print_warning(format_problem(problem));
   });
-}
-
-void announce_auto(const SceneOptions& options, bool quiet) {
-  if (options.render.integrator == "auto" && !quiet) {
-    print_warning("--integrator auto renders with bdpt for now");
-  }
 }
 
 }  // namespace lightmill::client

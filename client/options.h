@@ -38,13 +38,14 @@ struct SceneOptions {
   std::string camera, environment;  // for glTF, see LoadOptions
   RenderOptions render;
   // As typed; `finish_scene_options` turns them into `render`.
-  std::string max_depth, resolution, crop;
+  std::string max_depth, resolution, crop, plan;
 };
 void add_scene(CLI::App* verb, SceneOptions* scene);
 void add_render_options(CLI::App* verb, SceneOptions* scene);
 /// --spp, --time and --target-error alone (also part of the render options).
 void add_stop_rule(CLI::App* verb, SceneOptions* scene);
-/// Parses what CLI11 took as text. Throws Error(kUsage).
+/// Parses what CLI11 took as text and reads the file of --plan. Throws Error(kUsage), or Error(kFailed) if
+/// that file can't be read.
 void finish_scene_options(SceneOptions* scene);
 
 /// -o and --half.
@@ -63,8 +64,6 @@ LoadOptions load_options(const SceneOptions& options);
 /// Loads a scene from disk. Unsupported features are warned of on stderr unless `quiet`. Throws
 /// Error(kBadScene) with the first problem.
 SceneDescription load_scene_for(const SceneOptions& options, bool quiet);
-/// Says once on stderr what `auto` means for now, unless `quiet`.
-void announce_auto(const SceneOptions& options, bool quiet);
 
 /// "NAME: message" to stderr, on one line.
 void print_warning(const std::string& message);

@@ -5,6 +5,7 @@
 
 #include "common/build_id/build_id.h"
 #include "common/error.h"
+#include "common/image/metrics.h"
 
 namespace lightmill::client {
 
@@ -34,14 +35,23 @@ std::map<std::string, std::string> image_metadata(const JobStatus& status) {
   };
   std::map<std::string, std::string> metadata = {{"scene", status.bundle_digest},
                                                  {"settings", settings_to_json(status.settings)},
+                                                 {"integrator", integrator_name(status.settings.integrator)},
                                                  {"build", build_id()},
                                                  {"spp", number(status.spp)},
                                                  {"wall_seconds", number(status.wall_seconds)},
                                                  {"cpu_seconds", number(status.cpu_seconds)},
                                                  {"nonfinite", std::to_string(status.counters.nonfinite)},
                                                  {"job", status.name}};
+  if (!needs_pilot(status.settings)) metadata["plan"] = plan_to_json(plan_of(status.settings));
   if (status.relmse) metadata["relmse"] = number(*status.relmse);
   return metadata;
+}
+
+ReportInfo report_info(const JobStatus& status, const std::optional<PilotReport>& pilot) {
+  ReportInfo info{status.name, settings_to_json(status.settings), status.counters, "", pilot};
+  if (!needs_pilot(status.settings))
+    info.plan_json = pilot ? pilot_to_json(*pilot) : plan_to_json(plan_of(status.settings));
+  return info;
 }
 
 Image load_reference(const std::string& path, const FilmGrid& grid) {
@@ -52,6 +62,11 @@ Image load_reference(const std::string& path, const FilmGrid& grid) {
                                        std::to_string(image.height) + " pixels and the image " +
                                        std::to_string(grid.crop.width()) + "x" +
                                        std::to_string(grid.crop.height()) + "; give one of the same size");
+  }
+  try {
+    check_comparable(image, "reference");
+  } catch (const Error& e) {
+    throw Error(ErrorKind::kUsage, path + ": " + e.what());
   }
   return image;
 }

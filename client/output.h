@@ -5,6 +5,7 @@
 
 #include "client/options.h"
 #include "common/image/image.h"
+#include "common/image/report.h"
 #include "coordinator/farm.h"
 
 namespace lightmill::client {
@@ -17,8 +18,11 @@ void check_output(const OutputOptions& options);
 /// check_output, so that a long render can't end in an error.
 std::string output_path(const OutputOptions& options, const SceneDescription& scene);
 
-/// What an image file says of its making: scene digest, settings, build, spp, wall seconds, error.
+/// What an image file says of its making: scene digest, settings, plan, build, spp, wall seconds, error.
 std::map<std::string, std::string> image_metadata(const JobStatus& status);
+
+/// What a report says of a job besides its curve and image.
+ReportInfo report_info(const JobStatus& status, const std::optional<PilotReport>& pilot);
 
 /// The crop window's size must be the reference's. Throws Error(kUsage), or Error(kFailed) if the file can't
 /// be read. Empty for an empty path.

@@ -28,8 +28,8 @@ double fraction_done(const JobStatus& status) {
   if (status.settings.time_s > 0) fraction = std::max(fraction, status.wall_seconds / status.settings.time_s);
   // Samples that a target error costs grow in inverse proportion to it.
   const double target = status.settings.target_error;
-  if (target > 0 && status.relmse && *status.relmse > 0)
-    fraction = std::max(fraction, target / *status.relmse);
+  const std::optional<double>& error = status.relmse_high ? status.relmse_high : status.relmse;
+  if (target > 0 && error && *error > 0) fraction = std::max(fraction, target / *error);
   return std::clamp(fraction, 0.0, 1.0);
 }
 
@@ -71,6 +71,7 @@ std::string progress_line(const JobStatus& status) {
   if (ended) {
     line += std::string("  ") + job_state_name(status.state) + " after " + duration_text(status.wall_seconds);
   } else {
+    if (needs_pilot(status.settings) && status.workers > 0) line += "  choosing strategies";
     if (status.eta_seconds >= 0) line += "  ETA " + duration_text(status.eta_seconds);
     if (status.state != JobState::kRunning) line += std::string("  ") + job_state_name(status.state);
   }
@@ -88,14 +89,42 @@ void Progress::update(const JobStatus& status) {
   draw(status);
 }
 
+std::optional<bool> target_met(const JobStatus& status) {
+  if (!(status.settings.target_error > 0)) return std::nullopt;
+  return status.relmse_high && *status.relmse_high < status.settings.target_error;
+}
+
+std::string target_note(const JobStatus& status) {
+  const double target = status.settings.target_error;
+  if (status.state != JobState::kDone || target_met(status).value_or(true)) return "";
+  std::string note = "--target-error " + format("%.3g", target) + " was not reached in " +
+                     duration_text(status.wall_seconds) + ", " + format("%.4g", status.spp) + " spp: ";
+  if (!status.relmse) return note + "an estimate of the error takes 32 spp";
+  note += "relMSE " + format("%.3g", *status.relmse);
+  if (!status.relmse_high) return note + ", whose interval takes 64 spp";
+  note += ", 95 % sure below " + format("%.3g", *status.relmse_high);
+  if (status.wall_seconds > 0) {
+    note += "; about " + duration_text(status.wall_seconds * (*status.relmse_high / target - 1)) +
+            " more would do";
+  }
+  return note;
+}
+
 void Progress::finish(const JobStatus& status) {
   if (quiet_) return;
   draw(status);
   if (terminal_) std::fputc('\n', stderr);
+  const std::string note = target_note(status);
+  if (!note.empty()) std::fprintf(stderr, "lightmill: %s\n", note.c_str());
 }
 
 void Progress::draw(const JobStatus& status) {
   drawn_ = true;
+  if (!named_ && status.settings.integrator == Integrator::kAuto && status.settings.plan) {
+    named_ = true;
+    std::fprintf(stderr, "%s%s%s\n", terminal_ ? "\r" : "", sampling_text(status.settings).c_str(),
+                 terminal_ ? "\033[K" : "");
+  }
   last_state_ = status.state;
   std::string line = progress_line(status);
   line += "  tiles " + std::to_string(status.tiles_committed);

@@ -1,6 +1,7 @@
 #pragma once
 // Progress of a job on stderr: a bar on a terminal, plain lines otherwise, nothing when quiet.
 #include <chrono>
+#include <optional>
 #include <string>
 
 #include "coordinator/farm.h"
@@ -11,18 +12,25 @@ namespace lightmill::client {
 /// not known yet are left out.
 std::string progress_line(const JobStatus& status);
 
+/// Whether the upper end of the error's interval is below --target-error; empty without one.
+std::optional<bool> target_met(const JobStatus& status);
+/// One line about a job that ended, by its time or its samples, above its target error: what was reached, and
+/// what is missing. Empty if there is nothing to say.
+std::string target_note(const JobStatus& status);
+
 class Progress {
  public:
   explicit Progress(bool quiet);
   /// Shows the status if enough time has passed since the last one, or if its state changed.
   void update(const JobStatus& status);
-  /// Shows the last status and leaves the cursor on a fresh line.
+  /// Shows the last status and the note about its target, and leaves the cursor on a fresh line.
   void finish(const JobStatus& status);
 
  private:
   void draw(const JobStatus& status);
   bool quiet_, terminal_;
   bool drawn_ = false;
+  bool named_ = false;  // what the pilot chose was shown
   std::string last_;
   JobState last_state_ = JobState::kQueued;
   std::chrono::steady_clock::time_point last_time_;

@@ -41,7 +41,6 @@ int render(LocalOptions& options) {
   finish_scene_options(&options.scene);
   const bool quiet = options.common.quiet;
   const SceneDescription scene = load_scene_for(options.scene, quiet);
-  announce_auto(options.scene, quiet);
   JobRequest request;
   request.settings = resolve_settings(scene, options.scene.render);
   const std::string path = output_path(options.output, scene);
@@ -64,11 +63,10 @@ int render(LocalOptions& options) {
 
   write_image(result.image, path, {options.output.half, image_metadata(result.status)});
   if (!options.report.empty()) {
-    write_report(options.report, {request.name, settings_to_json(request.settings), result.status.counters},
-                 result.curve, result.image);
+    write_report(options.report, report_info(result.status, result.pilot), result.curve, result.image);
   }
   if (!options.diagnose.empty() && !result.interrupted) {
-    RenderSettings settings = request.settings;
+    RenderSettings settings = result.status.settings;
     settings.spp = std::max<int64_t>(1, static_cast<int64_t>(result.status.spp));
     write_diagnosis(options.diagnose, scene, settings, threads, [] { return interrupted == 0; });
     if (!quiet) std::fprintf(stderr, "wrote %s/index.html\n", options.diagnose.c_str());
@@ -76,6 +74,7 @@ int render(LocalOptions& options) {
   if (options.common.json) {
     nlohmann::json document = job_to_json(result.status);
     document["output"] = path;
+    document["pilot"] = pilot_document(result.pilot);
     std::printf("%s\n", dump(document).c_str());
   } else if (!quiet) {
     std::fprintf(stderr, "wrote %s\n", path.c_str());

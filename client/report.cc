@@ -1,5 +1,7 @@
 // lightmill report: error against run time, of a job or of a folder that `render --report` wrote; of several
 // of them, on one chart with their efficiencies.
+#include "common/image/report.h"
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -11,10 +13,10 @@
 #include "client/farm_client.h"
 #include "client/json_output.h"
 #include "client/options.h"
+#include "client/output.h"
 #include "common/error.h"
 #include "common/image/comparison.h"
 #include "common/image/error_fit.h"
-#include "common/image/report.h"
 #include "common/image/report_files.h"
 
 namespace lightmill::client {
@@ -127,8 +129,7 @@ ErrorCurve report_one(const ReportOptions& options) {
   const JobStatus status = farm.job(id);
   ErrorCurve curve = farm.curve(id);
   const std::string folder = options.output.empty() ? "report-" + subject : options.output;
-  write_report(folder, {status.name, settings_to_json(status.settings), status.counters}, curve,
-               farm.fetch(id).image);
+  write_report(folder, report_info(status, farm.pilot(id)), curve, farm.fetch(id).image);
   if (!options.common.quiet) std::fprintf(stderr, "wrote %s/report.html\n", folder.c_str());
   return curve;
 }

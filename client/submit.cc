@@ -34,7 +34,6 @@ int submit(SubmitOptions& options) {
     check_output(options.output);
   }
   const SceneDescription scene = load_scene_for(options.scene, quiet);
-  announce_auto(options.scene, quiet);
   JobRequest request;
   request.settings = resolve_settings(scene, options.scene.render);
   request.reference = load_reference(options.reference, request.settings.grid);

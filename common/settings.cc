@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/json_depth.h"
+#include "common/plan_text.h"
 #include "common/scene/description.h"
 
 namespace lightmill {
@@ -110,12 +112,16 @@ SamplingPlan plan_of(const RenderSettings& s) {
   return plan;
 }
 
+std::string sampling_text(const RenderSettings& s) {
+  std::string text = integrator_name(s.integrator);
+  if (s.plan) text.append(": ").append(plan_text(*s.plan));
+  return text;
+}
+
 RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptions& options) {
   RenderSettings s;
   if (options.integrator == "scene") {
     s.integrator = integrator_of_scene(scene.sampling.integrator);
-  } else if (options.integrator == "auto") {
-    s.integrator = Integrator::kBdpt;  // until the plan chooses; the caller says so
   } else {
     s.integrator = integrator_named(options.integrator);
   }
@@ -172,6 +178,8 @@ std::string settings_to_json(const RenderSettings& s) {
 
 namespace {
 
+constexpr int kMaxJsonDepth = 8;
+
 int64_t integer_in(const nlohmann::json& j, int64_t low, int64_t high) {
   if (!j.is_number_integer()) usage("render settings: a whole number is expected");
   if (j.is_number_unsigned() && j.get<uint64_t>() > static_cast<uint64_t>(high))
@@ -185,6 +193,7 @@ int64_t integer_in(const nlohmann::json& j, int64_t low, int64_t high) {
 
 RenderSettings settings_from_json(const std::string& text) {
   try {
+    check_json_depth(text, kMaxJsonDepth);
     const auto j = nlohmann::json::parse(text);
     if (j.size() != 11) usage("render settings: exactly 11 fields are expected");
     RenderSettings s;

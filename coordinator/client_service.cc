@@ -82,7 +82,9 @@ grpc::Status ClientService::SubmitJob(grpc::ServerContext*, const v1::SubmitJobR
 grpc::Status ClientService::GetJob(grpc::ServerContext*, const v1::GetJobRequest* request,
                                    v1::GetJobResponse* response) {
   return guarded([&] {
-    *response->mutable_job() = to_proto(farm_.job(JobId{request->job_id()}));
+    const JobId id{request->job_id()};
+    *response->mutable_job() = to_proto(farm_.job(id));
+    if (const auto pilot = farm_.pilot(id)) response->set_pilot_json(pilot_to_json(*pilot));
     return grpc::Status::OK;
   });
 }

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "common/image/metrics.h"
 #include "coordinator/farm_impl.h"
 
 namespace lightmill {
@@ -56,6 +57,7 @@ JobId Farm::submit(const JobRequest& request) {
                                        std::to_string(crop.width()) + "x" + std::to_string(crop.height()) +
                                        "; give one of the same size");
   }
+  if (!reference.data.empty()) check_comparable(reference, "reference");
   Job job;
   job.record.name = request.name;
   job.record.bundle_digest = request.bundle.digest();
@@ -128,18 +130,20 @@ std::map<std::string, std::string> Farm::image_metadata(const JobId& id) const {
   const std::lock_guard lock(impl_->mutex);
   const Job& job = impl_->job(id);
   const JobStatus s = impl_->status(job, impl_->clock.now());
-  return {{"job", s.id.value},
-          {"name", s.name},
-          {"state", job_state_name(s.state)},
-          {"bundle", s.bundle_digest},
-          {"settings", settings_to_json(s.settings)},
-          {"integrator", integrator_name(s.settings.integrator)},
-          {"spp", std::to_string(s.spp)},
-          {"wall_seconds", std::to_string(s.wall_seconds)},
-          {"cpu_seconds", std::to_string(s.cpu_seconds)},
-          {"nonfinite", std::to_string(s.counters.nonfinite)},
-          {"arithmetic_class", job.record.arithmetic_class},
-          {"build", impl_->options.build}};
+  std::map<std::string, std::string> metadata = {{"job", s.id.value},
+                                                 {"name", s.name},
+                                                 {"state", job_state_name(s.state)},
+                                                 {"bundle", s.bundle_digest},
+                                                 {"settings", settings_to_json(s.settings)},
+                                                 {"integrator", integrator_name(s.settings.integrator)},
+                                                 {"spp", std::to_string(s.spp)},
+                                                 {"wall_seconds", std::to_string(s.wall_seconds)},
+                                                 {"cpu_seconds", std::to_string(s.cpu_seconds)},
+                                                 {"nonfinite", std::to_string(s.counters.nonfinite)},
+                                                 {"arithmetic_class", job.record.arithmetic_class},
+                                                 {"build", impl_->options.build}};
+  if (!needs_pilot(s.settings)) metadata["plan"] = plan_to_json(plan_of(s.settings));
+  return metadata;
 }
 
 Bundle Farm::bundle(const std::string& bundle_digest) const {

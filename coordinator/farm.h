@@ -20,6 +20,7 @@
 #include "common/ids.h"
 #include "common/image/error_curve.h"
 #include "common/image/film.h"
+#include "common/pilot_report.h"
 #include "common/rpc/farm_types.h"
 #include "common/scene/bundle.h"
 #include "common/settings.h"
@@ -85,6 +86,8 @@ class Farm {
   JobStatus job(const JobId& id) const;
   std::vector<TileStatus> tiles(const JobId& id) const;
   ErrorCurve curve(const JobId& id) const;
+  /// What the job's pilot estimated and chose; empty if it had none, or none yet.
+  std::optional<PilotReport> pilot(const JobId& id) const;
   Image image(const JobId& id) const;
   Bundle bundle(const std::string& bundle_digest) const;
   void pause(const JobId& id);
@@ -112,6 +115,7 @@ class Farm {
   std::optional<LeaseGrant> lease(const WorkerId& worker, double wait_s = 0);
   /// Keeps the worker's leases alive; returns those (job, tile, attempt) that it has lost.
   std::vector<LeaseKey> renew(const WorkerId& worker, const std::vector<LeaseKey>& held);
+  /// Takes an encoded partial, under a pilot's lease an encoded PilotResult, whose plan is then the job's.
   /// Durable once it returns kAccepted. A stale attempt is refused in the transaction that would merge it.
   CommitResult commit(const WorkerId& worker, const LeaseKey& lease, const std::string& partial_bytes);
   /// The worker could not render the tile; leased again elsewhere, and after max_attempts the job fails.

@@ -11,6 +11,7 @@ constexpr int64_t kSilentAttemptsPerAllowed = 10;
 constexpr int kRowOfFailures = 3;
 
 std::string tile_text(const TileRecord& tile) {
+  if (is_pilot(tile.tile)) return "the pilot";
   const CellRect& c = tile.tile.cells;
   return "tile " + std::to_string(tile.id.value) + " (cells " + std::to_string(c.x0) + "," +
          std::to_string(c.y0) + " to " + std::to_string(c.x1) + "," + std::to_string(c.y1) + ", samples " +
@@ -18,6 +19,10 @@ std::string tile_text(const TileRecord& tile) {
 }
 
 }  // namespace
+
+std::string tile_name(const LeaseKey& key, bool pilot) {
+  return "job " + key.job.value + (pilot ? " pilot" : " tile " + std::to_string(key.tile.value));
+}
 
 std::string numbered(std::string prefix, int64_t number) { return prefix.append(std::to_string(number)); }
 
@@ -131,8 +136,9 @@ void Farm::Impl::release_expired(double now) {
     for (const TileId& tile : active.tiles.expired(now)) {
       if (is_final(active.record.state)) break;
       ++stats.leases_expired;
-      log("lease of job " + id.value + " tile " + std::to_string(tile.value) + " by " +
-          active.tiles.find(tile)->worker.value + " expired");
+      const TileRecord& lost = *active.tiles.find(tile);
+      log("lease of " + tile_name({id, tile, lost.attempt}, is_pilot(lost.tile)) + " by " +
+          lost.worker.value + " expired");
       release(active, tile, false, "", now);
     }
   }
@@ -152,7 +158,7 @@ JobStatus Farm::Impl::status(const Job& job, double now) const {
   s.id = r.id;
   s.name = r.name;
   s.state = r.state;
-  s.message = r.message.empty() ? scheduler.waiting_for(job, now) : r.message;
+  s.message = r.message.empty() ? scheduler.note(job, now) : r.message;
   s.settings = r.settings;
   s.bundle_digest = r.bundle_digest;
   s.priority = r.priority;

@@ -1,5 +1,6 @@
 #pragma once
-// Inside of Farm, shared by farm.cc (clients), farm_workers.cc (workers) and farm_merge.cc (commits).
+// Inside of Farm, shared by farm.cc (clients), farm_workers.cc (workers), farm_merge.cc (commits) and
+// farm_pilot.cc (the commit of a pilot).
 //
 // Locks, in this order: a job's layers (Merger::Open), then `mutex`. Nothing that takes long happens under
 // `mutex` but the store's small transactions; decoding, folding, resolving and error metrics happen outside.
@@ -47,6 +48,10 @@ struct Farm::Impl {
   static void evaluate(Merger::Open& layers, ErrorPoint* point);
   CommitResult refuse(const WorkerId& worker, const LeaseKey& lease, const std::string& reason,
                       const std::string& bytes);
+  /// Lets a pinned lease that was not committed after all expire again.
+  void unpin(const WorkerId& worker, const LeaseKey& lease);
+  /// The pilot's lease is pinned.
+  CommitResult commit_pilot(const WorkerId& worker, const LeaseKey& lease, const std::string& bytes);
   void log(const std::string& line) const;
 
   std::unique_ptr<JobStore> store;
@@ -60,6 +65,9 @@ struct Farm::Impl {
   Scheduler scheduler;
   Merger merger;
 };
+
+/// "job j7 tile 3", "job j7 pilot".
+std::string tile_name(const LeaseKey& key, bool pilot);
 
 /// "j7", "w12".
 std::string numbered(std::string prefix, int64_t number);

@@ -50,6 +50,7 @@ uint64_t Farm::max_partial_bytes(const LeaseKey& lease) const {
   const FilmGrid& grid = job->record.settings.grid;
   // Without the ledger at hand, the tile may be as large as the crop window.
   const TileRecord* tile = job->tiles.find(lease.tile);
+  if (tile && is_pilot(tile->tile)) return kMaxPilotResultBytes;
   const auto tile_pixels =
       static_cast<uint64_t>(tile ? grid.pixels(tile->tile.cells).area() : grid.crop.area());
   return kPartialOverhead + tile_pixels * kBytesPerSum +
@@ -62,14 +63,22 @@ CommitResult Farm::Impl::refuse(const WorkerId& worker, const LeaseKey& lease, c
   const double now = clock.now();
   ++stats.commits_corrupt;
   scheduler.workers.failed(worker, now);
-  log("job " + lease.job.value + " tile " + std::to_string(lease.tile.value) + " from worker " +
-      worker.value + ": " + reason);
-  store->quarantine(lease, worker, reason, bytes);
   Job* owner = scheduler.find(lease.job);
+  const TileRecord* tile = owner ? owner->tiles.find(lease.tile) : nullptr;
+  log(tile_name(lease, tile && is_pilot(tile->tile)) + " from worker " + worker.value + ": " + reason);
+  store->quarantine(lease, worker, reason, bytes);
   if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) {
     release(*owner, lease.tile, true, reason, now);
   }
   return CommitResult::kCorrupt;
+}
+
+void Farm::Impl::unpin(const WorkerId& worker, const LeaseKey& lease) {
+  const std::lock_guard lock(mutex);
+  Job* owner = scheduler.find(lease.job);
+  if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) {
+    owner->tiles.unpin(lease.tile, clock.now() + options.lease_seconds);
+  }
 }
 
 CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const std::string& partial_bytes) {
@@ -106,13 +115,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     settings = job->record.settings;
     quantum = job->record.quantum_exponent;
   }
-  const auto unpin = [&] {
-    const std::lock_guard lock(impl_->mutex);
-    Job* job = impl_->scheduler.find(lease.job);
-    if (job && job->tiles.holds(lease.tile, worker, lease.attempt)) {
-      job->tiles.unpin(lease.tile, impl_->clock.now() + impl_->options.lease_seconds);
-    }
-  };
+  if (is_pilot(tile)) return impl_->commit_pilot(worker, lease, partial_bytes);
 
   Partial partial;
   std::string digest;
@@ -123,7 +126,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   } catch (const Error& e) {
     return impl_->refuse(worker, lease, e.what(), partial_bytes);
   } catch (...) {
-    unpin();
+    impl_->unpin(worker, lease);
     throw;
   }
 
@@ -131,7 +134,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   try {
     layers.emplace(impl_->merger.open(lease.job, settings.grid));
   } catch (...) {
-    unpin();  // the store is at fault, not the worker
+    impl_->unpin(worker, lease);  // the store is at fault, not the worker
     throw;
   }
   try {
@@ -185,7 +188,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     impl_->touch(*job);
   } catch (...) {
     Merger::reset(*layers);
-    unpin();
+    impl_->unpin(worker, lease);
     throw;
   }
 

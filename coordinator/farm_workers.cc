@@ -142,8 +142,8 @@ void Farm::fail(const WorkerId& worker, const LeaseKey& key, const std::string& 
   if (!job || !job->tiles.holds(key.tile, worker, key.attempt)) return;
   ++impl_->stats.failures;
   impl_->scheduler.workers.failed(worker, now);
-  impl_->log("worker " + worker.value + " failed job " + key.job.value + " tile " +
-             std::to_string(key.tile.value) + ": " + reason);
+  impl_->log("worker " + worker.value + " failed " +
+             tile_name(key, is_pilot(job->tiles.find(key.tile)->tile)) + ": " + reason);
   impl_->release(*job, key.tile, true, reason, now);
 }
 

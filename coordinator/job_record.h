@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/rpc/farm_types.h"
+#include "common/rpc/pilot_result.h"
 
 namespace lightmill {
 
@@ -12,7 +13,7 @@ enum class TileState : int { kPending = 0, kLeased = 1, kCommitted = 2 };
 /// "pending", "leased" or "committed".
 const char* tile_state_name(TileState state);
 
-/// A row of the ledger.
+/// A row of the ledger: a tile, or first of all the job's pilot (common/rpc/pilot_result.h).
 struct TileRecord {
   TileId id;
   TileSpec tile;

@@ -40,6 +40,8 @@ class JobStore {
   virtual std::optional<std::string> bundle_json(const std::string& digest) = 0;
   /// The job's reference image; empty if it has none.
   virtual Image reference(const JobId& job) = 0;
+  /// JSON of the committed pilot's report; empty if there is none.
+  virtual std::string pilot(const JobId& job) = 0;
   virtual LayerSnapshot snapshot(const JobId& job) = 0;
   /// Calls `visit` with every encoded partial that was committed after the snapshot.
   virtual void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) = 0;
@@ -56,6 +58,8 @@ class JobStore {
   /// partial into the spool, marks the tile committed and writes the job row. False, without any change, if
   /// the check fails.
   virtual bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) = 0;
+  /// The same for the pilot: keeps its report in place of a partial. The job row brings the chosen plan.
+  virtual bool commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) = 0;
   virtual void add_point(const JobId& job, const ErrorPoint& point) = 0;
   /// Replaces the snapshot and empties the spool, whose partials it must contain.
   virtual void checkpoint(const JobId& job, const LayerSnapshot& snapshot) = 0;

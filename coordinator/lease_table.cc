@@ -14,13 +14,17 @@ void LeaseTable::add(const std::vector<TileRecord>& tiles) {
   for (const TileRecord& tile : tiles) {
     if (tile.id.value != static_cast<int64_t>(tiles_.size()))
       throw std::logic_error("tile ids must be dense");
-    if (rounds_.empty() || rounds_.back().begin != tile.tile.sample_begin) {
-      rounds_.push_back({tile.tile.sample_begin, tile.tile.sample_end, 0, 0});
+    if (is_pilot(tile.tile)) {
+      round_of_.push_back(kNoRound);
+    } else {
+      if (rounds_.empty() || rounds_.back().begin != tile.tile.sample_begin) {
+        rounds_.push_back({tile.tile.sample_begin, tile.tile.sample_end, 0, 0});
+      }
+      Round& round = rounds_.back();
+      ++round.tiles;
+      if (tile.state == TileState::kCommitted) ++round.committed;
+      round_of_.push_back(rounds_.size() - 1);
     }
-    Round& round = rounds_.back();
-    ++round.tiles;
-    if (tile.state == TileState::kCommitted) ++round.committed;
-    round_of_.push_back(rounds_.size() - 1);
     tiles_.push_back(tile);
     if (tile.state == TileState::kPending) pending_.insert(tile.id.value);
     if (tile.state == TileState::kLeased) leased_[tile.id.value] = 0;
@@ -79,9 +83,10 @@ TileRecord LeaseTable::released(TileId id, bool failed) const {
 void LeaseTable::apply(const TileRecord& record, double expires) {
   if (!find(record.id)) throw std::logic_error("no such tile");
   TileRecord& tile = tiles_[static_cast<size_t>(record.id.value)];
-  Round& round = rounds_[round_of_[static_cast<size_t>(record.id.value)]];
-  if (tile.state == TileState::kCommitted) --round.committed;
-  if (record.state == TileState::kCommitted) ++round.committed;
+  if (const size_t round = round_of_[static_cast<size_t>(record.id.value)]; round != kNoRound) {
+    if (tile.state == TileState::kCommitted) --rounds_[round].committed;
+    if (record.state == TileState::kCommitted) ++rounds_[round].committed;
+  }
   pending_.erase(record.id.value);
   leased_.erase(record.id.value);
   if (record.state == TileState::kPending) pending_.insert(record.id.value);

@@ -18,13 +18,14 @@ namespace lightmill {
 
 class LeaseTable {
  public:
-  /// Tiles with the same sample range, opened together.
+  /// Tiles with the same sample range, opened together. The pilot belongs to none.
   struct Round {
     int64_t begin = 0, end = 0;  // sample range
     int64_t tiles = 0, committed = 0;
   };
 
-  /// Adds a round's tiles; their ids go on from the last one. Also for a stored ledger, round after round.
+  /// Adds the pilot or a round's tiles; their ids go on from the last one. Also for a stored ledger, round
+  /// after round.
   void add(const std::vector<TileRecord>& tiles);
   const std::vector<TileRecord>& tiles() const { return tiles_; }
   /// Null if there is no such tile.
@@ -59,9 +60,10 @@ class LeaseTable {
   std::vector<TileId> expired(double now) const;
 
  private:
+  static constexpr size_t kNoRound = SIZE_MAX;
   std::vector<TileRecord> tiles_;  // index = id
   std::vector<Round> rounds_;
-  std::vector<size_t> round_of_;  // per tile
+  std::vector<size_t> round_of_;  // per tile; kNoRound: the pilot
   std::set<int64_t> pending_;
   std::map<int64_t, double> leased_;  // id -> expiry
 };

@@ -46,6 +46,11 @@ Image MemoryJobStore::reference(const JobId& job) {
   return entry(job).reference;
 }
 
+std::string MemoryJobStore::pilot(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  return entry(job).pilot;
+}
+
 LayerSnapshot MemoryJobStore::snapshot(const JobId& job) {
   const std::lock_guard lock(mutex_);
   return entry(job).snapshot;
@@ -98,16 +103,29 @@ void MemoryJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
   e.record = job;
 }
 
-bool MemoryJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) {
-  const std::lock_guard lock(mutex_);
-  Entry& e = entry(job.id);
-  TileRecord& stored = row(e, tile.id);
+bool MemoryJobStore::mark_committed(Entry& entry, const JobRecord& job, const TileRecord& tile) {
+  TileRecord& stored = row(entry, tile.id);
   if (stored.state != TileState::kLeased || stored.attempt != tile.attempt || stored.worker != tile.worker) {
     return false;
   }
-  e.spool.emplace_back(partial);
   stored = tile;
-  e.record = job;
+  entry.record = job;
+  return true;
+}
+
+bool MemoryJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) {
+  const std::lock_guard lock(mutex_);
+  Entry& e = entry(job.id);
+  if (!mark_committed(e, job, tile)) return false;
+  e.spool.emplace_back(partial);
+  return true;
+}
+
+bool MemoryJobStore::commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) {
+  const std::lock_guard lock(mutex_);
+  Entry& e = entry(job.id);
+  if (!mark_committed(e, job, pilot)) return false;
+  e.pilot = report;
   return true;
 }
 

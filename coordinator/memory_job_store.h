@@ -14,6 +14,7 @@ class MemoryJobStore : public JobStore {
   std::vector<ErrorPoint> curve(const JobId& job) override;
   std::optional<std::string> bundle_json(const std::string& digest) override;
   Image reference(const JobId& job) override;
+  std::string pilot(const JobId& job) override;
   LayerSnapshot snapshot(const JobId& job) override;
   void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) override;
   int64_t next_number(const std::string& counter) override;
@@ -22,6 +23,7 @@ class MemoryJobStore : public JobStore {
   void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) override;
   void save_tile(const JobRecord& job, const TileRecord& tile) override;
   bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) override;
+  bool commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) override;
   void add_point(const JobId& job, const ErrorPoint& point) override;
   void checkpoint(const JobId& job, const LayerSnapshot& snapshot) override;
   void quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
@@ -33,11 +35,14 @@ class MemoryJobStore : public JobStore {
     std::vector<TileRecord> tiles;  // index = id
     std::vector<ErrorPoint> curve;
     Image reference;
+    std::string pilot;
     LayerSnapshot snapshot;
     std::vector<std::string> spool;
   };
   Entry& entry(const JobId& job);
   TileRecord& row(Entry& entry, const TileId& id);
+  /// Writes both rows if the tile is leased with this attempt by this worker.
+  bool mark_committed(Entry& entry, const JobRecord& job, const TileRecord& tile);
 
   std::mutex mutex_;
   std::vector<JobId> order_;

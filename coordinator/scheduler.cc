@@ -94,6 +94,8 @@ bool Scheduler::awaits_checkpoint(const Job& job) {
 
 std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
   const RenderSettings& settings = job.record.settings;
+  if (needs_pilot(settings))
+    return job.tiles.tiles().empty() ? std::vector{TileSpec{}} : std::vector<TileSpec>{};
   TilingInput input;
   input.grid = settings.grid;
   input.begin = job.tiles.planned_samples();
@@ -112,9 +114,9 @@ std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
         1, settings.grid.crop.area() * (last.end - last.begin) / std::max<int64_t>(1, last.tiles));
   }
   input.max_superblocks = job.batch_group;
+  input.to_checkpoint = settings.target_error > 0;
   if (settings.time_s > 0) input.seconds_left = std::max(0.0, settings.time_s - wall_seconds(job, now));
   return plan_round(input);
-  input.to_checkpoint = settings.target_error > 0;
 }
 
 Offer Scheduler::offer(const WorkerId& worker_id, double now) const {
@@ -189,8 +191,9 @@ double Scheduler::eta_seconds(const Job& job, double now) {
   return eta;
 }
 
-std::string Scheduler::waiting_for(const Job& job, double now) const {
-  if (!runnable(job) || job.tiles.leased_count() > 0) return {};
+std::string Scheduler::note(const Job& job, double now) const {
+  if (!runnable(job)) return {};
+  if (job.tiles.leased_count() > 0) return needs_pilot(job.record.settings) ? "choosing strategies" : "";
   int live = 0, pool = 0;
   for (const auto& [id, worker] : workers.all()) {
     if (!workers.may_work(worker, now)) continue;
@@ -209,11 +212,11 @@ std::string Scheduler::waiting_for(const Job& job, double now) const {
 bool Scheduler::point_due(const Job& job) {
   const int64_t complete = job.tiles.complete_samples();
   if (complete <= 0) return false;
-  return !job.last_point || static_cast<double>(complete) >= job.last_point->spp * kPointSpacing;
-}
-
   if (job.record.settings.target_error > 0) {
     const double looked_at = job.last_point ? job.last_point->spp : 0;
     return static_cast<double>(complete) > looked_at && next_checkpoint(complete - 1) == complete;
   }
+  return !job.last_point || static_cast<double>(complete) >= job.last_point->spp * kPointSpacing;
+}
+
 }  // namespace lightmill

@@ -38,7 +38,7 @@ struct LeaseOffer {
   JobId job;
   TileId tile;
 };
-/// Open this round, then ask again.
+/// Open this round (or the pilot), then ask again.
 struct RoundOffer {
   JobId job;
   std::vector<TileSpec> tiles;
@@ -75,8 +75,8 @@ class Scheduler {
   static void count_commit(Job& job, double now, double pixel_samples);
   /// Remaining seconds until spp or the time limit, whichever comes first; -1 if unknown.
   static double eta_seconds(const Job& job, double now);
-  /// Why nothing happens to a runnable job, or empty.
-  std::string waiting_for(const Job& job, double now) const;
+  /// Why nothing happens to a runnable job, or that its pilot runs; mostly empty.
+  std::string note(const Job& job, double now) const;
   /// True if a round end asks for a new point of the curve.
   static bool point_due(const Job& job);
 

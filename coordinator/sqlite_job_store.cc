@@ -6,7 +6,7 @@
 namespace lightmill {
 namespace {
 
-constexpr int64_t kSchemaVersion = 1;
+constexpr int64_t kSchemaVersion = 2;
 constexpr int64_t kMaxQuarantined = 32;
 constexpr size_t kMaxQuarantinedBytes = size_t{16} << 20;
 
@@ -32,7 +32,7 @@ CREATE TABLE tiles(
 CREATE TABLE spool(
   job TEXT NOT NULL, tile INTEGER NOT NULL, part INTEGER NOT NULL, bytes BLOB NOT NULL,
   UNIQUE(job, tile, part));
--- kind: film, batches, reference.
+-- kind: film, batches, reference, pilot.
 CREATE TABLE layers(
   job TEXT NOT NULL, kind TEXT NOT NULL, part INTEGER NOT NULL, bytes BLOB NOT NULL,
   UNIQUE(job, kind, part));
@@ -162,6 +162,11 @@ Image SqliteJobStore::reference(const JobId& job) {
   return image;
 }
 
+std::string SqliteJobStore::pilot(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  return get_layer(job, "pilot");
+}
+
 LayerSnapshot SqliteJobStore::snapshot(const JobId& job) {
   const std::lock_guard lock(mutex_);
   return {get_layer(job, "film"), get_layer(job, "batches")};
@@ -273,9 +278,7 @@ void SqliteJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
   transaction.commit();
 }
 
-bool SqliteJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) {
-  const std::lock_guard lock(mutex_);
-  Transaction transaction(db_);
+bool SqliteJobStore::mark_committed(const JobRecord& job, const TileRecord& tile) {
   Statement(
       db_, "UPDATE tiles SET state=2, digest=? WHERE job=? AND tile=? AND state=1 AND attempt=? AND worker=?")
       .bind(tile.digest)
@@ -285,6 +288,23 @@ bool SqliteJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, s
       .bind(tile.worker.value)
       .run();
   if (db_.changes() != 1) return false;
+  write_job(job);
+  return true;
+}
+
+bool SqliteJobStore::commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  if (!mark_committed(job, pilot)) return false;
+  put_layer(job.id, "pilot", report);
+  transaction.commit();
+  return true;
+}
+
+bool SqliteJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  if (!mark_committed(job, tile)) return false;
   int64_t part = 0;
   for (size_t at = 0; at < partial.size(); at += chunk_bytes_) {
     Statement(db_, "INSERT INTO spool VALUES(?,?,?,?)")
@@ -294,7 +314,6 @@ bool SqliteJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, s
         .bind_blob(partial.substr(at, chunk_bytes_))
         .run();
   }
-  write_job(job);
   transaction.commit();
   return true;
 }

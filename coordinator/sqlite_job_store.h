@@ -19,6 +19,7 @@ class SqliteJobStore : public JobStore {
   std::vector<ErrorPoint> curve(const JobId& job) override;
   std::optional<std::string> bundle_json(const std::string& digest) override;
   Image reference(const JobId& job) override;
+  std::string pilot(const JobId& job) override;
   LayerSnapshot snapshot(const JobId& job) override;
   void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) override;
   int64_t next_number(const std::string& counter) override;
@@ -27,6 +28,7 @@ class SqliteJobStore : public JobStore {
   void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) override;
   void save_tile(const JobRecord& job, const TileRecord& tile) override;
   bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) override;
+  bool commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) override;
   void add_point(const JobId& job, const ErrorPoint& point) override;
   void checkpoint(const JobId& job, const LayerSnapshot& snapshot) override;
   void quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
@@ -35,6 +37,8 @@ class SqliteJobStore : public JobStore {
  private:
   void create_tables();
   void write_job(const JobRecord& job);
+  /// Within a transaction: writes both rows if the tile is leased with this attempt by this worker.
+  bool mark_committed(const JobRecord& job, const TileRecord& tile);
   void put_layer(const JobId& job, const std::string& kind, std::string_view bytes);
   std::string get_layer(const JobId& job, const std::string& kind);
 

@@ -53,10 +53,12 @@ td,th{padding:.25rem .8rem;border-bottom:1px solid #ddd;text-align:left}th{color
 std::string status_page(const Farm& farm) {
   std::ostringstream out;
   out << kHead << "<h2>Jobs</h2>\n<table>";
-  row(out, {"job", "name", "state", "packets", "spp", "samples/s", "relMSE", "wall s", "workers", "note"},
+  row(out,
+      {"job", "name", "state", "sampling", "packets", "spp", "samples/s", "relMSE", "wall s", "workers",
+       "note"},
       "th");
   for (const JobStatus& job : farm.jobs()) {
-    row(out, {job.id.value, job.name, job_state_name(job.state),
+    row(out, {job.id.value, job.name, job_state_name(job.state), sampling_text(job.settings),
               std::to_string(job.packets_done) + " of " + std::to_string(job.packets_total),
               rounded(job.spp, "%.1f"), rounded(job.samples_per_second, "%.3g"),
               job.relmse ? rounded(*job.relmse, "%.2e") : "", rounded(job.wall_seconds, "%.1f"),

@@ -106,6 +106,19 @@ void write_oiio(const Image& image, Format format, const fs::path& path, const I
   if (!written || !out->close()) cannot_write(path.string(), out->geterror());
 }
 
+[[noreturn]] void cannot_read(const std::string& path, const std::string& why) {
+  throw Error(ErrorKind::kFailed, path + ": can't read the image: " + one_line(why));
+}
+
+std::unique_ptr<OIIO::ImageInput> open_image(const std::string& path) {
+  std::error_code ec;
+  if (!fs::exists(path, ec)) cannot_read(path, "no such file");
+  if (fs::is_directory(path, ec)) cannot_read(path, "it is a folder");
+  auto in = OIIO::ImageInput::open(path);
+  if (!in) cannot_read(path, OIIO::geterror());
+  return in;
+}
+
 void check_shape(const Image& image, const std::string& path) {
   if (image.width < 1 || image.height < 1 || (image.channels != 1 && image.channels != 3) ||
       image.data.size() != static_cast<size_t>(image.width) * static_cast<size_t>(image.height) *
@@ -187,14 +200,8 @@ void check_writable(const std::string& path) {
 }
 
 Image read_image(const std::string& path) {
-  const auto fail = [&](const std::string& why) {
-    throw Error(ErrorKind::kFailed, path + ": can't read the image: " + one_line(why));
-  };
-  std::error_code ec;
-  if (!fs::exists(path, ec)) fail("no such file");
-  if (fs::is_directory(path, ec)) fail("it is a folder");
-  const auto in = OIIO::ImageInput::open(path);
-  if (!in) fail(OIIO::geterror());
+  const auto fail = [&](const std::string& why) { cannot_read(path, why); };
+  const auto in = open_image(path);
   const OIIO::ImageSpec spec = in->spec();
   if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 ||
       spec.width > kMaxResolution || spec.height > kMaxResolution ||
@@ -212,6 +219,10 @@ Image read_image(const std::string& path) {
   Image image(spec.width, spec.height, 3);
   for (size_t i = 0; i < image.data.size(); ++i) image.data[i] = raw.data[i / 3];
   return image;
+}
+
+std::string read_image_metadata(const std::string& path, const std::string& key) {
+  return std::string(open_image(path)->spec().get_string_attribute("lightmill:" + key));
 }
 
 }  // namespace lightmill

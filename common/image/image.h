@@ -43,5 +43,8 @@ void check_writable(const std::string& path);
 /// Reads any image OpenImageIO can; PNG and JPEG are converted from sRGB to linear. First 3 channels (a
 /// single channel is replicated). Throws Error(kFailed).
 Image read_image(const std::string& path);
+/// ImageWriteOptions::metadata[key] of an image file; empty if it has none. Throws Error(kFailed) if it can't be
+/// read.
+std::string read_image_metadata(const std::string& path, const std::string& key);
 
 }  // namespace lightmill

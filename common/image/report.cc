@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/image/pilot_section.h"
 #include "common/image/report_files.h"
 #include "common/image/report_text.h"
 
@@ -119,6 +120,7 @@ std::string make_html(const ReportInfo& info, const ErrorCurve& curve, const Ima
           "independent batches of samples; in 95 of 100 renders its interval holds the error of the "
           "image.</figcaption></figure>\n";
   html += "<details><summary>All points (error.csv)</summary>\n" + curve_rows(curve) + "</details>\n";
+  if (info.pilot) html += pilot_section(*info.pilot);
   html += "<h2>Settings</h2>\n<table>\n" + settings_rows(info.settings_json) + "</table>\n";
   return html + "</body>\n</html>\n";
 }
@@ -130,6 +132,7 @@ void write_report(const std::string& folder, const ReportInfo& info, const Error
   make_report_folder(folder);
   write_report_file(folder, "error.csv", error_csv(curve));
   write_report_file(folder, "error.svg", error_svg({curve}));
+  if (!info.plan_json.empty()) write_report_file(folder, "plan.json", info.plan_json + "\n");
   write_report_file(folder, "report.html", make_html(info, curve, image));
 }
 

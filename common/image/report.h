@@ -1,10 +1,12 @@
 #pragma once
-// The error-against-time report: error.csv, error.svg and a self-contained report.html.
+// The error-against-time report: error.csv, error.svg, a self-contained report.html, and plan.json.
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/image/error_curve.h"
 #include "common/image/image.h"
+#include "common/pilot_report.h"
 
 namespace lightmill {
 
@@ -12,6 +14,8 @@ struct ReportInfo {
   std::string title;
   std::string settings_json;
   RenderCounters counters;
+  std::string plan_json;             // content of plan.json, for --plan; empty: no such file
+  std::optional<PilotReport> pilot;  // shown if there was one
 };
 
 /// Writes the files into `folder` (made if absent). `image` is embedded in the HTML as a PNG.

@@ -2,8 +2,9 @@
 //
 //   bench_render SCENE --integrator bdpt --spp 16 [--resolution WxH] [--threads N]
 //
-// load_s: reading the scene; build_s: textures, normalisation, acceleration structure; render_s: wall time of
-// the packets; cpu_s: of the render threads; peak_gb: resident set.
+// load_s: reading the scene; build_s: textures, normalisation, acceleration structure; pilot_s: choosing the
+// sampling plan (auto, the default, only); render_s: wall time of the packets; cpu_s: of the render threads;
+// peak_gb: resident set.
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -15,6 +16,7 @@
 #include "common/error.h"
 #include "common/scene/load.h"
 #include "common/settings.h"
+#include "worker/render/plan/pilot.h"
 #include "worker/render/renderer.h"
 
 namespace {
@@ -28,11 +30,15 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 int run(const std::string& path, const lightmill::RenderOptions& options, int threads) {
   const auto t0 = std::chrono::steady_clock::now();
   const auto scene = lightmill::load_scene_file(path, {}, [](const lightmill::Problem&) {});
-  const auto settings = lightmill::resolve_settings(scene, options);
+  auto settings = lightmill::resolve_settings(scene, options);
   const double load = seconds_since(t0);
   const auto t1 = std::chrono::steady_clock::now();
-  const lightmill::Renderer renderer(scene, settings, threads);
+  const lightmill::Renderer built(scene, settings, threads);
   const double build = seconds_since(t1);
+  const auto t_pilot = std::chrono::steady_clock::now();
+  if (needs_pilot(settings)) settings.plan = run_pilot(built, threads, [] { return true; }).chosen;
+  const double pilot = seconds_since(t_pilot);
+  const lightmill::Renderer renderer(built, settings);
 
   const lightmill::CellRect cells = settings.grid.cells();
   std::vector<Packet> packets;
@@ -63,13 +69,15 @@ int run(const std::string& path, const lightmill::RenderOptions& options, int th
   const double samples = static_cast<double>(settings.grid.crop.area()) * static_cast<double>(settings.spp);
   const auto per_sample = [&](uint64_t n) { return static_cast<double>(n) / samples; };
   std::printf(
-      "{\"load_s\": %.3f, \"build_s\": %.3f, \"render_s\": %.3f, \"cpu_s\": %.3f, \"msamples_per_s\": %.4f, "
+      "{\"load_s\": %.3f, \"build_s\": %.3f, \"pilot_s\": %.3f, \"render_s\": %.3f, \"cpu_s\": %.3f, "
+      "\"msamples_per_s\": %.4f, "
       "\"closest_rays_per_sample\": %.3f, \"shadow_rays_per_sample\": %.3f, \"zero_skipped_per_sample\": "
       "%.3f, "
       "\"rouletted_per_sample\": %.3f, \"nonfinite\": %llu, \"peak_gb\": %.3f}\n",
-      load, build, render, partial.cpu_seconds, samples / render * 1e-6, per_sample(c.closest_hit_rays),
-      per_sample(c.shadow_rays), per_sample(c.zero_connections_skipped), per_sample(c.rouletted_connections),
-      static_cast<unsigned long long>(c.nonfinite), static_cast<double>(usage.ru_maxrss) * 1024e-9);
+      load, build, pilot, render, partial.cpu_seconds, samples / render * 1e-6,
+      per_sample(c.closest_hit_rays), per_sample(c.shadow_rays), per_sample(c.zero_connections_skipped),
+      per_sample(c.rouletted_connections), static_cast<unsigned long long>(c.nonfinite),
+      static_cast<double>(usage.ru_maxrss) * 1024e-9);
   return 0;
 }
 

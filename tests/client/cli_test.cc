@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/image/image.h"
+#include "common/pilot_report.h"
 #include "tests/client/cli_fixture.h"
 
 namespace lightmill::client {
@@ -65,7 +66,7 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitCode2) {
       {"render", "box.pbrt", "-o", "box.docx"},
       {"render", "box.pbrt", "--half", "-o", "box.png"},
       {"render", "box.pbrt", "--aov", "albedo"},
-      {"render", "box.pbrt", "--plan", "plan.json"},
+      {"render", "box.pbrt", "--plan", "box.pbrt"},
       {"render", "box.pbrt", "--plan-override", "textures=off"},
       {"jobs", "--tls-ca", "ca.pem"},
       {"jobs", "--token-file", "token"},
@@ -83,7 +84,7 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitCode2) {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.code, 2) << line << outcome.err;
     EXPECT_THAT(outcome.out, IsEmpty()) << line;
-    EXPECT_LE(lines(outcome.err), 2) << line << outcome.err;  // the error, and what auto means
+    EXPECT_EQ(lines(outcome.err), 1) << line << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("lightmill: ")) << line;
   }
 }
@@ -124,12 +125,6 @@ TEST_F(Cli, RenderWritesToTheFilmsNameInTheCurrentFolder) {
   const Image image = read_image("box.exr");
   EXPECT_EQ(image.width, 40);
   EXPECT_EQ(image.height, 24);
-}
-
-TEST_F(Cli, RenderSaysWhatAutoMeansUnlessQuietOrTold) {
-  write("box.pbrt", kBox);
-  EXPECT_THAT(run({"render", "box.pbrt"}).err, HasSubstr("auto renders with bdpt for now"));
-  EXPECT_THAT(run({"render", "box.pbrt", "--integrator", "bdpt"}).err, Not(HasSubstr("auto")));
 }
 
 TEST_F(Cli, RenderAsJson) {
@@ -212,6 +207,12 @@ TEST_F(Cli, ExplainHasTheKeysOfTheContract) {
     (item["needed"].get<bool>() ? needed : left_out) = true;
   }
   EXPECT_TRUE(needed && left_out);
+  EXPECT_NO_THROW(pilot_from_json(document["pilot"].dump()));
+  const auto without = nlohmann::json::parse(run({"explain", "box.pbrt", "--json", "--no-pilot"}).out);
+  EXPECT_TRUE(without["pilot"].is_null());
+  EXPECT_TRUE(nlohmann::json::parse(run({"explain", "box.pbrt", "--json", "--integrator", "pt"}).out)["pilot"]
+                  .is_null());
+  EXPECT_THAT(run({"explain", "box.pbrt"}).out, HasSubstr("chosen by a pilot"));
 }
 
 TEST_F(Cli, TinyAndOblongImagesWork) {

@@ -30,6 +30,42 @@ TEST(ProgressLine, ShowsWhatIsKnown) {
   EXPECT_THAT(progress_line(status), HasSubstr("relMSE 0.01 ±0.002"));
 }
 
+TEST(TargetNote, SaysWhatWasReachedAndWhatIsMissing) {
+  JobStatus status;
+  status.state = JobState::kDone;
+  EXPECT_EQ(target_note(status), "") << "no target";
+  EXPECT_FALSE(target_met(status));
+  status.settings.target_error = 1e-3;
+  status.wall_seconds = 10;
+  status.spp = 24;
+  EXPECT_THAT(target_note(status), HasSubstr("was not reached in 10 s, 24 spp"));
+  status.relmse = 2e-3;
+  EXPECT_THAT(target_note(status), HasSubstr("relMSE 0.002, whose interval"));
+  status.relmse_high = 3e-3;
+  EXPECT_THAT(target_note(status), HasSubstr("95 % sure below 0.003; about 20 s more would do"));
+  EXPECT_EQ(target_met(status), false);
+  status.relmse_high = 9e-4;
+  EXPECT_EQ(target_note(status), "");
+  EXPECT_EQ(target_met(status), true);
+}
+
+TEST(ProgressLine, SaysThatThePilotRuns) {
+  JobStatus status;
+  status.state = JobState::kRunning;
+  status.settings.integrator = Integrator::kAuto;
+  status.workers = 1;
+  EXPECT_THAT(progress_line(status), HasSubstr("choosing strategies"));
+  status.settings.plan = SamplingPlan{kEmissionHits | kNextEvent | kLensConnections, 0.5, 1};
+  EXPECT_THAT(progress_line(status), Not(HasSubstr("choosing")));
+  ::testing::internal::CaptureStderr();
+  Progress progress(false);
+  progress.update(status);
+  progress.finish(status);
+  const std::string text = ::testing::internal::GetCapturedStderr();
+  EXPECT_THAT(text, HasSubstr("auto: hit,next-event,lens × 0.5"));
+  EXPECT_EQ(text.find("auto:"), text.rfind("auto:")) << "once";
+}
+
 TEST(Progress, QuietPrintsNothingAndLinesAreThrottled) {
   JobStatus status;
   status.state = JobState::kRunning;

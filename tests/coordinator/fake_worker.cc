@@ -33,8 +33,8 @@ Partial fake_partial(const TileSpec& tile, const RenderSettings& settings, doubl
   p.quantum_exponent = kFakeQuantum;
   p.cpu_seconds = cpu_seconds;
   const PixelRect r = p.grid.pixels(tile.cells);
-  const bool camera = settings.integrator != Integrator::kLt;
-  const bool light = settings.integrator != Integrator::kPt;
+  const bool camera = has_camera_layer(settings);
+  const bool light = has_splat_layer(settings);
   std::map<uint32_t, ExactRgb> splats;
   for (int y = r.y0; y < r.y1; ++y) {
     for (int x = r.x0; x < r.x1; ++x) {
@@ -64,10 +64,22 @@ Partial fake_partial(const TileSpec& tile, const RenderSettings& settings, doubl
 }
 
 std::string fake_bytes(const LeaseGrant& grant, double cpu_seconds) {
+  if (is_pilot(grant.tile)) return encode_pilot({fake_pilot(), cpu_seconds});
   return encode_partial(fake_partial(grant.tile, grant.settings, cpu_seconds));
 }
 
-Image fake_image(const RenderSettings& settings) {
+PilotReport fake_pilot() {
+  const SamplingPlan chosen{kEmissionHits | kNextEvent, 1, 1};
+  return {chosen, {{chosen, 0.5, 2}, {SamplingPlan(), 0.25, 20}}, 1000, {}};
+}
+
+RenderSettings after_pilot(RenderSettings settings) {
+  if (needs_pilot(settings)) settings.plan = fake_pilot().chosen;
+  return settings;
+}
+
+Image fake_image(const RenderSettings& requested) {
+  const RenderSettings settings = after_pilot(requested);
   Film film(settings.grid);
   film.fold(fake_partial({settings.grid.cells(), 0, settings.spp}, settings));
   return film.resolve();

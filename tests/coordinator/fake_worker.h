@@ -12,9 +12,15 @@ namespace lightmill::testing {
 
 inline constexpr int kFakeQuantum = -40;
 
-/// The partial of a tile; camera and splat layers as the integrator has them. `cpu_seconds` as given.
+/// The partial of a tile; camera and splat layers as the strategies have them. `cpu_seconds` as given.
 Partial fake_partial(const TileSpec& tile, const RenderSettings& settings, double cpu_seconds = 0.1);
+/// What a good worker commits: a partial, or the result of the pilot.
 std::string fake_bytes(const LeaseGrant& grant, double cpu_seconds = 0.1);
+
+/// What every pilot finds here: no light paths.
+PilotReport fake_pilot();
+/// The job's settings once its pilot, if it needs one, has chosen.
+RenderSettings after_pilot(RenderSettings settings);
 
 /// The film of the whole job, rendered as one tile.
 Image fake_image(const RenderSettings& settings);
@@ -41,6 +47,7 @@ class WatchedStore : public JobStore {
   std::vector<ErrorPoint> curve(const JobId& job) override { return store_.curve(job); }
   std::optional<std::string> bundle_json(const std::string& d) override { return store_.bundle_json(d); }
   Image reference(const JobId& job) override { return store_.reference(job); }
+  std::string pilot(const JobId& job) override { return store_.pilot(job); }
   LayerSnapshot snapshot(const JobId& job) override { return store_.snapshot(job); }
   void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) override {
     store_.for_each_spooled(job, visit);
@@ -58,6 +65,9 @@ class WatchedStore : public JobStore {
   }
   bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) override {
     return write(), store_.commit_tile(job, tile, partial);
+  }
+  bool commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) override {
+    return write(), store_.commit_pilot(job, pilot, report);
   }
   void add_point(const JobId& job, const ErrorPoint& point) override {
     write(), store_.add_point(job, point);

@@ -112,6 +112,38 @@ TEST_P(Stores, CommitOnlyUnderTheLeaseAndOnce) {
   EXPECT_EQ(store->tiles(job.id), (std::vector{tile(0), committed}));
 }
 
+TEST_P(Stores, CommitAPilotOnlyUnderItsLeaseAndWithItsPlan) {
+  JobRecord job = record("j1");
+  job.settings.integrator = Integrator::kAuto;
+  store->add_job(job, "manifest", {});
+  TileRecord pilot;
+  pilot.id = TileId{0};
+  store->add_tiles(job.id, {pilot});
+  pilot.state = TileState::kLeased;
+  pilot.attempt = 1;
+  pilot.worker = WorkerId{"w1"};
+  store->save_tile(job, pilot);
+  TileRecord committed = pilot;
+  committed.state = TileState::kCommitted;
+  committed.digest = "digest";
+  JobRecord planned = job;
+  planned.settings.plan = testing::fake_pilot().chosen;
+  TileRecord stale = committed;
+  stale.worker = WorkerId{"w2"};
+  EXPECT_FALSE(store->commit_pilot(planned, stale, "report"));
+  reopen();
+  EXPECT_TRUE(needs_pilot(store->jobs()[0].settings));
+  EXPECT_EQ(store->pilot(job.id), "");
+  const std::string report(2500, 'r');
+  EXPECT_TRUE(store->commit_pilot(planned, committed, report));
+  EXPECT_FALSE(store->commit_pilot(planned, committed, "another")) << "twice";
+  reopen();
+  EXPECT_EQ(store->jobs()[0].settings.plan, testing::fake_pilot().chosen);
+  EXPECT_EQ(store->pilot(job.id), report);
+  EXPECT_EQ(store->tiles(job.id), (std::vector{committed}));
+  EXPECT_TRUE(spool("j1").empty());
+}
+
 TEST_P(Stores, CheckpointReplacesTheSpool) {
   const JobRecord job = record("j1");
   store->add_job(job, "manifest", {});

@@ -94,5 +94,26 @@ TEST(LeaseTable, KnowsNoTileBeyondItsOwn) {
   EXPECT_FALSE(table.holds(TileId{99}, kAnn, 1));
 }
 
+TEST(LeaseTable, ThePilotIsLeasedLikeATileButBelongsToNoRound) {
+  LeaseTable table;
+  TileRecord pilot;
+  pilot.id = TileId{0};
+  table.add({pilot});
+  EXPECT_TRUE(table.rounds().empty());
+  EXPECT_EQ(table.planned_samples(), 0);
+  lease(table, *table.next_pending(any), kAnn, 10);
+  EXPECT_EQ(table.expired(10), (std::vector{TileId{0}}));
+  table.apply(table.released(TileId{0}, false));
+  lease(table, *table.next_pending(any), kBob, 20);
+  EXPECT_TRUE(table.holds(TileId{0}, kBob, 2));
+  commit(table, TileId{0});
+  EXPECT_EQ(table.complete_samples(), 0);
+  table.add(round(1, 2, 0, 1));
+  ASSERT_EQ(table.rounds().size(), 1u);
+  EXPECT_EQ(table.rounds()[0].tiles, 2);
+  for (int64_t id : {1, 2}) lease(table, TileId{id}, kAnn, 30), commit(table, TileId{id});
+  EXPECT_EQ(table.complete_samples(), 1);
+}
+
 }  // namespace
 }  // namespace lightmill

@@ -74,10 +74,12 @@ TEST(Recovery, FinishedJobsSurviveAndCanBeExtended) {
   }
 }
 
-TEST(Recovery, ACrashBeforeAnyWriteLosesNothingThatWasAcknowledged) {
+class RecoveryOf : public ::testing::TestWithParam<Integrator> {};
+
+TEST_P(RecoveryOf, ACrashBeforeAnyWriteLosesNothingThatWasAcknowledged) {
   const TemporaryFolder folder;
   const FakeClock clock;
-  const JobRequest request = small_job(64, 32, 18);
+  const JobRequest request = small_job(64, 32, 18, GetParam());
   FarmOptions options = fake_options();
   options.checkpoint_bytes = 60e3;
   SqliteJobStore store(folder.file("s"));
@@ -104,7 +106,9 @@ TEST(Recovery, ACrashBeforeAnyWriteLosesNothingThatWasAcknowledged) {
     Farm farm(std::make_unique<SqliteJobStore>(path), clock, options);
     ASSERT_EQ(farm.jobs().size(), 1u);
     const JobId job = farm.jobs()[0].id;
-    EXPECT_GE(farm.job(job).tiles_committed, acknowledged_before[i]);
+    const int pilot = farm.pilot(job) ? 1 : 0;
+    EXPECT_GE(farm.job(job).tiles_committed + pilot, acknowledged_before[i]);
+    EXPECT_EQ(farm.job(job).settings.plan.has_value(), pilot == 1);
     work(farm, farm.register_worker(registration()));
     EXPECT_EQ(farm.job(job).state, JobState::kDone);
     EXPECT_EQ(farm.job(job).packets_done, farm.job(job).packets_total);
@@ -112,8 +116,8 @@ TEST(Recovery, ACrashBeforeAnyWriteLosesNothingThatWasAcknowledged) {
   }
 }
 
-TEST(Recovery, ADiskThatFailsAtAnyWriteCostsARetryAndNothingElse) {
-  const JobRequest request = small_job(64, 32, 18);
+TEST_P(RecoveryOf, ADiskThatFailsAtAnyWriteCostsARetryAndNothingElse) {
+  const JobRequest request = small_job(64, 32, 18, GetParam());
   FarmOptions options = fake_options();
   options.checkpoint_bytes = 60e3;
   for (int failing = 1; failing < 60; ++failing) {
@@ -148,6 +152,10 @@ TEST(Recovery, ADiskThatFailsAtAnyWriteCostsARetryAndNothingElse) {
     ASSERT_TRUE(same_pixels(farm.image(job), fake_image(request.settings))) << "failing write " << failing;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(WithAndWithoutPilot, RecoveryOf,
+                         ::testing::Values(Integrator::kBdpt, Integrator::kAuto),
+                         [](const auto& info) { return integrator_name(info.param); });
 
 TEST(Recovery, ManyJobsAreNotAllKeptInMemory) {
   const FakeClock clock;

@@ -1,6 +1,6 @@
 """One answer: the farm, whoever rendered what and whatever died on the way, gives the pixels of `lightmill render`.
 
-    process_test.py --bin build/release/bin [workers] [restart] [strangers]
+    process_test.py --bin build/release/bin [workers] [restart] [pilot] [strangers]
 """
 import argparse
 import pathlib
@@ -79,6 +79,46 @@ def test_restart(bin_dir, kill_at):
         assert_same_pixels(reference, farm.folder / "extended.exr")
 
 
+def test_pilot(bin_dir, kill_at):
+    """auto: a worker and the coordinator die while the plan is being chosen, and nobody can tell from the image."""
+    del kill_at  # nothing is merged yet
+    scene = [SCENE, "--resolution", "80x48", "--seed", "7"]
+    with Farm(bin_dir) as farm:
+        short_reference = farm.render("local32.exr", *scene, "--spp", 32, "--threads", 1)
+        reference = farm.render("local64.exr", *scene, "--spp", 64, "--threads", 3)
+        farm.start_coordinator()
+        while True:  # until the victim dies with the pilot in its hands, not with a tile
+            victim = farm.start_worker(4)
+            wait_until("the victim", lambda: any(w["state"] == "idle" for w in farm.json("workers")))
+            job = farm.submit(*scene, "--spp", 32)
+            if farm.kill_while_leased(job, victim, 4)[0]["pilot"]:
+                break
+            farm.lightmill("cancel", job)
+        farm.kill_coordinator()
+        farm.start_coordinator()
+        status = farm.json("job", job)
+        assert status["pilot"] is None and status["settings"]["plan"] is None, status
+        farm.start_worker(2)
+        farm.start_worker(1)
+        assert_same_pixels(short_reference, farm.finish_and_fetch(job, "thirtytwo.exr"))
+        ledger = farm.json("tiles", job)
+        assert [t["pilot"] for t in ledger].index(True) == 0 and sum(t["pilot"] for t in ledger) == 1, ledger
+        assert ledger[0]["attempt"] >= 2, "the kill did not hit the pilot"
+
+        status = farm.json("job", job)
+        assert status["settings"]["plan"] == status["pilot"]["chosen"], status
+        farm.kill_coordinator()
+        farm.start_coordinator()
+        assert farm.json("job", job)["pilot"] == status["pilot"], "an acknowledged pilot is gone"
+        farm.lightmill("extend", job, "--spp", 64)
+        assert_same_pixels(reference, farm.finish_and_fetch(job, "extended.exr"))
+        fresh = farm.submit(*scene, "--spp", 64)
+        assert_same_pixels(reference, farm.finish_and_fetch(fresh, "fresh.exr"))
+        repeated = farm.submit(*scene, "--spp", 64, "--plan", farm.folder / "extended.exr")
+        assert_same_pixels(reference, farm.finish_and_fetch(repeated, "repeated.exr"))
+        assert not any(t["pilot"] for t in farm.json("tiles", repeated)), "with a plan no pilot runs"
+
+
 def test_strangers(bin_dir, kill_at):
     """A worker of another build is refused; one of another arithmetic class gets other jobs; SIGTERM drains."""
     with Farm(bin_dir) as farm:
@@ -108,7 +148,7 @@ def test_strangers(bin_dir, kill_at):
 
 
 def main():
-    tests = {"workers": test_workers, "restart": test_restart, "strangers": test_strangers}
+    tests = {"workers": test_workers, "restart": test_restart, "pilot": test_pilot, "strangers": test_strangers}
     parser = argparse.ArgumentParser()
     parser.add_argument("--bin", required=True, help="folder of the programs")
     parser.add_argument("--kill-at", type=int, default=60, help="packets merged before something is killed")

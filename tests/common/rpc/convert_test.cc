@@ -76,6 +76,7 @@ TEST(Convert, LeaseGrantAndTileRoundTrip) {
 TEST(Convert, APilotHasNoTile) {
   LeaseGrant grant;
   grant.job = JobId{"j1"};
+  grant.tile_id = TileId{0};
   grant.attempt = 1;
   grant.settings.integrator = Integrator::kAuto;
   grant.settings.grid = {128, 128, {0, 0, 128, 128}};

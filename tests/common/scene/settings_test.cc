@@ -30,7 +30,9 @@ ErrorKind kind_of(const SceneDescription& s, const RenderOptions& o) {
 
 TEST(Settings, TheSceneHoldsUnlessOverridden) {
   const RenderSettings s = resolve_settings(scene(), {});
-  EXPECT_EQ(s.integrator, Integrator::kBdpt);
+  EXPECT_EQ(s.integrator, Integrator::kAuto);
+  EXPECT_TRUE(needs_pilot(s));
+  EXPECT_EQ(sampling_text(s), "auto");
   EXPECT_EQ(s.grid.width, 300);
   EXPECT_EQ(s.grid.crop, (PixelRect{0, 0, 300, 200}));
   EXPECT_EQ(s.spp, 64);
@@ -107,6 +109,17 @@ TEST(Settings, ASceneOutOfRangeIsABadScene) {
   EXPECT_EQ(kind_of(s, {}), ErrorKind::kBadScene);
 }
 
+TEST(Settings, APlanIsPartOfThem) {
+  RenderOptions o;
+  o.plan = SamplingPlan{kEmissionHits | kNextEvent | kLensConnections, 0.5, 1};
+  const RenderSettings s = resolve_settings(scene(), o);
+  EXPECT_FALSE(needs_pilot(s));
+  EXPECT_EQ(settings_from_json(settings_to_json(s)).plan, o.plan);
+  EXPECT_EQ(sampling_text(s), "auto: hit,next-event,lens × 0.5");
+  o.plan->connections = 3;
+  EXPECT_EQ(kind_of(scene(), o), ErrorKind::kUsage);
+}
+
 TEST(Settings, JsonRoundTrip) {
   RenderOptions o;
   o.integrator = "lt";
@@ -136,7 +149,7 @@ TEST(Settings, MalformedJsonIsRefused) {
       {"\"width\":300", "\"width\":100000"},
       {"\"width\":300", "\"width\":10"},
       {"\"seed\":3", "\"seed\":-3"},
-      {"bdpt", "mlt"},
+      {"auto", "mlt"},
       {"[0,0,300,200]", "[0,0,300]"},
       {"[0,0,300,200]", "[5,0,5,200]"},
       {"\"max_depth\":7", "\"max_depth\":-1"},
