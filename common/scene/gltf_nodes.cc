@@ -93,6 +93,7 @@ void GltfNodes::visit_scene() {
       }
     });
   }
+  place_meshes();
 }
 
 bool GltfNodes::visit(const GltfValue& node, const Transform& to_world) {
@@ -167,30 +168,47 @@ std::vector<Transform> GltfNodes::instances(const GltfValue& instancing) {
 void GltfNodes::add_mesh(const GltfValue& node, const Transform& to_world) {
   const int index = node.index_or_none("mesh", root_.count("meshes"), "mesh");
   if (index < 0) return;
-  const auto& primitives = meshes_.primitives(static_cast<size_t>(index));
+  if (meshes_.primitives(static_cast<size_t>(index)).empty()) return;
   std::vector<Transform> places = {Transform{}};
   const auto instancing = node.extension("EXT_mesh_gpu_instancing");
   if (instancing) places = instances(*instancing);
   size_t flat = 0;
   for (const Transform& place : places) {
     const Transform object_to_world = to_world * place;
-    if (!is_in_range(object_to_world) || is_singular(object_to_world)) {
+    if (is_in_range(object_to_world) && !is_singular(object_to_world)) {
+      places_[static_cast<size_t>(index)].push_back(object_to_world);
+    } else {
       ++flat;
-      continue;
-    }
-    for (const GltfPrimitive& p : primitives) {
-      ShapeDescription shape;
-      shape.kind = MeshShape{p.mesh};
-      shape.object_to_world = object_to_world;
-      shape.material = p.surface.material;
-      shape.area_light = p.surface.area_light;
-      shape.alpha = p.surface.alpha;
-      shape.location = p.location;
-      scene_.scene.shapes.push_back(std::move(shape));
     }
   }
   if (flat > 0)
     scene_.warning(node.pointer(), std::to_string(flat) + " instances without extent are left out");
+}
+
+void GltfNodes::place_meshes() {
+  for (const auto& [mesh, places] : places_) {
+    std::vector<ShapeDescription> shapes;
+    for (const GltfPrimitive& p : meshes_.primitives(mesh)) {
+      ShapeDescription shape;
+      shape.kind = MeshShape{p.mesh};
+      shape.material = p.surface.material;
+      shape.area_light = p.surface.area_light;
+      shape.alpha = p.surface.alpha;
+      shape.location = p.location;
+      shapes.push_back(std::move(shape));
+    }
+    SceneDescription& scene = scene_.scene;
+    if (places.size() == 1) {
+      for (ShapeDescription& s : shapes) {
+        s.object_to_world = places.front();
+        scene.shapes.push_back(std::move(s));
+      }
+      continue;
+    }
+    const auto object = static_cast<int>(scene.objects.size());
+    scene.objects.push_back({"mesh " + std::to_string(mesh), std::move(shapes)});
+    for (const Transform& place : places) scene.instances.push_back({object, place});
+  }
 }
 
 }  // namespace lightmill

@@ -26,6 +26,8 @@ class GltfNodes {
   /// False: nothing of the node can be seen.
   bool visit(const GltfValue& node, const Transform& to_world);
   void add_mesh(const GltfValue& node, const Transform& to_world);
+  /// Meshes that are seen once become shapes, others objects with instances.
+  void place_meshes();
   std::vector<Transform> instances(const GltfValue& instancing);
 
   GltfScene& scene_;
@@ -33,6 +35,7 @@ class GltfNodes {
   GltfMeshes& meshes_;
   GltfValue root_;
   std::vector<GltfPlacedCamera> cameras_;
+  std::map<size_t, std::vector<Transform>> places_;  // by mesh
 };
 
 }  // namespace lightmill

@@ -1,5 +1,6 @@
 #include "common/scene/gltf_reader.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -32,10 +33,12 @@ void check_extensions(GltfScene& out, const GltfValue& root) {
 }
 
 bool shines(const SceneDescription& scene) {
-  for (const ShapeDescription& s : scene.shapes) {
-    if (s.area_light >= 0) return true;
-  }
-  return !scene.lights.empty();
+  const auto emits = [](const std::vector<ShapeDescription>& shapes) {
+    return std::any_of(shapes.begin(), shapes.end(), [](const auto& s) { return s.area_light >= 0; });
+  };
+  return !scene.lights.empty() || emits(scene.shapes) ||
+         std::any_of(scene.objects.begin(), scene.objects.end(),
+                     [&](const auto& o) { return emits(o.shapes); });
 }
 
 /// Light for scenes that say nothing of it: what viewers do, so that there is something to see.

@@ -77,9 +77,14 @@ struct Box {
 void frame_scene(GltfScene& out) {
   constexpr double kFov = 40, kMargin = 1.05;
   Box box;
-  for (const ShapeDescription& s : out.scene.shapes) {
+  const auto add = [&](const ShapeDescription& s, const Transform& to_world) {
     for (const Vec3f& v : std::get<MeshShape>(s.kind).mesh->positions)
-      box.add(transform_point(s.object_to_world, {v.x, v.y, v.z}));
+      box.add(transform_point(to_world, {v.x, v.y, v.z}));
+  };
+  for (const ShapeDescription& s : out.scene.shapes) add(s, s.object_to_world);
+  for (const InstanceDescription& i : out.scene.instances) {
+    for (const ShapeDescription& s : out.scene.objects[static_cast<size_t>(i.object)].shapes)
+      add(s, i.object_to_world);
   }
   if (box.low.x > box.high.x) box.low = box.high = {};
   const Vec3d center{(box.low.x + box.high.x) / 2, (box.low.y + box.high.y) / 2,

@@ -138,7 +138,7 @@ TEST_F(BadGltf, DeepHierarchies) {
   for (int i = 2; i < kDeep; ++i) nodes.push_back({{"children", {i + 1}}});
   nodes.push_back({{"mesh", 0}});
   document_["scenes"][0]["nodes"].push_back(2);
-  EXPECT_EQ(clean_document().shapes.size(), 2u);
+  EXPECT_EQ(clean_document().instances.size(), 2u);
 }
 
 TEST_F(BadGltf, CamerasAndLights) {

@@ -242,8 +242,11 @@ TEST_F(GltfTest, NodesShareMeshes) {
   document_["nodes"].push_back({{"mesh", 0}});
   document_["scenes"][0]["nodes"].push_back(2);
   const SceneDescription s = clean_document();
-  ASSERT_EQ(s.shapes.size(), 2u);
-  EXPECT_EQ(&mesh_of(s, 0), &mesh_of(s, 1));
+  EXPECT_TRUE(s.shapes.empty());
+  ASSERT_EQ(s.objects.size(), 1u);
+  EXPECT_EQ(s.objects[0].shapes.size(), 1u);
+  ASSERT_EQ(s.instances.size(), 2u);
+  EXPECT_EQ(s.instances[1].object, 0);
 }
 
 TEST_F(GltfTest, Instances) {
@@ -254,8 +257,8 @@ TEST_F(GltfTest, Instances) {
   document_["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"TRANSLATION", t},
                                                                                   {"ROTATION", r}};
   const SceneDescription s = clean_document();
-  ASSERT_EQ(s.shapes.size(), 3u);
-  const Vec3d p = transform_point(s.shapes[1].object_to_world, {1, 0, 0});
+  ASSERT_EQ(s.instances.size(), 3u);
+  const Vec3d p = transform_point(s.instances[1].object_to_world, {1, 0, 0});
   EXPECT_NEAR(p.x, 2, 1e-6) << "turned by half a turn about z";
   EXPECT_NEAR(p.z, 1, 1e-6);
 }
