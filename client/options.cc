@@ -107,9 +107,9 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
   verb->add_option("--strategies", render.strategies,
                    "Only these of the integrator's path strategies: hit,next-event,lens,connect");
   verb->add_option("--light-paths", render.light_paths,
-                   "Light paths per camera path: 0.25, 0.5, 1 or 2 (bdpt: 1)");
+                   "Light paths per camera path: 0.125, 0.25, 0.5, 1 or 2 (bdpt: 1)");
   verb->add_option("--connections", render.connections,
-                   "Light paths that a camera vertex is connected to: 0.25, 0.5, 1, 2 or 4 (bdpt: 1)");
+                   "Light paths that a camera vertex is connected to: 0.25, 0.5, 1, 2, 4 or 8 (bdpt: 1)");
   verb->add_flag("--energy-compensation", render.energy_compensation,
                  "Rough metals get back the light that single bounces between facets lose (pbrt's do not)");
   add_stop_rule(verb, scene);

@@ -20,12 +20,10 @@ double positive(const nlohmann::json& j) {
 constexpr std::pair<const char*, double SampleWork::*> kWork[] = {
     {"camera_hits", &SampleWork::camera_hits},
     {"connection_rays", &SampleWork::connection_rays},
-    {"connections", &SampleWork::connections},
-    {"lens_connections", &SampleWork::lens_connections},
     {"lens_rays", &SampleWork::lens_rays},
     {"light_hits", &SampleWork::light_hits},
     {"next_event_rays", &SampleWork::next_event_rays},
-    {"next_events", &SampleWork::next_events}};
+    {"primitives", &SampleWork::primitives}};
 
 }  // namespace
 

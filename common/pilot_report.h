@@ -8,14 +8,12 @@
 
 namespace lightmill {
 
-/// Work of one camera path, with all that belongs to it, under the plan of the pilot: every strategy, one light
-/// path, one connection.
+/// Work of one camera path, with all that belongs to it, under the plan of the pilot: every strategy, one
+/// light path, one connection.
 struct SampleWork {
   double camera_hits = 0, light_hits = 0;  // surface hits of camera paths and of light paths
-  // Evaluated per strategy and, of these, with a shadow ray.
-  double next_events = 0, next_event_rays = 0;
-  double connections = 0, connection_rays = 0;
-  double lens_connections = 0, lens_rays = 0;
+  double next_event_rays = 0, connection_rays = 0, lens_rays = 0;  // shadow rays
+  double primitives = 0;                                           // of the scene: what rays are cast into
 };
 
 /// A plan with what the pilot predicts of it.

@@ -18,8 +18,8 @@ struct SamplingPlan {
   bool operator==(const SamplingPlan&) const = default;
 };
 
-inline constexpr double kLightPathCounts[] = {0.25, 0.5, 1, 2};
-inline constexpr double kConnectionCounts[] = {0.25, 0.5, 1, 2, 4};
+inline constexpr double kLightPathCounts[] = {0.125, 0.25, 0.5, 1, 2};
+inline constexpr double kConnectionCounts[] = {0.25, 0.5, 1, 2, 4, 8};
 
 /// Throws Error(kUsage) for a count that is not in the lists above, or no strategy.
 void check_plan(const SamplingPlan& plan);

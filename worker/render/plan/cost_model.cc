@@ -5,25 +5,23 @@
 namespace lightmill {
 namespace {
 
-// Microseconds, fitted.
-constexpr double kCameraPath = 0.05, kLightPath = 0.06;
-constexpr double kBounce = 0.06, kNextEvent_ = 0.03, kConnection = 0.06, kLensConnection = 0.03;
-constexpr double kRay = 0.02, kRayPerLevel = 0.008;        // closest hits
-constexpr double kShadow = 0.01, kShadowPerLevel = 0.004;  // occlusion
+// Microseconds. A surface hit includes its ray, whose traversal goes with the depth of the tree, and the
+// BSDF; a shadow ray includes the evaluation of what it carries.
+constexpr double kCameraPath = 0.04, kLightPath = 0.24;
+constexpr double kHit = 0.13, kHitPerLevel = 0.006;
+constexpr double kShadow = 0.056, kShadowPerLevel = 0.0105;
 
 }  // namespace
 
-double sample_cost(const SampleWork& w, const SamplingPlan& plan, double primitives) {
-  const double levels = std::log2(primitives + 1);
-  const double hit = kBounce + kRay + kRayPerLevel * levels, shadow = kShadow + kShadowPerLevel * levels;
+double sample_cost(const SampleWork& w, const SamplingPlan& plan) {
+  const double levels = std::log2(w.primitives + 1);
+  const double hit = kHit + kHitPerLevel * levels, shadow = kShadow + kShadowPerLevel * levels;
   double cost = 0;
   if (plan.strategies & kCameraLayer) cost += kCameraPath + hit * w.camera_hits;
   if (plan.strategies & kLightPaths) cost += plan.light_paths * (kLightPath + hit * w.light_hits);
-  if (plan.strategies & kNextEvent) cost += kNextEvent_ * w.next_events + shadow * w.next_event_rays;
-  if (plan.strategies & kVertexConnections)
-    cost += plan.connections * (kConnection * w.connections + shadow * w.connection_rays);
-  if (plan.strategies & kLensConnections)
-    cost += plan.light_paths * (kLensConnection * w.lens_connections + shadow * w.lens_rays);
+  if (plan.strategies & kNextEvent) cost += shadow * w.next_event_rays;
+  if (plan.strategies & kVertexConnections) cost += plan.connections * shadow * w.connection_rays;
+  if (plan.strategies & kLensConnections) cost += plan.light_paths * shadow * w.lens_rays;
   return cost;
 }
 

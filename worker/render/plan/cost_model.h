@@ -6,7 +6,7 @@
 namespace lightmill {
 
 /// Nominal CPU microseconds of one pixel sample under `plan`, in a scene of `primitives` primitives. The unit
-/// costs were fitted to renders of this project's kernels by tests/bench/cost_model.py.
-double sample_cost(const SampleWork& work, const SamplingPlan& plan, double primitives);
+/// costs were fitted to renders of this project's kernels by tests/bench/cost_model.
+double sample_cost(const SampleWork& work, const SamplingPlan& plan);
 
 }  // namespace lightmill

@@ -135,14 +135,11 @@ class Pilot {
     for (size_t s = 0; s < recorder.counts.size(); ++s) {
       for (size_t t = 0; t < recorder.counts.size(); ++t) {
         const StrategyCounts& c = recorder.counts[s][t];
-        const auto evaluated = static_cast<double>(c.evaluated);
         const auto rays = static_cast<double>(c.occluded + c.visible);
         if (t == 1) {
-          work_.lens_connections += evaluated, work_.lens_rays += rays;
-        } else if (s == 1) {
-          work_.next_events += evaluated, work_.next_event_rays += rays;
-        } else if (s > 1) {
-          work_.connections += evaluated, work_.connection_rays += rays;
+          work_.lens_rays += rays;
+        } else if (s > 0) {
+          (s == 1 ? work_.next_event_rays : work_.connection_rays) += rays;
         }
       }
     }
@@ -202,9 +199,10 @@ class Pilot {
     const auto variances = relative_variances();
     const double samples = std::max(1.0, static_cast<double>(counters_.camera_paths));
     SampleWork work = work_;
-    for (double* w : {&work.camera_hits, &work.light_hits, &work.next_events, &work.next_event_rays,
-                      &work.connections, &work.connection_rays, &work.lens_connections, &work.lens_rays})
+    for (double* w :
+         {&work.camera_hits, &work.light_hits, &work.next_event_rays, &work.connection_rays, &work.lens_rays})
       *w /= samples;
+    work.primitives = static_cast<double>(renderer_.plan().primitives);
     PilotReport report;
     report.work = work;
     report.samples = static_cast<int64_t>(counters_.camera_paths);
@@ -213,9 +211,7 @@ class Pilot {
       double lost = 0;
       for (const CellMoments& cell : results_) lost += double{cell.lost[k]};
       if (lost > 0) continue;
-      const PlanEstimate e{
-          plans_.plans[k], variances[k],
-          sample_cost(work, plans_.plans[k], static_cast<double>(renderer_.plan().primitives))};
+      const PlanEstimate e{plans_.plans[k], variances[k], sample_cost(work, plans_.plans[k])};
       const double product = e.relative_variance * e.cost;
       if (best < 0 || product < kWorthIt * best) {
         best = product;

@@ -11,7 +11,7 @@
 namespace lightmill {
 
 /// Runs the pilot of `renderer`'s scene and settings, whose plan is ignored, on `threads` threads (>= 1).
-/// `go_on` is asked now and then; once false, Error(kFailed) is thrown.
+/// `go_on` is asked now and then, from any of them; once false, Error(kFailed) is thrown.
 PilotReport run_pilot(const Renderer& renderer, int threads, const std::function<bool()>& go_on);
 
 }  // namespace lightmill

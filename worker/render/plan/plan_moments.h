@@ -13,7 +13,7 @@
 namespace lightmill {
 
 /// Most plans that are weighed against each other.
-inline constexpr int kMaxPlans = 64;
+inline constexpr int kMaxPlans = 72;
 /// Side of the pixel blocks that moments are averaged over, and how many a cell has.
 inline constexpr int kMomentBlock = 8;
 inline constexpr int kBlocksPerCell = (kCellSize / kMomentBlock) * (kCellSize / kMomentBlock);
