@@ -46,7 +46,7 @@ void find_strategies(const RenderScene& scene, ScenePlan* plan) {
   plan->useful = plan->required = 0;
   if (lights.count() == 0) return;
   const bool any_area = std::any_of(lights.type.begin(), lights.type.end(), [](const auto type) {
-    return type != kPointLight && type != kSpotLight && type != kDistantLight;
+    return !is_at_a_point(type) && type != kDistantLight;
   });
   plan->useful = kNextEvent | kLightPaths;
   if (any_area) plan->useful |= kEmissionHits, plan->required |= kEmissionHits;
