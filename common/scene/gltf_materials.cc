@@ -184,8 +184,7 @@ void GltfMaterials::emission(const GltfValue& material, GltfSurface* surface) {
   light.radiance = factor;
   light.two_sided = material.boolean_or("doubleSided", false);
   light.location = scene_.likely_place(material.pointer());
-  if (material.find("emissiveTexture"))
-    scene_.unsupported(material.pointer() + "/emissiveTexture", "a texture of the emission; it is even");
+  light.texture = textures_.image(material, "emissiveTexture", ImageChannel::kRgb, true);
   surface->area_light = static_cast<int>(scene_.scene.area_lights.size());
   scene_.scene.area_lights.push_back(light);
 }

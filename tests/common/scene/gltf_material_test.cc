@@ -97,8 +97,10 @@ TEST_F(GltfMaterialTest, Emission) {
   material()["emissiveFactor"] = {0.5, 0.25, 0};
   material()["doubleSided"] = true;
   material()["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 8;
+  material()["emissiveTexture"]["index"] = 0;
   const SceneDescription s = clean_document();
   EXPECT_EQ(s.area_lights.at(0).radiance, (Rgb{4, 2, 0}));
+  EXPECT_EQ(image(s, s.area_lights[0].texture).encoding, ColorEncoding::kSrgb);
   EXPECT_TRUE(s.area_lights[0].two_sided);
 }
 

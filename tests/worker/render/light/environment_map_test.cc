@@ -151,7 +151,7 @@ TEST(EnvironmentMap, SlightlyNegativeTexelsAreBlack) {
 
 TEST(EnvironmentMapTest, PanoramasKeepTheirPlaceAndPower) {
   // Dark but for one bright patch each to the left of, above and right of the middle, where -x is.
-  const Folder folder;
+  const TemporaryFolder folder;
   Image picture(128, 64);
   const auto paint = [&](int x0, int y0, int channel) {
     for (int y = y0 - 3; y < y0 + 3; ++y) {
