@@ -239,10 +239,10 @@ TEST(PatternAgreement, Estimators) {
 TEST(PatternInput, RefusesImagesThatAreNoRadiance) {
   const TemporaryFolder folder;
   const std::pair<float, const char*> bad[] = {
-      {NAN, "not a number"}, {INFINITY, "infinite"}, {-1.0f, "negative"}, {0.0f, "black"}};
+      {NAN, "not a number"}, {INFINITY, "infinite"}, {-1.0f, "negative"}};
   for (const auto& [value, word] : bad) {
     Image image(4, 4);
-    for (float& x : image.data) x = value == 0 ? 0.0f : 1.0f;
+    for (float& x : image.data) x = 1;
     image.data[3 * 6 + 1] = value;
     write_image(image, folder.file("lamp.exr"));
     TestScene s = floor_scene();
@@ -257,6 +257,25 @@ TEST(PatternInput, RefusesImagesThatAreNoRadiance) {
       EXPECT_EQ(message.rfind("scene.pbrt:12:3: ", 0), 0u) << message;
       EXPECT_NE(message.find(word), std::string::npos) << message;
     }
+  }
+}
+
+// What shows only black of its image is no light; a texel beside it is as good as lit.
+TEST(PatternInput, BlackPartsAreNoLights) {
+  const TemporaryFolder folder;
+  Image image(8, 8);
+  write_image(image, folder.file("black.exr"));
+  image.pixel(6, 1)[1] = 1;
+  write_image(image, folder.file("dot.exr"));
+  for (const bool black : {true, false}) {
+    TestScene s = floor_scene();
+    for (const float u : {0.0f, 0.5f}) {
+      s.quad({u, 1, 0}, {0.4, 0, 0}, {0, 0, 1}, s.diffuse(0), {.radiance = {1, 1, 1}});
+      set_uvs(s.scene.shapes.back(), {{u, 0.9f}, {u + 0.3f, 0.9f}, {u + 0.3f, 1}, {u, 1}});
+    }
+    const int texture = image_texture(&s, folder.file(black ? "black.exr" : "dot.exr"));
+    for (AreaLightDescription& light : s.scene.area_lights) light.texture = texture;
+    EXPECT_EQ(build_scene(s.scene).lights.count(), black ? 0 : 2);
   }
 }
 

@@ -51,7 +51,9 @@ struct ProjectionMap {
   F pdf(IntOf<F> texel, const Vec3<F>& w) const {
     const float* m = to_light;
     const F z = w.x * m[6] + w.y * m[7] + w.z * m[8];
-    return gather(density.data(), texel) / (z * z * z);
+    // In lanes of other lights w may be any direction.
+    const MaskOf<F> ahead = MaskOf<F>(z > 0.0f);
+    return select(ahead, gather(density.data(), texel) / select(ahead, z * z * z, splat<F>(1.0f)), F{});
   }
   template <class F>
   Vec3<F> towards(const Vec3<F>& w) const {

@@ -7,12 +7,15 @@
 #include "worker/render/scene/alpha_mask.h"
 #include "worker/render/scene/emitter_pattern.h"
 #include "worker/render/scene/light_builder.h"
+#include "worker/render/scene/procedural.h"
 
 namespace lightmill {
 namespace {
 
 /// Texture look-ups that all means of a scene may cost together, and those that one may.
 constexpr double kLookups = 0x1p22, kLookupsOfOne = 0x1p18;
+/// Texels that may be looked at to find that a triangle shows none that is lit, at least.
+constexpr double kFewTexels = 256;
 /// Side of the grid of look-ups where a texture has no texels.
 constexpr double kProceduralSide = 16;
 /// Part of its image's mean that an emitter's is at least: a mean of samples may miss what is bright, and
@@ -39,7 +42,6 @@ void require_radiance(const ImageContent& image, const std::string& path) {
   if (image.not_finite_x >= 0)
     refuse(image.not_finite_x, image.not_finite_y, image.is_nan ? "not a number" : "infinite");
   if (image.darkest < -kRinging * image.brightest) refuse(image.darkest_x, image.darkest_y, "negative");
-  if (!(image.brightest > 0)) throw Error(ErrorKind::kBadScene, path + ": the emission image is black");
 }
 
 }  // namespace
@@ -72,7 +74,9 @@ const EmitterBuilder::Source& EmitterBuilder::source(int area_light) {
         s.height = content.height;
         s.brightest = content.brightest;
         s.least_mean = kLeastPart * mean(content.mean);
-        if (light.of_mean_luminance) {
+        if (!(content.brightest > 0)) {
+          s.radiance = {};
+        } else if (light.of_mean_luminance) {
           const double y = 0.2126 * double{content.mean.r} + 0.7152 * double{content.mean.g} +
                            0.0722 * double{content.mean.b};
           const auto divided = [&](float x) { return static_cast<float>(double{x} / y); };
@@ -91,6 +95,24 @@ const EmitterBuilder::Source& EmitterBuilder::source(int area_light) {
   }
   slot = s;
   return *slot;
+}
+
+/// Whether all that a triangle shows of its image is black, as far as that is found with few look-ups: most
+/// triangles of a model are dark where its image has a few lit windows.
+bool EmitterBuilder::shows_black(LightType type, const EmitterPattern& pattern) const {
+  if (type != kTriangleLight || pattern.texture < 0) return false;
+  const ImageMap* image = out_.textures.image(pattern.texture);
+  if (!image) return false;
+  const auto& texture = std::get<ImageTexture>(in_.textures[static_cast<size_t>(pattern.texture)].kind);
+  if (texture.mapping.kind != MappingKind::kUv) return false;
+  float s[3], t[3];
+  for (size_t k = 0; k < 3; ++k) {
+    const MappedPoint m = map_point(texture.mapping, {pattern.frame[2 * k], pattern.frame[2 * k + 1], {}});
+    s[k] = m.s, t[k] = m.t;
+  }
+  const auto [s0, s1] = std::minmax({s[0], s[1], s[2]});
+  const auto [t0, t1] = std::minmax({t[0], t[1], t[2]});
+  return image->brightest(s0, s1, t0, t1, std::max(samples_, kFewTexels)) <= 0;
 }
 
 /// Mean over the emitter's area, channels and points, of what its radiance is multiplied by.
@@ -163,6 +185,7 @@ int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, doubl
       std::copy_n(&out_.colors[static_cast<size_t>(vertices[k]) * 4], 4, pattern.colors[k].begin());
   }
   if (pattern.unseen) pattern.alpha = {1, -1};
+  if (shows_black(type, pattern)) return -1;
   any_texture_ = any_texture_ || pattern.texture >= 0 || pattern.alpha.texture >= 0;
   power *= std::max(mean_factor(type, from, pattern, record), from.least_mean);
   out_.lights.add(type, record, power);

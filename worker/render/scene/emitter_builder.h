@@ -40,6 +40,7 @@ class EmitterBuilder {
   int32_t add(LightType type, const ShapeDescription& shape, double area,
               std::array<float, kLightFloats>& record, const std::array<float, 9>& frame,
               const int32_t* vertices);
+  bool shows_black(LightType type, const EmitterPattern& pattern) const;
   double mean_factor(LightType type, const Source& source, const EmitterPattern& pattern,
                      const std::array<float, kLightFloats>& record) const;
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/error.h"
 #include "worker/render/scene/procedural.h"
@@ -168,6 +169,22 @@ ImageContent ImageMap::content() const {
     c.is_nan = is_nan_;
   }
   return c;
+}
+
+float ImageMap::brightest(float s0, float s1, float t0, float t1, double limit) const {
+  const double x0 = std::floor(double{s0} * width_ - 0.5), x1 = std::floor(double{s1} * width_ - 0.5) + 1;
+  const double y0 = std::floor((1.0 - t1) * height_ - 0.5), y1 = std::floor((1.0 - t0) * height_ - 0.5) + 1;
+  // Written so that NaN is too much; look-ups round, hence a texel more a side.
+  if (invert_ || !((x1 - x0 + 3) * (y1 - y0 + 3) <= limit) || !(std::fabs(x0) + std::fabs(y0) < 1e6))
+    return std::numeric_limits<float>::infinity();
+  float most = 0;
+  for (int y = static_cast<int>(y0) - 1; y <= static_cast<int>(y1) + 1; ++y) {
+    for (int x = static_cast<int>(x0) - 1; x <= static_cast<int>(x1) + 1; ++x) {
+      const Rgb c = texel(x, y);
+      most = std::max({most, c.r * scale_, c.g * scale_, c.b * scale_});
+    }
+  }
+  return most;
 }
 
 Rgb ImageMap::lookup(float s, float t) const {

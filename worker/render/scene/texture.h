@@ -28,6 +28,9 @@ class ImageMap {
   Rgb lookup(float s, float t) const;
   /// Looks at every texel.
   ImageContent content() const;
+  /// A bound of lookup()'s channels for s and t within the ranges: 0 only if all texels there are black.
+  /// Looks at no more than `limit` texels; infinite if there are more.
+  float brightest(float s0, float s1, float t0, float t1, double limit) const;
 
  private:
   Rgb texel(int x, int y) const;
