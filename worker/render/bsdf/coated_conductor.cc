@@ -33,10 +33,21 @@ std::vector<LobeSample> first_order(const BsdfParams<float>& params, float cosin
 
 }  // namespace
 
+// By how much a facet's slope tilts what it refracts: s (1 - cos / (eta cos')) in the plane of incidence and
+// s (cos' - cos / eta) across it. Both are 1 - 1/eta at normal incidence and grow away from it; one number
+// stands for all directions, the geometric mean at 30 degrees.
+//
+// GGX slopes have no variance, so that squares of widths do not add. The density of the sum of two equal ones
+// of width a has its peak at 1 / (3 pi a^2) (by Hankel transform: int x^3 K_1(x)^2 dx = 2/3), as one of width
+// sqrt(3) a. With the metal's as a third, the peak lies within 4 % of that of the width below.
 float coated_conductor_alpha(float eta, float coat_alpha, float metal_alpha) {
-  const float tilt = coat_alpha <= kSmoothAlpha ? 0.0f : (1 - 1 / eta) * coat_alpha;
-  const float metal = metal_alpha <= kSmoothAlpha ? 0.0f : metal_alpha;
-  return std::max(std::sqrt(metal * metal + 0.5f * tilt * tilt), kSmoothAlpha);
+  constexpr float kCosine = 0.8660254f;
+  const float cos_t = std::sqrt(std::max(1 - (1 - kCosine * kCosine) / (eta * eta), 0.01f));
+  const float tilt = std::sqrt(std::fabs((1 - kCosine / (eta * cos_t)) * (cos_t - kCosine / eta)));
+  const float a = coat_alpha <= kSmoothAlpha ? 0.0f : 0.5f * tilt * coat_alpha;
+  const float m = metal_alpha <= kSmoothAlpha ? 0.0f : metal_alpha;
+  const float cross = a > 0 ? 1.6f * m * a * a / (a + 0.05f * m) : 0.0f;
+  return std::max(std::sqrt(m * m + 3 * a * a + cross), kSmoothAlpha);
 }
 
 std::array<CosineRow, kReflectanceNodes> coated_conductor_rows(float eta, float thickness, float coat_alpha,

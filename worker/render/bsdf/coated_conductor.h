@@ -13,8 +13,8 @@
 //   f_1(wo, wi) = T(wo) T(wi) f_metal(wo', wi') / eta^2
 // exactly: radiance in the coat is eta^2 times that outside, and cos' dw' = cos dw / eta^2. A rough coat
 // tilts the light on its way in and out; its normals, of slope s, tilt a refracted direction by s (1 -
-// 1/eta), half of that counts as a tilt of the metal, twice: alpha^2 = alpha_metal^2 + (1 - 1/eta)^2
-// alpha_coat^2 / 2.
+// 1/eta), half of which counts as a tilt of the metal: the slopes of three facets add, and the one GGX that
+// stands for their sum has its peak (coated_conductor_alpha).
 //
 // What meets the metal again after the coat's inside has thrown it back keeps the shape of f_1:
 //   f = g(wo) g(wi) f_1

