@@ -47,11 +47,13 @@ void require_radiance(const ImageContent& image, const std::string& path) {
 }  // namespace
 
 EmitterBuilder::EmitterBuilder(const SceneDescription& description, RenderScene* scene)
-    : in_(description), out_(*scene), sources_(description.area_lights.size()) {
+    : in_(description), out_(*scene), sources_(description.area_lights.size()) {}
+
+void EmitterBuilder::expect(const std::vector<const ShapeDescription*>& shapes) {
   double count = 0;
-  for (const ShapeDescription& s : in_.shapes) {
-    if (!patterned(in_, s)) continue;
-    const auto* mesh = std::get_if<MeshShape>(&s.kind);
+  for (const ShapeDescription* s : shapes) {
+    if (!patterned(in_, *s)) continue;
+    const auto* mesh = std::get_if<MeshShape>(&s->kind);
     count += mesh ? static_cast<double>(mesh->mesh->triangles.size()) : 1;
   }
   samples_ = std::clamp(kLookups / std::max(count, 1.0), 4.0, kLookupsOfOne);
@@ -64,37 +66,44 @@ const EmitterBuilder::Source& EmitterBuilder::source(int area_light) {
   Source s;
   s.radiance = light.radiance;
   s.least_mean = kLeastPart;
-  if (light.texture >= 0) {
-    if (const ImageMap* image = out_.textures.image(light.texture)) {
-      const auto& texture = std::get<ImageTexture>(in_.textures[static_cast<size_t>(light.texture)].kind);
-      try {
-        const ImageContent content = image->content();
-        require_radiance(content, texture.path);
-        s.width = content.width;
-        s.height = content.height;
-        s.brightest = content.brightest;
-        s.least_mean = kLeastPart * mean(content.mean);
-        if (!(content.brightest > 0)) {
-          s.radiance = {};
-        } else if (light.of_mean_luminance) {
-          const double y = 0.2126 * double{content.mean.r} + 0.7152 * double{content.mean.g} +
-                           0.0722 * double{content.mean.b};
-          const auto divided = [&](float x) { return static_cast<float>(double{x} / y); };
-          s.radiance = {divided(s.radiance.r), divided(s.radiance.g), divided(s.radiance.b)};
-        }
-        const auto fits = [&](float x) { return std::isfinite(x * content.brightest); };
-        if (!fits(s.radiance.r) || !fits(s.radiance.g) || !fits(s.radiance.b)) {
-          throw Error(ErrorKind::kBadScene,
-                      texture.path + ": the emitter is brighter than float can hold; lower its \"scale\"");
-        }
-      } catch (const Error& e) {
-        if (light.location.file.empty()) throw;
-        throw Error(e.kind(), place(light.location) + e.what());
-      }
-    }
+  try {
+    if (light.texture >= 0) take_image(light, &s);
+  } catch (const Error& e) {
+    if (light.location.file.empty()) throw;
+    throw Error(e.kind(), place(light.location) + e.what());
   }
   slot = s;
   return *slot;
+}
+
+/// What the image of `light` says of it, if its texture is one.
+void EmitterBuilder::take_image(const AreaLightDescription& light, Source* s) const {
+  const ImageMap* image = out_.textures.image(light.texture);
+  if (!image) return;
+  const std::string& path =
+      std::get<ImageTexture>(in_.textures[static_cast<size_t>(light.texture)].kind).path;
+  const ImageContent content = image->content();
+  require_radiance(content, path);
+  s->width = content.width;
+  s->height = content.height;
+  s->brightest = content.brightest;
+  s->least_mean = kLeastPart * mean(content.mean);
+  if (!(content.brightest > 0)) {
+    s->radiance = {};
+    return;
+  }
+  double divisor = 1;
+  if (light.of_mean_luminance) {
+    const Rgb& c = content.mean;
+    divisor = 0.2126 * double{c.r} + 0.7152 * double{c.g} + 0.0722 * double{c.b};
+  }
+  for (float* x : {&s->radiance.r, &s->radiance.g, &s->radiance.b}) {
+    *x = static_cast<float>(double{*x} / divisor);
+    if (!std::isfinite(*x * content.brightest)) {
+      throw Error(ErrorKind::kBadScene,
+                  path + ": the emitter is brighter than float can hold; lower its \"scale\"");
+    }
+  }
 }
 
 /// Whether all that a triangle shows of its image is black, as far as that is found with few look-ups: most

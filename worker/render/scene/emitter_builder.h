@@ -17,6 +17,8 @@ class EmitterBuilder {
  public:
   /// Both must outlive the builder.
   EmitterBuilder(const SceneDescription& description, RenderScene* scene);
+  /// All shapes to come, which share the look-ups that their means may cost. Call before any is added.
+  void expect(const std::vector<const ShapeDescription*>& shapes);
 
   /// Adds the triangle of vertices i[3], part of `shape`, whose geometry is in the scene already; returns its
   /// index in scene->lights, or -1 if it is dark. `winding` is its unit normal, `area` its area, `flags` the
@@ -37,6 +39,7 @@ class EmitterBuilder {
     int width = 0, height = 0;  // of the image; 0: the texture is none
   };
   const Source& source(int area_light);
+  void take_image(const AreaLightDescription& light, Source* s) const;
   int32_t add(LightType type, const ShapeDescription& shape, double area,
               std::array<float, kLightFloats>& record, const std::array<float, 9>& frame,
               const int32_t* vertices);
@@ -47,7 +50,7 @@ class EmitterBuilder {
   const SceneDescription& in_;
   RenderScene& out_;
   std::vector<std::optional<Source>> sources_;  // per area light
-  double samples_;                              // of the texture, for each emitter's mean
+  double samples_ = 4;                          // of the texture, for each emitter's mean
   bool any_texture_ = false;
 };
 

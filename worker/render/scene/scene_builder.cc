@@ -79,6 +79,7 @@ class SceneBuilder {
     shapes_ = world_;
     for (const InstancedObject& o : split_.objects)
       shapes_.insert(shapes_.end(), o.shapes.begin(), o.shapes.end());
+    emitters_.expect(shapes_);
   }
 
   void build() {
