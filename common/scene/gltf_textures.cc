@@ -23,7 +23,8 @@ Wrap wrap_mode(const GltfValue& sampler, const char* key) {
   return Wrap::kRepeat;
 }
 
-/// KHR_texture_transform: over glTF's (u, v) with v downwards, s = c sx u + n sy v + tx and
+/// KHR_texture_transform, its angle counter-clockwise as seen with v downwards (the way exporters and viewers
+/// have it): over glTF's (u, v) with v downwards, s = c sx u + n sy v + tx and
 /// t = -n sx u + c sy v + ty for c, n the rotation's cosine and sine. Ours has v and t upwards.
 UvMapping mapping_of(const GltfValue& transform) {
   constexpr double kFar = 1e6;

@@ -99,7 +99,7 @@ def scene():
              ("steel", material((0.9, 0.9, 0.9), 1, 0.7))]
     for i, (name, kind) in enumerate(balls):
         angle = math.pi * (i - 2) / 7
-        document.place(name, round_one, kind, translation=[4.6 * math.sin(angle), 0.8, 2.2 - 4.6 * math.cos(angle)],
+        document.place(name, round_one, kind, translation=[4.3 * math.sin(angle), 0.8, 2.2 - 4.3 * math.cos(angle)],
                        scale=[0.8, 0.8, 0.8])
     document.place("table", flat, material((0.45, 0.42, 0.4), 0, 0.4), translation=[0, 0, 0], scale=[24, 1, 24])
     panel = material((0, 0, 0), 0, 1, {"KHR_materials_emissive_strength": {"emissiveStrength": 6}})
@@ -110,9 +110,9 @@ def scene():
     document.json["nodes"].append({"name": "lamp", "translation": [4, 3, 4],
                                    "extensions": {"KHR_lights_punctual": {"light": 0}}})
     document.json["cameras"] = [{"name": "front", "type": "perspective",
-                                 "perspective": {"yfov": 0.5, "aspectRatio": 16 / 9, "znear": 0.1}}]
-    tilt = math.radians(-16) / 2
-    document.json["nodes"].append({"name": "camera", "camera": 0, "translation": [0, 3.1, 8.6],
+                                 "perspective": {"yfov": 0.52, "aspectRatio": 16 / 9, "znear": 0.1}}]
+    tilt = math.radians(-13) / 2
+    document.json["nodes"].append({"name": "camera", "camera": 0, "translation": [0, 2.7, 9.2],
                                    "rotation": [math.sin(tilt), 0, 0, math.cos(tilt)]})
     document.json["scenes"] = [{"nodes": list(range(len(document.json["nodes"])))}]
     document.json["scene"] = 0

@@ -83,9 +83,10 @@ TEST_F(Bundles, OnlyWhatIsInTheBundleResolves) {
 
 TEST(BundleText, UnsafeInputIsRefused) {
   const std::string digest = sha256_hex("x");
-  const Bundle good{"a.pbrt", {{"a.pbrt", digest, 1}, {"b.ply", digest, 1}}};
+  const Bundle good{"a.pbrt", "", "", {{"a.pbrt", digest, 1}, {"b.ply", digest, 1}}};
   EXPECT_EQ(bundle_from_json(bundle_to_json(good)).entries, good.entries);
-  std::vector<Bundle> bad(9, good);
+  std::vector<Bundle> bad(10, good);
+  bad[9].environment = "c.exr";
   bad[0].main = "c.pbrt";
   bad[1].entries[1].name = "../b.ply";
   bad[2].entries[1].name = "/b.ply";

@@ -1,10 +1,11 @@
 #pragma once
 // glTF's transmission: interfaces that tint what they let through, each time it passes.
 //
-// Refracting ones are those of dielectric.h. A sheet is too thin to refract: light goes on in the direction
-// in which it came, spread as its reflection is, so both lobes are one GGX lobe of albedo 1 (its energy
-// compensated, metallic_table.h) split by the Fresnel reflectance of one interface, the passing part mirrored
-// to the other side. Parameters: 0 eta, 1-3 tint, 6 alpha; the metallic table is where the tables begin.
+// Refracting ones are those of dielectric.h; rough, they lose what one bounce between facets leaves. A sheet
+// is too thin to refract: light goes on in the direction in which it came, spread as its reflection is, so
+// both lobes are one GGX lobe of albedo 1 (its energy compensated, metallic_table.h) split by the Fresnel
+// reflectance of one interface, the passing part mirrored to the other side. Parameters: 0 eta, 1-3 tint, 6
+// alpha; the metallic table is where the tables begin.
 #include "worker/render/bsdf/dielectric.h"
 #include "worker/render/bsdf/metallic_table.h"
 

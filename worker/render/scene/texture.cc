@@ -73,7 +73,10 @@ ImageMap::ImageMap(const ImageTexture& texture)
         std::make_unique<OIIO::Filesystem::IOMemReader>(texture.contents->data(), texture.contents->size());
   OIIO::ImageSpec as_stored;
   as_stored.attribute("oiio:UnassociatedAlpha", 1);  // colours not multiplied by alpha
-  auto in = OIIO::ImageInput::open(texture.path, &as_stored, memory.get());
+  // Readers take what they read from of the configuration, once there is one.
+  OIIO::Filesystem::IOProxy* proxy = memory.get();
+  if (proxy) as_stored.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+  auto in = OIIO::ImageInput::open(texture.path, &as_stored, proxy);
   if (!in) {
     throw Error(ErrorKind::kFailed, texture.path + ": texture can't be read: " + OIIO::geterror());
   }

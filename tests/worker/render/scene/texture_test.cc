@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <memory>
 
 #include "common/error.h"
 #include "common/image/image.h"
@@ -114,6 +115,69 @@ TEST_F(TextureTest, CoordinatesOutOfAnyRangeAreDefined) {
     const float r = map.lookup(x, 0.5f).r;
     EXPECT_TRUE(r >= 1 && r <= 4) << x;
   }
+}
+
+/// A PNG of two RGBA texels, (255 128 0 128) and (0 64 255 255), as bytes inside another file.
+ImageTexture embedded() {
+  static constexpr unsigned char kPng[] = {
+      0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44,
+      0x52, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x01, 0x08, 0x06, 0x00, 0x00, 0x00, 0xf4,
+      0x22, 0x7f, 0x8a, 0x00, 0x00, 0x00, 0x11, 0x49, 0x44, 0x41, 0x54, 0x78, 0xda, 0x63, 0xf8,
+      0xdf, 0xc0, 0xd0, 0xc0, 0xe0, 0xf0, 0xff, 0x3f, 0x00, 0x11, 0xbe, 0x04, 0x3e, 0x13, 0xfa,
+      0x05, 0x76, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82};
+  ImageTexture t;
+  t.path = "scene.glb/images/0.png";
+  t.contents = std::make_shared<const std::string>(reinterpret_cast<const char*>(kPng), sizeof kPng);
+  t.encoding = ColorEncoding::kLinear;
+  return t;
+}
+
+TEST(EmbeddedTexture, ChannelsAreTakenAsTheyAreStored) {
+  ImageTexture t = embedded();
+  const Rgb c = ImageMap(t).lookup(0.25f, 0.5f);
+  EXPECT_FLOAT_EQ(c.r, 1) << "not multiplied by alpha";
+  EXPECT_FLOAT_EQ(c.g, 128 / 255.0f);
+  const std::pair<ImageChannel, int> channels[] = {{ImageChannel::kRed, 255},
+                                                   {ImageChannel::kGreen, 128},
+                                                   {ImageChannel::kBlue, 0},
+                                                   {ImageChannel::kAlpha, 128}};
+  for (const auto& [channel, value] : channels) {
+    t.channel = channel;
+    const Rgb grey = ImageMap(t).lookup(0.25f, 0.5f);
+    EXPECT_FLOAT_EQ(grey.r, static_cast<float>(value) / 255.0f);
+    EXPECT_EQ(grey.r, grey.b);
+  }
+  t.contents = std::make_shared<const std::string>(t.contents->substr(0, 40));
+  EXPECT_THROW(ImageMap{t}, Error);
+}
+
+TEST(EmbeddedTexture, MirrorsPerAxisAndTheNearestTexel) {
+  ImageTexture t = embedded();
+  t.channel = ImageChannel::kBlue;
+  t.nearest = true;
+  t.wrap = Wrap::kMirror;
+  t.wrap_t = Wrap::kClamp;
+  const ImageMap map(t);
+  EXPECT_FLOAT_EQ(map.lookup(0.45f, 0.5f).r, 0);
+  EXPECT_FLOAT_EQ(map.lookup(0.55f, 7.5f).r, 1);
+  EXPECT_FLOAT_EQ(map.lookup(1.25f, 0.5f).r, 1);
+  EXPECT_FLOAT_EQ(map.lookup(1.75f, 0.5f).r, 0);
+  EXPECT_FLOAT_EQ(map.lookup(-0.75f, 0.5f).r, 1);
+}
+
+TEST(TextureGraph, ProductsStepsAndVertexColours) {
+  std::vector<TextureDescription> t(4);
+  t[0].kind = VertexColorTexture{};
+  t[1].kind = ProductTexture{{{}, 0}, {{0.5f, 2, 1}, -1}};
+  t[2].kind = VertexColorTexture{true};
+  t[3].kind = StepTexture{{0, 2}, 0.25f};
+  const TextureTable table(t);
+  TexturePoint at;
+  at.color = {0.5f, 0.25f, 1, 0.25f};
+  EXPECT_EQ(table.evaluate(1, at), (Rgb{0.25f, 0.5f, 1}));
+  EXPECT_EQ(table.evaluate(3, at).r, 1);
+  at.color[3] = 0.2f;
+  EXPECT_EQ(table.evaluate(3, at).r, 0);
 }
 
 TEST(TextureGraph, ConstantScaleMixCheckerboard) {
