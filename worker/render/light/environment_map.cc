@@ -92,7 +92,8 @@ EnvironmentMap::EnvironmentMap(LightImage image, const Rgb& scale, const Transfo
     }
     mean_radiance += weights[i] / static_cast<double>(texels);
   }
-  if (!(brightest > 0)) throw Error(ErrorKind::kFailed, image.path + ": the light's image is black");
+  if (!(brightest > 0))
+    throw Error(ErrorKind::kFailed, image.path + ": the light's image is black; leave the light out");
   const std::vector<double> probability = build_alias_table(weights, &alias_keep, &alias);
   density.resize(texels);
   for (size_t i = 0; i < texels; ++i)
