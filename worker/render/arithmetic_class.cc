@@ -6,6 +6,7 @@
 #include "common/image/partial.h"
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/renderer.h"
+#include "worker/render/scene/instancing.h"
 
 namespace lightmill {
 namespace {
@@ -33,6 +34,29 @@ ShapeDescription sphere(double x, double y, double z, float radius, int material
   s.material = material;
   s.area_light = light;
   return s;
+}
+
+/// A wavy ribbon and a ball on it, large enough that instances share them.
+ObjectDescription ribbon_with_ball() {
+  constexpr uint32_t kQuads = kSmallObject / 2 + 1;
+  auto mesh = std::make_shared<TriangleMesh>();
+  for (uint32_t i = 0; i <= kQuads; ++i) {
+    const float x = static_cast<float>(i) / kQuads, z = static_cast<float>(i * i % 17) / 100;
+    for (const float y : {0.0f, 0.3f}) {
+      mesh->positions.push_back({x, y, z});
+      mesh->normals.push_back({z, y, 1});
+      mesh->uvs.push_back({x, y});
+    }
+    if (i < kQuads) {
+      mesh->triangles.push_back({2 * i, 2 * i + 2, 2 * i + 3});
+      mesh->triangles.push_back({2 * i, 2 * i + 3, 2 * i + 1});
+    }
+  }
+  ShapeDescription ribbon;
+  ribbon.kind = MeshShape{mesh};
+  ribbon.material = 0;
+  ribbon.alpha.texture = 0;
+  return {"ribbon", {ribbon, sphere(0.5, 0.5, 0.1, 0.2f, 4)}};
 }
 
 /// Samples, in both directions, of lights that shine by images: in memory, as a worker has no files of its
@@ -70,7 +94,8 @@ void hash_imaged_lights(Sha256* all) {
   }
 }
 
-/// A small scene with every BSDF kind, every light type, textures, alpha, bumps, smooth normals and spheres.
+/// A small scene with every BSDF kind, every light type, textures, alpha, bumps, smooth normals, spheres and
+/// instances.
 SceneDescription every_kernel() {
   SceneDescription scene;
   scene.camera.fov_degrees = 70;
@@ -132,6 +157,17 @@ SceneDescription every_kernel() {
       quad({-0.5f, -1, 2.5f}, {1.5f, -1, 2.5f}, {1.5f, 0.5f, 2.5f}, {-0.5f, 0.5f, 2.5f}, 0);
   veil.alpha.texture = 0;
   scene.shapes.push_back(veil);
+  scene.objects.push_back(ribbon_with_ball());
+  for (int i = 0; i < 3; ++i) {
+    // A turn by an angle of rational sine and cosine; the second is mirrored.
+    InstanceDescription& instance = scene.instances.emplace_back();
+    instance.object = 0;
+    const double mirror = i == 1 ? -1 : 1;
+    instance.object_to_world.m = {{{0.6, -0.8 * mirror, 0, -1.5 + i},
+                                   {0.8, 0.6 * mirror, 0, -0.5},
+                                   {0, 0, 1, 2 + 0.3 * i},
+                                   {0, 0, 0, 1}}};
+  }
   scene.lights.push_back({PointLight{{3, 3, 3}, {-2, 1, 2}}, {}});
   scene.lights.push_back({InfiniteLight{{0.1f, 0.2f, 0.3f}}, {}});
   scene.lights.push_back({DistantLight{{0.4f, 0.3f, 0.2f}, {0, -0.6, 0.8}}, {}});

@@ -148,10 +148,8 @@ TEST_F(QuadricShapes, BecomeMeshesOfTheirArea) {
 
 TEST_F(QuadricShapes, VeryManyStretchedSpheresAreCoarser) {
   const auto spheres = [](int hundreds) {
-    std::string text = "Scale 1 1 2 ObjectBegin \"o\" ";
-    for (int i = 0; i < 100; ++i) text += "Shape \"sphere\" ";
-    text += "ObjectEnd ";
-    for (int i = 0; i < hundreds; ++i) text += "ObjectInstance \"o\" ";
+    std::string text = "Scale 1 1 2 ";
+    for (int i = 0; i < 100 * hundreds; ++i) text += "Shape \"sphere\" ";
     return text;
   };
   const auto mesh = [](const SceneDescription& s, size_t i) {

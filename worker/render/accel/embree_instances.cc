@@ -30,7 +30,7 @@ void instance_bounds(const RTCBoundsFunctionArguments* args) {
       const double a = double{r[kInstanceA + 3 * i + j]} * scale;
       lo[i] += std::min(a * double{o.lo[j]}, a * double{o.hi[j]});
       hi[i] += std::max(a * double{o.lo[j]}, a * double{o.hi[j]});
-      size += std::fabs(a);
+      size += std::fabs(a) * double{std::max(std::fabs(o.lo[j]), std::fabs(o.hi[j]))};
     }
     // What rounding may move a ray by on its way in, and then some: a box that is a little larger costs
     // nothing.

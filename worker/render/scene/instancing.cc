@@ -114,6 +114,7 @@ SplitScene split_instances(const SceneDescription& scene) {
   for (const InstanceDescription& i : scene.instances) ++uses[static_cast<size_t>(i.object)];
   constexpr size_t kNone = ~size_t{0};
   std::vector<size_t> built(count, kNone);  // index into out.objects
+  size_t copies = 0;                        // primitives of small objects that are flattened
   for (size_t i = 0; i < count; ++i) {
     InstancedObject o;
     size_t primitives = 0;
@@ -122,7 +123,11 @@ SplitScene split_instances(const SceneDescription& scene) {
       o.shapes.push_back(&s);
       primitives += primitives_of(s);
     }
-    if (uses[i] < 2 || primitives == 0 || primitives <= kFlattenedPrimitives / (uses[i] - 1)) continue;
+    if (uses[i] < 2 || primitives == 0) continue;
+    if (primitives <= kSmallObject && primitives * uses[i] <= kFlattenedPrimitives - copies) {
+      copies += primitives * uses[i];
+      continue;
+    }
     measure(&o);
     built[i] = out.objects.size();
     out.objects.push_back(std::move(o));
@@ -161,12 +166,8 @@ bool instance_record(const InstancedObject& object, const Transform& object_to_w
   // Object space is 2^object.exponent of the object's own, normalised space 2^scene_exponent of the scene's.
   const int time_exponent = exponent + object.exponent - scene_exponent;
   constexpr int kSmallest = 100;  // of it, squares are out of range; it is not seen from anywhere
-  if (time_exponent > kSmallest) return false;
+  if (std::abs(time_exponent) > kSmallest) return false;  // or its object has no size
   record[kInstanceTimeScale] = std::ldexp(1.0f, time_exponent);
-  double norm = 0;
-  for (size_t i = 0; i < 3; ++i)
-    norm = std::max(norm, std::fabs(a.m[i][0]) + std::fabs(a.m[i][1]) + std::fabs(a.m[i][2]));
-  record[kInstanceNorm] = static_cast<float>(std::ldexp(norm, -time_exponent));
   record[kInstanceSpread] = static_cast<float>(row_sum(a, w));
   record[kInstanceHandedness] = determinant3(a) < 0 ? -1.0f : 1.0f;
   return true;

@@ -21,7 +21,7 @@ struct NoPlacement {
   const Vec3<F>& vector(const Vec3<F>& v) const { return v; }
   const Vec3<F>& normal(const Vec3<F>& n) const { return n; }
   Vec3<F> handed(const Vec3<F>& n) const { return n; }
-  F error(F e, const Vec3<F>&) const { return e; }
+  F error(const Vec3<F>& e, float factor, const Vec3<F>&) const { return max_component(e) * factor; }
 };
 
 /// Of instances, per lane; lanes with instance -1 are left as they are, to the bit.
@@ -31,7 +31,6 @@ struct Placement {
   Vec3<F> a[3], w[3];  // rows of A / scale and of W scale
   Vec3<F> position;    // of the object's origin
   F time_scale{};      // ray parameters in object space over those in normalised space
-  F norm{};            // max row sum of |A|
   F spread{};          // max row sum of |A||W|
   F handedness{};      // sign of det A
 
@@ -61,13 +60,16 @@ struct Placement {
   }
   /// A cross product of placed vectors, with the side that it had before.
   Vec3<F> handed(const Vec3<F>& n) const { return n * select(placed, handedness, splat<F>(1.0f)); }
-  /// Bound of the error of point(p) seen from a ray there: `e` is that of p; then what rounding did to the
-  /// ray on its way in (five operations, over |A||W|) and to the point on its way out (three, and the sum).
-  F error(F e, const Vec3<F>& p) const {
+  /// Bound of the error of point(p) seen from a ray there: `e factor` is that of p, by axes, since an axis in
+  /// which the object is flat may be stretched at will; then what rounding did to the ray on its way in (five
+  /// operations, over |A||W|) and to the point on its way out (three, and the sum).
+  F error(const Vec3<F>& e, float factor, const Vec3<F>& p) const {
+    const auto size = [](const Vec3<F>& x) { return Vec3<F>{abs(x.x), abs(x.y), abs(x.z)}; };
     const Vec3<F> v = true_vector(p), q = v + position;
-    const auto size = [](const Vec3<F>& x) { return max(abs(x.x), max(abs(x.y), abs(x.z))); };
-    const F moved = norm * e + spread * size(v) * gamma_bound(12) + size(q) * gamma_bound(3);
-    return select(placed, moved, e);
+    const Vec3<F> moved{dot(size(a[0]), e), dot(size(a[1]), e), dot(size(a[2]), e)};
+    const F sum = max_component(moved) * (factor / time_scale) +
+                  spread * max_component(size(v)) * gamma_bound(12) + max_component(size(q)) * gamma_bound(3);
+    return select(placed, sum, max_component(e) * factor);
   }
 
  private:
@@ -79,7 +81,6 @@ struct Placement {
     }
     position = {slot(kInstancePosition), slot(kInstancePosition + 1), slot(kInstancePosition + 2)};
     time_scale = slot(kInstanceTimeScale);
-    norm = slot(kInstanceNorm);
     spread = slot(kInstanceSpread);
     handedness = slot(kInstanceHandedness);
   }

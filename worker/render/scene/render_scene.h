@@ -47,17 +47,16 @@ struct MaterialEntry {
 };
 
 /// Slots of an instance's record (placement.h): A over its scale by rows, the position of its object's
-/// origin, W times that scale by rows, 1 / scale (a power of two), norms of |A| and |A||W|, sign of det A.
+/// origin, W times that scale by rows, 1 / scale (a power of two), max row sum of |A||W|, sign of det A.
 enum InstanceSlot {
   kInstanceA = 0,
   kInstancePosition = 9,
   kInstanceW = 12,
   kInstanceTimeScale = 21,
-  kInstanceNorm = 22,
-  kInstanceSpread = 23,
-  kInstanceHandedness = 24
+  kInstanceSpread = 22,
+  kInstanceHandedness = 23
 };
-inline constexpr int kInstanceFloats = 25;
+inline constexpr int kInstanceFloats = 24;
 
 /// Meshes and spheres that are built once and seen where instances put them.
 struct ObjectRange {

@@ -54,10 +54,9 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
     s.p = place.point(p);
     // |p| error <= gamma_7 sum |b_i p_i| (pbrt-v4 §6.8.1); one bound for all three axes.
     auto bound = [&](F a, F b, F c) { return abs(a * b0) + abs(b * b1) + abs(c * b2); };
-    const F error = max(bound(h.p0.x, h.p1.x, h.p2.x),
-                        max(bound(h.p0.y, h.p1.y, h.p2.y), bound(h.p0.z, h.p1.z, h.p2.z))) *
-                    gamma_bound(7);
-    s.error = place.error(error, p);
+    const Vec3<F> error{bound(h.p0.x, h.p1.x, h.p2.x), bound(h.p0.y, h.p1.y, h.p2.y),
+                        bound(h.p0.z, h.p1.z, h.p2.z)};
+    s.error = place.error(error, gamma_bound(7), p);
     s.ng = place.handed(normalize(cross(place.scaled_vector(h.e1), place.scaled_vector(h.e2))) * flip);
     s.ns = s.ng;
     if (scene.any_normals) {
@@ -108,7 +107,7 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
     p = center + n * radius;
     s.p = select(is_sphere, place.point(p), s.p);
     const F size = max(abs(center.x), max(abs(center.y), abs(center.z))) + radius;
-    s.error = select(is_sphere, place.error(size * gamma_bound(5), p), s.error);
+    s.error = select(is_sphere, place.error({size, size, size}, gamma_bound(5), p), s.error);
     const Vec3<F> outward = place.normal(n) * flip;
     s.ng = select(is_sphere, outward, s.ng);
     s.ns = select(is_sphere, outward, s.ns);

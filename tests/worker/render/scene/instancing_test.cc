@@ -96,6 +96,23 @@ TEST(Instancing, WhatMustBeOrIsCheaperSoIsFlattened) {
   EXPECT_EQ(scene.lights.count(), build_scene(flattened(s.scene)).lights.count());
 }
 
+TEST(Instancing, TheCopiesOfSmallObjectsAreFew) {
+  TestScene s;
+  const MeshShape ball{ball_mesh(1, 8)};
+  const size_t triangles = ball.mesh->triangles.size();
+  ASSERT_LE(triangles, kSmallObject);
+  constexpr size_t kUses = 300;
+  for (int i = 0; i < 10; ++i) {
+    const int o = begin_object(&s, "o" + std::to_string(i));
+    add_to_object(&s, o, ball, s.diffuse(0.5f));
+    for (size_t k = 0; k < kUses; ++k) instance(&s, o, translation({static_cast<double>(k), 3.0 * i, 0}));
+  }
+  const SplitScene split = split_instances(s.scene);
+  EXPECT_EQ(split.flattened_instances, kFlattenedPrimitives / (triangles * kUses) * kUses);
+  EXPECT_EQ(split.instances.size(), 10 * kUses - split.flattened_instances);
+  EXPECT_GT(split.instances.size(), 0u);
+}
+
 TEST(Instancing, AnObjectUsedOnceIsAsIfItsShapesWereThere) {
   TestScene s;
   const int o = begin_object(&s, "o");
@@ -197,9 +214,10 @@ TEST(Instancing, NoTriangleIsHitByTheRaysThatLeaveItsInstance) {
       for (int ray = 0; ray < 200; ++ray) {
         const auto which = static_cast<size_t>(ray % 3);
         const float* r = &scene.instance_records[which * kInstanceFloats];
+        const float size = 1 / r[kInstanceTimeScale];  // A's largest entry is 1 to 2 of these
         const Vec3<float> d =
             normalize(Vec3<float>{r[kInstancePosition], r[kInstancePosition + 1], r[kInstancePosition + 2]} +
-                      unit(random) * (r[kInstanceNorm] * 0.3f));
+                      unit(random) * (size * 0.4f));
         const Found at = first_hit(accel, {}, d);
         if (at.prim < 0) continue;
         const Surface<float> hit = surface_at<float>(scene, at.prim, at.instance, {}, d);
@@ -214,11 +232,49 @@ TEST(Instancing, NoTriangleIsHitByTheRaysThatLeaveItsInstance) {
         }
         // The bound is tight: a few ulps of the hit's distance from the camera and of the instance's size.
         const float far = std::sqrt(dot(hit.p, hit.p));
-        ASSERT_LT(hit.error, 1e-5f * (far + r[kInstanceNorm] * r[kInstanceSpread]));
+        ASSERT_LT(hit.error, 1e-5f * (far + size * r[kInstanceSpread]));
       }
     }
   }
   EXPECT_GT(tested, 20000);
+}
+
+// An axis in which the object has no extent does not count, however it is scaled.
+TEST(Instancing, FlatObjectsMayBeStretchedAlongTheirNormals) {
+  TestScene s;
+  const int o = begin_object(&s, "o"), grey = s.diffuse(0.5f);
+  TriangleMesh grid;
+  constexpr uint32_t kCells = 8;
+  for (uint32_t i = 0; i <= kCells; ++i) {
+    for (uint32_t j = 0; j <= kCells; ++j)
+      grid.positions.push_back({static_cast<float>(i) - 4, static_cast<float>(j) - 4, 3});
+  }
+  for (uint32_t i = 0; i < kCells; ++i) {
+    for (uint32_t j = 0; j < kCells; ++j) {
+      const uint32_t a = i * (kCells + 1) + j, b = a + kCells + 1;
+      grid.triangles.push_back({a, b, b + 1});
+      grid.triangles.push_back({a, b + 1, a + 1});
+    }
+  }
+  add_to_object(&s, o, MeshShape{std::make_shared<TriangleMesh>(grid)}, grey);
+  for (int i = 0; i < 2; ++i)
+    instance(&s, o, translation({0, 0, 5.0 + i}) * scaling({0.5, 0.5, 1e6}) * translation({0, 0, -3}));
+  s.camera({0, 0, 0}, {0, 0, 1}, 60);
+  const RenderScene scene = build_scene(s.scene);
+  ASSERT_EQ(scene.instance_count(), 2);
+  const Accel accel(scene, 1);
+  Random random(7);
+  for (int ray = 0; ray < 200; ++ray) {
+    const Vec3<float> d = normalize(Vec3<float>{static_cast<float>(random.between(-0.3, 0.3)),
+                                                static_cast<float>(random.between(-0.3, 0.3)), 1});
+    const Found at = first_hit(accel, {}, d);
+    ASSERT_EQ(at.instance, 0);
+    const Surface<float> hit = surface_at<float>(scene, at.prim, at.instance, {}, d);
+    ASSERT_LT(hit.error, 1e-5f * hit.p.z);
+    const Vec3<float> w = unit(random);
+    if (std::fabs(w.z) < 1e-3f) continue;
+    ASSERT_NE(first_hit(accel, offset_origin(hit.p, hit.error, hit.ng, w), w).instance, 0);
+  }
 }
 
 TEST(Instancing, TheSceneAtAnotherScaleHasTheSameBits) {
