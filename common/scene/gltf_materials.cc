@@ -67,7 +67,7 @@ void GltfMaterials::name_unsupported(const GltfValue& material) {
       const GltfValue volume = extensions->require(name.c_str());
       if (volume.find("attenuationDistance"))
         scene_.unsupported(volume.pointer(), "absorption within a volume; it is clear");
-    } else if (name == "KHR_materials_unlit" || name == "KHR_materials_sheen" ||
+    } else if (name == "KHR_materials_sheen" ||
                (name.starts_with("KHR_materials_") && !knows_gltf_extension(name))) {
       scene_.unsupported(extensions->require(name.c_str()).pointer(), name + " is ignored");
     }
@@ -171,6 +171,19 @@ void GltfMaterials::transmit(const GltfValue& material, MaterialDescription* des
   description->kind = MixMaterial{{first, first + 1}, share};
 }
 
+void GltfMaterials::unlit(const SpectrumInput& color, MaterialDescription* description,
+                          GltfSurface* surface) {
+  description->kind = DiffuseMaterial{{{0, 0, 0}, -1}};
+  AreaLightDescription light;
+  light.radiance = color.texture < 0 ? color.value : Rgb{1, 1, 1};
+  light.texture = color.texture;
+  light.two_sided = true;
+  light.location = description->location;
+  if (light.texture < 0 && !(light.radiance.r > 0 || light.radiance.g > 0 || light.radiance.b > 0)) return;
+  surface->area_light = static_cast<int>(scene_.scene.area_lights.size());
+  scene_.scene.area_lights.push_back(light);
+}
+
 void GltfMaterials::emission(const GltfValue& material, GltfSurface* surface) {
   Rgb factor = material.color_or("emissiveFactor", {0, 0, 0}, kMaxEmission);
   if (!(factor.r > 0 || factor.g > 0 || factor.b > 0)) return;
@@ -211,14 +224,19 @@ GltfSurface GltfMaterials::translate(const GltfValue& material, bool vertex_colo
   GltfSurface surface;
   surface.alpha = alpha(material, base, texture_key, f(3), vertex_colors);
   surface.invisible = surface.alpha.texture < 0 && !(surface.alpha.value > 0);
-  d.kind = bsdf(material, color, base);
-  transmit(material, &d);
+  if (material.extension("KHR_materials_unlit")) {
+    // Seen in its colour whatever the light: it shines with it and reflects nothing.
+    unlit(color, &d, &surface);
+  } else {
+    d.kind = bsdf(material, color, base);
+    transmit(material, &d);
+    emission(material, &surface);
+  }
   if (const auto normal = material.find("normalTexture")) {
     d.normal_map = textures_.image(material, "normalTexture", ImageChannel::kRgb, false);
     d.normal_scale = static_cast<float>(normal->number_or("scale", 1, -1e6, 1e6));
     d.normal_follows_v = true;
   }
-  emission(material, &surface);
   surface.uv_set = textures_.uv_set();
   // A mix takes the normal map of what it mixes.
   for (int child : {0, 1}) {

@@ -28,6 +28,7 @@ class GltfMaterials {
   void transmit(const GltfValue& material, MaterialDescription* description);
   FloatInput alpha(const GltfValue& material, const GltfValue& base, const char* texture, float factor,
                    bool vertex_colors);
+  void unlit(const SpectrumInput& color, MaterialDescription* description, GltfSurface* surface);
   void emission(const GltfValue& material, GltfSurface* surface);
   void name_unsupported(const GltfValue& material);
 

@@ -104,6 +104,16 @@ TEST_F(GltfMaterialTest, Emission) {
   EXPECT_TRUE(s.area_lights[0].two_sided);
 }
 
+TEST_F(GltfMaterialTest, UnlitSurfacesShineWithTheirColour) {
+  material()["pbrMetallicRoughness"]["baseColorFactor"] = {0.5, 0.25, 0.75, 1};
+  material()["extensions"]["KHR_materials_unlit"] = json::object();
+  const SceneDescription s = clean_document();
+  EXPECT_EQ(only<DiffuseMaterial>(s).reflectance.value, (Rgb{0, 0, 0}));
+  ASSERT_EQ(s.area_lights.size(), 1u);
+  EXPECT_EQ(s.area_lights[0].radiance, (Rgb{0.5f, 0.25f, 0.75f}));
+  EXPECT_TRUE(s.area_lights[0].two_sided);
+}
+
 TEST_F(GltfMaterialTest, TransmissionIsASheetOrASolid) {
   auto& m = material();
   m["pbrMetallicRoughness"] = {{"metallicFactor", 0}, {"roughnessFactor", 0}};

@@ -107,6 +107,17 @@ TEST_F(GltfTest, AnEnvironmentIsPartOfTheBundle) {
   const Bundle bundle = bundle_from_json(bundle_to_json(make_bundle(s, nullptr)));
   EXPECT_EQ(bundle.environment, bundle_name(sky));
   EXPECT_EQ(bundle.camera, "front");
+  // From the blobs, as a worker loads it.
+  std::map<std::string, std::string> paths;
+  make_bundle(s, &paths);
+  TempFolder blobs;
+  for (const BundleEntry& e : bundle.entries)
+    std::filesystem::copy_file(paths.at(e.digest), blobs.path() + "/" + blob_file_name(e));
+  const LoadResult again =
+      load_scene(bundle.main, BundleFiles(bundle, blobs.path()), {false, bundle.camera, bundle.environment});
+  EXPECT_EQ(listed(again), "");
+  ASSERT_EQ(again.scene.lights.size(), 1u);
+  EXPECT_TRUE(std::get<InfiniteLight>(again.scene.lights[0].kind).image_path.ends_with(".exr"));
   EXPECT_TRUE(has_error(load_document({false, "", "none.exr"}), "no file \"none.exr\""));
 }
 
