@@ -112,6 +112,13 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   item("environment image", !scene.lights.environments.empty(),
        scene.lights.environments.empty() ? "no infinite light has one" : "an infinite light has one",
        "its memory, its sampling table and a random number per light sample");
+  item("lights by images", scene.lights.any_imaged(),
+       scene.lights.any_imaged() ? "a goniometric or projection light" : "no goniometric or projection light",
+       "their images, and a random number per light path");
+  item("patterned emitters", !scene.lights.patterns.empty(),
+       scene.lights.patterns.empty() ? "every emitter is even and opaque"
+                                     : text(scene.lights.patterns.size()) + " with a texture or an alpha",
+       "a look-up per light sample, per light path and per emitter that a path hits");
   const auto strategy = [&](const char* feature, Strategies family, const char* saving) {
     const bool on = strategies & family;
     item(feature, on, chosen + (on ? " includes it" : " leaves it out"), saving);
