@@ -10,6 +10,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "common/rpc/status.h"
+#include "coordinator/http_server.h"
 #include "coordinator/memory_job_store.h"
 #include "coordinator/server.h"
 #include "lightmill/v1/client.grpc.pb.h"
@@ -59,18 +60,18 @@ class ServiceTest : public ::testing::Test {
     return writer->Finish();
   }
 
-  v1::SubmitJobRequest submit_request(int64_t spp) {
+  v1::SubmitJobRequest submit_request(int64_t spp, Integrator integrator = Integrator::kBdpt) {
     v1::SubmitJobRequest request;
     request.set_name("job");
     request.set_bundle_json(bundle_to_json(fake_bundle()));
-    request.set_settings_json(settings_to_json(small_settings(64, 64, spp)));
+    request.set_settings_json(settings_to_json(small_settings(64, 64, spp, integrator)));
     return request;
   }
-  std::string submit(int64_t spp) {
+  std::string submit(int64_t spp, Integrator integrator = Integrator::kBdpt) {
     EXPECT_TRUE(upload(sha256_hex("scene"), 5, "scene").ok());
     v1::SubmitJobResponse response;
     const grpc::Status status =
-        call(*client, &v1::ClientService::Stub::SubmitJob, submit_request(spp), &response);
+        call(*client, &v1::ClientService::Stub::SubmitJob, submit_request(spp, integrator), &response);
     EXPECT_TRUE(status.ok()) << status.error_message();
     return response.job_id();
   }
@@ -182,6 +183,30 @@ TEST_F(ServiceTest, SubmitLeaseCommitWatchFetch) {
   v1::GetCurveResponse curve;
   ASSERT_TRUE(call(*client, &v1::ClientService::Stub::GetCurve, curve_request, &curve).ok());
   EXPECT_EQ(curve.curve().points(curve.curve().points_size() - 1).spp(), 20);
+}
+
+TEST_F(ServiceTest, APilotTravelsAndItsReportComesWithTheJob) {
+  v1::GetJobRequest request;
+  request.set_job_id(submit(4, Integrator::kAuto));
+  const auto get = [&] {
+    v1::GetJobResponse response;
+    EXPECT_TRUE(call(*client, &v1::ClientService::Stub::GetJob, request, &response).ok());
+    return response;
+  };
+  const std::string id = register_worker();
+  const LeaseGrant pilot = *lease(id);
+  EXPECT_TRUE(is_pilot(pilot.tile));
+  EXPECT_EQ(get().job().message(), "choosing strategies");
+  EXPECT_FALSE(get().has_pilot_json());
+  v1::CommitResponse response;
+  const std::string large(kMaxPilotResultBytes + 1, ' ');
+  EXPECT_EQ(commit(id, {pilot.job, pilot.tile_id, 1}, large, large.size(), sha256_hex(large), &response)
+                .error_code(),
+            grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(commit(id, pilot), v1::COMMIT_OUTCOME_ACCEPTED);
+  EXPECT_EQ(get().pilot_json(), pilot_to_json(fake_pilot()));
+  EXPECT_EQ(from_proto(get().job()).settings.plan, fake_pilot().chosen);
+  EXPECT_THAT(status_page(farm), HasSubstr("auto: hit,next-event"));
 }
 
 TEST_F(ServiceTest, StatusCodes) {
