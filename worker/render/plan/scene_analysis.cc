@@ -133,12 +133,12 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        lens_radius ? "the lens has a radius" : "the camera has no lens with a radius",
        "two dimensions per camera path and per lens connection");
   const std::string flattened =
-      text(scene.flattened_instances) + " used once, small, emitting or nearly flat";
+      text(scene.flattened_instances) + " multiplied out, as used once, small, emitting or nearly singular";
   item("instances", scene.any_instances(),
-       scene.any_instances() ? text(scene.instance_count()) + " of " + text(scene.objects.size()) +
-                                   " object(s) share their geometry" +
-                                   (scene.flattened_instances ? "; multiplied out: " + flattened : "")
-       : scene.flattened_instances ? "all are multiplied out: " + flattened
+       scene.any_instances()
+           ? text(scene.instance_count()) + " instance(s) of " + text(scene.objects.size()) +
+                 " object(s), which are built once" + (scene.flattened_instances ? "; " + flattened : "")
+       : scene.flattened_instances ? flattened
                                    : "no object is instanced",
        "a level of traversal, and a transform per hit");
   item("participating media", false, "none in the scene", "distance sampling and transmittance");

@@ -52,7 +52,7 @@ Transform of_size_one(const Transform& t, int* exponent) {
 }
 
 bool fit_for_rays(const Transform& t) {
-  if (!is_affine(t)) return false;
+  if (!is_affine(t) || !(largest(t) > 0)) return false;
   int exponent = 0;
   const Transform unit = of_size_one(t, &exponent), back = inverse(unit);
   // Written so that NaN is refused.
@@ -92,7 +92,7 @@ class Flattener {
     if (primitives_ > kMaxFlattened) {
       throw Error(
           ErrorKind::kBadScene,
-          "instances that can't share their geometry, as they emit or are nearly flat, add up to more "
+          "instances that can't share their geometry, as they emit or are nearly singular, add up to more "
           "than 100000000 triangles; leave some out");
     }
     ShapeDescription& s = out_.flattened.emplace_back(shape);
