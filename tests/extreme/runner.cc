@@ -51,18 +51,36 @@ Batches render(const Setup& setup, const Run& run, int64_t spp, uint64_t seed) {
   return render_batches(setup.scene, settings, kBatches);
 }
 
-int64_t decide_spp(const Setup& setup, const Run& run, const SuiteOptions& options) {
-  const int64_t pixels = int64_t{setup.scene.film.width} * setup.scene.film.height;
-  const int64_t most = std::max(largest_work(options) / pixels / kLeastSpp, int64_t{1}) * kLeastSpp;
-  const Batches pilot = render(setup, run, kLeastSpp, kPilotSeed);
+/// Relative standard error, of the channel where it is largest.
+double relative_error(const Setup& setup, const Batches& b) {
   double error = 0;
   for (int c = 0; c < 3; ++c) {
     const auto exact = setup.exact[static_cast<size_t>(c)];
-    if (exact > 0) error = std::max(error, pilot.mean(c).standard_error / exact);
+    if (exact > 0) error = std::max(error, b.mean(c).standard_error / exact);
   }
-  const double needed = std::ceil(std::pow(error / kAimedError, 2)) * kLeastSpp;
+  return error;
+}
+
+/// Samples that bring the error of `spp` samples to kAimedError, as far as a row may have them.
+int64_t enough_spp(const Setup& setup, double error, int64_t spp, const SuiteOptions& options) {
+  const int64_t pixels = int64_t{setup.scene.film.width} * setup.scene.film.height;
+  const int64_t most = std::max(largest_work(options) / pixels / kLeastSpp, int64_t{1}) * kLeastSpp;
+  const double needed = std::ceil(std::pow(error / kAimedError, 2) * static_cast<double>(spp) / kLeastSpp) *
+                        static_cast<double>(kLeastSpp);
   return std::clamp(needed < static_cast<double>(most) ? static_cast<int64_t>(needed) : most, kLeastSpp,
                     most);
+}
+
+/// The row's render. If it is noisier than its pilot made believe, it is the pilot of another.
+Batches render_row(const Setup& setup, const Run& run, const SuiteOptions& options, int64_t* spp) {
+  const Batches pilot = render(setup, run, kLeastSpp, kPilotSeed);
+  *spp = enough_spp(setup, relative_error(setup, pilot), kLeastSpp, options);
+  Batches batches = render(setup, run, *spp, kSeed);
+  const double error = relative_error(setup, batches);
+  const int64_t more = enough_spp(setup, error, *spp, options);
+  if (error <= kLargestError || more <= *spp) return batches;
+  *spp = more;
+  return render(setup, run, *spp, kSeed + 1);
 }
 
 Strategies set_of(const Run& run) {
@@ -176,8 +194,7 @@ Row run_case(const Case& subject, const Run& run, const SuiteOptions& options) {
     row.m = subject.measure(run.integrator);
   } else {
     const Setup setup = subject.build();
-    row.spp = decide_spp(setup, run, options);
-    row.m = measure_batches(render(setup, run, row.spp, kSeed), setup.exact, setup.oracle_error);
+    row.m = measure_batches(render_row(setup, run, options, &row.spp), setup.exact, setup.oracle_error);
   }
   const bool sharp = row.m.standard_error <= kLargestError * std::fabs(row.m.exact) &&
                      (subject.measure || row.m.effective_samples >= kLeastEffective);

@@ -3,7 +3,8 @@
 //
 // A row is one case under one set of strategies. A pilot render with a seed of its own decides the number of
 // samples; the row's render (another seed) then has it fixed, so that no count depends on the samples that
-// are averaged. Its 16 batches are whole sample blocks, whose random numbers are independent.
+// are averaged. One that turns out too noisy is the pilot of a second with a seed of its own. The 16 batches
+// are whole sample blocks, whose random numbers are independent.
 #include "tests/extreme/case.h"
 #include "tests/support/render.h"
 
