@@ -83,11 +83,12 @@ int Scheduler::fitting_workers(const Job& job, double now, double* mean_speed) c
 bool Scheduler::awaits_checkpoint(const Job& job) {
   const double target = job.record.settings.target_error;
   const int64_t samples = job.tiles.planned_samples();
-  if (!(target > 0) || samples < kMinSamplesForTarget || next_checkpoint(samples - 1) != samples) return false;
+  if (!(target > 0) || samples < kMinSamplesForTarget || next_checkpoint(samples - 1) != samples)
+    return false;
   const auto planned = static_cast<double>(samples);
   if (job.last_point && job.last_point->spp >= planned) return false;  // looked at
-  // Error falls as 1/samples. Where even the lower end of the interval stays above the target there is no need
-  // to wait; before the first interval there is nothing to go by.
+  // Error falls as 1/samples. Where even the lower end of the interval stays above the target there is no
+  // need to wait; before the first interval there is nothing to go by.
   const auto& last = job.last_estimate;
   return !last || !last->relmse_low || *last->relmse_low * last->spp / planned <= target;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <map>
 #include <thread>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "common/rpc/pilot_result.h"
 #include "worker/agent/backoff.h"
 #include "worker/agent/float_mode.h"
+#include "worker/agent/processor_time.h"
 
 namespace lightmill::agent {
 namespace {
@@ -35,23 +35,6 @@ std::string describe(const LeaseKey& key) {
   return key.job.value + " tile " + std::to_string(key.tile.value) + " attempt " +
          std::to_string(key.attempt);
 }
-
-/// Processor time of what runs on `threads` threads from now on. Tiles that are still being finished beside
-/// it count too, but never more than these threads could have used.
-class ProcessorTime {
- public:
-  explicit ProcessorTime(int threads) : threads_(threads) {}
-  double seconds() const {
-    const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    const double used = static_cast<double>(std::clock() - used_) / CLOCKS_PER_SEC;
-    return std::clamp(used, 0.0, wall * threads_);
-  }
-
- private:
-  int threads_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  std::clock_t used_ = std::clock();
-};
 
 /// A render thread's workspaces: of the renderers that it used last, most recent first.
 class Workspaces {
