@@ -122,7 +122,8 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
   verb->add_option(
       "--plan", scene->plan,
       "How to sample, instead of the integrator's choice: a plan.json, job --json or an .exr image");
-  add_unavailable(verb, "--plan-override", "overriding the plan");
+  verb->add_option("--plan-override", render.overrides,
+                   "Keep features that the scene plan would leave out (see explain): a list, as textures,lens");
   add_unavailable(verb, "--mixed", "rendering on several arithmetic classes");
 }
 

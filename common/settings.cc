@@ -101,6 +101,7 @@ SamplingPlan plan_of(const RenderSettings& s) {
   if (s.integrator == Integrator::kPt) plan.strategies = kEmissionHits | kNextEvent;
   if (s.integrator == Integrator::kLt) plan.strategies = kLensConnections;
   if (s.plan) plan = *s.plan;
+  plan.strategies |= s.overrides & kAllStrategies;
   if (s.max_depth < 1) {
     for (const Strategies one : {kEmissionHits, kLensConnections}) {
       if (plan.strategies & one) {
@@ -155,6 +156,7 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
     if (options.connections) s.plan->connections = *options.connections;
   }
   if (s.plan) check_plan(*s.plan);
+  if (options.overrides) s.overrides = features_named(*options.overrides);
   check(s, options.spp || options.max_depth ? ErrorKind::kUsage : ErrorKind::kBadScene);
   return s;
 }
@@ -167,6 +169,7 @@ std::string settings_to_json(const RenderSettings& s) {
                         {"height", s.grid.height},
                         {"integrator", integrator_name(s.integrator)},
                         {"max_depth", s.max_depth},
+                        {"overrides", feature_names(s.overrides)},
                         {"plan", s.plan ? nlohmann::json::parse(plan_to_json(*s.plan)) : nlohmann::json()},
                         {"seed", s.seed},
                         {"spp", s.spp},
@@ -195,7 +198,7 @@ RenderSettings settings_from_json(const std::string& text) {
   try {
     check_json_depth(text, kMaxJsonDepth);
     const auto j = nlohmann::json::parse(text);
-    if (j.size() != 11) usage("render settings: exactly 11 fields are expected");
+    if (j.size() != 12) usage("render settings: exactly 12 fields are expected");
     RenderSettings s;
     s.integrator = integrator_named(j.at("integrator").get<std::string>());
     s.grid.width = static_cast<int>(integer_in(j.at("width"), 1, kMaxResolution));
@@ -211,6 +214,7 @@ RenderSettings settings_from_json(const std::string& text) {
     s.time_s = j.at("time_s").get<double>();
     s.target_error = j.at("target_error").get<double>();
     s.energy_compensation = j.at("energy_compensation").get<bool>();
+    s.overrides = features_named(j.at("overrides").get<std::string>());
     if (!j.at("plan").is_null()) s.plan = plan_from_json(j.at("plan").dump());
     check(s, ErrorKind::kUsage);
     return s;

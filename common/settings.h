@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "common/features.h"
 #include "common/image/grid.h"
 #include "common/sampling_plan.h"
 
@@ -39,6 +40,7 @@ struct RenderOptions {
   std::optional<std::string> strategies;      // names, see strategies.h; likewise a plan of one's own:
   std::optional<double> light_paths, connections;
   std::optional<SamplingPlan> plan;
+  std::optional<std::string> overrides;  // names, see features.h
 };
 
 /// Everything that, with the bundle digest, determines a partial's bytes; plus the stop rule.
@@ -54,6 +56,8 @@ struct RenderSettings {
   bool energy_compensation = false;
   /// What runs, in place of the integrator's own plan. With kAuto: what the pilot chose; empty before.
   std::optional<SamplingPlan> plan = {};
+  /// Features that are kept although the scene does not need them; strategies join the plan.
+  Features overrides = 0;
 };
 
 /// A pilot has to choose the plan before anything can be rendered.

@@ -49,7 +49,7 @@ struct Renderer::World {
   double imaging_ratio;
 
   World(const SceneDescription& description, const RenderSettings& s, int threads)
-      : scene(build_scene(description, s.energy_compensation)),
+      : scene(build_scene(description, s.energy_compensation, s.overrides)),
         accel(scene, threads),
         camera(make_camera(description.camera, s.grid.width, s.grid.height, scene.scale_exponent)),
         filter(description.filter),

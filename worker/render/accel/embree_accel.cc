@@ -145,7 +145,7 @@ struct Accel::Impl {
       rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.indices.data(),
                                  static_cast<size_t>(mesh.first_triangle) * 12, 12,
                                  static_cast<size_t>(mesh.triangle_count));
-      if (has_alpha_mask(mesh.alpha)) {
+      if (has_alpha_mask(mesh.alpha) || scene.overrides & kAlphaMasks) {
         rtcSetGeometryUserData(g, &masked.emplace_back(MaskedMesh{&scene, &mesh}));
         rtcSetGeometryIntersectFilterFunction(g, alpha_filter);
         rtcSetGeometryOccludedFilterFunction(g, alpha_filter);

@@ -125,7 +125,9 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   if (mode == Mode::kImportance && context.scene.any_shading_normals()) {
     // Adjoint of shading normals (Veach 1997, eq. 5.19): |wo.ns| |wi.ng| / (|wo.ng| |wi.ns|).
     const Lane correction = abs(wo.z) * abs(cos_g) / (h.cos_in * max(abs(s.wi.z), splat<Lane>(1e-12f)));
-    weight = weight * correction;
+    const LaneMask tilted =
+        mask_or(mask_or(LaneMask(v.ns.x != v.ng.x), LaneMask(v.ns.y != v.ng.y)), LaneMask(v.ns.z != v.ng.z));
+    weight = select(tilted, weight * correction, weight);
   }
   Vec3<Lane> throughput = v.throughput * weight;
   const Lane before = max_component(v.throughput), after = max_component(throughput) * s.roulette_scale;

@@ -50,7 +50,10 @@ void find_strategies(const RenderScene& scene, ScenePlan* plan) {
   });
   plan->useful = kNextEvent | kLightPaths;
   if (any_area) plan->useful |= kEmissionHits, plan->required |= kEmissionHits;
-  if (lights.any_delta) plan->required |= kNextEvent | (scene.any_delta ? kLightPaths : 0);
+  const bool any_delta = std::any_of(lights.type.begin(), lights.type.end(), [](const auto type) {
+    return is_at_a_point(type) || type == kDistantLight;
+  });
+  if (any_delta) plan->required |= kNextEvent | (scene.any_delta ? kLightPaths : 0);
 }
 
 }  // namespace
@@ -61,8 +64,11 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   plan.quantum_exponent = quantum(scene, imaging_ratio);
   plan.primitives = static_cast<int64_t>(scene.primitive_material.size());
   find_strategies(scene, &plan);
-  auto item = [&](const char* feature, bool needed, std::string reason, std::string saving) {
-    plan.items.push_back({feature, needed, std::move(reason), needed ? std::string() : std::move(saving)});
+  auto item = [&](const char* feature, bool needed, std::string reason, std::string saving,
+                  Features bit = 0) {
+    if (settings.overrides & bit) reason = "kept by --plan-override";
+    plan.items.push_back(
+        {feature, needed, std::move(reason), needed ? std::string() : std::move(saving), bit});
   };
   const auto text = [](auto n) { return std::to_string(n); };
   const Strategies strategies = strategies_of(settings);
@@ -72,25 +78,27 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   item("textures", scene.any_texture,
        scene.any_texture ? "a material or emitter in use reads one"
                          : "no material or emitter in use reads one",
-       "texture evaluation per hit");
+       "texture evaluation per hit", kTextures);
   item("texture coordinates", !scene.uvs.empty(),
        scene.uvs.empty() ? "nothing reads them" : "a texture reads them",
-       "8 bytes per vertex and their interpolation per hit");
+       "8 bytes per vertex and their interpolation per hit", kTextureCoordinates);
   item("shading normals", scene.any_normals,
        scene.any_normals ? "a mesh has vertex normals" : "no mesh has vertex normals",
-       "12 bytes per vertex, their interpolation and the adjoint correction per hit");
+       "12 bytes per vertex, their interpolation and the adjoint correction per hit", kShadingNormals);
   item("normal and bump maps", scene.any_bumps,
        scene.any_bumps ? "a material in use has one" : "no material in use has one",
-       "tangents and texture evaluations per hit");
+       "tangents and texture evaluations per hit", kBumps);
   item("anisotropic lobes", scene.any_anisotropy,
        scene.any_anisotropy ? "a roughness differs along and across the surface's u"
                             : "every roughness is the same all round",
-       "the tangent and its rotation per hit");
+       "the tangent and its rotation per hit", kAnisotropicLobes);
   item("alpha masks", scene.any_alpha,
        scene.any_alpha ? "a shape has an alpha below 1 or textured" : "every shape is opaque",
-       "a callback per crossing of a masked shape");
+       "a callback per crossing of a masked shape", kAlphaMasks);
+  item("mixes", scene.any_mix, scene.any_mix ? "a material in use is a mix" : "no material in use is a mix",
+       "the choice of a material per hit", kMixes);
   item("material sort", scene.kinds_present > 1, text(scene.kinds_present) + " BSDF kind(s) in use",
-       "a counting sort per bounce");
+       "a counting sort per bounce", kMaterialSort);
   item("delta events", scene.any_delta,
        scene.any_delta ? "a smooth metal, glass or coat is in use" : "no smooth metal, glass or coat",
        "nothing yet: the flags are still carried");
@@ -105,7 +113,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   item("delta lights", scene.lights.any_delta,
        scene.lights.any_delta ? "a light at a point or a distant one"
                               : "no light at a point and no distant one",
-       "their cases in light sampling");
+       "their cases in light sampling", kDeltaLights);
   item("environment", !scene.lights.infinite.empty(),
        scene.lights.infinite.empty() ? "no infinite light" : "an infinite light",
        "the escape branch of camera paths");
@@ -121,7 +129,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        "a look-up per light sample, per light path and per emitter that a path hits");
   const auto strategy = [&](const char* feature, Strategies family, const char* saving) {
     const bool on = strategies & family;
-    item(feature, on, chosen + (on ? " includes it" : " leaves it out"), saving);
+    item(feature, on, chosen + (on ? " includes it" : " leaves it out"), saving, family);
   };
   strategy("emission hits (s = 0)", kEmissionHits, "emission look-ups at hits and escapes");
   strategy("next-event estimation (s = 1)", kNextEvent, "light sampling and a shadow ray per camera vertex");

@@ -4,15 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "common/strategies.h"
+#include "common/features.h"
 
 namespace lightmill {
 
 struct PlanItem {
   std::string feature;  // e.g. "textures"
   bool needed = false;
-  std::string reason;  // why it is needed, or why it can be left out
-  std::string saving;  // what leaving it out saves; empty if needed
+  std::string reason;        // why it is needed, or why it can be left out
+  std::string saving;        // what leaving it out saves; empty if needed
+  Features feature_bit = 0;  // what --plan-override calls it; 0 if it can't be switched
 };
 
 struct ScenePlan {

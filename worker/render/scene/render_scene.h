@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/features.h"
 #include "common/scene/description.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/light/light_table.h"
@@ -111,6 +112,7 @@ struct RenderScene {
   bool any_tangent = false;          // something reads dp/du (a normal map, bumps, anisotropy)
   bool any_alpha = false;            // some mesh has an alpha mask
   int kinds_present = 0;             // number of BSDF kinds in use
+  Features overrides = 0;            // kept although nothing needs them: their flags above are set
 
   TextureTable textures;
   LightTable lights;
@@ -141,6 +143,7 @@ struct RenderScene {
 
 /// Builds it. Throws Error(kBadScene) for geometry that can't be rendered (no geometry or light is fine: the
 /// image is what the scene says) and Error(kFailed) if a texture can't be read.
-RenderScene build_scene(const SceneDescription& description, bool energy_compensation = false);
+RenderScene build_scene(const SceneDescription& description, bool energy_compensation = false,
+                        Features overrides = 0);
 
 }  // namespace lightmill

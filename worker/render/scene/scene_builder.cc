@@ -114,11 +114,24 @@ class SceneBuilder {
       kinds_ |= 1u << kind;
     }
     out_.any_texture = out_.any_texture || emitters_.any_texture();
-    out_.any_tangent = out_.any_tangent || out_.any_bumps || out_.any_anisotropy;
     for (; kinds_; kinds_ &= kinds_ - 1) ++out_.kinds_present;
+    apply_overrides();
+    out_.any_tangent = out_.any_tangent || out_.any_bumps || out_.any_anisotropy;
   }
 
  private:
+  /// Sets the flags of what is to be kept; each of them guards code that does nothing where nothing needs it.
+  void apply_overrides() {
+    const auto keep = [&](Features feature, bool* flag) { *flag = *flag || out_.overrides & feature; };
+    keep(kTextures, &out_.any_texture);
+    keep(kBumps, &out_.any_bumps);
+    keep(kAnisotropicLobes, &out_.any_anisotropy);
+    keep(kMixes, &out_.any_mix);
+    keep(kAlphaMasks, &out_.any_alpha);
+    keep(kDeltaLights, &out_.lights.any_delta);
+    if (out_.overrides & kMaterialSort) out_.kinds_present = std::max(out_.kinds_present, 2);
+  }
+
   /// What a mix in use contains is in use.
   void use_mixed_materials() {
     std::vector<size_t> todo;
@@ -300,6 +313,7 @@ class SceneBuilder {
       throw Error(ErrorKind::kBadScene,
                   "the scene has more than 2^29 vertices or triangles, which is the limit");
     }
+    normals = normals || out_.overrides & kShadingNormals;
     out_.any_normals = normals;
     out_.positions.reserve(3 * vertices + 4);
     if (normals) out_.normals.reserve(3 * vertices);
@@ -307,6 +321,7 @@ class SceneBuilder {
                         std::any_of(out_.materials.begin(), out_.materials.end(), [](const MaterialEntry& m) {
                           return m.textured || has_bumps(m) || anisotropic<float>(m.kind);
                         }));
+    keep_uvs_ = keep_uvs_ || out_.overrides & kTextureCoordinates;
     if (keep_uvs_) out_.uvs.reserve(2 * vertices);
     out_.any_colors =
         colors && std::any_of(in_.textures.begin(), in_.textures.end(), [](const TextureDescription& t) {
@@ -439,9 +454,10 @@ class SceneBuilder {
 
 }  // namespace
 
-RenderScene build_scene(const SceneDescription& description, bool energy_compensation) {
+RenderScene build_scene(const SceneDescription& description, bool energy_compensation, Features overrides) {
   RenderScene scene((TextureTable(description.textures)));
   scene.energy_compensation = energy_compensation;
+  scene.overrides = overrides;
   SceneBuilder(description, &scene).build();
   return scene;
 }
