@@ -54,100 +54,98 @@ double measured_variance(const TestScene& s, const SamplingPlan& plan) {
 // scene, so that it is ratios between plans that must be right: within 30 % of the scene's median. In the
 // caustic that is a factor of six: where a light path lands there is a smooth function of a few random
 // numbers.
- of the plans themselves. What stratification gains is much the same for all plans of a
-// scene, so that it is ratios between plans that must be right: within 30 % of the scene's median.
 TEST(Pilot, PredictsTheNoiseOfPlans) {
-   for (const bool glass : {false, true}) {
-     const TestScene s = glass ? caustic() : cornell_room().film(64, 64);
-     std::vector<std::pair<std::string, double>> ratios;
-     for (const PlanEstimate& e : pilot_of(s).estimates) {
-       const SamplingPlan& p = e.plan;
-       const bool counts = (p.light_paths == 0.25 && p.connections == 0.25) ||
-                           (p.light_paths == 1 && p.connections == 2) ||
-                           p.strategies == (kEmissionHits | kNextEvent);
-       // Where rare bright paths make the noise, a render of this size does not show it.
-       const bool rare = p.strategies == kEmissionHits || (glass && !(p.strategies & kLensConnections));
-       if (rare || !counts) continue;
-       ratios.emplace_back(plan_to_json(p), e.relative_variance / measured_variance(s, p));
-     }
-     ASSERT_GE(ratios.size(), 2u);
-     std::vector<double> sorted;
-     for (const auto& [plan, ratio] : ratios) sorted.push_back(ratio);
-     std::sort(sorted.begin(), sorted.end());
-     const double median = sorted[sorted.size() / 2];
-     EXPECT_GT(median, 0.8);
-     EXPECT_LT(median, glass ? 8 : 2);
-     for (const auto& [plan, ratio] : ratios)
-       EXPECT_NEAR(std::log(ratio / median), 0, std::log(1.3)) << plan << (glass ? " caustic" : "");
-   }
- }
+  for (const bool glass : {false, true}) {
+    const TestScene s = glass ? caustic() : cornell_room().film(64, 64);
+    std::vector<std::pair<std::string, double>> ratios;
+    for (const PlanEstimate& e : pilot_of(s).estimates) {
+      const SamplingPlan& p = e.plan;
+      const bool counts = (p.light_paths == 0.25 && p.connections == 0.25) ||
+                          (p.light_paths == 1 && p.connections == 2) ||
+                          p.strategies == (kEmissionHits | kNextEvent);
+      // Where rare bright paths make the noise, a render of this size does not show it.
+      const bool rare = p.strategies == kEmissionHits || (glass && !(p.strategies & kLensConnections));
+      if (rare || !counts) continue;
+      ratios.emplace_back(plan_to_json(p), e.relative_variance / measured_variance(s, p));
+    }
+    ASSERT_GE(ratios.size(), 2u);
+    std::vector<double> sorted;
+    for (const auto& [plan, ratio] : ratios) sorted.push_back(ratio);
+    std::sort(sorted.begin(), sorted.end());
+    const double median = sorted[sorted.size() / 2];
+    EXPECT_GT(median, 0.8);
+    EXPECT_LT(median, glass ? 8 : 2);
+    for (const auto& [plan, ratio] : ratios)
+      EXPECT_NEAR(std::log(ratio / median), 0, std::log(1.3)) << plan << (glass ? " caustic" : "");
+  }
+}
 
- TEST(Pilot, IsTheSameForAnyThreadsAndSamples) {
-   const TestScene s = cornell_room().film(70, 40);
-   const std::string one = pilot_to_json(pilot_of(s, 5, 1, 4));
-   EXPECT_EQ(one, pilot_to_json(pilot_of(s, 5, 3, 4)));
-   EXPECT_EQ(one, pilot_to_json(pilot_of(s, 5, 2, 1000)));
- }
+TEST(Pilot, IsTheSameForAnyThreadsAndSamples) {
+  const TestScene s = cornell_room().film(70, 40);
+  const std::string one = pilot_to_json(pilot_of(s, 5, 1, 4));
+  EXPECT_EQ(one, pilot_to_json(pilot_of(s, 5, 3, 4)));
+  EXPECT_EQ(one, pilot_to_json(pilot_of(s, 5, 2, 1000)));
+}
 
- TEST(Pilot, ChoosesLightPathsForACaustic) {
-   const PilotReport report = pilot_of(caustic());
-   EXPECT_TRUE(report.chosen.strategies & kLensConnections) << plan_to_json(report.chosen);
- }
+TEST(Pilot, ChoosesLightPathsForACaustic) {
+  const PilotReport report = pilot_of(caustic());
+  EXPECT_TRUE(report.chosen.strategies & kLensConnections) << plan_to_json(report.chosen);
+}
 
- TEST(Pilot, LeavesLightPathsOutUnderAnOpenSky) {
-   TestScene s;
-   s.quad({-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, s.diffuse({0.6f, 0.5f, 0.3f}));
-   s.environment({1, 1, 1});
-   s.camera({0, 6, 0.01}, {0, 0, 0}, 40).film(64, 64);
-   const PilotReport report = pilot_of(s);
-   EXPECT_FALSE(report.chosen.strategies & kLightPaths) << plan_to_json(report.chosen);
- }
+TEST(Pilot, LeavesLightPathsOutUnderAnOpenSky) {
+  TestScene s;
+  s.quad({-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, s.diffuse({0.6f, 0.5f, 0.3f}));
+  s.environment({1, 1, 1});
+  s.camera({0, 6, 0.01}, {0, 0, 0}, 40).film(64, 64);
+  const PilotReport report = pilot_of(s);
+  EXPECT_FALSE(report.chosen.strategies & kLightPaths) << plan_to_json(report.chosen);
+}
 
- // What a point light sends through glass is only found by light paths: no plan may leave them out, however
- // little light that is.
- TEST(Pilot, KeepsWhatAloneSeesALight) {
-   TestScene s;
-   s.quad({-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, s.diffuse(0.5f));
-   s.sphere({0, 1, 0}, 0.1, s.dielectric(1.5f, 0));
-   s.point_light({0, 3, 0}, {10, 10, 10});
-   s.camera({0, 6, 0.01}, {0, 0, 0}, 60).film(64, 64);
-   const PilotReport report = pilot_of(s);
-   for (const PlanEstimate& e : report.estimates)
-     EXPECT_EQ(e.plan.strategies, kNextEvent | kLightPaths) << plan_to_json(e.plan);
-   ASSERT_FALSE(report.estimates.empty());
- }
+// What a point light sends through glass is only found by light paths: no plan may leave them out, however
+// little light that is.
+TEST(Pilot, KeepsWhatAloneSeesALight) {
+  TestScene s;
+  s.quad({-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, s.diffuse(0.5f));
+  s.sphere({0, 1, 0}, 0.1, s.dielectric(1.5f, 0));
+  s.point_light({0, 3, 0}, {10, 10, 10});
+  s.camera({0, 6, 0.01}, {0, 0, 0}, 60).film(64, 64);
+  const PilotReport report = pilot_of(s);
+  for (const PlanEstimate& e : report.estimates)
+    EXPECT_EQ(e.plan.strategies, kNextEvent | kLightPaths) << plan_to_json(e.plan);
+  ASSERT_FALSE(report.estimates.empty());
+}
 
- TEST(Pilot, HasAnAnswerForEveryScene) {
-   TestScene dark;
-   dark.quad({-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, dark.diffuse(0.5f));
-   dark.camera({0, 6, 0.01}, {0, 0, 0}, 60).film(8, 8);
-   EXPECT_NO_THROW(check_plan(pilot_of(dark).chosen));
-   const PilotReport emitters = pilot_of(cornell_room().film(8, 8), 0);
-   EXPECT_EQ(emitters.chosen.strategies, kEmissionHits);
-   EXPECT_NO_THROW(check_plan(pilot_of(cornell_room().film(1, 1), 1).chosen));
- }
+TEST(Pilot, HasAnAnswerForEveryScene) {
+  TestScene dark;
+  dark.quad({-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, dark.diffuse(0.5f));
+  dark.camera({0, 6, 0.01}, {0, 0, 0}, 60).film(8, 8);
+  EXPECT_NO_THROW(check_plan(pilot_of(dark).chosen));
+  const PilotReport emitters = pilot_of(cornell_room().film(8, 8), 0);
+  EXPECT_EQ(emitters.chosen.strategies, kEmissionHits);
+  EXPECT_NO_THROW(check_plan(pilot_of(cornell_room().film(1, 1), 1).chosen));
+}
 
- TEST(Pilot, StopsWhenAsked) {
-   const TestScene s = cornell_room();
-   const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kBdpt, 4, 5), 1);
-   EXPECT_THROW(run_pilot(renderer, 2, [] { return false; }), Error);
- }
+TEST(Pilot, StopsWhenAsked) {
+  const TestScene s = cornell_room();
+  const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kBdpt, 4, 5), 1);
+  EXPECT_THROW(run_pilot(renderer, 2, [] { return false; }), Error);
+}
 
- TEST(CostModel, ChargesForWhatRuns) {
-   SampleWork work{3, 3, 1, 2, 1, 1000};
-   const auto cost = [&](Strategies set, double light_paths, double connections) {
-     return sample_cost(work, {set, light_paths, connections});
-   };
-   const Strategies pt = kEmissionHits | kNextEvent;
-   EXPECT_LT(cost(kEmissionHits, 1, 1), cost(pt, 1, 1));
-   EXPECT_EQ(cost(pt, 0.25, 0.25), cost(pt, 2, 4));
-   EXPECT_LT(cost(pt, 1, 1), cost(pt | kLensConnections, 0.25, 1));
-   EXPECT_LT(cost(pt | kLensConnections, 0.25, 1), cost(pt | kLensConnections, 1, 1));
-   EXPECT_LT(cost(kAllStrategies, 0.25, 1), cost(kAllStrategies, 0.25, 2));
-   const double few = cost(kAllStrategies, 1, 1);
-   work.primitives = 1e6;
-   EXPECT_LT(few, cost(kAllStrategies, 1, 1));
- }
+TEST(CostModel, ChargesForWhatRuns) {
+  SampleWork work{3, 3, 1, 2, 1, 1000};
+  const auto cost = [&](Strategies set, double light_paths, double connections) {
+    return sample_cost(work, {set, light_paths, connections});
+  };
+  const Strategies pt = kEmissionHits | kNextEvent;
+  EXPECT_LT(cost(kEmissionHits, 1, 1), cost(pt, 1, 1));
+  EXPECT_EQ(cost(pt, 0.25, 0.25), cost(pt, 2, 4));
+  EXPECT_LT(cost(pt, 1, 1), cost(pt | kLensConnections, 0.25, 1));
+  EXPECT_LT(cost(pt | kLensConnections, 0.25, 1), cost(pt | kLensConnections, 1, 1));
+  EXPECT_LT(cost(kAllStrategies, 0.25, 1), cost(kAllStrategies, 0.25, 2));
+  const double few = cost(kAllStrategies, 1, 1);
+  work.primitives = 1e6;
+  EXPECT_LT(few, cost(kAllStrategies, 1, 1));
+}
 
- }  // namespace
- }  // namespace lightmill::test
+}  // namespace
+}  // namespace lightmill::test
