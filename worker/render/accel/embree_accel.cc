@@ -7,7 +7,7 @@
 
 #include "common/error.h"
 #include "worker/render/accel/accel.h"
-#include "worker/render/accel/embree_instances.h"
+#include "worker/render/accel/traced_instances.h"
 #include "worker/render/scene/alpha_mask.h"
 #include "worker/render/scene/sphere_hit.h"
 

@@ -1,9 +1,10 @@
-#include "worker/render/accel/embree_instances.h"
+#include <embree3/rtcore.h>
 
 #include <bit>
 #include <cmath>
 #include <limits>
 
+#include "worker/render/accel/traced_instances.h"
 #include "worker/render/scene/placement.h"
 
 namespace lightmill {

@@ -4,9 +4,7 @@
 // own instances would invert each matrix in float with estimates that differ between CPU vendors, and leave
 // their rounding unknown; so the ray offsets' bounds hold, and an instance costs a box and a record.
 //
-// For accel/*.cc alone: it includes the library's headers.
-#include <embree3/rtcore.h>
-
+// For accel/*.cc alone, which include the library's header before this one.
 #include <vector>
 
 #include "worker/render/scene/render_scene.h"
