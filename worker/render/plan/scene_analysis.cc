@@ -73,7 +73,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   const auto text = [](auto n) { return std::to_string(n); };
   const Strategies strategies = strategies_of(settings);
   const std::string chosen =
-      settings.plan ? "the strategies asked for" : std::string(integrator_name(settings.integrator));
+      settings.plan ? "the sampling plan" : std::string(integrator_name(settings.integrator));
 
   item("textures", scene.any_texture,
        scene.any_texture ? "a material or emitter in use reads one"
