@@ -95,7 +95,7 @@ void add_stop_rule(CLI::App* verb, SceneOptions* scene) {
   add_ranged<double>(verb, "--time", &render.time_s, 1e-3, kNoLimit, "a number of seconds above 0",
                      "Stop after so many seconds of rendering");
   add_ranged<double>(verb, "--target-error", &render.target_error, 1e-30, kNoLimit, "a relMSE above 0",
-                     "Stop at this estimated relMSE");
+                     "Stop when the relMSE is below this, by the upper end of its 95 % interval");
 }
 
 void add_render_options(CLI::App* verb, SceneOptions* scene) {

@@ -31,7 +31,7 @@ struct RenderOptions {
   std::string integrator = "auto";  // auto | bdpt | pt | lt | scene
   std::optional<int64_t> spp;
   std::optional<double> time_s;        // stop after so many seconds of render wall time
-  std::optional<double> target_error;  // stop at this estimated relMSE
+  std::optional<double> target_error;  // stop below this relMSE (error_curve.h, meets_target)
   std::optional<int> max_depth;        // kUnlimitedDepth for "unlimited"
   std::optional<uint64_t> seed;
   std::optional<int> width, height;

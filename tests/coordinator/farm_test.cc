@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <thread>
 
 #include "common/image/checkpoints.h"
@@ -450,6 +451,9 @@ TEST_F(FarmTest, CurveHasGeometricPointsAndTrueErrors) {
   JobRequest wrong = small_job(32, 64, 320);
   wrong.reference = request.reference;
   EXPECT_THAT(error_of([&] { farm.submit(wrong); }), HasSubstr("reference"));
+  request.reference.data[3 * 65 + 1] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(error_of([&] { farm.submit(request); }),
+              HasSubstr("the reference has a non-finite value at pixel (1, 1)"));
 }
 
 TEST_F(FarmTest, SettingsOutOfRangeAreRefused) {

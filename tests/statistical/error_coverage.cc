@@ -50,8 +50,8 @@ std::vector<Run> render_runs(const ErrorScene& scene, int runs, int64_t superblo
   return result;
 }
 
-/// Fills true_relmse of every point. The reference of a run is the mean of the others' last images: what is
-/// left of its noise is one part in the number of runs.
+/// Fills true_relmse of every point. The reference of a run is the mean of the others' last images; its noise
+/// adds N/((runs - 1) N_last) to the error of N samples in the mean, which is taken off.
 void judge(std::vector<Run>* runs) {
   std::vector<double> total(runs->front().images.back().data.size());
   for (const Run& run : *runs) {
@@ -66,7 +66,8 @@ void judge(std::vector<Run>* runs) {
         const double d = static_cast<double>(run.images[k].data[i]) - r;
         sum += d * d / (r * r + 1e-2);
       }
-      run.points[k].true_relmse = sum / static_cast<double>(total.size());
+      const double noise = run.points[k].spp / (others * run.points.back().spp);
+      run.points[k].true_relmse = sum / static_cast<double>(total.size()) / (1 + noise);
     }
   }
 }

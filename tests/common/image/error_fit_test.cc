@@ -130,7 +130,7 @@ TEST(Comparison, EfficienciesAreOfTheBestWithConfidence) {
   std::getline(csv, header);
   std::getline(csv, row);
   EXPECT_THAT(header, HasSubstr("run,wall_s"));
-  EXPECT_EQ(row.substr(0, 20), "\"slow, \"\"really\"\"\",");
+  EXPECT_EQ(row.substr(0, 19), "\"slow, \"\"really\"\"\",");
   const std::string svg = error_svg({slow, fast, none});
   EXPECT_THAT(svg, HasSubstr("lm-line1"));
   EXPECT_THAT(svg, HasSubstr("slow, &quot;really&quot;"));
