@@ -57,7 +57,7 @@ std::string duration_text(double seconds) {
 std::string progress_line(const JobStatus& status) {
   std::string line = format("%3.0f %%", std::floor(100 * fraction_done(status)));
   line += "  " + format("%.4g", status.spp);
-  if (status.settings.spp < kMaxSpp) line += "/" + std::to_string(status.settings.spp);
+  if (status.settings.spp < kMaxSpp) line.append("/").append(std::to_string(status.settings.spp));
   line += " spp";
   if (status.samples_per_second > 0) line += "  " + short_number(status.samples_per_second) + "samples/s";
   if (status.relmse) {
@@ -135,7 +135,7 @@ void Progress::draw(const JobStatus& status) {
     return;
   }
   const auto filled = static_cast<int>(kBarWidth * fraction_done(status));
-  std::string bar = "[" + std::string(static_cast<size_t>(filled), '#') +
+  std::string bar = std::string("[") + std::string(static_cast<size_t>(filled), '#') +
                     std::string(static_cast<size_t>(kBarWidth - filled), '-') + "] " + line;
   const auto width = static_cast<size_t>(terminal_width() - 1);
   if (bar.size() > width) bar.resize(width);
