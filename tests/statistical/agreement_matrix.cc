@@ -53,11 +53,9 @@ Image alone_image(const Diagnosis& d, int s, int t, double spp) {
   return image ? std::move(*image) : Image(d.image.width, d.image.height);
 }
 
-/// pt makes every path; lt the same as the strategies with one camera vertex, and lights themselves, unless
-/// they are too far for their place to have an image.
+/// pt makes every path; lt the same as the strategies with one camera vertex.
 bool sees(Integrator integrator, const Sight& sight, int k) {
-  if (integrator != Integrator::kLt) return true;
-  return k == 2 ? sight.has(2) && !sight.far_lights : sight.seen_by(k - 1, 1);
+  return integrator != Integrator::kLt || sight.seen_by(k - 1, 1);
 }
 
 struct Difference {
@@ -86,7 +84,8 @@ Difference difference(const Estimator& a, const Estimator& b, size_t i) {
 bool Sight::seen_by(int s, int t) const {
   if (!has(s + t)) return false;
   if (s == 0) return !delta_lights;
-  if (s == 1 && t == 1) return false;  // bdpt leaves it to (0,2)
+  // Light and lens joined directly.
+  if (s == 1 && t == 1) return !far_lights;
   return !delta_surfaces;
 }
 

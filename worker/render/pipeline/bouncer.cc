@@ -188,11 +188,12 @@ void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c) {
   }
 }
 
-void record_emission(int depth, LaneInt slot, LaneMask mask, const Vec3<Lane>& c, Lane mis, Lane w_next_event,
+/// `w_other` is the ratio of next event, at depth 1 that of the lens connection.
+void record_emission(int depth, LaneInt slot, LaneMask mask, const Vec3<Lane>& c, Lane mis, Lane w_other,
                      Lane p_emission, Lane dvc, Wavefront& w) {
   FamilyRatios ratios{};
   add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
-  add_ratio(&ratios, &FamilyShares::next_event, w_next_event);
+  add_ratio(&ratios, depth == 1 ? &FamilyShares::lens : &FamilyShares::next_event, w_other);
   w.recorder->add_camera_path(slot, p_emission, dvc, &ratios);
   w.recorder->emission(depth + 1, slot, mask, c, mis, ratios);
 }
@@ -235,19 +236,21 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   const LightTable& lights = scene.lights;
   Vec3<Lane> radiance = emitted_radiance(lights, light, h.v.ng, h.v.wo);
   if (!lights.patterns.empty()) radiance = radiance * hit_pattern(scene, light, emits, h.u, h.tv, h.v.p);
-  Lane w_next_event{}, p_emission{};
+  Lane w_other{}, p_emission{};
   if (depth > 1) {
     if (context.on(kNextEvent)) {
-      w_next_event =
-          direct_pdf_area(lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in, emits) * h.v.dvcm;
+      w_other = direct_pdf_area(lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in, emits) * h.v.dvcm;
     }
     if (weigh_connections) p_emission = emission_pdf(lights, light, -h.v.wo, h.cos_in);
+  } else if (context.on(kLensConnections)) {
+    const LightRecord<Lane> r(lights, light);
+    w_other = r.scalar(kLightSelect) / r.scalar(kLightArea) * h.v.dvcm;  // M10
   }
-  const Lane mis = mis_weight(Lane{}, weigh_connections ? w_next_event + p_emission * h.v.dvc : w_next_event);
+  const Lane mis = mis_weight(Lane{}, weigh_connections ? w_other + p_emission * h.v.dvc : w_other);
   const Vec3<Lane> c = h.v.throughput * radiance * (mis * context.imaging_ratio);
   const LaneMask shines = mask_and(emits, LaneMask(max_component(radiance) > 0.0f));
   add_radiance(w, h.v.path, shines, c);
-  if (w.recorder) record_emission(depth, h.v.path, shines, c, mis, w_next_event, p_emission, h.v.dvc, w);
+  if (w.recorder) record_emission(depth, h.v.path, shines, c, mis, w_other, p_emission, h.v.dvc, w);
 }
 
 }  // namespace

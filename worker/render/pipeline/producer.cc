@@ -94,8 +94,7 @@ void produce_light_paths(const StageContext& context, const LayerContext& layer,
     const Lane texel = lights.any_texels() ? stream.get_1d(kDimLightTexel) : Lane{};
     EmissionSample<Lane> e = sample_emission(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
     if (!lights.patterns.empty()) apply_pattern(context.scene, started, &e);
-    if (context.on(kLensConnections) && !context.on(kEmissionHits))
-      queue_emitter_to_lens(context, layer, slot, started, e, wavefront);
+    if (context.on(kLensConnections)) queue_emitter_to_lens(context, layer, slot, started, e, wavefront);
     store_ray(paths, base, offset_origin(e.point, e.error, e.normal, e.direction), e.direction);
     store_throughput(paths, base, e.power);
     const Lane inv = 1.0f / e.pdf;

@@ -311,20 +311,27 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   const LightRecord<Lane> r(context.scene.lights, e.light);
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
   const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
-  const Lane scale = p_camera * inv_pdf * target.weight * (context.imaging_ratio * context.splat_scale);
+  Lane w_hit{};
+  if (context.on(kEmissionHits)) w_hit = p_camera * inv_pdf * (1.0f / context.light_samples);  // M10
+  const Lane mis = mis_weight(w_hit, Lane{});
+  const Lane scale = p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio * context.splat_scale);
   Candidates c;
   c.value = select(valid, radiance * scale, Vec3<Lane>{});
   c.origin = offset_origin(e.point, e.error, e.normal, to_camera);
   c.direction = -(c.origin - lens.lens);
   c.tfar = splat<Lane>(kSegmentEnd);
   c.target = target.pixel;
+  // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt a help beside s =
+  // 0.
+  const float tiny = context.lens_alone() ? 0 : context.tiny_contribution;
+  const Lane u = tiny > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
   if (w.recorder) {
     FamilyRatios ratios{};
     add_ratio(&ratios, &FamilyShares::lens, splat<Lane>(1.0f));
-    w.recorder->announce(splat_int<Lane>(1), 1, slot, splat<Lane>(1.0f), ratios);
+    add_ratio(&ratios, &FamilyShares::hit, w_hit);
+    w.recorder->announce(splat_int<Lane>(1), 1, slot, mis, ratios);
   }
-  // No roulette: the many small splats of an emitter's pixels are the whole estimate there.
-  queue(context, c, valid, 0, Lane{}, true, w);
+  queue(context, c, valid, tiny, u, true, w);
 }
 
 }  // namespace lightmill

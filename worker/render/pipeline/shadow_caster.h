@@ -17,7 +17,7 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
 /// t = 1: light vertices from index `first` on are joined to the camera (M8); splats go to the film.
 void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
                  Wavefront& wavefront);
-/// s = t = 1: the emission samples themselves seen through the lens; only without emission hits (mis.h).
+/// s = t = 1: the emission samples themselves seen through the lens (M10).
 void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot,
                            LaneMask active, const EmissionSample<Lane>& emission, Wavefront& wavefront);
 /// Tests what is queued and gives it to the film. `splats`: the targets are film pixels, else path slots.

@@ -51,7 +51,7 @@ double measured_variance(const TestScene& s, const SamplingPlan& plan) {
 }
 
 // Against renders of the plans themselves. What stratification gains is much the same for all plans of a
-// scene, so that it is ratios between plans that must be right: within 30 % of the scene's median. In the
+// scene, so that it is ratios between plans that must be right: within 40 % of the scene's median. In the
 // caustic that is a factor of six: where a light path lands there is a smooth function of a few random
 // numbers.
 TEST(Pilot, PredictsTheNoiseOfPlans) {
@@ -76,7 +76,7 @@ TEST(Pilot, PredictsTheNoiseOfPlans) {
     EXPECT_GT(median, 0.8);
     EXPECT_LT(median, glass ? 8 : 2);
     for (const auto& [plan, ratio] : ratios)
-      EXPECT_NEAR(std::log(ratio / median), 0, std::log(1.3)) << plan << (glass ? " caustic" : "");
+      EXPECT_NEAR(std::log(ratio / median), 0, std::log(1.4)) << plan << (glass ? " caustic" : "");
   }
 }
 
