@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Sets up, builds and runs every test. The last line is "N passed, N failed, N skipped" over all of them.
-#   tests/run.sh           fast tests, the farm of real processes, the CLI contract, Docker Compose
-#   tests/run.sh --all     the slow ones, sanitizers, formatting and lint as well
+#   tests/run.sh           fast tests, the farm of real processes, slow tests (statistics: about two minutes), the
+#                          CLI contract, Docker Compose
+#   tests/run.sh --all     sanitizers, formatting and lint as well
 #   tests/run.sh --no-install     packages are there already (no root needed)
 # Logs stay in build/test-logs. Exit codes: 0 all passed, 1 some failed or the build did, 2 wrong usage.
 set -uo pipefail
@@ -108,9 +109,7 @@ fi
 build_part release ON -j "$cores" || finish
 ctest_part "fast tests" release -LE 'slow|farm' -j "$cores" --timeout 300
 ctest_part "farm tests" release -L farm -LE slow --timeout 600
-if $all; then
-  ctest_part "slow tests" release -L slow --timeout 3600
-fi
+ctest_part "slow tests" release -L slow -j "$cores" --timeout 3600
 
 if [[ -f ../shared/contract/check.sh ]]; then
   script_part "contract" bash tests/deploy/contract.sh ../shared/contract/check.sh
