@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/statistical/agreement_matrix.h"
+#include "tests/support/base64.h"
 
 namespace lightmill::test {
 namespace {
@@ -27,18 +28,6 @@ img { width: 64px; height: 64px; image-rendering: pixelated; display: block; }
 z of the block of 8&times;8 pixels and the channel that differ most (hover: noise of the difference). (s,t) is the
 strategy alone, without weights; pt, lt and bdpt have theirs. "notices" is the error that the comparison finds.</p>
 )";
-
-std::string base64(const std::string& bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    uint32_t group = 0;
-    for (size_t k = 0; k < 3; ++k)
-      group = group << 8 | (i + k < bytes.size() ? static_cast<uint8_t>(bytes[i + k]) : 0u);
-    for (size_t k = 0; k < 4; ++k) out += k <= bytes.size() - i ? kDigits[group >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
-}
 
 std::string format(const char* text, double x) {
   char out[64];
