@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/scene/description.h"
+#include "worker/render/light/alias_table.h"
 #include "worker/render/light/light_image.h"
 #include "worker/render/math/equal_area.h"
 
@@ -78,12 +79,7 @@ struct EnvironmentMap {
   /// World direction: a texel by `pick`, a place in it by (u, v).
   template <class F>
   Vec3<F> sample(F pick, F u, F v, IntOf<F>* chosen) const {
-    const int32_t count = side * side;
-    const F scaled = pick * static_cast<float>(count);
-    const IntOf<F> c0 = to_int(scaled), last = splat_int<F>(count - 1);
-    const IntOf<F> column = select(MaskOf<F>(c0 > last), last, c0);
-    const MaskOf<F> keep = MaskOf<F>(scaled - to_float(column) < gather(alias_keep.data(), column));
-    *chosen = select(keep, column, gather(alias.data(), column));
+    *chosen = select_alias(alias_keep, alias, pick);
     int32_t xs[8], ys[8];
     for (int l = 0; l < kWidth<F>; ++l) {
       xs[l] = lane(*chosen, l) % side;

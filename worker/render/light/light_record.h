@@ -1,23 +1,10 @@
 #pragma once
 // One light per lane: its record, its radiance, and the densities that both directions of sampling share.
+#include "worker/render/light/alias_table.h"
 #include "worker/render/light/light_table.h"
 #include "worker/render/sampling/warp.h"
 
 namespace lightmill {
-
-/// Alias-method selection from one uniform: an index into `keep`.
-template <class F>
-inline IntOf<F> select_alias(const std::vector<float>& keep, const std::vector<int32_t>& alias, F u) {
-  const auto count = static_cast<int32_t>(keep.size());
-  if (count == 1) return IntOf<F>{};
-  const F scaled = u * static_cast<float>(count);
-  const IntOf<F> column0 = to_int(scaled);
-  const IntOf<F> last = splat_int<F>(count - 1);
-  const IntOf<F> column = select(MaskOf<F>(column0 > last), last, column0);
-  const F fraction = scaled - to_float(column);
-  const MaskOf<F> own = MaskOf<F>(fraction < gather(keep.data(), column));
-  return select(own, column, gather(alias.data(), column));
-}
 
 /// A light in proportion to its power.
 template <class F>
