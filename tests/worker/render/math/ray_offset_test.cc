@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "tests/support/random_direction.h"
 #include "tests/support/statistics.h"
 #include "tests/support/test_scene.h"
 #include "worker/render/accel/accel.h"
@@ -12,15 +13,6 @@
 
 namespace lightmill::test {
 namespace {
-
-Vec3<float> unit(Random& random) {
-  for (;;) {
-    const Vec3<float> v{static_cast<float>(random.between(-1, 1)), static_cast<float>(random.between(-1, 1)),
-                        static_cast<float>(random.between(-1, 1))};
-    const float n = dot(v, v);
-    if (n > 0.01f && n < 1) return normalize(v);
-  }
-}
 
 int32_t first_hit(const Accel& accel, const Vec3<float>& o, const Vec3<float>& d) {
   const int32_t id = 0;

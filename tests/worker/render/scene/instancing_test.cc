@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tests/support/instanced_scene.h"
+#include "tests/support/random_direction.h"
 #include "tests/support/scaled_scene.h"
 #include "tests/support/statistics.h"
 #include "worker/render/accel/accel.h"
@@ -14,15 +15,6 @@
 
 namespace lightmill::test {
 namespace {
-
-Vec3<float> unit(Random& random) {
-  for (;;) {
-    const Vec3<float> v{static_cast<float>(random.between(-1, 1)), static_cast<float>(random.between(-1, 1)),
-                        static_cast<float>(random.between(-1, 1))};
-    const float n = dot(v, v);
-    if (n > 0.01f && n < 1) return normalize(v);
-  }
-}
 
 struct Found {
   int32_t prim = -1, instance = -1;
