@@ -117,12 +117,12 @@ ErrorCurve Farm::curve(const JobId& id) const {
 }
 
 Image Farm::image(const JobId& id) const {
-  FilmGrid grid;
+  RenderSettings settings;
   {
     const std::lock_guard lock(impl_->mutex);
-    grid = impl_->job(id).record.settings.grid;
+    settings = impl_->job(id).record.settings;
   }
-  const Merger::Open layers = impl_->merger.open(id, grid);
+  const Merger::Open layers = impl_->open_layers(id, settings);
   return layers->film.resolve();
 }
 
@@ -265,7 +265,9 @@ std::vector<WorkerStatus> Farm::workers() const {
 
 FarmStats Farm::stats() const {
   const std::lock_guard lock(impl_->mutex);
-  return impl_->stats;
+  FarmStats stats = impl_->stats;
+  stats.storage_fault = impl_->health.fault().has_value();
+  return stats;
 }
 
 void Farm::stop_waiting() {

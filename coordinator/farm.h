@@ -70,6 +70,7 @@ struct FarmStats {
   uint64_t packets = 0;
   uint64_t failures = 0;
   uint64_t workers_refused = 0;
+  bool storage_fault = false;  // right now: jobs pause until the disk is mended
 };
 
 class Farm {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "coordinator/guarded_job_store.h"
+
 namespace lightmill {
 namespace {
 
@@ -27,8 +29,8 @@ std::string tile_name(const LeaseKey& key, bool pilot) {
 std::string numbered(std::string prefix, int64_t number) { return prefix.append(std::to_string(number)); }
 
 Farm::Impl::Impl(std::unique_ptr<JobStore> job_store, const Clock& the_clock, const FarmOptions& farm_options)
-    : store(std::move(job_store)),
-      clock(the_clock),
+    : clock(the_clock),
+      store(std::make_unique<GuardedJobStore>(std::move(job_store), health, the_clock)),
       options(farm_options),
       scheduler({farm_options.target_tile_seconds}, farm_options.lease_seconds),
       merger(*store) {
@@ -131,6 +133,7 @@ void Farm::Impl::release(Job& job, TileId id, bool failed, const std::string& re
 }
 
 void Farm::Impl::release_expired(double now) {
+  if (health.fault()) return;  // nothing can be recorded; workers that live keep renewing
   for (const JobId& id : scheduler.active()) {
     Job& active = job(id);
     for (const TileId& tile : active.tiles.expired(now)) {
@@ -146,8 +149,10 @@ void Farm::Impl::release_expired(double now) {
 
 std::vector<JobId> Farm::Impl::complete_jobs(double now) const {
   std::vector<JobId> ids;
+  if (health.fault()) return ids;
   for (const JobId& id : scheduler.active()) {
-    if (scheduler.complete(*scheduler.find(id), now)) ids.push_back(id);
+    const Job& job = *scheduler.find(id);
+    if (job.fault.empty() && scheduler.complete(job, now)) ids.push_back(id);
   }
   return ids;
 }
@@ -159,6 +164,11 @@ JobStatus Farm::Impl::status(const Job& job, double now) const {
   s.name = r.name;
   s.state = r.state;
   s.message = r.message.empty() ? scheduler.note(job, now) : r.message;
+  if (const std::optional<std::string> fault = job.fault.empty() ? health.fault() : job.fault;
+      fault && (r.state == JobState::kQueued || r.state == JobState::kRunning)) {
+    s.state = JobState::kPaused;
+    s.message = *fault + "; the job goes on by itself once that is mended";
+  }
   s.settings = r.settings;
   s.bundle_digest = r.bundle_digest;
   s.priority = r.priority;

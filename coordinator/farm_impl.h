@@ -1,6 +1,6 @@
 #pragma once
-// Inside of Farm, shared by farm.cc (clients), farm_workers.cc (workers), farm_merge.cc (commits) and
-// farm_pilot.cc (the commit of a pilot).
+// Inside of Farm, shared by farm.cc (clients), farm_workers.cc (workers), farm_merge.cc (commits),
+// farm_pilot.cc (the commit of a pilot) and farm_storage.cc (a disk that fails).
 //
 // Locks, in this order: a job's layers (Merger::Open), then `mutex`. Nothing that takes long happens under
 // `mutex` but the store's small transactions; decoding, folding, resolving and error metrics happen outside.
@@ -12,6 +12,7 @@
 #include "coordinator/job_store.h"
 #include "coordinator/merger.h"
 #include "coordinator/scheduler.h"
+#include "coordinator/storage_health.h"
 
 namespace lightmill {
 
@@ -44,22 +45,34 @@ struct Farm::Impl {
   void settle(const JobId& id, Merger::Open& layers);
   void settle(const JobId& id);
   void settle_complete();
+  /// Looks whether the store, and jobs whose layers could not be read, are mended.
+  void look_again();
+  /// The job's layers. If they can't be read the job pauses, and what was thrown passes on.
+  Merger::Open open_layers(const JobId& id, const RenderSettings& settings);
+  /// Adds the wall time up to `now`; it runs on with the next lease. Wants `mutex` held.
+  static void stop_clock(Job& job, double now);
+  /// Throws StoreError while the store is at fault.
+  void require_storage() const;
   /// Appends a point with estimated and true errors; `layers` is open.
   static void evaluate(Merger::Open& layers, ErrorPoint* point);
   CommitResult refuse(const WorkerId& worker, const LeaseKey& lease, const std::string& reason,
                       const std::string& bytes);
+  /// kAccepted while the worker holds the lease; otherwise what its commit would be answered.
+  CommitResult standing(const WorkerId& worker, const LeaseKey& lease);
   /// Lets a pinned lease that was not committed after all expire again.
   void unpin(const WorkerId& worker, const LeaseKey& lease);
   /// The pilot's lease is pinned.
   CommitResult commit_pilot(const WorkerId& worker, const LeaseKey& lease, const std::string& bytes);
   void log(const std::string& line) const;
 
-  std::unique_ptr<JobStore> store;
   const Clock& clock;
+  StorageHealth health;
+  std::unique_ptr<JobStore> store;
   FarmOptions options;
   mutable std::mutex mutex;
   mutable std::condition_variable changed;
   bool stopping = false;
+  std::optional<std::string> logged_fault;
   uint64_t version = 0;
   FarmStats stats;
   Scheduler scheduler;

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "common/image/metrics.h"
+#include "common/light_path_count.h"
 #include "coordinator/farm_impl.h"
 
 namespace lightmill {
@@ -15,6 +16,24 @@ constexpr uint64_t kPartialOverhead = 1 << 20;
 constexpr uint64_t kBytesPerSum = 48;    // three 128-bit sums
 constexpr uint64_t kBytesPerSplat = 54;  // and its pixel
 
+bool is_committed_by(const TileRecord& tile, const WorkerId& worker, const LeaseKey& lease) {
+  return tile.state == TileState::kCommitted && tile.attempt == lease.attempt && tile.worker == worker;
+}
+
+/// Light paths that every honest partial of the tile has traced.
+uint64_t expected_light_paths(const TileSpec& tile, const RenderSettings& settings) {
+  const SamplingPlan plan = plan_of(settings);
+  if (!(plan.strategies & kLightPaths)) return 0;
+  uint64_t per_sample = 0;
+  for (int y = tile.cells.y0; y < tile.cells.y1; ++y) {
+    for (int x = tile.cells.x0; x < tile.cells.x1; ++x) {
+      per_sample += static_cast<uint64_t>(
+          light_paths_of_layer(plan.light_paths, settings.grid.pixels({x, y, x + 1, y + 1}).area()));
+    }
+  }
+  return per_sample * static_cast<uint64_t>(tile.samples());
+}
+
 }  // namespace
 
 void check_partial(const Partial& partial, const TileSpec& tile, const RenderSettings& settings,
@@ -22,8 +41,6 @@ void check_partial(const Partial& partial, const TileSpec& tile, const RenderSet
   const auto refuse = [](const std::string& why) {
     throw Error(ErrorKind::kFailed, "partial refused: " + why);
   };
-  if (!(partial.tile == tile)) refuse("it is of another tile than the lease");
-  if (!(partial.grid == settings.grid)) refuse("it is of another film than the job");
   if (quantum_exponent && partial.quantum_exponent != *quantum_exponent) {
     refuse("its quantum is 2^" + std::to_string(partial.quantum_exponent) + ", the job's is 2^" +
            std::to_string(*quantum_exponent));
@@ -36,9 +53,17 @@ void check_partial(const Partial& partial, const TileSpec& tile, const RenderSet
   if (!has_splat_layer(settings) && !partial.splats.empty()) {
     refuse("the job's strategies make no splats, but it brings some");
   }
-  if (!(strategies_of(settings) & kLightPaths) && partial.light_paths > 0) {
-    refuse("the job's strategies have no light paths, but it brings some");
-  }
+  const auto require_count = [&](const char* what, uint64_t count, uint64_t expected) {
+    if (count == expected) return;
+    refuse("it counts " + std::to_string(count) + " " + what + ", its tile has " + std::to_string(expected));
+  };
+  const uint64_t light_paths = expected_light_paths(tile, settings);
+  const auto samples =
+      static_cast<uint64_t>(settings.grid.pixels(tile.cells).area()) * static_cast<uint64_t>(tile.samples());
+  require_count("light paths", partial.counters.light_paths, light_paths);
+  require_count("light paths behind its splats", partial.light_paths,
+                has_splat_layer(settings) ? light_paths : 0);
+  require_count("camera paths", partial.counters.camera_paths, wants_camera ? samples : 0);
   if (!(partial.cpu_seconds >= 0 && partial.cpu_seconds <= kMaxCpuSeconds))
     refuse("its CPU time is out of range");
 }
@@ -73,6 +98,19 @@ CommitResult Farm::Impl::refuse(const WorkerId& worker, const LeaseKey& lease, c
   return CommitResult::kCorrupt;
 }
 
+CommitResult Farm::Impl::standing(const WorkerId& worker, const LeaseKey& lease) {
+  const std::lock_guard lock(mutex);
+  Job* owner = scheduler.find(lease.job);
+  if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) return CommitResult::kAccepted;
+  const TileRecord* tile = owner ? owner->tiles.find(lease.tile) : nullptr;
+  if (tile && is_committed_by(*tile, worker, lease)) {
+    ++stats.commits_repeated;
+    return CommitResult::kAlreadyCommitted;
+  }
+  ++stats.commits_stale;
+  return CommitResult::kStale;
+}
+
 void Farm::Impl::unpin(const WorkerId& worker, const LeaseKey& lease) {
   const std::lock_guard lock(mutex);
   Job* owner = scheduler.find(lease.job);
@@ -85,6 +123,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   TileSpec tile;
   RenderSettings settings;
   std::optional<int> quantum;
+  bool repeated = false;
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->scheduler.workers.seen(worker, impl_->clock.now());
@@ -100,12 +139,13 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
       }
     }
     if (!record) return CommitResult::kUnknownJob;
-    if (record->state == TileState::kCommitted && record->attempt == lease.attempt &&
-        record->worker == worker) {
+    if (is_committed_by(*record, worker, lease)) {
       ++impl_->stats.commits_repeated;
-      return CommitResult::kAlreadyCommitted;
+      repeated = true;
+    } else {
+      impl_->require_storage();  // the worker keeps its partial and tries again
     }
-    if (!job->tiles.holds(lease.tile, worker, lease.attempt)) {
+    if (!repeated && !job->tiles.holds(lease.tile, worker, lease.attempt)) {
       ++impl_->stats.commits_stale;
       return CommitResult::kStale;
     }
@@ -115,12 +155,16 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     settings = job->record.settings;
     quantum = job->record.quantum_exponent;
   }
+  if (repeated) {
+    impl_->store->flush();  // the first answer may have failed just there
+    return CommitResult::kAlreadyCommitted;
+  }
   if (is_pilot(tile)) return impl_->commit_pilot(worker, lease, partial_bytes);
 
   Partial partial;
   std::string digest;
   try {
-    partial = decode_partial(partial_bytes);
+    partial = decode_partial(partial_bytes, settings.grid, tile);
     check_partial(partial, tile, settings, quantum);
     digest = partial_digest(partial);
   } catch (const Error& e) {
@@ -132,10 +176,29 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
 
   std::optional<Merger::Open> layers;
   try {
-    layers.emplace(impl_->merger.open(lease.job, settings.grid));
-  } catch (...) {
-    impl_->unpin(worker, lease);  // the store is at fault, not the worker
+    layers.emplace(impl_->open_layers(lease.job, settings));
+  } catch (const StoreError&) {
+    impl_->unpin(worker, lease);
     throw;
+  } catch (
+      const Error&) {  // damaged, and the job waits: the worker has better things to do than to wait with it
+    const std::lock_guard lock(impl_->mutex);
+    Job* job = impl_->scheduler.find(lease.job);
+    if (job && job->tiles.holds(lease.tile, worker, lease.attempt)) {
+      impl_->release(*job, lease.tile, false, "", impl_->clock.now());
+    }
+    ++impl_->stats.commits_stale;
+    return CommitResult::kStale;
+  }
+  switch (impl_->standing(worker, lease)) {  // a repeated call may have been faster
+    case CommitResult::kAccepted:
+      break;
+    case CommitResult::kAlreadyCommitted:
+      layers.reset();
+      impl_->store->flush();
+      return CommitResult::kAlreadyCommitted;
+    default:
+      return CommitResult::kStale;
   }
   try {
     (*layers)->film.fold(partial);
@@ -201,6 +264,8 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   } catch (const std::exception& e) {
     impl_->log("job " + lease.job.value + ": " + e.what());
   }
+  layers.reset();
+  impl_->store->flush();  // without any lock, so that those who commit at the same time share a sync
   return CommitResult::kAccepted;
 }
 
@@ -257,12 +322,12 @@ void Farm::Impl::settle(const JobId& id, Merger::Open& layers) {
 }
 
 void Farm::Impl::settle(const JobId& id) {
-  FilmGrid grid;
+  RenderSettings settings;
   {
     const std::lock_guard lock(mutex);
-    grid = job(id).record.settings.grid;
+    settings = job(id).record.settings;
   }
-  Merger::Open layers = merger.open(id, grid);
+  Merger::Open layers = open_layers(id, settings);
   settle(id, layers);
 }
 
@@ -272,7 +337,13 @@ void Farm::Impl::settle_complete() {
     const std::lock_guard lock(mutex);
     ids = complete_jobs(clock.now());
   }
-  for (const JobId& id : ids) settle(id);
+  for (const JobId& id : ids) {
+    try {
+      settle(id);
+    } catch (const Error& error) {  // its disk; other jobs go on, and a later tick tries again
+      log("job " + id.value + ": " + error.what());
+    }
+  }
 }
 
 }  // namespace lightmill

@@ -100,7 +100,9 @@ std::optional<LeaseGrant> Farm::lease(const WorkerId& worker_id, double wait_s) 
     worker->last_seen = now;
     impl_->release_expired(now);
     if (impl_->stopping || worker->draining) return std::nullopt;
-    if (std::optional<LeaseGrant> grant = impl_->try_lease(worker_id, now)) return grant;
+    if (!impl_->health.fault()) {
+      if (std::optional<LeaseGrant> grant = impl_->try_lease(worker_id, now)) return grant;
+    }
     if (!impl_->complete_jobs(now).empty()) {
       lock.unlock();
       impl_->settle_complete();
@@ -156,6 +158,7 @@ void Farm::drain(const WorkerId& worker) {
 }
 
 void Farm::tick() {
+  impl_->look_again();
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->release_expired(impl_->clock.now());

@@ -1,7 +1,8 @@
 #pragma once
-// Where jobs live: the seam between the farm and its disk. Every method that changes something
-// is one transaction, durable when it returns; a failing disk throws Error(kFailed) and changes
-// nothing. Thread-safe.
+// Where jobs live: the seam between the farm and its disk. Every method that changes something is one
+// transaction; a failing disk throws StoreError and changes nothing. All are durable when they return, but
+// those marked *flushed*: a crash of the process cannot undo them, a power cut can until flush() returns, or
+// another write that is durable. Thread-safe.
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -51,21 +52,29 @@ class JobStore {
   virtual int64_t next_number(const std::string& counter) = 0;
   virtual void add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) = 0;
   virtual void save_job(const JobRecord& job) = 0;
+  /// Flushed.
   virtual void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) = 0;
-  /// Writes both rows: a lease, an expiry, a failure.
+  /// Writes both rows: a lease, an expiry, a failure. Flushed: a lease that a power cut forgets is void
+  /// anyway, as its worker must register again and no worker's id comes twice.
   virtual void save_tile(const JobRecord& job, const TileRecord& tile) = 0;
   /// In one transaction: checks that the tile is leased with `tile.attempt` by `tile.worker`, puts the
   /// partial into the spool, marks the tile committed and writes the job row. False, without any change, if
-  /// the check fails.
+  /// the check fails. Flushed: nothing may be acknowledged before flush().
   virtual bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) = 0;
   /// The same for the pilot: keeps its report in place of a partial. The job row brings the chosen plan.
   virtual bool commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) = 0;
+  /// Makes durable all that was written before the call. Calls at the same time share the work (group
+  /// commit).
+  virtual void flush() = 0;
   virtual void add_point(const JobId& job, const ErrorPoint& point) = 0;
   /// Replaces the snapshot and empties the spool, whose partials it must contain.
   virtual void checkpoint(const JobId& job, const LayerSnapshot& snapshot) = 0;
   /// Keeps a refused partial for inspection; only the newest few, and none that is large.
   virtual void quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
                           std::string_view partial) = 0;
+  /// Throws StoreError unless as much as the largest recent write can be written, and all that was written
+  /// before is durable: to see whether a store that failed is mended.
+  virtual void probe() = 0;
 };
 
 }  // namespace lightmill

@@ -13,6 +13,7 @@
 #include "coordinator/data_folder.h"
 #include "coordinator/server.h"
 #include "coordinator/sqlite_job_store.h"
+#include "coordinator/store_check.h"
 
 namespace lightmill {
 namespace {
@@ -22,6 +23,7 @@ struct Options {
   FarmOptions farm;
   std::string data = "lightmill-data";
   std::string port_file;
+  bool check = false;
   double checkpoint_megabytes = 256;
   std::string log_level = "info";
 };
@@ -43,6 +45,8 @@ void add_options(CLI::App& app, Options& o) {
       ->capture_default_str();
   app.add_option("--port-file", o.port_file, "Write the ports to this file once both listen (rpc=N, http=N)")
       ->envname("LIGHTMILL_PORT_FILE");
+  app.add_flag("--check", o.check,
+               "Compare every job's image with its ledger, say what does not agree, and exit");
   app.add_flag("--insecure", o.server.insecure, "Allow plain text on addresses other than loopback")
       ->envname("LIGHTMILL_INSECURE");
   app.add_option("--lease-seconds", o.farm.lease_seconds, "How long a lease lasts without renewal")
@@ -85,7 +89,19 @@ void serve_until_signal(Farm& farm, const sigset_t& signals) {
   }
 }
 
+/// What the data folder holds, looked at while no coordinator runs on it. The exit code.
+int check_data(const std::string& folder) {
+  const DataFolder data(folder);
+  SqliteJobStore store(data.store_path());
+  const std::vector<std::string> problems = check_store(store);
+  for (const std::string& problem : problems)
+    std::fprintf(stderr, "lightmill-coordinator: %s\n", problem.c_str());
+  if (problems.empty()) std::printf("%zu jobs agree with their ledgers\n", store.jobs().size());
+  return problems.empty() ? 0 : 1;
+}
+
 int run(Options options) {
+  if (options.check) return check_data(options.data);
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);

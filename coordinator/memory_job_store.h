@@ -24,10 +24,12 @@ class MemoryJobStore : public JobStore {
   void save_tile(const JobRecord& job, const TileRecord& tile) override;
   bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) override;
   bool commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) override;
+  void flush() override {}
   void add_point(const JobId& job, const ErrorPoint& point) override;
   void checkpoint(const JobId& job, const LayerSnapshot& snapshot) override;
   void quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
                   std::string_view partial) override;
+  void probe() override {}
 
  private:
   struct Entry {

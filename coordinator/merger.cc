@@ -1,10 +1,11 @@
 #include "coordinator/merger.h"
 
 #include "coordinator/job_store.h"
+#include "coordinator/store_check.h"
 
 namespace lightmill {
 
-Merger::Open Merger::open(const JobId& job, const FilmGrid& grid) {
+Merger::Open Merger::open(const JobId& job, const RenderSettings& settings) {
   std::shared_ptr<Slot> slot;
   {
     const std::lock_guard lock(mutex_);
@@ -19,17 +20,16 @@ Merger::Open Merger::open(const JobId& job, const FilmGrid& grid) {
   if (slot->layers) return open;
   auto layers = std::make_unique<Layers>();
   const LayerSnapshot snapshot = store_.snapshot(job);
+  const FilmGrid& grid = settings.grid;
   layers->film = snapshot.film.empty() ? Film(grid) : Film::restore(snapshot.film);
   layers->batches = snapshot.batches.empty() ? BatchFilm(grid) : BatchFilm::restore(snapshot.batches);
-  if (!(layers->film.grid() == grid)) {
-    throw Error(ErrorKind::kFailed, "the stored film of job " + job.value + " has another size than the job");
-  }
   store_.for_each_spooled(job, [&](const std::string& bytes) {
     const Partial partial = decode_partial(bytes);
     layers->film.fold(partial);
     layers->batches.fold(partial);
     layers->spool_bytes += static_cast<double>(bytes.size());
   });
+  check_film(job, settings, store_.tiles(job), layers->film);
   layers->reference = store_.reference(job);
   slot->layers = std::move(layers);
   return open;

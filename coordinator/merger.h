@@ -2,7 +2,7 @@
 // The merged layers of jobs: a cache in memory of what the store holds as snapshot + spool. Only jobs that
 // are being touched are in memory; dropping one is always safe.
 //
-//   Merger::Open layers = merger.open(job, grid);   // locked for this job until it goes out of scope
+//   Merger::Open layers = merger.open(job, settings);   // locked for this job until it goes out of scope
 //   layers->film.fold(partial);
 #include <cstddef>
 #include <map>
@@ -13,6 +13,7 @@
 #include "common/ids.h"
 #include "common/image/error_curve.h"
 #include "common/image/film.h"
+#include "common/settings.h"
 
 namespace lightmill {
 
@@ -50,8 +51,8 @@ class Merger {
   explicit Merger(JobStore& store) : store_(store) {}
 
   /// Waits until nobody else has the job open; loads it if it isn't in memory. Throws Error(kFailed) if the
-  /// store's content is damaged.
-  Open open(const JobId& job, const FilmGrid& grid);
+  /// store's content is damaged, StoreError if it can't be read.
+  Open open(const JobId& job, const RenderSettings& settings);
   /// Forgets what is in memory after a fold that did not become durable; `layers` must not be used any more
   /// except to be destroyed.
   static void reset(Open& layers) { layers.slot_->layers.reset(); }

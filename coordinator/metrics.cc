@@ -59,6 +59,8 @@ std::string metrics_text(const Farm& farm) {
   out.family("lightmill_nonfinite_contributions", "gauge",
              "Contributions dropped as non-finite, over all jobs.");
   out.sample(nonfinite);
+  out.family("lightmill_storage_fault", "gauge", "1 while jobs pause because the coordinator's disk fails.");
+  out.sample(stats.storage_fault ? 1 : 0);
   out.counter("lightmill_leases_total", "Leases granted.", stats.leases);
   out.counter("lightmill_leases_expired_total", "Leases that ran out.", stats.leases_expired);
   out.family("lightmill_commits_total", "counter", "Partials handed in, by outcome.");

@@ -13,7 +13,8 @@ constexpr double kPointSpacing = 1.25;  // points of the curve are this far apar
 constexpr int64_t kMinSamplesForTarget = int64_t{kMinIntervalBatches} * kSuperblockSamples;
 
 bool runnable(const Job& job) {
-  return job.record.state == JobState::kQueued || job.record.state == JobState::kRunning;
+  return job.fault.empty() &&
+         (job.record.state == JobState::kQueued || job.record.state == JobState::kRunning);
 }
 
 /// A tile may be leased: in time, or one of the first round, without which the picture has holes.

@@ -27,6 +27,8 @@ struct Job {
   std::optional<ErrorPoint> last_estimate;          // last one with a relMSE
   std::deque<std::pair<double, double>> recent;     // (clock time, pixel samples) of the newest commits
   uint64_t version = 0;
+  std::string fault;   // why its layers can't be read; empty if they can, or nobody tried
+  double look_at = 0;  // clock time to try again
 };
 
 struct SchedulerOptions {

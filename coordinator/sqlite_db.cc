@@ -31,9 +31,36 @@ void Database::execute(const char* sql) {
   if (sqlite3_exec(handle_, sql, nullptr, nullptr, nullptr) != SQLITE_OK) fail();
 }
 
+void Database::sync() {
+  // SQLite syncs the log itself before it moves anything from there into the database, so this is all that is
+  // left to do for transactions that did not.
+  sqlite3_file* log = nullptr;
+  const int found = sqlite3_file_control(handle_, nullptr, SQLITE_FCNTL_JOURNAL_POINTER, &log);
+  if (found != SQLITE_OK || !log || !log->pMethods) throw StoreError(path_ + ": the job store has no log");
+  if (!trusted_ || log->pMethods->xSync(log, SQLITE_SYNC_NORMAL) != SQLITE_OK) {
+    trusted_ = false;
+    throw StoreError(path_ + ": the job store failed: can't sync its log; is the disk full or damaged?");
+  }
+}
+
+void Database::restore_trust() {
+  Statement checkpoint(*this, "PRAGMA wal_checkpoint(TRUNCATE)");
+  if (!checkpoint.step() || checkpoint.integer(0) != 0) {
+    throw StoreError(path_ + ": the job store failed: can't empty its log; does another program read it?");
+  }
+  trusted_ = true;
+}
+
+void Database::set_durability(Durability durability) {
+  if (durability_ == durability) return;
+  execute(durability == Durability::kNow ? "PRAGMA synchronous=FULL" : "PRAGMA synchronous=NORMAL");
+  durability_ = durability;
+}
+
 int64_t Database::changes() const { return sqlite3_changes64(handle_); }
 
-void Database::fail() const {
+void Database::fail() {
+  if ((sqlite3_errcode(handle_) & 0xff) == SQLITE_IOERR) trusted_ = false;
   throw StoreError(path_ + ": the job store failed: " + sqlite3_errmsg(handle_) +
                    "; is the disk full or damaged?");
 }
@@ -85,7 +112,11 @@ std::string_view Statement::blob(int column) const {
                : std::string_view();
 }
 
-Transaction::Transaction(Database& db) : db_(db) { db_.execute("BEGIN IMMEDIATE"); }
+Transaction::Transaction(Database& db, Durability durability) : db_(db) {
+  if (!db_.trusted()) throw StoreError(db_.path_ + ": the job store failed before and is not mended yet");
+  db_.set_durability(durability);
+  db_.execute("BEGIN IMMEDIATE");
+}
 Transaction::~Transaction() {
   if (!open_) return;
   try {

@@ -1,10 +1,11 @@
 #pragma once
-// A thin RAII layer over SQLite: a connection, statements, transactions. Errors become Error(kFailed) that
-// name the file. Not thread-safe; the owner serialises.
+// A thin RAII layer over SQLite: a connection, statements, transactions. Errors become StoreError that names
+// the file. Not thread-safe; the owner serialises, but for sync().
 //
 //   Transaction transaction(db);
 //   Statement(db, "UPDATE jobs SET record=? WHERE id=?").bind(text).bind(id).run();
 //   transaction.commit();
+#include <atomic>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -14,23 +15,40 @@ struct sqlite3_stmt;
 
 namespace lightmill {
 
+/// When a transaction is on disk.
+enum class Durability {
+  kNow,    // when it returns
+  kFlush,  // after the next sync(), or the next transaction with kNow
+};
+
 class Database {
  public:
-  /// Opens or creates the file; WAL, every transaction is on disk when it returns.
+  /// Opens or creates the file, in WAL mode.
   explicit Database(const std::string& path);
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
   /// Runs statements without parameters or results.
   void execute(const char* sql);
+  /// Makes all that was committed before the call durable. Any thread, also while another one writes.
+  void sync();
+  /// After an error of the disk: nothing is written, as the system may have dropped what it could not write,
+  /// until restore_trust() has copied the log into the database and synced both.
+  bool trusted() const { return trusted_; }
+  void restore_trust();
   /// Rows that the last statement changed.
   int64_t changes() const;
-  [[noreturn]] void fail() const;
+  [[noreturn]] void fail();
 
  private:
   friend class Statement;
+  friend class Transaction;
+  void set_durability(Durability durability);
+
   std::string path_;
   sqlite3* handle_ = nullptr;
+  std::atomic<bool> trusted_ = true;
+  Durability durability_ = Durability::kNow;
 };
 
 class Statement {
@@ -62,7 +80,7 @@ class Statement {
 /// Rolls back unless committed.
 class Transaction {
  public:
-  explicit Transaction(Database& db);
+  explicit Transaction(Database& db, Durability durability = Durability::kNow);
   ~Transaction();
   Transaction(const Transaction&) = delete;
   Transaction& operator=(const Transaction&) = delete;

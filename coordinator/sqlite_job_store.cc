@@ -9,6 +9,7 @@ namespace {
 constexpr int64_t kSchemaVersion = 2;
 constexpr int64_t kMaxQuarantined = 32;
 constexpr size_t kMaxQuarantinedBytes = size_t{16} << 20;
+constexpr size_t kMaxProbeBytes = size_t{64} << 20;
 
 constexpr const char* kTables = R"sql(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
@@ -49,6 +50,11 @@ CREATE TABLE quarantine(
 SqliteJobStore::SqliteJobStore(const std::string& path, size_t chunk_bytes)
     : db_(path), path_(path), chunk_bytes_(chunk_bytes) {
   create_tables();
+  // The log is there, with its name in the folder, before anybody flushes it; and a disk that can't be
+  // written is noticed now.
+  Transaction transaction(db_);
+  db_.execute("INSERT INTO meta VALUES('opened', 1) ON CONFLICT(key) DO UPDATE SET value = value + 1");
+  transaction.commit();
 }
 
 void SqliteJobStore::create_tables() {
@@ -174,18 +180,25 @@ LayerSnapshot SqliteJobStore::snapshot(const JobId& job) {
 
 void SqliteJobStore::for_each_spooled(const JobId& job,
                                       const std::function<void(const std::string&)>& visit) {
-  const std::lock_guard lock(mutex_);
-  Statement select(db_, "SELECT part, bytes FROM spool WHERE job=? ORDER BY tile, part");
-  select.bind(job.value);
-  std::string partial;
-  while (select.step()) {
-    if (select.integer(0) == 0 && !partial.empty()) {
-      visit(partial);
-      partial.clear();
-    }
-    partial += select.blob(1);
+  std::vector<int64_t> tiles;
+  {
+    const std::lock_guard lock(mutex_);
+    Statement select(db_, "SELECT tile FROM spool WHERE job=? AND part=0 ORDER BY tile");
+    select.bind(job.value);
+    while (select.step()) tiles.push_back(select.integer(0));
   }
-  if (!partial.empty()) visit(partial);
+  std::string partial;
+  for (const int64_t tile :
+       tiles) {  // one at a time: folding takes long, and others need the store meanwhile
+    partial.clear();
+    {
+      const std::lock_guard lock(mutex_);
+      Statement select(db_, "SELECT bytes FROM spool WHERE job=? AND tile=? ORDER BY part");
+      select.bind(job.value).bind(tile);
+      while (select.step()) partial += select.blob(0);
+    }
+    visit(partial);
+  }
 }
 
 int64_t SqliteJobStore::next_number(const std::string& counter) {
@@ -239,7 +252,7 @@ void SqliteJobStore::save_job(const JobRecord& job) {
 
 void SqliteJobStore::add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) {
   const std::lock_guard lock(mutex_);
-  Transaction transaction(db_);
+  Transaction transaction(db_, Durability::kFlush);
   for (const TileRecord& tile : tiles) {
     const CellRect& c = tile.tile.cells;
     Statement(db_, "INSERT INTO tiles VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?)")
@@ -259,11 +272,12 @@ void SqliteJobStore::add_tiles(const JobId& job, const std::vector<TileRecord>& 
         .run();
   }
   transaction.commit();
+  ++written_;
 }
 
 void SqliteJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
   const std::lock_guard lock(mutex_);
-  Transaction transaction(db_);
+  Transaction transaction(db_, Durability::kFlush);
   Statement(db_, "UPDATE tiles SET state=?, attempt=?, failures=?, worker=?, digest=? WHERE job=? AND tile=?")
       .bind(static_cast<int>(tile.state))
       .bind(tile.attempt)
@@ -276,6 +290,7 @@ void SqliteJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
   if (db_.changes() != 1) throw std::logic_error("store: no tile " + std::to_string(tile.id.value));
   write_job(job);
   transaction.commit();
+  ++written_;
 }
 
 bool SqliteJobStore::mark_committed(const JobRecord& job, const TileRecord& tile) {
@@ -303,7 +318,8 @@ bool SqliteJobStore::commit_pilot(const JobRecord& job, const TileRecord& pilot,
 
 bool SqliteJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) {
   const std::lock_guard lock(mutex_);
-  Transaction transaction(db_);
+  attempted_bytes_ = partial.size();
+  Transaction transaction(db_, Durability::kFlush);
   if (!mark_committed(job, tile)) return false;
   int64_t part = 0;
   for (size_t at = 0; at < partial.size(); at += chunk_bytes_) {
@@ -315,7 +331,32 @@ bool SqliteJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, s
         .run();
   }
   transaction.commit();
+  ++written_;
   return true;
+}
+
+void SqliteJobStore::flush() {
+  const uint64_t wanted = written_;
+  const std::lock_guard lock(flush_mutex_);
+  if (flushed_ >= wanted) return;  // whoever held the lock before has synced ours as well
+  const uint64_t covered = written_;
+  db_.sync();
+  flushed_ = covered;
+}
+
+void SqliteJobStore::probe() {
+  const std::lock_guard lock(mutex_);
+  db_.restore_trust();
+  {
+    Transaction transaction(db_);
+    Statement(db_, "INSERT OR REPLACE INTO layers VALUES('', 'probe', 0, zeroblob(?))")
+        .bind(static_cast<int64_t>(std::min(attempted_bytes_, kMaxProbeBytes)))
+        .run();
+    transaction.commit();
+  }
+  Transaction transaction(db_);
+  db_.execute("DELETE FROM layers WHERE job=''");
+  transaction.commit();
 }
 
 void SqliteJobStore::add_point(const JobId& job, const ErrorPoint& point) {
@@ -331,6 +372,7 @@ void SqliteJobStore::add_point(const JobId& job, const ErrorPoint& point) {
 
 void SqliteJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot) {
   const std::lock_guard lock(mutex_);
+  attempted_bytes_ = snapshot.film.size() + snapshot.batches.size();
   Transaction transaction(db_);
   put_layer(job, "film", snapshot.film);
   put_layer(job, "batches", snapshot.batches);

@@ -1,6 +1,8 @@
 #pragma once
-// The coordinator's store: one SQLite file (WAL, synchronous=FULL). What it acknowledged survives kill -9 and
-// power loss. Long byte strings lie in chunks, below SQLite's limit for one value.
+// The coordinator's store: one SQLite file with a write-ahead log. What it acknowledged survives kill -9 and
+// power loss: a transaction syncs the log, or many of them share one sync in flush(). Long byte strings lie
+// in chunks, below SQLite's limit for one value.
+#include <atomic>
 #include <mutex>
 
 #include "coordinator/job_store.h"
@@ -29,10 +31,12 @@ class SqliteJobStore : public JobStore {
   void save_tile(const JobRecord& job, const TileRecord& tile) override;
   bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) override;
   bool commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) override;
+  void flush() override;
   void add_point(const JobId& job, const ErrorPoint& point) override;
   void checkpoint(const JobId& job, const LayerSnapshot& snapshot) override;
   void quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
                   std::string_view partial) override;
+  void probe() override;
 
  private:
   void create_tables();
@@ -46,6 +50,10 @@ class SqliteJobStore : public JobStore {
   Database db_;
   std::string path_;
   size_t chunk_bytes_;
+  size_t attempted_bytes_ = 0;         // of the last write that was long
+  std::atomic<uint64_t> written_ = 0;  // transactions that are flushed
+  std::mutex flush_mutex_;
+  uint64_t flushed_ = 0;  // the first so many of them are durable
 };
 
 }  // namespace lightmill

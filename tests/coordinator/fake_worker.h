@@ -69,6 +69,7 @@ class WatchedStore : public JobStore {
   bool commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) override {
     return write(), store_.commit_pilot(job, pilot, report);
   }
+  void flush() override { write(), store_.flush(); }
   void add_point(const JobId& job, const ErrorPoint& point) override {
     write(), store_.add_point(job, point);
   }
@@ -76,6 +77,7 @@ class WatchedStore : public JobStore {
   void quarantine(const LeaseKey& k, const WorkerId& w, const std::string& r, std::string_view p) override {
     write(), store_.quarantine(k, w, r, p);
   }
+  void probe() override { write(), store_.probe(); }
 
  private:
   void write() { before_write_(++writes_); }

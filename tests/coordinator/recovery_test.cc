@@ -128,10 +128,12 @@ TEST_P(RecoveryOf, ADiskThatFailsAtAnyWriteCostsARetryAndNothingElse) {
                                                if (write == failing) throw StoreError("disk full");
                                              }),
               clock, options);
-    const auto retried = [](auto&& action) {
+    const auto retried = [&](auto&& action) {
       try {
         return action();
       } catch (const StoreError&) {
+        clock.advance(1);
+        farm.tick();  // finds the disk mended
         return action();
       }
     };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/light_path_count.h"
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
 #include "worker/render/pipeline/film.h"
@@ -34,7 +35,7 @@ void run(Wavefront& w, double StrategyRecorder::*member, Stage&& stage) {
 /// Light paths of a layer: about as many as asked for per pixel of the cell that is inside the crop window.
 int light_paths_of(const StageContext& context, int cell_x, int cell_y) {
   const PixelRect inside = context.grid.pixels({cell_x, cell_y, cell_x + 1, cell_y + 1});
-  return std::max(1, static_cast<int>(context.light_paths * static_cast<double>(inside.area()) + 0.5));
+  return light_paths_of_layer(context.light_paths, inside.area());
 }
 
 /// One wavefront of light paths; their vertices are added to the cache.
