@@ -14,6 +14,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "common/rpc/status.h"
+#include "common/rpc/tls_diagnosis.h"
 #include "lightmill/v1/client.grpc.pb.h"
 
 namespace lightmill::client {
@@ -77,7 +78,17 @@ bool is_loss(grpc::StatusCode code) {
 
 struct FarmClient::Impl {
   std::string address;
+  SecurityFiles security;
   std::unique_ptr<v1::ClientService::Stub> stub;
+
+  /// Throws what a status means. If nobody could be reached, TLS may be why; gRPC does not say.
+  void require_ok(const grpc::Status& status) const {
+    if (status.error_code() == grpc::StatusCode::UNAVAILABLE) {
+      const std::string problem = diagnose_tls(address, security).problem;
+      if (!problem.empty()) throw Error(ErrorKind::kUnreachable, "coordinator " + address + ": " + problem);
+    }
+    throw_if_failed(status, address);
+  }
 
   template <class Request, class Response>
   Response call(grpc::Status (v1::ClientService::Stub::*method)(grpc::ClientContext*, const Request&,
@@ -86,7 +97,7 @@ struct FarmClient::Impl {
     grpc::ClientContext context;
     set_deadline(context, kFirstAnswerSeconds);
     Response response;
-    throw_if_failed((stub.get()->*method)(&context, request, &response), address);
+    require_ok((stub.get()->*method)(&context, request, &response));
     return response;
   }
 
@@ -139,13 +150,15 @@ struct FarmClient::Impl {
       }
     }
     writer->WritesDone();
-    throw_if_failed(writer->Finish(), address);
+    require_ok(writer->Finish());
   }
 };
 
 FarmClient::FarmClient(const ConnectionOptions& connection) : impl_(std::make_unique<Impl>()) {
   impl_->address = connection.coordinator;
-  impl_->stub = v1::ClientService::NewStub(make_channel({connection.coordinator, connection.insecure}));
+  impl_->security = resolve(connection.security, Side::kClient);
+  impl_->stub = v1::ClientService::NewStub(
+      make_channel({connection.coordinator, connection.insecure, impl_->security}));
 }
 FarmClient::~FarmClient() = default;
 
@@ -235,7 +248,7 @@ std::vector<TileStatus> FarmClient::tiles(const JobId& id) {
   while (reader->Read(&message)) {
     for (const v1::TileStatus& tile : message.tiles()) list.push_back(from_proto(tile));
   }
-  throw_if_failed(reader->Finish(), impl_->address);
+  impl_->require_ok(reader->Finish());
   return list;
 }
 
@@ -262,11 +275,12 @@ JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobS
     }
     const grpc::Status status = reader->Finish();
     if (status.ok() && is_final(last.state)) return last;
-    if (!status.ok() && !is_loss(status.error_code())) throw_if_failed(status, impl_->address);
+    if (!status.ok() && !is_loss(status.error_code())) impl_->require_ok(status);
     if (!is_lost) lost_at = Steady::now();
     is_lost = true;
     const double seconds = std::chrono::duration<double>(Steady::now() - lost_at).count();
-    if (!connected && seconds > kConnectSeconds) throw_if_failed(status, impl_->address);
+    if (!connected && diagnose_tls(impl_->address, impl_->security).definite) impl_->require_ok(status);
+    if (!connected && seconds > kConnectSeconds) impl_->require_ok(status);
     if (seconds > kReconnectSeconds) {
       throw Error(ErrorKind::kUnreachable,
                   "coordinator " + impl_->address +
@@ -315,7 +329,7 @@ FetchedImage FarmClient::fetch(const JobId& id) {
       filled += chunk.size();
     }
   }
-  throw_if_failed(reader->Finish(), impl_->address);
+  impl_->require_ok(reader->Finish());
   if (size == 0 || filled != size) throw malformed();
   return fetched;
 }

@@ -23,8 +23,8 @@ struct FetchedImage {
 
 class FarmClient {
  public:
-  /// Does not connect yet. Throws Error(kUsage) for a malformed address, or one that plain text is not
-  /// allowed to.
+  /// Does not connect yet. Throws Error(kUsage) for a malformed address, one that plain text is not allowed
+  /// to, or bad files of TLS and token (see resolve() in common/rpc/security.h).
   explicit FarmClient(const ConnectionOptions& connection);
   ~FarmClient();
 

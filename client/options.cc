@@ -10,6 +10,7 @@
 #include "client/plan_file.h"
 #include "common/build_id/build_id.h"
 #include "common/error.h"
+#include "common/rpc/security_flags.h"
 
 namespace lightmill::client {
 namespace {
@@ -61,8 +62,7 @@ void add_connection(CLI::App* verb, ConnectionOptions* connection) {
       ->capture_default_str();
   verb->add_flag("--insecure", connection->insecure, "Allow plain text to a coordinator on another machine")
       ->envname("LIGHTMILL_INSECURE");
-  for (const char* option : {"--tls-ca", "--tls-cert", "--tls-key"}) add_unavailable(verb, option, "TLS");
-  add_unavailable(verb, "--token-file", "token authentication");
+  add_security_flags(*verb, &connection->security, Side::kClient);
 }
 
 void add_unavailable(CLI::App* verb, const std::string& option, const std::string& what) {
@@ -122,8 +122,9 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
   verb->add_option(
       "--plan", scene->plan,
       "How to sample, instead of the integrator's choice: a plan.json, job --json or an .exr image");
-  verb->add_option("--plan-override", render.overrides,
-                   "Keep features that the scene plan would leave out (see explain): a list, as textures,lens");
+  verb->add_option(
+      "--plan-override", render.overrides,
+      "Keep features that the scene plan would leave out (see explain): a list, as textures,lens");
   add_unavailable(verb, "--mixed", "rendering on several arithmetic classes");
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "common/rpc/security.h"
 #include "common/scene/load.h"
 #include "common/settings.h"
 
@@ -24,10 +25,12 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& de
                    CommonOptions* common);
 void add_json(CLI::App* verb, CommonOptions* common);
 
-/// --coordinator; the default is $LIGHTMILL_COORDINATOR, then localhost:7070.
+/// --coordinator, --credentials and the options of TLS and tokens; the default is $LIGHTMILL_COORDINATOR,
+/// then localhost:7070.
 struct ConnectionOptions {
   std::string coordinator = "localhost:7070";
-  bool insecure = false;  // allow plain text to another machine
+  bool insecure = false;     // allow plain text to another machine
+  SecurityFiles security{};  // as given
 };
 void add_connection(CLI::App* verb, ConnectionOptions* connection);
 

@@ -1,25 +1,69 @@
 #include "coordinator/http_server.h"
 
 #include <httplib.h>
+#include <openssl/err.h>
+#include <openssl/ssl.h>
 #include <sys/socket.h>
 
 #include <atomic>
+#include <ctime>
 #include <thread>
 
 #include "common/rpc/channel.h"
 #include "coordinator/metrics.h"
 
 namespace lightmill {
+namespace {
+
+/// Gives a connection the certificate of the moment. An SSL_CTX has it once and for all.
+int use_certificate(SSL* tls, void* argument) {
+  const auto& files = *static_cast<const SecurityFiles*>(argument);
+  const bool used = SSL_use_certificate_chain_file(tls, files.cert.c_str()) == 1 &&
+                    SSL_use_PrivateKey_file(tls, files.key.c_str(), SSL_FILETYPE_PEM) == 1;
+  ERR_clear_error();
+  return used ? 1 : 0;
+}
+
+using Handled = httplib::Server::HandlerResponse;
+
+/// Answers for those who may not come in.
+Handled judge(Authenticator& authenticator, const httplib::Request& request, httplib::Response& response) {
+  const Verdict verdict =
+      authenticator.judge(request.path, request.get_header_value("Authorization"), std::time(nullptr));
+  if (verdict.kind == Verdict::Kind::kAllowed) return Handled::Unhandled;
+  if (verdict.kind == Verdict::Kind::kUnauthenticated) {
+    response.status = 401;
+    response.set_header("WWW-Authenticate", "Basic realm=\"Lightmill: any user, a token as the password\"");
+  } else {
+    response.status = access_rule(request.path) ? 403 : 404;
+  }
+  response.set_content(verdict.message + "\n", "text/plain");
+  return Handled::Handled;
+}
+
+std::unique_ptr<httplib::Server> make_server(const SecurityFiles& files) {
+  if (!files.tls()) return std::make_unique<httplib::Server>();
+  return std::make_unique<httplib::SSLServer>([&files](SSL_CTX& context) {
+    SSL_CTX_set_min_proto_version(&context, TLS1_2_VERSION);
+    SSL_CTX_set_cert_cb(&context, use_certificate, const_cast<SecurityFiles*>(&files));
+    return true;
+  });
+}
+
+}  // namespace
 
 struct HttpServer::Impl {
-  httplib::Server server;
+  explicit Impl(const HttpSecurity& s) : security(s), server(make_server(security.files)) {}
+  const HttpSecurity security;
+  const std::unique_ptr<httplib::Server> server;
   std::atomic<bool> ended{false};  // the listening loop, whyever
   std::thread thread;
 };
 
-HttpServer::HttpServer(const std::string& address, const Farm& farm) : impl_(std::make_unique<Impl>()) {
+HttpServer::HttpServer(const std::string& address, const Farm& farm, const HttpSecurity& security)
+    : impl_(std::make_unique<Impl>(security)) {
   const HostPort at = parse_address(address);
-  httplib::Server& server = impl_->server;
+  httplib::Server& server = *impl_->server;
   // The library's default lets a second process share the port; here that is an error.
   server.set_socket_options([](int socket) {
     const int yes = 1;
@@ -29,6 +73,12 @@ HttpServer::HttpServer(const std::string& address, const Farm& farm) : impl_(std
   server.set_read_timeout(5);
   server.set_write_timeout(5);
   server.set_payload_max_length(1 << 16);
+  if (security.authenticator) {
+    server.set_pre_routing_handler(
+        [judges = security.authenticator](const httplib::Request& request, httplib::Response& response) {
+          return judge(*judges, request, response);
+        });
+  }
   server.Get("/healthz", [](const httplib::Request&, httplib::Response& response) {
     response.set_content("ok\n", "text/plain");
   });
@@ -47,15 +97,15 @@ HttpServer::HttpServer(const std::string& address, const Farm& farm) : impl_(std
     throw Error(ErrorKind::kFailed, "--http " + address + ": can't listen there; is the port in use?");
   }
   impl_->thread = std::thread([this] {
-    impl_->server.listen_after_bind();
+    impl_->server->listen_after_bind();
     impl_->ended = true;
   });
 }
 
 HttpServer::~HttpServer() {
   // stop() does nothing before the thread has begun to listen.
-  while (!impl_->server.is_running() && !impl_->ended) std::this_thread::yield();
-  impl_->server.stop();
+  while (!impl_->server->is_running() && !impl_->ended) std::this_thread::yield();
+  impl_->server->stop();
   impl_->thread.join();
 }
 

@@ -6,10 +6,12 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
+#include <functional>
 
 #include "common/build_id/build_id.h"
 #include "common/image/partial.h"
+#include "common/rpc/security_flags.h"
+#include "coordinator/credential_commands.h"
 #include "coordinator/data_folder.h"
 #include "coordinator/server.h"
 #include "coordinator/sqlite_job_store.h"
@@ -49,6 +51,7 @@ void add_options(CLI::App& app, Options& o) {
                "Compare every job's image with its ledger, say what does not agree, and exit");
   app.add_flag("--insecure", o.server.insecure, "Allow plain text on addresses other than loopback")
       ->envname("LIGHTMILL_INSECURE");
+  add_security_flags(app, &o.server.security, Side::kServer);
   app.add_option("--lease-seconds", o.farm.lease_seconds, "How long a lease lasts without renewal")
       ->envname("LIGHTMILL_LEASE_SECONDS")
       ->check(CLI::Range(0.1, 3600.0).description("0.1 to 3600"))
@@ -108,8 +111,9 @@ int run(Options options) {
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any other thread starts
   signal(SIGPIPE, SIG_IGN);
-  setenv("GRPC_VERBOSITY", "NONE", 0);  // what goes wrong is said once, by us
 
+  options.server.security = resolve(options.server.security, Side::kServer);
+  options.server.log = [](const std::string& line) { spdlog::warn("{}", line); };
   const DataFolder data(options.data);
   BlobStore blobs(data.blob_folder());
   const SteadyClock clock;
@@ -121,7 +125,8 @@ int run(Options options) {
   Farm farm(std::make_unique<SqliteJobStore>(data.store_path()), clock, options.farm);
   const Server server(options.server, farm, blobs);
   spdlog::info("{}; data in {}", build_id(), options.data);
-  spdlog::info("listening: rpc port {}, http port {}", server.rpc_port(), server.http_port());
+  spdlog::info("listening: rpc port {}, http port {}, {}", server.rpc_port(), server.http_port(),
+               options.server.security.tls() ? "TLS and tokens" : "plain text for everybody");
   if (!options.port_file.empty()) {
     write_file_atomically(options.port_file, "rpc=" + std::to_string(server.rpc_port()) +
                                                  "\nhttp=" + std::to_string(server.http_port()) + "\n");
@@ -133,9 +138,15 @@ int run(Options options) {
 int main_with_errors(int argc, char** argv) {
   CLI::App app{"Keeps jobs, leases tiles to workers and merges what they render", "lightmill-coordinator"};
   Options options;
+  std::function<void()> command;
   add_options(app, options);
+  add_credential_commands(app, &command);
   try {
     app.parse(argc, argv);
+    if (command) {
+      command();
+      return 0;
+    }
     spdlog::set_default_logger(spdlog::stderr_logger_mt("coordinator"));
     spdlog::set_level(spdlog::level::from_str(options.log_level));
     return run(options);

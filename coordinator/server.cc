@@ -11,8 +11,10 @@
 #include <optional>
 
 #include "common/rpc/channel.h"
+#include "common/rpc/grpc_credentials.h"
 #include "coordinator/client_service.h"
 #include "coordinator/http_server.h"
+#include "coordinator/token_processor.h"
 #include "coordinator/worker_service.h"
 
 namespace lightmill {
@@ -43,12 +45,21 @@ struct Server::Impl {
 
 Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs)
     : impl_(std::make_unique<Impl>(options, farm, blobs)) {
-  require_plain_text_allowed(options.listen, options.insecure);
-  if (!options.http.empty()) require_plain_text_allowed(options.http, options.insecure);
+  const bool tls = options.security.tls();
+  if (!tls) {
+    require_plain_text_allowed(options.listen, options.insecure);
+    if (!options.http.empty()) require_plain_text_allowed(options.http, options.insecure);
+  }
+  const auto log = options.log ? options.log : [](const std::string&) {};
+  const auto authenticator =
+      tls ? std::make_shared<Authenticator>(options.security.token, log) : std::shared_ptr<Authenticator>();
+  const auto credentials =
+      tls ? make_server_credentials(options.security) : grpc::InsecureServerCredentials();
+  if (tls) credentials->SetAuthMetadataProcessor(std::make_shared<TokenProcessor>(authenticator));
   enable_plugins();
   grpc::ServerBuilder builder;
   configure_server(builder);
-  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &impl_->rpc_port);
+  builder.AddListeningPort(options.listen, credentials, &impl_->rpc_port);
   builder.RegisterService(&impl_->client_service);
   builder.RegisterService(&impl_->worker_service);
   impl_->rpc = builder.BuildAndStart();
@@ -56,7 +67,9 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs)
     throw Error(ErrorKind::kFailed,
                 "--listen " + options.listen + ": can't listen there; is the port in use?");
   }
-  if (!options.http.empty()) impl_->http.emplace(options.http, farm);
+  if (!options.http.empty()) {
+    impl_->http.emplace(options.http, farm, HttpSecurity{options.security, authenticator});
+  }
 }
 
 Server::~Server() {

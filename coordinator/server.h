@@ -1,25 +1,29 @@
 #pragma once
 // A running coordinator: farm + blobs behind gRPC and HTTP. main.cc wires it to flags, tests
 // start it in process.
+#include <functional>
 #include <memory>
 #include <string>
 
+#include "common/rpc/security.h"
 #include "coordinator/blob_store.h"
 #include "coordinator/farm.h"
 
 namespace lightmill {
 
 struct ServerOptions {
-  std::string listen = "127.0.0.1:7070";  // gRPC, HOST:PORT; port 0: any
-  std::string http = "127.0.0.1:7071";    // HTTP, or empty for none
-  bool insecure = false;                  // plain text beyond loopback was asked for
-  double lease_seconds = 10;              // told to workers
+  std::string listen = "127.0.0.1:7070";          // gRPC, HOST:PORT; port 0: any
+  std::string http = "127.0.0.1:7071";            // HTTP, or empty for none
+  bool insecure = false;                          // plain text beyond loopback was asked for
+  double lease_seconds = 10;                      // told to workers
+  SecurityFiles security{};                       // resolved; with TLS all calls and pages need a token
+  std::function<void(const std::string&)> log{};  // may be empty
 };
 
 class Server {
  public:
   /// Listens on both. Throws Error(kUsage) if plain text isn't allowed there, Error(kFailed) if an address
-  /// can't be bound. `farm` and `blobs` must outlive the server.
+  /// can't be bound, Error(kUsage) if the tokens can't be read. `farm` and `blobs` must outlive the server.
   Server(const ServerOptions& options, Farm& farm, BlobStore& blobs);
   /// Ends streams and long polls, lets calls in progress finish for a few seconds, then cuts them.
   ~Server();

@@ -13,6 +13,7 @@
 #include "common/build_id/build_id.h"
 #include "common/error.h"
 #include "common/image/partial.h"
+#include "common/rpc/security_flags.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/grpc_link.h"
 #include "worker/agent/host.h"
@@ -32,6 +33,7 @@ struct Options {
   std::string cache_size = "10G";
   double drain_timeout = 60;
   bool insecure = false;
+  SecurityFiles security;
   std::string log_level = "info";
 };
 
@@ -105,6 +107,7 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_flag("--insecure", options.insecure, "Allow plain text to a coordinator on another machine")
       ->envname("LIGHTMILL_INSECURE");
+  add_security_flags(app, &options.security, Side::kClient);
   app.add_option("--log-level", options.log_level, "debug, info, warn or error")
       ->envname("LIGHTMILL_LOG_LEVEL")
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
@@ -132,7 +135,7 @@ int run(const Options& options) {
   spdlog::info("{}; {} threads; arithmetic class {}", runner_options.registration.build, threads,
                runner_options.registration.arithmetic_class.substr(0, 12));
 
-  agent::GrpcLink link(options.coordinator, options.insecure);
+  agent::GrpcLink link(options.coordinator, options.insecure, resolve(options.security, Side::kClient));
   const std::string folder = options.cache_dir.empty() ? default_cache_dir() : options.cache_dir;
   agent::SceneCache scenes(link, (std::filesystem::path(folder) / "blobs").string(), cache_bytes, threads);
   agent::TileRunner runner(link, scenes, runner_options);

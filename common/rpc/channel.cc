@@ -1,13 +1,17 @@
 #include "common/rpc/channel.h"
 
+#include <grpc/support/log.h>
 #include <grpcpp/create_channel.h>
 #include <grpcpp/resource_quota.h>
 #include <grpcpp/security/credentials.h>
 
 #include <charconv>
 #include <chrono>
+#include <cstdlib>
+#include <mutex>
 
 #include "common/error.h"
+#include "common/rpc/grpc_credentials.h"
 
 namespace lightmill {
 namespace {
@@ -15,10 +19,19 @@ namespace {
 constexpr int kKeepaliveMs = 10000;
 constexpr int kKeepaliveTimeoutMs = 10000;
 constexpr int kMaxBackoffMs = 5000;
+constexpr int kHandshakeTimeoutMs = 10000;  // a peer that says nothing is cut off
 
 [[noreturn]] void bad_address(const std::string& address) {
   throw Error(ErrorKind::kUsage,
               "\"" + address + "\" is not an address; write HOST:PORT, as in localhost:7070");
+}
+
+/// What goes wrong is said once, by us. GRPC_VERBOSITY in the environment brings gRPC's own lines back.
+void quiet_grpc() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    if (!std::getenv("GRPC_VERBOSITY")) gpr_set_log_function([](gpr_log_func_args*) {});
+  });
 }
 
 }  // namespace
@@ -72,13 +85,16 @@ bool is_loopback(const std::string& host) {
 void require_plain_text_allowed(const std::string& address, bool insecure) {
   const HostPort peer = parse_address(address);
   if (insecure || is_loopback(peer.host)) return;
-  throw Error(ErrorKind::kUsage, address +
-                                     " is not on this machine and the connection would be plain text; " +
-                                     "give --insecure to accept that");
+  throw Error(ErrorKind::kUsage,
+              address + " is not on this machine and the connection would be plain text; " +
+                  "give --credentials DIR for TLS (lightmill-coordinator init makes it), or " +
+                  "--insecure to accept that");
 }
 
 std::shared_ptr<grpc::Channel> make_channel(const ChannelOptions& options) {
-  require_plain_text_allowed(options.address, options.insecure);
+  quiet_grpc();
+  const bool tls = options.security.tls();
+  if (!tls) require_plain_text_allowed(options.address, options.insecure);
   const HostPort peer = parse_address(options.address);
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
@@ -91,10 +107,13 @@ std::shared_ptr<grpc::Channel> make_channel(const ChannelOptions& options) {
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // a proxy in the environment is not meant for the farm
   const bool v6 = peer.host.find(':') != std::string::npos;
   const std::string target = (v6 ? "[" + peer.host + "]" : peer.host) + ":" + std::to_string(peer.port);
-  return grpc::CreateCustomChannel(target, grpc::InsecureChannelCredentials(), arguments);
+  return grpc::CreateCustomChannel(
+      target, tls ? make_channel_credentials(options.security) : grpc::InsecureChannelCredentials(),
+      arguments);
 }
 
 void configure_server(grpc::ServerBuilder& builder) {
+  quiet_grpc();
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   builder.SetMaxSendMessageSize(kMaxMessageBytes);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
@@ -102,6 +121,7 @@ void configure_server(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kKeepaliveMs / 2);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeTimeoutMs);
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);  // a second coordinator on the port is an error
   grpc::ResourceQuota quota("lightmill");
   quota.SetMaxThreads(512);

@@ -1,7 +1,7 @@
 #pragma once
-// Channels to a coordinator: keepalive, bounded messages, deadlines, and the plain-text policy.
+// Channels to a coordinator: keepalive, bounded messages, deadlines, TLS, and the plain-text policy.
 //
-//   auto stub = v1::ClientService::NewStub(make_channel({"127.0.0.1:7070"}));
+//   auto stub = v1::ClientService::NewStub(make_channel({.address = "127.0.0.1:7070"}));
 //   grpc::ClientContext context;
 //   set_deadline(context, kCallSeconds);
 #include <grpcpp/channel.h>
@@ -10,6 +10,8 @@
 
 #include <memory>
 #include <string>
+
+#include "common/rpc/security.h"
 
 namespace lightmill {
 
@@ -23,8 +25,9 @@ inline constexpr double kCallSeconds = 20;
 inline constexpr double kMaxPollSeconds = 20;
 
 struct ChannelOptions {
-  std::string address;    // HOST:PORT, [v6]:PORT, PORT alone means localhost
-  bool insecure = false;  // plain text to hosts other than this one was asked for
+  std::string address;       // HOST:PORT, [v6]:PORT, PORT alone means localhost
+  bool insecure = false;     // plain text to hosts other than this one was asked for
+  SecurityFiles security{};  // resolved; without TLS: plain text
 };
 
 /// Host and port of "HOST:PORT". Throws Error(kUsage) on anything else; the port is 0..65535.
@@ -40,7 +43,8 @@ bool is_loopback(const std::string& host);
 /// Throws Error(kUsage) unless plain text to (or on) this address is allowed: loopback, or `insecure`.
 void require_plain_text_allowed(const std::string& address, bool insecure);
 
-/// A plain-text channel under the policy above; connects lazily. A dead peer is noticed within about 20 s.
+/// A channel with TLS and a token, or in plain text under the policy above; connects lazily. A dead peer is
+/// noticed within about 20 s.
 std::shared_ptr<grpc::Channel> make_channel(const ChannelOptions& options);
 
 /// The same bounds and keepalive for a server.

@@ -92,7 +92,8 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitCode2) {
 TEST_F(Cli, MissingFeaturesSaySo) {
   write("box.pbrt", kBox);
   EXPECT_THAT(run({"render", "box.pbrt", "--aov", "albedo"}).err, HasSubstr("--aov: "));
-  EXPECT_THAT(run({"jobs", "--tls-ca", "x"}).err, HasSubstr("--tls-ca: TLS does not exist in this version"));
+  EXPECT_THAT(run({"jobs", "--tls-ca", "x"}).err,
+              HasSubstr("--tls-ca without --token-file: a secured connection takes all of"));
 }
 
 TEST_F(Cli, AnUnreachableCoordinatorIsNamedWithExitCode3) {

@@ -3,6 +3,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
+#include <atomic>
 #include <mutex>
 #include <set>
 
@@ -12,6 +13,7 @@
 #include "common/rpc/convert.h"
 #include "common/rpc/pilot_result.h"
 #include "common/rpc/status.h"
+#include "common/rpc/tls_diagnosis.h"
 #include "lightmill/v1/worker.grpc.pb.h"
 
 namespace lightmill::agent {
@@ -24,12 +26,15 @@ constexpr size_t kMostBlobsAtOnce = 1000;
 
 struct GrpcLink::Impl {
   std::string address;
+  SecurityFiles security;
   std::unique_ptr<v1::WorkerService::Stub> stub;
   std::mutex mutex;
   std::string worker_id;                  // guarded by mutex
   std::set<grpc::ClientContext*> active;  // guarded by mutex: what cancel() ends
   bool cancelled = false;                 // guarded by mutex
+  std::atomic<bool> met{false};           // the coordinator has answered
 
+  void check(const grpc::Status& status, bool names_worker);
   std::string worker() {
     const std::lock_guard lock(mutex);
     return worker_id;
@@ -61,32 +66,47 @@ class Call {
   grpc::ClientContext context_;
 };
 
-/// Throws what a status means. `names_worker`: NOT_FOUND says that the coordinator has forgotten us.
-void check(const grpc::Status& status, const std::string& address, bool names_worker) {
+}  // namespace
+
+/// Throws what a status means. `names_worker`: NOT_FOUND says that the coordinator has forgotten us; a token
+/// that is not accepted any more is found out by registering again.
+void GrpcLink::Impl::check(const grpc::Status& status, bool names_worker) {
+  if (status.error_code() != grpc::StatusCode::UNAVAILABLE) met = true;
   if (status.ok()) return;
   const std::string text = one_line(status.error_message());
   switch (status.error_code()) {
     case grpc::StatusCode::NOT_FOUND:
       if (names_worker) throw NotRegistered(text);
       throw Error(ErrorKind::kFailed, text);
-    case grpc::StatusCode::PERMISSION_DENIED:
     case grpc::StatusCode::UNAUTHENTICATED:
+      if (names_worker) throw NotRegistered(text);
+      [[fallthrough]];
+    case grpc::StatusCode::PERMISSION_DENIED:
     case grpc::StatusCode::UNIMPLEMENTED:
       throw Error(ErrorKind::kUnreachable, address + ": refused: " + text);
     case grpc::StatusCode::INVALID_ARGUMENT:
     case grpc::StatusCode::FAILED_PRECONDITION:
     case grpc::StatusCode::OUT_OF_RANGE:
       throw Error(ErrorKind::kFailed, text);
-    default:  // unreachable, shutting down, out of time, full: it may pass
-      throw LinkDown(address + ": " + (text.empty() ? "no answer" : text));
+    case grpc::StatusCode::UNAVAILABLE: {
+      const TlsDiagnosis found = diagnose_tls(address, security);
+      if (found.problem.empty()) break;
+      // Later on certificates may be being renewed: that passes, and tiles are in our hands.
+      if (found.definite && !met) throw Error(ErrorKind::kUnreachable, address + ": " + found.problem);
+      throw LinkDown(address + ": " + found.problem);
+    }
+    default:
+      break;
   }
+  // Unreachable, shutting down, out of time, full: it may pass.
+  throw LinkDown(address + ": " + (text.empty() ? "no answer" : text));
 }
 
-}  // namespace
-
-GrpcLink::GrpcLink(const std::string& address, bool insecure) : impl_(std::make_unique<Impl>()) {
+GrpcLink::GrpcLink(const std::string& address, bool insecure, const SecurityFiles& security)
+    : impl_(std::make_unique<Impl>()) {
   impl_->address = address;
-  impl_->stub = v1::WorkerService::NewStub(make_channel({address, insecure}));
+  impl_->security = security;
+  impl_->stub = v1::WorkerService::NewStub(make_channel({address, insecure, security}));
 }
 GrpcLink::~GrpcLink() = default;
 
@@ -95,7 +115,7 @@ void GrpcLink::register_worker(const WorkerRegistration& registration) {
   v1::RegisterRequest request;
   *request.mutable_registration() = to_proto(registration);
   v1::RegisterResponse response;
-  check(impl_->stub->Register(call.context(), request, &response), impl_->address, false);
+  impl_->check(impl_->stub->Register(call.context(), request, &response), false);
   const std::lock_guard lock(impl_->mutex);
   impl_->worker_id = response.worker_id();
 }
@@ -106,7 +126,7 @@ std::optional<LeaseGrant> GrpcLink::lease(double wait_seconds) {
   request.set_worker_id(impl_->worker());
   request.set_wait_seconds(wait_seconds);
   v1::LeaseResponse response;
-  check(impl_->stub->Lease(call.context(), request, &response), impl_->address, true);
+  impl_->check(impl_->stub->Lease(call.context(), request, &response), true);
   if (!response.has_grant()) return std::nullopt;
   LeaseGrant lease = from_proto(response.grant());
   const CellRect all = lease.settings.grid.cells(), cells = lease.tile.cells;
@@ -124,7 +144,7 @@ std::vector<LeaseKey> GrpcLink::renew(const std::vector<LeaseKey>& held) {
   request.set_worker_id(impl_->worker());
   for (const LeaseKey& key : held) *request.add_held() = to_proto(key);
   v1::RenewResponse response;
-  check(impl_->stub->Renew(call.context(), request, &response), impl_->address, true);
+  impl_->check(impl_->stub->Renew(call.context(), request, &response), true);
   std::vector<LeaseKey> lost;
   for (const v1::LeaseKey& key : response.lost()) lost.push_back(from_proto(key));
   return lost;
@@ -146,7 +166,7 @@ CommitAnswer GrpcLink::commit(const LeaseKey& key, const std::string& partial_by
     open = writer->Write(message);
   }
   writer->WritesDone();
-  check(writer->Finish(), impl_->address, true);
+  impl_->check(writer->Finish(), true);
   return {from_proto(response.outcome()), response.message()};
 }
 
@@ -157,7 +177,7 @@ void GrpcLink::fail(const LeaseKey& key, const std::string& reason) {
   *request.mutable_key() = to_proto(key);
   request.set_reason(one_line(reason));
   v1::FailResponse response;
-  check(impl_->stub->Fail(call.context(), request, &response), impl_->address, true);
+  impl_->check(impl_->stub->Fail(call.context(), request, &response), true);
 }
 
 void GrpcLink::drain() {
@@ -165,7 +185,7 @@ void GrpcLink::drain() {
   v1::DrainRequest request;
   request.set_worker_id(impl_->worker());
   v1::DrainResponse response;
-  check(impl_->stub->Drain(call.context(), request, &response), impl_->address, true);
+  impl_->check(impl_->stub->Drain(call.context(), request, &response), true);
 }
 
 Bundle GrpcLink::bundle(const std::string& digest) {
@@ -173,7 +193,7 @@ Bundle GrpcLink::bundle(const std::string& digest) {
   v1::GetBundleRequest request;
   request.set_bundle_digest(digest);
   v1::GetBundleResponse response;
-  check(impl_->stub->GetBundle(call.context(), request, &response), impl_->address, false);
+  impl_->check(impl_->stub->GetBundle(call.context(), request, &response), false);
   return bundle_from_json(response.bundle_json());
 }
 
@@ -201,7 +221,7 @@ void GrpcLink::fetch_blobs(const std::vector<std::string>& digests, BlobSink& si
       reader->Finish();
       throw;
     }
-    check(reader->Finish(), impl_->address, false);
+    impl_->check(reader->Finish(), false);
     if (begun) sink.end();
   }
 }

@@ -3,15 +3,16 @@
 #include <memory>
 #include <string>
 
+#include "common/rpc/security.h"
 #include "worker/agent/farm_link.h"
 
 namespace lightmill::agent {
 
 class GrpcLink : public FarmLink {
  public:
-  /// Does not connect yet. Plain text: throws Error(kUsage) unless `address` (HOST:PORT) is loopback or
-  /// `insecure` allows it.
-  GrpcLink(const std::string& address, bool insecure);
+  /// Does not connect yet. With `security` (resolved) TLS and a token; else plain text: throws Error(kUsage)
+  /// unless the address is loopback or `insecure` allows it.
+  GrpcLink(const std::string& address, bool insecure, const SecurityFiles& security = {});
   ~GrpcLink() override;
   void register_worker(const WorkerRegistration& registration) override;
   std::optional<LeaseGrant> lease(double wait_seconds) override;

@@ -1,0 +1,32 @@
+#include "coordinator/token_processor.h"
+
+#include <ctime>
+
+namespace lightmill {
+namespace {
+
+std::string_view view(const grpc::string_ref& text) { return {text.data(), text.size()}; }
+
+}  // namespace
+
+grpc::Status TokenProcessor::Process(const InputMetadata& metadata, grpc::AuthContext*,
+                                     OutputMetadata* consumed, OutputMetadata*) {
+  std::string_view path, authorization;
+  if (const auto found = metadata.find(":path"); found != metadata.end()) path = view(found->second);
+  if (const auto found = metadata.find("authorization"); found != metadata.end()) {
+    authorization = view(found->second);
+    consumed->emplace("authorization", authorization);
+  }
+  const Verdict verdict = authenticator_->judge(path, authorization, std::time(nullptr));
+  switch (verdict.kind) {
+    case Verdict::Kind::kAllowed:
+      return grpc::Status::OK;
+    case Verdict::Kind::kUnauthenticated:
+      return {grpc::StatusCode::UNAUTHENTICATED, verdict.message};
+    case Verdict::Kind::kForbidden:
+      break;
+  }
+  return {grpc::StatusCode::PERMISSION_DENIED, verdict.message};
+}
+
+}  // namespace lightmill
