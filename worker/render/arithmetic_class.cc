@@ -197,16 +197,24 @@ std::string arithmetic_class() {
     orthographic.kind = CameraKind::kOrthographic;
     spherical.kind = CameraKind::kSpherical;
     Sha256 all;
-    for (const CameraDescription& camera : {scene.camera, thin_lens, orthographic, spherical}) {
-      scene.camera = camera;
-      const Renderer renderer(scene, settings, 1);
+    const auto hash_render = [&](const SceneDescription& description) {
+      const Renderer renderer(description, settings, 1);
       PartialBuilder builder(settings.grid, tile, renderer.quantum_exponent(), true, true);
       const auto workspace = renderer.make_workspace();
       for (int x = 0; x < 2; ++x) {
         for (int64_t s = 0; s < 2; ++s) renderer.render_packet({x, 0, s, s + 1}, *workspace, builder);
       }
       all.update(partial_digest(builder.take()));
+    };
+    for (const CameraDescription& camera : {scene.camera, thin_lens, orthographic, spherical}) {
+      scene.camera = camera;
+      hash_render(scene);
     }
+    // Opaque and without instances: rays are traced without the library.
+    scene.objects.clear();
+    scene.instances.clear();
+    for (ShapeDescription& shape : scene.shapes) shape.alpha = {1, -1};
+    hash_render(scene);
     hash_imaged_lights(&all);
     return all.hex();
   }();

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "common/error.h"
 #include "worker/render/accel/accel.h"
+#include "worker/render/accel/few_primitives.h"
 #include "worker/render/accel/traced_instances.h"
 #include "worker/render/scene/alpha_mask.h"
 #include "worker/render/scene/sphere_hit.h"
@@ -111,6 +113,7 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
 }  // namespace
 
 struct Accel::Impl {
+  std::optional<FewPrimitives> few;  // then nothing else is built
   RTCDevice device = nullptr;
   TracedObject world;
   TracedInstances instances;
@@ -166,7 +169,11 @@ struct Accel::Impl {
   }
 };
 
-Accel::Accel(const RenderScene& scene, int threads) : impl_(std::make_unique<Impl>()) {
+Accel::Accel(const RenderScene& scene, int threads, Structure structure) : impl_(std::make_unique<Impl>()) {
+  if (structure == Structure::kFastest && FewPrimitives::suits(scene)) {
+    impl_->few.emplace(scene);
+    return;
+  }
   const std::string config = "isa=avx2,frequency_level=simd256" +
                              (threads > 0 ? ",threads=" + std::to_string(threads) : std::string());
   impl_->device = rtcNewDevice(config.c_str());
@@ -193,6 +200,7 @@ Accel::~Accel() = default;
 
 void Accel::closest_hits(const RayView& rays, const int32_t* ids, int count, int32_t* prim,
                          int32_t* instance) const {
+  if (impl_->few) return impl_->few->closest_hits(rays, ids, count, prim);
   TraceContext context;
   for (int begin = 0; begin < count; begin += kPacket) {
     const int n = std::min(kPacket, count - begin);
@@ -230,6 +238,7 @@ void Accel::closest_hits(const RayView& rays, const int32_t* ids, int count, int
 }
 
 void Accel::occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const {
+  if (impl_->few) return impl_->few->occluded(rays, tfar, count, occluded);
   TraceContext context;
   for (int begin = 0; begin < count; begin += kPacket) {
     const int n = std::min(kPacket, count - begin);

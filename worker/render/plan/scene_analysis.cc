@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/image/exact_sum.h"
+#include "worker/render/accel/few_primitives.h"
 
 namespace lightmill {
 namespace {
@@ -102,6 +103,12 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   item("delta events", scene.any_delta,
        scene.any_delta ? "a smooth metal, glass or coat is in use" : "no smooth metal, glass or coat",
        "nothing yet: the flags are still carried");
+  const bool few = FewPrimitives::suits(scene);
+  item("acceleration tree", !few,
+       few ? text(scene.triangle_count() + scene.sphere_count()) +
+                 " opaque primitive(s), all of which are tested"
+           : "primitives are many, masked or in instances",
+       "its traversal: more than the tests it saves");
   item("spheres", scene.sphere_count() > 0, text(scene.sphere_count()) + " sphere(s)",
        "the user geometry and its intersection code");
   item("light selection", scene.lights.count() > 1, text(scene.lights.count()) + " light(s)",

@@ -1,0 +1,139 @@
+#include "worker/render/accel/few_primitives.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+#include "worker/render/math/vec.h"
+#include "worker/render/scene/alpha_mask.h"
+#include "worker/render/scene/sphere_hit.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kMostPrimitives = 128;
+constexpr int kRays = 8;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// a b + c, rounded once.
+Float8 fma(Float8 a, Float8 b, Float8 c) {
+  return reinterpret_cast<Float8>(
+      _mm256_fmadd_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b), reinterpret_cast<__m256>(c)));
+}
+Float8 broadcast(const float& x) { return reinterpret_cast<Float8>(_mm256_broadcast_ss(&x)); }
+Float8 dot(const float a[3], const Vec3<Float8>& b) {
+  return fma(broadcast(a[2]), b.z, fma(broadcast(a[1]), b.y, a[0] * b.x));
+}
+
+}  // namespace
+
+struct FewPrimitives::Rays {
+  Vec3<Float8> o, d;
+  int count;
+
+  /// Those at `index`, of which the first `n` count; the others repeat one of them.
+  Rays(const RayView& rays, Int8 index, int n)
+      : o{gather(rays.ox, index), gather(rays.oy, index), gather(rays.oz, index)},
+        d{gather(rays.dx, index), gather(rays.dy, index), gather(rays.dz, index)},
+        count(n) {}
+};
+
+bool FewPrimitives::suits(const RenderScene& scene) {
+  return !scene.any_instances() && scene.triangle_count() + scene.sphere_count() <= kMostPrimitives &&
+         std::none_of(scene.meshes.begin(), scene.meshes.end(),
+                      [](const MeshRange& m) { return has_alpha_mask(m.alpha); });
+}
+
+FewPrimitives::FewPrimitives(const RenderScene& scene)
+    : table_(scene), spheres_(scene.spheres), triangles_(scene.triangle_count()) {}
+
+/// found(number, t, mask): lanes of `mask` meet it at t > 0. Faces are numbered first, then spheres.
+template <class Found>
+void FewPrimitives::for_each_hit(const Rays& r, Found&& found) const {
+  // The corners seen along the ray. Each is rounded once, whichever faces meet there, and so is each edge,
+  // whichever way it is walked.
+  Float8 x[3 * kMostPrimitives], y[3 * kMostPrimitives];
+  const Frame<Float8> frame(normalize(r.d));
+  for (size_t i = 0; i < table_.corners.size(); ++i) {
+    const float* p = table_.corners[i].p;
+    const Vec3<Float8> v{p[0] - r.o.x, p[1] - r.o.y, p[2] - r.o.z};
+    x[i] = fma(v.z, frame.s.z, fma(v.y, frame.s.y, v.x * frame.s.x));
+    y[i] = fma(v.z, frame.t.z, fma(v.y, frame.t.y, v.x * frame.t.x));
+  }
+  int32_t number = 0;
+  for (const FaceTable::Face& f : table_.faces) {
+    Float8 side[4];
+    for (int k = 0; k < 4; ++k) {
+      const int32_t a = f.corner[k], b = f.corner[(k + 1) % 4];
+      side[k] = x[a] * y[b] - y[a] * x[b];
+    }
+    const Int8 inside = (min(min(side[0], side[1]), min(side[2], side[3])) >= 0.0f) |
+                        (max(max(side[0], side[1]), max(side[2], side[3])) <= 0.0f);
+    const Vec3<Float8> from{f.at[0] - r.o.x, f.at[1] - r.o.y, f.at[2] - r.o.z};
+    // Along the plane: infinite or NaN, which is less than nothing.
+    const Float8 t = dot(f.normal, from) / dot(f.normal, r.d);
+    found(number++, t, inside & (t > 0.0f));
+  }
+  for (size_t s = 0; s < spheres_.size(); s += 4, ++number) {
+    const float* sphere = &spheres_[s];
+    const Vec3<Float8> to_center{sphere[0] - r.o.x, sphere[1] - r.o.y, sphere[2] - r.o.z};
+    const Float8 along = lightmill::dot(to_center, r.d), d2 = lightmill::dot(r.d, r.d),
+                 c2 = lightmill::dot(to_center, to_center);
+    // The line's distance from the centre; the slack is many times what rounding can do.
+    const Float8 reach = c2 * 0x1p-18f + sphere[3] * sphere[3] * (1 + 0x1p-18f);
+    unsigned bits = mask_bits(c2 * d2 - along * along <= reach * d2) & ((1u << r.count) - 1);
+    if (bits == 0) continue;
+    float t[kRays] = {};
+    for (; bits; bits &= bits - 1) {
+      const int l = std::countr_zero(bits);
+      const float o[3] = {r.o.x[l], r.o.y[l], r.o.z[l]}, d[3] = {r.d.x[l], r.d.y[l], r.d.z[l]};
+      t[l] = static_cast<float>(std::max(sphere_hit(o, d, sphere, 0, double{kInfinity}), 0.0));
+    }
+    const Float8 distance = load<Float8>(t);
+    found(number, distance, distance > 0.0f);
+  }
+}
+
+void FewPrimitives::closest_hits(const RayView& rays, const int32_t* ids, int count, int32_t* prim) const {
+  const auto faces = static_cast<int32_t>(table_.faces.size());
+  for (int begin = 0; begin < count; begin += kRays) {
+    const int n = std::min(kRays, count - begin);
+    const Int8 i = lane_index<Float8>();
+    const Rays r(rays, gather(ids + begin, i < n ? i : n - 1), n);
+    Float8 nearest = splat<Float8>(kInfinity);
+    Int8 hit = splat_int<Float8>(-1);
+    for_each_hit(r, [&](int32_t number, const Float8& t, const Int8& mask) {
+      const Int8 nearer = mask & (t < nearest);
+      nearest = select(nearer, t, nearest);
+      hit = select(nearer, splat_int<Float8>(number), hit);
+    });
+    const Int8 on_face = (hit >= 0) & (hit < faces);
+    Int8 number = hit < faces ? hit : hit - faces + triangles_;
+    if (any(on_face)) {
+      const Int8 halves = (on_face ? hit : 0) * static_cast<int32_t>(sizeof(FaceTable::Halves) / 4);
+      const FaceTable::Halves& h = table_.halves.front();
+      const Vec3<Float8> p = r.o + r.d * select(on_face, nearest, Float8{});
+      const Float8 across = gather(&h.across[0], halves) * p.x + gather(&h.across[1], halves) * p.y +
+                            gather(&h.across[2], halves) * p.z;
+      const Int8 second = across > gather(&h.offset, halves);
+      const Int8 triangle = second ? gather(&h.second, halves) : gather(&h.first, halves);
+      number = on_face ? triangle : number;
+    }
+    for (int l = 0; l < n; ++l) prim[ids[begin + l]] = number[l];
+  }
+}
+
+void FewPrimitives::occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const {
+  for (int begin = 0; begin < count; begin += kRays) {
+    const int n = std::min(kRays, count - begin);
+    const Int8 i = lane_index<Float8>();
+    const Int8 index = (i < n ? i : n - 1) + begin;
+    const Rays r(rays, index, n);
+    const Float8 end = gather(tfar, index);
+    Int8 blocked{};
+    for_each_hit(r, [&](int32_t, const Float8& t, const Int8& mask) { blocked |= mask & (t < end); });
+    for (int l = 0; l < n; ++l) occluded[begin + l] = blocked[l] != 0;
+  }
+}
+
+}  // namespace lightmill
