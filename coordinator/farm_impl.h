@@ -59,8 +59,13 @@ struct Farm::Impl {
                       const std::string& bytes);
   /// kAccepted while the worker holds the lease; otherwise what its commit would be answered.
   CommitResult standing(const WorkerId& worker, const LeaseKey& lease);
-  /// Lets a pinned lease that was not committed after all expire again.
-  void unpin(const WorkerId& worker, const LeaseKey& lease);
+  /// Lets a pinned lease expire again, unless it was committed or released meanwhile.
+  struct Unpin {
+    Impl& farm;
+    const WorkerId& worker;
+    const LeaseKey& lease;
+    ~Unpin();
+  };
   /// The pilot's lease is pinned.
   CommitResult commit_pilot(const WorkerId& worker, const LeaseKey& lease, const std::string& bytes);
   void log(const std::string& line) const;

@@ -91,10 +91,10 @@ CommitResult Farm::Impl::refuse(const WorkerId& worker, const LeaseKey& lease, c
   Job* owner = scheduler.find(lease.job);
   const TileRecord* tile = owner ? owner->tiles.find(lease.tile) : nullptr;
   log(tile_name(lease, tile && is_pilot(tile->tile)) + " from worker " + worker.value + ": " + reason);
-  store->quarantine(lease, worker, reason, bytes);
   if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) {
     release(*owner, lease.tile, true, reason, now);
   }
+  store->quarantine(lease, worker, reason, bytes);
   return CommitResult::kCorrupt;
 }
 
@@ -111,11 +111,11 @@ CommitResult Farm::Impl::standing(const WorkerId& worker, const LeaseKey& lease)
   return CommitResult::kStale;
 }
 
-void Farm::Impl::unpin(const WorkerId& worker, const LeaseKey& lease) {
-  const std::lock_guard lock(mutex);
-  Job* owner = scheduler.find(lease.job);
+Farm::Impl::Unpin::~Unpin() {
+  const std::lock_guard lock(farm.mutex);
+  Job* owner = farm.scheduler.find(lease.job);
   if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) {
-    owner->tiles.unpin(lease.tile, clock.now() + options.lease_seconds);
+    owner->tiles.unpin(lease.tile);
   }
 }
 
@@ -159,6 +159,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     impl_->store->flush();  // the first answer may have failed just there
     return CommitResult::kAlreadyCommitted;
   }
+  const Impl::Unpin unpin{*impl_, worker, lease};
   if (is_pilot(tile)) return impl_->commit_pilot(worker, lease, partial_bytes);
 
   Partial partial;
@@ -169,16 +170,12 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     digest = partial_digest(partial);
   } catch (const Error& e) {
     return impl_->refuse(worker, lease, e.what(), partial_bytes);
-  } catch (...) {
-    impl_->unpin(worker, lease);
-    throw;
   }
 
   std::optional<Merger::Open> layers;
   try {
     layers.emplace(impl_->open_layers(lease.job, settings));
   } catch (const StoreError&) {
-    impl_->unpin(worker, lease);
     throw;
   } catch (
       const Error&) {  // damaged, and the job waits: the worker has better things to do than to wait with it
@@ -251,7 +248,6 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     impl_->touch(*job);
   } catch (...) {
     Merger::reset(*layers);
-    impl_->unpin(worker, lease);
     throw;
   }
 

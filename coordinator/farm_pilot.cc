@@ -11,11 +11,8 @@ CommitResult Farm::Impl::commit_pilot(const WorkerId& worker, const LeaseKey& le
     result = decode_pilot(bytes);
   } catch (const Error& e) {
     return refuse(worker, lease, e.what(), bytes);
-  } catch (...) {
-    unpin(worker, lease);
-    throw;
   }
-  try {
+  {
     const std::string report = pilot_to_json(result.report);
     const std::lock_guard lock(mutex);
     Job* owner = scheduler.find(lease.job);
@@ -42,9 +39,6 @@ CommitResult Farm::Impl::commit_pilot(const WorkerId& worker, const LeaseKey& le
     ++stats.commits;
     stats.commit_bytes += bytes.size();
     touch(*owner);  // there are tiles now
-  } catch (...) {
-    unpin(worker, lease);
-    throw;
   }
   return CommitResult::kAccepted;
 }

@@ -1,15 +1,8 @@
 #include "coordinator/lease_table.h"
 
-#include <limits>
 #include <stdexcept>
 
 namespace lightmill {
-namespace {
-
-constexpr double kPinned = std::numeric_limits<double>::infinity();
-
-}  // namespace
-
 void LeaseTable::add(const std::vector<TileRecord>& tiles) {
   for (const TileRecord& tile : tiles) {
     if (tile.id.value != static_cast<int64_t>(tiles_.size()))
@@ -27,7 +20,7 @@ void LeaseTable::add(const std::vector<TileRecord>& tiles) {
     }
     tiles_.push_back(tile);
     if (tile.state == TileState::kPending) pending_.insert(tile.id.value);
-    if (tile.state == TileState::kLeased) leased_[tile.id.value] = 0;
+    if (tile.state == TileState::kLeased) leased_[tile.id.value] = {};
   }
 }
 
@@ -59,7 +52,7 @@ bool LeaseTable::holds(TileId id, const WorkerId& worker, int64_t attempt) const
 
 std::vector<TileId> LeaseTable::leased() const {
   std::vector<TileId> ids;
-  for (const auto& [id, expires] : leased_) ids.push_back(TileId{id});
+  for (const auto& [id, lease] : leased_) ids.push_back(TileId{id});
   return ids;
 }
 
@@ -90,29 +83,29 @@ void LeaseTable::apply(const TileRecord& record, double expires) {
   pending_.erase(record.id.value);
   leased_.erase(record.id.value);
   if (record.state == TileState::kPending) pending_.insert(record.id.value);
-  if (record.state == TileState::kLeased) leased_[record.id.value] = expires;
+  if (record.state == TileState::kLeased) leased_[record.id.value] = {expires, 0};
   tile = record;
 }
 
 void LeaseTable::renew(TileId id, double expires) {
   const auto found = leased_.find(id.value);
-  if (found != leased_.end() && found->second != kPinned) found->second = expires;
+  if (found != leased_.end()) found->second.expires = expires;
 }
 
 void LeaseTable::pin(TileId id) {
   const auto found = leased_.find(id.value);
-  if (found != leased_.end()) found->second = kPinned;
+  if (found != leased_.end()) ++found->second.pins;
 }
 
-void LeaseTable::unpin(TileId id, double expires) {
+void LeaseTable::unpin(TileId id) {
   const auto found = leased_.find(id.value);
-  if (found != leased_.end()) found->second = expires;
+  if (found != leased_.end() && found->second.pins > 0) --found->second.pins;
 }
 
 std::vector<TileId> LeaseTable::expired(double now) const {
   std::vector<TileId> ids;
-  for (const auto& [id, expires] : leased_) {
-    if (expires <= now) ids.push_back(TileId{id});
+  for (const auto& [id, lease] : leased_) {
+    if (lease.pins == 0 && lease.expires <= now) ids.push_back(TileId{id});
   }
   return ids;
 }

@@ -51,11 +51,11 @@ class LeaseTable {
   TileRecord released(TileId id, bool failed) const;
   /// Replaces the row. `expires` counts for leased rows only, in seconds of the clock.
   void apply(const TileRecord& record, double expires = 0);
-  /// Moves the expiry of a leased tile, unless it is pinned.
+  /// Moves the expiry of a leased tile.
   void renew(TileId id, double expires);
-  /// Holds a leased tile while its commit is in progress: it does not expire.
+  /// Holds a leased tile while a commit of it is in progress: it does not expire before as many unpins.
   void pin(TileId id);
-  void unpin(TileId id, double expires);
+  void unpin(TileId id);
   /// Leased tiles whose time is over.
   std::vector<TileId> expired(double now) const;
 
@@ -65,7 +65,11 @@ class LeaseTable {
   std::vector<Round> rounds_;
   std::vector<size_t> round_of_;  // per tile; kNoRound: the pilot
   std::set<int64_t> pending_;
-  std::map<int64_t, double> leased_;  // id -> expiry
+  struct Lease {
+    double expires = 0;
+    int pins = 0;
+  };
+  std::map<int64_t, Lease> leased_;
 };
 
 }  // namespace lightmill

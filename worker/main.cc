@@ -126,6 +126,7 @@ int run(const Options& options) {
   runner_options.drain_timeout_seconds = options.drain_timeout;
   runner_options.lease_wait_seconds = 2;
   runner_options.log = [](const std::string& line) { spdlog::info("{}", line); };
+  runner_options.debug = [](const std::string& line) { spdlog::debug("{}", line); };
   runner_options.registration = {agent::host_name(),
                                  threads,
                                  overridden("LIGHTMILL_TEST_BUILD_ID", build_id()),

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/digest.h"
 #include "common/rpc/pilot_result.h"
 
 namespace lightmill {
@@ -242,6 +243,11 @@ LeaseKey from_proto(const v1::LeaseKey& m) {
   return {JobId{m.job_id()}, TileId{m.tile_id()}, m.attempt()};
 }
 
+std::string grant_digest(v1::LeaseGrant grant) {
+  grant.clear_digest();
+  return sha256_hex(grant.SerializeAsString());
+}
+
 v1::LeaseGrant to_proto(const LeaseGrant& g) {
   v1::LeaseGrant m;
   *m.mutable_key() = to_proto(LeaseKey{g.job, g.tile_id, g.attempt});
@@ -250,6 +256,7 @@ v1::LeaseGrant to_proto(const LeaseGrant& g) {
   m.set_settings_json(settings_to_json(g.settings));
   m.set_bundle_digest(g.bundle_digest);
   m.set_lease_seconds(g.lease_seconds);
+  m.set_digest(grant_digest(m));
   return m;
 }
 

@@ -30,6 +30,8 @@ WorkerStatus from_proto(const v1::WorkerStatus& message);
 v1::LeaseKey to_proto(const LeaseKey& key);
 LeaseKey from_proto(const v1::LeaseKey& message);
 
+/// SHA-256 over all fields but the digest: to_proto sets it, whoever receives a lease compares.
+std::string grant_digest(v1::LeaseGrant grant);
 v1::LeaseGrant to_proto(const LeaseGrant& grant);
 LeaseGrant from_proto(const v1::LeaseGrant& message);
 

@@ -35,8 +35,7 @@ class Downloader : public BlobSink {
   void begin(const std::string& digest, uint64_t size) override {
     const auto found = wanted_.find(digest);
     if (found == wanted_.end() || size != found->second.size) {
-      throw Error(ErrorKind::kFailed,
-                  "the coordinator sent a blob that was not asked for, or of another size");
+      throw Damaged("the coordinator sent a blob that was not asked for, or of another size");
     }
     entry_ = found->second;
     left_ = size;
@@ -47,7 +46,7 @@ class Downloader : public BlobSink {
   }
   void write(std::string_view chunk) override {
     if (!hash_ || chunk.size() > left_) {
-      throw Error(ErrorKind::kFailed, "blob " + entry_.digest + ": more bytes than announced");
+      throw Damaged("blob " + entry_.digest + ": more bytes than announced");
     }
     left_ -= chunk.size();
     hash_->update(chunk);
@@ -58,8 +57,8 @@ class Downloader : public BlobSink {
     out_.close();
     if (!out_) fail_disk(temporary_);
     if (left_ != 0 || hash_->hex() != entry_.digest) {
-      throw Error(ErrorKind::kFailed, "blob " + entry_.digest + " (" + entry_.name +
-                                          ") arrived damaged: its content does not match its digest");
+      throw Damaged("blob " + entry_.digest + " (" + entry_.name +
+                    ") arrived damaged: its content does not match its digest");
     }
     const std::string path = folder_ + "/" + blob_file_name(entry_);
     if (std::rename(temporary_.c_str(), path.c_str()) != 0) fail_disk(path);

@@ -4,6 +4,7 @@
 // GrpcLink dials a coordinator; the client's InProcessLink calls the coordinator's core directly; tests
 // script one. Every call may throw
 //   LinkDown       the other side can't be reached now: try again with backoff; all calls may be repeated
+//   Damaged        bytes changed on their way: try again a few times
 //   NotRegistered  it has forgotten this worker (it was restarted): register again
 //   Error          it refuses for good (register_worker: another build) or has no such thing (bundle).
 // All calls but register_worker are thread-safe with each other.
@@ -14,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "common/error.h"
 #include "common/rpc/farm_types.h"
 #include "common/scene/bundle.h"
 
@@ -24,6 +26,11 @@ struct LinkDown : std::runtime_error {
 };
 struct NotRegistered : std::runtime_error {
   using std::runtime_error::runtime_error;
+};
+
+/// A digest does not fit what arrived, here or there.
+struct Damaged : Error {
+  explicit Damaged(const std::string& message) : Error(ErrorKind::kFailed, message) {}
 };
 
 inline LeaseKey key_of(const LeaseGrant& lease) { return {lease.job, lease.tile_id, lease.attempt}; }

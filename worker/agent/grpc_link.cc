@@ -128,6 +128,9 @@ std::optional<LeaseGrant> GrpcLink::lease(double wait_seconds) {
   v1::LeaseResponse response;
   impl_->check(impl_->stub->Lease(call.context(), request, &response), true);
   if (!response.has_grant()) return std::nullopt;
+  if (response.grant().digest() != grant_digest(response.grant())) {
+    throw Damaged("a lease arrived damaged: its digest does not fit");
+  }
   LeaseGrant lease = from_proto(response.grant());
   const CellRect all = lease.settings.grid.cells(), cells = lease.tile.cells;
   if (is_pilot(lease.tile)) return lease;
@@ -166,7 +169,10 @@ CommitAnswer GrpcLink::commit(const LeaseKey& key, const std::string& partial_by
     open = writer->Write(message);
   }
   writer->WritesDone();
-  impl_->check(writer->Finish(), true);
+  const grpc::Status status = writer->Finish();
+  if (status.error_code() == grpc::StatusCode::INVALID_ARGUMENT)
+    throw Damaged(one_line(status.error_message()));
+  impl_->check(status, true);
   return {from_proto(response.outcome()), response.message()};
 }
 

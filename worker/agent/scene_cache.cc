@@ -60,7 +60,7 @@ std::shared_ptr<const PacketRenderer> SceneCache::open(const std::string& bundle
   if (!move_to_front(warm_, [&](const Warm& warm) { return warm.scene_key == scene; })) {
     const Bundle bundle = link_.bundle(bundle_digest);
     if (bundle.digest() != bundle_digest) {
-      throw Error(ErrorKind::kFailed, "bundle " + bundle_digest + ": the manifest does not match its digest");
+      throw Damaged("bundle " + bundle_digest + ": the manifest does not match its digest");
     }
     blobs_.ensure(bundle, link_);
     if (warm_.size() >= kWarmScenes) warm_.pop_back();  // before building: two large scenes may not fit

@@ -36,6 +36,10 @@ std::string describe(const LeaseKey& key) {
          std::to_string(key.attempt);
 }
 
+/// So often in a row is not an accident on the way any more.
+constexpr int kMostDamaged = 3;
+constexpr int kMostRefusals = 2;
+
 /// A render thread's workspaces: of the renderers that it used last, most recent first.
 class Workspaces {
  public:
@@ -105,26 +109,33 @@ bool TileRunner::sleep(double seconds, const std::function<bool()>& wanted) {
 bool TileRunner::register_again(uint64_t seen) {
   const std::lock_guard lock(register_mutex_);
   if (generation_ != seen) return true;  // another thread did
-  try {
-    link_.register_worker(options_.registration);
-  } catch (const Error&) {
-    {
-      const std::lock_guard refusal_lock(refusal_mutex_);
-      refusal_ = std::current_exception();
+  for (int refusals = 1;; ++refusals) {
+    try {
+      link_.register_worker(options_.registration);
+      ++generation_;
+      return true;
+    } catch (const Error& refused) {
+      if (refusals < kMostRefusals) {  // a damaged call is refused like a wrong one
+        options_.log(std::string(refused.what()) + "; asking once more");
+        continue;
+      }
+      {
+        const std::lock_guard refusal_lock(refusal_mutex_);
+        refusal_ = std::current_exception();
+      }
+      stop();
+      return false;
     }
-    stop();
-    return false;
   }
-  ++generation_;
-  return true;
 }
 
 /// Calls `call` until it went through, while `wanted()` and not stopping; registers (again) when told to.
-/// False if it gave up. What `call` throws as Error passes through.
+/// False if it gave up. What `call` throws as Error passes through, Damaged after the third time in a row.
 template <class F>
 bool TileRunner::retry(const std::function<bool()>& wanted, F call) {
   Backoff backoff;
   bool complained = false;
+  int damaged = 0;
   while (!is_stopping() && wanted()) {
     const uint64_t seen = generation_;
     try {
@@ -141,6 +152,10 @@ bool TileRunner::retry(const std::function<bool()>& wanted, F call) {
       }
     } catch (const LinkDown& down) {
       if (!complained && !is_stopping()) options_.log(std::string(down.what()) + "; trying again");
+      damaged = 0;
+    } catch (const Damaged& damage) {
+      if (++damaged == kMostDamaged) throw;
+      options_.log(std::string(damage.what()) + "; trying again");
     }
     complained = true;
     sleep(backoff.next(), wanted);
@@ -232,10 +247,17 @@ void TileRunner::report_failure(const LeaseKey& key, const std::string& error) {
 
 bool TileRunner::hand_in(const LeaseKey& key, const std::string& bytes) {
   CommitAnswer answer;
-  if (!retry([&] { return queue_.is_held(key); }, [&] { answer = link_.commit(key, bytes); })) return false;
-  if (answer.outcome != CommitResult::kAccepted) {
-    options_.log(describe(key) + ": " + outcome_name(answer.outcome) +
-                 (answer.message.empty() ? "" : ": " + answer.message));
+  try {
+    if (!retry([&] { return queue_.is_held(key); }, [&] { answer = link_.commit(key, bytes); })) return false;
+  } catch (const Error& error) {  // give it back at once: another worker, or another try, may do better
+    report_failure(key, std::string("the partial can't be handed in: ") + error.what());
+    return false;
+  }
+  const std::string line = describe(key) + ": " + outcome_name(answer.outcome);
+  if (answer.outcome == CommitResult::kAccepted) {
+    options_.debug(line);
+  } else {
+    options_.log(line + (answer.message.empty() ? "" : ": " + answer.message));
   }
   return answer.outcome == CommitResult::kAccepted;
 }

@@ -25,7 +25,8 @@ struct RunnerOptions {
   WorkerRegistration registration;
   double lease_wait_seconds = 5;  // long poll
   double drain_timeout_seconds = 60;
-  std::function<void(const std::string&)> log = [](const std::string&) {};  // any thread; one line
+  std::function<void(const std::string&)> log = [](const std::string&) {};    // any thread; one line
+  std::function<void(const std::string&)> debug = [](const std::string&) {};  // a line per tile
 };
 
 class TileRunner {

@@ -73,6 +73,22 @@ TEST(Convert, LeaseGrantAndTileRoundTrip) {
   EXPECT_EQ(from_proto(to_proto(tile)).state, "leased");
 }
 
+TEST(Convert, ALeaseThatWasChangedOnItsWayHasAnotherDigest) {
+  LeaseGrant grant;
+  grant.job = JobId{"j1"};
+  grant.attempt = 1;
+  grant.tile = {{1, 2, 3, 4}, 16, 32};
+  grant.settings.grid = {128, 128, {0, 0, 128, 128}};
+  const v1::LeaseGrant message = to_proto(grant);
+  EXPECT_EQ(message.digest(), grant_digest(message));
+  v1::LeaseGrant changed = message;
+  changed.mutable_tile()->set_sample_end(33);
+  EXPECT_NE(message.digest(), grant_digest(changed));
+  changed = message;
+  changed.mutable_settings_json()->back() ^= 1;
+  EXPECT_NE(message.digest(), grant_digest(changed));
+}
+
 TEST(Convert, APilotHasNoTile) {
   LeaseGrant grant;
   grant.job = JobId{"j1"};

@@ -1,0 +1,47 @@
+// Hundreds of seeded lives of a farm in simulated time; what is asked of it is in farm_simulation.cc.
+#include "tests/chaos/farm_simulation.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+namespace lightmill {
+namespace {
+
+using testing::ChaosCounts;
+using testing::FarmSimulation;
+
+TEST(FarmSimulation, NothingIsLostOrCountedTwiceWhateverHappens) {
+  const char* only = std::getenv("CHAOS_SEED");  // to see one of them again
+  const uint64_t first = only ? std::strtoull(only, nullptr, 10) : 1, last = only ? first : 150;
+  ChaosCounts all;
+  for (uint64_t seed = first; seed <= last; ++seed) {
+    const Integrator integrator = seed % 3 == 0   ? Integrator::kAuto
+                                  : seed % 3 == 1 ? Integrator::kBdpt
+                                                  : Integrator::kLt;
+    FarmSimulation simulation(seed, testing::small_job(96, 64, 60, integrator));
+    ChaosCounts counts;
+    ASSERT_NO_THROW(counts = simulation.run());
+    for (int ChaosCounts::*member :
+         {&ChaosCounts::crashes, &ChaosCounts::storage_faults, &ChaosCounts::clock_jumps,
+          &ChaosCounts::deaths, &ChaosCounts::pauses, &ChaosCounts::lost, &ChaosCounts::late,
+          &ChaosCounts::repeated, &ChaosCounts::damaged, &ChaosCounts::re_leased_after_death}) {
+      all.*member += counts.*member;
+    }
+    all.longest_wait_for_dead = std::max(all.longest_wait_for_dead, counts.longest_wait_for_dead);
+    all.seconds += counts.seconds;
+  }
+  std::printf(
+      "%d crashes, %d storage faults, %d clock jumps, %d deaths, %d stops; messages: %d lost, %d late, "
+      "%d repeated, %d damaged; %d leases again, longest lease of the dead %.2f s; %.0f s simulated\n",
+      all.crashes, all.storage_faults, all.clock_jumps, all.deaths, all.pauses, all.lost, all.late,
+      all.repeated, all.damaged, all.re_leased_after_death, all.longest_wait_for_dead, all.seconds);
+  if (only) return;
+  for (const int count : {all.crashes, all.storage_faults, all.clock_jumps, all.deaths, all.pauses, all.lost,
+                          all.late, all.repeated, all.damaged, all.re_leased_after_death}) {
+    EXPECT_GT(count, 50) << "chaos that does not happen tests nothing";
+  }
+}
+
+}  // namespace
+}  // namespace lightmill
