@@ -2,7 +2,7 @@
 import dataclasses
 import random
 
-HORIZON_S = 4.0  # faults begin within it
+HORIZON_S = 3.0  # faults begin within it
 
 
 @dataclasses.dataclass
