@@ -28,6 +28,7 @@ constexpr double kWatchSeconds = 86400;    // a stream; it is opened again when 
 constexpr double kConnectSeconds = 6;      // patience of a first connection: a coordinator may be starting
 constexpr double kReconnectSeconds = 60;   // a coordinator that restarts is back by then
 constexpr size_t kDigestsAtOnce = 10000;
+constexpr int kMaxAovChannels = 64;
 
 /// The bytes of a blob to upload: a file, or memory.
 class BlobBytes {
@@ -294,43 +295,57 @@ JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobS
   }
 }
 
-FetchedImage FarmClient::fetch(const JobId& id) {
+FetchedImage FarmClient::fetch(const JobId& id, bool with_aovs, int max_side) {
   grpc::ClientContext context;
   set_deadline(context, kTransferSeconds);
   v1::FetchImageRequest request;
   request.set_job_id(id.value);
+  request.set_with_aovs(with_aovs);
+  request.set_max_side(max_side);
   const auto reader = impl_->stub->FetchImage(&context, request);
   FetchedImage fetched;
-  size_t filled = 0, size = 0;
+  size_t filled = 0, size = 0, aov_size = 0;
   v1::FetchImageResponse message;
   const auto malformed = [&] {
     return Error(ErrorKind::kFailed, impl_->address + " sent a malformed image; is it of the same version?");
+  };
+  const auto refuse = [&] {
+    context.TryCancel();
+    reader->Finish();
+    throw malformed();
   };
   while (reader->Read(&message)) {
     if (message.has_header()) {
       const auto& header = message.header();
       if (size != 0 || header.width() < 1 || header.height() < 1 || header.channels() != 3 ||
+          header.aov_channels_size() > kMaxAovChannels ||
           int64_t{header.width()} * header.height() > kMaxPixels) {
-        context.TryCancel();
-        reader->Finish();
-        throw malformed();
+        refuse();
       }
       fetched.image = Image(header.width(), header.height(), 3);
-      size = fetched.image.data.size() * sizeof(float);
-      fetched.metadata = {header.metadata().begin(), header.metadata().end()};
-    } else {
-      const std::string& chunk = message.chunk();
-      if (chunk.size() > size - filled) {
-        context.TryCancel();
-        reader->Finish();
-        throw malformed();
+      fetched.aovs.channels = {header.aov_channels().begin(), header.aov_channels().end()};
+      if (header.aov_channels_size() > 0) {
+        fetched.aovs.image = Image(header.width(), header.height(), header.aov_channels_size());
       }
-      std::memcpy(reinterpret_cast<char*>(fetched.image.data.data()) + filled, chunk.data(), chunk.size());
-      filled += chunk.size();
+      size = fetched.image.data.size() * sizeof(float);
+      aov_size = fetched.aovs.image.data.size() * sizeof(float);
+      fetched.metadata = {header.metadata().begin(), header.metadata().end()};
+      continue;
+    }
+    std::string_view chunk = message.chunk();
+    if (chunk.size() > size + aov_size - filled) refuse();
+    while (!chunk.empty()) {
+      const bool colour = filled < size;
+      char* to = colour ? reinterpret_cast<char*>(fetched.image.data.data()) + filled
+                        : reinterpret_cast<char*>(fetched.aovs.image.data.data()) + (filled - size);
+      const size_t count = colour ? std::min(chunk.size(), size - filled) : chunk.size();
+      std::memcpy(to, chunk.data(), count);
+      filled += count;
+      chunk.remove_prefix(count);
     }
   }
   impl_->require_ok(reader->Finish());
-  if (size == 0 || filled != size) throw malformed();
+  if (size == 0 || filled != size + aov_size) throw malformed();
   return fetched;
 }
 

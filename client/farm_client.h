@@ -18,6 +18,7 @@ namespace lightmill::client {
 
 struct FetchedImage {
   Image image;
+  ChannelImage aovs;  // without channels if they were not asked for, or the job has none
   std::map<std::string, std::string> metadata;
 };
 
@@ -48,7 +49,8 @@ class FarmClient {
   /// coordinator that restarts meanwhile is waited for, up to a minute; `lost` is told once per loss.
   JobStatus watch(const JobId& id, const std::function<void(const JobStatus&)>& observe,
                   const std::function<void(const std::string&)>& lost);
-  FetchedImage fetch(const JobId& id);
+  /// `max_side` over 0: a preview, whose longer side has at most so many pixels.
+  FetchedImage fetch(const JobId& id, bool with_aovs = false, int max_side = 0);
   ErrorCurve curve(const JobId& id);
 
  private:

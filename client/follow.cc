@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "client/options.h"
+#include "client/output.h"
 #include "client/progress.h"
 #include "common/error.h"
 
@@ -26,10 +27,12 @@ JobStatus follow(FarmClient& farm, const JobId& id, bool quiet) {
   return last;
 }
 
-void fetch_to_file(FarmClient& farm, const JobId& id, const std::string& path, bool half, bool quiet) {
-  FetchedImage fetched = farm.fetch(id);
-  write_image(fetched.image, path, {half, std::move(fetched.metadata)});
-  if (!quiet) std::fprintf(stderr, "wrote %s\n", path.c_str());
+FetchedImage fetch_to_file(FarmClient& farm, const JobId& id, const OutputOptions& output, bool quiet,
+                           int max_side) {
+  FetchedImage fetched = farm.fetch(id, is_exr(output.path) && max_side == 0, max_side);
+  write_image(fetched.image, output.path, {output.half, fetched.metadata, &fetched.aovs, view_of(output)});
+  if (!quiet) std::fprintf(stderr, "wrote %s\n", output.path.c_str());
+  return fetched;
 }
 
 }  // namespace lightmill::client

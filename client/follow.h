@@ -9,7 +9,9 @@ namespace lightmill::client {
 /// Shows progress until the job ends. Throws Error(kFailed) if it failed or was cancelled.
 JobStatus follow(FarmClient& farm, const JobId& id, bool quiet);
 
-/// Fetches the current image and writes it to `path` with the coordinator's metadata.
-void fetch_to_file(FarmClient& farm, const JobId& id, const std::string& path, bool half, bool quiet);
+/// Fetches the current image, with the job's AOVs if the file can hold them, and writes it with the
+/// coordinator's metadata. `max_side` over 0: a preview (FarmClient::fetch). Returns what was fetched.
+FetchedImage fetch_to_file(FarmClient& farm, const JobId& id, const OutputOptions& output, bool quiet,
+                           int max_side = 0);
 
 }  // namespace lightmill::client

@@ -110,7 +110,7 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
   result.status = farm.job(job);
   if (result.status.state == JobState::kFailed) throw Error(ErrorKind::kFailed, result.status.message);
   if (is_final(result.status.state)) result.interrupted = false;
-  result.image = farm.image(job);
+  result.aovs = farm.aovs(job, &result.image);
   result.curve = farm.curve(job);
   result.pilot = farm.pilot(job);
   return result;

@@ -14,6 +14,7 @@ namespace lightmill::client {
 struct LocalResult {
   JobStatus status;
   Image image;
+  ChannelImage aovs;  // those of the settings
   ErrorCurve curve;
   std::optional<PilotReport> pilot;  // if one ran to its end
   bool interrupted = false;

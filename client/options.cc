@@ -118,7 +118,8 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
                        "a whole number from 0", "Seed of the random numbers");
   verb->add_option("--resolution", scene->resolution, "Image size in pixels: WxH");
   verb->add_option("--crop", scene->crop, "Crop window in [0,1]: x0,x1,y0,y1");
-  add_unavailable(verb, "--aov", "AOV output");
+  verb->add_option("--aov", render.aovs,
+                   "Also record, as layers of the .exr: a list of " + aov_names(kAllAovs) + ", or all");
   verb->add_option(
       "--plan", scene->plan,
       "How to sample, instead of the integrator's choice: a plan.json, job --json or an .exr image");
@@ -173,6 +174,12 @@ void finish_scene_options(SceneOptions* scene) {
 void add_output(CLI::App* verb, OutputOptions* output) {
   verb->add_option("-o,--output", output->path, "Image to write: .exr, .png, .hdr or .pfm");
   verb->add_flag("--half", output->half, "Write 16-bit floats (.exr only)");
+  verb->add_option("--view", output->view, "Tone curve of a .png: srgb (clips at 1), filmic, aces, or none")
+      ->check(CLI::IsMember({"srgb", "filmic", "aces", "none"}))
+      ->capture_default_str();
+  verb->add_option("--exposure", output->exposure, "Stops that a .png is brightened by; may be negative")
+      ->check(CLI::Range(-100.0, 100.0).description("-100 to 100"))
+      ->capture_default_str();
 }
 
 LoadOptions load_options(const SceneOptions& options) {

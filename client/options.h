@@ -51,10 +51,12 @@ void add_stop_rule(CLI::App* verb, SceneOptions* scene);
 /// that file can't be read.
 void finish_scene_options(SceneOptions* scene);
 
-/// -o and --half.
+/// -o, and how its file is written.
 struct OutputOptions {
   std::string path;
   bool half = false;
+  std::string view = "srgb";
+  double exposure = 0;
 };
 void add_output(CLI::App* verb, OutputOptions* output);
 

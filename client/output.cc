@@ -9,22 +9,46 @@
 
 namespace lightmill::client {
 
-void check_output(const OutputOptions& options) {
-  if (options.half && std::filesystem::path(options.path).extension() != ".exr") {
-    throw Error(ErrorKind::kUsage, "--half: only .exr files hold 16-bit floats, not " + options.path);
-  }
-  check_writable(options.path);
+namespace {
+
+std::string extension_of(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
 }
 
-std::string output_path(const OutputOptions& options, const SceneDescription& scene) {
-  std::string path = options.path;
-  if (path.empty()) {
+}  // namespace
+
+bool is_exr(const std::string& path) { return extension_of(path) == ".exr"; }
+
+ViewTransform view_of(const OutputOptions& options) {
+  return {view_curve_named(options.view), options.exposure};
+}
+
+void check_output(const OutputOptions& options, Aovs aovs) {
+  const std::string& path = options.path;
+  if (options.half && !is_exr(path)) {
+    throw Error(ErrorKind::kUsage, "--half: only .exr files hold 16-bit floats, not " + path);
+  }
+  if (aovs && !is_exr(path)) {
+    throw Error(ErrorKind::kUsage, "--aov: only .exr files hold layers, not " + path);
+  }
+  if (view_of(options) != ViewTransform{} && extension_of(path) != ".png") {
+    throw Error(ErrorKind::kUsage,
+                "--view and --exposure: they are for .png; " + path + " keeps linear values");
+  }
+  check_writable(path);
+}
+
+std::string output_path(const OutputOptions& options, const SceneDescription& scene, Aovs aovs) {
+  OutputOptions output = options;
+  if (output.path.empty()) {
     std::string stem = std::filesystem::path(scene.film.filename).stem().string();
     if (stem.empty()) stem = "lightmill";
-    path = stem + ".exr";
+    output.path = stem + ".exr";
   }
-  check_output({path, options.half});
-  return path;
+  check_output(output, aovs);
+  return output.path;
 }
 
 std::map<std::string, std::string> image_metadata(const JobStatus& status) {
@@ -44,6 +68,8 @@ std::map<std::string, std::string> image_metadata(const JobStatus& status) {
                                                  {"job", status.name}};
   if (!needs_pilot(status.settings)) metadata["plan"] = plan_to_json(plan_of(status.settings));
   if (status.relmse) metadata["relmse"] = number(*status.relmse);
+  if (status.relmse_low) metadata["relmse_low"] = number(*status.relmse_low);
+  if (status.relmse_high) metadata["relmse_high"] = number(*status.relmse_high);
   return metadata;
 }
 

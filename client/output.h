@@ -11,12 +11,15 @@
 namespace lightmill::client {
 
 /// Throws Error(kFailed) unless options.path can be written to, Error(kUsage) for an extension that can't be
-/// written or --half with another than .exr.
-void check_output(const OutputOptions& options);
+/// written, or that can't hold what is asked for: --half and --aov are for .exr, views for .png.
+void check_output(const OutputOptions& options, Aovs aovs = 0);
+/// Whether the file's name ends in .exr, in any case: it can hold layers.
+bool is_exr(const std::string& path);
+ViewTransform view_of(const OutputOptions& options);
 
 /// -o as given, or the scene's film filename in the current folder with the extension .exr. Checked by
 /// check_output, so that a long render can't end in an error.
-std::string output_path(const OutputOptions& options, const SceneDescription& scene);
+std::string output_path(const OutputOptions& options, const SceneDescription& scene, Aovs aovs);
 
 /// What an image file says of its making: scene digest, settings, plan, build, spp, wall seconds, error.
 std::map<std::string, std::string> image_metadata(const JobStatus& status);

@@ -43,7 +43,7 @@ int render(LocalOptions& options) {
   const SceneDescription scene = load_scene_for(options.scene, quiet);
   JobRequest request;
   request.settings = resolve_settings(scene, options.scene.render);
-  const std::string path = output_path(options.output, scene);
+  const std::string path = output_path(options.output, scene, request.settings.aovs);
   request.reference = load_reference(options.reference, request.settings.grid);
   request.name = std::filesystem::path(options.scene.scene).stem().string();
   request.bundle = make_bundle(scene, nullptr);
@@ -61,7 +61,8 @@ int render(LocalOptions& options) {
   });
   progress.finish(result.status);
 
-  write_image(result.image, path, {options.output.half, image_metadata(result.status)});
+  write_image(result.image, path,
+              {options.output.half, image_metadata(result.status), &result.aovs, view_of(options.output)});
   if (!options.report.empty()) {
     write_report(options.report, report_info(result.status, result.pilot), result.curve, result.image);
   }

@@ -36,6 +36,7 @@ int submit(SubmitOptions& options) {
   const SceneDescription scene = load_scene_for(options.scene, quiet);
   JobRequest request;
   request.settings = resolve_settings(scene, options.scene.render);
+  if (!options.output.path.empty()) check_output(options.output, request.settings.aovs);
   request.reference = load_reference(options.reference, request.settings.grid);
   request.name =
       options.name.empty() ? std::filesystem::path(options.scene.scene).stem().string() : options.name;
@@ -54,7 +55,7 @@ int submit(SubmitOptions& options) {
   std::fflush(stdout);
   if (!options.wait) return 0;
   follow(farm, id, quiet);
-  if (!options.output.path.empty()) fetch_to_file(farm, id, options.output.path, options.output.half, quiet);
+  if (!options.output.path.empty()) fetch_to_file(farm, id, options.output, quiet);
   return 0;
 }
 

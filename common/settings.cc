@@ -157,6 +157,7 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   }
   if (s.plan) check_plan(*s.plan);
   if (options.overrides) s.overrides = features_named(*options.overrides);
+  if (options.aovs) s.aovs = aovs_named(*options.aovs);
   check(s, options.spp || options.max_depth ? ErrorKind::kUsage : ErrorKind::kBadScene);
   return s;
 }
@@ -164,19 +165,20 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
 std::string settings_to_json(const RenderSettings& s) {
   // nlohmann's objects are sorted by key, and its doubles are written so that they read back the same.
   const PixelRect& c = s.grid.crop;
-  return nlohmann::json{{"crop", {c.x0, c.y0, c.x1, c.y1}},
-                        {"energy_compensation", s.energy_compensation},
-                        {"height", s.grid.height},
-                        {"integrator", integrator_name(s.integrator)},
-                        {"max_depth", s.max_depth},
-                        {"overrides", feature_names(s.overrides)},
-                        {"plan", s.plan ? nlohmann::json::parse(plan_to_json(*s.plan)) : nlohmann::json()},
-                        {"seed", s.seed},
-                        {"spp", s.spp},
-                        {"target_error", s.target_error},
-                        {"time_s", s.time_s},
-                        {"width", s.grid.width}}
-      .dump();
+  nlohmann::json j{{"crop", {c.x0, c.y0, c.x1, c.y1}},
+                   {"energy_compensation", s.energy_compensation},
+                   {"height", s.grid.height},
+                   {"integrator", integrator_name(s.integrator)},
+                   {"max_depth", s.max_depth},
+                   {"overrides", feature_names(s.overrides)},
+                   {"plan", s.plan ? nlohmann::json::parse(plan_to_json(*s.plan)) : nlohmann::json()},
+                   {"seed", s.seed},
+                   {"spp", s.spp},
+                   {"target_error", s.target_error},
+                   {"time_s", s.time_s},
+                   {"width", s.grid.width}};
+  if (s.aovs) j["aovs"] = aov_names(s.aovs);
+  return j.dump();
 }
 
 namespace {
@@ -198,7 +200,9 @@ RenderSettings settings_from_json(const std::string& text) {
   try {
     check_json_depth(text, kMaxJsonDepth);
     const auto j = nlohmann::json::parse(text);
-    if (j.size() != 12) usage("render settings: exactly 12 fields are expected");
+    const size_t fields = j.contains("aovs") ? 13 : 12;
+    if (j.size() != fields)
+      usage("render settings: exactly 12 fields are expected, and aovs where there are some");
     RenderSettings s;
     s.integrator = integrator_named(j.at("integrator").get<std::string>());
     s.grid.width = static_cast<int>(integer_in(j.at("width"), 1, kMaxResolution));
@@ -215,6 +219,7 @@ RenderSettings settings_from_json(const std::string& text) {
     s.target_error = j.at("target_error").get<double>();
     s.energy_compensation = j.at("energy_compensation").get<bool>();
     s.overrides = features_named(j.at("overrides").get<std::string>());
+    if (j.contains("aovs")) s.aovs = aovs_named(j.at("aovs").get<std::string>());
     if (!j.at("plan").is_null()) s.plan = plan_from_json(j.at("plan").dump());
     check(s, ErrorKind::kUsage);
     return s;

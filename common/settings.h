@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "common/aovs.h"
 #include "common/features.h"
 #include "common/image/grid.h"
 #include "common/sampling_plan.h"
@@ -41,6 +42,7 @@ struct RenderOptions {
   std::optional<double> light_paths, connections;
   std::optional<SamplingPlan> plan;
   std::optional<std::string> overrides;  // names, see features.h
+  std::optional<std::string> aovs;       // names, see aovs.h
 };
 
 /// Everything that, with the bundle digest, determines a partial's bytes; plus the stop rule.
@@ -58,6 +60,8 @@ struct RenderSettings {
   std::optional<SamplingPlan> plan = {};
   /// Features that are kept although the scene does not need them; strategies join the plan.
   Features overrides = 0;
+  /// Recorded beside the colour, which has the same bits with them and without.
+  Aovs aovs = 0;
 };
 
 /// A pilot has to choose the plan before anything can be rendered.
@@ -70,9 +74,10 @@ SamplingPlan plan_of(const RenderSettings& settings);
 inline Strategies strategies_of(const RenderSettings& settings) { return plan_of(settings).strategies; }
 /// What runs, for people: "pt"; "auto" before its pilot, "auto: hit,next-event,lens × 0.5" after it.
 std::string sampling_text(const RenderSettings& settings);
-/// Whether partials bring a camera layer.
+/// Whether partials bring a camera layer. AOVs need camera paths, also where the colour comes from splats
+/// alone.
 inline bool has_camera_layer(const RenderSettings& settings) {
-  return strategies_of(settings) & kCameraLayer;
+  return settings.aovs || (strategies_of(settings) & kCameraLayer);
 }
 /// Whether partials bring splats.
 inline bool has_splat_layer(const RenderSettings& settings) {

@@ -196,19 +196,31 @@ grpc::Status ClientService::FetchImage(grpc::ServerContext*, const v1::FetchImag
       return {grpc::StatusCode::RESOURCE_EXHAUSTED, "too many images are being fetched at once; try again"};
     }
     const JobId id{request->job_id()};
-    const Image image = farm_.image(id);
+    if (request->max_side() < 0) throw Error(ErrorKind::kUsage, "max_side must be 0 or above");
+    Image image;
+    ChannelImage aovs;
+    if (request->max_side() > 0) {
+      image = reduced(farm_.image(id), request->max_side());
+    } else if (request->with_aovs()) {
+      aovs = farm_.aovs(id, &image);
+    } else {
+      image = farm_.image(id);
+    }
     v1::FetchImageResponse message;
     v1::FetchImageResponse::Header& header = *message.mutable_header();
     header.set_width(image.width);
     header.set_height(image.height);
     header.set_channels(image.channels);
     for (const auto& [key, value] : farm_.image_metadata(id)) (*header.mutable_metadata())[key] = value;
+    for (const std::string& name : aovs.channels) header.add_aov_channels(name);
     if (!writer->Write(message)) return grpc::Status::CANCELLED;
-    const std::string_view bytes(reinterpret_cast<const char*>(image.data.data()),
-                                 image.data.size() * sizeof(float));
-    for (size_t at = 0; at < bytes.size(); at += kChunkBytes) {
-      message.set_chunk(std::string(bytes.substr(at, kChunkBytes)));
-      if (!writer->Write(message)) return grpc::Status::CANCELLED;
+    for (const Image* part : {&image, &aovs.image}) {
+      const std::string_view bytes(reinterpret_cast<const char*>(part->data.data()),
+                                   part->data.size() * sizeof(float));
+      for (size_t at = 0; at < bytes.size(); at += kChunkBytes) {
+        message.set_chunk(std::string(bytes.substr(at, kChunkBytes)));
+        if (!writer->Write(message)) return grpc::Status::CANCELLED;
+      }
     }
     return grpc::Status::OK;
   });

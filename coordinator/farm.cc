@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 
 #include "common/image/metrics.h"
 #include "coordinator/farm_impl.h"
@@ -17,6 +18,12 @@ constexpr size_t kMaxNameBytes = 1000;
 Error wrong_state(const JobRecord& job, const char* wanted, const char* verb) {
   return {ErrorKind::kFailed, "job " + job.id.value + " is " + job_state_name(job.state) +
                                   "; only a job that is " + wanted + " can be " + verb};
+}
+
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
 }
 
 int64_t count_packets(const LeaseTable& tiles, int64_t spp) {
@@ -126,6 +133,17 @@ Image Farm::image(const JobId& id) const {
   return layers->film.resolve();
 }
 
+ChannelImage Farm::aovs(const JobId& id, Image* image) const {
+  RenderSettings settings;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    settings = impl_->job(id).record.settings;
+  }
+  const Merger::Open layers = impl_->open_layers(id, settings);
+  if (image) *image = layers->film.resolve();
+  return layers->film.resolve_aovs();
+}
+
 std::map<std::string, std::string> Farm::image_metadata(const JobId& id) const {
   const std::lock_guard lock(impl_->mutex);
   const Job& job = impl_->job(id);
@@ -133,7 +151,7 @@ std::map<std::string, std::string> Farm::image_metadata(const JobId& id) const {
   std::map<std::string, std::string> metadata = {{"job", s.id.value},
                                                  {"name", s.name},
                                                  {"state", job_state_name(s.state)},
-                                                 {"bundle", s.bundle_digest},
+                                                 {"scene", s.bundle_digest},
                                                  {"settings", settings_to_json(s.settings)},
                                                  {"integrator", integrator_name(s.settings.integrator)},
                                                  {"spp", std::to_string(s.spp)},
@@ -143,6 +161,10 @@ std::map<std::string, std::string> Farm::image_metadata(const JobId& id) const {
                                                  {"arithmetic_class", job.record.arithmetic_class},
                                                  {"build", impl_->options.build}};
   if (!needs_pilot(s.settings)) metadata["plan"] = plan_to_json(plan_of(s.settings));
+  for (const auto& [key, value] :
+       {std::pair{"relmse", s.relmse}, {"relmse_low", s.relmse_low}, {"relmse_high", s.relmse_high}}) {
+    if (value) metadata[key] = number_text(*value);
+  }
   return metadata;
 }
 

@@ -64,6 +64,10 @@ void check_partial(const Partial& partial, const TileSpec& tile, const RenderSet
   require_count("light paths behind its splats", partial.light_paths,
                 has_splat_layer(settings) ? light_paths : 0);
   require_count("camera paths", partial.counters.camera_paths, wants_camera ? samples : 0);
+  if (partial.aovs.spec.set != settings.aovs) {
+    refuse("it brings the AOVs \"" + aov_names(partial.aovs.spec.set) + "\", the job asked for \"" +
+           aov_names(settings.aovs) + "\"");
+  }
   if (!(partial.cpu_seconds >= 0 && partial.cpu_seconds <= kMaxCpuSeconds))
     refuse("its CPU time is out of range");
 }
@@ -78,8 +82,9 @@ uint64_t Farm::max_partial_bytes(const LeaseKey& lease) const {
   if (tile && is_pilot(tile->tile)) return kMaxPilotResultBytes;
   const auto tile_pixels =
       static_cast<uint64_t>(tile ? grid.pixels(tile->tile.cells).area() : grid.crop.area());
+  const uint64_t aovs = job->record.settings.aovs ? max_aov_bytes(static_cast<size_t>(tile_pixels), grid) : 0;
   return kPartialOverhead + tile_pixels * kBytesPerSum +
-         static_cast<uint64_t>(grid.crop.area()) * kBytesPerSplat;
+         static_cast<uint64_t>(grid.crop.area()) * kBytesPerSplat + aovs;
 }
 
 CommitResult Farm::Impl::refuse(const WorkerId& worker, const LeaseKey& lease, const std::string& reason,

@@ -68,6 +68,7 @@ void Film::fold(const Partial& partial) {
       throw Error(ErrorKind::kFailed, "partial has a splat outside the crop window");
     }
   }
+  aovs_.check(partial, !has_quantum_);
   const auto crop_area = index(grid_.crop.area());
   if (!partial.camera.empty() && camera_.empty()) camera_.resize(crop_area);
   if (!partial.splats.empty() && splat_.empty()) splat_.resize(crop_area);
@@ -89,6 +90,7 @@ void Film::fold(const Partial& partial) {
     throw Error(ErrorKind::kFailed, "film sums overflow: the scene is brighter than its plan allows for");
   }
 
+  aovs_.fold(partial);
   has_quantum_ = true;
   quantum_exponent_ = partial.quantum_exponent;
   if (!partial.camera.empty()) {
@@ -135,6 +137,13 @@ Image Film::resolve() const {
   return image;
 }
 
+ChannelImage Film::resolve_aovs() const {
+  const double light_spp =
+      static_cast<double>(light_paths_) / static_cast<double>(grid_.light_paths_per_spp());
+  return aovs_.resolve(grid_, {camera_, splat_, quantum_exponent_, light_spp,
+                               [this](int cx, int cy) { return cell_samples(cx, cy); }});
+}
+
 std::string Film::snapshot() const {
   ByteWriter w;
   for (const int v : {grid_.width, grid_.height, grid_.crop.x0, grid_.crop.y0, grid_.crop.x1, grid_.crop.y1,
@@ -151,6 +160,7 @@ std::string Film::snapshot() const {
   for (const int64_t samples : cell_samples_) w.put<int64_t>(samples);
   put_layer(camera_, &w);
   put_layer(splat_, &w);
+  aovs_.write(&w);
   return seal(kMagic, kVersion, w.bytes());
 }
 
@@ -187,6 +197,7 @@ Film Film::restore(std::string_view bytes) {
   film.camera_ = get_layer(crop_area, &in);
   film.splat_ = get_layer(crop_area, &in);
   if (any_samples && film.camera_.empty()) in.fail("samples without a camera layer");
+  film.aovs_.read(&in, grid);
   in.expect_end();
   return film;
 }

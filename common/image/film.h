@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/image/aov_film.h"
 #include "common/image/image.h"
 #include "common/image/partial.h"
 
@@ -19,6 +20,8 @@ class Film {
   /// The current image over the crop window: camera sums / samples of the pixel's cell + splat sums /
   /// (light paths / light_paths_per_spp). Pixels without samples are 0. Linear Rec.709, float.
   Image resolve() const;
+  /// The AOVs that the job asked for, over the crop window; without channels if it asked for none.
+  ChannelImage resolve_aovs() const;
   const FilmGrid& grid() const { return grid_; }
   /// Samples per pixel of the camera layer of cell (cx, cy).
   int64_t cell_samples(int cx, int cy) const;
@@ -37,6 +40,7 @@ class Film {
   std::vector<ExactRgb> camera_;       // crop window, row-major
   std::vector<int64_t> cell_samples_;  // grid_.cells(), row-major
   std::vector<ExactRgb> splat_;        // crop window, row-major; empty until a splat arrives
+  AovFilm aovs_;
   uint64_t light_paths_ = 0;
   RenderCounters counters_;
   double cpu_seconds_ = 0;

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <stdexcept>
 
 #include "common/error.h"
 #include "common/settings.h"
@@ -62,10 +63,10 @@ fs::path temporary_beside(const fs::path& path) {
   return path.parent_path() / name;
 }
 
-std::vector<uint8_t> to_srgb8(const Image& image) {
+std::vector<uint8_t> to_bytes(const Image& image, const ViewTransform& view) {
   std::vector<uint8_t> bytes(image.data.size());
   for (size_t i = 0; i < bytes.size(); ++i) {
-    bytes[i] = static_cast<uint8_t>(std::lround(255.0f * linear_to_srgb(image.data[i])));
+    bytes[i] = static_cast<uint8_t>(std::lround(255.0f * view_value(image.data[i], view)));
   }
   return bytes;
 }
@@ -81,6 +82,39 @@ void write_pfm(const Image& image, const fs::path& path) {
   if (!out) cannot_write(path.string(), std::error_code(errno, std::generic_category()).message());
 }
 
+/// The layers' channels behind the image's own, as one image; channels that half floats can't hold stay
+/// floats.
+Image with_layers(const Image& image, const ChannelImage& layers, bool half, OIIO::ImageSpec* spec) {
+  const int extra = layers.image.channels;
+  if (layers.image.width != image.width || layers.image.height != image.height ||
+      layers.channels.size() != static_cast<size_t>(extra)) {
+    throw std::logic_error("write_image: layers of another size than the image");
+  }
+  Image all(image.width, image.height, image.channels + extra);
+  const auto own = static_cast<size_t>(image.channels), more = static_cast<size_t>(extra);
+  const size_t pixels = image.data.size() / own;
+  for (size_t i = 0; i < pixels; ++i) {
+    float* to = &all.data[i * (own + more)];
+    std::copy_n(&image.data[i * own], own, to);
+    std::copy_n(&layers.image.data[i * more], more, to + own);
+  }
+  spec->nchannels = all.channels;
+  spec->default_channel_names();
+  for (int c = 0; c < extra; ++c) {
+    const std::string& name = layers.channels[static_cast<size_t>(c)];
+    spec->channelnames[static_cast<size_t>(image.channels + c)] = name;
+    if (name == "A") spec->alpha_channel = image.channels + c;
+  }
+  if (half) {
+    for (const std::string& name : spec->channelnames) {
+      const bool wide =
+          name.starts_with("depth.") || name.starts_with("position.") || name.starts_with("samples.");
+      spec->channelformats.push_back(wide ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::HALF);
+    }
+  }
+  return all;
+}
+
 void write_oiio(const Image& image, Format format, const fs::path& path, const ImageWriteOptions& options,
                 OIIO::Filesystem::IOProxy* proxy) {
   const auto out = OIIO::ImageOutput::create(path.string(), proxy);
@@ -90,7 +124,10 @@ void write_oiio(const Image& image, Format format, const fs::path& path, const I
   if (png) type = OIIO::TypeDesc::UINT8;
   if (format == Format::kExr && options.half) type = OIIO::TypeDesc::HALF;
   OIIO::ImageSpec spec(image.width, image.height, image.channels, type);
-  spec.attribute("oiio:ColorSpace", png ? "sRGB" : "Linear");
+  spec.attribute("oiio:ColorSpace", png && options.view.curve != ViewCurve::kNone ? "sRGB" : "Linear");
+  Image all;
+  const bool layered = format == Format::kExr && options.layers && !options.layers->channels.empty();
+  if (layered) all = with_layers(image, *options.layers, options.half, &spec);
   if (format == Format::kExr) {
     spec.attribute("compression", "zip");
     for (const auto& [key, value] : options.metadata) spec.attribute("lightmill:" + key, value);
@@ -98,10 +135,10 @@ void write_oiio(const Image& image, Format format, const fs::path& path, const I
   if (!out->open(path.string(), spec)) cannot_write(path.string(), out->geterror());
   bool written = false;
   if (png) {
-    const std::vector<uint8_t> bytes = to_srgb8(image);
+    const std::vector<uint8_t> bytes = to_bytes(image, options.view);
     written = out->write_image(OIIO::TypeDesc::UINT8, bytes.data());
   } else {
-    written = out->write_image(OIIO::TypeDesc::FLOAT, image.data.data());
+    written = out->write_image(OIIO::TypeDesc::FLOAT, (layered ? all : image).data.data());
   }
   if (!written || !out->close()) cannot_write(path.string(), out->geterror());
 }
@@ -145,6 +182,25 @@ float linear_to_srgb(float linear) {
 float srgb_to_linear(float encoded) {
   if (encoded <= 0.04045f) return encoded / 12.92f;
   return std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
+Image reduced(const Image& image, int max_side) {
+  const int block = (std::max(image.width, image.height) + max_side - 1) / max_side;
+  if (block <= 1) return image;
+  Image small((image.width + block - 1) / block, (image.height + block - 1) / block, image.channels);
+  for (int y = 0; y < small.height; ++y) {
+    for (int x = 0; x < small.width; ++x) {
+      const int x1 = std::min((x + 1) * block, image.width), y1 = std::min((y + 1) * block, image.height);
+      for (int c = 0; c < image.channels; ++c) {
+        double sum = 0;
+        for (int v = y * block; v < y1; ++v) {
+          for (int u = x * block; u < x1; ++u) sum += image.pixel(u, v)[c];
+        }
+        small.pixel(x, y)[c] = static_cast<float>(sum / ((x1 - x * block) * (y1 - y * block)));
+      }
+    }
+  }
+  return small;
 }
 
 void write_image(const Image& image, const std::string& path, const ImageWriteOptions& options) {

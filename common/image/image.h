@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "common/image/view_transform.h"
+
 namespace lightmill {
 
 /// Row-major, interleaved RGB (or `channels`) floats, top row first. Linear Rec.709 unless said otherwise.
@@ -23,17 +25,28 @@ struct Image {
   const float* pixel(int x, int y) const { return const_cast<Image*>(this)->pixel(x, y); }
 };
 
+/// An image whose channels have names.
+struct ChannelImage {
+  Image image;                        // image.channels values a pixel
+  std::vector<std::string> channels;  // their names in a file: "albedo.R"
+};
+
 struct ImageWriteOptions {
   bool half = false;                            // EXR only
   std::map<std::string, std::string> metadata;  // EXR string attributes "lightmill:KEY"
+  const ChannelImage* layers = nullptr;         // EXR only: more channels, of the same size; may be empty
+  ViewTransform view = {};                      // PNG only
 };
 
-/// Writes by extension: .exr (float or half, with metadata), .png (8-bit sRGB), .hdr, .pfm. Written to a
-/// temporary file beside `path` and renamed, so a reader never sees half an image.
+/// Writes by extension: .exr (float or half, with metadata and layers), .png (8-bit, as `view` says), .hdr,
+/// .pfm. In half floats distances, positions and counts stay floats: half has 11 bits. Written to a temporary
+/// file beside `path` and renamed, so a reader never sees half an image.
 /// Throws Error(kFailed) if it can't be written, Error(kUsage) on an unknown extension.
 void write_image(const Image& image, const std::string& path, const ImageWriteOptions& options = {});
 /// The bytes of a PNG file (8-bit sRGB). Throws Error(kFailed) on an image without pixels.
 std::string encode_png(const Image& image);
+/// The image with its longer side cut to at most `max_side` >= 1 pixels, by averaging whole blocks of pixels.
+Image reduced(const Image& image, int max_side);
 /// The sRGB transfer functions (IEC 61966-2-1); `linear_to_srgb` clamps to [0, 1] and maps NaN to 0.
 float linear_to_srgb(float linear);
 float srgb_to_linear(float encoded);
@@ -43,8 +56,8 @@ void check_writable(const std::string& path);
 /// Reads any image OpenImageIO can; PNG and JPEG are converted from sRGB to linear. First 3 channels (a
 /// single channel is replicated). Throws Error(kFailed).
 Image read_image(const std::string& path);
-/// ImageWriteOptions::metadata[key] of an image file; empty if it has none. Throws Error(kFailed) if it can't be
-/// read.
+/// ImageWriteOptions::metadata[key] of an image file; empty if it has none. Throws Error(kFailed) if it can't
+/// be read.
 std::string read_image_metadata(const std::string& path, const std::string& key);
 
 }  // namespace lightmill

@@ -13,8 +13,10 @@
 #include <string_view>
 #include <vector>
 
+#include "common/image/aov_layers.h"
 #include "common/image/exact_sum.h"
 #include "common/image/grid.h"
+#include "common/image/splat_sum.h"
 
 namespace lightmill {
 
@@ -47,13 +49,10 @@ struct Partial {
   /// integrator has no camera layer (lt).
   std::vector<ExactRgb> camera;
   /// Splat sums over the whole crop window, ascending by pixel, without zeros.
-  struct SplatSum {
-    uint32_t pixel;
-    ExactRgb sum;
-    bool operator==(const SplatSum&) const = default;
-  };
+  using SplatSum = lightmill::SplatSum;
   std::vector<SplatSum> splats;
   uint64_t light_paths = 0;  // accepted light paths that fed `splats`
+  AovSums aovs;              // its set is 0 unless the job asked for some
   RenderCounters counters;
   double cpu_seconds = 0;  // of the worker's threads; informational, not part of the digest's promise
   bool operator==(const Partial&) const = default;
@@ -63,7 +62,7 @@ struct Partial {
 class PartialBuilder {
  public:
   PartialBuilder(const FilmGrid& grid, const TileSpec& tile, int quantum_exponent, bool has_camera_layer,
-                 bool has_splat_layer);
+                 bool has_splat_layer, const AovSpec& aovs = {});
   ~PartialBuilder();
   PartialBuilder(const PartialBuilder&) = delete;
   PartialBuilder& operator=(const PartialBuilder&) = delete;
@@ -74,6 +73,11 @@ class PartialBuilder {
   /// Rounds splats to the quantum and adds them; those that can't be represented are counted non-finite,
   /// those outside the crop window are ignored. Throws std::logic_error without a splat layer.
   void add_splats(std::span<const Splat> splats);
+  /// The AOVs that packets bring; those of the camera layer's pixels are added as by add_camera, one layer at
+  /// a time, and splats that are direct light once more. Throws std::logic_error for what was not asked for.
+  const AovSpec& aovs() const;
+  void add_aov(int layer, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
+  void add_direct_splats(std::span<const Splat> splats);
   /// Adds a finished packet's counters (its light_paths also count for the splat layer).
   void add_counters(const RenderCounters& counters, double cpu_seconds);
   /// The finished partial; call once, after all packets.
@@ -85,7 +89,7 @@ class PartialBuilder {
 };
 
 /// Version of the encoding: the `schema` that workers register with.
-inline constexpr int kPartialSchema = 1;
+inline constexpr int kPartialSchema = 2;
 /// Bounds of what is accepted as a tile: with kMaxContributionBits they keep its sums below 2^126.
 inline constexpr int64_t kMaxSampleIndex = int64_t{1} << 40;
 inline constexpr int64_t kMaxTileSamples = int64_t{1} << 31;

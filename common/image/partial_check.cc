@@ -75,6 +75,7 @@ void check_partial_layers(const Partial& p) {
       if (u >> kMaxSumBits) refuse_partial("splat sum out of range");
     }
   }
+  check_aovs(p.aovs, area, p.tile.samples(), p.camera, p.splats);
 }
 
 }  // namespace lightmill

@@ -5,7 +5,8 @@
 //   cpu_seconds, payload size                             16 bytes
 //   content digest: SHA-256(content head, payload)        64 hex digits
 //   head digest: SHA-256 of all of the above              64 hex digits
-//   zstd frame of the payload: camera planes, sparse pixels, splat planes (unit_planes.h)
+//   zstd frame of the payload: camera planes, sparse pixels, splat planes (unit_planes.h), AOVs
+//   (aov_codec.cc)
 //
 // The layout (byte ranges, sparse or dense) is a function of the content and decoding refuses any other, so
 // the digest names the content, not one of its spellings.
@@ -25,11 +26,13 @@ namespace {
 constexpr uint32_t kMagic = 0x74706d4c;  // "Lmpt"
 constexpr const char* kWhat = "partial";
 constexpr int kZstdLevel = 1;
+constexpr int kHasCamera = 1, kHasAovs = 2;  // layers that are there
 
 enum class SplatForm : uint8_t { kNone = 0, kSparse = 1, kDense = 2 };
 
 struct Layout {
   bool has_camera = false;
+  bool has_aovs = false;
   ByteRange camera_range, splat_range;
   SplatForm splat_form = SplatForm::kNone;
   uint64_t splat_count = 0;
@@ -45,6 +48,7 @@ size_t varint_bytes(uint64_t value) {
 Layout layout_of(const Partial& p) {
   Layout layout;
   layout.has_camera = !p.camera.empty();
+  layout.has_aovs = p.aovs.spec.set != 0;
   layout.camera_range = used_bytes(std::span(p.camera));
   layout.splat_range = used_bytes(std::span(p.splats));
   layout.splat_count = p.splats.size();
@@ -76,7 +80,8 @@ std::string content_head(const Partial& p, const Layout& layout) {
         n.zero_connections_skipped, n.rouletted_connections, n.nonfinite, layout.splat_count}) {
     w.put<uint64_t>(v);
   }
-  w.put<uint8_t>(layout.has_camera);
+  w.put<uint8_t>(
+      static_cast<uint8_t>((layout.has_camera ? kHasCamera : 0) | (layout.has_aovs ? kHasAovs : 0)));
   w.put<uint8_t>(static_cast<uint8_t>(layout.splat_form));
   for (const ByteRange& range : {layout.camera_range, layout.splat_range}) {
     w.put<uint8_t>(range.low);
@@ -101,10 +106,11 @@ Layout read_content_head(ByteReader* in, Partial* p) {
         &n.zero_connections_skipped, &n.rouletted_connections, &n.nonfinite, &layout.splat_count}) {
     *v = in->get<uint64_t>();
   }
-  const auto has_camera = in->get<uint8_t>();
+  const auto present = in->get<uint8_t>();
   const auto form = in->get<uint8_t>();
-  if (has_camera > 1 || form > 2) in->fail("unknown layout");
-  layout.has_camera = has_camera != 0;
+  if (present > (kHasCamera | kHasAovs) || form > 2) in->fail("unknown layout");
+  layout.has_camera = present & kHasCamera;
+  layout.has_aovs = present & kHasAovs;
   layout.splat_form = static_cast<SplatForm>(form);
   for (ByteRange* range : {&layout.camera_range, &layout.splat_range}) {
     range->low = in->get<uint8_t>();
@@ -131,6 +137,7 @@ std::string make_payload(const Partial& p, const Layout& layout) {
     }
     append_planes(std::span(std::as_const(frame)), layout.splat_range, &w.bytes());
   }
+  if (layout.has_aovs) w.put_bytes(encode_aovs(p.aovs));
   return std::move(w.bytes());
 }
 
@@ -228,7 +235,9 @@ Header read_header(std::string_view bytes) {
 
 Partial decode_layers(Header h) {
   const SizeBounds bounds = payload_bounds(h.partial, h.layout);
-  if (h.payload_size < bounds.low || h.payload_size > bounds.high)
+  const auto tile_area = static_cast<size_t>(h.partial.grid.pixels(h.partial.tile.cells).area());
+  const size_t aov_bytes = h.layout.has_aovs ? max_aov_bytes(tile_area, h.partial.grid) : 0;
+  if (h.payload_size < bounds.low || h.payload_size > bounds.high + aov_bytes)
     refuse_partial("payload of a size that does not fit");
   const std::string payload = zstd_unpack(h.frame, h.payload_size, kWhat);
   if (content_digest(content_head(h.partial, h.layout), payload) != h.digest) {
@@ -237,12 +246,16 @@ Partial decode_layers(Header h) {
   ByteReader in(payload, kWhat);
   Partial& p = h.partial;
   if (h.layout.has_camera) {
-    p.camera.resize(static_cast<size_t>(p.grid.pixels(p.tile.cells).area()));
+    p.camera.resize(tile_area);
     const size_t size = plane_bytes(p.camera.size(), h.layout.camera_range);
     read_planes(in.get_bytes(size), h.layout.camera_range, std::span(p.camera));
   }
   read_splats(&in, h.layout, &p);
-  in.expect_end();
+  if (h.layout.has_aovs) {
+    p.aovs = decode_aovs(in.rest(), tile_area, p.grid);
+  } else {
+    in.expect_end();
+  }
   check_partial_layers(p);
   if (layout_of(p) != h.layout) refuse_partial("not in its canonical layout");
   return std::move(h.partial);

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "common/image/image.h"
 #include "common/pilot_report.h"
@@ -65,7 +66,11 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitCode2) {
       {"render", "box.pbrt", "--crop", "0,2,0,1"},
       {"render", "box.pbrt", "-o", "box.docx"},
       {"render", "box.pbrt", "--half", "-o", "box.png"},
-      {"render", "box.pbrt", "--aov", "albedo"},
+      {"render", "box.pbrt", "--aov", "albedo,colour"},
+      {"render", "box.pbrt", "--aov", "albedo", "-o", "a.png"},
+      {"render", "box.pbrt", "--view", "filmic", "-o", "a.exr"},
+      {"render", "box.pbrt", "--view", "agx", "-o", "a.png"},
+      {"render", "box.pbrt", "--exposure", "1000", "-o", "a.png"},
       {"render", "box.pbrt", "--plan", "box.pbrt"},
       {"render", "box.pbrt", "--plan-override", "textures=off"},
       {"jobs", "--tls-ca", "ca.pem"},
@@ -91,9 +96,25 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitCode2) {
 
 TEST_F(Cli, MissingFeaturesSaySo) {
   write("box.pbrt", kBox);
-  EXPECT_THAT(run({"render", "box.pbrt", "--aov", "albedo"}).err, HasSubstr("--aov: "));
   EXPECT_THAT(run({"jobs", "--tls-ca", "x"}).err,
               HasSubstr("--tls-ca without --token-file: a secured connection takes all of"));
+}
+
+TEST_F(Cli, LayersAndViewsAreWritten) {
+  write("box.pbrt", kBox);
+  ASSERT_EQ(run({"render", "box.pbrt", "-q", "-o", "plain.exr"}).code, 0);
+  const Outcome layered = run({"render", "box.pbrt", "-q", "--half", "--aov", "all", "-o", "layers.exr"});
+  ASSERT_EQ(layered.code, 0) << layered.err;
+  EXPECT_GT(std::filesystem::file_size("layers.exr"), std::filesystem::file_size("plain.exr"));
+  EXPECT_THAT(run({"compare", "layers.exr", "plain.exr"}).out, HasSubstr("mean ratio"));
+  ASSERT_EQ(run({"render", "box.pbrt", "-q", "-o", "a.png"}).code, 0);
+  ASSERT_EQ(run({"render", "box.pbrt", "-q", "--view", "filmic", "--exposure", "-2", "-o", "b.png"}).code, 0);
+  const auto sum = [](const char* path) {
+    const Image image = read_image(path);
+    return std::accumulate(image.data.begin(), image.data.end(), 0.0);
+  };
+  EXPECT_LT(sum("b.png"), sum("a.png"));
+  EXPECT_GT(sum("b.png"), 0);
 }
 
 TEST_F(Cli, AnUnreachableCoordinatorIsNamedWithExitCode3) {

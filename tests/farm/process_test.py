@@ -16,7 +16,7 @@ except ImportError as error:
     sys.exit(77)
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from farm import ROOT, Farm, assert_same_pixels, wait_until  # noqa: E402
+from farm import ROOT, Farm, assert_same_pixels, pixels, wait_until  # noqa: E402
 
 SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
 LONG_SPP = 2048  # enough to be killed in the middle of
@@ -26,13 +26,19 @@ def options(spp):
     return [SCENE, "--integrator", "bdpt", "--resolution", "80x48", "--seed", "7", "--spp", str(spp)]
 
 
+def layered(spp):
+    """With everything that can be recorded beside the colours: the layers of the image are compared, too."""
+    return [*options(spp), "--aov", "all"]
+
+
 def test_workers(bin_dir, kill_at):
     """1, 2 and 5 workers of different thread counts; one killed while it holds a lease, one late."""
     with Farm(bin_dir) as farm:
         reference = farm.render("local2.exr", *options(64), "--threads", 2)
         assert_same_pixels(reference, farm.render("local1.exr", *options(64), "--threads", 1))
         assert_same_pixels(reference, farm.render("local5.exr", *options(64), "--threads", 5))
-        long_reference = farm.render("long.exr", *options(LONG_SPP))
+        long_reference = farm.render("long.exr", *layered(LONG_SPP))
+        assert pixels(long_reference).shape[-1] == 24, "all AOVs beside R, G and B"
         farm.start_coordinator()
 
         farm.start_worker(2)
@@ -44,7 +50,7 @@ def test_workers(bin_dir, kill_at):
         victim = farm.start_worker(4)
         farm.start_worker(3)
         wait_until("four workers", lambda: len(farm.json("workers")) >= 4)
-        job = farm.submit(*options(LONG_SPP))
+        job = farm.submit(*layered(LONG_SPP))
         farm.wait_for_packets(job, kill_at)
         held = farm.kill_while_leased(job, victim, 4)
         farm.start_worker(5)  # the late one
@@ -59,17 +65,18 @@ def test_workers(bin_dir, kill_at):
 def test_restart(bin_dir, kill_at):
     """32 spp extended to 64 are 64 spp; a coordinator killed in mid-job and restarted goes on."""
     with Farm(bin_dir) as farm:
-        reference = farm.render("local.exr", *options(64))
-        short_reference = farm.render("short.exr", *options(32))
-        long_reference = farm.render("long.exr", *options(LONG_SPP))
+        reference = farm.render("local.exr", *layered(64))
+        short_reference = farm.render("short.exr", *layered(32))
+        long_reference = farm.render("long.exr", *layered(LONG_SPP))
+        assert pixels(long_reference).shape[-1] == 24, "all AOVs beside R, G and B"
         farm.start_coordinator()
         farm.start_worker(2)
-        job = farm.submit(*options(32))
+        job = farm.submit(*layered(32))
         assert_same_pixels(short_reference, farm.finish_and_fetch(job, "thirtytwo.exr"))
         farm.lightmill("extend", job, "--spp", 64)
         assert_same_pixels(reference, farm.finish_and_fetch(job, "extended.exr"))
 
-        long_job = farm.submit(*options(LONG_SPP))
+        long_job = farm.submit(*layered(LONG_SPP))
         farm.wait_for_packets(long_job, kill_at)
         farm.kill_coordinator()
         farm.start_coordinator()

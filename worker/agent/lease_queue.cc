@@ -34,7 +34,7 @@ ActiveLease::ActiveLease(LeaseGrant granted, std::shared_ptr<const PacketRendere
     : lease(std::move(granted)),
       renderer(std::move(ready)),
       builder(renderer->grid(), lease.tile, renderer->quantum_exponent(), renderer->has_camera_layer(),
-              renderer->has_splat_layer()),
+              renderer->has_splat_layer(), renderer->aovs()),
       packets_(lease.tile) {}
 
 bool LeaseQueue::has_room() const {

@@ -14,6 +14,7 @@ class SceneRenderer : public PacketRenderer {
   int quantum_exponent() const override { return renderer_.quantum_exponent(); }
   bool has_camera_layer() const override { return renderer_.has_camera_layer(); }
   bool has_splat_layer() const override { return renderer_.has_splat_layer(); }
+  AovSpec aovs() const override { return renderer_.aovs(); }
   std::unique_ptr<Workspace> make_workspace() const override { return renderer_.make_workspace(); }
   void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const override {
     renderer_.render_packet(packet, workspace, builder);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/render/pipeline/aov_recorder.h"
 #include "worker/render/pipeline/pipeline.h"
 #include "worker/render/plan/scene_analysis.h"
 
@@ -14,6 +15,15 @@ namespace {
 class WavefrontWorkspace : public Workspace {
  public:
   std::unique_ptr<Wavefront> wavefront = std::make_unique<Wavefront>();
+
+  /// Hangs a recorder of these AOVs on the wavefront; none if there are none.
+  void record_aovs(const AovSpec& spec) {
+    if (spec.set && (!aovs || !(aovs->spec() == spec))) aovs = std::make_unique<AovRecorder>(spec);
+    wavefront->aovs = spec.set ? aovs.get() : nullptr;
+  }
+
+ private:
+  std::unique_ptr<AovRecorder> aovs;
 };
 
 /// Denormals cost a hundred cycles each and carry nothing here: flush them on this thread,
@@ -90,15 +100,22 @@ Renderer::~Renderer() = default;
 const ScenePlan& Renderer::plan() const { return impl_->plan; }
 const RenderSettings& Renderer::settings() const { return impl_->settings; }
 int Renderer::quantum_exponent() const { return impl_->plan.quantum_exponent; }
-bool Renderer::has_camera_layer() const { return impl_->context.strategies & kCameraLayer; }
+bool Renderer::has_camera_layer() const { return lightmill::has_camera_layer(impl_->settings); }
 bool Renderer::has_splat_layer() const { return impl_->context.strategies & kLensConnections; }
+
+AovSpec Renderer::aovs() const {
+  const RenderScene& s = impl_->world->scene;
+  if (!impl_->settings.aovs) return {};
+  return {impl_->settings.aovs, {s.scale_exponent, {s.origin.x, s.origin.y, s.origin.z}}};
+}
 
 std::unique_ptr<Workspace> Renderer::make_workspace() const { return std::make_unique<WavefrontWorkspace>(); }
 
 void Renderer::render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const {
   const FlushDenormals flush;
-  lightmill::render_packet(impl_->context, packet, impl_->plan.quantum_exponent,
-                           *static_cast<WavefrontWorkspace&>(workspace).wavefront, builder);
+  auto& own = static_cast<WavefrontWorkspace&>(workspace);
+  own.record_aovs(builder.aovs());
+  lightmill::render_packet(impl_->context, packet, impl_->plan.quantum_exponent, *own.wavefront, builder);
 }
 
 void Renderer::record_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder,

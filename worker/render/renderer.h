@@ -41,8 +41,10 @@ class Renderer {
   const ScenePlan& plan() const;
   const RenderSettings& settings() const;
   int quantum_exponent() const;
-  bool has_camera_layer() const;  // false for lt
+  bool has_camera_layer() const;  // false for lt without AOVs
   bool has_splat_layer() const;   // false for pt
+  /// What builders of this renderer's tiles are made with; a builder without AOVs gets none.
+  AovSpec aovs() const;
   std::unique_ptr<Workspace> make_workspace() const;
   /// Renders one packet into `builder`. Thread-safe for distinct workspaces.
   void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const;

@@ -1,3 +1,4 @@
+#include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -55,6 +56,67 @@ TEST(ImageFile, ExrAndPfmKeepEveryBit) {
     EXPECT_EQ(back.data, image.data) << name;
   }
   EXPECT_EQ(files_in(folder), 3u);  // no temporary file is left
+}
+
+TEST(ImageFile, LayersStandBesideTheColours) {
+  const TempFolder folder;
+  const Image image = random_image(5, 3);
+  ChannelImage layers{Image(5, 3, 3), {"albedo.R", "depth.Z", "A"}};
+  for (size_t i = 0; i < layers.image.data.size(); ++i)
+    layers.image.data[i] = 2049.0f + static_cast<float>(i);
+  for (const bool half : {false, true}) {
+    write_image(image, folder / "a.exr", {half, {{"spp", "4"}}, &layers, {}});
+    const auto in = OIIO::ImageInput::open(folder / "a.exr");
+    ASSERT_TRUE(in);
+    const OIIO::ImageSpec& spec = in->spec();
+    EXPECT_THAT(spec.channelnames, ::testing::ElementsAre("R", "G", "B", "A", "albedo.R", "depth.Z"));
+    EXPECT_EQ(spec.channelformat(5), OIIO::TypeDesc::FLOAT);
+    EXPECT_EQ(spec.channelformat(4), half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+    EXPECT_EQ(read_image_metadata(folder / "a.exr", "spp"), "4");
+    std::vector<float> all(5 * 3 * 6);
+    ASSERT_TRUE(in->read_image(0, 0, 0, 6, OIIO::TypeDesc::FLOAT, all.data()));
+    EXPECT_EQ(all[6 * 7 + 5], layers.image.data[3 * 7 + 1]) << "2071 is no half float";
+    EXPECT_NEAR(all[6 * 7 + 4], layers.image.data[3 * 7], half ? 1 : 0);
+    if (half) continue;
+    EXPECT_EQ(read_image(folder / "a.exr").data, image.data);
+  }
+}
+
+TEST(ImageFile, ViewsAreThePublishedCurves) {
+  const auto linear = [](float x, ViewCurve curve, double exposure = 0) {
+    return srgb_to_linear(view_value(x, {curve, exposure}));
+  };
+  EXPECT_EQ(view_value(0.3f, {}), linear_to_srgb(0.3f));
+  EXPECT_EQ(view_value(0.3f, {ViewCurve::kSrgb, 1}), linear_to_srgb(0.6f));
+  EXPECT_EQ(view_value(0.3f, {ViewCurve::kNone, 0}), 0.3f);
+  // Hable's white point, and his curve at 1 and 11.2 worked out from his six constants.
+  EXPECT_NEAR(linear(5.6f, ViewCurve::kFilmic), 1, 1e-5);
+  EXPECT_NEAR(linear(0.5f, ViewCurve::kFilmic), 0.220657 / 0.725129, 1e-5);
+  // Narkowicz: 1 after his 0.6 is 2.54 / 3.16 = 0.8038.
+  EXPECT_NEAR(linear(1 / 0.6f, ViewCurve::kAces), 2.54 / 3.16, 1e-5);
+  for (const ViewCurve curve : {ViewCurve::kSrgb, ViewCurve::kFilmic, ViewCurve::kAces, ViewCurve::kNone}) {
+    float last = 0;
+    for (float x = 1e-6f; x < 1e30f; x *= 1.5f) {
+      const float y = view_value(x, {curve, 0});
+      EXPECT_GE(y, last);
+      EXPECT_LE(y, 1);
+      last = y;
+    }
+    EXPECT_EQ(view_value(0, {curve, 3}), 0);
+    EXPECT_EQ(view_value(std::numeric_limits<float>::quiet_NaN(), {curve, 3}), 0);
+    EXPECT_GT(view_value(std::numeric_limits<float>::infinity(), {curve, 3}), 0.99f);
+  }
+}
+
+TEST(ImageFile, ReducedAveragesWholeBlocks) {
+  Image image(5, 3);
+  for (size_t i = 0; i < image.data.size(); ++i) image.data[i] = static_cast<float>(i / 3);
+  EXPECT_EQ(reduced(image, 5).data, image.data);
+  const Image small = reduced(image, 3);
+  ASSERT_EQ(small.width, 3);
+  ASSERT_EQ(small.height, 2);
+  EXPECT_EQ(small.pixel(0, 0)[0], (0 + 1 + 5 + 6) / 4.0f);
+  EXPECT_EQ(small.pixel(2, 1)[2], 14);
 }
 
 TEST(ImageFile, HalfExrAndHdrKeepTheirPrecision) {

@@ -2,6 +2,7 @@
 
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/light/light_sampling.h"
+#include "worker/render/pipeline/aov_recorder.h"
 #include "worker/render/pipeline/roulette.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/vertex_io.h"
@@ -320,6 +321,7 @@ void bounce_camera_paths(const StageContext& context, const LayerContext& layer,
     const Group g(paths.active + base, std::min(kLanes, hits - base));
     Hit h = reconstruct(scene, paths, g, depth);
     if (w.recorder) record_vertex(h, g, false, depth, w);
+    if (w.aovs) w.aovs->hits(context, h.v, g.active, depth);
     const Lane inv_cos = 1.0f / h.cos_in;
     // M3; rays of a parallel camera spread no more with distance.
     h.v.dvcm = h.v.dvcm * (parallel ? splat<Lane>(1.0f) : h.distance2) * inv_cos;

@@ -1,8 +1,11 @@
 #include "worker/render/pipeline/pipeline.h"
 
 #include <algorithm>
+#include <optional>
+#include <span>
 
 #include "common/light_path_count.h"
+#include "worker/render/pipeline/aov_recorder.h"
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
 #include "worker/render/pipeline/film.h"
@@ -40,6 +43,9 @@ int light_paths_of(const StageContext& context, int cell_x, int cell_y) {
 
 /// One wavefront of light paths; their vertices are added to the cache.
 void light_pass(const StageContext& context, const LayerContext& layer, Wavefront& w) {
+  const bool direct = w.aovs && w.aovs->wants_direct() && context.on(kLensConnections);
+  const size_t first_splat = w.splats.size();
+  std::optional<size_t> direct_end;
   run(w, &StrategyRecorder::light_subpath_seconds, [&] { produce_light_paths(context, layer, w); });
   for (int depth = 1; w.paths.active_count > 0 && depth <= context.max_depth; ++depth) {
     if (!context.on(kVertexConnections)) w.light_vertices.clear();
@@ -49,8 +55,16 @@ void light_pass(const StageContext& context, const LayerContext& layer, Wavefron
       bounce_light_paths(context, layer, depth, w);
     });
     if (context.on(kLensConnections)) run(w, nullptr, [&] { shadow_lens(context, layer, depth, first, w); });
+    if (direct && depth == 1) {
+      flush_shadow_rays(context, true, w);
+      direct_end = w.splats.size();
+    }
   }
   flush_shadow_rays(context, true, w);
+  if (direct) {
+    const size_t end = direct_end.value_or(w.splats.size());
+    w.aovs->direct_splats(std::span(w.splats).subspan(first_splat, end - first_splat));
+  }
 }
 
 void camera_pass(const StageContext& context, const LayerContext& layer, Wavefront& w) {
@@ -60,10 +74,19 @@ void camera_pass(const StageContext& context, const LayerContext& layer, Wavefro
       cast_paths(context, w);
       bounce_camera_paths(context, layer, depth, w);
     });
+    if (w.aovs) {
+      if (depth == 2) w.aovs->end_direct(w);
+      if (!context.on(kCameraLayer) && w.aovs->first_hits_done(w.paths)) return;
+    }
     if (context.on(kNextEvent)) run(w, nullptr, [&] { shadow_next_event(context, layer, depth, w); });
+    if (w.aovs && depth == 1) {
+      flush_shadow_rays(context, false, w);
+      w.aovs->direct_so_far(w);
+    }
     if (context.on(kVertexConnections))
       run(w, nullptr, [&] { shadow_connections(context, layer, depth, w); });
     flush_shadow_rays(context, false, w);
+    if (w.aovs && depth == 1) w.aovs->begin_indirect(w);
   }
 }
 
@@ -91,7 +114,8 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
       static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
   layer.light_paths = light_paths_of(context, packet.cell_x, packet.cell_y);
   layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(block));
-  const bool light_paths = context.on(kLightPaths), camera_layer = context.on(kCameraLayer);
+  const bool light_paths = context.on(kLightPaths), camera_layer = context.on(kCameraLayer) || w.aovs;
+  if (w.aovs) w.aovs->begin_packet();
   if (camera_layer) w.camera_sums.assign(kCellPixels, {});
   for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
     layer.sample_in_block = static_cast<uint32_t>(s - block_begin(block));
@@ -105,8 +129,10 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
       std::fill(std::begin(w.radiance_r), std::end(w.radiance_r), 0.0f);
       std::fill(std::begin(w.radiance_g), std::end(w.radiance_g), 0.0f);
       std::fill(std::begin(w.radiance_b), std::end(w.radiance_b), 0.0f);
+      if (w.aovs) w.aovs->begin_layer();
       camera_pass(context, layer, w);
       film_finish_layer(context, layer, quantum_exponent, w);
+      if (w.aovs) w.aovs->finish_layer(context, layer, quantum_exponent, w);
     }
     if (w.splats.size() >= kSplatBatch) {
       builder.add_splats(w.splats);
@@ -116,6 +142,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   if (!w.splats.empty()) builder.add_splats(w.splats);
   if (camera_layer)
     builder.add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(w.camera_sums));
+  if (w.aovs) w.aovs->finish_packet(packet, builder);
   builder.add_counters(w.counters, thread_cpu_seconds() - start);
 }
 

@@ -72,6 +72,7 @@ struct ShadowRays {
 };
 
 class StrategyRecorder;  // strategy_recorder.h
+class AovRecorder;       // aov_recorder.h
 
 /// Everything that a thread needs to render packets.
 struct Wavefront {
@@ -85,6 +86,7 @@ struct Wavefront {
   std::vector<int32_t> sorted;        // the bouncer's counting sort
   RenderCounters counters;
   StrategyRecorder* recorder = nullptr;  // not owned; null but for diagnosis
+  AovRecorder* aovs = nullptr;           // not owned; null unless the tile has AOVs
 };
 
 }  // namespace lightmill

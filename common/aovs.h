@@ -1,0 +1,37 @@
+#pragma once
+// Arbitrary output variables: what an image records of each pixel besides its colour, by the names of --aov.
+// A job that asks for none renders, sends and stores nothing of them.
+//
+//   albedo    share of light that the first surface reflects, RGB in [0, 1]; through mirrors and glass the
+//   first
+//             surface that is not purely specular, tinted by them; 0 where nothing is hit
+//   normal    unit shading normal of the same surface in world space, on the viewer's side; averaged over the
+//             pixel's samples and not normalised again; 0 where nothing is hit
+//   depth     distance of the first hit along the viewing direction (spherical cameras: from the camera),
+//   scene
+//             units, mean over the samples that hit something; 0 if none does
+//   position  world position of the first hit, likewise
+//   alpha     share of samples that hit something
+//   direct    what came from a light by at most one scattering event; indirect: all the rest of the colour
+//   variance  of one camera sample, RGB: of the mean it is this over `samples`. What light paths splat is not
+//   in it samples   camera samples of the pixel
+#include <string>
+#include <vector>
+
+namespace lightmill {
+
+/// A set of AOVs: their sum.
+using Aovs = unsigned;
+inline constexpr Aovs kAovAlbedo = 1, kAovNormal = 2, kAovDepth = 4, kAovPosition = 8, kAovAlpha = 16,
+                      kAovDirect = 32, kAovIndirect = 64, kAovVariance = 128, kAovSamples = 256;
+inline constexpr Aovs kAllAovs = (1u << 9) - 1;
+
+/// "albedo,normal", those in the set, in the order of their bits; empty for none.
+std::string aov_names(Aovs set);
+/// Inverse; "all" is all of them. Throws Error(kUsage) on a name that does not exist, listing those that do.
+Aovs aovs_named(const std::string& names);
+/// Names of the channels that an image of the set has in a file, in the order of the bits: "albedo.R", ...
+/// "depth.Z", "position.X", "samples.V", and "A" for alpha.
+std::vector<std::string> aov_channels(Aovs set);
+
+}  // namespace lightmill
