@@ -1,7 +1,9 @@
 #include "client/follow.h"
 
 #include <cstdio>
+#include <optional>
 
+#include "client/live_view.h"
 #include "client/options.h"
 #include "client/output.h"
 #include "client/progress.h"
@@ -9,13 +11,23 @@
 
 namespace lightmill::client {
 
-JobStatus follow(FarmClient& farm, const JobId& id, bool quiet) {
+JobStatus follow(FarmClient& farm, const JobId& id, bool quiet, const std::string& display) {
   Progress progress(quiet);
+  std::optional<LiveView> view;
+  if (!display.empty()) {
+    view.emplace(
+        display, id.value, [&] { return farm.fetch(id).image; }, print_warning);
+  }
   JobStatus last = farm.watch(
-      id, [&](const JobStatus& status) { progress.update(status); },
+      id,
+      [&](const JobStatus& status) {
+        progress.update(status);
+        if (view) view->changed();
+      },
       [&](const std::string& message) {
         if (!quiet) print_warning(message);
       });
+  if (view) view->finish();
   progress.finish(last);
   if (last.state == JobState::kFailed) {
     throw Error(ErrorKind::kFailed, "job " + id.value + " failed: " + last.message);

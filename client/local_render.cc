@@ -1,9 +1,12 @@
 #include "client/local_render.h"
 
 #include <exception>
+#include <optional>
 #include <thread>
 
 #include "client/in_process_link.h"
+#include "client/live_view.h"
+#include "client/options.h"
 #include "common/build_id/build_id.h"
 #include "common/clock.h"
 #include "common/error.h"
@@ -85,7 +88,8 @@ class RunnerThread {
 }  // namespace
 
 LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent::PacketRenderer> renderer,
-                         int threads, const std::function<bool(const JobStatus&)>& observe) {
+                         int threads, const std::function<bool(const JobStatus&)>& observe,
+                         const std::string& display) {
   const SteadyClock clock;
   FarmOptions options;
   options.build = build_id();
@@ -95,6 +99,11 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
   const JobId job = farm.submit(request);
   LocalResult result;
   result.status = farm.job(job);
+  std::optional<LiveView> view;
+  if (!display.empty()) {
+    view.emplace(
+        display, request.name, [&] { return farm.image(job); }, print_warning);
+  }
   {
     RunnerThread runner(farm, std::move(renderer), threads);
     while (!is_final(result.status.state) && !runner.ended()) {
@@ -102,11 +111,14 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
         result.interrupted = true;
         break;
       }
+      const int64_t tiles = result.status.tiles_committed;
       result.status = farm.wait(job, result.status.version, kPollSeconds);
+      if (view && result.status.tiles_committed > tiles) view->changed();
     }
     if (result.interrupted) runner.finish_tiles();
     runner.stop();
   }
+  if (view) view->finish();
   result.status = farm.job(job);
   if (result.status.state == JobState::kFailed) throw Error(ErrorKind::kFailed, result.status.message);
   if (is_final(result.status.state)) result.interrupted = false;

@@ -182,6 +182,10 @@ void add_output(CLI::App* verb, OutputOptions* output) {
       ->capture_default_str();
 }
 
+void add_display(CLI::App* verb, std::string* display) {
+  verb->add_option("--display", *display, "Show the picture as it grows in the viewer tev at HOST:PORT");
+}
+
 LoadOptions load_options(const SceneOptions& options) {
   LoadOptions load{options.strict, options.camera, options.environment};
   if (!load.environment.empty()) load.environment = std::filesystem::absolute(load.environment).string();

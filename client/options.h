@@ -60,6 +60,9 @@ struct OutputOptions {
 };
 void add_output(CLI::App* verb, OutputOptions* output);
 
+/// --display: see live_view.h.
+void add_display(CLI::App* verb, std::string* display);
+
 /// An option that design §2 names but that does not exist yet: it is refused in one line, never ignored.
 void add_unavailable(CLI::App* verb, const std::string& option, const std::string& what);
 

@@ -9,6 +9,7 @@
 #include "client/cli.h"
 #include "client/diagnose.h"
 #include "client/json_output.h"
+#include "client/live_view.h"
 #include "client/local_render.h"
 #include "client/options.h"
 #include "client/output.h"
@@ -34,11 +35,12 @@ struct LocalOptions {
   SceneOptions scene;
   OutputOptions output;
   int threads = 0;
-  std::string reference, report, diagnose;
+  std::string reference, report, diagnose, display;
 };
 
 int render(LocalOptions& options) {
   finish_scene_options(&options.scene);
+  if (!options.display.empty()) check_display(options.display);
   const bool quiet = options.common.quiet;
   const SceneDescription scene = load_scene_for(options.scene, quiet);
   JobRequest request;
@@ -55,10 +57,13 @@ int render(LocalOptions& options) {
   std::signal(SIGINT, handle_interrupt);
   std::signal(SIGTERM, handle_interrupt);
   Progress progress(quiet);
-  const LocalResult result = render_local(request, renderer, threads, [&](const JobStatus& status) {
-    progress.update(status);
-    return interrupted == 0;
-  });
+  const LocalResult result = render_local(
+      request, renderer, threads,
+      [&](const JobStatus& status) {
+        progress.update(status);
+        return interrupted == 0;
+      },
+      options.display);
   progress.finish(result.status);
 
   write_image(result.image, path,
@@ -108,6 +113,7 @@ void add_render(CLI::App& app, Action& action) {
       ->capture_default_str();
   verb->add_option("--reference", options->reference, "An image to measure true errors against");
   verb->add_option("--report", options->report, "Folder for error.csv, error.svg and report.html");
+  add_display(verb, &options->display);
   verb->add_option("--diagnose", options->diagnose,
                    "Folder for every strategy's image, noise, time and brightest paths (renders once more)");
   verb->callback([&action, options] { action = [options] { return render(*options); }; });

@@ -8,6 +8,7 @@
 #include "client/farm_client.h"
 #include "client/follow.h"
 #include "client/json_output.h"
+#include "client/live_view.h"
 #include "client/options.h"
 
 namespace lightmill::client {
@@ -16,12 +17,13 @@ namespace {
 struct WatchOptions {
   CommonOptions common;
   ConnectionOptions connection;
-  std::string job;
+  std::string job, display;
 };
 
 int watch(const WatchOptions& options) {
+  if (!options.display.empty()) check_display(options.display);
   FarmClient farm(options.connection);
-  const JobStatus last = follow(farm, JobId{options.job}, options.common.quiet);
+  const JobStatus last = follow(farm, JobId{options.job}, options.common.quiet, options.display);
   if (options.common.json) std::printf("%s\n", dump(job_to_json(last)).c_str());
   return 0;
 }
@@ -33,6 +35,7 @@ void add_watch(CLI::App& app, Action& action) {
   CLI::App* verb = add_verb(app, "watch", "Follow a job until it ends", &options->common);
   add_json(verb, &options->common);
   add_connection(verb, &options->connection);
+  add_display(verb, &options->display);
   verb->add_option("JOB", options->job, "The job's id")->required();
   verb->callback([&action, options] { action = [options] { return watch(*options); }; });
 }
