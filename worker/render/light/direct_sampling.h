@@ -202,7 +202,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
   s.radiance = select(mask_and(apart, mask_or(lit, s.delta)), s.radiance, Vec3<F>{});
   if (lights.any_spot) {
     const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
-    s.radiance = select(spot, s.radiance * spot_falloff(r, -dot(s.wi, r.vec(kLightN))), s.radiance);
+    s.radiance = select(spot, s.radiance * spot_falloff(r, one_minus_cos(-s.wi, r.vec(kLightN))), s.radiance);
   }
   for_each_image<F>(lights, r, type, [&](const auto& map, MaskOf<F> m) {
     s.radiance = select(mask_and(m, apart), map.template towards<F>(-s.wi), s.radiance);

@@ -59,13 +59,13 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
     Vec3<F> w = square_to_sphere(du, dv);
     if (lights.any_spot) {
       const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
-      const F cosine = 1.0f - du * (1.0f - r.scalar(5));
-      const F sine = safe_sqrt(1.0f - cosine * cosine);
+      const F one_minus_cos = du * r.scalar(5);
+      const F sine = safe_sqrt(one_minus_cos * (2.0f - one_minus_cos));
       F sp, cp;
       sincos_2pi(dv, &sp, &cp);
       const Frame<F> cone(select(spot, r.vec(kLightN), splat3<F>(0, 0, 1)));
-      w = select(spot, cone.to_world({sine * cp, sine * sp, cosine}), w);
-      radiance = select(spot, radiance * spot_falloff(r, cosine), radiance);
+      w = select(spot, cone.to_world({sine * cp, sine * sp, 1.0f - one_minus_cos}), w);
+      radiance = select(spot, radiance * spot_falloff(r, one_minus_cos), radiance);
     }
     for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
       IntOf<F> chosen;

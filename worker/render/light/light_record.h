@@ -22,12 +22,20 @@ struct LightRecord {
   Vec3<F> vec(int slot) const { return {scalar(slot), scalar(slot + 1), scalar(slot + 2)}; }
 };
 
-/// Spot falloff for the cosine between the axis and the direction of emission.
+/// Spot falloff for 1 - the cosine between the axis and the direction of emission: cosines of narrow cones
+/// are all 1.
 template <class F>
-inline F spot_falloff(const LightRecord<F>& r, F cosine) {
+inline F spot_falloff(const LightRecord<F>& r, F one_minus_cos) {
   const F start = r.scalar(4), end = r.scalar(5);
-  const F x = clamp((cosine - end) / max(start - end, splat<F>(1e-7f)), 0.0f, 1.0f);
+  const F x = clamp((end - one_minus_cos) / max(end - start, splat<F>(1e-30f)), 0.0f, 1.0f);
   return x * x * (3.0f - 2.0f * x);
+}
+
+/// 1 - the cosine between unit vectors, by their chord.
+template <class F>
+inline F one_minus_cos(const Vec3<F>& a, const Vec3<F>& b) {
+  const Vec3<F> chord = a - b;
+  return 0.5f * dot(chord, chord);
 }
 
 /// Calls fn(map, mask) for the environment maps among the `infinite` lanes.
@@ -124,7 +132,7 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& w
     pdf = select(MaskOf<F>(type == kPointLight), splat<F>(1 / (4 * kPi)), pdf);
     if (lights.any_spot) {
       const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
-      pdf = select(spot, 1.0f / ((2 * kPi) * (1.0f - select(spot, r.scalar(5), F{}))), pdf);
+      pdf = select(spot, 1.0f / ((2 * kPi) * select(spot, r.scalar(5), splat<F>(1.0f))), pdf);
     }
     for_each_image<F>(lights, r, type, [&](const auto& map, MaskOf<F> m) {
       pdf = select(m, map.template pdf_towards<F>(-wi), pdf);

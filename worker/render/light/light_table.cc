@@ -51,7 +51,7 @@ LightBound bound_of(LightType type, const float* r, double power) {
     }
   } else if (type == kSpotLight) {
     std::copy(r + kLightN, r + kLightN + 3, b.axis);
-    b.cos_emission = double{r[5]};
+    b.cos_emission = 1 - double{r[5]};
     b.intensity = (double{r[kLightRadiance]} + r[kLightRadiance + 1] + r[kLightRadiance + 2]) / 3;
   } else if (type == kProjectionLight) {
     std::copy(r + kLightN, r + kLightN + 3, b.axis);
@@ -85,9 +85,27 @@ void LightTable::add_pattern(const EmitterPattern& pattern) {
   patterns.push_back(pattern);
 }
 
+namespace {
+
+/// Weights of a choice by power of which a small part is even: a dim light is found next to one that is a
+/// billion times as bright, for at most that part of the samples.
+std::vector<double> guarded(const std::vector<double>& powers) {
+  constexpr double kEvenPart = 1.0 / 16;
+  double total = 0, lit = 0;
+  for (const double p : powers) {
+    total += p;
+    lit += p > 0;
+  }
+  std::vector<double> weights = powers;
+  for (double& w : weights) w = w > 0 ? (1 - kEvenPart) * w / total + kEvenPart / lit : 0;
+  return weights;
+}
+
+}  // namespace
+
 void LightTable::finish() {
   if (!patterns.empty()) pattern_of.resize(type.size(), -1);
-  const std::vector<double> probability = build_alias_table(powers_, &alias_keep, &alias);
+  const std::vector<double> probability = build_alias_table(guarded(powers_), &alias_keep, &alias);
   for (std::size_t i = 0; i < probability.size(); ++i) {
     records[i * kLightFloats + kLightSelect] = static_cast<float>(probability[i]);
     total_power += powers_[i];
@@ -112,7 +130,8 @@ void LightTable::build_tree() {
   tree.build(std::move(bounds), count());
   if (far.empty()) return;
   infinity_share = kInfinityShare;
-  const std::vector<double> probability = build_alias_table(far, &at_infinity_keep, &at_infinity_alias);
+  const std::vector<double> probability =
+      build_alias_table(guarded(far), &at_infinity_keep, &at_infinity_alias);
   for (size_t k = 0; k < far.size(); ++k) {
     records[static_cast<size_t>(at_infinity[k]) * kLightFloats + kLightAtInfinitySelect] =
         static_cast<float>(probability[k]) * infinity_share;

@@ -1,7 +1,7 @@
 #pragma once
-// All lights of a scene as flat arrays, and how one is selected: in proportion to power (Walker's alias
-// method) for light paths, and for next-event estimation too unless there are many; then by what may reach
-// the point (light_tree.h).
+// All lights of a scene as flat arrays, and how one is selected: by power (Walker's alias method;
+// a small part evenly) for light paths, and for next-event estimation too unless there are many; then by what
+// may reach the point (light_tree.h).
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -29,7 +29,7 @@ inline constexpr int kLightFloats = 20;
 ///   triangle  0 v0, 3 e1, 6 e2, 9 unit normal of the emitting side
 ///   sphere    0 centre, 3 radius, 9 unused, 12 orientation (+1 emits outwards, -1 inwards)
 ///   point     0 position
-///   spot      0 position, 4 cosines of the half angles where the falloff starts and 5 ends, 9 unit axis
+///   spot      0 position, 4 and 5 1 - cos of the half angles where the falloff starts and ends, 9 unit axis
 ///   goniometric  0 position, 4 number of its map
 ///   projection   0 position, 4 number of its map, 5 cosine of its half angle, to the corners, 9 unit axis
 ///   infinite  0 centre of the scene's bounding sphere, 3 its radius, 4 environment map number, kEvenSky or

@@ -56,6 +56,12 @@ double illuminance(const LightImage& image) {
   return sum * 2 * M_PI / (static_cast<double>(image.width) * image.height);
 }
 
+/// Of an angle in degrees, without the cancellation of small ones.
+double one_minus_cos(double degrees) {
+  const double half = std::sin(degrees * M_PI / 360);
+  return 2 * half * half;
+}
+
 /// The lights that are not shapes, a kind to an overload.
 class LightBuilder {
  public:
@@ -70,10 +76,10 @@ class LightBuilder {
     if (dark(l.intensity)) return;
     Record r = at_point(l.position, l.intensity);
     set_vec(r, kLightN, l.direction);
-    const double start = std::cos(l.falloff_start * M_PI / 180), end = std::cos(l.total_width * M_PI / 180);
+    const double start = one_minus_cos(l.falloff_start), end = one_minus_cos(l.total_width);
     r[4] = static_cast<float>(start);
     r[5] = static_cast<float>(end);
-    out_.lights.add(kSpotLight, r, 2 * M_PI * (1 - 0.5 * (start + end)) * mean(r));
+    out_.lights.add(kSpotLight, r, M_PI * (start + end) * mean(r));
   }
   void add(const DistantLight& l) {
     if (dark(l.irradiance)) return;
@@ -86,15 +92,14 @@ class LightBuilder {
       return;
     }
     // A cone of even radiance: facing it, E = pi L sin^2(half angle).
-    const double half = std::sin(l.half_angle_degrees * M_PI / 360), one_minus_cos = 2 * half * half;
-    const double solid = M_PI * one_minus_cos * (2 - one_minus_cos);
+    const double width = one_minus_cos(l.half_angle_degrees), solid = M_PI * width * (2 - width);
     set_radiance(r, l.irradiance, static_cast<float>(1 / solid));
     if (!std::isfinite(mean(r))) {
       throw Error(ErrorKind::kBadScene,
                   "a sun so small and bright is more than float can hold; widen its \"angle\"");
     }
     r[4] = kSunCone;
-    r[5] = static_cast<float>(one_minus_cos);
+    r[5] = static_cast<float>(width);
     out_.lights.add(kInfiniteLight, r, power * mean(r) * solid);
   }
   void add(const InfiniteLight& l) {

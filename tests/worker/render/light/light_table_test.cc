@@ -1,4 +1,5 @@
-// Power-proportional selection: the alias table follows the probabilities that the densities use.
+// Selection by power, a sixteenth of it even: the alias table follows the probabilities that the densities
+// use.
 #include "worker/render/light/light_table.h"
 
 #include <gtest/gtest.h>
@@ -21,6 +22,11 @@ LightTable table_of(const std::vector<double>& powers) {
 
 float selection(const LightTable& t, size_t i) { return t.records[i * kLightFloats + kLightSelect]; }
 
+/// Of a light with `part` of the power of `count`.
+double expected_selection(double part, size_t count) {
+  return part * 15 / 16 + 1.0 / 16 / static_cast<double>(count);
+}
+
 void check(const std::vector<double>& powers) {
   const LightTable t = table_of(powers);
   constexpr int kSamples = 400000;
@@ -29,7 +35,7 @@ void check(const std::vector<double>& powers) {
   double total = 0, sum = 0;
   for (const double p : powers) total += p;
   for (size_t i = 0; i < powers.size(); ++i) {
-    EXPECT_NEAR(selection(t, i), powers[i] / total, 1e-6);
+    EXPECT_NEAR(selection(t, i), expected_selection(powers[i] / total, powers.size()), 1e-6);
     sum += selection(t, i);
     expected[i] = double{selection(t, i)} * kSamples;
   }
@@ -47,6 +53,13 @@ TEST(LightTable, ManyLights) {
   std::vector<double> powers(1000);
   for (double& p : powers) p = random.between(0, 1) * random.between(0, 1);
   check(powers);
+}
+
+// A light without power is never chosen, and one with hardly any still is.
+TEST(LightTable, DarkLightsAreNotChosen) {
+  const LightTable t = table_of({1e9, 0, 1});
+  EXPECT_EQ(selection(t, 1), 0);
+  EXPECT_NEAR(selection(t, 2), 1.0 / 32, 1e-6);
 }
 
 TEST(LightTable, OneLightAndNoPower) {
@@ -77,7 +90,8 @@ TEST(LightTable, SceneBuilderGivesPowers) {
   const double total = triangle + both + sphere + point;
   // Order: triangles, spheres, then the others.
   const double expected[4] = {triangle / total, both / total, sphere / total, point / total};
-  for (size_t i = 0; i < 4; ++i) EXPECT_NEAR(selection(scene.lights(), i), expected[i], 1e-6) << i;
+  for (size_t i = 0; i < 4; ++i)
+    EXPECT_NEAR(selection(scene.lights(), i), expected_selection(expected[i], 4), 1e-6) << i;
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ bool reaches(const LightTable& lights, int32_t light, const Vec3<float>& p) {
   if (type == kPointLight || type == kSphereLight) return true;
   const Vec3<float> d = p - r.vec(kLightP);
   const float along = dot(r.vec(kLightN), d) / std::sqrt(dot(d, d));
-  if (type == kSpotLight) return along > r.scalar(5);
+  if (type == kSpotLight) return 1 - along < r.scalar(5);
   return along > 0 || (r.scalar(kLightTwoSided) > 0 && along < 0);
 }
 
