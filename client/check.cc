@@ -1,13 +1,16 @@
-// lightmill check: parse and validate only; every problem with file:line:column. Needs no renderer.
+// lightmill check: parse and validate only; every problem with file:line:column. What only shows in images
+// and finished geometry is found by building the scene as for rendering.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "client/cli.h"
 #include "client/options.h"
 #include "common/error.h"
+#include "worker/render/scene/render_scene.h"
 
 namespace lightmill::client {
 namespace {
@@ -17,12 +20,40 @@ struct CheckOptions {
   SceneOptions scene;
 };
 
+/// A builder's error, whose text begins with its place if it has one.
+Problem problem_of(const Error& error, const std::string& scene_file) {
+  Problem problem;
+  static const std::regex place("^([^\n]*?):([0-9]{1,9}):([0-9]{1,9}): ");
+  const std::string text = error.what();
+  std::smatch found;
+  if (std::regex_search(text, found, place)) {
+    problem.where = {found[1].str(), std::stoi(found[2].str()), std::stoi(found[3].str())};
+    problem.message = found.suffix();
+  } else {
+    problem.where = {scene_file, 1, 1};
+    problem.message = text;
+  }
+  return problem;
+}
+
+/// What a renderer finds in the scene's images and geometry.
+void add_render_problems(const SceneDescription& scene, const std::string& scene_file,
+                         std::vector<Problem>* problems) {
+  try {
+    const std::vector<Problem> warnings = build_scene(scene).warnings;
+    problems->insert(problems->end(), warnings.begin(), warnings.end());
+  } catch (const Error& error) {
+    problems->push_back(problem_of(error, scene_file));
+  }
+}
+
 std::vector<Problem> find_problems(const CheckOptions& options) {
   const std::filesystem::path path(options.scene.scene);
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   const LoadResult result =
       load_scene(path.filename().string(), DirectoryFiles(folder.string()), load_options(options.scene));
   std::vector<Problem> problems = result.problems;
+  if (result.ok()) add_render_problems(result.scene, path.filename().string(), &problems);
   for (Problem& problem : problems) {  // the reader names files relative to the scene's folder
     const std::filesystem::path file(problem.where.file);
     if (path.has_parent_path() && file.is_relative()) problem.where.file = (folder / file).string();

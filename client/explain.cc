@@ -82,6 +82,9 @@ int explain(ExplainOptions& options) {
   agent::set_float_mode();
   const int threads = agent::usable_threads();
   const Renderer analysed(scene, settings, threads);
+  if (!options.common.quiet) {
+    for (const Problem& problem : analysed.warnings()) print_warning(format_problem(problem));
+  }
   std::optional<PilotReport> pilot;
   if (needs_pilot(settings) && !options.no_pilot) {
     pilot = run_pilot(analysed, threads, [] { return true; });

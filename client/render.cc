@@ -52,7 +52,10 @@ int render(LocalOptions& options) {
 
   const int threads = options.threads > 0 ? options.threads : agent::usable_threads();
   agent::set_float_mode();
-  const auto renderer = agent::make_packet_renderer(scene, request.settings, threads);
+  const auto renderer =
+      agent::make_packet_renderer(scene, request.settings, threads, [quiet](const Problem& problem) {
+        if (!quiet) print_warning(format_problem(problem));
+      });
 
   std::signal(SIGINT, handle_interrupt);
   std::signal(SIGTERM, handle_interrupt);

@@ -119,6 +119,13 @@ ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params, const Me
   return m;
 }
 
+/// Lobes of layers are round: one whose roughness differs by direction is warned of.
+void warn_of_anisotropy(ParameterList& params, const Roughness& r, const RoughnessNames& names = {}) {
+  if (r.u.texture == r.v.texture && (r.u.texture >= 0 || r.u.value == r.v.value)) return;
+  params.unsupported(params.has(names.u) ? names.u : names.v,
+                     "unlike the other direction's: a layer is rough alike in both, by their geometric mean");
+}
+
 /// What a layered material's coat has besides its index and roughness.
 template <class Coated>
 void read_coat(PbrtScene& out, ParameterList& params, Coated* m) {
@@ -133,13 +140,13 @@ void read_coat(PbrtScene& out, ParameterList& params, Coated* m) {
 
 CoatedConductorMaterial read_coated_conductor(PbrtScene& out, ParameterList& params) {
   CoatedConductorMaterial m;
-  m.conductor = read_conductor(out, params,
-                               {"conductor.eta",
-                                "conductor.k",
-                                {"conductor.roughness", "conductor.uroughness", "conductor.vroughness"}});
+  const RoughnessNames of_metal{"conductor.roughness", "conductor.uroughness", "conductor.vroughness"},
+      of_coat{"interface.roughness", "interface.uroughness", "interface.vroughness"};
+  m.conductor = read_conductor(out, params, {"conductor.eta", "conductor.k", of_metal});
   m.eta = read_eta(out, params, "interface.eta");
-  m.coat_roughness =
-      read_roughness(out, params, {"interface.roughness", "interface.uroughness", "interface.vroughness"});
+  m.coat_roughness = read_roughness(out, params, of_coat);
+  warn_of_anisotropy(params, m.conductor.roughness, of_metal);
+  warn_of_anisotropy(params, m.coat_roughness, of_coat);
   for (FloatInput* r : {&m.coat_roughness.u, &m.coat_roughness.v}) {
     if (r->texture < 0) continue;
     *r = {0.3f, -1};
@@ -154,6 +161,7 @@ CoatedDiffuseMaterial read_coated_diffuse(PbrtScene& out, ParameterList& params)
   m.reflectance = out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
   m.eta = read_eta(out, params);
   m.roughness = read_roughness(out, params);
+  warn_of_anisotropy(params, m.roughness);
   read_coat(out, params, &m);
   return m;
 }

@@ -1,8 +1,11 @@
 // Bad scenes at the command line: one line that says where, exit code 2, for check and render alike.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "common/image/image.h"
 #include "tests/client/cli_fixture.h"
 
 namespace lightmill::client {
@@ -118,6 +121,54 @@ TEST_F(Check, AcceptsAGoodSceneWithoutProblems) {
   const Outcome outcome = run({"check", "box.pbrt", "--json"});
   EXPECT_EQ(outcome.code, 0);
   EXPECT_TRUE(nlohmann::json::parse(outcome.out)["problems"].empty());
+}
+
+/// A 2 x 2 picture in the test's folder, with one value of its own.
+void write_picture(const std::string& name, float usual, float one) {
+  Image image(2, 2);
+  std::fill(image.data.begin(), image.data.end(), usual);
+  image.data[9] = one;  // texel (1, 1)
+  write_image(image, name);
+}
+
+// What only images show is refused by both verbs, or said in one line by both.
+TEST_F(Check, RefusesImagesThatCannotShine) {
+  write_picture("sky.exr", 1, NAN);
+  write("bad.pbrt", box_and("LightSource \"infinite\" \"string filename\" \"sky.exr\"\n"));
+  for (const char* verb : {"check", "render"}) {
+    const Outcome outcome = run({verb, "bad.pbrt", "--quiet"});
+    EXPECT_EQ(outcome.code, 2) << verb;
+    EXPECT_THAT(outcome.out + outcome.err, HasSubstr("bad.pbrt:12:1: ")) << verb;
+    EXPECT_THAT(outcome.out + outcome.err,
+                HasSubstr("texel (1, 1) of the environment image is not a number"));
+  }
+  const auto problems = nlohmann::json::parse(run({"check", "bad.pbrt", "--json"}).out)["problems"];
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_EQ(problems[0]["line"], 12);
+}
+
+TEST_F(Check, WarnsOfTexturesThatAreClamped) {
+  write_picture("paint.exr", 0.5f, 7);
+  write("bright.pbrt", box_and("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"paint.exr\"\n"
+                               "Material \"diffuse\" \"texture reflectance\" \"t\"\nShape \"sphere\"\n"));
+  for (const char* verb : {"check", "render"}) {
+    const Outcome outcome = run({verb, "bright.pbrt"});
+    EXPECT_EQ(outcome.code, 0) << verb;
+    EXPECT_THAT(outcome.out + outcome.err,
+                HasSubstr("bright.pbrt:12:1: warning: the texture \"t\" has values from 0 to 7, but the "
+                          "reflectance of the material in line 13 is within 0 and 1"))
+        << verb;
+  }
+}
+
+TEST_F(Check, WarnsOfEmittersThatLieOnOthers) {
+  const std::string lamp =
+      "AreaLightSource \"diffuse\"\nShape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer "
+      "indices\" "
+      "[0 1 2]\n";
+  write("twice.pbrt", box_and(lamp + lamp));
+  EXPECT_THAT(run({"check", "twice.pbrt"}).out,
+              HasSubstr("twice.pbrt:15:1: warning: an emitter of the shape lies"));
 }
 
 TEST_F(Check, NamesTheFolderOfTheScene) {

@@ -10,6 +10,7 @@ class SceneRenderer : public PacketRenderer {
   SceneRenderer(const SceneDescription& scene, const RenderSettings& settings, int threads)
       : renderer_(scene, settings, threads) {}
   SceneRenderer(const Renderer& other, const RenderSettings& settings) : renderer_(other, settings) {}
+  const std::vector<Problem>& warnings() const { return renderer_.warnings(); }
   const FilmGrid& grid() const override { return renderer_.settings().grid; }
   int quantum_exponent() const override { return renderer_.quantum_exponent(); }
   bool has_camera_layer() const override { return renderer_.has_camera_layer(); }
@@ -33,8 +34,11 @@ class SceneRenderer : public PacketRenderer {
 }  // namespace
 
 std::shared_ptr<const PacketRenderer> make_packet_renderer(const SceneDescription& scene,
-                                                           const RenderSettings& settings, int threads) {
-  return std::make_shared<SceneRenderer>(scene, settings, threads);
+                                                           const RenderSettings& settings, int threads,
+                                                           const std::function<void(const Problem&)>& warn) {
+  auto renderer = std::make_shared<SceneRenderer>(scene, settings, threads);
+  for (const Problem& problem : renderer->warnings()) warn(problem);
+  return renderer;
 }
 
 }  // namespace lightmill::agent

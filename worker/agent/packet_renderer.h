@@ -28,9 +28,10 @@ class PacketRenderer {
   virtual std::shared_ptr<const PacketRenderer> with_settings(const RenderSettings& settings) const = 0;
 };
 
-/// The renderer itself. Throws as Renderer's constructor does.
-std::shared_ptr<const PacketRenderer> make_packet_renderer(const SceneDescription& scene,
-                                                           const RenderSettings& settings, int threads);
+/// The renderer itself. Throws as Renderer's constructor does. `warn` is called with Renderer::warnings().
+std::shared_ptr<const PacketRenderer> make_packet_renderer(
+    const SceneDescription& scene, const RenderSettings& settings, int threads,
+    const std::function<void(const Problem&)>& warn = [](const Problem&) {});
 
 /// Where the runner gets the renderer of a lease from.
 class RenderSource {

@@ -98,6 +98,7 @@ Renderer::Renderer(const Renderer& other, const RenderSettings& settings)
 Renderer::~Renderer() = default;
 
 const ScenePlan& Renderer::plan() const { return impl_->plan; }
+const std::vector<Problem>& Renderer::warnings() const { return impl_->world->scene.warnings; }
 const RenderSettings& Renderer::settings() const { return impl_->settings; }
 int Renderer::quantum_exponent() const { return impl_->plan.quantum_exponent; }
 bool Renderer::has_camera_layer() const { return lightmill::has_camera_layer(impl_->settings); }

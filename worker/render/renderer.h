@@ -32,13 +32,15 @@ class Workspace {
 class Renderer {
  public:
   /// Builds the acceleration structure with `threads` threads (0: all) and freezes the plan. Throws
-  /// Error(kBadScene) for geometry that can't be rendered and Error(kFailed) if a texture can't be read.
+  /// Error(kBadScene) for geometry that can't be rendered and images that can't be read.
   Renderer(const SceneDescription& scene, const RenderSettings& settings, int threads);
   ~Renderer();
   /// The scene of `other`, shared, under settings that differ from its own in plan, integrator, depth,
   /// samples or seed at most: what the scene was built from stays.
   Renderer(const Renderer& other, const RenderSettings& settings);
   const ScenePlan& plan() const;
+  /// What the scene says and could not be taken at its word, each with its place.
+  const std::vector<Problem>& warnings() const;
   const RenderSettings& settings() const;
   int quantum_exponent() const;
   bool has_camera_layer() const;  // false for lt without AOVs

@@ -66,7 +66,7 @@ EnvironmentMap::EnvironmentMap(const std::string& path, const Rgb& scale, const 
 
 EnvironmentMap::EnvironmentMap(LightImage image, const Rgb& scale, const Transform& light_to_world) {
   if (image.width != image.height) {
-    throw Error(ErrorKind::kFailed,
+    throw Error(ErrorKind::kBadScene,
                 image.path +
                     ": an image over all directions is a square of pbrt's equal-area mapping, this has " +
                     std::to_string(image.width) + " x " + std::to_string(image.height) + " texels; convert " +
@@ -93,7 +93,7 @@ EnvironmentMap::EnvironmentMap(LightImage image, const Rgb& scale, const Transfo
     mean_radiance += weights[i] / static_cast<double>(texels);
   }
   if (!(brightest > 0))
-    throw Error(ErrorKind::kFailed, image.path + ": the light's image is black; leave the light out");
+    throw Error(ErrorKind::kBadScene, image.path + ": the light's image is black; leave the light out");
   const std::vector<double> probability = build_alias_table(weights, &alias_keep, &alias);
   density.resize(texels);
   for (size_t i = 0; i < texels; ++i)

@@ -26,7 +26,7 @@ struct EnvironmentMap {
   double mean_radiance = 0;  // mean over the sphere and the channels
   float brightest = 0;       // any channel of any texel
 
-  /// `image` must be square; it is scaled by `scale` per channel. Throws Error(kFailed) if it is not, or
+  /// `image` must be square; it is scaled by `scale` per channel. Throws Error(kBadScene) if it is not, or
   /// holds no light.
   EnvironmentMap(LightImage image, const Rgb& scale, const Transform& light_to_world);
   /// As read_environment gives it.

@@ -48,11 +48,11 @@ void LightImage::make_grey() {
 
 LightImage read_light_image(const std::string& path, const std::string& what, int max_side) {
   auto in = OIIO::ImageInput::open(path);
-  if (!in) throw Error(ErrorKind::kFailed, path + ": " + what + " can't be read: " + OIIO::geterror());
+  if (!in) throw Error(ErrorKind::kBadScene, path + ": " + what + " can't be read: " + OIIO::geterror());
   const OIIO::ImageSpec spec = in->spec();
   if (spec.width < 1 || spec.height < 1 || spec.width > max_side || spec.height > max_side ||
       spec.nchannels < 1) {
-    throw Error(ErrorKind::kFailed, path + ": the " + what + " has " + std::to_string(spec.width) + " x " +
+    throw Error(ErrorKind::kBadScene, path + ": the " + what + " has " + std::to_string(spec.width) + " x " +
                                         std::to_string(spec.height) + " texels; at most " +
                                         std::to_string(max_side) + " a side are supported");
   }
@@ -61,7 +61,7 @@ LightImage read_light_image(const std::string& path, const std::string& what, in
   const int channels = spec.nchannels < 3 ? 1 : 3;
   image.rgb.resize(texels * static_cast<size_t>(channels));
   if (!in->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, image.rgb.data())) {
-    throw Error(ErrorKind::kFailed, path + ": " + what + " can't be read: " + in->geterror());
+    throw Error(ErrorKind::kBadScene, path + ": " + what + " can't be read: " + in->geterror());
   }
   if (channels == 1) {
     std::vector<float> grey = std::move(image.rgb);

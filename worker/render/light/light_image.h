@@ -20,7 +20,7 @@ struct LightImage {
 };
 
 /// Reads `path` (any format of the image library; integers are taken as sRGB, one channel as grey). `what` is
-/// it called in messages ("environment image"). Throws Error(kFailed) if it can't be read or is larger than
+/// it called in messages ("environment image"). Throws Error(kBadScene) if it can't be read or is larger than
 /// `max_side` texels a side, and Error(kBadScene), which names the texel, for values that are no radiance:
 /// NaN, infinity, and negative ones beyond a filter's ringing, which counts as 0.
 LightImage read_light_image(const std::string& path, const std::string& what, int max_side = 8192);

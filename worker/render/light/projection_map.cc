@@ -37,7 +37,7 @@ ProjectionMap::ProjectionMap(LightImage image, const Rgb& scale, const Transform
     power += weights[i];
   }
   if (!(brightest > 0))
-    throw Error(ErrorKind::kFailed, image.path + ": the light's image is black; leave the light out");
+    throw Error(ErrorKind::kBadScene, image.path + ": the light's image is black; leave the light out");
   const std::vector<double> probability = build_alias_table(weights, &alias_keep, &alias);
   density.resize(weights.size());
   for (size_t i = 0; i < weights.size(); ++i) density[i] = static_cast<float>(probability[i] / texel_area);

@@ -22,7 +22,7 @@ struct ProjectionMap {
   float brightest = 0;           // any channel of any texel
 
   /// Scaled by `scale` per channel. `fov_degrees` is the full angle of the shorter side. Throws
-  /// Error(kFailed) if the image holds no light.
+  /// Error(kBadScene) if the image holds no light.
   ProjectionMap(LightImage image, const Rgb& scale, const Transform& light_to_world, double fov_degrees);
 
   /// Texel seen in world direction `w`, and whether there is one; `z` is the cosine to the axis. Any w gives

@@ -174,7 +174,7 @@ double EmitterBuilder::mean_factor(LightType type, const Source& source, const E
 
 int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, double area,
                             std::array<float, kLightFloats>& record, const std::array<float, 9>& frame,
-                            const int32_t* vertices) {
+                            const int32_t* vertices, bool unseen) {
   const AreaLightDescription& light = in_.area_lights[static_cast<size_t>(shape.area_light)];
   const Source& from = source(shape.area_light);
   if (dark(from.radiance)) return -1;
@@ -184,16 +184,16 @@ int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, doubl
   record[kLightArea] = static_cast<float>(area);
   record[kLightTwoSided] = light.two_sided ? 1 : 0;
   double power = M_PI * area * mean(from.radiance) * (light.two_sided ? 2 : 1);
-  if (!patterned(in_, shape)) {
+  if (!patterned(in_, shape) && !unseen) {
     out_.lights.add(type, record, power);
     return out_.lights.count() - 1;
   }
-  EmitterPattern pattern{light.texture, shape.alpha, from.brightest, is_unseen_emitter(shape), frame, {}};
+  EmitterPattern pattern{light.texture, shape.alpha, from.brightest, unseen, frame, {}};
   if (vertices && out_.any_colors) {
     for (size_t k = 0; k < 3; ++k)
       std::copy_n(&out_.colors[static_cast<size_t>(vertices[k]) * 4], 4, pattern.colors[k].begin());
   }
-  if (pattern.unseen) pattern.alpha = {1, -1};
+  if (is_unseen_emitter(shape)) pattern.alpha = {1, -1};
   if (shows_black(type, pattern)) return -1;
   any_texture_ = any_texture_ || pattern.texture >= 0 || pattern.alpha.texture >= 0;
   power *= std::max(mean_factor(type, from, pattern, record), from.least_mean);
@@ -202,18 +202,59 @@ int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, doubl
   return out_.lights.count() - 1;
 }
 
-int32_t EmitterBuilder::add_triangle(const ShapeDescription& shape, const int32_t* i, const Vec3d& winding,
-                                     double area, int32_t flags) {
-  double sign = flags & RenderScene::kFlip ? -1 : 1;
+/// +1 if the emitting side is that of the winding, else -1.
+double EmitterBuilder::emitting_side(const EmittingTriangle& t) const {
   if (out_.any_normals) {
     // The side of the vertex normals, as at intersection.
     double along = 0;
     for (int k = 0; k < 3; ++k) {
-      const float* n = &out_.normals[static_cast<size_t>(i[k]) * 3];
-      along += n[0] * winding.x + n[1] * winding.y + n[2] * winding.z;
+      const float* n = &out_.normals[static_cast<size_t>(t.vertices[k]) * 3];
+      along += n[0] * t.winding.x + n[1] * t.winding.y + n[2] * t.winding.z;
     }
-    if (along != 0) sign = along < 0 ? -1 : 1;
+    if (along != 0) return along < 0 ? -1 : 1;
   }
+  return t.flags & RenderScene::kFlip ? -1 : 1;
+}
+
+void EmitterBuilder::count_copy(const ShapeDescription& shape) {
+  if (copied_.empty() || copied_.back().first != &shape) copied_.emplace_back(&shape, 0);
+  ++copied_.back().second;
+}
+
+bool EmitterBuilder::is_copy(const ShapeDescription& shape, const EmittingTriangle& t) {
+  const AreaLightDescription& light = in_.area_lights[static_cast<size_t>(shape.area_light)];
+  if (dark(light.radiance) || t.unseen) return false;
+  std::array<std::array<float, 3>, 3> p;
+  for (size_t k = 0; k < 3; ++k)
+    std::copy_n(&out_.positions[static_cast<size_t>(t.vertices[k]) * 3], 3, p[k].begin());
+  unsigned sides = emitting_side(t) > 0 ? EmitterCopies::kFront : EmitterCopies::kBack;
+  if (light.two_sided) sides = EmitterCopies::kFront | EmitterCopies::kBack;
+  if (!copies_.triangle(p, sides)) return false;
+  count_copy(shape);
+  return true;
+}
+
+bool EmitterBuilder::is_copied_sphere(const ShapeDescription& shape) {
+  const AreaLightDescription& light = in_.area_lights[static_cast<size_t>(shape.area_light)];
+  if (dark(light.radiance) || is_unseen_emitter(shape) ||
+      !copies_.sphere(&*(out_.spheres.end() - 4), !shape.reverse_orientation))
+    return false;
+  count_copy(shape);
+  return true;
+}
+
+void EmitterBuilder::report() {
+  for (const auto& [shape, count] : copied_) {
+    out_.warnings.push_back({shape->location, Severity::kWarning,
+                             (count == 1 ? std::string("an emitter of the shape lies")
+                                         : std::to_string(count) + " emitters of the shape lie") +
+                                 " exactly on another one, which hides it; that one alone is rendered"});
+  }
+}
+
+int32_t EmitterBuilder::add_triangle(const ShapeDescription& shape, const EmittingTriangle& t) {
+  const double sign = emitting_side(t);
+  const int32_t* i = t.vertices;
   std::array<float, kLightFloats> r{};
   for (size_t c = 0; c < 3; ++c) {
     const float v0 = out_.positions[static_cast<size_t>(i[0]) * 3 + c];
@@ -221,14 +262,14 @@ int32_t EmitterBuilder::add_triangle(const ShapeDescription& shape, const int32_
     r[kLightE1 + c] = out_.positions[static_cast<size_t>(i[1]) * 3 + c] - v0;
     r[kLightE2 + c] = out_.positions[static_cast<size_t>(i[2]) * 3 + c] - v0;
   }
-  r[kLightN] = static_cast<float>(sign * winding.x);
-  r[kLightN + 1] = static_cast<float>(sign * winding.y);
-  r[kLightN + 2] = static_cast<float>(sign * winding.z);
+  r[kLightN] = static_cast<float>(sign * t.winding.x);
+  r[kLightN + 1] = static_cast<float>(sign * t.winding.y);
+  r[kLightN + 2] = static_cast<float>(sign * t.winding.z);
   std::array<float, 9> uv{0, 0, 1, 0, 1, 1};  // without coordinates: as CornerUv
-  if (flags & RenderScene::kHasUv) {
+  if (t.flags & RenderScene::kHasUv) {
     for (size_t k = 0; k < 3; ++k) std::copy_n(&out_.uvs[static_cast<size_t>(i[k]) * 2], 2, &uv[2 * k]);
   }
-  return add(kTriangleLight, shape, area, r, uv, i);
+  return add(kTriangleLight, shape, t.area, r, uv, i, t.unseen);
 }
 
 int32_t EmitterBuilder::add_sphere(const ShapeDescription& shape) {
@@ -237,7 +278,7 @@ int32_t EmitterBuilder::add_sphere(const ShapeDescription& shape) {
   r[kLightOrientation] = shape.reverse_orientation ? -1 : 1;
   std::array<float, 9> axes;
   std::copy(out_.sphere_axes.end() - 9, out_.sphere_axes.end(), axes.begin());
-  return add(kSphereLight, shape, 4 * M_PI * double{r[3]} * r[3], r, axes, nullptr);
+  return add(kSphereLight, shape, 4 * M_PI * double{r[3]} * r[3], r, axes, nullptr, is_unseen_emitter(shape));
 }
 
 }  // namespace lightmill

@@ -2,8 +2,10 @@
 // Turns shapes that emit into records of the light table. Everything that rounds happens once, in double.
 #include <array>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "worker/render/scene/emitter_copies.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
@@ -13,6 +15,15 @@ inline bool is_unseen_emitter(const ShapeDescription& shape) {
   return shape.area_light >= 0 && shape.alpha.texture < 0 && shape.alpha.value == 0;
 }
 
+/// A triangle whose vertices are in the scene already.
+struct EmittingTriangle {
+  const int32_t* vertices;  // 3
+  Vec3d winding;            // unit normal
+  double area;              // normalised space
+  int32_t flags;            // the primitive's
+  bool unseen;              // it has no primitive that a ray could meet
+};
+
 class EmitterBuilder {
  public:
   /// Both must outlive the builder.
@@ -20,11 +31,16 @@ class EmitterBuilder {
   /// All shapes to come, which share the look-ups that their means may cost. Call before any is added.
   void expect(const std::vector<const ShapeDescription*>& shapes);
 
-  /// Adds the triangle of vertices i[3], part of `shape`, whose geometry is in the scene already; returns its
-  /// index in scene->lights, or -1 if it is dark. `winding` is its unit normal, `area` its area, `flags` the
-  /// primitive's. Throws Error(kBadScene) with the light's place for an image that cannot shine.
-  int32_t add_triangle(const ShapeDescription& shape, const int32_t* i, const Vec3d& winding, double area,
-                       int32_t flags);
+  /// Whether `t`, part of `shape`, lies on another emitter that shines from its side: then it is to be left
+  /// out, or else remembered.
+  bool is_copy(const ShapeDescription& shape, const EmittingTriangle& t);
+  /// The same for the last sphere of the scene.
+  bool is_copied_sphere(const ShapeDescription& shape);
+  /// Warns of the copies that there were. Call after all shapes.
+  void report();
+  /// Adds `t`, part of `shape`; returns its index in scene->lights, or -1 if it is dark. Throws
+  /// Error(kBadScene) with the light's place for an image that cannot shine.
+  int32_t add_triangle(const ShapeDescription& shape, const EmittingTriangle& t);
   /// The same for the last sphere of the scene.
   int32_t add_sphere(const ShapeDescription& shape);
   /// Some emitter added is textured, or its alpha is.
@@ -42,7 +58,9 @@ class EmitterBuilder {
   void take_image(const AreaLightDescription& light, Source* s) const;
   int32_t add(LightType type, const ShapeDescription& shape, double area,
               std::array<float, kLightFloats>& record, const std::array<float, 9>& frame,
-              const int32_t* vertices);
+              const int32_t* vertices, bool unseen);
+  void count_copy(const ShapeDescription& shape);
+  double emitting_side(const EmittingTriangle& t) const;
   bool shows_black(LightType type, const EmitterPattern& pattern) const;
   double mean_factor(LightType type, const Source& source, const EmitterPattern& pattern,
                      const std::array<float, kLightFloats>& record) const;
@@ -50,7 +68,9 @@ class EmitterBuilder {
   const SceneDescription& in_;
   RenderScene& out_;
   std::vector<std::optional<Source>> sources_;  // per area light
-  double samples_ = 4;                          // of the texture, for each emitter's mean
+  EmitterCopies copies_;
+  std::vector<std::pair<const ShapeDescription*, size_t>> copied_;  // how many of a shape are left out
+  double samples_ = 4;                                              // of the texture, for each emitter's mean
   bool any_texture_ = false;
 };
 

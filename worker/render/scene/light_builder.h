@@ -11,7 +11,7 @@ namespace lightmill {
 std::string place(const SourceLocation& where);
 
 /// Adds the light; nothing if it is dark. The scene's bounds must be known. Throws
-/// Error(kBadScene) for what cannot shine and Error(kFailed) for an image that can't be read, with its place.
+/// Error(kBadScene) for what cannot shine and images that can't be read, with its place.
 void add_light(const LightDescription& light, RenderScene* scene);
 
 }  // namespace lightmill

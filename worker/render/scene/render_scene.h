@@ -72,13 +72,13 @@ struct RenderScene {
   int scale_exponent = 0;
   Vec3d origin;  // camera position in scene units
 
-  std::vector<float> positions;  // 3 per vertex, padded by 4 floats for vector loads
-  std::vector<float> normals;    // 3 per vertex or empty; (0,0,0) where the mesh has none
-  std::vector<float> colors;     // 4 per vertex or empty; 1 where the mesh has none
-  std::vector<float> uvs;        // 2 per vertex or empty
-  std::vector<int32_t> indices;  // 3 per triangle
+  std::vector<float> positions;   // 3 per vertex, padded by 4 floats for vector loads
+  std::vector<float> normals;     // 3 per vertex or empty; (0,0,0) where the mesh has none
+  std::vector<float> colors;      // 4 per vertex or empty; 1 where the mesh has none
+  std::vector<float> uvs;         // 2 per vertex or empty
+  std::vector<int32_t> indices;   // 3 per triangle
   std::vector<MeshRange> meshes;  // those of objects last
-  std::vector<float> spheres;  // 4 per sphere: centre, radius
+  std::vector<float> spheres;     // 4 per sphere: centre, radius
   /// 9 per sphere: the unit axes x, y, z of its object space, for its texture coordinates.
   std::vector<float> sphere_axes;
 
@@ -114,6 +114,9 @@ struct RenderScene {
   int kinds_present = 0;             // number of BSDF kinds in use
   Features overrides = 0;            // kept although nothing needs them: their flags above are set
 
+  /// What the scene says and cannot be taken at its word: each with its place.
+  std::vector<Problem> warnings;
+
   TextureTable textures;
   LightTable lights;
   float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space
@@ -138,11 +141,13 @@ struct RenderScene {
   int32_t instance_count() const { return static_cast<int32_t>(instance_object.size()); }
   bool any_instances() const { return !instance_object.empty(); }
   size_t world_mesh_count() const { return objects.empty() ? meshes.size() : objects.front().first_mesh; }
-  int32_t world_sphere_count() const { return objects.empty() ? sphere_count() : objects.front().first_sphere; }
+  int32_t world_sphere_count() const {
+    return objects.empty() ? sphere_count() : objects.front().first_sphere;
+  }
 };
 
 /// Builds it. Throws Error(kBadScene) for geometry that can't be rendered (no geometry or light is fine: the
-/// image is what the scene says) and Error(kFailed) if a texture can't be read.
+/// image is what the scene says) and images that can't be read.
 RenderScene build_scene(const SceneDescription& description, bool energy_compensation = false,
                         Features overrides = 0);
 

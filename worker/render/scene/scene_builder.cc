@@ -14,6 +14,7 @@
 #include "worker/render/scene/light_builder.h"
 #include "worker/render/scene/material_builder.h"
 #include "worker/render/scene/render_scene.h"
+#include "worker/render/scene/texture_check.h"
 
 namespace lightmill {
 namespace {
@@ -57,6 +58,9 @@ std::optional<double> uniform_scale(const Matrix& m) {
   return s;
 }
 
+/// Of an emitter in normalised space: densities per area stay within float.
+constexpr double kLeastLightArea = 1e-36;
+
 struct Bounds {
   double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
   void add(const Vec3d& p, double r = 0) {
@@ -99,6 +103,7 @@ class SceneBuilder {
     add_spheres(world_);
     add_object_spheres();
     add_instances();
+    emitters_.report();
     out_.positions.resize(out_.positions.size() + 4);  // vector loads read past the last vertex
     for (const LightDescription& l : in_.lights) add_light(l, &out_);
     out_.lights.finish();
@@ -334,6 +339,10 @@ class SceneBuilder {
     used_.assign(out_.materials.size(), false);
   }
 
+  void warn(const ShapeDescription& s, std::string what) {
+    out_.warnings.push_back({s.location, Severity::kWarning, std::move(what)});
+  }
+
   void add_primitive(const ShapeDescription& s, int32_t light, int32_t flags) {
     out_.primitive_material.push_back(s.material);
     out_.primitive_light.push_back(light);
@@ -377,20 +386,36 @@ class SceneBuilder {
     int32_t flags = surface_flips_normal(s) ? RenderScene::kFlip : 0;
     if (keep_uvs_ && !mesh.uvs.empty()) flags |= RenderScene::kHasUv;
     MeshRange range{out_.triangle_count(), 0, s.alpha};
+    size_t collapsed = 0, too_small = 0;
     for (const auto& t : mesh.triangles) {
       const int32_t i[3] = {first_vertex + static_cast<int32_t>(t[0]),
                             first_vertex + static_cast<int32_t>(t[1]),
                             first_vertex + static_cast<int32_t>(t[2])};
-      Vec3d n;
-      const double area = triangle_area(i, &n);
-      if (!(area > 0) || !std::isfinite(area))
-        continue;  // collapsed when rounded to float: nothing can hit it
-      const int32_t light = s.area_light >= 0 ? emitters_.add_triangle(s, i, n, area, flags) : -1;
-      if (is_unseen_emitter(s)) continue;
+      const double area = triangle_area(rounded_corners(i)).area;
+      // Collapsed when rounded to float: nothing can hit it.
+      const bool unseen = !(area > 0) || !std::isfinite(area);
+      collapsed += unseen;
+      int32_t light = -1;
+      if (s.area_light >= 0) {
+        const Triangle exact = unrounded(m, mesh, t);
+        const EmittingTriangle emitter{i, exact.normal, exact.area, flags, unseen || is_unseen_emitter(s)};
+        if (emitters_.is_copy(s, emitter)) continue;
+        const bool dark = emitter.area < kLeastLightArea;
+        too_small += dark;
+        if (!dark) light = emitters_.add_triangle(s, emitter);
+      }
+      if (unseen || is_unseen_emitter(s)) continue;
       out_.surface_area += area;
       out_.indices.insert(out_.indices.end(), i, i + 3);
       add_primitive(s, light, flags);
       ++range.triangle_count;
+    }
+    if (too_small > 0) {
+      warn(s, std::to_string(too_small) +
+                  " emitting triangles are so small that float can't hold their area; they do not shine");
+    } else if (collapsed > 0 && collapsed == mesh.triangles.size()) {
+      warn(s, std::string("the shape is smaller than the steps of float at its distance from the camera: ") +
+                  (s.area_light >= 0 ? "it shines, but is not seen itself" : "nothing is seen of it"));
     }
     if (range.triangle_count > 0) {
       out_.meshes.push_back(range);
@@ -399,19 +424,42 @@ class SceneBuilder {
     }
   }
 
-  /// Area, and the unit normal of the winding.
-  double triangle_area(const int32_t* i, Vec3d* n) const {
-    double p[3][3];
-    for (int k = 0; k < 3; ++k) {
-      for (int c = 0; c < 3; ++c)
-        p[k][c] = out_.positions[static_cast<size_t>(i[k]) * 3 + static_cast<size_t>(c)];
+  std::array<Vec3d, 3> rounded_corners(const int32_t* i) const {
+    std::array<Vec3d, 3> p;
+    for (size_t k = 0; k < 3; ++k) {
+      const float* v = &out_.positions[static_cast<size_t>(i[k]) * 3];
+      p[k] = {double{v[0]}, double{v[1]}, double{v[2]}};
     }
-    const double a[3] = {p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]};
-    const double b[3] = {p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
+    return p;
+  }
+
+  struct Triangle {
+    double area = 0;
+    Vec3d normal;  // unit, of the winding
+  };
+  /// Emitters shine by the area that they have before rounding, however small: by their edges, as even double
+  /// rounds points.
+  Triangle unrounded(const Matrix& m, const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) const {
+    const Vec3f& v0 = mesh.positions[t[0]];
+    std::array<Vec3d, 3> p{};
+    for (size_t k = 1; k < 3; ++k) {
+      const Vec3f& v = mesh.positions[t[k]];
+      const double e[3] = {double{v.x} - v0.x, double{v.y} - v0.y, double{v.z} - v0.z};
+      const auto row = [&](size_t i) {
+        return std::ldexp(m[i][0] * e[0] + m[i][1] * e[1] + m[i][2] * e[2], space_.exponent);
+      };
+      p[k] = {row(0), row(1), row(2)};
+    }
+    return triangle_area(p);
+  }
+
+  static Triangle triangle_area(const std::array<Vec3d, 3>& p) {
+    const double a[3] = {p[1].x - p[0].x, p[1].y - p[0].y, p[1].z - p[0].z};
+    const double b[3] = {p[2].x - p[0].x, p[2].y - p[0].y, p[2].z - p[0].z};
     const double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
     const double length = std::sqrt(x * x + y * y + z * z);
-    if (length > 0) *n = {x / length, y / length, z / length};
-    return 0.5 * length;
+    if (!(length > 0)) return {};
+    return {0.5 * length, {x / length, y / length, z / length}};
   }
 
   void add_sphere(const ShapeDescription& s, const SphereShape& sphere) {
@@ -427,8 +475,9 @@ class SceneBuilder {
       for (size_t row = 0; row < 3; ++row)
         out_.sphere_axes.push_back(static_cast<float>(m[row][axis] / scale));
     }
-    const int32_t light = s.area_light >= 0 ? emitters_.add_sphere(s) : -1;
-    if (is_unseen_emitter(s)) {
+    const bool copy = s.area_light >= 0 && emitters_.is_copied_sphere(s);
+    const int32_t light = s.area_light >= 0 && !copy ? emitters_.add_sphere(s) : -1;
+    if (copy || is_unseen_emitter(s)) {
       out_.spheres.resize(out_.spheres.size() - 4);
       out_.sphere_axes.resize(out_.sphere_axes.size() - 9);
       return;
@@ -456,6 +505,7 @@ class SceneBuilder {
 
 RenderScene build_scene(const SceneDescription& description, bool energy_compensation, Features overrides) {
   RenderScene scene((TextureTable(description.textures)));
+  scene.warnings = check_textures(description, scene.textures);
   scene.energy_compensation = energy_compensation;
   scene.overrides = overrides;
   SceneBuilder(description, &scene).build();

@@ -78,12 +78,12 @@ ImageMap::ImageMap(const ImageTexture& texture)
   if (proxy) as_stored.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
   auto in = OIIO::ImageInput::open(texture.path, &as_stored, proxy);
   if (!in) {
-    throw Error(ErrorKind::kFailed, texture.path + ": texture can't be read: " + OIIO::geterror());
+    throw Error(ErrorKind::kBadScene, texture.path + ": texture can't be read: " + OIIO::geterror());
   }
   const OIIO::ImageSpec spec = in->spec();
   if (spec.width < 1 || spec.height < 1 || spec.width > kMaxTextureSide || spec.height > kMaxTextureSide ||
       spec.nchannels < 1) {
-    throw Error(ErrorKind::kFailed, texture.path + ": texture size is not supported");
+    throw Error(ErrorKind::kBadScene, texture.path + ": texture size is not supported");
   }
   width_ = spec.width;
   height_ = spec.height;
@@ -109,7 +109,7 @@ ImageMap::ImageMap(const ImageTexture& texture)
     return ok;
   };
   const bool ok = bytes ? fill(bytes_, OIIO::TypeDesc::UINT8) : fill(floats_, OIIO::TypeDesc::FLOAT);
-  if (!ok) throw Error(ErrorKind::kFailed, texture.path + ": texture can't be read: " + in->geterror());
+  if (!ok) throw Error(ErrorKind::kBadScene, texture.path + ": texture can't be read: " + in->geterror());
   ColorEncoding encoding = texture.encoding;
   if (encoding == ColorEncoding::kAuto) encoding = bytes ? ColorEncoding::kSrgb : ColorEncoding::kLinear;
   auto decode = [&](float x) {
@@ -166,12 +166,42 @@ ImageContent ImageMap::content() const {
   }
   const double n = static_cast<double>(width_) * height_;
   c.mean = {static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n), static_cast<float>(sum[2] / n)};
-  if (not_finite_ >= 0) {
-    c.not_finite_x = static_cast<int>(not_finite_ / static_cast<ptrdiff_t>(channels_) % width_);
-    c.not_finite_y = static_cast<int>(not_finite_ / static_cast<ptrdiff_t>(channels_) / width_);
+  if (const auto texel = first_not_finite()) {
+    c.not_finite_x = (*texel)[0];
+    c.not_finite_y = (*texel)[1];
     c.is_nan = is_nan_;
   }
   return c;
+}
+
+std::pair<float, float> ImageMap::range() const {
+  float low = 0, high = std::max(scale_, 0.0f);
+  if (bytes_.empty()) {
+    const ImageContent c = content();
+    low = c.darkest;
+    high = c.brightest;
+  }
+  if (invert_) return {std::max(0.0f, 1 - high), std::max(0.0f, 1 - low)};
+  return {low, high};
+}
+
+int64_t ImageMap::inward_normals() const {
+  constexpr float kRounding = 0.01f;  // a byte of 127 is level
+  int64_t count = 0;
+  for (int y = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x) {
+      const Rgb t = texel(x, y);
+      const float nx = 2 * t.r - 1, ny = 2 * t.g - 1, nz = 2 * t.b - 1;
+      count += nz < -kRounding || nx * nx + ny * ny + nz * nz < kRounding;
+    }
+  }
+  return count;
+}
+
+std::optional<std::array<int, 2>> ImageMap::first_not_finite() const {
+  if (not_finite_ < 0) return std::nullopt;
+  const auto texel = not_finite_ / static_cast<ptrdiff_t>(channels_);
+  return std::array<int, 2>{static_cast<int>(texel % width_), static_cast<int>(texel / width_)};
 }
 
 float ImageMap::brightest(float s0, float s1, float t0, float t1, double limit) const {

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "common/scene/description.h"
@@ -22,12 +24,18 @@ struct ImageContent {
 /// An image of RGB or grey texels, linear. Stored as 8-bit sRGB or linear (decoded by a table) or as float.
 class ImageMap {
  public:
-  /// Throws Error(kFailed) if the file can't be read.
+  /// Throws Error(kBadScene) if the file can't be read.
   explicit ImageMap(const ImageTexture& texture);
   /// Bilinear value (or the nearest texel's) at (s, t), t up. Scale and invert applied.
   Rgb lookup(float s, float t) const;
   /// Looks at every texel.
   ImageContent content() const;
+  /// Bounds of lookup()'s channels.
+  std::pair<float, float> range() const;
+  /// Texels that, as a normal map's, point below the surface or have no direction.
+  int64_t inward_normals() const;
+  /// x and y of the first texel that is no number or infinite, if there is one; it counts as 0.
+  std::optional<std::array<int, 2>> first_not_finite() const;
   /// A bound of lookup()'s channels for s and t within the ranges: 0 only if all texels there are black.
   /// Looks at no more than `limit` texels; infinite if there are more.
   float brightest(float s0, float s1, float t0, float t1, double limit) const;
