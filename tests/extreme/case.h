@@ -90,5 +90,6 @@ std::vector<Case> specular_cases();
 std::vector<Case> range_cases();
 std::vector<Case> contact_cases();
 std::vector<Case> identity_cases();
+std::vector<Case> odd_cases();
 
 }  // namespace lightmill::test

@@ -122,28 +122,25 @@ Case sun_disc(double half_angle) {
 
 /// Two lamps, one `ratio` times as bright, each in a channel of its own.
 Case unequal_lamps(double ratio) {
-  Case c{"lamps of unequal power", "1 to " + text(ratio), "8 for either: E = pi L (r/d)^2 cos",
-         area_light_sight(1, 1), [ratio] {
-           TestScene s = floor_scene();
-           const int black = s.diffuse(0);
-           const auto bright = static_cast<float>(ratio);
-           s.sphere({0, 2.5, 0}, 1, black, {.radiance = {0, 1, 0}});
-           s.sphere({4, 3, 0}, 1, black, {.radiance = {bright, 0, 1}});
-           s.camera({0.5, 1, -1.5}, {0, 0, 0}, 40);
-           const auto mean = [&](double x, double h) {
-             return mean_over_plane(
-                 s.scene, 0,
-                 [=](const Vec3d& p) {
-                   return kRho * h / std::pow(std::pow(p.x - x, 2) + p.z * p.z + h * h, 1.5);
-                 },
-                 8);
-           };
-           const double far = mean(4, 3);
-           return Setup{s.scene, 1, {bright * far, mean(0, 2.5), far}, 1e-4};
-         }};
-  c.notes.push_back({Note::kSkip, kEmissionHits,
-                     "lamps are chosen in proportion to their power: only hits find the dim one"});
-  return c;
+  return {"lamps of unequal power", "1 to " + text(ratio), "8 for either: E = pi L (r/d)^2 cos",
+          area_light_sight(1, 1), [ratio] {
+            TestScene s = floor_scene();
+            const int black = s.diffuse(0);
+            const auto bright = static_cast<float>(ratio);
+            s.sphere({0, 2.5, 0}, 1, black, {.radiance = {0, 1, 0}});
+            s.sphere({4, 3, 0}, 1, black, {.radiance = {bright, 0, 1}});
+            s.camera({0.5, 1, -1.5}, {0, 0, 0}, 40);
+            const auto mean = [&](double x, double h) {
+              return mean_over_plane(
+                  s.scene, 0,
+                  [=](const Vec3d& p) {
+                    return kRho * h / std::pow(std::pow(p.x - x, 2) + p.z * p.z + h * h, 1.5);
+                  },
+                  8);
+            };
+            const double far = mean(4, 3);
+            return Setup{s.scene, 1, {bright * far, mean(0, 2.5), far}, 1e-4};
+          }};
 }
 
 }  // namespace
@@ -154,7 +151,7 @@ std::vector<Case> direct_light_cases() {
   cases[0].every_set = true;
   cases[3].notes.push_back(
       {Note::kKnown, 0, "a hit is known to 1e-7 of its triangle's size, here half the height of the light"});
-  for (const double ratio : {1e-6, 1e-3, 0.1, 0.5, 0.99}) {
+  for (const double ratio : {1e-8, 1e-6, 1e-3, 0.1, 0.5, 0.99}) {
     cases.push_back(sphere_over_plane(ratio));
     if (ratio <= 1e-3)
       cases.back().notes.push_back(
@@ -176,9 +173,11 @@ std::vector<Case> direct_light_cases() {
   for (const double alpha : {0.1, 1e-3, 1e-5}) {
     for (const auto& make : {sun, sun_disc}) {
       cases.push_back(make(alpha));
-      if (alpha <= 1e-3)
-        cases.back().notes.push_back(
-            {Note::kSkip, kNextEvent | kLensConnections, "a sampled direction all but never meets the sun"});
+      if (alpha <= 1e-3) {
+        // The view is too small for light paths of a far sphere; the disc aims its own at the scene.
+        const Strategies finds = cases.back().sight.one & (kNextEvent | kLensConnections);
+        cases.back().notes.push_back({Note::kSkip, finds, "a sampled direction all but never meets the sun"});
+      }
     }
   }
   for (const double ratio : {1e3, 1e9}) cases.push_back(unequal_lamps(ratio));

@@ -88,9 +88,9 @@ Case emissive_wall() {
 
 std::vector<Case> enclosure_cases() {
   std::vector<Case> cases{
-      closed_box(0.5f, 0),      closed_box(0.5f, 5, true),          closed_box(0.8f, 12),
-      closed_box(0.999f, 1000), closed_box(0.99f, kUnlimitedDepth), closed_box(0.999f, kUnlimitedDepth),
-      closed_box(0.9999f, 2000)};
+      closed_box(0.5f, 0),       closed_box(0.5f, 5, true),          closed_box(0.8f, 12),
+      closed_box(0.999f, 1000),  closed_box(0.99f, kUnlimitedDepth), closed_box(0.999f, kUnlimitedDepth),
+      closed_box(0.9999f, 2000), closed_box(0.9999f, 4000)};
   for (const bool sphere : {true, false}) {
     for (const float rho : {0.5f, 0.9999f}) cases.push_back(convex_object(sphere, rho));
   }

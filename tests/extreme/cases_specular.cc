@@ -132,6 +132,9 @@ std::vector<Case> specular_cases() {
       s.sphere({0, 0, 0}, 1, s.dielectric(n, 0));
     }));
   }
+  cases.push_back(invisible("3 glass sphere", "n 1, alpha 0.5", [](TestScene& s) {
+    s.sphere({0, 0, 0}, 1, s.dielectric(1, 0.5f));
+  }));
   cases.push_back(invisible("3 hollow glass sphere", "r 0.85", [](TestScene& s) {
     const int glass = s.dielectric(1.5f, 0);
     s.sphere({0, 0, 0}, 1, glass).sphere({0, 0, 0}, 0.85, glass, {.inward = true});

@@ -26,6 +26,10 @@ struct Candidates {
   LaneInt target;
 };
 
+/// Of the roulette: what is lit by a lamp a billion times weaker than another one may be all that a pixel
+/// has.
+constexpr float kLeastSurvival = 1.0f / 16;
+
 /// Drops zero contributions (counted), plays roulette for those below `tiny_contribution` with `u`, queues
 /// the rest.
 void queue(const StageContext& context, const Candidates& c, LaneMask active, float tiny_contribution, Lane u,
@@ -43,9 +47,9 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   Lane scale = splat<Lane>(1.0f);
   if (tiny_contribution > 0) {
     const LaneMask tiny = LaneMask(size < tiny_contribution);
-    const Lane q = size * (1.0f / tiny_contribution);
+    const Lane q = max(size * (1.0f / tiny_contribution), splat<Lane>(kLeastSurvival));
     const LaneMask lost = mask_and(tiny, LaneMask(u >= q));
-    scale = select(tiny, 1.0f / select(LaneMask(q > 0.0f), q, splat<Lane>(1.0f)), scale);
+    scale = select(tiny, 1.0f / q, scale);
     bits &= ~mask_bits(lost);
     w.counters.rouletted_connections += static_cast<uint64_t>(std::popcount(nonzero_bits & ~bits));
   }

@@ -18,7 +18,7 @@ struct PlanItem {
 
 struct ScenePlan {
   std::vector<PlanItem> items;
-  /// Exponent of the exact sums' quantum: floor(log2(brightest emitted radiance)) + 1 -
+  /// Exponent of the exact sums' quantum: floor(log2(scale of the lights' radiance)) + 1 -
   /// kQuantumBitsBelowScale.
   int quantum_exponent = 0;
   /// Strategy families that can add light at all, and those without which some of the scene's light could be

@@ -39,6 +39,20 @@ void set_rgb(float* params, int slot, const Rgb& c) {
   params[slot + 2] = c.b;
 }
 
+/// A metal's index. Its formula squares it twice, so that float holds it up to 1e9, where all is reflected
+/// already; and without a real part there is no reflectance where k is 0.
+constexpr float kLeastIndex = 1e-8f, kLargestIndex = 1e8f;
+float index_part(float x, float least) {
+  return std::isfinite(x) ? std::clamp(x, least, kLargestIndex) : least;
+}
+void set_eta(float* params, const Rgb& eta) {
+  set_rgb(params, 0,
+          {index_part(eta.r, kLeastIndex), index_part(eta.g, kLeastIndex), index_part(eta.b, kLeastIndex)});
+}
+void set_k(float* params, const Rgb& k) {
+  set_rgb(params, 3, {index_part(k.r, 0), index_part(k.g, 0), index_part(k.b, 0)});
+}
+
 void set_reflectance(const MaterialEntry& entry, float* params, const Rgb& c) {
   Rgb rho = {reflectance(c.r), reflectance(c.g), reflectance(c.b)};
   if (entry.kind == kSmoothCoated || entry.kind == kRoughCoated) {
@@ -72,10 +86,10 @@ void set_coated_metal(const MaterialEntry& e, float* params, const Rgb& reflecta
   if (e.conductor_reflectance) {
     set_conductor_reflectance(air, reflectance_or_eta);
   } else {
-    set_rgb(air, 0, reflectance_or_eta);
-    set_rgb(air, 3, k);
+    set_eta(air, reflectance_or_eta);
+    set_k(air, k);
   }
-  for (float& x : air) x /= e.coat_eta;
+  for (int i = 0; i < 6; ++i) air[i] = index_part(air[i] / e.coat_eta, i < 3 ? kLeastIndex : 0);
   if (e.kind == kSmoothCoatedConductor) {
     std::copy_n(air, 6, params);
   } else {
@@ -169,8 +183,8 @@ struct Builder {
     } else {
       entry.texture_eta = m.eta.texture;
       entry.texture_k = m.k.texture;
-      set_rgb(params, 0, m.eta.value);
-      set_rgb(params, 3, m.k.value);
+      set_eta(params, m.eta.value);
+      set_k(params, m.k.value);
     }
     if (entry.kind != kRoughConductor || !scene->energy_compensation) return;
     const auto row = [](float alpha) { return std::array<CosineRow, 1>{compensation_row(alpha)}; };
@@ -181,7 +195,8 @@ struct Builder {
     }
   }
   void operator()(const DielectricMaterial& m) {
-    entry.kind = roughness(m.roughness)
+    // Without a change of index no facet bends light: the delta limit, however rough.
+    entry.kind = roughness(m.roughness) || m.eta == 1
                      ? kSmoothDielectric
                      : along_tangent(m.roughness, kRoughDielectric, kAnisotropicDielectric);
     params[0] = m.eta;
@@ -355,8 +370,8 @@ void apply_textures(const RenderScene& scene, int32_t material, const TexturePoi
       set_reflectance(e, params, c);
     }
   }
-  if (e.texture_eta >= 0) set_rgb(params, 0, scene.textures.evaluate(e.texture_eta, at));
-  if (e.texture_k >= 0) set_rgb(params, 3, scene.textures.evaluate(e.texture_k, at));
+  if (e.texture_eta >= 0) set_eta(params, scene.textures.evaluate(e.texture_eta, at));
+  if (e.texture_k >= 0) set_k(params, scene.textures.evaluate(e.texture_k, at));
   if ((e.texture_u_roughness >= 0 || e.texture_v_roughness >= 0) && anisotropic<float>(e.kind)) {
     const auto alpha = [&](int texture, float constant) {
       const float r = texture >= 0 ? scene.textures.evaluate(texture, at).r : constant;

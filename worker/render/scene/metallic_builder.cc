@@ -74,8 +74,10 @@ void build_metallic_roughness(const MetallicRoughnessMaterial& m, RenderScene* s
 
 void build_transmission(const TransmissionMaterial& m, RenderScene* scene, MaterialEntry* entry,
                         float* params) {
-  const bool smooth = m.roughness.texture < 0 &&
-                      within_unit(m.roughness.value) * within_unit(m.roughness.value) <= kSmoothAlpha;
+  // A solid that does not bend light passes it straight on, however rough; a sheet spreads it by itself.
+  const bool smooth = (!m.thin && m.ior == 1) ||
+                      (m.roughness.texture < 0 &&
+                       within_unit(m.roughness.value) * within_unit(m.roughness.value) <= kSmoothAlpha);
   entry->kind = m.thin ? (smooth ? kTintedSheet : kRoughTintedSheet)
                        : (smooth ? kTintedDielectric : kRoughTintedDielectric);
   entry->gltf = static_cast<int>(scene->tinted.size());
