@@ -47,8 +47,14 @@ using MaskOf = typename LaneTraits<F>::Mask;
 
 // --- broadcast -------------------------------------------------------------------------------------
 template <class F>
-inline F splat(float x) {
-  return F{} + x;
+inline F splat(float x);
+template <>
+inline float splat<float>(float x) {
+  return x;
+}
+template <>
+inline Float8 splat<Float8>(float x) {
+  return reinterpret_cast<Float8>(_mm256_set1_ps(x));
 }
 template <class F>
 inline IntOf<F> splat_int(int32_t x) {

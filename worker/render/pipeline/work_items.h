@@ -57,6 +57,7 @@ struct alignas(64) Vertex {
     kLastPdf = 31
   };
   float f[32];
+  Vertex() {}  // not zeroed: whoever appends one fills it
 };
 
 /// A connection whose contribution is known and not zero, waiting for its visibility.

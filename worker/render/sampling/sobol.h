@@ -37,13 +37,26 @@ inline uint32_t stream_key(uint64_t seed, uint32_t stream, uint64_t position, ui
   return static_cast<uint32_t>(h >> 32);
 }
 
-template <class U>
-inline U reverse_bits(U x) {
+inline uint32_t reverse_bits(uint32_t x) {
   x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
   x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
   x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
-  x = ((x >> 8) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8);
-  return (x >> 16) | (x << 16);
+  return __builtin_bswap32(x);
+}
+/// The same with two look-ups of half bytes, whose tables are in a register.
+inline Uint8 reverse_bits(Uint8 x) {
+  const __m256i bytes = _mm256_shuffle_epi8(
+      reinterpret_cast<__m256i>(x), _mm256_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12, 3,
+                                                     2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
+  const __m256i high = _mm256_setr_epi8(
+      0x00, -0x80, 0x40, -0x40, 0x20, -0x60, 0x60, -0x20, 0x10, -0x70, 0x50, -0x30, 0x30, -0x50, 0x70, -0x10,
+      0x00, -0x80, 0x40, -0x40, 0x20, -0x60, 0x60, -0x20, 0x10, -0x70, 0x50, -0x30, 0x30, -0x50, 0x70, -0x10);
+  const __m256i half = _mm256_set1_epi8(0x0f);
+  const __m256i low = _mm256_and_si256(_mm256_srli_epi32(high, 4), half);
+  const __m256i reversed =
+      _mm256_or_si256(_mm256_shuffle_epi8(high, _mm256_and_si256(bytes, half)),
+                      _mm256_shuffle_epi8(low, _mm256_and_si256(_mm256_srli_epi32(bytes, 4), half)));
+  return reinterpret_cast<Uint8>(reversed);
 }
 
 /// Nested uniform (Owen) scramble of a bit-reversed value: each bit is flipped by a hash of lower bits only.
