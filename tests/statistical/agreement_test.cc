@@ -85,8 +85,9 @@ class DeltaMask {
         const Vec3<float> o{}, d = camera.direction((static_cast<float>(x) + 0.5f) / 4,
                                                     (static_cast<float>(y) + 0.5f) / 4, &cosine);
         const int32_t id = 0;
-        int32_t prim = -1;
-        accel.closest_hits({&o.x, &o.y, &o.z, &d.x, &d.y, &d.z}, &id, 1, &prim);
+        TracedRay ray{{o.x, o.y, o.z}, {d.x, d.y, d.z}, -1, -1};
+        accel.closest_hits(&ray, &id, 1);
+        const int32_t prim = ray.prim;
         if (prim < 0) continue;
         const int32_t kind =
             scene.material_kind[static_cast<size_t>(scene.primitive_material[static_cast<size_t>(prim)])];

@@ -11,7 +11,19 @@
 
 namespace lightmill {
 
-/// Rays in structure-of-arrays form; arrays of at least `count` floats.
+/// A ray and what it hits first.
+struct alignas(32) TracedRay {
+  float origin[3], direction[3];
+  int32_t prim, instance;  // -1: none
+};
+/// Their floats, the integers by bits.
+inline float (*as_records(TracedRay* rays))[8] { return reinterpret_cast<float(*)[8]>(rays); }
+inline const float (*as_records(const TracedRay* rays))[8] {
+  return reinterpret_cast<const float(*)[8]>(rays);
+}
+static_assert(sizeof(TracedRay) == 8 * sizeof(float));
+
+/// Segments in structure-of-arrays form; arrays of at least `count` floats.
 struct RayView {
   const float *ox, *oy, *oz, *dx, *dy, *dz;
 };
@@ -27,11 +39,9 @@ class Accel {
   Accel(const Accel&) = delete;
   Accel& operator=(const Accel&) = delete;
 
-  /// For i < count: primitive number hit first by ray ids[i], in (0, infinity), to prim[ids[i]]; -1 if none.
-  /// The instance that it is hit in, or -1, goes to instance[ids[i]], which may be null if the scene has
-  /// none.
-  void closest_hits(const RayView& rays, const int32_t* ids, int count, int32_t* prim,
-                    int32_t* instance = nullptr) const;
+  /// Sets the primitive that ray ids[i], i < count, hits first in (0, infinity), and the instance that it is
+  /// hit in.
+  void closest_hits(TracedRay* rays, const int32_t* ids, int count) const;
   /// For i < count: occluded[i] = 1 if anything lies on ray i in (0, tfar[i]), else 0.
   void occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const;
 

@@ -198,26 +198,28 @@ Accel::Accel(const RenderScene& scene, int threads, Structure structure) : impl_
 
 Accel::~Accel() = default;
 
-void Accel::closest_hits(const RayView& rays, const int32_t* ids, int count, int32_t* prim,
-                         int32_t* instance) const {
-  if (impl_->few) return impl_->few->closest_hits(rays, ids, count, prim);
+void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count) const {
+  if (impl_->few) return impl_->few->closest_hits(rays, ids, count);
+  const std::vector<int32_t>& first = impl_->world.first_primitive;
   TraceContext context;
   for (int begin = 0; begin < count; begin += kPacket) {
     const int n = std::min(kPacket, count - begin);
+    const Int8 lanes = lane_index<Float8>();
+    Float8 r[8];
+    load_records(as_records(rays), gather(ids + begin, lanes < n ? lanes : n - 1), r);
     RTCRayHit8 packet;
     alignas(32) int valid[kPacket];
+    store(valid, lanes < n);
+    store(packet.ray.org_x, r[0]);
+    store(packet.ray.org_y, r[1]);
+    store(packet.ray.org_z, r[2]);
+    store(packet.ray.dir_x, r[3]);
+    store(packet.ray.dir_y, r[4]);
+    store(packet.ray.dir_z, r[5]);
+    // Above 0: a camera may stand exactly on a surface, which it must not hit.
+    store(packet.ray.tnear, splat<Float8>(std::numeric_limits<float>::min()));
+    store(packet.ray.tfar, splat<Float8>(std::numeric_limits<float>::infinity()));
     for (int l = 0; l < kPacket; ++l) {
-      const int i = ids[begin + std::min(l, n - 1)];
-      valid[l] = l < n ? -1 : 0;
-      packet.ray.org_x[l] = rays.ox[i];
-      packet.ray.org_y[l] = rays.oy[i];
-      packet.ray.org_z[l] = rays.oz[i];
-      packet.ray.dir_x[l] = rays.dx[i];
-      packet.ray.dir_y[l] = rays.dy[i];
-      packet.ray.dir_z[l] = rays.dz[i];
-      // Above 0: a camera may stand exactly on a surface, which it must not hit.
-      packet.ray.tnear[l] = std::numeric_limits<float>::min();
-      packet.ray.tfar[l] = std::numeric_limits<float>::infinity();
       packet.ray.time[l] = 0;
       packet.ray.mask[l] = ~0u;
       packet.ray.id[l] = 0;
@@ -227,12 +229,11 @@ void Accel::closest_hits(const RayView& rays, const int32_t* ids, int count, int
     }
     rtcIntersect8(valid, impl_->world.scene, &context.base, &packet);
     for (int l = 0; l < n; ++l) {
+      TracedRay& ray = rays[ids[begin + l]];
       const unsigned g = packet.hit.geomID[l];
-      prim[ids[begin + l]] = g == RTC_INVALID_GEOMETRY_ID ? -1
-                                                          : impl_->world.first_primitive[g] +
-                                                                static_cast<int32_t>(packet.hit.primID[l]);
+      ray.prim = g == RTC_INVALID_GEOMETRY_ID ? -1 : first[g] + static_cast<int32_t>(packet.hit.primID[l]);
       // RTC_INVALID_GEOMETRY_ID is -1.
-      if (instance) instance[ids[begin + l]] = static_cast<int32_t>(packet.hit.instID[0][l]);
+      ray.instance = static_cast<int32_t>(packet.hit.instID[0][l]);
     }
   }
 }

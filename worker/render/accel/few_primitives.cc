@@ -29,13 +29,7 @@ Float8 dot(const float a[3], const Vec3<Float8>& b) {
 
 struct FewPrimitives::Rays {
   Vec3<Float8> o, d;
-  int count;
-
-  /// Those at `index`, of which the first `n` count; the others repeat one of them.
-  Rays(const RayView& rays, Int8 index, int n)
-      : o{gather(rays.ox, index), gather(rays.oy, index), gather(rays.oz, index)},
-        d{gather(rays.dx, index), gather(rays.dy, index), gather(rays.dz, index)},
-        count(n) {}
+  int count;  // the other lanes repeat one of them
 };
 
 bool FewPrimitives::suits(const RenderScene& scene) {
@@ -94,12 +88,14 @@ void FewPrimitives::for_each_hit(const Rays& r, Found&& found) const {
   }
 }
 
-void FewPrimitives::closest_hits(const RayView& rays, const int32_t* ids, int count, int32_t* prim) const {
+void FewPrimitives::closest_hits(TracedRay* rays, const int32_t* ids, int count) const {
   const auto faces = static_cast<int32_t>(table_.faces.size());
   for (int begin = 0; begin < count; begin += kRays) {
     const int n = std::min(kRays, count - begin);
     const Int8 i = lane_index<Float8>();
-    const Rays r(rays, gather(ids + begin, i < n ? i : n - 1), n);
+    Float8 f[8];
+    load_records(as_records(rays), gather(ids + begin, i < n ? i : n - 1), f);
+    const Rays r{{f[0], f[1], f[2]}, {f[3], f[4], f[5]}, n};
     Float8 nearest = splat<Float8>(kInfinity);
     Int8 hit = splat_int<Float8>(-1);
     for_each_hit(r, [&](int32_t number, const Float8& t, const Int8& mask) {
@@ -119,7 +115,7 @@ void FewPrimitives::closest_hits(const RayView& rays, const int32_t* ids, int co
       const Int8 triangle = second ? gather(&h.second, halves) : gather(&h.first, halves);
       number = on_face ? triangle : number;
     }
-    for (int l = 0; l < n; ++l) prim[ids[begin + l]] = number[l];
+    for (int l = 0; l < n; ++l) rays[ids[begin + l]].prim = number[l], rays[ids[begin + l]].instance = -1;
   }
 }
 
@@ -128,7 +124,9 @@ void FewPrimitives::occluded(const RayView& rays, const float* tfar, int count, 
     const int n = std::min(kRays, count - begin);
     const Int8 i = lane_index<Float8>();
     const Int8 index = (i < n ? i : n - 1) + begin;
-    const Rays r(rays, index, n);
+    const Rays r{{gather(rays.ox, index), gather(rays.oy, index), gather(rays.oz, index)},
+                 {gather(rays.dx, index), gather(rays.dy, index), gather(rays.dz, index)},
+                 n};
     const Float8 end = gather(tfar, index);
     Int8 blocked{};
     for_each_hit(r, [&](int32_t, const Float8& t, const Int8& mask) { blocked |= mask & (t < end); });

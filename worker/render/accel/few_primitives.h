@@ -19,7 +19,7 @@ class FewPrimitives {
   explicit FewPrimitives(const RenderScene& scene);
 
   /// As Accel's.
-  void closest_hits(const RayView& rays, const int32_t* ids, int count, int32_t* prim) const;
+  void closest_hits(TracedRay* rays, const int32_t* ids, int count) const;
   void occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const;
 
  private:

@@ -233,6 +233,27 @@ inline void transpose8(Float8 r[8]) {
   }
 }
 
+/// Records of eight floats: r[k] is float k of record `index` per lane; every index must be valid.
+inline void load_records(const float (*base)[8], int32_t index, float r[8]) {
+  std::copy_n(base[index], 8, r);
+}
+inline void load_records(const float (*base)[8], Int8 index, Float8 r[8]) {
+  for (int l = 0; l < 8; ++l) r[l] = load<Float8>(base[index[l]]);
+  transpose8(r);
+}
+/// Inverse, for lanes in the bits of `mask`, which must not collide.
+inline void store_records(float (*base)[8], int32_t index, unsigned mask, const float r[8]) {
+  if (mask & 1) std::copy_n(r, 8, base[index]);
+}
+inline void store_records(float (*base)[8], Int8 index, unsigned mask, const Float8 r[8]) {
+  Float8 rows[8];
+  std::copy_n(r, 8, rows);
+  transpose8(rows);
+  for (int l = 0; l < 8; ++l) {
+    if (mask >> l & 1) store(base[index[l]], rows[l]);
+  }
+}
+
 /// 0, 1, 2 ... per lane.
 template <class F>
 inline IntOf<F> lane_index();

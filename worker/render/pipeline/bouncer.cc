@@ -3,6 +3,7 @@
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/pipeline/aov_recorder.h"
+#include "worker/render/pipeline/path_io.h"
 #include "worker/render/pipeline/roulette.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/vertex_io.h"
@@ -14,10 +15,6 @@
 namespace lightmill {
 namespace {
 
-Vec3<Lane> gather_vec(const float* x, const float* y, const float* z, LaneInt i) {
-  return {gather(x, i), gather(y, i), gather(z, i)};
-}
-
 /// Counting sort of the active slots by BSDF kind, misses last; returns the number of hits.
 int sort_by_kind(const RenderScene& scene, Wavefront& w) {
   Paths& p = w.paths;
@@ -28,7 +25,7 @@ int sort_by_kind(const RenderScene& scene, Wavefront& w) {
     w.sorted.clear();
     for (int i = 0; i < n; ++i) {
       const int32_t slot = p.active[i];
-      if (p.prim[slot] >= 0) {
+      if (p.rays[slot].prim >= 0) {
         p.active[hits++] = slot;
       } else {
         w.sorted.push_back(slot);
@@ -39,7 +36,7 @@ int sort_by_kind(const RenderScene& scene, Wavefront& w) {
   }
   int count[kMaterialKinds + 2] = {};
   auto key = [&](int32_t slot) {
-    const int32_t prim = p.prim[slot];
+    const int32_t prim = p.rays[slot].prim;
     return prim < 0
                ? static_cast<int32_t>(kMaterialKinds)
                : scene
@@ -67,9 +64,8 @@ struct Group {
 
 /// A hit in lanes: the path's vertex before anything is sampled there.
 struct Hit {
+  PathLanes<Lane> path;
   VertexLanes<Lane> v;
-  LaneInt prim;
-  Vec3<Lane> origin;  // of the ray
   Lane distance2{}, cos_in{};
   LaneMask valid;  // both normals on wo's side
   Lane u{}, tv{};  // texture coordinates
@@ -77,20 +73,18 @@ struct Hit {
 
 Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, int depth) {
   Hit h;
-  const Vec3<Lane> o = gather_vec(paths.ox, paths.oy, paths.oz, g.slot);
-  const Vec3<Lane> d = gather_vec(paths.dx, paths.dy, paths.dz, g.slot);
-  h.prim = gather(paths.prim, g.slot);
-  h.origin = o;
-  const LaneInt instance = scene.any_instances() ? gather(paths.instance, g.slot) : splat_int<Lane>(-1);
-  const Surface<Lane> s = surface_at<Lane>(scene, h.prim, instance, o, d);
+  h.path = load_paths<Lane>(paths, g.slot);
+  const LaneInt prim = h.path.prim;
+  const Vec3<Lane>&o = h.path.origin, &d = h.path.direction;
+  const Surface<Lane> s = surface_at<Lane>(scene, prim, h.path.instance, o, d);
   VertexLanes<Lane>& v = h.v;
   v.p = s.p;
   v.error = s.error;
   v.ng = s.ng;
   v.wo = -d;
-  v.throughput = gather_vec(paths.br, paths.bg, paths.bb, g.slot);
-  LaneInt material = gather(scene.primitive_material.data(), h.prim);
-  if (scene.any_mix) material = resolve_mixes<Lane>(scene, material, g.active, h.prim, s);
+  v.throughput = h.path.throughput;
+  LaneInt material = gather(scene.primitive_material.data(), prim);
+  if (scene.any_mix) material = resolve_mixes<Lane>(scene, material, g.active, prim, s);
   v.ns = scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
   v.kind = bsdf_at<Lane>(scene, material, g.active, s, &v.params);
   if (scene.any_anisotropy) orient_lobes<Lane>(s, v.ns, v.kind, &v.params);
@@ -102,8 +96,8 @@ Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, in
   const Lane cos_g = dot(s.ng, v.wo);
   h.cos_in = max(abs(cos_g), splat<Lane>(1e-12f));
   h.valid = mask_and(g.active, LaneMask(cos_g * dot(v.ns, v.wo) > 0.0f));
-  v.dvcm = gather(paths.dvcm, g.slot);
-  v.dvc = gather(paths.dvc, g.slot);
+  v.dvcm = h.path.dvcm;
+  v.dvc = h.path.dvc;
   return h;
 }
 
@@ -152,26 +146,17 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
     const Lane own = select(s.delta, Lane{}, cos_out * inv_pdf * v.dvcm);
     w.recorder->scatter(mode == Mode::kImportance, depth, v.path, go, gain, own);
   }
-  const Vec3<Lane> o = offset_origin(v.p, v.error, v.ng, wi);
-  Paths& p = w.paths;
-  scatter(p.ox, v.path, o.x, go);
-  scatter(p.oy, v.path, o.y, go);
-  scatter(p.oz, v.path, o.z, go);
-  scatter(p.dx, v.path, wi.x, go);
-  scatter(p.dy, v.path, wi.y, go);
-  scatter(p.dz, v.path, wi.z, go);
-  scatter(p.br, v.path, throughput.x, go);
-  scatter(p.bg, v.path, throughput.y, go);
-  scatter(p.bb, v.path, throughput.z, go);
-  scatter(p.dvcm, v.path, dvcm, go);
-  scatter(p.dvc, v.path, keep_dvc ? dvc : Lane{}, go);
+  PathLanes<Lane> next{offset_origin(v.p, v.error, v.ng, wi), wi, throughput, dvcm};
+  if (keep_dvc) next.dvc = dvc;
+  store_paths(next, v.path, mask_bits(go), &w.paths);
   return go;
 }
 
 void record_vertex(const Hit& h, const Group& g, bool light, int depth, Wavefront& w) {
   const LaneMask inconsistent = mask_and(g.active, mask_not(h.valid));
   w.recorder->inconsistent_hits += static_cast<uint64_t>(std::popcount(mask_bits(inconsistent)));
-  if (w.recorder->trace) w.recorder->vertex(light, depth, g.slot, g.active, h.prim, h.v.p, h.v.throughput);
+  if (w.recorder->trace)
+    w.recorder->vertex(light, depth, g.slot, g.active, h.path.prim, h.v.p, h.v.throughput);
 }
 
 void append_survivors(LaneInt slot, LaneMask go, int32_t* out, int* count) {
@@ -203,9 +188,9 @@ void record_emission(int depth, LaneInt slot, LaneMask mask, const Vec3<Lane>& c
 void add_environment(const StageContext& context, const Group& g, int depth, bool weigh_connections,
                      Wavefront& w) {
   const LightTable& lights = context.scene.lights;
-  const Vec3<Lane> throughput = gather_vec(w.paths.br, w.paths.bg, w.paths.bb, g.slot);
-  const Vec3<Lane> wi = gather_vec(w.paths.dx, w.paths.dy, w.paths.dz, g.slot);
-  const Lane dvcm = gather(w.paths.dvcm, g.slot), dvc = gather(w.paths.dvc, g.slot);
+  const PathLanes<Lane> path = load_paths<Lane>(w.paths, g.slot);
+  const Vec3<Lane>&throughput = path.throughput, &wi = path.direction;
+  const Lane dvcm = path.dvcm, dvc = path.dvc;
   for (int32_t index : lights.infinite) {
     const LaneInt light = splat_int<Lane>(index);
     const LightRecord<Lane> r(lights, light);
@@ -230,7 +215,7 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
 void add_emission(const StageContext& context, const Hit& h, LaneMask active, int depth,
                   bool weigh_connections, Wavefront& w) {
   const RenderScene& scene = context.scene;
-  const LaneInt index = gather(scene.primitive_light.data(), h.prim);
+  const LaneInt index = gather(scene.primitive_light.data(), h.path.prim);
   const LaneMask emits = mask_and(active, LaneMask(index >= 0));
   if (!any(emits)) return;
   const LaneInt light = select(emits, index, LaneInt{});
@@ -240,7 +225,8 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   Lane w_other{}, p_emission{};
   if (depth > 1) {
     if (context.on(kNextEvent)) {
-      w_other = direct_pdf_area(lights, light, h.origin, -h.v.wo, h.distance2, h.cos_in, emits) * h.v.dvcm;
+      w_other =
+          direct_pdf_area(lights, light, h.path.origin, -h.v.wo, h.distance2, h.cos_in, emits) * h.v.dvcm;
     }
     if (weigh_connections) p_emission = emission_pdf(lights, light, -h.v.wo, h.cos_in);
   } else if (context.on(kLensConnections)) {
@@ -269,8 +255,8 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
     if (w.recorder) record_vertex(h, g, true, depth, w);
     // M3; the first segment also receives p_direct of M1.
     if (depth == 1) {
-      const LaneInt light = gather(paths.light, g.slot);
-      const Lane cos_light = gather(paths.cos_light, g.slot);
+      const LaneInt light = h.path.light;
+      const Lane cos_light = h.path.cos_light;
       h.v.dvcm =
           h.v.dvcm * direct_pdf_area(scene.lights, light, h.v.p, h.v.wo, h.distance2, cos_light, g.active);
       LaneMask finite = splat_mask<Lane>(true);

@@ -2,6 +2,7 @@
 
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/path_io.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/scene/emitter_pattern.h"
@@ -30,21 +31,6 @@ void activate(Paths& paths, LaneInt slot, LaneMask mask) {
   }
 }
 
-void store_ray(Paths& paths, int base, const Vec3<Lane>& o, const Vec3<Lane>& d) {
-  store(paths.ox + base, o.x);
-  store(paths.oy + base, o.y);
-  store(paths.oz + base, o.z);
-  store(paths.dx + base, d.x);
-  store(paths.dy + base, d.y);
-  store(paths.dz + base, d.z);
-}
-
-void store_throughput(Paths& paths, int base, const Vec3<Lane>& b) {
-  store(paths.br + base, b.x);
-  store(paths.bg + base, b.y);
-  store(paths.bb + base, b.z);
-}
-
 template <class C>
 void camera_paths(const C& camera, const StageContext& context, const LayerContext& layer,
                   Wavefront& wavefront) {
@@ -61,10 +47,9 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
     Lane lu{}, lv{};
     if constexpr (C::kHasLens) stream.get_2d(kDimLens, &lu, &lv);
     const CameraRay<Lane> ray = camera.ray(x, y, lu, lv);
-    store_ray(paths, base, ray.origin, ray.direction);
-    store_throughput(paths, base, splat3<Lane>(1, 1, 1));
-    store(paths.dvcm + base, context.light_samples / ray.density);  // M2
-    store(paths.dvc + base, Lane{});
+    PathLanes<Lane> path{ray.origin, ray.direction, splat3<Lane>(1, 1, 1)};
+    path.dvcm = context.light_samples / ray.density;  // M2
+    store_paths(path, g.slot, mask_bits(g.inside), &paths);
     activate(paths, g.slot, g.inside);
   }
   wavefront.counters.camera_paths += static_cast<uint64_t>(paths.active_count);
@@ -95,14 +80,13 @@ void produce_light_paths(const StageContext& context, const LayerContext& layer,
     EmissionSample<Lane> e = sample_emission(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
     if (!lights.patterns.empty()) apply_pattern(context.scene, started, &e);
     if (context.on(kLensConnections)) queue_emitter_to_lens(context, layer, slot, started, e, wavefront);
-    store_ray(paths, base, offset_origin(e.point, e.error, e.normal, e.direction), e.direction);
-    store_throughput(paths, base, e.power);
-    const Lane inv = 1.0f / e.pdf;
-    store(paths.dvcm + base, inv);  // M1; p_direct follows at the first hit, which it may depend on
-    store(paths.dvc + base, context.on(kEmissionHits) ? select(e.delta, Lane{}, e.cos_light * inv) : Lane{});
-    if (wavefront.recorder) wavefront.recorder->start_light_paths(base, load<Lane>(paths.dvc + base));
-    store(paths.light + base, e.light);
-    store(paths.cos_light + base, e.cos_light);
+    PathLanes<Lane> path{offset_origin(e.point, e.error, e.normal, e.direction), e.direction, e.power};
+    path.dvcm = 1.0f / e.pdf;  // M1; p_direct follows at the first hit, which it may depend on
+    if (context.on(kEmissionHits)) path.dvc = select(e.delta, Lane{}, e.cos_light * path.dvcm);
+    if (wavefront.recorder) wavefront.recorder->start_light_paths(base, path.dvc);
+    path.light = e.light;
+    path.cos_light = e.cos_light;
+    store_paths(path, slot, mask_bits(started), &paths);
     activate(paths, slot, mask_and(started, LaneMask(max_component(e.power) > 0.0f)));
   }
 }

@@ -11,6 +11,7 @@
 
 #include "common/image/grid.h"
 #include "common/image/partial.h"
+#include "worker/render/accel/accel.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/math/vec.h"
 #include "worker/render/pipeline/mis.h"
@@ -24,17 +25,12 @@ using LaneMask = MaskOf<Lane>;
 inline constexpr int kLanes = kWidth<Lane>;
 inline constexpr int kWavefront = kCellPixels;
 
-/// Live subpaths: the ray to cast next and what it carries. Structure of arrays, by path slot.
+/// Live subpaths: the ray to cast next and what it carries, by path slot. Records that lanes take eight at a
+/// time by transposing them, which is quicker than gathering field by field (path_io.h).
 struct Paths {
-  alignas(32) float ox[kWavefront], oy[kWavefront], oz[kWavefront];
-  alignas(32) float dx[kWavefront], dy[kWavefront], dz[kWavefront];
-  alignas(32) float br[kWavefront], bg[kWavefront], bb[kWavefront];  // throughput
-  alignas(32) float dvcm[kWavefront], dvc[kWavefront];
-  alignas(32) float last_pdf[kWavefront];    // camera: density of the last direction, 0 after a delta event
-  alignas(32) int32_t light[kWavefront];     // light paths: the light they left
-  alignas(32) float cos_light[kWavefront];   //              and the cosine there
-  alignas(32) int32_t prim[kWavefront];      // set by the caster
-  alignas(32) int32_t instance[kWavefront];  // the same, if scene.any_instances()
+  enum Carried { kThroughput = 0, kDvcm = 3, kDvc = 4, kLight = 5, kCosLight = 6 };
+  TracedRay rays[kWavefront];
+  alignas(32) float carried[kWavefront][8];         // integers by bits; the last two are of light paths alone
   alignas(32) int32_t active[kWavefront + kLanes];  // slots with a ray, `active_count` of them
   int active_count = 0;
 };

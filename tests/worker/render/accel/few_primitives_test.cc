@@ -29,7 +29,11 @@ struct RaySet {
 
 std::vector<int32_t> closest(const Accel& accel, const RaySet& rays) {
   std::vector<int32_t> prim(rays.ids.size(), -2);
-  accel.closest_hits(rays.view(), rays.ids.data(), rays.size(), prim.data());
+  std::vector<TracedRay> traced;
+  for (size_t i = 0; i < prim.size(); ++i)
+    traced.push_back({{rays.ox[i], rays.oy[i], rays.oz[i]}, {rays.dx[i], rays.dy[i], rays.dz[i]}, -2, -2});
+  accel.closest_hits(traced.data(), rays.ids.data(), rays.size());
+  for (size_t i = 0; i < prim.size(); ++i) prim[i] = traced[i].prim;
   return prim;
 }
 std::vector<uint8_t> occluded(const Accel& accel, const RaySet& rays) {

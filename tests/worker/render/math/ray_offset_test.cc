@@ -16,9 +16,9 @@ namespace {
 
 int32_t first_hit(const Accel& accel, const Vec3<float>& o, const Vec3<float>& d) {
   const int32_t id = 0;
-  int32_t prim = -1;
-  accel.closest_hits({&o.x, &o.y, &o.z, &d.x, &d.y, &d.z}, &id, 1, &prim);
-  return prim;
+  TracedRay ray{{o.x, o.y, o.z}, {d.x, d.y, d.z}, -1, -1};
+  accel.closest_hits(&ray, &id, 1);
+  return ray.prim;
 }
 
 Vec3d random_point(Random& random, double size) {

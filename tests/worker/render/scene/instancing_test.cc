@@ -22,9 +22,9 @@ struct Found {
 };
 Found first_hit(const Accel& accel, const Vec3<float>& o, const Vec3<float>& d) {
   const int32_t id = 0;
-  Found f;
-  accel.closest_hits({&o.x, &o.y, &o.z, &d.x, &d.y, &d.z}, &id, 1, &f.prim, &f.instance);
-  return f;
+  TracedRay ray{{o.x, o.y, o.z}, {d.x, d.y, d.z}, -1, -1};
+  accel.closest_hits(&ray, &id, 1);
+  return {ray.prim, ray.instance};
 }
 bool blocked(const Accel& accel, const Vec3<float>& o, const Vec3<float>& d, float tfar) {
   uint8_t hit = 0;
