@@ -84,7 +84,25 @@ for service in coordinator worker; do
   check "$service has CPU and memory limits" limited $service
   check "$service does not run as root" not_root $service
 done
-check "the dashboard answers on the published port" curl -fsS -o /dev/null "http://127.0.0.1:$LIGHTMILL_HTTP_PORT/healthz"
+# The credentials that init made, for the client on the host: the README's own line.
+export LIGHTMILL_CREDENTIALS=$dir/credentials/client
+mkdir "$dir/credentials"
+take_credentials() { compose run --rm -T --no-deps --entrypoint tar init -C /var/lib/lightmill/credentials -c client ca/ca.crt coordinator/tokens | tar -x -C "$dir/credentials"; }
+check "the client's credentials come out of the volume" take_credentials
+page() { curl -fsS --cacert "$LIGHTMILL_CREDENTIALS/ca.crt" -o /dev/null "$@"; }
+check "the dashboard answers on the published port" page "https://127.0.0.1:$LIGHTMILL_HTTP_PORT/healthz"
+with_token() { page -u "me:$(cat "$LIGHTMILL_CREDENTIALS/token")" "https://127.0.0.1:$LIGHTMILL_HTTP_PORT/"; }
+check "the status page takes the token" with_token
+without_token() { [[ $(page -w '%{http_code}' "https://127.0.0.1:$LIGHTMILL_HTTP_PORT/") == 401 ]]; }
+check "and nobody without" without_token
+no_plain_text() { local said; said=$(env -u LIGHTMILL_CREDENTIALS "$bin/lightmill" jobs 2>&1); [[ $? == 3 && $said == *"it speaks TLS; give --credentials"* ]]; }
+check "plain text is refused with advice" no_plain_text
+hashes_only() { ! grep -qF "$(cat "$LIGHTMILL_CREDENTIALS/token")" "$dir/credentials/coordinator/tokens"; }
+check "tokens are hashed at rest" hashes_only
+no_keys() { ! compose exec -T worker find / -name ca.key -o -name tokens 2>/dev/null | grep -q .; }
+check "a worker sees neither the authority's key nor the tokens" no_keys
+read_only() { ! compose exec -T "$1" touch /etc/x /usr/bin/x /var/lib/lightmill/x 2>/dev/null; }
+for service in coordinator worker; do check "$service has a read-only root" read_only $service; done
 
 # --- a job, while the farm changes under it -------------------------------------------------------------------
 job=$("$bin/lightmill" submit "$scene" "${settings[@]}" 2>"$dir/submit.log" | tail -n 1)
