@@ -59,6 +59,8 @@ Image ClientService::read_reference(const v1::Reference& reference, const Render
 grpc::Status ClientService::SubmitJob(grpc::ServerContext*, const v1::SubmitJobRequest* request,
                                       v1::SubmitJobResponse* response) {
   return guarded([&] {
+    const std::string refusal = submissions_ ? submissions_->refusal("") : "";
+    if (!refusal.empty()) throw LimitReached(refusal);
     JobRequest job;
     job.name = request->name();
     try {
@@ -69,9 +71,14 @@ grpc::Status ClientService::SubmitJob(grpc::ServerContext*, const v1::SubmitJobR
     job.settings = settings_from_json(request->settings_json());
     job.priority = request->priority();
     job.pool = request->pool();
+    check_quotas(quotas_, job);
     for (const BundleEntry& entry : job.bundle.entries) {
       if (blobs_.contains(entry.digest)) continue;
       throw Error(ErrorKind::kFailed, "file " + entry.name + " of the bundle was not uploaded");
+    }
+    for (const BundleEntry& entry : job.bundle.entries) {
+      if (blobs_.size(entry.digest) == entry.size) continue;
+      throw Error(ErrorKind::kUsage, "file " + entry.name + " of the bundle has another size than it says");
     }
     if (request->has_reference()) job.reference = read_reference(request->reference(), job.settings);
     response->set_job_id(farm_.submit(job).value);
@@ -258,6 +265,10 @@ grpc::Status ClientService::UploadBlobs(grpc::ServerContext*,
       if (message.has_header()) {
         if (writer) writer->finish();
         writer.reset();
+        if (message.header().size() > quotas_.max_bundle_bytes - bytes) {
+          throw LimitReached("an upload of more than " + std::to_string(quotas_.max_bundle_bytes) +
+                             " bytes (the coordinator's --max-bundle-mb)");
+        }
         writer.emplace(blobs_.begin(message.header().digest(), message.header().size()));
         ++blobs;
         bytes += message.header().size();

@@ -1,17 +1,21 @@
 #pragma once
 // v1.ClientService over a Farm and a BlobStore: translates, bounds, streams; decides nothing.
 #include <atomic>
+#include <memory>
 
 #include "coordinator/blob_store.h"
 #include "coordinator/farm.h"
+#include "coordinator/quotas.h"
+#include "coordinator/submit_limit.h"
 #include "lightmill/v1/client.grpc.pb.h"
 
 namespace lightmill {
 
 class ClientService final : public v1::ClientService::Service {
  public:
-  /// Both must outlive the service.
-  ClientService(Farm& farm, BlobStore& blobs) : farm_(farm), blobs_(blobs) {}
+  /// Both must outlive the service. `submissions`: bounds submissions by everybody together; may be null.
+  ClientService(Farm& farm, BlobStore& blobs, const Quotas& quotas, std::shared_ptr<SubmitLimit> submissions)
+      : farm_(farm), blobs_(blobs), quotas_(quotas), submissions_(std::move(submissions)) {}
   /// Ends the streams of WatchJob soon with UNAVAILABLE.
   void stop() { stopping_ = true; }
 
@@ -41,6 +45,8 @@ class ClientService final : public v1::ClientService::Service {
   Image read_reference(const v1::Reference& reference, const RenderSettings& settings) const;
   Farm& farm_;
   BlobStore& blobs_;
+  const Quotas quotas_;
+  const std::shared_ptr<SubmitLimit> submissions_;
   std::atomic<bool> stopping_{false};
   std::atomic<int> fetches_{0};
 };

@@ -78,6 +78,10 @@ JobId Farm::submit(const JobRequest& request) {
     throw LimitReached("the coordinator has its limit of " + std::to_string(Impl::kMaxJobs) +
                        " jobs; start one with a new data folder");
   }
+  if (impl_->scheduler.active().size() >= impl_->options.max_open_jobs) {
+    throw LimitReached("there are " + std::to_string(impl_->options.max_open_jobs) +
+                       " jobs that have not ended (the coordinator's --max-open-jobs); wait, or cancel some");
+  }
   job.record.id = JobId{numbered("j", impl_->store->next_number("job"))};
   impl_->store->add_job(job.record, bundle_json, reference);
   impl_->touch(impl_->scheduler.add(std::move(job)));

@@ -53,6 +53,7 @@ struct FarmOptions {
   double lease_seconds = 10;
   double target_tile_seconds = 1.0;
   int max_attempts = 5;             // of a tile that workers report as failed
+  size_t max_open_jobs = 10000;     // neither done, failed nor cancelled
   double checkpoint_bytes = 256e6;  // fold the spool into a film snapshot when it is larger
   /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
   std::function<void(const std::string&)> log;

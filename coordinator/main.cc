@@ -27,6 +27,7 @@ struct Options {
   std::string port_file;
   bool check = false;
   double checkpoint_megabytes = 256;
+  double max_bundle_megabytes = 65536;
   std::string log_level = "info";
 };
 
@@ -68,6 +69,32 @@ void add_options(CLI::App& app, Options& o) {
                  "Committed megabytes after which a job is compacted")
       ->envname("LIGHTMILL_CHECKPOINT_MB")
       ->check(CLI::Range(1.0, 1e6).description("1 to 1000000"))
+      ->capture_default_str();
+  Quotas& quotas = o.server.quotas;
+  app.add_option("--max-pixels", quotas.max_pixels, "Largest image of a job, in pixels")
+      ->envname("LIGHTMILL_MAX_PIXELS")
+      ->check(CLI::Range(int64_t{1}, kMaxPixels).description("1 to 268435456"))
+      ->capture_default_str();
+  app.add_option("--max-bundle-mb", o.max_bundle_megabytes, "Most megabytes of a scene's files together")
+      ->envname("LIGHTMILL_MAX_BUNDLE_MB")
+      ->check(CLI::Range(0.001, 1e9).description("0.001 to 1e9"))
+      ->capture_default_str();
+  app.add_option("--max-open-jobs", o.farm.max_open_jobs, "Most jobs that have not ended")
+      ->envname("LIGHTMILL_MAX_OPEN_JOBS")
+      ->check(CLI::Range(1, 100000).description("1 to 100000"))
+      ->capture_default_str();
+  app.add_option("--submit-rate", quotas.submissions_per_minute, "Jobs a minute that one token may submit")
+      ->envname("LIGHTMILL_SUBMIT_RATE")
+      ->check(CLI::Range(0.01, 1e6).description("0.01 to 1000000"))
+      ->capture_default_str();
+  app.add_option("--max-connections", quotas.max_connections, "Most connections to the gRPC port")
+      ->envname("LIGHTMILL_MAX_CONNECTIONS")
+      ->check(CLI::Range(1, 1000000).description("1 to 1000000"))
+      ->capture_default_str();
+  app.add_option("--connection-rate", quotas.connections_per_second,
+                 "New connections a second that one address may open, after five times as many at once")
+      ->envname("LIGHTMILL_CONNECTION_RATE")
+      ->check(CLI::Range(0.2, 1e6).description("0.2 to 1000000"))
       ->capture_default_str();
   app.add_option("--log-level", o.log_level, "debug, info, warn or error")
       ->envname("LIGHTMILL_LOG_LEVEL")
@@ -119,6 +146,7 @@ int run(Options options) {
   const SteadyClock clock;
   options.farm.build = build_id();
   options.farm.schema = kPartialSchema;
+  options.server.quotas.max_bundle_bytes = static_cast<uint64_t>(options.max_bundle_megabytes * 1e6);
   options.farm.checkpoint_bytes = options.checkpoint_megabytes * 1e6;
   options.farm.log = [](const std::string& line) { spdlog::warn("{}", line); };
   options.server.lease_seconds = options.farm.lease_seconds;

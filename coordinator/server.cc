@@ -13,6 +13,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/grpc_credentials.h"
 #include "coordinator/client_service.h"
+#include "coordinator/door.h"
 #include "coordinator/http_server.h"
 #include "coordinator/token_processor.h"
 #include "coordinator/worker_service.h"
@@ -21,6 +22,7 @@ namespace lightmill {
 namespace {
 
 constexpr std::chrono::seconds kShutdownGrace(3);
+constexpr double kConnectionBurstSeconds = 5;
 
 void enable_plugins() {
   static std::once_flag once;
@@ -34,12 +36,17 @@ void enable_plugins() {
 
 struct Server::Impl {
   Impl(const ServerOptions& options, Farm& the_farm, BlobStore& blobs)
-      : farm(the_farm), client_service(farm, blobs), worker_service(farm, blobs, options.lease_seconds) {}
+      : farm(the_farm),
+        submissions(std::make_shared<SubmitLimit>(options.quotas.submissions_per_minute)),
+        client_service(farm, blobs, options.quotas, options.security.tls() ? nullptr : submissions),
+        worker_service(farm, blobs, options.lease_seconds) {}
   Farm& farm;
+  const std::shared_ptr<SubmitLimit> submissions;
   ClientService client_service;
   WorkerService worker_service;
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
   std::unique_ptr<grpc::Server> rpc;
-  int rpc_port = 0;
+  std::optional<Door> door;
   std::optional<HttpServer> http;
 };
 
@@ -55,25 +62,35 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs)
       tls ? std::make_shared<Authenticator>(options.security.token, log) : std::shared_ptr<Authenticator>();
   const auto credentials =
       tls ? make_server_credentials(options.security) : grpc::InsecureServerCredentials();
-  if (tls) credentials->SetAuthMetadataProcessor(std::make_shared<TokenProcessor>(authenticator));
+  if (tls)
+    credentials->SetAuthMetadataProcessor(
+        std::make_shared<TokenProcessor>(authenticator, impl_->submissions));
+  impl_->door.emplace(DoorOptions{options.listen, options.quotas.max_connections,
+                                  options.quotas.connections_per_second,
+                                  options.quotas.connections_per_second * kConnectionBurstSeconds});
   enable_plugins();
   grpc::ServerBuilder builder;
   configure_server(builder);
-  builder.AddListeningPort(options.listen, credentials, &impl_->rpc_port);
+  using Experimental = grpc::ServerBuilder::experimental_type;
+  impl_->acceptor = builder.experimental().AddExternalConnectionAcceptor(
+      Experimental::ExternalConnectionType::FROM_FD, credentials);
   builder.RegisterService(&impl_->client_service);
   builder.RegisterService(&impl_->worker_service);
   impl_->rpc = builder.BuildAndStart();
-  if (!impl_->rpc || impl_->rpc_port == 0) {
-    throw Error(ErrorKind::kFailed,
-                "--listen " + options.listen + ": can't listen there; is the port in use?");
-  }
+  if (!impl_->rpc) throw Error(ErrorKind::kFailed, "gRPC does not start");
   if (!options.http.empty()) {
     impl_->http.emplace(options.http, farm, HttpSecurity{options.security, authenticator});
   }
+  impl_->door->open([acceptor = impl_->acceptor.get()](int fd) {
+    grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+    connection.fd = fd;
+    acceptor->HandleNewConnection(&connection);
+  });
 }
 
 Server::~Server() {
   if (!impl_->rpc) return;
+  impl_->door.reset();
   impl_->client_service.stop();
   impl_->worker_service.stop();
   impl_->farm.stop_waiting();
@@ -81,7 +98,7 @@ Server::~Server() {
   impl_->rpc->Wait();
 }
 
-int Server::rpc_port() const { return impl_->rpc_port; }
+int Server::rpc_port() const { return impl_->door->port(); }
 int Server::http_port() const { return impl_->http ? impl_->http->port() : 0; }
 
 }  // namespace lightmill

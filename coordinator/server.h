@@ -8,6 +8,7 @@
 #include "common/rpc/security.h"
 #include "coordinator/blob_store.h"
 #include "coordinator/farm.h"
+#include "coordinator/quotas.h"
 
 namespace lightmill {
 
@@ -18,6 +19,7 @@ struct ServerOptions {
   double lease_seconds = 10;                      // told to workers
   SecurityFiles security{};                       // resolved; with TLS all calls and pages need a token
   std::function<void(const std::string&)> log{};  // may be empty
+  Quotas quotas{};
 };
 
 class Server {

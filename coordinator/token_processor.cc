@@ -19,8 +19,12 @@ grpc::Status TokenProcessor::Process(const InputMetadata& metadata, grpc::AuthCo
   }
   const Verdict verdict = authenticator_->judge(path, authorization, std::time(nullptr));
   switch (verdict.kind) {
-    case Verdict::Kind::kAllowed:
-      return grpc::Status::OK;
+    case Verdict::Kind::kAllowed: {
+      if (!path.ends_with("/SubmitJob")) return grpc::Status::OK;
+      const std::string refusal = submissions_->refusal(verdict.name);
+      if (refusal.empty()) return grpc::Status::OK;
+      return {grpc::StatusCode::RESOURCE_EXHAUSTED, refusal};
+    }
     case Verdict::Kind::kUnauthenticated:
       return {grpc::StatusCode::UNAUTHENTICATED, verdict.message};
     case Verdict::Kind::kForbidden:

@@ -3,20 +3,24 @@
 #include <grpcpp/security/auth_metadata_processor.h>
 
 #include "coordinator/authenticator.h"
+#include "coordinator/submit_limit.h"
 
 namespace lightmill {
 
 class TokenProcessor final : public grpc::AuthMetadataProcessor {
  public:
-  explicit TokenProcessor(std::shared_ptr<Authenticator> authenticator)
-      : authenticator_(std::move(authenticator)) {}
+  /// `submissions` bounds how often a token may submit.
+  TokenProcessor(std::shared_ptr<Authenticator> authenticator, std::shared_ptr<SubmitLimit> submissions)
+      : authenticator_(std::move(authenticator)), submissions_(std::move(submissions)) {}
   bool IsBlocking() const override { return false; }
-  /// UNAUTHENTICATED or PERMISSION_DENIED with the verdict's message; the token goes no further.
+  /// UNAUTHENTICATED or PERMISSION_DENIED with the verdict's message, RESOURCE_EXHAUSTED for too many
+  /// submissions; the token goes no further.
   grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* context, OutputMetadata* consumed,
                        OutputMetadata* response) override;
 
  private:
   const std::shared_ptr<Authenticator> authenticator_;
+  const std::shared_ptr<SubmitLimit> submissions_;
 };
 
 }  // namespace lightmill

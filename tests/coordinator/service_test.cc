@@ -264,7 +264,7 @@ TEST_F(ServiceTest, BlobsAreVerifiedAndComeBack) {
             grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(upload(digest, content.size() + 1, content).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(upload("../../evil", content.size(), content).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_EQ(upload(digest, uint64_t{1} << 60, content).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(upload(digest, uint64_t{1} << 60, content).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
 
   v1::FindMissingBlobsRequest find;
   find.add_digests(digest);

@@ -1,0 +1,469 @@
+"""Hostile clients, written from the proto files alone: nobody gets in without a token, nothing leads out of the
+coordinator's folder, nothing makes it allocate, hang or stop.
+
+    hostile_test.py --bin build/release/bin [strangers] [roles] [paths] [sizes] [partials] [quotas] [connections] [workers]
+"""
+import argparse
+import base64
+import hashlib
+import importlib
+import json
+import os
+import pathlib
+import shutil
+import signal
+import socket
+import ssl
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+
+try:
+    import grpc
+    from google.protobuf import descriptor_pb2
+except ImportError as error:
+    print(f"skipped: {error}; install python3-grpcio and python3-protobuf")
+    sys.exit(77)
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
+GENEROUS_S = 120  # only a hang takes so long
+REFUSED = (grpc.StatusCode.INVALID_ARGUMENT, grpc.StatusCode.RESOURCE_EXHAUSTED, grpc.StatusCode.FAILED_PRECONDITION,
+           grpc.StatusCode.NOT_FOUND)
+LARGE = [("grpc.max_send_message_length", 1 << 30), ("grpc.max_receive_message_length", 1 << 30)]
+
+
+def load_proto(folder):
+    """Stubs of the wire, generated into a folder of the test's own."""
+    files = [str(p) for p in sorted((ROOT / "proto").rglob("*.proto"))]
+    subprocess.run(["protoc", "--experimental_allow_proto3_optional", f"-I{ROOT / 'proto'}", f"--python_out={folder}",
+                    f"--grpc_python_out={folder}", f"--plugin=protoc-gen-grpc_python={shutil.which('grpc_python_plugin')}",
+                    *files], check=True)
+    sys.path.insert(0, str(folder))
+    names = ["types_pb2", "client_pb2", "client_pb2_grpc", "worker_pb2", "worker_pb2_grpc"]
+    return {name: importlib.import_module(f"lightmill.v1.{name}") for name in names}
+
+
+class Target:
+    """A coordinator with TLS, tokens and low quotas, and what a stranger needs to talk to it."""
+
+    def __init__(self, bin_dir, *flags):
+        self.bin = pathlib.Path(bin_dir).resolve()
+        self.temporary = tempfile.TemporaryDirectory(prefix="lightmill-hostile-")
+        self.folder = pathlib.Path(self.temporary.name)
+        self.credentials = self.folder / "credentials"
+        self.run("lightmill-coordinator", "init", "--dir", self.credentials)
+        self.log = open(self.folder / "log", "wb")
+        self.process = subprocess.Popen(
+            [self.bin / "lightmill-coordinator", "--listen", "127.0.0.1:0", "--http", "127.0.0.1:0", "--data",
+             self.folder / "data", "--port-file", self.folder / "port", "--credentials",
+             self.credentials / "coordinator", *map(str, flags)], stdout=self.log, stderr=self.log)
+        end = time.monotonic() + GENEROUS_S
+        while not (self.folder / "port").exists():
+            assert self.process.poll() is None and time.monotonic() < end, (self.folder / "log").read_text()
+            time.sleep(0.02)
+        ports = dict(line.split("=") for line in (self.folder / "port").read_text().split())
+        self.rpc, self.http = int(ports["rpc"]), int(ports["http"])
+        self.channels = []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, *_):
+        for channel in self.channels:
+            channel.close()
+        alive = self.process.poll() is None
+        self.process.send_signal(signal.SIGTERM)
+        try:
+            code = self.process.wait(timeout=60)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            code = "a hang"
+        text = (self.folder / "log").read_text(errors="replace")
+        self.log.close()
+        self.temporary.cleanup()
+        if kind:
+            print(text[-3000:])
+        else:
+            assert alive and code == 0, f"the coordinator ended with {code}:\n{text[-3000:]}"
+
+    def run(self, program, *arguments, expect=0, **environment):
+        done = subprocess.run([self.bin / program, *map(str, arguments)], capture_output=True, text=True,
+                              timeout=GENEROUS_S, env={**os.environ, **environment})
+        assert done.returncode == expect, f"{program} {arguments}: exit {done.returncode}: {done.stderr[-500:]}"
+        return done
+
+    def cli(self, *arguments, holder="client", expect=0):
+        return self.run("lightmill", *arguments, "--coordinator", f"127.0.0.1:{self.rpc}", "--credentials",
+                        self.credentials / holder, expect=expect)
+
+    def token(self, holder):
+        return (self.credentials / holder / "token").read_text().strip()
+
+    def channel(self, holder, token=None, certificate=True):
+        folder = self.credentials / holder
+        secure = grpc.ssl_channel_credentials(
+            (folder / "ca.crt").read_bytes(), (folder / "tls.key").read_bytes() if certificate else None,
+            (folder / "tls.crt").read_bytes() if certificate else None)
+        if token:
+            secure = grpc.composite_channel_credentials(secure, grpc.access_token_call_credentials(token))
+        channel = grpc.secure_channel(f"localhost:{self.rpc}", secure, options=LARGE)
+        self.channels.append(channel)
+        return channel
+
+    def client(self, holder="client"):
+        return PB["client_pb2_grpc"].ClientServiceStub(self.channel(holder, self.token(holder)))
+
+    def worker(self):
+        return PB["worker_pb2_grpc"].WorkerServiceStub(self.channel("worker", self.token("worker")))
+
+    def megabytes(self):
+        """Of the coordinator's peak memory."""
+        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(next(line for line in status.splitlines() if line.startswith("VmHWM")).split()[1]) / 1024
+
+    def job(self, *options):
+        """Submits a job as a user does, and learns the wire's texts from it: (id, settings, bundle, status)."""
+        self.cli("submit", SCENE, "--integrator", "bdpt", "--spp", 16, "--resolution", "64x64", *options)
+        status = self.client().ListJobs(PB["client_pb2"].ListJobsRequest()).jobs[-1]
+        bundle = self.worker().GetBundle(PB["worker_pb2"].GetBundleRequest(bundle_digest=status.bundle_digest))
+        return status.id, json.loads(status.settings_json), json.loads(bundle.bundle_json), status
+
+
+def code_of(call):
+    """The status with which a call ends; streams are read to their end."""
+    try:
+        result = call()
+        if hasattr(result, "__next__"):
+            for _ in result:
+                pass
+        return grpc.StatusCode.OK
+    except grpc.RpcError as error:
+        text = error.details() or ""
+        assert "\n" not in text and len(text) <= 1500, f"more than a line: {text!r}"
+        return error.code()
+
+
+def methods():
+    """(path, streams requests, streams responses) of every RPC."""
+    for file, service in (("client_pb2", "ClientService"), ("worker_pb2", "WorkerService")):
+        proto = PB[file].DESCRIPTOR.serialized_pb
+        for method in descriptor_pb2.FileDescriptorProto.FromString(proto).service[0].method:
+            yield f"/lightmill.v1.{service}/{method.name}", method.client_streaming, method.server_streaming
+
+
+def raw_call(channel, path, streams_in, streams_out, body=b"", metadata=None):
+    """Calls an RPC with bytes of one's own."""
+    same = {"request_serializer": None, "response_deserializer": None}
+    if streams_in:
+        return channel.stream_unary(path, **same)(iter([body]), timeout=GENEROUS_S, metadata=metadata)
+    make = channel.unary_stream if streams_out else channel.unary_unary
+    return make(path, **same)(body, timeout=GENEROUS_S, metadata=metadata)
+
+
+def test_strangers(bin_dir):
+    """Every RPC and every page without a token, with a wrong one, with a stolen hash; TLS without a certificate."""
+    with Target(bin_dir) as target:
+        hashes = [line.split()[3] for line in (target.credentials / "coordinator" / "tokens").read_text().splitlines()
+                  if not line.startswith("#")]
+        every = list(methods())
+        assert len(every) > 20
+        channel = target.channel("client")
+        for path, streams_in, streams_out in every:
+            for header in (None, "", "Bearer", "Bearer " + "0" * 74, "Bearer " + hashes[0], "Bearer " + "x" * 4000,
+                           "Basic " + base64.b64encode(b"a:b").decode(), target.token("client")):
+                metadata = None if header is None else [("authorization", header)]
+                code = code_of(lambda: raw_call(channel, path, streams_in, streams_out, metadata=metadata))
+                assert code == grpc.StatusCode.UNAUTHENTICATED, f"{path} with {header!r}: {code}"
+        one_sided = target.channel("client", target.token("client"), certificate=False)
+        path = "/lightmill.v1.ClientService/ListJobs"
+        assert code_of(lambda: raw_call(one_sided, path, False, False)) == grpc.StatusCode.UNAVAILABLE
+        plain = grpc.insecure_channel(f"localhost:{target.rpc}")
+        target.channels.append(plain)
+        assert code_of(lambda: raw_call(plain, path, False, False)) == grpc.StatusCode.UNAVAILABLE
+
+        trust = ssl.create_default_context(cafile=str(target.credentials / "client" / "ca.crt"))
+
+        def page(route, **headers):
+            request = urllib.request.Request(f"https://localhost:{target.http}{route}", headers=headers)
+            try:
+                return urllib.request.urlopen(request, context=trust, timeout=GENEROUS_S).status
+            except urllib.error.HTTPError as error:
+                return error.code
+
+        assert page("/healthz") == 200
+        for route in ("/", "/metrics", "/../data/jobs.sqlite", "/healthz/../metrics", "/%2e%2e/", "/?x=/healthz"):
+            for headers in ({}, {"Authorization": "Bearer " + hashes[0]}, {"Authorization": "Basic !!"}):
+                assert page(route, **headers) == 401, route
+        assert page("/metrics", Authorization="Bearer " + target.token("observer")) == 200
+        assert page("/metrics", Authorization="Bearer " + target.token("worker")) == 403
+
+
+def test_roles(bin_dir):
+    """Each role reaches its own RPCs and no others; a revoked token is void at once."""
+    with Target(bin_dir) as target:
+        looking = {"GetJob", "ListJobs", "ListTiles", "ListWorkers", "WatchJob", "FetchImage", "GetCurve"}
+        for holder in ("worker", "client", "observer", "admin"):
+            channel = target.channel(holder, target.token(holder))
+            for path, streams_in, streams_out in methods():
+                service, method = path.split("/")[1:]
+                if service.endswith("WorkerService"):
+                    allowed = holder == "worker"
+                else:
+                    allowed = holder in ("client", "admin") or holder == "observer" and method in looking
+                code = code_of(lambda: raw_call(channel, path, streams_in, streams_out))
+                assert (code == grpc.StatusCode.PERMISSION_DENIED) == (not allowed), f"{holder} {path}: {code}"
+                assert code != grpc.StatusCode.UNAUTHENTICATED
+            assert code_of(lambda: raw_call(channel, "/lightmill.v1.ClientService/Nothing", False, False)) in (
+                grpc.StatusCode.PERMISSION_DENIED, grpc.StatusCode.UNIMPLEMENTED)
+        client = target.client()
+        assert code_of(lambda: client.ListJobs(PB["client_pb2"].ListJobsRequest())) == grpc.StatusCode.OK
+        target.run("lightmill-coordinator", "revoke", "client", "--dir", target.credentials)
+        assert code_of(lambda: client.ListJobs(PB["client_pb2"].ListJobsRequest())) == grpc.StatusCode.UNAUTHENTICATED
+        said = target.cli("submit", SCENE, holder="observer", expect=3).stderr
+        assert "has the role observer; this needs submitter or admin" in said and said.count("\n") == 1, said
+
+
+def test_paths(bin_dir):
+    """Names and digests that lead elsewhere."""
+    with Target(bin_dir) as target:
+        client, worker, pb = target.client(), target.worker(), PB["client_pb2"]
+        _, settings, bundle, _ = target.job()
+        good = bundle["entries"][0]
+        evil = ["../x", "/etc/passwd", "a/../../b", "..", ".", "", "a//b", "./a", "a\\..\\b", "a\nb", "a\0b", "\x7f",
+                "x" * 2000, "external/../../x"]
+        for name in evil:
+            changed = {**bundle, "main": name, "entries": [{**good, "name": name}]}
+            request = pb.SubmitJobRequest(bundle_json=json.dumps(changed), settings_json=json.dumps(settings))
+            assert code_of(lambda: client.SubmitJob(request)) == grpc.StatusCode.INVALID_ARGUMENT, repr(name)
+        for digest in ["../../../etc/passwd", "/etc/passwd", "", "A" * 64, "a" * 63, "../" + "a" * 61, "a" * 63 + "\0"]:
+            ask = pb.FindMissingBlobsRequest(digests=[digest])
+            assert code_of(lambda: client.FindMissingBlobs(ask)) == grpc.StatusCode.INVALID_ARGUMENT, digest
+            header = pb.UploadBlobsRequest(header=pb.UploadBlobsRequest.Header(digest=digest, size=1))
+            assert code_of(lambda: client.UploadBlobs(iter([header]))) == grpc.StatusCode.INVALID_ARGUMENT, digest
+            fetch = PB["worker_pb2"].FetchBlobsRequest(digests=[digest])
+            assert code_of(lambda: worker.FetchBlobs(fetch)) in REFUSED, digest
+            changed = {**bundle, "entries": [{**good, "digest": digest}]}
+            request = pb.SubmitJobRequest(bundle_json=json.dumps(changed), settings_json=json.dumps(settings))
+            assert code_of(lambda: client.SubmitJob(request)) == grpc.StatusCode.INVALID_ARGUMENT, digest
+        for job in ["../j1", "j1/../j1", "", "x" * 100000, "j99", "j-1", "' OR 1=1 --"]:
+            assert code_of(lambda: client.GetJob(pb.GetJobRequest(job_id=job))) == grpc.StatusCode.NOT_FOUND, job
+        outside = [p for p in target.folder.rglob("*") if p.is_symlink() or p.name in ("x", "passwd", "b")]
+        assert not outside, outside
+
+
+def test_sizes(bin_dir):
+    """Bombs of JSON, of messages, of announced sizes; images that nobody has the memory for."""
+    with Target(bin_dir, "--max-pixels", 1 << 20, "--max-bundle-mb", 2) as target:
+        client, pb = target.client(), PB["client_pb2"]
+        _, settings, bundle, _ = target.job()
+        bundle_json = json.dumps(bundle)
+
+        def submit(settings_json, bundle_json=bundle_json, **more):
+            request = pb.SubmitJobRequest(bundle_json=bundle_json, settings_json=settings_json, **more)
+            return code_of(lambda: client.SubmitJob(request))
+
+        assert submit(json.dumps(settings)) == grpc.StatusCode.OK, "the test's own submission must be fine"
+        assert submit(json.dumps({**settings, "width": 1025, "height": 1024})) == grpc.StatusCode.RESOURCE_EXHAUSTED
+        for key, values in {"width": [0, -1, 65537, 1 << 40, 1e300, "x", None], "height": [65537, 1.5],
+                            "spp": [0, -1, 1 << 62, "1"], "max_depth": [-5, 1e99]}.items():
+            for value in values:
+                assert submit(json.dumps({**settings, key: value})) == grpc.StatusCode.INVALID_ARGUMENT, (key, value)
+        for text in ["", "{}", "[" * 100000, '{"a":' * 100000, "null", "\xff", "1" * 1000000, "[" + "1," * 5000000 + "1]"]:
+            assert submit(text) == grpc.StatusCode.INVALID_ARGUMENT, text[:20]
+            assert submit(json.dumps(settings), text) == grpc.StatusCode.INVALID_ARGUMENT, text[:20]
+        huge = {**bundle, "entries": [{**bundle["entries"][0], "size": 1 << 60}]}
+        assert submit(json.dumps(settings), json.dumps(huge)) == grpc.StatusCode.RESOURCE_EXHAUSTED
+        lying = {**bundle, "entries": [{**bundle["entries"][0], "size": 7}]}
+        assert submit(json.dumps(settings), json.dumps(lying)) in REFUSED
+        assert submit("x" * (17 << 20)) == grpc.StatusCode.RESOURCE_EXHAUSTED, "a message over 16 MiB"
+        for size in (-1, 1 << 30):
+            shape = pb.Reference(digest=bundle["entries"][0]["digest"], width=size, height=size)
+            assert submit(json.dumps(settings), reference=shape) in REFUSED
+
+        header = pb.UploadBlobsRequest.Header
+
+        def upload(*messages):
+            return code_of(lambda: client.UploadBlobs(iter(messages)))
+
+        def begin(size, content=b""):
+            return pb.UploadBlobsRequest(header=header(digest=hashlib.sha256(content).hexdigest(), size=size))
+
+        assert upload(begin(1 << 60)) == grpc.StatusCode.RESOURCE_EXHAUSTED
+        assert upload(begin(1500000), begin(1500000)) in REFUSED
+        assert upload(begin(3, b"abc"), pb.UploadBlobsRequest(chunk=b"abcd")) == grpc.StatusCode.INVALID_ARGUMENT
+        assert upload(begin(3, b"abc"), pb.UploadBlobsRequest(chunk=b"abd")) == grpc.StatusCode.INVALID_ARGUMENT
+        assert upload(begin(3, b"abc"), pb.UploadBlobsRequest(chunk=b"ab")) == grpc.StatusCode.INVALID_ARGUMENT
+        assert upload(pb.UploadBlobsRequest(chunk=b"a")) == grpc.StatusCode.INVALID_ARGUMENT
+        assert upload(begin(5 << 20), pb.UploadBlobsRequest(chunk=b"a" * (5 << 20))) in REFUSED
+        assert upload(begin(3, b"abc"), pb.UploadBlobsRequest(chunk=b"abc")) == grpc.StatusCode.OK
+        incoming = [p for p in (target.folder / "data").rglob("incoming-*")]
+        assert not incoming, f"half uploads stay: {incoming}"
+        assert target.megabytes() < 1000, target.megabytes()
+
+
+def zstd_bomb(gigabytes):
+    """A zstd frame of zeros: a block of 128 KiB takes four bytes."""
+    block = (1 << 17) << 3 | 1 << 1  # run-length
+    blocks = gigabytes << 13
+    size = (blocks << 17).to_bytes(8, "little")
+    body = block.to_bytes(3, "little") + b"\0"
+    return b"\x28\xb5\x2f\xfd" + b"\xe0" + size + body * (blocks - 1) + (block | 1).to_bytes(3, "little") + b"\0"
+
+
+def test_partials(bin_dir):
+    """A worker that hands in bombs and rubbish: refused, counted, and the coordinator stays small."""
+    with Target(bin_dir) as target:
+        job = target.job()[0]
+        build = target.run("lightmill-coordinator", "--version").stdout.strip()
+        worker, pb, types = target.worker(), PB["worker_pb2"], PB["types_pb2"]
+
+        def register():
+            registration = types.WorkerRegistration(host="evil", threads=1, build=build, schema=1, arithmetic_class="0" * 64)
+            return worker.Register(pb.RegisterRequest(registration=registration)).worker_id
+
+        def commit(who, key, data, size=None, digest=None):
+            header = pb.CommitRequest.Header(worker_id=who, key=key, size=len(data) if size is None else size,
+                                             digest=digest or hashlib.sha256(data).hexdigest())
+            messages = [pb.CommitRequest(header=header)]
+            messages += [pb.CommitRequest(chunk=data[i:i + (1 << 20)]) for i in range(0, len(data), 1 << 20)]
+            return worker.Commit(iter(messages))
+
+        bomb = zstd_bomb(16)
+        refused = 0
+        for data in (bomb, b"", b"\0" * 1000, bomb[:100], os.urandom(5000), b"\xff" * 200):
+            who = register()
+            answer = worker.Lease(pb.LeaseRequest(worker_id=who, wait_seconds=1))
+            if not answer.HasField("grant"):
+                continue
+            grant = answer.grant
+            key = grant.key
+            for size in {1 << 62, len(data) + 1, max(0, len(data) - 1)} - {len(data)}:
+                assert code_of(lambda: commit(who, key, data, size)) in REFUSED + (grpc.StatusCode.OK,)
+            code = code_of(lambda: commit(who, key, data, digest="0" * 64))
+            assert code in REFUSED, code
+            other = types.LeaseKey(job_id=key.job_id, tile_id=key.tile_id, attempt=key.attempt + 1)
+            third = types.LeaseKey(job_id=key.job_id, tile_id=1 << 60, attempt=-1)
+            for wrong in (other, third):
+                assert code_of(lambda: commit(who, wrong, data)) in REFUSED + (grpc.StatusCode.OK,)
+            try:
+                outcome = commit(who, key, data).outcome
+                assert outcome == types.COMMIT_OUTCOME_CORRUPT, outcome
+                refused += 1
+            except grpc.RpcError as error:
+                assert error.code() in REFUSED, error
+        assert refused >= 3, refused
+        status = target.client().GetJob(PB["client_pb2"].GetJobRequest(job_id=job)).job
+        assert status.packets_done == 0, "rubbish was merged"
+        assert code_of(lambda: worker.Lease(pb.LeaseRequest(worker_id=who, wait_seconds=float("nan")))) in REFUSED
+        assert code_of(lambda: worker.Lease(pb.LeaseRequest(worker_id=who, wait_seconds=1e300))) in REFUSED
+        assert target.megabytes() < 500, target.megabytes()
+
+
+def test_quotas(bin_dir):
+    """Open jobs and submissions of one token are bounded; another token's are its own."""
+    with Target(bin_dir, "--max-open-jobs", 4, "--submit-rate", 12) as target:
+        target.run("lightmill-coordinator", "grant", "bob", "--dir", target.credentials)
+        request = PB["client_pb2"].SubmitJobRequest
+        target.cli("submit", SCENE)  # the first of the burst of two
+        client, bob = target.client(), target.client("bob")
+        empty = [code_of(lambda: client.SubmitJob(request())) for _ in range(12)]
+        assert grpc.StatusCode.RESOURCE_EXHAUSTED in empty and grpc.StatusCode.INVALID_ARGUMENT in empty, empty
+        said = target.cli("submit", SCENE, expect=3).stderr
+        assert "more than 12 jobs a minute" in said and said.count("\n") == 1, said
+        assert code_of(lambda: bob.SubmitJob(request())) == grpc.StatusCode.INVALID_ARGUMENT
+    with Target(bin_dir, "--max-open-jobs", 2) as target:
+        target.cli("submit", SCENE)
+        target.cli("submit", SCENE)
+        said = target.cli("submit", SCENE, expect=3).stderr
+        assert "2 jobs that have not ended" in said, said
+        target.cli("cancel", "j1")
+        target.cli("submit", SCENE)
+
+
+def test_connections(bin_dir):
+    """Crowds of silent connections keep nobody who is in from working, and nobody out once they are gone."""
+    with Target(bin_dir, "--max-connections", 30) as target:
+        client, ask = target.client(), PB["client_pb2"].ListJobsRequest()
+        assert code_of(lambda: client.ListJobs(ask)) == grpc.StatusCode.OK
+        crowd = []
+        for _ in range(400):
+            crowd.append(socket.create_connection(("127.0.0.1", target.rpc), timeout=GENEROUS_S))
+        assert code_of(lambda: client.ListJobs(ask)) == grpc.StatusCode.OK
+
+        def closed(connection):
+            connection.setblocking(False)
+            try:
+                return connection.recv(1) == b""
+            except BlockingIOError:
+                return False
+            except OSError:
+                return True
+
+        end = time.monotonic() + GENEROUS_S
+        while sum(closed(c) for c in crowd) < 370:
+            assert time.monotonic() < end, "the crowd was let in"
+            time.sleep(0.05)
+        for connection in crowd:
+            connection.close()
+        target.cli("jobs")
+    with Target(bin_dir, "--connection-rate", 1) as target:
+        for _ in range(30):
+            socket.create_connection(("127.0.0.1", target.rpc), timeout=GENEROUS_S).close()
+        time.sleep(2)  # then one more may come in
+        assert code_of(lambda: target.client().ListJobs(PB["client_pb2"].ListJobsRequest(), wait_for_ready=True,
+                                                        timeout=GENEROUS_S)) == grpc.StatusCode.OK
+        slow = []
+        for _ in range(20):  # half a request to HTTP, and then nothing
+            slow.append(socket.create_connection(("127.0.0.1", target.http), timeout=GENEROUS_S))
+            slow[-1].send(b"GET /healthz HT")
+        assert target.process.poll() is None
+
+
+def test_workers(bin_dir):
+    """Workers say in a line why they are not let in, and exit with 3; what may pass they wait for."""
+    with Target(bin_dir) as target:
+        def worker(*flags, expect=3):
+            done = target.run("lightmill-worker", "--coordinator", f"127.0.0.1:{target.rpc}", "--threads", 1,
+                              "--cache-dir", target.folder / "cache", *flags, expect=expect)
+            return done.stderr.strip().splitlines()[-1]
+
+        other = target.folder / "other-farm"
+        target.run("lightmill-coordinator", "init", "--dir", other)
+        here = target.credentials
+        assert "it speaks TLS; give --credentials" in worker()
+        assert "has the role submitter; this needs worker" in worker("--credentials", here / "client")
+        assert "was not signed by the CA in" in worker("--credentials", other / "worker")
+        assert "does not accept our certificate" in worker(
+            "--credentials", here / "worker", "--tls-cert", other / "worker/tls.crt", "--tls-key",
+            other / "worker/tls.key")
+        assert "the token is not known here" in worker("--credentials", here / "worker", "--token-file",
+                                                       other / "worker/token")
+        assert "can't be read" in worker("--credentials", "/nonexistent", expect=2)
+        said = target.run("lightmill-worker", "--coordinator", "10.1.1.1:1", expect=2).stderr
+        assert "would be plain text" in said and "--credentials" in said and "--insecure" in said, said
+
+
+PB = {}
+
+
+def main():
+    tests = {"strangers": test_strangers, "roles": test_roles, "paths": test_paths, "sizes": test_sizes,
+             "partials": test_partials, "quotas": test_quotas, "connections": test_connections, "workers": test_workers}
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--bin", required=True, help="folder of the programs")
+    parser.add_argument("parts", nargs="*", choices=[[], *tests], help="default: all")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="lightmill-stubs-") as stubs:
+        PB.update(load_proto(stubs))
+        for name in arguments.parts or tests:
+            start = time.monotonic()
+            tests[name](arguments.bin)
+            print(f"ok {name} ({time.monotonic() - start:.0f} s)", flush=True)
+
+
+if __name__ == "__main__":
+    main()
