@@ -119,6 +119,7 @@ int run(const Options& options) {
   const int threads = options.threads > 0 ? options.threads : agent::usable_threads();
   const sigset_t blocked = handled_signals();
   pthread_sigmask(SIG_BLOCK, &blocked, nullptr);  // before any other thread starts
+  signal(SIGPIPE, SIG_IGN);                       // a peer that hangs up is an error of the call
   agent::set_float_mode();
 
   agent::RunnerOptions runner_options;

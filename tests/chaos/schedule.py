@@ -33,12 +33,13 @@ KINDS = [("kill", True, 1.0, None), ("stop", True, 2.5, None), ("drain", True, 0
 NEEDS_NAMESPACE = {"loss", "line"}
 
 
-def draw(seed, workers, namespace):
+def draw(seed, workers, namespace, wanted=None):
     """Three to eight faults, in the order of their time. Those that need a network namespace only with one."""
     coin = random.Random(seed)
     faults = []
+    kinds = [kind for kind in KINDS if not wanted or kind[0] in wanted]
     for _ in range(coin.randint(3, 8)):
-        kind, of_worker, longest, amounts = coin.choice(KINDS)
+        kind, of_worker, longest, amounts = coin.choice(kinds)
         fault = Fault(round(coin.uniform(0, HORIZON_S), 2), kind, coin.randrange(workers) if of_worker else -1,
                       round(coin.uniform(0.05, 1) * longest, 2), coin.randint(*amounts) if amounts else 0)
         if namespace or kind not in NEEDS_NAMESPACE:

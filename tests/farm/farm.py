@@ -68,7 +68,8 @@ class Farm:
 
     def _start(self, name, arguments, environment=None):
         log = self.folder / f"{name}.log"
-        self.logs.append(log)
+        if log not in self.logs:
+            self.logs.append(log)
         with open(log, "ab") as out:
             return subprocess.Popen([self.bin / arguments[0], *map(str, arguments[1:])], stdout=out, stderr=out,
                                     env={**os.environ, **(environment or {})})
