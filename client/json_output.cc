@@ -76,6 +76,7 @@ nlohmann::json worker_to_json(const WorkerStatus& w) {
           {"build", w.registration.build},
           {"arithmetic_class", w.registration.arithmetic_class},
           {"tiles_committed", w.tiles_committed},
+          {"partials_refused", w.partials_refused},
           {"samples_per_second", w.samples_per_second},
           {"seconds_since_seen", w.seconds_since_seen}};
 }

@@ -12,6 +12,7 @@ class DataFolder {
   DataFolder(const DataFolder&) = delete;
   DataFolder& operator=(const DataFolder&) = delete;
   std::string store_path() const { return path_ + "/jobs.sqlite"; }
+  std::string quarantine_folder() const { return path_ + "/quarantine"; }
   std::string blob_folder() const { return path_ + "/blobs"; }
 
  private:

@@ -57,6 +57,9 @@ struct FarmOptions {
   double checkpoint_bytes = 256e6;  // fold the spool into a film snapshot when it is larger
   /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
   std::function<void(const std::string&)> log;
+  /// Keeps a refused partial as evidence: (lease, worker, reason, bytes); may be empty. What it throws is
+  /// logged.
+  std::function<void(const LeaseKey&, const WorkerId&, const std::string&, const std::string&)> quarantine;
 };
 
 /// What happened since the start; for metrics.
@@ -121,7 +124,9 @@ class Farm {
   std::vector<LeaseKey> renew(const WorkerId& worker, const std::vector<LeaseKey>& held);
   /// Takes an encoded partial, under a pilot's lease an encoded PilotResult, whose plan is then the job's.
   /// Durable once it returns kAccepted. A stale attempt is refused in the transaction that would merge it.
-  CommitResult commit(const WorkerId& worker, const LeaseKey& lease, const std::string& partial_bytes);
+  /// `reason`, if given, receives why it was refused.
+  CommitResult commit(const WorkerId& worker, const LeaseKey& lease, const std::string& partial_bytes,
+                      std::string* reason = nullptr);
   /// The worker could not render the tile; leased again elsewhere, and after max_attempts the job fails.
   void fail(const WorkerId& worker, const LeaseKey& lease, const std::string& reason);
   /// The worker takes no more leases; those it holds stay until committed or expired.

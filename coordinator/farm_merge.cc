@@ -89,17 +89,21 @@ uint64_t Farm::max_partial_bytes(const LeaseKey& lease) const {
 
 CommitResult Farm::Impl::refuse(const WorkerId& worker, const LeaseKey& lease, const std::string& reason,
                                 const std::string& bytes) {
+  try {
+    if (options.quarantine) options.quarantine(lease, worker, reason, bytes);
+  } catch (const Error& e) {  // evidence is good to have, no more
+    log(e.what());
+  }
   const std::lock_guard lock(mutex);
   const double now = clock.now();
   ++stats.commits_corrupt;
-  scheduler.workers.failed(worker, now);
+  scheduler.workers.refused(worker, now);
   Job* owner = scheduler.find(lease.job);
   const TileRecord* tile = owner ? owner->tiles.find(lease.tile) : nullptr;
   log(tile_name(lease, tile && is_pilot(tile->tile)) + " from worker " + worker.value + ": " + reason);
   if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) {
     release(*owner, lease.tile, true, reason, now);
   }
-  store->quarantine(lease, worker, reason, bytes);
   return CommitResult::kCorrupt;
 }
 
@@ -124,7 +128,12 @@ Farm::Impl::Unpin::~Unpin() {
   }
 }
 
-CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const std::string& partial_bytes) {
+CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const std::string& partial_bytes,
+                          std::string* reason) {
+  const auto refuse = [&](const std::string& why) {
+    if (reason) *reason = why;
+    return impl_->refuse(worker, lease, why, partial_bytes);
+  };
   TileSpec tile;
   RenderSettings settings;
   std::optional<int> quantum;
@@ -172,9 +181,9 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   try {
     partial = decode_partial(partial_bytes, settings.grid, tile);
     check_partial(partial, tile, settings, quantum);
-    digest = partial_digest(partial);
+    digest = encoded_digest(partial_bytes);
   } catch (const Error& e) {
-    return impl_->refuse(worker, lease, e.what(), partial_bytes);
+    return refuse(e.what());
   }
 
   std::optional<Merger::Open> layers;
@@ -208,7 +217,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   } catch (const Error& e) {
     Merger::reset(*layers);
     layers.reset();
-    return impl_->refuse(worker, lease, e.what(), partial_bytes);
+    return refuse(e.what());
   }
   // Folded in memory, where nobody sees it before the layers are unlocked; now make it durable, or forget it.
   try {

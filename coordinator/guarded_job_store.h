@@ -68,10 +68,6 @@ class GuardedJobStore : public JobStore {
   void checkpoint(const JobId& job, const LayerSnapshot& snapshot) override {
     guarded([&] { store_->checkpoint(job, snapshot); });
   }
-  void quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
-                  std::string_view partial) override {
-    guarded([&] { store_->quarantine(key, worker, reason, partial); });
-  }
   void probe() override { store_->probe(); }
 
  private:

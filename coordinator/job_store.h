@@ -69,9 +69,6 @@ class JobStore {
   virtual void add_point(const JobId& job, const ErrorPoint& point) = 0;
   /// Replaces the snapshot and empties the spool, whose partials it must contain.
   virtual void checkpoint(const JobId& job, const LayerSnapshot& snapshot) = 0;
-  /// Keeps a refused partial for inspection; only the newest few, and none that is large.
-  virtual void quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
-                          std::string_view partial) = 0;
   /// Throws StoreError unless as much as the largest recent write can be written, and all that was written
   /// before is durable: to see whether a store that failed is mended.
   virtual void probe() = 0;

@@ -13,6 +13,7 @@
 #include "common/rpc/security_flags.h"
 #include "coordinator/credential_commands.h"
 #include "coordinator/data_folder.h"
+#include "coordinator/quarantine.h"
 #include "coordinator/server.h"
 #include "coordinator/sqlite_job_store.h"
 #include "coordinator/store_check.h"
@@ -143,12 +144,15 @@ int run(Options options) {
   options.server.log = [](const std::string& line) { spdlog::warn("{}", line); };
   const DataFolder data(options.data);
   BlobStore blobs(data.blob_folder());
+  Quarantine quarantine(data.quarantine_folder());
   const SteadyClock clock;
   options.farm.build = build_id();
   options.farm.schema = kPartialSchema;
   options.server.quotas.max_bundle_bytes = static_cast<uint64_t>(options.max_bundle_megabytes * 1e6);
   options.farm.checkpoint_bytes = options.checkpoint_megabytes * 1e6;
   options.farm.log = [](const std::string& line) { spdlog::warn("{}", line); };
+  options.farm.quarantine = [&](const LeaseKey& lease, const WorkerId& worker, const std::string& reason,
+                                const std::string& bytes) { quarantine.keep(lease, worker, reason, bytes); };
   options.server.lease_seconds = options.farm.lease_seconds;
   Farm farm(std::make_unique<SqliteJobStore>(data.store_path()), clock, options.farm);
   const Server server(options.server, farm, blobs);

@@ -141,8 +141,4 @@ void MemoryJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot)
   e.spool.clear();
 }
 
-void MemoryJobStore::quarantine(const LeaseKey&, const WorkerId&, const std::string&, std::string_view) {
-  // Nobody could look at it after the process has ended.
-}
-
 }  // namespace lightmill

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 
 namespace lightmill {
 namespace {
 
-constexpr int64_t kSchemaVersion = 2;
-constexpr int64_t kMaxQuarantined = 32;
-constexpr size_t kMaxQuarantinedBytes = size_t{16} << 20;
+constexpr int64_t kSchemaVersion = 3;
+constexpr int64_t kOldestSchema = 2;
 constexpr size_t kMaxProbeBytes = size_t{64} << 20;
 
 constexpr const char* kTables = R"sql(
@@ -39,11 +39,13 @@ CREATE TABLE layers(
   UNIQUE(job, kind, part));
 CREATE TABLE points(job TEXT NOT NULL, number INTEGER NOT NULL, point TEXT NOT NULL,
   PRIMARY KEY(job, number)) WITHOUT ROWID;
-CREATE TABLE quarantine(
-  number INTEGER PRIMARY KEY AUTOINCREMENT,
-  job TEXT NOT NULL, tile INTEGER NOT NULL, attempt INTEGER NOT NULL,
-  worker TEXT NOT NULL, reason TEXT NOT NULL, bytes BLOB NOT NULL);
 )sql";
+
+/// What turns the tables of version kOldestSchema + i into those of the next.
+constexpr const char* kMigrations[] = {
+    "DROP TABLE quarantine",  // refused partials are files now
+};
+static_assert(std::size(kMigrations) == kSchemaVersion - kOldestSchema);
 
 }  // namespace
 
@@ -64,12 +66,22 @@ void SqliteJobStore::create_tables() {
     db_.execute(kTables);
     Statement(db_, "INSERT INTO meta VALUES('schema', ?)").bind(kSchemaVersion).run();
   } else {
-    Statement version(db_, "SELECT value FROM meta WHERE key='schema'");
-    if (!version.step() || version.integer(0) != kSchemaVersion) {
-      throw StoreError(path_ +
-                       ": another version of Lightmill wrote this job store; use that version "
-                       "or a new --data folder");
+    int64_t version = 0;
+    {
+      Statement select(db_, "SELECT value FROM meta WHERE key='schema'");
+      if (select.step()) version = select.integer(0);
     }
+    if (version > kSchemaVersion) {
+      throw StoreError(path_ + ": a newer version of Lightmill wrote this job store (schema " +
+                       std::to_string(version) + ", this one knows up to " + std::to_string(kSchemaVersion) +
+                       "); use that version or a new --data folder");
+    }
+    if (version < kOldestSchema) {
+      throw StoreError(path_ + ": the job store has schema " + std::to_string(version) +
+                       ", which is too old or damaged; use the version that wrote it or a new --data folder");
+    }
+    for (; version < kSchemaVersion; ++version) db_.execute(kMigrations[version - kOldestSchema]);
+    Statement(db_, "UPDATE meta SET value=? WHERE key='schema'").bind(kSchemaVersion).run();
   }
   transaction.commit();
 }
@@ -377,24 +389,6 @@ void SqliteJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot)
   put_layer(job, "film", snapshot.film);
   put_layer(job, "batches", snapshot.batches);
   Statement(db_, "DELETE FROM spool WHERE job=?").bind(job.value).run();
-  transaction.commit();
-}
-
-void SqliteJobStore::quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
-                                std::string_view partial) {
-  const std::lock_guard lock(mutex_);
-  Transaction transaction(db_);
-  Statement(db_, "INSERT INTO quarantine(job, tile, attempt, worker, reason, bytes) VALUES(?,?,?,?,?,?)")
-      .bind(key.job.value)
-      .bind(key.tile.value)
-      .bind(key.attempt)
-      .bind(worker.value)
-      .bind(reason)
-      .bind_blob(partial.substr(0, std::min(partial.size(), kMaxQuarantinedBytes)))
-      .run();
-  Statement(db_, "DELETE FROM quarantine WHERE number <= (SELECT MAX(number) FROM quarantine) - ?")
-      .bind(kMaxQuarantined)
-      .run();
   transaction.commit();
 }
 

@@ -34,8 +34,6 @@ class SqliteJobStore : public JobStore {
   void flush() override;
   void add_point(const JobId& job, const ErrorPoint& point) override;
   void checkpoint(const JobId& job, const LayerSnapshot& snapshot) override;
-  void quarantine(const LeaseKey& key, const WorkerId& worker, const std::string& reason,
-                  std::string_view partial) override;
   void probe() override;
 
  private:

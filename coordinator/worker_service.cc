@@ -133,9 +133,10 @@ grpc::Status WorkerService::Commit(grpc::ServerContext*, grpc::ServerReader<v1::
     if (sha256_hex(bytes) != header.digest()) {
       throw Error(ErrorKind::kUsage, "the partial was damaged on its way: its digest differs");
     }
-    const CommitResult result = farm_.commit(WorkerId{header.worker_id()}, key, bytes);
+    std::string reason;
+    const CommitResult result = farm_.commit(WorkerId{header.worker_id()}, key, bytes, &reason);
     response->set_outcome(to_proto(result));
-    response->set_message(outcome_text(result));
+    response->set_message(reason.empty() ? outcome_text(result) : one_line(reason));
     return grpc::Status::OK;
   });
 }

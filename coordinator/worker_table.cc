@@ -7,7 +7,9 @@ namespace lightmill {
 namespace {
 
 constexpr double kLostAfterLeases = 3;  // lease times without a word
-constexpr int kFailuresUntilBenched = 8;
+// A worker with as much blame is benched. A good tile takes less away than a refused partial brings: who
+// sends rubbish every other time does not get away with it, who fails now and then does.
+constexpr double kBenchingBlame = 8, kFailureBlame = 1, kRefusalBlame = 8 / 3.0, kMadeGood = 1;
 constexpr double kFirstBenchSeconds = 30;
 constexpr double kLongestBenchSeconds = 600;
 constexpr double kSmoothing = 0.3;  // weight of the newest tile in a worker's speed
@@ -18,7 +20,8 @@ WorkerStatus status_of(const Worker& worker, const char* state, double now) {
           state,
           worker.tiles_committed,
           worker.samples_per_second,
-          worker.polling > 0 ? 0 : std::max(0.0, now - worker.last_seen)};
+          worker.polling > 0 ? 0 : std::max(0.0, now - worker.last_seen),
+          worker.partials_refused};
 }
 
 }  // namespace
@@ -69,18 +72,27 @@ void WorkerTable::committed(const WorkerId& id, double samples, double seconds) 
   Worker* worker = find(id);
   if (!worker) return;
   ++worker->tiles_committed;
-  worker->failures_in_row = 0;
-  worker->times_benched = 0;
+  worker->blame = std::max(0.0, worker->blame - kMadeGood);
+  if (worker->blame == 0) worker->times_benched = 0;
   if (!(seconds > 0) || !(samples > 0)) return;
   const double rate = samples / seconds;
   worker->samples_per_second =
       worker->samples_per_second > 0 ? std::lerp(worker->samples_per_second, rate, kSmoothing) : rate;
 }
 
-void WorkerTable::failed(const WorkerId& id, double now) {
+void WorkerTable::failed(const WorkerId& id, double now) { blame(find(id), kFailureBlame, now); }
+
+void WorkerTable::refused(const WorkerId& id, double now) {
   Worker* worker = find(id);
-  if (!worker || ++worker->failures_in_row < kFailuresUntilBenched) return;
-  worker->failures_in_row = 0;
+  if (worker) ++worker->partials_refused;
+  blame(worker, kRefusalBlame, now);
+}
+
+void WorkerTable::blame(Worker* worker, double weight, double now) {
+  if (!worker) return;
+  worker->blame += weight;
+  if (worker->blame < kBenchingBlame) return;
+  worker->blame = kBenchingBlame / 2;  // it has to prove itself before it counts as sound again
   worker->benched_until =
       now + std::min(kLongestBenchSeconds, std::ldexp(kFirstBenchSeconds, worker->times_benched));
   worker->times_benched = std::min(worker->times_benched + 1, 10);

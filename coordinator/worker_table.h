@@ -19,7 +19,8 @@ struct Worker {
   bool draining = false;
   int64_t leases = 0;  // held now
   int64_t tiles_committed = 0;
-  int failures_in_row = 0;  // failure reports and corrupt partials since the last good commit
+  int64_t partials_refused = 0;
+  double blame = 0;  // grows with failures and refused partials, shrinks with good ones
   int times_benched = 0;
   double benched_until = 0;
   double samples_per_second = 0;  // smoothed; 0: not known yet
@@ -45,12 +46,16 @@ class WorkerTable {
   bool may_work(const Worker& worker, double now) const;
   /// A tile was rendered: `samples` pixel samples in `seconds`.
   void committed(const WorkerId& id, double samples, double seconds);
-  /// A failure report or a corrupt partial. Too many in a row bench the worker, twice as long every time.
+  /// A failure report. Too many bench the worker, twice as long every time until it has made up for all.
   void failed(const WorkerId& id, double now);
+  /// A partial that no honest, sound worker sends: three weigh as much as eight failures.
+  void refused(const WorkerId& id, double now);
   std::vector<WorkerStatus> list(double now) const;
   const std::map<WorkerId, Worker>& all() const { return workers_; }
 
  private:
+  void blame(Worker* worker, double weight, double now);
+
   double lease_seconds_;
   std::map<WorkerId, Worker> workers_;
   std::deque<Worker> refused_;

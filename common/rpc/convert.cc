@@ -221,13 +221,15 @@ v1::WorkerStatus to_proto(const WorkerStatus& s) {
   m.set_tiles_committed(s.tiles_committed);
   m.set_samples_per_second(s.samples_per_second);
   m.set_seconds_since_seen(s.seconds_since_seen);
+  m.set_partials_refused(s.partials_refused);
   return m;
 }
 
 WorkerStatus from_proto(const v1::WorkerStatus& m) {
   return {
       WorkerId{m.id()},    from_proto(m.registration()), domain_of(kWorkerStates, m.state(), "worker state"),
-      m.tiles_committed(), m.samples_per_second(),       m.seconds_since_seen()};
+      m.tiles_committed(), m.samples_per_second(),       m.seconds_since_seen(),
+      m.partials_refused()};
 }
 
 v1::LeaseKey to_proto(const LeaseKey& key) {

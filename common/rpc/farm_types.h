@@ -81,6 +81,7 @@ struct WorkerStatus {
   int64_t tiles_committed = 0;
   double samples_per_second = 0;
   double seconds_since_seen = 0;
+  int64_t partials_refused = 0;
 };
 
 /// Names one attempt at one tile.

@@ -74,9 +74,6 @@ class WatchedStore : public JobStore {
     write(), store_.add_point(job, point);
   }
   void checkpoint(const JobId& job, const LayerSnapshot& s) override { write(), store_.checkpoint(job, s); }
-  void quarantine(const LeaseKey& k, const WorkerId& w, const std::string& r, std::string_view p) override {
-    write(), store_.quarantine(k, w, r, p);
-  }
   void probe() override { write(), store_.probe(); }
 
  private:

@@ -8,6 +8,7 @@
 #include "coordinator/data_folder.h"
 #include "coordinator/memory_job_store.h"
 #include "coordinator/sqlite_job_store.h"
+#include "coordinator/store_check.h"
 #include "tests/coordinator/fake_worker.h"
 
 namespace lightmill {
@@ -207,6 +208,33 @@ TEST(SqliteStore, RefusesAnotherSchemaAndNoDatabase) {
   std::ofstream(folder.file("b.sqlite")) << std::string(10000, 'x');
   EXPECT_THROW(SqliteJobStore{folder.file("b.sqlite")}, StoreError);
   EXPECT_THROW(SqliteJobStore{folder.file("none/c.sqlite")}, StoreError);
+}
+
+// A finished job as the version with schema 2 left it (sqlite3 .dump of its file). Jobs outlive upgrades:
+// what can't be migrated must at least be refused with a sentence, never read wrongly.
+TEST(SqliteStore, MigratesTheTablesOfSchemaTwo) {
+  const TemporaryFolder folder;
+  std::ifstream recorded(std::string(LIGHTMILL_SOURCE_DIR) + "/tests/coordinator/store_schema2.sql");
+  const std::string sql((std::istreambuf_iterator<char>(recorded)), std::istreambuf_iterator<char>());
+  ASSERT_GT(sql.size(), 5000u);
+  Database(folder.file("old.sqlite")).execute(sql.c_str());
+  for (int opening = 0; opening < 2; ++opening) {
+    SqliteJobStore store(folder.file("old.sqlite"));
+    ASSERT_EQ(store.jobs().size(), 1u);
+    const JobRecord job = store.jobs()[0];
+    EXPECT_EQ(job.state, JobState::kDone);
+    EXPECT_EQ(store.tiles(job.id).size(), 3u);
+    EXPECT_EQ(store.curve(job.id).size(), 3u);
+    EXPECT_EQ(check_store(store), std::vector<std::string>());
+    const Image image = Film::restore(store.snapshot(job.id).film).resolve();
+    const std::string pixels(reinterpret_cast<const char*>(image.data.data()),
+                             image.data.size() * sizeof(float));
+    EXPECT_EQ(sha256_hex(pixels), "a0eb74ddaa3f8a306a8dac05ca5a9139be70698225173bd93a8024e4c9a55c05")
+        << "what that version fetched";
+    EXPECT_EQ(store.next_number("job"), 2 + opening) << "ids go on";
+  }
+  Database(folder.file("old.sqlite")).execute("UPDATE meta SET value=1 WHERE key='schema'");
+  EXPECT_THROW(SqliteJobStore{folder.file("old.sqlite")}, StoreError);
 }
 
 TEST(Blobs, VerifiedOnTheirWayIn) {

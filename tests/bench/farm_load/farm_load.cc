@@ -1,0 +1,200 @@
+// Many workers that render nothing: real gRPC clients, a connection each, with canned partials. See ./run.
+//   farm_load COORDINATOR WORKERS JOBS SECONDS
+#include <grpcpp/create_channel.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
+#include <thread>
+
+#include "common/build_id/build_id.h"
+#include "common/digest.h"
+#include "common/image/partial.h"
+#include "common/rpc/channel.h"
+#include "common/rpc/convert.h"
+#include "lightmill/v1/client.grpc.pb.h"
+#include "lightmill/v1/worker.grpc.pb.h"
+
+namespace lightmill {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr int kThreads = 16;  // that drive the workers in turn: as many calls are under way at once
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+void require(const grpc::Status& status, const char* what) {
+  if (status.ok()) return;
+  std::fprintf(stderr, "farm_load: %s: %s\n", what, status.error_message().c_str());
+  std::exit(1);
+}
+
+std::shared_ptr<grpc::Channel> connection(const std::string& address) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);  // not shared with other workers
+  arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+}
+
+/// One cell of one grey: small, and quick to make.
+std::string canned_partial(const LeaseGrant& grant) {
+  Partial partial;
+  partial.tile = grant.tile;
+  partial.grid = grant.settings.grid;
+  partial.quantum_exponent = -40;
+  const auto area = static_cast<size_t>(partial.grid.pixels(grant.tile.cells).area());
+  ExactRgb grey;
+  for (auto& c : grey.c) c = static_cast<Units>(grant.tile.samples()) << 38;
+  partial.camera.assign(area, grey);
+  partial.counters.camera_paths = area * static_cast<uint64_t>(grant.tile.samples());
+  partial.cpu_seconds = 1;  // as slow a worker as a real one: tiles stay small
+  return encode_partial(partial);
+}
+
+struct Totals {
+  std::atomic<int64_t> cycles = 0, empty = 0, refused = 0;
+  std::atomic<int64_t> raw_bytes = 0;
+  std::mutex mutex;
+  std::vector<double> lease_seconds, commit_seconds;
+};
+
+class LoadWorker {
+ public:
+  explicit LoadWorker(const std::string& address) : stub_(v1::WorkerService::NewStub(connection(address))) {
+    v1::RegisterRequest request;
+    *request.mutable_registration() =
+        to_proto(WorkerRegistration{"load", 1, build_id(), kPartialSchema, "load", ""});
+    v1::RegisterResponse response;
+    grpc::ClientContext context;
+    set_deadline(context, 60);
+    require(stub_->Register(&context, request, &response), "register");
+    id_ = response.worker_id();
+  }
+  void cycle(Totals& totals) {
+    v1::LeaseRequest request;
+    request.set_worker_id(id_);
+    v1::LeaseResponse response;
+    grpc::ClientContext context;
+    set_deadline(context, 60);
+    const auto start = Clock::now();
+    require(stub_->Lease(&context, request, &response), "lease");
+    const double leased = seconds_since(start);
+    if (!response.has_grant()) {
+      ++totals.empty;
+      return;
+    }
+    const LeaseGrant grant = from_proto(response.grant());
+    const std::string bytes = canned_partial(grant);
+    v1::CommitRequest message;
+    message.mutable_header()->set_worker_id(id_);
+    *message.mutable_header()->mutable_key() = response.grant().key();
+    message.mutable_header()->set_size(bytes.size());
+    message.mutable_header()->set_digest(sha256_hex(bytes));
+    v1::CommitResponse answer;
+    grpc::ClientContext committing;
+    set_deadline(committing, 60);
+    const auto handing_in = Clock::now();
+    const auto writer = stub_->Commit(&committing, &answer);
+    writer->Write(message);
+    message.set_chunk(bytes);
+    writer->Write(message);
+    writer->WritesDone();
+    require(writer->Finish(), "commit");
+    const double committed = seconds_since(handing_in);
+    if (answer.outcome() == v1::COMMIT_OUTCOME_ACCEPTED) {
+      ++totals.cycles;
+      totals.raw_bytes += grant.settings.grid.pixels(grant.tile.cells).area() * 48;
+    } else {
+      ++totals.refused;
+    }
+    const std::lock_guard lock(totals.mutex);
+    totals.lease_seconds.push_back(leased);
+    totals.commit_seconds.push_back(committed);
+  }
+
+ private:
+  std::unique_ptr<v1::WorkerService::Stub> stub_;
+  std::string id_;
+};
+
+void submit(const std::string& address, int jobs) {
+  const auto stub = v1::ClientService::NewStub(connection(address));
+  const std::string scene = "scene";
+  v1::UploadBlobsResponse uploaded;
+  grpc::ClientContext uploading;
+  const auto writer = stub->UploadBlobs(&uploading, &uploaded);
+  v1::UploadBlobsRequest blob;
+  blob.mutable_header()->set_digest(sha256_hex(scene));
+  blob.mutable_header()->set_size(scene.size());
+  writer->Write(blob);
+  blob.set_chunk(scene);
+  writer->Write(blob);
+  writer->WritesDone();
+  require(writer->Finish(), "upload");
+  Bundle bundle;
+  bundle.main = "scene.pbrt";
+  bundle.entries = {{"scene.pbrt", sha256_hex(scene), scene.size()}};
+  for (int i = 0; i < jobs; ++i) {
+    RenderSettings settings;
+    settings.integrator = Integrator::kPt;
+    settings.grid = {256, 256, {0, 0, 256, 256}};
+    settings.spp = kMaxSpp;
+    v1::SubmitJobRequest request;
+    request.set_bundle_json(bundle_to_json(bundle));
+    request.set_settings_json(settings_to_json(settings));
+    request.set_priority(i % 3);
+    v1::SubmitJobResponse response;
+    grpc::ClientContext context;
+    require(stub->SubmitJob(&context, request, &response), "submit");
+  }
+}
+
+double percentile(std::vector<double>& values, double p) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<size_t>(p * static_cast<double>(values.size() - 1))];
+}
+
+void run(const std::string& address, int workers, int jobs, double seconds) {
+  submit(address, jobs);
+  std::vector<std::unique_ptr<LoadWorker>> all;
+  for (int i = 0; i < workers; ++i) all.push_back(std::make_unique<LoadWorker>(address));
+  Totals totals;
+  const auto start = Clock::now();
+  std::vector<std::thread> threads;
+  for (int t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      for (size_t i = static_cast<size_t>(t); seconds_since(start) < seconds; i += kThreads) {
+        all[i % all.size()]->cycle(totals);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  const double took = seconds_since(start);
+  std::printf(
+      "%d workers connected, %d jobs: %.0f lease+commit cycles/s over %.1f s, %lld without work, %lld "
+      "refused\n",
+      workers, jobs, static_cast<double>(totals.cycles) / took, took, static_cast<long long>(totals.empty),
+      static_cast<long long>(totals.refused));
+  std::printf("lease p50 %.1f ms, p99 %.1f ms; commit p50 %.1f ms, p99 %.1f ms; %.0f MB/s of sums merged\n",
+              percentile(totals.lease_seconds, 0.5) * 1e3, percentile(totals.lease_seconds, 0.99) * 1e3,
+              percentile(totals.commit_seconds, 0.5) * 1e3, percentile(totals.commit_seconds, 0.99) * 1e3,
+              static_cast<double>(totals.raw_bytes) / took / 1e6);
+}
+
+}  // namespace
+}  // namespace lightmill
+
+int main(int argc, char** argv) {
+  if (argc != 5) {
+    std::fprintf(stderr, "usage: farm_load COORDINATOR WORKERS JOBS SECONDS\n");
+    return 2;
+  }
+  lightmill::run(argv[1], std::atoi(argv[2]), std::atoi(argv[3]), std::atof(argv[4]));
+  return 0;
+}
