@@ -17,6 +17,7 @@
 #include "worker/agent/float_mode.h"
 #include "worker/agent/grpc_link.h"
 #include "worker/agent/host.h"
+#include "worker/agent/sandbox.h"
 #include "worker/agent/scene_cache.h"
 #include "worker/agent/size_text.h"
 #include "worker/agent/tile_runner.h"
@@ -34,6 +35,9 @@ struct Options {
   double drain_timeout = 60;
   bool insecure = false;
   SecurityFiles security;
+  std::string run_as;
+  std::string memory_limit = "auto";
+  bool no_seccomp = false;
   std::string log_level = "info";
 };
 
@@ -108,10 +112,28 @@ void add_options(CLI::App& app, Options& options) {
   app.add_flag("--insecure", options.insecure, "Allow plain text to a coordinator on another machine")
       ->envname("LIGHTMILL_INSECURE");
   add_security_flags(app, &options.security, Side::kClient);
+  app.add_option("--run-as", options.run_as, "Become this user first (needs root)")
+      ->envname("LIGHTMILL_RUN_AS");
+  app.add_option("--memory-limit", options.memory_limit,
+                 "Memory beyond which a tile fails, e.g. 8G; auto: nine tenths of what there is; none")
+      ->envname("LIGHTMILL_MEMORY_LIMIT")
+      ->capture_default_str();
+  app.add_flag("--no-seccomp", options.no_seccomp, "Do not filter the process's system calls")
+      ->envname("LIGHTMILL_NO_SECCOMP");
   app.add_option("--log-level", options.log_level, "debug, info, warn or error")
       ->envname("LIGHTMILL_LOG_LEVEL")
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
       ->capture_default_str();
+}
+
+agent::SandboxOptions sandbox_options(const Options& options) {
+  agent::SandboxOptions sandbox{options.run_as, 0, !options.no_seccomp};
+  if (options.memory_limit == "auto") {
+    sandbox.memory_bytes = agent::usual_memory_limit();
+  } else if (options.memory_limit != "none") {
+    sandbox.memory_bytes = agent::parse_size(options.memory_limit, "--memory-limit");
+  }
+  return sandbox;
 }
 
 int run(const Options& options) {
@@ -120,6 +142,7 @@ int run(const Options& options) {
   const sigset_t blocked = handled_signals();
   pthread_sigmask(SIG_BLOCK, &blocked, nullptr);  // before any other thread starts
   signal(SIGPIPE, SIG_IGN);                       // a peer that hangs up is an error of the call
+  for (const std::string& note : agent::enter_sandbox(sandbox_options(options))) spdlog::warn("{}", note);
   agent::set_float_mode();
 
   agent::RunnerOptions runner_options;

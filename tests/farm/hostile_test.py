@@ -1,7 +1,7 @@
 """Hostile clients, written from the proto files alone: nobody gets in without a token, nothing leads out of the
 coordinator's folder, nothing makes it allocate, hang or stop.
 
-    hostile_test.py --bin build/release/bin [strangers] [roles] [paths] [sizes] [partials] [quotas] [connections] [workers]
+    hostile_test.py --bin build/release/bin [strangers] [roles] [paths] [sizes] [partials] [quotas] [connections] [bombs] [workers]
 """
 import argparse
 import base64
@@ -10,6 +10,7 @@ import importlib
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import socket
@@ -20,6 +21,7 @@ import tempfile
 import time
 import urllib.error
 import urllib.request
+import zlib
 
 try:
     import grpc
@@ -319,10 +321,11 @@ def test_partials(bin_dir):
     with Target(bin_dir) as target:
         job = target.job()[0]
         build = target.run("lightmill-coordinator", "--version").stdout.strip()
+        schema = int(re.search(r" schema (\d+),", build).group(1))
         worker, pb, types = target.worker(), PB["worker_pb2"], PB["types_pb2"]
 
         def register():
-            registration = types.WorkerRegistration(host="evil", threads=1, build=build, schema=1, arithmetic_class="0" * 64)
+            registration = types.WorkerRegistration(host="evil", threads=1, build=build, schema=schema, arithmetic_class="0" * 64)
             return worker.Register(pb.RegisterRequest(registration=registration)).worker_id
 
         def commit(who, key, data, size=None, digest=None):
@@ -423,6 +426,52 @@ def test_connections(bin_dir):
         assert target.process.poll() is None
 
 
+def grey_png(path, side):
+    """A picture of zeros: a few hundred kilobytes for any number of pixels."""
+    def chunk(kind, data):
+        return len(data).to_bytes(4, "big") + kind + data + zlib.crc32(kind + data).to_bytes(4, "big")
+
+    packer = zlib.compressobj(9)
+    rows = b"".join(packer.compress(b"\0" * (side + 1)) for _ in range(side)) + packer.flush()
+    header = side.to_bytes(4, "big") * 2 + b"\x08\0\0\0\0"
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", rows) + chunk(b"IEND", b""))
+
+
+def test_bombs(bin_dir):
+    """Scenes whose pictures are bombs: refused by their headers or by the worker's memory limit, with the tile's
+    name; the worker goes on, in its sandbox, with decent work."""
+    scene = """Camera "perspective" Film "rgb" "integer xresolution" 16 "integer yresolution" 16 WorldBegin
+        LightSource "infinite" Texture "t" "spectrum" "imagemap" "string filename" "bomb.png"
+        Material "diffuse" "texture reflectance" "t" Translate 0 0 3 Shape "sphere" """
+    with Target(bin_dir, "--max-attempts", 1) as target:
+        log = target.folder / "worker.log"
+        with open(log, "wb") as out:
+            worker = subprocess.Popen(
+                [target.bin / "lightmill-worker", "--coordinator", f"127.0.0.1:{target.rpc}", "--threads", "1",
+                 "--memory-limit", "600M", "--cache-dir", target.folder / "cache", "--credentials",
+                 target.credentials / "worker"], stdout=out, stderr=out)
+        try:
+            for side, reason in ((40000, "texture size is not supported"), (20000, "texture size is not supported"),
+                                 (16000, "out of memory: it takes more than the 0.6 GiB of this worker")):
+                folder = target.folder / f"bomb{side}"
+                folder.mkdir()
+                grey_png(folder / "bomb.png", side)
+                (folder / "scene.pbrt").write_text(scene)
+                job = target.cli("submit", folder / "scene.pbrt", "--integrator", "pt", "--spp", 4).stdout.strip()
+                target.cli("watch", job, expect=1)
+                said = json.loads(target.cli("job", job, "--json").stdout)["message"]
+                assert reason in said and "tile" in said, said
+                assert worker.poll() is None, log.read_text()
+            status = pathlib.Path(f"/proc/{worker.pid}/status").read_text()
+            assert "NoNewPrivs:\t1" in status and "Seccomp:\t2" in status, status
+            peak = int(next(line for line in status.splitlines() if line.startswith("VmHWM")).split()[1]) / 1024
+            assert peak < 900, f"{peak} MB"
+            target.cli("submit", SCENE, "--resolution", "32x32", "--spp", 16, "--wait", "-o", target.folder / "good.exr")
+        finally:
+            worker.kill()
+            worker.wait()
+
+
 def test_workers(bin_dir):
     """Workers say in a line why they are not let in, and exit with 3; what may pass they wait for."""
     with Target(bin_dir) as target:
@@ -452,7 +501,8 @@ PB = {}
 
 def main():
     tests = {"strangers": test_strangers, "roles": test_roles, "paths": test_paths, "sizes": test_sizes,
-             "partials": test_partials, "quotas": test_quotas, "connections": test_connections, "workers": test_workers}
+             "partials": test_partials, "quotas": test_quotas, "connections": test_connections, "bombs": test_bombs,
+             "workers": test_workers}
     parser = argparse.ArgumentParser()
     parser.add_argument("--bin", required=True, help="folder of the programs")
     parser.add_argument("parts", nargs="*", choices=[[], *tests], help="default: all")

@@ -11,6 +11,7 @@
 #include "worker/agent/backoff.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/processor_time.h"
+#include "worker/agent/sandbox.h"
 
 namespace lightmill::agent {
 namespace {
@@ -182,7 +183,7 @@ void TileRunner::lease_loop() {
       open_lease(*lease);
       failures.reset();
     } catch (const std::exception& error) {
-      const std::string reason = error.what();
+      const std::string reason = failure_text(error);
       options_.log(describe(key_of(*lease)) + ": " + reason);
       try {
         retry([&] { return queue_.is_held(key_of(*lease)); }, [&] { link_.fail(key_of(*lease), reason); });
@@ -215,7 +216,7 @@ void TileRunner::render_loop() {
       ActiveLease& lease = *work->lease;
       lease.renderer->render_packet(work->packet, workspaces.of(lease.renderer), lease.builder);
     } catch (const std::exception& thrown) {
-      error = thrown.what();
+      error = failure_text(thrown);
     }
     queue_.finish(*work, error);
   }
@@ -283,7 +284,7 @@ void TileRunner::run_pilot(const PilotLease& pilot) {
   try {
     result.report = pilot.renderer->run_pilot(options_.threads, go_on);
   } catch (const std::exception& error) {
-    if (go_on()) report_failure(key, error.what());
+    if (go_on()) report_failure(key, failure_text(error));
     return;
   }
   result.cpu_seconds = time.seconds();

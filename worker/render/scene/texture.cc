@@ -15,6 +15,9 @@ namespace {
 
 /// Largest accepted side of a texture, in texels.
 constexpr int kMaxTextureSide = 32768;
+/// A small file may unpack to many: what its header says is refused before anything of that size is made.
+constexpr int64_t kMaxTexels = int64_t{1} << 28;
+constexpr int kMaxChannels = 64;
 
 float srgb_to_linear(float x) { return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f); }
 
@@ -82,8 +85,11 @@ ImageMap::ImageMap(const ImageTexture& texture)
   }
   const OIIO::ImageSpec spec = in->spec();
   if (spec.width < 1 || spec.height < 1 || spec.width > kMaxTextureSide || spec.height > kMaxTextureSide ||
-      spec.nchannels < 1) {
-    throw Error(ErrorKind::kBadScene, texture.path + ": texture size is not supported");
+      spec.nchannels < 1 || spec.nchannels > kMaxChannels || int64_t{spec.width} * spec.height > kMaxTexels) {
+    throw Error(ErrorKind::kBadScene, texture.path + ": texture size is not supported; at most " +
+                                          std::to_string(kMaxTextureSide) + " a side, " +
+                                          std::to_string(kMaxTexels) + " texels and " +
+                                          std::to_string(kMaxChannels) + " channels");
   }
   width_ = spec.width;
   height_ = spec.height;
