@@ -1,5 +1,6 @@
 #include "common/image/splat_frame.h"
 
+#include <algorithm>
 #include <array>
 #include <mutex>
 
@@ -8,6 +9,7 @@ namespace lightmill {
 namespace {
 
 constexpr size_t kStripes = 64;
+constexpr uint32_t kPrefetch = 12;  // splats ahead
 
 }  // namespace
 
@@ -74,6 +76,12 @@ uint64_t SplatFrame::add(std::span<const Splat> splats) {
     if (!m.pages[p]) m.pages[p] = std::make_unique<Impl::Page>();
     Impl::Page& page = *m.pages[p];
     for (uint32_t k = begin[p]; k < begin[p + 1]; ++k) {
+      // Few of a page's sums are in a cache: they are fetched while others are added. (Not in a function of
+      // its own: GCC 12 would find it without effect.)
+      const uint32_t ahead = std::min(k + kPrefetch, begin[p + 1] - 1);
+      const auto* next = reinterpret_cast<const char*>(&page[keys[order[ahead]] % kCellPixels]);
+      __builtin_prefetch(next, 1);
+      __builtin_prefetch(next + sizeof(ExactRgb) - 1, 1);
       const Splat& splat = splats[order[k]];
       const auto r = to_units(splat.r, m.quantum_exponent);
       const auto g = to_units(splat.g, m.quantum_exponent);
