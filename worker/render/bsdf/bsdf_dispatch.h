@@ -17,9 +17,11 @@ namespace lightmill {
 /// Calls fn(kind, mask) for every kind that occurs among the active lanes.
 template <class F, class Fn>
 inline void for_each_kind(IntOf<F> kind, MaskOf<F> active, Fn&& fn) {
-  for (int32_t k = 0; k < kBsdfKinds; ++k) {
+  for (unsigned left = mask_bits(active); left;) {
+    const int32_t k = lane(kind, std::countr_zero(left));
     const MaskOf<F> mask = mask_and(active, MaskOf<F>(kind == k));
-    if (any(mask)) fn(k, mask);
+    fn(k, mask);
+    left &= ~mask_bits(mask);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/light/light_sampling.h"
+#include "worker/render/math/compress.h"
 #include "worker/render/pipeline/aov_recorder.h"
 #include "worker/render/pipeline/path_io.h"
 #include "worker/render/pipeline/roulette.h"
@@ -110,7 +111,9 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   const Vec3<Lane> wo = frame.to_local(v.wo);
   Lane du, dv;
   stream.get_2d(vertex_dim(depth, kDimBsdfDirection), &du, &dv);
-  const Lane lobe_u = stream.get_1d(vertex_dim(depth, kDimBsdfLobe));
+  // One lobe needs no choice.
+  const bool lobes = any(mask_not(LaneMask(v.kind == kDiffuse)));
+  const Lane lobe_u = lobes ? stream.get_1d(vertex_dim(depth, kDimBsdfLobe)) : Lane{};
   const BsdfSample<Lane> s = sample_bsdf<Lane>(v.kind, active, v.params, wo, lobe_u, du, dv, mode);
   const Vec3<Lane> wi = frame.to_world(s.wi);
   // The direction must lie on the side of both normals that the BSDF meant.
@@ -160,8 +163,9 @@ void record_vertex(const Hit& h, const Group& g, bool light, int depth, Wavefron
 }
 
 void append_survivors(LaneInt slot, LaneMask go, int32_t* out, int* count) {
-  for (unsigned bits = mask_bits(go); bits; bits &= bits - 1)
-    out[(*count)++] = lane(slot, std::countr_zero(bits));
+  const unsigned bits = mask_bits(go);
+  store_compressed(out + *count, slot, bits);
+  *count += std::popcount(bits);
 }
 
 void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c) {

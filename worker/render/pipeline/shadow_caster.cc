@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "worker/render/bsdf/bsdf_dispatch.h"
+#include "worker/render/math/compress.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/film.h"
 #include "worker/render/pipeline/splat_target.h"
@@ -57,22 +58,18 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   if (w.shadow.count + kLanes > ShadowRays::kCapacity) flush_shadow_rays(context, splats, w);
   ShadowRays& q = w.shadow;
   const Vec3<Lane> value = c.value * scale;
-  for (; bits; bits &= bits - 1) {
-    const int l = std::countr_zero(bits);
-    const int i = q.count++;
-    q.ox[i] = lane(c.origin.x, l);
-    q.oy[i] = lane(c.origin.y, l);
-    q.oz[i] = lane(c.origin.z, l);
-    q.dx[i] = lane(c.direction.x, l);
-    q.dy[i] = lane(c.direction.y, l);
-    q.dz[i] = lane(c.direction.z, l);
-    q.tfar[i] = lane(c.tfar, l);
-    q.r[i] = lane(value.x, l);
-    q.g[i] = lane(value.y, l);
-    q.b[i] = lane(value.z, l);
-    q.target[i] = lane(c.target, l);
-    if (w.recorder) w.recorder->queued(l, i);
+  // There is room for all lanes.
+  const auto add = [&](auto* to, const auto& x) { store_compressed(to + q.count, x, bits); };
+  add(q.ox, c.origin.x), add(q.oy, c.origin.y), add(q.oz, c.origin.z);
+  add(q.dx, c.direction.x), add(q.dy, c.direction.y), add(q.dz, c.direction.z);
+  add(q.tfar, c.tfar);
+  add(q.r, value.x), add(q.g, value.y), add(q.b, value.z);
+  add(q.target, c.target);
+  if (w.recorder) {
+    int i = q.count;
+    for (unsigned left = bits; left; left &= left - 1) w.recorder->queued(std::countr_zero(left), i++);
   }
+  q.count += std::popcount(bits);
 }
 
 /// Both normals see `w` on the same side.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tests/support/statistics.h"
+#include "worker/render/math/compress.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/math/vec.h"
 
@@ -94,6 +95,22 @@ TEST(Lanes, FramesAreOrthonormalAndEqual) {
       EXPECT_NEAR(dot(g.t, g.t), 1, 1e-6f);
       EXPECT_NEAR(dot(g.s, g.t), 0, 1e-6f);
       EXPECT_NEAR(dot(g.s, ns[l]), 0, 1e-6f);
+    }
+  }
+}
+
+TEST(Lanes, CompressedLanesLieSideBySide) {
+  const Float8 x = to_float(lane_index<Float8>()) + 0.5f;
+  for (unsigned mask = 0; mask < 256; ++mask) {
+    float out[8];
+    int32_t index[8];
+    store_compressed(out, x, mask);
+    store_compressed(index, lane_index<Float8>(), mask);
+    size_t n = 0;
+    for (int l = 0; l < 8; ++l) {
+      if (!(mask >> l & 1)) continue;
+      ASSERT_EQ(index[n], l) << mask;
+      ASSERT_EQ(out[n++], x[l]) << mask;
     }
   }
 }
