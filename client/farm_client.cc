@@ -132,7 +132,8 @@ struct FarmClient::Impl {
     return missing;
   }
 
-  void upload(const std::vector<PendingBlob>& blobs) {
+  void upload(const std::vector<PendingBlob>& blobs, const std::function<void(uint64_t sent)>& progress) {
+    uint64_t sent = 0;
     grpc::ClientContext context;
     set_deadline(context, kTransferSeconds);
     v1::UploadBlobsResponse response;
@@ -146,8 +147,10 @@ struct FarmClient::Impl {
       open = writer->Write(message);
       BlobBytes bytes(blob.path, blob.memory);
       for (std::string chunk = bytes.next(); open && !chunk.empty(); chunk = bytes.next()) {
+        sent += chunk.size();
         message.set_chunk(std::move(chunk));
         open = writer->Write(message);
+        progress(sent);
       }
     }
     writer->WritesDone();
@@ -164,7 +167,7 @@ FarmClient::FarmClient(const ConnectionOptions& connection) : impl_(std::make_un
 FarmClient::~FarmClient() = default;
 
 JobId FarmClient::submit(const JobRequest& request, const std::map<std::string, std::string>& blob_paths,
-                         const std::function<void(size_t blobs, uint64_t bytes)>& uploading) {
+                         const UploadProgress& uploading) {
   std::vector<PendingBlob> blobs;
   for (const BundleEntry& entry : request.bundle.entries) {
     const auto path = blob_paths.find(entry.digest);
@@ -185,8 +188,8 @@ JobId FarmClient::submit(const JobRequest& request, const std::map<std::string, 
   if (!missing.empty()) {
     uint64_t bytes = 0;
     for (const PendingBlob& blob : missing) bytes += blob.size;
-    uploading(missing.size(), bytes);
-    impl_->upload(missing);
+    uploading(missing.size(), 0, bytes);
+    impl_->upload(missing, [&](uint64_t sent) { uploading(missing.size(), sent, bytes); });
   }
   message.set_name(one_line(request.name));
   message.set_bundle_json(bundle_to_json(request.bundle));

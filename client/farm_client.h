@@ -22,6 +22,8 @@ struct FetchedImage {
   std::map<std::string, std::string> metadata;
 };
 
+using UploadProgress = std::function<void(size_t blobs, uint64_t sent, uint64_t bytes)>;
+
 class FarmClient {
  public:
   /// Does not connect yet. Throws Error(kUsage) for a malformed address, one that plain text is not allowed
@@ -30,9 +32,10 @@ class FarmClient {
   ~FarmClient();
 
   /// Uploads the blobs (digest -> path) that the coordinator lacks, then queues the job. `uploading` is told
-  /// how many blobs and bytes are about to be sent, if any.
+  /// how many blobs and bytes are sent, at the start, with 0 bytes sent, and as they go; not at all if none
+  /// are.
   JobId submit(const JobRequest& request, const std::map<std::string, std::string>& blob_paths,
-               const std::function<void(size_t blobs, uint64_t bytes)>& uploading);
+               const UploadProgress& uploading);
   JobStatus job(const JobId& id);
   /// What the job's pilot estimated and chose; empty if it had none, or none yet.
   std::optional<PilotReport> pilot(const JobId& id);

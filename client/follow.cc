@@ -1,5 +1,6 @@
 #include "client/follow.h"
 
+#include <chrono>
 #include <cstdio>
 #include <optional>
 
@@ -7,12 +8,44 @@
 #include "client/options.h"
 #include "client/output.h"
 #include "client/progress.h"
+#include "client/terminal.h"
+#include "client/watch_screen.h"
 #include "common/error.h"
 
 namespace lightmill::client {
 
-JobStatus follow(FarmClient& farm, const JobId& id, bool quiet, const std::string& display) {
+namespace {
+
+constexpr double kScreenSeconds = 0.5;
+
+/// The screen of watch: asks for the workers as well, twice a second at most.
+class ScreenFeed {
+ public:
+  explicit ScreenFeed(FarmClient& farm) : farm_(farm) {}
+  void update(const JobStatus& status, bool now) {
+    const auto time = std::chrono::steady_clock::now();
+    if (!now && std::chrono::duration<double>(time - last_).count() < kScreenSeconds) return;
+    last_ = time;
+    try {
+      workers_ = farm_.workers();
+    } catch (const Error&) {  // the stream of statuses says when the coordinator is gone
+    }
+    screen_.update(status, workers_);
+  }
+
+ private:
+  FarmClient& farm_;
+  WatchScreen screen_;
+  std::vector<WorkerStatus> workers_;
+  std::chrono::steady_clock::time_point last_;
+};
+
+}  // namespace
+
+JobStatus follow(FarmClient& farm, const JobId& id, bool quiet, const std::string& display, bool screen) {
   Progress progress(quiet);
+  std::optional<ScreenFeed> feed;
+  if (screen && !quiet && is_terminal(stderr)) feed.emplace(farm);
   std::optional<LiveView> view;
   if (!display.empty()) {
     view.emplace(
@@ -21,14 +54,24 @@ JobStatus follow(FarmClient& farm, const JobId& id, bool quiet, const std::strin
   JobStatus last = farm.watch(
       id,
       [&](const JobStatus& status) {
-        progress.update(status);
+        if (feed) {
+          feed->update(status, is_final(status.state));
+        } else {
+          progress.update(status);
+        }
         if (view) view->changed();
       },
       [&](const std::string& message) {
         if (!quiet) print_warning(message);
       });
   if (view) view->finish();
-  progress.finish(last);
+  if (feed) {
+    feed->update(last, true);
+    const std::string note = target_note(last);
+    if (!note.empty()) print_warning(note);
+  } else {
+    progress.finish(last);
+  }
   if (last.state == JobState::kFailed) {
     throw Error(ErrorKind::kFailed, "job " + id.value + " failed: " + last.message);
   }

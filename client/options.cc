@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "client/plan_file.h"
+#include "client/terminal.h"
 #include "common/build_id/build_id.h"
 #include "common/error.h"
 #include "common/rpc/security_flags.h"
@@ -42,7 +43,10 @@ void add_ranged(CLI::App* verb, const std::string& name, std::optional<T>* targe
 
 }  // namespace
 
-void print_warning(const std::string& message) { std::fprintf(stderr, "lightmill: %s\n", message.c_str()); }
+void print_warning(const std::string& message) {
+  // On a terminal a line of progress may stand there.
+  std::fprintf(stderr, "%slightmill: %s\n", is_terminal(stderr) ? "\r\033[K" : "", message.c_str());
+}
 
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description,
                    CommonOptions* common) {

@@ -1,11 +1,10 @@
 #include "client/progress.h"
 
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+
+#include "client/terminal.h"
 
 namespace lightmill::client {
 namespace {
@@ -20,6 +19,8 @@ std::string format(const char* pattern, double value) {
   return text;
 }
 
+}  // namespace
+
 double fraction_done(const JobStatus& status) {
   if (status.state == JobState::kDone) return 1;
   double fraction = status.packets_total > 0
@@ -33,12 +34,34 @@ double fraction_done(const JobStatus& status) {
   return std::clamp(fraction, 0.0, 1.0);
 }
 
-int terminal_width() {
-  winsize size{};
-  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 80;
+std::string bar_text(double fraction, int width) {
+  const auto filled = static_cast<size_t>(static_cast<double>(width) * std::clamp(fraction, 0.0, 1.0));
+  std::string bar = "[";
+  bar.append(filled, '#').append(static_cast<size_t>(width) - filled, '-').append(1, ']');
+  return bar;
 }
 
-}  // namespace
+Phase::Phase(bool quiet, const std::string& text)
+    : shown_(!quiet && is_terminal(stderr)), start_(std::chrono::steady_clock::now()) {
+  if (!shown_) return;
+  std::fprintf(stderr, "\r%s\033[K", text.c_str());
+  std::fflush(stderr);
+}
+
+Phase::~Phase() {
+  if (shown_) std::fputs("\r\033[K", stderr);
+}
+
+void Phase::advance(const std::string& text, double fraction) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!shown_ || std::chrono::duration<double>(now - last_).count() < kBarSeconds) return;
+  last_ = now;
+  const double spent = std::chrono::duration<double>(now - start_).count();
+  std::string line = bar_text(fraction, kBarWidth) + " " + text;
+  if (fraction > 0) line += "  ETA " + duration_text(spent * (1 - fraction) / fraction);
+  std::fprintf(stderr, "\r%s\033[K", line.c_str());
+  std::fflush(stderr);
+}
 
 std::string short_number(double value) {
   if (value >= 1e9) return format("%.2f G", value / 1e9);
@@ -78,7 +101,7 @@ std::string progress_line(const JobStatus& status) {
   return line;
 }
 
-Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
+Progress::Progress(bool quiet) : quiet_(quiet), terminal_(is_terminal(stderr)) {}
 
 void Progress::update(const JobStatus& status) {
   if (quiet_) return;
@@ -134,10 +157,8 @@ void Progress::draw(const JobStatus& status) {
     last_ = line;
     return;
   }
-  const auto filled = static_cast<int>(kBarWidth * fraction_done(status));
-  std::string bar = std::string("[") + std::string(static_cast<size_t>(filled), '#') +
-                    std::string(static_cast<size_t>(kBarWidth - filled), '-') + "] " + line;
-  const auto width = static_cast<size_t>(terminal_width() - 1);
+  std::string bar = bar_text(fraction_done(status), kBarWidth) + " " + line;
+  const auto width = static_cast<size_t>(terminal_columns(stderr) - 1);
   if (bar.size() > width) bar.resize(width);
   while (!bar.empty() && (static_cast<unsigned char>(bar.back()) & 0xC0) == 0x80) bar.pop_back();
   std::fprintf(stderr, "\r%s\033[K", bar.c_str());

@@ -8,6 +8,9 @@
 
 namespace lightmill::client {
 
+/// How much of the job is done, by its samples, its time or its error, whichever is nearest; in [0, 1].
+double fraction_done(const JobStatus& status);
+
 /// "37 %  24/64 spp  1.31 Msamples/s  relMSE 0.0123 (0.0101..0.0150)  ETA 12 s  3 workers"; parts that are
 /// not known yet are left out.
 std::string progress_line(const JobStatus& status);
@@ -34,6 +37,24 @@ class Progress {
   std::string last_;
   JobState last_state_ = JobState::kQueued;
   std::chrono::steady_clock::time_point last_time_;
+};
+
+/// "[######------]", `width` characters inside.
+std::string bar_text(double fraction, int width);
+
+/// A line on a terminal that says what is being done, gone when it is done; nothing elsewhere.
+class Phase {
+ public:
+  Phase(bool quiet, const std::string& text);
+  ~Phase();
+  Phase(const Phase&) = delete;
+  Phase& operator=(const Phase&) = delete;
+  /// Replaces the line by `text` and a bar; at most ten times a second.
+  void advance(const std::string& text, double fraction);
+
+ private:
+  bool shown_;
+  std::chrono::steady_clock::time_point start_, last_;
 };
 
 /// "1.31 M", "820 k", "17".

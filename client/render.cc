@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "client/cli.h"
 #include "client/diagnose.h"
@@ -42,6 +43,8 @@ int render(LocalOptions& options) {
   finish_scene_options(&options.scene);
   if (!options.display.empty()) check_display(options.display);
   const bool quiet = options.common.quiet;
+  std::optional<Phase> phase;
+  phase.emplace(quiet, "reading " + options.scene.scene + " ...");
   const SceneDescription scene = load_scene_for(options.scene, quiet);
   JobRequest request;
   request.settings = resolve_settings(scene, options.scene.render);
@@ -52,11 +55,13 @@ int render(LocalOptions& options) {
 
   const int threads = options.threads > 0 ? options.threads : agent::usable_threads();
   agent::set_float_mode();
+  phase.emplace(quiet, "building the scene ...");
   const auto renderer =
       agent::make_packet_renderer(scene, request.settings, threads, [quiet](const Problem& problem) {
         if (!quiet) print_warning(format_problem(problem));
       });
 
+  phase.reset();
   std::signal(SIGINT, handle_interrupt);
   std::signal(SIGTERM, handle_interrupt);
   Progress progress(quiet);

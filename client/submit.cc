@@ -3,13 +3,17 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 
 #include "client/cli.h"
 #include "client/farm_client.h"
 #include "client/follow.h"
+#include "client/json_output.h"
 #include "client/options.h"
 #include "client/output.h"
 #include "client/progress.h"
+#include "client/terminal.h"
 #include "common/error.h"
 
 namespace lightmill::client {
@@ -46,16 +50,23 @@ int submit(SubmitOptions& options) {
   request.bundle = make_bundle(scene, &paths);
 
   FarmClient farm(options.connection);
-  const JobId id = farm.submit(request, paths, [&](size_t blobs, uint64_t bytes) {
-    if (quiet) return;
-    std::fprintf(stderr, "uploading %zu file(s), %sB\n", blobs,
-                 short_number(static_cast<double>(bytes)).c_str());
+  std::optional<Phase> phase;
+  const JobId id = farm.submit(request, paths, [&](size_t blobs, uint64_t sent, uint64_t bytes) {
+    const std::string text =
+        "uploading " + std::to_string(blobs) + " file(s), " + short_number(static_cast<double>(bytes)) + "B";
+    if (!phase && !quiet && !is_terminal(stderr)) std::fprintf(stderr, "%s\n", text.c_str());
+    if (!phase) phase.emplace(quiet, text);
+    phase->advance(text, static_cast<double>(sent) / static_cast<double>(std::max<uint64_t>(bytes, 1)));
   });
-  std::printf("%s\n", id.value.c_str());
+  phase.reset();
+  const bool json = options.common.json;
+  if (!json) std::printf("%s\n", id.value.c_str());
+  if (json && !options.wait) std::printf("%s\n", dump({{"id", id.value}}).c_str());
   std::fflush(stdout);
   if (!options.wait) return 0;
-  follow(farm, id, quiet);
+  const JobStatus last = follow(farm, id, quiet);
   if (!options.output.path.empty()) fetch_to_file(farm, id, options.output, quiet);
+  if (json) std::printf("%s\n", dump(job_to_json(last)).c_str());
   return 0;
 }
 
@@ -65,6 +76,7 @@ void add_submit(CLI::App& app, Action& action) {
   auto options = std::make_shared<SubmitOptions>();
   CLI::App* verb =
       add_verb(app, "submit", "Queue a scene on the farm; prints the job's id", &options->common);
+  add_json(verb, &options->common);
   add_connection(verb, &options->connection);
   add_scene(verb, &options->scene);
   add_render_options(verb, &options->scene);

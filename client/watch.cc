@@ -23,7 +23,7 @@ struct WatchOptions {
 int watch(const WatchOptions& options) {
   if (!options.display.empty()) check_display(options.display);
   FarmClient farm(options.connection);
-  const JobStatus last = follow(farm, JobId{options.job}, options.common.quiet, options.display);
+  const JobStatus last = follow(farm, JobId{options.job}, options.common.quiet, options.display, true);
   if (options.common.json) std::printf("%s\n", dump(job_to_json(last)).c_str());
   return 0;
 }

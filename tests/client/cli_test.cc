@@ -21,7 +21,7 @@ class Cli : public testing::CliTest {};
 
 constexpr const char* kVerbs[] = {"render", "submit", "watch",   "jobs",    "job",   "workers",
                                   "tiles",  "pause",  "resume",  "cancel",  "retry", "extend",
-                                  "fetch",  "check",  "explain", "compare", "report"};
+                                  "fetch",  "check",  "explain", "compare", "report", "completion", "man"};
 
 TEST_F(Cli, EveryVerbHasHelpAndVersion) {
   for (const char* verb : kVerbs) {

@@ -1,0 +1,62 @@
+"""The Python client of client/python: it submits, watches and fetches, and its picture is the CLI's.
+
+    python_client_test.py --bin build/release/bin
+"""
+import argparse
+import pathlib
+import shutil
+import subprocess
+import sys
+
+try:
+    import google.protobuf  # noqa: F401
+    import grpc  # noqa: F401
+    import numpy
+    import OpenImageIO  # noqa: F401
+except ImportError as error:
+    print(f"skipped: {error}; install python3-grpcio, python3-protobuf, python3-numpy and python3-openimageio")
+    sys.exit(77)
+if not shutil.which("grpc_python_plugin"):
+    print("skipped: there is no grpc_python_plugin; install protobuf-compiler-grpc")
+    sys.exit(77)
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from farm import GENEROUS_S, ROOT, Farm, pixels  # noqa: E402
+
+SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
+
+
+def run(*command):
+    return subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=GENEROUS_S)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--bin", required=True, help="folder of the programs")
+    arguments = parser.parse_args()
+    with Farm(arguments.bin) as farm:
+        client = farm.folder / "client"
+        shutil.copytree(ROOT / "client" / "python", client, ignore=shutil.ignore_patterns("generated"))
+        made = run(ROOT / "client" / "python" / "generate.sh", client / "generated")
+        assert made.returncode == 0, made.stderr
+
+        gone = run("/usr/bin/python3", client / "render.py", SCENE, "--coordinator", "127.0.0.1:1", "-o", "x.pfm")
+        assert gone.returncode == 1 and "127.0.0.1:1: " in gone.stderr and "Traceback" not in gone.stderr, gone.stderr
+
+        farm.start_coordinator()
+        farm.start_worker(2)
+        output = farm.folder / "python.pfm"
+        options = ["--spp", 32, "--integrator", "pt", "--seed", 5]
+        done = run("/usr/bin/python3", client / "render.py", SCENE, "--coordinator", farm.address, "--size", "64x48",
+                   *options, "-o", output)
+        assert done.returncode == 0, done.stderr
+        job = done.stdout.strip()
+        assert farm.json("job", job)["state"] == "done"
+        assert f"{job} done" in done.stderr, done.stderr
+        reference = farm.render("cli.exr", SCENE, "--resolution", "64x48", *options, "--max-depth", 5)
+        assert numpy.array_equal(pixels(output), pixels(reference)), "the clients' pictures differ"
+        print("ok")
+
+
+if __name__ == "__main__":
+    main()
