@@ -300,6 +300,7 @@ void Farm::stop_waiting() {
   const std::lock_guard lock(impl_->mutex);
   impl_->stopping = true;
   impl_->changed.notify_all();
+  impl_->work.notify_all();
 }
 
 }  // namespace lightmill

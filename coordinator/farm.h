@@ -94,7 +94,8 @@ class Farm {
   /// What the job's pilot estimated and chose; empty if it had none, or none yet.
   std::optional<PilotReport> pilot(const JobId& id) const;
   Image image(const JobId& id) const;
-  /// Its AOVs, of the same samples as `image` (if given), which is filled; without channels if the job has none.
+  /// Its AOVs, of the same samples as `image` (if given), which is filled; without channels if the job has
+  /// none.
   ChannelImage aovs(const JobId& id, Image* image = nullptr) const;
   Bundle bundle(const std::string& bundle_digest) const;
   void pause(const JobId& id);

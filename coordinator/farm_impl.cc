@@ -84,9 +84,14 @@ void Farm::Impl::update(Job& job, JobRecord record, double now) {
   touch(job);
 }
 
-void Farm::Impl::touch(Job& job) {
+void Farm::Impl::touch_quietly(Job& job) {
   job.version = ++version;
   changed.notify_all();
+}
+
+void Farm::Impl::touch(Job& job) {
+  touch_quietly(job);
+  work.notify_all();
 }
 
 void Farm::Impl::end(Job& job, JobState state, const std::string& message, double now) {

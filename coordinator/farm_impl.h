@@ -33,6 +33,8 @@ struct Farm::Impl {
   /// The job goes to a state in which nothing is leased: leases are void, the clock stops.
   void end(Job& job, JobState state, const std::string& message, double now);
   void touch(Job& job);
+  /// The same where it brings no work: waiting workers sleep on.
+  void touch_quietly(Job& job);
   /// A leased tile goes back to pending; too many failures fail the job.
   void release(Job& job, TileId id, bool failed, const std::string& reason, double now);
   void release_expired(double now);
@@ -75,7 +77,8 @@ struct Farm::Impl {
   std::unique_ptr<JobStore> store;
   FarmOptions options;
   mutable std::mutex mutex;
-  mutable std::condition_variable changed;
+  mutable std::condition_variable changed;  // a job's version: for those who watch
+  std::condition_variable work;             // something to lease may have come up: for workers that wait
   bool stopping = false;
   std::optional<std::string> logged_fault;
   uint64_t version = 0;

@@ -259,7 +259,11 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     ++impl_->stats.commits;
     impl_->stats.commit_bytes += partial_bytes.size();
     impl_->stats.packets += static_cast<uint64_t>(packets);
-    impl_->touch(*job);
+    if (job->tiles.has_pending()) {
+      impl_->touch_quietly(*job);  // who waits although tiles are there can't take them
+    } else {
+      impl_->touch(*job);
+    }
   } catch (...) {
     Merger::reset(*layers);
     throw;

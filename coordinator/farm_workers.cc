@@ -36,7 +36,7 @@ WorkerId Farm::register_worker(const WorkerRegistration& registration) {
     throw Error(ErrorKind::kUnreachable, refusal);
   }
   impl_->scheduler.workers.add(id, registration, now);
-  impl_->changed.notify_all();
+  impl_->work.notify_all();
   return id;
 }
 
@@ -72,7 +72,7 @@ std::optional<LeaseGrant> Farm::Impl::try_lease(const WorkerId& worker, double n
     target.tiles.apply(tile, now + options.lease_seconds);
     ++taker.leases;
     ++stats.leases;
-    touch(target);
+    touch_quietly(target);
     return LeaseGrant{target.record.id,       tile.id,
                       tile.attempt,           tile.tile,
                       target.record.settings, target.record.bundle_digest,
@@ -111,10 +111,9 @@ std::optional<LeaseGrant> Farm::lease(const WorkerId& worker_id, double wait_s) 
     }
     const auto real_now = std::chrono::steady_clock::now();
     if (real_now >= end) return std::nullopt;
-    impl_->changed.wait_until(
-        lock,
-        std::min<std::chrono::steady_clock::time_point>(
-            std::chrono::time_point_cast<std::chrono::steady_clock::duration>(end), real_now + kLookAgain));
+    impl_->work.wait_until(lock, std::min<std::chrono::steady_clock::time_point>(
+                                     std::chrono::time_point_cast<std::chrono::steady_clock::duration>(end),
+                                     real_now + kLookAgain));
   }
 }
 
@@ -154,7 +153,7 @@ void Farm::drain(const WorkerId& worker) {
   Worker* found = impl_->scheduler.workers.find(worker);
   if (!found) throw UnknownWorker(worker);
   found->draining = true;
-  impl_->changed.notify_all();
+  impl_->work.notify_all();
 }
 
 void Farm::tick() {

@@ -25,7 +25,10 @@ Database::Database(const std::string& path) : path_(path) {
   }
 }
 
-Database::~Database() { sqlite3_close(handle_); }
+Database::~Database() {
+  for (const auto& [sql, statement] : idle_) sqlite3_finalize(statement);
+  sqlite3_close(handle_);
+}
 
 void Database::execute(const char* sql) {
   if (sqlite3_exec(handle_, sql, nullptr, nullptr, nullptr) != SQLITE_OK) fail();
@@ -65,10 +68,20 @@ void Database::fail() {
                    "; is the disk full or damaged?");
 }
 
-Statement::Statement(Database& db, const char* sql) : db_(db) {
-  if (sqlite3_prepare_v2(db.handle_, sql, -1, &statement_, nullptr) != SQLITE_OK) db.fail();
+Statement::Statement(Database& db, const char* sql) : db_(db), sql_(sql) {
+  if (const auto idle = db.idle_.find(sql); idle != db.idle_.end()) {
+    statement_ = idle->second;
+    db.idle_.erase(idle);
+  } else if (sqlite3_prepare_v3(db.handle_, sql, -1, SQLITE_PREPARE_PERSISTENT, &statement_, nullptr) !=
+             SQLITE_OK) {
+    db.fail();
+  }
 }
-Statement::~Statement() { sqlite3_finalize(statement_); }
+Statement::~Statement() {
+  sqlite3_reset(statement_);
+  sqlite3_clear_bindings(statement_);
+  if (!db_.idle_.emplace(sql_, statement_).second) sqlite3_finalize(statement_);
+}
 
 Statement& Statement::bind(int64_t value) {
   if (sqlite3_bind_int64(statement_, next_parameter_++, value) != SQLITE_OK) db_.fail();
@@ -115,7 +128,7 @@ std::string_view Statement::blob(int column) const {
 Transaction::Transaction(Database& db, Durability durability) : db_(db) {
   if (!db_.trusted()) throw StoreError(db_.path_ + ": the job store failed before and is not mended yet");
   db_.set_durability(durability);
-  db_.execute("BEGIN IMMEDIATE");
+  Statement(db_, "BEGIN IMMEDIATE").run();
 }
 Transaction::~Transaction() {
   if (!open_) return;
@@ -126,7 +139,7 @@ Transaction::~Transaction() {
   }
 }
 void Transaction::commit() {
-  db_.execute("COMMIT");
+  Statement(db_, "COMMIT").run();
   open_ = false;
 }
 

@@ -7,6 +7,7 @@
 //   transaction.commit();
 #include <atomic>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -47,10 +48,12 @@ class Database {
 
   std::string path_;
   sqlite3* handle_ = nullptr;
+  std::map<const char*, sqlite3_stmt*> idle_;  // prepared before, by the address of their text
   std::atomic<bool> trusted_ = true;
   Durability durability_ = Durability::kNow;
 };
 
+/// Prepared once and kept by the database: `sql` must be a literal.
 class Statement {
  public:
   Statement(Database& db, const char* sql);
@@ -73,6 +76,7 @@ class Statement {
 
  private:
   Database& db_;
+  const char* sql_;
   sqlite3_stmt* statement_ = nullptr;
   int next_parameter_ = 1;
 };

@@ -249,7 +249,12 @@ void SqliteJobStore::add_job(const JobRecord& job, const std::string& bundle_jso
   transaction.commit();
 }
 
+SqliteJobStore::LeasedState SqliteJobStore::leased_state(const JobRecord& job) {
+  return {job.state, job.arithmetic_class, job.leases_reassigned};
+}
+
 void SqliteJobStore::write_job(const JobRecord& job) {
+  rows_.erase(job.id);  // whether it gets there is not known yet
   const std::string record = job_record_to_json(job);
   Statement(db_, "UPDATE jobs SET record=? WHERE id=?").bind(record).bind(job.id.value).run();
   if (db_.changes() != 1) throw std::logic_error("store: no job " + job.id.value);
@@ -300,8 +305,11 @@ void SqliteJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
       .bind(tile.id.value)
       .run();
   if (db_.changes() != 1) throw std::logic_error("store: no tile " + std::to_string(tile.id.value));
-  write_job(job);
+  // Most leases change nothing of the job but its wall time, which the next commit writes.
+  const auto row = rows_.find(job.id);
+  if (row == rows_.end() || !(row->second == leased_state(job))) write_job(job);
   transaction.commit();
+  rows_.insert_or_assign(job.id, leased_state(job));
   ++written_;
 }
 
@@ -343,6 +351,7 @@ bool SqliteJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, s
         .run();
   }
   transaction.commit();
+  rows_.insert_or_assign(job.id, leased_state(job));
   ++written_;
   return true;
 }

@@ -3,6 +3,7 @@
 // power loss: a transaction syncs the log, or many of them share one sync in flush(). Long byte strings lie
 // in chunks, below SQLite's limit for one value.
 #include <atomic>
+#include <map>
 #include <mutex>
 
 #include "coordinator/job_store.h"
@@ -39,6 +40,14 @@ class SqliteJobStore : public JobStore {
  private:
   void create_tables();
   void write_job(const JobRecord& job);
+  /// What leases change of a job's row.
+  struct LeasedState {
+    JobState state;
+    std::string arithmetic_class;
+    int64_t leases_reassigned;
+    bool operator==(const LeasedState&) const = default;
+  };
+  static LeasedState leased_state(const JobRecord& job);
   /// Within a transaction: writes both rows if the tile is leased with this attempt by this worker.
   bool mark_committed(const JobRecord& job, const TileRecord& tile);
   void put_layer(const JobId& job, const std::string& kind, std::string_view bytes);
@@ -50,6 +59,7 @@ class SqliteJobStore : public JobStore {
   size_t chunk_bytes_;
   size_t attempted_bytes_ = 0;         // of the last write that was long
   std::atomic<uint64_t> written_ = 0;  // transactions that are flushed
+  std::map<JobId, LeasedState> rows_;  // of jobs, as the file has them; absent: not known
   std::mutex flush_mutex_;
   uint64_t flushed_ = 0;  // the first so many of them are durable
 };

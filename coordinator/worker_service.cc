@@ -15,6 +15,8 @@ namespace {
 constexpr int kMaxHeld = 10000;
 constexpr int kMaxAskedBlobs = 10000;
 constexpr uint64_t kMaxIncomingBytes = uint64_t{4} << 30;
+/// As many calls may wait for work, each with a thread; others are answered at once and come again.
+constexpr int kMaxWaiting = 200;
 /// A long poll looks this often whether its caller is still there.
 constexpr double kPollSliceSeconds = 0.5;
 
@@ -33,6 +35,20 @@ class Reservation {
  private:
   std::atomic<uint64_t>& total_;
   uint64_t bytes_ = 0;
+};
+
+/// A call that may wait.
+class Waiting {
+ public:
+  explicit Waiting(std::atomic<int>& count) : count_(count), many_(++count > kMaxWaiting) {}
+  ~Waiting() { --count_; }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+  bool many() const { return many_; }
+
+ private:
+  std::atomic<int>& count_;
+  bool many_;
 };
 
 const char* outcome_text(CommitResult result) {
@@ -67,7 +83,9 @@ grpc::Status WorkerService::Lease(grpc::ServerContext* context, const v1::LeaseR
     const double wait = request->wait_seconds();
     if (!(wait >= 0 && wait <= kMaxPollSeconds))
       throw Error(ErrorKind::kUsage, "wait_seconds must be 0 to 20");
-    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(wait);
+    const Waiting waiting(waiting_);
+    const auto end =
+        std::chrono::steady_clock::now() + std::chrono::duration<double>(waiting.many() ? 0.0 : wait);
     for (;;) {
       const double left = std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
       // In slices, so that a caller that hung up gets no lease.

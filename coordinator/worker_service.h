@@ -32,6 +32,7 @@ class WorkerService final : public v1::WorkerService::Service {
   BlobStore& blobs_;
   double lease_seconds_;
   std::atomic<bool> stopping_{false};
+  std::atomic<int> waiting_ = 0;
   std::atomic<uint64_t> incoming_bytes_{0};  // of partials that are being received
 };
 

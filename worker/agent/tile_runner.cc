@@ -165,10 +165,11 @@ bool TileRunner::retry(const std::function<bool()>& wanted, F call) {
 }
 
 void TileRunner::lease_loop() {
-  Backoff failures;
+  Backoff failures, idle;
   const std::function<bool()> wanted = [this] { return !draining_; };
   while (queue_.wait_for_room()) {
     std::optional<LeaseGrant> lease;
+    const auto asked = std::chrono::steady_clock::now();
     try {
       if (!retry(wanted, [&] { lease = link_.lease(options_.lease_wait_seconds); })) continue;
     } catch (const Error& error) {  // a benched worker, a coordinator that is full
@@ -176,7 +177,13 @@ void TileRunner::lease_loop() {
       sleep(failures.next(), wanted);
       continue;
     }
-    if (!lease) continue;
+    if (!lease) {
+      // A coordinator with too many that wait answers at once: the wait is then ours.
+      const double waited = std::chrono::duration<double>(std::chrono::steady_clock::now() - asked).count();
+      if (waited < options_.lease_wait_seconds / 4) sleep(idle.next(), wanted);
+      continue;
+    }
+    idle.reset();
     queue_.hold(key_of(*lease));
     lease_seconds_ = lease->lease_seconds;
     try {
