@@ -383,8 +383,9 @@ TEST_F(FarmTest, PriorityThenAFairShare) {
   std::map<JobId, int> leased;
   while (const auto grant = farm.lease(ann)) {
     ++leased[grant->job];
-    if (grant->job == urgent)
+    if (grant->job == urgent) {
       EXPECT_EQ(leased[first] + leased[second], 0) << "the urgent one waits for nobody";
+    }
     EXPECT_LE(std::abs(leased[first] - leased[second]), 1) << "equal ones share";
     EXPECT_GE(leased[first], leased[second]) << "the older one first";
   }
