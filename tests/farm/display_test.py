@@ -1,8 +1,9 @@
-"""--display: the picture reaches a viewer that speaks tev's protocol, and no viewer can stop a render.
+"""--display: the picture reaches a viewer that speaks tev's protocol, and no viewer can stop a render; fetch.
 
     display_test.py --bin build/release/bin
 """
 import argparse
+import json
 import pathlib
 import socket
 import struct
@@ -135,12 +136,21 @@ def test_absent_and_leaving_viewers(farm):
 def test_watch(farm):
     farm.start_coordinator()
     farm.start_worker(1)
-    job = farm.submit(SCENE, "--integrator", "pt", "--resolution", "80x48", "--spp", 64)
+    job = farm.submit(SCENE, "--integrator", "pt", "--resolution", "640x384", "--spp", 1, "--aov", "depth,alpha")
     viewer = Viewer()
     farm.lightmill("watch", job, "--display", viewer.address)
     path = farm.finish_and_fetch(job, "watched.exr")
     viewer.close()
-    assert numpy.array_equal(viewer.images[job], pixels(path))
+    assert numpy.array_equal(viewer.images[job], pixels(path)[..., :3])
+    told = json.loads(farm.lightmill("fetch", job, "-o", path, "--json"))
+    assert told["aov_channels"] == ["depth.Z", "A"] and told["metadata"]["scene"], told
+    small = farm.folder / "small.exr"
+    farm.lightmill("fetch", job, "--preview", "-o", small)
+    whole = pixels(path)[..., :3]
+    blocks = whole.reshape(192, 2, 320, 2, 3).mean((1, 3), dtype=numpy.float64)
+    assert numpy.allclose(pixels(small), blocks, rtol=1e-6), "a preview is the mean of blocks of pixels"
+    farm.lightmill("fetch", job, expect=2)
+    farm.lightmill("fetch", job, "--preview", expect=2)  # no terminal to draw on
 
 
 def test_wrong_address(farm):
