@@ -30,6 +30,18 @@ Rgb checked(const Rgb& c, ParameterList& params) {
   return {};
 }
 
+/// "power" or "illuminance", which replace a light's magnitude where they are above 0; -1 is pbrt's "not
+/// given".
+double magnitude(ParameterList& params, const char* name) {
+  const double x = params.number(name, -1, -kMaxScale, kMaxScale);
+  if (x <= 0 && x != -1) {
+    params.problems().warning(params.where_of(name), "parameter " + in_quotes(name) + " of " +
+                                                         params.owner() +
+                                                         " is not above 0 and is ignored; leave it out");
+  }
+  return x;
+}
+
 Vec3d end_point(ParameterList& params, const char* name, const Vec3d& fallback) {
   const auto* p = params.numbers(name, ParamType::kPoint3, 3);
   return p ? Vec3d{(*p)[0], (*p)[1], (*p)[2]} : fallback;
@@ -73,7 +85,7 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
   double scale = params.number("scale", 1, 0, kMaxScale);
   if (type == "point") {
     const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
-    const double power = params.number("power", -1, -kMaxScale, kMaxScale);
+    const double power = magnitude(params, "power");
     if (power > 0) scale *= power / (4 * std::numbers::pi);
     Vec3d from;
     if (const auto* p = params.numbers("from", ParamType::kPoint3, 3)) from = {(*p)[0], (*p)[1], (*p)[2]};
@@ -89,7 +101,7 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     if (params.has("portal"))
       params.unsupported("portal", "is ignored; the environment is sampled as a whole");
     params.accept({"portal"});
-    const double illuminance = params.number("illuminance", -1, -kMaxScale, kMaxScale);
+    const double illuminance = magnitude(params, "illuminance");
     light.image_path = image_file(out, params, ctm, false);
     if (!light.image_path.empty()) {
       if (params.has("L")) {
@@ -110,7 +122,7 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     out.scene.lights.push_back({light, params.where()});
   } else if (type == "distant") {
     const Rgb radiance = out.spectrum(params, "L", SpectrumUse::kEmission, {1, 1, 1});
-    const double illuminance = params.number("illuminance", -1, -kMaxScale, kMaxScale);
+    const double illuminance = magnitude(params, "illuminance");
     if (illuminance > 0) scale *= illuminance;
     DistantLight distant;
     distant.irradiance = checked(scaled(radiance, scale), params);
@@ -127,7 +139,7 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     SpotLight spot;
     spot.total_width = params.number("coneangle", 30, 1e-3, 180);
     spot.falloff_start = std::max(0.0, spot.total_width - params.number("conedeltaangle", 5, 0, 180));
-    const double power = params.number("power", -1, -kMaxScale, kMaxScale);
+    const double power = magnitude(params, "power");
     if (power > 0) {
       // Power of intensity 1: the full cone plus half of the falloff's (pbrt's rule).
       const double start = std::cos(spot.falloff_start * std::numbers::pi / 180);
@@ -140,12 +152,12 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     out.scene.lights.push_back({spot, params.where()});
   } else if (type == "goniometric") {
     const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
-    const double power = params.number("power", -1, -kMaxScale, kMaxScale);
+    const double power = magnitude(params, "power");
     GoniometricLight light{checked(scaled(intensity, scale), params), image_file(out, params, ctm, true), ctm,
                            std::max(power, 0.0)};
     if (!light.image_path.empty()) out.scene.lights.push_back({std::move(light), params.where()});
   } else if (type == "projection") {
-    const double power = params.number("power", -1, -kMaxScale, kMaxScale);
+    const double power = magnitude(params, "power");
     const double fov = params.number("fov", 90, kLeastFov, kGreatestFov);
     ProjectionLight light{scaled({1, 1, 1}, scale), image_file(out, params, ctm, true), ctm, fov,
                           std::max(power, 0.0)};
@@ -176,7 +188,7 @@ std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std
   }
   const Rgb radiance = out.spectrum(params, "L", SpectrumUse::kEmission, {1, 1, 1});
   light->radiance = checked(scaled(radiance, scale), params);
-  light->power = params.number("power", -1, -kMaxScale, kMaxScale);
+  light->power = magnitude(params, "power");
   light->two_sided = params.boolean("twosided", false);
   params.finish();
   return light;

@@ -122,8 +122,9 @@ ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params, const Me
 /// Lobes of layers are round: one whose roughness differs by direction is warned of.
 void warn_of_anisotropy(ParameterList& params, const Roughness& r, const RoughnessNames& names = {}) {
   if (r.u.texture == r.v.texture && (r.u.texture >= 0 || r.u.value == r.v.value)) return;
-  params.unsupported(params.has(names.u) ? names.u : names.v,
-                     "unlike the other direction's: a layer is rough alike in both, by their geometric mean");
+  params.unsupported(
+      params.has(names.u) ? names.u : names.v,
+      "differs from the other direction's; a layer is rough alike in both, by their geometric mean");
 }
 
 /// What a layered material's coat has besides its index and roughness.

@@ -275,8 +275,10 @@ double ParameterList::number(std::string_view name, double fallback, double min,
   if (values == nullptr) return fallback;
   const double value = values->front();
   if (value >= min && value <= max) return value;
-  bad_value(name, value < min ? "must be at least " + plain(min) + ", not " + plain(value)
-                              : "must be at most " + plain(max) + ", not " + plain(value));
+  bad_value(name, value < min
+                      ? (min > 0 && min < 1e-30 ? "must be above 0" : "must be at least " + plain(min)) +
+                            ", not " + plain(value)
+                      : "must be at most " + plain(max) + ", not " + plain(value));
   return fallback;
 }
 

@@ -28,6 +28,13 @@ TEST_F(Lights, PowerAndIlluminanceReplaceTheMagnitude) {
   EXPECT_NEAR(spot.intensity.r, 10 / (2 * M_PI * (1 - start + (start - end) / 2)), 1e-4);
 }
 
+TEST_F(Lights, AMagnitudeThatIsNoneIsNamed) {
+  EXPECT_TRUE(
+      mentions(load_world("LightSource \"point\" \"float power\" -10"), "\"power\" of light \"point\""));
+  EXPECT_TRUE(mentions(load_world("LightSource \"infinite\" \"float illuminance\" 0"), "is ignored"));
+  EXPECT_TRUE(load_world("LightSource \"point\" \"float power\" -1").problems.empty()) << "pbrt's default";
+}
+
 TEST_F(Lights, ADistantLightWithAnAngleIsASun) {
   EXPECT_EQ(only<DistantLight>("\"distant\"").half_angle_degrees, 0);
   EXPECT_EQ(only<DistantLight>("\"distant\" \"float angle\" 0.2665").half_angle_degrees, 0.2665);

@@ -72,10 +72,14 @@ TEST_F(Materials, CoatedConductor) {
   EXPECT_EQ(plain.eta, 1.5f);
   EXPECT_FLOAT_EQ(plain.thickness, 0.01f);
   EXPECT_EQ(plain.max_depth, 10);
-  const auto m = last<CoatedConductorMaterial>(clean_world(R"(Material "coatedconductor"
+  const LoadResult layered = load_world(R"(Material "coatedconductor"
     "float interface.roughness" 0.1 "float interface.vroughness" 0.2 "float interface.eta" 1.3
     "float conductor.roughness" 0.4 "spectrum conductor.eta" "metal-Au-eta" "spectrum conductor.k" "metal-Au-k"
-    "float thickness" 0.5 "integer maxdepth" 20 "integer nsamples" 4 "float g" 0.2 "bool remaproughness" false)"));
+    "float thickness" 0.5 "integer maxdepth" 20 "integer nsamples" 4 "float g" 0.2 "bool remaproughness" false)");
+  EXPECT_TRUE(layered.ok());
+  EXPECT_TRUE(
+      mentions(layered, "parameter \"interface.vroughness\" of material \"coatedconductor\" differs"));
+  const auto m = last<CoatedConductorMaterial>(layered.scene);
   EXPECT_FLOAT_EQ(m.coat_roughness.u.value, 0.1f);
   EXPECT_FLOAT_EQ(m.coat_roughness.v.value, 0.2f);
   EXPECT_FALSE(m.coat_roughness.remap);
