@@ -1,5 +1,9 @@
 // The layered BSDFs against a random walk through their layers, written again here with the metal's own
 // Fresnel reflectance: coat, base, coat, ... until the light has left.
+//
+// The walk, not pbrt's picture, is the reference for rough coats. pbrt-v4 draws the same walk, but weighs its
+// strategies by densities that are approximations for layers, and the weights of one path do not add up to 1:
+// its path integrator differs from its own light sampling alone by some percent (mmp/pbrt-v4 issue 187).
 #include <gtest/gtest.h>
 
 #include <cmath>
