@@ -38,6 +38,8 @@ void read_direct_splats(ByteReader* in, const FilmGrid& grid, AovSums* sums) {
   const auto count = in->get<uint64_t>();
   if (count > static_cast<uint64_t>(grid.crop.area())) refuse_partial("more direct splats than pixels");
   const ByteRange range = get_range(in);
+  // Each takes a byte at least: the count must not make us allocate what was never sent.
+  if (count > in->rest().size()) refuse_partial("direct splats that are not there");
   sums->direct_splats.resize(static_cast<size_t>(count));
   const auto pixels = static_cast<uint64_t>(grid.width) * static_cast<uint64_t>(grid.height);
   uint64_t next = 0;

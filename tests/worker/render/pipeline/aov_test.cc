@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "common/error.h"
 #include "common/image/film.h"
 #include "tests/support/render.h"
 #include "tests/support/test_scene.h"
@@ -170,6 +171,36 @@ TEST(Aovs, VarianceIsThatOfTheCameraSamples) {
     }
   }
   EXPECT_GT(total, 0);
+}
+
+TEST(Aovs, BytesThatNobodyWroteAreRefused) {
+  const SceneDescription scene = cornell_room().film(32, 16).scene;
+  const RenderSettings settings = with_aovs(settings_for(scene, Integrator::kBdpt, 2, 3));
+  const Partial partial = render_partial(scene, settings);
+  const std::string good = encode_aovs(partial.aovs);
+  const size_t pixels = partial.camera.size();
+  ASSERT_EQ(decode_aovs(good, pixels, settings.grid), partial.aovs);
+  ASSERT_FALSE(partial.aovs.direct_splats.empty());
+  EXPECT_LE(good.size(), max_aov_bytes(pixels, settings.grid));
+  for (size_t size = 0; size < good.size(); size += 1 + size / 50) {
+    EXPECT_THROW(decode_aovs(std::string_view(good).substr(0, size), pixels, settings.grid), Error) << size;
+  }
+  EXPECT_THROW(decode_aovs(good + '\0', pixels, settings.grid), Error);
+  Random random(5);
+  int refused = 0;
+  for (int i = 0; i < 2000; ++i) {
+    std::string bad = good;
+    // The head and the counts are hit most: what they say is believed first.
+    const size_t at = i % 2 ? random.bits() % bad.size() : random.bits() % 40;
+    bad[at] = static_cast<char>(random.bits());
+    try {
+      const AovSums sums = decode_aovs(bad, pixels, settings.grid);
+      check_aovs(sums, pixels, settings.spp, partial.camera, partial.splats);
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 100);
 }
 
 TEST(Aovs, APartialWithOthersThanTheFilmsIsRefused) {
