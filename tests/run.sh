@@ -2,7 +2,7 @@
 # Sets up, builds and runs every test. The last line is "N passed, N failed, N skipped" over all of them.
 #   tests/run.sh           fast tests, the farm of real processes, slow tests (statistics: about two minutes), the
 #                          CLI contract, Docker Compose
-#   tests/run.sh --all     sanitizers, formatting and lint as well
+#   tests/run.sh --all     sanitizers, half a minute of each fuzzer, formatting and lint as well
 #   tests/run.sh --no-install     packages are there already (no root needed)
 # Logs stay in build/test-logs. Exit codes: 0 all passed, 1 some failed or the build did, 2 wrong usage.
 set -uo pipefail
@@ -102,7 +102,7 @@ build_part() {
 if $install; then
   part "packages"
   groups=(build test)
-  $all && groups+=(lint)
+  $all && groups+=(fuzz lint)
   deploy/install_packages.sh "${groups[@]}" || { count packages 0 1 0; finish; }
 fi
 
@@ -135,6 +135,7 @@ if $all; then
   # Divisions by zero and casts that overflow, where the numbers are at their most extreme. GCC checks scalars, not
   # vector lanes.
   sanitizer_part ubsan extreme_suite
+  script_part "fuzz" bash tests/fuzz/run.sh 30
   script_part "lint" bash tests/deploy/lint.sh
 fi
 finish

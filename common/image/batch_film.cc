@@ -188,7 +188,9 @@ BatchFilm BatchFilm::restore(std::string_view bytes) {
   film.batches_.resize(count);
   for (Batch& batch : film.batches_) {
     batch.samples = in.get<int64_t>();
+    if (batch.samples < 0) in.fail("count out of range");
     if (in.get<uint8_t>() == 0) continue;
+    if (film.tracked_pixels_ == 0) in.fail("pixels of a film without any");
     const std::string_view values = in.get_bytes(3 * index(film.tracked_pixels_) * sizeof(float));
     batch.rgb.resize(3 * index(film.tracked_pixels_));
     std::memcpy(batch.rgb.data(), values.data(), values.size());

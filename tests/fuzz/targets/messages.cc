@@ -1,0 +1,133 @@
+// Every request of both services: the first byte chooses the RPC, the rest is its message. Unary RPCs run
+// their handlers over a farm in memory; of streams the messages are validated as their handlers do.
+#include <google/protobuf/message.h>
+
+#include "common/error.h"
+#include "common/rpc/convert.h"
+#include "coordinator/client_service.h"
+#include "coordinator/memory_job_store.h"
+#include "coordinator/worker_service.h"
+#include "tests/coordinator/fake_worker.h"
+
+namespace {
+
+using namespace lightmill;
+
+struct Coordinator {
+  testing::TemporaryFolder folder;
+  BlobStore blobs{folder.file("blobs")};
+  FakeClock clock;
+  Farm farm{std::make_unique<MemoryJobStore>(), clock, testing::fake_options()};
+  ClientService client{farm, blobs, Quotas{}, nullptr};
+  WorkerService worker{farm, blobs, 10};
+  JobId job = farm.submit(testing::small_job(64, 33, 8));
+  WorkerId me = farm.register_worker(testing::registration());
+};
+
+template <class T>
+T parsed(const std::string& bytes) {
+  T message;
+  message.ParsePartialFromString(bytes);
+  return message;
+}
+
+/// A unary handler. Its answer must be a status of a line.
+template <class Service, class Request, class Response>
+void call(Service& service, grpc::Status (Service::*handler)(grpc::ServerContext*, const Request*, Response*),
+          const std::string& bytes) {
+  const auto request = parsed<Request>(bytes);
+  Response response;
+  const grpc::Status status = (service.*handler)(nullptr, &request, &response);
+  if (status.error_message().find('\n') != std::string::npos) abort();
+  if (status.error_code() == grpc::StatusCode::INTERNAL) abort();
+}
+
+template <class F>
+void tried(F&& f) {
+  try {
+    f();
+  } catch (const Error&) {
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  if (size == 0) return 0;
+  Coordinator c;
+  const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+  switch (data[0] % 20) {
+    case 0:
+      call(c.client, &ClientService::SubmitJob, bytes);
+      break;
+    case 1:
+      call(c.client, &ClientService::GetJob, bytes);
+      break;
+    case 2:
+      call(c.client, &ClientService::ListJobs, bytes);
+      break;
+    case 3:
+      call(c.client, &ClientService::ListWorkers, bytes);
+      break;
+    case 4:
+      call(c.client, &ClientService::PauseJob, bytes);
+      break;
+    case 5:
+      call(c.client, &ClientService::ResumeJob, bytes);
+      break;
+    case 6:
+      call(c.client, &ClientService::CancelJob, bytes);
+      break;
+    case 7:
+      call(c.client, &ClientService::RetryJob, bytes);
+      break;
+    case 8:
+      call(c.client, &ClientService::ExtendJob, bytes);
+      break;
+    case 9:
+      call(c.client, &ClientService::GetCurve, bytes);
+      break;
+    case 10:
+      call(c.client, &ClientService::FindMissingBlobs, bytes);
+      break;
+    case 11:
+      call(c.worker, &WorkerService::Register, bytes);
+      break;
+    case 12:
+      call(c.worker, &WorkerService::Renew, bytes);
+      break;
+    case 13:
+      call(c.worker, &WorkerService::Fail, bytes);
+      break;
+    case 14:
+      call(c.worker, &WorkerService::Drain, bytes);
+      break;
+    case 15:
+      call(c.worker, &WorkerService::GetBundle, bytes);
+      break;
+    case 16:
+      tried([&] {
+        const auto message = parsed<v1::UploadBlobsRequest>(bytes);
+        auto writer = c.blobs.begin(message.header().digest(), message.header().size());
+        writer.write(message.chunk());
+        writer.finish();
+      });
+      break;
+    case 17:
+      tried([&] {
+        const auto message = parsed<v1::CommitRequest>(bytes);
+        const LeaseKey key = from_proto(message.header().key());
+        c.farm.max_partial_bytes(key);
+        c.farm.commit(WorkerId{message.header().worker_id()}, key, message.header().digest());
+      });
+      break;
+    case 18:  // what a coordinator sends to a worker
+      tried([&] { from_proto(parsed<v1::LeaseGrant>(bytes)); });
+      break;
+    default:  // and to a client
+      tried([&] { from_proto(parsed<v1::JobStatus>(bytes)); });
+      tried([&] { from_proto(parsed<v1::TileStatus>(bytes)); });
+      tried([&] { from_proto(parsed<v1::ErrorCurve>(bytes)); });
+  }
+  return 0;
+}
