@@ -26,6 +26,11 @@ agent::CommitAnswer InProcessLink::commit(const LeaseKey& key, const std::string
   return {farm_.commit(worker_, key, partial_bytes), ""};
 }
 
+void InProcessLink::hand_back(const LeaseKey& key) {
+  throw_if_cancelled();
+  farm_.hand_back(worker_, key);
+}
+
 void InProcessLink::fail(const LeaseKey& key, const std::string& reason) {
   throw_if_cancelled();
   farm_.fail(worker_, key, reason);

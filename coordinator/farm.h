@@ -130,6 +130,8 @@ class Farm {
                       std::string* reason = nullptr);
   /// The worker could not render the tile; leased again elsewhere, and after max_attempts the job fails.
   void fail(const WorkerId& worker, const LeaseKey& lease, const std::string& reason);
+  /// The worker has no time for the tile any more; leased again at once, and nobody is blamed.
+  void hand_back(const WorkerId& worker, const LeaseKey& lease);
   /// The worker takes no more leases; those it holds stay until committed or expired.
   void drain(const WorkerId& worker);
   /// Expires leases; called by a timer (and by lease()).

@@ -148,6 +148,14 @@ void Farm::fail(const WorkerId& worker, const LeaseKey& key, const std::string& 
   impl_->release(*job, key.tile, true, reason, now);
 }
 
+void Farm::hand_back(const WorkerId& worker, const LeaseKey& key) {
+  const std::lock_guard lock(impl_->mutex);
+  const double now = impl_->clock.now();
+  impl_->scheduler.workers.seen(worker, now);
+  Job* job = impl_->scheduler.find(key.job);
+  if (job && job->tiles.holds(key.tile, worker, key.attempt)) impl_->release(*job, key.tile, false, "", now);
+}
+
 void Farm::drain(const WorkerId& worker) {
   const std::lock_guard lock(impl_->mutex);
   Worker* found = impl_->scheduler.workers.find(worker);

@@ -161,7 +161,11 @@ grpc::Status WorkerService::Commit(grpc::ServerContext*, grpc::ServerReader<v1::
 
 grpc::Status WorkerService::Fail(grpc::ServerContext*, const v1::FailRequest* request, v1::FailResponse*) {
   return guarded([&] {
-    farm_.fail(WorkerId{request->worker_id()}, from_proto(request->key()), one_line(request->reason()));
+    if (request->handed_back()) {
+      farm_.hand_back(WorkerId{request->worker_id()}, from_proto(request->key()));
+    } else {
+      farm_.fail(WorkerId{request->worker_id()}, from_proto(request->key()), one_line(request->reason()));
+    }
     return grpc::Status::OK;
   });
 }

@@ -186,6 +186,16 @@ void GrpcLink::fail(const LeaseKey& key, const std::string& reason) {
   impl_->check(impl_->stub->Fail(call.context(), request, &response), true);
 }
 
+void GrpcLink::hand_back(const LeaseKey& key) {
+  Call call(*impl_, kCallSeconds);
+  v1::FailRequest request;
+  request.set_worker_id(impl_->worker());
+  *request.mutable_key() = to_proto(key);
+  request.set_handed_back(true);
+  v1::FailResponse response;
+  impl_->check(impl_->stub->Fail(call.context(), request, &response), true);
+}
+
 void GrpcLink::drain() {
   Call call(*impl_, kCallSeconds);
   v1::DrainRequest request;

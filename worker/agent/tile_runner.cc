@@ -253,6 +253,14 @@ void TileRunner::report_failure(const LeaseKey& key, const std::string& error) {
   retry([&] { return queue_.is_held(key); }, [&] { link_.fail(key, error); });
 }
 
+void TileRunner::hand_back(const LeaseKey& key) {
+  try {
+    link_.hand_back(key);
+  } catch (const std::exception& error) {  // then its lease runs out
+    options_.log(describe(key) + ": " + error.what());
+  }
+}
+
 bool TileRunner::hand_in(const LeaseKey& key, const std::string& bytes) {
   CommitAnswer answer;
   try {
@@ -291,7 +299,11 @@ void TileRunner::run_pilot(const PilotLease& pilot) {
   try {
     result.report = pilot.renderer->run_pilot(options_.threads, go_on);
   } catch (const std::exception& error) {
-    if (go_on()) report_failure(key, failure_text(error));
+    if (go_on()) {
+      report_failure(key, failure_text(error));
+    } else if (queue_.is_held(key) && !is_stopping()) {
+      hand_back(key);
+    }
     return;
   }
   result.cpu_seconds = time.seconds();
@@ -325,7 +337,9 @@ void TileRunner::finish_held() {
     options_.log(error.what());
   }
   const double timeout = std::clamp(options_.drain_timeout_seconds, 0.0, 1e6);
-  if (!queue_.wait_until_empty(timeout)) options_.log("drain timeout: the tiles still held are given back");
+  if (queue_.wait_until_empty(timeout)) return;
+  options_.log("drain timeout: the tiles still held are handed back");
+  for (const LeaseKey& key : queue_.held()) hand_back(key);
 }
 
 }  // namespace lightmill::agent

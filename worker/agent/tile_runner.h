@@ -36,7 +36,7 @@ class TileRunner {
   /// Until drained or stopped. Throws Error if the coordinator refuses this worker for good.
   void run();
   /// Takes no more leases, finishes the tiles held within the drain timeout, then run() returns. A pilot is
-  /// given up at once: its lease runs out and another worker takes it. Any thread.
+  /// handed back at once, and so are tiles that take longer. Any thread.
   void drain();
   /// Drops everything; run() returns soon. Any thread, also before run().
   void stop();
@@ -50,6 +50,7 @@ class TileRunner {
   void pilot_loop();
   void run_pilot(const PilotLease& pilot);
   /// Hands in a lease's result, or its failure; true if it was accepted.
+  void hand_back(const LeaseKey& key);
   bool hand_in(const LeaseKey& key, const std::string& bytes);
   void report_failure(const LeaseKey& key, const std::string& error);
   void commit_one(const LeaseQueue::Finished& finished);

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -29,6 +30,7 @@ class CountingRenderer : public PacketRenderer {
   bool has_splat_layer() const override { return false; }
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }
   void render_packet(const Packet& packet, Workspace&, PartialBuilder& builder) const override {
+    while (stuck) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     if (packet.cell_x == fail_cell_x) throw std::runtime_error("cell on fire");
     std::vector<ExactRgb> sums(kCellPixels);
     const auto samples = static_cast<Units>(packet.sample_end - packet.sample_begin);
@@ -59,6 +61,7 @@ class CountingRenderer : public PacketRenderer {
     throw std::logic_error("one renderer is enough");
   }
   int fail_cell_x = -1;
+  std::atomic<bool> stuck{false};  // packets take until this is false
   std::optional<PilotReport> pilot_report;
   std::string pilot_error;
   int pilot_rounds = 0;
@@ -124,6 +127,13 @@ class FakeFarm : public FarmLink {
     failures[key] = reason;
     changed_.notify_all();
   }
+  void hand_back(const LeaseKey& key) override {
+    const std::lock_guard lock(mutex_);
+    check();
+    --held;
+    handed_back.insert(key);
+    changed_.notify_all();
+  }
   void drain() override {
     const std::lock_guard lock(mutex_);
     drained = true;
@@ -160,6 +170,7 @@ class FakeFarm : public FarmLink {
   std::mutex mutex_;
   std::deque<LeaseGrant> pending;
   std::map<LeaseKey, std::vector<std::string>> commits;
+  std::set<LeaseKey> handed_back;
   std::map<LeaseKey, std::string> failures;
   std::map<LeaseKey, bool> lose;
   std::string refusal;

@@ -20,8 +20,9 @@ using ::testing::HasSubstr;
 
 class TileRunnerTest : public ::testing::Test {
  protected:
-  void start(int threads) {
+  void start(int threads, double drain_timeout_seconds = 60) {
     RunnerOptions options;
+    options.drain_timeout_seconds = drain_timeout_seconds;
     options.threads = threads;
     options.registration.host = "here";
     options.registration.threads = threads;
@@ -206,8 +207,29 @@ TEST_F(TileRunnerTest, DrainAndStopCancelAPilot) {
     join();
     EXPECT_EQ(source_.renderer->pilots_cancelled, begun + 1);
     EXPECT_EQ(answers(), 0u);
+    EXPECT_EQ(farm_.handed_back.size(), 1u) << "by the drain";
     runner_.reset();
   }
+}
+
+TEST_F(TileRunnerTest, ADrainThatTakesTooLongHandsItsTilesBack) {
+  add_tiles(1);
+  source_.renderer->stuck = true;
+  start(2, 0.01);
+  const auto count = [&](auto& of) {
+    const std::lock_guard lock(farm_.mutex_);
+    return of.size();
+  };
+  ASSERT_TRUE(wait_until([&] {
+    const std::lock_guard lock(farm_.mutex_);
+    return farm_.held == 1;
+  }));
+  runner_->drain();
+  EXPECT_TRUE(wait_until([&] { return count(farm_.handed_back) == 1; }));
+  source_.renderer->stuck = false;
+  join();
+  EXPECT_EQ(farm_.held, 0);
+  EXPECT_EQ(farm_.commits.size() + farm_.failures.size(), 0u);
 }
 
 TEST_F(TileRunnerTest, DrainBeforeTheCoordinatorIsReachableReturns) {
