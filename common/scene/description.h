@@ -196,7 +196,8 @@ struct MixMaterial {
 };
 /// glTF's material: a diffuse base under a dielectric's specular reflection, blended with a metal of the
 /// base's colour; a clear coat over both. GGX with alpha = roughness^2. The dielectric reflects min(1,
-/// f0(ior) specular_color) specular at normal incidence and `specular` at grazing; ior 0 means f0 = 1.
+/// f0(ior) specular_color) specular at normal incidence and `specular` at grazing; ior 0 means f0 = 1. Sheen,
+/// of fibres, lies on the base and below the coat; black: none.
 struct MetallicRoughnessMaterial {
   SpectrumInput base_color{{1, 1, 1}, -1};
   FloatInput metallic{1, -1}, roughness{1, -1};
@@ -204,6 +205,8 @@ struct MetallicRoughnessMaterial {
   FloatInput specular{1, -1};
   SpectrumInput specular_color{{1, 1, 1}, -1};
   FloatInput clearcoat{0, -1}, clearcoat_roughness{0, -1};
+  SpectrumInput sheen_color{{0, 0, 0}, -1};
+  FloatInput sheen_roughness{0, -1};
 };
 /// glTF's transmission: an interface that tints what it lets through. Thin: a sheet of which light comes out
 /// in the direction in which it entered, spread by the roughness; else light is refracted into a solid of

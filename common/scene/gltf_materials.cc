@@ -67,8 +67,7 @@ void GltfMaterials::name_unsupported(const GltfValue& material) {
       const GltfValue volume = extensions->require(name.c_str());
       if (volume.find("attenuationDistance"))
         scene_.unsupported(volume.pointer(), "absorption within a volume; it is clear");
-    } else if (name == "KHR_materials_sheen" ||
-               (name.starts_with("KHR_materials_") && !knows_gltf_extension(name))) {
+    } else if (name.starts_with("KHR_materials_") && !knows_gltf_extension(name)) {
       scene_.unsupported(extensions->require(name.c_str()).pointer(), name + " is ignored");
     }
   }
@@ -128,6 +127,15 @@ MaterialKind GltfMaterials::bsdf(const GltfValue& material, const SpectrumInput&
                                   static_cast<float>(specular->number_or("specularFactor", 1, 0, 1)));
     m.specular_color = textures_.color(*specular, "specularColorTexture",
                                        specular->color_or("specularColorFactor", {1, 1, 1}, 1e6));
+  }
+  if (const auto sheen = material.extension("KHR_materials_sheen")) {
+    const Rgb color = sheen->color_or("sheenColorFactor", {0, 0, 0}, 1);
+    if (color.r > 0 || color.g > 0 || color.b > 0) {
+      m.sheen_color = textures_.color(*sheen, "sheenColorTexture", color);
+      m.sheen_roughness =
+          textures_.number(*sheen, "sheenRoughnessTexture", ImageChannel::kAlpha,
+                           static_cast<float>(sheen->number_or("sheenRoughnessFactor", 0, 0, 1)));
+    }
   }
   if (const auto coat = material.extension("KHR_materials_clearcoat")) {
     const auto amount = static_cast<float>(coat->number_or("clearcoatFactor", 0, 0, 1));

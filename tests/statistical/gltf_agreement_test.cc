@@ -41,6 +41,10 @@ TestScene balls() {
   s.sphere({-2.2, 0, 0}, 0.9, add(s, coated)).sphere({0, 0, 0}, 0.9, glass);
   s.sphere({2.2, 0, 0}, 0.9, add(s, metallic({0.9f, 0.7f, 0.3f}, 1, 0.5f)));
   s.sphere({-1.1, 0.2, -1.6}, 0.5, s.mix(plastic, sheet, 0.5f));
+  MetallicRoughnessMaterial velvet = metallic({0.4f, 0.1f, 0.1f}, 0, 0.8f);
+  velvet.sheen_color.value = {0.9f, 0.5f, 0.6f};
+  velvet.sheen_roughness.value = 0.5f;
+  s.sphere({1.2, 0.2, -1.6}, 0.5, add(s, velvet));
   s.sphere({0, 4, 2}, 0.9, s.diffuse(0), {.radiance = {20, 18, 15}});
   s.environment({0.1f, 0.12f, 0.15f});
   s.camera({0, 3, -6}, {0, 0, 0}, 40).film(32, 24);

@@ -142,6 +142,23 @@ TEST_F(GltfMaterialTest, CoatAndSpecular) {
   EXPECT_EQ(m.specular_color.value, (Rgb{1, 0.5f, 2}));
 }
 
+TEST_F(GltfMaterialTest, Sheen) {
+  material()["extensions"] = json::parse(R"({
+    "KHR_materials_sheen": {"sheenColorFactor": [0.5, 0.25, 1], "sheenRoughnessFactor": 0.4}})");
+  const auto m = only<MetallicRoughnessMaterial>(clean_document());
+  EXPECT_EQ(m.sheen_color.value, (Rgb{0.5f, 0.25f, 1}));
+  EXPECT_EQ(m.sheen_roughness.value, 0.4f);
+  auto& sheen = material()["extensions"]["KHR_materials_sheen"];
+  sheen["sheenRoughnessTexture"]["index"] = 0;
+  sheen["sheenColorTexture"]["index"] = 0;
+  const SceneDescription s = clean_document();
+  const auto textured = only<MetallicRoughnessMaterial>(s);
+  EXPECT_EQ(image(s, textured.sheen_roughness.texture).channel, ImageChannel::kAlpha);
+  EXPECT_EQ(image(s, textured.sheen_color.texture).encoding, ColorEncoding::kSrgb);
+  sheen["sheenRoughnessFactor"] = 2;
+  EXPECT_FALSE(load_document().ok());
+}
+
 TEST_F(GltfMaterialTest, SpecularGlossiness) {
   material()["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {
       {"diffuseFactor", {0.2, 0.3, 0.4, 1}}, {"specularFactor", {0.1, 0.1, 0.1}}, {"glossinessFactor", 0.75}};

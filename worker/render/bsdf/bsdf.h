@@ -25,7 +25,7 @@ inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 
                           kRoughCoatedConductor = 11, kAnisotropicConductor = 12, kAnisotropicDielectric = 13,
                           kMetallicRoughness = 14, kCoatedMetallicRoughness = 15, kTintedDielectric = 16,
                           kRoughTintedDielectric = 17, kTintedSheet = 18, kRoughTintedSheet = 19,
-                          kBsdfKinds = 20;
+                          kSheenMetallicRoughness = 20, kBsdfKinds = 21;
 /// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
 inline constexpr BsdfKind kMix = kBsdfKinds, kMaterialKinds = kBsdfKinds + 1;
 

@@ -63,6 +63,8 @@ inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F
         return merge(m, eval_metallic_roughness<F, false>(params, m, wo, wi), &result);
       case kCoatedMetallicRoughness:
         return merge(m, eval_metallic_roughness<F, true>(params, m, wo, wi), &result);
+      case kSheenMetallicRoughness:
+        return merge(m, eval_sheen(params, m, wo, wi), &result);
       case kRoughTintedDielectric:
         return merge(m, eval_rough_tinted_dielectric(params, wo, wi, mode), &result);
       case kRoughTintedSheet:
@@ -122,6 +124,8 @@ inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfPara
         return take(m, sample_metallic_roughness<F, false>(params, m, wo, lobe, u, v));
       case kCoatedMetallicRoughness:
         return take(m, sample_metallic_roughness<F, true>(params, m, wo, lobe, u, v));
+      case kSheenMetallicRoughness:
+        return take(m, sample_sheen(params, m, wo, lobe, u, v));
       case kTintedDielectric:
         return take(m, sample_tinted_dielectric(params, wo, lobe, mode));
       case kRoughTintedDielectric:

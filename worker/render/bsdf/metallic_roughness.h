@@ -8,13 +8,15 @@
 // (Kulla and Conty, "Revisiting Physically Based Shading at Imageworks", 2017): reciprocal, and a white base
 // under a lossless dielectric is white; glTF's own sketch, (1 - F) rho / pi, is neither. A coat of weight c
 // and albedo E_c lets (1 - c E_c(wo)) (1 - c E_c(wi)) through; what it reflects back inside is left out.
-// Reciprocal in all parts.
+// Reciprocal in all parts. Sheen of colour s and albedo E_s (sheen_table.h) lets min(1 - max s E_s(wo),
+// 1 - max s E_s(wi)) through to what is below it, as glTF has it; it is drawn with the base.
 //
 // Parameters: 0-2 rho / (1 - mean E), 3-5 f0, 6 alpha, 7 f90, 8 the largest f0 of the dielectric (for E),
 // 9 the coat (coat_slot). The metallic table is where the tables begin.
 #include "worker/render/bsdf/fresnel.h"
 #include "worker/render/bsdf/ggx.h"
 #include "worker/render/bsdf/metallic_table.h"
+#include "worker/render/bsdf/sheen.h"
 #include "worker/render/sampling/warp.h"
 
 namespace lightmill {
@@ -32,9 +34,11 @@ template <class F, bool kCoated>
 struct MetallicRoughness {
   const BsdfParams<F>& params;
   Ggx<F> ggx, coat_ggx{};
-  F coat{};  // weight
+  F coat{};                               // weight
+  const SheenParams<F>* sheen = nullptr;  // what it says of the fibres, if there are any
 
-  MetallicRoughness(const BsdfParams<F>& p, MaskOf<F> of_kind) : params(p) {
+  MetallicRoughness(const BsdfParams<F>& p, MaskOf<F> of_kind, const SheenParams<F>* fibres = nullptr)
+      : params(p), sheen(fibres) {
     ggx.alpha = select(of_kind, p.p[6], splat<F>(1.0f));
     if constexpr (kCoated) {
       const F packed = select(of_kind, p.p[9], splat<F>(0.5f));
@@ -48,16 +52,17 @@ struct MetallicRoughness {
   struct Side {
     F cosine;
     LobeAlbedo<F> lobe;
-    F base_share;              // 1 - E
-    F coat_share = F{};        // c E_c
-    F specular, diffuse, sum;  // of a sampling choice, and with the coat's
+    F base_share{};                                   // 1 - E
+    F coat_share = F{};                               // c E_c
+    F sheen_raw = F{}, below_sheen = splat<F>(1.0f);  // E_s before its division, and 1 - max s E_s
+    F specular{}, diffuse{}, sum{};                   // of a sampling choice, and with the coat's
     F p_coat() const { return coat_share / sum; }
     F p_specular() const { return specular / sum; }
     F p_diffuse() const { return diffuse / sum; }
   };
   Side side(const Vec3<F>& w) const {
     const F cosine = max(abs(w.z), splat<F>(1e-12f));
-    Side s{cosine, LobeAlbedo<F>(params.tables, cosine, ggx.alpha), F{}, F{}, F{}, F{}, F{}};
+    Side s{.cosine = cosine, .lobe = LobeAlbedo<F>(params.tables, cosine, ggx.alpha)};
     s.base_share = 1.0f - s.lobe.albedo(params.p[8], params.p[7]);
     F through = splat<F>(1.0f);
     if constexpr (kCoated) {
@@ -66,8 +71,15 @@ struct MetallicRoughness {
           LobeAlbedo<F>(params.tables, cosine, coat_ggx.alpha).albedo(splat<F>(kCoatF0), splat<F>(1.0f));
       through = 1.0f - s.coat_share;
     }
-    s.specular = through * s.lobe.albedo(max_component(params.rgb(3)), params.p[7]);
-    s.diffuse = through * s.base_share * max_component(params.rgb(0));
+    F of_sheen{};
+    if (sheen) {
+      const SheenAlbedo<F> fibres(params.tables, cosine, sheen->roughness);
+      s.sheen_raw = fibres.raw;
+      of_sheen = max_component(sheen->color) * fibres.albedo;
+      s.below_sheen = 1.0f - of_sheen;
+    }
+    s.specular = through * s.below_sheen * s.lobe.albedo(max_component(params.rgb(3)), params.p[7]);
+    s.diffuse = through * (s.below_sheen * s.base_share * max_component(params.rgb(0)) + of_sheen);
     s.sum = max(s.specular + s.diffuse + s.coat_share, splat<F>(1e-12f));
     return s;
   }
@@ -89,6 +101,11 @@ struct MetallicRoughness {
           params.rgb(0) * (o.base_share * i.base_share * kInvPi);
     e.pdf = o.p_specular() * d * ggx.g1(wo) / (4.0f * o.cosine) + o.p_diffuse() * i.cosine * kInvPi;
     e.pdf_reverse = i.p_specular() * d * ggx.g1(wi) / (4.0f * i.cosine) + i.p_diffuse() * o.cosine * kInvPi;
+    if (sheen) {
+      const F fibres = Charlie<F>(sheen->roughness).value(m, o.cosine, i.cosine) /
+                       max(splat<F>(1.0f), max(o.sheen_raw, i.sheen_raw));
+      e.f = e.f * min(o.below_sheen, i.below_sheen) + sheen->color * select(valid, fibres, F{});
+    }
     if constexpr (kCoated) {
       const F dc = select(valid, coat_ggx.d(m), F{});
       const F fresnel = kCoatF0 + (1.0f - kCoatF0) * s;
@@ -110,9 +127,8 @@ inline BsdfEval<F> eval_metallic_roughness(const BsdfParams<F>& params, MaskOf<F
 }
 
 template <class F, bool kCoated>
-inline BsdfSample<F> sample_metallic_roughness(const BsdfParams<F>& params, MaskOf<F> of_kind,
+inline BsdfSample<F> sample_metallic_roughness(const MetallicRoughness<F, kCoated>& material,
                                                const Vec3<F>& wo, F lobe, F u, F v) {
-  const MetallicRoughness<F, kCoated> material(params, of_kind);
   const auto o = material.side(wo);
   const MaskOf<F> diffuse = MaskOf<F>(lobe < o.p_diffuse());
   Ggx<F> ggx = material.ggx;
@@ -134,6 +150,27 @@ inline BsdfSample<F> sample_metallic_roughness(const BsdfParams<F>& params, Mask
   s.pdf_reverse = e.pdf_reverse;
   s.delta = splat_mask<F>(false);
   return s;
+}
+
+template <class F, bool kCoated>
+inline BsdfSample<F> sample_metallic_roughness(const BsdfParams<F>& params, MaskOf<F> of_kind,
+                                               const Vec3<F>& wo, F lobe, F u, F v) {
+  return sample_metallic_roughness(MetallicRoughness<F, kCoated>(params, of_kind), wo, lobe, u, v);
+}
+
+/// With sheen, and a coat that may be none.
+template <class F>
+inline BsdfEval<F> eval_sheen(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
+                              const Vec3<F>& wi) {
+  const SheenParams<F> sheen(params, of_kind);
+  const MetallicRoughness<F, true> m(sheen.base, of_kind, &sheen);
+  return m.eval(m.side(wo), m.side(wi), wo, wi);
+}
+template <class F>
+inline BsdfSample<F> sample_sheen(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo, F lobe,
+                                  F u, F v) {
+  const SheenParams<F> sheen(params, of_kind);
+  return sample_metallic_roughness(MetallicRoughness<F, true>(sheen.base, of_kind, &sheen), wo, lobe, u, v);
 }
 
 }  // namespace lightmill

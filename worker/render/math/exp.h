@@ -1,5 +1,5 @@
 #pragma once
-// Exponential with fixed bits on every machine and every lane width.
+// Exponential and logarithm with fixed bits on every machine and every lane width.
 #include "worker/render/math/lanes.h"
 
 namespace lightmill {
@@ -20,6 +20,24 @@ inline F exp_negative(F x) {
   p = p * r + 1.0f;
   p = p * r + 1.0f;
   return p * bits_float(as_uint((to_int(n) + 127) << 23));
+}
+
+/// ln x for x in [2^-126, 2^127]; error below 3e-7 of max(1, |ln x|). x = 2^n m with m in [sqrt(1/2),
+/// sqrt(2)), and ln m = 2 artanh((m - 1) / (m + 1)) by its series.
+template <class F>
+inline F log_positive(F x) {
+  const IntOf<F> bits = as_int(float_bits(x));
+  // Bits of sqrt(1/2), from which m is counted.
+  const IntOf<F> n = (bits - 0x3f3504f3) >> 23;
+  const F m = bits_float(as_uint(bits - (n << 23)));
+  const F s = (m - 1.0f) / (m + 1.0f), s2 = s * s;
+  F p = splat<F>(2.0f / 9);
+  p = p * s2 + 2.0f / 7;
+  p = p * s2 + 2.0f / 5;
+  p = p * s2 + 2.0f / 3;
+  p = p * s2 + 2.0f;
+  const F k = to_float(n);
+  return k * 0.693359375f + (p * s + k * -2.12194440e-4f);
 }
 
 }  // namespace lightmill

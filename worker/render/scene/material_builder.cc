@@ -8,6 +8,7 @@
 #include "worker/render/bsdf/coated_diffuse.h"
 #include "worker/render/bsdf/conductor.h"
 #include "worker/render/bsdf/metallic_table.h"
+#include "worker/render/bsdf/sheen_table.h"
 #include "worker/render/scene/metallic_builder.h"
 #include "worker/render/scene/surface.h"
 
@@ -300,6 +301,14 @@ void begin_tables(const std::vector<MaterialDescription>& materials, RenderScene
            std::holds_alternative<TransmissionMaterial>(m.kind);
   });
   if (metallic) scene->bsdf_tables = metallic_table();
+  const bool sheen = std::any_of(materials.begin(), materials.end(), [](const MaterialDescription& m) {
+    const auto* gltf = std::get_if<MetallicRoughnessMaterial>(&m.kind);
+    return gltf && has_sheen(*gltf);
+  });
+  if (sheen) {
+    const std::vector<float>& table = sheen_table();
+    scene->bsdf_tables.insert(scene->bsdf_tables.end(), table.begin(), table.end());
+  }
 }
 
 void add_material(const MaterialDescription& material, RenderScene* scene) {

@@ -27,7 +27,7 @@ float within_unit(float x) { return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f)
 float gltf_alpha(float roughness) { return std::max(roughness * roughness, kSmoothAlpha); }
 
 void set_metallic_roughness(const MetallicRoughnessMaterial& m, const Inputs& value, const float* table,
-                            float* params) {
+                            float* params, bool sheen) {
   const Rgb base = value(m.base_color), tint = value(m.specular_color);
   const float metallic = value(m.metallic), specular = value(m.specular);
   const float ratio = m.ior == 0 ? 1 : (m.ior - 1) / (m.ior + 1);
@@ -47,6 +47,11 @@ void set_metallic_roughness(const MetallicRoughnessMaterial& m, const Inputs& va
   for (int c = 0; c < 3; ++c) params[c] = color[c] * (1 - metallic) / left;
   // Not above 0.999: 1 would be the next step of the weight.
   params[9] = coat_slot(value(m.clearcoat), std::min(gltf_alpha(value(m.clearcoat_roughness)), 0.999f));
+  if (!sheen) return;
+  const Rgb fibres = value(m.sheen_color);
+  params[6] = sheen_alpha_slot(value(m.sheen_roughness), std::min(alpha, 0.999f));
+  params[7] = packed_pair(params[7], brightest);
+  params[8] = packed_color(within_unit(fibres.r), within_unit(fibres.g), within_unit(fibres.b));
 }
 
 void set_transmission_tint(const TransmissionMaterial& m, const Inputs& value, float* params) {
@@ -60,16 +65,23 @@ void set_transmission_tint(const TransmissionMaterial& m, const Inputs& value, f
 
 }  // namespace
 
+bool has_sheen(const MetallicRoughnessMaterial& m) {
+  const Rgb& c = m.sheen_color.value;
+  return m.sheen_color.texture >= 0 || c.r > 0 || c.g > 0 || c.b > 0;
+}
+
 void build_metallic_roughness(const MetallicRoughnessMaterial& m, RenderScene* scene, MaterialEntry* entry,
                               float* params) {
   const bool coated = m.clearcoat.texture >= 0 || m.clearcoat.value > 0;
-  entry->kind = coated ? kCoatedMetallicRoughness : kMetallicRoughness;
+  const bool sheen = has_sheen(m);
+  entry->kind = sheen ? kSheenMetallicRoughness : coated ? kCoatedMetallicRoughness : kMetallicRoughness;
   entry->gltf = static_cast<int>(scene->metallic.size());
   for (const int t : {m.base_color.texture, m.metallic.texture, m.roughness.texture, m.specular.texture,
-                      m.specular_color.texture, m.clearcoat.texture, m.clearcoat_roughness.texture})
+                      m.specular_color.texture, m.clearcoat.texture, m.clearcoat_roughness.texture,
+                      m.sheen_color.texture, m.sheen_roughness.texture})
     entry->textured = entry->textured || t >= 0;
   scene->metallic.push_back(m);
-  set_metallic_roughness(m, {scene->textures, nullptr}, scene->bsdf_tables.data(), params);
+  set_metallic_roughness(m, {scene->textures, nullptr}, scene->bsdf_tables.data(), params, sheen);
 }
 
 void build_transmission(const TransmissionMaterial& m, RenderScene* scene, MaterialEntry* entry,
@@ -90,8 +102,9 @@ void apply_gltf_textures(const RenderScene& scene, const MaterialEntry& entry, c
                          float* params) {
   const Inputs value{scene.textures, &at};
   const auto index = static_cast<size_t>(entry.gltf);
-  if (entry.kind == kMetallicRoughness || entry.kind == kCoatedMetallicRoughness) {
-    set_metallic_roughness(scene.metallic[index], value, scene.bsdf_tables.data(), params);
+  const bool sheen = entry.kind == kSheenMetallicRoughness;
+  if (sheen || entry.kind == kMetallicRoughness || entry.kind == kCoatedMetallicRoughness) {
+    set_metallic_roughness(scene.metallic[index], value, scene.bsdf_tables.data(), params, sheen);
   } else {
     set_transmission_tint(scene.tinted[index], value, params);
   }

@@ -4,8 +4,12 @@
 
 namespace lightmill {
 
+/// Whether some of its light comes from fibres.
+bool has_sheen(const MetallicRoughnessMaterial& material);
+
 /// Kinds and first parameters; the materials stay in scene.metallic and scene.tinted, where textured points
-/// find them by entry.gltf. Needs the metallic table at the beginning of the scene's tables.
+/// find them by entry.gltf. Needs the metallic table at the beginning of the scene's tables,
+/// and for sheen its own behind it.
 void build_metallic_roughness(const MetallicRoughnessMaterial& material, RenderScene* scene,
                               MaterialEntry* entry, float* params);
 void build_transmission(const TransmissionMaterial& material, RenderScene* scene, MaterialEntry* entry,

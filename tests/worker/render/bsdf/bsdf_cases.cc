@@ -80,6 +80,25 @@ std::vector<BsdfCase> all_bsdfs() {
   add("gltf_coated", metallic(colour, 0.3f, 0.7f, 0.6f), 0.09f);
   add("gltf_coated_white", metallic(white, 0, 1, 1), 0.09f);
   add("gltf_coated_metal", metallic(white, 1, 0.5f, 1), 0.09f);
+  const auto velvet = [&](const Rgb& base, const Rgb& sheen, float roughness, float metal = 0,
+                          float coat = 0) {
+    MetallicRoughnessMaterial m;
+    m.base_color.value = base;
+    m.metallic.value = metal;
+    m.roughness.value = 0.7f;
+    m.sheen_color.value = sheen;
+    m.sheen_roughness.value = roughness;
+    m.clearcoat.value = coat;
+    m.clearcoat_roughness.value = 0.4f;
+    return gltf(m);
+  };
+  for (const float r : {0.0f, 0.3f, 0.6f, 1.0f}) {
+    add("gltf_velvet_" + std::to_string(r), velvet(white, white, r), 0.49f);
+    add("gltf_fibres_" + std::to_string(r), velvet({0, 0, 0}, white, r), 0.49f);
+  }
+  add("gltf_velvet_red", velvet({0.4f, 0.1f, 0.1f}, {0.9f, 0.2f, 0.3f}, 0.4f), 0.49f);
+  add("gltf_velvet_metal", velvet(gold, {0.3f, 0.3f, 0.6f}, 0.5f, 1), 0.49f);
+  add("gltf_velvet_coated", velvet(colour, white, 0.5f, 0, 0.8f), 0.16f);
   const auto clear = [&](bool thin, float roughness, const Rgb& tint) {
     return gltf(TransmissionMaterial{{tint, -1}, {roughness, -1}, 1.5f, thin});
   };

@@ -36,5 +36,16 @@ TEST(Trig, ExponentialOfNegatives) {
   EXPECT_LE(exp_negative(-1e30f), 1e-30f);
 }
 
+TEST(Trig, LogarithmOfPositives) {
+  for (int i = -30000; i <= 30000; ++i) {
+    const auto x = static_cast<float>(std::exp2(i / 240.0));  // 2^-125 to 2^125
+    const float l = log_positive(x);
+    const double exact = std::log(double{x});
+    ASSERT_NEAR(l, exact, 3e-7 * std::max(1.0, std::fabs(exact))) << x;
+    ASSERT_EQ(float_bits(log_positive(splat<Float8>(x))[2]), float_bits(l));
+  }
+  EXPECT_EQ(log_positive(1.0f), 0.0f);
+}
+
 }  // namespace
 }  // namespace lightmill::test

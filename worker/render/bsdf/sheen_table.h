@@ -1,0 +1,51 @@
+#pragma once
+// Directional albedo of sheen, tabulated over cosine and roughness.
+//
+// glTF's sheen (KHR_materials_sheen) is D(h) V(wo, wi), Estevez and Kulla's "Charlie" distribution with their
+// fit of its masking ("Production Friendly Microfacet Sheen BRDF", 2017). As it stands smooth sheen reflects
+// up to three times what it gets at grazing angles. With E its directional albedo it is divided here by
+// max(1, E(wo), E(wi)): reciprocal, lossless at most, and glTF's own wherever that is.
+#include <vector>
+
+#include "worker/render/bsdf/albedo_table.h"
+#include "worker/render/bsdf/metallic_table.h"
+
+namespace lightmill {
+
+/// Rows for the roughnesses i / (kSheenRows - 1), of two numbers per cosine: E above, and the albedo of what
+/// it is divided to.
+inline constexpr int kSheenRows = 16, kSheenValues = 2;
+/// Where they are: behind the metallic table.
+inline constexpr int kSheenTable = kMetallicMeans + 3 * kMetallicAlphas;
+/// Smoother fibres are nearly all edge.
+inline constexpr float kLeastSheenRoughness = 0.07f;
+
+/// All rows, node by node; made once per process.
+const std::vector<float>& sheen_table();
+
+template <class F>
+struct SheenAlbedo {
+  F raw, albedo;
+
+  /// `table` is where the metallic table begins.
+  SheenAlbedo(const float* table, F cosine, F roughness) {
+    const F x = clamp(cosine, 0.0f, 1.0f) * static_cast<float>(kCosineNodes - 1);
+    const F y = clamp(roughness, 0.0f, 1.0f) * static_cast<float>(kSheenRows - 1);
+    const IntOf<F> i = to_int(min(x, splat<F>(kCosineNodes - 2))),
+                   j = to_int(min(y, splat<F>(kSheenRows - 2)));
+    const F s = x - to_float(i), t = y - to_float(j);
+    const IntOf<F> at = (j * kCosineNodes + i) * kSheenValues;
+    const auto value = [&](int k) {
+      const float* low = table + kSheenTable + k;
+      const float* high = low + kCosineNodes * kSheenValues;
+      const F a0 = gather(low, at), a1 = gather(low + kSheenValues, at);
+      const F b0 = gather(high, at), b1 = gather(high + kSheenValues, at);
+      const F below = a0 + (a1 - a0) * s, above = b0 + (b1 - b0) * s;
+      return below + (above - below) * t;
+    };
+    raw = value(0);
+    albedo = clamp(value(1), 0.0f, 1.0f);
+  }
+};
+
+}  // namespace lightmill
