@@ -129,11 +129,8 @@ Offer Scheduler::offer(const WorkerId& worker_id, double now) const {
     const Job* job = find(id);
     if (runnable(*job) && fits(*job, *worker)) candidates.push_back(job);
   }
-  // Of equal priority those with the fewest tiles under way come first, so that all of them progress.
-  std::stable_sort(candidates.begin(), candidates.end(), [](const Job* a, const Job* b) {
-    if (a->record.priority != b->record.priority) return a->record.priority > b->record.priority;
-    return a->tiles.leased_count() < b->tiles.leased_count();
-  });
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Job* a, const Job* b) { return a->record.priority > b->record.priority; });
   for (const Job* job : candidates) {
     const bool up = time_is_up(*job, now);
     // A tile that failed here goes to somebody else, if there is anybody else who has not failed it too.

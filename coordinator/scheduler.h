@@ -64,8 +64,8 @@ class Scheduler {
   /// To be called after record.state was changed.
   void state_changed(const Job& job);
 
-  /// What to do for a worker that asks for work: the first runnable job that has (or can open) something for
-  /// it, by priority, then by fewest tiles under way (a fair share), then by age.
+  /// What to do for a worker that asks for work: the first runnable job by priority, then by age, that has
+  /// (or can open) something for it.
   Offer offer(const WorkerId& worker, double now) const;
   /// True if nothing is left to lease or to wait for: the job is done.
   bool complete(const Job& job, double now) const;
