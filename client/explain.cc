@@ -68,6 +68,11 @@ void print_pilot(const PilotReport& pilot) {
               static_cast<long long>(pilot.samples));
   print_gain(pilot, "path tracing", path_tracing_plan());
   print_gain(pilot, "bdpt", SamplingPlan());
+  if (!pilot.chosen.effort.uniform()) {
+    std::printf(
+        "adaptive effort, a quarter to four samples: predicted efficiency %.3g times that of uniform\n",
+        pilot.effort_gain);
+  }
   std::printf("%12s %12s %12s  %s\n", "variance", "us a sample", "product", "plan");
   for (const PlanEstimate& e : ranked_estimates(pilot)) {
     std::printf("%12.4g %12.4g %12.4g  %s\n", e.relative_variance, e.cost, e.relative_variance * e.cost,

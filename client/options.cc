@@ -114,6 +114,11 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
                    "Light paths per camera path: 0.125, 0.25, 0.5, 1 or 2 (bdpt: 1)");
   verb->add_option("--connections", render.connections,
                    "Light paths that a camera vertex is connected to: 0.25, 0.5, 1, 2, 4 or 8 (bdpt: 1)");
+  verb->add_option_function<std::string>(
+          "--effort", [&render](const std::string& effort) { render.uniform_effort = effort == "uniform"; },
+          "adaptive: auto spends samples where the image is noisy; uniform: everywhere, as always with --aov")
+      ->check(CLI::IsMember({"adaptive", "uniform"}))
+      ->default_str("adaptive");
   verb->add_flag("--energy-compensation", render.energy_compensation,
                  "Rough metals get back the light that single bounces between facets lose (pbrt's do not)");
   add_stop_rule(verb, scene);

@@ -27,6 +27,11 @@ constexpr std::pair<const char*, double SampleWork::*> kWork[] = {
 
 }  // namespace
 
+SampleWork& SampleWork::operator+=(const SampleWork& o) {
+  for (const auto& [name, member] : kWork) this->*member += o.*member;
+  return *this;
+}
+
 std::string pilot_to_json(const PilotReport& report) {
   auto estimates = nlohmann::json::array();
   for (const PlanEstimate& e : report.estimates) {
@@ -37,6 +42,7 @@ std::string pilot_to_json(const PilotReport& report) {
   nlohmann::json work;
   for (const auto& [name, member] : kWork) work[name] = report.work.*member;
   return nlohmann::json{{"chosen", nlohmann::json::parse(plan_to_json(report.chosen))},
+                        {"effort_gain", report.effort_gain},
                         {"estimates", estimates},
                         {"samples", report.samples},
                         {"work", work}}
@@ -49,6 +55,7 @@ PilotReport pilot_from_json(const std::string& text) {
     const auto j = nlohmann::json::parse(text);
     PilotReport report;
     report.chosen = plan_from_json(j.at("chosen").dump());
+    report.effort_gain = positive(j.at("effort_gain"));
     const auto& estimates = j.at("estimates");
     if (!estimates.is_array() || estimates.size() > kMaxEstimates)
       throw Error(ErrorKind::kUsage, "pilot report: \"estimates\" must be an array of at most 1000");

@@ -14,6 +14,7 @@ struct SampleWork {
   double camera_hits = 0, light_hits = 0;  // surface hits of camera paths and of light paths
   double next_event_rays = 0, connection_rays = 0, lens_rays = 0;  // shadow rays
   double primitives = 0;                                           // of the scene: what rays are cast into
+  SampleWork& operator+=(const SampleWork& o);
 };
 
 /// A plan with what the pilot predicts of it.
@@ -25,7 +26,8 @@ struct PlanEstimate {
 
 struct PilotReport {
   SamplingPlan chosen;
-  std::vector<PlanEstimate> estimates;  // of every plan considered, `chosen` included
+  std::vector<PlanEstimate> estimates;  // of every plan considered, `chosen` included; uniform effort
+  double effort_gain = 1;               // predicted of the chosen effort: times less variance x cost
   int64_t samples = 0;                  // camera paths that the pilot traced
   SampleWork work;
 };

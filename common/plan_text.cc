@@ -6,8 +6,9 @@
 namespace lightmill {
 namespace {
 
-/// The plan without the counts that none of its strategies uses.
+/// The plan without effort, and without the counts that none of its strategies uses.
 SamplingPlan canonical(SamplingPlan plan) {
+  plan.effort = {};
   if (!(plan.strategies & kLightPaths)) plan.light_paths = SamplingPlan().light_paths;
   if (!(plan.strategies & kVertexConnections)) plan.connections = SamplingPlan().connections;
   return plan;
@@ -34,6 +35,7 @@ std::string plan_text(const SamplingPlan& plan) {
   std::string text = strategy_names(plan.strategies);
   if (plan.strategies & kLightPaths) text += " × " + count_text(plan.light_paths);
   if (plan.strategies & kVertexConnections) text += " × " + count_text(plan.connections) + " connections";
+  if (!plan.effort.uniform()) text += ", adaptive";
   return text;
 }
 
@@ -41,8 +43,9 @@ std::vector<PlanEstimate> ranked_estimates(const PilotReport& report) {
   std::vector<PlanEstimate> list = report.estimates;
   std::stable_sort(list.begin(), list.end(),
                    [](const PlanEstimate& a, const PlanEstimate& b) { return work(a) < work(b); });
-  const auto chosen =
-      std::find_if(list.begin(), list.end(), [&](const PlanEstimate& e) { return e.plan == report.chosen; });
+  const auto chosen = std::find_if(list.begin(), list.end(), [&](const PlanEstimate& e) {
+    return canonical(e.plan) == canonical(report.chosen);
+  });
   if (chosen != list.end()) std::rotate(list.begin(), chosen, chosen + 1);
   return list;
 }

@@ -9,7 +9,7 @@
 namespace lightmill {
 
 /// "hit,next-event,lens × 0.5": the strategies and, where some run, light paths per camera path; then, where
-/// vertices are connected, " × 2 connections".
+/// vertices are connected, " × 2 connections"; ", adaptive" where effort differs over the image.
 std::string plan_text(const SamplingPlan& plan);
 
 /// The estimates: the chosen plan first, the others by rising relative variance × cost.

@@ -3,6 +3,7 @@
 // camera path. Part of the settings: any plan is unbiased, and the same plan gives the same bytes.
 #include <string>
 
+#include "common/effort_map.h"
 #include "common/strategies.h"
 
 namespace lightmill {
@@ -14,6 +15,8 @@ struct SamplingPlan {
   /// Light paths, out of those of its packet, whose vertices a camera vertex is connected to on average: one
   /// of kConnectionCounts. Counts only with kVertexConnections.
   double connections = 1;
+  /// Where camera samples go; by `light_paths` everywhere, as light paths have no pixel.
+  EffortMap effort = {};
 
   bool operator==(const SamplingPlan&) const = default;
 };
@@ -21,10 +24,11 @@ struct SamplingPlan {
 inline constexpr double kLightPathCounts[] = {0.125, 0.25, 0.5, 1, 2};
 inline constexpr double kConnectionCounts[] = {0.25, 0.5, 1, 2, 4, 8};
 
-/// Throws Error(kUsage) for a count that is not in the lists above, or no strategy.
+/// Throws Error(kUsage) for a count that is not in the lists above, no strategy, or effort out of range.
 void check_plan(const SamplingPlan& plan);
 
-/// JSON with sorted keys: {"connections": 1, "light_paths": 0.5, "strategies": "hit,next-event,lens"}.
+/// JSON with sorted keys: {"connections": 1, "light_paths": 0.5, "strategies": "hit,next-event,lens"}, with
+/// "effort": "0122..." after the first one unless it is uniform.
 std::string plan_to_json(const SamplingPlan& plan);
 /// Inverse. Throws Error(kUsage) if it is malformed or a value is out of range.
 SamplingPlan plan_from_json(const std::string& json);

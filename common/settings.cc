@@ -78,6 +78,8 @@ void check(const RenderSettings& s, ErrorKind kind) {
   if (c.empty() || c.x0 < 0 || c.y0 < 0 || c.x1 > s.grid.width || c.y1 > s.grid.height) {
     throw Error(kind, "the crop window must not be empty and must lie inside the film");
   }
+  if (s.plan) check_effort(s.plan->effort, s.grid);
+  if (s.plan && s.aovs && !s.plan->effort.uniform()) throw Error(kind, "AOVs need uniform effort");
 }
 
 }  // namespace
@@ -155,9 +157,13 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
     if (options.light_paths) s.plan->light_paths = *options.light_paths;
     if (options.connections) s.plan->connections = *options.connections;
   }
-  if (s.plan) check_plan(*s.plan);
   if (options.overrides) s.overrides = features_named(*options.overrides);
+  s.uniform_effort = options.uniform_effort;
   if (options.aovs) s.aovs = aovs_named(*options.aovs);
+  // AOVs are means over samples that all count the same.
+  if (s.aovs) s.uniform_effort = true;
+  if (s.plan && s.uniform_effort) s.plan->effort = {};
+  if (s.plan) check_plan(*s.plan);
   check(s, options.spp || options.max_depth ? ErrorKind::kUsage : ErrorKind::kBadScene);
   return s;
 }
@@ -176,6 +182,7 @@ std::string settings_to_json(const RenderSettings& s) {
                    {"spp", s.spp},
                    {"target_error", s.target_error},
                    {"time_s", s.time_s},
+                   {"uniform_effort", s.uniform_effort},
                    {"width", s.grid.width}};
   if (s.aovs) j["aovs"] = aov_names(s.aovs);
   return j.dump();
@@ -200,9 +207,9 @@ RenderSettings settings_from_json(const std::string& text) {
   try {
     check_json_depth(text, kMaxJsonDepth);
     const auto j = nlohmann::json::parse(text);
-    const size_t fields = j.contains("aovs") ? 13 : 12;
-    if (j.size() != fields)
-      usage("render settings: exactly 12 fields are expected, and aovs where there are some");
+    const bool knows_effort = j.contains("uniform_effort");  // since effort can be adaptive
+    if (j.size() != 12u + knows_effort + j.contains("aovs"))
+      usage("render settings: exactly 13 fields are expected, and aovs where there are some");
     RenderSettings s;
     s.integrator = integrator_named(j.at("integrator").get<std::string>());
     s.grid.width = static_cast<int>(integer_in(j.at("width"), 1, kMaxResolution));
@@ -218,6 +225,7 @@ RenderSettings settings_from_json(const std::string& text) {
     s.time_s = j.at("time_s").get<double>();
     s.target_error = j.at("target_error").get<double>();
     s.energy_compensation = j.at("energy_compensation").get<bool>();
+    s.uniform_effort = !knows_effort || j.at("uniform_effort").get<bool>();
     s.overrides = features_named(j.at("overrides").get<std::string>());
     if (j.contains("aovs")) s.aovs = aovs_named(j.at("aovs").get<std::string>());
     if (!j.at("plan").is_null()) s.plan = plan_from_json(j.at("plan").dump());

@@ -41,6 +41,7 @@ struct RenderOptions {
   std::optional<std::string> strategies;      // names, see strategies.h; likewise a plan of one's own:
   std::optional<double> light_paths, connections;
   std::optional<SamplingPlan> plan;
+  bool uniform_effort = false;               // see RenderSettings
   std::optional<std::string> overrides;  // names, see features.h
   std::optional<std::string> aovs;       // names, see aovs.h
 };
@@ -58,6 +59,8 @@ struct RenderSettings {
   bool energy_compensation = false;
   /// What runs, in place of the integrator's own plan. With kAuto: what the pilot chose; empty before.
   std::optional<SamplingPlan> plan = {};
+  /// Every pixel gets as many camera samples: a pilot does not look where they are best spent.
+  bool uniform_effort = false;
   /// Features that are kept although the scene does not need them; strategies join the plan.
   Features overrides = 0;
   /// Recorded beside the colour, which has the same bits with them and without.

@@ -58,12 +58,13 @@ void check_partial(const Partial& partial, const TileSpec& tile, const RenderSet
     refuse("it counts " + std::to_string(count) + " " + what + ", its tile has " + std::to_string(expected));
   };
   const uint64_t light_paths = expected_light_paths(tile, settings);
-  const auto samples =
-      static_cast<uint64_t>(settings.grid.pixels(tile.cells).area()) * static_cast<uint64_t>(tile.samples());
   require_count("light paths", partial.counters.light_paths, light_paths);
   require_count("light paths behind its splats", partial.light_paths,
                 has_splat_layer(settings) ? light_paths : 0);
-  require_count("camera paths", partial.counters.camera_paths, wants_camera ? samples : 0);
+  const PathCount paths =
+      wants_camera ? camera_paths_of(plan_of(settings).effort, settings.grid, tile) : PathCount{};
+  const uint64_t camera_paths = partial.counters.camera_paths;
+  require_count("camera paths", camera_paths, std::clamp(camera_paths, paths.least, paths.most));
   if (partial.aovs.spec.set != settings.aovs) {
     refuse("it brings the AOVs \"" + aov_names(partial.aovs.spec.set) + "\", the job asked for \"" +
            aov_names(settings.aovs) + "\"");

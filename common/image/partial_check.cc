@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/effort_map.h"
 #include "common/error.h"
 #include "common/settings.h"
 
@@ -43,7 +44,7 @@ void check_partial_head(const Partial& p) {
       static_cast<uint64_t>(g.pixels(cells).area()) * static_cast<uint64_t>(p.tile.samples());
   const RenderCounters& c = p.counters;
   const uint64_t light_paths = kMaxLightPathsPerSample * pixel_samples;
-  if (p.light_paths > light_paths || c.light_paths > light_paths || c.camera_paths > pixel_samples) {
+  if (p.light_paths > light_paths || c.light_paths > light_paths || c.camera_paths > kMaxSamplesPerIndex * pixel_samples) {
     refuse_partial("more paths than the tile has samples");
   }
   for (const uint64_t n : {c.closest_hit_rays, c.shadow_rays, c.zero_connections_skipped,
@@ -58,7 +59,7 @@ void check_partial_layers(const Partial& p) {
   if (!p.camera.empty() && p.camera.size() != area)
     refuse_partial("camera layer of another size than the tile");
   // A sample adds less than 2^kMaxContributionBits.
-  const Units limit = static_cast<Units>(p.tile.samples()) << kMaxContributionBits;
+  const Units limit = static_cast<Units>(kMaxSamplesPerIndex * p.tile.samples()) << kMaxContributionBits;
   for (const ExactRgb& sum : p.camera) {
     for (const Units u : sum.c) {
       if (u > limit) refuse_partial("camera sum out of range");

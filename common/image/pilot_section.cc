@@ -34,7 +34,12 @@ std::string pilot_section(const PilotReport& report) {
                      " camera paths chose " + escape_markup(plan_text(report.chosen)) +
                      ". Predicted efficiency: the best of " + std::to_string(list.size()) + " plans" +
                      gain_text(report, "path tracing", path_tracing_plan()) +
-                     gain_text(report, "bdpt", SamplingPlan()) + ".</p>\n";
+                     gain_text(report, "bdpt", SamplingPlan()) + ".";
+  if (!report.chosen.effort.uniform()) {
+    html += " Samples are spent where the image is noisy: another " + short_number(report.effort_gain) +
+            " times.";
+  }
+  html += "</p>\n";
   const size_t shown = std::min(kShown, list.size());
   html += table(list, 0, shown);
   if (shown < list.size()) {

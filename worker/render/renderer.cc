@@ -70,9 +70,10 @@ struct Renderer::Impl {
   RenderSettings settings;
   std::shared_ptr<const World> world;
   ScenePlan plan;
+  std::optional<EffortTable> effort;
   StageContext context;
 
-  Impl(std::shared_ptr<const World> w, const RenderSettings& s)
+  Impl(std::shared_ptr<const World> w, const RenderSettings& s, uint32_t one_in)
       : settings(s),
         world(std::move(w)),
         plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, s)),
@@ -85,6 +86,11 @@ struct Renderer::Impl {
     context.light_paths = sampling.light_paths;
     context.splat_scale = static_cast<float>(1 / film_paths);
     context.light_samples = static_cast<float>(sampling.light_paths * film_paths);
+    context.one_in = one_in;
+    if (!sampling.effort.uniform()) {
+      effort.emplace(s.grid, sampling.effort, context.light_samples);
+      context.effort = &*effort;
+    }
     context.connections = static_cast<float>(sampling.connections);
     context.imaging_ratio = static_cast<float>(world->imaging_ratio);
     context.tiny_contribution = tiny_contribution(world->scene) * context.imaging_ratio;
@@ -92,9 +98,9 @@ struct Renderer::Impl {
 };
 
 Renderer::Renderer(const SceneDescription& scene, const RenderSettings& settings, int threads)
-    : impl_(std::make_unique<Impl>(std::make_shared<World>(scene, settings, threads), settings)) {}
-Renderer::Renderer(const Renderer& other, const RenderSettings& settings)
-    : impl_(std::make_unique<Impl>(other.impl_->world, settings)) {}
+    : impl_(std::make_unique<Impl>(std::make_shared<World>(scene, settings, threads), settings, 1)) {}
+Renderer::Renderer(const Renderer& other, const RenderSettings& settings, uint32_t one_in)
+    : impl_(std::make_unique<Impl>(other.impl_->world, settings, one_in)) {}
 Renderer::~Renderer() = default;
 
 const ScenePlan& Renderer::plan() const { return impl_->plan; }
@@ -116,15 +122,17 @@ void Renderer::render_packet(const Packet& packet, Workspace& workspace, Partial
   const FlushDenormals flush;
   auto& own = static_cast<WavefrontWorkspace&>(workspace);
   own.record_aovs(builder.aovs());
-  lightmill::render_packet(impl_->context, packet, impl_->plan.quantum_exponent, *own.wavefront, builder);
+  lightmill::render_packet(impl_->context, packet, impl_->plan.quantum_exponent, *own.wavefront, &builder);
 }
 
-void Renderer::record_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder,
-                             StrategyRecorder& recorder) const {
+RenderCounters Renderer::record_packet(const Packet& packet, Workspace& workspace, PartialBuilder* builder,
+                                       StrategyRecorder& recorder) const {
+  const FlushDenormals flush;
   Wavefront& w = *static_cast<WavefrontWorkspace&>(workspace).wavefront;
   w.recorder = &recorder;
-  render_packet(packet, workspace, builder);
+  lightmill::render_packet(impl_->context, packet, impl_->plan.quantum_exponent, w, builder);
   w.recorder = nullptr;
+  return w.counters;
 }
 
 Vec3d Renderer::world_point(const float p[3]) const {

@@ -36,8 +36,8 @@ class Renderer {
   Renderer(const SceneDescription& scene, const RenderSettings& settings, int threads);
   ~Renderer();
   /// The scene of `other`, shared, under settings that differ from its own in plan, integrator, depth,
-  /// samples or seed at most: what the scene was built from stays.
-  Renderer(const Renderer& other, const RenderSettings& settings);
+  /// samples or seed at most: what the scene was built from stays. A pilot looks at `one_in` pixels only.
+  Renderer(const Renderer& other, const RenderSettings& settings, uint32_t one_in = 1);
   const ScenePlan& plan() const;
   /// What the scene says and could not be taken at its word, each with its place.
   const std::vector<Problem>& warnings() const;
@@ -50,9 +50,10 @@ class Renderer {
   std::unique_ptr<Workspace> make_workspace() const;
   /// Renders one packet into `builder`. Thread-safe for distinct workspaces.
   void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const;
-  /// The same, told to `recorder` contribution by contribution: slow, for diagnosis.
-  void record_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder,
-                     StrategyRecorder& recorder) const;
+  /// The same, told to `recorder` contribution by contribution: slow, for diagnosis and pilots, which need no
+  /// builder.
+  RenderCounters record_packet(const Packet& packet, Workspace& workspace, PartialBuilder* builder,
+                               StrategyRecorder& recorder) const;
   /// A point of normalised space (what a recorder gives) in the scene file's world space.
   Vec3d world_point(const float normalised[3]) const;
   /// Index into SceneDescription::materials of a primitive.

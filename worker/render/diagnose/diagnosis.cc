@@ -67,7 +67,7 @@ class Run {
       const int64_t sample = i / per_sample, cell = i % per_sample;
       const Packet packet{cells.x0 + static_cast<int>(cell % columns),
                           cells.y0 + static_cast<int>(cell / columns), sample, sample + 1};
-      renderer_.record_packet(packet, *workspace, builder, *recorder);
+      renderer_.record_packet(packet, *workspace, &builder, *recorder);
       add(packet, *recorder);
       recorder->clear();
     }
@@ -117,7 +117,7 @@ class Run {
     const auto workspace = renderer_.make_workspace();
     const auto recorder = std::make_unique<StrategyRecorder>();
     recorder->trace = true;
-    renderer_.record_packet(packet, *workspace, builder, *recorder);
+    renderer_.record_packet(packet, *workspace, &builder, *recorder);
     for (const PathVertex& v : recorder->vertices) {
       const int vertices = v.light ? path->contribution.s : path->contribution.t;
       if (v.slot != path->contribution.slot || v.depth >= vertices) continue;
@@ -141,7 +141,9 @@ class Run {
 Diagnosis diagnose(const SceneDescription& scene, const RenderSettings& settings, int threads,
                    const std::function<bool()>& go_on) {
   check_memory(settings);
-  return Run(scene, settings, threads, go_on).take();
+  RenderSettings uniform = settings;  // contributions are recorded without the weights of adaptive effort
+  if (uniform.plan) uniform.plan->effort = {};
+  return Run(scene, uniform, threads, go_on).take();
 }
 
 }  // namespace lightmill

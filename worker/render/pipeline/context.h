@@ -5,6 +5,7 @@
 #include "worker/render/accel/accel.h"
 #include "worker/render/camera/camera.h"
 #include "worker/render/camera/pixel_filter.h"
+#include "worker/render/pipeline/camera_pass.h"
 #include "worker/render/pipeline/work_items.h"
 #include "worker/render/sampling/dimensions.h"
 #include "worker/render/sampling/sobol.h"
@@ -25,7 +26,10 @@ struct StageContext {
   /// Samples that strategies of light paths stand with against one of a camera path (mis.h): light paths of
   /// the whole film for t = 1, those that a camera vertex is connected to for s, t >= 2.
   float light_samples = 1, connections = 1;
+  /// Effort per region, where it differs: light_samples stand against that many camera samples.
+  const EffortTable* effort = nullptr;
   double light_paths = 1;       // per camera path
+  uint32_t one_in = 1;          // a pilot looks at one of so many pixels, a power of two
   float imaging_ratio = 1;      // exposure: multiplies every contribution
   float tiny_contribution = 0;  // connections below this play Russian roulette; 0: never
 
@@ -42,7 +46,7 @@ struct StageContext {
 struct LayerContext {
   int cell_x = 0, cell_y = 0;
   uint32_t sample_in_block = 0;
-  const uint32_t* camera_keys = nullptr;  // per slot
+  const CameraSlots* slots = nullptr;  // of the camera paths
   uint32_t light_key = 0;
   int light_paths = 0;       // of this layer
   int first_light_path = 0;  // the one in slot 0: a wavefront holds kWavefront of them at a time
@@ -50,8 +54,8 @@ struct LayerContext {
   /// Streams of path slots `slot`.
   template <class F>
   SampleStream<F> camera_stream(IntOf<F> slot) const {
-    return {as_uint(gather(reinterpret_cast<const int32_t*>(camera_keys), slot)),
-            splat_uint<F>(sample_in_block)};
+    return {as_uint(gather(reinterpret_cast<const int32_t*>(slots->keys), slot)),
+            as_uint(gather(reinterpret_cast<const int32_t*>(slots->index), slot))};
   }
   /// Light paths of a packet share one stream and are stratified over its sample indices and paths.
   template <class F>

@@ -20,15 +20,13 @@ void film_add_splats(Wavefront& w) {
   }
 }
 
-void film_finish_layer(const StageContext& context, const LayerContext& layer, int quantum_exponent,
-                       Wavefront& w) {
-  const PixelRect& crop = context.grid.crop;
+void film_finish_pass(int quantum_exponent, Wavefront& w) {
   for (int i = 0; i < kWavefront; ++i) {
-    const int x = layer.cell_x * kCellSize + i % kCellSize, y = layer.cell_y * kCellSize + i / kCellSize;
-    if (x < crop.x0 || x >= crop.x1 || y < crop.y0 || y >= crop.y1) continue;
-    const auto r = to_units(w.radiance_r[i], quantum_exponent),
-               g = to_units(w.radiance_g[i], quantum_exponent),
-               b = to_units(w.radiance_b[i], quantum_exponent);
+    if (!w.slots.taken[i]) continue;
+    const float weight = w.slots.weight[i];
+    const auto r = to_units(w.radiance_r[i] * weight, quantum_exponent),
+               g = to_units(w.radiance_g[i] * weight, quantum_exponent),
+               b = to_units(w.radiance_b[i] * weight, quantum_exponent);
     if (!r || !g || !b) {
       ++w.counters.nonfinite;
       continue;

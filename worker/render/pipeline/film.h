@@ -8,9 +8,8 @@ namespace lightmill {
 void film_add_to_paths(Wavefront& wavefront);
 /// Appends queued contributions that are not occluded to the packet's splats.
 void film_add_splats(Wavefront& wavefront);
-/// Rounds the radiance of every camera path of the layer to the quantum and adds it to the cell's sums. A
-/// value that is not finite or negative is dropped and counted.
-void film_finish_layer(const StageContext& context, const LayerContext& layer, int quantum_exponent,
-                       Wavefront& wavefront);
+/// Rounds the weighted radiance of every camera path of the pass to the quantum and adds it to the cell's
+/// sums. A value that is not finite or negative is dropped and counted.
+void film_finish_pass(int quantum_exponent, Wavefront& wavefront);
 
 }  // namespace lightmill

@@ -35,10 +35,9 @@ void run(Wavefront& w, double StrategyRecorder::*member, Stage&& stage) {
   }
 }
 
-/// Light paths of a layer: about as many as asked for per pixel of the cell that is inside the crop window.
-int light_paths_of(const StageContext& context, int cell_x, int cell_y) {
-  const PixelRect inside = context.grid.pixels({cell_x, cell_y, cell_x + 1, cell_y + 1});
-  return light_paths_of_layer(context.light_paths, inside.area());
+/// Light paths of a layer: about as many as asked for per pixel of the cell that is looked at.
+int light_paths_of(const StageContext& context, const CameraSlots& slots) {
+  return light_paths_of_layer(context.light_paths, slots.inside_count);
 }
 
 /// One wavefront of light paths; their vertices are added to the cache.
@@ -93,26 +92,20 @@ void camera_pass(const StageContext& context, const LayerContext& layer, Wavefro
 }  // namespace
 
 void render_packet(const StageContext& context, const Packet& packet, int quantum_exponent, Wavefront& w,
-                   PartialBuilder& builder) {
+                   PartialBuilder* builder) {
   const double start = thread_cpu_seconds();
   w.counters = {};
   w.splats.clear();
   const int64_t block = block_of_sample(packet.sample_begin);
-  uint32_t keys[kWavefront];
   LayerContext layer;
   layer.cell_x = packet.cell_x;
   layer.cell_y = packet.cell_y;
-  layer.camera_keys = keys;
-  const auto width = static_cast<uint64_t>(context.grid.width);
-  for (uint64_t i = 0; i < kWavefront; ++i) {
-    const uint64_t x = static_cast<uint64_t>(packet.cell_x) * kCellSize + i % kCellSize;
-    const uint64_t y = static_cast<uint64_t>(packet.cell_y) * kCellSize + i / kCellSize;
-    keys[i] = stream_key(context.seed, kCameraStream, y * width + x, static_cast<uint64_t>(block));
-  }
-  const uint64_t cells_per_row = (width + kCellSize - 1) / kCellSize;
+  layer.slots = &w.slots;
+  w.slots.begin_block(context, packet.cell_x, packet.cell_y, block, context.one_in);
+  const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
   const uint64_t cell =
       static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
-  layer.light_paths = light_paths_of(context, packet.cell_x, packet.cell_y);
+  layer.light_paths = light_paths_of(context, w.slots);
   layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(block));
   const bool light_paths = context.on(kLightPaths), camera_layer = context.on(kCameraLayer) || w.aovs;
   if (w.aovs) w.aovs->begin_packet();
@@ -125,25 +118,27 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
          layer.first_light_path += kWavefront) {
       light_pass(context, layer, w);
     }
-    if (camera_layer) {
+    for (int pass = 0; camera_layer && pass < w.slots.passes(s); ++pass) {
+      w.slots.begin_pass(block, s, pass);
       std::fill(std::begin(w.radiance_r), std::end(w.radiance_r), 0.0f);
       std::fill(std::begin(w.radiance_g), std::end(w.radiance_g), 0.0f);
       std::fill(std::begin(w.radiance_b), std::end(w.radiance_b), 0.0f);
       if (w.aovs) w.aovs->begin_layer();
       camera_pass(context, layer, w);
-      film_finish_layer(context, layer, quantum_exponent, w);
+      film_finish_pass(quantum_exponent, w);
       if (w.aovs) w.aovs->finish_layer(context, layer, quantum_exponent, w);
     }
     if (w.splats.size() >= kSplatBatch) {
-      builder.add_splats(w.splats);
+      if (builder) builder->add_splats(w.splats);
       w.splats.clear();
     }
   }
-  if (!w.splats.empty()) builder.add_splats(w.splats);
+  if (!builder) return;
+  if (!w.splats.empty()) builder->add_splats(w.splats);
   if (camera_layer)
-    builder.add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(w.camera_sums));
-  if (w.aovs) w.aovs->finish_packet(packet, builder);
-  builder.add_counters(w.counters, thread_cpu_seconds() - start);
+    builder->add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(w.camera_sums));
+  if (w.aovs) w.aovs->finish_packet(packet, *builder);
+  builder->add_counters(w.counters, thread_cpu_seconds() - start);
 }
 
 }  // namespace lightmill

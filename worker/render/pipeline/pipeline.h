@@ -5,8 +5,8 @@
 
 namespace lightmill {
 
-/// Renders `packet` with a thread's wavefront and adds it to `builder`.
+/// Renders `packet` with a thread's wavefront and adds it to `builder`, if there is one.
 void render_packet(const StageContext& context, const Packet& packet, int quantum_exponent,
-                   Wavefront& wavefront, PartialBuilder& builder);
+                   Wavefront& wavefront, PartialBuilder* builder);
 
 }  // namespace lightmill

@@ -10,17 +10,15 @@
 namespace lightmill {
 namespace {
 
-/// Slots base .. base + kLanes - 1 and which of them are pixels of the crop window.
+/// Slots base .. base + kLanes - 1 and which of them have a path.
 struct SlotGroup {
   LaneInt slot, x, y;
-  LaneMask inside;
-  SlotGroup(const StageContext& context, const LayerContext& layer, int base) {
+  LaneMask taken;
+  SlotGroup(const LayerContext& layer, int base) {
     slot = lane_index<Lane>() + base;
     x = (slot & (kCellSize - 1)) + layer.cell_x * kCellSize;
     y = (slot >> 5) + layer.cell_y * kCellSize;
-    const PixelRect& crop = context.grid.crop;
-    inside = mask_and(mask_and(LaneMask(x >= crop.x0), LaneMask(x < crop.x1)),
-                      mask_and(LaneMask(y >= crop.y0), LaneMask(y < crop.y1)));
+    taken = LaneMask(load_int<Lane>(layer.slots->taken + base) > 0);
   }
 };
 static_assert(kCellSize == 32);
@@ -37,8 +35,8 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
   Paths& paths = wavefront.paths;
   paths.active_count = 0;
   for (int base = 0; base < kWavefront; base += kLanes) {
-    const SlotGroup g(context, layer, base);
-    if (!any(g.inside)) continue;
+    const SlotGroup g(layer, base);
+    if (!any(g.taken)) continue;
     Lane u, v;
     const SampleStream<Lane> stream = layer.camera_stream<Lane>(g.slot);
     stream.get_2d(kDimFilm, &u, &v);
@@ -48,9 +46,9 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
     if constexpr (C::kHasLens) stream.get_2d(kDimLens, &lu, &lv);
     const CameraRay<Lane> ray = camera.ray(x, y, lu, lv);
     PathLanes<Lane> path{ray.origin, ray.direction, splat3<Lane>(1, 1, 1)};
-    path.dvcm = context.light_samples / ray.density;  // M2
-    store_paths(path, g.slot, mask_bits(g.inside), &paths);
-    activate(paths, g.slot, g.inside);
+    path.dvcm = load<Lane>(layer.slots->light_samples + base) / ray.density;  // M2
+    store_paths(path, g.slot, mask_bits(g.taken), &paths);
+    activate(paths, g.slot, g.taken);
   }
   wavefront.counters.camera_paths += static_cast<uint64_t>(paths.active_count);
 }

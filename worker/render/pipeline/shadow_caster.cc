@@ -269,7 +269,7 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
     const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo),
                                              frame.to_local(to_camera), Mode::kImportance);
     const Lane p_camera = lens.density * abs(dot(v.ng, to_camera));
-    const Lane light_ratio = p_camera * (1.0f / context.light_samples);
+    const Lane light_ratio = p_camera * target.inv_light_samples;
     const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
     const Lane mis = mis_weight(w_light, Lane{});
     const Lane scale = lens.density * adjoint_cosine(v, to_camera) * target.weight * mis *
@@ -313,7 +313,7 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
   const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
   Lane w_hit{};
-  if (context.on(kEmissionHits)) w_hit = p_camera * inv_pdf * (1.0f / context.light_samples);  // M10
+  if (context.on(kEmissionHits)) w_hit = p_camera * inv_pdf * target.inv_light_samples;  // M10
   const Lane mis = mis_weight(w_hit, Lane{});
   const Lane scale = p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio * context.splat_scale);
   Candidates c;

@@ -10,9 +10,13 @@ namespace lightmill {
 struct SplatTarget {
   LaneInt pixel{};
   Lane weight{};  // filter weight; 0 if no pixel of the crop window receives it
+  Lane inv_light_samples{};  // 1 / n_light of mis.h at the pixel
   SplatTarget(const StageContext& context, Lane x, Lane y, Lane u, Lane v, LaneMask active) {
     int32_t pixels[kLanes] = {};
     float weights[kLanes] = {};
+    inv_light_samples = splat<Lane>(1.0f / context.light_samples);
+    float inv_samples[kLanes];
+    store(inv_samples, inv_light_samples);
     const PixelRect& crop = context.grid.crop;
     // A sphere has no edge: what a filter receives beyond the raster belongs to pixels elsewhere in it.
     const auto* sphere = std::get_if<SphericalCamera>(&context.camera);
@@ -32,9 +36,11 @@ struct SplatTarget {
       if (ix < crop.x0 || ix >= crop.x1 || iy < crop.y0 || iy >= crop.y1) continue;
       pixels[l] = iy * context.grid.width + ix;
       weights[l] = wx * wy;
+      if (context.effort) inv_samples[l] = 1.0f / context.effort->light_samples_at(ix, iy);
     }
     pixel = load_int<Lane>(pixels);
     weight = load<Lane>(weights);
+    inv_light_samples = load<Lane>(inv_samples);
   }
 };
 

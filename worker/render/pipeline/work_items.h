@@ -14,6 +14,7 @@
 #include "worker/render/accel/accel.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/math/vec.h"
+#include "worker/render/pipeline/camera_pass.h"
 #include "worker/render/pipeline/mis.h"
 
 namespace lightmill {
@@ -73,6 +74,7 @@ class AovRecorder;       // aov_recorder.h
 
 /// Everything that a thread needs to render packets.
 struct Wavefront {
+  CameraSlots slots;
   Paths paths;
   std::vector<Vertex> light_vertices;  // the packet layer's light-vertex cache, in order of creation
   std::vector<Vertex> vertices;        // connectable vertices of the current bounce

@@ -12,17 +12,23 @@ constexpr double kCameraPath = 0.038, kLightPath = 0.137;
 constexpr double kHit = 0, kHitPerLevel = 0.0161;
 constexpr double kShadow = 0, kShadowPerLevel = 0.0086;
 
+double hit_cost(const SampleWork& w) { return kHit + kHitPerLevel * std::log2(w.primitives + 1); }
+double shadow_cost(const SampleWork& w) { return kShadow + kShadowPerLevel * std::log2(w.primitives + 1); }
+
 }  // namespace
 
-double sample_cost(const SampleWork& w, const SamplingPlan& plan) {
-  const double levels = std::log2(w.primitives + 1);
-  const double hit = kHit + kHitPerLevel * levels, shadow = kShadow + kShadowPerLevel * levels;
+double camera_cost(const SampleWork& w, const SamplingPlan& plan) {
   double cost = 0;
-  if (plan.strategies & kCameraLayer) cost += kCameraPath + hit * w.camera_hits;
-  if (plan.strategies & kLightPaths) cost += plan.light_paths * (kLightPath + hit * w.light_hits);
-  if (plan.strategies & kNextEvent) cost += shadow * w.next_event_rays;
-  if (plan.strategies & kVertexConnections) cost += plan.connections * shadow * w.connection_rays;
-  if (plan.strategies & kLensConnections) cost += plan.light_paths * shadow * w.lens_rays;
+  if (plan.strategies & kCameraLayer) cost += kCameraPath + hit_cost(w) * w.camera_hits;
+  if (plan.strategies & kNextEvent) cost += shadow_cost(w) * w.next_event_rays;
+  if (plan.strategies & kVertexConnections) cost += plan.connections * shadow_cost(w) * w.connection_rays;
+  return cost;
+}
+
+double sample_cost(const SampleWork& w, const SamplingPlan& plan) {
+  double cost = camera_cost(w, plan);
+  if (plan.strategies & kLightPaths) cost += plan.light_paths * (kLightPath + hit_cost(w) * w.light_hits);
+  if (plan.strategies & kLensConnections) cost += plan.light_paths * shadow_cost(w) * w.lens_rays;
   return cost;
 }
 

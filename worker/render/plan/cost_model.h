@@ -8,5 +8,7 @@ namespace lightmill {
 /// Nominal CPU microseconds of one pixel sample under `plan`, in a scene of `primitives` primitives. The unit
 /// costs were fitted to renders of this project's kernels by tests/bench/cost_model.
 double sample_cost(const SampleWork& work, const SamplingPlan& plan);
+/// Of that, what goes with the camera path; the rest goes with light paths.
+double camera_cost(const SampleWork& work, const SamplingPlan& plan);
 
 }  // namespace lightmill

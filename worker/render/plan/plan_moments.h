@@ -14,9 +14,6 @@ namespace lightmill {
 
 /// Most plans that are weighed against each other.
 inline constexpr int kMaxPlans = 72;
-/// Side of the pixel blocks that moments are averaged over, and how many a cell has.
-inline constexpr int kMomentBlock = 8;
-inline constexpr int kBlocksPerCell = (kCellSize / kMomentBlock) * (kCellSize / kMomentBlock);
 
 /// A float per plan.
 using PerPlan = std::array<float, kMaxPlans>;
@@ -29,12 +26,17 @@ struct PlanSet {
   PerPlan hit{}, next_event{}, lens{}, connect{};
 };
 
-/// Sums over the pixels of one block, per channel.
+/// Sums over the pixels of one block that are looked at, per channel. Two halves of the pixels are kept
+/// apart, like the squares of a chessboard: what one says can be tested on the other.
 struct BlockMoments {
-  int pixels = 0;
+  std::array<int, 2> pixels{}, looked_at{};  // per half: in the crop window, and of them looked at
   std::array<float, 3> mean{};               // pixel values
-  std::array<PerPlan, 3> camera{}, splat{};  // variance of one pixel sample: camera layer, lens connections
+  std::array<PerPlan, 3> camera[2], splat;   // variance of one pixel sample: camera layer per half, splats
+  BlockMoments() { camera[0].fill({}), camera[1].fill({}), splat.fill({}); }
+  BlockMoments& operator+=(const BlockMoments& o);
+  int all_looked_at() const { return looked_at[0] + looked_at[1]; }
 };
+inline size_t half_of(int x, int y) { return static_cast<size_t>((x ^ y) & 1); }
 
 /// A contribution of the lens strategy, kept until the moments of all cells are known.
 struct RecordedSplat {
@@ -45,7 +47,7 @@ struct RecordedSplat {
 
 /// Result of one cell: of its pixels inside the crop window.
 struct CellMoments {
-  std::array<BlockMoments, kBlocksPerCell> blocks;
+  std::vector<BlockMoments> blocks;   // row-major
   std::vector<RecordedSplat> splats;  // anywhere on the film
   PerPlan lost{};                     // light that a plan has no strategy for
 };
@@ -53,29 +55,37 @@ struct CellMoments {
 /// Takes the samples of one cell after another; one per thread.
 class MomentRecorder {
  public:
-  explicit MomentRecorder(const PlanSet& plans) : plans_(plans) {}
+  /// Blocks are squares of `side` pixels, a divisor of kCellSize.
+  MomentRecorder(const PlanSet& plans, int side) : plans_(plans), side_(side) {}
   void begin_cell();
   /// All contributions of one sample index of the cell.
   void add_sample(const std::vector<StrategyContribution>& contributions);
-  /// `inside`: the cell's pixels in the crop window, row-major. At least two samples.
-  CellMoments end_cell(const std::array<bool, kCellPixels>& inside);
+  /// Per pixel of the cell, row-major: whether it is in the crop window and whether it was looked at. At
+  /// least two samples.
+  CellMoments end_cell(const std::array<bool, kCellPixels>& inside,
+                       const std::array<bool, kCellPixels>& looked_at);
 
  private:
   /// Of a pixel's samples x under each plan, camera layer only.
   struct Pixel {
     std::array<PerPlan, 3> sum{}, squares{};
   };
+  BlockMoments& block_of(int slot) {
+    const int columns = kCellSize / side_;
+    return cell_.blocks[static_cast<size_t>(slot / kCellSize / side_ * columns + slot % kCellSize / side_)];
+  }
   void add_path(int slot, const StrategyContribution* const* first, size_t count);
 
   const PlanSet& plans_;
+  const int side_;
   CellMoments cell_;
   std::vector<Pixel> pixels_;
   std::vector<const StrategyContribution*> by_slot_;
   int samples_ = 0;
 };
 
-/// Adds a splat to its block, `scale` times.
-void add_splat(const PlanSet& plans, const RecordedSplat& splat, float scale, BlockMoments* block,
-               PerPlan* lost);
+/// Adds a splat to its block, on a pixel of that half, `scale` times.
+void add_splat(const PlanSet& plans, const RecordedSplat& splat, size_t half, float scale,
+               BlockMoments* block, PerPlan* lost);
 
 }  // namespace lightmill

@@ -1,0 +1,63 @@
+#include "worker/render/pipeline/camera_pass.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "worker/render/pipeline/context.h"
+
+namespace lightmill {
+
+EffortTable::EffortTable(const FilmGrid& grid, const EffortMap& effort, float film_paths)
+    : regions(regions_of(grid)), map(effort) {
+  for (int64_t r = 0; r < regions.count(); ++r)
+    light_samples.push_back(std::ldexp(film_paths, -map.level(r)));
+}
+
+bool is_looked_at(uint64_t pixel, uint32_t one_in) {
+  return (hash32(static_cast<uint32_t>(pixel)) & (one_in - 1)) == 0;
+}
+
+void CameraSlots::begin_block(const StageContext& context, int cell_x, int cell_y, int64_t block,
+                              uint32_t one_in) {
+  const PixelRect& crop = context.grid.crop;
+  const auto width = static_cast<uint64_t>(context.grid.width);
+  inside_count = 0;
+  least_level = most_level = 0;
+  for (int i = 0; i < kCellPixels; ++i) {
+    const int x = cell_x * kCellSize + i % kCellSize, y = cell_y * kCellSize + i / kCellSize;
+    const uint64_t pixel = static_cast<uint64_t>(y) * width + static_cast<uint64_t>(x);
+    keys[i] = stream_key(context.seed, kCameraStream, pixel, static_cast<uint64_t>(block));
+    const bool in_crop = x >= crop.x0 && x < crop.x1 && y >= crop.y0 && y < crop.y1;
+    inside[i] = in_crop && is_looked_at(pixel, one_in) ? 1 : 0;
+    inside_count += inside[i];
+    level[i] = 0;
+    light_samples[i] = context.light_samples;
+    if (context.effort && inside[i]) {
+      level[i] = context.effort->map.level(context.effort->regions.at(x, y));
+      light_samples[i] = context.effort->light_samples_at(x, y);
+      least_level = std::min(least_level, level[i]);
+      most_level = std::max(most_level, level[i]);
+    }
+  }
+}
+
+void CameraSlots::begin_pass(int64_t block, int64_t s, int pass) {
+  const auto in_block = static_cast<uint32_t>(s - block_begin(block));
+  if (s < kUniformSamples || (least_level == 0 && most_level == 0)) {
+    std::fill(std::begin(index), std::end(index), in_block);
+    std::fill(std::begin(weight), std::end(weight), 1.0f);
+    std::copy(std::begin(inside), std::end(inside), std::begin(taken));
+    return;
+  }
+  for (int i = 0; i < kCellPixels; ++i) {
+    const int more = std::max(level[i], 0), less = std::max(-level[i], 0);
+    // Of each group of 2^less indices one is taken, drawn per pixel and group.
+    const uint32_t group = in_block >> less, mask = (1u << less) - 1;
+    const bool turn = (in_block & mask) == (hash_combine(keys[i], group) & mask);
+    index[i] = (group << more) + static_cast<uint32_t>(pass);
+    weight[i] = std::ldexp(1.0f, -level[i]);
+    taken[i] = inside[i] != 0 && turn && pass < 1 << more ? 1 : 0;
+  }
+}
+
+}  // namespace lightmill
