@@ -110,6 +110,21 @@ FaceTable::FaceTable(const RenderScene& scene) {
                             : std::numeric_limits<float>::infinity();
     h.first = c.first, h.second = c.second;
   }
+  // The camera is the origin.
+  float reach = 0;
+  for (const Corner& c : corners) {
+    for (const float x : c.p) reach = std::max(reach, std::abs(x));
+  }
+  for (Face& face : faces) {
+    float extent = 0;
+    for (const int32_t k : face.corner) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const float from = corners[static_cast<size_t>(face.corner[0])].p[axis];
+        extent = std::max(extent, std::abs(corners[static_cast<size_t>(k)].p[axis] - from));
+      }
+    }
+    face.tiny = extent < 0x1p-14f * reach;
+  }
 }
 
 }  // namespace lightmill

@@ -18,6 +18,8 @@ struct FaceTable {
     int32_t corner[4];  // in order; a triangle has its last one twice
     float at[3];        // the one next to the origin
     float normal[3];    // over a power of two
+    /// So small beside the scene that rounding may put rays inside that pass it by far.
+    bool tiny;
   };
   /// The triangles of a face: `second` is where across . p > offset.
   struct Halves {

@@ -25,6 +25,15 @@ Float8 dot(const float a[3], const Vec3<Float8>& b) {
   return fma(broadcast(a[2]), b.z, fma(broadcast(a[1]), b.y, a[0] * b.x));
 }
 
+/// Whether the ray, which is at 0, is within the face's corners along one axis across it, give or take much
+/// more than rounding: sides of faces that are smaller than that say nothing.
+Int8 near_ray(const Float8* at, const FaceTable::Face& f) {
+  const Float8 a = at[f.corner[0]], b = at[f.corner[1]], c = at[f.corner[2]], d = at[f.corner[3]];
+  const Float8 low = min(min(a, b), min(c, d)), high = max(max(a, b), max(c, d));
+  const Float8 slack = max(abs(low), abs(high)) * 0x1p-20f;
+  return (low <= slack) & (high >= -slack);
+}
+
 }  // namespace
 
 struct FewPrimitives::Rays {
@@ -61,8 +70,9 @@ void FewPrimitives::for_each_hit(const Rays& r, Found&& found) const {
       const int32_t a = f.corner[k], b = f.corner[(k + 1) % 4];
       side[k] = x[a] * y[b] - y[a] * x[b];
     }
-    const Int8 inside = (min(min(side[0], side[1]), min(side[2], side[3])) >= 0.0f) |
-                        (max(max(side[0], side[1]), max(side[2], side[3])) <= 0.0f);
+    Int8 inside = (min(min(side[0], side[1]), min(side[2], side[3])) >= 0.0f) |
+                  (max(max(side[0], side[1]), max(side[2], side[3])) <= 0.0f);
+    if (f.tiny) inside &= near_ray(x, f) & near_ray(y, f);
     const Vec3<Float8> from{f.at[0] - r.o.x, f.at[1] - r.o.y, f.at[2] - r.o.z};
     // Along the plane: infinite or NaN, which is less than nothing.
     const Float8 t = dot(f.normal, from) / dot(f.normal, r.d);
