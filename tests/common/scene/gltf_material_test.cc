@@ -151,6 +151,8 @@ TEST_F(GltfMaterialTest, Sheen) {
   auto& sheen = material()["extensions"]["KHR_materials_sheen"];
   sheen["sheenRoughnessTexture"]["index"] = 0;
   sheen["sheenColorTexture"]["index"] = 0;
+  sheen["sheenColorFactor"] = {1, 1, 1};
+  sheen["sheenRoughnessFactor"] = 1;
   const SceneDescription s = clean_document();
   const auto textured = only<MetallicRoughnessMaterial>(s);
   EXPECT_EQ(image(s, textured.sheen_roughness.texture).channel, ImageChannel::kAlpha);
