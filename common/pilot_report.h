@@ -27,9 +27,9 @@ struct PlanEstimate {
 struct PilotReport {
   SamplingPlan chosen;
   std::vector<PlanEstimate> estimates;  // of every plan considered, `chosen` included; uniform effort
-  double effort_gain = 1;               // predicted of the chosen effort: times less variance x cost
   int64_t samples = 0;                  // camera paths that the pilot traced
   SampleWork work;
+  double effort_gain = 1;  // predicted of the chosen effort: times less variance x cost
 };
 
 /// Largest accepted JSON of a report, bytes.

@@ -128,7 +128,7 @@ TEST(PartialCodec, RefusesContentThatDoesNotAddUp) {
   EXPECT_THAT(changed([](Partial* p) { p->counters.shadow_rays = ~uint64_t{0}; }), HasSubstr("counter"));
   EXPECT_THAT(changed([](Partial* p) { p->light_paths = 0; }), HasSubstr("without light paths"));
   EXPECT_THAT(changed([](Partial* p) { p->camera.pop_back(); }), HasSubstr("another size"));
-  EXPECT_THAT(changed([](Partial* p) { p->camera[0].c[0] = Units{17} << kMaxContributionBits; }),
+  EXPECT_THAT(changed([](Partial* p) { p->camera[0].c[0] = Units{65} << kMaxContributionBits; }),
               HasSubstr("camera sum"));
   EXPECT_THAT(changed([](Partial* p) { p->splats[0].sum.c[0] = Units{1} << kMaxSumBits; }),
               HasSubstr("splat sum"));
