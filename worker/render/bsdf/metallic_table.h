@@ -7,7 +7,7 @@
 //   A = int (1 - s) k,   B = int s k,   C = int s g g k      (int (1 - s) g g k = 1 - C)
 // by which the lobe of reflectances f0 and f90, compensated by 1 + f0 (g g - 1), has the albedo
 //   E = f0 (A + f0 (1 - C - A)) + f90 (B + f0 (C - B)).
-#include "worker/render/bsdf/albedo_table.h"
+#include "worker/render/bsdf/albedo_lookup.h"
 
 namespace lightmill {
 
@@ -25,20 +25,8 @@ struct LobeAlbedo {
   F g, a, b, c;
 
   LobeAlbedo(const float* table, F cosine, F alpha) {
-    const F x = clamp(cosine, 0.0f, 1.0f) * static_cast<float>(kCosineNodes - 1);
-    const F y = sqrt(clamp(alpha, 0.0f, 1.0f)) * static_cast<float>(kMetallicAlphas - 1);
-    const IntOf<F> i = to_int(min(x, splat<F>(kCosineNodes - 2))),
-                   j = to_int(min(y, splat<F>(kMetallicAlphas - 2)));
-    const F s = x - to_float(i), t = y - to_float(j);
-    const IntOf<F> at = (j * kCosineNodes + i) * kMetallicValues;
-    const auto value = [&](int k) {
-      const float* low = table + k;
-      const float* high = low + kCosineNodes * kMetallicValues;
-      const F a0 = gather(low, at), a1 = gather(low + kMetallicValues, at);
-      const F b0 = gather(high, at), b1 = gather(high + kMetallicValues, at);
-      const F below = a0 + (a1 - a0) * s, above = b0 + (b1 - b0) * s;
-      return below + (above - below) * t;
-    };
+    const F row = sqrt(clamp(alpha, 0.0f, 1.0f)) * static_cast<float>(kMetallicAlphas - 1);
+    const AlbedoLookup<F, kMetallicValues> value(table, kMetallicAlphas, cosine, row);
     g = value(0);
     a = value(1);
     b = value(2);

@@ -7,7 +7,7 @@
 // max(1, E(wo), E(wi)): reciprocal, lossless at most, and glTF's own wherever that is.
 #include <vector>
 
-#include "worker/render/bsdf/albedo_table.h"
+#include "worker/render/bsdf/albedo_lookup.h"
 #include "worker/render/bsdf/metallic_table.h"
 
 namespace lightmill {
@@ -29,20 +29,8 @@ struct SheenAlbedo {
 
   /// `table` is where the metallic table begins.
   SheenAlbedo(const float* table, F cosine, F roughness) {
-    const F x = clamp(cosine, 0.0f, 1.0f) * static_cast<float>(kCosineNodes - 1);
-    const F y = clamp(roughness, 0.0f, 1.0f) * static_cast<float>(kSheenRows - 1);
-    const IntOf<F> i = to_int(min(x, splat<F>(kCosineNodes - 2))),
-                   j = to_int(min(y, splat<F>(kSheenRows - 2)));
-    const F s = x - to_float(i), t = y - to_float(j);
-    const IntOf<F> at = (j * kCosineNodes + i) * kSheenValues;
-    const auto value = [&](int k) {
-      const float* low = table + kSheenTable + k;
-      const float* high = low + kCosineNodes * kSheenValues;
-      const F a0 = gather(low, at), a1 = gather(low + kSheenValues, at);
-      const F b0 = gather(high, at), b1 = gather(high + kSheenValues, at);
-      const F below = a0 + (a1 - a0) * s, above = b0 + (b1 - b0) * s;
-      return below + (above - below) * t;
-    };
+    const F row = clamp(roughness, 0.0f, 1.0f) * static_cast<float>(kSheenRows - 1);
+    const AlbedoLookup<F, kSheenValues> value(table + kSheenTable, kSheenRows, cosine, row);
     raw = value(0);
     albedo = clamp(value(1), 0.0f, 1.0f);
   }
