@@ -11,10 +11,8 @@ import sys
 try:
     import google.protobuf  # noqa: F401
     import grpc  # noqa: F401
-    import numpy
-    import OpenImageIO  # noqa: F401
 except ImportError as error:
-    print(f"skipped: {error}; install python3-grpcio, python3-protobuf, python3-numpy and python3-openimageio")
+    print(f"skipped: {error}; install python3-grpcio and python3-protobuf")
     sys.exit(77)
 if not shutil.which("grpc_python_plugin"):
     print("skipped: there is no grpc_python_plugin; install protobuf-compiler-grpc")
@@ -22,6 +20,7 @@ if not shutil.which("grpc_python_plugin"):
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from farm import GENEROUS_S, ROOT, Farm, pixels  # noqa: E402
+import numpy  # noqa: E402
 
 SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
 
