@@ -193,8 +193,8 @@ class Pilot {
     }
   }
 
-  /// Splats land anywhere: each goes to its block, if the pilot took that cell. One light path stands for
-  /// all that the film has per unit of spp.
+  /// Splats land anywhere: each goes to its region. One light path stands for all that the film has per unit
+  /// of spp.
   void add_splats() {
     const float scale = counters_.light_paths == 0
                             ? 0
