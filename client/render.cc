@@ -45,7 +45,7 @@ int render(LocalOptions& options) {
   const bool quiet = options.common.quiet;
   std::optional<Phase> phase;
   phase.emplace(quiet, "reading " + options.scene.scene + " ...");
-  const SceneDescription scene = load_scene_for(options.scene, quiet);
+  SceneDescription scene = load_scene_for(options.scene, quiet);
   JobRequest request;
   request.settings = resolve_settings(scene, options.scene.render);
   const std::string path = output_path(options.output, scene, request.settings.aovs);
@@ -56,10 +56,13 @@ int render(LocalOptions& options) {
   const int threads = options.threads > 0 ? options.threads : agent::usable_threads();
   agent::set_float_mode();
   phase.emplace(quiet, "building the scene ...");
-  const auto renderer =
-      agent::make_packet_renderer(scene, request.settings, threads, [quiet](const Problem& problem) {
-        if (!quiet) print_warning(format_problem(problem));
-      });
+  const auto warn = [quiet](const Problem& problem) {
+    if (!quiet) print_warning(format_problem(problem));
+  };
+  // Only a diagnosis needs the scene once more.
+  const auto renderer = options.diagnose.empty()
+                            ? agent::make_packet_renderer(std::move(scene), request.settings, threads, warn)
+                            : agent::make_packet_renderer(scene, request.settings, threads, warn);
 
   phase.reset();
   std::signal(SIGINT, handle_interrupt);

@@ -36,6 +36,7 @@ struct LoadOptions {
   // What glTF files may lack; a .pbrt file says it itself.
   std::string camera = {};       // name of the camera to use; empty: the first
   std::string environment = {};  // lat-long image that lights the scene, as a FileSource knows it; empty: none
+  int threads = 0;  // that read meshes; 0: one per processor. What is read and reported does not depend on it
 };
 
 struct LoadResult {

@@ -46,6 +46,7 @@ void PbrtParser::parse_file(const std::string& reference, const SourceLocation& 
     return;
   }
   bytes_read_ += text.size();
+  out_.expect_meshes(text);
   PbrtTokenizer tokenizer(std::move(text), &file_names_.emplace_back(reference), problems_);
   PbrtTokenizer* const outer = tokens_;
   tokens_ = &tokenizer;

@@ -15,7 +15,9 @@ namespace lightmill {
 
 class PbrtParser {
  public:
-  PbrtParser(const FileSource& files, ProblemList* problems) : out_(files, problems), problems_(problems) {}
+  /// Meshes are read on up to `threads` threads (0: one per processor).
+  PbrtParser(const FileSource& files, ProblemList* problems, int threads)
+      : out_(files, problems, threads), problems_(problems) {}
 
   /// Reads the file `name` and all that it includes. The scene is complete if no error was reported.
   SceneDescription parse(const std::string& name);

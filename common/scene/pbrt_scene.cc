@@ -25,6 +25,14 @@ std::string PbrtScene::open_reference(const std::string& reference, const Source
   return path;
 }
 
+void PbrtScene::expect_meshes(std::string_view text) {
+  std::vector<std::string> paths;
+  for (const std::string& name : plymesh_files(text)) {
+    if (std::string path = files.resolve(name); !path.empty()) paths.push_back(std::move(path));
+  }
+  read_ahead.expect(paths);
+}
+
 int PbrtScene::material_named(const std::string& name, const SourceLocation& where) {
   Named& entry = named_materials_[name];
   if (entry.index < 0) {

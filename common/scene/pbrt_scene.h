@@ -11,6 +11,7 @@
 
 #include "common/scene/load.h"
 #include "common/scene/pbrt_params.h"
+#include "common/scene/ply_read_ahead.h"
 
 namespace lightmill {
 
@@ -42,8 +43,8 @@ struct ShapeAttributes {
 };
 
 struct PbrtScene {
-  PbrtScene(const FileSource& file_source, ProblemList* problem_list)
-      : files(file_source), problems(problem_list) {}
+  PbrtScene(const FileSource& file_source, ProblemList* problem_list, int threads)
+      : files(file_source), problems(problem_list), read_ahead(threads) {}
 
   SceneDescription scene;
   const FileSource& files;
@@ -76,6 +77,10 @@ struct PbrtScene {
 
   /// Meshes by path, so that a file that is used twice is read once.
   std::map<std::string, std::shared_ptr<const TriangleMesh>> meshes;
+  /// Files that are not yet there.
+  PlyReadAhead read_ahead;
+  /// Begins to read the meshes that this text of a scene file seems to use.
+  void expect_meshes(std::string_view text);
   /// The mesh of the last shape if that is of curves and may take more of them; see pbrt_curves.h.
   std::shared_ptr<TriangleMesh> open_curves;
   bool named_flat_curves = false, named_empty_curves = false;  // what is said once a scene

@@ -9,7 +9,6 @@
 #include "common/scene/pbrt_curves.h"
 #include "common/scene/pbrt_quadrics.h"
 #include "common/scene/pbrt_scene.h"
-#include "common/scene/ply_reader.h"
 #include "common/scene/spectrum.h"
 #include "common/scene/transform.h"
 
@@ -19,16 +18,22 @@ namespace {
 const std::vector<std::string_view> kKnownShapes = {"trianglemesh", "plymesh",      "sphere", "disk",
                                                     "cylinder",     "bilinearmesh", "curve",  "loopsubdiv"};
 
-/// Drops what has no area and mends normals, with one warning each.
-void clean(TriangleMesh* mesh, const std::string& what, const SourceLocation& where, ProblemList* problems) {
-  if (const size_t n = drop_zero_area_triangles(mesh); n > 0) {
-    problems->warning(where,
-                      what + " has " + std::to_string(n) + " triangles without area; they are left out");
+void warn_of_cleaning(size_t dropped_triangles, size_t mended_normals, const std::string& what,
+                      const SourceLocation& where, ProblemList* problems) {
+  if (dropped_triangles > 0) {
+    problems->warning(where, what + " has " + std::to_string(dropped_triangles) +
+                                 " triangles without area; they are left out");
   }
-  if (const size_t n = mend_zero_normals(mesh); n > 0) {
-    problems->warning(where, what + " has " + std::to_string(n) +
+  if (mended_normals > 0) {
+    problems->warning(where, what + " has " + std::to_string(mended_normals) +
                                  " normals without direction; they are taken from the triangles");
   }
+}
+
+/// Drops what has no area and mends normals, with one warning each.
+void clean(TriangleMesh* mesh, const std::string& what, const SourceLocation& where, ProblemList* problems) {
+  const size_t dropped = drop_zero_area_triangles(mesh);
+  warn_of_cleaning(dropped, mend_zero_normals(mesh), what, where, problems);
 }
 
 std::vector<Vec3f> to_vec3(const std::vector<double>& v) {
@@ -132,8 +137,10 @@ std::shared_ptr<const TriangleMesh> read_ply_mesh(PbrtScene& out, ParameterList&
   if (const auto found = out.meshes.find(path); found != out.meshes.end()) return found->second;
   std::shared_ptr<TriangleMesh> mesh;
   try {
-    mesh = std::make_shared<TriangleMesh>(read_ply(path));
-    clean(mesh.get(), "the mesh " + in_quotes(file), where, out.problems);
+    CleanMesh read = out.read_ahead.take(path);
+    warn_of_cleaning(read.dropped_triangles, read.mended_normals, "the mesh " + in_quotes(file), where,
+                     out.problems);
+    mesh = std::make_shared<TriangleMesh>(std::move(read.mesh));
   } catch (const Error& e) {
     out.problems->error(where, "the mesh " + in_quotes(file) + " " + e.what());
   } catch (const std::bad_alloc&) {

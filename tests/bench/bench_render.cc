@@ -29,11 +29,11 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 int run(const std::string& path, const lightmill::RenderOptions& options, int threads) {
   const auto t0 = std::chrono::steady_clock::now();
-  const auto scene = lightmill::load_scene_file(path, {}, [](const lightmill::Problem&) {});
+  auto scene = lightmill::load_scene_file(path, {}, [](const lightmill::Problem&) {});
   auto settings = lightmill::resolve_settings(scene, options);
   const double load = seconds_since(t0);
   const auto t1 = std::chrono::steady_clock::now();
-  const lightmill::Renderer built(scene, settings, threads);
+  const lightmill::Renderer built(std::move(scene), settings, threads);
   const double build = seconds_since(t1);
   const auto t_pilot = std::chrono::steady_clock::now();
   if (needs_pilot(settings)) settings.plan = run_pilot(built, threads, [] { return true; }).chosen;

@@ -7,8 +7,8 @@ namespace {
 
 class SceneRenderer : public PacketRenderer {
  public:
-  SceneRenderer(const SceneDescription& scene, const RenderSettings& settings, int threads)
-      : renderer_(scene, settings, threads) {}
+  SceneRenderer(SceneDescription scene, const RenderSettings& settings, int threads)
+      : renderer_(std::move(scene), settings, threads) {}
   SceneRenderer(const Renderer& other, const RenderSettings& settings) : renderer_(other, settings) {}
   const std::vector<Problem>& warnings() const { return renderer_.warnings(); }
   const FilmGrid& grid() const override { return renderer_.settings().grid; }
@@ -33,10 +33,10 @@ class SceneRenderer : public PacketRenderer {
 
 }  // namespace
 
-std::shared_ptr<const PacketRenderer> make_packet_renderer(const SceneDescription& scene,
+std::shared_ptr<const PacketRenderer> make_packet_renderer(SceneDescription scene,
                                                            const RenderSettings& settings, int threads,
                                                            const std::function<void(const Problem&)>& warn) {
-  auto renderer = std::make_shared<SceneRenderer>(scene, settings, threads);
+  auto renderer = std::make_shared<SceneRenderer>(std::move(scene), settings, threads);
   for (const Problem& problem : renderer->warnings()) warn(problem);
   return renderer;
 }

@@ -30,7 +30,7 @@ class PacketRenderer {
 
 /// The renderer itself. Throws as Renderer's constructor does. `warn` is called with Renderer::warnings().
 std::shared_ptr<const PacketRenderer> make_packet_renderer(
-    const SceneDescription& scene, const RenderSettings& settings, int threads,
+    SceneDescription scene, const RenderSettings& settings, int threads,
     const std::function<void(const Problem&)>& warn = [](const Problem&) {});
 
 /// Where the runner gets the renderer of a lease from.

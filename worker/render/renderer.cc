@@ -1,5 +1,6 @@
 #include "worker/render/renderer.h"
 
+#include <malloc.h>
 #include <xmmintrin.h>
 
 #include <algorithm>
@@ -48,6 +49,14 @@ float tiny_contribution(const RenderScene& scene) {
   return static_cast<float>(0.05 * scene.lights.total_power / (M_PI * area));
 }
 
+/// Frees what only the description holds, so that it does not add to the peak of building the tree.
+void drop_geometry(SceneDescription* description) {
+  description->shapes = {};
+  description->objects = {};
+  description->instances = {};
+  malloc_trim(0);  // large arrays, which the allocator would keep
+}
+
 }  // namespace
 
 /// What does not depend on the sampling.
@@ -58,9 +67,9 @@ struct Renderer::World {
   PixelFilter filter;
   double imaging_ratio;
 
-  World(const SceneDescription& description, const RenderSettings& s, int threads)
-      : scene(build_scene(description, s.energy_compensation, s.overrides)),
-        accel(scene, threads),
+  World(SceneDescription description, const RenderSettings& s, int threads)
+      : scene(build_scene(description, s.energy_compensation, s.overrides, threads)),
+        accel((drop_geometry(&description), scene), threads),
         camera(make_camera(description.camera, s.grid.width, s.grid.height, scene.scale_exponent)),
         filter(description.filter),
         imaging_ratio(description.film.imaging_ratio) {}
@@ -97,8 +106,9 @@ struct Renderer::Impl {
   }
 };
 
-Renderer::Renderer(const SceneDescription& scene, const RenderSettings& settings, int threads)
-    : impl_(std::make_unique<Impl>(std::make_shared<World>(scene, settings, threads), settings, 1)) {}
+Renderer::Renderer(SceneDescription scene, const RenderSettings& settings, int threads)
+    : impl_(std::make_unique<Impl>(std::make_shared<World>(std::move(scene), settings, threads), settings,
+                                   1)) {}
 Renderer::Renderer(const Renderer& other, const RenderSettings& settings, uint32_t one_in)
     : impl_(std::make_unique<Impl>(other.impl_->world, settings, one_in)) {}
 Renderer::~Renderer() = default;

@@ -32,8 +32,9 @@ class Workspace {
 class Renderer {
  public:
   /// Builds the acceleration structure with `threads` threads (0: all) and freezes the plan. Throws
-  /// Error(kBadScene) for geometry that can't be rendered and images that can't be read.
-  Renderer(const SceneDescription& scene, const RenderSettings& settings, int threads);
+  /// Error(kBadScene) for geometry that can't be rendered and images that can't be read. Who moves the scene
+  /// here saves the memory of its meshes.
+  Renderer(SceneDescription scene, const RenderSettings& settings, int threads);
   ~Renderer();
   /// The scene of `other`, shared, under settings that differ from its own in plan, integrator, depth,
   /// samples or seed at most: what the scene was built from stays. A pilot looks at `one_in` pixels only.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "worker/render/bsdf/coated_conductor.h"
 #include "worker/render/bsdf/coated_diffuse.h"
@@ -141,8 +142,32 @@ void set_metal_alpha(const MaterialEntry& e, float* params, float alpha) {
     params[8] = static_cast<float>(e.first_row + row_of_alpha(alpha) * kReflectanceNodes * kCosineNodes);
 }
 
+/// What has been computed for the coats of one scene: many materials share theirs.
+struct CoatMemo {
+  struct OverDiffuse {
+    CoatConstants constants;
+    CosineRow row;
+  };
+  using OverConductor = std::array<CosineRow, kReflectanceNodes>;
+  std::map<std::array<float, 3>, OverDiffuse> over_diffuse;      // by eta, thickness, alpha
+  std::map<std::array<float, 5>, OverConductor> over_conductor;  // and the metal's alpha, max_depth
+
+  const OverDiffuse& diffuse(float eta, float thickness, float alpha) {
+    const auto [at, is_new] = over_diffuse.try_emplace({eta, thickness, alpha});
+    if (is_new) at->second.constants = rough_coat_constants(eta, thickness, alpha, &at->second.row);
+    return at->second;
+  }
+  const OverConductor& conductor(float eta, float thickness, float alpha, float metal_alpha, int max_depth) {
+    const auto [at, is_new] =
+        over_conductor.try_emplace({eta, thickness, alpha, metal_alpha, static_cast<float>(max_depth)});
+    if (is_new) at->second = coated_conductor_rows(eta, thickness, alpha, metal_alpha, max_depth);
+    return at->second;
+  }
+};
+
 struct Builder {
   RenderScene* scene;
+  CoatMemo* coats;
   MaterialEntry entry = {};
   float params[kBsdfParams] = {};
 
@@ -225,9 +250,9 @@ struct Builder {
     const bool textured = entry.texture_u_roughness >= 0 || entry.texture_v_roughness >= 0;
     CoatConstants coat = coat_constants(m.eta, m.thickness);
     const auto rough_coat = [&](float alpha) {
-      std::array<CosineRow, 1> row;
-      coat = rough_coat_constants(m.eta, m.thickness, alpha, row.data());
-      return row;
+      const CoatMemo::OverDiffuse& known = coats->diffuse(m.eta, m.thickness, alpha);
+      coat = known.constants;
+      return std::array<CosineRow, 1>{known.row};
     };
     if (textured) {
       entry.first_row = add_alpha_rows(scene, [&](float alpha) {
@@ -281,7 +306,7 @@ struct Builder {
     params[5] = m.thickness;
     params[7] = std::max(coat_alpha, kSmoothAlpha);
     const auto rows = [&](float metal_alpha) {
-      return coated_conductor_rows(m.eta, m.thickness, coat_alpha, metal_alpha, m.max_depth);
+      return coats->conductor(m.eta, m.thickness, coat_alpha, metal_alpha, m.max_depth);
     };
     const Roughness& r = m.conductor.roughness;
     if (r.u.texture >= 0 || r.v.texture >= 0) {
@@ -293,8 +318,7 @@ struct Builder {
   }
 };
 
-}  // namespace
-
+/// Puts what has a fixed place there into scene.bsdf_tables.
 void begin_tables(const std::vector<MaterialDescription>& materials, RenderScene* scene) {
   const bool metallic = std::any_of(materials.begin(), materials.end(), [](const MaterialDescription& m) {
     return std::holds_alternative<MetallicRoughnessMaterial>(m.kind) ||
@@ -311,8 +335,8 @@ void begin_tables(const std::vector<MaterialDescription>& materials, RenderScene
   }
 }
 
-void add_material(const MaterialDescription& material, RenderScene* scene) {
-  Builder b{scene};
+void add_material(const MaterialDescription& material, CoatMemo* coats, RenderScene* scene) {
+  Builder b{scene, coats};
   std::visit(b, material.kind);
   MaterialEntry& e = b.entry;
   e.textured = e.textured || e.texture_color >= 0 || e.texture_eta >= 0 || e.texture_k >= 0 ||
@@ -324,6 +348,14 @@ void add_material(const MaterialDescription& material, RenderScene* scene) {
   scene->materials.push_back(e);
   scene->material_kind.push_back(e.kind);
   scene->material_params.insert(scene->material_params.end(), b.params, b.params + kBsdfParams);
+}
+
+}  // namespace
+
+void add_materials(const std::vector<MaterialDescription>& materials, RenderScene* scene) {
+  begin_tables(materials, scene);
+  CoatMemo coats;
+  for (const MaterialDescription& m : materials) add_material(m, &coats, scene);
 }
 
 namespace {

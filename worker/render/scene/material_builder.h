@@ -4,9 +4,8 @@
 
 namespace lightmill {
 
-/// Puts what has a fixed place there into scene.bsdf_tables; once, before materials are added.
-void begin_tables(const std::vector<MaterialDescription>& materials, RenderScene* scene);
-/// Appends `material` to scene.materials, material_params and material_kind.
-void add_material(const MaterialDescription& material, RenderScene* scene);
+/// Appends `materials` to scene.materials, material_params and material_kind, and what they need to
+/// scene.bsdf_tables. Before, the scene has none.
+void add_materials(const std::vector<MaterialDescription>& materials, RenderScene* scene);
 
 }  // namespace lightmill

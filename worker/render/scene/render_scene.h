@@ -146,9 +146,10 @@ struct RenderScene {
   }
 };
 
-/// Builds it. Throws Error(kBadScene) for geometry that can't be rendered (no geometry or light is fine: the
-/// image is what the scene says) and images that can't be read.
+/// Builds it; images are read on `threads` threads (0: one per processor). Throws Error(kBadScene) for geometry
+/// that can't be rendered (no geometry or light is fine: the image is what the scene says) and images that
+/// can't be read.
 RenderScene build_scene(const SceneDescription& description, bool energy_compensation = false,
-                        Features overrides = 0);
+                        Features overrides = 0, int threads = 1);
 
 }  // namespace lightmill

@@ -94,8 +94,7 @@ class SceneBuilder {
       throw Error(ErrorKind::kBadScene, "the mix " + in_.materials[static_cast<size_t>(cycle)].name +
                                             " contains itself; take it out of what it mixes");
     }
-    begin_tables(in_.materials, &out_);
-    for (const MaterialDescription& m : in_.materials) add_material(m, &out_);
+    add_materials(in_.materials, &out_);
     reserve();
     space_ = {out_.origin, out_.scale_exponent};
     add_meshes(world_);
@@ -503,8 +502,9 @@ class SceneBuilder {
 
 }  // namespace
 
-RenderScene build_scene(const SceneDescription& description, bool energy_compensation, Features overrides) {
-  RenderScene scene((TextureTable(description.textures)));
+RenderScene build_scene(const SceneDescription& description, bool energy_compensation, Features overrides,
+                        int threads) {
+  RenderScene scene(TextureTable(description.textures, threads));
   scene.warnings = check_textures(description, scene.textures);
   scene.energy_compensation = energy_compensation;
   scene.overrides = overrides;

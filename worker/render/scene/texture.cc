@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "common/error.h"
+#include "common/parallel.h"
 #include "worker/render/scene/procedural.h"
 
 namespace lightmill {
@@ -243,23 +244,26 @@ Rgb ImageMap::lookup(float s, float t) const {
   return {mix(a.r, b.r, c.r, d.r), mix(a.g, b.g, c.g, d.g), mix(a.b, b.b, c.b, d.b)};
 }
 
-TextureTable::TextureTable(const std::vector<TextureDescription>& textures) {
+TextureTable::TextureTable(const std::vector<TextureDescription>& textures, int threads) {
+  std::vector<const TextureDescription*> with_image;
   for (const TextureDescription& t : textures) {
     nodes_.push_back(t.kind);
-    if (const auto* image = std::get_if<ImageTexture>(&t.kind)) {
-      image_of_.push_back(static_cast<int>(images_.size()));
-      try {
-        images_.emplace_back(*image);
-      } catch (const Error& e) {
-        const SourceLocation& l = t.location;
-        if (l.file.empty()) throw;
-        throw Error(e.kind(),
-                    l.file + ":" + std::to_string(l.line) + ":" + std::to_string(l.column) + ": " + e.what());
-      }
-    } else {
-      image_of_.push_back(-1);
-    }
+    const bool image = std::holds_alternative<ImageTexture>(t.kind);
+    image_of_.push_back(image ? static_cast<int>(with_image.size()) : -1);
+    if (image) with_image.push_back(&t);
   }
+  std::vector<std::optional<ImageMap>> images(with_image.size());
+  parallel_for(images.size(), threads, [&](size_t i) {
+    try {
+      images[i].emplace(std::get<ImageTexture>(with_image[i]->kind));
+    } catch (const Error& e) {
+      const SourceLocation& l = with_image[i]->location;
+      if (l.file.empty()) throw;
+      throw Error(e.kind(),
+                  l.file + ":" + std::to_string(l.line) + ":" + std::to_string(l.column) + ": " + e.what());
+    }
+  });
+  for (std::optional<ImageMap>& image : images) images_.push_back(std::move(*image));
 }
 
 Rgb TextureTable::input(const SpectrumInput& in, const TexturePoint& at) const {

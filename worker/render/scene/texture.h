@@ -64,7 +64,9 @@ struct TexturePoint {
 /// All textures of a scene, evaluated per point.
 class TextureTable {
  public:
-  explicit TextureTable(const std::vector<TextureDescription>& textures);
+  /// Reads the images on `threads` threads (0: one per processor). Throws Error(kBadScene) for the first that
+  /// can't be read.
+  explicit TextureTable(const std::vector<TextureDescription>& textures, int threads = 1);
   /// Value of texture `id` at a point; floats come as grey.
   Rgb evaluate(int id, const TexturePoint& at) const;
   /// The image behind texture `id`, or null if it is of another kind.

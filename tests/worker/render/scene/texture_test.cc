@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 
 #include "common/error.h"
@@ -44,6 +45,29 @@ TEST_F(TextureTest, TheFirstRowIsAtTheTopOfV) {
   EXPECT_FLOAT_EQ(map.lookup(0.75f, 0.75f).r, 2);
   EXPECT_FLOAT_EQ(map.lookup(0.25f, 0.25f).r, 3);
   EXPECT_FLOAT_EQ(map.lookup(0.75f, 0.25f).r, 4);
+}
+
+TEST_F(TextureTest, ATableReadByThreadsIsTheSameAndItsFirstErrorIsReported) {
+  std::vector<TextureDescription> textures;
+  for (int i = 0; i < 20; ++i) {
+    const std::string name = std::to_string(i) + ".exr";
+    textures.push_back({name, true, picture(name, static_cast<float>(i), 0, 0, 0), {"scene.pbrt", i + 1, 1}});
+  }
+  for (const int threads : {1, 4}) {
+    const TextureTable table(textures, threads);
+    for (int i = 0; i < 20; ++i) EXPECT_EQ(table.evaluate(i, {0.25f, 0.75f}).r, static_cast<float>(i));
+  }
+  for (const int broken : {7, 8, 15}) {
+    std::ofstream(folder_ / (std::to_string(broken) + ".exr"), std::ios::trunc) << "nothing";
+  }
+  for (int run = 0; run < 20; ++run) {
+    try {
+      TextureTable(textures, 4);
+      FAIL() << "broken images were read";
+    } catch (const Error& e) {
+      EXPECT_EQ(std::string(e.what()).rfind("scene.pbrt:8:1: ", 0), 0u) << e.what();
+    }
+  }
 }
 
 TEST_F(TextureTest, BilinearBetweenTexelCentres) {

@@ -1,0 +1,55 @@
+#pragma once
+// A loop over several threads whose outcome is that of the plain loop.
+//
+//   parallel_for(images.size(), threads, [&](size_t i) { maps[i].emplace(images[i]); });
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <limits>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace lightmill {
+
+/// `threads` if positive, else one per processor that this process may use.
+inline int thread_count(int threads) {
+  return threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+/// Calls work(i) for i from 0 to count - 1 on up to `threads` threads (0: one per processor), of which this
+/// is one, and returns when all are done. What a plain loop would have thrown is thrown: the exception of the
+/// lowest i; then some calls of higher i may have been left out.
+template <class Work>
+void parallel_for(size_t count, int threads, const Work& work) {
+  std::atomic<size_t> next{0};
+  std::atomic<bool> stop{false};
+  std::mutex mutex;
+  size_t failed = std::numeric_limits<size_t>::max();
+  std::exception_ptr failure;
+  // Indices are handed out in order: below one that failed, none is missing.
+  const auto run = [&] {
+    for (size_t i; !stop.load() && (i = next.fetch_add(1)) < count;) {
+      try {
+        work(i);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        stop = true;
+        if (i < failed) {
+          failed = i;
+          failure = std::current_exception();
+        }
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> pool;
+    const size_t helpers = std::min(count, static_cast<size_t>(thread_count(threads)));
+    for (size_t i = 1; i < helpers; ++i) pool.emplace_back(run);
+    run();
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace lightmill
