@@ -33,6 +33,7 @@ struct Options {
   std::string cache_dir;
   std::string cache_size = "10G";
   double drain_timeout = 60;
+  double idle_timeout = 0;
   bool insecure = false;
   SecurityFiles security;
   std::string run_as;
@@ -109,6 +110,11 @@ void add_options(CLI::App& app, Options& options) {
       ->envname("LIGHTMILL_DRAIN_TIMEOUT")
       ->check(CLI::Range(0.0, 1e6).description("0 to 1000000"))
       ->capture_default_str();
+  app.add_option("--idle-timeout", options.idle_timeout,
+                 "Leave after so many seconds without a tile or a coordinator; 0: never")
+      ->envname("LIGHTMILL_IDLE_TIMEOUT")
+      ->check(CLI::Range(0.0, 1e6).description("0 to 1000000"))
+      ->capture_default_str();
   app.add_flag("--insecure", options.insecure, "Allow plain text to a coordinator on another machine")
       ->envname("LIGHTMILL_INSECURE");
   add_security_flags(app, &options.security, Side::kClient);
@@ -148,6 +154,7 @@ int run(const Options& options) {
   agent::RunnerOptions runner_options;
   runner_options.threads = threads;
   runner_options.drain_timeout_seconds = options.drain_timeout;
+  runner_options.idle_timeout_seconds = options.idle_timeout;
   runner_options.lease_wait_seconds = 2;
   runner_options.log = [](const std::string& line) { spdlog::info("{}", line); };
   runner_options.debug = [](const std::string& line) { spdlog::debug("{}", line); };

@@ -3,7 +3,7 @@
 #
 #   check "name" command...     ok when the command succeeds; its last line of output explains a failure
 #   finish                      prints "N passed, N failed" and exits accordingly
-passed=0 failed=0
+passed=0 failed=0 skipped=0
 
 check() {
   local name=$1 output
@@ -25,7 +25,20 @@ skip_all() {
 }
 
 finish() {
-  echo "$passed passed, $failed failed"
+  echo "$passed passed, $failed failed$([[ $skipped == 0 ]] || echo ", $skipped skipped")"
   [[ $failed == 0 ]]
   exit
 }
+
+# until_true SECONDS COMMAND...: polls it; what it says at last explains a failure.
+until_true() {
+  local end=$((SECONDS + $1))
+  shift
+  while ! "$@" >/dev/null 2>&1; do
+    [[ $SECONDS -lt $end ]] || { "$@"; return 1; }
+    sleep 0.2
+  done
+}
+
+# json EXPRESSION ARGUMENTS...: of the JSON on stdin, which is `value`; the arguments are sys.argv[2:].
+json() { /usr/bin/python3 -c 'import json, sys; value = json.load(sys.stdin); print(eval(sys.argv[1]))' "$@"; }

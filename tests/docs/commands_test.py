@@ -22,6 +22,7 @@ GENEROUS_S = 300
 ELSEWHERE = [  # a pattern, and what runs such commands
     (r"^(docker|docker-compose) |^mkdir -p farm-credentials$|-C /var/lib/lightmill/credentials|^export LIGHTMILL_CRED",
      "tests/deploy/compose.sh"),
+    (r"^sbatch |^export LIGHTMILL_(BIN|COORDINATOR)=", "tests/deploy/slurm.sh"),
     (r"^deploy/quickstart\.sh|^deploy/install_packages\.sh", "tests/deploy/quickstart.sh"),
     (r"^tests/run\.sh|^cmake --preset|^ctest ", "this very run"),
     (r"farm\.example\.org:7070|--credentials farm-credentials", "tests/farm/hostile_test.py, on the machines it has"),

@@ -166,10 +166,22 @@ bool TileRunner::retry(const std::function<bool()>& wanted, F call) {
 
 void TileRunner::lease_loop() {
   Backoff failures, idle;
-  const std::function<bool()> wanted = [this] { return !draining_; };
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point busy = Clock::now();
+  const auto idle_too_long = [&] {
+    if (!queue_.held().empty()) busy = Clock::now();
+    return options_.idle_timeout_seconds > 0 &&
+           std::chrono::duration<double>(Clock::now() - busy).count() > options_.idle_timeout_seconds;
+  };
+  const std::function<bool()> wanted = [&] { return !draining_ && !idle_too_long(); };
   while (queue_.wait_for_room()) {
+    if (idle_too_long()) {
+      options_.log("nothing to do for long enough: leaving");
+      drain();
+      continue;
+    }
     std::optional<LeaseGrant> lease;
-    const auto asked = std::chrono::steady_clock::now();
+    const auto asked = Clock::now();
     try {
       if (!retry(wanted, [&] { lease = link_.lease(options_.lease_wait_seconds); })) continue;
     } catch (const Error& error) {  // a benched worker, a coordinator that is full
@@ -179,7 +191,7 @@ void TileRunner::lease_loop() {
     }
     if (!lease) {
       // A coordinator with too many that wait answers at once: the wait is then ours.
-      const double waited = std::chrono::duration<double>(std::chrono::steady_clock::now() - asked).count();
+      const double waited = std::chrono::duration<double>(Clock::now() - asked).count();
       if (waited < options_.lease_wait_seconds / 4) sleep(idle.next(), wanted);
       continue;
     }

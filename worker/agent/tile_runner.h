@@ -25,6 +25,7 @@ struct RunnerOptions {
   WorkerRegistration registration;
   double lease_wait_seconds = 5;  // long poll
   double drain_timeout_seconds = 60;
+  double idle_timeout_seconds = 0;  // drain after so long without a tile, or without a coordinator; 0: never
   std::function<void(const std::string&)> log = [](const std::string&) {};    // any thread; one line
   std::function<void(const std::string&)> debug = [](const std::string&) {};  // a line per tile
 };

@@ -20,8 +20,9 @@ using ::testing::HasSubstr;
 
 class TileRunnerTest : public ::testing::Test {
  protected:
-  void start(int threads, double drain_timeout_seconds = 60) {
+  void start(int threads, double drain_timeout_seconds = 60, double idle_timeout_seconds = 0) {
     RunnerOptions options;
+    options.idle_timeout_seconds = idle_timeout_seconds;
     options.drain_timeout_seconds = drain_timeout_seconds;
     options.threads = threads;
     options.registration.host = "here";
@@ -230,6 +231,29 @@ TEST_F(TileRunnerTest, ADrainThatTakesTooLongHandsItsTilesBack) {
   join();
   EXPECT_EQ(farm_.held, 0);
   EXPECT_EQ(farm_.commits.size() + farm_.failures.size(), 0u);
+}
+
+TEST_F(TileRunnerTest, AnIdleWorkerLeavesButNotWhileItRenders) {
+  add_tiles(1);
+  source_.renderer->stuck = true;
+  start(2, 60, 0.05);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // no length of this can make the test fail
+  {
+    const std::lock_guard lock(farm_.mutex_);
+    EXPECT_FALSE(farm_.drained);
+  }
+  source_.renderer->stuck = false;
+  join();
+  EXPECT_TRUE(farm_.drained);
+  EXPECT_EQ(farm_.commits.size(), 1u);
+  EXPECT_TRUE(error_.empty());
+}
+
+TEST_F(TileRunnerTest, AWorkerThatFindsNoCoordinatorLeavesAfterItsIdleTimeout) {
+  farm_.down_calls = 1 << 30;
+  start(1, 60, 0.05);
+  join();
+  EXPECT_TRUE(farm_.commits.empty());
 }
 
 TEST_F(TileRunnerTest, DrainBeforeTheCoordinatorIsReachableReturns) {
