@@ -55,6 +55,7 @@ struct FarmOptions {
   int max_attempts = 5;             // of a tile that workers report as failed
   size_t max_open_jobs = 10000;     // neither done, failed nor cancelled
   double checkpoint_bytes = 256e6;  // fold the spool into a film snapshot when it is larger
+  double film_memory_bytes = 0x1p30;  // for the merged layers of jobs (film_bytes.h)
   /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
   std::function<void(const std::string&)> log;
   /// Keeps a refused partial as evidence: (lease, worker, reason, bytes); may be empty. What it throws is

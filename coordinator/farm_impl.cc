@@ -33,7 +33,7 @@ Farm::Impl::Impl(std::unique_ptr<JobStore> job_store, const Clock& the_clock, co
       store(std::make_unique<GuardedJobStore>(std::move(job_store), health, the_clock)),
       options(farm_options),
       scheduler({farm_options.target_tile_seconds}, farm_options.lease_seconds),
-      merger(*store) {
+      merger(*store, farm_options.film_memory_bytes) {
   for (const JobRecord& record : store->jobs()) {
     Job loaded;
     loaded.record = record;

@@ -11,6 +11,7 @@
 #include "common/build_id/build_id.h"
 #include "common/image/partial.h"
 #include "common/rpc/security_flags.h"
+#include "common/size_text.h"
 #include "coordinator/credential_commands.h"
 #include "coordinator/data_folder.h"
 #include "coordinator/quarantine.h"
@@ -28,6 +29,7 @@ struct Options {
   std::string port_file;
   bool check = false;
   double checkpoint_megabytes = 256;
+  std::string film_memory = "1G";
   double max_bundle_megabytes = 65536;
   std::string log_level = "info";
 };
@@ -70,6 +72,10 @@ void add_options(CLI::App& app, Options& o) {
                  "Committed megabytes after which a job is compacted")
       ->envname("LIGHTMILL_CHECKPOINT_MB")
       ->check(CLI::Range(1.0, 1e6).description("1 to 1000000"))
+      ->capture_default_str();
+  app.add_option("--film-memory", o.film_memory,
+                 "Memory for the images that are being merged; a larger one is merged alone")
+      ->envname("LIGHTMILL_FILM_MEMORY")
       ->capture_default_str();
   Quotas& quotas = o.server.quotas;
   app.add_option("--max-pixels", quotas.max_pixels, "Largest image of a job, in pixels")
@@ -150,6 +156,7 @@ int run(Options options) {
   options.farm.schema = kPartialSchema;
   options.server.quotas.max_bundle_bytes = static_cast<uint64_t>(options.max_bundle_megabytes * 1e6);
   options.farm.checkpoint_bytes = options.checkpoint_megabytes * 1e6;
+  options.farm.film_memory_bytes = static_cast<double>(parse_size(options.film_memory, "--film-memory"));
   options.farm.log = [](const std::string& line) { spdlog::warn("{}", line); };
   options.farm.quarantine = [&](const LeaseKey& lease, const WorkerId& worker, const std::string& reason,
                                 const std::string& bytes) { quarantine.keep(lease, worker, reason, bytes); };

@@ -1,9 +1,12 @@
 #pragma once
 // The merged layers of jobs: a cache in memory of what the store holds as snapshot + spool. Only jobs that
-// are being touched are in memory; dropping one is always safe.
+// are being touched are in memory; dropping one is always safe. The cache is bounded in bytes: the layers
+// that nobody has opened for longest go first, with a checkpoint if folding their spool again would cost
+// more.
 //
 //   Merger::Open layers = merger.open(job, settings);   // locked for this job until it goes out of scope
 //   layers->film.fold(partial);
+#include <condition_variable>
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -30,12 +33,21 @@ class Merger {
 
  private:
   struct Slot {
+    JobId job;
     std::mutex mutex;
     std::unique_ptr<Layers> layers;  // null: not loaded
+    // Guarded by the merger's mutex.
+    int users = 0;           // that have it open, or wait for that
+    uint64_t last_used = 0;  // grows
+    double bytes = 0;        // taken of the bound
+  };
+  struct Release {
+    Merger* merger = nullptr;
+    void operator()(Slot* slot) const { merger->release(slot); }
   };
 
  public:
-  /// Exclusive access to one job's layers.
+  /// Exclusive access to one job's layers. A thread has one job open at a time.
   class Open {
    public:
     Layers* operator->() { return slot_->layers.get(); }
@@ -43,27 +55,42 @@ class Merger {
 
    private:
     friend class Merger;
-    explicit Open(std::shared_ptr<Slot> slot) : slot_(std::move(slot)), lock_(slot_->mutex) {}
-    std::shared_ptr<Slot> slot_;
+    explicit Open(std::unique_ptr<Slot, Release> slot) : slot_(std::move(slot)), lock_(slot_->mutex) {}
+    std::unique_ptr<Slot, Release> slot_;
     std::unique_lock<std::mutex> lock_;
   };
 
-  explicit Merger(JobStore& store) : store_(store) {}
+  /// `max_bytes` bounds film_bytes() over the jobs in memory. A job that is larger is served nevertheless,
+  /// while no other is in memory.
+  Merger(JobStore& store, double max_bytes) : store_(store), max_bytes_(max_bytes) {}
 
-  /// Waits until nobody else has the job open; loads it if it isn't in memory. Throws Error(kFailed) if the
-  /// store's content is damaged, StoreError if it can't be read.
+  /// Waits until nobody else has the job open, and for room; loads it if it isn't in memory. Throws
+  /// Error(kFailed) if the store's content is damaged, StoreError if it can't be read.
   Open open(const JobId& job, const RenderSettings& settings);
   /// Forgets what is in memory after a fold that did not become durable; `layers` must not be used any more
   /// except to be destroyed.
   static void reset(Open& layers) { layers.slot_->layers.reset(); }
   /// Writes a snapshot and empties the spool.
   void checkpoint(const JobId& job, Open& layers);
+  /// Taken of the bound right now, and how often layers were read from the store.
+  double bytes() const;
+  uint64_t loads() const;
 
  private:
-  static constexpr size_t kMaxLoaded = 4;
+  void release(Slot* slot);
+  void make_room(Slot* slot, double wanted);
+  void evict(Slot* slot);
+  std::unique_ptr<Layers> load(const JobId& job, const RenderSettings& settings);
+
   JobStore& store_;
-  std::mutex mutex_;
-  std::map<JobId, std::shared_ptr<Slot>> slots_;
+  const double max_bytes_;
+  mutable std::mutex mutex_;
+  std::condition_variable room_;
+  // Guarded by mutex_.
+  std::map<JobId, std::unique_ptr<Slot>> slots_;
+  bool waiting_ = false;  // somebody waits for room: nobody gets ahead of it
+  double bytes_ = 0;
+  uint64_t uses_ = 0, loads_ = 0;
 };
 
 }  // namespace lightmill

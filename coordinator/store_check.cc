@@ -65,7 +65,7 @@ void check_film(const JobId& job, const RenderSettings& settings, const std::vec
 
 std::vector<std::string> check_store(JobStore& store) {
   std::vector<std::string> problems;
-  Merger merger(store);
+  Merger merger(store, 0);  // one at a time
   for (const JobRecord& job : store.jobs()) {
     try {
       const Merger::Open layers = merger.open(job.id, job.settings);

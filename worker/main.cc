@@ -14,12 +14,12 @@
 #include "common/error.h"
 #include "common/image/partial.h"
 #include "common/rpc/security_flags.h"
+#include "common/size_text.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/grpc_link.h"
 #include "worker/agent/host.h"
 #include "worker/agent/sandbox.h"
 #include "worker/agent/scene_cache.h"
-#include "worker/agent/size_text.h"
 #include "worker/agent/tile_runner.h"
 #include "worker/render/arithmetic_class.h"
 
@@ -137,13 +137,13 @@ agent::SandboxOptions sandbox_options(const Options& options) {
   if (options.memory_limit == "auto") {
     sandbox.memory_bytes = agent::usual_memory_limit();
   } else if (options.memory_limit != "none") {
-    sandbox.memory_bytes = agent::parse_size(options.memory_limit, "--memory-limit");
+    sandbox.memory_bytes = parse_size(options.memory_limit, "--memory-limit");
   }
   return sandbox;
 }
 
 int run(const Options& options) {
-  const uint64_t cache_bytes = agent::parse_size(options.cache_size, "--cache-size");
+  const uint64_t cache_bytes = parse_size(options.cache_size, "--cache-size");
   const int threads = options.threads > 0 ? options.threads : agent::usable_threads();
   const sigset_t blocked = handled_signals();
   pthread_sigmask(SIG_BLOCK, &blocked, nullptr);  // before any other thread starts

@@ -7,9 +7,9 @@
 
 #include "common/digest.h"
 #include "common/error.h"
+#include "common/size_text.h"
 #include "tests/worker/agent/fake_farm.h"
 #include "tests/worker/agent/temporary_folder.h"
-#include "worker/agent/size_text.h"
 
 namespace lightmill::agent {
 namespace {

@@ -3,10 +3,10 @@
 #include <cstdint>
 #include <string>
 
-namespace lightmill::agent {
+namespace lightmill {
 
 /// Bytes of "500M", "10G", "1T" (powers of 1024; also K, or a plain number of bytes). Throws Error(kUsage)
 /// that names `option`.
 uint64_t parse_size(const std::string& text, const std::string& option);
 
-}  // namespace lightmill::agent
+}  // namespace lightmill

@@ -1,11 +1,11 @@
-#include "worker/agent/size_text.h"
+#include "common/size_text.h"
 
 #include <charconv>
 #include <cmath>
 
 #include "common/error.h"
 
-namespace lightmill::agent {
+namespace lightmill {
 
 uint64_t parse_size(const std::string& text, const std::string& option) {
   double value = 0;
@@ -28,4 +28,4 @@ uint64_t parse_size(const std::string& text, const std::string& option) {
   return static_cast<uint64_t>(bytes);
 }
 
-}  // namespace lightmill::agent
+}  // namespace lightmill
