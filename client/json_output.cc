@@ -16,6 +16,8 @@ nlohmann::json optional_number(const std::optional<double>& value) {
 
 nlohmann::json job_to_json(const JobStatus& s) {
   const RenderCounters& c = s.counters;
+  nlohmann::json after = nlohmann::json::array();
+  for (const JobId& id : s.after) after.push_back(id.value);
   const std::optional<bool> met = target_met(s);
   return {{"id", s.id.value},
           {"name", s.name},
@@ -25,6 +27,9 @@ nlohmann::json job_to_json(const JobStatus& s) {
           {"settings", nlohmann::json::parse(settings_to_json(s.settings))},
           {"priority", s.priority},
           {"pool", s.pool},
+          {"submitter", s.submitter},
+          {"max_workers", s.max_workers == 0 ? nlohmann::json(nullptr) : nlohmann::json(s.max_workers)},
+          {"after", std::move(after)},
           {"packets_done", s.packets_done},
           {"packets_total", s.packets_total},
           {"tiles_committed", s.tiles_committed},

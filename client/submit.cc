@@ -1,6 +1,7 @@
 // lightmill submit: hands a scene to the farm and prints the job's id.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -25,9 +26,16 @@ struct SubmitOptions {
   SceneOptions scene;
   OutputOptions output;
   std::string name, pool, reference;
-  int priority = 0;
+  std::string submitter;
+  std::vector<std::string> after;
+  int priority = 0, max_workers = 0;
   bool wait = false;
 };
+
+std::string user_name() {
+  const char* name = std::getenv("USER");
+  return name ? name : "";
+}
 
 int submit(SubmitOptions& options) {
   finish_scene_options(&options.scene);
@@ -46,6 +54,9 @@ int submit(SubmitOptions& options) {
       options.name.empty() ? std::filesystem::path(options.scene.scene).stem().string() : options.name;
   request.priority = options.priority;
   request.pool = options.pool;
+  request.submitter = options.submitter.empty() ? user_name() : options.submitter;
+  request.max_workers = options.max_workers;
+  for (const std::string& id : options.after) request.after.push_back(JobId{id});
   std::map<std::string, std::string> paths;
   request.bundle = make_bundle(scene, &paths);
 
@@ -82,8 +93,17 @@ void add_submit(CLI::App& app, Action& action) {
   add_render_options(verb, &options->scene);
   add_output(verb, &options->output);
   verb->add_option("--name", options->name, "What listings call the job (default: the scene file's name)");
-  verb->add_option("--priority", options->priority, "Higher first")->capture_default_str();
+  verb->add_option("--priority", options->priority, "Higher first; equal ones share the workers")
+      ->capture_default_str();
   verb->add_option("--pool", options->pool, "Only workers of this pool");
+  verb->add_option("--max-workers", options->max_workers, "At most so many workers at a time; 0: any number")
+      ->check(CLI::Range(0, 100000).description("0 to 100000"))
+      ->capture_default_str();
+  verb->add_option("--after", options->after, "Jobs (JOB[,JOB...]) that must be done before this one starts")
+      ->delimiter(',');
+  verb->add_option("--submitter", options->submitter,
+                   "Who shares the farm with others (default: you); where tokens are used, the token's name")
+      ->envname("LIGHTMILL_SUBMITTER");
   verb->add_option("--reference", options->reference, "An image to measure true errors against");
   verb->add_flag("--wait", options->wait, "Follow the job until it ends");
   verb->callback([&action, options] { action = [options] { return submit(*options); }; });

@@ -56,7 +56,7 @@ Image ClientService::read_reference(const v1::Reference& reference, const Render
   return image;
 }
 
-grpc::Status ClientService::SubmitJob(grpc::ServerContext*, const v1::SubmitJobRequest* request,
+grpc::Status ClientService::SubmitJob(grpc::ServerContext* context, const v1::SubmitJobRequest* request,
                                       v1::SubmitJobResponse* response) {
   return guarded([&] {
     const std::string refusal = submissions_ ? submissions_->refusal("") : "";
@@ -71,6 +71,9 @@ grpc::Status ClientService::SubmitJob(grpc::ServerContext*, const v1::SubmitJobR
     job.settings = settings_from_json(request->settings_json());
     job.priority = request->priority();
     job.pool = request->pool();
+    job.submitter = caller_ ? caller_(*context) : request->submitter();
+    job.max_workers = request->max_workers();
+    for (const std::string& id : request->after()) job.after.push_back(JobId{id});
     check_quotas(quotas_, job);
     for (const BundleEntry& entry : job.bundle.entries) {
       if (blobs_.contains(entry.digest)) continue;

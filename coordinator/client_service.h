@@ -1,6 +1,7 @@
 #pragma once
 // v1.ClientService over a Farm and a BlobStore: translates, bounds, streams; decides nothing.
 #include <atomic>
+#include <functional>
 #include <memory>
 
 #include "coordinator/blob_store.h"
@@ -13,9 +14,17 @@ namespace lightmill {
 
 class ClientService final : public v1::ClientService::Service {
  public:
-  /// Both must outlive the service. `submissions`: bounds submissions by everybody together; may be null.
-  ClientService(Farm& farm, BlobStore& blobs, const Quotas& quotas, std::shared_ptr<SubmitLimit> submissions)
-      : farm_(farm), blobs_(blobs), quotas_(quotas), submissions_(std::move(submissions)) {}
+  /// Whose token a call carries.
+  using Caller = std::function<std::string(const grpc::ServerContext&)>;
+  /// Farm and blobs must outlive the service. `submissions`: bounds submissions by everybody together; may be
+  /// null. `caller` may be empty: then submitters are believed who they are.
+  ClientService(Farm& farm, BlobStore& blobs, const Quotas& quotas, std::shared_ptr<SubmitLimit> submissions,
+                Caller caller = {})
+      : farm_(farm),
+        blobs_(blobs),
+        quotas_(quotas),
+        submissions_(std::move(submissions)),
+        caller_(std::move(caller)) {}
   /// Ends the streams of WatchJob soon with UNAVAILABLE.
   void stop() { stopping_ = true; }
 
@@ -47,6 +56,7 @@ class ClientService final : public v1::ClientService::Service {
   BlobStore& blobs_;
   const Quotas quotas_;
   const std::shared_ptr<SubmitLimit> submissions_;
+  const Caller caller_;
   std::atomic<bool> stopping_{false};
   std::atomic<int> fetches_{0};
 };

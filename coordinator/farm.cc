@@ -12,7 +12,8 @@ namespace lightmill {
 namespace {
 
 constexpr double kMaxWaitSeconds = 60;
-constexpr size_t kMaxNameBytes = 1000;
+constexpr size_t kMaxNameBytes = 1000, kMaxAfter = 1000;
+constexpr int kMaxMaxWorkers = 100000;
 
 /// "job j1 is done; only a job that is running can be paused"
 Error wrong_state(const JobRecord& job, const char* wanted, const char* verb) {
@@ -52,8 +53,15 @@ Farm::~Farm() = default;
 JobId Farm::submit(const JobRequest& request) {
   const RenderSettings settings =
       settings_from_json(settings_to_json(request.settings));  // checks the ranges
-  if (request.name.size() > kMaxNameBytes || request.pool.size() > kMaxNameBytes) {
-    throw Error(ErrorKind::kUsage, "name and pool may have at most 1000 bytes");
+  for (const std::string* text : {&request.name, &request.pool, &request.submitter}) {
+    if (text->size() <= kMaxNameBytes) continue;
+    throw Error(ErrorKind::kUsage, "name, pool and submitter may have at most 1000 bytes");
+  }
+  if (request.max_workers < 0 || request.max_workers > kMaxMaxWorkers) {
+    throw Error(ErrorKind::kUsage, "a job's limit of workers must be 1 to 100000, or 0 for none");
+  }
+  if (request.after.size() > kMaxAfter) {
+    throw Error(ErrorKind::kUsage, "a job may come after at most 1000 others");
   }
   const Image& reference = request.reference;
   const PixelRect& crop = settings.grid.crop;
@@ -71,9 +79,13 @@ JobId Farm::submit(const JobRequest& request) {
   job.record.settings = settings;
   job.record.priority = request.priority;
   job.record.pool = request.pool;
+  job.record.submitter = request.submitter;
+  job.record.max_workers = request.max_workers;
+  job.record.after = request.after;
   const std::string bundle_json = bundle_to_json(request.bundle);
 
   const std::lock_guard lock(impl_->mutex);
+  for (const JobId& id : request.after) impl_->job(id);  // throws UnknownJob
   if (impl_->scheduler.order().size() >= Impl::kMaxJobs) {
     throw LimitReached("the coordinator has its limit of " + std::to_string(Impl::kMaxJobs) +
                        " jobs; start one with a new data folder");
@@ -293,6 +305,8 @@ FarmStats Farm::stats() const {
   const std::lock_guard lock(impl_->mutex);
   FarmStats stats = impl_->stats;
   stats.storage_fault = impl_->health.fault().has_value();
+  stats.film_loads = impl_->merger.loads();
+  stats.film_bytes = impl_->merger.bytes();
   return stats;
 }
 

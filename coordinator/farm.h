@@ -52,9 +52,9 @@ struct FarmOptions {
   int schema = 0;
   double lease_seconds = 10;
   double target_tile_seconds = 1.0;
-  int max_attempts = 5;             // of a tile that workers report as failed
-  size_t max_open_jobs = 10000;     // neither done, failed nor cancelled
-  double checkpoint_bytes = 256e6;  // fold the spool into a film snapshot when it is larger
+  int max_attempts = 5;               // of a tile that workers report as failed
+  size_t max_open_jobs = 10000;       // neither done, failed nor cancelled
+  double checkpoint_bytes = 256e6;    // fold the spool into a film snapshot when it is larger
   double film_memory_bytes = 0x1p30;  // for the merged layers of jobs (film_bytes.h)
   /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
   std::function<void(const std::string&)> log;
@@ -75,6 +75,8 @@ struct FarmStats {
   uint64_t packets = 0;
   uint64_t failures = 0;
   uint64_t workers_refused = 0;
+  uint64_t film_loads = 0;     // merged layers that were read from the store
+  double film_bytes = 0;       // taken by those in memory right now
   bool storage_fault = false;  // right now: jobs pause until the disk is mended
 };
 

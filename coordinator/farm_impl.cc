@@ -32,7 +32,8 @@ Farm::Impl::Impl(std::unique_ptr<JobStore> job_store, const Clock& the_clock, co
     : clock(the_clock),
       store(std::make_unique<GuardedJobStore>(std::move(job_store), health, the_clock)),
       options(farm_options),
-      scheduler({farm_options.target_tile_seconds}, farm_options.lease_seconds),
+      scheduler({farm_options.target_tile_seconds, farm_options.film_memory_bytes},
+                farm_options.lease_seconds),
       merger(*store, farm_options.film_memory_bytes) {
   for (const JobRecord& record : store->jobs()) {
     Job loaded;
@@ -116,6 +117,7 @@ void Farm::Impl::release(Job& job, TileId id, bool failed, const std::string& re
   const TileRecord record = job.tiles.released(id, failed);
   store->save_tile(record_at(job, now), record);
   job.tiles.apply(record);
+  scheduler.settled(job, id, record.attempt, 0);
   if (Worker* worker = scheduler.workers.find(record.worker)) --worker->leases;
   if (failed) {
     job.failed_on.insert({id, record.worker});
@@ -178,6 +180,9 @@ JobStatus Farm::Impl::status(const Job& job, double now) const {
   s.bundle_digest = r.bundle_digest;
   s.priority = r.priority;
   s.pool = r.pool;
+  s.submitter = r.submitter;
+  s.max_workers = r.max_workers;
+  s.after = r.after;
   s.packets_done = r.packets_done;
   // A job that stopped before its spp (time, target) is complete with what it has.
   s.packets_total = r.state == JobState::kDone
@@ -197,9 +202,7 @@ JobStatus Farm::Impl::status(const Job& job, double now) const {
     s.relmse_high = job.last_estimate->relmse_high;
   }
   s.counters = r.counters;
-  std::set<WorkerId> holders;
-  for (const TileId& id : job.tiles.leased()) holders.insert(job.tiles.find(id)->worker);
-  s.workers = static_cast<int>(holders.size());
+  s.workers = job.tiles.workers();
   s.version = job.version;
   return s;
 }

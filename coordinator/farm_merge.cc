@@ -250,6 +250,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     job->record = std::move(record);
     if (job->running_since >= 0) job->running_since = now;
     job->tiles.apply(committed);
+    impl_->scheduler.settled(*job, lease.tile, lease.attempt, partial.cpu_seconds);
     job->failures_in_row = 0;
     Scheduler::count_commit(*job, now, static_cast<double>(pixel_samples));
     if (Worker* taker = impl_->scheduler.workers.find(worker)) {

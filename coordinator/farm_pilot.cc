@@ -34,6 +34,7 @@ CommitResult Farm::Impl::commit_pilot(const WorkerId& worker, const LeaseKey& le
     owner->record = std::move(record);
     if (owner->running_since >= 0) owner->running_since = now;
     owner->tiles.apply(committed);
+    scheduler.settled(*owner, lease.tile, lease.attempt, result.cpu_seconds);
     owner->failures_in_row = 0;
     if (Worker* taker = scheduler.workers.find(worker)) --taker->leases;
     ++stats.commits;

@@ -70,6 +70,7 @@ std::optional<LeaseGrant> Farm::Impl::try_lease(const WorkerId& worker, double n
     target.record = std::move(record);
     target.running_since = now;
     target.tiles.apply(tile, now + options.lease_seconds);
+    scheduler.granted(target, tile);
     ++taker.leases;
     ++stats.leases;
     touch_quietly(target);

@@ -44,6 +44,9 @@ std::string job_record_to_json(const JobRecord& r) {
             {"settings", settings_to_json(r.settings)},
             {"priority", r.priority},
             {"pool", r.pool},
+            {"submitter", r.submitter},
+            {"max_workers", r.max_workers},
+            {"after", json::array()},
             {"state", job_state_name(r.state)},
             {"message", r.message},
             {"class", r.arithmetic_class},
@@ -55,6 +58,7 @@ std::string job_record_to_json(const JobRecord& r) {
             {"leases_reassigned", r.leases_reassigned},
             {"pixel_samples", r.pixel_samples},
             {"counters", counters}};
+  for (const JobId& id : r.after) j["after"].push_back(id.value);
   if (r.quantum_exponent) j["quantum"] = *r.quantum_exponent;
   // A name that isn't UTF-8 must not make the job unstorable.
   return j.dump(-1, ' ', false, json::error_handler_t::replace);
@@ -70,6 +74,11 @@ JobRecord job_record_from_json(const JobId& id, const std::string& text) {
     r.settings = settings_from_json(j.at("settings").get<std::string>());
     r.priority = j.at("priority").get<int>();
     r.pool = j.at("pool").get<std::string>();
+    if (j.contains("submitter")) {  // since schema 4
+      r.submitter = j.at("submitter").get<std::string>();
+      r.max_workers = j.at("max_workers").get<int>();
+      for (const json& id_text : j.at("after")) r.after.push_back(JobId{id_text.get<std::string>()});
+    }
     const auto state = job_state_from_name(j.at("state").get<std::string>());
     if (!state) throw Error(ErrorKind::kFailed, "job " + id.value + " in the store: unknown state");
     r.state = *state;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/rpc/farm_types.h"
 #include "common/rpc/pilot_result.h"
@@ -33,6 +34,9 @@ struct JobRecord {
   RenderSettings settings;
   int priority = 0;
   std::string pool;
+  std::string submitter;
+  int max_workers = 0;       // 0: any number
+  std::vector<JobId> after;  // jobs that must be done before its first lease
   JobState state = JobState::kQueued;
   std::string message;
   std::string arithmetic_class;         // of the first worker that got a lease; empty before

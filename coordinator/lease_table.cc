@@ -20,7 +20,10 @@ void LeaseTable::add(const std::vector<TileRecord>& tiles) {
     }
     tiles_.push_back(tile);
     if (tile.state == TileState::kPending) pending_.insert(tile.id.value);
-    if (tile.state == TileState::kLeased) leased_[tile.id.value] = {};
+    if (tile.state == TileState::kLeased) {
+      leased_[tile.id.value] = {};
+      ++holders_[tile.worker];
+    }
   }
 }
 
@@ -81,9 +84,14 @@ void LeaseTable::apply(const TileRecord& record, double expires) {
     if (record.state == TileState::kCommitted) ++rounds_[round].committed;
   }
   pending_.erase(record.id.value);
-  leased_.erase(record.id.value);
+  if (leased_.erase(record.id.value) > 0) {
+    if (const auto holder = holders_.find(tile.worker); --holder->second == 0) holders_.erase(holder);
+  }
   if (record.state == TileState::kPending) pending_.insert(record.id.value);
-  if (record.state == TileState::kLeased) leased_[record.id.value] = {expires, 0};
+  if (record.state == TileState::kLeased) {
+    leased_[record.id.value] = {expires, 0};
+    ++holders_[record.worker];
+  }
   tile = record;
 }
 

@@ -42,6 +42,9 @@ class LeaseTable {
   int64_t leased_count() const { return static_cast<int64_t>(leased_.size()); }
   /// True if `worker` holds the tile with this attempt.
   bool holds(TileId id, const WorkerId& worker, int64_t attempt) const;
+  /// How many workers hold a tile, and whether this one does.
+  int workers() const { return static_cast<int>(holders_.size()); }
+  bool has_worker(const WorkerId& worker) const { return holders_.contains(worker); }
   /// Tiles held by anybody, ascending.
   std::vector<TileId> leased() const;
 
@@ -70,6 +73,7 @@ class LeaseTable {
     int pins = 0;
   };
   std::map<int64_t, Lease> leased_;
+  std::map<WorkerId, int> holders_;  // tiles held, above 0
 };
 
 }  // namespace lightmill

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "common/image/checkpoints.h"
+#include "coordinator/film_bytes.h"
 
 namespace lightmill {
 namespace {
 
+constexpr int kRunTiles = 8;  // that a worker gets of a job before another one's turn
 constexpr double kRateWindowSeconds = 10;
 constexpr double kPointSpacing = 1.25;  // points of the curve are this far apart in spp
 constexpr int64_t kMinSamplesForTarget = int64_t{kMinIntervalBatches} * kSuperblockSamples;
@@ -16,6 +19,9 @@ bool runnable(const Job& job) {
   return job.fault.empty() &&
          (job.record.state == JobState::kQueued || job.record.state == JobState::kRunning);
 }
+
+/// Somebody works for it, or has worked.
+bool begun(const Job& job) { return job.record.state != JobState::kQueued || job.tiles.leased_count() > 0; }
 
 /// A tile may be leased: in time, or one of the first round, without which the picture has holes.
 bool in_time(const TileRecord& tile, bool time_is_up) { return !time_is_up || tile.tile.sample_begin == 0; }
@@ -34,15 +40,18 @@ Job& Scheduler::add(Job job) {
 void Scheduler::state_changed(const Job& job) {
   const size_t rank = rank_.at(job.record.id);
   if (is_final(job.record.state)) {
+    Job& ended = jobs_.at(job.record.id);
+    shares_.settle_all(ended.record, &ended.share);
+    compete(ended, false);
     active_.erase(rank);
   } else {
-    active_[rank] = job.record.id;
+    active_[rank] = &jobs_.at(job.record.id);
   }
 }
 
 std::vector<JobId> Scheduler::active() const {
   std::vector<JobId> ids;
-  for (const auto& [rank, id] : active_) ids.push_back(id);
+  for (const auto& [rank, job] : active_) ids.push_back(job->record.id);
   return ids;
 }
 
@@ -108,6 +117,7 @@ std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
   // More samples than the target asks for are lost time: rather the workers pause until the round is in.
   if (awaits_checkpoint(job)) return {};
   input.workers = fitting_workers(job, now, &input.worker_samples_per_second);
+  if (job.record.max_workers > 0) input.workers = std::min(input.workers, job.record.max_workers);
   // Speeds were measured on other jobs too; a new job starts small whatever they say.
   input.target_tile_seconds = options_.target_tile_seconds;
   if (!job.tiles.rounds().empty()) {
@@ -121,34 +131,127 @@ std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
   return plan_round(input);
 }
 
-Offer Scheduler::offer(const WorkerId& worker_id, double now) const {
+const Job* Scheduler::waits_for(const Job& job) const {
+  if (job.record.state != JobState::kQueued) return nullptr;  // what has begun goes on
+  for (const JobId& id : job.record.after) {
+    const Job* earlier = find(id);
+    if (earlier && earlier->record.state != JobState::kDone) return earlier;
+  }
+  return nullptr;
+}
+
+bool Scheduler::wants_workers(const Job& job) const { return runnable(job) && !waits_for(job); }
+
+void Scheduler::compete(Job& job, bool wants) {
+  if (wants) {
+    shares_.join(job.record, &job.share);
+  } else {
+    shares_.leave(job.record, &job.share);
+    seats_.leave(job.record.id);
+  }
+}
+
+FilmSeats::Claim Scheduler::claim(const Job& job) const {
+  return {job.record.priority, shares_.submitter_served(job.record), job.share.served,
+          film_bytes(job.record.settings)};
+}
+
+std::vector<Job*> Scheduler::candidates(const Worker& worker) {
+  struct Candidate {
+    Job* job;
+    double submitter_served;
+  };
+  std::vector<Candidate> fitting;
+  for (const auto& [rank, job] : active_) {
+    const bool wants = wants_workers(*job);
+    if (wants != job->share.competes) compete(*job, wants);
+    if (!wants || !fits(*job, worker)) continue;
+    const int most = job->record.max_workers;
+    if (most > 0 && job->tiles.workers() >= most && !job->tiles.has_worker(worker.id)) continue;
+    fitting.push_back({job, 0});
+  }
+  for (Candidate& candidate : fitting) {
+    candidate.submitter_served = shares_.submitter_served(candidate.job->record);
+    seats_.update(candidate.job->record.id, claim(*candidate.job));
+  }
+  // Of a submitter's jobs those that nobody works for yet come first; of equals the older one, as in active_.
+  std::stable_sort(fitting.begin(), fitting.end(), [](const Candidate& a, const Candidate& b) {
+    const auto key = [](const Candidate& c) {
+      return std::tuple(-int64_t{c.job->record.priority}, c.submitter_served, begun(*c.job),
+                        c.job->share.served);
+    };
+    return key(a) < key(b);
+  });
+  std::vector<Job*> jobs;
+  for (const Candidate& candidate : fitting) jobs.push_back(candidate.job);
+  if (worker.run_left > 0 && !jobs.empty()) {
+    const int top = jobs.front()->record.priority;
+    const auto same = std::find_if(jobs.begin(), jobs.end(), [&](const Job* job) {
+      return job->record.id == worker.last_job && job->record.priority == top;
+    });
+    // It goes on where it is, after those that nobody works for yet.
+    const auto first_begun =
+        std::find_if(jobs.begin(), jobs.end(), [](const Job* job) { return begun(*job); });
+    if (same != jobs.end() && first_begun < same) std::rotate(first_begun, same, same + 1);
+  }
+  return jobs;
+}
+
+Offer Scheduler::offer_of(const Job& job, const WorkerId& worker_id, double now) const {
+  const bool up = time_is_up(job, now);
+  // A tile that failed here goes to somebody else, if there is anybody else who has not failed it too.
+  const auto acceptable = [&](const TileRecord& tile) {
+    if (!in_time(tile, up)) return false;
+    if (tile.failures == 0 || !job.failed_on.contains({tile.id, worker_id})) return true;
+    for (const auto& [id, other] : workers.all()) {
+      if (workers.may_work(other, now) && fits(job, other) && !job.failed_on.contains({tile.id, id})) {
+        return false;
+      }
+    }
+    return true;
+  };
+  if (const auto tile = job.tiles.next_pending(acceptable)) return LeaseOffer{job.record.id, *tile};
+  std::vector<TileSpec> round = next_round(job, now);
+  if (!round.empty()) return RoundOffer{job.record.id, std::move(round)};
+  return {};
+}
+
+Offer Scheduler::offer(const WorkerId& worker_id, double now) {
   const Worker* worker = workers.find(worker_id);
   if (!worker || !workers.may_work(*worker, now)) return {};
-  std::vector<const Job*> candidates;
-  for (const auto& [rank, id] : active_) {
-    const Job* job = find(id);
-    if (runnable(*job) && fits(*job, *worker)) candidates.push_back(job);
-  }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Job* a, const Job* b) { return a->record.priority > b->record.priority; });
-  for (const Job* job : candidates) {
-    const bool up = time_is_up(*job, now);
-    // A tile that failed here goes to somebody else, if there is anybody else who has not failed it too.
-    const auto acceptable = [&](const TileRecord& tile) {
-      if (!in_time(tile, up)) return false;
-      if (tile.failures == 0 || !job->failed_on.contains({tile.id, worker_id})) return true;
-      for (const auto& [id, other] : workers.all()) {
-        if (workers.may_work(other, now) && fits(*job, other) && !job->failed_on.contains({tile.id, id})) {
-          return false;
-        }
-      }
-      return true;
-    };
-    if (const auto tile = job->tiles.next_pending(acceptable)) return LeaseOffer{job->record.id, *tile};
-    std::vector<TileSpec> round = next_round(*job, now);
-    if (!round.empty()) return RoundOffer{job->record.id, std::move(round)};
+  const std::vector<Job*> jobs = candidates(*worker);
+  for (const bool seated : {true, false}) {  // rather a film from the disk than an idle worker
+    for (Job* job : jobs) {
+      const JobId& id = job->record.id;
+      if (seated ? !seats_.seated(id) && !seats_.may_take(id, claim(*job), now) : seats_.seated(id)) continue;
+      Offer found = offer_of(*job, worker_id, now);
+      if (std::holds_alternative<std::monostate>(found)) continue;
+      if (seated) seats_.take(id, claim(*job), now);
+      return found;
+    }
   }
   return {};
+}
+
+void Scheduler::granted(Job& job, const TileRecord& tile) {
+  Worker& worker = *workers.find(tile.worker);
+  const JobRecord& record = job.record;
+  if (worker.last_job == record.id && worker.run_left > 0) {
+    --worker.run_left;
+  } else {
+    worker.last_job = record.id;
+    worker.run_left = kRunTiles - 1;
+  }
+  double seconds = options_.target_tile_seconds * worker.registration.threads;
+  if (!is_pilot(tile.tile) && record.pixel_samples > 0 && record.cpu_seconds > 0) {
+    const int64_t samples = record.settings.grid.pixels(tile.tile.cells).area() * tile.tile.samples();
+    seconds = record.cpu_seconds * static_cast<double>(samples) / static_cast<double>(record.pixel_samples);
+  }
+  shares_.charge(record, &job.share, tile.id, tile.attempt, seconds);
+}
+
+void Scheduler::settled(Job& job, TileId tile, int64_t attempt, double seconds) {
+  shares_.settle(job.record, &job.share, tile, attempt, seconds);
 }
 
 bool Scheduler::complete(const Job& job, double now) const {
@@ -195,6 +298,13 @@ double Scheduler::eta_seconds(const Job& job, double now) {
 
 std::string Scheduler::note(const Job& job, double now) const {
   if (!runnable(job)) return {};
+  if (const Job* earlier = waits_for(job)) {
+    const JobState state = earlier->record.state;
+    const std::string name = "job " + earlier->record.id.value;
+    if (!is_final(state)) return "waits for " + name + ", which is " + job_state_name(state);
+    return "blocked: it comes after " + name + ", which " +
+           (state == JobState::kFailed ? "failed" : "was cancelled") + "; retry that one, or cancel this one";
+  }
   if (job.tiles.leased_count() > 0) return needs_pilot(job.record.settings) ? "choosing strategies" : "";
   int live = 0, pool = 0;
   for (const auto& [id, worker] : workers.all()) {

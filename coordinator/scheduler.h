@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "common/image/error_curve.h"
+#include "coordinator/fair_share.h"
+#include "coordinator/film_seats.h"
 #include "coordinator/lease_table.h"
 #include "coordinator/tiling.h"
 #include "coordinator/worker_table.h"
@@ -29,10 +31,12 @@ struct Job {
   uint64_t version = 0;
   std::string fault;   // why its layers can't be read; empty if they can, or nobody tried
   double look_at = 0;  // clock time to try again
+  JobShare share;
 };
 
 struct SchedulerOptions {
   double target_tile_seconds = 1;
+  double film_memory_bytes = 0x1p30;
 };
 
 /// Lease this tile.
@@ -50,7 +54,7 @@ using Offer = std::variant<std::monostate, LeaseOffer, RoundOffer>;
 class Scheduler {
  public:
   Scheduler(const SchedulerOptions& options, double lease_seconds)
-      : workers(lease_seconds), options_(options) {}
+      : workers(lease_seconds), options_(options), seats_(options.film_memory_bytes) {}
 
   WorkerTable workers;
 
@@ -64,9 +68,15 @@ class Scheduler {
   /// To be called after record.state was changed.
   void state_changed(const Job& job);
 
-  /// What to do for a worker that asks for work: the first runnable job by priority, then by age, that has
-  /// (or can open) something for it.
-  Offer offer(const WorkerId& worker, double now) const;
+  /// What to do for a worker that asks for work: a tile of the runnable job of highest priority that has (or
+  /// can open) something for it; of equal ones the one that has had least (fair_share.h) of those whose films
+  /// are in memory together (film_seats.h). A worker gets several tiles of a job in a row, so that neither
+  /// its scenes nor the films change with every tile, but a job that has just come begins at once.
+  Offer offer(const WorkerId& worker, double now);
+  /// To be called when what was offered is leased, and when a lease has ended after `seconds` of processor
+  /// time; 0 if it came to nothing.
+  void granted(Job& job, const TileRecord& tile);
+  void settled(Job& job, TileId tile, int64_t attempt, double seconds);
   /// True if nothing is left to lease or to wait for: the job is done.
   bool complete(const Job& job, double now) const;
   /// Render wall time so far.
@@ -84,6 +94,15 @@ class Scheduler {
 
  private:
   bool fits(const Job& job, const Worker& worker) const;
+  bool wants_workers(const Job& job) const;
+  /// Takes part in the sharing, or ends that.
+  void compete(Job& job, bool wants);
+  FilmSeats::Claim claim(const Job& job) const;
+  /// Jobs that the worker may work for, the one that comes next first.
+  std::vector<Job*> candidates(const Worker& worker);
+  Offer offer_of(const Job& job, const WorkerId& worker, double now) const;
+  /// The first job that this one has to wait for; null: none.
+  const Job* waits_for(const Job& job) const;
   int fitting_workers(const Job& job, double now, double* mean_speed) const;
   /// True while what is planned ends at a checkpoint that may turn out to meet the target error.
   static bool awaits_checkpoint(const Job& job);
@@ -92,8 +111,10 @@ class Scheduler {
   SchedulerOptions options_;
   std::map<JobId, Job> jobs_;
   std::vector<JobId> order_;
-  std::map<JobId, size_t> rank_;    // place in order_, from 1
-  std::map<size_t, JobId> active_;  // by rank
+  std::map<JobId, size_t> rank_;   // place in order_, from 1
+  std::map<size_t, Job*> active_;  // by rank
+  FairShare shares_;
+  FilmSeats seats_;
 };
 
 }  // namespace lightmill

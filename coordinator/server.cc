@@ -7,6 +7,7 @@
 #include <grpcpp/server_builder.h>
 
 #include <chrono>
+#include <ctime>
 #include <mutex>
 #include <optional>
 
@@ -34,11 +35,31 @@ void enable_plugins() {
 
 }  // namespace
 
+namespace {
+
+/// The name of the token that a call carries: the token has passed the door.
+ClientService::Caller submitters(const std::shared_ptr<Authenticator>& authenticator) {
+  if (!authenticator) return {};
+  return [authenticator](const grpc::ServerContext& context) {
+    const auto& metadata = context.client_metadata();
+    const auto found = metadata.find("authorization");
+    if (found == metadata.end()) return std::string();
+    return authenticator
+        ->judge("/lightmill.v1.ClientService/SubmitJob", {found->second.data(), found->second.size()},
+                std::time(nullptr))
+        .name;
+  };
+}
+
+}  // namespace
+
 struct Server::Impl {
-  Impl(const ServerOptions& options, Farm& the_farm, BlobStore& blobs)
+  Impl(const ServerOptions& options, Farm& the_farm, BlobStore& blobs,
+       const std::shared_ptr<Authenticator>& authenticator)
       : farm(the_farm),
         submissions(std::make_shared<SubmitLimit>(options.quotas.submissions_per_minute)),
-        client_service(farm, blobs, options.quotas, options.security.tls() ? nullptr : submissions),
+        client_service(farm, blobs, options.quotas, options.security.tls() ? nullptr : submissions,
+                       submitters(authenticator)),
         worker_service(farm, blobs, options.lease_seconds) {}
   Farm& farm;
   const std::shared_ptr<SubmitLimit> submissions;
@@ -50,8 +71,7 @@ struct Server::Impl {
   std::optional<HttpServer> http;
 };
 
-Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs)
-    : impl_(std::make_unique<Impl>(options, farm, blobs)) {
+Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
   const bool tls = options.security.tls();
   if (!tls) {
     require_plain_text_allowed(options.listen, options.insecure);
@@ -60,6 +80,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs)
   const auto log = options.log ? options.log : [](const std::string&) {};
   const auto authenticator =
       tls ? std::make_shared<Authenticator>(options.security.token, log) : std::shared_ptr<Authenticator>();
+  impl_ = std::make_unique<Impl>(options, farm, blobs, authenticator);
   const auto credentials =
       tls ? make_server_credentials(options.security) : grpc::InsecureServerCredentials();
   if (tls)

@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-constexpr int64_t kSchemaVersion = 3;
+constexpr int64_t kSchemaVersion = 4;
 constexpr int64_t kOldestSchema = 2;
 constexpr size_t kMaxProbeBytes = size_t{64} << 20;
 
@@ -44,6 +44,7 @@ CREATE TABLE points(job TEXT NOT NULL, number INTEGER NOT NULL, point TEXT NOT N
 /// What turns the tables of version kOldestSchema + i into those of the next.
 constexpr const char* kMigrations[] = {
     "DROP TABLE quarantine",  // refused partials are files now
+    "",                       // records may have a submitter, a limit of workers and dependencies
 };
 static_assert(std::size(kMigrations) == kSchemaVersion - kOldestSchema);
 

@@ -13,14 +13,16 @@ grpc::Status TokenProcessor::Process(const InputMetadata& metadata, grpc::AuthCo
                                      OutputMetadata* consumed, OutputMetadata*) {
   std::string_view path, authorization;
   if (const auto found = metadata.find(":path"); found != metadata.end()) path = view(found->second);
+  const bool submits = path.ends_with("/SubmitJob");
   if (const auto found = metadata.find("authorization"); found != metadata.end()) {
     authorization = view(found->second);
-    consumed->emplace("authorization", authorization);
+    // A job bears the name of its submitter's token: that handler asks once more.
+    if (!submits) consumed->emplace("authorization", authorization);
   }
   const Verdict verdict = authenticator_->judge(path, authorization, std::time(nullptr));
   switch (verdict.kind) {
     case Verdict::Kind::kAllowed: {
-      if (!path.ends_with("/SubmitJob")) return grpc::Status::OK;
+      if (!submits) return grpc::Status::OK;
       const std::string refusal = submissions_->refusal(verdict.name);
       if (refusal.empty()) return grpc::Status::OK;
       return {grpc::StatusCode::RESOURCE_EXHAUSTED, refusal};

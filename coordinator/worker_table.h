@@ -24,6 +24,8 @@ struct Worker {
   int times_benched = 0;
   double benched_until = 0;
   double samples_per_second = 0;  // smoothed; 0: not known yet
+  JobId last_job;                 // of its newest lease
+  int run_left = 0;               // tiles of that job that it gets before another one's turn
 };
 
 class WorkerTable {

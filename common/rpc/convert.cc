@@ -101,6 +101,9 @@ v1::JobStatus to_proto(const JobStatus& s) {
   m.set_bundle_digest(s.bundle_digest);
   m.set_priority(s.priority);
   m.set_pool(s.pool);
+  m.set_submitter(s.submitter);
+  m.set_max_workers(s.max_workers);
+  for (const JobId& id : s.after) m.add_after(id.value);
   m.set_packets_done(s.packets_done);
   m.set_packets_total(s.packets_total);
   m.set_tiles_committed(s.tiles_committed);
@@ -130,6 +133,9 @@ JobStatus from_proto(const v1::JobStatus& m) {
   s.bundle_digest = m.bundle_digest();
   s.priority = m.priority();
   s.pool = m.pool();
+  s.submitter = m.submitter();
+  s.max_workers = m.max_workers();
+  for (const std::string& id : m.after()) s.after.push_back(JobId{id});
   s.packets_done = m.packets_done();
   s.packets_total = m.packets_total();
   s.tiles_committed = m.tiles_committed();

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/error.h"
 #include "common/ids.h"
@@ -28,9 +29,12 @@ struct JobRequest {
   std::string name;
   Bundle bundle;
   RenderSettings settings;
-  int priority = 0;  // higher first
-  std::string pool;  // empty: any worker
-  Image reference;   // empty, or what --reference gave: adds the true errors to the curve
+  int priority = 0;          // higher first
+  std::string pool;          // empty: any worker
+  std::string submitter;     // shares the farm with others by this name; empty: all without one together
+  int max_workers = 0;       // that render it at the same time; 0: any number
+  std::vector<JobId> after;  // it starts once these are done
+  Image reference;           // empty, or what --reference gave: adds the true errors to the curve
 };
 
 struct JobStatus {
@@ -42,6 +46,9 @@ struct JobStatus {
   std::string bundle_digest;
   int priority = 0;
   std::string pool;
+  std::string submitter;
+  int max_workers = 0;  // 0: any number
+  std::vector<JobId> after;
   int64_t packets_done = 0, packets_total = 0;
   int64_t tiles_committed = 0, tiles_leased = 0;
   int64_t leases_reassigned = 0;  // attempts above the first

@@ -374,19 +374,6 @@ TEST_F(FarmTest, NobodyRunsAheadOfACheckpointThatMayBeTheLast) {
   EXPECT_GT(idle_low, 0.5);
 }
 
-TEST_F(FarmTest, PriorityThenAge) {
-  const WorkerId ann = farm.register_worker(registration());
-  const JobId first = farm.submit(small_job(64, 64, 1)), second = farm.submit(small_job(64, 64, 1));
-  JobRequest urgent_request = small_job(64, 64, 1);
-  urgent_request.priority = 5;
-  const JobId urgent = farm.submit(urgent_request);
-  std::vector<JobId> order;
-  while (const auto grant = farm.lease(ann)) {
-    if (order.empty() || order.back() != grant->job) order.push_back(grant->job);
-  }
-  EXPECT_EQ(order, (std::vector{urgent, first, second}));
-}
-
 TEST_F(FarmTest, PoolsAndArithmeticClasses) {
   JobRequest request = small_job(64, 64, 4);
   request.pool = "gpu";

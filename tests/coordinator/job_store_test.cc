@@ -24,6 +24,9 @@ JobRecord record(const std::string& id) {
   r.settings = testing::small_settings(64, 32, 40);
   r.priority = -3;
   r.pool = "fast";
+  r.submitter = "ann";
+  r.max_workers = 3;
+  r.after = {JobId{"j0"}, JobId{"j00"}};
   r.message = "m";
   r.arithmetic_class = "c";
   r.quantum_exponent = -50;
@@ -81,6 +84,9 @@ TEST_P(Stores, KeepJobsInOrder) {
   EXPECT_EQ(jobs[0].counters, record("j1").counters);
   EXPECT_EQ(jobs[0].pixel_samples, 123456789012);
   EXPECT_EQ(jobs[0].wall_seconds, 1.5);
+  EXPECT_EQ(jobs[0].submitter, "ann");
+  EXPECT_EQ(jobs[0].max_workers, 3);
+  EXPECT_EQ(jobs[0].after, record("j1").after);
   EXPECT_EQ(store->bundle_json("d1"), "manifest");
   EXPECT_EQ(store->bundle_json("d2"), std::nullopt);
 }
@@ -223,6 +229,8 @@ TEST(SqliteStore, MigratesTheTablesOfSchemaTwo) {
     ASSERT_EQ(store.jobs().size(), 1u);
     const JobRecord job = store.jobs()[0];
     EXPECT_EQ(job.state, JobState::kDone);
+    EXPECT_EQ(job.submitter, "") << "nobody was asked then";
+    EXPECT_EQ(job.max_workers, 0);
     EXPECT_EQ(store.tiles(job.id).size(), 3u);
     EXPECT_EQ(store.curve(job.id).size(), 3u);
     EXPECT_EQ(check_store(store), std::vector<std::string>());

@@ -85,6 +85,24 @@ class SecureServerTest : public ::testing::Test {
   std::string address;
 };
 
+TEST_F(SecureServerTest, AJobBearsTheNameOfItsSubmittersToken) {
+  const Bundle bundle = fake_bundle();
+  BlobStore::Writer writer = blobs.begin(bundle.entries[0].digest, bundle.entries[0].size);
+  writer.write("scene");
+  writer.finish();
+  v1::SubmitJobRequest request;
+  request.set_bundle_json(bundle_to_json(bundle));
+  request.set_settings_json(settings_to_json(small_settings(64, 64, 4)));
+  request.set_submitter("bob, says ann");
+  grpc::ClientContext context;
+  set_deadline(context, 30);
+  v1::SubmitJobResponse response;
+  const auto stub = v1::ClientService::NewStub(make_channel({address, false, as(root + "/ann")}));
+  const grpc::Status status = stub->SubmitJob(&context, request, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(farm.job(JobId{response.job_id()}).submitter, "ann");
+}
+
 TEST_F(SecureServerTest, RolesHoldOnRpcs) {
   EXPECT_TRUE(list_jobs(as(root + "/ann")).ok());
   EXPECT_TRUE(list_jobs(as(root + "/obi")).ok());
