@@ -40,7 +40,7 @@ Problem problem_of(const Error& error, const std::string& scene_file) {
 void add_render_problems(const SceneDescription& scene, const std::string& scene_file,
                          std::vector<Problem>* problems) {
   try {
-    const std::vector<Problem> warnings = build_scene(scene, false, 0, 0).warnings;
+    const std::vector<Problem> warnings = build_scene(scene, false, 0, BuildOptions()).warnings;
     problems->insert(problems->end(), warnings.begin(), warnings.end());
   } catch (const Error& error) {
     problems->push_back(problem_of(error, scene_file));

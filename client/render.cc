@@ -19,6 +19,7 @@
 #include "common/image/report.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/host.h"
+#include "worker/agent/memory_size.h"
 
 namespace lightmill::client {
 namespace {
@@ -36,6 +37,7 @@ struct LocalOptions {
   SceneOptions scene;
   OutputOptions output;
   int threads = 0;
+  std::string texture_memory = "auto";
   std::string reference, report, diagnose, display;
 };
 
@@ -43,6 +45,7 @@ int render(LocalOptions& options) {
   finish_scene_options(&options.scene);
   if (!options.display.empty()) check_display(options.display);
   const bool quiet = options.common.quiet;
+  const uint64_t texture_bytes = agent::parse_memory(options.texture_memory, "--texture-memory");
   std::optional<Phase> phase;
   phase.emplace(quiet, "reading " + options.scene.scene + " ...");
   SceneDescription scene = load_scene_for(options.scene, quiet);
@@ -56,13 +59,14 @@ int render(LocalOptions& options) {
   const int threads = options.threads > 0 ? options.threads : agent::usable_threads();
   agent::set_float_mode();
   phase.emplace(quiet, "building the scene ...");
+  const BuildOptions build(threads, texture_bytes);
   const auto warn = [quiet](const Problem& problem) {
     if (!quiet) print_warning(format_problem(problem));
   };
   // Only a diagnosis needs the scene once more.
   const auto renderer = options.diagnose.empty()
-                            ? agent::make_packet_renderer(std::move(scene), request.settings, threads, warn)
-                            : agent::make_packet_renderer(scene, request.settings, threads, warn);
+                            ? agent::make_packet_renderer(std::move(scene), request.settings, build, warn)
+                            : agent::make_packet_renderer(scene, request.settings, build, warn);
 
   phase.reset();
   std::signal(SIGINT, handle_interrupt);
@@ -121,6 +125,9 @@ void add_render(CLI::App& app, Action& action) {
   add_output(verb, &options->output);
   verb->add_option("--threads", options->threads, "Render threads; 0: all processors")
       ->check(CLI::Range(0, 4096).description("0 to 4096"))
+      ->capture_default_str();
+  verb->add_option("--texture-memory", options->texture_memory,
+                   "Memory for textures, e.g. 500M; auto: half of what there is; none: no bound")
       ->capture_default_str();
   verb->add_option("--reference", options->reference, "An image to measure true errors against");
   verb->add_option("--report", options->report, "Folder for error.csv, error.svg and report.html");

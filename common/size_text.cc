@@ -7,7 +7,7 @@
 
 namespace lightmill {
 
-uint64_t parse_size(const std::string& text, const std::string& option) {
+uint64_t parse_size(const std::string& text, const std::string& option, uint64_t plain) {
   double value = 0;
   const char* end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data(), end, value);
@@ -21,7 +21,8 @@ uint64_t parse_size(const std::string& text, const std::string& option) {
       if ((suffix[0] & ~0x20) == kSuffixes[i]) power = i;
     }
   }
-  const double bytes = std::ldexp(value, 10 * std::max(power, 0));
+  const double bytes =
+      suffix.empty() ? value * static_cast<double>(plain) : std::ldexp(value, 10 * std::max(power, 0));
   if (error != std::errc() || power < 0 || !(bytes >= 1) || bytes > 0x1p62) {
     throw Error(ErrorKind::kUsage, option + " " + text + ": expected a size such as 500M or 10G");
   }

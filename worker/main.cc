@@ -18,6 +18,7 @@
 #include "worker/agent/float_mode.h"
 #include "worker/agent/grpc_link.h"
 #include "worker/agent/host.h"
+#include "worker/agent/memory_size.h"
 #include "worker/agent/sandbox.h"
 #include "worker/agent/scene_cache.h"
 #include "worker/agent/tile_runner.h"
@@ -32,6 +33,7 @@ struct Options {
   std::string pool;
   std::string cache_dir;
   std::string cache_size = "10G";
+  std::string scene_memory = "auto", texture_memory = "auto";
   double drain_timeout = 60;
   double idle_timeout = 0;
   bool insecure = false;
@@ -106,6 +108,15 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--cache-size", options.cache_size, "Size of the cache, e.g. 10G")
       ->envname("LIGHTMILL_CACHE_SIZE")
       ->capture_default_str();
+  app.add_option("--scene-memory", options.scene_memory,
+                 "Memory for scenes that stay warm between tiles, e.g. 2G; auto: half of what there is; "
+                 "none: no bound")
+      ->envname("LIGHTMILL_SCENE_MEMORY")
+      ->capture_default_str();
+  app.add_option("--texture-memory", options.texture_memory,
+                 "Memory for a scene's textures, e.g. 500M; auto: half of what there is; none: no bound")
+      ->envname("LIGHTMILL_TEXTURE_MEMORY")
+      ->capture_default_str();
   app.add_option("--drain-timeout", options.drain_timeout, "Seconds to finish tiles in after SIGTERM")
       ->envname("LIGHTMILL_DRAIN_TIMEOUT")
       ->check(CLI::Range(0.0, 1e6).description("0 to 1000000"))
@@ -144,6 +155,8 @@ agent::SandboxOptions sandbox_options(const Options& options) {
 
 int run(const Options& options) {
   const uint64_t cache_bytes = parse_size(options.cache_size, "--cache-size");
+  const uint64_t scene_bytes = agent::parse_memory(options.scene_memory, "--scene-memory");
+  const uint64_t texture_bytes = agent::parse_memory(options.texture_memory, "--texture-memory");
   const int threads = options.threads > 0 ? options.threads : agent::usable_threads();
   const sigset_t blocked = handled_signals();
   pthread_sigmask(SIG_BLOCK, &blocked, nullptr);  // before any other thread starts
@@ -169,7 +182,10 @@ int run(const Options& options) {
 
   agent::GrpcLink link(options.coordinator, options.insecure, resolve(options.security, Side::kClient));
   const std::string folder = options.cache_dir.empty() ? default_cache_dir() : options.cache_dir;
-  agent::SceneCache scenes(link, (std::filesystem::path(folder) / "blobs").string(), cache_bytes, threads);
+  agent::SceneCache scenes(link, {(std::filesystem::path(folder) / "blobs").string(),
+                                  cache_bytes,
+                                  scene_bytes,
+                                  {threads, texture_bytes}});
   agent::TileRunner runner(link, scenes, runner_options);
   const SignalThread signals(runner);
   spdlog::info("leasing from {}", options.coordinator);

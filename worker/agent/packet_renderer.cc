@@ -7,8 +7,8 @@ namespace {
 
 class SceneRenderer : public PacketRenderer {
  public:
-  SceneRenderer(SceneDescription scene, const RenderSettings& settings, int threads)
-      : renderer_(std::move(scene), settings, threads) {}
+  SceneRenderer(SceneDescription scene, const RenderSettings& settings, const BuildOptions& options)
+      : renderer_(std::move(scene), settings, options) {}
   SceneRenderer(const Renderer& other, const RenderSettings& settings) : renderer_(other, settings) {}
   const std::vector<Problem>& warnings() const { return renderer_.warnings(); }
   const FilmGrid& grid() const override { return renderer_.settings().grid; }
@@ -20,6 +20,7 @@ class SceneRenderer : public PacketRenderer {
   void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const override {
     renderer_.render_packet(packet, workspace, builder);
   }
+  uint64_t memory_bytes() const override { return renderer_.memory_bytes(); }
   PilotReport run_pilot(int threads, const std::function<bool()>& go_on) const override {
     return lightmill::run_pilot(renderer_, threads, go_on);
   }
@@ -34,9 +35,10 @@ class SceneRenderer : public PacketRenderer {
 }  // namespace
 
 std::shared_ptr<const PacketRenderer> make_packet_renderer(SceneDescription scene,
-                                                           const RenderSettings& settings, int threads,
+                                                           const RenderSettings& settings,
+                                                           const BuildOptions& options,
                                                            const std::function<void(const Problem&)>& warn) {
-  auto renderer = std::make_shared<SceneRenderer>(std::move(scene), settings, threads);
+  auto renderer = std::make_shared<SceneRenderer>(std::move(scene), settings, options);
   for (const Problem& problem : renderer->warnings()) warn(problem);
   return renderer;
 }

@@ -22,6 +22,8 @@ class PacketRenderer {
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
   /// Thread-safe for distinct workspaces.
   virtual void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const = 0;
+  /// Memory of the scene, which is shared by all that with_settings made of it.
+  virtual uint64_t memory_bytes() const { return 0; }
   /// Chooses the sampling plan, on `threads` threads. Throws Error(kFailed) once `go_on` gives false.
   virtual PilotReport run_pilot(int threads, const std::function<bool()>& go_on) const = 0;
   /// The same scene, shared, under settings that differ in plan, integrator, depth, seed or stop rule only.
@@ -30,7 +32,7 @@ class PacketRenderer {
 
 /// The renderer itself. Throws as Renderer's constructor does. `warn` is called with Renderer::warnings().
 std::shared_ptr<const PacketRenderer> make_packet_renderer(
-    SceneDescription scene, const RenderSettings& settings, int threads,
+    SceneDescription scene, const RenderSettings& settings, const BuildOptions& options,
     const std::function<void(const Problem&)>& warn = [](const Problem&) {});
 
 /// Where the runner gets the renderer of a lease from.

@@ -8,8 +8,6 @@
 namespace lightmill::agent {
 namespace {
 
-/// Scenes kept besides those that leases hold: enough for a few jobs that take turns.
-constexpr size_t kWarmScenes = 3;
 /// Renderers kept per scene: they share it and are small.
 constexpr size_t kWarmRenderers = 8;
 
@@ -38,9 +36,9 @@ bool move_to_front(List& list, Matches matches) {
   return found != list.end();
 }
 
-SceneDescription load(const Bundle& bundle, const std::string& folder) {
-  LoadResult result =
-      load_scene(bundle.main, BundleFiles(bundle, folder), {false, bundle.camera, bundle.environment});
+SceneDescription load(const Bundle& bundle, const std::string& folder, int threads) {
+  LoadResult result = load_scene(bundle.main, BundleFiles(bundle, folder),
+                                 {false, bundle.camera, bundle.environment, threads});
   if (result.ok()) return std::move(result.scene);
   const auto first = std::find_if(result.problems.begin(), result.problems.end(), [](const Problem& problem) {
     return problem.severity == Severity::kError;
@@ -51,8 +49,29 @@ SceneDescription load(const Bundle& bundle, const std::string& folder) {
 
 }  // namespace
 
-SceneCache::SceneCache(FarmLink& link, std::string folder, uint64_t max_bytes, int threads)
-    : link_(link), blobs_(std::move(folder), max_bytes), threads_(threads) {}
+SceneCache::SceneCache(FarmLink& link, SceneCacheOptions options)
+    : link_(link), options_(std::move(options)), blobs_(options_.folder, options_.blob_bytes) {}
+
+bool SceneCache::Warm::is_held() const {
+  return std::any_of(renderers.begin(), renderers.end(),
+                     [](const Ready& ready) { return ready.renderer.use_count() > 1; });
+}
+
+uint64_t SceneCache::warm_bytes() const {
+  uint64_t sum = 0;
+  for (const Warm& warm : warm_) sum += warm.bytes;
+  return sum;
+}
+
+void SceneCache::make_room(uint64_t more, size_t keep) {
+  uint64_t bytes = warm_bytes() + more;
+  for (auto warm = warm_.end(); bytes > options_.scene_bytes && warm != std::next(warm_.begin(), keep);) {
+    --warm;
+    if (warm->is_held()) continue;
+    bytes -= warm->bytes;
+    warm = warm_.erase(warm);
+  }
+}
 
 std::shared_ptr<const PacketRenderer> SceneCache::open(const std::string& bundle_digest,
                                                        const RenderSettings& settings) {
@@ -63,10 +82,17 @@ std::shared_ptr<const PacketRenderer> SceneCache::open(const std::string& bundle
       throw Damaged("bundle " + bundle_digest + ": the manifest does not match its digest");
     }
     blobs_.ensure(bundle, link_);
-    if (warm_.size() >= kWarmScenes) warm_.pop_back();  // before building: two large scenes may not fit
-    auto renderer = make_packet_renderer(load(bundle, blobs_.folder()), settings, threads_);
-    warm_.push_front({scene, {{key, std::move(renderer)}}});
+    // Before it is built: two large scenes may not fit. A scene takes about what its files do, or more.
+    uint64_t files = 0;
+    for (const BundleEntry& entry : bundle.entries) files += entry.size;
+    make_room(files, 0);
+    auto renderer =
+        make_packet_renderer(load(bundle, blobs_.folder(), options_.build.threads), settings, options_.build);
+    ++scenes_built_;
+    const uint64_t bytes = renderer->memory_bytes();
+    warm_.push_front({scene, bytes, {{key, std::move(renderer)}}});
   }
+  make_room(0, 1);
   std::list<Ready>& ready = warm_.front().renderers;
   if (!move_to_front(ready, [&](const Ready& r) { return r.key == key; })) {
     ready.push_front({key, ready.front().renderer->with_settings(settings)});

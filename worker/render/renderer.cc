@@ -67,9 +67,9 @@ struct Renderer::World {
   PixelFilter filter;
   double imaging_ratio;
 
-  World(SceneDescription description, const RenderSettings& s, int threads)
-      : scene(build_scene(description, s.energy_compensation, s.overrides, threads)),
-        accel((drop_geometry(&description), scene), threads),
+  World(SceneDescription description, const RenderSettings& s, const BuildOptions& options)
+      : scene(build_scene(description, s.energy_compensation, s.overrides, options)),
+        accel((drop_geometry(&description), scene), options.threads),
         camera(make_camera(description.camera, s.grid.width, s.grid.height, scene.scale_exponent)),
         filter(description.filter),
         imaging_ratio(description.film.imaging_ratio) {}
@@ -106,8 +106,8 @@ struct Renderer::Impl {
   }
 };
 
-Renderer::Renderer(SceneDescription scene, const RenderSettings& settings, int threads)
-    : impl_(std::make_unique<Impl>(std::make_shared<World>(std::move(scene), settings, threads), settings,
+Renderer::Renderer(SceneDescription scene, const RenderSettings& settings, const BuildOptions& options)
+    : impl_(std::make_unique<Impl>(std::make_shared<World>(std::move(scene), settings, options), settings,
                                    1)) {}
 Renderer::Renderer(const Renderer& other, const RenderSettings& settings, uint32_t one_in)
     : impl_(std::make_unique<Impl>(other.impl_->world, settings, one_in)) {}
@@ -133,6 +133,11 @@ void Renderer::render_packet(const Packet& packet, Workspace& workspace, Partial
   auto& own = static_cast<WavefrontWorkspace&>(workspace);
   own.record_aovs(builder.aovs());
   lightmill::render_packet(impl_->context, packet, impl_->plan.quantum_exponent, *own.wavefront, &builder);
+  impl_->world->scene.textures.throw_if_unreadable();
+}
+
+uint64_t Renderer::memory_bytes() const {
+  return bytes_of(impl_->world->scene) + impl_->world->accel.bytes();
 }
 
 RenderCounters Renderer::record_packet(const Packet& packet, Workspace& workspace, PartialBuilder* builder,
@@ -142,6 +147,7 @@ RenderCounters Renderer::record_packet(const Packet& packet, Workspace& workspac
   w.recorder = &recorder;
   lightmill::render_packet(impl_->context, packet, impl_->plan.quantum_exponent, w, builder);
   w.recorder = nullptr;
+  impl_->world->scene.textures.throw_if_unreadable();
   return w.counters;
 }
 

@@ -11,6 +11,7 @@
 #include "common/image/partial.h"
 #include "common/scene/description.h"
 #include "common/settings.h"
+#include "worker/render/build_options.h"
 #include "worker/render/plan/scene_plan.h"
 
 namespace lightmill {
@@ -31,10 +32,10 @@ class Workspace {
 
 class Renderer {
  public:
-  /// Builds the acceleration structure with `threads` threads (0: all) and freezes the plan. Throws
+  /// Builds the scene and its acceleration structure, and freezes the plan. Throws
   /// Error(kBadScene) for geometry that can't be rendered and images that can't be read. Who moves the scene
   /// here saves the memory of its meshes.
-  Renderer(SceneDescription scene, const RenderSettings& settings, int threads);
+  Renderer(SceneDescription scene, const RenderSettings& settings, const BuildOptions& options);
   ~Renderer();
   /// The scene of `other`, shared, under settings that differ from its own in plan, integrator, depth,
   /// samples or seed at most: what the scene was built from stays. A pilot looks at `one_in` pixels only.
@@ -43,13 +44,16 @@ class Renderer {
   /// What the scene says and could not be taken at its word, each with its place.
   const std::vector<Problem>& warnings() const;
   const RenderSettings& settings() const;
+  /// That the scene takes, which renderers of other settings share.
+  uint64_t memory_bytes() const;
   int quantum_exponent() const;
   bool has_camera_layer() const;  // false for lt without AOVs
   bool has_splat_layer() const;   // false for pt
   /// What builders of this renderer's tiles are made with; a builder without AOVs gets none.
   AovSpec aovs() const;
   std::unique_ptr<Workspace> make_workspace() const;
-  /// Renders one packet into `builder`. Thread-safe for distinct workspaces.
+  /// Renders one packet into `builder`. Thread-safe for distinct workspaces. Throws Error(kBadScene) if an
+  /// image that was not kept in memory can't be read any more.
   void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const;
   /// The same, told to `recorder` contribution by contribution: slow, for diagnosis and pilots, which need no
   /// builder.

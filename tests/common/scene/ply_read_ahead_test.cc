@@ -16,7 +16,8 @@ std::string strip(int vertices, int flat = 0) {
                     "\nproperty list uchar int vertex_indices\nend_header\n";
   for (int i = 0; i < vertices; ++i) out += std::to_string(i) + " " + std::to_string(i % 2) + " 0\n";
   for (int i = 2; i < vertices; ++i)
-    out += "3 " + std::to_string(i - 2) + " " + std::to_string(i - 1) + " " + std::to_string(i) + "\n";
+    out.append("3 ").append(std::to_string(i - 2) + " " + std::to_string(i - 1) + " " + std::to_string(i) +
+                            "\n");
   for (int i = 0; i < flat; ++i) out += "3 0 0 1\n";
   return out;
 }

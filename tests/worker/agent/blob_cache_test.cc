@@ -10,6 +10,7 @@
 #include "common/size_text.h"
 #include "tests/worker/agent/fake_farm.h"
 #include "tests/worker/agent/temporary_folder.h"
+#include "worker/agent/memory_size.h"
 
 namespace lightmill::agent {
 namespace {
@@ -122,6 +123,11 @@ TEST(SizeText, TakesSuffixesAndRefusesNonsense) {
   EXPECT_EQ(parse_size("1.5k", "--cache-size"), 1536u);
   EXPECT_EQ(parse_size("500MB", "--cache-size"), uint64_t{500} << 20);
   EXPECT_EQ(parse_size("7", "--cache-size"), 7u);
+  EXPECT_EQ(parse_memory("7", "--scene-memory"), uint64_t{7} << 20);
+  EXPECT_EQ(parse_memory("7K", "--scene-memory"), uint64_t{7} << 10);
+  EXPECT_EQ(parse_memory("none", "--scene-memory"), ~uint64_t{0});
+  EXPECT_GT(parse_memory("auto", "--scene-memory"), uint64_t{1} << 20);
+  EXPECT_THROW(parse_memory("much", "--scene-memory"), Error);
   for (const char* bad : {"", "x", "-1", "0", "10X", "10GiB", "nan", "inf", "1e99", "G"}) {
     EXPECT_THROW(parse_size(bad, "--cache-size"), Error) << bad;
   }

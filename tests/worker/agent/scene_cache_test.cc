@@ -23,8 +23,13 @@ Include "ball.pbrt"
 
 class SceneCacheTest : public ::testing::Test {
  protected:
-  SceneCacheTest() : cache_(farm_, (folder_.path / "blobs").string(), 1 << 20, 1) {
-    settings_.grid = {32, 32, {0, 0, 32, 32}};
+  SceneCacheTest() : cache_(farm_, options(1 << 20)) { settings_.grid = {32, 32, {0, 0, 32, 32}}; }
+  SceneCacheOptions options(uint64_t scene_bytes) const {
+    return {(folder_.path / "blobs").string(), 1 << 20, scene_bytes, 1};
+  }
+  /// A scene of its own, of as much memory as the others of this name.
+  std::string ball(int number) {
+    return add("Translate 0 0 " + std::to_string(number) + " Shape \"sphere\"");
   }
   std::string add(const std::string& ball) {
     Bundle bundle;
@@ -70,6 +75,47 @@ TEST_F(SceneCacheTest, JobsThatDifferInTheirSamplingShareTheScene) {
   for (settings_.seed = 100; settings_.seed < 200; ++settings_.seed) cache_.open(digest, settings_);
   settings_.grid = {64, 32, {0, 0, 64, 32}};
   EXPECT_THROW(cache_.open(digest, settings_), std::out_of_range) << "another film is another camera";
+}
+
+TEST_F(SceneCacheTest, FurtherTilesOfAJobCostNoLoad) {
+  const std::string a = ball(5), b = ball(6);
+  for (int tile = 0; tile < 10; ++tile) {
+    cache_.open(a, settings_);
+    cache_.open(b, settings_);
+  }
+  EXPECT_EQ(cache_.scenes_built(), 2);
+}
+
+TEST_F(SceneCacheTest, ScenesUsedLastStayAsManyAsFit) {
+  const std::string scenes[] = {ball(5), ball(6), ball(7), ball(8)};
+  cache_.open(scenes[0], settings_);
+  const uint64_t one = cache_.warm_bytes();
+  ASSERT_GT(one, 0u);
+  SceneCache cache(farm_, options(3 * one + one / 2));
+  for (const std::string& scene : scenes) cache.open(scene, settings_);
+  EXPECT_EQ(cache.scenes_built(), 4);
+  EXPECT_EQ(cache.warm_bytes(), 3 * one);
+  cache.open(scenes[1], settings_);  // used again: now the third is the oldest
+  cache.open(scenes[0], settings_);
+  EXPECT_EQ(cache.scenes_built(), 5);
+  cache.open(scenes[1], settings_);
+  cache.open(scenes[3], settings_);
+  EXPECT_EQ(cache.scenes_built(), 5) << "they stayed";
+  cache.open(scenes[2], settings_);
+  EXPECT_EQ(cache.scenes_built(), 6);
+}
+
+TEST_F(SceneCacheTest, TheLastSceneStaysHoweverLittleFits) {
+  SceneCache cache(farm_, options(1));
+  const std::string a = ball(5), b = ball(6);
+  for (int tile = 0; tile < 5; ++tile) cache.open(a, settings_);
+  EXPECT_EQ(cache.scenes_built(), 1);
+  const auto held = cache.open(b, settings_);
+  EXPECT_EQ(cache.scenes_built(), 2);
+  cache.open(a, settings_);
+  EXPECT_EQ(cache.scenes_built(), 3);
+  EXPECT_EQ(cache.open(b, settings_), held) << "a lease held it: letting go would have freed nothing";
+  EXPECT_EQ(cache.scenes_built(), 3);
 }
 
 TEST_F(SceneCacheTest, ABadSceneIsAnErrorWithItsPlace) {

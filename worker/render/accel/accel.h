@@ -44,6 +44,8 @@ class Accel {
   void closest_hits(TracedRay* rays, const int32_t* ids, int count) const;
   /// For i < count: occluded[i] = 1 if anything lies on ray i in (0, tfar[i]), else 0.
   void occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const;
+  /// Memory of the tree.
+  uint64_t bytes() const;
 
  private:
   struct Impl;

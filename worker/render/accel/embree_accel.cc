@@ -1,5 +1,7 @@
 #include <embree3/rtcore.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -112,7 +114,14 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
 
 }  // namespace
 
+/// Keeps the count of a device's memory; called by any of its threads.
+bool count_bytes(void* counter, ssize_t bytes, bool /*after*/) {
+  static_cast<std::atomic<int64_t>*>(counter)->fetch_add(bytes, std::memory_order_relaxed);
+  return true;
+}
+
 struct Accel::Impl {
+  std::atomic<int64_t> bytes{0};
   std::optional<FewPrimitives> few;  // then nothing else is built
   RTCDevice device = nullptr;
   TracedObject world;
@@ -178,6 +187,7 @@ Accel::Accel(const RenderScene& scene, int threads, Structure structure) : impl_
                              (threads > 0 ? ",threads=" + std::to_string(threads) : std::string());
   impl_->device = rtcNewDevice(config.c_str());
   if (!impl_->device) fail(nullptr);
+  rtcSetDeviceMemoryMonitorFunction(impl_->device, count_bytes, &impl_->bytes);
   for (const ObjectRange& range : scene.objects) {
     TracedObject& o = impl_->instances.objects.emplace_back(impl_->begin());
     impl_->add_meshes(scene, range.first_mesh, range.mesh_count, &o);
@@ -197,6 +207,8 @@ Accel::Accel(const RenderScene& scene, int threads, Structure structure) : impl_
 }
 
 Accel::~Accel() = default;
+
+uint64_t Accel::bytes() const { return static_cast<uint64_t>(std::max<int64_t>(impl_->bytes, 0)); }
 
 void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count) const {
   if (impl_->few) return impl_->few->closest_hits(rays, ids, count);

@@ -146,10 +146,12 @@ struct RenderScene {
   }
 };
 
-/// Builds it; images are read on `threads` threads (0: one per processor). Throws Error(kBadScene) for geometry
-/// that can't be rendered (no geometry or light is fine: the image is what the scene says) and images that
-/// can't be read.
+/// Builds it. Throws Error(kBadScene) for geometry that can't be rendered (no geometry or light is fine: the
+/// image is what the scene says) and images that can't be read.
 RenderScene build_scene(const SceneDescription& description, bool energy_compensation = false,
-                        Features overrides = 0, int threads = 1);
+                        Features overrides = 0, const BuildOptions& options = 1);
+
+/// Memory that its large arrays and textures take.
+uint64_t bytes_of(const RenderScene& scene);
 
 }  // namespace lightmill

@@ -503,13 +503,30 @@ class SceneBuilder {
 }  // namespace
 
 RenderScene build_scene(const SceneDescription& description, bool energy_compensation, Features overrides,
-                        int threads) {
-  RenderScene scene(TextureTable(description.textures, threads));
+                        const BuildOptions& options) {
+  RenderScene scene(TextureTable(description.textures, options));
   scene.warnings = check_textures(description, scene.textures);
   scene.energy_compensation = energy_compensation;
   scene.overrides = overrides;
   SceneBuilder(description, &scene).build();
   return scene;
+}
+
+uint64_t bytes_of(const RenderScene& s) {
+  const auto bytes = [](const auto&... arrays) {
+    return (uint64_t{0} + ... + (arrays.capacity() * sizeof arrays[0]));
+  };
+  uint64_t lights = bytes(s.lights.records, s.lights.type, s.lights.alias_keep, s.lights.alias);
+  const auto add_map = [&](const auto& map) {
+    lights += bytes(map.rgb, map.density, map.alias_keep, map.alias);
+  };
+  std::for_each(s.lights.environments.begin(), s.lights.environments.end(), add_map);
+  std::for_each(s.lights.goniometers.begin(), s.lights.goniometers.end(), add_map);
+  std::for_each(s.lights.projectors.begin(), s.lights.projectors.end(), add_map);
+  return lights + s.textures.bytes() +
+         bytes(s.positions, s.normals, s.colors, s.uvs, s.indices, s.meshes, s.spheres, s.sphere_axes,
+               s.instance_records, s.instance_object, s.primitive_material, s.primitive_light,
+               s.primitive_flags, s.bsdf_tables);
 }
 
 }  // namespace lightmill

@@ -1,58 +1,16 @@
 #pragma once
-// Textures at render time: images in memory with bilinear lookup, and the small texture graph.
+// Textures at render time: the small texture graph over images.
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <utility>
+#include <memory>
 #include <vector>
 
 #include "common/scene/description.h"
+#include "worker/render/build_options.h"
+#include "worker/render/scene/image_map.h"
+#include "worker/render/scene/texture_cache.h"
 
 namespace lightmill {
-
-/// What is in an image, for emitters that shine by it.
-struct ImageContent {
-  int width = 0, height = 0;
-  Rgb mean;                                 // of all texels, negative ones as 0
-  float brightest = 0, darkest = 0;         // of any channel
-  int darkest_x = 0, darkest_y = 0;         // where
-  int not_finite_x = -1, not_finite_y = 0;  // the first texel that is no number or infinite; -1: none
-  bool is_nan = false;                      // which of the two
-};
-
-/// An image of RGB or grey texels, linear. Stored as 8-bit sRGB or linear (decoded by a table) or as float.
-class ImageMap {
- public:
-  /// Throws Error(kBadScene) if the file can't be read.
-  explicit ImageMap(const ImageTexture& texture);
-  /// Bilinear value (or the nearest texel's) at (s, t), t up. Scale and invert applied.
-  Rgb lookup(float s, float t) const;
-  /// Looks at every texel.
-  ImageContent content() const;
-  /// Bounds of lookup()'s channels.
-  std::pair<float, float> range() const;
-  /// Texels that, as a normal map's, point below the surface or have no direction.
-  int64_t inward_normals() const;
-  /// x and y of the first texel that is no number or infinite, if there is one; it counts as 0.
-  std::optional<std::array<int, 2>> first_not_finite() const;
-  /// A bound of lookup()'s channels for s and t within the ranges: 0 only if all texels there are black.
-  /// Looks at no more than `limit` texels; infinite if there are more.
-  float brightest(float s0, float s1, float t0, float t1, double limit) const;
-
- private:
-  Rgb texel(int x, int y) const;
-  int width_ = 0, height_ = 0;
-  Wrap wrap_, wrap_t_;
-  float scale_;
-  bool invert_, nearest_;
-  size_t channels_ = 3;         // per texel: 3, or 1 for a grey
-  std::vector<uint8_t> bytes_;  // channels_ per texel, or empty
-  std::vector<float> floats_;   // channels_ per texel, or empty
-  float decode_[256];
-  ptrdiff_t not_finite_ = -1;  // index into floats_ of the first value that was not, and became 0
-  bool is_nan_ = false;
-};
 
 /// Where a texture is looked up.
 struct TexturePoint {
@@ -64,9 +22,11 @@ struct TexturePoint {
 /// All textures of a scene, evaluated per point.
 class TextureTable {
  public:
-  /// Reads the images on `threads` threads (0: one per processor). Throws Error(kBadScene) for the first that
-  /// can't be read.
-  explicit TextureTable(const std::vector<TextureDescription>& textures, int threads = 1);
+  /// Reads the images on `options.threads` threads. They take up to `options.texture_bytes`: what has no
+  /// room is looked at once and read again where it is needed, through a TextureCache, with the same bits.
+  /// Throws Error(kBadScene) for the first that can't be read, and Error(kFailed) if images inside another
+  /// file, which are always kept, take more.
+  explicit TextureTable(const std::vector<TextureDescription>& textures, const BuildOptions& options = 1);
   /// Value of texture `id` at a point; floats come as grey.
   Rgb evaluate(int id, const TexturePoint& at) const;
   /// The image behind texture `id`, or null if it is of another kind.
@@ -75,10 +35,21 @@ class TextureTable {
     return at < 0 ? nullptr : &images_[static_cast<size_t>(at)];
   }
   size_t size() const { return nodes_.size(); }
+  /// Of texels in memory, and of the cache at its fullest.
+  uint64_t bytes() const { return bytes_; }
+  /// Images that are read where they are needed.
+  size_t cached_images() const;
+  /// Throws Error(kFailed) if an image could be read when the table was made, but not since: what was
+  /// evaluated after that is void.
+  void throw_if_unreadable() const {
+    if (cache_) cache_->throw_if_failed();
+  }
 
  private:
   Rgb input(const SpectrumInput& in, const TexturePoint& at) const;
   std::vector<TextureKind> nodes_;
+  std::unique_ptr<TextureCache> cache_;  // null: all images are in memory
+  uint64_t bytes_ = 0;
   std::vector<ImageMap> images_;
   std::vector<int> image_of_;  // per node, -1 if it is not an image
 };

@@ -1,0 +1,19 @@
+#pragma once
+// How a scene is built for rendering; none of it shows in its pixels.
+#include <cstdint>
+
+namespace lightmill {
+
+/// No bound of the memory of textures.
+inline constexpr uint64_t kUnboundedTextures = ~uint64_t{0};
+
+struct BuildOptions {
+  // Implicit: most callers care about threads only.
+  BuildOptions(int thread_limit = 0, uint64_t max_texture_bytes = kUnboundedTextures)
+      : threads(thread_limit), texture_bytes(max_texture_bytes) {}
+
+  int threads;             // that read images and build the tree; 0: one per processor
+  uint64_t texture_bytes;  // of memory for images on surfaces; what has no room is read where it is needed
+};
+
+}  // namespace lightmill
