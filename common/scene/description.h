@@ -59,7 +59,7 @@ enum class ColorEncoding { kAuto, kSrgb, kLinear, kGamma };  // kAuto: sRGB for 
 /// How a surface point becomes (s, t). Over texture space, p_t = world_to_texture p with p in scene units:
 ///   kUv           (su u + sv_u v + du, sv v + su_v u + dv); the mixed factors turn the picture
 ///   kSpherical    of p_t's direction: polar angle from +z over pi, azimuth over 2 pi
-///   kCylindrical  of p_t's direction: azimuth from -x in turns, z
+///   kCylindrical  azimuth of p_t from -x in turns, its z
 ///   kPlanar       (du + p_t . s_axis, dv + p_t . t_axis)
 enum class MappingKind { kUv, kSpherical, kCylindrical, kPlanar };
 struct UvMapping {
@@ -117,6 +117,11 @@ struct BilerpTexture {
   Rgb v00, v01{1, 1, 1}, v10, v11{1, 1, 1};
   UvMapping mapping;
 };
+/// By the surface's direction: |n . direction| of tex1, the rest of tex2; n is the geometric normal.
+struct DirectionMixTexture {
+  SpectrumInput tex1, tex2{{1, 1, 1}, -1};
+  Vec3d direction{0, 1, 0};  // unit, of the scene's space
+};
 /// Scattered disks of `inside` on `outside`, about one to two cells of (s, t).
 struct DotsTexture {
   SpectrumInput inside, outside;
@@ -134,7 +139,7 @@ struct NoiseTexture {
 };
 using TextureKind =
     std::variant<ImageTexture, ConstantTexture, ScaleTexture, MixTexture, CheckerboardTexture, BilerpTexture,
-                 DotsTexture, NoiseTexture, ProductTexture, VertexColorTexture, StepTexture>;
+                 DirectionMixTexture, DotsTexture, NoiseTexture, ProductTexture, VertexColorTexture, StepTexture>;
 struct TextureDescription {
   std::string name;
   bool is_spectrum = true;  // false: "float"; then r == g == b

@@ -123,7 +123,7 @@ void PbrtParser::on_attribute(const Token& d) {
   }
   auto inherited = std::make_shared<InheritedParameters>(*state_.inherited);
   auto& list = (*inherited)[*target];
-  for (Parameter& p : parse_parameters(*tokens_, problems_)) {
+  for (Parameter& p : parse_parameters(*tokens_, state_.color_space, problems_)) {
     p.inherited = true;
     std::erase_if(list, [&](const Parameter& old) { return old.name == p.name; });
     list.push_back(std::move(p));
@@ -134,13 +134,11 @@ void PbrtParser::on_attribute(const Token& d) {
 void PbrtParser::on_color_space(const Token& d) {
   const auto name = take_string(d, "a name");
   if (!name) return;
-  static const std::vector<std::string_view> known = {"srgb", "rec2020", "aces2065-1", "dci-p3"};
-  if (std::find(known.begin(), known.end(), *name) == known.end()) {
+  if (const auto space = color_space_named(*name)) {
+    state_.color_space = *space;
+  } else {
     problems_->error(d.where.location(),
-                     "unknown color space " + in_quotes(*name) + nearest_hint(*name, known));
-  } else if (*name != "srgb") {
-    problems_->unsupported(d.where.location(),
-                           "the color space " + in_quotes(*name) + " is taken as \"srgb\"");
+                     "unknown color space " + in_quotes(*name) + nearest_hint(*name, color_space_names()));
   }
 }
 
@@ -153,7 +151,7 @@ void PbrtParser::on_medium_interface(const Token& d) {
 void PbrtParser::on_make_named_medium(const Token& d) {
   const auto name = take_string(d, "a name");
   if (!name) return;
-  parse_parameters(*tokens_, problems_);
+  parse_parameters(*tokens_, state_.color_space, problems_);
   problems_->unsupported(d.where.location(),
                          "participating media: the medium " + in_quotes(*name) + " is ignored");
 }

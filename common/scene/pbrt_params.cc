@@ -173,10 +173,12 @@ std::string_view param_type_name(ParamType type) {
   return "";
 }
 
-std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ProblemList* problems) {
+std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ColorSpace color_space,
+                                        ProblemList* problems) {
   std::vector<Parameter> list;
   while (tokens.peek().kind == Token::Kind::kString && !problems->full()) {
     Parameter parameter;
+    parameter.color_space = color_space;
     const bool declared = parse_declaration(tokens.next(), &parameter, problems);
     if (!declared) {
       // Skip the value in silence, whatever it is.

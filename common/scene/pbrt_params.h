@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/scene/color_space.h"
 #include "common/scene/pbrt_tokenizer.h"
 
 namespace lightmill {
@@ -39,12 +40,13 @@ struct Parameter {
   std::vector<std::string> strings;  // string, texture, named spectrum
   bool inherited = false;            // from an Attribute directive: may stay unused
   bool used = false;
-  bool malformed = false;  // its value was reported and is missing here
+  bool malformed = false;                      // its value was reported and is missing here
+  ColorSpace color_space = ColorSpace::kSrgb;  // of rgb values
 };
 
 /// Reads the parameters that follow a directive, up to the next token that is not a string. What is
 /// malformed is reported; a parameter whose name is known at least stays in the list, marked.
-std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ProblemList* problems);
+std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ColorSpace color_space, ProblemList* problems);
 
 class ParameterList {
  public:

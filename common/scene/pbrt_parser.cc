@@ -122,7 +122,7 @@ bool PbrtParser::take_numbers(const Token& directive, double* numbers, size_t co
 
 ParameterList PbrtParser::take_parameters(const Token& directive, const std::string& owner,
                                           const char* inherited_from) {
-  std::vector<Parameter> parameters = parse_parameters(*tokens_, problems_);
+  std::vector<Parameter> parameters = parse_parameters(*tokens_, state_.color_space, problems_);
   if (const auto found = state_.inherited->find(inherited_from); found != state_.inherited->end()) {
     for (const Parameter& p : found->second) {
       const bool given = std::any_of(parameters.begin(), parameters.end(),

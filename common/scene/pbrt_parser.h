@@ -29,6 +29,7 @@ class PbrtParser {
   struct State {
     ShapeAttributes shape;
     std::shared_ptr<const InheritedParameters> inherited = std::make_shared<InheritedParameters>();
+    ColorSpace color_space = ColorSpace::kSrgb;
     bool transforms_start = true;  // ActiveTransform includes the start time
   };
   struct Scope {

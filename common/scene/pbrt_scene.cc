@@ -193,8 +193,13 @@ Rgb PbrtScene::read_spectrum(const Parameter& p, SpectrumUse use, ParameterList&
       params.bad_value(p.name, reflectance ? "must be within [0, 1]" : "must not be negative");
       return fallback;
     }
-    return {static_cast<float>(p.numbers[0]), static_cast<float>(p.numbers[1]),
-            static_cast<float>(p.numbers[2])};
+    const auto rgb =
+        to_rec709(p.color_space, {p.numbers[0], p.numbers[1], p.numbers[2]}, use == SpectrumUse::kEmission);
+    // Colours outside Rec.709 go to its border.
+    const auto within = [&](double x) {
+      return static_cast<float>(std::max(0.0, reflectance ? std::min(x, 1.0) : x));
+    };
+    return {within(rgb[0]), within(rgb[1]), within(rgb[2])};
   }
   if (p.type == ParamType::kBlackbody) {
     if (p.numbers.size() != 1 || p.numbers[0] < 200 || p.numbers[0] > 1e6) {

@@ -176,8 +176,18 @@ TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum,
     board.mapping = read_mapping(params, ctm);
     return board;
   }
-  if (type == "dots")
-    return DotsTexture{inputs.color("inside", 1), inputs.color("outside", 0), read_mapping(params, ctm)};
+  if (type == "dots") {
+    // What pbrt-v4 draws is not what its documentation says: the dots have the colour of "outside".
+    const SpectrumInput ground = inputs.color("inside", 1), dots = inputs.color("outside", 0);
+    return DotsTexture{dots, ground, read_mapping(params, ctm)};
+  }
+  if (type == "directionmix") {
+    const Vec3d dir = transform_vector(ctm, read_axis(params, "dir", {0, 1, 0}));
+    const double length = std::sqrt(dir.x * dir.x + dir.y * dir.y + dir.z * dir.z);
+    if (!(length > 0)) params.bad_value("dir", "must not be zero");
+    return DirectionMixTexture{
+        inputs.color("tex1", 0), inputs.color("tex2", 1), {dir.x / length, dir.y / length, dir.z / length}};
+  }
   if (type == "bilerp") {
     const auto corner = [&](const char* name, float fallback) {
       return read_corner(out, params, name, fallback, is_spectrum);
@@ -200,7 +210,7 @@ TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum,
 const std::vector<std::string_view> kKnown = {"imagemap",     "constant", "scale", "mix", "checkerboard",
                                               "directionmix", "bilerp",   "dots",  "fbm", "wrinkled",
                                               "windy",        "marble",   "ptex"};
-const std::vector<std::string_view> kUnsupported = {"directionmix", "ptex"};
+const std::vector<std::string_view> kUnsupported = {"ptex"};
 
 bool among(const std::vector<std::string_view>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();

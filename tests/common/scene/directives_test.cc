@@ -301,8 +301,7 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
       {"Material \"interface\" Shape \"sphere\"", "its shapes are left out"},
       {"Material \"hair\"", "rendered as grey diffuse"},
       {"Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"", "dispersion"},
-      {"Texture \"t\" \"spectrum\" \"directionmix\"", "replaced by the constant 0.5"},
-      {"ColorSpace \"rec2020\"", "taken as \"srgb\""},
+      {"Texture \"t\" \"spectrum\" \"ptex\"", "replaced by the constant 0.5"},
       {"ObjectBegin \"o\" AreaLightSource \"diffuse\" Shape \"sphere\" ObjectEnd", "does not emit"},
   };
   for (const auto& [text, message] : cases) {

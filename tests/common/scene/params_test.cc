@@ -10,7 +10,8 @@ namespace {
 struct Parsed {
   explicit Parsed(const std::string& text)
       : tokenizer(text, &file, &problems),
-        list("shape \"test\"", {"a.pbrt", 1, 1}, parse_parameters(tokenizer, &problems), &problems) {}
+        list("shape \"test\"", {"a.pbrt", 1, 1}, parse_parameters(tokenizer, ColorSpace::kSrgb, &problems),
+             &problems) {}
   std::string messages() {
     std::string all;
     for (const Problem& p : problems.take()) all += format_problem(p) + "\n";

@@ -57,8 +57,20 @@ TEST_F(Textures, DotsTakeTexturesDefinedBefore) {
       "Texture \"a\" \"float\" \"constant\" \"float value\" 0.2\n"
       "Texture \"t\" \"float\" \"dots\" \"texture inside\" \"a\" \"float outside\" 0.1");
   const auto& dots = std::get<DotsTexture>(scene.textures.at(1).kind);
-  EXPECT_EQ(dots.inside.texture, 0);
-  EXPECT_EQ(dots.outside.value, (Rgb{0.1f, 0.1f, 0.1f}));
+  // Exchanged, as pbrt-v4 renders them.
+  EXPECT_EQ(dots.outside.texture, 0);
+  EXPECT_EQ(dots.inside.value, (Rgb{0.1f, 0.1f, 0.1f}));
+}
+
+TEST_F(Textures, DirectionMixTurnsWithTheSpaceItIsGivenIn) {
+  const SceneDescription scene = clean_world(
+      "Rotate 90 0 0 1\n"
+      "Texture \"t\" \"spectrum\" \"directionmix\" \"vector3 dir\" [0 3 0] \"rgb tex1\" [1 0 0]");
+  const auto& mix = std::get<DirectionMixTexture>(scene.textures.at(0).kind);
+  EXPECT_NEAR(mix.direction.x, -1, 1e-12);
+  EXPECT_NEAR(mix.direction.y, 0, 1e-12);
+  EXPECT_EQ(mix.tex1.value, (Rgb{1, 0, 0}));
+  EXPECT_EQ(mix.tex2.value, (Rgb{1, 1, 1}));
 }
 
 TEST_F(Textures, BadOnesAreNamedWithTheirPlace) {
@@ -67,6 +79,7 @@ TEST_F(Textures, BadOnesAreNamedWithTheirPlace) {
       {"Texture \"t\" \"spectrum\" \"fbm\"", "is a float texture"},
       {"Texture \"t\" \"float\" \"fbm\" \"integer octaves\" 1000000", "parameter \"octaves\""},
       {"Texture \"t\" \"float\" \"dots\" \"texture inside\" \"later\"", "not defined above"},
+      {"Texture \"t\" \"float\" \"directionmix\" \"vector3 dir\" [0 0 0]", "must not be zero"},
       {"Texture \"t\" \"float\" \"bilerp\" \"string mapping\" \"spheric\"", "did you mean \"spherical\""},
   };
   for (const auto& [text, message] : cases) EXPECT_TRUE(refused_on_line_2(load_world(text), message)) << text;

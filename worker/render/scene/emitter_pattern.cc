@@ -38,6 +38,7 @@ Vec3<float> pattern_at_sample(const RenderScene& scene, const EmitterPattern& pa
     for (size_t k = 0; k < 4; ++k) at.color[k] = c[0][k] * (1.0f - b1 - b2) + c[1][k] * b1 + c[2][k] * b2;
   }
   at.p = scene.scene_point({p.x, p.y, p.z});
+  at.n = n;
   const FloatInput& alpha = pattern.alpha;
   const float a = alpha.texture < 0 ? alpha.value : scene.textures.evaluate(alpha.texture, at).r;
   return pattern_at_hit(scene, pattern, at) * (a > 0 ? std::min(a, 1.0f) : 0.0f);

@@ -62,9 +62,8 @@ MappedPoint map_point(const UvMapping& m, const TexturePoint& at) {
   }
   const float r = std::sqrt(p.x * p.x + p.y * p.y);
   if (m.kind == MappingKind::kSpherical) return {2 * turns(r, p.z), turns(p.y, p.x)};
-  const float length = std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
   const float azimuth = turns(p.y, p.x) + 0.5f;  // pi + atan2 in turns, atan2 being in (-pi, pi]
-  return {azimuth > 1 ? azimuth - 1 : azimuth, length > 0 ? p.z / length : 0};
+  return {azimuth > 1 ? azimuth - 1 : azimuth, p.z};
 }
 
 bool second_square(const CheckerboardTexture& board, const TexturePoint& at) {

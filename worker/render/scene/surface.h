@@ -158,6 +158,7 @@ template <class F>
 inline TexturePoint texture_point(const RenderScene& scene, const Surface<F>& s, int l) {
   TexturePoint at{lane(s.u, l), lane(s.v, l),
                   scene.scene_point({lane(s.p.x, l), lane(s.p.y, l), lane(s.p.z, l)})};
+  at.n = {lane(s.ng.x, l), lane(s.ng.y, l), lane(s.ng.z, l)};
   if (scene.any_colors) {
     for (size_t c = 0; c < 4; ++c) at.color[c] = lane(s.color[c], l);
   }

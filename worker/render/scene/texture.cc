@@ -115,6 +115,13 @@ Rgb TextureTable::evaluate(int id, const TexturePoint& at) const {
   if (const auto* t = std::get_if<CheckerboardTexture>(&node))
     return input(second_square(*t, at) ? t->tex2 : t->tex1, at);
   if (const auto* t = std::get_if<BilerpTexture>(&node)) return bilerp(*t, at);
+  if (const auto* t = std::get_if<DirectionMixTexture>(&node)) {
+    const Vec3<float> towards{static_cast<float>(t->direction.x), static_cast<float>(t->direction.y),
+                              static_cast<float>(t->direction.z)};
+    const float w = std::min(std::fabs(dot(at.n, towards)), 1.0f);
+    const Rgb a = input(t->tex1, at), b = input(t->tex2, at);
+    return {b.r + (a.r - b.r) * w, b.g + (a.g - b.g) * w, b.b + (a.b - b.b) * w};
+  }
   if (const auto* t = std::get_if<DotsTexture>(&node))
     return input(inside_dot(map_point(t->mapping, at)) ? t->inside : t->outside, at);
   if (const auto* t = std::get_if<ProductTexture>(&node)) {

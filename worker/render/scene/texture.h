@@ -7,6 +7,7 @@
 
 #include "common/scene/description.h"
 #include "worker/render/build_options.h"
+#include "worker/render/math/vec.h"
 #include "worker/render/scene/image_map.h"
 #include "worker/render/scene/texture_cache.h"
 
@@ -17,6 +18,7 @@ struct TexturePoint {
   float u = 0, v = 0;                      // surface coordinates
   Vec3d p{};                               // position in scene units
   std::array<float, 4> color{1, 1, 1, 1};  // of the vertices, interpolated
+  Vec3<float> n{0, 0, 1};                  // unit geometric normal, of either side
 };
 
 /// All textures of a scene, evaluated per point.

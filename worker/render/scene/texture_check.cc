@@ -152,6 +152,7 @@ class Checker {
   Range bounds(const BilerpTexture& t, int) {
     return hull(hull(of(t.v00), of(t.v01)), hull(of(t.v10), of(t.v11)));
   }
+  Range bounds(const DirectionMixTexture& t, int) { return hull(range(t.tex1), range(t.tex2)); }
   Range bounds(const DotsTexture& t, int) { return hull(range(t.inside), range(t.outside)); }
   Range bounds(const ProductTexture& t, int) { return product(range(t.a), range(t.b)); }
   Range bounds(const VertexColorTexture&, int) { return {0, 1}; }

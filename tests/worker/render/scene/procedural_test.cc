@@ -83,7 +83,7 @@ TEST(Mapping, FollowsItsFormula) {
     EXPECT_NEAR(map_point(sphere, at(p)).s, std::acos(p.z / r) / M_PI, 2e-6);
     EXPECT_NEAR(map_point(sphere, at(p)).t, phi / (2 * M_PI) + (phi < 0 ? 1 : 0), 2e-6);
     EXPECT_NEAR(map_point(cylinder, at(p)).s, (M_PI + phi) / (2 * M_PI), 2e-6);
-    EXPECT_NEAR(map_point(cylinder, at(p)).t, p.z / r, 2e-6);
+    EXPECT_NEAR(map_point(cylinder, at(p)).t, p.z, 2e-6);
   }
 }
 
@@ -93,6 +93,19 @@ TEST(Procedural, BilerpInterpolatesItsCorners) {
   EXPECT_FLOAT_EQ(bilerp(b, {0, 1, {}}).r, 2);
   EXPECT_FLOAT_EQ(bilerp(b, {1, 0, {}}).g, 3);
   EXPECT_FLOAT_EQ(bilerp(b, {0.5f, 0.5f, {}}).b, 2.75f);
+}
+
+TEST(Procedural, DirectionMixFollowsTheNormalOfEitherSide) {
+  const DirectionMixTexture mix{{{1, 0, 0.5f}, -1}, {{0, 1, 0.5f}, -1}, {0, 0.6, 0.8}};
+  const TextureTable table(std::vector<TextureDescription>{{"mix", true, mix, {}}});
+  TexturePoint point = at({});
+  for (const float side : {1.0f, -1.0f}) {
+    point.n = {0, 0, side};
+    const Rgb c = table.evaluate(0, point);
+    EXPECT_FLOAT_EQ(c.r, 0.8f);
+    EXPECT_FLOAT_EQ(c.g, 0.2f);
+    EXPECT_FLOAT_EQ(c.b, 0.5f);
+  }
 }
 
 TEST(Procedural, SolidCheckerboardAlternatesAlongEveryAxis) {
