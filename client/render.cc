@@ -64,16 +64,17 @@ int render(LocalOptions& options) {
     if (!quiet) print_warning(format_problem(problem));
   };
   // Only a diagnosis needs the scene once more.
-  const auto renderer = options.diagnose.empty()
-                            ? agent::make_packet_renderer(std::move(scene), request.settings, build, warn)
-                            : agent::make_packet_renderer(scene, request.settings, build, warn);
+  auto renderer = options.diagnose.empty()
+                      ? agent::make_packet_renderer(std::move(scene), request.settings, build, warn)
+                      : agent::make_packet_renderer(scene, request.settings, build, warn);
 
   phase.reset();
   std::signal(SIGINT, handle_interrupt);
   std::signal(SIGTERM, handle_interrupt);
   Progress progress(quiet);
+  // The scene goes with the last tile: an image is finished in the memory that it had.
   const LocalResult result = render_local(
-      request, renderer, threads,
+      request, std::move(renderer), threads,
       [&](const JobStatus& status) {
         progress.update(status);
         return interrupted == 0;

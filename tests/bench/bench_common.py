@@ -1,4 +1,4 @@
-"""What the benchmark scripts share: where things are, running a program, medians."""
+"""What the benches share: where things are, running a program, medians."""
 import json
 import os
 import pathlib
@@ -10,9 +10,9 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("LIGHTMILL_BUILD", ROOT / "build" / "release"))
 LIGHTMILL = BUILD / "bin" / "lightmill"
-BENCH_RENDER = BUILD / "bench" / "bench_render"
+BENCH = BUILD / "bench"
 SHARED = ROOT.parent / "shared" / "scenes"
-CORES = os.cpu_count() or 1
+CORES = len(os.sched_getaffinity(0))
 
 
 def need(*paths):
@@ -30,10 +30,10 @@ def output(*command):
     return done.stdout
 
 
-def bench_render(scene, **options):
-    """bench_render's figures for a scene."""
-    flags = [x for k, v in options.items() for x in (f"--{k}", v)]
-    return json.loads(output(BENCH_RENDER, scene, *flags))
+def figures(program, scene, *flags, **options):
+    """What a bench program says of a scene: one line of JSON. Options whose value is None are left out."""
+    flags += tuple(x for k, v in options.items() if v is not None for x in (f"--{k.replace('_', '-')}", v))
+    return json.loads(output(BENCH / program, scene, *flags))
 
 
 def farm_render(scene, out, *flags):
@@ -45,6 +45,6 @@ def farm_render(scene, out, *flags):
     return float(last["wall_s"]), float(last["cpu_s"])
 
 
-def spread(values):
+def spread(values, digits=3):
     """'median [min, max]' of a list of figures."""
-    return f"{statistics.median(values):.3f} [{min(values):.3f}, {max(values):.3f}]"
+    return f"{statistics.median(values):.{digits}g} [{min(values):.{digits}g}, {max(values):.{digits}g}]"

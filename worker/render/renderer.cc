@@ -136,6 +136,12 @@ void Renderer::render_packet(const Packet& packet, Workspace& workspace, Partial
   impl_->world->scene.textures.throw_if_unreadable();
 }
 
+const StageContext& Renderer::context() const { return impl_->context; }
+
+void Renderer::set_probe(Workspace& workspace, StageProbe* probe) {
+  static_cast<WavefrontWorkspace&>(workspace).wavefront->probe = probe;
+}
+
 uint64_t Renderer::memory_bytes() const {
   return bytes_of(impl_->world->scene) + impl_->world->accel.bytes();
 }

@@ -22,7 +22,9 @@ struct Packet {
   int64_t sample_begin = 0, sample_end = 0;  // within one block
 };
 
+class StageProbe;        // pipeline/stage_probe.h
 class StrategyRecorder;  // pipeline/strategy_recorder.h
+struct StageContext;     // pipeline/context.h
 
 /// A thread's private wavefront, light-vertex cache and buffers.
 class Workspace {
@@ -59,6 +61,10 @@ class Renderer {
   /// builder.
   RenderCounters record_packet(const Packet& packet, Workspace& workspace, PartialBuilder* builder,
                                StrategyRecorder& recorder) const;
+  /// For benches: what the stages read, and a probe (or null) that looks on while packets are rendered with
+  /// `workspace`.
+  const StageContext& context() const;
+  static void set_probe(Workspace& workspace, StageProbe* probe);
   /// A point of normalised space (what a recorder gives) in the scene file's world space.
   Vec3d world_point(const float normalised[3]) const;
   /// Index into SceneDescription::materials of a primitive.

@@ -3,7 +3,8 @@
 //
 // Hides the ray tracing library: nothing else includes its headers. The device is pinned to
 // AVX2 and the scene is built ROBUST, so that packets, single rays and any number of build
-// threads name the same primitives. Scenes of few primitives have no tree (few_primitives.h).
+// threads name the same primitives, and closed meshes are closed (watertight_test.cc). Scenes of few
+// primitives have no tree (few_primitives.h).
 #include <cstdint>
 #include <memory>
 

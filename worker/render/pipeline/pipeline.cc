@@ -11,6 +11,7 @@
 #include "worker/render/pipeline/film.h"
 #include "worker/render/pipeline/producer.h"
 #include "worker/render/pipeline/shadow_caster.h"
+#include "worker/render/pipeline/stage_probe.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/thread_time.h"
 
@@ -35,6 +36,14 @@ void run(Wavefront& w, double StrategyRecorder::*member, Stage&& stage) {
   }
 }
 
+template <class Form>
+void connect(Wavefront& w, Form&& form) {
+  run(w, nullptr, [&] {
+    const StageScope scope(w, Stage::kConnect);
+    form();
+  });
+}
+
 /// Light paths of a layer: about as many as asked for per pixel of the cell that is looked at.
 int light_paths_of(const StageContext& context, const CameraSlots& slots) {
   return light_paths_of_layer(context.light_paths, slots.inside_count);
@@ -45,15 +54,19 @@ void light_pass(const StageContext& context, const LayerContext& layer, Wavefron
   const bool direct = w.aovs && w.aovs->wants_direct() && context.on(kLensConnections);
   const size_t first_splat = w.splats.size();
   std::optional<size_t> direct_end;
-  run(w, &StrategyRecorder::light_subpath_seconds, [&] { produce_light_paths(context, layer, w); });
+  run(w, &StrategyRecorder::light_subpath_seconds, [&] {
+    const StageScope scope(w, Stage::kProduce);
+    produce_light_paths(context, layer, w);
+  });
   for (int depth = 1; w.paths.active_count > 0 && depth <= context.max_depth; ++depth) {
     if (!context.on(kVertexConnections)) w.light_vertices.clear();
     const size_t first = w.light_vertices.size();
     run(w, &StrategyRecorder::light_subpath_seconds, [&] {
       cast_paths(context, w);
+      const StageScope scope(w, Stage::kBounce);
       bounce_light_paths(context, layer, depth, w);
     });
-    if (context.on(kLensConnections)) run(w, nullptr, [&] { shadow_lens(context, layer, depth, first, w); });
+    if (context.on(kLensConnections)) connect(w, [&] { shadow_lens(context, layer, depth, first, w); });
     if (direct && depth == 1) {
       flush_shadow_rays(context, true, w);
       direct_end = w.splats.size();
@@ -67,23 +80,26 @@ void light_pass(const StageContext& context, const LayerContext& layer, Wavefron
 }
 
 void camera_pass(const StageContext& context, const LayerContext& layer, Wavefront& w) {
-  run(w, &StrategyRecorder::camera_subpath_seconds, [&] { produce_camera_paths(context, layer, w); });
+  run(w, &StrategyRecorder::camera_subpath_seconds, [&] {
+    const StageScope scope(w, Stage::kProduce);
+    produce_camera_paths(context, layer, w);
+  });
   for (int depth = 1; w.paths.active_count > 0; ++depth) {
     run(w, &StrategyRecorder::camera_subpath_seconds, [&] {
       cast_paths(context, w);
+      const StageScope scope(w, Stage::kBounce);
       bounce_camera_paths(context, layer, depth, w);
     });
     if (w.aovs) {
       if (depth == 2) w.aovs->end_direct(w);
       if (!context.on(kCameraLayer) && w.aovs->first_hits_done(w.paths)) return;
     }
-    if (context.on(kNextEvent)) run(w, nullptr, [&] { shadow_next_event(context, layer, depth, w); });
+    if (context.on(kNextEvent)) connect(w, [&] { shadow_next_event(context, layer, depth, w); });
     if (w.aovs && depth == 1) {
       flush_shadow_rays(context, false, w);
       w.aovs->direct_so_far(w);
     }
-    if (context.on(kVertexConnections))
-      run(w, nullptr, [&] { shadow_connections(context, layer, depth, w); });
+    if (context.on(kVertexConnections)) connect(w, [&] { shadow_connections(context, layer, depth, w); });
     flush_shadow_rays(context, false, w);
     if (w.aovs && depth == 1) w.aovs->begin_indirect(w);
   }
@@ -125,6 +141,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
       std::fill(std::begin(w.radiance_b), std::end(w.radiance_b), 0.0f);
       if (w.aovs) w.aovs->begin_layer();
       camera_pass(context, layer, w);
+      const StageScope scope(w, Stage::kFilm);
       film_finish_pass(quantum_exponent, w);
       if (w.aovs) w.aovs->finish_layer(context, layer, quantum_exponent, w);
     }

@@ -7,6 +7,7 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/film.h"
 #include "worker/render/pipeline/splat_target.h"
+#include "worker/render/pipeline/stage_probe.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/thread_time.h"
 #include "worker/render/pipeline/vertex_io.h"
@@ -115,9 +116,14 @@ void flush_shadow_rays(const StageContext& context, bool splats, Wavefront& w) {
   ShadowRays& q = w.shadow;
   if (q.count == 0) return;
   const double start = w.recorder ? thread_cpu_seconds() : 0;
-  context.accel.occluded({q.ox, q.oy, q.oz, q.dx, q.dy, q.dz}, q.tfar, q.count, q.occluded);
+  if (w.probe) w.probe->occluded(q);
+  {
+    const StageScope scope(w, Stage::kOcclude);
+    context.accel.occluded({q.ox, q.oy, q.oz, q.dx, q.dy, q.dz}, q.tfar, q.count, q.occluded);
+  }
   w.counters.shadow_rays += static_cast<uint64_t>(q.count);
   if (w.recorder) w.recorder->resolved(q, splats, thread_cpu_seconds() - start);
+  const StageScope scope(w, Stage::kFilm);
   if (splats) {
     film_add_splats(w);
   } else {

@@ -71,6 +71,7 @@ struct ShadowRays {
 
 class StrategyRecorder;  // strategy_recorder.h
 class AovRecorder;       // aov_recorder.h
+class StageProbe;        // stage_probe.h
 
 /// Everything that a thread needs to render packets.
 struct Wavefront {
@@ -86,6 +87,7 @@ struct Wavefront {
   RenderCounters counters;
   StrategyRecorder* recorder = nullptr;  // not owned; null but for diagnosis
   AovRecorder* aovs = nullptr;           // not owned; null unless the tile has AOVs
+  StageProbe* probe = nullptr;           // not owned; null but for benches
 };
 
 }  // namespace lightmill

@@ -133,6 +133,11 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
                  " opaque primitive(s), all of which are tested"
            : "primitives are many, masked or in instances",
        "its traversal: more than the tests it saves");
+  // Measured on closed meshes of 12 to 320,000 triangles, of extent 1 and 0.001; watertight_test.cc.
+  item("robust traversal", !few,
+       few ? "there is no tree"
+           : "without it 2 of a million rays leave a closed mesh, and a sixth of those that aim at its edges",
+       "a tenth to a fifth of the time in the tree");
   item("spheres", scene.sphere_count() > 0, text(scene.sphere_count()) + " sphere(s)",
        "the user geometry and its intersection code");
   item("light selection", scene.lights.count() > 1, text(scene.lights.count()) + " light(s)",
