@@ -123,13 +123,16 @@ std::vector<TileStatus> Farm::tiles(const JobId& id) const {
     const Job& job = impl_->job(id);
     records = job.ledger_loaded ? job.tiles.tiles() : impl_->store->tiles(id);
     for (TileRecord& tile : records) {
-      if (!job.ledger_loaded && tile.state == TileState::kLeased) tile.state = TileState::kPending;
+      if (!job.ledger_loaded && tile.state == TileState::kLeased) tile = voided(tile);
     }
   }
   std::vector<TileStatus> result;
   for (const TileRecord& tile : records) {
-    result.push_back(
-        {tile.id, tile.tile, tile_state_name(tile.state), tile.attempt, tile.worker, tile.digest});
+    const std::vector<LeaseToken> tokens = lease_tokens(tile);
+    const bool counted = tile.state == TileState::kCommitted && !tokens.empty();
+    result.push_back({tile.id, tile.tile, tile_state_name(tile.state),
+                      counted ? tokens[0].attempt : tile.attempt,
+                      tokens.empty() ? WorkerId{} : tokens.back().worker, tile.digest});
   }
   return result;
 }

@@ -74,6 +74,8 @@ struct FarmStats {
   uint64_t commit_bytes = 0;
   uint64_t packets = 0;
   uint64_t failures = 0;
+  uint64_t races = 0;        // tiles given to a second worker while the first still had them
+  uint64_t tiles_split = 0;  // so that more workers could share them
   uint64_t workers_refused = 0;
   uint64_t film_loads = 0;     // merged layers that were read from the store
   double film_bytes = 0;       // taken by those in memory right now

@@ -22,6 +22,14 @@ std::string tile_text(const TileRecord& tile) {
 
 }  // namespace
 
+TileRecord voided(TileRecord tile) {
+  tile.state = TileState::kPending;
+  if (tile.worker.empty()) tile.worker = tile.rival_worker;
+  tile.rival_attempt = 0;
+  tile.rival_worker = {};
+  return tile;
+}
+
 std::string tile_name(const LeaseKey& key, bool pilot) {
   return "job " + key.job.value + (pilot ? " pilot" : " tile " + std::to_string(key.tile.value));
 }
@@ -64,7 +72,7 @@ void Farm::Impl::load_ledger(Job& job) {
   std::vector<TileRecord> tiles = store->tiles(job.record.id);
   // Leases from before are void; their attempt numbers stay used.
   for (TileRecord& tile : tiles) {
-    if (tile.state == TileState::kLeased) tile.state = TileState::kPending;
+    if (tile.state == TileState::kLeased) tile = voided(tile);
   }
   job.tiles = LeaseTable();
   job.tiles.add(tiles);
@@ -100,8 +108,8 @@ void Farm::Impl::end(Job& job, JobState state, const std::string& message, doubl
   record.state = state;
   record.message = message;
   store->save_job(record);
-  for (const TileId& id : job.tiles.leased()) {
-    if (Worker* worker = scheduler.workers.find(job.tiles.find(id)->worker)) --worker->leases;
+  for (const LeaseTable::Lease& lease : job.tiles.leases()) {
+    if (Worker* worker = scheduler.workers.find(lease.worker)) --worker->leases;
   }
   job.record = std::move(record);
   job.running_since = -1;
@@ -113,14 +121,15 @@ void Farm::Impl::end(Job& job, JobState state, const std::string& message, doubl
   touch(job);
 }
 
-void Farm::Impl::release(Job& job, TileId id, bool failed, const std::string& reason, double now) {
-  const TileRecord record = job.tiles.released(id, failed);
+void Farm::Impl::release(Job& job, const LeaseTable::Lease& lease, bool failed, const std::string& reason,
+                         double now) {
+  const TileRecord record = job.tiles.released(lease.tile, lease.attempt, failed);
   store->save_tile(record_at(job, now), record);
   job.tiles.apply(record);
-  scheduler.settled(job, id, record.attempt, 0);
-  if (Worker* worker = scheduler.workers.find(record.worker)) --worker->leases;
+  scheduler.settled(job, lease.tile, lease.attempt, 0);
+  if (Worker* worker = scheduler.workers.find(lease.worker)) --worker->leases;
   if (failed) {
-    job.failed_on.insert({id, record.worker});
+    job.failed_on.insert({lease.tile, lease.worker});
     ++job.failures_in_row;
   }
   touch(job);
@@ -129,27 +138,46 @@ void Farm::Impl::release(Job& job, TileId id, bool failed, const std::string& re
   if (hopeless) {
     end(job, JobState::kFailed,
         tile_text(record) + " failed " + std::to_string(record.failures) + " times, last on worker " +
-            record.worker.value + ": " + reason,
+            lease.worker.value + ": " + reason,
         now);
   } else if (!failed && record.attempt >= kSilentAttemptsPerAllowed * options.max_attempts) {
     end(job, JobState::kFailed,
         tile_text(record) + " was leased " + std::to_string(record.attempt) +
-            " times and its workers never came back, last " + record.worker.value,
+            " times and its workers never came back, last " + lease.worker.value,
         now);
   }
 }
 
+void Farm::Impl::release(const WorkerId& worker, const LeaseKey& key, bool failed, const std::string& reason,
+                         double now) {
+  Job* owner = scheduler.find(key.job);
+  if (!owner || !owner->tiles.holds(key.tile, worker, key.attempt)) return;
+  release(*owner, {key.tile, key.attempt, worker}, failed, reason, now);
+}
+
+void Farm::Impl::apply_commit(Job& job, JobRecord record, const TileRecord& tile, const LeaseKey& lease,
+                              double cpu_seconds, double now) {
+  for (const LeaseTable::Lease& ended : job.tiles.leases_of(tile.id)) {
+    if (Worker* worker = scheduler.workers.find(ended.worker)) --worker->leases;
+    scheduler.settled(job, tile.id, ended.attempt, ended.attempt == lease.attempt ? cpu_seconds : 0);
+  }
+  job.record = std::move(record);
+  if (job.running_since >= 0) job.running_since = now;
+  job.tiles.apply(tile);
+  job.failures_in_row = 0;
+  ++stats.commits;
+}
+
 void Farm::Impl::release_expired(double now) {
   if (health.fault()) return;  // nothing can be recorded; workers that live keep renewing
-  for (const JobId& id : scheduler.active()) {
-    Job& active = job(id);
-    for (const TileId& tile : active.tiles.expired(now)) {
-      if (is_final(active.record.state)) break;
+  for (Job* active : scheduler.active_jobs()) {
+    for (const LeaseTable::Lease& lease : active->tiles.expired(now)) {
+      if (is_final(active->record.state)) break;
       ++stats.leases_expired;
-      const TileRecord& lost = *active.tiles.find(tile);
-      log("lease of " + tile_name({id, tile, lost.attempt}, is_pilot(lost.tile)) + " by " +
-          lost.worker.value + " expired");
-      release(active, tile, false, "", now);
+      const LeaseKey key{active->record.id, lease.tile, lease.attempt};
+      log("lease of " + tile_name(key, is_pilot(active->tiles.find(lease.tile)->tile)) + " by " +
+          lease.worker.value + " expired");
+      release(*active, lease, false, "", now);
     }
   }
 }

@@ -35,8 +35,14 @@ struct Farm::Impl {
   void touch(Job& job);
   /// The same where it brings no work: waiting workers sleep on.
   void touch_quietly(Job& job);
-  /// A leased tile goes back to pending; too many failures fail the job.
-  void release(Job& job, TileId id, bool failed, const std::string& reason, double now);
+  /// A lease ends without a commit; too many failures fail the job.
+  void release(Job& job, const LeaseTable::Lease& lease, bool failed, const std::string& reason, double now);
+  /// The same, if the worker holds the lease.
+  void release(const WorkerId& worker, const LeaseKey& lease, bool failed, const std::string& reason,
+               double now);
+  /// The store has the commit: memory follows. Other leases of the tile end.
+  void apply_commit(Job& job, JobRecord record, const TileRecord& tile, const LeaseKey& lease,
+                    double cpu_seconds, double now);
   void release_expired(double now);
   std::optional<LeaseGrant> try_lease(const WorkerId& worker, double now);
   JobStatus status(const Job& job, double now) const;
@@ -89,6 +95,9 @@ struct Farm::Impl {
 
 /// "job j7 tile 3", "job j7 pilot".
 std::string tile_name(const LeaseKey& key, bool pilot);
+
+/// What a leased tile of the store is once its leases are void.
+TileRecord voided(TileRecord tile);
 
 /// "j7", "w12".
 std::string numbered(std::string prefix, int64_t number);

@@ -16,10 +16,6 @@ constexpr uint64_t kPartialOverhead = 1 << 20;
 constexpr uint64_t kBytesPerSum = 48;    // three 128-bit sums
 constexpr uint64_t kBytesPerSplat = 54;  // and its pixel
 
-bool is_committed_by(const TileRecord& tile, const WorkerId& worker, const LeaseKey& lease) {
-  return tile.state == TileState::kCommitted && tile.attempt == lease.attempt && tile.worker == worker;
-}
-
 /// Light paths that every honest partial of the tile has traced.
 uint64_t expected_light_paths(const TileSpec& tile, const RenderSettings& settings) {
   const SamplingPlan plan = plan_of(settings);
@@ -102,9 +98,7 @@ CommitResult Farm::Impl::refuse(const WorkerId& worker, const LeaseKey& lease, c
   Job* owner = scheduler.find(lease.job);
   const TileRecord* tile = owner ? owner->tiles.find(lease.tile) : nullptr;
   log(tile_name(lease, tile && is_pilot(tile->tile)) + " from worker " + worker.value + ": " + reason);
-  if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) {
-    release(*owner, lease.tile, true, reason, now);
-  }
+  release(worker, lease, true, reason, now);
   return CommitResult::kCorrupt;
 }
 
@@ -113,7 +107,7 @@ CommitResult Farm::Impl::standing(const WorkerId& worker, const LeaseKey& lease)
   Job* owner = scheduler.find(lease.job);
   if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) return CommitResult::kAccepted;
   const TileRecord* tile = owner ? owner->tiles.find(lease.tile) : nullptr;
-  if (tile && is_committed_by(*tile, worker, lease)) {
+  if (tile && committed_under(*tile, {lease.attempt, worker})) {
     ++stats.commits_repeated;
     return CommitResult::kAlreadyCommitted;
   }
@@ -125,7 +119,7 @@ Farm::Impl::Unpin::~Unpin() {
   const std::lock_guard lock(farm.mutex);
   Job* owner = farm.scheduler.find(lease.job);
   if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) {
-    owner->tiles.unpin(lease.tile);
+    owner->tiles.unpin(lease.tile, lease.attempt);
   }
 }
 
@@ -154,7 +148,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
       }
     }
     if (!record) return CommitResult::kUnknownJob;
-    if (is_committed_by(*record, worker, lease)) {
+    if (committed_under(*record, {lease.attempt, worker})) {
       ++impl_->stats.commits_repeated;
       repeated = true;
     } else {
@@ -165,7 +159,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
       return CommitResult::kStale;
     }
     // Decoding and folding take a moment; the lease must not run out meanwhile.
-    job->tiles.pin(lease.tile);
+    job->tiles.pin(lease.tile, lease.attempt);
     tile = record->tile;
     settings = job->record.settings;
     quantum = job->record.quantum_exponent;
@@ -195,10 +189,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   } catch (
       const Error&) {  // damaged, and the job waits: the worker has better things to do than to wait with it
     const std::lock_guard lock(impl_->mutex);
-    Job* job = impl_->scheduler.find(lease.job);
-    if (job && job->tiles.holds(lease.tile, worker, lease.attempt)) {
-      impl_->release(*job, lease.tile, false, "", impl_->clock.now());
-    }
+    impl_->release(worker, lease, false, "", impl_->clock.now());
     ++impl_->stats.commits_stale;
     return CommitResult::kStale;
   }
@@ -230,9 +221,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
       return CommitResult::kStale;
     }
     const double now = impl_->clock.now();
-    TileRecord committed = *job->tiles.find(lease.tile);
-    committed.state = TileState::kCommitted;
-    committed.digest = digest;
+    const TileRecord committed = job->tiles.committed(lease.tile, lease.attempt, digest);
     const auto pixel_samples = settings.grid.pixels(tile.cells).area() * tile.samples();
     const int64_t packets = packets_completed(tile, job->record.settings.spp);
     JobRecord record = impl_->record_at(*job, now);
@@ -247,18 +236,12 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
       ++impl_->stats.commits_stale;
       return CommitResult::kStale;
     }
-    job->record = std::move(record);
-    if (job->running_since >= 0) job->running_since = now;
-    job->tiles.apply(committed);
-    impl_->scheduler.settled(*job, lease.tile, lease.attempt, partial.cpu_seconds);
-    job->failures_in_row = 0;
+    impl_->apply_commit(*job, std::move(record), committed, lease, partial.cpu_seconds, now);
     Scheduler::count_commit(*job, now, static_cast<double>(pixel_samples));
-    if (Worker* taker = impl_->scheduler.workers.find(worker)) {
-      --taker->leases;
+    if (const Worker* taker = impl_->scheduler.workers.find(worker)) {
       const double seconds = partial.cpu_seconds / std::max(1, taker->registration.threads);
       impl_->scheduler.workers.committed(worker, static_cast<double>(pixel_samples), seconds);
     }
-    ++impl_->stats.commits;
     impl_->stats.commit_bytes += partial_bytes.size();
     impl_->stats.packets += static_cast<uint64_t>(packets);
     if (job->tiles.has_pending()) {
@@ -334,7 +317,7 @@ void Farm::Impl::settle(const JobId& id, Merger::Open& layers) {
       touch(open);
     }
   }
-  if (complete && layers->spool_bytes > 0) merger.checkpoint(id, layers);
+  if (complete && layers->spool_bytes > 0) merger.checkpoint(id, layers, true);
 }
 
 void Farm::Impl::settle(const JobId& id) {

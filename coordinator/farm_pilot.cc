@@ -21,9 +21,7 @@ CommitResult Farm::Impl::commit_pilot(const WorkerId& worker, const LeaseKey& le
       return CommitResult::kStale;
     }
     const double now = clock.now();
-    TileRecord committed = *owner->tiles.find(lease.tile);
-    committed.state = TileState::kCommitted;
-    committed.digest = sha256_hex(report);
+    const TileRecord committed = owner->tiles.committed(lease.tile, lease.attempt, sha256_hex(report));
     JobRecord record = record_at(*owner, now);
     record.settings.plan = result.report.chosen;
     record.cpu_seconds += result.cpu_seconds;
@@ -31,13 +29,7 @@ CommitResult Farm::Impl::commit_pilot(const WorkerId& worker, const LeaseKey& le
       ++stats.commits_stale;
       return CommitResult::kStale;
     }
-    owner->record = std::move(record);
-    if (owner->running_since >= 0) owner->running_since = now;
-    owner->tiles.apply(committed);
-    scheduler.settled(*owner, lease.tile, lease.attempt, result.cpu_seconds);
-    owner->failures_in_row = 0;
-    if (Worker* taker = scheduler.workers.find(worker)) --taker->leases;
-    ++stats.commits;
+    apply_commit(*owner, std::move(record), committed, lease, result.cpu_seconds, now);
     stats.commit_bytes += bytes.size();
     touch(*owner);  // there are tiles now
   }

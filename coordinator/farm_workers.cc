@@ -57,19 +57,29 @@ std::optional<LeaseGrant> Farm::Impl::try_lease(const WorkerId& worker, double n
       target.tiles.add(tiles);
       continue;
     }
+    if (const auto* cut = std::get_if<SplitOffer>(&offer)) {
+      Job& target = job(cut->job);
+      const LeaseTable::Split split = target.tiles.split(cut->tile, cut->parts);
+      store->split_tile(cut->job, split.smaller, split.others);
+      target.tiles.apply(split);
+      ++stats.tiles_split;
+      continue;
+    }
     const auto* lease = std::get_if<LeaseOffer>(&offer);
     if (!lease) return std::nullopt;
     Job& target = job(lease->job);
     Worker& taker = *scheduler.workers.find(worker);
+    const bool race = target.tiles.find(lease->tile)->state == TileState::kLeased;
     const TileRecord tile = target.tiles.leased_to(lease->tile, worker);
     JobRecord record = record_at(target, now);
     record.state = JobState::kRunning;
     if (record.arithmetic_class.empty()) record.arithmetic_class = taker.registration.arithmetic_class;
-    if (tile.attempt > 1) ++record.leases_reassigned;
+    if (race) ++stats.races;
+    if (tile.attempt > 1 && !race) ++record.leases_reassigned;
     store->save_tile(record, tile);
     target.record = std::move(record);
     target.running_since = now;
-    target.tiles.apply(tile, now + options.lease_seconds);
+    target.tiles.apply(tile, now + options.lease_seconds, now);
     scheduler.granted(target, tile);
     ++taker.leases;
     ++stats.leases;
@@ -128,7 +138,7 @@ std::vector<LeaseKey> Farm::renew(const WorkerId& worker, const std::vector<Leas
   for (const LeaseKey& key : held) {
     Job* job = impl_->scheduler.find(key.job);
     if (job && job->tiles.holds(key.tile, worker, key.attempt)) {
-      job->tiles.renew(key.tile, now + impl_->options.lease_seconds);
+      job->tiles.renew(key.tile, key.attempt, now + impl_->options.lease_seconds);
     } else {
       lost.push_back(key);
     }
@@ -146,15 +156,14 @@ void Farm::fail(const WorkerId& worker, const LeaseKey& key, const std::string& 
   impl_->scheduler.workers.failed(worker, now);
   impl_->log("worker " + worker.value + " failed " +
              tile_name(key, is_pilot(job->tiles.find(key.tile)->tile)) + ": " + reason);
-  impl_->release(*job, key.tile, true, reason, now);
+  impl_->release(worker, key, true, reason, now);
 }
 
 void Farm::hand_back(const WorkerId& worker, const LeaseKey& key) {
   const std::lock_guard lock(impl_->mutex);
   const double now = impl_->clock.now();
   impl_->scheduler.workers.seen(worker, now);
-  Job* job = impl_->scheduler.find(key.job);
-  if (job && job->tiles.holds(key.tile, worker, key.attempt)) impl_->release(*job, key.tile, false, "", now);
+  impl_->release(worker, key, false, "", now);
 }
 
 void Farm::drain(const WorkerId& worker) {

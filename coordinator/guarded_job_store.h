@@ -38,6 +38,9 @@ class GuardedJobStore : public JobStore {
   void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) override {
     guarded([&] { store_->for_each_spooled(job, visit); });
   }
+  std::vector<TileId> kept_partials(const JobId& job) override {
+    return guarded([&] { return store_->kept_partials(job); });
+  }
   int64_t next_number(const std::string& counter) override {
     return guarded([&] { return store_->next_number(counter); });
   }
@@ -49,6 +52,10 @@ class GuardedJobStore : public JobStore {
   }
   void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) override {
     guarded([&] { store_->add_tiles(job, tiles); });
+  }
+  void split_tile(const JobId& job, const TileRecord& smaller,
+                  const std::vector<TileRecord>& others) override {
+    guarded([&] { store_->split_tile(job, smaller, others); });
   }
   void save_tile(const JobRecord& job, const TileRecord& tile) override {
     guarded([&] { store_->save_tile(job, tile); });
@@ -65,8 +72,11 @@ class GuardedJobStore : public JobStore {
   void add_point(const JobId& job, const ErrorPoint& point) override {
     guarded([&] { store_->add_point(job, point); });
   }
-  void checkpoint(const JobId& job, const LayerSnapshot& snapshot) override {
-    guarded([&] { store_->checkpoint(job, snapshot); });
+  void checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) override {
+    guarded([&] { store_->checkpoint(job, snapshot, keep_partials); });
+  }
+  void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) override {
+    guarded([&] { store_->take_back(job, tiles); });
   }
   void probe() override { store_->probe(); }
 

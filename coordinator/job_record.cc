@@ -36,6 +36,17 @@ const char* tile_state_name(TileState state) {
   throw std::logic_error("unknown tile state");
 }
 
+std::vector<LeaseToken> lease_tokens(const TileRecord& tile) {
+  std::vector<LeaseToken> tokens;
+  if (tile.rival_attempt > 0) tokens.push_back({tile.rival_attempt, tile.rival_worker});
+  if (!tile.worker.empty()) tokens.push_back({tile.attempt, tile.worker});
+  return tokens;
+}
+
+bool committed_under(const TileRecord& tile, const LeaseToken& token) {
+  return tile.state == TileState::kCommitted && lease_tokens(tile) == std::vector{token};
+}
+
 std::string job_record_to_json(const JobRecord& r) {
   json counters;
   for (const CounterField& field : kCounters) counters[field.name] = r.counters.*field.member;

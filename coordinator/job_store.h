@@ -46,6 +46,8 @@ class JobStore {
   virtual LayerSnapshot snapshot(const JobId& job) = 0;
   /// Calls `visit` with every encoded partial that was committed after the snapshot.
   virtual void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) = 0;
+  /// Tiles whose partials are kept, in the snapshot or not, ascending.
+  virtual std::vector<TileId> kept_partials(const JobId& job) = 0;
 
   // --- writing ---
   /// 1, 2, 3, ...: never the same twice for one `counter`, also after a restart.
@@ -54,12 +56,15 @@ class JobStore {
   virtual void save_job(const JobRecord& job) = 0;
   /// Flushed.
   virtual void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) = 0;
+  /// A pending tile becomes smaller, and others with the ids that come next take the rest. Flushed.
+  virtual void split_tile(const JobId& job, const TileRecord& smaller,
+                          const std::vector<TileRecord>& others) = 0;
   /// Writes both rows: a lease, an expiry, a failure. Flushed: a lease that a power cut forgets is void
   /// anyway, as its worker must register again and no worker's id comes twice.
   virtual void save_tile(const JobRecord& job, const TileRecord& tile) = 0;
-  /// In one transaction: checks that the tile is leased with `tile.attempt` by `tile.worker`, puts the
-  /// partial into the spool, marks the tile committed and writes the job row. False, without any change, if
-  /// the check fails. Flushed: nothing may be acknowledged before flush().
+  /// In one transaction: checks that the tile is leased under the token that `tile` was committed under, puts
+  /// the partial into the spool, marks the tile committed and writes the job row. False, without any change,
+  /// if the check fails. Flushed: nothing may be acknowledged before flush().
   virtual bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) = 0;
   /// The same for the pilot: keeps its report in place of a partial. The job row brings the chosen plan.
   virtual bool commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) = 0;
@@ -67,8 +72,13 @@ class JobStore {
   /// commit).
   virtual void flush() = 0;
   virtual void add_point(const JobId& job, const ErrorPoint& point) = 0;
-  /// Replaces the snapshot and empties the spool, whose partials it must contain.
-  virtual void checkpoint(const JobId& job, const LayerSnapshot& snapshot) = 0;
+  /// Replaces the snapshot, which must contain all partials of the spool. They go, unless they are to be
+  /// kept.
+  virtual void checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) = 0;
+  /// Takes committed tiles back: writes the rows as they are given, throws their partials and the snapshot
+  /// away, and has the partials that are kept folded anew. They must be all that the job has committed
+  /// besides.
+  virtual void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) = 0;
   /// Throws StoreError unless as much as the largest recent write can be written, and all that was written
   /// before is durable: to see whether a store that failed is mended.
   virtual void probe() = 0;

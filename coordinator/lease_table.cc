@@ -1,8 +1,11 @@
 #include "coordinator/lease_table.h"
 
+#include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 namespace lightmill {
+
 void LeaseTable::add(const std::vector<TileRecord>& tiles) {
   for (const TileRecord& tile : tiles) {
     if (tile.id.value != static_cast<int64_t>(tiles_.size()))
@@ -20,10 +23,8 @@ void LeaseTable::add(const std::vector<TileRecord>& tiles) {
     }
     tiles_.push_back(tile);
     if (tile.state == TileState::kPending) pending_.insert(tile.id.value);
-    if (tile.state == TileState::kLeased) {
-      leased_[tile.id.value] = {};
-      ++holders_[tile.worker];
-    }
+    if (tile.state == TileState::kLeased) leased_.insert(tile.id.value);
+    follow(tile, 0, 0);
   }
 }
 
@@ -49,34 +50,93 @@ std::optional<TileId> LeaseTable::next_pending(const std::function<bool(const Ti
 }
 
 bool LeaseTable::holds(TileId id, const WorkerId& worker, int64_t attempt) const {
-  const TileRecord* tile = find(id);
-  return tile && tile->state == TileState::kLeased && tile->worker == worker && tile->attempt == attempt;
+  const auto found = leases_.find({id.value, attempt});
+  return found != leases_.end() && found->second.worker == worker;
 }
 
-std::vector<TileId> LeaseTable::leased() const {
-  std::vector<TileId> ids;
-  for (const auto& [id, lease] : leased_) ids.push_back(TileId{id});
-  return ids;
+std::vector<LeaseTable::Lease> LeaseTable::leases() const {
+  std::vector<Lease> all;
+  for (const auto& [key, lease] : leases_) all.push_back(lease);
+  return all;
+}
+
+std::vector<LeaseTable::Lease> LeaseTable::leases_of(TileId id) const {
+  std::vector<Lease> all;
+  for (auto it = leases_.lower_bound({id.value, 0}); it != leases_.end() && it->first.first == id.value; ++it)
+    all.push_back(it->second);
+  return all;
 }
 
 TileRecord LeaseTable::leased_to(TileId id, const WorkerId& worker) const {
   TileRecord record = *find(id);
-  if (record.state != TileState::kPending) throw std::logic_error("only a pending tile can be leased");
+  if (record.state == TileState::kCommitted || (record.rival_attempt > 0 && !record.worker.empty())) {
+    throw std::logic_error("only a pending tile, or one that one worker has, can be leased");
+  }
+  if (record.state == TileState::kLeased && !record.worker.empty()) {
+    record.rival_attempt = record.attempt;
+    record.rival_worker = record.worker;
+  }
   record.state = TileState::kLeased;
   ++record.attempt;
   record.worker = worker;
   return record;
 }
 
-TileRecord LeaseTable::released(TileId id, bool failed) const {
+TileRecord LeaseTable::released(TileId id, int64_t attempt, bool failed) const {
   TileRecord record = *find(id);
-  if (record.state != TileState::kLeased) throw std::logic_error("only a leased tile can be released");
-  record.state = TileState::kPending;
+  if (!leases_.contains({id.value, attempt})) throw std::logic_error("only a lease can be released");
   if (failed) ++record.failures;
+  if (attempt == record.rival_attempt) {
+    if (record.worker.empty()) {
+      record.state = TileState::kPending;
+      record.worker = record.rival_worker;
+    }
+    record.rival_attempt = 0;
+    record.rival_worker = {};
+  } else if (record.rival_attempt > 0) {
+    record.worker = {};
+  } else {
+    record.state = TileState::kPending;
+  }
   return record;
 }
 
-void LeaseTable::apply(const TileRecord& record, double expires) {
+TileRecord LeaseTable::committed(TileId id, int64_t attempt, const std::string& digest) const {
+  TileRecord record = *find(id);
+  record.state = TileState::kCommitted;
+  record.digest = digest;
+  if (attempt == record.rival_attempt) {
+    record.worker = {};
+  } else {
+    record.rival_attempt = 0;
+    record.rival_worker = {};
+  }
+  return record;
+}
+
+void LeaseTable::end_lease(std::map<Key, Lease>::iterator lease) {
+  if (const auto holder = holders_.find(lease->second.worker); --holder->second == 0) holders_.erase(holder);
+  leases_.erase(lease);
+}
+
+void LeaseTable::follow(const TileRecord& record, double expires, double since) {
+  const std::vector<LeaseToken> good =
+      record.state == TileState::kLeased ? lease_tokens(record) : std::vector<LeaseToken>();
+  const int64_t id = record.id.value;
+  for (auto it = leases_.lower_bound({id, 0}); it != leases_.end() && it->first.first == id;) {
+    const auto ended = it++;
+    const LeaseToken token{ended->first.second, ended->second.worker};
+    if (std::find(good.begin(), good.end(), token) == good.end()) end_lease(ended);
+  }
+  for (const LeaseToken& token : good) {
+    const Lease lease{record.id, token.attempt, token.worker, since, expires, 0};
+    if (!leases_.emplace(Key(id, token.attempt), lease).second) continue;
+    ++holders_[token.worker];
+    next_expiry_ = std::min(next_expiry_, expires);
+  }
+}
+
+void LeaseTable::apply(const TileRecord& record, double expires, double since) {
   if (!find(record.id)) throw std::logic_error("no such tile");
   TileRecord& tile = tiles_[static_cast<size_t>(record.id.value)];
   if (const size_t round = round_of_[static_cast<size_t>(record.id.value)]; round != kNoRound) {
@@ -84,38 +144,67 @@ void LeaseTable::apply(const TileRecord& record, double expires) {
     if (record.state == TileState::kCommitted) ++rounds_[round].committed;
   }
   pending_.erase(record.id.value);
-  if (leased_.erase(record.id.value) > 0) {
-    if (const auto holder = holders_.find(tile.worker); --holder->second == 0) holders_.erase(holder);
-  }
+  leased_.erase(record.id.value);
   if (record.state == TileState::kPending) pending_.insert(record.id.value);
-  if (record.state == TileState::kLeased) {
-    leased_[record.id.value] = {expires, 0};
-    ++holders_[record.worker];
-  }
+  if (record.state == TileState::kLeased) leased_.insert(record.id.value);
+  follow(record, expires, since);
   tile = record;
 }
 
-void LeaseTable::renew(TileId id, double expires) {
-  const auto found = leased_.find(id.value);
-  if (found != leased_.end()) found->second.expires = expires;
+bool LeaseTable::may_split(TileId id) const {
+  const TileRecord* tile = find(id);
+  return tile && tile->state == TileState::kPending && !rounds_.empty() &&
+         round_of_[static_cast<size_t>(id.value)] == rounds_.size() - 1 && tile->tile.cells.count() > 1;
 }
 
-void LeaseTable::pin(TileId id) {
-  const auto found = leased_.find(id.value);
-  if (found != leased_.end()) ++found->second.pins;
-}
-
-void LeaseTable::unpin(TileId id) {
-  const auto found = leased_.find(id.value);
-  if (found != leased_.end() && found->second.pins > 0) --found->second.pins;
-}
-
-std::vector<TileId> LeaseTable::expired(double now) const {
-  std::vector<TileId> ids;
-  for (const auto& [id, lease] : leased_) {
-    if (lease.pins == 0 && lease.expires <= now) ids.push_back(TileId{id});
+LeaseTable::Split LeaseTable::split(TileId id, const std::vector<CellRect>& parts) const {
+  if (!may_split(id) || parts.size() < 2) throw std::logic_error("this tile can't be split");
+  Split split{*find(id), {}};
+  split.smaller.tile.cells = parts[0];
+  for (size_t i = 1; i < parts.size(); ++i) {
+    TileRecord other;
+    other.id = TileId{static_cast<int64_t>(tiles_.size() + i - 1)};
+    other.tile = split.smaller.tile;
+    other.tile.cells = parts[i];
+    split.others.push_back(other);
   }
-  return ids;
+  return split;
+}
+
+void LeaseTable::apply(const Split& split) {
+  apply(split.smaller);
+  add(split.others);
+}
+
+LeaseTable::Lease* LeaseTable::find_lease(TileId id, int64_t attempt) {
+  const auto found = leases_.find({id.value, attempt});
+  return found == leases_.end() ? nullptr : &found->second;
+}
+
+void LeaseTable::renew(TileId id, int64_t attempt, double expires) {
+  Lease* lease = find_lease(id, attempt);
+  if (!lease) return;
+  lease->expires = expires;
+  next_expiry_ = std::min(next_expiry_, expires);
+}
+
+void LeaseTable::pin(TileId id, int64_t attempt) {
+  if (Lease* lease = find_lease(id, attempt)) ++lease->pins;
+}
+
+void LeaseTable::unpin(TileId id, int64_t attempt) {
+  if (Lease* lease = find_lease(id, attempt); lease && lease->pins > 0) --lease->pins;
+}
+
+std::vector<LeaseTable::Lease> LeaseTable::expired(double now) {
+  std::vector<Lease> over;
+  if (now < next_expiry_) return over;
+  next_expiry_ = std::numeric_limits<double>::infinity();
+  for (const auto& [key, lease] : leases_) {
+    if (lease.pins == 0 && lease.expires <= now) over.push_back(lease);
+    next_expiry_ = std::min(next_expiry_, lease.expires);
+  }
+  return over;
 }
 
 }  // namespace lightmill

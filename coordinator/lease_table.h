@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "coordinator/job_record.h"
@@ -39,41 +40,66 @@ class LeaseTable {
   /// The pending tile of lowest id that `accept` takes.
   std::optional<TileId> next_pending(const std::function<bool(const TileRecord&)>& accept) const;
   bool has_pending() const { return !pending_.empty(); }
+  int64_t pending_count() const { return static_cast<int64_t>(pending_.size()); }
   int64_t leased_count() const { return static_cast<int64_t>(leased_.size()); }
+  /// A lease that is good.
+  struct Lease {
+    TileId tile;
+    int64_t attempt = 0;
+    WorkerId worker;
+    double since = 0, expires = 0;
+    int pins = 0;
+  };
   /// True if `worker` holds the tile with this attempt.
   bool holds(TileId id, const WorkerId& worker, int64_t attempt) const;
   /// How many workers hold a tile, and whether this one does.
   int workers() const { return static_cast<int>(holders_.size()); }
   bool has_worker(const WorkerId& worker) const { return holders_.contains(worker); }
-  /// Tiles held by anybody, ascending.
-  std::vector<TileId> leased() const;
+  /// All leases, by tile and attempt. A tile that is raced for has two.
+  std::vector<Lease> leases() const;
+  /// The leases of one tile.
+  std::vector<Lease> leases_of(TileId id) const;
 
-  /// What the tile's row becomes by a lease: attempt + 1.
+  /// What the tile's row becomes by a lease: attempt + 1. A leased tile may be leased once more (TileRecord).
   TileRecord leased_to(TileId id, const WorkerId& worker) const;
-  /// What it becomes when a lease ends without a commit.
-  TileRecord released(TileId id, bool failed) const;
-  /// Replaces the row. `expires` counts for leased rows only, in seconds of the clock.
-  void apply(const TileRecord& record, double expires = 0);
-  /// Moves the expiry of a leased tile.
-  void renew(TileId id, double expires);
-  /// Holds a leased tile while a commit of it is in progress: it does not expire before as many unpins.
-  void pin(TileId id);
-  void unpin(TileId id);
-  /// Leased tiles whose time is over.
-  std::vector<TileId> expired(double now) const;
+  /// What it becomes when this lease ends without a commit.
+  TileRecord released(TileId id, int64_t attempt, bool failed) const;
+  /// What it becomes by a commit under this lease; others of the tile end by that.
+  TileRecord committed(TileId id, int64_t attempt, const std::string& digest) const;
+  /// Replaces the row; leases that it does not name any more end. `since` and `expires` count for a lease
+  /// that is new, in seconds of the clock.
+  void apply(const TileRecord& record, double expires = 0, double since = 0);
+  /// A pending tile of the last round in two parts or more; its cells must be those of `parts` together.
+  struct Split {
+    TileRecord smaller;
+    std::vector<TileRecord> others;
+  };
+  bool may_split(TileId id) const;
+  Split split(TileId id, const std::vector<CellRect>& parts) const;
+  void apply(const Split& split);
+  /// Moves the expiry of a lease.
+  void renew(TileId id, int64_t attempt, double expires);
+  /// Holds a lease while a commit under it is in progress: it does not expire before as many unpins.
+  void pin(TileId id, int64_t attempt);
+  void unpin(TileId id, int64_t attempt);
+  /// Leases whose time is over. Cheap while none can be.
+  std::vector<Lease> expired(double now);
 
  private:
   static constexpr size_t kNoRound = SIZE_MAX;
+  using Key = std::pair<int64_t, int64_t>;  // tile, attempt
+  Lease* find_lease(TileId id, int64_t attempt);
+  void end_lease(std::map<Key, Lease>::iterator lease);
+  /// Leases of a row that begin or have ended.
+  void follow(const TileRecord& record, double expires, double since);
+
   std::vector<TileRecord> tiles_;  // index = id
   std::vector<Round> rounds_;
   std::vector<size_t> round_of_;  // per tile; kNoRound: the pilot
-  std::set<int64_t> pending_;
-  struct Lease {
-    double expires = 0;
-    int pins = 0;
-  };
-  std::map<int64_t, Lease> leased_;
-  std::map<WorkerId, int> holders_;  // tiles held, above 0
+  std::set<int64_t> pending_, leased_;
+  std::map<Key, Lease> leases_;
+  std::map<WorkerId, int> holders_;  // leases held, above 0
+  double next_expiry_ = 0;           // no lease ends before
 };
 
 }  // namespace lightmill

@@ -1,5 +1,6 @@
 #include "coordinator/memory_job_store.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace lightmill {
@@ -61,9 +62,19 @@ void MemoryJobStore::for_each_spooled(const JobId& job,
   std::vector<std::string> spool;
   {
     const std::lock_guard lock(mutex_);
-    spool = entry(job).spool;
+    const Entry& e = entry(job);
+    for (const auto& [tile, partial] : e.spool) {
+      if (!e.folded.contains(tile)) spool.push_back(partial);
+    }
   }
   for (const std::string& partial : spool) visit(partial);
+}
+
+std::vector<TileId> MemoryJobStore::kept_partials(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  std::vector<TileId> ids;
+  for (const auto& [tile, partial] : entry(job).spool) ids.push_back(tile);
+  return ids;
 }
 
 int64_t MemoryJobStore::next_number(const std::string& counter) {
@@ -96,6 +107,15 @@ void MemoryJobStore::add_tiles(const JobId& job, const std::vector<TileRecord>& 
   }
 }
 
+void MemoryJobStore::split_tile(const JobId& job, const TileRecord& smaller,
+                                const std::vector<TileRecord>& others) {
+  {
+    const std::lock_guard lock(mutex_);
+    row(entry(job), smaller.id) = smaller;
+  }
+  add_tiles(job, others);
+}
+
 void MemoryJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
   const std::lock_guard lock(mutex_);
   Entry& e = entry(job.id);
@@ -105,9 +125,9 @@ void MemoryJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
 
 bool MemoryJobStore::mark_committed(Entry& entry, const JobRecord& job, const TileRecord& tile) {
   TileRecord& stored = row(entry, tile.id);
-  if (stored.state != TileState::kLeased || stored.attempt != tile.attempt || stored.worker != tile.worker) {
-    return false;
-  }
+  const std::vector<LeaseToken> good = lease_tokens(stored), used = lease_tokens(tile);
+  if (stored.state != TileState::kLeased || used.size() != 1) return false;
+  if (std::find(good.begin(), good.end(), used[0]) == good.end()) return false;
   stored = tile;
   entry.record = job;
   return true;
@@ -117,7 +137,7 @@ bool MemoryJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, s
   const std::lock_guard lock(mutex_);
   Entry& e = entry(job.id);
   if (!mark_committed(e, job, tile)) return false;
-  e.spool.emplace_back(partial);
+  e.spool.emplace(tile.id, partial);
   return true;
 }
 
@@ -134,11 +154,25 @@ void MemoryJobStore::add_point(const JobId& job, const ErrorPoint& point) {
   entry(job).curve.push_back(point);
 }
 
-void MemoryJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot) {
+void MemoryJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) {
   const std::lock_guard lock(mutex_);
   Entry& e = entry(job);
   e.snapshot = snapshot;
-  e.spool.clear();
+  if (!keep_partials) e.spool.clear();
+  e.folded.clear();
+  for (const auto& [tile, partial] : e.spool) e.folded.insert(tile);
+}
+
+void MemoryJobStore::take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) {
+  const std::lock_guard lock(mutex_);
+  Entry& e = entry(job.id);
+  for (const TileRecord& tile : tiles) {
+    row(e, tile.id) = tile;
+    e.spool.erase(tile.id);
+  }
+  e.snapshot = {};
+  e.folded.clear();
+  e.record = job;
 }
 
 }  // namespace lightmill

@@ -2,6 +2,7 @@
 // A store that lives as long as the process: for `lightmill render` and for tests.
 #include <map>
 #include <mutex>
+#include <set>
 
 #include "coordinator/job_store.h"
 
@@ -17,16 +18,20 @@ class MemoryJobStore : public JobStore {
   std::string pilot(const JobId& job) override;
   LayerSnapshot snapshot(const JobId& job) override;
   void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) override;
+  std::vector<TileId> kept_partials(const JobId& job) override;
   int64_t next_number(const std::string& counter) override;
   void add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) override;
   void save_job(const JobRecord& job) override;
   void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) override;
+  void split_tile(const JobId& job, const TileRecord& smaller,
+                  const std::vector<TileRecord>& others) override;
   void save_tile(const JobRecord& job, const TileRecord& tile) override;
   bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) override;
   bool commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) override;
   void flush() override {}
   void add_point(const JobId& job, const ErrorPoint& point) override;
-  void checkpoint(const JobId& job, const LayerSnapshot& snapshot) override;
+  void checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) override;
+  void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) override;
   void probe() override {}
 
  private:
@@ -37,7 +42,8 @@ class MemoryJobStore : public JobStore {
     Image reference;
     std::string pilot;
     LayerSnapshot snapshot;
-    std::vector<std::string> spool;
+    std::map<TileId, std::string> spool;
+    std::set<TileId> folded;  // of the spool: in the snapshot, too
   };
   Entry& entry(const JobId& job);
   TileRecord& row(Entry& entry, const TileId& id);

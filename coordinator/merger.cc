@@ -89,7 +89,8 @@ void Merger::evict(Slot* slot) {
   if (!slot->layers) return;
   try {
     if (slot->layers->spool_bytes > kSpoolWorthACheckpoint * slot->bytes) {
-      store_.checkpoint(slot->job, {slot->layers->film.snapshot(), slot->layers->batches.snapshot()});
+      store_.checkpoint(slot->job, {slot->layers->film.snapshot(), slot->layers->batches.snapshot()},
+                        keep_partials_);
     }
   } catch (const std::exception&) {
     // What is in the store is enough to load it again; the store tells of its failure itself.
@@ -106,8 +107,8 @@ void Merger::release(Slot* slot) {
   slots_.erase(JobId(slot->job));
 }
 
-void Merger::checkpoint(const JobId& job, Open& layers) {
-  store_.checkpoint(job, {layers->film.snapshot(), layers->batches.snapshot()});
+void Merger::checkpoint(const JobId& job, Open& layers, bool final) {
+  store_.checkpoint(job, {layers->film.snapshot(), layers->batches.snapshot()}, keep_partials_ && !final);
   layers->spool_bytes = 0;
 }
 

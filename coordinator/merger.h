@@ -62,7 +62,9 @@ class Merger {
 
   /// `max_bytes` bounds film_bytes() over the jobs in memory. A job that is larger is served nevertheless,
   /// while no other is in memory.
-  Merger(JobStore& store, double max_bytes) : store_(store), max_bytes_(max_bytes) {}
+  /// `keep_partials`: those that a checkpoint contains stay in the store, until the job's last checkpoint.
+  Merger(JobStore& store, double max_bytes, bool keep_partials = false)
+      : store_(store), max_bytes_(max_bytes), keep_partials_(keep_partials) {}
 
   /// Waits until nobody else has the job open, and for room; loads it if it isn't in memory. Throws
   /// Error(kFailed) if the store's content is damaged, StoreError if it can't be read.
@@ -70,8 +72,8 @@ class Merger {
   /// Forgets what is in memory after a fold that did not become durable; `layers` must not be used any more
   /// except to be destroyed.
   static void reset(Open& layers) { layers.slot_->layers.reset(); }
-  /// Writes a snapshot and empties the spool.
-  void checkpoint(const JobId& job, Open& layers);
+  /// Writes a snapshot, and with the job's last one throws away the partials that were kept.
+  void checkpoint(const JobId& job, Open& layers, bool final = false);
   /// Taken of the bound right now, and how often layers were read from the store.
   double bytes() const;
   uint64_t loads() const;
@@ -84,6 +86,7 @@ class Merger {
 
   JobStore& store_;
   const double max_bytes_;
+  const bool keep_partials_;
   mutable std::mutex mutex_;
   std::condition_variable room_;
   // Guarded by mutex_.

@@ -55,6 +55,12 @@ std::vector<JobId> Scheduler::active() const {
   return ids;
 }
 
+std::vector<Job*> Scheduler::active_jobs() const {
+  std::vector<Job*> jobs;
+  for (const auto& [rank, job] : active_) jobs.push_back(job);
+  return jobs;
+}
+
 Job* Scheduler::find(const JobId& id) {
   const auto found = jobs_.find(id);
   return found == jobs_.end() ? nullptr : &found->second;
@@ -103,6 +109,15 @@ bool Scheduler::awaits_checkpoint(const Job& job) {
   return !last || !last->relmse_low || *last->relmse_low * last->spp / planned <= target;
 }
 
+bool Scheduler::is_planned_out(const Job& job, double now) {
+  const int64_t planned = job.tiles.planned_samples();
+  if (planned >= job.record.settings.spp || job.record.target_met) return true;
+  // A first picture is owed even to a job whose pilot took all its time.
+  if (planned > 0 && time_is_up(job, now)) return true;
+  // More samples than the target asks for are lost time: rather the workers pause until the round is in.
+  return awaits_checkpoint(job);
+}
+
 std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
   const RenderSettings& settings = job.record.settings;
   if (needs_pilot(settings))
@@ -111,11 +126,7 @@ std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
   input.grid = settings.grid;
   input.begin = job.tiles.planned_samples();
   input.spp = settings.spp;
-  if (input.begin >= input.spp || job.record.target_met) return {};
-  // A first picture is owed even to a job whose pilot took all its time.
-  if (input.begin > 0 && time_is_up(job, now)) return {};
-  // More samples than the target asks for are lost time: rather the workers pause until the round is in.
-  if (awaits_checkpoint(job)) return {};
+  if (is_planned_out(job, now)) return {};
   input.workers = fitting_workers(job, now, &input.worker_samples_per_second);
   if (job.record.max_workers > 0) input.workers = std::min(input.workers, job.record.max_workers);
   // Speeds were measured on other jobs too; a new job starts small whatever they say.
@@ -210,7 +221,11 @@ Offer Scheduler::offer_of(const Job& job, const WorkerId& worker_id, double now)
     }
     return true;
   };
-  if (const auto tile = job.tiles.next_pending(acceptable)) return LeaseOffer{job.record.id, *tile};
+  if (const auto tile = job.tiles.next_pending(acceptable)) {
+    std::vector<CellRect> parts = parts_for_idle(job, *tile, *workers.find(worker_id), now);
+    if (!parts.empty()) return SplitOffer{job.record.id, *tile, std::move(parts)};
+    return LeaseOffer{job.record.id, *tile};
+  }
   std::vector<TileSpec> round = next_round(job, now);
   if (!round.empty()) return RoundOffer{job.record.id, std::move(round)};
   return {};
@@ -229,6 +244,9 @@ Offer Scheduler::offer(const WorkerId& worker_id, double now) {
       if (seated) seats_.take(id, claim(*job), now);
       return found;
     }
+  }
+  for (const Job* job : jobs) {
+    if (const auto tile = tile_to_race(*job, *worker, now)) return LeaseOffer{job->record.id, *tile};
   }
   return {};
 }

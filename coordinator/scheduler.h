@@ -39,17 +39,23 @@ struct SchedulerOptions {
   double film_memory_bytes = 0x1p30;
 };
 
-/// Lease this tile.
+/// Lease this tile; one that is leased already is raced for.
 struct LeaseOffer {
   JobId job;
   TileId tile;
+};
+/// Cut this pending tile into parts, then ask again.
+struct SplitOffer {
+  JobId job;
+  TileId tile;
+  std::vector<CellRect> parts;
 };
 /// Open this round (or the pilot), then ask again.
 struct RoundOffer {
   JobId job;
   std::vector<TileSpec> tiles;
 };
-using Offer = std::variant<std::monostate, LeaseOffer, RoundOffer>;
+using Offer = std::variant<std::monostate, LeaseOffer, SplitOffer, RoundOffer>;
 
 class Scheduler {
  public:
@@ -65,13 +71,15 @@ class Scheduler {
   const std::vector<JobId>& order() const { return order_; }
   /// Those that are not final, in the order of submission.
   std::vector<JobId> active() const;
+  std::vector<Job*> active_jobs() const;
   /// To be called after record.state was changed.
   void state_changed(const Job& job);
 
   /// What to do for a worker that asks for work: a tile of the runnable job of highest priority that has (or
   /// can open) something for it; of equal ones the one that has had least (fair_share.h) of those whose films
   /// are in memory together (film_seats.h). A worker gets several tiles of a job in a row, so that neither
-  /// its scenes nor the films change with every tile, but a job that has just come begins at once.
+  /// its scenes nor the films change with every tile, but a job that has just come begins at once. When a job
+  /// comes to its end, pending tiles are cut for those who idle, and then they race those who are late.
   Offer offer(const WorkerId& worker, double now);
   /// To be called when what was offered is leased, and when a lease has ended after `seconds` of processor
   /// time; 0 if it came to nothing.
@@ -101,6 +109,15 @@ class Scheduler {
   /// Jobs that the worker may work for, the one that comes next first.
   std::vector<Job*> candidates(const Worker& worker);
   Offer offer_of(const Job& job, const WorkerId& worker, double now) const;
+  /// No further round is opened before those that there are have ended.
+  static bool is_planned_out(const Job& job, double now);
+  // scheduler_tail.cc:
+  /// Seconds that the worker is expected to take for the tile; negative: unknown.
+  static double expected_seconds(const Job& job, const TileSpec& tile, const Worker& worker);
+  /// How to cut the tile so that idle workers have something; empty: not at all.
+  std::vector<CellRect> parts_for_idle(const Job& job, TileId tile, const Worker& worker, double now) const;
+  /// A tile that somebody has had for too long, or that this worker will have much sooner.
+  std::optional<TileId> tile_to_race(const Job& job, const Worker& worker, double now) const;
   /// The first job that this one has to wait for; null: none.
   const Job* waits_for(const Job& job) const;
   int fitting_workers(const Job& job, double now, double* mean_speed) const;

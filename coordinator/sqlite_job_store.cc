@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-constexpr int64_t kSchemaVersion = 4;
+constexpr int64_t kSchemaVersion = 6;
 constexpr int64_t kOldestSchema = 2;
 constexpr size_t kMaxProbeBytes = size_t{64} << 20;
 
@@ -28,11 +28,14 @@ CREATE TABLE tiles(
   sample_begin INTEGER NOT NULL, sample_end INTEGER NOT NULL,
   state INTEGER NOT NULL, attempt INTEGER NOT NULL, failures INTEGER NOT NULL,
   worker TEXT NOT NULL, digest TEXT NOT NULL,
+  rival_attempt INTEGER NOT NULL DEFAULT 0, rival_worker TEXT NOT NULL DEFAULT '',
+  check_state INTEGER NOT NULL DEFAULT 0,
   PRIMARY KEY(job, tile)) WITHOUT ROWID;
--- Committed partials that no snapshot contains yet, as they came, in chunks.
+-- Committed partials, as they came, in chunks. The snapshot contains those up to the row in `folded`.
 CREATE TABLE spool(
   job TEXT NOT NULL, tile INTEGER NOT NULL, part INTEGER NOT NULL, bytes BLOB NOT NULL,
   UNIQUE(job, tile, part));
+CREATE TABLE folded(job TEXT PRIMARY KEY, row INTEGER NOT NULL) WITHOUT ROWID;
 -- kind: film, batches, reference, pilot.
 CREATE TABLE layers(
   job TEXT NOT NULL, kind TEXT NOT NULL, part INTEGER NOT NULL, bytes BLOB NOT NULL,
@@ -45,6 +48,12 @@ CREATE TABLE points(job TEXT NOT NULL, number INTEGER NOT NULL, point TEXT NOT N
 constexpr const char* kMigrations[] = {
     "DROP TABLE quarantine",  // refused partials are files now
     "",                       // records may have a submitter, a limit of workers and dependencies
+    // Two workers may race for a tile.
+    "ALTER TABLE tiles ADD COLUMN rival_attempt INTEGER NOT NULL DEFAULT 0;"
+    "ALTER TABLE tiles ADD COLUMN rival_worker TEXT NOT NULL DEFAULT ''",
+    // A tile may be rendered again for comparison; partials may stay when a snapshot contains them.
+    "ALTER TABLE tiles ADD COLUMN check_state INTEGER NOT NULL DEFAULT 0;"
+    "CREATE TABLE folded(job TEXT PRIMARY KEY, row INTEGER NOT NULL) WITHOUT ROWID",
 };
 static_assert(std::size(kMigrations) == kSchemaVersion - kOldestSchema);
 
@@ -99,8 +108,8 @@ std::vector<TileRecord> SqliteJobStore::tiles(const JobId& job) {
   const std::lock_guard lock(mutex_);
   Statement select(
       db_,
-      "SELECT tile, x0, y0, x1, y1, sample_begin, sample_end, state, attempt, failures, worker, digest "
-      "FROM tiles WHERE job=? ORDER BY tile");
+      "SELECT tile, x0, y0, x1, y1, sample_begin, sample_end, state, attempt, failures, worker, digest, "
+      "rival_attempt, rival_worker, check_state FROM tiles WHERE job=? ORDER BY tile");
   select.bind(job.value);
   std::vector<TileRecord> records;
   while (select.step()) {
@@ -115,6 +124,11 @@ std::vector<TileRecord> SqliteJobStore::tiles(const JobId& job) {
     tile.failures = static_cast<int>(select.integer(9));
     tile.worker = WorkerId{select.text(10)};
     tile.digest = select.text(11);
+    tile.rival_attempt = select.integer(12);
+    tile.rival_worker = WorkerId{select.text(13)};
+    const int64_t check = select.integer(14);
+    if (check < 0 || check > 2) throw StoreError(path_ + ": unknown state of a check in the ledger");
+    tile.check = static_cast<TileCheck>(check);
     if (tile.id.value != static_cast<int64_t>(records.size())) {
       throw StoreError(path_ + ": the ledger of job " + job.value + " has gaps");
     }
@@ -196,7 +210,9 @@ void SqliteJobStore::for_each_spooled(const JobId& job,
   std::vector<int64_t> tiles;
   {
     const std::lock_guard lock(mutex_);
-    Statement select(db_, "SELECT tile FROM spool WHERE job=? AND part=0 ORDER BY tile");
+    Statement select(db_,
+                     "SELECT tile FROM spool WHERE job=?1 AND part=0 AND rowid > "
+                     "COALESCE((SELECT row FROM folded WHERE job=?1), 0) ORDER BY tile");
     select.bind(job.value);
     while (select.step()) tiles.push_back(select.integer(0));
   }
@@ -212,6 +228,15 @@ void SqliteJobStore::for_each_spooled(const JobId& job,
     }
     visit(partial);
   }
+}
+
+std::vector<TileId> SqliteJobStore::kept_partials(const JobId& job) {
+  const std::lock_guard lock(mutex_);
+  std::vector<TileId> tiles;
+  Statement select(db_, "SELECT tile FROM spool WHERE job=? AND part=0 ORDER BY tile");
+  select.bind(job.value);
+  while (select.step()) tiles.push_back(TileId{select.integer(0)});
+  return tiles;
 }
 
 int64_t SqliteJobStore::next_number(const std::string& counter) {
@@ -268,12 +293,12 @@ void SqliteJobStore::save_job(const JobRecord& job) {
   transaction.commit();
 }
 
-void SqliteJobStore::add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) {
-  const std::lock_guard lock(mutex_);
-  Transaction transaction(db_, Durability::kFlush);
+void SqliteJobStore::insert_tiles(const JobId& job, const std::vector<TileRecord>& tiles) {
   for (const TileRecord& tile : tiles) {
     const CellRect& c = tile.tile.cells;
-    Statement(db_, "INSERT INTO tiles VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?)")
+    Statement(db_,
+              "INSERT INTO tiles(job, tile, x0, y0, x1, y1, sample_begin, sample_end, state, attempt, "
+              "failures, worker, digest) VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?)")
         .bind(job.value)
         .bind(tile.id.value)
         .bind(c.x0)
@@ -289,23 +314,57 @@ void SqliteJobStore::add_tiles(const JobId& job, const std::vector<TileRecord>& 
         .bind(tile.digest)
         .run();
   }
+}
+
+void SqliteJobStore::add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_, Durability::kFlush);
+  insert_tiles(job, tiles);
   transaction.commit();
   ++written_;
 }
 
-void SqliteJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
+void SqliteJobStore::split_tile(const JobId& job, const TileRecord& smaller,
+                                const std::vector<TileRecord>& others) {
   const std::lock_guard lock(mutex_);
+  const CellRect& c = smaller.tile.cells;
   Transaction transaction(db_, Durability::kFlush);
-  Statement(db_, "UPDATE tiles SET state=?, attempt=?, failures=?, worker=?, digest=? WHERE job=? AND tile=?")
+  Statement(db_, "UPDATE tiles SET x0=?, y0=?, x1=?, y1=? WHERE job=? AND tile=? AND state=0")
+      .bind(c.x0)
+      .bind(c.y0)
+      .bind(c.x1)
+      .bind(c.y1)
+      .bind(job.value)
+      .bind(smaller.id.value)
+      .run();
+  if (db_.changes() != 1) throw std::logic_error("store: only a pending tile can be split");
+  insert_tiles(job, others);
+  transaction.commit();
+  ++written_;
+}
+
+void SqliteJobStore::write_tile(const JobId& job, const TileRecord& tile) {
+  Statement(db_,
+            "UPDATE tiles SET state=?, attempt=?, failures=?, worker=?, digest=?, rival_attempt=?, "
+            "rival_worker=?, check_state=? WHERE job=? AND tile=?")
       .bind(static_cast<int>(tile.state))
       .bind(tile.attempt)
       .bind(tile.failures)
       .bind(tile.worker.value)
       .bind(tile.digest)
-      .bind(job.id.value)
+      .bind(tile.rival_attempt)
+      .bind(tile.rival_worker.value)
+      .bind(static_cast<int>(tile.check))
+      .bind(job.value)
       .bind(tile.id.value)
       .run();
   if (db_.changes() != 1) throw std::logic_error("store: no tile " + std::to_string(tile.id.value));
+}
+
+void SqliteJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_, Durability::kFlush);
+  write_tile(job.id, tile);
   // Most leases change nothing of the job but its wall time, which the next commit writes.
   const auto row = rows_.find(job.id);
   if (row == rows_.end() || !(row->second == leased_state(job))) write_job(job);
@@ -315,13 +374,22 @@ void SqliteJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
 }
 
 bool SqliteJobStore::mark_committed(const JobRecord& job, const TileRecord& tile) {
+  const std::vector<LeaseToken> tokens = lease_tokens(tile);
+  if (tokens.size() != 1) throw std::logic_error("store: a tile is committed under one lease");
   Statement(
-      db_, "UPDATE tiles SET state=2, digest=? WHERE job=? AND tile=? AND state=1 AND attempt=? AND worker=?")
+      db_,
+      "UPDATE tiles SET state=2, digest=?1, worker=?2, rival_attempt=?3, rival_worker=?4, check_state=?5 "
+      "WHERE job=?6 AND tile=?7 AND state=1 AND ((attempt=?8 AND worker=?9) OR "
+      "(rival_attempt=?8 AND rival_worker=?9))")
       .bind(tile.digest)
+      .bind(tile.worker.value)
+      .bind(tile.rival_attempt)
+      .bind(tile.rival_worker.value)
+      .bind(static_cast<int>(tile.check))
       .bind(job.id.value)
       .bind(tile.id.value)
-      .bind(tile.attempt)
-      .bind(tile.worker.value)
+      .bind(tokens[0].attempt)
+      .bind(tokens[0].worker.value)
       .run();
   if (db_.changes() != 1) return false;
   write_job(job);
@@ -392,13 +460,35 @@ void SqliteJobStore::add_point(const JobId& job, const ErrorPoint& point) {
   transaction.commit();
 }
 
-void SqliteJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot) {
+void SqliteJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) {
   const std::lock_guard lock(mutex_);
   attempted_bytes_ = snapshot.film.size() + snapshot.batches.size();
   Transaction transaction(db_);
   put_layer(job, "film", snapshot.film);
   put_layer(job, "batches", snapshot.batches);
-  Statement(db_, "DELETE FROM spool WHERE job=?").bind(job.value).run();
+  if (keep_partials) {
+    Statement(db_,
+              "INSERT OR REPLACE INTO folded SELECT ?1, MAX(rowid) FROM spool WHERE job=?1 HAVING MAX(rowid)")
+        .bind(job.value)
+        .run();
+  } else {
+    Statement(db_, "DELETE FROM spool WHERE job=?").bind(job.value).run();
+    Statement(db_, "DELETE FROM folded WHERE job=?").bind(job.value).run();
+  }
+  transaction.commit();
+}
+
+void SqliteJobStore::take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  for (const TileRecord& tile : tiles) {
+    write_tile(job.id, tile);
+    Statement(db_, "DELETE FROM spool WHERE job=? AND tile=?").bind(job.id.value).bind(tile.id.value).run();
+  }
+  put_layer(job.id, "film", "");
+  put_layer(job.id, "batches", "");
+  Statement(db_, "DELETE FROM folded WHERE job=?").bind(job.id.value).run();
+  write_job(job);
   transaction.commit();
 }
 

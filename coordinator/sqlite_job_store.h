@@ -25,16 +25,20 @@ class SqliteJobStore : public JobStore {
   std::string pilot(const JobId& job) override;
   LayerSnapshot snapshot(const JobId& job) override;
   void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) override;
+  std::vector<TileId> kept_partials(const JobId& job) override;
   int64_t next_number(const std::string& counter) override;
   void add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) override;
   void save_job(const JobRecord& job) override;
   void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) override;
+  void split_tile(const JobId& job, const TileRecord& smaller,
+                  const std::vector<TileRecord>& others) override;
   void save_tile(const JobRecord& job, const TileRecord& tile) override;
   bool commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) override;
   bool commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) override;
   void flush() override;
   void add_point(const JobId& job, const ErrorPoint& point) override;
-  void checkpoint(const JobId& job, const LayerSnapshot& snapshot) override;
+  void checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) override;
+  void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) override;
   void probe() override;
 
  private:
@@ -48,7 +52,11 @@ class SqliteJobStore : public JobStore {
     bool operator==(const LeasedState&) const = default;
   };
   static LeasedState leased_state(const JobRecord& job);
-  /// Within a transaction: writes both rows if the tile is leased with this attempt by this worker.
+  /// Within a transaction.
+  void insert_tiles(const JobId& job, const std::vector<TileRecord>& tiles);
+  void write_tile(const JobId& job, const TileRecord& tile);
+  /// Within a transaction: writes both rows if the tile is leased under the token that it was committed
+  /// under.
   bool mark_committed(const JobRecord& job, const TileRecord& tile);
   void put_layer(const JobId& job, const std::string& kind, std::string_view bytes);
   std::string get_layer(const JobId& job, const std::string& kind);

@@ -39,6 +39,7 @@ void FarmSimulation::fail(const std::string& what) const {
 
 void FarmSimulation::crash_coordinator() {
   ++counts_.crashes;
+  counts_.races += static_cast<int>(farm_->stats().races);
   farm_.reset();  // what was not in the store is gone
   storage_broken_until_ = -1;
   farm_ = std::make_unique<Farm>(std::make_unique<WatchedStore>(store_,
@@ -171,7 +172,7 @@ void FarmSimulation::check_acknowledged() {
   const std::vector<TileRecord> tiles = store_.tiles(job_);
   for (const LeaseKey& key : acknowledged_) {
     const TileRecord& tile = tiles.at(static_cast<size_t>(key.tile.value));
-    if (tile.state != TileState::kCommitted || tile.attempt != key.attempt) {
+    if (tile.state != TileState::kCommitted || lease_tokens(tile).at(0).attempt != key.attempt) {
       fail("tile " + std::to_string(key.tile.value) + " was acknowledged under attempt " +
            std::to_string(key.attempt) + ", and the ledger does not have it");
     }

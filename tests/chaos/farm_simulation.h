@@ -22,6 +22,7 @@ struct ChaosCounts {
   int crashes = 0, storage_faults = 0, clock_jumps = 0, deaths = 0, pauses = 0;
   int lost = 0, late = 0, repeated = 0, damaged = 0;
   int re_leased_after_death = 0;
+  int races = 0;  // tiles that two workers had at the same time
   double longest_wait_for_dead = 0;  // seconds from a worker's death to the end of its last lease
   double seconds = 0;                // simulated
 };

@@ -25,7 +25,8 @@ TEST(FarmSimulation, NothingIsLostOrCountedTwiceWhateverHappens) {
     for (int ChaosCounts::*member :
          {&ChaosCounts::crashes, &ChaosCounts::storage_faults, &ChaosCounts::clock_jumps,
           &ChaosCounts::deaths, &ChaosCounts::pauses, &ChaosCounts::lost, &ChaosCounts::late,
-          &ChaosCounts::repeated, &ChaosCounts::damaged, &ChaosCounts::re_leased_after_death}) {
+          &ChaosCounts::repeated, &ChaosCounts::damaged, &ChaosCounts::re_leased_after_death,
+          &ChaosCounts::races}) {
       all.*member += counts.*member;
     }
     all.longest_wait_for_dead = std::max(all.longest_wait_for_dead, counts.longest_wait_for_dead);
@@ -33,12 +34,14 @@ TEST(FarmSimulation, NothingIsLostOrCountedTwiceWhateverHappens) {
   }
   std::printf(
       "%d crashes, %d storage faults, %d clock jumps, %d deaths, %d stops; messages: %d lost, %d late, "
-      "%d repeated, %d damaged; %d leases again, longest lease of the dead %.2f s; %.0f s simulated\n",
+      "%d repeated, %d damaged; %d leases again, %d races, longest lease of the dead %.2f s; %.0f s "
+      "simulated\n",
       all.crashes, all.storage_faults, all.clock_jumps, all.deaths, all.pauses, all.lost, all.late,
-      all.repeated, all.damaged, all.re_leased_after_death, all.longest_wait_for_dead, all.seconds);
+      all.repeated, all.damaged, all.re_leased_after_death, all.races, all.longest_wait_for_dead,
+      all.seconds);
   if (only) return;
   for (const int count : {all.crashes, all.storage_faults, all.clock_jumps, all.deaths, all.pauses, all.lost,
-                          all.late, all.repeated, all.damaged, all.re_leased_after_death}) {
+                          all.late, all.repeated, all.damaged, all.re_leased_after_death, all.races}) {
     EXPECT_GT(count, 50) << "chaos that does not happen tests nothing";
   }
 }

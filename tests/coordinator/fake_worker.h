@@ -52,6 +52,7 @@ class WatchedStore : public JobStore {
   void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) override {
     store_.for_each_spooled(job, visit);
   }
+  std::vector<TileId> kept_partials(const JobId& job) override { return store_.kept_partials(job); }
   int64_t next_number(const std::string& counter) override { return write(), store_.next_number(counter); }
   void add_job(const JobRecord& j, const std::string& b, const Image& r) override {
     write(), store_.add_job(j, b, r);
@@ -59,6 +60,9 @@ class WatchedStore : public JobStore {
   void save_job(const JobRecord& job) override { write(), store_.save_job(job); }
   void add_tiles(const JobId& job, const std::vector<TileRecord>& t) override {
     write(), store_.add_tiles(job, t);
+  }
+  void split_tile(const JobId& job, const TileRecord& smaller, const std::vector<TileRecord>& o) override {
+    write(), store_.split_tile(job, smaller, o);
   }
   void save_tile(const JobRecord& job, const TileRecord& tile) override {
     write(), store_.save_tile(job, tile);
@@ -73,7 +77,12 @@ class WatchedStore : public JobStore {
   void add_point(const JobId& job, const ErrorPoint& point) override {
     write(), store_.add_point(job, point);
   }
-  void checkpoint(const JobId& job, const LayerSnapshot& s) override { write(), store_.checkpoint(job, s); }
+  void checkpoint(const JobId& job, const LayerSnapshot& s, bool keep) override {
+    write(), store_.checkpoint(job, s, keep);
+  }
+  void take_back(const JobRecord& job, const std::vector<TileRecord>& t) override {
+    write(), store_.take_back(job, t);
+  }
   void probe() override { write(), store_.probe(); }
 
  private:

@@ -161,14 +161,15 @@ TEST_P(Stores, CheckpointReplacesTheSpool) {
     store->add_tiles(owner.id, {t});
     t.state = TileState::kLeased;
     t.attempt = 1;
+    t.worker = WorkerId{"w1"};
     store->save_tile(owner, t);
     t.state = TileState::kCommitted;
     EXPECT_TRUE(store->commit_tile(owner, t, std::string("partial of ") + id));
   }
   EXPECT_TRUE(store->snapshot(job.id).film.empty());
   const std::string film(2500, 'f');
-  store->checkpoint(job.id, {film, "b"});
-  store->checkpoint(job.id, {film + "2", "b2"});
+  store->checkpoint(job.id, {film, "b"}, false);
+  store->checkpoint(job.id, {film + "2", "b2"}, false);
   reopen();
   EXPECT_EQ(store->snapshot(job.id).film, film + "2");
   EXPECT_EQ(store->snapshot(job.id).batches, "b2");

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
+
 namespace lightmill {
 namespace {
 
@@ -23,9 +25,7 @@ void lease(LeaseTable& table, TileId id, const WorkerId& worker, double expires)
   table.apply(table.leased_to(id, worker), expires);
 }
 void commit(LeaseTable& table, TileId id) {
-  TileRecord record = *table.find(id);
-  record.state = TileState::kCommitted;
-  table.apply(record);
+  table.apply(table.committed(id, table.find(id)->attempt, "digest"));
 }
 
 TEST(LeaseTable, LeasesInOrderAndExpires) {
@@ -37,8 +37,9 @@ TEST(LeaseTable, LeasesInOrderAndExpires) {
   EXPECT_FALSE(table.holds(TileId{0}, kBob, 1));
   EXPECT_FALSE(table.holds(TileId{0}, kAnn, 2));
   EXPECT_TRUE(table.expired(9.9).empty());
-  EXPECT_EQ(table.expired(10), (std::vector{TileId{0}}));
-  table.apply(table.released(TileId{0}, false));
+  ASSERT_EQ(table.expired(10).size(), 1u);
+  EXPECT_EQ(table.expired(10)[0].tile, TileId{0});
+  table.apply(table.released(TileId{0}, 1, false));
   EXPECT_FALSE(table.holds(TileId{0}, kAnn, 1));
   EXPECT_EQ(*table.next_pending(any), TileId{0});
   lease(table, TileId{0}, kBob, 20);
@@ -49,14 +50,14 @@ TEST(LeaseTable, RenewMovesTheExpiryAndAPinStopsIt) {
   LeaseTable table;
   table.add(round(0, 1, 0, 1));
   lease(table, TileId{0}, kAnn, 10);
-  table.renew(TileId{0}, 15);
+  table.renew(TileId{0}, 1, 15);
   EXPECT_TRUE(table.expired(14).empty());
-  table.pin(TileId{0});
-  table.pin(TileId{0});
-  table.renew(TileId{0}, 16);
-  table.unpin(TileId{0});
+  table.pin(TileId{0}, 1);
+  table.pin(TileId{0}, 1);
+  table.renew(TileId{0}, 1, 16);
+  table.unpin(TileId{0}, 1);
   EXPECT_TRUE(table.expired(1e9).empty()) << "another call with the same commit goes on";
-  table.unpin(TileId{0});
+  table.unpin(TileId{0}, 1);
   EXPECT_TRUE(table.expired(15).empty());
   EXPECT_EQ(table.expired(16).size(), 1u);
 }
@@ -83,7 +84,7 @@ TEST(LeaseTable, FailuresAndAttemptsCountUp) {
   table.add(round(0, 1, 0, 1));
   for (int i = 1; i <= 3; ++i) {
     lease(table, TileId{0}, kAnn, 10);
-    table.apply(table.released(TileId{0}, true));
+    table.apply(table.released(TileId{0}, i, true));
     EXPECT_EQ(table.find(TileId{0})->attempt, i);
     EXPECT_EQ(table.find(TileId{0})->failures, i);
   }
@@ -105,8 +106,9 @@ TEST(LeaseTable, ThePilotIsLeasedLikeATileButBelongsToNoRound) {
   EXPECT_TRUE(table.rounds().empty());
   EXPECT_EQ(table.planned_samples(), 0);
   lease(table, *table.next_pending(any), kAnn, 10);
-  EXPECT_EQ(table.expired(10), (std::vector{TileId{0}}));
-  table.apply(table.released(TileId{0}, false));
+  ASSERT_EQ(table.expired(10).size(), 1u);
+  EXPECT_EQ(table.expired(10)[0].tile, TileId{0});
+  table.apply(table.released(TileId{0}, 1, false));
   lease(table, *table.next_pending(any), kBob, 20);
   EXPECT_TRUE(table.holds(TileId{0}, kBob, 2));
   commit(table, TileId{0});
@@ -116,6 +118,72 @@ TEST(LeaseTable, ThePilotIsLeasedLikeATileButBelongsToNoRound) {
   EXPECT_EQ(table.rounds()[0].tiles, 2);
   for (int64_t id : {1, 2}) lease(table, TileId{id}, kAnn, 30), commit(table, TileId{id});
   EXPECT_EQ(table.complete_samples(), 1);
+}
+
+TEST(LeaseTable, TwoMayRaceAndWhoeverEndsFirstLeavesTheOther) {
+  const auto raced = [] {
+    LeaseTable table;
+    table.add(round(0, 1, 0, 1));
+    lease(table, TileId{0}, kAnn, 10);
+    lease(table, TileId{0}, kBob, 12);
+    return table;
+  };
+  LeaseTable table = raced();
+  EXPECT_TRUE(table.holds(TileId{0}, kAnn, 1) && table.holds(TileId{0}, kBob, 2));
+  EXPECT_FALSE(table.holds(TileId{0}, kAnn, 2) || table.holds(TileId{0}, kBob, 1));
+  EXPECT_EQ(table.leased_count(), 1);
+  EXPECT_EQ(table.workers(), 2);
+  EXPECT_THROW(table.leased_to(TileId{0}, WorkerId{"w3"}), std::logic_error) << "two are enough";
+
+  for (const int64_t winner : {1, 2}) {
+    LeaseTable won = raced();
+    won.apply(won.committed(TileId{0}, winner, "d"));
+    EXPECT_EQ(won.leases().size(), 0u);
+    EXPECT_EQ(won.leased_count() + won.workers(), 0);
+    EXPECT_TRUE(committed_under(*won.find(TileId{0}), {winner, winner == 1 ? kAnn : kBob}));
+    EXPECT_FALSE(committed_under(*won.find(TileId{0}), {3 - winner, winner == 1 ? kBob : kAnn}));
+    EXPECT_EQ(won.complete_samples(), 1);
+  }
+
+  // The later one goes: the earlier one stays, keeps its expiry, and a third may come.
+  table.apply(table.released(TileId{0}, 2, true));
+  EXPECT_TRUE(table.holds(TileId{0}, kAnn, 1));
+  EXPECT_FALSE(table.holds(TileId{0}, kBob, 2));
+  EXPECT_EQ(table.expired(11).size(), 1u);
+  lease(table, TileId{0}, WorkerId{"w3"}, 20);
+  EXPECT_TRUE(table.holds(TileId{0}, WorkerId{"w3"}, 3));
+  EXPECT_TRUE(table.holds(TileId{0}, kAnn, 1));
+  // The earlier one goes, then the last.
+  table.apply(table.released(TileId{0}, 1, false));
+  EXPECT_EQ(table.leases().size(), 1u);
+  table.apply(table.released(TileId{0}, 3, false));
+  EXPECT_EQ(table.find(TileId{0})->state, TileState::kPending);
+  EXPECT_EQ(table.find(TileId{0})->attempt, 3);
+  EXPECT_EQ(*table.next_pending(any), TileId{0});
+  EXPECT_EQ(table.workers(), 0);
+}
+
+TEST(LeaseTable, TilesOfTheLastRoundCanBeSplit) {
+  LeaseTable table;
+  table.add(round(0, 2, 0, 1));
+  table.add(round(2, 1, 1, 2));
+  TileRecord wide;
+  wide.id = TileId{3};
+  wide.tile = {{1, 0, 5, 1}, 1, 2};
+  table.add({wide});
+  EXPECT_FALSE(table.may_split(TileId{0})) << "an earlier round";
+  EXPECT_FALSE(table.may_split(TileId{2})) << "a single cell";
+  ASSERT_TRUE(table.may_split(TileId{3}));
+  table.apply(table.split(TileId{3}, {{1, 0, 2, 1}, {2, 0, 4, 1}, {4, 0, 5, 1}}));
+  ASSERT_EQ(table.tiles().size(), 6u);
+  EXPECT_EQ(table.find(TileId{3})->tile.cells.count() + table.find(TileId{4})->tile.cells.count() +
+                table.find(TileId{5})->tile.cells.count(),
+            4);
+  EXPECT_EQ(table.rounds().back().tiles, 4);
+  for (int64_t id : {0, 1, 2, 3, 4}) lease(table, TileId{id}, kAnn, 10), commit(table, TileId{id});
+  EXPECT_EQ(table.complete_samples(), 1) << "a part is missing";
+  lease(table, TileId{5}, kAnn, 10), commit(table, TileId{5});
+  EXPECT_EQ(table.complete_samples(), 2);
 }
 
 }  // namespace

@@ -181,6 +181,7 @@ TEST(GroupCommit, ThreadsThatCommitAtTheSameTimeAreAllDurable) {
       tile.tile = {{0, 0, 1, 1}, t, t + 1};
       tile.state = TileState::kLeased;
       tile.attempt = 1;
+      tile.worker = WorkerId{"w1"};
       store.add_tiles(record.id, {tile});
     }
     for (int t = 0; t < kThreads; ++t) {
@@ -189,6 +190,7 @@ TEST(GroupCommit, ThreadsThatCommitAtTheSameTimeAreAllDurable) {
           TileRecord tile;
           tile.id = TileId{t * kEach + i};
           tile.attempt = 1;
+          tile.worker = WorkerId{"w1"};
           EXPECT_TRUE(store.commit_tile(record, tile, "partial"));
           store.flush();
         }
