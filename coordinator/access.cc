@@ -13,6 +13,16 @@ constexpr unsigned kLook = bit(Role::kObserver) | bit(Role::kSubmitter) | bit(Ro
 constexpr unsigned kChange = bit(Role::kSubmitter) | bit(Role::kAdmin);
 constexpr unsigned kWork = bit(Role::kWorker);
 
+/// Whether a path is one of the rule's: "*" stands for one segment that is not empty.
+bool matches(std::string_view rule, std::string_view path) {
+  const size_t star = rule.find('*');
+  if (star == std::string_view::npos) return rule == path;
+  if (path.substr(0, star) != rule.substr(0, star)) return false;
+  const std::string_view rest = path.substr(star);
+  const size_t segment = std::min(rest.find('/'), rest.size());
+  return segment > 0 && rest.substr(segment) == rule.substr(star + 1);
+}
+
 }  // namespace
 
 const char* role_name(Role role) {
@@ -67,6 +77,26 @@ const std::vector<AccessRule>& access_rules() {
       {"/healthz", 0, true},
       {"/metrics", kLook},
       {"/", kLook},
+      {"/assets/*", kLook},
+      {"/api/v1/session", kLook},
+      {"/api/v1/events", kLook},
+      {"/api/v1/jobs", kLook},
+      {"/api/v1/jobs/*", kLook},
+      {"/api/v1/jobs/*/curve", kLook},
+      {"/api/v1/jobs/*/tiles", kLook},
+      {"/api/v1/jobs/*/image", kLook},
+      {"/api/v1/jobs/*/image.png", kLook},
+      {"/api/v1/jobs/*/image.exr", kLook},
+      {"/api/v1/jobs/*/error-map", kLook},
+      {"/api/v1/workers", kLook},
+      {"/api/v1/log", kLook},
+      {"/api/v1/jobs/*/pause", kChange},
+      {"/api/v1/jobs/*/resume", kChange},
+      {"/api/v1/jobs/*/cancel", kChange},
+      {"/api/v1/jobs/*/retry", kChange},
+      {"/api/v1/jobs/*/extend", kChange},
+      {"/api/v1/jobs/*/priority", kChange},
+      {"/api/v1/jobs/*/resubmit", kChange},
   };
   return rules;
 }
@@ -74,7 +104,7 @@ const std::vector<AccessRule>& access_rules() {
 const AccessRule* access_rule(std::string_view path) {
   const std::vector<AccessRule>& rules = access_rules();
   const auto found =
-      std::find_if(rules.begin(), rules.end(), [&](const AccessRule& r) { return r.path == path; });
+      std::find_if(rules.begin(), rules.end(), [&](const AccessRule& r) { return matches(r.path, path); });
   return found == rules.end() ? nullptr : &*found;
 }
 

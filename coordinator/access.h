@@ -17,7 +17,9 @@ const char* role_name(Role role);
 std::optional<Role> role_from_name(std::string_view name);
 
 struct AccessRule {
-  std::string_view path;   // "/package.Service/Method", or an HTTP route such as "/metrics"
+  /// "/package.Service/Method", or an HTTP route such as "/metrics" or "/api/v1/jobs/*/curve", where "*" is
+  /// one segment of any name.
+  std::string_view path;
   unsigned roles = 0;      // bit 1 << Role
   bool everybody = false;  // no token is needed
 };

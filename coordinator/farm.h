@@ -82,6 +82,19 @@ struct FarmStats {
   bool storage_fault = false;  // right now: jobs pause until the disk is mended
 };
 
+/// Some of all jobs, for views of the whole farm.
+struct JobPage {
+  std::vector<JobStatus> jobs;
+  size_t total = 0;      // jobs that the farm knows
+  uint64_t version = 0;  // of the newest change so far
+};
+
+/// The end of a job's ledger: the tiles of its last complete round and of all later ones.
+struct TileMap {
+  int64_t complete_samples = 0;   // every pixel has the samples below
+  std::vector<TileStatus> tiles;  // ascending by id, without digests
+};
+
 class Farm {
  public:
   using LeaseKey = lightmill::LeaseKey;
@@ -92,9 +105,16 @@ class Farm {
   // --- clients ---
   JobId submit(const JobRequest& request);
   std::vector<JobStatus> jobs() const;
+  /// Of the jobs [begin, begin + count) in the order of submission those that changed after `version`, that
+  /// are being rendered or, with `waiting`, that have not ended. Pages keep the farm's lock short.
+  JobPage page(size_t begin, size_t count, uint64_t version, bool waiting) const;
+  /// The tiles that are leased now, with their workers.
+  std::vector<std::pair<WorkerId, LeaseKey>> holdings() const;
   /// The following throw Error(kFailed, "no job ...") for an unknown job.
   JobStatus job(const JobId& id) const;
   std::vector<TileStatus> tiles(const JobId& id) const;
+  /// Of a job of any length no more than a few rounds.
+  TileMap tile_map(const JobId& id) const;
   ErrorCurve curve(const JobId& id) const;
   /// What the job's pilot estimated and chose; empty if it had none, or none yet.
   std::optional<PilotReport> pilot(const JobId& id) const;
@@ -102,11 +122,15 @@ class Farm {
   /// Its AOVs, of the same samples as `image` (if given), which is filled; without channels if the job has
   /// none.
   ChannelImage aovs(const JobId& id, Image* image = nullptr) const;
+  /// Where the noise is: BatchFilm::error_map of the job's batches.
+  Image error_map(const JobId& id) const;
   Bundle bundle(const std::string& bundle_digest) const;
   void pause(const JobId& id);
   void resume(const JobId& id);
   void cancel(const JobId& id);
   void retry(const JobId& id);
+  /// Of a job that has not ended; it counts from the next lease on.
+  void set_priority(const JobId& id, int priority);
   /// New *totals*, in place of the old ones: without `spp` only the others stop the job.
   /// Reopens a finished job.
   void extend(const JobId& id, std::optional<int64_t> spp, std::optional<double> time_s,

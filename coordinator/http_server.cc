@@ -15,6 +15,10 @@
 namespace lightmill {
 namespace {
 
+/// Threads beside those of the streams. Connections that are kept alive hold theirs for a moment.
+constexpr size_t kOtherThreads = 32;
+constexpr time_t kKeepAliveSeconds = 2;
+
 /// Gives a connection the certificate of the moment. An SSL_CTX has it once and for all.
 int use_certificate(SSL* tls, void* argument) {
   const auto& files = *static_cast<const SecurityFiles*>(argument);
@@ -53,15 +57,17 @@ std::unique_ptr<httplib::Server> make_server(const SecurityFiles& files) {
 }  // namespace
 
 struct HttpServer::Impl {
-  explicit Impl(const HttpSecurity& s) : security(s), server(make_server(security.files)) {}
-  const HttpSecurity security;
+  Impl(const SecurityFiles& security, const WebOptions& web)
+      : files(security), api(web), server(make_server(files)) {}
+  const SecurityFiles files;
+  WebApi api;
   const std::unique_ptr<httplib::Server> server;
   std::atomic<bool> ended{false};  // the listening loop, whyever
   std::thread thread;
 };
 
-HttpServer::HttpServer(const std::string& address, const Farm& farm, const HttpSecurity& security)
-    : impl_(std::make_unique<Impl>(security)) {
+HttpServer::HttpServer(const std::string& address, const WebOptions& web, const SecurityFiles& files)
+    : impl_(std::make_unique<Impl>(files, web)) {
   const HostPort at = parse_address(address);
   httplib::Server& server = *impl_->server;
   // The library's default lets a second process share the port; here that is an error.
@@ -69,25 +75,25 @@ HttpServer::HttpServer(const std::string& address, const Farm& farm, const HttpS
     const int yes = 1;
     setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
-  server.new_task_queue = [] { return new httplib::ThreadPool(4); };
+  server.new_task_queue = [] { return new httplib::ThreadPool(WebApi::kMaxStreams + kOtherThreads); };
+  server.set_keep_alive_timeout(kKeepAliveSeconds);
+  server.set_tcp_nodelay(true);
   server.set_read_timeout(5);
   server.set_write_timeout(5);
   server.set_payload_max_length(1 << 16);
-  if (security.authenticator) {
+  if (web.authenticator) {
     server.set_pre_routing_handler(
-        [judges = security.authenticator](const httplib::Request& request, httplib::Response& response) {
+        [judges = web.authenticator](const httplib::Request& request, httplib::Response& response) {
           return judge(*judges, request, response);
         });
   }
   server.Get("/healthz", [](const httplib::Request&, httplib::Response& response) {
     response.set_content("ok\n", "text/plain");
   });
-  server.Get("/metrics", [&farm](const httplib::Request&, httplib::Response& response) {
+  server.Get("/metrics", [&farm = web.farm](const httplib::Request&, httplib::Response& response) {
     response.set_content(metrics_text(farm), "text/plain; version=0.0.4");
   });
-  server.Get("/", [&farm](const httplib::Request&, httplib::Response& response) {
-    response.set_content(status_page(farm), "text/html; charset=utf-8");
-  });
+  impl_->api.install(server);
   if (at.port == 0) {
     port_ = server.bind_to_any_port(at.host.c_str());
   } else if (server.bind_to_port(at.host.c_str(), at.port)) {
@@ -105,6 +111,7 @@ HttpServer::HttpServer(const std::string& address, const Farm& farm, const HttpS
 HttpServer::~HttpServer() {
   // stop() does nothing before the thread has begun to listen.
   while (!impl_->server->is_running() && !impl_->ended) std::this_thread::yield();
+  impl_->api.stop();
   impl_->server->stop();
   impl_->thread.join();
 }

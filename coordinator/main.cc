@@ -43,7 +43,7 @@ void add_options(CLI::App& app, Options& o) {
                  "HOST:PORT for workers and clients (gRPC); port 0: any free one")
       ->envname("LIGHTMILL_LISTEN")
       ->capture_default_str();
-  app.add_option("--http", o.server.http, "HOST:PORT for /healthz, /metrics and the status page; port 0: any")
+  app.add_option("--http", o.server.http, "HOST:PORT for /healthz, /metrics and the dashboard; port 0: any")
       ->envname("LIGHTMILL_HTTP")
       ->capture_default_str();
   app.add_option("--data", o.data, "Folder for jobs and scene files")
@@ -147,7 +147,13 @@ int run(Options options) {
   signal(SIGPIPE, SIG_IGN);
 
   options.server.security = resolve(options.server.security, Side::kServer);
-  options.server.log = [](const std::string& line) { spdlog::warn("{}", line); };
+  EventLog events;
+  options.server.events = &events;
+  const auto log = [&events](const std::string& line) {
+    spdlog::warn("{}", line);
+    events.add(line);
+  };
+  options.server.log = log;
   const DataFolder data(options.data);
   BlobStore blobs(data.blob_folder());
   Quarantine quarantine(data.quarantine_folder());
@@ -157,7 +163,7 @@ int run(Options options) {
   options.server.quotas.max_bundle_bytes = static_cast<uint64_t>(options.max_bundle_megabytes * 1e6);
   options.farm.checkpoint_bytes = options.checkpoint_megabytes * 1e6;
   options.farm.film_memory_bytes = static_cast<double>(parse_size(options.film_memory, "--film-memory"));
-  options.farm.log = [](const std::string& line) { spdlog::warn("{}", line); };
+  options.farm.log = log;
   options.farm.quarantine = [&](const LeaseKey& lease, const WorkerId& worker, const std::string& reason,
                                 const std::string& bytes) { quarantine.keep(lease, worker, reason, bytes); };
   options.server.lease_seconds = options.farm.lease_seconds;

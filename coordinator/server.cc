@@ -68,6 +68,7 @@ struct Server::Impl {
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
   std::unique_ptr<grpc::Server> rpc;
   std::optional<Door> door;
+  const EventLog no_events;
   std::optional<HttpServer> http;
 };
 
@@ -100,7 +101,11 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
   impl_->rpc = builder.BuildAndStart();
   if (!impl_->rpc) throw Error(ErrorKind::kFailed, "gRPC does not start");
   if (!options.http.empty()) {
-    impl_->http.emplace(options.http, farm, HttpSecurity{options.security, authenticator});
+    const bool loopback_only = !tls && is_loopback(parse_address(options.http).host);
+    impl_->http.emplace(options.http,
+                        WebOptions{farm, blobs, options.events ? *options.events : impl_->no_events,
+                                   options.quotas, impl_->submissions, authenticator, log, loopback_only},
+                        options.security);
   }
   impl_->door->open([acceptor = impl_->acceptor.get()](int fd) {
     grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;

@@ -7,6 +7,7 @@
 
 #include "common/rpc/security.h"
 #include "coordinator/blob_store.h"
+#include "coordinator/event_log.h"
 #include "coordinator/farm.h"
 #include "coordinator/quotas.h"
 
@@ -20,6 +21,7 @@ struct ServerOptions {
   SecurityFiles security{};                       // resolved; with TLS all calls and pages need a token
   std::function<void(const std::string&)> log{};  // may be empty
   Quotas quotas{};
+  EventLog* events = nullptr;  // what the dashboard shows as log; may be null
 };
 
 class Server {

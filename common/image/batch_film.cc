@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "common/error.h"
 #include "common/image/error_curve.h"
@@ -150,6 +151,40 @@ void BatchFilm::estimate(ErrorPoint* point) const {
   if (!error.half_width) return;
   point->relmse_low = std::max(0.0, error.relmse - *error.half_width) * scale;
   point->relmse_high = (error.relmse + *error.half_width) * scale;
+}
+
+int BatchFilm::error_map_block() const { return tracked_.empty() ? 4 : 16; }
+
+Image BatchFilm::error_map(int block) const {
+  const std::vector<const Batch*> batches = complete_batches();
+  if (batches.size() < 2 || block < 1) return {};
+  const auto n = static_cast<double>(batches.size());
+  const auto batch_spp = static_cast<double>(kSuperblockSamples * group_);
+  const double scale = n * batch_spp / spp();
+  const int width = grid_.crop.width();
+  const int columns = (width + block - 1) / block, rows = (grid_.crop.height() + block - 1) / block;
+  std::vector<double> sums(index(columns) * index(rows));
+  std::vector<int64_t> counts(sums.size());
+  for (int64_t at = 0; at < tracked_pixels_; ++at) {
+    const int64_t pixel = tracked_.empty() ? at : int64_t{tracked_[index(at / kRun)]} * kRun + at % kRun;
+    const size_t cell = index(pixel / width / block) * index(columns) + index(pixel % width / block);
+    ++counts[cell];
+    for (size_t value = 3 * index(at); value < 3 * index(at + 1); ++value) {
+      double mean = 0, squares = 0;
+      for (const Batch* batch : batches) mean += static_cast<double>(batch->rgb[value]) / (batch_spp * n);
+      for (const Batch* batch : batches) {
+        const double deviation = static_cast<double>(batch->rgb[value]) / batch_spp - mean;
+        squares += deviation * deviation;
+      }
+      sums[cell] += squares / (n * (n - 1)) / (mean * mean + 1e-2);
+    }
+  }
+  Image map(columns, rows, 1);
+  for (size_t i = 0; i < sums.size(); ++i) {
+    map.data[i] = counts[i] > 0 ? static_cast<float>(scale * sums[i] / (3 * static_cast<double>(counts[i])))
+                                : std::numeric_limits<float>::quiet_NaN();
+  }
+  return map;
 }
 
 std::string BatchFilm::snapshot() const {

@@ -65,6 +65,14 @@ class BatchFilm {
   int64_t max_tile_superblocks() const { return group_; }
   /// Fills relmse (empty below 2 complete batches), relmse_low, relmse_high (below 4) and batches.
   void estimate(ErrorPoint* point) const;
+  /// Where the noise is: per block of `block` x `block` pixels (one channel, rows from the top, the last ones
+  /// cut) the mean over its tracked pixels and channels of var / (M^2 + 1e-2), M being the mean of the
+  /// complete batches and var the variance of that mean over the batches, scaled to all samples folded so
+  /// far. NaN where no pixel is tracked; without pixels below 2 complete batches. The weight is that of the
+  /// image at hand, so that this serves for looking; the image-level estimate is `estimate`.
+  Image error_map(int block) const;
+  /// A block that holds some tracked pixels everywhere.
+  int error_map_block() const;
   /// Mean samples per pixel folded so far.
   double spp() const;
   std::string snapshot() const;

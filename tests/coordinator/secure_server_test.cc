@@ -255,5 +255,29 @@ TEST_F(SecureServerTest, PagesNeedATokenToo) {
   EXPECT_FALSE(plain.Get("/metrics"));
 }
 
+TEST_F(SecureServerTest, ObserversOfTheDashboardChangeNothing) {
+  const JobId job = farm.submit(small_job(64, 64, 4));
+  const std::string path = "/api/v1/jobs/" + job.value + "/pause";
+  httplib::SSLClient https("localhost", server->http_port());
+  https.set_ca_cert_path((root + "/ca/ca.crt").c_str());
+  const auto pause = [&] {
+    const auto response = https.Post(path, {{"X-Lightmill", "1"}}, "{}", "application/json");
+    return response ? response->status : -1;
+  };
+  EXPECT_EQ(https.Get("/api/v1/jobs")->status, 401);
+  EXPECT_EQ(pause(), 401);
+  https.set_basic_auth("anybody", read_token(root + "/obi/token").c_str());
+  EXPECT_EQ(https.Get("/api/v1/jobs")->status, 200);
+  EXPECT_THAT(https.Get("/api/v1/session")->body, HasSubstr("\"may_act\":false"));
+  EXPECT_EQ(pause(), 403);
+  EXPECT_EQ(farm.job(job).state, JobState::kQueued);
+  https.set_basic_auth("anybody", read_token(root + "/ann/token").c_str());
+  EXPECT_THAT(https.Get("/api/v1/session")->body, HasSubstr("\"may_act\":true"));
+  EXPECT_EQ(pause(), 200);
+  EXPECT_EQ(farm.job(job).state, JobState::kPaused);
+  https.set_basic_auth("anybody", read_token(root + "/gpu/token").c_str());
+  EXPECT_EQ(https.Get("/api/v1/jobs")->status, 403);
+}
+
 }  // namespace
 }  // namespace lightmill

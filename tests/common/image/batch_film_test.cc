@@ -340,5 +340,53 @@ TEST(BatchFilm, SnapshotsRestoreEverything) {
   EXPECT_THROW(back.fold(testing::random_partial(full_grid(9, 9), {{0, 0, 1, 1}, 0, 16}, 1, true, 0)), Error);
 }
 
+TEST(BatchFilm, TheErrorMapShowsWhereTheNoiseIs) {
+  Synthetic s = gaussian(0.2);
+  const size_t width = static_cast<size_t>(s.grid.crop.width());
+  s.level = [](size_t) { return 0.5; };
+  s.noise = [&](size_t p) { return p % width < width / 2 ? 0.1 : 0.4; };
+  std::mt19937_64 rng(5);
+  BatchFilm film(s.grid);
+  EXPECT_TRUE(film.error_map(8).data.empty());
+  for (int64_t b = 0; b < 16; ++b) film.fold(s.superblock(b, rng));
+  const Image map = film.error_map(8);
+  ASSERT_EQ(map.width, 6);
+  ASSERT_EQ(map.height, 5);
+  ASSERT_EQ(map.channels, 1);
+  // 64 pixels x 15 degrees of freedom, the channels alike: a standard error below 5 %.
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const double noise = x < 3 ? 0.1 : 0.4, expected = noise * noise / 256 / (0.25 + 1e-2);
+      EXPECT_NEAR(static_cast<double>(*map.pixel(x, y)), expected, 0.25 * expected) << x << "," << y;
+    }
+  }
+  ErrorPoint point;
+  film.estimate(&point);
+  double mean = 0;
+  for (const float value : map.data)
+    mean += static_cast<double>(value) / static_cast<double>(map.data.size());
+  EXPECT_NEAR(mean, *point.relmse, 0.1 * *point.relmse);
+}
+
+TEST(BatchFilm, TheErrorMapOfALargeFilmHasNoHoles) {
+  const FilmGrid grid = full_grid(1001, 777);
+  BatchFilm film(grid);
+  EXPECT_EQ(film.error_map_block(), 16);
+  Partial p;
+  p.grid = grid;
+  p.quantum_exponent = kQuantum;
+  p.camera.assign(static_cast<size_t>(grid.crop.area()), ExactRgb{});
+  for (int64_t b = 0; b < 2; ++b) {
+    p.tile = {grid.cells(), 16 * b, 16 * (b + 1)};
+    film.fold(p);
+  }
+  const Image map = film.error_map(film.error_map_block());
+  EXPECT_EQ(map.width, 63);
+  EXPECT_EQ(map.height, 49);
+  for (int y = 0; y + 1 < map.height; ++y) {
+    for (int x = 0; x + 1 < map.width; ++x) ASSERT_EQ(*map.pixel(x, y), 0) << x << "," << y;
+  }
+}
+
 }  // namespace
 }  // namespace lightmill

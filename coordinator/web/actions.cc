@@ -1,0 +1,137 @@
+#include "coordinator/web/actions.h"
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+
+namespace lightmill {
+namespace {
+
+using nlohmann::json;
+
+/// The body's values, each asked for by name; a name that nobody asks for is an error.
+class Fields {
+ public:
+  explicit Fields(const std::string& body)
+      : object_(json::parse(body.empty() ? "{}" : body, nullptr, false)) {
+    if (!object_.is_object()) throw Error(ErrorKind::kUsage, "the body must be a JSON object");
+  }
+  std::optional<int64_t> integer(const char* name, int64_t least, int64_t most) {
+    const json* value = find(name);
+    if (!value) return std::nullopt;
+    if (!value->is_number_integer() || (value->is_number_unsigned() && value->get<uint64_t>() > INT64_MAX) ||
+        value->get<int64_t>() < least || value->get<int64_t>() > most) {
+      throw Error(ErrorKind::kUsage, std::string(name) + " must be a whole number from " +
+                                         std::to_string(least) + " to " + std::to_string(most));
+    }
+    return value->get<int64_t>();
+  }
+  std::optional<double> number(const char* name) {
+    const json* value = find(name);
+    if (!value) return std::nullopt;
+    if (!value->is_number() || !(value->get<double>() >= 0))
+      throw Error(ErrorKind::kUsage, std::string(name) + " must be a number from 0");
+    return value->get<double>();
+  }
+  std::optional<std::string> text(const char* name) {
+    const json* value = find(name);
+    if (!value) return std::nullopt;
+    if (!value->is_string()) throw Error(ErrorKind::kUsage, std::string(name) + " must be a text");
+    return value->get<std::string>();
+  }
+  void end() const {
+    for (const auto& [name, value] : object_.items()) {
+      if (!known_.contains(name))
+        throw Error(ErrorKind::kUsage, "\"" + name.substr(0, 100) + "\" is not known here");
+    }
+  }
+
+ private:
+  const json* find(const char* name) {
+    known_.insert(name);
+    const auto found = object_.find(name);
+    return found == object_.end() || found->is_null() ? nullptr : &*found;
+  }
+  const json object_;
+  std::set<std::string> known_;
+};
+
+constexpr int64_t kMaxPriority = std::numeric_limits<int32_t>::max();
+
+struct StopRules {
+  std::optional<int64_t> spp;
+  std::optional<double> time_s, target_error;
+  explicit StopRules(Fields& fields)
+      : spp(fields.integer("spp", 1, kMaxSpp)),
+        time_s(fields.number("time_seconds")),
+        target_error(fields.number("target_error")) {}
+  bool any() const { return spp || time_s || target_error; }
+};
+
+JobId resubmit(const WebOptions& web, const JobId& id, Fields& fields, const std::string& user) {
+  const JobStatus old = web.farm.job(id);
+  const StopRules rules(fields);
+  JobRequest request;
+  request.settings = old.settings;
+  if (rules.any()) {
+    request.settings.spp = rules.spp.value_or(kMaxSpp);
+    request.settings.time_s = rules.time_s.value_or(0);
+    request.settings.target_error = rules.target_error.value_or(0);
+  }
+  if (const auto seed = fields.integer("seed", 0, INT64_MAX))
+    request.settings.seed = static_cast<uint64_t>(*seed);
+  // A pilot chose for other settings than these; it looks again.
+  if (request.settings.integrator == Integrator::kAuto) request.settings.plan.reset();
+  request.name = fields.text("name").value_or(old.name);
+  request.pool = fields.text("pool").value_or(old.pool);
+  request.priority =
+      static_cast<int>(fields.integer("priority", -kMaxPriority, kMaxPriority).value_or(old.priority));
+  fields.end();
+  request.bundle = web.farm.bundle(old.bundle_digest);
+  check_quotas(web.quotas, request);
+  for (const BundleEntry& entry : request.bundle.entries) {
+    if (!web.blobs.contains(entry.digest))
+      throw Error(ErrorKind::kFailed,
+                  "file " + entry.name + " of the scene is not on the coordinator any more");
+  }
+  const std::string refusal = web.submissions ? web.submissions->refusal(user) : "";
+  if (!refusal.empty()) throw LimitReached(refusal);
+  return web.farm.submit(request);
+}
+
+}  // namespace
+
+const std::vector<std::string>& action_names() {
+  static const std::vector<std::string> names = {"pause",  "resume",   "cancel",  "retry",
+                                                 "extend", "priority", "resubmit"};
+  return names;
+}
+
+JobId act(const WebOptions& web, const std::string& action, const JobId& job, const std::string& body,
+          const std::string& user) {
+  Fields fields(body);
+  if (action == "resubmit") return resubmit(web, job, fields, user);
+  if (action == "extend") {
+    const StopRules rules(fields);
+    fields.end();
+    if (!rules.any()) throw Error(ErrorKind::kUsage, "give spp, time_seconds or target_error");
+    web.farm.extend(job, rules.spp, rules.time_s, rules.target_error);
+    return job;
+  }
+  if (action == "priority") {
+    const auto priority = fields.integer("priority", -kMaxPriority, kMaxPriority);
+    fields.end();
+    if (!priority) throw Error(ErrorKind::kUsage, "give priority");
+    web.farm.set_priority(job, static_cast<int>(*priority));
+    return job;
+  }
+  fields.end();
+  if (action == "pause") web.farm.pause(job);
+  if (action == "resume") web.farm.resume(job);
+  if (action == "cancel") web.farm.cancel(job);
+  if (action == "retry") web.farm.retry(job);
+  return job;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,64 @@
+#include "coordinator/web/job_follower.h"
+
+#include <nlohmann/json.hpp>
+
+#include "coordinator/web/json_views.h"
+
+namespace lightmill {
+namespace {
+
+std::string event(const nlohmann::json& data) { return "event: job\ndata: " + json_text(data) + "\n\n"; }
+
+constexpr double kPointSpacing = 1.1;  // points of the curve are farther apart in spp
+
+}  // namespace
+
+std::string JobFollower::next() {
+  nlohmann::json data = {{"id", job_.value}, {"full", !begun_}};
+  JobStatus status;
+  try {
+    status = farm_.job(job_);
+  } catch (const UnknownJob&) {
+    if (std::exchange(missing_, true)) return {};
+    data["missing"] = true;
+    return event(data);
+  }
+  if (begun_ && status.version == version_) return {};
+  version_ = status.version;
+
+  nlohmann::json view = job_detail_view(status, farm_.pilot(job_));
+  view.erase("camera_paths");  // these change all the time; the row tells of progress
+  view.erase("light_paths");
+  view.erase("tiles_committed");
+  if (std::string text = json_text(view); text != detail_) {
+    detail_ = std::move(text);
+    data["detail"] = std::move(view);
+  }
+
+  const auto& [relmse, spp, state] = curve_mark_;
+  if (!begun_ || status.relmse.value_or(0) != relmse || status.spp >= kPointSpacing * spp ||
+      status.state != state) {
+    curve_mark_ = {status.relmse.value_or(0), status.spp, status.state};
+    const ErrorCurve curve = farm_.curve(job_);
+    if (curve.points.size() > points_) data["points"] = curve_view(curve, points_);
+    points_ = curve.points.size();
+  }
+
+  const TileMap map = farm_.tile_map(job_);
+  auto tiles = nlohmann::json::array();
+  std::map<int64_t, std::tuple<std::string, int64_t>> sent;
+  for (const TileStatus& tile : map.tiles) {
+    std::tuple now{tile.state, tile.attempt};
+    const auto before = tiles_.find(tile.id.value);
+    if (before == tiles_.end() || before->second != now) tiles.push_back(tile_view(tile));
+    sent.emplace(tile.id.value, std::move(now));
+  }
+  if (!tiles.empty()) data["tiles"] = std::move(tiles);
+  if (!sent.empty()) data["first_tile"] = sent.begin()->first;
+  data["complete_samples"] = map.complete_samples;
+  tiles_ = std::move(sent);
+  begun_ = true;
+  return event(data);
+}
+
+}  // namespace lightmill

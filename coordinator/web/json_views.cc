@@ -1,0 +1,139 @@
+#include "coordinator/web/json_views.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "common/rpc/pilot_result.h"
+
+namespace lightmill {
+namespace {
+
+using nlohmann::json;
+
+/// JSON has no infinity and no NaN: null.
+json number(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return std::strtod(text, nullptr);
+}
+
+void put(json* object, const char* key, const std::optional<double>& value) {
+  if (value) (*object)[key] = number(*value);
+}
+
+}  // namespace
+
+json job_view(const JobStatus& job) {
+  const RenderSettings& settings = job.settings;
+  json row = {{"id", job.id.value},
+              {"name", job.name},
+              {"state", job_state_name(job.state)},
+              {"priority", job.priority},
+              {"packets_done", job.packets_done},
+              {"packets_total", job.packets_total},
+              {"spp", number(job.spp)},
+              {"wall_seconds", number(job.wall_seconds)},
+              {"cpu_seconds", number(job.cpu_seconds)},
+              {"rate", number(job.samples_per_second)},
+              {"eta_seconds", number(job.eta_seconds)},
+              {"workers", job.workers},
+              {"tiles_leased", job.tiles_leased},
+              {"width", settings.grid.crop.width()},
+              {"height", settings.grid.crop.height()},
+              {"sampling", sampling_text(settings)},
+              {"nonfinite", job.counters.nonfinite},
+              {"leases_reassigned", job.leases_reassigned}};
+  if (!job.message.empty()) row["message"] = job.message;
+  if (!job.pool.empty()) row["pool"] = job.pool;
+  if (settings.spp < kMaxSpp) row["spp_total"] = settings.spp;
+  if (settings.time_s > 0) row["time_limit"] = number(settings.time_s);
+  if (settings.target_error > 0) row["target_error"] = number(settings.target_error);
+  put(&row, "relmse", job.relmse);
+  put(&row, "relmse_low", job.relmse_low);
+  put(&row, "relmse_high", job.relmse_high);
+  return row;
+}
+
+json job_detail_view(const JobStatus& job, const std::optional<PilotReport>& pilot) {
+  const FilmGrid& grid = job.settings.grid;
+  const RenderCounters& counters = job.counters;
+  json detail = {{"settings", json::parse(settings_to_json(job.settings))},
+                 {"scene", job.bundle_digest},
+                 {"crop", {grid.crop.x0, grid.crop.y0, grid.crop.x1, grid.crop.y1}},
+                 {"cell_pixels", kCellSize},
+                 {"tiles_committed", job.tiles_committed},
+                 {"camera_paths", counters.camera_paths},
+                 {"light_paths", counters.light_paths}};
+  if (pilot) detail["pilot"] = json::parse(pilot_to_json(*pilot));
+  return detail;
+}
+
+json worker_view(const WorkerStatus& worker, const std::vector<LeaseKey>& held) {
+  const WorkerRegistration& registration = worker.registration;
+  json row = {{"id", worker.id.value},
+              {"host", registration.host},
+              {"threads", registration.threads},
+              {"pool", registration.pool},
+              {"class", registration.arithmetic_class.substr(0, 12)},
+              {"build", registration.build},
+              {"state", worker.state},
+              {"tiles", worker.tiles_committed},
+              {"rate", number(worker.samples_per_second)},
+              {"refused", worker.partials_refused}};
+  // Healthy workers are heard of all the time; only silence is news.
+  constexpr double kSilenceSeconds = 5;
+  row["silent_seconds"] =
+      worker.seconds_since_seen < kSilenceSeconds ? 0 : std::floor(worker.seconds_since_seen);
+  auto tiles = json::array();
+  for (const LeaseKey& key : held) tiles.push_back({key.job.value, key.tile.value, key.attempt});
+  row["held"] = std::move(tiles);
+  return row;
+}
+
+json curve_view(const ErrorCurve& curve, size_t from) {
+  auto points = json::array();
+  for (size_t i = from; i < curve.points.size(); ++i) {
+    const ErrorPoint& p = curve.points[i];
+    json point = {{"wall_seconds", number(p.wall_seconds)},
+                  {"cpu_seconds", number(p.cpu_seconds)},
+                  {"spp", number(p.spp)},
+                  {"batches", p.batches}};
+    put(&point, "relmse", p.relmse);
+    put(&point, "relmse_low", p.relmse_low);
+    put(&point, "relmse_high", p.relmse_high);
+    put(&point, "true_relmse", p.true_relmse);
+    put(&point, "true_flip", p.true_flip);
+    points.push_back(std::move(point));
+  }
+  return points;
+}
+
+json tile_view(const TileStatus& tile) {
+  json view = {{"id", tile.id.value}, {"state", tile.state}, {"attempt", tile.attempt}};
+  if (!tile.worker.empty()) view["worker"] = tile.worker.value;
+  if (is_pilot(tile.tile)) {
+    view["pilot"] = true;
+  } else {
+    const CellRect& c = tile.tile.cells;
+    view["cells"] = {c.x0, c.y0, c.x1, c.y1};
+    view["samples"] = {tile.tile.sample_begin, tile.tile.sample_end};
+  }
+  return view;
+}
+
+json log_view(const std::vector<EventLog::Line>& lines) {
+  auto view = json::array();
+  for (const EventLog::Line& line : lines) {
+    view.push_back({{"number", line.number}, {"time", line.time}, {"text", line.text}});
+  }
+  return view;
+}
+
+std::string json_text(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,46 @@
+#pragma once
+// Pictures of jobs as browsers ask for them: many viewers share one, and it is made so seldom that commits of
+// the job, which wait meanwhile, lose little. Thread-safe.
+#include <cstdint>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "coordinator/farm.h"
+
+namespace lightmill {
+
+class Pictures {
+ public:
+  enum class Kind { kBeauty, kError };
+  explicit Pictures(const Farm& farm) : farm_(farm) {}
+
+  /// The image of a job (Farm::image), or where its noise is (Farm::error_map), at most a little old. Throws
+  /// as these do.
+  std::shared_ptr<const Image> get(const JobId& job, Kind kind);
+
+ private:
+  static constexpr size_t kMaxBytes = size_t{256} << 20;  // kept, unless one alone is larger
+  using Key = std::pair<JobId, Kind>;
+  struct Slot {
+    std::mutex mutex;  // held while the picture is made: others wait and share it
+    std::shared_ptr<const Image> image;
+    uint64_t version = 0;   // of the job, before the picture was made
+    double next = 0;        // not made again before this time, seconds of the steady clock
+    std::size_t bytes = 0;  // guarded by the mutex of all
+  };
+  void forget_some(const Key& but);
+
+  const Farm& farm_;
+  std::mutex mutex_;
+  std::map<Key, std::shared_ptr<Slot>> slots_;
+  std::list<Key> order_;  // least recently used first
+};
+
+/// "LMH1", width, height, channels (uint32, little endian), then the pixels as half floats, rows from the
+/// top.
+std::string half_picture(const Image& image);
+
+}  // namespace lightmill

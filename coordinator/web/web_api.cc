@@ -1,0 +1,364 @@
+#include "coordinator/web/web_api.h"
+
+#include <httplib.h>
+
+#include <atomic>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "common/rpc/status.h"
+#include "coordinator/job_store.h"
+#include "coordinator/web/actions.h"
+#include "coordinator/web/assets.h"
+#include "coordinator/web/feed.h"
+#include "coordinator/web/guard.h"
+#include "coordinator/web/job_follower.h"
+#include "coordinator/web/json_views.h"
+#include "coordinator/web/pictures.h"
+
+namespace lightmill {
+namespace {
+
+using httplib::Request;
+using httplib::Response;
+using nlohmann::json;
+
+constexpr double kBeatSeconds = 2;       // a browser that hears nothing for some of these has lost us
+constexpr int kMaxPictures = 8;          // made or encoded at once
+constexpr size_t kMaxListedJobs = 1000;  // of one answer
+
+void answer(Response& response, const json& value, int status = 200) {
+  response.status = status;
+  response.set_header("Cache-Control", "no-store");
+  response.set_content(json_text(value), "application/json");
+}
+
+void refuse(Response& response, int status, const std::string& why) {
+  answer(response, {{"error", one_line(why)}}, status);
+}
+
+int status_of(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::kUsage:
+    case ErrorKind::kBadScene:
+      return 400;
+    case ErrorKind::kUnreachable:
+      return 503;
+    case ErrorKind::kFailed:
+      break;
+  }
+  return 409;  // the job's state does not allow it
+}
+
+/// Runs a handler; what it throws becomes the answer.
+template <class Handler>
+void guarded_answer(Response& response, Handler&& handler) {
+  try {
+    handler();
+  } catch (const UnknownJob& e) {
+    refuse(response, 404, e.what());
+  } catch (const LimitReached& e) {
+    refuse(response, 429, e.what());
+  } catch (const StoreError& e) {
+    refuse(response, 503, e.what());
+  } catch (const Error& e) {
+    refuse(response, status_of(e.kind()), e.what());
+  } catch (const std::exception& e) {
+    refuse(response, 500, e.what());
+  }
+}
+
+/// Counts those inside; releases on every way out.
+class Slot {
+ public:
+  Slot(std::atomic<int>& count, int limit) : count_(count), granted_(++count <= limit) {}
+  ~Slot() { --count_; }
+  Slot(const Slot&) = delete;
+  Slot& operator=(const Slot&) = delete;
+  bool granted() const { return granted_; }
+
+ private:
+  std::atomic<int>& count_;
+  bool granted_;
+};
+
+/// A parameter that is a whole number from 0; `fallback` if it is absent. Throws Error(kUsage).
+int64_t whole(const Request& request, const char* name, int64_t fallback) {
+  if (!request.has_param(name)) return fallback;
+  const std::string text = request.get_param_value(name);
+  if (text.empty() || text.size() > 9 || text.find_first_not_of("0123456789") != std::string::npos)
+    throw Error(ErrorKind::kUsage, std::string(name) + " must be a whole number from 0");
+  return std::stoll(text);
+}
+
+/// The pattern of a path in which "*" is one segment.
+std::string pattern(const std::string& path) {
+  std::string text;
+  for (const char c : path) text += c == '*' ? "([^/]+)" : c == '.' ? "\\." : std::string(1, c);
+  return text;
+}
+
+}  // namespace
+
+struct WebApi::Impl {
+  explicit Impl(const WebOptions& options)
+      : web(options), feed(options.farm, options.events), pictures(options.farm) {}
+
+  using Handler = void (Impl::*)(const Request&, Response&);
+  struct Entry {
+    Route route;
+    Handler handler;
+  };
+  static const std::vector<Entry>& entries();
+
+  Verdict judge(const Request& request, const std::string& path) const {
+    if (!web.authenticator) return {Verdict::Kind::kAllowed, "", ""};
+    return web.authenticator->judge(path, request.get_header_value("Authorization"), std::time(nullptr));
+  }
+  json session(const Request& request) const {
+    return {{"instance", feed.instance()},
+            {"user", judge(request, "/api/v1/session").name},
+            {"may_act", judge(request, "/api/v1/jobs/any/pause").kind == Verdict::Kind::kAllowed},
+            {"roles", web.authenticator != nullptr}};
+  }
+  static JobId job_of(const Request& request) { return JobId{request.matches[1].str()}; }
+
+  void asset(const Request& request, Response& response);
+  void get_session(const Request& request, Response& response) { answer(response, session(request)); }
+  void jobs(const Request& request, Response& response);
+  void job(const Request& request, Response& response);
+  void curve(const Request& request, Response& response);
+  void tiles(const Request& request, Response& response);
+  void workers(const Request& request, Response& response);
+  void log(const Request& request, Response& response);
+  void events(const Request& request, Response& response);
+  void picture(const Request& request, Response& response);
+  void error_map(const Request& request, Response& response);
+  void png(const Request& request, Response& response);
+  void exr(const Request& request, Response& response);
+  void action(const Request& request, Response& response);
+
+  const WebOptions web;
+  Feed feed;
+  Pictures pictures;
+  std::atomic<int> streams{0}, making{0};
+};
+
+const std::vector<WebApi::Impl::Entry>& WebApi::Impl::entries() {
+  static const std::vector<Entry> all = [] {
+    std::vector<Entry> made = {{{"GET", "/"}, &Impl::asset},
+                               {{"GET", "/assets/*"}, &Impl::asset},
+                               {{"GET", "/api/v1/session"}, &Impl::get_session},
+                               {{"GET", "/api/v1/events"}, &Impl::events},
+                               {{"GET", "/api/v1/jobs"}, &Impl::jobs},
+                               {{"GET", "/api/v1/jobs/*"}, &Impl::job},
+                               {{"GET", "/api/v1/jobs/*/curve"}, &Impl::curve},
+                               {{"GET", "/api/v1/jobs/*/tiles"}, &Impl::tiles},
+                               {{"GET", "/api/v1/jobs/*/image"}, &Impl::picture},
+                               {{"GET", "/api/v1/jobs/*/image.png"}, &Impl::png},
+                               {{"GET", "/api/v1/jobs/*/image.exr"}, &Impl::exr},
+                               {{"GET", "/api/v1/jobs/*/error-map"}, &Impl::error_map},
+                               {{"GET", "/api/v1/workers"}, &Impl::workers},
+                               {{"GET", "/api/v1/log"}, &Impl::log}};
+    for (const std::string& name : action_names())
+      made.push_back({{"POST", "/api/v1/jobs/*/" + name}, &Impl::action});
+    return made;
+  }();
+  return all;
+}
+
+void WebApi::Impl::asset(const Request& request, Response& response) {
+  for (const Asset& asset : dashboard_assets()) {
+    if (asset.path != request.path) continue;
+    const std::string tag = "\"" + std::string(asset.digest) + "\"";
+    response.set_header("ETag", tag);
+    response.set_header("Cache-Control", "no-cache");  // ask, as another build has other bytes
+    if (request.get_header_value("If-None-Match") == tag) {
+      response.status = 304;
+    } else {
+      response.set_content(asset.bytes.data(), asset.bytes.size(), std::string(asset.type).c_str());
+    }
+    return;
+  }
+  refuse(response, 404, "no page " + request.path.substr(0, 200));
+}
+
+void WebApi::Impl::jobs(const Request& request, Response& response) {
+  const auto begin = static_cast<size_t>(whole(request, "begin", 0));
+  const auto count = static_cast<size_t>(whole(request, "count", kMaxListedJobs));
+  const JobPage page = web.farm.page(begin, std::min(count, kMaxListedJobs), 0, true);
+  auto rows = json::array();
+  for (const JobStatus& job : page.jobs) rows.push_back(job_view(job));
+  answer(response, {{"total", page.total}, {"jobs", std::move(rows)}});
+}
+
+void WebApi::Impl::job(const Request& request, Response& response) {
+  const JobStatus status = web.farm.job(job_of(request));
+  json view = job_view(status);
+  view["detail"] = job_detail_view(status, web.farm.pilot(status.id));
+  answer(response, view);
+}
+
+void WebApi::Impl::curve(const Request& request, Response& response) {
+  answer(response, curve_view(web.farm.curve(job_of(request))));
+}
+
+void WebApi::Impl::tiles(const Request& request, Response& response) {
+  const TileMap map = web.farm.tile_map(job_of(request));
+  auto tiles = json::array();
+  for (const TileStatus& tile : map.tiles) tiles.push_back(tile_view(tile));
+  answer(response, {{"complete_samples", map.complete_samples}, {"tiles", std::move(tiles)}});
+}
+
+void WebApi::Impl::workers(const Request&, Response& response) {
+  std::map<WorkerId, std::vector<LeaseKey>> held;
+  for (const auto& [worker, key] : web.farm.holdings()) held[worker].push_back(key);
+  auto rows = json::array();
+  for (const WorkerStatus& worker : web.farm.workers()) rows.push_back(worker_view(worker, held[worker.id]));
+  answer(response, rows);
+}
+
+void WebApi::Impl::log(const Request& request, Response& response) {
+  answer(response, log_view(web.events.after(static_cast<uint64_t>(whole(request, "after", 0)))));
+}
+
+void WebApi::Impl::events(const Request& request, Response& response) {
+  struct Stream {
+    Stream(Impl& impl, Feed::Cursor at) : slot(impl.streams, kMaxStreams), listener(impl.feed), cursor(at) {}
+    const Slot slot;
+    const Feed::Listener listener;
+    Feed::Cursor cursor;
+    std::string begin;
+    std::optional<JobFollower> follower;
+  };
+  std::string since = request.get_header_value("Last-Event-ID");
+  if (since.empty()) since = request.get_param_value("since");
+  const auto stream = std::make_shared<Stream>(*this, feed.cursor(since));
+  if (!stream->slot.granted()) {
+    response.set_header("Retry-After", "5");
+    return refuse(response, 503, std::to_string(kMaxStreams) + " browsers watch already; close some");
+  }
+  if (request.has_param("job")) stream->follower.emplace(web.farm, JobId{request.get_param_value("job")});
+  stream->begin = "event: hello\ndata: " + json_text(session(request)) + "\n\n";
+  response.set_header("Cache-Control", "no-store");
+  response.set_header("X-Accel-Buffering", "no");  // of proxies that would collect what must flow
+  response.set_chunked_content_provider("text/event-stream", [this, stream](size_t, httplib::DataSink& sink) {
+    std::string text = std::exchange(stream->begin, "");
+    // The first events go out at once, before anything is waited for.
+    if (text.empty()) {
+      try {
+        text = feed.next(stream->listener, &stream->cursor, kBeatSeconds);
+        if (stream->follower) text += stream->follower->next();
+      } catch (const std::exception&) {
+        return false;  // the disk fails; the browser comes back
+      }
+      if (text.empty()) text = "event: beat\ndata: {}\n\n";
+    }
+    return sink.write(text.data(), text.size());
+  });
+}
+
+void WebApi::Impl::picture(const Request& request, Response& response) {
+  const auto side = static_cast<int>(std::min<int64_t>(whole(request, "side", 0), kMaxResolution));
+  const auto image = pictures.get(job_of(request), Pictures::Kind::kBeauty);
+  const bool whole_size = side == 0 || side >= std::max(image->width, image->height);
+  response.set_header("Cache-Control", "no-store");
+  response.set_content(half_picture(whole_size ? *image : reduced(*image, side)), "application/octet-stream");
+}
+
+void WebApi::Impl::error_map(const Request& request, Response& response) {
+  response.set_header("Cache-Control", "no-store");
+  response.set_content(half_picture(*pictures.get(job_of(request), Pictures::Kind::kError)),
+                       "application/octet-stream");
+}
+
+void WebApi::Impl::png(const Request& request, Response& response) {
+  const JobId id = job_of(request);
+  response.set_header("Cache-Control", "no-store");
+  response.set_header("Content-Disposition",
+                      "attachment; filename=\"" + web.farm.job(id).id.value + ".png\"");
+  response.set_content(encode_png(*pictures.get(id, Pictures::Kind::kBeauty)), "image/png");
+}
+
+void WebApi::Impl::exr(const Request& request, Response& response) {
+  const JobId id = job_of(request);
+  Image image;
+  const ChannelImage aovs = web.farm.aovs(id, &image);
+  ImageWriteOptions options;
+  options.metadata = web.farm.image_metadata(id);
+  options.layers = &aovs;
+  // OpenImageIO writes files.
+  static std::atomic<uint64_t> files{0};
+  const std::filesystem::path path =
+      std::filesystem::temp_directory_path() /
+      ("lightmill-" + feed.instance() + "-" + std::to_string(++files) + ".exr");
+  struct Remove {
+    const std::filesystem::path& path;
+    ~Remove() {
+      std::error_code ignored;
+      std::filesystem::remove(path, ignored);
+    }
+  } const remove{path};
+  write_image(image, path.string(), options);
+  std::ostringstream bytes;
+  bytes << std::ifstream(path, std::ios::binary).rdbuf();
+  response.set_header("Cache-Control", "no-store");
+  response.set_header("Content-Disposition",
+                      "attachment; filename=\"" + web.farm.job(id).id.value + ".exr\"");
+  response.set_content(bytes.str(), "image/x-exr");
+}
+
+void WebApi::Impl::action(const Request& request, Response& response) {
+  if (const std::string why = forgery(request); !why.empty()) return refuse(response, 403, why);
+  const JobId id = job_of(request);
+  const std::string name = request.path.substr(request.path.rfind('/') + 1);
+  const std::string user = judge(request, request.path).name;
+  const JobId changed = act(web, name, id, request.body, user);
+  if (web.log) {
+    web.log("job " + changed.value + ": " +
+            (name == "resubmit" ? "submitted as " + id.value + " again" : name) + " by " +
+            (user.empty() ? "a browser at " + request.remote_addr : user));
+  }
+  answer(response, {{"job", job_view(web.farm.job(changed))}});
+}
+
+WebApi::WebApi(const WebOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+WebApi::~WebApi() = default;
+
+void WebApi::stop() { impl_->feed.stop(); }
+
+std::vector<WebApi::Route> WebApi::routes() const {
+  std::vector<Route> routes;
+  for (const Impl::Entry& entry : Impl::entries()) routes.push_back(entry.route);
+  return routes;
+}
+
+void WebApi::install(httplib::Server& server) {
+  server.set_default_headers(security_headers());
+  for (const Impl::Entry& entry : Impl::entries()) {
+    const auto handler = [impl = impl_.get(), run = entry.handler](const Request& request,
+                                                                   Response& response) {
+      guarded_answer(response, [&] {
+        if (impl->web.loopback_only) {
+          if (const std::string why = foreign_host(request); !why.empty()) return refuse(response, 403, why);
+        }
+        const bool heavy =
+            run == &Impl::picture || run == &Impl::png || run == &Impl::exr || run == &Impl::error_map;
+        if (!heavy) return (impl->*run)(request, response);
+        const Slot slot(impl->making, kMaxPictures);
+        if (!slot.granted()) throw LimitReached("too many pictures are being made at once; try again");
+        (impl->*run)(request, response);
+      });
+    };
+    if (entry.route.method == "POST") {
+      server.Post(pattern(entry.route.path), handler);
+    } else {
+      server.Get(pattern(entry.route.path), handler);
+    }
+  }
+}
+
+}  // namespace lightmill

@@ -1,0 +1,56 @@
+#pragma once
+// The dashboard's routes: its files, JSON under /api/v1, pictures, and a stream of what changes.
+// docs/dashboard.md describes them. Every one has a line in coordinator/access.cc.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "coordinator/authenticator.h"
+#include "coordinator/blob_store.h"
+#include "coordinator/event_log.h"
+#include "coordinator/farm.h"
+#include "coordinator/quotas.h"
+#include "coordinator/submit_limit.h"
+
+namespace httplib {
+class Server;
+}
+
+namespace lightmill {
+
+struct WebOptions {
+  Farm& farm;
+  const BlobStore& blobs;
+  const EventLog& events;
+  Quotas quotas{};
+  std::shared_ptr<SubmitLimit> submissions{};
+  std::shared_ptr<Authenticator> authenticator{};  // null: everybody may do everything
+  std::function<void(const std::string&)> log{};   // who did what
+  bool loopback_only = false;                    // plain text: other sites' names are refused (guard.h)
+};
+
+class WebApi {
+ public:
+  /// Most streams at a time; each takes a thread of the server.
+  static constexpr int kMaxStreams = 64;
+
+  explicit WebApi(const WebOptions& options);
+  ~WebApi();
+  /// Adds the routes; `server` must not serve any more when this object goes.
+  void install(httplib::Server& server);
+  /// Ends the streams.
+  void stop();
+
+  struct Route {
+    std::string method;  // "GET" or "POST"
+    std::string path;    // "/api/v1/jobs/*/pause"
+  };
+  /// All that install() adds.
+  std::vector<Route> routes() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lightmill
