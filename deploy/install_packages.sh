@@ -10,9 +10,13 @@ fail() { echo "install_packages.sh: $2" >&2; exit "$1"; }
 
 wanted=()
 for group in "${@:-build}"; do
-  mapfile -t packages < <(awk -v group="$group" '$1 == group { print $2 }' "$list")
-  [[ ${#packages[@]} -gt 0 ]] || fail 2 "no group \"$group\" in $list; its head names the groups"
-  wanted+=("${packages[@]}")
+  found=false
+  while read -r package command; do
+    found=true
+    [[ -n $command ]] && command -v "$command" >/dev/null && continue
+    wanted+=("$package")
+  done < <(awk -v group="$group" '$1 == group { print $2, $3 }' "$list")
+  $found || fail 2 "no group \"$group\" in $list; its head names the groups"
 done
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then

@@ -13,6 +13,14 @@ namespace {
 constexpr double kLeastSpacing = 0.5;   // seconds between two pictures of a job
 constexpr double kSpacingPerCost = 20;  // and this many times what the last one took
 
+constexpr size_t kHeadBytes = 16;
+
+std::string head(const char* magic, const Image& image) {
+  const uint32_t sizes[] = {static_cast<uint32_t>(image.width), static_cast<uint32_t>(image.height),
+                            static_cast<uint32_t>(image.channels)};
+  return std::string(magic, 4).append(reinterpret_cast<const char*>(sizes), sizeof sizes);
+}
+
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -65,12 +73,8 @@ void Pictures::forget_some(const Key& but) {
 }
 
 std::string half_picture(const Image& image) {
-  const uint32_t head[] = {static_cast<uint32_t>(image.width), static_cast<uint32_t>(image.height),
-                           static_cast<uint32_t>(image.channels)};
-  std::string bytes(4 + sizeof head + 2 * image.data.size(), '\0');
-  std::memcpy(bytes.data(), "LMH1", 4);
-  std::memcpy(bytes.data() + 4, head, sizeof head);
-  char* out = bytes.data() + 4 + sizeof head;
+  std::string bytes = head("LMH1", image) + std::string(2 * image.data.size(), '\0');
+  char* out = bytes.data() + kHeadBytes;
   for (const float value : image.data) {
     // Infinity would make a hole of what is only bright.
     const half h(std::isnan(value) ? value : std::clamp(value, -65504.0f, 65504.0f));
@@ -78,6 +82,11 @@ std::string half_picture(const Image& image) {
     out += 2;
   }
   return bytes;
+}
+
+std::string float_picture(const Image& image) {
+  const size_t bytes = image.data.size() * sizeof(float);
+  return head("LMF1", image).append(reinterpret_cast<const char*>(image.data.data()), bytes);
 }
 
 }  // namespace lightmill

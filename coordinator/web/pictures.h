@@ -42,5 +42,7 @@ class Pictures {
 /// "LMH1", width, height, channels (uint32, little endian), then the pixels as half floats, rows from the
 /// top.
 std::string half_picture(const Image& image);
+/// "LMF1", the same head, and the values as floats: for what spans more than half floats do.
+std::string float_picture(const Image& image);
 
 }  // namespace lightmill

@@ -271,7 +271,7 @@ void WebApi::Impl::picture(const Request& request, Response& response) {
 
 void WebApi::Impl::error_map(const Request& request, Response& response) {
   response.set_header("Cache-Control", "no-store");
-  response.set_content(half_picture(*pictures.get(job_of(request), Pictures::Kind::kError)),
+  response.set_content(float_picture(*pictures.get(job_of(request), Pictures::Kind::kError)),
                        "application/octet-stream");
 }
 

@@ -26,7 +26,7 @@ struct WebOptions {
   std::shared_ptr<SubmitLimit> submissions{};
   std::shared_ptr<Authenticator> authenticator{};  // null: everybody may do everything
   std::function<void(const std::string&)> log{};   // who did what
-  bool loopback_only = false;                    // plain text: other sites' names are refused (guard.h)
+  bool loopback_only = false;                      // plain text: other sites' names are refused (guard.h)
 };
 
 class WebApi {

@@ -249,7 +249,7 @@ TEST_F(WebApiTest, PicturesAreTheFilm) {
   EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/image?side=x")->status, 400);
   EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/image.png")->body.substr(1, 3), "PNG");
   EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/image.exr")->body.substr(0, 4), "v/1\x01");
-  EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/error-map")->body.size(), 16u + 2 * 24 * 16);
+  EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/error-map")->body.size(), 16u + 4 * 24 * 16);
   EXPECT_EQ(http.Get("/api/v1/jobs/j404/image")->status, 404);
 }
 

@@ -1,0 +1,53 @@
+// Requests to the coordinator. Errors are its own sentences.
+import type { Job } from "./types";
+
+async function failure(answer: Response): Promise<Error> {
+  const text = await answer.text();
+  try {
+    return new Error((JSON.parse(text) as { error: string }).error);
+  } catch {
+    return new Error(text.trim().slice(0, 300) || `the coordinator answered ${answer.status}`);
+  }
+}
+
+/** Changes a job and returns it, or the new one. */
+export async function act(job: string, action: string, body: object = {}): Promise<Job> {
+  const answer = await fetch(`/api/v1/jobs/${encodeURIComponent(job)}/${action}`, {
+    method: "POST",
+    headers: { "X-Lightmill": "1", "Content-Type": "application/json" },
+    body: JSON.stringify(body),
+  });
+  if (!answer.ok) throw await failure(answer);
+  return ((await answer.json()) as { job: Job }).job;
+}
+
+export interface Picture {
+  width: number;
+  height: number;
+  channels: number;
+  /** Half floats' bits of an image, floats of an error map; rows from the top. */
+  half?: Uint16Array;
+  float?: Float32Array;
+}
+
+/** "LMH1" or "LMF1", width, height, channels, values: little endian, as browsers' machines are. */
+export function readPicture(bytes: ArrayBuffer): Picture {
+  const head = new DataView(bytes, 0, 16);
+  const magic = String.fromCharCode(...new Uint8Array(bytes, 0, 4));
+  const picture: Picture = {
+    width: head.getUint32(4, true),
+    height: head.getUint32(8, true),
+    channels: head.getUint32(12, true),
+  };
+  const values = picture.width * picture.height * picture.channels;
+  if (magic === "LMH1") picture.half = new Uint16Array(bytes, 16, values);
+  else if (magic === "LMF1") picture.float = new Float32Array(bytes, 16, values);
+  else throw new Error("the coordinator sent something that is no picture");
+  return picture;
+}
+
+export async function fetchPicture(job: string, kind: "image" | "error-map", signal: AbortSignal): Promise<Picture> {
+  const answer = await fetch(`/api/v1/jobs/${encodeURIComponent(job)}/${kind}`, { signal });
+  if (!answer.ok) throw await failure(answer);
+  return readPicture(await answer.arrayBuffer());
+}

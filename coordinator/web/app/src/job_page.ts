@@ -1,0 +1,178 @@
+// One job: its picture, how noisy it still is, who is at it, under which plan.
+import { actByKey, actions, mayAct } from "./actions";
+import { ErrorChart } from "./chart";
+import { Cleanup, h, setText } from "./dom";
+import * as format from "./format";
+import { drawProgress, eta, note } from "./jobs_page";
+import { drawLines } from "./log_page";
+import { store } from "./store";
+import { followJob } from "./stream";
+import { TileMap } from "./tile_map";
+import type { CurvePoint, Job, JobDetail, LogLine, Plan } from "./types";
+import { Viewer } from "./viewer";
+
+const kLogLines = 100;
+
+function planText(plan: Plan): string {
+  const parts = [plan.strategies];
+  if (/next-event|hit/.test(plan.strategies) === false || /lens|connections/.test(plan.strategies)) parts.push(`${plan.light_paths} light paths per camera path`);
+  if (/connections/.test(plan.strategies)) parts.push(`${plan.connections} connections`);
+  if (plan.effort) parts.push("adaptive");
+  return parts.join(", ");
+}
+
+/** The plan that runs and what the pilot predicted of the others. */
+function drawPlan(body: HTMLElement, detail: JobDetail, job: Job | undefined): void {
+  const settings = detail.settings as { integrator?: string; max_depth?: number; seed?: number; plan?: Plan; overrides?: string; aovs?: string };
+  const facts: [string, string][] = [
+    ["Sampling", job?.sampling ?? ""],
+    ["Depth", settings.max_depth !== undefined && settings.max_depth >= 1 << 20 ? "unlimited" : String(settings.max_depth ?? "")],
+    ["Seed", String(settings.seed ?? "")],
+    ["Size", `${job?.width} × ${job?.height}`],
+    ["Scene", detail.scene],
+  ];
+  if (settings.overrides) facts.push(["Kept", settings.overrides]);
+  if (settings.aovs) facts.push(["AOVs", settings.aovs]);
+  const list = h("dl", { class: "facts" });
+  for (const [name, value] of facts) list.append(h("dt", {}, name), h("dd", { class: name === "Scene" ? "mono cut" : "", title: value }, value));
+  const parts: HTMLElement[] = [list];
+  if (detail.pilot) {
+    const pilot = detail.pilot;
+    const same = (a: Plan, b: Plan) => a.strategies === b.strategies && a.light_paths === b.light_paths && a.connections === b.connections;
+    const chosen = pilot.estimates.find((e) => same(e.plan, pilot.chosen));
+    const base = chosen ? chosen.relative_variance * chosen.cost : 0;
+    const ranked = [...pilot.estimates].sort((a, b) => a.relative_variance * a.cost - b.relative_variance * b.cost).slice(0, 8);
+    parts.push(
+      h("p", { class: "chart-text" }, `The pilot traced ${format.count(pilot.samples)} paths and chose: ${planText(pilot.chosen)}${pilot.effort_gain > 1.01 ? `; effort where the noise is gains × ${pilot.effort_gain.toFixed(2)}` : ""}. Cost of the others for the same noise:`),
+      h("table", { class: "plain-table" }, ...ranked.map((e) => h("tr", { class: same(e.plan, pilot.chosen) ? "chosen" : "" }, h("td", {}, planText(e.plan)), h("td", { class: "num" }, base > 0 ? `× ${((e.relative_variance * e.cost) / base).toPrecision(3)}` : "")))),
+    );
+  }
+  body.replaceChildren(...parts);
+}
+
+export function jobPage(id: string, other: string, cleanup: Cleanup): { element: HTMLElement; key: (key: string) => boolean } {
+  const title = h("h1");
+  const state = h("span", { class: "state" });
+  const progress = h("div", { class: "job-progress" });
+  const why = h("p", { class: "job-note", hidden: true });
+  const figures = h("dl", { class: "job-figures" });
+  const values: { [name: string]: HTMLElement } = {};
+  for (const name of ["Samples", "relMSE", "Target", "Ends in · at", "Samples/s", "Workers", "Render time", "CPU time", "Priority", "Pool", "Leased again"]) {
+    values[name] = h("dd");
+    figures.append(h("div", {}, h("dt", {}, name), values[name]!));
+  }
+  const buttons = actions.map((action) =>
+    h("button", { type: "button", title: `key: ${action.key}`, onclick: () => { const job = store.jobs.get(id); if (job) action.run(job); } }),
+  );
+  const actionBar = h("div", { class: "actions", role: "group", "aria-label": "Actions" }, ...buttons);
+
+  const viewer = new Viewer(id, cleanup, (chosen) => {
+    const hash = `#/jobs/${id}${chosen ? `?b=${chosen}` : ""}`;
+    if (location.hash !== hash) history.replaceState(null, "", hash);
+  });
+  const chart = new ErrorChart(cleanup);
+  const tiles = new TileMap(cleanup);
+  const plan = h("div");
+  const log = h("ol", { class: "log" });
+  const logPanel = h("section", { class: "panel", "aria-label": "Log of this job" }, h("header", {}, h("h2", {}, "Log")), log);
+
+  let detail: JobDetail | undefined;
+  let points: CurvePoint[] = [];
+  let missing = false;
+  let seen: LogLine[] | undefined;
+  const drawLog = () => {
+    if (seen === store.lines) return;
+    seen = store.lines;
+    const mine = new RegExp(`\\b${id}\\b`);
+    const lines = store.lines.filter((line) => mine.test(line.text)).slice(-kLogLines).reverse();
+    logPanel.hidden = lines.length === 0;
+    drawLines(log, lines);
+  };
+  let drawn: Job | undefined;
+  let acting: boolean | undefined;
+  const update = () => {
+    drawLog();
+    const job = store.jobs.get(id);
+    if (!job) {
+      setText(title, id);
+      why.hidden = !missing;
+      if (missing) setText(why, `This coordinator has no job ${id}.`);
+      return;
+    }
+    if (job === drawn && acting === mayAct()) return;
+    drawn = job;
+    acting = mayAct();
+    document.title = `${job.id} ${Math.floor((100 * job.packets_done) / Math.max(1, job.packets_total))}% · Lightmill`;
+    setText(title, `${job.id}  ${job.name}`);
+    setText(state, job.state);
+    state.className = `state ${job.state}`;
+    drawProgress(progress, job);
+    const text = note(job);
+    why.hidden = text === "";
+    why.className = `job-note ${job.state === "failed" ? "bad" : ""}`;
+    setText(why, text);
+    const put = (name: string, value: string) => {
+      setText(values[name]!, value || "–");
+      values[name]!.parentElement!.hidden = value === "" && (name === "Pool" || name === "Target" || name === "Leased again");
+    };
+    put("Samples", `${format.samples(job.spp)}${job.spp_total ? ` / ${format.count(job.spp_total)}` : ""}`);
+    put("relMSE", job.relmse === undefined ? "" : `${format.error(job.relmse)}${job.relmse_low !== undefined ? `  (${format.error(job.relmse_low)} … ${format.error(job.relmse_high)})` : ""}`);
+    put("Target", format.error(job.target_error));
+    put("Ends in · at", eta(job));
+    put("Samples/s", job.rate > 0 ? format.short(job.rate) : "");
+    put("Workers", String(job.workers));
+    put("Render time", `${format.duration(job.wall_seconds)}${job.time_limit ? ` / ${format.duration(job.time_limit)}` : ""}`);
+    put("CPU time", format.duration(job.cpu_seconds));
+    put("Priority", String(job.priority));
+    put("Pool", job.pool ?? "");
+    put("Leased again", job.leases_reassigned > 0 ? format.count(job.leases_reassigned) : "");
+    actions.forEach((action, i) => {
+      const button = buttons[i]!;
+      setText(button, action.label(job));
+      // Focus must not be lost on a button that goes; it stays, and says why not.
+      button.setAttribute("aria-disabled", String(!acting || !action.may(job)));
+      button.hidden = action.name === "retry" && !action.may(job) && document.activeElement !== button;
+    });
+    chart.show(points, job);
+    if (detail) drawPlan(plan, detail, job);
+  };
+  cleanup.add(store.watch(update));
+  cleanup.add(
+    store.watchJob((news) => {
+      if (news.id !== id) return;
+      missing = news.missing ?? false;
+      if (news.full) points = [];
+      if (news.detail) detail = news.detail;
+      if (news.points) points = [...points, ...news.points];
+      tiles.take(news);
+      drawn = undefined;
+      update();
+    }),
+  );
+  for (const button of buttons) {
+    button.addEventListener("click", (event) => {
+      if (button.getAttribute("aria-disabled") !== "true") return;
+      event.stopImmediatePropagation();
+    }, { capture: true });
+  }
+  followJob(id);
+  cleanup.add(() => followJob(""));
+  if (other) viewer.compare(other);
+  update();
+
+  const element = h("main", { class: "page job-page" },
+    h("div", { class: "job-head" }, h("a", { href: "#/jobs", class: "back", title: "all jobs (Esc)" }, "‹ Jobs"), title, state, progress, h("span", { class: "grow" }), actionBar),
+    why,
+    figures,
+    h("div", { class: "job-body" }, viewer.element,
+      h("div", { class: "side" }, chart.element, tiles.element,
+        h("section", { class: "panel", "aria-label": "Plan" }, h("header", {}, h("h2", {}, "Plan")), plan), logPanel)));
+  return {
+    element,
+    key: (key) => {
+      if (key === "Escape") location.hash = "#/jobs";
+      else return viewer.key(key) || actByKey(key, store.jobs.get(id));
+      return true;
+    },
+  };
+}

@@ -1,0 +1,118 @@
+// The frame around the pages: where we are, whether the numbers are live, keys and colours.
+import "./style.css";
+
+import { installToasts } from "./actions";
+import { Cleanup, h, setText } from "./dom";
+import * as format from "./format";
+import { showHelp } from "./help";
+import { jobPage } from "./job_page";
+import { jobsPage } from "./jobs_page";
+import { logPage } from "./log_page";
+import { store } from "./store";
+import { startStream } from "./stream";
+import { workersPage } from "./workers_page";
+
+interface Page {
+  element: HTMLElement;
+  key: (key: string) => boolean;
+}
+
+const kThemes = ["system", "light", "dark"] as const;
+type Theme = (typeof kThemes)[number];
+
+const links = [["jobs", "Jobs"], ["workers", "Workers"], ["log", "Log"]] as const;
+const nav = links.map(([key, label]) => h("a", { href: `#/${key}`, "data-page": key }, label, h("small")));
+const connection = h("span", { class: "connection", role: "status" });
+const user = h("span", { class: "muted" });
+const themeButton = h("button", { type: "button", title: "colours: as the system, light, dark (t)", onclick: () => nextTheme() });
+const banner = h("div", { class: "banner", role: "alert", hidden: true });
+const outlet = h("div", { class: "outlet" });
+
+let page: Page | undefined;
+let cleanup = new Cleanup();
+
+function route(): void {
+  cleanup.run();
+  cleanup = new Cleanup();
+  const [path, query] = location.hash.replace(/^#\/?/, "").split("?");
+  const [name, id] = (path || "jobs").split("/");
+  document.title = "Lightmill";
+  if (name === "jobs" && id) page = jobPage(decodeURIComponent(id), new URLSearchParams(query ?? "").get("b") ?? "", cleanup);
+  else if (name === "workers") page = workersPage(cleanup);
+  else if (name === "log") page = logPage(cleanup);
+  else page = jobsPage(cleanup);
+  outlet.replaceChildren(page.element);
+  for (const link of nav) {
+    if (link.dataset["page"] === (name || "jobs")) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+  }
+}
+
+function theme(): Theme {
+  const saved = localStorage.getItem("theme");
+  return kThemes.find((t) => t === saved) ?? "system";
+}
+
+function applyTheme(): void {
+  const chosen = theme();
+  if (chosen === "system") delete document.documentElement.dataset["theme"];
+  else document.documentElement.dataset["theme"] = chosen;
+  setText(themeButton, { system: "◐", light: "○", dark: "●" }[chosen]);
+  themeButton.setAttribute("aria-label", `Colours: ${chosen}`);
+  document.dispatchEvent(new Event("themechange"));
+}
+
+function nextTheme(): void {
+  localStorage.setItem("theme", kThemes[(kThemes.indexOf(theme()) + 1) % kThemes.length]!);
+  applyTheme();
+}
+
+function frame(): void {
+  setText(nav[0]!.lastElementChild!, store.jobs.size ? ` ${format.count(store.jobs.size)}` : "");
+  setText(nav[1]!.lastElementChild!, store.workers.size ? ` ${format.count(store.workers.size)}` : "");
+  setText(user, store.session?.roles ? `${store.session.user}${store.session.may_act ? "" : " (looks only)"}` : "");
+  const now = store.connection;
+  connection.dataset["state"] = now.state;
+  setText(connection, { live: "live", lost: "reconnecting…", connecting: "connecting…" }[now.state]);
+  banner.hidden = now.state !== "lost";
+  document.body.classList.toggle("stale", now.state === "lost");
+  if (now.state === "lost") setText(banner, `Not live since ${format.logTime(now.since / 1000)}: ${now.why}. What you see is from then; trying again.`);
+}
+
+let going = 0; // until when a letter after "g" goes somewhere
+
+function onKey(event: KeyboardEvent): void {
+  if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
+  const target = event.target as HTMLElement;
+  const typing = target.matches("input:not([type=range]), select, textarea");
+  if (typing) {
+    if (event.key === "Escape") document.querySelector<HTMLElement>(".vt-scroll, .log, .viewer canvas")?.focus();
+    else if (event.key === "Enter" && target.matches(".filter")) document.querySelector<HTMLElement>(".vt-scroll")?.focus();
+    return;
+  }
+  if (event.key === "?") showHelp();
+  else if (event.key === "t") nextTheme();
+  else if (event.key === "g") going = Date.now() + 1500;
+  else if (Date.now() < going && ["j", "w", "l"].includes(event.key)) {
+    going = 0;
+    location.hash = { j: "#/jobs", w: "#/workers", l: "#/log" }[event.key]!;
+  } else if (!page?.key(event.key)) return;
+  event.preventDefault();
+}
+
+document.querySelector("#app")!.append(
+  h("a", { class: "skip", href: "#main", onclick: (event: Event) => { event.preventDefault(); document.querySelector<HTMLElement>(".vt-scroll, .viewer canvas, .log")?.focus(); } }, "Skip to content"),
+  h("header", { class: "top" }, h("strong", {}, "Lightmill"), h("nav", { "aria-label": "Pages" }, ...nav), h("span", { class: "grow" }), connection, user, themeButton,
+    h("button", { type: "button", title: "keys (?)", "aria-label": "Keys", onclick: showHelp }, "?")),
+  banner,
+  outlet,
+  installToasts(),
+);
+applyTheme();
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", applyTheme);
+window.addEventListener("hashchange", route);
+document.addEventListener("keydown", onKey);
+store.watch(frame);
+frame();
+route();
+startStream();

@@ -1,0 +1,113 @@
+// What the coordinator tells; docs/dashboard.md describes the keys.
+
+export type JobState = "queued" | "running" | "paused" | "done" | "failed" | "cancelled";
+
+export interface Job {
+  id: string;
+  name: string;
+  state: JobState;
+  message?: string;
+  priority: number;
+  pool?: string;
+  packets_done: number;
+  packets_total: number;
+  spp: number;
+  spp_total?: number;
+  time_limit?: number;
+  target_error?: number;
+  wall_seconds: number;
+  cpu_seconds: number;
+  rate: number;
+  eta_seconds: number;
+  workers: number;
+  tiles_leased: number;
+  leases_reassigned: number;
+  relmse?: number;
+  relmse_low?: number;
+  relmse_high?: number;
+  width: number;
+  height: number;
+  sampling: string;
+  nonfinite: number;
+}
+
+export interface Worker {
+  id: string;
+  host: string;
+  threads: number;
+  pool: string;
+  class: string;
+  build: string;
+  state: "idle" | "rendering" | "draining" | "lost" | "refused" | "benched";
+  tiles: number;
+  rate: number;
+  refused: number;
+  silent_seconds: number;
+  held: [job: string, tile: number, attempt: number][];
+}
+
+export interface LogLine {
+  number: number;
+  time: number;
+  text: string;
+}
+
+export interface Session {
+  instance: string;
+  user: string;
+  may_act: boolean;
+  roles: boolean;
+}
+
+export interface CurvePoint {
+  wall_seconds: number;
+  cpu_seconds: number;
+  spp: number;
+  batches: number;
+  relmse?: number;
+  relmse_low?: number;
+  relmse_high?: number;
+  true_relmse?: number;
+  true_flip?: number;
+}
+
+export interface Tile {
+  id: number;
+  state: "pending" | "leased" | "committed";
+  attempt: number;
+  worker?: string;
+  pilot?: boolean;
+  cells?: [x0: number, y0: number, x1: number, y1: number];
+  samples?: [begin: number, end: number];
+}
+
+export interface Plan {
+  strategies: string;
+  light_paths: number;
+  connections: number;
+  effort?: string;
+}
+
+export interface JobDetail {
+  settings: Record<string, unknown>;
+  scene: string;
+  crop: [x0: number, y0: number, x1: number, y1: number];
+  cell_pixels: number;
+  pilot?: {
+    chosen: Plan;
+    samples: number;
+    effort_gain: number;
+    estimates: { plan: Plan; relative_variance: number; cost: number }[];
+  };
+}
+
+export interface JobNews {
+  id: string;
+  full: boolean;
+  missing?: boolean;
+  detail?: JobDetail;
+  points?: CurvePoint[];
+  tiles?: Tile[];
+  first_tile?: number;
+  complete_samples?: number;
+}

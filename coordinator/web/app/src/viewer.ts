@@ -1,0 +1,376 @@
+// The picture of a job: zoom, pan, exposure, where the noise is, and another job beside it.
+import { fetchPicture, type Picture } from "./api";
+import { Cleanup, h, perFrame, setText } from "./dom";
+import { store } from "./store";
+import { type Curve, errorColours, errorScale, type ErrorScale, falseColour, halfValue, toned } from "./tone";
+
+const kLeastSpacingMs = 1500; // between two fetches of a picture
+
+/** One picture that follows a job. */
+class Source {
+  picture: Picture | undefined;
+  image: HTMLCanvasElement | undefined;
+  scale: ErrorScale | undefined;
+  problem = "";
+  private fetched = "";
+  private next = 0;
+  private busy = false;
+  private abort = new AbortController();
+  private timer = 0;
+  constructor(
+    readonly job: string,
+    readonly kind: "image" | "error-map",
+    private readonly changed: () => void,
+  ) {}
+
+  /** Fetches if the job got on since, no sooner than is good for both sides. */
+  poll(): void {
+    const row = store.jobs.get(this.job);
+    if (!row || this.busy || document.hidden || store.connection.state === "lost") return;
+    const mark = `${row.spp} ${row.state}`;
+    if (mark === this.fetched) return;
+    const now = performance.now();
+    if (now < this.next) {
+      clearTimeout(this.timer);
+      this.timer = window.setTimeout(() => this.poll(), this.next - now);
+      return;
+    }
+    this.busy = true;
+    fetchPicture(this.job, this.kind, this.abort.signal)
+      .then((picture) => {
+        this.picture = picture.width > 0 && picture.height > 0 ? picture : undefined;
+        this.problem = this.picture ? "" : "not enough samples yet to tell the noise";
+        this.image = undefined;
+        this.fetched = mark;
+      })
+      .catch((error: unknown) => {
+        this.problem = error instanceof Error ? error.message : String(error);
+      })
+      .finally(() => {
+        if (this.abort.signal.aborted) return;
+        this.busy = false;
+        const took = performance.now() - now;
+        this.next = performance.now() + Math.max(kLeastSpacingMs, 3 * took);
+        this.changed();
+        this.poll(); // the job may have got on, or the try may have failed
+      });
+  }
+  /** Drawn anew only when the picture or the tones changed. */
+  canvas(exposure: number, curve: Curve): HTMLCanvasElement | undefined {
+    if (!this.picture) return undefined;
+    if (!this.image) {
+      this.image = document.createElement("canvas");
+      this.image.width = this.picture.width;
+      this.image.height = this.picture.height;
+      if (this.kind === "error-map") this.scale = errorScale(this.picture);
+      const data = this.scale ? errorColours(this.picture, this.scale) : toned(this.picture, exposure, curve);
+      this.image.getContext("2d")!.putImageData(data, 0, 0);
+    }
+    return this.image;
+  }
+  close(): void {
+    clearTimeout(this.timer);
+    this.abort.abort();
+  }
+}
+
+export class Viewer {
+  readonly element: HTMLElement;
+  private readonly canvas = h("canvas", { tabIndex: 0, role: "img", "aria-label": "Picture of the job. Arrows move it, plus and minus zoom." });
+  private readonly legend = h("div", { class: "legend", hidden: true });
+  private readonly status = h("div", { class: "viewer-status mono" });
+  private readonly message = h("div", { class: "viewer-message" });
+  private readonly exposureInput = h("input", { type: "range", min: "-10", max: "10", step: "0.25", value: "0", "aria-label": "Exposure in stops", oninput: () => this.expose(Number(this.exposureInput.value)) });
+  private readonly exposureText = h("output", { class: "mono" }, "0");
+  private readonly splitInput = h("input", { type: "range", min: "0", max: "1", step: "0.005", value: "0.5", class: "split", hidden: true, "aria-label": "Divider between A and B", oninput: () => { this.split = Number(this.splitInput.value); this.draw(); } });
+  private readonly errorButton = h("button", { type: "button", title: "where the noise is (n)", "aria-pressed": "false", onclick: () => this.showError(!this.error) }, "Noise");
+  private readonly zoomText = h("output", { class: "mono" });
+  private readonly other = h("select", { "aria-label": "Compare with", title: "another job beside this one (b)", onchange: () => this.compare(this.other.value) });
+  private a: Source;
+  private b: Source | undefined;
+  private error = false;
+  private exposure = 0;
+  private curve: Curve = "srgb";
+  private split = 0.5;
+  /** Screen pixels per picture pixel; 0: fitted. */
+  private zoom = 0;
+  private x = 0; // of the picture's middle, in picture pixels from the centre of the view
+  private y = 0;
+  private pointer: { x: number; y: number } | undefined;
+  private readonly draw: () => void;
+  private choices = "";
+
+  constructor(
+    private readonly job: string,
+    cleanup: Cleanup,
+    private readonly picked: (other: string) => void,
+  ) {
+    this.draw = perFrame(() => this.drawNow());
+    this.a = new Source(job, "image", this.draw);
+    const curves = h("select", { "aria-label": "Tone curve", title: "tone curve", onchange: () => { this.curve = curves.value as Curve; this.retone(); } },
+      h("option", { value: "srgb" }, "sRGB"), h("option", { value: "filmic" }, "Filmic"), h("option", { value: "aces" }, "ACES"));
+    const button = (text: string, title: string, run: () => void) => h("button", { type: "button", title, onclick: run }, text);
+    const toolbar = h("div", { class: "viewer-tools" },
+      button("Fit", "fit the window (0)", () => this.fit()), button("1:1", "a pixel for a pixel (1)", () => this.actual()),
+      button("−", "smaller (-)", () => this.zoomBy(1 / 1.5)), button("+", "larger (+)", () => this.zoomBy(1.5)), this.zoomText,
+      h("label", { class: "exposure", title: "e brighter, d darker" }, "Exposure", this.exposureInput, this.exposureText), curves, this.errorButton,
+      h("label", {}, "B", this.other),
+      h("span", { class: "grow" }),
+      h("a", { href: `/api/v1/jobs/${job}/image.exr`, download: `${job}.exr` }, "EXR"), h("a", { href: `/api/v1/jobs/${job}/image.png`, download: `${job}.png` }, "PNG"));
+    this.element = h("section", { class: "viewer", "aria-label": "Picture" }, toolbar, h("div", { class: "stage" }, this.canvas, this.message, this.legend, this.splitInput), this.status);
+    this.bindPointer();
+    this.canvas.addEventListener("keydown", (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      const step = 40 / this.scaleNow();
+      const moves: { [key: string]: [number, number] } = { ArrowLeft: [step, 0], ArrowRight: [-step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
+      const move = moves[event.key];
+      if (!move) return;
+      event.preventDefault();
+      this.hold();
+      this.x += move[0];
+      this.y += move[1];
+      this.draw();
+    });
+    const observer = new ResizeObserver(this.draw);
+    observer.observe(this.canvas);
+    const unwatch = store.watch(() => this.poll());
+    const visible = () => this.poll();
+    document.addEventListener("visibilitychange", visible);
+    cleanup.add(() => {
+      observer.disconnect();
+      unwatch();
+      document.removeEventListener("visibilitychange", visible);
+      this.a.close();
+      this.b?.close();
+    });
+    this.poll();
+  }
+
+  /** Puts another job beside this one; none for "". */
+  compare(other: string): void {
+    if (other === (this.b?.job ?? "")) return;
+    this.b?.close();
+    this.b = other ? new Source(other, this.a.kind, this.draw) : undefined;
+    this.splitInput.hidden = !this.b;
+    this.choices = "";
+    this.poll();
+    this.draw();
+    this.picked(other);
+  }
+  key(key: string): boolean {
+    const keys: { [key: string]: () => void } = {
+      "0": () => this.fit(),
+      "1": () => this.actual(),
+      "+": () => this.zoomBy(1.5),
+      "=": () => this.zoomBy(1.5),
+      "-": () => this.zoomBy(1 / 1.5),
+      e: () => this.expose(this.exposure + 0.5),
+      d: () => this.expose(this.exposure - 0.5),
+      n: () => this.showError(!this.error),
+      b: () => this.other.focus(),
+    };
+    const run = keys[key];
+    run?.();
+    return !!run;
+  }
+
+  private poll(): void {
+    this.a.poll();
+    this.b?.poll();
+    this.fillChoices();
+  }
+  private fillChoices(): void {
+    const mine = store.jobs.get(this.job);
+    if (!mine || document.activeElement === this.other) return;
+    // Of the same size first: those are the ones to compare with.
+    const rank = (width: number, height: number) => (width === mine.width && height === mine.height ? 0 : 1);
+    const jobs = [...store.jobs.values()]
+      .filter((job) => job.id !== this.job && job.spp > 0)
+      .sort((p, q) => rank(p.width, p.height) - rank(q.width, q.height) || Number(q.id.slice(1)) - Number(p.id.slice(1)))
+      .slice(0, 200);
+    const chosen = this.b?.job ?? "";
+    if (chosen && !jobs.some((job) => job.id === chosen)) {
+      const row = store.jobs.get(chosen);
+      if (row) jobs.unshift(row);
+    }
+    const key = chosen + jobs.map((job) => job.id).join();
+    if (key === this.choices) return;
+    this.choices = key;
+    this.other.replaceChildren(h("option", { value: "" }, "none"), ...jobs.map((job) => h("option", { value: job.id }, `${job.id} ${job.name}`)));
+    this.other.value = chosen;
+  }
+  private showError(on: boolean): void {
+    this.error = on;
+    this.errorButton.setAttribute("aria-pressed", String(on));
+    const other = this.b?.job;
+    this.a.close();
+    this.b?.close();
+    this.a = new Source(this.job, on ? "error-map" : "image", this.draw);
+    this.b = other ? new Source(other, this.a.kind, this.draw) : undefined;
+    this.poll();
+    this.draw();
+  }
+  private expose(stops: number): void {
+    this.exposure = Math.min(10, Math.max(-10, stops));
+    this.exposureInput.value = String(this.exposure);
+    setText(this.exposureText, (this.exposure > 0 ? "+" : "") + this.exposure.toFixed(2).replace(/\.?0+$/, ""));
+    this.retone();
+  }
+  private retone(): void {
+    for (const source of [this.a, this.b]) if (source && !this.error) source.image = undefined;
+    this.draw();
+  }
+  private size(): { width: number; height: number } {
+    const row = store.jobs.get(this.job);
+    return { width: row?.width ?? 1, height: row?.height ?? 1 };
+  }
+  private fitScale(): number {
+    const { width, height } = this.size();
+    return Math.max(1e-3, Math.min(this.canvas.clientWidth / width, this.canvas.clientHeight / height));
+  }
+  private scaleNow(): number {
+    return this.zoom || this.fitScale();
+  }
+  private hold(): void {
+    if (!this.zoom) this.zoom = this.fitScale();
+  }
+  private fit(): void {
+    this.zoom = this.x = this.y = 0;
+    this.draw();
+  }
+  private actual(): void {
+    this.zoom = 1 / devicePixelRatio;
+    this.draw();
+  }
+  /** About a point of the canvas, its middle if none is given. */
+  private zoomBy(factor: number, at?: { x: number; y: number }): void {
+    const before = this.scaleNow();
+    const after = Math.min(64, Math.max(0.02, before * factor));
+    if (at) {
+      const dx = at.x - this.canvas.clientWidth / 2;
+      const dy = at.y - this.canvas.clientHeight / 2;
+      this.x += dx / after - dx / before;
+      this.y += dy / after - dy / before;
+    }
+    this.zoom = after;
+    this.draw();
+  }
+  private bindPointer(): void {
+    let from: { x: number; y: number } | undefined;
+    let dividing = false;
+    const canvas = this.canvas;
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      dividing = !!this.b && Math.abs(event.offsetX - this.split * canvas.clientWidth) < 8;
+      from = { x: event.offsetX, y: event.offsetY };
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      this.pointer = { x: event.offsetX, y: event.offsetY };
+      if (from && dividing) {
+        this.split = Math.min(1, Math.max(0, event.offsetX / canvas.clientWidth));
+        this.splitInput.value = String(this.split);
+      } else if (from) {
+        this.hold();
+        this.x += (event.offsetX - from.x) / this.scaleNow();
+        this.y += (event.offsetY - from.y) / this.scaleNow();
+        from = { x: event.offsetX, y: event.offsetY };
+      }
+      this.draw();
+    });
+    canvas.addEventListener("pointerup", () => (from = undefined));
+    canvas.addEventListener("pointercancel", () => (from = undefined));
+    canvas.addEventListener("pointerleave", () => {
+      this.pointer = undefined;
+      this.draw();
+    });
+    canvas.addEventListener("dblclick", () => this.fit());
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.zoomBy(Math.exp(-event.deltaY / 400), { x: event.offsetX, y: event.offsetY });
+    }, { passive: false });
+  }
+  private drawNow(): void {
+    const canvas = this.canvas;
+    const ratio = devicePixelRatio;
+    const width = Math.round(canvas.clientWidth * ratio);
+    const height = Math.round(canvas.clientHeight * ratio);
+    if (width === 0 || height === 0) return;
+    if (canvas.width !== width || canvas.height !== height) {
+      canvas.width = width;
+      canvas.height = height;
+    }
+    const g = canvas.getContext("2d")!;
+    g.setTransform(1, 0, 0, 1, 0, 0);
+    g.clearRect(0, 0, width, height);
+    const size = this.size();
+    const scale = this.scaleNow() * ratio;
+    const left = width / 2 + this.x * scale - (size.width * scale) / 2;
+    const top = height / 2 + this.y * scale - (size.height * scale) / 2;
+    const put = (source: Source) => {
+      const image = source.canvas(this.exposure, this.curve);
+      if (!image) return;
+      g.imageSmoothingEnabled = scale < 2 && !this.error;
+      g.imageSmoothingQuality = "high";
+      g.drawImage(image, left, top, size.width * scale, size.height * scale);
+    };
+    put(this.a);
+    if (this.b) {
+      const divider = Math.round(this.split * width);
+      g.save();
+      g.beginPath();
+      g.rect(divider, 0, width - divider, height);
+      g.clip();
+      g.clearRect(divider, 0, width - divider, height);
+      put(this.b);
+      g.restore();
+      g.fillStyle = "#ffb74d";
+      g.fillRect(divider - ratio / 2, 0, Math.max(1, ratio), height);
+      g.font = `${11 * ratio}px system-ui`;
+      g.textBaseline = "top";
+      for (const [text, x, align] of [[`A ${this.job}`, divider - 6 * ratio, "right"], [`B ${this.b.job}`, divider + 6 * ratio, "left"]] as const) {
+        g.textAlign = align;
+        g.fillStyle = "#000a";
+        const w = g.measureText(text).width + 8 * ratio;
+        g.fillRect(align === "right" ? x - w + 4 * ratio : x - 4 * ratio, 6 * ratio, w, 17 * ratio);
+        g.fillStyle = "#fff";
+        g.fillText(text, x, 9 * ratio);
+      }
+    }
+    canvas.dataset.ready = String(!!this.a.picture);
+    setText(this.zoomText, `${Math.round(scale * 100)}%`);
+    const row = store.jobs.get(this.job);
+    const empty = this.a.picture ? "" : this.a.problem || (row && row.spp === 0 ? "no samples yet" : "loading the picture…");
+    setText(this.message, empty || (this.b && !this.b.picture ? `B: ${this.b.problem || "loading…"}` : ""));
+    this.message.hidden = this.message.textContent === "";
+    this.drawLegend();
+    this.describe((this.pointer ? this.pointer.x * ratio - left : NaN) / scale, (this.pointer ? this.pointer.y * ratio - top : NaN) / scale);
+  }
+  private drawLegend(): void {
+    const scale = this.error ? this.a.scale : undefined;
+    this.legend.hidden = !scale;
+    if (!scale) return;
+    const key = `${scale.low} ${scale.high}`;
+    if (this.legend.dataset.key === key) return;
+    this.legend.dataset.key = key;
+    const ramp = h("div", { class: "ramp" });
+    const stops = Array.from({ length: 9 }, (_, i) => `rgb(${falseColour(i / 8).map(Math.round).join()})`);
+    ramp.style.background = `linear-gradient(to right, ${stops.join()})`;
+    this.legend.replaceChildren(h("span", {}, `1e${scale.low}`), ramp, h("span", {}, `1e${scale.high}`), h("span", { class: "muted" }, "relMSE"));
+  }
+  private describe(px: number, py: number): void {
+    const { width, height } = this.size();
+    const x = Math.floor(px);
+    const y = Math.floor(py);
+    const value = (source: Source | undefined): string => {
+      const picture = source?.picture;
+      if (!picture || !(x >= 0 && y >= 0 && x < width && y < height)) return "";
+      const sx = Math.min(picture.width - 1, Math.floor((x * picture.width) / width));
+      const sy = Math.min(picture.height - 1, Math.floor((y * picture.height) / height));
+      const at = (sy * picture.width + sx) * picture.channels;
+      if (picture.float) return `relMSE ${picture.float[at]!.toExponential(2)}`;
+      return [0, 1, 2].map((c) => halfValue(picture.half![at + c]!).toPrecision(4)).join("  ");
+    };
+    const a = value(this.a);
+    setText(this.status, a ? `${x}, ${y}   ${a}${this.b ? `   B ${value(this.b)}` : ""}` : `${width} × ${height}`);
+  }
+}
