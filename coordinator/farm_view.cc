@@ -92,6 +92,7 @@ void Farm::set_priority(const JobId& id, int priority) {
   const double now = impl_->clock.now();
   JobRecord record = impl_->record_at(job, now);
   record.priority = priority;
+  impl_->scheduler.withdraw(job);
   impl_->update(job, std::move(record), now);
 }
 

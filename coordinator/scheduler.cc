@@ -40,13 +40,16 @@ Job& Scheduler::add(Job job) {
 void Scheduler::state_changed(const Job& job) {
   const size_t rank = rank_.at(job.record.id);
   if (is_final(job.record.state)) {
-    Job& ended = jobs_.at(job.record.id);
-    shares_.settle_all(ended.record, &ended.share);
-    compete(ended, false);
+    withdraw(jobs_.at(job.record.id));
     active_.erase(rank);
   } else {
     active_[rank] = &jobs_.at(job.record.id);
   }
+}
+
+void Scheduler::withdraw(Job& job) {
+  shares_.settle_all(job.record, &job.share);
+  compete(job, false);
 }
 
 std::vector<JobId> Scheduler::active() const {

@@ -72,6 +72,9 @@ class Scheduler {
   /// Those that are not final, in the order of submission.
   std::vector<JobId> active() const;
   std::vector<Job*> active_jobs() const;
+  /// Takes the job out of the sharing, before its priority changes; it joins again, beside its new equals,
+  /// when the next worker asks.
+  void withdraw(Job& job);
   /// To be called after record.state was changed.
   void state_changed(const Job& job);
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Sets up, builds and runs every test. The last line is "N passed, N failed, N skipped" over all of them.
 #   tests/run.sh           fast tests, the farm of real processes, slow tests (statistics: about two minutes), the
-#                          CLI contract, Docker Compose, Slurm
+#                          CLI contract, the dashboard in Chromium, Docker Compose, Slurm
 #   tests/run.sh --all     sanitizers, half a minute of each fuzzer, formatting and lint as well
 #   tests/run.sh --no-install     packages are there already (no root needed)
 # Logs stay in build/test-logs. Exit codes: 0 all passed, 1 some failed or the build did, 2 wrong usage.
@@ -101,7 +101,7 @@ build_part() {
 
 if $install; then
   part "packages"
-  groups=(build test)
+  groups=(build test browser)
   $all && groups+=(fuzz lint)
   deploy/install_packages.sh "${groups[@]}" || { count packages 0 1 0; finish; }
 fi
@@ -114,6 +114,7 @@ ctest_part "slow tests" release -L slow -j "$cores" --timeout 3600
 if [[ -f ../shared/contract/check.sh ]]; then
   script_part "contract" bash tests/deploy/contract.sh ../shared/contract/check.sh
 fi
+script_part "dashboard" bash tests/dashboard/run.sh
 script_part "layout" bash tests/deploy/layout.sh
 script_part "quickstart" bash tests/deploy/quickstart.sh
 script_part "compose" bash tests/deploy/compose.sh

@@ -87,6 +87,8 @@ JobId resubmit(const WebOptions& web, const JobId& id, Fields& fields, const std
   request.pool = fields.text("pool").value_or(old.pool);
   request.priority =
       static_cast<int>(fields.integer("priority", -kMaxPriority, kMaxPriority).value_or(old.priority));
+  request.submitter = user.empty() ? old.submitter : user;
+  request.max_workers = old.max_workers;
   fields.end();
   request.bundle = web.farm.bundle(old.bundle_digest);
   check_quotas(web.quotas, request);

@@ -48,6 +48,9 @@ json job_view(const JobStatus& job) {
               {"leases_reassigned", job.leases_reassigned}};
   if (!job.message.empty()) row["message"] = job.message;
   if (!job.pool.empty()) row["pool"] = job.pool;
+  if (!job.submitter.empty()) row["submitter"] = job.submitter;
+  if (job.max_workers > 0) row["max_workers"] = job.max_workers;
+  for (const JobId& id : job.after) row["after"].push_back(id.value);
   if (settings.spp < kMaxSpp) row["spp_total"] = settings.spp;
   if (settings.time_s > 0) row["time_limit"] = number(settings.time_s);
   if (settings.target_error > 0) row["target_error"] = number(settings.target_error);

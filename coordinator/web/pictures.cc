@@ -27,7 +27,7 @@ double seconds() {
 
 }  // namespace
 
-std::shared_ptr<const Image> Pictures::get(const JobId& job, Kind kind) {
+Pictures::Picture Pictures::get(const JobId& job, Kind kind) {
   const uint64_t version = farm_.job(job).version;
   const Key key{job, kind};
   std::shared_ptr<Slot> slot;
@@ -39,7 +39,7 @@ std::shared_ptr<const Image> Pictures::get(const JobId& job, Kind kind) {
     std::erase(order_, key);
     order_.push_back(key);
   }
-  std::shared_ptr<const Image> image;
+  Picture picture;
   {
     const std::lock_guard lock(slot->mutex);
     const double begin = seconds();
@@ -50,12 +50,12 @@ std::shared_ptr<const Image> Pictures::get(const JobId& job, Kind kind) {
       const double end = seconds();
       slot->next = end + std::max(kLeastSpacing, kSpacingPerCost * (end - begin));
     }
-    image = slot->image;
+    picture = {slot->image, slot->version == version};
   }
   const std::lock_guard lock(mutex_);
-  slot->bytes = image->data.size() * sizeof(float);
+  slot->bytes = picture.image->data.size() * sizeof(float);
   forget_some(key);
-  return image;
+  return picture;
 }
 
 void Pictures::forget_some(const Key& but) {

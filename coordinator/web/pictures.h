@@ -17,9 +17,13 @@ class Pictures {
   enum class Kind { kBeauty, kError };
   explicit Pictures(const Farm& farm) : farm_(farm) {}
 
+  struct Picture {
+    std::shared_ptr<const Image> image;
+    bool current = true;  // the job has not changed since it was made
+  };
   /// The image of a job (Farm::image), or where its noise is (Farm::error_map), at most a little old. Throws
   /// as these do.
-  std::shared_ptr<const Image> get(const JobId& job, Kind kind);
+  Picture get(const JobId& job, Kind kind);
 
  private:
   static constexpr size_t kMaxBytes = size_t{256} << 20;  // kept, unless one alone is larger

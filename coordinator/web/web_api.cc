@@ -135,6 +135,7 @@ struct WebApi::Impl {
   void workers(const Request& request, Response& response);
   void log(const Request& request, Response& response);
   void events(const Request& request, Response& response);
+  std::shared_ptr<const Image> image_of(const JobId& id, Pictures::Kind kind, Response& response);
   void picture(const Request& request, Response& response);
   void error_map(const Request& request, Response& response);
   void png(const Request& request, Response& response);
@@ -261,26 +262,33 @@ void WebApi::Impl::events(const Request& request, Response& response) {
   });
 }
 
+std::shared_ptr<const Image> WebApi::Impl::image_of(const JobId& id, Pictures::Kind kind,
+                                                    Response& response) {
+  const Pictures::Picture picture = pictures.get(id, kind);
+  response.set_header("Cache-Control", "no-store");
+  // A browser that wants the newest one asks again.
+  if (!picture.current) response.set_header("X-Lightmill-Stale", "1");
+  return picture.image;
+}
+
 void WebApi::Impl::picture(const Request& request, Response& response) {
   const auto side = static_cast<int>(std::min<int64_t>(whole(request, "side", 0), kMaxResolution));
-  const auto image = pictures.get(job_of(request), Pictures::Kind::kBeauty);
+  const auto image = image_of(job_of(request), Pictures::Kind::kBeauty, response);
   const bool whole_size = side == 0 || side >= std::max(image->width, image->height);
-  response.set_header("Cache-Control", "no-store");
   response.set_content(half_picture(whole_size ? *image : reduced(*image, side)), "application/octet-stream");
 }
 
 void WebApi::Impl::error_map(const Request& request, Response& response) {
-  response.set_header("Cache-Control", "no-store");
-  response.set_content(float_picture(*pictures.get(job_of(request), Pictures::Kind::kError)),
+  response.set_content(float_picture(*image_of(job_of(request), Pictures::Kind::kError, response)),
                        "application/octet-stream");
 }
 
 void WebApi::Impl::png(const Request& request, Response& response) {
   const JobId id = job_of(request);
-  response.set_header("Cache-Control", "no-store");
+  const auto image = image_of(id, Pictures::Kind::kBeauty, response);
   response.set_header("Content-Disposition",
                       "attachment; filename=\"" + web.farm.job(id).id.value + ".png\"");
-  response.set_content(encode_png(*pictures.get(id, Pictures::Kind::kBeauty)), "image/png");
+  response.set_content(encode_png(*image), "image/png");
 }
 
 void WebApi::Impl::exr(const Request& request, Response& response) {

@@ -251,6 +251,23 @@ TEST_F(WebApiTest, PicturesAreTheFilm) {
   EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/image.exr")->body.substr(0, 4), "v/1\x01");
   EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/error-map")->body.size(), 16u + 4 * 24 * 16);
   EXPECT_EQ(http.Get("/api/v1/jobs/j404/image")->status, 404);
+
+  // Who looks often gets the picture of a moment ago, and is told.
+  const JobId other = farm.submit(small_job(96, 64, 64, Integrator::kPt));
+  const std::string path = "/api/v1/jobs/" + other.value + "/image";
+  const WorkerId worker = farm.register_worker(registration());
+  const auto first = http.Get(path);
+  EXPECT_FALSE(first->has_header("X-Lightmill-Stale"));
+  ASSERT_EQ(work(farm, worker, 1), 1);
+  httplib::Result next = http.Get(path);
+  if (next->has_header("X-Lightmill-Stale")) {
+    EXPECT_EQ(next->body, first->body);
+  }
+  while (next->has_header("X-Lightmill-Stale")) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    next = http.Get(path);
+  }
+  EXPECT_NE(next->body, first->body);
 }
 
 TEST_F(WebApiTest, ActionsActAndAreLogged) {
@@ -275,6 +292,26 @@ TEST_F(WebApiTest, ActionsActAndAreLogged) {
               HasSubstr("job " + id.value + ": pause by a browser at 127.0.0.1"));
   EXPECT_EQ(get("/api/v1/log").size(), 5u) << "what was refused did not happen";
   EXPECT_EQ(get("/api/v1/log?after=4").size(), 1u);
+}
+
+TEST_F(WebApiTest, APriorityCountsFromTheNextLeaseOn) {
+  const JobId first = farm.submit(small_job(96, 64, 64, Integrator::kPt));
+  const JobId second = farm.submit(small_job(96, 64, 64, Integrator::kPt));
+  const WorkerId worker = farm.register_worker(registration());
+  for (int i = 0; i < 3; ++i) {
+    const JobId& wanted = i % 2 == 0 ? first : second;
+    const JobId& other = i % 2 == 0 ? second : first;
+    post("/api/v1/jobs/" + wanted.value + "/priority", {{"priority", 5}});
+    post("/api/v1/jobs/" + other.value + "/priority", {{"priority", 0}});
+    const auto grant = farm.lease(worker);
+    ASSERT_TRUE(grant);
+    EXPECT_EQ(grant->job, wanted);
+    ASSERT_EQ(farm.commit(worker, {grant->job, grant->tile_id, grant->attempt}, fake_bytes(*grant)),
+              CommitResult::kAccepted);
+  }
+  work(farm, worker);
+  EXPECT_EQ(farm.job(first).state, JobState::kDone);
+  EXPECT_EQ(farm.job(second).state, JobState::kDone);
 }
 
 TEST_F(WebApiTest, ASceneIsSubmittedAgainWithOtherSettings) {

@@ -92,7 +92,7 @@ check "the client's credentials come out of the volume" take_credentials
 page() { curl -fsS --cacert "$LIGHTMILL_CREDENTIALS/ca.crt" -o /dev/null "$@"; }
 check "the dashboard answers on the published port" page "https://127.0.0.1:$LIGHTMILL_HTTP_PORT/healthz"
 with_token() { page -u "me:$(cat "$LIGHTMILL_CREDENTIALS/token")" "https://127.0.0.1:$LIGHTMILL_HTTP_PORT/"; }
-check "the status page takes the token" with_token
+check "the dashboard takes the token" with_token
 without_token() { [[ $(page -w '%{http_code}' "https://127.0.0.1:$LIGHTMILL_HTTP_PORT/") == 401 ]]; }
 check "and nobody without" without_token
 no_plain_text() { local said; said=$(env -u LIGHTMILL_CREDENTIALS "$bin/lightmill" jobs 2>&1); [[ $? == 3 && $said == *"it speaks TLS; give --credentials"* ]]; }

@@ -28,6 +28,8 @@ export interface Picture {
   /** Half floats' bits of an image, floats of an error map; rows from the top. */
   half?: Uint16Array;
   float?: Float32Array;
+  /** The job had got on when it was sent. */
+  stale?: boolean;
 }
 
 /** "LMH1" or "LMF1", width, height, channels, values: little endian, as browsers' machines are. */
@@ -49,5 +51,5 @@ export function readPicture(bytes: ArrayBuffer): Picture {
 export async function fetchPicture(job: string, kind: "image" | "error-map", signal: AbortSignal): Promise<Picture> {
   const answer = await fetch(`/api/v1/jobs/${encodeURIComponent(job)}/${kind}`, { signal });
   if (!answer.ok) throw await failure(answer);
-  return readPicture(await answer.arrayBuffer());
+  return { ...readPicture(await answer.arrayBuffer()), stale: answer.headers.has("X-Lightmill-Stale") };
 }

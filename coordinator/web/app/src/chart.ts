@@ -9,6 +9,8 @@ import type { CurvePoint, Job } from "./types";
 type Axis = "wall_seconds" | "cpu_seconds" | "spp";
 const kAxes: [Axis, string][] = [["wall_seconds", "render time, s"], ["cpu_seconds", "CPU time, s"], ["spp", "samples per pixel"]];
 
+const kMostAway = 1000;
+
 function colour(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
@@ -46,6 +48,7 @@ export class ErrorChart {
   show(points: CurvePoint[], job: Job | undefined): void {
     const had = this.points.some((p) => p.true_relmse !== undefined);
     this.points = points;
+    this.holder.hidden = !points.some((p) => p.relmse !== undefined);
     const target = job?.target_error;
     const has = points.some((p) => p.true_relmse !== undefined);
     if (!this.plot || had !== has || target !== this.target) {
@@ -79,16 +82,19 @@ export class ErrorChart {
       points.map((p) => { const v = p[key]; return v !== undefined && v > 0 ? v : null; });
     const columns = [column("relmse"), column("relmse_low"), column("relmse_high"), column("true_relmse")];
     const ahead = points.map((): number | null => null);
-    const line = points.map((): number | null => this.target ?? null);
-    const reach = reachesAt(this.points, this.target, this.axis);
+    // A target that is decades away would leave nothing of the curve.
+    const error = points.at(-1)?.relmse;
+    const target = this.target && error !== undefined && this.target > error / kMostAway ? this.target : undefined;
+    const line = points.map((): number | null => target ?? null);
+    const reach = reachesAt(this.points, target, this.axis);
     const last = points.at(-1);
     // What is to come, as long as it fits the picture.
     if (reach !== undefined && last?.relmse !== undefined && reach < 30 * last[this.axis]) {
       ahead[ahead.length - 1] = last.relmse;
       xs.push(reach);
       for (const c of columns) c.push(null);
-      ahead.push(this.target!);
-      line.push(this.target!);
+      ahead.push(target!);
+      line.push(target!);
     }
     return [xs, ...columns, ahead, line] as uPlot.AlignedData;
   }
@@ -124,8 +130,8 @@ export class ErrorChart {
         y: { distr: 3, range: (_, low, high) => decades(low, high, 1.4) },
       },
       axes: [
-        { stroke: ink, grid, ticks, size: 34, font: "11px system-ui", values: powers },
-        { stroke: ink, grid, ticks, size: 48, font: "11px system-ui", values: powers },
+        { stroke: ink, grid, ticks, size: 34, font: "11px system-ui", filter: (_, splits) => splits, values: powers },
+        { stroke: ink, grid, ticks, size: 48, font: "11px system-ui", filter: (_, splits) => splits, values: powers },
       ],
       series: [
         {},

@@ -57,7 +57,7 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
   const why = h("p", { class: "job-note", hidden: true });
   const figures = h("dl", { class: "job-figures" });
   const values: { [name: string]: HTMLElement } = {};
-  for (const name of ["Samples", "relMSE", "Target", "Ends in · at", "Samples/s", "Workers", "Render time", "CPU time", "Priority", "Pool", "Leased again"]) {
+  for (const name of ["Samples", "relMSE", "Target", "Ends in · at", "Samples/s", "Workers", "Render time", "CPU time", "Priority", "By", "Pool", "After", "Leased again"]) {
     values[name] = h("dd");
     figures.append(h("div", {}, h("dt", {}, name), values[name]!));
   }
@@ -113,14 +113,16 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     setText(why, text);
     const put = (name: string, value: string) => {
       setText(values[name]!, value || "–");
-      values[name]!.parentElement!.hidden = value === "" && (name === "Pool" || name === "Target" || name === "Leased again");
+      values[name]!.parentElement!.hidden = value === "" && (name === "Pool" || name === "By" || name === "After" || name === "Target" || name === "Leased again");
     };
     put("Samples", `${format.samples(job.spp)}${job.spp_total ? ` / ${format.count(job.spp_total)}` : ""}`);
     put("relMSE", job.relmse === undefined ? "" : `${format.error(job.relmse)}${job.relmse_low !== undefined ? `  (${format.error(job.relmse_low)} … ${format.error(job.relmse_high)})` : ""}`);
     put("Target", format.error(job.target_error));
     put("Ends in · at", eta(job));
     put("Samples/s", job.rate > 0 ? format.short(job.rate) : "");
-    put("Workers", String(job.workers));
+    put("Workers", `${job.workers}${job.max_workers ? ` / ${job.max_workers}` : ""}`);
+    put("By", job.submitter ?? "");
+    put("After", (job.after ?? []).join(", "));
     put("Render time", `${format.duration(job.wall_seconds)}${job.time_limit ? ` / ${format.duration(job.time_limit)}` : ""}`);
     put("CPU time", format.duration(job.cpu_seconds));
     put("Priority", String(job.priority));

@@ -70,7 +70,7 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
   const filter = h("input", {
     type: "search",
     class: "filter",
-    placeholder: "Filter: name, id, pool, note  ( / )",
+    placeholder: "Filter: name, id, who, pool, note  ( / )",
     "aria-label": "Filter jobs",
     value: sessionStorage.getItem("jobs.filter") ?? "",
     oninput: () => {
@@ -107,9 +107,10 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
         { key: "target", title: "Target", width: "66px", number: true, sort: (job) => job.target_error, text: (job) => format.error(job.target_error) },
         { key: "eta", title: "Ends in · at", width: "118px", number: true, sort: secondsLeft, text: eta },
         { key: "rate", title: "Samples/s", width: "74px", number: true, sort: (job) => job.rate, text: (job) => (job.rate > 0 ? format.short(job.rate) : "") },
-        { key: "workers", title: "Workers", width: "60px", number: true, sort: (job) => job.workers, text: (job) => (job.workers > 0 ? String(job.workers) : "") },
+        { key: "workers", title: "Workers", width: "60px", number: true, sort: (job) => job.workers, text: (job) => (job.workers > 0 || job.max_workers ? `${job.workers}${job.max_workers ? ` / ${job.max_workers}` : ""}` : "") },
         { key: "wall", title: "Time", hint: "render time so far", width: "66px", number: true, sort: (job) => job.wall_seconds, text: (job) => format.duration(job.wall_seconds) },
         { key: "priority", title: "Prio", width: "40px", number: true, sort: (job) => job.priority, text: (job) => String(job.priority) },
+        { key: "submitter", title: "By", hint: "who submitted it", width: "72px", text: (job) => job.submitter ?? "" },
         { key: "pool", title: "Pool", width: "64px", text: (job) => job.pool ?? "" },
         { key: "note", title: "Note", width: "minmax(210px, 4fr)", text: (job) => note(job), style: () => "note" },
       ],
@@ -132,7 +133,7 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
     const fits = (job: Job) => {
       if (!has(job)) return false;
       if (words.length === 0) return true;
-      const hay = `${job.id} ${job.name} ${job.state} ${job.pool ?? ""} ${job.message ?? ""} ${job.sampling}`.toLowerCase();
+      const hay = `${job.id} ${job.name} ${job.state} ${job.pool ?? ""} ${job.submitter ?? ""} ${job.message ?? ""} ${job.sampling}`.toLowerCase();
       return words.every((word) => hay.includes(word));
     };
     table.setRows(all.filter(fits));

@@ -9,6 +9,9 @@ export interface Job {
   message?: string;
   priority: number;
   pool?: string;
+  submitter?: string;
+  max_workers?: number;
+  after?: string[];
   packets_done: number;
   packets_total: number;
   spp: number;

@@ -1,78 +1,8 @@
 // The picture of a job: zoom, pan, exposure, where the noise is, and another job beside it.
-import { fetchPicture, type Picture } from "./api";
 import { Cleanup, h, perFrame, setText } from "./dom";
+import { PictureSource } from "./picture_source";
 import { store } from "./store";
-import { type Curve, errorColours, errorScale, type ErrorScale, falseColour, halfValue, toned } from "./tone";
-
-const kLeastSpacingMs = 1500; // between two fetches of a picture
-
-/** One picture that follows a job. */
-class Source {
-  picture: Picture | undefined;
-  image: HTMLCanvasElement | undefined;
-  scale: ErrorScale | undefined;
-  problem = "";
-  private fetched = "";
-  private next = 0;
-  private busy = false;
-  private abort = new AbortController();
-  private timer = 0;
-  constructor(
-    readonly job: string,
-    readonly kind: "image" | "error-map",
-    private readonly changed: () => void,
-  ) {}
-
-  /** Fetches if the job got on since, no sooner than is good for both sides. */
-  poll(): void {
-    const row = store.jobs.get(this.job);
-    if (!row || this.busy || document.hidden || store.connection.state === "lost") return;
-    const mark = `${row.spp} ${row.state}`;
-    if (mark === this.fetched) return;
-    const now = performance.now();
-    if (now < this.next) {
-      clearTimeout(this.timer);
-      this.timer = window.setTimeout(() => this.poll(), this.next - now);
-      return;
-    }
-    this.busy = true;
-    fetchPicture(this.job, this.kind, this.abort.signal)
-      .then((picture) => {
-        this.picture = picture.width > 0 && picture.height > 0 ? picture : undefined;
-        this.problem = this.picture ? "" : "not enough samples yet to tell the noise";
-        this.image = undefined;
-        this.fetched = mark;
-      })
-      .catch((error: unknown) => {
-        this.problem = error instanceof Error ? error.message : String(error);
-      })
-      .finally(() => {
-        if (this.abort.signal.aborted) return;
-        this.busy = false;
-        const took = performance.now() - now;
-        this.next = performance.now() + Math.max(kLeastSpacingMs, 3 * took);
-        this.changed();
-        this.poll(); // the job may have got on, or the try may have failed
-      });
-  }
-  /** Drawn anew only when the picture or the tones changed. */
-  canvas(exposure: number, curve: Curve): HTMLCanvasElement | undefined {
-    if (!this.picture) return undefined;
-    if (!this.image) {
-      this.image = document.createElement("canvas");
-      this.image.width = this.picture.width;
-      this.image.height = this.picture.height;
-      if (this.kind === "error-map") this.scale = errorScale(this.picture);
-      const data = this.scale ? errorColours(this.picture, this.scale) : toned(this.picture, exposure, curve);
-      this.image.getContext("2d")!.putImageData(data, 0, 0);
-    }
-    return this.image;
-  }
-  close(): void {
-    clearTimeout(this.timer);
-    this.abort.abort();
-  }
-}
+import { type Curve, falseColour, halfValue } from "./tone";
 
 export class Viewer {
   readonly element: HTMLElement;
@@ -86,8 +16,8 @@ export class Viewer {
   private readonly errorButton = h("button", { type: "button", title: "where the noise is (n)", "aria-pressed": "false", onclick: () => this.showError(!this.error) }, "Noise");
   private readonly zoomText = h("output", { class: "mono" });
   private readonly other = h("select", { "aria-label": "Compare with", title: "another job beside this one (b)", onchange: () => this.compare(this.other.value) });
-  private a: Source;
-  private b: Source | undefined;
+  private a: PictureSource;
+  private b: PictureSource | undefined;
   private error = false;
   private exposure = 0;
   private curve: Curve = "srgb";
@@ -98,7 +28,7 @@ export class Viewer {
   private y = 0;
   private pointer: { x: number; y: number } | undefined;
   private readonly draw: () => void;
-  private choices = "";
+  private choices = "?";
 
   constructor(
     private readonly job: string,
@@ -106,7 +36,7 @@ export class Viewer {
     private readonly picked: (other: string) => void,
   ) {
     this.draw = perFrame(() => this.drawNow());
-    this.a = new Source(job, "image", this.draw);
+    this.a = new PictureSource(job, "image", this.draw);
     const curves = h("select", { "aria-label": "Tone curve", title: "tone curve", onchange: () => { this.curve = curves.value as Curve; this.retone(); } },
       h("option", { value: "srgb" }, "sRGB"), h("option", { value: "filmic" }, "Filmic"), h("option", { value: "aces" }, "ACES"));
     const button = (text: string, title: string, run: () => void) => h("button", { type: "button", title, onclick: run }, text);
@@ -150,9 +80,9 @@ export class Viewer {
   compare(other: string): void {
     if (other === (this.b?.job ?? "")) return;
     this.b?.close();
-    this.b = other ? new Source(other, this.a.kind, this.draw) : undefined;
+    this.b = other ? new PictureSource(other, this.a.kind, this.draw) : undefined;
     this.splitInput.hidden = !this.b;
-    this.choices = "";
+    this.choices = "?";
     this.poll();
     this.draw();
     this.picked(other);
@@ -205,8 +135,8 @@ export class Viewer {
     const other = this.b?.job;
     this.a.close();
     this.b?.close();
-    this.a = new Source(this.job, on ? "error-map" : "image", this.draw);
-    this.b = other ? new Source(other, this.a.kind, this.draw) : undefined;
+    this.a = new PictureSource(this.job, on ? "error-map" : "image", this.draw);
+    this.b = other ? new PictureSource(other, this.a.kind, this.draw) : undefined;
     this.poll();
     this.draw();
   }
@@ -306,7 +236,7 @@ export class Viewer {
     const scale = this.scaleNow() * ratio;
     const left = width / 2 + this.x * scale - (size.width * scale) / 2;
     const top = height / 2 + this.y * scale - (size.height * scale) / 2;
-    const put = (source: Source) => {
+    const put = (source: PictureSource) => {
       const image = source.canvas(this.exposure, this.curve);
       if (!image) return;
       g.imageSmoothingEnabled = scale < 2 && !this.error;
@@ -361,7 +291,7 @@ export class Viewer {
     const { width, height } = this.size();
     const x = Math.floor(px);
     const y = Math.floor(py);
-    const value = (source: Source | undefined): string => {
+    const value = (source: PictureSource | undefined): string => {
       const picture = source?.picture;
       if (!picture || !(x >= 0 && y >= 0 && x < width && y < height)) return "";
       const sx = Math.min(picture.width - 1, Math.floor((x * picture.width) / width));
