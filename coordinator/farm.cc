@@ -127,13 +127,7 @@ std::vector<TileStatus> Farm::tiles(const JobId& id) const {
     }
   }
   std::vector<TileStatus> result;
-  for (const TileRecord& tile : records) {
-    const std::vector<LeaseToken> tokens = lease_tokens(tile);
-    const bool counted = tile.state == TileState::kCommitted && !tokens.empty();
-    result.push_back({tile.id, tile.tile, tile_state_name(tile.state),
-                      counted ? tokens[0].attempt : tile.attempt,
-                      tokens.empty() ? WorkerId{} : tokens.back().worker, tile.digest});
-  }
+  for (const TileRecord& tile : records) result.push_back(tile_status(tile));
   return result;
 }
 

@@ -91,8 +91,9 @@ struct JobPage {
 
 /// The end of a job's ledger: the tiles of its last complete round and of all later ones.
 struct TileMap {
-  int64_t complete_samples = 0;   // every pixel has the samples below
-  std::vector<TileStatus> tiles;  // ascending by id, without digests
+  int64_t complete_samples = 0;             // every pixel has the samples below
+  std::vector<TileStatus> tiles;            // ascending by id, without digests
+  std::map<TileId, double> leased_seconds;  // of those that are leased, since the oldest lease
 };
 
 class Farm {

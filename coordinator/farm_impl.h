@@ -98,6 +98,8 @@ std::string tile_name(const LeaseKey& key, bool pilot);
 
 /// What a leased tile of the store is once its leases are void.
 TileRecord voided(TileRecord tile);
+/// For clients: of a committed tile the lease that counted, else the last one.
+TileStatus tile_status(const TileRecord& tile);
 
 /// "j7", "w12".
 std::string numbered(std::string prefix, int64_t number);

@@ -5,6 +5,17 @@
 
 namespace lightmill {
 
+TileStatus tile_status(const TileRecord& tile) {
+  const std::vector<LeaseToken> tokens = lease_tokens(tile);
+  const bool counted = tile.state == TileState::kCommitted && !tokens.empty();
+  return {tile.id,
+          tile.tile,
+          tile_state_name(tile.state),
+          counted ? tokens[0].attempt : tile.attempt,
+          tokens.empty() ? WorkerId{} : tokens.back().worker,
+          tile.digest};
+}
+
 JobPage Farm::page(size_t begin, size_t count, uint64_t version, bool waiting) const {
   const std::lock_guard lock(impl_->mutex);
   const double now = impl_->clock.now();
@@ -26,10 +37,8 @@ std::vector<std::pair<WorkerId, LeaseKey>> Farm::holdings() const {
   const std::lock_guard lock(impl_->mutex);
   std::vector<std::pair<WorkerId, LeaseKey>> held;
   for (const JobId& id : impl_->scheduler.active()) {
-    const LeaseTable& tiles = impl_->scheduler.find(id)->tiles;
-    for (const TileId& tile : tiles.leased()) {
-      const TileRecord& record = *tiles.find(tile);
-      held.push_back({record.worker, {id, tile, record.attempt}});
+    for (const LeaseTable::Lease& lease : impl_->scheduler.find(id)->tiles.leases()) {
+      held.push_back({lease.worker, {id, lease.tile, lease.attempt}});
     }
   }
   return held;
@@ -50,8 +59,13 @@ TileMap Farm::tile_map(const JobId& id) const {
                         return tile.tile.sample_begin < begin;
                       }).base();
     for (auto tile = from; tile != all.end(); ++tile) {
-      map.tiles.push_back(
-          {tile->id, tile->tile, tile_state_name(tile->state), tile->attempt, tile->worker, ""});
+      map.tiles.push_back(tile_status(*tile));
+      map.tiles.back().digest.clear();
+    }
+    const double now = impl_->clock.now();
+    for (const LeaseTable::Lease& lease : tiles.leases()) {
+      double& seconds = map.leased_seconds[lease.tile];
+      seconds = std::max(seconds, now - lease.since);
     }
   };
   {
@@ -65,7 +79,7 @@ TileMap Farm::tile_map(const JobId& id) const {
   // The job has ended. Its ledger may be long, and nobody shall wait for it.
   std::vector<TileRecord> records = impl_->store->tiles(id);
   for (TileRecord& tile : records) {  // its leases are void
-    if (tile.state == TileState::kLeased) tile.state = TileState::kPending;
+    if (tile.state == TileState::kLeased) tile = voided(tile);
   }
   stored.add(records);
   collect(stored);

@@ -46,12 +46,17 @@ std::string JobFollower::next() {
 
   const TileMap map = farm_.tile_map(job_);
   auto tiles = nlohmann::json::array();
-  std::map<int64_t, std::tuple<std::string, int64_t>> sent;
+  std::map<int64_t, std::string> sent;
   for (const TileStatus& tile : map.tiles) {
-    std::tuple now{tile.state, tile.attempt};
+    nlohmann::json row = tile_view(tile);
+    std::string text = row.dump();
     const auto before = tiles_.find(tile.id.value);
-    if (before == tiles_.end() || before->second != now) tiles.push_back(tile_view(tile));
-    sent.emplace(tile.id.value, std::move(now));
+    if (before == tiles_.end() || before->second != text) {
+      if (const auto lease = map.leased_seconds.find(tile.id); lease != map.leased_seconds.end())
+        row["leased_seconds"] = lease->second;
+      tiles.push_back(std::move(row));
+    }
+    sent.emplace(tile.id.value, std::move(text));
   }
   if (!tiles.empty()) data["tiles"] = std::move(tiles);
   if (!sent.empty()) data["first_tile"] = sent.begin()->first;

@@ -25,7 +25,7 @@ class JobFollower {
   std::string detail_;
   std::tuple<double, double, JobState> curve_mark_{};  // relMSE, spp and state when the curve was last read
   size_t points_ = 0;
-  std::map<int64_t, std::tuple<std::string, int64_t>> tiles_;  // state and attempt that were sent
+  std::map<int64_t, std::string> tiles_;  // as they were sent, but for ages
 };
 
 }  // namespace lightmill

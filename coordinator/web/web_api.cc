@@ -210,7 +210,11 @@ void WebApi::Impl::curve(const Request& request, Response& response) {
 void WebApi::Impl::tiles(const Request& request, Response& response) {
   const TileMap map = web.farm.tile_map(job_of(request));
   auto tiles = json::array();
-  for (const TileStatus& tile : map.tiles) tiles.push_back(tile_view(tile));
+  for (const TileStatus& tile : map.tiles) {
+    tiles.push_back(tile_view(tile));
+    if (const auto lease = map.leased_seconds.find(tile.id); lease != map.leased_seconds.end())
+      tiles.back()["leased_seconds"] = lease->second;
+  }
   answer(response, {{"complete_samples", map.complete_samples}, {"tiles", std::move(tiles)}});
 }
 

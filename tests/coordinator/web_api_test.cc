@@ -215,6 +215,7 @@ TEST_F(WebApiTest, JobsWorkersCurveAndTiles) {
   EXPECT_EQ(tiles["complete_samples"], 0);
   EXPECT_EQ(tiles["tiles"][held.tile_id.value]["state"], "leased");
   EXPECT_EQ(tiles["tiles"][held.tile_id.value]["worker"], worker.value);
+  EXPECT_GE(tiles["tiles"][held.tile_id.value]["leased_seconds"], 0);
   const json ended = get("/api/v1/jobs/" + done.value + "/tiles");
   EXPECT_EQ(ended["complete_samples"], 64);
   for (const json& tile : ended["tiles"])

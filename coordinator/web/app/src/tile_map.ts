@@ -19,7 +19,7 @@ export class TileMap {
   private readonly text = h("p", { class: "chart-text" });
   private readonly list = h("ol", { class: "tile-list" });
   private readonly tiles = new Map<number, Tile>();
-  private readonly since = new Map<string, number>(); // when a lease was first seen
+  private readonly since = new Map<string, number>(); // when its lease began
   private detail: JobDetail | undefined;
   private complete = 0;
   private hovered: Tile | undefined;
@@ -53,7 +53,7 @@ export class TileMap {
       if (tile.state !== "leased") continue;
       const key = `${tile.id} ${tile.attempt}`;
       held.add(key);
-      if (!this.since.has(key)) this.since.set(key, Date.now());
+      if (!this.since.has(key)) this.since.set(key, Date.now() - 1000 * (tile.leased_seconds ?? 0));
     }
     for (const key of this.since.keys()) if (!held.has(key)) this.since.delete(key);
     this.draw();
@@ -137,7 +137,7 @@ export class TileMap {
     const parts = [`tile ${tile.id}`, `samples ${tile.samples?.[0]}–${tile.samples?.[1]}`, tile.state];
     if (tile.worker) parts.push(`${tile.worker}${host ? ` (${host})` : ""}`);
     if (tile.attempt > 1) parts.push(`attempt ${tile.attempt}`);
-    if (tile.state === "leased") parts.push(`seen for ${format.duration(this.age(tile))}`);
+    if (tile.state === "leased") parts.push(`for ${format.duration(this.age(tile))}`);
     return parts.join(" · ");
   }
   /** What is in work longest, and what had to be tried again. */

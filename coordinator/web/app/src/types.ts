@@ -79,6 +79,8 @@ export interface Tile {
   state: "pending" | "leased" | "committed";
   attempt: number;
   worker?: string;
+  /** When it was told. */
+  leased_seconds?: number;
   pilot?: boolean;
   cells?: [x0: number, y0: number, x1: number, y1: number];
   samples?: [begin: number, end: number];
