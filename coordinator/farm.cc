@@ -87,10 +87,12 @@ JobId Farm::submit(const JobRequest& request) {
   const std::lock_guard lock(impl_->mutex);
   for (const JobId& id : request.after) impl_->job(id);  // throws UnknownJob
   if (impl_->scheduler.order().size() >= Impl::kMaxJobs) {
+    ++impl_->stats.refusals["job_limit"];
     throw LimitReached("the coordinator has its limit of " + std::to_string(Impl::kMaxJobs) +
                        " jobs; start one with a new data folder");
   }
   if (impl_->scheduler.active().size() >= impl_->options.max_open_jobs) {
+    ++impl_->stats.refusals["job_limit"];
     throw LimitReached("there are " + std::to_string(impl_->options.max_open_jobs) +
                        " jobs that have not ended (the coordinator's --max-open-jobs); wait, or cancel some");
   }
@@ -301,6 +303,9 @@ std::vector<WorkerStatus> Farm::workers() const {
 FarmStats Farm::stats() const {
   const std::lock_guard lock(impl_->mutex);
   FarmStats stats = impl_->stats;
+  stats.refusals["commit_stale"] = stats.commits_stale;
+  stats.refusals["commit_corrupt"] = stats.commits_corrupt;
+  stats.refusals["spot_check"] = stats.liars;
   stats.storage_fault = impl_->health.fault().has_value();
   stats.film_loads = impl_->merger.loads();
   stats.film_bytes = impl_->merger.bytes();

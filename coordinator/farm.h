@@ -56,6 +56,7 @@ struct FarmOptions {
   size_t max_open_jobs = 10000;       // neither done, failed nor cancelled
   double checkpoint_bytes = 256e6;    // fold the spool into a film snapshot when it is larger
   double film_memory_bytes = 0x1p30;  // for the merged layers of jobs (film_bytes.h)
+  int spot_check = 0;  // one in so many committed tiles is rendered again by another worker; 0: none
   /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
   std::function<void(const std::string&)> log;
   /// Keeps a refused partial as evidence: (lease, worker, reason, bytes); may be empty. What it throws is
@@ -77,6 +78,12 @@ struct FarmStats {
   uint64_t races = 0;        // tiles given to a second worker while the first still had them
   uint64_t tiles_split = 0;  // so that more workers could share them
   uint64_t workers_refused = 0;
+  uint64_t checks = 0;            // tiles rendered again to compare
+  uint64_t liars = 0;             // workers whose pixels were wrong
+  uint64_t tiles_taken_back = 0;  // of these workers
+  /// What was refused, by reason: "worker_build", "worker_schema", "worker_limit", "job_limit",
+  /// "commit_stale", "commit_corrupt", "commit_unknown_job", "spot_check".
+  std::map<std::string, uint64_t> refusals;
   uint64_t film_loads = 0;     // merged layers that were read from the store
   double film_bytes = 0;       // taken by those in memory right now
   bool storage_fault = false;  // right now: jobs pause until the disk is mended

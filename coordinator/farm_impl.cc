@@ -42,7 +42,7 @@ Farm::Impl::Impl(std::unique_ptr<JobStore> job_store, const Clock& the_clock, co
       options(farm_options),
       scheduler({farm_options.target_tile_seconds, farm_options.film_memory_bytes},
                 farm_options.lease_seconds),
-      merger(*store, farm_options.film_memory_bytes) {
+      merger(*store, farm_options.film_memory_bytes, farm_options.spot_check > 0) {
   for (const JobRecord& record : store->jobs()) {
     Job loaded;
     loaded.record = record;
@@ -76,6 +76,9 @@ void Farm::Impl::load_ledger(Job& job) {
   }
   job.tiles = LeaseTable();
   job.tiles.add(tiles);
+  for (const TileRecord& tile : tiles) {
+    if (tile.state == TileState::kCommitted && tile.check == TileCheck::kWanted) job.checks.add(tile);
+  }
   job.ledger_loaded = true;
 }
 
@@ -111,6 +114,10 @@ void Farm::Impl::end(Job& job, JobState state, const std::string& message, doubl
   for (const LeaseTable::Lease& lease : job.tiles.leases()) {
     if (Worker* worker = scheduler.workers.find(lease.worker)) --worker->leases;
   }
+  for (const LeaseTable::Lease& lease : job.checks.leases()) {
+    if (Worker* worker = scheduler.workers.find(lease.worker)) --worker->leases;
+  }
+  job.checks = CheckTable();
   job.record = std::move(record);
   job.running_since = -1;
   job.tiles = LeaseTable();  // from now on the store has it; tiles that it calls leased are void
@@ -151,6 +158,10 @@ void Farm::Impl::release(Job& job, const LeaseTable::Lease& lease, bool failed, 
 void Farm::Impl::release(const WorkerId& worker, const LeaseKey& key, bool failed, const std::string& reason,
                          double now) {
   Job* owner = scheduler.find(key.job);
+  if (owner && owner->checks.holds(key.tile, worker, key.attempt)) {
+    release_check(*owner, {key.tile, key.attempt, worker});
+    return;
+  }
   if (!owner || !owner->tiles.holds(key.tile, worker, key.attempt)) return;
   release(*owner, {key.tile, key.attempt, worker}, failed, reason, now);
 }
@@ -178,6 +189,10 @@ void Farm::Impl::release_expired(double now) {
       log("lease of " + tile_name(key, is_pilot(active->tiles.find(lease.tile)->tile)) + " by " +
           lease.worker.value + " expired");
       release(*active, lease, false, "", now);
+    }
+    for (const LeaseTable::Lease& lease : active->checks.expired(now)) {
+      ++stats.leases_expired;
+      release_check(*active, lease);
     }
   }
 }

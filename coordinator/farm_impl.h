@@ -1,12 +1,14 @@
 #pragma once
 // Inside of Farm, shared by farm.cc (clients), farm_workers.cc (workers), farm_merge.cc (commits),
-// farm_pilot.cc (the commit of a pilot) and farm_storage.cc (a disk that fails).
+// farm_pilot.cc (the commit of a pilot), farm_checks.cc (spot checks) and farm_storage.cc (a disk that
+// fails).
 //
 // Locks, in this order: a job's layers (Merger::Open), then `mutex`. Nothing that takes long happens under
 // `mutex` but the store's small transactions; decoding, folding, resolving and error metrics happen outside.
 // A change is made durable first and applied to memory after.
 #include <condition_variable>
 #include <mutex>
+#include <random>
 
 #include "coordinator/farm.h"
 #include "coordinator/job_store.h"
@@ -77,6 +79,22 @@ struct Farm::Impl {
   /// The pilot's lease is pinned.
   CommitResult commit_pilot(const WorkerId& worker, const LeaseKey& lease, const std::string& bytes);
   void log(const std::string& line) const;
+  void keep_evidence(const LeaseKey& lease, const WorkerId& worker, const std::string& reason,
+                     const std::string& bytes) const;
+
+  // Spot checks (farm_checks.cc). The first six want `mutex` held.
+  bool draw_check(const WorkerId& worker);
+  LeaseGrant lease_check(Job& job, TileId tile, const WorkerId& worker, double now);
+  void end_check(Job& job, const LeaseTable::Lease& lease, double cpu_seconds);
+  void release_check(Job& job, const LeaseTable::Lease& lease);
+  void convict(const WorkerId& liar, const std::string& what, double now);
+  /// Checks at the end of a job that nobody is there to do, for a while, are given up.
+  void drop_lonely_checks(double now);
+  CommitResult commit_check(const WorkerId& worker, const LeaseKey& lease, const Partial& partial,
+                            const std::string& digest, const std::string& bytes);
+  /// Takes what liars handed in out of the films.
+  void take_back_lies();
+  void take_back_lies(const JobId& id, Merger::Open& layers);
 
   const Clock& clock;
   StorageHealth health;
@@ -88,6 +106,7 @@ struct Farm::Impl {
   bool stopping = false;
   std::optional<std::string> logged_fault;
   uint64_t version = 0;
+  std::mt19937_64 random{std::random_device{}()};
   FarmStats stats;
   Scheduler scheduler;
   Merger merger;

@@ -86,11 +86,7 @@ uint64_t Farm::max_partial_bytes(const LeaseKey& lease) const {
 
 CommitResult Farm::Impl::refuse(const WorkerId& worker, const LeaseKey& lease, const std::string& reason,
                                 const std::string& bytes) {
-  try {
-    if (options.quarantine) options.quarantine(lease, worker, reason, bytes);
-  } catch (const Error& e) {  // evidence is good to have, no more
-    log(e.what());
-  }
+  keep_evidence(lease, worker, reason, bytes);
   const std::lock_guard lock(mutex);
   const double now = clock.now();
   ++stats.commits_corrupt;
@@ -120,6 +116,8 @@ Farm::Impl::Unpin::~Unpin() {
   Job* owner = farm.scheduler.find(lease.job);
   if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) {
     owner->tiles.unpin(lease.tile, lease.attempt);
+  } else if (owner && owner->checks.holds(lease.tile, worker, lease.attempt)) {
+    owner->checks.unpin(lease.tile);
   }
 }
 
@@ -132,12 +130,15 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   TileSpec tile;
   RenderSettings settings;
   std::optional<int> quantum;
-  bool repeated = false;
+  bool repeated = false, checks = false;
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->scheduler.workers.seen(worker, impl_->clock.now());
     Job* job = impl_->scheduler.find(lease.job);
-    if (!job || job->record.state == JobState::kCancelled) return CommitResult::kUnknownJob;
+    if (!job || job->record.state == JobState::kCancelled) {
+      ++impl_->stats.refusals["commit_unknown_job"];
+      return CommitResult::kUnknownJob;
+    }
     std::optional<TileRecord> record;
     if (job->ledger_loaded) {
       if (const TileRecord* found = job->tiles.find(lease.tile)) record = *found;
@@ -147,19 +148,27 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
         record = stored[static_cast<size_t>(lease.tile.value)];
       }
     }
-    if (!record) return CommitResult::kUnknownJob;
+    if (!record) {
+      ++impl_->stats.refusals["commit_unknown_job"];
+      return CommitResult::kUnknownJob;
+    }
     if (committed_under(*record, {lease.attempt, worker})) {
       ++impl_->stats.commits_repeated;
       repeated = true;
     } else {
       impl_->require_storage();  // the worker keeps its partial and tries again
     }
-    if (!repeated && !job->tiles.holds(lease.tile, worker, lease.attempt)) {
+    checks = job->checks.holds(lease.tile, worker, lease.attempt);
+    if (!repeated && !checks && !job->tiles.holds(lease.tile, worker, lease.attempt)) {
       ++impl_->stats.commits_stale;
       return CommitResult::kStale;
     }
     // Decoding and folding take a moment; the lease must not run out meanwhile.
-    job->tiles.pin(lease.tile, lease.attempt);
+    if (checks) {
+      job->checks.pin(lease.tile);
+    } else {
+      job->tiles.pin(lease.tile, lease.attempt);
+    }
     tile = record->tile;
     settings = job->record.settings;
     quantum = job->record.quantum_exponent;
@@ -180,6 +189,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   } catch (const Error& e) {
     return refuse(e.what());
   }
+  if (checks) return impl_->commit_check(worker, lease, partial, digest, partial_bytes);
 
   std::optional<Merger::Open> layers;
   try {
@@ -221,7 +231,8 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
       return CommitResult::kStale;
     }
     const double now = impl_->clock.now();
-    const TileRecord committed = job->tiles.committed(lease.tile, lease.attempt, digest);
+    TileRecord committed = job->tiles.committed(lease.tile, lease.attempt, digest);
+    if (impl_->draw_check(worker)) committed.check = TileCheck::kWanted;
     const auto pixel_samples = settings.grid.pixels(tile.cells).area() * tile.samples();
     const int64_t packets = packets_completed(tile, job->record.settings.spp);
     JobRecord record = impl_->record_at(*job, now);
@@ -237,6 +248,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
       return CommitResult::kStale;
     }
     impl_->apply_commit(*job, std::move(record), committed, lease, partial.cpu_seconds, now);
+    if (committed.check == TileCheck::kWanted) job->checks.add(committed);
     Scheduler::count_commit(*job, now, static_cast<double>(pixel_samples));
     if (const Worker* taker = impl_->scheduler.workers.find(worker)) {
       const double seconds = partial.cpu_seconds / std::max(1, taker->registration.threads);
@@ -317,7 +329,8 @@ void Farm::Impl::settle(const JobId& id, Merger::Open& layers) {
       touch(open);
     }
   }
-  if (complete && layers->spool_bytes > 0) merger.checkpoint(id, layers, true);
+  const bool unfolded = layers->spool_bytes > 0 || options.spot_check > 0;  // or kept
+  if (complete && unfolded) merger.checkpoint(id, layers, true);
 }
 
 void Farm::Impl::settle(const JobId& id) {

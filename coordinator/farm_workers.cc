@@ -18,10 +18,12 @@ WorkerId Farm::register_worker(const WorkerRegistration& registration) {
   const std::lock_guard lock(impl_->mutex);
   const double now = impl_->clock.now();
   std::string refusal;
+  const char* kind = "worker_build";
   if (registration.build != impl_->options.build) {
     refusal = "worker of another build: it is \"" + registration.build + "\", the coordinator is \"" +
               impl_->options.build + "\"; install the same version on both";
   } else if (registration.schema != impl_->options.schema) {
+    kind = "worker_schema";
     refusal = "worker of another schema: it writes partials of schema " +
               std::to_string(registration.schema) + ", the coordinator reads " +
               std::to_string(impl_->options.schema) + "; install the same version on both";
@@ -31,11 +33,17 @@ WorkerId Farm::register_worker(const WorkerRegistration& registration) {
   const WorkerId id{numbered("w", impl_->store->next_number("worker"))};
   if (!refusal.empty()) {
     ++impl_->stats.workers_refused;
+    ++impl_->stats.refusals[kind];
     impl_->scheduler.workers.add_refused(id, registration, now);
     impl_->log("refused " + registration.host + ": " + refusal);
     throw Error(ErrorKind::kUnreachable, refusal);
   }
-  impl_->scheduler.workers.add(id, registration, now);
+  try {
+    impl_->scheduler.workers.add(id, registration, now);
+  } catch (const Error&) {
+    ++impl_->stats.refusals["worker_limit"];
+    throw;
+  }
   impl_->work.notify_all();
   return id;
 }
@@ -57,6 +65,8 @@ std::optional<LeaseGrant> Farm::Impl::try_lease(const WorkerId& worker, double n
       target.tiles.add(tiles);
       continue;
     }
+    if (const auto* check = std::get_if<CheckOffer>(&offer))
+      return lease_check(job(check->job), check->tile, worker, now);
     if (const auto* cut = std::get_if<SplitOffer>(&offer)) {
       Job& target = job(cut->job);
       const LeaseTable::Split split = target.tiles.split(cut->tile, cut->parts);
@@ -75,7 +85,7 @@ std::optional<LeaseGrant> Farm::Impl::try_lease(const WorkerId& worker, double n
     record.state = JobState::kRunning;
     if (record.arithmetic_class.empty()) record.arithmetic_class = taker.registration.arithmetic_class;
     if (race) ++stats.races;
-    if (tile.attempt > 1 && !race) ++record.leases_reassigned;
+    if (tile.attempt > 1) ++record.leases_reassigned;
     store->save_tile(record, tile);
     target.record = std::move(record);
     target.running_since = now;
@@ -139,6 +149,8 @@ std::vector<LeaseKey> Farm::renew(const WorkerId& worker, const std::vector<Leas
     Job* job = impl_->scheduler.find(key.job);
     if (job && job->tiles.holds(key.tile, worker, key.attempt)) {
       job->tiles.renew(key.tile, key.attempt, now + impl_->options.lease_seconds);
+    } else if (job && job->checks.holds(key.tile, worker, key.attempt)) {
+      job->checks.renew(key.tile, now + impl_->options.lease_seconds);
     } else {
       lost.push_back(key);
     }
@@ -151,7 +163,10 @@ void Farm::fail(const WorkerId& worker, const LeaseKey& key, const std::string& 
   const double now = impl_->clock.now();
   impl_->scheduler.workers.seen(worker, now);
   Job* job = impl_->scheduler.find(key.job);
-  if (!job || !job->tiles.holds(key.tile, worker, key.attempt)) return;
+  if (!job || !(job->tiles.holds(key.tile, worker, key.attempt) ||
+                job->checks.holds(key.tile, worker, key.attempt))) {
+    return;
+  }
   ++impl_->stats.failures;
   impl_->scheduler.workers.failed(worker, now);
   impl_->log("worker " + worker.value + " failed " +
@@ -179,7 +194,9 @@ void Farm::tick() {
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->release_expired(impl_->clock.now());
+    impl_->drop_lonely_checks(impl_->clock.now());
   }
+  impl_->take_back_lies();
   impl_->settle_complete();
 }
 

@@ -41,6 +41,9 @@ class GuardedJobStore : public JobStore {
   std::vector<TileId> kept_partials(const JobId& job) override {
     return guarded([&] { return store_->kept_partials(job); });
   }
+  std::string partial(const JobId& job, TileId tile) override {
+    return guarded([&] { return store_->partial(job, tile); });
+  }
   int64_t next_number(const std::string& counter) override {
     return guarded([&] { return store_->next_number(counter); });
   }

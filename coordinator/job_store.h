@@ -48,6 +48,8 @@ class JobStore {
   virtual void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) = 0;
   /// Tiles whose partials are kept, in the snapshot or not, ascending.
   virtual std::vector<TileId> kept_partials(const JobId& job) = 0;
+  /// One of them; empty if it is not kept.
+  virtual std::string partial(const JobId& job, TileId tile) = 0;
 
   // --- writing ---
   /// 1, 2, 3, ...: never the same twice for one `counter`, also after a restart.
@@ -78,6 +80,7 @@ class JobStore {
   /// Takes committed tiles back: writes the rows as they are given, throws their partials and the snapshot
   /// away, and has the partials that are kept folded anew. They must be all that the job has committed
   /// besides.
+  /// The curve begins anew.
   virtual void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) = 0;
   /// Throws StoreError unless as much as the largest recent write can be written, and all that was written
   /// before is durable: to see whether a store that failed is mended.

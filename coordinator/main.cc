@@ -73,6 +73,11 @@ void add_options(CLI::App& app, Options& o) {
       ->envname("LIGHTMILL_CHECKPOINT_MB")
       ->check(CLI::Range(1.0, 1e6).description("1 to 1000000"))
       ->capture_default_str();
+  app.add_option("--spot-check", o.farm.spot_check,
+                 "One in so many tiles is rendered again by another worker and compared; 0: none")
+      ->envname("LIGHTMILL_SPOT_CHECK")
+      ->check(CLI::Range(0, 1000000).description("0 to 1000000"))
+      ->capture_default_str();
   app.add_option("--film-memory", o.film_memory,
                  "Memory for the images that are being merged; a larger one is merged alone")
       ->envname("LIGHTMILL_FILM_MEMORY")

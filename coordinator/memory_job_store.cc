@@ -77,6 +77,13 @@ std::vector<TileId> MemoryJobStore::kept_partials(const JobId& job) {
   return ids;
 }
 
+std::string MemoryJobStore::partial(const JobId& job, TileId tile) {
+  const std::lock_guard lock(mutex_);
+  const Entry& e = entry(job);
+  const auto found = e.spool.find(tile);
+  return found == e.spool.end() ? std::string() : found->second;
+}
+
 int64_t MemoryJobStore::next_number(const std::string& counter) {
   const std::lock_guard lock(mutex_);
   return ++counters_[counter];
@@ -172,6 +179,7 @@ void MemoryJobStore::take_back(const JobRecord& job, const std::vector<TileRecor
   }
   e.snapshot = {};
   e.folded.clear();
+  e.curve.clear();
   e.record = job;
 }
 

@@ -19,6 +19,7 @@ class MemoryJobStore : public JobStore {
   LayerSnapshot snapshot(const JobId& job) override;
   void for_each_spooled(const JobId& job, const std::function<void(const std::string&)>& visit) override;
   std::vector<TileId> kept_partials(const JobId& job) override;
+  std::string partial(const JobId& job, TileId tile) override;
   int64_t next_number(const std::string& counter) override;
   void add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) override;
   void save_job(const JobRecord& job) override;

@@ -212,6 +212,7 @@ std::vector<Job*> Scheduler::candidates(const Worker& worker) {
 }
 
 Offer Scheduler::offer_of(const Job& job, const WorkerId& worker_id, double now) const {
+  if (const auto tile = job.checks.next(worker_id)) return CheckOffer{job.record.id, *tile};
   const bool up = time_is_up(job, now);
   // A tile that failed here goes to somebody else, if there is anybody else who has not failed it too.
   const auto acceptable = [&](const TileRecord& tile) {
@@ -276,6 +277,19 @@ void Scheduler::settled(Job& job, TileId tile, int64_t attempt, double seconds) 
 }
 
 bool Scheduler::complete(const Job& job, double now) const {
+  return job.checks.empty() && job.liars.empty() && rendered(job, now);
+}
+
+bool Scheduler::has_checker(const Job& job, TileId tile, double now) const {
+  const std::vector<CheckTable::Vote>& votes = job.checks.votes(tile);
+  for (const auto& [id, worker] : workers.all()) {
+    if (worker.draining || workers.is_lost(worker, now) || !fits(job, worker)) continue;
+    if (std::none_of(votes.begin(), votes.end(), [&](const auto& v) { return v.worker == id; })) return true;
+  }
+  return false;
+}
+
+bool Scheduler::rendered(const Job& job, double now) const {
   if (is_final(job.record.state) || job.tiles.leased_count() > 0 || job.tiles.rounds().empty()) return false;
   const bool up = time_is_up(job, now);
   if (job.tiles.next_pending([&](const TileRecord& tile) { return in_time(tile, up); })) return false;
@@ -326,6 +340,12 @@ std::string Scheduler::note(const Job& job, double now) const {
     return "blocked: it comes after " + name + ", which " +
            (state == JobState::kFailed ? "failed" : "was cancelled") + "; retry that one, or cancel this one";
   }
+  for (const TileId& tile : job.checks.tiles()) {
+    const std::vector<CheckTable::Vote>& votes = job.checks.votes(tile);
+    if (votes.size() < 2) continue;
+    return "workers " + votes[0].worker.value + " and " + votes[1].worker.value + " rendered tile " +
+           std::to_string(tile.value) + " differently: a third one has to decide";
+  }
   if (job.tiles.leased_count() > 0) return needs_pilot(job.record.settings) ? "choosing strategies" : "";
   int live = 0, pool = 0;
   for (const auto& [id, worker] : workers.all()) {
@@ -333,6 +353,7 @@ std::string Scheduler::note(const Job& job, double now) const {
     ++live;
     if (job.record.pool.empty() || job.record.pool == worker.registration.pool) ++pool;
   }
+  if (!job.checks.empty() && rendered(job, now)) return "waits for spot checks of its tiles";
   if (live == 0) return "waits for a worker: none is connected";
   if (pool == 0) return "waits for a worker of pool \"" + job.record.pool + "\"";
   if (fitting_workers(job, now, nullptr) == 0) {

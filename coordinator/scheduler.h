@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/image/error_curve.h"
+#include "coordinator/check_table.h"
 #include "coordinator/fair_share.h"
 #include "coordinator/film_seats.h"
 #include "coordinator/lease_table.h"
@@ -32,6 +33,9 @@ struct Job {
   std::string fault;   // why its layers can't be read; empty if they can, or nobody tried
   double look_at = 0;  // clock time to try again
   JobShare share;
+  CheckTable checks;         // of a final job only while `ledger_loaded`
+  std::set<WorkerId> liars;  // whose tiles are to be taken back
+  double lonely_since = -1;  // clock time since when only checks are left, without anybody to do them
 };
 
 struct SchedulerOptions {
@@ -41,6 +45,11 @@ struct SchedulerOptions {
 
 /// Lease this tile; one that is leased already is raced for.
 struct LeaseOffer {
+  JobId job;
+  TileId tile;
+};
+/// Lease this committed tile, to compare.
+struct CheckOffer {
   JobId job;
   TileId tile;
 };
@@ -55,7 +64,7 @@ struct RoundOffer {
   JobId job;
   std::vector<TileSpec> tiles;
 };
-using Offer = std::variant<std::monostate, LeaseOffer, SplitOffer, RoundOffer>;
+using Offer = std::variant<std::monostate, LeaseOffer, CheckOffer, SplitOffer, RoundOffer>;
 
 class Scheduler {
  public:
@@ -90,6 +99,10 @@ class Scheduler {
   void settled(Job& job, TileId tile, int64_t attempt, double seconds);
   /// True if nothing is left to lease or to wait for: the job is done.
   bool complete(const Job& job, double now) const;
+  /// The same, but for spot checks.
+  bool rendered(const Job& job, double now) const;
+  /// True if a worker is there, maybe benched, that could check the tile.
+  bool has_checker(const Job& job, TileId tile, double now) const;
   /// Render wall time so far.
   static double wall_seconds(const Job& job, double now);
   static bool time_is_up(const Job& job, double now);

@@ -216,18 +216,17 @@ void SqliteJobStore::for_each_spooled(const JobId& job,
     select.bind(job.value);
     while (select.step()) tiles.push_back(select.integer(0));
   }
-  std::string partial;
-  for (const int64_t tile :
-       tiles) {  // one at a time: folding takes long, and others need the store meanwhile
-    partial.clear();
-    {
-      const std::lock_guard lock(mutex_);
-      Statement select(db_, "SELECT bytes FROM spool WHERE job=? AND tile=? ORDER BY part");
-      select.bind(job.value).bind(tile);
-      while (select.step()) partial += select.blob(0);
-    }
-    visit(partial);
-  }
+  // One at a time: folding takes long, and others need the store meanwhile.
+  for (const int64_t tile : tiles) visit(partial(job, TileId{tile}));
+}
+
+std::string SqliteJobStore::partial(const JobId& job, TileId tile) {
+  const std::lock_guard lock(mutex_);
+  Statement select(db_, "SELECT bytes FROM spool WHERE job=? AND tile=? ORDER BY part");
+  select.bind(job.value).bind(tile.value);
+  std::string bytes;
+  while (select.step()) bytes += select.blob(0);
+  return bytes;
 }
 
 std::vector<TileId> SqliteJobStore::kept_partials(const JobId& job) {
@@ -488,6 +487,7 @@ void SqliteJobStore::take_back(const JobRecord& job, const std::vector<TileRecor
   put_layer(job.id, "film", "");
   put_layer(job.id, "batches", "");
   Statement(db_, "DELETE FROM folded WHERE job=?").bind(job.id.value).run();
+  Statement(db_, "DELETE FROM points WHERE job=?").bind(job.id.value).run();
   write_job(job);
   transaction.commit();
 }

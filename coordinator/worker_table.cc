@@ -88,6 +88,15 @@ void WorkerTable::refused(const WorkerId& id, double now) {
   blame(worker, kRefusalBlame, now);
 }
 
+void WorkerTable::convict(const WorkerId& id, double now) {
+  Worker* worker = find(id);
+  if (!worker) return;
+  ++worker->partials_refused;
+  worker->convicted = true;
+  worker->blame = kBenchingBlame / 2;
+  worker->benched_until = now + kLongestBenchSeconds;
+}
+
 void WorkerTable::blame(Worker* worker, double weight, double now) {
   if (!worker) return;
   worker->blame += weight;

@@ -17,7 +17,8 @@ struct Worker {
   double last_seen = 0;
   int polling = 0;  // lease calls that wait right now: as good as being seen
   bool draining = false;
-  int64_t leases = 0;  // held now
+  bool convicted = false;  // of wrong pixels: all its tiles are checked from then on
+  int64_t leases = 0;      // held now
   int64_t tiles_committed = 0;
   int64_t partials_refused = 0;
   double blame = 0;  // grows with failures and refused partials, shrinks with good ones
@@ -52,6 +53,8 @@ class WorkerTable {
   void failed(const WorkerId& id, double now);
   /// A partial that no honest, sound worker sends: three weigh as much as eight failures.
   void refused(const WorkerId& id, double now);
+  /// It rendered wrong pixels: benched for as long as anybody is.
+  void convict(const WorkerId& id, double now);
   std::vector<WorkerStatus> list(double now) const;
   const std::map<WorkerId, Worker>& all() const { return workers_; }
 

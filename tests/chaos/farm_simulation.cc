@@ -17,9 +17,10 @@ LeaseKey key_of(const LeaseGrant& grant) { return {grant.job, grant.tile_id, gra
 
 }  // namespace
 
-FarmSimulation::FarmSimulation(uint64_t seed, const JobRequest& request)
+FarmSimulation::FarmSimulation(uint64_t seed, const JobRequest& request, int spot_check)
     : seed_(seed), random_(seed), request_(request), options_(fake_options()), workers_(kWorkers) {
   options_.checkpoint_bytes = 60e3;
+  options_.spot_check = spot_check;
   options_.max_attempts = 1000;  // what is damaged on purpose must not fail the job
   farm_ = std::make_unique<Farm>(std::make_unique<WatchedStore>(store_,
                                                                 [this](int) {
@@ -40,6 +41,8 @@ void FarmSimulation::fail(const std::string& what) const {
 void FarmSimulation::crash_coordinator() {
   ++counts_.crashes;
   counts_.races += static_cast<int>(farm_->stats().races);
+  counts_.checks += farm_->stats().checks;
+  if (farm_->stats().liars > 0) fail("an honest worker was convicted");
   farm_.reset();  // what was not in the store is gone
   storage_broken_until_ = -1;
   farm_ = std::make_unique<Farm>(std::make_unique<WatchedStore>(store_,
@@ -87,6 +90,8 @@ void FarmSimulation::lease(Worker& worker) {
   if (chance(0.05)) return;  // the call was lost
   const std::optional<LeaseGrant> grant = farm_->lease(worker.id);
   if (!grant || chance(0.05)) return;  // or its answer: then nobody renders it, and it runs out
+  if (store_.tiles(job_).at(static_cast<size_t>(grant->tile_id.value)).state == TileState::kCommitted)
+    checks_.insert(key_of(*grant));
   if (grant->attempt > 1) ++counts_.re_leased_after_death;
   worker.held[key_of(*grant)] = {*grant, now_ + draw(0.1, 4) / worker.speed, -1};
   worker.next_renewal = std::min(worker.next_renewal, now_ + options_.lease_seconds / 3);
@@ -133,6 +138,10 @@ void FarmSimulation::deliver_commit(size_t index, const WorkerId& id, const Leas
     result = farm_->commit(id, key, bytes);
   } catch (const StoreError&) {
     return;  // no answer; the worker will try again
+  }
+  if (checks_.contains(key)) {
+    if (answered && workers_[index].id == id) workers_[index].held.erase(key);
+    return;
   }
   if (result == CommitResult::kAccepted) {
     if (!acknowledged_.insert(key).second) fail("one attempt was accepted twice");

@@ -19,7 +19,7 @@ TEST(FarmSimulation, NothingIsLostOrCountedTwiceWhateverHappens) {
     const Integrator integrator = seed % 3 == 0   ? Integrator::kAuto
                                   : seed % 3 == 1 ? Integrator::kBdpt
                                                   : Integrator::kLt;
-    FarmSimulation simulation(seed, testing::small_job(96, 64, 60, integrator));
+    FarmSimulation simulation(seed, testing::small_job(96, 64, 60, integrator), seed % 4 == 0 ? 3 : 0);
     ChaosCounts counts;
     ASSERT_NO_THROW(counts = simulation.run());
     for (int ChaosCounts::*member :
@@ -29,6 +29,7 @@ TEST(FarmSimulation, NothingIsLostOrCountedTwiceWhateverHappens) {
           &ChaosCounts::races}) {
       all.*member += counts.*member;
     }
+    all.checks += counts.checks;
     all.longest_wait_for_dead = std::max(all.longest_wait_for_dead, counts.longest_wait_for_dead);
     all.seconds += counts.seconds;
   }
@@ -40,6 +41,7 @@ TEST(FarmSimulation, NothingIsLostOrCountedTwiceWhateverHappens) {
       all.repeated, all.damaged, all.re_leased_after_death, all.races, all.longest_wait_for_dead,
       all.seconds);
   if (only) return;
+  EXPECT_GT(all.checks, 500u);
   for (const int count : {all.crashes, all.storage_faults, all.clock_jumps, all.deaths, all.pauses, all.lost,
                           all.late, all.repeated, all.damaged, all.re_leased_after_death, all.races}) {
     EXPECT_GT(count, 50) << "chaos that does not happen tests nothing";

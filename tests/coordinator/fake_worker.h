@@ -53,6 +53,7 @@ class WatchedStore : public JobStore {
     store_.for_each_spooled(job, visit);
   }
   std::vector<TileId> kept_partials(const JobId& job) override { return store_.kept_partials(job); }
+  std::string partial(const JobId& job, TileId tile) override { return store_.partial(job, tile); }
   int64_t next_number(const std::string& counter) override { return write(), store_.next_number(counter); }
   void add_job(const JobRecord& j, const std::string& b, const Image& r) override {
     write(), store_.add_job(j, b, r);
