@@ -89,7 +89,8 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
       open: (job) => (location.hash = `#/jobs/${job.id}`),
       sort: { key: "state", down: false },
       rowStyle: (job) => (job.state === "cancelled" ? "faint" : ""),
-      empty: "No job fits. `lightmill submit SCENE` makes one.",
+      empty: () =>
+        store.jobsVersion === 0 ? "Waiting for the coordinator…" : store.jobs.size > 0 ? "No job fits the filter." : "No jobs yet: lightmill submit SCENE makes one.",
       columns: [
         {
           key: "id", title: "Job", width: "52px", text: (job) => job.id, sort: (job) => idNumber(job.id),

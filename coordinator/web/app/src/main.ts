@@ -42,6 +42,9 @@ function route(): void {
   else if (name === "log") page = logPage(cleanup);
   else page = jobsPage(cleanup);
   outlet.replaceChildren(page.element);
+  // Tab goes on from here, and a screen reader says where we are; lists then take the focus themselves.
+  page.element.tabIndex = -1;
+  page.element.focus({ preventScroll: true });
   for (const link of nav) {
     if (link.dataset["page"] === (name || "jobs")) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");

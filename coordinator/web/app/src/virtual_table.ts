@@ -22,7 +22,8 @@ export interface TableOptions<Row> {
   open?: (row: Row) => void;
   sort: { key: string; down: boolean };
   rowStyle?: (row: Row) => string;
-  empty: string;
+  /** What is said in place of rows. */
+  empty: () => string;
 }
 
 const kRowHeight = 26;
@@ -56,7 +57,7 @@ export class VirtualTable<Row> {
       head.append(cell);
     }
     this.body = h("div", { class: "vt-body", role: "rowgroup" });
-    this.nothing = h("div", { class: "vt-empty" }, options.empty);
+    this.nothing = h("div", { class: "vt-empty" });
     this.scroller = h(
       "div",
       {
@@ -184,6 +185,7 @@ export class VirtualTable<Row> {
     const last = Math.min(this.rows.length, Math.ceil((view.scrollTop + view.clientHeight) / kRowHeight) + kOverscan);
     this.body.style.height = `${this.rows.length * kRowHeight}px`;
     this.nothing.hidden = this.rows.length > 0;
+    if (!this.nothing.hidden) setText(this.nothing, this.options.empty());
     view.setAttribute("aria-rowcount", String(this.rows.length + 1));
     while (this.slots.length < last - first) {
       const cells = columns.map((column) => h("div", { class: column.number ? "num" : "", role: "gridcell" }));

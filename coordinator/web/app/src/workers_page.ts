@@ -42,7 +42,8 @@ export function workersPage(cleanup: Cleanup): { element: HTMLElement; key: (key
       },
       sort: { key: "state", down: false },
       rowStyle: (worker) => (worker.state === "lost" ? "faint" : ""),
-      empty: "No worker fits. `lightmill-worker --coordinator HOST:PORT` starts one.",
+      empty: () =>
+        store.workersVersion === 0 ? "Waiting for the coordinator…" : store.workers.size > 0 ? "No worker fits the filter." : "No workers yet: lightmill-worker --coordinator HOST:PORT starts one.",
       columns: [
         { key: "id", title: "Worker", width: "70px", text: (w) => w.id, sort: (w) => idNumber(w.id) },
         { key: "host", title: "Host", width: "minmax(120px, 2fr)", text: (w) => w.host },
