@@ -127,7 +127,7 @@ const tests = {
     await page.waitForSelector("dialog[open]");
     await page.keyboard.type("2000000");
     await page.keyboard.press("Enter");
-    await page.waitForFunction(() => document.querySelector(".job-figures").textContent.includes("2,000,000"));
+    await page.waitForFunction(() => document.querySelector(".job-figures").textContent.includes("2.00M"));
     await page.keyboard.press("c");
     await page.waitForSelector("dialog[open]");
     await page.keyboard.press("Escape"); // thought better of it

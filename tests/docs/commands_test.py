@@ -78,6 +78,8 @@ class Page:
         """The page's addresses as this test's."""
         if self.address:
             command = re.sub(r"(127\.0\.0\.1|localhost):7070", self.address, command)
+        if self.http:
+            command = re.sub(r"(127\.0\.0\.1|localhost):8080", self.http, command)
         return command
 
     def serve(self, command):
@@ -93,6 +95,7 @@ class Page:
             time.sleep(0.05)
         if port_file.exists():
             self.address = "127.0.0.1:" + re.search(r"rpc=(\d+)", port_file.read_text())[1]
+            self.http = "127.0.0.1:" + re.search(r"http=(\d+)", port_file.read_text())[1]
 
     def need_farm(self, command):
         """Pages that only say "with a farm on this machine" get one."""

@@ -48,5 +48,6 @@ export function error(value: number | undefined): string {
 }
 
 export function samples(value: number): string {
+  if (value >= 1e5) return short(value);
   return value >= 1000 || Number.isInteger(value) ? count(value) : value.toFixed(1);
 }

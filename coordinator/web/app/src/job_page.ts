@@ -115,7 +115,7 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
       setText(values[name]!, value || "–");
       values[name]!.parentElement!.hidden = value === "" && (name === "Pool" || name === "By" || name === "After" || name === "Target" || name === "Leased again");
     };
-    put("Samples", `${format.samples(job.spp)}${job.spp_total ? ` / ${format.count(job.spp_total)}` : ""}`);
+    put("Samples", `${format.samples(job.spp)}${job.spp_total ? ` / ${format.samples(job.spp_total)}` : ""}`);
     put("relMSE", job.relmse === undefined ? "" : `${format.error(job.relmse)}${job.relmse_low !== undefined ? `  (${format.error(job.relmse_low)} … ${format.error(job.relmse_high)})` : ""}`);
     put("Target", format.error(job.target_error));
     put("Ends in · at", eta(job));

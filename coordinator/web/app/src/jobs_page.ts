@@ -103,7 +103,7 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
         { key: "name", title: "Name", width: "minmax(130px, 2fr)", text: (job) => job.name, sort: (job) => job.name.toLowerCase() },
         { key: "state", title: "State", width: "74px", text: (job) => job.state, sort: (job) => kRank[job.state] ?? 9, style: (job) => `state ${isWaiting(job) ? "waiting " : ""}${job.state}` },
         { key: "progress", title: "Progress", width: "84px", number: true, text: (job) => String(progress(job)), sort: progress, draw: drawProgress },
-        { key: "spp", title: "Samples", hint: "per pixel, so far and in all", width: "100px", number: true, sort: (job) => job.spp, text: (job) => `${format.samples(job.spp)}${job.spp_total ? " / " + format.count(job.spp_total) : ""}` },
+        { key: "spp", title: "Samples", hint: "per pixel, so far and in all", width: "100px", number: true, sort: (job) => job.spp, text: (job) => `${format.samples(job.spp)}${job.spp_total ? " / " + format.samples(job.spp_total) : ""}` },
         { key: "relmse", title: "relMSE", hint: "estimated relative error", width: "70px", number: true, sort: (job) => job.relmse, text: (job) => format.error(job.relmse), style: (job) => (job.target_error && (job.relmse_high ?? Infinity) <= job.target_error ? "good" : "") },
         { key: "target", title: "Target", width: "66px", number: true, sort: (job) => job.target_error, text: (job) => format.error(job.target_error) },
         { key: "eta", title: "Ends in · at", width: "118px", number: true, sort: secondsLeft, text: eta },
