@@ -26,6 +26,17 @@ FilterAxis::FilterAxis(FilterKind kind, double radius, double sigma)
   }
   inverse_[0] = -radius_;
   inverse_[kTable] = radius_;
+  for (size_t k = 1; k <= kTable; ++k) {
+    // Samples are linear between entries, so the density is constant: 1 / (kTable * step).
+    const float step = inverse_[k] - inverse_[k - 1];
+    density_before_[k] = step > 0 ? 1.0f / (kTable * step) : 0.0f;
+  }
+  for (size_t cell = 0; cell < kTable; ++cell) {
+    // From a cell earlier, as the cell of an offset is found by rounding.
+    const float edge = (2 * (static_cast<float>(cell) - 1) / kTable - 1) * radius_;
+    const auto above = std::upper_bound(inverse_.begin() + 1, inverse_.end() - 1, edge);
+    search_from_[cell] = static_cast<uint16_t>(above - inverse_.begin());
+  }
 }
 
 float FilterAxis::density(float offset) const {
@@ -37,10 +48,10 @@ float FilterAxis::density(float offset) const {
     case FilterKind::kTriangle:
       return (radius_ - a) / (radius_ * radius_);
     case FilterKind::kGaussian: {
-      // The table is piecewise linear, so the density is piecewise constant: 1 / (kTable * step).
-      auto it = std::upper_bound(inverse_.begin() + 1, inverse_.end() - 1, offset);
-      const float step = *it - *(it - 1);
-      return step > 0 ? 1.0f / (kTable * step) : 0.0f;
+      const float cell = (offset / radius_ + 1) * (kTable / 2);
+      size_t k = search_from_[static_cast<size_t>(std::clamp(cell, 0.0f, kTable - 1.0f))];
+      while (k < kTable && inverse_[k] <= offset) ++k;
+      return density_before_[k];
     }
   }
   return 0;
@@ -53,13 +64,18 @@ int FilterAxis::choose_pixel(float p, float u, float* weight) const {
   }
   const int first = static_cast<int>(std::ceil(p - radius_ - 0.5f)),
             last = static_cast<int>(std::floor(p + radius_ - 0.5f));
+  float known[kMostCached];
   float total = 0;
-  for (int j = first; j <= last; ++j) total += density(p - (static_cast<float>(j) + 0.5f));
+  for (int j = first; j <= last; ++j) {
+    const float d = density(p - (static_cast<float>(j) + 0.5f));
+    if (j - first < kMostCached) known[j - first] = d;
+    total += d;
+  }
   *weight = total;
   float target = u * total;
   int chosen = first;
   for (int j = first; j <= last; ++j) {
-    const float d = density(p - (static_cast<float>(j) + 0.5f));
+    const float d = j - first < kMostCached ? known[j - first] : density(p - (static_cast<float>(j) + 0.5f));
     if (d > 0) chosen = j;
     if (d > 0 && target < d) break;
     target -= d;

@@ -7,6 +7,7 @@
 // weight. Both estimate the same integral. Filters are separable and normalised to unit integral; gaussian
 // as pbrt's: exp(-x^2/2s^2) minus its value at the radius.
 #include <array>
+#include <cstdint>
 
 #include "common/scene/description.h"
 #include "worker/render/math/vec.h"
@@ -43,7 +44,13 @@ class FilterAxis {
   static constexpr int kTable = 256;
   FilterKind kind_;
   float radius_;
-  std::array<float, kTable + 1> inverse_{};  // gaussian: piecewise-linear inverse CDF
+  static constexpr int kMostCached = 8;  // pixels in reach whose densities are kept
+  // Gaussian: piecewise-linear inverse CDF; the density between its entries; and for cells of equal width
+  // over
+  // [-radius, radius] an entry at or before the first above the cell, where a search may begin.
+  std::array<float, kTable + 1> inverse_{};
+  std::array<float, kTable + 1> density_before_{};
+  std::array<uint16_t, kTable> search_from_{};
 };
 
 struct PixelFilter {

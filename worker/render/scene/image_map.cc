@@ -22,6 +22,7 @@ float srgb_to_linear(float x) { return x <= 0.04045f ? x / 12.92f : std::pow((x 
 
 /// Index into [0, n) under the wrap mode, or -1 for black.
 int wrap_index(int i, int n, Wrap wrap) {
+  if (static_cast<unsigned>(i) < static_cast<unsigned>(n)) return i;  // the usual case, without a division
   switch (wrap) {
     case Wrap::kRepeat:
       i %= n;
@@ -228,9 +229,7 @@ Rgb ImageMap::color(const float* texel) const {
   return channels_ == 3 ? Rgb{texel[0], texel[1], texel[2]} : Rgb{texel[0], texel[0], texel[0]};
 }
 
-Rgb ImageMap::texel(int x, int y) const {
-  x = wrap_index(x, width_, wrap_);
-  y = wrap_index(y, height_, wrap_t_);
+Rgb ImageMap::stored_texel(int x, int y) const {
   if (x < 0 || y < 0) return {};
   if (cache_) {
     if (is_bytes_) {
@@ -248,18 +247,24 @@ Rgb ImageMap::texel(int x, int y) const {
   return is_bytes_ ? color(&bytes_[i]) : color(&floats_[i]);
 }
 
+Rgb ImageMap::texel(int x, int y) const {
+  return stored_texel(wrap_index(x, width_, wrap_), wrap_index(y, height_, wrap_t_));
+}
+
 std::array<Rgb, 4> ImageMap::square(int x, int y) const {
-  if (!cache_ || x < 0 || y < 0 || x + 1 >= width_ || y + 1 >= height_)
-    return {texel(x, y), texel(x + 1, y), texel(x, y + 1), texel(x + 1, y + 1)};
+  const int x0 = wrap_index(x, width_, wrap_), x1 = wrap_index(x + 1, width_, wrap_);
+  const int y0 = wrap_index(y, height_, wrap_t_), y1 = wrap_index(y + 1, height_, wrap_t_);
+  if (!cache_ || x0 < 0 || y0 < 0 || x1 != x0 + 1 || y1 != y0 + 1)
+    return {stored_texel(x0, y0), stored_texel(x1, y0), stored_texel(x0, y1), stored_texel(x1, y1)};
   // The four in one call: that is most of its cost.
   std::array<Rgb, 4> out;
   if (is_bytes_) {
     uint8_t stored[12];
-    read_cached(x, x + 2, y, y + 2, stored);
+    read_cached(x0, x0 + 2, y0, y0 + 2, stored);
     for (size_t i = 0; i < 4; ++i) out[i] = color(stored + i * channels_);
   } else {
     float stored[12];
-    read_cached(x, x + 2, y, y + 2, stored);
+    read_cached(x0, x0 + 2, y0, y0 + 2, stored);
     for (size_t i = 0; i < 4 * channels_; ++i) stored[i] = decoded(stored[i]);
     for (size_t i = 0; i < 4; ++i) out[i] = color(stored + i * channels_);
   }

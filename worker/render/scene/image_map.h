@@ -55,6 +55,8 @@ class ImageMap {
   Rgb color(const uint8_t* texel) const;
   Rgb color(const float* texel) const;
   Rgb texel(int x, int y) const;
+  /// The same of indices that were wrapped; -1: black.
+  Rgb stored_texel(int x, int y) const;
   /// Texels (x, y) to (x + 1, y + 1), row by row.
   std::array<Rgb, 4> square(int x, int y) const;
   template <class Value>
