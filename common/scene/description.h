@@ -240,6 +240,27 @@ struct MaterialDescription {
   int displacement = -1;
 };
 
+// --- media ----------------------------------------------------------------------------------------
+
+/// A homogeneous participating medium. Coefficients are per scene unit, any scale applied; `emission` is the
+/// radiance that it would show in infinite depth if it only absorbed. The phase function is Henyey and
+/// Greenstein's with mean cosine g in (-1, 1): g > 0 scatters forwards.
+struct MediumDescription {
+  std::string name;
+  Rgb sigma_a{1, 1, 1}, sigma_s{1, 1, 1};
+  Rgb emission;
+  float g = 0;
+  SourceLocation location;
+};
+/// The media on either side of a surface (indices into SceneDescription::media; -1: empty space); outside is
+/// where its outward normal points. If both are the same, what passes stays in the medium that it came
+/// through, as in pbrt.
+struct MediumInterface {
+  int inside = -1, outside = -1;
+  bool transition() const { return inside != outside; }
+  bool operator==(const MediumInterface&) const = default;
+};
+
 // --- shapes ---------------------------------------------------------------------------------------
 
 /// Object-space triangles. `normals`, `uvs` and `colors` (linear RGB and alpha) are empty or one per vertex.
@@ -265,6 +286,8 @@ struct ShapeDescription {
   int area_light = -1;               // index into area_lights, or -1
   SourceLocation location;
   FloatInput alpha{1, -1};  // cut-out: the fraction of rays that the surface stops, in [0, 1]
+  MediumInterface media{};
+  bool boundary = false;  // of media alone, without a surface: rays pass straight on
 };
 
 /// Shapes that are there once, wherever instances put them; their object_to_world goes to the object's space.
@@ -342,6 +365,7 @@ using LightKind =
 struct LightDescription {
   LightKind kind;
   SourceLocation location;
+  int medium = -1;  // that it stands in, or that lies between the scene and a light at infinity
 };
 
 // --- camera, film, sampling -----------------------------------------------------------------------
@@ -364,6 +388,7 @@ struct CameraDescription {
   double lens_radius = 0;       // 0: pinhole
   double focal_distance = 1e6;  // > 0
   SphericalMapping mapping = SphericalMapping::kEqualArea;
+  int medium = -1;  // that it stands in
 };
 struct FilmDescription {
   int width = 1280, height = 720;
@@ -409,6 +434,7 @@ struct SceneDescription {
   std::vector<TextureDescription> textures;
   std::vector<MaterialDescription> materials;
   std::vector<AreaLightDescription> area_lights;
+  std::vector<MediumDescription> media;
   std::vector<ShapeDescription> shapes;
   std::vector<ObjectDescription> objects;  // of which only instances are seen
   std::vector<InstanceDescription> instances;

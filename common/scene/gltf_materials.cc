@@ -63,11 +63,7 @@ void GltfMaterials::name_unsupported(const GltfValue& material) {
   const auto extensions = material.find("extensions");
   if (!extensions) return;
   for (const std::string& name : extensions->keys()) {
-    if (name == "KHR_materials_volume") {
-      const GltfValue volume = extensions->require(name.c_str());
-      if (volume.find("attenuationDistance"))
-        scene_.unsupported(volume.pointer(), "absorption within a volume; it is clear");
-    } else if (name.starts_with("KHR_materials_") && !knows_gltf_extension(name)) {
+    if (name.starts_with("KHR_materials_") && !knows_gltf_extension(name)) {
       scene_.unsupported(extensions->require(name.c_str()).pointer(), name + " is ignored");
     }
   }
@@ -151,7 +147,28 @@ MaterialKind GltfMaterials::bsdf(const GltfValue& material, const SpectrumInput&
   return m;
 }
 
-void GltfMaterials::transmit(const GltfValue& material, MaterialDescription* description) {
+MediumInterface GltfMaterials::volume(const GltfValue& volume) {
+  const auto distance = volume.find("attenuationDistance");
+  if (!distance) return {};  // glTF's default: infinitely far
+  const double d = volume.number_or("attenuationDistance", 0, 0, 1e30);
+  if (!(d > 0)) distance->fail("must be above 0");
+  const Rgb color = volume.color_or("attenuationColor", {1, 1, 1}, 1);
+  // What of a white beam is left after that distance; black lets next to nothing through.
+  const auto absorption = [&](float x) {
+    return static_cast<float>(-std::log(std::max(double{x}, 1e-12)) / d);
+  };
+  MediumDescription medium;
+  medium.sigma_a = {absorption(color.r), absorption(color.g), absorption(color.b)};
+  medium.sigma_s = {0, 0, 0};
+  medium.location = scene_.likely_place(volume.pointer());
+  if (!std::isfinite(medium.sigma_a.r + medium.sigma_a.g + medium.sigma_a.b))
+    distance->fail("is smaller than float can hold the absorption of");
+  scene_.scene.media.push_back(std::move(medium));
+  return {static_cast<int>(scene_.scene.media.size()) - 1, -1};
+}
+
+void GltfMaterials::transmit(const GltfValue& material, MaterialDescription* description,
+                             GltfSurface* surface) {
   const auto extension = material.extension("KHR_materials_transmission");
   const auto* opaque = std::get_if<MetallicRoughnessMaterial>(&description->kind);
   if (!extension || opaque == nullptr) return;
@@ -163,8 +180,9 @@ void GltfMaterials::transmit(const GltfValue& material, MaterialDescription* des
   clear.color = opaque->base_color;
   clear.roughness = opaque->roughness;
   clear.ior = opaque->ior == 0 ? 1000.0f : opaque->ior;
-  const auto volume = material.extension("KHR_materials_volume");
-  clear.thin = !volume || !(volume->number_or("thicknessFactor", 0, 0, 1e30) > 0);
+  const auto inside = material.extension("KHR_materials_volume");
+  clear.thin = !inside || !(inside->number_or("thicknessFactor", 0, 0, 1e30) > 0);
+  if (!clear.thin) surface->media = volume(*inside);
   if (share.texture < 0 && share.value >= 1) {
     description->kind = clear;
     return;
@@ -237,7 +255,7 @@ GltfSurface GltfMaterials::translate(const GltfValue& material, bool vertex_colo
     unlit(color, &d, &surface);
   } else {
     d.kind = bsdf(material, color, base);
-    transmit(material, &d);
+    transmit(material, &d, &surface);
     emission(material, &surface);
   }
   if (const auto normal = material.find("normalTexture")) {

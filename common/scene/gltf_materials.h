@@ -10,7 +10,8 @@ struct GltfSurface {
   int area_light = -1;
   FloatInput alpha{1, -1};
   int uv_set = 0;
-  bool invisible = false;  // alpha is 0 everywhere
+  MediumInterface media{};  // a volume that absorbs, inside
+  bool invisible = false;   // alpha is 0 everywhere
 };
 
 class GltfMaterials {
@@ -25,7 +26,8 @@ class GltfMaterials {
  private:
   GltfSurface translate(const GltfValue& material, bool vertex_colors);
   MaterialKind bsdf(const GltfValue& material, const SpectrumInput& base, const GltfValue& metal_rough);
-  void transmit(const GltfValue& material, MaterialDescription* description);
+  void transmit(const GltfValue& material, MaterialDescription* description, GltfSurface* surface);
+  MediumInterface volume(const GltfValue& volume);
   FloatInput alpha(const GltfValue& material, const GltfValue& base, const char* texture, float factor,
                    bool vertex_colors);
   void unlit(const SpectrumInput& color, MaterialDescription* description, GltfSurface* surface);

@@ -194,6 +194,7 @@ void GltfNodes::place_meshes() {
       shape.material = p.surface.material;
       shape.area_light = p.surface.area_light;
       shape.alpha = p.surface.alpha;
+      shape.media = p.surface.media;
       shape.location = p.location;
       shapes.push_back(std::move(shape));
     }

@@ -117,10 +117,11 @@ bool join_curves(PbrtScene& out, const ShapeDescription& curve) {
   if (out.open_curves == nullptr || out.scene.shapes.empty()) return false;
   const ShapeDescription& last = out.scene.shapes.back();
   const auto* before = std::get_if<MeshShape>(&last.kind);
-  const bool joins =
-      before != nullptr && before->mesh == out.open_curves && curve.area_light < 0 &&
-      last.material == curve.material && last.reverse_orientation == curve.reverse_orientation &&
-      last.object_to_world.m == curve.object_to_world.m && out.open_curves->triangles.size() < kMostTriangles;
+  const bool joins = before != nullptr && before->mesh == out.open_curves && curve.area_light < 0 &&
+                     last.material == curve.material && last.media == curve.media &&
+                     last.reverse_orientation == curve.reverse_orientation &&
+                     last.object_to_world.m == curve.object_to_world.m &&
+                     out.open_curves->triangles.size() < kMostTriangles;
   if (joins) append_mesh(out.open_curves.get(), *std::get<MeshShape>(curve.kind).mesh);
   return joins;
 }

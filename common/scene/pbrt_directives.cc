@@ -143,17 +143,27 @@ void PbrtParser::on_color_space(const Token& d) {
 }
 
 void PbrtParser::on_medium_interface(const Token& d) {
-  if (!take_string(d, "a medium's name")) return;
-  if (tokens_->peek().kind == Token::Kind::kString) tokens_->next();
-  problems_->unsupported(d.where.location(), "participating media: MediumInterface is ignored");
+  const SourceLocation where = tokens_->peek().where.location();
+  const auto inside = take_string(d, "a medium's name");
+  if (!inside) return;
+  MediumInterface& media = state_.shape.media;
+  media.inside = media.outside = out_.medium_named(*inside, where);
+  if (tokens_->peek().kind != Token::Kind::kString) return;
+  const SourceLocation second = tokens_->peek().where.location();
+  if (const auto outside = take_string(d, "a medium's name"))
+    media.outside = out_.medium_named(*outside, second);
 }
 
 void PbrtParser::on_make_named_medium(const Token& d) {
   const auto name = take_string(d, "a name");
   if (!name) return;
-  parse_parameters(*tokens_, state_.color_space, problems_);
-  problems_->unsupported(d.where.location(),
-                         "participating media: the medium " + in_quotes(*name) + " is ignored");
+  ParameterList params = take_parameters(d, "the medium " + in_quotes(*name), "medium");
+  MediumDescription medium = translate_medium(out_, *name, params);
+  if (name->empty()) {
+    problems_->error(d.where.location(), "a medium needs a name; \"\" is empty space");
+    return;
+  }
+  out_.define_medium(std::move(medium));
 }
 
 // --- files ----------------------------------------------------------------------------------------
@@ -188,6 +198,7 @@ void PbrtParser::on_camera(const Token& d) {
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("camera", *type), "");
   translate_camera(out_, *type, params, state_.shape.ctm, &exposure_time_);
+  out_.scene.camera.medium = state_.shape.media.outside;
   coordinate_systems_["camera"] = inverse(state_.shape.ctm);
 }
 
@@ -310,7 +321,10 @@ void PbrtParser::on_light(const Token& d) {
   const auto type = take_string(d, "a type");
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("light", *type), "light");
+  const size_t before = out_.scene.lights.size();
   translate_light(out_, *type, params, state_.shape.ctm);
+  for (size_t i = before; i < out_.scene.lights.size(); ++i)
+    out_.scene.lights[i].medium = state_.shape.media.outside;
 }
 
 void PbrtParser::on_area_light(const Token& d) {

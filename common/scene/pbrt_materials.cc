@@ -243,10 +243,8 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
     material.kind = read_coated_conductor(out, params);
   } else {
     const auto& known = known_materials();
-    if (is_interface_material(type)) {
-      out.problems->unsupported(params.where(),
-                                params.owner() + " (a boundary of a medium): its shapes are left out");
-    } else if (std::find(known.begin(), known.end(), type) == known.end()) {
+    if (is_interface_material(type)) return material;  // nothing is seen of it
+    if (std::find(known.begin(), known.end(), type) == known.end()) {
       const std::string_view successor = successor_of(type);
       if (successor.empty()) {
         report_unknown_word(params, "material", type, known);

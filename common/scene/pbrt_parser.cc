@@ -211,11 +211,16 @@ void PbrtParser::finish() {
   }
   out_.report_undefined();
   SceneDescription& scene = out_.scene;
-  const auto invisible = [&](const ShapeDescription& s) {
-    return s.area_light < 0 && out_.invisible_materials.contains(s.material);
+  // Of shapes without a surface only those are kept that media end at.
+  const auto drop_invisible = [&](std::vector<ShapeDescription>* shapes) {
+    const auto unseen = [&](const ShapeDescription& s) {
+      return s.area_light < 0 && out_.invisible_materials.contains(s.material);
+    };
+    std::erase_if(*shapes, [&](const auto& s) { return unseen(s) && !s.media.transition(); });
+    for (ShapeDescription& s : *shapes) s.boundary = unseen(s);
   };
-  std::erase_if(scene.shapes, invisible);
-  for (ObjectDescription& object : scene.objects) std::erase_if(object.shapes, invisible);
+  drop_invisible(&scene.shapes);
+  for (ObjectDescription& object : scene.objects) drop_invisible(&object.shapes);
   tessellate_stretched_spheres(&scene, problems_);
   scene.film.imaging_ratio = film_exposure_time_.value_or(exposure_time_) * iso_ratio_;
   const bool emits = !scene.lights.empty() || std::any_of(scene.shapes.begin(), scene.shapes.end(),

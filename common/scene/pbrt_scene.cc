@@ -64,6 +64,29 @@ void PbrtScene::define_material(MaterialDescription material) {
   scene.materials[static_cast<size_t>(index)] = std::move(material);
 }
 
+int PbrtScene::medium_named(const std::string& name, const SourceLocation& where) {
+  if (name.empty()) return -1;
+  Named& entry = named_media_[name];
+  if (entry.index < 0) {
+    entry.index = static_cast<int>(scene.media.size());
+    scene.media.push_back({name, {}, {}, {}, 0, where});
+    entry.first_use = where;
+  }
+  return entry.index;
+}
+
+void PbrtScene::define_medium(MediumDescription medium) {
+  const int index = medium_named(medium.name, medium.location);
+  Named& entry = named_media_[medium.name];
+  if (entry.defined) {
+    problems->error(medium.location,
+                    "the medium " + in_quotes(medium.name) + " is defined twice; rename one");
+    return;
+  }
+  entry.defined = true;
+  scene.media[static_cast<size_t>(index)] = std::move(medium);
+}
+
 void PbrtScene::define_texture(TextureDescription texture) {
   const int index = texture_named(texture.name, texture.is_spectrum, texture.location);
   Named& entry = named_textures_[{texture.is_spectrum, texture.name}];
@@ -106,15 +129,20 @@ bool PbrtScene::may_generate(size_t triangles, ParameterList& params) {
 
 void PbrtScene::report_undefined() {
   std::vector<std::string_view> names;
-  for (const auto& [name, entry] : named_materials_) {
-    if (entry.defined) names.push_back(name);
-  }
-  for (const auto& [name, entry] : named_materials_) {
-    if (!entry.defined) {
-      problems->error(entry.first_use,
-                      "there is no material named " + in_quotes(name) + nearest_hint(name, names));
+  const auto report = [&](const std::map<std::string, Named>& table, const char* what) {
+    names.clear();
+    for (const auto& [name, entry] : table) {
+      if (entry.defined) names.push_back(name);
     }
-  }
+    for (const auto& [name, entry] : table) {
+      if (!entry.defined) {
+        problems->error(entry.first_use, std::string("there is no ") + what + " named " + in_quotes(name) +
+                                             nearest_hint(name, names));
+      }
+    }
+  };
+  report(named_materials_, "material");
+  report(named_media_, "medium");
   if (const int cycle = mix_in_a_cycle(scene.materials); cycle >= 0) {
     const MaterialDescription& m = scene.materials[static_cast<size_t>(cycle)];
     problems->error(m.location, "the mix " + in_quotes(m.name) +

@@ -40,6 +40,7 @@ struct ShapeAttributes {
   bool reverse_orientation = false;
   int material = -1;                             // -1: pbrt's default material
   std::shared_ptr<PendingAreaLight> area_light;  // null: none
+  MediumInterface media{};
 };
 
 struct PbrtScene {
@@ -59,6 +60,9 @@ struct PbrtScene {
   void define_material(MaterialDescription material);
   void define_texture(TextureDescription texture);
   bool texture_defined(const std::string& name, bool is_spectrum) const;
+  /// Index of a named medium, made a placeholder on first use; -1 for "": empty space.
+  int medium_named(const std::string& name, const SourceLocation& where);
+  void define_medium(MediumDescription medium);
   int add_material(MaterialDescription material);
   /// Index of pbrt's default material: diffuse 0.5.
   int default_material(const SourceLocation& where);
@@ -84,7 +88,7 @@ struct PbrtScene {
   /// The mesh of the last shape if that is of curves and may take more of them; see pbrt_curves.h.
   std::shared_ptr<TriangleMesh> open_curves;
   bool named_flat_curves = false, named_empty_curves = false;  // what is said once a scene
-  /// Materials of which nothing is seen; shapes of them are left out at the end.
+  /// Materials of which nothing is seen; shapes of them are boundaries of media, or left out at the end.
   std::set<int> invisible_materials;
 
  private:
@@ -95,7 +99,7 @@ struct PbrtScene {
   };
   Rgb read_spectrum(const Parameter& parameter, SpectrumUse use, ParameterList& params, Rgb fallback);
 
-  std::map<std::string, Named> named_materials_;
+  std::map<std::string, Named> named_materials_, named_media_;
   std::map<std::pair<bool, std::string>, Named> named_textures_;
   std::set<std::string> listed_files_;
   int default_material_ = -1;
@@ -108,6 +112,8 @@ struct PbrtScene {
 MaterialDescription translate_material(PbrtScene& out, const std::string& type, ParameterList& params);
 /// pbrt's material for a boundary between media that has no surface: nothing is seen of it.
 bool is_interface_material(const std::string& type);
+/// pbrt_media.cc: a medium of an unsupported kind is empty.
+MediumDescription translate_medium(PbrtScene& out, const std::string& name, ParameterList& params);
 /// pbrt_textures.cc: `ctm` is the texture's space.
 void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type,
                        const std::string& type, ParameterList& params, const Transform& ctm);

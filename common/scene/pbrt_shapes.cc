@@ -220,6 +220,7 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   shape.object_to_world = attributes.ctm;
   shape.reverse_orientation = attributes.reverse_orientation;
   shape.location = params.where();
+  shape.media = attributes.media;
   // Constants are within [0, 1]; a texture's values are cut to that where they are used.
   shape.alpha = out.float_input(params, "alpha", 1, 0, 1);
   const bool plain_curve = type == "curve" && !params.has("alpha") && attributes.area_light == nullptr;

@@ -82,7 +82,7 @@ inline std::array<double, 3> grey(double x) { return {x, x, x}; }
 // One file per family of oracles. Their numbers: 1 closed emissive box, 2 convex object in an environment,
 // 3 glass in an environment, 4 inside glass, 5 sphere around a point light, 6 concentric spheres, 7 point
 // light over a plane, 8 sphere light, 9 disk, 10 polygon, 11 corner, 12 sun, 13 mirrors, 14 slab, 15 GGX, 16
-// emissive wall, 17 scale.
+// emissive wall, 17 scale, 18 to 21 media.
 std::vector<Case> enclosure_cases();
 std::vector<Case> direct_light_cases();
 std::vector<Case> near_light_cases();
@@ -91,5 +91,6 @@ std::vector<Case> range_cases();
 std::vector<Case> contact_cases();
 std::vector<Case> identity_cases();
 std::vector<Case> odd_cases();
+std::vector<Case> media_cases();
 
 }  // namespace lightmill::test

@@ -102,6 +102,7 @@ const std::vector<MatrixScene>& matrix_scenes() {
       {"sky", 3, {.far_lights = true}},
       {"lamps", 3, {.delta_lights = true}},
       {"lens", 3, {}},
+      {"fog", 2, {}},
   };
   return all;
 }

@@ -33,6 +33,11 @@ SceneDescription scaled_scene(const SceneDescription& scene, int k) {
     if (auto* light = std::get_if<GoniometricLight>(&l.kind)) scale_image(*light);
     if (auto* light = std::get_if<ProjectionLight>(&l.kind)) scale_image(*light);
   }
+  for (MediumDescription& m : out.media) {
+    const float f = std::ldexp(1.0f, -k);
+    m.sigma_a = {m.sigma_a.r * f, m.sigma_a.g * f, m.sigma_a.b * f};
+    m.sigma_s = {m.sigma_s.r * f, m.sigma_s.g * f, m.sigma_s.b * f};
+  }
   CameraDescription& c = out.camera;
   for (size_t i = 0; i < 3; ++i) c.camera_to_world.m[i][3] *= length;
   c.lens_radius *= length;

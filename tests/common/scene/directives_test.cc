@@ -294,11 +294,10 @@ TEST_F(Directives, InstancesThatCannotBeAreRefusedWithTheirLine) {
 
 TEST_F(Directives, UnsupportedOnesAreNamed) {
   const std::pair<const char*, const char*> cases[] = {
-      {"MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"", "participating media"},
-      {"MediumInterface \"fog\" \"\"", "participating media"},
+      {"MakeNamedMedium \"fog\" \"string type\" \"uniformgrid\"", "is rendered as empty space"},
+      {"MakeNamedMedium \"fog\" \"string type\" \"nanovdb\"", "is rendered as empty space"},
       {"ActiveTransform EndTime Translate 1 1 1 ActiveTransform All", "animated transform"},
       {"Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0]", "flat curves"},
-      {"Material \"interface\" Shape \"sphere\"", "its shapes are left out"},
       {"Material \"hair\"", "rendered as grey diffuse"},
       {"Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"", "dispersion"},
       {"Texture \"t\" \"spectrum\" \"ptex\"", "replaced by the constant 0.5"},

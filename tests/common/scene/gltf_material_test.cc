@@ -128,7 +128,29 @@ TEST_F(GltfMaterialTest, TransmissionIsASheetOrASolid) {
   m["pbrMetallicRoughness"]["metallicFactor"] = 0.5;
   EXPECT_EQ(only<MixMaterial>(clean_document()).amount.value, 0.125f);
   m["extensions"]["KHR_materials_volume"]["attenuationDistance"] = 1;
-  EXPECT_TRUE(mentions(load_document(), "/materials/0/extensions/KHR_materials_volume: absorption"));
+}
+
+// What is left of a beam after the distance is the colour.
+TEST_F(GltfMaterialTest, AVolumeAbsorbsInside) {
+  auto& m = material();
+  m["pbrMetallicRoughness"] = {{"metallicFactor", 0}, {"roughnessFactor", 0}};
+  m["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = 1;
+  auto& volume = m["extensions"]["KHR_materials_volume"];
+  volume = {{"thicknessFactor", 0.1}, {"attenuationColor", {0.25, 0.5, 1}}};
+  EXPECT_TRUE(clean_document().media.empty());  // the distance is infinite
+  volume["attenuationDistance"] = 2;
+  const SceneDescription s = clean_document();
+  ASSERT_EQ(s.media.size(), 1u);
+  EXPECT_FLOAT_EQ(s.media[0].sigma_a.r, static_cast<float>(std::log(4.0) / 2));
+  EXPECT_FLOAT_EQ(s.media[0].sigma_a.g, static_cast<float>(std::log(2.0) / 2));
+  EXPECT_EQ(s.media[0].sigma_a.b, 0);
+  EXPECT_EQ(s.media[0].sigma_s, (Rgb{0, 0, 0}));
+  EXPECT_EQ(s.shapes[0].media, (MediumInterface{0, -1}));
+  volume["thicknessFactor"] = 0;
+  EXPECT_TRUE(clean_document().media.empty());  // a sheet has no inside
+  volume["thicknessFactor"] = 1;
+  volume["attenuationDistance"] = 0;
+  EXPECT_TRUE(has_error(load_document(), "must be above 0"));
 }
 
 TEST_F(GltfMaterialTest, CoatAndSpecular) {

@@ -26,6 +26,8 @@ inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 
                           kMetallicRoughness = 14, kCoatedMetallicRoughness = 15, kTintedDielectric = 16,
                           kRoughTintedDielectric = 17, kTintedSheet = 18, kRoughTintedSheet = 19,
                           kSheenMetallicRoughness = 20, kBsdfKinds = 21;
+/// Of a vertex in a medium (henyey_greenstein.h); no material has it.
+inline constexpr BsdfKind kPhaseFunction = kBsdfKinds + 1;
 /// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
 inline constexpr BsdfKind kMix = kBsdfKinds, kMaterialKinds = kBsdfKinds + 1;
 

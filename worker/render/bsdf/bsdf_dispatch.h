@@ -8,6 +8,7 @@
 #include "worker/render/bsdf/dielectric.h"
 #include "worker/render/bsdf/diffuse.h"
 #include "worker/render/bsdf/diffuse_transmission.h"
+#include "worker/render/bsdf/henyey_greenstein.h"
 #include "worker/render/bsdf/metallic_roughness.h"
 #include "worker/render/bsdf/thin_dielectric.h"
 #include "worker/render/bsdf/tinted.h"
@@ -69,6 +70,8 @@ inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F
         return merge(m, eval_rough_tinted_dielectric(params, wo, wi, mode), &result);
       case kRoughTintedSheet:
         return merge(m, eval_rough_tinted_sheet(params, m, wo, wi), &result);
+      case kPhaseFunction:
+        return merge(m, eval_henyey_greenstein(params, wi), &result);
       default:
         return;
     }
@@ -134,6 +137,8 @@ inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfPara
         return take(m, sample_tinted_sheet(params, wo, lobe));
       case kRoughTintedSheet:
         return take(m, sample_rough_tinted_sheet(params, m, wo, lobe, u, v));
+      case kPhaseFunction:
+        return take(m, sample_henyey_greenstein(params, u, v));
       default:
         return;
     }

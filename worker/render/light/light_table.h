@@ -65,6 +65,7 @@ struct EmitterPattern {
 struct LightTable {
   std::vector<float> records;     // kLightFloats per light
   std::vector<int32_t> type;      // LightType per light
+  std::vector<int32_t> media;     // what lies on the sides (medium.h) of each; empty without media
   std::vector<float> alias_keep;  // alias method: keep probability
   std::vector<int32_t> alias;     //               other index
   std::vector<int32_t> infinite;  // indices of the infinite lights (what an escaping ray sees)

@@ -89,6 +89,11 @@ void AovRecorder::hits(const StageContext& context, const VertexLanes<Lane>& v, 
   store_lanes(albedo_, v.path, first, albedo_at(v, first) * v.throughput);
 }
 
+void AovRecorder::ends_in_medium(LaneInt slot, LaneMask active) {
+  for (unsigned bits = mask_bits(active); bits; bits &= bits - 1)
+    surface_found_[lane(slot, std::countr_zero(bits))] = 1;
+}
+
 bool AovRecorder::first_hits_done(const Paths& paths) const {
   if (!(spec_.set & (kAovAlbedo | kAovNormal))) return true;
   for (int i = 0; i < paths.active_count; ++i) {

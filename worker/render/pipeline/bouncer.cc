@@ -4,6 +4,7 @@
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/math/compress.h"
 #include "worker/render/pipeline/aov_recorder.h"
+#include "worker/render/pipeline/medium_walk.h"
 #include "worker/render/pipeline/path_io.h"
 #include "worker/render/pipeline/roulette.h"
 #include "worker/render/pipeline/strategy_recorder.h"
@@ -52,6 +53,39 @@ int sort_by_kind(const RenderScene& scene, Wavefront& w) {
   return hits;
 }
 
+/// Where the sorted paths end: first the hits, then those in media, then those that escaped.
+struct Ends {
+  int hits = 0, collisions = 0;  // ends of the first two ranges
+};
+
+/// The same in a scene with media.
+Ends sort_with_media(const RenderScene& scene, Wavefront& w) {
+  constexpr int kCollided = kMaterialKinds, kEscaped = kMaterialKinds + 1;
+  Paths& p = w.paths;
+  int count[kEscaped + 2] = {};
+  auto key = [&](int32_t slot) {
+    const int32_t prim = p.rays[slot].prim;
+    if (prim < 0) return prim == kInMedium ? kCollided : kEscaped;
+    return static_cast<int>(
+        scene.material_kind[static_cast<size_t>(scene.primitive_material[static_cast<size_t>(prim)])]);
+  };
+  for (int i = 0; i < p.active_count; ++i) ++count[key(p.active[i]) + 1];
+  for (int k = 0; k <= kEscaped; ++k) count[k + 1] += count[k];
+  const Ends ends{count[kCollided], count[kEscaped]};
+  w.sorted.resize(static_cast<size_t>(p.active_count));
+  for (int i = 0; i < p.active_count; ++i)
+    w.sorted[static_cast<size_t>(count[key(p.active[i])]++)] = p.active[i];
+  std::copy(w.sorted.begin(), w.sorted.end(), p.active);
+  return ends;
+}
+
+template <bool kMedia>
+Ends sort_paths(const RenderScene& scene, Wavefront& w) {
+  if constexpr (kMedia) return sort_with_media(scene, w);
+  const int hits = sort_by_kind(scene, w);
+  return {hits, hits};
+}
+
 /// A group of up to kLanes active paths; lanes past the end repeat the last one.
 struct Group {
   LaneInt slot;
@@ -67,14 +101,20 @@ struct Group {
 struct Hit {
   PathLanes<Lane> path;
   VertexLanes<Lane> v;
-  Lane distance2{}, cos_in{};
-  LaneMask valid;  // both normals on wo's side
-  Lane u{}, tv{};  // texture coordinates
+  Lane distance2{}, cos_in{};  // in a medium the mean collision rate stands in for the cosine (mis.h)
+  LaneMask valid;              // both normals on wo's side
+  Lane u{}, tv{};              // texture coordinates
 };
 
-Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, int depth) {
+/// Where the segment that ends now began; the path's ray begins at the last boundary of a medium.
+Vec3<Lane> segment_start(const MediaWork& m, LaneInt slot) {
+  return {gather(m.start[0], slot), gather(m.start[1], slot), gather(m.start[2], slot)};
+}
+
+template <bool kMedia>
+Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, int depth) {
   Hit h;
-  h.path = load_paths<Lane>(paths, g.slot);
+  h.path = load_paths<Lane>(w.paths, g.slot);
   const LaneInt prim = h.path.prim;
   const Vec3<Lane>&o = h.path.origin, &d = h.path.direction;
   const Surface<Lane> s = surface_at<Lane>(scene, prim, h.path.instance, o, d);
@@ -92,6 +132,10 @@ Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, in
   h.u = s.u, h.tv = s.v;
   v.path = g.slot;
   v.depth = splat_int<Lane>(depth);
+  if constexpr (kMedia) {
+    v.media = sides_met<Lane>(gather(scene.primitive_media.data(), prim), h.path.medium);
+    h.path.origin = segment_start(*w.media, g.slot);
+  }
   const Vec3<Lane> segment = s.p - o;
   h.distance2 = dot(segment, segment);
   const Lane cos_g = dot(s.ng, v.wo);
@@ -102,8 +146,35 @@ Hit reconstruct(const RenderScene& scene, const Paths& paths, const Group& g, in
   return h;
 }
 
+/// The vertex of paths that ended in a medium. Both normals are wo, the axis of the phase function.
+Hit collision(const RenderScene& scene, const Wavefront& w, const Group& g, int depth) {
+  Hit h;
+  const MediaWork& m = *w.media;
+  h.path = load_paths<Lane>(w.paths, g.slot);
+  h.path.origin = segment_start(m, g.slot);
+  const MediumRecord<Lane> medium(scene.media.data(), h.path.medium);
+  VertexLanes<Lane>& v = h.v;
+  v.p = {gather(m.end[0], g.slot), gather(m.end[1], g.slot), gather(m.end[2], g.slot)};
+  v.wo = v.ng = v.ns = -h.path.direction;
+  v.throughput = h.path.throughput;
+  v.kind = splat_int<Lane>(kPhaseFunction);
+  v.params.p[0] = medium.scalar(kMediumG);
+  v.params.tables = scene.bsdf_tables.data();
+  v.media = h.path.medium | (h.path.medium << kMediumBits);
+  v.path = g.slot;
+  v.depth = splat_int<Lane>(depth);
+  const Vec3<Lane> segment = v.p - h.path.origin;
+  h.distance2 = dot(segment, segment);
+  h.cos_in = medium.scalar(kMediumMeanRate);
+  h.valid = mask_and(g.active, LaneMask(max_component(v.throughput) > 0.0f));
+  v.dvcm = h.path.dvcm;
+  v.dvc = h.path.dvc;
+  return h;
+}
+
 /// Samples the BSDF, updates throughput and MIS terms (M4, M5), plays roulette, writes the next ray. Returns
 /// the lanes that go on.
+template <bool kMedia>
 LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& stream, const Hit& h,
                        LaneMask active, Mode mode, int depth, bool keep_dvc, Wavefront& w) {
   const VertexLanes<Lane>& v = h.v;
@@ -118,7 +189,13 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   const Vec3<Lane> wi = frame.to_world(s.wi);
   // The direction must lie on the side of both normals that the BSDF meant.
   const Lane cos_g = dot(v.ng, wi);
-  LaneMask go = mask_and(mask_and(active, s.valid), LaneMask(cos_g * s.wi.z > 0.0f));
+  LaneMask same_side = LaneMask(cos_g * s.wi.z > 0.0f);
+  LaneMask in_medium = splat_mask<Lane>(false);
+  if constexpr (kMedia) {
+    in_medium = LaneMask(v.kind == kPhaseFunction);
+    same_side = mask_or(same_side, in_medium);
+  }
+  LaneMask go = mask_and(mask_and(active, s.valid), same_side);
   Vec3<Lane> weight = s.weight;
   if (mode == Mode::kImportance && context.scene.any_shading_normals()) {
     // Adjoint of shading normals (Veach 1997, eq. 5.19): |wo.ns| |wi.ng| / (|wo.ng| |wi.ns|).
@@ -128,7 +205,8 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
     weight = select(tilted, weight * correction, weight);
   }
   Vec3<Lane> throughput = v.throughput * weight;
-  const Lane before = max_component(v.throughput), after = max_component(throughput) * s.roulette_scale;
+  const Lane before = kMedia ? gather(w.media->before, v.path) : max_component(v.throughput),
+             after = max_component(throughput) * s.roulette_scale;
   go = mask_and(go, LaneMask(after > 0.0f));
   if (depth > kRouletteStart) {
     // Survival is the loss of throughput at this event, so that the product over a path tracks
@@ -139,7 +217,7 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
     throughput = throughput * (1.0f / select(LaneMask(q > 0.0f), q, splat<Lane>(1.0f)));
   }
   if (!any(go)) return go;
-  const Lane cos_out = abs(cos_g);
+  const Lane cos_out = kMedia ? select(in_medium, h.cos_in, abs(cos_g)) : abs(cos_g);
   const Lane inv_pdf = 1.0f / s.pdf;
   const Lane dvc =
       select(s.delta, v.dvc * cos_out, cos_out * inv_pdf * (v.dvc * s.pdf_reverse + v.dvcm));  // M4, M5
@@ -151,6 +229,7 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   }
   PathLanes<Lane> next{offset_origin(v.p, v.error, v.ng, wi), wi, throughput, dvcm};
   if (keep_dvc) next.dvc = dvc;
+  if constexpr (kMedia) next.medium = medium_on_side<Lane>(v.media, LaneMask(cos_g > 0.0f));
   store_paths(next, v.path, mask_bits(go), &w.paths);
   return go;
 }
@@ -244,18 +323,35 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   if (w.recorder) record_emission(depth, h.v.path, shines, c, mis, w_other, p_emission, h.v.dvc, w);
 }
 
-}  // namespace
+/// Calls meet(group, hit) for all paths that have a vertex, eight at a time.
+template <bool kMedia, class Meet>
+void for_each_vertex(const RenderScene& scene, const Ends& ends, int depth, Wavefront& w, Meet&& meet) {
+  // Survivors are compacted into the active list while it is read, whole vectors at a time: they would run
+  // over the end of a range that is not the last. sort_with_media leaves a copy.
+  const int32_t* slots = kMedia ? w.sorted.data() : w.paths.active;
+  for (int base = 0; base < ends.hits; base += kLanes) {
+    const Group g(slots + base, std::min(kLanes, ends.hits - base));
+    Hit h = reconstruct<kMedia>(scene, w, g, depth);
+    meet(g, h);
+  }
+  if constexpr (kMedia) {
+    for (int base = ends.hits; base < ends.collisions; base += kLanes) {
+      const Group g(slots + base, std::min(kLanes, ends.collisions - base));
+      Hit h = collision(scene, w, g, depth);
+      meet(g, h);
+    }
+  }
+}
 
-void bounce_light_paths(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+template <bool kMedia>
+void light_vertices(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   const RenderScene& scene = context.scene;
   Paths& paths = w.paths;
-  const int hits = sort_by_kind(scene, w);
+  const Ends ends = sort_paths<kMedia>(scene, w);
   // A vertex at `depth` is the depth-th scattering event of a path through the lens.
   const bool go_on = depth < context.max_depth && (context.lens_alone() || depth < kMaxLightVertices);
   int survivors = 0;
-  for (int base = 0; base < hits; base += kLanes) {
-    const Group g(paths.active + base, std::min(kLanes, hits - base));
-    Hit h = reconstruct(scene, paths, g, depth);
+  for_each_vertex<kMedia>(scene, ends, depth, w, [&](const Group& g, Hit& h) {
     if (w.recorder) record_vertex(h, g, true, depth, w);
     // M3; the first segment also receives p_direct of M1.
     if (depth == 1) {
@@ -284,53 +380,67 @@ void bounce_light_paths(const StageContext& context, const LayerContext& layer, 
       w.recorder->store(true, w.light_vertices.size(), g.slot, connectable);
     }
     append_vertices(h.v, mask_bits(connectable), &w.light_vertices);
-    if (!go_on) continue;
-    const LaneMask go = scatter_paths(context, layer.light_stream<Lane>(g.slot), h, h.valid,
-                                      Mode::kImportance, depth, true, w);
+    if (!go_on) return;
+    const LaneMask go = scatter_paths<kMedia>(context, layer.light_stream<Lane>(g.slot), h, h.valid,
+                                              Mode::kImportance, depth, true, w);
     append_survivors(g.slot, go, paths.active, &survivors);
-  }
+  });
   paths.active_count = survivors;
 }
 
-void bounce_camera_paths(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+template <bool kMedia>
+void camera_vertices(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   const RenderScene& scene = context.scene;
   Paths& paths = w.paths;
   w.vertices.clear();
-  const int hits = sort_by_kind(scene, w);
+  const Ends ends = sort_paths<kMedia>(scene, w);
   // A path that ends here on an emitter has depth - 1 scattering events.
   const bool weigh_connections = context.on(kLightPaths) && depth - 1 <= kMaxLightVertices;
   const bool parallel = depth == 1 && is_parallel(context.camera);
   if (context.on(kEmissionHits) && !scene.lights.infinite.empty()) {
-    for (int base = hits; base < paths.active_count; base += kLanes) {
+    for (int base = ends.collisions; base < paths.active_count; base += kLanes) {
       add_environment(context, Group(paths.active + base, std::min(kLanes, paths.active_count - base)), depth,
                       weigh_connections, w);
     }
   }
   int survivors = 0;
-  for (int base = 0; base < hits; base += kLanes) {
-    const Group g(paths.active + base, std::min(kLanes, hits - base));
-    Hit h = reconstruct(scene, paths, g, depth);
+  for_each_vertex<kMedia>(scene, ends, depth, w, [&](const Group& g, Hit& h) {
+    const bool in_medium = kMedia && lane(h.v.kind, 0) == kPhaseFunction;
     if (w.recorder) record_vertex(h, g, false, depth, w);
-    if (w.aovs) w.aovs->hits(context, h.v, g.active, depth);
+    if (w.aovs && !in_medium) w.aovs->hits(context, h.v, g.active, depth);
+    if (w.aovs && in_medium) w.aovs->ends_in_medium(g.slot, g.active);
     const Lane inv_cos = 1.0f / h.cos_in;
     // M3; rays of a parallel camera spread no more with distance.
     h.v.dvcm = h.v.dvcm * (parallel ? splat<Lane>(1.0f) : h.distance2) * inv_cos;
     h.v.dvc = h.v.dvc * inv_cos;
     if (w.recorder) w.recorder->hit(false, g.slot, g.active, inv_cos);
-    if (context.on(kEmissionHits)) add_emission(context, h, g.active, depth, weigh_connections, w);
+    if (context.on(kEmissionHits) && !in_medium)
+      add_emission(context, h, g.active, depth, weigh_connections, w);
     // From here on dVCM stands for one strategy: joining the vertex before. M2 brought the lens' n_j.
     h.v.dvcm = h.v.dvcm * (depth > 1                      ? context.samples_of(kVertexConnections)
                            : context.on(kLensConnections) ? 1.0f
                                                           : 0.0f);
-    if (depth > context.max_depth) continue;
+    if (depth > context.max_depth) return;
     const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
     if (w.recorder) w.recorder->store(false, w.vertices.size(), g.slot, connectable);
     append_vertices(h.v, mask_bits(connectable), &w.vertices);
-    const LaneMask go = scatter_paths(context, layer.camera_stream<Lane>(g.slot), h, h.valid, Mode::kRadiance,
-                                      depth, context.on(kLightPaths), w);
+    const LaneMask go = scatter_paths<kMedia>(context, layer.camera_stream<Lane>(g.slot), h, h.valid,
+                                              Mode::kRadiance, depth, context.on(kLightPaths), w);
     append_survivors(g.slot, go, paths.active, &survivors);
-  }
+  });
   paths.active_count = survivors;
+}
+
+}  // namespace
+
+void bounce_light_paths(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+  if (w.media) return light_vertices<true>(context, layer, depth, w);
+  light_vertices<false>(context, layer, depth, w);
+}
+
+void bounce_camera_paths(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+  if (w.media) return camera_vertices<true>(context, layer, depth, w);
+  camera_vertices<false>(context, layer, depth, w);
 }
 
 }  // namespace lightmill

@@ -40,6 +40,16 @@
 //           that is worth 30 % of the relative error.
 // pdf_X_A is per unit area at the other vertex; cosines are to the geometric normal.
 //
+// Media. A vertex in a medium has a density per unit volume: of the direction, over dist^2, times the rate mu
+// at which paths collide there and the probability P to get there without a collision; at a surface it is the
+// cosine and P. So the mean rate takes the place of the cosines, in M3, M4, M5, M7, M8 and M9. P belongs to
+// an edge of the path and is the same both ways: in dVC it cancels, and a strategy that joins two vertices
+// lacks the P of that edge alone. So dVCM is divided by P in M3, and w_light and w_camera are multiplied by
+// the P of the segment in M7, M8, M9 and M10 (the hit: its dVCM has it). That P is known once the segment has
+// been traced through the boundaries of media, so that weights are completed then; what stands in for mu and
+// P where their true values depend on the path's colour is said in medium_walk.h. What media emit is met by
+// camera paths alone: it has no weight.
+//
 // Cameras. M2 and M8 hold for all of them, with p_camera the raster area seen per unit solid angle, in pixels
 // (camera_ray.h). A thin lens draws its point uniformly both for t >= 2 and for t = 1: that density is a
 // factor of every p_j and cancels, so that p_camera is the one of a pinhole at the lens point. It may be

@@ -10,6 +10,7 @@ struct PathLanes {
   Vec3<F> origin, direction, throughput;
   F dvcm{}, dvc{}, cos_light{};
   IntOf<F> prim{}, instance{}, light{};  // the first two are set by the caster
+  IntOf<F> medium{};                     // that the ray starts in
 };
 
 template <class F>
@@ -26,7 +27,8 @@ inline PathLanes<F> load_paths(const Paths& paths, IntOf<F> slot) {
           carried[Paths::kCosLight],
           integer(ray[6]),
           integer(ray[7]),
-          integer(carried[Paths::kLight])};
+          integer(carried[Paths::kLight]),
+          integer(carried[Paths::kMedium])};
 }
 
 /// Of the lanes in `mask`.
@@ -36,7 +38,7 @@ inline void store_paths(const PathLanes<F>& p, IntOf<F> slot, unsigned mask, Pat
   const F ray[8] = {p.origin.x,    p.origin.y,    p.origin.z,   p.direction.x,
                     p.direction.y, p.direction.z, bits(p.prim), bits(p.instance)};
   const F carried[8] = {p.throughput.x, p.throughput.y, p.throughput.z, p.dvcm,
-                        p.dvc,          bits(p.light),  p.cos_light,    F{}};
+                        p.dvc,          bits(p.light),  p.cos_light,    bits(p.medium)};
   store_records(as_records(paths->rays), slot, mask, ray);
   store_records(paths->carried, slot, mask, carried);
 }

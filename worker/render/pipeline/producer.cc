@@ -47,6 +47,7 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
     const CameraRay<Lane> ray = camera.ray(x, y, lu, lv);
     PathLanes<Lane> path{ray.origin, ray.direction, splat3<Lane>(1, 1, 1)};
     path.dvcm = load<Lane>(layer.slots->light_samples + base) / ray.density;  // M2
+    path.medium = splat_int<Lane>(context.scene.camera_medium);
     store_paths(path, g.slot, mask_bits(g.taken), &paths);
     activate(paths, g.slot, g.taken);
   }
@@ -84,6 +85,10 @@ void produce_light_paths(const StageContext& context, const LayerContext& layer,
     if (wavefront.recorder) wavefront.recorder->start_light_paths(base, path.dvc);
     path.light = e.light;
     path.cos_light = e.cos_light;
+    if (!lights.media.empty()) {
+      const LaneInt sides = gather(lights.media.data(), e.light);
+      path.medium = medium_on_side<Lane>(sides, LaneMask(dot(e.normal, e.direction) > 0.0f));
+    }
     store_paths(path, slot, mask_bits(started), &paths);
     activate(paths, slot, mask_and(started, LaneMask(max_component(e.power) > 0.0f)));
   }

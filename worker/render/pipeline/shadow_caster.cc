@@ -6,6 +6,7 @@
 #include "worker/render/math/compress.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/film.h"
+#include "worker/render/pipeline/medium_walk.h"
 #include "worker/render/pipeline/splat_target.h"
 #include "worker/render/pipeline/stage_probe.h"
 #include "worker/render/pipeline/strategy_recorder.h"
@@ -26,6 +27,9 @@ struct Candidates {
   Lane tfar;
   Vec3<Lane> value;
   LaneInt target;
+  // With media: the one that the segment starts in, and w_light + w_camera without P~ of the segment.
+  LaneInt medium{};
+  Lane ratio{};
 };
 
 /// Of the roulette: what is lit by a lamp a billion times weaker than another one may be all that a pixel
@@ -34,6 +38,7 @@ constexpr float kLeastSurvival = 1.0f / 16;
 
 /// Drops zero contributions (counted), plays roulette for those below `tiny_contribution` with `u`, queues
 /// the rest.
+template <bool kMedia>
 void queue(const StageContext& context, const Candidates& c, LaneMask active, float tiny_contribution, Lane u,
            bool splats, Wavefront& w) {
   const Lane size = max_component(c.value);
@@ -66,6 +71,7 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   add(q.tfar, c.tfar);
   add(q.r, value.x), add(q.g, value.y), add(q.b, value.z);
   add(q.target, c.target);
+  if constexpr (kMedia) add(w.media->shadow_medium, c.medium), add(w.media->shadow_ratio, c.ratio);
   if (w.recorder) {
     int i = q.count;
     for (unsigned left = bits; left; left &= left - 1) w.recorder->queued(std::countr_zero(left), i++);
@@ -74,13 +80,40 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
 }
 
 /// Both normals see `w` on the same side.
+template <bool kMedia>
 LaneMask consistent(const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
-  return LaneMask(dot(v.ng, w) * dot(v.ns, w) > 0.0f);
+  const LaneMask same = LaneMask(dot(v.ng, w) * dot(v.ns, w) > 0.0f);
+  return kMedia ? mask_or(same, LaneMask(v.kind == kPhaseFunction)) : same;
+}
+
+/// `cosine` on surfaces; in a medium there is none.
+template <bool kMedia>
+Lane shading_cosine(const VertexLanes<Lane>& v, Lane cosine) {
+  return kMedia ? select(LaneMask(v.kind == kPhaseFunction), splat<Lane>(1.0f), cosine) : cosine;
 }
 
 /// |wo.ns| |wi.ng| / |wo.ng|: the cosine of a light-path vertex with the adjoint correction.
+template <bool kMedia>
 Lane adjoint_cosine(const VertexLanes<Lane>& v, const Vec3<Lane>& wi) {
-  return abs(dot(v.wo, v.ns)) * abs(dot(wi, v.ng)) / max(abs(dot(v.wo, v.ng)), splat<Lane>(1e-12f));
+  return shading_cosine<kMedia>(
+      v, abs(dot(v.wo, v.ns)) * abs(dot(wi, v.ng)) / max(abs(dot(v.wo, v.ng)), splat<Lane>(1e-12f)));
+}
+
+/// What turns a density per unit solid angle into one at the vertex, seen along `w`: the cosine to the
+/// geometric normal, in a medium the mean collision rate (mis.h).
+template <bool kMedia>
+Lane density_cosine(const RenderScene& scene, const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
+  const Lane cosine = abs(dot(v.ng, w));
+  if constexpr (!kMedia) return cosine;
+  const LaneMask inside = LaneMask(v.kind == kPhaseFunction);
+  if (!any(inside)) return cosine;
+  const MediumRecord<Lane> medium(scene.media.data(), v.media & kMaxMedia);
+  return select(inside, medium.scalar(kMediumMeanRate), cosine);
+}
+
+/// The medium that a segment from `v` in direction `w` starts in.
+LaneInt medium_towards(const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
+  return medium_on_side<Lane>(v.media, LaneMask(dot(v.ng, w) > 0.0f));
 }
 
 /// A group of up to kLanes consecutive vertices.
@@ -110,29 +143,8 @@ LensConnection<Lane> connect_lens(const StageContext& context, const SampleStrea
       context.camera);
 }
 
-}  // namespace
-
-void flush_shadow_rays(const StageContext& context, bool splats, Wavefront& w) {
-  ShadowRays& q = w.shadow;
-  if (q.count == 0) return;
-  const double start = w.recorder ? thread_cpu_seconds() : 0;
-  if (w.probe) w.probe->occluded(q);
-  {
-    const StageScope scope(w, Stage::kOcclude);
-    context.accel.occluded({q.ox, q.oy, q.oz, q.dx, q.dy, q.dz}, q.tfar, q.count, q.occluded);
-  }
-  w.counters.shadow_rays += static_cast<uint64_t>(q.count);
-  if (w.recorder) w.recorder->resolved(q, splats, thread_cpu_seconds() - start);
-  const StageScope scope(w, Stage::kFilm);
-  if (splats) {
-    film_add_splats(w);
-  } else {
-    film_add_to_paths(w);
-  }
-  q.count = 0;
-}
-
-void shadow_next_event(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+template <bool kMedia>
+void next_event(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   const LightTable& lights = context.scene.lights;
   if (lights.count() == 0) return;
   // This vertex is the depth-th scattering event.
@@ -150,7 +162,7 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
     DirectSample<Lane> d = sample_direct(lights, v.p, pick, texel, lu, lv);
     if (!lights.patterns.empty()) apply_pattern(context.scene, g.active, &d);
     const LaneMask lit = mask_and(mask_and(g.active, LaneMask(max_component(d.radiance) > 0.0f)),
-                                  mask_and(LaneMask(d.pdf > 0.0f), consistent(v, d.wi)));
+                                  mask_and(LaneMask(d.pdf > 0.0f), consistent<kMedia>(v, d.wi)));
     const Frame<Lane> frame(v.ns);
     const Vec3<Lane> wi = frame.to_local(d.wi);
     const BsdfEval<Lane> f =
@@ -159,14 +171,15 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
     const Lane w_light = context.on(kEmissionHits) ? select(d.delta, Lane{}, f.pdf * inv_pdf) : Lane{};
     Lane camera_ratio{}, w_camera{};
     if (weigh_connections) {
-      const Lane cos_surface = abs(dot(v.ng, d.wi));
+      const Lane cos_surface = density_cosine<kMedia>(context.scene, v, d.wi);
       const Lane cos_light = select(lit, d.cos_light, splat<Lane>(1.0f));
       camera_ratio = d.pdf_emission * cos_surface * inv_pdf / cos_light;
       w_camera = camera_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M7
     }
     const Lane mis = mis_weight(w_light, w_camera);
-    const Lane scale = abs(wi.z) * inv_pdf * mis * context.imaging_ratio;
+    const Lane scale = shading_cosine<kMedia>(v, abs(wi.z)) * inv_pdf * mis * context.imaging_ratio;
     Candidates c;
+    if constexpr (kMedia) c.medium = medium_towards(v, d.wi), c.ratio = w_light + w_camera;
     c.value = select(lit, v.throughput * f.f * d.radiance * scale, Vec3<Lane>{});
     c.origin = offset_origin(v.p, v.error, v.ng, d.wi);
     const Vec3<Lane> end = offset_origin(d.point, d.error, d.normal, -d.wi);
@@ -183,11 +196,12 @@ void shadow_next_event(const StageContext& context, const LayerContext& layer, i
       w.recorder->add_stored(false, g.index, v.depth, camera_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
       w.recorder->announce(splat_int<Lane>(1), depth + 1, v.path, mis, ratios);
     }
-    queue(context, c, g.active, context.tiny_contribution, u, false, w);
+    queue<kMedia>(context, c, g.active, context.tiny_contribution, u, false, w);
   }
 }
 
-void shadow_connections(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+template <bool kMedia>
+void connections(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   const int longest = std::min(context.max_depth, kMaxLightVertices) - depth;
   const auto cached = static_cast<int32_t>(w.light_vertices.size());
   if (longest < 1 || cached == 0) return;
@@ -217,20 +231,24 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
       const Lane inv_d2 = 1.0f / select(apart, d2, splat<Lane>(1.0f));
       const Vec3<Lane> wi = to_light * sqrt(inv_d2);
       const LaneMask valid =
-          mask_and(mask_and(active, apart), mask_and(consistent(v, wi), consistent(l, -wi)));
+          mask_and(mask_and(active, apart), mask_and(consistent<kMedia>(v, wi), consistent<kMedia>(l, -wi)));
       const Vec3<Lane> wi_local = frame.to_local(wi);
       const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, wo, wi_local, Mode::kRadiance);
       const Frame<Lane> light_frame(l.ns);
       const BsdfEval<Lane> fl = eval_bsdf<Lane>(l.kind, valid, l.params, light_frame.to_local(l.wo),
                                                 light_frame.to_local(-wi), Mode::kImportance);
-      const Lane cos_v = abs(dot(v.ng, wi)), cos_l = abs(dot(l.ng, wi));
+      const Lane cos_v = density_cosine<kMedia>(context.scene, v, wi),
+                 cos_l = density_cosine<kMedia>(context.scene, l, wi);
       const Lane light_ratio = f.pdf * cos_l * inv_d2, camera_ratio = fl.pdf * cos_v * inv_d2;
       const Lane w_light = light_ratio * (l.dvcm + l.dvc * fl.pdf_reverse);
       const Lane w_camera = camera_ratio * (v.dvcm + v.dvc * f.pdf_reverse);
       // M9; over the samples of the connection itself, which the contribution is divided by in turn.
       const Lane mis = mis_weight(w_light * inv_connections, w_camera * inv_connections);
-      const Lane geometry = inv_connections * abs(wi_local.z) * adjoint_cosine(l, -wi) * inv_d2;
+      const Lane geometry = inv_connections * shading_cosine<kMedia>(v, abs(wi_local.z)) *
+                            adjoint_cosine<kMedia>(l, -wi) * inv_d2;
       Candidates c;
+      if constexpr (kMedia)
+        c.medium = medium_towards(v, wi), c.ratio = (w_light + w_camera) * inv_connections;
       c.value =
           select(valid, v.throughput * l.throughput * f.f * fl.f * (geometry * mis * context.imaging_ratio),
                  Vec3<Lane>{});
@@ -251,20 +269,21 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
                                fl.pdf_reverse, &ratios);
         w.recorder->announce(l.depth + 1, depth + 1, v.path, mis, ratios);
       }
-      queue(context, c, active, context.tiny_contribution, u, false, w);
+      queue<kMedia>(context, c, active, context.tiny_contribution, u, false, w);
     }
   }
 }
 
-void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
-                 Wavefront& w) {
+template <bool kMedia>
+void lens_connections(const StageContext& context, const LayerContext& layer, int depth, size_t first,
+                      Wavefront& w) {
   for (size_t base = first; base < w.light_vertices.size(); base += kLanes) {
     const VertexGroup g(w.light_vertices, base, context.scene);
     const VertexLanes<Lane>& v = g.v;
     const SampleStream<Lane> stream = layer.light_stream<Lane>(v.path);
     const LensConnection<Lane> lens = connect_lens(context, stream, vertex_dim(depth, kDimSplatLens), v.p);
     const Vec3<Lane>& to_camera = lens.direction;
-    const LaneMask seen = mask_and(mask_and(g.active, lens.seen), consistent(v, to_camera));
+    const LaneMask seen = mask_and(mask_and(g.active, lens.seen), consistent<kMedia>(v, to_camera));
     if (!any(seen)) continue;
     Lane fu, fv;
     stream.get_2d(vertex_dim(depth, kDimSplatPixel), &fu, &fv);
@@ -274,13 +293,14 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
     const Frame<Lane> frame(v.ns);
     const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo),
                                              frame.to_local(to_camera), Mode::kImportance);
-    const Lane p_camera = lens.density * abs(dot(v.ng, to_camera));
+    const Lane p_camera = lens.density * density_cosine<kMedia>(context.scene, v, to_camera);
     const Lane light_ratio = p_camera * target.inv_light_samples;
     const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
     const Lane mis = mis_weight(w_light, Lane{});
-    const Lane scale = lens.density * adjoint_cosine(v, to_camera) * target.weight * mis *
+    const Lane scale = lens.density * adjoint_cosine<kMedia>(v, to_camera) * target.weight * mis *
                        (context.imaging_ratio * context.splat_scale);
     Candidates c;
+    if constexpr (kMedia) c.medium = medium_towards(v, to_camera), c.ratio = w_light;
     c.value = select(valid, v.throughput * f.f * scale, Vec3<Lane>{});
     c.origin = offset_origin(v.p, v.error, v.ng, to_camera);
     c.direction = -(c.origin - lens.lens);
@@ -294,13 +314,14 @@ void shadow_lens(const StageContext& context, const LayerContext& layer, int dep
       w.recorder->add_stored(true, g.index, v.depth, light_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
       w.recorder->announce(splat_int<Lane>(depth + 1), 1, v.path, mis, ratios);
     }
-    queue(context, c, valid, context.tiny_contribution, u, true, w);
+    queue<kMedia>(context, c, valid, context.tiny_contribution, u, true, w);
   }
   flush_shadow_rays(context, true, w);
 }
 
-void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot,
-                           LaneMask active, const EmissionSample<Lane>& e, Wavefront& w) {
+template <bool kMedia>
+void emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot, LaneMask active,
+                     const EmissionSample<Lane>& e, Wavefront& w) {
   const LaneMask surface = mask_and(active, mask_not(mask_or(e.delta, e.infinite)));
   if (!any(surface)) return;
   const SampleStream<Lane> stream = layer.light_stream<Lane>(slot);
@@ -323,6 +344,11 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
   const Lane mis = mis_weight(w_hit, Lane{});
   const Lane scale = p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio * context.splat_scale);
   Candidates c;
+  if constexpr (kMedia) {
+    const LaneInt sides = gather(context.scene.lights.media.data(), e.light);
+    c.medium = medium_on_side<Lane>(sides, LaneMask(dot(e.normal, to_camera) > 0.0f));
+    c.ratio = w_hit;
+  }
   c.value = select(valid, radiance * scale, Vec3<Lane>{});
   c.origin = offset_origin(e.point, e.error, e.normal, to_camera);
   c.direction = -(c.origin - lens.lens);
@@ -338,7 +364,55 @@ void queue_emitter_to_lens(const StageContext& context, const LayerContext& laye
     add_ratio(&ratios, &FamilyShares::hit, w_hit);
     w.recorder->announce(splat_int<Lane>(1), 1, slot, mis, ratios);
   }
-  queue(context, c, valid, tiny, u, true, w);
+  queue<kMedia>(context, c, valid, tiny, u, true, w);
+}
+
+}  // namespace
+
+void flush_shadow_rays(const StageContext& context, bool splats, Wavefront& w) {
+  ShadowRays& q = w.shadow;
+  if (q.count == 0) return;
+  const double start = w.recorder ? thread_cpu_seconds() : 0;
+  if (w.probe) w.probe->occluded(q);
+  {
+    const StageScope scope(w, Stage::kOcclude);
+    if (w.media) {
+      trace_transmittance(context, w);
+    } else {
+      context.accel.occluded({q.ox, q.oy, q.oz, q.dx, q.dy, q.dz}, q.tfar, q.count, q.occluded);
+    }
+  }
+  w.counters.shadow_rays += static_cast<uint64_t>(q.count);
+  if (w.recorder) w.recorder->resolved(q, splats, thread_cpu_seconds() - start, w.media.get());
+  const StageScope scope(w, Stage::kFilm);
+  if (splats) {
+    film_add_splats(w);
+  } else {
+    film_add_to_paths(w);
+  }
+  q.count = 0;
+}
+
+void shadow_next_event(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+  if (w.media) return next_event<true>(context, layer, depth, w);
+  next_event<false>(context, layer, depth, w);
+}
+
+void shadow_connections(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+  if (w.media) return connections<true>(context, layer, depth, w);
+  connections<false>(context, layer, depth, w);
+}
+
+void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
+                 Wavefront& w) {
+  if (w.media) return lens_connections<true>(context, layer, depth, first, w);
+  lens_connections<false>(context, layer, depth, first, w);
+}
+
+void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot,
+                           LaneMask active, const EmissionSample<Lane>& e, Wavefront& w) {
+  if (w.media) return emitter_to_lens<true>(context, layer, slot, active, e, w);
+  emitter_to_lens<false>(context, layer, slot, active, e, w);
 }
 
 }  // namespace lightmill

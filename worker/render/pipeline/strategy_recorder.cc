@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "worker/render/pipeline/medium_walk.h"
+
 namespace lightmill {
 namespace {
 
@@ -44,10 +46,21 @@ void StrategyRecorder::queued(int l, int i) {
   pending_[static_cast<size_t>(i)] = announced_[static_cast<size_t>(l)];
 }
 
-void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seconds) {
+void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seconds, const MediaWork* media) {
   for (int i = 0; i < rays.count; ++i) {
     const auto k = static_cast<size_t>(i);
-    const Announced& a = pending_[k];
+    Announced& a = pending_[k];
+    if (media) {
+      // All ratios but the strategy's own, which is 1, have P~ as a factor.
+      const float passed = media->passed[k], ratio = media->shadow_ratio[k];
+      const float reweighted = (1 + ratio) / (1 + ratio * passed), own = a.weight * reweighted;
+      FamilyShares& s = a.shares;
+      float& family = a.t == 1 ? s.lens : a.s == 1 ? s.next_event : s.connect;
+      family -= a.weight;
+      for (float* share : {&s.hit, &s.next_event, &s.lens, &s.connect}) *share *= passed * reweighted;
+      family = std::max(family, 0.0f) + own;
+      a.weight = own;
+    }
     StrategyCounts& c = counts[clipped(a.s)][clipped(a.t)];
     c.cpu_seconds += seconds / rays.count;
     ++(rays.occluded[k] ? c.occluded : c.visible);

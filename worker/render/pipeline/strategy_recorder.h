@@ -79,8 +79,9 @@ class StrategyRecorder {
   void candidates(unsigned evaluated, unsigned zero, unsigned rouletted);
   /// Announced lane `l` became entry `i` of the shadow rays.
   void queued(int l, int i);
-  /// The queue was tested; `seconds` is shared out by entries.
-  void resolved(const ShadowRays& rays, bool splats, double seconds);
+  /// The queue was tested; `seconds` is shared out by entries. With media, what was announced is without P~
+  /// of the segments (medium_walk.h).
+  void resolved(const ShadowRays& rays, bool splats, double seconds, const MediaWork* media);
   /// Camera paths in `mask` hit an emitter or escaped after t - 1 segments.
   void emission(int t, LaneInt slot, LaneMask mask, const Vec3<Lane>& rgb, Lane weight,
                 const FamilyRatios& ratios);

@@ -8,8 +8,9 @@ namespace lightmill {
 template <class F>
 struct VertexLanes {
   Vec3<F> p, ng, ns, wo, throughput;
-  F error{}, dvcm{}, dvc{}, last_pdf{};
+  F error{}, dvcm{}, dvc{};
   IntOf<F> kind{}, path{}, depth{};
+  IntOf<F> media{};  // on its sides (medium.h); in a medium, that on both
   BsdfParams<F> params;
 };
 
@@ -30,7 +31,7 @@ void to_rows(const VertexLanes<F>& v, F r[32]) {
   r[Vertex::kPath] = bits_float(as_uint(v.path));
   for (int i = 0; i < kBsdfParams; ++i) r[Vertex::kParams + i] = v.params.p[i];
   r[Vertex::kDepth] = bits_float(as_uint(v.depth));
-  r[Vertex::kLastPdf] = v.last_pdf;
+  r[Vertex::kMedia] = bits_float(as_uint(v.media));
 }
 
 template <class F>
@@ -49,7 +50,7 @@ VertexLanes<F> from_rows(const F r[32]) {
   v.path = as_int(float_bits(r[Vertex::kPath]));
   for (int i = 0; i < kBsdfParams; ++i) v.params.p[i] = r[Vertex::kParams + i];
   v.depth = as_int(float_bits(r[Vertex::kDepth]));
-  v.last_pdf = r[Vertex::kLastPdf];
+  v.media = as_int(float_bits(r[Vertex::kMedia]));
   return v;
 }
 

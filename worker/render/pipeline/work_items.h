@@ -7,6 +7,7 @@
 // a time: slot i of the camera paths is pixel i of the cell (row-major). Light paths belong to the layer as a
 // whole: their vertices form its cache, from which camera vertices draw.
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "common/image/grid.h"
@@ -29,14 +30,15 @@ inline constexpr int kWavefront = kCellPixels;
 /// Live subpaths: the ray to cast next and what it carries, by path slot. Records that lanes take eight at a
 /// time by transposing them, which is quicker than gathering field by field (path_io.h).
 struct Paths {
-  enum Carried { kThroughput = 0, kDvcm = 3, kDvc = 4, kLight = 5, kCosLight = 6 };
+  enum Carried { kThroughput = 0, kDvcm = 3, kDvc = 4, kLight = 5, kCosLight = 6, kMedium = 7 };
   TracedRay rays[kWavefront];
-  alignas(32) float carried[kWavefront][8];         // integers by bits; the last two are of light paths alone
+  alignas(32) float carried[kWavefront][8];  // integers by bits; kLight, kCosLight are of light paths alone
   alignas(32) int32_t active[kWavefront + kLanes];  // slots with a ray, `active_count` of them
   int active_count = 0;
 };
 
-/// A surface vertex that can be connected: 32 floats, two cache lines. Integers are stored by bits.
+/// A vertex that can be connected, on a surface or in a medium: 32 floats, two cache lines. Integers are
+/// stored by bits.
 struct alignas(64) Vertex {
   enum Slot {
     kP = 0,
@@ -51,7 +53,7 @@ struct alignas(64) Vertex {
     kPath = 19,
     kParams = 20,
     kDepth = 30,
-    kLastPdf = 31
+    kMedia = 31  // sides (medium.h)
   };
   float f[32];
   Vertex() {}  // not zeroed: whoever appends one fills it
@@ -72,6 +74,7 @@ struct ShadowRays {
 class StrategyRecorder;  // strategy_recorder.h
 class AovRecorder;       // aov_recorder.h
 class StageProbe;        // stage_probe.h
+struct MediaWork;        // medium_walk.h
 
 /// Everything that a thread needs to render packets.
 struct Wavefront {
@@ -88,6 +91,7 @@ struct Wavefront {
   StrategyRecorder* recorder = nullptr;  // not owned; null but for diagnosis
   AovRecorder* aovs = nullptr;           // not owned; null unless the tile has AOVs
   StageProbe* probe = nullptr;           // not owned; null but for benches
+  std::shared_ptr<MediaWork> media;      // null unless the scene has media
 };
 
 }  // namespace lightmill

@@ -185,7 +185,12 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        : scene.flattened_instances ? flattened
                                    : "no object is instanced",
        "a level of traversal, and a transform per hit");
-  item("participating media", false, "none in the scene", "distance sampling and transmittance");
+  const size_t media = scene.any_media() ? scene.media.size() / kMediumFloats - 1 : 0;
+  item("participating media", scene.any_media(),
+       scene.any_media() ? text(media) + " homogeneous, with " +
+                               (scene.any_boundaries ? "boundaries" : "no boundary but surfaces")
+                         : "none in the scene",
+       "distance sampling, the walk through boundaries and transmittance");
   return plan;
 }
 

@@ -29,6 +29,8 @@ enum VertexDim : uint32_t {
   kDimSplatLens = 7,       // 2D: the lens point that a light vertex is joined to
   kDimNeeTexel = 7,        // 1D: texel of an environment image
   kDimConnectStart = 8,    // 1D: where the draws from the light-vertex cache start
+  kDimCameraDistance = 5,  // 1D and random, camera: where the segment before the vertex ends in a medium
+  kDimLightDistance = 4,   // the same of light paths
   kDimConnectRoulette = 9  // + number of the draw modulo kConnectRouletteDims: 1D
 };
 inline constexpr uint32_t kConnectRouletteDims = kDimsPerVertex - kDimConnectRoulette;

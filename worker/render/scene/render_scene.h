@@ -12,6 +12,7 @@
 #include "common/scene/description.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/light/light_table.h"
+#include "worker/render/scene/medium.h"
 #include "worker/render/scene/texture.h"
 
 namespace lightmill {
@@ -94,6 +95,12 @@ struct RenderScene {
   std::vector<int32_t> primitive_flags;     // per primitive: kFlip...
   static constexpr int32_t kFlip = 1, kHasUv = 2;
 
+  // Participating media (medium.h); empty without any.
+  std::vector<float> media;              // kMediumFloats per medium, of which the first is empty space
+  std::vector<int32_t> primitive_media;  // sides per primitive
+  bool any_boundaries = false;           // of media, without a surface
+  int32_t camera_medium = 0;             // that camera paths start in
+
   std::vector<MaterialEntry> materials;
   std::vector<float> material_params;  // kBsdfParams per material
   std::vector<int32_t> material_kind;
@@ -134,6 +141,7 @@ struct RenderScene {
             origin.y + std::ldexp(double{p.y}, -scale_exponent),
             origin.z + std::ldexp(double{p.z}, -scale_exponent)};
   }
+  bool any_media() const { return !media.empty(); }
   /// Whether shading normals may differ from geometric ones.
   bool any_shading_normals() const { return any_normals || any_bumps; }
   int32_t triangle_count() const { return static_cast<int32_t>(indices.size() / 3); }

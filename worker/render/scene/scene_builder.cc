@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "common/error.h"
@@ -13,6 +14,7 @@
 #include "worker/render/scene/instancing.h"
 #include "worker/render/scene/light_builder.h"
 #include "worker/render/scene/material_builder.h"
+#include "worker/render/scene/media_builder.h"
 #include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/texture_check.h"
 
@@ -83,6 +85,11 @@ class SceneBuilder {
     shapes_ = world_;
     for (const InstancedObject& o : split_.objects)
       shapes_.insert(shapes_.end(), o.shapes.begin(), o.shapes.end());
+    media_.emplace(in_, shapes_);
+    std::erase_if(world_, [&](const ShapeDescription* s) { return media_->is_nothing(*s); });
+    std::erase_if(shapes_, [&](const ShapeDescription* s) { return media_->is_nothing(*s); });
+    for (InstancedObject& o : split_.objects)
+      std::erase_if(o.shapes, [&](const ShapeDescription* s) { return media_->is_nothing(*s); });
     emitters_.expect(shapes_);
   }
 
@@ -90,6 +97,7 @@ class SceneBuilder {
     const Matrix& c2w = in_.camera.camera_to_world.m;
     out_.origin = {c2w[0][3], c2w[1][3], c2w[2][3]};
     measure();
+    media_->write(&out_);
     if (const int cycle = mix_in_a_cycle(in_.materials); cycle >= 0) {
       throw Error(ErrorKind::kBadScene, "the mix " + in_.materials[static_cast<size_t>(cycle)].name +
                                             " contains itself; take it out of what it mixes");
@@ -104,7 +112,10 @@ class SceneBuilder {
     add_instances();
     emitters_.report();
     out_.positions.resize(out_.positions.size() + 4);  // vector loads read past the last vertex
-    for (const LightDescription& l : in_.lights) add_light(l, &out_);
+    for (const LightDescription& l : in_.lights) {
+      add_light(l, &out_);
+      surround_lights(media_->around(l.medium));
+    }
     out_.lights.finish();
     use_mixed_materials();
     for (size_t i = 0; i < out_.materials.size(); ++i) {
@@ -230,6 +241,11 @@ class SceneBuilder {
     }
   }
 
+  /// Lights that were added since the last call have `sides` around them.
+  void surround_lights(int32_t sides) {
+    if (media_->any()) out_.lights.media.resize(static_cast<size_t>(out_.lights.count()), sides);
+  }
+
   static double sphere_scale(const ShapeDescription& s) {
     if (const auto scale = uniform_scale(s.object_to_world.m)) return *scale;
     throw Error(ErrorKind::kBadScene,
@@ -275,6 +291,8 @@ class SceneBuilder {
       if (const auto* p = std::get_if<ProjectionLight>(&l.kind)) b.add(origin(p->light_to_world));
     }
     const Vec3d& o = out_.origin;
+    // A medium that the camera stands in may have no boundary but the scene's.
+    if (media_->any()) b.add(o);
     double extent = 0;
     if (!b.empty()) {
       const double from[3] = {o.x, o.y, o.z};
@@ -346,6 +364,9 @@ class SceneBuilder {
     out_.primitive_material.push_back(s.material);
     out_.primitive_light.push_back(light);
     out_.primitive_flags.push_back(flags);
+    if (!media_->any()) return;
+    out_.primitive_media.push_back(media_->sides(s));
+    out_.any_boundaries = out_.any_boundaries || s.boundary;
   }
 
   void add_mesh(const ShapeDescription& s, const TriangleMesh& mesh) {
@@ -419,8 +440,13 @@ class SceneBuilder {
     if (range.triangle_count > 0) {
       out_.meshes.push_back(range);
       out_.any_alpha = out_.any_alpha || has_alpha_mask(range.alpha);
-      if (s.material >= 0) used_[static_cast<size_t>(s.material)] = true;
+      use_material(s);
     }
+    surround_lights(media_->sides(s) & (kMediumTransition - 1));
+  }
+
+  void use_material(const ShapeDescription& s) {
+    if (s.material >= 0 && !s.boundary) used_[static_cast<size_t>(s.material)] = true;
   }
 
   std::array<Vec3d, 3> rounded_corners(const int32_t* i) const {
@@ -476,6 +502,7 @@ class SceneBuilder {
     }
     const bool copy = s.area_light >= 0 && emitters_.is_copied_sphere(s);
     const int32_t light = s.area_light >= 0 && !copy ? emitters_.add_sphere(s) : -1;
+    surround_lights(media_->sides(s) & (kMediumTransition - 1));
     if (copy || is_unseen_emitter(s)) {
       out_.spheres.resize(out_.spheres.size() - 4);
       out_.sphere_axes.resize(out_.sphere_axes.size() - 9);
@@ -485,7 +512,7 @@ class SceneBuilder {
     // The normal is computed outwards, so handedness does not matter: only ReverseOrientation flips.
     const int32_t flags = s.reverse_orientation ? RenderScene::kFlip : 0;
     add_primitive(s, light, flags);
-    if (s.material >= 0) used_[static_cast<size_t>(s.material)] = true;
+    use_material(s);
   }
 
   const SceneDescription& in_;
@@ -498,6 +525,7 @@ class SceneBuilder {
   unsigned kinds_ = 0;
   bool keep_uvs_ = false;
   EmitterBuilder emitters_;
+  std::optional<MediaBuilder> media_;
 };
 
 }  // namespace

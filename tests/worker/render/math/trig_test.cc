@@ -47,5 +47,19 @@ TEST(Trig, LogarithmOfPositives) {
   EXPECT_EQ(log_positive(1.0f), 0.0f);
 }
 
+TEST(Trig, LogarithmOfOneMinus) {
+  const auto check = [](float x, float rest, double exact) {
+    const float l = minus_log_one_minus(x, rest);
+    ASSERT_NEAR(l / exact, 1, 4e-7) << x;
+    ASSERT_EQ(float_bits(minus_log_one_minus(splat<Float8>(x), splat<Float8>(rest))[1]), float_bits(l));
+  };
+  for (int i = 1; i < 4000; ++i) {
+    const auto x = static_cast<float>(std::exp2(-i / 80.0));  // from 2^-50 to nearly 1
+    check(x, 1 - x, -std::log1p(-double{x}));
+    check(1 - x, x, i < 41 ? -std::log1p(-double{1 - x}) : -std::log(double{x}));
+  }
+  EXPECT_EQ(minus_log_one_minus(0.0f, 1.0f), 0.0f);
+}
+
 }  // namespace
 }  // namespace lightmill::test

@@ -1,0 +1,79 @@
+// MakeNamedMedium, MediumInterface and what takes them over.
+#include "tests/common/scene/scene_fixture.h"
+
+namespace lightmill {
+namespace {
+
+class PbrtMedia : public SceneTest {};
+
+TEST_F(PbrtMedia, HomogeneousOnesAreReadWithTheirScale) {
+  const SceneDescription s = clean_world(
+      "MakeNamedMedium \"a\" \"string type\" \"homogeneous\"\n"
+      "MakeNamedMedium \"b\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [1 2 3] \"rgb sigma_s\" [4 5 "
+      "6]\n"
+      "  \"float scale\" 0.5 \"float g\" -0.25 \"rgb Le\" [1 0.5 0] \"float Lescale\" 4\n"
+      "MakeNamedMedium \"c\" \"string type\" \"homogeneous\" \"string preset\" \"Skin1\" \"float scale\" "
+      "2\n");
+  ASSERT_EQ(s.media.size(), 3u);
+  EXPECT_EQ(s.media[0].sigma_a, (Rgb{1, 1, 1}));  // pbrt-v4's defaults
+  EXPECT_EQ(s.media[0].sigma_s, (Rgb{1, 1, 1}));
+  EXPECT_EQ(s.media[0].g, 0);
+  EXPECT_EQ(s.media[1].sigma_a, (Rgb{0.5f, 1, 1.5f}));
+  EXPECT_EQ(s.media[1].sigma_s, (Rgb{2, 2.5f, 3}));
+  EXPECT_EQ(s.media[1].g, -0.25f);
+  EXPECT_EQ(s.media[1].emission, (Rgb{4, 2, 0}));
+  EXPECT_EQ(s.media[2].sigma_s, (Rgb{1.48f, 1.76f, 2.02f}));
+  EXPECT_EQ(s.media[2].sigma_a, (Rgb{0.064f, 0.34f, 0.96f}));
+}
+
+TEST_F(PbrtMedia, InterfacesAreInForceAsOtherAttributes) {
+  const SceneDescription s =
+      clean(load("MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\n"
+                 "MediumInterface \"\" \"fog\" Camera \"perspective\" WorldBegin LightSource \"point\"\n"
+                 "AttributeBegin MediumInterface \"milk\" \"fog\" Shape \"sphere\" AttributeEnd\n"
+                 "AttributeBegin MediumInterface \"\" LightSource \"point\" Shape \"sphere\" AttributeEnd\n"
+                 "Shape \"sphere\" MakeNamedMedium \"milk\" \"string type\" \"homogeneous\"\n"));
+  EXPECT_EQ(s.camera.medium, 0);
+  EXPECT_EQ(s.lights[0].medium, 0);
+  EXPECT_EQ(s.lights[1].medium, -1);
+  ASSERT_EQ(s.shapes.size(), 3u);
+  EXPECT_EQ(s.shapes[0].media, (MediumInterface{1, 0}));
+  EXPECT_EQ(s.shapes[1].media, (MediumInterface{-1, -1}));
+  EXPECT_EQ(s.shapes[2].media, (MediumInterface{-1, 0}));
+  EXPECT_EQ(s.media[1].name, "milk");
+}
+
+TEST_F(PbrtMedia, ShapesWithoutASurfaceAreBoundariesOrNothing) {
+  const SceneDescription s = clean_world(
+      "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" Material \"interface\" Shape \"sphere\"\n"
+      "MediumInterface \"fog\" Shape \"sphere\" MediumInterface \"fog\" \"\" Shape \"sphere\"\n"
+      "Material \"diffuse\" Shape \"sphere\"");
+  ASSERT_EQ(s.shapes.size(), 2u);
+  EXPECT_TRUE(s.shapes[0].boundary);
+  EXPECT_FALSE(s.shapes[1].boundary);
+}
+
+TEST_F(PbrtMedia, BadOnesAreRefusedWithTheirLine) {
+  const std::string fog = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" ";
+  const std::pair<std::string, const char*> cases[] = {
+      {"MediumInterface \"fob\" \"\"\n" + fog, "there is no medium named \"fob\"; did you mean \"fog\"?"},
+      {fog + fog, "is defined twice"},
+      {fog + "\"float g\" 1", "g"},
+      {fog + "\"rgb sigma_a\" [-1 0 0]", "must not be negative"},
+      {fog + "\"float scale\" -1", "scale"},
+      {fog + "\"rgb sigma_s\" [1e20 0 0] \"float scale\" 1e20", "beyond 1e30"},
+      {fog + "\"string preset\" \"Skin3\"", "did you mean \"Skin1\"?"},
+      {fog + "\"float sigma\" 1", "sigma"},
+      {"MakeNamedMedium \"fog\" \"string type\" \"homogenous\"", "did you mean \"homogeneous\"?"},
+      {"MakeNamedMedium \"fog\"", "needs a \"string type\""},
+      {"MakeNamedMedium \"\" \"string type\" \"homogeneous\"", "needs a name"},
+  };
+  for (const auto& [text, message] : cases) {
+    const LoadResult r = load_world(text);
+    EXPECT_TRUE(has_error(r, message)) << text << "\n" << listed(r);
+    EXPECT_TRUE(mentions(r, "scene.pbrt:2:")) << text << "\n" << listed(r);
+  }
+}
+
+}  // namespace
+}  // namespace lightmill
