@@ -9,6 +9,7 @@
 #include "tests/support/agreement.h"
 #include "tests/support/scaled_scene.h"
 #include "tests/support/test_scene.h"
+#include "worker/render/renderer.h"
 
 namespace lightmill::test {
 namespace {
@@ -229,6 +230,23 @@ TEST_P(MediaStrategySet, AgreesInAFoggyRoom) {
   test.max_excluded = 0.2;
   EXPECT_TRUE(images_agree(deeper, some, test));
   EXPECT_FALSE(images_agree(deeper, scaled(some, 1.25f), test)) << "the test notices nothing";
+}
+
+// Camera paths bring their medium with them; for paths from the lights it is found out where the file is
+// silent.
+TEST(MediaOfLights, AreThoseThatCameraPathsMeetThere) {
+  const TestScene said = foggy_room();
+  SceneDescription silent = said.scene;
+  for (ShapeDescription& shape : silent.shapes) {
+    if (!shape.media.transition()) shape.media = {};
+  }
+  const RenderSettings settings = settings_for(silent, Integrator::kBdpt, 256, 4);
+  EXPECT_EQ(Renderer(said.scene, settings, 1).warnings().size(), 0u);
+  const auto warnings = Renderer(silent, settings, 1).warnings();
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].message.find("2 of 2 lights stand in another medium"), std::string::npos);
+  EXPECT_EQ(render_batches(said.scene, settings, 1).images[0].data,
+            render_batches(silent, settings, 1).images[0].data);
 }
 
 // Coefficients are per length: with 2^-k of them, a scene 2^k times as large has the same bits.

@@ -182,6 +182,19 @@ SceneDescription every_kernel() {
   return scene;
 }
 
+/// Everything in a coloured fog, and a cloud that glows behind a boundary.
+void fill_with_media(SceneDescription* scene) {
+  scene->media = {{"", {0.02f, 0.05f, 0.1f}, {0.1f, 0.05f, 0.02f}, {}, 0.6f, {}},
+                  {"", {0.5f, 0.2f, 0.1f}, {2, 3, 1}, {0.1f, 0.1f, 0.2f}, -0.3f, {}}};
+  for (ShapeDescription& shape : scene->shapes) shape.media = {0, 0};
+  for (LightDescription& light : scene->lights) light.medium = 0;
+  scene->camera.medium = 0;
+  ShapeDescription cloud = sphere(0.4, 0.1, 2.2, 0.5f, 0);
+  cloud.media = {1, 0};
+  cloud.boundary = true;
+  scene->shapes.push_back(cloud);
+}
+
 }  // namespace
 
 std::string arithmetic_class() {
@@ -217,6 +230,8 @@ std::string arithmetic_class() {
     scene.objects.clear();
     scene.instances.clear();
     for (ShapeDescription& shape : scene.shapes) shape.alpha = {1, -1};
+    hash_render(scene);
+    fill_with_media(&scene);
     hash_render(scene);
     hash_imaged_lights(&all);
     return all.hex();

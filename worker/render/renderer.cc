@@ -8,6 +8,7 @@
 
 #include "worker/render/pipeline/aov_recorder.h"
 #include "worker/render/pipeline/pipeline.h"
+#include "worker/render/plan/light_media.h"
 #include "worker/render/plan/scene_analysis.h"
 
 namespace lightmill {
@@ -72,7 +73,12 @@ struct Renderer::World {
         accel((drop_geometry(&description), scene), options.threads),
         camera(make_camera(description.camera, s.grid.width, s.grid.height, scene.scale_exponent)),
         filter(description.filter),
-        imaging_ratio(description.film.imaging_ratio) {}
+        imaging_ratio(description.film.imaging_ratio) {
+    if (!scene.any_media()) return;
+    const FlushDenormals flush;
+    find_light_media(accel, camera, filter, s.grid.width, s.grid.height, description.media.front().location,
+                     &scene);
+  }
 };
 
 struct Renderer::Impl {

@@ -30,13 +30,14 @@ inline BsdfEval<F> eval_henyey_greenstein(const BsdfParams<F>& params, const Vec
 
 /// Inverts the distribution of cos theta in both 1 - cos and 1 + cos, of which the sine is made:
 ///   D = 1 - g + 2 g u,  1 - cos = 2 (1 - g)^2 (1 - u) (1 + g u) / D^2,
-///   1 + cos = 2 (1 + g)^2 u (1 - g (1 - u)) / D^2.
+///   1 + cos = 2 (1 + g)^2 u (1 - g (1 - u)) / D^2,
+/// each as a sum of what is positive.
 template <class F>
 inline BsdfSample<F> sample_henyey_greenstein(const BsdfParams<F>& params, F u, F v) {
   const F g = params.p[0], rest = 1.0f - u;
-  const F d = 1.0f / ((1.0f - g) * rest + (1.0f + g) * u);
-  const F minus = 2.0f * sqr((1.0f - g) * d) * rest * (1.0f + g * u);
-  const F plus = 2.0f * sqr((1.0f + g) * d) * u * (1.0f - g * rest);
+  const F a = (1.0f - g) * rest, b = (1.0f + g) * u, d = 1.0f / (a + b);
+  const F minus = 2.0f * (1.0f - g) * a * d * d * (rest + b);
+  const F plus = 2.0f * (1.0f + g) * b * d * d * (u + a);
   F sp, cp;
   sincos_2pi(v, &sp, &cp);
   const F sine = sqrt(minus * plus);

@@ -314,6 +314,12 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
       append(&m.casting, e.id, shadow_step(context, e, q, m, !boundaries));
     }
   }
+  if (m.arrivals) {
+    for (size_t i = 0; i < count; ++i) {
+      if (!q.occluded[i])
+        m.arrivals->push_back({m.shadow_light[i] >> 1, (m.shadow_light[i] & 1) != 0, m.shadow_medium[i]});
+    }
+  }
   for (size_t base = 0; base < count; base += kLanes) {  // arrays of a multiple of kLanes
     const auto rows = [&](float(*from)[ShadowRays::kCapacity]) {
       return exp_minus({load<Lane>(from[0] + base), load<Lane>(from[1] + base), load<Lane>(from[2] + base)});

@@ -46,6 +46,15 @@ struct MediaWork {
   alignas(32) float shadow_depth[3][ShadowRays::kCapacity], shadow_rate[3][ShadowRays::kCapacity];
   TracedRay shadow_rays[ShadowRays::kCapacity];
 
+  /// A shadow ray of next event that got to a light, and the medium that it was in then.
+  struct Arrival {
+    int32_t light;
+    bool outside;  // of the light's surface
+    int32_t medium;
+  };
+  std::vector<Arrival>* arrivals = nullptr;                 // not owned; null but in light_media.h
+  alignas(32) int32_t shadow_light[ShadowRays::kCapacity];  // of next event: light * 2 + outside
+
   std::vector<int32_t> casting, walking;  // slots with a ray to cast; those that it is not done with
 };
 

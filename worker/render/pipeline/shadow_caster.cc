@@ -30,6 +30,7 @@ struct Candidates {
   // With media: the one that the segment starts in, and w_light + w_camera without P~ of the segment.
   LaneInt medium{};
   Lane ratio{};
+  LaneInt light{};  // of next event: MediaWork::shadow_light
 };
 
 /// Of the roulette: what is lit by a lamp a billion times weaker than another one may be all that a pixel
@@ -71,7 +72,9 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   add(q.tfar, c.tfar);
   add(q.r, value.x), add(q.g, value.y), add(q.b, value.z);
   add(q.target, c.target);
-  if constexpr (kMedia) add(w.media->shadow_medium, c.medium), add(w.media->shadow_ratio, c.ratio);
+  if constexpr (kMedia)
+    add(w.media->shadow_medium, c.medium), add(w.media->shadow_ratio, c.ratio),
+        add(w.media->shadow_light, c.light);
   if (w.recorder) {
     int i = q.count;
     for (unsigned left = bits; left; left &= left - 1) w.recorder->queued(std::countr_zero(left), i++);
@@ -179,7 +182,10 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     const Lane mis = mis_weight(w_light, w_camera);
     const Lane scale = shading_cosine<kMedia>(v, abs(wi.z)) * inv_pdf * mis * context.imaging_ratio;
     Candidates c;
-    if constexpr (kMedia) c.medium = medium_towards(v, d.wi), c.ratio = w_light + w_camera;
+    if constexpr (kMedia) {
+      c.medium = medium_towards(v, d.wi), c.ratio = w_light + w_camera;
+      c.light = d.light * 2 + select(LaneMask(dot(d.normal, d.wi) < 0.0f), splat_int<Lane>(1), LaneInt{});
+    }
     c.value = select(lit, v.throughput * f.f * d.radiance * scale, Vec3<Lane>{});
     c.origin = offset_origin(v.p, v.error, v.ng, d.wi);
     const Vec3<Lane> end = offset_origin(d.point, d.error, d.normal, -d.wi);
