@@ -8,7 +8,9 @@
 #include <exception>
 #include <limits>
 #include <mutex>
+#include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace lightmill {
@@ -16,6 +18,17 @@ namespace lightmill {
 /// `threads` if positive, else one per processor that this process may use.
 inline int thread_count(int threads) {
   return threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+/// Starts a thread; false if the system has no more for us, which those that there are make up for.
+template <class Run>
+bool add_thread(std::vector<std::jthread>* pool, Run&& run) {
+  try {
+    pool->emplace_back(std::forward<Run>(run));
+    return true;
+  } catch (const std::system_error&) {
+    return false;
+  }
 }
 
 /// Calls work(i) for i from 0 to count - 1 on up to `threads` threads (0: one per processor), of which this
@@ -46,7 +59,8 @@ void parallel_for(size_t count, int threads, const Work& work) {
   {
     std::vector<std::jthread> pool;
     const size_t helpers = std::min(count, static_cast<size_t>(thread_count(threads)));
-    for (size_t i = 1; i < helpers; ++i) pool.emplace_back(run);
+    while (pool.size() + 1 < helpers && add_thread(&pool, run)) {
+    }
     run();
   }
   if (failure) std::rethrow_exception(failure);

@@ -71,8 +71,10 @@ void PlyReadAhead::expect(const std::vector<std::string>& paths) {
     file.path = std::move(path);
     by_path_[file.path] = &file;
   }
-  while (pool_.size() + 1 < std::min(static_cast<size_t>(threads_), files_.size()))
-    pool_.emplace_back([this](const std::stop_token& stop) { work(stop); });
+  const size_t helpers = std::min(static_cast<size_t>(threads_), files_.size());
+  while (pool_.size() + 1 < helpers &&
+         add_thread(&pool_, [this](const std::stop_token& stop) { work(stop); })) {
+  }
   changed_.notify_all();
 }
 
