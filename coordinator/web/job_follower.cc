@@ -40,7 +40,12 @@ std::string JobFollower::next() {
       status.state != state) {
     curve_mark_ = {status.relmse.value_or(0), status.spp, status.state};
     const ErrorCurve curve = farm_.curve(job_);
-    if (curve.points.size() > points_) data["points"] = curve_view(curve, points_);
+    // Points go when samples are taken back; then the curve is told anew.
+    if (curve.points.size() < points_) points_ = 0;
+    if (curve.points.size() > points_ || points_ == 0) {
+      data["points"] = curve_view(curve, points_);
+      data["points_from"] = points_;
+    }
     points_ = curve.points.size();
   }
 

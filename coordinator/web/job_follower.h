@@ -11,7 +11,8 @@ namespace lightmill {
 class JobFollower {
  public:
   JobFollower(const Farm& farm, JobId job) : farm_(farm), job_(std::move(job)) {}
-  /// A "job" event with {"id", "full"} and, where they changed, "detail", "points" (the newest ones), "tiles"
+  /// A "job" event with {"id", "full"} and, where they changed, "detail", "points" (from number
+  /// "points_from" on), "tiles"
   /// and "first_tile" (those below have been left behind); empty if nothing changed. A job that is not there
   /// is
   /// {"id", "missing": true}, once.

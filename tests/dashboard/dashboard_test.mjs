@@ -1,4 +1,4 @@
-// Usage: node dashboard_test.mjs ROOT [--screenshots FOLDER]. Every test gets a page of its own; one farm serves all
+// Usage: node dashboard_test.mjs ROOT [--screenshots FOLDER] [--only PART-OF-A-NAME]. Every test gets a page of its own; one farm serves all
 // but those that break it.
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -9,7 +9,8 @@ import { madeUpJob, serveMadeUpFarm } from "./fake_farm.mjs";
 import { Farm, kGenerousMs, until } from "./farm.mjs";
 
 const root = process.argv[2];
-const screenshots = process.argv[3] === "--screenshots" ? process.argv[4] : undefined;
+const option = (name) => (process.argv.includes(name) ? process.argv[process.argv.indexOf(name) + 1] : undefined);
+const screenshots = option("--screenshots");
 const scene = join(root, "scenes/cornell-spheres.pbrt");
 const small = ["--integrator", "pt", "--resolution", "96x64"];
 
@@ -226,6 +227,31 @@ const tests = {
     await page.context().close();
   },
 
+  async "the chart takes any curve"() {
+    const made = await serveMadeUpFarm(join(root, "build/release/coordinator/dashboard/dist"), 100, 1);
+    try {
+      const page = await open(`${made.url}#/jobs/j50`);
+      await page.waitForSelector(".viewer");
+      let state = 12345; // of a generator of our own: the same curves every time
+      const random = () => (state = (state * 1103515245 + 12345) % 2147483648) / 2147483648;
+      for (let i = 0; i < 80; i++) {
+        const begin = 10 ** (6 * random() - 3);
+        const top = 10 ** (14 * random() - 10);
+        const points = Array.from({ length: Math.floor(20 * random()) }, (_, k) => ({
+          wall_seconds: begin * (1 + k + random() / 2), cpu_seconds: begin * (k + 1), spp: 2 ** k, batches: k,
+          ...(k > 0 && { relmse: i % 9 === 0 ? 0 : top / (k + random()) }), ...(k > 3 && { relmse_low: top / (2 * k), relmse_high: top }),
+        }));
+        const target = { ...madeUpJob(50), ...(i % 2 && { target_error: top * 10 ** (4 * random() - 4) }) };
+        made.send("jobs", { full: false, rows: [target] });
+        made.send("job", { id: "j50", full: true, detail: { settings: {}, scene: "", crop: [0, 0, 1920, 1080], cell_pixels: 32 }, points, points_from: 0, complete_samples: i });
+        await page.locator(".panel", { hasText: `${i} samples per pixel complete` }).waitFor().catch(() => assert.fail(`curve ${i} never came`));
+      }
+      await page.context().close();
+    } finally {
+      made.close();
+    }
+  },
+
   async "ten thousand jobs and a thousand workers"() {
     const made = await serveMadeUpFarm(join(root, "build/release/coordinator/dashboard/dist"), 10000, 1000);
     try {
@@ -271,6 +297,7 @@ try {
   await farm.startCoordinator();
   farm.startWorker(1);
   for (const [name, test] of Object.entries(tests)) {
+    if (!name.includes(option("--only") ?? "")) continue;
     const begin = Date.now();
     try {
       await test();

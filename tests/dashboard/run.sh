@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The dashboard in a real browser (Debian's chromium, driven by playwright-core) against a real farm.
-#   tests/dashboard/run.sh [--screenshots FOLDER]
+#   tests/dashboard/run.sh [--screenshots FOLDER] [--only PART-OF-A-NAME]
 # Needs the release build, node, npm and chromium (deploy/install_packages.sh build browser). The last line is
 # "N passed, N failed".
 set -uo pipefail

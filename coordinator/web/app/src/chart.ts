@@ -76,7 +76,7 @@ export class ErrorChart {
   }
 
   private data(): uPlot.AlignedData {
-    const points = this.points.filter((p) => p.relmse !== undefined && p[this.axis] > 0);
+    const points = this.points.filter((p) => (p.relmse ?? 0) > 0 && p[this.axis] > 0);
     const xs = points.map((p) => p[this.axis]);
     const column = (key: "relmse" | "relmse_low" | "relmse_high" | "true_relmse") =>
       points.map((p) => { const v = p[key]; return v !== undefined && v > 0 ? v : null; });
@@ -148,10 +148,17 @@ export class ErrorChart {
   }
 }
 
-/** A range that shows at least a decade or so, with air around. */
+/** A range that shows at least a decade or so, with air around. uPlot walks along a logarithmic axis by steps that it
+ * rounds: between ends that are not of one digit, 0, or infinite (as of a series without values) it may never arrive. */
 function decades(low: number | null, high: number | null, air: number): [number, number] {
-  if (!low || !high || !(low > 0)) return [0.1, 10];
+  if (!low || !high || !(low > 0) || !(high >= low) || !Number.isFinite(high)) return [0.1, 10];
   const middle = Math.sqrt(low * high);
   const half = Math.max(Math.sqrt(high / low) * air, 3);
-  return [middle / half, middle * half];
+  return [oneDigit(middle / half, Math.floor), oneDigit(middle * half, Math.ceil)];
+}
+
+/** 0.0347 -> 0.03 or 0.04 */
+function oneDigit(value: number, round: (x: number) => number): number {
+  const power = Math.floor(Math.log10(value));
+  return Number(`${Math.max(1, round(value / 10 ** power))}e${power}`);
 }

@@ -143,9 +143,8 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     store.watchJob((news) => {
       if (news.id !== id) return;
       missing = news.missing ?? false;
-      if (news.full) points = [];
       if (news.detail) detail = news.detail;
-      if (news.points) points = [...points, ...news.points];
+      if (news.points) points = [...points.slice(0, news.points_from ?? 0), ...news.points];
       tiles.take(news);
       drawn = undefined;
       update();

@@ -112,6 +112,7 @@ export interface JobNews {
   missing?: boolean;
   detail?: JobDetail;
   points?: CurvePoint[];
+  points_from?: number;
   tiles?: Tile[];
   first_tile?: number;
   complete_samples?: number;
