@@ -17,37 +17,13 @@ dir=$(mktemp -d "${TMPDIR:-/tmp}/lightmill-compose.XXXXXX")
 export COMPOSE_PROJECT_NAME=lightmilltest
 compose() { docker-compose -f "$dir/context/deploy/compose.yaml" "$@"; }
 cleanup() {
-  [[ -n $docker_pid ]] && timeout 120 docker-compose -f "$dir/context/deploy/compose.yaml" down -v -t 5 >/dev/null 2>&1
+  [[ -n ${DOCKER_HOST:-} ]] && timeout 120 docker-compose -f "$dir/context/deploy/compose.yaml" down -v -t 5 >/dev/null 2>&1
   stop_docker "$dir"
 }
 trap cleanup EXIT
+trap 'exit 143' TERM INT
 
-for program in lightmill lightmill-coordinator lightmill-worker; do
-  [[ -x $bin/$program ]] || { echo "FAIL  $bin/$program is not there; build the release preset first"; failed=1; finish; }
-done
-[[ $(id -u) == 0 ]] || skip_all "a Docker daemon of its own needs root"
-deploy/install_packages.sh docker test || skip_all "Docker's packages could not be installed"
-start_docker "$dir" || skip_all "$docker_reason"
-make_base_image "$dir" || skip_all "$docker_reason"
-
-# --- images -------------------------------------------------------------------------------------------------
-mkdir "$dir/context"
-git ls-files -z --cached --others --exclude-standard | xargs -0 cp --parents -t "$dir/context" 2>/dev/null
-binaries=source
-if [[ $mode != --source ]]; then
-  binaries=prebuilt
-  rm "$dir/context/.dockerignore"
-  mkdir -p "$dir/context/build/release"
-  cp -r "$bin" "$dir/context/build/release/"
-fi
-image() {
-  docker build --network host --build-arg BINARIES="$binaries" --target "$1" -t "lightmill-$1" \
-    -f "$dir/context/deploy/Dockerfile" "$dir/context"
-}
-for target in coordinator worker cli; do check "image $target ($binaries)" image $target; done
-no_embree() { ! docker run --rm --pull never --network none --entrypoint ls lightmill-coordinator /usr/lib/x86_64-linux-gnu | grep embree; }
-check "no Embree in the coordinator's image" no_embree
-[[ $failed == 0 ]] || finish
+farm_images "$dir" "$mode"
 
 # --- up -----------------------------------------------------------------------------------------------------
 free_port() { /usr/bin/python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
@@ -59,15 +35,6 @@ settings=(--integrator bdpt --spp "${LIGHTMILL_COMPOSE_SPP:-256}" --seed 3)
 # key COMMAND... KEY: one value of a JSON answer.
 key() { "$bin/lightmill" "${@:1:$#-1}" --json | /usr/bin/python3 -c 'import json, sys; print(json.load(sys.stdin)[sys.argv[1]])' "${@: -1}"; }
 workers() { "$bin/lightmill" workers --json | /usr/bin/python3 -c 'import json, sys; print(sum(w["state"] not in ("gone", "lost", "left", "offline") for w in json.load(sys.stdin)))'; }
-# until SECONDS COMMAND...: polls it.
-until_true() {
-  local end=$((SECONDS + $1))
-  shift
-  while ! "$@" >/dev/null 2>&1; do
-    [[ $SECONDS -lt $end ]] || { "$@"; return 1; }
-    sleep 0.2
-  done
-}
 container() { compose ps -q "$1" | head -n 1; }
 healthy() { [[ $(docker inspect -f '{{.State.Health.Status}}' "$(container coordinator)") == healthy ]]; }
 limited() { [[ $(docker inspect -f '{{.HostConfig.NanoCpus}} {{.HostConfig.Memory}}' "$(container "$1")") =~ ^[1-9][0-9]*\ [1-9] ]]; }

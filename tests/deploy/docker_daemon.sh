@@ -5,6 +5,10 @@
 #   start_docker DIR      exports DOCKER_HOST; returns 1 with the reason in $docker_reason where it can't be
 #   make_base_image DIR   likewise
 #   stop_docker DIR       ends the daemon and frees the folder
+#   farm_images DIR MODE  all of that, and the three images of the farm, from the programs in build/release/bin (MODE
+#                         prebuilt) or compiling the checkout themselves (--source), as checks; DIR/context is what
+#                         they were built from. Skips the script with the reason where that can't be. With
+#                         LIGHTMILL_DOCKER_DIR, the DIR of another script whose daemon runs, that one's are taken.
 #
 # Debian's client and builder: another docker on the PATH may lack the classic builder.
 export PATH=/usr/bin:/usr/sbin:/sbin:$PATH DOCKER_BUILDKIT=0 COMPOSE_DOCKER_CLI_BUILD=0
@@ -61,4 +65,38 @@ make_base_image() {
   rm -rf --one-file-system "${dir:?}/base"
   docker run --rm --pull never --network none debian:bookworm-slim true 2>"$dir/run.log" ||
     { docker_reason="this kernel does not run containers: $(tail -n 1 "$dir/run.log" | cut -c1-200)"; return 1; }
+}
+
+farm_image() {
+  docker build --network host --build-arg BINARIES="$2" --target "$3" -t "lightmill-$3" -f "$1/context/deploy/Dockerfile" "$1/context"
+}
+# shellcheck disable=SC2317
+no_embree() { ! docker run --rm --pull never --network none --entrypoint ls lightmill-coordinator /usr/lib/x86_64-linux-gnu | grep embree; }
+
+farm_images() {
+  local dir=$1 binaries=source bin=build/release/bin program target
+  for program in lightmill lightmill-coordinator lightmill-worker; do
+    [[ -x $bin/$program ]] || { echo "FAIL  $bin/$program is not there; build the release preset first"; failed=1; finish; }
+  done
+  if [[ -n ${LIGHTMILL_DOCKER_DIR:-} ]]; then
+    export DOCKER_HOST=unix://$LIGHTMILL_DOCKER_DIR/socket
+    ln -s "$LIGHTMILL_DOCKER_DIR/context" "$dir/context"
+    return
+  fi
+  [[ $(id -u) == 0 ]] || skip_all "a Docker daemon of its own needs root"
+  deploy/install_packages.sh docker test || skip_all "Docker's packages could not be installed"
+  start_docker "$dir" || skip_all "$docker_reason"
+  make_base_image "$dir" || skip_all "$docker_reason"
+  mkdir "$dir/context"
+  git ls-files -z --cached --others --exclude-standard | xargs -0 cp --parents -t "$dir/context" 2>/dev/null
+  if [[ $2 != --source ]]; then
+    binaries=prebuilt
+    rm "$dir/context/.dockerignore"
+    mkdir -p "$dir/context/build/release"
+    cp -r "$bin" "$dir/context/build/release/"
+  fi
+  for target in coordinator worker cli; do check "image $target ($binaries)" farm_image "$dir" "$binaries" "$target"; done
+  check "no Embree in the coordinator's image" no_embree
+  [[ $failed == 0 ]] || finish
+  docker images --format '{{.Repository}} {{.Size}}' | grep ^lightmill
 }
