@@ -259,6 +259,24 @@ std::vector<TileStatus> FarmClient::tiles(const JobId& id) {
   return list;
 }
 
+std::vector<TileLogLine> FarmClient::logs(const JobId& id, const std::optional<int64_t>& tile, int64_t most) {
+  grpc::ClientContext context;
+  set_deadline(context, kTransferSeconds);
+  v1::GetLogsRequest request;
+  request.set_job_id(id.value);
+  if (tile) request.set_tile_id(*tile);
+  request.set_max_lines(most);
+  const auto reader = impl_->stub->GetLogs(&context, request);
+  std::vector<TileLogLine> list;
+  v1::GetLogsResponse message;
+  while (reader->Read(&message)) {
+    for (const v1::LogLine& line : message.lines())
+      list.push_back({line.time(), line.tile_id(), line.attempt(), line.worker_id(), line.text()});
+  }
+  impl_->require_ok(reader->Finish());
+  return list;
+}
+
 JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobStatus&)>& observe,
                             const std::function<void(const std::string&)>& lost) {
   using Steady = std::chrono::steady_clock;

@@ -22,6 +22,13 @@ struct FetchedImage {
   std::map<std::string, std::string> metadata;
 };
 
+/// See LogLine in proto/lightmill/v1/client.proto.
+struct TileLogLine {
+  double time = 0;
+  int64_t tile = -1, attempt = 0;
+  std::string worker, text;
+};
+
 using UploadProgress = std::function<void(size_t blobs, uint64_t sent, uint64_t bytes)>;
 
 class FarmClient {
@@ -41,6 +48,8 @@ class FarmClient {
   std::optional<PilotReport> pilot(const JobId& id);
   std::vector<JobStatus> jobs();
   std::vector<TileStatus> tiles(const JobId& id);
+  /// The newest `most` (at most 20000) lines about the job, or one of its tiles, oldest first.
+  std::vector<TileLogLine> logs(const JobId& id, const std::optional<int64_t>& tile, int64_t most);
   std::vector<WorkerStatus> workers();
   JobStatus pause(const JobId& id);
   JobStatus resume(const JobId& id);

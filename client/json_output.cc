@@ -35,6 +35,7 @@ nlohmann::json job_to_json(const JobStatus& s) {
           {"tiles_committed", s.tiles_committed},
           {"tiles_leased", s.tiles_leased},
           {"leases_reassigned", s.leases_reassigned},
+          {"commit_bytes", s.commit_bytes},
           {"spp", s.spp},
           {"wall_seconds", s.wall_seconds},
           {"cpu_seconds", s.cpu_seconds},

@@ -63,6 +63,7 @@ int job(const ListOptions& options) {
               sampling_text(s.settings).c_str());
   std::printf("time      %s wall, %s of processors\n", duration_text(s.wall_seconds).c_str(),
               duration_text(s.cpu_seconds).c_str());
+  std::printf("traffic   %.2f MB of partials\n", static_cast<double>(s.commit_bytes) / 1e6);
   if (s.relmse && s.relmse_low && s.relmse_high) {
     std::printf("relMSE    %.4g (95 %%: %.4g to %.4g)\n", *s.relmse, *s.relmse_low, *s.relmse_high);
   }

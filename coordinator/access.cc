@@ -55,6 +55,7 @@ const std::vector<AccessRule>& access_rules() {
       {"/lightmill.v1.ClientService/WatchJob", kLook},
       {"/lightmill.v1.ClientService/FetchImage", kLook},
       {"/lightmill.v1.ClientService/GetCurve", kLook},
+      {"/lightmill.v1.ClientService/GetLogs", kLook},
       {"/lightmill.v1.ClientService/SubmitJob", kChange},
       {"/lightmill.v1.ClientService/PauseJob", kChange},
       {"/lightmill.v1.ClientService/ResumeJob", kChange},

@@ -55,6 +55,13 @@ std::shared_ptr<const TokenTable> Authenticator::table() {
 }
 
 Verdict Authenticator::judge(std::string_view path, std::string_view authorization, int64_t now) {
+  Verdict verdict = look_up(path, authorization, now);
+  if (verdict.kind == Verdict::Kind::kUnauthenticated) ++unauthenticated_;
+  if (verdict.kind == Verdict::Kind::kForbidden) ++forbidden_;
+  return verdict;
+}
+
+Verdict Authenticator::look_up(std::string_view path, std::string_view authorization, int64_t now) {
   const AccessRule* const rule = access_rule(path);
   if (rule && rule->everybody) return {Verdict::Kind::kAllowed, "", ""};
   const std::string token = token_of(authorization);

@@ -3,6 +3,7 @@
 //
 //   Authenticator authenticator("tokens", log);
 //   const Verdict v = authenticator.judge("/lightmill.v1.ClientService/GetJob", "Bearer abc", now);
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -36,11 +37,17 @@ class Authenticator {
   /// `authorization`: the header's text, "Bearer TOKEN" or, of browsers, "Basic ..." with the token as
   /// password. `now`: seconds since 1970.
   Verdict judge(std::string_view path, std::string_view authorization, int64_t now);
+  /// How many were judged so; of kUnauthenticated and kForbidden.
+  uint64_t refused(Verdict::Kind kind) const {
+    return kind == Verdict::Kind::kForbidden ? forbidden_ : unauthenticated_;
+  }
 
  private:
+  Verdict look_up(std::string_view path, std::string_view authorization, int64_t now);
   std::shared_ptr<const TokenTable> table();
   const std::string path_;
   const Log log_;
+  std::atomic<uint64_t> unauthenticated_{0}, forbidden_{0};
   std::mutex mutex_;
   FileStamp stamp_;                          // guarded by mutex_
   std::shared_ptr<const TokenTable> table_;  // guarded by mutex_

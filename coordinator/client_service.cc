@@ -16,6 +16,7 @@ namespace {
 constexpr int kMaxFetches = 8;  // an image is resolved in memory for each
 constexpr int kMaxAskedBlobs = 100000;
 constexpr int kTilesPerMessage = 1000;
+constexpr int kLinesPerMessage = 1000;
 constexpr size_t kMaxUploadChunk = size_t{4} << 20;
 constexpr double kWatchBeatSeconds = 1;
 constexpr std::chrono::milliseconds kWatchSpacing(200);
@@ -118,6 +119,32 @@ grpc::Status ClientService::ListTiles(grpc::ServerContext*, const v1::ListTilesR
       message.clear_tiles();
     }
     if (message.tiles_size() > 0) writer->Write(message);
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::GetLogs(grpc::ServerContext*, const v1::GetLogsRequest* request,
+                                    grpc::ServerWriter<v1::GetLogsResponse>* writer) {
+  return guarded([&] {
+    const int64_t most = request->max_lines();
+    if (most < 1 || most > static_cast<int64_t>(TileLog::kMaxLines))
+      throw Error(ErrorKind::kUsage, "max_lines must be 1 to 20000");
+    const JobId job = farm_.job(JobId{request->job_id()}).id;
+    std::optional<TileId> tile;
+    if (request->has_tile_id()) tile = TileId{request->tile_id()};
+    v1::GetLogsResponse message;
+    for (const TileLog::Line& line : tile_log_.of(job, tile, static_cast<size_t>(most))) {
+      v1::LogLine* const out = message.add_lines();
+      out->set_time(line.time);
+      out->set_tile_id(line.about.tile);
+      out->set_attempt(line.about.attempt);
+      out->set_worker_id(line.about.worker);
+      out->set_text(one_line(line.text));
+      if (message.lines_size() < kLinesPerMessage) continue;
+      if (!writer->Write(message)) return grpc::Status::CANCELLED;
+      message.clear_lines();
+    }
+    if (message.lines_size() > 0) writer->Write(message);
     return grpc::Status::OK;
   });
 }

@@ -8,6 +8,7 @@
 #include "coordinator/farm.h"
 #include "coordinator/quotas.h"
 #include "coordinator/submit_limit.h"
+#include "coordinator/tile_log.h"
 #include "lightmill/v1/client.grpc.pb.h"
 
 namespace lightmill {
@@ -16,12 +17,13 @@ class ClientService final : public v1::ClientService::Service {
  public:
   /// Whose token a call carries.
   using Caller = std::function<std::string(const grpc::ServerContext&)>;
-  /// Farm and blobs must outlive the service. `submissions`: bounds submissions by everybody together; may be
-  /// null. `caller` may be empty: then submitters are believed who they are.
-  ClientService(Farm& farm, BlobStore& blobs, const Quotas& quotas, std::shared_ptr<SubmitLimit> submissions,
-                Caller caller = {})
+  /// Farm, blobs and log must outlive the service. `submissions`: bounds submissions by everybody together;
+  /// may be null. `caller` may be empty: then submitters are believed who they are.
+  ClientService(Farm& farm, BlobStore& blobs, const TileLog& tile_log, const Quotas& quotas,
+                std::shared_ptr<SubmitLimit> submissions, Caller caller = {})
       : farm_(farm),
         blobs_(blobs),
+        tile_log_(tile_log),
         quotas_(quotas),
         submissions_(std::move(submissions)),
         caller_(std::move(caller)) {}
@@ -45,6 +47,8 @@ class ClientService final : public v1::ClientService::Service {
   grpc::Status FetchImage(grpc::ServerContext*, const v1::FetchImageRequest*,
                           grpc::ServerWriter<v1::FetchImageResponse>*) override;
   grpc::Status GetCurve(grpc::ServerContext*, const v1::GetCurveRequest*, v1::GetCurveResponse*) override;
+  grpc::Status GetLogs(grpc::ServerContext*, const v1::GetLogsRequest*,
+                       grpc::ServerWriter<v1::GetLogsResponse>*) override;
   grpc::Status FindMissingBlobs(grpc::ServerContext*, const v1::FindMissingBlobsRequest*,
                                 v1::FindMissingBlobsResponse*) override;
   grpc::Status UploadBlobs(grpc::ServerContext*, grpc::ServerReader<v1::UploadBlobsRequest>*,
@@ -54,6 +58,7 @@ class ClientService final : public v1::ClientService::Service {
   Image read_reference(const v1::Reference& reference, const RenderSettings& settings) const;
   Farm& farm_;
   BlobStore& blobs_;
+  const TileLog& tile_log_;
   const Quotas quotas_;
   const std::shared_ptr<SubmitLimit> submissions_;
   const Caller caller_;

@@ -75,9 +75,10 @@ struct FarmStats {
   uint64_t commit_bytes = 0;
   uint64_t packets = 0;
   uint64_t failures = 0;
-  uint64_t races = 0;        // tiles given to a second worker while the first still had them
-  uint64_t tiles_split = 0;  // so that more workers could share them
-  uint64_t workers_refused = 0;
+  uint64_t pixel_samples = 0;  // of accepted partials, as are the counters
+  RenderCounters counters{};
+  uint64_t races = 0;             // tiles given to a second worker while the first still had them
+  uint64_t tiles_split = 0;       // so that more workers could share them
   uint64_t checks = 0;            // tiles rendered again to compare
   uint64_t liars = 0;             // workers whose pixels were wrong
   uint64_t tiles_taken_back = 0;  // of these workers

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/log.h"
 #include "coordinator/guarded_job_store.h"
 
 namespace lightmill {
@@ -186,6 +187,7 @@ void Farm::Impl::release_expired(double now) {
       if (is_final(active->record.state)) break;
       ++stats.leases_expired;
       const LeaseKey key{active->record.id, lease.tile, lease.attempt};
+      const LogScope scope({key.job.value, key.tile.value, key.attempt, lease.worker.value});
       log("lease of " + tile_name(key, is_pilot(active->tiles.find(lease.tile)->tile)) + " by " +
           lease.worker.value + " expired");
       release(*active, lease, false, "", now);
@@ -233,7 +235,9 @@ JobStatus Farm::Impl::status(const Job& job, double now) const {
                         : r.settings.grid.cells().count() * block_count(r.settings.spp);
   s.tiles_committed = r.tiles_committed;
   s.tiles_leased = job.tiles.leased_count();
+  s.tiles_pending = job.tiles.pending_count();
   s.leases_reassigned = r.leases_reassigned;
+  s.commit_bytes = r.commit_bytes;
   s.spp = static_cast<double>(r.pixel_samples) / static_cast<double>(r.settings.grid.crop.area());
   s.wall_seconds = Scheduler::wall_seconds(job, now);
   s.cpu_seconds = r.cpu_seconds;

@@ -241,6 +241,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     record.packets_done += packets;
     ++record.tiles_committed;
     record.pixel_samples += pixel_samples;
+    record.commit_bytes += partial_bytes.size();
     record.counters += partial.counters;
     if (!impl_->store->commit_tile(record, committed, partial_bytes)) {
       Merger::reset(*layers);
@@ -256,6 +257,8 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     }
     impl_->stats.commit_bytes += partial_bytes.size();
     impl_->stats.packets += static_cast<uint64_t>(packets);
+    impl_->stats.pixel_samples += static_cast<uint64_t>(pixel_samples);
+    impl_->stats.counters += partial.counters;
     if (job->tiles.has_pending()) {
       impl_->touch_quietly(*job);  // who waits although tiles are there can't take them
     } else {

@@ -32,7 +32,6 @@ WorkerId Farm::register_worker(const WorkerRegistration& registration) {
   }
   const WorkerId id{numbered("w", impl_->store->next_number("worker"))};
   if (!refusal.empty()) {
-    ++impl_->stats.workers_refused;
     ++impl_->stats.refusals[kind];
     impl_->scheduler.workers.add_refused(id, registration, now);
     impl_->log("refused " + registration.host + ": " + refusal);

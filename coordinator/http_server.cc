@@ -66,7 +66,8 @@ struct HttpServer::Impl {
   std::thread thread;
 };
 
-HttpServer::HttpServer(const std::string& address, const WebOptions& web, const SecurityFiles& files)
+HttpServer::HttpServer(const std::string& address, const WebOptions& web, const Metrics& metrics,
+                       const SecurityFiles& files)
     : impl_(std::make_unique<Impl>(files, web)) {
   const HostPort at = parse_address(address);
   httplib::Server& server = *impl_->server;
@@ -90,8 +91,8 @@ HttpServer::HttpServer(const std::string& address, const WebOptions& web, const 
   server.Get("/healthz", [](const httplib::Request&, httplib::Response& response) {
     response.set_content("ok\n", "text/plain");
   });
-  server.Get("/metrics", [&farm = web.farm](const httplib::Request&, httplib::Response& response) {
-    response.set_content(metrics_text(farm), "text/plain; version=0.0.4");
+  server.Get("/metrics", [&metrics](const httplib::Request&, httplib::Response& response) {
+    response.set_content(metrics.text(), "text/plain; version=0.0.4");
   });
   impl_->api.install(server);
   if (at.port == 0) {

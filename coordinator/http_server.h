@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/rpc/security.h"
+#include "coordinator/metrics.h"
 #include "coordinator/web/web_api.h"
 
 namespace lightmill {
@@ -13,8 +14,10 @@ namespace lightmill {
 class HttpServer {
  public:
   /// Binds HOST:PORT (port 0: any) and serves from threads of its own. Throws Error(kFailed) if the address
-  /// can't be bound. What `web` refers to must outlive the server.
-  HttpServer(const std::string& address, const WebOptions& web, const SecurityFiles& files);
+  /// can't be bound. What `web` refers to, and `metrics`, must outlive the
+  /// server.
+  HttpServer(const std::string& address, const WebOptions& web, const Metrics& metrics,
+             const SecurityFiles& files);
   ~HttpServer();
   int port() const { return port_; }
 

@@ -68,6 +68,7 @@ std::string job_record_to_json(const JobRecord& r) {
             {"tiles_committed", r.tiles_committed},
             {"leases_reassigned", r.leases_reassigned},
             {"pixel_samples", r.pixel_samples},
+            {"commit_bytes", r.commit_bytes},
             {"counters", counters}};
   for (const JobId& id : r.after) j["after"].push_back(id.value);
   if (r.quantum_exponent) j["quantum"] = *r.quantum_exponent;
@@ -103,6 +104,7 @@ JobRecord job_record_from_json(const JobId& id, const std::string& text) {
     r.tiles_committed = j.at("tiles_committed").get<int64_t>();
     r.leases_reassigned = j.at("leases_reassigned").get<int64_t>();
     r.pixel_samples = j.at("pixel_samples").get<int64_t>();
+    r.commit_bytes = j.value("commit_bytes", uint64_t{0});  // not counted by older versions
     for (const CounterField& field : kCounters) {
       r.counters.*field.member = j.at("counters").at(field.name).get<uint64_t>();
     }

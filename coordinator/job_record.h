@@ -71,6 +71,7 @@ struct JobRecord {
   int64_t tiles_committed = 0;
   int64_t leases_reassigned = 0;
   int64_t pixel_samples = 0;
+  uint64_t commit_bytes = 0;  // of the accepted partials
   RenderCounters counters;
 };
 

@@ -1,7 +1,6 @@
 // lightmill-coordinator: wires flags, the data folder, the farm and its servers together.
 #include <pthread.h>
 #include <signal.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -10,6 +9,7 @@
 
 #include "common/build_id/build_id.h"
 #include "common/image/partial.h"
+#include "common/log.h"
 #include "common/rpc/security_flags.h"
 #include "common/size_text.h"
 #include "coordinator/credential_commands.h"
@@ -31,7 +31,7 @@ struct Options {
   double checkpoint_megabytes = 256;
   std::string film_memory = "1G";
   double max_bundle_megabytes = 65536;
-  std::string log_level = "info";
+  std::string log_level = "info", log_format = "text";
 };
 
 constexpr long kTickNanoseconds = 250'000'000;
@@ -59,6 +59,11 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--lease-seconds", o.farm.lease_seconds, "How long a lease lasts without renewal")
       ->envname("LIGHTMILL_LEASE_SECONDS")
       ->check(CLI::Range(0.1, 3600.0).description("0.1 to 3600"))
+      ->capture_default_str();
+  app.add_option("--finish-within", o.server.metrics.finish_within_seconds,
+                 "Seconds that the metric lightmill_workers_wanted aims to finish all jobs in")
+      ->envname("LIGHTMILL_FINISH_WITHIN")
+      ->check(CLI::Range(1.0, 1e6).description("1 to 1000000"))
       ->capture_default_str();
   app.add_option("--tile-seconds", o.farm.target_tile_seconds, "Render time that tiles are sized for")
       ->envname("LIGHTMILL_TILE_SECONDS")
@@ -111,6 +116,11 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--log-level", o.log_level, "debug, info, warn or error")
       ->envname("LIGHTMILL_LOG_LEVEL")
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
+      ->capture_default_str();
+  app.add_option("--log-format", o.log_format,
+                 "text, or json: an object to a line, with job, tile and worker")
+      ->envname("LIGHTMILL_LOG_FORMAT")
+      ->check(CLI::IsMember({"text", "json"}))
       ->capture_default_str();
 }
 
@@ -168,7 +178,12 @@ int run(Options options) {
   options.server.quotas.max_bundle_bytes = static_cast<uint64_t>(options.max_bundle_megabytes * 1e6);
   options.farm.checkpoint_bytes = options.checkpoint_megabytes * 1e6;
   options.farm.film_memory_bytes = static_cast<double>(parse_size(options.film_memory, "--film-memory"));
-  options.farm.log = log;
+  TileLog tile_log;
+  options.server.tile_log = &tile_log;
+  options.farm.log = [&tile_log, log](const std::string& line) {
+    log(line);
+    tile_log.add(line);
+  };
   options.farm.quarantine = [&](const LeaseKey& lease, const WorkerId& worker, const std::string& reason,
                                 const std::string& bytes) { quarantine.keep(lease, worker, reason, bytes); };
   options.server.lease_seconds = options.farm.lease_seconds;
@@ -197,8 +212,7 @@ int main_with_errors(int argc, char** argv) {
       command();
       return 0;
     }
-    spdlog::set_default_logger(spdlog::stderr_logger_mt("coordinator"));
-    spdlog::set_level(spdlog::level::from_str(options.log_level));
+    start_log("coordinator", options.log_level, options.log_format);
     return run(options);
   } catch (const CLI::Success& success) {
     return app.exit(success);

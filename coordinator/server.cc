@@ -33,6 +33,18 @@ void enable_plugins() {
   });
 }
 
+/// All but the authenticator outlive the metrics.
+void count_refusals(Metrics& metrics, const Door& door, const SubmitLimit& submissions,
+                    const std::shared_ptr<Authenticator>& authenticator) {
+  metrics.count_refusals("connection", [&door] { return door.refused(); });
+  metrics.count_refusals("submit_rate", [&submissions] { return submissions.refused(); });
+  if (!authenticator) return;
+  metrics.count_refusals("unauthenticated",
+                         [authenticator] { return authenticator->refused(Verdict::Kind::kUnauthenticated); });
+  metrics.count_refusals("forbidden",
+                         [authenticator] { return authenticator->refused(Verdict::Kind::kForbidden); });
+}
+
 }  // namespace
 
 namespace {
@@ -58,16 +70,21 @@ struct Server::Impl {
        const std::shared_ptr<Authenticator>& authenticator)
       : farm(the_farm),
         submissions(std::make_shared<SubmitLimit>(options.quotas.submissions_per_minute)),
-        client_service(farm, blobs, options.quotas, options.security.tls() ? nullptr : submissions,
+        metrics(farm, options.metrics),
+        tile_log(options.tile_log ? *options.tile_log : own_tile_log),
+        client_service(farm, blobs, tile_log, options.quotas, options.security.tls() ? nullptr : submissions,
                        submitters(authenticator)),
-        worker_service(farm, blobs, options.lease_seconds) {}
+        worker_service(farm, blobs, metrics, tile_log, options.lease_seconds) {}
   Farm& farm;
   const std::shared_ptr<SubmitLimit> submissions;
+  std::optional<Door> door;
+  Metrics metrics;
+  TileLog own_tile_log;
+  TileLog& tile_log;
   ClientService client_service;
   WorkerService worker_service;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
   std::unique_ptr<grpc::Server> rpc;
-  std::optional<Door> door;
   const EventLog no_events;
   std::optional<HttpServer> http;
 };
@@ -100,12 +117,13 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
   builder.RegisterService(&impl_->worker_service);
   impl_->rpc = builder.BuildAndStart();
   if (!impl_->rpc) throw Error(ErrorKind::kFailed, "gRPC does not start");
+  count_refusals(impl_->metrics, *impl_->door, *impl_->submissions, authenticator);
   if (!options.http.empty()) {
     const bool loopback_only = !tls && is_loopback(parse_address(options.http).host);
     impl_->http.emplace(options.http,
                         WebOptions{farm, blobs, options.events ? *options.events : impl_->no_events,
                                    options.quotas, impl_->submissions, authenticator, log, loopback_only},
-                        options.security);
+                        impl_->metrics, options.security);
   }
   impl_->door->open([acceptor = impl_->acceptor.get()](int fd) {
     grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
@@ -116,6 +134,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
 
 Server::~Server() {
   if (!impl_->rpc) return;
+  impl_->http.reset();  // its metrics ask the door
   impl_->door.reset();
   impl_->client_service.stop();
   impl_->worker_service.stop();

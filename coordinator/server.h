@@ -9,7 +9,9 @@
 #include "coordinator/blob_store.h"
 #include "coordinator/event_log.h"
 #include "coordinator/farm.h"
+#include "coordinator/metrics.h"
 #include "coordinator/quotas.h"
+#include "coordinator/tile_log.h"
 
 namespace lightmill {
 
@@ -22,6 +24,9 @@ struct ServerOptions {
   std::function<void(const std::string&)> log{};  // may be empty
   Quotas quotas{};
   EventLog* events = nullptr;  // what the dashboard shows as log; may be null
+  MetricsOptions metrics{};
+  TileLog* tile_log =
+      nullptr;  // what happens to tiles is added to it; outlives the server; null: one of its own
 };
 
 class Server {

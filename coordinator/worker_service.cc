@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "common/digest.h"
+#include "common/log.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "coordinator/service_status.h"
@@ -51,6 +52,14 @@ class Waiting {
   bool many_;
 };
 
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+LogContext about(const std::string& worker, const LeaseKey& key) {
+  return {key.job.value, key.tile.value, key.attempt, worker};
+}
+
 const char* outcome_text(CommitResult result) {
   switch (result) {
     case CommitResult::kAccepted:
@@ -84,14 +93,17 @@ grpc::Status WorkerService::Lease(grpc::ServerContext* context, const v1::LeaseR
     if (!(wait >= 0 && wait <= kMaxPollSeconds))
       throw Error(ErrorKind::kUsage, "wait_seconds must be 0 to 20");
     const Waiting waiting(waiting_);
-    const auto end =
-        std::chrono::steady_clock::now() + std::chrono::duration<double>(waiting.many() ? 0.0 : wait);
+    const auto begin = std::chrono::steady_clock::now();
+    const auto end = begin + std::chrono::duration<double>(waiting.many() ? 0.0 : wait);
     for (;;) {
       const double left = std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
       // In slices, so that a caller that hung up gets no lease.
       const auto grant =
           farm_.lease(WorkerId{request->worker_id()}, std::clamp(left, 0.0, kPollSliceSeconds));
       if (grant) {
+        metrics_.lease_granted(seconds_since(begin));
+        const LogScope scope(about(request->worker_id(), {grant->job, grant->tile_id, grant->attempt}));
+        tile_log_.add("leased");
         *response->mutable_grant() = to_proto(*grant);
         return grpc::Status::OK;
       }
@@ -151,20 +163,32 @@ grpc::Status WorkerService::Commit(grpc::ServerContext*, grpc::ServerReader<v1::
     if (sha256_hex(bytes) != header.digest()) {
       throw Error(ErrorKind::kUsage, "the partial was damaged on its way: its digest differs");
     }
+    const LogScope scope(about(header.worker_id(), key));
     std::string reason;
+    const auto arrived = std::chrono::steady_clock::now();
     const CommitResult result = farm_.commit(WorkerId{header.worker_id()}, key, bytes, &reason);
+    if (result == CommitResult::kAccepted) metrics_.committed(seconds_since(arrived));
     response->set_outcome(to_proto(result));
     response->set_message(reason.empty() ? outcome_text(result) : one_line(reason));
+    if (result == CommitResult::kAccepted) {
+      tile_log_.add("committed: " + std::to_string(bytes.size()) + " bytes");
+    } else if (result != CommitResult::kCorrupt) {  // of that the farm's own log speaks
+      tile_log_.add(result == CommitResult::kAlreadyCommitted ? "committed once more"
+                                                              : "not committed: " + response->message());
+    }
     return grpc::Status::OK;
   });
 }
 
 grpc::Status WorkerService::Fail(grpc::ServerContext*, const v1::FailRequest* request, v1::FailResponse*) {
   return guarded([&] {
+    const LeaseKey key = from_proto(request->key());
+    const LogScope scope(about(request->worker_id(), key));
     if (request->handed_back()) {
-      farm_.hand_back(WorkerId{request->worker_id()}, from_proto(request->key()));
+      farm_.hand_back(WorkerId{request->worker_id()}, key);
+      tile_log_.add("handed back");
     } else {
-      farm_.fail(WorkerId{request->worker_id()}, from_proto(request->key()), one_line(request->reason()));
+      farm_.fail(WorkerId{request->worker_id()}, key, one_line(request->reason()));
     }
     return grpc::Status::OK;
   });

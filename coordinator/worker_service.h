@@ -4,15 +4,17 @@
 
 #include "coordinator/blob_store.h"
 #include "coordinator/farm.h"
+#include "coordinator/metrics.h"
+#include "coordinator/tile_log.h"
 #include "lightmill/v1/worker.grpc.pb.h"
 
 namespace lightmill {
 
 class WorkerService final : public v1::WorkerService::Service {
  public:
-  /// Both must outlive the service.
-  WorkerService(Farm& farm, BlobStore& blobs, double lease_seconds)
-      : farm_(farm), blobs_(blobs), lease_seconds_(lease_seconds) {}
+  /// All must outlive the service.
+  WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log, double lease_seconds)
+      : farm_(farm), blobs_(blobs), metrics_(metrics), tile_log_(tile_log), lease_seconds_(lease_seconds) {}
   /// Ends long polls soon with UNAVAILABLE.
   void stop() { stopping_ = true; }
 
@@ -30,6 +32,8 @@ class WorkerService final : public v1::WorkerService::Service {
  private:
   Farm& farm_;
   BlobStore& blobs_;
+  Metrics& metrics_;
+  TileLog& tile_log_;
   double lease_seconds_;
   std::atomic<bool> stopping_{false};
   std::atomic<int> waiting_ = 0;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Sets up, builds and runs every test. The last line is "N passed, N failed, N skipped" over all of them.
 #   tests/run.sh           fast tests, the farm of real processes, slow tests (statistics: about two minutes), the
-#                          CLI contract, the dashboard in Chromium, Docker Compose, Slurm
+#                          CLI contract, the dashboard in Chromium, Docker Compose and Swarm, Slurm, Kubernetes files
 #   tests/run.sh --all     sanitizers, half a minute of each fuzzer, formatting and lint as well
 #   tests/run.sh --no-install     packages are there already (no root needed)
 # Logs stay in build/test-logs. Exit codes: 0 all passed, 1 some failed or the build did, 2 wrong usage.
@@ -117,7 +117,8 @@ fi
 script_part "dashboard" bash tests/dashboard/run.sh
 script_part "layout" bash tests/deploy/layout.sh
 script_part "quickstart" bash tests/deploy/quickstart.sh
-script_part "compose" bash tests/deploy/compose.sh
+script_part "containers" bash tests/deploy/containers.sh
+script_part "kubernetes" bash tests/deploy/kubernetes.sh
 script_part "slurm" bash tests/deploy/slurm.sh
 
 # sanitizer_part PRESET TARGETS...: those test binaries alone; the others of the preset are not built.

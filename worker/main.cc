@@ -1,18 +1,20 @@
 // lightmill-worker: leases tiles from a coordinator, renders them on all its threads, commits partials.
 #include <pthread.h>
 #include <signal.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <thread>
 
 #include "common/build_id/build_id.h"
 #include "common/error.h"
 #include "common/image/partial.h"
+#include "common/log.h"
+#include "common/rpc/channel.h"
 #include "common/rpc/security_flags.h"
 #include "common/size_text.h"
 #include "worker/agent/float_mode.h"
@@ -22,6 +24,7 @@
 #include "worker/agent/sandbox.h"
 #include "worker/agent/scene_cache.h"
 #include "worker/agent/tile_runner.h"
+#include "worker/metrics.h"
 #include "worker/render/arithmetic_class.h"
 
 namespace lightmill {
@@ -41,7 +44,8 @@ struct Options {
   std::string run_as;
   std::string memory_limit = "auto";
   bool no_seccomp = false;
-  std::string log_level = "info";
+  std::string http;
+  std::string log_level = "info", log_format = "text";
 };
 
 std::string default_cache_dir() {
@@ -137,14 +141,21 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_flag("--no-seccomp", options.no_seccomp, "Do not filter the process's system calls")
       ->envname("LIGHTMILL_NO_SECCOMP");
+  app.add_option("--http", options.http, "Serve /metrics for Prometheus at HOST:PORT; port 0: any free one")
+      ->envname("LIGHTMILL_WORKER_HTTP");
   app.add_option("--log-level", options.log_level, "debug, info, warn or error")
       ->envname("LIGHTMILL_LOG_LEVEL")
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
       ->capture_default_str();
+  app.add_option("--log-format", options.log_format,
+                 "text, or json: an object to a line, with job, tile and worker")
+      ->envname("LIGHTMILL_LOG_FORMAT")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
 }
 
 agent::SandboxOptions sandbox_options(const Options& options) {
-  agent::SandboxOptions sandbox{options.run_as, 0, !options.no_seccomp};
+  agent::SandboxOptions sandbox{options.run_as, 0, !options.no_seccomp, !options.http.empty()};
   if (options.memory_limit == "auto") {
     sandbox.memory_bytes = agent::usual_memory_limit();
   } else if (options.memory_limit != "none") {
@@ -161,6 +172,12 @@ int run(const Options& options) {
   const sigset_t blocked = handled_signals();
   pthread_sigmask(SIG_BLOCK, &blocked, nullptr);  // before any other thread starts
   signal(SIGPIPE, SIG_IGN);                       // a peer that hangs up is an error of the call
+  std::optional<WorkerMetrics> metrics;           // it may listen before the sandbox alone
+  if (!options.http.empty()) {
+    require_plain_text_allowed(options.http, options.insecure);
+    metrics.emplace(options.http);
+    spdlog::info("metrics at port {}", metrics->port());
+  }
   for (const std::string& note : agent::enter_sandbox(sandbox_options(options))) spdlog::warn("{}", note);
   agent::set_float_mode();
 
@@ -180,13 +197,24 @@ int run(const Options& options) {
   spdlog::info("{}; {} threads; arithmetic class {}", runner_options.registration.build, threads,
                runner_options.registration.arithmetic_class.substr(0, 12));
 
-  agent::GrpcLink link(options.coordinator, options.insecure, resolve(options.security, Side::kClient));
+  agent::GrpcLink grpc(options.coordinator, options.insecure, resolve(options.security, Side::kClient));
+  std::optional<MeasuredLink> measured_link;
+  if (metrics) measured_link.emplace(grpc, *metrics);
+  agent::FarmLink& link = metrics ? static_cast<agent::FarmLink&>(*measured_link) : grpc;
   const std::string folder = options.cache_dir.empty() ? default_cache_dir() : options.cache_dir;
   agent::SceneCache scenes(link, {(std::filesystem::path(folder) / "blobs").string(),
                                   cache_bytes,
                                   scene_bytes,
                                   {threads, texture_bytes}});
-  agent::TileRunner runner(link, scenes, runner_options);
+  std::optional<MeasuredSource> measured_scenes;
+  if (metrics) {
+    measured_scenes.emplace(scenes, *metrics);
+    runner_options.accepted = [&](const RenderCounters& counters, double cpu_seconds) {
+      metrics->accepted(counters, cpu_seconds);
+    };
+  }
+  agent::RenderSource& source = metrics ? static_cast<agent::RenderSource&>(*measured_scenes) : scenes;
+  agent::TileRunner runner(link, source, runner_options);
   const SignalThread signals(runner);
   spdlog::info("leasing from {}", options.coordinator);
   runner.run();
@@ -200,8 +228,7 @@ int main_with_errors(int argc, char** argv) {
   add_options(app, options);
   try {
     app.parse(argc, argv);
-    spdlog::set_default_logger(spdlog::stderr_logger_mt("worker"));
-    spdlog::set_level(spdlog::level::from_str(options.log_level));
+    start_log("worker", options.log_level, options.log_format);
     return run(options);
   } catch (const CLI::Success& success) {
     return app.exit(success);

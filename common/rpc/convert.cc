@@ -109,6 +109,7 @@ v1::JobStatus to_proto(const JobStatus& s) {
   m.set_tiles_committed(s.tiles_committed);
   m.set_tiles_leased(s.tiles_leased);
   m.set_leases_reassigned(s.leases_reassigned);
+  m.set_commit_bytes(s.commit_bytes);
   m.set_spp(s.spp);
   m.set_wall_seconds(s.wall_seconds);
   m.set_cpu_seconds(s.cpu_seconds);
@@ -141,6 +142,7 @@ JobStatus from_proto(const v1::JobStatus& m) {
   s.tiles_committed = m.tiles_committed();
   s.tiles_leased = m.tiles_leased();
   s.leases_reassigned = m.leases_reassigned();
+  s.commit_bytes = m.commit_bytes();
   s.spp = m.spp();
   s.wall_seconds = m.wall_seconds();
   s.cpu_seconds = m.cpu_seconds();

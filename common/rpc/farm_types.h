@@ -51,7 +51,9 @@ struct JobStatus {
   std::vector<JobId> after;
   int64_t packets_done = 0, packets_total = 0;
   int64_t tiles_committed = 0, tiles_leased = 0;
+  int64_t tiles_pending = 0;      // of the round at hand; not told to clients
   int64_t leases_reassigned = 0;  // attempts above the first
+  uint64_t commit_bytes = 0;      // of the accepted partials, as they came over the wire
   double spp = 0;                 // mean samples per pixel folded so far
   double wall_seconds = 0;        // render wall time: without pauses and waiting for the first worker
   double cpu_seconds = 0;         // of the workers, from the partials

@@ -19,9 +19,9 @@ using testing::Outcome;
 
 class Cli : public testing::CliTest {};
 
-constexpr const char* kVerbs[] = {"render",  "submit",  "watch",  "jobs",       "job",    "workers", "tiles",
-                                  "pause",   "resume",  "cancel", "retry",      "extend", "fetch",   "check",
-                                  "explain", "compare", "report", "completion", "man"};
+constexpr const char* kVerbs[] = {"render", "submit",  "watch",   "jobs",   "job",        "workers", "tiles",
+                                  "logs",   "pause",   "resume",  "cancel", "retry",      "extend",  "fetch",
+                                  "check",  "explain", "compare", "report", "completion", "man"};
 
 TEST_F(Cli, EveryVerbHasHelpAndVersion) {
   for (const char* verb : kVerbs) {

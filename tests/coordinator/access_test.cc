@@ -41,7 +41,7 @@ TEST(Access, EveryRpcHasRoles) {
 
 TEST(Access, ObserversChangeNothing) {
   const std::set<std::string_view> looking = {"GetJob",   "ListJobs",   "ListTiles", "ListWorkers",
-                                              "WatchJob", "FetchImage", "GetCurve"};
+                                              "WatchJob", "FetchImage", "GetCurve",  "GetLogs"};
   for (const std::string& path : methods("lightmill.v1.ClientService")) {
     const AccessRule* const rule = access_rule(path);
     ASSERT_NE(rule, nullptr);

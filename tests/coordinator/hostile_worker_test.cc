@@ -212,7 +212,7 @@ TEST_F(HostileWorker, NoLieIsFoldedAndAllAreKept) {
   EXPECT_EQ(stats.commits, 0u);
   EXPECT_EQ(stats.commits_corrupt, static_cast<uint64_t>(told));
   EXPECT_EQ(farm->workers()[0].partials_refused, told);
-  EXPECT_THAT(metrics_text(*farm), HasSubstr("outcome=\"corrupt\"} " + std::to_string(told)));
+  EXPECT_THAT(Metrics(*farm).text(), HasSubstr("outcome=\"corrupt\"} " + std::to_string(told)));
   size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder.file("quarantine")))
     files += entry.file_size() > 0 || entry.path().extension() == ".partial";

@@ -17,7 +17,7 @@ dir=$(mktemp -d "${TMPDIR:-/tmp}/lightmill-compose.XXXXXX")
 export COMPOSE_PROJECT_NAME=lightmilltest
 compose() { docker-compose -f "$dir/context/deploy/compose.yaml" "$@"; }
 cleanup() {
-  [[ -n ${DOCKER_HOST:-} ]] && timeout 120 docker-compose -f "$dir/context/deploy/compose.yaml" down -v -t 5 >/dev/null 2>&1
+  [[ -n ${DOCKER_HOST:-} ]] && timeout 120 docker-compose -f "$dir/context/deploy/compose.yaml" -f "$dir/context/deploy/compose.monitoring.yaml" down -v -t 5 >/dev/null 2>&1
   stop_docker "$dir"
 }
 trap cleanup EXIT
@@ -104,6 +104,24 @@ check "a stopped worker drains and exits with 0" drains
 recreate() { compose rm -sf coordinator && compose up -d --no-build --no-deps coordinator && until_true 60 healthy; }
 check "a new coordinator container comes up on the old volume" recreate
 check "the job is still there" key job "$job" id
+
+
+# --- monitoring, but for the images of others -----------------------------------------------------------------
+monitored() { compose -f "$dir/context/deploy/compose.monitoring.yaml" "$@"; }
+check "compose.monitoring.yaml fits on top" monitored config -q
+check "up with metrics of the workers" timeout 180 docker-compose -f "$dir/context/deploy/compose.yaml" \
+  -f "$dir/context/deploy/compose.monitoring.yaml" up -d --no-build coordinator worker
+check "the coordinator is healthy" until_true 60 healthy
+worker_metrics() {
+  compose exec -T coordinator bash -c 'exec 3<>/dev/tcp/worker/9100 && printf "GET /metrics HTTP/1.0\r\n\r\n" >&3 && cat <&3' |
+    grep -q '^lightmill_worker_tiles_total'
+}
+check "a worker serves its metrics within the network" until_true 60 worker_metrics
+observer() { monitored run --rm -T --no-deps --entrypoint cat init /var/lib/lightmill/credentials/observer/token; }
+scraped() { curl -fsS --cacert "$LIGHTMILL_CREDENTIALS/ca.crt" -H "Authorization: Bearer $(observer)" "https://127.0.0.1:$LIGHTMILL_HTTP_PORT/metrics" | grep -q '^lightmill_workers_wanted'; }
+check "the token for Prometheus shows the coordinator's" scraped
+owned() { [[ $(monitored run --rm -T --no-deps --entrypoint stat init -c %u /var/lib/lightmill/data /var/lib/lightmill/cache | sort -u) == 1000 ]]; }
+check "volumes of Prometheus and Grafana belong to their user" owned
 
 if [[ $failed != 0 ]]; then compose logs --no-color --tail 30; fi
 finish

@@ -9,7 +9,7 @@ cd "$root" || exit 1
 source tests/deploy/checks.sh
 bin=$root/build/release/bin
 
-command -v npm >/dev/null || deploy/install_packages.sh node || skip_all "npm could not be installed"
+command -v npm >/dev/null || deploy/install_packages.sh build || skip_all "npm could not be installed"
 dir=$(mktemp -d "${TMPDIR:-/tmp}/lightmill-kubernetes.XXXXXX")
 trap 'rm -rf "$dir"' EXIT
 cp tests/deploy/kubernetes/* "$dir"

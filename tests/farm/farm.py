@@ -57,6 +57,7 @@ class Farm:
         self.coordinator = None
         self.workers = []
         self.logs = []
+        self.environment = {}  # of all that is started
 
     def __enter__(self):
         return self
@@ -77,7 +78,7 @@ class Farm:
             self.logs.append(log)
         with open(log, "ab") as out:
             return subprocess.Popen([self.bin / arguments[0], *map(str, arguments[1:])], stdout=out, stderr=out,
-                                    env={**os.environ, **(environment or {})})
+                                    env={**os.environ, **self.environment, **(environment or {})})
 
     def start_coordinator(self):
         """The first time on a free port; after a kill on the same one, with the same data."""

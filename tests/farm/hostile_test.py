@@ -207,7 +207,7 @@ def test_strangers(bin_dir):
 def test_roles(bin_dir):
     """Each role reaches its own RPCs and no others; a revoked token is void at once."""
     with Target(bin_dir) as target:
-        looking = {"GetJob", "ListJobs", "ListTiles", "ListWorkers", "WatchJob", "FetchImage", "GetCurve"}
+        looking = {"GetJob", "ListJobs", "ListTiles", "ListWorkers", "WatchJob", "FetchImage", "GetCurve", "GetLogs"}
         for holder in ("worker", "client", "observer", "admin"):
             channel = target.channel(holder, target.token(holder))
             for path, streams_in, streams_out in methods():

@@ -31,7 +31,7 @@ constexpr const char* kForbidden[] = {
     "setuid", "setgid", "setreuid", "setregid", "setresuid", "setresgid", "setgroups", "setfsuid", "setfsgid",
     "capset",
     // being connected to
-    "listen", "accept", "accept4",
+    "listen",
     // the machine
     "mount", "umount2", "move_mount", "open_tree", "fsopen", "fsconfig", "fsmount", "mount_setattr",
     "pivot_root", "chroot", "setns", "unshare", "reboot", "swapon", "swapoff", "sethostname", "setdomainname",
@@ -41,6 +41,9 @@ constexpr const char* kForbidden[] = {
     // large and often broken parts of the kernel
     "bpf", "perf_event_open", "userfaultfd", "keyctl", "add_key", "request_key", "io_uring_setup",
     "io_uring_enter", "io_uring_register", "personality", "fanotify_init", "lookup_dcookie", "vmsplice"};
+
+/// Refused too unless asked for.
+constexpr const char* kAccepting[] = {"accept", "accept4"};
 
 /// Of sockets those that reach a coordinator and ask for its address.
 constexpr std::array kFamilies = {AF_UNIX, AF_INET, AF_INET6, AF_NETLINK};
@@ -54,14 +57,20 @@ void require(int result, const std::string& what) {
 }
 
 /// False if this kernel has no such filters.
-bool filter_system_calls() {
+bool filter_system_calls(bool accepts) {
   const std::unique_ptr<void, void (*)(void*)> filter(seccomp_init(SCMP_ACT_ALLOW), seccomp_release);
   if (!filter) require(-ENOMEM, "init");
   const uint32_t refused = SCMP_ACT_ERRNO(EPERM);
-  for (const char* name : kForbidden) {
+  const auto forbid = [&](const char* name) {
     const int number = seccomp_syscall_resolve_name(name);
     if (number != __NR_SCMP_ERROR) require(seccomp_rule_add(filter.get(), refused, number, 0), name);
+  };
+  for (const char* name : kForbidden) forbid(name);
+  if (!accepts) {
+    for (const char* name : kAccepting) forbid(name);
   }
+  // All threads of the process, not this one alone.
+  require(seccomp_attr_set(filter.get(), SCMP_FLTATR_CTL_TSYNC, 1), "tsync");
   for (int family = 0; family <= kLastFamily; ++family) {
     if (std::find(kFamilies.begin(), kFamilies.end(), family) != kFamilies.end()) continue;
     require(seccomp_rule_add(filter.get(), refused, SCMP_SYS(socket), 1,
@@ -141,7 +150,7 @@ std::vector<std::string> enter_sandbox(const SandboxOptions& options) {
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) notes.emplace_back("this kernel has no no_new_privs");
   if (!options.system_calls) {
     notes.emplace_back("--no-seccomp: system calls are not filtered");
-  } else if (!filter_system_calls()) {
+  } else if (!filter_system_calls(options.accepts)) {
     notes.emplace_back("this kernel does not filter system calls (seccomp)");
   }
   return notes;

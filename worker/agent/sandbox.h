@@ -14,11 +14,13 @@ struct SandboxOptions {
   std::string user;           // become this one (needs root); empty: stay
   uint64_t memory_bytes = 0;  // of private writable memory; 0: no limit
   bool system_calls = true;   // filter them
+  bool accepts = false;       // may accept connections to sockets that listen already
 };
 
-/// To be called before there are other threads. It can't be undone, and threads inherit it. Returns lines for
-/// the log: what this kernel does not have, and what looks unwise. Throws Error(kUsage) if the user is
-/// unknown or can't be become, Error(kFailed) if the filter can't be built.
+/// To be called before there are other threads, except such as serve sockets that listen: the filter and the
+/// limit hold for them too. It can't be undone, and threads inherit it. Returns lines for the log: what this
+/// kernel does not have, and what looks unwise. Throws Error(kUsage) if the user is unknown or can't be
+/// become, Error(kFailed) if the filter can't be built.
 std::vector<std::string> enter_sandbox(const SandboxOptions& options);
 
 /// Nine tenths of what the control group or the machine has, bytes.

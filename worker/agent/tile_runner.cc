@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/error.h"
+#include "common/log.h"
 #include "common/rpc/pilot_result.h"
 #include "worker/agent/backoff.h"
 #include "worker/agent/float_mode.h"
@@ -36,6 +37,8 @@ std::string describe(const LeaseKey& key) {
   return key.job.value + " tile " + std::to_string(key.tile.value) + " attempt " +
          std::to_string(key.attempt);
 }
+
+LogContext about(const LeaseKey& key) { return {key.job.value, key.tile.value, key.attempt, ""}; }
 
 /// So often in a row is not an accident on the way any more.
 constexpr int kMostDamaged = 3;
@@ -196,6 +199,7 @@ void TileRunner::lease_loop() {
       continue;
     }
     idle.reset();
+    const LogScope scope(about(key_of(*lease)));
     queue_.hold(key_of(*lease));
     lease_seconds_ = lease->lease_seconds;
     try {
@@ -244,6 +248,7 @@ void TileRunner::render_loop() {
 void TileRunner::commit_loop() {
   while (auto finished = queue_.take_finished()) {
     const LeaseKey key = key_of(finished->lease->lease);
+    const LogScope scope(about(key));
     try {
       commit_one(*finished);
     } catch (const std::exception& error) {
@@ -257,7 +262,10 @@ void TileRunner::commit_loop() {
 void TileRunner::commit_one(const LeaseQueue::Finished& finished) {
   const LeaseKey key = key_of(finished.lease->lease);
   if (!finished.error.empty()) return report_failure(key, finished.error);
-  if (hand_in(key, encode_partial(finished.lease->builder.take()))) ++tiles_committed_;
+  const Partial partial = finished.lease->builder.take();
+  if (!hand_in(key, encode_partial(partial))) return;
+  ++tiles_committed_;
+  options_.accepted(partial.counters, partial.cpu_seconds);
 }
 
 void TileRunner::report_failure(const LeaseKey& key, const std::string& error) {
@@ -294,6 +302,7 @@ void TileRunner::pilot_loop() {
   set_float_mode();
   while (const auto pilot = queue_.take_pilot()) {
     const LeaseKey key = key_of(pilot->lease);
+    const LogScope scope(about(key));
     try {
       run_pilot(*pilot);
     } catch (const std::exception& error) {
@@ -334,7 +343,10 @@ void TileRunner::renew_loop() {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < give_up;
       };
       if (!retry(wanted, [&] { lost = link_.renew(held); })) continue;
-      for (const LeaseKey& key : lost) options_.log(describe(key) + ": lease lost");
+      for (const LeaseKey& key : lost) {
+        const LogScope scope(about(key));
+        options_.log(describe(key) + ": lease lost");
+      }
       queue_.lose(lost);
     } catch (const std::exception& error) {
       options_.log(error.what());

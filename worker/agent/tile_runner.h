@@ -28,6 +28,9 @@ struct RunnerOptions {
   double idle_timeout_seconds = 0;  // drain after so long without a tile, or without a coordinator; 0: never
   std::function<void(const std::string&)> log = [](const std::string&) {};    // any thread; one line
   std::function<void(const std::string&)> debug = [](const std::string&) {};  // a line per tile
+  /// What a tile that was accepted had cost; the commit thread.
+  std::function<void(const RenderCounters&, double cpu_seconds)> accepted = [](const RenderCounters&,
+                                                                               double) {};
 };
 
 class TileRunner {

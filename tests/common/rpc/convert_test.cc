@@ -20,6 +20,7 @@ TEST(Convert, JobStatusRoundTrip) {
   s.packets_done = 5;
   s.packets_total = 6;
   s.leases_reassigned = 2;
+  s.commit_bytes = uint64_t{5} << 33;
   s.relmse = 0.5;
   s.counters.nonfinite = 3;
   s.counters.shadow_rays = 9;

@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -113,6 +114,29 @@ TEST(Sandbox, LeavesWhatARendererDoes) {
                             "temporary files");
             }),
             "");
+}
+
+TEST(Sandbox, AcceptsWhereAskedToAlsoInThreadsThatWereThere) {
+  for (const bool accepts : {true, false}) {
+    EXPECT_EQ(Child::run([&](Child& child) {
+                const int server = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+                child.require(listen(server, 1) == 0, "a server, before");
+                std::atomic<bool> entered{false};
+                int answer = 0, program = 0;
+                std::thread before([&] {
+                  while (!entered) std::this_thread::yield();
+                  answer = accept4(server, nullptr, nullptr, 0) == -1 ? errno : 0;
+                  char* const arguments[] = {const_cast<char*>("/bin/true"), nullptr};
+                  program = execv(arguments[0], arguments) == -1 ? errno : 0;
+                });
+                enter_sandbox({.user = "", .memory_bytes = 0, .system_calls = true, .accepts = accepts});
+                entered = true;
+                before.join();
+                child.require(answer == (accepts ? EAGAIN : EPERM), "accept");
+                child.require(program == EPERM, "no other programs from any thread");
+              }),
+              "");
+  }
 }
 
 TEST(Sandbox, MemoryEndsWithAMessage) {
