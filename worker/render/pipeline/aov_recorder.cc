@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "worker/render/bsdf/bsdf_dispatch.h"
+#include "worker/render/pipeline/viewer_side.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill {
@@ -17,7 +18,7 @@ constexpr int kAlbedoSamples = 16;
 /// everywhere, of which the first two dimensions are stratified and the lobe follows the golden ratio.
 Vec3<Lane> albedo_at(const VertexLanes<Lane>& v, LaneMask active) {
   const Frame<Lane> frame(v.ns);
-  const Vec3<Lane> wo = frame.to_local(v.wo);
+  const Vec3<Lane> wo = viewer_direction(frame.to_local(v.wo), dot(v.ng, v.wo));
   Vec3<Lane> sum{};
   for (int i = 0; i < kAlbedoSamples; ++i) {
     const float a = (static_cast<float>(i) + 0.5f) / kAlbedoSamples;

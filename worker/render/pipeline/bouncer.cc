@@ -9,6 +9,7 @@
 #include "worker/render/pipeline/roulette.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/vertex_io.h"
+#include "worker/render/pipeline/viewer_side.h"
 #include "worker/render/scene/bump.h"
 #include "worker/render/scene/emitter_pattern.h"
 #include "worker/render/scene/lobe_axes.h"
@@ -102,7 +103,7 @@ struct Hit {
   PathLanes<Lane> path;
   VertexLanes<Lane> v;
   Lane distance2{}, cos_in{};  // in a medium the mean collision rate stands in for the cosine (mis.h)
-  LaneMask valid;              // both normals on wo's side
+  LaneMask valid;              // both normals on wo's side; on camera paths the geometric one decides
   Lane u{}, tv{};              // texture coordinates
 };
 
@@ -112,7 +113,7 @@ Vec3<Lane> segment_start(const MediaWork& m, LaneInt slot) {
 }
 
 template <bool kMedia>
-Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, int depth) {
+Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mode mode, int depth) {
   Hit h;
   h.path = load_paths<Lane>(w.paths, g.slot);
   const LaneInt prim = h.path.prim;
@@ -140,7 +141,9 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, in
   h.distance2 = dot(segment, segment);
   const Lane cos_g = dot(s.ng, v.wo);
   h.cos_in = max(abs(cos_g), splat<Lane>(1e-12f));
-  h.valid = mask_and(g.active, LaneMask(cos_g * dot(v.ns, v.wo) > 0.0f));
+  const Lane cos_s = dot(v.ns, v.wo);
+  h.valid =
+      mask_and(g.active, LaneMask(cos_g * (mode == Mode::kRadiance ? copysign(cos_s, cos_g) : cos_s) > 0.0f));
   v.dvcm = h.path.dvcm;
   v.dvc = h.path.dvc;
   return h;
@@ -179,16 +182,18 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
                        LaneMask active, Mode mode, int depth, bool keep_dvc, Wavefront& w) {
   const VertexLanes<Lane>& v = h.v;
   const Frame<Lane> frame(v.ns);
-  const Vec3<Lane> wo = frame.to_local(v.wo);
+  Vec3<Lane> wo = frame.to_local(v.wo);
+  const bool tilted_normals = context.scene.any_shading_normals();
+  if (tilted_normals && mode == Mode::kRadiance) wo = viewer_direction(wo, dot(v.ng, v.wo));
   Lane du, dv;
   stream.get_2d(vertex_dim(depth, kDimBsdfDirection), &du, &dv);
   // One lobe needs no choice.
   const bool lobes = any(mask_not(LaneMask(v.kind == kDiffuse)));
   const Lane lobe_u = lobes ? stream.get_1d(vertex_dim(depth, kDimBsdfLobe)) : Lane{};
   const BsdfSample<Lane> s = sample_bsdf<Lane>(v.kind, active, v.params, wo, lobe_u, du, dv, mode);
-  const Vec3<Lane> wi = frame.to_world(s.wi);
+  Vec3<Lane> wi = frame.to_world(s.wi);
   // The direction must lie on the side of both normals that the BSDF meant.
-  const Lane cos_g = dot(v.ng, wi);
+  Lane cos_g = dot(v.ng, wi);
   LaneMask same_side = LaneMask(cos_g * s.wi.z > 0.0f);
   LaneMask in_medium = splat_mask<Lane>(false);
   if constexpr (kMedia) {
@@ -197,7 +202,20 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   }
   LaneMask go = mask_and(mask_and(active, s.valid), same_side);
   Vec3<Lane> weight = s.weight;
-  if (mode == Mode::kImportance && context.scene.any_shading_normals()) {
+  Lane pdf = s.pdf, pdf_reverse = s.pdf_reverse, delta_ratio = splat<Lane>(1.0f);
+  if (tilted_normals && mode == Mode::kRadiance) {
+    delta_ratio = viewer_density(v, v.wo);
+    pdf_reverse = pdf_reverse * delta_ratio;
+  } else if (tilted_normals) {
+    // The direction or its mirror image (viewer_side.h).
+    const Lane tilt = dot(v.ns, v.ng);
+    const LaneMask two = has_mirror_image(s.wi.z, cos_g, tilt);
+    const LaneMask mirror = mask_and(two, LaneMask(stream.get_1d(vertex_dim(depth, kDimViewerSide)) < 0.5f));
+    wi = select(mirror, wi - v.ns * (2.0f * s.wi.z), wi);
+    cos_g = select(mirror, cos_g - 2.0f * s.wi.z * tilt, cos_g);
+    delta_ratio = select(two, splat<Lane>(2.0f), splat<Lane>(1.0f));
+    weight = weight * delta_ratio;
+    pdf = select(s.delta, pdf, pdf * select(two, splat<Lane>(0.5f), splat<Lane>(1.0f)));
     // Adjoint of shading normals (Veach 1997, eq. 5.19): |wo.ns| |wi.ng| / (|wo.ng| |wi.ns|).
     const Lane correction = abs(wo.z) * abs(cos_g) / (h.cos_in * max(abs(s.wi.z), splat<Lane>(1e-12f)));
     const LaneMask tilted =
@@ -218,12 +236,12 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   }
   if (!any(go)) return go;
   const Lane cos_out = kMedia ? select(in_medium, h.cos_in, abs(cos_g)) : abs(cos_g);
-  const Lane inv_pdf = 1.0f / s.pdf;
-  const Lane dvc =
-      select(s.delta, v.dvc * cos_out, cos_out * inv_pdf * (v.dvc * s.pdf_reverse + v.dvcm));  // M4, M5
+  const Lane inv_pdf = 1.0f / pdf;
+  const Lane dvc = select(s.delta, v.dvc * (cos_out * delta_ratio),
+                          cos_out * inv_pdf * (v.dvc * pdf_reverse + v.dvcm));  // M4, M5
   const Lane dvcm = select(s.delta, Lane{}, inv_pdf);
   if (w.recorder) {
-    const Lane gain = select(s.delta, cos_out, cos_out * inv_pdf * s.pdf_reverse);
+    const Lane gain = select(s.delta, cos_out * delta_ratio, cos_out * inv_pdf * pdf_reverse);
     const Lane own = select(s.delta, Lane{}, cos_out * inv_pdf * v.dvcm);
     w.recorder->scatter(mode == Mode::kImportance, depth, v.path, go, gain, own);
   }
@@ -325,13 +343,14 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
 
 /// Calls meet(group, hit) for all paths that have a vertex, eight at a time.
 template <bool kMedia, class Meet>
-void for_each_vertex(const RenderScene& scene, const Ends& ends, int depth, Wavefront& w, Meet&& meet) {
+void for_each_vertex(const RenderScene& scene, const Ends& ends, Mode mode, int depth, Wavefront& w,
+                     Meet&& meet) {
   // Survivors are compacted into the active list while it is read, whole vectors at a time: they would run
   // over the end of a range that is not the last. sort_with_media leaves a copy.
   const int32_t* slots = kMedia ? w.sorted.data() : w.paths.active;
   for (int base = 0; base < ends.hits; base += kLanes) {
     const Group g(slots + base, std::min(kLanes, ends.hits - base));
-    Hit h = reconstruct<kMedia>(scene, w, g, depth);
+    Hit h = reconstruct<kMedia>(scene, w, g, mode, depth);
     meet(g, h);
   }
   if constexpr (kMedia) {
@@ -351,7 +370,7 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
   // A vertex at `depth` is the depth-th scattering event of a path through the lens.
   const bool go_on = depth < context.max_depth && (context.lens_alone() || depth < kMaxLightVertices);
   int survivors = 0;
-  for_each_vertex<kMedia>(scene, ends, depth, w, [&](const Group& g, Hit& h) {
+  for_each_vertex<kMedia>(scene, ends, Mode::kImportance, depth, w, [&](const Group& g, Hit& h) {
     if (w.recorder) record_vertex(h, g, true, depth, w);
     // M3; the first segment also receives p_direct of M1.
     if (depth == 1) {
@@ -404,7 +423,7 @@ void camera_vertices(const StageContext& context, const LayerContext& layer, int
     }
   }
   int survivors = 0;
-  for_each_vertex<kMedia>(scene, ends, depth, w, [&](const Group& g, Hit& h) {
+  for_each_vertex<kMedia>(scene, ends, Mode::kRadiance, depth, w, [&](const Group& g, Hit& h) {
     const bool in_medium = kMedia && lane(h.v.kind, 0) == kPhaseFunction;
     if (w.recorder) record_vertex(h, g, false, depth, w);
     if (w.aovs && !in_medium) w.aovs->hits(context, h.v, g.active, depth);

@@ -12,6 +12,7 @@
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/thread_time.h"
 #include "worker/render/pipeline/vertex_io.h"
+#include "worker/render/pipeline/viewer_side.h"
 #include "worker/render/scene/emitter_pattern.h"
 
 namespace lightmill {
@@ -87,6 +88,25 @@ template <bool kMedia>
 LaneMask consistent(const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
   const LaneMask same = LaneMask(dot(v.ng, w) * dot(v.ns, w) > 0.0f);
   return kMedia ? mask_or(same, LaneMask(v.kind == kPhaseFunction)) : same;
+}
+
+/// The same of a direction towards the camera, where the geometric normal decides (viewer_side.h).
+template <bool kMedia>
+LaneMask faces_viewer(const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
+  const LaneMask some = LaneMask(dot(v.ng, w) * dot(v.ns, w) != 0.0f);
+  return kMedia ? mask_or(some, LaneMask(v.kind == kPhaseFunction)) : some;
+}
+
+/// `w`, towards the camera, in the frame of v.ns as the BSDF is to see it.
+Vec3<Lane> local_viewer(const StageContext& context, const VertexLanes<Lane>& v, const Frame<Lane>& frame,
+                        const Vec3<Lane>& w) {
+  const Vec3<Lane> local = frame.to_local(w);
+  return context.scene.any_shading_normals() ? viewer_direction(local, dot(v.ng, w)) : local;
+}
+
+/// Density with which light paths go from the camera vertex `v` to the one before, by that of the BSDF.
+Lane reverse_density(const StageContext& context, const VertexLanes<Lane>& v, Lane bsdf_density) {
+  return context.scene.any_shading_normals() ? bsdf_density * viewer_density(v, v.wo) : bsdf_density;
 }
 
 /// `cosine` on surfaces; in a medium there is none.
@@ -168,8 +188,9 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
                                   mask_and(LaneMask(d.pdf > 0.0f), consistent<kMedia>(v, d.wi)));
     const Frame<Lane> frame(v.ns);
     const Vec3<Lane> wi = frame.to_local(d.wi);
-    const BsdfEval<Lane> f =
-        eval_bsdf<Lane>(v.kind, lit, v.params, frame.to_local(v.wo), wi, Mode::kRadiance);
+    BsdfEval<Lane> f =
+        eval_bsdf<Lane>(v.kind, lit, v.params, local_viewer(context, v, frame, v.wo), wi, Mode::kRadiance);
+    f.pdf_reverse = reverse_density(context, v, f.pdf_reverse);
     const Lane inv_pdf = 1.0f / select(lit, d.pdf, splat<Lane>(1.0f));
     const Lane w_light = context.on(kEmissionHits) ? select(d.delta, Lane{}, f.pdf * inv_pdf) : Lane{};
     Lane camera_ratio{}, w_camera{};
@@ -221,7 +242,7 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
     const SampleStream<Lane> stream = layer.camera_stream<Lane>(v.path);
     const Lane start = stream.get_1d(vertex_dim(depth, kDimConnectStart)) * step;
     const Frame<Lane> frame(v.ns);
-    const Vec3<Lane> wo = frame.to_local(v.wo);
+    const Vec3<Lane> wo = local_viewer(context, v, frame, v.wo);
     for (uint32_t j = 0;; ++j) {
       const LaneInt pick = to_int(start + static_cast<float>(j) * step);
       LaneMask active = mask_and(g.active, LaneMask(pick < cached));
@@ -236,13 +257,15 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
       const LaneMask apart = LaneMask(d2 > 0.0f);
       const Lane inv_d2 = 1.0f / select(apart, d2, splat<Lane>(1.0f));
       const Vec3<Lane> wi = to_light * sqrt(inv_d2);
-      const LaneMask valid =
-          mask_and(mask_and(active, apart), mask_and(consistent<kMedia>(v, wi), consistent<kMedia>(l, -wi)));
+      const LaneMask valid = mask_and(mask_and(active, apart),
+                                      mask_and(consistent<kMedia>(v, wi), faces_viewer<kMedia>(l, -wi)));
       const Vec3<Lane> wi_local = frame.to_local(wi);
-      const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, wo, wi_local, Mode::kRadiance);
+      BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, wo, wi_local, Mode::kRadiance);
+      f.pdf_reverse = reverse_density(context, v, f.pdf_reverse);
       const Frame<Lane> light_frame(l.ns);
-      const BsdfEval<Lane> fl = eval_bsdf<Lane>(l.kind, valid, l.params, light_frame.to_local(l.wo),
-                                                light_frame.to_local(-wi), Mode::kImportance);
+      BsdfEval<Lane> fl = eval_bsdf<Lane>(l.kind, valid, l.params, light_frame.to_local(l.wo),
+                                          local_viewer(context, l, light_frame, -wi), Mode::kImportance);
+      if (context.scene.any_shading_normals()) fl.pdf = fl.pdf * viewer_density(l, -wi);
       const Lane cos_v = density_cosine<kMedia>(context.scene, v, wi),
                  cos_l = density_cosine<kMedia>(context.scene, l, wi);
       const Lane light_ratio = f.pdf * cos_l * inv_d2, camera_ratio = fl.pdf * cos_v * inv_d2;
@@ -289,7 +312,7 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     const SampleStream<Lane> stream = layer.light_stream<Lane>(v.path);
     const LensConnection<Lane> lens = connect_lens(context, stream, vertex_dim(depth, kDimSplatLens), v.p);
     const Vec3<Lane>& to_camera = lens.direction;
-    const LaneMask seen = mask_and(mask_and(g.active, lens.seen), consistent<kMedia>(v, to_camera));
+    const LaneMask seen = mask_and(mask_and(g.active, lens.seen), faces_viewer<kMedia>(v, to_camera));
     if (!any(seen)) continue;
     Lane fu, fv;
     stream.get_2d(vertex_dim(depth, kDimSplatPixel), &fu, &fv);
@@ -298,7 +321,7 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     if (!any(valid)) continue;
     const Frame<Lane> frame(v.ns);
     const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo),
-                                             frame.to_local(to_camera), Mode::kImportance);
+                                             local_viewer(context, v, frame, to_camera), Mode::kImportance);
     const Lane p_camera = lens.density * density_cosine<kMedia>(context.scene, v, to_camera);
     const Lane light_ratio = p_camera * target.inv_light_samples;
     const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8

@@ -22,7 +22,8 @@ enum VertexDim : uint32_t {
   kDimBsdfLobe = 0,        // 1D
   kDimBsdfDirection = 1,   // 2D
   kDimRoulette = 2,        // 1D
-  kDimNeeSelect = 3,       // 1D
+  kDimNeeSelect = 3,       // 1D, camera
+  kDimViewerSide = 3,      // 1D, light: a direction or its mirror image
   kDimNeePosition = 4,     // 2D
   kDimSplatPixel = 5,      // 2D: which pixel of the filter's footprint
   kDimNeeRoulette = 6,     // 1D
