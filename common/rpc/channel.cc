@@ -16,6 +16,7 @@
 namespace lightmill {
 namespace {
 
+constexpr int kMinPollers = 2, kMaxPollers = 16;  // of each completion queue
 constexpr int kKeepaliveMs = 10000;
 constexpr int kKeepaliveTimeoutMs = 10000;
 constexpr int kMaxBackoffMs = 5000;
@@ -123,6 +124,9 @@ void configure_server(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeTimeoutMs);
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);  // a second coordinator on the port is an error
+  // gRPC's own one or two pollers end and start threads with almost every call.
+  builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, kMinPollers);
+  builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, kMaxPollers);
   grpc::ResourceQuota quota("lightmill");
   quota.SetMaxThreads(512);
   quota.Resize(size_t{2} << 30);
