@@ -108,7 +108,7 @@ std::vector<JobStatus> Farm::jobs() const {
   const std::vector<JobId>& order = impl_->scheduler.order();
   std::vector<JobStatus> result;
   for (size_t i = order.size() - std::min(order.size(), Impl::kMaxListedJobs); i < order.size(); ++i) {
-    result.push_back(impl_->status(*impl_->scheduler.find(order[i]), now));
+    result.push_back(impl_->status(impl_->job(order[i]), now));
   }
   return result;
 }

@@ -49,12 +49,11 @@ Farm::Impl::Impl(std::unique_ptr<JobStore> job_store, const Clock& the_clock, co
     loaded.record = record;
     loaded.ledger_loaded = false;
     loaded.version = ++version;
-    for (const ErrorPoint& point : store->curve(record.id)) {
-      loaded.last_point = point;
-      if (point.relmse) loaded.last_estimate = point;
-    }
+    loaded.curve_loaded = false;
     Job& added = scheduler.add(std::move(loaded));
-    if (!is_final(record.state)) load_ledger(added);
+    if (is_final(record.state)) continue;
+    load_curve(added);
+    load_ledger(added);
   }
 }
 
@@ -65,7 +64,20 @@ void Farm::Impl::log(const std::string& line) const {
 Job& Farm::Impl::job(const JobId& id) {
   Job* found = scheduler.find(id);
   if (!found) throw UnknownJob(id);
+  try {
+    load_curve(*found);
+  } catch (const StoreError&) {  // its status is shown without, and the next look tries again
+  }
   return *found;
+}
+
+void Farm::Impl::load_curve(Job& job) {
+  if (job.curve_loaded) return;
+  for (const ErrorPoint& point : store->curve(job.record.id)) {
+    job.last_point = point;
+    if (point.relmse) job.last_estimate = point;
+  }
+  job.curve_loaded = true;
 }
 
 void Farm::Impl::load_ledger(Job& job) {

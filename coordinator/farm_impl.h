@@ -26,6 +26,8 @@ struct Farm::Impl {
 
   // All of these want `mutex` held.
   Job& job(const JobId& id);  // throws UnknownJob
+  /// Loads the end of the curve, if it is not there: of a job that ended before a restart.
+  void load_curve(Job& job);
   /// Loads the ledger of a final job.
   void load_ledger(Job& job);
   /// The record with the wall time up to `now`.

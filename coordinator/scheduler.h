@@ -22,6 +22,7 @@ struct Job {
   JobRecord record;
   LeaseTable tiles;  // of a final job only while `ledger_loaded`
   bool ledger_loaded = true;
+  bool curve_loaded = true;   // last_point and last_estimate
   double running_since = -1;  // clock time up to which wall_seconds is summed; negative: does not run
   int64_t batch_group = 1;    // BatchFilm::max_tile_superblocks() of its layers
   std::set<std::pair<TileId, WorkerId>> failed_on;  // do not give it to the same worker again if others can
