@@ -114,11 +114,11 @@ check "up with metrics of the workers" timeout 180 docker-compose -f "$dir/conte
 check "the coordinator is healthy" until_true 60 healthy
 worker_metrics() {
   compose exec -T coordinator bash -c 'exec 3<>/dev/tcp/worker/9100 && printf "GET /metrics HTTP/1.0\r\n\r\n" >&3 && cat <&3' |
-    grep -q '^lightmill_worker_tiles_total'
+    grep '^lightmill_worker_tiles_total'  # not -q: who writes must not find the pipe closed
 }
 check "a worker serves its metrics within the network" until_true 60 worker_metrics
 observer() { monitored run --rm -T --no-deps --entrypoint cat init /var/lib/lightmill/credentials/observer/token; }
-scraped() { curl -fsS --cacert "$LIGHTMILL_CREDENTIALS/ca.crt" -H "Authorization: Bearer $(observer)" "https://127.0.0.1:$LIGHTMILL_HTTP_PORT/metrics" | grep -q '^lightmill_workers_wanted'; }
+scraped() { curl -fsS --cacert "$LIGHTMILL_CREDENTIALS/ca.crt" -H "Authorization: Bearer $(observer)" "https://127.0.0.1:$LIGHTMILL_HTTP_PORT/metrics" | grep '^lightmill_workers_wanted'; }
 check "the token for Prometheus shows the coordinator's" scraped
 owned() { [[ $(monitored run --rm -T --no-deps --entrypoint stat init -c %u /var/lib/lightmill/data /var/lib/lightmill/cache | sort -u) == 1000 ]]; }
 check "volumes of Prometheus and Grafana belong to their user" owned
