@@ -52,10 +52,11 @@ struct FarmOptions {
   int schema = 0;
   double lease_seconds = 10;
   double target_tile_seconds = 1.0;
-  int max_attempts = 5;               // of a tile that workers report as failed
-  size_t max_open_jobs = 10000;       // neither done, failed nor cancelled
-  double checkpoint_bytes = 256e6;    // fold the spool into a film snapshot when it is larger
-  double film_memory_bytes = 0x1p30;  // for the merged layers of jobs (film_bytes.h)
+  int max_attempts = 5;                // of a tile that workers report as failed
+  size_t max_open_jobs = 10000;        // neither done, failed nor cancelled
+  double checkpoint_bytes = 256e6;     // fold the spool into a film snapshot when it is larger
+  double film_memory_bytes = 0x1p30;   // for the merged layers of jobs (film_bytes.h)
+  double ingest_bytes_per_second = 0;  // that tile sizes obey; 0: no limit
   int spot_check = 0;  // one in so many committed tiles is rendered again by another worker; 0: none
   /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
   std::function<void(const std::string&)> log;

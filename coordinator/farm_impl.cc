@@ -41,7 +41,8 @@ Farm::Impl::Impl(std::unique_ptr<JobStore> job_store, const Clock& the_clock, co
     : clock(the_clock),
       store(std::make_unique<GuardedJobStore>(std::move(job_store), health, the_clock)),
       options(farm_options),
-      scheduler({farm_options.target_tile_seconds, farm_options.film_memory_bytes},
+      scheduler({farm_options.target_tile_seconds, farm_options.film_memory_bytes,
+                 farm_options.ingest_bytes_per_second},
                 farm_options.lease_seconds),
       merger(*store, farm_options.film_memory_bytes, farm_options.spot_check > 0) {
   for (const JobRecord& record : store->jobs()) {

@@ -255,6 +255,8 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
       const double seconds = partial.cpu_seconds / std::max(1, taker->registration.threads);
       impl_->scheduler.workers.committed(worker, static_cast<double>(pixel_samples), seconds);
     }
+    job->commit_bytes += static_cast<double>(partial_bytes.size());
+    job->commit_pixels += static_cast<double>(settings.grid.pixels(tile.cells).area());
     impl_->stats.commit_bytes += partial_bytes.size();
     impl_->stats.packets += static_cast<uint64_t>(packets);
     impl_->stats.pixel_samples += static_cast<uint64_t>(pixel_samples);

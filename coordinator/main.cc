@@ -30,6 +30,7 @@ struct Options {
   bool check = false;
   double checkpoint_megabytes = 256;
   std::string film_memory = "1G";
+  std::string ingest_limit = "100M";
   double max_bundle_megabytes = 65536;
   std::string log_level = "info", log_format = "text";
 };
@@ -82,6 +83,11 @@ void add_options(CLI::App& app, Options& o) {
                  "One in so many tiles is rendered again by another worker and compared; 0: none")
       ->envname("LIGHTMILL_SPOT_CHECK")
       ->check(CLI::Range(0, 1000000).description("0 to 1000000"))
+      ->capture_default_str();
+  app.add_option(
+         "--ingest-limit", o.ingest_limit,
+         "Bytes a second that workers may hand in: tiles get more samples until they fit; 0: no limit")
+      ->envname("LIGHTMILL_INGEST_LIMIT")
       ->capture_default_str();
   app.add_option("--film-memory", o.film_memory,
                  "Memory for the images that are being merged; a larger one is merged alone")
@@ -177,6 +183,10 @@ int run(Options options) {
   options.farm.schema = kPartialSchema;
   options.server.quotas.max_bundle_bytes = static_cast<uint64_t>(options.max_bundle_megabytes * 1e6);
   options.farm.checkpoint_bytes = options.checkpoint_megabytes * 1e6;
+  if (options.ingest_limit != "0") {
+    options.farm.ingest_bytes_per_second =
+        static_cast<double>(parse_size(options.ingest_limit, "--ingest-limit"));
+  }
   options.farm.film_memory_bytes = static_cast<double>(parse_size(options.film_memory, "--film-memory"));
   TileLog tile_log;
   options.server.tile_log = &tile_log;

@@ -1,6 +1,7 @@
 #include "coordinator/scheduler.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <tuple>
 
@@ -10,7 +11,8 @@
 namespace lightmill {
 namespace {
 
-constexpr int kRunTiles = 8;  // that a worker gets of a job before another one's turn
+constexpr double kDeepest = 1024;  // superblocks of a round
+constexpr int kRunTiles = 8;       // that a worker gets of a job before another one's turn
 constexpr double kRateWindowSeconds = 10;
 constexpr double kPointSpacing = 1.25;  // points of the curve are this far apart in spp
 constexpr int64_t kMinSamplesForTarget = int64_t{kMinIntervalBatches} * kSuperblockSamples;
@@ -112,6 +114,15 @@ bool Scheduler::awaits_checkpoint(const Job& job) {
   return !last || !last->relmse_low || *last->relmse_low * last->spp / planned <= target;
 }
 
+int64_t Scheduler::ingest_superblocks(const Job& job, const TilingInput& input) const {
+  if (!(options_.ingest_bytes_per_second > 0) || !(job.commit_pixels > 0)) return 1;
+  const double samples_per_second = input.workers * input.worker_samples_per_second;
+  const double depth =
+      samples_per_second * job.commit_bytes / job.commit_pixels / options_.ingest_bytes_per_second;
+  const double wanted = std::clamp(std::ceil(depth / static_cast<double>(kSuperblockSamples)), 1.0, kDeepest);
+  return static_cast<int64_t>(std::bit_ceil(static_cast<uint64_t>(wanted)));
+}
+
 bool Scheduler::is_planned_out(const Job& job, double now) {
   const int64_t planned = job.tiles.planned_samples();
   if (planned >= job.record.settings.spp || job.record.target_met) return true;
@@ -140,6 +151,7 @@ std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
         1, settings.grid.crop.area() * (last.end - last.begin) / std::max<int64_t>(1, last.tiles));
   }
   input.max_superblocks = job.batch_group;
+  input.min_superblocks = ingest_superblocks(job, input);
   input.to_checkpoint = settings.target_error > 0;
   if (settings.time_s > 0) input.seconds_left = std::max(0.0, settings.time_s - wall_seconds(job, now));
   return plan_round(input);

@@ -30,6 +30,8 @@ struct Job {
   std::optional<ErrorPoint> last_point;             // of the curve
   std::optional<ErrorPoint> last_estimate;          // last one with a relMSE
   std::deque<std::pair<double, double>> recent;     // (clock time, pixel samples) of the newest commits
+  double commit_bytes = 0,
+         commit_pixels = 0;  // of partials since the start: bytes, and pixels of their tiles
   uint64_t version = 0;
   std::string fault;   // why its layers can't be read; empty if they can, or nobody tried
   double look_at = 0;  // clock time to try again
@@ -42,6 +44,7 @@ struct Job {
 struct SchedulerOptions {
   double target_tile_seconds = 1;
   double film_memory_bytes = 0x1p30;
+  double ingest_bytes_per_second = 0;  // that all commits together may bring; 0: no limit
 };
 
 /// Lease this tile; one that is leased already is raced for.
@@ -140,6 +143,8 @@ class Scheduler {
   int fitting_workers(const Job& job, double now, double* mean_speed) const;
   /// True while what is planned ends at a checkpoint that may turn out to meet the target error.
   static bool awaits_checkpoint(const Job& job);
+  /// How deep tiles must be so that the commits of all workers stay within the ingest budget.
+  int64_t ingest_superblocks(const Job& job, const TilingInput& input) const;
   std::vector<TileSpec> next_round(const Job& job, double now) const;
 
   SchedulerOptions options_;

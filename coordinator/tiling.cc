@@ -28,11 +28,12 @@ int64_t range_end(const TilingInput& in, int64_t budget) {
     end = block_end(block_of_sample(in.begin));
   } else {
     const int64_t first = superblock_of_sample(in.begin);
-    const int64_t group = std::max<int64_t>(1, in.max_superblocks);
+    const int64_t group = std::max({int64_t{1}, in.max_superblocks, in.min_superblocks});
     const double round_budget = 2.0 * std::max(1, in.workers) * static_cast<double>(budget);
     const double fits =
         round_budget / (static_cast<double>(pixels) * static_cast<double>(kSuperblockSamples));
-    const auto count = static_cast<int64_t>(std::clamp(fits, 1.0, static_cast<double>(group)));
+    const auto count =
+        std::max(in.min_superblocks, static_cast<int64_t>(std::clamp(fits, 1.0, static_cast<double>(group))));
     end = std::min(first + count, (first / group + 1) * group) * kSuperblockSamples;
   }
   if (in.to_checkpoint) end = std::min(end, next_checkpoint(in.begin));

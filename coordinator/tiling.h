@@ -17,7 +17,10 @@ struct TilingInput {
   double target_tile_seconds = 1;
   int64_t previous_tile_samples = 0;  // pixel samples per tile of the last round; 0: this is the first
   int64_t max_superblocks = 1;        // BatchFilm::max_tile_superblocks()
-  double seconds_left = -1;           // of --time; negative: no limit
+  // Fewest superblocks beyond the first one that a round should span: a tile's bytes go by its pixels, so
+  // that deeper tiles bring less of them a second. A power of two; above max_superblocks it costs batches.
+  int64_t min_superblocks = 1;
+  double seconds_left = -1;    // of --time; negative: no limit
   bool to_checkpoint = false;  // of a job with a target error: the round ends at a checkpoint at the latest
 };
 
@@ -25,8 +28,8 @@ struct TilingInput {
 ///
 /// The range ends at a block's end within the first superblock, then at a superblock's end, never beyond spp;
 /// several superblocks of one aligned group of `max_superblocks` are taken together if a single one is less
-/// work than two target tiles per worker. A round does not pass the next checkpoint if it is to end there.
-/// With a time limit the range is cut to what fits. A tile takes about
+/// work than two target tiles per worker, or if min_superblocks asks for it. A round does not pass the next
+/// checkpoint if it is to end there. With a time limit the range is cut to what fits. A tile takes about
 /// target_tile_seconds, but no more than twice the samples of the last round's tiles; there are at least two
 /// tiles per worker where the grid has as many cells. Empty if less than half a sample per pixel fits the
 /// time left.

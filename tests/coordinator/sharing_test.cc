@@ -104,6 +104,37 @@ TEST_F(SharingTest, WhoIsAloneGetsAll) {
   EXPECT_NEAR(served[other], 600, 40);
 }
 
+TEST(Ingest, TilesGrowDeeperUntilTheirCommitsFit) {
+  const auto bytes_per_sample = [](double limit) {
+    FakeClock clock;
+    FarmOptions options = fake_options();
+    options.ingest_bytes_per_second = limit;
+    Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
+    const JobRequest request = small_job(64, 64, 2048, Integrator::kPt);
+    const JobId job = farm.submit(request);
+    std::vector<WorkerId> workers;
+    for (int i = 0; i < 4; ++i) workers.push_back(farm.register_worker(registration()));
+    for (bool any = true; any;) {
+      any = false;
+      for (const WorkerId& worker : workers) {
+        const auto grant = farm.lease(worker);
+        if (!grant) continue;
+        any = true;
+        const double samples =
+            1024.0 * static_cast<double>(grant->tile.samples() * grant->tile.cells.count());
+        farm.commit(worker, {job, grant->tile_id, grant->attempt}, fake_bytes(*grant, samples / 50000));
+      }
+    }
+    EXPECT_EQ(farm.job(job).state, JobState::kDone);
+    EXPECT_TRUE(same_pixels(farm.image(job), fake_image(request.settings))) << "whatever the tiles";
+    return static_cast<double>(farm.stats().commit_bytes) / (64 * 64 * 2048);
+  };
+  // Four workers of two threads render 400,000 samples a second.
+  const double free = bytes_per_sample(0), limited = bytes_per_sample(20e3);
+  EXPECT_GT(free * 400e3, 60e3);
+  EXPECT_LT(limited * 400e3, 40e3) << "the first rounds are shallow";
+}
+
 FarmOptions tight_memory() {
   FarmOptions options = fake_options();
   options.film_memory_bytes = 3.5 * film_bytes(small_settings(64, 64, kMaxSpp, Integrator::kPt));

@@ -204,5 +204,22 @@ TEST(SplitCells, PartitionsNearlyEvenly) {
   }
 }
 
+TEST(Tiling, AnIngestBudgetAsksForDeeperRounds) {
+  TilingInput in;
+  in.grid = {256, 256, {0, 0, 256, 256}};
+  in.begin = 128;
+  in.spp = 100000;
+  in.workers = 4;
+  in.worker_samples_per_second = 1e5;
+  in.previous_tile_samples = 100000;
+  EXPECT_EQ(plan_round(in)[0].sample_end, 128 + kSuperblockSamples);
+  in.min_superblocks = 8;
+  EXPECT_EQ(plan_round(in)[0].sample_end, 128 + 8 * kSuperblockSamples) << "also above max_superblocks";
+  in.begin = 64;
+  EXPECT_EQ(plan_round(in)[0].sample_end, 128) << "up to where they are aligned";
+  in.begin = 4;
+  EXPECT_LE(plan_round(in)[0].sample_end, kSuperblockSamples) << "the first picture comes soon in any case";
+}
+
 }  // namespace
 }  // namespace lightmill
