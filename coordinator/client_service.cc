@@ -9,6 +9,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "coordinator/service_status.h"
+#include "coordinator/slot.h"
 
 namespace lightmill {
 namespace {
@@ -20,20 +21,6 @@ constexpr int kLinesPerMessage = 1000;
 constexpr size_t kMaxUploadChunk = size_t{4} << 20;
 constexpr double kWatchBeatSeconds = 1;
 constexpr std::chrono::milliseconds kWatchSpacing(200);
-
-/// Counts those inside; releases on every way out.
-class Slot {
- public:
-  Slot(std::atomic<int>& count, int limit) : count_(count), granted_(++count <= limit) {}
-  ~Slot() { --count_; }
-  Slot(const Slot&) = delete;
-  Slot& operator=(const Slot&) = delete;
-  bool granted() const { return granted_; }
-
- private:
-  std::atomic<int>& count_;
-  bool granted_;
-};
 
 }  // namespace
 

@@ -11,6 +11,7 @@
 
 #include "common/rpc/status.h"
 #include "coordinator/job_store.h"
+#include "coordinator/slot.h"
 #include "coordinator/web/actions.h"
 #include "coordinator/web/assets.h"
 #include "coordinator/web/feed.h"
@@ -70,20 +71,6 @@ void guarded_answer(Response& response, Handler&& handler) {
     refuse(response, 500, e.what());
   }
 }
-
-/// Counts those inside; releases on every way out.
-class Slot {
- public:
-  Slot(std::atomic<int>& count, int limit) : count_(count), granted_(++count <= limit) {}
-  ~Slot() { --count_; }
-  Slot(const Slot&) = delete;
-  Slot& operator=(const Slot&) = delete;
-  bool granted() const { return granted_; }
-
- private:
-  std::atomic<int>& count_;
-  bool granted_;
-};
 
 /// A parameter that is a whole number from 0; `fallback` if it is absent. Throws Error(kUsage).
 int64_t whole(const Request& request, const char* name, int64_t fallback) {

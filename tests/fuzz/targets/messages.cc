@@ -18,8 +18,10 @@ struct Coordinator {
   BlobStore blobs{folder.file("blobs")};
   FakeClock clock;
   Farm farm{std::make_unique<MemoryJobStore>(), clock, testing::fake_options()};
-  ClientService client{farm, blobs, Quotas{}, nullptr};
-  WorkerService worker{farm, blobs, 10};
+  Metrics metrics{farm};
+  TileLog tile_log;
+  ClientService client{farm, blobs, tile_log, Quotas{}, nullptr};
+  WorkerService worker{farm, blobs, metrics, tile_log, 10};
   JobId job = farm.submit(testing::small_job(64, 33, 8));
   WorkerId me = farm.register_worker(testing::registration());
 };
