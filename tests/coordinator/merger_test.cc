@@ -40,6 +40,8 @@ class MergerTest : public ::testing::Test {
     const int64_t next = layers->film.cell_samples(0, 0);
     TileRecord tile = store.tiles(id(job))[static_cast<size_t>(next)];
     tile.state = TileState::kLeased;
+    tile.attempt = 1;
+    tile.worker = WorkerId{"w1"};
     JobRecord record;
     record.id = id(job);
     record.settings = settings;
