@@ -11,12 +11,17 @@ source tests/deploy/docker_daemon.sh
 bin=$root/build/release/bin
 dir=$(mktemp -d "${TMPDIR:-/tmp}/lightmill-swarm.XXXXXX")
 swarm=false
+# The stack's network gets a number of its own: Swarm's first one may be in use by another daemon, or be held by an
+# interface which one that was killed left behind.
+vni=$((0x100000 + RANDOM * 32 + $$ % 32))
 cleanup() {
   if $swarm; then
     docker stack rm farm >/dev/null 2>&1
     docker swarm leave --force >/dev/null 2>&1
   fi
   stop_docker "$dir"
+  # An interface that a daemon leaves behind would be in the way of the next network of its number.
+  ip -o link show type vxlan | grep -oE "vx-$(printf %06x "$vni")-[^:@]+" | xargs -rn 1 ip link delete
 }
 trap cleanup EXIT
 trap 'exit 143' TERM INT
@@ -37,7 +42,12 @@ check "secrets.sh names a folder that is not there" no_credentials
 check "secrets are made" deploy/swarm/secrets.sh "$dir/credentials"
 check "a second time does nothing" deploy/swarm/secrets.sh "$dir/credentials"
 docker node update --label-add lightmill.coordinator=true "$(docker info -f '{{.Swarm.NodeID}}')" >/dev/null
-check "stack deploy" docker stack deploy --resolve-image never -c deploy/swarm/stack.yaml farm
+cat >"$dir/number.yaml" <<YAML
+version: "3.8"
+networks:
+  farm: {driver_opts: {com.docker.network.driver.overlay.vxlanid_list: "$vni"}}
+YAML
+check "stack deploy" docker stack deploy --resolve-image never -c deploy/swarm/stack.yaml -c "$dir/number.yaml" farm
 container() { docker ps -q --filter "label=com.docker.swarm.service.name=farm_$1" | head -n 1; }
 healthy() { [[ $(docker inspect -f '{{.State.Health.Status}}' "$(container coordinator)") == healthy ]]; }
 check "the coordinator turns healthy" until_true 90 healthy
