@@ -58,6 +58,7 @@ struct FarmOptions {
   double film_memory_bytes = 0x1p30;   // for the merged layers of jobs (film_bytes.h)
   double ingest_bytes_per_second = 0;  // that tile sizes obey; 0: no limit
   int spot_check = 0;  // one in so many committed tiles is rendered again by another worker; 0: none
+  uint64_t spot_check_seed = 0;  // of the draw of these tiles; 0: one that no worker can foretell
   /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
   std::function<void(const std::string&)> log;
   /// Keeps a refused partial as evidence: (lease, worker, reason, bytes); may be empty. What it throws is

@@ -108,7 +108,7 @@ struct Farm::Impl {
   bool stopping = false;
   std::optional<std::string> logged_fault;
   uint64_t version = 0;
-  std::mt19937_64 random{std::random_device{}()};
+  std::mt19937_64 random{options.spot_check_seed ? options.spot_check_seed : std::random_device{}()};
   FarmStats stats;
   Scheduler scheduler;
   Merger merger;

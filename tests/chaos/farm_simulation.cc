@@ -21,6 +21,7 @@ FarmSimulation::FarmSimulation(uint64_t seed, const JobRequest& request, int spo
     : seed_(seed), random_(seed), request_(request), options_(fake_options()), workers_(kWorkers) {
   options_.checkpoint_bytes = 60e3;
   options_.spot_check = spot_check;
+  options_.spot_check_seed = seed + 1;
   options_.max_attempts = 1000;  // what is damaged on purpose must not fail the job
   farm_ = std::make_unique<Farm>(std::make_unique<WatchedStore>(store_,
                                                                 [this](int) {

@@ -51,6 +51,7 @@ constexpr double kTileSeconds = 2;  // of both threads: tiles stay small
 FarmOptions checking(int one_in) {
   FarmOptions options = fake_options();
   options.spot_check = one_in;
+  options.spot_check_seed = 1;
   options.checkpoint_bytes = 20e3;  // snapshots contain lies, too
   return options;
 }
