@@ -1,16 +1,12 @@
 // The farm as a state machine: leases, commits, states, stop rules. Time is simulated.
 #include "coordinator/farm.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <limits>
 #include <thread>
 
 #include "common/image/checkpoints.h"
-#include "coordinator/memory_job_store.h"
-#include "tests/coordinator/fake_worker.h"
+#include "tests/coordinator/farm_fixture.h"
 
 namespace lightmill {
 namespace {
@@ -18,25 +14,7 @@ namespace {
 using namespace testing;
 using ::testing::HasSubstr;
 
-LeaseKey key(const LeaseGrant& grant) { return {grant.job, grant.tile_id, grant.attempt}; }
-
-class FarmTest : public ::testing::Test {
- protected:
-  FarmTest() : farm(std::make_unique<MemoryJobStore>(), clock, fake_options()) {}
-  CommitResult commit(const WorkerId& worker, const LeaseGrant& grant) {
-    return farm.commit(worker, key(grant), fake_bytes(grant));
-  }
-  std::string error_of(const std::function<void()>& action) {
-    try {
-      action();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
-  }
-  FakeClock clock;
-  Farm farm;
-};
+using FarmTest = FarmFixture;
 
 TEST_F(FarmTest, RendersAJobAndGivesItsImage) {
   for (Integrator integrator : {Integrator::kBdpt, Integrator::kPt, Integrator::kLt}) {
