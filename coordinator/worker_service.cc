@@ -9,6 +9,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "coordinator/service_status.h"
+#include "coordinator/slot.h"
 
 namespace lightmill {
 namespace {
@@ -36,20 +37,6 @@ class Reservation {
  private:
   std::atomic<uint64_t>& total_;
   uint64_t bytes_ = 0;
-};
-
-/// A call that may wait.
-class Waiting {
- public:
-  explicit Waiting(std::atomic<int>& count) : count_(count), many_(++count > kMaxWaiting) {}
-  ~Waiting() { --count_; }
-  Waiting(const Waiting&) = delete;
-  Waiting& operator=(const Waiting&) = delete;
-  bool many() const { return many_; }
-
- private:
-  std::atomic<int>& count_;
-  bool many_;
 };
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
@@ -92,9 +79,9 @@ grpc::Status WorkerService::Lease(grpc::ServerContext* context, const v1::LeaseR
     const double wait = request->wait_seconds();
     if (!(wait >= 0 && wait <= kMaxPollSeconds))
       throw Error(ErrorKind::kUsage, "wait_seconds must be 0 to 20");
-    const Waiting waiting(waiting_);
+    const Slot may_wait(waiting_, kMaxWaiting);
     const auto begin = std::chrono::steady_clock::now();
-    const auto end = begin + std::chrono::duration<double>(waiting.many() ? 0.0 : wait);
+    const auto end = begin + std::chrono::duration<double>(may_wait.granted() ? wait : 0.0);
     for (;;) {
       const double left = std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
       // In slices, so that a caller that hung up gets no lease.
