@@ -6,9 +6,8 @@
 
 #include <cmath>
 
-#include "tests/support/agreement.h"
+#include "tests/statistical/strategy_set.h"
 #include "tests/support/scaled_scene.h"
-#include "tests/support/test_scene.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill::test {
@@ -199,37 +198,14 @@ TestScene foggy_room() {
 
 class MediaStrategySet : public ::testing::TestWithParam<unsigned> {};
 
-Batches render(const TestScene& s, Strategies set, int64_t spp, int max_depth) {
-  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, spp, max_depth, 1 + set);
-  settings.plan = SamplingPlan{.strategies = set};
-  return render_batches(s.scene, settings, kBatches);
-}
-
 TEST_P(MediaStrategySet, AgreesInAFoggyRoom) {
-  const Strategies set = GetParam();
-  constexpr int kDepth = 5;
-  const TestScene s = foggy_room();
-  const Batches all = render(s, kAllStrategies, 256, kDepth);
-  const bool weak = !(set & (kNextEvent | kLensConnections)) || !(set & (kEmissionHits | kNextEvent));
-  const Batches some = render(s, set, weak ? 4096 : 768, kDepth);
-  EXPECT_EQ(some.counters.nonfinite, 0u);
-  AgreementTest test;
-  test.max_relative_error = 0.2;
-  if (set & (kEmissionHits | kNextEvent | kLensConnections)) {
-    EXPECT_TRUE(images_agree(all, some, test));
-    EXPECT_FALSE(images_agree(all, scaled(some, 1.1f), test)) << "the test notices nothing";
-    return;
-  }
-  // Connections alone make the paths of two and more scattering events.
-  const Batches once = render(s, kNextEvent, 512, 1);
-  Batches deeper = all;
-  for (size_t b = 0; b < deeper.images.size(); ++b) {
-    for (size_t i = 0; i < deeper.images[b].data.size(); ++i)
-      deeper.images[b].data[i] -= once.images[b].data[i];
-  }
-  test.max_excluded = 0.2;
-  EXPECT_TRUE(images_agree(deeper, some, test));
-  EXPECT_FALSE(images_agree(deeper, scaled(some, 1.25f), test)) << "the test notices nothing";
+  expect_agrees_with_all(foggy_room(), GetParam(),
+                         {.max_depth = 5,
+                          .spp = 768,
+                          .weak_spp = 4096,
+                          .once_spp = 512,
+                          .notice = 1.1f,
+                          .connections_notice = 1.25f});
 }
 
 // Camera paths bring their medium with them; for paths from the lights it is found out where the file is

@@ -5,13 +5,10 @@
 // each must also fail when one image is scaled by 1.06.
 #include <gtest/gtest.h>
 
-#include "tests/support/agreement.h"
-#include "tests/support/test_scene.h"
+#include "tests/statistical/strategy_set.h"
 
 namespace lightmill::test {
 namespace {
-
-constexpr int kBatches = 16;
 
 /// A room whose lamp is out of sight, with a half glossy block.
 TestScene room() {
@@ -31,46 +28,14 @@ TestScene open_air() {
   return s;
 }
 
-Batches render(const TestScene& s, const SamplingPlan& plan, int64_t spp, int max_depth) {
-  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, spp, max_depth, 1 + plan.strategies);
-  settings.plan = plan;
-  return render_batches(s.scene, settings, kBatches);
-}
-Batches render(const TestScene& s, Strategies set, int64_t spp, int max_depth) {
-  return render(s, SamplingPlan{.strategies = set}, spp, max_depth);
-}
-
 class StrategySet : public ::testing::TestWithParam<unsigned> {};
 
-void agrees_with_all(const TestScene& s, Strategies set, int max_depth, float connections_notice) {
-  const Batches all = render(s, kAllStrategies, 256, max_depth);
-  // Without next event and lens connections, or with connections from afar, a sample tells little.
-  const bool weak = !(set & (kNextEvent | kLensConnections)) || !(set & (kEmissionHits | kNextEvent));
-  const Batches some = render(s, set, weak ? 8192 : 1024, max_depth);
-  EXPECT_EQ(some.counters.nonfinite, 0u);
-  AgreementTest test;
-  test.max_relative_error = 0.2;
-  if (set & (kEmissionHits | kNextEvent | kLensConnections)) {
-    EXPECT_TRUE(images_agree(all, some, test));
-    EXPECT_FALSE(images_agree(all, scaled(some, 1.06f), test)) << "the test notices nothing";
-    return;
-  }
-  // Connections alone make the paths of two and more scattering events.
-  const Batches once = render(s, kNextEvent, 256, 1);
-  Batches deeper = all;
-  for (size_t b = 0; b < deeper.images.size(); ++b) {
-    for (size_t i = 0; i < deeper.images[b].data.size(); ++i)
-      deeper.images[b].data[i] -= once.images[b].data[i];
-  }
-  test.max_excluded = 0.2;
-  EXPECT_TRUE(images_agree(deeper, some, test));
-  EXPECT_FALSE(images_agree(deeper, scaled(some, connections_notice), test)) << "the test notices nothing";
-}
-
-TEST_P(StrategySet, AgreesInARoom) { agrees_with_all(room(), GetParam(), 6, 1.15f); }
+TEST_P(StrategySet, AgreesInARoom) { expect_agrees_with_all(room(), GetParam(), {.max_depth = 6}); }
 
 // An open scene needs paths from far away: lens and connections by light paths that start on a large disk.
-TEST_P(StrategySet, AgreesUnderTheSky) { agrees_with_all(open_air(), GetParam(), 4, 2); }
+TEST_P(StrategySet, AgreesUnderTheSky) {
+  expect_agrees_with_all(open_air(), GetParam(), {.max_depth = 4, .connections_notice = 2});
+}
 
 /// How many light paths and connections go with a camera path shows in the noise only; also where the crop
 /// window cuts cells, so that these have fewer light paths.
@@ -78,7 +43,7 @@ TEST(PlanCounts, AgreeWithOneOfEach) {
   TestScene s = room();
   s.film(40, 20);
   s.scene.film.crop = {0.1, 0.9, 0, 0.9};
-  const Batches one = render(s, kAllStrategies, 256, 6);
+  const Batches one = render_plan(s, SamplingPlan{.strategies = kAllStrategies}, 256, 6);
   AgreementTest test;
   test.max_relative_error = 0.2;
   constexpr Strategies kNoLens = kAllStrategies & ~kLensConnections;
@@ -89,7 +54,7 @@ TEST(PlanCounts, AgreeWithOneOfEach) {
         SamplingPlan{kNoLens, 0.25, 2}, SamplingPlan{kNoLens, 2, 0.25}, SamplingPlan{kNoConnections, 0.25, 1},
         SamplingPlan{kNoConnections, 2, 1}, SamplingPlan{kLensConnections, 2, 1}}) {
     SCOPED_TRACE(plan_to_json(plan));
-    const Batches other = render(s, plan, 512, 6);
+    const Batches other = render_plan(s, plan, 512, 6);
     EXPECT_EQ(other.counters.nonfinite, 0u);
     EXPECT_TRUE(images_agree(one, other, test));
     EXPECT_FALSE(images_agree(one, scaled(other, 1.06f), test)) << "the test notices nothing";
