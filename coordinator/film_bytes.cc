@@ -11,6 +11,7 @@ namespace {
 constexpr double kFixedBytes = 1 << 20;
 constexpr double kBytesPerReferencePixel = 3 * sizeof(float);
 constexpr double kBytesPerTrackedPixel = 3 * sizeof(float);  // of each batch
+constexpr double kBytesPerSplatPixel = 12;                   // encoded: 10 to 14
 
 }  // namespace
 
@@ -28,6 +29,10 @@ double film_bytes(const RenderSettings& settings) {
   const double tracked = std::min<double>(pixels, static_cast<double>(BatchFilm::kMaxTrackedPixels));
   return kFixedBytes + pixels * (sums * static_cast<double>(sizeof(ExactRgb)) + kBytesPerReferencePixel) +
          tracked * batches * kBytesPerTrackedPixel;
+}
+
+double splat_layer_bytes(const RenderSettings& settings) {
+  return has_splat_layer(settings) ? kBytesPerSplatPixel * static_cast<double>(settings.grid.crop.area()) : 0;
 }
 
 }  // namespace lightmill

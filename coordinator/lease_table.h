@@ -39,6 +39,7 @@ class LeaseTable {
 
   /// The pending tile of lowest id that `accept` takes.
   std::optional<TileId> next_pending(const std::function<bool(const TileRecord&)>& accept) const;
+  const std::set<int64_t>& pending() const { return pending_; }  // their ids
   bool has_pending() const { return !pending_.empty(); }
   int64_t pending_count() const { return static_cast<int64_t>(pending_.size()); }
   int64_t leased_count() const { return static_cast<int64_t>(leased_.size()); }

@@ -12,7 +12,11 @@ namespace lightmill {
 namespace {
 
 constexpr double kDeepest = 1024;  // superblocks of a round
-constexpr int kRunTiles = 8;       // that a worker gets of a job before another one's turn
+// Where splats have to be spared a tile is deep rather than wide: it has so small a part of the window at
+// most, so that its camera layer weighs little beside its splats.
+constexpr double kSplatTilesOfWindow = 4;
+constexpr double kHeavySplatBytes = 200e3;  // a smaller layer costs no more than a lease does
+constexpr int kRunTiles = 8;                // that a worker gets of a job before another one's turn
 constexpr double kRateWindowSeconds = 10;
 constexpr double kPointSpacing = 1.25;  // points of the curve are this far apart in spp
 constexpr int64_t kMinSamplesForTarget = int64_t{kMinIntervalBatches} * kSuperblockSamples;
@@ -114,13 +118,21 @@ bool Scheduler::awaits_checkpoint(const Job& job) {
   return !last || !last->relmse_low || *last->relmse_low * last->spp / planned <= target;
 }
 
-int64_t Scheduler::ingest_superblocks(const Job& job, const TilingInput& input) const {
-  if (!(options_.ingest_bytes_per_second > 0) || !(job.commit_pixels > 0)) return 1;
-  const double samples_per_second = input.workers * input.worker_samples_per_second;
-  const double depth =
-      samples_per_second * job.commit_bytes / job.commit_pixels / options_.ingest_bytes_per_second;
+void Scheduler::obey_ingest(const Job& job, TilingInput* input) const {
+  if (!(options_.ingest_bytes_per_second > 0)) return;
+  const double samples_per_second = input->workers * input->worker_samples_per_second;
+  double depth = 0;  // samples per pixel
+  if (input->splats) {
+    const auto window = static_cast<double>(input->grid.crop.area());
+    const double samples =
+        samples_per_second * splat_layer_bytes(job.record.settings) / options_.ingest_bytes_per_second;
+    input->min_tile_samples = static_cast<int64_t>(std::clamp(samples, 0.0, 0x1p50));
+    depth = kSplatTilesOfWindow * samples / window;
+  } else if (job.commit_pixels > 0) {
+    depth = samples_per_second * job.commit_bytes / job.commit_pixels / options_.ingest_bytes_per_second;
+  }
   const double wanted = std::clamp(std::ceil(depth / static_cast<double>(kSuperblockSamples)), 1.0, kDeepest);
-  return static_cast<int64_t>(std::bit_ceil(static_cast<uint64_t>(wanted)));
+  input->min_superblocks = static_cast<int64_t>(std::bit_ceil(static_cast<uint64_t>(wanted)));
 }
 
 bool Scheduler::is_planned_out(const Job& job, double now) {
@@ -151,8 +163,9 @@ std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
         1, settings.grid.crop.area() * (last.end - last.begin) / std::max<int64_t>(1, last.tiles));
   }
   input.max_superblocks = job.batch_group;
-  input.min_superblocks = ingest_superblocks(job, input);
+  input.splats = splat_layer_bytes(settings) >= kHeavySplatBytes;
   input.to_checkpoint = settings.target_error > 0;
+  obey_ingest(job, &input);
   if (settings.time_s > 0) input.seconds_left = std::max(0.0, settings.time_s - wall_seconds(job, now));
   return plan_round(input);
 }

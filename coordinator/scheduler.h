@@ -134,8 +134,11 @@ class Scheduler {
   // scheduler_tail.cc:
   /// Seconds that the worker is expected to take for the tile; negative: unknown.
   static double expected_seconds(const Job& job, const TileSpec& tile, const Worker& worker);
-  /// How to cut the tile so that idle workers have something; empty: not at all.
+  /// How to cut the tile so that idle workers have something, or that all come to the end at the same time;
+  /// empty: not at all.
   std::vector<CellRect> parts_for_idle(const Job& job, TileId tile, const Worker& worker, double now) const;
+  /// Seconds until all that is pending or leased is rendered, were it shared evenly; negative: unknown.
+  double seconds_to_end(const Job& job, const Worker& worker, double now) const;
   /// A tile that somebody has had for too long, or that this worker will have much sooner.
   std::optional<TileId> tile_to_race(const Job& job, const Worker& worker, double now) const;
   /// The first job that this one has to wait for; null: none.
@@ -143,8 +146,8 @@ class Scheduler {
   int fitting_workers(const Job& job, double now, double* mean_speed) const;
   /// True while what is planned ends at a checkpoint that may turn out to meet the target error.
   static bool awaits_checkpoint(const Job& job);
-  /// How deep tiles must be so that the commits of all workers stay within the ingest budget.
-  int64_t ingest_superblocks(const Job& job, const TilingInput& input) const;
+  /// How large and deep tiles must be so that the commits of all workers stay within the ingest budget.
+  void obey_ingest(const Job& job, TilingInput* input) const;
   std::vector<TileSpec> next_round(const Job& job, double now) const;
 
   SchedulerOptions options_;

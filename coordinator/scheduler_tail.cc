@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "coordinator/film_bytes.h"
 #include "coordinator/scheduler.h"
 
 namespace lightmill {
@@ -9,11 +10,25 @@ namespace {
 
 constexpr double kShortestPartSeconds = 0.1;  // below, leasing and merging cost more than rendering
 constexpr int64_t kMostParts = 16;            // of one tile at a time
+// Splats make every part cost what rendering takes so long: handing in a layer as large as the window.
+constexpr double kSecondsPerSplatByte = 40e-9;
+// A tile is cut to even out the end if a worker's even share is less than so much of it.
+constexpr double kWorthCutting = 0.8;
 // A holder is late after so many times the expected time, and a moment for what is not rendering.
 constexpr double kLateFactor = 1.5, kSlackSeconds = 0.25;
 // Whoever will have the tile in less than so much of the time that its holder still needs may race for it.
 constexpr double kMuchSooner = 0.5;
 constexpr double kLateWithoutEstimate = 3;  // target tile times
+
+/// One rectangle with about `share` of the cells, and the rest.
+std::vector<CellRect> cut_off(const CellRect& cells, double share) {
+  const bool wide = cells.width() > cells.height();
+  const int length = wide ? cells.width() : cells.height();
+  const int at = std::clamp(static_cast<int>(std::lround(share * length)), 1, length - 1);
+  CellRect first = cells, rest = cells;
+  (wide ? first.x1 : first.y1) = (wide ? rest.x0 : rest.y0) = (wide ? cells.x0 : cells.y0) + at;
+  return {first, rest};
+}
 
 }  // namespace
 
@@ -26,6 +41,25 @@ double Scheduler::expected_seconds(const Job& job, const TileSpec& tile, const W
          worker.registration.threads;
 }
 
+double Scheduler::seconds_to_end(const Job& job, const Worker& worker, double now) const {
+  double seconds = 0;
+  for (const int64_t id : job.tiles.pending()) {
+    const double tile = expected_seconds(job, job.tiles.find(TileId{id})->tile, worker);
+    if (tile < 0) return -1;
+    seconds += tile;
+  }
+  std::set<WorkerId> others;
+  for (const LeaseTable::Lease& lease : job.tiles.leases()) {
+    const Worker* holder = workers.find(lease.worker);
+    if (!holder || lease.worker == worker.id) continue;
+    const double tile = expected_seconds(job, job.tiles.find(lease.tile)->tile, *holder);
+    if (tile < 0) return -1;
+    seconds += std::max(0.0, tile - (now - lease.since));
+    others.insert(lease.worker);
+  }
+  return seconds / static_cast<double>(others.size() + 1);
+}
+
 std::vector<CellRect> Scheduler::parts_for_idle(const Job& job, TileId id, const Worker& worker,
                                                 double now) const {
   const int64_t pending = job.tiles.pending_count();
@@ -35,9 +69,15 @@ std::vector<CellRect> Scheduler::parts_for_idle(const Job& job, TileId id, const
   }
   const TileSpec& tile = job.tiles.find(id)->tile;
   const double seconds = expected_seconds(job, tile, worker);
+  const double bytes = splat_layer_bytes(job.record.settings);
   int64_t most = std::min(kMostParts, tile.cells.count());
   if (seconds >= 0) {
-    most = std::min(most, static_cast<int64_t>(std::min(seconds / kShortestPartSeconds, 1e9)));
+    double shortest =
+        std::max(kShortestPartSeconds, bytes * kSecondsPerSplatByte / worker.registration.threads);
+    // n parts are rendered in seconds / n, and handed in one after the other.
+    if (options_.ingest_bytes_per_second > 0)
+      shortest = std::max(shortest, std::sqrt(seconds * bytes / options_.ingest_bytes_per_second));
+    most = std::min(most, static_cast<int64_t>(std::min(seconds / shortest, 1e9)));
   }
   if (most < 2) return {};
   int64_t idle = 0;
@@ -47,8 +87,10 @@ std::vector<CellRect> Scheduler::parts_for_idle(const Job& job, TileId id, const
   if (job.record.max_workers > 0)
     idle = std::min<int64_t>(idle, job.record.max_workers - job.tiles.workers());
   const int64_t parts = std::min(most, (idle + pending - 1) / pending);
-  if (parts < 2) return {};
-  return split_cells(tile.cells, parts);
+  if (parts >= 2) return split_cells(tile.cells, parts);
+  const double left = seconds >= 0 ? seconds_to_end(job, worker, now) : -1;
+  if (left < 0 || left > kWorthCutting * seconds) return {};
+  return cut_off(tile.cells, std::max(left / seconds, 1 / static_cast<double>(most)));
 }
 
 std::optional<TileId> Scheduler::tile_to_race(const Job& job, const Worker& worker, double now) const {

@@ -10,26 +10,58 @@ namespace {
 
 // First tiles: small enough for a first picture within a second or two on any machine.
 constexpr int64_t kFirstTileSamples = 16 * kCellPixels;
+constexpr int64_t kFirstSplatTileSamples = 4 * kFirstTileSamples;
 constexpr int64_t kMaxTilesPerRound = 4096;
-constexpr int64_t kMaxGrowth = 2;
+constexpr int64_t kMaxGrowth = 2, kMaxSplatGrowth = 16;
+// A splat layer costs what rendering a sample for every second or third pixel of the window costs. Samples
+// for every pixel, in a tile that holds as many as are worth waiting for, and in one that is small for the
+// job's end:
+constexpr int64_t kFullSplatSpp = 16, kLeastSplatSpp = 4;
+constexpr double kSplatTileFactor = 8;  // times target_tile_seconds, at most
 
+/// Samples of a tile while there is enough to do.
 int64_t tile_budget(const TilingInput& in) {
-  if (in.previous_tile_samples <= 0) return kFirstTileSamples;
-  const int64_t grown = in.previous_tile_samples * kMaxGrowth;
+  if (in.previous_tile_samples <= 0) return in.splats ? kFirstSplatTileSamples : kFirstTileSamples;
+  const int64_t grown = in.previous_tile_samples * (in.splats ? kMaxSplatGrowth : kMaxGrowth);
   if (!(in.worker_samples_per_second > 0)) return in.previous_tile_samples;
-  const double wanted = std::clamp(in.worker_samples_per_second * in.target_tile_seconds, 1.0, 0x1p50);
-  return std::min(grown, static_cast<int64_t>(wanted));
+  double wanted = in.worker_samples_per_second * in.target_tile_seconds;
+  if (in.splats) {
+    const auto full = static_cast<double>(kFullSplatSpp * in.grid.crop.area());
+    wanted = std::clamp(full, wanted, wanted * kSplatTileFactor);
+    wanted = std::max(wanted, static_cast<double>(in.min_tile_samples));
+  }
+  return std::min(grown, static_cast<int64_t>(std::clamp(wanted, 1.0, 0x1p50)));
+}
+
+/// Samples per pixel that fit the time left.
+double affordable_spp(const TilingInput& in) {
+  if (in.seconds_left < 0 || !(in.worker_samples_per_second > 0)) return 0x1p50;
+  const double rate = in.worker_samples_per_second * std::max(1, in.workers);
+  return in.seconds_left * rate / static_cast<double>(in.grid.crop.area());
+}
+
+/// End of the blocks within the first superblock that are a round together.
+int64_t first_range_end(const TilingInput& in, double round_budget) {
+  int64_t end = block_end(block_of_sample(in.begin));
+  if (!in.splats || in.begin == 0) return end;
+  while (end < kSuperblockSamples) {
+    const int64_t longer = block_end(block_of_sample(end));
+    const auto samples = static_cast<double>((longer - in.begin) * in.grid.crop.area());
+    if (samples > round_budget) break;
+    end = longer;
+  }
+  return end;
 }
 
 int64_t range_end(const TilingInput& in, int64_t budget) {
   const int64_t pixels = in.grid.crop.area();
+  const double round_budget = 2.0 * std::max(1, in.workers) * static_cast<double>(budget);
   int64_t end = 0;
   if (in.begin < kSuperblockSamples) {
-    end = block_end(block_of_sample(in.begin));
+    end = first_range_end(in, round_budget);
   } else {
     const int64_t first = superblock_of_sample(in.begin);
     const int64_t group = std::max({int64_t{1}, in.max_superblocks, in.min_superblocks});
-    const double round_budget = 2.0 * std::max(1, in.workers) * static_cast<double>(budget);
     const double fits =
         round_budget / (static_cast<double>(pixels) * static_cast<double>(kSuperblockSamples));
     const auto count =
@@ -38,16 +70,31 @@ int64_t range_end(const TilingInput& in, int64_t budget) {
   }
   if (in.to_checkpoint) end = std::min(end, next_checkpoint(in.begin));
   end = std::min(end, in.spp);
-  if (in.seconds_left >= 0 && in.worker_samples_per_second > 0) {
-    const double rate = in.worker_samples_per_second * std::max(1, in.workers);
-    const double affordable = in.seconds_left * rate / static_cast<double>(pixels);
-    // A first picture is owed in any case.
-    if (affordable < 0.5 && in.begin > 0) return in.begin;
-    if (affordable < static_cast<double>(end - in.begin)) {
-      end = in.begin + std::max<int64_t>(1, static_cast<int64_t>(affordable));
-    }
+  const double affordable = affordable_spp(in);
+  // A first picture is owed in any case.
+  if (affordable < 0.5 && in.begin > 0) return in.begin;
+  if (affordable < static_cast<double>(end - in.begin)) {
+    end = in.begin + std::max<int64_t>(1, static_cast<int64_t>(affordable));
   }
   return end;
+}
+
+/// Tiles of a round with splats over [in.begin, end).
+int64_t splat_tiles(const TilingInput& in, int64_t budget, int64_t end) {
+  const auto pixels = static_cast<double>(in.grid.crop.area());
+  const double samples = pixels * static_cast<double>(end - in.begin);
+  const auto workers = static_cast<double>(std::max(1, in.workers));
+  // What can be leased before somebody has to wait. Nothing is after a checkpoint before it was looked at.
+  const double left =
+      in.to_checkpoint
+          ? samples
+          : std::max(samples, pixels * std::min(static_cast<double>(in.spp - in.begin), affordable_spp(in)));
+  const double least =
+      std::max(pixels * static_cast<double>(kLeastSplatSpp), static_cast<double>(in.min_tile_samples));
+  const double tile =
+      std::max(1.0, std::min(static_cast<double>(budget), std::max(least, left / (2 * workers))));
+  const double count = std::max(std::round(samples / tile), std::ceil(samples * workers / left));
+  return static_cast<int64_t>(std::clamp(count, 1.0, 1e9));
 }
 
 }  // namespace
@@ -78,10 +125,15 @@ std::vector<TileSpec> plan_round(const TilingInput& in) {
   const int64_t end = range_end(in, budget);
   if (end <= in.begin) return {};
   const CellRect cells = in.grid.cells();
-  const double samples = static_cast<double>(in.grid.crop.area()) * static_cast<double>(end - in.begin);
-  auto count = static_cast<int64_t>(std::min(std::ceil(samples / static_cast<double>(budget)), 1e9));
-  count = std::min(
-      {std::max<int64_t>(count, 2 * int64_t{std::max(1, in.workers)}), cells.count(), kMaxTilesPerRound});
+  int64_t count = 0;
+  if (in.splats) {
+    count = splat_tiles(in, budget, end);
+  } else {
+    const double samples = static_cast<double>(in.grid.crop.area()) * static_cast<double>(end - in.begin);
+    count = static_cast<int64_t>(std::min(std::ceil(samples / static_cast<double>(budget)), 1e9));
+    count = std::max<int64_t>(count, 2 * int64_t{std::max(1, in.workers)});
+  }
+  count = std::min({count, cells.count(), kMaxTilesPerRound});
   std::vector<TileSpec> tiles;
   for (const CellRect& part : split_cells(cells, count)) tiles.push_back({part, in.begin, end});
   return tiles;

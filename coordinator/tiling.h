@@ -20,8 +20,10 @@ struct TilingInput {
   // Fewest superblocks beyond the first one that a round should span: a tile's bytes go by its pixels, so
   // that deeper tiles bring less of them a second. A power of two; above max_superblocks it costs batches.
   int64_t min_superblocks = 1;
-  double seconds_left = -1;    // of --time; negative: no limit
-  bool to_checkpoint = false;  // of a job with a target error: the round ends at a checkpoint at the latest
+  double seconds_left = -1;      // of --time; negative: no limit
+  bool to_checkpoint = false;    // of a job with a target error: the round ends at a checkpoint at the latest
+  bool splats = false;           // partials bring splats, over a crop window whose size makes them heavy
+  int64_t min_tile_samples = 0;  // with splats: what the ingest budget asks of a tile
 };
 
 /// The tiles of the next round, all with the same sample range [begin, end).
@@ -33,6 +35,13 @@ struct TilingInput {
 /// target_tile_seconds, but no more than twice the samples of the last round's tiles; there are at least two
 /// tiles per worker where the grid has as many cells. Empty if less than half a sample per pixel fits the
 /// time left.
+///
+/// With splats a partial takes about as many bytes as the crop window has pixels, however few pixels its tile
+/// has, so tiles are as large as can be. One takes up to kSplatTileFactor times as long, if that is what
+/// kFullSplatSpp samples for every pixel of the window take, and grows faster from round to round. A round
+/// may be a single tile; only towards the end, when as many samples are left as are a few tiles for every
+/// worker, tiles become smaller, down to kLeastSplatSpp samples for every pixel of the window, but every
+/// worker gets one.
 std::vector<TileSpec> plan_round(const TilingInput& input);
 
 /// Splits `cells` into about `count` nearly equal rectangles, row-major, at least one cell each.

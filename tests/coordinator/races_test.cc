@@ -132,7 +132,7 @@ TEST_F(RacesTest, NobodyRacesWhileThereIsOtherWork) {
 }
 
 TEST_F(RacesTest, PendingTilesAreCutForThoseWhoIdle) {
-  JobRequest wide = small_job(256, 256, 6);  // 64 cells
+  JobRequest wide = small_job(256, 256, 6, Integrator::kPt);  // 64 cells
   const JobId id = farm.submit(wide);
   // One worker is there when the last round is opened: it has few tiles.
   while (farm.job(id).spp < 4) commit(fast, *farm.lease(fast), 2);
@@ -158,6 +158,45 @@ TEST_F(RacesTest, PendingTilesAreCutForThoseWhoIdle) {
   work(farm, crowd[0]);
   EXPECT_EQ(farm.job(id).state, JobState::kDone);
   EXPECT_TRUE(same_pixels(farm.image(id), fake_image(farm.job(id).settings))) << split;
+}
+
+TEST_F(RacesTest, TheLastPendingTileIsCutSoThatAllEndTogether) {
+  const JobRequest wide = small_job(256, 256, 16, Integrator::kBdpt);  // few tiles, as splats are heavy
+  const JobId id = farm.submit(wide);
+  // Two workers of 65536 samples a second each.
+  const WorkerId other = join();
+  const auto seconds = [&](const LeaseGrant& grant) {
+    return static_cast<double>(wide.settings.grid.pixels(grant.tile.cells).area() * grant.tile.samples()) /
+           65536;
+  };
+  std::map<WorkerId, std::pair<LeaseGrant, double>> held;  // and when they will have it
+  std::map<WorkerId, double> idle_since;
+  double now = 0;
+  for (const WorkerId& worker : {fast, other}) {
+    const auto grant = farm.lease(worker);
+    ASSERT_TRUE(grant);
+    held.insert({worker, {*grant, seconds(*grant)}});
+  }
+  while (!held.empty()) {
+    const auto next = std::min_element(held.begin(), held.end(), [](const auto& a, const auto& b) {
+      return a.second.second < b.second.second;
+    });
+    const auto [worker, tile] = *next;
+    held.erase(next);
+    clock.advance(tile.second - now);
+    now = tile.second;
+    EXPECT_EQ(commit(worker, tile.first, 2 * seconds(tile.first)), CommitResult::kAccepted);
+    if (const auto grant = farm.lease(worker)) {
+      held.insert({worker, {*grant, now + seconds(*grant)}});
+    } else {
+      idle_since[worker] = now;
+    }
+  }
+  EXPECT_EQ(farm.job(id).state, JobState::kDone);
+  EXPECT_TRUE(same_pixels(farm.image(id), fake_image(wide.settings)));
+  ASSERT_EQ(idle_since.size(), 2u);
+  EXPECT_LT(now - std::min(idle_since[fast], idle_since[other]), 0.35) << "of " << now;
+  EXPECT_LT(farm.job(id).tiles_committed, 16);
 }
 
 }  // namespace

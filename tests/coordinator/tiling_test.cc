@@ -30,6 +30,8 @@ std::vector<TileSpec> play(const FilmGrid& grid, int64_t spp_first, int64_t spp,
       in.worker_samples_per_second = random() % 4 == 0 ? 0 : std::exp2(static_cast<double>(random() % 24));
       in.previous_tile_samples = previous;
       in.max_superblocks = int64_t{1} << (random() % 4);
+      in.splats = random() % 2 == 0;
+      in.min_tile_samples = random() % 4 == 0 ? static_cast<int64_t>(random() % 1000000) : 0;
       const std::vector<TileSpec> round = plan_round(in);
       EXPECT_FALSE(round.empty());
       if (round.empty()) return all;
@@ -167,6 +169,72 @@ TEST(Tiling, AtLeastTwoTilesPerWorkerWhereTheGridAllows) {
   }
 }
 
+/// Tiles of every round of a job with splats, and how large each is, in samples.
+std::vector<std::vector<double>> splat_rounds(TilingInput in) {
+  in.splats = true;
+  std::vector<std::vector<double>> rounds;
+  while (in.begin < in.spp) {
+    const auto round = plan_round(in);
+    if (round.empty()) break;
+    rounds.emplace_back();
+    for (const TileSpec& tile : round)
+      rounds.back().push_back(static_cast<double>(in.grid.pixels(tile.cells).area() * tile.samples()));
+    in.previous_tile_samples = in.grid.crop.area() * round[0].samples() / static_cast<int64_t>(round.size());
+    in.begin = round[0].sample_end;
+  }
+  return rounds;
+}
+
+TEST(Tiling, SplatsMakeTilesLarge) {
+  TilingInput in;
+  in.grid = full(512, 512);
+  in.spp = 16;
+  in.workers = 2;
+  in.worker_samples_per_second = 7e5;
+  size_t tiles = 0;
+  for (const auto& round : splat_rounds(in)) tiles += round.size();
+  EXPECT_LE(tiles, 8u) << "each brings splats over the whole window";
+  EXPECT_EQ(splat_rounds(in).size(), 2u) << "a first picture, and the rest";
+  in.spp = 1600;
+  const auto rounds = splat_rounds(in);
+  const double window = 512 * 512;
+  for (size_t i = 2; i < rounds.size(); ++i) {
+    for (const double samples : rounds[i]) {
+      EXPECT_LE(samples, 16 * window * 1.3) << "a partial is due now and then";
+      EXPECT_GE(samples, 2 * window) << "and is worth its bytes";
+    }
+  }
+  EXPECT_EQ(rounds[50].size(), 1u);
+  EXPECT_GE(rounds.back().size(), 2u) << "both workers see the job's end";
+  in.worker_samples_per_second = 1e4;  // a tile of 16 spp would take seven minutes
+  for (const auto& round : splat_rounds(in)) {
+    for (const double samples : round) EXPECT_LE(samples, 1.3e5);
+  }
+}
+
+TEST(Tiling, EveryWorkerGetsATileOfTheSplatsThatAreLeft) {
+  TilingInput in;
+  in.grid = full(512, 512);
+  in.spp = 16;
+  in.begin = 8;
+  in.splats = true;
+  in.previous_tile_samples = 1 << 30;
+  in.worker_samples_per_second = 1e7;
+  for (int workers : {1, 3, 10, 50}) {
+    in.workers = workers;
+    EXPECT_GE(plan_round(in).size(), static_cast<size_t>(workers));
+  }
+  in.begin = 0;
+  in.spp = 1 << 20;
+  in.workers = 7;
+  in.to_checkpoint = true;  // when it is looked at, nothing else can be leased
+  for (const auto& round : splat_rounds(in)) EXPECT_GE(round.size(), 7u);
+  in.to_checkpoint = false;
+  in.begin = 1600;
+  in.seconds_left = 0.05;  // 13 samples per pixel: no other round follows
+  EXPECT_GE(plan_round(in).size(), 7u);
+}
+
 TEST(Tiling, TimeLimitCutsTheRoundToWhatFits) {
   TilingInput in;
   in.grid = full(1000, 1000);
@@ -219,6 +287,10 @@ TEST(Tiling, AnIngestBudgetAsksForDeeperRounds) {
   EXPECT_EQ(plan_round(in)[0].sample_end, 128) << "up to where they are aligned";
   in.begin = 4;
   EXPECT_LE(plan_round(in)[0].sample_end, kSuperblockSamples) << "the first picture comes soon in any case";
+  in.begin = 1024;
+  in.splats = true;
+  in.min_tile_samples = 2000000;
+  EXPECT_LE(plan_round(in).size(), 6u) << "8.4 million samples, in tiles that grow to 1.6 million first";
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ namespace {
 constexpr size_t kMaxHeld = 4;
 /// Leases with packets left to hand out that keep the threads busy across the end of a tile.
 constexpr int kAhead = 2;
+constexpr double kNewest = 1 / 8.0;  // weight of the newest packet in the mean time
 }  // namespace
 
 PacketList::PacketList(const TileSpec& tile)
@@ -41,12 +42,31 @@ bool LeaseQueue::has_room() const {
   if (held_.size() >= kMaxHeld || pilot_ || pilot_running_) return false;
   int64_t waiting_packets = 0;
   int waiting_leases = 0;
+  double waiting_samples = 0;
   for (const auto& lease : rendering_) {
     const int64_t left = lease->packets_.size() - lease->next_;
     waiting_packets += left;
     waiting_leases += left > 0;
+    const TileSpec& tile = lease->lease.tile;
+    waiting_samples += static_cast<double>(left * tile.cells.count() * tile.samples()) /
+                       static_cast<double>(std::max<int64_t>(1, lease->packets_.size()));
   }
-  return waiting_leases < kAhead || waiting_packets < threads_;
+  if (waiting_packets < threads_) return true;
+  if (waiting_leases >= kAhead || sample_seconds_ < 0) return false;
+  return waiting_samples * sample_seconds_ < lead_ * threads_;
+}
+
+void LeaseQueue::set_lead(double seconds) {
+  const std::lock_guard lock(mutex_);
+  lead_ = seconds;
+}
+
+void LeaseQueue::measure(const Work& work) {
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - work.begun).count();
+  const auto samples =
+      static_cast<double>(std::max<int64_t>(1, work.packet.sample_end - work.packet.sample_begin));
+  const double newest = seconds / samples;
+  sample_seconds_ = sample_seconds_ < 0 ? newest : sample_seconds_ + kNewest * (newest - sample_seconds_);
 }
 
 bool LeaseQueue::wait_for_room() {
@@ -99,8 +119,8 @@ std::optional<LeaseQueue::Work> LeaseQueue::take() {
     for (const auto& lease : rendering_) {
       if (lease->next_ == lease->packets_.size()) continue;
       ++lease->unfinished_;
-      Work work{lease, lease->packets_[lease->next_++]};
-      if (lease->next_ == lease->packets_.size()) changed_.notify_all();  // time to lease ahead
+      Work work{lease, lease->packets_[lease->next_++], std::chrono::steady_clock::now()};
+      if (has_room()) changed_.notify_all();  // time to lease ahead
       return work;
     }
     changed_.wait(lock);
@@ -111,12 +131,14 @@ std::optional<LeaseQueue::Work> LeaseQueue::take() {
 void LeaseQueue::finish(const Work& work, const std::string& error) {
   const std::lock_guard lock(mutex_);
   ActiveLease& lease = *work.lease;
+  measure(work);
   --lease.unfinished_;
   if (!error.empty() && lease.error_.empty()) {
     lease.error_ = error;
     lease.next_ = lease.packets_.size();  // the rest would be thrown away
   }
   if (lease.unfinished_ == 0 && lease.next_ == lease.packets_.size()) retire(work.lease);
+  if (has_room()) changed_.notify_all();
 }
 
 void LeaseQueue::retire(const std::shared_ptr<ActiveLease>& lease) {

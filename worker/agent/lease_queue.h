@@ -7,6 +7,7 @@
 //
 // A lease of a job's pilot goes from the leasing thread to the pilot thread instead, one at a time; while it
 // is there nothing more is leased, as the pilot wants all threads.
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <memory>
@@ -64,7 +65,11 @@ class LeaseQueue {
 
   // --- the thread that leases ---
   /// Blocks until another lease is worth asking for (true), or the queue was closed or told to stop growing.
+  /// It is once what is left of those at hand takes less than the lead: later, a thread would idle; sooner,
+  /// a tile would wait here that an idle worker could render.
   bool wait_for_room();
+  /// Seconds from asking for a lease until its packets can be handed out.
+  void set_lead(double seconds);
   /// A lease was granted; it is renewed from now on.
   void hold(const LeaseKey& key);
   void start(std::shared_ptr<ActiveLease> lease);
@@ -76,6 +81,7 @@ class LeaseQueue {
   struct Work {
     std::shared_ptr<ActiveLease> lease;
     Packet packet;
+    std::chrono::steady_clock::time_point begun = {};
   };
   /// The next packet; blocks. Empty once the queue is closed.
   std::optional<Work> take();
@@ -107,6 +113,7 @@ class LeaseQueue {
 
  private:
   bool has_room() const;
+  void measure(const Work& work);
   void retire(const std::shared_ptr<ActiveLease>& lease);
 
   const int threads_;
@@ -118,6 +125,8 @@ class LeaseQueue {
   std::optional<PilotLease> pilot_;        // not taken yet
   std::optional<LeaseKey> pilot_running_;  // taken, and not released yet
   bool growing_ = true, closed_ = false;
+  double lead_ = 0;
+  double sample_seconds_ = -1;  // of a thread, per cell and sample index, lately; negative: not known yet
 };
 
 }  // namespace lightmill::agent

@@ -1,6 +1,7 @@
 #include "worker/agent/tile_runner.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <map>
 #include <thread>
@@ -43,6 +44,23 @@ LogContext about(const LeaseKey& key) { return {key.job.value, key.tile.value, k
 /// So often in a row is not an accident on the way any more.
 constexpr int kMostDamaged = 3;
 constexpr int kMostRefusals = 2;
+
+/// How long it takes to get a tile ready: what the quickest of the newest calls took, as the others may have
+/// waited for work, twice over, and what opening the last scene took.
+class LeaseLead {
+ public:
+  void called(double seconds) { calls_[next_++ % calls_.size()] = seconds; }
+  void opened(double seconds) { open_ = seconds; }
+  double seconds() const {
+    return std::clamp(2 * *std::min_element(calls_.begin(), calls_.end()) + open_, kLeast, kMost);
+  }
+
+ private:
+  static constexpr double kLeast = 0.05, kMost = 2;
+  std::array<double, 4> calls_{};
+  size_t next_ = 0;
+  double open_ = 0;
+};
 
 /// A render thread's workspaces: of the renderers that it used last, most recent first.
 class Workspaces {
@@ -170,11 +188,15 @@ bool TileRunner::retry(const std::function<bool()>& wanted, F call) {
 void TileRunner::lease_loop() {
   Backoff failures, idle;
   using Clock = std::chrono::steady_clock;
+  const auto since = [](Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  };
+  LeaseLead lead;
+  queue_.set_lead(lead.seconds());
   Clock::time_point busy = Clock::now();
   const auto idle_too_long = [&] {
     if (!queue_.held().empty()) busy = Clock::now();
-    return options_.idle_timeout_seconds > 0 &&
-           std::chrono::duration<double>(Clock::now() - busy).count() > options_.idle_timeout_seconds;
+    return options_.idle_timeout_seconds > 0 && since(busy) > options_.idle_timeout_seconds;
   };
   const std::function<bool()> wanted = [&] { return !draining_ && !idle_too_long(); };
   while (queue_.wait_for_room()) {
@@ -194,16 +216,19 @@ void TileRunner::lease_loop() {
     }
     if (!lease) {
       // A coordinator with too many that wait answers at once: the wait is then ours.
-      const double waited = std::chrono::duration<double>(Clock::now() - asked).count();
-      if (waited < options_.lease_wait_seconds / 4) sleep(idle.next(), wanted);
+      if (since(asked) < options_.lease_wait_seconds / 4) sleep(idle.next(), wanted);
       continue;
     }
+    lead.called(since(asked));
+    const auto granted = Clock::now();
     idle.reset();
     const LogScope scope(about(key_of(*lease)));
     queue_.hold(key_of(*lease));
     lease_seconds_ = lease->lease_seconds;
     try {
       open_lease(*lease);
+      lead.opened(since(granted));
+      queue_.set_lead(lead.seconds());
       failures.reset();
     } catch (const std::exception& error) {
       const std::string reason = failure_text(error);

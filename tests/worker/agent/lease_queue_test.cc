@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <set>
+#include <thread>
 #include <tuple>
 
 #include "common/error.h"
@@ -89,6 +92,32 @@ TEST(LeaseQueue, ALeaseLostWhileLoadingNeverStarts) {
   queue.hold(key_of(kept->lease));
   queue.start(kept);
   EXPECT_EQ(queue.take()->lease, kept);
+}
+
+TEST(LeaseQueue, AsksForMoreOnlyWhenTheEndIsNear) {
+  LeaseQueue queue(1);
+  std::atomic<int> rooms{0};
+  queue.set_lead(0.5);
+  const auto lease = make_lease(0, {{0, 0, 3, 2}, 0, 4096});  // 6 cells of 261 blocks
+  queue.hold(key_of(lease->lease));
+  queue.start(lease);
+  std::thread asker([&] {
+    while (queue.wait_for_room()) {
+      ++rooms;
+      queue.stop_growing();
+    }
+  });
+  // A packet of 16 samples takes 10 ms and more: the tile takes 15 s.
+  for (int i = 0; i < 20; ++i) {
+    const auto work = queue.take();
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    queue.finish(*work, "");
+  }
+  EXPECT_EQ(rooms, 0) << "another worker may have the next tile sooner";
+  queue.set_lead(1e6);
+  queue.finish(*queue.take(), "");
+  asker.join();
+  EXPECT_EQ(rooms, 1);
 }
 
 TEST(LeaseQueue, CloseWakesEveryone) {
