@@ -13,11 +13,25 @@
 
 namespace lightmill {
 
-DataFolder::DataFolder(const std::string& path) : path_(path) {
+DataFolder::DataFolder(const std::string& path, bool shared) : path_(path) {
   std::error_code error;
   std::filesystem::create_directories(path, error);
   if (error)
     throw Error(ErrorKind::kFailed, "--data " + path + ": can't make the folder: " + error.message());
+  if (shared) {
+    if (std::filesystem::exists(store_path(), error)) {
+      throw Error(ErrorKind::kFailed, "--data " + path +
+                                          " holds the jobs of a coordinator without --store; give a database "
+                                          "another folder");
+    }
+    return;
+  }
+  if (std::filesystem::exists(path + "/" + kSharedStoreId, error)) {
+    throw Error(ErrorKind::kFailed,
+                "--data " + path +
+                    " holds the files of a database; name it with --store, or give another "
+                    "folder");
+  }
   const std::string lock = path + "/lock";
   lock_fd_ = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (lock_fd_ < 0) throw Error(ErrorKind::kFailed, lock + ": " + std::strerror(errno));
@@ -28,7 +42,9 @@ DataFolder::DataFolder(const std::string& path) : path_(path) {
   }
 }
 
-DataFolder::~DataFolder() { close(lock_fd_); }
+DataFolder::~DataFolder() {
+  if (lock_fd_ >= 0) close(lock_fd_);
+}
 
 void write_file_atomically(const std::string& path, const std::string& content) {
   const std::string temporary = path + ".part";

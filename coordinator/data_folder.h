@@ -1,13 +1,18 @@
 #pragma once
-// The coordinator's --data folder: made if absent, and held by one process at a time.
+// The coordinator's --data folder: made if absent. With the job store in it, it is held by one process at a
+// time; beside a database, coordinators share it, and the database says whose turn it is.
 #include <string>
 
 namespace lightmill {
 
+/// File of a shared folder: names the database that the folder goes with.
+inline constexpr const char* kSharedStoreId = "store-id";
+
 class DataFolder {
  public:
-  /// Throws Error(kFailed) if the folder can't be made or another coordinator holds it.
-  explicit DataFolder(const std::string& path);
+  /// Throws Error(kFailed) if the folder can't be made, another coordinator holds it, or the jobs in it are
+  /// of the other kind of store.
+  explicit DataFolder(const std::string& path, bool shared = false);
   ~DataFolder();
   DataFolder(const DataFolder&) = delete;
   DataFolder& operator=(const DataFolder&) = delete;
@@ -17,7 +22,7 @@ class DataFolder {
 
  private:
   std::string path_;
-  int lock_fd_ = -1;  // the lock goes with the process, however it ends
+  int lock_fd_ = -1;  // of one that is not shared; the lock goes with the process, however it ends
 };
 
 /// Writes a small file so that a reader sees all of it or nothing. Throws Error(kFailed).

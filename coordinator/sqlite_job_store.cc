@@ -1,8 +1,9 @@
 #include "coordinator/sqlite_job_store.h"
 
 #include <algorithm>
-#include <cstring>
 #include <iterator>
+
+#include "coordinator/image_bytes.h"
 
 namespace lightmill {
 namespace {
@@ -181,17 +182,9 @@ Image SqliteJobStore::reference(const JobId& job) {
   const std::lock_guard lock(mutex_);
   const std::string bytes = get_layer(job, "reference");
   if (bytes.empty()) return {};
-  int32_t size[2];
-  Image image;
-  if (bytes.size() >= sizeof size) {
-    std::memcpy(size, bytes.data(), sizeof size);
-    if (size[0] > 0 && size[1] > 0 && int64_t{size[0]} * size[1] <= kMaxPixels)
-      image = Image(size[0], size[1]);
-  }
-  if (image.data.empty() || bytes.size() != sizeof size + image.data.size() * sizeof(float)) {
+  Image image = image_from_bytes(bytes);
+  if (image.data.empty())
     throw StoreError(path_ + ": the reference image of job " + job.value + " is damaged");
-  }
-  std::memcpy(image.data.data(), bytes.data() + sizeof size, image.data.size() * sizeof(float));
   return image;
 }
 
@@ -265,12 +258,7 @@ void SqliteJobStore::add_job(const JobRecord& job, const std::string& bundle_jso
       .bind(job.bundle_digest)
       .bind(record)
       .run();
-  if (!reference.data.empty()) {
-    const int32_t size[2] = {reference.width, reference.height};
-    std::string bytes(reinterpret_cast<const char*>(size), sizeof size);
-    bytes.append(reinterpret_cast<const char*>(reference.data.data()), reference.data.size() * sizeof(float));
-    put_layer(job.id, "reference", bytes);
-  }
+  if (!reference.data.empty()) put_layer(job.id, "reference", image_to_bytes(reference));
   transaction.commit();
 }
 

@@ -1,4 +1,4 @@
-// Both stores keep what they were given; the durable one also across a reopening and a crash.
+// All stores keep what they were given; the durable ones also across a reopening.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -6,14 +6,15 @@
 
 #include "coordinator/blob_store.h"
 #include "coordinator/data_folder.h"
-#include "coordinator/memory_job_store.h"
 #include "coordinator/sqlite_job_store.h"
 #include "coordinator/store_check.h"
+#include "tests/coordinator/any_store.h"
 #include "tests/coordinator/fake_worker.h"
 
 namespace lightmill {
 namespace {
 
+using testing::StoreKind;
 using testing::TemporaryFolder;
 
 JobRecord record(const std::string& id) {
@@ -43,28 +44,20 @@ TileRecord tile(int64_t id) {
   return t;
 }
 
-class Stores : public ::testing::TestWithParam<bool> {
+class Stores : public ::testing::TestWithParam<StoreKind> {
  protected:
-  Stores() { open(); }
-  bool durable() const { return GetParam(); }
-  void open() {
-    store.reset();
-    if (durable()) {
-      store = std::make_unique<SqliteJobStore>(folder.file("jobs.sqlite"), 1000);  // short chunks
-    } else {
-      store = std::make_unique<MemoryJobStore>();
-    }
+  void SetUp() override {
+    if (!stores.usable()) GTEST_SKIP() << testing::kNoPostgres;
+    reopen();
   }
-  void reopen() {
-    if (durable()) open();
-  }
+  void reopen() { store = &stores.reopen(); }
   std::vector<std::string> spool(const std::string& job) {
     std::vector<std::string> all;
     store->for_each_spooled(JobId{job}, [&](const std::string& bytes) { all.push_back(bytes); });
     return all;
   }
-  TemporaryFolder folder;
-  std::unique_ptr<JobStore> store;
+  testing::AnyStore stores{GetParam()};
+  JobStore* store = nullptr;
 };
 
 TEST_P(Stores, KeepJobsInOrder) {
@@ -201,8 +194,17 @@ TEST_P(Stores, KeepCurveReferenceAndNumbers) {
   EXPECT_EQ(curve[1].relmse, 0.25);
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, Stores, ::testing::Values(false, true),
-                         [](const auto& info) { return info.param ? "Sqlite" : "Memory"; });
+TEST_P(Stores, GoOnAfterAProbe) {
+  store->add_job(record("j1"), "manifest", {});
+  store->flush();
+  store->probe();
+  store->add_tiles(JobId{"j1"}, {tile(0)});
+  store->flush();
+  reopen();
+  EXPECT_EQ(store->tiles(JobId{"j1"}).size(), 1u);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Stores, testing::kAllStores, testing::store_name);
 
 TEST(SqliteStore, RefusesAnotherSchemaAndNoDatabase) {
   const TemporaryFolder folder;

@@ -1,18 +1,18 @@
-// Both stores: races for a tile, tiles that are cut, partials that are kept and taken back.
+// All stores: races for a tile, tiles that are cut, partials that are kept and taken back.
 #include <gtest/gtest.h>
 
-#include "coordinator/memory_job_store.h"
-#include "coordinator/sqlite_job_store.h"
+#include "tests/coordinator/any_store.h"
 #include "tests/coordinator/fake_worker.h"
 
 namespace lightmill {
 namespace {
 
-using testing::TemporaryFolder;
+using testing::StoreKind;
 
-class LedgerStore : public ::testing::TestWithParam<bool> {
+class LedgerStore : public ::testing::TestWithParam<StoreKind> {
  protected:
-  LedgerStore() {
+  void SetUp() override {
+    if (!stores.usable()) GTEST_SKIP() << testing::kNoPostgres;
     reopen();
     job.id = JobId{"j1"};
     job.settings = testing::small_settings(96, 64, 10);
@@ -26,14 +26,7 @@ class LedgerStore : public ::testing::TestWithParam<bool> {
     }
     store->add_tiles(job.id, tiles);
   }
-  void reopen() {
-    if (GetParam()) {
-      store.reset();
-      store = std::make_unique<SqliteJobStore>(folder.file("jobs.sqlite"), 1000);  // short chunks
-    } else if (!store) {
-      store = std::make_unique<MemoryJobStore>();
-    }
-  }
+  void reopen() { store = &stores.reopen(); }
   TileRecord row(int64_t id) { return store->tiles(job.id).at(static_cast<size_t>(id)); }
   void commit(int64_t id, const std::string& partial) {
     TileRecord tile = row(id);
@@ -50,8 +43,8 @@ class LedgerStore : public ::testing::TestWithParam<bool> {
     store->for_each_spooled(job.id, [&](const std::string& bytes) { all.push_back(bytes); });
     return all;
   }
-  TemporaryFolder folder;
-  std::unique_ptr<JobStore> store;
+  testing::AnyStore stores{GetParam()};
+  JobStore* store = nullptr;
   JobRecord job;
 };
 
@@ -143,8 +136,7 @@ TEST_P(LedgerStore, KeptPartialsAreFoldedOnceUntilSomeAreTakenBack) {
   EXPECT_EQ(store->snapshot(job.id).film, "film");
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, LedgerStore, ::testing::Bool(),
-                         [](const auto& info) { return info.param ? "Sqlite" : "Memory"; });
+INSTANTIATE_TEST_SUITE_P(All, LedgerStore, testing::kAllStores, testing::store_name);
 
 }  // namespace
 }  // namespace lightmill

@@ -1,0 +1,13 @@
+#pragma once
+// An image as the bytes that a store keeps: width, height, floats.
+#include <string>
+
+#include "common/image/image.h"
+
+namespace lightmill {
+
+std::string image_to_bytes(const Image& image);
+/// Without pixels if the bytes are none of an image.
+Image image_from_bytes(const std::string& bytes);
+
+}  // namespace lightmill
