@@ -16,12 +16,12 @@
 #include "common/log.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/security_flags.h"
+#include "common/sandbox/sandbox.h"
 #include "common/size_text.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/grpc_link.h"
 #include "worker/agent/host.h"
 #include "worker/agent/memory_size.h"
-#include "worker/agent/sandbox.h"
 #include "worker/agent/scene_cache.h"
 #include "worker/agent/tile_runner.h"
 #include "worker/metrics.h"
@@ -154,10 +154,10 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
 }
 
-agent::SandboxOptions sandbox_options(const Options& options) {
-  agent::SandboxOptions sandbox{options.run_as, 0, !options.no_seccomp, !options.http.empty()};
+SandboxOptions sandbox_options(const Options& options) {
+  SandboxOptions sandbox{options.run_as, 0, !options.no_seccomp, !options.http.empty()};
   if (options.memory_limit == "auto") {
-    sandbox.memory_bytes = agent::usual_memory_limit();
+    sandbox.memory_bytes = usual_memory_limit();
   } else if (options.memory_limit != "none") {
     sandbox.memory_bytes = parse_size(options.memory_limit, "--memory-limit");
   }
@@ -178,7 +178,7 @@ int run(const Options& options) {
     metrics.emplace(options.http);
     spdlog::info("metrics at port {}", metrics->port());
   }
-  for (const std::string& note : agent::enter_sandbox(sandbox_options(options))) spdlog::warn("{}", note);
+  for (const std::string& note : enter_sandbox(sandbox_options(options))) spdlog::warn("{}", note);
   agent::set_float_mode();
 
   agent::RunnerOptions runner_options;

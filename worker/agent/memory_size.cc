@@ -2,8 +2,8 @@
 
 #include <limits>
 
+#include "common/sandbox/sandbox.h"
 #include "common/size_text.h"
-#include "worker/agent/sandbox.h"
 
 namespace lightmill::agent {
 

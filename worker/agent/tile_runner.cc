@@ -10,10 +10,10 @@
 #include "common/error.h"
 #include "common/log.h"
 #include "common/rpc/pilot_result.h"
+#include "common/sandbox/sandbox.h"
 #include "worker/agent/backoff.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/processor_time.h"
-#include "worker/agent/sandbox.h"
 
 namespace lightmill::agent {
 namespace {

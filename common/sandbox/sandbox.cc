@@ -1,5 +1,6 @@
-#include "worker/agent/sandbox.h"
+#include "common/sandbox/sandbox.h"
 
+#include <fcntl.h>
 #include <grp.h>
 #include <pwd.h>
 #include <sched.h>
@@ -19,7 +20,7 @@
 
 #include "common/error.h"
 
-namespace lightmill::agent {
+namespace lightmill {
 namespace {
 
 /// Refused with EPERM: a renderer has no use for them, and who breaks into it has.
@@ -45,6 +46,13 @@ constexpr const char* kForbidden[] = {
 /// Refused too unless asked for.
 constexpr const char* kAccepting[] = {"accept", "accept4"};
 
+/// Refused too where files are only read.
+constexpr const char* kWriting[] = {
+    "creat",    "truncate",  "ftruncate", "fallocate", "unlink",    "unlinkat",  "rename",
+    "renameat", "renameat2", "link",      "linkat",    "symlink",   "symlinkat", "mkdir",
+    "mkdirat",  "rmdir",     "chmod",     "fchmod",    "fchmodat",  "chown",     "fchown",
+    "lchown",   "fchownat",  "utimensat", "setxattr",  "fsetxattr", "lsetxattr"};
+
 /// Of sockets those that reach a coordinator and ask for its address.
 constexpr std::array kFamilies = {AF_UNIX, AF_INET, AF_INET6, AF_NETLINK};
 constexpr int kLastFamily = 45;
@@ -56,8 +64,21 @@ void require(int result, const std::string& what) {
   }
 }
 
+/// Leaves of the calls that open files those that only read.
+void forbid_writing(scmp_filter_ctx filter) {
+  const uint32_t refused = SCMP_ACT_ERRNO(EPERM);
+  for (const scmp_datum_t flag : {O_WRONLY, O_RDWR, O_CREAT, O_TRUNC}) {
+    require(seccomp_rule_add(filter, refused, SCMP_SYS(open), 1, SCMP_A1(SCMP_CMP_MASKED_EQ, flag, flag)),
+            "open");
+    require(seccomp_rule_add(filter, refused, SCMP_SYS(openat), 1, SCMP_A2(SCMP_CMP_MASKED_EQ, flag, flag)),
+            "openat");
+  }
+  // Its flags are in memory, where a filter does not see them: callers fall back.
+  require(seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(openat2), 0), "openat2");
+}
+
 /// False if this kernel has no such filters.
-bool filter_system_calls(bool accepts) {
+bool filter_system_calls(const SandboxOptions& options) {
   const std::unique_ptr<void, void (*)(void*)> filter(seccomp_init(SCMP_ACT_ALLOW), seccomp_release);
   if (!filter) require(-ENOMEM, "init");
   const uint32_t refused = SCMP_ACT_ERRNO(EPERM);
@@ -66,13 +87,18 @@ bool filter_system_calls(bool accepts) {
     if (number != __NR_SCMP_ERROR) require(seccomp_rule_add(filter.get(), refused, number, 0), name);
   };
   for (const char* name : kForbidden) forbid(name);
-  if (!accepts) {
+  if (!options.accepts) {
     for (const char* name : kAccepting) forbid(name);
+  }
+  if (!options.writes) {
+    for (const char* name : kWriting) forbid(name);
+    forbid_writing(filter.get());
   }
   // All threads of the process, not this one alone.
   require(seccomp_attr_set(filter.get(), SCMP_FLTATR_CTL_TSYNC, 1), "tsync");
   for (int family = 0; family <= kLastFamily; ++family) {
-    if (std::find(kFamilies.begin(), kFamilies.end(), family) != kFamilies.end()) continue;
+    const bool known = std::find(kFamilies.begin(), kFamilies.end(), family) != kFamilies.end();
+    if (known && options.network) continue;
     require(seccomp_rule_add(filter.get(), refused, SCMP_SYS(socket), 1,
                              SCMP_A0(SCMP_CMP_EQ, static_cast<scmp_datum_t>(family))),
             "socket");
@@ -150,10 +176,10 @@ std::vector<std::string> enter_sandbox(const SandboxOptions& options) {
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) notes.emplace_back("this kernel has no no_new_privs");
   if (!options.system_calls) {
     notes.emplace_back("--no-seccomp: system calls are not filtered");
-  } else if (!filter_system_calls(options.accepts)) {
+  } else if (!filter_system_calls(options)) {
     notes.emplace_back("this kernel does not filter system calls (seccomp)");
   }
   return notes;
 }
 
-}  // namespace lightmill::agent
+}  // namespace lightmill

@@ -1,6 +1,7 @@
 #pragma once
-// What a worker gives up before it looks at scenes, which come from strangers: the means to become somebody
-// else, to start programs, to look into other processes, to be connected to, and memory without end.
+// What a program gives up before it looks at scenes, which come from strangers: the means to become somebody
+// else, to start programs, to look into other processes, to be connected to, and memory without end; one that
+// only reads also network and files to write.
 //
 //   for (const std::string& line : enter_sandbox({.memory_bytes = 4 << 30})) log(line);
 #include <cstdint>
@@ -8,13 +9,15 @@
 #include <string>
 #include <vector>
 
-namespace lightmill::agent {
+namespace lightmill {
 
 struct SandboxOptions {
   std::string user;           // become this one (needs root); empty: stay
   uint64_t memory_bytes = 0;  // of private writable memory; 0: no limit
   bool system_calls = true;   // filter them
   bool accepts = false;       // may accept connections to sockets that listen already
+  bool network = true;        // may make sockets
+  bool writes = true;         // may make, change and remove files; what is open stays as it is
 };
 
 /// To be called before there are other threads, except such as serve sockets that listen: the filter and the
@@ -29,4 +32,4 @@ uint64_t usual_memory_limit();
 /// What a failed tile reports: the message, or for std::bad_alloc which limit was met.
 std::string failure_text(const std::exception& failure);
 
-}  // namespace lightmill::agent
+}  // namespace lightmill

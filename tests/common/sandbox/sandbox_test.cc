@@ -1,7 +1,8 @@
 // What a worker can still do in its sandbox, and what it can't. Each test enters it in a process of its own.
-#include "worker/agent/sandbox.h"
+#include "common/sandbox/sandbox.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <netdb.h>
 #include <netinet/in.h>
@@ -23,7 +24,7 @@
 
 #include "common/error.h"
 
-namespace lightmill::agent {
+namespace lightmill {
 namespace {
 
 /// Runs checks in a child; the test fails with the text of the first that does not hold.
@@ -139,6 +140,33 @@ TEST(Sandbox, AcceptsWhereAskedToAlsoInThreadsThatWereThere) {
   }
 }
 
+TEST(Sandbox, AReaderCanOnlyRead) {
+  EXPECT_EQ(Child::run([](Child& child) {
+              std::string name = "/tmp/lightmill-sandbox-XXXXXX";
+              const int file = mkstemp(name.data());
+              child.require(file >= 0 && write(file, "x", 1) == 1, "a file, before");
+              SandboxOptions options;
+              options.network = options.writes = false;
+              enter_sandbox(options);
+              std::ifstream in(name);
+              child.require(in.get() == 'x', "read");
+              child.require(open(name.c_str(), O_WRONLY) == -1 && errno == EPERM, "no writing");
+              child.require(open(name.c_str(), O_RDWR) == -1 && errno == EPERM, "no changing");
+              child.require(open((name + "2").c_str(), O_RDONLY | O_CREAT, 0600) == -1 && errno == EPERM,
+                            "no making");
+              child.require(open(name.c_str(), O_RDONLY | O_TRUNC) == -1 && errno == EPERM, "no emptying");
+              child.require(unlink(name.c_str()) == -1 && errno == EPERM, "no removing");
+              child.require(rename(name.c_str(), (name + "2").c_str()) == -1 && errno == EPERM,
+                            "no renaming");
+              child.require(socket(AF_INET, SOCK_STREAM, 0) == -1 && errno == EPERM, "no network");
+              child.require(socket(AF_UNIX, SOCK_STREAM, 0) == -1 && errno == EPERM, "no other programs");
+              int value = 0;
+              std::thread([&] { value = 7; }).join();
+              child.require(value == 7, "threads");
+            }),
+            "");
+}
+
 TEST(Sandbox, MemoryEndsWithAMessage) {
   EXPECT_EQ(Child::run([](Child& child) {
               enter_sandbox({.user = "", .memory_bytes = uint64_t{200} << 20});
@@ -185,4 +213,4 @@ TEST(Sandbox, TheUsualLimitIsBelowTheMachine) {
 }
 
 }  // namespace
-}  // namespace lightmill::agent
+}  // namespace lightmill
