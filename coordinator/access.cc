@@ -98,6 +98,9 @@ const std::vector<AccessRule>& access_rules() {
       {"/api/v1/jobs/*/extend", kChange},
       {"/api/v1/jobs/*/priority", kChange},
       {"/api/v1/jobs/*/resubmit", kChange},
+      {"/api/v1/blobs/*", kChange},
+      {"/api/v1/scene/check", kChange},
+      {"/api/v1/scene/submit", kChange},
   };
   return rules;
 }

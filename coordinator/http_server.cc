@@ -81,7 +81,7 @@ HttpServer::HttpServer(const std::string& address, const WebOptions& web, const 
   server.set_tcp_nodelay(true);
   server.set_read_timeout(5);
   server.set_write_timeout(5);
-  server.set_payload_max_length(1 << 16);
+  server.set_payload_max_length(WebApi::kMaxBody);
   if (web.authenticator) {
     server.set_pre_routing_handler(
         [judges = web.authenticator](const httplib::Request& request, httplib::Response& response) {

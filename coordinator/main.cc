@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <functional>
+#include <memory>
 
 #include "common/build_id/build_id.h"
 #include "common/image/partial.h"
@@ -15,6 +16,7 @@
 #include "coordinator/credential_commands.h"
 #include "coordinator/data_folder.h"
 #include "coordinator/quarantine.h"
+#include "coordinator/scene/reader_process.h"
 #include "coordinator/server.h"
 #include "coordinator/sqlite_job_store.h"
 #include "coordinator/store_check.h"
@@ -32,6 +34,7 @@ struct Options {
   std::string film_memory = "1G";
   std::string ingest_limit = "100M";
   double max_bundle_megabytes = 65536;
+  std::string scene_memory = "4G";
   std::string log_level = "info", log_format = "text";
 };
 
@@ -102,6 +105,9 @@ void add_options(CLI::App& app, Options& o) {
       ->envname("LIGHTMILL_MAX_BUNDLE_MB")
       ->check(CLI::Range(0.001, 1e9).description("0.001 to 1e9"))
       ->capture_default_str();
+  app.add_option("--scene-memory", o.scene_memory, "Memory for reading a scene that a browser submits")
+      ->envname("LIGHTMILL_SCENE_MEMORY")
+      ->capture_default_str();
   app.add_option("--max-open-jobs", o.farm.max_open_jobs, "Most jobs that have not ended")
       ->envname("LIGHTMILL_MAX_OPEN_JOBS")
       ->check(CLI::Range(1, 100000).description("1 to 100000"))
@@ -128,6 +134,16 @@ void add_options(CLI::App& app, Options& o) {
       ->envname("LIGHTMILL_LOG_FORMAT")
       ->check(CLI::IsMember({"text", "json"}))
       ->capture_default_str();
+}
+
+/// The coordinator runs itself with this word to read scenes of strangers.
+constexpr const char* kReadScene = "read-scene";
+
+void add_read_scene(CLI::App& app, std::function<int()>* command) {
+  auto limits = std::make_shared<ReaderLimits>();
+  CLI::App* verb = app.add_subcommand(kReadScene)->group("");
+  verb->add_option("--memory", limits->memory_bytes);
+  verb->callback([command, limits] { *command = [limits] { return read_scene_and_answer(*limits); }; });
 }
 
 /// Ticks the farm until SIGTERM or SIGINT, which must be blocked in all threads.
@@ -188,6 +204,10 @@ int run(Options options) {
         static_cast<double>(parse_size(options.ingest_limit, "--ingest-limit"));
   }
   options.farm.film_memory_bytes = static_cast<double>(parse_size(options.film_memory, "--film-memory"));
+  const std::string scene_memory =
+      std::to_string(parse_size(options.scene_memory, "--scene-memory", uint64_t{1} << 26));
+  const ReaderProcess reader({"/proc/self/exe", kReadScene, "--memory", scene_memory}, {});
+  options.server.read_scene = [&reader](const SceneQuestion& question) { return reader.read(question); };
   TileLog tile_log;
   options.server.tile_log = &tile_log;
   options.farm.log = [&tile_log, log](const std::string& line) {
@@ -215,13 +235,16 @@ int main_with_errors(int argc, char** argv) {
   Options options;
   std::function<void()> command;
   add_options(app, options);
+  std::function<int()> read_scene;
   add_credential_commands(app, &command);
+  add_read_scene(app, &read_scene);
   try {
     app.parse(argc, argv);
     if (command) {
       command();
       return 0;
     }
+    if (read_scene) return read_scene();
     start_log("coordinator", options.log_level, options.log_format);
     return run(options);
   } catch (const CLI::Success& success) {

@@ -11,6 +11,7 @@
 #include "coordinator/farm.h"
 #include "coordinator/metrics.h"
 #include "coordinator/quotas.h"
+#include "coordinator/scene/scene_reader.h"
 #include "coordinator/tile_log.h"
 
 namespace lightmill {
@@ -25,6 +26,8 @@ struct ServerOptions {
   Quotas quotas{};
   EventLog* events = nullptr;  // what the dashboard shows as log; may be null
   MetricsOptions metrics{};
+  /// Reads scenes that come by HTTP (web/web_api.h); may be empty.
+  std::function<SceneAnswer(const SceneQuestion&)> read_scene{};
   TileLog* tile_log =
       nullptr;  // what happens to tiles is added to it; outlives the server; null: one of its own
 };

@@ -1,63 +1,9 @@
 #include "coordinator/web/actions.h"
 
-#include <algorithm>
-#include <limits>
-#include <nlohmann/json.hpp>
-#include <set>
+#include "coordinator/web/fields.h"
 
 namespace lightmill {
 namespace {
-
-using nlohmann::json;
-
-/// The body's values, each asked for by name; a name that nobody asks for is an error.
-class Fields {
- public:
-  explicit Fields(const std::string& body)
-      : object_(json::parse(body.empty() ? "{}" : body, nullptr, false)) {
-    if (!object_.is_object()) throw Error(ErrorKind::kUsage, "the body must be a JSON object");
-  }
-  std::optional<int64_t> integer(const char* name, int64_t least, int64_t most) {
-    const json* value = find(name);
-    if (!value) return std::nullopt;
-    if (!value->is_number_integer() || (value->is_number_unsigned() && value->get<uint64_t>() > INT64_MAX) ||
-        value->get<int64_t>() < least || value->get<int64_t>() > most) {
-      throw Error(ErrorKind::kUsage, std::string(name) + " must be a whole number from " +
-                                         std::to_string(least) + " to " + std::to_string(most));
-    }
-    return value->get<int64_t>();
-  }
-  std::optional<double> number(const char* name) {
-    const json* value = find(name);
-    if (!value) return std::nullopt;
-    if (!value->is_number() || !(value->get<double>() >= 0))
-      throw Error(ErrorKind::kUsage, std::string(name) + " must be a number from 0");
-    return value->get<double>();
-  }
-  std::optional<std::string> text(const char* name) {
-    const json* value = find(name);
-    if (!value) return std::nullopt;
-    if (!value->is_string()) throw Error(ErrorKind::kUsage, std::string(name) + " must be a text");
-    return value->get<std::string>();
-  }
-  void end() const {
-    for (const auto& [name, value] : object_.items()) {
-      if (!known_.contains(name))
-        throw Error(ErrorKind::kUsage, "\"" + name.substr(0, 100) + "\" is not known here");
-    }
-  }
-
- private:
-  const json* find(const char* name) {
-    known_.insert(name);
-    const auto found = object_.find(name);
-    return found == object_.end() || found->is_null() ? nullptr : &*found;
-  }
-  const json object_;
-  std::set<std::string> known_;
-};
-
-constexpr int64_t kMaxPriority = std::numeric_limits<int32_t>::max();
 
 struct StopRules {
   std::optional<int64_t> spp;

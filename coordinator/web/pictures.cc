@@ -3,9 +3,13 @@
 #include <OpenImageIO/half.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
 
 namespace lightmill {
 namespace {
@@ -87,6 +91,28 @@ std::string half_picture(const Image& image) {
 std::string float_picture(const Image& image) {
   const size_t bytes = image.data.size() * sizeof(float);
   return head("LMF1", image).append(reinterpret_cast<const char*>(image.data.data()), bytes);
+}
+
+std::string encode_exr(const Farm& farm, const JobId& job, const std::string& name) {
+  Image image;
+  const ChannelImage aovs = farm.aovs(job, &image);
+  ImageWriteOptions options;
+  options.metadata = farm.image_metadata(job);
+  options.layers = &aovs;
+  static std::atomic<uint64_t> files{0};
+  const std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("lightmill-" + name + "-" + std::to_string(++files) + ".exr");
+  struct Remove {
+    const std::filesystem::path& path;
+    ~Remove() {
+      std::error_code ignored;
+      std::filesystem::remove(path, ignored);
+    }
+  } const remove{path};
+  write_image(image, path.string(), options);
+  std::ostringstream bytes;
+  bytes << std::ifstream(path, std::ios::binary).rdbuf();
+  return bytes.str();
 }
 
 }  // namespace lightmill

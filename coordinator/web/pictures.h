@@ -49,4 +49,8 @@ std::string half_picture(const Image& image);
 /// "LMF1", the same head, and the values as floats: for what spans more than half floats do.
 std::string float_picture(const Image& image);
 
+/// The job's image file with layers and metadata. OpenImageIO writes files: `name` is part of a temporary
+/// one's name. Throws as Farm::aovs.
+std::string encode_exr(const Farm& farm, const JobId& job, const std::string& name);
+
 }  // namespace lightmill

@@ -3,22 +3,21 @@
 #include <httplib.h>
 
 #include <atomic>
+#include <chrono>
 #include <ctime>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
-#include "common/rpc/status.h"
-#include "coordinator/job_store.h"
 #include "coordinator/slot.h"
 #include "coordinator/web/actions.h"
+#include "coordinator/web/answers.h"
 #include "coordinator/web/assets.h"
 #include "coordinator/web/feed.h"
 #include "coordinator/web/guard.h"
 #include "coordinator/web/job_follower.h"
 #include "coordinator/web/json_views.h"
 #include "coordinator/web/pictures.h"
+#include "coordinator/web/scene_submit.h"
+#include "coordinator/web/uploads.h"
 
 namespace lightmill {
 namespace {
@@ -29,57 +28,8 @@ using nlohmann::json;
 
 constexpr double kBeatSeconds = 2;       // a browser that hears nothing for some of these has lost us
 constexpr int kMaxPictures = 8;          // made or encoded at once
+constexpr int kMaxScenes = 2;            // read at once
 constexpr size_t kMaxListedJobs = 1000;  // of one answer
-
-void answer(Response& response, const json& value, int status = 200) {
-  response.status = status;
-  response.set_header("Cache-Control", "no-store");
-  response.set_content(json_text(value), "application/json");
-}
-
-void refuse(Response& response, int status, const std::string& why) {
-  answer(response, {{"error", one_line(why)}}, status);
-}
-
-int status_of(ErrorKind kind) {
-  switch (kind) {
-    case ErrorKind::kUsage:
-    case ErrorKind::kBadScene:
-      return 400;
-    case ErrorKind::kUnreachable:
-      return 503;
-    case ErrorKind::kFailed:
-      break;
-  }
-  return 409;  // the job's state does not allow it
-}
-
-/// Runs a handler; what it throws becomes the answer.
-template <class Handler>
-void guarded_answer(Response& response, Handler&& handler) {
-  try {
-    handler();
-  } catch (const UnknownJob& e) {
-    refuse(response, 404, e.what());
-  } catch (const LimitReached& e) {
-    refuse(response, 429, e.what());
-  } catch (const StoreError& e) {
-    refuse(response, 503, e.what());
-  } catch (const Error& e) {
-    refuse(response, status_of(e.kind()), e.what());
-  } catch (const std::exception& e) {
-    refuse(response, 500, e.what());
-  }
-}
-
-/// A parameter that is a whole number from 0; `fallback` if it is absent. Throws Error(kUsage).
-int64_t whole(const Request& request, const char* name, int64_t fallback) {
-  if (!request.has_param(name)) return fallback;
-  const std::string text = request.get_param_value(name);
-  if (text.empty() || text.size() > 9 || text.find_first_not_of("0123456789") != std::string::npos)
-    throw Error(ErrorKind::kUsage, std::string(name) + " must be a whole number from 0");
-  return std::stoll(text);
-}
 
 /// The pattern of a path in which "*" is one segment.
 std::string pattern(const std::string& path) {
@@ -92,7 +42,10 @@ std::string pattern(const std::string& path) {
 
 struct WebApi::Impl {
   explicit Impl(const WebOptions& options)
-      : web(options), feed(options.farm, options.events), pictures(options.farm) {}
+      : web(options),
+        feed(options.farm, options.events),
+        pictures(options.farm),
+        uploads(web.blobs, web.quotas.max_bundle_bytes) {}
 
   using Handler = void (Impl::*)(const Request&, Response&);
   struct Entry {
@@ -128,11 +81,14 @@ struct WebApi::Impl {
   void png(const Request& request, Response& response);
   void exr(const Request& request, Response& response);
   void action(const Request& request, Response& response);
+  void upload(const Request& request, Response& response);
+  void scene(const Request& request, Response& response);
 
   const WebOptions web;
   Feed feed;
   Pictures pictures;
-  std::atomic<int> streams{0}, making{0};
+  Uploads uploads;
+  std::atomic<int> streams{0}, making{0}, reading{0};
 };
 
 const std::vector<WebApi::Impl::Entry>& WebApi::Impl::entries() {
@@ -153,6 +109,9 @@ const std::vector<WebApi::Impl::Entry>& WebApi::Impl::entries() {
                                {{"GET", "/api/v1/log"}, &Impl::log}};
     for (const std::string& name : action_names())
       made.push_back({{"POST", "/api/v1/jobs/*/" + name}, &Impl::action});
+    made.push_back({{"PUT", "/api/v1/blobs/*"}, &Impl::upload});
+    for (const char* name : {"check", "submit"})
+      made.push_back({{"POST", std::string("/api/v1/scene/") + name}, &Impl::scene});
     return made;
   }();
   return all;
@@ -284,34 +243,36 @@ void WebApi::Impl::png(const Request& request, Response& response) {
 
 void WebApi::Impl::exr(const Request& request, Response& response) {
   const JobId id = job_of(request);
-  Image image;
-  const ChannelImage aovs = web.farm.aovs(id, &image);
-  ImageWriteOptions options;
-  options.metadata = web.farm.image_metadata(id);
-  options.layers = &aovs;
-  // OpenImageIO writes files.
-  static std::atomic<uint64_t> files{0};
-  const std::filesystem::path path =
-      std::filesystem::temp_directory_path() /
-      ("lightmill-" + feed.instance() + "-" + std::to_string(++files) + ".exr");
-  struct Remove {
-    const std::filesystem::path& path;
-    ~Remove() {
-      std::error_code ignored;
-      std::filesystem::remove(path, ignored);
-    }
-  } const remove{path};
-  write_image(image, path.string(), options);
-  std::ostringstream bytes;
-  bytes << std::ifstream(path, std::ios::binary).rdbuf();
+  const std::string bytes = encode_exr(web.farm, id, feed.instance());
   response.set_header("Cache-Control", "no-store");
   response.set_header("Content-Disposition",
                       "attachment; filename=\"" + web.farm.job(id).id.value + ".exr\"");
-  response.set_content(bytes.str(), "image/x-exr");
+  response.set_content(bytes, "image/x-exr");
+}
+
+void WebApi::Impl::upload(const Request& request, Response& response) {
+  const double now =
+      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  const Uploads::Progress progress =
+      uploads.put(judge(request, request.path).name, request.matches[1].str(),
+                  static_cast<uint64_t>(whole(request, "size", 0)),
+                  static_cast<uint64_t>(whole(request, "offset", 0)), request.body, now);
+  answer(response, {{"received", progress.received}, {"complete", progress.complete}});
+}
+
+void WebApi::Impl::scene(const Request& request, Response& response) {
+  const Slot slot(reading, kMaxScenes);
+  if (!slot.granted()) throw LimitReached("other scenes are being read; try again in a moment");
+  if (request.path.ends_with("/check")) return answer(response, check_scene(web, request.body));
+  const std::string user = judge(request, request.path).name;
+  const JobId made = submit_scene(web, request.body, user);
+  if (web.log)
+    web.log("job " + made.value + ": submitted by " +
+            (user.empty() ? "a browser at " + request.remote_addr : user));
+  answer(response, {{"job", job_view(web.farm.job(made))}});
 }
 
 void WebApi::Impl::action(const Request& request, Response& response) {
-  if (const std::string why = forgery(request); !why.empty()) return refuse(response, 403, why);
   const JobId id = job_of(request);
   const std::string name = request.path.substr(request.path.rfind('/') + 1);
   const std::string user = judge(request, request.path).name;
@@ -338,11 +299,15 @@ std::vector<WebApi::Route> WebApi::routes() const {
 void WebApi::install(httplib::Server& server) {
   server.set_default_headers(security_headers());
   for (const Impl::Entry& entry : Impl::entries()) {
-    const auto handler = [impl = impl_.get(), run = entry.handler](const Request& request,
-                                                                   Response& response) {
+    const bool changes = entry.route.method != "GET";
+    const auto handler = [impl = impl_.get(), run = entry.handler, changes](const Request& request,
+                                                                            Response& response) {
       guarded_answer(response, [&] {
         if (impl->web.loopback_only) {
           if (const std::string why = foreign_host(request); !why.empty()) return refuse(response, 403, why);
+        }
+        if (changes) {
+          if (const std::string why = forgery(request); !why.empty()) return refuse(response, 403, why);
         }
         const bool heavy =
             run == &Impl::picture || run == &Impl::png || run == &Impl::exr || run == &Impl::error_map;
@@ -354,6 +319,8 @@ void WebApi::install(httplib::Server& server) {
     };
     if (entry.route.method == "POST") {
       server.Post(pattern(entry.route.path), handler);
+    } else if (entry.route.method == "PUT") {
+      server.Put(pattern(entry.route.path), handler);
     } else {
       server.Get(pattern(entry.route.path), handler);
     }

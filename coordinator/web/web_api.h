@@ -10,6 +10,7 @@
 #include "coordinator/event_log.h"
 #include "coordinator/farm.h"
 #include "coordinator/quotas.h"
+#include "coordinator/scene/scene_reader.h"
 #include "coordinator/submit_limit.h"
 
 namespace httplib {
@@ -20,19 +21,23 @@ namespace lightmill {
 
 struct WebOptions {
   Farm& farm;
-  const BlobStore& blobs;
+  BlobStore& blobs;
   const EventLog& events;
   Quotas quotas{};
   std::shared_ptr<SubmitLimit> submissions{};
   std::shared_ptr<Authenticator> authenticator{};  // null: everybody may do everything
   std::function<void(const std::string&)> log{};   // who did what
   bool loopback_only = false;                      // plain text: other sites' names are refused (guard.h)
+  /// Reads what a browser uploaded, as read_scene does; empty: no scenes are submitted here.
+  std::function<SceneAnswer(const SceneQuestion&)> read_scene{};
 };
 
 class WebApi {
  public:
   /// Most streams at a time; each takes a thread of the server.
   static constexpr int kMaxStreams = 64;
+  /// Most bytes of a request's body.
+  static constexpr size_t kMaxBody = size_t{1} << 20;
 
   explicit WebApi(const WebOptions& options);
   ~WebApi();
@@ -42,7 +47,7 @@ class WebApi {
   void stop();
 
   struct Route {
-    std::string method;  // "GET" or "POST"
+    std::string method;  // "GET", "POST" or "PUT"
     std::string path;    // "/api/v1/jobs/*/pause"
   };
   /// All that install() adds.

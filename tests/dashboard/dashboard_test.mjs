@@ -1,6 +1,7 @@
 // Usage: node dashboard_test.mjs ROOT [--screenshots FOLDER] [--only PART-OF-A-NAME]. Every test gets a page of its own; one farm serves all
 // but those that break it.
 import assert from "node:assert/strict";
+import { mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 
 import { chromium } from "playwright-core";
@@ -175,6 +176,74 @@ const tests = {
     await page.context().close();
   },
 
+  async "a scene is submitted from the browser"() {
+    const folder = join(farm.folder, "project");
+    mkdirSync(join(folder, "scenes"), { recursive: true });
+    mkdirSync(join(folder, "parts"));
+    writeFileSync(join(folder, "scenes/room.pbrt"), 'Film "rgb" "integer xresolution" 80 "integer yresolution" 60\nSampler "sobol" "integer pixelsamples" 8\nWorldBegin\nLightSource "infinite"\nInclude "../parts/ball.pbrt"\n');
+    writeFileSync(join(folder, "parts/notes.txt"), "stays here");
+    const page = await open(`${farm.url}#/new`);
+    await live(page);
+    // Something that it refers to is not there.
+    await page.locator("input[type=file]").first().setInputFiles(folder);
+    await page.locator(".problems .bad", { hasText: /room\.pbrt:5:\d+: .*ball\.pbrt/ }).waitFor();
+    assert.equal(await page.evaluate(() => document.activeElement.id), "new-main", "the form has the focus");
+    await shot(page, "submit-error");
+    // More than a piece, so that it comes in several.
+    writeFileSync(join(folder, "parts/ball.pbrt"), `Translate 0 0 4\nShape "sphere"\n${"# padding\n".repeat(300_000)}`);
+    await page.keyboard.press("Escape"); // out of the form
+    await page.keyboard.press("Escape"); // back to the jobs
+    await page.waitForSelector(".jobs-page");
+    await page.keyboard.press("g");
+    await page.keyboard.press("n");
+    await page.locator("input[type=file]").first().setInputFiles(folder);
+    await page.locator(".new-status", { hasText: "Ready: 2 files, 3.00 MB · 80 × 60 · 8 samples · depth 5" }).waitFor();
+    await page.fill("#new-name", "from a browser");
+    await page.fill("#new-spp", "12");
+    await page.selectOption("#new-integrator", "pt");
+    await shot(page, "submit");
+    await page.locator("#new-width").focus(); // a wrong value is told, and nothing is submitted
+    await page.keyboard.type("1000000");
+    await page.keyboard.press("Enter");
+    await page.locator(".problems .bad", { hasText: "width must be a whole number from 1 to 65536" }).waitFor();
+    await page.fill("#new-width", "");
+    await page.locator("#new-width").press("Enter");
+    await page.waitForFunction(() => /#\/jobs\/j\d+$/.test(location.hash));
+    const id = (await page.evaluate(() => location.hash)).split("/").pop();
+    await page.locator(".job-head .state", { hasText: "done" }).waitFor();
+    const job = await farm.job(id);
+    assert.equal(job.name, "from a browser");
+    assert.equal(job.spp, 12);
+    await until("the picture of a ball", async () => /^[1-9]\d*,/.test(await middle(page)));
+    // The same scene from a client has nothing left to send, and is the same.
+    const again = await farm.submit(join(folder, "scenes/room.pbrt"), "--spp", "1");
+    const scene_of = async (job) => (await (await fetch(`${farm.url}api/v1/jobs/${job}`)).json()).detail.scene;
+    assert.equal(await scene_of(again), await scene_of(id));
+    await page.context().close();
+  },
+
+  async "an upload outlives the connection"() {
+    const file = join(farm.folder, "lost.pbrt");
+    writeFileSync(file, `WorldBegin\nLightSource "infinite"\nShape "sphere"\n${"# x\n".repeat(700_000)}`);
+    const page = await open(`${farm.url}#/new`);
+    await live(page);
+    let cut = 0;
+    await page.route("**/api/v1/blobs/**", (route) => (route.request().url().endsWith("offset=1048576") && cut++ < 2 ? route.abort("connectionreset") : route.continue()));
+    await page.locator("input[type=file]").last().setInputFiles(file);
+    await page.locator(".new-status", { hasText: "Ready: 1 file" }).waitFor();
+    assert.equal(cut, 3, "two cuts, and then it went through");
+    // Files are dropped on any page.
+    await page.goto(`${farm.url}#/log`);
+    await page.evaluate(() => {
+      const dropped = new DataTransfer();
+      dropped.items.add(new File(['WorldBegin\nLightSource "infinite"\nShape "sphere"\n'], "dropped.pbrt"));
+      document.body.dispatchEvent(new DragEvent("drop", { bubbles: true, cancelable: true, dataTransfer: dropped }));
+    });
+    await page.locator(".new-status", { hasText: "Ready: 1 file" }).waitFor();
+    assert.equal(await page.locator("#new-main").inputValue(), "dropped.pbrt");
+    await page.context().close();
+  },
+
   async "dark, light and narrow"() {
     const page = await open(farm.url, { colorScheme: "dark" });
     await live(page);
@@ -188,7 +257,7 @@ const tests = {
     assert.equal(await background(), light, "the choice is kept");
     await shot(page, "jobs-light");
     await page.setViewportSize({ width: 390, height: 800 });
-    for (const hash of ["#/jobs", "#/workers", "#/log", "#/jobs/j1"]) {
+    for (const hash of ["#/jobs", "#/workers", "#/log", "#/new", "#/jobs/j1"]) {
       await page.goto(farm.url + hash);
       await page.waitForSelector("main");
       const wide = await page.evaluate(() => document.documentElement.scrollWidth);

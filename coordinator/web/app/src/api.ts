@@ -1,7 +1,7 @@
 // Requests to the coordinator. Errors are its own sentences.
 import type { Job } from "./types";
 
-async function failure(answer: Response): Promise<Error> {
+export async function failure(answer: Response): Promise<Error> {
   const text = await answer.text();
   try {
     return new Error((JSON.parse(text) as { error: string }).error);
@@ -19,6 +19,20 @@ export async function act(job: string, action: string, body: object = {}): Promi
   });
   if (!answer.ok) throw await failure(answer);
   return ((await answer.json()) as { job: Job }).job;
+}
+
+/** What lightmill submit prints of a scene, and which of its files are not there yet. */
+export interface SceneCheck {
+  errors: string[];
+  warnings: string[];
+  missing: { reference: string; name: string }[];
+  files?: number;
+  bytes?: number;
+  width?: number;
+  height?: number;
+  spp?: number;
+  /** 0: unlimited. */
+  max_depth?: number;
 }
 
 export interface Picture {

@@ -14,6 +14,12 @@ export function short(value: number): string {
   return value === 0 ? "0" : value >= 100 ? value.toFixed(0) : value.toPrecision(3);
 }
 
+/** 1234567 -> "1.23 MB" */
+export function bytes(value: number): string {
+  if (value < 1000) return `${value} B`;
+  return `${short(value).replace(/([kMGT])$/, " $1")}B`;
+}
+
 /** 75 -> "1m 15s", 1e5 -> "1d 3h"; below a minute whole seconds. */
 export function duration(seconds: number): string {
   if (!Number.isFinite(seconds) || seconds < 0) return "–";

@@ -90,7 +90,7 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
       sort: { key: "state", down: false },
       rowStyle: (job) => (job.state === "cancelled" ? "faint" : ""),
       empty: () =>
-        store.jobsVersion === 0 ? "Waiting for the coordinator…" : store.jobs.size > 0 ? "No job fits the filter." : "No jobs yet: lightmill submit SCENE makes one.",
+        store.jobsVersion === 0 ? "Waiting for the coordinator…" : store.jobs.size > 0 ? "No job fits the filter." : "No jobs yet: drop a scene's folder here, or lightmill submit SCENE makes one.",
       columns: [
         {
           key: "id", title: "Job", width: "52px", text: (job) => job.id, sort: (job) => idNumber(job.id),

@@ -8,6 +8,7 @@ import { showHelp } from "./help";
 import { jobPage } from "./job_page";
 import { jobsPage } from "./jobs_page";
 import { logPage } from "./log_page";
+import { installDrop, newJobPage } from "./new_job_page";
 import { store } from "./store";
 import { startStream } from "./stream";
 import { workersPage } from "./workers_page";
@@ -19,8 +20,9 @@ interface Page {
 
 const kThemes = ["system", "light", "dark"] as const;
 type Theme = (typeof kThemes)[number];
+const systemIsDark = matchMedia("(prefers-color-scheme: dark)");
 
-const links = [["jobs", "Jobs"], ["workers", "Workers"], ["log", "Log"]] as const;
+const links = [["jobs", "Jobs"], ["workers", "Workers"], ["log", "Log"], ["new", "New job"]] as const;
 const nav = links.map(([key, label]) => h("a", { href: `#/${key}`, "data-page": key }, label, h("small")));
 const connection = h("span", { class: "connection", role: "status" });
 const user = h("span", { class: "muted" });
@@ -40,6 +42,7 @@ function route(): void {
   if (name === "jobs" && id) page = jobPage(decodeURIComponent(id), new URLSearchParams(query ?? "").get("b") ?? "", cleanup);
   else if (name === "workers") page = workersPage(cleanup);
   else if (name === "log") page = logPage(cleanup);
+  else if (name === "new") page = newJobPage(cleanup);
   else page = jobsPage(cleanup);
   outlet.replaceChildren(page.element);
   // Tab goes on from here, and a screen reader says where we are; lists then take the focus themselves.
@@ -58,8 +61,8 @@ function theme(): Theme {
 
 function applyTheme(): void {
   const chosen = theme();
-  if (chosen === "system") delete document.documentElement.dataset["theme"];
-  else document.documentElement.dataset["theme"] = chosen;
+  const dark = chosen === "system" ? systemIsDark.matches : chosen === "dark";
+  document.documentElement.dataset["theme"] = dark ? "dark" : "light";
   setText(themeButton, { system: "◐", light: "○", dark: "●" }[chosen]);
   themeButton.setAttribute("aria-label", `Colours: ${chosen}`);
   document.dispatchEvent(new Event("themechange"));
@@ -89,16 +92,16 @@ function onKey(event: KeyboardEvent): void {
   const target = event.target as HTMLElement;
   const typing = target.matches("input:not([type=range]), select, textarea");
   if (typing) {
-    if (event.key === "Escape") document.querySelector<HTMLElement>(".vt-scroll, .log, .viewer canvas")?.focus();
+    if (event.key === "Escape") (document.querySelector<HTMLElement>(".vt-scroll, .log, .viewer canvas") ?? page?.element)?.focus();
     else if (event.key === "Enter" && target.matches(".filter")) document.querySelector<HTMLElement>(".vt-scroll")?.focus();
     return;
   }
   if (event.key === "?") showHelp();
   else if (event.key === "t") nextTheme();
   else if (event.key === "g") going = Date.now() + 1500;
-  else if (Date.now() < going && ["j", "w", "l"].includes(event.key)) {
+  else if (Date.now() < going && ["j", "w", "l", "n"].includes(event.key)) {
     going = 0;
-    location.hash = { j: "#/jobs", w: "#/workers", l: "#/log" }[event.key]!;
+    location.hash = { j: "#/jobs", w: "#/workers", l: "#/log", n: "#/new" }[event.key]!;
   } else if (!page?.key(event.key)) return;
   event.preventDefault();
 }
@@ -112,7 +115,8 @@ document.querySelector("#app")!.append(
   installToasts(),
 );
 applyTheme();
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", applyTheme);
+installDrop();
+systemIsDark.addEventListener("change", applyTheme);
 window.addEventListener("hashchange", route);
 document.addEventListener("keydown", onKey);
 store.watch(frame);
