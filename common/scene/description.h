@@ -327,6 +327,9 @@ struct InfiniteLight {
   double illuminance = 0;  // of an image: > 0 scales the radiance so that what faces +z receives this much
   /// The image is a panorama of any resolution instead: its middle is -x, right of that -z, its top +y.
   bool lat_long = false;
+  /// World space. The light comes only along rays that leave through this rectangle, to the side of (fourth -
+  /// first) x (second - first).
+  std::optional<std::array<Vec3d, 4>> portal = {};
 };
 /// Light from afar: `irradiance` on a surface that faces it; shines along the unit vector
 /// `direction`, or along all directions that differ from it by at most half_angle_degrees (0 to

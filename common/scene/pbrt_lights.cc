@@ -77,6 +77,26 @@ std::string image_file(PbrtScene& out, ParameterList& params, const Transform& c
   return out.open_reference(file, params.where_of("filename"));
 }
 
+/// Corners in world space, whatever the transform (as pbrt reads them), if there are any.
+std::optional<std::array<Vec3d, 4>> portal(ParameterList& params) {
+  const auto* p = params.numbers("portal", ParamType::kPoint3, 12);
+  if (!p) return std::nullopt;
+  std::array<Vec3d, 4> corners;
+  for (size_t i = 0; i < 4; ++i) corners[i] = {(*p)[3 * i], (*p)[3 * i + 1], (*p)[3 * i + 2]};
+  const auto edge = [&](size_t a, size_t b) {
+    return Vec3d{corners[b].x - corners[a].x, corners[b].y - corners[a].y, corners[b].z - corners[a].z};
+  };
+  const auto dot = [](const Vec3d& a, const Vec3d& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
+  const Vec3d e1 = edge(0, 1), e2 = edge(0, 3), across = edge(1, 2);
+  const double size = std::sqrt(dot(e1, e1) * dot(e2, e2));
+  const Vec3d bend{across.x - e2.x, across.y - e2.y, across.z - e2.z};
+  const double off = std::max(std::abs(dot(e1, e2)), dot(bend, bend));
+  if (!(size > 0) || !std::isfinite(size) || !(off <= 1e-3 * size)) {
+    params.bad_value("portal", "is not a rectangle; give its four corners in turn");
+  }
+  return corners;
+}
+
 }  // namespace
 
 void translate_light(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm) {
@@ -98,9 +118,7 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
         {PointLight{checked(scaled(intensity, scale), params), position}, params.where()});
   } else if (type == "infinite") {
     InfiniteLight light;
-    if (params.has("portal"))
-      params.unsupported("portal", "is ignored; the environment is sampled as a whole");
-    params.accept({"portal"});
+    light.portal = portal(params);
     const double illuminance = magnitude(params, "illuminance");
     light.image_path = image_file(out, params, ctm, false);
     if (!light.image_path.empty()) {

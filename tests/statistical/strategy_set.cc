@@ -6,7 +6,6 @@ namespace lightmill::test {
 namespace {
 
 constexpr int kBatches = 16;
-constexpr int64_t kAllSpp = 256;
 
 }  // namespace
 
@@ -20,7 +19,7 @@ void expect_agrees_with_all(const TestScene& s, Strategies set, const StrategySe
   const auto render = [&](Strategies strategies, int64_t spp, int max_depth) {
     return render_plan(s, SamplingPlan{.strategies = strategies}, spp, max_depth);
   };
-  const Batches all = render(kAllStrategies, kAllSpp, test.max_depth);
+  const Batches all = render(kAllStrategies, test.all_spp, test.max_depth);
   // Without next event and lens connections, or with connections from afar, a sample tells little.
   const bool weak = !(set & (kNextEvent | kLensConnections)) || !(set & (kEmissionHits | kNextEvent));
   const Batches some = render(set, weak ? test.weak_spp : test.spp, test.max_depth);

@@ -75,6 +75,13 @@ void hash_imaged_lights(Sha256* all) {
     record[kLightArea] = 1;
     lights.add(type, record, 1);
   }
+  // The same sky behind a portal, too.
+  const float center[3] = {0, 0, -0.5f};
+  lights.portals.push_back(make_portal({{{-1, -1, 1}, {-1, 1, 1}, {1, 1, 1.5}, {1, -1, 1.5}}}, center, 1));
+  std::array<float, kLightFloats> behind{};
+  behind[2] = -0.5f;
+  behind[3] = behind[6] = behind[kLightArea] = 1;
+  lights.add(kInfiniteLight, behind, 1);
   lights.finish();
   const auto add = [&](const Float8& x) {
     float out[8];

@@ -16,6 +16,7 @@ LAMP = (
     + PANEL
     + ' AttributeEnd\nLightSource "infinite" "rgb L" [.2 .2 .2]'
 )
+WINDOW = "-.8 2.9 -.8  .8 2.9 -.8  .8 2.9 .8  -.8 2.9 .8"
 BALL = 'Shape "sphere" "float radius" .7'
 ROOM = """Shape "trianglemesh" "point3 P" [-4 0 -4 4 0 -4 4 0 4 -4 0 4] "integer indices" [0 2 1 0 3 2]
   "point2 uv" [0 0 1 0 1 1 0 1]
@@ -113,6 +114,9 @@ def lights():
         "distant_illuminance": 'LightSource "distant" "rgb L" [2 1 1] "point3 from" [2 3 -2] "float illuminance" 5',
         "infinite_illuminance": 'LightSource "infinite" "rgb L" [1 2 1] "float illuminance" 3',
         "infinite_blackbody": 'LightSource "infinite" "blackbody L" 5000 "float scale" .5',
+        "infinite_portal": f'LightSource "infinite" "rgb L" [3 2 1] "point3 portal" [{WINDOW}]',
+        "infinite_image_portal": at(f'"infinite" "string filename" "sky.exr" "point3 portal" [{WINDOW}]',
+                                    "Rotate 30 0 1 0 Rotate -90 1 0 0"),
         "infinite_image": at('"infinite" "string filename" "sky.exr" "float scale" .7', "Rotate 30 0 1 0 Rotate -90 1 0 0"),
         "infinite_image_illuminance": at('"infinite" "string filename" "sky.exr" "float illuminance" 4', ""),
         "goniometric": at('"goniometric" "rgb I" [6 6 6] "string filename" "gonio.exr"', "Translate 0 2.5 -1 Rotate 90 1 0 0"),

@@ -51,7 +51,10 @@ inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
     const MaskOf<F> delta = mask_and(MaskOf<F>(type >= kPointLight), mask_not(infinite));
     pdf = select(delta, splat<F>(1.0f), pdf);
-    if (!lights.infinite.empty()) pdf = select(infinite, infinite_pdf(lights, r, infinite, wi), pdf);
+    if (!lights.infinite.empty()) {
+      const F of_direction = infinite_pdf(lights, r, infinite, wi);
+      pdf = select(infinite, through_portal_pdf(lights, r, infinite, reference, wi, of_direction), pdf);
+    }
   }
   return pdf;
 }
@@ -217,9 +220,14 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
     Vec3<F> w = square_to_sphere(u, v);
     Vec3<F> radiance = r.vec(kLightRadiance);
     F pdf = splat<F>(1 / (4 * kPi));
+    // With a portal the number that picks a texel first decides whether there is one to pick.
+    F pick = texel;
+    for_each_portal<F>(lights, r, infinite, [&](const Portal&, MaskOf<F> m) {
+      pick = select(m, select(MaskOf<F>(texel < 0.5f), texel * 2.0f, texel * 2.0f - 1.0f), pick);
+    });
     for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
       IntOf<F> chosen;
-      w = select(m, map.sample(texel, u, v, &chosen), w);
+      w = select(m, map.sample(pick, u, v, &chosen), w);
       radiance = select(m, map.radiance<F>(chosen), radiance);
       pdf = select(m, map.pdf<F>(chosen), pdf);
     });
@@ -228,6 +236,17 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
       w = select(sun, sample_sun(r, sun, u, v), w);
       pdf = select(sun, 1.0f / ((2 * kPi) * select(sun, r.scalar(5), splat<F>(1.0f))), pdf);
     }
+    for_each_portal<F>(lights, r, infinite, [&](const Portal& portal, MaskOf<F> m) {
+      const MaskOf<F> by_area = mask_and(m, MaskOf<F>(texel < 0.5f));
+      const Vec3<F> to = portal_point(portal, u, v) - reference;
+      const F d2 = dot(to, to);
+      const MaskOf<F> off = MaskOf<F>(d2 > 0.0f);
+      w = select(mask_and(by_area, off), to * (1.0f / sqrt(select(off, d2, splat<F>(1.0f)))), w);
+      radiance = select(by_area, infinite_radiance(lights, r, m, w), radiance);
+      pdf = select(by_area, infinite_pdf(lights, r, m, w), pdf);
+      pdf = through_portal_pdf(lights, r, m, reference, w, pdf);
+      radiance = select(mask_and(m, mask_not(passes(portal, reference, w))), Vec3<F>{}, radiance);
+    });
     w = select(distant, -r.vec(kLightN), w);
     pdf = select(distant, splat<F>(1.0f), pdf);
     s.infinite = mask_or(infinite, distant);

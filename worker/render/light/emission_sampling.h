@@ -71,7 +71,7 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
       IntOf<F> chosen;
       w = select(m, -map.sample(texel, du, dv, &chosen), w);
       radiance = select(m, map.radiance<F>(chosen), radiance);
-      of_texel = select(m, map.pdf<F>(chosen) * kInvPi / (r.scalar(3) * r.scalar(3)), of_texel);
+      of_texel = select(m, map.pdf<F>(chosen) * area_density(lights, r, m, -w), of_texel);
     });
     for_each_image<F>(lights, r, type, [&](const auto& map, MaskOf<F> m) {
       IntOf<F> chosen;
@@ -98,6 +98,12 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
       const F radius = r.scalar(3);
       const Vec3<F> on_disk = r.vec(kLightP) + (disk.s * x + disk.t * y - w) * radius;
       s.point = select(s.infinite, on_disk, s.point);
+      for_each_portal<F>(
+          lights, r, MaskOf<F>(type == kInfiniteLight), [&](const Portal& portal, MaskOf<F> m) {
+            s.point = select(m, portal_point(portal, pu, pv) - w * splat<F>(portal.reach), s.point);
+            // Directions that see the portal's back carry nothing.
+            radiance = select(mask_and(m, MaskOf<F>(portal_cosine(portal, -w) <= 0.0f)), Vec3<F>{}, radiance);
+          });
     }
   }
   s.pdf = emission_pdf(lights, s.light, -s.direction, s.cos_light);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "common/error.h"
 #include "worker/render/light/alias_table.h"
@@ -94,10 +95,48 @@ EnvironmentMap::EnvironmentMap(LightImage image, const Rgb& scale, const Transfo
   }
   if (!(brightest > 0))
     throw Error(ErrorKind::kBadScene, image.path + ": the light's image is black; leave the light out");
+  draw_by(weights);
+}
+
+void EnvironmentMap::draw_by(const std::vector<double>& weights) {
+  const size_t texels = weights.size();
   const std::vector<double> probability = build_alias_table(weights, &alias_keep, &alias);
   density.resize(texels);
   for (size_t i = 0; i < texels; ++i)
     density[i] = static_cast<float>(probability[i] * static_cast<double>(texels));
+}
+
+double EnvironmentMap::face(const Vec3f& n) {
+  constexpr int kSamples = 4;  // a side, per texel
+  const Vec3<float> axis = rotate_to_light<float>({n.x, n.y, n.z});
+  std::vector<double> weights(density.size());
+  const float step = 1 / static_cast<float>(side);
+  double irradiance = 0;
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const size_t i = static_cast<size_t>(y) * static_cast<size_t>(side) + static_cast<size_t>(x);
+      double cosines = 0;
+      bool front = false;
+      // Corners too: a texel of which any part is in front must be drawn at times.
+      for (int k = 0; k < kSamples * kSamples; ++k) {
+        const float s = (static_cast<float>(x) + static_cast<float>(k % kSamples) / (kSamples - 1)) * step;
+        const float t = (static_cast<float>(y) + static_cast<float>(k / kSamples) / (kSamples - 1)) * step;
+        const double cosine = double{dot(equal_area_square_to_sphere(s, t), axis)};
+        front = front || cosine > -0.01;
+        cosines += std::max(cosine, 0.0) / (kSamples * kSamples);
+      }
+      const double radiance = (double{rgb[3 * i]} + rgb[3 * i + 1] + rgb[3 * i + 2]) / 3;
+      irradiance += radiance * cosines * 4 * std::numbers::pi / static_cast<double>(weights.size());
+      // Grazing texels at a tenth at least: the cosine varies within them, and the portal may be seen from
+      // where it does not.
+      if (front) weights[i] = radiance * std::max(cosines, 0.1);
+    }
+  }
+  if (!(irradiance > 0))
+    throw Error(ErrorKind::kBadScene,
+                "no light comes through the light's portal; turn the portal or the light");
+  draw_by(weights);
+  return irradiance;
 }
 
 }  // namespace lightmill

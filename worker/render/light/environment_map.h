@@ -33,6 +33,10 @@ struct EnvironmentMap {
   EnvironmentMap(const std::string& path, const Rgb& scale, const Transform& light_to_world,
                  bool lat_long = false);
 
+  /// Makes sample() draw what a plane with unit normal `n` gets from its front alone, by cosine. Returns the
+  /// irradiance there, mean over the channels; throws Error(kBadScene) if it is 0.
+  double face(const Vec3f& n);
+
   template <class F>
   Vec3<F> rotate_to_light(const Vec3<F>& w) const {
     const float* m = to_light;
@@ -89,6 +93,9 @@ struct EnvironmentMap {
     const F s = (to_float(load_int<F>(xs)) + u) * inv, t = (to_float(load_int<F>(ys)) + v) * inv;
     return rotate_to_world(equal_area_square_to_sphere(s, t));
   }
+
+ private:
+  void draw_by(const std::vector<double>& weights);  // one per texel
 };
 
 }  // namespace lightmill

@@ -50,6 +50,17 @@ inline void for_each_environment(const LightTable& lights, const LightRecord<F>&
   }
 }
 
+/// Calls fn(portal, mask) for the portals of the `infinite` lanes.
+template <class F, class Fn>
+inline void for_each_portal(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite, Fn&& fn) {
+  if (lights.portals.empty()) return;
+  const F number = r.scalar(6);
+  for (size_t k = 0; k < lights.portals.size(); ++k) {
+    const MaskOf<F> mask = mask_and(infinite, MaskOf<F>(number == static_cast<float>(k + 1)));
+    if (any(mask)) fn(lights.portals[k], mask);
+  }
+}
+
 /// Calls fn(map, mask) for the maps of lights at a point among the lanes.
 template <class F, class Fn>
 inline void for_each_image(const LightTable& lights, const LightRecord<F>& r, IntOf<F> type, Fn&& fn) {
@@ -91,7 +102,7 @@ inline Vec3<F> sample_sun(const LightRecord<F>& r, MaskOf<F> sun, F u, F v) {
   return frame.to_world({sine * cp, sine * sp, 1.0f - one_minus_cos});
 }
 
-/// Density per unit solid angle, without selection, of sampling direction `wi` of infinite lights.
+/// Density per unit solid angle of the directions of infinite lights, drawn without regard to portals.
 template <class F>
 inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
                       const Vec3<F>& wi) {
@@ -108,7 +119,31 @@ inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<
   return pdf;
 }
 
-/// Radiance of infinite lights from direction `wi`.
+/// `pdf` of infinite_pdf, made that of next-event estimation at `reference`: with portals half of the
+/// directions are drawn by area.
+template <class F>
+inline F through_portal_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
+                            const Vec3<F>& reference, const Vec3<F>& wi, F pdf) {
+  for_each_portal<F>(lights, r, infinite, [&](const Portal& portal, MaskOf<F> m) {
+    pdf = select(m, 0.5f * (pdf + portal_area_pdf(portal, reference, wi)), pdf);
+  });
+  return pdf;
+}
+
+/// Which lanes light may reach `p` from direction `wi`, as far as portals are concerned.
+template <class F>
+inline MaskOf<F> through_portals(const LightTable& lights, IntOf<F> light, const Vec3<F>& p,
+                                 const Vec3<F>& wi) {
+  MaskOf<F> open = splat_mask<F>(true);
+  if (lights.portals.empty()) return open;
+  const MaskOf<F> infinite = MaskOf<F>(gather(lights.type.data(), light) == kInfiniteLight);
+  for_each_portal<F>(lights, LightRecord<F>(lights, light), infinite, [&](const Portal& portal, MaskOf<F> m) {
+    open = mask_and(open, mask_or(mask_not(m), passes(portal, p, wi)));
+  });
+  return open;
+}
+
+/// Radiance of infinite lights from direction `wi`, without regard to portals.
 template <class F>
 inline Vec3<F> infinite_radiance(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
                                  const Vec3<F>& wi) {
@@ -119,6 +154,19 @@ inline Vec3<F> infinite_radiance(const LightTable& lights, const LightRecord<F>&
   if (lights.any_sun)
     radiance = select(mask_and(suns(r, infinite), mask_not(in_sun(r, wi, 0.0f))), Vec3<F>{}, radiance);
   return radiance;
+}
+
+/// Density per unit area across `wi` of where light paths start that come from infinite or distant lights in
+/// unit direction `wi`: on a disk across the scene, or at a portal.
+template <class F>
+inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
+                      const Vec3<F>& wi) {
+  const F radius = r.scalar(3);
+  F density = kInvPi / (radius * radius);
+  for_each_portal<F>(lights, r, infinite, [&](const Portal& portal, MaskOf<F> m) {
+    density = select(m, portal_point_pdf(portal, wi), density);
+  });
+  return density;
 }
 
 /// Density of emission sampling for the ray that leaves `light` against unit direction `wi` (which points to
@@ -140,8 +188,7 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& w
   }
   if (lights.any_infinite()) {
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
-    const F radius = r.scalar(3);
-    const F disk = kInvPi / (radius * radius);
+    const F disk = area_density(lights, r, infinite, wi);
     if (!lights.infinite.empty()) pdf = select(infinite, infinite_pdf(lights, r, infinite, wi) * disk, pdf);
     pdf = select(distant, disk, pdf);
   }

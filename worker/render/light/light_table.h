@@ -9,6 +9,7 @@
 
 #include "worker/render/light/environment_map.h"
 #include "worker/render/light/light_tree.h"
+#include "worker/render/light/portal.h"
 #include "worker/render/light/projection_map.h"
 
 namespace lightmill {
@@ -33,7 +34,8 @@ inline constexpr int kLightFloats = 20;
 ///   goniometric  0 position, 4 number of its map
 ///   projection   0 position, 4 number of its map, 5 cosine of its half angle, to the corners, 9 unit axis
 ///   infinite  0 centre of the scene's bounding sphere, 3 its radius, 4 environment map number, kEvenSky or
-///             kSunCone; a sun also 5 its 1 - cos(half angle), 9 unit direction in which it shines
+///             kSunCone, 6 1 + number of its portal or 0; a sun also 5 its 1 - cos(half angle), 9 unit
+///             direction in which it shines
 ///   distant   0 and 3 as infinite, 9 unit direction in which it shines
 ///   all       13 radiance rgb (at a point: intensity; with a map the brightest texel's), 16 area, 17
 ///   selection probability by power,
@@ -74,6 +76,7 @@ struct LightTable {
   std::vector<int32_t> at_infinity, at_infinity_alias;  // infinite and distant lights, selected by power
   std::vector<float> at_infinity_keep;
   std::vector<EnvironmentMap> environments;
+  std::vector<Portal> portals;              // of infinite lights
   std::vector<EnvironmentMap> goniometers;  // of intensity
   std::vector<ProjectionMap> projectors;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly

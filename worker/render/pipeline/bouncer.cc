@@ -300,15 +300,16 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
     if (depth > 1) {
       if (context.on(kNextEvent)) {
         w_next_event =
-            direct_pdf_area<Lane>(lights, light, {}, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
+            direct_pdf_area<Lane>(lights, light, path.origin, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
       }
       if (weigh_connections) p_emission = emission_pdf(lights, light, wi, splat<Lane>(1.0f));
     }
     const Lane w_camera = weigh_connections ? w_next_event + p_emission * dvc : w_next_event;
     const Lane mis = mis_weight(Lane{}, w_camera);
+    const LaneMask seen = mask_and(g.active, through_portals(lights, light, path.origin, wi));
     const Vec3<Lane> c = throughput * infinite_radiance(lights, r, all, wi) * (mis * context.imaging_ratio);
-    add_radiance(w, g.slot, g.active, c);
-    if (w.recorder) record_emission(depth, g.slot, g.active, c, mis, w_next_event, p_emission, dvc, w);
+    add_radiance(w, g.slot, seen, c);
+    if (w.recorder) record_emission(depth, g.slot, seen, c, mis, w_next_event, p_emission, dvc, w);
   }
 }
 
@@ -384,6 +385,8 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
         finite = mask_and(LaneMask(type != kInfiniteLight), LaneMask(type != kDistantLight));
       }
       h.v.dvcm = h.v.dvcm * select(finite, h.distance2, splat<Lane>(1.0f));
+      // What is met before the portal does not see the light through it.
+      h.valid = mask_and(h.valid, through_portals(scene.lights, light, h.v.p, h.v.wo));
     } else {
       h.v.dvcm = h.v.dvcm * h.distance2;
     }

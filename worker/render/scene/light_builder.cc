@@ -56,6 +56,12 @@ double illuminance(const LightImage& image) {
   return sum * 2 * M_PI / (static_cast<double>(image.width) * image.height);
 }
 
+/// White from all directions, as a map, whose texels can be drawn by how they face a portal.
+LightImage even_image() {
+  constexpr int32_t kSide = 32;
+  return {"", kSide, kSide, std::vector<float>(3 * size_t{kSide} * kSide, 1.0f)};
+}
+
 /// Of an angle in degrees, without the cancellation of small ones.
 double one_minus_cos(double degrees) {
   const double half = std::sin(degrees * M_PI / 360);
@@ -107,16 +113,21 @@ class LightBuilder {
     Record r = at_infinity();
     set_radiance(r, l.radiance);
     r[4] = kEvenSky;
-    double radiance = mean(r);
-    if (!l.image_path.empty()) {
+    double power = 4 * M_PI * M_PI * double{r[3]} * r[3] * mean(r);
+    if (l.portal || !l.image_path.empty()) {
       r[4] = static_cast<float>(out_.lights.environments.size());
-      LightImage image = read_environment(l.image_path, l.lat_long);
+      LightImage image = l.image_path.empty() ? even_image() : read_environment(l.image_path, l.lat_long);
       const double f = l.illuminance > 0 ? l.illuminance / illuminance(image) : 1;
-      const EnvironmentMap& map =
+      EnvironmentMap& map =
           out_.lights.environments.emplace_back(std::move(image), scaled(l.radiance, f), l.light_to_world);
-      radiance = map.mean_radiance;
+      power = 4 * M_PI * M_PI * double{r[3]} * r[3] * map.mean_radiance;
+      if (l.portal) {
+        const Portal& portal = out_.lights.portals.emplace_back(portal_of(*l.portal));
+        r[6] = static_cast<float>(out_.lights.portals.size());
+        power = double{portal.area} * map.face(portal.normal);
+      }
     }
-    out_.lights.add(kInfiniteLight, r, 4 * M_PI * M_PI * double{r[3]} * r[3] * radiance);
+    out_.lights.add(kInfiniteLight, r, power);
   }
 
   void add(const GoniometricLight& l) {
@@ -158,6 +169,11 @@ class LightBuilder {
   }
 
  private:
+  Portal portal_of(const std::array<Vec3d, 4>& world) const {
+    std::array<Vec3d, 4> corners;
+    for (size_t i = 0; i < corners.size(); ++i) corners[i] = out_.normalised_point(world[i]);
+    return make_portal(corners, out_.bounds_center, out_.bounds_radius);
+  }
   /// Intensities are scaled with the square of lengths.
   double area_scale() const { return std::ldexp(1.0, 2 * out_.scale_exponent); }
   Record at_origin(const Transform& light_to_world) const {
