@@ -6,7 +6,7 @@
 namespace lightmill {
 
 FilterAxis::FilterAxis(FilterKind kind, double radius, double sigma)
-    : kind_(kind), radius_(static_cast<float>(radius)) {
+    : kind_(kind), radius_(static_cast<float>(radius)), reach_(static_cast<int>(2 * radius) + 1) {
   if (kind != FilterKind::kGaussian) return;
   // CDF on a fine grid, inverted into kTable equal-probability steps.
   constexpr int kFine = 8192;
@@ -31,56 +31,16 @@ FilterAxis::FilterAxis(FilterKind kind, double radius, double sigma)
     const float step = inverse_[k] - inverse_[k - 1];
     density_before_[k] = step > 0 ? 1.0f / (kTable * step) : 0.0f;
   }
-  for (size_t cell = 0; cell < kTable; ++cell) {
-    // From a cell earlier, as the cell of an offset is found by rounding.
-    const float edge = (2 * (static_cast<float>(cell) - 1) / kTable - 1) * radius_;
-    const auto above = std::upper_bound(inverse_.begin() + 1, inverse_.end() - 1, edge);
-    search_from_[cell] = static_cast<uint16_t>(above - inverse_.begin());
+  const auto first_above = [&](int cell) {
+    const float edge = (2 * static_cast<float>(cell) / kCells - 1) * radius_;
+    return static_cast<int32_t>(std::upper_bound(inverse_.begin() + 1, inverse_.end() - 1, edge) -
+                                inverse_.begin());
+  };
+  for (int cell = 0; cell < kCells; ++cell) {
+    // From a cell earlier to a cell later, as the cell of an offset is found by rounding.
+    search_from_[static_cast<size_t>(cell)] = first_above(cell - 1);
+    steps_ = std::max(steps_, first_above(cell + 2) - first_above(cell - 1));
   }
-}
-
-float FilterAxis::density(float offset) const {
-  const float a = std::fabs(offset);
-  if (a > radius_) return 0;
-  switch (kind_) {
-    case FilterKind::kBox:
-      return 0.5f / radius_;
-    case FilterKind::kTriangle:
-      return (radius_ - a) / (radius_ * radius_);
-    case FilterKind::kGaussian: {
-      const float cell = (offset / radius_ + 1) * (kTable / 2);
-      size_t k = search_from_[static_cast<size_t>(std::clamp(cell, 0.0f, kTable - 1.0f))];
-      while (k < kTable && inverse_[k] <= offset) ++k;
-      return density_before_[k];
-    }
-  }
-  return 0;
-}
-
-int FilterAxis::choose_pixel(float p, float u, float* weight) const {
-  if (kind_ == FilterKind::kBox && radius_ == 0.5f) {
-    *weight = 1;
-    return static_cast<int>(std::floor(p));
-  }
-  const int first = static_cast<int>(std::ceil(p - radius_ - 0.5f)),
-            last = static_cast<int>(std::floor(p + radius_ - 0.5f));
-  float known[kMostCached];
-  float total = 0;
-  for (int j = first; j <= last; ++j) {
-    const float d = density(p - (static_cast<float>(j) + 0.5f));
-    if (j - first < kMostCached) known[j - first] = d;
-    total += d;
-  }
-  *weight = total;
-  float target = u * total;
-  int chosen = first;
-  for (int j = first; j <= last; ++j) {
-    const float d = j - first < kMostCached ? known[j - first] : density(p - (static_cast<float>(j) + 0.5f));
-    if (d > 0) chosen = j;
-    if (d > 0 && target < d) break;
-    target -= d;
-  }
-  return chosen;
 }
 
 }  // namespace lightmill

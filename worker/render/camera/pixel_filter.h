@@ -35,23 +35,74 @@ class FilterAxis {
     return a + (b - a) * (x - to_float(i));
   }
   /// Density of sample() at `offset`: what the camera samples really follow.
-  float density(float offset) const;
+  template <class F>
+  F density(F offset) const;
   /// Draws the pixel for raster coordinate `p` with `u`; returns its index and sets the weight
   /// sum_j f(p - c_j) (0 if no pixel is in reach).
-  int choose_pixel(float p, float u, float* weight) const;
+  template <class F>
+  IntOf<F> choose_pixel(F p, F u, F* weight) const;
 
  private:
   static constexpr int kTable = 256;
+  // For cells of equal width over [-radius, radius] a table entry at or before the first above the cell,
+  // where a search begins. Cells are much narrower than most entries are apart: it has few steps.
+  static constexpr int kCells = 8 * kTable;
+  static constexpr int kMostCached = 8;  // pixels in reach whose densities are kept
   FilterKind kind_;
   float radius_;
-  static constexpr int kMostCached = 8;  // pixels in reach whose densities are kept
-  // Gaussian: piecewise-linear inverse CDF; the density between its entries; and for cells of equal width
-  // over
-  // [-radius, radius] an entry at or before the first above the cell, where a search may begin.
+  int reach_ = 1, steps_ = 0;  // pixels that one position may touch, at most; steps of a search, at most
+  // Gaussian: piecewise-linear inverse CDF, and the density before each entry.
   std::array<float, kTable + 1> inverse_{};
   std::array<float, kTable + 1> density_before_{};
-  std::array<uint16_t, kTable> search_from_{};
+  std::array<int32_t, kCells> search_from_{};
 };
+
+template <class F>
+F FilterAxis::density(F offset) const {
+  const F a = abs(offset);
+  F d = splat<F>(0.5f / radius_);
+  if (kind_ == FilterKind::kTriangle) d = (radius_ - a) / splat<F>(radius_ * radius_);
+  if (kind_ == FilterKind::kGaussian) {
+    const F cell = clamp((offset / splat<F>(radius_) + 1.0f) * (kCells / 2.0f), 0.0f, kCells - 1.0f);
+    IntOf<F> k = gather(search_from_.data(), to_int(cell));
+    for (int i = 0; i < steps_; ++i) {
+      const MaskOf<F> below = MaskOf<F>(gather(inverse_.data(), k) <= offset);
+      k = select(mask_and(below, MaskOf<F>(k < splat_int<F>(kTable))), k + 1, k);
+    }
+    d = gather(density_before_.data(), k);
+  }
+  return select(MaskOf<F>(a <= radius_), d, F{});
+}
+
+template <class F>
+IntOf<F> FilterAxis::choose_pixel(F p, F u, F* weight) const {
+  if (kind_ == FilterKind::kBox && radius_ == 0.5f) {
+    *weight = splat<F>(1.0f);
+    return to_int(floor(p));
+  }
+  const F first = -floor(-(p - radius_ - 0.5f)), last = floor(p + radius_ - 0.5f);
+  const auto density_of = [&](F pixel) {
+    return select(MaskOf<F>(pixel <= last), density(p - (pixel + 0.5f)), F{});
+  };
+  F known[kMostCached], total{}, pixel = first;
+  for (int i = 0; i < reach_; ++i, pixel = pixel + 1.0f) {
+    const F d = density_of(pixel);
+    if (i < kMostCached) known[i] = d;
+    total = total + d;
+  }
+  *weight = total;
+  F target = u * total, chosen = first;
+  MaskOf<F> done = splat_mask<F>(false);
+  pixel = first;
+  for (int i = 0; i < reach_; ++i, pixel = pixel + 1.0f) {
+    const F d = i < kMostCached ? known[i] : density_of(pixel);
+    const MaskOf<F> can = mask_and(MaskOf<F>(d > 0.0f), mask_not(done));
+    chosen = select(can, pixel, chosen);
+    done = mask_or(done, mask_and(can, MaskOf<F>(target < d)));
+    target = target - d;
+  }
+  return to_int(chosen);
+}
 
 struct PixelFilter {
   FilterAxis x, y;

@@ -13,7 +13,8 @@ namespace {
 std::vector<FilterAxis> filters() {
   return {FilterAxis(FilterKind::kBox, 0.5, 0),        FilterAxis(FilterKind::kBox, 1.25, 0),
           FilterAxis(FilterKind::kTriangle, 2, 0),     FilterAxis(FilterKind::kTriangle, 0.7, 0),
-          FilterAxis(FilterKind::kGaussian, 1.5, 0.5), FilterAxis(FilterKind::kGaussian, 2, 1)};
+          FilterAxis(FilterKind::kGaussian, 1.5, 0.5), FilterAxis(FilterKind::kGaussian, 2, 1),
+          FilterAxis(FilterKind::kGaussian, 5.5, 0.2)};
 }
 
 /// int density over [a, b] by midpoints.
@@ -62,7 +63,7 @@ TEST(PixelFilter, ShapesAreThoseOfTheirFormulas) {
 TEST(PixelFilter, SplatWeightIsTheSumOfDensitiesAndPixelsFollowThem) {
   Random random(2);
   for (const FilterAxis& f : filters()) {
-    for (const float p : {10.5f, 10.03f, 10.77f, 3.999f}) {
+    for (const float p : {10.5f, 10.03f, 10.77f, 13.999f}) {
       double sum = 0;
       std::vector<double> expected(24), observed(24);
       for (int j = 0; j < 24; ++j) {
@@ -114,6 +115,14 @@ TEST(PixelFilter, LanesHaveTheBitsOfScalars) {
       for (int l = 0; l < 8; ++l) u[l] = random.uniform();
       const Float8 x = f.sample(u);
       for (int l = 0; l < 8; ++l) ASSERT_EQ(float_bits(x[l]), float_bits(f.sample(float{u[l]})));
+      Float8 p{}, weights{};
+      for (int l = 0; l < 8; ++l) p[l] = static_cast<float>(random.between(-3, 9));
+      const Int8 pixels = f.choose_pixel(p, u, &weights);
+      for (int l = 0; l < 8; ++l) {
+        float weight;
+        ASSERT_EQ(pixels[l], f.choose_pixel(float{p[l]}, float{u[l]}, &weight));
+        ASSERT_EQ(float_bits(weights[l]), float_bits(weight));
+      }
     }
   }
 }
