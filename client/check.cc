@@ -40,7 +40,9 @@ Problem problem_of(const Error& error, const std::string& scene_file) {
 void add_render_problems(const SceneDescription& scene, const std::string& scene_file,
                          std::vector<Problem>* problems) {
   try {
-    const std::vector<Problem> warnings = build_scene(scene, false, 0, BuildOptions()).warnings;
+    BuildOptions options;
+    options.unused_textures = true;
+    const std::vector<Problem> warnings = build_scene(scene, false, 0, options).warnings;
     problems->insert(problems->end(), warnings.begin(), warnings.end());
   } catch (const Error& error) {
     problems->push_back(problem_of(error, scene_file));

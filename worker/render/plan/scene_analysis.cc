@@ -100,9 +100,16 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   const std::string chosen =
       settings.plan ? "the sampling plan" : std::string(integrator_name(settings.integrator));
 
-  item("textures", scene.any_texture,
-       scene.any_texture ? "a material or emitter in use reads one"
-                         : "no material or emitter in use reads one",
+  const bool masked = std::any_of(scene.meshes.begin(), scene.meshes.end(),
+                                  [](const MeshRange& mesh) { return mesh.alpha.texture >= 0; });
+  const size_t unused = scene.textures.unused_images();
+  item("textures", scene.any_texture || scene.any_bumps || masked,
+       std::string(scene.any_texture ? "a material or emitter in use reads one"
+                   : scene.any_bumps ? "normal and bump maps alone read one"
+                   : masked          ? "alpha masks alone read one"
+                                     : "nothing in use reads one") +
+           (unused ? ", and " + text(unused) + " image(s) that nothing in use reads are not loaded"
+                   : std::string()),
        "texture evaluation per hit", kTextures);
   item("texture coordinates", !scene.uvs.empty(),
        scene.uvs.empty() ? "nothing reads them" : "a texture reads them",

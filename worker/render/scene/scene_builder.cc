@@ -15,6 +15,7 @@
 #include "worker/render/scene/light_builder.h"
 #include "worker/render/scene/material_builder.h"
 #include "worker/render/scene/media_builder.h"
+#include "worker/render/scene/parts_in_use.h"
 #include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/texture_check.h"
 
@@ -78,8 +79,12 @@ struct Bounds {
 /// World-space (double) geometry before normalisation: only bounds are kept, points are computed twice.
 class SceneBuilder {
  public:
-  SceneBuilder(const SceneDescription& description, RenderScene* scene)
-      : in_(description), out_(*scene), split_(split_instances(description)), emitters_(description, scene) {
+  SceneBuilder(const SceneDescription& description, const PartsInUse& parts, RenderScene* scene)
+      : in_(description),
+        parts_(parts),
+        out_(*scene),
+        split_(split_instances(description)),
+        emitters_(description, scene) {
     for (const ShapeDescription& s : in_.shapes) world_.push_back(&s);
     for (const ShapeDescription& s : split_.flattened) world_.push_back(&s);
     shapes_ = world_;
@@ -339,16 +344,20 @@ class SceneBuilder {
     out_.any_normals = normals;
     out_.positions.reserve(3 * vertices + 4);
     if (normals) out_.normals.reserve(3 * vertices);
-    keep_uvs_ = uvs && (read_uvs ||
-                        std::any_of(out_.materials.begin(), out_.materials.end(), [](const MaterialEntry& m) {
-                          return m.textured || has_bumps(m) || anisotropic<float>(m.kind);
-                        }));
+    for (size_t i = 0; i < out_.materials.size(); ++i) {
+      const MaterialEntry& m = out_.materials[i];
+      read_uvs =
+          read_uvs || (parts_.materials[i] && (m.textured || has_bumps(m) || anisotropic<float>(m.kind)));
+    }
+    keep_uvs_ = uvs && read_uvs;
     keep_uvs_ = keep_uvs_ || out_.overrides & kTextureCoordinates;
     if (keep_uvs_) out_.uvs.reserve(2 * vertices);
-    out_.any_colors =
-        colors && std::any_of(in_.textures.begin(), in_.textures.end(), [](const TextureDescription& t) {
-          return std::holds_alternative<VertexColorTexture>(t.kind);
-        });
+    bool read_colors = false;
+    for (size_t i = 0; i < in_.textures.size(); ++i) {
+      const bool reads = std::holds_alternative<VertexColorTexture>(in_.textures[i].kind);
+      read_colors = read_colors || (reads && parts_.textures[i]);
+    }
+    out_.any_colors = colors && read_colors;
     out_.indices.reserve(3 * triangles);
     out_.primitive_material.reserve(triangles + spheres);
     out_.primitive_light.reserve(triangles + spheres);
@@ -516,6 +525,7 @@ class SceneBuilder {
   }
 
   const SceneDescription& in_;
+  const PartsInUse& parts_;
   RenderScene& out_;
   SplitScene split_;
   std::vector<const ShapeDescription*> world_, shapes_;  // in normalised space; and those of objects, too
@@ -532,11 +542,13 @@ class SceneBuilder {
 
 RenderScene build_scene(const SceneDescription& description, bool energy_compensation, Features overrides,
                         const BuildOptions& options) {
-  RenderScene scene(TextureTable(description.textures, options));
+  const PartsInUse parts = parts_in_use(description);
+  RenderScene scene(TextureTable(description.textures, options,
+                                 options.unused_textures ? std::vector<bool>() : parts.textures));
   scene.warnings = check_textures(description, scene.textures);
   scene.energy_compensation = energy_compensation;
   scene.overrides = overrides;
-  SceneBuilder(description, &scene).build();
+  SceneBuilder(description, parts, &scene).build();
   return scene;
 }
 

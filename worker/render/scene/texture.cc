@@ -41,14 +41,17 @@ std::vector<bool> kept_images(const std::vector<uint64_t>& bytes, const std::vec
 
 }  // namespace
 
-TextureTable::TextureTable(const std::vector<TextureDescription>& textures, const BuildOptions& options) {
+TextureTable::TextureTable(const std::vector<TextureDescription>& textures, const BuildOptions& options,
+                           const std::vector<bool>& in_use) {
   const uint64_t max_bytes = options.texture_bytes;
   std::vector<const TextureDescription*> described;
   for (const TextureDescription& t : textures) {
+    const bool used = in_use.empty() || in_use[nodes_.size()];
     nodes_.push_back(t.kind);
     const bool image = std::holds_alternative<ImageTexture>(t.kind);
-    image_of_.push_back(image ? static_cast<int>(described.size()) : -1);
-    if (image) described.push_back(&t);
+    image_of_.push_back(image && used ? static_cast<int>(described.size()) : -1);
+    if (image && used) described.push_back(&t);
+    unused_images_ += image && !used;
   }
   const auto image_at = [&](size_t i) -> const ImageTexture& {
     return std::get<ImageTexture>(described[i]->kind);

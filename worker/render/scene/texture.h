@@ -27,16 +27,20 @@ class TextureTable {
   /// Reads the images on `options.threads` threads. They take up to `options.texture_bytes`: what has no
   /// room is looked at once and read again where it is needed, through a TextureCache, with the same bits.
   /// Throws Error(kBadScene) for the first that can't be read, and Error(kFailed) if images inside another
-  /// file, which are always kept, take more.
-  explicit TextureTable(const std::vector<TextureDescription>& textures, const BuildOptions& options = 1);
+  /// file, which are always kept, take more. Unless `in_use` is empty, images whose entry in it is false are
+  /// not read and never looked up.
+  explicit TextureTable(const std::vector<TextureDescription>& textures, const BuildOptions& options = 1,
+                        const std::vector<bool>& in_use = {});
   /// Value of texture `id` at a point; floats come as grey.
   Rgb evaluate(int id, const TexturePoint& at) const;
-  /// The image behind texture `id`, or null if it is of another kind.
+  /// The image behind texture `id`, or null if it is of another kind or not in use.
   const ImageMap* image(int id) const {
     const int at = image_of_[static_cast<size_t>(id)];
     return at < 0 ? nullptr : &images_[static_cast<size_t>(at)];
   }
   size_t size() const { return nodes_.size(); }
+  /// Images that were not read, as nothing in use shows them.
+  size_t unused_images() const { return unused_images_; }
   /// Of texels in memory, and of the cache at its fullest.
   uint64_t bytes() const { return bytes_; }
   /// Images that are read where they are needed.
@@ -52,8 +56,9 @@ class TextureTable {
   std::vector<TextureKind> nodes_;
   std::unique_ptr<TextureCache> cache_;  // null: all images are in memory
   uint64_t bytes_ = 0;
+  size_t unused_images_ = 0;
   std::vector<ImageMap> images_;
-  std::vector<int> image_of_;  // per node, -1 if it is not an image
+  std::vector<int> image_of_;  // per node, -1 if it is not an image or not in use
 };
 
 }  // namespace lightmill

@@ -137,7 +137,9 @@ class Checker {
   }
 
   Range bounds(const ImageTexture&, int texture) {
-    const auto [low, high] = textures_.image(texture)->range();
+    const ImageMap* image = textures_.image(texture);
+    if (!image) return {0, 1};  // nothing in use shows it, and it was not read
+    const auto [low, high] = image->range();
     return {low, high};
   }
   Range bounds(const ConstantTexture& t, int) { return of(t.value); }

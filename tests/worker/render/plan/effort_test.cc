@@ -40,7 +40,9 @@ TEST(ChooseEffort, GoesWhereTheNoiseIs) {
   EXPECT_LE(mean_samples(choice.map), 1);
   EXPECT_GT(mean_samples(choice.map), 0.8);
   for (int i = 0; i < kSide * kSide; ++i) {
-    if (noisy(i)) EXPECT_GT(choice.map.level(i), 0) << i;
+    if (noisy(i)) {
+      EXPECT_GT(choice.map.level(i), 0) << i;
+    }
   }
   EXPECT_LT(choice.map.level(0), 0);
 }
