@@ -61,7 +61,7 @@ int64_t BatchFilm::tracked_index(int64_t crop_index) const {
 
 PixelLayout BatchFilm::layout() const {
   if (tracked_.empty()) return {index(grid_.crop.width()), index(grid_.crop.height())};
-  return {index(kRun), tracked_.size(), index(kRun) - 1, 0};
+  return {index(kRun), tracked_.size(), {index(kRun) - 1, 0}, {index(kRun) - 1, 0}};
 }
 
 void BatchFilm::merge_pairs() {

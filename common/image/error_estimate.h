@@ -6,11 +6,18 @@
 
 namespace lightmill {
 
-/// How the pixels of a batch lie beside each other: rows of `width`, `rows` of them; a pixel's neighbourhood
-/// reaches `reach_x` columns and `reach_y` rows.
+/// How far a pixel's neighbourhood goes.
+struct PixelReach {
+  size_t columns = 0, rows = 0;
+  bool operator==(const PixelReach&) const = default;
+};
+
+/// How the pixels of a batch lie beside each other: rows of `width`, `rows` of them. A pixel is judged by
+/// what is around it within `reach`; its part in how pixels move together by what is `near`
+/// (error_weights.cc).
 struct PixelLayout {
   size_t width = 0, rows = 0;
-  size_t reach_x = 2, reach_y = 2;
+  PixelReach reach{2, 2}, near{1, 1};
 };
 
 /// relMSE of one batch's image, with the half-width of a 95 % interval. The mean image of n batches has 1/n

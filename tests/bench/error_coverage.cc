@@ -6,8 +6,8 @@
 //
 // --all: 200 runs of 24 x 24 pixels and 40 superblocks a scene (about 6 minutes of CPU). Prints a table; exit
 // code 1 if a bar is missed: an interval holds the true error in 90 % of the runs at least at every
-// checkpoint, and a job stops with a true error below its target in 93 %, with at most 1.5 times the samples
-// in the median (over the scenes together; single scenes are shown).
+// checkpoint, and a job stops with a true error below its target in 93 % (over the scenes together), with at
+// most 1.5 times the samples in the median of every scene.
 #include "tests/statistical/error_coverage.h"
 
 #include <CLI/CLI.hpp>
@@ -63,10 +63,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "error_coverage: no scene \"%s\"\n", only.c_str());
     return 2;
   }
-  std::sort(medians.begin(), medians.end());
-  const double share = static_cast<double>(kept) / total, median = medians[medians.size() / 2];
-  good = good && share >= 0.93 && median <= 1.5;
-  std::printf("targets kept in %.1f %%, %.2f x the samples needed in the median scene: %s\n", 100 * share,
-              median, good ? "the bars are met" : "A BAR IS MISSED");
+  const double share = static_cast<double>(kept) / total,
+               most = *std::max_element(medians.begin(), medians.end());
+  good = good && share >= 0.93 && most <= 1.5;
+  std::printf("targets kept in %.1f %%, at most %.2f x the samples needed in a scene's median: %s\n",
+              100 * share, most, good ? "the bars are met" : "A BAR IS MISSED");
   return good ? 0 : 1;
 }
