@@ -1,0 +1,130 @@
+// Light paths and emitters joined to the lens (t = 1).
+#include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/shadow_caster.h"
+#include "worker/render/pipeline/shadow_queue.h"
+#include "worker/render/pipeline/splat_target.h"
+#include "worker/render/pipeline/joined_vertices.h"
+
+namespace lightmill {
+namespace {
+
+/// Joins points `p` to the camera; the lens sample is dimension `dim` of `stream`, if there is a lens.
+LensConnection<Lane> connect_lens(const StageContext& context, const SampleStream<Lane>& stream, uint32_t dim,
+                                  const Vec3<Lane>& p) {
+  return std::visit(
+      [&](const auto& camera) {
+        Lane u{}, v{};
+        if constexpr (std::decay_t<decltype(camera)>::kHasLens) stream.get_2d(dim, &u, &v);
+        return camera.connect(p, u, v);
+      },
+      context.camera);
+}
+
+template <bool kMedia>
+void lens_connections(const StageContext& context, const LayerContext& layer, int depth, size_t first,
+                      Wavefront& w) {
+  for (size_t base = first; base < w.light_vertices.size(); base += kLanes) {
+    const VertexGroup g(w.light_vertices, base, context.scene);
+    const VertexLanes<Lane>& v = g.v;
+    const SampleStream<Lane> stream = layer.light_stream<Lane>(v.path);
+    const LensConnection<Lane> lens = connect_lens(context, stream, vertex_dim(depth, kDimSplatLens), v.p);
+    const Vec3<Lane>& to_camera = lens.direction;
+    const LaneMask seen = mask_and(mask_and(g.active, lens.seen), faces_viewer<kMedia>(v, to_camera));
+    if (!any(seen)) continue;
+    Lane fu, fv;
+    stream.get_2d(vertex_dim(depth, kDimSplatPixel), &fu, &fv);
+    const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
+    const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
+    if (!any(valid)) continue;
+    const Frame<Lane> frame(v.ns);
+    const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo),
+                                             local_viewer(context, v, frame, to_camera), Mode::kImportance);
+    const Lane p_camera = lens.density * density_cosine<kMedia>(context.scene, v, to_camera);
+    const Lane light_ratio = p_camera * target.inv_light_samples;
+    const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
+    const Lane mis = mis_weight(w_light, Lane{});
+    const Lane scale = lens.density * adjoint_cosine<kMedia>(v, to_camera) * target.weight * mis *
+                       (context.imaging_ratio * context.splat_scale);
+    Candidates c;
+    if constexpr (kMedia) c.medium = medium_towards(v, to_camera), c.ratio = w_light;
+    c.value = select(valid, v.throughput * f.f * scale, Vec3<Lane>{});
+    c.origin = offset_origin(v.p, v.error, v.ng, to_camera);
+    c.direction = -(c.origin - lens.lens);
+    c.tfar = splat<Lane>(kSegmentEnd);
+    c.target = target.pixel;
+    const Lane u =
+        context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
+    if (w.recorder) {
+      FamilyRatios ratios{};
+      add_ratio(&ratios, &FamilyShares::lens, splat<Lane>(1.0f));
+      w.recorder->add_stored(true, g.index, v.depth, light_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
+      w.recorder->announce(splat_int<Lane>(depth + 1), 1, v.path, mis, ratios);
+    }
+    queue<kMedia>(context, c, valid, context.tiny_contribution, u, true, w);
+  }
+  flush_shadow_rays(context, true, w);
+}
+
+template <bool kMedia>
+void emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot, LaneMask active,
+                     const EmissionSample<Lane>& e, Wavefront& w) {
+  const LaneMask surface = mask_and(active, mask_not(mask_or(e.delta, e.infinite)));
+  if (!any(surface)) return;
+  const SampleStream<Lane> stream = layer.light_stream<Lane>(slot);
+  const LensConnection<Lane> lens = connect_lens(context, stream, vertex_dim(0, kDimSplatLens), e.point);
+  const Vec3<Lane>& to_camera = lens.direction;
+  const LaneMask seen = mask_and(surface, lens.seen);
+  if (!any(seen)) return;
+  Lane fu, fv;
+  stream.get_2d(vertex_dim(0, kDimSplatPixel), &fu, &fv);
+  const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
+  const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
+  Vec3<Lane> radiance = emitted_radiance(context.scene.lights, e.light, e.normal, to_camera);
+  if (!context.scene.lights.patterns.empty()) radiance = radiance * e.pattern;
+  // Density of the point alone: selection / area.
+  const LightRecord<Lane> r(context.scene.lights, e.light);
+  const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
+  const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
+  Lane w_hit{};
+  if (context.on(kEmissionHits)) w_hit = p_camera * inv_pdf * target.inv_light_samples;  // M10
+  const Lane mis = mis_weight(w_hit, Lane{});
+  const Lane scale = p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio * context.splat_scale);
+  Candidates c;
+  if constexpr (kMedia) {
+    const LaneInt sides = gather(context.scene.lights.media.data(), e.light);
+    c.medium = medium_on_side<Lane>(sides, LaneMask(dot(e.normal, to_camera) > 0.0f));
+    c.ratio = w_hit;
+  }
+  c.value = select(valid, radiance * scale, Vec3<Lane>{});
+  c.origin = offset_origin(e.point, e.error, e.normal, to_camera);
+  c.direction = -(c.origin - lens.lens);
+  c.tfar = splat<Lane>(kSegmentEnd);
+  c.target = target.pixel;
+  // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt a help beside s =
+  // 0.
+  const float tiny = context.lens_alone() ? 0 : context.tiny_contribution;
+  const Lane u = tiny > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
+  if (w.recorder) {
+    FamilyRatios ratios{};
+    add_ratio(&ratios, &FamilyShares::lens, splat<Lane>(1.0f));
+    add_ratio(&ratios, &FamilyShares::hit, w_hit);
+    w.recorder->announce(splat_int<Lane>(1), 1, slot, mis, ratios);
+  }
+  queue<kMedia>(context, c, valid, tiny, u, true, w);
+}
+
+}  // namespace
+
+void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
+                 Wavefront& w) {
+  if (w.media) return lens_connections<true>(context, layer, depth, first, w);
+  lens_connections<false>(context, layer, depth, first, w);
+}
+
+void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot,
+                           LaneMask active, const EmissionSample<Lane>& e, Wavefront& w) {
+  if (w.media) return emitter_to_lens<true>(context, layer, slot, active, e, w);
+  emitter_to_lens<false>(context, layer, slot, active, e, w);
+}
+
+}  // namespace lightmill
