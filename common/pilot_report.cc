@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-constexpr size_t kMaxEstimates = 1000;
+constexpr size_t kMaxEstimates = 1000, kMaxNotes = 200, kMaxNoteBytes = 2000;
 
 double positive(const nlohmann::json& j) {
   const auto x = j.get<double>();
@@ -25,6 +25,24 @@ constexpr std::pair<const char*, double SampleWork::*> kWork[] = {
     {"next_event_rays", &SampleWork::next_event_rays},
     {"primitives", &SampleWork::primitives}};
 
+std::string text_of(const nlohmann::json& note, const char* key) {
+  auto text = note.at(key).get<std::string>();
+  if (text.size() > kMaxNoteBytes)
+    throw Error(ErrorKind::kUsage, "pilot report: a text of more than 2000 bytes");
+  return text;
+}
+
+std::vector<FeatureNote> features_of(const nlohmann::json& array) {
+  if (!array.is_array() || array.size() > kMaxNotes)
+    throw Error(ErrorKind::kUsage, "pilot report: \"features\" must be an array of at most 200");
+  std::vector<FeatureNote> notes;
+  for (const auto& note : array) {
+    notes.push_back({text_of(note, "feature"), note.at("needed").get<bool>(), text_of(note, "reason"),
+                     text_of(note, "saving")});
+  }
+  return notes;
+}
+
 }  // namespace
 
 SampleWork& SampleWork::operator+=(const SampleWork& o) {
@@ -39,14 +57,22 @@ std::string pilot_to_json(const PilotReport& report) {
                          {"relative_variance", e.relative_variance},
                          {"cost", e.cost}});
   }
+  auto features = nlohmann::json::array();
+  for (const FeatureNote& note : report.features) {
+    features.push_back({{"feature", note.feature},
+                        {"needed", note.needed},
+                        {"reason", note.reason},
+                        {"saving", note.saving}});
+  }
   nlohmann::json work;
   for (const auto& [name, member] : kWork) work[name] = report.work.*member;
-  return nlohmann::json{{"chosen", nlohmann::json::parse(plan_to_json(report.chosen))},
-                        {"effort_gain", report.effort_gain},
-                        {"estimates", estimates},
-                        {"samples", report.samples},
-                        {"work", work}}
-      .dump();
+  nlohmann::json j{{"chosen", nlohmann::json::parse(plan_to_json(report.chosen))},
+                   {"effort_gain", report.effort_gain},
+                   {"estimates", estimates},
+                   {"samples", report.samples},
+                   {"work", work}};
+  if (!features.empty()) j["features"] = std::move(features);
+  return j.dump();
 }
 
 PilotReport pilot_from_json(const std::string& text) {
@@ -63,6 +89,7 @@ PilotReport pilot_from_json(const std::string& text) {
       report.estimates.push_back(
           {plan_from_json(e.at("plan").dump()), positive(e.at("relative_variance")), positive(e.at("cost"))});
     }
+    if (j.contains("features")) report.features = features_of(j.at("features"));
     report.samples = j.at("samples").get<int64_t>();
     if (report.samples < 0) throw Error(ErrorKind::kUsage, "pilot report: \"samples\" must not be negative");
     for (const auto& [name, member] : kWork) report.work.*member = positive(j.at("work").at(name));

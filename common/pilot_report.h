@@ -24,12 +24,22 @@ struct PlanEstimate {
   double cost = 0;               // nominal CPU microseconds per sample, from counted work
 };
 
+/// What the scene needs of the renderer, or does without; as lightmill explain prints it.
+struct FeatureNote {
+  std::string feature;
+  bool needed = false;
+  std::string reason;
+  std::string saving;  // of leaving it out; empty if it is needed
+  bool operator==(const FeatureNote&) const = default;
+};
+
 struct PilotReport {
   SamplingPlan chosen;
   std::vector<PlanEstimate> estimates;  // of every plan considered, `chosen` included; uniform effort
   int64_t samples = 0;                  // camera paths that the pilot traced
   SampleWork work;
-  double effort_gain = 1;  // predicted of the chosen effort: times less variance x cost
+  double effort_gain = 1;                  // predicted of the chosen effort: times less variance x cost
+  std::vector<FeatureNote> features = {};  // under the chosen plan; of reports before there were any none
 };
 
 /// Largest accepted JSON of a report, bytes.

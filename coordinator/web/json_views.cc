@@ -127,6 +127,18 @@ json tile_view(const TileStatus& tile) {
   return view;
 }
 
+json tile_log_view(const std::vector<TileLog::Line>& lines) {
+  auto view = json::array();
+  for (const TileLog::Line& line : lines) {
+    view.push_back({{"time", line.time},
+                    {"tile", line.about.tile},
+                    {"attempt", line.about.attempt},
+                    {"worker", line.about.worker},
+                    {"text", line.text}});
+  }
+  return view;
+}
+
 json log_view(const std::vector<EventLog::Line>& lines) {
   auto view = json::array();
   for (const EventLog::Line& line : lines) {

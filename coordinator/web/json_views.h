@@ -9,6 +9,7 @@
 #include "common/image/error_curve.h"
 #include "coordinator/event_log.h"
 #include "coordinator/farm.h"
+#include "coordinator/tile_log.h"
 
 namespace lightmill {
 
@@ -21,6 +22,7 @@ nlohmann::json worker_view(const WorkerStatus& worker, const std::vector<LeaseKe
 /// Points [from, end).
 nlohmann::json curve_view(const ErrorCurve& curve, size_t from = 0);
 nlohmann::json tile_view(const TileStatus& tile);
+nlohmann::json tile_log_view(const std::vector<TileLog::Line>& lines);
 nlohmann::json log_view(const std::vector<EventLog::Line>& lines);
 /// Text that came from outside may not be UTF-8: what is not is replaced.
 std::string json_text(const nlohmann::json& value);

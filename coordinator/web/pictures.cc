@@ -29,6 +29,25 @@ double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+/// OpenImageIO writes files; `name` is part of a temporary one's.
+std::string file_bytes(const Image& image, const ImageWriteOptions& options, const std::string& name,
+                       const char* extension) {
+  static std::atomic<uint64_t> files{0};
+  const std::filesystem::path path = std::filesystem::temp_directory_path() /
+                                     ("lightmill-" + name + "-" + std::to_string(++files) + extension);
+  struct Remove {
+    const std::filesystem::path& path;
+    ~Remove() {
+      std::error_code ignored;
+      std::filesystem::remove(path, ignored);
+    }
+  } const remove{path};
+  write_image(image, path.string(), options);
+  std::ostringstream bytes;
+  bytes << std::ifstream(path, std::ios::binary).rdbuf();
+  return bytes.str();
+}
+
 }  // namespace
 
 Pictures::Picture Pictures::get(const JobId& job, Kind kind) {
@@ -93,26 +112,19 @@ std::string float_picture(const Image& image) {
   return head("LMF1", image).append(reinterpret_cast<const char*>(image.data.data()), bytes);
 }
 
-std::string encode_exr(const Farm& farm, const JobId& job, const std::string& name) {
+std::string exr_file(const Farm& farm, const JobId& job, const std::string& name) {
   Image image;
   const ChannelImage aovs = farm.aovs(job, &image);
   ImageWriteOptions options;
   options.metadata = farm.image_metadata(job);
   options.layers = &aovs;
-  static std::atomic<uint64_t> files{0};
-  const std::filesystem::path path =
-      std::filesystem::temp_directory_path() / ("lightmill-" + name + "-" + std::to_string(++files) + ".exr");
-  struct Remove {
-    const std::filesystem::path& path;
-    ~Remove() {
-      std::error_code ignored;
-      std::filesystem::remove(path, ignored);
-    }
-  } const remove{path};
-  write_image(image, path.string(), options);
-  std::ostringstream bytes;
-  bytes << std::ifstream(path, std::ios::binary).rdbuf();
-  return bytes.str();
+  return file_bytes(image, options, name, ".exr");
+}
+
+std::string png_file(const Image& image, const ViewTransform& view, const std::string& name) {
+  ImageWriteOptions options;
+  options.view = view;
+  return file_bytes(image, options, name, ".png");
 }
 
 }  // namespace lightmill

@@ -49,8 +49,9 @@ std::string half_picture(const Image& image);
 /// "LMF1", the same head, and the values as floats: for what spans more than half floats do.
 std::string float_picture(const Image& image);
 
-/// The job's image file with layers and metadata. OpenImageIO writes files: `name` is part of a temporary
-/// one's name. Throws as Farm::aovs.
-std::string encode_exr(const Farm& farm, const JobId& job, const std::string& name);
+/// Files of a job's image: with layers and metadata, and as it shows under a view. Temporary files' names
+/// hold `name`. Throw as Farm::aovs and write_image.
+std::string exr_file(const Farm& farm, const JobId& job, const std::string& name);
+std::string png_file(const Image& image, const ViewTransform& view, const std::string& name);
 
 }  // namespace lightmill

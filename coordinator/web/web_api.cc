@@ -3,7 +3,9 @@
 #include <httplib.h>
 
 #include <atomic>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
@@ -28,8 +30,23 @@ using nlohmann::json;
 
 constexpr double kBeatSeconds = 2;       // a browser that hears nothing for some of these has lost us
 constexpr int kMaxPictures = 8;          // made or encoded at once
+constexpr double kMostStops = 100;       // of exposure
+constexpr int64_t kMaxTileLines = 500;   // of one answer
 constexpr int kMaxScenes = 2;            // read at once
 constexpr size_t kMaxListedJobs = 1000;  // of one answer
+
+/// The parameters "view" and "exposure", as the options of these names in lightmill fetch.
+ViewTransform view_of(const Request& request) {
+  ViewTransform view;
+  if (request.has_param("view")) view.curve = view_curve_named(request.get_param_value("view"));
+  if (request.has_param("exposure")) {
+    const std::string text = request.get_param_value("exposure");
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), view.exposure);
+    if (error != std::errc() || end != text.data() + text.size() || !(std::abs(view.exposure) <= kMostStops))
+      throw Error(ErrorKind::kUsage, "exposure must be a number from -100 to 100");
+  }
+  return view;
+}
 
 /// The pattern of a path in which "*" is one segment.
 std::string pattern(const std::string& path) {
@@ -74,6 +91,7 @@ struct WebApi::Impl {
   void tiles(const Request& request, Response& response);
   void workers(const Request& request, Response& response);
   void log(const Request& request, Response& response);
+  void tile_log(const Request& request, Response& response);
   void events(const Request& request, Response& response);
   std::shared_ptr<const Image> image_of(const JobId& id, Pictures::Kind kind, Response& response);
   void picture(const Request& request, Response& response);
@@ -101,6 +119,7 @@ const std::vector<WebApi::Impl::Entry>& WebApi::Impl::entries() {
                                {{"GET", "/api/v1/jobs/*"}, &Impl::job},
                                {{"GET", "/api/v1/jobs/*/curve"}, &Impl::curve},
                                {{"GET", "/api/v1/jobs/*/tiles"}, &Impl::tiles},
+                               {{"GET", "/api/v1/jobs/*/log"}, &Impl::tile_log},
                                {{"GET", "/api/v1/jobs/*/image"}, &Impl::picture},
                                {{"GET", "/api/v1/jobs/*/image.png"}, &Impl::png},
                                {{"GET", "/api/v1/jobs/*/image.exr"}, &Impl::exr},
@@ -176,6 +195,15 @@ void WebApi::Impl::log(const Request& request, Response& response) {
   answer(response, log_view(web.events.after(static_cast<uint64_t>(whole(request, "after", 0)))));
 }
 
+void WebApi::Impl::tile_log(const Request& request, Response& response) {
+  const JobId id = web.farm.job(job_of(request)).id;
+  std::optional<TileId> tile;
+  if (request.has_param("tile")) tile = TileId{whole(request, "tile", 0)};
+  const int64_t count = std::min(whole(request, "count", kMaxTileLines), kMaxTileLines);
+  answer(response, tile_log_view(web.tile_log ? web.tile_log->of(id, tile, static_cast<size_t>(count))
+                                              : std::vector<TileLog::Line>()));
+}
+
 void WebApi::Impl::events(const Request& request, Response& response) {
   struct Stream {
     Stream(Impl& impl, Feed::Cursor at) : slot(impl.streams, kMaxStreams), listener(impl.feed), cursor(at) {}
@@ -238,12 +266,12 @@ void WebApi::Impl::png(const Request& request, Response& response) {
   const auto image = image_of(id, Pictures::Kind::kBeauty, response);
   response.set_header("Content-Disposition",
                       "attachment; filename=\"" + web.farm.job(id).id.value + ".png\"");
-  response.set_content(encode_png(*image), "image/png");
+  response.set_content(png_file(*image, view_of(request), feed.instance()), "image/png");
 }
 
 void WebApi::Impl::exr(const Request& request, Response& response) {
   const JobId id = job_of(request);
-  const std::string bytes = encode_exr(web.farm, id, feed.instance());
+  const std::string bytes = exr_file(web.farm, id, feed.instance());
   response.set_header("Cache-Control", "no-store");
   response.set_header("Content-Disposition",
                       "attachment; filename=\"" + web.farm.job(id).id.value + ".exr\"");

@@ -12,6 +12,7 @@
 #include "coordinator/quotas.h"
 #include "coordinator/scene/scene_reader.h"
 #include "coordinator/submit_limit.h"
+#include "coordinator/tile_log.h"
 
 namespace httplib {
 class Server;
@@ -30,6 +31,7 @@ struct WebOptions {
   bool loopback_only = false;                      // plain text: other sites' names are refused (guard.h)
   /// Reads what a browser uploaded, as read_scene does; empty: no scenes are submitted here.
   std::function<SceneAnswer(const SceneQuestion&)> read_scene{};
+  const TileLog* tile_log = nullptr;  // what happened to tiles; may be null
 };
 
 class WebApi {

@@ -70,7 +70,9 @@ std::string fake_bytes(const LeaseGrant& grant, double cpu_seconds) {
 
 PilotReport fake_pilot() {
   const SamplingPlan chosen{kEmissionHits | kNextEvent, 1, 1};
-  return {chosen, {{chosen, 0.5, 2}, {SamplingPlan(), 0.25, 20}}, 1000, {}};
+  PilotReport report{chosen, {{chosen, 0.5, 2}, {SamplingPlan(), 0.25, 20}}, 1000, {}};
+  report.features = {{"lights", true, "one <lamp>", ""}, {"textures", false, "there are none", "look-ups"}};
+  return report;
 }
 
 RenderSettings after_pilot(RenderSettings settings) {

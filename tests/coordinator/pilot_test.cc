@@ -117,6 +117,8 @@ TEST_F(PilotTest, AHostileResultIsRefusedAndTheLeaseGone) {
       with("hit,next-event", "hit,magic"),
       with("\"light_paths\":1.0", "\"light_paths\":1e9"),
       with("\"samples\":1000", "\"samples\":-1"),
+      with("\"needed\":true", "\"needed\":1"),
+      with("one <lamp>", std::string(3000, 'x')),
       good + std::string(kMaxPilotResultBytes, ' '),
       "{\"cpu_seconds\":1,\"report\":" + std::string(500000, '['),
       "{\"cpu_seconds\":1,\"report\":" + std::string(500000, '[') + std::string(500000, ']') + "}",

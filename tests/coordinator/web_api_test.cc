@@ -82,6 +82,25 @@ TEST_F(WebApiTest, JobsWorkersCurveAndTiles) {
   EXPECT_THAT(std::string(get("/api/v1/jobs/j404", 404)["error"]), HasSubstr("no job \"j404\""));
 }
 
+TEST_F(WebApiTest, TheLogOfATileTellsItsAttempts) {
+  const JobId job = farm.submit(small_job(64, 64, 4));
+  for (const int64_t tile : {3, 4}) {
+    const LogScope scope({job.value, tile, 2, "w1"});
+    tile_log.add("tile " + std::to_string(tile) + " \xff");
+  }
+  const std::string path = "/api/v1/jobs/" + job.value + "/log";
+  EXPECT_EQ(get(path).size(), 2u);
+  const json lines = get(path + "?tile=4");
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_EQ(lines[0]["tile"], 4);
+  EXPECT_EQ(lines[0]["attempt"], 2);
+  EXPECT_EQ(lines[0]["worker"], "w1");
+  EXPECT_EQ(lines[0]["text"], "tile 4 \xef\xbf\xbd");
+  EXPECT_EQ(get(path + "?count=1")[0]["tile"], 4) << "the newest";
+  get(path + "?tile=x", 400);
+  get("/api/v1/jobs/j404/log", 404);
+}
+
 TEST_F(WebApiTest, PicturesAreTheFilm) {
   const JobId id = farm.submit(small_job(96, 64, 64, Integrator::kPt));
   work(farm, farm.register_worker(registration()));
@@ -102,7 +121,13 @@ TEST_F(WebApiTest, PicturesAreTheFilm) {
   }
   EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/image?side=48")->body.size(), 16u + 2 * 3 * 48 * 32);
   EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/image?side=x")->status, 400);
-  EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/image.png")->body.substr(1, 3), "PNG");
+  const std::string png = "/api/v1/jobs/" + id.value + "/image.png";
+  EXPECT_EQ(http.Get(png)->body.substr(1, 3), "PNG");
+  EXPECT_EQ(http.Get(png + "?view=srgb&exposure=0")->body, http.Get(png)->body);
+  EXPECT_NE(http.Get(png + "?view=filmic&exposure=-1.5")->body, http.Get(png)->body);
+  for (const char* bad :
+       {"view=sepia", "exposure=bright", "exposure=101", "exposure=nan", "exposure=1x", "exposure="})
+    EXPECT_EQ(http.Get(png + "?" + bad)->status, 400) << bad;
   EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/image.exr")->body.substr(0, 4), "v/1\x01");
   EXPECT_EQ(http.Get("/api/v1/jobs/" + id.value + "/error-map")->body.size(), 16u + 4 * 24 * 16);
   EXPECT_EQ(http.Get("/api/v1/jobs/j404/image")->status, 404);
@@ -189,6 +214,7 @@ TEST_F(WebApiTest, ASceneIsSubmittedAgainWithOtherSettings) {
   EXPECT_EQ(again.priority, 2);
   EXPECT_EQ(again.bundle_digest, farm.job(id).bundle_digest);
   EXPECT_FALSE(again.settings.plan) << "the pilot chooses anew";
+  EXPECT_EQ(get("/api/v1/jobs/" + id.value)["detail"]["pilot"]["features"][0]["reason"], "one <lamp>");
 }
 
 TEST_F(WebApiTest, OtherSitesCanDoNothing) {

@@ -24,7 +24,8 @@ class WebApiTest : public ::testing::Test {
                                                       .log = [this](const std::string& l) { events.add(l); },
                                                       .quotas = quotas(),
                                                       .events = &events,
-                                                      .read_scene = read_scene},
+                                                      .read_scene = read_scene,
+                                                      .tile_log = &tile_log},
                                         farm, blobs)),
         http("127.0.0.1", server->http_port()) {
     http.set_read_timeout(30);
@@ -58,6 +59,7 @@ class WebApiTest : public ::testing::Test {
   SteadyClock clock;
   BlobStore blobs;
   EventLog events;
+  TileLog tile_log;
   Farm farm;
   std::unique_ptr<Server> server;
   httplib::Client http;

@@ -244,6 +244,60 @@ const tests = {
     await page.context().close();
   },
 
+  async "the plan, the tiles and their logs"() {
+    const id = await farm.submit(scene, "--resolution", "160x96", "--integrator", "auto", "--spp", "1000000", "--target-error", "1e-7", "--name", "plan");
+    const page = await open(`${farm.url}#/jobs/${id}`);
+    const panel = (name) => page.locator(`.panel[aria-label="${name}"]`);
+    await panel("Plan").locator("tr.chosen", { hasText: "(chosen)" }).waitFor();
+    // What lightmill explain says of the scene.
+    const explained = JSON.parse(await farm.local("explain", scene, "--json", "--resolution", "160x96", "--integrator", "auto")).items;
+    await panel("Scene").locator("tbody tr").first().waitFor();
+    const told = await panel("Scene").locator("tbody tr").evaluateAll((rows) => rows.map((row) => [...row.children].map((cell) => cell.textContent).join("|")));
+    assert.deepEqual(told.sort(), explained.map((i) => `${i.feature}|${i.needed ? "needed" : "left out"}|${i.reason}${i.saving ? `; saves ${i.saving}` : ""}`).sort());
+    assert.ok(told.some((row) => row.includes("left out")));
+    // A tile is chosen by keys, and its log is there.
+    await panel("Tiles").locator("li", { hasText: "in work for over" }).waitFor();
+    await page.locator(".panel p", { hasText: /^[1-9]\d* samples per pixel complete/ }).waitFor();
+    await panel("Tiles").locator("canvas").focus();
+    await page.keyboard.press("ArrowRight");
+    await page.locator(".spoken", { hasText: /tile \d+ · samples/ }).waitFor({ state: "attached" });
+    await page.keyboard.press("ArrowDown");
+    await page.keyboard.press("Enter");
+    await panel("Tiles").locator(".tile-log li", { hasText: / · w\d+/ }).first().waitFor();
+    await page.selectOption('select[aria-label="Colour by"]', "worker");
+    await panel("Tiles").locator(".tile-legend li", { hasText: /^w\d+ / }).first().waitFor();
+    await shot(page, "plan");
+    // The target alone ends it: progress is that of the error.
+    await until("progress towards the target", async () => {
+      const job = await (await fetch(`${farm.url}api/v1/jobs/${id}`)).json();
+      const shown = parseInt(await page.locator(".job-progress").textContent(), 10);
+      return job.relmse_high && Math.abs(shown - (100 * 1e-7) / job.relmse_high) < 2 && job.packets_done / job.packets_total < 0.01;
+    });
+    await farm.lightmill("cancel", id);
+    await page.context().close();
+  },
+
+  async "pages can be read by everybody"() {
+    const id = await farm.submit(scene, ...small, "--spp", "64", "--name", "readable");
+    // A line for the log.
+    await fetch(`${farm.url}api/v1/jobs/${id}/extend`, { method: "POST", headers: { "X-Lightmill": "1" }, body: '{"spp": 70}' });
+    for (const colorScheme of ["light", "dark"]) {
+      // The checker is a script of our own in the page, which the page's policy would not let in.
+      const page = await open(`${farm.url}#/jobs/${id}`, { colorScheme, bypassCSP: true });
+      await page.locator(".job-head .state", { hasText: "done" }).waitFor();
+      await page.addScriptTag({ path: join(process.cwd(), "node_modules/axe-core/axe.min.js") });
+      for (const hash of [`#/jobs/${id}`, "#/jobs", "#/workers", "#/log", "#/new"]) {
+        await page.evaluate((to) => (location.hash = to), hash);
+        await page.waitForSelector("main");
+        await page.waitForTimeout(300); // transitions
+        const { violations } = await page.evaluate(() => globalThis.axe.run());
+        const told = violations.map((v) => `${v.id}: ${v.help}: ${v.nodes.slice(0, 3).map((n) => `${n.html.slice(0, 120)} ${n.any.map((a) => a.message).join("; ")}`).join(" | ")}`);
+        assert.deepEqual(told, [], `${hash} in ${colorScheme}`);
+      }
+      await page.context().close();
+    }
+  },
+
   async "dark, light and narrow"() {
     const page = await open(farm.url, { colorScheme: "dark" });
     await live(page);

@@ -59,10 +59,13 @@ export class Farm {
       await child.ended;
     }
   }
-  async lightmill(...args) {
-    const { stdout } = await run(join(this.bin, "lightmill"), [...args.map(String), "--coordinator", `127.0.0.1:${this.rpc}`],
-      { timeout: kGenerousMs });
+  /** Without a coordinator. */
+  async local(...args) {
+    const { stdout } = await run(join(this.bin, "lightmill"), args.map(String), { timeout: kGenerousMs });
     return stdout.trim();
+  }
+  lightmill(...args) {
+    return this.local(...args, "--coordinator", `127.0.0.1:${this.rpc}`);
   }
   submit(scene, ...options) {
     return this.lightmill("submit", scene, ...options);

@@ -22,7 +22,13 @@ class SceneRenderer : public PacketRenderer {
   }
   uint64_t memory_bytes() const override { return renderer_.memory_bytes(); }
   PilotReport run_pilot(int threads, const std::function<bool()>& go_on) const override {
-    return lightmill::run_pilot(renderer_, threads, go_on);
+    PilotReport report = lightmill::run_pilot(renderer_, threads, go_on);
+    RenderSettings chosen = renderer_.settings();
+    chosen.plan = report.chosen;
+    const Renderer under_plan(renderer_, chosen);
+    for (const PlanItem& item : under_plan.plan().items)
+      report.features.push_back({item.feature, item.needed, item.reason, item.saving});
+    return report;
   }
   std::shared_ptr<const PacketRenderer> with_settings(const RenderSettings& settings) const override {
     return std::make_shared<SceneRenderer>(renderer_, settings);

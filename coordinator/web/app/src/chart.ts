@@ -10,6 +10,8 @@ type Axis = "wall_seconds" | "cpu_seconds" | "spp";
 const kAxes: [Axis, string][] = [["wall_seconds", "render time, s"], ["cpu_seconds", "CPU time, s"], ["spp", "samples per pixel"]];
 
 const kMostAway = 1000;
+const kLabelWidth = 34; // pixels
+const kLabelHeight = 16;
 
 function colour(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -107,16 +109,17 @@ export class ErrorChart {
     const grid = { stroke: colour("--line"), width: 1 };
     const ticks = { stroke: colour("--line"), width: 1, size: 4 };
     const main = colour("--accent");
-    // Whole decades, and 2 and 5 between them where there are few.
-    const powers = (_: uPlot, values: (number | null)[]) => {
-      const known = values.filter((v) => v !== null && v > 0) as number[];
-      const few = Math.max(...known) / Math.min(...known) < 60;
+    // As many digits of a decade as there is room for between their labels.
+    const labels = (room: number) => (plot: uPlot, values: (number | null)[], axis: number) => {
+      const scale = plot.scales[axis === 0 ? "x" : "y"]!;
+      const pixels = (axis === 0 ? plot.bbox.width : plot.bbox.height) / devicePixelRatio;
+      const shown = labelled(Math.log10((scale.max ?? 10) / (scale.min ?? 1)), pixels, room);
       return values.map((v) => {
         if (v === null) return "";
         const digits = Math.floor(Math.log10(v) + 1e-9);
         const lead = Math.round(v / 10 ** digits);
-        if (lead !== 1 && !(few && (lead === 2 || lead === 5))) return "";
-        return v >= 0.1 && v < 1e5 ? String(Number(v.toPrecision(2))) : `${lead}e${digits}`;
+        if (!shown.includes(lead)) return "";
+        return v >= (axis === 0 ? 0.01 : 0.1) && v < 1e5 ? String(Number(v.toPrecision(2))) : `${lead}e${digits}`;
       });
     };
     const invisible = { stroke: "transparent", width: 0, points: { show: false } };
@@ -130,8 +133,8 @@ export class ErrorChart {
         y: { distr: 3, range: (_, low, high) => decades(low, high, 1.4) },
       },
       axes: [
-        { stroke: ink, grid, ticks, size: 34, font: "11px system-ui", filter: (_, splits) => splits, values: powers },
-        { stroke: ink, grid, ticks, size: 48, font: "11px system-ui", filter: (_, splits) => splits, values: powers },
+        { stroke: ink, grid, ticks, size: 34, font: "11px system-ui", filter: (_, splits) => splits, values: labels(kLabelWidth) },
+        { stroke: ink, grid, ticks, size: 48, font: "11px system-ui", filter: (_, splits) => splits, values: labels(kLabelHeight) },
       ],
       series: [
         {},
@@ -146,6 +149,16 @@ export class ErrorChart {
     };
     this.plot = new uPlot(options, this.data(), this.holder);
   }
+}
+
+/** The leading digits that get a label where a decade has so many pixels and a label needs `room` of them. */
+export function labelled(decades: number, pixels: number, room: number): number[] {
+  const sets = [[1, 2, 3, 4, 5, 6, 7, 8, 9], [1, 2, 3, 5, 7], [1, 2, 5], [1, 3]];
+  for (const set of sets) {
+    const gaps = set.map((digit, i) => Math.log10((set[i + 1] ?? 10) / digit));
+    if ((Math.min(...gaps) * pixels) / Math.max(decades, 1e-3) >= room) return set;
+  }
+  return [1];
 }
 
 /** A range that shows at least a decade or so, with air around. uPlot walks along a logarithmic axis by steps that it

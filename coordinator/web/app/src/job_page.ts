@@ -3,52 +3,16 @@ import { actByKey, actions, mayAct } from "./actions";
 import { ErrorChart } from "./chart";
 import { Cleanup, h, setText } from "./dom";
 import * as format from "./format";
-import { drawProgress, eta, note } from "./jobs_page";
+import { drawProgress, eta, note, progress as progressOf } from "./jobs_page";
 import { drawLines } from "./log_page";
+import { drawFeatures, drawPlan } from "./plan_panel";
 import { store } from "./store";
 import { followJob } from "./stream";
 import { TileMap } from "./tile_map";
-import type { CurvePoint, Job, JobDetail, LogLine, Plan } from "./types";
+import type { CurvePoint, Job, JobDetail, LogLine } from "./types";
 import { Viewer } from "./viewer";
 
 const kLogLines = 100;
-
-function planText(plan: Plan): string {
-  const parts = [plan.strategies];
-  if (/next-event|hit/.test(plan.strategies) === false || /lens|connections/.test(plan.strategies)) parts.push(`${plan.light_paths} light paths per camera path`);
-  if (/connections/.test(plan.strategies)) parts.push(`${plan.connections} connections`);
-  if (plan.effort) parts.push("adaptive");
-  return parts.join(", ");
-}
-
-/** The plan that runs and what the pilot predicted of the others. */
-function drawPlan(body: HTMLElement, detail: JobDetail, job: Job | undefined): void {
-  const settings = detail.settings as { integrator?: string; max_depth?: number; seed?: number; plan?: Plan; overrides?: string; aovs?: string };
-  const facts: [string, string][] = [
-    ["Sampling", job?.sampling ?? ""],
-    ["Depth", settings.max_depth !== undefined && settings.max_depth >= 1 << 20 ? "unlimited" : String(settings.max_depth ?? "")],
-    ["Seed", String(settings.seed ?? "")],
-    ["Size", `${job?.width} × ${job?.height}`],
-    ["Scene", detail.scene],
-  ];
-  if (settings.overrides) facts.push(["Kept", settings.overrides]);
-  if (settings.aovs) facts.push(["AOVs", settings.aovs]);
-  const list = h("dl", { class: "facts" });
-  for (const [name, value] of facts) list.append(h("dt", {}, name), h("dd", { class: name === "Scene" ? "mono cut" : "", title: value }, value));
-  const parts: HTMLElement[] = [list];
-  if (detail.pilot) {
-    const pilot = detail.pilot;
-    const same = (a: Plan, b: Plan) => a.strategies === b.strategies && a.light_paths === b.light_paths && a.connections === b.connections;
-    const chosen = pilot.estimates.find((e) => same(e.plan, pilot.chosen));
-    const base = chosen ? chosen.relative_variance * chosen.cost : 0;
-    const ranked = [...pilot.estimates].sort((a, b) => a.relative_variance * a.cost - b.relative_variance * b.cost).slice(0, 8);
-    parts.push(
-      h("p", { class: "chart-text" }, `The pilot traced ${format.count(pilot.samples)} paths and chose: ${planText(pilot.chosen)}${pilot.effort_gain > 1.01 ? `; effort where the noise is gains × ${pilot.effort_gain.toFixed(2)}` : ""}. Cost of the others for the same noise:`),
-      h("table", { class: "plain-table" }, ...ranked.map((e) => h("tr", { class: same(e.plan, pilot.chosen) ? "chosen" : "" }, h("td", {}, planText(e.plan)), h("td", { class: "num" }, base > 0 ? `× ${((e.relative_variance * e.cost) / base).toPrecision(3)}` : "")))),
-    );
-  }
-  body.replaceChildren(...parts);
-}
 
 export function jobPage(id: string, other: string, cleanup: Cleanup): { element: HTMLElement; key: (key: string) => boolean } {
   const title = h("h1");
@@ -71,8 +35,10 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     if (location.hash !== hash) history.replaceState(null, "", hash);
   });
   const chart = new ErrorChart(cleanup);
-  const tiles = new TileMap(cleanup);
+  const tiles = new TileMap(id, cleanup);
   const plan = h("div");
+  const features = h("div");
+  let planOf: JobDetail | undefined; // of what is drawn
   const log = h("ol", { class: "log" });
   const logPanel = h("section", { class: "panel", "aria-label": "Log of this job" }, h("header", {}, h("h2", {}, "Log")), log);
 
@@ -102,7 +68,7 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     if (job === drawn && acting === mayAct()) return;
     drawn = job;
     acting = mayAct();
-    document.title = `${job.id} ${Math.floor((100 * job.packets_done) / Math.max(1, job.packets_total))}% · Lightmill`;
+    document.title = `${job.id} ${Math.floor(100 * progressOf(job))}% · Lightmill`;
     setText(title, `${job.id}  ${job.name}`);
     setText(state, job.state);
     state.className = `state ${job.state}`;
@@ -136,7 +102,11 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
       button.hidden = action.name === "retry" && !action.may(job) && document.activeElement !== button;
     });
     chart.show(points, job);
-    if (detail) drawPlan(plan, detail, job);
+    if (detail && detail !== planOf) {
+      planOf = detail;
+      drawPlan(plan, detail, job);
+      drawFeatures(features, detail);
+    }
   };
   cleanup.add(store.watch(update));
   cleanup.add(
@@ -167,7 +137,8 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     figures,
     h("div", { class: "job-body" }, viewer.element,
       h("div", { class: "side" }, chart.element, tiles.element,
-        h("section", { class: "panel", "aria-label": "Plan" }, h("header", {}, h("h2", {}, "Plan")), plan), logPanel)));
+        h("section", { class: "panel", "aria-label": "Plan" }, h("header", {}, h("h2", {}, "Plan")), plan),
+        h("section", { class: "panel", "aria-label": "Scene" }, h("header", {}, h("h2", {}, "Scene needs")), features), logPanel)));
   return {
     element,
     key: (key) => {

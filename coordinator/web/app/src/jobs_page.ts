@@ -16,11 +16,13 @@ const kStates: { key: string; label: string; has: (job: Job) => boolean }[] = [
 
 const kRank: Record<string, number> = { running: 0, failed: 1, paused: 2, queued: 3, done: 4, cancelled: 5 };
 
-/** Packets, or the time used where time alone ends the job. */
+/** How far the job is to what ends it first: its packets, its time, or its target, to which the error falls as
+ * 1/time. */
 export function progress(job: Job): number {
   if (job.state === "done") return 1;
   let share = job.packets_total > 0 ? job.packets_done / job.packets_total : 0;
   if (job.time_limit) share = Math.max(share, job.wall_seconds / job.time_limit);
+  if (job.target_error && job.relmse_high) share = Math.max(share, job.target_error / job.relmse_high);
   return Math.min(1, share);
 }
 
@@ -175,7 +177,7 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
   );
   update();
   queueMicrotask(() => table.focus());
-  const element = h("main", { class: "page jobs-page" }, summary, h("div", { class: "toolbar" }, filter, h("div", { class: "chips", role: "group", "aria-label": "State" }, ...chips)), table.element);
+  const element = h("main", { class: "page jobs-page" }, h("h1", { class: "spoken" }, "Jobs"), summary, h("div", { class: "toolbar" }, filter, h("div", { class: "chips", role: "group", "aria-label": "State" }, ...chips)), table.element);
   return {
     element,
     key: (key) => {

@@ -37,7 +37,7 @@ export function logPage(cleanup: Cleanup): { element: HTMLElement; key: (key: st
   cleanup.add(store.watch(() => drawn !== store.lines && update()));
   update();
   return {
-    element: h("main", { class: "page" }, h("div", { class: "toolbar" }, filter), nothing, list),
+    element: h("main", { class: "page" }, h("h1", { class: "spoken" }, "Log"), h("div", { class: "toolbar" }, filter), nothing, list),
     key: (key) => {
       if (key !== "/") return false;
       filter.focus();

@@ -46,6 +46,7 @@ function route(): void {
   else page = jobsPage(cleanup);
   outlet.replaceChildren(page.element);
   // Tab goes on from here, and a screen reader says where we are; lists then take the focus themselves.
+  page.element.id = "main";
   page.element.tabIndex = -1;
   page.element.focus({ preventScroll: true });
   for (const link of nav) {

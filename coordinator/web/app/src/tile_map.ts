@@ -2,10 +2,12 @@
 import { Cleanup, h, perFrame, setText } from "./dom";
 import * as format from "./format";
 import { idNumber, store } from "./store";
+import { TileLog } from "./tile_log";
 import type { JobDetail, JobNews, Tile } from "./types";
 
 const kSlowSeconds = 30;
 const kMaxHeight = 200;
+const kMostNamed = 12; // workers in the legend
 
 /** A colour of its own for every worker, evenly over the hues. */
 export function workerColour(worker: string, light: number): string {
@@ -14,10 +16,19 @@ export function workerColour(worker: string, light: number): string {
 
 export class TileMap {
   readonly element: HTMLElement;
-  private readonly canvas = h("canvas", { class: "tiles", role: "img", "aria-label": "Map of tiles", onpointermove: (event: PointerEvent) => this.hover(event), onpointerleave: () => this.hover(undefined) });
-  private readonly by = h("select", { "aria-label": "Colour by", onchange: () => this.draw() }, h("option", { value: "state" }, "by state"), h("option", { value: "worker" }, "by worker"));
+  private readonly canvas = h("canvas", {
+    class: "tiles", role: "application", tabIndex: 0, "aria-label": "Map of tiles: arrows go from cell to cell, Enter shows the log of the tile there",
+    onpointermove: (event: PointerEvent) => this.hover(event), onpointerleave: () => this.hover(undefined),
+    onclick: () => this.choose(this.hovered), onkeydown: (event: KeyboardEvent) => this.key(event), onblur: () => this.hover(undefined),
+  });
+  private readonly by = h("select", { "aria-label": "Colour by", onchange: () => { this.legendOf = ""; this.draw(); } }, h("option", { value: "state" }, "by state"), h("option", { value: "worker" }, "by worker"));
   private readonly text = h("p", { class: "chart-text" });
+  private readonly spoken = h("p", { class: "spoken", "aria-live": "polite" });
+  private readonly legend = h("ul", { class: "tile-legend", "aria-label": "Colours" });
   private readonly list = h("ol", { class: "tile-list" });
+  private readonly log: TileLog;
+  private legendOf = "";
+  private cursor: { x: number; y: number } | undefined; // of the keyboard, in cells
   private readonly tiles = new Map<number, Tile>();
   private readonly since = new Map<string, number>(); // when its lease began
   private detail: JobDetail | undefined;
@@ -25,9 +36,10 @@ export class TileMap {
   private hovered: Tile | undefined;
   private readonly draw: () => void;
 
-  constructor(cleanup: Cleanup) {
+  constructor(job: string, cleanup: Cleanup) {
+    this.log = new TileLog(job, cleanup);
     this.draw = perFrame(() => this.drawNow());
-    this.element = h("section", { class: "panel", "aria-label": "Tiles" }, h("header", {}, h("h2", {}, "Tiles"), h("span", { class: "grow" }), this.by), this.canvas, this.text, this.list);
+    this.element = h("section", { class: "panel", "aria-label": "Tiles" }, h("header", {}, h("h2", {}, "Tiles"), h("span", { class: "grow" }), this.by), this.canvas, this.legend, this.text, this.spoken, this.list, this.log.element);
     const observer = new ResizeObserver(this.draw);
     observer.observe(this.canvas);
     const timer = setInterval(this.draw, 1000); // ages grow
@@ -56,6 +68,7 @@ export class TileMap {
       if (!this.since.has(key)) this.since.set(key, Date.now() - 1000 * (tile.leased_seconds ?? 0));
     }
     for (const key of this.since.keys()) if (!held.has(key)) this.since.delete(key);
+    if (news.tiles?.some((tile) => tile.id === this.log.tile)) this.log.refresh();
     this.draw();
   }
 
@@ -75,15 +88,42 @@ export class TileMap {
     this.hovered = undefined;
     if (event && grid) {
       const size = this.canvas.clientWidth / grid.width;
-      const x = grid.x0 + Math.floor(event.offsetX / size);
-      const y = grid.y0 + Math.floor(event.offsetY / size);
-      // The last one that was opened lies on top.
-      for (const tile of this.tiles.values()) {
-        const c = tile.cells;
-        if (c && x >= c[0] && x < c[2] && y >= c[1] && y < c[3] && (tile.state !== "pending" || !this.hovered)) this.hovered = tile;
-      }
+      this.hovered = this.tileAt(grid.x0 + Math.floor(event.offsetX / size), grid.y0 + Math.floor(event.offsetY / size));
     }
     this.draw();
+  }
+  private tileAt(x: number, y: number): Tile | undefined {
+    let found: Tile | undefined;
+    // The last one that was opened lies on top.
+    for (const tile of this.tiles.values()) {
+      const c = tile.cells;
+      if (c && x >= c[0] && x < c[2] && y >= c[1] && y < c[3] && (tile.state !== "pending" || !found)) found = tile;
+    }
+    return found;
+  }
+  private key(event: KeyboardEvent): void {
+    const grid = this.grid();
+    if (!grid || event.ctrlKey || event.metaKey || event.altKey) return;
+    const moves: { [key: string]: [number, number] } = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+    const move = moves[event.key];
+    if (move) {
+      const at = this.cursor ?? { x: grid.x0, y: grid.y0 };
+      const step = this.cursor ? move : [0, 0];
+      const inside = (v: number, low: number, size: number) => Math.min(low + size - 1, Math.max(low, v));
+      this.cursor = { x: inside(at.x + step[0]!, grid.x0, grid.width), y: inside(at.y + step[1]!, grid.y0, grid.height) };
+      this.hovered = this.tileAt(this.cursor.x, this.cursor.y);
+      setText(this.spoken, this.hovered ? this.describe(this.hovered) : "no tile here");
+      this.draw();
+    } else if (event.key === "Enter") {
+      this.choose(this.hovered);
+    } else {
+      return;
+    }
+    event.preventDefault();
+    event.stopPropagation();
+  }
+  private choose(tile: Tile | undefined): void {
+    if (tile) this.log.show(tile.id);
   }
   private drawNow(): void {
     const grid = this.grid();
@@ -128,6 +168,7 @@ export class TileMap {
       g.lineWidth = 2 * ratio;
       g.strokeRect((marked[0] - grid.x0) * size, (marked[1] - grid.y0) * size, (marked[2] - marked[0]) * size, (marked[3] - marked[1]) * size);
     }
+    this.drawLegend(ordered, dark);
     setText(this.text, this.hovered ? this.describe(this.hovered) : `${format.count(this.complete)} samples per pixel complete · last rounds: ${counts.committed} done, ${counts.leased} in work, ${counts.pending} waiting${again ? `, ${again} tried again` : ""}`);
     this.drawList(ordered);
   }
@@ -140,6 +181,24 @@ export class TileMap {
     if (tile.state === "leased") parts.push(`for ${format.duration(this.age(tile))}`);
     return parts.join(" · ");
   }
+  private drawLegend(tiles: Tile[], dark: boolean): void {
+    const byWorker = this.by.value === "worker";
+    const workers = byWorker ? [...new Set(tiles.flatMap((tile) => (tile.worker && tile.state !== "pending" ? [tile.worker] : [])))].sort((a, b) => idNumber(a) - idNumber(b)) : [];
+    const key = `${byWorker} ${dark} ${workers.join()}`;
+    if (key === this.legendOf) return;
+    this.legendOf = key;
+    const chip = (text: string, paint: (swatch: HTMLElement) => void) => {
+      const swatch = h("i", { "aria-hidden": "true" });
+      paint(swatch);
+      return h("li", {}, swatch, text);
+    };
+    const named = (text: string, variable: string) => chip(text, (swatch) => swatch.classList.add(`is-${variable}`));
+    this.legend.replaceChildren(
+      ...(byWorker
+        ? [...workers.slice(0, kMostNamed).map((id) => chip(`${id} ${store.workers.get(id)?.host ?? ""}`, (swatch) => (swatch.style.background = workerColour(id, dark ? 62 : 48)))), h("li", {}, `${workers.length > kMostNamed ? `and ${workers.length - kMostNamed} more; ` : ""}faint: done`)]
+        : [named("waiting", "field"), named("in work", "accent"), named(`in work for over ${kSlowSeconds} s`, "bad"), named("to be tried again", "warn"), named("done", "done")]),
+    );
+  }
   /** What is in work longest, and what had to be tried again. */
   private drawList(tiles: Tile[]): void {
     const shown = tiles
@@ -148,8 +207,10 @@ export class TileMap {
       .slice(0, 8);
     while (this.list.children.length > shown.length) this.list.lastElementChild!.remove();
     shown.forEach((tile, i) => {
-      const item = this.list.children[i] ?? this.list.appendChild(h("li"));
-      setText(item, this.describe(tile));
+      const item = this.list.children[i] ?? this.list.appendChild(h("li", {}, h("button", { type: "button", class: "link", title: "its log", onclick: (event: Event) => this.log.show(Number((event.currentTarget as HTMLElement).dataset["tile"])) })));
+      const button = item.firstElementChild as HTMLElement;
+      button.dataset["tile"] = String(tile.id);
+      setText(button, this.describe(tile));
       item.className = this.age(tile) > kSlowSeconds || tile.attempt > 1 ? "slow" : "";
     });
   }

@@ -2,7 +2,7 @@
 // common/image/view_transform.h.
 import type { Picture } from "./api";
 
-export type Curve = "srgb" | "filmic" | "aces";
+export type Curve = "srgb" | "filmic" | "aces" | "none";
 
 /** The value of a half float's bits. */
 export function halfValue(bits: number): number {
@@ -29,7 +29,7 @@ function view(linear: number, exposure: number, curve: Curve): number {
     const y = 0.6 * x;
     return encoded(Math.min(1, (y * (2.51 * y + 0.03)) / (y * (2.43 * y + 0.59) + 0.14)));
   }
-  return encoded(Math.min(1, x));
+  return curve === "none" ? Math.min(1, x) : encoded(Math.min(1, x));
 }
 
 let tableFor = "";

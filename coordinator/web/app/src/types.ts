@@ -102,6 +102,8 @@ export interface JobDetail {
     chosen: Plan;
     samples: number;
     effort_gain: number;
+    /** Absent in reports of older farms. */
+    features?: { feature: string; needed: boolean; reason: string; saving: string }[];
     estimates: { plan: Plan; relative_variance: number; cost: number }[];
   };
 }

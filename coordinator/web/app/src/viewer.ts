@@ -4,6 +4,8 @@ import { PictureSource } from "./picture_source";
 import { store } from "./store";
 import { type Curve, falseColour, halfValue } from "./tone";
 
+const kCurves: Curve[] = ["srgb", "filmic", "aces", "none"];
+
 export class Viewer {
   readonly element: HTMLElement;
   private readonly canvas = h("canvas", { tabIndex: 0, role: "img", "aria-label": "Picture of the job. Arrows move it, plus and minus zoom." });
@@ -16,6 +18,7 @@ export class Viewer {
   private readonly errorButton = h("button", { type: "button", title: "where the noise is (n)", "aria-pressed": "false", onclick: () => this.showError(!this.error) }, "Noise");
   private readonly zoomText = h("output", { class: "mono" });
   private readonly other = h("select", { "aria-label": "Compare with", title: "another job beside this one (b)", onchange: () => this.compare(this.other.value) });
+  private readonly png = h("a", { title: "as it shows here" }, "PNG");
   private a: PictureSource;
   private b: PictureSource | undefined;
   private error = false;
@@ -37,17 +40,19 @@ export class Viewer {
   ) {
     this.draw = perFrame(() => this.drawNow());
     this.a = new PictureSource(job, "image", this.draw);
-    const curves = h("select", { "aria-label": "Tone curve", title: "tone curve", onchange: () => { this.curve = curves.value as Curve; this.retone(); } },
-      h("option", { value: "srgb" }, "sRGB"), h("option", { value: "filmic" }, "Filmic"), h("option", { value: "aces" }, "ACES"));
+    const curves = h("select", { "aria-label": "View: tone curve", title: "tone curve, as --view of lightmill fetch", onchange: () => { this.curve = curves.value as Curve; this.retone(); } },
+      ...kCurves.map((name) => h("option", { value: name }, name)));
     const button = (text: string, title: string, run: () => void) => h("button", { type: "button", title, onclick: run }, text);
     const toolbar = h("div", { class: "viewer-tools" },
       button("Fit", "fit the window (0)", () => this.fit()), button("1:1", "a pixel for a pixel (1)", () => this.actual()),
       button("−", "smaller (-)", () => this.zoomBy(1 / 1.5)), button("+", "larger (+)", () => this.zoomBy(1.5)), this.zoomText,
-      h("label", { class: "exposure", title: "e brighter, d darker" }, "Exposure", this.exposureInput, this.exposureText), curves, this.errorButton,
+      h("label", { class: "exposure", title: "stops, as --exposure of lightmill fetch; e brighter, d darker" }, "Exposure", this.exposureInput, this.exposureText), h("label", {}, "View", curves), this.errorButton,
       h("label", {}, "B", this.other),
       h("span", { class: "grow" }),
-      h("a", { href: `/api/v1/jobs/${job}/image.exr`, download: `${job}.exr` }, "EXR"), h("a", { href: `/api/v1/jobs/${job}/image.png`, download: `${job}.png` }, "PNG"));
+      h("a", { href: `/api/v1/jobs/${job}/image.exr`, download: `${job}.exr` }, "EXR"), this.png);
     this.element = h("section", { class: "viewer", "aria-label": "Picture" }, toolbar, h("div", { class: "stage" }, this.canvas, this.message, this.legend, this.splitInput), this.status);
+    this.png.download = `${job}.png`;
+    this.linkPng();
     this.bindPointer();
     this.canvas.addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey) return;
@@ -147,8 +152,12 @@ export class Viewer {
     this.retone();
   }
   private retone(): void {
+    this.linkPng();
     for (const source of [this.a, this.b]) if (source && !this.error) source.image = undefined;
     this.draw();
+  }
+  private linkPng(): void {
+    this.png.href = `/api/v1/jobs/${this.job}/image.png?view=${this.curve}&exposure=${this.exposure}`;
   }
   private size(): { width: number; height: number } {
     const row = store.jobs.get(this.job);

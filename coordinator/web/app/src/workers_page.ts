@@ -94,7 +94,7 @@ export function workersPage(cleanup: Cleanup): { element: HTMLElement; key: (key
   update();
   queueMicrotask(() => table.focus());
   return {
-    element: h("main", { class: "page" }, h("div", { class: "toolbar" }, filter, total), table.element),
+    element: h("main", { class: "page" }, h("h1", { class: "spoken" }, "Workers"), h("div", { class: "toolbar" }, filter, total), table.element),
     key: (key) => {
       if (key === "/") filter.focus();
       else if (key === "o" || key === "O") table.cycleSort(key === "O");
