@@ -95,7 +95,7 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
   options.build = build_id();
   options.schema = kPartialSchema;
   options.lease_seconds = kLeaseSeconds;
-  Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
+  Farm farm(std::make_unique<MemoryJobStore>(false), clock, options);
   const JobId job = farm.submit(request);
   LocalResult result;
   result.status = farm.job(job);

@@ -14,6 +14,7 @@ class GuardedJobStore : public JobStore {
   GuardedJobStore(std::unique_ptr<JobStore> store, StorageHealth& health, const Clock& clock)
       : store_(std::move(store)), health_(health), clock_(clock) {}
 
+  bool keeps_layers() const override { return store_->keeps_layers(); }
   std::vector<JobRecord> jobs() override {
     return guarded([&] { return store_->jobs(); });
   }

@@ -31,6 +31,10 @@ class JobStore {
  public:
   virtual ~JobStore() = default;
 
+  /// False if this store keeps neither partials nor snapshots: the layers that a merger has in memory are all
+  /// that there is of them.
+  virtual bool keeps_layers() const { return true; }
+
   // --- reading ---
   /// All jobs, in the order of their submission.
   virtual std::vector<JobRecord> jobs() = 0;

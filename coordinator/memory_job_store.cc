@@ -144,7 +144,7 @@ bool MemoryJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, s
   const std::lock_guard lock(mutex_);
   Entry& e = entry(job.id);
   if (!mark_committed(e, job, tile)) return false;
-  e.spool.emplace(tile.id, partial);
+  if (keep_layers_) e.spool.emplace(tile.id, partial);
   return true;
 }
 

@@ -10,6 +10,10 @@ namespace lightmill {
 
 class MemoryJobStore : public JobStore {
  public:
+  /// Without `keep_layers` it saves a copy of every partial, for a process that ends with its only job: no
+  /// merger may then need more memory than it has (merger.h), as a film that it lets go of is lost.
+  explicit MemoryJobStore(bool keep_layers = true) : keep_layers_(keep_layers) {}
+  bool keeps_layers() const override { return keep_layers_; }
   std::vector<JobRecord> jobs() override;
   std::vector<TileRecord> tiles(const JobId& job) override;
   std::vector<ErrorPoint> curve(const JobId& job) override;
@@ -51,6 +55,7 @@ class MemoryJobStore : public JobStore {
   /// Writes both rows if the tile is leased with this attempt by this worker.
   bool mark_committed(Entry& entry, const JobRecord& job, const TileRecord& tile);
 
+  const bool keep_layers_;
   std::mutex mutex_;
   std::vector<JobId> order_;
   std::map<JobId, Entry> jobs_;

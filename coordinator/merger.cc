@@ -108,6 +108,7 @@ void Merger::release(Slot* slot) {
 }
 
 void Merger::checkpoint(const JobId& job, Open& layers, bool final) {
+  if (!store_.keeps_layers()) return;
   store_.checkpoint(job, {layers->film.snapshot(), layers->batches.snapshot()}, keep_partials_ && !final);
   layers->spool_bytes = 0;
 }

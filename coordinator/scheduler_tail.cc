@@ -13,7 +13,7 @@ constexpr int64_t kMostParts = 16;            // of one tile at a time
 // Splats make every part cost what rendering takes so long: handing in a layer as large as the window.
 constexpr double kSecondsPerSplatByte = 40e-9;
 // A tile is cut to even out the end if a worker's even share is less than so much of it.
-constexpr double kWorthCutting = 0.8;
+constexpr double kWorthCutting = 0.65;
 // A holder is late after so many times the expected time, and a moment for what is not rendering.
 constexpr double kLateFactor = 1.5, kSlackSeconds = 0.25;
 // Whoever will have the tile in less than so much of the time that its holder still needs may race for it.

@@ -16,7 +16,7 @@ constexpr int64_t kMaxGrowth = 2, kMaxSplatGrowth = 16;
 // A splat layer costs what rendering a sample for every second or third pixel of the window costs. Samples
 // for every pixel, in a tile that holds as many as are worth waiting for, and in one that is small for the
 // job's end:
-constexpr int64_t kFullSplatSpp = 16, kLeastSplatSpp = 4;
+constexpr int64_t kFullSplatSpp = 16, kLeastSplatSpp = 5;
 constexpr double kSplatTileFactor = 8;  // times target_tile_seconds, at most
 
 /// Samples of a tile while there is enough to do.

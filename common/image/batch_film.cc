@@ -15,6 +15,7 @@ namespace {
 
 constexpr uint32_t kMagic = 0x6662694c;  // "Libf"
 constexpr uint32_t kVersion = 2;
+constexpr size_t kBatchHeadBytes = 9;
 constexpr int64_t kRun = 8;  // tracked pixels beside each other, where not all are
 constexpr const char* kWhat = "batch film snapshot";
 
@@ -195,12 +196,18 @@ std::string BatchFilm::snapshot() const {
   }
   w.put<int64_t>(group_);
   w.put<uint32_t>(static_cast<uint32_t>(batches_.size()));
+  size_t size = w.bytes().size();
+  for (const Batch& batch : batches_) size += kBatchHeadBytes + batch.rgb.size() * sizeof(float);
+  Sealer sealer(kMagic, kVersion, size);
+  sealer.write(w.bytes());
   for (const Batch& batch : batches_) {
-    w.put<int64_t>(batch.samples);
-    w.put<uint8_t>(!batch.rgb.empty());
-    w.put_bytes({reinterpret_cast<const char*>(batch.rgb.data()), batch.rgb.size() * sizeof(float)});
+    ByteWriter head;
+    head.put<int64_t>(batch.samples);
+    head.put<uint8_t>(!batch.rgb.empty());
+    sealer.write(head.bytes());
+    sealer.write({reinterpret_cast<const char*>(batch.rgb.data()), batch.rgb.size() * sizeof(float)});
   }
-  return seal(kMagic, kVersion, w.bytes());
+  return sealer.finish();
 }
 
 BatchFilm BatchFilm::restore(std::string_view bytes) {

@@ -29,12 +29,15 @@ void subtract(ExactRgb* to, const ExactRgb& from) {
   for (int c = 0; c < 3; ++c) to->c[c] -= from.c[c];
 }
 
-void put_layer(const std::vector<ExactRgb>& layer, ByteWriter* w) {
-  const ByteRange range = used_bytes(std::span(layer));
-  w->put<uint8_t>(!layer.empty());
-  w->put<uint8_t>(range.low);
-  w->put<uint8_t>(range.high);
-  append_planes(std::span(layer), range, &w->bytes());
+constexpr size_t kLayerHeadBytes = 3;
+
+void put_layer(const std::vector<ExactRgb>& layer, ByteRange range, Sealer* out) {
+  ByteWriter w;
+  w.put<uint8_t>(!layer.empty());
+  w.put<uint8_t>(range.low);
+  w.put<uint8_t>(range.high);
+  out->write(w.bytes());
+  for_planes(std::span(layer), range, [&](std::string_view planes) { out->write(planes); });
 }
 
 std::vector<ExactRgb> get_layer(size_t pixels, ByteReader* in) {
@@ -158,10 +161,17 @@ std::string Film::snapshot() const {
     w.put<uint64_t>(v);
   }
   for (const int64_t samples : cell_samples_) w.put<int64_t>(samples);
-  put_layer(camera_, &w);
-  put_layer(splat_, &w);
-  aovs_.write(&w);
-  return seal(kMagic, kVersion, w.bytes());
+  const ByteRange camera = used_bytes(std::span(camera_)), splat = used_bytes(std::span(splat_));
+  ByteWriter aovs;
+  aovs_.write(&aovs);
+  Sealer sealer(kMagic, kVersion,
+                w.bytes().size() + 2 * kLayerHeadBytes + plane_bytes(camera_.size(), camera) +
+                    plane_bytes(splat_.size(), splat) + aovs.bytes().size());
+  sealer.write(w.bytes());
+  put_layer(camera_, camera, &sealer);
+  put_layer(splat_, splat, &sealer);
+  sealer.write(aovs.bytes());
+  return sealer.finish();
 }
 
 Film Film::restore(std::string_view bytes) {

@@ -2,6 +2,7 @@
 
 #include <zstd.h>
 
+#include <new>
 #include <stdexcept>
 
 #include "common/digest.h"
@@ -12,6 +13,7 @@ namespace lightmill {
 namespace {
 
 constexpr int kSnapshotLevel = 1;
+constexpr size_t kDigestAt = 2 * sizeof(uint32_t), kDigestBytes = 64;  // in what is sealed
 
 [[noreturn]] void corrupt(const char* what, const std::string& reason) {
   throw Error(ErrorKind::kFailed, std::string(what) + " is corrupt: " + reason);
@@ -78,16 +80,60 @@ std::string zstd_unpack(std::string_view packed, size_t raw_size, const char* wh
   return raw;
 }
 
+struct ZstdStream::Impl {
+  std::string* out = nullptr;
+  std::unique_ptr<ZSTD_CCtx, size_t (*)(ZSTD_CCtx*)> context{ZSTD_createCCtx(), ZSTD_freeCCtx};
+  std::string buffer = std::string(ZSTD_CStreamOutSize(), '\0');
+};
+
+ZstdStream::ZstdStream(size_t raw_size, int level, std::string* out) : impl_(std::make_unique<Impl>()) {
+  impl_->out = out;
+  ZSTD_CCtx* context = impl_->context.get();
+  if (!context) throw std::bad_alloc();
+  ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, level);
+  ZSTD_CCtx_setPledgedSrcSize(context, raw_size);
+  // What is reserved and not written takes no memory; growing would copy.
+  out->reserve(out->size() + ZSTD_compressBound(raw_size));
+}
+
+ZstdStream::~ZstdStream() = default;
+
+void ZstdStream::run(std::string_view piece, bool last) {
+  ZSTD_inBuffer in{piece.data(), piece.size(), 0};
+  for (bool done = false; !done;) {
+    ZSTD_outBuffer out{impl_->buffer.data(), impl_->buffer.size(), 0};
+    const size_t left =
+        ZSTD_compressStream2(impl_->context.get(), &out, &in, last ? ZSTD_e_end : ZSTD_e_continue);
+    if (ZSTD_isError(left)) throw std::logic_error(std::string("zstd: ") + ZSTD_getErrorName(left));
+    impl_->out->append(impl_->buffer.data(), out.pos);
+    done = last ? left == 0 : in.pos == in.size;
+  }
+}
+
+void ZstdStream::write(std::string_view piece) { run(piece, false); }
+void ZstdStream::end() { run({}, true); }
+
+Sealer::Sealer(uint32_t magic, uint32_t version, size_t raw_size) {
+  ByteWriter head;
+  head.put(magic);
+  head.put(version);
+  head.put_bytes(std::string(kDigestBytes, '0'));
+  head.put<uint64_t>(raw_size);
+  sealed_ = std::move(head.bytes());
+  stream_ = std::make_unique<ZstdStream>(raw_size, kSnapshotLevel, &sealed_);
+}
+
+std::string Sealer::finish() {
+  stream_->end();
+  sealed_.replace(kDigestAt, kDigestBytes,
+                  sha256_hex(std::string_view(sealed_).substr(kDigestAt + kDigestBytes)));
+  return std::move(sealed_);
+}
+
 std::string seal(uint32_t magic, uint32_t version, std::string_view raw) {
-  ByteWriter body;
-  body.put<uint64_t>(raw.size());
-  body.put_bytes(zstd_pack(raw, kSnapshotLevel));
-  ByteWriter sealed;
-  sealed.put(magic);
-  sealed.put(version);
-  sealed.put_bytes(sha256_hex(body.bytes()));
-  sealed.put_bytes(body.bytes());
-  return std::move(sealed.bytes());
+  Sealer sealer(magic, version, raw.size());
+  sealer.write(raw);
+  return sealer.finish();
 }
 
 std::string unseal(uint32_t magic, uint32_t version, std::string_view sealed, const char* what) {

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -60,6 +61,38 @@ std::string zstd_pack(std::string_view raw, int level);
 /// Inverse: exactly one frame of exactly `raw_size` bytes, which is known from elsewhere and bounds the
 /// allocation. Throws Error(kFailed) that names `what`.
 std::string zstd_unpack(std::string_view packed, size_t raw_size, const char* what);
+
+/// The same frame of `raw_size` bytes that come piece by piece, so that they need never be in memory all at
+/// once.
+class ZstdStream {
+ public:
+  /// Appends to `out`, which must outlive the stream.
+  ZstdStream(size_t raw_size, int level, std::string* out);
+  ~ZstdStream();
+  ZstdStream(const ZstdStream&) = delete;
+  ZstdStream& operator=(const ZstdStream&) = delete;
+  void write(std::string_view piece);
+  /// To be called once all is written. Throws std::logic_error if that was not raw_size bytes.
+  void end();
+
+ private:
+  struct Impl;
+  void run(std::string_view piece, bool last);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// seal() of bytes that come piece by piece.
+class Sealer {
+ public:
+  Sealer(uint32_t magic, uint32_t version, size_t raw_size);
+  void write(std::string_view piece) { stream_->write(piece); }
+  /// Once all is written.
+  std::string finish();
+
+ private:
+  std::string sealed_;
+  std::unique_ptr<ZstdStream> stream_;
+};
 
 /// Compresses `raw` under a magic word, a version and a SHA-256 of all that follows.
 std::string seal(uint32_t magic, uint32_t version, std::string_view raw);

@@ -26,6 +26,7 @@ namespace {
 constexpr uint32_t kMagic = 0x74706d4c;  // "Lmpt"
 constexpr const char* kWhat = "partial";
 constexpr int kZstdLevel = 1;
+constexpr size_t kDigestBytes = 64;
 constexpr int kHasCamera = 1, kHasAovs = 2;  // layers that are there
 
 enum class SplatForm : uint8_t { kNone = 0, kSparse = 1, kDense = 2 };
@@ -120,26 +121,50 @@ Layout read_content_head(ByteReader* in, Partial* p) {
   return layout;
 }
 
-std::string make_payload(const Partial& p, const Layout& layout) {
+/// Gaps between the splats' pixels.
+std::string gaps(const Partial& p) {
   ByteWriter w;
-  append_planes(std::span(p.camera), layout.camera_range, &w.bytes());
-  if (layout.splat_form == SplatForm::kSparse) {
-    int64_t last = -1;
-    for (const Partial::SplatSum& splat : p.splats) {
-      w.put_varint(static_cast<uint64_t>(splat.pixel - last - 1));
-      last = splat.pixel;
-    }
-    append_planes(std::span(p.splats), layout.splat_range, &w.bytes());
-  } else if (layout.splat_form == SplatForm::kDense) {
-    std::vector<ExactRgb> frame(static_cast<size_t>(p.grid.crop.area()));
-    for (const Partial::SplatSum& splat : p.splats) {
-      frame[static_cast<size_t>(p.grid.crop_index(splat.pixel))] = splat.sum;
-    }
-    append_planes(std::span(std::as_const(frame)), layout.splat_range, &w.bytes());
+  int64_t last = -1;
+  for (const Partial::SplatSum& splat : p.splats) {
+    w.put_varint(static_cast<uint64_t>(splat.pixel - last - 1));
+    last = splat.pixel;
   }
-  if (layout.has_aovs) w.put_bytes(encode_aovs(p.aovs));
   return std::move(w.bytes());
 }
+
+/// The payload, piece by piece: a layer as a whole would be as large as the partial once more.
+class Payload {
+ public:
+  Payload(const Partial& p, const Layout& layout) : p_(p), layout_(layout) {
+    if (layout.splat_form == SplatForm::kSparse) gaps_ = gaps(p);
+    if (layout.has_aovs) aovs_ = encode_aovs(p.aovs);
+  }
+  size_t size() const {
+    const size_t splats =
+        layout_.splat_form == SplatForm::kDense ? static_cast<size_t>(p_.grid.crop.area()) : p_.splats.size();
+    return plane_bytes(p_.camera.size(), layout_.camera_range) + gaps_.size() +
+           plane_bytes(splats, layout_.splat_range) + aovs_.size();
+  }
+  void for_pieces(const TakeBytes& take) const {
+    for_planes(std::span(p_.camera), layout_.camera_range, take);
+    if (layout_.splat_form == SplatForm::kSparse) {
+      take(gaps_);
+      for_planes(std::span(p_.splats), layout_.splat_range, take);
+    } else if (layout_.splat_form == SplatForm::kDense) {
+      const auto place = [&](const Partial::SplatSum& splat) {
+        return static_cast<size_t>(p_.grid.crop_index(splat.pixel));
+      };
+      for_planes(std::span(p_.splats), layout_.splat_range, static_cast<size_t>(p_.grid.crop.area()), place,
+                 take);
+    }
+    take(aovs_);
+  }
+
+ private:
+  const Partial& p_;
+  const Layout& layout_;
+  std::string gaps_, aovs_;
+};
 
 /// Bounds of the payload's size that the head allows.
 struct SizeBounds {
@@ -225,9 +250,9 @@ Header read_header(std::string_view bytes) {
   h.layout = read_content_head(&in, &h.partial);
   h.partial.cpu_seconds = in.get<double>();
   h.payload_size = in.get<uint64_t>();
-  h.digest = in.get_bytes(64);
+  h.digest = in.get_bytes(kDigestBytes);
   const std::string_view head = bytes.substr(0, bytes.size() - in.rest().size());
-  if (in.get_bytes(64) != sha256_hex(head)) in.fail("wrong digest of its head");
+  if (in.get_bytes(kDigestBytes) != sha256_hex(head)) in.fail("wrong digest of its head");
   h.frame = in.rest();
   check_partial_head(h.partial);
   return h;
@@ -267,7 +292,7 @@ std::string encode_partial(const Partial& partial) {
   check_partial_head(partial);
   check_partial_layers(partial);
   const Layout layout = layout_of(partial);
-  const std::string payload = make_payload(partial, layout);
+  const Payload payload(partial, layout);
   const std::string head = content_head(partial, layout);
   ByteWriter w;
   w.put<uint32_t>(kMagic);
@@ -275,10 +300,21 @@ std::string encode_partial(const Partial& partial) {
   w.put_bytes(head);
   w.put<double>(partial.cpu_seconds);
   w.put<uint64_t>(payload.size());
-  w.put_bytes(content_digest(head, payload));
-  w.put_bytes(sha256_hex(w.bytes()));
-  w.put_bytes(zstd_pack(payload, kZstdLevel));
-  return std::move(w.bytes());
+  std::string& bytes = w.bytes();
+  const size_t digests_at = bytes.size();
+  bytes.append(2 * kDigestBytes, '0');  // known once the payload has gone through
+  Sha256 content;
+  content.update(head);
+  ZstdStream frame(payload.size(), kZstdLevel, &bytes);
+  payload.for_pieces([&](std::string_view piece) {
+    content.update(piece);
+    frame.write(piece);
+  });
+  frame.end();
+  bytes.replace(digests_at, kDigestBytes, content.hex());
+  const std::string_view head_bytes = std::string_view(bytes).substr(0, digests_at + kDigestBytes);
+  bytes.replace(digests_at + kDigestBytes, kDigestBytes, sha256_hex(head_bytes));
+  return std::move(bytes);
 }
 
 Partial decode_partial(std::string_view bytes) { return decode_layers(read_header(bytes)); }
@@ -292,7 +328,10 @@ Partial decode_partial(std::string_view bytes, const FilmGrid& grid, const TileS
 
 std::string partial_digest(const Partial& partial) {
   const Layout layout = layout_of(partial);
-  return content_digest(content_head(partial, layout), make_payload(partial, layout));
+  Sha256 content;
+  content.update(content_head(partial, layout));
+  Payload(partial, layout).for_pieces([&](std::string_view piece) { content.update(piece); });
+  return content.hex();
 }
 
 std::string encoded_digest(std::string_view bytes) { return read_header(bytes).digest; }

@@ -25,22 +25,40 @@ ByteRange used_bytes_of(std::span<const T> sums) {
   return range;
 }
 
-template <typename T>
-void append_planes_of(std::span<const T> sums, ByteRange range, std::string* out) {
-  const size_t n = sums.size();
-  const size_t start = out->size();
-  out->resize(start + plane_bytes(n, range));
-  char* base = out->data() + start;
-  for (size_t first = 0; first < n; first += kStrip) {
-    const size_t last = std::min(n, first + kStrip);
+/// Writes the planes of one channel to `base`, those of pixel i at `place(i)`.
+template <typename T, typename Place>
+void write_channel(std::span<const T> sums, int channel, ByteRange range, size_t pixels, Place place,
+                   char* base) {
+  for (size_t first = 0; first < sums.size(); first += kStrip) {
+    const size_t last = std::min(sums.size(), first + kStrip);
     char* plane = base;
-    for (int c = 0; c < 3; ++c) {
-      for (unsigned b = range.low; b < range.high; ++b, plane += n) {
-        for (size_t i = first; i < last; ++i) {
-          plane[i] = reinterpret_cast<const char*>(&sum_of(sums[i]).c[c])[b];
-        }
+    for (unsigned b = range.low; b < range.high; ++b, plane += pixels) {
+      for (size_t i = first; i < last; ++i) {
+        plane[place(i)] = reinterpret_cast<const char*>(&sum_of(sums[i]).c[channel])[b];
       }
     }
+  }
+}
+
+constexpr auto kInOrder = [](size_t i) { return i; };
+
+template <typename T>
+void append_planes_of(std::span<const T> sums, ByteRange range, std::string* out) {
+  const size_t n = sums.size(), start = out->size();
+  out->resize(start + plane_bytes(n, range));
+  for (int c = 0; c < 3; ++c) {
+    char* base = out->data() + start + static_cast<size_t>(c) * n * range.count();
+    write_channel(sums, c, range, n, kInOrder, base);
+  }
+}
+
+template <typename T, typename Place>
+void for_planes_of(std::span<const T> sums, ByteRange range, size_t pixels, Place place,
+                   const TakeBytes& take) {
+  std::string channel(pixels * range.count(), '\0');
+  for (int c = 0; c < 3; ++c) {
+    write_channel(sums, c, range, pixels, place, channel.data());
+    take(channel);
   }
 }
 
@@ -68,6 +86,20 @@ void append_planes(std::span<const ExactRgb> sums, ByteRange range, std::string*
 }
 void append_planes(std::span<const Partial::SplatSum> sums, ByteRange range, std::string* out) {
   append_planes_of(sums, range, out);
+}
+void for_planes(std::span<const ExactRgb> sums, ByteRange range, const TakeBytes& take) {
+  for_planes_of(sums, range, sums.size(), kInOrder, take);
+}
+void for_planes(std::span<const Partial::SplatSum> sums, ByteRange range, const TakeBytes& take) {
+  for_planes_of(sums, range, sums.size(), kInOrder, take);
+}
+void for_planes(std::span<const Partial::SplatSum> sums, ByteRange range, size_t pixels,
+                const std::function<size_t(const Partial::SplatSum&)>& place, const TakeBytes& take) {
+  std::vector<uint32_t> places;
+  places.reserve(sums.size());
+  for (const Partial::SplatSum& splat : sums) places.push_back(static_cast<uint32_t>(place(splat)));
+  for_planes_of(
+      sums, range, pixels, [&](size_t i) { return size_t{places[i]}; }, take);
 }
 void read_planes(std::string_view planes, ByteRange range, std::span<ExactRgb> sums) {
   read_planes_of(planes, range, sums);

@@ -6,6 +6,7 @@
 // that like bytes lie together.
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -34,6 +35,15 @@ ByteRange used_bytes(std::span<const Partial::SplatSum> sums);
 /// Appends the planes.
 void append_planes(std::span<const ExactRgb> sums, ByteRange range, std::string* out);
 void append_planes(std::span<const Partial::SplatSum> sums, ByteRange range, std::string* out);
+
+/// Hands the same bytes to `take`, a channel after the other, so that no more than a third of them is in
+/// memory.
+using TakeBytes = std::function<void(std::string_view)>;
+void for_planes(std::span<const ExactRgb> sums, ByteRange range, const TakeBytes& take);
+void for_planes(std::span<const Partial::SplatSum> sums, ByteRange range, const TakeBytes& take);
+/// Planes of `pixels` sums: sum i lies at place(i), what no sum lies on is zero.
+void for_planes(std::span<const Partial::SplatSum> sums, ByteRange range, size_t pixels,
+                const std::function<size_t(const Partial::SplatSum&)>& place, const TakeBytes& take);
 
 /// Inverse; `planes` has plane_bytes(sums.size(), range) bytes. Sums must be zero on entry.
 void read_planes(std::string_view planes, ByteRange range, std::span<ExactRgb> sums);

@@ -38,6 +38,21 @@ TEST_F(FarmTest, RendersAJobAndGivesItsImage) {
   }
 }
 
+TEST_F(FarmTest, AStoreNeedNotKeepLayersThatStayInMemory) {
+  auto owned = std::make_unique<MemoryJobStore>(false);
+  MemoryJobStore& store = *owned;
+  FarmOptions options = fake_options();
+  options.checkpoint_bytes = 10e3;
+  Farm alone(std::move(owned), clock, options);
+  const JobRequest request = small_job(100, 70, 40);
+  const JobId job = alone.submit(request);
+  EXPECT_GT(work(alone, alone.register_worker(registration())), 10);
+  EXPECT_EQ(alone.job(job).state, JobState::kDone);
+  EXPECT_TRUE(same_pixels(alone.image(job), fake_image(request.settings)));
+  EXPECT_TRUE(store.kept_partials(job).empty());
+  EXPECT_TRUE(store.snapshot(job).film.empty());
+}
+
 TEST_F(FarmTest, OddSizesAndSampleCounts) {
   const WorkerId worker = farm.register_worker(registration());
   for (const auto& [width, height, spp] : {std::tuple{1, 1, 1}, {1, 2000, 3}, {33, 31, 17}, {64, 64, 50}}) {

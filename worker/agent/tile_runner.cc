@@ -287,10 +287,18 @@ void TileRunner::commit_loop() {
 void TileRunner::commit_one(const LeaseQueue::Finished& finished) {
   const LeaseKey key = key_of(finished.lease->lease);
   if (!finished.error.empty()) return report_failure(key, finished.error);
-  const Partial partial = finished.lease->builder.take();
-  if (!hand_in(key, encode_partial(partial))) return;
+  RenderCounters counters;
+  double cpu_seconds = 0;
+  std::string bytes;
+  {
+    const Partial partial = finished.lease->builder.take();  // its layers need not wait for the answer
+    counters = partial.counters;
+    cpu_seconds = partial.cpu_seconds;
+    bytes = encode_partial(partial);
+  }
+  if (!hand_in(key, bytes)) return;
   ++tiles_committed_;
-  options_.accepted(partial.counters, partial.cpu_seconds);
+  options_.accepted(counters, cpu_seconds);
 }
 
 void TileRunner::report_failure(const LeaseKey& key, const std::string& error) {

@@ -190,6 +190,42 @@ TEST(Packing, VarintsRoundTripAndHaveOneSpelling) {
   EXPECT_THROW(ByteReader("\x80", "test").get_varint(), Error);
 }
 
+TEST(UnitPlanes, PiecesAreTheWhole) {
+  const Partial p = random_partial(kGrid, kTile, 5, true, 3);
+  ASSERT_GT(p.splats.size(), 300u);
+  const ByteRange camera = used_bytes(std::span(p.camera)), splat = used_bytes(std::span(p.splats));
+  std::string whole, pieces;
+  append_planes(std::span(p.camera), camera, &whole);
+  append_planes(std::span(p.splats), splat, &whole);
+  const auto take = [&](std::string_view piece) { pieces += piece; };
+  for_planes(std::span(p.camera), camera, take);
+  for_planes(std::span(p.splats), splat, take);
+  EXPECT_EQ(pieces, whole);
+  const auto area = static_cast<size_t>(kGrid.crop.area());
+  std::vector<ExactRgb> frame(area), read(area);
+  for (const SplatSum& s : p.splats) frame[static_cast<size_t>(kGrid.crop_index(s.pixel))] = s.sum;
+  pieces.clear();
+  for_planes(
+      std::span(p.splats), splat, area,
+      [](const SplatSum& s) { return static_cast<size_t>(kGrid.crop_index(s.pixel)); }, take);
+  read_planes(pieces, splat, std::span(read));
+  EXPECT_EQ(read, frame);
+}
+
+TEST(Sealer, PiecesAreSealedLikeTheWhole) {
+  std::mt19937_64 rng(4);
+  std::string raw(300000, '\0');
+  for (char& c : raw) c = static_cast<char>(rng() % 17);
+  Sealer sealer(1, 2, raw.size());
+  for (size_t at = 0; at < raw.size(); at += 7001) sealer.write(std::string_view(raw).substr(at, 7001));
+  EXPECT_EQ(unseal(1, 2, sealer.finish(), "test"), raw);
+  EXPECT_EQ(unseal(1, 2, seal(1, 2, raw), "test"), raw);
+  EXPECT_EQ(unseal(1, 2, seal(1, 2, ""), "test"), "");
+  Sealer wrong(1, 2, raw.size());
+  wrong.write("short");
+  EXPECT_THROW(wrong.finish(), std::logic_error);
+}
+
 TEST(UnitPlanes, UsedBytesAreTheSmallestRange) {
   std::vector<ExactRgb> sums(3);
   EXPECT_EQ(used_bytes(std::span<const ExactRgb>(sums)), (ByteRange{0, 0}));

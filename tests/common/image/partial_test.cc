@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cmath>
 #include <limits>
 #include <thread>
 
@@ -94,6 +96,30 @@ TEST(PartialBuilder, SplatsMatchAPlainSumAndIgnoreOtherPixels) {
     found[splat.pixel] = splat.sum;
   }
   EXPECT_EQ(found, expected);
+}
+
+TEST(PartialBuilder, SplatsKeepSixteenBitsWithoutBias) {
+  const FilmGrid grid = testing::full_grid(64, 64);
+  PartialBuilder builder(grid, {grid.cells(), 0, 1}, kQuantum, false, true);
+  std::mt19937_64 rng(12);
+  std::lognormal_distribution<float> value(0, 2);
+  std::vector<Splat> splats;
+  for (uint32_t pixel = 0; pixel < 64 * 64; ++pixel)
+    splats.push_back({pixel, value(rng), 1.0f / 3, 16777215});
+  builder.add_splats(splats);
+  const Partial p = builder.take();
+  ASSERT_EQ(p.splats.size(), splats.size());
+  double bias = 0;
+  for (size_t i = 0; i < splats.size(); ++i) {
+    const double exact = splats[i].r;
+    const double error = from_units(p.splats[i].sum.c[0], kQuantum) / exact - 1;
+    EXPECT_LE(std::fabs(error), 0x1p-16) << exact;
+    bias += error / static_cast<double>(splats.size());
+    EXPECT_EQ(p.splats[i].sum.c[1] >> std::countr_zero(static_cast<uint64_t>(p.splats[i].sum.c[1])), 0xaaabu);
+    EXPECT_EQ(from_units(p.splats[i].sum.c[2], kQuantum), 0x1p24) << "a carry reaches the exponent";
+  }
+  // Uniform errors of up to 2^-17 or twice that, by where a value lies in its binade: this is 6 deviations.
+  EXPECT_LT(std::fabs(bias), 6 * 0x1p-16 / std::sqrt(3.0 * 64 * 64));
 }
 
 TEST(PartialBuilder, CountsSplatsThatCanNotBeRepresented) {
