@@ -1,6 +1,6 @@
 """One answer: the farm, whoever rendered what and whatever died on the way, gives the pixels of `lightmill render`.
 
-    process_test.py --bin build/release/bin [workers] [restart] [pilot] [strangers]
+    process_test.py --bin build/release/bin [workers] [restart] [pilot] [strangers] [wire]
 """
 import argparse
 import pathlib
@@ -147,8 +147,33 @@ def test_strangers(bin_dir, kill_at):
         assert {t["worker"] for t in farm.json("tiles", second)} == {other_id}
 
 
+def test_wire(bin_dir, _):
+    """Splats over a window that is large enough to be spared: few bytes, and the same pixels after a kill."""
+    with Farm(bin_dir) as farm:
+        farm.start_coordinator()
+        victim = farm.start_worker(1)
+        farm.start_worker(1)
+        wait_until("two workers", lambda: len(farm.json("workers")) >= 2)
+        wide = [SCENE, "--integrator", "bdpt", "--resolution", "512x512", "--seed", "3", "--spp", "16"]
+        job = farm.submit(*wide)
+        assert_same_pixels(farm.render("wide.exr", *wide), farm.finish_and_fetch(job, "two.exr"))
+        status = farm.json("job", job)
+        assert status["commit_bytes"] <= 20e6, f"{status['commit_bytes']} bytes in {status['tiles_committed']} tiles"
+
+        small = [SCENE, "--integrator", "bdpt", "--resolution", "192x128", "--seed", "3"]
+        reference = farm.render("small.exr", *small, "--spp", "96")
+        job = farm.submit(*small, "--spp", "48")
+        wait_until("a first round", lambda: farm.json("job", job)["packets_done"] >= 24)
+        victim.kill()  # in the middle of a tile, or just after one
+        farm.start_worker(2)
+        wait_until("the end", lambda: farm.json("job", job)["state"] == "done")
+        farm.lightmill("extend", job, "--spp", 96)
+        assert_same_pixels(reference, farm.finish_and_fetch(job, "extended.exr"))
+
+
 def main():
-    tests = {"workers": test_workers, "restart": test_restart, "pilot": test_pilot, "strangers": test_strangers}
+    tests = {"workers": test_workers, "restart": test_restart, "pilot": test_pilot, "strangers": test_strangers,
+             "wire": test_wire}
     parser = argparse.ArgumentParser()
     parser.add_argument("--bin", required=True, help="folder of the programs")
     parser.add_argument("--kill-at", type=int, default=60, help="packets merged before something is killed")
