@@ -161,6 +161,9 @@ class Farm {
   /// Next tile for this worker, if any. Blocks up to `wait_s` for work. Throws Error(kUnreachable) for a
   /// worker that is not registered (after a restart): it registers again.
   std::optional<LeaseGrant> lease(const WorkerId& worker, double wait_s = 0);
+  /// The same without waiting, for a thread that others need: what takes long, as the end of a job, is left to
+  /// lease() and tick().
+  std::optional<LeaseGrant> lease_at_once(const WorkerId& worker);
   /// Keeps the worker's leases alive; returns those (job, tile, attempt) that it has lost.
   std::vector<LeaseKey> renew(const WorkerId& worker, const std::vector<LeaseKey>& held);
   /// Takes an encoded partial, under a pilot's lease an encoded PilotResult, whose plan is then the job's.

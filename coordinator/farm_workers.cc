@@ -137,6 +137,17 @@ std::optional<LeaseGrant> Farm::lease(const WorkerId& worker_id, double wait_s) 
   }
 }
 
+std::optional<LeaseGrant> Farm::lease_at_once(const WorkerId& worker_id) {
+  const std::lock_guard lock(impl_->mutex);
+  Worker* worker = impl_->scheduler.workers.find(worker_id);
+  if (!worker) throw UnknownWorker(worker_id);
+  const double now = impl_->clock.now();
+  worker->last_seen = now;
+  impl_->release_expired(now);
+  if (impl_->stopping || worker->draining || impl_->health.fault()) return std::nullopt;
+  return impl_->try_lease(worker_id, now);
+}
+
 std::vector<LeaseKey> Farm::renew(const WorkerId& worker, const std::vector<LeaseKey>& held) {
   const std::lock_guard lock(impl_->mutex);
   if (!impl_->scheduler.workers.find(worker)) throw UnknownWorker(worker);

@@ -1,4 +1,5 @@
 // lightmill-coordinator: wires flags, the data folder, the farm and its servers together.
+#include <malloc.h>
 #include <pthread.h>
 #include <signal.h>
 #include <spdlog/spdlog.h>
@@ -39,6 +40,17 @@ struct Options {
 };
 
 constexpr long kTickNanoseconds = 250'000'000;
+constexpr int kArenas = 4;
+constexpr int kTrimBytes = 32 << 20, kMappedBytes = 4 << 20;
+
+/// The allocator keeps what partials come and go in: given back to the system after each, it cost a twelfth
+/// of the processor time in page faults. Few arenas, so that what is kept is bounded by their number and not
+/// the threads'.
+void keep_freed_memory() {
+  mallopt(M_ARENA_MAX, kArenas);
+  mallopt(M_TRIM_THRESHOLD, kTrimBytes);
+  mallopt(M_MMAP_THRESHOLD, kMappedBytes);
+}
 
 void add_options(CLI::App& app, Options& o) {
   app.set_version_flag("--version", build_id());
@@ -176,6 +188,7 @@ int check_data(const std::string& folder) {
 
 int run(Options options) {
   if (options.check) return check_data(options.data);
+  keep_freed_memory();
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);

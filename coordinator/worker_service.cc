@@ -19,6 +19,9 @@ constexpr int kMaxAskedBlobs = 10000;
 constexpr uint64_t kMaxIncomingBytes = uint64_t{4} << 30;
 /// As many calls may wait for work, each with a thread; others are answered at once and come again.
 constexpr int kMaxWaiting = 200;
+/// As many partials are decoded, merged and synced at once; those that wait share the sync of those before
+/// them.
+constexpr size_t kMaxCommitting = 32;
 /// A long poll looks this often whether its caller is still there.
 constexpr double kPollSliceSeconds = 0.5;
 
@@ -73,32 +76,64 @@ grpc::Status WorkerService::Register(grpc::ServerContext*, const v1::RegisterReq
   });
 }
 
-grpc::Status WorkerService::Lease(grpc::ServerContext* context, const v1::LeaseRequest* request,
-                                  v1::LeaseResponse* response) {
-  return guarded([&]() -> grpc::Status {
-    const double wait = request->wait_seconds();
-    if (!(wait >= 0 && wait <= kMaxPollSeconds))
+WorkerService::WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log,
+                             double lease_seconds)
+    : farm_(farm),
+      blobs_(blobs),
+      metrics_(metrics),
+      tile_log_(tile_log),
+      lease_seconds_(lease_seconds),
+      waiting_pool_(kMaxWaiting + kMaxCommitting),
+      commit_pool_(kMaxCommitting) {}
+
+void WorkerService::grant(const v1::LeaseRequest& request, const LeaseGrant& granted, double waited,
+                          v1::LeaseResponse* response) {
+  metrics_.lease_granted(waited);
+  const LogScope scope(about(request.worker_id(), {granted.job, granted.tile_id, granted.attempt}));
+  tile_log_.add("leased");
+  *response->mutable_grant() = to_proto(granted);
+}
+
+grpc::ServerUnaryReactor* WorkerService::Lease(grpc::CallbackServerContext* context,
+                                               const v1::LeaseRequest* request, v1::LeaseResponse* response) {
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  bool wait = false;
+  const grpc::Status status = guarded([&]() -> grpc::Status {
+    const double seconds = request->wait_seconds();
+    if (!(seconds >= 0 && seconds <= kMaxPollSeconds))
       throw Error(ErrorKind::kUsage, "wait_seconds must be 0 to 20");
-    const Slot may_wait(waiting_, kMaxWaiting);
     const auto begin = std::chrono::steady_clock::now();
-    const auto end = begin + std::chrono::duration<double>(may_wait.granted() ? wait : 0.0);
-    for (;;) {
-      const double left = std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
-      // In slices, so that a caller that hung up gets no lease.
-      const auto grant =
-          farm_.lease(WorkerId{request->worker_id()}, std::clamp(left, 0.0, kPollSliceSeconds));
-      if (grant) {
-        metrics_.lease_granted(seconds_since(begin));
-        const LogScope scope(about(request->worker_id(), {grant->job, grant->tile_id, grant->attempt}));
-        tile_log_.add("leased");
-        *response->mutable_grant() = to_proto(*grant);
-        return grpc::Status::OK;
-      }
-      if (stopping_) return {grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"};
-      if (context->IsCancelled()) return grpc::Status::CANCELLED;
-      if (std::chrono::steady_clock::now() >= end) return grpc::Status::OK;
-    }
+    const auto granted = farm_.lease_at_once(WorkerId{request->worker_id()});
+    if (granted) grant(*request, *granted, seconds_since(begin), response);
+    wait = !granted;
+    return grpc::Status::OK;
   });
+  if (wait) {
+    waiting_pool_.run(
+        [=, this] { reactor->Finish(guarded([&] { return wait_for_lease(context, *request, response); })); });
+  } else {
+    reactor->Finish(status);
+  }
+  return reactor;
+}
+
+grpc::Status WorkerService::wait_for_lease(grpc::CallbackServerContext* context,
+                                           const v1::LeaseRequest& request, v1::LeaseResponse* response) {
+  const Slot may_wait(waiting_, kMaxWaiting);
+  const auto begin = std::chrono::steady_clock::now();
+  const auto end = begin + std::chrono::duration<double>(may_wait.granted() ? request.wait_seconds() : 0.0);
+  for (;;) {
+    const double left = std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
+    // In slices, so that a caller that hung up gets no lease.
+    const auto granted = farm_.lease(WorkerId{request.worker_id()}, std::clamp(left, 0.0, kPollSliceSeconds));
+    if (granted) {
+      grant(request, *granted, seconds_since(begin), response);
+      return grpc::Status::OK;
+    }
+    if (stopping_) return {grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"};
+    if (context->IsCancelled()) return grpc::Status::CANCELLED;
+    if (std::chrono::steady_clock::now() >= end) return grpc::Status::OK;
+  }
 }
 
 grpc::Status WorkerService::Renew(grpc::ServerContext*, const v1::RenewRequest* request,
@@ -114,57 +149,102 @@ grpc::Status WorkerService::Renew(grpc::ServerContext*, const v1::RenewRequest* 
   });
 }
 
-grpc::Status WorkerService::Commit(grpc::ServerContext*, grpc::ServerReader<v1::CommitRequest>* reader,
-                                   v1::CommitResponse* response) {
-  return guarded([&]() -> grpc::Status {
-    v1::CommitRequest message;
-    if (!reader->Read(&message) || !message.has_header()) {
-      throw Error(ErrorKind::kUsage, "a commit begins with a header");
+/// Receives header and chunks, then has them committed. Deletes itself.
+class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::CommitRequest> {
+ public:
+  CommitCall(WorkerService& service, v1::CommitResponse* response)
+      : service_(service), response_(response), reservation_(service.incoming_bytes_) {
+    StartRead(&message_);
+  }
+
+  void OnReadDone(bool ok) override {
+    bool whole = false;
+    const grpc::Status status = guarded([&]() -> grpc::Status {
+      if (!begun_) return begin(ok);
+      if (ok) return add_chunk();
+      whole = true;
+      return grpc::Status::OK;
+    });
+    if (!status.ok() || answered_) {
+      Finish(status);
+    } else if (whole) {
+      service_.commit_pool_.run(
+          [this] { Finish(guarded([this] { return service_.commit(header_, bytes_, response_); })); });
+    } else {
+      StartRead(&message_);
     }
-    const v1::CommitRequest::Header header = message.header();
-    const LeaseKey key = from_proto(header.key());
-    const uint64_t limit = farm_.max_partial_bytes(key);
+  }
+  void OnDone() override { delete this; }
+
+ private:
+  grpc::Status begin(bool ok) {
+    if (!ok || !message_.has_header()) throw Error(ErrorKind::kUsage, "a commit begins with a header");
+    begun_ = true;
+    header_ = message_.header();
+    const uint64_t limit = service_.farm_.max_partial_bytes(from_proto(header_.key()));
     if (limit == 0) {
-      response->set_outcome(v1::COMMIT_OUTCOME_UNKNOWN_JOB);
-      response->set_message(outcome_text(CommitResult::kUnknownJob));
+      response_->set_outcome(v1::COMMIT_OUTCOME_UNKNOWN_JOB);
+      response_->set_message(outcome_text(CommitResult::kUnknownJob));
+      answered_ = true;
       return grpc::Status::OK;
     }
-    if (header.size() > limit) {
+    if (header_.size() > limit) {
       return {grpc::StatusCode::RESOURCE_EXHAUSTED, "the partial is larger than any of its tile can be"};
     }
-    Reservation reservation(incoming_bytes_);
-    if (!reservation.take(header.size())) {
+    if (!reservation_.take(header_.size())) {
       return {grpc::StatusCode::RESOURCE_EXHAUSTED,
               "too many partials are being received at once; try again"};
     }
-    std::string bytes;  // grows as chunks arrive: an announced size alone allocates nothing
-    while (reader->Read(&message)) {
-      if (message.has_header()) throw Error(ErrorKind::kUsage, "a second header in a commit");
-      if (bytes.size() + message.chunk().size() > header.size()) {
-        throw Error(ErrorKind::kUsage, "the partial is longer than announced");
-      }
-      bytes += message.chunk();
+    return grpc::Status::OK;
+  }
+  grpc::Status add_chunk() {
+    if (message_.has_header()) throw Error(ErrorKind::kUsage, "a second header in a commit");
+    if (bytes_.size() + message_.chunk().size() > header_.size()) {
+      throw Error(ErrorKind::kUsage, "the partial is longer than announced");
     }
-    if (bytes.size() != header.size())
-      throw Error(ErrorKind::kUsage, "the partial is shorter than announced");
-    if (sha256_hex(bytes) != header.digest()) {
-      throw Error(ErrorKind::kUsage, "the partial was damaged on its way: its digest differs");
-    }
-    const LogScope scope(about(header.worker_id(), key));
-    std::string reason;
-    const auto arrived = std::chrono::steady_clock::now();
-    const CommitResult result = farm_.commit(WorkerId{header.worker_id()}, key, bytes, &reason);
-    if (result == CommitResult::kAccepted) metrics_.committed(seconds_since(arrived));
-    response->set_outcome(to_proto(result));
-    response->set_message(reason.empty() ? outcome_text(result) : one_line(reason));
-    if (result == CommitResult::kAccepted) {
-      tile_log_.add("committed: " + std::to_string(bytes.size()) + " bytes");
-    } else if (result != CommitResult::kCorrupt) {  // of that the farm's own log speaks
-      tile_log_.add(result == CommitResult::kAlreadyCommitted ? "committed once more"
-                                                              : "not committed: " + response->message());
+    if (bytes_.empty()) {
+      bytes_ = std::move(*message_.mutable_chunk());
+    } else {
+      bytes_ += message_.chunk();
     }
     return grpc::Status::OK;
-  });
+  }
+
+  WorkerService& service_;
+  v1::CommitResponse* const response_;
+  Reservation reservation_;
+  v1::CommitRequest message_;
+  v1::CommitRequest::Header header_;
+  std::string bytes_;  // grows as chunks arrive: an announced size alone allocates nothing
+  bool begun_ = false, answered_ = false;
+};
+
+grpc::ServerReadReactor<v1::CommitRequest>* WorkerService::Commit(grpc::CallbackServerContext*,
+                                                                  v1::CommitResponse* response) {
+  return new CommitCall(*this, response);
+}
+
+grpc::Status WorkerService::commit(const v1::CommitRequest::Header& header, const std::string& bytes,
+                                   v1::CommitResponse* response) {
+  if (bytes.size() != header.size()) throw Error(ErrorKind::kUsage, "the partial is shorter than announced");
+  if (sha256_hex(bytes) != header.digest()) {
+    throw Error(ErrorKind::kUsage, "the partial was damaged on its way: its digest differs");
+  }
+  const LeaseKey key = from_proto(header.key());
+  const LogScope scope(about(header.worker_id(), key));
+  std::string reason;
+  const auto arrived = std::chrono::steady_clock::now();
+  const CommitResult result = farm_.commit(WorkerId{header.worker_id()}, key, bytes, &reason);
+  if (result == CommitResult::kAccepted) metrics_.committed(seconds_since(arrived));
+  response->set_outcome(to_proto(result));
+  response->set_message(reason.empty() ? outcome_text(result) : one_line(reason));
+  if (result == CommitResult::kAccepted) {
+    tile_log_.add("committed: " + std::to_string(bytes.size()) + " bytes");
+  } else if (result != CommitResult::kCorrupt) {  // of that the farm's own log speaks
+    tile_log_.add(result == CommitResult::kAlreadyCommitted ? "committed once more"
+                                                            : "not committed: " + response->message());
+  }
+  return grpc::Status::OK;
 }
 
 grpc::Status WorkerService::Fail(grpc::ServerContext*, const v1::FailRequest* request, v1::FailResponse*) {

@@ -1,28 +1,34 @@
 #pragma once
 // v1.WorkerService over a Farm and a BlobStore: translates, bounds, streams; decides nothing.
+//
+// Lease and Commit, which come thousands of times a second, are callbacks: gRPC's few threads receive and
+// send, and what may block (a worker that waits for work, a partial that is merged and synced) goes to
+// threads of our own. All other calls have a thread each while they last.
 #include <atomic>
 
 #include "coordinator/blob_store.h"
 #include "coordinator/farm.h"
 #include "coordinator/metrics.h"
+#include "coordinator/task_pool.h"
 #include "coordinator/tile_log.h"
 #include "lightmill/v1/worker.grpc.pb.h"
 
 namespace lightmill {
 
-class WorkerService final : public v1::WorkerService::Service {
+class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
+                                v1::WorkerService::WithCallbackMethod_Commit<v1::WorkerService::Service>> {
  public:
   /// All must outlive the service.
-  WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log, double lease_seconds)
-      : farm_(farm), blobs_(blobs), metrics_(metrics), tile_log_(tile_log), lease_seconds_(lease_seconds) {}
+  WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log, double lease_seconds);
   /// Ends long polls soon with UNAVAILABLE.
   void stop() { stopping_ = true; }
 
   grpc::Status Register(grpc::ServerContext*, const v1::RegisterRequest*, v1::RegisterResponse*) override;
-  grpc::Status Lease(grpc::ServerContext*, const v1::LeaseRequest*, v1::LeaseResponse*) override;
+  grpc::ServerUnaryReactor* Lease(grpc::CallbackServerContext*, const v1::LeaseRequest*,
+                                  v1::LeaseResponse*) override;
   grpc::Status Renew(grpc::ServerContext*, const v1::RenewRequest*, v1::RenewResponse*) override;
-  grpc::Status Commit(grpc::ServerContext*, grpc::ServerReader<v1::CommitRequest>*,
-                      v1::CommitResponse*) override;
+  grpc::ServerReadReactor<v1::CommitRequest>* Commit(grpc::CallbackServerContext*,
+                                                     v1::CommitResponse*) override;
   grpc::Status Fail(grpc::ServerContext*, const v1::FailRequest*, v1::FailResponse*) override;
   grpc::Status Drain(grpc::ServerContext*, const v1::DrainRequest*, v1::DrainResponse*) override;
   grpc::Status GetBundle(grpc::ServerContext*, const v1::GetBundleRequest*, v1::GetBundleResponse*) override;
@@ -30,6 +36,16 @@ class WorkerService final : public v1::WorkerService::Service {
                           grpc::ServerWriter<v1::FetchBlobsResponse>*) override;
 
  private:
+  class CommitCall;
+  /// Long poll.
+  grpc::Status wait_for_lease(grpc::CallbackServerContext* context, const v1::LeaseRequest& request,
+                              v1::LeaseResponse* response);
+  /// Once all of the partial is there.
+  grpc::Status commit(const v1::CommitRequest::Header& header, const std::string& bytes,
+                      v1::CommitResponse* response);
+  void grant(const v1::LeaseRequest& request, const LeaseGrant& grant, double waited,
+             v1::LeaseResponse* response);
+
   Farm& farm_;
   BlobStore& blobs_;
   Metrics& metrics_;
@@ -38,6 +54,7 @@ class WorkerService final : public v1::WorkerService::Service {
   std::atomic<bool> stopping_{false};
   std::atomic<int> waiting_ = 0;
   std::atomic<uint64_t> incoming_bytes_{0};  // of partials that are being received
+  TaskPool waiting_pool_, commit_pool_;      // ended first: their tasks use what is above
 };
 
 }  // namespace lightmill

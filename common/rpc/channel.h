@@ -30,6 +30,10 @@ struct ChannelOptions {
   SecurityFiles security{};  // resolved; without TLS: plain text
 };
 
+/// Sets gRPC up for this process: quiet, and without what its debug checks cost. Channels and servers made
+/// here have called it.
+void prepare_grpc();
+
 /// Host and port of "HOST:PORT". Throws Error(kUsage) on anything else; the port is 0..65535.
 struct HostPort {
   std::string host;

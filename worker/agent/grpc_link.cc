@@ -10,6 +10,7 @@
 #include "common/digest.h"
 #include "common/error.h"
 #include "common/rpc/channel.h"
+#include "common/rpc/commit_stream.h"
 #include "common/rpc/convert.h"
 #include "common/rpc/pilot_result.h"
 #include "common/rpc/status.h"
@@ -156,20 +157,8 @@ std::vector<LeaseKey> GrpcLink::renew(const std::vector<LeaseKey>& held) {
 CommitAnswer GrpcLink::commit(const LeaseKey& key, const std::string& partial_bytes) {
   Call call(*impl_, kTransferSeconds);
   v1::CommitResponse response;
-  const auto writer = impl_->stub->Commit(call.context(), &response);
-  v1::CommitRequest message;
-  v1::CommitRequest::Header& header = *message.mutable_header();
-  header.set_worker_id(impl_->worker());
-  *header.mutable_key() = to_proto(key);
-  header.set_size(partial_bytes.size());
-  header.set_digest(sha256_hex(partial_bytes));
-  bool open = writer->Write(message);
-  for (size_t begin = 0; open && begin < partial_bytes.size(); begin += kChunkBytes) {
-    message.set_chunk(partial_bytes.substr(begin, kChunkBytes));
-    open = writer->Write(message);
-  }
-  writer->WritesDone();
-  const grpc::Status status = writer->Finish();
+  const grpc::Status status =
+      commit_partial(*impl_->stub, *call.context(), impl_->worker(), key, partial_bytes, &response);
   if (status.error_code() == grpc::StatusCode::INVALID_ARGUMENT)
     throw Damaged(one_line(status.error_message()));
   impl_->check(status, true);

@@ -1,19 +1,25 @@
 // Many workers that render nothing: real gRPC clients, a connection each, with canned partials. See ./run.
-//   farm_load COORDINATOR WORKERS JOBS SECONDS
+//   farm_load COORDINATOR WORKERS JOBS SECONDS PID
+// PID is the coordinator's: its processor time is read from /proc around the load, without what connecting
+// costs.
 #include <grpcpp/create_channel.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <mutex>
+#include <sstream>
 #include <thread>
 
 #include "common/build_id/build_id.h"
 #include "common/digest.h"
 #include "common/image/partial.h"
 #include "common/rpc/channel.h"
+#include "common/rpc/commit_stream.h"
 #include "common/rpc/convert.h"
 #include "lightmill/v1/client.grpc.pb.h"
 #include "lightmill/v1/worker.grpc.pb.h"
@@ -90,21 +96,12 @@ class LoadWorker {
     }
     const LeaseGrant grant = from_proto(response.grant());
     const std::string bytes = canned_partial(grant);
-    v1::CommitRequest message;
-    message.mutable_header()->set_worker_id(id_);
-    *message.mutable_header()->mutable_key() = response.grant().key();
-    message.mutable_header()->set_size(bytes.size());
-    message.mutable_header()->set_digest(sha256_hex(bytes));
     v1::CommitResponse answer;
     grpc::ClientContext committing;
     set_deadline(committing, 60);
     const auto handing_in = Clock::now();
-    const auto writer = stub_->Commit(&committing, &answer);
-    writer->Write(message);
-    message.set_chunk(bytes);
-    writer->Write(message);
-    writer->WritesDone();
-    require(writer->Finish(), "commit");
+    const LeaseKey key{grant.job, grant.tile_id, grant.attempt};
+    require(commit_partial(*stub_, committing, id_, key, bytes, &answer), "commit");
     const double committed = seconds_since(handing_in);
     if (answer.outcome() == v1::COMMIT_OUTCOME_ACCEPTED) {
       ++totals.cycles;
@@ -154,17 +151,39 @@ void submit(const std::string& address, int jobs) {
   }
 }
 
+/// User and system time of a process so far, seconds.
+struct ProcessorTime {
+  double user = 0, system = 0;
+};
+
+ProcessorTime processor_time(const std::string& pid) {
+  std::ifstream file("/proc/" + pid + "/stat");
+  std::string text;
+  std::getline(file, text);
+  std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+  std::string skipped;
+  for (int field = 3; field < 14; ++field) fields >> skipped;  // proc(5): utime is the 14th
+  ProcessorTime time;
+  if (!(fields >> time.user >> time.system)) {
+    std::fprintf(stderr, "farm_load: no processor time of process %s in /proc\n", pid.c_str());
+    std::exit(1);
+  }
+  const auto ticks = static_cast<double>(sysconf(_SC_CLK_TCK));
+  return {time.user / ticks, time.system / ticks};
+}
+
 double percentile(std::vector<double>& values, double p) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
   return values[static_cast<size_t>(p * static_cast<double>(values.size() - 1))];
 }
 
-void run(const std::string& address, int workers, int jobs, double seconds) {
+void run(const std::string& address, int workers, int jobs, double seconds, const std::string& pid) {
   submit(address, jobs);
   std::vector<std::unique_ptr<LoadWorker>> all;
   for (int i = 0; i < workers; ++i) all.push_back(std::make_unique<LoadWorker>(address));
   Totals totals;
+  const ProcessorTime before = processor_time(pid), own_before = processor_time("self");
   const auto start = Clock::now();
   std::vector<std::thread> threads;
   for (int t = 0; t < kThreads; ++t) {
@@ -176,6 +195,10 @@ void run(const std::string& address, int workers, int jobs, double seconds) {
   }
   for (std::thread& thread : threads) thread.join();
   const double took = seconds_since(start);
+  const ProcessorTime after = processor_time(pid), own_after = processor_time("self");
+  const auto per_cycle = [&](double seconds_spent) {
+    return 1e6 * seconds_spent / std::max(1.0, static_cast<double>(totals.cycles));
+  };
   std::printf(
       "%d workers connected, %d jobs: %.0f lease+commit cycles/s over %.1f s, %lld without work, %lld "
       "refused\n",
@@ -185,16 +208,21 @@ void run(const std::string& address, int workers, int jobs, double seconds) {
               percentile(totals.lease_seconds, 0.5) * 1e3, percentile(totals.lease_seconds, 0.99) * 1e3,
               percentile(totals.commit_seconds, 0.5) * 1e3, percentile(totals.commit_seconds, 0.99) * 1e3,
               static_cast<double>(totals.raw_bytes) / took / 1e6);
+  std::printf("processor time a cycle: coordinator %.0f us (user %.0f, system %.0f), clients %.0f us\n",
+              per_cycle(after.user + after.system - before.user - before.system),
+              per_cycle(after.user - before.user), per_cycle(after.system - before.system),
+              per_cycle(own_after.user + own_after.system - own_before.user - own_before.system));
 }
 
 }  // namespace
 }  // namespace lightmill
 
 int main(int argc, char** argv) {
-  if (argc != 5) {
-    std::fprintf(stderr, "usage: farm_load COORDINATOR WORKERS JOBS SECONDS\n");
+  if (argc != 6) {
+    std::fprintf(stderr, "usage: farm_load COORDINATOR WORKERS JOBS SECONDS PID\n");
     return 2;
   }
-  lightmill::run(argv[1], std::atoi(argv[2]), std::atoi(argv[3]), std::atof(argv[4]));
+  lightmill::prepare_grpc();
+  lightmill::run(argv[1], std::atoi(argv[2]), std::atoi(argv[3]), std::atof(argv[4]), argv[5]);
   return 0;
 }
