@@ -58,6 +58,9 @@ class BlobBytes {
   size_t position_ = 0;
 };
 
+constexpr int kJobsPerPage = 500;
+constexpr size_t kMostJobs = 1000000;  // ten times what a coordinator takes
+
 struct PendingBlob {
   std::string digest;
   uint64_t size = 0;
@@ -232,9 +235,18 @@ std::optional<PilotReport> FarmClient::pilot(const JobId& id) {
 
 std::vector<JobStatus> FarmClient::jobs() {
   std::vector<JobStatus> list;
-  const auto response = impl_->call(&v1::ClientService::Stub::ListJobs, v1::ListJobsRequest());
-  for (const v1::JobStatus& job : response.jobs()) list.push_back(from_proto(job));
-  return list;
+  v1::ListJobsRequest request;
+  request.set_page_size(kJobsPerPage);
+  for (;;) {
+    const auto response = impl_->call(&v1::ClientService::Stub::ListJobs, request);
+    for (const v1::JobStatus& job : response.jobs()) list.push_back(from_proto(job));
+    // A coordinator that repeats itself, or goes on for ever, does not hold us.
+    if (response.next_page_token().empty() || response.jobs().empty() ||
+        response.next_page_token() == request.page_token() || list.size() >= kMostJobs) {
+      return list;
+    }
+    request.set_page_token(response.next_page_token());
+  }
 }
 
 std::vector<WorkerStatus> FarmClient::workers() {

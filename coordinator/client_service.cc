@@ -1,5 +1,7 @@
 #include "coordinator/client_service.h"
 
+#include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cstring>
 #include <fstream>
@@ -18,9 +20,26 @@ constexpr int kMaxFetches = 8;  // an image is resolved in memory for each
 constexpr int kMaxAskedBlobs = 100000;
 constexpr int kTilesPerMessage = 1000;
 constexpr int kLinesPerMessage = 1000;
+constexpr size_t kMaxListedJobs = 1000;     // of a page
+constexpr size_t kJobsPerLock = 100;        // others get at the farm in between
+constexpr size_t kPageBytes = 8u << 20;     // a page that is longer ends early: half of the largest message
+constexpr const char* kPageToken = "job-";  // and how many jobs came before
 constexpr size_t kMaxUploadChunk = size_t{4} << 20;
 constexpr double kWatchBeatSeconds = 1;
 constexpr std::chrono::milliseconds kWatchSpacing(200);
+
+/// How many jobs the pages before had. Throws Error(kUsage) for a token that no answer gave.
+size_t listed_before(const std::string& token) {
+  if (token.empty()) return 0;
+  const std::string_view prefix = kPageToken;
+  uint32_t count = 0;
+  const char* const end = token.data() + token.size();
+  if (token.starts_with(prefix)) {
+    const auto [stop, error] = std::from_chars(token.data() + prefix.size(), end, count);
+    if (error == std::errc() && stop == end && count > 0) return count;
+  }
+  throw Error(ErrorKind::kUsage, "page_token is none that an answer to ListJobs gave; begin without one");
+}
 
 }  // namespace
 
@@ -87,10 +106,29 @@ grpc::Status ClientService::GetJob(grpc::ServerContext*, const v1::GetJobRequest
   });
 }
 
-grpc::Status ClientService::ListJobs(grpc::ServerContext*, const v1::ListJobsRequest*,
+grpc::Status ClientService::ListJobs(grpc::ServerContext*, const v1::ListJobsRequest* request,
                                      v1::ListJobsResponse* response) {
   return guarded([&] {
-    for (const JobStatus& job : farm_.jobs()) *response->add_jobs() = to_proto(job);
+    if (request->page_size() < 0) throw Error(ErrorKind::kUsage, "page_size must not be negative");
+    const bool paged = request->page_size() > 0 || !request->page_token().empty();
+    const auto asked = static_cast<size_t>(request->page_size());
+    const size_t most = asked > 0 ? std::min(asked, kMaxListedJobs) : kMaxListedJobs;
+    const size_t total = farm_.job_count();
+    size_t next = paged ? listed_before(request->page_token()) : total - std::min(total, kMaxListedJobs);
+    const size_t end = std::min(total, next) + most;
+    size_t bytes = 0;
+    while (next < end && bytes < kPageBytes) {
+      const std::vector<JobStatus> part = farm_.jobs(next, std::min(end - next, kJobsPerLock));
+      if (part.empty()) break;
+      for (const JobStatus& job : part) {
+        v1::JobStatus& row = *response->add_jobs();
+        row = to_proto(job);
+        bytes += row.ByteSizeLong();
+      }
+      next += part.size();
+    }
+    if (paged && next < total) response->set_next_page_token(kPageToken + std::to_string(next));
+    response->set_total_size(static_cast<int32_t>(total));
     return grpc::Status::OK;
   });
 }

@@ -102,15 +102,25 @@ JobId Farm::submit(const JobRequest& request) {
   return impl_->scheduler.order().back();
 }
 
-std::vector<JobStatus> Farm::jobs() const {
+std::vector<JobStatus> Farm::jobs(size_t begin, size_t count) const {
   const std::lock_guard lock(impl_->mutex);
   const double now = impl_->clock.now();
   const std::vector<JobId>& order = impl_->scheduler.order();
   std::vector<JobStatus> result;
-  for (size_t i = order.size() - std::min(order.size(), Impl::kMaxListedJobs); i < order.size(); ++i) {
-    result.push_back(impl_->status(impl_->job(order[i]), now));
-  }
+  begin = std::min(begin, order.size());
+  const size_t end = begin + std::min(count, order.size() - begin);
+  for (size_t i = begin; i < end; ++i) result.push_back(impl_->status(impl_->job(order[i]), now));
   return result;
+}
+
+std::vector<JobStatus> Farm::jobs() const {
+  const size_t count = job_count();
+  return jobs(count - std::min(count, Impl::kMaxListedJobs), Impl::kMaxListedJobs);
+}
+
+size_t Farm::job_count() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->scheduler.order().size();
 }
 
 JobStatus Farm::job(const JobId& id) const {

@@ -115,7 +115,11 @@ class Farm {
 
   // --- clients ---
   JobId submit(const JobRequest& request);
+  /// Of all jobs in the order of submission [begin, begin + count); less where there are not as many.
+  std::vector<JobStatus> jobs(size_t begin, size_t count) const;
+  /// The newest 1000.
   std::vector<JobStatus> jobs() const;
+  size_t job_count() const;
   /// Of the jobs [begin, begin + count) in the order of submission those that changed after `version`, that
   /// are being rendered or, with `waiting`, that have not ended. Pages keep the farm's lock short.
   JobPage page(size_t begin, size_t count, uint64_t version, bool waiting) const;

@@ -256,6 +256,55 @@ TEST_F(ServiceTest, StatusCodes) {
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
 }
 
+TEST_F(ServiceTest, JobsAreListedInPages) {
+  std::vector<std::string> submitted;
+  for (int i = 0; i < 7; ++i) submitted.push_back(submit(4));
+  const auto list = [&](int size, const std::string& token) {
+    v1::ListJobsRequest request;
+    request.set_page_size(size);
+    request.set_page_token(token);
+    v1::ListJobsResponse response;
+    const grpc::Status status = call(*client, &v1::ClientService::Stub::ListJobs, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response;
+  };
+  for (const int size : {1, 3, 7, 100}) {
+    std::vector<std::string> listed;
+    std::string token;
+    do {
+      const v1::ListJobsResponse page = list(size, token);
+      EXPECT_LE(page.jobs_size(), size);
+      EXPECT_EQ(page.total_size(), 7);
+      for (const v1::JobStatus& job : page.jobs()) listed.push_back(job.id());
+      token = page.next_page_token();
+      ASSERT_LE(listed.size(), submitted.size());
+    } while (!token.empty());
+    EXPECT_EQ(listed, submitted);
+  }
+  const v1::ListJobsResponse first = list(3, "");
+  EXPECT_EQ(list(0, first.next_page_token()).jobs_size(), 4) << "the page may change its size";
+  const std::string late = submit(4);  // while a client turns pages
+  EXPECT_EQ(list(100, first.next_page_token()).jobs(4).id(), late);
+
+  const v1::ListJobsResponse old = list(0, "");  // as clients that know of no pages
+  EXPECT_EQ(old.jobs_size(), 8);
+  EXPECT_TRUE(old.next_page_token().empty());
+
+  for (const char* token : {"j1", "job-", "job-0", "job--1", "job-1x", "job-99999999999999999999"}) {
+    v1::ListJobsRequest request;
+    request.set_page_token(token);
+    v1::ListJobsResponse response;
+    const grpc::Status status = call(*client, &v1::ClientService::Stub::ListJobs, request, &response);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << token;
+  }
+  EXPECT_EQ(list(5, "job-4000000000").jobs_size(), 0);
+  v1::ListJobsRequest negative;
+  negative.set_page_size(-1);
+  v1::ListJobsResponse response;
+  EXPECT_EQ(call(*client, &v1::ClientService::Stub::ListJobs, negative, &response).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+}
+
 TEST_F(ServiceTest, BlobsAreVerifiedAndComeBack) {
   const std::string content = "the content of a texture";
   const std::string digest = sha256_hex(content);
