@@ -244,6 +244,24 @@ def farm(page, size):
     page.table(["integrator", "farm / bare"], rows())
 
 
+def merge(page, size):
+    page.heading("Merging partials in memory")
+    page.paragraph("GB/s of sums (48 bytes a pixel and layer). Fold: adding decoded sums to the film. Merge: what the coordinator "
+                   "does with a partial: unpacking, digests, checks, film and error batches. One thread by its CPU time; "
+                   f"{CORES} threads with a job each by wall time.")
+
+    def rows():
+        for integrator in ("pt", "bdpt"):
+            for resolution in ("512x512", "1920x1080"):
+                runs = [figures("fold_rate", OWN["cornell-spheres"][0], integrator=integrator, samples=size.spp(16), threads=CORES,
+                                resolution="64x64" if size.tiny else resolution, seconds=0.01 if size.tiny else 1)
+                        for _ in range(size.runs)]
+                yield (integrator, resolution, f"{runs[0]['partial_bytes'] / 1e6:.2f}", f"{runs[0]['sum_bytes'] / 1e6:.1f}",
+                       *(spread([r[rate] for r in runs]) for rate in ("film_gbps", "merge_gbps", "merge_threads_gbps")))
+
+    page.table(["integrator", "image", "MB encoded", "MB of sums", "fold", "merge", f"merge, {CORES} threads"], rows())
+
+
 def kernels(page, size):
     import json
     page.heading("Stages and kernels one by one")
@@ -259,4 +277,4 @@ def kernels(page, size):
     page.table(["kernel", "M items/CPU s"], [(name, spread(r)) for name, r in rates.items()])
 
 
-SECTIONS = {f.__name__: f for f in (throughput, limit, scaling, memory, queues, kernels, lights, farm)}
+SECTIONS = {f.__name__: f for f in (throughput, limit, scaling, memory, queues, kernels, lights, farm, merge)}
