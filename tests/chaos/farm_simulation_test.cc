@@ -12,8 +12,13 @@ using testing::ChaosCounts;
 using testing::FarmSimulation;
 
 TEST(FarmSimulation, NothingIsLostOrCountedTwiceWhateverHappens) {
-  const char* only = std::getenv("CHAOS_SEED");  // to see one of them again
-  const uint64_t first = only ? std::strtoull(only, nullptr, 10) : 1, last = only ? first : 150;
+  const auto from_environment = [](const char* name, uint64_t otherwise) {
+    const char* text = std::getenv(name);
+    return text ? std::strtoull(text, nullptr, 10) : otherwise;
+  };
+  const uint64_t only =
+      from_environment("CHAOS_SEED", 0);  // to see one again, or CHAOS_RUNS of them from there on
+  const uint64_t first = only ? only : 1, last = first + from_environment("CHAOS_RUNS", only ? 1 : 150) - 1;
   ChaosCounts all;
   for (uint64_t seed = first; seed <= last; ++seed) {
     const Integrator integrator = seed % 3 == 0   ? Integrator::kAuto
@@ -21,7 +26,7 @@ TEST(FarmSimulation, NothingIsLostOrCountedTwiceWhateverHappens) {
                                                   : Integrator::kLt;
     FarmSimulation simulation(seed, testing::small_job(96, 64, 60, integrator), seed % 4 == 0 ? 3 : 0);
     ChaosCounts counts;
-    ASSERT_NO_THROW(counts = simulation.run());
+    ASSERT_NO_THROW(counts = simulation.run()) << "CHAOS_SEED=" << seed;
     for (int ChaosCounts::*member :
          {&ChaosCounts::crashes, &ChaosCounts::storage_faults, &ChaosCounts::clock_jumps,
           &ChaosCounts::deaths, &ChaosCounts::pauses, &ChaosCounts::lost, &ChaosCounts::late,
