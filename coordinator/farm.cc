@@ -27,9 +27,9 @@ std::string number_text(double value) {
   return text;
 }
 
-int64_t count_packets(const LeaseTable& tiles, int64_t spp) {
+int64_t count_packets(const std::vector<TileRecord>& ledger, int64_t spp) {
   int64_t packets = 0;
-  for (const TileRecord& tile : tiles.tiles()) {
+  for (const TileRecord& tile : ledger) {
     if (tile.state == TileState::kCommitted) packets += packets_completed(tile.tile, spp);
   }
   return packets;
@@ -38,6 +38,7 @@ int64_t count_packets(const LeaseTable& tiles, int64_t spp) {
 JobState runnable_state(const Job& job) {
   const auto& tiles = job.tiles.tiles();
   const bool begun =
+      job.tiles.forgotten() > 0 ||
       std::any_of(tiles.begin(), tiles.end(), [](const TileRecord& t) { return t.attempt > 0; });
   return begun ? JobState::kRunning : JobState::kQueued;
 }
@@ -132,11 +133,7 @@ std::vector<TileStatus> Farm::tiles(const JobId& id) const {
   std::vector<TileRecord> records;
   {
     const std::lock_guard lock(impl_->mutex);
-    const Job& job = impl_->job(id);
-    records = job.ledger_loaded ? job.tiles.tiles() : impl_->store->tiles(id);
-    for (TileRecord& tile : records) {
-      if (!job.ledger_loaded && tile.state == TileState::kLeased) tile = voided(tile);
-    }
+    records = impl_->ledger(impl_->job(id));
   }
   std::vector<TileStatus> result;
   for (const TileRecord& tile : records) result.push_back(tile_status(tile));
@@ -289,7 +286,7 @@ void Farm::extend(const JobId& id, std::optional<int64_t> spp, std::optional<dou
     JobRecord record = impl_->record_at(job, now);
     record.settings = settings;
     record.target_met = job.last_estimate && meets_target(*job.last_estimate, settings.target_error);
-    record.packets_done = count_packets(job.tiles, settings.spp);
+    record.packets_done = count_packets(impl_->ledger(job), settings.spp);
     if (record.state == JobState::kDone) record.state = runnable_state(job);
     impl_->update(job, std::move(record), now);
   }

@@ -57,6 +57,8 @@ struct FarmOptions {
   double checkpoint_bytes = 256e6;     // fold the spool into a film snapshot when it is larger
   double film_memory_bytes = 0x1p30;   // for the merged layers of jobs (film_bytes.h)
   double ingest_bytes_per_second = 0;  // that tile sizes obey; 0: no limit
+  double commits_per_second = 1000;    // that tile sizes obey, well below what one bears; 0: no limit
+  size_t max_workers = 4096;           // registered and alive
   int spot_check = 0;  // one in so many committed tiles is rendered again by another worker; 0: none
   uint64_t spot_check_seed = 0;  // of the draw of these tiles; 0: one that no worker can foretell
   /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
@@ -165,8 +167,8 @@ class Farm {
   /// Next tile for this worker, if any. Blocks up to `wait_s` for work. Throws Error(kUnreachable) for a
   /// worker that is not registered (after a restart): it registers again.
   std::optional<LeaseGrant> lease(const WorkerId& worker, double wait_s = 0);
-  /// The same without waiting, for a thread that others need: what takes long, as the end of a job, is left to
-  /// lease() and tick().
+  /// The same without waiting, for a thread that others need: what takes long, as the end of a job, is left
+  /// to lease() and tick().
   std::optional<LeaseGrant> lease_at_once(const WorkerId& worker);
   /// Keeps the worker's leases alive; returns those (job, tile, attempt) that it has lost.
   std::vector<LeaseKey> renew(const WorkerId& worker, const std::vector<LeaseKey>& held);

@@ -41,9 +41,10 @@ Farm::Impl::Impl(std::unique_ptr<JobStore> job_store, const Clock& the_clock, co
     : clock(the_clock),
       store(std::make_unique<GuardedJobStore>(std::move(job_store), health, the_clock)),
       options(farm_options),
-      scheduler({farm_options.target_tile_seconds, farm_options.film_memory_bytes,
-                 farm_options.ingest_bytes_per_second},
-                farm_options.lease_seconds),
+      scheduler(
+          {farm_options.target_tile_seconds, farm_options.film_memory_bytes,
+           farm_options.ingest_bytes_per_second, farm_options.commits_per_second, farm_options.max_workers},
+          farm_options.lease_seconds),
       merger(*store, farm_options.film_memory_bytes, farm_options.spot_check > 0) {
   for (const JobRecord& record : store->jobs()) {
     Job loaded;
@@ -94,6 +95,17 @@ void Farm::Impl::load_ledger(Job& job) {
     if (tile.state == TileState::kCommitted && tile.check == TileCheck::kWanted) job.checks.add(tile);
   }
   job.ledger_loaded = true;
+  if (options.spot_check == 0) job.tiles.forget(kTilesInMemory);
+}
+
+std::vector<TileRecord> Farm::Impl::ledger(const Job& job) const {
+  if (job.ledger_loaded && job.tiles.forgotten() == 0)
+    return {job.tiles.tiles().begin(), job.tiles.tiles().end()};
+  std::vector<TileRecord> tiles = store->tiles(job.record.id);
+  for (TileRecord& tile : tiles) {
+    if (!job.ledger_loaded && tile.state == TileState::kLeased) tile = voided(tile);
+  }
+  return tiles;
 }
 
 JobRecord Farm::Impl::record_at(const Job& job, double now) const {
@@ -189,6 +201,7 @@ void Farm::Impl::apply_commit(Job& job, JobRecord record, const TileRecord& tile
   job.record = std::move(record);
   if (job.running_since >= 0) job.running_since = now;
   job.tiles.apply(tile);
+  if (options.spot_check == 0) job.tiles.forget(kTilesInMemory);
   job.failures_in_row = 0;
   ++stats.commits;
 }

@@ -21,6 +21,9 @@ namespace lightmill {
 struct Farm::Impl {
   static constexpr size_t kMaxJobs = 100000;
   static constexpr size_t kMaxListedJobs = 1000;
+  /// Tiles of a job in memory, of which any number may be pending or leased. Of committed ones the newest are
+  /// there to tell a commit that is repeated; spot checks may want any.
+  static constexpr size_t kTilesInMemory = 50000;
 
   Impl(std::unique_ptr<JobStore> store, const Clock& clock, const FarmOptions& options);
 
@@ -30,6 +33,8 @@ struct Farm::Impl {
   void load_curve(Job& job);
   /// Loads the ledger of a final job.
   void load_ledger(Job& job);
+  /// All of a job's tiles, in memory or not. Leases of a job that has ended are void.
+  std::vector<TileRecord> ledger(const Job& job) const;
   /// The record with the wall time up to `now`.
   JobRecord record_at(const Job& job, double now) const;
   /// Stores `record` (whose wall time is up to `now`) and makes it the job's; wakes those who wait.

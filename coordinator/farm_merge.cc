@@ -142,6 +142,10 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     std::optional<TileRecord> record;
     if (job->ledger_loaded) {
       if (const TileRecord* found = job->tiles.find(lease.tile)) record = *found;
+      if (lease.tile.value >= 0 && lease.tile.value < job->tiles.forgotten()) {  // committed long ago
+        ++impl_->stats.commits_stale;
+        return CommitResult::kStale;
+      }
     } else {
       const std::vector<TileRecord> stored = impl_->store->tiles(lease.job);
       if (lease.tile.value >= 0 && lease.tile.value < static_cast<int64_t>(stored.size())) {

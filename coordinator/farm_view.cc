@@ -54,7 +54,7 @@ TileMap Farm::tile_map(const JobId& id) const {
     size_t first = 0;
     while (first + 1 < rounds.size() && rounds[first + 1].end <= map.complete_samples) ++first;
     const int64_t begin = rounds.empty() ? 0 : rounds[first].begin;
-    const std::vector<TileRecord>& all = tiles.tiles();
+    const std::deque<TileRecord>& all = tiles.tiles();
     const auto from = std::find_if(all.rbegin(), all.rend(), [&](const TileRecord& tile) {
                         return tile.tile.sample_begin < begin;
                       }).base();

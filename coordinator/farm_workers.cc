@@ -53,7 +53,7 @@ std::optional<LeaseGrant> Farm::Impl::try_lease(const WorkerId& worker, double n
     if (const auto* round = std::get_if<RoundOffer>(&offer)) {
       Job& target = job(round->job);
       std::vector<TileRecord> tiles;
-      int64_t next = static_cast<int64_t>(target.tiles.tiles().size());
+      int64_t next = target.tiles.next_id();
       for (const TileSpec& spec : round->tiles) {
         TileRecord tile;
         tile.id = TileId{next++};

@@ -8,8 +8,7 @@ namespace lightmill {
 
 void LeaseTable::add(const std::vector<TileRecord>& tiles) {
   for (const TileRecord& tile : tiles) {
-    if (tile.id.value != static_cast<int64_t>(tiles_.size()))
-      throw std::logic_error("tile ids must be dense");
+    if (tile.id.value != next_id()) throw std::logic_error("tile ids must be dense");
     if (is_pilot(tile.tile)) {
       round_of_.push_back(kNoRound);
     } else {
@@ -20,31 +19,43 @@ void LeaseTable::add(const std::vector<TileRecord>& tiles) {
       ++round.tiles;
       if (tile.state == TileState::kCommitted) ++round.committed;
       round_of_.push_back(rounds_.size() - 1);
+      complete_rounds_ = std::min(complete_rounds_, rounds_.size() - 1);
     }
     tiles_.push_back(tile);
     if (tile.state == TileState::kPending) pending_.insert(tile.id.value);
     if (tile.state == TileState::kLeased) leased_.insert(tile.id.value);
     follow(tile, 0, 0);
   }
+  count_complete_rounds();
 }
 
 const TileRecord* LeaseTable::find(TileId id) const {
-  if (id.value < 0 || id.value >= static_cast<int64_t>(tiles_.size())) return nullptr;
-  return &tiles_[static_cast<size_t>(id.value)];
+  if (id.value < forgotten_ || id.value >= next_id()) return nullptr;
+  return &tiles_[index(id)];
 }
 
-int64_t LeaseTable::complete_samples() const {
-  int64_t complete = 0;
-  for (const Round& round : rounds_) {
-    if (round.committed < round.tiles) break;
-    complete = round.end;
+void LeaseTable::count_complete_rounds() {
+  while (complete_rounds_ < rounds_.size() &&
+         rounds_[complete_rounds_].committed == rounds_[complete_rounds_].tiles) {
+    ++complete_rounds_;
   }
-  return complete;
+}
+
+void LeaseTable::forget(size_t keep) {
+  while (tiles_.size() > keep) {
+    const size_t round = round_of_.front();
+    const bool over =
+        round == kNoRound ? tiles_.front().state == TileState::kCommitted : round + 1 < complete_rounds_;
+    if (!over) return;
+    tiles_.pop_front();
+    round_of_.pop_front();
+    ++forgotten_;
+  }
 }
 
 std::optional<TileId> LeaseTable::next_pending(const std::function<bool(const TileRecord&)>& accept) const {
   for (int64_t id : pending_) {
-    if (accept(tiles_[static_cast<size_t>(id)])) return TileId{id};
+    if (accept(tiles_[index(TileId{id})])) return TileId{id};
   }
   return std::nullopt;
 }
@@ -138,10 +149,12 @@ void LeaseTable::follow(const TileRecord& record, double expires, double since) 
 
 void LeaseTable::apply(const TileRecord& record, double expires, double since) {
   if (!find(record.id)) throw std::logic_error("no such tile");
-  TileRecord& tile = tiles_[static_cast<size_t>(record.id.value)];
-  if (const size_t round = round_of_[static_cast<size_t>(record.id.value)]; round != kNoRound) {
+  TileRecord& tile = tiles_[index(record.id)];
+  if (const size_t round = round_of_[index(record.id)]; round != kNoRound) {
     if (tile.state == TileState::kCommitted) --rounds_[round].committed;
     if (record.state == TileState::kCommitted) ++rounds_[round].committed;
+    if (rounds_[round].committed < rounds_[round].tiles) complete_rounds_ = std::min(complete_rounds_, round);
+    count_complete_rounds();
   }
   pending_.erase(record.id.value);
   leased_.erase(record.id.value);
@@ -154,7 +167,7 @@ void LeaseTable::apply(const TileRecord& record, double expires, double since) {
 bool LeaseTable::may_split(TileId id) const {
   const TileRecord* tile = find(id);
   return tile && tile->state == TileState::kPending && !rounds_.empty() &&
-         round_of_[static_cast<size_t>(id.value)] == rounds_.size() - 1 && tile->tile.cells.count() > 1;
+         round_of_[index(id)] == rounds_.size() - 1 && tile->tile.cells.count() > 1;
 }
 
 LeaseTable::Split LeaseTable::split(TileId id, const std::vector<CellRect>& parts) const {
@@ -163,7 +176,7 @@ LeaseTable::Split LeaseTable::split(TileId id, const std::vector<CellRect>& part
   split.smaller.tile.cells = parts[0];
   for (size_t i = 1; i < parts.size(); ++i) {
     TileRecord other;
-    other.id = TileId{static_cast<int64_t>(tiles_.size() + i - 1)};
+    other.id = TileId{next_id() + static_cast<int64_t>(i) - 1};
     other.tile = split.smaller.tile;
     other.tile.cells = parts[i];
     split.others.push_back(other);

@@ -6,6 +6,7 @@
 //   store.save_tile(job, leased);
 //   table.apply(leased, now + lease_seconds);
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <optional>
@@ -28,14 +29,22 @@ class LeaseTable {
   /// Adds the pilot or a round's tiles; their ids go on from the last one. Also for a stored ledger, round
   /// after round.
   void add(const std::vector<TileRecord>& tiles);
-  const std::vector<TileRecord>& tiles() const { return tiles_; }
-  /// Null if there is no such tile.
+  /// Those that are not forgotten, ascending by id.
+  const std::deque<TileRecord>& tiles() const { return tiles_; }
+  /// The next tile's, and how many there are.
+  int64_t next_id() const { return forgotten_ + static_cast<int64_t>(tiles_.size()); }
+  /// Forgets the oldest tiles while more than `keep` are there, as far as their rounds are committed; those
+  /// of the last such round stay. Rounds and all counts stay as they are.
+  void forget(size_t keep);
+  /// Tiles below this id are forgotten; all of them were committed.
+  int64_t forgotten() const { return forgotten_; }
+  /// Null if there is no such tile, or if it is forgotten.
   const TileRecord* find(TileId id) const;
   const std::vector<Round>& rounds() const { return rounds_; }
   /// First sample index that no round covers.
   int64_t planned_samples() const { return rounds_.empty() ? 0 : rounds_.back().end; }
   /// Largest s such that all rounds that end at or before s are committed.
-  int64_t complete_samples() const;
+  int64_t complete_samples() const { return complete_rounds_ > 0 ? rounds_[complete_rounds_ - 1].end : 0; }
 
   /// The pending tile of lowest id that `accept` takes.
   std::optional<TileId> next_pending(const std::function<bool(const TileRecord&)>& accept) const;
@@ -94,9 +103,14 @@ class LeaseTable {
   /// Leases of a row that begin or have ended.
   void follow(const TileRecord& record, double expires, double since);
 
-  std::vector<TileRecord> tiles_;  // index = id
+  void count_complete_rounds();
+  size_t index(TileId id) const { return static_cast<size_t>(id.value - forgotten_); }
+
+  int64_t forgotten_ = 0;
+  std::deque<TileRecord> tiles_;  // index = id - forgotten_
   std::vector<Round> rounds_;
-  std::vector<size_t> round_of_;  // per tile; kNoRound: the pilot
+  size_t complete_rounds_ = 0;   // so many, from the first one, are committed
+  std::deque<size_t> round_of_;  // per tile; kNoRound: the pilot
   std::set<int64_t> pending_, leased_;
   std::map<Key, Lease> leases_;
   std::map<WorkerId, int> holders_;  // leases held, above 0

@@ -104,6 +104,18 @@ void add_options(CLI::App& app, Options& o) {
          "Bytes a second that workers may hand in: tiles get more samples until they fit; 0: no limit")
       ->envname("LIGHTMILL_INGEST_LIMIT")
       ->capture_default_str();
+  app.add_option(
+         "--commit-rate", o.farm.commits_per_second,
+         "Tiles a second that workers may hand in: with more workers than this tiles take longer; 0: no "
+         "limit")
+      ->envname("LIGHTMILL_COMMIT_RATE")
+      ->check(CLI::Range(0.0, 1e6).description("0 to 1000000"))
+      ->capture_default_str();
+  app.add_option("--max-workers", o.farm.max_workers,
+                 "Most workers at once; each takes about 100 kB of memory with its connection")
+      ->envname("LIGHTMILL_MAX_WORKERS")
+      ->check(CLI::Range(1, 1000000).description("1 to 1000000"))
+      ->capture_default_str();
   app.add_option("--film-memory", o.film_memory,
                  "Memory for the images that are being merged; a larger one is merged alone")
       ->envname("LIGHTMILL_FILM_MEMORY")

@@ -147,7 +147,7 @@ bool Scheduler::is_planned_out(const Job& job, double now) {
 std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
   const RenderSettings& settings = job.record.settings;
   if (needs_pilot(settings))
-    return job.tiles.tiles().empty() ? std::vector{TileSpec{}} : std::vector<TileSpec>{};
+    return job.tiles.next_id() == 0 ? std::vector{TileSpec{}} : std::vector<TileSpec>{};
   TilingInput input;
   input.grid = settings.grid;
   input.begin = job.tiles.planned_samples();
@@ -157,6 +157,10 @@ std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
   if (job.record.max_workers > 0) input.workers = std::min(input.workers, job.record.max_workers);
   // Speeds were measured on other jobs too; a new job starts small whatever they say.
   input.target_tile_seconds = options_.target_tile_seconds;
+  if (options_.commits_per_second > 0) {
+    const auto all = static_cast<double>(workers.all().size());
+    input.target_tile_seconds = std::max(input.target_tile_seconds, all / options_.commits_per_second);
+  }
   if (!job.tiles.rounds().empty()) {
     const LeaseTable::Round& last = job.tiles.rounds().back();
     input.previous_tile_samples = std::max<int64_t>(

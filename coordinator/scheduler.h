@@ -17,6 +17,14 @@
 
 namespace lightmill {
 
+/// What the end of a job with very many workers is planned by, counted now and then (scheduler_tail.cc).
+struct TailCounts {
+  double counted_at = -1;  // clock time; negative: not yet
+  int64_t idle = 0;
+  double seconds_to_end = -1;   // negative: unknown
+  double look_for_race_at = 0;  // not before this clock time
+};
+
 /// A job as the scheduler sees it.
 struct Job {
   JobRecord record;
@@ -38,6 +46,7 @@ struct Job {
   JobShare share;
   CheckTable checks;         // of a final job only while `ledger_loaded`
   std::set<WorkerId> liars;  // whose tiles are to be taken back
+  mutable TailCounts tail;   // of so many workers that counting them for each lease would take too long
   double lonely_since = -1;  // clock time since when only checks are left, without anybody to do them
 };
 
@@ -45,6 +54,8 @@ struct SchedulerOptions {
   double target_tile_seconds = 1;
   double film_memory_bytes = 0x1p30;
   double ingest_bytes_per_second = 0;  // that all commits together may bring; 0: no limit
+  double commits_per_second = 0;       // of all workers, so many at most: tiles get larger; 0: no limit
+  size_t max_workers = 4096;
 };
 
 /// Lease this tile; one that is leased already is raced for.
@@ -73,7 +84,7 @@ using Offer = std::variant<std::monostate, LeaseOffer, CheckOffer, SplitOffer, R
 class Scheduler {
  public:
   Scheduler(const SchedulerOptions& options, double lease_seconds)
-      : workers(lease_seconds), options_(options), seats_(options.film_memory_bytes) {}
+      : workers(lease_seconds, options.max_workers), options_(options), seats_(options.film_memory_bytes) {}
 
   WorkerTable workers;
 
@@ -139,6 +150,9 @@ class Scheduler {
   std::vector<CellRect> parts_for_idle(const Job& job, TileId tile, const Worker& worker, double now) const;
   /// Seconds until all that is pending or leased is rendered, were it shared evenly; negative: unknown.
   double seconds_to_end(const Job& job, const Worker& worker, double now) const;
+  /// Workers that have nothing to do and fit the job, and seconds_to_end; with many workers as of a moment
+  /// ago.
+  TailCounts count_tail(const Job& job, const Worker& worker, double now) const;
   /// A tile that somebody has had for too long, or that this worker will have much sooner.
   std::optional<TileId> tile_to_race(const Job& job, const Worker& worker, double now) const;
   /// The first job that this one has to wait for; null: none.

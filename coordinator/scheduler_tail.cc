@@ -20,6 +20,11 @@ constexpr double kLateFactor = 1.5, kSlackSeconds = 0.25;
 constexpr double kMuchSooner = 0.5;
 constexpr double kLateWithoutEstimate = 3;  // target tile times
 
+// With as many workers their counts are a moment old: counting takes about so long for each of them, and the
+// pause until the next time is that times kCountPause; kLookPause where tiles to race for are looked for.
+constexpr size_t kManyWorkers = 1000;
+constexpr double kCountSeconds = 2e-7, kCountPause = 50, kLookPause = 10;
+
 /// One rectangle with about `share` of the cells, and the rest.
 std::vector<CellRect> cut_off(const CellRect& cells, double share) {
   const bool wide = cells.width() > cells.height();
@@ -60,6 +65,20 @@ double Scheduler::seconds_to_end(const Job& job, const Worker& worker, double no
   return seconds / static_cast<double>(others.size() + 1);
 }
 
+TailCounts Scheduler::count_tail(const Job& job, const Worker& worker, double now) const {
+  const size_t many = workers.all().size();
+  TailCounts& last = job.tail;
+  const double pause = static_cast<double>(many) * kCountSeconds * kCountPause;
+  if (many >= kManyWorkers && last.counted_at >= 0 && now - last.counted_at < pause) return last;
+  last.counted_at = now;
+  last.idle = 0;
+  for (const auto& [id, other] : workers.all()) {
+    last.idle += other.leases == 0 && workers.may_work(other, now) && fits(job, other);
+  }
+  last.seconds_to_end = seconds_to_end(job, worker, now);
+  return last;
+}
+
 std::vector<CellRect> Scheduler::parts_for_idle(const Job& job, TileId id, const Worker& worker,
                                                 double now) const {
   const int64_t pending = job.tiles.pending_count();
@@ -80,24 +99,25 @@ std::vector<CellRect> Scheduler::parts_for_idle(const Job& job, TileId id, const
     most = std::min(most, static_cast<int64_t>(std::min(seconds / shortest, 1e9)));
   }
   if (most < 2) return {};
-  int64_t idle = 0;
-  for (const auto& [other_id, other] : workers.all()) {
-    idle += other.leases == 0 && workers.may_work(other, now) && fits(job, other);
-  }
+  const TailCounts counts = count_tail(job, worker, now);
+  int64_t idle = counts.idle;
   if (job.record.max_workers > 0)
     idle = std::min<int64_t>(idle, job.record.max_workers - job.tiles.workers());
   const int64_t parts = std::min(most, (idle + pending - 1) / pending);
   if (parts >= 2) return split_cells(tile.cells, parts);
-  const double left = seconds >= 0 ? seconds_to_end(job, worker, now) : -1;
+  const double left = seconds >= 0 ? counts.seconds_to_end : -1;
   if (left < 0 || left > kWorthCutting * seconds) return {};
   return cut_off(tile.cells, std::max(left / seconds, 1 / static_cast<double>(most)));
 }
 
 std::optional<TileId> Scheduler::tile_to_race(const Job& job, const Worker& worker, double now) const {
   if (job.tiles.leased_count() == 0 || !is_planned_out(job, now)) return std::nullopt;
+  const size_t many = workers.all().size();
+  if (many >= kManyWorkers && now < job.tail.look_for_race_at) return std::nullopt;
   std::optional<TileId> slowest;
   double since = 0;
   const std::vector<LeaseTable::Lease> leases = job.tiles.leases();
+  job.tail.look_for_race_at = now + static_cast<double>(leases.size()) * kCountSeconds * kLookPause;
   for (size_t i = 0; i < leases.size(); ++i) {
     const LeaseTable::Lease& lease = leases[i];
     const bool raced = (i > 0 && leases[i - 1].tile == lease.tile) ||

@@ -27,12 +27,12 @@ WorkerStatus status_of(const Worker& worker, const char* state, double now) {
 }  // namespace
 
 void WorkerTable::add(const WorkerId& id, const WorkerRegistration& registration, double now) {
-  if (workers_.size() >= kMaxWorkers) {
+  if (workers_.size() >= max_workers_) {
     std::erase_if(workers_, [&](const auto& item) { return is_lost(item.second, now); });
   }
-  if (workers_.size() >= kMaxWorkers) {
-    throw Error(ErrorKind::kUnreachable, "the coordinator has its limit of " + std::to_string(kMaxWorkers) +
-                                             " workers; stop some, or start a second coordinator");
+  if (workers_.size() >= max_workers_) {
+    throw Error(ErrorKind::kUnreachable, "the coordinator has its limit of " + std::to_string(max_workers_) +
+                                             " workers; stop some, start the coordinator with a larger --max-workers, or a second one");
   }
   Worker worker;
   worker.id = id;

@@ -31,12 +31,14 @@ struct Worker {
 
 class WorkerTable {
  public:
-  static constexpr size_t kMaxWorkers = 4096;
   static constexpr size_t kMaxRefused = 32;
 
-  explicit WorkerTable(double lease_seconds) : lease_seconds_(lease_seconds) {}
+  /// At most `max_workers` are registered and alive at once.
+  WorkerTable(double lease_seconds, size_t max_workers)
+      : lease_seconds_(lease_seconds), max_workers_(max_workers) {}
 
-  /// Throws Error(kUnreachable) if kMaxWorkers live ones are registered. Makes room by forgetting lost ones.
+  /// Throws Error(kUnreachable) if as many live ones as may be are registered. Makes room by forgetting lost
+  /// ones.
   void add(const WorkerId& id, const WorkerRegistration& registration, double now);
   /// Remembers a refusal, for the user to see in the list of workers.
   void add_refused(const WorkerId& id, const WorkerRegistration& registration, double now);
@@ -62,6 +64,7 @@ class WorkerTable {
   void blame(Worker* worker, double weight, double now);
 
   double lease_seconds_;
+  size_t max_workers_;
   std::map<WorkerId, Worker> workers_;
   std::deque<Worker> refused_;
 };

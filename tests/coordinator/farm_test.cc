@@ -465,6 +465,46 @@ TEST_F(FarmTest, ALongPollWakesUpForAJobAndForShutdown) {
   stopper.join();
 }
 
+TEST(FarmLimits, NoMoreWorkersThanAskedForUntilSomeAreLost) {
+  FakeClock clock;
+  FarmOptions options = fake_options();
+  options.max_workers = 2;
+  Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
+  farm.register_worker(registration());
+  farm.register_worker(registration());
+  try {
+    farm.register_worker(registration());
+    FAIL() << "a third worker";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--max-workers"));
+  }
+  clock.advance(1000);
+  EXPECT_NO_THROW(farm.register_worker(registration())) << "those before are lost";
+}
+
+TEST(FarmLimits, AThousandWorkersEndAJobTogether) {
+  FakeClock clock;
+  FarmOptions options = fake_options();
+  Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
+  const JobRequest request = small_job(128, 128, 64);
+  const JobId job = farm.submit(request);
+  std::vector<WorkerId> workers;
+  for (int i = 0; i < 1200; ++i) workers.push_back(farm.register_worker(registration()));
+  // All ask at once, then all commit; at the end there are many more workers than tiles to have.
+  for (int turn = 0; turn < 200 && farm.job(job).state != JobState::kDone; ++turn) {
+    std::vector<std::pair<WorkerId, LeaseGrant>> held;
+    for (const WorkerId& worker : workers) {
+      if (const auto grant = farm.lease(worker)) held.emplace_back(worker, *grant);
+    }
+    clock.advance(0.5);
+    for (const auto& [worker, grant] : held) {
+      farm.commit(worker, {grant.job, grant.tile_id, grant.attempt}, fake_bytes(grant));
+    }
+  }
+  EXPECT_EQ(farm.job(job).state, JobState::kDone);
+  EXPECT_TRUE(same_pixels(farm.image(job), fake_image(request.settings)));
+}
+
 TEST_F(FarmTest, ManyWorkersAtOnce) {
   const JobRequest request = small_job(128, 96, 64);
   const JobId job = farm.submit(request);

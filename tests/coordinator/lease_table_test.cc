@@ -186,5 +186,64 @@ TEST(LeaseTable, TilesOfTheLastRoundCanBeSplit) {
   EXPECT_EQ(table.complete_samples(), 2);
 }
 
+TEST(LeaseTable, ForgetsTilesOfRoundsThatAreOver) {
+  LeaseTable table;
+  for (int64_t r = 0; r < 5; ++r) table.add(round(10 * r, 10, r, r + 1));
+  const auto finish = [&](int64_t first, int64_t end) {
+    for (int64_t id = first; id < end; ++id) {
+      lease(table, TileId{id}, kAnn, 10);
+      commit(table, TileId{id});
+    }
+  };
+  finish(0, 10);
+  finish(11, 40);  // tile 10 is late
+  table.forget(0);
+  EXPECT_EQ(table.forgotten(), 0) << "the only complete round is the last one";
+  lease(table, TileId{10}, kAnn, 10);
+  table.forget(0);
+  EXPECT_EQ(table.forgotten(), 0);
+  commit(table, TileId{10});
+  EXPECT_EQ(table.complete_samples(), 4);
+  table.forget(35);
+  EXPECT_EQ(table.forgotten(), 15) << "no more than what was asked for";
+  table.forget(0);
+  EXPECT_EQ(table.forgotten(), 30) << "the last complete round stays";
+  EXPECT_EQ(table.find(TileId{29}), nullptr);
+  ASSERT_NE(table.find(TileId{30}), nullptr);
+  EXPECT_EQ(table.find(TileId{30})->id, TileId{30});
+  EXPECT_EQ(table.tiles().front().id, TileId{30});
+  EXPECT_EQ(table.next_id(), 50);
+  EXPECT_EQ(table.complete_samples(), 4);
+  EXPECT_EQ(table.planned_samples(), 5);
+  EXPECT_EQ(table.pending_count(), 10);
+  std::vector<TileRecord> wide = round(50, 1, 5, 6);
+  wide[0].tile.cells = {0, 0, 2, 1};
+  table.add(wide);
+  table.apply(table.split(TileId{50}, {{0, 0, 1, 1}, {1, 0, 2, 1}}));
+  EXPECT_EQ(table.next_id(), 52);
+  finish(40, 52);
+  EXPECT_EQ(table.complete_samples(), 6);
+  EXPECT_FALSE(table.next_pending(any));
+}
+
+TEST(LeaseTable, ARoundOfWhichATileIsTakenBackIsNotOver) {
+  LeaseTable table;
+  for (int64_t r = 0; r < 3; ++r) table.add(round(2 * r, 2, r, r + 1));
+  for (int64_t id = 0; id < 6; ++id) {
+    lease(table, TileId{id}, kAnn, 10);
+    commit(table, TileId{id});
+  }
+  EXPECT_EQ(table.complete_samples(), 3);
+  TileRecord again = *table.find(TileId{2});
+  again.state = TileState::kPending;
+  table.apply(again);
+  EXPECT_EQ(table.complete_samples(), 1);
+  table.forget(0);
+  EXPECT_EQ(table.forgotten(), 0) << "round 0 is the last complete one";
+  lease(table, TileId{2}, kBob, 10);
+  commit(table, TileId{2});
+  EXPECT_EQ(table.complete_samples(), 3);
+}
+
 }  // namespace
 }  // namespace lightmill

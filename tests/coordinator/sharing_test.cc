@@ -135,6 +135,37 @@ TEST(Ingest, TilesGrowDeeperUntilTheirCommitsFit) {
   EXPECT_LT(limited * 400e3, 40e3) << "the first rounds are shallow";
 }
 
+TEST(CommitRate, TilesTakeAsLongAsItAllowsAllWorkersTogether) {
+  const auto commits = [](double rate) {
+    FakeClock clock;
+    FarmOptions options = fake_options();
+    options.target_tile_seconds = 1;
+    options.commits_per_second = rate;
+    Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
+    const JobId job = farm.submit(small_job(256, 256, 128, Integrator::kPt));
+    std::vector<WorkerId> workers;
+    for (int i = 0; i < 4; ++i) workers.push_back(farm.register_worker(registration()));
+    for (bool any = true; any;) {
+      any = false;
+      for (const WorkerId& worker : workers) {
+        const auto grant = farm.lease(worker);
+        if (!grant) continue;
+        any = true;
+        const double samples =
+            1024.0 * static_cast<double>(grant->tile.samples() * grant->tile.cells.count());
+        farm.commit(worker, {job, grant->tile_id, grant->attempt}, fake_bytes(*grant, samples / 25000));
+      }
+    }
+    EXPECT_EQ(farm.job(job).state, JobState::kDone);
+    return static_cast<double>(farm.job(job).tiles_committed);
+  };
+  // Workers of two threads render 50,000 samples a second: 168 tiles of a second. One tile a second of all
+  // four makes them take four seconds.
+  const double free = commits(0), plenty = commits(1000), limited = commits(1);
+  EXPECT_EQ(plenty, free) << "a limit that is not met changes nothing";
+  EXPECT_LT(limited, 0.6 * free);
+}
+
 FarmOptions tight_memory() {
   FarmOptions options = fake_options();
   options.film_memory_bytes = 3.5 * film_bytes(small_settings(64, 64, kMaxSpp, Integrator::kPt));
