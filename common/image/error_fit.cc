@@ -16,7 +16,9 @@ constexpr double kLeastGrowth = 1.001;
 
 std::optional<double> relative_deviation(const ErrorPoint& point) {
   if (!point.relmse || !point.relmse_high || point.batches < 2 || !(*point.relmse > 0)) return std::nullopt;
-  return (*point.relmse_high - *point.relmse) / (student_t_975(point.batches - 1) * *point.relmse);
+  // Of the interval's parts (error_estimate.cc) this is the one with the smaller quantile: never too little.
+  const double quantile = student_t_975(point.batches * (point.batches - 1) / 2);
+  return (*point.relmse_high - *point.relmse) / (quantile * *point.relmse);
 }
 
 std::optional<ErrorFit> fit_error(const ErrorCurve& curve, bool of_truth) {

@@ -34,7 +34,8 @@ ErrorCurve simulated(int values, double bias, std::mt19937_64& rng) {
       square += error * error / values;
     }
     n = next;
-    const double sigma = std::sqrt(2.0 / values), t = student_t_975(15), spp = static_cast<double>(n);
+    const double sigma = std::sqrt(2.0 / values), t = student_t_975(16 * 15 / 2),
+                 spp = static_cast<double>(n);
     ErrorPoint p;
     p.wall_seconds = 0.01 * spp;
     p.cpu_seconds = 0.02 * spp;
