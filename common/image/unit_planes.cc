@@ -1,6 +1,7 @@
 #include "common/image/unit_planes.h"
 
 #include <algorithm>
+#include <cstdint>
 
 namespace lightmill {
 
@@ -66,12 +67,18 @@ template <typename T>
 void read_planes_of(std::string_view planes, ByteRange range, std::span<T> sums) {
   const size_t n = sums.size();
   for (size_t first = 0; first < n; first += kStrip) {
-    const size_t last = std::min(n, first + kStrip);
-    const char* plane = planes.data();
+    const size_t count = std::min(n - first, kStrip);
+    const char* plane = planes.data() + first;
     for (int c = 0; c < 3; ++c) {
+      // Halves of the sums side by side, where a plane is added eight bytes or more at a time.
+      uint64_t low[kStrip] = {}, high[kStrip] = {};
       for (unsigned b = range.low; b < range.high; ++b, plane += n) {
-        for (size_t i = first; i < last; ++i) reinterpret_cast<char*>(&sum_of(sums[i]).c[c])[b] = plane[i];
+        uint64_t* const half = b < 8 ? low : high;
+        const unsigned shift = 8 * (b % 8);
+        for (size_t i = 0; i < count; ++i) half[i] |= uint64_t{static_cast<unsigned char>(plane[i])} << shift;
       }
+      for (size_t i = 0; i < count; ++i)
+        sum_of(sums[first + i]).c[c] = static_cast<Units>(high[i]) << 64 | low[i];
     }
   }
 }
