@@ -1,6 +1,8 @@
 #pragma once
 // Evaluation and sampling with a kind per lane: each kind that is present is computed once for all lanes and
-// selected, so a group of one kind (what the bouncer's counting sort makes) costs one kernel.
+// selected, so a group of one kind (what the bouncer's counting sort makes) costs one kernel. Diffuse
+// surfaces, the commonest, are computed in place, all others in functions of their own: inlined beside them,
+// they would cost diffuse surfaces their registers.
 #include "worker/render/bsdf/anisotropic.h"
 #include "worker/render/bsdf/coated_conductor.h"
 #include "worker/render/bsdf/coated_diffuse.h"
@@ -33,15 +35,13 @@ inline void merge(MaskOf<F> m, const BsdfEval<F>& from, BsdfEval<F>* to) {
   to->pdf_reverse = select(m, from.pdf_reverse, to->pdf_reverse);
 }
 
-/// Zero for pure delta kinds and for lanes that are not active.
+/// The kinds but kDiffuse.
 template <class F>
-inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F>& params, const Vec3<F>& wo,
-                             const Vec3<F>& wi, Mode mode) {
+[[gnu::noinline]] BsdfEval<F> eval_other_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F>& params,
+                                              const Vec3<F>& wo, const Vec3<F>& wi, Mode mode) {
   BsdfEval<F> result{};
   for_each_kind<F>(kind, active, [&](int32_t k, MaskOf<F> m) {
     switch (k) {
-      case kDiffuse:
-        return merge(m, eval_diffuse(params, wo, wi), &result);
       case kRoughConductor:
         return merge(m, eval_rough_conductor(Ggx<F>{params.p[6]}, params, m, wo, wi), &result);
       case kRoughDielectric:
@@ -79,24 +79,38 @@ inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F
   return result;
 }
 
-/// `lobe`, `u`, `v` are independent uniforms in [0, 1).
+/// Zero for pure delta kinds and for lanes that are not active.
 template <class F>
-inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F>& params,
-                                 const Vec3<F>& wo, F lobe, F u, F v, Mode mode) {
+inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F>& params, const Vec3<F>& wo,
+                             const Vec3<F>& wi, Mode mode) {
+  const MaskOf<F> diffuse = mask_and(active, MaskOf<F>(kind == kDiffuse)),
+                  other = mask_and(active, mask_not(diffuse));
+  BsdfEval<F> result{};
+  if (any(other)) result = eval_other_bsdf<F>(kind, other, params, wo, wi, mode);
+  if (any(diffuse)) merge(diffuse, eval_diffuse(params, wo, wi), &result);
+  return result;
+}
+
+template <class F>
+inline void merge(MaskOf<F> m, const BsdfSample<F>& from, BsdfSample<F>* to) {
+  to->wi = select(m, from.wi, to->wi);
+  to->weight = select(m, from.weight, to->weight);
+  to->pdf = select(m, from.pdf, to->pdf);
+  to->pdf_reverse = select(m, from.pdf_reverse, to->pdf_reverse);
+  to->roulette_scale = select(m, from.roulette_scale, to->roulette_scale);
+  to->valid = mask_or(to->valid, mask_and(m, from.valid));
+  to->delta = mask_or(to->delta, mask_and(m, from.delta));
+}
+
+/// The kinds but kDiffuse.
+template <class F>
+[[gnu::noinline]] BsdfSample<F> sample_other_bsdf(IntOf<F> kind, MaskOf<F> active,
+                                                  const BsdfParams<F>& params, const Vec3<F>& wo, F lobe, F u,
+                                                  F v, Mode mode) {
   BsdfSample<F> result{};
-  auto take = [&](MaskOf<F> m, const BsdfSample<F>& s) {
-    result.wi = select(m, s.wi, result.wi);
-    result.weight = select(m, s.weight, result.weight);
-    result.pdf = select(m, s.pdf, result.pdf);
-    result.pdf_reverse = select(m, s.pdf_reverse, result.pdf_reverse);
-    result.roulette_scale = select(m, s.roulette_scale, result.roulette_scale);
-    result.valid = mask_or(result.valid, mask_and(m, s.valid));
-    result.delta = mask_or(result.delta, mask_and(m, s.delta));
-  };
+  const auto take = [&](MaskOf<F> m, const BsdfSample<F>& s) { merge(m, s, &result); };
   for_each_kind<F>(kind, active, [&](int32_t k, MaskOf<F> m) {
     switch (k) {
-      case kDiffuse:
-        return take(m, sample_diffuse(params, wo, u, v));
       case kRoughConductor:
         return take(m, sample_rough_conductor(Ggx<F>{params.p[6]}, params, m, wo, u, v));
       case kSmoothConductor:
@@ -143,6 +157,18 @@ inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfPara
         return;
     }
   });
+  return result;
+}
+
+/// `lobe`, `u`, `v` are independent uniforms in [0, 1).
+template <class F>
+inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F>& params,
+                                 const Vec3<F>& wo, F lobe, F u, F v, Mode mode) {
+  const MaskOf<F> diffuse = mask_and(active, MaskOf<F>(kind == kDiffuse)),
+                  other = mask_and(active, mask_not(diffuse));
+  BsdfSample<F> result{};
+  if (any(other)) result = sample_other_bsdf<F>(kind, other, params, wo, lobe, u, v, mode);
+  if (any(diffuse)) merge(diffuse, sample_diffuse(params, wo, u, v), &result);
   return result;
 }
 
