@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <memory>
+#include <optional>
 #include <queue>
 #include <random>
 #include <string>
@@ -145,7 +146,8 @@ class Simulation {
     farm_options.checkpoint_bytes = options_.workers >= kLargeFarm ? 1e9 : 64e6;
     farm_options.lease_seconds = options_.lease_seconds;
     farm_options.commits_per_second = options_.commits_per_second;
-    farm_options.max_workers = static_cast<size_t>(options_.workers);
+    farm_options.max_workers =
+        2 * static_cast<size_t>(options_.workers);  // the dead count until they are lost
     return std::make_unique<Farm>(std::make_unique<MemoryJobStore>(), clock_, farm_options);
   }
   double draw() { return std::uniform_real_distribution<double>(0, 1)(random_); }
@@ -198,7 +200,11 @@ class Simulation {
       case Kind::kRenew: {
         const LeaseKey key{event.grant.job, event.grant.tile_id, event.grant.attempt};
         ++renewals_;
-        const bool held = timed(&renewal_seconds_, [&] { return farm_->renew(worker.id, {key}).empty(); });
+        bool held = false;
+        try {
+          held = timed(&renewal_seconds_, [&] { return farm_->renew(worker.id, {key}).empty(); });
+        } catch (const UnknownWorker&) {  // it registers when it asks again
+        }
         if (held) {
           Event next = event;
           next.at = now_ + event.grant.lease_seconds / 3;
@@ -225,11 +231,20 @@ class Simulation {
     Worker& worker = workers_[index];
     if (worker.id.empty()) {
       worker.id = farm_->register_worker({"simulated", 1, "simulation", 0, "class", ""});
+    }
+    if (worker.alive_since < 0) {
       worker.alive_since = now_;
       push({now_ + std::exponential_distribution<double>(1 / kMeanLife)(random_), 0, Kind::kDie, index,
             worker.life});
     }
-    const auto grant = timed(&lease_seconds_, [&] { return farm_->lease(worker.id); });
+    std::optional<LeaseGrant> grant;
+    try {
+      grant = timed(&lease_seconds_, [&] { return farm_->lease(worker.id); });
+    } catch (const UnknownWorker&) {  // it said nothing for too long, as its tile was lost to another one
+      worker.id = {};
+      push({now_ + kFirstPause, 0, Kind::kAsk, index, worker.life});
+      return;
+    }
     ++leases_;
     if (!grant) {
       if (first_idle_ < 0) first_idle_ = now_;
