@@ -13,6 +13,7 @@
 #include "common/error.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
+#include "common/rpc/coordinators.h"
 #include "common/rpc/status.h"
 #include "common/rpc/tls_diagnosis.h"
 #include "lightmill/v1/client.grpc.pb.h"
@@ -23,6 +24,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "images travel as little-endian floats");
 
 constexpr double kFirstAnswerSeconds = 8;  // "is anybody there?" within a few seconds
+constexpr double kLookSeconds = 3;         // whether a coordinator is there, and leads
 constexpr double kTransferSeconds = 3600;  // uploads and images
 constexpr double kWatchSeconds = 86400;    // a stream; it is opened again when it ends by this
 constexpr double kConnectSeconds = 6;      // patience of a first connection: a coordinator may be starting
@@ -81,27 +83,54 @@ bool is_loss(grpc::StatusCode code) {
 }  // namespace
 
 struct FarmClient::Impl {
-  std::string address;
+  explicit Impl(const std::string& addresses) : coordinators(addresses) {}
+  Coordinators coordinators;
   SecurityFiles security;
-  std::unique_ptr<v1::ClientService::Stub> stub;
+  std::vector<std::unique_ptr<v1::ClientService::Stub>> stubs;  // one to a coordinator
+  bool met = false;                                             // one that leads was found
+
+  const std::string& address() const { return coordinators.address(coordinators.current()); }
+  /// Of the one to call; of several, one that leads if any does.
+  v1::ClientService::Stub* stub() {
+    if (!met) find_leader();
+    return stubs[coordinators.current()].get();
+  }
+
+  /// A call that changes nothing tells who leads: calls that do must not be repeated elsewhere.
+  void find_leader() {
+    for (size_t tries = 0; coordinators.size() > 1 && tries < coordinators.size(); ++tries) {
+      const size_t current = coordinators.current();
+      grpc::ClientContext context;
+      set_deadline(context, kLookSeconds);
+      v1::GetJobResponse response;
+      const grpc::Status status = stubs[current]->GetJob(&context, v1::GetJobRequest(), &response);
+      if (status.error_code() != grpc::StatusCode::UNAVAILABLE &&
+          status.error_code() != grpc::StatusCode::DEADLINE_EXCEEDED) {
+        break;
+      }
+      coordinators.move_on(current);
+    }
+    met = true;
+  }
 
   /// Throws what a status means. If nobody could be reached, TLS may be why; gRPC does not say.
   void require_ok(const grpc::Status& status) const {
     if (status.error_code() == grpc::StatusCode::UNAVAILABLE) {
-      const std::string problem = diagnose_tls(address, security).problem;
-      if (!problem.empty()) throw Error(ErrorKind::kUnreachable, "coordinator " + address + ": " + problem);
+      const std::string problem = diagnose_tls(address(), security).problem;
+      if (!problem.empty()) throw Error(ErrorKind::kUnreachable, "coordinator " + address() + ": " + problem);
     }
-    throw_if_failed(status, address);
+    throw_if_failed(status, address());
   }
 
   template <class Request, class Response>
   Response call(grpc::Status (v1::ClientService::Stub::*method)(grpc::ClientContext*, const Request&,
                                                                 Response*),
                 const Request& request) {
+    v1::ClientService::Stub* const leader = stub();
     grpc::ClientContext context;
     set_deadline(context, kFirstAnswerSeconds);
     Response response;
-    require_ok((stub.get()->*method)(&context, request, &response));
+    require_ok((leader->*method)(&context, request, &response));
     return response;
   }
 
@@ -140,7 +169,7 @@ struct FarmClient::Impl {
     grpc::ClientContext context;
     set_deadline(context, kTransferSeconds);
     v1::UploadBlobsResponse response;
-    const auto writer = stub->UploadBlobs(&context, &response);
+    const auto writer = stub()->UploadBlobs(&context, &response);
     bool open = true;
     for (const PendingBlob& blob : blobs) {
       if (!open) break;
@@ -161,11 +190,13 @@ struct FarmClient::Impl {
   }
 };
 
-FarmClient::FarmClient(const ConnectionOptions& connection) : impl_(std::make_unique<Impl>()) {
-  impl_->address = connection.coordinator;
+FarmClient::FarmClient(const ConnectionOptions& connection)
+    : impl_(std::make_unique<Impl>(connection.coordinator)) {
   impl_->security = resolve(connection.security, Side::kClient);
-  impl_->stub = v1::ClientService::NewStub(
-      make_channel({connection.coordinator, connection.insecure, impl_->security}));
+  for (size_t i = 0; i < impl_->coordinators.size(); ++i) {
+    impl_->stubs.push_back(v1::ClientService::NewStub(
+        make_channel({impl_->coordinators.address(i), connection.insecure, impl_->security})));
+  }
 }
 FarmClient::~FarmClient() = default;
 
@@ -261,7 +292,7 @@ std::vector<TileStatus> FarmClient::tiles(const JobId& id) {
   set_deadline(context, kTransferSeconds);
   v1::ListTilesRequest request;
   request.set_job_id(id.value);
-  const auto reader = impl_->stub->ListTiles(&context, request);
+  const auto reader = impl_->stub()->ListTiles(&context, request);
   std::vector<TileStatus> list;
   v1::ListTilesResponse message;
   while (reader->Read(&message)) {
@@ -278,7 +309,7 @@ std::vector<TileLogLine> FarmClient::logs(const JobId& id, const std::optional<i
   request.set_job_id(id.value);
   if (tile) request.set_tile_id(*tile);
   request.set_max_lines(most);
-  const auto reader = impl_->stub->GetLogs(&context, request);
+  const auto reader = impl_->stub()->GetLogs(&context, request);
   std::vector<TileLogLine> list;
   v1::GetLogsResponse message;
   while (reader->Read(&message)) {
@@ -301,7 +332,7 @@ JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobS
     set_deadline(context, kWatchSeconds);
     v1::WatchJobRequest request;
     request.set_job_id(id.value);
-    const auto reader = impl_->stub->WatchJob(&context, request);
+    const auto reader = impl_->stub()->WatchJob(&context, request);
     v1::WatchJobResponse message;
     while (reader->Read(&message)) {
       last = from_proto(message.job());
@@ -313,18 +344,19 @@ JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobS
     const grpc::Status status = reader->Finish();
     if (status.ok() && is_final(last.state)) return last;
     if (!status.ok() && !is_loss(status.error_code())) impl_->require_ok(status);
+    impl_->met = false;
     if (!is_lost) lost_at = Steady::now();
     is_lost = true;
     const double seconds = std::chrono::duration<double>(Steady::now() - lost_at).count();
-    if (!connected && diagnose_tls(impl_->address, impl_->security).definite) impl_->require_ok(status);
+    if (!connected && diagnose_tls(impl_->address(), impl_->security).definite) impl_->require_ok(status);
     if (!connected && seconds > kConnectSeconds) impl_->require_ok(status);
     if (seconds > kReconnectSeconds) {
       throw Error(ErrorKind::kUnreachable,
-                  "coordinator " + impl_->address +
+                  "coordinator " + impl_->address() +
                       " did not come back; the job goes on once it does: lightmill watch " + id.value);
     }
     if (connected && !complained && !status.ok()) {
-      lost("lost the coordinator at " + impl_->address + "; trying again");
+      lost("lost the coordinator at " + impl_->address() + "; trying again");
       complained = true;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
@@ -338,12 +370,13 @@ FetchedImage FarmClient::fetch(const JobId& id, bool with_aovs, int max_side) {
   request.set_job_id(id.value);
   request.set_with_aovs(with_aovs);
   request.set_max_side(max_side);
-  const auto reader = impl_->stub->FetchImage(&context, request);
+  const auto reader = impl_->stub()->FetchImage(&context, request);
   FetchedImage fetched;
   size_t filled = 0, size = 0, aov_size = 0;
   v1::FetchImageResponse message;
   const auto malformed = [&] {
-    return Error(ErrorKind::kFailed, impl_->address + " sent a malformed image; is it of the same version?");
+    return Error(ErrorKind::kFailed,
+                 impl_->address() + " sent a malformed image; is it of the same version?");
   };
   const auto refuse = [&] {
     context.TryCancel();

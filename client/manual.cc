@@ -76,7 +76,7 @@ The image is the same, bit for bit, whoever rendered which part of it.
 .SH ENVIRONMENT
 .TP
 .B LIGHTMILL_COORDINATOR
-The coordinator's HOST:PORT.
+The coordinator's HOST:PORT; with standbys all of them, with commas between.
 .TP
 .B NO_COLOR
 If set and not empty, nothing is coloured.

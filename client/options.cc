@@ -61,7 +61,8 @@ void add_json(CLI::App* verb, CommonOptions* common) {
 }
 
 void add_connection(CLI::App* verb, ConnectionOptions* connection) {
-  verb->add_option("--coordinator", connection->coordinator, "The coordinator's HOST:PORT")
+  verb->add_option("--coordinator", connection->coordinator,
+                   "The coordinator's HOST:PORT; with standbys all of them, with commas between")
       ->envname("LIGHTMILL_COORDINATOR")
       ->capture_default_str();
   verb->add_flag("--insecure", connection->insecure, "Allow plain text to a coordinator on another machine")

@@ -101,7 +101,10 @@ grpc::Status ClientService::GetJob(grpc::ServerContext*, const v1::GetJobRequest
   return guarded([&] {
     const JobId id{request->job_id()};
     *response->mutable_job() = to_proto(farm_.job(id));
-    if (const auto pilot = farm_.pilot(id)) response->set_pilot_json(pilot_to_json(*pilot));
+    try {
+      if (const auto pilot = farm_.pilot(id)) response->set_pilot_json(pilot_to_json(*pilot));
+    } catch (const StoreError&) {  // the status says what is wrong with the store
+    }
     return grpc::Status::OK;
   });
 }

@@ -1,15 +1,12 @@
 #include "coordinator/http_server.h"
 
 #include <httplib.h>
-#include <openssl/err.h>
-#include <openssl/ssl.h>
-#include <sys/socket.h>
 
 #include <atomic>
 #include <ctime>
 #include <thread>
 
-#include "common/rpc/channel.h"
+#include "coordinator/http_base.h"
 #include "coordinator/metrics.h"
 
 namespace lightmill {
@@ -18,15 +15,6 @@ namespace {
 /// Threads beside those of the streams. Connections that are kept alive hold theirs for a moment.
 constexpr size_t kOtherThreads = 32;
 constexpr time_t kKeepAliveSeconds = 2;
-
-/// Gives a connection the certificate of the moment. An SSL_CTX has it once and for all.
-int use_certificate(SSL* tls, void* argument) {
-  const auto& files = *static_cast<const SecurityFiles*>(argument);
-  const bool used = SSL_use_certificate_chain_file(tls, files.cert.c_str()) == 1 &&
-                    SSL_use_PrivateKey_file(tls, files.key.c_str(), SSL_FILETYPE_PEM) == 1;
-  ERR_clear_error();
-  return used ? 1 : 0;
-}
 
 using Handled = httplib::Server::HandlerResponse;
 
@@ -45,20 +33,11 @@ Handled judge(Authenticator& authenticator, const httplib::Request& request, htt
   return Handled::Handled;
 }
 
-std::unique_ptr<httplib::Server> make_server(const SecurityFiles& files) {
-  if (!files.tls()) return std::make_unique<httplib::Server>();
-  return std::make_unique<httplib::SSLServer>([&files](SSL_CTX& context) {
-    SSL_CTX_set_min_proto_version(&context, TLS1_2_VERSION);
-    SSL_CTX_set_cert_cb(&context, use_certificate, const_cast<SecurityFiles*>(&files));
-    return true;
-  });
-}
-
 }  // namespace
 
 struct HttpServer::Impl {
   Impl(const SecurityFiles& security, const WebOptions& web)
-      : files(security), api(web), server(make_server(files)) {}
+      : files(security), api(web), server(make_http_server(files)) {}
   const SecurityFiles files;
   WebApi api;
   const std::unique_ptr<httplib::Server> server;
@@ -69,13 +48,7 @@ struct HttpServer::Impl {
 HttpServer::HttpServer(const std::string& address, const WebOptions& web, const Metrics& metrics,
                        const SecurityFiles& files)
     : impl_(std::make_unique<Impl>(files, web)) {
-  const HostPort at = parse_address(address);
   httplib::Server& server = *impl_->server;
-  // The library's default lets a second process share the port; here that is an error.
-  server.set_socket_options([](int socket) {
-    const int yes = 1;
-    setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  });
   server.new_task_queue = [] { return new httplib::ThreadPool(WebApi::kMaxStreams + kOtherThreads); };
   server.set_keep_alive_timeout(kKeepAliveSeconds);
   server.set_tcp_nodelay(true);
@@ -95,14 +68,7 @@ HttpServer::HttpServer(const std::string& address, const WebOptions& web, const 
     response.set_content(metrics.text(), "text/plain; version=0.0.4");
   });
   impl_->api.install(server);
-  if (at.port == 0) {
-    port_ = server.bind_to_any_port(at.host.c_str());
-  } else if (server.bind_to_port(at.host.c_str(), at.port)) {
-    port_ = at.port;
-  }
-  if (port_ <= 0) {
-    throw Error(ErrorKind::kFailed, "--http " + address + ": can't listen there; is the port in use?");
-  }
+  port_ = bind_http(server, address);
   impl_->thread = std::thread([this] {
     impl_->server->listen_after_bind();
     impl_->ended = true;

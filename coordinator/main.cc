@@ -16,6 +16,8 @@
 #include "common/size_text.h"
 #include "coordinator/credential_commands.h"
 #include "coordinator/data_folder.h"
+#include "coordinator/leadership.h"
+#include "coordinator/postgres_job_store.h"
 #include "coordinator/quarantine.h"
 #include "coordinator/scene/reader_process.h"
 #include "coordinator/server.h"
@@ -30,6 +32,7 @@ struct Options {
   FarmOptions farm;
   std::string data = "lightmill-data";
   std::string port_file;
+  LeadershipOptions leadership;
   bool check = false;
   double checkpoint_megabytes = 256;
   std::string film_memory = "1G";
@@ -64,6 +67,20 @@ void add_options(CLI::App& app, Options& o) {
       ->capture_default_str();
   app.add_option("--data", o.data, "Folder for jobs and scene files")
       ->envname("LIGHTMILL_DATA")
+      ->capture_default_str();
+  app.add_option(
+         "--store", o.leadership.store,
+         "Keep jobs in a database, postgresql://USER@HOST/DATABASE, and what is large in --data, which "
+         "coordinators share: one leads, the others stand by; default: a file in --data")
+      ->envname("LIGHTMILL_STORE")
+      ->type_name("URL");
+  app.add_option("--advertise", o.leadership.advertise,
+                 "HOST:PORT that a standby names as the leader's; default: that of --listen")
+      ->envname("LIGHTMILL_ADVERTISE");
+  app.add_option("--leader-lease", o.leadership.lease_seconds,
+                 "Seconds that a leader may be silent to the database before a standby takes over")
+      ->envname("LIGHTMILL_LEADER_LEASE")
+      ->check(CLI::Range(1.0, 600.0).description("1 to 600"))
       ->capture_default_str();
   app.add_option("--port-file", o.port_file, "Write the ports to this file once both listen (rpc=N, http=N)")
       ->envname("LIGHTMILL_PORT_FILE");
@@ -170,10 +187,10 @@ void add_read_scene(CLI::App& app, std::function<int()>* command) {
   verb->callback([command, limits] { *command = [limits] { return read_scene_and_answer(*limits); }; });
 }
 
-/// Ticks the farm until SIGTERM or SIGINT, which must be blocked in all threads.
-void serve_until_signal(Farm& farm, const sigset_t& signals) {
+/// Ticks the farm until SIGTERM or SIGINT, which must be blocked in all threads, or until `ended`.
+void serve_until_signal(Farm& farm, const sigset_t& signals, const std::function<bool()>& ended) {
   const timespec pause{0, kTickNanoseconds};
-  for (;;) {
+  while (!ended()) {
     const int signal = sigtimedwait(&signals, nullptr, &pause);
     if (signal > 0) {
       spdlog::info("signal {}: shutting down", signal);
@@ -187,10 +204,8 @@ void serve_until_signal(Farm& farm, const sigset_t& signals) {
   }
 }
 
-/// What the data folder holds, looked at while no coordinator runs on it. The exit code.
-int check_data(const std::string& folder) {
-  const DataFolder data(folder);
-  SqliteJobStore store(data.store_path());
+/// What the store holds, looked at while no coordinator runs on it. The exit code.
+int report_problems(JobStore& store) {
   const std::vector<std::string> problems = check_store(store);
   for (const std::string& problem : problems)
     std::fprintf(stderr, "lightmill-coordinator: %s\n", problem.c_str());
@@ -198,8 +213,24 @@ int check_data(const std::string& folder) {
   return problems.empty() ? 0 : 1;
 }
 
+int check_data(const Options& options) {
+  const bool shared = !options.leadership.store.empty();
+  const DataFolder data(options.data, shared);
+  if (!shared) {
+    SqliteJobStore store(data.store_path());
+    return report_problems(store);
+  }
+  PostgresLease lease(PostgresUrl(options.leadership.store), options.leadership.lease_seconds);
+  if (!lease.try_take()) {
+    throw Error(ErrorKind::kFailed, "the coordinator at " + lease.holder() +
+                                        " is at work on this database; stop it before --check");
+  }
+  PostgresJobStore store(lease, options.data);
+  return report_problems(store);
+}
+
 int run(Options options) {
-  if (options.check) return check_data(options.data);
+  if (options.check) return check_data(options);
   keep_freed_memory();
   sigset_t signals;
   sigemptyset(&signals);
@@ -216,8 +247,7 @@ int run(Options options) {
     events.add(line);
   };
   options.server.log = log;
-  const DataFolder data(options.data);
-  BlobStore blobs(data.blob_folder());
+  const DataFolder data(options.data, !options.leadership.store.empty());
   Quarantine quarantine(data.quarantine_folder());
   const SteadyClock clock;
   options.farm.build = build_id();
@@ -242,16 +272,28 @@ int run(Options options) {
   options.farm.quarantine = [&](const LeaseKey& lease, const WorkerId& worker, const std::string& reason,
                                 const std::string& bytes) { quarantine.keep(lease, worker, reason, bytes); };
   options.server.lease_seconds = options.farm.lease_seconds;
-  Farm farm(std::make_unique<SqliteJobStore>(data.store_path()), clock, options.farm);
-  const Server server(options.server, farm, blobs);
-  spdlog::info("{}; data in {}", build_id(), options.data);
-  spdlog::info("listening: rpc port {}, http port {}, {}", server.rpc_port(), server.http_port(),
-               options.server.security.tls() ? "TLS and tokens" : "plain text for everybody");
-  if (!options.port_file.empty()) {
-    write_file_atomically(options.port_file, "rpc=" + std::to_string(server.rpc_port()) +
-                                                 "\nhttp=" + std::to_string(server.http_port()) + "\n");
+
+  const auto serve = [&](Leadership::Turn turn) {
+    BlobStore blobs(data.blob_folder());
+    Farm farm(std::move(turn.store), clock, options.farm);
+    const Server server(turn.server, farm, blobs);
+    spdlog::info("{}; data in {}", build_id(), options.data);
+    spdlog::info("listening: rpc port {}, http port {}, {}", server.rpc_port(), server.http_port(),
+                 options.server.security.tls() ? "TLS and tokens" : "plain text for everybody");
+    turn.ready({server.rpc_port(), server.http_port()});
+    serve_until_signal(farm, signals, turn.ended);
+  };
+  const auto listening = [&](const Ports& ports) {
+    if (options.port_file.empty()) return;
+    write_file_atomically(options.port_file,
+                          "rpc=" + std::to_string(ports.rpc) + "\nhttp=" + std::to_string(ports.http) + "\n");
+  };
+  if (options.leadership.store.empty()) {
+    serve({std::make_unique<SqliteJobStore>(data.store_path()), options.server, listening,
+           [] { return false; }});
+  } else {
+    Leadership(options.leadership, signals, listening).run(options.server, options.data, serve);
   }
-  serve_until_signal(farm, signals);
   return 0;
 }
 

@@ -100,7 +100,8 @@ class SignalThread {
 void add_options(CLI::App& app, Options& options) {
   app.set_version_flag("--version", build_id());
   app.set_config("--config", "", "Read options from a TOML file");
-  app.add_option("--coordinator", options.coordinator, "The coordinator's HOST:PORT")
+  app.add_option("--coordinator", options.coordinator,
+                 "The coordinator's HOST:PORT; with standbys all of them, with commas between")
       ->envname("LIGHTMILL_COORDINATOR")
       ->capture_default_str();
   app.add_option("--threads", options.threads, "Render threads; 0: all processors")

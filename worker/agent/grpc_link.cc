@@ -12,6 +12,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/commit_stream.h"
 #include "common/rpc/convert.h"
+#include "common/rpc/coordinators.h"
 #include "common/rpc/pilot_result.h"
 #include "common/rpc/status.h"
 #include "common/rpc/tls_diagnosis.h"
@@ -26,16 +27,17 @@ constexpr size_t kMostBlobsAtOnce = 1000;
 }  // namespace
 
 struct GrpcLink::Impl {
-  std::string address;
+  Coordinators coordinators;
   SecurityFiles security;
-  std::unique_ptr<v1::WorkerService::Stub> stub;
+  std::vector<std::unique_ptr<v1::WorkerService::Stub>> stubs;  // one to a coordinator
   std::mutex mutex;
   std::string worker_id;                  // guarded by mutex
   std::set<grpc::ClientContext*> active;  // guarded by mutex: what cancel() ends
   bool cancelled = false;                 // guarded by mutex
   std::atomic<bool> met{false};           // the coordinator has answered
 
-  void check(const grpc::Status& status, bool names_worker);
+  explicit Impl(const std::string& addresses) : coordinators(addresses) {}
+  void check(size_t coordinator, const grpc::Status& status, bool names_worker);
   std::string worker() {
     const std::lock_guard lock(mutex);
     return worker_id;
@@ -48,7 +50,7 @@ namespace {
 template <class Impl>
 class Call {
  public:
-  Call(Impl& impl, double seconds) : impl_(impl) {
+  Call(Impl& impl, double seconds) : impl_(impl), coordinator_(impl.coordinators.current()) {
     set_deadline(context_, seconds);
     const std::lock_guard lock(impl_.mutex);
     if (impl_.cancelled) throw LinkDown("stopping");
@@ -61,9 +63,14 @@ class Call {
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
   grpc::ClientContext* context() { return &context_; }
+  v1::WorkerService::Stub* stub() { return impl_.stubs[coordinator_].get(); }
+  void check(const grpc::Status& status, bool names_worker) {
+    impl_.check(coordinator_, status, names_worker);
+  }
 
  private:
   Impl& impl_;
+  const size_t coordinator_;
   grpc::ClientContext context_;
 };
 
@@ -71,7 +78,8 @@ class Call {
 
 /// Throws what a status means. `names_worker`: NOT_FOUND says that the coordinator has forgotten us; a token
 /// that is not accepted any more is found out by registering again.
-void GrpcLink::Impl::check(const grpc::Status& status, bool names_worker) {
+void GrpcLink::Impl::check(size_t coordinator, const grpc::Status& status, bool names_worker) {
+  const std::string& address = coordinators.address(coordinator);
   if (status.error_code() != grpc::StatusCode::UNAVAILABLE) met = true;
   if (status.ok()) return;
   const std::string text = one_line(status.error_message());
@@ -89,7 +97,11 @@ void GrpcLink::Impl::check(const grpc::Status& status, bool names_worker) {
     case grpc::StatusCode::FAILED_PRECONDITION:
     case grpc::StatusCode::OUT_OF_RANGE:
       throw Error(ErrorKind::kFailed, text);
+    case grpc::StatusCode::DEADLINE_EXCEEDED:
+      coordinators.move_on(coordinator);
+      break;
     case grpc::StatusCode::UNAVAILABLE: {
+      coordinators.move_on(coordinator);
       const TlsDiagnosis found = diagnose_tls(address, security);
       if (found.problem.empty()) break;
       // Later on certificates may be being renewed: that passes, and tiles are in our hands.
@@ -103,11 +115,13 @@ void GrpcLink::Impl::check(const grpc::Status& status, bool names_worker) {
   throw LinkDown(address + ": " + (text.empty() ? "no answer" : text));
 }
 
-GrpcLink::GrpcLink(const std::string& address, bool insecure, const SecurityFiles& security)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->address = address;
+GrpcLink::GrpcLink(const std::string& addresses, bool insecure, const SecurityFiles& security)
+    : impl_(std::make_unique<Impl>(addresses)) {
   impl_->security = security;
-  impl_->stub = v1::WorkerService::NewStub(make_channel({address, insecure, security}));
+  for (size_t i = 0; i < impl_->coordinators.size(); ++i) {
+    impl_->stubs.push_back(
+        v1::WorkerService::NewStub(make_channel({impl_->coordinators.address(i), insecure, security})));
+  }
 }
 GrpcLink::~GrpcLink() = default;
 
@@ -116,7 +130,7 @@ void GrpcLink::register_worker(const WorkerRegistration& registration) {
   v1::RegisterRequest request;
   *request.mutable_registration() = to_proto(registration);
   v1::RegisterResponse response;
-  impl_->check(impl_->stub->Register(call.context(), request, &response), false);
+  call.check(call.stub()->Register(call.context(), request, &response), false);
   const std::lock_guard lock(impl_->mutex);
   impl_->worker_id = response.worker_id();
 }
@@ -127,7 +141,7 @@ std::optional<LeaseGrant> GrpcLink::lease(double wait_seconds) {
   request.set_worker_id(impl_->worker());
   request.set_wait_seconds(wait_seconds);
   v1::LeaseResponse response;
-  impl_->check(impl_->stub->Lease(call.context(), request, &response), true);
+  call.check(call.stub()->Lease(call.context(), request, &response), true);
   if (!response.has_grant()) return std::nullopt;
   if (response.grant().digest() != grant_digest(response.grant())) {
     throw Damaged("a lease arrived damaged: its digest does not fit");
@@ -148,7 +162,7 @@ std::vector<LeaseKey> GrpcLink::renew(const std::vector<LeaseKey>& held) {
   request.set_worker_id(impl_->worker());
   for (const LeaseKey& key : held) *request.add_held() = to_proto(key);
   v1::RenewResponse response;
-  impl_->check(impl_->stub->Renew(call.context(), request, &response), true);
+  call.check(call.stub()->Renew(call.context(), request, &response), true);
   std::vector<LeaseKey> lost;
   for (const v1::LeaseKey& key : response.lost()) lost.push_back(from_proto(key));
   return lost;
@@ -158,10 +172,10 @@ CommitAnswer GrpcLink::commit(const LeaseKey& key, const std::string& partial_by
   Call call(*impl_, kTransferSeconds);
   v1::CommitResponse response;
   const grpc::Status status =
-      commit_partial(*impl_->stub, *call.context(), impl_->worker(), key, partial_bytes, &response);
+      commit_partial(*call.stub(), *call.context(), impl_->worker(), key, partial_bytes, &response);
   if (status.error_code() == grpc::StatusCode::INVALID_ARGUMENT)
     throw Damaged(one_line(status.error_message()));
-  impl_->check(status, true);
+  call.check(status, true);
   return {from_proto(response.outcome()), response.message()};
 }
 
@@ -172,7 +186,7 @@ void GrpcLink::fail(const LeaseKey& key, const std::string& reason) {
   *request.mutable_key() = to_proto(key);
   request.set_reason(one_line(reason));
   v1::FailResponse response;
-  impl_->check(impl_->stub->Fail(call.context(), request, &response), true);
+  call.check(call.stub()->Fail(call.context(), request, &response), true);
 }
 
 void GrpcLink::hand_back(const LeaseKey& key) {
@@ -182,7 +196,7 @@ void GrpcLink::hand_back(const LeaseKey& key) {
   *request.mutable_key() = to_proto(key);
   request.set_handed_back(true);
   v1::FailResponse response;
-  impl_->check(impl_->stub->Fail(call.context(), request, &response), true);
+  call.check(call.stub()->Fail(call.context(), request, &response), true);
 }
 
 void GrpcLink::drain() {
@@ -190,7 +204,7 @@ void GrpcLink::drain() {
   v1::DrainRequest request;
   request.set_worker_id(impl_->worker());
   v1::DrainResponse response;
-  impl_->check(impl_->stub->Drain(call.context(), request, &response), true);
+  call.check(call.stub()->Drain(call.context(), request, &response), true);
 }
 
 Bundle GrpcLink::bundle(const std::string& digest) {
@@ -198,7 +212,7 @@ Bundle GrpcLink::bundle(const std::string& digest) {
   v1::GetBundleRequest request;
   request.set_bundle_digest(digest);
   v1::GetBundleResponse response;
-  impl_->check(impl_->stub->GetBundle(call.context(), request, &response), false);
+  call.check(call.stub()->GetBundle(call.context(), request, &response), false);
   return bundle_from_json(response.bundle_json());
 }
 
@@ -208,7 +222,7 @@ void GrpcLink::fetch_blobs(const std::vector<std::string>& digests, BlobSink& si
     v1::FetchBlobsRequest request;
     const size_t last = std::min(digests.size(), first + kMostBlobsAtOnce);
     for (size_t i = first; i < last; ++i) request.add_digests(digests[i]);
-    const auto reader = impl_->stub->FetchBlobs(call.context(), request);
+    const auto reader = call.stub()->FetchBlobs(call.context(), request);
     v1::FetchBlobsResponse message;
     bool begun = false;
     try {
@@ -226,7 +240,7 @@ void GrpcLink::fetch_blobs(const std::vector<std::string>& digests, BlobSink& si
       reader->Finish();
       throw;
     }
-    impl_->check(reader->Finish(), false);
+    call.check(reader->Finish(), false);
     if (begun) sink.end();
   }
 }

@@ -10,9 +10,10 @@ namespace lightmill::agent {
 
 class GrpcLink : public FarmLink {
  public:
-  /// Does not connect yet. With `security` (resolved) TLS and a token; else plain text: throws Error(kUsage)
-  /// unless the address is loopback or `insecure` allows it.
-  GrpcLink(const std::string& address, bool insecure, const SecurityFiles& security = {});
+  /// Does not connect yet. `addresses`: of one coordinator or several (common/rpc/coordinators.h). With
+  /// `security` (resolved) TLS and a token; else plain text: throws Error(kUsage) unless the address is
+  /// loopback or `insecure` allows it.
+  GrpcLink(const std::string& addresses, bool insecure, const SecurityFiles& security = {});
   ~GrpcLink() override;
   void register_worker(const WorkerRegistration& registration) override;
   std::optional<LeaseGrant> lease(double wait_seconds) override;
