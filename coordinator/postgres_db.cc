@@ -50,9 +50,12 @@ PostgresUrl::PostgresUrl(const std::string& url) {
     const auto found = keywords_.find(keyword);
     return found == keywords_.end() || found->second.empty() ? std::string() : before + found->second;
   };
-  const std::string user = part("user", "");
-  shown_ = "postgresql://" + (user.empty() ? "" : user + "@") + part("host", "") + part("port", ":") +
-           part("dbname", "/");
+  shown_ = "postgresql://";
+  shown_ += part("user", "");
+  if (keywords_.contains("user")) shown_ += '@';
+  shown_ += part("host", "");
+  shown_ += part("port", ":");
+  shown_ += part("dbname", "/");
   for (const auto& [keyword, value] : kDefaults) keywords_.emplace(keyword, value);
   keywords_["client_encoding"] = "UTF8";
 }
@@ -136,7 +139,8 @@ PostgresResult PostgresConnection::run(const char* sql, std::initializer_list<Po
                                        bool binary_result) {
   auto known = prepared_.find(sql);
   if (known == prepared_.end()) {
-    const std::string name = "s" + std::to_string(prepared_.size());
+    std::string name = "s";
+    name += std::to_string(prepared_.size());
     checked(PQprepare(connection_.get(), name.c_str(), sql, 0, nullptr));
     known = prepared_.emplace(sql, name).first;
   }

@@ -16,7 +16,7 @@ INSERT INTO leader VALUES(true, 0, '', false, '-infinity');
 -- Every transaction changes this row: room on its page lets it be changed in place.
 CREATE TABLE fence(
   one BOOLEAN PRIMARY KEY DEFAULT true CHECK(one),
-  epoch BIGINT NOT NULL, writes BIGINT NOT NULL) WITH (fillfactor=10);
+  epoch BIGINT NOT NULL, writes BIGINT NOT NULL) WITH (fillfactor=50);
 INSERT INTO fence VALUES(true, 0, 0);
 CREATE TABLE counters(name TEXT PRIMARY KEY, value BIGINT NOT NULL);
 CREATE TABLE bundles(digest TEXT PRIMARY KEY, manifest TEXT NOT NULL);

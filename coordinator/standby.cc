@@ -24,8 +24,8 @@ class Notice {
  public:
   void set_leader(const std::string& address) {
     const std::lock_guard lock(mutex_);
-    text_ = "standby: " + (address.empty() ? "another coordinator" : "the coordinator at " + address) +
-            " leads this farm";
+    const std::string who = address.empty() ? "another coordinator" : "the coordinator at " + address;
+    text_ = "standby: " + who + " leads this farm";
   }
   std::string text() const {
     const std::lock_guard lock(mutex_);

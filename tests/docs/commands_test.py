@@ -3,8 +3,8 @@
     commands_test.py --bin build/release/bin [PAGE.md ...]
 
 A page runs in a folder that looks like a built checkout, with the example scenes made small. What it starts as a server
-runs until the page ends, on ports that are free: 7070 and 8080 stand for them. Commands that can't run here are listed
-below with the test that runs them instead; whatever is neither run nor listed fails.
+runs until the page ends, on ports that are free; its database is a PostgreSQL of its own. Commands that can't run here
+are listed below with the test that runs them instead; whatever is neither run nor listed fails.
 """
 import argparse
 import os
@@ -17,7 +17,11 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from postgres import Missing, PostgresServer  # noqa: E402
+
 SERVERS = ("lightmill-coordinator --listen", "lightmill-worker --coordinator 127.0.0.1")
+DATABASE = "postgresql://lightmill@db.example.org/farm"
 GENEROUS_S = 300
 ELSEWHERE = [  # a pattern, and what runs such commands
     (r"^(docker|docker-compose) |^mkdir -p farm-credentials$|-C /var/lib/lightmill/credentials|^export LIGHTMILL_CRED",
@@ -30,6 +34,7 @@ ELSEWHERE = [  # a pattern, and what runs such commands
     (r"farm\.example\.org:7070|--credentials farm-credentials", "tests/farm/hostile_test.py, on the machines it has"),
     (r"^build/release/tests/extreme_suite|^tests/bench", "CTest, as the suite's own tests"),
     (r"^blender ", "tests/farm/blender_test.py"),
+    (r"^sudo -u postgres ", "tests/support/postgres.py, as far as a server of its own goes"),
 ]
 PAGES_ELSEWHERE = {"security.md": "tests/farm/security_doc_test.py"}
 
@@ -62,7 +67,8 @@ def checkout(folder, bin_dir):
 class Page:
     def __init__(self, path, bin_dir):
         self.path, self.bin = path, bin_dir
-        self.servers, self.address, self.http = [], None, None
+        self.servers, self.address, self.ports = [], None, {}
+        self.database = None
 
     def __enter__(self):
         self.root = pathlib.Path(tempfile.mkdtemp(prefix="lightmill-docs-"))
@@ -74,20 +80,29 @@ class Page:
         for server in self.servers:
             server.kill()
             server.wait()
+        if self.database:
+            self.database.close()
         shutil.rmtree(self.root, ignore_errors=True)
 
     def here(self, command):
         """The page's addresses as this test's."""
-        if self.address:
-            command = re.sub(r"(127\.0\.0\.1|localhost):7070", self.address, command)
-        if self.http:
-            command = re.sub(r"(127\.0\.0\.1|localhost):8080", self.http, command)
+        command = re.sub(r"(?:127\.0\.0\.1|localhost):(\d+)",
+                         lambda match: f"127.0.0.1:{self.ports.get(match[1], match[1])}", command)
+        if DATABASE in command:
+            self.database = self.database or PostgresServer()
+            command = command.replace(DATABASE, f"'{self.database.url()}'")
         return command
 
     def serve(self, command):
         port_file = self.root / f"ports{len(self.servers)}"
+        asked = {}  # what the page calls the ports
         if "coordinator --listen" in command:
-            command = re.sub(r"127\.0\.0\.1:(7070|8080)", "127.0.0.1:0", command) + f" --port-file {port_file}"
+            for kind, option in (("rpc", "listen"), ("http", "http")):
+                if match := re.search(rf"--{option} 127\.0\.0\.1:(\d+)", command):
+                    asked[kind] = match[1]
+                    self.ports.pop(match[1], None)  # a server of before has ended
+            command = re.sub(r"--(listen|http) 127\.0\.0\.1:\d+", r"--\1 127.0.0.1:0", command)
+            command += f" --port-file {port_file}"
         log = open(self.root / f"server{len(self.servers)}.log", "wb")
         self.servers.append(subprocess.Popen("exec " + self.here(command), shell=True, cwd=self.folder, stdout=log,
                                              stderr=log))
@@ -96,8 +111,9 @@ class Page:
             assert self.servers[-1].poll() is None and time.monotonic() < end, f"{command}: it did not start"
             time.sleep(0.05)
         if port_file.exists():
-            self.address = "127.0.0.1:" + re.search(r"rpc=(\d+)", port_file.read_text())[1]
-            self.http = "127.0.0.1:" + re.search(r"http=(\d+)", port_file.read_text())[1]
+            got = dict(line.split("=") for line in port_file.read_text().split())
+            self.ports.update({asked[kind]: got[kind] for kind in asked})
+            self.address = f"127.0.0.1:{got['rpc']}"
 
     def need_farm(self, command):
         """Pages that only say "with a farm on this machine" get one."""
@@ -137,7 +153,10 @@ def main():
         with Page(path, arguments.bin) as page:
             for command in commands(path):
                 reason = next((where for pattern, where in ELSEWHERE if re.search(pattern, command)), None)
-                outcome = "elsewhere" if reason else page.run(command)
+                try:
+                    outcome = "elsewhere" if reason else page.run(command)
+                except Missing as missing:
+                    outcome, reason = "elsewhere", f"skipped: {missing}"
                 counts[outcome] += 1
                 print(f"{path.name}: {outcome}{': ' + reason if reason else ''}: {command}", flush=True)
     assert counts["ran"] > 0 or arguments.pages, "no page has a command"
