@@ -15,6 +15,7 @@ constexpr double kDeepest = 1024;  // superblocks of a round
 // Where splats have to be spared a tile is deep rather than wide: it has so small a part of the window at
 // most, so that its camera layer weighs little beside its splats.
 constexpr double kSplatTilesOfWindow = 4;
+constexpr double kUsualSpeed = 2e5;         // samples a second, of a worker that has not shown its own yet
 constexpr double kHeavySplatBytes = 200e3;  // a smaller layer costs no more than a lease does
 constexpr int kRunTiles = 8;                // that a worker gets of a job before another one's turn
 constexpr double kRateWindowSeconds = 10;
@@ -120,15 +121,21 @@ bool Scheduler::awaits_checkpoint(const Job& job) {
 
 void Scheduler::obey_ingest(const Job& job, TilingInput* input) const {
   if (!(options_.ingest_bytes_per_second > 0)) return;
-  const double samples_per_second = input->workers * input->worker_samples_per_second;
   double depth = 0;  // samples per pixel
   if (input->splats) {
     const auto window = static_cast<double>(input->grid.crop.area());
-    const double samples =
-        samples_per_second * splat_layer_bytes(job.record.settings) / options_.ingest_bytes_per_second;
+    const double speed =
+        input->worker_samples_per_second > 0 ? input->worker_samples_per_second : kUsualSpeed;
+    const double commit_seconds = splat_layer_bytes(job.record.settings) / options_.ingest_bytes_per_second;
+    // n workers render what is left in left / n seconds, and hand in a layer each, one after the other.
+    const double left = window * static_cast<double>(input->spp - input->begin) / speed;
+    const double enough = std::clamp(std::sqrt(left / commit_seconds), 1.0, 1e6);
+    input->workers = std::min(input->workers, static_cast<int>(enough));
+    const double samples = input->workers * speed * commit_seconds;
     input->min_tile_samples = static_cast<int64_t>(std::clamp(samples, 0.0, 0x1p50));
     depth = kSplatTilesOfWindow * samples / window;
   } else if (job.commit_pixels > 0) {
+    const double samples_per_second = input->workers * input->worker_samples_per_second;
     depth = samples_per_second * job.commit_bytes / job.commit_pixels / options_.ingest_bytes_per_second;
   }
   const double wanted = std::clamp(std::ceil(depth / static_cast<double>(kSuperblockSamples)), 1.0, kDeepest);

@@ -17,20 +17,22 @@ constexpr int64_t kMaxGrowth = 2, kMaxSplatGrowth = 16;
 // for every pixel, in a tile that holds as many as are worth waiting for, and in one that is small for the
 // job's end:
 constexpr int64_t kFullSplatSpp = 16, kLeastSplatSpp = 5;
-constexpr double kSplatTileFactor = 8;  // times target_tile_seconds, at most
+constexpr double kSplatTileFactor = 16;  // times target_tile_seconds, at most
 
 /// Samples of a tile while there is enough to do.
 int64_t tile_budget(const TilingInput& in) {
   if (in.previous_tile_samples <= 0) return in.splats ? kFirstSplatTileSamples : kFirstTileSamples;
   const int64_t grown = in.previous_tile_samples * (in.splats ? kMaxSplatGrowth : kMaxGrowth);
-  if (!(in.worker_samples_per_second > 0)) return in.previous_tile_samples;
-  double wanted = in.worker_samples_per_second * in.target_tile_seconds;
-  if (in.splats) {
-    const auto full = static_cast<double>(kFullSplatSpp * in.grid.crop.area());
-    wanted = std::clamp(full, wanted, wanted * kSplatTileFactor);
-    wanted = std::max(wanted, static_cast<double>(in.min_tile_samples));
+  int64_t budget = in.previous_tile_samples;
+  if (in.worker_samples_per_second > 0) {
+    double wanted = in.worker_samples_per_second * in.target_tile_seconds;
+    if (in.splats) {
+      const auto full = static_cast<double>(kFullSplatSpp * in.grid.crop.area());
+      wanted = std::clamp(full, wanted, wanted * kSplatTileFactor);
+    }
+    budget = std::min(grown, static_cast<int64_t>(std::clamp(wanted, 1.0, 0x1p50)));
   }
-  return std::min(grown, static_cast<int64_t>(std::clamp(wanted, 1.0, 0x1p50)));
+  return in.splats ? std::max(budget, in.min_tile_samples) : budget;
 }
 
 /// Samples per pixel that fit the time left.

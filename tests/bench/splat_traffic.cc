@@ -65,12 +65,6 @@ class Traffic {
     const double window = static_cast<double>(settings_.grid.crop.area());
     const double rate = options.workers * options.speed / kArea;
     settings_.spp = std::max<int64_t>(1, std::llround(rate * options.seconds / window));
-    JobRequest request;
-    request.name = "simulated";
-    request.bundle.main = "scene.pbrt";
-    request.bundle.entries = {{"scene.pbrt", std::string(64, '0'), 1}};
-    request.settings = settings_;
-    job_ = farm_->submit(request);
     std::lognormal_distribution<double> spread(0, kSpeedSpread);
     double total = 0;
     for (int i = 0; i < options.workers; ++i) {
@@ -79,6 +73,8 @@ class Traffic {
       total += workers_.back().speed;
     }
     for (Worker& worker : workers_) worker.speed *= rate / total;
+    show_speeds();
+    job_ = farm_->submit(request_of(settings_));
   }
 
   void run() {
@@ -100,6 +96,34 @@ class Traffic {
     farm_options.lease_seconds = 1e6;
     farm_options.ingest_bytes_per_second = options_.megabytes * 1e6 / kArea;
     return std::make_unique<Farm>(std::make_unique<MemoryJobStore>(false), clock_, farm_options);
+  }
+  static JobRequest request_of(const RenderSettings& settings) {
+    JobRequest request;
+    request.name = "simulated";
+    request.bundle.main = "scene.pbrt";
+    request.bundle.entries = {{"scene.pbrt", std::string(64, '0'), 1}};
+    request.settings = settings;
+    return request;
+  }
+  /// The farm is not new: every worker has handed in something before. (What is assumed of new ones is not to
+  /// scale.)
+  void show_speeds() {
+    RenderSettings settings = settings_;
+    settings.integrator = Integrator::kPt;
+    settings.spp = 1 << 20;
+    const JobId earlier = farm_->submit(request_of(settings));
+    for (const Worker& worker : workers_) {
+      const auto grant = farm_->lease(worker.id);
+      Partial p;
+      p.tile = grant->tile;
+      p.grid = settings.grid;
+      p.quantum_exponent = -52;
+      p.camera.resize(static_cast<size_t>(p.grid.pixels(p.tile.cells).area()));
+      p.counters.camera_paths = p.camera.size() * static_cast<uint64_t>(p.tile.samples());
+      p.cpu_seconds = static_cast<double>(p.counters.camera_paths) / worker.speed;
+      farm_->commit(worker.id, {earlier, grant->tile_id, grant->attempt}, encode_partial(p));
+    }
+    farm_->cancel(earlier);
   }
   void push(Event event) {
     event.order = ++order_;
