@@ -10,6 +10,7 @@
 #include "common/image/aov_layers.h"
 #include "common/image/packing.h"
 #include "common/image/partial_check.h"
+#include "common/image/signed_sum.h"
 #include "common/image/unit_planes.h"
 
 namespace lightmill {
@@ -57,7 +58,8 @@ void read_direct_splats(ByteReader* in, const FilmGrid& grid, AovSums* sums) {
 }
 
 bool within(const ExactRgb& part, const ExactRgb& whole) {
-  return part.c[0] <= whole.c[0] && part.c[1] <= whole.c[1] && part.c[2] <= whole.c[2];
+  const auto at_most = [](Units a, Units b) { return static_cast<__int128>(a) <= static_cast<__int128>(b); };
+  return at_most(part.c[0], whole.c[0]) && at_most(part.c[1], whole.c[1]) && at_most(part.c[2], whole.c[2]);
 }
 
 }  // namespace
@@ -130,7 +132,7 @@ void check_aovs(const AovSums& sums, size_t tile_pixels, int64_t samples, const 
     }
     for (const ExactRgb& sum : values) {
       for (const Units u : sum.c) {
-        if (u > limit) refuse_partial("AOV sum out of range");
+        if (magnitude(u) > limit) refuse_partial("AOV sum out of range");
       }
     }
   }

@@ -2,6 +2,7 @@
 
 #include "common/error.h"
 #include "common/image/packing.h"
+#include "common/image/signed_sum.h"
 #include "common/image/unit_planes.h"
 
 namespace lightmill {
@@ -24,7 +25,7 @@ struct PixelSums {
   /// Direct light, or the rest: `indirect`. The difference is taken of exact sums.
   double light(bool indirect, int c) const {
     const auto mean = [&](Units whole, Units direct, double count) {
-      return from_units(indirect ? whole - direct : direct, colour.quantum_exponent) / count;
+      return from_signed_units(indirect ? whole - direct : direct, colour.quantum_exponent) / count;
     };
     double value = 0;
     if (samples > 0) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/image/signed_sum.h"
+
 namespace lightmill {
 
 namespace {
@@ -21,7 +23,7 @@ int64_t steps(float x, int bits, int range) {
   return static_cast<int64_t>(std::floor(std::clamp(std::ldexp(double{x}, bits), -limit, limit) + 0.5));
 }
 
-double to_double(Units units) { return from_units(units, 0); }
+double to_double(Units units) { return from_signed_units(units, 0); }
 
 /// sum - bias * count, which may be negative.
 double unbiased(Units sum, Units bias, int64_t count) {

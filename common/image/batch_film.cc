@@ -7,6 +7,7 @@
 #include "common/image/error_curve.h"
 #include "common/image/error_estimate.h"
 #include "common/image/packing.h"
+#include "common/image/signed_sum.h"
 #include "common/settings.h"
 
 namespace lightmill {
@@ -21,10 +22,7 @@ constexpr const char* kWhat = "batch film snapshot";
 
 size_t index(int64_t i) { return static_cast<size_t>(i); }
 
-double to_double(Units units) {
-  return static_cast<double>(static_cast<uint64_t>(units >> 64)) * 0x1p64 +
-         static_cast<double>(static_cast<uint64_t>(units));
-}
+double to_double(Units units) { return from_signed_units(units, 0); }
 
 /// A bijection of 64-bit words with good avalanche (the finalizer of SplitMix64; Steele et al. 2014).
 uint64_t mix(uint64_t x) {

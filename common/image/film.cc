@@ -4,6 +4,7 @@
 
 #include "common/error.h"
 #include "common/image/packing.h"
+#include "common/image/signed_sum.h"
 #include "common/image/unit_planes.h"
 #include "common/settings.h"
 
@@ -14,15 +15,19 @@ namespace {
 constexpr uint32_t kMagic = 0x6d66694c;  // "Lifm"
 constexpr uint32_t kVersion = 1;
 constexpr const char* kWhat = "film snapshot";
-// One bit below the width of a sum: a film sum plus a partial's cannot wrap before it is noticed.
-constexpr int kOverflowBit = 127;
 
 size_t index(int64_t i) { return static_cast<size_t>(i); }
 
 /// Adds and returns true if the sum has left the range.
 bool add(ExactRgb* to, const ExactRgb& from) {
-  *to += from;
-  return ((to->c[0] | to->c[1] | to->c[2]) >> kOverflowBit) != 0;
+  bool left = false;
+  for (int c = 0; c < 3; ++c) {
+    const Units before = to->c[c];
+    to->c[c] += from.c[c];
+    // Both had the other sign.
+    left |= is_negative((before ^ to->c[c]) & (from.c[c] ^ to->c[c]));
+  }
+  return left;
 }
 
 void subtract(ExactRgb* to, const ExactRgb& from) {
@@ -130,9 +135,9 @@ Image Film::resolve() const {
       for (int c = 0; c < 3; ++c) {
         double value = 0;
         if (samples > 0)
-          value += from_units(camera_[i].c[c], quantum_exponent_) / static_cast<double>(samples);
+          value += from_signed_units(camera_[i].c[c], quantum_exponent_) / static_cast<double>(samples);
         if (!splat_.empty() && light_paths_ > 0)
-          value += from_units(splat_[i].c[c], quantum_exponent_) / light_spp;
+          value += from_signed_units(splat_[i].c[c], quantum_exponent_) / light_spp;
         image.data[3 * i + static_cast<size_t>(c)] = static_cast<float>(value);
       }
     }

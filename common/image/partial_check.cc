@@ -4,6 +4,7 @@
 
 #include "common/effort_map.h"
 #include "common/error.h"
+#include "common/image/signed_sum.h"
 #include "common/settings.h"
 
 namespace lightmill {
@@ -44,7 +45,8 @@ void check_partial_head(const Partial& p) {
       static_cast<uint64_t>(g.pixels(cells).area()) * static_cast<uint64_t>(p.tile.samples());
   const RenderCounters& c = p.counters;
   const uint64_t light_paths = kMaxLightPathsPerSample * pixel_samples;
-  if (p.light_paths > light_paths || c.light_paths > light_paths || c.camera_paths > kMaxSamplesPerIndex * pixel_samples) {
+  if (p.light_paths > light_paths || c.light_paths > light_paths ||
+      c.camera_paths > kMaxSamplesPerIndex * pixel_samples) {
     refuse_partial("more paths than the tile has samples");
   }
   for (const uint64_t n : {c.closest_hit_rays, c.shadow_rays, c.zero_connections_skipped,
@@ -62,7 +64,7 @@ void check_partial_layers(const Partial& p) {
   const Units limit = static_cast<Units>(kMaxSamplesPerIndex * p.tile.samples()) << kMaxContributionBits;
   for (const ExactRgb& sum : p.camera) {
     for (const Units u : sum.c) {
-      if (u > limit) refuse_partial("camera sum out of range");
+      if (magnitude(u) > limit) refuse_partial("camera sum out of range");
     }
   }
   if (!p.splats.empty() && p.light_paths == 0) refuse_partial("splats without light paths");
@@ -73,7 +75,7 @@ void check_partial_layers(const Partial& p) {
     if (p.grid.crop_index(splat.pixel) < 0) refuse_partial("splat outside the crop window");
     if (splat.sum.is_zero()) refuse_partial("splat of zero");
     for (const Units u : splat.sum.c) {
-      if (u >> kMaxSumBits) refuse_partial("splat sum out of range");
+      if (magnitude(u) >> kMaxSumBits) refuse_partial("splat sum out of range");
     }
   }
   check_aovs(p.aovs, area, p.tile.samples(), p.camera, p.splats);

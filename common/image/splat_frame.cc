@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <mutex>
+
+#include "common/image/signed_sum.h"
 
 namespace lightmill {
 
@@ -13,11 +16,11 @@ constexpr size_t kStripes = 64;
 constexpr uint32_t kPrefetch = 12;  // splats ahead
 constexpr int kDroppedBits = 24 - kSplatBits;
 
-/// Half up to kSplatBits significant bits; what is no number, or negative, stays what it is.
+/// To the nearest of kSplatBits significant bits, half away from zero; what is no number stays what it is.
 float rounded(float x) {
-  const auto bits = std::bit_cast<uint32_t>(x);
+  const auto bits = std::bit_cast<uint32_t>(std::fabs(x));
   constexpr uint32_t kHalf = 1u << (kDroppedBits - 1), kMask = ~((1u << kDroppedBits) - 1);
-  return bits >= 0x7f800000u ? x : std::bit_cast<float>((bits + kHalf) & kMask);
+  return bits >= 0x7f800000u ? x : std::copysign(std::bit_cast<float>((bits + kHalf) & kMask), x);
 }
 
 }  // namespace
@@ -92,9 +95,9 @@ uint64_t SplatFrame::add(std::span<const Splat> splats) {
       __builtin_prefetch(next, 1);
       __builtin_prefetch(next + sizeof(ExactRgb) - 1, 1);
       const Splat& splat = splats[order[k]];
-      const auto r = to_units(rounded(splat.r), m.quantum_exponent);
-      const auto g = to_units(rounded(splat.g), m.quantum_exponent);
-      const auto b = to_units(rounded(splat.b), m.quantum_exponent);
+      const auto r = to_signed_units(rounded(splat.r), m.quantum_exponent);
+      const auto g = to_signed_units(rounded(splat.g), m.quantum_exponent);
+      const auto b = to_signed_units(rounded(splat.b), m.quantum_exponent);
       if (!r || !g || !b) {
         ++nonfinite;
         continue;

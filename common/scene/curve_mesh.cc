@@ -161,6 +161,7 @@ TriangleMesh tube(const BezierChain& chain, const std::vector<Sample>& samples, 
   const double widen = kPi / sides / std::sin(kPi / sides);
   const double slope = (chain.width1 - chain.width0) / 2 / total_length;
   TriangleMesh mesh;
+  mesh.tube = true;
   Vec3d r = any_perpendicular(samples.front().tangent);
   for (size_t i = 0; i < samples.size(); ++i) {
     const Sample& s = samples[i];

@@ -137,9 +137,9 @@ struct NoiseTexture {
   float scale = 1, variation = 0.2f;  // marble
   Transform world_to_texture{};
 };
-using TextureKind =
-    std::variant<ImageTexture, ConstantTexture, ScaleTexture, MixTexture, CheckerboardTexture, BilerpTexture,
-                 DirectionMixTexture, DotsTexture, NoiseTexture, ProductTexture, VertexColorTexture, StepTexture>;
+using TextureKind = std::variant<ImageTexture, ConstantTexture, ScaleTexture, MixTexture, CheckerboardTexture,
+                                 BilerpTexture, DirectionMixTexture, DotsTexture, NoiseTexture,
+                                 ProductTexture, VertexColorTexture, StepTexture>;
 struct TextureDescription {
   std::string name;
   bool is_spectrum = true;  // false: "float"; then r == g == b
@@ -222,10 +222,18 @@ struct TransmissionMaterial {
   float ior = 1.5f;
   bool thin = true;
 };
+/// A fibre by Chiang et al. 2016: sigma_a per fibre radius; roughnesses along the fibre (beta_m) and around
+/// it (beta_n) in [0.01, 1]; scales tilted by `alpha_degrees`. With `reflectance` (of a mass of fibres)
+/// sigma_a follows from it and beta_n.
+struct HairMaterial {
+  SpectrumInput sigma_a{{0.5447f, 0.9061f, 1.781f}, -1};  // eumelanin 1.3
+  std::optional<SpectrumInput> reflectance;
+  float eta = 1.55f, beta_m = 0.3f, beta_n = 0.3f, alpha_degrees = 2;
+};
 using MaterialKind =
     std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial,
                  ThinDielectricMaterial, DiffuseTransmissionMaterial, CoatedConductorMaterial, MixMaterial,
-                 MetallicRoughnessMaterial, TransmissionMaterial>;
+                 MetallicRoughnessMaterial, TransmissionMaterial, HairMaterial>;
 struct MaterialDescription {
   std::string name;  // empty for an unnamed Material
   MaterialKind kind;
@@ -270,6 +278,9 @@ struct TriangleMesh {
   std::vector<Vec2f> uvs;
   std::vector<std::array<float, 4>> colors;
   std::vector<std::array<uint32_t, 3>> triangles;
+  /// Round tubes, their normals outwards. A fibre (of hair, or flat) is shaded as a ribbon along the tube's
+  /// axis that faces whoever looks at it, and does not shade itself: rays leave it freely.
+  bool tube = false, flat = false;
 };
 struct MeshShape {
   std::shared_ptr<const TriangleMesh> mesh;
@@ -373,11 +384,25 @@ struct LightDescription {
 
 // --- camera, film, sampling -----------------------------------------------------------------------
 
-enum class CameraKind { kPerspective, kOrthographic, kSpherical };
+enum class CameraKind { kPerspective, kOrthographic, kSpherical, kRealistic };
 /// Of a spherical camera, whose picture shows all directions. Equirectangular: the azimuth from
 /// +x over +z grows with x, the angle from +y with y. Equal-area: the octahedral square of
 /// pbrt-v4, its y and z exchanged.
 enum class SphericalMapping { kEqualArea, kEquirectangular };
+/// One interface of a lens system, in mm: radius of curvature (> 0: its centre lies towards the film; 0: the
+/// aperture stop), distance to the next one, index of what lies between (0: air), diameter.
+struct LensElement {
+  double radius = 0, thickness = 0, eta = 0, diameter = 0;
+};
+/// A system of lenses: its film lies in the plane z = 0 of camera space, whose unit is the metre.
+struct LensSystem {
+  std::vector<LensElement> elements;  // the one towards the scene first
+  double aperture_diameter = 1;       // mm, of the stop
+  double focus_distance = 10;         // m, from the film
+  double film_diagonal = 35;          // mm
+  /// What the stop lets through: "" (a disk), "gaussian", "square", "pentagon", "star", or an image file.
+  std::string aperture;
+};
 /// Camera space: +x right, +y up, +z into the scene (pbrt, left-handed). A perspective camera with a lens
 /// radius > 0 has rays that leave a disk of that radius around the origin and meet at the plane z =
 /// focal_distance (both in camera space units). An orthographic camera's rays run along +z from the plane z =
@@ -392,19 +417,27 @@ struct CameraDescription {
   double focal_distance = 1e6;  // > 0
   SphericalMapping mapping = SphericalMapping::kEqualArea;
   int medium = -1;  // that it stands in
+  LensSystem lens;  // realistic
 };
 struct FilmDescription {
   int width = 1280, height = 720;
   std::optional<std::array<double, 4>> crop;  // x0,x1,y0,y1 in [0,1]
   std::string filename = "pbrt.exr";
   double imaging_ratio = 1;  // exposure: every radiance is multiplied by it
+  /// What the sensor makes of linear Rec.709, row-major.
+  std::array<double, 9> sensor{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  /// Samples whose largest component is above this are scaled down to it; 0: none.
+  double most = 0;
 };
-enum class FilterKind { kBox, kTriangle, kGaussian };
-/// Pixel reconstruction filter, importance-sampled. Radii in pixels.
+enum class FilterKind { kBox, kTriangle, kGaussian, kMitchell, kSinc };
+/// Pixel reconstruction filter, importance-sampled. Radii in pixels. Mitchell's and the windowed sinc have
+/// negative lobes.
 struct FilterDescription {
   FilterKind kind = FilterKind::kGaussian;
   double xradius = 1.5, yradius = 1.5;
-  double sigma = 0.5;  // gaussian
+  double sigma = 0.5;               // gaussian
+  double b = 1.0 / 3, c = 1.0 / 3;  // mitchell: its parameters, over the radius
+  double tau = 3;                   // sinc: half width of Lanczos' window
 };
 struct SamplingDescription {
   std::string integrator = "volpath";  // as the file names it

@@ -98,13 +98,9 @@ std::shared_ptr<TriangleMesh> read_curve(PbrtScene& out, ParameterList& params) 
     if (chain.normals.empty()) return nullptr;
   } else {
     params.accept({"N"});
-    if (type == "flat" && !std::exchange(out.named_flat_curves, true)) {
-      out.problems->unsupported(params.where(),
-                                "flat curves, which turn to the viewer; all are drawn as round tubes of the "
-                                "same width, as \"cylinder\" asks for (said once)");
-    }
   }
   auto mesh = std::make_shared<TriangleMesh>(curve_mesh(chain));
+  mesh->flat = type == "flat";
   if (mesh->triangles.empty() && !std::exchange(out.named_empty_curves, true)) {
     out.problems->warning(params.where(), params.owner() + " has no length and is left out (said once)");
   }
@@ -117,9 +113,10 @@ bool join_curves(PbrtScene& out, const ShapeDescription& curve) {
   if (out.open_curves == nullptr || out.scene.shapes.empty()) return false;
   const ShapeDescription& last = out.scene.shapes.back();
   const auto* before = std::get_if<MeshShape>(&last.kind);
-  const bool joins = before != nullptr && before->mesh == out.open_curves && curve.area_light < 0 &&
-                     last.material == curve.material && last.media == curve.media &&
-                     last.reverse_orientation == curve.reverse_orientation &&
+  const TriangleMesh &open = *out.open_curves, &mesh = *std::get<MeshShape>(curve.kind).mesh;
+  const bool joins = before != nullptr && before->mesh == out.open_curves && open.flat == mesh.flat &&
+                     open.tube == mesh.tube && curve.area_light < 0 && last.material == curve.material &&
+                     last.media == curve.media && last.reverse_orientation == curve.reverse_orientation &&
                      last.object_to_world.m == curve.object_to_world.m &&
                      out.open_curves->triangles.size() < kMostTriangles;
   if (joins) append_mesh(out.open_curves.get(), *std::get<MeshShape>(curve.kind).mesh);

@@ -1,7 +1,9 @@
 // Material and MakeNamedMaterial.
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "common/scene/medium_presets.h"
 #include "common/scene/pbrt_scene.h"
 #include "common/scene/spectrum.h"
 
@@ -199,6 +201,108 @@ void read_bumps(PbrtScene& out, ParameterList& params, MaterialDescription* mate
   material->displacement = out.float_input(params, "displacement", 0, -kMaxHeight, kMaxHeight).texture;
 }
 
+/// A number that pbrt allows to be a texture, which we take at one value.
+float read_constant(PbrtScene& out, ParameterList& params, std::string_view name, float fallback, double low,
+                    double high) {
+  const FloatInput x = out.float_input(params, name, fallback, low, high);
+  if (x.texture >= 0) params.unsupported(name, "(a texture) is taken as " + std::to_string(fallback));
+  return x.texture >= 0 ? fallback : x.value;
+}
+
+HairMaterial read_hair(PbrtScene& out, ParameterList& params) {
+  HairMaterial m;
+  m.eta = read_constant(out, params, "eta", 1.55f, 1.01, 10);
+  const auto roughness = [&](const char* name) {
+    return std::clamp(read_constant(out, params, name, 0.3f, 0, 1e6), 0.01f, 1.0f);
+  };
+  m.beta_m = roughness("beta_m");
+  m.beta_n = roughness("beta_n");
+  m.alpha_degrees = read_constant(out, params, "alpha", 2, -20, 20);
+  // Concentrations of the pigments (d'Eon et al. 2011).
+  const bool pigments = params.has("eumelanin") || params.has("pheomelanin");
+  const float eu = read_constant(out, params, "eumelanin", pigments ? 0.0f : 1.3f, 0, 1e6),
+              pheo = read_constant(out, params, "pheomelanin", 0, 0, 1e6);
+  m.sigma_a.value = {eu * 0.419f + pheo * 0.187f, eu * 0.697f + pheo * 0.4f, eu * 1.37f + pheo * 1.05f};
+  const char* colour = params.has("reflectance") ? "reflectance" : "color";
+  if (params.has(colour) && !params.has("sigma_a"))
+    m.reflectance = out.spectrum_input(params, colour, SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
+  if (params.has("sigma_a")) m.sigma_a = out.spectrum_input(params, "sigma_a", SpectrumUse::kFactor, {});
+  params.accept({"reflectance", "color", "sigma_a"});
+  return m;
+}
+
+/// Share of diffuse light inside of a smooth boundary of index `eta` that it keeps, by Simpson's rule over
+/// the cosine.
+double diffuse_internal_reflectance(double eta) {
+  const auto reflectance = [&](double cosine) {  // from outside
+    const double t = std::sqrt(1 - (1 - cosine * cosine) / (eta * eta));
+    const double s = (cosine - eta * t) / (cosine + eta * t), p = (eta * cosine - t) / (eta * cosine + t);
+    return (s * s + p * p) / 2;
+  };
+  constexpr int kSteps = 200;
+  double sum = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double c = static_cast<double>(i) / kSteps, f = reflectance(c) * 2 * c;
+    sum += f * (i == 0 || i == kSteps ? 1 : i % 2 ? 4 : 2) / (3.0 * kSteps);
+  }
+  return 1 - (1 - sum) / (eta * eta);
+}
+
+/// Diffuse reflectance of a half space of reduced albedo `a` behind a boundary that keeps `internal` of what
+/// meets it from inside (Jensen et al. 2001, eq. 15).
+double half_space_reflectance(double a, double internal) {
+  const double root = std::sqrt(3 * (1 - a)), boundary = (1 + internal) / (1 - internal);
+  return a / 2 * (1 + std::exp(-4.0 / 3 * boundary * root)) * std::exp(-root);
+}
+
+/// A coat over a diffuse base that reflects as much as the half space of the medium would: light leaves where
+/// it came in.
+CoatedDiffuseMaterial read_subsurface(PbrtScene& out, ParameterList& params) {
+  CoatedDiffuseMaterial m;
+  m.eta = params.has("eta") ? read_eta(out, params) : 1.33f;
+  params.accept({"eta", "mfp", "scale"});
+  m.eta = std::max(m.eta, 1.001f);
+  m.roughness = read_roughness(out, params);
+  warn_of_anisotropy(params, m.roughness);
+  m.thickness = 0;
+  m.max_depth = 1000;
+  double g = params.number("g", 0, -0.999, 0.999);
+  Rgb sigma_a{.0011f, .0024f, .014f}, sigma_s{2.55f, 3.21f, 3.77f};
+  const std::string name = params.text("name", "");
+  if (const MeasuredMedium* measured = name.empty() ? nullptr : find_measured_medium(name)) {
+    sigma_a = measured->sigma_a;
+    sigma_s = measured->reduced_sigma_s;
+    g = 0;
+  } else if (!name.empty()) {
+    params.bad_value(
+        "name", "names no measured medium: " + in_quotes(name) + nearest_hint(name, measured_medium_names()));
+  }
+  const bool by_reflectance = params.has("reflectance") && name.empty() && !params.has("sigma_a");
+  const SpectrumInput reflectance =
+      out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
+  const SpectrumInput a = out.spectrum_input(params, "sigma_a", SpectrumUse::kFactor, sigma_a),
+                      s = out.spectrum_input(params, "sigma_s", SpectrumUse::kFactor, sigma_s);
+  const double internal = diffuse_internal_reflectance(double{m.eta});
+  const auto base = [&](double total) {
+    return static_cast<float>(total / (1 - internal + total * internal));
+  };
+  if (by_reflectance) {
+    const Rgb& r = reflectance.value;
+    m.reflectance = {{base(double{r.r}), base(double{r.g}), base(double{r.b})}, reflectance.texture};
+  } else {
+    const auto channel = [&](float absorbs, float scatters) {
+      const double reduced = double{scatters} * (1 - g), sum = reduced + double{absorbs};
+      return base(half_space_reflectance(sum > 0 ? reduced / sum : 0, internal));
+    };
+    const Rgb &ka = name.empty() ? a.value : sigma_a, &ks = name.empty() ? s.value : sigma_s;
+    m.reflectance.value = {channel(ka.r, ks.r), channel(ka.g, ks.g), channel(ka.b, ks.b)};
+  }
+  out.problems->unsupported(params.where(), params.owner() +
+                                                " of type \"subsurface\" reflects as much, but "
+                                                "light leaves it where it came in");
+  return m;
+}
+
 MixMaterial read_mix(PbrtScene& out, ParameterList& params) {
   MixMaterial m;
   const Parameter* p = params.find("materials", {ParamType::kString});
@@ -237,6 +341,10 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
     material.kind = read_diffuse_transmission(out, params);
   } else if (type == "coateddiffuse") {
     material.kind = read_coated_diffuse(out, params);
+  } else if (type == "subsurface") {
+    material.kind = read_subsurface(out, params);
+  } else if (type == "hair") {
+    material.kind = read_hair(out, params);
   } else if (type == "mix") {
     material.kind = read_mix(out, params);
   } else if (type == "coatedconductor") {

@@ -222,6 +222,7 @@ void PbrtParser::finish() {
   drop_invisible(&scene.shapes);
   for (ObjectDescription& object : scene.objects) drop_invisible(&object.shapes);
   tessellate_stretched_spheres(&scene, problems_);
+  scene.camera.lens.film_diagonal = out_.film_diagonal;
   scene.film.imaging_ratio = film_exposure_time_.value_or(exposure_time_) * iso_ratio_;
   const bool emits = !scene.lights.empty() || std::any_of(scene.shapes.begin(), scene.shapes.end(),
                                                           [](const auto& s) { return s.area_light >= 0; });

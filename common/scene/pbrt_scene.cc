@@ -189,8 +189,9 @@ std::optional<SampledSpectrum> from_pairs(const std::vector<double>& pairs, Para
   return s;
 }
 
-/// Numbers of a spectrum file: pairs in free form, '#' comments. Empty if a word is no number.
-std::vector<double> read_spectrum_file(const std::string& path) {
+}  // namespace
+
+std::vector<double> read_number_file(const std::string& path) {
   constexpr size_t kMaxNumbers = 1 << 20;
   std::ifstream in(path);
   std::vector<double> numbers;
@@ -206,8 +207,6 @@ std::vector<double> read_spectrum_file(const std::string& path) {
   }
   return numbers;
 }
-
-}  // namespace
 
 Rgb PbrtScene::read_spectrum(const Parameter& p, SpectrumUse use, ParameterList& params, Rgb fallback) {
   const bool reflectance = use == SpectrumUse::kReflectance;
@@ -257,7 +256,7 @@ Rgb PbrtScene::read_spectrum(const Parameter& p, SpectrumUse use, ParameterList&
     }
     const std::string path = open_reference(name, p.where);
     if (path.empty()) return fallback;
-    sampled = from_pairs(read_spectrum_file(path), params, p.name, reflectance);
+    sampled = from_pairs(read_number_file(path), params, p.name, reflectance);
   } else {
     params.bad_value(p.name, "needs one name or pairs of wavelength and value");
   }

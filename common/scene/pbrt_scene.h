@@ -87,7 +87,8 @@ struct PbrtScene {
   void expect_meshes(std::string_view text);
   /// The mesh of the last shape if that is of curves and may take more of them; see pbrt_curves.h.
   std::shared_ptr<TriangleMesh> open_curves;
-  bool named_flat_curves = false, named_empty_curves = false;  // what is said once a scene
+  double film_diagonal = 35;        // mm; of a realistic camera
+  bool named_empty_curves = false;  // what is said once a scene
   /// Materials of which nothing is seen; shapes of them are boundaries of media, or left out at the end.
   std::set<int> invisible_materials;
 
@@ -136,6 +137,8 @@ void translate_integrator(PbrtScene& out, const std::string& type, ParameterList
 void translate_accelerator(PbrtScene& out, const std::string& type, ParameterList& params);
 void translate_option(PbrtScene& out, ParameterList& params);
 
+/// Numbers of a file in free form, with '#' comments; empty if a word is no number, or for too many.
+std::vector<double> read_number_file(const std::string& path);
 /// Error for a word that pbrt doesn't have, with the nearest one.
 void report_unknown_word(ParameterList& params, const std::string& kind, const std::string& word,
                          const std::vector<std::string_view>& known);

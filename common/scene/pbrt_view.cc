@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/scene/pbrt_scene.h"
+#include "common/scene/sensor.h"
 #include "common/scene/transform.h"
 #include "common/settings.h"
 
@@ -15,18 +16,68 @@ bool is_one_of(const std::string& word, const std::vector<std::string_view>& wor
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
+constexpr size_t kMostElements = 100;
+
+/// Elements of a lens description file: four numbers each, radius, thickness, index and diameter, in mm.
+std::vector<LensElement> read_lens_file(PbrtScene& out, ParameterList& params) {
+  const std::string file = params.text("lensfile", "");
+  if (file.empty()) {
+    out.problems->error(params.where(), params.owner() + " needs a \"string lensfile\"");
+    return {};
+  }
+  const std::string path = out.open_reference(file, params.where_of("lensfile"));
+  if (path.empty()) return {};
+  const std::vector<double> n = read_number_file(path);
+  if (n.empty() || n.size() % 4 != 0 || n.size() / 4 > kMostElements) {
+    params.bad_value("lensfile", "needs a file of up to " + std::to_string(kMostElements) +
+                                     " rows of four numbers: radius, thickness, index, diameter");
+    return {};
+  }
+  std::vector<LensElement> elements;
+  for (size_t i = 0; i < n.size(); i += 4) {
+    const LensElement& e = elements.emplace_back(LensElement{n[i], n[i + 1], n[i + 2], n[i + 3]});
+    // Between 1e-6 mm and 1000 km: squares stay within float.
+    const double radius = std::abs(e.radius);
+    const bool good = (radius == 0 || (radius > 1e-6 && radius < 1e9)) && e.thickness >= 0 &&
+                      e.thickness < 1e9 && (e.eta == 0 || (e.eta >= 0.1 && e.eta <= 10)) &&
+                      e.diameter > 1e-6 && e.diameter < 1e9;
+    if (good) continue;
+    params.bad_value("lensfile", "has an element that can't be, in its row " + std::to_string(i / 4 + 1));
+    return {};
+  }
+  if (elements.back().radius == 0) {
+    params.bad_value("lensfile", "ends with the stop; the last element must be a lens");
+    return {};
+  }
+  return elements;
+}
+
+void read_lenses(PbrtScene& out, ParameterList& params, LensSystem* lens) {
+  lens->elements = read_lens_file(out, params);
+  lens->aperture_diameter = params.number("aperturediameter", 1, 1e-6, 1e9);
+  lens->focus_distance = params.number("focusdistance", 10, 1e-6, 1e9);
+  for (const LensElement& e : lens->elements) {
+    if (e.radius != 0 || lens->aperture_diameter <= e.diameter) continue;
+    out.problems->warning(params.where_of("aperturediameter"),
+                          "the aperture's diameter is larger than the stop, which has " +
+                              std::to_string(e.diameter) + " mm; that is taken");
+  }
+  const std::string aperture = params.text("aperture", "");
+  if (aperture.empty() || is_one_of(aperture, {"gaussian", "square", "pentagon", "star"})) {
+    lens->aperture = aperture;
+  } else {
+    lens->aperture = out.open_reference(aperture, params.where_of("aperture"));
+  }
+}
+
 }  // namespace
 
 void translate_camera(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm,
                       double* exposure_time) {
   static const std::vector<std::string_view> known = {"perspective", "orthographic", "realistic",
                                                       "spherical"};
-  if (type == "realistic" || !is_one_of(type, known)) {
-    if (is_one_of(type, known)) {
-      out.problems->error(params.where(), "not supported yet: " + params.owner() + "; use \"perspective\"");
-    } else {
-      report_unknown_word(params, "camera", type, known);
-    }
+  if (!is_one_of(type, known)) {
+    report_unknown_word(params, "camera", type, known);
     return;
   }
   CameraDescription& camera = out.scene.camera;
@@ -45,6 +96,10 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
       params.bad_value("mapping", "must be \"equalarea\" or \"equirectangular\", not " + in_quotes(mapping));
     }
     params.accept({"lensradius", "focaldistance"});  // without meaning here, as in pbrt
+  } else if (type == "realistic") {
+    camera.kind = CameraKind::kRealistic;
+    read_lenses(out, params, &camera.lens);
+    params.accept({"screenwindow", "frameaspectratio"});  // the film has a size of its own
   } else {
     camera.kind = CameraKind::kOrthographic;
     if (params.number("lensradius", 0, 0, kAny) > 0)
@@ -69,6 +124,27 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
   }
   params.finish();
 }
+
+namespace {
+
+void read_sensor(ParameterList& params, FilmDescription* film) {
+  const std::string name = params.text("sensor", "cie1931");
+  const std::optional<ColorMatrix> sensor = sensor_named(name);
+  if (!sensor)
+    params.bad_value("sensor", "is unknown: " + in_quotes(name) + nearest_hint(name, sensor_names()));
+  const double white = params.number("whitebalance", 0, 0, 1e6);
+  if (white != 0 && white < kLeastWhiteBalance) {
+    params.bad_value("whitebalance", "needs a temperature of at least " +
+                                         std::to_string(static_cast<int>(kLeastWhiteBalance)) + " kelvin");
+  } else if (sensor) {
+    // Sensors that pbrt has measured are balanced for 6500 K unless they are told otherwise.
+    film->sensor = white == 0 ? *sensor : product(*sensor, white_balance(white));
+  }
+  film->most = params.number("maxcomponentvalue", kAny, 0, kAny);
+  if (film->most >= 1e30) film->most = 0;  // never reached
+}
+
+}  // namespace
 
 void translate_film(PbrtScene& out, const std::string& type, ParameterList& params, double* iso_ratio,
                     double* exposure_time) {
@@ -107,17 +183,9 @@ void translate_film(PbrtScene& out, const std::string& type, ParameterList& para
   }
   *iso_ratio = params.number("iso", 100, 1e-6, 1e9) / 100;
   if (params.has("exposuretime")) *exposure_time = params.number("exposuretime", 1, 1e-9, 1e9);
-  params.accept(
-      {"diagonal", "savefp16", "exposuretime", "coordinatesystem", "nbuckets", "lambdamin", "lambdamax"});
-  if (const std::string sensor = params.text("sensor", "cie1931"); sensor != "cie1931") {
-    params.unsupported("sensor", in_quotes(sensor) + " is taken as \"cie1931\"");
-  }
-  if (params.number("whitebalance", 0, 0, 1e6) != 0) params.unsupported("whitebalance", "is ignored");
-  if (params.has("maxcomponentvalue")) {
-    params.number("maxcomponentvalue", kAny, 0, kAny);
-    params.unsupported("maxcomponentvalue", "(clamping of samples) is ignored");
-  }
-  params.accept({"maxcomponentvalue"});
+  out.film_diagonal = params.number("diagonal", 35, 1e-3, 1e6);
+  params.accept({"savefp16", "exposuretime", "coordinatesystem", "nbuckets", "lambdamin", "lambdamax"});
+  read_sensor(params, &film);
   params.finish();
 }
 
@@ -136,13 +204,17 @@ void translate_filter(PbrtScene& out, const std::string& type, ParameterList& pa
   } else if (type == "gaussian") {
     filter.kind = FilterKind::kGaussian;
     filter.sigma = params.number("sigma", 0.5, 1e-3, 1e3);
+  } else if (type == "mitchell") {
+    filter.kind = FilterKind::kMitchell;
+    radius = 2;
+    filter.b = params.number("B", 1.0 / 3, -10, 10);
+    filter.c = params.number("C", 1.0 / 3, -10, 10);
+  } else if (type == "sinc") {
+    filter.kind = FilterKind::kSinc;
+    radius = 4;
+    filter.tau = params.number("tau", 3, 1e-3, 1e3);
   } else {
-    if (is_one_of(type, known)) {
-      out.problems->unsupported(params.where(),
-                                params.owner() + " is replaced by pbrt's default \"gaussian\"");
-    } else {
-      report_unknown_word(params, "pixel filter", type, known);
-    }
+    report_unknown_word(params, "pixel filter", type, known);
     return;
   }
   filter.xradius = params.number("xradius", radius, kMinRadius, kMaxRadius);

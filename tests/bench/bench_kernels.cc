@@ -47,7 +47,7 @@ class MiddlePacket {
     ShadowRays& q = w_->shadow;
     context_.accel.occluded({q.ox, q.oy, q.oz, q.dx, q.dy, q.dz}, q.tfar, q.count, q.occluded);
   }
-  void finish() { film_finish_pass(quantum_, *w_); }
+  void finish() { film_finish_pass(context_, quantum_, *w_); }
   Wavefront& wavefront() { return *w_; }
 
  private:

@@ -157,7 +157,7 @@ Task render_packets(Work& work) {
         flush_shadow_rays(context, false, w);
       }
       co_await in(Q::kFilm);
-      film_finish_pass(work.quantum_exponent, w);
+      film_finish_pass(context, work.quantum_exponent, w);
     }
     if (!w.splats.empty()) work.builder.add_splats(w.splats);
     work.builder.add_camera(packet.cell_x, packet.cell_y,

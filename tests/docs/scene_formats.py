@@ -71,7 +71,8 @@ def pbrt_scenes():
     end = f'WorldBegin\nLightSource "point"\nShape "trianglemesh" {TRIANGLE}\n'
     for section, (directive, names) in OPTIONS.items():
         for name in names:
-            yield section, name, f'{directive} "{name}"\n{end}'
+            parameters = ' "string lensfile" "lens.dat"' if name == "realistic" else ""
+            yield section, name, f'{directive} "{name}"{parameters}\n{end}'
     for name, parameters in SHAPES.items():
         yield "Shapes", name, f'WorldBegin\nLightSource "point"\nShape "{name}" {parameters}\n'
     yield ("Shapes", "object instances", f'WorldBegin\nLightSource "point"\nObjectBegin "o"\nShape "sphere"\n'
@@ -113,6 +114,7 @@ class Reader:
     def __init__(self, bin_dir, folder):
         self.program, self.folder = pathlib.Path(bin_dir) / "lightmill", folder
         (folder / "mesh.ply").write_text(PLY)
+        (folder / "lens.dat").write_text("50 5 1.5 20\n-50 0 1 20\n")
         (folder / "image.pfm").write_bytes(b"PF\n2 2\n-1.0\n" + b"\0\0\x80\x3f" * 12)
 
     def says(self, file, text, ignored=()):

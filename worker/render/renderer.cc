@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/error.h"
 #include "worker/render/pipeline/aov_recorder.h"
 #include "worker/render/pipeline/pipeline.h"
 #include "worker/render/plan/light_media.h"
@@ -58,6 +59,17 @@ void drop_geometry(SceneDescription* description) {
   malloc_trim(0);  // large arrays, which the allocator would keep
 }
 
+/// Those of `chosen` that the scene allows. Throws Error(kUsage) if none of them does.
+Strategies possible(Strategies chosen, const RenderScene& scene, const Camera& camera) {
+  Strategies left = chosen;
+  if (!can_be_joined(camera)) left &= ~kLensConnections;
+  if (scene.any_fibres) left &= ~kLightPaths;
+  if (left & kCameraLayer) return left;
+  throw Error(ErrorKind::kUsage,
+              scene.any_fibres ? "hair and flat curves are seen by camera paths alone; use another integrator"
+                               : "a realistic camera can't be joined to light paths; use another integrator");
+}
+
 }  // namespace
 
 /// What does not depend on the sampling.
@@ -67,13 +79,15 @@ struct Renderer::World {
   Camera camera;
   PixelFilter filter;
   double imaging_ratio;
+  FilmResponse response;
 
   World(SceneDescription description, const RenderSettings& s, const BuildOptions& options)
       : scene(build_scene(description, s.energy_compensation, s.overrides, options)),
         accel((drop_geometry(&description), scene), options.threads),
         camera(make_camera(description.camera, s.grid.width, s.grid.height, scene.scale_exponent)),
         filter(description.filter),
-        imaging_ratio(description.film.imaging_ratio) {
+        imaging_ratio(description.film.imaging_ratio),
+        response(description.film) {
     if (!scene.any_media()) return;
     const FlushDenormals flush;
     find_light_media(accel, camera, filter, s.grid.width, s.grid.height, description.media.front().location,
@@ -97,7 +111,7 @@ struct Renderer::Impl {
     context.max_depth = s.max_depth;
     const SamplingPlan sampling = plan_of(s);
     const auto film_paths = static_cast<double>(s.grid.light_paths_per_spp());
-    context.strategies = sampling.strategies;
+    context.strategies = possible(sampling.strategies, world->scene, world->camera);
     context.light_paths = sampling.light_paths;
     context.splat_scale = static_cast<float>(1 / film_paths);
     context.light_samples = static_cast<float>(sampling.light_paths * film_paths);
@@ -108,6 +122,14 @@ struct Renderer::Impl {
     }
     context.connections = static_cast<float>(sampling.connections);
     context.imaging_ratio = static_cast<float>(world->imaging_ratio);
+    if (world->filter.is_signed() && s.aovs & (kAovDirect | kAovIndirect)) {
+      throw Error(
+          ErrorKind::kUsage,
+          "direct and indirect light can't be told apart under a filter with negative lobes; leave them "
+          "out of --aovs, or use another PixelFilter");
+    }
+    if (world->response.is_needed()) context.response = &world->response;
+    context.signed_film = world->filter.is_signed() || world->response.is_signed();
     context.tiny_contribution = tiny_contribution(world->scene) * context.imaging_ratio;
   }
 };

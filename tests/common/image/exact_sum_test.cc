@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "common/image/signed_sum.h"
+
 namespace lightmill {
 namespace {
 
@@ -74,6 +76,21 @@ TEST(ExactSum, ScaledValuesHaveTheSameUnits) {
   for (const int k : {-40, -3, 17, 60}) {
     EXPECT_TRUE(units(std::ldexp(0.7331f, k), kQ + k) == units(0.7331f, kQ));
   }
+}
+
+TEST(ExactSum, SignedUnitsCountDownFromZero) {
+  for (const float x : {1.0f, 0.7331f, 123456.0f, 3e-9f}) {
+    const Units up = to_signed_units(x, kQ).value(), down = to_signed_units(-x, kQ).value();
+    EXPECT_TRUE(up == units(x));
+    EXPECT_TRUE(up + down == 0);
+    EXPECT_TRUE(magnitude(down) == up);
+    EXPECT_EQ(is_negative(down), up != 0);
+    EXPECT_EQ(from_signed_units(down, kQ), -from_units(up, kQ));
+    EXPECT_EQ(from_signed_units(down + down + up, kQ), -from_units(up, kQ));
+  }
+  EXPECT_TRUE(to_signed_units(-0.0f, kQ).value() == 0);
+  EXPECT_FALSE(to_signed_units(-0x1p40f, kQ));
+  EXPECT_FALSE(to_signed_units(std::numeric_limits<float>::quiet_NaN(), kQ));
 }
 
 TEST(ExactSum, ManyLargestContributionsFit) {

@@ -130,9 +130,11 @@ TEST(PartialBuilder, CountsSplatsThatCanNotBeRepresented) {
       {0, nan, 1, 1}, {1, 1, inf, 1}, {2, 1, 1, -1}, {3, 1e30f, 1, 1}, {4, 1, 1, 1}};
   builder.add_splats(splats);
   const Partial p = builder.take();
-  EXPECT_EQ(p.counters.nonfinite, 4u);
-  ASSERT_EQ(p.splats.size(), 1u);
-  EXPECT_EQ(p.splats[0].pixel, 4u);
+  EXPECT_EQ(p.counters.nonfinite, 3u);
+  ASSERT_EQ(p.splats.size(), 2u);
+  EXPECT_EQ(p.splats[0].pixel, 2u) << "of a filter's negative lobe";
+  EXPECT_EQ(p.splats[1].pixel, 4u);
+  EXPECT_TRUE(p.splats[0].sum.c[2] + p.splats[1].sum.c[2] == 0);
 }
 
 TEST(PartialBuilder, CameraEntriesOutsideTheCropAreIgnored) {

@@ -101,7 +101,11 @@ TEST_F(BadInput, Options) {
       {"Camera \"perspective\" \"float screenwindow\" [1 -1 -1 1]", "x0 < x1"},
       {"Camera \"spherical\" \"string mapping\" \"mercator\"",
        "must be \"equalarea\" or \"equirectangular\""},
-      {"Camera \"realistic\"", "not supported yet: camera \"realistic\""},
+      {"Camera \"realistic\"", "needs a \"string lensfile\""},
+      {"Camera \"realistic\" \"string lensfile\" \"none.dat\"", "there is no file \"none.dat\""},
+      {"Film \"rgb\" \"string sensor\" \"canon_eos_5e\"", "did you mean \"canon_eos_5d\""},
+      {"Film \"rgb\" \"float whitebalance\" 100", "at least 1900 kelvin"},
+      {"PixelFilter \"mitchel\"", "did you mean \"mitchell\""},
       {"Camera \"orthographic\" \"float fov\" 30", "\"fov\""},
       {"Camera \"orthographic\" \"float screenwindow\" [-1 1 1 1]", "y0 < y1"},
       {"Camera \"perspective\" \"float lensradius\" -1", "\"lensradius\""},
@@ -132,7 +136,8 @@ TEST_F(BadInput, ReadingGoesOnAfterAnError) {
 
 TEST_F(BadInput, Files) {
   EXPECT_TRUE(has_error(load_scene("none.pbrt", DirectoryFiles(folder_.path())), "no file \"none.pbrt\""));
-  EXPECT_TRUE(has_error(load_scene("scene.obj", DirectoryFiles(folder_.path())), "ends in .pbrt, .gltf or .glb"));
+  EXPECT_TRUE(
+      has_error(load_scene("scene.obj", DirectoryFiles(folder_.path())), "ends in .pbrt, .gltf or .glb"));
   EXPECT_TRUE(has_error(load_scene("scene.gltf", DirectoryFiles(folder_.path())), "no file \"scene.gltf\""));
   EXPECT_TRUE(has_error(load_world("Include \"none.pbrt\""), "2:9: there is no file \"none.pbrt\""));
   EXPECT_TRUE(has_error(load_world("Include \"\""), "there is no file"));
@@ -188,7 +193,7 @@ TEST_F(BadInput, TheCommandLineGetsOneLine) {
     EXPECT_NE(what.find("(and 1 more)"), std::string::npos) << what;
   }
   int warnings = 0;
-  folder_.write("warn.pbrt", "WorldBegin LightSource \"point\" Material \"hair\"");
+  folder_.write("warn.pbrt", "WorldBegin LightSource \"point\" Material \"measured\"");
   load_scene_file(folder_.path() + "/warn.pbrt", {}, [&](const Problem&) { ++warnings; });
   EXPECT_EQ(warnings, 1);
 }

@@ -155,13 +155,15 @@ TEST_F(CurveShapes, AlikeOnesInARowAreOneMesh) {
   EXPECT_EQ(mesh(o, 1).triangles.size(), 2 * mesh(o, 0).triangles.size());
 }
 
-TEST_F(CurveShapes, FlatOnesAreNamedOnce) {
-  const std::string c = "Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2 0 0 3] ";
-  const LoadResult r = load_world(c + "Translate 1 0 0 " + c);
-  EXPECT_TRUE(r.ok()) << listed(r);
-  ASSERT_EQ(r.problems.size(), 1u) << listed(r);
-  EXPECT_TRUE(mentions(r, "flat curves, which turn to the viewer"));
-  EXPECT_EQ(r.scene.shapes.size(), 2u);
+TEST_F(CurveShapes, FlatOnesAreTubesThatSaySo) {
+  const std::string p = "\"point3 P\" [0 0 0 0 0 1 0 0 2 0 0 3] ";
+  const SceneDescription s =
+      clean_world("Shape \"curve\" " + p + "Shape \"curve\" \"string type\" \"cylinder\" " + p +
+                  "Shape \"curve\" \"string type\" \"ribbon\" " + "\"normal N\" [0 1 0 0 1 0] " + p);
+  ASSERT_EQ(s.shapes.size(), 3u) << "of different kinds, not joined";
+  EXPECT_TRUE(mesh(s, 0).tube && mesh(s, 0).flat);
+  EXPECT_TRUE(mesh(s, 1).tube && !mesh(s, 1).flat);
+  EXPECT_FALSE(mesh(s, 2).tube || mesh(s, 2).flat);
 }
 
 TEST_F(CurveShapes, ACurveWithoutLengthIsLeftOut) {

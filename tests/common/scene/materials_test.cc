@@ -31,6 +31,40 @@ TEST_F(Materials, Defaults) {
   EXPECT_EQ(coat.roughness.v.value, 0);
 }
 
+TEST_F(Materials, HairIsByPigmentsAbsorptionOrReflectance) {
+  const auto brown = last<HairMaterial>(clean_world("Material \"hair\""));
+  EXPECT_NEAR(brown.sigma_a.value.r, 1.3 * 0.419, 1e-6);
+  EXPECT_FALSE(brown.reflectance);
+  EXPECT_EQ(brown.eta, 1.55f);
+  const auto red =
+      last<HairMaterial>(clean_world("Material \"hair\" \"float pheomelanin\" 2 \"float beta_m\" 0"));
+  EXPECT_NEAR(red.sigma_a.value.b, 2.1, 1e-6) << "eumelanin is 0 where the other pigment is given";
+  EXPECT_EQ(red.beta_m, 0.01f);
+  const auto given = last<HairMaterial>(
+      clean_world("Material \"hair\" \"rgb sigma_a\" [1 2 3] \"rgb reflectance\" [.5 .5 .5]"));
+  EXPECT_EQ(given.sigma_a.value, (Rgb{1, 2, 3}));
+  EXPECT_FALSE(given.reflectance);
+  EXPECT_TRUE(last<HairMaterial>(clean_world("Material \"hair\" \"rgb color\" [.5 .2 .1]")).reflectance);
+}
+
+// What is asked for is what a coat of that index over the base reflects, besides what the boundary does.
+TEST_F(Materials, SubsurfaceBecomesACoatThatReflectsAsMuch) {
+  const auto of = [&](const std::string& p) {
+    return last<CoatedDiffuseMaterial>(load_world("Material \"subsurface\" " + p).scene).reflectance.value;
+  };
+  const Rgb half = of("\"rgb reflectance\" [.5 .5 0]");
+  const double internal = 0.4725;  // of index 1.33: 1 - (1 - 0.0665) / 1.33^2
+  EXPECT_NEAR(half.r * (1 - internal) / (1 - half.r * internal), 0.5, 2e-3);
+  EXPECT_EQ(half.b, 0);
+  EXPECT_NEAR(of("\"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" [1 1 1]").g, 1, 1e-5) << "nothing absorbs";
+  EXPECT_EQ(of("\"rgb sigma_a\" [1 1 1] \"rgb sigma_s\" [0 0 0]").g, 0) << "nothing scatters";
+  const Rgb milk = of("\"string name\" \"Wholemilk\""), coke = of("\"string name\" \"Coke\"");
+  EXPECT_GT(milk.g, 0.9f);
+  EXPECT_LT(coke.g, 0.1f);
+  EXPECT_TRUE(
+      has_error(load_world("Material \"subsurface\" \"string name\" \"Milk\""), "names no measured medium"));
+}
+
 TEST_F(Materials, RoughnessSetsBothDirections) {
   auto m = last<ConductorMaterial>(
       clean_world("Material \"conductor\" \"float roughness\" 0.3 \"bool remaproughness\" false"));

@@ -144,6 +144,42 @@ def lights():
     return {"light_" + k: scene(light=v) for k, v in listed.items()}
 
 
+BEND = '"point3 P" [-1 -.5 0  -.3 1 0  .3 -1 -.5  1 .5 0]'
+# A landscape lens: radius, thickness, index, diameter in mm.
+LENSES = """52 6 1.62 28
+-52 3 1 28
+0 4 0 20
+-90 2 1.7 24
+90 3 1 24
+"""
+
+
+def tuft(kind=""):
+    """Curves that stand on the floor around the middle, bent at random."""
+    random = np.random.default_rng(3)
+    out = ""
+    for _ in range(120):
+        x, z = random.uniform(-.6, .6, 2)
+        bend, height = random.normal(0, .15, (2, 2)), random.uniform(.7, 1.2)
+        points = [x, -.7, z, x + bend[0, 0] * .5, -.7 + height * .3, z + bend[0, 1] * .5,
+                  x + bend[0, 0], -.7 + height * .7, z + bend[0, 1],
+                  x + bend[0, 0] + bend[1, 0], -.7 + height, z + bend[0, 1] + bend[1, 1]]
+        out += f'Shape "curve" {kind} "point3 P" [{" ".join(f"{v:.3f}" for v in points)}] "float width" .02\n'
+    return out
+
+
+def hair():
+    listed = {
+        "default": ("", tuft()),
+        "blond": ('"float eumelanin" .2 "float pheomelanin" .3 "float beta_m" .15 "float beta_n" .2', tuft()),
+        "white": ('"rgb reflectance" [.9 .9 .9] "float beta_n" .4 "float alpha" 0', tuft()),
+        "cylinders": ('"rgb color" [.6 .3 .1]', tuft('"string type" "cylinder"')),
+        "thick": ('"rgb sigma_a" [.3 .3 .3] "float beta_n" .5', f'Shape "curve" {BEND} "float width" .3'),
+    }
+    return {"hair_" + k: scene(f'Material "hair" {material}', shape=shape, depth=12)
+            for k, (material, shape) in listed.items()}
+
+
 def cameras_and_films():
     perspective = LOOK + 'Camera "perspective" "float fov" 45 '
     spherical = 'LookAt 0 1 -2 0 .75 0 0 1 0 Camera "spherical" "string mapping" '
@@ -159,16 +195,24 @@ def cameras_and_films():
         "film_cropwindow": scene(film='"float cropwindow" [.2 .7 .1 .8]'),
         "film_pixelbounds": scene(film='"integer pixelbounds" [10 60 20 70]'),
         "film_iso": scene(film='"float iso" 200'),
+        "film_sensor": scene('Material "diffuse" "rgb reflectance" [.7 .3 .15]', film='"string sensor" "nikon_d850"'),
+        "film_whitebalance": scene(film='"float whitebalance" 4500'),
+        "filter_mitchell": scene(pixel_filter="mitchell"),
+        "filter_sinc": scene(pixel_filter="sinc"),
         "filter_gaussian": scene(pixel_filter="gaussian"),
         "filter_triangle": scene(pixel_filter="triangle"),
     }
+    lenses = LOOK + ('Camera "realistic" "string lensfile" "lenses.dat" "float aperturediameter" 14'
+                     ' "float focusdistance" 4.2 ')
+    out["camera_realistic"] = scene(camera=lenses, film='"float iso" 3000')
+    out["camera_realistic_star"] = scene(camera=lenses + '"string aperture" "star"',
+                                         film='"float iso" 3000 "float diagonal" 28')
     wide = 'PixelFilter "box" "float xradius" 1.5 "float yradius" 2.5'
     out["filter_box"] = scene().replace('PixelFilter "box"', wide)
     return out
 
 
 def shapes():
-    bend = '"point3 P" [-1 -.5 0  -.3 1 0  .3 -1 -.5  1 .5 0]'
     listed = {
         "sphere_partial": 'Rotate 30 1 1 0 Shape "sphere" "float radius" .7 "float zmin" -.3 "float zmax" .5 "float phimax" 270',
         "sphere_scaled": 'Scale 1 .5 .8 Rotate 30 0 0 1 Shape "sphere" "float radius" .9',
@@ -177,7 +221,10 @@ def shapes():
         "bilinearmesh": 'Shape "bilinearmesh" "point3 P" [-.7 -.6 -.7 .7 .6 -.7 -.7 .6 .7 .7 -.6 .7]',
         "loopsubdiv": 'Shape "loopsubdiv" "integer levels" 3 "point3 P" [-.9 -.7 -.9 .9 -.7 -.9 .9 -.7 .9 -.9 -.7 .9 0 1 0]'
                       ' "integer indices" [0 1 4 1 2 4 2 3 4 3 0 4 0 2 1 0 3 2]',
-        "curve_ribbon": f'Shape "curve" "string type" "ribbon" "normal N" [0 0 -1 .5 .2 -1] {bend} "float width" .3',
+        "curve_ribbon": f'Shape "curve" "string type" "ribbon" "normal N" [0 0 -1 .5 .2 -1] {BEND} "float width" .3',
+        "curve_flat": f'Shape "curve" {BEND} "float width" .3',
+        "curve_grass": tuft(),
+        "curve_cylinder": f'Shape "curve" "string type" "cylinder" {BEND} "float width" .3',
     }
     out = {"shape_" + k: scene(shape=v) for k, v in listed.items()}
     ball = 'ObjectBegin "o" Material "diffuse" "rgb reflectance" [.7 .7 .7] Shape "sphere" "float radius" .4 ObjectEnd\n'
@@ -233,10 +280,12 @@ def textures():
 
 
 def scenes():
-    return materials() | lights() | cameras_and_films() | shapes() | textures()
+    return materials() | hair() | lights() | cameras_and_films() | shapes() | textures()
 
 
 def write_pictures(folder):
+    (folder / "lenses.dat").write_text(LENSES)
+
     def write(name, pixels, kind):
         out = oiio.ImageOutput.create(f"{folder}/{name}")
         out.open(f"{folder}/{name}", oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, kind))

@@ -70,13 +70,13 @@ void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
   }
 }
 
-/// A mesh with an alpha mask; its geometry's user data.
+/// A mesh with an alpha mask, or of fibres; its geometry's user data.
 struct MaskedMesh {
   const RenderScene* scene;
   const MeshRange* mesh;
 };
 
-/// Rejects the hits that alpha lets through, of closest-hit and shadow rays alike.
+/// Rejects the hits that alpha or the back of a fibre lets through, of closest-hit and shadow rays alike.
 void alpha_filter(const RTCFilterFunctionNArguments* args) {
   const auto* masked = static_cast<const MaskedMesh*>(args->geometryUserPtr);
   for (unsigned i = 0; i < args->N; ++i) {
@@ -87,6 +87,10 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
                         RTCRayN_dir_z(args->ray, args->N, i)};
     const auto prim = static_cast<int32_t>(RTCHitN_primID(args->hit, args->N, i));
     const MeshRange& mesh = *masked->mesh;
+    if (mesh.fibres != 0 && meets_back(*masked->scene, mesh.first_triangle + prim, mesh.fibres, d)) {
+      args->valid[i] = 0;
+      continue;
+    }
     if (!alpha_stops(*masked->scene, mesh.alpha, mesh.first_triangle + prim,
                      TraceContext::instance_of(args->context), o, d))
       args->valid[i] = 0;
@@ -157,7 +161,7 @@ struct Accel::Impl {
       rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.indices.data(),
                                  static_cast<size_t>(mesh.first_triangle) * 12, 12,
                                  static_cast<size_t>(mesh.triangle_count));
-      if (has_alpha_mask(mesh.alpha) || scene.overrides & kAlphaMasks) {
+      if (has_alpha_mask(mesh.alpha) || mesh.fibres != 0 || scene.overrides & kAlphaMasks) {
         rtcSetGeometryUserData(g, &masked.emplace_back(MaskedMesh{&scene, &mesh}));
         rtcSetGeometryIntersectFilterFunction(g, alpha_filter);
         rtcSetGeometryOccludedFilterFunction(g, alpha_filter);

@@ -10,6 +10,7 @@
 #include "worker/render/bsdf/dielectric.h"
 #include "worker/render/bsdf/diffuse.h"
 #include "worker/render/bsdf/diffuse_transmission.h"
+#include "worker/render/bsdf/hair.h"
 #include "worker/render/bsdf/henyey_greenstein.h"
 #include "worker/render/bsdf/metallic_roughness.h"
 #include "worker/render/bsdf/thin_dielectric.h"
@@ -70,6 +71,8 @@ template <class F>
         return merge(m, eval_rough_tinted_dielectric(params, wo, wi, mode), &result);
       case kRoughTintedSheet:
         return merge(m, eval_rough_tinted_sheet(params, m, wo, wi), &result);
+      case kHair:
+        return merge(m, eval_hair(params, wo, wi, mode), &result);
       case kPhaseFunction:
         return merge(m, eval_henyey_greenstein(params, wi), &result);
       default:
@@ -151,6 +154,8 @@ template <class F>
         return take(m, sample_tinted_sheet(params, wo, lobe));
       case kRoughTintedSheet:
         return take(m, sample_rough_tinted_sheet(params, m, wo, lobe, u, v));
+      case kHair:
+        return take(m, sample_hair(params, wo, lobe, u, v, mode));
       case kPhaseFunction:
         return take(m, sample_henyey_greenstein(params, u, v));
       default:

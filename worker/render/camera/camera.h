@@ -4,12 +4,14 @@
 
 #include "worker/render/camera/orthographic.h"
 #include "worker/render/camera/perspective.h"
+#include "worker/render/camera/realistic.h"
 #include "worker/render/camera/spherical.h"
 #include "worker/render/camera/thin_lens.h"
 
 namespace lightmill {
 
-using Camera = std::variant<PerspectiveCamera, ThinLensCamera, OrthographicCamera, SphericalCamera>;
+using Camera =
+    std::variant<PerspectiveCamera, ThinLensCamera, OrthographicCamera, SphericalCamera, RealisticCamera>;
 
 /// The camera of `description` in normalised space, whose lengths are 2^scale_exponent scene units. A
 /// perspective camera without a lens radius is the pinhole. Throws Error(kBadScene).
@@ -18,6 +20,11 @@ Camera make_camera(const CameraDescription& description, int width, int height, 
 /// See CameraRay.
 inline bool is_parallel(const Camera& camera) {
   return std::visit([](const auto& c) { return c.kParallel; }, camera);
+}
+
+/// Whether light paths can be joined to it.
+inline bool can_be_joined(const Camera& camera) {
+  return std::visit([](const auto& c) { return !c.kWeighted; }, camera);
 }
 
 }  // namespace lightmill

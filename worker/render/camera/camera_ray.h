@@ -4,6 +4,7 @@
 // Each camera of camera.h has
 //   static constexpr bool kHasLens;    // ray() and connect() use their lens sample; else it is not drawn
 //   static constexpr bool kParallel;   // directions are fixed and positions are sampled
+//   static constexpr bool kWeighted;   // rays have weights, and connect() finds nothing
 //   CameraRay<F> ray(F x, F y, F lens_u, F lens_v) const;
 //   LensConnection<F> connect(const Vec3<F>& p, F lens_u, F lens_v) const;
 // Raster coordinates are continuous pixels: pixel (x, y) covers [x, x+1) x [y, y+1), y down.
@@ -18,6 +19,7 @@ template <class F>
 struct CameraRay {
   Vec3<F> origin, direction;  // normalised space; unit
   F density;                  // raster area (pixels) per unit solid angle; kParallel: per unit area across
+  F weight{};                 // kWeighted: of its radiance; 0: no ray
 };
 
 /// A point of the scene joined to the lens.

@@ -10,7 +10,7 @@
 namespace lightmill {
 
 struct OrthographicCamera {
-  static constexpr bool kHasLens = false, kParallel = true;
+  static constexpr bool kHasLens = false, kParallel = true, kWeighted = false;
 
   float right[3], down[3], forward[3];  // unit image axes and viewing direction, world orientation
   float x0, y0;                         // image-plane position of raster (0, 0), normalised space

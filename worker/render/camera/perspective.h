@@ -6,7 +6,7 @@
 namespace lightmill {
 
 struct PerspectiveCamera {
-  static constexpr bool kHasLens = false, kParallel = false;
+  static constexpr bool kHasLens = false, kParallel = false, kWeighted = false;
 
   float right[3], down[3], forward[3];  // unit image axes and viewing direction, world orientation
   float tan_x0, tan_y0;                 // image-plane position (distance 1) of raster (0, 0)

@@ -5,7 +5,8 @@
 // touches its own pixel only. Splats: a light path that arrives at raster position p contributes f(p - c_j)
 // to every pixel j in reach; one of them is drawn with probability proportional to that, and the sum is the
 // weight. Both estimate the same integral. Filters are separable and normalised to unit integral; gaussian
-// as pbrt's: exp(-x^2/2s^2) minus its value at the radius.
+// as pbrt's: exp(-x^2/2s^2) minus its value at the radius. Where a filter is negative its absolute value is
+// sampled, and both weights carry the sign.
 #include <array>
 #include <cstdint>
 
@@ -17,8 +18,9 @@ namespace lightmill {
 /// One axis of the filter, with a tabulated inverse CDF.
 class FilterAxis {
  public:
-  FilterAxis(FilterKind kind, double radius, double sigma);
+  FilterAxis(const FilterDescription& filter, double radius);
   float radius() const { return radius_; }
+  bool is_signed() const { return kind_ == FilterKind::kMitchell || kind_ == FilterKind::kSinc; }
   /// Offset from the pixel's centre for a uniform u.
   template <class F>
   F sample(F u) const {
@@ -28,13 +30,16 @@ class FilterAxis {
       return copysign(1.0f - safe_sqrt(1.0f - abs(t)), t) * radius_;
     }
     const F x = u * static_cast<float>(kTable);
-    const IntOf<F> i0 = to_int(x);
-    const IntOf<F> last = splat_int<F>(kTable - 1);
-    const IntOf<F> i = select(MaskOf<F>(i0 > last), last, i0);
+    const IntOf<F> i = cell_of(u);
     const F a = gather(inverse_.data(), i), b = gather(inverse_.data() + 1, i);
     return a + (b - a) * (x - to_float(i));
   }
-  /// Density of sample() at `offset`: what the camera samples really follow.
+  /// What a sample by `u` stands for; its mean over u is 1. Of signed filters; 1 of others.
+  template <class F>
+  F weight(F u) const {
+    return gather(weight_.data(), cell_of(u));
+  }
+  /// The filter at `offset`: the density of sample(), times the weight, which camera samples really follow.
   template <class F>
   F density(F offset) const;
   /// Draws the pixel for raster coordinate `p` with `u`; returns its index and sets the weight
@@ -44,6 +49,12 @@ class FilterAxis {
 
  private:
   static constexpr int kTable = 256;
+  template <class F>
+  static IntOf<F> cell_of(F u) {
+    const IntOf<F> i = to_int(u * static_cast<float>(kTable)), last = splat_int<F>(kTable - 1);
+    return select(MaskOf<F>(i > last), last, i);
+  }
+  bool is_tabulated() const { return kind_ != FilterKind::kBox && kind_ != FilterKind::kTriangle; }
   // For cells of equal width over [-radius, radius] a table entry at or before the first above the cell,
   // where a search begins. Cells are much narrower than most entries are apart: it has few steps.
   static constexpr int kCells = 8 * kTable;
@@ -51,10 +62,11 @@ class FilterAxis {
   FilterKind kind_;
   float radius_;
   int reach_ = 1, steps_ = 0;  // pixels that one position may touch, at most; steps of a search, at most
-  // Gaussian: piecewise-linear inverse CDF, and the density before each entry.
+  // But of box and triangle: piecewise-linear inverse CDF, and the filter before each entry.
   std::array<float, kTable + 1> inverse_{};
   std::array<float, kTable + 1> density_before_{};
   std::array<int32_t, kCells> search_from_{};
+  std::array<float, kTable> weight_{};  // of the cells of u
 };
 
 template <class F>
@@ -62,7 +74,7 @@ F FilterAxis::density(F offset) const {
   const F a = abs(offset);
   F d = splat<F>(0.5f / radius_);
   if (kind_ == FilterKind::kTriangle) d = (radius_ - a) / splat<F>(radius_ * radius_);
-  if (kind_ == FilterKind::kGaussian) {
+  if (is_tabulated()) {
     const F cell = clamp((offset / splat<F>(radius_) + 1.0f) * (kCells / 2.0f), 0.0f, kCells - 1.0f);
     IntOf<F> k = gather(search_from_.data(), to_int(cell));
     for (int i = 0; i < steps_; ++i) {
@@ -88,26 +100,27 @@ IntOf<F> FilterAxis::choose_pixel(F p, F u, F* weight) const {
   for (int i = 0; i < reach_; ++i, pixel = pixel + 1.0f) {
     const F d = density_of(pixel);
     if (i < kMostCached) known[i] = d;
-    total = total + d;
+    total = total + abs(d);
   }
-  *weight = total;
-  F target = u * total, chosen = first;
+  F target = u * total, chosen = first, sign = splat<F>(1.0f);
   MaskOf<F> done = splat_mask<F>(false);
   pixel = first;
   for (int i = 0; i < reach_; ++i, pixel = pixel + 1.0f) {
-    const F d = i < kMostCached ? known[i] : density_of(pixel);
+    const F value = i < kMostCached ? known[i] : density_of(pixel), d = abs(value);
     const MaskOf<F> can = mask_and(MaskOf<F>(d > 0.0f), mask_not(done));
     chosen = select(can, pixel, chosen);
+    sign = select(can, value, sign);
     done = mask_or(done, mask_and(can, MaskOf<F>(target < d)));
     target = target - d;
   }
+  *weight = copysign(total, sign);
   return to_int(chosen);
 }
 
 struct PixelFilter {
   FilterAxis x, y;
-  explicit PixelFilter(const FilterDescription& d)
-      : x(d.kind, d.xradius, d.sigma), y(d.kind, d.yradius, d.sigma) {}
+  bool is_signed() const { return x.is_signed(); }
+  explicit PixelFilter(const FilterDescription& d) : x(d, d.xradius), y(d, d.yradius) {}
 };
 
 }  // namespace lightmill

@@ -11,7 +11,7 @@
 namespace lightmill {
 
 struct SphericalCamera {
-  static constexpr bool kHasLens = false, kParallel = false;
+  static constexpr bool kHasLens = false, kParallel = false, kWeighted = false;
 
   float right[3], up[3], forward[3];  // unit, world orientation
   bool equal_area;

@@ -11,7 +11,7 @@
 namespace lightmill {
 
 struct ThinLensCamera {
-  static constexpr bool kHasLens = true, kParallel = false;
+  static constexpr bool kHasLens = true, kParallel = false, kWeighted = false;
 
   PerspectiveCamera pinhole;
   float radius_x, radius_y;  // of the lens, normalised space

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 
+#include "common/image/signed_sum.h"
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/pipeline/viewer_side.h"
 #include "worker/render/renderer.h"
@@ -143,15 +144,20 @@ void AovRecorder::finish_layer(const StageContext& context, const LayerContext& 
       sums_[kDepthLayer][i].c[0] += depth_units(depth_[i]);
       sums_[kDepthLayer][i].c[1] += 1;
     }
-    const float radiance[3] = {w.radiance_r[i], w.radiance_g[i], w.radiance_b[i]};
-    // What the film drops is dropped here, too: direct light stays a part of the whole.
-    if (!to_units(radiance[0], quantum_exponent) || !to_units(radiance[1], quantum_exponent) ||
-        !to_units(radiance[2], quantum_exponent)) {
-      continue;
+    float radiance[3] = {w.radiance_r[i], w.radiance_g[i], w.radiance_b[i]};
+    float direct_light[3] = {direct_[0][i], direct_[1][i], direct_[2][i]};
+    if (context.response) context.response->mix(&direct_light[0], &direct_light[1], &direct_light[2]);
+    if (context.response || context.signed_film) {
+      for (size_t c = 0; c < 3; ++c) radiance[c] *= w.slots.weight[i], direct_light[c] *= w.slots.weight[i];
     }
+    const auto units = [&](float x) {
+      return context.signed_film ? to_signed_units(x, quantum_exponent) : to_units(x, quantum_exponent);
+    };
+    // What the film drops is dropped here, too: direct light stays a part of the whole.
+    if (!units(radiance[0]) || !units(radiance[1]) || !units(radiance[2])) continue;
     for (size_t c = 0; c < 3; ++c) {
       if (wants_direct()) {
-        const auto direct = to_units(std::min(direct_[c][i], radiance[c]), quantum_exponent);
+        const auto direct = units(std::min(direct_light[c], radiance[c]));
         sums_[kDirectLayer][i].c[c] += direct.value_or(0);
       }
       if (set & kAovVariance) sums_[kVarianceLayer][i].c[c] += square_units(radiance[c], quantum_exponent);

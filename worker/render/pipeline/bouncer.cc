@@ -12,6 +12,7 @@
 #include "worker/render/pipeline/viewer_side.h"
 #include "worker/render/scene/bump.h"
 #include "worker/render/scene/emitter_pattern.h"
+#include "worker/render/scene/fibre.h"
 #include "worker/render/scene/lobe_axes.h"
 #include "worker/render/scene/mix.h"
 
@@ -129,6 +130,7 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
   if (scene.any_mix) material = resolve_mixes<Lane>(scene, material, g.active, prim, s);
   v.ns = scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
   v.kind = bsdf_at<Lane>(scene, material, g.active, s, &v.params);
+  if (scene.any_fibres) face_fibres<Lane>(scene, s, prim, v.wo, v.kind, &v.p, &v.ng, &v.ns, &v.params);
   if (scene.any_anisotropy) orient_lobes<Lane>(s, v.ns, v.kind, &v.params);
   h.u = s.u, h.tv = s.v;
   v.path = g.slot;
@@ -300,7 +302,8 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
     if (depth > 1) {
       if (context.on(kNextEvent)) {
         w_next_event =
-            direct_pdf_area<Lane>(lights, light, path.origin, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
+            direct_pdf_area<Lane>(lights, light, path.origin, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) *
+            dvcm;
       }
       if (weigh_connections) p_emission = emission_pdf(lights, light, wi, splat<Lane>(1.0f));
     }

@@ -4,6 +4,7 @@
 #include "common/strategies.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/camera/camera.h"
+#include "worker/render/camera/film_response.h"
 #include "worker/render/camera/pixel_filter.h"
 #include "worker/render/pipeline/camera_pass.h"
 #include "worker/render/pipeline/work_items.h"
@@ -28,10 +29,12 @@ struct StageContext {
   float light_samples = 1, connections = 1;
   /// Effort per region, where it differs: light_samples stand against that many camera samples.
   const EffortTable* effort = nullptr;
-  double light_paths = 1;       // per camera path
-  uint32_t one_in = 1;          // a pilot looks at one of so many pixels, a power of two
-  float imaging_ratio = 1;      // exposure: multiplies every contribution
-  float tiny_contribution = 0;  // connections below this play Russian roulette; 0: never
+  double light_paths = 1;                  // per camera path
+  uint32_t one_in = 1;                     // a pilot looks at one of so many pixels, a power of two
+  float imaging_ratio = 1;                 // exposure: multiplies every contribution
+  const FilmResponse* response = nullptr;  // of the sensor; null: that of the plain film
+  bool signed_film = false;                // sums may be negative: of a filter's lobes or a sensor's colours
+  float tiny_contribution = 0;             // connections below this play Russian roulette; 0: never
 
   bool on(Strategies family) const { return strategies & family; }
   /// n_j of mis.h but for the lens: 0 for a family that is off.

@@ -152,7 +152,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
       if (w.aovs) w.aovs->begin_layer();
       camera_pass(context, layer, w);
       const StageScope scope(w, Stage::kFilm);
-      film_finish_pass(quantum_exponent, w);
+      film_finish_pass(context, quantum_exponent, w);
       if (w.aovs) w.aovs->finish_layer(context, layer, quantum_exponent, w);
     }
     if (w.splats.size() >= kSplatBatch) {

@@ -34,6 +34,7 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
                   Wavefront& wavefront) {
   Paths& paths = wavefront.paths;
   paths.active_count = 0;
+  const bool signed_filter = context.filter.is_signed();
   for (int base = 0; base < kWavefront; base += kLanes) {
     const SlotGroup g(layer, base);
     if (!any(g.taken)) continue;
@@ -42,16 +43,25 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
     stream.get_2d(kDimFilm, &u, &v);
     const Lane x = to_float(g.x) + 0.5f + context.filter.x.sample(u);
     const Lane y = to_float(g.y) + 0.5f + context.filter.y.sample(v);
+    if (signed_filter) {
+      float* weight = wavefront.slots.weight + base;
+      store(weight, load<Lane>(weight) * context.filter.x.weight(u) * context.filter.y.weight(v));
+    }
     Lane lu{}, lv{};
     if constexpr (C::kHasLens) stream.get_2d(kDimLens, &lu, &lv);
     const CameraRay<Lane> ray = camera.ray(x, y, lu, lv);
     PathLanes<Lane> path{ray.origin, ray.direction, splat3<Lane>(1, 1, 1)};
+    LaneMask started = g.taken;
+    if constexpr (C::kWeighted) {
+      path.throughput = {ray.weight, ray.weight, ray.weight};
+      started = mask_and(started, LaneMask(ray.weight > 0.0f));
+    }
     path.dvcm = load<Lane>(layer.slots->light_samples + base) / ray.density;  // M2
     path.medium = splat_int<Lane>(context.scene.camera_medium);
-    store_paths(path, g.slot, mask_bits(g.taken), &paths);
-    activate(paths, g.slot, g.taken);
+    store_paths(path, g.slot, mask_bits(started), &paths);
+    activate(paths, g.slot, started);
+    wavefront.counters.camera_paths += static_cast<uint64_t>(std::popcount(mask_bits(g.taken)));
   }
-  wavefront.counters.camera_paths += static_cast<uint64_t>(paths.active_count);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ void flush_shadow_rays(const StageContext& context, bool splats, Wavefront& w) {
   if (w.recorder) w.recorder->resolved(q, splats, thread_cpu_seconds() - start, w.media.get());
   const StageScope scope(w, Stage::kFilm);
   if (splats) {
-    film_add_splats(w);
+    film_add_splats(context, w);
   } else {
     film_add_to_paths(w);
   }

@@ -6,10 +6,14 @@
 
 namespace lightmill {
 
+/// Set in a target whose filter weight is negative: contributions themselves are not, so that what is tested
+/// and weighed of them on the way needs no sign. Pixels have no such bit (kMaxPixels).
+inline constexpr int32_t kNegativeSplat = 1 << 30;
+
 /// Draws a pixel of the filter's footprint around raster position (x, y) with uniforms u and v.
 struct SplatTarget {
-  LaneInt pixel{};
-  Lane weight{};             // filter weight; 0 if no pixel of the crop window receives it
+  LaneInt pixel{};           // with kNegativeSplat
+  Lane weight{};             // size of the filter weight; 0 if no pixel of the crop window receives it
   Lane inv_light_samples{};  // 1 / n_light of mis.h at the pixel
   SplatTarget(const StageContext& context, Lane x, Lane y, Lane u, Lane v, LaneMask active) {
     inv_light_samples = splat<Lane>(1.0f / context.light_samples);
@@ -33,6 +37,10 @@ struct SplatTarget {
     in = mask_and(in, mask_and(within(ix, crop.x0, crop.x1), within(iy, crop.y0, crop.y1)));
     pixel = select(in, iy * context.grid.width + ix, LaneInt{});
     weight = select(in, wx * wy, Lane{});
+    if (context.filter.is_signed()) {
+      pixel = select(LaneMask(weight < 0.0f), pixel | kNegativeSplat, pixel);
+      weight = abs(weight);
+    }
     if (!context.effort) return;
     float inv_samples[kLanes];
     store(inv_samples, inv_light_samples);

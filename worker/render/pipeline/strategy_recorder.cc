@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "worker/render/pipeline/medium_walk.h"
+#include "worker/render/pipeline/splat_target.h"
 
 namespace lightmill {
 namespace {
@@ -65,7 +66,8 @@ void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seco
     c.cpu_seconds += seconds / rays.count;
     ++(rays.occluded[k] ? c.occluded : c.visible);
     if (rays.occluded[k]) continue;
-    const uint32_t pixel = splats ? static_cast<uint32_t>(rays.target[k]) : pixel_of(a.slot);
+    const uint32_t pixel =
+        splats ? static_cast<uint32_t>(rays.target[k] & ~kNegativeSplat) : pixel_of(a.slot);
     contributions.push_back({a.s, a.t, a.slot, pixel, {rays.r[k], rays.g[k], rays.b[k]}, a.weight, a.shares});
   }
   resolving_seconds_ += seconds;

@@ -127,6 +127,10 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   item("alpha masks", scene.any_alpha,
        scene.any_alpha ? "a shape has an alpha below 1 or textured" : "every shape is opaque",
        "a callback per crossing of a masked shape", kAlphaMasks);
+  item("fibres", scene.any_fibres,
+       scene.any_fibres ? "there is hair or a flat curve, which camera paths alone can see"
+                        : "there is no hair, nor a flat curve",
+       "a callback per crossing of a fibre, and its turn to the viewer per hit");
   item("mixes", scene.any_mix, scene.any_mix ? "a material in use is a mix" : "no material in use is a mix",
        "the choice of a material per hit", kMixes);
   item("material sort", scene.kinds_present > 1, text(scene.kinds_present) + " BSDF kind(s) in use",

@@ -37,4 +37,14 @@ bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim
   return a > 0 && hash_ray(prim, instance, o, d) < a;
 }
 
+bool meets_back(const RenderScene& scene, int32_t prim, int32_t outwards, const Vec3<float>& d) {
+  Vec3<float> p[3];
+  for (size_t k = 0; k < 3; ++k) {
+    const float* v =
+        &scene.positions[static_cast<size_t>(scene.indices[static_cast<size_t>(prim) * 3 + k]) * 3];
+    p[k] = {v[0], v[1], v[2]};
+  }
+  return dot(cross(p[1] - p[0], p[2] - p[0]), d) * static_cast<float>(outwards) > 0;
+}
+
 }  // namespace lightmill

@@ -22,4 +22,7 @@ inline bool has_alpha_mask(const FloatInput& alpha) { return alpha.texture >= 0 
 bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim, int32_t instance,
                  const Vec3<float>& o, const Vec3<float>& d);
 
+/// Whether direction `d` meets triangle `prim` from behind; `outwards` as MeshRange::fibres has it.
+bool meets_back(const RenderScene& scene, int32_t prim, int32_t outwards, const Vec3<float>& d);
+
 }  // namespace lightmill

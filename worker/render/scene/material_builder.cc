@@ -10,6 +10,7 @@
 #include "worker/render/bsdf/conductor.h"
 #include "worker/render/bsdf/metallic_table.h"
 #include "worker/render/bsdf/sheen_table.h"
+#include "worker/render/scene/hair_builder.h"
 #include "worker/render/scene/metallic_builder.h"
 #include "worker/render/scene/surface.h"
 
@@ -269,6 +270,7 @@ struct Builder {
   }
   void operator()(const MetallicRoughnessMaterial& m) { build_metallic_roughness(m, scene, &entry, params); }
   void operator()(const TransmissionMaterial& m) { build_transmission(m, scene, &entry, params); }
+  void operator()(const HairMaterial& m) { build_hair(m, &entry, params); }
   void operator()(const MixMaterial& m) {
     entry.kind = kMix;
     entry.mix_first = m.materials[0];
@@ -393,6 +395,7 @@ void apply_rough_coat_textures(const TextureTable& textures, const MaterialEntry
 void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params) {
   const MaterialEntry& e = scene.materials[static_cast<size_t>(material)];
   if (e.gltf >= 0) return apply_gltf_textures(scene, e, at, params);
+  if (e.kind == kHair) return set_hair_colour(e, scene.textures.evaluate(e.texture_color, at), params);
   if (e.kind == kDiffuseTransmission) {
     const Rgb r = e.texture_color >= 0 ? scene.textures.evaluate(e.texture_color, at) : e.color;
     const Rgb t =

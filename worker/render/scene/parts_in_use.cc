@@ -58,6 +58,10 @@ class Marker {
     inputs_of(m.conductor);
     read_roughness(m.coat_roughness);
   }
+  void inputs_of(const HairMaterial& m) {
+    read(m.sigma_a);
+    if (m.reflectance) read(*m.reflectance);
+  }
   void inputs_of(const MixMaterial& m) {
     read(m.amount);
     for (const int part : m.materials) material(part);

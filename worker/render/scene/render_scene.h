@@ -20,6 +20,9 @@ namespace lightmill {
 struct MeshRange {
   int32_t first_triangle = 0, triangle_count = 0;
   FloatInput alpha{1, -1};  // see alpha_mask.h
+  /// Of fibres, through whose backs rays pass: 1 if cross(p1 - p0, p2 - p0) points outwards, -1 if inwards. 0
+  /// of others.
+  int32_t fibres = 0;
 };
 
 /// A material with what is constant in place, and textures for what is not.
@@ -41,6 +44,7 @@ struct MaterialEntry {
   double coat_internal_reflectance = 0;  // coated: see coated_diffuse.h
   int coat_base_encounters = 1;
   int mix_first = -1, mix_second = -1;  // mix: materials; `scale` is the second's share, or texture_color
+  bool hair_reflectance = false;        // hair: the colour is a reflectance; `scale` says how it is taken
   bool conductor_reflectance = false;   // color gives F0 by eta = 1, k = 2 sqrt(r / (1 - r))
   Rgb eta, k;                           // coated conductor: of the metal against air, what is not textured
   float coat_eta = 1, coat_alpha = 0;
@@ -93,7 +97,7 @@ struct RenderScene {
   std::vector<int32_t> primitive_material;  // per primitive
   std::vector<int32_t> primitive_light;     // per primitive: index into lights, or -1
   std::vector<int32_t> primitive_flags;     // per primitive: kFlip...
-  static constexpr int32_t kFlip = 1, kHasUv = 2;
+  static constexpr int32_t kFlip = 1, kHasUv = 2, kFibre = 4;
 
   // Participating media (medium.h); empty without any.
   std::vector<float> media;              // kMediumFloats per medium, of which the first is empty space
@@ -118,6 +122,7 @@ struct RenderScene {
   bool any_bumps = false;            // some material has a normal map or a displacement
   bool any_tangent = false;          // something reads dp/du (a normal map, bumps, anisotropy)
   bool any_alpha = false;            // some mesh has an alpha mask
+  bool any_fibres = false;           // some mesh is of hair or flat curves (fibre.h)
   int kinds_present = 0;             // number of BSDF kinds in use
   Features overrides = 0;            // kept although nothing needs them: their flags above are set
 

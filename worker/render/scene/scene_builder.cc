@@ -131,12 +131,13 @@ class SceneBuilder {
       out_.any_delta = out_.any_delta || has_delta(kind);
       out_.any_mix = out_.any_mix || kind == kMix;
       out_.any_anisotropy = out_.any_anisotropy || anisotropic<float>(kind);
+      out_.any_fibres = out_.any_fibres || kind == kHair;
       kinds_ |= 1u << kind;
     }
     out_.any_texture = out_.any_texture || emitters_.any_texture();
     for (; kinds_; kinds_ &= kinds_ - 1) ++out_.kinds_present;
     apply_overrides();
-    out_.any_tangent = out_.any_tangent || out_.any_bumps || out_.any_anisotropy;
+    out_.any_tangent = out_.any_tangent || out_.any_bumps || out_.any_anisotropy || out_.any_fibres;
   }
 
  private:
@@ -329,7 +330,8 @@ class SceneBuilder {
         triangles += mesh->mesh->triangles.size();
         normals = normals || !mesh->mesh->normals.empty();
         uvs = uvs || !mesh->mesh->uvs.empty();
-        read_uvs = read_uvs || s.alpha.texture >= 0 ||
+        out_.any_fibres = out_.any_fibres || is_of_fibres(s);
+        read_uvs = read_uvs || is_of_fibres(s) || s.alpha.texture >= 0 ||
                    (s.area_light >= 0 && in_.area_lights[static_cast<size_t>(s.area_light)].texture >= 0);
         colors = colors || !mesh->mesh->colors.empty();
       } else {
@@ -414,6 +416,7 @@ class SceneBuilder {
     }
     int32_t flags = surface_flips_normal(s) ? RenderScene::kFlip : 0;
     if (keep_uvs_ && !mesh.uvs.empty()) flags |= RenderScene::kHasUv;
+    if (is_of_fibres(s)) flags |= RenderScene::kFibre;
     MeshRange range{out_.triangle_count(), 0, s.alpha};
     size_t collapsed = 0, too_small = 0;
     for (const auto& t : mesh.triangles) {
@@ -447,11 +450,34 @@ class SceneBuilder {
                   (s.area_light >= 0 ? "it shines, but is not seen itself" : "nothing is seen of it"));
     }
     if (range.triangle_count > 0) {
+      if (flags & RenderScene::kFibre) range.fibres = outwards(range, s.reverse_orientation);
       out_.meshes.push_back(range);
       out_.any_alpha = out_.any_alpha || has_alpha_mask(range.alpha);
       use_material(s);
     }
     surround_lights(media_->sides(s) & (kMediumTransition - 1));
+  }
+
+  bool is_of_fibres(const ShapeDescription& s) const {
+    const auto* shape = std::get_if<MeshShape>(&s.kind);
+    if (shape == nullptr || !shape->mesh->tube || shape->mesh->normals.empty()) return false;
+    return shape->mesh->flat || (s.material >= 0 && std::holds_alternative<HairMaterial>(
+                                                        in_.materials[static_cast<size_t>(s.material)].kind));
+  }
+
+  /// MeshRange::fibres of a mesh that has been added.
+  int32_t outwards(const MeshRange& range, bool reversed) const {
+    double sum = 0;
+    for (int32_t t = range.first_triangle; t < range.first_triangle + range.triangle_count && sum == 0; ++t) {
+      const int32_t* i = &out_.indices[static_cast<size_t>(t) * 3];
+      const auto p = rounded_corners(i);
+      const Vec3d a{p[1].x - p[0].x, p[1].y - p[0].y, p[1].z - p[0].z},
+          b{p[2].x - p[0].x, p[2].y - p[0].y, p[2].z - p[0].z};
+      const float* n = &out_.normals[static_cast<size_t>(i[0]) * 3];
+      sum = (a.y * b.z - a.z * b.y) * double{n[0]} + (a.z * b.x - a.x * b.z) * double{n[1]} +
+            (a.x * b.y - a.y * b.x) * double{n[2]};
+    }
+    return (sum < 0) != reversed ? -1 : 1;
   }
 
   void use_material(const ShapeDescription& s) {

@@ -61,6 +61,10 @@ class Checker {
     inputs_of(m.conductor);
     roughness(m.coat_roughness);
   }
+  void inputs_of(const HairMaterial& m) {
+    at_least_zero("sigma_a", m.sigma_a);
+    if (m.reflectance) unit("reflectance", *m.reflectance);
+  }
   void inputs_of(const MixMaterial& m) { unit("amount", m.amount.texture); }
   // glTF's own: factors are checked by the reader, and images of a glTF file are of bytes.
   void inputs_of(const MetallicRoughnessMaterial& m) { unit("baseColorTexture", m.base_color); }

@@ -109,6 +109,17 @@ std::vector<BsdfCase> all_bsdfs() {
   for (const float r : {0.4f, 0.7f, 1.0f})
     add("gltf_sheet_" + std::to_string(r), clear(true, r, white), r * r);
   add("gltf_sheet_tinted", clear(true, 0.5f, {0.5f, 0.9f, 0.6f}), 0.25f);
+  const auto hair = [&](const Rgb& sigma_a, float beta_m, float beta_n) {
+    HairMaterial m;
+    m.sigma_a.value = sigma_a;
+    m.beta_m = beta_m;
+    m.beta_n = beta_n;
+    return gltf(m);
+  };
+  add("hair_brown", hair({0.5f, 0.9f, 1.8f}, 0.3f, 0.3f), 0.05f);
+  add("hair_white", hair(black, 0.3f, 0.3f), 0.05f);
+  add("hair_rough", hair({0.1f, 0.2f, 0.3f}, 0.9f, 0.8f), 0.05f);
+  add("hair_sleek", hair({0.1f, 0.2f, 0.3f}, 0.15f, 0.2f), 0.02f);
   // For ever: the cases point into its tables.
   static const std::vector<float> tables = build_scene(s.scene).bsdf_tables;
   const RenderScene scene = build_scene(s.scene);
@@ -118,6 +129,7 @@ std::vector<BsdfCase> all_bsdfs() {
     for (size_t k = 0; k < kBsdfParams; ++k)
       cases[i].params.p[k] = scene.material_params[i * kBsdfParams + k];
     if (anisotropic<float>(cases[i].kind)) cases[i].params.p[9] = 0.1f;  // turns
+    if (cases[i].kind == kHair) cases[i].params.p[8] = 0.4f;             // offset from the axis
   }
   return cases;
 }

@@ -54,7 +54,7 @@ bool refracts(const BsdfCase& bsdf) {
 
 TEST(BsdfSymmetry, ReflectionIsReciprocalAndTransmissionByTheSquaredIndex) {
   for (const BsdfCase& bsdf : all_bsdfs()) {
-    if (is_pure_delta(bsdf.kind)) continue;
+    if (is_pure_delta(bsdf.kind) || bsdf.kind == kHair) continue;  // hair: hair_test.cc
     SCOPED_TRACE(bsdf.name);
     int transmitted = 0;
     for_pairs(bsdf, [&](const Vec3<float>& wo, const Vec3<float>& wi) {

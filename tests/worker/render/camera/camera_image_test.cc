@@ -62,6 +62,40 @@ TEST_P(CameraImage, PtBdptAndLtAgree) {
   EXPECT_FALSE(means_agree(pt.mean(), scaled(bdpt, 1.04f).mean(), {.resolution = 0.02}));
 }
 
+// The same under filters with negative lobes and a sensor whose colours may come out negative.
+TEST(FilmImage, SignedSumsAgreeAndKeepAnEvenLight) {
+  TestScene s = cornell_room();
+  for (const FilterKind kind : {FilterKind::kMitchell, FilterKind::kSinc}) {
+    s.scene.filter.kind = kind;
+    s.scene.filter.xradius = s.scene.filter.yradius = kind == FilterKind::kSinc ? 4 : 2;
+    s.scene.film.sensor = {0.9, -0.2, 0, 0, 1.1, -0.1, 0, 0, 1.5};
+    const Batches pt = render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 256, 4, 1), 16);
+    const Batches bdpt = render_batches(s.scene, settings_for(s.scene, Integrator::kBdpt, 128, 4, 2), 16);
+    EXPECT_EQ(pt.counters.nonfinite + bdpt.counters.nonfinite, 0u);
+    for (int c = 0; c < 3; ++c) EXPECT_TRUE(means_agree(pt.mean(c), bdpt.mean(c), {.resolution = 0.03})) << c;
+  }
+  TestScene box;
+  box.box({-3, -2, -4}, {3, 2, 4}, box.diffuse(0), {.radiance = {1, 2, 4}, .inward = true});
+  box.camera({0.3, 0.2, -1}, {0, 0, 3}, 60).film(24, 16);
+  box.scene.filter = s.scene.filter;
+  box.scene.film.sensor = s.scene.film.sensor;
+  const Batches b = render_batches(box.scene, settings_for(box.scene, Integrator::kPt, 1024, 0), 16);
+  const double expected[3] = {0.9 - 0.4, 2.2 - 0.4, 6};
+  for (int c = 0; c < 3; ++c) EXPECT_TRUE(mean_is(b.mean(c), expected[c], {.resolution = 0.01})) << c;
+}
+
+// Samples are held to the largest component of their XYZ.
+TEST(FilmImage, SamplesAreLimited) {
+  TestScene box;
+  box.box({-3, -2, -4}, {3, 2, 4}, box.diffuse(0), {.radiance = {0, 2, 0}, .inward = true});
+  box.camera({0.3, 0.2, -1}, {0, 0, 3}, 60).film(8, 8);
+  for (const double most : {0.5, 5.0}) {
+    box.scene.film.most = most;
+    const Batches b = render_batches(box.scene, settings_for(box.scene, Integrator::kPt, 4, 0), 1);
+    EXPECT_NEAR(b.images[0].data[1], std::min(2.0, most / 0.7151687), 1e-4);
+  }
+}
+
 // Research oracle 16: inside a closed emitter of radiance L every pixel is L, whatever the camera.
 TEST_P(CameraImage, AnEmissiveBoxShowsItsRadianceInEveryPixel) {
   TestScene s;

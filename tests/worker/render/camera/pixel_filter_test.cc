@@ -10,11 +10,21 @@
 namespace lightmill::test {
 namespace {
 
+FilterAxis axis(FilterKind kind, double radius, double sigma = 0) {
+  FilterDescription d;
+  d.kind = kind;
+  d.sigma = sigma;
+  return FilterAxis(d, radius);
+}
+
 std::vector<FilterAxis> filters() {
-  return {FilterAxis(FilterKind::kBox, 0.5, 0),        FilterAxis(FilterKind::kBox, 1.25, 0),
-          FilterAxis(FilterKind::kTriangle, 2, 0),     FilterAxis(FilterKind::kTriangle, 0.7, 0),
-          FilterAxis(FilterKind::kGaussian, 1.5, 0.5), FilterAxis(FilterKind::kGaussian, 2, 1),
-          FilterAxis(FilterKind::kGaussian, 5.5, 0.2)};
+  return {axis(FilterKind::kBox, 0.5),           axis(FilterKind::kBox, 1.25),
+          axis(FilterKind::kTriangle, 2),        axis(FilterKind::kTriangle, 0.7),
+          axis(FilterKind::kGaussian, 1.5, 0.5), axis(FilterKind::kGaussian, 2, 1),
+          axis(FilterKind::kGaussian, 5.5, 0.2)};
+}
+std::vector<FilterAxis> filters_with_negative_lobes() {
+  return {axis(FilterKind::kMitchell, 2), axis(FilterKind::kMitchell, 3.1), axis(FilterKind::kSinc, 4)};
 }
 
 /// int density over [a, b] by midpoints.
@@ -48,7 +58,8 @@ TEST(PixelFilter, SamplesFollowTheDensity) {
 }
 
 TEST(PixelFilter, ShapesAreThoseOfTheirFormulas) {
-  const FilterAxis gaussian(FilterKind::kGaussian, 1.5, 0.5), triangle(FilterKind::kTriangle, 2, 0);
+  const FilterAxis gaussian = axis(FilterKind::kGaussian, 1.5, 0.5),
+                   triangle = axis(FilterKind::kTriangle, 2);
   const auto g = [](double x) { return std::exp(-x * x / 0.5) - std::exp(-1.5 * 1.5 / 0.5); };
   double norm = 0;
   for (int i = 0; i < 30000; ++i) norm += g(-1.5 + 3 * (i + 0.5) / 30000) * 3 / 30000;
@@ -85,14 +96,53 @@ TEST(PixelFilter, SplatWeightIsTheSumOfDensitiesAndPixelsFollowThem) {
   }
 }
 
+// Weighted samples are the filter's formula: over each of 40 bins, and over all of it 1.
+TEST(PixelFilter, NegativeLobesAreInTheWeights) {
+  constexpr int kBins = 40, kSamples = 400000;
+  for (const bool lanczos : {false, true}) {
+    const double r = lanczos ? 4 : 2;
+    const FilterAxis f = axis(lanczos ? FilterKind::kSinc : FilterKind::kMitchell, r);
+    ASSERT_TRUE(f.is_signed());
+    const auto sinc = [](double x) { return x == 0 ? 1 : std::sin(M_PI * x) / (M_PI * x); };
+    const auto formula = [&](double x) {
+      x = std::fabs(x);
+      if (lanczos) return sinc(x) * sinc(x / 3);
+      // B = C = 1/3 in Mitchell & Netravali 1988, eq. 8.
+      return x < 1 ? (7 * x * x * x - 12 * x * x + 16.0 / 3) / 6
+                   : (-7.0 / 3 * x * x * x + 12 * x * x - 20 * x + 32.0 / 3) / 6;
+    };
+    std::vector<double> expected(kBins), found(kBins);
+    double norm = 0, least = 0;
+    for (int i = 0; i < kBins * 1000; ++i) {
+      const double v = formula(-r + 2 * r * (i + 0.5) / (kBins * 1000)) * 2 * r / (kBins * 1000);
+      expected[static_cast<size_t>(i / 1000)] += v;
+      norm += v;
+      least = std::min(least, v);
+    }
+    EXPECT_LT(least, 0);
+    double sum = 0;
+    for (int i = 0; i < kSamples; ++i) {
+      const float u = (static_cast<float>(i) + 0.5f) / kSamples;
+      const double x = f.sample(u), w = double{f.weight(u)} / kSamples;
+      found[std::min<size_t>(static_cast<size_t>(std::max(0.0, (x + r) / (2 * r) * kBins)), kBins - 1)] += w;
+      sum += w;
+    }
+    EXPECT_NEAR(sum, 1, 1e-4);
+    for (size_t i = 0; i < kBins; ++i)
+      EXPECT_NEAR(found[i], expected[i] / norm, 1.1 / 256) << i;  // a cell of the table
+  }
+}
+
 // A light path that lands uniformly on the raster gives every pixel on average what a camera sample gives: 1.
 TEST(PixelFilter, SplatsAndCameraSamplesEstimateTheSameIntegral) {
-  for (const FilterAxis& f : filters()) {
+  std::vector<FilterAxis> all = filters();
+  for (const FilterAxis& f : filters_with_negative_lobes()) all.push_back(f);
+  for (const FilterAxis& f : all) {
     // With a linear image L(x) = x, too: the pixel's value is its centre.
     Random random(3);
     std::vector<double> one(32), linear(32);
     for (size_t b = 0; b < one.size(); ++b) {
-      constexpr int kSamples = 20000;
+      const int kSamples = f.is_signed() ? 60000 : 20000;  // signs make noise
       for (int i = 0; i < kSamples; ++i) {
         const double p = random.between(0, 16);
         float weight;

@@ -1,0 +1,12 @@
+#pragma once
+// Hair's parameters from its description.
+#include "worker/render/scene/render_scene.h"
+
+namespace lightmill {
+
+void build_hair(const HairMaterial& hair, MaterialEntry* entry, float* params);
+
+/// Sets sigma_a from what the entry's texture says.
+void set_hair_colour(const MaterialEntry& entry, const Rgb& colour, float* params);
+
+}  // namespace lightmill
