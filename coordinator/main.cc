@@ -38,7 +38,7 @@ struct Options {
   std::string film_memory = "1G";
   std::string ingest_limit = "100M";
   double max_bundle_megabytes = 65536;
-  std::string scene_memory = "4G";
+  std::string reader_memory = "4G";
   std::string log_level = "info", log_format = "text";
 };
 
@@ -146,8 +146,8 @@ void add_options(CLI::App& app, Options& o) {
       ->envname("LIGHTMILL_MAX_BUNDLE_MB")
       ->check(CLI::Range(0.001, 1e9).description("0.001 to 1e9"))
       ->capture_default_str();
-  app.add_option("--scene-memory", o.scene_memory, "Memory for reading a scene that a browser submits")
-      ->envname("LIGHTMILL_SCENE_MEMORY")
+  app.add_option("--reader-memory", o.reader_memory, "Memory for reading a scene that a browser submits")
+      ->envname("LIGHTMILL_READER_MEMORY")
       ->capture_default_str();
   app.add_option("--max-open-jobs", o.farm.max_open_jobs, "Most jobs that have not ended")
       ->envname("LIGHTMILL_MAX_OPEN_JOBS")
@@ -259,10 +259,8 @@ int run(Options options) {
         static_cast<double>(parse_size(options.ingest_limit, "--ingest-limit"));
   }
   options.farm.film_memory_bytes = static_cast<double>(parse_size(options.film_memory, "--film-memory"));
-  const std::string scene_memory =
-      std::to_string(parse_size(options.scene_memory, "--scene-memory", uint64_t{1} << 26));
-  const ReaderProcess reader({"/proc/self/exe", kReadScene, "--memory", scene_memory}, {});
-  options.server.read_scene = [&reader](const SceneQuestion& question) { return reader.read(question); };
+  const std::string reader_memory =
+      std::to_string(parse_size(options.reader_memory, "--reader-memory", uint64_t{1} << 26));
   TileLog tile_log;
   options.server.tile_log = &tile_log;
   options.farm.log = [&tile_log, log](const std::string& line) {
@@ -276,12 +274,15 @@ int run(Options options) {
   const auto serve = [&](Leadership::Turn turn) {
     BlobStore blobs(data.blob_folder());
     Farm farm(std::move(turn.store), clock, options.farm);
+    ReaderProcess reader({"/proc/self/exe", kReadScene, "--memory", reader_memory}, {});
+    turn.server.read_scene = [&reader](const SceneQuestion& question) { return reader.read(question); };
     const Server server(turn.server, farm, blobs);
     spdlog::info("{}; data in {}", build_id(), options.data);
     spdlog::info("listening: rpc port {}, http port {}, {}", server.rpc_port(), server.http_port(),
                  options.server.security.tls() ? "TLS and tokens" : "plain text for everybody");
     turn.ready({server.rpc_port(), server.http_port()});
     serve_until_signal(farm, signals, turn.ended);
+    reader.stop();
   };
   const auto listening = [&](const Ports& ports) {
     if (options.port_file.empty()) return;

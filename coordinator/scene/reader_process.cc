@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -26,6 +27,7 @@ namespace {
 constexpr size_t kMostAnswerBytes = size_t{64} << 20;
 constexpr size_t kChunk = size_t{1} << 16;
 constexpr int kNice = 10;
+constexpr double kLookSeconds = 0.2;  // between looks at whether the program is shutting down
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -73,11 +75,11 @@ class Child {
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
 
-  /// Waits until the socket can do it; false once it is too late.
-  bool ready(short events, double until) const {
+  /// Waits until the socket can do it; false once it is too late, or nobody wants it any more.
+  bool ready(short events, double until, const std::atomic<bool>& stopping) const {
     for (;;) {
-      const double left = until - seconds_now();
-      if (left <= 0) return false;
+      const double left = std::min(kLookSeconds, until - seconds_now());
+      if (left <= 0 || stopping) return false;
       pollfd waited{end_, events, 0};
       const int result = poll(&waited, 1, static_cast<int>(std::ceil(1000 * left)));
       if (result > 0) return true;
@@ -114,6 +116,7 @@ SceneAnswer ReaderProcess::read(const SceneQuestion& question) const {
   const double until = seconds_now() + limits_.seconds;
   const std::string elsewhere = "; submit it by lightmill submit, which reads it where you are";
   const auto too_slow = [&] {
+    if (stopping_) return Error(ErrorKind::kFailed, "the coordinator is shutting down");
     return Error(ErrorKind::kBadScene, "reading the scene took more than " +
                                            std::to_string(std::lround(limits_.seconds)) + " seconds" +
                                            elsewhere);
@@ -121,7 +124,7 @@ SceneAnswer ReaderProcess::read(const SceneQuestion& question) const {
   Child child(command_);
   const std::string asked = question_to_json(question);
   for (size_t sent = 0; sent < asked.size();) {
-    if (!child.ready(POLLOUT, until)) throw too_slow();
+    if (!child.ready(POLLOUT, until, stopping_)) throw too_slow();
     const ssize_t n =
         send(child.end(), asked.data() + sent, asked.size() - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (n > 0) sent += static_cast<size_t>(n);
@@ -130,7 +133,7 @@ SceneAnswer ReaderProcess::read(const SceneQuestion& question) const {
   shutdown(child.end(), SHUT_WR);
   std::string said;
   for (char chunk[kChunk]; said.size() <= kMostAnswerBytes;) {
-    if (!child.ready(POLLIN, until)) throw too_slow();
+    if (!child.ready(POLLIN, until, stopping_)) throw too_slow();
     const ssize_t n = recv(child.end(), chunk, sizeof chunk, MSG_DONTWAIT);
     if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) break;
     if (n > 0) said.append(chunk, static_cast<size_t>(n));
@@ -141,7 +144,7 @@ SceneAnswer ReaderProcess::read(const SceneQuestion& question) const {
     const std::string how = WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status))
                                                 : "status " + std::to_string(WEXITSTATUS(status));
     throw Error(ErrorKind::kBadScene, "the scene could not be read here: its reader ended with " + how +
-                                          ", maybe as it takes more than --scene-memory" + elsewhere);
+                                          ", maybe as it takes more than --reader-memory" + elsewhere);
   }
   const auto object = nlohmann::json::parse(said, nullptr, false);
   if (object.is_object() && object.contains("refusal") && object["refusal"].is_string())

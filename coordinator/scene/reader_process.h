@@ -5,6 +5,7 @@
 //   ReaderProcess reader({"/proc/self/exe", "read-scene"}, {});
 //   SceneAnswer answer = reader.read(question);
 //   int main() { return read_scene_and_answer(limits); }   // of "read-scene"
+#include <atomic>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -25,10 +26,13 @@ class ReaderProcess {
   ReaderProcess(std::vector<std::string> command, const ReaderLimits& limits)
       : command_(std::move(command)), limits_(limits) {}
   /// Throws Error(kBadScene) if the scene needs more than the limits or kills its reader, Error(kUsage) as
-  /// read_scene, Error(kFailed) if no process can be started.
+  /// read_scene, Error(kFailed) if no process can be started, or after stop().
   SceneAnswer read(const SceneQuestion& question) const;
+  /// Makes every read() in progress and later give up at once: the program is shutting down.
+  void stop() { stopping_ = true; }
 
  private:
+  std::atomic<bool> stopping_{false};
   std::vector<std::string> command_;
   ReaderLimits limits_;
 };

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <thread>
 
 #include "common/digest.h"
 #include "common/error.h"
@@ -34,8 +35,8 @@ class SceneReadingTest : public ::testing::Test {
       return e.what();
     }
   }
-  static ReaderProcess real(const std::string& memory) {
-    return ReaderProcess({COORDINATOR, "read-scene", "--memory", memory}, {});
+  static SceneAnswer really(const std::string& memory, const SceneQuestion& asked) {
+    return ReaderProcess({COORDINATOR, "read-scene", "--memory", memory}, {}).read(asked);
   }
   test::TemporaryFolder folder;
 };
@@ -46,20 +47,21 @@ TEST_F(SceneReadingTest, TheProcessSaysWhatTheReaderSays) {
     SceneQuestion asked = question(text);
     asked.options.spp = 77;
     asked.options.time_s = 12.5;
-    EXPECT_EQ(answer_to_json(real("1000000000").read(asked)), answer_to_json(read_scene(asked))) << text;
+    EXPECT_EQ(answer_to_json(really("1000000000", asked)), answer_to_json(read_scene(asked))) << text;
   }
   SceneQuestion asked = question("WorldBegin\nLightSource \"infinite\"\n");
   asked.options.spp = 77;
   EXPECT_EQ(read_scene(asked).settings.spp, 77);
   asked.options.integrator = "magic";
-  EXPECT_THAT(refusal(real("1000000000"), asked), HasSubstr("magic"));
+  EXPECT_THAT(refusal(ReaderProcess({COORDINATOR, "read-scene", "--memory", "1000000000"}, {}), asked),
+              HasSubstr("magic"));
 }
 
 TEST_F(SceneReadingTest, ALargeSceneDoesNotTakeTheMachine) {
   std::string text = "WorldBegin\nShape \"trianglemesh\" \"point3 P\" [";
   for (int i = 0; i < 6'000'000; ++i) text += "1 ";
   const SceneQuestion asked = question(text + "]\n");
-  const SceneAnswer answer = real("200000000").read(asked);
+  const SceneAnswer answer = really("200000000", asked);
   ASSERT_EQ(answer.errors.size(), 1u);
   EXPECT_THAT(answer.errors[0], HasSubstr("does not fit into memory"));
 }
@@ -78,6 +80,16 @@ TEST_F(SceneReadingTest, ProcessesThatMisbehaveAreAnswers) {
               HasSubstr("malformed"));
   EXPECT_THAT(with({"/no/such/program"}), HasSubstr("no process can be started"));
   EXPECT_THAT(with({"/bin/cat", "/dev/zero"}), HasSubstr("lightmill submit"));
+}
+
+TEST_F(SceneReadingTest, AShutdownWaitsForNoScene) {
+  const SceneQuestion asked = question("WorldBegin\n");
+  ReaderProcess reader({"/bin/sleep", "1000"}, {.memory_bytes = 0, .seconds = 1000});
+  std::string said;
+  std::thread reading([&] { said = refusal(reader, asked); });
+  reader.stop();
+  reading.join();
+  EXPECT_THAT(said, HasSubstr("shutting down"));
 }
 
 TEST_F(SceneReadingTest, AnAnswerCanNotAddFiles) {
