@@ -30,7 +30,7 @@ constexpr double kStratification = 1.4;
 constexpr double kWorthIt = 0.98;
 
 /// Plans without which nothing is lost in this scene. One holds for the whole image: connections chosen for
-/// each region of 8 pixels from one half of its pixels would gain 1.00 to 1.08 on the other half (eight of
+/// each region of 8 pixels from one half of its pixels would gain 1.00 to 1.08 on the other half (seven of
 /// nine scenes; on water-caustic one half loses 1.2), which is less than the bound of 1.1 that would be worth
 /// a map.
 std::vector<SamplingPlan> candidates(const ScenePlan& scene) {
