@@ -64,7 +64,7 @@ Strategies possible(Strategies chosen, const RenderScene& scene, const Camera& c
   Strategies left = chosen;
   if (!can_be_joined(camera)) left &= ~kLensConnections;
   if (scene.any_fibres) left &= ~kLightPaths;
-  if (left & kCameraLayer) return left;
+  if (left == chosen || (left & kCameraLayer)) return left;
   throw Error(ErrorKind::kUsage,
               scene.any_fibres ? "hair and flat curves are seen by camera paths alone; use another integrator"
                                : "a realistic camera can't be joined to light paths; use another integrator");
