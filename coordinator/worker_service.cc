@@ -8,6 +8,7 @@
 #include "common/log.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
+#include "common/rpc/registration_digest.h"
 #include "coordinator/service_status.h"
 #include "coordinator/slot.h"
 
@@ -67,8 +68,14 @@ const char* outcome_text(CommitResult result) {
 
 }  // namespace
 
-grpc::Status WorkerService::Register(grpc::ServerContext*, const v1::RegisterRequest* request,
+grpc::Status WorkerService::Register(grpc::ServerContext* context, const v1::RegisterRequest* request,
                                      v1::RegisterResponse* response) {
+  const auto& metadata = context->client_metadata();
+  const auto sent = metadata.find(kRegistrationDigestKey);
+  if (sent != metadata.end() && sent->second != registration_digest(request->registration())) {
+    // The worker tries again.
+    return {grpc::StatusCode::UNAVAILABLE, "the registration was damaged on its way: its digest differs"};
+  }
   return guarded([&] {
     response->set_worker_id(farm_.register_worker(from_proto(request->registration())).value);
     response->set_lease_seconds(lease_seconds_);

@@ -9,6 +9,7 @@
 #include "common/digest.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
+#include "common/rpc/registration_digest.h"
 #include "common/rpc/status.h"
 #include "coordinator/http_server.h"
 #include "coordinator/memory_job_store.h"
@@ -127,6 +128,25 @@ class ServiceTest : public ::testing::Test {
   std::unique_ptr<v1::ClientService::Stub> client;
   std::unique_ptr<v1::WorkerService::Stub> worker;
 };
+
+// A bit that the line has changed could name another arithmetic class.
+TEST_F(ServiceTest, ADamagedRegistrationIsAskedForAgain) {
+  v1::RegisterRequest request;
+  *request.mutable_registration() = to_proto(registration());
+  const std::string digest = registration_digest(request.registration());
+  const auto send = [&] {
+    grpc::ClientContext context;
+    set_deadline(context, 30);
+    context.AddMetadata(kRegistrationDigestKey, digest);
+    v1::RegisterResponse response;
+    return worker->Register(&context, request, &response);
+  };
+  EXPECT_TRUE(send().ok());
+  request.mutable_registration()->mutable_arithmetic_class()->back() ^= 1;
+  const grpc::Status status = send();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(status.error_message(), "the registration was damaged on its way: its digest differs");
+}
 
 TEST_F(ServiceTest, SubmitLeaseCommitWatchFetch) {
   const std::string job = submit(20);

@@ -14,6 +14,7 @@
 #include "common/rpc/convert.h"
 #include "common/rpc/coordinators.h"
 #include "common/rpc/pilot_result.h"
+#include "common/rpc/registration_digest.h"
 #include "common/rpc/status.h"
 #include "common/rpc/tls_diagnosis.h"
 #include "lightmill/v1/worker.grpc.pb.h"
@@ -129,6 +130,7 @@ void GrpcLink::register_worker(const WorkerRegistration& registration) {
   Call call(*impl_, kCallSeconds);
   v1::RegisterRequest request;
   *request.mutable_registration() = to_proto(registration);
+  call.context()->AddMetadata(kRegistrationDigestKey, registration_digest(request.registration()));
   v1::RegisterResponse response;
   call.check(call.stub()->Register(call.context(), request, &response), false);
   const std::lock_guard lock(impl_->mutex);
