@@ -104,6 +104,23 @@ TEST_F(SharingTest, WhoIsAloneGetsAll) {
   EXPECT_NEAR(served[other], 600, 40);
 }
 
+/// Four workers in turn render the job to its end, at `thread_rate` samples per second and thread.
+void render_by_four_workers(Farm& farm, const JobId& job, double thread_rate) {
+  std::vector<WorkerId> workers;
+  for (int i = 0; i < 4; ++i) workers.push_back(farm.register_worker(registration()));
+  for (bool any = true; any;) {
+    any = false;
+    for (const WorkerId& worker : workers) {
+      const auto grant = farm.lease(worker);
+      if (!grant) continue;
+      any = true;
+      const double samples = 1024.0 * static_cast<double>(grant->tile.samples() * grant->tile.cells.count());
+      farm.commit(worker, {job, grant->tile_id, grant->attempt}, fake_bytes(*grant, samples / thread_rate));
+    }
+  }
+  EXPECT_EQ(farm.job(job).state, JobState::kDone);
+}
+
 TEST(Ingest, TilesGrowDeeperUntilTheirCommitsFit) {
   const auto bytes_per_sample = [](double limit) {
     FakeClock clock;
@@ -112,20 +129,7 @@ TEST(Ingest, TilesGrowDeeperUntilTheirCommitsFit) {
     Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
     const JobRequest request = small_job(64, 64, 2048, Integrator::kPt);
     const JobId job = farm.submit(request);
-    std::vector<WorkerId> workers;
-    for (int i = 0; i < 4; ++i) workers.push_back(farm.register_worker(registration()));
-    for (bool any = true; any;) {
-      any = false;
-      for (const WorkerId& worker : workers) {
-        const auto grant = farm.lease(worker);
-        if (!grant) continue;
-        any = true;
-        const double samples =
-            1024.0 * static_cast<double>(grant->tile.samples() * grant->tile.cells.count());
-        farm.commit(worker, {job, grant->tile_id, grant->attempt}, fake_bytes(*grant, samples / 50000));
-      }
-    }
-    EXPECT_EQ(farm.job(job).state, JobState::kDone);
+    render_by_four_workers(farm, job, 50000);
     EXPECT_TRUE(same_pixels(farm.image(job), fake_image(request.settings))) << "whatever the tiles";
     return static_cast<double>(farm.stats().commit_bytes) / (64 * 64 * 2048);
   };
@@ -143,20 +147,7 @@ TEST(CommitRate, TilesTakeAsLongAsItAllowsAllWorkersTogether) {
     options.commits_per_second = rate;
     Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
     const JobId job = farm.submit(small_job(256, 256, 128, Integrator::kPt));
-    std::vector<WorkerId> workers;
-    for (int i = 0; i < 4; ++i) workers.push_back(farm.register_worker(registration()));
-    for (bool any = true; any;) {
-      any = false;
-      for (const WorkerId& worker : workers) {
-        const auto grant = farm.lease(worker);
-        if (!grant) continue;
-        any = true;
-        const double samples =
-            1024.0 * static_cast<double>(grant->tile.samples() * grant->tile.cells.count());
-        farm.commit(worker, {job, grant->tile_id, grant->attempt}, fake_bytes(*grant, samples / 25000));
-      }
-    }
-    EXPECT_EQ(farm.job(job).state, JobState::kDone);
+    render_by_four_workers(farm, job, 25000);
     return static_cast<double>(farm.job(job).tiles_committed);
   };
   // Workers of two threads render 50,000 samples a second: 168 tiles of a second. One tile a second of all
