@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <fstream>
-#include <random>
 #include <set>
 
 #include "common/digest.h"
+#include "common/random_name.h"
 #include "coordinator/data_folder.h"
 #include "coordinator/image_bytes.h"
 #include "coordinator/postgres_rows.h"
@@ -14,14 +14,6 @@ namespace lightmill {
 namespace {
 
 constexpr size_t kMaxProbeBytes = size_t{64} << 20;
-
-/// 128 random bits in hex.
-std::string random_name() {
-  std::random_device random;
-  std::string name;
-  for (int i = 0; i < 32; ++i) name += "0123456789abcdef"[random() & 15u];
-  return name;
-}
 
 }  // namespace
 

@@ -4,8 +4,8 @@
 #include <cinttypes>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <random>
 
+#include "common/random_name.h"
 #include "coordinator/web/json_views.h"
 
 namespace lightmill {
@@ -16,14 +16,6 @@ constexpr size_t kPage = 64;               // jobs per lock of the farm
 constexpr size_t kRowsPerEvent = 1000;     // so that a browser draws while it still reads
 constexpr uint64_t kLooksPerWaiting = 10;  // jobs that wait change only by what is said of them
 constexpr uint64_t kLooksPerWorkers = 2;
-
-std::string random_name() {
-  std::random_device device;
-  const uint64_t bits = uint64_t{device()} << 32 | device();
-  char text[17];
-  std::snprintf(text, sizeof text, "%016" PRIx64, bits);
-  return text;
-}
 
 }  // namespace
 

@@ -16,9 +16,9 @@
 #include <memory>
 #include <string>
 
-#include "common/image/partial.h"
 #include "coordinator/farm.h"
 #include "coordinator/sqlite_job_store.h"
+#include "tests/bench/grey_partial.h"
 
 namespace {
 
@@ -39,19 +39,8 @@ double resident_megabytes() {
   return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-std::string grey(const LeaseGrant& grant) {
-  Partial partial;
-  partial.tile = grant.tile;
-  partial.grid = grant.settings.grid;
-  partial.quantum_exponent = -40;
-  const auto area = static_cast<size_t>(partial.grid.pixels(grant.tile.cells).area());
-  ExactRgb sum;
-  for (auto& c : sum.c) c = static_cast<Units>(grant.tile.samples()) << 38;
-  partial.camera.assign(area, sum);
-  partial.counters.camera_paths = area * static_cast<uint64_t>(grant.tile.samples());
-  partial.cpu_seconds = 100;  // so slow a worker that tiles never grow
-  return encode_partial(partial);
-}
+/// As by so slow a worker that tiles never grow.
+constexpr double kTileSeconds = 100;
 
 /// Removes what it has made.
 struct Folder {
@@ -89,7 +78,7 @@ void run(int64_t tiles, const std::string& parent) {
     const auto grant = farm.lease(worker);
     spent += processor_seconds() - start;
     if (!grant) throw Error(ErrorKind::kFailed, "no tile is left after " + std::to_string(done - 1));
-    const std::string bytes = grey(*grant);
+    const std::string bytes = grey_partial(*grant, kTileSeconds);
     clock.advance(1);
     start = processor_seconds();
     if (farm.commit(worker, {grant->job, grant->tile_id, grant->attempt}, bytes) != CommitResult::kAccepted)

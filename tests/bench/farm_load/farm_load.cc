@@ -17,12 +17,12 @@
 
 #include "common/build_id/build_id.h"
 #include "common/digest.h"
-#include "common/image/partial.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/commit_stream.h"
 #include "common/rpc/convert.h"
 #include "lightmill/v1/client.grpc.pb.h"
 #include "lightmill/v1/worker.grpc.pb.h"
+#include "tests/bench/grey_partial.h"
 
 namespace lightmill {
 namespace {
@@ -47,20 +47,8 @@ std::shared_ptr<grpc::Channel> connection(const std::string& address) {
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }
 
-/// One cell of one grey: small, and quick to make.
-std::string canned_partial(const LeaseGrant& grant) {
-  Partial partial;
-  partial.tile = grant.tile;
-  partial.grid = grant.settings.grid;
-  partial.quantum_exponent = -40;
-  const auto area = static_cast<size_t>(partial.grid.pixels(grant.tile.cells).area());
-  ExactRgb grey;
-  for (auto& c : grey.c) c = static_cast<Units>(grant.tile.samples()) << 38;
-  partial.camera.assign(area, grey);
-  partial.counters.camera_paths = area * static_cast<uint64_t>(grant.tile.samples());
-  partial.cpu_seconds = 1;  // as slow a worker as a real one: tiles stay small
-  return encode_partial(partial);
-}
+/// As by a worker as slow as real ones: tiles stay small, one cell each.
+constexpr double kTileSeconds = 1;
 
 struct Totals {
   std::atomic<int64_t> cycles = 0, empty = 0, refused = 0;
@@ -95,7 +83,7 @@ class LoadWorker {
       return;
     }
     const LeaseGrant grant = from_proto(response.grant());
-    const std::string bytes = canned_partial(grant);
+    const std::string bytes = grey_partial(grant, kTileSeconds);
     v1::CommitResponse answer;
     grpc::ClientContext committing;
     set_deadline(committing, 60);
