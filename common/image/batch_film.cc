@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "common/error.h"
+#include "common/image/crop_walk.h"
 #include "common/image/error_curve.h"
 #include "common/image/error_estimate.h"
 #include "common/image/packing.h"
@@ -22,7 +23,13 @@ constexpr const char* kWhat = "batch film snapshot";
 
 size_t index(int64_t i) { return static_cast<size_t>(i); }
 
-double to_double(Units units) { return from_signed_units(units, 0); }
+/// from_signed_units(units, 0), without a call of ldexp for each.
+double to_double(Units units) {
+  const Units size = magnitude(units);
+  const double value = static_cast<double>(static_cast<uint64_t>(size >> 64)) * 0x1p64 +
+                       static_cast<double>(static_cast<uint64_t>(size));
+  return is_negative(units) ? -value : value;
+}
 
 /// A bijection of 64-bit words with good avalanche (the finalizer of SplitMix64; Steele et al. 2014).
 uint64_t mix(uint64_t x) {
@@ -100,9 +107,15 @@ void BatchFilm::fold(const Partial& partial) {
   const double paths = static_cast<double>(partial.light_paths);
   const double splat_quantum =
       paths > 0 ? quantum * static_cast<double>(r.area() * partial.tile.samples()) / paths : 0;
+  // Pixels come in runs, of which all are tracked or none.
+  int64_t run = -1, run_at = -1;
   const auto add = [&](int64_t crop_index, const ExactRgb& sum, double unit) {
-    const int64_t at = tracked_index(crop_index);
-    if (at < 0) return;
+    if (crop_index / kRun != run) {
+      run = crop_index / kRun;
+      run_at = tracked_index(run * kRun);
+    }
+    if (run_at < 0) return;
+    const int64_t at = run_at + crop_index % kRun;
     float* rgb = &batch.rgb[3 * index(at)];
     for (int c = 0; c < 3; ++c) rgb[c] += static_cast<float>(to_double(sum.c[c]) * unit);
   };
@@ -111,9 +124,10 @@ void BatchFilm::fold(const Partial& partial) {
     const int64_t row = int64_t{y - grid_.crop.y0} * grid_.crop.width() - grid_.crop.x0;
     for (int x = r.x0; x < r.x1; ++x) add(row + x, *from++, quantum);
   }
+  CropWalk crop_index(grid_);
   for (const Partial::SplatSum& splat : partial.splats) {
-    const int64_t crop_index = grid_.crop_index(splat.pixel);
-    if (crop_index >= 0) add(crop_index, splat.sum, splat_quantum);
+    const int64_t at = crop_index(splat.pixel);
+    if (at >= 0) add(at, splat.sum, splat_quantum);
   }
   batch.samples += r.area() * partial.tile.samples();
 }

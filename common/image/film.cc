@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "common/error.h"
+#include "common/image/crop_walk.h"
 #include "common/image/packing.h"
 #include "common/image/signed_sum.h"
 #include "common/image/unit_planes.h"
@@ -71,31 +72,33 @@ void Film::fold(const Partial& partial) {
   if (!partial.camera.empty() && partial.camera.size() != index(r.area())) {
     throw Error(ErrorKind::kFailed, "partial has a camera layer of another size than its tile");
   }
-  for (const Partial::SplatSum& splat : partial.splats) {
-    if (grid_.crop_index(splat.pixel) < 0) {
-      throw Error(ErrorKind::kFailed, "partial has a splat outside the crop window");
-    }
-  }
   aovs_.check(partial, !has_quantum_);
   const auto crop_area = index(grid_.crop.area());
   if (!partial.camera.empty() && camera_.empty()) camera_.resize(crop_area);
   if (!partial.splats.empty() && splat_.empty()) splat_.resize(crop_area);
 
+  // The camera's sums and the splats before the first one that lies outside; false if there is such a one.
   const auto for_each = [&](auto&& f) {
     const ExactRgb* from = partial.camera.data();
     for (int y = r.y0; !partial.camera.empty() && y < r.y1; ++y) {
       ExactRgb* to = &camera_[index(int64_t{y - grid_.crop.y0} * grid_.crop.width() + r.x0 - grid_.crop.x0)];
       for (int x = r.x0; x < r.x1; ++x) f(to++, *from++);
     }
+    CropWalk crop_index(grid_);
     for (const Partial::SplatSum& splat : partial.splats) {
-      f(&splat_[index(grid_.crop_index(splat.pixel))], splat.sum);
+      const int64_t at = crop_index(splat.pixel);
+      if (at < 0) return false;
+      f(&splat_[index(at)], splat.sum);
     }
+    return true;
   };
   bool overflow = false;
-  for_each([&](ExactRgb* to, const ExactRgb& sum) { overflow |= add(to, sum); });
-  if (overflow) {
+  const bool inside = for_each([&](ExactRgb* to, const ExactRgb& sum) { overflow |= add(to, sum); });
+  if (!inside || overflow) {
     for_each(subtract);
-    throw Error(ErrorKind::kFailed, "film sums overflow: the scene is brighter than its plan allows for");
+    throw Error(ErrorKind::kFailed, inside
+                                        ? "film sums overflow: the scene is brighter than its plan allows for"
+                                        : "partial has a splat outside the crop window");
   }
 
   aovs_.fold(partial);

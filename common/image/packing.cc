@@ -66,17 +66,40 @@ std::string zstd_pack(std::string_view raw, int level) {
   return packed;
 }
 
-std::string zstd_unpack(std::string_view packed, size_t raw_size, const char* what) {
+namespace {
+
+/// Exactly one frame that says that it holds so many bytes.
+void check_frame(std::string_view packed, size_t raw_size, const char* what) {
   const unsigned long long declared = ZSTD_getFrameContentSize(packed.data(), packed.size());
   if (declared == ZSTD_CONTENTSIZE_ERROR) corrupt(what, "no zstd frame");
   if (declared != raw_size) corrupt(what, "unexpected decompressed size");
   if (ZSTD_findFrameCompressedSize(packed.data(), packed.size()) != packed.size()) {
     corrupt(what, "truncated or followed by other data");
   }
-  std::string raw(raw_size, '\0');
-  const size_t size = ZSTD_decompress(raw.data(), raw.size(), packed.data(), packed.size());
+}
+
+void unpack_frame(std::string_view packed, std::span<char> raw, const char* what) {
+  // Kept by the thread: making one takes longer than unpacking a small partial.
+  thread_local std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context{nullptr, ZSTD_freeDCtx};
+  if (!context) context.reset(ZSTD_createDCtx());
+  if (!context) throw std::bad_alloc();
+  const size_t size =
+      ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), packed.data(), packed.size());
   if (ZSTD_isError(size)) corrupt(what, ZSTD_getErrorName(size));
-  if (size != raw_size) corrupt(what, "unexpected decompressed size");
+  if (size != raw.size()) corrupt(what, "unexpected decompressed size");
+}
+
+}  // namespace
+
+void zstd_unpack(std::string_view packed, std::span<char> raw, const char* what) {
+  check_frame(packed, raw.size(), what);
+  unpack_frame(packed, raw, what);
+}
+
+std::string zstd_unpack(std::string_view packed, size_t raw_size, const char* what) {
+  check_frame(packed, raw_size, what);  // before anything of that size is allocated
+  std::string raw(raw_size, '\0');
+  unpack_frame(packed, raw, what);
   return raw;
 }
 
@@ -84,19 +107,29 @@ struct ZstdStream::Impl {
   std::string* out = nullptr;
   std::unique_ptr<ZSTD_CCtx, size_t (*)(ZSTD_CCtx*)> context{ZSTD_createCCtx(), ZSTD_freeCCtx};
   std::string buffer = std::string(ZSTD_CStreamOutSize(), '\0');
+
+  /// What the thread's last stream left.
+  static std::unique_ptr<Impl>& spare() {
+    thread_local std::unique_ptr<Impl> spare;
+    return spare;
+  }
 };
 
-ZstdStream::ZstdStream(size_t raw_size, int level, std::string* out) : impl_(std::make_unique<Impl>()) {
+ZstdStream::ZstdStream(size_t raw_size, int level, std::string* out) : impl_(std::move(Impl::spare())) {
+  if (!impl_) impl_ = std::make_unique<Impl>();
   impl_->out = out;
   ZSTD_CCtx* context = impl_->context.get();
   if (!context) throw std::bad_alloc();
+  ZSTD_CCtx_reset(context, ZSTD_reset_session_and_parameters);
   ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, level);
   ZSTD_CCtx_setPledgedSrcSize(context, raw_size);
   // What is reserved and not written takes no memory; growing would copy.
   out->reserve(out->size() + ZSTD_compressBound(raw_size));
 }
 
-ZstdStream::~ZstdStream() = default;
+ZstdStream::~ZstdStream() {
+  if (impl_->context) Impl::spare() = std::move(impl_);
+}
 
 void ZstdStream::run(std::string_view piece, bool last) {
   ZSTD_inBuffer in{piece.data(), piece.size(), 0};

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -61,6 +62,8 @@ std::string zstd_pack(std::string_view raw, int level);
 /// Inverse: exactly one frame of exactly `raw_size` bytes, which is known from elsewhere and bounds the
 /// allocation. Throws Error(kFailed) that names `what`.
 std::string zstd_unpack(std::string_view packed, size_t raw_size, const char* what);
+/// The same, of as many bytes as `raw` has room for.
+void zstd_unpack(std::string_view packed, std::span<char> raw, const char* what);
 
 /// The same frame of `raw_size` bytes that come piece by piece, so that they need never be in memory all at
 /// once.

@@ -4,6 +4,7 @@
 
 #include "common/effort_map.h"
 #include "common/error.h"
+#include "common/image/crop_walk.h"
 #include "common/image/signed_sum.h"
 #include "common/settings.h"
 
@@ -56,7 +57,8 @@ void check_partial_head(const Partial& p) {
   if (!(p.cpu_seconds >= 0) || !std::isfinite(p.cpu_seconds)) refuse_partial("cpu_seconds is not a duration");
 }
 
-void check_partial_layers(const Partial& p) {
+LayerUnits check_partial_layers(const Partial& p) {
+  LayerUnits any;
   const auto area = static_cast<size_t>(p.grid.pixels(p.tile.cells).area());
   if (!p.camera.empty() && p.camera.size() != area)
     refuse_partial("camera layer of another size than the tile");
@@ -64,21 +66,25 @@ void check_partial_layers(const Partial& p) {
   const Units limit = static_cast<Units>(kMaxSamplesPerIndex * p.tile.samples()) << kMaxContributionBits;
   for (const ExactRgb& sum : p.camera) {
     for (const Units u : sum.c) {
+      any.camera |= u;
       if (magnitude(u) > limit) refuse_partial("camera sum out of range");
     }
   }
   if (!p.splats.empty() && p.light_paths == 0) refuse_partial("splats without light paths");
+  CropWalk crop_index(p.grid);
   int64_t last = -1;
   for (const Partial::SplatSum& splat : p.splats) {
     if (int64_t{splat.pixel} <= last) refuse_partial("splats are not in ascending order");
     last = splat.pixel;
-    if (p.grid.crop_index(splat.pixel) < 0) refuse_partial("splat outside the crop window");
+    if (crop_index(splat.pixel) < 0) refuse_partial("splat outside the crop window");
     if (splat.sum.is_zero()) refuse_partial("splat of zero");
     for (const Units u : splat.sum.c) {
+      any.splats |= u;
       if (magnitude(u) >> kMaxSumBits) refuse_partial("splat sum out of range");
     }
   }
   check_aovs(p.aovs, area, p.tile.samples(), p.camera, p.splats);
+  return any;
 }
 
 }  // namespace lightmill

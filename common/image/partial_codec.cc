@@ -10,10 +10,12 @@
 //
 // The layout (byte ranges, sparse or dense) is a function of the content and decoding refuses any other, so
 // the digest names the content, not one of its spellings.
+#include <memory>
 #include <utility>
 
 #include "common/digest.h"
 #include "common/error.h"
+#include "common/image/crop_walk.h"
 #include "common/image/packing.h"
 #include "common/image/partial.h"
 #include "common/image/partial_check.h"
@@ -46,22 +48,25 @@ size_t varint_bytes(uint64_t value) {
   return bytes;
 }
 
-Layout layout_of(const Partial& p) {
+/// `units`: those of the layers' sums, or'd together.
+Layout layout_of(const Partial& p, const LayerUnits& units) {
   Layout layout;
   layout.has_camera = !p.camera.empty();
   layout.has_aovs = p.aovs.spec.set != 0;
-  layout.camera_range = used_bytes(std::span(p.camera));
-  layout.splat_range = used_bytes(std::span(p.splats));
+  layout.camera_range = used_bytes(units.camera);
+  layout.splat_range = used_bytes(units.splats);
   layout.splat_count = p.splats.size();
   if (p.splats.empty()) return layout;
+  const size_t dense = plane_bytes(static_cast<size_t>(p.grid.crop.area()), layout.splat_range);
   size_t sparse = plane_bytes(p.splats.size(), layout.splat_range);
+  layout.splat_form = SplatForm::kDense;
+  if (sparse + p.splats.size() >= dense) return layout;  // gaps take a byte each at least
   int64_t last = -1;
   for (const Partial::SplatSum& splat : p.splats) {
     sparse += varint_bytes(static_cast<uint64_t>(splat.pixel - last - 1));
     last = splat.pixel;
   }
-  const size_t dense = plane_bytes(static_cast<size_t>(p.grid.crop.area()), layout.splat_range);
-  layout.splat_form = sparse < dense ? SplatForm::kSparse : SplatForm::kDense;
+  if (sparse < dense) layout.splat_form = SplatForm::kSparse;
   return layout;
 }
 
@@ -151,8 +156,8 @@ class Payload {
       take(gaps_);
       for_planes(std::span(p_.splats), layout_.splat_range, take);
     } else if (layout_.splat_form == SplatForm::kDense) {
-      const auto place = [&](const Partial::SplatSum& splat) {
-        return static_cast<size_t>(p_.grid.crop_index(splat.pixel));
+      const auto place = [crop_index = CropWalk(p_.grid)](const Partial::SplatSum& splat) mutable {
+        return static_cast<size_t>(crop_index(splat.pixel));
       };
       for_planes(std::span(p_.splats), layout_.splat_range, static_cast<size_t>(p_.grid.crop.area()), place,
                  take);
@@ -208,18 +213,24 @@ void read_splats(ByteReader* in, const Layout& layout, Partial* p) {
     read_planes(in->get_bytes(size), layout.splat_range, std::span(p->splats));
   } else if (layout.splat_form == SplatForm::kDense) {
     const PixelRect& crop = p->grid.crop;
-    std::vector<ExactRgb> frame(static_cast<size_t>(crop.area()));
-    read_planes(in->get_bytes(plane_bytes(frame.size(), layout.splat_range)), layout.splat_range,
-                std::span(frame));
-    p->splats.reserve(static_cast<size_t>(layout.splat_count));
-    size_t i = 0;
-    for (int y = crop.y0; y < crop.y1; ++y) {
-      const uint32_t row = static_cast<uint32_t>(y) * static_cast<uint32_t>(p->grid.width);
-      for (int x = crop.x0; x < crop.x1; ++x, ++i) {
-        if (!frame[i].is_zero()) p->splats.push_back({row + static_cast<uint32_t>(x), frame[i]});
+    const auto area = static_cast<size_t>(crop.area()), count = static_cast<size_t>(layout.splat_count);
+    PlaneStrips strips(in->get_bytes(plane_bytes(area, layout.splat_range)), layout.splat_range, area);
+    p->splats.reserve(count);
+    const auto width = static_cast<uint32_t>(p->grid.width);
+    int x = crop.x0, y = crop.y0;
+    for (auto sums = strips.next(); !sums.empty(); sums = strips.next()) {
+      for (const ExactRgb& sum : sums) {
+        if (!sum.is_zero()) {
+          if (p->splats.size() == count) refuse_partial("wrong number of splats");
+          p->splats.push_back({static_cast<uint32_t>(y) * width + static_cast<uint32_t>(x), sum});
+        }
+        if (++x == crop.x1) {
+          x = crop.x0;
+          ++y;
+        }
       }
     }
-    if (p->splats.size() != layout.splat_count) refuse_partial("wrong number of splats");
+    if (p->splats.size() != count) refuse_partial("wrong number of splats");
   }
 }
 
@@ -264,7 +275,9 @@ Partial decode_layers(Header h) {
   const size_t aov_bytes = h.layout.has_aovs ? max_aov_bytes(tile_area, h.partial.grid) : 0;
   if (h.payload_size < bounds.low || h.payload_size > bounds.high + aov_bytes)
     refuse_partial("payload of a size that does not fit");
-  const std::string payload = zstd_unpack(h.frame, h.payload_size, kWhat);
+  const auto buffer = std::make_unique_for_overwrite<char[]>(h.payload_size);
+  zstd_unpack(h.frame, std::span(buffer.get(), h.payload_size), kWhat);
+  const std::string_view payload(buffer.get(), h.payload_size);
   if (content_digest(content_head(h.partial, h.layout), payload) != h.digest) {
     throw Error(ErrorKind::kFailed, "partial is corrupt: wrong digest");
   }
@@ -281,8 +294,8 @@ Partial decode_layers(Header h) {
   } else {
     in.expect_end();
   }
-  check_partial_layers(p);
-  if (layout_of(p) != h.layout) refuse_partial("not in its canonical layout");
+  const LayerUnits units = check_partial_layers(p);
+  if (layout_of(p, units) != h.layout) refuse_partial("not in its canonical layout");
   return std::move(h.partial);
 }
 
@@ -290,8 +303,7 @@ Partial decode_layers(Header h) {
 
 std::string encode_partial(const Partial& partial) {
   check_partial_head(partial);
-  check_partial_layers(partial);
-  const Layout layout = layout_of(partial);
+  const Layout layout = layout_of(partial, check_partial_layers(partial));
   const Payload payload(partial, layout);
   const std::string head = content_head(partial, layout);
   ByteWriter w;
@@ -327,7 +339,7 @@ Partial decode_partial(std::string_view bytes, const FilmGrid& grid, const TileS
 }
 
 std::string partial_digest(const Partial& partial) {
-  const Layout layout = layout_of(partial);
+  const Layout layout = layout_of(partial, check_partial_layers(partial));
   Sha256 content;
   content.update(content_head(partial, layout));
   Payload(partial, layout).for_pieces([&](std::string_view piece) { content.update(piece); });

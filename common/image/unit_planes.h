@@ -4,6 +4,7 @@
 // A sum has 16 bytes, of which the upper and lower ones are zero throughout a layer: only the
 // range that is used is stored. Per channel and byte one plane of that byte of every pixel, so
 // that like bytes lie together.
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -28,7 +29,8 @@ struct ByteRange {
 /// Bytes that the planes of `pixels` sums take.
 inline size_t plane_bytes(size_t pixels, ByteRange range) { return pixels * 3 * range.count(); }
 
-/// Smallest range that holds every sum.
+/// Smallest range that holds every sum; of sums whose units or'd together are `any`.
+ByteRange used_bytes(Units any);
 ByteRange used_bytes(std::span<const ExactRgb> sums);
 ByteRange used_bytes(std::span<const Partial::SplatSum> sums);
 
@@ -48,5 +50,23 @@ void for_planes(std::span<const Partial::SplatSum> sums, ByteRange range, size_t
 /// Inverse; `planes` has plane_bytes(sums.size(), range) bytes. Sums must be zero on entry.
 void read_planes(std::string_view planes, ByteRange range, std::span<ExactRgb> sums);
 void read_planes(std::string_view planes, ByteRange range, std::span<Partial::SplatSum> sums);
+
+/// The same sums, a strip of pixels at a time, so that those that are not kept need no memory.
+class PlaneStrips {
+ public:
+  static constexpr size_t kPixels = 256;  // of a strip
+  /// `planes` has plane_bytes(pixels, range) bytes, and must outlive the strips.
+  PlaneStrips(std::string_view planes, ByteRange range, size_t pixels)
+      : planes_(planes), range_(range), pixels_(pixels) {}
+  /// The sums that come next; none after the last. They are good until the next call.
+  std::span<const ExactRgb> next();
+
+ private:
+  const std::string_view planes_;
+  const ByteRange range_;
+  const size_t pixels_;
+  size_t first_ = 0;
+  std::array<ExactRgb, kPixels> sums_;
+};
 
 }  // namespace lightmill

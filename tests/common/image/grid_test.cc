@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "common/image/crop_walk.h"
+
 namespace lightmill {
 namespace {
 
@@ -57,6 +59,18 @@ TEST(Grid, CropIndexIsRowMajorAndMinusOneOutside) {
     }
   }
   EXPECT_EQ(grid.crop_index(0xffffffffu), -1);
+}
+
+TEST(Grid, WalkFindsTheSameIndicesInAnyOrder) {
+  const FilmGrid grid{100, 70, {33, 10, 65, 64}};
+  CropWalk walk(grid);
+  for (uint32_t pixel = 0; pixel < 7000; ++pixel) ASSERT_EQ(walk(pixel), grid.crop_index(pixel)) << pixel;
+  for (uint32_t i = 0; i < 7000; ++i) {
+    const uint32_t pixel = i * 4639 % 7000;  // back and forth
+    ASSERT_EQ(walk(pixel), grid.crop_index(pixel)) << pixel;
+  }
+  EXPECT_EQ(walk(0xffffffffu), -1);
+  EXPECT_EQ(walk(0x80000000u), -1);
 }
 
 int64_t completed(const std::vector<std::pair<int64_t, int64_t>>& ranges, int64_t spp) {

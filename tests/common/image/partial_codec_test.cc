@@ -210,6 +210,11 @@ TEST(UnitPlanes, PiecesAreTheWhole) {
       [](const SplatSum& s) { return static_cast<size_t>(kGrid.crop_index(s.pixel)); }, take);
   read_planes(pieces, splat, std::span(read));
   EXPECT_EQ(read, frame);
+  std::vector<ExactRgb> strips;
+  PlaneStrips planes(pieces, splat, area);
+  for (auto sums = planes.next(); !sums.empty(); sums = planes.next())
+    strips.insert(strips.end(), sums.begin(), sums.end());
+  EXPECT_EQ(strips, frame);
 }
 
 TEST(Sealer, PiecesAreSealedLikeTheWhole) {
