@@ -5,6 +5,7 @@
 
 #include "common/error.h"
 #include "common/json_depth.h"
+#include "common/json_text.h"
 #include "common/plan_text.h"
 #include "common/scene/description.h"
 
@@ -169,23 +170,24 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
 }
 
 std::string settings_to_json(const RenderSettings& s) {
-  // nlohmann's objects are sorted by key, and its doubles are written so that they read back the same.
   const PixelRect& c = s.grid.crop;
-  nlohmann::json j{{"crop", {c.x0, c.y0, c.x1, c.y1}},
-                   {"energy_compensation", s.energy_compensation},
-                   {"height", s.grid.height},
-                   {"integrator", integrator_name(s.integrator)},
-                   {"max_depth", s.max_depth},
-                   {"overrides", feature_names(s.overrides)},
-                   {"plan", s.plan ? nlohmann::json::parse(plan_to_json(*s.plan)) : nlohmann::json()},
-                   {"seed", s.seed},
-                   {"spp", s.spp},
-                   {"target_error", s.target_error},
-                   {"time_s", s.time_s},
-                   {"uniform_effort", s.uniform_effort},
-                   {"width", s.grid.width}};
-  if (s.aovs) j["aovs"] = aov_names(s.aovs);
-  return j.dump();
+  JsonText text;  // in the order of the keys
+  if (s.aovs) text.add("aovs", aov_names(s.aovs));
+  text.add_raw("crop", '[' + std::to_string(c.x0) + ',' + std::to_string(c.y0) + ',' + std::to_string(c.x1) +
+                           ',' + std::to_string(c.y1) + ']');
+  text.add("energy_compensation", s.energy_compensation);
+  text.add("height", s.grid.height);
+  text.add("integrator", integrator_name(s.integrator));
+  text.add("max_depth", s.max_depth);
+  text.add("overrides", feature_names(s.overrides));
+  text.add_raw("plan", s.plan ? plan_to_json(*s.plan) : "null");
+  text.add("seed", s.seed);
+  text.add("spp", s.spp);
+  text.add("target_error", s.target_error);
+  text.add("time_s", s.time_s);
+  text.add("uniform_effort", s.uniform_effort);
+  text.add("width", s.grid.width);
+  return text.end();
 }
 
 namespace {

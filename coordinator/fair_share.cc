@@ -24,11 +24,13 @@ void FairShare::join(const JobRecord& job, JobShare* share) {
   for (const JobShare* other : own.competing) least = std::min(least, other->served);
   if (least < kNobody) share->served = std::max(share->served, least);
   own.competing.insert(share);
+  share->submitters = &own.served;  // an account with such a job stays
 }
 
 void FairShare::leave(const JobRecord& job, JobShare* share) {
   if (!share->competes) return;
   share->competes = false;
+  share->submitters = nullptr;
   account(job).competing.erase(share);
   forget_idle(&levels_[job.priority]);
 }

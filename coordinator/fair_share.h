@@ -21,6 +21,7 @@ struct JobShare {
   bool competes = false;
   double served = 0;                                     // processor seconds, on a scale of its submitter's
   std::map<std::pair<TileId, int64_t>, double> charges;  // of leases under way, by tile and attempt
+  const double* submitters = nullptr;                    // submitter_served, while it competes
 };
 
 class FairShare {

@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "common/json_text.h"
+
 namespace lightmill {
 namespace {
 
@@ -48,32 +50,32 @@ bool committed_under(const TileRecord& tile, const LeaseToken& token) {
 }
 
 std::string job_record_to_json(const JobRecord& r) {
-  json counters;
-  for (const CounterField& field : kCounters) counters[field.name] = r.counters.*field.member;
-  json j = {{"name", r.name},
-            {"bundle", r.bundle_digest},
-            {"settings", settings_to_json(r.settings)},
-            {"priority", r.priority},
-            {"pool", r.pool},
-            {"submitter", r.submitter},
-            {"max_workers", r.max_workers},
-            {"after", json::array()},
-            {"state", job_state_name(r.state)},
-            {"message", r.message},
-            {"class", r.arithmetic_class},
-            {"target_met", r.target_met},
-            {"wall_seconds", r.wall_seconds},
-            {"cpu_seconds", r.cpu_seconds},
-            {"packets_done", r.packets_done},
-            {"tiles_committed", r.tiles_committed},
-            {"leases_reassigned", r.leases_reassigned},
-            {"pixel_samples", r.pixel_samples},
-            {"commit_bytes", r.commit_bytes},
-            {"counters", counters}};
-  for (const JobId& id : r.after) j["after"].push_back(id.value);
-  if (r.quantum_exponent) j["quantum"] = *r.quantum_exponent;
-  // A name that isn't UTF-8 must not make the job unstorable.
-  return j.dump(-1, ' ', false, json::error_handler_t::replace);
+  JsonText counters, text;
+  for (const CounterField& field : kCounters) counters.add(field.name, r.counters.*field.member);
+  json after = json::array();
+  for (const JobId& id : r.after) after.push_back(id.value);
+  text.add_raw("after", after.dump(-1, ' ', false, json::error_handler_t::replace));
+  text.add("bundle", r.bundle_digest);
+  text.add("class", r.arithmetic_class);
+  text.add("commit_bytes", r.commit_bytes);
+  text.add_raw("counters", counters.end());
+  text.add("cpu_seconds", r.cpu_seconds);
+  text.add("leases_reassigned", r.leases_reassigned);
+  text.add("max_workers", r.max_workers);
+  text.add("message", r.message);
+  text.add("name", r.name);
+  text.add("packets_done", r.packets_done);
+  text.add("pixel_samples", r.pixel_samples);
+  text.add("pool", r.pool);
+  text.add("priority", r.priority);
+  if (r.quantum_exponent) text.add("quantum", *r.quantum_exponent);
+  text.add("settings", settings_to_json(r.settings));
+  text.add("state", job_state_name(r.state));
+  text.add("submitter", r.submitter);
+  text.add("target_met", r.target_met);
+  text.add("tiles_committed", r.tiles_committed);
+  text.add("wall_seconds", r.wall_seconds);
+  return text.end();
 }
 
 JobRecord job_record_from_json(const JobId& id, const std::string& text) {

@@ -207,9 +207,10 @@ FilmSeats::Claim Scheduler::claim(const Job& job) const {
 }
 
 std::vector<Job*> Scheduler::candidates(const Worker& worker) {
+  // Of a submitter's jobs those that nobody works for yet come first; of equals the older one, as in active_.
   struct Candidate {
+    std::tuple<int64_t, double, bool, double> key;
     Job* job;
-    double submitter_served;
   };
   std::vector<Candidate> fitting;
   for (const auto& [rank, job] : active_) {
@@ -218,20 +219,13 @@ std::vector<Job*> Scheduler::candidates(const Worker& worker) {
     if (!wants || !fits(*job, worker)) continue;
     const int most = job->record.max_workers;
     if (most > 0 && job->tiles.workers() >= most && !job->tiles.has_worker(worker.id)) continue;
-    fitting.push_back({job, 0});
+    fitting.push_back({{}, job});
   }
-  for (Candidate& candidate : fitting) {
-    candidate.submitter_served = shares_.submitter_served(candidate.job->record);
-    seats_.update(candidate.job->record.id, claim(*candidate.job));
+  for (auto& [key, job] : fitting) {  // once all compete that do: who joins begins level with the others
+    key = {-int64_t{job->record.priority}, *job->share.submitters, begun(*job), job->share.served};
   }
-  // Of a submitter's jobs those that nobody works for yet come first; of equals the older one, as in active_.
-  std::stable_sort(fitting.begin(), fitting.end(), [](const Candidate& a, const Candidate& b) {
-    const auto key = [](const Candidate& c) {
-      return std::tuple(-int64_t{c.job->record.priority}, c.submitter_served, begun(*c.job),
-                        c.job->share.served);
-    };
-    return key(a) < key(b);
-  });
+  std::stable_sort(fitting.begin(), fitting.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.key < b.key; });
   std::vector<Job*> jobs;
   for (const Candidate& candidate : fitting) jobs.push_back(candidate.job);
   if (worker.run_left > 0 && !jobs.empty()) {
@@ -275,13 +269,22 @@ Offer Scheduler::offer(const WorkerId& worker_id, double now) {
   const Worker* worker = workers.find(worker_id);
   if (!worker || !workers.may_work(*worker, now)) return {};
   const std::vector<Job*> jobs = candidates(*worker);
+  bool claims_are_new = false;
+  const auto may_take = [&](const Job& job) {
+    if (!claims_are_new) {  // mostly the first job has its seat already, and nobody asks
+      for (const Job* other : jobs) seats_.update(other->record.id, claim(*other));
+      claims_are_new = true;
+    }
+    return seats_.may_take(job.record.id, claim(job), now);
+  };
   for (const bool seated : {true, false}) {  // rather a film from the disk than an idle worker
     for (Job* job : jobs) {
       const JobId& id = job->record.id;
-      if (seated ? !seats_.seated(id) && !seats_.may_take(id, claim(*job), now) : seats_.seated(id)) continue;
+      const bool has_seat = seats_.seated(id);
+      if (seated ? !has_seat && !may_take(*job) : has_seat) continue;
       Offer found = offer_of(*job, worker_id, now);
       if (std::holds_alternative<std::monostate>(found)) continue;
-      if (seated) seats_.take(id, claim(*job), now);
+      if (seated && !has_seat) seats_.take(id, claim(*job), now);
       return found;
     }
   }
