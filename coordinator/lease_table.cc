@@ -1,10 +1,15 @@
 #include "coordinator/lease_table.h"
 
 #include <algorithm>
-#include <limits>
+#include <functional>
 #include <stdexcept>
 
 namespace lightmill {
+namespace {
+
+constexpr size_t kSpareExpiries = 64;  // of leases that ended, beyond as many as there are leases
+
+}  // namespace
 
 void LeaseTable::add(const std::vector<TileRecord>& tiles) {
   for (const TileRecord& tile : tiles) {
@@ -143,8 +148,16 @@ void LeaseTable::follow(const TileRecord& record, double expires, double since) 
     const Lease lease{record.id, token.attempt, token.worker, since, expires, 0};
     if (!leases_.emplace(Key(id, token.attempt), lease).second) continue;
     ++holders_[token.worker];
-    next_expiry_ = std::min(next_expiry_, expires);
+    expiries_.emplace_back(expires, Key(id, token.attempt));
+    std::push_heap(expiries_.begin(), expiries_.end(), std::greater<>());
+    if (expiries_.size() > 2 * leases_.size() + kSpareExpiries) rebuild_expiries();
   }
+}
+
+void LeaseTable::rebuild_expiries() {
+  expiries_.clear();
+  for (const auto& [key, lease] : leases_) expiries_.emplace_back(lease.expires, key);
+  std::make_heap(expiries_.begin(), expiries_.end(), std::greater<>());
 }
 
 void LeaseTable::apply(const TileRecord& record, double expires, double since) {
@@ -197,8 +210,9 @@ LeaseTable::Lease* LeaseTable::find_lease(TileId id, int64_t attempt) {
 void LeaseTable::renew(TileId id, int64_t attempt, double expires) {
   Lease* lease = find_lease(id, attempt);
   if (!lease) return;
+  const bool earlier = expires < lease->expires;
   lease->expires = expires;
-  next_expiry_ = std::min(next_expiry_, expires);
+  if (earlier) rebuild_expiries();  // not what clocks do
 }
 
 void LeaseTable::pin(TileId id, int64_t attempt) {
@@ -211,12 +225,24 @@ void LeaseTable::unpin(TileId id, int64_t attempt) {
 
 std::vector<LeaseTable::Lease> LeaseTable::expired(double now) {
   std::vector<Lease> over;
-  if (now < next_expiry_) return over;
-  next_expiry_ = std::numeric_limits<double>::infinity();
-  for (const auto& [key, lease] : leases_) {
+  std::vector<std::pair<double, Key>> later;
+  while (!expiries_.empty() && expiries_.front().first <= now) {
+    const Key key = expiries_.front().second;
+    std::pop_heap(expiries_.begin(), expiries_.end(), std::greater<>());
+    expiries_.pop_back();
+    const auto found = leases_.find(key);
+    if (found == leases_.end()) continue;
+    const Lease& lease = found->second;
+    later.emplace_back(lease.expires, key);
     if (lease.pins == 0 && lease.expires <= now) over.push_back(lease);
-    next_expiry_ = std::min(next_expiry_, lease.expires);
   }
+  for (const auto& entry : later) {
+    expiries_.push_back(entry);
+    std::push_heap(expiries_.begin(), expiries_.end(), std::greater<>());
+  }
+  std::sort(over.begin(), over.end(), [](const Lease& a, const Lease& b) {
+    return std::pair(a.tile.value, a.attempt) < std::pair(b.tile.value, b.attempt);
+  });
   return over;
 }
 

@@ -92,7 +92,8 @@ class LeaseTable {
   /// Holds a lease while a commit under it is in progress: it does not expire before as many unpins.
   void pin(TileId id, int64_t attempt);
   void unpin(TileId id, int64_t attempt);
-  /// Leases whose time is over. Cheap while none can be.
+  /// Leases whose time is over, by tile and attempt. Takes the time of those whose first or renewed time has
+  /// come since the last call, however many there are.
   std::vector<Lease> expired(double now);
 
  private:
@@ -100,6 +101,8 @@ class LeaseTable {
   using Key = std::pair<int64_t, int64_t>;  // tile, attempt
   Lease* find_lease(TileId id, int64_t attempt);
   void end_lease(std::map<Key, Lease>::iterator lease);
+  /// Only those of the leases that there are.
+  void rebuild_expiries();
   /// Leases of a row that begin or have ended.
   void follow(const TileRecord& record, double expires, double since);
 
@@ -114,7 +117,9 @@ class LeaseTable {
   std::set<int64_t> pending_, leased_;
   std::map<Key, Lease> leases_;
   std::map<WorkerId, int> holders_;  // leases held, above 0
-  double next_expiry_ = 0;           // no lease ends before
+  /// A heap, the earliest first: of every lease one time at which or after which it expires. A renewed one is
+  /// found out when that time has come; of those that ended some are left.
+  std::vector<std::pair<double, Key>> expiries_;
 };
 
 }  // namespace lightmill

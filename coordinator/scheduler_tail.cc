@@ -1,6 +1,7 @@
 // The end of a job, when there is less to do than there are workers: tiles are cut, and stragglers raced.
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 #include "coordinator/film_bytes.h"
 #include "coordinator/scheduler.h"
@@ -54,14 +55,14 @@ double Scheduler::seconds_to_end(const Job& job, const Worker& worker, double no
     if (tile < 0) return -1;
     seconds += tile;
   }
-  std::set<WorkerId> others;
+  std::unordered_set<const Worker*> others;
   for (const LeaseTable::Lease& lease : job.tiles.leases()) {
     const Worker* holder = workers.find(lease.worker);
     if (!holder || lease.worker == worker.id) continue;
     const double tile = expected_seconds(job, job.tiles.find(lease.tile)->tile, *holder);
     if (tile < 0) return -1;
     seconds += std::max(0.0, tile - (now - lease.since));
-    others.insert(lease.worker);
+    others.insert(holder);
   }
   return seconds / static_cast<double>(others.size() + 1);
 }

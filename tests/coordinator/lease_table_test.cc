@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <stdexcept>
+#include <vector>
 
 namespace lightmill {
 namespace {
@@ -60,6 +62,45 @@ TEST(LeaseTable, RenewMovesTheExpiryAndAPinStopsIt) {
   table.unpin(TileId{0}, 1);
   EXPECT_TRUE(table.expired(15).empty());
   EXPECT_EQ(table.expired(16).size(), 1u);
+}
+
+TEST(LeaseTable, ExpiresWhatALookAtEveryLeaseFinds) {
+  constexpr int kTiles = 150;
+  LeaseTable table;
+  table.add(round(0, kTiles, 0, 1));
+  std::mt19937 random(7);
+  double now = 0;
+  size_t found = 0;
+  for (int step = 0; step < 20000; ++step) {
+    now += 0.001 * static_cast<double>(random() % 20);
+    const TileId id{static_cast<int64_t>(random() % kTiles)};
+    const TileRecord tile = *table.find(id);
+    const double expires = now + 0.1 * static_cast<double>(random() % 30);
+    switch (tile.state == TileState::kLeased ? random() % 6 : 0) {
+      case 0:
+        if (tile.state == TileState::kPending) lease(table, id, kAnn, expires);
+        break;
+      case 1:
+        table.apply(table.released(id, tile.attempt, false));
+        break;
+      case 2:
+        table.pin(id, tile.attempt);
+        break;
+      case 3:
+        table.unpin(id, tile.attempt);
+        break;
+      default:
+        table.renew(id, tile.attempt, expires);  // later or earlier
+    }
+    std::vector<TileId> over, expected;
+    for (const LeaseTable::Lease& l : table.leases()) {
+      if (l.pins == 0 && l.expires <= now) expected.push_back(l.tile);
+    }
+    for (const LeaseTable::Lease& l : table.expired(now)) over.push_back(l.tile);
+    ASSERT_EQ(over, expected) << step;
+    found += over.size();
+  }
+  EXPECT_GT(found, 1000u);
 }
 
 TEST(LeaseTable, CompleteSamplesIsTheCommittedPrefixOfRounds) {
