@@ -176,14 +176,22 @@ struct DielectricMaterial {
 struct ThinDielectricMaterial {
   float eta = 1.5f;
 };
-/// Diffuse base under a dielectric coat, pbrt's layered model without scattering in the coat: a traversal of
-/// the coat at cosine mu transmits exp(-thickness / mu), and at most max_depth interactions are followed.
+/// What is in a coat: the single-scattering albedo and the asymmetry g, in (-1, 1), of Henyey-Greenstein's
+/// phase function. Black: the coat absorbs alone.
+struct CoatMediumDescription {
+  Rgb albedo;
+  float g = 0;
+};
+/// Diffuse base under a dielectric coat, pbrt's layered model: a traversal of the coat at cosine mu transmits
+/// exp(-thickness / mu), and at most max_depth interactions with coat and base are followed (those with the
+/// medium are not counted).
 struct CoatedDiffuseMaterial {
   SpectrumInput reflectance{{0.5f, 0.5f, 0.5f}, -1};
   float eta = 1.5f;
   Roughness roughness;
   float thickness = 0.01f;
   int max_depth = 10;
+  CoatMediumDescription medium{};
 };
 /// Metal under a dielectric coat; the coat as above. `conductor` is the metal against air, as pbrt has it.
 struct CoatedConductorMaterial {
@@ -192,6 +200,7 @@ struct CoatedConductorMaterial {
   Roughness coat_roughness;
   float thickness = 0.01f;
   int max_depth = 10;
+  CoatMediumDescription medium{};
 };
 /// At every point either materials[0] or, with probability `amount`, materials[1] (indices into
 /// SceneDescription::materials; they may be mixes, too).

@@ -134,10 +134,14 @@ template <class Coated>
 void read_coat(PbrtScene& out, ParameterList& params, Coated* m) {
   m->thickness = static_cast<float>(params.number("thickness", 0.01, 0, 1e6));
   m->max_depth = static_cast<int>(params.integer("maxdepth", 10, 1, 1000));
-  params.accept({"nsamples", "g"});  // no samples are needed; g acts only with an albedo
+  params.accept({"nsamples"});  // no samples are needed
+  // pbrt's own bounds would let g reach 1, where light goes straight on.
+  m->medium.g = static_cast<float>(params.number("g", 0, -0.99, 0.99));
   const SpectrumInput albedo = out.spectrum_input(params, "albedo", SpectrumUse::kReflectance, {});
-  if (albedo.texture >= 0 || !(albedo.value == Rgb{})) {
-    params.unsupported("albedo", "(a scattering coat) is ignored");
+  if (albedo.texture >= 0) {
+    params.unsupported("albedo", "of a coat by a texture is ignored: it takes one colour");
+  } else {
+    m->medium.albedo = albedo.value;
   }
 }
 
@@ -156,6 +160,13 @@ CoatedConductorMaterial read_coated_conductor(PbrtScene& out, ParameterList& par
     params.unsupported("interface.roughness", "(a texture) is taken as 0.3");
   }
   read_coat(out, params, &m);
+  const ConductorMaterial& metal = m.conductor;
+  const bool textured =
+      metal.reflectance ? metal.reflectance->texture >= 0 : metal.eta.texture >= 0 || metal.k.texture >= 0;
+  if (textured && !(m.medium.albedo == Rgb{})) {
+    m.medium = {};
+    params.unsupported("albedo", "of a coat is ignored over a metal whose index or reflectance is a texture");
+  }
   return m;
 }
 

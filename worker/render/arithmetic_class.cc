@@ -149,6 +149,11 @@ SceneDescription every_kernel() {
   add(CoatedConductorMaterial{polished, 1.5f, rough(0)});
   add(CoatedConductorMaterial{metal, 1.5f, rough(0)});
   add(CoatedConductorMaterial{metal, 1.4f, rough(0.3f)});
+  const CoatMediumDescription milky{{0.9f, 0.6f, 0.3f}, 0.4f};
+  add(CoatedDiffuseMaterial{{{0.7f, 0.4f, 0.1f}, -1}, 1.5f, rough(0), 0.5f, 10, milky});
+  add(CoatedDiffuseMaterial{{{0.7f, 0.4f, 0.1f}, -1}, 1.5f, rough(0.2f), 0.5f, 10, milky});
+  add(CoatedConductorMaterial{metal, 1.5f, rough(0), 0.5f, 10, milky});
+  add(CoatedConductorMaterial{metal, 1.4f, rough(0.3f), 0.5f, 10, milky});
   add(MixMaterial{{1, 6}, {0.4f, -1}});
   ConductorMaterial brushed = metal;
   brushed.roughness = {{0.3f, -1}, {0.05f, -1}, false};

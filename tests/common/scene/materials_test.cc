@@ -128,8 +128,21 @@ TEST_F(Materials, CoatedConductor) {
   EXPECT_TRUE(
       has_error(load_world("Material \"coatedconductor\" \"float conductor.roughness\" -1"), "at least 0"));
   EXPECT_TRUE(has_error(load_world("Material \"coatedconductor\" \"float roughness\" 1"), "roughness"));
+}
+
+TEST_F(Materials, CoatsThatScatter) {
+  const auto m = last<CoatedDiffuseMaterial>(
+      clean_world("Material \"coateddiffuse\" \"rgb albedo\" [0.1 0.2 0.3] \"float g\" 0.4"));
+  EXPECT_NEAR(m.medium.albedo.g, 0.2, 1e-5);
+  EXPECT_FLOAT_EQ(m.medium.g, 0.4f);
+  const std::string board = "Texture \"t\" \"spectrum\" \"checkerboard\" ";
   EXPECT_TRUE(
-      mentions(load_world("Material \"coatedconductor\" \"rgb albedo\" [0.1 0.1 0.1]"), "scattering coat"));
+      mentions(load_world(board + "Material \"coateddiffuse\" \"texture albedo\" \"t\""), "one colour"));
+  const LoadResult textured = load_world(
+      board + "Material \"coatedconductor\" \"rgb albedo\" [0.1 0.2 0.3] \"texture reflectance\" \"t\"");
+  EXPECT_TRUE(mentions(textured, "is ignored over a metal"));
+  EXPECT_EQ(last<CoatedConductorMaterial>(textured.scene).medium.albedo, Rgb{});
+  EXPECT_TRUE(has_error(load_world("Material \"coateddiffuse\" \"float g\" 1"), "at most"));
 }
 
 TEST_F(Materials, Mix) {

@@ -63,6 +63,13 @@ def materials():
         "coateddiffuse_eta": '"coateddiffuse" "rgb reflectance" [.9 .9 .9] "float roughness" .2 "float eta" 2',
         "coateddiffuse_dark": '"coateddiffuse" "rgb reflectance" [.05 .05 .05] "float roughness" .3',
         "coateddiffuse_default": '"coateddiffuse"',
+        "coateddiffuse_milky": f'"coateddiffuse" {grey6} "float roughness" 0 "float thickness" .5 "float g" .4'
+                               ' "rgb albedo" [.9 .6 .3] "integer maxdepth" 100',
+        "coateddiffuse_milky_rough": f'"coateddiffuse" {grey6} "float roughness" .1 "float thickness" .5 "float g" .4'
+                                     ' "rgb albedo" [.9 .6 .3] "integer maxdepth" 100',
+        "coatedconductor_milky": '"coatedconductor" "rgb reflectance" [.9 .9 .9] "float interface.roughness" 0'
+                                 ' "float conductor.roughness" .3 "float thickness" .5 "float g" .4'
+                                 ' "rgb albedo" [.9 .6 .3] "integer maxdepth" 100',
         "coatedconductor_named": '"coatedconductor" "spectrum conductor.eta" "metal-Al-eta" "spectrum conductor.k"'
                                  ' "metal-Al-k" "float interface.roughness" .2 "float conductor.roughness" .1',
         "coatedconductor_default": '"coatedconductor"',

@@ -25,7 +25,9 @@ inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 
                           kRoughCoatedConductor = 11, kAnisotropicConductor = 12, kAnisotropicDielectric = 13,
                           kMetallicRoughness = 14, kCoatedMetallicRoughness = 15, kTintedDielectric = 16,
                           kRoughTintedDielectric = 17, kTintedSheet = 18, kRoughTintedSheet = 19,
-                          kSheenMetallicRoughness = 20, kHair = 21, kBsdfKinds = 22;
+                          kSheenMetallicRoughness = 20, kHair = 21, kScatteringCoated = 22,
+                          kRoughScatteringCoated = 23, kScatteringCoatedConductor = 24,
+                          kRoughScatteringCoatedConductor = 25, kBsdfKinds = 26;
 /// Of a vertex in a medium (henyey_greenstein.h); no material has it.
 inline constexpr BsdfKind kPhaseFunction = kBsdfKinds + 1;
 /// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
@@ -38,7 +40,8 @@ constexpr bool is_pure_delta(int32_t kind) {
 }
 /// True if some lobe is a delta.
 constexpr bool has_delta(int32_t kind) {
-  return is_pure_delta(kind) || kind == kSmoothCoated || kind == kCoatedConductor;
+  return is_pure_delta(kind) || kind == kSmoothCoated || kind == kCoatedConductor ||
+         kind == kScatteringCoated || kind == kScatteringCoatedConductor;
 }
 /// The same per lane.
 template <class F>
@@ -70,12 +73,14 @@ inline constexpr int kBsdfParams = 10;
 ///   hair as hair.h says, and 9 as anisotropic.h says
 ///   metallic roughness as metallic_roughness.h says, tinted as tinted.h
 ///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha,
-///               8 table row (rough: entering transmittance)
+///               8 table row (rough: entering transmittance; scattering: that of each channel, and a block
+///               of coat_scattering.h)
 ///   coated conductor, all smooth
 ///               0-2 eta and 3-5 k of the metal over the coat, 7 eta of the coat, 8 thickness
 ///   coated conductor, rough
 ///               0-2 F0 of the metal in the coat, 3 eta of the coat, 4 rise of F, 5 thickness, 6 alpha of the
-///               metal seen through the coat, 7 alpha of the coat, 8 table row (coated_conductor.h)
+///               metal seen through the coat, 7 alpha of the coat, 8 table row (coated_conductor.h;
+///               scattering: a block of coat_scattering.h follows)
 template <class F>
 struct BsdfParams {
   F p[kBsdfParams]{};

@@ -48,9 +48,9 @@ template <class F>
       case kRoughDielectric:
         return merge(m, eval_rough_dielectric(Ggx<F>{params.p[6]}, params, wo, wi, mode), &result);
       case kSmoothCoated:
-        return merge(m, eval_coated<F, false>(params, m, wo, wi), &result);
+        return merge(m, eval_coated<F, false, false>(params, m, wo, wi), &result);
       case kRoughCoated:
-        return merge(m, eval_coated<F, true>(params, m, wo, wi), &result);
+        return merge(m, eval_coated<F, true, false>(params, m, wo, wi), &result);
       case kAnisotropicConductor:
         return merge(m, eval_anisotropic_conductor(params, m, wo, wi), &result);
       case kAnisotropicDielectric:
@@ -58,9 +58,17 @@ template <class F>
       case kDiffuseTransmission:
         return merge(m, eval_diffuse_transmission(params, wo, wi), &result);
       case kCoatedConductor:
-        return merge(m, eval_coated_conductor<F, false>(params, m, wo, wi), &result);
+        return merge(m, eval_coated_conductor<F, false, false>(params, m, wo, wi), &result);
       case kRoughCoatedConductor:
-        return merge(m, eval_coated_conductor<F, true>(params, m, wo, wi), &result);
+        return merge(m, eval_coated_conductor<F, true, false>(params, m, wo, wi), &result);
+      case kScatteringCoated:
+        return merge(m, eval_coated<F, false, true>(params, m, wo, wi), &result);
+      case kRoughScatteringCoated:
+        return merge(m, eval_coated<F, true, true>(params, m, wo, wi), &result);
+      case kScatteringCoatedConductor:
+        return merge(m, eval_coated_conductor<F, false, true>(params, m, wo, wi), &result);
+      case kRoughScatteringCoatedConductor:
+        return merge(m, eval_coated_conductor<F, true, true>(params, m, wo, wi), &result);
       case kMetallicRoughness:
         return merge(m, eval_metallic_roughness<F, false>(params, m, wo, wi), &result);
       case kCoatedMetallicRoughness:
@@ -123,9 +131,9 @@ template <class F>
       case kRoughDielectric:
         return take(m, sample_rough_dielectric(Ggx<F>{params.p[6]}, params, wo, lobe, u, v, mode));
       case kSmoothCoated:
-        return take(m, sample_coated<F, false>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated<F, false, false>(params, m, wo, lobe, u, v));
       case kRoughCoated:
-        return take(m, sample_coated<F, true>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated<F, true, false>(params, m, wo, lobe, u, v));
       case kThinDielectric:
         return take(m, sample_thin_dielectric(params, wo, lobe));
       case kAnisotropicConductor:
@@ -137,9 +145,17 @@ template <class F>
       case kSmoothCoatedConductor:
         return take(m, sample_smooth_coated_conductor(params, wo));
       case kCoatedConductor:
-        return take(m, sample_coated_conductor<F, false>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated_conductor<F, false, false>(params, m, wo, lobe, u, v));
       case kRoughCoatedConductor:
-        return take(m, sample_coated_conductor<F, true>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated_conductor<F, true, false>(params, m, wo, lobe, u, v));
+      case kScatteringCoated:
+        return take(m, sample_coated<F, false, true>(params, m, wo, lobe, u, v));
+      case kRoughScatteringCoated:
+        return take(m, sample_coated<F, true, true>(params, m, wo, lobe, u, v));
+      case kScatteringCoatedConductor:
+        return take(m, sample_coated_conductor<F, false, true>(params, m, wo, lobe, u, v));
+      case kRoughScatteringCoatedConductor:
+        return take(m, sample_coated_conductor<F, true, true>(params, m, wo, lobe, u, v));
       case kMetallicRoughness:
         return take(m, sample_metallic_roughness<F, false>(params, m, wo, lobe, u, v));
       case kCoatedMetallicRoughness:

@@ -11,7 +11,7 @@ namespace {
 /// The lobe of the first order over a metal that reflects everything, from outside cosine `cosine`.
 std::vector<LobeSample> first_order(const BsdfParams<float>& params, float cosine) {
   constexpr int kSide = 16;
-  const CoatedConductor<float, true> coat{params};
+  const CoatedConductor<float, true, false> coat{params, true};
   const Vec3<float> wo{std::sqrt(max(1 - cosine * cosine, 0.0f)), 0, cosine};
   const auto o = coat.side(wo);
   const Ggx<float> ggx{params.p[6]};
@@ -26,7 +26,7 @@ std::vector<LobeSample> first_order(const BsdfParams<float>& params, float cosin
     if (inner.z <= 0 || out2 <= 0) continue;
     const auto s = coat.side({flat.x, flat.y, std::sqrt(out2)});
     const float unmasked = ggx.g(o.inside, inner) / ggx.g1(o.inside);
-    samples.push_back({o.transmittance * s.transmittance * unmasked / (kSide * kSide), s.cosine});
+    samples.push_back({o.to_metal * s.to_metal * unmasked / (kSide * kSide), s.cosine});
   }
   return samples;
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Metal under a dielectric coat, both sides alike: pbrt's layered model (pbrt-v4 §14.3) without scattering
-// inside the coat, evaluated in closed form so that value and densities are exact and deterministic.
+// Metal under a dielectric coat, both sides alike: pbrt's layered model (pbrt-v4 §14.3), evaluated in closed
+// form so that value and densities are exact and deterministic.
 //
 // With F(w) the coat's reflectance, w' the direction refracted into it, e(w) = exp(-t / |cos w'|) the loss of
 // one traversal and T(w) = (1 - F(w)) e(w):
@@ -25,13 +25,18 @@
 // Against pbrt, which estimates its walk stochastically: the first order is the same for a smooth coat; the
 // later ones have the right energy in every direction but the lobe of the first; a rough coat blurs by one
 // GGX lobe instead of two refractions. Reciprocal by form.
+//
+// A coat that scatters adds a lobe of its own, drawn by the cosine (coat_scattering.h); what it takes from
+// the others is in e.
 #include <array>
 
 #include "worker/render/bsdf/albedo_table.h"
 #include "worker/render/bsdf/bsdf.h"
+#include "worker/render/bsdf/coat_scattering.h"
 #include "worker/render/bsdf/fresnel.h"
 #include "worker/render/bsdf/ggx.h"
 #include "worker/render/math/exp.h"
+#include "worker/render/sampling/warp.h"
 
 namespace lightmill {
 
@@ -65,14 +70,14 @@ inline BsdfSample<F> sample_smooth_coated_conductor(const BsdfParams<F>& params,
   return s;
 }
 
-template <class F, bool kRough>
+template <class F, bool kRough, bool kScattering>
 struct CoatedConductor {
   const BsdfParams<F>& params;
+  MaskOf<F> of_kind;
 
   /// A direction outside, with what happens at the coat. All on the upper side.
-  struct Side {
-    Vec3<F> inside;  // refracted, pointing away from the metal
-    F cosine, reflectance, transmittance;
+  struct Side : CoatSide<F> {
+    F reflectance, to_metal;  // F and T
   };
   Side side(const Vec3<F>& w) const {
     Side s;
@@ -83,7 +88,8 @@ struct CoatedConductor {
     s.inside = {w.x * inv, w.y * inv, max(cos_t, splat<F>(1e-6f))};
     if constexpr (kRough)
       s.reflectance = fresnel_dielectric(facet_cosine(w, params.p[7]), params.p[3], &cos_t);
-    s.transmittance = (1.0f - s.reflectance) * exp_negative(-params.p[5] / max(cos_t, splat<F>(1e-6f)));
+    s.transmittance = 1.0f - s.reflectance;
+    s.to_metal = s.transmittance * exp_negative(-params.p[5] / max(cos_t, splat<F>(1e-6f)));
     return s;
   }
   /// Reflectance of the metal's facets at cosine c.
@@ -97,7 +103,7 @@ struct CoatedConductor {
     return {one(params.p[0]), one(params.p[1]), one(params.p[2])};
   }
   /// g(wo) g(wi) per channel.
-  Vec3<F> returns(const Side& o, const Side& i, MaskOf<F> of_kind) const {
+  Vec3<F> returns(const Side& o, const Side& i) const {
     const CosinePlace<F> po(o.cosine), pi(i.cosine);
     const IntOf<F> first = table_row(params, 8, of_kind);
     const auto one = [&](F rho) {
@@ -113,19 +119,29 @@ struct CoatedConductor {
     };
     return {one(params.p[0]), one(params.p[1]), one(params.p[2])};
   }
-  /// Probability of sampling the coat's own lobe.
-  F coat_probability(const Side& o) const {
-    const F base = o.transmittance * max_component(params.rgb(0));
-    return o.reflectance / max(o.reflectance + base, splat<F>(1e-12f));
+  CoatScattering<F> scattering() const {
+    return {params.tables, table_row(params, 8, of_kind) + kReflectanceNodes * kCosineNodes};
+  }
+  /// Probabilities of the lobes: of the coat's own, and of what it scatters.
+  struct Lobes {
+    F coat, scattered;
+    F metal() const { return 1.0f - coat - scattered; }
+  };
+  Lobes lobes(const Side& o) const {
+    const F base = o.to_metal * max_component(params.rgb(0));
+    F scattered{};
+    if constexpr (kScattering) scattered = o.transmittance * scattering().constant(4);
+    const F inv = 1.0f / max(o.reflectance + base + scattered, splat<F>(1e-12f));
+    return {o.reflectance * inv, scattered * inv};
   }
 };
 
-template <class F, bool kRough>
+template <class F, bool kRough, bool kScattering>
 inline BsdfEval<F> eval_coated_conductor(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
                                          const Vec3<F>& wi) {
-  const CoatedConductor<F, kRough> coat{params};
+  const CoatedConductor<F, kRough, kScattering> coat{params, of_kind};
   const auto o = coat.side(wo), i = coat.side(wi);
-  const F po = coat.coat_probability(o), pi = coat.coat_probability(i);
+  const auto po = coat.lobes(o), pi = coat.lobes(i);
   const F inv_eta2 = 1.0f / (params.p[3] * params.p[3]);
   BsdfEval<F> e;
   {
@@ -134,11 +150,16 @@ inline BsdfEval<F> eval_coated_conductor(const BsdfParams<F>& params, MaskOf<F> 
     const F d = ggx.d(m);
     const F c = min(abs(dot(o.inside, m)), splat<F>(1.0f));
     const F four = 4.0f * o.inside.z * i.inside.z;
-    e.f = coat.metal(c) * coat.returns(o, i, of_kind) *
-          (o.transmittance * i.transmittance * inv_eta2 * d * ggx.g(o.inside, i.inside) / four);
+    e.f = coat.metal(c) * coat.returns(o, i) *
+          (o.to_metal * i.to_metal * inv_eta2 * d * ggx.g(o.inside, i.inside) / four);
     // dw' / dw = cos / (eta^2 cos').
-    e.pdf = (1.0f - po) * d * ggx.g1(o.inside) * i.cosine * inv_eta2 / four;
-    e.pdf_reverse = (1.0f - pi) * d * ggx.g1(i.inside) * o.cosine * inv_eta2 / four;
+    e.pdf = po.metal() * d * ggx.g1(o.inside) * i.cosine * inv_eta2 / four;
+    e.pdf_reverse = pi.metal() * d * ggx.g1(i.inside) * o.cosine * inv_eta2 / four;
+  }
+  if constexpr (kScattering) {
+    e.f = e.f + coat.scattering().f(o, i, params.p[3], params.p[5]);
+    e.pdf = e.pdf + po.scattered * i.cosine * kInvPi;
+    e.pdf_reverse = e.pdf_reverse + pi.scattered * o.cosine * kInvPi;
   }
   if constexpr (kRough) {
     const Ggx<F> ggx{params.p[7]};
@@ -151,21 +172,21 @@ inline BsdfEval<F> eval_coated_conductor(const BsdfParams<F>& params, MaskOf<F> 
     const F r = fresnel_dielectric(min(abs(dot(wo, m)), splat<F>(1.0f)), params.p[3], &unused);
     const F spec = d * ggx.g(wo, wi) * r / (4.0f * o.cosine * i.cosine);
     e.f = e.f + Vec3<F>{spec, spec, spec};
-    e.pdf = e.pdf + po * d * ggx.g1(wo) / (4.0f * o.cosine);
-    e.pdf_reverse = e.pdf_reverse + pi * d * ggx.g1(wi) / (4.0f * i.cosine);
+    e.pdf = e.pdf + po.coat * d * ggx.g1(wo) / (4.0f * o.cosine);
+    e.pdf_reverse = e.pdf_reverse + pi.coat * d * ggx.g1(wi) / (4.0f * i.cosine);
   }
   const F one = select(same_side(wo, wi), splat<F>(1.0f), F{});
   return {e.f * one, e.pdf * one, e.pdf_reverse * one};
 }
 
-template <class F, bool kRough>
+template <class F, bool kRough, bool kScattering>
 inline BsdfSample<F> sample_coated_conductor(const BsdfParams<F>& params, MaskOf<F> of_kind,
                                              const Vec3<F>& wo, F lobe, F u, F v) {
-  const CoatedConductor<F, kRough> coat{params};
+  const CoatedConductor<F, kRough, kScattering> coat{params, of_kind};
   const Vec3<F> up{wo.x, wo.y, abs(wo.z)};
   const auto o = coat.side(up);
-  const F po = coat.coat_probability(o);
-  const MaskOf<F> choose_coat = MaskOf<F>(lobe < po);
+  const auto po = coat.lobes(o);
+  const MaskOf<F> choose_coat = MaskOf<F>(lobe < po.coat);
   const F eta = params.p[3];
   // The metal's lobe: reflect inside, refract out; nothing leaves beyond the critical angle.
   const Ggx<F> base{params.p[6]};
@@ -175,6 +196,11 @@ inline BsdfSample<F> sample_coated_conductor(const BsdfParams<F>& params, MaskOf
   const F out2 = 1.0f - dot(flat, flat);
   Vec3<F> wi{flat.x, flat.y, safe_sqrt(out2)};
   MaskOf<F> valid = mask_and(MaskOf<F>(inner.z > 0.0f), MaskOf<F>(out2 > 0.0f));
+  if constexpr (kScattering) {
+    const MaskOf<F> scatter = mask_and(mask_not(choose_coat), MaskOf<F>(lobe < po.coat + po.scattered));
+    wi = select(scatter, square_to_cosine_hemisphere(u, v), wi);
+    valid = mask_or(valid, scatter);
+  }
   BsdfSample<F> s;
   if constexpr (kRough) {
     const Ggx<F> ggx{params.p[7]};
@@ -190,10 +216,10 @@ inline BsdfSample<F> sample_coated_conductor(const BsdfParams<F>& params, MaskOf
   }
   wi.z = copysign(wi.z, wo.z);
   s.wi = wi;
-  const BsdfEval<F> e = eval_coated_conductor<F, kRough>(params, of_kind, wo, s.wi);
+  const BsdfEval<F> e = eval_coated_conductor<F, kRough, kScattering>(params, of_kind, wo, s.wi);
   s.valid = mask_and(MaskOf<F>(up.z > 0.0f), mask_or(s.delta, mask_and(valid, MaskOf<F>(e.pdf > 0.0f))));
   const F scale = abs(s.wi.z) / select(MaskOf<F>(e.pdf > 0.0f), e.pdf, splat<F>(1.0f));
-  const F coat_weight = o.reflectance / max(po, splat<F>(1e-12f));
+  const F coat_weight = o.reflectance / max(po.coat, splat<F>(1e-12f));
   s.weight = select(s.delta, Vec3<F>{coat_weight, coat_weight, coat_weight}, e.f * scale);
   s.pdf = select(s.delta, splat<F>(1.0f), e.pdf);
   s.pdf_reverse = select(s.delta, splat<F>(1.0f), e.pdf_reverse);

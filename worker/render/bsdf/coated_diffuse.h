@@ -1,6 +1,6 @@
 #pragma once
-// Diffuse base under a dielectric coat, both sides alike: pbrt's layered model (pbrt-v4 §14.3) without
-// scattering inside the coat, in closed form.
+// Diffuse base under a dielectric coat, both sides alike: pbrt's layered model (pbrt-v4 §14.3) in closed
+// form.
 //
 // For a smooth coat this is exact. T(w) = (1 - F(w)) exp(-t / mu') is what enters (or leaves) along w, with
 // mu' the cosine of the refracted direction and t the coat's thickness. The Lambertian base, of reflectance
@@ -14,8 +14,13 @@
 // part of light along w that gets through the rough interface to the base, and R what that interface returns,
 // both integrals over it (layered_walk.h). T is tabulated over the cosine (albedo_table.h) as the ratio to
 // the smooth T at the mean facet_cosine.
+//
+// A coat that scatters adds what comes back without having met the base (coat_scattering.h). For the base's
+// own light T and R, now per channel, count what gets through the medium by any way; T is tabulated as the
+// ratio to 1 - F.
 #include "worker/render/bsdf/albedo_table.h"
 #include "worker/render/bsdf/bsdf.h"
+#include "worker/render/bsdf/coat_scattering.h"
 #include "worker/render/bsdf/fresnel.h"
 #include "worker/render/bsdf/ggx.h"
 #include "worker/render/math/exp.h"
@@ -35,41 +40,68 @@ CoatConstants rough_coat_constants(float eta, float thickness, float alpha, Cosi
 /// B above for one channel.
 float coated_base(float rho, double eta, double internal_reflectance, int base_encounters);
 
-template <class F, bool kRough>
+template <class F, bool kRough, bool kScattering>
 struct CoatedDiffuse {
   const BsdfParams<F>& params;
   MaskOf<F> of_kind;
+
+  /// A direction outside, with what happens at the coat.
+  struct Side : CoatSide<F> {
+    F reflectance;
+    Vec3<F> to_base;  // T
+  };
 
   F fresnel(F cosine) const {
     F unused;
     return fresnel_dielectric(cosine, params.p[3], &unused);
   }
-  /// T and F of `w`.
-  F transmittance(const Vec3<F>& w, F* reflectance) const {
+  Side side(const Vec3<F>& w) const {
+    Side s;
+    s.cosine = abs(w.z);
     F cos_t;
-    const F cosine = abs(w.z);
-    *reflectance = fresnel_dielectric(kRough ? facet_cosine(w, params.p[6]) : cosine, params.p[3], &cos_t);
-    const F t = (1.0f - *reflectance) * exp_negative(-params.p[5] / max(cos_t, splat<F>(1e-6f)));
-    if constexpr (kRough) return t * CosinePlace<F>(cosine).in(params.tables, table_row(params, 8, of_kind));
-    return t;
+    s.reflectance = fresnel_dielectric(s.cosine, params.p[3], &cos_t);
+    const F refracted = max(cos_t, splat<F>(1e-6f));
+    if constexpr (kScattering) {
+      const F inv = 1.0f / params.p[3];
+      s.inside = {w.x * inv, w.y * inv, refracted};
+    }
+    if constexpr (kRough)
+      s.reflectance = fresnel_dielectric(facet_cosine(w, params.p[6]), params.p[3], &cos_t);
+    s.transmittance = 1.0f - s.reflectance;
+    const IntOf<F> row = table_row(params, 8, of_kind);
+    if constexpr (kScattering) {
+      const CosinePlace<F> place(s.cosine);
+      s.to_base = Vec3<F>{place.in(params.tables, row), place.in(params.tables, row + kCosineNodes),
+                          place.in(params.tables, row + 2 * kCosineNodes)} *
+                  s.transmittance;
+    } else {
+      F t = s.transmittance * exp_negative(-params.p[5] / max(cos_t, splat<F>(1e-6f)));
+      if constexpr (kRough) t = t * CosinePlace<F>(s.cosine).in(params.tables, row);
+      s.to_base = {t, t, t};
+    }
+    return s;
+  }
+  CoatScattering<F> scattering() const {
+    return {params.tables, table_row(params, 8, of_kind) + 3 * kCosineNodes};
   }
   /// Probability of sampling the coat's lobe, by the albedos of the two lobes.
-  F coat_probability(F reflectance, F transmitted) const {
-    const F diffuse = transmitted * params.p[4] * max_component(params.rgb(0)) * kPi;
-    return reflectance / max(reflectance + diffuse, splat<F>(1e-12f));
+  F coat_probability(const Side& s) const {
+    F diffuse = max_component(s.to_base) * params.p[4] * max_component(params.rgb(0)) * kPi;
+    if constexpr (kScattering) diffuse = diffuse + s.transmittance * scattering().constant(4);
+    return s.reflectance / max(s.reflectance + diffuse, splat<F>(1e-12f));
   }
 };
 
-template <class F, bool kRough>
+template <class F, bool kRough, bool kScattering>
 inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
                                const Vec3<F>& wi) {
-  const CoatedDiffuse<F, kRough> coat{params, of_kind};
+  const CoatedDiffuse<F, kRough, kScattering> coat{params, of_kind};
   const F co = abs(wo.z), ci = abs(wi.z);
-  F fo, fi;
-  const F to = coat.transmittance(wo, &fo), ti = coat.transmittance(wi, &fi);
-  const F po = coat.coat_probability(fo, to), pi = coat.coat_probability(fi, ti);
+  const auto o = coat.side(wo), i = coat.side(wi);
+  const F po = coat.coat_probability(o), pi = coat.coat_probability(i);
   BsdfEval<F> e;
-  e.f = params.rgb(0) * (to * ti);
+  e.f = params.rgb(0) * (o.to_base * i.to_base);
+  if constexpr (kScattering) e.f = e.f + coat.scattering().f(o, i, params.p[3], params.p[5]);
   e.pdf = (1.0f - po) * ci * kInvPi;
   e.pdf_reverse = (1.0f - pi) * co * kInvPi;
   if constexpr (kRough) {
@@ -90,14 +122,13 @@ inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, c
   return {e.f * one, e.pdf * one, e.pdf_reverse * one};
 }
 
-template <class F, bool kRough>
+template <class F, bool kRough, bool kScattering>
 inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo, F lobe,
                                    F u, F v) {
-  const CoatedDiffuse<F, kRough> coat{params, of_kind};
+  const CoatedDiffuse<F, kRough, kScattering> coat{params, of_kind};
   const F co = abs(wo.z);
-  F fo;
-  const F to = coat.transmittance(wo, &fo);
-  const F po = coat.coat_probability(fo, to);
+  const auto o = coat.side(wo);
+  const F po = coat.coat_probability(o);
   const MaskOf<F> choose_coat = MaskOf<F>(lobe < po);
   Vec3<F> wi = square_to_cosine_hemisphere(u, v);
   BsdfSample<F> s;
@@ -116,14 +147,14 @@ inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, MaskOf<F> of_kin
     s.valid = MaskOf<F>(co > 0.0f);
     s.delta = choose_coat;
   }
-  const BsdfEval<F> e = eval_coated<F, kRough>(params, of_kind, wo, s.wi);
+  const BsdfEval<F> e = eval_coated<F, kRough, kScattering>(params, of_kind, wo, s.wi);
   if constexpr (kRough) {
     s.valid = mask_and(s.valid, MaskOf<F>(e.pdf > 0.0f));
   } else {
     s.valid = mask_and(s.valid, mask_or(choose_coat, MaskOf<F>(e.pdf > 0.0f)));
   }
   const F scale = abs(s.wi.z) / select(MaskOf<F>(e.pdf > 0.0f), e.pdf, splat<F>(1.0f));
-  const F coat_weight = fo / max(po, splat<F>(1e-12f));
+  const F coat_weight = o.reflectance / max(po, splat<F>(1e-12f));
   s.weight = select(s.delta, Vec3<F>{coat_weight, coat_weight, coat_weight}, e.f * scale);
   s.pdf = select(s.delta, splat<F>(1.0f), e.pdf);
   s.pdf_reverse = select(s.delta, splat<F>(1.0f), e.pdf_reverse);

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "worker/render/bsdf/dielectric.h"
 #include "worker/render/math/exp.h"
 #include "worker/render/sampling/warp.h"
 
@@ -47,41 +46,9 @@ class WalkNumbers {
   int walk_ = 0, used_ = 0;
 };
 
-/// A facet seen from `w` (w.z > 0).
-Vec3<float> facet(float alpha, const Vec3<float>& w, float u, float v) {
-  return alpha <= kSmoothAlpha ? Vec3<float>{0, 0, 1} : Ggx<float>{alpha}.sample_visible(w, u, v);
-}
-/// Weight of scattering at a sampled facet: what is not masked.
-float unmasked(float alpha, const Vec3<float>& from, const Vec3<float>& to) {
-  if (alpha <= kSmoothAlpha) return 1;
-  const Ggx<float> ggx{alpha};
-  return ggx.g(from, to) / ggx.g1(from);
-}
-
-/// Both ways out of a facet of the coat, met from outside (eta) or from inside (1 / eta). Energies; a
-/// direction that leaves on the wrong side has none.
-struct Crossing {
-  Vec3<float> reflected, transmitted;
-  float reflectance, transmittance;
-};
-Crossing cross_coat(float alpha, float eta, const Vec3<float>& from, float u, float v) {
-  const Vec3<float> m = facet(alpha, from, u, v);
-  const float c = dot(from, m);
-  float cos_t;
-  const float r = fresnel_dielectric(std::min(std::fabs(c), 1.0f), eta, &cos_t);
-  Crossing x;
-  x.reflected = m * (2 * c) - from;
-  x.transmitted = m * (c / eta - cos_t) - from * (1 / eta);
-  x.reflectance = x.reflected.z > 0 ? r * unmasked(alpha, from, x.reflected) : 0;
-  x.transmittance = x.transmitted.z < 0 ? (1 - r) * unmasked(alpha, from, x.transmitted) : 0;
-  return x;
-}
-
 float loss(const CoatDescription& coat, float cosine) {
   return exp_negative(-coat.thickness / std::max(std::fabs(cosine), 1e-6f));
 }
-
-Vec3<float> outside(float cosine) { return {std::sqrt(std::max(1 - cosine * cosine, 0.0f)), 0, cosine}; }
 
 float stratum(int i) { return (static_cast<float>(i) + 0.5f) / kGrid; }
 
@@ -90,8 +57,8 @@ float stratum(int i) { return (static_cast<float>(i) + 0.5f) / kGrid; }
 double coat_entering(const CoatDescription& coat, float cosine) {
   double sum = 0;
   for (int i = 0; i < kGrid * kGrid; ++i) {
-    const Crossing x =
-        cross_coat(coat.alpha, coat.eta, outside(cosine), stratum(i % kGrid), stratum(i / kGrid));
+    const CoatCrossing x =
+        cross_coat(coat.alpha, coat.eta, coat_direction(cosine), stratum(i % kGrid), stratum(i / kGrid));
     sum += double{x.transmittance} * loss(coat, x.transmitted.z);
   }
   return sum / (kGrid * kGrid);
@@ -106,7 +73,7 @@ double coat_internal_return(const CoatDescription& coat) {
     const float v = (static_cast<float>(i / kSamples) + random()) / kSamples;
     const Vec3<float> w = square_to_cosine_hemisphere(std::min(u, 1.0f), std::min(v, 1.0f));
     const float fu = random(), fv = random();
-    const Crossing x = cross_coat(coat.alpha, 1 / coat.eta, w, fu, fv);
+    const CoatCrossing x = cross_coat(coat.alpha, 1 / coat.eta, w, fu, fv);
     sum += double{x.reflectance} * loss(coat, w.z) * loss(coat, x.reflected.z);
   }
   return sum / (kSamples * kSamples);
@@ -123,17 +90,17 @@ std::vector<double> coated_conductor_orders(const CoatDescription& coat, float m
   };
   for (int i = 0; i < kWalks; ++i) {
     random.start(i);
-    Crossing x = crossing(coat.eta, outside(cosine));
+    CoatCrossing x = crossing(coat.eta, coat_direction(cosine));
     float weight = x.transmittance / kWalks;
     Vec3<float> down = x.transmitted;
     for (double& order : orders) {
       if (weight <= 0) break;
       const Vec3<float> from = -down;
       const float u = random(), v = random();
-      const Vec3<float> m = facet(metal_alpha, from, u, v);
+      const Vec3<float> m = coat_facet(metal_alpha, from, u, v);
       const Vec3<float> up = m * (2 * dot(from, m)) - from;
       if (up.z <= 0) break;
-      weight *= loss(coat, down.z) * unmasked(metal_alpha, from, up) * loss(coat, up.z);
+      weight *= loss(coat, down.z) * coat_unmasked(metal_alpha, from, up) * loss(coat, up.z);
       // What gets out is counted, what does not goes on: no choice, less noise.
       x = crossing(1 / coat.eta, up);
       order += double{weight} * x.transmittance;

@@ -3,13 +3,9 @@
 // scene is built. Deterministic: the same arguments give the same bits.
 #include <vector>
 
-namespace lightmill {
+#include "worker/render/bsdf/coat_crossing.h"
 
-/// A coat: its index over air, optical thickness per unit cosine, roughness (at or below
-/// kSmoothAlpha: smooth).
-struct CoatDescription {
-  float eta, thickness, alpha;
-};
+namespace lightmill {
 
 /// The part of the light that arrives from outside at `cosine` and gets to the base.
 double coat_entering(const CoatDescription& coat, float cosine);

@@ -41,15 +41,15 @@ struct MaterialEntry {
   float scale = 1;           // of both
   float u_roughness = 0, v_roughness = 0;
   bool remap_roughness = true;
-  double coat_internal_reflectance = 0;  // coated: see coated_diffuse.h
   int coat_base_encounters = 1;
   int mix_first = -1, mix_second = -1;  // mix: materials; `scale` is the second's share, or texture_color
   bool hair_reflectance = false;        // hair: the colour is a reflectance; `scale` says how it is taken
   bool conductor_reflectance = false;   // color gives F0 by eta = 1, k = 2 sqrt(r / (1 - r))
   Rgb eta, k;                           // coated conductor: of the metal against air, what is not textured
   float coat_eta = 1, coat_alpha = 0;
-  int first_row = -1;                // textured roughness: in bsdf_tables, where the rows over alpha begin
-  std::vector<double> coat_returns;  // the same for coat_internal_reflectance
+  int first_row = -1;        // textured roughness: in bsdf_tables, where the tables over alpha begin
+  int floats_per_alpha = 0;  // and the size of one
+  std::vector<std::array<double, 3>> coat_returned;  // coated diffuse: what goes back to the base, per alpha
 };
 
 /// Slots of an instance's record (placement.h): A over its scale by rows, the position of its object's

@@ -120,6 +120,25 @@ std::vector<BsdfCase> all_bsdfs() {
   add("hair_white", hair(black, 0.3f, 0.3f), 0.05f);
   add("hair_rough", hair({0.1f, 0.2f, 0.3f}, 0.9f, 0.8f), 0.05f);
   add("hair_sleek", hair({0.1f, 0.2f, 0.3f}, 0.15f, 0.2f), 0.02f);
+  const auto milky = [&](int material, const CoatMediumDescription& medium, float thickness) {
+    std::visit(
+        [&](auto& m) {
+          if constexpr (requires { m.medium; }) {
+            m.medium = medium;
+            m.thickness = thickness;
+          }
+        },
+        s.scene.materials[static_cast<size_t>(material)].kind);
+    return material;
+  };
+  const CoatMediumDescription milk{{0.9f, 0.7f, 0.4f}, 0.5f}, snow{white, -0.3f};
+  add("milky_smooth", milky(s.coated(colour, 1.5f, 0), milk, 0.4f), 0);
+  add("milky_rough", milky(s.coated(colour, 1.5f, 0.3f), milk, 0.4f), 0.3f);
+  add("milky_white", milky(s.coated(white, 1.3f, 0), snow, 2), 0);
+  add("milky_white_rough", milky(s.coated(white, 1.3f, 0.3f), snow, 2), 0.3f);
+  add("milky_lacquer", milky(s.coated_conductor(gold, 1.5f, 0, 0.3f), milk, 0.4f), 0.3f);
+  add("milky_lacquer_rough", milky(s.coated_conductor(gold, 1.5f, 0.2f, 0.3f), milk, 0.4f), 0.2f);
+  add("milky_lacquer_white", milky(s.coated_conductor(white, 1.5f, 0, 0.3f), snow, 1), 0.3f);
   // For ever: the cases point into its tables.
   static const std::vector<float> tables = build_scene(s.scene).bsdf_tables;
   const RenderScene scene = build_scene(s.scene);

@@ -1,0 +1,44 @@
+#pragma once
+// Parameters of layered materials, constant or at a textured point (bsdf/coated_diffuse.h,
+// bsdf/coated_conductor.h).
+#include <array>
+#include <map>
+
+#include "worker/render/bsdf/coated_conductor.h"
+#include "worker/render/bsdf/coated_diffuse.h"
+#include "worker/render/scene/render_scene.h"
+
+namespace lightmill {
+
+/// What has been computed for the coats of one scene: many materials share theirs.
+class CoatMemo {
+ public:
+  /// What one coat makes of a Lambertian base, and its table, which is empty for smooth coats that do not
+  /// scatter.
+  struct OverDiffuse {
+    std::array<double, 3> returned;
+    float entering_mean;
+    std::vector<float> table;
+  };
+  const OverDiffuse& diffuse(const CoatDescription& coat, const CoatMedium& medium);
+  /// The table over a metal of roughness `metal_alpha`. `reflectance` matters if the coat scatters.
+  const std::vector<float>& conductor(const CoatDescription& coat, const CoatMedium& medium,
+                                      float metal_alpha, int max_depth,
+                                      const std::array<float, 3>& reflectance);
+
+ private:
+  std::map<std::array<float, 7>, OverDiffuse> diffuse_;
+  std::map<std::array<float, 12>, std::vector<float>> conductor_;
+};
+
+void build_coated_diffuse(const CoatedDiffuseMaterial& material, CoatMemo* coats, RenderScene* scene,
+                          MaterialEntry* entry, float* params);
+void build_coated_conductor(const CoatedConductorMaterial& material, CoatMemo* coats, RenderScene* scene,
+                            MaterialEntry* entry, float* params);
+
+bool is_coated(BsdfKind kind);
+/// Overwrites the parameters of a textured material of a kind that is coated.
+void apply_coat_textures(const RenderScene& scene, const MaterialEntry& entry, const TexturePoint& at,
+                         float* params);
+
+}  // namespace lightmill
