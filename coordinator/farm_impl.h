@@ -10,6 +10,7 @@
 #include <mutex>
 #include <random>
 
+#include "coordinator/decoder_pool.h"
 #include "coordinator/farm.h"
 #include "coordinator/job_store.h"
 #include "coordinator/merger.h"
@@ -117,6 +118,7 @@ struct Farm::Impl {
   FarmStats stats;
   Scheduler scheduler;
   Merger merger;
+  DecoderPool decoders;
 };
 
 /// "job j7 tile 3", "job j7 pilot".

@@ -184,15 +184,17 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   const Impl::Unpin unpin{*impl_, worker, lease};
   if (is_pilot(tile)) return impl_->commit_pilot(worker, lease, partial_bytes);
 
-  Partial partial;
+  std::optional<DecoderPool::Loan> decoder(impl_->decoders.lend());
+  const Partial* decoded = nullptr;
   std::string digest;
   try {
-    partial = decode_partial(partial_bytes, settings.grid, tile);
-    check_partial(partial, tile, settings, quantum);
+    decoded = &(*decoder)->decode(partial_bytes, settings.grid, tile);
+    check_partial(*decoded, tile, settings, quantum);
     digest = encoded_digest(partial_bytes);
   } catch (const Error& e) {
     return refuse(e.what());
   }
+  const Partial& partial = *decoded;  // while the decoder is ours
   if (checks) return impl_->commit_check(worker, lease, partial, digest, partial_bytes);
 
   std::optional<Merger::Open> layers;
@@ -275,6 +277,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     throw;
   }
 
+  decoder.reset();
   // The commit stands. What follows is housekeeping: if the disk fails now, a later tick tries again.
   try {
     (*layers)->spool_bytes += static_cast<double>(partial_bytes.size());

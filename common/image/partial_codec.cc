@@ -19,6 +19,7 @@
 #include "common/image/packing.h"
 #include "common/image/partial.h"
 #include "common/image/partial_check.h"
+#include "common/image/partial_decoder.h"
 #include "common/image/unit_planes.h"
 
 namespace lightmill {
@@ -199,6 +200,7 @@ SizeBounds payload_bounds(const Partial& p, const Layout& layout) {
 }
 
 void read_splats(ByteReader* in, const Layout& layout, Partial* p) {
+  if (layout.splat_form != SplatForm::kSparse) p->splats.clear();
   if (layout.splat_form == SplatForm::kSparse) {
     p->splats.resize(static_cast<size_t>(layout.splat_count));
     const auto pixels = static_cast<uint64_t>(p->grid.width) * static_cast<uint64_t>(p->grid.height);
@@ -269,22 +271,28 @@ Header read_header(std::string_view bytes) {
   return h;
 }
 
-Partial decode_layers(Header h) {
+/// Into `p`, whose layers may hold what was decoded before.
+void decode_layers(const Header& h, ReusedBytes* buffer, Partial* out) {
   const SizeBounds bounds = payload_bounds(h.partial, h.layout);
   const auto tile_area = static_cast<size_t>(h.partial.grid.pixels(h.partial.tile.cells).area());
   const size_t aov_bytes = h.layout.has_aovs ? max_aov_bytes(tile_area, h.partial.grid) : 0;
   if (h.payload_size < bounds.low || h.payload_size > bounds.high + aov_bytes)
     refuse_partial("payload of a size that does not fit");
-  const auto buffer = std::make_unique_for_overwrite<char[]>(h.payload_size);
-  zstd_unpack(h.frame, std::span(buffer.get(), h.payload_size), kWhat);
-  const std::string_view payload(buffer.get(), h.payload_size);
+  const std::span<char> unpacked = buffer->of(h.payload_size);
+  zstd_unpack(h.frame, unpacked, kWhat);
+  const std::string_view payload(unpacked.data(), unpacked.size());
   if (content_digest(content_head(h.partial, h.layout), payload) != h.digest) {
     throw Error(ErrorKind::kFailed, "partial is corrupt: wrong digest");
   }
   ByteReader in(payload, kWhat);
-  Partial& p = h.partial;
+  Partial& p = *out;
+  std::vector<ExactRgb> camera = std::move(p.camera);
+  std::vector<SplatSum> splats = std::move(p.splats);
+  p = h.partial;
+  p.camera = std::move(camera);
+  p.splats = std::move(splats);
+  p.camera.resize(h.layout.has_camera ? tile_area : 0);
   if (h.layout.has_camera) {
-    p.camera.resize(tile_area);
     const size_t size = plane_bytes(p.camera.size(), h.layout.camera_range);
     read_planes(in.get_bytes(size), h.layout.camera_range, std::span(p.camera));
   }
@@ -296,7 +304,21 @@ Partial decode_layers(Header h) {
   }
   const LayerUnits units = check_partial_layers(p);
   if (layout_of(p, units) != h.layout) refuse_partial("not in its canonical layout");
-  return std::move(h.partial);
+}
+
+/// Throws if the bytes are not of this grid and tile.
+Header read_header(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile) {
+  Header header = read_header(bytes);
+  if (header.partial.grid != grid) refuse_partial("rendered for another film");
+  if (header.partial.tile != tile) refuse_partial("rendered for another tile");
+  return header;
+}
+
+Partial decoded(const Header& header) {
+  ReusedBytes buffer;
+  Partial partial;
+  decode_layers(header, &buffer, &partial);
+  return partial;
 }
 
 }  // namespace
@@ -329,13 +351,22 @@ std::string encode_partial(const Partial& partial) {
   return std::move(bytes);
 }
 
-Partial decode_partial(std::string_view bytes) { return decode_layers(read_header(bytes)); }
+Partial decode_partial(std::string_view bytes) { return decoded(read_header(bytes)); }
 
 Partial decode_partial(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile) {
-  Header header = read_header(bytes);
-  if (header.partial.grid != grid) refuse_partial("rendered for another film");
-  if (header.partial.tile != tile) refuse_partial("rendered for another tile");
-  return decode_layers(std::move(header));
+  return decoded(read_header(bytes, grid, tile));
+}
+
+const Partial& PartialDecoder::decode(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile) {
+  decode_layers(read_header(bytes, grid, tile), &payload_, &partial_);
+  return partial_;
+}
+
+size_t PartialDecoder::bytes() const {
+  size_t aovs = partial_.aovs.direct_splats.capacity() * sizeof(SplatSum);
+  for (const auto& layer : partial_.aovs.layers) aovs += layer.capacity() * sizeof(ExactRgb);
+  return partial_.camera.capacity() * sizeof(ExactRgb) + partial_.splats.capacity() * sizeof(SplatSum) +
+         aovs + payload_.capacity();
 }
 
 std::string partial_digest(const Partial& partial) {

@@ -47,7 +47,7 @@ void for_planes(std::span<const Partial::SplatSum> sums, ByteRange range, const 
 void for_planes(std::span<const Partial::SplatSum> sums, ByteRange range, size_t pixels,
                 const std::function<size_t(const Partial::SplatSum&)>& place, const TakeBytes& take);
 
-/// Inverse; `planes` has plane_bytes(sums.size(), range) bytes. Sums must be zero on entry.
+/// Inverse; `planes` has plane_bytes(sums.size(), range) bytes.
 void read_planes(std::string_view planes, ByteRange range, std::span<ExactRgb> sums);
 void read_planes(std::string_view planes, ByteRange range, std::span<Partial::SplatSum> sums);
 

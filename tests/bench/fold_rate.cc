@@ -22,6 +22,7 @@
 #include "common/error.h"
 #include "common/image/error_curve.h"
 #include "common/image/film.h"
+#include "common/image/partial_decoder.h"
 #include "common/scene/load.h"
 #include "worker/render/renderer.h"
 
@@ -70,7 +71,8 @@ double rate(double (*clock)(), double seconds, Action&& action) {
 struct Job {
   explicit Job(const FilmGrid& grid) : film(grid), batches(grid) {}
   void merge(const std::string& bytes, const TileSpec& tile) {
-    const Partial partial = decode_partial(bytes, film.grid(), tile);
+    thread_local PartialDecoder decoder;  // as the coordinator has one for each thread that commits
+    const Partial& partial = decoder.decode(bytes, film.grid(), tile);
     const std::lock_guard lock(mutex);
     film.fold(partial);
     batches.fold(partial);

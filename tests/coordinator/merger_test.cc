@@ -3,11 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <thread>
+#include <vector>
 
+#include "coordinator/decoder_pool.h"
 #include "coordinator/film_bytes.h"
 #include "coordinator/memory_job_store.h"
+#include "tests/common/image/test_partials.h"
 #include "tests/coordinator/fake_worker.h"
 
 namespace lightmill {
@@ -140,6 +144,29 @@ TEST(FilmBytes, FollowsTheLayers) {
   RenderSettings layered = small_settings(64, 64, 16);
   layered.aovs = kAovAlbedo | kAovDepth;
   EXPECT_EQ(film_bytes(layered) - full, 64 * 64 * 2 * 48.0);
+}
+
+TEST(DecoderPool, KeepsAsManyAsProcessorsCouldUse) {
+  const FilmGrid grid = full_grid(40, 30);
+  const Partial partial = random_partial(grid, {{0, 0, 2, 1}, 0, 16}, 1, true, 2);
+  const std::string bytes = encode_partial(partial);
+  const size_t processors = std::max(1u, std::thread::hardware_concurrency());
+  DecoderPool pool;
+  size_t one = 0;
+  {
+    std::vector<DecoderPool::Loan> loans;
+    for (size_t i = 0; i < processors + 2; ++i) {
+      loans.push_back(pool.lend());
+      EXPECT_EQ(loans.back()->decode(bytes, grid, partial.tile), partial);
+      one = loans.back()->bytes();
+    }
+    EXPECT_EQ(pool.bytes(), 0u);
+  }
+  EXPECT_GT(one, partial.camera.size() * sizeof(ExactRgb));
+  EXPECT_EQ(pool.bytes(), processors * one);
+  const DecoderPool::Loan again = pool.lend();
+  EXPECT_EQ(again->bytes(), one) << "one that has its memory";
+  EXPECT_EQ(pool.bytes(), (processors - 1) * one);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "common/error.h"
 #include "common/image/packing.h"
 #include "common/image/partial.h"
+#include "common/image/partial_decoder.h"
 #include "common/image/unit_planes.h"
 #include "tests/common/image/test_partials.h"
 
@@ -40,6 +41,27 @@ TEST(PartialCodec, RoundTripsEveryLayout) {
       EXPECT_EQ(encode_partial(q), bytes);
     }
   }
+}
+
+TEST(PartialCodec, ADecoderForgetsWhatItDecodedBefore) {
+  PartialDecoder decoder;
+  EXPECT_EQ(decoder.bytes(), 0u);
+  const FilmGrid small = testing::full_grid(40, 30);
+  for (int round = 0; round < 2; ++round) {
+    for (const uint64_t splat_every : {1, 40, 0, 2}) {
+      for (const bool camera : {true, false}) {
+        const Partial p = random_partial(kGrid, kTile, 5 + splat_every, camera, splat_every);
+        std::string bytes = encode_partial(p);
+        EXPECT_EQ(decoder.decode(bytes, kGrid, kTile), p);
+        const Partial q = random_partial(small, {{0, 0, 2, 1}, 0, 16}, splat_every, camera, splat_every);
+        EXPECT_EQ(decoder.decode(encode_partial(q), small, q.tile), q);
+        bytes.back() = static_cast<char>(bytes.back() + 1);
+        EXPECT_THROW(decoder.decode(bytes, kGrid, kTile), Error);
+        EXPECT_THROW(decoder.decode(encode_partial(p), small, kTile), Error);
+      }
+    }
+  }
+  EXPECT_GT(decoder.bytes(), static_cast<size_t>(kGrid.crop.area()) * sizeof(SplatSum));
 }
 
 TEST(PartialCodec, RoundTripsExtremes) {
