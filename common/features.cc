@@ -20,7 +20,8 @@ constexpr const char* kNames[] = {"hit",
                                   "mixes",
                                   "alpha-masks",
                                   "material-sort",
-                                  "delta-lights"};
+                                  "delta-lights",
+                                  "general-kernels"};
 static_assert((1u << std::size(kNames)) - 1 == kAllFeatures);
 
 }  // namespace

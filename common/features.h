@@ -19,7 +19,8 @@ inline constexpr Features kMixes = 1u << 9;
 inline constexpr Features kAlphaMasks = 1u << 10;
 inline constexpr Features kMaterialSort = 1u << 11;
 inline constexpr Features kDeltaLights = 1u << 12;
-inline constexpr Features kAllFeatures = (1u << 13) - 1;
+inline constexpr Features kGeneralKernels = 1u << 13;
+inline constexpr Features kAllFeatures = (1u << 14) - 1;
 
 /// "textures,lens", those in the set, in the order of their bits; empty for none.
 std::string feature_names(Features set);

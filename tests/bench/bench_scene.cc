@@ -17,6 +17,7 @@ void add_options(CLI::App& app, Options* options) {
   app.add_option("--spp", options->spp)->check(CLI::Range(1, 1 << 20));
   app.add_option("--threads", options->threads)->check(CLI::Range(0, 1024));
   app.add_option("--resolution", options->resolution, "WxH");
+  app.add_option("--plan-override", options->render.overrides);
 }
 
 double Scene::samples() const {

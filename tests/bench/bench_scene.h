@@ -18,7 +18,7 @@ struct Options {
   int threads = 0;
 };
 
-/// SCENE, --integrator, --spp, --resolution, --threads.
+/// SCENE, --integrator, --spp, --resolution, --threads, --plan-override.
 void add_options(CLI::App& app, Options* options);
 
 struct Scene {

@@ -215,6 +215,17 @@ SceneDescription every_kernel() {
   return scene;
 }
 
+/// Nothing but diffuse surfaces, for which there are kernels of their own.
+SceneDescription diffuse_balls() {
+  SceneDescription scene;
+  scene.camera.fov_degrees = 70;
+  scene.materials.push_back({"", DiffuseMaterial{{{0.7f, 0.5f, 0.3f}, -1}}, {}});
+  scene.area_lights.push_back({{9, 8, 7}, false, {}});
+  scene.shapes = {sphere(0, -52, 4, 50, 0), sphere(0.5, -1, 4, 1, 0), sphere(-1.5, -1, 3, 0.7f, 0),
+                  quad({-1, 2, 3}, {1, 2, 3}, {1, 2, 5}, {-1, 2, 5}, 0, 0)};
+  return scene;
+}
+
 /// Everything in a coloured fog, and a cloud that glows behind a boundary.
 void fill_with_media(SceneDescription* scene) {
   scene->media = {{"", {0.02f, 0.05f, 0.1f}, {0.1f, 0.05f, 0.02f}, {}, 0.6f, {}},
@@ -270,6 +281,7 @@ std::string arithmetic_class() {
     hash_render(scene);
     fill_with_media(&scene);
     hash_render(scene);
+    hash_render(diffuse_balls());
     hash_imaged_lights(&all);
     hash_lenses(&all);
     return all.hex();

@@ -112,6 +112,7 @@ struct Renderer::Impl {
     const SamplingPlan sampling = plan_of(s);
     const auto film_paths = static_cast<double>(s.grid.light_paths_per_spp());
     context.strategies = possible(sampling.strategies, world->scene, world->camera);
+    context.kernels = plan.kernels;
     context.light_paths = sampling.light_paths;
     context.splat_scale = static_cast<float>(1 / film_paths);
     context.light_samples = static_cast<float>(sampling.light_paths * film_paths);

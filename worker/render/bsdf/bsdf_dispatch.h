@@ -90,10 +90,12 @@ template <class F>
   return result;
 }
 
-/// Zero for pure delta kinds and for lanes that are not active.
-template <class F>
+/// Zero for pure delta kinds and for lanes that are not active. Without `kAnySurface` (kernel_set.h) every
+/// lane is taken to be active and diffuse.
+template <class F, bool kAnySurface = true>
 inline BsdfEval<F> eval_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F>& params, const Vec3<F>& wo,
                              const Vec3<F>& wi, Mode mode) {
+  if constexpr (!kAnySurface) return eval_diffuse(params, wo, wi);
   const MaskOf<F> diffuse = mask_and(active, MaskOf<F>(kind == kDiffuse)),
                   other = mask_and(active, mask_not(diffuse));
   BsdfEval<F> result{};
@@ -181,10 +183,11 @@ template <class F>
   return result;
 }
 
-/// `lobe`, `u`, `v` are independent uniforms in [0, 1).
-template <class F>
+/// `lobe`, `u`, `v` are independent uniforms in [0, 1); `kAnySurface` as for eval_bsdf.
+template <class F, bool kAnySurface = true>
 inline BsdfSample<F> sample_bsdf(IntOf<F> kind, MaskOf<F> active, const BsdfParams<F>& params,
                                  const Vec3<F>& wo, F lobe, F u, F v, Mode mode) {
+  if constexpr (!kAnySurface) return sample_diffuse(params, wo, u, v);
   const MaskOf<F> diffuse = mask_and(active, MaskOf<F>(kind == kDiffuse)),
                   other = mask_and(active, mask_not(diffuse));
   BsdfSample<F> result{};

@@ -34,7 +34,7 @@ inline F one_minus_cos_cone(F radius, F d2) {
 /// Density per unit *area at the light* of direct sampling choosing a point of `light` from `reference`,
 /// which sees it in unit direction `wi`, given the light. Point, spot and distant lights: 1; infinite lights:
 /// per unit solid angle.
-template <class F>
+template <class F, bool kAnyLight = true>
 inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
                              const Vec3<F>& wi, F distance2, F cos_light) {
   const LightRecord<F> r(lights, light);
@@ -47,7 +47,7 @@ inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec
     const F q = one_minus_cos_cone(radius, select(cone, d2, splat<F>(1.0f)));
     pdf = select(cone, cos_light / (distance2 * (2.0f * kPi) * q), pdf);
   }
-  if (lights.any_delta || !lights.infinite.empty()) {
+  if (kAnyLight && (lights.any_delta || !lights.infinite.empty())) {
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
     const MaskOf<F> delta = mask_and(MaskOf<F>(type >= kPointLight), mask_not(infinite));
     pdf = select(delta, splat<F>(1.0f), pdf);
@@ -65,11 +65,11 @@ inline void to_lanes(const Vec3<F>& v, Vec3<float> (&out)[8]) {
 }
 
 /// Probability that next-event estimation at `reference` selects `light`; inactive lanes may give anything.
-template <class F>
+template <class F, bool kAnyLight = true>
 inline F direct_selection(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
                           MaskOf<F> active = splat_mask<F>(true)) {
   const LightRecord<F> r(lights, light);
-  if (lights.tree.empty()) return r.scalar(kLightSelect);
+  if (!kAnyLight || lights.tree.empty()) return r.scalar(kLightSelect);
   const F at_infinity = r.scalar(kLightAtInfinitySelect);
   const MaskOf<F> in_tree = MaskOf<F>(at_infinity == 0.0f);
   float p[8] = {};
@@ -82,20 +82,20 @@ inline F direct_selection(const LightTable& lights, IntOf<F> light, const Vec3<F
 }
 
 /// direct_pdf_of_light with the probability of selecting the light.
-template <class F>
+template <class F, bool kAnyLight = true>
 inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
                          const Vec3<F>& wi, F distance2, F cos_light,
                          MaskOf<F> active = splat_mask<F>(true)) {
-  return direct_pdf_of_light(lights, light, reference, wi, distance2, cos_light) *
-         direct_selection(lights, light, reference, active);
+  return direct_pdf_of_light<F, kAnyLight>(lights, light, reference, wi, distance2, cos_light) *
+         direct_selection<F, kAnyLight>(lights, light, reference, active);
 }
 
 /// Selects a light at `reference`. A uniform of 24 bits does not do for thousands of lights:
 /// `more` extends it.
-template <class F>
+template <class F, bool kAnyLight = true>
 inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference, F u, F more,
                               F* probability) {
-  if (lights.tree.empty()) {
+  if (!kAnyLight || lights.tree.empty()) {
     const IntOf<F> light = select_light(lights, u);
     *probability = LightRecord<F>(lights, light).scalar(kLightSelect);
     return light;
@@ -132,12 +132,12 @@ inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference
 
 /// `texel` chooses the texel of an environment image and extends `u_select` if there is a light tree; unused
 /// without either.
-template <class F>
+template <class F, bool kAnyLight = true>
 inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& reference, F u_select, F texel,
                                      F u, F v) {
   DirectSample<F> s;
   F selection;
-  const IntOf<F> light = select_direct(lights, reference, u_select, texel, &selection);
+  const IntOf<F> light = select_direct<F, kAnyLight>(lights, reference, u_select, texel, &selection);
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   s.light = light;
@@ -185,7 +185,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
       s.error = select(sphere, position_error(center, 0x1p-21f) + radius * 0x1p-21f, s.error);
     }
   }
-  if (lights.any_delta) {
+  if (kAnyLight && lights.any_delta) {
     const MaskOf<F> point = mask_and(MaskOf<F>(type >= kPointLight), MaskOf<F>(type < kInfiniteLight));
     s.point = select(point, r.vec(kLightP), s.point);
     s.error = select(point, F{}, s.error);
@@ -203,19 +203,21 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
                                                                    MaskOf<F>(cosine != 0.0f)));
   s.cos_light = select(s.delta, splat<F>(1.0f), abs(cosine));
   s.radiance = select(mask_and(apart, mask_or(lit, s.delta)), s.radiance, Vec3<F>{});
-  if (lights.any_spot) {
+  if (kAnyLight && lights.any_spot) {
     const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
     s.radiance = select(spot, s.radiance * spot_falloff(r, one_minus_cos(-s.wi, r.vec(kLightN))), s.radiance);
   }
-  for_each_image<F>(lights, r, type, [&](const auto& map, MaskOf<F> m) {
-    s.radiance = select(mask_and(m, apart), map.template towards<F>(-s.wi), s.radiance);
-  });
+  if constexpr (kAnyLight) {
+    for_each_image<F>(lights, r, type, [&](const auto& map, MaskOf<F> m) {
+      s.radiance = select(mask_and(m, apart), map.template towards<F>(-s.wi), s.radiance);
+    });
+  }
   s.infinite = splat_mask<F>(false);
   const F safe_cos = select(MaskOf<F>(s.cos_light > 0.0f), s.cos_light, splat<F>(1.0f));
-  s.pdf = direct_pdf_of_light(lights, light, reference, s.wi, select(apart, s.distance2, splat<F>(1.0f)),
-                              safe_cos) *
+  s.pdf = direct_pdf_of_light<F, kAnyLight>(lights, light, reference, s.wi,
+                                            select(apart, s.distance2, splat<F>(1.0f)), safe_cos) *
           selection * s.distance2 / safe_cos;
-  if (lights.any_infinite()) {
+  if (kAnyLight && lights.any_infinite()) {
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
     Vec3<F> w = square_to_sphere(u, v);
     Vec3<F> radiance = r.vec(kLightRadiance);
@@ -256,7 +258,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
     s.cos_light = select(s.infinite, splat<F>(1.0f), s.cos_light);
     s.pdf = select(s.infinite, selection * pdf, s.pdf);
   }
-  s.pdf_emission = emission_pdf(lights, light, s.wi, s.cos_light);
+  s.pdf_emission = emission_pdf<F, kAnyLight>(lights, light, s.wi, s.cos_light);
   return s;
 }
 

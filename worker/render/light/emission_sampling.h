@@ -18,7 +18,7 @@ struct EmissionSample {
   Vec3<F> pattern;  // with patterned emitters: what `power` was multiplied by (emitter_pattern.h)
 };
 
-template <class F>
+template <class F, bool kAnyLight = true>
 inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F texel, F pu, F pv, F du,
                                          F dv) {
   EmissionSample<F> s;
@@ -52,7 +52,7 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
   Vec3<F> radiance = r.vec(kLightRadiance);
   // Density by the texel that was chosen: at its border the direction may round into the next one.
   F of_texel{};
-  if (lights.any_delta || !lights.infinite.empty()) {
+  if (kAnyLight && (lights.any_delta || !lights.infinite.empty())) {
     const MaskOf<F> distant = MaskOf<F>(type == kDistantLight);
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
     const MaskOf<F> at_point = mask_and(MaskOf<F>(type >= kPointLight), MaskOf<F>(type < kInfiniteLight));
@@ -106,8 +106,8 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
           });
     }
   }
-  s.pdf = emission_pdf(lights, s.light, -s.direction, s.cos_light);
-  if (lights.any_texels())
+  s.pdf = emission_pdf<F, kAnyLight>(lights, s.light, -s.direction, s.cos_light);
+  if (kAnyLight && lights.any_texels())
     s.pdf = select(MaskOf<F>(of_texel > 0.0f), of_texel * r.scalar(kLightSelect), s.pdf);
   const F cos_over_pdf = s.cos_light / s.pdf;
   s.power = radiance * cos_over_pdf;

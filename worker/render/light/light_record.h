@@ -1,5 +1,6 @@
 #pragma once
 // One light per lane: its record, its radiance, and the densities that both directions of sampling share.
+// What says kAnyLight is for even emitters alone without it (kernel_set.h).
 #include "worker/render/light/alias_table.h"
 #include "worker/render/light/light_table.h"
 #include "worker/render/sampling/warp.h"
@@ -131,11 +132,11 @@ inline F through_portal_pdf(const LightTable& lights, const LightRecord<F>& r, M
 }
 
 /// Which lanes light may reach `p` from direction `wi`, as far as portals are concerned.
-template <class F>
+template <class F, bool kAnyLight = true>
 inline MaskOf<F> through_portals(const LightTable& lights, IntOf<F> light, const Vec3<F>& p,
                                  const Vec3<F>& wi) {
   MaskOf<F> open = splat_mask<F>(true);
-  if (lights.portals.empty()) return open;
+  if (!kAnyLight || lights.portals.empty()) return open;
   const MaskOf<F> infinite = MaskOf<F>(gather(lights.type.data(), light) == kInfiniteLight);
   for_each_portal<F>(lights, LightRecord<F>(lights, light), infinite, [&](const Portal& portal, MaskOf<F> m) {
     open = mask_and(open, mask_or(mask_not(m), passes(portal, p, wi)));
@@ -171,12 +172,12 @@ inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<
 
 /// Density of emission sampling for the ray that leaves `light` against unit direction `wi` (which points to
 /// the light), with cosine `cos_light` to its normal.
-template <class F>
+template <class F, bool kAnyLight = true>
 inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& wi, F cos_light) {
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   F pdf = cos_light * kInvPi / (r.scalar(kLightArea) * (1.0f + r.scalar(kLightTwoSided)));
-  if (lights.any_delta) {
+  if (kAnyLight && lights.any_delta) {
     pdf = select(MaskOf<F>(type == kPointLight), splat<F>(1 / (4 * kPi)), pdf);
     if (lights.any_spot) {
       const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
@@ -186,7 +187,7 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& w
       pdf = select(m, map.template pdf_towards<F>(-wi), pdf);
     });
   }
-  if (lights.any_infinite()) {
+  if (kAnyLight && lights.any_infinite()) {
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
     const F disk = area_density(lights, r, infinite, wi);
     if (!lights.infinite.empty()) pdf = select(infinite, infinite_pdf(lights, r, infinite, wi) * disk, pdf);

@@ -4,6 +4,7 @@
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/math/compress.h"
 #include "worker/render/pipeline/aov_recorder.h"
+#include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/medium_walk.h"
 #include "worker/render/pipeline/path_io.h"
 #include "worker/render/pipeline/roulette.h"
@@ -20,10 +21,11 @@ namespace lightmill {
 namespace {
 
 /// Counting sort of the active slots by BSDF kind, misses last; returns the number of hits.
+template <class K>
 int sort_by_kind(const RenderScene& scene, Wavefront& w) {
   Paths& p = w.paths;
   const int n = p.active_count;
-  if (scene.kinds_present <= 1) {
+  if (!K::kSurfaces || scene.kinds_present <= 1) {
     // Nothing to group; only the misses go last, in order.
     int hits = 0;
     w.sorted.clear();
@@ -81,10 +83,10 @@ Ends sort_with_media(const RenderScene& scene, Wavefront& w) {
   return ends;
 }
 
-template <bool kMedia>
+template <class K>
 Ends sort_paths(const RenderScene& scene, Wavefront& w) {
-  if constexpr (kMedia) return sort_with_media(scene, w);
-  const int hits = sort_by_kind(scene, w);
+  if constexpr (K::kMedia) return sort_with_media(scene, w);
+  const int hits = sort_by_kind<K>(scene, w);
   return {hits, hits};
 }
 
@@ -113,13 +115,13 @@ Vec3<Lane> segment_start(const MediaWork& m, LaneInt slot) {
   return {gather(m.start[0], slot), gather(m.start[1], slot), gather(m.start[2], slot)};
 }
 
-template <bool kMedia>
+template <class K>
 Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mode mode, int depth) {
   Hit h;
   h.path = load_paths<Lane>(w.paths, g.slot);
   const LaneInt prim = h.path.prim;
   const Vec3<Lane>&o = h.path.origin, &d = h.path.direction;
-  const Surface<Lane> s = surface_at<Lane>(scene, prim, h.path.instance, o, d);
+  const Surface<Lane> s = surface_at<Lane, K::kSurfaces>(scene, prim, h.path.instance, o, d);
   VertexLanes<Lane>& v = h.v;
   v.p = s.p;
   v.error = s.error;
@@ -127,15 +129,16 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
   v.wo = -d;
   v.throughput = h.path.throughput;
   LaneInt material = gather(scene.primitive_material.data(), prim);
-  if (scene.any_mix) material = resolve_mixes<Lane>(scene, material, g.active, prim, s);
-  v.ns = scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
-  v.kind = bsdf_at<Lane>(scene, material, g.active, s, &v.params);
-  if (scene.any_fibres) face_fibres<Lane>(scene, s, prim, v.wo, v.kind, &v.p, &v.ng, &v.ns, &v.params);
-  if (scene.any_anisotropy) orient_lobes<Lane>(s, v.ns, v.kind, &v.params);
+  if (K::kSurfaces && scene.any_mix) material = resolve_mixes<Lane>(scene, material, g.active, prim, s);
+  v.ns = K::kSurfaces && scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
+  v.kind = bsdf_at<Lane, K::kSurfaces>(scene, material, g.active, s, &v.params);
+  if (K::kSurfaces && scene.any_fibres)
+    face_fibres<Lane>(scene, s, prim, v.wo, v.kind, &v.p, &v.ng, &v.ns, &v.params);
+  if (K::kSurfaces && scene.any_anisotropy) orient_lobes<Lane>(s, v.ns, v.kind, &v.params);
   h.u = s.u, h.tv = s.v;
   v.path = g.slot;
   v.depth = splat_int<Lane>(depth);
-  if constexpr (kMedia) {
+  if constexpr (K::kMedia) {
     v.media = sides_met<Lane>(gather(scene.primitive_media.data(), prim), h.path.medium);
     h.path.origin = segment_start(*w.media, g.slot);
   }
@@ -179,7 +182,7 @@ Hit collision(const RenderScene& scene, const Wavefront& w, const Group& g, int 
 
 /// Samples the BSDF, updates throughput and MIS terms (M4, M5), plays roulette, writes the next ray. Returns
 /// the lanes that go on.
-template <bool kMedia>
+template <class K>
 LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& stream, const Hit& h,
                        LaneMask active, Mode mode, int depth, bool keep_dvc, Wavefront& w) {
   const VertexLanes<Lane>& v = h.v;
@@ -190,15 +193,16 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   Lane du, dv;
   stream.get_2d(vertex_dim(depth, kDimBsdfDirection), &du, &dv);
   // One lobe needs no choice.
-  const bool lobes = any(mask_not(LaneMask(v.kind == kDiffuse)));
+  const bool lobes = K::kSurfaces && any(mask_not(LaneMask(v.kind == kDiffuse)));
   const Lane lobe_u = lobes ? stream.get_1d(vertex_dim(depth, kDimBsdfLobe)) : Lane{};
-  const BsdfSample<Lane> s = sample_bsdf<Lane>(v.kind, active, v.params, wo, lobe_u, du, dv, mode);
+  const BsdfSample<Lane> s =
+      sample_bsdf<Lane, K::kSurfaces>(v.kind, active, v.params, wo, lobe_u, du, dv, mode);
   Vec3<Lane> wi = frame.to_world(s.wi);
   // The direction must lie on the side of both normals that the BSDF meant.
   Lane cos_g = dot(v.ng, wi);
   LaneMask same_side = LaneMask(cos_g * s.wi.z > 0.0f);
   LaneMask in_medium = splat_mask<Lane>(false);
-  if constexpr (kMedia) {
+  if constexpr (K::kMedia) {
     in_medium = LaneMask(v.kind == kPhaseFunction);
     same_side = mask_or(same_side, in_medium);
   }
@@ -225,7 +229,7 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
     weight = select(tilted, weight * correction, weight);
   }
   Vec3<Lane> throughput = v.throughput * weight;
-  const Lane before = kMedia ? gather(w.media->before, v.path) : max_component(v.throughput),
+  const Lane before = K::kMedia ? gather(w.media->before, v.path) : max_component(v.throughput),
              after = max_component(throughput) * s.roulette_scale;
   go = mask_and(go, LaneMask(after > 0.0f));
   if (depth > kRouletteStart) {
@@ -237,21 +241,27 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
     throughput = throughput * (1.0f / select(LaneMask(q > 0.0f), q, splat<Lane>(1.0f)));
   }
   if (!any(go)) return go;
-  const Lane cos_out = kMedia ? select(in_medium, h.cos_in, abs(cos_g)) : abs(cos_g);
+  const Lane cos_out = K::kMedia ? select(in_medium, h.cos_in, abs(cos_g)) : abs(cos_g);
   const Lane inv_pdf = 1.0f / pdf;
   const Lane dvc = select(s.delta, v.dvc * (cos_out * delta_ratio),
                           cos_out * inv_pdf * (v.dvc * pdf_reverse + v.dvcm));  // M4, M5
   const Lane dvcm = select(s.delta, Lane{}, inv_pdf);
-  if (w.recorder) {
+  if (StrategyRecorder* recorder = recorder_of<K>(w)) {
     const Lane gain = select(s.delta, cos_out * delta_ratio, cos_out * inv_pdf * pdf_reverse);
     const Lane own = select(s.delta, Lane{}, cos_out * inv_pdf * v.dvcm);
-    w.recorder->scatter(mode == Mode::kImportance, depth, v.path, go, gain, own);
+    recorder->scatter(mode == Mode::kImportance, depth, v.path, go, gain, own);
   }
   PathLanes<Lane> next{offset_origin(v.p, v.error, v.ng, wi), wi, throughput, dvcm};
   if (keep_dvc) next.dvc = dvc;
-  if constexpr (kMedia) next.medium = medium_on_side<Lane>(v.media, LaneMask(cos_g > 0.0f));
+  if constexpr (K::kMedia) next.medium = medium_on_side<Lane>(v.media, LaneMask(cos_g > 0.0f));
   store_paths(next, v.path, mask_bits(go), &w.paths);
   return go;
+}
+
+/// Those that have a lobe which is not a delta.
+template <class K>
+LaneMask connectable_lanes(const Hit& h) {
+  return K::kSurfaces ? mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind))) : h.valid;
 }
 
 void record_vertex(const Hit& h, const Group& g, bool light, int depth, Wavefront& w) {
@@ -288,6 +298,7 @@ void record_emission(int depth, LaneInt slot, LaneMask mask, const Vec3<Lane>& c
 }
 
 /// Camera paths that left the scene see the infinite lights (M6).
+template <class K>
 void add_environment(const StageContext& context, const Group& g, int depth, bool weigh_connections,
                      Wavefront& w) {
   const LightTable& lights = context.scene.lights;
@@ -312,11 +323,12 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
     const LaneMask seen = mask_and(g.active, through_portals(lights, light, path.origin, wi));
     const Vec3<Lane> c = throughput * infinite_radiance(lights, r, all, wi) * (mis * context.imaging_ratio);
     add_radiance(w, g.slot, seen, c);
-    if (w.recorder) record_emission(depth, g.slot, seen, c, mis, w_next_event, p_emission, dvc, w);
+    if (recorder_of<K>(w)) record_emission(depth, g.slot, seen, c, mis, w_next_event, p_emission, dvc, w);
   }
 }
 
 /// Camera paths that hit an emitter (s = 0, M6).
+template <class K>
 void add_emission(const StageContext& context, const Hit& h, LaneMask active, int depth,
                   bool weigh_connections, Wavefront& w) {
   const RenderScene& scene = context.scene;
@@ -326,14 +338,16 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   const LaneInt light = select(emits, index, LaneInt{});
   const LightTable& lights = scene.lights;
   Vec3<Lane> radiance = emitted_radiance(lights, light, h.v.ng, h.v.wo);
-  if (!lights.patterns.empty()) radiance = radiance * hit_pattern(scene, light, emits, h.u, h.tv, h.v.p);
+  if (K::kLights && !lights.patterns.empty())
+    radiance = radiance * hit_pattern(scene, light, emits, h.u, h.tv, h.v.p);
   Lane w_other{}, p_emission{};
   if (depth > 1) {
     if (context.on(kNextEvent)) {
-      w_other =
-          direct_pdf_area(lights, light, h.path.origin, -h.v.wo, h.distance2, h.cos_in, emits) * h.v.dvcm;
+      w_other = direct_pdf_area<Lane, K::kLights>(lights, light, h.path.origin, -h.v.wo, h.distance2,
+                                                  h.cos_in, emits) *
+                h.v.dvcm;
     }
-    if (weigh_connections) p_emission = emission_pdf(lights, light, -h.v.wo, h.cos_in);
+    if (weigh_connections) p_emission = emission_pdf<Lane, K::kLights>(lights, light, -h.v.wo, h.cos_in);
   } else if (context.on(kLensConnections)) {
     const LightRecord<Lane> r(lights, light);
     w_other = r.scalar(kLightSelect) / r.scalar(kLightArea) * h.v.dvcm;  // M10
@@ -342,22 +356,22 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   const Vec3<Lane> c = h.v.throughput * radiance * (mis * context.imaging_ratio);
   const LaneMask shines = mask_and(emits, LaneMask(max_component(radiance) > 0.0f));
   add_radiance(w, h.v.path, shines, c);
-  if (w.recorder) record_emission(depth, h.v.path, shines, c, mis, w_other, p_emission, h.v.dvc, w);
+  if (recorder_of<K>(w)) record_emission(depth, h.v.path, shines, c, mis, w_other, p_emission, h.v.dvc, w);
 }
 
 /// Calls meet(group, hit) for all paths that have a vertex, eight at a time.
-template <bool kMedia, class Meet>
+template <class K, class Meet>
 void for_each_vertex(const RenderScene& scene, const Ends& ends, Mode mode, int depth, Wavefront& w,
                      Meet&& meet) {
   // Survivors are compacted into the active list while it is read, whole vectors at a time: they would run
   // over the end of a range that is not the last. sort_with_media leaves a copy.
-  const int32_t* slots = kMedia ? w.sorted.data() : w.paths.active;
+  const int32_t* slots = K::kMedia ? w.sorted.data() : w.paths.active;
   for (int base = 0; base < ends.hits; base += kLanes) {
     const Group g(slots + base, std::min(kLanes, ends.hits - base));
-    Hit h = reconstruct<kMedia>(scene, w, g, mode, depth);
+    Hit h = reconstruct<K>(scene, w, g, mode, depth);
     meet(g, h);
   }
-  if constexpr (kMedia) {
+  if constexpr (K::kMedia) {
     for (int base = ends.hits; base < ends.collisions; base += kLanes) {
       const Group g(slots + base, std::min(kLanes, ends.collisions - base));
       Hit h = collision(scene, w, g, depth);
@@ -366,30 +380,30 @@ void for_each_vertex(const RenderScene& scene, const Ends& ends, Mode mode, int 
   }
 }
 
-template <bool kMedia>
+template <class K>
 void light_vertices(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   const RenderScene& scene = context.scene;
   Paths& paths = w.paths;
-  const Ends ends = sort_paths<kMedia>(scene, w);
+  const Ends ends = sort_paths<K>(scene, w);
   // A vertex at `depth` is the depth-th scattering event of a path through the lens.
   const bool go_on = depth < context.max_depth && (context.lens_alone() || depth < kMaxLightVertices);
   int survivors = 0;
-  for_each_vertex<kMedia>(scene, ends, Mode::kImportance, depth, w, [&](const Group& g, Hit& h) {
-    if (w.recorder) record_vertex(h, g, true, depth, w);
+  for_each_vertex<K>(scene, ends, Mode::kImportance, depth, w, [&](const Group& g, Hit& h) {
+    if (recorder_of<K>(w)) record_vertex(h, g, true, depth, w);
     // M3; the first segment also receives p_direct of M1.
     if (depth == 1) {
       const LaneInt light = h.path.light;
       const Lane cos_light = h.path.cos_light;
-      h.v.dvcm =
-          h.v.dvcm * direct_pdf_area(scene.lights, light, h.v.p, h.v.wo, h.distance2, cos_light, g.active);
+      h.v.dvcm = h.v.dvcm * direct_pdf_area<Lane, K::kLights>(scene.lights, light, h.v.p, h.v.wo, h.distance2,
+                                                              cos_light, g.active);
       LaneMask finite = splat_mask<Lane>(true);
-      if (scene.lights.any_infinite()) {
+      if (K::kLights && scene.lights.any_infinite()) {
         const LaneInt type = gather(scene.lights.type.data(), light);
         finite = mask_and(LaneMask(type != kInfiniteLight), LaneMask(type != kDistantLight));
       }
       h.v.dvcm = h.v.dvcm * select(finite, h.distance2, splat<Lane>(1.0f));
       // What is met before the portal does not see the light through it.
-      h.valid = mask_and(h.valid, through_portals(scene.lights, light, h.v.p, h.v.wo));
+      h.valid = mask_and(h.valid, through_portals<Lane, K::kLights>(scene.lights, light, h.v.p, h.v.wo));
     } else {
       h.v.dvcm = h.v.dvcm * h.distance2;
     }
@@ -399,58 +413,59 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
     // From here on dVCM stands for one strategy: joining the vertex before.
     h.v.dvcm =
         h.v.dvcm * (depth == 1 ? context.samples_of(kNextEvent) : context.samples_of(kVertexConnections));
-    const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
-    if (w.recorder) {
-      w.recorder->hit(true, g.slot, g.active, inv_cos);
-      w.recorder->store(true, w.light_vertices.size(), g.slot, connectable);
+    const LaneMask connectable = connectable_lanes<K>(h);
+    if (StrategyRecorder* recorder = recorder_of<K>(w)) {
+      recorder->hit(true, g.slot, g.active, inv_cos);
+      recorder->store(true, w.light_vertices.size(), g.slot, connectable);
     }
     append_vertices(h.v, mask_bits(connectable), &w.light_vertices);
     if (!go_on) return;
-    const LaneMask go = scatter_paths<kMedia>(context, layer.light_stream<Lane>(g.slot), h, h.valid,
-                                              Mode::kImportance, depth, true, w);
+    const LaneMask go = scatter_paths<K>(context, layer.light_stream<Lane>(g.slot), h, h.valid,
+                                         Mode::kImportance, depth, true, w);
     append_survivors(g.slot, go, paths.active, &survivors);
   });
   paths.active_count = survivors;
 }
 
-template <bool kMedia>
+template <class K>
 void camera_vertices(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   const RenderScene& scene = context.scene;
   Paths& paths = w.paths;
   w.vertices.clear();
-  const Ends ends = sort_paths<kMedia>(scene, w);
+  const Ends ends = sort_paths<K>(scene, w);
   // A path that ends here on an emitter has depth - 1 scattering events.
   const bool weigh_connections = context.on(kLightPaths) && depth - 1 <= kMaxLightVertices;
   const bool parallel = depth == 1 && is_parallel(context.camera);
-  if (context.on(kEmissionHits) && !scene.lights.infinite.empty()) {
+  if (K::kLights && context.on(kEmissionHits) && !scene.lights.infinite.empty()) {
     for (int base = ends.collisions; base < paths.active_count; base += kLanes) {
-      add_environment(context, Group(paths.active + base, std::min(kLanes, paths.active_count - base)), depth,
-                      weigh_connections, w);
+      add_environment<K>(context, Group(paths.active + base, std::min(kLanes, paths.active_count - base)),
+                         depth, weigh_connections, w);
     }
   }
   int survivors = 0;
-  for_each_vertex<kMedia>(scene, ends, Mode::kRadiance, depth, w, [&](const Group& g, Hit& h) {
-    const bool in_medium = kMedia && lane(h.v.kind, 0) == kPhaseFunction;
-    if (w.recorder) record_vertex(h, g, false, depth, w);
-    if (w.aovs && !in_medium) w.aovs->hits(context, h.v, g.active, depth);
-    if (w.aovs && in_medium) w.aovs->ends_in_medium(g.slot, g.active);
+  for_each_vertex<K>(scene, ends, Mode::kRadiance, depth, w, [&](const Group& g, Hit& h) {
+    const bool in_medium = K::kMedia && lane(h.v.kind, 0) == kPhaseFunction;
+    if (recorder_of<K>(w)) record_vertex(h, g, false, depth, w);
+    if (K::kObserved && w.aovs && !in_medium) w.aovs->hits(context, h.v, g.active, depth);
+    if (K::kObserved && w.aovs && in_medium) w.aovs->ends_in_medium(g.slot, g.active);
     const Lane inv_cos = 1.0f / h.cos_in;
     // M3; rays of a parallel camera spread no more with distance.
     h.v.dvcm = h.v.dvcm * (parallel ? splat<Lane>(1.0f) : h.distance2) * inv_cos;
     h.v.dvc = h.v.dvc * inv_cos;
-    if (w.recorder) w.recorder->hit(false, g.slot, g.active, inv_cos);
+    if (StrategyRecorder* recorder = recorder_of<K>(w)) recorder->hit(false, g.slot, g.active, inv_cos);
     if (context.on(kEmissionHits) && !in_medium)
-      add_emission(context, h, g.active, depth, weigh_connections, w);
+      add_emission<K>(context, h, g.active, depth, weigh_connections, w);
     // From here on dVCM stands for one strategy: joining the vertex before. M2 brought the lens' n_j.
     h.v.dvcm = h.v.dvcm * (depth > 1                      ? context.samples_of(kVertexConnections)
                            : context.on(kLensConnections) ? 1.0f
                                                           : 0.0f);
     if (depth > context.max_depth) return;
-    const LaneMask connectable = mask_and(h.valid, mask_not(pure_delta<Lane>(h.v.kind)));
-    if (w.recorder) w.recorder->store(false, w.vertices.size(), g.slot, connectable);
+    const LaneMask connectable = connectable_lanes<K>(h);
+    if (StrategyRecorder* recorder = recorder_of<K>(w))
+      recorder->store(false, w.vertices.size(), g.slot, connectable);
     append_vertices(h.v, mask_bits(connectable), &w.vertices);
-    const LaneMask go = scatter_paths<kMedia>(context, layer.camera_stream<Lane>(g.slot), h, h.valid,
-                                              Mode::kRadiance, depth, context.on(kLightPaths), w);
+    const LaneMask go = scatter_paths<K>(context, layer.camera_stream<Lane>(g.slot), h, h.valid,
+                                         Mode::kRadiance, depth, context.on(kLightPaths), w);
     append_survivors(g.slot, go, paths.active, &survivors);
   });
   paths.active_count = survivors;
@@ -459,13 +474,11 @@ void camera_vertices(const StageContext& context, const LayerContext& layer, int
 }  // namespace
 
 void bounce_light_paths(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
-  if (w.media) return light_vertices<true>(context, layer, depth, w);
-  light_vertices<false>(context, layer, depth, w);
+  with_kernels(context, w, [&]<class K>(K) { light_vertices<K>(context, layer, depth, w); });
 }
 
 void bounce_camera_paths(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
-  if (w.media) return camera_vertices<true>(context, layer, depth, w);
-  camera_vertices<false>(context, layer, depth, w);
+  with_kernels(context, w, [&]<class K>(K) { camera_vertices<K>(context, layer, depth, w); });
 }
 
 }  // namespace lightmill

@@ -2,7 +2,7 @@
 // Vertices that are joined to something else, in lanes: which directions they see, and the cosines and
 // densities of mis.h at them.
 #include "worker/render/bsdf/bsdf_dispatch.h"
-#include "worker/render/pipeline/context.h"
+#include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/vertex_io.h"
 #include "worker/render/pipeline/viewer_side.h"
 #include "worker/render/pipeline/work_items.h"
@@ -25,17 +25,17 @@ struct VertexGroup {
 };
 
 /// Both normals see `w` on the same side.
-template <bool kMedia>
+template <class K>
 LaneMask consistent(const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
   const LaneMask same = LaneMask(dot(v.ng, w) * dot(v.ns, w) > 0.0f);
-  return kMedia ? mask_or(same, LaneMask(v.kind == kPhaseFunction)) : same;
+  return K::kMedia ? mask_or(same, LaneMask(v.kind == kPhaseFunction)) : same;
 }
 
 /// The same of a direction towards the camera, where the geometric normal decides (viewer_side.h).
-template <bool kMedia>
+template <class K>
 LaneMask faces_viewer(const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
   const LaneMask some = LaneMask(dot(v.ng, w) * dot(v.ns, w) != 0.0f);
-  return kMedia ? mask_or(some, LaneMask(v.kind == kPhaseFunction)) : some;
+  return K::kMedia ? mask_or(some, LaneMask(v.kind == kPhaseFunction)) : some;
 }
 
 /// `w`, towards the camera, in the frame of v.ns as the BSDF is to see it.
@@ -51,24 +51,24 @@ inline Lane reverse_density(const StageContext& context, const VertexLanes<Lane>
 }
 
 /// `cosine` on surfaces; in a medium there is none.
-template <bool kMedia>
+template <class K>
 Lane shading_cosine(const VertexLanes<Lane>& v, Lane cosine) {
-  return kMedia ? select(LaneMask(v.kind == kPhaseFunction), splat<Lane>(1.0f), cosine) : cosine;
+  return K::kMedia ? select(LaneMask(v.kind == kPhaseFunction), splat<Lane>(1.0f), cosine) : cosine;
 }
 
 /// |wo.ns| |wi.ng| / |wo.ng|: the cosine of a light-path vertex with the adjoint correction.
-template <bool kMedia>
+template <class K>
 Lane adjoint_cosine(const VertexLanes<Lane>& v, const Vec3<Lane>& wi) {
-  return shading_cosine<kMedia>(
+  return shading_cosine<K>(
       v, abs(dot(v.wo, v.ns)) * abs(dot(wi, v.ng)) / max(abs(dot(v.wo, v.ng)), splat<Lane>(1e-12f)));
 }
 
 /// What turns a density per unit solid angle into one at the vertex, seen along `w`: the cosine to the
 /// geometric normal, in a medium the mean collision rate (mis.h).
-template <bool kMedia>
+template <class K>
 Lane density_cosine(const RenderScene& scene, const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
   const Lane cosine = abs(dot(v.ng, w));
-  if constexpr (!kMedia) return cosine;
+  if constexpr (!K::kMedia) return cosine;
   const LaneMask inside = LaneMask(v.kind == kPhaseFunction);
   if (!any(inside)) return cosine;
   const MediumRecord<Lane> medium(scene.media.data(), v.media & kMaxMedia);

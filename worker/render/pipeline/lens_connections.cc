@@ -1,9 +1,9 @@
 // Light paths and emitters joined to the lens (t = 1).
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/joined_vertices.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/shadow_queue.h"
 #include "worker/render/pipeline/splat_target.h"
-#include "worker/render/pipeline/joined_vertices.h"
 
 namespace lightmill {
 namespace {
@@ -20,7 +20,7 @@ LensConnection<Lane> connect_lens(const StageContext& context, const SampleStrea
       context.camera);
 }
 
-template <bool kMedia>
+template <class K>
 void lens_connections(const StageContext& context, const LayerContext& layer, int depth, size_t first,
                       Wavefront& w) {
   for (size_t base = first; base < w.light_vertices.size(); base += kLanes) {
@@ -29,7 +29,7 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     const SampleStream<Lane> stream = layer.light_stream<Lane>(v.path);
     const LensConnection<Lane> lens = connect_lens(context, stream, vertex_dim(depth, kDimSplatLens), v.p);
     const Vec3<Lane>& to_camera = lens.direction;
-    const LaneMask seen = mask_and(mask_and(g.active, lens.seen), faces_viewer<kMedia>(v, to_camera));
+    const LaneMask seen = mask_and(mask_and(g.active, lens.seen), faces_viewer<K>(v, to_camera));
     if (!any(seen)) continue;
     Lane fu, fv;
     stream.get_2d(vertex_dim(depth, kDimSplatPixel), &fu, &fv);
@@ -37,16 +37,17 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
     if (!any(valid)) continue;
     const Frame<Lane> frame(v.ns);
-    const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, frame.to_local(v.wo),
-                                             local_viewer(context, v, frame, to_camera), Mode::kImportance);
-    const Lane p_camera = lens.density * density_cosine<kMedia>(context.scene, v, to_camera);
+    const BsdfEval<Lane> f =
+        eval_bsdf<Lane, K::kSurfaces>(v.kind, valid, v.params, frame.to_local(v.wo),
+                                      local_viewer(context, v, frame, to_camera), Mode::kImportance);
+    const Lane p_camera = lens.density * density_cosine<K>(context.scene, v, to_camera);
     const Lane light_ratio = p_camera * target.inv_light_samples;
     const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
     const Lane mis = mis_weight(w_light, Lane{});
-    const Lane scale = lens.density * adjoint_cosine<kMedia>(v, to_camera) * target.weight * mis *
+    const Lane scale = lens.density * adjoint_cosine<K>(v, to_camera) * target.weight * mis *
                        (context.imaging_ratio * context.splat_scale);
     Candidates c;
-    if constexpr (kMedia) c.medium = medium_towards(v, to_camera), c.ratio = w_light;
+    if constexpr (K::kMedia) c.medium = medium_towards(v, to_camera), c.ratio = w_light;
     c.value = select(valid, v.throughput * f.f * scale, Vec3<Lane>{});
     c.origin = offset_origin(v.p, v.error, v.ng, to_camera);
     c.direction = -(c.origin - lens.lens);
@@ -54,18 +55,18 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     c.target = target.pixel;
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
-    if (w.recorder) {
+    if (StrategyRecorder* recorder = recorder_of<K>(w)) {
       FamilyRatios ratios{};
       add_ratio(&ratios, &FamilyShares::lens, splat<Lane>(1.0f));
-      w.recorder->add_stored(true, g.index, v.depth, light_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
-      w.recorder->announce(splat_int<Lane>(depth + 1), 1, v.path, mis, ratios);
+      recorder->add_stored(true, g.index, v.depth, light_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
+      recorder->announce(splat_int<Lane>(depth + 1), 1, v.path, mis, ratios);
     }
-    queue<kMedia>(context, c, valid, context.tiny_contribution, u, true, w);
+    queue<K>(context, c, valid, context.tiny_contribution, u, true, w);
   }
   flush_shadow_rays(context, true, w);
 }
 
-template <bool kMedia>
+template <class K>
 void emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot, LaneMask active,
                      const EmissionSample<Lane>& e, Wavefront& w) {
   const LaneMask surface = mask_and(active, mask_not(mask_or(e.delta, e.infinite)));
@@ -80,7 +81,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
   const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
   Vec3<Lane> radiance = emitted_radiance(context.scene.lights, e.light, e.normal, to_camera);
-  if (!context.scene.lights.patterns.empty()) radiance = radiance * e.pattern;
+  if (K::kLights && !context.scene.lights.patterns.empty()) radiance = radiance * e.pattern;
   // Density of the point alone: selection / area.
   const LightRecord<Lane> r(context.scene.lights, e.light);
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
@@ -90,7 +91,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   const Lane mis = mis_weight(w_hit, Lane{});
   const Lane scale = p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio * context.splat_scale);
   Candidates c;
-  if constexpr (kMedia) {
+  if constexpr (K::kMedia) {
     const LaneInt sides = gather(context.scene.lights.media.data(), e.light);
     c.medium = medium_on_side<Lane>(sides, LaneMask(dot(e.normal, to_camera) > 0.0f));
     c.ratio = w_hit;
@@ -104,27 +105,25 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   // 0.
   const float tiny = context.lens_alone() ? 0 : context.tiny_contribution;
   const Lane u = tiny > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
-  if (w.recorder) {
+  if (StrategyRecorder* recorder = recorder_of<K>(w)) {
     FamilyRatios ratios{};
     add_ratio(&ratios, &FamilyShares::lens, splat<Lane>(1.0f));
     add_ratio(&ratios, &FamilyShares::hit, w_hit);
-    w.recorder->announce(splat_int<Lane>(1), 1, slot, mis, ratios);
+    recorder->announce(splat_int<Lane>(1), 1, slot, mis, ratios);
   }
-  queue<kMedia>(context, c, valid, tiny, u, true, w);
+  queue<K>(context, c, valid, tiny, u, true, w);
 }
 
 }  // namespace
 
 void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
                  Wavefront& w) {
-  if (w.media) return lens_connections<true>(context, layer, depth, first, w);
-  lens_connections<false>(context, layer, depth, first, w);
+  with_kernels(context, w, [&]<class K>(K) { lens_connections<K>(context, layer, depth, first, w); });
 }
 
 void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot,
                            LaneMask active, const EmissionSample<Lane>& e, Wavefront& w) {
-  if (w.media) return emitter_to_lens<true>(context, layer, slot, active, e, w);
-  emitter_to_lens<false>(context, layer, slot, active, e, w);
+  with_kernels(context, w, [&]<class K>(K) { emitter_to_lens<K>(context, layer, slot, active, e, w); });
 }
 
 }  // namespace lightmill

@@ -2,15 +2,15 @@
 #include <limits>
 
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/joined_vertices.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/shadow_queue.h"
-#include "worker/render/pipeline/joined_vertices.h"
 #include "worker/render/scene/emitter_pattern.h"
 
 namespace lightmill {
 namespace {
 
-template <bool kMedia>
+template <class K>
 void next_event(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   const LightTable& lights = context.scene.lights;
   if (lights.count() == 0) return;
@@ -23,31 +23,31 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     Lane lu, lv;
     stream.get_2d(vertex_dim(depth, kDimNeePosition), &lu, &lv);
     const Lane pick = lights.count() > 1 ? stream.get_1d(vertex_dim(depth, kDimNeeSelect)) : Lane{};
-    const Lane texel = lights.environments.empty() && lights.tree.empty()
+    const Lane texel = !K::kLights || (lights.environments.empty() && lights.tree.empty())
                            ? Lane{}
                            : stream.get_1d(vertex_dim(depth, kDimNeeTexel));
-    DirectSample<Lane> d = sample_direct(lights, v.p, pick, texel, lu, lv);
-    if (!lights.patterns.empty()) apply_pattern(context.scene, g.active, &d);
+    DirectSample<Lane> d = sample_direct<Lane, K::kLights>(lights, v.p, pick, texel, lu, lv);
+    if (K::kLights && !lights.patterns.empty()) apply_pattern(context.scene, g.active, &d);
     const LaneMask lit = mask_and(mask_and(g.active, LaneMask(max_component(d.radiance) > 0.0f)),
-                                  mask_and(LaneMask(d.pdf > 0.0f), consistent<kMedia>(v, d.wi)));
+                                  mask_and(LaneMask(d.pdf > 0.0f), consistent<K>(v, d.wi)));
     const Frame<Lane> frame(v.ns);
     const Vec3<Lane> wi = frame.to_local(d.wi);
-    BsdfEval<Lane> f =
-        eval_bsdf<Lane>(v.kind, lit, v.params, local_viewer(context, v, frame, v.wo), wi, Mode::kRadiance);
+    BsdfEval<Lane> f = eval_bsdf<Lane, K::kSurfaces>(
+        v.kind, lit, v.params, local_viewer(context, v, frame, v.wo), wi, Mode::kRadiance);
     f.pdf_reverse = reverse_density(context, v, f.pdf_reverse);
     const Lane inv_pdf = 1.0f / select(lit, d.pdf, splat<Lane>(1.0f));
     const Lane w_light = context.on(kEmissionHits) ? select(d.delta, Lane{}, f.pdf * inv_pdf) : Lane{};
     Lane camera_ratio{}, w_camera{};
     if (weigh_connections) {
-      const Lane cos_surface = density_cosine<kMedia>(context.scene, v, d.wi);
+      const Lane cos_surface = density_cosine<K>(context.scene, v, d.wi);
       const Lane cos_light = select(lit, d.cos_light, splat<Lane>(1.0f));
       camera_ratio = d.pdf_emission * cos_surface * inv_pdf / cos_light;
       w_camera = camera_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M7
     }
     const Lane mis = mis_weight(w_light, w_camera);
-    const Lane scale = shading_cosine<kMedia>(v, abs(wi.z)) * inv_pdf * mis * context.imaging_ratio;
+    const Lane scale = shading_cosine<K>(v, abs(wi.z)) * inv_pdf * mis * context.imaging_ratio;
     Candidates c;
-    if constexpr (kMedia) {
+    if constexpr (K::kMedia) {
       c.medium = medium_towards(v, d.wi), c.ratio = w_light + w_camera;
       c.light = d.light * 2 + select(LaneMask(dot(d.normal, d.wi) < 0.0f), splat_int<Lane>(1), LaneInt{});
     }
@@ -60,22 +60,21 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     c.target = v.path;
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
-    if (w.recorder) {
+    if (StrategyRecorder* recorder = recorder_of<K>(w)) {
       FamilyRatios ratios{};
       add_ratio(&ratios, &FamilyShares::next_event, splat<Lane>(1.0f));
       add_ratio(&ratios, &FamilyShares::hit, w_light);
-      w.recorder->add_stored(false, g.index, v.depth, camera_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
-      w.recorder->announce(splat_int<Lane>(1), depth + 1, v.path, mis, ratios);
+      recorder->add_stored(false, g.index, v.depth, camera_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
+      recorder->announce(splat_int<Lane>(1), depth + 1, v.path, mis, ratios);
     }
-    queue<kMedia>(context, c, g.active, context.tiny_contribution, u, false, w);
+    queue<K>(context, c, g.active, context.tiny_contribution, u, false, w);
   }
 }
 
 }  // namespace
 
 void shadow_next_event(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
-  if (w.media) return next_event<true>(context, layer, depth, w);
-  next_event<false>(context, layer, depth, w);
+  with_kernels(context, w, [&]<class K>(K) { next_event<K>(context, layer, depth, w); });
 }
 
 }  // namespace lightmill

@@ -2,6 +2,7 @@
 
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/path_io.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/strategy_recorder.h"
@@ -64,14 +65,8 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
   }
 }
 
-}  // namespace
-
-void produce_camera_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
-  if (wavefront.recorder) wavefront.recorder->start_camera_paths();
-  std::visit([&](const auto& camera) { camera_paths(camera, context, layer, wavefront); }, context.camera);
-}
-
-void produce_light_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
+template <class K>
+void light_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
   Paths& paths = wavefront.paths;
   paths.active_count = 0;
   const LightTable& lights = context.scene.lights;
@@ -85,23 +80,35 @@ void produce_light_paths(const StageContext& context, const LayerContext& layer,
     Lane pu, pv, du, dv;
     stream.get_2d(kDimLightPosition, &pu, &pv);
     stream.get_2d(kDimLightDirection, &du, &dv);
-    const Lane texel = lights.any_texels() ? stream.get_1d(kDimLightTexel) : Lane{};
-    EmissionSample<Lane> e = sample_emission(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
-    if (!lights.patterns.empty()) apply_pattern(context.scene, started, &e);
+    const Lane texel = K::kLights && lights.any_texels() ? stream.get_1d(kDimLightTexel) : Lane{};
+    EmissionSample<Lane> e =
+        sample_emission<Lane, K::kLights>(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
+    if (K::kLights && !lights.patterns.empty()) apply_pattern(context.scene, started, &e);
     if (context.on(kLensConnections)) queue_emitter_to_lens(context, layer, slot, started, e, wavefront);
     PathLanes<Lane> path{offset_origin(e.point, e.error, e.normal, e.direction), e.direction, e.power};
     path.dvcm = 1.0f / e.pdf;  // M1; p_direct follows at the first hit, which it may depend on
     if (context.on(kEmissionHits)) path.dvc = select(e.delta, Lane{}, e.cos_light * path.dvcm);
-    if (wavefront.recorder) wavefront.recorder->start_light_paths(base, path.dvc);
+    if (StrategyRecorder* recorder = recorder_of<K>(wavefront)) recorder->start_light_paths(base, path.dvc);
     path.light = e.light;
     path.cos_light = e.cos_light;
-    if (!lights.media.empty()) {
+    if (K::kMedia && !lights.media.empty()) {
       const LaneInt sides = gather(lights.media.data(), e.light);
       path.medium = medium_on_side<Lane>(sides, LaneMask(dot(e.normal, e.direction) > 0.0f));
     }
     store_paths(path, slot, mask_bits(started), &paths);
     activate(paths, slot, mask_and(started, LaneMask(max_component(e.power) > 0.0f)));
   }
+}
+
+}  // namespace
+
+void produce_camera_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
+  if (wavefront.recorder) wavefront.recorder->start_camera_paths();
+  std::visit([&](const auto& camera) { camera_paths(camera, context, layer, wavefront); }, context.camera);
+}
+
+void produce_light_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
+  with_kernels(context, wavefront, [&]<class K>(K) { light_paths<K>(context, layer, wavefront); });
 }
 
 }  // namespace lightmill

@@ -3,7 +3,7 @@
 #include <bit>
 
 #include "worker/render/math/compress.h"
-#include "worker/render/pipeline/context.h"
+#include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/medium_walk.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/strategy_recorder.h"
@@ -33,7 +33,7 @@ inline constexpr float kLeastSurvival = 1.0f / 16;
 
 /// Drops zero contributions (counted), plays roulette for those below `tiny_contribution` with `u`, queues
 /// the rest.
-template <bool kMedia>
+template <class K>
 void queue(const StageContext& context, const Candidates& c, LaneMask active, float tiny_contribution, Lane u,
            bool splats, Wavefront& w) {
   const Lane size = max_component(c.value);
@@ -42,7 +42,7 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   const unsigned active_bits = mask_bits(active), nonzero_bits = mask_bits(nonzero);
   w.counters.zero_connections_skipped += static_cast<uint64_t>(std::popcount(active_bits & ~nonzero_bits));
   if (!nonzero_bits) {
-    if (w.recorder) w.recorder->candidates(active_bits, active_bits, 0);
+    if (StrategyRecorder* recorder = recorder_of<K>(w)) recorder->candidates(active_bits, active_bits, 0);
     return;
   }
   unsigned bits = nonzero_bits;
@@ -55,7 +55,8 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
     bits &= ~mask_bits(lost);
     w.counters.rouletted_connections += static_cast<uint64_t>(std::popcount(nonzero_bits & ~bits));
   }
-  if (w.recorder) w.recorder->candidates(active_bits, active_bits & ~nonzero_bits, nonzero_bits & ~bits);
+  if (StrategyRecorder* recorder = recorder_of<K>(w))
+    recorder->candidates(active_bits, active_bits & ~nonzero_bits, nonzero_bits & ~bits);
   if (w.shadow.count + kLanes > ShadowRays::kCapacity) flush_shadow_rays(context, splats, w);
   ShadowRays& q = w.shadow;
   const Vec3<Lane> value = c.value * scale;
@@ -66,12 +67,12 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   add(q.tfar, c.tfar);
   add(q.r, value.x), add(q.g, value.y), add(q.b, value.z);
   add(q.target, c.target);
-  if constexpr (kMedia)
+  if constexpr (K::kMedia)
     add(w.media->shadow_medium, c.medium), add(w.media->shadow_ratio, c.ratio),
         add(w.media->shadow_light, c.light);
-  if (w.recorder) {
+  if (StrategyRecorder* recorder = recorder_of<K>(w)) {
     int i = q.count;
-    for (unsigned left = bits; left; left &= left - 1) w.recorder->queued(std::countr_zero(left), i++);
+    for (unsigned left = bits; left; left &= left - 1) recorder->queued(std::countr_zero(left), i++);
   }
   q.count += std::popcount(bits);
 }

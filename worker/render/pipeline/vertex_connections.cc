@@ -1,13 +1,13 @@
 // Camera vertices joined to vertices of light paths (s, t > 1).
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/joined_vertices.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/shadow_queue.h"
-#include "worker/render/pipeline/joined_vertices.h"
 
 namespace lightmill {
 namespace {
 
-template <bool kMedia>
+template <class K>
 void connections(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   const int longest = std::min(context.max_depth, kMaxLightVertices) - depth;
   const auto cached = static_cast<int32_t>(w.light_vertices.size());
@@ -37,26 +37,28 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
       const LaneMask apart = LaneMask(d2 > 0.0f);
       const Lane inv_d2 = 1.0f / select(apart, d2, splat<Lane>(1.0f));
       const Vec3<Lane> wi = to_light * sqrt(inv_d2);
-      const LaneMask valid = mask_and(mask_and(active, apart),
-                                      mask_and(consistent<kMedia>(v, wi), faces_viewer<kMedia>(l, -wi)));
+      const LaneMask valid =
+          mask_and(mask_and(active, apart), mask_and(consistent<K>(v, wi), faces_viewer<K>(l, -wi)));
       const Vec3<Lane> wi_local = frame.to_local(wi);
-      BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, valid, v.params, wo, wi_local, Mode::kRadiance);
+      BsdfEval<Lane> f =
+          eval_bsdf<Lane, K::kSurfaces>(v.kind, valid, v.params, wo, wi_local, Mode::kRadiance);
       f.pdf_reverse = reverse_density(context, v, f.pdf_reverse);
       const Frame<Lane> light_frame(l.ns);
-      BsdfEval<Lane> fl = eval_bsdf<Lane>(l.kind, valid, l.params, light_frame.to_local(l.wo),
-                                          local_viewer(context, l, light_frame, -wi), Mode::kImportance);
+      BsdfEval<Lane> fl =
+          eval_bsdf<Lane, K::kSurfaces>(l.kind, valid, l.params, light_frame.to_local(l.wo),
+                                        local_viewer(context, l, light_frame, -wi), Mode::kImportance);
       if (context.scene.any_shading_normals()) fl.pdf = fl.pdf * viewer_density(l, -wi);
-      const Lane cos_v = density_cosine<kMedia>(context.scene, v, wi),
-                 cos_l = density_cosine<kMedia>(context.scene, l, wi);
+      const Lane cos_v = density_cosine<K>(context.scene, v, wi),
+                 cos_l = density_cosine<K>(context.scene, l, wi);
       const Lane light_ratio = f.pdf * cos_l * inv_d2, camera_ratio = fl.pdf * cos_v * inv_d2;
       const Lane w_light = light_ratio * (l.dvcm + l.dvc * fl.pdf_reverse);
       const Lane w_camera = camera_ratio * (v.dvcm + v.dvc * f.pdf_reverse);
       // M9; over the samples of the connection itself, which the contribution is divided by in turn.
       const Lane mis = mis_weight(w_light * inv_connections, w_camera * inv_connections);
-      const Lane geometry = inv_connections * shading_cosine<kMedia>(v, abs(wi_local.z)) *
-                            adjoint_cosine<kMedia>(l, -wi) * inv_d2;
+      const Lane geometry =
+          inv_connections * shading_cosine<K>(v, abs(wi_local.z)) * adjoint_cosine<K>(l, -wi) * inv_d2;
       Candidates c;
-      if constexpr (kMedia)
+      if constexpr (K::kMedia)
         c.medium = medium_towards(v, wi), c.ratio = (w_light + w_camera) * inv_connections;
       c.value =
           select(valid, v.throughput * l.throughput * f.f * fl.f * (geometry * mis * context.imaging_ratio),
@@ -69,16 +71,16 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
           context.tiny_contribution > 0
               ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + j % kConnectRouletteDims))
               : Lane{};
-      if (w.recorder) {
+      if (StrategyRecorder* recorder = recorder_of<K>(w)) {
         FamilyRatios ratios{};
         add_ratio(&ratios, &FamilyShares::connect, splat<Lane>(1.0f));
-        w.recorder->add_stored(false, g.index, v.depth, camera_ratio * inv_connections, v.dvcm, v.dvc,
-                               f.pdf_reverse, &ratios);
-        w.recorder->add_stored(true, index, l.depth, light_ratio * inv_connections, l.dvcm, l.dvc,
-                               fl.pdf_reverse, &ratios);
-        w.recorder->announce(l.depth + 1, depth + 1, v.path, mis, ratios);
+        recorder->add_stored(false, g.index, v.depth, camera_ratio * inv_connections, v.dvcm, v.dvc,
+                             f.pdf_reverse, &ratios);
+        recorder->add_stored(true, index, l.depth, light_ratio * inv_connections, l.dvcm, l.dvc,
+                             fl.pdf_reverse, &ratios);
+        recorder->announce(l.depth + 1, depth + 1, v.path, mis, ratios);
       }
-      queue<kMedia>(context, c, active, context.tiny_contribution, u, false, w);
+      queue<K>(context, c, active, context.tiny_contribution, u, false, w);
     }
   }
 }
@@ -86,8 +88,7 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
 }  // namespace
 
 void shadow_connections(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
-  if (w.media) return connections<true>(context, layer, depth, w);
-  connections<false>(context, layer, depth, w);
+  with_kernels(context, w, [&]<class K>(K) { connections<K>(context, layer, depth, w); });
 }
 
 }  // namespace lightmill

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/features.h"
+#include "worker/render/kernel_set.h"
 
 namespace lightmill {
 
@@ -25,6 +26,8 @@ struct ScenePlan {
   /// missing, whatever else runs.
   Strategies useful = kAllStrategies, required = 0;
   int64_t primitives = 0;
+  /// The least that the scene can do with.
+  KernelSet kernels = KernelSet::kSurfaces;
 };
 
 }  // namespace lightmill

@@ -124,6 +124,7 @@ struct RenderScene {
   bool any_alpha = false;            // some mesh has an alpha mask
   bool any_fibres = false;           // some mesh is of hair or flat curves (fibre.h)
   int kinds_present = 0;             // number of BSDF kinds in use
+  bool only_diffuse = false;         // no other kind is in use
   Features overrides = 0;            // kept although nothing needs them: their flags above are set
 
   /// What the scene says and cannot be taken at its word: each with its place.

@@ -135,6 +135,7 @@ class SceneBuilder {
       kinds_ |= 1u << kind;
     }
     out_.any_texture = out_.any_texture || emitters_.any_texture();
+    out_.only_diffuse = !(kinds_ & ~(1u << kDiffuse));
     for (; kinds_; kinds_ &= kinds_ - 1) ++out_.kinds_present;
     apply_overrides();
     out_.any_tangent = out_.any_tangent || out_.any_bumps || out_.any_anisotropy || out_.any_fibres;

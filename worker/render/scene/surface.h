@@ -36,7 +36,7 @@ inline Vec3<F> unit_tangent(const Vec3<F>& dpdu, const Vec3<F>& n) {
 }
 
 /// See surface_at; the ray is (world_o, world_d) before `place` takes it to the primitive's space.
-template <class F, class Place>
+template <class F, bool kAnySurface, class Place>
 inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const Place& place,
                                  const Vec3<F>& world_o, const Vec3<F>& world_d) {
   Surface<F> s;
@@ -45,6 +45,9 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
   const MaskOf<F> is_sphere = MaskOf<F>(prim >= triangles);
   const bool spheres = any(is_sphere);
   const IntOf<F> flags = gather(scene.primitive_flags.data(), prim);
+  // Constants in kernels that have no such surfaces.
+  const bool colors = kAnySurface && scene.any_colors, tangent = kAnySurface && scene.any_tangent,
+             coordinates = kAnySurface && (scene.any_texture || scene.any_tangent);
   const F flip = select(MaskOf<F>((flags & RenderScene::kFlip) != 0), splat<F>(-1.0f), splat<F>(1.0f));
   if (triangles > 0) {
     const IntOf<F> tri = spheres ? select(is_sphere, IntOf<F>{}, prim) : prim;
@@ -71,12 +74,12 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
       s.ng = select(smooth, s.ng * agree, s.ng);
       s.ns = select(smooth, unit, s.ng);
     }
-    if (scene.any_colors) interpolate_colors(scene, h, s.color);
-    if (scene.any_texture || scene.any_tangent) {
+    if (colors) interpolate_colors(scene, h, s.color);
+    if (coordinates) {
       const CornerUv<F> uv(scene, h, flags);
       s.u = uv.u(h);
       s.v = uv.v(h);
-      if (scene.any_tangent) {
+      if (tangent) {
         h.e1 = place.vector(h.e1), h.e2 = place.vector(h.e2);
         triangle_derivatives(h, uv, &s.dpdu, &s.dpdv);
       }
@@ -111,10 +114,10 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
     const Vec3<F> outward = place.normal(n) * flip;
     s.ng = select(is_sphere, outward, s.ng);
     s.ns = select(is_sphere, outward, s.ns);
-    if (scene.any_colors) {
+    if (colors) {
       for (F& c : s.color) c = select(is_sphere, splat<F>(1.0f), c);
     }
-    if (scene.any_texture || scene.any_tangent) {
+    if (coordinates) {
       const IntOf<F> sphere = select(is_sphere, prim - triangles, IntOf<F>{}) * 3;
       const float* axes = scene.sphere_axes.data();
       const Vec3<F> ax = gather3<F>(axes, sphere), ay = gather3<F>(axes, sphere + 1),
@@ -125,7 +128,7 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
       sphere_uv(x, y, z, &u, &v);
       s.u = select(is_sphere, u, s.u);
       s.v = select(is_sphere, v, s.v);
-      if (scene.any_tangent) {
+      if (tangent) {
         const F around = 2.0f * kPi * radius, along = kPi * radius;
         // v grows towards +z; at the poles dp/du is zero and dp/dv is along x.
         const MaskOf<F> pole = MaskOf<F>(sine == 0.0f);
@@ -141,16 +144,16 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
 
 /// Reconstructs the hit of ray (o, d) with primitives `prim` (all valid indices) of instances `instance` (-1:
 /// of the world itself).
-template <class F>
+template <class F, bool kAnySurface = true>
 inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, IntOf<F> instance, const Vec3<F>& o,
                              const Vec3<F>& d) {
-  if (scene.any_instances() && any(MaskOf<F>(instance >= 0)))
-    return placed_surface(scene, prim, Placement<F>(scene, instance), o, d);
-  return placed_surface(scene, prim, NoPlacement<F>{}, o, d);
+  if (kAnySurface && scene.any_instances() && any(MaskOf<F>(instance >= 0)))
+    return placed_surface<F, kAnySurface>(scene, prim, Placement<F>(scene, instance), o, d);
+  return placed_surface<F, kAnySurface>(scene, prim, NoPlacement<F>{}, o, d);
 }
 template <class F>
 inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3<F>& o, const Vec3<F>& d) {
-  return placed_surface(scene, prim, NoPlacement<F>{}, o, d);
+  return placed_surface<F, true>(scene, prim, NoPlacement<F>{}, o, d);
 }
 
 /// Where lane `l` of `s` looks textures up.
@@ -169,11 +172,15 @@ inline TexturePoint texture_point(const RenderScene& scene, const Surface<F>& s,
 void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params);
 
 /// BSDF kind and parameters of `material` at the points of `s`.
-template <class F>
+template <class F, bool kAnySurface = true>
 inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, const Surface<F>& s,
                         BsdfParams<F>* params) {
   params->tables = scene.bsdf_tables.data();
   const IntOf<F> offset = material * kBsdfParams;
+  if constexpr (!kAnySurface) {
+    for (int i = 0; i < 3; ++i) params->p[i] = gather(scene.material_params.data() + i, offset);
+    return splat_int<F>(kDiffuse);
+  }
   for (int i = 0; i < kBsdfParams; ++i) params->p[i] = gather(scene.material_params.data() + i, offset);
   if (scene.any_texture) {
     float p[kBsdfParams][8];

@@ -1,0 +1,25 @@
+#pragma once
+// Which kernels a stage runs. The scene plan chose the set; who looks on is known to the wavefront alone. It
+// has media where the scene does (StageContext::kernels need not say so).
+//
+//   with_kernels(context, w, [&]<class K>(K) { next_event<K>(context, layer, depth, w); });
+#include "worker/render/kernel_set.h"
+#include "worker/render/pipeline/context.h"
+
+namespace lightmill {
+
+template <class Stage>
+void with_kernels(const StageContext& context, const Wavefront& w, Stage&& stage) {
+  if (w.media) return stage(MediaKernels{});
+  if (context.kernels == KernelSet::kDiffuse && !w.recorder && !w.aovs) return stage(DiffuseKernels{});
+  stage(SurfaceKernels{});
+}
+
+/// Null, known to the compiler, in kernels that nobody observes.
+template <class K>
+StrategyRecorder* recorder_of(const Wavefront& w) {
+  if constexpr (!K::kObserved) return nullptr;
+  return w.recorder;
+}
+
+}  // namespace lightmill
