@@ -239,10 +239,15 @@ struct HairMaterial {
   std::optional<SpectrumInput> reflectance;
   float eta = 1.55f, beta_m = 0.3f, beta_n = 0.3f, alpha_degrees = 2;
 };
+/// A measured BRDF, reflecting on both sides; null: black.
+struct MeasuredTable;
+struct MeasuredMaterial {
+  std::shared_ptr<const MeasuredTable> table;
+};
 using MaterialKind =
     std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial,
                  ThinDielectricMaterial, DiffuseTransmissionMaterial, CoatedConductorMaterial, MixMaterial,
-                 MetallicRoughnessMaterial, TransmissionMaterial, HairMaterial>;
+                 MetallicRoughnessMaterial, TransmissionMaterial, HairMaterial, MeasuredMaterial>;
 struct MaterialDescription {
   std::string name;  // empty for an unnamed Material
   MaterialKind kind;

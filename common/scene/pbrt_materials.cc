@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "common/error.h"
+#include "common/scene/measured_table.h"
 #include "common/scene/medium_presets.h"
 #include "common/scene/pbrt_scene.h"
 #include "common/scene/spectrum.h"
@@ -314,6 +316,27 @@ CoatedDiffuseMaterial read_subsurface(PbrtScene& out, ParameterList& params) {
   return m;
 }
 
+MeasuredMaterial read_measured(PbrtScene& out, ParameterList& params) {
+  const std::string file = params.text("filename", "");
+  if (file.empty()) {
+    params.bad_value("filename", "must name a file of a measured BSDF (.bsdf)");
+    return {};
+  }
+  const SourceLocation where = params.where_of("filename");
+  const std::string path = out.open_reference(file, where);
+  if (path.empty()) return {};
+  const auto [known, is_new] = out.measured.try_emplace(path);  // a broken file is reported once
+  if (!is_new) return {known->second};
+  try {
+    known->second = std::make_shared<MeasuredTable>(read_measured_file(path));
+  } catch (const Error& e) {
+    out.problems->error(where, "the measured BSDF " + in_quotes(file) + " " + e.what());
+  } catch (const std::bad_alloc&) {
+    out.problems->error(where, "the measured BSDF " + in_quotes(file) + " does not fit into memory");
+  }
+  return {known->second};
+}
+
 MixMaterial read_mix(PbrtScene& out, ParameterList& params) {
   MixMaterial m;
   const Parameter* p = params.find("materials", {ParamType::kString});
@@ -356,24 +379,20 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
     material.kind = read_subsurface(out, params);
   } else if (type == "hair") {
     material.kind = read_hair(out, params);
+  } else if (type == "measured") {
+    material.kind = read_measured(out, params);
   } else if (type == "mix") {
     material.kind = read_mix(out, params);
   } else if (type == "coatedconductor") {
     material.kind = read_coated_conductor(out, params);
   } else {
-    const auto& known = known_materials();
     if (is_interface_material(type)) return material;  // nothing is seen of it
-    if (std::find(known.begin(), known.end(), type) == known.end()) {
-      const std::string_view successor = successor_of(type);
-      if (successor.empty()) {
-        report_unknown_word(params, "material", type, known);
-      } else {
-        out.problems->error(params.where(), "unknown material " + in_quotes(type) +
-                                                " (of pbrt-v3); pbrt-v4 calls it " + in_quotes(successor));
-      }
+    const std::string_view successor = successor_of(type);
+    if (successor.empty()) {
+      report_unknown_word(params, "material", type, known_materials());
     } else {
-      out.problems->unsupported(
-          params.where(), params.owner() + " of type " + in_quotes(type) + " is rendered as grey diffuse");
+      out.problems->error(params.where(), "unknown material " + in_quotes(type) +
+                                              " (of pbrt-v3); pbrt-v4 calls it " + in_quotes(successor));
     }
     return material;  // its parameters are another material's: not checked
   }

@@ -81,6 +81,7 @@ struct PbrtScene {
 
   /// Meshes by path, so that a file that is used twice is read once.
   std::map<std::string, std::shared_ptr<const TriangleMesh>> meshes;
+  std::map<std::string, std::shared_ptr<const MeasuredTable>> measured;  // likewise
   /// Files that are not yet there.
   PlyReadAhead read_ahead;
   /// Begins to read the meshes that this text of a scene file seems to use.

@@ -38,13 +38,23 @@ double d65(double nm) {
   return kD65[i] * (1 - t) + kD65[i + 1] * t;
 }
 
+/// The samples around a wavelength: t of `above`, the rest of `below`.
+struct Between {
+  size_t below, above;
+  double t;
+};
+Between between(const std::vector<double>& wavelengths, double nm) {
+  const size_t last = wavelengths.size() - 1;
+  if (nm <= wavelengths.front()) return {0, 0, 0};
+  if (nm >= wavelengths.back()) return {last, last, 0};
+  const auto above =
+      static_cast<size_t>(std::upper_bound(wavelengths.begin(), wavelengths.end(), nm) - wavelengths.begin());
+  return {above - 1, above, (nm - wavelengths[above - 1]) / (wavelengths[above] - wavelengths[above - 1])};
+}
+
 double value_at(const SampledSpectrum& s, double nm) {
-  if (nm <= s.wavelengths.front()) return s.values.front();
-  if (nm >= s.wavelengths.back()) return s.values.back();
-  const auto above = static_cast<size_t>(std::upper_bound(s.wavelengths.begin(), s.wavelengths.end(), nm) -
-                                         s.wavelengths.begin());
-  const double t = (nm - s.wavelengths[above - 1]) / (s.wavelengths[above] - s.wavelengths[above - 1]);
-  return s.values[above - 1] * (1 - t) + s.values[above] * t;
+  const Between at = between(s.wavelengths, nm);
+  return s.values[at.below] * (1 - at.t) + s.values[at.above] * at.t;
 }
 
 /// XYZ to linear Rec.709 (IEC 61966-2-1).
@@ -131,6 +141,25 @@ Rgb factor_to_rgb(const SampledSpectrum& spectrum) {
     return non_negative({v, v, v});
   }
   return non_negative({c[0] / white[0], c[1] / white[1], c[2] / white[2]});
+}
+
+std::vector<std::array<double, 3>> factor_weights(const std::vector<double>& wavelengths) {
+  std::vector<Triple> xyz(wavelengths.size());
+  for (double nm = kFirst; nm <= kLast; nm += kStep) {
+    const Triple cmf = matching_functions(nm);
+    const Between at = between(wavelengths, nm);
+    for (size_t i = 0; i < 3; ++i) {
+      const double power = cmf[i] * d65(nm) * kStep;
+      xyz[at.below][i] += power * (1 - at.t);
+      xyz[at.above][i] += power * at.t;
+    }
+  }
+  const Triple white = xyz_to_rgb(integrate_xyz(d65));
+  for (Triple& w : xyz) {
+    w = xyz_to_rgb(w);
+    for (size_t i = 0; i < 3; ++i) w[i] /= white[i];
+  }
+  return xyz;
 }
 
 Rgb emitter_to_rgb(const SampledSpectrum& spectrum) {

@@ -1,6 +1,7 @@
 #pragma once
 // Spectra reduced to linear Rec.709 RGB. Colour matching: the multi-lobe fit of Wyman, Sloan, Shirley,
 // "Simple Analytic Approximations to the CIE XYZ Color Matching Functions" (JCGT 2013), eq. 4.
+#include <array>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,9 @@ struct SampledSpectrum {
 /// Colour of a reflectance, an index of refraction or another factor, averaged under D65: a constant c
 /// gives exactly (c, c, c). Never negative.
 Rgb factor_to_rgb(const SampledSpectrum& spectrum);
+/// What the same averaging makes of a value of 1 at one of the (strictly increasing) wavelengths and 0 at the
+/// others: RGB of a spectrum is the sum of its values times these.
+std::vector<std::array<double, 3>> factor_weights(const std::vector<double>& wavelengths);
 /// Colour of an emitter, scaled to luminance 1 as pbrt does. Components outside Rec.709 are clamped to 0.
 /// (0,0,0) for a spectrum without visible energy.
 Rgb emitter_to_rgb(const SampledSpectrum& spectrum);

@@ -6,6 +6,7 @@
 import argparse
 import json
 import pathlib
+import struct
 import subprocess
 import sys
 import tempfile
@@ -66,6 +67,19 @@ end_header
 """
 
 
+def measured_file():
+    """A measured BSDF of the least size."""
+    fields = {"phi_i": (1,), "theta_i": (1,), "ndf": (2, 2), "sigma": (2, 2), "vndf": (1, 1, 2, 2),
+              "luminance": (1, 1, 2, 2), "wavelengths": (1,), "spectra": (1, 1, 1, 2, 2)}
+    at = 18 + sum(13 + len(name) + 8 * len(shape) for name, shape in fields.items())
+    head, data = b"tensor_file\0\1\0" + struct.pack("<I", len(fields)), b""
+    for name, shape in fields.items():
+        head += struct.pack("<H", len(name)) + name.encode() + struct.pack("<HBQ", len(shape), 10, at + len(data))
+        head += struct.pack(f"<{len(shape)}Q", *shape)
+        data += struct.pack("<f", 1) * (4 if len(shape) > 1 else 1)
+    return head + data
+
+
 def pbrt_scenes():
     """(section, name, text) of everything that pbrt-v4's description of its format lists by name."""
     end = f'WorldBegin\nLightSource "point"\nShape "trianglemesh" {TRIANGLE}\n'
@@ -114,6 +128,7 @@ class Reader:
     def __init__(self, bin_dir, folder):
         self.program, self.folder = pathlib.Path(bin_dir) / "lightmill", folder
         (folder / "mesh.ply").write_text(PLY)
+        (folder / "m.bsdf").write_bytes(measured_file())
         (folder / "lens.dat").write_text("50 5 1.5 20\n-50 0 1 20\n")
         (folder / "image.pfm").write_bytes(b"PF\n2 2\n-1.0\n" + b"\0\0\x80\x3f" * 12)
 

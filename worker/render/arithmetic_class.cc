@@ -4,6 +4,7 @@
 
 #include "common/digest.h"
 #include "common/image/partial.h"
+#include "common/scene/measured_table.h"
 #include "worker/render/camera/lens_stack.h"
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/renderer.h"
@@ -58,6 +59,26 @@ ObjectDescription ribbon_with_ball() {
   ribbon.material = 0;
   ribbon.alpha.texture = 0;
   return {"ribbon", {ribbon, sphere(0.5, 0.5, 0.1, 0.2f, 4)}};
+}
+
+/// Tables of a measured BRDF, from one azimuth or around: of no matter, but every value counts.
+MeasuredMaterial measured(const std::vector<float>& phi) {
+  const auto grid = [](int slices, int nodes, int channels) {
+    MeasuredGrid g{nodes, nodes, channels, {}};
+    for (int i = 0; i < slices * nodes * nodes * channels; ++i)
+      g.values.push_back(0.2f + 0.05f * static_cast<float>(i * 7 % 11));
+    return g;
+  };
+  const int views = static_cast<int>(phi.size()) * 3;
+  auto table = std::make_shared<MeasuredTable>();
+  table->phi = phi;
+  table->theta = {0, 0.5f, 1.4f};
+  table->ndf = grid(1, 3, 1);
+  table->sigma = grid(1, 3, 1);
+  table->visible = grid(views, 5, 1);
+  table->luminance = grid(views, 4, 1);
+  table->rgb = grid(views, 4, 3);
+  return {table};
 }
 
 /// Samples, in both directions, of lights that shine by images: in memory, as a worker has no files of its
@@ -174,6 +195,8 @@ SceneDescription every_kernel() {
     add(TransmissionMaterial{{{0.5f, 0.9f, 0.6f}, -1}, {0, -1}, 1.5f, thin});
     add(TransmissionMaterial{{{0.5f, 0.9f, 0.6f}, -1}, {0.6f, -1}, 1.5f, thin});
   }
+  add(measured({0}));
+  add(measured({-3.1415927f, 0, 3.1415927f}));
   scene.area_lights.push_back({{9, 8, 7}, false, {}});
   scene.area_lights.push_back({{20, 30, 40}, true, {}});
   scene.area_lights.push_back({{4, 3, 2}, false, {}, 0});

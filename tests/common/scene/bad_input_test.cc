@@ -193,7 +193,7 @@ TEST_F(BadInput, TheCommandLineGetsOneLine) {
     EXPECT_NE(what.find("(and 1 more)"), std::string::npos) << what;
   }
   int warnings = 0;
-  folder_.write("warn.pbrt", "WorldBegin LightSource \"point\" Material \"measured\"");
+  folder_.write("warn.pbrt", "WorldBegin LightSource \"point\" Material \"subsurface\"");
   load_scene_file(folder_.path() + "/warn.pbrt", {}, [&](const Problem&) { ++warnings; });
   EXPECT_EQ(warnings, 1);
 }

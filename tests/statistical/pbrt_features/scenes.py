@@ -5,6 +5,8 @@
 import numpy as np
 import OpenImageIO as oiio
 
+import measured
+
 LOOK = "LookAt 0 1.6 -4.2  0 .75 0  0 1 0\n"
 CAMERA = LOOK + 'Camera "perspective" "float fov" 45'
 GREY = 'Material "diffuse" "rgb reflectance" [.5 .5 .5]'
@@ -93,6 +95,8 @@ def materials():
         'MakeNamedMaterial "a" "string type" "conductor" "rgb reflectance" [.8 .8 .8] "float roughness" .1\n'
         'MakeNamedMaterial "b" "string type" "diffuse" "rgb reflectance" [.2 .2 .2]\n'
         'Material "mix" "string materials" ["a" "b"] "float amount" .3')
+    for name in ("matte", "metal", "brushed", "red"):
+        out[f"measured_{name}"] = scene(f'Material "measured" "string filename" "{name}.bsdf"')
     out["colors"] = scene('Material "diffuse" "rgb reflectance" [.7 .3 .15]',
                           floor='Material "diffuse" "rgb reflectance" [.3 .5 .7]')
     mirror = 'Material "conductor" "rgb reflectance" [%s %s %s] "float roughness" 0'
@@ -292,6 +296,7 @@ def scenes():
 
 def write_pictures(folder):
     (folder / "lenses.dat").write_text(LENSES)
+    measured.write(folder)
 
     def write(name, pixels, kind):
         out = oiio.ImageOutput.create(f"{folder}/{name}")

@@ -27,7 +27,7 @@ inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 
                           kRoughTintedDielectric = 17, kTintedSheet = 18, kRoughTintedSheet = 19,
                           kSheenMetallicRoughness = 20, kHair = 21, kScatteringCoated = 22,
                           kRoughScatteringCoated = 23, kScatteringCoatedConductor = 24,
-                          kRoughScatteringCoatedConductor = 25, kBsdfKinds = 26;
+                          kRoughScatteringCoatedConductor = 25, kMeasured = 26, kBsdfKinds = 27;
 /// Of a vertex in a medium (henyey_greenstein.h); no material has it.
 inline constexpr BsdfKind kPhaseFunction = kBsdfKinds + 1;
 /// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
@@ -58,7 +58,7 @@ inline MaskOf<F> pure_delta(IntOf<F> kind) {
 template <class F>
 inline MaskOf<F> anisotropic(IntOf<F> kind) {
   return mask_or(mask_or(MaskOf<F>(kind == kAnisotropicConductor), MaskOf<F>(kind == kAnisotropicDielectric)),
-                 MaskOf<F>(kind == kHair));
+                 mask_or(MaskOf<F>(kind == kHair), MaskOf<F>(kind == kMeasured)));
 }
 
 /// Roughness below which a microfacet lobe is its delta limit.
@@ -70,7 +70,7 @@ inline constexpr int kBsdfParams = 10;
 ///   conductor   0-2 eta, 3-5 k, 6 alpha, 7 table row + 1 of energy compensation or 0
 ///   dielectric  0 eta, 6 alpha (thin: eta alone)
 ///   anisotropic as conductor and dielectric, and 8 and 9 as anisotropic.h says
-///   hair as hair.h says, and 9 as anisotropic.h says
+///   hair as hair.h and measured as measured.h says, and 9 as anisotropic.h says
 ///   metallic roughness as metallic_roughness.h says, tinted as tinted.h
 ///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha,
 ///               8 table row (rough: entering transmittance; scattering: that of each channel, and a block

@@ -12,6 +12,7 @@
 #include "worker/render/bsdf/diffuse_transmission.h"
 #include "worker/render/bsdf/hair.h"
 #include "worker/render/bsdf/henyey_greenstein.h"
+#include "worker/render/bsdf/measured.h"
 #include "worker/render/bsdf/metallic_roughness.h"
 #include "worker/render/bsdf/thin_dielectric.h"
 #include "worker/render/bsdf/tinted.h"
@@ -81,6 +82,8 @@ template <class F>
         return merge(m, eval_rough_tinted_sheet(params, m, wo, wi), &result);
       case kHair:
         return merge(m, eval_hair(params, wo, wi, mode), &result);
+      case kMeasured:
+        return merge(m, eval_measured(params, m, wo, wi, mode), &result);
       case kPhaseFunction:
         return merge(m, eval_henyey_greenstein(params, wi), &result);
       default:
@@ -174,6 +177,8 @@ template <class F>
         return take(m, sample_rough_tinted_sheet(params, m, wo, lobe, u, v));
       case kHair:
         return take(m, sample_hair(params, wo, lobe, u, v, mode));
+      case kMeasured:
+        return take(m, sample_measured(params, m, wo, lobe, u, v, mode));
       case kPhaseFunction:
         return take(m, sample_henyey_greenstein(params, u, v));
       default:

@@ -8,6 +8,7 @@
 #include "worker/render/scene/coat_builder.h"
 #include "worker/render/scene/hair_builder.h"
 #include "worker/render/scene/material_slots.h"
+#include "worker/render/scene/measured_builder.h"
 #include "worker/render/scene/metallic_builder.h"
 
 namespace lightmill {
@@ -100,6 +101,9 @@ struct Builder {
   void operator()(const MetallicRoughnessMaterial& m) { build_metallic_roughness(m, scene, &entry, params); }
   void operator()(const TransmissionMaterial& m) { build_transmission(m, scene, &entry, params); }
   void operator()(const HairMaterial& m) { build_hair(m, &entry, params); }
+  void operator()(const MeasuredMaterial& m) {
+    if (m.table) entry.kind = kMeasured;  // else black
+  }
   void operator()(const MixMaterial& m) {
     entry.kind = kMix;
     entry.mix_first = m.materials[0];
@@ -147,6 +151,7 @@ void add_materials(const std::vector<MaterialDescription>& materials, RenderScen
   begin_tables(materials, scene);
   CoatMemo coats;
   for (const MaterialDescription& m : materials) add_material(m, &coats, scene);
+  add_measured(materials, scene);  // last: where others' tables are must stay within a float's 24 bits
 }
 
 void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params) {

@@ -71,6 +71,7 @@ class Marker {
          m.clearcoat_roughness, m.sheen_color, m.sheen_roughness);
   }
   void inputs_of(const TransmissionMaterial& m) { read(m.color, m.roughness); }
+  void inputs_of(const MeasuredMaterial&) {}
 
   void inputs_of(const ImageTexture&) {}
   void inputs_of(const ConstantTexture&) {}

@@ -69,6 +69,7 @@ class Checker {
   // glTF's own: factors are checked by the reader, and images of a glTF file are of bytes.
   void inputs_of(const MetallicRoughnessMaterial& m) { unit("baseColorTexture", m.base_color); }
   void inputs_of(const TransmissionMaterial& m) { unit("baseColorTexture", m.color); }
+  void inputs_of(const MeasuredMaterial&) {}
 
   void roughness(const Roughness& r) {
     unit("roughness", r.u.texture);

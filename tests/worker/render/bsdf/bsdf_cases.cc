@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "tests/support/measured_file.h"
 #include "tests/support/test_scene.h"
 #include "worker/render/scene/render_scene.h"
 
@@ -139,6 +140,17 @@ std::vector<BsdfCase> all_bsdfs() {
   add("milky_lacquer", milky(s.coated_conductor(gold, 1.5f, 0, 0.3f), milk, 0.4f), 0.3f);
   add("milky_lacquer_rough", milky(s.coated_conductor(gold, 1.5f, 0.2f, 0.3f), milk, 0.4f), 0.2f);
   add("milky_lacquer_white", milky(s.coated_conductor(white, 1.5f, 0, 0.3f), snow, 1), 0.3f);
+  // Their densities have kinks and are not bounded where the facet lies flat.
+  constexpr float kSteep = 0.1f;
+  TabulatedBrdf table;
+  table.f = ggx_brdf(0.4, 0.4);
+  table.alpha = 0.4;
+  table.zeniths = 6;
+  table.facets = table.warped = 16;
+  add("measured_metal", gltf(measured_material(table)), kSteep);
+  table.f = ggx_brdf(0.5, 0.25);
+  table.azimuths = 9;
+  add("measured_brushed", gltf(measured_material(table)), kSteep);
   // For ever: the cases point into its tables.
   static const std::vector<float> tables = build_scene(s.scene).bsdf_tables;
   const RenderScene scene = build_scene(s.scene);

@@ -63,7 +63,9 @@ TEST(BsdfSymmetry, ReflectionIsReciprocalAndTransmissionByTheSquaredIndex) {
       const float scale = tolerance(bsdf) * std::max(importance.f.y, 3e-2f);
       // The adjoint: importance from wo to wi scatters as radiance from wi to wo.
       ASSERT_NEAR(importance.f.y, exchanged.f.y, scale) << wo.z << " " << wi.z;
-      if (wo.z * wi.z > 0) {
+      if (bsdf.kind == kMeasured) {
+        // Tables are reciprocal only as far as their nodes go: measured_test.cc.
+      } else if (wo.z * wi.z > 0) {
         ASSERT_EQ(radiance.f.y, importance.f.y);
       } else if (refracts(bsdf)) {
         // f(wo -> wi) = f*(wo -> wi) / eta^2 with eta = n(wi) / n(wo); f* is symmetric up to the same square.
