@@ -83,7 +83,13 @@ ImageTexture read_image(PbrtScene& out, ParameterList& params, const Transform& 
   image.scale = static_cast<float>(params.number("scale", 1, 0, kAny));
   image.invert = params.boolean("invert", false);
   image.mapping = read_mapping(params, ctm);
-  params.accept({"filter", "maxanisotropy"});  // how a renderer filters it; the renderer supersamples
+  // Others are about how a renderer makes do with few samples; this one shows its texels.
+  const std::string filter = params.text("filter", "bilinear");
+  static const std::vector<std::string_view> filters = {"point", "bilinear", "trilinear", "ewa", "EWA"};
+  if (std::find(filters.begin(), filters.end(), filter) == filters.end())
+    params.bad_value("filter", "is unknown: " + in_quotes(filter) + nearest_hint(filter, filters));
+  image.nearest = filter == "point";
+  params.accept({"maxanisotropy"});
   return image;
 }
 

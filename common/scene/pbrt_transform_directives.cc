@@ -76,9 +76,8 @@ void PbrtParser::on_active_transform(const Token& d) {
     return;
   }
   state_.transforms_start = which.text != "EndTime";
-  if (which.text == "EndTime") {
+  if (which.text != "All")
     problems_->unsupported(d.where.location(), "an animated transform stays as at its start time");
-  }
 }
 
 void PbrtParser::on_transform_times(const Token& d) {

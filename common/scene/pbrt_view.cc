@@ -153,7 +153,9 @@ void translate_film(PbrtScene& out, const std::string& type, ParameterList& para
     report_unknown_word(params, "film", type, known);
     return;
   }
-  if (type != "rgb") out.problems->unsupported(params.where(), params.owner() + " is rendered as \"rgb\"");
+  if (type != "rgb")
+    out.problems->unsupported(params.where(), params.owner() + " is rendered as \"rgb\"" +
+                                                  (type == "gbuffer" ? "; --aov asks for its layers" : ""));
   FilmDescription& film = out.scene.film;
   film = FilmDescription{};
   film.width = static_cast<int>(params.integer("xresolution", 1280, 1, kMaxResolution));

@@ -91,6 +91,8 @@ def pbrt_scenes():
         yield "Shapes", name, f'WorldBegin\nLightSource "point"\nShape "{name}" {parameters}\n'
     yield ("Shapes", "object instances", f'WorldBegin\nLightSource "point"\nObjectBegin "o"\nShape "sphere"\n'
            'ObjectEnd\nObjectInstance "o"\n')
+    yield ("Shapes", "motion blur", 'WorldBegin\nLightSource "point"\nActiveTransform EndTime\nTranslate 1 0 0\n'
+           'ActiveTransform All\nShape "sphere"\n')
     for name, parameters in MATERIALS.items():
         parts = 'MakeNamedMaterial "a" "string type" "diffuse"\nMakeNamedMaterial "b" "string type" "diffuse"\n'
         yield ("Materials", name, f'WorldBegin\nLightSource "point"\n{parts}Material "{name}" {parameters}\n'

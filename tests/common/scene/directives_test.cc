@@ -297,6 +297,7 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
       {"MakeNamedMedium \"fog\" \"string type\" \"uniformgrid\"", "is rendered as empty space"},
       {"MakeNamedMedium \"fog\" \"string type\" \"nanovdb\"", "is rendered as empty space"},
       {"ActiveTransform EndTime Translate 1 1 1 ActiveTransform All", "animated transform"},
+      {"ActiveTransform StartTime Translate 1 1 1 ActiveTransform All", "animated transform"},
       {"Material \"subsurface\"", "leaves it where it came in"},
       {"Material \"hair\" \"texture beta_m\" \"t\" Texture \"t\" \"float\" \"constant\"", "is taken as 0.3"},
       {"Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"", "dispersion"},

@@ -198,6 +198,7 @@ TEST_F(Materials, Textures) {
   EXPECT_FLOAT_EQ(image.gamma, 1.8f);
   EXPECT_FLOAT_EQ(image.scale, 2);
   EXPECT_TRUE(image.invert);
+  EXPECT_FALSE(image.nearest);
   EXPECT_FLOAT_EQ(image.mapping.su, 3);
   EXPECT_FLOAT_EQ(image.mapping.dv, 0.5f);
   EXPECT_FALSE(s.textures[1].is_spectrum);
@@ -209,6 +210,16 @@ TEST_F(Materials, Textures) {
   EXPECT_EQ(m.roughness.u.texture, 1);
   EXPECT_EQ(m.roughness.v.texture, 1);
   EXPECT_EQ(s.files.back().name, "a b.png");
+}
+
+TEST_F(Materials, TexelsAreShownIfTheFilterIsAPoint) {
+  folder_.write("a.png", "not really a picture");
+  const auto texture = [](const std::string& filter) {
+    return "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\" \"string filter\" \"" +
+           filter + "\"";
+  };
+  EXPECT_TRUE(std::get<ImageTexture>(clean_world(texture("point")).textures[0].kind).nearest);
+  EXPECT_TRUE(refused_on_line_2(load_world(texture("points")), "did you mean \"point\"?"));
 }
 
 TEST_F(Materials, TextureMistakes) {

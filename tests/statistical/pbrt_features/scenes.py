@@ -261,6 +261,7 @@ def textures():
         "imagemap": on_floor(image + ' "float uscale" 2 "float vscale" 3 "float udelta" .2'),
         "imagemap_clamp": on_floor(image + ' "string wrap" "clamp" "float uscale" 2 "float udelta" -.5'),
         "imagemap_black": on_floor(image + ' "string wrap" "black" "float uscale" 2 "float udelta" -.5'),
+        "imagemap_point": on_floor(image + ' "string filter" "point" "float uscale" .2'),
         "imagemap_linear": on_floor(image + ' "string encoding" "linear" "bool invert" true'),
         "imagemap_gamma": on_floor(image + ' "string encoding" "gamma 1.8" "float scale" .5'),
         "mapping_planar": on_floor(image + ' "string mapping" "planar" "vector3 v1" [.5 0 0] "vector3 v2" [0 .3 .3]'),
