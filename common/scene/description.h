@@ -420,7 +420,7 @@ struct LensSystem {
 /// Camera space: +x right, +y up, +z into the scene (pbrt, left-handed). A perspective camera with a lens
 /// radius > 0 has rays that leave a disk of that radius around the origin and meet at the plane z =
 /// focal_distance (both in camera space units). An orthographic camera's rays run along +z from the plane z =
-/// 0, of which it shows screen_window.
+/// 0, of which it shows screen_window; with a lens radius, likewise from a disk around their point of it.
 struct CameraDescription {
   CameraKind kind = CameraKind::kPerspective;
   Transform camera_to_world;

@@ -102,9 +102,14 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
     params.accept({"screenwindow", "frameaspectratio"});  // the film has a size of its own
   } else {
     camera.kind = CameraKind::kOrthographic;
-    if (params.number("lensradius", 0, 0, kAny) > 0)
-      params.unsupported("lensradius", "is ignored: all is sharp");
-    params.accept({"focaldistance"});
+    camera.lens_radius = params.number("lensradius", 0, 0, kAny);
+    camera.focal_distance = params.number("focaldistance", 1e6, 1e-38, kAny);
+    if (camera.lens_radius > 0) {
+      out.problems->warning(
+          params.where_of("lensradius"),
+          "an orthographic camera with a lens stays orthographic here; pbrt-v4 lets all its rays "
+          "start around one point, as a perspective camera's");
+    }
   }
   if (const auto* window = params.numbers("screenwindow", ParamType::kFloat, 4)) {
     camera.screen_window = {(*window)[0], (*window)[1], (*window)[2], (*window)[3]};

@@ -278,6 +278,8 @@ std::string arithmetic_class() {
     thin_lens.lens_radius = 0.1;
     thin_lens.focal_distance = 4;
     orthographic.kind = CameraKind::kOrthographic;
+    CameraDescription parallel_lens = thin_lens;
+    parallel_lens.kind = CameraKind::kOrthographic;
     spherical.kind = CameraKind::kSpherical;
     Sha256 all;
     const auto hash_render = [&](const SceneDescription& description) {
@@ -289,7 +291,8 @@ std::string arithmetic_class() {
       }
       all.update(partial_digest(builder.take()));
     };
-    for (const CameraDescription& camera : {scene.camera, thin_lens, orthographic, spherical}) {
+    for (const CameraDescription& camera :
+         {scene.camera, thin_lens, orthographic, parallel_lens, spherical}) {
       scene.camera = camera;
       hash_render(scene);
     }

@@ -40,6 +40,13 @@ TEST_F(Directives, OrthographicCamera) {
       load("Camera \"orthographic\" \"float screenwindow\" [-3 3 -2 2] WorldBegin LightSource \"point\""));
   EXPECT_EQ(s.camera.kind, CameraKind::kOrthographic);
   EXPECT_EQ(s.camera.screen_window->at(1), 3);
+  EXPECT_EQ(s.camera.lens_radius, 0);
+  const LoadResult lens = load(
+      "Camera \"orthographic\" \"float lensradius\" 0.1 \"float focaldistance\" 3 WorldBegin "
+      "LightSource \"point\"");
+  EXPECT_TRUE(lens.ok() && mentions(lens, "stays orthographic")) << listed(lens);
+  EXPECT_EQ(lens.scene.camera.lens_radius, 0.1);
+  EXPECT_EQ(lens.scene.camera.focal_distance, 3);
 }
 
 TEST_F(Directives, SphericalCamera) {
@@ -316,7 +323,6 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
 
 TEST_F(Directives, UnsupportedOptionsAreNamed) {
   const std::pair<const char*, const char*> cases[] = {
-      {"Camera \"orthographic\" \"float lensradius\" 0.1 \"float focaldistance\" 3", "all is sharp"},
       {"Film \"gbuffer\"", "rendered as \"rgb\""},
       {"Integrator \"path\" \"bool regularize\" true", "is ignored"},
       {"Option \"bool disablepixeljitter\" true", "is ignored"},

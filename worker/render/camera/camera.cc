@@ -5,6 +5,7 @@ namespace lightmill {
 Camera make_camera(const CameraDescription& description, int width, int height, int scale_exponent) {
   switch (description.kind) {
     case CameraKind::kOrthographic:
+      if (description.lens_radius > 0) return ParallelLensCamera(description, width, height, scale_exponent);
       return OrthographicCamera(description, width, height, scale_exponent);
     case CameraKind::kSpherical:
       return SphericalCamera(description, width, height);

@@ -3,6 +3,7 @@
 #include <variant>
 
 #include "worker/render/camera/orthographic.h"
+#include "worker/render/camera/parallel_lens.h"
 #include "worker/render/camera/perspective.h"
 #include "worker/render/camera/realistic.h"
 #include "worker/render/camera/spherical.h"
@@ -10,11 +11,12 @@
 
 namespace lightmill {
 
-using Camera =
-    std::variant<PerspectiveCamera, ThinLensCamera, OrthographicCamera, SphericalCamera, RealisticCamera>;
+using Camera = std::variant<PerspectiveCamera, ThinLensCamera, OrthographicCamera, ParallelLensCamera,
+                            SphericalCamera, RealisticCamera>;
 
 /// The camera of `description` in normalised space, whose lengths are 2^scale_exponent scene units. A
-/// perspective camera without a lens radius is the pinhole. Throws Error(kBadScene).
+/// perspective camera without a lens radius is the pinhole, an orthographic one sharp everywhere. Throws
+/// Error(kBadScene).
 Camera make_camera(const CameraDescription& description, int width, int height, int scale_exponent);
 
 /// See CameraRay.

@@ -40,7 +40,7 @@ struct OrthographicCamera {
     return c;
   }
 
- private:
+  /// A point of the image plane, by its right and down.
   template <class F>
   Vec3<F> plane_point(F a, F b) const {
     return {right[0] * a + down[0] * b, right[1] * a + down[1] * b, right[2] * a + down[2] * b};

@@ -3,14 +3,10 @@
 #include <cmath>
 
 #include "common/error.h"
-#include "worker/render/camera/camera_frame.h"
 
 namespace lightmill {
 
-ThinLensCamera::ThinLensCamera(const CameraDescription& description, int width, int height,
-                               int scale_exponent)
-    : pinhole(description, width, height) {
-  const CameraFrame frame(description, width, height);
+LensScale lens_scale(const CameraFrame& frame, const CameraDescription& description, int scale_exponent) {
   const double x = description.lens_radius * frame.length[0], y = description.lens_radius * frame.length[1];
   const double focus = description.focal_distance * frame.length[2];
   // Beyond this, positions or slopes would leave float's range when squared.
@@ -24,10 +20,14 @@ ThinLensCamera::ThinLensCamera(const CameraDescription& description, int width, 
         ErrorKind::kBadScene,
         "the camera's lens radius is more than 2^40 times its focal distance; raise \"focaldistance\"");
   }
-  radius_x = static_cast<float>(std::ldexp(x, scale_exponent));
-  radius_y = static_cast<float>(std::ldexp(y, scale_exponent));
-  shear_x = static_cast<float>(x / focus);
-  shear_y = static_cast<float>(y / focus);
+  return {static_cast<float>(std::ldexp(x, scale_exponent)),
+          static_cast<float>(std::ldexp(y, scale_exponent)), static_cast<float>(x / focus),
+          static_cast<float>(y / focus)};
 }
+
+ThinLensCamera::ThinLensCamera(const CameraDescription& description, int width, int height,
+                               int scale_exponent)
+    : pinhole(description, width, height),
+      lens(lens_scale(CameraFrame(description, width, height), description, scale_exponent)) {}
 
 }  // namespace lightmill

@@ -5,17 +5,25 @@
 // the pinhole's ray meets the plane of focus. With the lens point at l and that plane at distance f, the ray
 // runs along (t - l / f, 1), where t is the pinhole's image-plane position: a shear, which leaves the
 // raster's area per solid angle what it is for a pinhole at l.
+#include "worker/render/camera/camera_frame.h"
 #include "worker/render/camera/perspective.h"
 #include "worker/render/sampling/warp.h"
 
 namespace lightmill {
 
+/// A lens in the image axes.
+struct LensScale {
+  float radius_x, radius_y;  // normalised space
+  float shear_x, shear_y;    // radius over focal distance
+};
+/// Lengths are scaled by 2^scale_exponent. Throws Error(kBadScene) for lengths out of all proportion.
+LensScale lens_scale(const CameraFrame& frame, const CameraDescription& description, int scale_exponent);
+
 struct ThinLensCamera {
   static constexpr bool kHasLens = true, kParallel = false, kWeighted = false;
 
   PerspectiveCamera pinhole;
-  float radius_x, radius_y;  // of the lens, normalised space
-  float shear_x, shear_y;    // radius over focal distance
+  LensScale lens;
 
   /// Lengths are scaled by 2^scale_exponent. Throws Error(kBadScene) for lengths out of all proportion.
   ThinLensCamera(const CameraDescription& description, int width, int height, int scale_exponent);
@@ -25,8 +33,8 @@ struct ThinLensCamera {
     F a, b, cosine;
     square_to_disk(lens_u, lens_v, &a, &b);
     const Vec3<F> d =
-        pinhole.direction_at(x * pinhole.tan_per_pixel_x + pinhole.tan_x0 - a * shear_x,
-                             y * pinhole.tan_per_pixel_y + pinhole.tan_y0 - b * shear_y, &cosine);
+        pinhole.direction_at(x * pinhole.tan_per_pixel_x + pinhole.tan_x0 - a * lens.shear_x,
+                             y * pinhole.tan_per_pixel_y + pinhole.tan_y0 - b * lens.shear_y, &cosine);
     return {lens_point(a, b), d, pinhole.pdf_solid_angle(cosine)};
   }
 
@@ -35,11 +43,11 @@ struct ThinLensCamera {
     F a, b;
     square_to_disk(lens_u, lens_v, &a, &b);
     LensConnection<F> c;
-    const Vec3<F> lens = lens_point(a, b);
-    c = pinhole.connect(p - lens, F{}, F{});
-    c.lens = lens;
-    c.x = c.x + a * (shear_x / pinhole.tan_per_pixel_x);
-    c.y = c.y + b * (shear_y / pinhole.tan_per_pixel_y);
+    const Vec3<F> from = lens_point(a, b);
+    c = pinhole.connect(p - from, F{}, F{});
+    c.lens = from;
+    c.x = c.x + a * (lens.shear_x / pinhole.tan_per_pixel_x);
+    c.y = c.y + b * (lens.shear_y / pinhole.tan_per_pixel_y);
     return c;
   }
 
@@ -47,7 +55,7 @@ struct ThinLensCamera {
   template <class F>
   Vec3<F> lens_point(F a, F b) const {
     const float *r = pinhole.right, *d = pinhole.down;
-    const F lx = a * radius_x, ly = b * radius_y;
+    const F lx = a * lens.radius_x, ly = b * lens.radius_y;
     return {r[0] * lx + d[0] * ly, r[1] * lx + d[1] * ly, r[2] * lx + d[2] * ly};
   }
 };

@@ -48,6 +48,7 @@ Lane depth_of_point(const Camera& camera, const Vec3<Lane>& p) {
   if (const auto* pinhole = std::get_if<PerspectiveCamera>(&camera)) forward = pinhole->forward;
   if (const auto* lens = std::get_if<ThinLensCamera>(&camera)) forward = lens->pinhole.forward;
   if (const auto* parallel = std::get_if<OrthographicCamera>(&camera)) forward = parallel->forward;
+  if (const auto* lens = std::get_if<ParallelLensCamera>(&camera)) forward = lens->window.forward;
   return forward ? p.x * forward[0] + p.y * forward[1] + p.z * forward[2] : sqrt(dot(p, p));
 }
 

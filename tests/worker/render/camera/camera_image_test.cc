@@ -11,7 +11,7 @@
 namespace lightmill::test {
 namespace {
 
-enum class Kind { kPinhole, kThinLens, kOrthographic, kEqualArea, kEquirectangular };
+enum class Kind { kPinhole, kThinLens, kOrthographic, kParallelLens, kEqualArea, kEquirectangular };
 
 struct CameraCase {
   const char* name;
@@ -34,6 +34,10 @@ void set_camera(CameraDescription& camera, Kind kind, double size) {
       camera.kind = CameraKind::kSpherical;
       camera.mapping = SphericalMapping::kEquirectangular;
       break;
+    case Kind::kParallelLens:
+      camera.lens_radius = 0.08 * size;
+      camera.focal_distance = 1.1 * size;
+      [[fallthrough]];
     case Kind::kOrthographic:
       camera.kind = CameraKind::kOrthographic;
       camera.screen_window = std::array<double, 4>{-0.9 * size, 0.8 * size, -0.85 * size, 0.9 * size};
@@ -137,6 +141,7 @@ INSTANTIATE_TEST_SUITE_P(All, CameraImage,
                          ::testing::Values(CameraCase{"pinhole", Kind::kPinhole},
                                            CameraCase{"thin_lens", Kind::kThinLens},
                                            CameraCase{"orthographic", Kind::kOrthographic},
+                                           CameraCase{"orthographic_lens", Kind::kParallelLens},
                                            CameraCase{"equal_area", Kind::kEqualArea},
                                            CameraCase{"equirectangular", Kind::kEquirectangular}),
                          [](const auto& info) { return info.param.name; });

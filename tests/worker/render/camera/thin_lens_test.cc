@@ -82,10 +82,10 @@ TEST(ThinLens, PowersOfTwoOfTheUnitLeaveTheBitsAlone) {
   const ThinLensCamera one(with_lens(0.2, 1.7), 64, 48, 0);
   for (const int k : {-60, -7, 60}) {
     const ThinLensCamera other(with_lens(std::ldexp(0.2, k), std::ldexp(1.7, k)), 64, 48, -k);
-    EXPECT_EQ(one.radius_x, other.radius_x);
-    EXPECT_EQ(one.radius_y, other.radius_y);
-    EXPECT_EQ(one.shear_x, other.shear_x);
-    EXPECT_EQ(one.shear_y, other.shear_y);
+    EXPECT_EQ(one.lens.radius_x, other.lens.radius_x);
+    EXPECT_EQ(one.lens.radius_y, other.lens.radius_y);
+    EXPECT_EQ(one.lens.shear_x, other.lens.shear_x);
+    EXPECT_EQ(one.lens.shear_y, other.lens.shear_y);
   }
 }
 
