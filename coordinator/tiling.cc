@@ -1,6 +1,7 @@
 #include "coordinator/tiling.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "common/image/checkpoints.h"
@@ -64,8 +65,16 @@ int64_t range_end(const TilingInput& in, int64_t budget) {
   } else {
     const int64_t first = superblock_of_sample(in.begin);
     const int64_t group = std::max({int64_t{1}, in.max_superblocks, in.min_superblocks});
-    const double fits =
-        round_budget / (static_cast<double>(pixels) * static_cast<double>(kSuperblockSamples));
+    // Where cells are few for the workers, a tile of a single one need not be deeper than a target tile; a
+    // power of two, which groups are cut into without a rest: shorter tiles would be more commits than
+    // planned.
+    const double cell =
+        std::ceil(static_cast<double>(budget) /
+                  static_cast<double>(std::min<int64_t>(kCellPixels, pixels) * kSuperblockSamples));
+    const auto enough = static_cast<double>(
+        std::bit_ceil(static_cast<uint64_t>(std::clamp(cell, 1.0, static_cast<double>(group)))));
+    const double fits = std::min(
+        enough, round_budget / (static_cast<double>(pixels) * static_cast<double>(kSuperblockSamples)));
     const auto count =
         std::max(in.min_superblocks, static_cast<int64_t>(std::clamp(fits, 1.0, static_cast<double>(group))));
     end = std::min(first + count, (first / group + 1) * group) * kSuperblockSamples;

@@ -30,11 +30,11 @@ struct TilingInput {
 ///
 /// The range ends at a block's end within the first superblock, then at a superblock's end, never beyond spp;
 /// several superblocks of one aligned group of `max_superblocks` are taken together if a single one is less
-/// work than two target tiles per worker, or if min_superblocks asks for it. A round does not pass the next
-/// checkpoint if it is to end there. With a time limit the range is cut to what fits. A tile takes about
-/// target_tile_seconds, but no more than twice the samples of the last round's tiles; there are at least two
-/// tiles per worker where the grid has as many cells. Empty if less than half a sample per pixel fits the
-/// time left.
+/// work than two target tiles per worker and, of one cell, than a target tile, or if min_superblocks asks for
+/// it. A round does not pass the next checkpoint if it is to end there. With a time limit the range is cut to
+/// what fits. A tile takes about target_tile_seconds, but no more than twice the samples of the last round's
+/// tiles; there are at least two tiles per worker where the grid has as many cells. Empty if less than half a
+/// sample per pixel fits the time left.
 ///
 /// With splats a partial takes about as many bytes as the crop window has pixels, however few pixels its tile
 /// has, so tiles are as large as can be. One takes up to kSplatTileFactor times as long, if that is what

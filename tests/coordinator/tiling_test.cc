@@ -185,6 +185,23 @@ std::vector<std::vector<double>> splat_rounds(TilingInput in) {
   return rounds;
 }
 
+TEST(Tiling, ATileOfOneCellIsAsDeepAsATargetTile) {
+  TilingInput in;
+  in.grid = full(320, 320);  // 100 cells
+  in.begin = 64 * kSuperblockSamples;
+  in.spp = 1 << 20;
+  in.workers = 1000;  // whose two tiles each would be many more
+  in.worker_samples_per_second = 20000;
+  in.target_tile_seconds = 4;
+  in.previous_tile_samples = 1 << 20;
+  in.max_superblocks = 64;
+  const std::vector<TileSpec> round = plan_round(in);
+  ASSERT_EQ(round.size(), 100u);
+  EXPECT_EQ(round[0].samples(), 8 * kSuperblockSamples);  // 6.6 s; four of them would be 3.3 s
+  in.min_superblocks = 16;
+  EXPECT_EQ(plan_round(in)[0].samples(), 16 * kSuperblockSamples) << "the ingest budget asks for more";
+}
+
 TEST(Tiling, SplatsMakeTilesLarge) {
   TilingInput in;
   in.grid = full(512, 512);
