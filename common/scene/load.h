@@ -19,6 +19,8 @@ class FileSource {
   /// Path that can be opened for the file named `name` (relative to the main scene file's folder, or
   /// absolute), or empty if there is none.
   virtual std::string resolve(const std::string& name) const = 0;
+  /// False where images may be absent that nothing in the scene shows, as in a bundle.
+  virtual bool has_unused_images() const { return true; }
 };
 
 /// Files relative to the folder of the main scene file.
@@ -34,8 +36,9 @@ class DirectoryFiles : public FileSource {
 struct LoadOptions {
   bool strict = false;  // unsupported features are errors
   // What glTF files may lack; a .pbrt file says it itself.
-  std::string camera = {};       // name of the camera to use; empty: the first
-  std::string environment = {};  // lat-long image that lights the scene, as a FileSource knows it; empty: none
+  std::string camera = {};  // name of the camera to use; empty: the first
+  std::string environment =
+      {};           // lat-long image that lights the scene, as a FileSource knows it; empty: none
   int threads = 0;  // that read meshes; 0: one per processor. What is read and reported does not depend on it
 };
 

@@ -198,7 +198,7 @@ std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std
   const double scale = params.number("scale", 1, 0, kMaxScale);
   if (const std::string file = params.text("filename", ""); !file.empty()) {
     light->image_where = params.where_of("filename");
-    light->image_path = out.open_reference(file, light->image_where);
+    light->image_path = out.open_image(file, light->image_where);
     if (params.has("L")) {
       out.problems->error(params.where_of("L"),
                           params.owner() + " has both \"L\" and \"filename\"; leave one out");

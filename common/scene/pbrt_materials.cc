@@ -204,9 +204,9 @@ DiffuseTransmissionMaterial read_diffuse_transmission(PbrtScene& out, ParameterL
 void read_bumps(PbrtScene& out, ParameterList& params, MaterialDescription* material) {
   if (const std::string file = params.text("normalmap", ""); !file.empty()) {
     ImageTexture image;
-    image.path = out.open_reference(file, params.where_of("normalmap"));
     image.encoding = ColorEncoding::kLinear;
-    if (!image.path.empty()) {
+    if (const auto path = out.open_image(file, params.where_of("normalmap"))) {
+      image.path = *path;
       material->normal_map = static_cast<int>(out.scene.textures.size());
       out.scene.textures.push_back({"", true, image, params.where_of("normalmap")});
     }

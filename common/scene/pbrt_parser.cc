@@ -231,6 +231,7 @@ void PbrtParser::finish() {
                      "the scene has no light that is supported: the picture would be black; add an "
                      "AreaLightSource to a shape, or a LightSource");
   }
+  if (problems_->errors() == 0) out_.list_images();
 }
 
 }  // namespace lightmill

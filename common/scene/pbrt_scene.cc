@@ -4,34 +4,9 @@
 #include <cmath>
 #include <fstream>
 
-#include "common/scene/scene_files.h"
 #include "common/scene/spectrum.h"
 
 namespace lightmill {
-
-std::string PbrtScene::open_reference(const std::string& reference, const SourceLocation& where) {
-  const std::string path = files.resolve(reference);
-  if (path.empty()) {
-    problems->error(
-        where, "there is no file " + in_quotes(reference) + "; names are relative to the main scene file");
-    return "";
-  }
-  if (std::string why = why_unreadable(path); !why.empty()) {
-    problems->error(where, "can't read the file " + in_quotes(reference) + ": " + why);
-    return "";
-  }
-  const std::string name = bundle_name(reference);
-  if (listed_files_.insert(name).second) scene.files.push_back({name, path});
-  return path;
-}
-
-void PbrtScene::expect_meshes(std::string_view text) {
-  std::vector<std::string> paths;
-  for (const std::string& name : plymesh_files(text)) {
-    if (std::string path = files.resolve(name); !path.empty()) paths.push_back(std::move(path));
-  }
-  read_ahead.expect(paths);
-}
 
 int PbrtScene::material_named(const std::string& name, const SourceLocation& where) {
   Named& entry = named_materials_[name];

@@ -3,6 +3,7 @@
 // the files. Names of textures and materials may be used before they are declared, as in pbrt.
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -28,7 +29,7 @@ struct PendingAreaLight {
   double power = 0;  // > 0: overrides the magnitude, per pbrt
   bool two_sided = false;
   SourceLocation where;
-  std::string image_path;  // emission image, or empty: even
+  std::optional<std::string> image_path;  // emission image, as open_image gives it; none: even
   SourceLocation image_where;
   int texture = -1;  // in SceneDescription::textures once a shape took the image
   int index = -1;    // in SceneDescription::area_lights once a shape took it (without `power`)
@@ -53,6 +54,12 @@ struct PbrtScene {
 
   /// Path of a referenced file, listed in scene.files; "" (reported at `where`) if it can't be opened.
   std::string open_reference(const std::string& reference, const SourceLocation& where);
+  /// Path of an image that a texture shows; nothing (reported at `where`) if it can't be opened. It is listed
+  /// in scene.files by list_images, if something in the scene shows it. A source that may do without images
+  /// gives "" for one that is not there, which is an error only then.
+  std::optional<std::string> open_image(const std::string& reference, const SourceLocation& where);
+  /// Once the scene is complete, and free of errors.
+  void list_images();
   /// Index of a named material or texture; made a placeholder on first use.
   int material_named(const std::string& name, const SourceLocation& where);
   int texture_named(const std::string& name, bool is_spectrum, const SourceLocation& where);
@@ -99,11 +106,15 @@ struct PbrtScene {
     bool defined = false;
     SourceLocation first_use;
   };
+  /// Path that can be read, or "" (reported at `where`).
+  std::string readable(const std::string& reference, const SourceLocation& where);
+  void list(const std::string& name, const std::string& path);
   Rgb read_spectrum(const Parameter& parameter, SpectrumUse use, ParameterList& params, Rgb fallback);
 
   std::map<std::string, Named> named_materials_, named_media_;
   std::map<std::pair<bool, std::string>, Named> named_textures_;
   std::set<std::string> listed_files_;
+  std::map<std::string, std::set<std::string>> image_names_;  // in a bundle, by path
   int default_material_ = -1;
   size_t generated_triangles_ = 0;
 };

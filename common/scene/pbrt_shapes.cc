@@ -162,9 +162,9 @@ double area_of(const ShapeDescription& shape) {
 int take_area_light(PbrtScene& out, const ShapeDescription& shape, size_t emitters,
                     PendingAreaLight& pending) {
   auto& lights = out.scene.area_lights;
-  if (!pending.image_path.empty() && pending.texture < 0) {
+  if (pending.image_path && pending.texture < 0) {
     ImageTexture image;
-    image.path = pending.image_path;
+    image.path = *pending.image_path;
     image.wrap = Wrap::kClamp;
     pending.texture = static_cast<int>(out.scene.textures.size());
     out.scene.textures.push_back({"", true, image, pending.image_where});

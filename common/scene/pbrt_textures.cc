@@ -76,7 +76,7 @@ ImageTexture read_image(PbrtScene& out, ParameterList& params, const Transform& 
   if (file.empty()) {
     out.problems->error(params.where_of("filename"), params.owner() + " needs a \"string filename\"");
   } else {
-    image.path = out.open_reference(file, params.where_of("filename"));
+    image.path = out.open_image(file, params.where_of("filename")).value_or("");
   }
   image.wrap = read_wrap(params);
   read_encoding(params, &image);

@@ -47,9 +47,11 @@ TEST_F(Bundles, AWorkerReadsTheSameSceneFromBlobs) {
   folder_.write("models/near.ply", kPly);
   folder_.write("inc/part.pbrt", "Shape \"plymesh\" \"string filename\" \"models/near.ply\"\n");
   folder_.write("tex/wood.tga", "pixels");
-  const SceneDescription scene =
-      clean_world("Include \"inc/part.pbrt\"\nShape \"plymesh\" \"string filename\" \"" + outside +
-                  "\"\nTexture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"./tex/wood.tga\"");
+  const SceneDescription scene = clean_world(
+      "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"./tex/wood.tga\"\n"
+      "Material \"diffuse\" \"texture reflectance\" \"t\"\n"
+      "Include \"inc/part.pbrt\"\nShape \"plymesh\" \"string filename\" \"" +
+      outside + "\"\n");
   std::map<std::string, std::string> paths;
   const Bundle bundle = make_bundle(scene, &paths);
   EXPECT_EQ(bundle.main, "scene.pbrt");
@@ -66,6 +68,69 @@ TEST_F(Bundles, AWorkerReadsTheSameSceneFromBlobs) {
   EXPECT_EQ(copy.shapes.size(), 2u);
   EXPECT_TRUE(std::get<ImageTexture>(copy.textures.at(0).kind).path.ends_with(".tga"));
   EXPECT_EQ(make_bundle(copy, nullptr).digest(), bundle.digest());
+}
+
+/// Images that are seen by each way there is, and others that nothing shows.
+constexpr const char* kImages = R"(
+Texture "base" "spectrum" "imagemap" "string filename" "base.png"
+Texture "tint" "spectrum" "scale" "texture tex" "base"
+Texture "mask" "float" "imagemap" "string filename" "mask.png"
+Texture "height" "float" "imagemap" "string filename" "height.png"
+Texture "idle" "spectrum" "imagemap" "string filename" "idle.png"
+Texture "idler" "spectrum" "scale" "texture tex" "idle"
+MakeNamedMaterial "seen" "string type" "diffuse" "texture reflectance" "tint" "string normalmap" "bumps.png"
+MakeNamedMaterial "also" "string type" "diffuse" "texture displacement" "height"
+MakeNamedMaterial "both" "string type" "mix" "string materials" ["seen" "also"]
+MakeNamedMaterial "unseen" "string type" "diffuse" "texture reflectance" "idler" "string normalmap" "flat.png"
+AttributeBegin
+  AreaLightSource "diffuse" "string filename" "sign.png"
+  NamedMaterial "both"
+  Shape "sphere" "texture alpha" "mask"
+AttributeEnd
+AttributeBegin
+  AreaLightSource "diffuse" "string filename" "off.png"
+AttributeEnd
+ObjectBegin "nowhere"
+  NamedMaterial "unseen"
+  Shape "sphere"
+ObjectEnd
+)";
+
+TEST_F(Bundles, HoldTheImagesThatSomethingShows) {
+  for (const char* name : {"base", "mask", "height", "idle", "bumps", "flat", "sign", "off"})
+    folder_.write(std::string(name) + ".png", name);
+  std::map<std::string, std::string> paths;
+  const Bundle bundle = make_bundle(clean_world(kImages), &paths);
+  std::vector<std::string> names;
+  for (const BundleEntry& e : bundle.entries) names.push_back(e.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"base.png", "bumps.png", "height.png", "mask.png", "scene.pbrt",
+                                             "sign.png"}));
+  TempFolder cache;
+  store(bundle, paths, cache);
+  const SceneDescription copy = clean(load_scene(bundle.main, BundleFiles(bundle, cache.path())));
+  EXPECT_EQ(make_bundle(copy, nullptr).digest(), bundle.digest());
+}
+
+TEST_F(Bundles, WithoutAnImageThatIsSeenAreRefused) {
+  for (const char* name : {"base", "mask", "height", "idle", "bumps", "flat", "sign", "off"})
+    folder_.write(std::string(name) + ".png", name);
+  std::map<std::string, std::string> paths;
+  const Bundle whole = make_bundle(clean_world(kImages), &paths);
+  TempFolder cache;
+  store(whole, paths, cache);
+  for (const BundleEntry& gone : whole.entries) {
+    if (gone.name == whole.main) continue;
+    Bundle lacking = whole;
+    std::erase(lacking.entries, gone);
+    const LoadResult loaded = load_scene(lacking.main, BundleFiles(lacking, cache.path()));
+    EXPECT_TRUE(has_error(loaded, "is missing; submit the scene again")) << gone.name;
+  }
+}
+
+TEST_F(Bundles, AFolderMustHoldUnusedImagesToo) {
+  const LoadResult loaded =
+      load_world("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"typo.png\"\n");
+  EXPECT_TRUE(refused_on_line_2(loaded, "there is no file \"typo.png\""));
 }
 
 TEST_F(Bundles, ContentChangesTheDigest) {

@@ -189,7 +189,8 @@ TEST_F(Materials, Textures) {
     Texture "dim" "spectrum" "scale" "texture tex" "img" "float scale" 0.5
     Texture "mix" "spectrum" "mix" "texture tex1" "img" "rgb tex2" [0 1 0] "texture amount" "rough"
     Texture "board" "spectrum" "checkerboard" "rgb tex1" [1 0 0] "texture tex2" "mix" "float uscale" 4
-    Material "coateddiffuse" "texture reflectance" "board" "texture roughness" "rough")");
+    Material "coateddiffuse" "texture reflectance" "board" "texture roughness" "rough"
+    Shape "sphere")");
   ASSERT_EQ(s.textures.size(), 5u);
   const auto& image = std::get<ImageTexture>(s.textures[0].kind);
   EXPECT_EQ(std::filesystem::path(image.path).filename(), "a b.png");

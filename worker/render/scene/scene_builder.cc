@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/error.h"
+#include "common/scene/parts_in_use.h"
 #include "common/scene/transform.h"
 #include "worker/render/scene/alpha_mask.h"
 #include "worker/render/scene/bump.h"
@@ -15,7 +16,6 @@
 #include "worker/render/scene/light_builder.h"
 #include "worker/render/scene/material_builder.h"
 #include "worker/render/scene/media_builder.h"
-#include "worker/render/scene/parts_in_use.h"
 #include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/texture_check.h"
 

@@ -1,4 +1,4 @@
-#include "worker/render/scene/parts_in_use.h"
+#include "common/scene/parts_in_use.h"
 
 #include <algorithm>
 
