@@ -1,0 +1,88 @@
+#include "worker/render/scene/scene_extent.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "worker/render/scene/shape_space.h"
+
+namespace lightmill {
+namespace {
+
+struct Bounds {
+  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
+  void add(const Vec3d& p, double r = 0) {
+    const double c[3] = {p.x, p.y, p.z};
+    for (int i = 0; i < 3; ++i) {
+      lo[i] = std::min(lo[i], c[i] - r);
+      hi[i] = std::max(hi[i], c[i] + r);
+    }
+  }
+  bool empty() const { return lo[0] > hi[0]; }
+};
+
+void add_shape(const ShapeDescription& s, Bounds* b) {
+  if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
+    for (const Vec3f& v : mesh->mesh->positions) b->add(transform_point(s.object_to_world.m, v.x, v.y, v.z));
+  } else {
+    b->add(transform_point(s.object_to_world.m, 0, 0, 0),
+           sphere_scale(s) * std::get<SphereShape>(s.kind).radius);
+  }
+}
+
+void add_instances(const SplitScene& split, Bounds* b) {
+  for (const InstancedObject& o : split.objects) {
+    for (const ShapeDescription* s : o.shapes) {
+      if (std::holds_alternative<SphereShape>(s->kind)) sphere_scale(*s);
+    }
+  }
+  for (const PlacedObject& i : split.instances) {
+    const InstancedObject& o = split.objects[i.object];
+    for (int corner = 0; corner < 8; ++corner) {
+      b->add(transform_point(i.object_to_world->m, corner & 1 ? o.hi[0] : o.lo[0],
+                             corner & 2 ? o.hi[1] : o.lo[1], corner & 4 ? o.hi[2] : o.lo[2]));
+    }
+  }
+}
+
+void add_light_origin(const LightDescription& l, Bounds* b) {
+  if (const auto* p = std::get_if<PointLight>(&l.kind)) b->add(p->position);
+  if (const auto* p = std::get_if<SpotLight>(&l.kind)) b->add(p->position);
+  const auto origin = [](const Transform& t) { return Vec3d{t.m[0][3], t.m[1][3], t.m[2][3]}; };
+  if (const auto* p = std::get_if<GoniometricLight>(&l.kind)) b->add(origin(p->light_to_world));
+  if (const auto* p = std::get_if<ProjectionLight>(&l.kind)) b->add(origin(p->light_to_world));
+}
+
+}  // namespace
+
+SceneExtent measure_extent(const std::vector<const ShapeDescription*>& world, const SplitScene& split,
+                           const std::vector<LightDescription>& lights, const Vec3d& origin,
+                           bool with_origin) {
+  Bounds b;
+  for (const ShapeDescription* shape : world) add_shape(*shape, &b);
+  add_instances(split, &b);
+  for (const LightDescription& l : lights) add_light_origin(l, &b);
+  if (with_origin) b.add(origin);
+  const double from[3] = {origin.x, origin.y, origin.z};
+  double extent = 0;
+  if (!b.empty()) {
+    for (int i = 0; i < 3; ++i)
+      extent = std::max({extent, std::fabs(b.lo[i] - from[i]), std::fabs(b.hi[i] - from[i])});
+  }
+  if (!std::isfinite(extent))
+    throw Error(ErrorKind::kBadScene, "the scene's extent is not finite; check its transforms");
+  SceneExtent result;
+  result.scale_exponent = extent > 0 ? -std::ilogb(extent) : 0;
+  result.empty = b.empty();
+  if (result.empty) return result;
+  const double s = std::ldexp(1.0, result.scale_exponent);
+  double r2 = 0;
+  for (int i = 0; i < 3; ++i) {
+    result.center[i] = static_cast<float>((0.5 * (b.lo[i] + b.hi[i]) - from[i]) * s);
+    const double half = 0.5 * (b.hi[i] - b.lo[i]) * s;
+    r2 += half * half;
+  }
+  result.radius = static_cast<float>(std::max(std::sqrt(r2) * 1.001, 1e-6));
+  return result;
+}
+
+}  // namespace lightmill

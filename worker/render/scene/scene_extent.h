@@ -1,0 +1,24 @@
+#pragma once
+// How far a scene reaches, which decides the scale that it is kept in.
+#include <vector>
+
+#include "worker/render/scene/instancing.h"
+
+namespace lightmill {
+
+struct SceneExtent {
+  int scale_exponent = 0;  // what is farthest from the origin along an axis comes to lie at 1 to 2
+  // A sphere around everything, normalised; left alone in a scene that has nothing.
+  bool empty = true;
+  float center[3] = {0, 0, 0};
+  float radius = 0;
+};
+
+/// `world`: shapes that are in the scene itself; objects and instances are those of `split`. With
+/// `with_origin` the origin counts, too. Throws Error(kBadScene) if the scene is infinite, or has a sphere
+/// that is none.
+SceneExtent measure_extent(const std::vector<const ShapeDescription*>& world, const SplitScene& split,
+                           const std::vector<LightDescription>& lights, const Vec3d& origin,
+                           bool with_origin);
+
+}  // namespace lightmill
