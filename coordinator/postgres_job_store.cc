@@ -18,9 +18,7 @@ constexpr size_t kMaxProbeBytes = size_t{64} << 20;
 }  // namespace
 
 PostgresJobStore::PostgresJobStore(PostgresLease& lease, const std::string& folder, size_t chunk_bytes)
-    : lease_(lease), files_(folder + "/layers"), chunk_bytes_(chunk_bytes) {
-  db_.emplace(lease_.url(), lease_.seconds());
-  written_ = db_->execute("SELECT writes FROM fence").integer(0, 0);
+    : lease_(lease), db_(lease), files_(folder + "/layers"), chunk_bytes_(chunk_bytes) {
   claim_folder(folder);
   remove_orphans();
 }
@@ -32,7 +30,7 @@ void PostgresJobStore::claim_folder(const std::string& folder) {
   const auto refuse = [&](const std::string& why) {
     throw StoreError("--data " + folder + ": " + why + " " + lease_.url().shown());
   };
-  write(Durability::kNow, [&](PostgresConnection& db) {
+  db_.write(Durability::kNow, [&](PostgresConnection& db) {
     const PostgresResult found = db.execute("SELECT value FROM meta WHERE key='folder'");
     if (!found.empty()) {
       if (marked.empty()) refuse("not the folder (is it mounted?) that holds the files of");
@@ -48,7 +46,7 @@ void PostgresJobStore::claim_folder(const std::string& folder) {
 }
 
 void PostgresJobStore::remove_orphans() {
-  with_connection([&](PostgresConnection& db) {
+  db_.read([&](PostgresConnection& db) {
     const PostgresResult rows = db.execute("SELECT file FROM layers");
     std::set<std::string> named;
     for (int row = 0; row < rows.rows(); ++row) named.insert(rows.text(row, 0));
@@ -56,93 +54,21 @@ void PostgresJobStore::remove_orphans() {
   });
 }
 
-template <class Action>
-auto PostgresJobStore::with_connection(Action&& action)
-    -> decltype(action(std::declval<PostgresConnection&>())) {
-  const std::lock_guard lock(mutex_);
-  if (const auto end = lease_.ended()) throw StoreError(end->line);
-  if (!db_) throw StoreError(fault_);
-  try {
-    return action(*db_);
-  } catch (const StoreError& error) {
-    fault_ = error.what();
-    db_.reset();
-    throw;
-  }
-}
-
-bool PostgresJobStore::write(Durability durability, const std::function<bool(PostgresConnection&)>& action) {
-  return with_connection([&](PostgresConnection&) { return transact(durability, action); });
-}
-
-bool PostgresJobStore::transact(Durability durability,
-                                const std::function<bool(PostgresConnection&)>& action) {
-  PostgresConnection& db = *db_;
-  const PostgresResult counted =
-      db.execute(std::string("BEGIN; SET LOCAL synchronous_commit TO ") +
-                 (durability == Durability::kNow ? "on" : "off") +
-                 "; UPDATE fence SET writes=writes+1 WHERE epoch=" + std::to_string(lease_.epoch()) +
-                 " RETURNING writes");
-  if (counted.empty()) lease_.end_taken_over();
-  const int64_t number = counted.integer(0, 0);
-  if (number != written_ + 1) {
-    lease_.end(false,
-               lease_.url().shown() +
-                   ": the connection was lost so that this coordinator and the database differ; loading "
-                   "what the database has");
-  }
-  bool wanted = false;
-  try {
-    wanted = action(db);
-  } catch (const StoreError&) {
-    throw;  // the connection goes, and the transaction with it
-  } catch (...) {
-    db.execute("ROLLBACK");
-    throw;
-  }
-  if (!wanted) {
-    db.execute("ROLLBACK");
-    return false;
-  }
-  if (const std::string done = db.execute("COMMIT").command(); done != "COMMIT") {
-    throw StoreError(lease_.url().shown() + ": the job store failed: a transaction ended with " + done);
-  }
-  written_ = number;
-  return true;
-}
-
-void PostgresJobStore::flush() {
-  const int64_t wanted = written_;
-  const std::lock_guard lock(flush_mutex_);
-  if (flushed_ >= wanted) return;  // whoever held the lock before has flushed ours as well
-  const int64_t covered = written_;
-  lease_.confirm(covered);
-  flushed_ = covered;
-}
+void PostgresJobStore::flush() { db_.flush(); }
 
 void PostgresJobStore::probe() {
   const size_t bytes = std::min(attempted_bytes_.load(), kMaxProbeBytes);
   files_.probe(bytes);
-  const std::lock_guard lock(mutex_);
-  if (const auto end = lease_.ended()) throw StoreError(end->line);
-  try {
-    db_.emplace(lease_.url(), lease_.seconds());
-    transact(Durability::kNow, [&](PostgresConnection& db) {
-      const std::string zeros(bytes, '\0');
-      db.query("INSERT INTO spool(job, tile, part, bytes) VALUES('', 0, 0, $1)",
-               {PostgresValue::bytes(zeros)});
-      db.execute("DELETE FROM spool WHERE job=''");
-      return true;
-    });
-  } catch (const StoreError& error) {
-    fault_ = error.what();
-    db_.reset();
-    throw;
-  }
+  db_.reconnect([&](PostgresConnection& db) {
+    const std::string zeros(bytes, '\0');
+    db.query("INSERT INTO spool(job, tile, part, bytes) VALUES('', 0, 0, $1)", {PostgresValue::bytes(zeros)});
+    db.execute("DELETE FROM spool WHERE job=''");
+    return true;
+  });
 }
 
 std::vector<JobRecord> PostgresJobStore::jobs() {
-  return with_connection([](PostgresConnection& db) {
+  return db_.read([](PostgresConnection& db) {
     const PostgresResult rows = db.execute("SELECT id, record FROM jobs ORDER BY number");
     std::vector<JobRecord> records;
     for (int row = 0; row < rows.rows(); ++row) {
@@ -153,11 +79,11 @@ std::vector<JobRecord> PostgresJobStore::jobs() {
 }
 
 std::vector<TileRecord> PostgresJobStore::tiles(const JobId& job) {
-  return with_connection([&](PostgresConnection& db) { return postgres_rows::tiles(db, job); });
+  return db_.read([&](PostgresConnection& db) { return postgres_rows::tiles(db, job); });
 }
 
 std::vector<ErrorPoint> PostgresJobStore::curve(const JobId& job) {
-  return with_connection([&](PostgresConnection& db) {
+  return db_.read([&](PostgresConnection& db) {
     const PostgresResult rows =
         db.query("SELECT point FROM points WHERE job=$1 ORDER BY number", {job.value});
     std::vector<ErrorPoint> points;
@@ -169,7 +95,7 @@ std::vector<ErrorPoint> PostgresJobStore::curve(const JobId& job) {
 }
 
 std::optional<std::string> PostgresJobStore::bundle_json(const std::string& digest) {
-  return with_connection([&](PostgresConnection& db) -> std::optional<std::string> {
+  return db_.read([&](PostgresConnection& db) -> std::optional<std::string> {
     const PostgresResult rows = db.query("SELECT manifest FROM bundles WHERE digest=$1", {digest});
     if (rows.empty()) return std::nullopt;
     return rows.text(0, 0);
@@ -188,7 +114,7 @@ PostgresJobStore::Layer PostgresJobStore::put_file(const JobId& job, const std::
 }
 
 std::string PostgresJobStore::get_layer(const JobId& job, const std::string& kind) {
-  const Layer layer = with_connection([&](PostgresConnection& db) {
+  const Layer layer = db_.read([&](PostgresConnection& db) {
     const PostgresResult rows =
         db.query("SELECT file, digest FROM layers WHERE job=$1 AND kind=$2", {job.value, kind});
     return rows.empty() ? Layer{} : Layer{rows.text(0, 0), rows.text(0, 1)};
@@ -208,7 +134,7 @@ Image PostgresJobStore::reference(const JobId& job) {
 }
 
 std::string PostgresJobStore::pilot(const JobId& job) {
-  return with_connection([&](PostgresConnection& db) {
+  return db_.read([&](PostgresConnection& db) {
     const PostgresResult rows = db.query("SELECT report FROM pilots WHERE job=$1", {job.value});
     return rows.empty() ? std::string() : rows.text(0, 0);
   });
@@ -221,7 +147,7 @@ LayerSnapshot PostgresJobStore::snapshot(const JobId& job) {
 
 void PostgresJobStore::for_each_spooled(const JobId& job,
                                         const std::function<void(const std::string&)>& visit) {
-  const auto tiles = with_connection([&](PostgresConnection& db) {
+  const auto tiles = db_.read([&](PostgresConnection& db) {
     return postgres_rows::ids(
         db.query("SELECT tile FROM spool WHERE job=$1 AND part=0 AND number > "
                  "COALESCE((SELECT number FROM folded WHERE job=$1), 0) ORDER BY tile",
@@ -232,7 +158,7 @@ void PostgresJobStore::for_each_spooled(const JobId& job,
 }
 
 std::string PostgresJobStore::partial(const JobId& job, TileId tile) {
-  return with_connection([&](PostgresConnection& db) {
+  return db_.read([&](PostgresConnection& db) {
     const PostgresResult rows = db.query_bytes(
         "SELECT bytes FROM spool WHERE job=$1 AND tile=$2 ORDER BY part", {job.value, tile.value});
     std::string bytes;
@@ -242,7 +168,7 @@ std::string PostgresJobStore::partial(const JobId& job, TileId tile) {
 }
 
 std::vector<TileId> PostgresJobStore::kept_partials(const JobId& job) {
-  return with_connection([&](PostgresConnection& db) {
+  return db_.read([&](PostgresConnection& db) {
     return postgres_rows::ids(
         db.query("SELECT tile FROM spool WHERE job=$1 AND part=0 ORDER BY tile", {job.value}));
   });
@@ -250,7 +176,7 @@ std::vector<TileId> PostgresJobStore::kept_partials(const JobId& job) {
 
 int64_t PostgresJobStore::next_number(const std::string& counter) {
   int64_t value = 0;
-  write(Durability::kNow, [&](PostgresConnection& db) {
+  db_.write(Durability::kNow, [&](PostgresConnection& db) {
     value = db.query(
                   "INSERT INTO counters VALUES($1, 1) ON CONFLICT(name) DO UPDATE SET value = "
                   "counters.value + 1 RETURNING value",
@@ -265,7 +191,7 @@ void PostgresJobStore::add_job(const JobRecord& job, const std::string& bundle_j
   const std::string record = job_record_to_json(job);
   const Layer layer =
       reference.data.empty() ? Layer{} : put_file(job.id, "reference", image_to_bytes(reference));
-  write(Durability::kNow, [&](PostgresConnection& db) {
+  db_.write(Durability::kNow, [&](PostgresConnection& db) {
     db.query("INSERT INTO bundles VALUES($1, $2) ON CONFLICT DO NOTHING", {job.bundle_digest, bundle_json});
     db.query("INSERT INTO jobs(id, bundle, record) VALUES($1, $2, $3)",
              {job.id.value, job.bundle_digest, record});
@@ -275,14 +201,14 @@ void PostgresJobStore::add_job(const JobRecord& job, const std::string& bundle_j
 }
 
 void PostgresJobStore::save_job(const JobRecord& job) {
-  write(Durability::kNow, [&](PostgresConnection& db) {
+  db_.write(Durability::kNow, [&](PostgresConnection& db) {
     postgres_rows::update_job(db, job);
     return true;
   });
 }
 
 void PostgresJobStore::add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) {
-  write(Durability::kFlush, [&](PostgresConnection& db) {
+  db_.write(Durability::kFlush, [&](PostgresConnection& db) {
     postgres_rows::insert_tiles(db, job, tiles);
     return true;
   });
@@ -291,7 +217,7 @@ void PostgresJobStore::add_tiles(const JobId& job, const std::vector<TileRecord>
 void PostgresJobStore::split_tile(const JobId& job, const TileRecord& smaller,
                                   const std::vector<TileRecord>& others) {
   const CellRect& c = smaller.tile.cells;
-  write(Durability::kFlush, [&](PostgresConnection& db) {
+  db_.write(Durability::kFlush, [&](PostgresConnection& db) {
     const PostgresResult done =
         db.query("UPDATE tiles SET x0=$1, y0=$2, x1=$3, y1=$4 WHERE job=$5 AND tile=$6 AND state=0",
                  {c.x0, c.y0, c.x1, c.y1, job.value, smaller.id.value});
@@ -302,7 +228,7 @@ void PostgresJobStore::split_tile(const JobId& job, const TileRecord& smaller,
 }
 
 void PostgresJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
-  write(Durability::kFlush, [&](PostgresConnection& db) {
+  db_.write(Durability::kFlush, [&](PostgresConnection& db) {
     postgres_rows::update_tile(db, job.id, tile);
     postgres_rows::update_job(db, job);
     return true;
@@ -311,7 +237,7 @@ void PostgresJobStore::save_tile(const JobRecord& job, const TileRecord& tile) {
 
 bool PostgresJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, std::string_view partial) {
   attempted_bytes_ = partial.size();
-  return write(Durability::kFlush, [&](PostgresConnection& db) {
+  return db_.write(Durability::kFlush, [&](PostgresConnection& db) {
     if (!postgres_rows::mark_committed(db, job, tile)) return false;
     int64_t part = 0;
     for (size_t at = 0; at < partial.size(); at += chunk_bytes_) {
@@ -324,7 +250,7 @@ bool PostgresJobStore::commit_tile(const JobRecord& job, const TileRecord& tile,
 
 bool PostgresJobStore::commit_pilot(const JobRecord& job, const TileRecord& pilot, std::string_view report) {
   const std::string text(report);
-  return write(Durability::kNow, [&](PostgresConnection& db) {
+  return db_.write(Durability::kNow, [&](PostgresConnection& db) {
     if (!postgres_rows::mark_committed(db, job, pilot)) return false;
     db.query("INSERT INTO pilots VALUES($1, $2) ON CONFLICT(job) DO UPDATE SET report = excluded.report",
              {job.id.value, text});
@@ -334,7 +260,7 @@ bool PostgresJobStore::commit_pilot(const JobRecord& job, const TileRecord& pilo
 
 void PostgresJobStore::add_point(const JobId& job, const ErrorPoint& point) {
   const std::string text = curve_to_json({"", {point}});
-  write(Durability::kNow, [&](PostgresConnection& db) {
+  db_.write(Durability::kNow, [&](PostgresConnection& db) {
     db.query("INSERT INTO points SELECT $1, COALESCE(MAX(number), 0) + 1, $2 FROM points WHERE job=$1",
              {job.value, text});
     return true;
@@ -355,7 +281,7 @@ void PostgresJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapsho
   // If the transaction fails it may stand nevertheless: the files stay, until the next start if it does not.
   const std::lock_guard lock(layers_mutex_);
   std::vector<std::string> replaced;
-  write(Durability::kNow, [&](PostgresConnection& db) {
+  db_.write(Durability::kNow, [&](PostgresConnection& db) {
     replaced = snapshot_files(db, job);
     postgres_rows::set_layer(db, job, "film", film.file, film.digest);
     postgres_rows::set_layer(db, job, "batches", batches.file, batches.digest);
@@ -376,7 +302,7 @@ void PostgresJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapsho
 void PostgresJobStore::take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) {
   const std::lock_guard lock(layers_mutex_);
   std::vector<std::string> replaced;
-  write(Durability::kNow, [&](PostgresConnection& db) {
+  db_.write(Durability::kNow, [&](PostgresConnection& db) {
     for (const TileRecord& tile : tiles) {
       postgres_rows::update_tile(db, job.id, tile);
       db.query("DELETE FROM spool WHERE job=$1 AND tile=$2", {job.id.value, tile.id.value});

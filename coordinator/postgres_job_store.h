@@ -1,23 +1,15 @@
 #pragma once
 // The store of a farm that outgrows one machine's disk: rows and partials in PostgreSQL; films, batches,
-// references and blobs as files in a folder that the coordinators of the farm share.
-//
-// Every transaction names the epoch of this coordinator's lease and counts itself, in the row `fence`: one of
-// an older epoch finds no row and changes nothing. The count says what a lost connection has left open:
-// whether the last COMMIT was heard, and whether a database that crashed still has what was not flushed. If
-// it is not this coordinator's count, memory and database differ, and the lease ends: the farm is to be
-// loaded anew.
-//
-// After any failure nothing is written before probe() has connected anew and compared the counts.
+// references and blobs as files in a folder that the coordinators of the farm share
+// (fenced_connection.h says which transactions count). After any failure nothing is written before probe().
 #include <atomic>
 #include <functional>
-#include <map>
 #include <mutex>
 #include <optional>
 
+#include "coordinator/fenced_connection.h"
 #include "coordinator/job_store.h"
 #include "coordinator/layer_files.h"
-#include "coordinator/postgres_lease.h"
 
 namespace lightmill {
 
@@ -54,19 +46,11 @@ class PostgresJobStore : public JobStore {
   void probe() override;
 
  private:
-  enum class Durability { kNow, kFlush };
+  using Durability = FencedConnection::Durability;
   /// A file that a row of `layers` names, or is about to.
   struct Layer {
     std::string file, digest;
   };
-
-  /// Runs `action(connection)` under the lock, and takes the connection for lost if it throws StoreError.
-  template <class Action>
-  auto with_connection(Action&& action) -> decltype(action(std::declval<PostgresConnection&>()));
-  /// Runs `action(connection)` in a transaction of this epoch, and commits if it returns true.
-  bool write(Durability durability, const std::function<bool(PostgresConnection&)>& action);
-  /// The same with the lock held, and the connection as it is.
-  bool transact(Durability durability, const std::function<bool(PostgresConnection&)>& action);
 
   void claim_folder(const std::string& folder);
   void remove_orphans();
@@ -77,17 +61,12 @@ class PostgresJobStore : public JobStore {
   static std::vector<std::string> snapshot_files(PostgresConnection& db, const JobId& job);
 
   PostgresLease& lease_;
+  FencedConnection db_;
   LayerFiles files_;
   const size_t chunk_bytes_;
-  std::mutex mutex_;
-  std::optional<PostgresConnection> db_;     // none after a failure
-  std::string fault_;                        // what it was
   std::atomic<size_t> attempted_bytes_ = 0;  // of the last write that was long
-  std::atomic<int64_t> written_ = 0;         // transactions of this epoch
   std::atomic<int64_t> next_file_ = 0;
   std::mutex layers_mutex_;  // a file is not removed while it is read
-  std::mutex flush_mutex_;
-  int64_t flushed_ = 0;  // the first so many of them are durable
 };
 
 }  // namespace lightmill

@@ -2,7 +2,7 @@
 // Which coordinator a farm has: the right to be it is leased by the database, whose own clock judges, so that
 // clocks of machines play no part. Who holds it renews it; when it was not renewed for its length, another
 // coordinator may take it, and the epoch grows. From then on the database refuses every write of the old one,
-// however late it wakes up: each of its transactions names its epoch (postgres_job_store.h).
+// however late it wakes up: each of its transactions names its epoch (fenced_connection.h).
 //
 // A database that starts gives the last leader the length of a lease to come back, before another takes over.
 #include <atomic>
