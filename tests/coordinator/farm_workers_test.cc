@@ -1,0 +1,118 @@
+// Workers of a farm: who may work on what, who is refused, lost or one too many. Time is simulated.
+#include <thread>
+
+#include "coordinator/farm.h"
+#include "tests/coordinator/farm_fixture.h"
+
+namespace lightmill {
+namespace {
+
+using namespace testing;
+using ::testing::HasSubstr;
+
+using FarmWorkers = FarmFixture;
+
+TEST_F(FarmWorkers, PoolsAndArithmeticClasses) {
+  JobRequest request = small_job(64, 64, 4);
+  request.pool = "gpu";
+  const JobId job = farm.submit(request);
+  EXPECT_THAT(farm.job(job).message, HasSubstr("none is connected"));
+  const WorkerId plain = farm.register_worker(registration());
+  EXPECT_FALSE(farm.lease(plain));
+  EXPECT_THAT(farm.job(job).message, HasSubstr("pool \"gpu\""));
+  const WorkerId a = farm.register_worker(registration("class-a", "gpu"));
+  const WorkerId b = farm.register_worker(registration("class-b", "gpu"));
+  EXPECT_EQ(commit(a, *farm.lease(a)), CommitResult::kAccepted);
+  EXPECT_FALSE(farm.lease(b)) << "the job belongs to the class of its first worker";
+  farm.drain(a);
+  EXPECT_FALSE(farm.lease(a));
+  EXPECT_THAT(farm.job(job).message, HasSubstr("arithmetic class class-a"));
+  const JobId other = farm.submit(small_job(64, 64, 4));
+  EXPECT_EQ(farm.lease(b)->job, other) << "it takes other jobs";
+}
+
+TEST_F(FarmWorkers, WorkersOfAnotherBuildOrSchemaAreRefusedWithASentence) {
+  WorkerRegistration other = registration();
+  other.build = "build-2";
+  EXPECT_THAT(error_of([&] { farm.register_worker(other); }), HasSubstr("another build"));
+  other = registration();
+  other.schema = 7;
+  EXPECT_THAT(error_of([&] { farm.register_worker(other); }), HasSubstr("another schema"));
+  EXPECT_THAT(error_of([&] { farm.lease(WorkerId{"w77"}); }), HasSubstr("register again"));
+  const auto workers = farm.workers();
+  ASSERT_EQ(workers.size(), 2u);
+  EXPECT_EQ(workers[0].state, "refused");
+}
+
+TEST_F(FarmWorkers, WorkersAreLostAfterThreeLeaseTimes) {
+  const WorkerId ann = farm.register_worker(registration());
+  clock.advance(29);
+  EXPECT_EQ(farm.workers()[0].state, "idle");
+  clock.advance(2);
+  EXPECT_EQ(farm.workers()[0].state, "lost");
+  EXPECT_FALSE(farm.lease(ann));
+  EXPECT_EQ(farm.workers()[0].state, "idle") << "it has come back";
+}
+
+TEST(FarmLimits, NoMoreWorkersThanAskedForUntilSomeAreLost) {
+  FakeClock clock;
+  FarmOptions options = fake_options();
+  options.max_workers = 2;
+  Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
+  farm.register_worker(registration());
+  farm.register_worker(registration());
+  try {
+    farm.register_worker(registration());
+    FAIL() << "a third worker";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--max-workers"));
+  }
+  clock.advance(1000);
+  EXPECT_NO_THROW(farm.register_worker(registration())) << "those before are lost";
+}
+
+TEST(FarmLimits, AThousandWorkersEndAJobTogether) {
+  FakeClock clock;
+  FarmOptions options = fake_options();
+  Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
+  const JobRequest request = small_job(128, 128, 64);
+  const JobId job = farm.submit(request);
+  std::vector<WorkerId> workers;
+  for (int i = 0; i < 1200; ++i) workers.push_back(farm.register_worker(registration()));
+  // All ask at once, then all commit; at the end there are many more workers than tiles to have.
+  for (int turn = 0; turn < 200 && farm.job(job).state != JobState::kDone; ++turn) {
+    std::vector<std::pair<WorkerId, LeaseGrant>> held;
+    for (const WorkerId& worker : workers) {
+      if (const auto grant = farm.lease(worker)) held.emplace_back(worker, *grant);
+    }
+    clock.advance(0.5);
+    for (const auto& [worker, grant] : held) {
+      farm.commit(worker, {grant.job, grant.tile_id, grant.attempt}, fake_bytes(grant));
+    }
+  }
+  EXPECT_EQ(farm.job(job).state, JobState::kDone);
+  EXPECT_TRUE(same_pixels(farm.image(job), fake_image(request.settings)));
+}
+
+TEST_F(FarmWorkers, ManyWorkersAtOnce) {
+  const JobRequest request = small_job(128, 96, 64);
+  const JobId job = farm.submit(request);
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 6; ++i) {
+    threads.emplace_back([&] {
+      const WorkerId worker = farm.register_worker(registration());
+      while (!is_final(farm.job(job).state)) {
+        const auto grant = farm.lease(worker, 0.05);
+        if (!grant) continue;
+        EXPECT_EQ(commit(worker, *grant), CommitResult::kAccepted);
+        farm.image(job);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(farm.job(job).state, JobState::kDone);
+  EXPECT_TRUE(same_pixels(farm.image(job), fake_image(request.settings)));
+}
+
+}  // namespace
+}  // namespace lightmill
