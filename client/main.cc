@@ -1,3 +1,7 @@
 #include "client/cli.h"
+#include "common/start_guard.h"
 
-int main(int argc, char** argv) { return lightmill::client::run_cli(argc, argv); }
+int main(int argc, char** argv) {
+  lightmill::started();
+  return lightmill::client::run_cli(argc, argv);
+}

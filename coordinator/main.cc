@@ -14,6 +14,7 @@
 #include "common/log.h"
 #include "common/rpc/security_flags.h"
 #include "common/size_text.h"
+#include "common/start_guard.h"
 #include "coordinator/credential_commands.h"
 #include "coordinator/data_folder.h"
 #include "coordinator/leadership.h"
@@ -332,4 +333,7 @@ int main_with_errors(int argc, char** argv) {
 }  // namespace
 }  // namespace lightmill
 
-int main(int argc, char** argv) { return lightmill::main_with_errors(argc, argv); }
+int main(int argc, char** argv) {
+  lightmill::started();
+  return lightmill::main_with_errors(argc, argv);
+}

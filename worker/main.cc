@@ -18,6 +18,7 @@
 #include "common/rpc/security_flags.h"
 #include "common/sandbox/sandbox.h"
 #include "common/size_text.h"
+#include "common/start_guard.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/grpc_link.h"
 #include "worker/agent/host.h"
@@ -249,6 +250,7 @@ int main_with_errors(int argc, char** argv) {
 }  // namespace lightmill
 
 int main(int argc, char** argv) {
+  lightmill::started();
   try {
     return lightmill::main_with_errors(argc, argv);
   } catch (...) {  // printing help, or an error, failed
