@@ -41,7 +41,7 @@ std::string percent(double share) {
 std::string vertices(int n) { return std::to_string(n) + (n == kRecordedVertices ? "+" : ""); }
 
 std::string position(const Vec3d& p) {
-  return "(" + number(p.x) + ", " + number(p.y) + ", " + number(p.z) + ")";
+  return std::string("(") + number(p.x) + ", " + number(p.y) + ", " + number(p.z) + ")";
 }
 
 const char* family(int s, int t) {
@@ -100,7 +100,7 @@ class Page {
         Row r{s, t, 0, d_.film.relative_variance(s, t, spp_, d_.image), c.cpu_seconds};
         if (weighted) {
           for (const float x : weighted->data) r.energy += static_cast<double>(x);
-          const std::string name = "s" + std::to_string(s) + "_t" + std::to_string(t);
+          const std::string name = std::string("s") + std::to_string(s) + "_t" + std::to_string(t);
           const std::string caption = "s = " + vertices(s) + ", t = " + vertices(t);
           const Image* images[2] = {weighted.get(), unweighted.get()};
           for (size_t k = 0; k < 2; ++k) {
@@ -179,7 +179,8 @@ class Page {
     std::string text;
     for (const BrightPath::Vertex& v : list) {
       const std::string& name = scene_.materials[static_cast<size_t>(v.material)].name;
-      text += (text.empty() ? "" : " → ") + position(v.position) + " on " +
+      if (!text.empty()) text += " → ";
+      text += position(v.position) + " on " +
               escape_markup(name.empty() ? "material " + std::to_string(v.material) : "\"" + name + "\"");
     }
     return text.empty() ? "–" : text;

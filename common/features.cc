@@ -29,7 +29,9 @@ static_assert((1u << std::size(kNames)) - 1 == kAllFeatures);
 std::string feature_names(Features set) {
   std::string names;
   for (unsigned i = 0; i < std::size(kNames); ++i) {
-    if (set >> i & 1) names += (names.empty() ? "" : ",") + std::string(kNames[i]);
+    if (!(set >> i & 1)) continue;
+    if (!names.empty()) names += ',';
+    names += kNames[i];
   }
   return names;
 }

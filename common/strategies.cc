@@ -14,7 +14,9 @@ constexpr const char* kNames[] = {"hit", "next-event", "lens", "connect"};
 std::string strategy_names(Strategies set) {
   std::string names;
   for (unsigned i = 0; i < 4; ++i) {
-    if (set >> i & 1) names += (names.empty() ? "" : ",") + std::string(kNames[i]);
+    if (!(set >> i & 1)) continue;
+    if (!names.empty()) names += ',';
+    names += kNames[i];
   }
   return names;
 }

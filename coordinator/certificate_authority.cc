@@ -152,8 +152,10 @@ const PemPair& CertificateAuthority::pem() const { return impl_->pem; }
 PemPair CertificateAuthority::issue(const std::string& name, const std::vector<std::string>& hosts,
                                     const Validity& validity) const {
   std::string alternatives;
-  for (const std::string& host : hosts)
-    alternatives += (alternatives.empty() ? "" : ",") + alternative_name(host);
+  for (const std::string& host : hosts) {
+    if (!alternatives.empty()) alternatives += ',';
+    alternatives += alternative_name(host);
+  }
   const Key key = make_key();
   const Certificate certificate = make_certificate(name, validity, key.get());
   X509* const self = certificate.get();

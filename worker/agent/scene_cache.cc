@@ -11,22 +11,21 @@ namespace {
 /// Renderers kept per scene: they share it and are small.
 constexpr size_t kWarmRenderers = 8;
 
+enum class Key { kPacket, kScene };
+
 /// What a packet's bits depend on: the scene and the settings without the stop rule, so that an extended job
-/// finds its renderer again.
-std::string warm_key(const std::string& bundle_digest, RenderSettings settings) {
+/// finds its renderer again. What a built scene depends on: the same without how it is sampled.
+std::string key_of(Key key, const std::string& bundle_digest, RenderSettings settings) {
   settings.spp = 1;
   settings.time_s = 0;
   settings.target_error = 0;
+  if (key == Key::kScene) {
+    settings.integrator = Integrator::kAuto;
+    settings.plan.reset();
+    settings.max_depth = 0;
+    settings.seed = 0;
+  }
   return bundle_digest + " " + settings_to_json(settings);
-}
-
-/// What a built scene depends on: the same without how it is sampled.
-std::string scene_key(const std::string& bundle_digest, RenderSettings settings) {
-  settings.integrator = Integrator::kAuto;
-  settings.plan.reset();
-  settings.max_depth = 0;
-  settings.seed = 0;
-  return warm_key(bundle_digest, settings);
 }
 
 template <class List, class Matches>
@@ -75,7 +74,8 @@ void SceneCache::make_room(uint64_t more, size_t keep) {
 
 std::shared_ptr<const PacketRenderer> SceneCache::open(const std::string& bundle_digest,
                                                        const RenderSettings& settings) {
-  const std::string key = warm_key(bundle_digest, settings), scene = scene_key(bundle_digest, settings);
+  const std::string key = key_of(Key::kPacket, bundle_digest, settings),
+                    scene = key_of(Key::kScene, bundle_digest, settings);
   if (!move_to_front(warm_, [&](const Warm& warm) { return warm.scene_key == scene; })) {
     const Bundle bundle = link_.bundle(bundle_digest);
     if (bundle.digest() != bundle_digest) {

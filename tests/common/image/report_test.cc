@@ -59,7 +59,9 @@ TEST(Report, WritesThreeFilesThatStandAlone) {
   const TempFolder folder;
   Image image(8, 4);
   image.data[5] = 0.5f;
-  ReportInfo info{"Title <&>", R"({"spp":64,"grid":{"width":8},"name":"<b>"})", {}};
+  ReportInfo info;
+  info.title = "Title <&>";
+  info.settings_json = R"({"spp":64,"grid":{"width":8},"name":"<b>"})";
   info.counters.shadow_rays = 12345;
   const std::string out = folder / "new/report";
   write_report(out, info, example_curve(), image);

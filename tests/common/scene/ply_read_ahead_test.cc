@@ -69,7 +69,7 @@ using ReadAheadScene = SceneTest;
 TEST_F(ReadAheadScene, MessagesComeInFileOrderWhateverTheThreads) {
   std::string world, nested;
   for (int i = 0; i < 30; ++i) {
-    const std::string name = "m" + std::to_string(i) + ".ply";
+    const std::string name = std::string("m") + std::to_string(i) + ".ply";
     folder_.write(name, i % 7 == 3 ? "ply\nbroken" : strip(3 + 20 * (30 - i), i % 2));
     (i % 3 == 0 ? nested : world) += "Shape \"plymesh\" \"string filename\" \"" + name + "\"\n";
   }

@@ -148,7 +148,7 @@ TEST(PixelFilter, SplatsAndCameraSamplesEstimateTheSameIntegral) {
         float weight;
         const int j = f.choose_pixel(static_cast<float>(p), random.uniform(), &weight);
         if (j != 7) continue;
-        one[b] += weight * 16 / kSamples;
+        one[b] += double{weight} * 16 / kSamples;
         linear[b] += weight * p * 16 / kSamples;
       }
     }
