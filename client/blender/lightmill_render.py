@@ -129,7 +129,8 @@ def finished(status):
 class LightmillPreferences(bpy.types.AddonPreferences):
     bl_idname = __name__
     program: bpy.props.StringProperty(name="Program", default="lightmill", subtype="FILE_PATH")
-    coordinator: bpy.props.StringProperty(name="Coordinator", description="HOST:PORT; empty: the program's default")
+    coordinator: bpy.props.StringProperty(
+        name="Coordinator", description="HOST:PORT, or several with commas between; empty: the program's default")
     spp: bpy.props.IntProperty(name="Samples per pixel", default=128, min=1)
 
     def draw(self, _context):
@@ -236,7 +237,7 @@ def unregister():
 def main(arguments):
     parser = argparse.ArgumentParser(prog="lightmill_render.py")
     parser.add_argument("--program", default=os.environ.get("LIGHTMILL_PROGRAM", "lightmill"))
-    parser.add_argument("--coordinator", default="", help="HOST:PORT; default: the program's")
+    parser.add_argument("--coordinator", default="", help="HOST:PORT, or several with commas between; default: the program's")
     parser.add_argument("--spp", type=int, default=128)
     parser.add_argument("-o", "--output", required=True)
     options = parser.parse_args(arguments)

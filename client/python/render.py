@@ -12,14 +12,34 @@ import hashlib
 import json
 import pathlib
 import sys
+import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "generated"))
 import grpc  # noqa: E402
 from lightmill.v1 import client_pb2, client_pb2_grpc, types_pb2  # noqa: E402
 
-DEADLINE_S = 10  # "is anybody there?"; transfers and streams have longer ones
+LOOK_S = 3  # whether a coordinator is there, and leads
+DEADLINE_S = 10  # transfers and streams have longer ones
 TRANSFER_S = 3600
+RECONNECT_S = 60  # by then a coordinator that restarts is back, or its standby has taken over
 CHUNK = 1 << 20
+LOST = (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.DEADLINE_EXCEEDED, grpc.StatusCode.CANCELLED,
+        grpc.StatusCode.UNKNOWN, grpc.StatusCode.INTERNAL)
+
+
+def leader(farms):
+    """Of the stubs of all coordinators the one that leads. A standby says UNAVAILABLE to everything, as if it were
+    away; the question changes nothing, so that it may be asked of each."""
+    lost = None
+    for farm in farms:
+        try:
+            farm.GetJob(client_pb2.GetJobRequest(), timeout=LOOK_S)
+        except grpc.RpcError as error:
+            if error.code() in (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.DEADLINE_EXCEEDED):
+                lost = error
+                continue
+        return farm
+    raise lost
 
 
 def canonical(value):
@@ -62,16 +82,28 @@ def upload(farm, blobs):
         farm.UploadBlobs(messages(), timeout=TRANSFER_S)
 
 
-def watch(farm, job_id):
-    """Prints a line per status until the job has ended; returns the last one."""
-    last = None
-    for message in farm.WatchJob(client_pb2.WatchJobRequest(job_id=job_id), timeout=24 * 3600):
-        last = message.job
-        state = types_pb2.JobState.Name(last.state).removeprefix("JOB_STATE_").lower()
-        error = f"  relMSE {last.relmse:.3g}" if last.HasField("relmse") else ""
-        print(f"{job_id} {state}: {last.packets_done}/{last.packets_total} packets, {last.spp:.4g} spp{error}",
-              file=sys.stderr)
-    return last
+def print_status(job_id, status):
+    state = types_pb2.JobState.Name(status.state).removeprefix("JOB_STATE_").lower()
+    error = f"  relMSE {status.relmse:.3g}" if status.HasField("relmse") else ""
+    print(f"{job_id} {state}: {status.packets_done}/{status.packets_total} packets, {status.spp:.4g} spp{error}",
+          file=sys.stderr)
+
+
+def watch(farms, job_id):
+    """Prints a line per status until the job has ended; returns the last one. Goes to another coordinator, or waits
+    for the same one, when its own is lost."""
+    last, give_up = None, None
+    while True:
+        try:
+            for message in leader(farms).WatchJob(client_pb2.WatchJobRequest(job_id=job_id), timeout=24 * 3600):
+                last, give_up = message.job, None
+                print_status(job_id, last)
+            return last
+        except grpc.RpcError as error:
+            give_up = give_up or time.monotonic() + RECONNECT_S
+            if error.code() not in LOST or time.monotonic() > give_up:
+                raise
+            time.sleep(1)
 
 
 def fetch(farm, job_id):
@@ -98,7 +130,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", type=pathlib.Path)
     parser.add_argument("files", type=pathlib.Path, nargs="*", help="what the scene includes: meshes, textures")
-    parser.add_argument("--coordinator", default="localhost:7070")
+    parser.add_argument("--coordinator", default="localhost:7070",
+                        help="HOST:PORT; with standbys all of them, with commas between")
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--size", default="320x240", help="WxH")
     parser.add_argument("--integrator", default="auto", choices=["auto", "bdpt", "pt", "lt"])
@@ -110,20 +143,21 @@ def main():
     settings = settings_of(width, height, arguments.spp, arguments.integrator, arguments.seed)
 
     # On one machine. To another one take grpc.secure_channel and send the token: see proto/lightmill/v1.
-    with grpc.insecure_channel(arguments.coordinator) as channel:
-        farm = client_pb2_grpc.ClientServiceStub(channel)
-        try:
-            upload(farm, blobs)
-            job_id = farm.SubmitJob(client_pb2.SubmitJobRequest(
-                name=arguments.scene.stem, bundle_json=canonical(manifest), settings_json=canonical(settings)),
-                timeout=DEADLINE_S).job_id
-            print(job_id, flush=True)
-            last = watch(farm, job_id)
-            if last.state != types_pb2.JOB_STATE_DONE:
-                sys.exit(f"{job_id} did not finish: {last.message}")
-            write_pfm(arguments.output, *fetch(farm, job_id))
-        except grpc.RpcError as error:  # details() is one line for the user
-            sys.exit(f"{arguments.coordinator}: {error.details()}")
+    farms = [client_pb2_grpc.ClientServiceStub(grpc.insecure_channel(address))
+             for address in arguments.coordinator.split(",")]
+    try:
+        farm = leader(farms)
+        upload(farm, blobs)
+        job_id = farm.SubmitJob(client_pb2.SubmitJobRequest(
+            name=arguments.scene.stem, bundle_json=canonical(manifest), settings_json=canonical(settings)),
+            timeout=DEADLINE_S).job_id
+        print(job_id, flush=True)
+        last = watch(farms, job_id)
+        if last.state != types_pb2.JOB_STATE_DONE:
+            sys.exit(f"{job_id} did not finish: {last.message}")
+        write_pfm(arguments.output, *fetch(leader(farms), job_id))
+    except grpc.RpcError as error:  # details() is one line for the user
+        sys.exit(f"{arguments.coordinator}: {error.details()}")
 
 
 if __name__ == "__main__":
