@@ -76,6 +76,7 @@ const std::vector<AccessRule>& access_rules() {
       {"/grpc.health.v1.Health/Watch", kLook | kWork},
       {"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", kLook | kWork},
       {"/healthz", 0, true},
+      {"/livez", 0, true},
       {"/metrics", kLook},
       {"/", kLook},
       {"/assets/*", kLook},

@@ -61,9 +61,11 @@ HttpServer::HttpServer(const std::string& address, const WebOptions& web, const 
           return judge(*judges, request, response);
         });
   }
-  server.Get("/healthz", [](const httplib::Request&, httplib::Response& response) {
-    response.set_content("ok\n", "text/plain");
-  });
+  for (const char* probe : {"/healthz", "/livez"}) {
+    server.Get(probe, [](const httplib::Request&, httplib::Response& response) {
+      response.set_content("ok\n", "text/plain");
+    });
+  }
   server.Get("/metrics", [&metrics](const httplib::Request&, httplib::Response& response) {
     response.set_content(metrics.text(), "text/plain; version=0.0.4");
   });

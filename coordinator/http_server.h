@@ -1,5 +1,5 @@
 #pragma once
-// The coordinator's HTTP side: /healthz, /metrics and the dashboard (coordinator/web/web_api.h).
+// The coordinator's HTTP side: /healthz and /livez, /metrics and the dashboard (coordinator/web/web_api.h).
 #include <memory>
 #include <string>
 

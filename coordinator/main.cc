@@ -63,7 +63,8 @@ void add_options(CLI::App& app, Options& o) {
                  "HOST:PORT for workers and clients (gRPC); port 0: any free one")
       ->envname("LIGHTMILL_LISTEN")
       ->capture_default_str();
-  app.add_option("--http", o.server.http, "HOST:PORT for /healthz, /metrics and the dashboard; port 0: any")
+  app.add_option("--http", o.server.http,
+                 "HOST:PORT for /healthz, /livez, /metrics and the dashboard; port 0: any")
       ->envname("LIGHTMILL_HTTP")
       ->capture_default_str();
   app.add_option("--data", o.data, "Folder for jobs and scene files")

@@ -90,8 +90,8 @@ Standby::Standby(const ServerOptions& options) : impl_(std::make_unique<Impl>())
   if (options.http.empty()) return;
   impl_->http = make_http_server(impl_->files);
   impl_->http->set_pre_routing_handler(
-      [&notice = impl_->notice](const httplib::Request&, httplib::Response& response) {
-        response.status = 503;
+      [&notice = impl_->notice](const httplib::Request& request, httplib::Response& response) {
+        response.status = request.path == "/livez" ? 200 : 503;
         response.set_content(notice.text() + "\n", "text/plain");
         return httplib::Server::HandlerResponse::Handled;
       });

@@ -242,6 +242,7 @@ TEST_F(SecureServerTest, PagesNeedATokenToo) {
     return response ? response->status : -1;
   };
   EXPECT_EQ(status("/healthz"), 200);
+  EXPECT_EQ(status("/livez"), 200);
   for (const char* path : {"/", "/metrics", "/nothing", "/healthz/..", "//"})
     EXPECT_EQ(status(path), 401) << path;
   EXPECT_THAT(https.Get("/")->get_header_value("WWW-Authenticate"), HasSubstr("Basic realm="));

@@ -51,6 +51,9 @@ TEST(Standby, SaysWhoLeads) {
     EXPECT_EQ(answer->status, 503);
     EXPECT_THAT(answer->body, HasSubstr("a.example.org:7070 leads"));
   }
+  const auto alive = browser.Get("/livez");
+  ASSERT_TRUE(alive);
+  EXPECT_EQ(alive->status, 200) << "nobody should restart it for standing by";
 }
 
 TEST(Standby, LeavesItsPortsToTheServerThatFollows) {
