@@ -8,33 +8,21 @@
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 cd "$root" || exit 1
-source tests/deploy/checks.sh
+source tests/deploy/farm.sh
 source tests/deploy/docker_daemon.sh
-bin=$root/build/release/bin
-mode=${1:-prebuilt}
 
-dir=$(mktemp -d "${TMPDIR:-/tmp}/lightmill-compose.XXXXXX")
 export COMPOSE_PROJECT_NAME=lightmilltest
 compose() { docker-compose -f "$dir/context/deploy/compose.yaml" "$@"; }
 cleanup() {
   [[ -n ${DOCKER_HOST:-} ]] && timeout 120 docker-compose -f "$dir/context/deploy/compose.yaml" -f "$dir/context/deploy/compose.monitoring.yaml" down -v -t 5 >/dev/null 2>&1
   stop_docker "$dir"
 }
-trap cleanup EXIT
-trap 'exit 143' TERM INT
-
-farm_images "$dir" "$mode"
+begin compose 256
+farm_images "$dir" "${1:-prebuilt}"
 
 # --- up -----------------------------------------------------------------------------------------------------
-free_port() { /usr/bin/python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
 LIGHTMILL_RPC_PORT=$(free_port) LIGHTMILL_HTTP_PORT=$(free_port)
 export LIGHTMILL_RPC_PORT LIGHTMILL_HTTP_PORT LIGHTMILL_COORDINATOR=127.0.0.1:$LIGHTMILL_RPC_PORT
-scene=scenes/cornell-spheres.pbrt
-settings=(--integrator bdpt --spp "${LIGHTMILL_COMPOSE_SPP:-256}" --seed 3)
-
-# key COMMAND... KEY: one value of a JSON answer.
-key() { "$bin/lightmill" "${@:1:$#-1}" --json | /usr/bin/python3 -c 'import json, sys; print(json.load(sys.stdin)[sys.argv[1]])' "${@: -1}"; }
-workers() { "$bin/lightmill" workers --json | /usr/bin/python3 -c 'import json, sys; print(sum(w["state"] not in ("gone", "lost", "left", "offline") for w in json.load(sys.stdin)))'; }
 container() { compose ps -q "$1" | head -n 1; }
 healthy() { [[ $(docker inspect -f '{{.State.Health.Status}}' "$(container coordinator)") == healthy ]]; }
 limited() { [[ $(docker inspect -f '{{.HostConfig.NanoCpus}} {{.HostConfig.Memory}}' "$(container "$1")") =~ ^[1-9][0-9]*\ [1-9] ]]; }
@@ -75,13 +63,10 @@ for service in coordinator worker; do check "$service has a read-only root" read
 job=$("$bin/lightmill" submit "$scene" "${settings[@]}" 2>"$dir/submit.log" | tail -n 1)
 check "submit prints a job id" test -n "$job"
 [[ -n $job ]] || { cat "$dir/submit.log"; finish; }
-started() { [[ $(key job "$job" packets_done) -gt 0 ]]; }
-unfinished() { [[ $(key job "$job" packets_done) -lt $(key job "$job" packets_total) ]]; }
-three_workers() { [[ $(workers) -ge 3 ]]; }
-check "one worker makes progress" until_true 60 started
+check "one worker makes progress" until_true 60 progress "$job" 0
 check "scale to three workers" timeout 120 docker-compose -f "$dir/context/deploy/compose.yaml" up -d --no-build --scale worker=3
-check "three workers are registered" until_true 60 three_workers
-check "the job is still running" unfinished
+check "three workers are registered" until_true 60 has_workers 3
+check "the job is still running" unfinished "$job"
 
 coordinator=$(container coordinator)
 kill -9 "$(docker inspect -f '{{.State.Pid}}' "$coordinator")"
@@ -92,8 +77,8 @@ check "the job finishes" timeout 600 "$bin/lightmill" watch "$job"
 check "fetch" "$bin/lightmill" fetch "$job" -o "$dir/farm.exr"
 
 # --- the same bits --------------------------------------------------------------------------------------------
-check "local render" "$bin/lightmill" render "$scene" "${settings[@]}" --quiet -o "$dir/local.exr"
-check "farm and local give the same pixels" /usr/bin/python3 tests/deploy/same_pixels.py "$dir/farm.exr" "$dir/local.exr"
+check "local render" render_locally
+check "farm and local give the same pixels" same_pixels "$dir/farm.exr"
 
 # --- the rest of the file ---------------------------------------------------------------------------------------
 cli_sees_job() { compose run --rm -T cli jobs --json | grep -q "$job"; }
@@ -103,8 +88,7 @@ drains() { timeout 100 docker stop -t 70 "$worker" && [[ $(docker inspect -f '{{
 check "a stopped worker drains and exits with 0" drains
 recreate() { compose rm -sf coordinator && compose up -d --no-build --no-deps coordinator && until_true 60 healthy; }
 check "a new coordinator container comes up on the old volume" recreate
-check "the job is still there" key job "$job" id
-
+check "the job is still there" key "$job" id
 
 # --- monitoring, but for the images of others -----------------------------------------------------------------
 monitored() { compose -f "$dir/context/deploy/compose.monitoring.yaml" "$@"; }

@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
-# What runs in containers: one Docker daemon and one set of images for tests/deploy/compose.sh and swarm.sh, which
-# also run alone, each with its own.
+# What runs in containers: one Docker daemon and one set of images for tests/deploy/compose.sh, compose_standby.sh
+# and swarm.sh, which also run alone, each with its own.
 #   tests/deploy/containers.sh [--source]
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 cd "$root" || exit 1
-source tests/deploy/checks.sh
+source tests/deploy/farm.sh
 source tests/deploy/docker_daemon.sh
-dir=$(mktemp -d "${TMPDIR:-/tmp}/lightmill-containers.XXXXXX")
-trap 'stop_docker "$dir"' EXIT
-trap 'exit 143' TERM INT
+# shellcheck disable=SC2317  # begin calls it
+cleanup() { stop_docker "$dir"; }
+begin containers 1
 farm_images "$dir" "${1:-prebuilt}"
 export LIGHTMILL_DOCKER_DIR=$dir
-for script in compose swarm; do
+for script in compose compose_standby swarm; do
   echo "-- $script (${SECONDS}s)"
   bash "tests/deploy/$script.sh" | tee "$dir/$script.log"
   figures=$(grep -E '^[0-9]+ passed, [0-9]+ failed' "$dir/$script.log" | tail -n 1)

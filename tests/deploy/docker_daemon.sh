@@ -1,5 +1,5 @@
-# shellcheck shell=bash disable=SC2034
-# Sourced by tests that need Docker: a daemon of the test's own in a temporary folder, and debian:bookworm-slim
+# shellcheck shell=bash disable=SC2034,SC2154
+# Sourced, after farm.sh, by tests that need Docker: a daemon of the test's own in a temporary folder, and debian:bookworm-slim
 # made from Debian packages, so that no image registry is needed.
 #
 #   start_docker DIR      exports DOCKER_HOST; returns 1 with the reason in $docker_reason where it can't be
@@ -74,10 +74,8 @@ farm_image() {
 no_embree() { ! docker run --rm --pull never --network none --entrypoint ls lightmill-coordinator /usr/lib/x86_64-linux-gnu | grep embree; }
 
 farm_images() {
-  local dir=$1 binaries=source bin=build/release/bin program target
-  for program in lightmill lightmill-coordinator lightmill-worker; do
-    [[ -x $bin/$program ]] || { echo "FAIL  $bin/$program is not there; build the release preset first"; failed=1; finish; }
-  done
+  local dir=$1 binaries=source target
+  require_programs
   if [[ -n ${LIGHTMILL_DOCKER_DIR:-} ]]; then
     export DOCKER_HOST=unix://$LIGHTMILL_DOCKER_DIR/socket
     ln -s "$LIGHTMILL_DOCKER_DIR/context" "$dir/context"

@@ -19,13 +19,13 @@ objects() { (cd "$dir" && node check.mjs "$root" "$@"); }
 
 check "all objects are valid" objects
 # The check itself: it must find what is wrong.
-for breakage in field enum type required label drain kind; do
+for breakage in field enum type required label drain kind claim replicas; do
   finds() { ! objects --break "$breakage"; }
   check "a wrong $breakage is found" finds
 done
 
 "$bin/lightmill-coordinator" init --dir "$dir/credentials" --san lightmill-coordinator >/dev/null
-secrets() { deploy/kubernetes/secrets.sh "$dir/credentials"; }
+secrets() { LIGHTMILL_STORE=postgresql://lightmill:ge%2Fheim@lightmill-database/farm deploy/kubernetes/secrets.sh "$dir/credentials"; }
 check "secrets.sh prints the credentials" secrets
 secrets >"$dir/secrets.yaml"
 same_secrets() {
@@ -38,19 +38,28 @@ same_secrets() {
 check "the secrets that the objects name are those" same_secrets
 decodes() { [[ $(sed -n 's/^  token: //p' "$dir/secrets.yaml" | head -n 1 | base64 -d) == "$(cat "$dir/credentials/worker/token")" ]]; }
 check "a secret holds the file" decodes
+of_database() { [[ $(awk -v key="$1:" '/name: lightmill-database/ { on = 1 } on && $1 == key { print $2; exit }' "$dir/secrets.yaml" | base64 -d) == "$2" ]]; }
+check "the database's has its password" of_database password ge/heim
+check "and its address" of_database store postgresql://lightmill:ge%2Fheim@lightmill-database/farm
+no_password() { LIGHTMILL_STORE=postgresql://lightmill@db/farm deploy/kubernetes/secrets.sh "$dir/credentials" >/dev/null; [[ $? == 2 ]]; }
+check "an address without a password is refused" no_password
 no_folder() { deploy/kubernetes/secrets.sh "$dir/nowhere"; [[ $? == 2 ]]; }
 check "secrets.sh names a folder that is not there" no_folder
 
-# known PROGRAM FILE: every --option of the file is one of the program.
+# known PROGRAM FILE: every option in the arguments of the file's containers of that program is one that it has.
 known() {
   local help option
   help=$("$bin/$1" --help)
-  grep -oE -- '--[a-z][a-z-]+' <(grep -v '^ *#' "deploy/kubernetes/base/$2") | sort -u | while read -r option; do
+  awk -v image="name: ${1/lightmill-/}$" '/- name: / { on = $0 ~ image } on && !/^ *#/' "deploy/kubernetes/$2" |
+    grep -oE -- '--[a-z][a-z-]+' | sort -u | while read -r option; do
     grep -qE -- "(^|[ ,])$option( |$|=)" <<<"$help" || { echo "$1 has no $option"; exit 1; }
   done
 }
-check "the coordinator knows its options" known lightmill-coordinator coordinator.yaml
-check "the worker knows its options" known lightmill-worker worker.yaml
+check "the coordinator knows its options" known lightmill-coordinator base/coordinator.yaml
+check "the worker knows its options" known lightmill-worker base/worker.yaml
+for program in coordinator worker; do
+  check "the $program knows its options of the overlay standby" known "lightmill-$program" overlays/standby/kustomization.yaml
+done
 metrics() {
   local name
   grep -rhoE 'lightmill_[a-z_]+' deploy/kubernetes/overlays | sort -u | while read -r name; do

@@ -7,23 +7,17 @@
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 cd "$root" || exit 1
-source tests/deploy/checks.sh
+source tests/deploy/farm.sh
 source tests/deploy/slurm_cluster.sh
-bin=$root/build/release/bin
 
-dir=$(mktemp -d "${TMPDIR:-/tmp}/lightmill-slurm.XXXXXX")
 coordinator=''
 cleanup() {
   stop_slurm
   if [[ -n $coordinator ]]; then kill "$coordinator" 2>/dev/null; wait "$coordinator"; fi
   rm -rf "$dir"
 }
-trap cleanup EXIT
-trap 'exit 143' TERM INT
-
-for program in lightmill lightmill-coordinator lightmill-worker; do
-  [[ -x $bin/$program ]] || { echo "FAIL  $bin/$program is not there; build the release preset first"; failed=1; finish; }
-done
+begin slurm 256
+require_programs
 [[ $(id -u) == 0 ]] || skip_all "the daemons of Slurm need root"
 deploy/install_packages.sh slurm || skip_all "Slurm's packages could not be installed"
 start_slurm "$dir" || skip_all "$slurm_reason"
@@ -37,16 +31,8 @@ ready() { [[ -s $dir/ports ]]; }
 check "the coordinator starts" until_true 20 ready
 LIGHTMILL_COORDINATOR=localhost:$(sed -n 's/^rpc=//p' "$dir/ports")
 export LIGHTMILL_COORDINATOR LIGHTMILL_BIN=$bin LIGHTMILL_CREDENTIALS=$dir/credentials/client TMPDIR=$dir
-scene=scenes/cornell-spheres.pbrt
-settings=(--integrator bdpt --spp "${LIGHTMILL_SLURM_SPP:-256}" --seed 3)
-check "local render" "$bin/lightmill" render "$scene" "${settings[@]}" --quiet -o "$dir/local.exr"
-same() { /usr/bin/python3 tests/deploy/same_pixels.py "$1" "$dir/local.exr"; }
+check "local render" render_locally
 
-# workers STATE...: how many are in one of these, as the coordinator sees them.
-workers() { "$bin/lightmill" workers --json | json 'sum(w["state"] in sys.argv[2:] for w in value)' "$@"; }
-key() { "$bin/lightmill" job "$1" --json | json 'value[sys.argv[2]]' "$2"; }
-progress() { [[ $(key "$1" packets_done) -gt $2 ]]; }
-unfinished() { [[ $(key "$1" packets_done) -lt $(key "$1" packets_total) ]]; }
 # slurm_job ID FIELD: of scontrol's words about it.
 slurm_job() { scontrol -o show job "$1" | tr ' ' '\n' | sed -n "s/^$2=//p" | head -n 1; }
 in_state() { [[ $(slurm_job "$1" JobState) == "$2" ]]; }
@@ -62,8 +48,7 @@ workers_line=$(documented workers.sbatch)
 array=$(submit_workers "${workers_line/sbatch/sbatch -w n1 --output=$dir/worker-%a.log}")
 limited=$(submit_workers "sbatch -w n2 --output=$dir/limited.log --time=1 --signal=B:TERM@20 deploy/slurm/workers.sbatch")
 check "sbatch takes an array of workers" test -n "$array"
-three() { [[ $(workers idle rendering) == 3 ]]; }
-check "three workers register" until_true 60 three
+check "three workers register" until_true 60 has_workers 3
 job=$("$bin/lightmill" submit "$scene" "${settings[@]}" --quiet)
 check "they make progress" until_true 30 progress "$job" 0
 if [[ $failed != 0 ]]; then
@@ -90,7 +75,7 @@ check "the job finishes" timeout 300 "$bin/lightmill" watch "$job"
 tidy() { [[ $(key "$job" leases_reassigned) == 0 ]]; }
 check "no lease had to run out: all were finished or handed back" tidy
 check "fetch" "$bin/lightmill" fetch "$job" -o "$dir/farm.exr"
-check "the array's image has the pixels of the local render" same "$dir/farm.exr"
+check "the array's image has the pixels of the local render" same_pixels "$dir/farm.exr"
 scancel "$array"
 
 # --- a farm inside one allocation -------------------------------------------------------------------------------
@@ -111,7 +96,7 @@ check "near its time limit it is queued again" until_true 90 again
 check "and completes" until_true 180 in_state "$inside" COMPLETED
 no_second_job() { ! says inside.log 'j2'; }
 check "going on with the same job" no_second_job
-check "its image has the pixels of the local render" same "$dir/inside.exr"
+check "its image has the pixels of the local render" same_pixels "$dir/inside.exr"
 gone() { [[ ! -e $dir/inside ]]; }
 check "its folder is gone" gone
 

@@ -6,10 +6,8 @@
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 cd "$root" || exit 1
-source tests/deploy/checks.sh
+source tests/deploy/farm.sh
 source tests/deploy/docker_daemon.sh
-bin=$root/build/release/bin
-dir=$(mktemp -d "${TMPDIR:-/tmp}/lightmill-swarm.XXXXXX")
 swarm=false
 # The stack's network gets a number of its own: Swarm's first one may be in use by another daemon, or be held by an
 # interface which one that was killed left behind.
@@ -23,11 +21,9 @@ cleanup() {
   # An interface that a daemon leaves behind would be in the way of the next network of its number.
   ip -o link show type vxlan | grep -oE "vx-$(printf %06x "$vni")-[^:@]+" | xargs -rn 1 ip link delete
 }
-trap cleanup EXIT
-trap 'exit 143' TERM INT
+begin swarm 160
 farm_images "$dir" prebuilt
 
-free_port() { /usr/bin/python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
 docker swarm init --advertise-addr 127.0.0.1 --listen-addr "127.0.0.1:$(free_port)" >"$dir/swarm.log" 2>&1 ||
   skip_all "no Swarm on this kernel: $(tail -n 1 "$dir/swarm.log" | cut -c1-200)"
 swarm=true
@@ -51,8 +47,7 @@ check "stack deploy" docker stack deploy --resolve-image never -c deploy/swarm/s
 container() { docker ps -q --filter "label=com.docker.swarm.service.name=farm_$1" | head -n 1; }
 healthy() { [[ $(docker inspect -f '{{.State.Health.Status}}' "$(container coordinator)") == healthy ]]; }
 check "the coordinator turns healthy" until_true 90 healthy
-workers() { [[ $("$bin/lightmill" workers --json | json 'sum(w["state"] in ("idle", "rendering") for w in value)') == "$1" ]]; }
-check "a worker registers" until_true 60 workers 1
+check "a worker registers" until_true 60 has_workers 1
 if [[ $failed != 0 ]]; then
   docker service ps --no-trunc farm_coordinator farm_worker; docker service logs --tail 20 farm_coordinator; docker service logs --tail 20 farm_worker
   finish
@@ -69,22 +64,18 @@ own_secrets() { [[ $(docker exec "$(container worker)" ls /run/credentials | tr 
 check "a worker has its own secrets and no others" own_secrets
 
 # --- a job, while the farm changes under it -------------------------------------------------------------------
-scene=scenes/cornell-spheres.pbrt
-settings=(--integrator bdpt --spp "${LIGHTMILL_SWARM_SPP:-160}" --seed 3)
 job=$("$bin/lightmill" submit "$scene" "${settings[@]}" --quiet)
-key() { "$bin/lightmill" job "$job" --json | json 'value[sys.argv[2]]' "$1"; }
-started() { [[ $(key packets_done) -gt 0 ]]; }
-check "one worker makes progress" until_true 60 started
+check "one worker makes progress" until_true 60 progress "$job" 0
 check "scale to two workers" timeout 120 docker service scale -d farm_worker=2
-check "two workers are registered" until_true 60 workers 2
+check "two workers are registered" until_true 60 has_workers 2
 first=$(container coordinator)
 kill -9 "$(docker inspect -f '{{.State.Pid}}' "$first")"
 replaced() { local now; now=$(container coordinator); [[ -n $now && $now != "$first" ]] && healthy; }
 check "a killed coordinator is replaced by another container on the same volume" until_true 60 replaced
 check "the job finishes" timeout 300 "$bin/lightmill" watch "$job"
 check "fetch" "$bin/lightmill" fetch "$job" -o "$dir/farm.exr"
-check "local render" "$bin/lightmill" render "$scene" "${settings[@]}" --quiet -o "$dir/local.exr"
-check "farm and local give the same pixels" /usr/bin/python3 tests/deploy/same_pixels.py "$dir/farm.exr" "$dir/local.exr"
+check "local render" render_locally
+check "farm and local give the same pixels" same_pixels "$dir/farm.exr"
 check "scale to none" timeout 120 docker service scale -d farm_worker=0
 drained() { [[ -z $(container worker) ]]; }
 check "the workers leave" until_true 90 drained

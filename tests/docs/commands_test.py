@@ -26,7 +26,8 @@ GENEROUS_S = 300
 ELSEWHERE = [  # a pattern, and what runs such commands
     (r"^(docker|docker-compose) |^mkdir -p farm-credentials$|-C /var/lib/lightmill/credentials|^export LIGHTMILL_CRED",
      "tests/deploy/containers.sh, those of Compose and Swarm"),
-    (r"^kubectl |kubectl apply|^deploy/kubernetes/", "tests/deploy/kubernetes.sh, as far as it needs no cluster"),
+    (r"^kubectl |kubectl apply|^deploy/kubernetes/|^export LIGHTMILL_STORE=",
+     "tests/deploy/kubernetes.sh, as far as it needs no cluster"),
     (r"^deploy/swarm/|^export LIGHTMILL_SECRETS", "tests/deploy/swarm.sh"),
     (r"^sbatch |^export LIGHTMILL_(BIN|COORDINATOR)=", "tests/deploy/slurm.sh"),
     (r"^deploy/quickstart\.sh|^deploy/install_packages\.sh", "tests/deploy/quickstart.sh"),

@@ -24,17 +24,24 @@ function documents(file) {
   return yaml.loadAll(fs.readFileSync(file, "utf8")).filter((d) => d).map((d) => ({ ...d, file }));
 }
 
-function merge(into, patch) {
-  if (Array.isArray(into) && Array.isArray(patch) && patch.every((p) => p?.name)) {
+// Lists by name are those that a strategic merge patch takes item by item; null takes a field out.
+const BY_NAME = new Set(["containers", "volumes", "env"]);
+
+function merge(into, patch, list) {
+  if (BY_NAME.has(list) && Array.isArray(into) && Array.isArray(patch)) {
     for (const item of patch) {
       const found = into.findIndex((i) => i.name === item.name);
-      if (found < 0) throw new Error(`the patch names ${item.name}, which is not there`);
-      into[found] = merge(into[found], item);
+      if (found >= 0) into[found] = merge(into[found], item);
+      else if (list === "containers") throw new Error(`the patch names ${item.name}, which is not there`);
+      else into.push(item);
     }
     return into;
   }
   if (into && patch && typeof into === "object" && typeof patch === "object" && !Array.isArray(patch)) {
-    for (const [key, value] of Object.entries(patch)) into[key] = key in into ? merge(into[key], value) : value;
+    for (const [key, value] of Object.entries(patch)) {
+      if (value === null) delete into[key];
+      else into[key] = key in into ? merge(into[key], value, key) : value;
+    }
     return into;
   }
   return patch;
@@ -126,6 +133,7 @@ function check_together(objects) {
     for (const c of pod.containers) {
       for (const probe of ["startupProbe", "readinessProbe", "livenessProbe"]) {
         const target = c[probe]?.httpGet ?? c[probe]?.tcpSocket;
+        if (c[probe]?.exec) continue;
         if (!target) problem(where, `no ${probe}`);
         else if (!c.ports.some((p) => p.name === target.port)) problem(where, `${probe}: no port ${target.port}`);
       }
@@ -153,15 +161,28 @@ function check_together(objects) {
     const { name } = o.spec.scaleTargetRef;
     if (!workloads.some((w) => w.metadata.name === name)) problem(o.file, `no ${name} to scale`);
   }
+  const claims = new Set(of("PersistentVolumeClaim").map((c) => c.metadata.name));
+  for (const w of workloads) {
+    for (const v of w.spec.template.spec.volumes ?? []) {
+      const claim = v.persistentVolumeClaim?.claimName;
+      if (claim && !claims.has(claim)) problem(w.file, `no claim ${claim}`);
+    }
+    // Addresses of single pods, as workers dial them.
+    const dialled = w.spec.template.spec.containers.flatMap((c) => c.args ?? []).flatMap((a) => [...a.matchAll(/([a-z-]+)-(\d+)\.([a-z-]+):/g)]);
+    for (const [text, set, ordinal, service] of dialled) {
+      const found = of("StatefulSet").find((s) => s.metadata.name === set && s.spec.serviceName === service);
+      if (!found || Number(ordinal) >= found.spec.replicas) problem(w.file, `no pod at ${text}`);
+    }
+  }
   for (const w of of("StatefulSet")) if (!of("Service").some((s) => s.metadata.name === w.spec.serviceName)) problem(w.file, `no service ${w.spec.serviceName}`);
 }
 
-/// Names and keys of the secrets that the objects use; what tests/deploy/kubernetes.sh compares with secrets.sh.
+/// Names and keys of the secrets that the objects use ("name" alone where all keys are mounted); what tests/deploy/kubernetes.sh compares with secrets.sh.
 function secrets_used(objects) {
   const used = new Set();
   const walk = (value) => {
     if (!value || typeof value !== "object") return;
-    if (value.secretName) used.add(value.secretName);
+    if (value.secretName) for (const item of value.items ?? [{}]) used.add(`${value.secretName} ${item.key ?? ""}`.trim());
     if (value.key && value.name) used.add(`${value.name} ${value.key}`);
     Object.values(value).forEach(walk);
   };
@@ -179,12 +200,17 @@ const BREAKAGES = {
   kind: (o) => (o.find((x) => x.kind === "Deployment").apiVersion = "apps/v1beta9"),
 };
 
+const OVERLAY_BREAKAGES = {
+  claim: (o) => (o.find((x) => x.kind === "PersistentVolumeClaim").metadata.name = "another"),
+  replicas: (o) => (o.find((x) => x.kind === "StatefulSet").spec.replicas = 1),
+};
+
 const folders = ["base", ...fs.readdirSync(path.join(root, "overlays")).map((o) => `overlays/${o}`)];
 const secrets = new Set();
 let count = 0;
-for (const folder of breakage ? ["base"] : folders) {
+for (const folder of !breakage ? folders : breakage in BREAKAGES ? ["base"] : ["overlays/standby"]) {
   const objects = build(path.join(root, folder));
-  if (flag === "--break") BREAKAGES[breakage](objects);
+  if (flag === "--break") ({ ...BREAKAGES, ...OVERLAY_BREAKAGES })[breakage](objects);
   check_schemas(objects);
   try {
     check_together(objects);
