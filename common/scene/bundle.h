@@ -41,7 +41,7 @@ class BundleFiles : public FileSource {
  public:
   BundleFiles(const Bundle& bundle, std::string folder);
   std::string resolve(const std::string& name) const override;
-  bool has_unused_images() const override { return false; }
+  bool has_unused_files() const override { return false; }
 
  private:
   std::map<std::string, std::string> path_by_name_;

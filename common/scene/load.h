@@ -19,8 +19,9 @@ class FileSource {
   /// Path that can be opened for the file named `name` (relative to the main scene file's folder, or
   /// absolute), or empty if there is none.
   virtual std::string resolve(const std::string& name) const = 0;
-  /// False where images may be absent that nothing in the scene shows, as in a bundle.
-  virtual bool has_unused_images() const { return true; }
+  /// False where images of textures and meshes of objects may be absent that nothing in the scene shows, as
+  /// in a bundle.
+  virtual bool has_unused_files() const { return true; }
 };
 
 /// Files relative to the folder of the main scene file.

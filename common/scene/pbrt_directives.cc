@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "common/scene/pbrt_parser.h"
 #include "common/scene/transform.h"
@@ -364,6 +365,7 @@ void PbrtParser::on_object_begin(const Token& d) {
   }
   push(Scope::Kind::kObject, d);
   open_object_ = *name;
+  out_.object_files.emplace();
   out_.open_curves.reset();
   object_first_shape_ = out_.scene.shapes.size();
 }
@@ -375,7 +377,9 @@ void PbrtParser::on_object_end(const Token& d) {
   ObjectDescription object{*open_object_,
                            {std::make_move_iterator(first), std::make_move_iterator(shapes.end())}};
   shapes.erase(first, shapes.end());
-  objects_[*open_object_] = {static_cast<int>(out_.scene.objects.size()), box_corners(object.shapes)};
+  objects_[*open_object_] = {static_cast<int>(out_.scene.objects.size()), box_corners(object.shapes),
+                             std::move(*out_.object_files)};
+  out_.object_files.reset();
   out_.scene.objects.push_back(std::move(object));
   out_.open_curves.reset();
   open_object_.reset();
@@ -410,6 +414,12 @@ void PbrtParser::on_object_instance(const Token& d) {
                                              " lies outside the range of numbers; check its transform");
     return;
   }
+  if (!found->second.files.complete) {
+    problems_->error(d.where.location(),
+                     "a mesh of the object " + in_quotes(*name) + " is missing; submit the scene again");
+    return;
+  }
+  out_.list(std::exchange(found->second.files.found, {}));
   out_.scene.instances.push_back({found->second.index, ctm});
 }
 

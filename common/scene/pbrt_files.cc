@@ -19,18 +19,33 @@ std::string PbrtScene::readable(const std::string& reference, const SourceLocati
   return path;
 }
 
-void PbrtScene::list(const std::string& name, const std::string& path) {
-  if (listed_files_.insert(name).second) scene.files.push_back({name, path});
+void PbrtScene::list(const SourceFile& file) {
+  if (listed_files_.insert(file.name).second) scene.files.push_back(file);
+}
+
+void PbrtScene::list(const std::vector<SourceFile>& found) {
+  for (const SourceFile& file : found) list(file);
 }
 
 std::string PbrtScene::open_reference(const std::string& reference, const SourceLocation& where) {
   std::string path = readable(reference, where);
-  if (!path.empty()) list(bundle_name(reference), path);
+  if (!path.empty()) list(SourceFile{bundle_name(reference), path});
+  return path;
+}
+
+std::string PbrtScene::open_mesh(const std::string& reference, const SourceLocation& where) {
+  if (!object_files) return open_reference(reference, where);
+  if (!files.has_unused_files() && files.resolve(reference).empty()) {
+    object_files->complete = false;
+    return "";
+  }
+  std::string path = readable(reference, where);
+  if (!path.empty()) object_files->found.push_back({bundle_name(reference), path});
   return path;
 }
 
 std::optional<std::string> PbrtScene::open_image(const std::string& reference, const SourceLocation& where) {
-  if (!files.has_unused_images() && files.resolve(reference).empty()) return "";
+  if (!files.has_unused_files() && files.resolve(reference).empty()) return "";
   std::string path = readable(reference, where);
   if (path.empty()) return std::nullopt;
   image_names_[path].insert(bundle_name(reference));
@@ -47,7 +62,7 @@ void PbrtScene::list_images() {
       problems->error(texture.location, "the image of the texture " + in_quotes(texture.name) +
                                             " is missing; submit the scene again");
     } else {
-      for (const std::string& name : image_names_.at(image->path)) list(name, image->path);
+      for (const std::string& name : image_names_.at(image->path)) list(SourceFile{name, image->path});
     }
   }
 }

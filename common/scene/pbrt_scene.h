@@ -60,6 +60,16 @@ struct PbrtScene {
   std::optional<std::string> open_image(const std::string& reference, const SourceLocation& where);
   /// Once the scene is complete, and free of errors.
   void list_images();
+  /// Files of meshes of an object: listed once an instance shows it.
+  struct ObjectFiles {
+    std::vector<SourceFile> found;
+    bool complete = true;  // the source has all
+  };
+  /// Of the object that is being defined, if one is.
+  std::optional<ObjectFiles> object_files;
+  /// Path of a mesh, or "": reported at `where`, or missing from object_files.
+  std::string open_mesh(const std::string& reference, const SourceLocation& where);
+  void list(const std::vector<SourceFile>& found);
   /// Index of a named material or texture; made a placeholder on first use.
   int material_named(const std::string& name, const SourceLocation& where);
   int texture_named(const std::string& name, bool is_spectrum, const SourceLocation& where);
@@ -108,7 +118,7 @@ struct PbrtScene {
   };
   /// Path that can be read, or "" (reported at `where`).
   std::string readable(const std::string& reference, const SourceLocation& where);
-  void list(const std::string& name, const std::string& path);
+  void list(const SourceFile& file);
   Rgb read_spectrum(const Parameter& parameter, SpectrumUse use, ParameterList& params, Rgb fallback);
 
   std::map<std::string, Named> named_materials_, named_media_;

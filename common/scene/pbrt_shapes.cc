@@ -132,7 +132,7 @@ std::shared_ptr<const TriangleMesh> read_ply_mesh(PbrtScene& out, ParameterList&
     out.problems->error(where, params.owner() + " needs a \"string filename\"");
     return nullptr;
   }
-  const std::string path = out.open_reference(file, where);
+  const std::string path = out.open_mesh(file, where);
   if (path.empty()) return nullptr;
   if (const auto found = out.meshes.find(path); found != out.meshes.end()) return found->second;
   std::shared_ptr<TriangleMesh> mesh;

@@ -127,6 +127,31 @@ TEST_F(Bundles, WithoutAnImageThatIsSeenAreRefused) {
   }
 }
 
+TEST_F(Bundles, HoldTheMeshesOfObjectsThatAreSomewhere) {
+  for (const char* name : {"seen", "unseen", "both"}) folder_.write(std::string(name) + ".ply", kPly);
+  std::map<std::string, std::string> paths;
+  const SceneDescription scene = clean_world(R"(
+    ObjectBegin "a" Shape "plymesh" "string filename" "seen.ply" ObjectEnd
+    ObjectBegin "b"
+      Shape "plymesh" "string filename" "unseen.ply"
+      Shape "plymesh" "string filename" "both.ply"
+    ObjectEnd
+    Shape "plymesh" "string filename" "both.ply"
+    ObjectInstance "a" Translate 1 0 0 ObjectInstance "a")");
+  Bundle bundle = make_bundle(scene, &paths);
+  std::vector<std::string> names;
+  for (const BundleEntry& e : bundle.entries) names.push_back(e.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"both.ply", "scene.pbrt", "seen.ply"}));
+  TempFolder cache;
+  store(bundle, paths, cache);
+  const SceneDescription copy = clean(load_scene(bundle.main, BundleFiles(bundle, cache.path())));
+  EXPECT_EQ(copy.instances.size(), 2u);
+  EXPECT_EQ(make_bundle(copy, nullptr).digest(), bundle.digest());
+  bundle.entries.pop_back();  // seen.ply
+  EXPECT_TRUE(has_error(load_scene(bundle.main, BundleFiles(bundle, cache.path())),
+                        "a mesh of the object \"a\" is missing"));
+}
+
 TEST_F(Bundles, AFolderMustHoldUnusedImagesToo) {
   const LoadResult loaded =
       load_world("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"typo.png\"\n");
