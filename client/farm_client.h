@@ -29,6 +29,8 @@ struct TileLogLine {
   std::string worker, text;
 };
 
+class FarmConnection;  // farm_connection.h
+
 using UploadProgress = std::function<void(size_t blobs, uint64_t sent, uint64_t bytes)>;
 
 class FarmClient {
@@ -66,8 +68,7 @@ class FarmClient {
   ErrorCurve curve(const JobId& id);
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<FarmConnection> farm_;
 };
 
 }  // namespace lightmill::client

@@ -1,0 +1,57 @@
+#pragma once
+// A client's way to the coordinator that leads: one stub to each address, and calls with deadlines. Errors
+// are those of FarmClient (farm_client.h).
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/options.h"
+#include "common/rpc/channel.h"
+#include "common/rpc/coordinators.h"
+#include "lightmill/v1/client.grpc.pb.h"
+
+namespace lightmill::client {
+
+inline constexpr double kTransferSeconds = 3600;  // uploads, images, long lists
+
+class FarmConnection {
+ public:
+  using Stub = v1::ClientService::Stub;
+
+  /// Does not connect yet. Throws what the constructor of FarmClient throws.
+  explicit FarmConnection(const ConnectionOptions& connection);
+
+  const std::string& address() const { return coordinators_.address(coordinators_.current()); }
+  const SecurityFiles& security() const { return security_; }
+  /// Of the one to call; of several, one that leads if any does.
+  Stub* stub();
+  /// The next stub() looks for a leader again.
+  void forget_leader() { met_ = false; }
+  /// Throws what a status means. If nobody could be reached, TLS may be why; gRPC does not say.
+  void require_ok(const grpc::Status& status) const;
+
+  template <class Request, class Response>
+  Response call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                const Request& request) {
+    Stub* const leader = stub();
+    grpc::ClientContext context;
+    set_deadline(context, kFirstAnswerSeconds);
+    Response response;
+    require_ok((leader->*method)(&context, request, &response));
+    return response;
+  }
+
+ private:
+  static constexpr double kFirstAnswerSeconds = 8;  // "is anybody there?" within a few seconds
+
+  void find_leader();
+
+  Coordinators coordinators_;
+  SecurityFiles security_;
+  std::vector<std::unique_ptr<Stub>> stubs_;  // one to a coordinator
+  bool met_ = false;                          // one that leads was found
+};
+
+}  // namespace lightmill::client
