@@ -3,10 +3,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
-#include <new>
 
 #include "common/build_id/build_id.h"
 #include "common/error.h"
+#include "common/error_line.h"
 
 namespace lightmill::client {
 namespace {
@@ -62,10 +62,8 @@ int run_cli(int argc, const char* const* argv) {
     return action();
   } catch (const Error& error) {
     return fail(error.what(), error.exit_code());
-  } catch (const std::bad_alloc&) {
-    return fail("out of memory; lower the resolution or free some memory", 1);
   } catch (const std::exception& error) {
-    return fail(error.what(), 1);
+    return fail(error_line(error), 1);
   }
 }
 

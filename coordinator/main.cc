@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "common/build_id/build_id.h"
+#include "common/error_line.h"
 #include "common/image/partial.h"
 #include "common/log.h"
 #include "common/rpc/security_flags.h"
@@ -326,7 +327,7 @@ int main_with_errors(int argc, char** argv) {
     std::fprintf(stderr, "lightmill-coordinator: %s\n", error.what());
     return error.exit_code();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "lightmill-coordinator: %s\n", error.what());
+    std::fprintf(stderr, "lightmill-coordinator: %s\n", error_line(error).c_str());
     return 1;
   }
 }

@@ -12,6 +12,7 @@
 
 #include "common/build_id/build_id.h"
 #include "common/error.h"
+#include "common/error_line.h"
 #include "common/image/partial.h"
 #include "common/log.h"
 #include "common/rpc/channel.h"
@@ -241,7 +242,7 @@ int main_with_errors(int argc, char** argv) {
     std::fprintf(stderr, "lightmill-worker: %s\n", error.what());
     return error.exit_code();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "lightmill-worker: %s\n", error.what());
+    std::fprintf(stderr, "lightmill-worker: %s\n", error_line(error).c_str());
     return 1;
   }
 }

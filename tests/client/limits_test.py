@@ -33,6 +33,9 @@ def main():
             "check": [programs / "lightmill", "check", SCENE],
             "render": [programs / "lightmill", "render", SCENE, "--spp", 1, "--resolution", "16x16", "--threads", 1,
                        "--quiet", "-o", picture],
+            # More stacks than there is room for.
+            "render with many threads": [programs / "lightmill", "render", SCENE, "--spp", 1, "--resolution", "16x16",
+                                         "--threads", 64, "--quiet", "-o", picture],
             "explain": [programs / "lightmill", "explain", SCENE, "--resolution", "16x16"],
             "coordinator": [programs / "lightmill-coordinator", "--version"],
             "worker": [programs / "lightmill-worker", "--version"],

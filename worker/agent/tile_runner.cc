@@ -91,17 +91,21 @@ TileRunner::TileRunner(FarmLink& link, RenderSource& source, RunnerOptions optio
     : link_(link), source_(source), options_(std::move(options)), queue_(options_.threads) {}
 
 void TileRunner::run() {
-  std::vector<std::thread> threads;
-  threads.reserve(static_cast<size_t>(options_.threads) + 3);
-  for (int i = 0; i < options_.threads; ++i) threads.emplace_back([this] { render_loop(); });
-  threads.emplace_back([this] { commit_loop(); });
-  threads.emplace_back([this] { pilot_loop(); });
-  threads.emplace_back([this] { renew_loop(); });
+  std::vector<std::jthread> threads;  // joined whatever happens
+  try {
+    for (int i = 0; i < options_.threads; ++i) threads.emplace_back([this] { render_loop(); });
+    threads.emplace_back([this] { commit_loop(); });
+    threads.emplace_back([this] { pilot_loop(); });
+    threads.emplace_back([this] { renew_loop(); });
+  } catch (...) {  // the system has no more: those that there are must not wait for work
+    stop();
+    throw;
+  }
   set_float_mode();
   lease_loop();
   if (!is_stopping()) finish_held();
   stop();
-  for (std::thread& thread : threads) thread.join();
+  threads.clear();
   const std::lock_guard lock(refusal_mutex_);
   if (refusal_) std::rethrow_exception(refusal_);
 }

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <mutex>
-#include <thread>
 
 #include "common/error.h"
 #include "common/image/film.h"
+#include "common/parallel.h"
 
 namespace lightmill {
 namespace {
@@ -37,9 +37,7 @@ class Run {
       : settings_(settings), renderer_(scene, settings, threads), go_on_(go_on), result_(settings.grid) {
     const TileSpec tile{settings.grid.cells(), 0, settings.spp};
     PartialBuilder builder = make_builder(tile);
-    std::vector<std::thread> pool;
-    for (int t = 0; t < threads; ++t) pool.emplace_back([&] { work(builder); });
-    for (std::thread& t : pool) t.join();
+    parallel_for(static_cast<size_t>(threads), threads, [&](size_t) { work(builder); });
     if (stopped_) throw Error(ErrorKind::kFailed, "the diagnosis was interrupted; nothing was written");
     const Partial partial = builder.take();
     Film film(settings.grid);

@@ -4,9 +4,9 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
-#include <thread>
 
 #include "common/error.h"
+#include "common/parallel.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/plan/cost_model.h"
 #include "worker/render/plan/effort.h"
@@ -89,9 +89,7 @@ class Pilot {
         results_(sight_.cells.size()) {}
 
   PilotReport run(int threads) {
-    std::vector<std::thread> pool;
-    for (int t = 0; t < threads; ++t) pool.emplace_back([this] { work(); });
-    for (std::thread& t : pool) t.join();
+    parallel_for(static_cast<size_t>(threads), threads, [this](size_t) { work(); });
     if (failure_) std::rethrow_exception(failure_);
     if (stopped_) throw Error(ErrorKind::kFailed, "the pilot was interrupted");
     merge();
