@@ -123,12 +123,12 @@ ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params, const Me
   return m;
 }
 
-/// Lobes of layers are round: one whose roughness differs by direction is warned of.
+/// Layers of a textured roughness are round: one that differs by direction is warned of.
 void warn_of_anisotropy(ParameterList& params, const Roughness& r, const RoughnessNames& names = {}) {
-  if (r.u.texture == r.v.texture && (r.u.texture >= 0 || r.u.value == r.v.value)) return;
-  params.unsupported(
-      params.has(names.u) ? names.u : names.v,
-      "differs from the other direction's; a layer is rough alike in both, by their geometric mean");
+  if (r.u.texture == r.v.texture) return;
+  params.unsupported(params.has(names.u) ? names.u : names.v,
+                     "differs from the other direction's; by a texture; then a layer is rough alike in both, "
+                     "by their geometric mean");
 }
 
 /// What a layered material's coat has besides its index and roughness.

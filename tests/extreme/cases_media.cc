@@ -49,6 +49,7 @@ Case furnace(float depth, float g) {
   if (depth > 4) {
     c.notes.push_back({Note::kSkip, kNextEvent, "hundreds of events per path"});
     c.notes.push_back({Note::kSkip, kEmissionHits | kNextEvent, "hundreds of events per light path"});
+    c.notes.push_back({Note::kSkip, kEmissionHits, "light that the medium all but hides from every event"});
   }
   if (depth <= 4) {
     c.notes.push_back({Note::kSkip, kEmissionHits | kNextEvent,

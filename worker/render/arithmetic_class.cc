@@ -175,6 +175,12 @@ SceneDescription every_kernel() {
   add(CoatedDiffuseMaterial{{{0.7f, 0.4f, 0.1f}, -1}, 1.5f, rough(0.2f), 0.5f, 10, milky});
   add(CoatedConductorMaterial{metal, 1.5f, rough(0), 0.5f, 10, milky});
   add(CoatedConductorMaterial{metal, 1.4f, rough(0.3f), 0.5f, 10, milky});
+  CoatedConductorMaterial lying{metal, 1.4f, rough(0.3f)};
+  lying.conductor.roughness = {{0.3f, -1}, {0.05f, -1}, false};
+  add(lying);
+  lying.coat_roughness = rough(0);
+  add(lying);
+  add(CoatedDiffuseMaterial{{{0.7f, 0.4f, 0.1f}, -1}, 1.5f, lying.conductor.roughness});
   add(MixMaterial{{1, 6}, {0.4f, -1}});
   ConductorMaterial brushed = metal;
   brushed.roughness = {{0.3f, -1}, {0.05f, -1}, false};

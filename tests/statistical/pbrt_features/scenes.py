@@ -75,6 +75,9 @@ def materials():
         "coatedconductor_named": '"coatedconductor" "spectrum conductor.eta" "metal-Al-eta" "spectrum conductor.k"'
                                  ' "metal-Al-k" "float interface.roughness" .2 "float conductor.roughness" .1',
         "coatedconductor_default": '"coatedconductor"',
+        "coateddiffuse_brushed": f'"coateddiffuse" {grey6} "float uroughness" .3 "float vroughness" .02',
+        "coatedconductor_brushed": '"coatedconductor" "rgb reflectance" [.8 .8 .8] "float interface.roughness" 0'
+                                   ' "float conductor.uroughness" .4 "float conductor.vroughness" .05',
         "conductor_aluminium": '"conductor" "spectrum eta" "metal-Al-eta" "spectrum k" "metal-Al-k" "float roughness" .1',
         "conductor_copper": '"conductor" "spectrum eta" "metal-Cu-eta" "spectrum k" "metal-Cu-k" "float roughness" .3',
         "conductor_gold": '"conductor" "spectrum eta" "metal-Au-eta" "spectrum k" "metal-Au-k" "float roughness" 0',

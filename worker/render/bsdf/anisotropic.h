@@ -1,7 +1,10 @@
 #pragma once
-// Rough metals and dielectrics with a roughness for each tangent direction: the lobes of conductor.h and
-// dielectric.h in axes that follow dp/du. Parameters as theirs, and 6 alpha along the tangent, 8 alpha across
-// it, 9 rotation of the tangent within Frame(ns), in turns.
+// Lobes with a roughness for each tangent direction: those of conductor.h, dielectric.h and of the coated
+// kinds in axes that follow dp/du. Parameters as theirs, 9 rotation of the tangent within Frame(ns), in
+// turns; of metals and dielectrics 6 alpha along the tangent, 8 alpha across it; coated kinds have a block of
+// coat_scattering.h with their anisotropies, whether or not the coat scatters, and energies as if round.
+#include "worker/render/bsdf/coated_conductor.h"
+#include "worker/render/bsdf/coated_diffuse.h"
 #include "worker/render/bsdf/conductor.h"
 #include "worker/render/bsdf/dielectric.h"
 
@@ -41,6 +44,39 @@ inline BsdfSample<F> sample_anisotropic_dielectric(const BsdfParams<F>& params, 
   const LobeAxes<F> axes(params.p[9]);
   BsdfSample<F> s =
       sample_rough_dielectric(anisotropic_ggx(params), params, axes.to_lobe(wo), lobe, u, v, mode);
+  s.wi = axes.from_lobe(s.wi);
+  return s;
+}
+
+template <class F>
+inline BsdfEval<F> eval_anisotropic_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
+                                           const Vec3<F>& wi) {
+  const LobeAxes<F> axes(params.p[9]);
+  return eval_coated<F, true, true, true>(params, of_kind, axes.to_lobe(wo), axes.to_lobe(wi));
+}
+
+template <class F>
+inline BsdfSample<F> sample_anisotropic_coated(const BsdfParams<F>& params, MaskOf<F> of_kind,
+                                               const Vec3<F>& wo, F lobe, F u, F v) {
+  const LobeAxes<F> axes(params.p[9]);
+  BsdfSample<F> s = sample_coated<F, true, true, true>(params, of_kind, axes.to_lobe(wo), lobe, u, v);
+  s.wi = axes.from_lobe(s.wi);
+  return s;
+}
+
+template <class F, bool kRough>
+inline BsdfEval<F> eval_anisotropic_coated_conductor(const BsdfParams<F>& params, MaskOf<F> of_kind,
+                                                     const Vec3<F>& wo, const Vec3<F>& wi) {
+  const LobeAxes<F> axes(params.p[9]);
+  return eval_coated_conductor<F, kRough, true, true>(params, of_kind, axes.to_lobe(wo), axes.to_lobe(wi));
+}
+
+template <class F, bool kRough>
+inline BsdfSample<F> sample_anisotropic_coated_conductor(const BsdfParams<F>& params, MaskOf<F> of_kind,
+                                                         const Vec3<F>& wo, F lobe, F u, F v) {
+  const LobeAxes<F> axes(params.p[9]);
+  BsdfSample<F> s =
+      sample_coated_conductor<F, kRough, true, true>(params, of_kind, axes.to_lobe(wo), lobe, u, v);
   s.wi = axes.from_lobe(s.wi);
   return s;
 }

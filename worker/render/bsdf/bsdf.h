@@ -27,7 +27,9 @@ inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 
                           kRoughTintedDielectric = 17, kTintedSheet = 18, kRoughTintedSheet = 19,
                           kSheenMetallicRoughness = 20, kHair = 21, kScatteringCoated = 22,
                           kRoughScatteringCoated = 23, kScatteringCoatedConductor = 24,
-                          kRoughScatteringCoatedConductor = 25, kMeasured = 26, kBsdfKinds = 27;
+                          kRoughScatteringCoatedConductor = 25, kMeasured = 26, kAnisotropicCoated = 27,
+                          kAnisotropicCoatedConductor = 28, kAnisotropicRoughCoatedConductor = 29,
+                          kBsdfKinds = 30;
 /// Of a vertex in a medium (henyey_greenstein.h); no material has it.
 inline constexpr BsdfKind kPhaseFunction = kBsdfKinds + 1;
 /// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
@@ -41,7 +43,8 @@ constexpr bool is_pure_delta(int32_t kind) {
 /// True if some lobe is a delta.
 constexpr bool has_delta(int32_t kind) {
   return is_pure_delta(kind) || kind == kSmoothCoated || kind == kCoatedConductor ||
-         kind == kScatteringCoated || kind == kScatteringCoatedConductor;
+         kind == kScatteringCoated || kind == kScatteringCoatedConductor ||
+         kind == kAnisotropicCoatedConductor;
 }
 /// The same per lane.
 template <class F>
@@ -57,8 +60,12 @@ inline MaskOf<F> pure_delta(IntOf<F> kind) {
 /// Which lanes have a lobe that follows the tangent.
 template <class F>
 inline MaskOf<F> anisotropic(IntOf<F> kind) {
-  return mask_or(mask_or(MaskOf<F>(kind == kAnisotropicConductor), MaskOf<F>(kind == kAnisotropicDielectric)),
-                 mask_or(MaskOf<F>(kind == kHair), MaskOf<F>(kind == kMeasured)));
+  const auto either = [&](BsdfKind a, BsdfKind b) {
+    return mask_or(MaskOf<F>(kind == a), MaskOf<F>(kind == b));
+  };
+  return mask_or(either(kAnisotropicConductor, kAnisotropicDielectric),
+                 mask_or(mask_or(either(kHair, kMeasured), MaskOf<F>(kind == kAnisotropicCoated)),
+                         either(kAnisotropicCoatedConductor, kAnisotropicRoughCoatedConductor)));
 }
 
 /// Roughness below which a microfacet lobe is its delta limit.
@@ -69,7 +76,7 @@ inline constexpr int kBsdfParams = 10;
 ///   diffuse     0-2 reflectance, 3-5 transmittance (of diffuse transmission)
 ///   conductor   0-2 eta, 3-5 k, 6 alpha, 7 table row + 1 of energy compensation or 0
 ///   dielectric  0 eta, 6 alpha (thin: eta alone)
-///   anisotropic as conductor and dielectric, and 8 and 9 as anisotropic.h says
+///   anisotropic as conductor, dielectric and coated kinds, and 8 and 9 as anisotropic.h says
 ///   hair as hair.h and measured as measured.h says, and 9 as anisotropic.h says
 ///   metallic roughness as metallic_roughness.h says, tinted as tinted.h
 ///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha,

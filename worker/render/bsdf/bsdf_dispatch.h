@@ -70,6 +70,12 @@ template <class F>
         return merge(m, eval_coated_conductor<F, false, true>(params, m, wo, wi), &result);
       case kRoughScatteringCoatedConductor:
         return merge(m, eval_coated_conductor<F, true, true>(params, m, wo, wi), &result);
+      case kAnisotropicCoated:
+        return merge(m, eval_anisotropic_coated(params, m, wo, wi), &result);
+      case kAnisotropicCoatedConductor:
+        return merge(m, eval_anisotropic_coated_conductor<F, false>(params, m, wo, wi), &result);
+      case kAnisotropicRoughCoatedConductor:
+        return merge(m, eval_anisotropic_coated_conductor<F, true>(params, m, wo, wi), &result);
       case kMetallicRoughness:
         return merge(m, eval_metallic_roughness<F, false>(params, m, wo, wi), &result);
       case kCoatedMetallicRoughness:
@@ -161,6 +167,12 @@ template <class F>
         return take(m, sample_coated_conductor<F, false, true>(params, m, wo, lobe, u, v));
       case kRoughScatteringCoatedConductor:
         return take(m, sample_coated_conductor<F, true, true>(params, m, wo, lobe, u, v));
+      case kAnisotropicCoated:
+        return take(m, sample_anisotropic_coated(params, m, wo, lobe, u, v));
+      case kAnisotropicCoatedConductor:
+        return take(m, sample_anisotropic_coated_conductor<F, false>(params, m, wo, lobe, u, v));
+      case kAnisotropicRoughCoatedConductor:
+        return take(m, sample_anisotropic_coated_conductor<F, true>(params, m, wo, lobe, u, v));
       case kMetallicRoughness:
         return take(m, sample_metallic_roughness<F, false>(params, m, wo, lobe, u, v));
       case kCoatedMetallicRoughness:

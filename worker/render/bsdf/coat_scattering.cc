@@ -124,6 +124,7 @@ std::vector<float> empty_block(const CoatMedium& medium) {
   std::vector<float> block(kScatteringBlock, 0.0f);
   std::copy(medium.albedo.begin(), medium.albedo.end(), block.begin());
   block[3] = medium.g;
+  block[kBaseAnisotropy] = block[kCoatAnisotropy] = 1;
   return block;
 }
 

@@ -13,12 +13,14 @@
 //
 // A block of rows (albedo_table.h) holds all that a lobe needs; its first row:
 //   0-2 single-scattering albedo, 3 g, 4 mean share of f_s in what enters (for choosing lobes)
+//   5, 6 anisotropy of the base's and of the coat's lobe (anisotropic_lobe), 1 if they are round
 // then S per channel, kCosineNodes rows for the cosines of wo, each over those of wi.
 #include <array>
 #include <vector>
 
 #include "worker/render/bsdf/albedo_table.h"
 #include "worker/render/bsdf/coat_crossing.h"
+#include "worker/render/bsdf/ggx.h"
 #include "worker/render/math/exp.h"
 
 namespace lightmill {
@@ -29,6 +31,7 @@ struct CoatMedium {
   float g;
 };
 
+inline constexpr int kBaseAnisotropy = 5, kCoatAnisotropy = 6;        // places in the first row
 inline constexpr int kScatteringTable = kCosineNodes * kCosineNodes;  // floats of S, one channel
 inline constexpr int kScatteringBlock = kCosineNodes + 3 * kScatteringTable;
 
@@ -44,6 +47,13 @@ ScatteringCoat scattering_coat(const CoatDescription& coat, const CoatMedium& me
 /// Over a metal of roughness `metal_alpha` that reflects `reflectance` in each channel: the block.
 std::vector<float> scattering_coat_over_metal(const CoatDescription& coat, const CoatMedium& medium,
                                               float metal_alpha, const std::array<float, 3>& reflectance);
+
+/// The coat's or the metal's lobe, of mean roughness `alpha`: along the tangent `ratio` times as wide, across
+/// it that much narrower.
+template <class F>
+inline AnisotropicGgx<F> anisotropic_lobe(F alpha, F ratio) {
+  return {max(alpha * ratio, splat<F>(kSmoothAlpha)), max(alpha / ratio, splat<F>(kSmoothAlpha))};
+}
 
 /// A direction outside and the one refracted from it, both on the upper side.
 template <class F>

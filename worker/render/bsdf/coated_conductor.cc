@@ -11,7 +11,7 @@ namespace {
 /// The lobe of the first order over a metal that reflects everything, from outside cosine `cosine`.
 std::vector<LobeSample> first_order(const BsdfParams<float>& params, float cosine) {
   constexpr int kSide = 16;
-  const CoatedConductor<float, true, false> coat{params, true};
+  const CoatedConductor<float, true, false, false> coat{params, true};
   const Vec3<float> wo{std::sqrt(max(1 - cosine * cosine, 0.0f)), 0, cosine};
   const auto o = coat.side(wo);
   const Ggx<float> ggx{params.p[6]};

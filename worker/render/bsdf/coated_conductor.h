@@ -70,7 +70,7 @@ inline BsdfSample<F> sample_smooth_coated_conductor(const BsdfParams<F>& params,
   return s;
 }
 
-template <class F, bool kRough, bool kScattering>
+template <class F, bool kRough, bool kScattering, bool kAnisotropic>
 struct CoatedConductor {
   const BsdfParams<F>& params;
   MaskOf<F> of_kind;
@@ -122,6 +122,20 @@ struct CoatedConductor {
   CoatScattering<F> scattering() const {
     return {params.tables, table_row(params, 8, of_kind) + kReflectanceNodes * kCosineNodes};
   }
+  auto metal_lobe() const {
+    if constexpr (kAnisotropic) {
+      return anisotropic_lobe(params.p[6], scattering().constant(kBaseAnisotropy));
+    } else {
+      return Ggx<F>{params.p[6]};
+    }
+  }
+  auto lobe() const {
+    if constexpr (kAnisotropic) {
+      return anisotropic_lobe(params.p[7], scattering().constant(kCoatAnisotropy));
+    } else {
+      return Ggx<F>{params.p[7]};
+    }
+  }
   /// Probabilities of the lobes: of the coat's own, and of what it scatters.
   struct Lobes {
     F coat, scattered;
@@ -136,16 +150,16 @@ struct CoatedConductor {
   }
 };
 
-template <class F, bool kRough, bool kScattering>
+template <class F, bool kRough, bool kScattering, bool kAnisotropic = false>
 inline BsdfEval<F> eval_coated_conductor(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
                                          const Vec3<F>& wi) {
-  const CoatedConductor<F, kRough, kScattering> coat{params, of_kind};
+  const CoatedConductor<F, kRough, kScattering, kAnisotropic> coat{params, of_kind};
   const auto o = coat.side(wo), i = coat.side(wi);
   const auto po = coat.lobes(o), pi = coat.lobes(i);
   const F inv_eta2 = 1.0f / (params.p[3] * params.p[3]);
   BsdfEval<F> e;
   {
-    const Ggx<F> ggx{params.p[6]};
+    const auto ggx = coat.metal_lobe();
     const Vec3<F> m = normalize(o.inside + i.inside);
     const F d = ggx.d(m);
     const F c = min(abs(dot(o.inside, m)), splat<F>(1.0f));
@@ -162,7 +176,7 @@ inline BsdfEval<F> eval_coated_conductor(const BsdfParams<F>& params, MaskOf<F> 
     e.pdf_reverse = e.pdf_reverse + pi.scattered * o.cosine * kInvPi;
   }
   if constexpr (kRough) {
-    const Ggx<F> ggx{params.p[7]};
+    const auto ggx = coat.lobe();
     const Vec3<F> h = wo + wi;
     const F h2 = dot(h, h);
     const MaskOf<F> valid = MaskOf<F>(h2 > 0.0f);
@@ -179,17 +193,17 @@ inline BsdfEval<F> eval_coated_conductor(const BsdfParams<F>& params, MaskOf<F> 
   return {e.f * one, e.pdf * one, e.pdf_reverse * one};
 }
 
-template <class F, bool kRough, bool kScattering>
+template <class F, bool kRough, bool kScattering, bool kAnisotropic = false>
 inline BsdfSample<F> sample_coated_conductor(const BsdfParams<F>& params, MaskOf<F> of_kind,
                                              const Vec3<F>& wo, F lobe, F u, F v) {
-  const CoatedConductor<F, kRough, kScattering> coat{params, of_kind};
+  const CoatedConductor<F, kRough, kScattering, kAnisotropic> coat{params, of_kind};
   const Vec3<F> up{wo.x, wo.y, abs(wo.z)};
   const auto o = coat.side(up);
   const auto po = coat.lobes(o);
   const MaskOf<F> choose_coat = MaskOf<F>(lobe < po.coat);
   const F eta = params.p[3];
   // The metal's lobe: reflect inside, refract out; nothing leaves beyond the critical angle.
-  const Ggx<F> base{params.p[6]};
+  const auto base = coat.metal_lobe();
   const Vec3<F> m = base.sample_visible(o.inside, u, v);
   const Vec3<F> inner = m * (2.0f * dot(o.inside, m)) - o.inside;
   const Vec3<F> flat{inner.x * eta, inner.y * eta, F{}};
@@ -203,7 +217,7 @@ inline BsdfSample<F> sample_coated_conductor(const BsdfParams<F>& params, MaskOf
   }
   BsdfSample<F> s;
   if constexpr (kRough) {
-    const Ggx<F> ggx{params.p[7]};
+    const auto ggx = coat.lobe();
     const Vec3<F> n = ggx.sample_visible(up, u, v);
     const Vec3<F> reflected = n * (2.0f * dot(up, n)) - up;
     wi = select(choose_coat, reflected, wi);
@@ -216,7 +230,8 @@ inline BsdfSample<F> sample_coated_conductor(const BsdfParams<F>& params, MaskOf
   }
   wi.z = copysign(wi.z, wo.z);
   s.wi = wi;
-  const BsdfEval<F> e = eval_coated_conductor<F, kRough, kScattering>(params, of_kind, wo, s.wi);
+  const BsdfEval<F> e =
+      eval_coated_conductor<F, kRough, kScattering, kAnisotropic>(params, of_kind, wo, s.wi);
   s.valid = mask_and(MaskOf<F>(up.z > 0.0f), mask_or(s.delta, mask_and(valid, MaskOf<F>(e.pdf > 0.0f))));
   const F scale = abs(s.wi.z) / select(MaskOf<F>(e.pdf > 0.0f), e.pdf, splat<F>(1.0f));
   const F coat_weight = o.reflectance / max(po.coat, splat<F>(1e-12f));

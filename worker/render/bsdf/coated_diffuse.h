@@ -40,7 +40,7 @@ CoatConstants rough_coat_constants(float eta, float thickness, float alpha, Cosi
 /// B above for one channel.
 float coated_base(float rho, double eta, double internal_reflectance, int base_encounters);
 
-template <class F, bool kRough, bool kScattering>
+template <class F, bool kRough, bool kScattering, bool kAnisotropic>
 struct CoatedDiffuse {
   const BsdfParams<F>& params;
   MaskOf<F> of_kind;
@@ -84,6 +84,13 @@ struct CoatedDiffuse {
   CoatScattering<F> scattering() const {
     return {params.tables, table_row(params, 8, of_kind) + 3 * kCosineNodes};
   }
+  auto lobe() const {
+    if constexpr (kAnisotropic) {
+      return anisotropic_lobe(params.p[6], scattering().constant(kCoatAnisotropy));
+    } else {
+      return Ggx<F>{params.p[6]};
+    }
+  }
   /// Probability of sampling the coat's lobe, by the albedos of the two lobes.
   F coat_probability(const Side& s) const {
     F diffuse = max_component(s.to_base) * params.p[4] * max_component(params.rgb(0)) * kPi;
@@ -92,10 +99,10 @@ struct CoatedDiffuse {
   }
 };
 
-template <class F, bool kRough, bool kScattering>
+template <class F, bool kRough, bool kScattering, bool kAnisotropic = false>
 inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
                                const Vec3<F>& wi) {
-  const CoatedDiffuse<F, kRough, kScattering> coat{params, of_kind};
+  const CoatedDiffuse<F, kRough, kScattering, kAnisotropic> coat{params, of_kind};
   const F co = abs(wo.z), ci = abs(wi.z);
   const auto o = coat.side(wo), i = coat.side(wi);
   const F po = coat.coat_probability(o), pi = coat.coat_probability(i);
@@ -105,7 +112,7 @@ inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, c
   e.pdf = (1.0f - po) * ci * kInvPi;
   e.pdf_reverse = (1.0f - pi) * co * kInvPi;
   if constexpr (kRough) {
-    const Ggx<F> ggx{params.p[6]};
+    const auto ggx = coat.lobe();
     const Vec3<F> h = wo + wi;
     const F h2 = dot(h, h);
     const MaskOf<F> valid = MaskOf<F>(h2 > 0.0f);
@@ -122,10 +129,10 @@ inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, c
   return {e.f * one, e.pdf * one, e.pdf_reverse * one};
 }
 
-template <class F, bool kRough, bool kScattering>
+template <class F, bool kRough, bool kScattering, bool kAnisotropic = false>
 inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo, F lobe,
                                    F u, F v) {
-  const CoatedDiffuse<F, kRough, kScattering> coat{params, of_kind};
+  const CoatedDiffuse<F, kRough, kScattering, kAnisotropic> coat{params, of_kind};
   const F co = abs(wo.z);
   const auto o = coat.side(wo);
   const F po = coat.coat_probability(o);
@@ -133,7 +140,7 @@ inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, MaskOf<F> of_kin
   Vec3<F> wi = square_to_cosine_hemisphere(u, v);
   BsdfSample<F> s;
   if constexpr (kRough) {
-    const Ggx<F> ggx{params.p[6]};
+    const auto ggx = coat.lobe();
     const Vec3<F> up{wo.x, wo.y, co};
     const Vec3<F> m = ggx.sample_visible(up, u, v);
     wi = select(choose_coat, m * (2.0f * dot(up, m)) - up, wi);
@@ -147,7 +154,7 @@ inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, MaskOf<F> of_kin
     s.valid = MaskOf<F>(co > 0.0f);
     s.delta = choose_coat;
   }
-  const BsdfEval<F> e = eval_coated<F, kRough, kScattering>(params, of_kind, wo, s.wi);
+  const BsdfEval<F> e = eval_coated<F, kRough, kScattering, kAnisotropic>(params, of_kind, wo, s.wi);
   if constexpr (kRough) {
     s.valid = mask_and(s.valid, MaskOf<F>(e.pdf > 0.0f));
   } else {

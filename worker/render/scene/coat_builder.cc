@@ -10,11 +10,19 @@ bool scatters(const CoatMediumDescription& medium) { return !(medium.albedo == R
 CoatMedium medium_of(const CoatMediumDescription& m) {
   return {{reflectance(m.albedo.r), reflectance(m.albedo.g), reflectance(m.albedo.b)}, m.g};
 }
-bool scatters(const CoatMedium& m) { return m.albedo[0] > 0 || m.albedo[1] > 0 || m.albedo[2] > 0; }
+
+/// How much wider than the mean a lobe is along the tangent; 1 if it is round or its roughness is textured.
+float anisotropy(const Roughness& r) {
+  if (r.u.texture >= 0 || r.v.texture >= 0 || r.u.value == r.v.value) return 1;
+  const float u = std::max(roughness_to_alpha(r.u.value, r.remap), kSmoothAlpha),
+              v = std::max(roughness_to_alpha(r.v.value, r.remap), kSmoothAlpha);
+  return std::sqrt(u / v);
+}
 
 bool is_coated_conductor(BsdfKind kind) {
   return kind == kSmoothCoatedConductor || kind == kCoatedConductor || kind == kRoughCoatedConductor ||
-         kind == kScatteringCoatedConductor || kind == kRoughScatteringCoatedConductor;
+         kind == kScatteringCoatedConductor || kind == kRoughScatteringCoatedConductor ||
+         kind == kAnisotropicCoatedConductor || kind == kAnisotropicRoughCoatedConductor;
 }
 
 /// Slots 0-2 from the base's reflectance, for the coat that `params` and `returned` describe.
@@ -62,19 +70,21 @@ void apply_coated_conductor_textures(const TextureTable& textures, const Materia
 
 }  // namespace
 
-const CoatMemo::OverDiffuse& CoatMemo::diffuse(const CoatDescription& coat, const CoatMedium& medium) {
-  const auto [at, is_new] = diffuse_.try_emplace(
-      {coat.eta, coat.thickness, coat.alpha, medium.albedo[0], medium.albedo[1], medium.albedo[2], medium.g});
+const CoatMemo::OverDiffuse& CoatMemo::diffuse(const CoatDescription& coat, const CoatMedium& medium,
+                                               bool block) {
+  const auto [at, is_new] =
+      diffuse_.try_emplace({coat.eta, coat.thickness, coat.alpha, medium.albedo[0], medium.albedo[1],
+                            medium.albedo[2], medium.g, block ? 1.0f : 0.0f});
   OverDiffuse& made = at->second;
   if (!is_new) return made;
-  const bool smooth = coat.alpha <= kSmoothAlpha;
-  if (scatters(medium)) {
+  if (block) {
     const ScatteringCoat s = scattering_coat(coat, medium);
     made = {s.returned, s.entering_mean, {}};
     for (const CosineRow& row : s.entering) made.table.insert(made.table.end(), row.begin(), row.end());
     made.table.insert(made.table.end(), s.block.begin(), s.block.end());
     return made;
   }
+  const bool smooth = coat.alpha <= kSmoothAlpha;
   CosineRow row;
   const CoatConstants c = smooth ? coat_constants(coat.eta, coat.thickness)
                                  : rough_coat_constants(coat.eta, coat.thickness, coat.alpha, &row);
@@ -86,19 +96,19 @@ const CoatMemo::OverDiffuse& CoatMemo::diffuse(const CoatDescription& coat, cons
 
 const std::vector<float>& CoatMemo::conductor(const CoatDescription& coat, const CoatMedium& medium,
                                               float metal_alpha, int max_depth,
-                                              const std::array<float, 3>& reflectance) {
-  const std::array<float, 3> r = scatters(medium) ? reflectance : std::array<float, 3>{};
-  const auto [at, is_new] = conductor_.try_emplace({coat.eta, coat.thickness, coat.alpha, medium.albedo[0],
-                                                    medium.albedo[1], medium.albedo[2], medium.g, metal_alpha,
-                                                    static_cast<float>(max_depth), r[0], r[1], r[2]});
+                                              const std::array<float, 3>& reflectance, bool block) {
+  const std::array<float, 3> r = block ? reflectance : std::array<float, 3>{};
+  const auto [at, is_new] = conductor_.try_emplace(
+      {coat.eta, coat.thickness, coat.alpha, medium.albedo[0], medium.albedo[1], medium.albedo[2], medium.g,
+       metal_alpha, static_cast<float>(max_depth), r[0], r[1], r[2], block ? 1.0f : 0.0f});
   std::vector<float>& made = at->second;
   if (!is_new) return made;
   for (const CosineRow& row :
        coated_conductor_rows(coat.eta, coat.thickness, coat.alpha, metal_alpha, max_depth))
     made.insert(made.end(), row.begin(), row.end());
-  if (scatters(medium)) {
-    const std::vector<float> block = scattering_coat_over_metal(coat, medium, metal_alpha, r);
-    made.insert(made.end(), block.begin(), block.end());
+  if (block) {
+    const std::vector<float> scattered = scattering_coat_over_metal(coat, medium, metal_alpha, r);
+    made.insert(made.end(), scattered.begin(), scattered.end());
   }
   return made;
 }
@@ -106,8 +116,10 @@ const std::vector<float>& CoatMemo::conductor(const CoatDescription& coat, const
 void build_coated_diffuse(const CoatedDiffuseMaterial& m, CoatMemo* coats, RenderScene* scene,
                           MaterialEntry* entry, float* params) {
   const bool smooth = set_roughness(m.roughness, entry, params), scattering = scatters(m.medium);
-  entry->kind = smooth ? (scattering ? kScatteringCoated : kSmoothCoated)
-                       : (scattering ? kRoughScatteringCoated : kRoughCoated);
+  const float lies = anisotropy(m.roughness);
+  entry->kind = lies != 1 ? kAnisotropicCoated
+                : smooth  ? (scattering ? kScatteringCoated : kSmoothCoated)
+                          : (scattering ? kRoughScatteringCoated : kRoughCoated);
   entry->texture_color = m.reflectance.texture;
   entry->color = m.reflectance.value;
   entry->coat_base_encounters = (m.max_depth + 1) / 2;  // every other interaction is with the base
@@ -115,7 +127,7 @@ void build_coated_diffuse(const CoatedDiffuseMaterial& m, CoatMemo* coats, Rende
   params[5] = m.thickness;
   const CoatMedium medium = medium_of(m.medium);
   const auto coat = [&](float alpha) -> const CoatMemo::OverDiffuse& {
-    return coats->diffuse({m.eta, m.thickness, alpha}, medium);
+    return coats->diffuse({m.eta, m.thickness, alpha}, medium, scattering || lies != 1);
   };
   if (entry->texture_u_roughness >= 0 || entry->texture_v_roughness >= 0) {
     add_alpha_tables(scene, entry, [&](float alpha) {
@@ -126,7 +138,11 @@ void build_coated_diffuse(const CoatedDiffuseMaterial& m, CoatMemo* coats, Rende
     return;  // the rest is set at the points
   }
   const CoatMemo::OverDiffuse& made = coat(smooth ? 0 : params[6]);
-  if (!made.table.empty()) params[8] = static_cast<float>(add_table(made.table, scene));
+  if (!made.table.empty()) {
+    std::vector<float> table = made.table;
+    if (lies != 1) table[3 * kCosineNodes + kCoatAnisotropy] = lies;
+    params[8] = static_cast<float>(add_table(table, scene));
+  }
   entry->coat_returned.assign(1, made.returned);
   params[4] = made.entering_mean;
   set_base(*entry, made.returned, m.reflectance.value, params);
@@ -134,11 +150,16 @@ void build_coated_diffuse(const CoatedDiffuseMaterial& m, CoatMemo* coats, Rende
 
 void build_coated_conductor(const CoatedConductorMaterial& m, CoatMemo* coats, RenderScene* scene,
                             MaterialEntry* entry, float* params) {
-  const bool smooth_metal = set_roughness(m.conductor.roughness, entry, params);
+  const Roughness& r = m.conductor.roughness;
+  const bool smooth_metal = set_roughness(r, entry, params);
   const float coat_alpha =
       mean_alpha(m.coat_roughness.u.value, m.coat_roughness.v.value, m.coat_roughness.remap);
   const bool smooth_coat = coat_alpha <= kSmoothAlpha, scattering = scatters(m.medium);
-  if (scattering) {
+  const float metal_lies = anisotropy(r), coat_lies = smooth_coat ? 1 : anisotropy(m.coat_roughness);
+  const bool lies = metal_lies != 1 || coat_lies != 1;
+  if (lies) {
+    entry->kind = smooth_coat ? kAnisotropicCoatedConductor : kAnisotropicRoughCoatedConductor;
+  } else if (scattering) {
     entry->kind = smooth_coat ? kScatteringCoatedConductor : kRoughScatteringCoatedConductor;
   } else {
     entry->kind = !smooth_coat   ? kRoughCoatedConductor
@@ -168,10 +189,15 @@ void build_coated_conductor(const CoatedConductorMaterial& m, CoatMemo* coats, R
   params[7] = std::max(coat_alpha, kSmoothAlpha);
   const std::array<float, 3> facing{params[0], params[1], params[2]};
   const auto table = [&](float metal_alpha) {
-    return coats->conductor({m.eta, m.thickness, coat_alpha}, medium_of(m.medium), metal_alpha, m.max_depth,
-                            facing);
+    std::vector<float> made = coats->conductor({m.eta, m.thickness, coat_alpha}, medium_of(m.medium),
+                                               metal_alpha, m.max_depth, facing, scattering || lies);
+    if (lies) {
+      float* const block = made.data() + kReflectanceNodes * kCosineNodes;
+      block[kBaseAnisotropy] = metal_lies;
+      block[kCoatAnisotropy] = coat_lies;
+    }
+    return made;
   };
-  const Roughness& r = m.conductor.roughness;
   if (r.u.texture >= 0 || r.v.texture >= 0) {
     add_alpha_tables(scene, entry, table);
   } else {
@@ -182,7 +208,7 @@ void build_coated_conductor(const CoatedConductorMaterial& m, CoatMemo* coats, R
 
 bool is_coated(BsdfKind kind) {
   return kind == kSmoothCoated || kind == kRoughCoated || kind == kScatteringCoated ||
-         kind == kRoughScatteringCoated || is_coated_conductor(kind);
+         kind == kRoughScatteringCoated || kind == kAnisotropicCoated || is_coated_conductor(kind);
 }
 
 // A diffuse base's slots depend on the roughness of its coat, too.

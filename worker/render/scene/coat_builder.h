@@ -13,22 +13,24 @@ namespace lightmill {
 /// What has been computed for the coats of one scene: many materials share theirs.
 class CoatMemo {
  public:
-  /// What one coat makes of a Lambertian base, and its table, which is empty for smooth coats that do not
-  /// scatter.
+  /// What one coat makes of a Lambertian base, and its table: three rows and a block of coat_scattering.h if
+  /// `block`, which is needed where the coat scatters and for the block's other constants; else the row of a
+  /// rough coat, and nothing for a smooth one.
   struct OverDiffuse {
     std::array<double, 3> returned;
     float entering_mean;
     std::vector<float> table;
   };
-  const OverDiffuse& diffuse(const CoatDescription& coat, const CoatMedium& medium);
-  /// The table over a metal of roughness `metal_alpha`. `reflectance` matters if the coat scatters.
+  const OverDiffuse& diffuse(const CoatDescription& coat, const CoatMedium& medium, bool block);
+  /// The table over a metal of roughness `metal_alpha`: rows and, if `block`, that. `reflectance` matters if
+  /// the coat scatters.
   const std::vector<float>& conductor(const CoatDescription& coat, const CoatMedium& medium,
                                       float metal_alpha, int max_depth,
-                                      const std::array<float, 3>& reflectance);
+                                      const std::array<float, 3>& reflectance, bool block);
 
  private:
-  std::map<std::array<float, 7>, OverDiffuse> diffuse_;
-  std::map<std::array<float, 12>, std::vector<float>> conductor_;
+  std::map<std::array<float, 8>, OverDiffuse> diffuse_;
+  std::map<std::array<float, 13>, std::vector<float>> conductor_;
 };
 
 void build_coated_diffuse(const CoatedDiffuseMaterial& material, CoatMemo* coats, RenderScene* scene,

@@ -18,10 +18,11 @@ inline float roughness_to_alpha(float roughness, bool remap) {
   return remap ? std::sqrt(roughness) : roughness;
 }
 
-/// Isotropic alpha: the geometric mean of the two directions.
+/// Isotropic alpha: the geometric mean of the two directions. Next to the delta limit in one direction the
+/// lobe is kSmoothAlpha wide there.
 inline float mean_alpha(float u, float v, bool remap) {
   const float au = roughness_to_alpha(u, remap), av = roughness_to_alpha(v, remap);
-  return au == av ? au : std::sqrt(au * av);
+  return au == av ? au : std::sqrt(std::max(au, kSmoothAlpha) * std::max(av, kSmoothAlpha));
 }
 
 /// k of a conductor with eta = 1 that reflects `r` at normal incidence (pbrt's rule).

@@ -151,6 +151,22 @@ std::vector<BsdfCase> all_bsdfs() {
   table.f = ggx_brdf(0.5, 0.25);
   table.azimuths = 9;
   add("measured_brushed", gltf(measured_material(table)), kSteep);
+  const auto brushed_layers = [&](int material, float coat_u, float coat_v, float metal_u, float metal_v) {
+    const Roughness of_coat{{coat_u, -1}, {coat_v, -1}, false}, of_metal{{metal_u, -1}, {metal_v, -1}, false};
+    MaterialKind& kind = s.scene.materials[static_cast<size_t>(material)].kind;
+    if (auto* m = std::get_if<CoatedDiffuseMaterial>(&kind)) m->roughness = of_coat;
+    if (auto* m = std::get_if<CoatedConductorMaterial>(&kind)) {
+      m->coat_roughness = of_coat;
+      m->conductor.roughness = of_metal;
+    }
+    return material;
+  };
+  add("brushed_coat", brushed_layers(s.coated(colour, 1.5f, 0), 0.4f, 0.1f, 0, 0), 0.1f);
+  add("brushed_lacquer_metal", brushed_layers(s.coated_conductor(gold, 1.5f, 0, 0), 0, 0, 0.4f, 0.1f), 0.1f);
+  add("brushed_lacquer_both", brushed_layers(s.coated_conductor(gold, 1.5f, 0, 0), 0.1f, 0.3f, 0.4f, 0.1f),
+      0.1f);
+  add("brushed_lacquer_milky",
+      milky(brushed_layers(s.coated_conductor(gold, 1.5f, 0, 0), 0, 0, 0.4f, 0.1f), milk, 0.4f), 0.1f);
   // For ever: the cases point into its tables.
   static const std::vector<float> tables = build_scene(s.scene).bsdf_tables;
   const RenderScene scene = build_scene(s.scene);

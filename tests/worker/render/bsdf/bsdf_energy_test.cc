@@ -27,11 +27,12 @@ Estimate albedo(const BsdfCase& bsdf, const Vec3<float>& wo, int samples) {
 TEST(BsdfEnergy, AlbedoIsAtMostOne) {
   for (const BsdfCase& bsdf : all_bsdfs()) {
     if (bsdf.kind == kHair) continue;  // its cosines are not those of a surface: hair_test.cc
-    const bool tabulated = bsdf.kind == kRoughCoated || bsdf.kind == kCoatedConductor ||
-                           bsdf.kind == kRoughCoatedConductor || bsdf.kind == kMetallicRoughness ||
-                           bsdf.kind == kCoatedMetallicRoughness || bsdf.kind == kSheenMetallicRoughness ||
-                           bsdf.kind == kRoughTintedSheet || bsdf.name.starts_with("milky") ||
-                           bsdf.kind == kMeasured;
+    const bool tabulated =
+        bsdf.kind == kRoughCoated || bsdf.kind == kCoatedConductor || bsdf.kind == kRoughCoatedConductor ||
+        bsdf.kind == kMetallicRoughness || bsdf.kind == kCoatedMetallicRoughness ||
+        bsdf.kind == kSheenMetallicRoughness || bsdf.kind == kRoughTintedSheet ||
+        bsdf.name.starts_with("milky") || bsdf.kind == kMeasured || bsdf.kind == kAnisotropicCoated ||
+        bsdf.kind == kAnisotropicCoatedConductor || bsdf.kind == kAnisotropicRoughCoatedConductor;
     const double allowance = tabulated ? 0.005 : 1e-5;
     for (const double degrees : {0.0, 30.0, 60.0, 80.0, 88.0, 92.0, 100.0, 150.0, 180.0}) {
       const Estimate e = albedo(bsdf, direction_at(degrees), 16000);
