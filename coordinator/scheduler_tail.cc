@@ -12,8 +12,8 @@ namespace {
 constexpr double kShortestPartSeconds = 0.1;  // below, leasing and merging cost more than rendering
 constexpr int64_t kMostParts = 16;            // of one tile at a time
 // Splats make every part cost more: a layer as large as the window is handed in, which takes 40 ns of
-// processors a byte. A part is five times that at least.
-constexpr double kSecondsPerSplatByte = 200e-9;
+// processors a byte. A part is ten times that at least.
+constexpr double kSecondsPerSplatByte = 400e-9;
 // A tile is cut to even out the end if a worker's even share is less than so much of it.
 constexpr double kWorthCutting = 0.65;
 // A holder is late after so many times the expected time, and a moment for what is not rendering.

@@ -11,9 +11,13 @@ namespace {
 
 // First tiles: small enough for a first picture within a second or two on any machine.
 constexpr int64_t kFirstTileSamples = 16 * kCellPixels;
-constexpr int64_t kFirstSplatTileSamples = 4 * kFirstTileSamples;
+// Ones with splats, of which each brings a layer as large as the window: larger, and fewer.
+constexpr int64_t kFirstSplatTileSamples = 8 * kFirstTileSamples;
 constexpr int64_t kMaxTilesPerRound = 4096;
 constexpr int64_t kMaxGrowth = 2, kMaxSplatGrowth = 16;
+// From the first round to the second if that is planned before a speed is known: without splats small tiles
+// cost little.
+constexpr int64_t kBlindSplatGrowth = 8;
 // A splat layer costs what rendering a sample for every second or third pixel of the window costs. Samples
 // for every pixel, in a tile that holds as many as are worth waiting for, and in one that is small for the
 // job's end:
@@ -25,6 +29,7 @@ int64_t tile_budget(const TilingInput& in) {
   if (in.previous_tile_samples <= 0) return in.splats ? kFirstSplatTileSamples : kFirstTileSamples;
   const int64_t grown = in.previous_tile_samples * (in.splats ? kMaxSplatGrowth : kMaxGrowth);
   int64_t budget = in.previous_tile_samples;
+  if (in.splats && budget < kBlindSplatGrowth * kFirstSplatTileSamples) budget *= kBlindSplatGrowth;
   if (in.worker_samples_per_second > 0) {
     double wanted = in.worker_samples_per_second * in.target_tile_seconds;
     if (in.splats) {

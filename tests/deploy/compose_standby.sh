@@ -78,12 +78,15 @@ done
 # --- a job, while the one that leads dies ---------------------------------------------------------------------
 job=$("$bin/lightmill" submit "$scene" "${settings[@]}" --quiet)
 check "the workers make progress" until_true 60 progress "$job" 0
+# Started again at once, it could be the one that takes over: it is to stay away until the other one has.
+docker update --restart no "$(inspect "$first" '{{.Id}}')" >/dev/null
 kill -9 "$(inspect "$first" '{{.State.Pid}}')"
 leads() { [[ $(leader) == "$1" ]]; }
 check "the other one takes over" until_true 30 leads "$second"
 check "with the job, which is still running" unfinished "$job"
 check "and both workers" until_true 60 has_workers 2
-check "the one that was killed is started again, and stands by" until_true 60 stands_by "$first"
+comes_back() { compose start "$first" && until_true 60 stands_by "$first"; }
+check "the one that was killed is started again, and stands by" comes_back
 check "the job finishes" timeout 600 "$bin/lightmill" watch "$job"
 check "fetch" "$bin/lightmill" fetch "$job" -o "$dir/farm.exr"
 check "local render" render_locally
