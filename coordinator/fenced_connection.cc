@@ -56,12 +56,7 @@ bool FencedConnection::transact(Durability durability, const Action& action) {
 }
 
 void FencedConnection::flush() {
-  const int64_t wanted = written_;
-  const std::lock_guard lock(flush_mutex_);
-  if (flushed_ >= wanted) return;  // whoever held the lock before has flushed ours as well
-  const int64_t covered = written_;
-  lease_.confirm(covered);
-  flushed_ = covered;
+  group_.flush(written_, [this](int64_t transactions) { lease_.confirm(transactions); });
 }
 
 void FencedConnection::reconnect(const Action& action) {

@@ -16,6 +16,7 @@
 #include <string>
 #include <utility>
 
+#include "coordinator/group_flush.h"
 #include "coordinator/job_store.h"
 #include "coordinator/postgres_lease.h"
 
@@ -61,8 +62,7 @@ class FencedConnection {
   std::optional<PostgresConnection> db_;  // none after a failure
   std::string fault_;                     // what it was
   std::atomic<int64_t> written_ = 0;      // transactions of this epoch
-  std::mutex flush_mutex_;
-  int64_t flushed_ = 0;  // the first so many of them are durable
+  GroupFlush group_;
 };
 
 }  // namespace lightmill

@@ -413,12 +413,7 @@ bool SqliteJobStore::commit_tile(const JobRecord& job, const TileRecord& tile, s
 }
 
 void SqliteJobStore::flush() {
-  const uint64_t wanted = written_;
-  const std::lock_guard lock(flush_mutex_);
-  if (flushed_ >= wanted) return;  // whoever held the lock before has synced ours as well
-  const uint64_t covered = written_;
-  db_.sync();
-  flushed_ = covered;
+  group_.flush(written_, [this](int64_t) { db_.sync(); });
 }
 
 void SqliteJobStore::probe() {

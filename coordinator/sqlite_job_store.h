@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 
+#include "coordinator/group_flush.h"
 #include "coordinator/job_store.h"
 #include "coordinator/sqlite_db.h"
 
@@ -67,10 +68,9 @@ class SqliteJobStore : public JobStore {
   std::string path_;
   size_t chunk_bytes_;
   size_t attempted_bytes_ = 0;         // of the last write that was long
-  std::atomic<uint64_t> written_ = 0;  // transactions that are flushed
+  std::atomic<int64_t> written_ = 0;   // transactions that are flushed
   std::map<JobId, LeasedState> rows_;  // of jobs, as the file has them; absent: not known
-  std::mutex flush_mutex_;
-  uint64_t flushed_ = 0;  // the first so many of them are durable
+  GroupFlush group_;
 };
 
 }  // namespace lightmill
