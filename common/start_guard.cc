@@ -20,8 +20,7 @@ constexpr std::array kSignals{SIGABRT, SIGBUS, SIGSEGV};
   };
   say(program_invocation_short_name);
   say(": its libraries can't start: too little memory, or too few threads, are allowed; raise the limits "
-      "(ulimit "
-      "-d, -v and -u, or the container's)\n");
+      "(ulimit -d, -v and -u, or the container's)\n");
   _exit(1);
 }
 

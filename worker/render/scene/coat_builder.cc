@@ -94,22 +94,23 @@ const CoatMemo::OverDiffuse& CoatMemo::diffuse(const CoatDescription& coat, cons
   return made;
 }
 
-const std::vector<float>& CoatMemo::conductor(const CoatDescription& coat, const CoatMedium& medium,
-                                              float metal_alpha, int max_depth,
-                                              const std::array<float, 3>& reflectance, bool block) {
-  const std::array<float, 3> r = block ? reflectance : std::array<float, 3>{};
-  const auto [at, is_new] = conductor_.try_emplace(
-      {coat.eta, coat.thickness, coat.alpha, medium.albedo[0], medium.albedo[1], medium.albedo[2], medium.g,
-       metal_alpha, static_cast<float>(max_depth), r[0], r[1], r[2], block ? 1.0f : 0.0f});
-  std::vector<float>& made = at->second;
-  if (!is_new) return made;
-  for (const CosineRow& row :
-       coated_conductor_rows(coat.eta, coat.thickness, coat.alpha, metal_alpha, max_depth))
-    made.insert(made.end(), row.begin(), row.end());
-  if (block) {
-    const std::vector<float> scattered = scattering_coat_over_metal(coat, medium, metal_alpha, r);
-    made.insert(made.end(), scattered.begin(), scattered.end());
+std::vector<float> CoatMemo::conductor(const CoatDescription& coat, const CoatMedium& medium,
+                                       float metal_alpha, int max_depth,
+                                       const std::array<float, 3>& reflectance, bool block) {
+  const auto [rows, rows_are_new] = metal_rows_.try_emplace(
+      {coat.eta, coat.thickness, coat.alpha, metal_alpha, static_cast<float>(max_depth)});
+  if (rows_are_new) {
+    for (const CosineRow& row :
+         coated_conductor_rows(coat.eta, coat.thickness, coat.alpha, metal_alpha, max_depth))
+      rows->second.insert(rows->second.end(), row.begin(), row.end());
   }
+  std::vector<float> made = rows->second;
+  if (!block) return made;
+  const auto [scattered, block_is_new] = metal_blocks_.try_emplace(
+      {coat.eta, coat.thickness, coat.alpha, medium.albedo[0], medium.albedo[1], medium.albedo[2], medium.g,
+       metal_alpha, reflectance[0], reflectance[1], reflectance[2]});
+  if (block_is_new) scattered->second = scattering_coat_over_metal(coat, medium, metal_alpha, reflectance);
+  made.insert(made.end(), scattered->second.begin(), scattered->second.end());
   return made;
 }
 

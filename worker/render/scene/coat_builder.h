@@ -24,13 +24,13 @@ class CoatMemo {
   const OverDiffuse& diffuse(const CoatDescription& coat, const CoatMedium& medium, bool block);
   /// The table over a metal of roughness `metal_alpha`: rows and, if `block`, that. `reflectance` matters if
   /// the coat scatters.
-  const std::vector<float>& conductor(const CoatDescription& coat, const CoatMedium& medium,
-                                      float metal_alpha, int max_depth,
-                                      const std::array<float, 3>& reflectance, bool block);
+  std::vector<float> conductor(const CoatDescription& coat, const CoatMedium& medium, float metal_alpha,
+                               int max_depth, const std::array<float, 3>& reflectance, bool block);
 
  private:
   std::map<std::array<float, 8>, OverDiffuse> diffuse_;
-  std::map<std::array<float, 13>, std::vector<float>> conductor_;
+  std::map<std::array<float, 5>, std::vector<float>> metal_rows_;
+  std::map<std::array<float, 11>, std::vector<float>> metal_blocks_;
 };
 
 void build_coated_diffuse(const CoatedDiffuseMaterial& material, CoatMemo* coats, RenderScene* scene,
