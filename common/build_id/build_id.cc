@@ -12,7 +12,8 @@ std::string project_version() { return LIGHTMILL_VERSION; }
 std::string build_id() {
   return "lightmill " LIGHTMILL_VERSION " (source " LIGHTMILL_SOURCE_DIGEST ") schema " +
          std::to_string(kPartialSchema) +
-         ", Embree " LIGHTMILL_EMBREE_VERSION ", OpenImageIO " LIGHTMILL_OPENIMAGEIO_VERSION ", libc " +
+         ", Embree " LIGHTMILL_EMBREE_VERSION ", OpenImageIO " LIGHTMILL_OPENIMAGEIO_VERSION
+         ", Draco " LIGHTMILL_DRACO_VERSION ", libc " +
          gnu_get_libc_version();
 }
 

@@ -6,6 +6,7 @@
 
 #include "common/error.h"
 #include "common/scene/gltf_container.h"
+#include "common/scene/gltf_meshopt.h"
 #include "common/scene/scene_files.h"
 
 namespace lightmill {
@@ -162,19 +163,39 @@ std::shared_ptr<const std::string> GltfBuffers::buffer(size_t index) {
   return buffers_[index] = bytes;
 }
 
-GltfBuffers::View GltfBuffers::view(size_t index) {
-  const GltfValue value = root_.require("bufferViews")[index];
+GltfBuffers::View GltfBuffers::part_of_buffer(const GltfValue& value) {
   const int of = value.index_or_none("buffer", root_.count("buffers"), "buffer");
   if (of < 0) value.fail("needs \"buffer\"");
   View v;
   v.bytes = buffer(static_cast<size_t>(of));
   v.offset = static_cast<size_t>(value.integer_or("byteOffset", 0, 0, kMaxBytes));
   v.size = static_cast<size_t>(value.require("byteLength").integer(1, kMaxBytes));
-  v.stride = static_cast<size_t>(value.integer_or("byteStride", 0, 1, 252));
   if (v.offset > v.bytes->size() || v.size > v.bytes->size() - v.offset) {
     value.fail("reaches to byte " + std::to_string(v.offset + v.size) + " of buffer " + std::to_string(of) +
                ", which has " + std::to_string(v.bytes->size()));
   }
+  return v;
+}
+
+GltfBuffers::View GltfBuffers::view(size_t index) {
+  const GltfValue value = root_.require("bufferViews")[index];
+  auto extension = value.extension("EXT_meshopt_compression");
+  if (!extension) extension = value.extension("KHR_meshopt_compression");
+  View v;
+  if (extension) {
+    auto& unpacked = unpacked_views_[index];
+    if (!unpacked) {
+      const View packed = part_of_buffer(*extension);
+      charge(meshopt_unpacked_size(*extension) / sizeof(float), *extension);
+      unpacked = std::make_shared<const std::string>(
+          unpack_meshopt(*extension, std::string_view(*packed.bytes).substr(packed.offset, packed.size)));
+    }
+    v.bytes = unpacked;
+    v.size = unpacked->size();
+  } else {
+    v = part_of_buffer(value);
+  }
+  v.stride = static_cast<size_t>(value.integer_or("byteStride", 0, 1, 252));
   return v;
 }
 
@@ -183,21 +204,37 @@ std::shared_ptr<const std::string> GltfBuffers::view_contents(size_t index) {
   return std::make_shared<const std::string>(v.bytes->substr(v.offset, v.size));
 }
 
-GltfAccessor GltfBuffers::accessor(size_t index, std::initializer_list<int> allowed) {
-  const GltfValue value = root_.require("accessors")[index];
-  const size_t views = root_.count("bufferViews");
+GltfAccessor GltfBuffers::without_elements(const GltfValue& value, std::initializer_list<int> allowed) {
   GltfAccessor a;
   a.components_ = components_of(value.require("type"));
   if (std::find(allowed.begin(), allowed.end(), a.components_) == allowed.end())
     value.fail("has " + std::to_string(a.components_) +
                " component(s), which does not fit what it is used for");
   a.component_type_ = static_cast<int>(value.require("componentType").integer(0, 100'000));
-  const size_t width = component_size(a.component_type_);
-  if (width == 0) value.require("componentType").fail("is none that glTF has");
+  a.stride_ = component_size(a.component_type_) * static_cast<size_t>(a.components_);
+  if (a.stride_ == 0) value.require("componentType").fail("is none that glTF has");
   a.normalized_ = value.boolean_or("normalized", false);
-  const auto count = value.require("count").integer(1, kMaxBytes);
-  a.count_ = static_cast<size_t>(count);
-  const size_t size = width * static_cast<size_t>(a.components_);
+  a.count_ = static_cast<size_t>(value.require("count").integer(1, kMaxBytes));
+  return a;
+}
+
+GltfAccessor GltfBuffers::unpacked(size_t index, std::initializer_list<int> allowed,
+                                   const DracoMesh::Attribute& held) {
+  const GltfValue value = root_.require("accessors")[index];
+  GltfAccessor a = without_elements(value, allowed);
+  if (held.component_type != a.component_type_ || held.components != a.components_ ||
+      held.bytes->size() / a.stride_ != a.count_)
+    value.fail("is of another type or count than what Draco holds for it");
+  a.bytes_ = held.bytes;
+  return a;
+}
+
+GltfAccessor GltfBuffers::accessor(size_t index, std::initializer_list<int> allowed) {
+  const GltfValue value = root_.require("accessors")[index];
+  const size_t views = root_.count("bufferViews");
+  GltfAccessor a = without_elements(value, allowed);
+  const size_t size = a.stride_;
+  const auto count = static_cast<int64_t>(a.count_);
 
   // Last byte + 1 of `n` elements within a view of which `room` bytes are left.
   const auto check_fits = [&](const GltfValue& who, size_t n, size_t stride, size_t element, size_t offset,
@@ -209,7 +246,7 @@ GltfAccessor GltfBuffers::accessor(size_t index, std::initializer_list<int> allo
   if (const int of = value.index_or_none("bufferView", views, "buffer view"); of >= 0) {
     const View v = view(static_cast<size_t>(of));
     const auto offset = static_cast<size_t>(value.integer_or("byteOffset", 0, 0, kMaxBytes));
-    a.stride_ = v.stride == 0 ? size : v.stride;
+    if (v.stride != 0) a.stride_ = v.stride;
     if (a.stride_ < size) value.fail("has elements that are larger than their view's \"byteStride\"");
     check_fits(value, a.count_, a.stride_, size, offset, v.size);
     a.bytes_ = v.bytes;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string_view>
 
+#include "common/scene/gltf_draco.h"
 #include "common/scene/gltf_scene.h"
 
 namespace lightmill {
@@ -38,6 +39,8 @@ class GltfBuffers {
   /// Throws GltfProblem unless accessor `index` lies within its buffer and has one of the `allowed` numbers
   /// of components.
   GltfAccessor accessor(size_t index, std::initializer_list<int> allowed);
+  /// The same for an accessor whose elements Draco holds.
+  GltfAccessor unpacked(size_t index, std::initializer_list<int> allowed, const DracoMesh::Attribute& held);
   /// A copy of a buffer view's bytes.
   std::shared_ptr<const std::string> view_contents(size_t index);
   /// Counts elements that are read into memory; throws at `value` once the file asks for many times what its
@@ -51,10 +54,13 @@ class GltfBuffers {
   };
   std::shared_ptr<const std::string> buffer(size_t index);
   View view(size_t index);
+  View part_of_buffer(const GltfValue& value);
+  GltfAccessor without_elements(const GltfValue& value, std::initializer_list<int> allowed);
 
   GltfScene& scene_;
   GltfValue root_;
   std::map<size_t, std::shared_ptr<const std::string>> buffers_;
+  std::map<size_t, std::shared_ptr<const std::string>> unpacked_views_;
   size_t bytes_read_ = 0, charged_ = 0;
 };
 

@@ -18,9 +18,11 @@ constexpr std::array<std::string_view, 9> kMaterialExtensions = {"KHR_materials_
                                                                  "KHR_materials_pbrSpecularGlossiness",
                                                                  "KHR_materials_unlit",
                                                                  "KHR_materials_sheen"};
-constexpr std::array<std::string_view, 5> kOtherExtensions = {
-    "KHR_texture_transform", "KHR_lights_punctual", "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",
-    "KHR_materials_variants"};  // of variants, the default
+constexpr std::array<std::string_view, 11> kOtherExtensions = {
+    "KHR_texture_transform",      "KHR_lights_punctual",     "KHR_mesh_quantization",
+    "EXT_mesh_gpu_instancing",    "KHR_materials_variants",  // of variants, the default
+    "EXT_texture_webp",           "EXT_meshopt_compression", "KHR_meshopt_compression",
+    "KHR_draco_mesh_compression", "KHR_node_visibility",     "KHR_xmp_json_ld"};  // of which nothing is shown
 
 constexpr double kMaxEmission = 1e30;
 

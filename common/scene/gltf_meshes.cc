@@ -107,6 +107,15 @@ std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& prim
   return out;
 }
 
+std::optional<DracoMesh> GltfMeshes::unpacked(const GltfValue& primitive) {
+  const auto extension = primitive.extension("KHR_draco_mesh_compression");
+  if (!extension) return std::nullopt;
+  const int view = extension->index_or_none("bufferView", root_.count("bufferViews"), "buffer view");
+  if (view < 0) extension->fail("needs \"bufferView\"");
+  const auto packed = buffers_.view_contents(static_cast<size_t>(view));
+  return unpack_draco(*extension, *packed, [&](size_t numbers) { buffers_.charge(numbers, *extension); });
+}
+
 void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out) {
   const size_t accessors = root_.count("accessors");
   const int64_t mode = primitive.integer_or("mode", kTriangles, kPoints, kFan);
@@ -114,13 +123,16 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
     scene_.unsupported(primitive.pointer(), "points and lines; they are left out");
     return;
   }
-  if (primitive.extension("KHR_draco_mesh_compression"))
-    primitive.fail("is compressed by KHR_draco_mesh_compression, which is not supported; export it without");
+  std::optional<DracoMesh> draco = unpacked(primitive);
   const GltfValue attributes = primitive.require("attributes");
   const auto attribute = [&](const std::string& name,
                              std::initializer_list<int> components) -> std::optional<GltfAccessor> {
     const int of = attributes.index_or_none(name.c_str(), accessors, "accessor");
     if (of < 0) return std::nullopt;
+    if (draco) {
+      if (const auto held = draco->attributes.find(name); held != draco->attributes.end())
+        return buffers_.unpacked(static_cast<size_t>(of), components, held->second);
+    }
     return buffers_.accessor(static_cast<size_t>(of), components);
   };
   const auto positions = attribute("POSITION", {3});
@@ -141,7 +153,7 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
                       std::to_string((*a)->count()) + " of another");
   }
   auto mesh = std::make_shared<TriangleMesh>();
-  mesh->triangles = triangles(primitive, positions->count());
+  mesh->triangles = draco ? std::move(draco->triangles) : triangles(primitive, positions->count());
   const std::vector<uint32_t> used = keep_used(&mesh->triangles, positions->count());
   buffers_.charge(used.size(), primitive);
   mesh->positions.reserve(used.size());

@@ -22,6 +22,7 @@ class GltfMeshes {
  private:
   void add(const GltfValue& primitive, std::vector<GltfPrimitive>* out);
   std::vector<std::array<uint32_t, 3>> triangles(const GltfValue& primitive, size_t vertices);
+  std::optional<DracoMesh> unpacked(const GltfValue& primitive);
 
   GltfScene& scene_;
   GltfBuffers& buffers_;

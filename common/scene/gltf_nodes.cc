@@ -71,32 +71,39 @@ std::vector<size_t> GltfNodes::roots() const {
 void GltfNodes::visit_scene() {
   const size_t count = root_.count("nodes");
   std::vector<bool> seen(count, false);
-  std::vector<std::pair<size_t, Transform>> open;  // explicit: a file may nest as deeply as it likes
+  struct Open {
+    size_t index;
+    Transform parent;
+    bool hidden;  // KHR_node_visibility, which hides what is below, too
+  };
+  std::vector<Open> open;  // explicit: a file may nest as deeply as it likes
   const std::vector<size_t> first = roots();
-  for (auto i = first.rbegin(); i != first.rend(); ++i) open.push_back({*i, Transform{}});
+  for (auto i = first.rbegin(); i != first.rend(); ++i) open.push_back({*i, Transform{}, false});
   while (!open.empty() && !scene_.problems->full()) {
-    const auto [index, parent] = open.back();
+    const auto [index, parent, parent_hidden] = open.back();
     open.pop_back();
-    scene_.attempt([&, index = index, &parent = parent] {
+    scene_.attempt([&, index = index, &parent = parent, parent_hidden = parent_hidden] {
       const GltfValue node = root_.require("nodes")[index];
       if (seen[index]) node.fail("is reached twice: a node has one parent, and there are no cycles");
       seen[index] = true;
       const Transform to_world = parent * local_transform(node);
       if (!is_in_range(to_world)) node.fail("lies outside the range of numbers; check the transforms");
-      if (!visit(node, to_world)) return;
+      const auto visibility = node.extension("KHR_node_visibility");
+      const bool hidden = parent_hidden || (visibility && !visibility->boolean_or("visible", true));
+      if (!visit(node, to_world, hidden)) return;
       for (size_t c = node.count("children"); c-- > 0;) {
         const GltfValue child = node.require("children")[c];
         const auto i = static_cast<size_t>(child.integer(0, int64_t{1} << 31));
         if (i >= count)
           child.fail("refers to node " + std::to_string(i) + ", but there are " + std::to_string(count));
-        open.push_back({i, to_world});
+        open.push_back({i, to_world, hidden});
       }
     });
   }
   place_meshes();
 }
 
-bool GltfNodes::visit(const GltfValue& node, const Transform& to_world) {
+bool GltfNodes::visit(const GltfValue& node, const Transform& to_world, bool hidden) {
   if (is_singular(to_world)) {
     // Exporters hide things by a scale of 0.
     if (node.find("mesh") || node.find("children"))
@@ -108,6 +115,7 @@ bool GltfNodes::visit(const GltfValue& node, const Transform& to_world) {
     const GltfValue value = root_.require("cameras")[static_cast<size_t>(camera)];
     cameras_.push_back({node.text_or("name", ""), value.text_or("name", ""), value, to_world});
   }
+  if (hidden) return true;  // but for its cameras
   if (const auto punctual = node.extension("KHR_lights_punctual")) {
     scene_.attempt([&] {
       const auto extension = root_.extension("KHR_lights_punctual");

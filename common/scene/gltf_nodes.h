@@ -24,7 +24,7 @@ class GltfNodes {
  private:
   std::vector<size_t> roots() const;
   /// False: nothing of the node can be seen.
-  bool visit(const GltfValue& node, const Transform& to_world);
+  bool visit(const GltfValue& node, const Transform& to_world, bool hidden);
   void add_mesh(const GltfValue& node, const Transform& to_world);
   /// Meshes that are seen once become shapes, others objects with instances.
   void place_meshes();

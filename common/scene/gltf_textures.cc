@@ -11,6 +11,7 @@ namespace {
 std::string extension_of(const std::string& bytes) {
   if (bytes.starts_with("\x89PNG")) return ".png";
   if (bytes.starts_with("\xff\xd8")) return ".jpg";
+  if (bytes.starts_with("RIFF") && bytes.substr(8, 4) == "WEBP") return ".webp";
   return "";
 }
 
@@ -68,7 +69,7 @@ const GltfTextures::Image& GltfTextures::source(size_t index) {
   }
   if (image.contents) {
     image.path = scene_.name + value.pointer() + extension_of(*image.contents);
-    if (image.path.ends_with(value.pointer())) value.fail("is neither a PNG nor a JPEG image");
+    if (image.path.ends_with(value.pointer())) value.fail("is no PNG, JPEG or WebP image");
   }
   return images_[index] = std::move(image);
 }
@@ -88,7 +89,8 @@ int GltfTextures::image(const GltfValue& owner, const char* key, ImageChannel ch
     const int index = info->index_or_none("index", root_.count("textures"), "texture");
     if (index < 0) info->fail("needs \"index\"");
     const GltfValue texture = root_.require("textures")[static_cast<size_t>(index)];
-    const int source_index = texture.index_or_none("source", root_.count("images"), "image");
+    const auto webp = texture.extension("EXT_texture_webp");
+    const int source_index = (webp ? *webp : texture).index_or_none("source", root_.count("images"), "image");
     if (source_index < 0) {
       scene_.unsupported(texture.pointer(), "a texture that has images of an extension only; it is left out");
       return;

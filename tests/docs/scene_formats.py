@@ -50,6 +50,8 @@ GLTF = {  # extension: what a material, light, node or texture of it looks like
     "KHR_materials_specular": {}, "KHR_materials_transmission": {}, "KHR_materials_unlit": {},
     "KHR_materials_variants": None, "KHR_materials_volume": {}, "KHR_mesh_quantization": None,
     "KHR_texture_basisu": None, "KHR_texture_transform": None, "EXT_texture_webp": None,
+    "KHR_animation_pointer": None, "KHR_materials_diffuse_transmission": {}, "KHR_meshopt_compression": None,
+    "KHR_node_visibility": None, "KHR_xmp_json_ld": None,
 }
 PLY = """ply
 format ascii 1.0

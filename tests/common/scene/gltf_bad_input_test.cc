@@ -153,7 +153,7 @@ TEST_F(BadGltf, CamerasAndLights) {
 }
 
 TEST_F(BadGltf, Extensions) {
-  document_["extensionsRequired"] = {"KHR_draco_mesh_compression"};
+  document_["extensionsRequired"] = {"KHR_texture_basisu"};
   EXPECT_TRUE(has_error(load_document(), "/extensionsRequired/0: the file can't be read without"));
   document_.erase("extensionsRequired");
   document_["animations"] = json::array({json::object()});

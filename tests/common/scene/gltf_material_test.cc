@@ -219,7 +219,7 @@ TEST_F(GltfMaterialTest, EmbeddedImages) {
   EXPECT_TRUE(t.path.ends_with(".png"));
   EXPECT_EQ(s.files.size(), 1u);
   document_["images"][0] = {{"bufferView", 0}, {"mimeType", "image/png"}};
-  EXPECT_TRUE(has_error(load_document(), "/images/0: is neither a PNG nor a JPEG"));
+  EXPECT_TRUE(has_error(load_document(), "/images/0: is no PNG, JPEG or WebP"));
 }
 
 }  // namespace

@@ -43,6 +43,17 @@ TEST_F(GltfTest, CamerasLookAlongMinusZ) {
   EXPECT_EQ(right.x, 1);
 }
 
+TEST_F(GltfTest, HiddenNodesHideWhatIsBelowThem) {
+  document_["scenes"][0]["nodes"] = {2, 3};
+  document_["nodes"].push_back(
+      {{"children", {0, 1}}, {"extensions", {{"KHR_node_visibility", {{"visible", false}}}}}});
+  document_["nodes"].push_back({{"mesh", 0}, {"extensions", {{"KHR_node_visibility", {{"visible", true}}}}}});
+  document_["extensionsRequired"] = {"KHR_node_visibility"};
+  const SceneDescription s = clean_document();
+  EXPECT_EQ(s.shapes.size(), 1u);
+  EXPECT_EQ(transform_point(s.camera.camera_to_world, {0, 0, 0}).z, 5) << "a camera is no sight";
+}
+
 TEST_F(GltfTest, AFieldOfViewIsOfTheHeight) {
   document_["cameras"][0]["perspective"]["aspectRatio"] = 0.5;
   const SceneDescription s = clean_document();

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "common/error.h"
+#include "worker/render/scene/webp_image.h"
 
 namespace lightmill {
 namespace {
@@ -66,26 +67,53 @@ ChannelRange channels_to_read(ImageChannel channel, int in_file) {
 struct OpenImage {
   std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;
   std::unique_ptr<OIIO::ImageInput> in;
+  std::optional<WebpImage> webp;  // in place of them
+  OIIO::ImageSpec webp_spec;
 
-  const OIIO::ImageSpec& spec() const { return in->spec(); }
+  const OIIO::ImageSpec& spec() const { return webp ? webp_spec : in->spec(); }
   bool is_bytes() const { return spec().format == OIIO::TypeDesc::UINT8; }
   size_t texels() const { return static_cast<size_t>(spec().width) * static_cast<size_t>(spec().height); }
+
+  /// Channels [begin, end) of all texels; false if the file is damaged.
+  template <class Value>
+  bool read(int begin, int end, OIIO::TypeDesc type, Value* out) const {
+    if (!webp) return in->read_image(0, 0, begin, end, type, out);
+    const std::vector<uint8_t> all = webp->pixels();
+    const auto in_file = static_cast<size_t>(webp->channels), first = static_cast<size_t>(begin),
+               wanted = static_cast<size_t>(end - begin);
+    for (size_t i = 0; i * in_file < all.size(); ++i) {
+      for (size_t c = 0; c < wanted; ++c)
+        out[i * wanted + c] = static_cast<Value>(all[i * in_file + first + c]);
+    }
+    return !all.empty();
+  }
+  std::string why_unread() const { return webp ? "it is damaged" : in->geterror(); }
 };
 
-/// Throws Error(kBadScene) for what is no image or not of a supported size.
-OpenImage open_image(const ImageTexture& texture) {
-  OpenImage image;
+/// Throws Error(kBadScene) for what OpenImageIO can't read.
+void open_by_library(const ImageTexture& texture, OpenImage* image) {
   if (texture.contents)
-    image.memory =
+    image->memory =
         std::make_unique<OIIO::Filesystem::IOMemReader>(texture.contents->data(), texture.contents->size());
   OIIO::ImageSpec as_stored;
   as_stored.attribute("oiio:UnassociatedAlpha", 1);  // colours not multiplied by alpha
   // Readers take what they read from of the configuration, once there is one.
-  OIIO::Filesystem::IOProxy* proxy = image.memory.get();
+  OIIO::Filesystem::IOProxy* proxy = image->memory.get();
   if (proxy) as_stored.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-  image.in = OIIO::ImageInput::open(texture.path, &as_stored, proxy);
-  if (!image.in) {
+  image->in = OIIO::ImageInput::open(texture.path, &as_stored, proxy);
+  if (!image->in)
     throw Error(ErrorKind::kBadScene, texture.path + ": texture can't be read: " + OIIO::geterror());
+}
+
+/// Throws Error(kBadScene) for what is no image or not of a supported size.
+OpenImage open_image(const ImageTexture& texture) {
+  OpenImage image;
+  image.webp = open_webp(texture);
+  if (image.webp) {
+    image.webp_spec =
+        OIIO::ImageSpec(image.webp->width, image.webp->height, image.webp->channels, OIIO::TypeDesc::UINT8);
+  } else {
+    open_by_library(texture, &image);
   }
   const OIIO::ImageSpec& spec = image.spec();
   if (spec.width < 1 || spec.height < 1 || spec.width > kMaxTextureSide || spec.height > kMaxTextureSide ||
@@ -151,7 +179,7 @@ ImageMap::ImageMap(const ImageTexture& texture, TextureCache* cache)
       return true;
     }
     std::decay_t<decltype(out)> raw(texels * read_channels_);
-    if (!image.in->read_image(0, 0, take.begin, take.end, type, raw.data())) return false;
+    if (!image.read(take.begin, take.end, type, raw.data())) return false;
     if (read_channels_ == channels_) {
       out = std::move(raw);
       return true;
@@ -161,8 +189,7 @@ ImageMap::ImageMap(const ImageTexture& texture, TextureCache* cache)
     return true;
   };
   const bool ok = is_bytes_ ? fill(bytes_, OIIO::TypeDesc::UINT8) : fill(floats_, OIIO::TypeDesc::FLOAT);
-  if (!ok)
-    throw Error(ErrorKind::kBadScene, texture.path + ": texture can't be read: " + image.in->geterror());
+  if (!ok) throw Error(ErrorKind::kBadScene, texture.path + ": texture can't be read: " + image.why_unread());
   const auto bad = std::find_if(floats_.begin(), floats_.end(), [](float x) { return !std::isfinite(x); });
   if (bad != floats_.end()) {
     not_finite_ = (bad - floats_.begin()) / static_cast<ptrdiff_t>(channels_);

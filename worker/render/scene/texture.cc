@@ -6,6 +6,7 @@
 #include "common/error.h"
 #include "common/parallel.h"
 #include "worker/render/scene/procedural.h"
+#include "worker/render/scene/webp_image.h"
 
 namespace lightmill {
 
@@ -24,9 +25,9 @@ std::vector<bool> kept_images(const std::vector<uint64_t>& bytes, const std::vec
   const auto room = std::max(max_bytes, TextureCache::kLeastBytes) - TextureCache::kLeastBytes;
   const auto mebibytes = [](uint64_t b) { return std::to_string((b + (1 << 20) - 1) >> 20) + " MiB"; };
   if (needed > room && needed > 0) {
-    throw Error(ErrorKind::kFailed, "the images inside the scene's file take " + mebibytes(needed) +
-                                        " of texture memory and there are " + mebibytes(room) +
-                                        " for them; raise --texture-memory");
+    throw Error(ErrorKind::kFailed, "the images inside the scene's file, and WebP images, take " +
+                                        mebibytes(needed) + " of texture memory and there are " +
+                                        mebibytes(room) + " for them; raise --texture-memory");
   }
   // Half of what is left is the cache's.
   std::vector<bool> kept = always;
@@ -74,7 +75,8 @@ TextureTable::TextureTable(const std::vector<TextureDescription>& textures, cons
   for_images([&](size_t i) { bytes[i] = ImageMap::bytes_needed(image_at(i)); });
   if (max_bytes != kUnboundedTextures) {
     std::vector<bool> inside;
-    for (size_t i = 0; i < described.size(); ++i) inside.push_back(image_at(i).contents != nullptr);
+    for (size_t i = 0; i < described.size(); ++i)
+      inside.push_back(image_at(i).contents != nullptr || is_webp(image_at(i)));
     kept = kept_images(bytes, inside, max_bytes);
   }
   for (size_t i = 0; i < bytes.size(); ++i) bytes_ += kept[i] ? bytes[i] : 0;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <webp/encode.h>
 
 #include <cmath>
 #include <filesystem>
@@ -173,6 +174,38 @@ TEST(EmbeddedTexture, ChannelsAreTakenAsTheyAreStored) {
   }
   t.contents = std::make_shared<const std::string>(t.contents->substr(0, 40));
   EXPECT_THROW(ImageMap{t}, Error);
+}
+
+/// The same texels as embedded(), as a WebP file.
+ImageTexture webp() {
+  constexpr uint8_t kTexels[] = {255, 128, 0, 128, 0, 64, 255, 255};
+  uint8_t* file = nullptr;
+  const size_t size = WebPEncodeLosslessRGBA(kTexels, 2, 1, 8, &file);
+  ImageTexture t = embedded();
+  t.path = "scene.glb/images/0.webp";
+  t.contents = std::make_shared<const std::string>(reinterpret_cast<const char*>(file), size);
+  WebPFree(file);
+  return t;
+}
+
+TEST(EmbeddedTexture, WebpIsTakenAsItIsStored) {
+  for (const ImageChannel channel : {ImageChannel::kRgb, ImageChannel::kRed, ImageChannel::kGreen,
+                                     ImageChannel::kBlue, ImageChannel::kAlpha}) {
+    ImageTexture png = embedded(), same = webp();
+    png.channel = same.channel = channel;
+    for (const float s : {0.25f, 0.5f, 0.75f}) {
+      const Rgb a = ImageMap(png).lookup(s, 0.5f), b = ImageMap(same).lookup(s, 0.5f);
+      EXPECT_EQ(a, b) << static_cast<int>(channel) << " at " << s;
+    }
+    EXPECT_EQ(ImageMap::bytes_needed(png), ImageMap::bytes_needed(same));
+  }
+  ImageTexture cut = webp();
+  for (const size_t size : {cut.contents->size() - 4, size_t{20}, size_t{0}}) {
+    cut.contents = std::make_shared<const std::string>(cut.contents->substr(0, size));
+    EXPECT_THROW(ImageMap{cut}, Error) << size;
+  }
+  cut.contents = nullptr;
+  EXPECT_THROW(ImageMap{cut}, Error) << "no such file";
 }
 
 TEST(EmbeddedTexture, MirrorsPerAxisAndTheNearestTexel) {
