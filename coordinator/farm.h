@@ -52,13 +52,14 @@ struct FarmOptions {
   int schema = 0;
   double lease_seconds = 10;
   double target_tile_seconds = 1.0;
-  int max_attempts = 5;                // of a tile that workers report as failed
-  size_t max_open_jobs = 10000;        // neither done, failed nor cancelled
-  double checkpoint_bytes = 256e6;     // fold the spool into a film snapshot when it is larger
-  double film_memory_bytes = 0x1p30;   // for the merged layers of jobs (film_bytes.h)
-  double ingest_bytes_per_second = 0;  // that tile sizes obey; 0: no limit
-  double commits_per_second = 1000;    // that tile sizes obey, well below what one bears; 0: no limit
-  size_t max_workers = 4096;           // registered and alive
+  int max_attempts = 5;                 // of a tile that workers report as failed
+  size_t max_open_jobs = 10000;         // neither done, failed nor cancelled
+  double checkpoint_bytes = 256e6;      // fold the spool into a film snapshot when it is larger
+  double film_memory_bytes = 0x1p30;    // for the merged layers of jobs (film_bytes.h)
+  double decode_memory_bytes = 0x1p29;  // for partials that are unpacked at once; a larger one is alone
+  double ingest_bytes_per_second = 0;   // that tile sizes obey; 0: no limit
+  double commits_per_second = 1000;     // that tile sizes obey, well below what one bears; 0: no limit
+  size_t max_workers = 4096;            // registered and alive
   int spot_check = 0;  // one in so many committed tiles is rendered again by another worker; 0: none
   uint64_t spot_check_seed = 0;  // of the draw of these tiles; 0: one that no worker can foretell
   /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
@@ -164,6 +165,8 @@ class Farm {
   // --- workers ---
   /// Throws Error(kUnreachable) with a sentence if the build or schema does not fit.
   WorkerId register_worker(const WorkerRegistration& registration);
+  /// A worker was stopped at the door, before it could register: jobs that wait for one say why.
+  void turned_away(const std::string& reason);
   /// Next tile for this worker, if any. Blocks up to `wait_s` for work. Throws Error(kUnreachable) for a
   /// worker that is not registered (after a restart): it registers again.
   std::optional<LeaseGrant> lease(const WorkerId& worker, double wait_s = 0);

@@ -118,7 +118,7 @@ struct Farm::Impl {
   FarmStats stats;
   Scheduler scheduler;
   Merger merger;
-  DecoderPool decoders;
+  DecoderPool decoders{options.decode_memory_bytes};
 };
 
 /// "job j7 tile 3", "job j7 pilot".

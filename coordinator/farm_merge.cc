@@ -15,6 +15,7 @@ constexpr double kMaxCpuSeconds = 1e7;
 constexpr uint64_t kPartialOverhead = 1 << 20;
 constexpr uint64_t kBytesPerSum = 48;    // three 128-bit sums
 constexpr uint64_t kBytesPerSplat = 54;  // and its pixel
+constexpr double kDecodedPerSum = 64, kDecodedPerSplat = 80;
 
 /// Light paths that every honest partial of the tile has traced.
 uint64_t expected_light_paths(const TileSpec& tile, const RenderSettings& settings) {
@@ -28,6 +29,15 @@ uint64_t expected_light_paths(const TileSpec& tile, const RenderSettings& settin
     }
   }
   return per_sample * static_cast<uint64_t>(tile.samples());
+}
+
+/// About the memory that a partial of the tile takes unpacked, with what it is unpacked from.
+double decoded_bytes(const TileSpec& tile, const RenderSettings& settings) {
+  const auto pixels = static_cast<double>(settings.grid.pixels(tile.cells).area());
+  const auto window = static_cast<double>(settings.grid.crop.area());
+  const double aovs =
+      settings.aovs ? 2 * static_cast<double>(max_aov_bytes(static_cast<size_t>(pixels), settings.grid)) : 0;
+  return kDecodedPerSum * pixels + (has_splat_layer(settings) ? kDecodedPerSplat * window : 0) + aovs;
 }
 
 }  // namespace
@@ -184,7 +194,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   const Impl::Unpin unpin{*impl_, worker, lease};
   if (is_pilot(tile)) return impl_->commit_pilot(worker, lease, partial_bytes);
 
-  std::optional<DecoderPool::Loan> decoder(impl_->decoders.lend());
+  std::optional<DecoderPool::Loan> decoder(impl_->decoders.lend(decoded_bytes(tile, settings)));
   const Partial* decoded = nullptr;
   std::string digest;
   try {

@@ -20,8 +20,8 @@ WorkerId Farm::register_worker(const WorkerRegistration& registration) {
   std::string refusal;
   const char* kind = "worker_build";
   if (registration.build != impl_->options.build) {
-    refusal = "worker of another build: it is \"" + registration.build + "\", the coordinator is \"" +
-              impl_->options.build + "\"; install the same version on both";
+    refusal = "worker of another build: it is \"" + printable(registration.build) +
+              "\", the coordinator is \"" + impl_->options.build + "\"; install the same version on both";
   } else if (registration.schema != impl_->options.schema) {
     kind = "worker_schema";
     refusal = "worker of another schema: it writes partials of schema " +
@@ -33,8 +33,8 @@ WorkerId Farm::register_worker(const WorkerRegistration& registration) {
   const WorkerId id{numbered("w", impl_->store->next_number("worker"))};
   if (!refusal.empty()) {
     ++impl_->stats.refusals[kind];
-    impl_->scheduler.workers.add_refused(id, registration, now);
-    impl_->log("refused " + registration.host + ": " + refusal);
+    impl_->scheduler.workers.add_refused(id, registration, refusal, now);
+    impl_->log("refused " + printable(registration.host) + ": " + refusal);
     throw Error(ErrorKind::kUnreachable, refusal);
   }
   try {
@@ -45,6 +45,11 @@ WorkerId Farm::register_worker(const WorkerRegistration& registration) {
   }
   impl_->work.notify_all();
   return id;
+}
+
+void Farm::turned_away(const std::string& reason) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->scheduler.workers.add_refused(WorkerId{"-"}, {}, reason, impl_->clock.now());
 }
 
 std::optional<LeaseGrant> Farm::Impl::try_lease(const WorkerId& worker, double now) {

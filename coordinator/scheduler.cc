@@ -18,14 +18,8 @@ constexpr double kSplatTilesOfWindow = 4;
 constexpr double kUsualSpeed = 2e5;         // samples a second, of a worker that has not shown its own yet
 constexpr double kHeavySplatBytes = 200e3;  // a smaller layer costs no more than a lease does
 constexpr int kRunTiles = 8;                // that a worker gets of a job before another one's turn
-constexpr double kRateWindowSeconds = 10;
-constexpr double kPointSpacing = 1.25;  // points of the curve are this far apart in spp
+constexpr double kPointSpacing = 1.25;      // points of the curve are this far apart in spp
 constexpr int64_t kMinSamplesForTarget = int64_t{kMinIntervalBatches} * kSuperblockSamples;
-
-bool runnable(const Job& job) {
-  return job.fault.empty() &&
-         (job.record.state == JobState::kQueued || job.record.state == JobState::kRunning);
-}
 
 /// Somebody works for it, or has worked.
 bool begun(const Job& job) { return job.record.state != JobState::kQueued || job.tiles.leased_count() > 0; }
@@ -190,7 +184,7 @@ const Job* Scheduler::waits_for(const Job& job) const {
   return nullptr;
 }
 
-bool Scheduler::wants_workers(const Job& job) const { return runnable(job) && !waits_for(job); }
+bool Scheduler::wants_workers(const Job& job) const { return is_runnable(job) && !waits_for(job); }
 
 void Scheduler::compete(Job& job, bool wants) {
   if (wants) {
@@ -333,73 +327,6 @@ bool Scheduler::rendered(const Job& job, double now) const {
   const bool up = time_is_up(job, now);
   if (job.tiles.next_pending([&](const TileRecord& tile) { return in_time(tile, up); })) return false;
   return next_round(job, now).empty();
-}
-
-void Scheduler::count_commit(Job& job, double now, double pixel_samples) {
-  job.recent.emplace_back(now, pixel_samples);
-  while (job.recent.size() > 2 && job.recent.front().first < now - kRateWindowSeconds) job.recent.pop_front();
-}
-
-double Scheduler::recent_rate(const Job& job, double now) {
-  // The oldest entry of the window only marks its beginning: what it took to render lies before it.
-  double samples = 0, first = -1;
-  for (const auto& [time, count] : job.recent) {
-    if (time < now - kRateWindowSeconds) continue;
-    if (first < 0) {
-      first = time;
-    } else {
-      samples += count;
-    }
-  }
-  return first >= 0 && now > first ? samples / (now - first) : 0;
-}
-
-double Scheduler::eta_seconds(const Job& job, double now) {
-  const RenderSettings& settings = job.record.settings;
-  if (is_final(job.record.state)) return 0;
-  double eta = -1;
-  const double rate = recent_rate(job, now);
-  if (rate > 1e-3) {
-    const double total = static_cast<double>(settings.spp) * static_cast<double>(settings.grid.crop.area());
-    eta = std::max(0.0, total - static_cast<double>(job.record.pixel_samples)) / rate;
-  }
-  if (settings.time_s > 0) {
-    const double left = std::max(0.0, settings.time_s - wall_seconds(job, now));
-    eta = eta < 0 ? left : std::min(eta, left);
-  }
-  return eta;
-}
-
-std::string Scheduler::note(const Job& job, double now) const {
-  if (!runnable(job)) return {};
-  if (const Job* earlier = waits_for(job)) {
-    const JobState state = earlier->record.state;
-    const std::string name = "job " + earlier->record.id.value;
-    if (!is_final(state)) return "waits for " + name + ", which is " + job_state_name(state);
-    return "blocked: it comes after " + name + ", which " +
-           (state == JobState::kFailed ? "failed" : "was cancelled") + "; retry that one, or cancel this one";
-  }
-  for (const TileId& tile : job.checks.tiles()) {
-    const std::vector<CheckTable::Vote>& votes = job.checks.votes(tile);
-    if (votes.size() < 2) continue;
-    return "workers " + votes[0].worker.value + " and " + votes[1].worker.value + " rendered tile " +
-           std::to_string(tile.value) + " differently: a third one has to decide";
-  }
-  if (job.tiles.leased_count() > 0) return needs_pilot(job.record.settings) ? "choosing strategies" : "";
-  int live = 0, pool = 0;
-  for (const auto& [id, worker] : workers.all()) {
-    if (!workers.may_work(worker, now)) continue;
-    ++live;
-    if (job.record.pool.empty() || job.record.pool == worker.registration.pool) ++pool;
-  }
-  if (!job.checks.empty() && rendered(job, now)) return "waits for spot checks of its tiles";
-  if (live == 0) return "waits for a worker: none is connected";
-  if (pool == 0) return "waits for a worker of pool \"" + job.record.pool + "\"";
-  if (fitting_workers(job, now, nullptr) == 0) {
-    return "waits for a worker of arithmetic class " + job.record.arithmetic_class.substr(0, 12) +
-           "; those connected compute other bits";
-  }
-  return {};
 }
 
 bool Scheduler::point_due(const Job& job) {

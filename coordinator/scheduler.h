@@ -22,6 +22,7 @@ struct TailCounts {
   double counted_at = -1;  // clock time; negative: not yet
   int64_t idle = 0;
   double seconds_to_end = -1;   // negative: unknown
+  int64_t sharers = 1;          // workers that the rest is shared by
   double look_for_race_at = 0;  // not before this clock time
 };
 
@@ -49,6 +50,12 @@ struct Job {
   mutable TailCounts tail;   // of so many workers that counting them for each lease would take too long
   double lonely_since = -1;  // clock time since when only checks are left, without anybody to do them
 };
+
+/// It has not ended, is not paused, and its layers can be read.
+inline bool is_runnable(const Job& job) {
+  return job.fault.empty() &&
+         (job.record.state == JobState::kQueued || job.record.state == JobState::kRunning);
+}
 
 struct SchedulerOptions {
   double target_tile_seconds = 1;
@@ -121,6 +128,9 @@ class Scheduler {
   /// Render wall time so far.
   static double wall_seconds(const Job& job, double now);
   static bool time_is_up(const Job& job, double now);
+  /// True if a round end asks for a new point of the curve.
+  static bool point_due(const Job& job);
+  // scheduler_status.cc:
   /// Pixel samples per second over the newest commits; 0 if unknown.
   static double recent_rate(const Job& job, double now);
   static void count_commit(Job& job, double now, double pixel_samples);
@@ -128,8 +138,6 @@ class Scheduler {
   static double eta_seconds(const Job& job, double now);
   /// Why nothing happens to a runnable job, or that its pilot runs; mostly empty.
   std::string note(const Job& job, double now) const;
-  /// True if a round end asks for a new point of the curve.
-  static bool point_due(const Job& job);
 
  private:
   bool fits(const Job& job, const Worker& worker) const;
@@ -148,10 +156,11 @@ class Scheduler {
   /// How to cut the tile so that idle workers have something, or that all come to the end at the same time;
   /// empty: not at all.
   std::vector<CellRect> parts_for_idle(const Job& job, TileId tile, const Worker& worker, double now) const;
-  /// Seconds until all that is pending or leased is rendered, were it shared evenly; negative: unknown.
-  double seconds_to_end(const Job& job, const Worker& worker, double now) const;
-  /// Workers that have nothing to do and fit the job, and seconds_to_end; with many workers as of a moment
-  /// ago.
+  /// Fills in the seconds until all that is pending or leased is rendered, were it shared evenly by the
+  /// worker and those who hold a tile, and how many these are.
+  void share_rest(const Job& job, const Worker& worker, double now, TailCounts* counts) const;
+  /// Workers that have nothing to do and fit the job, and how the rest is shared; with many workers as of a
+  /// moment ago.
   TailCounts count_tail(const Job& job, const Worker& worker, double now) const;
   /// A tile that somebody has had for too long, or that this worker will have much sooner.
   std::optional<TileId> tile_to_race(const Job& job, const Worker& worker, double now) const;

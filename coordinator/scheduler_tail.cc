@@ -11,11 +11,16 @@ namespace {
 
 constexpr double kShortestPartSeconds = 0.1;  // below, leasing and merging cost more than rendering
 constexpr int64_t kMostParts = 16;            // of one tile at a time
-// Splats make every part cost more: a layer as large as the window is handed in, which takes 40 ns of
-// processors a byte. A part is ten times that at least.
-constexpr double kSecondsPerSplatByte = 400e-9;
-// A tile is cut to even out the end if a worker's even share is less than so much of it.
-constexpr double kWorthCutting = 0.65;
+// What one more part costs, of processors' time: a lease and a commit, and where there are splats a layer as
+// large as the window, packed, handed in and merged.
+constexpr double kPartCostSeconds = 0.01, kSplatByteCostSeconds = 40e-9;
+// A part for a worker that idles takes so many times that at least.
+constexpr double kIdlePartOfCost = 10;
+// A tile is cut to even out the end if that saves the others so many times as much of waiting, and if what is
+// cut off is more than so much of the tile: speeds are not known better.
+constexpr double kSavedOfCost = 3, kLeastCutOff = 0.1;
+// Of the tiles a second that may come in, so many may be the last ones of all workers in one second.
+constexpr double kLastTilesOfRate = 2;
 // A holder is late after so many times the expected time, and a moment for what is not rendering.
 constexpr double kLateFactor = 1.5, kSlackSeconds = 0.25;
 // Whoever will have the tile in less than so much of the time that its holder still needs may race for it.
@@ -48,11 +53,12 @@ double Scheduler::expected_seconds(const Job& job, const TileSpec& tile, const W
          worker.registration.threads;
 }
 
-double Scheduler::seconds_to_end(const Job& job, const Worker& worker, double now) const {
+void Scheduler::share_rest(const Job& job, const Worker& worker, double now, TailCounts* counts) const {
+  counts->seconds_to_end = -1;
   double seconds = 0;
   for (const int64_t id : job.tiles.pending()) {
     const double tile = expected_seconds(job, job.tiles.find(TileId{id})->tile, worker);
-    if (tile < 0) return -1;
+    if (tile < 0) return;
     seconds += tile;
   }
   std::unordered_set<const Worker*> others;
@@ -60,11 +66,12 @@ double Scheduler::seconds_to_end(const Job& job, const Worker& worker, double no
     const Worker* holder = workers.find(lease.worker);
     if (!holder || lease.worker == worker.id) continue;
     const double tile = expected_seconds(job, job.tiles.find(lease.tile)->tile, *holder);
-    if (tile < 0) return -1;
+    if (tile < 0) return;
     seconds += std::max(0.0, tile - (now - lease.since));
     others.insert(holder);
   }
-  return seconds / static_cast<double>(others.size() + 1);
+  counts->sharers = static_cast<int64_t>(others.size()) + 1;
+  counts->seconds_to_end = seconds / static_cast<double>(counts->sharers);
 }
 
 TailCounts Scheduler::count_tail(const Job& job, const Worker& worker, double now) const {
@@ -77,7 +84,7 @@ TailCounts Scheduler::count_tail(const Job& job, const Worker& worker, double no
   for (const auto& [id, other] : workers.all()) {
     last.idle += other.leases == 0 && workers.may_work(other, now) && fits(job, other);
   }
-  last.seconds_to_end = seconds_to_end(job, worker, now);
+  share_rest(job, worker, now, &last);
   return last;
 }
 
@@ -90,26 +97,33 @@ std::vector<CellRect> Scheduler::parts_for_idle(const Job& job, TileId id, const
   }
   const TileSpec& tile = job.tiles.find(id)->tile;
   const double seconds = expected_seconds(job, tile, worker);
-  const double bytes = splat_layer_bytes(job.record.settings);
+  const double bytes = splat_layer_bytes(job.record.settings), ingest = options_.ingest_bytes_per_second;
+  const int threads = worker.registration.threads;
   int64_t most = std::min(kMostParts, tile.cells.count());
   if (seconds >= 0) {
     double shortest =
-        std::max(kShortestPartSeconds, bytes * kSecondsPerSplatByte / worker.registration.threads);
+        std::max(kShortestPartSeconds, kIdlePartOfCost * bytes * kSplatByteCostSeconds / threads);
     // n parts are rendered in seconds / n, and handed in one after the other.
-    if (options_.ingest_bytes_per_second > 0)
-      shortest = std::max(shortest, std::sqrt(seconds * bytes / options_.ingest_bytes_per_second));
+    if (ingest > 0) shortest = std::max(shortest, std::sqrt(seconds * bytes / ingest));
     most = std::min(most, static_cast<int64_t>(std::min(seconds / shortest, 1e9)));
   }
-  if (most < 2) return {};
   const TailCounts counts = count_tail(job, worker, now);
   int64_t idle = counts.idle;
   if (job.record.max_workers > 0)
     idle = std::min<int64_t>(idle, job.record.max_workers - job.tiles.workers());
   const int64_t parts = std::min(most, (idle + pending - 1) / pending);
   if (parts >= 2) return split_cells(tile.cells, parts);
-  const double left = seconds >= 0 ? counts.seconds_to_end : -1;
-  if (left < 0 || left > kWorthCutting * seconds) return {};
-  return cut_off(tile.cells, std::max(left / seconds, 1 / static_cast<double>(most)));
+  if (seconds < 0 || counts.seconds_to_end < 0) return {};
+  // Were it not cut, all others would wait for this tile in the end.
+  const auto sharers = static_cast<double>(counts.sharers);
+  const double mine = std::max(counts.seconds_to_end, kShortestPartSeconds), rest = seconds - mine;
+  double least = std::max(kShortestPartSeconds, kLeastCutOff * seconds);
+  if (ingest > 0) least = std::max(least, sharers * bytes / ingest);  // one after the other, as above
+  if (options_.commits_per_second > 0)
+    least = std::max(least, sharers / (kLastTilesOfRate * options_.commits_per_second));
+  const double cost = kPartCostSeconds + bytes * kSplatByteCostSeconds;
+  if (rest < least || rest * sharers * threads < kSavedOfCost * cost) return {};
+  return cut_off(tile.cells, mine / seconds);
 }
 
 std::optional<TileId> Scheduler::tile_to_race(const Job& job, const Worker& worker, double now) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace lightmill {
 namespace {
@@ -24,15 +25,30 @@ WorkerStatus status_of(const Worker& worker, const char* state, double now) {
           worker.partials_refused};
 }
 
+bool is_forgotten(const RefusedWorker& refused, double now) {
+  return now - refused.at > WorkerTable::kRefusedKeptSeconds;
+}
+
 }  // namespace
+
+std::string printable(std::string text) {
+  constexpr size_t kMost = 100;
+  if (text.size() > kMost) text = text.substr(0, kMost) + "...";
+  for (char& c : text) {
+    if (c < ' ' || c > '~') c = '?';
+  }
+  return text;
+}
 
 void WorkerTable::add(const WorkerId& id, const WorkerRegistration& registration, double now) {
   if (workers_.size() >= max_workers_) {
     std::erase_if(workers_, [&](const auto& item) { return is_lost(item.second, now); });
   }
   if (workers_.size() >= max_workers_) {
-    throw Error(ErrorKind::kUnreachable, "the coordinator has its limit of " + std::to_string(max_workers_) +
-                                             " workers; stop some, start the coordinator with a larger --max-workers, or a second one");
+    throw Error(
+        ErrorKind::kUnreachable,
+        "the coordinator has its limit of " + std::to_string(max_workers_) +
+            " workers; stop some, start the coordinator with a larger --max-workers, or a second one");
   }
   Worker worker;
   worker.id = id;
@@ -41,13 +57,30 @@ void WorkerTable::add(const WorkerId& id, const WorkerRegistration& registration
   workers_[id] = worker;
 }
 
-void WorkerTable::add_refused(const WorkerId& id, const WorkerRegistration& registration, double now) {
-  Worker worker;
-  worker.id = id;
-  worker.registration = registration;
-  worker.last_seen = now;
-  refused_.push_back(worker);
+void WorkerTable::add_refused(const WorkerId& id, const WorkerRegistration& registration,
+                              const std::string& reason, double now) {
+  std::erase_if(refused_, [&](const RefusedWorker& refused) {
+    return (refused.registration.host == registration.host && refused.reason == reason) ||
+           is_forgotten(refused, now);
+  });
+  refused_.push_back({id, registration, reason, now});
   if (refused_.size() > kMaxRefused) refused_.pop_front();
+}
+
+std::string WorkerTable::refusals(double now) const {
+  std::set<std::string> hosts;
+  for (const RefusedWorker& refused : refused_) {
+    if (!is_forgotten(refused, now)) hosts.insert(refused.registration.host);
+  }
+  if (hosts.empty()) return "";
+  const RefusedWorker& last = refused_.back();
+  const std::string host = last.registration.host.empty()
+                               ? std::string("an unknown host")
+                               : "host \"" + printable(last.registration.host) + "\"";
+  const std::string who =
+      hosts.size() == 1 ? "that of " + host + " was refused"
+                        : "those of " + std::to_string(hosts.size()) + " hosts were refused, last of " + host;
+  return who + ": " + last.reason;
 }
 
 Worker* WorkerTable::find(const WorkerId& id) {
@@ -117,7 +150,10 @@ std::vector<WorkerStatus> WorkerTable::list(double now) const {
                                                      : "idle";
     result.push_back(status_of(worker, state, now));
   }
-  for (const Worker& worker : refused_) result.push_back(status_of(worker, "refused", now));
+  for (const RefusedWorker& refused : refused_) {
+    if (is_forgotten(refused, now)) continue;
+    result.push_back({refused.id, refused.registration, "refused", 0, 0, std::max(0.0, now - refused.at), 0});
+  }
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/rpc/farm_types.h"
@@ -29,9 +30,23 @@ struct Worker {
   int run_left = 0;               // tiles of that job that it gets before another one's turn
 };
 
+/// Of workers of one host that were turned away for one reason, the newest: those that are started again and
+/// again, as services are, take one place.
+struct RefusedWorker {
+  WorkerId id;
+  WorkerRegistration registration;  // without a host: it was stopped before it could say
+  std::string reason;               // one line
+  double at = 0;
+};
+
+/// What a worker says of itself, for a line that users read: at most 100 characters of it, in ASCII.
+std::string printable(std::string text);
+
 class WorkerTable {
  public:
-  static constexpr size_t kMaxRefused = 32;
+  static constexpr size_t kMaxRefused = 32;  // the newest
+  static constexpr double kRefusedKeptSeconds =
+      600;  // by then whoever was turned away was mended, or has given up
 
   /// At most `max_workers` are registered and alive at once.
   WorkerTable(double lease_seconds, size_t max_workers)
@@ -40,8 +55,11 @@ class WorkerTable {
   /// Throws Error(kUnreachable) if as many live ones as may be are registered. Makes room by forgetting lost
   /// ones.
   void add(const WorkerId& id, const WorkerRegistration& registration, double now);
-  /// Remembers a refusal, for the user to see in the list of workers.
-  void add_refused(const WorkerId& id, const WorkerRegistration& registration, double now);
+  /// Remembers a refusal for a while, for the user to see in the list of workers and in what waits for one.
+  void add_refused(const WorkerId& id, const WorkerRegistration& registration, const std::string& reason,
+                   double now);
+  /// Who was turned away lately and why, a clause of a sentence; empty: nobody.
+  std::string refusals(double now) const;
   /// Null if it is not registered.
   Worker* find(const WorkerId& id);
   const Worker* find(const WorkerId& id) const;
@@ -66,7 +84,7 @@ class WorkerTable {
   double lease_seconds_;
   size_t max_workers_;
   std::map<WorkerId, Worker> workers_;
-  std::deque<Worker> refused_;
+  std::deque<RefusedWorker> refused_;  // the newest last
 };
 
 }  // namespace lightmill

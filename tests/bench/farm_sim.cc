@@ -1,10 +1,12 @@
 // A farm of any size on a simulated clock (simulated_farm.h): how well it uses its workers, and how much of a
 // coordinator it takes.
 //   farm_sim WORKERS SECONDS [SEED] [--rpc-ms MS] [--renew-ms MS] [--lease-seconds S] [--commit-rate N]
-//   [--json]
+//   [--bdpt WxH SPP] [--json]
 // --rpc-ms is the processor time of one lease and one commit outside of the farm's core (gRPC, the disk), as
 // tests/bench/farm_load measures it (its figure less what is printed here for the core), --renew-ms that of a
-// renewal.
+// renewal. --bdpt: an image whose tiles bring splats, by workers that are alike and never fail, on the
+// machine of the coordinator: `farm_sim 2 7 --bdpt 300x300 128` is what tests/bench/farm_overhead does to
+// real ones.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -21,6 +23,8 @@ namespace {
 constexpr double kFullLoad = 0.7;        // of a core, beyond which calls begin to wait for each other
 constexpr double kCheckpointPause = 30;  // seconds, of mergers in a tree
 constexpr double kLongLease = 60;        // seconds
+// Packing a byte of splats, sending, unpacking and merging it, all on one machine.
+constexpr double kSplatByteSeconds = 40e-9, kLoopbackBytesPerSecond = 1e9;
 
 void print(const SimulationOptions& options, const SimulationResult& r) {
   const auto commits = static_cast<double>(r.commits);
@@ -87,6 +91,14 @@ int main(int argc, char** argv) {
       options.lease_seconds = std::atof(argv[++i]);
     } else if (name == "--commit-rate" && i + 1 < argc) {
       options.commits_per_second = std::atof(argv[++i]);
+    } else if (name == "--bdpt" && i + 2 < argc &&
+               std::sscanf(argv[i + 1], "%dx%d", &options.width, &options.height) == 2) {
+      options.integrator = lightmill::Integrator::kBdpt;
+      options.trouble = false;
+      options.line_bytes_per_second = lightmill::kLoopbackBytesPerSecond;
+      options.seconds_per_byte = lightmill::kSplatByteSeconds;
+      options.spp = std::atoll(argv[i + 2]);
+      i += 2;
     } else if (name == "--json") {
       json = true;
     } else {
@@ -94,10 +106,11 @@ int main(int argc, char** argv) {
     }
   }
   if (numbers.size() < 2 || numbers.size() > 3 || !(numbers[0] >= 1) || !(numbers[0] <= 1e6) ||
-      !(options.lease_seconds > 0) || !(numbers[1] > 0)) {
+      !(options.lease_seconds > 0) || !(numbers[1] > 0) || options.width < 0 || options.height < 0 ||
+      options.spp < 1) {
     std::fprintf(stderr,
                  "usage: farm_sim WORKERS SECONDS [SEED] [--rpc-ms MS] [--renew-ms MS] [--lease-seconds S] "
-                 "[--commit-rate N] [--json]\n");
+                 "[--commit-rate N] [--bdpt WxH SPP] [--json]\n");
     return 2;
   }
   options.workers = static_cast<int>(numbers[0]);

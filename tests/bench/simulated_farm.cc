@@ -7,18 +7,18 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "common/image/partial.h"
 #include "coordinator/farm.h"
 #include "coordinator/film_bytes.h"
 #include "coordinator/memory_job_store.h"
+#include "tests/bench/simulated_partial.h"
 
 namespace lightmill {
 namespace {
 
-constexpr double kLeaseLatency = 0.005, kCommitLatency = 0.02,
-                 kBytesPerSecond = 12.5e6;              // of a worker's line
+constexpr double kLeaseLatency = 0.005, kCommitLatency = 0.02;
 constexpr double kSpeedSpread = 0.4, kTileNoise = 0.1;  // standard deviations of logarithms
 constexpr double kLateShare = 0.2, kLateWithin = 0.1;   // so many join within so much of the job's time
 constexpr double kMeanLife = 1800, kAway = 30;          // seconds between deaths, and until the return
@@ -57,19 +57,28 @@ double processor_seconds() {
   return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
+RenderSettings settings_of(const SimulationOptions& options) {
+  const int scale = options.workers >= kLargeFarm ? 2 : 1;
+  const int width = options.width > 0 ? options.width : 960 * scale,
+            height = options.height > 0 ? options.height : 540 * scale;
+  RenderSettings settings;
+  settings.integrator = options.integrator;
+  settings.grid = {width, height, {0, 0, width, height}};
+  settings.spp = options.spp;
+  while (settings.grid.cells().count() * settings.spp / kSuperblockSamples <
+         kPacketsPerWorker * options.workers)
+    settings.spp *= 2;
+  return settings;
+}
+
 class Simulation {
  public:
   explicit Simulation(const SimulationOptions& options)
-      : options_(options), random_(options.seed), farm_(make_farm()) {
-    const int scale = options.workers >= kLargeFarm ? 2 : 1;
-    settings_.integrator = Integrator::kPt;
-    settings_.grid = {960 * scale, 540 * scale, {0, 0, 960 * scale, 540 * scale}};
-    settings_.spp = options.spp;
-    while (settings_.grid.cells().count() * settings_.spp / kSuperblockSamples <
-           kPacketsPerWorker * options.workers)
-      settings_.spp *= 2;
-    partial_.grid = settings_.grid;
-    partial_.quantum_exponent = -40;
+      : options_(options),
+        random_(options.seed),
+        farm_(make_farm()),
+        settings_(settings_of(options)),
+        partial_(settings_) {
     JobRequest request;
     request.name = "simulated";
     request.bundle.main = "scene.pbrt";
@@ -79,7 +88,7 @@ class Simulation {
     std::lognormal_distribution<double> speed(0, kSpeedSpread);
     double total = 0;
     workers_.resize(static_cast<size_t>(options.workers));
-    for (Worker& worker : workers_) total += worker.speed = speed(random_);
+    for (Worker& worker : workers_) total += worker.speed = options.trouble ? speed(random_) : 1;
     const double samples =
         static_cast<double>(settings_.grid.crop.area()) * static_cast<double>(settings_.spp);
     for (Worker& worker : workers_) worker.speed *= samples / (total * options.seconds);
@@ -87,7 +96,7 @@ class Simulation {
 
   SimulationResult run() {
     for (uint32_t i = 0; i < workers_.size(); ++i) {
-      const bool late = draw() < kLateShare;
+      const bool late = options_.trouble && draw() < kLateShare;
       push({late ? draw() * kLateWithin * options_.seconds : 0, 0, i, 0, Kind::kAsk});
     }
     push({kTick, 0, 0, 0, Kind::kTick});
@@ -113,6 +122,7 @@ class Simulation {
     bool idle = false;
     double alive_since = -1;
     double pause = kFirstPause;  // before it asks again
+    double handing_in = 0;       // seconds that this takes of its processor, beside the next tile
   };
 
   std::unique_ptr<Farm> make_farm() {
@@ -161,8 +171,8 @@ class Simulation {
         ask(event.worker);
         break;
       case Kind::kFinish:
+        finish(event);
         push({now_, 0, event.worker, worker.life, Kind::kAsk});
-        finish(std::move(event));
         break;
       case Kind::kCommit:
         commit(worker, *event.flight);
@@ -181,31 +191,14 @@ class Simulation {
     }
   }
 
-  void finish(Event event) {
-    encode(event.flight.get());
+  void finish(Event& event) {
+    event.flight->bytes = partial_.encode(event.flight->tile, event.flight->rendering);
     const auto size = static_cast<double>(event.flight->bytes.size());
     result_.commit_bytes += size;
-    event.at = now_ + kCommitLatency + size / kBytesPerSecond;
-    event.kind = Kind::kCommit;
-    push(std::move(event));
-  }
-
-  void encode(Flight* flight) {
-    const auto area = static_cast<size_t>(settings_.grid.pixels(flight->tile.cells).area());
-    if (partial_.camera.size() != area || partial_.tile.samples() != flight->tile.samples()) {
-      partial_.camera.resize(area);
-      for (size_t i = 0; i < area; ++i) {
-        // Low bits as random as those of a real image, so that compression has as much to do.
-        for (int c = 0; c < 3; ++c) {
-          partial_.camera[i].c[c] = (static_cast<Units>(flight->tile.samples()) << 38) +
-                                    ((i * 3 + static_cast<size_t>(c) + 1) * 0x9e3779b97f4a7c15u >> 28);
-        }
-      }
-    }
-    partial_.tile = flight->tile;
-    partial_.counters.camera_paths = area * static_cast<uint64_t>(flight->tile.samples());
-    partial_.cpu_seconds = flight->rendering;
-    flight->bytes = encode_partial(partial_);
+    const double handing_in = size * options_.seconds_per_byte;
+    workers_[event.worker].handing_in = handing_in;
+    event.at = now_ + kCommitLatency + size / options_.line_bytes_per_second + handing_in;
+    push({event.at, 0, event.worker, event.life, Kind::kCommit, std::move(event.flight)});
   }
 
   void commit(const Worker& worker, const Flight& flight) {
@@ -255,7 +248,7 @@ class Simulation {
     if (worker.alive_since < 0) {
       worker.alive_since = now_;
       const double life = std::exponential_distribution<double>(1 / kMeanLife)(random_);
-      push({now_ + life, 0, index, worker.life, Kind::kDie});
+      if (options_.trouble) push({now_ + life, 0, index, worker.life, Kind::kDie});
     }
     std::optional<LeaseGrant> grant;
     try {
@@ -286,8 +279,9 @@ class Simulation {
     const double rendering = samples / worker.speed * noise;
     const auto flight = std::make_shared<Flight>(Flight{LeaseKey{grant->job, grant->tile_id, grant->attempt},
                                                         grant->tile, grant->lease_seconds, rendering});
-    push({now_ + kLeaseLatency + rendering, 0, index, worker.life, Kind::kFinish, flight});
-    if (rendering > flight->lease_seconds / 3)
+    const double busy = std::exchange(worker.handing_in, 0) + rendering;
+    push({now_ + kLeaseLatency + busy, 0, index, worker.life, Kind::kFinish, flight});
+    if (busy > flight->lease_seconds / 3)
       push({now_ + flight->lease_seconds / 3, 0, index, worker.life, Kind::kRenew, flight});
   }
 
@@ -308,8 +302,8 @@ class Simulation {
   std::mt19937_64 random_;
   FakeClock clock_;
   std::unique_ptr<Farm> farm_;
-  RenderSettings settings_;
-  Partial partial_;  // that is encoded again and again, for another tile each time
+  const RenderSettings settings_;
+  SimulatedPartial partial_;
   JobId job_;
   std::vector<Worker> workers_;
   std::vector<Event> events_;  // a heap

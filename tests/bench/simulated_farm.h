@@ -6,13 +6,22 @@
 //   const SimulationResult result = simulate({.workers = 1000, .seconds = 600});
 #include <cstdint>
 
+#include "common/settings.h"
+
 namespace lightmill {
 
 struct SimulationOptions {
   int workers = 100;
   double seconds = 60;  // what the job would take if nothing was ever lost
-  int64_t spp = 4096;   // at least; the image is 960x540, of large farms 1920x1080
+  int64_t spp = 4096;   // at least
   uint64_t seed = 1;
+  int width = 0, height = 0;  // pixels; 0: 960x540, of large farms 1920x1080
+  Integrator integrator = Integrator::kPt;
+  bool trouble = true;                    // workers of different speeds come late, die and return
+  double line_bytes_per_second = 12.5e6;  // of a worker's
+  // Of a worker's processor, of what it hands in: packing and sending, on a core that the coordinator shares
+  // also what that does with it.
+  double seconds_per_byte = 0;
   // Processor time of one lease and one commit outside of the farm's core (gRPC, the disk), and of a renewal.
   double rpc_seconds = 0.4e-3, renew_seconds = 0.1e-3;
   double lease_seconds = 10, commits_per_second = 1000;  // FarmOptions

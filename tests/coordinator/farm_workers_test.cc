@@ -44,6 +44,57 @@ TEST_F(FarmWorkers, WorkersOfAnotherBuildOrSchemaAreRefusedWithASentence) {
   EXPECT_EQ(workers[0].state, "refused");
 }
 
+TEST_F(FarmWorkers, JobsThatWaitSayWhoWasRefusedAndWhy) {
+  const JobId job = farm.submit(small_job(64, 64, 4));
+  WorkerRegistration other = registration();
+  other.host = "box\n1";
+  other.build = "build-2";
+  const auto refuse = [&] { error_of([&] { farm.register_worker(other); }); };
+  for (int i = 0; i < 3; ++i) refuse();  // a service is started again and again
+  EXPECT_EQ(
+      farm.job(job).message,
+      "waits for a worker: none is connected; that of host \"box?1\" was refused: worker of another build: "
+      "it is \"build-2\", the coordinator is \"" +
+          registration().build + "\"; install the same version on both");
+  EXPECT_EQ(farm.workers().size(), 1u);
+  other.host = "box2";
+  other.build = std::string(1000, 'b');
+  refuse();
+  EXPECT_THAT(farm.job(job).message,
+              HasSubstr("those of 2 hosts were refused, last of host \"box2\": worker of"));
+  EXPECT_LT(farm.job(job).message.size(), 600u);
+  farm.turned_away("the token is not known here");
+  EXPECT_THAT(farm.job(job).message, HasSubstr("last of an unknown host: the token is not known here"));
+  for (int i = 0; i < 100; ++i) {
+    other.host = "box" + std::to_string(i);
+    refuse();
+  }
+  EXPECT_EQ(farm.workers().size(), 32u) << "strangers take no more memory than this";
+  EXPECT_EQ(farm.stats().refusals["worker_build"], 104u);
+  clock.advance(601);
+  EXPECT_EQ(farm.job(job).message, "waits for a worker: none is connected");
+  EXPECT_TRUE(farm.workers().empty());
+}
+
+TEST_F(FarmWorkers, JobsThatWaitSayThatWorkersRestOrAreDrained) {
+  const JobId job = farm.submit(small_job(64, 64, 4));
+  const WorkerId worker = join();
+  farm.drain(worker);
+  EXPECT_EQ(farm.job(job).message, "waits for a worker: those connected are being drained");
+  const WorkerId sick = join();
+  const JobId other = farm.submit(small_job(64, 64, 4));
+  for (int i = 0; i < 100; ++i) {
+    const auto grant = farm.lease(sick);
+    if (!grant) break;
+    farm.fail(sick, key(*grant), "no memory");
+  }
+  std::string message;
+  for (const JobId& id : {job, other}) {
+    if (farm.job(id).state != JobState::kFailed) message = farm.job(id).message;
+  }
+  EXPECT_EQ(message, "waits for a worker: of 2 connected 1 rest after failures");
+}
+
 TEST_F(FarmWorkers, WorkersAreLostAfterThreeLeaseTimes) {
   const WorkerId ann = farm.register_worker(registration());
   clock.advance(29);

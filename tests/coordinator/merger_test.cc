@@ -151,12 +151,12 @@ TEST(DecoderPool, KeepsAsManyAsProcessorsCouldUse) {
   const Partial partial = random_partial(grid, {{0, 0, 2, 1}, 0, 16}, 1, true, 2);
   const std::string bytes = encode_partial(partial);
   const size_t processors = std::max(1u, std::thread::hardware_concurrency());
-  DecoderPool pool;
+  DecoderPool pool(1e9);
   size_t one = 0;
   {
     std::vector<DecoderPool::Loan> loans;
     for (size_t i = 0; i < processors + 2; ++i) {
-      loans.push_back(pool.lend());
+      loans.push_back(pool.lend(1));
       EXPECT_EQ(loans.back()->decode(bytes, grid, partial.tile), partial);
       one = loans.back()->bytes();
     }
@@ -164,9 +164,34 @@ TEST(DecoderPool, KeepsAsManyAsProcessorsCouldUse) {
   }
   EXPECT_GT(one, partial.camera.size() * sizeof(ExactRgb));
   EXPECT_EQ(pool.bytes(), processors * one);
-  const DecoderPool::Loan again = pool.lend();
+  const DecoderPool::Loan again = pool.lend(1);
   EXPECT_EQ(again->bytes(), one) << "one that has its memory";
   EXPECT_EQ(pool.bytes(), (processors - 1) * one);
+}
+
+TEST(DecoderPool, LendsAsManyAsFitAndInTurn) {
+  DecoderPool pool(100);
+  { const DecoderPool::Loan larger_than_all = pool.lend(1000); }
+  std::optional<DecoderPool::Loan> first(pool.lend(60));
+  { const DecoderPool::Loan beside = pool.lend(40); }
+  std::atomic<bool> second_has = false, third_has = false;
+  std::jthread second([&] {
+    const DecoderPool::Loan loan = pool.lend(60);
+    second_has = true;
+    second_has.notify_all();
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  std::jthread third([&] {  // would fit, but large ones must get their turn
+    const DecoderPool::Loan loan = pool.lend(10);
+    third_has = true;
+    third_has.notify_all();
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_FALSE(second_has);
+  EXPECT_FALSE(third_has);
+  first.reset();
+  second_has.wait(false);
+  third_has.wait(false);
 }
 
 }  // namespace
