@@ -16,7 +16,10 @@
 namespace lightmill {
 namespace {
 
+// Streams have a thread each, of the 512 that all calls share (common/rpc/channel.cc): together they must
+// leave some to others.
 constexpr int kMaxFetches = 8;  // an image is resolved in memory for each
+constexpr int kMaxWatches = 256, kMaxUploads = 32, kMaxListings = 32;
 constexpr int kMaxAskedBlobs = 100000;
 constexpr int kTilesPerMessage = 1000;
 constexpr int kLinesPerMessage = 1000;
@@ -39,6 +42,10 @@ size_t listed_before(const std::string& token) {
     if (error == std::errc() && stop == end && count > 0) return count;
   }
   throw Error(ErrorKind::kUsage, "page_token is none that an answer to ListJobs gave; begin without one");
+}
+
+grpc::Status too_many(const char* what) {
+  return {grpc::StatusCode::RESOURCE_EXHAUSTED, std::string("too many ") + what + " at once; try again"};
 }
 
 }  // namespace
@@ -136,24 +143,30 @@ grpc::Status ClientService::ListJobs(grpc::ServerContext*, const v1::ListJobsReq
   });
 }
 
-grpc::Status ClientService::ListTiles(grpc::ServerContext*, const v1::ListTilesRequest* request,
+grpc::Status ClientService::ListTiles(grpc::ServerContext* context, const v1::ListTilesRequest* request,
                                       grpc::ServerWriter<v1::ListTilesResponse>* writer) {
-  return guarded([&] {
+  return guarded([&]() -> grpc::Status {
+    const Slot slot(listings_, kMaxListings);
+    if (!slot.granted()) return too_many("ledgers and logs are being listed");
+    StallWatch::Call call(stalls_, *context);
     v1::ListTilesResponse message;
     for (const TileStatus& tile : farm_.tiles(JobId{request->job_id()})) {
       *message.add_tiles() = to_proto(tile);
       if (message.tiles_size() < kTilesPerMessage) continue;
-      if (!writer->Write(message)) return grpc::Status::CANCELLED;
+      if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
       message.clear_tiles();
     }
-    if (message.tiles_size() > 0) writer->Write(message);
+    if (message.tiles_size() > 0) call.write(*writer, message);
     return grpc::Status::OK;
   });
 }
 
-grpc::Status ClientService::GetLogs(grpc::ServerContext*, const v1::GetLogsRequest* request,
+grpc::Status ClientService::GetLogs(grpc::ServerContext* context, const v1::GetLogsRequest* request,
                                     grpc::ServerWriter<v1::GetLogsResponse>* writer) {
-  return guarded([&] {
+  return guarded([&]() -> grpc::Status {
+    const Slot slot(listings_, kMaxListings);
+    if (!slot.granted()) return too_many("ledgers and logs are being listed");
+    StallWatch::Call call(stalls_, *context);
     const int64_t most = request->max_lines();
     if (most < 1 || most > static_cast<int64_t>(TileLog::kMaxLines))
       throw Error(ErrorKind::kUsage, "max_lines must be 1 to 20000");
@@ -169,10 +182,10 @@ grpc::Status ClientService::GetLogs(grpc::ServerContext*, const v1::GetLogsReque
       out->set_worker_id(line.about.worker);
       out->set_text(one_line(line.text));
       if (message.lines_size() < kLinesPerMessage) continue;
-      if (!writer->Write(message)) return grpc::Status::CANCELLED;
+      if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
       message.clear_lines();
     }
-    if (message.lines_size() > 0) writer->Write(message);
+    if (message.lines_size() > 0) call.write(*writer, message);
     return grpc::Status::OK;
   });
 }
@@ -188,12 +201,15 @@ grpc::Status ClientService::ListWorkers(grpc::ServerContext*, const v1::ListWork
 grpc::Status ClientService::WatchJob(grpc::ServerContext* context, const v1::WatchJobRequest* request,
                                      grpc::ServerWriter<v1::WatchJobResponse>* writer) {
   return guarded([&]() -> grpc::Status {
+    const Slot slot(watches_, kMaxWatches);
+    if (!slot.granted()) return too_many("jobs are being watched");
+    StallWatch::Call call(stalls_, *context);
     const JobId id{request->job_id()};
     JobStatus status = farm_.job(id);
     for (;;) {
       v1::WatchJobResponse message;
       *message.mutable_job() = to_proto(status);
-      if (!writer->Write(message)) return grpc::Status::CANCELLED;
+      if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
       if (is_final(status.state)) return grpc::Status::OK;
       std::this_thread::sleep_for(kWatchSpacing);
       status = farm_.wait(id, status.version, kWatchBeatSeconds);
@@ -253,13 +269,14 @@ grpc::Status ClientService::ExtendJob(grpc::ServerContext*, const v1::ExtendJobR
   });
 }
 
-grpc::Status ClientService::FetchImage(grpc::ServerContext*, const v1::FetchImageRequest* request,
+grpc::Status ClientService::FetchImage(grpc::ServerContext* context, const v1::FetchImageRequest* request,
                                        grpc::ServerWriter<v1::FetchImageResponse>* writer) {
   return guarded([&]() -> grpc::Status {
     const Slot slot(fetches_, kMaxFetches);
     if (!slot.granted()) {
-      return {grpc::StatusCode::RESOURCE_EXHAUSTED, "too many images are being fetched at once; try again"};
+      return too_many("images are being fetched");
     }
+    StallWatch::Call call(stalls_, *context);
     const JobId id{request->job_id()};
     if (request->max_side() < 0) throw Error(ErrorKind::kUsage, "max_side must be 0 or above");
     Image image;
@@ -278,13 +295,13 @@ grpc::Status ClientService::FetchImage(grpc::ServerContext*, const v1::FetchImag
     header.set_channels(image.channels);
     for (const auto& [key, value] : farm_.image_metadata(id)) (*header.mutable_metadata())[key] = value;
     for (const std::string& name : aovs.channels) header.add_aov_channels(name);
-    if (!writer->Write(message)) return grpc::Status::CANCELLED;
+    if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
     for (const Image* part : {&image, &aovs.image}) {
       const std::string_view bytes(reinterpret_cast<const char*>(part->data.data()),
                                    part->data.size() * sizeof(float));
       for (size_t at = 0; at < bytes.size(); at += kChunkBytes) {
         message.set_chunk(std::string(bytes.substr(at, kChunkBytes)));
-        if (!writer->Write(message)) return grpc::Status::CANCELLED;
+        if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
       }
     }
     return grpc::Status::OK;
@@ -311,15 +328,18 @@ grpc::Status ClientService::FindMissingBlobs(grpc::ServerContext*, const v1::Fin
   });
 }
 
-grpc::Status ClientService::UploadBlobs(grpc::ServerContext*,
+grpc::Status ClientService::UploadBlobs(grpc::ServerContext* context,
                                         grpc::ServerReader<v1::UploadBlobsRequest>* reader,
                                         v1::UploadBlobsResponse* response) {
-  return guarded([&] {
+  return guarded([&]() -> grpc::Status {
+    const Slot slot(uploads_, kMaxUploads);
+    if (!slot.granted()) return too_many("scenes are being uploaded");
+    StallWatch::Call call(stalls_, *context);
     std::optional<BlobStore::Writer> writer;
     int64_t blobs = 0;
     uint64_t bytes = 0;
     v1::UploadBlobsRequest message;
-    while (reader->Read(&message)) {
+    while (call.read(*reader, &message)) {
       if (message.has_header()) {
         if (writer) writer->finish();
         writer.reset();

@@ -7,6 +7,7 @@
 #include "coordinator/blob_store.h"
 #include "coordinator/farm.h"
 #include "coordinator/quotas.h"
+#include "coordinator/stall_watch.h"
 #include "coordinator/submit_limit.h"
 #include "coordinator/tile_log.h"
 #include "lightmill/v1/client.grpc.pb.h"
@@ -17,13 +18,14 @@ class ClientService final : public v1::ClientService::Service {
  public:
   /// Whose token a call carries.
   using Caller = std::function<std::string(const grpc::ServerContext&)>;
-  /// Farm, blobs and log must outlive the service. `submissions`: bounds submissions by everybody together;
-  /// may be null. `caller` may be empty: then submitters are believed who they are.
-  ClientService(Farm& farm, BlobStore& blobs, const TileLog& tile_log, const Quotas& quotas,
-                std::shared_ptr<SubmitLimit> submissions, Caller caller = {})
+  /// Farm, blobs, log and stalls must outlive the service. `submissions`: bounds submissions by everybody
+  /// together; may be null. `caller` may be empty: then submitters are believed who they are.
+  ClientService(Farm& farm, BlobStore& blobs, const TileLog& tile_log, StallWatch& stalls,
+                const Quotas& quotas, std::shared_ptr<SubmitLimit> submissions, Caller caller = {})
       : farm_(farm),
         blobs_(blobs),
         tile_log_(tile_log),
+        stalls_(stalls),
         quotas_(quotas),
         submissions_(std::move(submissions)),
         caller_(std::move(caller)) {}
@@ -59,11 +61,12 @@ class ClientService final : public v1::ClientService::Service {
   Farm& farm_;
   BlobStore& blobs_;
   const TileLog& tile_log_;
+  StallWatch& stalls_;
   const Quotas quotas_;
   const std::shared_ptr<SubmitLimit> submissions_;
   const Caller caller_;
   std::atomic<bool> stopping_{false};
-  std::atomic<int> fetches_{0};
+  std::atomic<int> fetches_{0}, watches_{0}, uploads_{0}, listings_{0};
 };
 
 }  // namespace lightmill

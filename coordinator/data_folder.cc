@@ -34,7 +34,11 @@ DataFolder::DataFolder(const std::string& path, bool shared) : path_(path) {
   }
   const std::string lock = path + "/lock";
   lock_fd_ = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (lock_fd_ < 0) throw Error(ErrorKind::kFailed, lock + ": " + std::strerror(errno));
+  if (lock_fd_ < 0) {
+    throw Error(ErrorKind::kFailed, "--data " + path + " can't be written (" + lock + ": " +
+                                        std::strerror(errno) +
+                                        "); make it this user's, or give another folder");
+  }
   if (flock(lock_fd_, LOCK_EX | LOCK_NB) != 0) {
     close(lock_fd_);
     throw Error(ErrorKind::kFailed,

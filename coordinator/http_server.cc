@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "coordinator/http_base.h"
+#include "coordinator/http_watch.h"
 #include "coordinator/metrics.h"
 
 namespace lightmill {
@@ -37,10 +38,11 @@ Handled judge(Authenticator& authenticator, const httplib::Request& request, htt
 
 struct HttpServer::Impl {
   Impl(const SecurityFiles& security, const WebOptions& web)
-      : files(security), api(web), server(make_http_server(files)) {}
+      : files(security), api(web), server(make_http_server(files)), watch(*server) {}
   const SecurityFiles files;
   WebApi api;
   const std::unique_ptr<httplib::Server> server;
+  HttpWatch watch;
   std::atomic<bool> ended{false};  // the listening loop, whyever
   std::thread thread;
 };
@@ -55,22 +57,22 @@ HttpServer::HttpServer(const std::string& address, const WebOptions& web, const 
   server.set_read_timeout(5);
   server.set_write_timeout(5);
   server.set_payload_max_length(WebApi::kMaxBody);
-  if (web.authenticator) {
-    server.set_pre_routing_handler(
-        [judges = web.authenticator](const httplib::Request& request, httplib::Response& response) {
-          return judge(*judges, request, response);
-        });
-  }
+  server.set_pre_routing_handler([&watch = impl_->watch, judges = web.authenticator](
+                                     const httplib::Request& request, httplib::Response& response) {
+    watch.began(request);
+    return judges ? judge(*judges, request, response) : Handled::Unhandled;
+  });
   for (const char* probe : {"/healthz", "/livez"}) {
     server.Get(probe, [](const httplib::Request&, httplib::Response& response) {
       response.set_content("ok\n", "text/plain");
     });
   }
   server.Get("/metrics", [&metrics](const httplib::Request&, httplib::Response& response) {
-    response.set_content(metrics.text(), "text/plain; version=0.0.4");
+    response.set_content(metrics.text(), kMetricsType);
   });
   impl_->api.install(server);
   port_ = bind_http(server, address);
+  impl_->watch.start(port_);
   impl_->thread = std::thread([this] {
     impl_->server->listen_after_bind();
     impl_->ended = true;

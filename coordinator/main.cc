@@ -38,7 +38,7 @@ struct Options {
   bool check = false;
   double checkpoint_megabytes = 256;
   std::string film_memory = "1G";
-  std::string ingest_limit = "100M";
+  std::string commit_memory = "512M", ingest_limit = "100M";
   double max_bundle_megabytes = 65536;
   std::string reader_memory = "4G";
   std::string log_level = "info", log_format = "text";
@@ -140,6 +140,10 @@ void add_options(CLI::App& app, Options& o) {
                  "Memory for the images that are being merged; a larger one is merged alone")
       ->envname("LIGHTMILL_FILM_MEMORY")
       ->capture_default_str();
+  app.add_option("--commit-memory", o.commit_memory,
+                 "Memory for partials that are coming in, and as much for those being unpacked: others wait")
+      ->envname("LIGHTMILL_COMMIT_MEMORY")
+      ->capture_default_str();
   Quotas& quotas = o.server.quotas;
   app.add_option("--max-pixels", quotas.max_pixels, "Largest image of a job, in pixels")
       ->envname("LIGHTMILL_MAX_PIXELS")
@@ -168,6 +172,11 @@ void add_options(CLI::App& app, Options& o) {
                  "New connections a second that one address may open, after five times as many at once")
       ->envname("LIGHTMILL_CONNECTION_RATE")
       ->check(CLI::Range(0.2, 1e6).description("0.2 to 1000000"))
+      ->capture_default_str();
+  app.add_option("--stall-seconds", quotas.stall_seconds,
+                 "Seconds that a call may wait for a peer that neither takes nor sends anything")
+      ->envname("LIGHTMILL_STALL_SECONDS")
+      ->check(CLI::Range(0.1, 86400.0).description("0.1 to 86400"))
       ->capture_default_str();
   app.add_option("--log-level", o.log_level, "debug, info, warn or error")
       ->envname("LIGHTMILL_LOG_LEVEL")
@@ -262,6 +271,8 @@ int run(Options options) {
         static_cast<double>(parse_size(options.ingest_limit, "--ingest-limit"));
   }
   options.farm.film_memory_bytes = static_cast<double>(parse_size(options.film_memory, "--film-memory"));
+  options.server.quotas.incoming_bytes = parse_size(options.commit_memory, "--commit-memory");
+  options.farm.decode_memory_bytes = static_cast<double>(options.server.quotas.incoming_bytes);
   const std::string reader_memory =
       std::to_string(parse_size(options.reader_memory, "--reader-memory", uint64_t{1} << 26));
   TileLog tile_log;

@@ -139,6 +139,11 @@ void add_workers(const std::vector<WorkerStatus>& workers, Families& out) {
   out.gauge("lightmill_worker_threads", "Render threads of the workers that are idle or rendering.", threads);
 }
 
+void add_leading(bool leads, Families& out) {
+  out.gauge("lightmill_coordinator_leading",
+            "1 of the coordinator that leads the farm, 0 of those that stand by.", leads ? 1 : 0);
+}
+
 void add_stats(const FarmStats& stats, Families& out) {
   out.gauge("lightmill_storage_fault", "1 while jobs pause because the coordinator's disk fails.",
             stats.storage_fault ? 1 : 0);
@@ -218,11 +223,18 @@ void Metrics::count_refusals(const std::string& reason, std::function<uint64_t()
   refusals_[reason] = std::move(count);
 }
 
+std::string standby_metrics() {
+  Families out;
+  add_leading(false, out);
+  return prometheus::TextSerializer().Serialize(out.take());
+}
+
 std::string Metrics::text() const {
   const std::vector<JobStatus> jobs = farm_.jobs();
   const std::vector<WorkerStatus> workers = farm_.workers();
   const FarmStats stats = farm_.stats();
   Families out;
+  add_leading(true, out);
   add_jobs(jobs, out);
   add_workers(workers, out);
   out.gauge(

@@ -20,6 +20,9 @@
 
 namespace lightmill {
 
+/// Content type of what follows.
+inline constexpr const char* kMetricsType = "text/plain; version=0.0.4";
+
 struct MetricsOptions {
   double finish_within_seconds = 600;  // what lightmill_workers_wanted aims at
 };
@@ -47,6 +50,9 @@ class Metrics {
   mutable std::mutex mutex_;
   std::map<std::string, std::function<uint64_t()>> refusals_;  // guarded by mutex_
 };
+
+/// What a coordinator that stands by answers in place of Metrics::text(): that it does not lead.
+std::string standby_metrics();
 
 /// Workers like those at hand that would finish all open jobs in the time that is wanted: for autoscalers. At
 /// least 1 while a job could be rendered, 0 else; for a job never more than it has packets or allows

@@ -72,15 +72,18 @@ struct Server::Impl {
         submissions(std::make_shared<SubmitLimit>(options.quotas.submissions_per_minute)),
         metrics(farm, options.metrics),
         tile_log(options.tile_log ? *options.tile_log : own_tile_log),
-        client_service(farm, blobs, tile_log, options.quotas, options.security.tls() ? nullptr : submissions,
-                       submitters(authenticator)),
-        worker_service(farm, blobs, metrics, tile_log, options.lease_seconds) {}
+        stalls(clock, options.quotas.stall_seconds),
+        client_service(farm, blobs, tile_log, stalls, options.quotas,
+                       options.security.tls() ? nullptr : submissions, submitters(authenticator)),
+        worker_service(farm, blobs, metrics, tile_log, stalls, options.quotas, options.lease_seconds) {}
   Farm& farm;
   const std::shared_ptr<SubmitLimit> submissions;
   std::optional<Door> door;
   Metrics metrics;
   TileLog own_tile_log;
   TileLog& tile_log;
+  const SteadyClock clock;
+  StallWatch stalls;
   ClientService client_service;
   WorkerService worker_service;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
@@ -102,8 +105,8 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
   const auto credentials =
       tls ? make_server_credentials(options.security) : grpc::InsecureServerCredentials();
   if (tls)
-    credentials->SetAuthMetadataProcessor(
-        std::make_shared<TokenProcessor>(authenticator, impl_->submissions));
+    credentials->SetAuthMetadataProcessor(std::make_shared<TokenProcessor>(
+        authenticator, impl_->submissions, [&farm](const std::string& reason) { farm.turned_away(reason); }));
   impl_->door.emplace(DoorOptions{options.listen, options.quotas.max_connections,
                                   options.quotas.connections_per_second,
                                   options.quotas.connections_per_second * kConnectionBurstSeconds});

@@ -10,11 +10,14 @@
 #include <atomic>
 #include <chrono>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "common/rpc/channel.h"
 #include "common/rpc/grpc_credentials.h"
 #include "coordinator/http_base.h"
+#include "coordinator/http_watch.h"
+#include "coordinator/metrics.h"
 
 namespace lightmill {
 namespace {
@@ -63,6 +66,7 @@ struct Standby::Impl {
   std::unique_ptr<grpc::Server> rpc;
   SecurityFiles files;
   std::unique_ptr<httplib::Server> http;
+  std::optional<HttpWatch> watch;
   std::atomic<bool> http_ended{false};
   std::thread http_thread;
 };
@@ -89,13 +93,21 @@ Standby::Standby(const ServerOptions& options) : impl_(std::make_unique<Impl>())
   impl_->rpc->GetHealthCheckService()->SetServingStatus(false);
   if (options.http.empty()) return;
   impl_->http = make_http_server(impl_->files);
-  impl_->http->set_pre_routing_handler(
-      [&notice = impl_->notice](const httplib::Request& request, httplib::Response& response) {
-        response.status = request.path == "/livez" ? 200 : 503;
-        response.set_content(notice.text() + "\n", "text/plain");
-        return httplib::Server::HandlerResponse::Handled;
-      });
+  impl_->watch.emplace(*impl_->http);
+  impl_->http->new_task_queue = [] { return new httplib::ThreadPool(2 * HttpWatch::kMostSilent); };
+  impl_->http->set_pre_routing_handler([&notice = impl_->notice, &watch = *impl_->watch](
+                                           const httplib::Request& request, httplib::Response& response) {
+    watch.began(request);
+    if (request.path == "/metrics") {
+      response.set_content(standby_metrics(), kMetricsType);
+      return httplib::Server::HandlerResponse::Handled;
+    }
+    response.status = request.path == "/livez" ? 200 : 503;
+    response.set_content(notice.text() + "\n", "text/plain");
+    return httplib::Server::HandlerResponse::Handled;
+  });
   impl_->http_port = bind_http(*impl_->http, options.http);
+  impl_->watch->start(impl_->http_port);
   impl_->http_thread = std::thread([this] {
     impl_->http->listen_after_bind();
     impl_->http_ended = true;

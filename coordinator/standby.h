@@ -1,7 +1,8 @@
 #pragma once
 // What a coordinator shows while another one leads the farm: gRPC's health says NOT_SERVING, every call and
 // every page is answered at once with a line that says who leads (UNAVAILABLE, 503), so that workers and
-// clients go there. No token is asked for, as nothing is told but that address.
+// clients go there. /livez and /metrics are answered as ever, the latter by a gauge that says that it stands
+// by: nobody should take it for dead. No token is asked for, as nothing is told but that address.
 #include <memory>
 #include <string>
 

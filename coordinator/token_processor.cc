@@ -20,6 +20,7 @@ grpc::Status TokenProcessor::Process(const InputMetadata& metadata, grpc::AuthCo
     if (!submits) consumed->emplace("authorization", authorization);
   }
   const Verdict verdict = authenticator_->judge(path, authorization, std::time(nullptr));
+  if (verdict.kind != Verdict::Kind::kAllowed && path.ends_with("/Register")) turned_away_(verdict.message);
   switch (verdict.kind) {
     case Verdict::Kind::kAllowed: {
       if (!submits) return grpc::Status::OK;

@@ -17,7 +17,8 @@ namespace {
 
 constexpr int kMaxHeld = 10000;
 constexpr int kMaxAskedBlobs = 10000;
-constexpr uint64_t kMaxIncomingBytes = uint64_t{4} << 30;
+/// Workers that fetch scene files at once, each with a thread; others try again.
+constexpr int kMaxFetches = 64;
 /// As many calls may wait for work, each with a thread; others are answered at once and come again.
 constexpr int kMaxWaiting = 200;
 /// As many partials are decoded, merged and synced at once; those that wait share the sync of those before
@@ -29,17 +30,18 @@ constexpr double kPollSliceSeconds = 0.5;
 /// Bytes that a call may hold, given back on every way out.
 class Reservation {
  public:
-  explicit Reservation(std::atomic<uint64_t>& total) : total_(total) {}
+  Reservation(std::atomic<uint64_t>& total, uint64_t most) : total_(total), most_(most) {}
   ~Reservation() { total_ -= bytes_; }
   Reservation(const Reservation&) = delete;
   Reservation& operator=(const Reservation&) = delete;
   bool take(uint64_t bytes) {
     bytes_ = bytes;
-    return (total_ += bytes) <= kMaxIncomingBytes || total_ == bytes;  // a single one always fits
+    return (total_ += bytes) <= most_ || total_ == bytes;  // a single one always fits
   }
 
  private:
   std::atomic<uint64_t>& total_;
+  const uint64_t most_;
   uint64_t bytes_ = 0;
 };
 
@@ -84,12 +86,14 @@ grpc::Status WorkerService::Register(grpc::ServerContext* context, const v1::Reg
 }
 
 WorkerService::WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log,
-                             double lease_seconds)
+                             StallWatch& stalls, const Quotas& quotas, double lease_seconds)
     : farm_(farm),
       blobs_(blobs),
       metrics_(metrics),
       tile_log_(tile_log),
+      stalls_(stalls),
       lease_seconds_(lease_seconds),
+      most_incoming_bytes_(quotas.incoming_bytes),
       waiting_pool_(kMaxWaiting + kMaxCommitting),
       commit_pool_(kMaxCommitting) {}
 
@@ -159,12 +163,16 @@ grpc::Status WorkerService::Renew(grpc::ServerContext*, const v1::RenewRequest* 
 /// Receives header and chunks, then has them committed. Deletes itself.
 class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::CommitRequest> {
  public:
-  CommitCall(WorkerService& service, v1::CommitResponse* response)
-      : service_(service), response_(response), reservation_(service.incoming_bytes_) {
-    StartRead(&message_);
+  CommitCall(WorkerService& service, grpc::CallbackServerContext& context, v1::CommitResponse* response)
+      : service_(service),
+        response_(response),
+        reservation_(service.incoming_bytes_, service.most_incoming_bytes_),
+        stall_(service.stalls_, context) {
+    read();
   }
 
   void OnReadDone(bool ok) override {
+    stall_.end(ok ? message_.ByteSizeLong() : 0);
     bool whole = false;
     const grpc::Status status = guarded([&]() -> grpc::Status {
       if (!begun_) return begin(ok);
@@ -178,12 +186,16 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
       service_.commit_pool_.run(
           [this] { Finish(guarded([this] { return service_.commit(header_, bytes_, response_); })); });
     } else {
-      StartRead(&message_);
+      read();
     }
   }
   void OnDone() override { delete this; }
 
  private:
+  void read() {
+    stall_.begin();
+    StartRead(&message_);
+  }
   grpc::Status begin(bool ok) {
     if (!ok || !message_.has_header()) throw Error(ErrorKind::kUsage, "a commit begins with a header");
     begun_ = true;
@@ -200,7 +212,7 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
     }
     if (!reservation_.take(header_.size())) {
       return {grpc::StatusCode::RESOURCE_EXHAUSTED,
-              "too many partials are being received at once; try again"};
+              "partials that are coming in fill the coordinator's --commit-memory; try again"};
     }
     return grpc::Status::OK;
   }
@@ -220,15 +232,16 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
   WorkerService& service_;
   v1::CommitResponse* const response_;
   Reservation reservation_;
+  StallWatch::Call stall_;
   v1::CommitRequest message_;
   v1::CommitRequest::Header header_;
   std::string bytes_;  // grows as chunks arrive: an announced size alone allocates nothing
   bool begun_ = false, answered_ = false;
 };
 
-grpc::ServerReadReactor<v1::CommitRequest>* WorkerService::Commit(grpc::CallbackServerContext*,
+grpc::ServerReadReactor<v1::CommitRequest>* WorkerService::Commit(grpc::CallbackServerContext* context,
                                                                   v1::CommitResponse* response) {
-  return new CommitCall(*this, response);
+  return new CommitCall(*this, *context, response);
 }
 
 grpc::Status WorkerService::commit(const v1::CommitRequest::Header& header, const std::string& bytes,
@@ -289,9 +302,14 @@ grpc::Status WorkerService::GetBundle(grpc::ServerContext*, const v1::GetBundleR
   });
 }
 
-grpc::Status WorkerService::FetchBlobs(grpc::ServerContext*, const v1::FetchBlobsRequest* request,
+grpc::Status WorkerService::FetchBlobs(grpc::ServerContext* context, const v1::FetchBlobsRequest* request,
                                        grpc::ServerWriter<v1::FetchBlobsResponse>* writer) {
   return guarded([&]() -> grpc::Status {
+    const Slot slot(fetches_, kMaxFetches);
+    if (!slot.granted()) {
+      return {grpc::StatusCode::RESOURCE_EXHAUSTED, "too many workers fetch scene files at once; try again"};
+    }
+    StallWatch::Call call(stalls_, *context);
     if (request->digests_size() > kMaxAskedBlobs)
       throw Error(ErrorKind::kUsage, "more than 10000 blobs at once");
     std::string chunk;
@@ -303,11 +321,11 @@ grpc::Status WorkerService::FetchBlobs(grpc::ServerContext*, const v1::FetchBlob
       v1::FetchBlobsResponse message;
       message.mutable_header()->set_digest(digest);
       message.mutable_header()->set_size(blobs_.size(digest));
-      if (!writer->Write(message)) return grpc::Status::CANCELLED;
+      if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
       chunk.resize(kChunkBytes);
       while (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0) {
         message.set_chunk(chunk.substr(0, static_cast<size_t>(in.gcount())));
-        if (!writer->Write(message)) return grpc::Status::CANCELLED;
+        if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
       }
       if (in.bad()) throw StoreError("blob " + digest + " can't be read");
     }

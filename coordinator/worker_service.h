@@ -9,6 +9,8 @@
 #include "coordinator/blob_store.h"
 #include "coordinator/farm.h"
 #include "coordinator/metrics.h"
+#include "coordinator/quotas.h"
+#include "coordinator/stall_watch.h"
 #include "coordinator/task_pool.h"
 #include "coordinator/tile_log.h"
 #include "lightmill/v1/worker.grpc.pb.h"
@@ -19,7 +21,8 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
                                 v1::WorkerService::WithCallbackMethod_Commit<v1::WorkerService::Service>> {
  public:
   /// All must outlive the service.
-  WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log, double lease_seconds);
+  WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log, StallWatch& stalls,
+                const Quotas& quotas, double lease_seconds);
   /// Ends long polls soon with UNAVAILABLE.
   void stop() { stopping_ = true; }
 
@@ -50,9 +53,11 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   BlobStore& blobs_;
   Metrics& metrics_;
   TileLog& tile_log_;
-  double lease_seconds_;
+  StallWatch& stalls_;
+  const double lease_seconds_;
+  const uint64_t most_incoming_bytes_;
   std::atomic<bool> stopping_{false};
-  std::atomic<int> waiting_ = 0;
+  std::atomic<int> waiting_ = 0, fetches_ = 0;
   std::atomic<uint64_t> incoming_bytes_{0};  // of partials that are being received
   TaskPool waiting_pool_, commit_pool_;      // ended first: their tasks use what is above
 };

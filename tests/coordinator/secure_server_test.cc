@@ -122,6 +122,10 @@ TEST_F(SecureServerTest, RolesHoldOnRpcs) {
   v1::RegisterResponse registered;
   EXPECT_EQ(v1::WorkerService::NewStub(channel)->Register(&second, {}, &registered).error_code(),
             grpc::StatusCode::PERMISSION_DENIED);
+  const JobId waiting = farm.submit(testing::small_job(32, 32, 1));
+  EXPECT_THAT(
+      farm.job(waiting).message,
+      HasSubstr("none is connected; that of an unknown host was refused: the token \"obi\" has the role"));
   // A stream is refused before its first message, too.
   grpc::ClientContext third;
   set_deadline(third, 30);

@@ -54,6 +54,10 @@ TEST(Standby, SaysWhoLeads) {
   const auto alive = browser.Get("/livez");
   ASSERT_TRUE(alive);
   EXPECT_EQ(alive->status, 200) << "nobody should restart it for standing by";
+  const auto metrics = browser.Get("/metrics");
+  ASSERT_TRUE(metrics);
+  EXPECT_EQ(metrics->status, 200) << "nor call it down";
+  EXPECT_THAT(metrics->body, HasSubstr("\nlightmill_coordinator_leading 0\n"));
 }
 
 TEST(Standby, LeavesItsPortsToTheServerThatFollows) {

@@ -5,6 +5,7 @@ import importlib
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -111,6 +112,14 @@ class Target:
 
     def worker(self):
         return PB["worker_pb2_grpc"].WorkerServiceStub(self.channel("worker", self.token("worker")))
+
+    def register(self, worker):
+        """The id of a worker that says what a good one would."""
+        build = self.run("lightmill-coordinator", "--version").stdout.strip()
+        schema = int(re.search(r" schema (\d+),", build).group(1))
+        registration = PB["types_pb2"].WorkerRegistration(host="evil", threads=1, build=build, schema=schema,
+                                                          arithmetic_class="0" * 64)
+        return worker.Register(PB["worker_pb2"].RegisterRequest(registration=registration)).worker_id
 
     def megabytes(self):
         """Of the coordinator's peak memory."""

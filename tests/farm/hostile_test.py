@@ -1,7 +1,7 @@
 """Hostile clients, written from the proto files alone: nobody gets in without a token, nothing leads out of the
 coordinator's folder, nothing makes it allocate, hang or stop.
 
-    hostile_test.py --bin build/release/bin [strangers] [roles] [paths] [sizes] [partials] [quotas] [connections] [bombs] [workers]
+    hostile_test.py --bin build/release/bin [strangers] [roles] [paths] [sizes] [partials] [quotas] [connections] [hung] [bombs] [workers]
 """
 import argparse
 import base64
@@ -9,12 +9,12 @@ import hashlib
 import json
 import os
 import pathlib
-import re
 import socket
 import ssl
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import urllib.error
 import urllib.request
@@ -179,13 +179,7 @@ def test_partials(bin_dir):
     """A worker that hands in bombs and rubbish: refused, counted, and the coordinator stays small."""
     with Target(bin_dir) as target:
         job = target.job()[0]
-        build = target.run("lightmill-coordinator", "--version").stdout.strip()
-        schema = int(re.search(r" schema (\d+),", build).group(1))
         worker, pb, types = target.worker(), PB["worker_pb2"], PB["types_pb2"]
-
-        def register():
-            registration = types.WorkerRegistration(host="evil", threads=1, build=build, schema=schema, arithmetic_class="0" * 64)
-            return worker.Register(pb.RegisterRequest(registration=registration)).worker_id
 
         def commit(who, key, data, size=None, digest=None):
             header = pb.CommitRequest.Header(worker_id=who, key=key, size=len(data) if size is None else size,
@@ -197,7 +191,7 @@ def test_partials(bin_dir):
         bomb = zstd_bomb(16)
         refused = 0
         for data in (bomb, b"", b"\0" * 1000, bomb[:100], os.urandom(5000), b"\xff" * 200):
-            who = register()
+            who = target.register(worker)
             answer = worker.Lease(pb.LeaseRequest(worker_id=who, wait_seconds=1))
             if not answer.HasField("grant"):
                 continue
@@ -285,6 +279,74 @@ def test_connections(bin_dir):
         assert target.process.poll() is None
 
 
+def test_hung(bin_dir):
+    """Peers that answer pings and do nothing else: their calls end by themselves, what these held is free again, and however
+    many there are, farm and users go on."""
+    pb, work = PB["client_pb2"], PB["worker_pb2"]
+    released = threading.Event()
+
+    def silent_after(message):
+        yield message
+        released.wait(GENEROUS_S)
+
+    def ended(calls):
+        return [c for c in calls if c.done()]
+
+    def wait(what, condition):
+        end = time.monotonic() + GENEROUS_S
+        while not condition():
+            assert time.monotonic() < end, f"still waiting for: {what}"
+            time.sleep(0.05)
+
+    with Target(bin_dir, "--stall-seconds", 4) as target:
+        client, worker = target.client(), target.worker()
+        job, settings, bundle, _ = target.job()
+
+        watching = [client.WatchJob(pb.WatchJobRequest(job_id=job)) for _ in range(600)]
+        wait("watchers to be turned away", lambda: len(ended(watching)) >= 344)
+        assert {c.code() for c in ended(watching)} == {grpc.StatusCode.RESOURCE_EXHAUSTED}
+        assert code_of(lambda: client.GetJob(pb.GetJobRequest(job_id=job), timeout=GENEROUS_S)) == grpc.StatusCode.OK
+        who = target.register(worker)
+        assert code_of(lambda: worker.Renew(work.RenewRequest(worker_id=who), timeout=GENEROUS_S)) == grpc.StatusCode.OK
+        assert len(ended(watching)) < 600, "some watch on"
+        for call in watching:
+            call.cancel()
+
+        wide = json.dumps({**settings, "width": 1920, "height": 1080, "crop": [0, 0, 1920, 1080]})
+        job = client.SubmitJob(pb.SubmitJobRequest(bundle_json=json.dumps(bundle), settings_json=wide)).job_id
+        client.CancelJob(pb.CancelJobRequest(job_id="j1"))
+        key = worker.Lease(work.LeaseRequest(worker_id=who, wait_seconds=10)).grant.key
+        header = work.CommitRequest(header=work.CommitRequest.Header(worker_id=who, key=key, size=110 * 10**6, digest="0" * 64))
+        hung = [worker.Commit.future(silent_after(header)) for _ in range(20)]
+        wait("hung commits to end", lambda: len(ended(hung)) == len(hung))
+        refused = [c for c in hung if c.code() == grpc.StatusCode.RESOURCE_EXHAUSTED]
+        assert 0 < len(refused) < len(hung), "512 MiB at once, and no more"
+        late = worker.Commit.future(silent_after(header))
+        wait("a hung commit to end", late.done)
+        assert late.code() != grpc.StatusCode.RESOURCE_EXHAUSTED, "what they held is free again"
+        assert target.megabytes() < 500, target.megabytes()
+
+        begin = pb.UploadBlobsRequest(header=pb.UploadBlobsRequest.Header(digest=hashlib.sha256(b"abc").hexdigest(), size=3))
+        hung = [client.UploadBlobs.future(silent_after(begin)) for _ in range(40)]
+        wait("hung uploads to end", lambda: len(ended(hung)) == len(hung))
+        assert any(c.code() == grpc.StatusCode.RESOURCE_EXHAUSTED for c in hung), [c.code() for c in hung]
+        content = bytes(32 << 20)
+        digest = hashlib.sha256(content).hexdigest()
+        whole = [pb.UploadBlobsRequest(header=pb.UploadBlobsRequest.Header(digest=digest, size=len(content)))]
+        whole += [pb.UploadBlobsRequest(chunk=content[i:i + (1 << 20)]) for i in range(0, len(content), 1 << 20)]
+        assert code_of(lambda: client.UploadBlobs(iter(whole))) == grpc.StatusCode.OK
+        assert not list((target.folder / "data").rglob("incoming-*")), "half uploads stay"
+
+        ask = work.FetchBlobsRequest(digests=[digest])
+        unread = [worker.FetchBlobs(ask) for _ in range(80)]
+        wait("fetches to be turned away", lambda: ended(unread))
+        assert {c.code() for c in ended(unread)} == {grpc.StatusCode.RESOURCE_EXHAUSTED}
+        assert code_of(lambda: worker.FetchBlobs(ask)) == grpc.StatusCode.RESOURCE_EXHAUSTED
+        wait("a fetch to be let in", lambda: code_of(lambda: worker.FetchBlobs(ask)) == grpc.StatusCode.OK)
+        assert sum(len(m.chunk) for m in worker.FetchBlobs(ask)) == len(content)
+        released.set()
+
+
 def grey_png(path, side):
     """A picture of zeros: a few hundred kilobytes for any number of pixels."""
     def chunk(kind, data):
@@ -357,7 +419,7 @@ def test_workers(bin_dir):
 
 def main():
     tests = {"strangers": test_strangers, "roles": test_roles, "paths": test_paths, "sizes": test_sizes,
-             "partials": test_partials, "quotas": test_quotas, "connections": test_connections, "bombs": test_bombs,
+             "partials": test_partials, "quotas": test_quotas, "connections": test_connections, "hung": test_hung, "bombs": test_bombs,
              "workers": test_workers}
     parser = argparse.ArgumentParser()
     parser.add_argument("--bin", required=True, help="folder of the programs")

@@ -20,8 +20,9 @@ struct Coordinator {
   Farm farm{std::make_unique<MemoryJobStore>(), clock, testing::fake_options()};
   Metrics metrics{farm};
   TileLog tile_log;
-  ClientService client{farm, blobs, tile_log, Quotas{}, nullptr};
-  WorkerService worker{farm, blobs, metrics, tile_log, 10};
+  StallWatch stalls{clock, 60, false};
+  ClientService client{farm, blobs, tile_log, stalls, Quotas{}, nullptr};
+  WorkerService worker{farm, blobs, metrics, tile_log, stalls, Quotas{}, 10};
   JobId job = farm.submit(testing::small_job(64, 33, 8));
   WorkerId me = farm.register_worker(testing::registration());
 };
