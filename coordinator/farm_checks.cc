@@ -95,8 +95,8 @@ CommitResult Farm::Impl::commit_check(const WorkerId& worker, const LeaseKey& le
     if (const Worker* taker = scheduler.workers.find(worker); taker && outcome.liar != worker) {
       const TileSpec& tile = partial.tile;
       const auto samples = partial.grid.pixels(tile.cells).area() * tile.samples();
-      scheduler.workers.committed(worker, static_cast<double>(samples),
-                                  partial.cpu_seconds / std::max(1, taker->registration.threads));
+      const double seconds = partial.cpu_seconds / std::max(1, taker->registration.threads);
+      scheduler.workers.committed(worker, static_cast<double>(samples), seconds, now - seconds, now);
     }
     touch(*owner);
   }

@@ -264,12 +264,13 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
       ++impl_->stats.commits_stale;
       return CommitResult::kStale;
     }
+    const double since = job->tiles.leased_since(lease.tile, lease.attempt);
     impl_->apply_commit(*job, std::move(record), committed, lease, partial.cpu_seconds, now);
     if (committed.check == TileCheck::kWanted) job->checks.add(committed);
     Scheduler::count_commit(*job, now, static_cast<double>(pixel_samples));
     if (const Worker* taker = impl_->scheduler.workers.find(worker)) {
       const double seconds = partial.cpu_seconds / std::max(1, taker->registration.threads);
-      impl_->scheduler.workers.committed(worker, static_cast<double>(pixel_samples), seconds);
+      impl_->scheduler.workers.committed(worker, static_cast<double>(pixel_samples), seconds, since, now);
     }
     job->commit_bytes += static_cast<double>(partial_bytes.size());
     job->commit_pixels += static_cast<double>(settings.grid.pixels(tile.cells).area());

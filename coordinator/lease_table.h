@@ -67,6 +67,8 @@ class LeaseTable {
   bool has_worker(const WorkerId& worker) const { return holders_.contains(worker); }
   /// All leases, by tile and attempt. A tile that is raced for has two.
   std::vector<Lease> leases() const;
+  /// Of a lease that is good.
+  double leased_since(TileId id, int64_t attempt) const { return leases_.at({id.value, attempt}).since; }
   /// The leases of one tile.
   std::vector<Lease> leases_of(TileId id) const;
 

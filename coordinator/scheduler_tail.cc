@@ -47,7 +47,8 @@ std::vector<CellRect> cut_off(const CellRect& cells, double share) {
 double Scheduler::expected_seconds(const Job& job, const TileSpec& tile, const Worker& worker) {
   const JobRecord& record = job.record;
   const auto samples = static_cast<double>(record.settings.grid.pixels(tile.cells).area() * tile.samples());
-  if (worker.samples_per_second > 0) return samples / worker.samples_per_second;
+  if (worker.samples_per_second > 0)
+    return samples / worker.samples_per_second * WorkerTable::slowdown(worker);
   if (record.pixel_samples <= 0 || !(record.cpu_seconds > 0)) return -1;
   return samples * record.cpu_seconds / static_cast<double>(record.pixel_samples) /
          worker.registration.threads;

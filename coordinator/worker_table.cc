@@ -14,6 +14,9 @@ constexpr double kBenchingBlame = 8, kFailureBlame = 1, kRefusalBlame = 8 / 3.0,
 constexpr double kFirstBenchSeconds = 30;
 constexpr double kLongestBenchSeconds = 600;
 constexpr double kSmoothing = 0.3;  // weight of the newest tile in a worker's speed
+// Of elapsed and rendered seconds with each further tile. A worker that was stopped for long is not taken for
+// a slow one for ever.
+constexpr double kKeptOfElapsed = 0.7, kMostSlowdown = 8;
 
 WorkerStatus status_of(const Worker& worker, const char* state, double now) {
   return {worker.id,
@@ -101,16 +104,25 @@ bool WorkerTable::may_work(const Worker& worker, double now) const {
   return !worker.draining && now >= worker.benched_until && !is_lost(worker, now);
 }
 
-void WorkerTable::committed(const WorkerId& id, double samples, double seconds) {
+void WorkerTable::committed(const WorkerId& id, double samples, double seconds, double since, double now) {
   Worker* worker = find(id);
   if (!worker) return;
+  const double begun = std::max(since, worker->last_commit);
+  worker->last_commit = now;
   ++worker->tiles_committed;
   worker->blame = std::max(0.0, worker->blame - kMadeGood);
   if (worker->blame == 0) worker->times_benched = 0;
   if (!(seconds > 0) || !(samples > 0)) return;
+  worker->elapsed_seconds = kKeptOfElapsed * worker->elapsed_seconds + std::max(0.0, now - begun);
+  worker->rendered_seconds = kKeptOfElapsed * worker->rendered_seconds + seconds;
   const double rate = samples / seconds;
   worker->samples_per_second =
       worker->samples_per_second > 0 ? std::lerp(worker->samples_per_second, rate, kSmoothing) : rate;
+}
+
+double WorkerTable::slowdown(const Worker& worker) {
+  if (!(worker.rendered_seconds > 0)) return 1;
+  return std::clamp(worker.elapsed_seconds / worker.rendered_seconds, 1.0, kMostSlowdown);
 }
 
 void WorkerTable::failed(const WorkerId& id, double now) { blame(find(id), kFailureBlame, now); }

@@ -25,9 +25,13 @@ struct Worker {
   double blame = 0;  // grows with failures and refused partials, shrinks with good ones
   int times_benched = 0;
   double benched_until = 0;
-  double samples_per_second = 0;  // smoothed; 0: not known yet
-  JobId last_job;                 // of its newest lease
-  int run_left = 0;               // tiles of that job that it gets before another one's turn
+  double samples_per_second = 0;  // of its processors' time, smoothed; 0: not known yet
+  // Of its newest tiles, the newest counting most: seconds from the lease, or from the tile before, to the
+  // commit, and what its threads say that rendering took of a processor's time.
+  double elapsed_seconds = 0, rendered_seconds = 0;
+  double last_commit = 0;
+  JobId last_job;    // of its newest lease
+  int run_left = 0;  // tiles of that job that it gets before another one's turn
 };
 
 /// Of workers of one host that were turned away for one reason, the newest: those that are started again and
@@ -67,8 +71,11 @@ class WorkerTable {
   bool is_lost(const Worker& worker, double now) const;
   /// May it get leases: neither lost nor draining nor benched.
   bool may_work(const Worker& worker, double now) const;
-  /// A tile was rendered: `samples` pixel samples in `seconds`.
-  void committed(const WorkerId& id, double samples, double seconds);
+  /// A tile was rendered: `samples` pixel samples in `seconds` of each of its threads' processors. It had
+  /// been leased at `since`.
+  void committed(const WorkerId& id, double samples, double seconds, double since, double now);
+  /// How much longer a tile takes than its processors' time, 1 or more: they may have other things to do.
+  static double slowdown(const Worker& worker);
   /// A failure report. Too many bench the worker, twice as long every time until it has made up for all.
   void failed(const WorkerId& id, double now);
   /// A partial that no honest, sound worker sends: three weigh as much as eight failures.

@@ -53,6 +53,21 @@ TEST_F(RacesTest, AStragglerIsRacedOnceItIsLate) {
   expect_done();
 }
 
+TEST_F(RacesTest, WhoSharesItsProcessorsIsNotLateByTheirTime) {
+  job = farm.submit(request);
+  for (int i = 0; i < 2; ++i) {  // a second of processor time, in two seconds
+    const LeaseGrant grant = *farm.lease(slow);
+    clock.advance(2);
+    ASSERT_EQ(commit(slow, grant, 2), CommitResult::kAccepted);
+  }
+  straggler = *farm.lease(slow);
+  while (const auto grant = farm.lease(fast)) ASSERT_EQ(commit(fast, *grant, 2), CommitResult::kAccepted);
+  clock.advance(2.9);
+  EXPECT_FALSE(farm.lease(fast)) << "in 3.25 s it is";
+  clock.advance(0.5);
+  EXPECT_TRUE(farm.lease(fast));
+}
+
 TEST_F(RacesTest, TheFirstMayWinItAfterAll) {
   bring_to_its_last_tile();
   clock.advance(2);
