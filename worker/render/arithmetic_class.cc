@@ -81,6 +81,22 @@ MeasuredMaterial measured(const std::vector<float>& phi) {
   return {table};
 }
 
+/// A guide of two cells, of which one sees little of the sky in `lights`' first image.
+void add_guide(LightTable* lights) {
+  BinnedDensity& bins = lights->environments[0].bins = BinnedDensity(lights->environments[0].weights());
+  std::vector<LightMoments> tables(2);
+  for (size_t k = 0; k < tables.size(); ++k) {
+    for (int i = 0; i < lights->count(); ++i) tables[k].light.push_back(i % 3);
+    tables[k].sky.emplace_back();
+    for (int b = 0; b < bins.count(); ++b) tables[k].sky[0].push_back(b % (k == 0 ? 2 : 7) == 1);
+  }
+  LightGrid grid;
+  grid.origin = {-0.9f, 0, 0};
+  grid.per_unit = {1, 1, 1};
+  grid.cells = {2, 1, 1};
+  guide_lights(grid, {0, 1}, tables, {0}, lights);
+}
+
 /// Samples, in both directions, of lights that shine by images: in memory, as a worker has no files of its
 /// own.
 void hash_imaged_lights(Sha256* all) {
@@ -110,7 +126,9 @@ void hash_imaged_lights(Sha256* all) {
     store(out, x);
     all->update(std::string(reinterpret_cast<const char*>(out), sizeof out));
   };
-  for (int i = 0; i < 64; ++i) {
+  for (int i = 0; i < 128; ++i) {
+    // The second half by a guide.
+    if (i == 64) add_guide(&lights);
     const auto u = [&](int k) {
       return to_float((lane_index<Float8>() * 641 + i * 97 + k * 193) & 1023) * 0x1p-10f;
     };

@@ -9,6 +9,7 @@
 #include "common/error.h"
 #include "worker/render/pipeline/aov_recorder.h"
 #include "worker/render/pipeline/pipeline.h"
+#include "worker/render/plan/light_learning.h"
 #include "worker/render/plan/light_media.h"
 #include "worker/render/plan/scene_analysis.h"
 
@@ -88,8 +89,9 @@ struct Renderer::World {
         filter(description.filter),
         imaging_ratio(description.film.imaging_ratio),
         response(description.film) {
-    if (!scene.any_media()) return;
     const FlushDenormals flush;
+    learn_lights(accel, camera, filter, s.grid.width, s.grid.height, options.threads, &scene);
+    if (!scene.any_media()) return;
     find_light_media(accel, camera, filter, s.grid.width, s.grid.height, description.media.front().location,
                      &scene);
   }

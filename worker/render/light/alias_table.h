@@ -12,18 +12,24 @@ namespace lightmill {
 std::vector<double> build_alias_table(const std::vector<double>& weights, std::vector<float>* keep,
                                       std::vector<int32_t>* alias);
 
-/// Alias-method selection from one uniform: an index into `keep`.
+/// Alias-method selection from one uniform: a number below `count`, by the columns from `first` on.
 template <class F>
-inline IntOf<F> select_alias(const std::vector<float>& keep, const std::vector<int32_t>& alias, F u) {
-  const auto count = static_cast<int32_t>(keep.size());
+inline IntOf<F> select_alias(const std::vector<float>& keep, const std::vector<int32_t>& alias, int32_t count,
+                             IntOf<F> first, F u) {
   if (count == 1) return IntOf<F>{};
   const F scaled = u * static_cast<float>(count);
   const IntOf<F> column0 = to_int(scaled);
   const IntOf<F> last = splat_int<F>(count - 1);
   const IntOf<F> column = select(MaskOf<F>(column0 > last), last, column0);
   const F fraction = scaled - to_float(column);
-  const MaskOf<F> own = MaskOf<F>(fraction < gather(keep.data(), column));
-  return select(own, column, gather(alias.data(), column));
+  const MaskOf<F> own = MaskOf<F>(fraction < gather(keep.data(), first + column));
+  return select(own, column, gather(alias.data(), first + column));
+}
+
+/// The same by all columns: an index into `keep`.
+template <class F>
+inline IntOf<F> select_alias(const std::vector<float>& keep, const std::vector<int32_t>& alias, F u) {
+  return select_alias<F>(keep, alias, static_cast<int32_t>(keep.size()), IntOf<F>{}, u);
 }
 
 }  // namespace lightmill

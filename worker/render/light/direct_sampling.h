@@ -52,7 +52,7 @@ inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec
     const MaskOf<F> delta = mask_and(MaskOf<F>(type >= kPointLight), mask_not(infinite));
     pdf = select(delta, splat<F>(1.0f), pdf);
     if (!lights.infinite.empty()) {
-      const F of_direction = infinite_pdf(lights, r, infinite, wi);
+      const F of_direction = infinite_pdf_at(lights, r, infinite, reference, wi);
       pdf = select(infinite, through_portal_pdf(lights, r, infinite, reference, wi, of_direction), pdf);
     }
   }
@@ -69,6 +69,8 @@ template <class F, bool kAnyLight = true>
 inline F direct_selection(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
                           MaskOf<F> active = splat_mask<F>(true)) {
   const LightRecord<F> r(lights, light);
+  if (kAnyLight && lights.guide.chooses())
+    return lights.guide.probability_of<F>(lights.guide.table_at<F>(reference), light);
   if (!kAnyLight || lights.tree.empty()) return r.scalar(kLightSelect);
   const F at_infinity = r.scalar(kLightAtInfinitySelect);
   const MaskOf<F> in_tree = MaskOf<F>(at_infinity == 0.0f);
@@ -95,6 +97,12 @@ inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>
 template <class F, bool kAnyLight = true>
 inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference, F u, F more,
                               F* probability) {
+  if (kAnyLight && lights.guide.chooses()) {
+    const IntOf<F> table = lights.guide.table_at<F>(reference);
+    const IntOf<F> light = lights.guide.choose<F>(table, u);
+    *probability = lights.guide.probability_of<F>(table, light);
+    return light;
+  }
   if (!kAnyLight || lights.tree.empty()) {
     const IntOf<F> light = select_light(lights, u);
     *probability = LightRecord<F>(lights, light).scalar(kLightSelect);
@@ -229,9 +237,16 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
     });
     for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
       IntOf<F> chosen;
-      w = select(m, map.sample(pick, u, v, &chosen), w);
+      F there;
+      if (map.bins.empty()) {
+        w = select(m, map.sample(pick, u, v, &chosen), w);
+        there = map.pdf<F>(chosen);
+      } else {
+        const IntOf<F> table = lights.guide.table_at<F>(reference);
+        w = select(m, map.sample_by<F>(table, pick, u, v, &chosen, &there), w);
+      }
       radiance = select(m, map.radiance<F>(chosen), radiance);
-      pdf = select(m, map.pdf<F>(chosen), pdf);
+      pdf = select(m, there, pdf);
     });
     if (lights.any_sun) {
       const MaskOf<F> sun = suns(r, infinite);
@@ -245,7 +260,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
       const MaskOf<F> off = MaskOf<F>(d2 > 0.0f);
       w = select(mask_and(by_area, off), to * (1.0f / sqrt(select(off, d2, splat<F>(1.0f)))), w);
       radiance = select(by_area, infinite_radiance(lights, r, m, w), radiance);
-      pdf = select(by_area, infinite_pdf(lights, r, m, w), pdf);
+      pdf = select(by_area, infinite_pdf_at(lights, r, m, reference, w), pdf);
       pdf = through_portal_pdf(lights, r, m, reference, w, pdf);
       radiance = select(mask_and(m, mask_not(passes(portal, reference, w))), Vec3<F>{}, radiance);
     });
@@ -258,7 +273,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
     s.cos_light = select(s.infinite, splat<F>(1.0f), s.cos_light);
     s.pdf = select(s.infinite, selection * pdf, s.pdf);
   }
-  s.pdf_emission = emission_pdf<F, kAnyLight>(lights, light, s.wi, s.cos_light);
+  s.pdf_emission = emission_pdf<F, kAnyLight>(lights, light, reference, s.wi, s.cos_light);
   return s;
 }
 

@@ -98,6 +98,16 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
       const F radius = r.scalar(3);
       const Vec3<F> on_disk = r.vec(kLightP) + (disk.s * x + disk.t * y - w) * radius;
       s.point = select(s.infinite, on_disk, s.point);
+      for_each_cells<F>(lights, r, distant, [&](const BinnedDensity& cells, MaskOf<F> m) {
+        F cu = pu, cv = pv;
+        IntOf<F> column, row;
+        cells.draw<F>(IntOf<F>{}, texel, &cu, &cv, &column, &row);
+        const float inv = 1.0f / static_cast<float>(cells.texels);
+        const F cx = (to_float(column) + cu) * (2 * inv) - 1.0f, cy = (to_float(row) + cv) * (2 * inv) - 1.0f;
+        s.point = select(m, r.vec(kLightP) + (disk.s * cx + disk.t * cy - w) * radius, s.point);
+        // Of the cell that was chosen: at its border the point may round into the next one.
+        of_texel = select(m, cells.density<F>(IntOf<F>{}, column, row) / (4.0f * radius * radius), of_texel);
+      });
       for_each_portal<F>(
           lights, r, MaskOf<F>(type == kInfiniteLight), [&](const Portal& portal, MaskOf<F> m) {
             s.point = select(m, portal_point(portal, pu, pv) - w * splat<F>(portal.reach), s.point);
@@ -106,7 +116,7 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
           });
     }
   }
-  s.pdf = emission_pdf<F, kAnyLight>(lights, s.light, -s.direction, s.cos_light);
+  s.pdf = emission_pdf<F, kAnyLight>(lights, s.light, s.point, -s.direction, s.cos_light);
   if (kAnyLight && lights.any_texels())
     s.pdf = select(MaskOf<F>(of_texel > 0.0f), of_texel * r.scalar(kLightSelect), s.pdf);
   const F cos_over_pdf = s.cos_light / s.pdf;

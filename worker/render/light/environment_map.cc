@@ -34,8 +34,10 @@ void look_up(const std::vector<float>& rgb, int width, int height, const Vec3<fl
 /// The same radiance as an equal-area image of about as many texels.
 LightImage equal_area_of_panorama(const LightImage& from) {
   constexpr int kSamples = 3;  // a side, per texel
-  const int n =
-      std::clamp(static_cast<int>(std::sqrt(double{1.0} * from.width * from.height)), 2, kMaxResampledSide);
+  // A multiple of what light guides divide a side by.
+  constexpr int kStep = BinnedDensity::kMostBins;
+  const int about = static_cast<int>(std::sqrt(double{1.0} * from.width * from.height));
+  const int n = std::clamp((about + kStep / 2) / kStep * kStep, kStep, kMaxResampledSide);
   LightImage out{from.path, n, n, {}};
   out.rgb.resize(3 * static_cast<size_t>(n) * static_cast<size_t>(n));
   const float step = 1 / static_cast<float>(n);
@@ -79,7 +81,6 @@ EnvironmentMap::EnvironmentMap(LightImage image, const Rgb& scale, const Transfo
   rgb = std::move(image.rgb);
   const size_t texels = rgb.size() / 3;
   const float factor[3] = {scale.r, scale.g, scale.b};
-  std::vector<double> weights(texels);
   for (size_t i = 0; i < texels; ++i) {
     for (size_t c = 0; c < 3; ++c) {
       float& x = rgb[3 * i + c];
@@ -89,13 +90,19 @@ EnvironmentMap::EnvironmentMap(LightImage image, const Rgb& scale, const Transfo
                     image.path + ": the light is brighter than float can hold; lower its \"scale\"");
       }
       brightest = std::max(brightest, x);
-      weights[i] += x / 3.0;
     }
-    mean_radiance += weights[i] / static_cast<double>(texels);
   }
+  const std::vector<double> light = weights();
+  for (const double w : light) mean_radiance += w / static_cast<double>(texels);
   if (!(brightest > 0))
     throw Error(ErrorKind::kBadScene, image.path + ": the light's image is black; leave the light out");
-  draw_by(weights);
+  draw_by(light);
+}
+
+std::vector<double> EnvironmentMap::weights() const {
+  std::vector<double> light(rgb.size() / 3);
+  for (size_t i = 0; i < rgb.size(); ++i) light[i / 3] += rgb[i] / 3.0;
+  return light;
 }
 
 void EnvironmentMap::draw_by(const std::vector<double>& weights) {

@@ -7,6 +7,7 @@
 
 #include "common/scene/description.h"
 #include "worker/render/light/alias_table.h"
+#include "worker/render/light/binned_density.h"
 #include "worker/render/light/light_image.h"
 #include "worker/render/math/equal_area.h"
 
@@ -25,6 +26,7 @@ struct EnvironmentMap {
   float to_light[9];         // rotation from world to the light's space, row-major
   double mean_radiance = 0;  // mean over the sphere and the channels
   float brightest = 0;       // any channel of any texel
+  BinnedDensity bins;        // with tables where a light guide draws by them (light_guide.h)
 
   /// `image` must be square; it is scaled by `scale` per channel. Throws Error(kBadScene) if it is not, or
   /// holds no light.
@@ -36,6 +38,9 @@ struct EnvironmentMap {
   /// Makes sample() draw what a plane with unit normal `n` gets from its front alone, by cosine. Returns the
   /// irradiance there, mean over the channels; throws Error(kBadScene) if it is 0.
   double face(const Vec3f& n);
+
+  /// Of the texels, in proportion to their light.
+  std::vector<double> weights() const;
 
   template <class F>
   Vec3<F> rotate_to_light(const Vec3<F>& w) const {
@@ -52,11 +57,19 @@ struct EnvironmentMap {
   /// Texel seen in world direction `w`.
   template <class F>
   IntOf<F> texel(const Vec3<F>& w) const {
+    IntOf<F> x, y;
+    find_texel(w, &x, &y);
+    return y * side + x;
+  }
+  /// Its column and row.
+  template <class F>
+  void find_texel(const Vec3<F>& w, IntOf<F>* x, IntOf<F>* y) const {
     F s, t;
     equal_area_sphere_to_square(rotate_to_light(w), &s, &t);
     const IntOf<F> last = splat_int<F>(side - 1);
-    const IntOf<F> x = to_int(s * static_cast<float>(side)), y = to_int(t * static_cast<float>(side));
-    return select(MaskOf<F>(y > last), last, y) * side + select(MaskOf<F>(x > last), last, x);
+    const IntOf<F> column = to_int(s * static_cast<float>(side)), row = to_int(t * static_cast<float>(side));
+    *x = select(MaskOf<F>(column > last), last, column);
+    *y = select(MaskOf<F>(row > last), last, row);
   }
   template <class F>
   Vec3<F> radiance(IntOf<F> texel) const {
@@ -89,12 +102,31 @@ struct EnvironmentMap {
       xs[l] = lane(*chosen, l) % side;
       ys[l] = lane(*chosen, l) / side;
     }
-    const float inv = 1.0f / static_cast<float>(side);
-    const F s = (to_float(load_int<F>(xs)) + u) * inv, t = (to_float(load_int<F>(ys)) + v) * inv;
-    return rotate_to_world(equal_area_square_to_sphere(s, t));
+    return in_texel(load_int<F>(xs), load_int<F>(ys), u, v);
+  }
+  /// The same by a table of `bins`: a bin by `pick`, the rest by (u, v).
+  template <class F>
+  Vec3<F> sample_by(IntOf<F> table, F pick, F u, F v, IntOf<F>* chosen, F* density_there) const {
+    IntOf<F> x, y;
+    bins.draw<F>(table, pick, &u, &v, &x, &y);
+    *chosen = y * side + x;
+    *density_there = bins.density<F>(table, x, y) * (1 / (4 * kPi));
+    return in_texel(x, y, u, v);
+  }
+  /// Density of sample_by() per unit solid angle in world direction `w`.
+  template <class F>
+  F pdf_by(IntOf<F> table, const Vec3<F>& w) const {
+    IntOf<F> x, y;
+    find_texel(w, &x, &y);
+    return bins.density<F>(table, x, y) * (1 / (4 * kPi));
   }
 
  private:
+  template <class F>
+  Vec3<F> in_texel(IntOf<F> x, IntOf<F> y, F u, F v) const {
+    const float inv = 1.0f / static_cast<float>(side);
+    return rotate_to_world(equal_area_square_to_sphere((to_float(x) + u) * inv, (to_float(y) + v) * inv));
+  }
   void draw_by(const std::vector<double>& weights);  // one per texel
 };
 

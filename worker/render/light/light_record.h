@@ -62,6 +62,31 @@ inline void for_each_portal(const LightTable& lights, const LightRecord<F>& r, M
   }
 }
 
+/// Calls fn(cells, mask) for the emission cells of the `distant` lanes.
+template <class F, class Fn>
+inline void for_each_cells(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> distant, Fn&& fn) {
+  if (lights.emission_cells.empty()) return;
+  const F number = r.scalar(7);
+  for (size_t k = 0; k < lights.emission_cells.size(); ++k) {
+    const MaskOf<F> mask = mask_and(distant, MaskOf<F>(number == static_cast<float>(k + 1)));
+    if (any(mask)) fn(lights.emission_cells[k], mask);
+  }
+}
+
+/// Density per unit area of drawing the point of a square of half side `radius` around `center` that `at`
+/// lies before or behind, seen along the unit axis of `frame`.
+template <class F>
+inline F cells_density(const BinnedDensity& cells, const Frame<F>& frame, const Vec3<F>& center, F radius,
+                       const Vec3<F>& at) {
+  const Vec3<F> d = (at - center) * (1.0f / radius);
+  const auto cell = [&](F x) {
+    const auto count = static_cast<float>(cells.texels);
+    return to_int(clamp((x + 1.0f) * (0.5f * count), 0.0f, count - 0.5f));
+  };
+  return cells.density<F>(IntOf<F>{}, cell(dot(d, frame.s)), cell(dot(d, frame.t))) /
+         (4.0f * radius * radius);
+}
+
 /// Calls fn(map, mask) for the maps of lights at a point among the lanes.
 template <class F, class Fn>
 inline void for_each_image(const LightTable& lights, const LightRecord<F>& r, IntOf<F> type, Fn&& fn) {
@@ -103,14 +128,14 @@ inline Vec3<F> sample_sun(const LightRecord<F>& r, MaskOf<F> sun, F u, F v) {
   return frame.to_world({sine * cp, sine * sp, 1.0f - one_minus_cos});
 }
 
-/// Density per unit solid angle of the directions of infinite lights, drawn without regard to portals.
-template <class F>
-inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
-                      const Vec3<F>& wi) {
+/// Density per unit solid angle of the directions of infinite lights, drawn without regard to portals, where
+/// of_map(map) is that of an environment map.
+template <class F, class OfMap>
+inline F infinite_pdf_with(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
+                           const Vec3<F>& wi, OfMap&& of_map) {
   F pdf = splat<F>(1 / (4 * kPi));
-  for_each_environment<F>(lights, r, infinite, [&](const EnvironmentMap& map, MaskOf<F> m) {
-    pdf = select(m, map.pdf<F>(map.texel<F>(wi)), pdf);
-  });
+  for_each_environment<F>(lights, r, infinite,
+                          [&](const EnvironmentMap& map, MaskOf<F> m) { pdf = select(m, of_map(map), pdf); });
   if (lights.any_sun) {
     const MaskOf<F> sun = suns(r, infinite);
     // A sampled direction must count as inside when it comes back rounded: the margin is its rounding.
@@ -120,7 +145,26 @@ inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<
   return pdf;
 }
 
-/// `pdf` of infinite_pdf, made that of next-event estimation at `reference`: with portals half of the
+/// The same, drawn in proportion to the light, as light paths are.
+template <class F>
+inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
+                      const Vec3<F>& wi) {
+  return infinite_pdf_with<F>(lights, r, infinite, wi,
+                              [&](const EnvironmentMap& map) { return map.pdf<F>(map.texel<F>(wi)); });
+}
+
+/// The same, drawn at `reference` by next-event estimation.
+template <class F>
+inline F infinite_pdf_at(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
+                         const Vec3<F>& reference, const Vec3<F>& wi) {
+  if (lights.guide.empty()) return infinite_pdf(lights, r, infinite, wi);
+  const IntOf<F> table = lights.guide.table_at<F>(reference);
+  return infinite_pdf_with<F>(lights, r, infinite, wi, [&](const EnvironmentMap& map) {
+    return map.bins.empty() ? map.pdf<F>(map.texel<F>(wi)) : map.pdf_by<F>(table, wi);
+  });
+}
+
+/// `pdf` of infinite_pdf_at, made that of next-event estimation at `reference`: with portals half of the
 /// directions are drawn by area.
 template <class F>
 inline F through_portal_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
@@ -157,8 +201,8 @@ inline Vec3<F> infinite_radiance(const LightTable& lights, const LightRecord<F>&
   return radiance;
 }
 
-/// Density per unit area across `wi` of where light paths start that come from infinite or distant lights in
-/// unit direction `wi`: on a disk across the scene, or at a portal.
+/// Density per unit area across `wi` of where light paths start that come from infinite lights in unit
+/// direction `wi`: on a disk across the scene, or at a portal.
 template <class F>
 inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
                       const Vec3<F>& wi) {
@@ -171,9 +215,10 @@ inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<
 }
 
 /// Density of emission sampling for the ray that leaves `light` against unit direction `wi` (which points to
-/// the light), with cosine `cos_light` to its normal.
+/// the light) and gets to `at`, with cosine `cos_light` to the light's normal.
 template <class F, bool kAnyLight = true>
-inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& wi, F cos_light) {
+inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& at, const Vec3<F>& wi,
+                      F cos_light) {
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   F pdf = cos_light * kInvPi / (r.scalar(kLightArea) * (1.0f + r.scalar(kLightTwoSided)));
@@ -192,6 +237,11 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& w
     const F disk = area_density(lights, r, infinite, wi);
     if (!lights.infinite.empty()) pdf = select(infinite, infinite_pdf(lights, r, infinite, wi) * disk, pdf);
     pdf = select(distant, disk, pdf);
+    for_each_cells<F>(lights, r, distant, [&](const BinnedDensity& cells, MaskOf<F> m) {
+      const Frame<F> frame(select(m, r.vec(kLightN), splat3<F>(0, 0, 1)));
+      pdf = select(
+          m, cells_density<F>(cells, frame, r.vec(kLightP), select(m, r.scalar(3), splat<F>(1.0f)), at), pdf);
+    });
   }
   return pdf * r.scalar(kLightSelect);
 }

@@ -105,13 +105,16 @@ std::vector<double> guarded(const std::vector<double>& powers) {
 
 void LightTable::finish() {
   if (!patterns.empty()) pattern_of.resize(type.size(), -1);
-  const std::vector<double> probability = build_alias_table(guarded(powers_), &alias_keep, &alias);
-  for (std::size_t i = 0; i < probability.size(); ++i) {
-    records[i * kLightFloats + kLightSelect] = static_cast<float>(probability[i]);
-    total_power += powers_[i];
-  }
+  choose_emitters_by(guarded(powers_));
+  for (const double power : powers_) total_power += power;
   build_tree();
   powers_.clear();
+}
+
+void LightTable::choose_emitters_by(const std::vector<double>& weights) {
+  const std::vector<double> probability = build_alias_table(weights, &alias_keep, &alias);
+  for (std::size_t i = 0; i < probability.size(); ++i)
+    records[i * kLightFloats + kLightSelect] = static_cast<float>(probability[i]);
 }
 
 void LightTable::build_tree() {

@@ -1,13 +1,15 @@
 #pragma once
 // All lights of a scene as flat arrays, and how one is selected: by power (Walker's alias method;
 // a small part evenly) for light paths, and for next-event estimation too unless there are many; then by what
-// may reach the point (light_tree.h).
+// may reach the point (light_tree.h). Where much of the light is hidden, what was seen to get there decides
+// (light_guide.h).
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "worker/render/light/environment_map.h"
+#include "worker/render/light/light_guide.h"
 #include "worker/render/light/light_tree.h"
 #include "worker/render/light/portal.h"
 #include "worker/render/light/projection_map.h"
@@ -36,8 +38,8 @@ inline constexpr int kLightFloats = 20;
 ///   infinite  0 centre of the scene's bounding sphere, 3 its radius, 4 environment map number, kEvenSky or
 ///             kSunCone, 6 1 + number of its portal or 0; a sun also 5 its 1 - cos(half angle), 9 unit
 ///             direction in which it shines
-///   distant   0 and 3 as infinite, 9 unit direction in which it shines
-///   all       13 radiance rgb (at a point: intensity; with a map the brightest texel's), 16 area, 17
+///   distant   0 and 3 as infinite, 7 1 + number of its emission cells or 0, 9 unit direction in which it
+///   shines all       13 radiance rgb (at a point: intensity; with a map the brightest texel's), 16 area, 17
 ///   selection probability by power,
 ///             18 two-sided (0 or 1), 19 with a light tree: selection probability of lights at infinity
 enum LightSlot {
@@ -72,11 +74,14 @@ struct LightTable {
   std::vector<int32_t> alias;     //               other index
   std::vector<int32_t> infinite;  // indices of the infinite lights (what an escaping ray sees)
   LightTree tree;                 // empty: next-event estimation selects by power
+  LightGuide guide;               // empty: wherever the point is
   float infinity_share = 0;       // with a tree: probability of choosing from `at_infinity` instead
   std::vector<int32_t> at_infinity, at_infinity_alias;  // infinite and distant lights, selected by power
   std::vector<float> at_infinity_keep;
   std::vector<EnvironmentMap> environments;
-  std::vector<Portal> portals;              // of infinite lights
+  std::vector<Portal> portals;  // of infinite lights
+  // Of distant lights: where light paths start on a square across the scene in place of a disk.
+  std::vector<BinnedDensity> emission_cells;
   std::vector<EnvironmentMap> goniometers;  // of intensity
   std::vector<ProjectionMap> projectors;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly
@@ -93,8 +98,8 @@ struct LightTable {
   bool any_infinite() const { return !infinite.empty() || any_distant; }
   /// Some light at a point shines by an image.
   bool any_imaged() const { return !goniometers.empty() || !projectors.empty(); }
-  /// A light path needs a random number for a texel.
-  bool any_texels() const { return !environments.empty() || any_imaged(); }
+  /// A light path needs a random number for a texel or a cell.
+  bool any_texels() const { return !environments.empty() || any_imaged() || !emission_cells.empty(); }
   int32_t count() const { return static_cast<int32_t>(type.size()); }
   /// Appends a light; `power` (W, any channel mean) decides how often it is selected.
   void add(LightType light_type, const std::array<float, kLightFloats>& record, double power);
@@ -102,6 +107,9 @@ struct LightTable {
   void add_pattern(const EmitterPattern& pattern);
   /// Builds the selection tables; call once after the last add().
   void finish();
+  /// Makes light paths choose lights in proportion to `weights`. With a light guide that chooses, that is
+  /// all; without one next-event estimation does so, too.
+  void choose_emitters_by(const std::vector<double>& weights);
 
  private:
   void build_tree();

@@ -226,6 +226,9 @@ uint64_t bytes_of(const RenderScene& s) {
     lights += bytes(map.rgb, map.density, map.alias_keep, map.alias);
   };
   std::for_each(s.lights.environments.begin(), s.lights.environments.end(), add_map);
+  for (const EnvironmentMap& map : s.lights.environments) lights += map.bins.bytes();
+  for (const BinnedDensity& cells : s.lights.emission_cells) lights += cells.bytes();
+  lights += s.lights.guide.bytes();
   std::for_each(s.lights.goniometers.begin(), s.lights.goniometers.end(), add_map);
   std::for_each(s.lights.projectors.begin(), s.lights.projectors.end(), add_map);
   return lights + s.textures.bytes() +

@@ -93,12 +93,12 @@ TEST(EmissionSampling, DensityIsTheOneThatDirectSamplingReports) {
     const float pick = random.uniform();
     const auto e = emit(scene.lights(), random, pick);
     ASSERT_EQ(e.light, select_light<float>(scene.lights(), pick));
-    ASSERT_NEAR(e.pdf / emission_pdf<float>(scene.lights(), e.light, {}, e.cos_light), 1, 1e-6);
+    ASSERT_NEAR(e.pdf / emission_pdf<float>(scene.lights(), e.light, {}, {}, e.cos_light), 1, 1e-6);
     const Vec3<float> reference{static_cast<float>(random.between(-1, 1)), 0, 0};
     const auto d =
         sample_direct<float>(scene.lights(), reference, pick, 0, random.uniform(), random.uniform());
     if (!(d.radiance.x > 0)) continue;
-    ASSERT_NEAR(d.pdf_emission / emission_pdf<float>(scene.lights(), e.light, {}, d.cos_light), 1, 1e-5);
+    ASSERT_NEAR(d.pdf_emission / emission_pdf<float>(scene.lights(), e.light, {}, {}, d.cos_light), 1, 1e-5);
     ++compared;
   }
   EXPECT_GT(compared, 5000);
@@ -113,7 +113,7 @@ TEST(EmissionSampling, DensityIntegratesToThatOfThePoint) {
     double sum = 0;
     for (int i = 0; i < kSteps; ++i) {
       const auto c = static_cast<float>((i + 0.5) / kSteps);
-      sum += emission_pdf<float>(scene.lights(), 0, {}, c) * 2 * M_PI / kSteps * (two_sided ? 2 : 1);
+      sum += emission_pdf<float>(scene.lights(), 0, {}, {}, c) * 2 * M_PI / kSteps * (two_sided ? 2 : 1);
     }
     EXPECT_NEAR(sum * r.scalar(kLightArea), 1, 1e-4);
   }

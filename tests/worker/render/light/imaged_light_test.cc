@@ -81,8 +81,8 @@ TEST_P(Imaged, EmissionFollowsItsDensity) {
                    r = std::sqrt(1 - c * c);
       const Vec3<float> w{static_cast<float>(r * std::cos(a)), static_cast<float>(r * std::sin(a)),
                           static_cast<float>(c)};
-      const double p =
-          double{emission_pdf<float>(s.lights(), 0, -w, 1)} * 4 * M_PI / double{kZ * kFine * kPhi * kFine};
+      const double p = double{emission_pdf<float>(s.lights(), 0, {}, -w, 1)} * 4 * M_PI /
+                       double{kZ * kFine * kPhi * kFine};
       expected[z / kFine * kPhi + phi / kFine] += p * kSamples;
       total += p;
     }

@@ -83,7 +83,7 @@ TEST(Portal, DensitiesAreThoseOfTheSamples) {
     if (!(d.radiance.x > 0)) continue;
     ++lit;
     ASSERT_NEAR(direct_pdf_area<float>(lights, 0, at, d.wi, 1, 1) / d.pdf, 1, 1e-4);
-    ASSERT_NEAR(emission_pdf<float>(lights, 0, d.wi, 1) / d.pdf_emission, 1, 1e-6);
+    ASSERT_NEAR(emission_pdf<float>(lights, 0, at, d.wi, 1) / d.pdf_emission, 1, 1e-6);
   }
   EXPECT_GT(lit, 10000);
 }
@@ -102,7 +102,7 @@ TEST(Portal, LightPathsComeThroughTheRectangle) {
                                           random.uniform(), random.uniform());
     if (!(e.power.x > 0)) return 0.0;
     EXPECT_LT(e.direction.y, 0);
-    EXPECT_NEAR(emission_pdf<float>(lights, 0, -e.direction, 1) / e.pdf, 1, 1e-3);
+    EXPECT_NEAR(emission_pdf<float>(lights, 0, e.point, -e.direction, 1) / e.pdf, 1, 1e-3);
     const Vec3<float> c = e.point - Vec3<float>{scene.scene.bounds_center[0], scene.scene.bounds_center[1],
                                                 scene.scene.bounds_center[2]};
     EXPECT_GT(std::sqrt(dot(c, c)), scene.scene.bounds_radius * 0.999f);
