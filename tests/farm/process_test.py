@@ -127,9 +127,12 @@ def test_strangers(bin_dir, kill_at):
         assert stranger.wait(timeout=60) == 3, "a worker of another build must exit with 3"
         sentence = farm.logs[-1].read_text().splitlines()[-1]
         assert "lightmill of another age" in sentence, sentence
+        job = farm.submit(*options(LONG_SPP))
+        said = farm.json("job", job)["message"]
+        assert "none is connected" in said and 'it is "lightmill of another age"' in said, said
+        assert said in farm.lightmill("job", job), "users of the terminal see it, too"
 
         ours = farm.start_worker(2)
-        job = farm.submit(*options(LONG_SPP))
         farm.wait_for_packets(job, 1)
         other = farm.start_worker(3, LIGHTMILL_TEST_ARITHMETIC_CLASS="0" * 64)
         other_id = wait_until("the other class", lambda: next(
