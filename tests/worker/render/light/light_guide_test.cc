@@ -180,6 +180,7 @@ TEST(LightGuide, DensitiesAreThoseOfTheSamples) {
   Random random(8);
   std::vector<double> observed(static_cast<size_t>(2 * lights.count())), expected(observed.size());
   constexpr int kSamples = 50000;
+  int rounded = 0;
   for (int i = 0; i < kSamples; ++i) {
     const bool right = random.uniform() < 0.5f;
     const Vec3<float> at = scene.guided.at(right ? 1.5 : 0.5, random.between(-1, 0.9), random.between(-1, 1));
@@ -198,10 +199,9 @@ TEST(LightGuide, DensitiesAreThoseOfTheSamples) {
                                                  d.infinite ? 1 : d.cos_light);
     const float pdf = d.infinite ? of_area : of_area * d.distance2 / d.cos_light;
     // At a texel's border a direction may round into the next one.
-    if (std::fabs(pdf / d.pdf - 1) > 1e-3f) {
-      ASSERT_TRUE(d.infinite);
-    }
+    rounded += std::fabs(pdf / d.pdf - 1) > 1e-3f;
   }
+  EXPECT_LT(rounded, kSamples / 1000);
   EXPECT_TRUE(chi_square_passes(chi_square(observed, expected)));
 }
 
