@@ -101,6 +101,11 @@ std::string progress_line(const JobStatus& status) {
   return line;
 }
 
+std::string waiting_note(const JobStatus& status) {
+  if (is_final(status.state) || status.workers > 0 || status.message.empty()) return "";
+  return "job " + status.id.value + " is " + job_state_name(status.state) + ": " + status.message;
+}
+
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(is_terminal(stderr)) {}
 
 void Progress::update(const JobStatus& status) {
@@ -148,6 +153,10 @@ void Progress::draw(const JobStatus& status) {
     std::fprintf(stderr, "%s%s%s\n", terminal_ ? "\r" : "", sampling_text(status.settings).c_str(),
                  terminal_ ? "\033[K" : "");
   }
+  const std::string waits = waiting_note(status);
+  if (waits != last_wait_ && !waits.empty())
+    std::fprintf(stderr, "%s%s%s\n", terminal_ ? "\r" : "", waits.c_str(), terminal_ ? "\033[K" : "");
+  last_wait_ = waits;
   last_state_ = status.state;
   std::string line = progress_line(status);
   line += "  tiles " + std::to_string(status.tiles_committed);

@@ -15,6 +15,9 @@ double fraction_done(const JobStatus& status);
 /// not known yet are left out.
 std::string progress_line(const JobStatus& status);
 
+/// Why nobody works for a job that has not ended, one line; empty if somebody does, or nobody knows.
+std::string waiting_note(const JobStatus& status);
+
 /// Whether the upper end of the error's interval is below --target-error; empty without one.
 std::optional<bool> target_met(const JobStatus& status);
 /// One line about a job that ended, by its time or its samples, above its target error: what was reached, and
@@ -34,7 +37,7 @@ class Progress {
   bool quiet_, terminal_;
   bool drawn_ = false;
   bool named_ = false;  // what the pilot chose was shown
-  std::string last_;
+  std::string last_, last_wait_;
   JobState last_state_ = JobState::kQueued;
   std::chrono::steady_clock::time_point last_time_;
 };

@@ -35,7 +35,7 @@ bool is_forgotten(const RefusedWorker& refused, double now) {
 }  // namespace
 
 std::string printable(std::string text) {
-  constexpr size_t kMost = 100;
+  constexpr size_t kMost = 200;
   if (text.size() > kMost) text = text.substr(0, kMost) + "...";
   for (char& c : text) {
     if (c < ' ' || c > '~') c = '?';

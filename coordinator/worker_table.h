@@ -43,7 +43,7 @@ struct RefusedWorker {
   double at = 0;
 };
 
-/// What a worker says of itself, for a line that users read: at most 100 characters of it, in ASCII.
+/// What a worker says of itself, for a line that users read: at most 200 characters of it, in ASCII.
 std::string printable(std::string text);
 
 class WorkerTable {

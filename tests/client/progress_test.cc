@@ -30,6 +30,19 @@ TEST(ProgressLine, ShowsWhatIsKnown) {
   EXPECT_THAT(progress_line(status), HasSubstr("relMSE 0.01 ±0.002"));
 }
 
+TEST(WaitingNote, SaysWhyNobodyWorksForAJob) {
+  JobStatus status;
+  status.id = JobId{"j7"};
+  EXPECT_EQ(waiting_note(status), "");
+  status.message = "waits for a worker: none is connected";
+  EXPECT_EQ(waiting_note(status), "job j7 is queued: waits for a worker: none is connected");
+  status.workers = 1;
+  EXPECT_EQ(waiting_note(status), "") << "\"choosing strategies\" is in the line of progress";
+  status.workers = 0;
+  status.state = JobState::kFailed;
+  EXPECT_EQ(waiting_note(status), "") << "why it failed is an error";
+}
+
 TEST(TargetNote, SaysWhatWasReachedAndWhatIsMissing) {
   JobStatus status;
   status.state = JobState::kDone;
