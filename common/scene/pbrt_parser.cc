@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/error.h"
+#include "common/scene/fold_constants.h"
 #include "common/scene/pbrt_quadrics.h"
 #include "common/scene/scene_files.h"
 #include "common/scene/transform.h"
@@ -219,6 +220,7 @@ void PbrtParser::finish() {
     std::erase_if(*shapes, [&](const auto& s) { return unseen(s) && !s.media.transition(); });
     for (ShapeDescription& s : *shapes) s.boundary = unseen(s);
   };
+  if (problems_->errors() == 0) fold_constants(&scene);
   drop_invisible(&scene.shapes);
   for (ObjectDescription& object : scene.objects) drop_invisible(&object.shapes);
   tessellate_stretched_spheres(&scene, problems_);

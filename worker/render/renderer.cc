@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "common/scene/parts_in_use.h"
 #include "worker/render/pipeline/aov_recorder.h"
 #include "worker/render/pipeline/pipeline.h"
 #include "worker/render/plan/light_learning.h"
@@ -52,6 +53,14 @@ float tiny_contribution(const RenderScene& scene) {
   return static_cast<float>(0.05 * scene.lights.total_power / (M_PI * area));
 }
 
+/// Materials that nothing shows become plain ones: some need tables that take long to make.
+void drop_unused_materials(SceneDescription* description) {
+  const PartsInUse parts = parts_in_use(*description);
+  for (size_t i = 0; i < description->materials.size(); ++i) {
+    if (!parts.materials[i]) description->materials[i] = {};
+  }
+}
+
 /// Frees what only the description holds, so that it does not add to the peak of building the tree.
 void drop_geometry(SceneDescription* description) {
   description->shapes = {};
@@ -83,7 +92,8 @@ struct Renderer::World {
   FilmResponse response;
 
   World(SceneDescription description, const RenderSettings& s, const BuildOptions& options)
-      : scene(build_scene(description, s.energy_compensation, s.overrides, options)),
+      : scene((options.unused_textures ? void() : drop_unused_materials(&description),
+               build_scene(description, s.energy_compensation, s.overrides, options))),
         accel((drop_geometry(&description), scene), options.threads),
         camera(make_camera(description.camera, s.grid.width, s.grid.height, scene.scale_exponent)),
         filter(description.filter),

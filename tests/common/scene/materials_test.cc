@@ -207,8 +207,8 @@ TEST_F(Materials, Textures) {
   EXPECT_EQ(std::get<CheckerboardTexture>(s.textures[4].kind).tex2.texture, 3);
   const auto m = last<CoatedDiffuseMaterial>(s);
   EXPECT_EQ(m.reflectance.texture, 4);
-  EXPECT_EQ(m.roughness.u.texture, 1);
-  EXPECT_EQ(m.roughness.v.texture, 1);
+  EXPECT_FLOAT_EQ(m.roughness.u.value, 0.2f);
+  EXPECT_FLOAT_EQ(m.roughness.v.value, 0.2f);
   EXPECT_EQ(s.files.back().name, "a b.png");
 }
 
