@@ -63,22 +63,25 @@ int quantum(const RenderScene& scene, double imaging_ratio) {
   return exponent - kQuantumBitsBelowScale;
 }
 
-/// Emission hits make every path that ends on an emitter with an area. Of lights without one, next event
-/// makes all but the paths whose first event is a delta one: these take lens connections, or, where the
-/// camera sees the next vertex through another delta event only, vertex connections.
+/// Whether no ray ends on light `i`: it is at a point, far away, or of a shape that rays do not meet.
+bool is_never_hit(const LightTable& lights, size_t i) {
+  if (is_at_a_point(lights.type[i]) || lights.type[i] == kDistantLight) return true;
+  const int32_t pattern = lights.pattern_of.empty() ? -1 : lights.pattern_of[i];
+  return pattern >= 0 && lights.patterns[static_cast<size_t>(pattern)].unseen;
+}
+
+/// Emission hits make every path that ends on a light that rays meet. Of others, next event makes all but the
+/// paths whose first event is a delta one: these take lens connections, or, where the camera sees the next
+/// vertex through another delta event only, vertex connections.
 void find_strategies(const RenderScene& scene, ScenePlan* plan) {
   const LightTable& lights = scene.lights;
   plan->useful = plan->required = 0;
   if (lights.count() == 0) return;
-  const bool any_area = std::any_of(lights.type.begin(), lights.type.end(), [](const auto type) {
-    return !is_at_a_point(type) && type != kDistantLight;
-  });
+  bool any_hit = false, any_missed = false;
+  for (size_t i = 0; i < lights.type.size(); ++i) (is_never_hit(lights, i) ? any_missed : any_hit) = true;
   plan->useful = kNextEvent | kLightPaths;
-  if (any_area) plan->useful |= kEmissionHits, plan->required |= kEmissionHits;
-  const bool any_delta = std::any_of(lights.type.begin(), lights.type.end(), [](const auto type) {
-    return is_at_a_point(type) || type == kDistantLight;
-  });
-  if (any_delta) plan->required |= kNextEvent | (scene.any_delta ? kLightPaths : 0);
+  if (any_hit) plan->useful |= kEmissionHits, plan->required |= kEmissionHits;
+  if (any_missed) plan->required |= kNextEvent | (scene.any_delta ? kLightPaths : 0);
 }
 
 /// Why diffuse kernels don't do (kernel_set.h); null if they do.

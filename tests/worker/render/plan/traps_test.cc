@@ -278,19 +278,22 @@ TEST(PlanTrapScenes, DeltaLightInsideGlass) {
 
 // The pilot's paths all miss the ball; what it does to the light must be in reach of every plan all the same.
 TEST(PlanTrapScenes, CausticTooSmallForThePilot) {
-  for (const bool point : {false, true}) {
+  enum Lamp { kSphere, kPoint, kUnseen };
+  for (const Lamp lamp : {kSphere, kPoint, kUnseen}) {
     TestScene s;
     s.quad({-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, s.diffuse(0.5f));
     s.sphere({0, 1e-3, 0}, 1e-4, s.dielectric(1.5f, 0));
-    if (point) {
+    if (lamp == kPoint) {
       s.point_light({0, 3, 0}, {10, 10, 10});
     } else {
       s.sphere({0, 3, 0}, 0.05, s.diffuse(0.0f), {.radiance = {900, 900, 900}});
     }
+    // Rays pass it by, so that nothing ends on it.
+    if (lamp == kUnseen) s.scene.shapes.back().alpha = {0, -1};
     s.camera({0, 6, 0.01}, {0, 0, 0}, 60).film(24, 24);
     const PilotReport report = pilot_of(s.scene);
     ASSERT_FALSE(report.estimates.empty());
-    const Strategies sees_it = point ? kLightPaths : kEmissionHits;
+    const Strategies sees_it = lamp == kSphere ? kEmissionHits : kLightPaths;
     for (const PlanEstimate& e : report.estimates)
       EXPECT_EQ(e.plan.strategies & sees_it, sees_it) << plan_to_json(e.plan);
   }
