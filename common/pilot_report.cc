@@ -24,6 +24,11 @@ constexpr std::pair<const char*, double SampleWork::*> kWork[] = {
     {"light_hits", &SampleWork::light_hits},
     {"next_event_rays", &SampleWork::next_event_rays},
     {"primitives", &SampleWork::primitives}};
+/// What older reports do not have.
+constexpr std::pair<const char*, double SampleWork::*> kTries[] = {
+    {"connection_tries", &SampleWork::connection_tries},
+    {"lens_tries", &SampleWork::lens_tries},
+    {"next_event_tries", &SampleWork::next_event_tries}};
 
 std::string text_of(const nlohmann::json& note, const char* key) {
   auto text = note.at(key).get<std::string>();
@@ -47,6 +52,7 @@ std::vector<FeatureNote> features_of(const nlohmann::json& array) {
 
 SampleWork& SampleWork::operator+=(const SampleWork& o) {
   for (const auto& [name, member] : kWork) this->*member += o.*member;
+  for (const auto& [name, member] : kTries) this->*member += o.*member;
   return *this;
 }
 
@@ -55,7 +61,8 @@ std::string pilot_to_json(const PilotReport& report) {
   for (const PlanEstimate& e : report.estimates) {
     estimates.push_back({{"plan", nlohmann::json::parse(plan_to_json(e.plan))},
                          {"relative_variance", e.relative_variance},
-                         {"cost", e.cost}});
+                         {"cost", e.cost},
+                         {"shadow_rays", e.shadow_rays}});
   }
   auto features = nlohmann::json::array();
   for (const FeatureNote& note : report.features) {
@@ -66,6 +73,7 @@ std::string pilot_to_json(const PilotReport& report) {
   }
   nlohmann::json work;
   for (const auto& [name, member] : kWork) work[name] = report.work.*member;
+  for (const auto& [name, member] : kTries) work[name] = report.work.*member;
   nlohmann::json j{{"chosen", nlohmann::json::parse(plan_to_json(report.chosen))},
                    {"effort_gain", report.effort_gain},
                    {"estimates", estimates},
@@ -86,13 +94,18 @@ PilotReport pilot_from_json(const std::string& text) {
     if (!estimates.is_array() || estimates.size() > kMaxEstimates)
       throw Error(ErrorKind::kUsage, "pilot report: \"estimates\" must be an array of at most 1000");
     for (const auto& e : estimates) {
-      report.estimates.push_back(
-          {plan_from_json(e.at("plan").dump()), positive(e.at("relative_variance")), positive(e.at("cost"))});
+      report.estimates.push_back({plan_from_json(e.at("plan").dump()), positive(e.at("relative_variance")),
+                                  positive(e.at("cost")),
+                                  e.contains("shadow_rays") ? positive(e.at("shadow_rays")) : 0});
     }
     if (j.contains("features")) report.features = features_of(j.at("features"));
     report.samples = j.at("samples").get<int64_t>();
     if (report.samples < 0) throw Error(ErrorKind::kUsage, "pilot report: \"samples\" must not be negative");
-    for (const auto& [name, member] : kWork) report.work.*member = positive(j.at("work").at(name));
+    const auto& work = j.at("work");
+    for (const auto& [name, member] : kWork) report.work.*member = positive(work.at(name));
+    for (const auto& [name, member] : kTries) {
+      if (work.contains(name)) report.work.*member = positive(work.at(name));
+    }
     return report;
   } catch (const nlohmann::json::exception& e) {
     throw Error(ErrorKind::kUsage, std::string("the pilot report is malformed: ") + e.what());

@@ -14,6 +14,8 @@ struct SampleWork {
   double camera_hits = 0, light_hits = 0;  // surface hits of camera paths and of light paths
   double next_event_rays = 0, connection_rays = 0, lens_rays = 0;  // shadow rays
   double primitives = 0;                                           // of the scene: what rays are cast into
+  // What the strategies evaluated, of which the rays are what was not zero nor lost to roulette.
+  double next_event_tries = 0, connection_tries = 0, lens_tries = 0;
   SampleWork& operator+=(const SampleWork& o);
 };
 
@@ -22,6 +24,7 @@ struct PlanEstimate {
   SamplingPlan plan;
   double relative_variance = 0;  // relMSE of one sample per pixel
   double cost = 0;               // nominal CPU microseconds per sample, from counted work
+  double shadow_rays = 0;        // per sample; of older reports 0
 };
 
 /// What the scene needs of the renderer, or does without; as lightmill explain prints it.

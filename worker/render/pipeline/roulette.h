@@ -10,7 +10,19 @@
 // light that adds 1 per event the estimate has the second moment
 //   2 / (1 - rho) * sum_n rho^(2n) / P(n),   P(n) ~ n^-2.
 // A constant cap q in place of 1 - 2 / n would make P(n) geometric, and the sum infinite once rho^2 >= q.
+//
+// Roulette of connections: a contribution that is small against what the scene's light would leave with is
+// kept with a probability that goes with its size.
+#include <algorithm>
+
 namespace lightmill {
+
+/// What is lit by a lamp a billion times weaker than another one may be all that a pixel has.
+inline constexpr float kLeastSurvival = 1.0f / 16;
+/// How probable it is that a contribution of `size`, over that from which none is lost, is kept.
+inline float connection_survival(float size) { return std::clamp(size, kLeastSurvival, 1.0f); }
+/// The size of what plays no roulette; a product of it with any plan's factor is above 1 and finite.
+inline constexpr float kNoRoulette = 0x1p60f;
 
 /// Scattering events before Russian roulette starts.
 inline constexpr int kRouletteStart = 1;

@@ -5,6 +5,7 @@
 #include "worker/render/math/compress.h"
 #include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/medium_walk.h"
+#include "worker/render/pipeline/roulette.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/work_items.h"
@@ -26,10 +27,6 @@ struct Candidates {
   Lane ratio{};
   LaneInt light{};  // of next event: MediaWork::shadow_light
 };
-
-/// Of the roulette: what is lit by a lamp a billion times weaker than another one may be all that a pixel
-/// has.
-inline constexpr float kLeastSurvival = 1.0f / 16;
 
 /// Drops zero contributions (counted), plays roulette for those below `tiny_contribution` with `u`, queues
 /// the rest.
@@ -72,7 +69,10 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
         add(w.media->shadow_light, c.light);
   if (StrategyRecorder* recorder = recorder_of<K>(w)) {
     int i = q.count;
-    for (unsigned left = bits; left; left &= left - 1) recorder->queued(std::countr_zero(left), i++);
+    for (unsigned left = bits; left; left &= left - 1) {
+      const int l = std::countr_zero(left);
+      recorder->queued(l, i++, tiny_contribution > 0 ? lane(size, l) / tiny_contribution : kNoRoulette);
+    }
   }
   q.count += std::popcount(bits);
 }

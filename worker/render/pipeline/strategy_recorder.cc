@@ -28,8 +28,8 @@ uint32_t StrategyRecorder::pixel_of(int32_t slot) const {
 
 void StrategyRecorder::announce(LaneInt s, int t, LaneInt slot, Lane weight, const FamilyRatios& ratios) {
   for (int l = 0; l < kLanes; ++l) {
-    announced_[static_cast<size_t>(l)] = {lane(s, l), t, lane(slot, l), lane(weight, l),
-                                          shares_of(ratios, weight, l)};
+    announced_[static_cast<size_t>(l)] = {lane(s, l),      t,           lane(slot, l),
+                                          lane(weight, l), kNoRoulette, shares_of(ratios, weight, l)};
   }
 }
 
@@ -43,8 +43,10 @@ void StrategyRecorder::candidates(unsigned evaluated, unsigned zero, unsigned ro
   }
 }
 
-void StrategyRecorder::queued(int l, int i) {
-  pending_[static_cast<size_t>(i)] = announced_[static_cast<size_t>(l)];
+void StrategyRecorder::queued(int l, int i, float size) {
+  Announced& entry = pending_[static_cast<size_t>(i)];
+  entry = announced_[static_cast<size_t>(l)];
+  entry.size = size;
 }
 
 void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seconds, const MediaWork* media) {
@@ -68,7 +70,8 @@ void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seco
     if (rays.occluded[k]) continue;
     const uint32_t pixel =
         splats ? static_cast<uint32_t>(rays.target[k] & ~kNegativeSplat) : pixel_of(a.slot);
-    contributions.push_back({a.s, a.t, a.slot, pixel, {rays.r[k], rays.g[k], rays.b[k]}, a.weight, a.shares});
+    contributions.push_back(
+        {a.s, a.t, a.slot, pixel, {rays.r[k], rays.g[k], rays.b[k]}, a.weight, a.size, a.shares});
   }
   resolving_seconds_ += seconds;
 }
@@ -86,6 +89,7 @@ void StrategyRecorder::emission(int t, LaneInt slot, LaneMask mask, const Vec3<L
                              pixel_of(lane(slot, l)),
                              {lane(rgb.x, l), lane(rgb.y, l), lane(rgb.z, l)},
                              lane(weight, l),
+                             kNoRoulette,
                              shares_of(ratios, weight, l)});
   }
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/strategies.h"
+#include "worker/render/pipeline/roulette.h"
 #include "worker/render/pipeline/work_items.h"
 
 namespace lightmill {
@@ -37,6 +38,7 @@ struct StrategyContribution {
   uint32_t pixel = 0;        // row-major in the full frame
   float rgb[3] = {0, 0, 0};  // weighted, on the scale of a pixel sample
   float weight = 0;          // MIS weight within rgb
+  float size = kNoRoulette;  // what roulette judged it by (connection_survival)
   FamilyShares shares;
 };
 
@@ -77,8 +79,8 @@ class StrategyRecorder {
   void announce(LaneInt s, int t, LaneInt slot, Lane weight, const FamilyRatios& ratios);
   /// Of the announced lanes: evaluated, and those that were zero or lost at roulette.
   void candidates(unsigned evaluated, unsigned zero, unsigned rouletted);
-  /// Announced lane `l` became entry `i` of the shadow rays.
-  void queued(int l, int i);
+  /// Announced lane `l` became entry `i` of the shadow rays; `size` is what roulette judged it by.
+  void queued(int l, int i, float size);
   /// The queue was tested; `seconds` is shared out by entries. With media, what was announced is without P~
   /// of the segments (medium_walk.h).
   void resolved(const ShadowRays& rays, bool splats, double seconds, const MediaWork* media);
@@ -111,7 +113,7 @@ class StrategyRecorder {
  private:
   struct Announced {
     int32_t s = 0, t = 0, slot = 0;
-    float weight = 0;
+    float weight = 0, size = kNoRoulette;
     FamilyShares shares;
   };
   /// What connections do not add to dVC.

@@ -10,5 +10,8 @@ namespace lightmill {
 double sample_cost(const SampleWork& work, const SamplingPlan& plan);
 /// Of that, what goes with the camera path; the rest goes with light paths.
 double camera_cost(const SampleWork& work, const SamplingPlan& plan);
+/// Shadow rays of one pixel sample. `work` counts one light path and one connection, with the rays that
+/// roulette leaves under `plan`.
+double shadow_rays(const SampleWork& work, const SamplingPlan& plan);
 
 }  // namespace lightmill

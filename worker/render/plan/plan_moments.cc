@@ -1,6 +1,7 @@
 #include "worker/render/plan/plan_moments.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace lightmill {
@@ -22,18 +23,43 @@ PerPlan correction(const PlanSet& plans, const FamilyShares& a, const float rgb[
   return factor;
 }
 
+/// How much more probably than in the recorded plan roulette keeps a contribution under each plan.
+PerPlan kept_share(float size, const PerPlan& factor) {
+  PerPlan kept;
+  const float inv_recorded = 1 / connection_survival(size);
+  for (size_t k = 0; k < kPlans; ++k) kept[k] = connection_survival(size * factor[k]) * inv_recorded;
+  return kept;
+}
+
+void count_ray(const PerPlan& kept, RayCounts* rays) {
+  rays->recorded += 1;
+  for (size_t k = 0; k < kPlans; ++k) rays->kept[k] += double{kept[k]};
+}
+
+/// Ordered pairs among `picks` draws of systematic sampling, on average: it makes the whole number below or
+/// above, as against picks^2 of independent draws.
+double pairs_of(double picks) {
+  const double whole = std::floor(picks);
+  return whole * (whole - 1) + 2 * whole * (picks - whole);
+}
 /// Second moment of single contributions, over the samples of all strategies: those that stem from the lens
-/// make noise of splats, the others of the camera layer.
-void add_second_moment(const PlanSet& plans, const FamilyShares& a, const float rgb[3], float scale,
-                       const PerPlan& factor, size_t half, float half_scale, BlockMoments* block) {
+/// make noise of splats, the others of the camera layer. A value v that roulette keeps with probability q
+/// counts as v / q, which is v^2 / q on average.
+void add_second_moment(const PlanSet& plans, const FamilyShares& a, const float rgb[3],
+                       const PixelValue& value, float share, float scale, const PerPlan& factor,
+                       const PerPlan& kept, size_t half, float half_scale, BlockMoments* block) {
+  PerPlan per_square, lens_share;
+  for (size_t k = 0; k < kPlans; ++k) {
+    per_square[k] = factor[k] / kept[k];
+    lens_share[k] = a.lens * plans.lens[k] * factor[k];
+  }
   for (size_t ch = 0; ch < 3; ++ch) {
-    const float square = rgb[ch] * rgb[ch];
+    const float square = rgb[ch] * rgb[ch] * value.weight_beside(ch, rgb[ch], share);
     for (size_t k = 0; k < kPlans; ++k) {
-      const float second = square * factor[k], lens = second * (a.lens * plans.lens[k] * factor[k]);
+      const float second = square * per_square[k], lens = second * lens_share[k];
       block->splat[ch][k] += lens * scale;
       block->camera[half][ch][k] += (second - lens) * half_scale;
     }
-    block->mean[ch] += rgb[ch] * scale;
   }
 }
 
@@ -46,53 +72,89 @@ PlanSet::PlanSet(std::vector<SamplingPlan> candidates) : plans(std::move(candida
     hit[k] = p.strategies & kEmissionHits ? 1.0f : 0.0f;
     next_event[k] = p.strategies & kNextEvent ? 1.0f : 0.0f;
     lens[k] = p.strategies & kLensConnections ? static_cast<float>(p.light_paths) : 0;
-    connect[k] = p.strategies & kVertexConnections ? static_cast<float>(p.connections) : 0;
+    connect[k] =
+        p.strategies & kVertexConnections ? static_cast<float>(p.connections / kRecordedConnections) : 0;
+    // The cache has about one vertex of each depth for each light path.
+    const double own = pairs_of(p.connections) / (p.connections * p.connections),
+                 recorded = pairs_of(kRecordedConnections) / (kRecordedConnections * kRecordedConnections);
+    more_pairs[k] = static_cast<float>(own / recorded - 1);
   }
 }
 
-void MomentRecorder::begin_cell() {
+void MomentRecorder::begin_cell(const std::array<PixelValue, kCellPixels>& values) {
+  values_ = values;
   cell_ = {};
   cell_.blocks.resize(static_cast<size_t>((kCellSize / side_) * (kCellSize / side_)));
   pixels_.assign(kCellPixels, {});
   samples_ = 0;
 }
 
-void MomentRecorder::add_path(int slot, const StrategyContribution* const* first, size_t count) {
+/// Products of two connections of a camera vertex to light vertices of one depth: systematic sampling draws
+/// fewer pairs than independent draws would, the fewer the fewer draws there are.
+void MomentRecorder::add_pairs(const std::array<PerPlan, 3>& sum, const std::array<PerPlan, 3>& squares,
+                               int slot) {
+  const PixelValue& value = values_[static_cast<size_t>(slot)];
   BlockMoments& block = block_of(slot);
   const auto half = half_of(slot % kCellSize, slot / kCellSize);
-  std::array<PerPlan, 3> sum{}, squares{};
+  for (size_t ch = 0; ch < 3; ++ch) {
+    for (size_t k = 0; k < kPlans; ++k)
+      block.camera[half][ch][k] +=
+          value.weight(ch) * plans_.more_pairs[k] * (sum[ch][k] * sum[ch][k] - squares[ch][k]);
+  }
+}
+
+void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribution* const* first,
+                              size_t count) {
+  const PixelValue& value = values_[static_cast<size_t>(slot)];
+  BlockMoments& block = block_of(slot);
+  const auto half = half_of(slot % kCellSize, slot / kCellSize);
+  std::array<PerPlan, 3> sum{}, squares{}, kind_sum{}, kind_squares{};
+  int t = 0, s = 0;  // of kind_sum
   for (size_t i = 0; i < count; ++i) {
     const StrategyContribution& c = *first[i];
+    const bool connection = c.s > 1;
+    if (connection && (c.t != t || c.s != s)) {
+      if (t) add_pairs(kind_sum, kind_squares, slot), kind_sum = kind_squares = {};
+      t = c.t, s = c.s;
+    }
     const PerPlan factor = correction(plans_, c.shares, c.rgb, &cell_.lost);
-    add_second_moment(plans_, c.shares, c.rgb, 1, factor, half, 1, &block);
+    const PerPlan kept = kept_share(c.size, factor);
+    if (c.s > 0) count_ray(kept, c.s == 1 ? &cell_.next_event : &cell_.connect);
+    // An emitter in sight is known without noise: its own squares, less the squared mean, leave nothing, as
+    // those of other strategies would not.
+    const bool in_sight = c.s == 0 && c.t == 2;
+    if (!in_sight)
+      add_second_moment(plans_, c.shares, c.rgb, value, value.camera_share, 1, factor, kept, half, 1, &block);
     const PerPlan& samples = c.s == 0 ? plans_.hit : c.s == 1 ? plans_.next_event : plans_.connect;
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
         const float x = samples[k] * c.rgb[ch] * factor[k];
         sum[ch][k] += x;
-        squares[ch][k] += x * x;
+        if (!in_sight) squares[ch][k] += x * x;
+        if (connection) kind_sum[ch][k] += x, kind_squares[ch][k] += x * x;
       }
     }
   }
+  if (t) add_pairs(kind_sum, kind_squares, slot);
   // Products of two contributions of one path: over the plan's own strategies.
   Pixel& pixel = pixels_[static_cast<size_t>(slot)];
   for (size_t ch = 0; ch < 3; ++ch) {
     for (size_t k = 0; k < kPlans; ++k) {
       const float x2 = sum[ch][k] * sum[ch][k];
-      block.camera[half][ch][k] += x2 - squares[ch][k];
-      pixel.sum[ch][k] += sum[ch][k];
+      block.camera[half][ch][k] += value.weight(ch) * (x2 - squares[ch][k]);
+      pixel.sums[sample_block][ch][k] += sum[ch][k];
       pixel.squares[ch][k] += x2;
     }
   }
 }
 
-void MomentRecorder::add_sample(const std::vector<StrategyContribution>& contributions) {
+void MomentRecorder::add_sample(const std::vector<StrategyContribution>& contributions, int block) {
   std::array<size_t, kCellPixels + 1> begin{};
   for (const StrategyContribution& c : contributions) {
     if (c.t > 1) {
       ++begin[static_cast<size_t>(c.slot) + 1];
     } else {
-      cell_.splats.push_back({c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}, c.shares});
+      cell_.splats.push_back({c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}, c.size, c.s == 1, c.shares});
     }
   }
   for (size_t i = 0; i < kCellPixels; ++i) begin[i + 1] += begin[i];
@@ -103,7 +165,7 @@ void MomentRecorder::add_sample(const std::vector<StrategyContribution>& contrib
   }
   for (size_t i = 0; i < kCellPixels; ++i) {
     if (begin[i + 1] > begin[i])
-      add_path(static_cast<int>(i), by_slot_.data() + begin[i], begin[i + 1] - begin[i]);
+      add_path(static_cast<int>(i), block, by_slot_.data() + begin[i], begin[i + 1] - begin[i]);
   }
   ++samples_;
 }
@@ -113,7 +175,6 @@ CellMoments MomentRecorder::end_cell(const std::array<bool, kCellPixels>& inside
   const auto n = static_cast<float>(samples_);
   for (BlockMoments& block : cell_.blocks) {
     for (size_t ch = 0; ch < 3; ++ch) {
-      block.mean[ch] /= n;
       for (size_t k = 0; k < kPlans; ++k) {
         block.camera[0][ch][k] /= n;
         block.camera[1][ch][k] /= n;
@@ -128,12 +189,15 @@ CellMoments MomentRecorder::end_cell(const std::array<bool, kCellPixels>& inside
     block.pixels[half] += inside[i];
     if (!looked_at[i]) continue;
     ++block.looked_at[half];
-    // The squared mean without bias: products of different samples.
+    // Of sums over blocks, for which a sample stands with its share: products of samples of one block, which
+    // know of each other, less those of samples of different ones, which is the squared mean without bias.
     const Pixel& p = pixels_[i];
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
-        const float sum = p.sum[ch][k];
-        block.camera[half][ch][k] -= (sum * sum - p.squares[ch][k]) / (n * (n - 1));
+        const float first = p.sums[0][ch][k], second = p.sums[1][ch][k];
+        block.camera[half][ch][k] +=
+            values_[i].weight(ch) *
+            (first * first + second * second - p.squares[ch][k] - 2 * first * second) / n;
       }
     }
   }
@@ -146,7 +210,6 @@ BlockMoments& BlockMoments::operator+=(const BlockMoments& o) {
     looked_at[half] += o.looked_at[half];
   }
   for (size_t ch = 0; ch < 3; ++ch) {
-    mean[ch] += o.mean[ch];
     for (size_t k = 0; k < kPlans; ++k) {
       camera[0][ch][k] += o.camera[0][ch][k];
       camera[1][ch][k] += o.camera[1][ch][k];
@@ -156,15 +219,32 @@ BlockMoments& BlockMoments::operator+=(const BlockMoments& o) {
   return *this;
 }
 
-void add_splat(const PlanSet& plans, const RecordedSplat& splat, size_t half, float scale,
-               BlockMoments* block, PerPlan* lost) {
-  const PerPlan factor = correction(plans, splat.shares, splat.rgb, lost);
+RayCounts& RayCounts::operator+=(const RayCounts& o) {
+  recorded += o.recorded;
+  for (size_t k = 0; k < kPlans; ++k) kept[k] += o.kept[k];
+  return *this;
+}
+
+void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValue& value, size_t half,
+               float scale, BlockMoments* block, CellMoments* cell) {
+  const PerPlan factor = correction(plans, splat.shares, splat.rgb, &cell->lost),
+                kept = kept_share(splat.size, factor);
+  count_ray(kept, &cell->lens);
   // Splats land on all pixels, sums are over those looked at.
   const auto share = [&](int looked_at, int pixels) {
     return pixels > 0 ? scale * static_cast<float>(looked_at) / static_cast<float>(pixels) : 0;
   };
-  add_second_moment(plans, splat.shares, splat.rgb,
-                    share(block->all_looked_at(), block->pixels[0] + block->pixels[1]), factor, half,
+  if (splat.emitter) {
+    const float pixels = share(block->all_looked_at(), block->pixels[0] + block->pixels[1]);
+    for (size_t ch = 0; ch < 3; ++ch) {
+      const float square = splat.rgb[ch] * splat.rgb[ch] * value.weight(ch) * pixels;
+      for (size_t k = 0; k < kPlans; ++k)
+        block->splat[ch][k] += plans.lens[k] * square * factor[k] * factor[k] / kept[k];
+    }
+    return;
+  }
+  add_second_moment(plans, splat.shares, splat.rgb, value, value.splat_share,
+                    share(block->all_looked_at(), block->pixels[0] + block->pixels[1]), factor, kept, half,
                     share(block->looked_at[half], block->pixels[half]), block);
 }
 

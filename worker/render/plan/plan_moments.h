@@ -9,6 +9,7 @@
 #include "common/image/grid.h"
 #include "common/sampling_plan.h"
 #include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/plan/relative_weights.h"
 
 namespace lightmill {
 
@@ -18,19 +19,25 @@ inline constexpr int kMaxPlans = 72;
 /// A float per plan.
 using PerPlan = std::array<float, kMaxPlans>;
 
+/// Of the plan that is recorded, which has every strategy and one light path: of one connection nothing would
+/// be seen of how two of a kind go together.
+inline constexpr double kRecordedConnections = 2;
+
 /// The plans under consideration, as factors on the samples of each family relative to the plan that is
-/// recorded: every strategy, one light path, one connection.
+/// recorded.
 struct PlanSet {
   explicit PlanSet(std::vector<SamplingPlan> candidates);
   std::vector<SamplingPlan> plans;
   PerPlan hit{}, next_event{}, lens{}, connect{};
+  /// Pairs of connections of one kind, camera and light vertex at given depths, over those recorded, beyond
+  /// what independent draws would make of them; less 1.
+  PerPlan more_pairs{};
 };
 
-/// Sums over the pixels of one block that are looked at, per channel. Two halves of the pixels are kept
-/// apart, like the squares of a chessboard: what one says can be tested on the other.
+/// Weighed sums over the pixels of one block that are looked at, per channel. Two halves of the pixels are
+/// kept apart, like the squares of a chessboard: what one says can be tested on the other.
 struct BlockMoments {
   std::array<int, 2> pixels{}, looked_at{};  // per half: in the crop window, and of them looked at
-  std::array<float, 3> mean{};               // pixel values
   std::array<PerPlan, 3> camera[2], splat;   // variance of one pixel sample: camera layer per half, splats
   BlockMoments() { camera[0].fill({}), camera[1].fill({}), splat.fill({}); }
   BlockMoments& operator+=(const BlockMoments& o);
@@ -42,7 +49,18 @@ inline size_t half_of(int x, int y) { return static_cast<size_t>((x ^ y) & 1); }
 struct RecordedSplat {
   uint32_t pixel;
   float rgb[3];
+  float size;    // StrategyContribution::size
+  bool emitter;  // joined to the lens itself
   FamilyShares shares;
+};
+
+/// Shadow rays of one family that arrived, and how many would have, per sample of the family, under each
+/// plan: where more samples share the light, more of them are small and lost to roulette.
+struct RayCounts {
+  double recorded = 0;
+  std::array<double, kMaxPlans> kept{};
+  RayCounts& operator+=(const RayCounts& o);
+  double share(size_t plan) const { return recorded > 0 ? kept[plan] / recorded : 1; }
 };
 
 /// Result of one cell: of its pixels inside the crop window.
@@ -50,6 +68,7 @@ struct CellMoments {
   std::vector<BlockMoments> blocks;   // row-major
   std::vector<RecordedSplat> splats;  // anywhere on the film
   PerPlan lost{};                     // light that a plan has no strategy for
+  RayCounts next_event, lens, connect;
 };
 
 /// Takes the samples of one cell after another; one per thread.
@@ -57,9 +76,11 @@ class MomentRecorder {
  public:
   /// Blocks are squares of `side` pixels, a divisor of kCellSize.
   MomentRecorder(const PlanSet& plans, int side) : plans_(plans), side_(side) {}
-  void begin_cell();
-  /// All contributions of one sample index of the cell.
-  void add_sample(const std::vector<StrategyContribution>& contributions);
+  /// `values`: per pixel of the cell, row-major.
+  void begin_cell(const std::array<PixelValue, kCellPixels>& values);
+  /// All contributions of one sample index of the cell, which is in the first or the second block of them (0,
+  /// 1): half of the samples each, stratified within and independent of each other.
+  void add_sample(const std::vector<StrategyContribution>& contributions, int block);
   /// Per pixel of the cell, row-major: whether it is in the crop window and whether it was looked at. At
   /// least two samples.
   CellMoments end_cell(const std::array<bool, kCellPixels>& inside,
@@ -68,24 +89,27 @@ class MomentRecorder {
  private:
   /// Of a pixel's samples x under each plan, camera layer only.
   struct Pixel {
-    std::array<PerPlan, 3> sum{}, squares{};
+    std::array<PerPlan, 3> sums[2]{}, squares{};  // sums per block
   };
   BlockMoments& block_of(int slot) {
     const int columns = kCellSize / side_;
     return cell_.blocks[static_cast<size_t>(slot / kCellSize / side_ * columns + slot % kCellSize / side_)];
   }
-  void add_path(int slot, const StrategyContribution* const* first, size_t count);
+  void add_path(int slot, int block, const StrategyContribution* const* first, size_t count);
+  void add_pairs(const std::array<PerPlan, 3>& sum, const std::array<PerPlan, 3>& squares, int slot);
 
   const PlanSet& plans_;
   const int side_;
   CellMoments cell_;
+  std::array<PixelValue, kCellPixels> values_;
   std::vector<Pixel> pixels_;
   std::vector<const StrategyContribution*> by_slot_;
   int samples_ = 0;
 };
 
-/// Adds a splat to its block, on a pixel of that half, `scale` times.
-void add_splat(const PlanSet& plans, const RecordedSplat& splat, size_t half, float scale,
-               BlockMoments* block, PerPlan* lost);
+/// Adds a splat to its block, on a pixel of that half and value, `scale` times, and to what is counted of
+/// `cell`, which it stems from.
+void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValue& value, size_t half,
+               float scale, BlockMoments* block, CellMoments* cell);
 
 }  // namespace lightmill

@@ -1,0 +1,85 @@
+#include "worker/render/plan/plan_moments.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/render.h"
+#include "tests/support/test_scene.h"
+#include "worker/render/renderer.h"
+
+namespace lightmill::test {
+namespace {
+
+/// A room beside which a lamp shines at nothing: what the lights' power would leave with is far more than
+/// what there is, and most connections play roulette.
+TestScene wasteful_room() {
+  TestScene s = cornell_room().film(32, 32);
+  s.quad({-1, 2, -1}, {0, 0, 2}, {2, 0, 0}, s.diffuse(0.0f), {.radiance = {2, 2, 2}});
+  return s;
+}
+
+/// Shadow rays per camera path.
+struct Rays {
+  double next_event = 0, connect = 0, lens = 0;
+};
+
+constexpr int kSamples = 64;
+
+/// Renders the film's one cell under `plan`; what is recorded of each sample goes to `moments`, if given.
+Rays rays_under(const TestScene& s, const SamplingPlan& plan, MomentRecorder* moments) {
+  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, kSamples, 5);
+  settings.plan = plan;
+  const Renderer renderer(s.scene, settings, 1);
+  const auto workspace = renderer.make_workspace();
+  StrategyRecorder recorder;
+  double paths = 0;
+  for (int64_t i = 0; i < kSamples; ++i) {
+    paths += static_cast<double>(
+        renderer.record_packet({0, 0, i, i + 1}, *workspace, nullptr, recorder).camera_paths);
+    if (moments) moments->add_sample(recorder.contributions, i < kSamples / 2 ? 0 : 1);
+    recorder.clear();
+  }
+  Rays rays;
+  for (size_t s_vertices = 0; s_vertices <= kRecordedVertices; ++s_vertices) {
+    for (size_t t = 1; t <= kRecordedVertices; ++t) {
+      const StrategyCounts& c = recorder.counts[s_vertices][t];
+      const double cast = static_cast<double>(c.occluded + c.visible) / paths;
+      (t == 1 ? rays.lens : s_vertices == 1 ? rays.next_event : rays.connect) += s_vertices > 0 ? cast : 0;
+    }
+  }
+  return rays;
+}
+
+TEST(PlanMoments, KnowHowManyRaysRouletteLeavesToEveryPlan) {
+  const TestScene s = wasteful_room();
+  const std::vector<SamplingPlan> plans = {{kAllStrategies, 0.125, 1},
+                                           {kAllStrategies, 1, 8},
+                                           {kAllStrategies, 2, 0.25},
+                                           {kAllStrategies, 0.25, 4}};
+  const PlanSet set(plans);
+  MomentRecorder moments(set, 32);
+  moments.begin_cell(std::array<PixelValue, kCellPixels>{});
+  const Rays recorded = rays_under(s, {.connections = kRecordedConnections}, &moments);
+  std::array<bool, kCellPixels> all;
+  all.fill(true);
+  CellMoments cell = moments.end_cell(all, all);
+  for (const RecordedSplat& splat : cell.splats)
+    add_splat(set, splat, PixelValue{}, 0, 1, &cell.blocks[0], &cell);
+  double largest = 0;
+  for (size_t k = 0; k < plans.size(); ++k) {
+    const SamplingPlan& p = plans[k];
+    const Rays measured = rays_under(s, p, nullptr);
+    // The rays that arrive stand for those that do not, which at the lens are larger ones.
+    const auto expect = [&](const char* family, double predicted, double shares, double rays, double off) {
+      EXPECT_NEAR(predicted * shares / rays, 1, off) << family << " of " << plan_to_json(p);
+      largest = std::max(largest, std::fabs(shares - 1));
+    };
+    expect("next event", recorded.next_event, cell.next_event.share(k), measured.next_event, 0.06);
+    expect("connect", recorded.connect * p.connections / kRecordedConnections, cell.connect.share(k),
+           measured.connect, 0.06);
+    expect("lens", recorded.lens * p.light_paths, cell.lens.share(k), measured.lens, 0.2);
+  }
+  EXPECT_GT(largest, 0.3) << "roulette matters in this scene";
+}
+
+}  // namespace
+}  // namespace lightmill::test

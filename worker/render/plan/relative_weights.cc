@@ -1,0 +1,69 @@
+#include "worker/render/plan/relative_weights.h"
+
+namespace lightmill {
+
+RelativeWeights::RelativeWeights(const FilmGrid& grid, double paths_per_pixel, double paths, bool own)
+    : own_(own), paths_per_pixel_(static_cast<float>(paths_per_pixel)) {
+  const CellRect cells = grid.cells();
+  grid_ = {1, cells.x0 * kCellSize, cells.y0 * kCellSize, cells.width() * kCellSize,
+           cells.height() * kCellSize};
+  const auto too_fine = [&] {
+    return grid_.count() > kMostSquares || paths_per_pixel * grid_.side * grid_.side < paths;
+  };
+  while (too_fine() && (grid_.columns > 1 || grid_.rows > 1)) {
+    grid_.side *= 2;
+    grid_.columns = (grid_.columns + 1) / 2;
+    grid_.rows = (grid_.rows + 1) / 2;
+  }
+  squares_.resize(static_cast<size_t>(grid_.count()));
+}
+
+void RelativeWeights::add(int x, int y, const float rgb[3], float times) {
+  Square& square = squares_[at(x, y)];
+  for (size_t ch = 0; ch < 3; ++ch) square.sum[ch] += rgb[ch] * times;
+}
+
+/// Squares that nobody looked at count as the mean of all.
+float RelativeWeights::value(const Square& s, size_t ch) const {
+  const Square& from = s.pixels > 0 ? s : all_;
+  return from.pixels > 0 ? from.sum[ch] / (from.pixels * paths_per_pixel_) : 0;
+}
+
+void RelativeWeights::finish() {
+  for (const Square& s : squares_) {
+    for (size_t ch = 0; ch < 3; ++ch) all_.sum[ch] += s.sum[ch];
+    all_.pixels += s.pixels;
+  }
+  for (int row = 0; row < grid_.rows; ++row) {
+    for (int column = 0; column < grid_.columns; ++column) {
+      const auto square = [&](int x, int y) -> Square& {
+        return squares_[static_cast<size_t>(int64_t{y} * grid_.columns + x)];
+      };
+      for (size_t ch = 0; ch < 3; ++ch) {
+        std::array<float, 9> around{};
+        size_t count = 0;
+        for (int y = std::max(row - 1, 0); y <= std::min(row + 1, grid_.rows - 1); ++y) {
+          for (int x = std::max(column - 1, 0); x <= std::min(column + 1, grid_.columns - 1); ++x)
+            around[count++] = value(square(x, y), ch);
+        }
+        const auto middle = around.begin() + static_cast<std::ptrdiff_t>(count / 2);
+        std::nth_element(around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(count));
+        square(column, row).around[ch] = *middle;
+      }
+    }
+  }
+}
+
+PixelValue RelativeWeights::of(int x, int y) const {
+  const Square& square = squares_[at(x, y)];
+  PixelValue v;
+  for (size_t ch = 0; ch < 3; ++ch) v.value[ch] = value(square, ch);
+  v.around = square.around;
+  if (own_ && square.pixels > 0) {
+    v.camera_share = 1 / (square.pixels * paths_per_pixel_);
+    v.splat_share = per_splat_ * v.camera_share;
+  }
+  return v;
+}
+
+}  // namespace lightmill
