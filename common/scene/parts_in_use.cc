@@ -72,6 +72,10 @@ class Marker {
   }
   void inputs_of(const TransmissionMaterial& m) { read(m.color, m.roughness); }
   void inputs_of(const MeasuredMaterial&) {}
+  void inputs_of(const SubsurfaceMaterial& m) {
+    if (m.reflectance) read(*m.reflectance);
+    read_roughness(m.roughness);
+  }
 
   void inputs_of(const ImageTexture&) {}
   void inputs_of(const ConstantTexture&) {}

@@ -5,14 +5,12 @@
 
 #include "common/error.h"
 #include "common/scene/measured_table.h"
-#include "common/scene/medium_presets.h"
-#include "common/scene/pbrt_scene.h"
+#include "common/scene/pbrt_material_parts.h"
 #include "common/scene/spectrum.h"
 
 namespace lightmill {
 namespace {
 
-constexpr double kMaxEta = 100;
 constexpr double kMaxHeight = 3e38;  // any float
 constexpr const char* kDefaultMetal[] = {"metal-Cu-eta", "metal-Cu-k"};
 
@@ -45,58 +43,6 @@ std::string_view successor_of(std::string_view type) {
   return "";
 }
 
-/// Names of the parameters of one roughness; literals, as the list of known names keeps them.
-struct RoughnessNames {
-  std::string_view both = "roughness", u = "uroughness", v = "vroughness";
-};
-
-Roughness read_roughness(PbrtScene& out, ParameterList& params, const RoughnessNames& names = {}) {
-  const FloatInput both = out.float_input(params, names.both, 0, 0, 1e6);
-  Roughness r;
-  r.u = params.has(names.u) ? out.float_input(params, names.u, 0, 0, 1e6) : both;
-  r.v = params.has(names.v) ? out.float_input(params, names.v, 0, 0, 1e6) : both;
-  params.accept({names.u, names.v});
-  r.remap = params.boolean("remaproughness", true);
-  const std::pair<std::string_view, FloatInput*> directions[] = {
-      {params.has(names.u) ? names.u : names.both, &r.u}, {params.has(names.v) ? names.v : names.both, &r.v}};
-  for (const auto& [name, input] : directions) {
-    if (input->texture >= 0 || input->value <= 1) continue;
-    // Both directions may come from one parameter: one line is enough.
-    if (input == &r.u || directions[0].first != name) {
-      out.problems->warning(params.where_of(name), "parameter " + in_quotes(std::string(name)) + " of " +
-                                                       params.owner() + " is " +
-                                                       std::to_string(input->value) +
-                                                       "; the roughest surface has 1, which is taken");
-    }
-    input->value = 1;
-  }
-  return r;
-}
-
-/// A dielectric's index: a float, or a spectrum reduced to one number.
-float read_eta(PbrtScene& out, ParameterList& params, std::string_view name = "eta") {
-  const Parameter* p = params.find(name, {ParamType::kFloat, ParamType::kSpectrum});
-  if (p == nullptr) return 1.5f;
-  float eta = 1.5f;
-  if (p->type == ParamType::kFloat) {
-    eta = static_cast<float>(params.number(name, 1.5, 1e-3, kMaxEta));
-  } else {
-    const Rgb c = out.spectrum(params, name, SpectrumUse::kFactor, {1.5f, 1.5f, 1.5f});
-    eta = c.g;
-    const std::optional<float> glass = p->strings.empty() ? std::nullopt : named_glass(p->strings[0]);
-    if (glass || c.r != c.b) {
-      out.problems->unsupported(p->where, "dispersion: parameter " + in_quotes(std::string(name)) + " of " +
-                                              params.owner() + " is taken as the one number " +
-                                              std::to_string(eta));
-    }
-  }
-  if (!(eta > 0)) {
-    params.bad_value(name, "must be above 0");
-    return 1.5f;
-  }
-  return eta;
-}
-
 /// Names of a metal's parameters.
 struct MetalNames {
   const char *eta = "eta", *k = "k";
@@ -121,14 +67,6 @@ ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params, const Me
   }
   m.roughness = read_roughness(out, params, names.roughness);
   return m;
-}
-
-/// Layers of a textured roughness are round: one that differs by direction is warned of.
-void warn_of_anisotropy(ParameterList& params, const Roughness& r, const RoughnessNames& names = {}) {
-  if (r.u.texture == r.v.texture) return;
-  params.unsupported(params.has(names.u) ? names.u : names.v,
-                     "differs from the other direction's; by a texture; then a layer is rough alike in both, "
-                     "by their geometric mean");
 }
 
 /// What a layered material's coat has besides its index and roughness.
@@ -214,14 +152,6 @@ void read_bumps(PbrtScene& out, ParameterList& params, MaterialDescription* mate
   material->displacement = out.float_input(params, "displacement", 0, -kMaxHeight, kMaxHeight).texture;
 }
 
-/// A number that pbrt allows to be a texture, which we take at one value.
-float read_constant(PbrtScene& out, ParameterList& params, std::string_view name, float fallback, double low,
-                    double high) {
-  const FloatInput x = out.float_input(params, name, fallback, low, high);
-  if (x.texture >= 0) params.unsupported(name, "(a texture) is taken as " + std::to_string(fallback));
-  return x.texture >= 0 ? fallback : x.value;
-}
-
 HairMaterial read_hair(PbrtScene& out, ParameterList& params) {
   HairMaterial m;
   m.eta = read_constant(out, params, "eta", 1.55f, 1.01, 10);
@@ -241,78 +171,6 @@ HairMaterial read_hair(PbrtScene& out, ParameterList& params) {
     m.reflectance = out.spectrum_input(params, colour, SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
   if (params.has("sigma_a")) m.sigma_a = out.spectrum_input(params, "sigma_a", SpectrumUse::kFactor, {});
   params.accept({"reflectance", "color", "sigma_a"});
-  return m;
-}
-
-/// Share of diffuse light inside of a smooth boundary of index `eta` that it keeps, by Simpson's rule over
-/// the cosine.
-double diffuse_internal_reflectance(double eta) {
-  const auto reflectance = [&](double cosine) {  // from outside
-    const double t = std::sqrt(1 - (1 - cosine * cosine) / (eta * eta));
-    const double s = (cosine - eta * t) / (cosine + eta * t), p = (eta * cosine - t) / (eta * cosine + t);
-    return (s * s + p * p) / 2;
-  };
-  constexpr int kSteps = 200;
-  double sum = 0;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double c = static_cast<double>(i) / kSteps, f = reflectance(c) * 2 * c;
-    sum += f * (i == 0 || i == kSteps ? 1 : i % 2 ? 4 : 2) / (3.0 * kSteps);
-  }
-  return 1 - (1 - sum) / (eta * eta);
-}
-
-/// Diffuse reflectance of a half space of reduced albedo `a` behind a boundary that keeps `internal` of what
-/// meets it from inside (Jensen et al. 2001, eq. 15).
-double half_space_reflectance(double a, double internal) {
-  const double root = std::sqrt(3 * (1 - a)), boundary = (1 + internal) / (1 - internal);
-  return a / 2 * (1 + std::exp(-4.0 / 3 * boundary * root)) * std::exp(-root);
-}
-
-/// A coat over a diffuse base that reflects as much as the half space of the medium would: light leaves where
-/// it came in.
-CoatedDiffuseMaterial read_subsurface(PbrtScene& out, ParameterList& params) {
-  CoatedDiffuseMaterial m;
-  m.eta = params.has("eta") ? read_eta(out, params) : 1.33f;
-  params.accept({"eta", "mfp", "scale"});
-  m.eta = std::max(m.eta, 1.001f);
-  m.roughness = read_roughness(out, params);
-  warn_of_anisotropy(params, m.roughness);
-  m.thickness = 0;
-  m.max_depth = 1000;
-  double g = params.number("g", 0, -0.999, 0.999);
-  Rgb sigma_a{.0011f, .0024f, .014f}, sigma_s{2.55f, 3.21f, 3.77f};
-  const std::string name = params.text("name", "");
-  if (const MeasuredMedium* measured = name.empty() ? nullptr : find_measured_medium(name)) {
-    sigma_a = measured->sigma_a;
-    sigma_s = measured->reduced_sigma_s;
-    g = 0;
-  } else if (!name.empty()) {
-    params.bad_value(
-        "name", "names no measured medium: " + in_quotes(name) + nearest_hint(name, measured_medium_names()));
-  }
-  const bool by_reflectance = params.has("reflectance") && name.empty() && !params.has("sigma_a");
-  const SpectrumInput reflectance =
-      out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
-  const SpectrumInput a = out.spectrum_input(params, "sigma_a", SpectrumUse::kFactor, sigma_a),
-                      s = out.spectrum_input(params, "sigma_s", SpectrumUse::kFactor, sigma_s);
-  const double internal = diffuse_internal_reflectance(double{m.eta});
-  const auto base = [&](double total) {
-    return static_cast<float>(total / (1 - internal + total * internal));
-  };
-  if (by_reflectance) {
-    const Rgb& r = reflectance.value;
-    m.reflectance = {{base(double{r.r}), base(double{r.g}), base(double{r.b})}, reflectance.texture};
-  } else {
-    const auto channel = [&](float absorbs, float scatters) {
-      const double reduced = double{scatters} * (1 - g), sum = reduced + double{absorbs};
-      return base(half_space_reflectance(sum > 0 ? reduced / sum : 0, internal));
-    };
-    const Rgb &ka = name.empty() ? a.value : sigma_a, &ks = name.empty() ? s.value : sigma_s;
-    m.reflectance.value = {channel(ka.r, ks.r), channel(ka.g, ks.g), channel(ka.b, ks.b)};
-  }
-  out.problems->unsupported(params.where(), params.owner() +
-                                                " of type \"subsurface\" reflects as much, but "
-                                                "light leaves it where it came in");
   return m;
 }
 

@@ -103,6 +103,7 @@ const std::vector<MatrixScene>& matrix_scenes() {
       {"lamps", 3, {.delta_lights = true}},
       {"lens", 3, {}},
       {"fog", 2, {}},
+      {"bodies", 3, {}},
   };
   return all;
 }

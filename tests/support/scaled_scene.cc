@@ -38,6 +38,14 @@ SceneDescription scaled_scene(const SceneDescription& scene, int k) {
     m.sigma_a = {m.sigma_a.r * f, m.sigma_a.g * f, m.sigma_a.b * f};
     m.sigma_s = {m.sigma_s.r * f, m.sigma_s.g * f, m.sigma_s.b * f};
   }
+  for (MaterialDescription& m : out.materials) {
+    auto* body = std::get_if<SubsurfaceMaterial>(&m.kind);
+    if (!body) continue;
+    const float f = std::ldexp(1.0f, -k), free = std::ldexp(1.0f, k);
+    body->sigma_a = {body->sigma_a.r * f, body->sigma_a.g * f, body->sigma_a.b * f};
+    body->sigma_s = {body->sigma_s.r * f, body->sigma_s.g * f, body->sigma_s.b * f};
+    body->mfp = {body->mfp.r * free, body->mfp.g * free, body->mfp.b * free};
+  }
   CameraDescription& c = out.camera;
   for (size_t i = 0; i < 3; ++i) c.camera_to_world.m[i][3] *= length;
   c.lens_radius *= length;

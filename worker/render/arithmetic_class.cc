@@ -339,6 +339,19 @@ std::string arithmetic_class() {
     SceneDescription fur = plain;
     fur.materials.back().kind = HairMaterial{};
     hash_render(fur);
+    // Bodies that light walks through, in fog and without.
+    SceneDescription wax = plain;
+    SubsurfaceMaterial smooth, rough;
+    smooth.sigma_a = {0.2f, 0.5f, 1};
+    smooth.sigma_s = {3, 2, 1};
+    rough.reflectance = SpectrumInput{{0.6f, 0.4f, 0.2f}, -1};
+    rough.g = 0.5f;
+    rough.roughness = {{0.2f, -1}, {0.2f, -1}, false};
+    wax.materials.front().kind = smooth;
+    wax.materials.back().kind = rough;
+    hash_render(wax);
+    fill_with_media(&wax);
+    hash_render(wax);
     // Opaque and without instances: rays are traced without the library.
     plain.objects.clear();
     plain.instances.clear();

@@ -193,7 +193,9 @@ TEST_F(BadInput, TheCommandLineGetsOneLine) {
     EXPECT_NE(what.find("(and 1 more)"), std::string::npos) << what;
   }
   int warnings = 0;
-  folder_.write("warn.pbrt", "WorldBegin LightSource \"point\" Material \"subsurface\"");
+  folder_.write("warn.pbrt",
+                "WorldBegin LightSource \"point\" Material \"dielectric\" "
+                "\"spectrum eta\" \"glass-BK7\"");
   load_scene_file(folder_.path() + "/warn.pbrt", {}, [&](const Problem&) { ++warnings; });
   EXPECT_EQ(warnings, 1);
 }

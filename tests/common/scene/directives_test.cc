@@ -305,7 +305,9 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
       {"MakeNamedMedium \"fog\" \"string type\" \"nanovdb\"", "is rendered as empty space"},
       {"ActiveTransform EndTime Translate 1 1 1 ActiveTransform All", "animated transform"},
       {"ActiveTransform StartTime Translate 1 1 1 ActiveTransform All", "animated transform"},
-      {"Material \"subsurface\"", "leaves it where it came in"},
+      {"Texture \"t\" \"spectrum\" \"constant\" Material \"subsurface\" \"texture mfp\" \"t\" "
+       "\"rgb reflectance\" [.5 .5 .5]",
+       "of a body the reflectance alone may vary"},
       {"Material \"hair\" \"texture beta_m\" \"t\" Texture \"t\" \"float\" \"constant\"", "is taken as 0.3"},
       {"Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"", "dispersion"},
       {"Texture \"t\" \"spectrum\" \"ptex\"", "replaced by the constant 0.5"},

@@ -47,22 +47,41 @@ TEST_F(Materials, HairIsByPigmentsAbsorptionOrReflectance) {
   EXPECT_TRUE(last<HairMaterial>(clean_world("Material \"hair\" \"rgb color\" [.5 .2 .1]")).reflectance);
 }
 
-// What is asked for is what a coat of that index over the base reflects, besides what the boundary does.
-TEST_F(Materials, SubsurfaceBecomesACoatThatReflectsAsMuch) {
+TEST_F(Materials, SubsurfaceIsByNameCoefficientsOrReflectance) {
   const auto of = [&](const std::string& p) {
-    return last<CoatedDiffuseMaterial>(load_world("Material \"subsurface\" " + p).scene).reflectance.value;
+    return last<SubsurfaceMaterial>(clean_world("Material \"subsurface\" " + p));
   };
-  const Rgb half = of("\"rgb reflectance\" [.5 .5 0]");
-  const double internal = 0.4725;  // of index 1.33: 1 - (1 - 0.0665) / 1.33^2
-  EXPECT_NEAR(half.r * (1 - internal) / (1 - half.r * internal), 0.5, 2e-3);
-  EXPECT_EQ(half.b, 0);
-  EXPECT_NEAR(of("\"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" [1 1 1]").g, 1, 1e-5) << "nothing absorbs";
-  EXPECT_EQ(of("\"rgb sigma_a\" [1 1 1] \"rgb sigma_s\" [0 0 0]").g, 0) << "nothing scatters";
-  const Rgb milk = of("\"string name\" \"Wholemilk\""), coke = of("\"string name\" \"Coke\"");
-  EXPECT_GT(milk.g, 0.9f);
-  EXPECT_LT(coke.g, 0.1f);
-  EXPECT_TRUE(
-      has_error(load_world("Material \"subsurface\" \"string name\" \"Milk\""), "names no measured medium"));
+  const SubsurfaceMaterial plain = of("\"float scale\" 2");
+  EXPECT_EQ(plain.sigma_s, (Rgb{5.1f, 6.42f, 7.54f}));
+  EXPECT_EQ(plain.eta, 1.33f);
+  EXPECT_EQ(plain.roughness.u.value, 0);
+  EXPECT_FALSE(plain.reflectance);
+  const SubsurfaceMaterial marble = of("\"string name\" \"Marble\" \"float scale\" 10");
+  EXPECT_NEAR(marble.sigma_s.g, 26.2f, 1e-5f);
+  EXPECT_EQ(marble.g, 0);
+  const SubsurfaceMaterial given = of("\"rgb sigma_a\" [1 2 3] \"rgb sigma_s\" [4 5 6] \"float g\" 0.5");
+  EXPECT_EQ(given.sigma_a, (Rgb{1, 2, 3}));
+  EXPECT_EQ(given.sigma_s, (Rgb{4, 5, 6}));
+  EXPECT_EQ(given.g, 0.5f);
+  const SubsurfaceMaterial skin =
+      of("\"rgb reflectance\" [.8 .5 .3] \"rgb mfp\" [1 2 4] \"float scale\" .5 \"float eta\" 1.4");
+  ASSERT_TRUE(skin.reflectance);
+  EXPECT_EQ(skin.reflectance->value, (Rgb{.8f, .5f, .3f}));
+  EXPECT_EQ(skin.mfp, (Rgb{.5f, 1, 2})) << "which the scale is of";
+  EXPECT_EQ(skin.eta, 1.4f);
+  EXPECT_GE(last<SubsurfaceMaterial>(clean_world("Texture \"t\" \"spectrum\" \"constant\" Material "
+                                                 "\"subsurface\" \"texture reflectance\" \"t\""))
+                .reflectance->texture,
+            0);
+  const auto fails = [&](const std::string& p, const std::string& message) {
+    EXPECT_TRUE(has_error(load_world("Material \"subsurface\" " + p), message));
+  };
+  fails("\"string name\" \"Milk\"", "names no measured medium");
+  fails("\"rgb sigma_a\" [1 1 1]", "needs \"sigma_s\" beside it");
+  fails("\"rgb reflectance\" [.5 .5 .5] \"rgb mfp\" [1 0 1]", "must be above 0");
+  fails("\"rgb reflectance\" [.5 .5 .5] \"float scale\" 0", "must be above 0");
+  EXPECT_TRUE(mentions(load_world("Material \"subsurface\" \"string name\" \"Marble\" \"float g\" .3"),
+                       "does not count beside"));
 }
 
 TEST_F(Materials, RoughnessSetsBothDirections) {

@@ -27,12 +27,12 @@ Shape "trianglemesh" "point3 P" [-4 0 3 4 0 3 4 5 3 -4 5 3] "integer indices" [0
 
 
 def scene(material=GREY, light=LAMP, camera=CAMERA, film="", pixel_filter="box", shape=BALL, before="", floor=GREY,
-          after="", depth=6):
+          after="", depth=6, integrator="path"):
     return f"""{camera}
 Film "rgb" "integer xresolution" 96 "integer yresolution" 72 "string filename" "out.exr" {film}
 PixelFilter "{pixel_filter}"
 Sampler "independent" "integer pixelsamples" 256
-Integrator "path" "integer maxdepth" {depth}
+Integrator "{integrator}" "integer maxdepth" {depth}
 WorldBegin
 {before}
 {light}
@@ -86,6 +86,12 @@ def materials():
         "conductor_alpha": '"conductor" "rgb reflectance" [.9 .9 .9] "float roughness" .3 "bool remaproughness" false',
         "conductor_default": '"conductor"',
         "dielectric_brushed": '"dielectric" "float uroughness" .3 "float vroughness" .02',
+        "subsurface_milk": '"subsurface" "float scale" 40',
+        "subsurface_marble": '"subsurface" "string name" "Marble" "float scale" 40 "float eta" 1.5',
+        "subsurface_skin": '"subsurface" "string name" "Skin1" "float scale" 80',
+        "subsurface_forward": '"subsurface" "rgb sigma_a" [.5 1 3] "rgb sigma_s" [400 300 300] "float g" .8',
+        "subsurface_reflectance": '"subsurface" "rgb reflectance" [.8 .5 .3] "rgb mfp" [.01 .01 .01]',
+        "subsurface_rough": '"subsurface" "rgb reflectance" [.6 .6 .6] "rgb mfp" [.01 .01 .01] "float roughness" .3',
         "thindielectric": '"thindielectric" "float eta" 1.8',
         "diffusetransmission": '"diffusetransmission" "rgb reflectance" [.3 .3 .3] "rgb transmittance" [.4 .4 .4]'
                                ' "float scale" .9',
@@ -93,7 +99,9 @@ def materials():
         "diffuse_default": '"diffuse"',
         "diffuse_spectrum": '"diffuse" "spectrum reflectance" [400 .2 500 .3 600 .7 700 .8]',
     }
-    out = {k: scene(f"Material {v}", depth=12 if k.startswith("dielectric") else 6) for k, v in listed.items()}
+    # pbrt's "path" lets nothing out of a subsurface material.
+    out = {k: scene(f"Material {v}", depth=12 if k.startswith("dielectric") else 6,
+                    integrator="volpath" if k.startswith("subsurface") else "path") for k, v in listed.items()}
     out["mix"] = scene(
         'MakeNamedMaterial "a" "string type" "conductor" "rgb reflectance" [.8 .8 .8] "float roughness" .1\n'
         'MakeNamedMaterial "b" "string type" "diffuse" "rgb reflectance" [.2 .2 .2]\n'

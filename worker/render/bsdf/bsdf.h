@@ -29,11 +29,13 @@ inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 
                           kRoughScatteringCoated = 23, kScatteringCoatedConductor = 24,
                           kRoughScatteringCoatedConductor = 25, kMeasured = 26, kAnisotropicCoated = 27,
                           kAnisotropicCoatedConductor = 28, kAnisotropicRoughCoatedConductor = 29,
-                          kBsdfKinds = 30;
-/// Of a vertex in a medium (henyey_greenstein.h); no material has it.
-inline constexpr BsdfKind kPhaseFunction = kBsdfKinds + 1;
+                          kSubsurface = 30, kRoughSubsurface = 31, kBsdfKinds = 32;
 /// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
 inline constexpr BsdfKind kMix = kBsdfKinds, kMaterialKinds = kBsdfKinds + 1;
+/// Of a vertex in a medium (henyey_greenstein.h); no material has it.
+inline constexpr BsdfKind kPhaseFunction = kMaterialKinds;
+/// Of a vertex where light leaves a body that it has walked through (subsurface.h); no material has them.
+inline constexpr BsdfKind kSubsurfaceExit = kMaterialKinds + 1, kRoughSubsurfaceExit = kMaterialKinds + 2;
 
 /// True if every lobe is a delta: no connection can be made at such a vertex.
 constexpr bool is_pure_delta(int32_t kind) {
@@ -44,9 +46,19 @@ constexpr bool is_pure_delta(int32_t kind) {
 constexpr bool has_delta(int32_t kind) {
   return is_pure_delta(kind) || kind == kSmoothCoated || kind == kCoatedConductor ||
          kind == kScatteringCoated || kind == kScatteringCoatedConductor ||
-         kind == kAnisotropicCoatedConductor;
+         kind == kAnisotropicCoatedConductor || kind == kSubsurface;
 }
-/// The same per lane.
+/// True if light may enter a body there and leave it elsewhere.
+template <class F>
+inline MaskOf<F> enters_bodies(IntOf<F> kind) {
+  return mask_or(MaskOf<F>(kind == kSubsurface), MaskOf<F>(kind == kRoughSubsurface));
+}
+/// True where light has left one.
+template <class F>
+inline MaskOf<F> leaves_bodies(IntOf<F> kind) {
+  return mask_or(MaskOf<F>(kind == kSubsurfaceExit), MaskOf<F>(kind == kRoughSubsurfaceExit));
+}
+/// is_pure_delta per lane.
 template <class F>
 inline MaskOf<F> pure_delta(IntOf<F> kind) {
   const auto either = [&](BsdfKind a, BsdfKind b) {
@@ -88,6 +100,9 @@ inline constexpr int kBsdfParams = 10;
 ///               0-2 F0 of the metal in the coat, 3 eta of the coat, 4 rise of F, 5 thickness, 6 alpha of the
 ///               metal seen through the coat, 7 alpha of the coat, 8 table row (coated_conductor.h;
 ///               scattering: a block of coat_scattering.h follows)
+///   subsurface, of both sides of the walk
+///               0-2 single-scattering albedo, 3, 4, 6 and 8 as coated, 7 number of the body
+///               (subsurface_body.h)
 template <class F>
 struct BsdfParams {
   F p[kBsdfParams]{};

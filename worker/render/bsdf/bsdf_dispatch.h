@@ -14,6 +14,7 @@
 #include "worker/render/bsdf/henyey_greenstein.h"
 #include "worker/render/bsdf/measured.h"
 #include "worker/render/bsdf/metallic_roughness.h"
+#include "worker/render/bsdf/subsurface.h"
 #include "worker/render/bsdf/thin_dielectric.h"
 #include "worker/render/bsdf/tinted.h"
 
@@ -92,6 +93,12 @@ template <class F>
         return merge(m, eval_measured(params, m, wo, wi, mode), &result);
       case kPhaseFunction:
         return merge(m, eval_henyey_greenstein(params, wi), &result);
+      case kRoughSubsurface:
+        return merge(m, eval_subsurface_reflection(params, m, wo, wi), &result);
+      case kSubsurfaceExit:
+        return merge(m, eval_subsurface_exit<F, false>(params, m, wo, wi), &result);
+      case kRoughSubsurfaceExit:
+        return merge(m, eval_subsurface_exit<F, true>(params, m, wo, wi), &result);
       default:
         return;
     }
@@ -193,6 +200,14 @@ template <class F>
         return take(m, sample_measured(params, m, wo, lobe, u, v, mode));
       case kPhaseFunction:
         return take(m, sample_henyey_greenstein(params, u, v));
+      case kSubsurface:
+        return take(m, sample_subsurface<F, false>(params, m, wo, lobe, u, v));
+      case kRoughSubsurface:
+        return take(m, sample_subsurface<F, true>(params, m, wo, lobe, u, v));
+      case kSubsurfaceExit:
+        return take(m, sample_subsurface_exit<F, false>(params, m, wo, u, v));
+      case kRoughSubsurfaceExit:
+        return take(m, sample_subsurface_exit<F, true>(params, m, wo, u, v));
       default:
         return;
     }

@@ -6,8 +6,10 @@
 
 #include "common/image/signed_sum.h"
 #include "worker/render/bsdf/bsdf_dispatch.h"
+#include "worker/render/bsdf/half_space.h"
 #include "worker/render/pipeline/viewer_side.h"
 #include "worker/render/renderer.h"
+#include "worker/render/scene/subsurface_body.h"
 
 namespace lightmill {
 namespace {
@@ -17,9 +19,20 @@ constexpr int kAlbedoSamples = 16;
 
 /// Share of light that a vertex reflects or transmits towards its viewer, by sampling: the same fixed points
 /// everywhere, of which the first two dimensions are stratified and the lobe follows the golden ratio.
-Vec3<Lane> albedo_at(const VertexLanes<Lane>& v, LaneMask active) {
+Vec3<Lane> albedo_at(const RenderScene& scene, const VertexLanes<Lane>& v, LaneMask active) {
   const Frame<Lane> frame(v.ns);
   const Vec3<Lane> wo = viewer_direction(frame.to_local(v.wo), dot(v.ng, v.wo));
+  // What enters a body comes out of a deep one that much dimmer.
+  const LaneMask bodies =
+      scene.any_bodies ? mask_and(active, enters_bodies<Lane>(v.kind)) : splat_mask<Lane>(false);
+  Vec3<Lane> of_body{};
+  if (any(bodies)) {
+    const BodyRecord<Lane> body(scene.bodies.data(),
+                                to_int(select(bodies, v.params.p[kBodyNumberSlot], Lane{})));
+    const Lane leaves = body.scalar(kBodyLeaves), g = body.scalar(kBodyG);
+    const auto channel = [&](Lane albedo) { return body_reflectance(albedo, leaves, g); };
+    of_body = {channel(v.params.p[0]), channel(v.params.p[1]), channel(v.params.p[2])};
+  }
   Vec3<Lane> sum{};
   for (int i = 0; i < kAlbedoSamples; ++i) {
     const float a = (static_cast<float>(i) + 0.5f) / kAlbedoSamples;
@@ -31,7 +44,9 @@ Vec3<Lane> albedo_at(const VertexLanes<Lane>& v, LaneMask active) {
     // Importance: without the 1/eta^2 that scales radiance where it enters a medium.
     const BsdfSample<Lane> s = sample_bsdf<Lane>(v.kind, active, v.params, wo, splat<Lane>(lobe),
                                                  splat<Lane>(a), splat<Lane>(b), Mode::kImportance);
-    sum = sum + select(s.valid, s.weight, Vec3<Lane>{});
+    Vec3<Lane> weight = s.weight;
+    if (any(bodies)) weight = select(mask_and(bodies, LaneMask(s.wi.z * wo.z < 0.0f)), of_body, weight);
+    sum = sum + select(s.valid, weight, Vec3<Lane>{});
   }
   return sum * splat<Lane>(1.0f / kAlbedoSamples);
 }
@@ -89,7 +104,7 @@ void AovRecorder::hits(const StageContext& context, const VertexLanes<Lane>& v, 
   const LaneMask away = LaneMask(dot(v.ns, v.wo) < 0.0f);
   store_lanes(normal_, v.path, first, select(away, -v.ns, v.ns));
   if (!(spec_.set & kAovAlbedo)) return;
-  store_lanes(albedo_, v.path, first, albedo_at(v, first) * v.throughput);
+  store_lanes(albedo_, v.path, first, albedo_at(context.scene, v, first) * v.throughput);
 }
 
 void AovRecorder::ends_in_medium(LaneInt slot, LaneMask active) {

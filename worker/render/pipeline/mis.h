@@ -50,6 +50,8 @@
 // P where their true values depend on the path's colour is said in medium_walk.h. What media emit is met by
 // camera paths alone: it has no weight.
 //
+// Bodies. A walk through a body is one edge, that no strategy makes by itself: M11, subsurface_walk.h.
+//
 // Cameras. M2 and M8 hold for all of them, with p_camera the raster area seen per unit solid angle, in pixels
 // (camera_ray.h). A thin lens draws its point uniformly both for t >= 2 and for t = 1: that density is a
 // factor of every p_j and cancels, so that p_camera is the one of a pinhole at the lens point. It may be

@@ -75,6 +75,7 @@ class StrategyRecorder;  // strategy_recorder.h
 class AovRecorder;       // aov_recorder.h
 class StageProbe;        // stage_probe.h
 struct MediaWork;        // medium_walk.h
+struct BodyWalks;        // subsurface_walk.h
 
 /// Everything that a thread needs to render packets.
 struct Wavefront {
@@ -92,6 +93,7 @@ struct Wavefront {
   AovRecorder* aovs = nullptr;           // not owned; null unless the tile has AOVs
   StageProbe* probe = nullptr;           // not owned; null but for benches
   std::shared_ptr<MediaWork> media;      // null unless the scene has media
+  std::shared_ptr<BodyWalks> bodies;     // null unless light walks through bodies
 };
 
 }  // namespace lightmill

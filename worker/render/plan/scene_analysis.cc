@@ -6,6 +6,7 @@
 
 #include "common/image/exact_sum.h"
 #include "worker/render/accel/few_primitives.h"
+#include "worker/render/scene/subsurface_body.h"
 
 namespace lightmill {
 namespace {
@@ -154,6 +155,11 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        "a callback per crossing of a fibre, and its turn to the viewer per hit");
   item("mixes", scene.any_mix, scene.any_mix ? "a material in use is a mix" : "no material in use is a mix",
        "the choice of a material per hit", kMixes);
+  item("subsurface scattering", scene.any_bodies,
+       scene.any_bodies ? "light walks through bodies of " + text(scene.bodies.size() / kBodyFloats) +
+                              " subsurface material(s)"
+                        : "no material in use lets light into a body",
+       "the walk between where a path enters and where it leaves");
   item("material sort", scene.kinds_present > 1, text(scene.kinds_present) + " BSDF kind(s) in use",
        "a counting sort per bounce", kMaterialSort);
   item("delta events", scene.any_delta,

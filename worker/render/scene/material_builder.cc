@@ -10,6 +10,7 @@
 #include "worker/render/scene/material_slots.h"
 #include "worker/render/scene/measured_builder.h"
 #include "worker/render/scene/metallic_builder.h"
+#include "worker/render/scene/subsurface_builder.h"
 
 namespace lightmill {
 namespace {
@@ -32,6 +33,7 @@ void set_transmission(float* params, float scale, const Rgb& r, const Rgb& t) {
 struct Builder {
   RenderScene* scene;
   CoatMemo* coats;
+  const MaterialDescription& material;
   MaterialEntry entry = {};
   float params[kBsdfParams] = {};
 
@@ -104,6 +106,7 @@ struct Builder {
   void operator()(const MeasuredMaterial& m) {
     if (m.table) entry.kind = kMeasured;  // else black
   }
+  void operator()(const SubsurfaceMaterial&) { build_subsurface(material, coats, scene, &entry, params); }
   void operator()(const MixMaterial& m) {
     entry.kind = kMix;
     entry.mix_first = m.materials[0];
@@ -131,7 +134,7 @@ void begin_tables(const std::vector<MaterialDescription>& materials, RenderScene
 }
 
 void add_material(const MaterialDescription& material, CoatMemo* coats, RenderScene* scene) {
-  Builder b{scene, coats};
+  Builder b{scene, coats, material};
   std::visit(b, material.kind);
   MaterialEntry& e = b.entry;
   e.textured = e.textured || e.texture_color >= 0 || e.texture_eta >= 0 || e.texture_k >= 0 ||
@@ -157,6 +160,8 @@ void add_materials(const std::vector<MaterialDescription>& materials, RenderScen
 void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params) {
   const MaterialEntry& e = scene.materials[static_cast<size_t>(material)];
   if (e.gltf >= 0) return apply_gltf_textures(scene, e, at, params);
+  if (enters_bodies<float>(e.kind))
+    return set_subsurface_reflectance(scene, scene.textures.evaluate(e.texture_color, at), params);
   if (e.kind == kHair) return set_hair_colour(e, scene.textures.evaluate(e.texture_color, at), params);
   if (e.kind == kDiffuseTransmission) {
     const Rgb r = e.texture_color >= 0 ? scene.textures.evaluate(e.texture_color, at) : e.color;

@@ -105,6 +105,8 @@ struct RenderScene {
   bool any_boundaries = false;           // of media, without a surface
   int32_t camera_medium = 0;             // that camera paths start in
 
+  std::vector<float> bodies;  // kBodyFloats per material that light walks below (subsurface_body.h)
+
   std::vector<MaterialEntry> materials;
   std::vector<float> material_params;  // kBsdfParams per material
   std::vector<int32_t> material_kind;
@@ -123,6 +125,7 @@ struct RenderScene {
   bool any_tangent = false;          // something reads dp/du (a normal map, bumps, anisotropy)
   bool any_alpha = false;            // some mesh has an alpha mask
   bool any_fibres = false;           // some mesh is of hair or flat curves (fibre.h)
+  bool any_bodies = false;           // light walks through some body
   int kinds_present = 0;             // number of BSDF kinds in use
   bool only_diffuse = false;         // no other kind is in use
   Features overrides = 0;            // kept although nothing needs them: their flags above are set

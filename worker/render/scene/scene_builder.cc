@@ -77,10 +77,11 @@ class SceneBuilder {
       out_.any_mix = out_.any_mix || kind == kMix;
       out_.any_anisotropy = out_.any_anisotropy || anisotropic<float>(kind);
       out_.any_fibres = out_.any_fibres || kind == kHair;
-      kinds_ |= 1u << kind;
+      out_.any_bodies = out_.any_bodies || enters_bodies<float>(kind);
+      kinds_ |= uint64_t{1} << kind;
     }
     out_.any_texture = out_.any_texture || emitters_.any_texture();
-    out_.only_diffuse = !(kinds_ & ~(1u << kDiffuse));
+    out_.only_diffuse = !(kinds_ & ~(uint64_t{1} << kDiffuse));
     for (; kinds_; kinds_ &= kinds_ - 1) ++out_.kinds_present;
     apply_overrides();
     out_.any_tangent = out_.any_tangent || out_.any_bumps || out_.any_anisotropy || out_.any_fibres;
@@ -197,7 +198,7 @@ class SceneBuilder {
   SplitScene split_;
   std::vector<const ShapeDescription*> world_, shapes_;  // in normalised space; and those of objects, too
   std::vector<double> object_area_;                      // in the object's space
-  unsigned kinds_ = 0;
+  uint64_t kinds_ = 0;
   EmitterBuilder emitters_;
   std::optional<MediaBuilder> media_;
   std::optional<GeometryBuilder> geometry_;

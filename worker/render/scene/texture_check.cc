@@ -70,6 +70,9 @@ class Checker {
   void inputs_of(const MetallicRoughnessMaterial& m) { unit("baseColorTexture", m.base_color); }
   void inputs_of(const TransmissionMaterial& m) { unit("baseColorTexture", m.color); }
   void inputs_of(const MeasuredMaterial&) {}
+  void inputs_of(const SubsurfaceMaterial& m) {
+    if (m.reflectance) unit("reflectance", *m.reflectance);
+  }
 
   void roughness(const Roughness& r) {
     unit("roughness", r.u.texture);

@@ -1,0 +1,114 @@
+#pragma once
+// Stage 3's scattering: how paths go on from their vertices.
+#include "worker/render/pipeline/path_vertex.h"
+#include "worker/render/pipeline/roulette.h"
+#include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/pipeline/viewer_side.h"
+
+namespace lightmill {
+
+/// Samples the BSDF, updates throughput and MIS terms (M4, M5, M11), plays roulette, writes the next ray.
+/// Returns the lanes that go on; those that enter a body are told to subsurface_walk.h instead.
+template <class K>
+LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& stream, const Hit& h,
+                       LaneMask active, Mode mode, int depth, bool keep_dvc, Wavefront& w) {
+  const VertexLanes<Lane>& v = h.v;
+  const Frame<Lane> frame(v.ns);
+  Vec3<Lane> wo = frame.to_local(v.wo);
+  const bool tilted_normals = context.scene.any_shading_normals();
+  if (tilted_normals && mode == Mode::kRadiance) wo = viewer_direction(wo, dot(v.ng, v.wo));
+  Lane du, dv;
+  stream.get_2d(vertex_dim(depth, kDimBsdfDirection), &du, &dv);
+  // One lobe needs no choice.
+  const bool lobes = K::kSurfaces && any(mask_not(LaneMask(v.kind == kDiffuse)));
+  const Lane lobe_u = lobes ? stream.get_1d(vertex_dim(depth, kDimBsdfLobe)) : Lane{};
+  const BsdfSample<Lane> s =
+      sample_bsdf<Lane, K::kSurfaces>(v.kind, active, v.params, wo, lobe_u, du, dv, mode);
+  Vec3<Lane> wi = frame.to_world(s.wi);
+  // The direction must lie on the side of both normals that the BSDF meant.
+  Lane cos_g = dot(v.ng, wi);
+  LaneMask same_side = LaneMask(cos_g * s.wi.z > 0.0f);
+  LaneMask in_medium = splat_mask<Lane>(false);
+  if constexpr (K::kMedia) {
+    in_medium = LaneMask(v.kind == kPhaseFunction);
+    same_side = mask_or(same_side, in_medium);
+  }
+  // What enters a body has no direction yet, and roulette waits until it leaves.
+  const bool bodies = K::kSurfaces && context.scene.any_bodies;
+  LaneMask enters = splat_mask<Lane>(false);
+  if (bodies) {
+    enters = mask_and(enters_bodies<Lane>(v.kind), LaneMask(s.wi.z * wo.z < 0.0f));
+    same_side = mask_or(same_side, enters);
+    cos_g = select(enters, splat<Lane>(1.0f), cos_g);
+  }
+  LaneMask go = mask_and(mask_and(active, s.valid), same_side);
+  Vec3<Lane> weight = s.weight;
+  Lane pdf = s.pdf, pdf_reverse = s.pdf_reverse, delta_ratio = splat<Lane>(1.0f);
+  if (tilted_normals && mode == Mode::kRadiance) {
+    delta_ratio = viewer_density(v, v.wo);
+    pdf_reverse = pdf_reverse * delta_ratio;
+  } else if (tilted_normals) {
+    // The direction or its mirror image (viewer_side.h).
+    const Lane tilt = dot(v.ns, v.ng);
+    const LaneMask two = mask_and(has_mirror_image(s.wi.z, cos_g, tilt), mask_not(enters));
+    const LaneMask mirror = mask_and(two, LaneMask(stream.get_1d(vertex_dim(depth, kDimViewerSide)) < 0.5f));
+    wi = select(mirror, wi - v.ns * (2.0f * s.wi.z), wi);
+    cos_g = select(mirror, cos_g - 2.0f * s.wi.z * tilt, cos_g);
+    delta_ratio = select(two, splat<Lane>(2.0f), splat<Lane>(1.0f));
+    weight = weight * delta_ratio;
+    pdf = select(s.delta, pdf, pdf * select(two, splat<Lane>(0.5f), splat<Lane>(1.0f)));
+    // Adjoint of shading normals (Veach 1997, eq. 5.19): |wo.ns| |wi.ng| / (|wo.ng| |wi.ns|).
+    const Lane correction = abs(wo.z) * abs(cos_g) / (h.cos_in * max(abs(s.wi.z), splat<Lane>(1e-12f)));
+    const LaneMask tilted =
+        mask_or(mask_or(LaneMask(v.ns.x != v.ng.x), LaneMask(v.ns.y != v.ng.y)), LaneMask(v.ns.z != v.ng.z));
+    weight = select(tilted, weight * correction, weight);
+  }
+  Vec3<Lane> throughput = v.throughput * weight;
+  const Lane after = max_component(throughput) * s.roulette_scale;
+  Lane before = K::kMedia ? gather(w.media->before, v.path) : max_component(v.throughput);
+  if (bodies) before = select(leaves_bodies<Lane>(v.kind), gather(w.bodies->before, v.path), before);
+  go = mask_and(go, LaneMask(after > 0.0f));
+  if (depth > kRouletteStart) {
+    // Survival is the loss of throughput at this event, so that the product over a path tracks
+    // its throughput.
+    Lane q = min(after / before, splat<Lane>(roulette_cap(depth)));
+    if (bodies) q = select(enters, splat<Lane>(1.0f), q);
+    const Lane u = stream.get_1d(vertex_dim(depth, kDimRoulette));
+    go = mask_and(go, LaneMask(u < q));
+    throughput = throughput * (1.0f / select(LaneMask(q > 0.0f), q, splat<Lane>(1.0f)));
+  }
+  if (!any(go)) return go;
+  const Lane cos_out = K::kMedia ? select(in_medium, h.cos_in, abs(cos_g)) : abs(cos_g);
+  const Lane inv_pdf = 1.0f / pdf;
+  const Lane dvc = select(s.delta, v.dvc * (cos_out * delta_ratio),
+                          cos_out * inv_pdf * (v.dvc * pdf_reverse + v.dvcm));  // M4, M5
+  const Lane dvcm = select(s.delta, Lane{}, inv_pdf);
+  if (StrategyRecorder* recorder = recorder_of<K>(w)) {
+    const Lane gain = select(s.delta, cos_out * delta_ratio, cos_out * inv_pdf * pdf_reverse);
+    const Lane own = select(s.delta, Lane{}, cos_out * inv_pdf * v.dvcm);
+    recorder->scatter(mode == Mode::kImportance, depth, v.path, go, gain, own);
+  }
+  PathLanes<Lane> next{offset_origin(v.p, v.error, v.ng, wi), wi, throughput, dvcm};
+  if (keep_dvc) next.dvc = dvc;
+  if constexpr (K::kMedia) next.medium = medium_on_side<Lane>(v.media, LaneMask(cos_g > 0.0f));
+  if (bodies && any(enters)) {
+    enters = mask_and(enters, go);
+    go = mask_and(go, mask_not(enters));
+    next.dvcm = Lane{};
+    if constexpr (K::kMedia) next.medium = select(enters, h.path.medium, next.medium);
+    enter_bodies(context, stream, depth, v, h.path.prim, next, enters, w);
+    next.dvcm = dvcm;
+  }
+  store_paths(next, v.path, mask_bits(go), &w.paths);
+  return go;
+}
+
+/// Those that have a lobe which is not a delta. What enters a body can be joined where it leaves.
+template <class K>
+LaneMask connectable_lanes(const Hit& h) {
+  if constexpr (!K::kSurfaces) return h.valid;
+  const LaneMask none = mask_or(pure_delta<Lane>(h.v.kind), LaneMask(h.v.kind == kSubsurface));
+  return mask_and(h.valid, mask_not(none));
+}
+
+}  // namespace lightmill

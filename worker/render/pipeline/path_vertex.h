@@ -1,0 +1,128 @@
+#pragma once
+// Stage 3's view of paths: groups of them in lanes, and the vertex that each ends at before anything is
+// sampled there.
+#include "worker/render/bsdf/bsdf_dispatch.h"
+#include "worker/render/pipeline/kernel_choice.h"
+#include "worker/render/pipeline/medium_walk.h"
+#include "worker/render/pipeline/path_io.h"
+#include "worker/render/pipeline/subsurface_walk.h"
+#include "worker/render/pipeline/vertex_io.h"
+#include "worker/render/scene/bump.h"
+#include "worker/render/scene/fibre.h"
+#include "worker/render/scene/lobe_axes.h"
+#include "worker/render/scene/mix.h"
+
+namespace lightmill {
+
+/// A group of up to kLanes active paths; lanes past the end repeat the last one.
+struct Group {
+  LaneInt slot;
+  LaneMask active;
+  Group(const int32_t* ids, int count) {
+    const LaneInt i = lane_index<Lane>();
+    active = LaneMask(i < count);
+    slot = gather(ids, select(active, i, splat_int<Lane>(count - 1)));
+  }
+};
+
+/// A hit in lanes: the path's vertex before anything is sampled there.
+struct Hit {
+  PathLanes<Lane> path;
+  VertexLanes<Lane> v;
+  Lane distance2{}, cos_in{};  // in a medium the mean collision rate stands in for the cosine (mis.h)
+  LaneMask valid;              // both normals on wo's side; on camera paths the geometric one decides
+  Lane u{}, tv{};              // texture coordinates
+};
+
+/// Where the segment that ends now began; the path's ray begins at the last boundary of a medium.
+inline Vec3<Lane> segment_start(const MediaWork& m, LaneInt slot) {
+  return {gather(m.start[0], slot), gather(m.start[1], slot), gather(m.start[2], slot)};
+}
+
+template <class K>
+Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mode mode, int depth) {
+  Hit h;
+  h.path = load_paths<Lane>(w.paths, g.slot);
+  const LaneInt prim = h.path.prim;
+  const Vec3<Lane>&o = h.path.origin, &d = h.path.direction;
+  const Surface<Lane> s = surface_at<Lane, K::kSurfaces>(scene, prim, h.path.instance, o, d);
+  VertexLanes<Lane>& v = h.v;
+  v.p = s.p;
+  v.error = s.error;
+  v.ng = s.ng;
+  v.wo = -d;
+  v.throughput = h.path.throughput;
+  LaneInt material = gather(scene.primitive_material.data(), prim);
+  if (K::kSurfaces && scene.any_mix) material = resolve_mixes<Lane>(scene, material, g.active, prim, s);
+  v.ns = K::kSurfaces && scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
+  v.kind = bsdf_at<Lane, K::kSurfaces>(scene, material, g.active, s, &v.params);
+  if (K::kSurfaces && scene.any_fibres)
+    face_fibres<Lane>(scene, s, prim, v.wo, v.kind, &v.p, &v.ng, &v.ns, &v.params);
+  if (K::kSurfaces && scene.any_anisotropy) orient_lobes<Lane>(s, v.ns, v.kind, &v.params);
+  h.u = s.u, h.tv = s.v;
+  v.path = g.slot;
+  v.depth = splat_int<Lane>(depth);
+  if constexpr (K::kMedia) {
+    v.media = sides_met<Lane>(gather(scene.primitive_media.data(), prim), h.path.medium);
+    h.path.origin = segment_start(*w.media, g.slot);
+  }
+  const Vec3<Lane> segment = s.p - o;
+  h.distance2 = dot(segment, segment);
+  const Lane cos_g = dot(s.ng, v.wo);
+  h.cos_in = max(abs(cos_g), splat<Lane>(1e-12f));
+  const Lane cos_s = dot(v.ns, v.wo);
+  h.valid =
+      mask_and(g.active, LaneMask(cos_g * (mode == Mode::kRadiance ? copysign(cos_s, cos_g) : cos_s) > 0.0f));
+  v.dvcm = h.path.dvcm;
+  v.dvc = h.path.dvc;
+  return h;
+}
+
+/// The vertex of paths that ended in a medium. Both normals are wo, the axis of the phase function.
+inline Hit collision(const RenderScene& scene, const Wavefront& w, const Group& g, int depth) {
+  Hit h;
+  const MediaWork& m = *w.media;
+  h.path = load_paths<Lane>(w.paths, g.slot);
+  h.path.origin = segment_start(m, g.slot);
+  const MediumRecord<Lane> medium(scene.media.data(), h.path.medium);
+  VertexLanes<Lane>& v = h.v;
+  v.p = {gather(m.end[0], g.slot), gather(m.end[1], g.slot), gather(m.end[2], g.slot)};
+  v.wo = v.ng = v.ns = -h.path.direction;
+  v.throughput = h.path.throughput;
+  v.kind = splat_int<Lane>(kPhaseFunction);
+  v.params.p[0] = medium.scalar(kMediumG);
+  v.params.tables = scene.bsdf_tables.data();
+  v.media = h.path.medium | (h.path.medium << kMediumBits);
+  v.path = g.slot;
+  v.depth = splat_int<Lane>(depth);
+  const Vec3<Lane> segment = v.p - h.path.origin;
+  h.distance2 = dot(segment, segment);
+  h.cos_in = medium.scalar(kMediumMeanRate);
+  h.valid = mask_and(g.active, LaneMask(max_component(v.throughput) > 0.0f));
+  v.dvcm = h.path.dvcm;
+  v.dvc = h.path.dvc;
+  return h;
+}
+
+/// The vertex where paths leave a body: that of their ray, seen from outside (M11). `wo` stands for where it
+/// came from: the shading normal for camera paths, as it has no mirror image (viewer_side.h), for light paths
+/// the direction on which both normals agree, so that nothing is corrected.
+template <class K>
+Hit leave_body(const RenderScene& scene, const Wavefront& w, const Group& g, Mode mode, int depth) {
+  Hit h = reconstruct<K>(scene, w, g, mode, depth);
+  const BodyWalks& walks = *w.bodies;
+  VertexLanes<Lane>& v = h.v;
+  const Lane outside = gather(walks.outside, g.slot), tilt = dot(v.ng, v.ns);
+  h.valid = mask_and(g.active, LaneMask(tilt > 0.0f));
+  v.wo = v.ns;
+  if (mode == Mode::kImportance) v.wo = select(h.valid, normalize(v.ns + v.ng), v.ns);
+  v.wo = v.wo * outside;
+  h.cos_in = max(abs(dot(v.ng, v.wo)), splat<Lane>(1e-12f));
+  v.kind = select(LaneMask(v.kind == kRoughSubsurface), splat_int<Lane>(kRoughSubsurfaceExit),
+                  splat_int<Lane>(kSubsurfaceExit));
+  v.throughput = v.throughput * albedo_from_both_ends(walks, g.slot, v.params.rgb(0));
+  h.valid = mask_and(h.valid, LaneMask(max_component(v.throughput) > 0.0f));
+  return h;
+}
+
+}  // namespace lightmill
