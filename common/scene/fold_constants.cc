@@ -135,6 +135,10 @@ class Folder {
   void inputs_of(MetallicRoughnessMaterial&) const {}
   void inputs_of(TransmissionMaterial&) const {}
   void inputs_of(MeasuredMaterial&) const {}
+  void inputs_of(SubsurfaceMaterial& m) const {
+    if (m.reflectance) fold(&*m.reflectance);
+    fold(&m.roughness);
+  }
 
   /// The part that a mix shows alone, else -1.
   int only_part(int material) const {
