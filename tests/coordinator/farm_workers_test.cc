@@ -1,4 +1,6 @@
 // Workers of a farm: who may work on what, who is refused, lost or one too many. Time is simulated.
+#include <algorithm>
+#include <atomic>
 #include <thread>
 
 #include "coordinator/farm.h"
@@ -149,19 +151,27 @@ TEST_F(FarmWorkers, ManyWorkersAtOnce) {
   const JobRequest request = small_job(128, 96, 64);
   const JobId job = farm.submit(request);
   std::vector<std::thread> threads;
+  std::atomic<size_t> accepted{0};
   for (int i = 0; i < 6; ++i) {
     threads.emplace_back([&] {
       const WorkerId worker = farm.register_worker(registration());
       while (!is_final(farm.job(job).state)) {
         const auto grant = farm.lease(worker, 0.05);
         if (!grant) continue;
-        EXPECT_EQ(commit(worker, *grant), CommitResult::kAccepted);
+        // The last tiles may be raced for, as these workers seem to be of many speeds: one of two is late.
+        const CommitResult result = commit(worker, *grant);
+        EXPECT_TRUE(result == CommitResult::kAccepted || result == CommitResult::kStale);
+        accepted += result == CommitResult::kAccepted;
         farm.image(job);
       }
     });
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(farm.job(job).state, JobState::kDone);
+  const std::vector<TileStatus> tiles = farm.tiles(job);
+  EXPECT_EQ(accepted, static_cast<size_t>(std::count_if(tiles.begin(), tiles.end(), [](const TileStatus& t) {
+              return t.state == "committed";
+            })));
   EXPECT_TRUE(same_pixels(farm.image(job), fake_image(request.settings)));
 }
 

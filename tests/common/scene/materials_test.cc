@@ -69,7 +69,7 @@ TEST_F(Materials, SubsurfaceIsByNameCoefficientsOrReflectance) {
   EXPECT_EQ(skin.reflectance->value, (Rgb{.8f, .5f, .3f}));
   EXPECT_EQ(skin.mfp, (Rgb{.5f, 1, 2})) << "which the scale is of";
   EXPECT_EQ(skin.eta, 1.4f);
-  EXPECT_GE(last<SubsurfaceMaterial>(clean_world("Texture \"t\" \"spectrum\" \"constant\" Material "
+  EXPECT_GE(last<SubsurfaceMaterial>(clean_world("Texture \"t\" \"spectrum\" \"checkerboard\" Material "
                                                  "\"subsurface\" \"texture reflectance\" \"t\""))
                 .reflectance->texture,
             0);
