@@ -9,6 +9,12 @@
 //
 // Below a boundary that lets the part l of what meets it from inside leave, and reflects the rest diffusely
 // (subsurface.h), the body returns l R / (1 - (1 - l) R) of what enters.
+//
+// A body given by its coefficients has a boundary that refracts: what enters goes deep, steeply, and what
+// comes back grazing stays inside. Below a Lambertian one the same medium would return up to a fifth more. So
+// its walk has another albedo, with which a deep body returns what it does behind a boundary that refracts,
+// by adding and doubling.
+#include "worker/render/bsdf/coat_crossing.h"
 #include "worker/render/math/lanes.h"
 
 namespace lightmill {
@@ -23,5 +29,10 @@ inline F body_reflectance(F albedo, F leaves, F g) {
 
 /// Its inverse: the single-scattering albedo of a body that returns `reflectance`, in [0, 1].
 float albedo_of_body(float reflectance, float leaves, float g);
+
+/// Part of diffuse light entering by `boundary`, which refracts, that a deep medium returns through it.
+double refracted_body_reflectance(const CoatDescription& boundary, double albedo, double g);
+/// The albedo of a walk in place of such a medium's.
+float walk_albedo(const CoatDescription& boundary, float albedo, float g, float leaves);
 
 }  // namespace lightmill

@@ -39,7 +39,10 @@ void build_subsurface(const MaterialDescription& material, CoatMemo* coats, Rend
   for (int c = 0; c < 3; ++c) {
     const double scattering = at_least_zero(s[c]), total = at_least_zero(a[c]) + scattering;
     const double extinction = m.reflectance ? 1 / at_least_zero(free[c]) : total;
-    params[c] = total > 0 ? static_cast<float>(scattering / total) : 1;
+    if (!m.reflectance) {
+      const float albedo = total > 0 ? static_cast<float>(scattering / total) : 1;
+      params[c] = walk_albedo({m.eta, 0, smooth ? 0 : params[6]}, albedo, m.g, body[kBodyLeaves]);
+    }
     // Lengths are 2^scale_exponent times what they are in scene units.
     const double scaled = std::ldexp(extinction, -scene->scale_exponent);
     if (!(scaled < kDensest)) {
