@@ -5,6 +5,7 @@
 
 #include "worker/render/math/exp.h"
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/lane_group.h"
 #include "worker/render/pipeline/path_io.h"
 #include "worker/render/pipeline/stage_probe.h"
 #include "worker/render/pipeline/strategy_recorder.h"
@@ -12,23 +13,6 @@
 
 namespace lightmill {
 namespace {
-
-/// Entries `ids[base...]`, up to kLanes of them; lanes past the end repeat the last one.
-struct Entries {
-  LaneInt id;
-  LaneMask active;
-  Entries(const std::vector<int32_t>& ids, size_t base) {
-    const auto count = static_cast<int32_t>(std::min<size_t>(kLanes, ids.size() - base));
-    const LaneInt i = lane_index<Lane>();
-    active = LaneMask(i < count);
-    id = gather(ids.data() + base, select(active, i, splat_int<Lane>(count - 1)));
-  }
-};
-
-void append(std::vector<int32_t>* ids, LaneInt id, LaneMask mask) {
-  for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1)
-    ids->push_back(lane(id, std::countr_zero(bits)));
-}
 
 Vec3<Lane> gather_rgb(const float (*rows)[kWavefront], LaneInt i) {
   return {gather(rows[0], i), gather(rows[1], i), gather(rows[2], i)};
@@ -88,25 +72,25 @@ void draw_depths(const SampleStream<Lane>& stream, uint32_t dim, const Vec3<Lane
 /// One step of the walk for `e`: as far as the next surface, boundary or collision. Returns the lanes at a
 /// boundary, whose next ray is stored.
 template <bool kLight>
-LaneMask step(const StageContext& context, const LayerContext& layer, int depth, bool first, const Entries& e,
+LaneMask step(const StageContext& context, const LayerContext& layer, int depth, bool first, const Group& e,
               Wavefront& w) {
   const RenderScene& scene = context.scene;
   MediaWork& m = *w.media;
-  PathLanes<Lane> path = load_paths<Lane>(w.paths, e.id);
+  PathLanes<Lane> path = load_paths<Lane>(w.paths, e.slot);
   const Vec3<Lane>&o = path.origin, &d = path.direction;
   Lane left;
   LaneInt channel;
   Vec3<Lane> optical{}, rate{};
   if (first) {
     const SampleStream<Lane> stream =
-        kLight ? layer.light_stream<Lane>(e.id) : layer.camera_stream<Lane>(e.id);
+        kLight ? layer.light_stream<Lane>(e.slot) : layer.camera_stream<Lane>(e.slot);
     const uint32_t dim = vertex_dim(depth, kLight ? kDimLightDistance : kDimCameraDistance);
     draw_depths(stream, dim, path.throughput, &channel, &left);
   } else {
-    left = gather(m.left, e.id);
-    channel = gather(m.channel, e.id);
-    optical = gather_rgb(m.depth, e.id);
-    rate = gather_rgb(m.rate, e.id);
+    left = gather(m.left, e.slot);
+    channel = gather(m.channel, e.slot);
+    optical = gather_rgb(m.depth, e.slot);
+    rate = gather_rgb(m.rate, e.slot);
   }
 
   const LaneMask hit = mask_and(e.active, LaneMask(path.prim >= 0));
@@ -144,11 +128,11 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
     PathLanes<Lane> next = path;
     next.origin = offset_origin(s.p, s.error, s.ng, d);
     next.medium = medium_on_side<Lane>(sides_met<Lane>(sides, path.medium), out);
-    store_paths(next, e.id, mask_bits(crosses), &w.paths);
-    scatter(m.left, e.id, left, crosses);
-    scatter(m.channel, e.id, channel, crosses);
-    scatter_rgb(m.depth, e.id, optical, crosses);
-    scatter_rgb(m.rate, e.id, rate, crosses);
+    store_paths(next, e.slot, mask_bits(crosses), &w.paths);
+    scatter(m.left, e.slot, left, crosses);
+    scatter(m.channel, e.slot, channel, crosses);
+    scatter_rgb(m.depth, e.slot, optical, crosses);
+    scatter_rgb(m.rate, e.slot, rate, crosses);
   }
   const LaneMask done = mask_and(e.active, mask_not(crosses));
   if (!any(done)) return crosses;
@@ -166,7 +150,7 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
     const LaneMask glows = mask_and(collides, LaneMask(max_component(glow) > 0.0f));
     for (unsigned bits = mask_bits(glows); bits; bits &= bits - 1) {
       const int l = std::countr_zero(bits);
-      const auto i = static_cast<size_t>(lane(e.id, l));
+      const auto i = static_cast<size_t>(lane(e.slot, l));
       w.radiance_r[i] += lane(glow.x, l);
       w.radiance_g[i] += lane(glow.y, l);
       w.radiance_b[i] += lane(glow.z, l);
@@ -174,14 +158,14 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
     if (w.recorder && any(glows)) {
       FamilyRatios ratios{};
       add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
-      w.recorder->emission(depth + 1, e.id, glows, glow, splat<Lane>(1.0f), ratios);
+      w.recorder->emission(depth + 1, e.slot, glows, glow, splat<Lane>(1.0f), ratios);
     }
   }
   path.throughput = select(collides, arrived * medium.rgb(kMediumScattering), arrived);
   path.dvcm = path.dvcm / mean(passed);  // M3
   path.prim = select(collides, splat_int<Lane>(kInMedium), path.prim);
-  store_paths(path, e.id, mask_bits(done), &w.paths);
-  scatter_rgb(m.end, e.id, o + d * (near + travelled), mask_and(done, collides));
+  store_paths(path, e.slot, mask_bits(done), &w.paths);
+  scatter_rgb(m.end, e.slot, o + d * (near + travelled), mask_and(done, collides));
   return crosses;
 }
 
@@ -213,23 +197,23 @@ void cast(const StageContext& context, const LayerContext& layer, int depth, Wav
     }
     m.casting.clear();
     for (size_t base = 0; base < m.walking.size(); base += kLanes) {
-      const Entries e(m.walking, base);
-      append(&m.casting, e.id, step<kLight>(context, layer, depth, first, e, w));
+      const Group e(m.walking, base);
+      append(&m.casting, e.slot, step<kLight>(context, layer, depth, first, e, w));
     }
   }
 }
 
 /// One step of shadow rays: as far as the next boundary or their end. Returns the lanes at a boundary.
-LaneMask shadow_step(const StageContext& context, const Entries& e, ShadowRays& q, MediaWork& m,
+LaneMask shadow_step(const StageContext& context, const Group& e, ShadowRays& q, MediaWork& m,
                      bool visible_to_end) {
   const RenderScene& scene = context.scene;
   Lane r[8];
-  load_records(as_records(m.shadow_rays), e.id, r);
+  load_records(as_records(m.shadow_rays), e.slot, r);
   const Vec3<Lane> o{r[0], r[1], r[2]}, d{r[3], r[4], r[5]};
   const LaneInt prim = as_int(float_bits(r[6])), instance = as_int(float_bits(r[7]));
-  const Lane tfar = gather(q.tfar, e.id);
+  const Lane tfar = gather(q.tfar, e.slot);
   const LaneMask finite = LaneMask(tfar <= 1.0f);
-  const LaneInt medium = gather(m.shadow_medium, e.id);
+  const LaneInt medium = gather(m.shadow_medium, e.slot);
   const Lane length_d = sqrt(dot(d, d));
   LaneMask crosses = splat_mask<Lane>(false), free = e.active;
   Surface<Lane> s{};
@@ -247,7 +231,7 @@ LaneMask shadow_step(const StageContext& context, const Entries& e, ShadowRays& 
       const LaneMask blocked = mask_and(hit, mask_not(crosses));
       free = mask_and(free, mask_not(blocked));
       for (unsigned bits = mask_bits(blocked); bits; bits &= bits - 1)
-        q.occluded[lane(e.id, std::countr_zero(bits))] = 1;
+        q.occluded[lane(e.slot, std::countr_zero(bits))] = 1;
     }
   }
   const LaneMask filled = mask_and(free, LaneMask(medium != 0));
@@ -256,20 +240,21 @@ LaneMask shadow_step(const StageContext& context, const Entries& e, ShadowRays& 
   const MediumRecord<Lane> record(scene.media.data(), medium);
   const auto add = [&](float(*rows)[ShadowRays::kCapacity], int slot) {
     for (int c = 0; c < 3; ++c)
-      scatter(rows[c], e.id, gather(rows[c], e.id) + record.scalar(slot + c) * length, filled);
+      scatter(rows[c], e.slot, gather(rows[c], e.slot) + record.scalar(slot + c) * length, filled);
   };
   add(m.shadow_depth, kMediumExtinction);
   add(m.shadow_rate, kMediumCollision);
   if (!any(crosses)) return crosses;
 
   const LaneMask out = LaneMask(dot(s.ng, d) > 0.0f);
-  scatter(m.shadow_medium, e.id, medium_on_side<Lane>(sides_met<Lane>(sides, medium), out), crosses);
+  scatter(m.shadow_medium, e.slot, medium_on_side<Lane>(sides_met<Lane>(sides, medium), out), crosses);
   const Vec3<Lane> from = offset_origin(s.p, s.error, s.ng, d);
-  const Vec3<Lane> target{gather(q.ox, e.id) + gather(q.dx, e.id), gather(q.oy, e.id) + gather(q.dy, e.id),
-                          gather(q.oz, e.id) + gather(q.dz, e.id)};
+  const Vec3<Lane> target{gather(q.ox, e.slot) + gather(q.dx, e.slot),
+                          gather(q.oy, e.slot) + gather(q.dy, e.slot),
+                          gather(q.oz, e.slot) + gather(q.dz, e.slot)};
   const Vec3<Lane> rest = select(finite, target - from, d);
   const Lane next[8] = {from.x, from.y, from.z, rest.x, rest.y, rest.z, r[6], r[7]};
-  store_records(as_records(m.shadow_rays), e.id, mask_bits(crosses), next);
+  store_records(as_records(m.shadow_rays), e.slot, mask_bits(crosses), next);
   // The boundary may be as near to the end as the offset is long.
   return mask_and(crosses, LaneMask(dot(rest, d) > 0.0f));
 }
@@ -310,8 +295,8 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
     m.walking.swap(m.casting);
     m.casting.clear();
     for (size_t base = 0; base < m.walking.size(); base += kLanes) {
-      const Entries e(m.walking, base);
-      append(&m.casting, e.id, shadow_step(context, e, q, m, !boundaries));
+      const Group e(m.walking, base);
+      append(&m.casting, e.slot, shadow_step(context, e, q, m, !boundaries));
     }
   }
   if (m.arrivals) {

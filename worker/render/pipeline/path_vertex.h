@@ -3,6 +3,7 @@
 // sampled there.
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/pipeline/kernel_choice.h"
+#include "worker/render/pipeline/lane_group.h"
 #include "worker/render/pipeline/medium_walk.h"
 #include "worker/render/pipeline/path_io.h"
 #include "worker/render/pipeline/subsurface_walk.h"
@@ -13,17 +14,6 @@
 #include "worker/render/scene/mix.h"
 
 namespace lightmill {
-
-/// A group of up to kLanes active paths; lanes past the end repeat the last one.
-struct Group {
-  LaneInt slot;
-  LaneMask active;
-  Group(const int32_t* ids, int count) {
-    const LaneInt i = lane_index<Lane>();
-    active = LaneMask(i < count);
-    slot = gather(ids, select(active, i, splat_int<Lane>(count - 1)));
-  }
-};
 
 /// A hit in lanes: the path's vertex before anything is sampled there.
 struct Hit {

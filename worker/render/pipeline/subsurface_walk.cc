@@ -6,6 +6,7 @@
 #include "worker/render/bsdf/henyey_greenstein.h"
 #include "worker/render/math/exp.h"
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/lane_group.h"
 #include "worker/render/sampling/warp.h"
 #include "worker/render/scene/mix.h"
 #include "worker/render/scene/subsurface_body.h"
@@ -62,23 +63,6 @@ Lane draw_way(const SampleStream<Lane>& stream, uint32_t dim, const Vec3<Lane>& 
                 splat<Lane>(std::numeric_limits<float>::infinity()));
 }
 
-/// Up to kLanes walkers; lanes past the end repeat the last one.
-struct Walkers {
-  LaneInt slot;
-  LaneMask active;
-  Walkers(const std::vector<int32_t>& slots, size_t base) {
-    const auto count = static_cast<int32_t>(std::min<size_t>(kLanes, slots.size() - base));
-    const LaneInt i = lane_index<Lane>();
-    active = LaneMask(i < count);
-    slot = gather(slots.data() + base, select(active, i, splat_int<Lane>(count - 1)));
-  }
-};
-
-void append(std::vector<int32_t>* slots, LaneInt slot, LaneMask mask) {
-  for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1)
-    slots->push_back(lane(slot, std::countr_zero(bits)));
-}
-
 /// Which of the lanes in `arrives`, on surfaces that the boundary's material is given to, are at the body:
 /// elsewhere a mix is another material there, and lets nothing out.
 LaneMask at_body(const RenderScene& scene, LaneInt boundary, LaneInt body, LaneMask arrives, LaneInt prim,
@@ -92,7 +76,7 @@ LaneMask at_body(const RenderScene& scene, LaneInt boundary, LaneInt body, LaneM
 
 /// One step of `g`, of number `n`: to a collision, to the boundary, or to a surface on the way. Those that go
 /// on are added to m.next, those that leave to m.leaving.
-void step(const RenderScene& scene, const SampleStream<Lane>& stream, int n, const Walkers& g, Paths& paths,
+void step(const RenderScene& scene, const SampleStream<Lane>& stream, int n, const Group& g, Paths& paths,
           BodyWalks& m) {
   const uint32_t dim = static_cast<uint32_t>(n) * kDimsPerStep;
   PathLanes<Lane> path = load_paths<Lane>(paths, g.slot);
@@ -231,7 +215,7 @@ void walk_through_bodies(const StageContext& context, const LayerContext& layer,
     w.counters.closest_hit_rays += m.walking.size();
     m.next.clear();
     for (size_t base = 0; base < m.walking.size(); base += kLanes) {
-      const Walkers g(m.walking, base);
+      const Group g(m.walking, base);
       const SampleStream<Lane> path =
           light ? layer.light_stream<Lane>(g.slot) : layer.camera_stream<Lane>(g.slot);
       step(context.scene, walk_stream(path, depth), n, g, w.paths, m);
