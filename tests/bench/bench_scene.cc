@@ -44,8 +44,7 @@ PartialBuilder Scene::builder() const {
           renderer->has_splat_layer()};
 }
 
-Scene build(const Options& options) {
-  Scene out;
+RenderOptions render_options(const Options& options) {
   RenderOptions render = options.render;
   render.spp = options.spp;
   if (!options.resolution.empty()) {
@@ -55,10 +54,15 @@ Scene build(const Options& options) {
     render.width = width;
     render.height = height;
   }
+  return render;
+}
+
+Scene build(const Options& options) {
+  Scene out;
   SceneDescription scene;
   out.load_s = seconds_of(
       [&] { scene = load_scene_file(options.scene, {.threads = options.threads}, [](const Problem&) {}); });
-  out.settings = resolve_settings(scene, render);
+  out.settings = resolve_settings(scene, render_options(options));
   std::unique_ptr<Renderer> built;
   out.build_s = seconds_of(
       [&] { built = std::make_unique<Renderer>(std::move(scene), out.settings, options.threads); });

@@ -21,6 +21,9 @@ struct Options {
 /// SCENE, --integrator, --spp, --resolution, --threads, --plan-override.
 void add_options(CLI::App& app, Options* options);
 
+/// Throws Error for a resolution that isn't one.
+RenderOptions render_options(const Options& options);
+
 struct Scene {
   double load_s = 0, build_s = 0, pilot_s = 0;  // reading; textures, arrays and tree; choosing the plan
   std::unique_ptr<Renderer> renderer;

@@ -277,6 +277,30 @@ def kernels(page, size):
     page.table(["kernel", "M items/CPU s"], [(name, spread(r)) for name, r in rates.items()])
 
 
+PILOT_RUN_S = 30  # of a render, of whose time the pilot should take little
+
+
+def planning(page, size):
+    page.heading("Planning, and recording the error curve")
+    page.paragraph(f"CPU seconds of one thread. Plan: what is not needed, found out; its share is of reading and building. Pilot of "
+                   f"auto at 1280x720; its share is of a render of {PILOT_RUN_S} s on {CORES} threads. Curve: folding into batches and "
+                   "estimating errors, over rendering the same samples (bdpt, 128x128, 256 spp).")
+    scenes, note = size.scenes(OWN, PEERS, OTHERS)
+
+    def rows():
+        for name, path, _ in scenes:
+            large = "40x40" if size.tiny else "1280x720"
+            plans = [figures("plan_cost", path, resolution=large) for _ in range(size.runs)]
+            curve = figures("curve_cost", path, integrator="bdpt", resolution="128x128", spp=16 if size.tiny else 256)
+            yield (name, spread([r["load_s"] + r["build_s"] for r in plans]), spread([r["plan_s"] for r in plans]),
+                   f"{statistics.median(r['plan_share'] for r in plans):.3%}", spread([r["pilot_s"] for r in plans]),
+                   f"{statistics.median(r['pilot_s'] for r in plans) / (PILOT_RUN_S * CORES):.2%}", f"{curve['share']:.2%}")
+
+    page.table(["scene", "reading and building s", "plan s", "share", "pilot s", "share", "curve"], rows())
+    if note:
+        page.paragraph(note)
+
+
 FULL_LOAD = 0.7  # of a core, beyond which calls begin to wait for each other (farm_sim.cc)
 
 
@@ -301,4 +325,5 @@ def simulated(page, size):
                 "workers that one core bears"], rows())
 
 
-SECTIONS = {f.__name__: f for f in (throughput, limit, scaling, memory, queues, kernels, lights, farm, merge, simulated)}
+SECTIONS = {f.__name__: f for f in (throughput, limit, scaling, memory, queues, kernels, lights, farm, merge, simulated,
+                                      planning)}

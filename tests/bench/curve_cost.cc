@@ -5,15 +5,12 @@
 //
 // Prints one line of JSON: render_s, fold_s, estimate_s, points, and share = (fold_s + estimate_s) /
 // render_s.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
 
-#include "common/error.h"
 #include "common/image/checkpoints.h"
 #include "common/image/error_curve.h"
-#include "common/scene/load.h"
-#include "worker/render/renderer.h"
+#include "tests/bench/bench_scene.h"
 
 namespace {
 
@@ -39,10 +36,10 @@ Partial render(const Renderer& renderer, Workspace& workspace, int64_t begin, in
   return builder.take();
 }
 
-int run(const std::string& path, const RenderOptions& options) {
-  const SceneDescription scene = load_scene_file(path, {}, [](const Problem&) {});
-  const RenderSettings settings = resolve_settings(scene, options);
-  const Renderer renderer(scene, settings, 1);
+void measure(const bench::Options& options) {
+  const bench::Scene scene = bench::build(options);
+  const Renderer& renderer = *scene.renderer;
+  const RenderSettings& settings = scene.settings;
   const auto workspace = renderer.make_workspace();
   BatchFilm batches(settings.grid);
   double rendering = 0, folding = 0, estimating = 0;
@@ -70,36 +67,16 @@ int run(const std::string& path, const RenderOptions& options) {
   std::printf(
       "{\"render_s\": %.4f, \"fold_s\": %.4f, \"estimate_s\": %.4f, \"points\": %d, \"share\": %.5f}\n",
       rendering, folding, estimating, points, (folding + estimating) / rendering);
-  return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Cost of recording the error curve");
-  std::string scene, resolution;
-  RenderOptions options;
-  options.integrator = "pt";
-  int64_t spp = 256;
-  app.add_option("scene", scene)->required();
-  app.add_option("--integrator", options.integrator)->check(CLI::IsMember({"pt", "bdpt", "lt"}));
-  app.add_option("--spp", spp)->check(CLI::Range(1, 1 << 20));
-  app.add_option("--resolution", resolution, "WxH");
-  CLI11_PARSE(app, argc, argv);
-  options.spp = spp;
-  int width = 0, height = 0;
-  if (!resolution.empty()) {
-    if (std::sscanf(resolution.c_str(), "%dx%d", &width, &height) != 2) {
-      std::fprintf(stderr, "curve_cost: --resolution takes WxH\n");
-      return 2;
-    }
-    options.width = width;
-    options.height = height;
-  }
-  try {
-    return run(scene, options);
-  } catch (const Error& e) {
-    std::fprintf(stderr, "curve_cost: %s\n", e.what());
-    return e.exit_code();
-  }
+  bench::Options options;
+  options.render.integrator = "pt";
+  options.spp = 256;
+  options.threads = 1;
+  bench::add_options(app, &options);
+  return bench::run_main(app, argc, argv, [&] { measure(options); });
 }

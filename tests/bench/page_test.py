@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 
-SECTIONS = 11  # headings: one each, scaling has two
+SECTIONS = 12  # headings: one each, scaling has two
 
 
 class Tables(html.parser.HTMLParser):
