@@ -103,18 +103,26 @@ struct BatchSums {
   std::vector<double> d, gram;
 };
 
+/// to[k] += the product of the strips x and y + k kStrip, k < kAtOnce: the sums of several pairs run beside
+/// each other, where one alone would wait for itself.
+template <size_t kAtOnce>
+void add_products(const float* x, const float* y, double* to) {
+  std::array<std::array<float, kLanes>, kAtOnce> lanes{};
+  for (size_t i = 0; i < kStrip; i += kLanes) {
+    for (size_t k = 0; k < kAtOnce; ++k) {
+      for (size_t lane = 0; lane < kLanes; ++lane) lanes[k][lane] += x[i + lane] * y[k * kStrip + i + lane];
+    }
+  }
+  for (size_t k = 0; k < kAtOnce; ++k) to[k] += sum_of(lanes[k]);
+}
+
 /// Weighted deviations of the batches over a strip, `kStrip` floats a batch, zero beyond `size`.
 void add_gram(const std::vector<float>& deviations, size_t count, std::vector<double>* gram) {
   for (size_t b = 0; b < count; ++b) {
     const float* x = &deviations[b * kStrip];
-    for (size_t c = b; c < count; ++c) {
-      const float* y = &deviations[c * kStrip];
-      std::array<float, kLanes> lanes{};
-      for (size_t i = 0; i < kStrip; i += kLanes) {
-        for (size_t k = 0; k < kLanes; ++k) lanes[k] += x[i + k] * y[i + k];
-      }
-      (*gram)[b * count + c] += sum_of(lanes);
-    }
+    size_t c = b;
+    for (; c + 4 <= count; c += 4) add_products<4>(x, &deviations[c * kStrip], &(*gram)[b * count + c]);
+    for (; c < count; ++c) add_products<1>(x, &deviations[c * kStrip], &(*gram)[b * count + c]);
   }
 }
 
@@ -124,7 +132,7 @@ BatchSums batch_sums(std::span<const float* const> sums, const MeanImage& image,
   const auto n = static_cast<double>(count);
   BatchSums result{std::vector<double>(count), std::vector<double>(count * count)};
   std::vector<float> deviations(count * kStrip);
-  std::array<double, kStrip> terms{};
+  std::array<double, kStrip> terms{}, near_root;
   const double unbias = n / (n - 1), to_rest = 1 / (n - 1),
                to_others = count > 2 ? 1 / ((n - 2) * (n - 1)) : 0;
   for (size_t begin = 0; begin < values; begin += kStrip) {
@@ -139,6 +147,9 @@ BatchSums batch_sums(std::span<const float* const> sums, const MeanImage& image,
     const float* noise = &around.noise[begin];
     const float* near_square = &near.square[begin];
     const float* near_noise = &near.noise[begin];
+    // The same for all batches.
+    for (size_t i = 0; i < size; ++i)
+      near_root[i] = std::sqrt(blended_weight(mean[i], variance[i], 1, near_square[i], near_noise[i]));
     for (size_t b = 0; b < count; ++b) {
       const float* sum = sums[b] + begin;
       for (size_t i = 0; i < size; ++i) {
@@ -150,8 +161,7 @@ BatchSums batch_sums(std::span<const float* const> sums, const MeanImage& image,
         const double rest_t = count > 2 ? std::max(0.0, t * n * (n - 1) - single) * to_others : t;
         const double stretch = count > 2 ? 1 + 2 / n : 1;
         terms[i] = single * blended_weight(rest, rest_t, stretch, square[i], noise[i]);
-        deviations[b * kStrip + i] =
-            static_cast<float>(deviation * std::sqrt(blended_weight(m, t, 1, near_square[i], near_noise[i])));
+        deviations[b * kStrip + i] = static_cast<float>(deviation * near_root[i]);
       }
       std::array<double, kLanes> lanes{};
       for (size_t i = 0; i < kStrip; i += kLanes) {

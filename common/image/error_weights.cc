@@ -27,18 +27,24 @@
 // caustic the interval would be a sixth wider.
 #include "common/image/error_weights.h"
 
+#include <array>
+
 namespace lightmill {
 namespace {
 
-/// sums[i] = sum of `values` over the indices [i - reach, i + reach] within [0, size), all times `stride`.
-template <class In, class Out>
-void sliding_sum(size_t size, size_t reach, const In& value, const Out& put) {
-  double sum = 0;
-  for (size_t i = 0; i < std::min(reach, size); ++i) sum += value(i);
-  for (size_t i = 0; i < size; ++i) {
-    if (i + reach < size) sum += value(i + reach);
-    put(i, sum);
-    if (i >= reach) sum -= value(i - reach);
+constexpr size_t kChannels = 3;
+
+/// Sums of M, M^2 and t over some pixels, by channel. In double: values go in and out of a sum, and what is
+/// left must not be what rounding left of a firefly.
+struct PixelSums {
+  std::array<double, kChannels> m{}, m2{}, t{};
+};
+
+void add(const PixelSums& of, double sign, PixelSums* to) {
+  for (size_t c = 0; c < kChannels; ++c) {
+    to->m[c] += sign * of.m[c];
+    to->m2[c] += sign * of.m2[c];
+    to->t[c] += sign * of.t[c];
   }
 }
 
@@ -46,51 +52,47 @@ void sliding_sum(size_t size, size_t reach, const In& value, const Out& put) {
 
 Neighbourhood neighbourhood(std::span<const float> mean, std::span<const float> variance,
                             const PixelLayout& layout, const PixelReach& reach) {
-  const size_t row = 3 * layout.width, size = row * layout.rows;
+  const size_t row = kChannels * layout.width;
   Neighbourhood around;
-  around.square.resize(size);
-  around.noise.resize(size);
-  // Vertical sums of M, M^2 and t, moved from row to row; then horizontal ones. Kept in double: values go in
-  // and out of a sum, and what is left must not be what rounding left of a firefly.
-  std::vector<double> m(row), m2(row), v(row);
-  const auto add = [&](size_t y, double sign) {
-    for (size_t i = 0; i < row; ++i) {
-      const double value = mean[y * row + i];
-      m[i] += sign * value;
-      m2[i] += sign * value * value;
-      v[i] += sign * static_cast<double>(variance[y * row + i]);
+  around.square.resize(row * layout.rows);
+  around.noise.resize(row * layout.rows);
+  // Vertical sums, moved from row to row; then horizontal ones.
+  std::vector<PixelSums> columns(layout.width);
+  const auto add_row = [&](size_t y, double sign) {
+    for (size_t x = 0; x < layout.width; ++x) {
+      for (size_t c = 0; c < kChannels; ++c) {
+        const size_t at = y * row + kChannels * x + c;
+        const double value = mean[at];
+        columns[x].m[c] += sign * value;
+        columns[x].m2[c] += sign * value * value;
+        columns[x].t[c] += sign * static_cast<double>(variance[at]);
+      }
     }
   };
-  std::vector<double> sum_m(row), sum_m2(row), sum_v(row);
-  for (size_t y = 0; y < std::min(reach.rows, layout.rows); ++y) add(y, 1);
+  for (size_t y = 0; y < std::min(reach.rows, layout.rows); ++y) add_row(y, 1);
   for (size_t y = 0; y < layout.rows; ++y) {
-    if (y + reach.rows < layout.rows) add(y + reach.rows, 1);
-    for (size_t c = 0; c < 3; ++c) {
-      const auto across = [&](const std::vector<double>& from, std::vector<double>* to) {
-        sliding_sum(
-            layout.width, reach.columns, [&](size_t x) { return from[3 * x + c]; },
-            [&](size_t x, double sum) { (*to)[3 * x + c] = sum; });
-      };
-      across(m, &sum_m);
-      across(m2, &sum_m2);
-      across(v, &sum_v);
-    }
+    if (y + reach.rows < layout.rows) add_row(y + reach.rows, 1);
     const size_t above = std::min(y, reach.rows), below = std::min(layout.rows - 1 - y, reach.rows);
+    PixelSums sum;
+    for (size_t x = 0; x < std::min(reach.columns, layout.width); ++x) add(columns[x], 1, &sum);
     for (size_t x = 0; x < layout.width; ++x) {
+      if (x + reach.columns < layout.width) add(columns[x + reach.columns], 1, &sum);
       const size_t left = std::min(x, reach.columns), right = std::min(layout.width - 1 - x, reach.columns);
       const auto others = static_cast<double>((above + below + 1) * (left + right + 1) - 1);
-      for (size_t i = 3 * x; i < 3 * x + 3; ++i) {
-        const size_t at = y * row + i;
+      // A picture of one pixel has nothing around: it is its own neighbour.
+      const double share = 1 / std::max(others, 1.0), without = others > 0 ? 1.0 : 0.0;
+      for (size_t c = 0; c < kChannels; ++c) {
+        const size_t at = y * row + kChannels * x + c;
         const double own = mean[at], t = variance[at];
-        // A picture of one pixel has nothing around: it is its own neighbour.
-        const double n = std::max(others, 1.0), without = others > 0 ? 1.0 : 0.0;
-        const double mean_m = (sum_m[i] - without * own) / n, mean_m2 = (sum_m2[i] - without * own * own) / n,
-                     mean_t = std::max(0.0, (sum_v[i] - without * t) / n);
+        const double mean_m = (sum.m[c] - without * own) * share,
+                     mean_m2 = (sum.m2[c] - without * own * own) * share,
+                     mean_t = std::max(0.0, (sum.t[c] - without * t) * share);
         around.square[at] = static_cast<float>(std::max(mean_m * mean_m, mean_m2 - mean_t));
         around.noise[at] = static_cast<float>(mean_t);
       }
+      if (x >= reach.columns) add(columns[x - reach.columns], -1, &sum);
     }
-    if (y >= reach.rows) add(y - reach.rows, -1);
+    if (y >= reach.rows) add_row(y - reach.rows, -1);
   }
   return around;
 }

@@ -277,26 +277,27 @@ def kernels(page, size):
     page.table(["kernel", "M items/CPU s"], [(name, spread(r)) for name, r in rates.items()])
 
 
-PILOT_RUN_S = 30  # of a render, of whose time the pilot should take little
+JUDGED_RENDER_S = 30  # of a render: what its pilot and its curve cost is judged beside that
 
 
 def planning(page, size):
+    cpu_s = JUDGED_RENDER_S * CORES
     page.heading("Planning, and recording the error curve")
     page.paragraph(f"CPU seconds of one thread. Plan: what is not needed, found out; its share is of reading and building. Pilot of "
-                   f"auto at 1280x720; its share is of a render of {PILOT_RUN_S} s on {CORES} threads. Curve: folding into batches and "
-                   "estimating errors, over rendering the same samples (bdpt, 128x128, 256 spp).")
+                   f"auto at 1280x720; its share is of a render of {JUDGED_RENDER_S} s on {CORES} threads. Curve: folding into "
+                   "batches and estimating errors, over rendering the same samples, in such a render by pt.")
     scenes, note = size.scenes(OWN, PEERS, OTHERS)
 
     def rows():
         for name, path, _ in scenes:
             large = "40x40" if size.tiny else "1280x720"
             plans = [figures("plan_cost", path, resolution=large) for _ in range(size.runs)]
-            curve = figures("curve_cost", path, integrator="bdpt", resolution="128x128", spp=16 if size.tiny else 256)
+            curve = figures("curve_cost", path, integrator="pt", resolution=large, spp=16 if size.tiny else 1 << 20, seconds=cpu_s)
             yield (name, spread([r["load_s"] + r["build_s"] for r in plans]), spread([r["plan_s"] for r in plans]),
                    f"{statistics.median(r['plan_share'] for r in plans):.3%}", spread([r["pilot_s"] for r in plans]),
-                   f"{statistics.median(r['pilot_s'] for r in plans) / (PILOT_RUN_S * CORES):.2%}", f"{curve['share']:.2%}")
+                   f"{statistics.median(r['pilot_s'] for r in plans) / cpu_s:.2%}", curve["spp"], f"{curve['share']:.2%}")
 
-    page.table(["scene", "reading and building s", "plan s", "share", "pilot s", "share", "curve"], rows())
+    page.table(["scene", "reading and building s", "plan s", "share", "pilot s", "share", "spp", "curve"], rows())
     if note:
         page.paragraph(note)
 

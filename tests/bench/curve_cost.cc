@@ -1,12 +1,14 @@
 // What recording the error curve costs: CPU seconds of folding into the batches and of the estimates at a
 // job's points, over the CPU seconds of rendering the same samples, on one thread.
 //
-//   curve_cost SCENE --spp 256 [--integrator bdpt] [--resolution WxH]
+//   curve_cost SCENE --spp 256 [--seconds S] [--integrator bdpt] [--resolution WxH]
 //
-// Prints one line of JSON: render_s, fold_s, estimate_s, points, and share = (fold_s + estimate_s) /
-// render_s.
+// Ends after --spp samples per pixel, or when rendering has taken S CPU seconds. Points get further apart as
+// a job goes on, so the longer it runs, the smaller the share. Prints one line of JSON: spp, render_s,
+// fold_s, estimate_s, points, and share = (fold_s + estimate_s) / render_s.
 #include <cstdio>
 #include <ctime>
+#include <limits>
 
 #include "common/image/checkpoints.h"
 #include "common/image/error_curve.h"
@@ -36,7 +38,7 @@ Partial render(const Renderer& renderer, Workspace& workspace, int64_t begin, in
   return builder.take();
 }
 
-void measure(const bench::Options& options) {
+void measure(const bench::Options& options, double seconds) {
   const bench::Scene scene = bench::build(options);
   const Renderer& renderer = *scene.renderer;
   const RenderSettings& settings = scene.settings;
@@ -44,7 +46,8 @@ void measure(const bench::Options& options) {
   BatchFilm batches(settings.grid);
   double rendering = 0, folding = 0, estimating = 0;
   int points = 0;
-  for (int64_t begin = 0; begin < settings.spp;) {
+  int64_t begin = 0;
+  while (begin < settings.spp && rendering < seconds) {
     const int64_t end = std::min(begin + kSuperblockSamples, settings.spp);
     double t = cpu_seconds();
     const auto lap = [&](double* sum) {
@@ -65,8 +68,10 @@ void measure(const bench::Options& options) {
     begin = end;
   }
   std::printf(
-      "{\"render_s\": %.4f, \"fold_s\": %.4f, \"estimate_s\": %.4f, \"points\": %d, \"share\": %.5f}\n",
-      rendering, folding, estimating, points, (folding + estimating) / rendering);
+      "{\"spp\": %lld, \"render_s\": %.4f, \"fold_s\": %.4f, \"estimate_s\": %.4f, \"points\": %d, "
+      "\"share\": %.5f}\n",
+      static_cast<long long>(begin), rendering, folding, estimating, points,
+      (folding + estimating) / rendering);
 }
 
 }  // namespace
@@ -74,9 +79,11 @@ void measure(const bench::Options& options) {
 int main(int argc, char** argv) {
   CLI::App app("Cost of recording the error curve");
   bench::Options options;
+  double seconds = std::numeric_limits<double>::infinity();
   options.render.integrator = "pt";
   options.spp = 256;
   options.threads = 1;
   bench::add_options(app, &options);
-  return bench::run_main(app, argc, argv, [&] { measure(options); });
+  app.add_option("--seconds", seconds)->check(CLI::PositiveNumber);
+  return bench::run_main(app, argc, argv, [&] { measure(options, seconds); });
 }

@@ -18,7 +18,7 @@ namespace lightmill {
 namespace {
 
 /// Camera paths that a pilot traces at most, and samples per pixel of the cells that it takes.
-constexpr int64_t kPilotPaths = int64_t{1} << 18;
+constexpr int64_t kPilotPaths = 3 << 16;
 constexpr int64_t kLeastSamples = 2, kMostSamples = 32;
 /// Of large images it looks at one of so many pixels at least, beyond that at fewer cells.
 constexpr uint32_t kMostThinned = 64;
