@@ -7,7 +7,7 @@
 //   fence   one row: the epoch again, and how many transactions the leader of this epoch has written. Every
 //           one of them adds to it, and so waits for a takeover, or is waited for
 //
-// The rest is as in SQLite (sqlite_job_store.cc), but for films, batches and references: these are files in
+// The rest is as in SQLite (sqlite_schema.cc), but for films, batches and references: these are files in
 // the shared folder, of which `layers` has the names and digests.
 #include "coordinator/postgres_db.h"
 

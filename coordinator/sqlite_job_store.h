@@ -44,7 +44,7 @@ class SqliteJobStore : public JobStore {
   void probe() override;
 
  private:
-  void create_tables();
+  /// Within a transaction.
   void write_job(const JobRecord& job);
   /// What leases change of a job's row.
   struct LeasedState {
@@ -54,14 +54,7 @@ class SqliteJobStore : public JobStore {
     bool operator==(const LeasedState&) const = default;
   };
   static LeasedState leased_state(const JobRecord& job);
-  /// Within a transaction.
-  void insert_tiles(const JobId& job, const std::vector<TileRecord>& tiles);
-  void write_tile(const JobId& job, const TileRecord& tile);
-  /// Within a transaction: writes both rows if the tile is leased under the token that it was committed
-  /// under.
-  bool mark_committed(const JobRecord& job, const TileRecord& tile);
-  void put_layer(const JobId& job, const std::string& kind, std::string_view bytes);
-  std::string get_layer(const JobId& job, const std::string& kind);
+  void set_layer(const JobId& job, const std::string& kind, std::string_view bytes);
 
   std::mutex mutex_;
   Database db_;
