@@ -1,138 +1,17 @@
-// The services over a real gRPC server in this process, and the HTTP side.
+// The gRPC services over a real server in this process.
 #include <gmock/gmock.h>
-#include <grpcpp/create_channel.h>
-#include <gtest/gtest.h>
-#include <httplib.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <thread>
 
-#include "common/digest.h"
-#include "common/rpc/channel.h"
-#include "common/rpc/convert.h"
 #include "common/rpc/registration_digest.h"
 #include "common/rpc/status.h"
-#include "coordinator/http_server.h"
-#include "coordinator/http_watch.h"
-#include "coordinator/memory_job_store.h"
-#include "coordinator/server.h"
-#include "lightmill/v1/client.grpc.pb.h"
-#include "lightmill/v1/worker.grpc.pb.h"
-#include "tests/coordinator/fake_worker.h"
+#include "tests/coordinator/service_fixture.h"
 
 namespace lightmill {
 namespace {
 
 using namespace testing;
 using ::testing::HasSubstr;
-
-class ServiceTest : public ::testing::Test {
- protected:
-  ServiceTest()
-      : blobs(folder.file("blobs")),
-        farm(std::make_unique<MemoryJobStore>(), clock, fake_options()),
-        server(
-            std::make_unique<Server>(ServerOptions{"127.0.0.1:0", "127.0.0.1:0", false, 10}, farm, blobs)) {
-    channel = make_channel({"127.0.0.1:" + std::to_string(server->rpc_port())});
-    client = v1::ClientService::NewStub(channel);
-    worker = v1::WorkerService::NewStub(channel);
-  }
-
-  template <class Stub, class Request, class Response>
-  grpc::Status call(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
-                    const Request& request, Response* response) {
-    grpc::ClientContext context;
-    set_deadline(context, 30);
-    return (stub.*method)(&context, request, response);
-  }
-
-  grpc::Status upload(const std::string& digest, uint64_t size, const std::string& content) {
-    grpc::ClientContext context;
-    set_deadline(context, 30);
-    v1::UploadBlobsResponse response;
-    auto writer = client->UploadBlobs(&context, &response);
-    v1::UploadBlobsRequest message;
-    message.mutable_header()->set_digest(digest);
-    message.mutable_header()->set_size(size);
-    writer->Write(message);
-    for (size_t at = 0; at < content.size(); at += 3) {
-      message.set_chunk(content.substr(at, 3));
-      writer->Write(message);
-    }
-    writer->WritesDone();
-    return writer->Finish();
-  }
-
-  v1::SubmitJobRequest submit_request(int64_t spp, Integrator integrator = Integrator::kBdpt) {
-    v1::SubmitJobRequest request;
-    request.set_name("job");
-    request.set_bundle_json(bundle_to_json(fake_bundle()));
-    request.set_settings_json(settings_to_json(small_settings(64, 64, spp, integrator)));
-    return request;
-  }
-  std::string submit(int64_t spp, Integrator integrator = Integrator::kBdpt) {
-    EXPECT_TRUE(upload(sha256_hex("scene"), 5, "scene").ok());
-    v1::SubmitJobResponse response;
-    const grpc::Status status =
-        call(*client, &v1::ClientService::Stub::SubmitJob, submit_request(spp, integrator), &response);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-    return response.job_id();
-  }
-  std::string register_worker() {
-    v1::RegisterRequest request;
-    *request.mutable_registration() = to_proto(registration());
-    v1::RegisterResponse response;
-    EXPECT_TRUE(call(*worker, &v1::WorkerService::Stub::Register, request, &response).ok());
-    return response.worker_id();
-  }
-  std::optional<LeaseGrant> lease(const std::string& id, double wait = 0) {
-    v1::LeaseRequest request;
-    request.set_worker_id(id);
-    request.set_wait_seconds(wait);
-    v1::LeaseResponse response;
-    EXPECT_TRUE(call(*worker, &v1::WorkerService::Stub::Lease, request, &response).ok());
-    if (!response.has_grant()) return std::nullopt;
-    return from_proto(response.grant());
-  }
-  grpc::Status commit(const std::string& id, const LeaseKey& key, const std::string& bytes, uint64_t size,
-                      const std::string& digest, v1::CommitResponse* response) {
-    grpc::ClientContext context;
-    set_deadline(context, 30);
-    auto writer = worker->Commit(&context, response);
-    v1::CommitRequest message;
-    message.mutable_header()->set_worker_id(id);
-    *message.mutable_header()->mutable_key() = to_proto(key);
-    message.mutable_header()->set_size(size);
-    message.mutable_header()->set_digest(digest);
-    writer->Write(message);
-    for (size_t at = 0; at < bytes.size(); at += 10000) {
-      message.set_chunk(bytes.substr(at, 10000));
-      if (!writer->Write(message)) break;
-    }
-    writer->WritesDone();
-    return writer->Finish();
-  }
-  v1::CommitOutcome commit(const std::string& id, const LeaseGrant& grant) {
-    v1::CommitResponse response;
-    const std::string bytes = fake_bytes(grant);
-    const grpc::Status status = commit(id, {grant.job, grant.tile_id, grant.attempt}, bytes, bytes.size(),
-                                       sha256_hex(bytes), &response);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-    return response.outcome();
-  }
-
-  TemporaryFolder folder;
-  SteadyClock clock;
-  BlobStore blobs;
-  Farm farm;
-  std::unique_ptr<Server> server;
-  std::shared_ptr<grpc::Channel> channel;
-  std::unique_ptr<v1::ClientService::Stub> client;
-  std::unique_ptr<v1::WorkerService::Stub> worker;
-};
 
 // A bit that the line has changed could name another arithmetic class.
 TEST_F(ServiceTest, ADamagedRegistrationIsAskedForAgain) {
@@ -398,64 +277,6 @@ TEST_F(ServiceTest, CommitsThatLieAreRefused) {
   EXPECT_EQ(commit(id, grant), v1::COMMIT_OUTCOME_ACCEPTED)
       << "the lease was not touched by damage on the way";
   EXPECT_EQ(commit(id, grant), v1::COMMIT_OUTCOME_ALREADY_COMMITTED);
-}
-
-TEST_F(ServiceTest, HttpServesHealthAndMetrics) {
-  submit(4);
-  submit(4);
-  httplib::Client http("127.0.0.1", server->http_port());
-  auto health = http.Get("/healthz");
-  ASSERT_TRUE(health);
-  EXPECT_EQ(health->status, 200);
-  auto metrics = http.Get("/metrics");
-  ASSERT_TRUE(metrics);
-  EXPECT_THAT(metrics->body, HasSubstr("lightmill_jobs{state=\"queued\"} 2\n"));
-  EXPECT_THAT(metrics->body, HasSubstr("# TYPE lightmill_commits_total counter"));
-  EXPECT_THAT(metrics->body, HasSubstr("\nlightmill_coordinator_leading 1\n"));
-  EXPECT_EQ(http.Get("/nothing")->status, 404);
-}
-
-/// A connection that brings a request a byte at a time.
-class Trickle {
- public:
-  explicit Trickle(int port) : fd_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(static_cast<uint16_t>(port));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-    for (const char c : std::string_view("GET /livez HTTP/1.1\r\nX: ")) send(c);
-  }
-  ~Trickle() { close(fd_); }
-  Trickle(const Trickle&) = delete;
-  Trickle& operator=(const Trickle&) = delete;
-  /// False once it was cut off.
-  bool send(char c) const { return ::send(fd_, &c, 1, MSG_NOSIGNAL) == 1; }
-
- private:
-  int fd_;
-};
-
-TEST_F(ServiceTest, HttpPeersThatTrickleHoldNoThreads) {
-  std::vector<std::unique_ptr<Trickle>> crowd;  // more than there are threads
-  for (int i = 0; i < 150; ++i) crowd.push_back(std::make_unique<Trickle>(server->http_port()));
-  std::atomic<int> cut = 0;
-  std::jthread trickling([&](const std::stop_token& stop) {
-    while (!stop.stop_requested()) {
-      int gone = 0;
-      for (const auto& peer : crowd) gone += !peer->send('x');
-      cut = gone;
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
-  });
-  httplib::Client http("127.0.0.1", server->http_port());
-  http.set_read_timeout(60);
-  const auto live = http.Get("/livez");
-  ASSERT_TRUE(live) << "no thread is left";
-  EXPECT_EQ(live->status, 200);
-  for (int i = 0; i < 600 && cut < 150 - static_cast<int>(HttpWatch::kMostSilent); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  EXPECT_GE(cut, 150 - static_cast<int>(HttpWatch::kMostSilent));
 }
 
 TEST_F(ServiceTest, PortsInUseAndPlainTextAreRefused) {
