@@ -15,8 +15,8 @@ constexpr double kWatchSeconds = 86400;   // a stream; it is opened again when i
 constexpr double kConnectSeconds = 6;     // patience of a first connection: a coordinator may be starting
 constexpr double kReconnectSeconds = 60;  // a coordinator that restarts is back by then
 
-constexpr int kJobsPerPage = 500;
-constexpr size_t kMostJobs = 1000000;  // ten times what a coordinator takes
+constexpr int kJobsPerPage = 500, kWorkersPerPage = 1000;
+constexpr size_t kMostListed = 1000000;  // ten times the jobs that a coordinator takes
 
 bool is_loss(grpc::StatusCode code) {
   return code == grpc::StatusCode::UNAVAILABLE || code == grpc::StatusCode::DEADLINE_EXCEEDED ||
@@ -33,6 +33,23 @@ JobStatus change(FarmConnection& farm,
   Request request;
   request.set_job_id(id.value);
   return from_proto(farm.call(method, request).job());
+}
+
+/// Asks for page after page. `take` returns how much there is by now, 0 for an empty page. A coordinator that
+/// repeats itself, or goes on for ever, does not hold us.
+template <class Request, class Response, class Take>
+void turn_pages(FarmConnection& farm,
+                grpc::Status (FarmConnection::Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                Request request, Take&& take) {
+  for (;;) {
+    const Response page = farm.call(method, request);
+    const size_t taken = take(page);
+    if (taken == 0 || taken >= kMostListed || page.next_page_token().empty() ||
+        page.next_page_token() == request.page_token()) {
+      return;
+    }
+    request.set_page_token(page.next_page_token());
+  }
 }
 
 }  // namespace
@@ -77,22 +94,22 @@ std::vector<JobStatus> FarmClient::jobs() {
   std::vector<JobStatus> list;
   v1::ListJobsRequest request;
   request.set_page_size(kJobsPerPage);
-  for (;;) {
-    const auto response = farm_->call(&v1::ClientService::Stub::ListJobs, request);
-    for (const v1::JobStatus& job : response.jobs()) list.push_back(from_proto(job));
-    // A coordinator that repeats itself, or goes on for ever, does not hold us.
-    if (response.next_page_token().empty() || response.jobs().empty() ||
-        response.next_page_token() == request.page_token() || list.size() >= kMostJobs) {
-      return list;
-    }
-    request.set_page_token(response.next_page_token());
-  }
+  turn_pages(*farm_, &v1::ClientService::Stub::ListJobs, request, [&](const v1::ListJobsResponse& page) {
+    for (const v1::JobStatus& job : page.jobs()) list.push_back(from_proto(job));
+    return page.jobs().empty() ? 0 : list.size();
+  });
+  return list;
 }
 
 std::vector<WorkerStatus> FarmClient::workers() {
   std::vector<WorkerStatus> list;
-  const auto response = farm_->call(&v1::ClientService::Stub::ListWorkers, v1::ListWorkersRequest());
-  for (const v1::WorkerStatus& worker : response.workers()) list.push_back(from_proto(worker));
+  v1::ListWorkersRequest request;
+  request.set_page_size(kWorkersPerPage);
+  turn_pages(*farm_, &v1::ClientService::Stub::ListWorkers, request,
+             [&](const v1::ListWorkersResponse& page) {
+               for (const v1::WorkerStatus& worker : page.workers()) list.push_back(from_proto(worker));
+               return page.workers().empty() ? 0 : list.size();
+             });
   return list;
 }
 

@@ -23,10 +23,11 @@ constexpr int kMaxWatches = 256, kMaxUploads = 32, kMaxListings = 32;
 constexpr int kMaxAskedBlobs = 100000;
 constexpr int kTilesPerMessage = 1000;
 constexpr int kLinesPerMessage = 1000;
-constexpr size_t kMaxListedJobs = 1000;     // of a page
-constexpr size_t kJobsPerLock = 100;        // others get at the farm in between
-constexpr size_t kPageBytes = 8u << 20;     // a page that is longer ends early: half of the largest message
-constexpr const char* kPageToken = "job-";  // and how many jobs came before
+constexpr size_t kMaxListed = 1000;      // jobs or workers of a page
+constexpr size_t kJobsPerLock = 100;     // others get at the farm in between
+constexpr size_t kPageBytes = 8u << 20;  // a page that is longer ends early: half of the largest message
+constexpr std::string_view kJobsPageToken = "job-";       // and how many jobs came before
+constexpr std::string_view kWorkersPageToken = "after-";  // and the last worker before
 constexpr size_t kMaxUploadChunk = size_t{4} << 20;
 constexpr double kWatchBeatSeconds = 1;
 constexpr std::chrono::milliseconds kWatchSpacing(200);
@@ -34,14 +35,29 @@ constexpr std::chrono::milliseconds kWatchSpacing(200);
 /// How many jobs the pages before had. Throws Error(kUsage) for a token that no answer gave.
 size_t listed_before(const std::string& token) {
   if (token.empty()) return 0;
-  const std::string_view prefix = kPageToken;
   uint32_t count = 0;
   const char* const end = token.data() + token.size();
-  if (token.starts_with(prefix)) {
-    const auto [stop, error] = std::from_chars(token.data() + prefix.size(), end, count);
+  if (token.starts_with(kJobsPageToken)) {
+    const auto [stop, error] = std::from_chars(token.data() + kJobsPageToken.size(), end, count);
     if (error == std::errc() && stop == end && count > 0) return count;
   }
   throw Error(ErrorKind::kUsage, "page_token is none that an answer to ListJobs gave; begin without one");
+}
+
+/// The last worker of the pages before. Throws Error(kUsage) for a token that no answer gave.
+WorkerId last_worker_before(const std::string& token) {
+  if (token.empty()) return {};
+  if (token.size() > kWorkersPageToken.size() && token.starts_with(kWorkersPageToken))
+    return WorkerId{token.substr(kWorkersPageToken.size())};
+  throw Error(ErrorKind::kUsage, "page_token is none that an answer to ListWorkers gave; begin without one");
+}
+
+/// How much a request for a page asks for; 0: it knows of no pages.
+template <class Request>
+size_t page_size(const Request& request) {
+  if (request.page_size() < 0) throw Error(ErrorKind::kUsage, "page_size must not be negative");
+  if (request.page_size() > 0) return std::min(static_cast<size_t>(request.page_size()), kMaxListed);
+  return request.page_token().empty() ? 0 : kMaxListed;
 }
 
 grpc::Status too_many(const char* what) {
@@ -119,13 +135,10 @@ grpc::Status ClientService::GetJob(grpc::ServerContext*, const v1::GetJobRequest
 grpc::Status ClientService::ListJobs(grpc::ServerContext*, const v1::ListJobsRequest* request,
                                      v1::ListJobsResponse* response) {
   return guarded([&] {
-    if (request->page_size() < 0) throw Error(ErrorKind::kUsage, "page_size must not be negative");
-    const bool paged = request->page_size() > 0 || !request->page_token().empty();
-    const auto asked = static_cast<size_t>(request->page_size());
-    const size_t most = asked > 0 ? std::min(asked, kMaxListedJobs) : kMaxListedJobs;
+    const size_t page = page_size(*request);
     const size_t total = farm_.job_count();
-    size_t next = paged ? listed_before(request->page_token()) : total - std::min(total, kMaxListedJobs);
-    const size_t end = std::min(total, next) + most;
+    size_t next = page > 0 ? listed_before(request->page_token()) : total - std::min(total, kMaxListed);
+    const size_t end = std::min(total, next) + (page > 0 ? page : kMaxListed);
     size_t bytes = 0;
     while (next < end && bytes < kPageBytes) {
       const std::vector<JobStatus> part = farm_.jobs(next, std::min(end - next, kJobsPerLock));
@@ -137,7 +150,8 @@ grpc::Status ClientService::ListJobs(grpc::ServerContext*, const v1::ListJobsReq
       }
       next += part.size();
     }
-    if (paged && next < total) response->set_next_page_token(kPageToken + std::to_string(next));
+    if (page > 0 && next < total)
+      response->set_next_page_token(std::string(kJobsPageToken) + std::to_string(next));
     response->set_total_size(static_cast<int32_t>(total));
     return grpc::Status::OK;
   });
@@ -190,10 +204,23 @@ grpc::Status ClientService::GetLogs(grpc::ServerContext* context, const v1::GetL
   });
 }
 
-grpc::Status ClientService::ListWorkers(grpc::ServerContext*, const v1::ListWorkersRequest*,
+grpc::Status ClientService::ListWorkers(grpc::ServerContext*, const v1::ListWorkersRequest* request,
                                         v1::ListWorkersResponse* response) {
   return guarded([&] {
-    for (const WorkerStatus& worker : farm_.workers()) *response->add_workers() = to_proto(worker);
+    const size_t page = page_size(*request);
+    WorkerPage part{{}, last_worker_before(request->page_token()), 0};
+    size_t bytes = 0;
+    do {  // who knows of no pages gets what goes into a message
+      part = farm_.workers(part.last, page > 0 ? page : kMaxListed);
+      for (const WorkerStatus& worker : part.workers) {
+        v1::WorkerStatus& row = *response->add_workers();
+        row = to_proto(worker);
+        bytes += row.ByteSizeLong();
+      }
+    } while (page == 0 && !part.last.value.empty() && bytes < kPageBytes);
+    if (page > 0 && !part.last.value.empty())
+      response->set_next_page_token(std::string(kWorkersPageToken) + part.last.value);
+    response->set_total_size(static_cast<int32_t>(part.total));
     return grpc::Status::OK;
   });
 }

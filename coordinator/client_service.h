@@ -1,10 +1,10 @@
 #pragma once
 // v1.ClientService over a Farm and a BlobStore: translates, bounds, streams; decides nothing.
 #include <atomic>
-#include <functional>
 #include <memory>
 
 #include "coordinator/blob_store.h"
+#include "coordinator/caller.h"
 #include "coordinator/farm.h"
 #include "coordinator/quotas.h"
 #include "coordinator/stall_watch.h"
@@ -16,8 +16,6 @@ namespace lightmill {
 
 class ClientService final : public v1::ClientService::Service {
  public:
-  /// Whose token a call carries.
-  using Caller = std::function<std::string(const grpc::ServerContext&)>;
   /// Farm, blobs, log and stalls must outlive the service. `submissions`: bounds submissions by everybody
   /// together; may be null. `caller` may be empty: then submitters are believed who they are.
   ClientService(Farm& farm, BlobStore& blobs, const TileLog& tile_log, StallWatch& stalls,

@@ -304,7 +304,12 @@ JobStatus Farm::wait(const JobId& id, uint64_t version, double timeout_s) const 
 
 std::vector<WorkerStatus> Farm::workers() const {
   const std::lock_guard lock(impl_->mutex);
-  return impl_->scheduler.workers.list(impl_->clock.now());
+  return impl_->scheduler.workers.page({}, SIZE_MAX, impl_->clock.now()).workers;
+}
+
+WorkerPage Farm::workers(const WorkerId& after, size_t most) const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->scheduler.workers.page(after, most, impl_->clock.now());
 }
 
 FarmStats Farm::stats() const {

@@ -156,6 +156,8 @@ class Farm {
   /// Blocks until job(id).version > version or `timeout_s` passed; returns the newest status.
   JobStatus wait(const JobId& id, uint64_t version, double timeout_s) const;
   std::vector<WorkerStatus> workers() const;
+  /// Some of them, see WorkerTable::page.
+  WorkerPage workers(const WorkerId& after, size_t most) const;
   FarmStats stats() const;
   /// What an image file of the job should record: job, settings, samples, arithmetic class.
   std::map<std::string, std::string> image_metadata(const JobId& id) const;
@@ -163,8 +165,9 @@ class Farm {
   uint64_t max_partial_bytes(const LeaseKey& lease) const;
 
   // --- workers ---
-  /// Throws Error(kUnreachable) with a sentence if the build or schema does not fit.
-  WorkerId register_worker(const WorkerRegistration& registration);
+  /// Throws Error(kUnreachable) with a sentence if the build or schema does not fit, or no more may come.
+  /// `owner`: whose token the worker came with, if any.
+  WorkerId register_worker(const WorkerRegistration& registration, const std::string& owner = "");
   /// A worker was stopped at the door, before it could register: jobs that wait for one say why.
   void turned_away(const std::string& reason);
   /// Next tile for this worker, if any. Blocks up to `wait_s` for work. Throws Error(kUnreachable) for a

@@ -14,7 +14,7 @@ constexpr double kMaxWaitSeconds = 60;
 
 }  // namespace
 
-WorkerId Farm::register_worker(const WorkerRegistration& registration) {
+WorkerId Farm::register_worker(const WorkerRegistration& registration, const std::string& owner) {
   const std::lock_guard lock(impl_->mutex);
   const double now = impl_->clock.now();
   std::string refusal;
@@ -38,7 +38,7 @@ WorkerId Farm::register_worker(const WorkerRegistration& registration) {
     throw Error(ErrorKind::kUnreachable, refusal);
   }
   try {
-    impl_->scheduler.workers.add(id, registration, now);
+    impl_->scheduler.workers.add(id, registration, owner, now);
   } catch (const Error&) {
     ++impl_->stats.refusals["worker_limit"];
     throw;
@@ -123,6 +123,7 @@ std::optional<LeaseGrant> Farm::lease(const WorkerId& worker_id, double wait_s) 
   for (;;) {
     const double now = impl_->clock.now();
     worker->last_seen = now;
+    worker->asked = true;
     impl_->release_expired(now);
     if (impl_->stopping || worker->draining) return std::nullopt;
     if (!impl_->health.fault()) {
@@ -148,6 +149,7 @@ std::optional<LeaseGrant> Farm::lease_at_once(const WorkerId& worker_id) {
   if (!worker) throw UnknownWorker(worker_id);
   const double now = impl_->clock.now();
   worker->last_seen = now;
+  worker->asked = true;
   impl_->release_expired(now);
   if (impl_->stopping || worker->draining || impl_->health.fault()) return std::nullopt;
   return impl_->try_lease(worker_id, now);

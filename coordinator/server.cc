@@ -49,17 +49,14 @@ void count_refusals(Metrics& metrics, const Door& door, const SubmitLimit& submi
 
 namespace {
 
-/// The name of the token that a call carries: the token has passed the door.
-ClientService::Caller submitters(const std::shared_ptr<Authenticator>& authenticator) {
+/// The name of the token that a call of this RPC carries: the token has passed the door.
+Caller callers(const std::shared_ptr<Authenticator>& authenticator, const char* rpc) {
   if (!authenticator) return {};
-  return [authenticator](const grpc::ServerContext& context) {
+  return [authenticator, rpc](const grpc::ServerContext& context) {
     const auto& metadata = context.client_metadata();
     const auto found = metadata.find("authorization");
     if (found == metadata.end()) return std::string();
-    return authenticator
-        ->judge("/lightmill.v1.ClientService/SubmitJob", {found->second.data(), found->second.size()},
-                std::time(nullptr))
-        .name;
+    return authenticator->judge(rpc, {found->second.data(), found->second.size()}, std::time(nullptr)).name;
   };
 }
 
@@ -74,8 +71,10 @@ struct Server::Impl {
         tile_log(options.tile_log ? *options.tile_log : own_tile_log),
         stalls(clock, options.quotas.stall_seconds),
         client_service(farm, blobs, tile_log, stalls, options.quotas,
-                       options.security.tls() ? nullptr : submissions, submitters(authenticator)),
-        worker_service(farm, blobs, metrics, tile_log, stalls, options.quotas, options.lease_seconds) {}
+                       options.security.tls() ? nullptr : submissions,
+                       callers(authenticator, "/lightmill.v1.ClientService/SubmitJob")),
+        worker_service(farm, blobs, metrics, tile_log, stalls, options.quotas, options.lease_seconds,
+                       callers(authenticator, "/lightmill.v1.WorkerService/Register")) {}
   Farm& farm;
   const std::shared_ptr<SubmitLimit> submissions;
   std::optional<Door> door;

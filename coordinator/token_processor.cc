@@ -13,14 +13,14 @@ grpc::Status TokenProcessor::Process(const InputMetadata& metadata, grpc::AuthCo
                                      OutputMetadata* consumed, OutputMetadata*) {
   std::string_view path, authorization;
   if (const auto found = metadata.find(":path"); found != metadata.end()) path = view(found->second);
-  const bool submits = path.ends_with("/SubmitJob");
+  const bool submits = path.ends_with("/SubmitJob"), registers = path.ends_with("/Register");
   if (const auto found = metadata.find("authorization"); found != metadata.end()) {
     authorization = view(found->second);
-    // A job bears the name of its submitter's token: that handler asks once more.
-    if (!submits) consumed->emplace("authorization", authorization);
+    // Jobs and workers bear the name of the token that they came with: these handlers ask once more.
+    if (!submits && !registers) consumed->emplace("authorization", authorization);
   }
   const Verdict verdict = authenticator_->judge(path, authorization, std::time(nullptr));
-  if (verdict.kind != Verdict::Kind::kAllowed && path.ends_with("/Register")) turned_away_(verdict.message);
+  if (verdict.kind != Verdict::Kind::kAllowed && registers) turned_away_(verdict.message);
   switch (verdict.kind) {
     case Verdict::Kind::kAllowed: {
       if (!submits) return grpc::Status::OK;

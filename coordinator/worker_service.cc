@@ -79,20 +79,22 @@ grpc::Status WorkerService::Register(grpc::ServerContext* context, const v1::Reg
     return {grpc::StatusCode::UNAVAILABLE, "the registration was damaged on its way: its digest differs"};
   }
   return guarded([&] {
-    response->set_worker_id(farm_.register_worker(from_proto(request->registration())).value);
+    const std::string owner = caller_ ? caller_(*context) : "";
+    response->set_worker_id(farm_.register_worker(from_proto(request->registration()), owner).value);
     response->set_lease_seconds(lease_seconds_);
     return grpc::Status::OK;
   });
 }
 
 WorkerService::WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log,
-                             StallWatch& stalls, const Quotas& quotas, double lease_seconds)
+                             StallWatch& stalls, const Quotas& quotas, double lease_seconds, Caller caller)
     : farm_(farm),
       blobs_(blobs),
       metrics_(metrics),
       tile_log_(tile_log),
       stalls_(stalls),
       lease_seconds_(lease_seconds),
+      caller_(std::move(caller)),
       most_incoming_bytes_(quotas.incoming_bytes),
       waiting_pool_(kMaxWaiting + kMaxCommitting),
       commit_pool_(kMaxCommitting) {}

@@ -7,6 +7,7 @@
 #include <atomic>
 
 #include "coordinator/blob_store.h"
+#include "coordinator/caller.h"
 #include "coordinator/farm.h"
 #include "coordinator/metrics.h"
 #include "coordinator/quotas.h"
@@ -20,9 +21,9 @@ namespace lightmill {
 class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
                                 v1::WorkerService::WithCallbackMethod_Commit<v1::WorkerService::Service>> {
  public:
-  /// All must outlive the service.
+  /// All references must outlive the service.
   WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log, StallWatch& stalls,
-                const Quotas& quotas, double lease_seconds);
+                const Quotas& quotas, double lease_seconds, Caller caller = {});
   /// Ends long polls soon with UNAVAILABLE.
   void stop() { stopping_ = true; }
 
@@ -55,6 +56,7 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   TileLog& tile_log_;
   StallWatch& stalls_;
   const double lease_seconds_;
+  const Caller caller_;
   const uint64_t most_incoming_bytes_;
   std::atomic<bool> stopping_{false};
   std::atomic<int> waiting_ = 0, fetches_ = 0;

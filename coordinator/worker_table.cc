@@ -43,11 +43,32 @@ std::string printable(std::string text) {
   return text;
 }
 
-void WorkerTable::add(const WorkerId& id, const WorkerRegistration& registration, double now) {
-  if (workers_.size() >= max_workers_) {
-    std::erase_if(workers_, [&](const auto& item) { return is_lost(item.second, now); });
+/// The one that was silent longest, of those that may go.
+bool WorkerTable::make_room(const std::string& owner, double now) {
+  if (std::erase_if(workers_, [&](const auto& item) { return is_lost(item.second, now); }) > 0) return true;
+  std::map<std::string, size_t> owned;
+  for (const auto& [id, worker] : workers_) ++owned[worker.owner];
+  const auto rank = [&](const Worker& worker) {  // 0: it stays
+    if (worker.leases > 0 || worker.polling > 0 || worker.tiles_committed > 0) return 0;
+    if (!worker.asked) return 2;
+    return owned[worker.owner] > owned[owner] + 1 ? 1 : 0;
+  };
+  auto first = workers_.end();
+  int best = 0;
+  for (auto it = workers_.begin(); it != workers_.end(); ++it) {
+    const int own = rank(it->second);
+    if (own == 0 || own < best) continue;
+    if (own > best || it->second.last_seen < first->second.last_seen) first = it;
+    best = own;
   }
-  if (workers_.size() >= max_workers_) {
+  if (first == workers_.end()) return false;
+  workers_.erase(first);
+  return true;
+}
+
+void WorkerTable::add(const WorkerId& id, const WorkerRegistration& registration, const std::string& owner,
+                      double now) {
+  if (workers_.size() >= max_workers_ && !make_room(owner, now)) {
     throw Error(
         ErrorKind::kUnreachable,
         "the coordinator has its limit of " + std::to_string(max_workers_) +
@@ -56,6 +77,7 @@ void WorkerTable::add(const WorkerId& id, const WorkerRegistration& registration
   Worker worker;
   worker.id = id;
   worker.registration = registration;
+  worker.owner = owner;
   worker.last_seen = now;
   workers_[id] = worker;
 }
@@ -152,19 +174,28 @@ void WorkerTable::blame(Worker* worker, double weight, double now) {
   worker->times_benched = std::min(worker->times_benched + 1, 10);
 }
 
-std::vector<WorkerStatus> WorkerTable::list(double now) const {
-  std::vector<WorkerStatus> result;
-  for (const auto& [id, worker] : workers_) {
+WorkerPage WorkerTable::page(const WorkerId& after, size_t most, double now) const {
+  WorkerPage result;
+  for (auto it = workers_.upper_bound(after); it != workers_.end(); ++it) {
+    if (result.workers.size() == most) {
+      result.last = result.workers.back().id;
+      break;
+    }
+    const Worker& worker = it->second;
     const char* state = is_lost(worker, now)         ? "lost"
                         : worker.draining            ? "draining"
                         : now < worker.benched_until ? "benched"
                         : worker.leases > 0          ? "rendering"
                                                      : "idle";
-    result.push_back(status_of(worker, state, now));
+    result.workers.push_back(status_of(worker, state, now));
   }
+  result.total = workers_.size();
   for (const RefusedWorker& refused : refused_) {
     if (is_forgotten(refused, now)) continue;
-    result.push_back({refused.id, refused.registration, "refused", 0, 0, std::max(0.0, now - refused.at), 0});
+    ++result.total;
+    if (!result.last.value.empty()) continue;
+    result.workers.push_back(
+        {refused.id, refused.registration, "refused", 0, 0, std::max(0.0, now - refused.at), 0});
   }
   return result;
 }

@@ -15,8 +15,10 @@ namespace lightmill {
 struct Worker {
   WorkerId id;
   WorkerRegistration registration;
+  std::string owner;  // whose token it came with; empty in plain text
   double last_seen = 0;
-  int polling = 0;  // lease calls that wait right now: as good as being seen
+  bool asked = false;  // for a tile: what a real worker does at once
+  int polling = 0;     // lease calls that wait right now: as good as being seen
   bool draining = false;
   bool convicted = false;  // of wrong pixels: all its tiles are checked from then on
   int64_t leases = 0;      // held now
@@ -57,8 +59,10 @@ class WorkerTable {
       : lease_seconds_(lease_seconds), max_workers_(max_workers) {}
 
   /// Throws Error(kUnreachable) if as many live ones as may be are registered. Makes room by forgetting lost
-  /// ones.
-  void add(const WorkerId& id, const WorkerRegistration& registration, double now);
+  /// ones; then one that never asked for a tile; then, if another owner has more workers than this one, one
+  /// of his that holds and has done nothing. Whoever is forgotten and alive registers again with its next
+  /// call.
+  void add(const WorkerId& id, const WorkerRegistration& registration, const std::string& owner, double now);
   /// Remembers a refusal for a while, for the user to see in the list of workers and in what waits for one.
   void add_refused(const WorkerId& id, const WorkerRegistration& registration, const std::string& reason,
                    double now);
@@ -82,11 +86,14 @@ class WorkerTable {
   void refused(const WorkerId& id, double now);
   /// It rendered wrong pixels: benched for as long as anybody is.
   void convict(const WorkerId& id, double now);
-  std::vector<WorkerStatus> list(double now) const;
+  /// At most `most` (but all that were refused come with the last ones) after the worker `after`, empty: from
+  /// the first.
+  WorkerPage page(const WorkerId& after, size_t most, double now) const;
   const std::map<WorkerId, Worker>& all() const { return workers_; }
 
  private:
   void blame(Worker* worker, double weight, double now);
+  bool make_room(const std::string& owner, double now);
 
   double lease_seconds_;
   size_t max_workers_;

@@ -93,6 +93,13 @@ struct WorkerStatus {
   int64_t partials_refused = 0;
 };
 
+/// Some of the workers, in the order of their ids.
+struct WorkerPage {
+  std::vector<WorkerStatus> workers;
+  WorkerId last;     // the next page begins after it; empty: there is none
+  size_t total = 0;  // of all pages
+};
+
 /// Names one attempt at one tile.
 struct LeaseKey {
   JobId job;

@@ -112,8 +112,7 @@ TEST(FarmLimits, NoMoreWorkersThanAskedForUntilSomeAreLost) {
   FarmOptions options = fake_options();
   options.max_workers = 2;
   Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
-  farm.register_worker(registration());
-  farm.register_worker(registration());
+  for (int i = 0; i < 2; ++i) farm.lease(farm.register_worker(registration()));
   try {
     farm.register_worker(registration());
     FAIL() << "a third worker";
@@ -122,6 +121,62 @@ TEST(FarmLimits, NoMoreWorkersThanAskedForUntilSomeAreLost) {
   }
   clock.advance(1000);
   EXPECT_NO_THROW(farm.register_worker(registration())) << "those before are lost";
+}
+
+/// A full farm, and who may join it all the same.
+class FullFarm : public FarmFixture {
+ protected:
+  static FarmOptions options() {
+    FarmOptions options = fake_options();
+    options.max_workers = 4;
+    return options;
+  }
+  FullFarm() : FarmFixture(options()) {}
+  WorkerId join(const std::string& owner = "ann", bool asks = true) {
+    const WorkerId id = farm.register_worker(registration(), owner);
+    clock.advance(0.1);
+    if (asks) farm.lease(id);
+    return id;
+  }
+  bool full(const std::string& owner = "ann") {
+    return error_of([&] { join(owner); }) != "no error";
+  }
+  bool known(const WorkerId& id) {
+    for (const WorkerStatus& worker : farm.workers()) {
+      if (worker.id == id) return true;
+    }
+    return false;
+  }
+};
+
+TEST_F(FullFarm, WhoNeverAskedForATileMakesRoomForOthers) {
+  const WorkerId real = join();
+  std::vector<WorkerId> fakes;
+  for (int i = 0; i < 3; ++i) fakes.push_back(join("ann", false));
+  const WorkerId second = join();
+  EXPECT_FALSE(known(fakes[0])) << "the one that was silent longest";
+  EXPECT_TRUE(known(fakes[1]));
+  for (int i = 0; i < 100; ++i) join("ann", false);
+  EXPECT_TRUE(known(real) && known(second)) << "however many come";
+  join();
+  join();
+  EXPECT_TRUE(full()) << "four that ask are enough";
+  EXPECT_EQ(farm.workers().size(), 4u);
+  EXPECT_EQ(farm.stats().refusals["worker_limit"], 1u);
+  EXPECT_THAT(error_of([&] { farm.lease(fakes[0]); }), HasSubstr("register again"));
+}
+
+TEST_F(FullFarm, OneTokensIdleWorkersDoNotKeepAnothersOut) {
+  const JobId job = farm.submit(small_job(64, 64, 4));
+  const WorkerId busy = farm.register_worker(registration(), "leaked");
+  ASSERT_TRUE(farm.lease(busy));
+  farm.pause(job);
+  for (int i = 0; i < 3; ++i) join("leaked");
+  EXPECT_TRUE(full("leaked"));
+  const WorkerId first = join("bob"), second = join("bob");
+  EXPECT_TRUE(full("bob")) << "as many as the other has";
+  EXPECT_TRUE(full("leaked"));
+  EXPECT_TRUE(known(busy) && known(first) && known(second));
 }
 
 TEST(FarmLimits, AThousandWorkersEndAJobTogether) {

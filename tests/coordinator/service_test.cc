@@ -1,6 +1,7 @@
 // The gRPC services over a real server in this process.
 #include <gmock/gmock.h>
 
+#include <set>
 #include <thread>
 
 #include "common/rpc/registration_digest.h"
@@ -207,6 +208,66 @@ TEST_F(ServiceTest, JobsAreListedInPages) {
   v1::ListJobsResponse response;
   EXPECT_EQ(call(*client, &v1::ClientService::Stub::ListJobs, negative, &response).error_code(),
             grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST_F(ServiceTest, WorkersAreListedInPages) {
+  std::set<std::string> registered;
+  for (int i = 0; i < 12; ++i) registered.insert(register_worker());
+  WorkerRegistration stranger = registration();
+  stranger.build = "another";
+  EXPECT_THROW(farm.register_worker(stranger), Error);
+  const auto list = [&](int size, const std::string& token,
+                        grpc::StatusCode expected = grpc::StatusCode::OK) {
+    v1::ListWorkersRequest request;
+    request.set_page_size(size);
+    request.set_page_token(token);
+    v1::ListWorkersResponse response;
+    const grpc::Status status = call(*client, &v1::ClientService::Stub::ListWorkers, request, &response);
+    EXPECT_EQ(status.error_code(), expected) << token << ": " << status.error_message();
+    return response;
+  };
+  for (const int size : {1, 5, 12, 100}) {
+    std::set<std::string> listed;
+    int refused = 0;
+    std::string token;
+    do {
+      const v1::ListWorkersResponse page = list(size, token);
+      EXPECT_LE(page.workers_size(), size + 1) << "with those that were refused";
+      EXPECT_EQ(page.total_size(), 13);
+      for (const v1::WorkerStatus& row : page.workers()) {
+        if (row.state() == v1::WORKER_STATE_REFUSED) {
+          ++refused;
+        } else {
+          EXPECT_TRUE(listed.insert(row.id()).second) << row.id() << " is listed twice";
+        }
+      }
+      token = page.next_page_token();
+      ASSERT_LE(listed.size(), registered.size());
+    } while (!token.empty());
+    EXPECT_EQ(listed, registered);
+    EXPECT_EQ(refused, 1);
+  }
+  const v1::ListWorkersResponse old = list(0, "");  // as clients that know of no pages
+  EXPECT_EQ(old.workers_size(), 13);
+  EXPECT_TRUE(old.next_page_token().empty());
+  EXPECT_EQ(list(0, list(3, "").next_page_token()).workers_size(), 10) << "the page may change its size";
+  EXPECT_EQ(list(5, "after-zzz").workers_size(), 1) << "whom it names may be gone by now";
+  for (const char* token : {"w1", "after-", "job-1"}) list(5, token, grpc::StatusCode::INVALID_ARGUMENT);
+  list(-1, "", grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+// What one message can't hold: about fifty thousand workers with names of usual length.
+TEST_F(ServiceTest, WhoKnowsOfNoPagesGetsWhatAMessageHolds) {
+  WorkerRegistration wordy = registration();
+  wordy.host = wordy.arithmetic_class = wordy.pool = std::string(1000, 'x');
+  for (int i = 0; i < 4000; ++i) farm.register_worker(wordy);
+  v1::ListWorkersResponse response;
+  const grpc::Status status =
+      call(*client, &v1::ClientService::Stub::ListWorkers, v1::ListWorkersRequest(), &response);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.total_size(), 4000);
+  EXPECT_GT(response.workers_size(), 1000);
+  EXPECT_LT(response.workers_size(), 4000);
 }
 
 TEST_F(ServiceTest, BlobsAreVerifiedAndComeBack) {
