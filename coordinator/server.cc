@@ -16,6 +16,7 @@
 #include "coordinator/client_service.h"
 #include "coordinator/door.h"
 #include "coordinator/http_server.h"
+#include "coordinator/stream_limit.h"
 #include "coordinator/token_processor.h"
 #include "coordinator/worker_service.h"
 
@@ -113,6 +114,9 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
   grpc::ServerBuilder builder;
   configure_server(builder);
   using Experimental = grpc::ServerBuilder::experimental_type;
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
+  interceptors.push_back(std::make_unique<StreamLimit>(2 * kMaxStreams));
+  builder.experimental().SetInterceptorCreators(std::move(interceptors));
   impl_->acceptor = builder.experimental().AddExternalConnectionAcceptor(
       Experimental::ExternalConnectionType::FROM_FD, credentials);
   builder.RegisterService(&impl_->client_service);

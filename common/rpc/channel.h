@@ -19,6 +19,8 @@ namespace lightmill {
 inline constexpr int kMaxMessageBytes = 16 << 20;
 /// Size of the chunks of blobs, partials and images.
 inline constexpr size_t kChunkBytes = 1 << 20;
+/// Calls under way on one connection. A worker has at most six.
+inline constexpr int kMaxStreams = 100;
 /// Deadline of a call that answers at once, seconds.
 inline constexpr double kCallSeconds = 20;
 /// Largest long poll that a coordinator grants, seconds.

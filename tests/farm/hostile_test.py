@@ -1,7 +1,8 @@
 """Hostile clients, written from the proto files alone: nobody gets in without a token, nothing leads out of the
 coordinator's folder, nothing makes it allocate, hang or stop.
 
-    hostile_test.py --bin build/release/bin [strangers] [roles] [paths] [sizes] [partials] [quotas] [connections] [hung] [bombs] [workers]
+    hostile_test.py --bin build/release/bin [strangers] [roles] [paths] [sizes] [partials] [quotas] [connections] [hung]
+        [streams] [bombs] [workers]
 """
 import argparse
 import base64
@@ -21,7 +22,9 @@ import urllib.request
 import zlib
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from hostile_target import GENEROUS_S, PB, REFUSED, SCENE, Target, code_of, load_proto, methods, raw_call  # noqa: E402
+from hostile_target import GENEROUS_S, PB, REFUSED, SCENE, Target, code_of, methods, raw_call  # noqa: E402
+from hostile_streams import check_streams  # noqa: E402
+from wire import load_proto  # noqa: E402
 import grpc  # noqa: E402
 
 
@@ -302,7 +305,8 @@ def test_hung(bin_dir):
         client, worker = target.client(), target.worker()
         job, settings, bundle, _ = target.job()
 
-        watching = [client.WatchJob(pb.WatchJobRequest(job_id=job)) for _ in range(600)]
+        crowd = [target.client() for _ in range(8)]
+        watching = [crowd[i % 8].WatchJob(pb.WatchJobRequest(job_id=job)) for i in range(600)]
         wait("watchers to be turned away", lambda: len(ended(watching)) >= 344)
         assert {c.code() for c in ended(watching)} == {grpc.StatusCode.RESOURCE_EXHAUSTED}
         assert code_of(lambda: client.GetJob(pb.GetJobRequest(job_id=job), timeout=GENEROUS_S)) == grpc.StatusCode.OK
@@ -321,9 +325,12 @@ def test_hung(bin_dir):
         wait("hung commits to end", lambda: len(ended(hung)) == len(hung))
         refused = [c for c in hung if c.code() == grpc.StatusCode.RESOURCE_EXHAUSTED]
         assert 0 < len(refused) < len(hung), "512 MiB at once, and no more"
-        late = worker.Commit.future(silent_after(header))
-        wait("a hung commit to end", late.done)
-        assert late.code() != grpc.StatusCode.RESOURCE_EXHAUSTED, "what they held is free again"
+
+        def late():  # callers are told that they were cut off before what they held is let go
+            call = worker.Commit.future(silent_after(header))
+            wait("a hung commit to end", call.done)
+            return call.code()
+        wait("what they held to be free again", lambda: late() != grpc.StatusCode.RESOURCE_EXHAUSTED)
         assert target.megabytes() < 500, target.megabytes()
 
         begin = pb.UploadBlobsRequest(header=pb.UploadBlobsRequest.Header(digest=hashlib.sha256(b"abc").hexdigest(), size=3))
@@ -345,6 +352,12 @@ def test_hung(bin_dir):
         wait("a fetch to be let in", lambda: code_of(lambda: worker.FetchBlobs(ask)) == grpc.StatusCode.OK)
         assert sum(len(m.chunk) for m in worker.FetchBlobs(ask)) == len(content)
         released.set()
+
+
+def test_streams(bin_dir):
+    """Calls of one connection at once, by a client that keeps to the server's bound and by two that do not."""
+    with Target(bin_dir) as target:
+        check_streams(target)
 
 
 def grey_png(path, side):
@@ -419,8 +432,8 @@ def test_workers(bin_dir):
 
 def main():
     tests = {"strangers": test_strangers, "roles": test_roles, "paths": test_paths, "sizes": test_sizes,
-             "partials": test_partials, "quotas": test_quotas, "connections": test_connections, "hung": test_hung, "bombs": test_bombs,
-             "workers": test_workers}
+             "partials": test_partials, "quotas": test_quotas, "connections": test_connections, "hung": test_hung,
+             "streams": test_streams, "bombs": test_bombs, "workers": test_workers}
     parser = argparse.ArgumentParser()
     parser.add_argument("--bin", required=True, help="folder of the programs")
     parser.add_argument("parts", nargs="*", choices=[[], *tests], help="default: all")
