@@ -57,10 +57,10 @@ std::string default_cache_dir() {
   return "lightmill-cache";
 }
 
-/// Test hooks: a worker that claims to be of another build or arithmetic class.
-std::string overridden(const char* variable, std::string value) {
+/// Test hooks: a worker that claims to be of another build or arithmetic class, and has no work to find out.
+std::string overridden(const char* variable, std::string (*value)()) {
   const char* other = std::getenv(variable);
-  return other && *other ? std::string(other) : std::move(value);
+  return other && *other ? std::string(other) : value();
 }
 
 /// SIGTERM, SIGINT, and SIGUSR1 to end the thread that waits for them.
@@ -193,9 +193,9 @@ int run(const Options& options) {
   runner_options.debug = [](const std::string& line) { spdlog::debug("{}", line); };
   runner_options.registration = {agent::host_name(),
                                  threads,
-                                 overridden("LIGHTMILL_TEST_BUILD_ID", build_id()),
+                                 overridden("LIGHTMILL_TEST_BUILD_ID", build_id),
                                  kPartialSchema,
-                                 overridden("LIGHTMILL_TEST_ARITHMETIC_CLASS", arithmetic_class()),
+                                 overridden("LIGHTMILL_TEST_ARITHMETIC_CLASS", arithmetic_class),
                                  options.pool};
   spdlog::info("{}; {} threads; arithmetic class {}", runner_options.registration.build, threads,
                runner_options.registration.arithmetic_class.substr(0, 12));

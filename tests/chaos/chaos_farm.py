@@ -1,8 +1,8 @@
 """A farm that is being hurt: coordinator on a disk that fails, workers behind lines that fail, and what to do of it."""
 import collections
-import json
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,23 +11,26 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "farm"))
 from disk_control import Disk  # noqa: E402
 from farm import Farm  # noqa: E402
+from wire_client import PATIENCE_S, Wire  # noqa: E402
 
 LEASE_S = 1.0
-PATIENCE_S = 120  # for what must happen once everything is mended; only a hang takes so long
 ACKNOWLEDGED = re.compile(r"(j\d+) tile (\d+) attempt (\d+): (?:accepted|already committed)")
 
 
 class ChaosFarm(Farm):
-    def __init__(self, bin_dir, library, network, workers, seed):
+    def __init__(self, bin_dir, library, network, workers, seed, keep=None):
         super().__init__(bin_dir)
         self.library = library
+        self.seed, self.keep = seed, keep
         self.network = network
         self.disk = Disk(self.folder / "disk-control")
         self.coordinator_due = None  # when to start it again; None: nobody means it to be down
         self.worker_due = [None] * workers
         self.expected_dead = set()  # pids that were killed or asked to go
         self.notes = collections.Counter()
+        self.struck = collections.Counter()  # system calls that a cut came before
         self.start_coordinator()
+        self.wire = Wire(self.address)
         port = int(self.address.rsplit(":", 1)[1])
         self.links = [network.add(port, seed * 100 + i) for i in range(workers)]
         self.workers = [None] * workers
@@ -35,7 +38,10 @@ class ChaosFarm(Farm):
             self.start_chaos_worker(number)
 
     def __exit__(self, *exception):
+        if exception[0] and self.keep:
+            shutil.copytree(self.folder, self.keep / f"run-{self.seed}", dirs_exist_ok=True)
         super().__exit__(*exception)
+        self.wire.close()
         for link in self.links:
             self.network.remove(link)
 
@@ -46,7 +52,7 @@ class ChaosFarm(Farm):
         self.coordinator = self._start("coordinator", [
             "lightmill-coordinator", "--listen", self.address or "127.0.0.1:0", "--http", "127.0.0.1:0",
             "--data", self.folder / "data", "--port-file", port_file, "--lease-seconds", LEASE_S,
-            "--tile-seconds", 0.05, "--checkpoint-mb", 1],
+            "--tile-seconds", 0.02, "--checkpoint-mb", 1],
             self.disk.environment(self.folder / "data", self.library))
         self.coordinator_due = None
         end = time.monotonic() + PATIENCE_S
@@ -72,7 +78,8 @@ class ChaosFarm(Farm):
     def start_chaos_worker(self, number):
         self.workers[number] = self._start(f"worker{number}", [
             "lightmill-worker", "--coordinator", f"127.0.0.1:{self.links[number].port}", "--threads", 1 + number % 2,
-            "--cache-dir", self.folder / f"cache{number}", "--drain-timeout", 3, "--log-level", "debug"])
+            "--cache-dir", self.folder / f"cache{number}", "--drain-timeout", 3, "--log-level", "debug"],
+            {"LIGHTMILL_TEST_ARITHMETIC_CLASS": "chaos"})  # finding it out takes longer than a run's tiles
         self.worker_due[number] = None
 
     def check_exit(self, name, process, allowed):
@@ -87,6 +94,7 @@ class ChaosFarm(Farm):
             if self.coordinator_due is None:  # by itself: a cut
                 self.check_exit("coordinator", self.coordinator, {-signal.SIGKILL})
                 self.notes["cuts"] += 1
+                self.struck[self.disk.struck()] += 1
                 self.disk.heal()
                 self.coordinator_due = now + 0.3
             elif now >= self.coordinator_due:
@@ -100,12 +108,6 @@ class ChaosFarm(Farm):
                 self.worker_due[number] = now + 0.2
             elif now >= self.worker_due[number]:
                 self.start_chaos_worker(number)
-
-    # --- what the coordinator says, if it does ---
-    def status(self, job):
-        done = subprocess.run([self.bin / "lightmill", "job", job, "--json", "--coordinator", self.address],
-                              capture_output=True, text=True, timeout=PATIENCE_S)
-        return json.loads(done.stdout) if done.returncode == 0 else None
 
     # --- afterwards ---
     def acknowledged(self):

@@ -4,7 +4,9 @@ import mmap
 import os
 import struct
 
-WORDS = ("calls", "cut_at", "power_seed", "error", "error_one_in", "sync_delay_us", "failed", "reserved")
+WORDS = ("calls", "cut_at", "power_seed", "error", "error_one_in", "sync_delay_us", "failed", "struck")
+CALLS = ("nothing", "a write of the log", "a sync of the log", "a write of the database", "a sync of the database",
+         "a change of a file's size", "a rename", "an unlink", "a write of another file", "a sync of another file")
 
 
 class Disk:
@@ -30,6 +32,10 @@ class Disk:
 
     def fail(self, name, one_in=1):
         self.set(error_one_in=one_in, error=getattr(errno, name))
+
+    def struck(self):
+        """What the coordinator was about to do when it was last killed."""
+        return CALLS[self.get("struck")]
 
     def environment(self, folder, library):
         return {"LD_PRELOAD": str(library), "CHAOS_FOLDER": str(folder), "CHAOS_CONTROL": os.fspath(self.path)}

@@ -35,8 +35,11 @@ struct Control {
   uint64_t error_one_in;   // one call of so many fails; 0 as 1
   uint64_t sync_delay_us;  // every sync takes so much longer
   uint64_t failed;         // calls that were failed, counted here
-  uint64_t reserved;
+  uint64_t struck;         // before which call the process died: a Call, counted from 1
 };
+
+/// In the order of CALLS in disk_control.py.
+enum Call : uint64_t { kWrite = 1, kSync = 2, kResize = 5, kRename = 6, kUnlink = 7 };
 
 /// A file's bytes as the disk surely has them, where they differ from what was written since.
 struct Unsynced {
@@ -140,14 +143,22 @@ void lose_unsynced(uint64_t seed) {
   }
 }
 
+/// What the test is told of a call on this file.
+uint64_t word_of(Call call, const std::string& path) {
+  if (call != kWrite && call != kSync) return call;
+  if (path.ends_with("-wal")) return call;
+  return path.ends_with(".sqlite") ? call + 2 : call + 7;
+}
+
 /// Counts a call. True if it is to fail with errno.
-bool strikes() {
+bool strikes(Call kind, const std::string& path) {
   State& s = state();
   Control& c = *s.control;
   const uint64_t call = ++c.calls;
   if (c.cut_at && call >= c.cut_at) {
     if (c.power_seed) lose_unsynced(c.power_seed);
     c.cut_at = 0;
+    c.struck = word_of(kind, path);
     kill(getpid(), SIGKILL);
     pause();
   }
@@ -163,7 +174,7 @@ int synced(int fd, int (*sync)(int)) {
   State& s = state();
   if (s.control->sync_delay_us) usleep(static_cast<useconds_t>(s.control->sync_delay_us));
   const std::lock_guard lock(s.mutex);
-  if (strikes()) return -1;
+  if (strikes(kSync, path)) return -1;
   const int result = sync(fd);
   if (result == 0) {
     s.files.erase(path);
@@ -181,7 +192,7 @@ ssize_t pwrite64(int fd, const void* bytes, size_t count, off64_t offset) {
   const std::string path = path_of(fd);
   if (path.empty()) return real_pwrite64(fd, bytes, count, offset);
   const std::lock_guard lock(state().mutex);
-  if (strikes()) {
+  if (strikes(kWrite, path)) {
     if (errno != ENOSPC || count < 2) return -1;
     remember(fd, path, offset, offset + static_cast<off_t>(count / 2));
     return real_pwrite64(fd, bytes, count / 2, offset);  // what still fits; the rest fails
@@ -195,7 +206,7 @@ ssize_t write(int fd, const void* bytes, size_t count) {
   const std::string path = path_of(fd);
   if (path.empty()) return real_write(fd, bytes, count);
   const std::lock_guard lock(state().mutex);
-  if (strikes()) return -1;
+  if (strikes(kWrite, path)) return -1;
   const off_t offset = lseek(fd, 0, SEEK_CUR);
   if (offset >= 0) remember(fd, path, offset, offset + static_cast<off_t>(count));
   return real_write(fd, bytes, count);
@@ -206,7 +217,7 @@ int ftruncate64(int fd, off64_t size) {
   const std::string path = path_of(fd);
   if (path.empty()) return real_ftruncate64(fd, size);
   const std::lock_guard lock(state().mutex);
-  if (strikes()) return -1;
+  if (strikes(kResize, path)) return -1;
   struct stat info;
   if (fstat(fd, &info) == 0)
     remember(fd, path, std::min<off_t>(size, info.st_size), std::max<off_t>(size, info.st_size));
@@ -227,7 +238,7 @@ int rename(const char* from, const char* to) {
   REAL(rename);
   if (!below(to)) return real_rename(from, to);
   const std::lock_guard lock(state().mutex);
-  if (strikes()) return -1;
+  if (strikes(kRename, to)) return -1;
   const int result = real_rename(from, to);
   if (result == 0) {
     State& s = state();
@@ -244,7 +255,7 @@ int unlink(const char* path) {
   REAL(unlink);
   if (!below(path)) return real_unlink(path);
   const std::lock_guard lock(state().mutex);
-  if (strikes()) return -1;
+  if (strikes(kUnlink, path)) return -1;
   state().files.erase(path);
   return real_unlink(path);
 }
