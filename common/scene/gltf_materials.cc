@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::string_view, 9> kMaterialExtensions = {"KHR_materials_emissive_strength",
+constexpr std::array<std::string_view, 10> kMaterialExtensions = {"KHR_materials_emissive_strength",
                                                                  "KHR_materials_ior",
                                                                  "KHR_materials_specular",
                                                                  "KHR_materials_clearcoat",
@@ -17,7 +17,8 @@ constexpr std::array<std::string_view, 9> kMaterialExtensions = {"KHR_materials_
                                                                  "KHR_materials_volume",
                                                                  "KHR_materials_pbrSpecularGlossiness",
                                                                  "KHR_materials_unlit",
-                                                                 "KHR_materials_sheen"};
+                                                                 "KHR_materials_sheen",
+                                                                 "KHR_materials_iridescence"};
 constexpr std::array<std::string_view, 11> kOtherExtensions = {
     "KHR_texture_transform",      "KHR_lights_punctual",     "KHR_mesh_quantization",
     "EXT_mesh_gpu_instancing",    "KHR_materials_variants",  // of variants, the default
@@ -135,6 +136,18 @@ MaterialKind GltfMaterials::bsdf(const GltfValue& material, const SpectrumInput&
                            static_cast<float>(sheen->number_or("sheenRoughnessFactor", 0, 0, 1)));
     }
   }
+  if (const auto film = material.extension("KHR_materials_iridescence")) {
+    m.iridescence = {static_cast<float>(film->number_or("iridescenceFactor", 0, 0, 1)), -1};
+    if (m.iridescence.value > 0) {
+      m.iridescence =
+          textures_.number(*film, "iridescenceTexture", ImageChannel::kRed, m.iridescence.value);
+      m.iridescence_ior = static_cast<float>(film->number_or("iridescenceIor", 1.3, 1, 1000));
+      m.iridescence_nm = {static_cast<float>(film->number_or("iridescenceThicknessMinimum", 100, 0, 1e5)),
+                          static_cast<float>(film->number_or("iridescenceThicknessMaximum", 400, 0, 1e5))};
+      m.iridescence_thickness =
+          textures_.number(*film, "iridescenceThicknessTexture", ImageChannel::kGreen, 1);
+    }
+  }
   if (const auto coat = material.extension("KHR_materials_clearcoat")) {
     const auto amount = static_cast<float>(coat->number_or("clearcoatFactor", 0, 0, 1));
     if (amount > 0) {
@@ -177,6 +190,8 @@ void GltfMaterials::transmit(const GltfValue& material, MaterialDescription* des
   auto amount = static_cast<float>(extension->number_or("transmissionFactor", 0, 0, 1));
   amount *= opaque->metallic.texture < 0 ? 1 - opaque->metallic.value : 1;  // metals let nothing through
   if (!(amount > 0)) return;
+  if (opaque->iridescence.value > 0)
+    scene_.unsupported(extension->pointer(), "the part that transmits has no iridescence");
   const FloatInput share = textures_.number(*extension, "transmissionTexture", ImageChannel::kRed, amount);
   TransmissionMaterial clear;
   clear.color = opaque->base_color;

@@ -74,7 +74,9 @@ struct MixMaterial {
 /// glTF's material: a diffuse base under a dielectric's specular reflection, blended with a metal of the
 /// base's colour; a clear coat over both. GGX with alpha = roughness^2. The dielectric reflects min(1,
 /// f0(ior) specular_color) specular at normal incidence and `specular` at grazing; ior 0 means f0 = 1. Sheen,
-/// of fibres, lies on the base and below the coat; black: none.
+/// of fibres, lies on the base and below the coat; black: none. A thin film of index `iridescence_ior` may lie
+/// on base and metal by the weight `iridescence`, its thickness (nm) going from the first to the second figure
+/// with the input `iridescence_thickness` in [0, 1].
 struct MetallicRoughnessMaterial {
   SpectrumInput base_color{{1, 1, 1}, -1};
   FloatInput metallic{1, -1}, roughness{1, -1};
@@ -84,6 +86,9 @@ struct MetallicRoughnessMaterial {
   FloatInput clearcoat{0, -1}, clearcoat_roughness{0, -1};
   SpectrumInput sheen_color{{0, 0, 0}, -1};
   FloatInput sheen_roughness{0, -1};
+  FloatInput iridescence{0, -1}, iridescence_thickness{1, -1};
+  float iridescence_ior = 1.3f;
+  std::array<float, 2> iridescence_nm{100, 400};
 };
 /// glTF's transmission: an interface that tints what it lets through. Thin: a sheet of which light comes out
 /// in the direction in which it entered, spread by the roughness; else light is refracted into a solid of

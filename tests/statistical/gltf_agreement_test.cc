@@ -45,6 +45,10 @@ TestScene balls() {
   velvet.sheen_color.value = {0.9f, 0.5f, 0.6f};
   velvet.sheen_roughness.value = 0.5f;
   s.sphere({1.2, 0.2, -1.6}, 0.5, add(s, velvet));
+  MetallicRoughnessMaterial soapy = metallic({0.5f, 0.5f, 0.5f}, 0.4f, 0.6f);
+  soapy.iridescence.value = 0.9f;
+  soapy.iridescence_ior = 1.8f;
+  s.sphere({0, 0.1, -2.4}, 0.4, add(s, soapy));
   s.sphere({0, 4, 2}, 0.9, s.diffuse(0), {.radiance = {20, 18, 15}});
   s.environment({0.1f, 0.12f, 0.15f});
   s.camera({0, 3, -6}, {0, 0, 0}, 40).film(32, 24);

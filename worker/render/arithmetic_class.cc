@@ -217,6 +217,8 @@ SceneDescription every_kernel() {
   metallic.sheen_color = {{0.5f, 0.4f, 0.3f}, -1};
   metallic.sheen_roughness = {0.4f, -1};
   add(metallic);
+  metallic.iridescence.value = 0.8f;
+  add(metallic);
   for (const bool thin : {true, false}) {
     add(TransmissionMaterial{{{0.5f, 0.9f, 0.6f}, -1}, {0, -1}, 1.5f, thin});
     add(TransmissionMaterial{{{0.5f, 0.9f, 0.6f}, -1}, {0.6f, -1}, 1.5f, thin});

@@ -183,6 +183,27 @@ TEST_F(GltfMaterialTest, Sheen) {
   EXPECT_FALSE(load_document().ok());
 }
 
+TEST_F(GltfMaterialTest, Iridescence) {
+  material()["extensions"]["KHR_materials_iridescence"] = json::object();
+  EXPECT_EQ(only<MetallicRoughnessMaterial>(clean_document()).iridescence.value, 0);
+  auto& film = material()["extensions"]["KHR_materials_iridescence"];
+  film = json::parse(R"({"iridescenceFactor": 0.5, "iridescenceIor": 1.8, "iridescenceThicknessMinimum": 200,
+                         "iridescenceThicknessMaximum": 550})");
+  const auto m = only<MetallicRoughnessMaterial>(clean_document());
+  EXPECT_EQ(m.iridescence.value, 0.5f);
+  EXPECT_EQ(m.iridescence_ior, 1.8f);
+  EXPECT_EQ(m.iridescence_nm, (std::array{200.0f, 550.0f}));
+  EXPECT_EQ(m.iridescence_thickness.value, 1);
+  film["iridescenceTexture"]["index"] = 0;
+  film["iridescenceThicknessTexture"]["index"] = 0;
+  const SceneDescription s = clean_document();
+  const auto textured = only<MetallicRoughnessMaterial>(s);
+  EXPECT_EQ(image(s, textured.iridescence.texture).channel, ImageChannel::kRed);
+  EXPECT_EQ(image(s, textured.iridescence_thickness.texture).channel, ImageChannel::kGreen);
+  film["iridescenceIor"] = 0.5;
+  EXPECT_FALSE(load_document().ok());
+}
+
 TEST_F(GltfMaterialTest, SpecularGlossiness) {
   material()["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {
       {"diffuseFactor", {0.2, 0.3, 0.4, 1}}, {"specularFactor", {0.1, 0.1, 0.1}}, {"glossinessFactor", 0.75}};
@@ -195,8 +216,8 @@ TEST_F(GltfMaterialTest, SpecularGlossiness) {
 }
 
 TEST_F(GltfMaterialTest, WhatIsLeftOutIsNamed) {
-  material()["extensions"]["KHR_materials_iridescence"] = json::object();
-  EXPECT_TRUE(mentions(load_document(), "KHR_materials_iridescence is ignored"));
+  material()["extensions"]["KHR_materials_dispersion"] = json::object();
+  EXPECT_TRUE(mentions(load_document(), "KHR_materials_dispersion is ignored"));
   EXPECT_FALSE(load_document({true, "", ""}).ok());
 }
 

@@ -83,6 +83,8 @@ template <class F>
         return merge(m, eval_metallic_roughness<F, true>(params, m, wo, wi), &result);
       case kSheenMetallicRoughness:
         return merge(m, eval_sheen(params, m, wo, wi), &result);
+      case kIridescent:
+        return merge(m, eval_iridescent(params, m, wo, wi), &result);
       case kRoughTintedDielectric:
         return merge(m, eval_rough_tinted_dielectric(params, wo, wi, mode), &result);
       case kRoughTintedSheet:
@@ -186,6 +188,8 @@ template <class F>
         return take(m, sample_metallic_roughness<F, true>(params, m, wo, lobe, u, v));
       case kSheenMetallicRoughness:
         return take(m, sample_sheen(params, m, wo, lobe, u, v));
+      case kIridescent:
+        return take(m, sample_iridescent(params, m, wo, lobe, u, v));
       case kTintedDielectric:
         return take(m, sample_tinted_dielectric(params, wo, lobe, mode));
       case kRoughTintedDielectric:

@@ -9,12 +9,14 @@
 // under a lossless dielectric is white; glTF's own sketch, (1 - F) rho / pi, is neither. A coat of weight c
 // and albedo E_c lets (1 - c E_c(wo)) (1 - c E_c(wi)) through; what it reflects back inside is left out.
 // Reciprocal in all parts. Sheen of colour s and albedo E_s (sheen_table.h) lets min(1 - max s E_s(wo),
-// 1 - max s E_s(wi)) through to what is below it, as glTF has it; it is drawn with the base.
+// 1 - max s E_s(wi)) through to what is below it, as glTF has it; it is drawn with the base. A thin film
+// changes what the specular lobe reflects (iridescence.h).
 //
 // Parameters: 0-2 rho / (1 - mean E), 3-5 f0, 6 alpha, 7 f90, 8 the largest f0 of the dielectric (for E),
 // 9 the coat (coat_slot). The metallic table is where the tables begin.
 #include "worker/render/bsdf/fresnel.h"
 #include "worker/render/bsdf/ggx.h"
+#include "worker/render/bsdf/iridescence.h"
 #include "worker/render/bsdf/metallic_table.h"
 #include "worker/render/bsdf/sheen.h"
 #include "worker/render/sampling/warp.h"
@@ -36,9 +38,11 @@ struct MetallicRoughness {
   Ggx<F> ggx, coat_ggx{};
   F coat{};                               // weight
   const SheenParams<F>* sheen = nullptr;  // what it says of the fibres, if there are any
+  const Iridescence<F>* film = nullptr;   // and of a film
 
-  MetallicRoughness(const BsdfParams<F>& p, MaskOf<F> of_kind, const SheenParams<F>* fibres = nullptr)
-      : params(p), sheen(fibres) {
+  MetallicRoughness(const BsdfParams<F>& p, MaskOf<F> of_kind, const SheenParams<F>* fibres = nullptr,
+                    const Iridescence<F>* thin_film = nullptr)
+      : params(p), sheen(fibres), film(thin_film) {
     ggx.alpha = select(of_kind, p.p[6], splat<F>(1.0f));
     if constexpr (kCoated) {
       const F packed = select(of_kind, p.p[9], splat<F>(0.5f));
@@ -63,7 +67,7 @@ struct MetallicRoughness {
   Side side(const Vec3<F>& w) const {
     const F cosine = max(abs(w.z), splat<F>(1e-12f));
     Side s{.cosine = cosine, .lobe = LobeAlbedo<F>(params.tables, cosine, ggx.alpha)};
-    s.base_share = 1.0f - s.lobe.albedo(params.p[8], params.p[7]);
+    s.base_share = 1.0f - (film ? film->albedo(cosine) : s.lobe.albedo(params.p[8], params.p[7]));
     F through = splat<F>(1.0f);
     if constexpr (kCoated) {
       s.coat_share =
@@ -78,7 +82,9 @@ struct MetallicRoughness {
       of_sheen = max_component(sheen->color) * fibres.albedo;
       s.below_sheen = 1.0f - of_sheen;
     }
-    s.specular = through * s.below_sheen * s.lobe.albedo(max_component(params.rgb(3)), params.p[7]);
+    s.specular = through * s.below_sheen *
+                 (film ? film->lobe_albedo(1.0f - s.base_share)
+                       : s.lobe.albedo(max_component(params.rgb(3)), params.p[7]));
     s.diffuse = through * (s.below_sheen * s.base_share * max_component(params.rgb(0)) + of_sheen);
     s.sum = max(s.specular + s.diffuse + s.coat_share, splat<F>(1e-12f));
     return s;
@@ -89,7 +95,8 @@ struct MetallicRoughness {
     const F h2 = dot(h, h);
     const MaskOf<F> valid = MaskOf<F>(h2 > 0.0f);
     const Vec3<F> m = h * (1.0f / sqrt(select(valid, h2, splat<F>(1.0f))));
-    const F s = schlick_weight(min(abs(dot(wo, m)), splat<F>(1.0f)));
+    const F facet = min(abs(dot(wo, m)), splat<F>(1.0f));
+    const F s = schlick_weight(facet);
     const F d = select(valid, ggx.d(m), F{});
     const F lobe = d * ggx.g(wo, wi) / (4.0f * o.cosine * i.cosine);
     const Vec3<F> f0 = params.rgb(3);
@@ -97,8 +104,15 @@ struct MetallicRoughness {
     const F at_grazing = params.p[7] * s;
     const auto channel = [&](F r) { return (r * (1.0f - s) + at_grazing) * (1.0f + r * gain) * lobe; };
     BsdfEval<F> e;
-    e.f = Vec3<F>{channel(f0.x), channel(f0.y), channel(f0.z)} +
-          params.rgb(0) * (o.base_share * i.base_share * kInvPi);
+    Vec3<F> specular;
+    if (film) {
+      const Vec3<F> r = film->reflectance(facet);
+      const auto filmed = [&](F x) { return x * (1.0f + x * gain) * lobe; };
+      specular = {filmed(r.x), filmed(r.y), filmed(r.z)};
+    } else {
+      specular = {channel(f0.x), channel(f0.y), channel(f0.z)};
+    }
+    e.f = specular + params.rgb(0) * (o.base_share * i.base_share * kInvPi);
     e.pdf = o.p_specular() * d * ggx.g1(wo) / (4.0f * o.cosine) + o.p_diffuse() * i.cosine * kInvPi;
     e.pdf_reverse = i.p_specular() * d * ggx.g1(wi) / (4.0f * i.cosine) + i.p_diffuse() * o.cosine * kInvPi;
     if (sheen) {
@@ -171,6 +185,24 @@ inline BsdfSample<F> sample_sheen(const BsdfParams<F>& params, MaskOf<F> of_kind
                                   F u, F v) {
   const SheenParams<F> sheen(params, of_kind);
   return sample_metallic_roughness(MetallicRoughness<F, true>(sheen.base, of_kind, &sheen), wo, lobe, u, v);
+}
+
+/// With a film, and coat and sheen that may be none.
+template <class F>
+inline BsdfEval<F> eval_iridescent(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
+                                   const Vec3<F>& wi) {
+  SheenParams<F> sheen(params, of_kind);
+  const Iridescence<F> film(params, of_kind, &sheen.base);
+  const MetallicRoughness<F, true> m(sheen.base, of_kind, &sheen, &film);
+  return m.eval(m.side(wo), m.side(wi), wo, wi);
+}
+template <class F>
+inline BsdfSample<F> sample_iridescent(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
+                                       F lobe, F u, F v) {
+  SheenParams<F> sheen(params, of_kind);
+  const Iridescence<F> film(params, of_kind, &sheen.base);
+  return sample_metallic_roughness(MetallicRoughness<F, true>(sheen.base, of_kind, &sheen, &film), wo, lobe, u,
+                                   v);
 }
 
 }  // namespace lightmill

@@ -125,7 +125,7 @@ void begin_tables(const std::vector<MaterialDescription>& materials, RenderScene
   if (metallic) scene->bsdf_tables = metallic_table();
   const bool sheen = std::any_of(materials.begin(), materials.end(), [](const MaterialDescription& m) {
     const auto* gltf = std::get_if<MetallicRoughnessMaterial>(&m.kind);
-    return gltf && has_sheen(*gltf);
+    return gltf && (has_sheen(*gltf) || has_film(*gltf));
   });
   if (sheen) {
     const std::vector<float>& table = sheen_table();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "worker/render/bsdf/metallic_roughness.h"
+#include "worker/render/scene/material_slots.h"
 
 namespace lightmill {
 namespace {
@@ -54,6 +55,48 @@ void set_metallic_roughness(const MetallicRoughnessMaterial& m, const Inputs& va
   params[8] = packed_color(within_unit(fibres.r), within_unit(fibres.g), within_unit(fibres.b));
 }
 
+/// Slots of iridescence.h, beside those that set_metallic_roughness set with sheen.
+void set_iridescence(const MetallicRoughnessMaterial& m, const Inputs& value, int block, float* params) {
+  const Rgb base = value(m.base_color), tint = value(m.specular_color);
+  const float metallic = value(m.metallic), specular = value(m.specular);
+  const float ratio = m.ior == 0 ? 1 : (m.ior - 1) / (m.ior + 1);
+  const auto f0 = [&](float x) { return within_unit(ratio * ratio * x) * specular; };
+  set_rgb(params, 0, {within_unit(base.r), within_unit(base.g), within_unit(base.b)});
+  params[3] = packed_color(f0(tint.r), f0(tint.g), f0(tint.b));
+  params[4] = static_cast<float>(block / kFilmAlign);
+  params[5] = packed_pair(value(m.iridescence_thickness), value(m.iridescence));
+  params[7] = packed_pair(specular, metallic);
+}
+
+/// The film over all that the material's dielectric may be.
+FilmOnBase film_on(const MetallicRoughnessMaterial& m) {
+  FilmOnBase film{m.iridescence_ior, m.iridescence_nm[0], m.iridescence_nm[1], {}};
+  // Without a texture it is as thick everywhere.
+  if (m.iridescence_thickness.texture < 0) film.thickness_from = film.thickness_to;
+  const float ratio = m.ior == 0 ? 1 : (m.ior - 1) / (m.ior + 1);
+  const bool textured = m.specular.texture >= 0 || m.specular_color.texture >= 0;
+  for (const float scale : {1.0f, 0.75f, 0.5f, 0.25f, 0.0f}) {
+    const float specular = within_unit(m.specular.value) * scale;
+    const auto f0 = [&](float x) { return within_unit(ratio * ratio * x) * specular; };
+    const Rgb& tint = m.specular_color.value;
+    film.bases.push_back({{f0(tint.r), f0(tint.g), f0(tint.b)}, specular});
+    if (!textured) break;
+  }
+  return film;
+}
+
+/// Where the block of `m`'s film is: a new one, or that of an earlier material of the same film.
+int film_block_of(const MetallicRoughnessMaterial& m, RenderScene* scene) {
+  const FilmOnBase film = film_on(m);
+  for (const MaterialEntry& e : scene->materials) {
+    if (e.kind == kIridescent && film_on(scene->metallic[static_cast<size_t>(e.gltf)]) == film)
+      return e.first_row;
+  }
+  const size_t size = scene->bsdf_tables.size();
+  scene->bsdf_tables.resize((size + kFilmAlign - 1) / kFilmAlign * kFilmAlign);
+  return add_table(film_block(film), scene);
+}
+
 void set_transmission_tint(const TransmissionMaterial& m, const Inputs& value, float* params) {
   const Rgb tint = value(m.color);
   params[0] = m.ior;
@@ -70,18 +113,25 @@ bool has_sheen(const MetallicRoughnessMaterial& m) {
   return m.sheen_color.texture >= 0 || c.r > 0 || c.g > 0 || c.b > 0;
 }
 
+bool has_film(const MetallicRoughnessMaterial& m) {
+  return m.iridescence.texture >= 0 || m.iridescence.value > 0;
+}
+
 void build_metallic_roughness(const MetallicRoughnessMaterial& m, RenderScene* scene, MaterialEntry* entry,
                               float* params) {
   const bool coated = m.clearcoat.texture >= 0 || m.clearcoat.value > 0;
-  const bool sheen = has_sheen(m);
-  entry->kind = sheen ? kSheenMetallicRoughness : coated ? kCoatedMetallicRoughness : kMetallicRoughness;
+  const bool film = has_film(m), sheen = film || has_sheen(m);
+  entry->kind = film ? kIridescent : sheen ? kSheenMetallicRoughness : coated ? kCoatedMetallicRoughness : kMetallicRoughness;
   entry->gltf = static_cast<int>(scene->metallic.size());
   for (const int t : {m.base_color.texture, m.metallic.texture, m.roughness.texture, m.specular.texture,
                       m.specular_color.texture, m.clearcoat.texture, m.clearcoat_roughness.texture,
-                      m.sheen_color.texture, m.sheen_roughness.texture})
+                      m.sheen_color.texture, m.sheen_roughness.texture, m.iridescence.texture,
+                      m.iridescence_thickness.texture})
     entry->textured = entry->textured || t >= 0;
   scene->metallic.push_back(m);
+  if (film) entry->first_row = film_block_of(m, scene);
   set_metallic_roughness(m, {scene->textures, nullptr}, scene->bsdf_tables.data(), params, sheen);
+  if (film) set_iridescence(m, {scene->textures, nullptr}, entry->first_row, params);
 }
 
 void build_transmission(const TransmissionMaterial& m, RenderScene* scene, MaterialEntry* entry,
@@ -102,9 +152,10 @@ void apply_gltf_textures(const RenderScene& scene, const MaterialEntry& entry, c
                          float* params) {
   const Inputs value{scene.textures, &at};
   const auto index = static_cast<size_t>(entry.gltf);
-  const bool sheen = entry.kind == kSheenMetallicRoughness;
+  const bool film = entry.kind == kIridescent, sheen = film || entry.kind == kSheenMetallicRoughness;
   if (sheen || entry.kind == kMetallicRoughness || entry.kind == kCoatedMetallicRoughness) {
     set_metallic_roughness(scene.metallic[index], value, scene.bsdf_tables.data(), params, sheen);
+    if (film) set_iridescence(scene.metallic[index], value, entry.first_row, params);
   } else {
     set_transmission_tint(scene.tinted[index], value, params);
   }

@@ -6,6 +6,7 @@ namespace lightmill {
 
 /// Whether some of its light comes from fibres.
 bool has_sheen(const MetallicRoughnessMaterial& material);
+bool has_film(const MetallicRoughnessMaterial& material);
 
 /// Kinds and first parameters; the materials stay in scene.metallic and scene.tinted, where textured points
 /// find them by entry.gltf. Needs the metallic table at the beginning of the scene's tables,

@@ -100,6 +100,30 @@ std::vector<BsdfCase> all_bsdfs() {
   add("gltf_velvet_red", velvet({0.4f, 0.1f, 0.1f}, {0.9f, 0.2f, 0.3f}, 0.4f), 0.49f);
   add("gltf_velvet_metal", velvet(gold, {0.3f, 0.3f, 0.6f}, 0.5f, 1), 0.49f);
   add("gltf_velvet_coated", velvet(colour, white, 0.5f, 0, 0.8f), 0.16f);
+  const auto film = [&](const Rgb& base, float metal, float roughness, float nm, float ior = 1.3f,
+                        float weight = 1, float coat = 0, const Rgb& sheen = {}) {
+    MetallicRoughnessMaterial m;
+    m.base_color.value = base;
+    m.metallic.value = metal;
+    m.roughness.value = roughness;
+    m.clearcoat.value = coat;
+    m.clearcoat_roughness.value = 0.3f;
+    m.sheen_color.value = sheen;
+    m.sheen_roughness.value = 0.5f;
+    m.iridescence.value = weight;
+    m.iridescence_ior = ior;
+    m.iridescence_nm = {0, nm};
+    return gltf(m);
+  };
+  add("film_white", film(white, 0, 0.5f, 400), 0.25f);
+  add("film_white_dense", film(white, 0, 0.3f, 250, 2), 0.09f);
+  add("film_white_rough", film(white, 0, 1, 550, 1.8f), 1);
+  add("film_white_thin", film(white, 0, 0.5f, 0, 1.33f, 0.7f), 0.25f);
+  add("film_metal", film(white, 1, 0.5f, 300), 0.25f);
+  add("film_gold", film(gold, 1, 0.8f, 600, 2.2f), 0.64f);
+  add("film_half_metal", film(white, 0.5f, 0.6f, 450, 1.6f, 0.6f), 0.36f);
+  add("film_coated", film(colour, 0.3f, 0.7f, 350, 1.5f, 1, 0.6f), 0.09f);
+  add("film_velvet", film(white, 0, 0.7f, 350, 1.5f, 1, 0, {0.6f, 0.6f, 0.9f}), 0.49f);
   const auto clear = [&](bool thin, float roughness, const Rgb& tint) {
     return gltf(TransmissionMaterial{{tint, -1}, {roughness, -1}, 1.5f, thin});
   };
