@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::string_view, 10> kMaterialExtensions = {"KHR_materials_emissive_strength",
+constexpr std::array<std::string_view, 11> kMaterialExtensions = {"KHR_materials_emissive_strength",
                                                                  "KHR_materials_ior",
                                                                  "KHR_materials_specular",
                                                                  "KHR_materials_clearcoat",
@@ -18,7 +18,8 @@ constexpr std::array<std::string_view, 10> kMaterialExtensions = {"KHR_materials
                                                                  "KHR_materials_pbrSpecularGlossiness",
                                                                  "KHR_materials_unlit",
                                                                  "KHR_materials_sheen",
-                                                                 "KHR_materials_iridescence"};
+                                                                 "KHR_materials_iridescence",
+                                                                 "KHR_materials_anisotropy"};
 constexpr std::array<std::string_view, 11> kOtherExtensions = {
     "KHR_texture_transform",      "KHR_lights_punctual",     "KHR_mesh_quantization",
     "EXT_mesh_gpu_instancing",    "KHR_materials_variants",  // of variants, the default
@@ -136,6 +137,13 @@ MaterialKind GltfMaterials::bsdf(const GltfValue& material, const SpectrumInput&
                            static_cast<float>(sheen->number_or("sheenRoughnessFactor", 0, 0, 1)));
     }
   }
+  if (const auto brushed = material.extension("KHR_materials_anisotropy")) {
+    m.anisotropy = static_cast<float>(brushed->number_or("anisotropyStrength", 0, 0, 1));
+    const double turns = brushed->number_or("anisotropyRotation", 0, -1e6, 1e6) / (2 * kPi);
+    m.anisotropy_rotation = static_cast<float>(turns - std::floor(turns));
+    if (m.anisotropy > 0)
+      m.anisotropy_texture = textures_.image(*brushed, "anisotropyTexture", ImageChannel::kRgb, false);
+  }
   if (const auto film = material.extension("KHR_materials_iridescence")) {
     m.iridescence = {static_cast<float>(film->number_or("iridescenceFactor", 0, 0, 1)), -1};
     if (m.iridescence.value > 0) {
@@ -158,6 +166,10 @@ MaterialKind GltfMaterials::bsdf(const GltfValue& material, const SpectrumInput&
       if (coat->find("clearcoatNormalTexture"))
         scene_.unsupported(coat->pointer(), "a normal map of the clear coat alone is ignored");
     }
+  }
+  if (m.anisotropy > 0 && (m.iridescence.value > 0 || m.sheen_color.value != Rgb{0, 0, 0})) {
+    scene_.unsupported(material.pointer(), "a material with sheen or iridescence has no anisotropy");
+    m.anisotropy = 0;
   }
   return m;
 }
@@ -192,6 +204,8 @@ void GltfMaterials::transmit(const GltfValue& material, MaterialDescription* des
   if (!(amount > 0)) return;
   if (opaque->iridescence.value > 0)
     scene_.unsupported(extension->pointer(), "the part that transmits has no iridescence");
+  if (opaque->anisotropy > 0)
+    scene_.unsupported(extension->pointer(), "the part that transmits has no anisotropy");
   const FloatInput share = textures_.number(*extension, "transmissionTexture", ImageChannel::kRed, amount);
   TransmissionMaterial clear;
   clear.color = opaque->base_color;

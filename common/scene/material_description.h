@@ -76,7 +76,9 @@ struct MixMaterial {
 /// f0(ior) specular_color) specular at normal incidence and `specular` at grazing; ior 0 means f0 = 1. Sheen,
 /// of fibres, lies on the base and below the coat; black: none. A thin film of index `iridescence_ior` may lie
 /// on base and metal by the weight `iridescence`, its thickness (nm) going from the first to the second figure
-/// with the input `iridescence_thickness` in [0, 1].
+/// with the input `iridescence_thickness` in [0, 1]. With an anisotropy s of up to 1 the lobe's alpha is
+/// alpha + (1 - alpha) s^2 along a direction, which is `anisotropy_rotation` turns from dp/du towards dp/dv; a
+/// texture's red and green, 2 x - 1, are a direction before that rotation, and blue multiplies s.
 struct MetallicRoughnessMaterial {
   SpectrumInput base_color{{1, 1, 1}, -1};
   FloatInput metallic{1, -1}, roughness{1, -1};
@@ -89,6 +91,8 @@ struct MetallicRoughnessMaterial {
   FloatInput iridescence{0, -1}, iridescence_thickness{1, -1};
   float iridescence_ior = 1.3f;
   std::array<float, 2> iridescence_nm{100, 400};
+  float anisotropy = 0, anisotropy_rotation = 0;
+  int anisotropy_texture = -1;
 };
 /// glTF's transmission: an interface that tints what it lets through. Thin: a sheet of which light comes out
 /// in the direction in which it entered, spread by the roughness; else light is refracted into a solid of

@@ -49,6 +49,10 @@ TestScene balls() {
   soapy.iridescence.value = 0.9f;
   soapy.iridescence_ior = 1.8f;
   s.sphere({0, 0.1, -2.4}, 0.4, add(s, soapy));
+  MetallicRoughnessMaterial scratched = metallic({0.7f, 0.6f, 0.5f}, 0.8f, 0.6f);
+  scratched.anisotropy = 0.8f;
+  scratched.anisotropy_rotation = 0.1f;
+  s.sphere({-2.2, 0.3, -1.8}, 0.4, add(s, scratched));
   s.sphere({0, 4, 2}, 0.9, s.diffuse(0), {.radiance = {20, 18, 15}});
   s.environment({0.1f, 0.12f, 0.15f});
   s.camera({0, 3, -6}, {0, 0, 0}, 40).film(32, 24);

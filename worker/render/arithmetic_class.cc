@@ -219,6 +219,11 @@ SceneDescription every_kernel() {
   add(metallic);
   metallic.iridescence.value = 0.8f;
   add(metallic);
+  metallic.iridescence.value = 0;
+  metallic.sheen_color.value = {};
+  metallic.anisotropy = 0.6f;
+  metallic.anisotropy_rotation = 0.2f;
+  add(metallic);
   for (const bool thin : {true, false}) {
     add(TransmissionMaterial{{{0.5f, 0.9f, 0.6f}, -1}, {0, -1}, 1.5f, thin});
     add(TransmissionMaterial{{{0.5f, 0.9f, 0.6f}, -1}, {0.6f, -1}, 1.5f, thin});

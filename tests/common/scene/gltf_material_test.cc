@@ -204,6 +204,20 @@ TEST_F(GltfMaterialTest, Iridescence) {
   EXPECT_FALSE(load_document().ok());
 }
 
+TEST_F(GltfMaterialTest, Anisotropy) {
+  auto& brushed = material()["extensions"]["KHR_materials_anisotropy"];
+  brushed = {{"anisotropyStrength", 0.5}, {"anisotropyRotation", -M_PI / 2}, {"anisotropyTexture", {{"index", 0}}}};
+  const SceneDescription s = clean_document();
+  const auto m = only<MetallicRoughnessMaterial>(s);
+  EXPECT_EQ(m.anisotropy, 0.5f);
+  EXPECT_FLOAT_EQ(m.anisotropy_rotation, 0.75f);
+  EXPECT_EQ(image(s, m.anisotropy_texture).encoding, ColorEncoding::kLinear);
+  material()["extensions"]["KHR_materials_iridescence"]["iridescenceFactor"] = 1;
+  EXPECT_TRUE(mentions(load_document(), "a material with sheen or iridescence has no anisotropy"));
+  brushed["anisotropyStrength"] = 2;
+  EXPECT_FALSE(load_document().ok());
+}
+
 TEST_F(GltfMaterialTest, SpecularGlossiness) {
   material()["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {
       {"diffuseFactor", {0.2, 0.3, 0.4, 1}}, {"specularFactor", {0.1, 0.1, 0.1}}, {"glossinessFactor", 0.75}};

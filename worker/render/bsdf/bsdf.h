@@ -29,7 +29,8 @@ inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 
                           kRoughScatteringCoated = 23, kScatteringCoatedConductor = 24,
                           kRoughScatteringCoatedConductor = 25, kMeasured = 26, kAnisotropicCoated = 27,
                           kAnisotropicCoatedConductor = 28, kAnisotropicRoughCoatedConductor = 29,
-                          kSubsurface = 30, kRoughSubsurface = 31, kIridescent = 32, kBsdfKinds = 33;
+                          kSubsurface = 30, kRoughSubsurface = 31, kIridescent = 32,
+                          kAnisotropicMetallicRoughness = 33, kBsdfKinds = 34;
 /// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
 inline constexpr BsdfKind kMix = kBsdfKinds, kMaterialKinds = kBsdfKinds + 1;
 /// Of a vertex in a medium (henyey_greenstein.h); no material has it.
@@ -75,7 +76,8 @@ inline MaskOf<F> anisotropic(IntOf<F> kind) {
   const auto either = [&](BsdfKind a, BsdfKind b) {
     return mask_or(MaskOf<F>(kind == a), MaskOf<F>(kind == b));
   };
-  return mask_or(either(kAnisotropicConductor, kAnisotropicDielectric),
+  const MaskOf<F> gltf = MaskOf<F>(kind == kAnisotropicMetallicRoughness);
+  return mask_or(mask_or(gltf, either(kAnisotropicConductor, kAnisotropicDielectric)),
                  mask_or(mask_or(either(kHair, kMeasured), MaskOf<F>(kind == kAnisotropicCoated)),
                          either(kAnisotropicCoatedConductor, kAnisotropicRoughCoatedConductor)));
 }
@@ -90,7 +92,8 @@ inline constexpr int kBsdfParams = 10;
 ///   dielectric  0 eta, 6 alpha (thin: eta alone)
 ///   anisotropic as conductor, dielectric and coated kinds, and 8 and 9 as anisotropic.h says
 ///   hair as hair.h and measured as measured.h says, and 9 as anisotropic.h says
-///   metallic roughness as metallic_roughness.h says, with a film as iridescence.h; tinted as tinted.h
+///   metallic roughness as metallic_roughness.h says, with a film as iridescence.h; tinted as tinted.h;
+///   anisotropic ones as brushed.h says
 ///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha,
 ///               8 table row (rough: entering transmittance; scattering: that of each channel, and a block
 ///               of coat_scattering.h)

@@ -4,6 +4,7 @@
 // surfaces, the commonest, are computed in place, all others in functions of their own: inlined beside them,
 // they would cost diffuse surfaces their registers.
 #include "worker/render/bsdf/anisotropic.h"
+#include "worker/render/bsdf/brushed.h"
 #include "worker/render/bsdf/coated_conductor.h"
 #include "worker/render/bsdf/coated_diffuse.h"
 #include "worker/render/bsdf/conductor.h"
@@ -85,6 +86,8 @@ template <class F>
         return merge(m, eval_sheen(params, m, wo, wi), &result);
       case kIridescent:
         return merge(m, eval_iridescent(params, m, wo, wi), &result);
+      case kAnisotropicMetallicRoughness:
+        return merge(m, eval_brushed(params, m, wo, wi), &result);
       case kRoughTintedDielectric:
         return merge(m, eval_rough_tinted_dielectric(params, wo, wi, mode), &result);
       case kRoughTintedSheet:
@@ -190,6 +193,8 @@ template <class F>
         return take(m, sample_sheen(params, m, wo, lobe, u, v));
       case kIridescent:
         return take(m, sample_iridescent(params, m, wo, lobe, u, v));
+      case kAnisotropicMetallicRoughness:
+        return take(m, sample_brushed(params, m, wo, lobe, u, v));
       case kTintedDielectric:
         return take(m, sample_tinted_dielectric(params, wo, lobe, mode));
       case kRoughTintedDielectric:

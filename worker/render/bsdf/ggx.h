@@ -67,6 +67,16 @@ struct AnisotropicGgx {
   }
 };
 
+/// Lanes of a round distribution among others.
+template <class F>
+inline Ggx<F> select(MaskOf<F> m, const Ggx<F>& a, const Ggx<F>& b) {
+  return {select(m, a.alpha, b.alpha)};
+}
+template <class F>
+inline AnisotropicGgx<F> select(MaskOf<F> m, const Ggx<F>& a, const AnisotropicGgx<F>& b) {
+  return {select(m, a.alpha, b.alpha_x), select(m, a.alpha, b.alpha_y)};
+}
+
 /// Axes of an anisotropic lobe within the shading frame, from a rotation in turns.
 template <class F>
 struct LobeAxes {

@@ -32,18 +32,26 @@ inline float coat_slot(float weight, float alpha) {
   return static_cast<float>(static_cast<int>(weight * kCoatSteps + 0.5f)) + alpha;
 }
 
-template <class F, bool kCoated>
+template <class F, bool kCoated, class Facets = Ggx<F>>
 struct MetallicRoughness {
   const BsdfParams<F>& params;
-  Ggx<F> ggx, coat_ggx{};
+  F alpha;  // of the tables
+  Facets ggx;
+  Ggx<F> coat_ggx{};
   F coat{};                               // weight
   const SheenParams<F>* sheen = nullptr;  // what it says of the fibres, if there are any
   const Iridescence<F>* film = nullptr;   // and of a film
 
   MetallicRoughness(const BsdfParams<F>& p, MaskOf<F> of_kind, const SheenParams<F>* fibres = nullptr,
                     const Iridescence<F>* thin_film = nullptr)
-      : params(p), sheen(fibres), film(thin_film) {
-    ggx.alpha = select(of_kind, p.p[6], splat<F>(1.0f));
+      : MetallicRoughness(p, of_kind, Facets{select(of_kind, p.p[6], splat<F>(1.0f))}, fibres, thin_film) {}
+  MetallicRoughness(const BsdfParams<F>& p, MaskOf<F> of_kind, const Facets& facets,
+                    const SheenParams<F>* fibres, const Iridescence<F>* thin_film)
+      : params(p),
+        alpha(select(of_kind, p.p[6], splat<F>(1.0f))),
+        ggx(facets),
+        sheen(fibres),
+        film(thin_film) {
     if constexpr (kCoated) {
       const F packed = select(of_kind, p.p[9], splat<F>(0.5f));
       const F steps = to_float(to_int(packed));
@@ -66,8 +74,13 @@ struct MetallicRoughness {
   };
   Side side(const Vec3<F>& w) const {
     const F cosine = max(abs(w.z), splat<F>(1e-12f));
-    Side s{.cosine = cosine, .lobe = LobeAlbedo<F>(params.tables, cosine, ggx.alpha)};
-    s.base_share = 1.0f - (film ? film->albedo(cosine) : s.lobe.albedo(params.p[8], params.p[7]));
+    Side s{.cosine = cosine, .lobe = LobeAlbedo<F>(params.tables, cosine, alpha)};
+    F of_lobe = film ? film->albedo(cosine) : s.lobe.albedo(params.p[8], params.p[7]);
+    if constexpr (requires { ggx.alpha_x; }) {
+      const LobeAlbedo<F> wide(params.tables, cosine, ggx.alpha_x);
+      of_lobe = max(of_lobe, wide.albedo(params.p[8], params.p[7]));
+    }
+    s.base_share = 1.0f - of_lobe;
     F through = splat<F>(1.0f);
     if constexpr (kCoated) {
       s.coat_share =
@@ -140,15 +153,15 @@ inline BsdfEval<F> eval_metallic_roughness(const BsdfParams<F>& params, MaskOf<F
   return m.eval(m.side(wo), m.side(wi), wo, wi);
 }
 
-template <class F, bool kCoated>
-inline BsdfSample<F> sample_metallic_roughness(const MetallicRoughness<F, kCoated>& material,
+template <class F, bool kCoated, class Facets>
+inline BsdfSample<F> sample_metallic_roughness(const MetallicRoughness<F, kCoated, Facets>& material,
                                                const Vec3<F>& wo, F lobe, F u, F v) {
   const auto o = material.side(wo);
   const MaskOf<F> diffuse = MaskOf<F>(lobe < o.p_diffuse());
-  Ggx<F> ggx = material.ggx;
+  Facets ggx = material.ggx;
   if constexpr (kCoated) {
     const MaskOf<F> of_coat = MaskOf<F>(lobe >= o.p_diffuse() + o.p_specular());
-    ggx.alpha = select(of_coat, material.coat_ggx.alpha, ggx.alpha);
+    ggx = select(of_coat, material.coat_ggx, ggx);
   }
   const Vec3<F> up{wo.x, wo.y, abs(wo.z)};
   const Vec3<F> m = ggx.sample_visible(up, u, v);

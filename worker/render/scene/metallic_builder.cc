@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/render/bsdf/metallic_roughness.h"
+#include "worker/render/bsdf/brushed.h"
+#include "worker/render/math/angle.h"
 #include "worker/render/scene/material_slots.h"
 
 namespace lightmill {
@@ -68,6 +69,30 @@ void set_iridescence(const MetallicRoughnessMaterial& m, const Inputs& value, in
   params[7] = packed_pair(specular, metallic);
 }
 
+/// Slots of brushed.h, from those of metallic_roughness.h.
+void set_anisotropy(const MetallicRoughnessMaterial& m, const Inputs& value, const float* table,
+                    float* params) {
+  float strength = m.anisotropy, direction = m.anisotropy_rotation;
+  if (m.anisotropy_texture >= 0 && value.at) {
+    const Rgb map = value.textures.evaluate(m.anisotropy_texture, *value.at);
+    strength *= within_unit(map.b);
+    direction += turns(2 * map.g - 1, 2 * map.r - 1);
+  }
+  const float f90 = params[7], brightest = params[8], alpha = params[6];
+  const float wide = alpha + (1 - alpha) * strength * strength;
+  // 1 - mean E of the larger of both.
+  const auto left = [&](float a) { return std::max(1 - mean_lobe_albedo(table, a, brightest, f90), 1e-6f); };
+  const float scale = left(alpha) / std::min(left(alpha), left(wide));
+  for (int c = 0; c < 3; ++c) params[c] *= scale;
+  params[3] = packed_pair(params[3], params[4]);
+  params[4] = packed_pair(params[5], f90);
+  params[5] = params[9];
+  params[6] = wide;
+  params[7] = brightest;
+  params[8] = alpha;
+  params[9] = direction - std::floor(direction);
+}
+
 /// The film over all that the material's dielectric may be.
 FilmOnBase film_on(const MetallicRoughnessMaterial& m) {
   FilmOnBase film{m.iridescence_ior, m.iridescence_nm[0], m.iridescence_nm[1], {}};
@@ -121,17 +146,20 @@ void build_metallic_roughness(const MetallicRoughnessMaterial& m, RenderScene* s
                               float* params) {
   const bool coated = m.clearcoat.texture >= 0 || m.clearcoat.value > 0;
   const bool film = has_film(m), sheen = film || has_sheen(m);
-  entry->kind = film ? kIridescent : sheen ? kSheenMetallicRoughness : coated ? kCoatedMetallicRoughness : kMetallicRoughness;
+  const bool brushed = m.anisotropy > 0;
+  entry->kind = film ? kIridescent : brushed ? kAnisotropicMetallicRoughness : sheen ? kSheenMetallicRoughness : coated ? kCoatedMetallicRoughness : kMetallicRoughness;
   entry->gltf = static_cast<int>(scene->metallic.size());
   for (const int t : {m.base_color.texture, m.metallic.texture, m.roughness.texture, m.specular.texture,
                       m.specular_color.texture, m.clearcoat.texture, m.clearcoat_roughness.texture,
                       m.sheen_color.texture, m.sheen_roughness.texture, m.iridescence.texture,
-                      m.iridescence_thickness.texture})
+                      m.iridescence_thickness.texture, m.anisotropy_texture})
     entry->textured = entry->textured || t >= 0;
   scene->metallic.push_back(m);
   if (film) entry->first_row = film_block_of(m, scene);
   set_metallic_roughness(m, {scene->textures, nullptr}, scene->bsdf_tables.data(), params, sheen);
   if (film) set_iridescence(m, {scene->textures, nullptr}, entry->first_row, params);
+  if (entry->kind == kAnisotropicMetallicRoughness)
+    set_anisotropy(m, {scene->textures, nullptr}, scene->bsdf_tables.data(), params);
 }
 
 void build_transmission(const TransmissionMaterial& m, RenderScene* scene, MaterialEntry* entry,
@@ -153,9 +181,11 @@ void apply_gltf_textures(const RenderScene& scene, const MaterialEntry& entry, c
   const Inputs value{scene.textures, &at};
   const auto index = static_cast<size_t>(entry.gltf);
   const bool film = entry.kind == kIridescent, sheen = film || entry.kind == kSheenMetallicRoughness;
-  if (sheen || entry.kind == kMetallicRoughness || entry.kind == kCoatedMetallicRoughness) {
+  const bool brushed = entry.kind == kAnisotropicMetallicRoughness;
+  if (sheen || brushed || entry.kind == kMetallicRoughness || entry.kind == kCoatedMetallicRoughness) {
     set_metallic_roughness(scene.metallic[index], value, scene.bsdf_tables.data(), params, sheen);
     if (film) set_iridescence(scene.metallic[index], value, entry.first_row, params);
+    if (brushed) set_anisotropy(scene.metallic[index], value, scene.bsdf_tables.data(), params);
   } else {
     set_transmission_tint(scene.tinted[index], value, params);
   }

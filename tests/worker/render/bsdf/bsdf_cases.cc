@@ -124,6 +124,20 @@ std::vector<BsdfCase> all_bsdfs() {
   add("film_half_metal", film(white, 0.5f, 0.6f, 450, 1.6f, 0.6f), 0.36f);
   add("film_coated", film(colour, 0.3f, 0.7f, 350, 1.5f, 1, 0.6f), 0.09f);
   add("film_velvet", film(white, 0, 0.7f, 350, 1.5f, 1, 0, {0.6f, 0.6f, 0.9f}), 0.49f);
+  const auto scratched = [&](const Rgb& base, float metal, float roughness, float strength, float coat = 0) {
+    MetallicRoughnessMaterial m;
+    m.base_color.value = base;
+    m.metallic.value = metal;
+    m.roughness.value = roughness;
+    m.clearcoat.value = coat;
+    m.clearcoat_roughness.value = 0.4f;
+    m.anisotropy = strength;
+    return gltf(m);
+  };
+  add("scratched_gold", scratched(gold, 1, 0.3f, 0.7f), 0.09f);
+  add("scratched_white", scratched(white, 1, 0.5f, 1), 0.25f);
+  add("scratched_dielectric", scratched(white, 0, 0.4f, 0.5f), 0.16f);
+  add("scratched_coated", scratched(colour, 0.3f, 0.6f, 0.8f, 0.7f), 0.16f);
   const auto clear = [&](bool thin, float roughness, const Rgb& tint) {
     return gltf(TransmissionMaterial{{tint, -1}, {roughness, -1}, 1.5f, thin});
   };

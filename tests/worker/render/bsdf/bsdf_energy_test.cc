@@ -30,7 +30,7 @@ TEST(BsdfEnergy, AlbedoIsAtMostOne) {
     const bool tabulated =
         bsdf.kind == kRoughCoated || bsdf.kind == kCoatedConductor || bsdf.kind == kRoughCoatedConductor ||
         bsdf.kind == kMetallicRoughness || bsdf.kind == kCoatedMetallicRoughness ||
-        bsdf.kind == kSheenMetallicRoughness || bsdf.kind == kIridescent || bsdf.kind == kRoughTintedSheet ||
+        bsdf.kind == kSheenMetallicRoughness || bsdf.kind == kIridescent || bsdf.kind == kAnisotropicMetallicRoughness || bsdf.kind == kRoughTintedSheet ||
         bsdf.name.starts_with("milky") || bsdf.kind == kMeasured || bsdf.kind == kAnisotropicCoated ||
         bsdf.kind == kAnisotropicCoatedConductor || bsdf.kind == kAnisotropicRoughCoatedConductor;
     const double allowance = tabulated ? 0.005 : 1e-5;
