@@ -9,17 +9,18 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::string_view, 11> kMaterialExtensions = {"KHR_materials_emissive_strength",
-                                                                 "KHR_materials_ior",
-                                                                 "KHR_materials_specular",
-                                                                 "KHR_materials_clearcoat",
-                                                                 "KHR_materials_transmission",
-                                                                 "KHR_materials_volume",
-                                                                 "KHR_materials_pbrSpecularGlossiness",
-                                                                 "KHR_materials_unlit",
-                                                                 "KHR_materials_sheen",
-                                                                 "KHR_materials_iridescence",
-                                                                 "KHR_materials_anisotropy"};
+constexpr std::array<std::string_view, 12> kMaterialExtensions = {"KHR_materials_emissive_strength",
+                                                                  "KHR_materials_ior",
+                                                                  "KHR_materials_specular",
+                                                                  "KHR_materials_clearcoat",
+                                                                  "KHR_materials_transmission",
+                                                                  "KHR_materials_volume",
+                                                                  "KHR_materials_pbrSpecularGlossiness",
+                                                                  "KHR_materials_unlit",
+                                                                  "KHR_materials_sheen",
+                                                                  "KHR_materials_iridescence",
+                                                                  "KHR_materials_anisotropy",
+                                                                  "KHR_materials_diffuse_transmission"};
 constexpr std::array<std::string_view, 11> kOtherExtensions = {
     "KHR_texture_transform",      "KHR_lights_punctual",     "KHR_mesh_quantization",
     "EXT_mesh_gpu_instancing",    "KHR_materials_variants",  // of variants, the default
@@ -139,7 +140,7 @@ MaterialKind GltfMaterials::bsdf(const GltfValue& material, const SpectrumInput&
   }
   if (const auto brushed = material.extension("KHR_materials_anisotropy")) {
     m.anisotropy = static_cast<float>(brushed->number_or("anisotropyStrength", 0, 0, 1));
-    const double turns = brushed->number_or("anisotropyRotation", 0, -1e6, 1e6) / (2 * kPi);
+    const double turns = brushed->number_or("anisotropyRotation", 0, -1e6, 1e6) / (2 * M_PI);
     m.anisotropy_rotation = static_cast<float>(turns - std::floor(turns));
     if (m.anisotropy > 0)
       m.anisotropy_texture = textures_.image(*brushed, "anisotropyTexture", ImageChannel::kRgb, false);
@@ -147,8 +148,7 @@ MaterialKind GltfMaterials::bsdf(const GltfValue& material, const SpectrumInput&
   if (const auto film = material.extension("KHR_materials_iridescence")) {
     m.iridescence = {static_cast<float>(film->number_or("iridescenceFactor", 0, 0, 1)), -1};
     if (m.iridescence.value > 0) {
-      m.iridescence =
-          textures_.number(*film, "iridescenceTexture", ImageChannel::kRed, m.iridescence.value);
+      m.iridescence = textures_.number(*film, "iridescenceTexture", ImageChannel::kRed, m.iridescence.value);
       m.iridescence_ior = static_cast<float>(film->number_or("iridescenceIor", 1.3, 1, 1000));
       m.iridescence_nm = {static_cast<float>(film->number_or("iridescenceThicknessMinimum", 100, 0, 1e5)),
                           static_cast<float>(film->number_or("iridescenceThicknessMaximum", 400, 0, 1e5))};
@@ -166,6 +166,22 @@ MaterialKind GltfMaterials::bsdf(const GltfValue& material, const SpectrumInput&
       if (coat->find("clearcoatNormalTexture"))
         scene_.unsupported(coat->pointer(), "a normal map of the clear coat alone is ignored");
     }
+  }
+  if (const auto through = material.extension("KHR_materials_diffuse_transmission")) {
+    const auto share = static_cast<float>(through->number_or("diffuseTransmissionFactor", 0, 0, 1));
+    if (share > 0) {
+      m.translucence = textures_.number(*through, "diffuseTransmissionTexture", ImageChannel::kAlpha, share);
+      m.translucent_color =
+          textures_.color(*through, "diffuseTransmissionColorTexture",
+                          through->color_or("diffuseTransmissionColorFactor", {1, 1, 1}, 1));
+    }
+  }
+  if (m.translucence.value > 0 &&
+      (m.iridescence.value > 0 || m.anisotropy > 0 || m.sheen_color.value != Rgb{0, 0, 0})) {
+    scene_.unsupported(material.pointer(),
+                       "a material with sheen, iridescence or anisotropy transmits nothing "
+                       "diffusely");
+    m.translucence = {0, -1};
   }
   if (m.anisotropy > 0 && (m.iridescence.value > 0 || m.sheen_color.value != Rgb{0, 0, 0})) {
     scene_.unsupported(material.pointer(), "a material with sheen or iridescence has no anisotropy");
@@ -202,11 +218,13 @@ void GltfMaterials::transmit(const GltfValue& material, MaterialDescription* des
   auto amount = static_cast<float>(extension->number_or("transmissionFactor", 0, 0, 1));
   amount *= opaque->metallic.texture < 0 ? 1 - opaque->metallic.value : 1;  // metals let nothing through
   if (!(amount > 0)) return;
+  const FloatInput share = textures_.number(*extension, "transmissionTexture", ImageChannel::kRed, amount);
   if (opaque->iridescence.value > 0)
     scene_.unsupported(extension->pointer(), "the part that transmits has no iridescence");
+  if (opaque->translucence.value > 0 && (share.texture >= 0 || share.value < 1))
+    scene_.unsupported(extension->pointer(), "a material that transmits has no diffuse transmission");
   if (opaque->anisotropy > 0)
     scene_.unsupported(extension->pointer(), "the part that transmits has no anisotropy");
-  const FloatInput share = textures_.number(*extension, "transmissionTexture", ImageChannel::kRed, amount);
   TransmissionMaterial clear;
   clear.color = opaque->base_color;
   clear.roughness = opaque->roughness;
@@ -287,6 +305,10 @@ GltfSurface GltfMaterials::translate(const GltfValue& material, bool vertex_colo
   } else {
     d.kind = bsdf(material, color, base);
     transmit(material, &d, &surface);
+    const auto* m = std::get_if<MetallicRoughnessMaterial>(&d.kind);
+    const auto inside = material.extension("KHR_materials_volume");
+    if (m && m->translucence.value > 0 && inside && inside->number_or("thicknessFactor", 0, 0, 1e30) > 0)
+      surface.media = volume(*inside);
     emission(material, &surface);
   }
   if (const auto normal = material.find("normalTexture")) {

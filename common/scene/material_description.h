@@ -74,11 +74,12 @@ struct MixMaterial {
 /// glTF's material: a diffuse base under a dielectric's specular reflection, blended with a metal of the
 /// base's colour; a clear coat over both. GGX with alpha = roughness^2. The dielectric reflects min(1,
 /// f0(ior) specular_color) specular at normal incidence and `specular` at grazing; ior 0 means f0 = 1. Sheen,
-/// of fibres, lies on the base and below the coat; black: none. A thin film of index `iridescence_ior` may lie
-/// on base and metal by the weight `iridescence`, its thickness (nm) going from the first to the second figure
-/// with the input `iridescence_thickness` in [0, 1]. With an anisotropy s of up to 1 the lobe's alpha is
-/// alpha + (1 - alpha) s^2 along a direction, which is `anisotropy_rotation` turns from dp/du towards dp/dv; a
-/// texture's red and green, 2 x - 1, are a direction before that rotation, and blue multiplies s.
+/// of fibres, lies on the base and below the coat; black: none. A thin film of index `iridescence_ior` may
+/// lie on base and metal by the weight `iridescence`, its thickness (nm) going from the first to the second
+/// figure with the input `iridescence_thickness` in [0, 1]. With an anisotropy s of up to 1 the lobe's alpha
+/// is alpha + (1 - alpha) s^2 along a direction, which is `anisotropy_rotation` turns from dp/du towards
+/// dp/dv; a texture's red and green, 2 x - 1, are a direction before that rotation, and blue multiplies s. Of
+/// what gets to the diffuse base a share `translucence` is let through in `translucent_color`.
 struct MetallicRoughnessMaterial {
   SpectrumInput base_color{{1, 1, 1}, -1};
   FloatInput metallic{1, -1}, roughness{1, -1};
@@ -93,6 +94,8 @@ struct MetallicRoughnessMaterial {
   std::array<float, 2> iridescence_nm{100, 400};
   float anisotropy = 0, anisotropy_rotation = 0;
   int anisotropy_texture = -1;
+  FloatInput translucence{0, -1};
+  SpectrumInput translucent_color{{1, 1, 1}, -1};
 };
 /// glTF's transmission: an interface that tints what it lets through. Thin: a sheet of which light comes out
 /// in the direction in which it entered, spread by the roughness; else light is refracted into a solid of

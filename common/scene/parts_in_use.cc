@@ -68,8 +68,8 @@ class Marker {
   }
   void inputs_of(const MetallicRoughnessMaterial& m) {
     read(m.base_color, m.metallic, m.roughness, m.specular, m.specular_color, m.clearcoat,
-         m.clearcoat_roughness, m.sheen_color, m.sheen_roughness, m.iridescence,
-         m.iridescence_thickness, FloatInput{0, m.anisotropy_texture});
+         m.clearcoat_roughness, m.sheen_color, m.sheen_roughness, m.iridescence, m.iridescence_thickness,
+         FloatInput{0, m.anisotropy_texture}, m.translucence, m.translucent_color);
   }
   void inputs_of(const TransmissionMaterial& m) { read(m.color, m.roughness); }
   void inputs_of(const MeasuredMaterial&) {}

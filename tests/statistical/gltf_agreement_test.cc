@@ -53,6 +53,10 @@ TestScene balls() {
   scratched.anisotropy = 0.8f;
   scratched.anisotropy_rotation = 0.1f;
   s.sphere({-2.2, 0.3, -1.8}, 0.4, add(s, scratched));
+  MetallicRoughnessMaterial leaf = metallic({0.3f, 0.5f, 0.2f}, 0, 0.6f);
+  leaf.translucence.value = 0.7f;
+  leaf.translucent_color.value = {0.5f, 0.8f, 0.2f};
+  s.sphere({2.4, 0.3, -1.8}, 0.4, add(s, leaf));
   s.sphere({0, 4, 2}, 0.9, s.diffuse(0), {.radiance = {20, 18, 15}});
   s.environment({0.1f, 0.12f, 0.15f});
   s.camera({0, 3, -6}, {0, 0, 0}, 40).film(32, 24);

@@ -221,6 +221,9 @@ SceneDescription every_kernel() {
   add(metallic);
   metallic.iridescence.value = 0;
   metallic.sheen_color.value = {};
+  metallic.translucence.value = 0.6f;
+  add(metallic);
+  metallic.translucence.value = 0;
   metallic.anisotropy = 0.6f;
   metallic.anisotropy_rotation = 0.2f;
   add(metallic);

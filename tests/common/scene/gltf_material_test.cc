@@ -206,7 +206,8 @@ TEST_F(GltfMaterialTest, Iridescence) {
 
 TEST_F(GltfMaterialTest, Anisotropy) {
   auto& brushed = material()["extensions"]["KHR_materials_anisotropy"];
-  brushed = {{"anisotropyStrength", 0.5}, {"anisotropyRotation", -M_PI / 2}, {"anisotropyTexture", {{"index", 0}}}};
+  brushed = {
+      {"anisotropyStrength", 0.5}, {"anisotropyRotation", -M_PI / 2}, {"anisotropyTexture", {{"index", 0}}}};
   const SceneDescription s = clean_document();
   const auto m = only<MetallicRoughnessMaterial>(s);
   EXPECT_EQ(m.anisotropy, 0.5f);
@@ -215,6 +216,25 @@ TEST_F(GltfMaterialTest, Anisotropy) {
   material()["extensions"]["KHR_materials_iridescence"]["iridescenceFactor"] = 1;
   EXPECT_TRUE(mentions(load_document(), "a material with sheen or iridescence has no anisotropy"));
   brushed["anisotropyStrength"] = 2;
+  EXPECT_FALSE(load_document().ok());
+}
+
+TEST_F(GltfMaterialTest, DiffuseTransmission) {
+  auto& through = material()["extensions"]["KHR_materials_diffuse_transmission"];
+  through = {{"diffuseTransmissionFactor", 0.5}, {"diffuseTransmissionColorFactor", {1, 0.5, 0.25}}};
+  const auto m = only<MetallicRoughnessMaterial>(clean_document());
+  EXPECT_EQ(m.translucence.value, 0.5f);
+  EXPECT_EQ(m.translucent_color.value, (Rgb{1, 0.5f, 0.25f}));
+  through["diffuseTransmissionTexture"]["index"] = 0;
+  through["diffuseTransmissionColorTexture"]["index"] = 0;
+  const SceneDescription s = clean_document();
+  const auto textured = only<MetallicRoughnessMaterial>(s);
+  EXPECT_EQ(image(s, textured.translucence.texture).channel, ImageChannel::kAlpha);
+  EXPECT_EQ(image(s, textured.translucent_color.texture).encoding, ColorEncoding::kSrgb);
+  material()["extensions"]["KHR_materials_volume"] = {
+      {"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {0.5, 0.5, 0.5}}};
+  EXPECT_EQ(clean_document().media.size(), 1u);
+  through["diffuseTransmissionFactor"] = -1;
   EXPECT_FALSE(load_document().ok());
 }
 

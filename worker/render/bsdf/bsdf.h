@@ -30,7 +30,7 @@ inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 
                           kRoughScatteringCoatedConductor = 25, kMeasured = 26, kAnisotropicCoated = 27,
                           kAnisotropicCoatedConductor = 28, kAnisotropicRoughCoatedConductor = 29,
                           kSubsurface = 30, kRoughSubsurface = 31, kIridescent = 32,
-                          kAnisotropicMetallicRoughness = 33, kBsdfKinds = 34;
+                          kAnisotropicMetallicRoughness = 33, kTranslucent = 34, kBsdfKinds = 35;
 /// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
 inline constexpr BsdfKind kMix = kBsdfKinds, kMaterialKinds = kBsdfKinds + 1;
 /// Of a vertex in a medium (henyey_greenstein.h); no material has it.
@@ -93,7 +93,7 @@ inline constexpr int kBsdfParams = 10;
 ///   anisotropic as conductor, dielectric and coated kinds, and 8 and 9 as anisotropic.h says
 ///   hair as hair.h and measured as measured.h says, and 9 as anisotropic.h says
 ///   metallic roughness as metallic_roughness.h says, with a film as iridescence.h; tinted as tinted.h;
-///   anisotropic ones as brushed.h says
+///   anisotropic ones as brushed.h says, translucent ones as translucent.h
 ///   coated      0-2 base (coated_base), 3 eta, 4 mean entering transmittance, 5 thickness, 6 alpha,
 ///               8 table row (rough: entering transmittance; scattering: that of each channel, and a block
 ///               of coat_scattering.h)

@@ -18,6 +18,7 @@
 #include "worker/render/bsdf/subsurface.h"
 #include "worker/render/bsdf/thin_dielectric.h"
 #include "worker/render/bsdf/tinted.h"
+#include "worker/render/bsdf/translucent.h"
 
 namespace lightmill {
 
@@ -88,6 +89,8 @@ template <class F>
         return merge(m, eval_iridescent(params, m, wo, wi), &result);
       case kAnisotropicMetallicRoughness:
         return merge(m, eval_brushed(params, m, wo, wi), &result);
+      case kTranslucent:
+        return merge(m, eval_translucent(params, m, wo, wi), &result);
       case kRoughTintedDielectric:
         return merge(m, eval_rough_tinted_dielectric(params, wo, wi, mode), &result);
       case kRoughTintedSheet:
@@ -195,6 +198,8 @@ template <class F>
         return take(m, sample_iridescent(params, m, wo, lobe, u, v));
       case kAnisotropicMetallicRoughness:
         return take(m, sample_brushed(params, m, wo, lobe, u, v));
+      case kTranslucent:
+        return take(m, sample_translucent(params, m, wo, lobe, u, v));
       case kTintedDielectric:
         return take(m, sample_tinted_dielectric(params, wo, lobe, mode));
       case kRoughTintedDielectric:

@@ -10,7 +10,8 @@
 // and albedo E_c lets (1 - c E_c(wo)) (1 - c E_c(wi)) through; what it reflects back inside is left out.
 // Reciprocal in all parts. Sheen of colour s and albedo E_s (sheen_table.h) lets min(1 - max s E_s(wo),
 // 1 - max s E_s(wi)) through to what is below it, as glTF has it; it is drawn with the base. A thin film
-// changes what the specular lobe reflects (iridescence.h).
+// changes what the specular lobe reflects (iridescence.h), a translucent base lets a part of what it gets
+// through to the other side (translucent.h).
 //
 // Parameters: 0-2 rho / (1 - mean E), 3-5 f0, 6 alpha, 7 f90, 8 the largest f0 of the dielectric (for E),
 // 9 the coat (coat_slot). The metallic table is where the tables begin.
@@ -32,6 +33,13 @@ inline float coat_slot(float weight, float alpha) {
   return static_cast<float>(static_cast<int>(weight * kCoatSteps + 0.5f)) + alpha;
 }
 
+/// Of a translucent base: what it transmits, as rho / (1 - mean E), and its share in the choice of the base.
+template <class F>
+struct Translucence {
+  Vec3<F> transmitted;
+  F share;
+};
+
 template <class F, bool kCoated, class Facets = Ggx<F>>
 struct MetallicRoughness {
   const BsdfParams<F>& params;
@@ -41,6 +49,7 @@ struct MetallicRoughness {
   F coat{};                               // weight
   const SheenParams<F>* sheen = nullptr;  // what it says of the fibres, if there are any
   const Iridescence<F>* film = nullptr;   // and of a film
+  const Translucence<F>* translucence = nullptr;
 
   MetallicRoughness(const BsdfParams<F>& p, MaskOf<F> of_kind, const SheenParams<F>* fibres = nullptr,
                     const Iridescence<F>* thin_film = nullptr)
@@ -98,7 +107,9 @@ struct MetallicRoughness {
     s.specular = through * s.below_sheen *
                  (film ? film->lobe_albedo(1.0f - s.base_share)
                        : s.lobe.albedo(max_component(params.rgb(3)), params.p[7]));
-    s.diffuse = through * (s.below_sheen * s.base_share * max_component(params.rgb(0)) + of_sheen);
+    F base = max_component(params.rgb(0));
+    if (translucence) base = base + max_component(translucence->transmitted);
+    s.diffuse = through * (s.below_sheen * s.base_share * base + of_sheen);
     s.sum = max(s.specular + s.diffuse + s.coat_share, splat<F>(1e-12f));
     return s;
   }
@@ -117,6 +128,16 @@ struct MetallicRoughness {
     const F at_grazing = params.p[7] * s;
     const auto channel = [&](F r) { return (r * (1.0f - s) + at_grazing) * (1.0f + r * gain) * lobe; };
     BsdfEval<F> e;
+    F diffuse_o = o.p_diffuse(), diffuse_i = i.p_diffuse();
+    BsdfEval<F> across{};
+    if (translucence) {
+      F shares = o.base_share * i.base_share * kInvPi;
+      if constexpr (kCoated) shares = shares * ((1.0f - o.coat_share) * (1.0f - i.coat_share));
+      across = {translucence->transmitted * shares, diffuse_o * translucence->share * i.cosine * kInvPi,
+                diffuse_i * translucence->share * o.cosine * kInvPi};
+      diffuse_o = diffuse_o * (1.0f - translucence->share);
+      diffuse_i = diffuse_i * (1.0f - translucence->share);
+    }
     Vec3<F> specular;
     if (film) {
       const Vec3<F> r = film->reflectance(facet);
@@ -126,8 +147,8 @@ struct MetallicRoughness {
       specular = {channel(f0.x), channel(f0.y), channel(f0.z)};
     }
     e.f = specular + params.rgb(0) * (o.base_share * i.base_share * kInvPi);
-    e.pdf = o.p_specular() * d * ggx.g1(wo) / (4.0f * o.cosine) + o.p_diffuse() * i.cosine * kInvPi;
-    e.pdf_reverse = i.p_specular() * d * ggx.g1(wi) / (4.0f * i.cosine) + i.p_diffuse() * o.cosine * kInvPi;
+    e.pdf = o.p_specular() * d * ggx.g1(wo) / (4.0f * o.cosine) + diffuse_o * i.cosine * kInvPi;
+    e.pdf_reverse = i.p_specular() * d * ggx.g1(wi) / (4.0f * i.cosine) + diffuse_i * o.cosine * kInvPi;
     if (sheen) {
       const F fibres = Charlie<F>(sheen->roughness).value(m, o.cosine, i.cosine) /
                        max(splat<F>(1.0f), max(o.sheen_raw, i.sheen_raw));
@@ -141,8 +162,13 @@ struct MetallicRoughness {
       e.pdf = e.pdf + o.p_coat() * dc * coat_ggx.g1(wo) / (4.0f * o.cosine);
       e.pdf_reverse = e.pdf_reverse + i.p_coat() * dc * coat_ggx.g1(wi) / (4.0f * i.cosine);
     }
-    const F one = select(same_side(wo, wi), splat<F>(1.0f), F{});
-    return {e.f * one, e.pdf * one, e.pdf_reverse * one};
+    const MaskOf<F> reflects = same_side(wo, wi);
+    const F one = select(reflects, splat<F>(1.0f), F{});
+    e = {e.f * one, e.pdf * one, e.pdf_reverse * one};
+    if (!translucence) return e;
+    const MaskOf<F> passes = MaskOf<F>(wo.z * wi.z < 0.0f);
+    return {select(passes, across.f, e.f), select(passes, across.pdf, e.pdf),
+            select(passes, across.pdf_reverse, e.pdf_reverse)};
   }
 };
 
@@ -169,6 +195,8 @@ inline BsdfSample<F> sample_metallic_roughness(const MetallicRoughness<F, kCoate
   BsdfSample<F> s;
   s.valid = mask_and(MaskOf<F>(wi.z > 0.0f), MaskOf<F>(up.z > 0.0f));
   wi.z = copysign(wi.z, wo.z);
+  if (material.translucence)
+    wi.z = select(MaskOf<F>(lobe < o.p_diffuse() * material.translucence->share), -wi.z, wi.z);
   s.wi = wi;
   const BsdfEval<F> e = material.eval(o, material.side(wi), wo, wi);
   s.valid = mask_and(s.valid, MaskOf<F>(e.pdf > 0.0f));
@@ -214,8 +242,8 @@ inline BsdfSample<F> sample_iridescent(const BsdfParams<F>& params, MaskOf<F> of
                                        F lobe, F u, F v) {
   SheenParams<F> sheen(params, of_kind);
   const Iridescence<F> film(params, of_kind, &sheen.base);
-  return sample_metallic_roughness(MetallicRoughness<F, true>(sheen.base, of_kind, &sheen, &film), wo, lobe, u,
-                                   v);
+  return sample_metallic_roughness(MetallicRoughness<F, true>(sheen.base, of_kind, &sheen, &film), wo, lobe,
+                                   u, v);
 }
 
 }  // namespace lightmill

@@ -3,8 +3,8 @@
 // KHR_materials_iridescence).
 //
 // Belcour and Barla, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence",
-// 2017, with what the extension takes for the parts: Schlick's Fresnel terms at both interfaces, a base of the
-// real index that reflects f0 in air, and the two first orders of interference. An order of optical path
+// 2017, with what the extension takes for the parts: Schlick's Fresnel terms at both interfaces, a base of
+// the real index that reflects f0 in air, and the two first orders of interference. An order of optical path
 // difference D weighs a channel by S(D), the Fourier transform of its sensitivity, of which the paper gives
 // Gaussian fits for XYZ (its supplemental code); taken to Rec.709 here and scaled to S(0) = 1, so that a film
 // of no thickness changes no colour. Phases are shifted by half a turn where light meets a larger index, per

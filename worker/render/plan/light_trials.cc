@@ -21,7 +21,7 @@ constexpr size_t kSkyRays = 8, kLightRays = 2;
 
 bool transmits(int32_t kind) {
   return kind == kRoughDielectric || kind == kDiffuseTransmission || kind == kAnisotropicDielectric ||
-         kind == kRoughTintedDielectric || kind == kRoughTintedSheet || kind == kHair;
+         kind == kRoughTintedDielectric || kind == kRoughTintedSheet || kind == kTranslucent || kind == kHair;
 }
 
 LitPlace place_of(const Vertex& v) {

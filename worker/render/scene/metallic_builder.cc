@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "worker/render/bsdf/brushed.h"
+#include "worker/render/bsdf/translucent.h"
 #include "worker/render/math/angle.h"
 #include "worker/render/scene/material_slots.h"
 
@@ -93,6 +94,24 @@ void set_anisotropy(const MetallicRoughnessMaterial& m, const Inputs& value, con
   params[9] = direction - std::floor(direction);
 }
 
+/// Slots of translucent.h, from those of metallic_roughness.h.
+void set_translucence(const MetallicRoughnessMaterial& m, const Inputs& value, const float* table,
+                      float* params) {
+  const float share = value(m.translucence), f90 = params[7], alpha = std::min(params[6], 0.999f);
+  const float brightest = stored_brightest(std::min(params[8], 1.0f));
+  // (1 - metallic) / (1 - mean E) of what is stored.
+  const float scale =
+      (1 - value(m.metallic)) / std::max(1 - mean_lobe_albedo(table, alpha, brightest, f90), 1e-6f);
+  const Rgb color = value(m.base_color), through = value(m.translucent_color);
+  const auto base = [&](float c, float of) { return within_unit(c) * scale * of; };
+  params[3] = packed_pair(params[3], params[4]);
+  params[4] = packed_pair(params[5], f90);
+  params[5] = params[9];
+  params[6] = brightest * kBrightestSteps + alpha;
+  set_rgb(params, 0, {base(color.r, 1 - share), base(color.g, 1 - share), base(color.b, 1 - share)});
+  set_rgb(params, 7, {base(through.r, share), base(through.g, share), base(through.b, share)});
+}
+
 /// The film over all that the material's dielectric may be.
 FilmOnBase film_on(const MetallicRoughnessMaterial& m) {
   FilmOnBase film{m.iridescence_ior, m.iridescence_nm[0], m.iridescence_nm[1], {}};
@@ -138,6 +157,10 @@ bool has_sheen(const MetallicRoughnessMaterial& m) {
   return m.sheen_color.texture >= 0 || c.r > 0 || c.g > 0 || c.b > 0;
 }
 
+bool has_translucence(const MetallicRoughnessMaterial& m) {
+  return m.translucence.texture >= 0 || m.translucence.value > 0;
+}
+
 bool has_film(const MetallicRoughnessMaterial& m) {
   return m.iridescence.texture >= 0 || m.iridescence.value > 0;
 }
@@ -146,13 +169,18 @@ void build_metallic_roughness(const MetallicRoughnessMaterial& m, RenderScene* s
                               float* params) {
   const bool coated = m.clearcoat.texture >= 0 || m.clearcoat.value > 0;
   const bool film = has_film(m), sheen = film || has_sheen(m);
-  const bool brushed = m.anisotropy > 0;
-  entry->kind = film ? kIridescent : brushed ? kAnisotropicMetallicRoughness : sheen ? kSheenMetallicRoughness : coated ? kCoatedMetallicRoughness : kMetallicRoughness;
+  entry->kind = film                  ? kIridescent
+                : m.anisotropy > 0    ? kAnisotropicMetallicRoughness
+                : has_translucence(m) ? kTranslucent
+                : sheen               ? kSheenMetallicRoughness
+                : coated              ? kCoatedMetallicRoughness
+                                      : kMetallicRoughness;
   entry->gltf = static_cast<int>(scene->metallic.size());
-  for (const int t : {m.base_color.texture, m.metallic.texture, m.roughness.texture, m.specular.texture,
-                      m.specular_color.texture, m.clearcoat.texture, m.clearcoat_roughness.texture,
-                      m.sheen_color.texture, m.sheen_roughness.texture, m.iridescence.texture,
-                      m.iridescence_thickness.texture, m.anisotropy_texture})
+  for (const int t :
+       {m.base_color.texture, m.metallic.texture, m.roughness.texture, m.specular.texture,
+        m.specular_color.texture, m.clearcoat.texture, m.clearcoat_roughness.texture, m.sheen_color.texture,
+        m.sheen_roughness.texture, m.iridescence.texture, m.iridescence_thickness.texture,
+        m.anisotropy_texture, m.translucence.texture, m.translucent_color.texture})
     entry->textured = entry->textured || t >= 0;
   scene->metallic.push_back(m);
   if (film) entry->first_row = film_block_of(m, scene);
@@ -160,6 +188,8 @@ void build_metallic_roughness(const MetallicRoughnessMaterial& m, RenderScene* s
   if (film) set_iridescence(m, {scene->textures, nullptr}, entry->first_row, params);
   if (entry->kind == kAnisotropicMetallicRoughness)
     set_anisotropy(m, {scene->textures, nullptr}, scene->bsdf_tables.data(), params);
+  if (entry->kind == kTranslucent)
+    set_translucence(m, {scene->textures, nullptr}, scene->bsdf_tables.data(), params);
 }
 
 void build_transmission(const TransmissionMaterial& m, RenderScene* scene, MaterialEntry* entry,
@@ -182,10 +212,13 @@ void apply_gltf_textures(const RenderScene& scene, const MaterialEntry& entry, c
   const auto index = static_cast<size_t>(entry.gltf);
   const bool film = entry.kind == kIridescent, sheen = film || entry.kind == kSheenMetallicRoughness;
   const bool brushed = entry.kind == kAnisotropicMetallicRoughness;
-  if (sheen || brushed || entry.kind == kMetallicRoughness || entry.kind == kCoatedMetallicRoughness) {
+  const bool translucent = entry.kind == kTranslucent;
+  if (sheen || brushed || translucent || entry.kind == kMetallicRoughness ||
+      entry.kind == kCoatedMetallicRoughness) {
     set_metallic_roughness(scene.metallic[index], value, scene.bsdf_tables.data(), params, sheen);
     if (film) set_iridescence(scene.metallic[index], value, entry.first_row, params);
     if (brushed) set_anisotropy(scene.metallic[index], value, scene.bsdf_tables.data(), params);
+    if (translucent) set_translucence(scene.metallic[index], value, scene.bsdf_tables.data(), params);
   } else {
     set_transmission_tint(scene.tinted[index], value, params);
   }

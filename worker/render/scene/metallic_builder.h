@@ -6,6 +6,7 @@ namespace lightmill {
 
 /// Whether some of its light comes from fibres.
 bool has_sheen(const MetallicRoughnessMaterial& material);
+bool has_translucence(const MetallicRoughnessMaterial& material);
 bool has_film(const MetallicRoughnessMaterial& material);
 
 /// Kinds and first parameters; the materials stay in scene.metallic and scene.tinted, where textured points

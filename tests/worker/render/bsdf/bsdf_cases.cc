@@ -138,6 +138,21 @@ std::vector<BsdfCase> all_bsdfs() {
   add("scratched_white", scratched(white, 1, 0.5f, 1), 0.25f);
   add("scratched_dielectric", scratched(white, 0, 0.4f, 0.5f), 0.16f);
   add("scratched_coated", scratched(colour, 0.3f, 0.6f, 0.8f, 0.7f), 0.16f);
+  const auto leaf = [&](const Rgb& base, const Rgb& through, float share, float roughness, float metal = 0,
+                        float coat = 0) {
+    MetallicRoughnessMaterial m;
+    m.base_color.value = base;
+    m.metallic.value = metal;
+    m.roughness.value = roughness;
+    m.clearcoat.value = coat;
+    m.clearcoat_roughness.value = 0.4f;
+    m.translucence.value = share;
+    m.translucent_color.value = through;
+    return gltf(m);
+  };
+  add("leaf_white", leaf(white, white, 0.6f, 0.5f), 0.25f);
+  add("leaf_green", leaf(colour, {0.3f, 0.8f, 0.2f}, 0.4f, 0.7f), 0.49f);
+  add("leaf_coated", leaf(colour, white, 1, 0.6f, 0.3f, 0.7f), 0.16f);
   const auto clear = [&](bool thin, float roughness, const Rgb& tint) {
     return gltf(TransmissionMaterial{{tint, -1}, {roughness, -1}, 1.5f, thin});
   };

@@ -76,7 +76,7 @@ TEST(BsdfSymmetry, ReflectionIsReciprocalAndTransmissionByTheSquaredIndex) {
       } else if (bsdf.kind == kDiffuseTransmission) {
         ASSERT_EQ(radiance.f.y, importance.f.y);  // no interface: no squared index
         ASSERT_FLOAT_EQ(radiance.f.y, bsdf.params.p[4] * kInvPi);
-      } else if (bsdf.kind == kRoughTintedSheet) {
+      } else if (bsdf.kind == kRoughTintedSheet || bsdf.kind == kTranslucent) {
         ASSERT_EQ(radiance.f.y, importance.f.y);
       } else {
         ASSERT_EQ(radiance.f.y, 0);

@@ -1,5 +1,5 @@
-// A thin film's reflectance against waves that interfere, wavelength by wavelength; and what a material with a
-// film reflects in a white furnace.
+// A thin film's reflectance against waves that interfere, wavelength by wavelength; and what a material with
+// a film reflects in a white furnace.
 #include "worker/render/bsdf/thin_film.h"
 
 #include <gtest/gtest.h>
@@ -37,8 +37,8 @@ TEST(ThinFilm, AgreesWithInterferingWaves) {
     const auto f0 = static_cast<float>(f0_of(p.base));
     float brightest = 0, worst = 0;
     for (double nm = 0; nm <= 1000; nm += 10) {
-      const Vec3<float> f = ThinFilm<float>(1, static_cast<float>(p.film), static_cast<float>(nm))
-                                .reflectance({f0, f0, f0});
+      const Vec3<float> f =
+          ThinFilm<float>(1, static_cast<float>(p.film), static_cast<float>(nm)).reflectance({f0, f0, f0});
       const Rgb expected = by_waves(p.film, p.base, nm);
       brightest = std::max({brightest, expected.r, expected.g, expected.b});
       worst = std::max(
