@@ -25,6 +25,10 @@ ViewTransform view_of(const OutputOptions& options) {
   return {view_curve_named(options.view), options.exposure};
 }
 
+void forget_film_layers(const OutputOptions& output, RenderOptions* render) {
+  if (!render->aovs && !output.path.empty() && !is_exr(output.path)) render->aovs = "";
+}
+
 void check_output(const OutputOptions& options, Aovs aovs) {
   const std::string& path = options.path;
   if (options.half && !is_exr(path)) {

@@ -50,6 +50,7 @@ int render(LocalOptions& options) {
   phase.emplace(quiet, "reading " + options.scene.scene + " ...");
   SceneDescription scene = load_scene_for(options.scene, quiet);
   JobRequest request;
+  forget_film_layers(options.output, &options.scene.render);
   request.settings = resolve_settings(scene, options.scene.render);
   const std::string path = output_path(options.output, scene, request.settings.aovs);
   request.reference = load_reference(options.reference, request.settings.grid);

@@ -47,6 +47,7 @@ int submit(SubmitOptions& options) {
   }
   const SceneDescription scene = load_scene_for(options.scene, quiet);
   JobRequest request;
+  forget_film_layers(options.output, &options.scene.render);
   request.settings = resolve_settings(scene, options.scene.render);
   if (!options.output.path.empty()) check_output(options.output, request.settings.aovs);
   request.reference = load_reference(options.reference, request.settings.grid);

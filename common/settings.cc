@@ -160,7 +160,7 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   }
   if (options.overrides) s.overrides = features_named(*options.overrides);
   s.uniform_effort = options.uniform_effort;
-  if (options.aovs) s.aovs = aovs_named(*options.aovs);
+  s.aovs = options.aovs ? aovs_named(*options.aovs) : scene.film.aovs;
   // AOVs are means over samples that all count the same.
   if (s.aovs) s.uniform_effort = true;
   if (s.plan && s.uniform_effort) s.plan->effort = {};

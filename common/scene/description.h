@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/aovs.h"
 #include "common/scene/material_description.h"
 
 namespace lightmill {
@@ -196,6 +197,7 @@ struct FilmDescription {
   std::array<double, 9> sensor{1, 0, 0, 0, 1, 0, 0, 0, 1};
   /// Samples whose largest component is above this are scaled down to it; 0: none.
   double most = 0;
+  Aovs aovs = 0;  // layers that the film asks for
 };
 enum class FilterKind { kBox, kTriangle, kGaussian, kMitchell, kSinc };
 /// Pixel reconstruction filter, importance-sampled. Radii in pixels. Mitchell's and the windowed sinc have

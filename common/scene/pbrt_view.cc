@@ -149,6 +149,17 @@ void read_sensor(ParameterList& params, FilmDescription* film) {
   if (film->most >= 1e30) film->most = 0;  // never reached
 }
 
+/// The layers of pbrt's film that there are, by the names that they have here.
+void read_gbuffer(PbrtScene& out, ParameterList& params, FilmDescription* film) {
+  film->aovs = kAovAlbedo | kAovNormal | kAovPosition | kAovVariance;
+  const std::string system = params.text("coordinatesystem", "camera");
+  if (system != "camera" && system != "world")
+    params.bad_value("coordinatesystem", "must be \"camera\" or \"world\", not " + in_quotes(system));
+  out.problems->unsupported(params.where(), params.owner() + " records the layers " + aov_names(film->aovs) +
+                                                (system == "camera" ? ", in world space," : "") +
+                                                " and no others");
+}
+
 }  // namespace
 
 void translate_film(PbrtScene& out, const std::string& type, ParameterList& params, double* iso_ratio,
@@ -158,11 +169,12 @@ void translate_film(PbrtScene& out, const std::string& type, ParameterList& para
     report_unknown_word(params, "film", type, known);
     return;
   }
-  if (type != "rgb")
-    out.problems->unsupported(params.where(), params.owner() + " is rendered as \"rgb\"" +
-                                                  (type == "gbuffer" ? "; --aov asks for its layers" : ""));
   FilmDescription& film = out.scene.film;
   film = FilmDescription{};
+  if (type == "spectral")
+    out.problems->unsupported(params.where(),
+                              params.owner() + " is rendered as \"rgb\": it has no buckets of wavelengths");
+  if (type == "gbuffer") read_gbuffer(out, params, &film);
   film.width = static_cast<int>(params.integer("xresolution", 1280, 1, kMaxResolution));
   film.height = static_cast<int>(params.integer("yresolution", 720, 1, kMaxResolution));
   if (int64_t{film.width} * film.height > kMaxPixels) {

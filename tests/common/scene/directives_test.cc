@@ -323,9 +323,19 @@ TEST_F(Directives, UnsupportedOnesAreNamed) {
   }
 }
 
+TEST_F(Directives, AGbufferFilmAsksForLayers) {
+  const std::string rest = " WorldBegin LightSource \"point\"";
+  const LoadResult world = load("Film \"gbuffer\" \"string coordinatesystem\" \"world\"" + rest);
+  EXPECT_EQ(aov_names(world.scene.film.aovs), "albedo,normal,position,variance");
+  EXPECT_TRUE(mentions(world, "albedo,normal,position,variance and no others")) << listed(world);
+  EXPECT_EQ(load("Film \"rgb\"" + rest).scene.film.aovs, 0u);
+  EXPECT_FALSE(load("Film \"gbuffer\" \"string coordinatesystem\" \"screen\"" + rest).ok());
+}
+
 TEST_F(Directives, UnsupportedOptionsAreNamed) {
   const std::pair<const char*, const char*> cases[] = {
-      {"Film \"gbuffer\"", "rendered as \"rgb\""},
+      {"Film \"spectral\"", "rendered as \"rgb\""},
+      {"Film \"gbuffer\"", "in world space, and no others"},
       {"Integrator \"path\" \"bool regularize\" true", "is ignored"},
       {"Option \"bool disablepixeljitter\" true", "is ignored"},
   };
