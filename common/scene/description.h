@@ -68,6 +68,7 @@ struct ShapeDescription {
   FloatInput alpha{1, -1};  // cut-out: the fraction of rays that the surface stops, in [0, 1]
   MediumInterface media{};
   bool boundary = false;  // of media alone, without a surface: rays pass straight on
+  int moves_to = -1;      // index into SceneDescription::later, or -1: it stands still
 };
 
 /// Shapes that are there once, wherever instances put them; their object_to_world goes to the object's space.
@@ -77,7 +78,8 @@ struct ObjectDescription {
 };
 /// One more occurrence of an object; its transform is affine and not singular.
 struct InstanceDescription {
-  int object = -1;  // index into SceneDescription::objects
+  int object = -1;    // index into SceneDescription::objects
+  int moves_to = -1;  // as a shape's
   Transform object_to_world;
 };
 
@@ -185,8 +187,14 @@ struct CameraDescription {
   double lens_radius = 0;       // 0: pinhole
   double focal_distance = 1e6;  // > 0
   SphericalMapping mapping = SphericalMapping::kEqualArea;
-  int medium = -1;  // that it stands in
-  LensSystem lens;  // realistic
+  int medium = -1;    // that it stands in
+  LensSystem lens;    // realistic
+  int moves_to = -1;  // as a shape's, of camera_to_world, whose stretch stays the same
+};
+/// When things move: from their object_to_world to what `moves_to` says, both fractions of the time that the
+/// shutter is open. Before and after they stand still.
+struct ShutterDescription {
+  double moves_from = 0, moves_until = 1;  // 0 <= from < until <= 1
 };
 struct FilmDescription {
   int width = 1280, height = 720;
@@ -244,6 +252,10 @@ struct SceneDescription {
   std::vector<ShapeDescription> shapes;
   std::vector<ObjectDescription> objects;  // of which only instances are seen
   std::vector<InstanceDescription> instances;
+  /// Transforms that things which move end up with, affine and of the handedness that they begin with; things
+  /// of the same index begin alike, too.
+  std::vector<Transform> later;
+  ShutterDescription shutter;
   std::vector<LightDescription> lights;
   std::vector<SourceFile> files;  // the scene file first
   // What LoadOptions chose, the environment by its name in a bundle; empty: as the scene file says.

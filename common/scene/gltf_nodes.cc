@@ -216,7 +216,7 @@ void GltfNodes::place_meshes() {
     }
     const auto object = static_cast<int>(scene.objects.size());
     scene.objects.push_back({"mesh " + std::to_string(mesh), std::move(shapes)});
-    for (const Transform& place : places) scene.instances.push_back({object, place});
+    for (const Transform& place : places) scene.instances.push_back({object, -1, place});
   }
 }
 

@@ -13,8 +13,9 @@ namespace {
 
 constexpr size_t kMaxInstances = 8'000'000;  // about 1 GB here, and as much in the renderer
 
-/// Corners of the box around `shapes`; none around nothing.
-std::vector<Vec3d> box_corners(const std::vector<ShapeDescription>& shapes) {
+/// Corners of the box around `shapes` at both ends of their ways; none around nothing.
+std::vector<Vec3d> box_corners(const std::vector<ShapeDescription>& shapes,
+                               const std::vector<Transform>& later) {
   std::array<double, 3> lo, hi;
   lo.fill(1e300), hi.fill(-1e300);
   const auto add = [&](const Transform& t, const Vec3d& p) {
@@ -22,18 +23,21 @@ std::vector<Vec3d> box_corners(const std::vector<ShapeDescription>& shapes) {
     const std::array<double, 3> c{q.x, q.y, q.z};
     for (size_t i = 0; i < 3; ++i) lo[i] = std::min(lo[i], c[i]), hi[i] = std::max(hi[i], c[i]);
   };
-  for (const ShapeDescription& s : shapes) {
+  const auto add_shape = [&](const ShapeDescription& s, const Transform& t) {
     if (const auto* sphere = std::get_if<SphereShape>(&s.kind)) {
       const double r = sphere->radius;
       for (const double x : {-r, r}) {
         for (const double y : {-r, r}) {
-          for (const double z : {-r, r}) add(s.object_to_world, {x, y, z});
+          for (const double z : {-r, r}) add(t, {x, y, z});
         }
       }
     } else {
-      for (const Vec3f& p : std::get<MeshShape>(s.kind).mesh->positions)
-        add(s.object_to_world, {p.x, p.y, p.z});
+      for (const Vec3f& p : std::get<MeshShape>(s.kind).mesh->positions) add(t, {p.x, p.y, p.z});
     }
+  };
+  for (const ShapeDescription& s : shapes) {
+    add_shape(s, s.object_to_world);
+    if (s.moves_to >= 0) add_shape(s, later[static_cast<size_t>(s.moves_to)]);
   }
   std::vector<Vec3d> corners;
   if (lo[0] > hi[0]) return corners;
@@ -198,9 +202,16 @@ void PbrtParser::on_camera(const Token& d) {
   const auto type = take_string(d, "a type");
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("camera", *type), "");
-  translate_camera(out_, *type, params, state_.shape.ctm, &exposure_time_);
-  out_.scene.camera.medium = state_.shape.media.outside;
-  coordinate_systems_["camera"] = inverse(state_.shape.ctm);
+  translate_camera(out_, *type, params, state_.shape.ctm, &times_);
+  CameraDescription& camera = out_.scene.camera;
+  camera.medium = state_.shape.media.outside;
+  const Transform end = inverse(state_.ctm_end);
+  camera.moves_to = moves_to(d, camera.camera_to_world, end);
+  if (camera.moves_to >= 0 && !Motion(camera.camera_to_world, end).is_rigid()) {
+    problems_->unsupported(d.where.location(), "a camera whose Scale changes: it stays as at its start time");
+    camera.moves_to = -1;
+  }
+  coordinate_systems_["camera"] = {camera.camera_to_world, end};
 }
 
 void PbrtParser::on_film(const Token& d) {
@@ -260,9 +271,9 @@ void PbrtParser::on_world_begin(const Token& d) {
   }
   scopes_.clear();
   in_world_ = true;
-  state_.shape.ctm = Transform{};
-  state_.transforms_start = true;
-  coordinate_systems_["world"] = Transform{};
+  state_.shape.ctm = state_.ctm_end = Transform{};
+  state_.transforms_start = state_.transforms_end = true;
+  coordinate_systems_["world"] = {};
 }
 
 void PbrtParser::on_world_end(const Token& d) {
@@ -314,6 +325,7 @@ void PbrtParser::on_texture(const Token& d) {
   const auto type = take_string(d, "a type");
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("texture", *type), "texture");
+  stays(d, "a texture's space");
   translate_texture(out_, *name, *value_type, *type, params, state_.shape.ctm);
 }
 
@@ -322,6 +334,7 @@ void PbrtParser::on_light(const Token& d) {
   const auto type = take_string(d, "a type");
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("light", *type), "light");
+  stays(d, "a light");
   const size_t before = out_.scene.lights.size();
   translate_light(out_, *type, params, state_.shape.ctm);
   for (size_t i = before; i < out_.scene.lights.size(); ++i)
@@ -345,6 +358,11 @@ void PbrtParser::on_shape(const Token& d) {
   if (open_object_ && attributes.area_light != nullptr) {
     problems_->unsupported(d.where.location(), "area lights in objects: the shape does not emit");
     attributes.area_light = nullptr;
+  }
+  if (attributes.area_light != nullptr) {
+    stays(d, "an area light");
+  } else {
+    attributes.moves_to = moves_to(d, state_.shape.ctm, state_.ctm_end);
   }
   translate_shape(out_, *type, params, attributes);
 }
@@ -377,8 +395,8 @@ void PbrtParser::on_object_end(const Token& d) {
   ObjectDescription object{*open_object_,
                            {std::make_move_iterator(first), std::make_move_iterator(shapes.end())}};
   shapes.erase(first, shapes.end());
-  objects_[*open_object_] = {static_cast<int>(out_.scene.objects.size()), box_corners(object.shapes),
-                             std::move(*out_.object_files)};
+  objects_[*open_object_] = {static_cast<int>(out_.scene.objects.size()),
+                             box_corners(object.shapes, out_.scene.later), std::move(*out_.object_files)};
   out_.object_files.reset();
   out_.scene.objects.push_back(std::move(object));
   out_.open_curves.reset();
@@ -405,11 +423,14 @@ void PbrtParser::on_object_instance(const Token& d) {
     problems_->error(d.where.location(), "the scene has more than 8000000 instances, which is the limit");
     return;
   }
-  const Transform& ctm = state_.shape.ctm;  // in range and not singular: see apply()
-  constexpr double kLimit = 1e37;           // as for shapes
+  // Both are in range and not singular: see apply().
+  const Transform &ctm = state_.shape.ctm, &end = state_.ctm_end;
+  constexpr double kLimit = 1e37;  // as for shapes
+  const auto fits = [](const Vec3d& p) {
+    return std::abs(p.x) < kLimit && std::abs(p.y) < kLimit && std::abs(p.z) < kLimit;
+  };
   for (const Vec3d& corner : found->second.corners) {
-    const Vec3d p = transform_point(ctm, corner);
-    if (std::abs(p.x) < kLimit && std::abs(p.y) < kLimit && std::abs(p.z) < kLimit) continue;
+    if (fits(transform_point(ctm, corner)) && fits(transform_point(end, corner))) continue;
     problems_->error(d.where.location(), "the instance of " + in_quotes(*name) +
                                              " lies outside the range of numbers; check its transform");
     return;
@@ -420,7 +441,7 @@ void PbrtParser::on_object_instance(const Token& d) {
     return;
   }
   out_.list(std::exchange(found->second.files.found, {}));
-  out_.scene.instances.push_back({found->second.index, ctm});
+  out_.scene.instances.push_back({found->second.index, moves_to(d, ctm, end), ctm});
 }
 
 }  // namespace lightmill

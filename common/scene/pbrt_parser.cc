@@ -5,6 +5,7 @@
 
 #include "common/error.h"
 #include "common/scene/fold_constants.h"
+#include "common/scene/motion.h"
 #include "common/scene/pbrt_quadrics.h"
 #include "common/scene/scene_files.h"
 #include "common/scene/transform.h"
@@ -157,20 +158,55 @@ bool PbrtParser::require_options(const Token& directive) {
 
 void PbrtParser::apply(const Token& directive, const Transform& transform, bool replace) {
   const SourceLocation where = directive.where.location();
-  if (!state_.transforms_start) return;  // only the end of an animation, which is not rendered
   if (!is_affine(transform)) {
     problems_->error(where, std::string(directive.text) + " is not affine: the last row must be 0 0 0 1");
-  } else if (is_singular(transform)) {
+    return;
+  }
+  if (is_singular(transform)) {
     problems_->error(where,
                      std::string(directive.text) + " is singular: it flattens space; no factor may be 0");
-  } else {
-    const Transform next = replace ? transform : state_.shape.ctm * transform;
-    if (!is_in_range(next) || is_singular(next) || !is_in_range(inverse(next))) {
-      problems_->error(
-          where, std::string(directive.text) + " makes the transform singular or leave the range of numbers");
-      return;
-    }
-    state_.shape.ctm = next;
+    return;
+  }
+  const auto apply_to = [&](Transform* ctm) {
+    const Transform next = replace ? transform : *ctm * transform;
+    const bool good = is_in_range(next) && !is_singular(next) && is_in_range(inverse(next));
+    if (good) *ctm = next;
+    return good;
+  };
+  const bool together = state_.transforms_start && state_.transforms_end && !ctm_moves();
+  bool good = !state_.transforms_start || apply_to(&state_.shape.ctm);
+  if (together) {
+    state_.ctm_end = state_.shape.ctm;
+  } else if (good && state_.transforms_end) {
+    good = apply_to(&state_.ctm_end);
+  }
+  if (!good) {
+    problems_->error(
+        where, std::string(directive.text) + " makes the transform singular or leave the range of numbers");
+  }
+}
+
+int PbrtParser::moves_to(const Token& directive, const Transform& start, const Transform& end) {
+  if (start.m == end.m) return -1;
+  if (!can_move(start, end)) {
+    problems_->error(
+        directive.where.location(),
+        "what moves here would be turned inside out on its way: a Scale of one sign at the start "
+        "and of the other at the end");
+    return -1;
+  }
+  std::vector<Transform>& later = out_.scene.later;
+  if (later.empty() || later.back().m != end.m || last_start_.m != start.m) {
+    later.push_back(end);
+    last_start_ = start;
+  }
+  return static_cast<int>(later.size()) - 1;
+}
+
+void PbrtParser::stays(const Token& directive, const char* what) {
+  if (ctm_moves()) {
+    problems_->unsupported(directive.where.location(),
+                           std::string(what) + " that moves: it stays as at its start time");
   }
 }
 
@@ -191,7 +227,11 @@ bool PbrtParser::pop(Scope::Kind kind, const Token& directive, const char* opene
     return false;
   }
   if (kind == Scope::Kind::kTransform) {
-    state_.shape.ctm = scopes_.back().saved.shape.ctm;
+    const State& saved = scopes_.back().saved;
+    state_.shape.ctm = saved.shape.ctm;
+    state_.ctm_end = saved.ctm_end;
+    state_.transforms_start = saved.transforms_start;
+    state_.transforms_end = saved.transforms_end;
   } else {
     state_ = std::move(scopes_.back().saved);
   }
@@ -224,8 +264,10 @@ void PbrtParser::finish() {
   drop_invisible(&scene.shapes);
   for (ObjectDescription& object : scene.objects) drop_invisible(&object.shapes);
   tessellate_stretched_spheres(&scene, problems_);
+  if (!scene.later.empty()) settle_motion(times_, &scene);
   scene.camera.lens.film_diagonal = out_.film_diagonal;
-  scene.film.imaging_ratio = film_exposure_time_.value_or(exposure_time_) * iso_ratio_;
+  scene.film.imaging_ratio =
+      film_exposure_time_.value_or(times_.shutter_closes - times_.shutter_opens) * iso_ratio_;
   const bool emits = !scene.lights.empty() || std::any_of(scene.shapes.begin(), scene.shapes.end(),
                                                           [](const auto& s) { return s.area_light >= 0; });
   if (!emits && problems_->errors() == 0) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/motion.h"
 #include "common/scene/pbrt_scene.h"
 #include "common/scene/pbrt_tokenizer.h"
 
@@ -30,7 +31,13 @@ class PbrtParser {
     ShapeAttributes shape;
     std::shared_ptr<const InheritedParameters> inherited = std::make_shared<InheritedParameters>();
     ColorSpace color_space = ColorSpace::kSrgb;
-    bool transforms_start = true;  // ActiveTransform includes the start time
+    // The CTM at the end of motion (the one in `shape` is that at its start), and which of the two
+    // ActiveTransform chose.
+    Transform ctm_end;
+    bool transforms_start = true, transforms_end = true;
+  };
+  struct CoordinateSystem {
+    Transform start, end;
   };
   struct Scope {
     enum class Kind { kAttribute, kTransform, kObject, kImport };
@@ -52,6 +59,12 @@ class PbrtParser {
   bool require_world(const Token& directive);
   bool require_options(const Token& directive);
   void apply(const Token& directive, const Transform& transform, bool replace = false);
+  bool ctm_moves() const { return state_.shape.ctm.m != state_.ctm_end.m; }
+  /// ShapeDescription::moves_to of what moves from `start` to `end`; -1 if they are the same, or if nothing
+  /// can (reported).
+  int moves_to(const Token& directive, const Transform& start, const Transform& end);
+  /// Says that `what` stays where it is at the start if the CTM moves.
+  void stays(const Token& directive, const char* what);
   void push(Scope::Kind kind, const Token& directive);
   bool pop(Scope::Kind kind, const Token& directive, const char* opener);
   void finish();
@@ -103,7 +116,7 @@ class PbrtParser {
   ProblemList* problems_;
   State state_;
   std::vector<Scope> scopes_;
-  std::map<std::string, Transform> coordinate_systems_;
+  std::map<std::string, CoordinateSystem> coordinate_systems_;
   bool in_world_ = false;
   std::map<std::string, SourceLocation> once_;  // directives that count once, and where they were
 
@@ -117,7 +130,9 @@ class PbrtParser {
   std::optional<std::string> open_object_;
   size_t object_first_shape_ = 0;
 
-  double exposure_time_ = 1, iso_ratio_ = 1;
+  MotionTimes times_;
+  Transform last_start_;  // of what scene.later ends with
+  double iso_ratio_ = 1;
   std::optional<double> film_exposure_time_;
 
   PbrtTokenizer* tokens_ = nullptr;      // of the file that is being read

@@ -85,20 +85,24 @@ void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems
   constexpr size_t kBudget = 8'000'000;  // triangles of all of them
   constexpr int kFineSegments = 64;      // within 0.2 % of the radius: half a pixel of a sphere of 600
   std::vector<ShapeDescription*> found;
+  const auto is_round = [&](const Transform& start, int moves_to) {
+    return is_similarity(start) &&
+           (moves_to < 0 || is_similarity(scene->later[static_cast<size_t>(moves_to)]));
+  };
   const auto find = [&](std::vector<ShapeDescription>& shapes, bool stretched) {
     for (ShapeDescription& shape : shapes) {
       if (!std::holds_alternative<SphereShape>(shape.kind)) continue;
       // An emitter of alpha 0 is there for no ray: it needs no mesh to be masked.
       const bool masked = shape.alpha.texture >= 0 ||
                           (shape.alpha.value < 1 && !(shape.alpha.value == 0 && shape.area_light >= 0));
-      if (stretched || masked || !is_similarity(shape.object_to_world)) found.push_back(&shape);
+      if (stretched || masked || !is_round(shape.object_to_world, shape.moves_to)) found.push_back(&shape);
     }
   };
   find(scene->shapes, false);
   std::vector<bool> stretched(scene->objects.size(), false);
   for (const InstanceDescription& i : scene->instances) {
     const auto object = static_cast<size_t>(i.object);
-    if (!stretched[object]) stretched[object] = !is_similarity(i.object_to_world);
+    if (!stretched[object]) stretched[object] = !is_round(i.object_to_world, i.moves_to);
   }
   for (size_t i = 0; i < scene->objects.size(); ++i) find(scene->objects[i].shapes, stretched[i]);
   if (found.empty()) return;
@@ -123,6 +127,11 @@ void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems
   for (ShapeDescription* shape : found) {
     const double r = std::get<SphereShape>(shape->kind).radius;
     shape->object_to_world = shape->object_to_world * scaling({r, r, r});
+    if (shape->moves_to >= 0) {
+      const Transform end = scene->later[static_cast<size_t>(shape->moves_to)] * scaling({r, r, r});
+      shape->moves_to = static_cast<int>(scene->later.size());
+      scene->later.push_back(end);
+    }
     shape->kind = MeshShape{unit};
   }
 }

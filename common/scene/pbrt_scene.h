@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/scene/load.h"
+#include "common/scene/motion.h"
 #include "common/scene/pbrt_params.h"
 #include "common/scene/ply_read_ahead.h"
 
@@ -38,6 +39,7 @@ struct PendingAreaLight {
 /// Attributes that a shape takes over.
 struct ShapeAttributes {
   Transform ctm;
+  int moves_to = -1;  // ShapeDescription::moves_to
   bool reverse_orientation = false;
   int material = -1;                             // -1: pbrt's default material
   std::shared_ptr<PendingAreaLight> area_light;  // null: none
@@ -148,8 +150,9 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
 std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std::string& type,
                                                        ParameterList& params);
 /// pbrt_view.cc: camera, film and the directives about sampling.
+/// `times` receives those of the shutter.
 void translate_camera(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm,
-                      double* exposure_time);
+                      MotionTimes* times);
 /// `iso_ratio` receives iso/100; `exposure_time` an explicit exposure time, or is left alone.
 void translate_film(PbrtScene& out, const std::string& type, ParameterList& params, double* iso_ratio,
                     double* exposure_time);

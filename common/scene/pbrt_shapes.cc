@@ -196,9 +196,10 @@ int take_area_light(PbrtScene& out, const ShapeDescription& shape, size_t emitte
   return pending.index;
 }
 
-bool extent_is_finite(const ShapeDescription& shape) {
+/// Of what lies at `object_to_world`.
+bool extent_is_finite(const ShapeDescription& shape, const Transform& object_to_world) {
   const auto fits = [&](const Vec3d& p) {
-    const Vec3d q = transform_point(shape.object_to_world, p);
+    const Vec3d q = transform_point(object_to_world, p);
     constexpr double kLimit = 1e37;  // squared distances are formed in double, positions kept in float
     return std::abs(q.x) < kLimit && std::abs(q.y) < kLimit && std::abs(q.z) < kLimit;
   };
@@ -218,6 +219,7 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
                      const ShapeAttributes& attributes) {
   ShapeDescription shape;
   shape.object_to_world = attributes.ctm;
+  shape.moves_to = attributes.moves_to;
   shape.reverse_orientation = attributes.reverse_orientation;
   shape.location = params.where();
   shape.media = attributes.media;
@@ -259,7 +261,9 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   }
   // Every ray passes: there is nothing, but light if it emits.
   if (shape.alpha.texture < 0 && shape.alpha.value == 0 && attributes.area_light == nullptr) return;
-  if (!extent_is_finite(shape)) {
+  if (!extent_is_finite(shape, shape.object_to_world) ||
+      (shape.moves_to >= 0 &&
+       !extent_is_finite(shape, out.scene.later[static_cast<size_t>(shape.moves_to)]))) {
     out.problems->error(params.where(),
                         params.owner() + " lies outside the range of numbers; check its transform");
     return;

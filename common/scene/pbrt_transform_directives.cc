@@ -1,5 +1,6 @@
 // The directives that move things: transforms and named coordinate systems.
 #include <array>
+#include <cmath>
 
 #include "common/scene/pbrt_parser.h"
 #include "common/scene/transform.h"
@@ -52,14 +53,16 @@ void PbrtParser::on_concat_transform(const Token& d) {
 }
 
 void PbrtParser::on_coordinate_system(const Token& d) {
-  if (const auto name = take_string(d, "a name")) coordinate_systems_[*name] = state_.shape.ctm;
+  if (const auto name = take_string(d, "a name"))
+    coordinate_systems_[*name] = {state_.shape.ctm, state_.ctm_end};
 }
 
 void PbrtParser::on_coord_sys_transform(const Token& d) {
   const auto name = take_string(d, "a name");
   if (!name) return;
   if (const auto found = coordinate_systems_.find(*name); found != coordinate_systems_.end()) {
-    state_.shape.ctm = found->second;
+    if (state_.transforms_start) state_.shape.ctm = found->second.start;
+    if (state_.transforms_end) state_.ctm_end = found->second.end;
     return;
   }
   std::vector<std::string_view> names;
@@ -68,7 +71,7 @@ void PbrtParser::on_coord_sys_transform(const Token& d) {
                    "there is no coordinate system named " + in_quotes(*name) + nearest_hint(*name, names));
 }
 
-void PbrtParser::on_active_transform(const Token& d) {
+void PbrtParser::on_active_transform(const Token&) {
   const Token which = tokens_->next();
   if (which.text != "StartTime" && which.text != "EndTime" && which.text != "All") {
     problems_->error(which.where.location(),
@@ -76,13 +79,18 @@ void PbrtParser::on_active_transform(const Token& d) {
     return;
   }
   state_.transforms_start = which.text != "EndTime";
-  if (which.text != "All")
-    problems_->unsupported(d.where.location(), "an animated transform stays as at its start time");
+  state_.transforms_end = which.text != "StartTime";
 }
 
 void PbrtParser::on_transform_times(const Token& d) {
   double v[2];
-  take_numbers(d, v, 2);
+  if (!take_numbers(d, v, 2) || !require_options(d)) return;
+  if (!(v[0] < v[1]) || !std::isfinite(v[1] - v[0])) {
+    problems_->error(d.where.location(), "TransformTimes needs a start that is before the end");
+    return;
+  }
+  times_.starts = v[0];
+  times_.ends = v[1];
 }
 
 }  // namespace lightmill

@@ -73,7 +73,7 @@ void read_lenses(PbrtScene& out, ParameterList& params, LensSystem* lens) {
 }  // namespace
 
 void translate_camera(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm,
-                      double* exposure_time) {
+                      MotionTimes* times) {
   static const std::vector<std::string_view> known = {"perspective", "orthographic", "realistic",
                                                       "spherical"};
   if (!is_one_of(type, known)) {
@@ -120,12 +120,11 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
   if (params.has("frameaspectratio"))
     camera.frame_aspect_ratio = params.number("frameaspectratio", 1, 1e-5, 1e5);
   params.accept({"frameaspectratio"});
-  const double opened = params.number("shutteropen", 0, -kAny, kAny);
-  const double closed = params.number("shutterclose", 1, -kAny, kAny);
-  *exposure_time = closed - opened;
-  if (!(*exposure_time > 0)) {
+  times->shutter_opens = params.number("shutteropen", 0, -kAny, kAny);
+  times->shutter_closes = params.number("shutterclose", 1, -kAny, kAny);
+  if (!(times->shutter_opens < times->shutter_closes)) {
     out.problems->error(params.where_of("shutterclose"), "the shutter must close after it opens");
-    *exposure_time = 1;
+    *times = {};
   }
   params.finish();
 }

@@ -1,6 +1,6 @@
 """One answer: the farm, whoever rendered what and whatever died on the way, gives the pixels of `lightmill render`.
 
-    process_test.py --bin build/release/bin [workers] [restart] [pilot] [strangers] [wire]
+    process_test.py --bin build/release/bin [workers] [restart] [pilot] [strangers] [wire] [moving]
 """
 import argparse
 import pathlib
@@ -174,9 +174,23 @@ def test_wire(bin_dir, _):
         assert_same_pixels(reference, farm.finish_and_fetch(job, "extended.exr"))
 
 
+def test_moving(bin_dir, _):
+    """A scene in which shapes, instances and the camera move, to all three integrators."""
+    with Farm(bin_dir) as farm:
+        farm.start_coordinator()
+        farm.start_worker(1)
+        farm.start_worker(2)
+        wait_until("two workers", lambda: len(farm.json("workers")) >= 2)
+        for integrator in ("pt", "bdpt", "lt"):
+            moving = [ROOT / "scenes" / "motion-blur.pbrt", "--integrator", integrator, "--resolution", "80x60",
+                      "--seed", "7", "--spp", "64"]
+            reference = farm.render(f"{integrator}.exr", *moving)
+            assert_same_pixels(reference, farm.finish_and_fetch(farm.submit(*moving), f"farm-{integrator}.exr"))
+
+
 def main():
     tests = {"workers": test_workers, "restart": test_restart, "pilot": test_pilot, "strangers": test_strangers,
-             "wire": test_wire}
+             "wire": test_wire, "moving": test_moving}
     parser = argparse.ArgumentParser()
     parser.add_argument("--bin", required=True, help="folder of the programs")
     parser.add_argument("--kill-at", type=int, default=60, help="packets merged before something is killed")

@@ -2,6 +2,7 @@
 
 #include <numbers>
 
+#include "common/scene/motion.h"
 #include "common/scene/tessellate.h"
 
 namespace lightmill::test {
@@ -26,7 +27,7 @@ ShapeDescription& add_to_object(TestScene* s, int object, ShapeKind kind, int ma
 }
 
 void instance(TestScene* s, int object, const Transform& to_world) {
-  s->scene.instances.push_back({object, to_world});
+  s->scene.instances.push_back({object, -1, to_world});
 }
 
 SceneDescription flattened(const SceneDescription& scene) {
@@ -39,6 +40,27 @@ SceneDescription flattened(const SceneDescription& scene) {
   }
   out.objects.clear();
   out.instances.clear();
+  return out;
+}
+
+int ends_at(TestScene* s, const Transform& end) {
+  s->scene.later.push_back(end);
+  return static_cast<int>(s->scene.later.size()) - 1;
+}
+
+SceneDescription still_at(const SceneDescription& scene, double time) {
+  SceneDescription out = scene;
+  const auto stop = [&](Transform* t, int* moves_to) {
+    if (*moves_to >= 0) *t = Motion(*t, scene.later[static_cast<size_t>(*moves_to)]).at(time);
+    *moves_to = -1;
+  };
+  for (ShapeDescription& s : out.shapes) stop(&s.object_to_world, &s.moves_to);
+  for (ObjectDescription& o : out.objects) {
+    for (ShapeDescription& s : o.shapes) stop(&s.object_to_world, &s.moves_to);
+  }
+  for (InstanceDescription& i : out.instances) stop(&i.object_to_world, &i.moves_to);
+  stop(&out.camera.camera_to_world, &out.camera.moves_to);
+  out.later.clear();
   return out;
 }
 

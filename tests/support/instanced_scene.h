@@ -16,6 +16,11 @@ void instance(TestScene* s, int object, const Transform& to_world);
 /// The scene with the shapes of its instances written out.
 SceneDescription flattened(const SceneDescription& scene);
 
+/// Index of one more end of a way, for `moves_to`.
+int ends_at(TestScene* s, const Transform& end);
+/// The scene as it is at `time`, 0 and 1 being the ends of its ways: nothing moves.
+SceneDescription still_at(const SceneDescription& scene, double time);
+
 /// The room of cornell_room with three objects that share their geometry: bumpy, masked and mirrored ones.
 TestScene room_of_instances();
 

@@ -1,6 +1,7 @@
 #include "tests/support/scaled_scene.h"
 
 #include <cmath>
+#include <set>
 
 namespace lightmill::test {
 
@@ -16,6 +17,19 @@ SceneDescription scaled_scene(const SceneDescription& scene, int k) {
     for (size_t i = 0; i < 3; ++i) {
       for (double& x : instance.object_to_world.m[i]) x *= length;
     }
+  }
+  // Of what moves in the world; shapes in objects stay as they are.
+  std::set<int> ends;
+  for (const ShapeDescription& shape : out.shapes) ends.insert(shape.moves_to);
+  for (const InstanceDescription& instance : out.instances) ends.insert(instance.moves_to);
+  for (const int end : ends) {
+    for (size_t i = 0; end >= 0 && i < 3; ++i) {
+      for (double& x : out.later[static_cast<size_t>(end)].m[i]) x *= length;
+    }
+  }
+  if (out.camera.moves_to >= 0) {
+    Transform& end = out.later[static_cast<size_t>(out.camera.moves_to)];
+    for (size_t i = 0; i < 3; ++i) end.m[i][3] *= length;
   }
   const auto scale_point = [&](auto& light) {
     const float f = std::ldexp(1.0f, 2 * k);

@@ -298,6 +298,18 @@ void fill_with_media(SceneDescription* scene) {
   scene->shapes.push_back(cloud);
 }
 
+/// An instance that turns, a veil that passes, and a camera that does both.
+void set_moving(SceneDescription* scene) {
+  Transform turn;  // by an angle of rational sine and cosine
+  turn.m = {{{0.8, 0, 0.6, 0.3}, {0, 1, 0, -0.1}, {-0.6, 0, 0.8, 1}, {0, 0, 0, 1}}};
+  scene->later = {turn, scene->shapes.back().object_to_world, scene->camera.camera_to_world};
+  scene->instances.front().moves_to = 0;
+  scene->later[1].m[0][3] -= 0.7;
+  scene->shapes.back().moves_to = 1;
+  scene->later[2].m = {{{0.96, 0, 0.28, 0.1}, {0, 1, 0, 0}, {-0.28, 0, 0.96, 0}, {0, 0, 0, 1}}};
+  scene->camera.moves_to = 2;
+}
+
 /// Layered materials are plain ones: their tables, which take longer to make than all else here, are only
 /// made for what is to render them.
 SceneDescription without_layers(SceneDescription scene) {
@@ -362,6 +374,9 @@ std::string arithmetic_class() {
     hash_render(wax);
     fill_with_media(&wax);
     hash_render(wax);
+    SceneDescription moving = plain;
+    set_moving(&moving);
+    hash_render(moving);
     // Opaque and without instances: rays are traced without the library.
     plain.objects.clear();
     plain.instances.clear();

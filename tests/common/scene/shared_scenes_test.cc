@@ -21,11 +21,12 @@ size_t triangles(const SceneDescription& scene) {
 }
 
 TEST(OwnScenes, LoadWithoutAWord) {
-  for (const char* name : {"cornell-spheres.pbrt", "ring-caustic.pbrt"}) {
+  for (const auto& [name, width] :
+       {std::pair{"cornell-spheres.pbrt", 300}, {"ring-caustic.pbrt", 300}, {"motion-blur.pbrt", 400}}) {
     const LoadResult r = load_path(fs::path(LIGHTMILL_SOURCE_DIR) / "scenes" / name);
     EXPECT_EQ(listed(r), "") << name;
     const RenderSettings s = resolve_settings(r.scene, {});
-    EXPECT_EQ(s.grid.width, 300);
+    EXPECT_EQ(s.grid.width, width);
     EXPECT_EQ(s.grid.height, 300);
     EXPECT_FALSE(make_bundle(r.scene, nullptr).digest().empty());
   }

@@ -27,6 +27,7 @@ static_assert(sizeof(TracedRay) == 8 * sizeof(float));
 /// Segments in structure-of-arrays form; arrays of at least `count` floats.
 struct RayView {
   const float *ox, *oy, *oz, *dx, *dy, *dz;
+  const float* time = nullptr;  // in [0, 1]; null: 0, or nothing moves
 };
 
 enum class Structure { kFastest, kTree };
@@ -41,8 +42,8 @@ class Accel {
   Accel& operator=(const Accel&) = delete;
 
   /// Sets the primitive that ray ids[i], i < count, hits first in (0, infinity), and the instance that it is
-  /// hit in.
-  void closest_hits(TracedRay* rays, const int32_t* ids, int count) const;
+  /// hit in. Its time is times[ids[i]], in [0, 1]; null: 0, or nothing moves.
+  void closest_hits(TracedRay* rays, const int32_t* ids, int count, const float* times = nullptr) const;
   /// For i < count: occluded[i] = 1 if anything lies on ray i in (0, tfar[i]), else 0.
   void occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const;
   /// Memory of the tree.

@@ -92,7 +92,7 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
       continue;
     }
     if (!alpha_stops(*masked->scene, mesh.alpha, mesh.first_triangle + prim,
-                     TraceContext::instance_of(args->context), o, d))
+                     TraceContext::instance_of(args->context), RTCRayN_time(args->ray, args->N, i), o, d))
       args->valid[i] = 0;
   }
 }
@@ -203,8 +203,9 @@ Accel::Accel(const RenderScene& scene, int threads, Structure structure) : impl_
   impl_->add_spheres(scene, 0, scene.world_sphere_count(), &world);
   if (scene.any_instances()) {
     impl_->instances.scene = &scene;
-    attach_instances(impl_->device, world.scene, &impl_->instances);
-    world.first_primitive.push_back(0);
+    // Hits in them name primitives of the whole scene.
+    const size_t geometries = attach_instances(impl_->device, world.scene, &impl_->instances);
+    world.first_primitive.insert(world.first_primitive.end(), geometries, 0);
   }
   rtcCommitScene(world.scene);
   if (rtcGetDeviceError(impl_->device) != RTC_ERROR_NONE) fail(impl_->device);
@@ -214,7 +215,7 @@ Accel::~Accel() = default;
 
 uint64_t Accel::bytes() const { return static_cast<uint64_t>(std::max<int64_t>(impl_->bytes, 0)); }
 
-void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count) const {
+void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count, const float* times) const {
   if (impl_->few) return impl_->few->closest_hits(rays, ids, count);
   const std::vector<int32_t>& first = impl_->world.first_primitive;
   TraceContext context;
@@ -236,7 +237,7 @@ void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count) const {
     store(packet.ray.tnear, splat<Float8>(std::numeric_limits<float>::min()));
     store(packet.ray.tfar, splat<Float8>(std::numeric_limits<float>::infinity()));
     for (int l = 0; l < kPacket; ++l) {
-      packet.ray.time[l] = 0;
+      packet.ray.time[l] = times ? times[ids[begin + std::min(l, n - 1)]] : 0;
       packet.ray.mask[l] = ~0u;
       packet.ray.id[l] = 0;
       packet.ray.flags[l] = 0;
@@ -272,7 +273,7 @@ void Accel::occluded(const RayView& rays, const float* tfar, int count, uint8_t*
       packet.dir_z[l] = rays.dz[i];
       packet.tnear[l] = 0;
       packet.tfar[l] = tfar[i];
-      packet.time[l] = 0;
+      packet.time[l] = rays.time ? rays.time[i] : 0;
       packet.mask[l] = ~0u;
       packet.id[l] = 0;
       packet.flags[l] = 0;

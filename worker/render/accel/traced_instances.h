@@ -1,10 +1,13 @@
 #pragma once
-// Instances as one user geometry: its primitives are the instances' boxes, and a ray that meets one is taken
+// Instances as user geometry: its primitives are the instances' boxes, and a ray that meets one is taken
 // into the object's space by our own arithmetic (placement.h) and traced in the object's scene. The library's
 // own instances would invert each matrix in float with estimates that differ between CPU vendors, and leave
-// their rounding unknown; so the ray offsets' bounds hold, and an instance costs a box and a record.
+// their rounding unknown; so the ray offsets' bounds hold, and an instance costs a box and a record. Those
+// that stand still are one geometry; those that move are one for each number of segments of their ways, whose
+// time steps are their poses.
 //
 // For accel/*.cc alone, which include the library's header before this one.
+#include <deque>
 #include <vector>
 
 #include "worker/render/scene/render_scene.h"
@@ -31,13 +34,23 @@ struct TracedObject {
   std::vector<int32_t> first_primitive;  // per geometry id
 };
 
-/// The user data of the geometry of all instances; must outlive it and not move.
+struct TracedInstances;
+/// The user data of a geometry of instances.
+struct InstanceGeometry {
+  const TracedInstances* all = nullptr;
+  std::vector<int32_t> moving;  // instance of each of its primitives; empty: their numbers
+
+  int32_t instance(unsigned prim) const { return moving.empty() ? static_cast<int32_t>(prim) : moving[prim]; }
+};
+/// Must outlive the geometries and not move.
 struct TracedInstances {
   const RenderScene* scene = nullptr;
   std::vector<TracedObject> objects;
+  std::deque<InstanceGeometry> geometries;
 };
 
-/// Attaches the instances to `world`. A hit's instID is the instance, its primID the primitive's number.
-void attach_instances(RTCDevice device, RTCScene world, TracedInstances* instances);
+/// Attaches the instances to `world`; how many geometries they are. A hit's instID is the instance, its
+/// primID the primitive's number.
+size_t attach_instances(RTCDevice device, RTCScene world, TracedInstances* instances);
 
 }  // namespace lightmill

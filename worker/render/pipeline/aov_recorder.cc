@@ -84,10 +84,13 @@ void AovRecorder::begin_layer() {
   std::memset(surface_found_, 0, sizeof surface_found_);
 }
 
-void AovRecorder::hits(const StageContext& context, const VertexLanes<Lane>& v, LaneMask active, int depth) {
+void AovRecorder::hits(const StageContext& context, const VertexLanes<Lane>& v, LaneMask active, int depth,
+                       const Paths& paths) {
   if (depth == 1) {
     store_lanes(position_, v.path, active, v.p);
-    scatter(depth_, v.path, depth_of_point(context.camera, v.p), active);
+    const CameraMotion& motion = context.scene.camera_motion;
+    const Vec3<Lane> p = motion.moves ? motion.at_rest(v.p, gather(paths.time, v.path)) : v.p;
+    scatter(depth_, v.path, depth_of_point(context.camera, p), active);
   }
   const LaneMask opaque = mask_and(active, mask_not(pure_delta<Lane>(v.kind)));
   int32_t found[kLanes] = {};

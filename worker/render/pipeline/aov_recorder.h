@@ -21,7 +21,8 @@ class AovRecorder {
   void begin_packet();
   void begin_layer();
   /// Camera vertices at `depth`, before anything is sampled there.
-  void hits(const StageContext& context, const VertexLanes<Lane>& vertices, LaneMask active, int depth);
+  void hits(const StageContext& context, const VertexLanes<Lane>& vertices, LaneMask active, int depth,
+            const Paths& paths);
   /// Camera paths that scatter in a medium: they have no first surface, as those that escape.
   void ends_in_medium(LaneInt slot, LaneMask active);
   /// Whether camera paths without a contribution need not be followed any further.

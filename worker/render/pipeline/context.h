@@ -55,6 +55,7 @@ struct LayerContext {
   uint32_t light_key = 0;
   int light_paths = 0;       // of this layer
   int first_light_path = 0;  // the one in slot 0: a wavefront holds kWavefront of them at a time
+  float time = 0;            // of all paths, if they have none of their own (path_times.h)
 
   /// Streams of path slots `slot`.
   template <class F>

@@ -8,16 +8,26 @@
 namespace lightmill {
 namespace {
 
-/// Joins points `p` to the camera; the lens sample is dimension `dim` of `stream`, if there is a lens.
+/// Joins points `p` of paths `slot` to the camera; the lens sample is dimension `dim` of `stream`, if there
+/// is a lens.
 LensConnection<Lane> connect_lens(const StageContext& context, const SampleStream<Lane>& stream, uint32_t dim,
-                                  const Vec3<Lane>& p) {
-  return std::visit(
-      [&](const auto& camera) {
-        Lane u{}, v{};
-        if constexpr (std::decay_t<decltype(camera)>::kHasLens) stream.get_2d(dim, &u, &v);
-        return camera.connect(p, u, v);
-      },
-      context.camera);
+                                  const Vec3<Lane>& p, LaneInt slot, const Wavefront& w) {
+  const auto connect = [&](const Vec3<Lane>& at) {
+    return std::visit(
+        [&](const auto& camera) {
+          Lane u{}, v{};
+          if constexpr (std::decay_t<decltype(camera)>::kHasLens) stream.get_2d(dim, &u, &v);
+          return camera.connect(at, u, v);
+        },
+        context.camera);
+  };
+  const CameraMotion& motion = context.scene.camera_motion;
+  if (!motion.moves) return connect(p);
+  const Lane time = gather(w.paths.time, slot);
+  LensConnection<Lane> c = connect(motion.at_rest(p, time));
+  c.lens = motion.point(c.lens, time);
+  c.direction = motion.vector(c.direction, time);
+  return c;
 }
 
 template <class K>
@@ -27,7 +37,8 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     const VertexGroup g(w.light_vertices, base, context.scene);
     const VertexLanes<Lane>& v = g.v;
     const SampleStream<Lane> stream = layer.light_stream<Lane>(v.path);
-    const LensConnection<Lane> lens = connect_lens(context, stream, vertex_dim(depth, kDimSplatLens), v.p);
+    const LensConnection<Lane> lens =
+        connect_lens(context, stream, vertex_dim(depth, kDimSplatLens), v.p, v.path, w);
     const Vec3<Lane>& to_camera = lens.direction;
     const LaneMask seen = mask_and(mask_and(g.active, lens.seen), faces_viewer<K>(v, to_camera));
     if (!any(seen)) continue;
@@ -53,6 +64,7 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     c.direction = -(c.origin - lens.lens);
     c.tfar = splat<Lane>(kSegmentEnd);
     c.target = target.pixel;
+    c.path = v.path;
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
     if (StrategyRecorder* recorder = recorder_of<K>(w)) {
@@ -72,7 +84,8 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   const LaneMask surface = mask_and(active, mask_not(mask_or(e.delta, e.infinite)));
   if (!any(surface)) return;
   const SampleStream<Lane> stream = layer.light_stream<Lane>(slot);
-  const LensConnection<Lane> lens = connect_lens(context, stream, vertex_dim(0, kDimSplatLens), e.point);
+  const LensConnection<Lane> lens =
+      connect_lens(context, stream, vertex_dim(0, kDimSplatLens), e.point, slot, w);
   const Vec3<Lane>& to_camera = lens.direction;
   const LaneMask seen = mask_and(surface, lens.seen);
   if (!any(seen)) return;
@@ -101,6 +114,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   c.direction = -(c.origin - lens.lens);
   c.tfar = splat<Lane>(kSegmentEnd);
   c.target = target.pixel;
+  c.path = slot;
   // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt a help beside s =
   // 0.
   const float tiny = context.lens_alone() ? 0 : context.tiny_contribution;

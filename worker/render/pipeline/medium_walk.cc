@@ -7,6 +7,7 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/lane_group.h"
 #include "worker/render/pipeline/path_io.h"
+#include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/stage_probe.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/scene/surface.h"
@@ -46,11 +47,11 @@ struct Outermost {
 
 /// What rays hit, of the lanes in `hit`.
 Surface<Lane> surfaces(const RenderScene& scene, LaneInt prim, LaneInt instance, LaneMask hit,
-                       const Vec3<Lane>& o, const Vec3<Lane>& d) {
+                       const Vec3<Lane>& o, const Vec3<Lane>& d, Lane time) {
   // The other lanes take a primitive that there is.
   const int first = std::countr_zero(mask_bits(hit));
   return surface_at<Lane>(scene, select(hit, prim, splat_int<Lane>(lane(prim, first))),
-                          select(hit, instance, splat_int<Lane>(lane(instance, first))), o, d);
+                          select(hit, instance, splat_int<Lane>(lane(instance, first))), o, d, time);
 }
 
 /// Draws the channel and the optical depth at which segments end.
@@ -98,7 +99,7 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
   LaneInt sides{};
   Lane far{};
   if (any(hit)) {
-    s = surfaces(scene, path.prim, path.instance, hit, o, d);
+    s = surfaces(scene, path.prim, path.instance, hit, o, d, times_of_slots(scene, w.paths, e.slot));
     sides = gather(scene.primitive_media.data(), select(hit, path.prim, LaneInt{}));
     const Vec3<Lane> segment = s.p - o;
     far = sqrt(dot(segment, segment));
@@ -185,7 +186,7 @@ void cast(const StageContext& context, const LayerContext& layer, int depth, Wav
   }
   for (bool first = true; !m.casting.empty(); first = false) {
     const auto count = static_cast<int>(m.casting.size());
-    context.accel.closest_hits(paths.rays, m.casting.data(), count);
+    context.accel.closest_hits(paths.rays, m.casting.data(), count, times_of_rays(scene, paths));
     w.counters.closest_hit_rays += static_cast<uint64_t>(count);
     // Most paths of most scenes are in empty space and meet a surface: nothing is left to do for them.
     m.walking.clear();
@@ -222,7 +223,8 @@ LaneMask shadow_step(const StageContext& context, const Group& e, ShadowRays& q,
   if (!visible_to_end) {
     LaneMask hit = mask_and(e.active, LaneMask(prim >= 0));
     if (any(hit)) {
-      s = surfaces(scene, prim, instance, hit, o, d);
+      const Lane time = scene.any_moving() ? gather(q.time, e.slot) : Lane{};
+      s = surfaces(scene, prim, instance, hit, o, d, time);
       sides = gather(scene.primitive_media.data(), select(hit, prim, LaneInt{}));
       const Vec3<Lane> segment = s.p - o;
       far = sqrt(dot(segment, segment));
@@ -286,10 +288,11 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
   std::iota(m.casting.begin(), m.casting.end(), 0);
   // Without boundaries a segment has one medium.
   const bool boundaries = context.scene.any_boundaries;
-  if (!boundaries) context.accel.occluded({q.ox, q.oy, q.oz, q.dx, q.dy, q.dz}, q.tfar, q.count, q.occluded);
+  if (!boundaries) context.accel.occluded(view_of(context.scene, q), q.tfar, q.count, q.occluded);
   for (bool first = true; !m.casting.empty(); first = false) {
     if (boundaries) {
-      context.accel.closest_hits(m.shadow_rays, m.casting.data(), static_cast<int>(m.casting.size()));
+      context.accel.closest_hits(m.shadow_rays, m.casting.data(), static_cast<int>(m.casting.size()),
+                                 view_of(context.scene, q).time);
       if (!first) w.counters.shadow_rays += m.casting.size();
     }
     m.walking.swap(m.casting);

@@ -57,7 +57,7 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     c.direction = select(d.infinite, d.wi, end - c.origin);
     c.tfar =
         select(d.infinite, splat<Lane>(std::numeric_limits<float>::infinity()), splat<Lane>(kSegmentEnd));
-    c.target = v.path;
+    c.target = c.path = v.path;
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
     if (StrategyRecorder* recorder = recorder_of<K>(w)) {

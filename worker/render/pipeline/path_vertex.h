@@ -6,6 +6,7 @@
 #include "worker/render/pipeline/lane_group.h"
 #include "worker/render/pipeline/medium_walk.h"
 #include "worker/render/pipeline/path_io.h"
+#include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/subsurface_walk.h"
 #include "worker/render/pipeline/vertex_io.h"
 #include "worker/render/scene/bump.h"
@@ -35,7 +36,8 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
   h.path = load_paths<Lane>(w.paths, g.slot);
   const LaneInt prim = h.path.prim;
   const Vec3<Lane>&o = h.path.origin, &d = h.path.direction;
-  const Surface<Lane> s = surface_at<Lane, K::kSurfaces>(scene, prim, h.path.instance, o, d);
+  const Surface<Lane> s = surface_at<Lane, K::kSurfaces>(scene, prim, h.path.instance, o, d,
+                                                         times_of_slots(scene, w.paths, g.slot));
   VertexLanes<Lane>& v = h.v;
   v.p = s.p;
   v.error = s.error;

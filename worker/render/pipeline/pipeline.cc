@@ -10,6 +10,7 @@
 #include "worker/render/pipeline/caster.h"
 #include "worker/render/pipeline/film.h"
 #include "worker/render/pipeline/medium_walk.h"
+#include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/producer.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/stage_probe.h"
@@ -139,6 +140,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
     layer.sample_in_block = static_cast<uint32_t>(s - block_begin(block));
     if (w.recorder) w.recorder->begin_layer(packet.cell_x, packet.cell_y, context.grid.width);
+    layer.time = time_of_layer(context, layer);
     w.light_vertices.clear();
     for (layer.first_light_path = 0; light_paths && layer.first_light_path < layer.light_paths;
          layer.first_light_path += kWavefront) {

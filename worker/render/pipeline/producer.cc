@@ -4,6 +4,7 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/path_io.h"
+#include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/scene/emitter_pattern.h"
@@ -50,7 +51,16 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
     }
     Lane lu{}, lv{};
     if constexpr (C::kHasLens) stream.get_2d(kDimLens, &lu, &lv);
-    const CameraRay<Lane> ray = camera.ray(x, y, lu, lv);
+    CameraRay<Lane> ray = camera.ray(x, y, lu, lv);
+    if (context.scene.moves()) {
+      const Lane time = times_of_paths(context, layer, stream);
+      store(paths.time + base, time);
+      const CameraMotion& motion = context.scene.camera_motion;
+      if (motion.moves) {
+        ray.origin = motion.point(ray.origin, time);
+        ray.direction = motion.vector(ray.direction, time);
+      }
+    }
     PathLanes<Lane> path{ray.origin, ray.direction, splat3<Lane>(1, 1, 1)};
     LaneMask started = g.taken;
     if constexpr (C::kWeighted) {
@@ -77,6 +87,7 @@ void light_paths(const StageContext& context, const LayerContext& layer, Wavefro
     const LaneInt slot = lane_index<Lane>() + base;
     const LaneMask started = LaneMask(slot < count);
     const SampleStream<Lane> stream = layer.light_stream<Lane>(slot);
+    if (context.scene.moves()) store(paths.time + base, times_of_paths(context, layer, stream));
     Lane pu, pv, du, dv;
     stream.get_2d(kDimLightPosition, &pu, &pv);
     stream.get_2d(kDimLightDirection, &du, &dv);

@@ -2,6 +2,7 @@
 
 #include "worker/render/pipeline/film.h"
 #include "worker/render/pipeline/medium_walk.h"
+#include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/stage_probe.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/thread_time.h"
@@ -18,7 +19,7 @@ void flush_shadow_rays(const StageContext& context, bool splats, Wavefront& w) {
     if (w.media) {
       trace_transmittance(context, w);
     } else {
-      context.accel.occluded({q.ox, q.oy, q.oz, q.dx, q.dy, q.dz}, q.tfar, q.count, q.occluded);
+      context.accel.occluded(view_of(context.scene, q), q.tfar, q.count, q.occluded);
     }
   }
   w.counters.shadow_rays += static_cast<uint64_t>(q.count);

@@ -22,6 +22,7 @@ struct Candidates {
   Lane tfar;
   Vec3<Lane> value;
   LaneInt target;
+  LaneInt path;  // slot of the path whose time it is
   // With media: the one that the segment starts in, and w_light + w_camera without P~ of the segment.
   LaneInt medium{};
   Lane ratio{};
@@ -64,6 +65,7 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   add(q.tfar, c.tfar);
   add(q.r, value.x), add(q.g, value.y), add(q.b, value.z);
   add(q.target, c.target);
+  if (context.scene.any_moving()) add(q.time, gather(w.paths.time, c.path));
   if constexpr (K::kMedia)
     add(w.media->shadow_medium, c.medium), add(w.media->shadow_ratio, c.ratio),
         add(w.media->shadow_light, c.light);

@@ -7,6 +7,7 @@
 #include "worker/render/math/exp.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/lane_group.h"
+#include "worker/render/pipeline/path_times.h"
 #include "worker/render/sampling/warp.h"
 #include "worker/render/scene/mix.h"
 #include "worker/render/scene/subsurface_body.h"
@@ -94,7 +95,8 @@ void step(const RenderScene& scene, const SampleStream<Lane>& stream, int n, con
     // The other lanes take a primitive that there is.
     const int first = std::countr_zero(mask_bits(hit));
     s = surface_at<Lane>(scene, select(hit, path.prim, splat_int<Lane>(lane(path.prim, first))),
-                         select(hit, path.instance, splat_int<Lane>(lane(path.instance, first))), o, d);
+                         select(hit, path.instance, splat_int<Lane>(lane(path.instance, first))), o, d,
+                         times_of_slots(scene, paths, g.slot));
     const Vec3<Lane> segment = s.p - o;
     far = select(hit, sqrt(dot(segment, segment)), far);
   }
@@ -211,7 +213,8 @@ void walk_through_bodies(const StageContext& context, const LayerContext& layer,
   BodyWalks& m = *w.bodies;
   m.leaving.clear();
   for (int n = 1; !m.walking.empty(); ++n) {
-    context.accel.closest_hits(w.paths.rays, m.walking.data(), static_cast<int>(m.walking.size()));
+    context.accel.closest_hits(w.paths.rays, m.walking.data(), static_cast<int>(m.walking.size()),
+                               times_of_rays(context.scene, w.paths));
     w.counters.closest_hit_rays += m.walking.size();
     m.next.clear();
     for (size_t base = 0; base < m.walking.size(); base += kLanes) {

@@ -66,7 +66,7 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
       c.origin = offset_origin(v.p, v.error, v.ng, wi);
       c.direction = offset_origin(l.p, l.error, l.ng, -wi) - c.origin;
       c.tfar = splat<Lane>(kSegmentEnd);
-      c.target = v.path;
+      c.target = c.path = v.path;
       const Lane u =
           context.tiny_contribution > 0
               ? stream.get_random(vertex_dim(depth, kDimConnectRoulette + j % kConnectRouletteDims))

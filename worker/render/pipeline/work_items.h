@@ -34,6 +34,7 @@ struct Paths {
   TracedRay rays[kWavefront];
   alignas(32) float carried[kWavefront][8];  // integers by bits; kLight, kCosLight are of light paths alone
   alignas(32) int32_t active[kWavefront + kLanes];  // slots with a ray, `active_count` of them
+  alignas(32) float time[kWavefront];               // in [0, 1]; set if anything moves
   int active_count = 0;
 };
 
@@ -67,6 +68,7 @@ struct ShadowRays {
   alignas(32) float tfar[kCapacity];
   float r[kCapacity], g[kCapacity], b[kCapacity];
   int32_t target[kCapacity];  // path slot, or film pixel for a splat
+  float time[kCapacity];      // set if an instance moves
   uint8_t occluded[kCapacity];
   int count = 0;
 };

@@ -24,10 +24,10 @@ bool transmits(int32_t kind) {
          kind == kRoughTintedDielectric || kind == kRoughTintedSheet || kind == kTranslucent || kind == kHair;
 }
 
-LitPlace place_of(const Vertex& v) {
+LitPlace place_of(const Vertex& v, float time) {
   const auto at = [&](int slot) { return Vec3f{v.f[slot], v.f[slot + 1], v.f[slot + 2]}; };
   LitPlace place{at(Vertex::kP), at(Vertex::kNg), v.f[Vertex::kError],
-                 transmits(std::bit_cast<int32_t>(v.f[Vertex::kKind]))};
+                 transmits(std::bit_cast<int32_t>(v.f[Vertex::kKind])), time};
   const Vec3f wo = at(Vertex::kWo), n = place.normal;
   if (wo.x * n.x + wo.y * n.y + wo.z * n.z < 0) place.normal = {-n.x, -n.y, -n.z};
   return place;
@@ -49,7 +49,10 @@ void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t s
     for (int depth = 1; w.paths.active_count > 0 && depth <= depths; ++depth) {
       cast_paths(context, w);
       bounce_camera_paths(context, layer, depth, w);
-      for (const Vertex& v : w.vertices) places->push_back(place_of(v));
+      for (const Vertex& v : w.vertices) {
+        const bool moving = context.scene.any_moving();
+        places->push_back(place_of(v, moving ? w.paths.time[std::bit_cast<int32_t>(v.f[Vertex::kPath])] : 0));
+      }
     }
   }
 }
@@ -82,7 +85,7 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
 
 /// Rays that wait to be traced, and the trials that they are of.
 struct LightTrials::Rays {
-  std::vector<float> ox, oy, oz, dx, dy, dz, tfar;
+  std::vector<float> ox, oy, oz, dx, dy, dz, tfar, time;
   std::vector<size_t> trial;
 };
 
@@ -109,6 +112,7 @@ class LightTrials::Caster {
     rays_.ox.push_back(o.x), rays_.oy.push_back(o.y), rays_.oz.push_back(o.z);
     rays_.dx.push_back(d.x), rays_.dy.push_back(d.y), rays_.dz.push_back(d.z);
     rays_.tfar.push_back(end ? kSegmentEnd : std::numeric_limits<float>::infinity());
+    rays_.time.push_back(place_.time);
     rays_.trial.push_back(trials_.size() - 1);
   }
 
@@ -191,9 +195,9 @@ std::vector<LightTrial> LightTrials::run(const std::vector<LitPlace>& places, ui
     for (size_t k = i * kChunk; k < std::min((i + 1) * kChunk, places.size()); ++k)
       look_around(seed, static_cast<uint32_t>(k), places[k], &found[i], &rays);
     std::vector<uint8_t> occluded(rays.trial.size());
-    accel_.occluded(
-        {rays.ox.data(), rays.oy.data(), rays.oz.data(), rays.dx.data(), rays.dy.data(), rays.dz.data()},
-        rays.tfar.data(), static_cast<int>(rays.trial.size()), occluded.data());
+    accel_.occluded({rays.ox.data(), rays.oy.data(), rays.oz.data(), rays.dx.data(), rays.dy.data(),
+                     rays.dz.data(), rays.time.data()},
+                    rays.tfar.data(), static_cast<int>(rays.trial.size()), occluded.data());
     for (size_t r = 0; r < rays.trial.size(); ++r) {
       if (occluded[r]) found[i][rays.trial[r]].square = 0;
     }

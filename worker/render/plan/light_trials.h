@@ -15,6 +15,7 @@ struct LitPlace {
   Vec3f p, normal;  // on the side that the path came from
   float error = 0;
   bool both_sides = false;  // light from behind counts
+  float time = 0;           // of the path
 };
 
 /// The vertices of camera paths all over the film, up to `depth`, of about `paths` paths.

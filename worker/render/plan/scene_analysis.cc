@@ -244,6 +244,14 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        : scene.flattened_instances ? flattened
                                    : "no object is instanced",
        "a level of traversal, and a transform per hit");
+  item("motion blur", scene.moves(),
+       !scene.moves() ? "nothing moves while the shutter is open"
+       : scene.any_moving()
+           ? text(scene.ways.size()) + " instance(s) or shape(s) move on " +
+                 text(scene.poses.size() / kPoseFloats - scene.ways.size()) + " straight segment(s)" +
+                 (scene.camera_motion.moves ? ", and so does the camera" : "")
+           : "the camera moves",
+       "a time per path, and a transform that is made anew for every ray that meets what moves");
   const size_t media = scene.any_media() ? scene.media.size() / kMediumFloats - 1 : 0;
   item("participating media", scene.any_media(),
        scene.any_media() ? text(media) + " homogeneous, with " +

@@ -14,6 +14,9 @@ inline constexpr uint32_t kDimLightSelect = 0;     // 1D, light: which light
 inline constexpr uint32_t kDimLightPosition = 1;   // 2D, light
 inline constexpr uint32_t kDimLightDirection = 2;  // 2D, light
 inline constexpr uint32_t kDimLightTexel = 3;      // 1D, light: texel of an environment image
+inline constexpr uint32_t kDimTime = 4;            // 1D: when, if anything moves
+/// 1D, of a packet's light key by sample index: the time of all its paths, where they are joined.
+inline constexpr uint32_t kDimLayerTime = 5;
 
 // Per vertex: kDimsPerVertex dimensions from kDimVertex0 on, vertex 0 being the first surface hit.
 inline constexpr uint32_t kDimVertex0 = 8;

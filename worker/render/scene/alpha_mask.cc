@@ -18,14 +18,14 @@ float hash_ray(int32_t prim, int32_t instance, const Vec3<float>& o, const Vec3<
 }  // namespace
 
 bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim, int32_t instance,
-                 const Vec3<float>& o, const Vec3<float>& d) {
+                 float time, const Vec3<float>& o, const Vec3<float>& d) {
   float a = alpha.value;
   if (alpha.texture >= 0) {
     const TriangleHit<float> h = triangle_hit<float>(scene, prim, o, d);
     const CornerUv<float> uv(scene, h, scene.primitive_flags[static_cast<size_t>(prim)]);
     Vec3<float> p = h.p0 * h.b0 + h.p1 * h.b1 + h.p2 * h.b2, e1 = h.e1, e2 = h.e2;
     if (instance >= 0) {
-      const auto place = Placement<float>::of(scene, instance);
+      const auto place = Placement<float>::of(scene, instance, time, 1);
       p = place.point(p), e1 = place.scaled_vector(e1), e2 = place.scaled_vector(e2);
     }
     TexturePoint at{uv.u(h), uv.v(h), scene.scene_point({p.x, p.y, p.z})};

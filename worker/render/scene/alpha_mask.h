@@ -17,10 +17,10 @@ struct RenderScene;
 /// True if rays may pass.
 inline bool has_alpha_mask(const FloatInput& alpha) { return alpha.texture >= 0 || alpha.value < 1; }
 
-/// Whether triangle `prim` of a mesh with `alpha`, in `instance` (-1: in none), stops ray (o, d), which is
-/// known to hit it. The ray is in the space of the triangle.
+/// Whether triangle `prim` of a mesh with `alpha`, in `instance` (-1: in none) at `time`, stops ray (o, d),
+/// which is known to hit it. The ray is in the space of the triangle.
 bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim, int32_t instance,
-                 const Vec3<float>& o, const Vec3<float>& d);
+                 float time, const Vec3<float>& o, const Vec3<float>& d);
 
 /// Whether direction `d` meets triangle `prim` from behind; `outwards` as MeshRange::fibres has it.
 bool meets_back(const RenderScene& scene, int32_t prim, int32_t outwards, const Vec3<float>& d);

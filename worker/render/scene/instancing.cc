@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "common/error.h"
+#include "common/scene/motion.h"
 #include "common/scene/transform.h"
+#include "worker/render/scene/instance_pose.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
@@ -41,20 +45,18 @@ double row_sum(const Transform& a, const Transform& b) {
   return most;
 }
 
-/// Without translation and with entries of about 1; the power of two that it was multiplied by.
-Transform of_size_one(const Transform& t, int* exponent) {
-  *exponent = -std::ilogb(largest(t));
+/// Without translation, times 2^exponent.
+Transform scaled_linear(const Transform& t, int exponent) {
   Transform out;
   for (size_t i = 0; i < 3; ++i) {
-    for (size_t j = 0; j < 3; ++j) out.m[i][j] = std::ldexp(t.m[i][j], *exponent);
+    for (size_t j = 0; j < 3; ++j) out.m[i][j] = std::ldexp(t.m[i][j], exponent);
   }
   return out;
 }
 
 bool fit_for_rays(const Transform& t) {
   if (!is_affine(t) || !(largest(t) > 0)) return false;
-  int exponent = 0;
-  const Transform unit = of_size_one(t, &exponent), back = inverse(unit);
+  const Transform unit = scaled_linear(t, record_exponent(t)), back = inverse(unit);
   // Written so that NaN is refused.
   return row_sum(unit, back) <= kMaxSpread && largest(back) <= kMaxStretch;
 }
@@ -97,6 +99,7 @@ class Flattener {
     }
     ShapeDescription& s = out_.flattened.emplace_back(shape);
     s.object_to_world = object_to_world * shape.object_to_world;
+    s.moves_to = -1;
   }
 
  private:
@@ -104,72 +107,183 @@ class Flattener {
   size_t primitives_ = 0;
 };
 
+/// Where things are that move by all of `links`, the outermost first.
+Transform along(const std::vector<Motion>& links, double s) {
+  Transform t;
+  for (const Motion& link : links) t = t * link.at(s);
+  return t;
+}
+
+/// How far the corners of the object's box are from where even changes put them, half way between `a` and
+/// `b`, as a fraction of its size.
+double bend(const InstancedObject& o, const Transform& a, const Transform& middle, const Transform& b) {
+  Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  double most = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d c{corner & 1 ? o.hi[0] : o.lo[0], corner & 2 ? o.hi[1] : o.lo[1],
+                  corner & 4 ? o.hi[2] : o.lo[2]};
+    const Vec3d p = transform_point(a, c), q = transform_point(b, c), r = transform_point(middle, c);
+    most =
+        std::max(most, length({r.x - 0.5 * (p.x + q.x), r.y - 0.5 * (p.y + q.y), r.z - 0.5 * (p.z + q.z)}));
+    low = {std::min(low.x, r.x), std::min(low.y, r.y), std::min(low.z, r.z)};
+    high = {std::max(high.x, r.x), std::max(high.y, r.y), std::max(high.z, r.z)};
+  }
+  const double size = length({high.x - low.x, high.y - low.y, high.z - low.z});
+  return size > 0 ? most / size : 0;
+}
+
+/// As many transforms as keep everything within kMostBend of its way: a tenth of a pixel for an object of a
+/// thousand. A turn of 180 degrees takes 128 segments, a straight way one.
+std::vector<Transform> way_of(const InstancedObject& object, const std::vector<Motion>& links) {
+  constexpr double kMostBend = 1e-4, kDegrees = 2;  // of a turn that bends about as much
+  double degrees = 0;
+  for (const Motion& link : links) degrees += link.degrees();
+  int32_t segments = 1;
+  while (segments < kMostSegments && degrees > kDegrees * segments) segments *= 2;
+  for (;; segments *= 2) {
+    std::vector<Transform> way;
+    for (int32_t i = 0; i <= segments; ++i) way.push_back(along(links, static_cast<double>(i) / segments));
+    bool straight = true;
+    for (int32_t i = 0; straight && segments < kMostSegments && i < segments; ++i) {
+      const auto k = static_cast<size_t>(i);
+      straight = bend(object, way[k], along(links, (i + 0.5) / segments), way[k + 1]) <= kMostBend;
+    }
+    if (straight) return way;
+  }
+}
+
+/// Puts what moves into a scene that is being split.
+class Mover {
+ public:
+  Mover(const SceneDescription& scene, SplitScene* out, Flattener* flattener)
+      : in_(scene), out_(*out), flattener_(*flattener) {}
+
+  Motion motion(const Transform& start, int moves_to) const {
+    return {start, moves_to < 0 ? start : in_.later[static_cast<size_t>(moves_to)]};
+  }
+  /// Builds objects of those of `shapes` that move, one for each way; their indices and first shapes.
+  std::vector<std::pair<size_t, const ShapeDescription*>> build(const std::vector<ShapeDescription>& shapes) {
+    std::map<int, size_t> by_way;
+    std::vector<std::pair<size_t, const ShapeDescription*>> built;
+    for (const ShapeDescription& s : shapes) {
+      if (s.moves_to < 0) continue;
+      const auto [found, is_new] = by_way.try_emplace(s.moves_to, out_.objects.size());
+      if (is_new) {
+        out_.objects.emplace_back();
+        built.emplace_back(found->second, &s);
+      }
+      ShapeDescription& own = out_.moving.emplace_back(s);
+      own.object_to_world = {};
+      own.moves_to = -1;
+      out_.objects[found->second].shapes.push_back(&own);
+    }
+    for (const auto& [object, first] : built) measure(&out_.objects[object]);
+    return built;
+  }
+  /// One more occurrence of an object that moves by `links`.
+  void place(size_t object, const std::vector<Motion>& links) {
+    const InstancedObject& o = out_.objects[object];
+    std::vector<Transform> way = way_of(o, links);
+    if (std::all_of(way.begin(), way.end(), fit_for_rays)) {
+      moving_.push_back({object, way.data(), static_cast<int32_t>(out_.ways.size())});
+      out_.ways.push_back(std::move(way));
+      return;
+    }
+    for (const ShapeDescription* s : o.shapes) flattener_.add(*s, way.front());
+    out_.stopped.push_back(o.shapes.front());
+  }
+  /// Once everything that stands still is there.
+  void finish() { out_.instances.insert(out_.instances.end(), moving_.begin(), moving_.end()); }
+
+ private:
+  const SceneDescription& in_;
+  SplitScene& out_;
+  Flattener& flattener_;
+  std::vector<PlacedObject> moving_;
+};
+
 }  // namespace
 
 SplitScene split_instances(const SceneDescription& scene) {
   SplitScene out;
-  if (scene.instances.empty()) return out;
+  if (scene.instances.empty() && scene.later.empty()) return out;
   const size_t count = scene.objects.size();
   std::vector<size_t> uses(count, 0);
-  for (const InstanceDescription& i : scene.instances) ++uses[static_cast<size_t>(i.object)];
+  std::vector<bool> moves(count, false);
+  for (const InstanceDescription& i : scene.instances) {
+    ++uses[static_cast<size_t>(i.object)];
+    if (i.moves_to >= 0) moves[static_cast<size_t>(i.object)] = true;
+  }
   constexpr size_t kNone = ~size_t{0};
-  std::vector<size_t> built(count, kNone);  // index into out.objects
+  std::vector<size_t> built(count, kNone);  // index into out.objects, of what stands still in the object
   size_t copies = 0;                        // primitives of small objects that are flattened
   for (size_t i = 0; i < count; ++i) {
     InstancedObject o;
     size_t primitives = 0;
     for (const ShapeDescription& s : scene.objects[i].shapes) {
-      if (s.area_light >= 0) continue;
+      if (s.area_light >= 0 || s.moves_to >= 0) continue;
       o.shapes.push_back(&s);
       primitives += primitives_of(s);
     }
-    if (uses[i] < 2 || primitives == 0) continue;
-    if (primitives <= kSmallObject && primitives * uses[i] <= kFlattenedPrimitives - copies) {
-      copies += primitives * uses[i];
-      continue;
+    if (primitives == 0) continue;
+    if (!moves[i]) {
+      if (uses[i] < 2) continue;
+      if (primitives <= kSmallObject && primitives * uses[i] <= kFlattenedPrimitives - copies) {
+        copies += primitives * uses[i];
+        continue;
+      }
     }
     measure(&o);
     built[i] = out.objects.size();
     out.objects.push_back(std::move(o));
   }
   Flattener flattener(&out);
+  Mover mover(scene, &out, &flattener);
+  for (const auto& [object, shape] : mover.build(scene.shapes))
+    mover.place(object, {mover.motion(shape->object_to_world, shape->moves_to)});
+  std::vector<std::vector<std::pair<size_t, const ShapeDescription*>>> parts(count);  // of it that move
+  for (size_t i = 0; i < count; ++i) {
+    if (uses[i] > 0) parts[i] = mover.build(scene.objects[i].shapes);
+  }
   for (const InstanceDescription& i : scene.instances) {
     const auto object = static_cast<size_t>(i.object);
-    const bool instanced = built[object] != kNone && fit_for_rays(i.object_to_world);
-    if (instanced) out.instances.push_back({built[object], &i.object_to_world});
     const size_t before = out.flattened.size();
+    for (const auto& [part, shape] : parts[object]) {
+      mover.place(part, {mover.motion(i.object_to_world, i.moves_to),
+                         mover.motion(shape->object_to_world, shape->moves_to)});
+    }
+    const bool instanced = built[object] != kNone && (i.moves_to >= 0 || fit_for_rays(i.object_to_world));
+    if (instanced && i.moves_to >= 0) {
+      mover.place(built[object], {mover.motion(i.object_to_world, i.moves_to)});
+    } else if (instanced) {
+      out.instances.push_back({built[object], &i.object_to_world});
+    }
     for (const ShapeDescription& s : scene.objects[object].shapes) {
-      if (!instanced || s.area_light >= 0) flattener.add(s, i.object_to_world);
+      if (s.moves_to < 0 && (!instanced || s.area_light >= 0)) flattener.add(s, i.object_to_world);
     }
     out.flattened_instances += out.flattened.size() > before;
   }
+  mover.finish();
   return out;
 }
 
-bool instance_record(const InstancedObject& object, const Transform& object_to_world, const Vec3d& position,
-                     int scene_exponent, float* record) {
-  int exponent = 0;
-  Transform a = of_size_one(object_to_world, &exponent);
+int record_exponent(const Transform& object_to_world) { return -std::ilogb(largest(object_to_world)); }
+
+bool instance_record(const InstancedObject& object, const Transform& object_to_world, int exponent,
+                     const Vec3d& position, int scene_exponent, float* record) {
+  const Transform a = scaled_linear(object_to_world, exponent);
   for (size_t i = 0; i < 3; ++i) {
-    for (size_t j = 0; j < 3; ++j) {
-      a.m[i][j] = double{static_cast<float>(a.m[i][j])};
-      record[kInstanceA + 3 * i + j] = static_cast<float>(a.m[i][j]);
-    }
-  }
-  const Transform w = inverse(a);  // of the rounded matrix
-  for (size_t i = 0; i < 3; ++i) {
-    for (size_t j = 0; j < 3; ++j) record[kInstanceW + 3 * i + j] = static_cast<float>(w.m[i][j]);
+    for (size_t j = 0; j < 3; ++j) record[kInstanceA + 3 * i + j] = static_cast<float>(a.m[i][j]);
   }
   record[kInstancePosition] = static_cast<float>(position.x);
   record[kInstancePosition + 1] = static_cast<float>(position.y);
   record[kInstancePosition + 2] = static_cast<float>(position.z);
+  finish_record(record);
   // Object space is 2^object.exponent of the object's own, normalised space 2^scene_exponent of the scene's.
   const int time_exponent = exponent + object.exponent - scene_exponent;
   constexpr int kSmallest = 100;  // of it, squares are out of range; it is not seen from anywhere
   if (std::abs(time_exponent) > kSmallest) return false;  // or its object has no size
   record[kInstanceTimeScale] = std::ldexp(1.0f, time_exponent);
-  record[kInstanceSpread] = static_cast<float>(row_sum(a, w));
-  record[kInstanceHandedness] = determinant3(a) < 0 ? -1.0f : 1.0f;
   return true;
 }
 

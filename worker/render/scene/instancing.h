@@ -4,6 +4,9 @@
 // Flattened is what must be: shapes that emit (each of their triangles is a light with a place of its own)
 // and instances whose matrix is too near to singular for float rays; and what is cheaper so: objects used
 // once, and small ones, as long as all their copies together are few.
+//
+// What moves is an instance, too: shapes that move together are an object of their own.
+#include <deque>
 #include <vector>
 
 #include "common/scene/description.h"
@@ -28,10 +31,16 @@ struct InstancedObject {
 struct PlacedObject {
   size_t object = 0;  // index into SplitScene::objects
   const Transform* object_to_world = nullptr;
+  int32_t way = -1;  // index into SplitScene::ways of one that moves; `object_to_world` is its first
 };
 struct SplitScene {
   std::vector<InstancedObject> objects;
-  std::vector<PlacedObject> instances;
+  std::vector<PlacedObject> instances;  // those that move last
+  /// Transforms at even times, between which entries change evenly (instance_pose.h).
+  std::vector<std::vector<Transform>> ways;
+  std::deque<ShapeDescription> moving;  // shapes that move, in the space of their object
+  /// Shapes that can't be taken along, as their transforms are nearly singular on their way: they stay.
+  std::vector<const ShapeDescription*> stopped;
   std::vector<ShapeDescription> flattened;  // in the world
   size_t flattened_instances = 0;           // of which something is in `flattened`
 };
@@ -39,10 +48,12 @@ struct SplitScene {
 /// Pointers are into `scene`. Throws Error(kBadScene) if what must be flattened is too much.
 SplitScene split_instances(const SceneDescription& scene);
 
-/// kInstanceFloats of placement.h for an object at `object_to_world`; `position` is that of its center in
-/// normalised space, which is the scene's scaled by 2^scene_exponent. False: so small that nothing can hit
-/// it.
-bool instance_record(const InstancedObject& object, const Transform& object_to_world, const Vec3d& position,
-                     int scene_exponent, float* record);
+/// The power of two that brings the entries of a transform to about 1.
+int record_exponent(const Transform& object_to_world);
+/// kInstanceFloats of placement.h for an object at `object_to_world`, whose entries 2^exponent brings to
+/// about 1; `position` is that of its center in normalised space, which is the scene's scaled by
+/// 2^scene_exponent. False: so small that nothing can hit it.
+bool instance_record(const InstancedObject& object, const Transform& object_to_world, int exponent,
+                     const Vec3d& position, int scene_exponent, float* record);
 
 }  // namespace lightmill

@@ -7,6 +7,7 @@
 // numbers. A ray keeps its parameter up to the exact factor time_scale. The ray tracing callbacks and the
 // surface reconstruction share this arithmetic, so that the bound of its rounding in `error` holds for both.
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/scene/instance_pose.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
@@ -34,13 +35,17 @@ struct Placement {
   F spread{};          // max row sum of |A||W|
   F handedness{};      // sign of det A
 
-  Placement(const RenderScene& scene, IntOf<F> instance)
-      : Placement(instance, [&](int slot) {
-          const IntOf<F> i = select(MaskOf<F>(instance >= 0), instance, IntOf<F>{}) * kInstanceFloats;
-          return gather(scene.instance_records.data() + slot, i);
-        }) {}
-  /// The same instance in all lanes.
-  static Placement of(const RenderScene& scene, int32_t instance) {
+  /// At `time` in [0, 1], which matters to those that move.
+  static Placement at(const RenderScene& scene, IntOf<F> instance, F time) {
+    const MaskOf<F> moving = MaskOf<F>(instance >= scene.first_moving);
+    if (any(moving)) return of_table(instance, {scene, instance, time, mask_bits(moving)});
+    const IntOf<F> i = select(MaskOf<F>(instance >= 0), instance, IntOf<F>{}) * kInstanceFloats;
+    return Placement(instance, [&](int slot) { return gather(scene.instance_records.data() + slot, i); });
+  }
+  /// The same instance in all lanes; of one that moves only `lanes` are meant.
+  static Placement of(const RenderScene& scene, int32_t instance, F time, unsigned lanes) {
+    if (instance >= scene.first_moving)
+      return of_table(splat_int<F>(instance), {scene, splat_int<F>(instance), time, lanes});
     const float* r = scene.instance_records.data() + static_cast<size_t>(instance) * kInstanceFloats;
     return Placement(splat_int<F>(instance), [&](int slot) { return splat<F>(r[slot]); });
   }
@@ -73,6 +78,9 @@ struct Placement {
   }
 
  private:
+  static Placement of_table(IntOf<F> instance, const RecordTable<F>& table) {
+    return Placement(instance, [&](int slot) { return load<F>(table.f[slot]); });
+  }
   template <class Slot>
   Placement(IntOf<F> instance, const Slot& slot) : placed(MaskOf<F>(instance >= 0)) {
     for (int i = 0; i < 3; ++i) {

@@ -11,6 +11,7 @@
 #include "common/features.h"
 #include "common/scene/description.h"
 #include "worker/render/bsdf/bsdf.h"
+#include "worker/render/camera/camera_motion.h"
 #include "worker/render/light/light_table.h"
 #include "worker/render/scene/medium.h"
 #include "worker/render/scene/texture.h"
@@ -63,6 +64,14 @@ enum InstanceSlot {
   kInstanceHandedness = 23
 };
 inline constexpr int kInstanceFloats = 24;
+/// Of a pose: the first slots of a record, A and the position.
+inline constexpr int kPoseFloats = kInstanceW;
+
+/// Of an instance that moves: segments + 1 poses at even times, from `first_pose` on.
+struct InstanceWay {
+  int32_t first_pose = 0, segments = 1;  // a power of two, kMostSegments at most
+};
+inline constexpr int32_t kMostSegments = 128;  // the library's limit of time steps is 129
 
 /// Meshes and spheres that are built once and seen where instances put them.
 struct ObjectRange {
@@ -93,6 +102,14 @@ struct RenderScene {
   std::vector<float> instance_records;   // kInstanceFloats per instance
   std::vector<int32_t> instance_object;  // per instance
   size_t flattened_instances = 0;        // built as shapes of their own
+
+  // What moves while the shutter is open: instances, those from `first_moving` on, and the camera. A path has
+  // a time in [0, 1] where anything does. Records are those at time 0.
+  int32_t first_moving = 0;
+  std::vector<InstanceWay> ways;  // per moving instance
+  std::vector<float> poses;       // kPoseFloats each
+  CameraMotion camera_motion;
+  float moves_from = 0, moves_rate = 1;  // time = (u - from) rate, cut to [0, 1], u through the exposure
 
   std::vector<int32_t> primitive_material;  // per primitive
   std::vector<int32_t> primitive_light;     // per primitive: index into lights, or -1
@@ -157,6 +174,13 @@ struct RenderScene {
   int32_t sphere_count() const { return static_cast<int32_t>(spheres.size() / 4); }
   int32_t instance_count() const { return static_cast<int32_t>(instance_object.size()); }
   bool any_instances() const { return !instance_object.empty(); }
+  bool any_moving() const { return !ways.empty(); }
+  bool moves() const { return any_moving() || camera_motion.moves; }
+  /// The time at fraction `u` of the exposure.
+  template <class F>
+  F time_at(F u) const {
+    return clamp((u - moves_from) * moves_rate, 0.0f, 1.0f);
+  }
   size_t world_mesh_count() const { return objects.empty() ? meshes.size() : objects.front().first_mesh; }
   int32_t world_sphere_count() const {
     return objects.empty() ? sphere_count() : objects.front().first_sphere;

@@ -29,7 +29,9 @@ class SceneBuilder {
         out_(*scene),
         split_(split_instances(description)),
         emitters_(description, scene) {
-    for (const ShapeDescription& s : in_.shapes) world_.push_back(&s);
+    for (const ShapeDescription& s : in_.shapes) {
+      if (s.moves_to < 0) world_.push_back(&s);
+    }
     for (const ShapeDescription& s : split_.flattened) world_.push_back(&s);
     shapes_ = world_;
     for (const InstancedObject& o : split_.objects)
@@ -60,6 +62,7 @@ class SceneBuilder {
     geometry_->add_spheres(world_);
     add_object_spheres();
     add_instances();
+    set_times();
     emitters_.report();
     out_.positions.resize(out_.positions.size() + 4);  // vector loads read past the last vertex
     for (const LightDescription& l : in_.lights) {
@@ -162,10 +165,30 @@ class SceneBuilder {
     for (const PlacedObject& i : split_.instances) {
       const InstancedObject& object = split_.objects[i.object];
       const Transform& t = *i.object_to_world;
-      const Vec3d position = geometry_->space().relative(
-          transform_point(t.m, object.center.x, object.center.y, object.center.z));
-      if (!instance_record(object, t, position, out_.scale_exponent, record.data()))
+      const auto write = [&](const Transform& at, int exponent) {
+        const Vec3d position = geometry_->space().relative(
+            transform_point(at.m, object.center.x, object.center.y, object.center.z));
+        return instance_record(object, at, exponent, position, out_.scale_exponent, record.data());
+      };
+      if (i.way >= 0) {
+        // All of a way have one scale.
+        int exponent = record_exponent(t);
+        const std::vector<Transform>& way = split_.ways[static_cast<size_t>(i.way)];
+        for (const Transform& at : way) exponent = std::min(exponent, record_exponent(at));
+        const auto first_pose = static_cast<int32_t>(out_.poses.size() / kPoseFloats);
+        bool some = true;
+        for (const Transform& at : way) {
+          some = some && write(at, exponent);
+          out_.poses.insert(out_.poses.end(), record.begin(), record.begin() + kPoseFloats);
+        }
+        if (!some || !write(t, exponent)) {
+          out_.poses.resize(static_cast<size_t>(first_pose) * kPoseFloats);
+          continue;
+        }
+        out_.ways.push_back({first_pose, static_cast<int32_t>(way.size()) - 1});
+      } else if (!write(t, record_exponent(t))) {
         continue;  // collapsed, as triangles of this size are
+      }
       out_.instance_records.insert(out_.instance_records.end(), record.begin(), record.end());
       out_.instance_object.push_back(static_cast<int32_t>(i.object));
       // Exact for a similarity, and near enough for what it is used for.
@@ -173,6 +196,18 @@ class SceneBuilder {
       out_.surface_area +=
           object_area_[i.object] * std::pow(std::ldexp(scale, out_.scale_exponent - object.exponent), 2);
     }
+    out_.first_moving = out_.instance_count() - static_cast<int32_t>(out_.ways.size());
+    for (const ShapeDescription* s : split_.stopped) {
+      out_.warnings.push_back({s->location, Severity::kWarning,
+                               "what moves here is nearly flat on its way: it stays as at its start time"});
+    }
+  }
+
+  void set_times() {
+    out_.camera_motion = camera_motion_of(in_, out_.scale_exponent);
+    const ShutterDescription& shutter = in_.shutter;
+    out_.moves_from = static_cast<float>(shutter.moves_from);
+    out_.moves_rate = static_cast<float>(1 / (shutter.moves_until - shutter.moves_from));
   }
 
   /// Scale and bounds. Points are computed twice: a second copy of all would not fit beside large scenes.
@@ -185,7 +220,15 @@ class SceneBuilder {
       }
     }
     // A medium that the camera stands in may have no boundary but the scene's.
-    const SceneExtent extent = measure_extent(world_, split_, in_.lights, out_.origin, media_->any());
+    std::vector<Vec3d> camera;
+    if (media_->any()) {
+      camera.push_back(out_.origin);
+      if (in_.camera.moves_to >= 0) {
+        const Matrix& end = in_.later[static_cast<size_t>(in_.camera.moves_to)].m;
+        camera.push_back({end[0][3], end[1][3], end[2][3]});
+      }
+    }
+    const SceneExtent extent = measure_extent(world_, split_, in_.lights, out_.origin, camera);
     out_.scale_exponent = extent.scale_exponent;
     if (extent.empty) return;
     std::copy_n(extent.center, 3, out_.bounds_center);
@@ -234,8 +277,8 @@ uint64_t bytes_of(const RenderScene& s) {
   std::for_each(s.lights.projectors.begin(), s.lights.projectors.end(), add_map);
   return lights + s.textures.bytes() +
          bytes(s.positions, s.normals, s.colors, s.uvs, s.indices, s.meshes, s.spheres, s.sphere_axes,
-               s.instance_records, s.instance_object, s.primitive_material, s.primitive_light,
-               s.primitive_flags, s.bsdf_tables);
+               s.instance_records, s.instance_object, s.poses, s.ways, s.primitive_material,
+               s.primitive_light, s.primitive_flags, s.bsdf_tables);
 }
 
 }  // namespace lightmill

@@ -37,9 +37,16 @@ void add_instances(const SplitScene& split, Bounds* b) {
   }
   for (const PlacedObject& i : split.instances) {
     const InstancedObject& o = split.objects[i.object];
-    for (int corner = 0; corner < 8; ++corner) {
-      b->add(transform_point(i.object_to_world->m, corner & 1 ? o.hi[0] : o.lo[0],
-                             corner & 2 ? o.hi[1] : o.lo[1], corner & 4 ? o.hi[2] : o.lo[2]));
+    const auto add_at = [&](const Transform& t) {
+      for (int corner = 0; corner < 8; ++corner) {
+        b->add(transform_point(t.m, corner & 1 ? o.hi[0] : o.lo[0], corner & 2 ? o.hi[1] : o.lo[1],
+                               corner & 4 ? o.hi[2] : o.lo[2]));
+      }
+    };
+    if (i.way < 0) {
+      add_at(*i.object_to_world);
+    } else {
+      for (const Transform& t : split.ways[static_cast<size_t>(i.way)]) add_at(t);
     }
   }
 }
@@ -56,12 +63,12 @@ void add_light_origin(const LightDescription& l, Bounds* b) {
 
 SceneExtent measure_extent(const std::vector<const ShapeDescription*>& world, const SplitScene& split,
                            const std::vector<LightDescription>& lights, const Vec3d& origin,
-                           bool with_origin) {
+                           const std::vector<Vec3d>& also) {
   Bounds b;
   for (const ShapeDescription* shape : world) add_shape(*shape, &b);
   add_instances(split, &b);
   for (const LightDescription& l : lights) add_light_origin(l, &b);
-  if (with_origin) b.add(origin);
+  for (const Vec3d& p : also) b.add(p);
   const double from[3] = {origin.x, origin.y, origin.z};
   double extent = 0;
   if (!b.empty()) {

@@ -14,11 +14,10 @@ struct SceneExtent {
   float radius = 0;
 };
 
-/// `world`: shapes that are in the scene itself; objects and instances are those of `split`. With
-/// `with_origin` the origin counts, too. Throws Error(kBadScene) if the scene is infinite, or has a sphere
-/// that is none.
+/// `world`: shapes that are in the scene itself; objects and instances are those of `split`; `also`: points
+/// that count, too. Throws Error(kBadScene) if the scene is infinite, or has a sphere that is none.
 SceneExtent measure_extent(const std::vector<const ShapeDescription*>& world, const SplitScene& split,
                            const std::vector<LightDescription>& lights, const Vec3d& origin,
-                           bool with_origin);
+                           const std::vector<Vec3d>& also);
 
 }  // namespace lightmill

@@ -143,12 +143,12 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
 }
 
 /// Reconstructs the hit of ray (o, d) with primitives `prim` (all valid indices) of instances `instance` (-1:
-/// of the world itself).
+/// of the world itself), at `time` in [0, 1].
 template <class F, bool kAnySurface = true>
 inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, IntOf<F> instance, const Vec3<F>& o,
-                             const Vec3<F>& d) {
+                             const Vec3<F>& d, F time = F{}) {
   if (kAnySurface && scene.any_instances() && any(MaskOf<F>(instance >= 0)))
-    return placed_surface<F, kAnySurface>(scene, prim, Placement<F>(scene, instance), o, d);
+    return placed_surface<F, kAnySurface>(scene, prim, Placement<F>::at(scene, instance, time), o, d);
   return placed_surface<F, kAnySurface>(scene, prim, NoPlacement<F>{}, o, d);
 }
 template <class F>

@@ -1,0 +1,166 @@
+#include "common/scene/motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "common/scene/transform.h"
+
+namespace lightmill {
+namespace {
+
+Transform linear_part(const Transform& t) {
+  Transform out = t;
+  for (size_t i = 0; i < 3; ++i) out.m[i][3] = 0;
+  return out;
+}
+Transform transposed(const Transform& t) {
+  Transform out;
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t j = 0; j < 3; ++j) out.m[i][j] = t.m[j][i];
+  }
+  return out;
+}
+double largest_difference(const Transform& a, const Transform& b) {
+  double most = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t j = 0; j < 3; ++j) most = std::max(most, std::fabs(a.m[i][j] - b.m[i][j]));
+  }
+  return most;
+}
+
+/// The rotation R of t = R S with a symmetric S, by Newton's iteration for the polar factor, scaled so that
+/// it converges quickly however stretched t is (Higham 1986). A mirroring t has a negative S.
+Transform rotation_of(const Transform& t) {
+  Transform q = linear_part(t);
+  const double sign = determinant3(q) < 0 ? -1 : 1;
+  for (int i = 0; i < 100; ++i) {
+    const Transform back = transposed(inverse(q));
+    double size = 0, back_size = 0;
+    for (size_t r = 0; r < 3; ++r) {
+      for (size_t c = 0; c < 3; ++c) {
+        size += q.m[r][c] * q.m[r][c];
+        back_size += back.m[r][c] * back.m[r][c];
+      }
+    }
+    const double factor = std::sqrt(std::sqrt(back_size / size));
+    Transform next;
+    for (size_t r = 0; r < 3; ++r) {
+      for (size_t c = 0; c < 3; ++c) next.m[r][c] = 0.5 * (factor * q.m[r][c] + back.m[r][c] / factor);
+    }
+    const double change = largest_difference(next, q);
+    q = next;
+    if (change < 1e-15) break;
+  }
+  for (size_t r = 0; r < 3; ++r) {
+    for (size_t c = 0; c < 3; ++c) q.m[r][c] *= sign;
+  }
+  return q;
+}
+
+/// Axis (times the sine of half the angle) and cosine of half the angle of a rotation, as a unit quaternion
+/// of the shorter way: by the component that is surely large (Shepperd 1978).
+std::pair<Vec3d, double> quaternion(const Transform& r) {
+  const auto& m = r.m;
+  const double trace = m[0][0] + m[1][1] + m[2][2];
+  Vec3d v{m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]};
+  double w = 1 + trace;
+  if (trace <= 0) {
+    const double d[3] = {m[0][0], m[1][1], m[2][2]};
+    const size_t i = static_cast<size_t>(std::max_element(d, d + 3) - d), j = (i + 1) % 3, k = (i + 2) % 3;
+    double q[3];
+    q[i] = 1 + d[i] - d[j] - d[k];
+    q[j] = m[i][j] + m[j][i];
+    q[k] = m[i][k] + m[k][i];
+    w = m[k][j] - m[j][k];
+    v = {q[0], q[1], q[2]};
+  }
+  const double n = std::copysign(std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z + w * w), w);
+  return {{v.x / n, v.y / n, v.z / n}, w / n};
+}
+
+Transform between(const Transform& a, const Transform& b, double s) {
+  Transform out;
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t j = 0; j < 4; ++j) out.m[i][j] = (1 - s) * a.m[i][j] + s * b.m[i][j];
+  }
+  return out;
+}
+
+}  // namespace
+
+Motion::Motion(const Transform& start, const Transform& end) : start_(start), end_(end) {
+  if (linear_part(start).m == linear_part(end).m) {
+    linear_part_moves_ = false;
+    return;
+  }
+  rotation_ = rotation_of(start);
+  const Transform last = rotation_of(end);
+  stretch_ = transposed(rotation_) * linear_part(start);
+  stretched_ = transposed(last) * linear_part(end);
+  const auto [v, w] = quaternion(last * transposed(rotation_));
+  const double sine = length(v);
+  if (sine < 1e-14) return;  // rounding alone
+  axis_ = {v.x / sine, v.y / sine, v.z / sine};
+  degrees_ = 2 * std::atan2(sine, w) * 180 / std::numbers::pi;
+}
+
+Transform Motion::at(double s) const {
+  if (s <= 0) return start_;
+  if (s >= 1) return end_;
+  Transform out = start_;
+  if (linear_part_moves_)
+    out = rotation(s * degrees_, axis_) * (rotation_ * between(stretch_, stretched_, s));
+  for (size_t i = 0; i < 3; ++i) out.m[i][3] = (1 - s) * start_.m[i][3] + s * end_.m[i][3];
+  return out;
+}
+
+bool Motion::is_rigid() const {
+  if (!linear_part_moves_) return true;
+  double size = 0;
+  for (size_t i = 0; i < 3; ++i) size = std::max(size, std::fabs(stretch_.m[i][i]));
+  return largest_difference(stretch_, stretched_) <= 1e-5 * size;
+}
+
+bool can_move(const Transform& start, const Transform& end) {
+  return (determinant3(start) < 0) == (determinant3(end) < 0);
+}
+
+void settle_motion(const MotionTimes& t, SceneDescription* scene) {
+  // How far along its way everything is when the shutter is open for the fraction u: begin + u rate.
+  const double begin = (t.shutter_opens - t.starts) / (t.ends - t.starts),
+               close = (t.shutter_closes - t.starts) / (t.ends - t.starts), rate = close - begin;
+  const double first = std::clamp(begin, 0.0, 1.0), last = std::clamp(close, 0.0, 1.0);
+  const bool moves = first < last;
+  if (moves) {
+    scene->shutter.moves_from = begin < 0 ? -begin / rate : 0;
+    scene->shutter.moves_until = close > 1 ? (1 - begin) / rate : 1;
+  }
+  if (moves && first == 0 && last == 1) return;
+  // Those of the same index have the same transforms.
+  std::map<int, std::pair<Transform, Transform>> settled;
+  const auto settle = [&](Transform* start, int* moves_to) {
+    if (*moves_to < 0) return;
+    const auto [found, is_new] = settled.try_emplace(*moves_to);
+    if (is_new) {
+      Transform& end = scene->later[static_cast<size_t>(*moves_to)];
+      const Motion motion(*start, end);
+      found->second = {motion.at(first), motion.at(last)};
+      end = found->second.second;
+    }
+    *start = found->second.first;
+    if (!moves) *moves_to = -1;
+  };
+  const auto settle_shapes = [&](std::vector<ShapeDescription>* shapes) {
+    for (ShapeDescription& s : *shapes) settle(&s.object_to_world, &s.moves_to);
+  };
+  settle_shapes(&scene->shapes);
+  for (ObjectDescription& object : scene->objects) settle_shapes(&object.shapes);
+  for (InstanceDescription& i : scene->instances) settle(&i.object_to_world, &i.moves_to);
+  settle(&scene->camera.camera_to_world, &scene->camera.moves_to);
+  if (!moves) scene->later.clear();
+}
+
+}  // namespace lightmill

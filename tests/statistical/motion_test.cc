@@ -1,0 +1,166 @@
+// Motion blur: the image is the mean over the exposure of images that stand still, to every estimator. A
+// camera that passes an edge blurs it by its way's box. alpha = 1e-4 over the blocks of an image.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/agreement.h"
+#include "tests/support/instanced_scene.h"
+#include "tests/support/scaled_scene.h"
+#include "worker/render/scene/render_scene.h"
+
+namespace lightmill::test {
+namespace {
+
+constexpr int kBatches = 16, kStrata = 16;
+
+Batches render(const SceneDescription& s, const RenderSettings& settings) {
+  Batches b = render_batches(s, settings, kBatches);
+  EXPECT_EQ(b.counters.nonfinite, 0u);
+  return b;
+}
+RenderSettings settings_of(const SceneDescription& s, Integrator integrator, int64_t spp = 4096) {
+  return settings_for(s, integrator, spp, 4);
+}
+
+/// Batches of means over stills, one at a random time of each of kStrata parts of the exposure.
+Batches mean_of_stills(const SceneDescription& scene, RenderSettings settings) {
+  settings.spp /= kBatches * kStrata;
+  Random random(settings.seed + 77);
+  Batches result;
+  for (int b = 0; b < kBatches; ++b) {
+    for (int k = 0; k < kStrata; ++k) {
+      settings.seed = static_cast<uint64_t>(1000 + b * kStrata + k);
+      const double time = (k + double{random.uniform()}) / kStrata;
+      const Image still = render_batches(still_at(scene, time), settings, 1).images[0];
+      if (k == 0) {
+        result.images.push_back(still);
+      } else {
+        for (size_t i = 0; i < still.data.size(); ++i) result.images.back().data[i] += still.data[i];
+      }
+    }
+    for (float& x : result.images.back().data) x /= kStrata;
+  }
+  return result;
+}
+
+/// A room with a ball that passes, a masked leaf that turns, an instance that flies with a part that turns
+/// about it, and a camera that moves and turns.
+TestScene moving_room() {
+  TestScene s = cornell_room();
+  s.film(24, 24);
+  s.scene.textures.push_back(
+      {"holes", false, CheckerboardTexture{{{1, 1, 1}, -1}, {{0, 0, 0}, -1}, {6, 6, 0, 0}}, {}});
+  const int shiny = s.conductor(0.9f, 0.3f), blue = s.diffuse(Rgb{0.2f, 0.3f, 0.8f});
+  const auto moving = [&](ShapeKind kind, int material, const Transform& start, const Transform& end) {
+    ShapeDescription& d = s.scene.shapes.emplace_back();
+    d.kind = std::move(kind);
+    d.material = material;
+    d.object_to_world = start;
+    d.moves_to = ends_at(&s, end);
+    return &d;
+  };
+  const MeshShape ball{ball_mesh(1, 32)};
+  moving(SphereShape{0.25f}, shiny, translation({-0.6, -0.7, 0.3}), translation({0.5, -0.7, 0.1}));
+  const Transform leaf = translation({-0.4, 0.3, 0.5}) * scaling({0.35, 0.5, 0.05});
+  moving(ball, blue, leaf, leaf * rotation(150, {0, 0, 1}))->alpha.texture =
+      static_cast<int>(s.scene.textures.size()) - 1;
+  const int o = begin_object(&s, "o");
+  add_to_object(&s, o, ball, blue, scaling({0.15, 0.1, 0.1}));
+  const Transform part = translation({0.25, 0, 0}) * scaling({0.08, 0.08, 0.08});
+  add_to_object(&s, o, ball, shiny, part).moves_to = ends_at(&s, rotation(120, {0, 1, 0}) * part);
+  instance(&s, o, translation({0.5, 0.6, 0.4}));
+  s.scene.instances.back().moves_to = ends_at(&s, translation({0.3, -0.1, 0.2}) * rotation(90, {1, 1, 0}));
+  s.scene.camera.moves_to =
+      ends_at(&s, translation({0.1, 0.05, 0}) * s.scene.camera.camera_to_world * rotation(6, {0.2, 1, 0.1}));
+  return s;
+}
+
+TEST(MotionBlur, IsTheMeanOfStillsToEveryEstimator) {
+  const SceneDescription room = moving_room().scene;
+  ASSERT_EQ(build_scene(room).ways.size(), 4u);
+  ASSERT_TRUE(build_scene(room).camera_motion.moves);
+  const RenderSettings pt = settings_of(room, Integrator::kPt), bdpt = settings_of(room, Integrator::kBdpt),
+                       lt = settings_of(room, Integrator::kLt, 8192);
+  const Batches by_pt = render(room, pt), by_bdpt = render(room, bdpt), by_lt = render(room, lt);
+  const Batches stills = mean_of_stills(room, pt);
+  EXPECT_TRUE(images_agree(by_pt, stills));
+  EXPECT_TRUE(images_agree(by_bdpt, stills));
+  EXPECT_TRUE(images_agree(by_bdpt, mean_of_stills(room, bdpt)));
+  EXPECT_TRUE(images_agree(by_pt, by_bdpt));
+  EXPECT_TRUE(images_agree(by_lt, stills, {.max_excluded = 0.4}));
+  // Where every subpath has a time of its own.
+  RenderSettings apart = bdpt;
+  apart.plan = SamplingPlan{.strategies = kEmissionHits | kNextEvent | kLensConnections};
+  EXPECT_TRUE(images_agree(render(room, apart), stills));
+  // It can fail.
+  EXPECT_FALSE(images_agree(by_pt, scaled(stills, 1.03f)));
+  EXPECT_FALSE(images_agree(by_pt, render(still_at(room, 0.5), pt)));
+}
+
+// Under a sky, where all that matters is what a turning blade hides when.
+TEST(MotionBlur, ATurningBladeIsTheMeanOfStills) {
+  TestScene s;
+  const int grey = s.diffuse(0.5f);
+  s.quad({-3, -1, 0}, {0, 0, 8}, {6, 0, 0}, grey).environment({1, 1.5f, 2});
+  ShapeDescription& blade = s.scene.shapes.emplace_back();
+  blade.kind = MeshShape{ball_mesh(1, 32)};
+  blade.material = s.diffuse(0.8f);
+  blade.object_to_world = translation({0, 0.3, 4}) * scaling({1.6, 0.2, 0.1});
+  blade.moves_to =
+      ends_at(&s, translation({0, 0.3, 4}) * rotation(175, {0.1, 0.1, 1}) * scaling({1.6, 0.2, 0.1}));
+  s.camera({0, 0, 0}, {0, 0, 1}, 50).film(24, 24);
+  const RenderSettings pt = settings_of(s.scene, Integrator::kPt);
+  const Batches moving = render(s.scene, pt);
+  EXPECT_TRUE(images_agree(moving, mean_of_stills(s.scene, pt)));
+  SceneDescription slower = s.scene;
+  slower.later[0] = translation({0, 0.3, 4}) * rotation(150, {0.1, 0.1, 1}) * scaling({1.6, 0.2, 0.1});
+  EXPECT_FALSE(images_agree(moving, render(slower, pt)));
+}
+
+// Half a plane at z = 5 shines, x < 0. The camera goes from x = -1 to 1: where it looks along the slope t,
+// the plane is bright for the part (1 - 5 t) / 2 of its way.
+TEST(MotionBlur, ACameraThatPassesAnEdgeBlursItByABox) {
+  for (const Integrator integrator : {Integrator::kPt, Integrator::kBdpt, Integrator::kLt}) {
+    TestScene s;
+    s.quad({-40, -20, 5}, {0, 40, 0}, {40, 0, 0}, s.diffuse(0), {.radiance = {1, 1, 1}});
+    s.camera({-1, 0, 0}, {-1, 0, 5}, 60).film(32, 16);
+    s.scene.camera.moves_to = ends_at(&s, translation({2, 0, 0}) * s.scene.camera.camera_to_world);
+    const Batches b =
+        render(s.scene, settings_for(s.scene, integrator, integrator == Integrator::kLt ? 65536 : 4096, 1));
+    const double half_width =
+        std::tan(M_PI / 6) * 2;  // of the picture, as a slope: 60 degrees are the height
+    for (int x = 0; x < 32; ++x) {
+      double exact = 0;
+      constexpr int kParts = 1000;
+      for (int i = 0; i < kParts; ++i) {
+        const double slope = ((x + (i + 0.5) / kParts) / 16 - 1) * half_width;
+        exact += std::clamp((1 - 5 * slope) / 2, 0.0, 1.0) / kParts;
+      }
+      const Estimate e = b.mean({x, 0, x + 1, 16}, 0);
+      SCOPED_TRACE(testing::Message() << name_of(integrator) << ", column " << x);
+      if (exact < 1e-3) {
+        EXPECT_NEAR(e.mean, exact, 1e-3);
+      } else {
+        EXPECT_TRUE(mean_is(e, exact, {.alpha = 1e-4 / 96, .resolution = 0.1, .rounding = 2e-4}));
+      }
+    }
+  }
+}
+
+TEST(MotionBlur, ScalingTheRoomAndTheOrderOfPacketsLeaveItsBitsAlone) {
+  const SceneDescription room = moving_room().scene;
+  for (const Integrator integrator : {Integrator::kPt, Integrator::kBdpt, Integrator::kLt}) {
+    const RenderSettings settings = settings_for(room, integrator, 16, 4);
+    const auto bits = [&](const SceneDescription& s) {
+      return render_batches(s, settings, 1).images[0].data;
+    };
+    const std::vector<float> original = bits(room);
+    for (const int k : {-60, 13, 60}) EXPECT_EQ(bits(scaled_scene(room, k)), original) << k;
+    EXPECT_EQ(partial_digest(render_partial(room, settings)),
+              partial_digest(render_partial(room, settings, 2, PacketOrder::kScattered)));
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test
