@@ -136,7 +136,7 @@ TEST(Motion, SurfacesAreWhereAStillSceneHasThem) {
         EXPECT_GT(dot(sa.ng, sb.ng), 0.9f);
         ++same;
       }
-      EXPECT_GT(hits, 40);
+      EXPECT_GT(hits, 20) << "things may stand in each other's way";
       EXPECT_GT(same, 0.97 * hits) << "trial " << trial << ", time " << time;
     }
   }
