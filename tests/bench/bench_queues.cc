@@ -113,17 +113,17 @@ Task render_packets(Work& work) {
     co_await in(Q::kProducer);
     w.counters = {};
     w.splats.clear();
-    const int64_t block = block_of_sample(packet.sample_begin);
+    const int64_t batch = superblock_of_sample(packet.sample_begin);
     LayerContext layer{packet.cell_x, packet.cell_y, 0, &w.slots, 0, 0, 0};
-    w.slots.begin_block(context, packet.cell_x, packet.cell_y, block, context.one_in);
+    w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.one_in);
     const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
     const uint64_t cell =
         static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
     layer.light_paths = light_paths_of_layer(context.light_paths, w.slots.inside_count);
-    layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(block));
+    layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(batch));
     w.camera_sums.assign(kCellPixels, {});
     for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
-      layer.sample_in_block = static_cast<uint32_t>(s - block_begin(block));
+      layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
       w.light_vertices.clear();
       for (layer.first_light_path = 0; context.on(kLightPaths) && layer.first_light_path < layer.light_paths;
            layer.first_light_path += kWavefront) {
@@ -142,7 +142,7 @@ Task render_packets(Work& work) {
         flush_shadow_rays(context, true, w);
         co_await in(Q::kProducer);
       }
-      w.slots.begin_pass(block, s, 0);
+      w.slots.begin_pass(batch, s, 0);
       for (float* radiance : {w.radiance_r, w.radiance_g, w.radiance_b})
         std::fill_n(radiance, kWavefront, 0.0f);
       produce_camera_paths(context, layer, w);

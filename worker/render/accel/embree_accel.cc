@@ -215,6 +215,9 @@ Accel::~Accel() = default;
 
 uint64_t Accel::bytes() const { return static_cast<uint64_t>(std::max<int64_t>(impl_->bytes, 0)); }
 
+// Eight rays at a time, traversed as incoherent ones. Against that, of the time of pt on coffee: coherent
+// traversal takes 1.7 times as much, single rays for closest hits 1.1, single rays for occlusion 1.1 to 1.2;
+// a tree of high quality gains nothing (all +- 0.1).
 void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count, const float* times) const {
   if (impl_->few) return impl_->few->closest_hits(rays, ids, count);
   const std::vector<int32_t>& first = impl_->world.first_primitive;

@@ -50,7 +50,10 @@ bool FewPrimitives::suits(const RenderScene& scene) {
 FewPrimitives::FewPrimitives(const RenderScene& scene)
     : table_(scene), spheres_(scene.spheres), triangles_(scene.triangle_count()) {}
 
-/// found(number, t, mask): lanes of `mask` meet it at t > 0. Faces are numbered first, then spheres.
+/// Every face is tested to the end: to leave those out that no ray of the eight meets in time was tried, for
+/// shadow rays it took 0.98 (0.94 to 1.02) of the time of bdpt on cornell-box and 1.00 on veach-mis, for
+/// closest hits more. found(number, t, mask): lanes of `mask` meet it at t > 0. Faces are numbered first,
+/// then spheres.
 template <class Found>
 void FewPrimitives::for_each_hit(const Rays& r, Found&& found) const {
   // The corners seen along the ray. Each is rounded once, whichever faces meet there, and so is each edge,

@@ -12,24 +12,33 @@ namespace lightmill {
 std::vector<double> build_alias_table(const std::vector<double>& weights, std::vector<float>* keep,
                                       std::vector<int32_t>* alias);
 
-/// Alias-method selection from one uniform: a number below `count`, by the columns from `first` on.
+/// Alias-method selection from one uniform: a number below `count`, by the columns from `first` on. `rest`,
+/// if asked for, is uniform in [0, 1) given the number, and as well stratified as `u` is.
 template <class F>
 inline IntOf<F> select_alias(const std::vector<float>& keep, const std::vector<int32_t>& alias, int32_t count,
-                             IntOf<F> first, F u) {
+                             IntOf<F> first, F u, F* rest = nullptr) {
+  if (rest) *rest = u;
   if (count == 1) return IntOf<F>{};
   const F scaled = u * static_cast<float>(count);
   const IntOf<F> column0 = to_int(scaled);
   const IntOf<F> last = splat_int<F>(count - 1);
   const IntOf<F> column = select(MaskOf<F>(column0 > last), last, column0);
   const F fraction = scaled - to_float(column);
-  const MaskOf<F> own = MaskOf<F>(fraction < gather(keep.data(), first + column));
+  const F kept = gather(keep.data(), first + column);
+  const MaskOf<F> own = MaskOf<F>(fraction < kept);
+  if (rest) {
+    const F part =
+        select(own, fraction, fraction - kept) / max(select(own, kept, 1.0f - kept), splat<F>(0x1p-24f));
+    *rest = min(part, splat<F>(1 - 0x1p-24f));
+  }
   return select(own, column, gather(alias.data(), first + column));
 }
 
 /// The same by all columns: an index into `keep`.
 template <class F>
-inline IntOf<F> select_alias(const std::vector<float>& keep, const std::vector<int32_t>& alias, F u) {
-  return select_alias<F>(keep, alias, static_cast<int32_t>(keep.size()), IntOf<F>{}, u);
+inline IntOf<F> select_alias(const std::vector<float>& keep, const std::vector<int32_t>& alias, F u,
+                             F* rest = nullptr) {
+  return select_alias<F>(keep, alias, static_cast<int32_t>(keep.size()), IntOf<F>{}, u, rest);
 }
 
 }  // namespace lightmill

@@ -93,10 +93,11 @@ inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>
 }
 
 /// Selects a light at `reference`. A uniform of 24 bits does not do for thousands of lights:
-/// `more` extends it.
+/// `more` extends it. Where it is `lights.by_power_alone()`, `rest`, if asked for, becomes what is left of
+/// `u`.
 template <class F, bool kAnyLight = true>
-inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference, F u, F more,
-                              F* probability) {
+inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference, F u, F more, F* probability,
+                              F* rest = nullptr) {
   if (kAnyLight && lights.guide.chooses()) {
     const IntOf<F> table = lights.guide.table_at<F>(reference);
     const IntOf<F> light = lights.guide.choose<F>(table, u);
@@ -104,7 +105,7 @@ inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference
     return light;
   }
   if (!kAnyLight || lights.tree.empty()) {
-    const IntOf<F> light = select_light(lights, u);
+    const IntOf<F> light = select_light(lights, u, lights.count() > 1 ? rest : nullptr);
     *probability = LightRecord<F>(lights, light).scalar(kLightSelect);
     return light;
   }
@@ -139,13 +140,16 @@ inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference
 }
 
 /// `texel` chooses the texel of an environment image and extends `u_select` if there is a light tree; unused
-/// without either.
+/// without either. Where one of several lights is chosen by its power alone, what is left of `u_select`
+/// stands in for `u`: `u_select` may be that coordinate itself. Each light then has points that are
+/// stratified, while a number of its own for the choice would give it any of those that are stratified
+/// together.
 template <class F, bool kAnyLight = true>
 inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& reference, F u_select, F texel,
                                      F u, F v) {
   DirectSample<F> s;
   F selection;
-  const IntOf<F> light = select_direct<F, kAnyLight>(lights, reference, u_select, texel, &selection);
+  const IntOf<F> light = select_direct<F, kAnyLight>(lights, reference, u_select, texel, &selection, &u);
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   s.light = light;

@@ -7,10 +7,10 @@
 
 namespace lightmill {
 
-/// A light in proportion to its power.
+/// A light in proportion to its power; `rest` is what is left of `u` to choose by (alias_table.h).
 template <class F>
-inline IntOf<F> select_light(const LightTable& lights, F u) {
-  return select_alias(lights.alias_keep, lights.alias, u);
+inline IntOf<F> select_light(const LightTable& lights, F u, F* rest = nullptr) {
+  return select_alias(lights.alias_keep, lights.alias, u, rest);
 }
 
 template <class F>

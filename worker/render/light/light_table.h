@@ -100,6 +100,8 @@ struct LightTable {
   bool any_imaged() const { return !goniometers.empty() || !projectors.empty(); }
   /// A light path needs a random number for a texel or a cell.
   bool any_texels() const { return !environments.empty() || any_imaged() || !emission_cells.empty(); }
+  /// Next-event estimation chooses lights by their power, wherever the point is.
+  bool by_power_alone() const { return tree.empty() && !guide.chooses(); }
   int32_t count() const { return static_cast<int32_t>(type.size()); }
   /// Appends a light; `power` (W, any channel mean) decides how often it is selected.
   void add(LightType light_type, const std::array<float, kLightFloats>& record, double power);

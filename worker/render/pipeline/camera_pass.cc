@@ -17,7 +17,7 @@ bool is_looked_at(uint64_t pixel, uint32_t one_in) {
   return (hash32(static_cast<uint32_t>(pixel)) & (one_in - 1)) == 0;
 }
 
-void CameraSlots::begin_block(const StageContext& context, int cell_x, int cell_y, int64_t block,
+void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch,
                               uint32_t one_in) {
   const PixelRect& crop = context.grid.crop;
   const auto width = static_cast<uint64_t>(context.grid.width);
@@ -26,7 +26,7 @@ void CameraSlots::begin_block(const StageContext& context, int cell_x, int cell_
   for (int i = 0; i < kCellPixels; ++i) {
     const int x = cell_x * kCellSize + i % kCellSize, y = cell_y * kCellSize + i / kCellSize;
     const uint64_t pixel = static_cast<uint64_t>(y) * width + static_cast<uint64_t>(x);
-    keys[i] = stream_key(context.seed, kCameraStream, pixel, static_cast<uint64_t>(block));
+    keys[i] = stream_key(context.seed, kCameraStream, pixel, static_cast<uint64_t>(batch));
     const bool in_crop = x >= crop.x0 && x < crop.x1 && y >= crop.y0 && y < crop.y1;
     inside[i] = in_crop && is_looked_at(pixel, one_in) ? 1 : 0;
     inside_count += inside[i];
@@ -41,10 +41,10 @@ void CameraSlots::begin_block(const StageContext& context, int cell_x, int cell_
   }
 }
 
-void CameraSlots::begin_pass(int64_t block, int64_t s, int pass) {
-  const auto in_block = static_cast<uint32_t>(s - block_begin(block));
+void CameraSlots::begin_pass(int64_t batch, int64_t s, int pass) {
+  const auto in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
   if (s < kUniformSamples || (least_level == 0 && most_level == 0)) {
-    std::fill(std::begin(index), std::end(index), in_block);
+    std::fill(std::begin(index), std::end(index), in_batch);
     std::fill(std::begin(weight), std::end(weight), 1.0f);
     std::copy(std::begin(inside), std::end(inside), std::begin(taken));
     return;
@@ -52,9 +52,11 @@ void CameraSlots::begin_pass(int64_t block, int64_t s, int pass) {
   for (int i = 0; i < kCellPixels; ++i) {
     const int more = std::max(level[i], 0), less = std::max(-level[i], 0);
     // Of each group of 2^less indices one is taken, drawn per pixel and group.
-    const uint32_t group = in_block >> less, mask = (1u << less) - 1;
-    const bool turn = (in_block & mask) == (hash_combine(keys[i], group) & mask);
+    const uint32_t group = in_batch >> less, mask = (1u << less) - 1;
+    const bool turn = (in_batch & mask) == (hash_combine(keys[i], group) & mask);
     index[i] = (group << more) + static_cast<uint32_t>(pass);
+    // The first batch's uniform samples have the first numbers.
+    if (less > 0 && batch == 0) index[i] += static_cast<uint32_t>(kUniformSamples);
     weight[i] = std::ldexp(1.0f, -level[i]);
     taken[i] = inside[i] != 0 && turn && pass < 1 << more ? 1 : 0;
   }

@@ -27,7 +27,7 @@ bool is_looked_at(uint64_t pixel, uint32_t one_in);
 
 /// Camera paths of a cell, by slot: the pixel within the cell, row-major.
 struct CameraSlots {
-  // Of a block of sample indices.
+  // Of a batch of sample indices: a superblock.
   alignas(32) uint32_t keys[kCellPixels];        // of the pixel's sample stream
   alignas(32) int32_t inside[kCellPixels];       // 1: a pixel of the crop window, and looked at
   alignas(32) int32_t level[kCellPixels];        // of effort
@@ -38,12 +38,12 @@ struct CameraSlots {
   alignas(32) int32_t taken[kCellPixels];   // 1: has a path
   alignas(32) float weight[kCellPixels];    // of its contributions
 
-  /// Starts a block. One of `one_in` pixels (a power of two; drawn by hash) is looked at.
-  void begin_block(const StageContext& context, int cell_x, int cell_y, int64_t block, uint32_t one_in);
+  /// Starts a batch. One of `one_in` pixels (a power of two; drawn by hash) is looked at.
+  void begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch, uint32_t one_in);
   /// Passes that sample index `s` takes.
   int passes(int64_t s) const { return s < kUniformSamples ? 1 : 1 << (most_level > 0 ? most_level : 0); }
-  /// Starts pass `pass` of sample index `s` of block `block`.
-  void begin_pass(int64_t block, int64_t s, int pass);
+  /// Starts pass `pass` of sample index `s` of batch `batch`.
+  void begin_pass(int64_t batch, int64_t s, int pass);
 };
 
 }  // namespace lightmill

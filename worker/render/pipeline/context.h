@@ -50,7 +50,7 @@ struct StageContext {
 /// One sample index of a packet: the identity of its random numbers.
 struct LayerContext {
   int cell_x = 0, cell_y = 0;
-  uint32_t sample_in_block = 0;
+  uint32_t sample_in_batch = 0;
   const CameraSlots* slots = nullptr;  // of the camera paths
   uint32_t light_key = 0;
   int light_paths = 0;       // of this layer
@@ -66,7 +66,7 @@ struct LayerContext {
   /// Light paths of a packet share one stream and are stratified over its sample indices and paths.
   template <class F>
   SampleStream<F> light_stream(IntOf<F> slot) const {
-    return {splat_uint<F>(light_key), as_uint(slot) + (sample_in_block * static_cast<uint32_t>(light_paths) +
+    return {splat_uint<F>(light_key), as_uint(slot) + (sample_in_batch * static_cast<uint32_t>(light_paths) +
                                                        static_cast<uint32_t>(first_light_path))};
   }
 };

@@ -75,7 +75,9 @@ namespace lightmill {
 
 inline constexpr int kMaxLightVertices = 24;
 
-/// The heuristic's power is 1 (balance): this is where another one would be applied to each ratio.
+/// The heuristic's power is 1 (balance): this is where another one would be applied to each ratio. Power 2
+/// between hit and next event, whose sum keeps its weight against all other strategies, was tried: 1.03 times
+/// the variance on veach-mis (95 %: 0.98 to 1.09), 0.994 on coffee (0.986 to 1.002).
 template <class F>
 inline F mis_weight(F w_light, F w_camera) {
   return 1.0f / (1.0f + w_light + w_camera);

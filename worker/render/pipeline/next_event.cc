@@ -10,6 +10,8 @@
 namespace lightmill {
 namespace {
 
+// One sample a vertex. Two at the first one were tried: on coffee 0.92 times the variance, for 1.1 to 1.2
+// times the time.
 template <class K>
 void next_event(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   const LightTable& lights = context.scene.lights;
@@ -22,7 +24,7 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     const SampleStream<Lane> stream = layer.camera_stream<Lane>(v.path);
     Lane lu, lv;
     stream.get_2d(vertex_dim(depth, kDimNeePosition), &lu, &lv);
-    const Lane pick = lights.count() > 1 ? stream.get_1d(vertex_dim(depth, kDimNeeSelect)) : Lane{};
+    const Lane pick = lights.by_power_alone() ? lu : stream.get_1d(vertex_dim(depth, kDimNeeSelect));
     const Lane texel = !K::kLights || (lights.environments.empty() && lights.tree.empty())
                            ? Lane{}
                            : stream.get_1d(vertex_dim(depth, kDimNeeTexel));

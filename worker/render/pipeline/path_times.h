@@ -13,7 +13,7 @@ namespace lightmill {
 /// LayerContext::time.
 inline float time_of_layer(const StageContext& context, const LayerContext& layer) {
   if (!context.scene.moves()) return 0;
-  const SampleStream<float> stream{layer.light_key, layer.sample_in_block};
+  const SampleStream<float> stream{layer.light_key, layer.sample_in_batch};
   return context.scene.time_at(stream.get_1d(kDimLayerTime));
 }
 

@@ -123,22 +123,22 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   w.counters = {};
   if (context.scene.any_media() && !w.media) w.media = std::make_shared<MediaWork>();
   w.splats.clear();
-  const int64_t block = block_of_sample(packet.sample_begin);
+  const int64_t batch = superblock_of_sample(packet.sample_begin);
   LayerContext layer;
   layer.cell_x = packet.cell_x;
   layer.cell_y = packet.cell_y;
   layer.slots = &w.slots;
-  w.slots.begin_block(context, packet.cell_x, packet.cell_y, block, context.one_in);
+  w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.one_in);
   const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
   const uint64_t cell =
       static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
   layer.light_paths = light_paths_of(context, w.slots);
-  layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(block));
+  layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(batch));
   const bool light_paths = context.on(kLightPaths), camera_layer = context.on(kCameraLayer) || w.aovs;
   if (w.aovs) w.aovs->begin_packet();
   if (camera_layer) w.camera_sums.assign(kCellPixels, {});
   for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
-    layer.sample_in_block = static_cast<uint32_t>(s - block_begin(block));
+    layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
     if (w.recorder) w.recorder->begin_layer(packet.cell_x, packet.cell_y, context.grid.width);
     layer.time = time_of_layer(context, layer);
     w.light_vertices.clear();
@@ -147,7 +147,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
       light_pass(context, layer, w);
     }
     for (int pass = 0; camera_layer && pass < w.slots.passes(s); ++pass) {
-      w.slots.begin_pass(block, s, pass);
+      w.slots.begin_pass(batch, s, pass);
       std::fill(std::begin(w.radiance_r), std::end(w.radiance_r), 0.0f);
       std::fill(std::begin(w.radiance_g), std::end(w.radiance_g), 0.0f);
       std::fill(std::begin(w.radiance_b), std::end(w.radiance_b), 0.0f);

@@ -41,9 +41,9 @@ void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t s
   layer.cell_x = cell_x;
   layer.cell_y = cell_y;
   layer.slots = &w.slots;
-  w.slots.begin_block(context, cell_x, cell_y, 0, one_in);
+  w.slots.begin_batch(context, cell_x, cell_y, 0, one_in);
   for (int64_t s = 0; s < samples; ++s) {
-    layer.sample_in_block = static_cast<uint32_t>(s);
+    layer.sample_in_batch = static_cast<uint32_t>(s);
     w.slots.begin_pass(0, s, 0);
     produce_camera_paths(context, layer, w);
     for (int depth = 1; w.paths.active_count > 0 && depth <= depths; ++depth) {

@@ -24,8 +24,8 @@ inline U hash_combine(U key, uint32_t value) {
   return hash32(key ^ hash32(value + 0x9e3779b9u));
 }
 
-/// Key of a stream: (job seed, kind of path, position, block), mixed in 64 bits (splitmix64).
-inline uint32_t stream_key(uint64_t seed, uint32_t stream, uint64_t position, uint64_t block) {
+/// Key of a stream: (job seed, kind of path, position, batch of samples), mixed in 64 bits (splitmix64).
+inline uint32_t stream_key(uint64_t seed, uint32_t stream, uint64_t position, uint64_t batch) {
   auto mix = [](uint64_t z) {
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
@@ -33,7 +33,7 @@ inline uint32_t stream_key(uint64_t seed, uint32_t stream, uint64_t position, ui
   };
   uint64_t h = mix(seed + 0x9e3779b97f4a7c15ull);
   h = mix(h ^ (position + 0x632be59bd9b4e019ull * (stream + 1)));
-  h = mix(h ^ (block + 0xd1342543de82ef95ull));
+  h = mix(h ^ (batch + 0xd1342543de82ef95ull));
   return static_cast<uint32_t>(h >> 32);
 }
 
@@ -88,7 +88,7 @@ inline F unit_float(UintOf<F> x) {
   return to_float(as_int(x >> 8)) * 0x1p-24f;
 }
 
-/// A path's sample stream: `key` from stream_key, `index` within its block.
+/// A path's sample stream: `key` from stream_key, `index` within its batch.
 template <class F>
 struct SampleStream {
   using U = UintOf<F>;

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "tests/worker/render/light/light_cases.h"
 
 namespace lightmill::test {
@@ -53,6 +55,29 @@ TEST(LightTable, ManyLights) {
   std::vector<double> powers(1000);
   for (double& p : powers) p = random.between(0, 1) * random.between(0, 1);
   check(powers);
+}
+
+// What is left of the number that chose is uniform for each light, and stratified: of N even numbers each
+// light gets its share, give or take one for each of the pieces that its share is made of, and so does every
+// part of its rest.
+TEST(LightTable, WhatIsLeftOfTheChoiceIsStratified) {
+  constexpr int kNumbers = 1 << 14, kParts = 8;
+  for (const std::vector<double>& powers :
+       {std::vector<double>(2, 1.0), std::vector<double>(5, 1.0), std::vector<double>{4, 1, 2, 9}}) {
+    const LightTable t = table_of(powers);
+    std::vector<std::array<int, kParts>> counts(powers.size());
+    for (int i = 0; i < kNumbers; ++i) {
+      float rest = -1;
+      const int32_t light = select_light<float>(t, (static_cast<float>(i) + 0.5f) / kNumbers, &rest);
+      ASSERT_GE(rest, 0);
+      ASSERT_LT(rest, 1);
+      ++counts[static_cast<size_t>(light)][static_cast<size_t>(rest * kParts)];
+    }
+    for (size_t light = 0; light < powers.size(); ++light) {
+      const double expected = double{selection(t, light)} * kNumbers / kParts;
+      for (const int n : counts[light]) EXPECT_NEAR(n, expected, 2.0 * static_cast<double>(powers.size()));
+    }
+  }
 }
 
 // A light without power is never chosen, and one with hardly any still is.
