@@ -226,6 +226,7 @@ TEST_F(GltfMaterialTest, DiffuseTransmission) {
   EXPECT_EQ(m.translucence.value, 0.5f);
   EXPECT_EQ(m.translucent_color.value, (Rgb{1, 0.5f, 0.25f}));
   through["diffuseTransmissionTexture"]["index"] = 0;
+  through["diffuseTransmissionColorFactor"] = {1, 1, 1};
   through["diffuseTransmissionColorTexture"]["index"] = 0;
   const SceneDescription s = clean_document();
   const auto textured = only<MetallicRoughnessMaterial>(s);

@@ -55,8 +55,8 @@ TEST(ThinFilm, OfNoThicknessChangesNothing) {
     for (const float ior : {1.0f, 1.3f, 1.8f}) {
       const Vec3<float> f = ThinFilm<float>(1, ior, 0).reflectance({f0, f0, f0});
       EXPECT_NEAR(f.x, f0, 0.012f) << ior << " on " << base;  // of orders above the second
-      EXPECT_FLOAT_EQ(f.x, f.y);
-      EXPECT_FLOAT_EQ(f.x, f.z);
+      EXPECT_NEAR(f.x, f.y, 1e-6f);                           // weights of seven digits
+      EXPECT_NEAR(f.x, f.z, 1e-6f);
     }
   }
 }
@@ -71,7 +71,7 @@ TEST(ThinFilm, ReflectsAllAtGrazingAngles) {
 /// What a white furnace makes of a case, per channel, by its samples.
 Vec3<float> furnace(const BsdfCase& bsdf, double degrees) {
   Random random(31);
-  constexpr int kSamples = 128000;
+  constexpr int kSamples = 64000;
   double sum[3] = {};
   for (int i = 0; i < kSamples; ++i) {
     const BsdfSample<float> s = bsdf.sample(direction_at(degrees), random);
@@ -89,7 +89,7 @@ TEST(ThinFilm, AFurnaceIsNeverBrighterThanItself) {
   for (const BsdfCase& bsdf : all_bsdfs()) {
     if (!bsdf.name.starts_with("film_")) continue;
     ++found;
-    for (const double degrees : {0.0, 45.0, 75.0, 85.0, 120.0}) {
+    for (const double degrees : {0.0, 30.0, 60.0, 80.0, 88.0, 92.0, 120.0}) {
       const Vec3<float> e = furnace(bsdf, degrees);
       EXPECT_LT(max_component(e), 1.01f) << bsdf.name << " at " << degrees;
       if (bsdf.name.starts_with("film_white") && degrees < 80) {
