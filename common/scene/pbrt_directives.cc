@@ -2,6 +2,7 @@
 // pbrt_transform_directives.cc.
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -139,7 +140,9 @@ void PbrtParser::on_attribute(const Token& d) {
 void PbrtParser::on_color_space(const Token& d) {
   const auto name = take_string(d, "a name");
   if (!name) return;
-  if (const auto space = color_space_named(*name)) {
+  std::string lower = *name;  // as pbrt, which takes capitals, too
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (const auto space = color_space_named(lower)) {
     state_.color_space = *space;
   } else {
     problems_->error(d.where.location(),
@@ -257,6 +260,14 @@ void PbrtParser::on_accelerator(const Token& d) {
 }
 
 void PbrtParser::on_option(const Token& d) {
+  // pbrt-v4 writes `Option "seed" 3`; `Option "integer seed" 3` is understood, too.
+  if (const Token& next = tokens_->peek();
+      next.kind == Token::Kind::kString && next.text.find(' ') == std::string_view::npos) {
+    ParameterList params("Option", d.where.location(), parse_untyped_parameter(*tokens_, problems_),
+                         problems_);
+    translate_option(out_, params);
+    return;
+  }
   ParameterList params = take_parameters(d, "Option", "");
   translate_option(out_, params);
 }
@@ -334,6 +345,10 @@ void PbrtParser::on_light(const Token& d) {
   const auto type = take_string(d, "a type");
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("light", *type), "light");
+  if (state_.flat) {
+    problems_->error(*state_.flat, "the transform is singular, and a light is there; no factor may be 0");
+    return;
+  }
   stays(d, "a light");
   const size_t before = out_.scene.lights.size();
   translate_light(out_, *type, params, state_.shape.ctm);
@@ -354,6 +369,7 @@ void PbrtParser::on_shape(const Token& d) {
   const auto type = take_string(d, "a type");
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("shape", *type), "shape");
+  if (leave_out_if_flat()) return;
   ShapeAttributes attributes = state_.shape;
   if (open_object_ && attributes.area_light != nullptr) {
     problems_->unsupported(d.where.location(), "area lights in objects: the shape does not emit");
@@ -419,6 +435,7 @@ void PbrtParser::on_object_instance(const Token& d) {
                      "there is no object named " + in_quotes(*name) + nearest_hint(*name, names));
     return;
   }
+  if (leave_out_if_flat()) return;
   if (out_.scene.instances.size() >= kMaxInstances) {
     problems_->error(d.where.location(), "the scene has more than 8000000 instances, which is the limit");
     return;

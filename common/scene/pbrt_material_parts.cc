@@ -35,7 +35,7 @@ Roughness read_roughness(PbrtScene& out, ParameterList& params, const RoughnessN
 }
 
 float read_eta(PbrtScene& out, ParameterList& params, std::string_view name, float fallback) {
-  const Parameter* p = params.find(name, {ParamType::kFloat, ParamType::kSpectrum});
+  const Parameter* p = params.find(name, {ParamType::kFloat, ParamType::kSpectrum, ParamType::kRgb});
   if (p == nullptr) return fallback;
   float eta = fallback;
   if (p->type == ParamType::kFloat) {
@@ -44,7 +44,7 @@ float read_eta(PbrtScene& out, ParameterList& params, std::string_view name, flo
     const Rgb c = out.spectrum(params, name, SpectrumUse::kFactor, {fallback, fallback, fallback});
     eta = c.g;
     const std::optional<float> glass = p->strings.empty() ? std::nullopt : named_glass(p->strings[0]);
-    if (glass || c.r != c.b) {
+    if (glass || c.r != c.b || c.r != c.g) {
       out.problems->unsupported(p->where, "dispersion: parameter " + in_quotes(std::string(name)) + " of " +
                                               params.owner() + " is taken as the one number " +
                                               std::to_string(eta));

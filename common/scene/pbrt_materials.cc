@@ -72,11 +72,11 @@ ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params, const Me
 /// What a layered material's coat has besides its index and roughness.
 template <class Coated>
 void read_coat(PbrtScene& out, ParameterList& params, Coated* m) {
-  m->thickness = static_cast<float>(params.number("thickness", 0.01, 0, 1e6));
+  m->thickness = read_constant(out, params, "thickness", 0.01f, 0, 1e6);
   m->max_depth = static_cast<int>(params.integer("maxdepth", 10, 1, 1000));
   params.accept({"nsamples"});  // no samples are needed
   // pbrt's own bounds would let g reach 1, where light goes straight on.
-  m->medium.g = static_cast<float>(params.number("g", 0, -0.99, 0.99));
+  m->medium.g = read_constant(out, params, "g", 0, -0.99, 0.99);
   const SpectrumInput albedo = out.spectrum_input(params, "albedo", SpectrumUse::kReflectance, {});
   if (albedo.texture >= 0) {
     params.unsupported("albedo", "of a coat by a texture is ignored: it takes one colour");

@@ -1,6 +1,7 @@
 #include "common/scene/pbrt_params.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 
@@ -193,16 +194,42 @@ std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ColorSpace color_
       continue;
     }
     parameter.malformed = !parse_values(tokens, &parameter, problems);
-    const bool twice =
-        std::any_of(list.begin(), list.end(), [&](const Parameter& p) { return p.name == parameter.name; });
-    if (twice) {
-      problems->error(parameter.where,
-                      "parameter " + in_quotes(parameter.name) + " is given twice; keep one");
-      continue;
+    const auto earlier =
+        std::find_if(list.begin(), list.end(), [&](const Parameter& p) { return p.name == parameter.name; });
+    if (earlier == list.end()) {
+      list.push_back(std::move(parameter));
+    } else if (earlier->type != parameter.type) {
+      problems->error(parameter.where, "parameter " + in_quotes(parameter.name) +
+                                           " is given twice, by values of two types; keep one");
+    } else {
+      if (!parameter.malformed) {
+        problems->warning(parameter.where, "parameter " + in_quotes(parameter.name) +
+                                               " is given twice; the last one is taken, as by pbrt-v4");
+      }
+      *earlier = std::move(parameter);
     }
-    list.push_back(std::move(parameter));
   }
   return list;
+}
+
+std::vector<Parameter> parse_untyped_parameter(PbrtTokenizer& tokens, ProblemList* problems) {
+  Parameter p;
+  const Token declaration = tokens.next();
+  p.where = declaration.where.location();
+  for (const char c : declaration.text) {
+    if (c != '-' && c != '_') p.name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  const Token& value = tokens.peek();
+  double number = 0;
+  if (value.kind == Token::Kind::kString) {
+    p.type = ParamType::kString;
+  } else if (value.text == "true" || value.text == "false") {
+    p.type = ParamType::kBool;
+  } else if (parse_number(value.text, &number) && number == std::trunc(number)) {
+    p.type = ParamType::kInteger;
+  }
+  p.malformed = !parse_values(tokens, &p, problems);
+  return {std::move(p)};
 }
 
 ParameterList::ParameterList(std::string owner, SourceLocation where, std::vector<Parameter> parameters,

@@ -48,6 +48,9 @@ struct Parameter {
 /// malformed is reported; a parameter whose name is known at least stays in the list, marked.
 std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ColorSpace color_space, ProblemList* problems);
 
+/// Reads `"name" value`, the type being the value's own; case, "-" and "_" do not count in the name.
+std::vector<Parameter> parse_untyped_parameter(PbrtTokenizer& tokens, ProblemList* problems);
+
 class ParameterList {
  public:
   /// `owner` names the directive in messages, e.g. `shape "sphere"`.

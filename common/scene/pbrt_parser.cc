@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t kMaxIncludeDepth = 32;
 // Files may include one another so that the text grows exponentially; these bound it.
-constexpr size_t kMaxFilesRead = 20000;
+constexpr size_t kMaxFilesRead = 200000;
 constexpr size_t kMaxTextBytes = size_t{1} << 31;
 constexpr size_t kMaxScopes = 10000;
 
@@ -37,7 +37,7 @@ void PbrtParser::parse_file(const std::string& reference, const SourceLocation& 
   if (open_files_.size() >= kMaxIncludeDepth || ++files_read_ > kMaxFilesRead) {
     problems_->error(where, open_files_.size() >= kMaxIncludeDepth
                                 ? "files include one another more than 32 deep"
-                                : "more than 20000 files are included");
+                                : "more than 200000 files are included");
     return;
   }
   std::string text;
@@ -163,10 +163,16 @@ void PbrtParser::apply(const Token& directive, const Transform& transform, bool 
     return;
   }
   if (is_singular(transform)) {
+    // Exporters hide things by a factor of 0.
+    if (in_world_ && state_.transforms_start && state_.transforms_end) {
+      state_.flat = where;
+      return;
+    }
     problems_->error(where,
                      std::string(directive.text) + " is singular: it flattens space; no factor may be 0");
     return;
   }
+  if (replace) state_.flat.reset();
   const auto apply_to = [&](Transform* ctm) {
     const Transform next = replace ? transform : *ctm * transform;
     const bool good = is_in_range(next) && !is_singular(next) && is_in_range(inverse(next));
@@ -210,6 +216,17 @@ void PbrtParser::stays(const Token& directive, const char* what) {
   }
 }
 
+bool PbrtParser::leave_out_if_flat() {
+  if (!state_.flat) return false;
+  const SourceLocation& where = *state_.flat;
+  if (flat_reported_.file != where.file || flat_reported_.line != where.line) {
+    problems_->warning(
+        where, "the transform is singular: it flattens space; shapes and instances there are left out");
+    flat_reported_ = where;
+  }
+  return true;
+}
+
 void PbrtParser::push(Scope::Kind kind, const Token& directive) {
   if (scopes_.size() >= kMaxScopes) {
     problems_->error(directive.where.location(), "attribute scopes are nested more than 10000 deep");
@@ -232,6 +249,7 @@ bool PbrtParser::pop(Scope::Kind kind, const Token& directive, const char* opene
     state_.ctm_end = saved.ctm_end;
     state_.transforms_start = saved.transforms_start;
     state_.transforms_end = saved.transforms_end;
+    state_.flat = saved.flat;
   } else {
     state_ = std::move(scopes_.back().saved);
   }

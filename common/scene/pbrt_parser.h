@@ -35,6 +35,8 @@ class PbrtParser {
     // ActiveTransform chose.
     Transform ctm_end;
     bool transforms_start = true, transforms_end = true;
+    // The directive that flattened space, where one did: the CTM is then the one before it.
+    std::optional<SourceLocation> flat;
   };
   struct CoordinateSystem {
     Transform start, end;
@@ -65,6 +67,9 @@ class PbrtParser {
   int moves_to(const Token& directive, const Transform& start, const Transform& end);
   /// Says that `what` stays where it is at the start if the CTM moves.
   void stays(const Token& directive, const char* what);
+  /// Whether space is flattened, in which case what would be put there is left out, with one warning for
+  /// each directive that flattens.
+  bool leave_out_if_flat();
   void push(Scope::Kind kind, const Token& directive);
   bool pop(Scope::Kind kind, const Token& directive, const char* opener);
   void finish();
@@ -134,6 +139,7 @@ class PbrtParser {
   Transform last_start_;  // of what scene.later ends with
   double iso_ratio_ = 1;
   std::optional<double> film_exposure_time_;
+  SourceLocation flat_reported_;
 
   PbrtTokenizer* tokens_ = nullptr;      // of the file that is being read
   std::deque<std::string> file_names_;   // stable addresses for positions

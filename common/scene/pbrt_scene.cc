@@ -141,7 +141,8 @@ Rgb reduce(const SampledSpectrum& spectrum, SpectrumUse use) {
   return use == SpectrumUse::kEmission ? emitter_to_rgb(spectrum) : factor_to_rgb(spectrum);
 }
 
-/// Wavelength-value pairs; reports and returns nothing on an odd count or wavelengths that don't increase.
+/// Wavelength-value pairs; reports and returns nothing on an odd count or wavelengths that don't increase. Of
+/// a `factor`, values above 1 are cut, with a warning: measured reflectances have some.
 std::optional<SampledSpectrum> from_pairs(const std::vector<double>& pairs, ParameterList& params,
                                           const std::string& name, bool factor) {
   if (pairs.size() < 2 || pairs.size() % 2 != 0) {
@@ -154,12 +155,20 @@ std::optional<SampledSpectrum> from_pairs(const std::vector<double>& pairs, Para
       params.bad_value(name, "needs wavelengths in nm that increase");
       return std::nullopt;
     }
-    if (pairs[i + 1] < 0 || (factor && pairs[i + 1] > 1)) {
-      params.bad_value(name, factor ? "needs values in [0, 1]" : "needs values >= 0");
+    if (pairs[i + 1] < 0) {
+      params.bad_value(name, "needs values >= 0");
       return std::nullopt;
     }
     s.wavelengths.push_back(pairs[i]);
     s.values.push_back(pairs[i + 1]);
+  }
+  const double largest = *std::max_element(s.values.begin(), s.values.end());
+  if (factor && largest > 1) {
+    for (double& v : s.values) v = std::min(v, 1.0);
+    params.problems().warning(params.where_of(name), "parameter " + in_quotes(name) + " of " +
+                                                         params.owner() + " has values up to " +
+                                                         std::to_string(largest) +
+                                                         "; a reflectance is at most 1, which is taken");
   }
   return s;
 }

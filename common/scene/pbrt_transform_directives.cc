@@ -63,6 +63,7 @@ void PbrtParser::on_coord_sys_transform(const Token& d) {
   if (const auto found = coordinate_systems_.find(*name); found != coordinate_systems_.end()) {
     if (state_.transforms_start) state_.shape.ctm = found->second.start;
     if (state_.transforms_end) state_.ctm_end = found->second.end;
+    state_.flat.reset();
     return;
   }
   std::vector<std::string_view> names;

@@ -313,11 +313,12 @@ void translate_accelerator(PbrtScene& out, const std::string& type, ParameterLis
 void translate_option(PbrtScene& out, ParameterList& params) {
   if (params.has("seed"))
     out.scene.sampling.seed = static_cast<uint64_t>(params.integer("seed", 0, 0, 2147483647));
-  for (const char* name : {"disablepixeljitter", "forcediffuse", "displacementedgescale"}) {
-    params.unsupported(name, "is ignored");
+  for (const char* name : {"disablepixeljitter", "forcediffuse"}) {
+    if (params.boolean(name, false)) params.unsupported(name, "is ignored");
   }
-  params.accept({"seed", "disabletexturefiltering", "disablewavelengthjitter", "msereferenceimage",
-                 "msereferenceout", "rendercoordsys", "pixelstats", "wavefront"});
+  // The edge scale is of displacements of shapes, each of which is warned of.
+  params.accept({"seed", "displacementedgescale", "disabletexturefiltering", "disablewavelengthjitter",
+                 "msereferenceimage", "msereferenceout", "rendercoordsys", "pixelstats", "wavefront"});
   params.finish();
 }
 

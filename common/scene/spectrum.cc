@@ -109,8 +109,9 @@ struct NamedFloat {
 };
 // n_D from the makers' data sheets. pbrt's "glass-F5", "-F10" and "-F11" are SF5, SF10 and SF11.
 constexpr NamedFloat kGlasses[] = {
-    {"glass-BK7", 1.5168f}, {"glass-BAF10", 1.6700f}, {"glass-FK51A", 1.4866f}, {"glass-LASF9", 1.8503f},
-    {"glass-F5", 1.6727f},  {"glass-F10", 1.7283f},   {"glass-F11", 1.7847f},
+    {"glass-BK7", 1.5168f},  {"glass-BAF10", 1.6700f}, {"glass-FK51A", 1.4866f}, {"glass-LASF9", 1.8503f},
+    {"glass-F5", 1.6727f},   {"glass-F10", 1.7283f},   {"glass-F11", 1.7847f},   {"glass-SF5", 1.6727f},
+    {"glass-SF10", 1.7283f}, {"glass-SF11", 1.7847f},
 };
 
 struct Chromaticity {

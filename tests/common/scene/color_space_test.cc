@@ -33,7 +33,7 @@ class ColorSpaceDirective : public SceneTest {};
 
 TEST_F(ColorSpaceDirective, HoldsForWhatFollowsInItsBlock) {
   const std::string grey = " \"string type\" \"diffuse\" \"rgb reflectance\" [.5 .4 .4] ";
-  const SceneDescription scene = clean_world("AttributeBegin ColorSpace \"rec2020\" MakeNamedMaterial \"a\"" +
+  const SceneDescription scene = clean_world("AttributeBegin ColorSpace \"Rec2020\" MakeNamedMaterial \"a\"" +
                                              grey + "AttributeEnd MakeNamedMaterial \"b\"" + grey);
   const auto color = [&](size_t i) {
     return std::get<DiffuseMaterial>(scene.materials.at(i).kind).reflectance.value;

@@ -109,6 +109,10 @@ TEST_F(Materials, NamedGlassIsANumber) {
   const LoadResult r = load_world("Material \"dielectric\" \"spectrum eta\" \"glass-F11\"");
   EXPECT_TRUE(r.ok());
   EXPECT_FLOAT_EQ(last<DielectricMaterial>(r.scene).eta, 1.7847f);
+  const LoadResult same = load_world("Material \"dielectric\" \"spectrum eta\" \"glass-SF11\"");
+  EXPECT_FLOAT_EQ(last<DielectricMaterial>(same.scene).eta, 1.7847f);
+  const SceneDescription grey = clean_world("Material \"dielectric\" \"rgb eta\" [1.4 1.4 1.4]");
+  EXPECT_FLOAT_EQ(last<DielectricMaterial>(grey).eta, 1.4f);
 }
 
 TEST_F(Materials, ThinDielectric) {

@@ -96,12 +96,15 @@ TEST_F(SpectrumParameters, Mistakes) {
       {"Material \"conductor\" \"spectrum eta\" \"metal-Ag-et\"", "did you mean \"metal-Ag-eta\"?"},
       {"Material \"diffuse\" \"spectrum reflectance\" [400 0.5 500]", "pairs of wavelength and value"},
       {"Material \"diffuse\" \"spectrum reflectance\" [500 0.5 400 0.5]", "wavelengths in nm that increase"},
-      {"Material \"diffuse\" \"spectrum reflectance\" [400 0.5 500 1.5]", "values in [0, 1]"},
+      {"Material \"diffuse\" \"spectrum reflectance\" [400 -0.5 500 1.5]", "needs values >= 0"},
       {"Material \"diffuse\" \"spectrum reflectance\" \"no.spd\"", "there is no file \"no.spd\""},
       {"LightSource \"point\" \"blackbody I\" -5", "temperature"},
       {"LightSource \"point\" \"rgb I\" [1 -1 1]", "must not be negative"},
   };
   for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(load_world(text), message)) << text;
+  const LoadResult bright = load_world("Material \"diffuse\" \"spectrum reflectance\" [300 1.5 800 1.5]");
+  EXPECT_TRUE(bright.ok()) << "as pbrt does";
+  EXPECT_TRUE(mentions(bright, "values up to 1.5")) << listed(bright);
   folder_.write("bad.spd", "400 x");
   EXPECT_TRUE(has_error(load_world("LightSource \"point\" \"spectrum I\" \"bad.spd\""),
                         "pairs of wavelength and value"));
