@@ -345,10 +345,7 @@ void PbrtParser::on_light(const Token& d) {
   const auto type = take_string(d, "a type");
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("light", *type), "light");
-  if (state_.flat) {
-    problems_->error(*state_.flat, "the transform is singular, and a light is there; no factor may be 0");
-    return;
-  }
+  if (refuse_if_flat()) return;
   stays(d, "a light");
   const size_t before = out_.scene.lights.size();
   translate_light(out_, *type, params, state_.shape.ctm);
@@ -369,7 +366,7 @@ void PbrtParser::on_shape(const Token& d) {
   const auto type = take_string(d, "a type");
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("shape", *type), "shape");
-  if (leave_out_if_flat()) return;
+  if (refuse_if_flat()) return;
   ShapeAttributes attributes = state_.shape;
   if (open_object_ && attributes.area_light != nullptr) {
     problems_->unsupported(d.where.location(), "area lights in objects: the shape does not emit");
@@ -435,7 +432,7 @@ void PbrtParser::on_object_instance(const Token& d) {
                      "there is no object named " + in_quotes(*name) + nearest_hint(*name, names));
     return;
   }
-  if (leave_out_if_flat()) return;
+  if (refuse_if_flat()) return;
   if (out_.scene.instances.size() >= kMaxInstances) {
     problems_->error(d.where.location(), "the scene has more than 8000000 instances, which is the limit");
     return;

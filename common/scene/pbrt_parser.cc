@@ -163,7 +163,7 @@ void PbrtParser::apply(const Token& directive, const Transform& transform, bool 
     return;
   }
   if (is_singular(transform)) {
-    // Exporters hide things by a factor of 0.
+    // Exporters write such nodes with nothing in them: what is put there is refused.
     if (in_world_ && state_.transforms_start && state_.transforms_end) {
       state_.flat = where;
       return;
@@ -216,12 +216,11 @@ void PbrtParser::stays(const Token& directive, const char* what) {
   }
 }
 
-bool PbrtParser::leave_out_if_flat() {
+bool PbrtParser::refuse_if_flat() {
   if (!state_.flat) return false;
   const SourceLocation& where = *state_.flat;
   if (flat_reported_.file != where.file || flat_reported_.line != where.line) {
-    problems_->warning(
-        where, "the transform is singular: it flattens space; shapes and instances there are left out");
+    problems_->error(where, "the transform is singular: it flattens what is put there; no factor may be 0");
     flat_reported_ = where;
   }
   return true;

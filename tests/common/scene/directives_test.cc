@@ -284,25 +284,28 @@ TEST_F(Directives, ASphereThatAnInstanceStretchesIsAMeshOnce) {
   EXPECT_TRUE(std::holds_alternative<MeshShape>(s.objects[1].shapes[0].kind));
 }
 
-TEST_F(Directives, WhatLiesInFlattenedSpaceIsLeftOut) {
-  const LoadResult r = load_world(R"(
+TEST_F(Directives, FlattenedSpaceMayHoldNothing) {
+  const SceneDescription s = clean(load_world(R"(
     ObjectBegin "o" Shape "sphere" ObjectEnd
     AttributeBegin
       Scale 1 0 1
-      Translate 1 2 3 Shape "sphere" ObjectInstance "o"
+      Translate 1 2 3
       TransformBegin Identity Shape "sphere" TransformEnd
-      Shape "sphere"
     AttributeEnd
     TransformBegin Transform [1 0 0 0 0 1 0 0 1 1 0 0 0 0 0 1] TransformEnd
-    Translate 0 5 0 ObjectInstance "o")");
-  EXPECT_TRUE(r.ok()) << listed(r);
-  ASSERT_EQ(r.problems.size(), 1u) << listed(r);
-  EXPECT_TRUE(mentions(r, "scene.pbrt:5:7: warning: the transform is singular")) << listed(r);
-  ASSERT_EQ(r.scene.shapes.size(), 1u) << "the one where Identity undoes it";
-  EXPECT_EQ(transform_point(r.scene.shapes[0].object_to_world, {0, 0, 0}).y, 0);
-  ASSERT_EQ(r.scene.instances.size(), 1u);
-  EXPECT_EQ(transform_point(r.scene.instances[0].object_to_world, {0, 0, 0}).y, 5);
-  EXPECT_TRUE(has_error(load_world("Scale 1 0 1 LightSource \"point\""), "a light is there"));
+    Translate 0 5 0 ObjectInstance "o")"));
+  ASSERT_EQ(s.shapes.size(), 1u) << "the one where Identity undoes it";
+  EXPECT_EQ(transform_point(s.shapes[0].object_to_world, {0, 0, 0}).y, 0);
+  ASSERT_EQ(s.instances.size(), 1u);
+  EXPECT_EQ(transform_point(s.instances[0].object_to_world, {0, 0, 0}).y, 5);
+  for (const char* what : {"LightSource \"point\"", "Shape \"sphere\"", "Translate 1 0 0 Shape \"sphere\"",
+                           "ObjectInstance \"o\""}) {
+    const LoadResult r = load_world("ObjectBegin \"o\" Shape \"sphere\" ObjectEnd\nScale 1 0 1\n" +
+                                    std::string(what) + " " + what);
+    EXPECT_EQ(r.problems.size(), 1u) << listed(r);
+    EXPECT_TRUE(mentions(r, "is singular: it flattens")) << listed(r);
+    EXPECT_FALSE(r.ok()) << what;
+  }
 }
 
 TEST_F(Directives, OptionsAsPbrtWritesThem) {
@@ -334,6 +337,8 @@ TEST_F(Directives, AFileMayBeIncludedVeryOften) {
 TEST_F(Directives, InstancesThatCannotBeAreRefusedWithTheirLine) {
   const std::string object = "ObjectBegin \"o\" Scale 1e20 1e20 1e20 Shape \"sphere\" ObjectEnd\n";
   const std::pair<const char*, const char*> cases[] = {
+      {"Scale 1 0 1 ObjectInstance \"o\"", "is singular"},
+      {"Transform [1 0 0 0 0 1 0 0 1 1 0 0 0 0 0 1] ObjectInstance \"o\"", "is singular"},
       {"Scale 1e19 1e19 1e19 ObjectInstance \"o\"", "lies outside the range of numbers"},
       {"ObjectInstance \"oo\"", "there is no object named \"oo\"; did you mean \"o\"?"},
   };
