@@ -69,7 +69,7 @@ TEST_P(Media, SlabTransmitsExponentially) {
     for (const bool scatters : {false, true}) {
       SCOPED_TRACE(testing::Message() << "sigma " << 2 * d << (scatters ? " scattering" : " absorbing"));
       const TestScene s = scatters ? slab({0, 0, 0}, sigma) : slab(sigma, {0, 0, 0});
-      const Batches b = render(s, 0, scatters ? 2048 : 256);
+      const Batches b = render(s, 0, scatters ? 2048 : GetParam() == Integrator::kLt ? 1024 : 256);
       const MeanTest test{.resolution = resolution(scatters ? 0.1 : 0.02), .rounding = 1e-4};
       const float rates[3] = {sigma.r, sigma.g, sigma.b};
       for (int c = 0; c < 3; ++c) {
@@ -94,7 +94,10 @@ TEST_P(Media, NothingIsLostWhereNothingIsAbsorbed) {
       box.camera({0.2, -0.1, 0.3}, {1, 0.4, 0.6}, 60).film(8, 8);
       // Of thick media light paths see little, and join the lens from close by.
       if (GetParam() == Integrator::kPt || depth < (GetParam() == Integrator::kLt ? 1 : 10)) {
-        const Batches b = render(box, kUnlimitedDepth, depth > 10 ? 1024 : 512);
+        // Light that goes on almost straight joins the lens in rare bright events: 512 samples, whose own
+        // spread does not show it yet, come out 2 to 11 % too dark, 65536 right within 1 %.
+        const bool rare = GetParam() == Integrator::kLt && g > 0.5f;
+        const Batches b = render(box, kUnlimitedDepth, rare ? 65536 : depth > 10 ? 1024 : 512);
         for (int c = 0; c < 3; ++c) {
           EXPECT_TRUE(mean_is(b.mean(c), 1, {.resolution = resolution(0.15), .rounding = 1e-4}))
               << "box " << c;

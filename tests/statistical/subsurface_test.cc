@@ -159,7 +159,7 @@ TEST(SubsurfaceReflectance, IsThatOfADeepBody) {
     s.box({-5, -5, -5}, {5, 0, 5}, add_material(&s, m));
     s.scene.lights.push_back({DistantLight{{1, 1, 1}, {0, -1, 0}}, {}});
     s.camera({0, 3, 0}, {0, 0, 0}, 5).film(8, 8);
-    const Batches b = render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 2048, 1), kBatches);
+    const Batches b = render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 4096, 1), kBatches);
     constexpr double kEta = 1.33f;
     const double through = 1 - fresnel(1, kEta), lobe = through * through / (mean_transmittance(kEta) * M_PI);
     const double wanted[3] = {0.1, 0.5, 0.9};
