@@ -28,6 +28,8 @@ WIDER = {
     "shape_curve_flat": (.015, .06, "the same"),
     "subsurface_skin": (.03, .07, "pbrt makes smooth spectra of the coefficients, which are darker in red; greys agree within 2 %"),
     "subsurface_forward": (.025, .09, "pbrt's profile is 13 % darker than random walks where light is scattered forwards"),
+    "subsurface_reflectance": (.015, .05, "pbrt's tables of beam diffusion against walks: 0.9 to 1.1 % at 512 spp, two seeds"),
+    "subsurface_marble": (.015, .05, "the same: 0.6 to 0.9 %, and the noise of 64 spp"),
     "texture_wrinkled": (.015, .05, "pbrt leaves out octaves that are finer than a pixel"),
     "light_area_blackbody": (.015, .05, "RGB for spectra"),
 }
