@@ -2,99 +2,23 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <mutex>
 
 #include "common/error.h"
 #include "common/parallel.h"
 #include "worker/render/pipeline/strategy_recorder.h"
-#include "worker/render/plan/cost_model.h"
-#include "worker/render/plan/effort.h"
+#include "worker/render/plan/pilot_sight.h"
+#include "worker/render/plan/plan_choice.h"
 #include "worker/render/plan/plan_moments.h"
 #include "worker/render/plan/relative_weights.h"
-#include "worker/render/sampling/sobol.h"
 
 namespace lightmill {
 namespace {
 
-/// Camera paths that a pilot traces at most, and samples per pixel of the cells that it takes.
-constexpr int64_t kPilotPaths = 3 << 16;
-constexpr int64_t kLeastSamples = 2, kMostSamples = 32;
-/// Of large images it looks at one of so many pixels at least, beyond that at fewer cells.
-constexpr uint32_t kMostThinned = 64;
 /// The pilot's samples are not those of the image, which they would bias.
 constexpr uint64_t kPilotSeed = 0x70696c6f74, kFirstSeed = 0x6669727374;
-/// The first of two blocks, of 16 samples in an image, half of the pilot's samples are taken from each of.
-constexpr int64_t kPilotBlock = 5;
-/// Blocks of samples of one pixel are stratified in the camera layer. A pilot that has two samples of a pixel
-/// does not see what that gains; it is about this factor. Splats gain next to nothing
-/// (tests/bench/plan_check).
-constexpr double kStratification = 1.4;
 /// Camera paths that the values come from, at least, by which relative variances are weighed.
 constexpr double kLeastWeighed = 4;
-/// Smallest gain for which a plan with more strategies is preferred.
-constexpr double kWorthIt = 0.98;
-
-/// Plans without which nothing is lost in this scene. One holds for the whole image: connections chosen for
-/// each region of 8 pixels from one half of its pixels would gain 1.00 to 1.08 on the other half (seven of
-/// nine scenes; on water-caustic one half loses 1.2), which is less than the bound of 1.1 that would be worth
-/// a map.
-std::vector<SamplingPlan> candidates(const ScenePlan& scene) {
-  std::vector<SamplingPlan> plans;
-  const auto add = [&](Strategies set, double light_paths, double connections) {
-    if ((set & scene.required) == scene.required) plans.push_back({set, light_paths, connections});
-  };
-  const Strategies base = scene.useful & (kEmissionHits | kNextEvent);
-  add(base, 1, 1);
-  if (base & kEmissionHits && base != kEmissionHits) add(kEmissionHits, 1, 1);
-  for (const double light_paths : kLightPathCounts) {
-    add(base | kLensConnections, light_paths, 1);
-    for (const double connections : kConnectionCounts) {
-      add(base | kVertexConnections, light_paths, connections);
-      add(base | kLensConnections | kVertexConnections, light_paths, connections);
-    }
-  }
-  return plans;
-}
-
-/// The cells that the pilot renders: at most `count`, spread evenly but without a pattern.
-std::vector<int64_t> pilot_cells(int64_t cells, int64_t count) {
-  std::vector<int64_t> chosen;
-  for (int64_t i = 0; i < count; ++i) {
-    const int64_t begin = i * cells / count, end = (i + 1) * cells / count;
-    const uint32_t h = hash32(static_cast<uint32_t>(i) ^ static_cast<uint32_t>(kPilotSeed));
-    chosen.push_back(begin + static_cast<int64_t>(h % static_cast<uint32_t>(end - begin)));
-  }
-  return chosen;
-}
-
-/// What is looked at: cells, pixels of them, samples of these.
-struct Sight {
-  int64_t samples = kLeastSamples;
-  uint32_t one_in = 1;
-  std::vector<int64_t> cells;
-
-  explicit Sight(const FilmGrid& grid) {
-    const int64_t pixels = grid.crop.area(), count = grid.cells().count();
-    while (samples < kMostSamples && 2 * samples * pixels <= kPilotPaths) samples *= 2;
-    while (one_in < kMostThinned && samples * pixels > kPilotPaths * one_in) one_in *= 2;
-    cells = pilot_cells(count, std::min(count, kPilotPaths * one_in / (samples * kCellPixels)));
-  }
-  double paths_per_pixel() const { return static_cast<double>(samples) / one_in; }
-  /// The look that only asks for values: where pixels are seen closely at the same samples, which then know
-  /// their own part in them; else at a quarter of as many, of other random numbers.
-  Sight first() const {
-    Sight look = *this;
-    if (!is_close()) look.samples = 1, look.one_in *= 2;
-    return look;
-  }
-  bool is_close() const { return samples > kLeastSamples; }
-  /// Sample index number `j` of those taken: half of them are of one block, half of the next.
-  int block(int64_t j) const { return j < samples / 2 ? 0 : 1; }
-  int64_t index(int64_t j) const {
-    return block_begin(kPilotBlock + block(j)) + j - block(j) * (samples / 2);
-  }
-};
 
 class Pilot {
  public:
@@ -103,7 +27,7 @@ class Pilot {
         sight_(settings_.grid),
         first_(sight_.first()),
         renderer_(scene, settings_, sight_.one_in),
-        plans_(candidates(renderer_.plan())),
+        plans_(candidate_plans(renderer_.plan())),
         go_on_(go_on),
         grid_(settings_.grid.cells()),
         regions_(regions_of(settings_.grid)),
@@ -116,8 +40,7 @@ class Pilot {
     take_turns(threads, &Pilot::work);
     merge();
     add_splats();
-    count_rays();
-    return choose();
+    return choose_plan(plans_, view(), count(), settings_.uniform_effort);
   }
 
  private:
@@ -270,28 +193,27 @@ class Pilot {
 
   /// Adds up cells in their order, whoever rendered them.
   void merge() {
-    noise_.resize(static_cast<size_t>(regions_.count()));
-    camera_work_.resize(noise_.size());
-    camera_paths_.resize(noise_.size());
+    sums_.regions.resize(static_cast<size_t>(regions_.count()));
     const int side = std::min(regions_.side, kCellSize), columns = kCellSize / side;
     for (size_t i = 0; i < results_.size(); ++i) {
       CellResult& from = results_[i];
       counters_ += from.counters;
-      work_ += from.work;
+      sums_.work += from.work;
       const CellRect rect = rect_of(sight_.cells[i]);
       for (size_t b = 0; b < from.moments.blocks.size(); ++b) {
         const int x = rect.x0 * kCellSize + static_cast<int>(b) % columns * side,
                   y = rect.y0 * kCellSize + static_cast<int>(b) / columns * side;
         const BlockMoments& block = from.moments.blocks[b];
         if (block.pixels[0] + block.pixels[1] == 0) continue;
-        const auto r = static_cast<size_t>(regions_.at(x, y));
-        noise_[r] += block;
+        RegionSums& to = sums_.regions[static_cast<size_t>(regions_.at(x, y))];
+        to.noise += block;
         // Work is known per cell.
-        camera_work_[r] += from.work;
-        camera_paths_[r] += static_cast<double>(from.counters.camera_paths);
+        to.camera_work += from.work;
+        to.camera_paths += static_cast<double>(from.counters.camera_paths);
       }
       from.moments.blocks.clear();
     }
+    sums_.camera_paths = static_cast<double>(counters_.camera_paths);
   }
 
   /// Splats land anywhere: each goes to its region. One light path stands for all that the film has per unit
@@ -305,114 +227,27 @@ class Pilot {
     for (CellResult& from : results_) {
       for (const RecordedSplat& splat : from.moments.splats) {
         const int x = static_cast<int>(splat.pixel % width), y = static_cast<int>(splat.pixel / width);
-        BlockMoments& to = noise_[static_cast<size_t>(regions_.at(x, y))];
+        BlockMoments& to = sums_.regions[static_cast<size_t>(regions_.at(x, y))].noise;
         add_splat(plans_, splat, values_.of(x, y), half_of(x, y), scale, &to, &from.moments);
       }
     }
   }
 
-  /// What stratification gains beyond what the moments know.
-  double stratification() const { return sight_.is_close() ? 1 : kStratification; }
-
-  /// Mean over pixels and channels of variance / (value^2 + 0.01), per plan.
-  std::array<double, kMaxPlans> relative_variances() const {
-    std::array<double, kMaxPlans> sum{};
-    double pixels = 0;
-    for (const BlockMoments& block : noise_) {
-      if (block.all_looked_at() == 0) continue;
-      const double all = block.pixels[0] + block.pixels[1], share = all / block.all_looked_at();
-      pixels += all;
-      for (size_t ch = 0; ch < 3; ++ch) {
-        for (size_t k = 0; k < kMaxPlans; ++k) {
-          const double camera =
-              std::max(0.0, double{block.camera[0][ch][k]} + double{block.camera[1][ch][k]});
-          sum[k] += share * (camera / stratification() + double{block.splat[ch][k]});
-        }
-      }
-    }
-    for (double& s : sum) s /= 3 * std::max(pixels, 1.0);
-    return sum;
-  }
-
-  /// What the regions look like under plan number `k`.
-  std::vector<RegionNoise> region_noise(size_t k) const {
-    std::vector<RegionNoise> regions;
-    for (size_t i = 0; i < noise_.size(); ++i) {
-      const BlockMoments& block = noise_[i];
-      RegionNoise& r = regions.emplace_back();
-      r.pixels = block.pixels[0] + block.pixels[1];
-      if (block.all_looked_at() == 0 || !(camera_paths_[i] > 0)) continue;
-      for (size_t ch = 0; ch < 3; ++ch) {
-        r.splat += double{block.splat[ch][k]} / (3 * block.all_looked_at());
-        for (size_t half = 0; half < 2; ++half) {
-          const int looked_at = block.looked_at[half];
-          if (looked_at == 0) continue;
-          r.camera[half] +=
-              std::max(0.0, double{block.camera[half][ch][k]}) / (3 * stratification() * looked_at);
-          r.paths[half] = static_cast<double>(looked_at * sight_.samples);
-        }
-      }
-      r.cost = camera_cost(under_plan(k, per_path(camera_work_[i], camera_paths_[i])), plans_.plans[k]);
-    }
-    return regions;
-  }
-
-  /// Sums of what roulette leaves of each plan's shadow rays.
-  void count_rays() {
+  /// The sums with what is known of cells once all splats are in.
+  const PilotSums& count() {
+    std::vector<const RarePaths*> rare;
     for (const CellResult& cell : results_) {
-      next_event_rays_ += cell.moments.next_event;
-      connection_rays_ += cell.moments.connect;
-      lens_rays_ += cell.moments.lens;
+      sums_.next_event += cell.moments.next_event;
+      sums_.connect += cell.moments.connect;
+      sums_.lens += cell.moments.lens;
+      for (size_t k = 0; k < kMaxPlans; ++k) sums_.lost[k] += double{cell.moments.lost[k]};
+      rare.push_back(&cell.moments.rare);
     }
+    sums_.unseen = unseen_variance(rare);
+    return sums_;
   }
-  /// What plan number `k` makes of the shadow rays that were counted.
-  SampleWork under_plan(size_t k, SampleWork work) const {
-    work.next_event_rays *= next_event_rays_.share(k);
-    work.connection_rays *= connection_rays_.share(k);
-    work.lens_rays *= lens_rays_.share(k);
-    return work;
-  }
-
-  SampleWork per_path(SampleWork work, double paths) const {
-    for (double* w : {&work.camera_hits, &work.light_hits, &work.next_event_rays, &work.connection_rays,
-                      &work.lens_rays, &work.next_event_tries, &work.connection_tries, &work.lens_tries})
-      *w /= std::max(paths, 1.0);
-    work.primitives = static_cast<double>(renderer_.plan().primitives);
-    return work;
-  }
-
-  PilotReport choose() {
-    const auto variances = relative_variances();
-    const SampleWork work = per_path(work_, static_cast<double>(counters_.camera_paths));
-    PilotReport report;
-    report.work = work;
-    report.samples = static_cast<int64_t>(counters_.camera_paths);
-    double best = -1;
-    size_t chosen = 0;
-    for (size_t k = 0; k < plans_.plans.size(); ++k) {
-      double lost = 0;
-      for (const CellResult& cell : results_) lost += double{cell.moments.lost[k]};
-      if (lost > 0) continue;
-      const SampleWork own = under_plan(k, work);
-      const SamplingPlan& plan = plans_.plans[k];
-      const PlanEstimate e{plan, variances[k], sample_cost(own, plan), shadow_rays(own, plan)};
-      const double product = e.relative_variance * e.cost;
-      if (best < 0 || product < kWorthIt * best) {
-        best = product;
-        report.chosen = e.plan;
-        chosen = k;
-      }
-      report.estimates.push_back(e);
-    }
-    if (best >= 0 && !settings_.uniform_effort && report.chosen.strategies & kCameraLayer) {
-      const SamplingPlan& plan = plans_.plans[chosen];
-      const SampleWork own = under_plan(chosen, work);
-      const EffortChoice effort =
-          choose_effort(regions_, region_noise(chosen), sample_cost(own, plan) - camera_cost(own, plan));
-      report.chosen.effort = effort.map;
-      report.effort_gain = effort.gain;
-    }
-    return report;
+  PilotView view() const {
+    return {regions_, sight_.samples, sight_.is_close(), static_cast<double>(renderer_.plan().primitives)};
   }
 
   /// A contribution of the first look.
@@ -430,7 +265,7 @@ class Pilot {
   };
 
   const RenderSettings settings_;
-  const Sight sight_, first_;
+  const PilotSight sight_, first_;
   const Renderer renderer_;
   const PlanSet plans_;
   const std::function<bool()>& go_on_;
@@ -438,13 +273,8 @@ class Pilot {
   const RegionGrid regions_;
   RelativeWeights values_;
   std::vector<CellResult> results_;
-  // Of regions, all cells together.
-  std::vector<BlockMoments> noise_;
-  std::vector<SampleWork> camera_work_;
-  std::vector<double> camera_paths_;
+  PilotSums sums_;
   RenderCounters counters_;
-  SampleWork work_;
-  RayCounts next_event_rays_, connection_rays_, lens_rays_;
   std::atomic<size_t> next_{0};
   std::atomic<bool> stopped_{false};
   std::mutex mutex_;  // of failure_

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace lightmill {
 namespace {
@@ -36,50 +35,36 @@ void count_ray(const PerPlan& kept, RayCounts* rays) {
   for (size_t k = 0; k < kPlans; ++k) rays->kept[k] += double{kept[k]};
 }
 
-/// Ordered pairs among `picks` draws of systematic sampling, on average: it makes the whole number below or
-/// above, as against picks^2 of independent draws.
-double pairs_of(double picks) {
-  const double whole = std::floor(picks);
-  return whole * (whole - 1) + 2 * whole * (picks - whole);
-}
 /// Second moment of single contributions, over the samples of all strategies: those that stem from the lens
 /// make noise of splats, the others of the camera layer. A value v that roulette keeps with probability q
 /// counts as v / q, which is v^2 / q on average.
 void add_second_moment(const PlanSet& plans, const FamilyShares& a, const float rgb[3],
                        const PixelValue& value, float share, float scale, const PerPlan& factor,
-                       const PerPlan& kept, size_t half, float half_scale, BlockMoments* block) {
+                       const PerPlan& kept, size_t half, float half_scale, BlockMoments* block,
+                       RarePaths* rare) {
   PerPlan per_square, lens_share;
   for (size_t k = 0; k < kPlans; ++k) {
     per_square[k] = factor[k] / kept[k];
     lens_share[k] = a.lens * plans.lens[k] * factor[k];
   }
+  float squares = 0;
   for (size_t ch = 0; ch < 3; ++ch) {
     const float square = rgb[ch] * rgb[ch] * value.weight_beside(ch, rgb[ch], share);
+    squares += square;
     for (size_t k = 0; k < kPlans; ++k) {
       const float second = square * per_square[k], lens = second * lens_share[k];
       block->splat[ch][k] += lens * scale;
       block->camera[half][ch][k] += (second - lens) * half_scale;
     }
   }
+  if (!rare->takes(squares)) return;
+  RarePath path{squares, {}};
+  for (size_t k = 0; k < kPlans; ++k)
+    path.variance[k] = squares * per_square[k] * (lens_share[k] * scale + (1 - lens_share[k]) * half_scale);
+  rare->add(path);
 }
 
 }  // namespace
-
-PlanSet::PlanSet(std::vector<SamplingPlan> candidates) : plans(std::move(candidates)) {
-  if (plans.size() > kPlans) throw std::logic_error("too many sampling plans");
-  for (size_t k = 0; k < plans.size(); ++k) {
-    const SamplingPlan& p = plans[k];
-    hit[k] = p.strategies & kEmissionHits ? 1.0f : 0.0f;
-    next_event[k] = p.strategies & kNextEvent ? 1.0f : 0.0f;
-    lens[k] = p.strategies & kLensConnections ? static_cast<float>(p.light_paths) : 0;
-    connect[k] =
-        p.strategies & kVertexConnections ? static_cast<float>(p.connections / kRecordedConnections) : 0;
-    // The cache has about one vertex of each depth for each light path.
-    const double own = pairs_of(p.connections) / (p.connections * p.connections),
-                 recorded = pairs_of(kRecordedConnections) / (kRecordedConnections * kRecordedConnections);
-    more_pairs[k] = static_cast<float>(own / recorded - 1);
-  }
-}
 
 void MomentRecorder::begin_cell(const std::array<PixelValue, kCellPixels>& values) {
   values_ = values;
@@ -124,7 +109,8 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
     // those of other strategies would not.
     const bool in_sight = c.s == 0 && c.t == 2;
     if (!in_sight)
-      add_second_moment(plans_, c.shares, c.rgb, value, value.camera_share, 1, factor, kept, half, 1, &block);
+      add_second_moment(plans_, c.shares, c.rgb, value, value.camera_share, 1, factor, kept, half, 1, &block,
+                        &cell_.rare);
     const PerPlan& samples = c.s == 0 ? plans_.hit : c.s == 1 ? plans_.next_event : plans_.connect;
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
@@ -173,6 +159,7 @@ void MomentRecorder::add_sample(const std::vector<StrategyContribution>& contrib
 CellMoments MomentRecorder::end_cell(const std::array<bool, kCellPixels>& inside,
                                      const std::array<bool, kCellPixels>& looked_at) {
   const auto n = static_cast<float>(samples_);
+  cell_.rare.scale(1 / n);
   for (BlockMoments& block : cell_.blocks) {
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
@@ -245,7 +232,7 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
   }
   add_second_moment(plans, splat.shares, splat.rgb, value, value.splat_share,
                     share(block->all_looked_at(), block->pixels[0] + block->pixels[1]), factor, kept, half,
-                    share(block->looked_at[half], block->pixels[half]), block);
+                    share(block->looked_at[half], block->pixels[half]), block, &cell->rare);
 }
 
 }  // namespace lightmill

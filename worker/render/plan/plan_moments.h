@@ -3,36 +3,15 @@
 // samples of the plan that has every strategy (Grittmann et al., "Efficiency-Aware Multiple Importance
 // Sampling for Bidirectional Rendering Algorithms", 2022, eqs. 9-12).
 #include <array>
-#include <memory>
 #include <vector>
 
 #include "common/image/grid.h"
-#include "common/sampling_plan.h"
 #include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/plan/plan_set.h"
+#include "worker/render/plan/rare_paths.h"
 #include "worker/render/plan/relative_weights.h"
 
 namespace lightmill {
-
-/// Most plans that are weighed against each other.
-inline constexpr int kMaxPlans = 72;
-
-/// A float per plan.
-using PerPlan = std::array<float, kMaxPlans>;
-
-/// Of the plan that is recorded, which has every strategy and one light path: of one connection nothing would
-/// be seen of how two of a kind go together.
-inline constexpr double kRecordedConnections = 2;
-
-/// The plans under consideration, as factors on the samples of each family relative to the plan that is
-/// recorded.
-struct PlanSet {
-  explicit PlanSet(std::vector<SamplingPlan> candidates);
-  std::vector<SamplingPlan> plans;
-  PerPlan hit{}, next_event{}, lens{}, connect{};
-  /// Pairs of connections of one kind, camera and light vertex at given depths, over those recorded, beyond
-  /// what independent draws would make of them; less 1.
-  PerPlan more_pairs{};
-};
 
 /// Weighed sums over the pixels of one block that are looked at, per channel. Two halves of the pixels are
 /// kept apart, like the squares of a chessboard: what one says can be tested on the other.
@@ -69,6 +48,7 @@ struct CellMoments {
   std::vector<RecordedSplat> splats;  // anywhere on the film
   PerPlan lost{};                     // light that a plan has no strategy for
   RayCounts next_event, lens, connect;
+  RarePaths rare;
 };
 
 /// Takes the samples of one cell after another; one per thread.

@@ -1,0 +1,42 @@
+#include "worker/render/plan/pilot_sight.h"
+
+#include <algorithm>
+
+#include "worker/render/sampling/sobol.h"
+
+namespace lightmill {
+namespace {
+
+/// Camera paths that a pilot traces at most.
+constexpr int64_t kPilotPaths = 3 << 16;
+/// Of large images it looks at one of so many pixels at least, beyond that at fewer cells.
+constexpr uint32_t kMostThinned = 64;
+/// The first of two blocks, of 16 samples in an image, half of the pilot's samples are taken from each of.
+constexpr int64_t kPilotBlock = 5;
+constexpr uint32_t kCellSeed = 0x696c6f74;
+
+/// The cells that the pilot renders: at most `count`, spread evenly but without a pattern.
+std::vector<int64_t> pilot_cells(int64_t cells, int64_t count) {
+  std::vector<int64_t> chosen;
+  for (int64_t i = 0; i < count; ++i) {
+    const int64_t begin = i * cells / count, end = (i + 1) * cells / count;
+    const uint32_t h = hash32(static_cast<uint32_t>(i) ^ kCellSeed);
+    chosen.push_back(begin + static_cast<int64_t>(h % static_cast<uint32_t>(end - begin)));
+  }
+  return chosen;
+}
+
+}  // namespace
+
+PilotSight::PilotSight(const FilmGrid& grid) {
+  const int64_t pixels = grid.crop.area(), count = grid.cells().count();
+  while (samples < kMostSamples && 2 * samples * pixels <= kPilotPaths) samples *= 2;
+  while (one_in < kMostThinned && samples * pixels > kPilotPaths * one_in) one_in *= 2;
+  cells = pilot_cells(count, std::min(count, kPilotPaths * one_in / (samples * kCellPixels)));
+}
+
+int64_t PilotSight::index(int64_t j) const {
+  return block_begin(kPilotBlock + block(j)) + j - block(j) * (samples / 2);
+}
+
+}  // namespace lightmill

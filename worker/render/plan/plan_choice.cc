@@ -1,0 +1,135 @@
+#include "worker/render/plan/plan_choice.h"
+
+#include <algorithm>
+
+#include "worker/render/plan/cost_model.h"
+#include "worker/render/plan/effort.h"
+
+namespace lightmill {
+namespace {
+
+/// Blocks of samples of one pixel are stratified in the camera layer. A pilot that has two samples of a pixel
+/// does not see what that gains; it is about this factor. Splats gain next to nothing
+/// (tests/bench/plan_check).
+constexpr double kStratification = 1.4;
+/// Smallest gain for which a plan with more strategies is preferred.
+constexpr double kWorthIt = 0.98;
+
+class Choice {
+ public:
+  Choice(const PlanSet& plans, const PilotView& view, const PilotSums& sums)
+      : plans_(plans), view_(view), sums_(sums) {}
+
+  PilotReport make(bool uniform_effort) const {
+    const auto variances = relative_variances();
+    const SampleWork work = per_path(sums_.work, sums_.camera_paths);
+    PilotReport report;
+    report.work = work;
+    report.samples = static_cast<int64_t>(sums_.camera_paths);
+    double best = -1;
+    size_t chosen = 0;
+    for (size_t k = 0; k < plans_.plans.size(); ++k) {
+      if (sums_.lost[k] > 0) continue;
+      const SampleWork own = under_plan(k, work);
+      const SamplingPlan& plan = plans_.plans[k];
+      const PlanEstimate e{plan, variances[k], sample_cost(own, plan), shadow_rays(own, plan)};
+      const double product = e.relative_variance * e.cost;
+      if (best < 0 || product < kWorthIt * best) {
+        best = product;
+        report.chosen = e.plan;
+        chosen = k;
+      }
+      report.estimates.push_back(e);
+    }
+    if (best >= 0 && !uniform_effort && report.chosen.strategies & kCameraLayer) {
+      const SamplingPlan& plan = plans_.plans[chosen];
+      const SampleWork own = under_plan(chosen, work);
+      const EffortChoice effort =
+          choose_effort(view_.regions, region_noise(chosen), sample_cost(own, plan) - camera_cost(own, plan));
+      report.chosen.effort = effort.map;
+      report.effort_gain = effort.gain;
+    }
+    return report;
+  }
+
+ private:
+  /// What stratification gains beyond what the moments know.
+  double stratification() const { return view_.is_close ? 1 : kStratification; }
+
+  /// Mean over pixels and channels of variance / (value^2 + 0.01), per plan.
+  std::array<double, kMaxPlans> relative_variances() const {
+    std::array<double, kMaxPlans> camera{}, splat{}, sum{};
+    double pixels = 0, looked_at = 0;
+    for (const RegionSums& region : sums_.regions) {
+      const BlockMoments& block = region.noise;
+      if (block.all_looked_at() == 0) continue;
+      const double all = block.pixels[0] + block.pixels[1], share = all / block.all_looked_at();
+      pixels += all, looked_at += block.all_looked_at();
+      // A region's variance may come out below 0, as a difference of moments; their sum is without bias.
+      for (size_t ch = 0; ch < 3; ++ch) {
+        for (size_t k = 0; k < kMaxPlans; ++k) {
+          camera[k] += share * (double{block.camera[0][ch][k]} + double{block.camera[1][ch][k]});
+          splat[k] += share * double{block.splat[ch][k]};
+        }
+      }
+    }
+    for (size_t k = 0; k < kMaxPlans; ++k) {
+      const double all = std::max(0.0, camera[k]) / stratification() + splat[k] +
+                         sums_.unseen[k] * pixels / std::max(looked_at, 1.0);
+      sum[k] = all / (3 * std::max(pixels, 1.0));
+    }
+    return sum;
+  }
+
+  /// What the regions look like under plan number `k`.
+  std::vector<RegionNoise> region_noise(size_t k) const {
+    std::vector<RegionNoise> regions;
+    for (const RegionSums& region : sums_.regions) {
+      const BlockMoments& block = region.noise;
+      RegionNoise& r = regions.emplace_back();
+      r.pixels = block.pixels[0] + block.pixels[1];
+      if (block.all_looked_at() == 0 || !(region.camera_paths > 0)) continue;
+      for (size_t ch = 0; ch < 3; ++ch) {
+        r.splat += double{block.splat[ch][k]} / (3 * block.all_looked_at());
+        for (size_t half = 0; half < 2; ++half) {
+          const int looked_at = block.looked_at[half];
+          if (looked_at == 0) continue;
+          r.camera[half] +=
+              std::max(0.0, double{block.camera[half][ch][k]}) / (3 * stratification() * looked_at);
+          r.paths[half] = static_cast<double>(looked_at * view_.samples);
+        }
+      }
+      r.cost = camera_cost(under_plan(k, per_path(region.camera_work, region.camera_paths)), plans_.plans[k]);
+    }
+    return regions;
+  }
+
+  /// What plan number `k` makes of the shadow rays that were counted.
+  SampleWork under_plan(size_t k, SampleWork work) const {
+    work.next_event_rays *= sums_.next_event.share(k);
+    work.connection_rays *= sums_.connect.share(k);
+    work.lens_rays *= sums_.lens.share(k);
+    return work;
+  }
+
+  SampleWork per_path(SampleWork work, double paths) const {
+    for (double* w : {&work.camera_hits, &work.light_hits, &work.next_event_rays, &work.connection_rays,
+                      &work.lens_rays, &work.next_event_tries, &work.connection_tries, &work.lens_tries})
+      *w /= std::max(paths, 1.0);
+    work.primitives = view_.primitives;
+    return work;
+  }
+
+  const PlanSet& plans_;
+  const PilotView& view_;
+  const PilotSums& sums_;
+};
+
+}  // namespace
+
+PilotReport choose_plan(const PlanSet& plans, const PilotView& view, const PilotSums& sums,
+                        bool uniform_effort) {
+  return Choice(plans, view, sums).make(uniform_effort);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,43 @@
+#pragma once
+// From what a pilot has seen to the plan that it chooses: the noise of every plan from moments, its cost from
+// counted work.
+#include <array>
+#include <vector>
+
+#include "common/effort_map.h"
+#include "common/pilot_report.h"
+#include "worker/render/plan/plan_moments.h"
+#include "worker/render/plan/plan_set.h"
+
+namespace lightmill {
+
+/// What a pilot has seen of a region of the film.
+struct RegionSums {
+  BlockMoments noise;
+  SampleWork camera_work;   // of the cells that it has a part in
+  double camera_paths = 0;  // of these
+};
+
+/// What a pilot has seen, all cells together.
+struct PilotSums {
+  std::vector<RegionSums> regions;
+  SampleWork work;
+  double camera_paths = 0;
+  RayCounts next_event, connect, lens;
+  std::array<double, kMaxPlans> lost{};    // light that a plan has no strategy for
+  std::array<double, kMaxPlans> unseen{};  // unseen_variance
+};
+
+/// How it was seen.
+struct PilotView {
+  RegionGrid regions;
+  int64_t samples = 0;    // of a pixel
+  bool is_close = false;  // moments know what stratification gains
+  double primitives = 0;  // of the scene
+};
+
+/// `uniform_effort`: no map is made of where samples are best spent.
+PilotReport choose_plan(const PlanSet& plans, const PilotView& view, const PilotSums& sums,
+                        bool uniform_effort);
+
+}  // namespace lightmill

@@ -1,0 +1,53 @@
+#include "worker/render/plan/plan_set.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace lightmill {
+namespace {
+
+/// Ordered pairs among `picks` draws of systematic sampling, on average: it makes the whole number below or
+/// above, as against picks^2 of independent draws.
+double pairs_of(double picks) {
+  const double whole = std::floor(picks);
+  return whole * (whole - 1) + 2 * whole * (picks - whole);
+}
+
+}  // namespace
+
+PlanSet::PlanSet(std::vector<SamplingPlan> candidates) : plans(std::move(candidates)) {
+  if (plans.size() > kMaxPlans) throw std::logic_error("too many sampling plans");
+  for (size_t k = 0; k < plans.size(); ++k) {
+    const SamplingPlan& p = plans[k];
+    hit[k] = p.strategies & kEmissionHits ? 1.0f : 0.0f;
+    next_event[k] = p.strategies & kNextEvent ? 1.0f : 0.0f;
+    lens[k] = p.strategies & kLensConnections ? static_cast<float>(p.light_paths) : 0;
+    connect[k] =
+        p.strategies & kVertexConnections ? static_cast<float>(p.connections / kRecordedConnections) : 0;
+    // The cache has about one vertex of each depth for each light path.
+    const double own = pairs_of(p.connections) / (p.connections * p.connections),
+                 recorded = pairs_of(kRecordedConnections) / (kRecordedConnections * kRecordedConnections);
+    more_pairs[k] = static_cast<float>(own / recorded - 1);
+  }
+}
+
+PlanSet candidate_plans(const ScenePlan& scene) {
+  std::vector<SamplingPlan> plans;
+  const auto add = [&](Strategies set, double light_paths, double connections) {
+    if ((set & scene.required) == scene.required) plans.push_back({set, light_paths, connections});
+  };
+  const Strategies base = scene.useful & (kEmissionHits | kNextEvent);
+  add(base, 1, 1);
+  if (base & kEmissionHits && base != kEmissionHits) add(kEmissionHits, 1, 1);
+  for (const double light_paths : kLightPathCounts) {
+    add(base | kLensConnections, light_paths, 1);
+    for (const double connections : kConnectionCounts) {
+      add(base | kVertexConnections, light_paths, connections);
+      add(base | kLensConnections | kVertexConnections, light_paths, connections);
+    }
+  }
+  return PlanSet(std::move(plans));
+}
+
+}  // namespace lightmill

@@ -1,0 +1,38 @@
+#pragma once
+// The sampling plans that a pilot weighs against each other.
+#include <array>
+#include <vector>
+
+#include "common/sampling_plan.h"
+#include "worker/render/plan/scene_plan.h"
+
+namespace lightmill {
+
+/// Most plans that are weighed against each other.
+inline constexpr int kMaxPlans = 72;
+
+/// A float per plan.
+using PerPlan = std::array<float, kMaxPlans>;
+
+/// Of the plan that is recorded, which has every strategy and one light path: of one connection nothing would
+/// be seen of how two of a kind go together.
+inline constexpr double kRecordedConnections = 2;
+
+/// The plans under consideration, as factors on the samples of each family relative to the plan that is
+/// recorded.
+struct PlanSet {
+  explicit PlanSet(std::vector<SamplingPlan> candidates);
+  std::vector<SamplingPlan> plans;
+  PerPlan hit{}, next_event{}, lens{}, connect{};
+  /// Pairs of connections of one kind, camera and light vertex at given depths, over those recorded, beyond
+  /// what independent draws would make of them; less 1.
+  PerPlan more_pairs{};
+};
+
+/// Plans without which nothing is lost in this scene. One holds for the whole image: connections chosen for
+/// each region of 8 pixels from one half of its pixels would gain 1.00 to 1.08 on the other half (seven of
+/// nine scenes; on water-caustic one half loses 1.2), which is less than the bound of 1.1 that would be worth
+/// a map.
+PlanSet candidate_plans(const ScenePlan& scene);
+
+}  // namespace lightmill
