@@ -6,15 +6,14 @@
 #include "common/build_id/build_id.h"
 #include "common/error.h"
 #include "common/image/metrics.h"
+#include "common/lower_case.h"
 
 namespace lightmill::client {
 
 namespace {
 
 std::string extension_of(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
+  return lower_case(std::filesystem::path(path).extension().string());
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "common/error.h"
+#include "common/lower_case.h"
 #include "common/settings.h"
 
 namespace lightmill {
@@ -24,8 +25,7 @@ namespace fs = std::filesystem;
 enum class Format { kExr, kPng, kHdr, kPfm };
 
 Format format_of(const std::string& path) {
-  std::string extension = fs::path(path).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = lower_case(fs::path(path).extension().string());
   if (extension == ".exr") return Format::kExr;
   if (extension == ".png") return Format::kPng;
   if (extension == ".hdr") return Format::kHdr;

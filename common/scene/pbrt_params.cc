@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/lower_case.h"
+
 namespace lightmill {
 namespace {
 
@@ -217,7 +219,7 @@ std::vector<Parameter> parse_untyped_parameter(PbrtTokenizer& tokens, ProblemLis
   const Token declaration = tokens.next();
   p.where = declaration.where.location();
   for (const char c : declaration.text) {
-    if (c != '-' && c != '_') p.name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (c != '-' && c != '_') p.name += lower_case(c);
   }
   const Token& value = tokens.peek();
   double number = 0;

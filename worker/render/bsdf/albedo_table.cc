@@ -9,6 +9,17 @@ float node_cosine(int i) {
   return std::max(static_cast<float>(i), 0.25f) / static_cast<float>(kCosineNodes - 1);
 }
 
+float hemispherical_mean(const float* row, int stride) {
+  constexpr double kStep = 1.0 / (kCosineNodes - 1);
+  double sum = 0;
+  for (int i = 0; i + 1 < kCosineNodes; ++i) {
+    const double low = i * kStep, high = low + kStep, a = row[i * stride], b = row[(i + 1) * stride];
+    // Of a linear function times mu: Simpson's rule is exact.
+    sum += (a * low + (a + b) * (low + high) + b * high) * kStep / 6;
+  }
+  return static_cast<float>(2 * sum);
+}
+
 CosineRow balance(const std::array<std::vector<LobeSample>, kCosineNodes>& lobe,
                   const std::array<double, kCosineNodes>& albedo) {
   constexpr int kIterations = 48;  // the square root halves the error at least

@@ -18,6 +18,9 @@ using CosineRow = std::array<float, kCosineNodes>;
 /// Cosine of node i; the first is a grazing direction, not 0.
 float node_cosine(int i);
 
+/// 2 int X(mu) mu dmu of a row, whose values are `stride` apart, as it is interpolated.
+float hemispherical_mean(const float* row, int stride);
+
 /// One sampled direction of a lobe: its weight k cos / pdf over the number of samples, and its cosine.
 struct LobeSample {
   float weight, cosine;

@@ -8,6 +8,7 @@
 // along the direction, 7 the largest f0 of the dielectric, 8 alpha across, 9 the direction within Frame(ns),
 // in turns.
 #include "worker/render/bsdf/metallic_roughness.h"
+#include "worker/render/bsdf/packed_params.h"
 
 namespace lightmill {
 
@@ -18,16 +19,9 @@ struct BrushedParams {
   LobeAxes<F> axes;
 
   BrushedParams(const BsdfParams<F>& params, MaskOf<F> of_kind) : base(params), axes(params.p[9]) {
-    const auto high = [](IntOf<F> pair) { return to_float(pair >> 12) * (1 / kPackedSteps); };
-    const auto low = [](IntOf<F> pair) { return to_float(pair & 4095) * (1 / kPackedSteps); };
-    const IntOf<F> first = to_int(select(of_kind, params.p[3], F{})),
-                   second = to_int(select(of_kind, params.p[4], F{}));
-    base.p[3] = high(first);
-    base.p[4] = low(first);
-    base.p[5] = high(second);
+    unpack_specular(params, of_kind, &base);
     ggx = {select(of_kind, params.p[6], splat<F>(1.0f)), select(of_kind, params.p[8], splat<F>(1.0f))};
     base.p[6] = ggx.alpha_y;  // never the wider one
-    base.p[7] = low(second);
     base.p[8] = params.p[7];
     base.p[9] = params.p[5];
   }

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "worker/render/bsdf/ggx.h"
+#include "worker/render/bsdf/facet_quadrature.h"
 #include "worker/render/bsdf/thin_film.h"
 
 namespace lightmill {
@@ -20,26 +20,18 @@ struct LobeShares {
 };
 
 LobeShares shares_of(int alpha, int node) {
-  constexpr int kSide = 24;  // samples: a square of midpoints
+  constexpr int kSide = 24;
   const float x = static_cast<float>(alpha) / (kMetallicAlphas - 1);
   const Ggx<float> ggx{std::max(x * x, kSmoothAlpha)};
   const float* table = metallic_table().data();
   const auto g = [&](float cosine) {
     return AlbedoLookup<float, kMetallicValues>(table, kMetallicAlphas, cosine, static_cast<float>(alpha))(0);
   };
-  const float cosine = node_cosine(node);
-  const Vec3<float> wo{std::sqrt(1 - cosine * cosine), 0, cosine};
+  const float cosine = node_cosine(node), go = g(cosine);
   LobeShares shares;
-  const float go = g(cosine);
-  for (int i = 0; i < kSide * kSide; ++i) {
-    const float u = (static_cast<float>(i % kSide) + 0.5f) / kSide;
-    const float v = (static_cast<float>(i / kSide) + 0.5f) / kSide;
-    const Vec3<float> m = ggx.sample_visible(wo, u, v);
-    const float c = dot(wo, m);
-    const Vec3<float> wi = m * (2.0f * c) - wo;
-    if (!(wi.z > 0)) continue;
-    const float weight = ggx.g(wo, wi) / ggx.g1(wo) / (kSide * kSide), gain = go * g(wi.z);
-    const float at = std::clamp(c, 0.0f, 1.0f) * (kFacetNodes - 1);
+  for_each_reflection(ggx, cosine, kSide, [&](float weight, float facet, const Vec3<float>& wi) {
+    const float gain = go * g(wi.z);
+    const float at = std::clamp(facet, 0.0f, 1.0f) * (kFacetNodes - 1);
     const int below = std::min(static_cast<int>(at), kFacetNodes - 2);
     const float t = at - static_cast<float>(below);
     for (const int k : {0, 1}) {
@@ -48,7 +40,7 @@ LobeShares shares_of(int alpha, int node) {
       shares.once[to] += part;
       shares.compensated[to] += part * gain;
     }
-  }
+  });
   return shares;
 }
 
@@ -62,17 +54,6 @@ const std::vector<LobeShares>& all_shares() {
     return all;
   }();
   return shares;
-}
-
-/// 2 int E(mu) mu dmu of a row, linear between its nodes: Simpson's rule is exact.
-float mean_of(const float* row) {
-  constexpr double kStep = 1.0 / (kCosineNodes - 1);
-  double sum = 0;
-  for (int i = 0; i + 1 < kCosineNodes; ++i) {
-    const double low = i * kStep, high = low + kStep, a = row[i], b = row[i + 1];
-    sum += (a * low + (a + b) * (low + high) + b * high) * kStep / 6;
-  }
-  return static_cast<float>(2 * sum);
 }
 
 /// Appends E of the largest of `reflectances`, each over the facets' cosines.
@@ -120,7 +101,7 @@ std::vector<float> film_block(const FilmOnBase& film) {
     });
   }
   for (int row = 0; row < (films + 1) * kMetallicAlphas; ++row)
-    block.push_back(mean_of(block.data() + kFilmHead + row * kCosineNodes));
+    block.push_back(hemispherical_mean(block.data() + kFilmHead + row * kCosineNodes, 1));
   block.resize((block.size() + kFilmAlign - 1) / kFilmAlign * kFilmAlign);
   return block;
 }

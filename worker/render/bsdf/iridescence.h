@@ -11,6 +11,7 @@
 // 5 thickness t and the film's weight, 6 alpha and the sheen's roughness, 7 f90 and metalness, 8 and 9 as of
 // sheen.h and metallic_roughness.h.
 #include "worker/render/bsdf/film_table.h"
+#include "worker/render/bsdf/packed_params.h"
 #include "worker/render/bsdf/sheen.h"
 #include "worker/render/bsdf/thin_film.h"
 
@@ -23,16 +24,11 @@ class Iridescence {
   /// of the base as metallic_roughness.h has it.
   Iridescence(const BsdfParams<F>& params, MaskOf<F> of_kind, BsdfParams<F>* base)
       : tables_(params.tables), color_(params.rgb(0)), f90_(base->p[7]), metal_(base->p[8]) {
-    const IntOf<F> packed = to_int(select(of_kind, params.p[3], F{}));
-    const auto channel = [&](IntOf<F> x) {
-      const F root = to_float(x & 255) * (1 / kColorSteps);
-      return root * root;
-    };
-    f0_ = {channel(packed >> 16), channel(packed >> 8), channel(packed)};
+    f0_ = unpacked_color(params.p[3], of_kind);
     block_ = to_int(select(of_kind, params.p[4], F{})) * kFilmAlign;
-    const IntOf<F> pair = to_int(select(of_kind, params.p[5], F{}));
-    const F t = to_float(pair >> 12) * (1 / kPackedSteps);
-    weight_ = to_float(pair & 4095) * (1 / kPackedSteps);
+    const UnpackedPair<F> pair(params.p[5], of_kind);
+    const F t = pair.first;
+    weight_ = pair.second;
     ior_ = head(0);
     thickness_ = head(1) + head(2) * t;
     const F films = select(of_kind, head(3), splat<F>(2.0f));

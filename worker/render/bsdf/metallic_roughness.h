@@ -19,6 +19,7 @@
 #include "worker/render/bsdf/ggx.h"
 #include "worker/render/bsdf/iridescence.h"
 #include "worker/render/bsdf/metallic_table.h"
+#include "worker/render/bsdf/packed_params.h"
 #include "worker/render/bsdf/sheen.h"
 #include "worker/render/sampling/warp.h"
 
@@ -62,10 +63,9 @@ struct MetallicRoughness {
         sheen(fibres),
         film(thin_film) {
     if constexpr (kCoated) {
-      const F packed = select(of_kind, p.p[9], splat<F>(0.5f));
-      const F steps = to_float(to_int(packed));
-      coat = steps * (1 / kCoatSteps);
-      coat_ggx.alpha = packed - steps;
+      const UnpackedSteps<F> packed(p.p[9], of_kind);
+      coat = packed.steps * (1 / kCoatSteps);
+      coat_ggx.alpha = packed.fraction;
     }
   }
 

@@ -3,32 +3,25 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/render/bsdf/facet_quadrature.h"
 #include "worker/render/bsdf/fresnel.h"
-#include "worker/render/bsdf/ggx.h"
 
 namespace lightmill {
 namespace {
 
 void add_row(float alpha, std::vector<float>* table) {
-  constexpr int kSide = 32;  // samples of a node: a square of midpoints
+  constexpr int kSide = 32;
   const Ggx<float> ggx{alpha};
   std::array<std::vector<LobeSample>, kCosineNodes> lobe;
   std::array<std::vector<float>, kCosineNodes> schlick;
   std::array<double, kCosineNodes> white;
   white.fill(1);
   for (size_t n = 0; n < kCosineNodes; ++n) {
-    const float cosine = node_cosine(static_cast<int>(n));
-    const Vec3<float> wo{std::sqrt(1 - cosine * cosine), 0, cosine};
-    for (int i = 0; i < kSide * kSide; ++i) {
-      const float u = (static_cast<float>(i % kSide) + 0.5f) / kSide;
-      const float v = (static_cast<float>(i / kSide) + 0.5f) / kSide;
-      const Vec3<float> m = ggx.sample_visible(wo, u, v);
-      const float c = dot(wo, m);
-      const Vec3<float> wi = m * (2.0f * c) - wo;
-      if (!(wi.z > 0)) continue;
-      lobe[n].push_back({ggx.g(wo, wi) / ggx.g1(wo) / (kSide * kSide), wi.z});
-      schlick[n].push_back(schlick_weight(c));
-    }
+    for_each_reflection(ggx, node_cosine(static_cast<int>(n)), kSide,
+                        [&](float weight, float facet, const Vec3<float>& wi) {
+                          lobe[n].push_back({weight, wi.z});
+                          schlick[n].push_back(schlick_weight(facet));
+                        });
   }
   const CosineRow g = balance(lobe, white);
   for (size_t n = 0; n < kCosineNodes; ++n) {
@@ -43,21 +36,6 @@ void add_row(float alpha, std::vector<float>* table) {
   }
 }
 
-/// 2 int X(mu) mu dmu of value `k` of row `alpha`, as it is interpolated between the nodes.
-float mean_of(const std::vector<float>& table, int alpha, int k) {
-  const auto at = [&](int node) {
-    return double{table[static_cast<size_t>((alpha * kCosineNodes + node) * kMetallicValues + k)]};
-  };
-  constexpr double kStep = 1.0 / (kCosineNodes - 1);
-  double sum = 0;
-  for (int i = 0; i + 1 < kCosineNodes; ++i) {
-    const double low = i * kStep,
-                 high = low + kStep;  // of a linear function times mu: Simpson's rule is exact
-    sum += (at(i) * low + (at(i) + at(i + 1)) * (low + high) + at(i + 1) * high) * kStep / 6;
-  }
-  return static_cast<float>(2 * sum);
-}
-
 }  // namespace
 
 const std::vector<float>& metallic_table() {
@@ -68,7 +46,8 @@ const std::vector<float>& metallic_table() {
       add_row(std::max(x * x, kSmoothAlpha), &t);
     }
     for (int i = 0; i < kMetallicAlphas; ++i) {
-      for (const int k : {1, 2, 3}) t.push_back(mean_of(t, i, k));
+      for (const int k : {1, 2, 3})
+        t.push_back(hemispherical_mean(t.data() + i * kCosineNodes * kMetallicValues + k, kMetallicValues));
     }
     return t;
   }();

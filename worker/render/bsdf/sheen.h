@@ -1,6 +1,7 @@
 #pragma once
 // The lobe of fibres that stand on a surface: see sheen_table.h.
 #include "worker/render/bsdf/bsdf.h"
+#include "worker/render/bsdf/packed_params.h"
 #include "worker/render/bsdf/sheen_table.h"
 #include "worker/render/math/exp.h"
 #include "worker/render/math/trig.h"
@@ -48,18 +49,9 @@ struct Charlie {
 
 /// Sheen's parameters among those of metallic_roughness.h: 6 holds whole steps of the sheen's roughness
 /// beside alpha, 7 f90 and the dielectric's largest f0, 8 the colour.
-inline constexpr float kSheenSteps = 1024, kPackedSteps = 4095, kColorSteps = 255;
+inline constexpr float kSheenSteps = 1024;
 inline float sheen_alpha_slot(float sheen_roughness, float alpha) {
   return static_cast<float>(static_cast<int>(sheen_roughness * kSheenSteps + 0.5f)) + alpha;
-}
-inline float packed_pair(float a, float b) {
-  return static_cast<float>(static_cast<int>(a * kPackedSteps + 0.5f) * 4096 +
-                            static_cast<int>(b * kPackedSteps + 0.5f));
-}
-/// Square roots of the channels, in steps of 1/255.
-inline float packed_color(float r, float g, float b) {
-  const auto step = [](float x) { return static_cast<int>(std::sqrt(x) * kColorSteps + 0.5f); };
-  return static_cast<float>((step(r) * 256 + step(g)) * 256 + step(b));
 }
 
 /// What `params` says of the sheen; `base` receives the parameters of what is below.
@@ -70,19 +62,13 @@ struct SheenParams {
   BsdfParams<F> base;
 
   SheenParams(const BsdfParams<F>& params, MaskOf<F> of_kind) : base(params) {
-    const F first = select(of_kind, params.p[6], splat<F>(0.5f));
-    const F steps = to_float(to_int(first));
-    roughness = steps * (1 / kSheenSteps);
-    base.p[6] = first - steps;
-    const IntOf<F> pair = to_int(select(of_kind, params.p[7], F{}));
-    base.p[7] = to_float(pair >> 12) * (1 / kPackedSteps);
-    base.p[8] = to_float(pair & 4095) * (1 / kPackedSteps);
-    const IntOf<F> packed = to_int(select(of_kind, params.p[8], F{}));
-    const auto channel = [&](IntOf<F> x) {
-      const F root = to_float(x & 255) * (1 / kColorSteps);
-      return root * root;
-    };
-    color = {channel(packed >> 16), channel(packed >> 8), channel(packed)};
+    const UnpackedSteps<F> rough(params.p[6], of_kind);
+    roughness = rough.steps * (1 / kSheenSteps);
+    base.p[6] = rough.fraction;
+    const UnpackedPair<F> pair(params.p[7], of_kind);
+    base.p[7] = pair.first;
+    base.p[8] = pair.second;
+    color = unpacked_color(params.p[8], of_kind);
   }
 };
 

@@ -7,6 +7,7 @@
 // Parameters: 0-2 as metallic_roughness.h, 3 f0 of red and green, 4 f0 of blue and f90, 5 the coat, 6 whole
 // steps of the dielectric's largest f0 beside alpha, 7-9 what is transmitted / (1 - mean E).
 #include "worker/render/bsdf/metallic_roughness.h"
+#include "worker/render/bsdf/packed_params.h"
 
 namespace lightmill {
 
@@ -22,18 +23,10 @@ struct TranslucentParams {
   Translucence<F> translucence;
 
   TranslucentParams(const BsdfParams<F>& params, MaskOf<F> of_kind) : base(params) {
-    const auto high = [](IntOf<F> pair) { return to_float(pair >> 12) * (1 / kPackedSteps); };
-    const auto low = [](IntOf<F> pair) { return to_float(pair & 4095) * (1 / kPackedSteps); };
-    const IntOf<F> first = to_int(select(of_kind, params.p[3], F{})),
-                   second = to_int(select(of_kind, params.p[4], F{}));
-    base.p[3] = high(first);
-    base.p[4] = low(first);
-    base.p[5] = high(second);
-    const F mixed = select(of_kind, params.p[6], splat<F>(0.5f));
-    const F steps = to_float(to_int(mixed));
-    base.p[6] = mixed - steps;
-    base.p[7] = low(second);
-    base.p[8] = steps * (1 / kBrightestSteps);
+    unpack_specular(params, of_kind, &base);
+    const UnpackedSteps<F> brightest(params.p[6], of_kind);
+    base.p[6] = brightest.fraction;
+    base.p[8] = brightest.steps * (1 / kBrightestSteps);
     base.p[9] = params.p[5];
     const F through = max_component(params.rgb(7)), back = max_component(params.rgb(0));
     translucence = {params.rgb(7), through / max(through + back, splat<F>(1e-12f))};

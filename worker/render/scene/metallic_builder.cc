@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "worker/render/bsdf/brushed.h"
+#include "worker/render/bsdf/packed_params.h"
 #include "worker/render/bsdf/translucent.h"
 #include "worker/render/math/angle.h"
 #include "worker/render/scene/material_slots.h"
