@@ -20,8 +20,8 @@ using Units = unsigned __int128;
 /// Contributions of 2^kMaxContributionBits units or more are refused (and counted as non-finite):
 /// 2^35 of the largest ones still fit the sum.
 inline constexpr int kMaxContributionBits = 92;
-/// The plan puts its radiance scale S (a power of two from the lights, worker/render/plan/) this many bits above
-/// the quantum: contributions up to 2^40 S are representable, and steps are S * 2^-52.
+/// The plan puts its radiance scale S (a power of two from the lights, worker/render/plan/) this many bits
+/// above the quantum: contributions up to 2^40 S are representable, and steps are S * 2^-52.
 inline constexpr int kQuantumBitsBelowScale = 52;
 
 /// Rounds `x` >= 0 to units of 2^quantum_exponent (half up). Empty for NaN, infinity, a negative or a

@@ -67,8 +67,8 @@ class PbrtParser {
   int moves_to(const Token& directive, const Transform& start, const Transform& end);
   /// Says that `what` stays where it is at the start if the CTM moves.
   void stays(const Token& directive, const char* what);
-  /// Whether space is flattened, in which case nothing can be put there: an error, one for each directive that
-  /// flattens.
+  /// Whether space is flattened, in which case nothing can be put there: an error, one for each directive
+  /// that flattens.
   bool refuse_if_flat();
   void push(Scope::Kind kind, const Token& directive);
   bool pop(Scope::Kind kind, const Token& directive, const char* opener);

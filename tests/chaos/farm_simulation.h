@@ -23,7 +23,7 @@ struct ChaosCounts {
   int lost = 0, late = 0, repeated = 0, damaged = 0;
   int re_leased_after_death = 0;
   uint64_t checks = 0;
-  int races = 0;  // tiles that two workers had at the same time
+  int races = 0;                     // tiles that two workers had at the same time
   double longest_wait_for_dead = 0;  // seconds from a worker's death to the end of its last lease
   double seconds = 0;                // simulated
 };
@@ -81,7 +81,7 @@ class FarmSimulation {
   std::vector<Worker> workers_;
   std::vector<Message> messages_;
   std::set<LeaseKey> acknowledged_;
-  std::set<LeaseKey> checks_;  // leases of committed tiles: nothing of them goes into the ledger
+  std::set<LeaseKey> checks_;              // leases of committed tiles: nothing of them goes into the ledger
   std::map<WorkerId, double> dead_since_;  // by the simulation's own time
   double quiet_until_ = 0;  // leases of the dead may last longer after a fault of disk or clock
   double now_ = 0;          // the world's time; the farm's clock may have jumped

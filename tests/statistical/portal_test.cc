@@ -64,7 +64,9 @@ TEST_P(PortalSets, AgreeWithAWallOutside) {
   InfiniteLight sky{{1, 1, 1}, folder.file("sky.exr")};
   sky.light_to_world.m = {{{1, 0, 0, 0}, {0, 0, 1, 0}, {0, -1, 0, 0}, {0, 0, 0, 1}}};
   add_window(&s, sky);
-  expect_agrees_with_all(s, GetParam(), {.max_depth = 3, .weak_spp = 16384, .all_spp = 8192, .once_spp = 8192, .connections_notice = 2});
+  expect_agrees_with_all(
+      s, GetParam(),
+      {.max_depth = 3, .weak_spp = 16384, .all_spp = 8192, .once_spp = 8192, .connections_notice = 2});
 }
 
 INSTANTIATE_TEST_SUITE_P(All, PortalSets, ::testing::Range(1u, kAllStrategies + 1), [](const auto& info) {

@@ -10,10 +10,10 @@ Batches render_plan(const TestScene& s, const SamplingPlan& plan, int64_t spp, i
 
 struct StrategySetTest {
   int max_depth = 1;
-  int64_t spp = 1024, weak_spp = 8192;  // of the set; of one of whose samples each tells little
-  int64_t all_spp = 256, once_spp = 256;               // of all families; of what connections alone leave out
-  float notice = 1.06f;                 // a set that is this much too bright must fail
-  float connections_notice = 1.15f;     // connections alone
+  int64_t spp = 1024, weak_spp = 8192;    // of the set; of one of whose samples each tells little
+  int64_t all_spp = 256, once_spp = 256;  // of all families; of what connections alone leave out
+  float notice = 1.06f;                   // a set that is this much too bright must fail
+  float connections_notice = 1.15f;       // connections alone
 };
 /// Expects that `set` gives the image that all families give, or, of connections alone, what of it has two
 /// and more scattering events.

@@ -26,7 +26,8 @@ Partial render_tile(const Renderer& r, const TileSpec& tile, int64_t spp, int th
     Random random(99);
     for (size_t i = packets.size(); i > 1; --i) std::swap(packets[i - 1], packets[random.bits() % i]);
   }
-  PartialBuilder builder(grid, tile, r.quantum_exponent(), r.has_camera_layer(), r.has_splat_layer(), r.aovs());
+  PartialBuilder builder(grid, tile, r.quantum_exponent(), r.has_camera_layer(), r.has_splat_layer(),
+                         r.aovs());
   std::atomic<size_t> next{0};
   auto work = [&] {
     const auto workspace = r.make_workspace();

@@ -6,7 +6,8 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace lightmill;
-  constexpr int kMostPixels = 1 << 20;  // a header alone can ask for a gigabyte, which would be slow, not wrong
+  constexpr int kMostPixels =
+      1 << 20;  // a header alone can ask for a gigabyte, which would be slow, not wrong
   ImageTexture texture;
   texture.path = "image.webp";
   texture.contents = std::make_shared<const std::string>(reinterpret_cast<const char*>(data), size);

@@ -1,5 +1,6 @@
 #pragma once
-// Fibres: Chiang et al., "A Practical and Controllable Hair and Fur Model" (2016), as pbrt-v4 has it; factors:
+// Fibres: Chiang et al., "A Practical and Controllable Hair and Fur Model" (2016), as pbrt-v4 has it;
+// factors:
 //   f |cos wi| = sum over p of M_p(theta) A_p N_p(phi)
 // for light that is reflected (p = 0), goes through (1), is reflected once inside (2), and the rest (3). M is
 // d'Eon's energy-conserving lobe, N a logistic lobe around the direction of a smooth fibre, A what is left by

@@ -53,8 +53,8 @@ LightImage read_light_image(const std::string& path, const std::string& what, in
   if (spec.width < 1 || spec.height < 1 || spec.width > max_side || spec.height > max_side ||
       spec.nchannels < 1) {
     throw Error(ErrorKind::kBadScene, path + ": the " + what + " has " + std::to_string(spec.width) + " x " +
-                                        std::to_string(spec.height) + " texels; at most " +
-                                        std::to_string(max_side) + " a side are supported");
+                                          std::to_string(spec.height) + " texels; at most " +
+                                          std::to_string(max_side) + " a side are supported");
   }
   LightImage image{path, spec.width, spec.height, {}};
   const size_t texels = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height);
