@@ -30,6 +30,7 @@ std::string flags_of(const VerbRow& verb) {
 
 std::string names_of(const std::vector<VerbRow>& verbs) {
   std::vector<std::string> names;
+  names.reserve(verbs.size());
   for (const VerbRow& verb : verbs) names.push_back(verb.name);
   return joined(names);
 }

@@ -315,9 +315,11 @@ bool Scheduler::complete(const Job& job, double now) const {
 
 bool Scheduler::has_checker(const Job& job, TileId tile, double now) const {
   const std::vector<CheckTable::Vote>& votes = job.checks.votes(tile);
-  for (const auto& [id, worker] : workers.all()) {
+  for (const auto& entry : workers.all()) {
+    const auto& [id, worker] = entry;
     if (worker.draining || workers.is_lost(worker, now) || !fits(job, worker)) continue;
-    if (std::none_of(votes.begin(), votes.end(), [&](const auto& v) { return v.worker == id; })) return true;
+    const auto is_own = [&](const CheckTable::Vote& v) { return v.worker == entry.first; };
+    if (std::none_of(votes.begin(), votes.end(), is_own)) return true;
   }
   return false;
 }

@@ -155,6 +155,7 @@ void BatchFilm::estimate(ErrorPoint* point) const {
   point->relmse_high.reset();
   if (batches.size() < 2) return;
   std::vector<const float*> sums;
+  sums.reserve(batches.size());
   for (const Batch* batch : batches) sums.push_back(batch->rgb.data());
   const auto batch_spp = static_cast<double>(kSuperblockSamples * group_);
   const BatchError error = estimate_batch_error(sums, layout(), batch_spp);

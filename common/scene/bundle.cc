@@ -102,7 +102,7 @@ std::string blob_file_name(const BundleEntry& entry) {
   return plain ? entry.digest + extension : entry.digest;
 }
 
-BundleFiles::BundleFiles(const Bundle& bundle, std::string folder) {
+BundleFiles::BundleFiles(const Bundle& bundle, const std::string& folder) {
   for (const BundleEntry& e : bundle.entries) {
     path_by_name_[e.name] = (std::filesystem::path(folder) / blob_file_name(e)).string();
   }

@@ -39,7 +39,7 @@ std::string blob_file_name(const BundleEntry& entry);
 /// Resolves a bundle's names to blobs in `folder`.
 class BundleFiles : public FileSource {
  public:
-  BundleFiles(const Bundle& bundle, std::string folder);
+  BundleFiles(const Bundle& bundle, const std::string& folder);
   std::string resolve(const std::string& name) const override;
   bool has_unused_files() const override { return false; }
 

@@ -56,9 +56,9 @@ std::string base64_decoded(std::string_view text) {
   uint32_t bits = 0;
   int have = 0;
   for (const char c : text) {
-    const int value = kValues[static_cast<unsigned char>(c)];
+    const signed char value = kValues[static_cast<unsigned char>(c)];
     if (value < 0) fail("the data URI holds a character that is not base64");
-    bits = bits << 6 | static_cast<uint32_t>(value);
+    bits = bits << 6 | static_cast<unsigned char>(value);
     have += 6;
     if (have >= 8) {
       have -= 8;

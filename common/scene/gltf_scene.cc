@@ -27,7 +27,7 @@ void GltfScene::unsupported(const std::string& pointer, const std::string& what)
 }
 
 std::string GltfScene::open_reference(const std::string& reference, const std::string& pointer) {
-  const std::string path = files.resolve(reference);
+  std::string path = files.resolve(reference);
   if (path.empty()) {
     throw GltfProblem{pointer,
                       "there is no file " + in_quotes(reference) + "; names are relative to the scene file"};

@@ -72,6 +72,7 @@ const MeasuredMedium* find_measured_medium(std::string_view name) {
 
 std::vector<std::string_view> measured_medium_names() {
   std::vector<std::string_view> names;
+  names.reserve(kMeasured.size());
   for (const MeasuredMedium& m : kMeasured) names.push_back(m.name);
   return names;
 }

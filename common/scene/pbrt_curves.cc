@@ -15,7 +15,7 @@ constexpr double kWidest = 1e37;  // as far as positions may go
 
 /// One of `words`; another is reported, and the first one taken.
 std::string one_of(ParameterList& params, std::string_view name, const std::vector<std::string_view>& words) {
-  const std::string word = params.text(name, std::string(words.front()));
+  std::string word = params.text(name, std::string(words.front()));
   if (std::find(words.begin(), words.end(), word) != words.end()) return word;
   params.bad_value(name, "is unknown: " + in_quotes(word) + nearest_hint(word, words));
   return std::string(words.front());

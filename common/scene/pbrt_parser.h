@@ -129,7 +129,7 @@ class PbrtParser {
   struct KnownObject {
     int index = -1;  // in SceneDescription::objects
     std::vector<Vec3d> corners;
-    PbrtScene::ObjectFiles files;
+    ObjectFiles files;
   };
   std::map<std::string, KnownObject> objects_;
   std::optional<std::string> open_object_;

@@ -46,6 +46,12 @@ struct ShapeAttributes {
   MediumInterface media{};
 };
 
+/// Files of meshes of an object: listed once an instance shows it.
+struct ObjectFiles {
+  std::vector<SourceFile> found;
+  bool complete = true;  // the source has all
+};
+
 struct PbrtScene {
   PbrtScene(const FileSource& file_source, ProblemList* problem_list, int threads)
       : files(file_source), problems(problem_list), read_ahead(threads) {}
@@ -62,11 +68,6 @@ struct PbrtScene {
   std::optional<std::string> open_image(const std::string& reference, const SourceLocation& where);
   /// Once the scene is complete, and free of errors.
   void list_images();
-  /// Files of meshes of an object: listed once an instance shows it.
-  struct ObjectFiles {
-    std::vector<SourceFile> found;
-    bool complete = true;  // the source has all
-  };
   /// Of the object that is being defined, if one is.
   std::optional<ObjectFiles> object_files;
   /// Path of a mesh, or "": reported at `where`, or missing from object_files.

@@ -91,7 +91,7 @@ std::string inflate_all(const std::string& packed, size_t max_bytes) {
 
 std::string bundle_name(const std::string& reference) {
   const fs::path normal = fs::path(reference).lexically_normal();
-  const std::string text = normal.generic_string();
+  std::string text = normal.generic_string();
   if (is_safe_bundle_name(text) && !text.starts_with("external/")) return text;
   std::string base = normal.filename().string();
   if (!is_safe_bundle_name(base)) base = "file";

@@ -117,8 +117,9 @@ void add_energy(double cosine, double energy, Field* to) {
 /// Calls fn(u, v) with the middles of a grid's cells.
 template <class Fn>
 void over_grid(Fn&& fn) {
-  for (int i = 0; i < kGrid * kGrid; ++i) {
-    fn((static_cast<float>(i % kGrid) + 0.5f) / kGrid, (static_cast<float>(i / kGrid) + 0.5f) / kGrid);
+  for (int row = 0; row < kGrid; ++row) {
+    for (int column = 0; column < kGrid; ++column)
+      fn((static_cast<float>(column) + 0.5f) / kGrid, (static_cast<float>(row) + 0.5f) / kGrid);
   }
 }
 constexpr double kCell = 1.0 / (kGrid * kGrid);

@@ -17,8 +17,9 @@ std::vector<LobeSample> first_order(const BsdfParams<float>& params, float cosin
   const Ggx<float> ggx{params.p[6]};
   std::vector<LobeSample> samples;
   for (int i = 0; i < kSide * kSide; ++i) {
-    const float u = (static_cast<float>(i % kSide) + 0.5f) / kSide;
-    const float v = (static_cast<float>(i / kSide) + 0.5f) / kSide;
+    const int row = i / kSide, column = i % kSide;
+    const float u = (static_cast<float>(column) + 0.5f) / kSide;
+    const float v = (static_cast<float>(row) + 0.5f) / kSide;
     const Vec3<float> m = ggx.sample_visible(o.inside, u, v);
     const Vec3<float> inner = m * (2.0f * dot(o.inside, m)) - o.inside;
     const Vec3<float> flat{inner.x * params.p[3], inner.y * params.p[3], 0};

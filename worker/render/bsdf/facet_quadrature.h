@@ -14,13 +14,15 @@ template <class Visit>
 inline void for_each_reflection(const Ggx<float>& ggx, float cosine, int side, Visit&& visit) {
   const Vec3<float> wo{std::sqrt(1 - cosine * cosine), 0, cosine};
   const auto n = static_cast<float>(side);
-  for (int i = 0; i < side * side; ++i) {
-    const float u = (static_cast<float>(i % side) + 0.5f) / n;
-    const float v = (static_cast<float>(i / side) + 0.5f) / n;
-    const Vec3<float> m = ggx.sample_visible(wo, u, v);
-    const float facet = dot(wo, m);
-    const Vec3<float> wi = m * (2.0f * facet) - wo;
-    if (wi.z > 0) visit(ggx.g(wo, wi) / ggx.g1(wo) / (n * n), facet, wi);
+  for (int row = 0; row < side; ++row) {
+    const float v = (static_cast<float>(row) + 0.5f) / n;
+    for (int column = 0; column < side; ++column) {
+      const float u = (static_cast<float>(column) + 0.5f) / n;
+      const Vec3<float> m = ggx.sample_visible(wo, u, v);
+      const float facet = dot(wo, m);
+      const Vec3<float> wi = m * (2.0f * facet) - wo;
+      if (wi.z > 0) visit(ggx.g(wo, wi) / ggx.g1(wo) / (n * n), facet, wi);
+    }
   }
 }
 

@@ -66,7 +66,8 @@ void set_iridescence(const MetallicRoughnessMaterial& m, const Inputs& value, in
   const auto f0 = [&](float x) { return within_unit(ratio * ratio * x) * specular; };
   set_rgb(params, 0, {within_unit(base.r), within_unit(base.g), within_unit(base.b)});
   params[3] = packed_color(f0(tint.r), f0(tint.g), f0(tint.b));
-  params[4] = static_cast<float>(block / kFilmAlign);
+  const int place = block / kFilmAlign;  // without a remainder
+  params[4] = static_cast<float>(place);
   params[5] = packed_pair(value(m.iridescence_thickness), value(m.iridescence));
   params[7] = packed_pair(specular, metallic);
 }
