@@ -316,9 +316,10 @@ bool Scheduler::complete(const Job& job, double now) const {
 bool Scheduler::has_checker(const Job& job, TileId tile, double now) const {
   const std::vector<CheckTable::Vote>& votes = job.checks.votes(tile);
   for (const auto& entry : workers.all()) {
-    const auto& [id, worker] = entry;
+    const WorkerId& id = entry.first;
+    const Worker& worker = entry.second;
     if (worker.draining || workers.is_lost(worker, now) || !fits(job, worker)) continue;
-    const auto is_own = [&](const CheckTable::Vote& v) { return v.worker == entry.first; };
+    const auto is_own = [&](const CheckTable::Vote& v) { return v.worker == id; };
     if (std::none_of(votes.begin(), votes.end(), is_own)) return true;
   }
   return false;

@@ -1,8 +1,6 @@
 // The table of pbrt-v4's directives, and one handler for each; those of transforms are in
 // pbrt_transform_directives.cc, those of objects and their instances in pbrt_object_directives.cc.
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <utility>
 
 #include "common/lower_case.h"

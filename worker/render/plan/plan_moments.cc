@@ -1,7 +1,6 @@
 #include "worker/render/plan/plan_moments.h"
 
-#include <algorithm>
-#include <cmath>
+#include <utility>
 
 namespace lightmill {
 namespace {
