@@ -15,8 +15,6 @@ constexpr double kMaxWaitSeconds = 60;
 }  // namespace
 
 WorkerId Farm::register_worker(const WorkerRegistration& registration, const std::string& owner) {
-  const std::lock_guard lock(impl_->mutex);
-  const double now = impl_->clock.now();
   std::string refusal;
   const char* kind = "worker_build";
   if (registration.build != impl_->options.build) {
@@ -30,7 +28,12 @@ WorkerId Farm::register_worker(const WorkerRegistration& registration, const std
   } else if (registration.threads < 1) {
     throw Error(ErrorKind::kUsage, "a worker needs at least one thread");
   }
+  // A thousand workers come at once when a coordinator is back: the disk keeps none of them waiting for those
+  // before it, nor those who work.
   const WorkerId id{numbered("w", impl_->store->next_number("worker"))};
+  if (refusal.empty()) impl_->store->flush();
+  const std::lock_guard lock(impl_->mutex);
+  const double now = impl_->clock.now();
   if (!refusal.empty()) {
     ++impl_->stats.refusals[kind];
     impl_->scheduler.workers.add_refused(id, registration, refusal, now);

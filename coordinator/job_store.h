@@ -56,7 +56,7 @@ class JobStore {
   virtual std::string partial(const JobId& job, TileId tile) = 0;
 
   // --- writing ---
-  /// 1, 2, 3, ...: never the same twice for one `counter`, also after a restart.
+  /// 1, 2, 3, ...: never the same twice for one `counter`, also after a restart. Flushed.
   virtual int64_t next_number(const std::string& counter) = 0;
   virtual void add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) = 0;
   virtual void save_job(const JobRecord& job) = 0;

@@ -176,7 +176,7 @@ std::vector<TileId> PostgresJobStore::kept_partials(const JobId& job) {
 
 int64_t PostgresJobStore::next_number(const std::string& counter) {
   int64_t value = 0;
-  db_.write(Durability::kNow, [&](PostgresConnection& db) {
+  db_.write(Durability::kFlush, [&](PostgresConnection& db) {
     value = db.query(
                   "INSERT INTO counters VALUES($1, 1) ON CONFLICT(name) DO UPDATE SET value = "
                   "counters.value + 1 RETURNING value",

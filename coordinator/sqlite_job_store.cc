@@ -110,7 +110,7 @@ std::vector<TileId> SqliteJobStore::kept_partials(const JobId& job) {
 
 int64_t SqliteJobStore::next_number(const std::string& counter) {
   const std::lock_guard lock(mutex_);
-  Transaction transaction(db_);
+  Transaction transaction(db_, Durability::kFlush);
   int64_t value = 0;
   {
     Statement upsert(db_,
@@ -122,6 +122,7 @@ int64_t SqliteJobStore::next_number(const std::string& counter) {
     upsert.step();
   }
   transaction.commit();
+  ++written_;
   return value;
 }
 

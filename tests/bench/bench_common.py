@@ -1,4 +1,5 @@
 """What the benches share: where things are, running a program, medians."""
+import csv
 import json
 import os
 import pathlib
@@ -43,6 +44,17 @@ def farm_render(scene, out, *flags):
         rows = (pathlib.Path(report) / "error.csv").read_text().splitlines()
     last = dict(zip(rows[0].split(","), rows[-1].split(",")))
     return float(last["wall_s"]), float(last["cpu_s"])
+
+
+def last_row(report):
+    """The last row of a report's error.csv, and "cpu_per_spp"."""
+    with open(pathlib.Path(report) / "error.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    first, last = ({k: float(v) if v else None for k, v in rows[i].items()} for i in (0, -1))
+    # What a sample costs once the job runs: without the pilot, which is a fixed cost.
+    more = last["spp"] - first["spp"]
+    last["cpu_per_spp"] = (last["cpu_s"] - first["cpu_s"]) / more if more > 0 else last["cpu_s"] / last["spp"]
+    return last
 
 
 def spread(values, digits=3):

@@ -46,6 +46,22 @@ class StorageFault : public ::testing::Test {
   WorkerId worker;
 };
 
+TEST(Registration, TheDiskIsWaitedForWithoutTheFarm) {
+  FakeClock clock;
+  MemoryJobStore store;
+  const Farm* asked = nullptr;
+  int writes = 0;
+  const auto while_writing = [&](int) {
+    if (!asked) return;
+    ++writes;
+    EXPECT_EQ(asked->job_count(), 0u);  // if the farm were locked meanwhile, this would never return
+  };
+  Farm farm(std::make_unique<WatchedStore>(store, while_writing), clock, fake_options());
+  asked = &farm;
+  farm.register_worker(registration());
+  EXPECT_EQ(writes, 2) << "its number, and the sync";
+}
+
 TEST_F(StorageFault, PausesTheJobWithTheReasonAndGoesOnByItself) {
   work(farm, worker, 3);
   const LeaseGrant held = *farm.lease(worker);
