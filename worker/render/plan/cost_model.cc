@@ -6,17 +6,18 @@ namespace lightmill {
 namespace {
 
 // Microseconds. A surface hit includes its ray, whose traversal goes with the depth of the tree, and the
-// BSDF; a shadow ray is cast for some of the tries, which are what the strategies evaluate. Scenes of few
-// primitives, which have no tree, lie on the same line.
+// BSDF; a shadow ray is cast for some of the tries, which are what the strategies evaluate; a hit that is
+// connected at all is made ready for it once. Scenes of few primitives, which have no tree, lie on the same
+// line.
 //
-// Between the plans of a scene, which is what a choice needs, they hold within 4 % (rms; at most 9 %) on
-// eleven scenes and ten plans (tests/bench/cost_model). Scenes as wholes lie 0.6 to 1.8 times beside them, by
-// what they are made of, and 1.8 times where a medium is walked through: all plans of a scene alike, so that
-// a cost for each kind of material would change no choice.
-constexpr double kCameraPath = 0, kLightPath = 0.0904;
-constexpr double kHit = 0.0196, kHitPerLevel = 0.0168;
-constexpr double kShadow = 0, kShadowPerLevel = 0.0106;
-constexpr double kNextEventTry = 0.0128, kConnectionTry = 0.0094, kLensTry = 0.0187;
+// Between the plans of a scene, which is what a choice needs, they hold within 5 % (rms; at most 15 %) on
+// twelve scenes and twelve plans (tests/bench/cost_model). Scenes as wholes lie 0.5 to 2.1 times beside them,
+// by what they are made of, more where a medium is walked through: all plans of a scene alike, so that a cost
+// for each kind of material would change no choice.
+constexpr double kCameraPath = 0, kLightPath = 0.0751;
+constexpr double kHit = 0.1102, kHitPerLevel = 0.0081;
+constexpr double kShadow = 0.038, kShadowPerLevel = 0.0052;
+constexpr double kNextEventTry = 0.0188, kConnectingHit = 0.0266, kConnectionTry = 0.0184, kLensTry = 0.0447;
 
 double hit_cost(const SampleWork& w) { return kHit + kHitPerLevel * std::log2(w.primitives + 1); }
 double shadow_cost(const SampleWork& w) { return kShadow + kShadowPerLevel * std::log2(w.primitives + 1); }
@@ -28,8 +29,10 @@ double camera_cost(const SampleWork& w, const SamplingPlan& plan) {
   if (plan.strategies & kCameraLayer) cost += kCameraPath + hit_cost(w) * w.camera_hits;
   if (plan.strategies & kNextEvent)
     cost += kNextEventTry * w.next_event_tries + shadow_cost(w) * w.next_event_rays;
-  if (plan.strategies & kVertexConnections)
-    cost += plan.connections * (kConnectionTry * w.connection_tries + shadow_cost(w) * w.connection_rays);
+  if (plan.strategies & kVertexConnections) {
+    cost += kConnectingHit * w.camera_hits +
+            plan.connections * (kConnectionTry * w.connection_tries + shadow_cost(w) * w.connection_rays);
+  }
   return cost;
 }
 
