@@ -64,10 +64,9 @@ int render(LocalOptions& options) {
   const auto warn = [quiet](const Problem& problem) {
     if (!quiet) print_warning(format_problem(problem));
   };
-  // Only a diagnosis needs the scene once more.
-  auto renderer = options.diagnose.empty()
-                      ? agent::make_packet_renderer(std::move(scene), request.settings, build, warn)
-                      : agent::make_packet_renderer(scene, request.settings, build, warn);
+  SceneDescription to_diagnose;
+  if (!options.diagnose.empty()) to_diagnose = scene;
+  auto renderer = agent::make_packet_renderer(std::move(scene), request.settings, build, warn);
 
   phase.reset();
   std::signal(SIGINT, handle_interrupt);
@@ -91,7 +90,7 @@ int render(LocalOptions& options) {
   if (!options.diagnose.empty() && !result.interrupted) {
     RenderSettings settings = result.status.settings;
     settings.spp = std::max<int64_t>(1, static_cast<int64_t>(result.status.spp));
-    write_diagnosis(options.diagnose, scene, settings, threads, [] { return interrupted == 0; });
+    write_diagnosis(options.diagnose, to_diagnose, settings, threads, [] { return interrupted == 0; });
     if (!quiet) std::fprintf(stderr, "wrote %s/index.html\n", options.diagnose.c_str());
   }
   if (options.common.json) {
