@@ -16,6 +16,7 @@
 #include "client/output.h"
 #include "client/progress.h"
 #include "common/error.h"
+#include "common/image/image_library.h"
 #include "common/image/report.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/host.h"
@@ -53,6 +54,8 @@ int render(LocalOptions& options) {
   forget_film_layers(options.output, &options.scene.render);
   request.settings = resolve_settings(scene, options.scene.render);
   const std::string path = output_path(options.output, scene, request.settings.aovs);
+  // What writes their pictures is found missing now, not after the render.
+  if (!options.report.empty() || !options.diagnose.empty()) image_library();
   request.reference = load_reference(options.reference, request.settings.grid);
   request.name = std::filesystem::path(options.scene.scene).stem().string();
   request.bundle = make_bundle(scene, nullptr);

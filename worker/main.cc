@@ -13,6 +13,7 @@
 #include "common/build_id/build_id.h"
 #include "common/error.h"
 #include "common/error_line.h"
+#include "common/image/image_library.h"
 #include "common/image/partial.h"
 #include "common/log.h"
 #include "common/rpc/channel.h"
@@ -181,7 +182,10 @@ int run(const Options& options) {
     metrics.emplace(options.http);
     spdlog::info("metrics at port {}", metrics->port());
   }
-  for (const std::string& note : enter_sandbox(sandbox_options(options))) spdlog::warn("{}", note);
+  const SandboxOptions sandbox = sandbox_options(options);
+  // Before the sandbox, where its files may be out of reach, and before a coordinator counts on this worker.
+  image_library();
+  for (const std::string& note : enter_sandbox(sandbox)) spdlog::warn("{}", note);
   agent::set_float_mode();
 
   agent::RunnerOptions runner_options;

@@ -1,7 +1,5 @@
 #include "common/image/image.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,6 +11,8 @@
 #include <stdexcept>
 
 #include "common/error.h"
+#include "common/image/image_library.h"
+#include "common/image/image_reader.h"
 #include "common/lower_case.h"
 #include "common/settings.h"
 
@@ -82,9 +82,9 @@ void write_pfm(const Image& image, const fs::path& path) {
   if (!out) cannot_write(path.string(), std::error_code(errno, std::generic_category()).message());
 }
 
-/// The layers' channels behind the image's own, as one image; channels that half floats can't hold stay
-/// floats.
-Image with_layers(const Image& image, const ChannelImage& layers, bool half, OIIO::ImageSpec* spec) {
+/// The layers' channels behind the image's own, as one image. Throws std::logic_error on layers of another
+/// size.
+Image with_layers(const Image& image, const ChannelImage& layers) {
   const int extra = layers.image.channels;
   if (layers.image.width != image.width || layers.image.height != image.height ||
       layers.channels.size() != static_cast<size_t>(extra)) {
@@ -98,62 +98,57 @@ Image with_layers(const Image& image, const ChannelImage& layers, bool half, OII
     std::copy_n(&image.data[i * own], own, to);
     std::copy_n(&layers.image.data[i * more], more, to + own);
   }
-  spec->nchannels = all.channels;
-  spec->default_channel_names();
-  for (int c = 0; c < extra; ++c) {
-    const std::string& name = layers.channels[static_cast<size_t>(c)];
-    spec->channelnames[static_cast<size_t>(image.channels + c)] = name;
-    if (name == "A") spec->alpha_channel = image.channels + c;
-  }
-  if (half) {
-    for (const std::string& name : spec->channelnames) {
-      const bool wide =
-          name.starts_with("depth.") || name.starts_with("position.") || name.starts_with("samples.");
-      spec->channelformats.push_back(wide ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::HALF);
-    }
-  }
   return all;
 }
 
-void write_oiio(const Image& image, Format format, const fs::path& path, const ImageWriteOptions& options,
-                OIIO::Filesystem::IOProxy* proxy) {
-  const auto out = OIIO::ImageOutput::create(path.string(), proxy);
-  if (!out) cannot_write(path.string(), OIIO::geterror());
-  const bool png = format == Format::kPng;
-  OIIO::TypeDesc type = OIIO::TypeDesc::FLOAT;
-  if (png) type = OIIO::TypeDesc::UINT8;
-  if (format == Format::kExr && options.half) type = OIIO::TypeDesc::HALF;
-  OIIO::ImageSpec spec(image.width, image.height, image.channels, type);
-  spec.attribute("oiio:ColorSpace", png && options.view.curve != ViewCurve::kNone ? "sRGB" : "Linear");
+/// Half floats can't hold it.
+bool is_wide(const std::string& channel) {
+  return channel.starts_with("depth.") || channel.starts_with("position.") || channel.starts_with("samples.");
+}
+
+/// Into `memory` if it is not null.
+void write_by_library(const Image& image, Format format, const fs::path& path,
+                      const ImageWriteOptions& options, std::vector<unsigned char>* memory) {
+  ImageToWrite out;
   Image all;
-  const bool layered = format == Format::kExr && options.layers && !options.layers->channels.empty();
-  if (layered) all = with_layers(image, *options.layers, options.half, &spec);
-  if (format == Format::kExr) {
-    spec.attribute("compression", "zip");
-    for (const auto& [key, value] : options.metadata) spec.attribute("lightmill:" + key, value);
-  }
-  if (!out->open(path.string(), spec)) cannot_write(path.string(), out->geterror());
-  bool written = false;
-  if (png) {
-    const std::vector<uint8_t> bytes = to_bytes(image, options.view);
-    written = out->write_image(OIIO::TypeDesc::UINT8, bytes.data());
+  std::vector<uint8_t> bytes;
+  if (format == Format::kPng) {
+    out.format = ImageToWrite::Format::kPng;
+    out.linear = options.view.curve == ViewCurve::kNone;
+    bytes = to_bytes(image, options.view);
+    out.bytes = bytes.data();
+  } else if (format == Format::kHdr) {
+    out.format = ImageToWrite::Format::kHdr;
+    out.floats = image.data.data();
   } else {
-    written = out->write_image(OIIO::TypeDesc::FLOAT, (layered ? all : image).data.data());
+    out.half = options.half;
+    const bool layered = options.layers && !options.layers->channels.empty();
+    if (layered) {
+      all = with_layers(image, *options.layers);
+      for (const std::string& name : options.layers->channels) out.layers.push_back({name, is_wide(name)});
+    }
+    out.floats = (layered ? all : image).data.data();
+    for (const auto& [key, value] : options.metadata) out.attributes.emplace_back("lightmill:" + key, value);
   }
-  if (!written || !out->close()) cannot_write(path.string(), out->geterror());
+  out.width = image.width;
+  out.height = image.height;
+  out.channels = image.channels + static_cast<int>(out.layers.size());
+  std::string why;
+  if (!image_library().write(out, path.string(), memory, &why)) cannot_write(path.string(), why);
 }
 
 [[noreturn]] void cannot_read(const std::string& path, const std::string& why) {
   throw Error(ErrorKind::kFailed, path + ": can't read the image: " + one_line(why));
 }
 
-std::unique_ptr<OIIO::ImageInput> open_image(const std::string& path) {
+ImageReader open_image(const std::string& path) {
   std::error_code ec;
   if (!fs::exists(path, ec)) cannot_read(path, "no such file");
   if (fs::is_directory(path, ec)) cannot_read(path, "it is a folder");
-  auto in = OIIO::ImageInput::open(path);
-  if (!in) cannot_read(path, OIIO::geterror());
-  return in;
+  std::string why;
+  auto in = ImageReader::open({path}, &why);
+  if (!in) cannot_read(path, why);
+  return std::move(*in);
 }
 
 void check_shape(const Image& image, const std::string& path) {
@@ -162,12 +157,6 @@ void check_shape(const Image& image, const std::string& path) {
                                static_cast<size_t>(image.channels)) {
     cannot_write(path, "it has no pixels");
   }
-}
-
-/// Integer files hold sRGB values unless they say otherwise; floats are linear.
-bool is_srgb(const OIIO::ImageSpec& spec) {
-  if (spec.format.is_floating_point()) return false;
-  return spec.get_string_attribute("oiio:ColorSpace", "sRGB") != "Linear";
 }
 
 }  // namespace
@@ -213,7 +202,7 @@ void write_image(const Image& image, const std::string& path, const ImageWriteOp
     if (format == Format::kPfm) {
       write_pfm(image, temporary);
     } else {
-      write_oiio(image, format, temporary, options, nullptr);
+      write_by_library(image, format, temporary, options, nullptr);
     }
     fs::rename(temporary, target, ec);
     if (ec) cannot_write(path, ec.message());
@@ -231,13 +220,12 @@ void write_image(const Image& image, const std::string& path, const ImageWriteOp
 std::string encode_png(const Image& image) {
   check_shape(image, "image.png");
   std::vector<unsigned char> bytes;
-  OIIO::Filesystem::IOVecOutput proxy(bytes);
-  write_oiio(image, Format::kPng, "image.png", {}, &proxy);
+  write_by_library(image, Format::kPng, "image.png", {}, &bytes);
   return {bytes.begin(), bytes.end()};
 }
 
 void check_writable(const std::string& path) {
-  format_of(path);
+  if (format_of(path) != Format::kPfm) image_library();
   std::error_code ec;
   if (fs::is_directory(path, ec)) cannot_write(path, "it is a folder; name a file in it");
   const fs::path target = final_path(path);
@@ -256,29 +244,29 @@ void check_writable(const std::string& path) {
 }
 
 Image read_image(const std::string& path) {
-  const auto fail = [&](const std::string& why) { cannot_read(path, why); };
-  const auto in = open_image(path);
-  const OIIO::ImageSpec spec = in->spec();
-  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 ||
-      spec.width > kMaxResolution || spec.height > kMaxResolution ||
-      int64_t{spec.width} * spec.height > kMaxPixels) {
-    fail("its size is out of range (at most " + std::to_string(kMaxPixels) + " pixels)");
+  const ImageReader in = open_image(path);
+  const ImageHeader& file = in.header();
+  if (file.width < 1 || file.height < 1 || file.depth > 1 || file.channels < 1 ||
+      file.width > kMaxResolution || file.height > kMaxResolution ||
+      int64_t{file.width} * file.height > kMaxPixels) {
+    cannot_read(path, "its size is out of range (at most " + std::to_string(kMaxPixels) + " pixels)");
   }
-  const int used = spec.nchannels >= 3 ? 3 : 1;
-  Image raw(spec.width, spec.height, used);
-  if (!in->read_image(0, 0, 0, used, OIIO::TypeDesc::FLOAT, raw.data.data())) fail(in->geterror());
-  in->close();
-  if (is_srgb(spec)) {
+  const int used = file.channels >= 3 ? 3 : 1;
+  Image raw(file.width, file.height, used);
+  std::string why;
+  if (!in.read(0, used, raw.data.data(), &why)) cannot_read(path, why);
+  // Integer files hold sRGB values unless they say otherwise; floats are linear.
+  if (!file.is_floating_point && !file.says_linear) {
     for (float& v : raw.data) v = srgb_to_linear(v);
   }
   if (used == 3) return raw;
-  Image image(spec.width, spec.height, 3);
+  Image image(file.width, file.height, 3);
   for (size_t i = 0; i < image.data.size(); ++i) image.data[i] = raw.data[i / 3];
   return image;
 }
 
 std::string read_image_metadata(const std::string& path, const std::string& key) {
-  return std::string(open_image(path)->spec().get_string_attribute("lightmill:" + key));
+  return open_image(path).attribute("lightmill:" + key);
 }
 
 }  // namespace lightmill

@@ -1,5 +1,5 @@
 #pragma once
-// A float image in memory, and its files (through OpenImageIO).
+// A float image in memory, and its files (image_library.h; PFM is our own).
 #include <map>
 #include <string>
 #include <vector>
@@ -50,8 +50,8 @@ Image reduced(const Image& image, int max_side);
 /// The sRGB transfer functions (IEC 61966-2-1); `linear_to_srgb` clamps to [0, 1] and maps NaN to 0.
 float linear_to_srgb(float linear);
 float srgb_to_linear(float encoded);
-/// Throws Error(kUsage) on an unknown extension and Error(kFailed) if the folder can't be written to; to be
-/// called before a long render.
+/// Throws Error(kUsage) on an unknown extension and Error(kFailed) if the folder can't be written to or the
+/// library can't be loaded that writes the format; to be called before a long render.
 void check_writable(const std::string& path);
 /// Reads any image OpenImageIO can; PNG and JPEG are converted from sRGB to linear. First 3 channels (a
 /// single channel is replicated). Throws Error(kFailed).

@@ -1,6 +1,6 @@
 #include "coordinator/web/pictures.h"
 
-#include <OpenImageIO/half.h>
+#include <immintrin.h>
 
 #include <algorithm>
 #include <atomic>
@@ -29,7 +29,7 @@ double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// OpenImageIO writes files; `name` is part of a temporary one's.
+/// The image library writes files; `name` is part of a temporary one's.
 std::string file_bytes(const Image& image, const ImageWriteOptions& options, const std::string& name,
                        const char* extension) {
   static std::atomic<uint64_t> files{0};
@@ -100,8 +100,9 @@ std::string half_picture(const Image& image) {
   char* out = bytes.data() + kHeadBytes;
   for (const float value : image.data) {
     // Infinity would make a hole of what is only bright.
-    const half h(std::isnan(value) ? value : std::clamp(value, -65504.0f, 65504.0f));
-    std::memcpy(out, &h, 2);
+    const float finite = std::isnan(value) ? value : std::clamp(value, -65504.0f, 65504.0f);
+    const uint16_t half = _cvtss_sh(finite, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
+    std::memcpy(out, &half, sizeof half);
     out += 2;
   }
   return bytes;

@@ -1,11 +1,10 @@
 #include "worker/render/light/light_image.h"
 
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "common/error.h"
+#include "common/image/image_reader.h"
 
 namespace lightmill {
 namespace {
@@ -47,28 +46,28 @@ void LightImage::make_grey() {
 }
 
 LightImage read_light_image(const std::string& path, const std::string& what, int max_side) {
-  auto in = OIIO::ImageInput::open(path);
-  if (!in) throw Error(ErrorKind::kBadScene, path + ": " + what + " can't be read: " + OIIO::geterror());
-  const OIIO::ImageSpec spec = in->spec();
-  if (spec.width < 1 || spec.height < 1 || spec.width > max_side || spec.height > max_side ||
-      spec.nchannels < 1) {
-    throw Error(ErrorKind::kBadScene, path + ": the " + what + " has " + std::to_string(spec.width) + " x " +
-                                          std::to_string(spec.height) + " texels; at most " +
+  std::string why;
+  const auto in = ImageReader::open({path}, &why);
+  if (!in) throw Error(ErrorKind::kBadScene, path + ": " + what + " can't be read: " + why);
+  const ImageHeader& file = in->header();
+  if (file.width < 1 || file.height < 1 || file.width > max_side || file.height > max_side ||
+      file.channels < 1) {
+    throw Error(ErrorKind::kBadScene, path + ": the " + what + " has " + std::to_string(file.width) + " x " +
+                                          std::to_string(file.height) + " texels; at most " +
                                           std::to_string(max_side) + " a side are supported");
   }
-  LightImage image{path, spec.width, spec.height, {}};
-  const size_t texels = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height);
-  const int channels = spec.nchannels < 3 ? 1 : 3;
+  LightImage image{path, file.width, file.height, {}};
+  const size_t texels = static_cast<size_t>(file.width) * static_cast<size_t>(file.height);
+  const int channels = file.channels < 3 ? 1 : 3;
   image.rgb.resize(texels * static_cast<size_t>(channels));
-  if (!in->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, image.rgb.data())) {
-    throw Error(ErrorKind::kBadScene, path + ": " + what + " can't be read: " + in->geterror());
-  }
+  if (!in->read(0, channels, image.rgb.data(), &why))
+    throw Error(ErrorKind::kBadScene, path + ": " + what + " can't be read: " + why);
   if (channels == 1) {
     std::vector<float> grey = std::move(image.rgb);
     image.rgb.resize(3 * texels);
     for (size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = grey[i / 3];
   }
-  if (spec.format.is_floating_point()) {
+  if (file.is_floating_point) {
     check_texels(image, what);
     for (float& x : image.rgb) x = std::max(x, 0.0f);
   } else {

@@ -1,13 +1,11 @@
 #include "worker/render/scene/image_map.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "common/error.h"
+#include "common/image/image_reader.h"
 #include "worker/render/scene/webp_image.h"
 
 namespace lightmill {
@@ -63,21 +61,18 @@ ChannelRange channels_to_read(ImageChannel channel, int in_file) {
   return {0, 0};
 }
 
-/// An image file, opened; its reader may read from `memory`.
+/// An image file, opened.
 struct OpenImage {
-  std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;
-  std::unique_ptr<OIIO::ImageInput> in;
-  std::optional<WebpImage> webp;  // in place of them
-  OIIO::ImageSpec webp_spec;
+  std::optional<ImageReader> in;
+  std::optional<WebpImage> webp;  // in place of it
+  ImageHeader header;
 
-  const OIIO::ImageSpec& spec() const { return webp ? webp_spec : in->spec(); }
-  bool is_bytes() const { return spec().format == OIIO::TypeDesc::UINT8; }
-  size_t texels() const { return static_cast<size_t>(spec().width) * static_cast<size_t>(spec().height); }
+  size_t texels() const { return static_cast<size_t>(header.width) * static_cast<size_t>(header.height); }
 
-  /// Channels [begin, end) of all texels; false if the file is damaged.
+  /// Channels [begin, end) of all texels; false, and a reason, if the file is damaged.
   template <class Value>
-  bool read(int begin, int end, OIIO::TypeDesc type, Value* out) const {
-    if (!webp) return in->read_image(0, 0, begin, end, type, out);
+  bool read(int begin, int end, Value* out, std::string* why) const {
+    if (!webp) return in->read(begin, end, out, why);
     const std::vector<uint8_t> all = webp->pixels();
     const auto in_file = static_cast<size_t>(webp->channels), first = static_cast<size_t>(begin),
                wanted = static_cast<size_t>(end - begin);
@@ -85,39 +80,32 @@ struct OpenImage {
       for (size_t c = 0; c < wanted; ++c)
         out[i * wanted + c] = static_cast<Value>(all[i * in_file + first + c]);
     }
+    if (all.empty()) *why = "it is damaged";
     return !all.empty();
   }
-  std::string why_unread() const { return webp ? "it is damaged" : in->geterror(); }
 };
-
-/// Throws Error(kBadScene) for what OpenImageIO can't read.
-void open_by_library(const ImageTexture& texture, OpenImage* image) {
-  if (texture.contents)
-    image->memory =
-        std::make_unique<OIIO::Filesystem::IOMemReader>(texture.contents->data(), texture.contents->size());
-  OIIO::ImageSpec as_stored;
-  as_stored.attribute("oiio:UnassociatedAlpha", 1);  // colours not multiplied by alpha
-  // Readers take what they read from of the configuration, once there is one.
-  OIIO::Filesystem::IOProxy* proxy = image->memory.get();
-  if (proxy) as_stored.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-  image->in = OIIO::ImageInput::open(texture.path, &as_stored, proxy);
-  if (!image->in)
-    throw Error(ErrorKind::kBadScene, texture.path + ": texture can't be read: " + OIIO::geterror());
-}
 
 /// Throws Error(kBadScene) for what is no image or not of a supported size.
 OpenImage open_image(const ImageTexture& texture) {
   OpenImage image;
   image.webp = open_webp(texture);
   if (image.webp) {
-    image.webp_spec =
-        OIIO::ImageSpec(image.webp->width, image.webp->height, image.webp->channels, OIIO::TypeDesc::UINT8);
+    image.header = {image.webp->width, image.webp->height, 1, image.webp->channels, true, false, false};
   } else {
-    open_by_library(texture, &image);
+    ImageSource source{texture.path};
+    source.as_stored = true;
+    if (texture.contents) {
+      source.contents = texture.contents->data();
+      source.bytes = texture.contents->size();
+    }
+    std::string why;
+    image.in = ImageReader::open(source, &why);
+    if (!image.in) throw Error(ErrorKind::kBadScene, texture.path + ": texture can't be read: " + why);
+    image.header = image.in->header();
   }
-  const OIIO::ImageSpec& spec = image.spec();
-  if (spec.width < 1 || spec.height < 1 || spec.width > kMaxTextureSide || spec.height > kMaxTextureSide ||
-      spec.nchannels < 1 || spec.nchannels > kMaxChannels || int64_t{spec.width} * spec.height > kMaxTexels) {
+  const ImageHeader& file = image.header;
+  if (file.width < 1 || file.height < 1 || file.width > kMaxTextureSide || file.height > kMaxTextureSide ||
+      file.channels < 1 || file.channels > kMaxChannels || int64_t{file.width} * file.height > kMaxTexels) {
     throw Error(ErrorKind::kBadScene, texture.path + ": texture size is not supported; at most " +
                                           std::to_string(kMaxTextureSide) + " a side, " +
                                           std::to_string(kMaxTexels) + " texels and " +
@@ -138,7 +126,7 @@ void spread(const Value* raw, size_t texels, size_t raw_channels, size_t channel
 
 uint64_t ImageMap::bytes_needed(const ImageTexture& texture) {
   const OpenImage image = open_image(texture);
-  return image.texels() * channels_of(texture) * (image.is_bytes() ? sizeof(uint8_t) : sizeof(float));
+  return image.texels() * channels_of(texture) * (image.header.is_bytes ? sizeof(uint8_t) : sizeof(float));
 }
 
 ImageMap::ImageMap(const ImageTexture& texture, TextureCache* cache)
@@ -152,10 +140,10 @@ ImageMap::ImageMap(const ImageTexture& texture, TextureCache* cache)
       encoding_(texture.encoding),
       gamma_(texture.gamma) {
   const OpenImage image = open_image(texture);
-  width_ = image.spec().width;
-  height_ = image.spec().height;
-  is_bytes_ = image.is_bytes();
-  const ChannelRange take = channels_to_read(texture.channel, image.spec().nchannels);
+  width_ = image.header.width;
+  height_ = image.header.height;
+  is_bytes_ = image.header.is_bytes;
+  const ChannelRange take = channels_to_read(texture.channel, image.header.channels);
   first_channel_ = take.begin;
   read_channels_ = static_cast<size_t>(take.end - take.begin);
   if (encoding_ == ColorEncoding::kAuto)
@@ -172,14 +160,15 @@ ImageMap::ImageMap(const ImageTexture& texture, TextureCache* cache)
       throw Error(ErrorKind::kBadScene, texture.path + ": texture can't be read: it is damaged");
     return;
   }
-  const auto fill = [&](auto& out, OIIO::TypeDesc type) {
+  std::string why;
+  const auto fill = [&](auto& out) {
     const size_t texels = image.texels();
     if (read_channels_ == 0) {  // no alpha: opaque
       out.assign(texels, is_bytes_ ? 255 : 1);
       return true;
     }
     std::decay_t<decltype(out)> raw(texels * read_channels_);
-    if (!image.read(take.begin, take.end, type, raw.data())) return false;
+    if (!image.read(take.begin, take.end, raw.data(), &why)) return false;
     if (read_channels_ == channels_) {
       out = std::move(raw);
       return true;
@@ -188,8 +177,8 @@ ImageMap::ImageMap(const ImageTexture& texture, TextureCache* cache)
     spread(raw.data(), texels, read_channels_, channels_, out.data());
     return true;
   };
-  const bool ok = is_bytes_ ? fill(bytes_, OIIO::TypeDesc::UINT8) : fill(floats_, OIIO::TypeDesc::FLOAT);
-  if (!ok) throw Error(ErrorKind::kBadScene, texture.path + ": texture can't be read: " + image.why_unread());
+  const bool ok = is_bytes_ ? fill(bytes_) : fill(floats_);
+  if (!ok) throw Error(ErrorKind::kBadScene, texture.path + ": texture can't be read: " + why);
   const auto bad = std::find_if(floats_.begin(), floats_.end(), [](float x) { return !std::isfinite(x); });
   if (bad != floats_.end()) {
     not_finite_ = (bad - floats_.begin()) / static_cast<ptrdiff_t>(channels_);
