@@ -84,6 +84,14 @@ TEST(Arrows, OnlyAccelIncludesEmbree) {
   }
 }
 
+TEST(Arrows, OnlyTheModuleIncludesOpenImageIO) {
+  for (const char* folder : {"common", "coordinator", "worker", "client"}) {
+    expect_none(folder, "only common/image/openimageio/ includes OpenImageIO/*.h", [](const Include& i) {
+      return starts_with_any(i.target, {"OpenImageIO/"}) && i.file.rfind("common/image/openimageio/", 0) != 0;
+    });
+  }
+}
+
 TEST(Arrows, TheRendererHasNoGrpc) {
   expect_none("worker/render", "worker/render/ has no gRPC", [](const Include& i) {
     return starts_with_any(i.target, {"grpc", "lightmill/v1/", "worker/agent/", "common/rpc/"});

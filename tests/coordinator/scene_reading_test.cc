@@ -61,7 +61,7 @@ TEST_F(SceneReadingTest, ALargeSceneDoesNotTakeTheMachine) {
   std::string text = "WorldBegin\nShape \"trianglemesh\" \"point3 P\" [";
   for (int i = 0; i < 6'000'000; ++i) text += "1 ";
   const SceneQuestion asked = question(text + "]\n");
-  const SceneAnswer answer = really("200000000", asked);
+  const SceneAnswer answer = really("80000000", asked);
   ASSERT_EQ(answer.errors.size(), 1u);
   EXPECT_THAT(answer.errors[0], HasSubstr("does not fit into memory"));
 }
