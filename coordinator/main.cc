@@ -11,6 +11,7 @@
 
 #include "common/build_id/build_id.h"
 #include "common/error_line.h"
+#include "common/image/image_library.h"
 #include "common/image/partial.h"
 #include "common/log.h"
 #include "common/rpc/security_flags.h"
@@ -259,6 +260,9 @@ int run(Options options) {
     events.add(line);
   };
   options.server.log = log;
+  // Now, and not when somebody asks for a picture: where its libraries are in the way of a limit, or belong
+  // to another build, nothing depends on this coordinator yet.
+  image_library();
   const DataFolder data(options.data, !options.leadership.store.empty());
   Quarantine quarantine(data.quarantine_folder());
   const SteadyClock clock;

@@ -54,6 +54,8 @@ def test_says_what_is_missing(programs, folder):
     commands = {
         "render": render(alone / "lightmill", folder / "none.exr"),
         "worker": [alone / "lightmill-worker", "--coordinator", "127.0.0.1:1", "--idle-timeout", 1],
+        "coordinator": [alone / "lightmill-coordinator", "--listen", "127.0.0.1:0", "--http", "127.0.0.1:0", "--data",
+                        folder / "data"],
     }
     for name, command in commands.items():
         done = run(*command)
