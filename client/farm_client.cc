@@ -170,7 +170,6 @@ JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobS
     const grpc::Status status = reader->Finish();
     if (status.ok() && is_final(last.state)) return last;
     if (!status.ok() && !is_loss(status.error_code())) farm_->require_ok(status);
-    farm_->forget_leader();
     if (!is_lost) lost_at = Steady::now();
     is_lost = true;
     const double seconds = std::chrono::duration<double>(Steady::now() - lost_at).count();
@@ -186,6 +185,7 @@ JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobS
       complained = true;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    farm_->connect_anew();
   }
 }
 

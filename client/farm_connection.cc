@@ -12,16 +12,30 @@ constexpr double kLookSeconds = 3;  // whether a coordinator is there, and leads
 }  // namespace
 
 FarmConnection::FarmConnection(const ConnectionOptions& connection)
-    : coordinators_(connection.coordinator), security_(resolve(connection.security, Side::kClient)) {
-  for (size_t i = 0; i < coordinators_.size(); ++i) {
-    stubs_.push_back(
-        v1::ClientService::NewStub(make_channel({coordinators_.address(i), connection.insecure, security_})));
-  }
+    : coordinators_(connection.coordinator),
+      security_(resolve(connection.security, Side::kClient)),
+      insecure_(connection.insecure) {
+  connect_anew();
 }
 
-FarmConnection::Stub* FarmConnection::stub() {
+void FarmConnection::connect_anew() {
+  const std::lock_guard lock(mutex_);
+  stubs_.clear();  // channels to one address share what they wait for as long as one is there
+  for (size_t i = 0; i < coordinators_.size(); ++i) {
+    stubs_.push_back(
+        v1::ClientService::NewStub(make_channel({coordinators_.address(i), insecure_, security_})));
+  }
+  met_ = false;
+}
+
+std::shared_ptr<FarmConnection::Stub> FarmConnection::stub_of(size_t coordinator) const {
+  const std::lock_guard lock(mutex_);
+  return stubs_[coordinator];
+}
+
+std::shared_ptr<FarmConnection::Stub> FarmConnection::stub() {
   if (!met_) find_leader();
-  return stubs_[coordinators_.current()].get();
+  return stub_of(coordinators_.current());
 }
 
 /// A call that changes nothing tells who leads: calls that do must not be repeated elsewhere.
@@ -31,7 +45,7 @@ void FarmConnection::find_leader() {
     grpc::ClientContext context;
     set_deadline(context, kLookSeconds);
     v1::GetJobResponse response;
-    const grpc::Status status = stubs_[current]->GetJob(&context, v1::GetJobRequest(), &response);
+    const grpc::Status status = stub_of(current)->GetJob(&context, v1::GetJobRequest(), &response);
     if (status.error_code() != grpc::StatusCode::UNAVAILABLE &&
         status.error_code() != grpc::StatusCode::DEADLINE_EXCEEDED) {
       break;

@@ -3,7 +3,9 @@
 // are those of FarmClient (farm_client.h).
 #include <grpcpp/grpcpp.h>
 
+#include <atomic>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -16,6 +18,7 @@ namespace lightmill::client {
 
 inline constexpr double kTransferSeconds = 3600;  // uploads, images, long lists
 
+/// Thread-safe.
 class FarmConnection {
  public:
   using Stub = v1::ClientService::Stub;
@@ -26,20 +29,21 @@ class FarmConnection {
   const std::string& address() const { return coordinators_.address(coordinators_.current()); }
   const SecurityFiles& security() const { return security_; }
   /// Of the one to call; of several, one that leads if any does.
-  Stub* stub();
-  /// The next stub() looks for a leader again.
-  void forget_leader() { met_ = false; }
+  std::shared_ptr<Stub> stub();
+  /// The next stub() connects at once: after a failure gRPC lets seconds pass until it tries again, in which
+  /// every call fails.
+  void connect_anew();
   /// Throws what a status means. If nobody could be reached, TLS may be why; gRPC does not say.
   void require_ok(const grpc::Status& status) const;
 
   template <class Request, class Response>
   Response call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                 const Request& request) {
-    Stub* const leader = stub();
+    const std::shared_ptr<Stub> leader = stub();
     grpc::ClientContext context;
     set_deadline(context, kFirstAnswerSeconds);
     Response response;
-    require_ok((leader->*method)(&context, request, &response));
+    require_ok(((*leader).*method)(&context, request, &response));
     return response;
   }
 
@@ -47,11 +51,14 @@ class FarmConnection {
   static constexpr double kFirstAnswerSeconds = 8;  // "is anybody there?" within a few seconds
 
   void find_leader();
+  std::shared_ptr<Stub> stub_of(size_t coordinator) const;
 
   Coordinators coordinators_;
   SecurityFiles security_;
-  std::vector<std::unique_ptr<Stub>> stubs_;  // one to a coordinator
-  bool met_ = false;                          // one that leads was found
+  bool insecure_ = false;
+  mutable std::mutex mutex_;
+  std::vector<std::shared_ptr<Stub>> stubs_;  // guarded by mutex_; one to a coordinator
+  std::atomic<bool> met_ = false;             // one that leads was found
 };
 
 }  // namespace lightmill::client

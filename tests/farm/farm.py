@@ -109,6 +109,9 @@ class Farm:
         self.workers.append(worker)
         return worker
 
+    def start_watch(self, job):
+        return self._start("watch", ["lightmill", "watch", job, "--coordinator", self.address])
+
     def lightmill(self, *arguments, expect=0, connect=True):
         """Runs a verb and returns its stdout."""
         command = [self.bin / "lightmill", *map(str, arguments)]

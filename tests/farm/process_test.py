@@ -9,7 +9,7 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from farm import ROOT, Farm, assert_same_pixels, pixels, wait_until  # noqa: E402
+from farm import GENEROUS_S, ROOT, Farm, assert_same_pixels, pixels, wait_until  # noqa: E402
 
 SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
 LONG_SPP = 2048  # enough to be killed in the middle of
@@ -72,11 +72,14 @@ def test_restart(bin_dir, kill_at):
         long_job = farm.submit(*layered(LONG_SPP))
         farm.wait_for_packets(long_job, kill_at)
         farm.kill_coordinator()
+        # Who asks before it is back waits for it.
+        early = farm.start_watch(long_job)
         farm.start_coordinator()
         after = farm.json("job", long_job)
         assert after["packets_done"] >= kill_at, f"acknowledged packets are gone: {after}"
         assert_same_pixels(long_reference, farm.finish_and_fetch(long_job, "restarted.exr"))
         assert_same_pixels(reference, farm.folder / "extended.exr")
+        assert early.wait(GENEROUS_S) == 0, "a watch that began before the coordinator did"
 
 
 def test_pilot(bin_dir, kill_at):
