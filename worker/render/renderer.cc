@@ -101,7 +101,7 @@ struct Renderer::World {
         response(description.film) {
     const FlushDenormals flush;
     learn_lights(accel, camera, filter, s.grid.width, s.grid.height, options.threads, &scene);
-    if (!scene.any_media()) return;
+    if (description.media.empty()) return;
     find_light_media(accel, camera, filter, s.grid.width, s.grid.height, description.media.front().location,
                      &scene);
   }

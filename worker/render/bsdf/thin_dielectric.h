@@ -10,13 +10,20 @@
 
 namespace lightmill {
 
-/// `lobe` chooses between reflection and transmission with R'. params.p[0] is the index of the sheet over
-/// that of its surroundings.
+/// R' at the cosine |cos| to the normal; `eta` is the index of the sheet over that of its surroundings.
+template <class F>
+inline F thin_reflectance(F cosine, F eta) {
+  F unused;
+  const F face = fresnel_dielectric(cosine, eta, &unused);
+  return 2.0f * face / (1.0f + face);
+}
+
+/// `lobe` chooses between reflection and transmission with R'. params.p[0] is the index; if params.p[1] is
+/// not 0, what would pass has done so without a vertex (pane.h), and all that comes here is reflected.
 template <class F>
 inline BsdfSample<F> sample_thin_dielectric(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe) {
-  F unused;
-  const F face = fresnel_dielectric(abs(wo.z), params.p[0], &unused);
-  const MaskOf<F> reflect = MaskOf<F>(lobe < 2.0f * face / (1.0f + face));
+  const MaskOf<F> reflect =
+      mask_or(MaskOf<F>(lobe < thin_reflectance(F(abs(wo.z)), params.p[0])), MaskOf<F>(params.p[1] > 0.0f));
   BsdfSample<F> s;
   s.wi = {-wo.x, -wo.y, select(reflect, wo.z, -wo.z)};
   s.weight = {splat<F>(1.0f), splat<F>(1.0f), splat<F>(1.0f)};

@@ -10,6 +10,7 @@
 #include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/stage_probe.h"
 #include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/scene/pane.h"
 #include "worker/render/scene/surface.h"
 
 namespace lightmill {
@@ -82,16 +83,20 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
   Lane left;
   LaneInt channel;
   Vec3<Lane> optical{}, rate{};
+  Lane pane_draw{}, panes = splat<Lane>(1.0f);
   if (first) {
     const SampleStream<Lane> stream =
         kLight ? layer.light_stream<Lane>(e.slot) : layer.camera_stream<Lane>(e.slot);
     const uint32_t dim = vertex_dim(depth, kLight ? kDimLightDistance : kDimCameraDistance);
     draw_depths(stream, dim, path.throughput, &channel, &left);
+    if (scene.any_panes) pane_draw = stream.get_1d(vertex_dim(depth, kDimPane));
   } else {
     left = gather(m.left, e.slot);
     channel = gather(m.channel, e.slot);
     optical = gather_rgb(m.depth, e.slot);
     rate = gather_rgb(m.rate, e.slot);
+    pane_draw = gather(m.pane_draw, e.slot);
+    panes = gather(m.panes, e.slot);
   }
 
   const LaneMask hit = mask_and(e.active, LaneMask(path.prim >= 0));
@@ -123,7 +128,12 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
   rate = rate + medium.rgb(kMediumCollision) * travelled;
   left = max(left - chosen * length, Lane{});
 
-  const LaneMask crosses = mask_and(mask_and(hit, LaneMask(sides < 0)), mask_not(collides));
+  LaneMask crosses = mask_and(mask_and(hit, LaneMask(sides < 0)), mask_not(collides));
+  if (scene.any_panes && any(crosses)) {
+    const Lane passed = panes * pane_transmittance<Lane>(scene, path.prim, crosses, abs(dot(s.ng, d)));
+    crosses = mask_and(crosses, LaneMask(pane_draw < passed));
+    panes = select(crosses, passed, panes);
+  }
   if (any(crosses)) {
     const LaneMask out = LaneMask(dot(s.ng, d) > 0.0f);
     PathLanes<Lane> next = path;
@@ -134,6 +144,8 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
     scatter(m.channel, e.slot, channel, crosses);
     scatter_rgb(m.depth, e.slot, optical, crosses);
     scatter_rgb(m.rate, e.slot, rate, crosses);
+    scatter(m.pane_draw, e.slot, pane_draw, crosses);
+    scatter(m.panes, e.slot, panes, crosses);
   }
   const LaneMask done = mask_and(e.active, mask_not(crosses));
   if (!any(done)) return crosses;
@@ -163,7 +175,7 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
     }
   }
   path.throughput = select(collides, arrived * medium.rgb(kMediumScattering), arrived);
-  path.dvcm = path.dvcm / mean(passed);  // M3
+  path.dvcm = path.dvcm / (mean(passed) * panes);  // M3
   path.prim = select(collides, splat_int<Lane>(kInMedium), path.prim);
   store_paths(path, e.slot, mask_bits(done), &w.paths);
   scatter_rgb(m.end, e.slot, o + d * (near + travelled), mask_and(done, collides));
@@ -248,6 +260,11 @@ LaneMask shadow_step(const StageContext& context, const Group& e, ShadowRays& q,
   add(m.shadow_rate, kMediumCollision);
   if (!any(crosses)) return crosses;
 
+  if (scene.any_panes) {
+    const Lane cosine = min(abs(dot(s.ng, d)) / length_d, splat<Lane>(1.0f));
+    scatter(m.shadow_panes, e.slot,
+            gather(m.shadow_panes, e.slot) * pane_transmittance<Lane>(scene, prim, crosses, cosine), crosses);
+  }
   const LaneMask out = LaneMask(dot(s.ng, d) > 0.0f);
   scatter(m.shadow_medium, e.slot, medium_on_side<Lane>(sides_met<Lane>(sides, medium), out), crosses);
   const Vec3<Lane> from = offset_origin(s.p, s.error, s.ng, d);
@@ -284,6 +301,7 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
     std::fill_n(m.shadow_depth[c], count, 0.0f);
     std::fill_n(m.shadow_rate[c], count, 0.0f);
   }
+  std::fill_n(m.shadow_panes, (count + kLanes - 1) / kLanes * kLanes, 1.0f);
   m.casting.resize(count);
   std::iota(m.casting.begin(), m.casting.end(), 0);
   // Without boundaries a segment has one medium.
@@ -312,8 +330,9 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
     const auto rows = [&](float(*from)[ShadowRays::kCapacity]) {
       return exp_minus({load<Lane>(from[0] + base), load<Lane>(from[1] + base), load<Lane>(from[2] + base)});
     };
-    const Vec3<Lane> transmitted = rows(m.shadow_depth);
-    const Lane passed = mean(rows(m.shadow_rate)), ratio = load<Lane>(m.shadow_ratio + base);
+    const Lane panes = load<Lane>(m.shadow_panes + base);
+    const Vec3<Lane> transmitted = rows(m.shadow_depth) * panes;
+    const Lane passed = mean(rows(m.shadow_rate)) * panes, ratio = load<Lane>(m.shadow_ratio + base);
     const Lane reweighted = (1.0f + ratio) / (1.0f + ratio * passed);
     store(m.passed + base, passed);
     store(q.r + base, load<Lane>(q.r + base) * transmitted.x * reweighted);

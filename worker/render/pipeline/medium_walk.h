@@ -18,6 +18,10 @@
 //
 // A medium without boundary, which the camera or a light stands in, ends at the sphere around the scene and
 // the camera: what comes from infinity has a finite way through it.
+//
+// Panes (scene/pane.h) are boundaries that a segment passes with the probability T of each: one number u is
+// drawn for the whole segment, which ends at the first pane where the product of all T so far is not above u.
+// The product is part of the P~ of the segment, and of the transmittance of a connection.
 #include <vector>
 
 #include "worker/render/pipeline/context.h"
@@ -36,6 +40,7 @@ struct MediaWork {
   alignas(32) float rate[3][kWavefront];   // the same by the collision rate
   alignas(32) float left[kWavefront];      // until it ends, in the chosen channel
   alignas(32) int32_t channel[kWavefront];
+  alignas(32) float pane_draw[kWavefront], panes[kWavefront];  // u, and the product of T so far
 
   // Of the shadow rays in the queue: the medium that they start in, and w_light + w_camera without P~ of
   // their segment, which is known once they are traced. What is queued is weighted as if it were 1.
@@ -44,6 +49,7 @@ struct MediaWork {
   // Set by trace_transmittance: P~, and optical depths while it runs.
   alignas(32) float passed[ShadowRays::kCapacity];
   alignas(32) float shadow_depth[3][ShadowRays::kCapacity], shadow_rate[3][ShadowRays::kCapacity];
+  alignas(32) float shadow_panes[ShadowRays::kCapacity];  // product of their T
   TracedRay shadow_rays[ShadowRays::kCapacity];
 
   /// A shadow ray of next event that got to a light, and the medium that it was in then.

@@ -55,7 +55,10 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
   v.path = g.slot;
   v.depth = splat_int<Lane>(depth);
   if constexpr (K::kMedia) {
-    v.media = sides_met<Lane>(gather(scene.primitive_media.data(), prim), h.path.medium);
+    const LaneInt sides = gather(scene.primitive_media.data(), prim);
+    v.media = sides_met<Lane>(sides, h.path.medium);
+    // A pane that is met at all reflects.
+    if (scene.any_panes) v.params.p[1] = select(LaneMask(sides < 0), splat<Lane>(1.0f), v.params.p[1]);
     h.path.origin = segment_start(*w.media, g.slot);
   }
   const Vec3<Lane> segment = s.p - o;

@@ -87,7 +87,7 @@ void find_strategies(const RenderScene& scene, ScenePlan* plan) {
 
 /// Why diffuse kernels don't do (kernel_set.h); null if they do.
 const char* needs_general_kernels(const RenderScene& s) {
-  if (s.any_media()) return "there are media";
+  if (s.any_media()) return s.any_panes ? "there are panes" : "there are media";
   if (!s.only_diffuse || s.kinds_present > 1) return "a material in use is not diffuse";
   if (s.any_texture || s.any_tangent || s.any_colors || s.any_mix || !s.lights.patterns.empty())
     return "a colour, an emitter or a normal map varies over a surface";
@@ -253,11 +253,14 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
            : "the camera moves",
        "a time per path, and a transform that is made anew for every ray that meets what moves");
   const size_t media = scene.any_media() ? scene.media.size() / kMediumFloats - 1 : 0;
-  item("participating media", scene.any_media(),
-       scene.any_media() ? text(media) + " homogeneous, with " +
-                               (scene.any_boundaries ? "boundaries" : "no boundary but surfaces")
-                         : "none in the scene",
+  item("participating media", media > 0,
+       media > 0 ? text(media) + " homogeneous, with " +
+                       (scene.any_boundaries ? "boundaries" : "no boundary but surfaces")
+                 : "none in the scene",
        "distance sampling, the walk through boundaries and transmittance");
+  item("panes", scene.any_panes,
+       scene.any_panes ? "thin smooth glass is looked through" : "no thin smooth glass in the scene",
+       "the walk of paths and shadow rays through them");
   return plan;
 }
 

@@ -37,7 +37,8 @@ enum VertexDim : uint32_t {
   kDimLightDistance = 4,   // the same of light paths
   kDimConnectRoulette = 9  // + number of the draw modulo kConnectRouletteDims: 1D
 };
-inline constexpr uint32_t kConnectRouletteDims = kDimsPerVertex - kDimConnectRoulette;
+inline constexpr uint32_t kDimPane = kDimsPerVertex - 1;  // 1D: which pane on the way to the vertex reflects
+inline constexpr uint32_t kConnectRouletteDims = kDimPane - kDimConnectRoulette;
 constexpr uint32_t vertex_dim(int vertex, uint32_t dim) {
   return kDimVertex0 + static_cast<uint32_t>(vertex) * kDimsPerVertex + dim;
 }

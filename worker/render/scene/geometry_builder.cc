@@ -85,10 +85,12 @@ void GeometryBuilder::warn(const ShapeDescription& s, std::string what) {
 void GeometryBuilder::add_primitive(const ShapeDescription& s, int32_t light, int32_t flags) {
   out_.primitive_material.push_back(s.material);
   out_.primitive_light.push_back(light);
-  out_.primitive_flags.push_back(flags);
+  const bool pane = media_.is_pane(s);
+  out_.primitive_flags.push_back(flags | (pane ? RenderScene::kPane : 0));
   if (!media_.any()) return;
   out_.primitive_media.push_back(media_.sides(s));
-  out_.any_boundaries = out_.any_boundaries || s.boundary;
+  out_.any_panes = out_.any_panes || pane;
+  out_.any_boundaries = out_.any_boundaries || pane || s.boundary;
 }
 
 void GeometryBuilder::add_vertices(const ShapeDescription& s, const TriangleMesh& mesh) {

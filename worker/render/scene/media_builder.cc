@@ -22,6 +22,7 @@ MediaBuilder::MediaBuilder(const SceneDescription& description,
     if (index >= 0) used[static_cast<size_t>(index)] = true;
   };
   for (const ShapeDescription* s : shapes) {
+    any_panes_ = any_panes_ || is_pane(*s);
     if (!s->media.transition() && s->area_light < 0) continue;
     use(s->media.inside);
     use(s->media.outside);
@@ -72,10 +73,17 @@ void MediaBuilder::write(RenderScene* scene) const {
   scene->camera_medium = number(in_.camera.medium);
 }
 
+bool MediaBuilder::is_pane(const ShapeDescription& shape) const {
+  if (shape.boundary || shape.area_light >= 0 || shape.material < 0) return false;
+  const MaterialDescription& material = in_.materials[static_cast<size_t>(shape.material)];
+  return std::holds_alternative<ThinDielectricMaterial>(material.kind) && material.normal_map < 0 &&
+         material.displacement < 0;
+}
+
 int32_t MediaBuilder::sides(const ShapeDescription& shape) const {
   const int32_t inside = number(shape.media.inside), outside = number(shape.media.outside);
   return medium_sides(inside, outside) | (shape.media.transition() ? kMediumTransition : 0) |
-         (shape.boundary ? kMediumBoundary : 0);
+         (shape.boundary || is_pane(shape) ? kMediumBoundary : 0);
 }
 
 }  // namespace lightmill

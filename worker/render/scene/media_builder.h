@@ -1,5 +1,5 @@
 #pragma once
-// Media of a scene description as records, and what lies on the sides of its shapes.
+// Media of a scene description as records, what lies on the sides of its shapes, and which of them are panes.
 #include <vector>
 
 #include "worker/render/scene/render_scene.h"
@@ -12,9 +12,12 @@ class MediaBuilder {
   /// left out, and so are those that do nothing: if none is left, the scene has no media.
   MediaBuilder(const SceneDescription& description, const std::vector<const ShapeDescription*>& shapes);
 
-  bool any() const { return count_ > 0; }
+  /// Media or panes.
+  bool any() const { return count_ > 0 || any_panes_; }
   /// Whether rays can't meet the shape: it is no surface, and no boundary either.
-  bool is_nothing(const ShapeDescription& shape) const { return shape.boundary && !any(); }
+  bool is_nothing(const ShapeDescription& shape) const { return shape.boundary && count_ == 0; }
+  /// See pane.h.
+  bool is_pane(const ShapeDescription& shape) const;
   /// Writes the records once scene->scale_exponent is known. Throws Error(kBadScene) if there are too many,
   /// or coefficients that float cannot hold at the scene's scale.
   void write(RenderScene* scene) const;
@@ -28,6 +31,7 @@ class MediaBuilder {
   const SceneDescription& in_;
   std::vector<int32_t> number_;  // per medium of the description; 0: it does nothing or is not used
   int32_t count_ = 0;
+  bool any_panes_ = false;
 };
 
 }  // namespace lightmill

@@ -32,7 +32,8 @@ inline constexpr int kMediumBits = 15;
 inline constexpr int32_t kMaxMedia = (1 << kMediumBits) - 1;
 /// Of a primitive's sides: what passes changes to the medium on the other side; without it the medium stays.
 inline constexpr int32_t kMediumTransition = 1 << 30;
-/// Of a primitive's sides: there is no surface, rays pass straight on. The sign, so that it is sides < 0.
+/// Of a primitive's sides: there is no surface, or a pane, and rays pass straight on. The sign, so that it is
+/// sides < 0.
 inline constexpr int32_t kMediumBoundary = INT32_MIN;
 
 constexpr int32_t medium_sides(int32_t inside, int32_t outside) { return inside | outside << kMediumBits; }

@@ -114,13 +114,14 @@ struct RenderScene {
   std::vector<int32_t> primitive_material;  // per primitive
   std::vector<int32_t> primitive_light;     // per primitive: index into lights, or -1
   std::vector<int32_t> primitive_flags;     // per primitive: kFlip...
-  static constexpr int32_t kFlip = 1, kHasUv = 2, kFibre = 4;
+  static constexpr int32_t kFlip = 1, kHasUv = 2, kFibre = 4, kPane = 8;
 
-  // Participating media (medium.h); empty without any.
+  // Participating media (medium.h) and panes (pane.h); empty without any.
   std::vector<float> media;              // kMediumFloats per medium, of which the first is empty space
   std::vector<int32_t> primitive_media;  // sides per primitive
-  bool any_boundaries = false;           // of media, without a surface
-  int32_t camera_medium = 0;             // that camera paths start in
+  bool any_boundaries = false;           // that rays pass straight through: of media, or panes
+  bool any_panes = false;
+  int32_t camera_medium = 0;  // that camera paths start in
 
   std::vector<float> bodies;  // kBodyFloats per material that light walks below (subsurface_body.h)
 
@@ -167,6 +168,7 @@ struct RenderScene {
             origin.y + std::ldexp(double{p.y}, -scale_exponent),
             origin.z + std::ldexp(double{p.z}, -scale_exponent)};
   }
+  /// Whether segments are walked along: there are media, or panes.
   bool any_media() const { return !media.empty(); }
   /// Whether shading normals may differ from geometric ones.
   bool any_shading_normals() const { return any_normals || any_bumps; }
