@@ -65,11 +65,7 @@ std::vector<unsigned> sets_of_a_guide() {
   return sets;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, LightGuideSets, ::testing::ValuesIn(sets_of_a_guide()), [](const auto& info) {
-  std::string name = strategy_names(info.param);
-  for (char& c : name) c = c == ',' ? '_' : c == '-' ? '0' : c;
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(All, LightGuideSets, ::testing::ValuesIn(sets_of_a_guide()), set_name);
 
 // A sun without size has emission cells; what hits alone can not make is left out.
 class EmissionCellSets : public ::testing::TestWithParam<unsigned> {};

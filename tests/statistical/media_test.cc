@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "tests/statistical/over_film.h"
 #include "tests/statistical/strategy_set.h"
 #include "tests/support/scaled_scene.h"
 #include "worker/render/renderer.h"
@@ -36,20 +37,6 @@ class Media : public ::testing::TestWithParam<Integrator> {
   }
   double resolution(double of_pt) const { return GetParam() == Integrator::kLt ? 3 * of_pt : of_pt; }
 };
-
-/// Mean of f(direction) over the film of `s`.
-template <class F>
-double over_film(const TestScene& s, F&& f) {
-  constexpr int kSteps = 64;
-  double sum = 0;
-  for (int y = 0; y < kSteps; ++y) {
-    for (int x = 0; x < kSteps; ++x) {
-      sum += f(camera_direction(s.scene, s.scene.film.width * (x + 0.5) / kSteps,
-                                s.scene.film.height * (y + 0.5) / kSteps));
-    }
-  }
-  return sum / (kSteps * kSteps);
-}
 
 /// A wall that shines, seen through a slab of `medium` of thickness 0.5.
 TestScene slab(const Rgb& sigma_a, const Rgb& sigma_s) {
@@ -242,12 +229,7 @@ TEST(MediaScale, PowersOfTwoChangeNoBit) {
 
 INSTANTIATE_TEST_SUITE_P(All, Media, ::testing::Values(Integrator::kPt, Integrator::kLt, Integrator::kBdpt),
                          [](const auto& info) { return name_of(info.param); });
-INSTANTIATE_TEST_SUITE_P(All, MediaStrategySet, ::testing::Range(1u, kAllStrategies + 1),
-                         [](const auto& info) {
-                           std::string name = strategy_names(info.param);
-                           for (char& c : name) c = c == ',' ? '_' : c == '-' ? '0' : c;
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(All, MediaStrategySet, ::testing::Range(1u, kAllStrategies + 1), set_name);
 
 }  // namespace
 }  // namespace lightmill::test

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "tests/statistical/over_film.h"
 #include "tests/statistical/strategy_set.h"
 
 namespace lightmill::test {
@@ -23,19 +24,6 @@ double reflectance(double cosine) {
   double sum = r;
   for (int k = 1; k < 40; ++k) sum += t * t * std::pow(r, 2 * k - 1);
   return sum;
-}
-
-template <class F>
-double over_film(const TestScene& s, F&& f) {
-  constexpr int kSteps = 64;
-  double sum = 0;
-  for (int y = 0; y < kSteps; ++y) {
-    for (int x = 0; x < kSteps; ++x) {
-      sum += f(camera_direction(s.scene, s.scene.film.width * (x + 0.5) / kSteps,
-                                s.scene.film.height * (y + 0.5) / kSteps));
-    }
-  }
-  return sum / (kSteps * kSteps);
 }
 
 class Panes : public ::testing::TestWithParam<Integrator> {
@@ -149,12 +137,7 @@ TEST(PanesInFog, PathTracingAndBdptAgree) {
 INSTANTIATE_TEST_SUITE_P(All, Panes, ::testing::Values(Integrator::kPt, Integrator::kLt, Integrator::kBdpt),
                          [](const auto& info) { return name_of(info.param); });
 INSTANTIATE_TEST_SUITE_P(All, PaneStrategySet,
-                         ::testing::Range<unsigned>(kEmissionHits, kAllStrategies + 1, 2),
-                         [](const auto& info) {
-                           std::string name = strategy_names(info.param);
-                           for (char& c : name) c = c == ',' ? '_' : c == '-' ? '0' : c;
-                           return name;
-                         });
+                         ::testing::Range<unsigned>(kEmissionHits, kAllStrategies + 1, 2), set_name);
 
 }  // namespace
 }  // namespace lightmill::test

@@ -69,11 +69,7 @@ TEST_P(PortalSets, AgreeWithAWallOutside) {
       {.max_depth = 3, .weak_spp = 16384, .all_spp = 8192, .once_spp = 8192, .connections_notice = 2});
 }
 
-INSTANTIATE_TEST_SUITE_P(All, PortalSets, ::testing::Range(1u, kAllStrategies + 1), [](const auto& info) {
-  std::string name = strategy_names(info.param);
-  for (char& c : name) c = c == ',' ? '_' : c == '-' ? '0' : c;
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(All, PortalSets, ::testing::Range(1u, kAllStrategies + 1), set_name);
 
 }  // namespace
 }  // namespace lightmill::test

@@ -61,11 +61,7 @@ TEST(PlanCounts, AgreeWithOneOfEach) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, StrategySet, ::testing::Range(1u, kAllStrategies + 1), [](const auto& info) {
-  std::string name = strategy_names(info.param);
-  for (char& c : name) c = c == ',' ? '_' : c == '-' ? '0' : c;
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(All, StrategySet, ::testing::Range(1u, kAllStrategies + 1), set_name);
 
 }  // namespace
 }  // namespace lightmill::test

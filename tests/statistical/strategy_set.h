@@ -1,5 +1,10 @@
 #pragma once
 // A set of strategy families against all of them.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "common/strategies.h"
 #include "tests/support/agreement.h"
 #include "tests/support/test_scene.h"
 
@@ -18,5 +23,12 @@ struct StrategySetTest {
 /// Expects that `set` gives the image that all families give, or, of connections alone, what of it has two
 /// and more scattering events.
 void expect_agrees_with_all(const TestScene& s, Strategies set, const StrategySetTest& test);
+
+/// A test's name for the set that it is of: INSTANTIATE_TEST_SUITE_P(All, Suite, values, set_name).
+inline std::string set_name(const ::testing::TestParamInfo<unsigned>& info) {
+  std::string name = strategy_names(info.param);
+  for (char& c : name) c = c == ',' ? '_' : c == '-' ? '0' : c;
+  return name;
+}
 
 }  // namespace lightmill::test

@@ -210,12 +210,7 @@ INSTANTIATE_TEST_SUITE_P(All, Subsurface,
                          [](const auto& info) { return name_of(info.param); });
 INSTANTIATE_TEST_SUITE_P(All, SubsurfaceFurnace, ::testing::Values(Integrator::kPt, Integrator::kBdpt),
                          [](const auto& info) { return name_of(info.param); });
-INSTANTIATE_TEST_SUITE_P(All, SubsurfaceStrategySet, ::testing::Range(1u, kAllStrategies + 1),
-                         [](const auto& info) {
-                           std::string name = strategy_names(info.param);
-                           for (char& c : name) c = c == ',' ? '_' : c == '-' ? '0' : c;
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(All, SubsurfaceStrategySet, ::testing::Range(1u, kAllStrategies + 1), set_name);
 
 }  // namespace
 }  // namespace lightmill::test

@@ -85,7 +85,7 @@ void GeometryBuilder::warn(const ShapeDescription& s, std::string what) {
 void GeometryBuilder::add_primitive(const ShapeDescription& s, int32_t light, int32_t flags) {
   out_.primitive_material.push_back(s.material);
   out_.primitive_light.push_back(light);
-  const bool pane = media_.is_pane(s);
+  const bool pane = media_.any() && media_.is_pane(s);
   out_.primitive_flags.push_back(flags | (pane ? RenderScene::kPane : 0));
   if (!media_.any()) return;
   out_.primitive_media.push_back(media_.sides(s));
