@@ -183,6 +183,13 @@ class Farm {
   /// `reason`, if given, receives why it was refused.
   CommitResult commit(const WorkerId& worker, const LeaseKey& lease, const std::string& partial_bytes,
                       std::string* reason = nullptr);
+  /// The same but for the wait for the disk: kAccepted and kAlreadyCommitted must not leave this process
+  /// before a flush() that was called later has returned.
+  CommitResult commit_unflushed(const WorkerId& worker, const LeaseKey& lease,
+                                const std::string& partial_bytes, std::string* reason = nullptr);
+  /// Makes all durable that was committed before the call; calls at the same time share the work. Throws
+  /// StoreError.
+  void flush();
   /// The worker could not render the tile; leased again elsewhere, and after max_attempts the job fails.
   void fail(const WorkerId& worker, const LeaseKey& lease, const std::string& reason);
   /// The worker has no time for the tile any more; leased again at once, and nobody is blamed.

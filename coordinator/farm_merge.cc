@@ -131,8 +131,17 @@ Farm::Impl::Unpin::~Unpin() {
   }
 }
 
+void Farm::flush() { impl_->store->flush(); }
+
 CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const std::string& partial_bytes,
                           std::string* reason) {
+  const CommitResult result = commit_unflushed(worker, lease, partial_bytes, reason);
+  if (must_be_durable(result)) flush();
+  return result;
+}
+
+CommitResult Farm::commit_unflushed(const WorkerId& worker, const LeaseKey& lease,
+                                    const std::string& partial_bytes, std::string* reason) {
   const auto refuse = [&](const std::string& why) {
     if (reason) *reason = why;
     return impl_->refuse(worker, lease, why, partial_bytes);
@@ -187,10 +196,7 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     settings = job->record.settings;
     quantum = job->record.quantum_exponent;
   }
-  if (repeated) {
-    impl_->store->flush();  // the first answer may have failed just there
-    return CommitResult::kAlreadyCommitted;
-  }
+  if (repeated) return CommitResult::kAlreadyCommitted;
   const Impl::Unpin unpin{*impl_, worker, lease};
   if (is_pilot(tile)) return impl_->commit_pilot(worker, lease, partial_bytes);
 
@@ -223,8 +229,6 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
     case CommitResult::kAccepted:
       break;
     case CommitResult::kAlreadyCommitted:
-      layers.reset();
-      impl_->store->flush();
       return CommitResult::kAlreadyCommitted;
     default:
       return CommitResult::kStale;
@@ -298,8 +302,6 @@ CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const s
   } catch (const std::exception& e) {
     impl_->log("job " + lease.job.value + ": " + e.what());
   }
-  layers.reset();
-  impl_->store->flush();  // without any lock, so that those who commit at the same time share a sync
   return CommitResult::kAccepted;
 }
 

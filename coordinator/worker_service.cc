@@ -21,8 +21,7 @@ constexpr int kMaxAskedBlobs = 10000;
 constexpr int kMaxFetches = 64;
 /// As many calls may wait for work, each with a thread; others are answered at once and come again.
 constexpr int kMaxWaiting = 200;
-/// As many partials are decoded, merged and synced at once; those that wait share the sync of those before
-/// them.
+/// As many partials are decoded and merged at once.
 constexpr size_t kMaxCommitting = 32;
 /// A long poll looks this often whether its caller is still there.
 constexpr double kPollSliceSeconds = 0.5;
@@ -96,6 +95,7 @@ WorkerService::WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, Til
       lease_seconds_(lease_seconds),
       caller_(std::move(caller)),
       most_incoming_bytes_(quotas.incoming_bytes),
+      flush_queue_([this] { farm_.flush(); }),
       waiting_pool_(kMaxWaiting + kMaxCommitting),
       commit_pool_(kMaxCommitting) {}
 
@@ -185,8 +185,7 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
     if (!status.ok() || answered_) {
       Finish(status);
     } else if (whole) {
-      service_.commit_pool_.run(
-          [this] { Finish(guarded([this] { return service_.commit(header_, bytes_, response_); })); });
+      service_.commit_pool_.run([this] { merge(); });
     } else {
       read();
     }
@@ -231,6 +230,28 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
     return grpc::Status::OK;
   }
 
+  void merge() {
+    arrived_ = std::chrono::steady_clock::now();
+    const grpc::Status status = guarded([this] {
+      result_ = service_.merge(header_, bytes_, &reason_);
+      return grpc::Status::OK;
+    });
+    if (!status.ok() || !must_be_durable(result_)) return answer(status);
+    service_.flush_queue_.when_durable([this](const std::exception_ptr& failure) {
+      answer(guarded([&] {
+        if (failure) std::rethrow_exception(failure);
+        return grpc::Status::OK;
+      }));
+    });
+  }
+  void answer(const grpc::Status& status) {
+    if (!status.ok()) return Finish(status);
+    Finish(guarded([this] {
+      service_.answer(header_, result_, reason_, seconds_since(arrived_), response_);
+      return grpc::Status::OK;
+    }));
+  }
+
   WorkerService& service_;
   v1::CommitResponse* const response_;
   Reservation reservation_;
@@ -239,6 +260,9 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
   v1::CommitRequest::Header header_;
   std::string bytes_;  // grows as chunks arrive: an announced size alone allocates nothing
   bool begun_ = false, answered_ = false;
+  std::chrono::steady_clock::time_point arrived_;  // all of it
+  CommitResult result_ = CommitResult::kStale;
+  std::string reason_;
 };
 
 grpc::ServerReadReactor<v1::CommitRequest>* WorkerService::Commit(grpc::CallbackServerContext* context,
@@ -246,27 +270,29 @@ grpc::ServerReadReactor<v1::CommitRequest>* WorkerService::Commit(grpc::Callback
   return new CommitCall(*this, *context, response);
 }
 
-grpc::Status WorkerService::commit(const v1::CommitRequest::Header& header, const std::string& bytes,
-                                   v1::CommitResponse* response) {
+CommitResult WorkerService::merge(const v1::CommitRequest::Header& header, const std::string& bytes,
+                                  std::string* reason) {
   if (bytes.size() != header.size()) throw Error(ErrorKind::kUsage, "the partial is shorter than announced");
   if (sha256_hex(bytes) != header.digest()) {
     throw Error(ErrorKind::kUsage, "the partial was damaged on its way: its digest differs");
   }
   const LeaseKey key = from_proto(header.key());
   const LogScope scope(about(header.worker_id(), key));
-  std::string reason;
-  const auto arrived = std::chrono::steady_clock::now();
-  const CommitResult result = farm_.commit(WorkerId{header.worker_id()}, key, bytes, &reason);
-  if (result == CommitResult::kAccepted) metrics_.committed(seconds_since(arrived));
+  return farm_.commit_unflushed(WorkerId{header.worker_id()}, key, bytes, reason);
+}
+
+void WorkerService::answer(const v1::CommitRequest::Header& header, CommitResult result,
+                           const std::string& reason, double seconds, v1::CommitResponse* response) {
+  const LogScope scope(about(header.worker_id(), from_proto(header.key())));
   response->set_outcome(to_proto(result));
   response->set_message(reason.empty() ? outcome_text(result) : one_line(reason));
   if (result == CommitResult::kAccepted) {
-    tile_log_.add("committed: " + std::to_string(bytes.size()) + " bytes");
+    metrics_.committed(seconds);
+    tile_log_.add("committed: " + std::to_string(header.size()) + " bytes");
   } else if (result != CommitResult::kCorrupt) {  // of that the farm's own log speaks
     tile_log_.add(result == CommitResult::kAlreadyCommitted ? "committed once more"
                                                             : "not committed: " + response->message());
   }
-  return grpc::Status::OK;
 }
 
 grpc::Status WorkerService::Fail(grpc::ServerContext*, const v1::FailRequest* request, v1::FailResponse*) {

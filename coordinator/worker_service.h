@@ -2,13 +2,14 @@
 // v1.WorkerService over a Farm and a BlobStore: translates, bounds, streams; decides nothing.
 //
 // Lease and Commit, which come thousands of times a second, are callbacks: gRPC's few threads receive and
-// send, and what may block (a worker that waits for work, a partial that is merged and synced) goes to
-// threads of our own. All other calls have a thread each while they last.
+// send, and what may block (a worker that waits for work, a partial that is merged) goes to threads of our
+// own; a commit that waits for the disk holds none. All other calls have a thread each while they last.
 #include <atomic>
 
 #include "coordinator/blob_store.h"
 #include "coordinator/caller.h"
 #include "coordinator/farm.h"
+#include "coordinator/flush_queue.h"
 #include "coordinator/metrics.h"
 #include "coordinator/quotas.h"
 #include "coordinator/stall_watch.h"
@@ -45,8 +46,10 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   grpc::Status wait_for_lease(grpc::CallbackServerContext* context, const v1::LeaseRequest& request,
                               v1::LeaseResponse* response);
   /// Once all of the partial is there.
-  grpc::Status commit(const v1::CommitRequest::Header& header, const std::string& bytes,
-                      v1::CommitResponse* response);
+  CommitResult merge(const v1::CommitRequest::Header& header, const std::string& bytes, std::string* reason);
+  /// Once it is durable, if it must be; `seconds` later.
+  void answer(const v1::CommitRequest::Header& header, CommitResult result, const std::string& reason,
+              double seconds, v1::CommitResponse* response);
   void grant(const v1::LeaseRequest& request, const LeaseGrant& grant, double waited,
              v1::LeaseResponse* response);
 
@@ -61,7 +64,8 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   std::atomic<bool> stopping_{false};
   std::atomic<int> waiting_ = 0, fetches_ = 0;
   std::atomic<uint64_t> incoming_bytes_{0};  // of partials that are being received
-  TaskPool waiting_pool_, commit_pool_;      // ended first: their tasks use what is above
+  FlushQueue flush_queue_;
+  TaskPool waiting_pool_, commit_pool_;  // ended first: their tasks use what is above
 };
 
 }  // namespace lightmill

@@ -122,4 +122,10 @@ struct LeaseGrant {
 
 enum class CommitResult { kAccepted, kAlreadyCommitted, kStale, kCorrupt, kUnknownJob };
 
+/// Whether the result says that the partial is kept: nobody may hear of it before that is on disk. The first
+/// answer to a repeated commit may have failed just there.
+inline bool must_be_durable(CommitResult result) {
+  return result == CommitResult::kAccepted || result == CommitResult::kAlreadyCommitted;
+}
+
 }  // namespace lightmill

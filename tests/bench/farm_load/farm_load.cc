@@ -1,24 +1,23 @@
-// Many workers that render nothing: real gRPC clients, a connection each, with canned partials. See ./run.
+// Many workers that render nothing: real gRPC clients, a connection each, with canned partials. Few threads
+// drive them by completion queues, as those of a farm have machines of their own. See ./run.
 //   farm_load COORDINATOR WORKERS JOBS SECONDS PID
 // PID is the coordinator's: its processor time is read from /proc around the load, without what connecting
 // costs.
+#include <grpcpp/completion_queue.h>
 #include <grpcpp/create_channel.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <mutex>
 #include <sstream>
 #include <thread>
 
 #include "common/build_id/build_id.h"
 #include "common/digest.h"
 #include "common/rpc/channel.h"
-#include "common/rpc/commit_stream.h"
 #include "common/rpc/convert.h"
 #include "lightmill/v1/client.grpc.pb.h"
 #include "lightmill/v1/worker.grpc.pb.h"
@@ -28,7 +27,7 @@ namespace lightmill {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int kThreads = 16;  // that drive the workers in turn: as many calls are under way at once
+constexpr size_t kThreads = 2, kTurnsOfThread = 8;  // so many calls are under way at once
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -50,11 +49,16 @@ std::shared_ptr<grpc::Channel> connection(const std::string& address) {
 /// As by a worker as slow as real ones: tiles stay small, one cell each.
 constexpr double kTileSeconds = 1;
 
+/// Of one thread.
 struct Totals {
-  std::atomic<int64_t> cycles = 0, empty = 0, refused = 0;
-  std::atomic<int64_t> raw_bytes = 0;
-  std::mutex mutex;
+  int64_t cycles = 0, empty = 0, refused = 0;
+  int64_t raw_bytes = 0;
   std::vector<double> lease_seconds, commit_seconds;
+  void add(const Totals& other) {
+    cycles += other.cycles, empty += other.empty, refused += other.refused, raw_bytes += other.raw_bytes;
+    lease_seconds.insert(lease_seconds.end(), other.lease_seconds.begin(), other.lease_seconds.end());
+    commit_seconds.insert(commit_seconds.end(), other.commit_seconds.begin(), other.commit_seconds.end());
+  }
 };
 
 class LoadWorker {
@@ -69,43 +73,136 @@ class LoadWorker {
     require(stub_->Register(&context, request, &response), "register");
     id_ = response.worker_id();
   }
-  void cycle(Totals& totals) {
-    v1::LeaseRequest request;
-    request.set_worker_id(id_);
-    v1::LeaseResponse response;
-    grpc::ClientContext context;
-    set_deadline(context, 60);
-    const auto start = Clock::now();
-    require(stub_->Lease(&context, request, &response), "lease");
-    const double leased = seconds_since(start);
-    if (!response.has_grant()) {
-      ++totals.empty;
-      return;
-    }
-    const LeaseGrant grant = from_proto(response.grant());
-    const std::string bytes = grey_partial(grant, kTileSeconds);
-    v1::CommitResponse answer;
-    grpc::ClientContext committing;
-    set_deadline(committing, 60);
-    const auto handing_in = Clock::now();
-    const LeaseKey key{grant.job, grant.tile_id, grant.attempt};
-    require(commit_partial(*stub_, committing, id_, key, bytes, &answer), "commit");
-    const double committed = seconds_since(handing_in);
-    if (answer.outcome() == v1::COMMIT_OUTCOME_ACCEPTED) {
-      ++totals.cycles;
-      totals.raw_bytes += grant.settings.grid.pixels(grant.tile.cells).area() * 48;
-    } else {
-      ++totals.refused;
-    }
-    const std::lock_guard lock(totals.mutex);
-    totals.lease_seconds.push_back(leased);
-    totals.commit_seconds.push_back(committed);
-  }
+  v1::WorkerService::Stub& stub() const { return *stub_; }
+  const std::string& id() const { return id_; }
 
  private:
   std::unique_ptr<v1::WorkerService::Stub> stub_;
   std::string id_;
 };
+using LoadWorkers = std::vector<std::unique_ptr<LoadWorker>>;
+
+/// One call after the other: every kStep-th worker leases a tile and commits it, as long as there is time.
+class Turn {
+ public:
+  static constexpr size_t kStep = kThreads * kTurnsOfThread;
+
+  Turn(const LoadWorkers& workers, size_t first, Clock::time_point end, grpc::CompletionQueue& queue,
+       Totals& totals)
+      : workers_(workers), next_(first), end_(end), queue_(queue), totals_(totals) {
+    lease();
+  }
+  bool ended() const { return !cycle_; }
+  /// What was begun last is done.
+  void go_on(bool ok) {
+    if (!cycle_->writer) return leased();
+    if (++cycle_->done == 1) return finish(ok);  // the header is on its way
+    if (cycle_->done == 3) committed();          // after the last chunk and the answer
+  }
+
+ private:
+  struct Cycle {
+    const LoadWorker* worker = nullptr;
+    grpc::Status status;
+    grpc::ClientContext leasing, committing;
+    std::unique_ptr<grpc::ClientAsyncResponseReader<v1::LeaseResponse>> reader;
+    v1::LeaseResponse leased;
+    std::unique_ptr<grpc::ClientAsyncWriter<v1::CommitRequest>> writer;
+    v1::CommitRequest chunk;
+    v1::CommitResponse answer;
+    int64_t raw_bytes = 0;
+    int done = 0;  // operations of the commit
+    Clock::time_point start;
+  };
+
+  void lease() {
+    cycle_.reset();
+    if (Clock::now() >= end_) return;
+    cycle_ = std::make_unique<Cycle>();
+    cycle_->worker = workers_[next_ % workers_.size()].get();
+    next_ += kStep;
+    v1::LeaseRequest request;
+    request.set_worker_id(cycle_->worker->id());
+    set_deadline(cycle_->leasing, 60);
+    cycle_->start = Clock::now();
+    cycle_->reader = cycle_->worker->stub().AsyncLease(&cycle_->leasing, request, &queue_);
+    cycle_->reader->Finish(&cycle_->leased, &cycle_->status, this);
+  }
+  void leased() {
+    require(cycle_->status, "lease");
+    totals_.lease_seconds.push_back(seconds_since(cycle_->start));
+    if (!cycle_->leased.has_grant()) {
+      ++totals_.empty;
+      return lease();
+    }
+    const LeaseGrant grant = from_proto(cycle_->leased.grant());
+    cycle_->raw_bytes = grant.settings.grid.pixels(grant.tile.cells).area() * 48;
+    cycle_->chunk.set_chunk(grey_partial(grant, kTileSeconds));
+    const std::string& bytes = cycle_->chunk.chunk();
+    if (bytes.size() > kChunkBytes) {
+      std::fprintf(stderr, "farm_load: partials of several chunks are not made for\n");
+      std::exit(1);
+    }
+    v1::CommitRequest header;
+    header.mutable_header()->set_worker_id(cycle_->worker->id());
+    *header.mutable_header()->mutable_key() = to_proto(LeaseKey{grant.job, grant.tile_id, grant.attempt});
+    header.mutable_header()->set_size(bytes.size());
+    header.mutable_header()->set_digest(sha256_hex(bytes));
+    set_deadline(cycle_->committing, 60);
+    cycle_->committing.set_initial_metadata_corked(true);  // as commit_partial(): all in one packet
+    cycle_->start = Clock::now();
+    cycle_->writer =
+        cycle_->worker->stub().PrepareAsyncCommit(&cycle_->committing, &cycle_->answer, &queue_);
+    cycle_->writer->StartCall(nullptr);  // corked: nothing comes of it
+    cycle_->writer->Write(header, grpc::WriteOptions().set_buffer_hint(), this);
+  }
+  void finish(bool ok) {
+    if (ok) {
+      cycle_->writer->WriteLast(cycle_->chunk, grpc::WriteOptions(), this);
+    } else {
+      ++cycle_->done;
+    }
+    cycle_->writer->Finish(&cycle_->status, this);
+  }
+  void committed() {
+    require(cycle_->status, "commit");
+    totals_.commit_seconds.push_back(seconds_since(cycle_->start));
+    if (cycle_->answer.outcome() == v1::COMMIT_OUTCOME_ACCEPTED) {
+      ++totals_.cycles;
+      totals_.raw_bytes += cycle_->raw_bytes;
+    } else {
+      ++totals_.refused;
+    }
+    lease();
+  }
+
+  const LoadWorkers& workers_;
+  size_t next_;
+  const Clock::time_point end_;
+  grpc::CompletionQueue& queue_;
+  Totals& totals_;
+  std::unique_ptr<Cycle> cycle_;  // none: ended
+};
+
+void drive(const LoadWorkers& workers, size_t thread, Clock::time_point end, Totals& totals) {
+  grpc::CompletionQueue queue;
+  std::vector<std::unique_ptr<Turn>> turns;
+  for (size_t i = 0; i < kTurnsOfThread; ++i) {
+    turns.push_back(std::make_unique<Turn>(workers, thread * kTurnsOfThread + i, end, queue, totals));
+  }
+  size_t under_way = 0;
+  for (const auto& turn : turns) under_way += !turn->ended();
+  void* tag = nullptr;
+  bool ok = false;
+  while (under_way > 0 && queue.Next(&tag, &ok)) {
+    Turn& turn = *static_cast<Turn*>(tag);
+    turn.go_on(ok);
+    under_way -= turn.ended();
+  }
+  queue.Shutdown();
+  while (queue.Next(&tag, &ok)) {
+  }
+}
 
 void submit(const std::string& address, int jobs) {
   const auto stub = v1::ClientService::NewStub(connection(address));
@@ -168,20 +265,19 @@ double percentile(std::vector<double>& values, double p) {
 
 void run(const std::string& address, int workers, int jobs, double seconds, const std::string& pid) {
   submit(address, jobs);
-  std::vector<std::unique_ptr<LoadWorker>> all;
+  LoadWorkers all;
   for (int i = 0; i < workers; ++i) all.push_back(std::make_unique<LoadWorker>(address));
-  Totals totals;
   const ProcessorTime before = processor_time(pid), own_before = processor_time("self");
   const auto start = Clock::now();
-  std::vector<std::thread> threads;
-  for (int t = 0; t < kThreads; ++t) {
-    threads.emplace_back([&, t] {
-      for (size_t i = static_cast<size_t>(t); seconds_since(start) < seconds; i += kThreads) {
-        all[i % all.size()]->cycle(totals);
-      }
-    });
+  const auto end = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  Totals of_thread[kThreads], totals;
+  {
+    std::vector<std::jthread> threads;
+    for (size_t t = 0; t < kThreads; ++t) {
+      threads.emplace_back([&, t] { drive(all, t, end, of_thread[t]); });
+    }
   }
-  for (std::thread& thread : threads) thread.join();
+  for (const Totals& part : of_thread) totals.add(part);
   const double took = seconds_since(start);
   const ProcessorTime after = processor_time(pid), own_after = processor_time("self");
   const auto per_cycle = [&](double seconds_spent) {
