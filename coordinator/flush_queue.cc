@@ -6,8 +6,8 @@
 namespace lightmill {
 namespace {
 
-/// From the begin of a flush to that of the next: a lone commit is served at once, while under load many share
-/// a sync, which costs as much processor time as answering a few of them.
+/// From the begin of a flush to that of the next: a lone commit is served at once, while under load many
+/// share a sync, which costs as much processor time as answering a few of them.
 constexpr std::chrono::milliseconds kLeastSpacing(2);
 
 }  // namespace

@@ -151,8 +151,7 @@ class Turn {
     set_deadline(cycle_->committing, 60);
     cycle_->committing.set_initial_metadata_corked(true);  // as commit_partial(): all in one packet
     cycle_->start = Clock::now();
-    cycle_->writer =
-        cycle_->worker->stub().PrepareAsyncCommit(&cycle_->committing, &cycle_->answer, &queue_);
+    cycle_->writer = cycle_->worker->stub().PrepareAsyncCommit(&cycle_->committing, &cycle_->answer, &queue_);
     cycle_->writer->StartCall(nullptr);  // corked: nothing comes of it
     cycle_->writer->Write(header, grpc::WriteOptions().set_buffer_hint(), this);
   }
@@ -269,7 +268,8 @@ void run(const std::string& address, int workers, int jobs, double seconds, cons
   for (int i = 0; i < workers; ++i) all.push_back(std::make_unique<LoadWorker>(address));
   const ProcessorTime before = processor_time(pid), own_before = processor_time("self");
   const auto start = Clock::now();
-  const auto end = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  const auto end =
+      start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   Totals of_thread[kThreads], totals;
   {
     std::vector<std::jthread> threads;

@@ -44,8 +44,11 @@ class Accel {
   /// Sets the primitive that ray ids[i], i < count, hits first in (0, infinity), and the instance that it is
   /// hit in. Its time is times[ids[i]], in [0, 1]; null: 0, or nothing moves.
   void closest_hits(TracedRay* rays, const int32_t* ids, int count, const float* times = nullptr) const;
-  /// For i < count: occluded[i] = 1 if anything lies on ray i in (0, tfar[i]), else 0.
-  void occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const;
+  /// For i < count: occluded[i] = 1 if anything lies on ray i in (0, tfar[i]), else 0. With `crossed`, what
+  /// light passes straight (boundaries of media, panes) stops no ray, and crossed[i] = 1 if such may lie on
+  /// it.
+  void occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded,
+                uint8_t* crossed = nullptr) const;
   /// Memory of the tree.
   uint64_t bytes() const;
 

@@ -20,9 +20,22 @@ namespace {
 
 constexpr int kPacket = 8;
 
-/// The user data of a geometry of spheres: their records.
+/// The user data of a geometry of spheres.
+struct SphereSet {
+  const RenderScene* scene;
+  int32_t first;
+};
 const float* sphere_of(void* user_data, unsigned prim) {
-  return static_cast<const float*>(user_data) + size_t{prim} * 4;
+  const auto* set = static_cast<const SphereSet*>(user_data);
+  return &set->scene->spheres[(static_cast<size_t>(set->first) + prim) * 4];
+}
+
+/// Whether an occlusion test goes on through what the ray has met; then that is noted.
+bool passes(const RTCIntersectContext* context, const RenderScene& scene, int32_t prim, unsigned ray) {
+  unsigned* crossed = TraceContext::of(context).crossed;
+  if (!crossed || !scene.is_passed(prim)) return false;
+  *crossed |= 1u << ray;
+  return true;
 }
 
 void sphere_bounds(const RTCBoundsFunctionArguments* args) {
@@ -56,7 +69,9 @@ void sphere_intersect(const RTCIntersectFunctionNArguments* args) {
 }
 
 void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
+  const auto& set = *static_cast<const SphereSet*>(args->geometryUserPtr);
   const float* s = sphere_of(args->geometryUserPtr, args->primID);
+  const int32_t prim = set.scene->triangle_count() + set.first + static_cast<int32_t>(args->primID);
   for (unsigned i = 0; i < args->N; ++i) {
     if (!args->valid[i]) continue;
     RTCRayN* ray = args->ray;
@@ -64,21 +79,23 @@ void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
                         RTCRayN_org_z(ray, args->N, i)};
     const float d[3] = {RTCRayN_dir_x(ray, args->N, i), RTCRayN_dir_y(ray, args->N, i),
                         RTCRayN_dir_z(ray, args->N, i)};
-    if (sphere_hit(o, d, s, RTCRayN_tnear(ray, args->N, i), RTCRayN_tfar(ray, args->N, i)) >= 0) {
+    if (sphere_hit(o, d, s, RTCRayN_tnear(ray, args->N, i), RTCRayN_tfar(ray, args->N, i)) >= 0 &&
+        !passes(args->context, *set.scene, prim, RTCRayN_id(ray, args->N, i))) {
       RTCRayN_tfar(ray, args->N, i) = -std::numeric_limits<float>::infinity();
     }
   }
 }
 
-/// A mesh with an alpha mask, or of fibres; its geometry's user data.
-struct MaskedMesh {
+/// A mesh with hits that do not count, as it has an alpha mask, is of fibres or passed straight; its
+/// geometry's user data.
+struct FilteredMesh {
   const RenderScene* scene;
   const MeshRange* mesh;
 };
 
 /// Rejects the hits that alpha or the back of a fibre lets through, of closest-hit and shadow rays alike.
 void alpha_filter(const RTCFilterFunctionNArguments* args) {
-  const auto* masked = static_cast<const MaskedMesh*>(args->geometryUserPtr);
+  const auto* masked = static_cast<const FilteredMesh*>(args->geometryUserPtr);
   for (unsigned i = 0; i < args->N; ++i) {
     if (!args->valid[i]) continue;
     const Vec3<float> o{RTCRayN_org_x(args->ray, args->N, i), RTCRayN_org_y(args->ray, args->N, i),
@@ -92,9 +109,24 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
       continue;
     }
     if (!alpha_stops(*masked->scene, mesh.alpha, mesh.first_triangle + prim,
-                     TraceContext::instance_of(args->context), RTCRayN_time(args->ray, args->N, i), o, d))
+                     TraceContext::of(args->context).instance, RTCRayN_time(args->ray, args->N, i), o, d))
       args->valid[i] = 0;
   }
+}
+
+/// Rejects the hits that occlusion tests go on through.
+void straight_filter(const RTCFilterFunctionNArguments* args) {
+  const auto& mesh = *static_cast<const FilteredMesh*>(args->geometryUserPtr);
+  for (unsigned i = 0; i < args->N; ++i) {
+    if (!args->valid[i]) continue;
+    const int32_t prim =
+        mesh.mesh->first_triangle + static_cast<int32_t>(RTCHitN_primID(args->hit, args->N, i));
+    if (passes(args->context, *mesh.scene, prim, RTCRayN_id(args->ray, args->N, i))) args->valid[i] = 0;
+  }
+}
+void alpha_and_straight_filter(const RTCFilterFunctionNArguments* args) {
+  alpha_filter(args);
+  straight_filter(args);
 }
 
 [[noreturn]] void fail(RTCDevice device) {
@@ -130,7 +162,8 @@ struct Accel::Impl {
   RTCDevice device = nullptr;
   TracedObject world;
   TracedInstances instances;
-  std::deque<MaskedMesh> masked;  // does not move: geometries point to it
+  std::deque<FilteredMesh> filtered;  // they do not move: geometries point to them
+  std::deque<SphereSet> spheres;
   ~Impl() {
     if (world.scene) rtcReleaseScene(world.scene);
     for (const TracedObject& o : instances.objects) rtcReleaseScene(o.scene);
@@ -161,10 +194,15 @@ struct Accel::Impl {
       rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.indices.data(),
                                  static_cast<size_t>(mesh.first_triangle) * 12, 12,
                                  static_cast<size_t>(mesh.triangle_count));
-      if (has_alpha_mask(mesh.alpha) || mesh.fibres != 0 || scene.overrides & kAlphaMasks) {
-        rtcSetGeometryUserData(g, &masked.emplace_back(MaskedMesh{&scene, &mesh}));
-        rtcSetGeometryIntersectFilterFunction(g, alpha_filter);
-        rtcSetGeometryOccludedFilterFunction(g, alpha_filter);
+      const bool masked = has_alpha_mask(mesh.alpha) || mesh.fibres != 0 || scene.overrides & kAlphaMasks;
+      bool straight = false;
+      for (int32_t t = 0; t < mesh.triangle_count; ++t) straight |= scene.is_passed(mesh.first_triangle + t);
+      if (masked || straight) rtcSetGeometryUserData(g, &filtered.emplace_back(FilteredMesh{&scene, &mesh}));
+      if (masked) rtcSetGeometryIntersectFilterFunction(g, alpha_filter);
+      if (masked && straight) {
+        rtcSetGeometryOccludedFilterFunction(g, alpha_and_straight_filter);
+      } else if (masked || straight) {
+        rtcSetGeometryOccludedFilterFunction(g, masked ? alpha_filter : straight_filter);
       }
       attach(g, mesh.first_triangle, o);
     }
@@ -174,7 +212,7 @@ struct Accel::Impl {
     if (count == 0) return;
     RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(g, static_cast<unsigned>(count));
-    rtcSetGeometryUserData(g, const_cast<float*>(&scene.spheres[static_cast<size_t>(first) * 4]));
+    rtcSetGeometryUserData(g, &spheres.emplace_back(SphereSet{&scene, first}));
     rtcSetGeometryBoundsFunction(g, sphere_bounds, nullptr);
     rtcSetGeometryIntersectFunction(g, sphere_intersect);
     rtcSetGeometryOccludedFunction(g, sphere_occluded);
@@ -258,9 +296,11 @@ void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count, const f
   }
 }
 
-void Accel::occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const {
-  if (impl_->few) return impl_->few->occluded(rays, tfar, count, occluded);
-  TraceContext context;
+void Accel::occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded,
+                     uint8_t* crossed) const {
+  if (impl_->few) return impl_->few->occluded(rays, tfar, count, occluded, crossed);
+  unsigned met = 0;
+  TraceContext context(-1, crossed ? &met : nullptr);
   for (int begin = 0; begin < count; begin += kPacket) {
     const int n = std::min(kPacket, count - begin);
     RTCRay8 packet;
@@ -278,11 +318,13 @@ void Accel::occluded(const RayView& rays, const float* tfar, int count, uint8_t*
       packet.tfar[l] = tfar[i];
       packet.time[l] = rays.time ? rays.time[i] : 0;
       packet.mask[l] = ~0u;
-      packet.id[l] = 0;
+      packet.id[l] = static_cast<unsigned>(l);
       packet.flags[l] = 0;
     }
+    met = 0;
     rtcOccluded8(valid, impl_->world.scene, &context.base, &packet);
     for (int l = 0; l < n; ++l) occluded[begin + l] = packet.tfar[l] < 0;
+    for (int l = 0; crossed && l < n; ++l) crossed[begin + l] = met >> l & 1;
   }
 }
 

@@ -81,6 +81,7 @@ struct ObjectRays {
   unsigned lanes = 0;  // bits
   alignas(32) float ox[kMaxLanes], oy[kMaxLanes], oz[kMaxLanes], dx[kMaxLanes], dy[kMaxLanes], dz[kMaxLanes];
   alignas(32) float tnear[kMaxLanes], tfar[kMaxLanes], time[kMaxLanes];
+  unsigned id[kMaxLanes];
   float time_scale;
 
   ObjectRays(const RenderScene& scene, int32_t instance, const int* valid, RTCRayN* ray, unsigned n) {
@@ -103,6 +104,7 @@ struct ObjectRays {
       d[2][l] = RTCRayN_dir_z(ray, n, i);
       tnear[l] = RTCRayN_tnear(ray, n, i) * t;
       tfar[l] = RTCRayN_tfar(ray, n, i) * t;
+      id[l] = RTCRayN_id(ray, n, i);
     }
     const Vec3<Float8> po = place.origin({load<Float8>(o[0]), load<Float8>(o[1]), load<Float8>(o[2])});
     const Vec3<Float8> pd = place.direction({load<Float8>(d[0]), load<Float8>(d[1]), load<Float8>(d[2])});
@@ -115,7 +117,7 @@ struct ObjectRays {
     r->org_x = ox[l], r->org_y = oy[l], r->org_z = oz[l];
     r->dir_x = dx[l], r->dir_y = dy[l], r->dir_z = dz[l];
     r->tnear = tnear[l], r->tfar = tfar[l];
-    r->time = time[l], r->mask = ~0u, r->id = 0, r->flags = 0;
+    r->time = time[l], r->mask = ~0u, r->id = id[l], r->flags = 0;
   }
   void fill(RTCRay8* r, int* valid) const {
     for (unsigned l = 0; l < kMaxLanes; ++l) {
@@ -123,7 +125,7 @@ struct ObjectRays {
       r->org_x[l] = ox[l], r->org_y[l] = oy[l], r->org_z[l] = oz[l];
       r->dir_x[l] = dx[l], r->dir_y[l] = dy[l], r->dir_z[l] = dz[l];
       r->tnear[l] = tnear[l], r->tfar[l] = tfar[l];
-      r->time[l] = time[l], r->mask[l] = ~0u, r->id[l] = 0, r->flags[l] = 0;
+      r->time[l] = time[l], r->mask[l] = ~0u, r->id[l] = id[l], r->flags[l] = 0;
     }
   }
 };
@@ -171,7 +173,7 @@ void instance_occluded(const RTCOccludedFunctionNArguments* args) {
   const int32_t instance = geometry.instance(args->primID);
   const TracedObject& object = object_of(all, instance);
   const ObjectRays rays(*all.scene, instance, args->valid, args->ray, args->N);
-  TraceContext context(instance);
+  TraceContext context(instance, TraceContext::of(args->context).crossed);
   const auto report = [&](unsigned l, float t) {
     if (t < 0) RTCRayN_tfar(args->ray, args->N, l) = -kInfinity;
   };

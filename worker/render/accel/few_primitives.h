@@ -20,7 +20,7 @@ class FewPrimitives {
 
   /// As Accel's.
   void closest_hits(TracedRay* rays, const int32_t* ids, int count) const;
-  void occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded) const;
+  void occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded, uint8_t* crossed) const;
 
  private:
   struct Rays;  // eight of them
@@ -28,6 +28,7 @@ class FewPrimitives {
   void for_each_hit(const Rays& r, Found&& found) const;
 
   FaceTable table_;
+  std::vector<bool> passed_;    // per face, then per sphere: light passes it, or half of it, straight
   std::vector<float> spheres_;  // as RenderScene::spheres
   int32_t triangles_;
 };

@@ -18,13 +18,17 @@ namespace lightmill {
 struct TraceContext {
   RTCIntersectContext base;  // first: the library passes it on by its address
   int32_t instance = -1;     // whose object is being traced, or -1
+  /// Of occlusion tests that go on through what light passes straight: bits of the rays' ids that met such.
+  /// Null: nothing is passed.
+  unsigned* crossed = nullptr;
 
-  explicit TraceContext(int32_t of_instance = -1) : instance(of_instance) {
+  explicit TraceContext(int32_t of_instance = -1, unsigned* crossed_by = nullptr)
+      : instance(of_instance), crossed(crossed_by) {
     rtcInitIntersectContext(&base);
     base.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   }
-  static int32_t instance_of(const RTCIntersectContext* context) {
-    return reinterpret_cast<const TraceContext*>(context)->instance;
+  static const TraceContext& of(const RTCIntersectContext* context) {
+    return *reinterpret_cast<const TraceContext*>(context);
   }
 };
 

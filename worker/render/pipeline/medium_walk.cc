@@ -1,7 +1,6 @@
 #include "worker/render/pipeline/medium_walk.h"
 
 #include <bit>
-#include <numeric>
 
 #include "worker/render/math/exp.h"
 #include "worker/render/math/ray_offset.h"
@@ -295,30 +294,35 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
   const auto count = static_cast<size_t>(q.count);
   for (size_t i = 0; i < count; ++i) {
     m.shadow_rays[i] = {{q.ox[i], q.oy[i], q.oz[i]}, {q.dx[i], q.dy[i], q.dz[i]}, -1, -1};
-    q.occluded[i] = 0;
   }
   for (int c = 0; c < 3; ++c) {
     std::fill_n(m.shadow_depth[c], count, 0.0f);
     std::fill_n(m.shadow_rate[c], count, 0.0f);
   }
   std::fill_n(m.shadow_panes, (count + kLanes - 1) / kLanes * kLanes, 1.0f);
-  m.casting.resize(count);
-  std::iota(m.casting.begin(), m.casting.end(), 0);
-  // Without boundaries a segment has one medium.
   const bool boundaries = context.scene.any_boundaries;
-  if (!boundaries) context.accel.occluded(view_of(context.scene, q), q.tfar, q.count, q.occluded);
-  for (bool first = true; !m.casting.empty(); first = false) {
-    if (boundaries) {
-      context.accel.closest_hits(m.shadow_rays, m.casting.data(), static_cast<int>(m.casting.size()),
-                                 view_of(context.scene, q).time);
-      if (!first) w.counters.shadow_rays += m.casting.size();
-    }
-    m.walking.swap(m.casting);
-    m.casting.clear();
+  const RayView view = view_of(context.scene, q);
+  context.accel.occluded(view, q.tfar, q.count, q.occluded, boundaries ? m.shadow_crossed : nullptr);
+  m.casting.clear();
+  m.walking.clear();
+  for (int32_t i = 0; i < q.count; ++i) {
+    if (q.occluded[i]) continue;
+    (boundaries && m.shadow_crossed[i] ? m.casting : m.walking).push_back(i);
+  }
+  const auto walk = [&](bool visible_to_end) {
     for (size_t base = 0; base < m.walking.size(); base += kLanes) {
       const Group e(m.walking, base);
-      append(&m.casting, e.slot, shadow_step(context, e, q, m, !boundaries));
+      append(&m.casting, e.slot, shadow_step(context, e, q, m, visible_to_end));
     }
+  };
+  walk(true);  // without boundaries on its way a segment has one medium
+  while (!m.casting.empty()) {
+    context.accel.closest_hits(m.shadow_rays, m.casting.data(), static_cast<int>(m.casting.size()),
+                               view.time);
+    w.counters.shadow_rays += m.casting.size();
+    m.walking.swap(m.casting);
+    m.casting.clear();
+    walk(false);
   }
   if (m.arrivals) {
     for (size_t i = 0; i < count; ++i) {

@@ -50,6 +50,7 @@ struct MediaWork {
   alignas(32) float passed[ShadowRays::kCapacity];
   alignas(32) float shadow_depth[3][ShadowRays::kCapacity], shadow_rate[3][ShadowRays::kCapacity];
   alignas(32) float shadow_panes[ShadowRays::kCapacity];  // product of their T
+  uint8_t shadow_crossed[ShadowRays::kCapacity];          // whether boundaries may lie on their way
   TracedRay shadow_rays[ShadowRays::kCapacity];
 
   /// A shadow ray of next event that got to a light, and the medium that it was in then.

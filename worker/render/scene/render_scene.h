@@ -170,6 +170,10 @@ struct RenderScene {
   }
   /// Whether segments are walked along: there are media, or panes.
   bool any_media() const { return !media.empty(); }
+  /// Whether light passes the primitive straight: a boundary of media, or a pane.
+  bool is_passed(int32_t prim) const {
+    return any_boundaries && primitive_media[static_cast<size_t>(prim)] < 0;
+  }
   /// Whether shading normals may differ from geometric ones.
   bool any_shading_normals() const { return any_normals || any_bumps; }
   int32_t triangle_count() const { return static_cast<int32_t>(indices.size() / 3); }
