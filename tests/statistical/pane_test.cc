@@ -96,6 +96,31 @@ TEST_P(Panes, LoseNothing) {
   EXPECT_TRUE(mean_is(image.mean(0), 1, {.resolution = 0.05, .rounding = 1e-4}));
 }
 
+/// A dark room under an even sky that comes in by a glazed hole of its ceiling.
+TestScene room_with_a_skylight(bool portal) {
+  TestScene s;
+  const int wall = s.diffuse(0.5f), glass = s.thin_dielectric(static_cast<float>(kEta));
+  s.quad({-1, 0, -1}, {2, 0, 0}, {0, 0, 2}, wall);
+  for (const double side : {-1.0, 1.0}) {
+    s.quad({side, 0, -1}, {0, 0, 2}, {0, 1, 0}, wall).quad({-1, 0, side}, {2, 0, 0}, {0, 1, 0}, wall);
+    s.quad({side, 1, -1}, {-0.6 * side, 0, 0}, {0, 0, 2}, wall);
+    s.quad({-0.4, 1, side}, {0.8, 0, 0}, {0, 0, -0.6 * side}, wall);
+  }
+  s.quad({-0.4, 1, -0.4}, {0.8, 0, 0}, {0, 0, 0.8}, glass);
+  InfiniteLight sky{{1, 1, 1}};  // the portal opens upwards
+  if (portal) sky.portal = {{{-0.4, 1, -0.4}, {0.4, 1, -0.4}, {0.4, 1, 0.4}, {-0.4, 1, 0.4}}};
+  s.scene.lights.push_back({sky, {}});
+  return s.camera({0, 0.5, -0.9}, {0, 0.3, 1}, 80).film(8, 8);
+}
+
+// A portal says where the sky is seen from: from where the segment began, not from the pane that it crossed.
+TEST_P(Panes, LieInPortals) {
+  const int64_t spp = GetParam() == Integrator::kLt ? 16384 : 1024;  // few of its paths come in unled
+  const Batches with = render(room_with_a_skylight(true), 4, spp),
+                without = render(room_with_a_skylight(false), 4, spp);
+  EXPECT_TRUE(means_agree(with.mean(0), without.mean(0), {.resolution = 0.1, .rounding = 1e-4}));
+}
+
 /// The room with a pane across it, a bubble around its lamp's light and a ball in a bubble.
 TestScene room_with_panes() {
   TestScene s = cornell_room();

@@ -34,6 +34,8 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
   const LightTable& lights = context.scene.lights;
   const PathLanes<Lane> path = load_paths<Lane>(w.paths, g.slot);
   const Vec3<Lane>&throughput = path.throughput, &wi = path.direction;
+  Vec3<Lane> from = path.origin;
+  if constexpr (K::kMedia) from = segment_start(*w.media, g.slot);
   const Lane dvcm = path.dvcm, dvc = path.dvc;
   for (int32_t index : lights.infinite) {
     const LaneInt light = splat_int<Lane>(index);
@@ -43,14 +45,13 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
     if (depth > 1) {
       if (context.on(kNextEvent)) {
         w_next_event =
-            direct_pdf_area<Lane>(lights, light, path.origin, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) *
-            dvcm;
+            direct_pdf_area<Lane>(lights, light, from, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
       }
-      if (weigh_connections) p_emission = emission_pdf(lights, light, path.origin, wi, splat<Lane>(1.0f));
+      if (weigh_connections) p_emission = emission_pdf(lights, light, from, wi, splat<Lane>(1.0f));
     }
     const Lane w_camera = weigh_connections ? w_next_event + p_emission * dvc : w_next_event;
     const Lane mis = mis_weight(Lane{}, w_camera);
-    const LaneMask seen = mask_and(g.active, through_portals(lights, light, path.origin, wi));
+    const LaneMask seen = mask_and(g.active, through_portals(lights, light, from, wi));
     const Vec3<Lane> c = throughput * infinite_radiance(lights, r, all, wi) * (mis * context.imaging_ratio);
     add_radiance(w, g.slot, seen, c);
     if (recorder_of<K>(w)) record_emission(depth, g.slot, seen, c, mis, w_next_event, p_emission, dvc, w);

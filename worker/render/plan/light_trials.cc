@@ -10,6 +10,7 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
+#include "worker/render/pipeline/medium_walk.h"
 #include "worker/render/pipeline/producer.h"
 #include "worker/render/pipeline/shadow_queue.h"
 
@@ -47,7 +48,11 @@ void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t s
     w.slots.begin_pass(0, s, 0);
     produce_camera_paths(context, layer, w);
     for (int depth = 1; w.paths.active_count > 0 && depth <= depths; ++depth) {
-      cast_paths(context, w);
+      if (w.media) {
+        cast_camera_paths_through_media(context, layer, depth, w);
+      } else {
+        cast_paths(context, w);
+      }
       bounce_camera_paths(context, layer, depth, w);
       for (const Vertex& v : w.vertices) {
         const bool moving = context.scene.any_moving();
@@ -72,6 +77,7 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
   const size_t strips = std::min<size_t>(count, 16);
   parallel_for(strips, threads, [&](size_t strip) {
     const auto wavefront = std::make_unique<Wavefront>();
+    if (context.scene.any_media()) wavefront->media = std::make_shared<MediaWork>();
     for (size_t i = strip; i < count; i += strips) {
       const auto columns = static_cast<size_t>(cells.x1 - cells.x0);
       follow_paths(context, static_cast<int>(i % columns), static_cast<int>(i / columns), samples, one_in,
@@ -194,10 +200,11 @@ std::vector<LightTrial> LightTrials::run(const std::vector<LitPlace>& places, ui
     Rays rays;
     for (size_t k = i * kChunk; k < std::min((i + 1) * kChunk, places.size()); ++k)
       look_around(seed, static_cast<uint32_t>(k), places[k], &found[i], &rays);
-    std::vector<uint8_t> occluded(rays.trial.size());
+    std::vector<uint8_t> occluded(rays.trial.size()), through_panes(rays.trial.size());
     accel_.occluded({rays.ox.data(), rays.oy.data(), rays.oz.data(), rays.dx.data(), rays.dy.data(),
                      rays.dz.data(), rays.time.data()},
-                    rays.tfar.data(), static_cast<int>(rays.trial.size()), occluded.data());
+                    rays.tfar.data(), static_cast<int>(rays.trial.size()), occluded.data(),
+                    through_panes.data());
     for (size_t r = 0; r < rays.trial.size(); ++r) {
       if (occluded[r]) found[i][rays.trial[r]].square = 0;
     }
