@@ -256,6 +256,19 @@ bool PbrtParser::pop(Scope::Kind kind, const Token& directive, const char* opene
   return true;
 }
 
+namespace {
+
+/// Whether there is a medium around the camera or on a side of a shape.
+bool has_media(const SceneDescription& scene) {
+  const auto beside = [](const ShapeDescription& s) { return s.media.inside >= 0 || s.media.outside >= 0; };
+  return scene.camera.medium >= 0 || std::ranges::any_of(scene.shapes, beside) ||
+         std::ranges::any_of(scene.objects, [&](const ObjectDescription& o) {
+           return std::ranges::any_of(o.shapes, beside);
+         });
+}
+
+}  // namespace
+
 void PbrtParser::finish() {
   if (file_names_.empty()) return;  // the scene file itself could not be read
   if (problems_->full()) return;
@@ -291,6 +304,12 @@ void PbrtParser::finish() {
     problems_->error(top,
                      "the scene has no light that is supported: the picture would be black; add an "
                      "AreaLightSource to a shape, or a LightSource");
+  }
+  if (out_.media_left_out && has_media(scene)) {
+    problems_->warning(*out_.media_left_out,
+                       "pbrt's integrator " + in_quotes(scene.sampling.integrator) +
+                           " leaves the scene's media out; they are rendered here, as by "
+                           "pbrt's volpath");
   }
   if (problems_->errors() == 0) out_.list_images();
 }

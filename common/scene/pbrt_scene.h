@@ -59,6 +59,8 @@ struct PbrtScene {
   SceneDescription scene;
   const FileSource& files;
   ProblemList* problems;
+  /// Where an integrator is chosen that in pbrt takes no account of media.
+  std::optional<SourceLocation> media_left_out;
 
   /// Path of a referenced file, listed in scene.files; "" (reported at `where`) if it can't be opened.
   std::string open_reference(const std::string& reference, const SourceLocation& where);

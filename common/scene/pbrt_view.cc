@@ -271,6 +271,8 @@ void translate_integrator(PbrtScene& out, const std::string& type, ParameterList
   }
   SamplingDescription& sampling = out.scene.sampling;
   sampling.integrator = type;
+  out.media_left_out.reset();
+  if (!is_one_of(type, {"volpath", "simplevolpath", "bdpt", "mlt"})) out.media_left_out = params.where();
   sampling.max_depth = static_cast<int>(params.integer("maxdepth", 5, 0, 2147483647));
   sampling.max_depth = std::min(sampling.max_depth, kUnlimitedDepth);
   if (params.boolean("regularize", false)) params.unsupported("regularize", "is ignored");

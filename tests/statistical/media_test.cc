@@ -152,6 +152,24 @@ TEST_P(Media, SingleScatteringIsItsIntegral) {
   }
 }
 
+// The camera and a point light alone in fog that has no boundary.
+TEST_P(Media, GoOnBeyondTheScene) {
+  TestScene s;
+  const float sigma = 0.2f;
+  const int fog = add_medium(&s, {0, 0, 0}, {sigma, sigma, sigma});
+  s.scene.camera.medium = fog;
+  const Vec3d light{0.8, 0, 0.5};
+  s.point_light(light, {1, 1, 1});
+  s.scene.lights.back().medium = fog;
+  s.camera({0, 0, 0}, {0, 0, 1}, 25).film(8, 8);
+  const double exact = over_film(s, [&](const Vec3d& w) {
+    const double along = dot(light, w);
+    return single_scattering(0, sigma, 0, length(light - w * along), along, 1e6);
+  });
+  const Batches image = render(s, 1, GetParam() == Integrator::kLt ? 16384 : 2048);
+  EXPECT_TRUE(mean_is(image.mean(0), exact, {.resolution = resolution(0.1), .rounding = 2e-3}));
+}
+
 // A medium that glows: Le (1 - exp(-sigma_a d)) where it only absorbs. Light paths do not start in media.
 TEST(MediaEmission, GlowsAsItAbsorbs) {
   for (const Integrator i : {Integrator::kPt, Integrator::kBdpt}) {

@@ -53,6 +53,19 @@ TEST_F(PbrtMedia, ShapesWithoutASurfaceAreBoundariesOrNothing) {
   EXPECT_FALSE(s.shapes[1].boundary);
 }
 
+TEST_F(PbrtMedia, ThatPbrtsIntegratorLeavesOutAreWarnedOf) {
+  const std::string fog = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\n",
+                    world =
+                        "WorldBegin LightSource \"point\" MediumInterface \"fog\" \"\" Shape \"sphere\"\n";
+  const std::string path = "Integrator \"path\"\n";
+  const LoadResult warned = load(path + fog + world);
+  ASSERT_EQ(warned.problems.size(), 1u);
+  EXPECT_NE(warned.problems[0].message.find("\"path\" leaves the scene's media out"), std::string::npos);
+  EXPECT_EQ(warned.problems[0].where.line, 1);
+  clean(load("Integrator \"volpath\"\n" + fog + world));
+  clean(load(path + fog + "WorldBegin LightSource \"point\" Shape \"sphere\"\n"));
+}
+
 TEST_F(PbrtMedia, BadOnesAreRefusedWithTheirLine) {
   const std::string fog = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" ";
   const std::pair<std::string, const char*> cases[] = {

@@ -39,7 +39,7 @@ struct Outermost {
     const Lane along = dot(to_center, d);
     // By the distance of the line: the difference of squares would cancel.
     const Vec3<Lane> across = to_center - d * along;
-    const Lane half = safe_sqrt(scene.bounds_radius * scene.bounds_radius - dot(across, across));
+    const Lane half = safe_sqrt(scene.media_reach * scene.media_reach - dot(across, across));
     enter = max(along - half, Lane{});
     leave = max(along + half, Lane{});
   }

@@ -17,7 +17,8 @@
 // a fixed function of the path that has the true densities' size: weights still sum to one.
 //
 // A medium without boundary, which the camera or a light stands in, ends at the sphere around the scene and
-// the camera: what comes from infinity has a finite way through it.
+// the camera, so that what comes from infinity has a finite way through it; where nothing does it goes on,
+// for what light is worth there, without end (RenderScene::media_reach).
 //
 // Panes (scene/pane.h) are boundaries that a segment passes with the probability T of each: one number u is
 // drawn for the whole segment, which ends at the first pane where the product of all T so far is not above u.

@@ -24,7 +24,9 @@ inline float connection_survival(float size) { return std::clamp(size, kLeastSur
 /// The size of what plays no roulette; a product of it with any plan's factor is above 1 and finite.
 inline constexpr float kNoRoulette = 0x1p60f;
 
-/// Scattering events before Russian roulette starts.
+/// Scattering events before Russian roulette starts. Against this start, and survival as the loss of
+/// throughput, on six scenes by the efficiency of pt and auto: start at 0 0.69 to 1.09, at 2 0.77 to 1.05, at
+/// 3 0.64 to 1.04; survival times 0.7 0.2 to 0.8, times 1.3 0.83 to 1.08. No other setting is better on most.
 inline constexpr int kRouletteStart = 1;
 inline constexpr int kRouletteCapStart = 1024;
 

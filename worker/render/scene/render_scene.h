@@ -155,6 +155,7 @@ struct RenderScene {
   LightTable lights;
   float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space
   float bounds_radius = 1;
+  float media_reach = 1;    // radius of the sphere around its center at which media without boundary end
   double surface_area = 0;  // of all primitives, normalised space
 
   /// A point of scene units in normalised space.

@@ -21,6 +21,10 @@
 namespace lightmill {
 namespace {
 
+/// Media without boundary reach this many times as far as the scene where no light comes from infinity: what
+/// scatters beyond sends less than a thousandth of its light back.
+constexpr float kEndlessReach = 1024;
+
 class SceneBuilder {
  public:
   SceneBuilder(const SceneDescription& description, const PartsInUse& parts, RenderScene* scene)
@@ -70,6 +74,7 @@ class SceneBuilder {
       geometry_->surround_lights(media_->around(l.medium));
     }
     out_.lights.finish();
+    out_.media_reach = out_.bounds_radius * (out_.lights.any_infinite() ? 1 : kEndlessReach);
     const std::vector<bool> used = materials_in_use();
     for (size_t i = 0; i < out_.materials.size(); ++i) {
       if (!used[i]) continue;
