@@ -245,6 +245,11 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
     if (!read) return;
     emitters = read->emitters;
     shape.kind = std::move(read->kind);
+    // A mirror turns the normals of pbrt's quadrics, and those of its meshes not; exporters undo it by
+    // ReverseOrientation. Points of light on quadrics face away from this in pbrt, so emitters are left
+    // alone.
+    if (type != "bilinearmesh" && attributes.area_light == nullptr && determinant3(attributes.ctm) < 0)
+      shape.reverse_orientation = !shape.reverse_orientation;
   } else if (type == "curve") {
     curve = read_curve(out, params);
     params.finish();

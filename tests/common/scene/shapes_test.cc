@@ -28,6 +28,22 @@ TEST_F(Shapes, IndicesOfASingleTriangleMayBeLeftOut) {
             1u);
 }
 
+// As in pbrt, where a quadric's normal turns under a mirror, and light is placed on quadrics as if it did
+// not.
+TEST_F(Shapes, AMirrorTurnsQuadricsThatDoNotShine) {
+  for (const std::string shape : {"sphere", "disk", "cylinder"}) {
+    const auto flips = [&](const std::string& before) {
+      return surface_flips_normal(clean_world(before + " Shape \"" + shape + "\"").shapes.at(0));
+    };
+    EXPECT_FALSE(flips("")) << shape;
+    EXPECT_TRUE(flips("ReverseOrientation")) << shape;
+    const bool winding = shape != "sphere";  // a mirror swaps that, too
+    EXPECT_EQ(flips("Scale 1 1 -1"), !winding) << shape;
+    EXPECT_EQ(flips("Scale 1 1 -1 ReverseOrientation"), winding) << shape;
+    EXPECT_EQ(flips("Scale 1 1 -1 AreaLightSource \"diffuse\""), winding) << shape;
+  }
+}
+
 TEST_F(Shapes, SphereAndItsFullRange) {
   const SceneDescription s = clean_world(
       "Shape \"sphere\" \"float radius\" 2 \"float zmin\" -2 \"float zmax\" 5 \"float phimax\" 360");

@@ -249,6 +249,14 @@ def shapes():
         "curve_cylinder": f'Shape "curve" "string type" "cylinder" {BEND} "float width" .3',
     }
     out = {"shape_" + k: scene(shape=v) for k, v in listed.items()}
+    # Glass shows which side of a surface is its inside.
+    mirrored = (block('Translate -1.1 0 0 ReverseOrientation Scale 1 1 -1 Shape "sphere" "float radius" .6'),
+                block('Translate 1.1 0 0 Scale 1 1 -1 Shape "sphere" "float radius" .6'),
+                block('Translate 0 .2 .6 Scale 1 .7 -1 Shape "sphere" "float radius" .5'),
+                block('Translate 0 -.3 -.6 Scale 1 1 -1 Shape "cylinder" "float radius" .25 "float zmin" -.4 "float zmax" .4'
+                      ' Shape "disk" "float radius" .25 "float height" .4'
+                      ' ReverseOrientation Shape "disk" "float radius" .25 "float height" -.4'))
+    out["shape_mirrored_quadrics"] = scene('Material "dielectric" "float eta" 1.5', shape="\n".join(mirrored), depth=12)
     ball = 'ObjectBegin "o" Material "diffuse" "rgb reflectance" [.7 .7 .7] Shape "sphere" "float radius" .4 ObjectEnd\n'
     out["instances"] = scene(
         shape="", after=ball + block('Translate -1 .5 0 Scale 1 .6 1 ObjectInstance "o"') + "\n" +
