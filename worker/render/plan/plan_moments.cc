@@ -1,5 +1,7 @@
 #include "worker/render/plan/plan_moments.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace lightmill {
@@ -63,6 +65,33 @@ void add_second_moment(const PlanSet& plans, const FamilyShares& a, const float 
   rare->add(path);
 }
 
+/// An emitter in sight is noise only in pixels of which it covers a part. How much of that samples of the
+/// pixel are asked for, as against lens connections: they know what stratification gains, but miss slivers.
+struct InSight {
+  float covered;  // part of the pixel that emits, at most
+  float sampled;  // share of the noise that samples are asked for (end_cell); the rest is add_unsampled's
+};
+InSight in_sight(const FamilyShares& a, const float rgb[3], const PixelValue& value) {
+  constexpr float kWellSampled = 1.0f / 8;  // of the pixel
+  const float light = rgb[0] + rgb[1] + rgb[2], all = value.value[0] + value.value[1] + value.value[2];
+  const float covered = light > 0 ? std::min(all * a.hit / light, 1.0f) : 1;
+  const float by_lens = (1 - a.hit * a.hit) * std::max(1 - covered / kWellSampled, 0.0f);
+  return {covered, 1 - by_lens};
+}
+
+/// What hits of an emitter in sight add to the noise of the camera layer without the share that samples tell:
+/// from hits and lens connections alike.
+void add_unsampled(const PlanSet& plans, const FamilyShares& a, const float rgb[3], const PixelValue& value,
+                   const PerPlan& factor, size_t half, float scale, BlockMoments* block) {
+  const InSight seen = in_sight(a, rgb, value);
+  const float part = a.hit * (1 - seen.sampled) * (1 - seen.covered) * scale;
+  for (size_t ch = 0; ch < 3; ++ch) {
+    const float noise = value.weight(ch) * rgb[ch] * rgb[ch] * part;
+    for (size_t k = 0; k < kPlans; ++k)
+      block->camera[half][ch][k] += plans.hit[k] * noise * factor[k] * factor[k];
+  }
+}
+
 }  // namespace
 
 void MomentRecorder::begin_cell(const std::array<PixelValue, kCellPixels>& values) {
@@ -104,18 +133,21 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
     const PerPlan factor = correction(plans_, c.shares, c.rgb, &cell_.lost);
     const PerPlan kept = kept_share(c.size, factor);
     if (c.s > 0) count_ray(kept, c.s == 1 ? &cell_.next_event : &cell_.connect);
-    // An emitter in sight is known without noise: its own squares, less the squared mean, leave nothing, as
-    // those of other strategies would not.
-    const bool in_sight = c.s == 0 && c.t == 2;
-    if (!in_sight)
+    const bool emitter_in_sight = c.s == 0 && c.t == 2;
+    float part = 1;
+    if (emitter_in_sight) {
+      part = std::sqrt(in_sight(c.shares, c.rgb, value).sampled);
+      add_unsampled(plans_, c.shares, c.rgb, value, factor, half, 1, &block);
+    } else {
       add_second_moment(plans_, c.shares, c.rgb, value, value.camera_share, 1, factor, kept, half, 1, &block,
                         &cell_.rare);
+    }
     const PerPlan& samples = c.s == 0 ? plans_.hit : c.s == 1 ? plans_.next_event : plans_.connect;
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
-        const float x = samples[k] * c.rgb[ch] * factor[k];
+        const float x = part * samples[k] * c.rgb[ch] * factor[k];
         sum[ch][k] += x;
-        if (!in_sight) squares[ch][k] += x * x;
+        if (!emitter_in_sight) squares[ch][k] += x * x;
         if (connection) kind_sum[ch][k] += x, kind_squares[ch][k] += x * x;
       }
     }
@@ -220,8 +252,12 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
   const auto share = [&](int looked_at, int pixels) {
     return pixels > 0 ? scale * static_cast<float>(looked_at) / static_cast<float>(pixels) : 0;
   };
+  const float pixels = share(block->all_looked_at(), block->pixels[0] + block->pixels[1]),
+              pixels_of_half = share(block->looked_at[half], block->pixels[half]);
   if (splat.emitter) {
-    const float pixels = share(block->all_looked_at(), block->pixels[0] + block->pixels[1]);
+    const float survival = connection_survival(splat.size);  // which hits know nothing of
+    const float hit[3] = {splat.rgb[0] * survival, splat.rgb[1] * survival, splat.rgb[2] * survival};
+    add_unsampled(plans, splat.shares, hit, value, factor, half, pixels_of_half / survival, block);
     for (size_t ch = 0; ch < 3; ++ch) {
       const float square = splat.rgb[ch] * splat.rgb[ch] * value.weight(ch) * pixels;
       for (size_t k = 0; k < kPlans; ++k)
@@ -229,9 +265,8 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
     }
     return;
   }
-  add_second_moment(plans, splat.shares, splat.rgb, value, value.splat_share,
-                    share(block->all_looked_at(), block->pixels[0] + block->pixels[1]), factor, kept, half,
-                    share(block->looked_at[half], block->pixels[half]), block, &cell->rare);
+  add_second_moment(plans, splat.shares, splat.rgb, value, value.splat_share, pixels, factor, kept, half,
+                    pixels_of_half, block, &cell->rare);
 }
 
 }  // namespace lightmill

@@ -99,6 +99,34 @@ TEST(Pilot, PredictsWhatPlansDifferInWhereRarePathsMakeTheNoise) {
   EXPECT_NEAR(predicted / measured, 1, 0.4) << predicted << " for " << measured;
 }
 
+// The upper edge of a lamp reaches a thousandth into a row of pixels: one of a pilot's camera samples meets
+// it, or none, but light paths do, and a plan without these is known to be noisy there.
+TEST(Pilot, SeesSliversOfALampThatItsCameraSamplesMiss) {
+  constexpr double kSliver = 1.0 / 1000, kRadiance = 10;
+  constexpr int kWidth = 60, kSize = 64;
+  TestScene s;
+  const double pixel = 2.0 * 4 / kSize;  // at the lamp
+  s.quad({-pixel * kWidth / 2, 0, 4}, {0, pixel * (1 + kSliver), 0}, {pixel * kWidth, 0, 0}, s.diffuse(0.0f),
+         {.radiance = {kRadiance, kRadiance, kRadiance}});
+  s.quad({-30, -30, -1}, {60, 0, 0}, {0, 60, 0}, s.diffuse(0.001f));
+  s.camera({0, 0, 0}, {0, 0, 1}, 90).film(kSize, kSize);
+  const double mean = kRadiance * kSliver,
+               variance = kRadiance * kRadiance * kSliver * (1 - kSliver) / (mean * mean + 0.01),
+               expected = variance * kWidth / (kSize * kSize);
+  for (const uint64_t seed : {1, 2, 3, 4, 5, 6}) {
+    RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 16, 5);
+    settings.seed = seed;
+    const PilotReport report = run_pilot(Renderer(s.scene, settings, 1), 2, always);
+    bool found = false;
+    for (const PlanEstimate& e : report.estimates) {
+      if (e.plan.strategies != (kEmissionHits | kNextEvent)) continue;
+      found = true;
+      EXPECT_NEAR(e.relative_variance / expected, 1, 0.4) << "seed " << seed;
+    }
+    EXPECT_TRUE(found);
+  }
+}
+
 TEST(Pilot, IsTheSameForAnyThreadsAndSamples) {
   const TestScene s = cornell_room().film(70, 40);
   const std::string one = pilot_to_json(pilot_of(s, 5, 1, 4));
