@@ -18,12 +18,9 @@ constexpr float kLeastDistance2 = 0x1p-80f, kLeastWeight = 1e-36f, kLeastProbabi
 
 /// x[0], x[0] + x[1], ... in a fixed order.
 Float8 running_sum(const Float8& x) {
-  const auto shifted = [](const Float8& v, Int8 from, Int8 keep) {
-    return select(keep, __builtin_shuffle(v, from), Float8{});
-  };
-  Float8 s = x + shifted(x, Int8{0, 0, 1, 2, 3, 4, 5, 6}, Int8{0, -1, -1, -1, -1, -1, -1, -1});
-  s = s + shifted(s, Int8{0, 0, 0, 1, 2, 3, 4, 5}, Int8{0, 0, -1, -1, -1, -1, -1, -1});
-  return s + shifted(s, Int8{0, 0, 0, 0, 0, 1, 2, 3}, Int8{0, 0, 0, 0, -1, -1, -1, -1});
+  Float8 s = x + __builtin_shufflevector(x, Float8{}, 8, 0, 1, 2, 3, 4, 5, 6);
+  s = s + __builtin_shufflevector(s, Float8{}, 8, 8, 0, 1, 2, 3, 4, 5);
+  return s + __builtin_shufflevector(s, Float8{}, 8, 8, 8, 8, 0, 1, 2, 3);
 }
 
 }  // namespace
