@@ -19,6 +19,15 @@ constexpr size_t kMaxFilesRead = 200000;
 constexpr size_t kMaxTextBytes = size_t{1} << 31;
 constexpr size_t kMaxScopes = 10000;
 
+/// Whether there is a medium around the camera or on a side of a shape.
+bool has_media(const SceneDescription& scene) {
+  const auto beside = [](const ShapeDescription& s) { return s.media.inside >= 0 || s.media.outside >= 0; };
+  return scene.camera.medium >= 0 || std::ranges::any_of(scene.shapes, beside) ||
+         std::ranges::any_of(scene.objects, [&](const ObjectDescription& o) {
+           return std::ranges::any_of(o.shapes, beside);
+         });
+}
+
 }  // namespace
 
 SceneDescription PbrtParser::parse(const std::string& name) {
@@ -255,19 +264,6 @@ bool PbrtParser::pop(Scope::Kind kind, const Token& directive, const char* opene
   scopes_.pop_back();
   return true;
 }
-
-namespace {
-
-/// Whether there is a medium around the camera or on a side of a shape.
-bool has_media(const SceneDescription& scene) {
-  const auto beside = [](const ShapeDescription& s) { return s.media.inside >= 0 || s.media.outside >= 0; };
-  return scene.camera.medium >= 0 || std::ranges::any_of(scene.shapes, beside) ||
-         std::ranges::any_of(scene.objects, [&](const ObjectDescription& o) {
-           return std::ranges::any_of(o.shapes, beside);
-         });
-}
-
-}  // namespace
 
 void PbrtParser::finish() {
   if (file_names_.empty()) return;  // the scene file itself could not be read

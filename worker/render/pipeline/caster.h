@@ -1,6 +1,9 @@
 #pragma once
 // Stage 2: closest hits for the whole wavefront.
+#include <memory>
+
 #include "worker/render/pipeline/context.h"
+#include "worker/render/pipeline/medium_walk.h"
 #include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/stage_probe.h"
 
@@ -12,6 +15,21 @@ inline void cast_paths(const StageContext& context, Wavefront& wavefront) {
   const StageScope scope(wavefront, Stage::kCast);
   context.accel.closest_hits(p.rays, p.active, p.active_count, times_of_rays(context.scene, p));
   wavefront.counters.closest_hit_rays += static_cast<uint64_t>(p.active_count);
+}
+
+/// What a wavefront needs before its first packet of the scene.
+inline void prepare(const StageContext& context, Wavefront* w) {
+  if (context.scene.any_media() && !w->media) w->media = std::make_shared<MediaWork>();
+}
+
+/// Casts as the scene asks for; `depth`: of the vertices to come.
+inline void cast_light_paths(const StageContext& context, const LayerContext& layer, int depth,
+                             Wavefront& w) {
+  w.media ? cast_light_paths_through_media(context, layer, depth, w) : cast_paths(context, w);
+}
+inline void cast_camera_paths(const StageContext& context, const LayerContext& layer, int depth,
+                              Wavefront& w) {
+  w.media ? cast_camera_paths_through_media(context, layer, depth, w) : cast_paths(context, w);
 }
 
 }  // namespace lightmill

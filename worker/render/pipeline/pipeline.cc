@@ -9,7 +9,6 @@
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
 #include "worker/render/pipeline/film.h"
-#include "worker/render/pipeline/medium_walk.h"
 #include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/producer.h"
 #include "worker/render/pipeline/shadow_caster.h"
@@ -64,11 +63,7 @@ void light_pass(const StageContext& context, const LayerContext& layer, Wavefron
     if (!context.on(kVertexConnections)) w.light_vertices.clear();
     const size_t first = w.light_vertices.size();
     run(w, &StrategyRecorder::light_subpath_seconds, [&] {
-      if (w.media) {
-        cast_light_paths_through_media(context, layer, depth, w);
-      } else {
-        cast_paths(context, w);
-      }
+      cast_light_paths(context, layer, depth, w);
       const StageScope scope(w, Stage::kBounce);
       bounce_light_paths(context, layer, depth, w);
     });
@@ -92,11 +87,7 @@ void camera_pass(const StageContext& context, const LayerContext& layer, Wavefro
   });
   for (int depth = 1; w.paths.active_count > 0; ++depth) {
     run(w, &StrategyRecorder::camera_subpath_seconds, [&] {
-      if (w.media) {
-        cast_camera_paths_through_media(context, layer, depth, w);
-      } else {
-        cast_paths(context, w);
-      }
+      cast_camera_paths(context, layer, depth, w);
       const StageScope scope(w, Stage::kBounce);
       bounce_camera_paths(context, layer, depth, w);
     });
@@ -121,7 +112,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
                    PartialBuilder* builder) {
   const double start = thread_cpu_seconds();
   w.counters = {};
-  if (context.scene.any_media() && !w.media) w.media = std::make_shared<MediaWork>();
+  prepare(context, &w);
   w.splats.clear();
   const int64_t batch = superblock_of_sample(packet.sample_begin);
   LayerContext layer;

@@ -148,8 +148,7 @@ GuidedSquares make_tables(const LightTrials& rays, const std::vector<LitPlace>& 
 void learn_lights(const Accel& accel, const Camera& camera, const PixelFilter& filter, int width, int height,
                   int threads, RenderScene* scene) {
   LightTable& lights = scene->lights;
-  const bool media = scene->media.size() > kMediumFloats;  // not empty space alone, which panes ask for
-  if (!lights.any_infinite() || media || scene->any_fibres || scene->any_bodies) return;
+  if (!lights.any_infinite() || scene->medium_count() > 0 || scene->any_fibres || scene->any_bodies) return;
   const std::vector<int32_t> changed = give_images(&lights);
   const std::vector<int32_t> sky_light = make_bins(&lights);
   const LightTrials rays(accel, lights, sky_light);

@@ -10,7 +10,6 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
-#include "worker/render/pipeline/medium_walk.h"
 #include "worker/render/pipeline/producer.h"
 #include "worker/render/pipeline/shadow_queue.h"
 
@@ -48,11 +47,7 @@ void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t s
     w.slots.begin_pass(0, s, 0);
     produce_camera_paths(context, layer, w);
     for (int depth = 1; w.paths.active_count > 0 && depth <= depths; ++depth) {
-      if (w.media) {
-        cast_camera_paths_through_media(context, layer, depth, w);
-      } else {
-        cast_paths(context, w);
-      }
+      cast_camera_paths(context, layer, depth, w);
       bounce_camera_paths(context, layer, depth, w);
       for (const Vertex& v : w.vertices) {
         const bool moving = context.scene.any_moving();
@@ -77,7 +72,7 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
   const size_t strips = std::min<size_t>(count, 16);
   parallel_for(strips, threads, [&](size_t strip) {
     const auto wavefront = std::make_unique<Wavefront>();
-    if (context.scene.any_media()) wavefront->media = std::make_shared<MediaWork>();
+    prepare(context, wavefront.get());
     for (size_t i = strip; i < count; i += strips) {
       const auto columns = static_cast<size_t>(cells.x1 - cells.x0);
       follow_paths(context, static_cast<int>(i % columns), static_cast<int>(i / columns), samples, one_in,

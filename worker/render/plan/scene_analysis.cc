@@ -252,7 +252,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
                  (scene.camera_motion.moves ? ", and so does the camera" : "")
            : "the camera moves",
        "a time per path, and a transform that is made anew for every ray that meets what moves");
-  const size_t media = scene.any_media() ? scene.media.size() / kMediumFloats - 1 : 0;
+  const size_t media = scene.medium_count();
   item("participating media", media > 0,
        media > 0 ? text(media) + " homogeneous, with " +
                        (scene.any_boundaries ? "boundaries" : "no boundary but surfaces")

@@ -171,6 +171,8 @@ struct RenderScene {
   }
   /// Whether segments are walked along: there are media, or panes.
   bool any_media() const { return !media.empty(); }
+  /// Media that do something, without the empty space that panes ask for.
+  size_t medium_count() const { return media.empty() ? 0 : media.size() / kMediumFloats - 1; }
   /// Whether light passes the primitive straight: a boundary of media, or a pane.
   bool is_passed(int32_t prim) const {
     return any_boundaries && primitive_media[static_cast<size_t>(prim)] < 0;
