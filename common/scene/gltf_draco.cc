@@ -91,6 +91,7 @@ DracoMesh unpack_draco(const GltfValue& extension, std::string_view packed,
     extension.fail(std::string("its Draco mesh can't be unpacked: ") + decoded.status().error_msg());
   const draco::Mesh& mesh = *decoded.value();
   DracoMesh out;
+  out.vertices = mesh.num_points();
   out.triangles.reserve(mesh.num_faces());
   for (uint32_t f = 0; f < mesh.num_faces(); ++f) {
     const auto& face = mesh.face(draco::FaceIndex(f));

@@ -19,6 +19,7 @@ struct DracoMesh {
     std::shared_ptr<const std::string> bytes;  // elements one after the other
     int component_type, components;            // glTF's numbers
   };
+  size_t vertices = 0;
   std::vector<std::array<uint32_t, 3>> triangles;  // of vertices that exist
   std::map<std::string, Attribute> attributes;     // by their names in the extension
 };

@@ -140,6 +140,9 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
     scene_.warning(primitive.pointer(), "has no POSITION, so there is nothing to see");
     return;
   }
+  if (draco && positions->count() != draco->vertices)  // of an accessor beside it
+    attributes.fail("have " + std::to_string(positions->count()) + " positions, but the Draco mesh has " +
+                    std::to_string(draco->vertices) + " vertices");
   const auto colors = attribute("COLOR_0", {3, 4});
   const int material = primitive.index_or_none("material", root_.count("materials"), "material");
   GltfPrimitive result;

@@ -136,6 +136,10 @@ TEST_F(PackedGltf, DamagedDracoIsTold) {
   document_["accessors"][0]["count"] = 4;
   primitive()["extensions"]["KHR_draco_mesh_compression"]["attributes"]["NORMAL"] = 7;
   EXPECT_TRUE(has_error(load_document(), "is no attribute of the Draco mesh"));
+  // Positions that Draco does not hold: fewer than its triangles ask for.
+  primitive()["extensions"]["KHR_draco_mesh_compression"]["attributes"] = nlohmann::json::object();
+  for (size_t i = 0; i < 3; ++i) document_["accessors"][i]["count"] = 2;
+  EXPECT_TRUE(has_error(load_document(), "have 2 positions, but the Draco mesh has 4 vertices"));
 }
 
 TEST_F(PackedGltf, MeshoptViewsComeBack) {
