@@ -24,7 +24,7 @@ LoadResult load_scene(const std::string& name, const FileSource& files, const Lo
     if (!options.environment.empty())
       problems.error({name, 1, 1}, "--environment is for glTF scenes; a .pbrt file lists its lights");
     try {
-      result.scene = PbrtParser(files, &problems, options.threads).parse(name);
+      result.scene = PbrtParser(files, &problems, options).parse(name);
     } catch (const std::bad_alloc&) {
       problems.error({name, 1, 1}, "the scene does not fit into memory");
     }

@@ -41,6 +41,8 @@ struct LoadOptions {
   std::string environment =
       {};           // lat-long image that lights the scene, as a FileSource knows it; empty: none
   int threads = 0;  // that read meshes; 0: one per processor. What is read and reported does not depend on it
+  // Of all shapes of a .pbrt file that are tessellated from few numbers: a small file can't fill the memory.
+  size_t most_generated_triangles = 32'000'000;
 };
 
 struct LoadResult {

@@ -184,13 +184,18 @@ Vec3f to_float(const Vec3d& v) {
 
 }  // namespace
 
-TriangleMesh loop_subdivide(const TriangleMesh& control, int levels) {
+size_t subdivided_count(const TriangleMesh& control, int levels) {
   size_t count = control.triangles.size();
   for (int i = 0; i < levels && count <= kMaxSubdividedTriangles; ++i) count *= 4;
   if (count > kMaxSubdividedTriangles) {
     fail("has " + std::to_string(control.triangles.size()) + " triangles, which " + std::to_string(levels) +
          " levels make more than " + std::to_string(kMaxSubdividedTriangles) + "; use fewer levels");
   }
+  return count;
+}
+
+TriangleMesh loop_subdivide(const TriangleMesh& control, int levels) {
+  subdivided_count(control, levels);
   Manifold m;
   for (const Vec3f& p : control.positions) m.positions.push_back({p.x, p.y, p.z});
   for (const auto& t : control.triangles) m.from.insert(m.from.end(), t.begin(), t.end());

@@ -16,9 +16,8 @@ namespace lightmill {
 
 class PbrtParser {
  public:
-  /// Meshes are read on up to `threads` threads (0: one per processor).
-  PbrtParser(const FileSource& files, ProblemList* problems, int threads)
-      : out_(files, problems, threads), problems_(problems) {}
+  PbrtParser(const FileSource& files, ProblemList* problems, const LoadOptions& options)
+      : out_(files, problems, options), problems_(problems) {}
 
   /// Reads the file `name` and all that it includes. The scene is complete if no error was reported.
   SceneDescription parse(const std::string& name);

@@ -90,14 +90,13 @@ int PbrtScene::default_material(const SourceLocation& where) {
 }
 
 bool PbrtScene::may_generate(size_t triangles, ParameterList& params) {
-  constexpr size_t kMaxGenerated = 32'000'000;
-  const bool before = generated_triangles_ <= kMaxGenerated;
+  const bool before = generated_triangles_ <= most_generated_;
   generated_triangles_ += triangles;
-  if (generated_triangles_ <= kMaxGenerated) return true;
+  if (generated_triangles_ <= most_generated_) return true;
   if (before) {
-    problems->error(params.where(), params.owner() +
-                                        " makes the triangles of all tessellated shapes more than 32000000; "
-                                        "leave out some or use coarser ones");
+    problems->error(params.where(),
+                    params.owner() + " makes the triangles of all tessellated shapes more than " +
+                        std::to_string(most_generated_) + "; leave out some or use coarser ones");
   }
   return false;
 }

@@ -53,8 +53,11 @@ struct ObjectFiles {
 };
 
 struct PbrtScene {
-  PbrtScene(const FileSource& file_source, ProblemList* problem_list, int threads)
-      : files(file_source), problems(problem_list), read_ahead(threads) {}
+  PbrtScene(const FileSource& file_source, ProblemList* problem_list, const LoadOptions& options)
+      : files(file_source),
+        problems(problem_list),
+        read_ahead(options.threads),
+        most_generated_(options.most_generated_triangles) {}
 
   SceneDescription scene;
   const FileSource& files;
@@ -97,8 +100,8 @@ struct PbrtScene {
   FloatInput float_input(ParameterList& params, std::string_view name, float fallback, double min,
                          double max);
 
-  /// Counts triangles that a shape makes of few numbers; false (reported) if all of them together are too
-  /// many, so that a small file can't fill the memory.
+  /// Counts triangles that a shape makes of few numbers; false (reported) if all of them together are more
+  /// than LoadOptions allows.
   bool may_generate(size_t triangles, ParameterList& params);
 
   /// Meshes by path, so that a file that is used twice is read once.
@@ -131,7 +134,7 @@ struct PbrtScene {
   std::set<std::string> listed_files_;
   std::map<std::string, std::set<std::string>> image_names_;  // in a bundle, by path
   int default_material_ = -1;
-  size_t generated_triangles_ = 0;
+  size_t generated_triangles_ = 0, most_generated_;
 };
 
 // Translators; each asks for its parameters and reports the rest. `type` is the directive's first string.

@@ -113,12 +113,12 @@ std::shared_ptr<const TriangleMesh> read_loop_subdivision(PbrtScene& out, Parame
   std::shared_ptr<TriangleMesh> mesh;
   try {
     require_valid_mesh(control);
+    if (!out.may_generate(subdivided_count(control, levels), params)) return nullptr;
     mesh = std::make_shared<TriangleMesh>(loop_subdivide(control, levels));
   } catch (const Error& e) {
     out.problems->error(params.where(), params.owner() + ": " + e.what());
     return nullptr;
   }
-  if (!out.may_generate(mesh->triangles.size(), params)) return nullptr;
   clean(mesh.get(), params.owner(), params.where(), out.problems);
   return mesh;
 }

@@ -183,5 +183,18 @@ TEST_F(LoopShapes, AreReadAndMistakesNamed) {
   for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(load_world(text), message)) << text;
 }
 
+TEST_F(LoopShapes, ShareABoundWithAllTessellatedShapes) {
+  const std::string line =
+      "Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 0 0 0 1] "
+      "\"integer indices\" [0 1 2 0 2 3 0 3 1 1 3 2]\n";  // 256 triangles
+  LoadOptions options;
+  options.most_generated_triangles = 1000;
+  EXPECT_TRUE(load_world(line + line + line, options).ok());
+  const LoadResult result = load_world(line + line + line + line + line, options);
+  EXPECT_TRUE(has_error(
+      result, "5:1: shape \"loopsubdiv\" makes the triangles of all tessellated shapes more than 1000"));
+  EXPECT_EQ(result.problems.size(), 1u) << "said once";
+}
+
 }  // namespace
 }  // namespace lightmill
