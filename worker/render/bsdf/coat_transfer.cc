@@ -194,7 +194,7 @@ Slab dimming_slab(double thickness) {
 Slab scattering_slab(double thickness, double albedo, double g) {
   int doublings = 0;
   double thin = thickness;
-  for (; thin > 0x1p-20; thin *= 0.5) ++doublings;
+  while (thin > 0x1p-20) thin *= 0.5, ++doublings;
   Slab slab = dimming_slab(thin);
   const Streams& s = streams();
   const std::array<Operator, 2> phase = phase_function(g);

@@ -69,8 +69,9 @@ double coat_internal_return(const CoatDescription& coat) {
   constexpr int kSamples = 128;
   double sum = 0;
   for (int i = 0; i < kSamples * kSamples; ++i) {
-    const float u = (static_cast<float>(i % kSamples) + random()) / kSamples;
-    const float v = (static_cast<float>(i / kSamples) + random()) / kSamples;
+    const int column = i % kSamples, row = i / kSamples;
+    const float u = (static_cast<float>(column) + random()) / kSamples;
+    const float v = (static_cast<float>(row) + random()) / kSamples;
     const Vec3<float> w = square_to_cosine_hemisphere(std::min(u, 1.0f), std::min(v, 1.0f));
     const float fu = random(), fv = random();
     const CoatCrossing x = cross_coat(coat.alpha, 1 / coat.eta, w, fu, fv);

@@ -45,8 +45,9 @@ LightImage equal_area_of_panorama(const LightImage& from) {
     for (int x = 0; x < n; ++x) {
       double sum[3] = {};
       for (int k = 0; k < kSamples * kSamples; ++k) {
-        const float s = (static_cast<float>(x) + (static_cast<float>(k % kSamples) + 0.5f) / kSamples) * step;
-        const float t = (static_cast<float>(y) + (static_cast<float>(k / kSamples) + 0.5f) / kSamples) * step;
+        const int column = k % kSamples, row = k / kSamples;
+        const float s = (static_cast<float>(x) + (static_cast<float>(column) + 0.5f) / kSamples) * step;
+        const float t = (static_cast<float>(y) + (static_cast<float>(row) + 0.5f) / kSamples) * step;
         look_up(from.rgb, from.width, from.height, equal_area_square_to_sphere(s, t), sum);
       }
       float* texel = &out.rgb[3 * (static_cast<size_t>(y) * static_cast<size_t>(n) + static_cast<size_t>(x))];
@@ -126,8 +127,9 @@ double EnvironmentMap::face(const Vec3f& n) {
       bool front = false;
       // Corners too: a texel of which any part is in front must be drawn at times.
       for (int k = 0; k < kSamples * kSamples; ++k) {
-        const float s = (static_cast<float>(x) + static_cast<float>(k % kSamples) / (kSamples - 1)) * step;
-        const float t = (static_cast<float>(y) + static_cast<float>(k / kSamples) / (kSamples - 1)) * step;
+        const int column = k % kSamples, row = k / kSamples;
+        const float s = (static_cast<float>(x) + static_cast<float>(column) / (kSamples - 1)) * step;
+        const float t = (static_cast<float>(y) + static_cast<float>(row) / (kSamples - 1)) * step;
         const double cosine = double{dot(equal_area_square_to_sphere(s, t), axis)};
         front = front || cosine > -0.01;
         cosines += std::max(cosine, 0.0) / (kSamples * kSamples);

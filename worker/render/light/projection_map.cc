@@ -21,8 +21,9 @@ ProjectionMap::ProjectionMap(LightImage image, const Rgb& scale, const Transform
   std::vector<double> weights(rgb.size() / 3);
   for (size_t i = 0; i < weights.size(); ++i) {
     // A texel's solid angle by its centre, as pbrt has it: area x cos^3.
-    const double x = ((static_cast<double>(i % static_cast<size_t>(width)) + 0.5) / w * 2 - 1) * window_x;
-    const double y = ((static_cast<double>(i / static_cast<size_t>(width)) + 0.5) / h * 2 - 1) * window_y;
+    const size_t column = i % static_cast<size_t>(width), row = i / static_cast<size_t>(width);
+    const double x = ((static_cast<double>(column) + 0.5) / w * 2 - 1) * window_x;
+    const double y = ((static_cast<double>(row) + 0.5) / h * 2 - 1) * window_y;
     const double d2 = 1 + x * x + y * y, solid_angle = texel_area / (d2 * std::sqrt(d2));
     for (size_t c = 0; c < 3; ++c) {
       float& value = rgb[3 * i + c];
