@@ -36,8 +36,9 @@ class SeenCells {
   /// Of the cells: the root of how often each was seen, and kAnywhere alike; empty if too much is seen.
   std::vector<double> weights() const {
     const auto on_disk = [](size_t i) {
-      const double x = (static_cast<double>(i % kCells) + 0.5) * 2 / kCells - 1,
-                   y = (static_cast<double>(i / kCells) + 0.5) * 2 / kCells - 1;
+      const size_t column = i % kCells, row = i / kCells;
+      const double x = (static_cast<double>(column) + 0.5) * 2 / kCells - 1,
+                   y = (static_cast<double>(row) + 0.5) * 2 / kCells - 1;
       return x * x + y * y < (1 + 2.0 / kCells) * (1 + 2.0 / kCells);
     };
     double total = 0, disk = 0, seen = 0;

@@ -101,9 +101,11 @@ GuidedSquares make_tables(const LightTrials& rays, const std::vector<LitPlace>& 
                           const std::vector<LightTrial>& trials, const std::vector<int32_t>& sky_light,
                           LightTable* lights) {
   std::vector<Vec3f> points;
+  points.reserve(places.size());
   for (const LitPlace& p : places) points.push_back(p.p);
   const LightGrid grid = place_grid(points, kCells);
   std::vector<int32_t> cell_of;
+  cell_of.reserve(points.size());
   for (const Vec3f& p : points) cell_of.push_back(grid.at<float>({p.x, p.y, p.z}));
   const size_t channels = rays.channels();
   std::vector<Level> levels;

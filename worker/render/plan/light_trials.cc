@@ -161,8 +161,9 @@ void LightTrials::look_around(uint64_t seed, uint32_t index, const LitPlace& pla
     const Channel& c = channels_[channel];
     const EnvironmentMap& map = lights_.environments[c.map];
     const float inv = 1.0f / static_cast<float>(map.bins.side);
-    const float s = (static_cast<float>(c.bin % map.bins.side) + random()) * inv;
-    const float t = (static_cast<float>(c.bin / map.bins.side) + random()) * inv;
+    const int32_t column = c.bin % map.bins.side, row = c.bin / map.bins.side;
+    const float s = (static_cast<float>(column) + random()) * inv;
+    const float t = (static_cast<float>(row) + random()) * inv;
     caster.cast(channel, map.rotate_to_world(equal_area_square_to_sphere(s, t)), c.light);
   }
   for (size_t i = 0; i < kLightRays && draws_lights(); ++i) {

@@ -35,7 +35,8 @@ class Writer {
     add_density(kMeasuredVisible, table_.visible);
     add_density(kMeasuredLuminance, table_.luminance);
     set(kMeasuredRgbAt, append(table_.rgb.values));
-    return static_cast<float>(head / kMeasuredUnit);
+    const size_t first_unit = head / kMeasuredUnit;
+    return static_cast<float>(first_unit);
   }
 
  private:
