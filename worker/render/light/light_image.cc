@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "common/image/image.h"
 #include "common/image/image_reader.h"
 
 namespace lightmill {
@@ -12,8 +13,6 @@ namespace {
 /// Filters leave small negative values beside bright texels: up to this fraction of the brightest they count
 /// as 0, below they are an error.
 constexpr float kRinging = 0.01f;
-
-float srgb_to_linear(float x) { return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f); }
 
 /// Throws for the first texel that is no radiance; like pbrt, which takes no NaN or infinity either.
 void check_texels(const LightImage& image, const std::string& what) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "common/error.h"
+#include "common/image/image.h"
 #include "common/image/image_reader.h"
 #include "worker/render/scene/webp_image.h"
 
@@ -16,8 +17,6 @@ constexpr int kMaxTextureSide = 32768;
 /// A small file may unpack to many: what its header says is refused before anything of that size is made.
 constexpr int64_t kMaxTexels = int64_t{1} << 28;
 constexpr int kMaxChannels = 64;
-
-float srgb_to_linear(float x) { return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f); }
 
 /// Index into [0, n) under the wrap mode, or -1 for black.
 int wrap_index(int i, int n, Wrap wrap) {
