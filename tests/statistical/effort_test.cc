@@ -26,7 +26,7 @@ TestScene two_floors() {
   TestScene s;
   s.quad({-2, 0, -2}, {0, 0, 4}, {2, 0, 0}, s.diffuse(0.8f));
   s.quad({0, 0, -2}, {0, 0, 4}, {2, 0, 0}, s.diffuse(0.004f));
-  s.quad({-0.6, 1, -0.6}, {1.2, 0, 0}, {0, 0, 1.2}, s.diffuse(0.0f), Emits{{3, 3, 3}});
+  s.quad({-0.6, 0.5, -0.6}, {1.2, 0, 0}, {0, 0, 1.2}, s.diffuse(0.0f), Emits{{3, 3, 3}});
   s.camera({0, 3, 0.01}, {0, 0, 0}, 40);
   return s.film(16, 16);
 }

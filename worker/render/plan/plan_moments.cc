@@ -36,13 +36,28 @@ void count_ray(const PerPlan& kept, RayCounts* rays) {
   for (size_t k = 0; k < kPlans; ++k) rays->kept[k] += double{kept[k]};
 }
 
+/// Per plan, how much of the second moment in the camera layer the samples of the plan's own strategies are
+/// asked for. From them the squared mean is taken away sample by sample, so they alone know of little noise;
+/// samples of all strategies know more where the plan's own find little of the light.
+PerPlan own_part(const PlanSet& plans, const FamilyShares& a) {
+  constexpr float kEnough = 0.3f;
+  PerPlan part;
+  for (size_t k = 0; k < kPlans; ++k) {
+    const float share =
+        a.hit * plans.hit[k] + a.next_event * plans.next_event[k] + (plans.connect[k] > 0 ? a.connect : 0);
+    const float known = std::min(share * (1 / kEnough), 1.0f);
+    part[k] = known * known;
+  }
+  return part;
+}
+
 /// Second moment of single contributions, over the samples of all strategies: those that stem from the lens
 /// make noise of splats, the others of the camera layer. A value v that roulette keeps with probability q
-/// counts as v / q, which is v^2 / q on average.
+/// counts as v / q, which is v^2 / q on average. In the camera layer all but `own` of it.
 void add_second_moment(const PlanSet& plans, const FamilyShares& a, const float rgb[3],
                        const PixelValue& value, float share, float scale, const PerPlan& factor,
-                       const PerPlan& kept, size_t half, float half_scale, BlockMoments* block,
-                       RarePaths* rare) {
+                       const PerPlan& kept, const PerPlan& own, size_t half, float half_scale,
+                       BlockMoments* block, RarePaths* rare) {
   PerPlan per_square, lens_share;
   for (size_t k = 0; k < kPlans; ++k) {
     per_square[k] = factor[k] / kept[k];
@@ -55,7 +70,7 @@ void add_second_moment(const PlanSet& plans, const FamilyShares& a, const float 
     for (size_t k = 0; k < kPlans; ++k) {
       const float second = square * per_square[k], lens = second * lens_share[k];
       block->splat[ch][k] += lens * scale;
-      block->camera[half][ch][k] += (second - lens) * half_scale;
+      block->camera[half][ch][k] += (second - lens) * (1 - own[k]) * half_scale;
     }
   }
   if (!rare->takes(squares)) return;
@@ -134,15 +149,21 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
     const PerPlan kept = kept_share(c.size, factor);
     if (c.s > 0) count_ray(kept, c.s == 1 ? &cell_.next_event : &cell_.connect);
     const bool emitter_in_sight = c.s == 0 && c.t == 2;
+    const PerPlan& samples = c.s == 0 ? plans_.hit : c.s == 1 ? plans_.next_event : plans_.connect;
     float part = 1;
     if (emitter_in_sight) {
       part = std::sqrt(in_sight(c.shares, c.rgb, value).sampled);
       add_unsampled(plans_, c.shares, c.rgb, value, factor, half, 1, &block);
     } else {
-      add_second_moment(plans_, c.shares, c.rgb, value, value.camera_share, 1, factor, kept, half, 1, &block,
-                        &cell_.rare);
+      const PerPlan own = own_part(plans_, c.shares);
+      add_second_moment(plans_, c.shares, c.rgb, value, value.camera_share, 1, factor, kept, own, half, 1,
+                        &block, &cell_.rare);
+      for (size_t ch = 0; ch < 3; ++ch) {
+        const float square = c.rgb[ch] * c.rgb[ch] * value.weight_beside(ch, c.rgb[ch], value.camera_share);
+        for (size_t k = 0; k < kPlans; ++k)
+          block.camera[half][ch][k] += own[k] * samples[k] * square * factor[k] * factor[k] / kept[k];
+      }
     }
-    const PerPlan& samples = c.s == 0 ? plans_.hit : c.s == 1 ? plans_.next_event : plans_.connect;
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
         const float x = part * samples[k] * c.rgb[ch] * factor[k];
@@ -265,8 +286,8 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
     }
     return;
   }
-  add_second_moment(plans, splat.shares, splat.rgb, value, value.splat_share, pixels, factor, kept, half,
-                    pixels_of_half, block, &cell->rare);
+  add_second_moment(plans, splat.shares, splat.rgb, value, value.splat_share, pixels, factor, kept,
+                    own_part(plans, splat.shares), half, pixels_of_half, block, &cell->rare);
 }
 
 }  // namespace lightmill

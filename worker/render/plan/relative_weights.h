@@ -17,12 +17,16 @@ struct PixelValue {
   /// No contribution is taken for more times its pixel's value, as one sample says too little of what is so
   /// rare.
   static constexpr float kMostTimes = 64;
+  /// Times its pixel's value from which on a contribution is bright.
+  static constexpr float kBright = 4;
 
   float weight(size_t ch) const { return of(std::max(value[ch], around[ch])); }
-  /// For a contribution `x` that is a part `share` of the value, by the rest of it: what is rare and bright
-  /// does not weigh itself down.
+  /// For a contribution `x` that is a part `share` of the value, by the rest of it if it is much brighter:
+  /// what is rare and bright does not weigh itself down. What is not so bright is weighed as all else that is
+  /// compared with it, or little noise would be lost in the difference.
   float weight_beside(size_t ch, float x, float share) const {
-    const float rest = share < 1 ? (value[ch] - x * share) / (1 - share) : 0;
+    const float excess = std::max(x - kBright * value[ch], 0.0f);
+    const float rest = share < 1 ? value[ch] - excess * share / (1 - share) : 0;
     return of(std::max({rest, around[ch], x / kMostTimes}));
   }
 

@@ -127,6 +127,26 @@ TEST(Pilot, SeesSliversOfALampThatItsCameraSamplesMiss) {
   }
 }
 
+// A floor under a sky and a lamp, both sampled everywhere: the squared mean of the samples is a hundred times
+// their variance, of which little must not be lost in the difference, nor effort follow what is left of it.
+TEST(Pilot, KnowsLittleNoise) {
+  TestScene s;
+  s.quad({-9, 0, -9}, {0, 0, 18}, {18, 0, 0}, s.diffuse(0.6f));
+  s.environment({1, 1, 1});
+  s.point_light({1, 4, 1}, {30, 30, 30});
+  s.camera({0, 6, 0.01}, {0, 0, 0}, 40).film(64, 64);
+  const PilotReport report = pilot_of(s);
+  const SamplingPlan pt{kEmissionHits | kNextEvent};
+  for (const PlanEstimate& e : report.estimates) {
+    if (e.plan.strategies != pt.strategies) continue;
+    const double measured = measured_variance(s, pt);
+    EXPECT_LT(measured, 0.05);
+    EXPECT_NEAR(std::log(e.relative_variance / measured), 0, std::log(1.4)) << measured;
+  }
+  EXPECT_EQ(report.chosen.strategies, pt.strategies);
+  EXPECT_TRUE(report.chosen.effort.uniform());
+}
+
 TEST(Pilot, IsTheSameForAnyThreadsAndSamples) {
   const TestScene s = cornell_room().film(70, 40);
   const std::string one = pilot_to_json(pilot_of(s, 5, 1, 4));
