@@ -88,7 +88,7 @@ int explain(ExplainOptions& options) {
   const int threads = agent::usable_threads();
   const Renderer analysed(scene, settings, threads);
   if (!options.common.quiet) {
-    for (const Problem& problem : analysed.warnings()) print_warning(format_problem(problem));
+    for (const std::string& line : analysed.warnings()) print_warning(line);
   }
   std::optional<PilotReport> pilot;
   if (needs_pilot(settings) && !options.no_pilot) {
@@ -107,6 +107,7 @@ int explain(ExplainOptions& options) {
     const nlohmann::json document = {{"integrator", integrator_name(settings.integrator)},
                                      {"quantum_exponent", plan.quantum_exponent},
                                      {"items", items_document(plan)},
+                                     {"lost_light", plan.lost_light},
                                      {"pilot", pilot_document(pilot)}};
     std::printf("%s\n", dump(document).c_str());
     return 0;

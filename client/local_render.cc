@@ -95,6 +95,7 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
   options.build = build_id();
   options.schema = kPartialSchema;
   options.lease_seconds = kLeaseSeconds;
+  options.max_attempts = 1;  // there is one worker, and what it failed at it would fail at again
   Farm farm(std::make_unique<MemoryJobStore>(false), clock, options);
   const JobId job = farm.submit(request);
   LocalResult result;

@@ -64,8 +64,8 @@ int render(LocalOptions& options) {
   agent::set_float_mode();
   phase.emplace(quiet, "building the scene ...");
   const BuildOptions build(threads, texture_bytes);
-  const auto warn = [quiet](const Problem& problem) {
-    if (!quiet) print_warning(format_problem(problem));
+  const auto warn = [quiet](const std::string& line) {
+    if (!quiet) print_warning(line);
   };
   SceneDescription to_diagnose;
   if (!options.diagnose.empty()) to_diagnose = scene;

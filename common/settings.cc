@@ -8,6 +8,7 @@
 #include "common/json_text.h"
 #include "common/plan_text.h"
 #include "common/scene/description.h"
+#include "common/scene/possible_strategies.h"
 
 namespace lightmill {
 namespace {
@@ -59,6 +60,25 @@ Integrator integrator_of_scene(const std::string& name) {
     return Integrator::kPt;
   }
   return name == "lightpath" ? Integrator::kLt : Integrator::kBdpt;
+}
+
+/// An integrator's own plan does without what the scene does not allow; what was asked for by its name is
+/// refused. The pilot of auto sees to its plan itself.
+void leave_out_impossible(const SceneDescription& scene, const RenderOptions& options, RenderSettings* s) {
+  const PossibleStrategies possible = possible_strategies(scene);
+  Strategies named = s->overrides & kAllStrategies;
+  if (options.strategies || options.plan) named |= s->plan->strategies;
+  if (named & ~possible.set)
+    usage(strategy_names(named & ~possible.set) + ": " + possible.why_no_more + "; leave it out");
+  const Strategies wanted = strategies_of(*s), left = wanted & possible.set;
+  if (needs_pilot(*s) || left == wanted) return;
+  if (!left) {
+    throw Error(options.integrator == "scene" ? ErrorKind::kBadScene : ErrorKind::kUsage,
+                std::string(integrator_name(s->integrator)) + ": " + possible.why_no_more +
+                    "; use another integrator");
+  }
+  if (!s->plan) s->plan = plan_of(*s);
+  s->plan->strategies = left;
 }
 
 void check(const RenderSettings& s, ErrorKind kind) {
@@ -164,6 +184,7 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   // AOVs are means over samples that all count the same.
   if (s.aovs) s.uniform_effort = true;
   if (s.plan && s.uniform_effort) s.plan->effort = {};
+  leave_out_impossible(scene, options, &s);
   if (s.plan) check_plan(*s.plan);
   check(s, options.spp || options.max_depth ? ErrorKind::kUsage : ErrorKind::kBadScene);
   return s;

@@ -87,8 +87,9 @@ inline bool has_splat_layer(const RenderSettings& settings) {
   return strategies_of(settings) & kLensConnections;
 }
 
-/// Combines the scene's own settings with the options. Throws Error(kUsage) on an option out of
-/// range and Error(kBadScene) if the scene's film is.
+/// Combines the scene's own settings with the options. Strategies that the scene does not allow
+/// (possible_strategies.h) are left out of an integrator's own. Throws Error(kUsage) on an option out of
+/// range, or that asks for such a strategy by name, and Error(kBadScene) if the scene's film is out of range.
 RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptions& options);
 
 /// Canonical JSON (sorted keys), the form that is stored and sent.

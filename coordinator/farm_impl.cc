@@ -170,8 +170,9 @@ void Farm::Impl::release(Job& job, const LeaseTable::Lease& lease, bool failed, 
                                    job.failures_in_row >= kRowOfFailures * options.max_attempts);
   if (hopeless) {
     end(job, JobState::kFailed,
-        tile_text(record) + " failed " + std::to_string(record.failures) + " times, last on worker " +
-            lease.worker.value + ": " + reason,
+        tile_text(record) + " failed " +
+            (record.failures > 1 ? std::to_string(record.failures) + " times, last " : std::string()) +
+            "on worker " + lease.worker.value + ": " + reason,
         now);
   } else if (!failed && record.attempt >= kSilentAttemptsPerAllowed * options.max_attempts) {
     end(job, JobState::kFailed,

@@ -63,6 +63,44 @@ TEST_F(Plan, IsOverriddenByASetOfStrategies) {
   EXPECT_EQ(pixels({"--strategies", "hit,next-event"}), image);
 }
 
+// A point light over glass, seen with hair, or through a realistic camera: what light paths can't reach is
+// left out of every integrator's plan alike in renderer and farm, and said to be missing.
+TEST_F(Plan, IsOfWhatHairAndARealisticCameraAllow) {
+  constexpr char kFilm[] =
+      "LookAt 0 1 4 0 0.5 0 0 1 0\nFilm \"rgb\" \"integer xresolution\" 16 "
+      "\"integer yresolution\" 16\n";
+  constexpr char kWorld[] = R"(WorldBegin
+LightSource "point" "point3 from" [0 3 1] "rgb I" [10 10 10]
+Shape "trianglemesh" "point3 P" [-5 0 -5 5 0 -5 5 0 5 -5 0 5] "integer indices" [0 1 2 0 2 3]
+Material "dielectric"
+Shape "sphere" "float radius" 0.5
+)";
+  constexpr char kHair[] =
+      "Material \"hair\"\nShape \"curve\" \"string type\" \"flat\" "
+      "\"point3 P\" [-1 0 0 -1 .5 0 -1 1 0 -1 1.5 0.5] \"float width\" 0.05\n";
+  write("lens.dat", "50 5 1.5 20\n-50 48 1 20\n");
+  write("hair.pbrt", std::string(kFilm) + "Camera \"perspective\"\n" + kWorld + kHair);
+  write("lens.pbrt", std::string(kFilm) +
+                         "Camera \"realistic\" \"string lensfile\" \"lens.dat\" \"float focusdistance\" 4\n" +
+                         kWorld);
+  for (const char* scene : {"hair.pbrt", "lens.pbrt"}) {
+    for (const char* integrator : {"auto", "bdpt", "pt"}) {
+      const Outcome outcome =
+          run({"render", scene, "--integrator", integrator, "--spp", "16", "-o", "x.exr"});
+      EXPECT_EQ(outcome.code, 0) << scene << ' ' << integrator << ": " << outcome.err;
+      EXPECT_THAT(outcome.err, HasSubstr("leaves out light of paths LS")) << scene << ' ' << integrator;
+    }
+    for (const std::vector<std::string>& asked : std::vector<std::vector<std::string>>{
+             {"--integrator", "lt"}, {"--strategies", "hit,lens"}, {"--plan-override", "lens"}}) {
+      std::vector<std::string> line = {"render", scene, "--spp", "16", "-o", "x.exr"};
+      line.insert(line.end(), asked.begin(), asked.end());
+      const Outcome outcome = run(line);
+      EXPECT_EQ(outcome.code, 2) << scene << ' ' << asked[1] << ": " << outcome.err;
+      EXPECT_EQ(lines(outcome.err), 1) << outcome.err;
+    }
+  }
+}
+
 TEST_F(Plan, AFileWithoutOneIsRefusedInOneLine) {
   write("box.pbrt", kBox);
   write("half.json", "{\"strategies\": \"hit\", \"light_paths\": 1");

@@ -228,7 +228,7 @@ TEST(MediaOfLights, AreThoseThatCameraPathsMeetThere) {
   EXPECT_EQ(Renderer(said.scene, settings, 1).warnings().size(), 0u);
   const auto warnings = Renderer(silent, settings, 1).warnings();
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].message.find("2 of 2 lights stand in another medium"), std::string::npos);
+  EXPECT_NE(warnings[0].find("2 of 2 lights stand in another medium"), std::string::npos);
   EXPECT_EQ(render_batches(said.scene, settings, 1).images[0].data,
             render_batches(silent, settings, 1).images[0].data);
 }

@@ -10,7 +10,7 @@ class SceneRenderer : public PacketRenderer {
   SceneRenderer(SceneDescription scene, const RenderSettings& settings, const BuildOptions& options)
       : renderer_(std::move(scene), settings, options) {}
   SceneRenderer(const Renderer& other, const RenderSettings& settings) : renderer_(other, settings) {}
-  const std::vector<Problem>& warnings() const { return renderer_.warnings(); }
+  std::vector<std::string> warnings() const { return renderer_.warnings(); }
   const FilmGrid& grid() const override { return renderer_.settings().grid; }
   int quantum_exponent() const override { return renderer_.quantum_exponent(); }
   bool has_camera_layer() const override { return renderer_.has_camera_layer(); }
@@ -40,12 +40,11 @@ class SceneRenderer : public PacketRenderer {
 
 }  // namespace
 
-std::shared_ptr<const PacketRenderer> make_packet_renderer(SceneDescription scene,
-                                                           const RenderSettings& settings,
-                                                           const BuildOptions& options,
-                                                           const std::function<void(const Problem&)>& warn) {
+std::shared_ptr<const PacketRenderer> make_packet_renderer(
+    SceneDescription scene, const RenderSettings& settings, const BuildOptions& options,
+    const std::function<void(const std::string&)>& warn) {
   auto renderer = std::make_shared<SceneRenderer>(std::move(scene), settings, options);
-  for (const Problem& problem : renderer->warnings()) warn(problem);
+  for (const std::string& line : renderer->warnings()) warn(line);
   return renderer;
 }
 

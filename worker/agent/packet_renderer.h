@@ -33,7 +33,7 @@ class PacketRenderer {
 /// The renderer itself. Throws as Renderer's constructor does. `warn` is called with Renderer::warnings().
 std::shared_ptr<const PacketRenderer> make_packet_renderer(
     SceneDescription scene, const RenderSettings& settings, const BuildOptions& options,
-    const std::function<void(const Problem&)>& warn = [](const Problem&) {});
+    const std::function<void(const std::string&)>& warn = [](const std::string&) {});
 
 /// Where the runner gets the renderer of a lease from.
 class RenderSource {

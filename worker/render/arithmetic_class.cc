@@ -5,6 +5,7 @@
 #include "common/digest.h"
 #include "common/image/partial.h"
 #include "common/scene/measured_table.h"
+#include "common/scene/possible_strategies.h"
 #include "worker/render/camera/lens_stack.h"
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/renderer.h"
@@ -343,6 +344,7 @@ std::string arithmetic_class() {
     spherical.kind = CameraKind::kSpherical;
     Sha256 all;
     const auto hash_render = [&](const SceneDescription& description) {
+      settings.plan = SamplingPlan{.strategies = possible_strategies(description).set};
       const Renderer renderer(description, settings, 1);
       PartialBuilder builder(settings.grid, tile, renderer.quantum_exponent(), true, true);
       const auto workspace = renderer.make_workspace();

@@ -7,7 +7,9 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "common/scene/load.h"
 #include "common/scene/parts_in_use.h"
+#include "common/scene/possible_strategies.h"
 #include "worker/render/pipeline/aov_recorder.h"
 #include "worker/render/pipeline/pipeline.h"
 #include "worker/render/plan/light_learning.h"
@@ -69,21 +71,20 @@ void drop_geometry(SceneDescription* description) {
   malloc_trim(0);  // large arrays, which the allocator would keep
 }
 
-/// Those of `chosen` that the scene allows. Throws Error(kUsage) if none of them does.
-Strategies possible(Strategies chosen, const RenderScene& scene, const Camera& camera) {
-  Strategies left = chosen;
-  if (!can_be_joined(camera)) left &= ~kLensConnections;
-  if (scene.any_fibres) left &= ~kLightPaths;
-  if (left == chosen || (left & kCameraLayer)) return left;
-  throw Error(ErrorKind::kUsage,
-              scene.any_fibres ? "hair and flat curves are seen by camera paths alone; use another integrator"
-                               : "a realistic camera can't be joined to light paths; use another integrator");
+/// What runs under the settings; before its pilot, all that the scene allows. Throws Error(kUsage) if it does
+/// not allow what the settings ask for.
+Strategies running(const RenderSettings& s, const PossibleStrategies& possible) {
+  const Strategies wanted = strategies_of(s);
+  if (wanted & ~possible.set && !needs_pilot(s))
+    throw Error(ErrorKind::kUsage, strategy_names(wanted & ~possible.set) + ": " + possible.why_no_more);
+  return wanted & possible.set;
 }
 
 }  // namespace
 
 /// What does not depend on the sampling.
 struct Renderer::World {
+  PossibleStrategies possible;
   RenderScene scene;
   Accel accel;
   Camera camera;
@@ -92,7 +93,8 @@ struct Renderer::World {
   FilmResponse response;
 
   World(SceneDescription description, const RenderSettings& s, const BuildOptions& options)
-      : scene((options.unused_textures ? void() : drop_unused_materials(&description),
+      : possible(possible_strategies(description)),
+        scene((options.unused_textures ? void() : drop_unused_materials(&description),
                build_scene(description, s.energy_compensation, s.overrides, options))),
         accel((drop_geometry(&description), scene), options.threads),
         camera(make_camera(description.camera, s.grid.width, s.grid.height, scene.scale_exponent)),
@@ -117,13 +119,14 @@ struct Renderer::Impl {
   Impl(std::shared_ptr<const World> w, const RenderSettings& s, uint32_t one_in)
       : settings(s),
         world(std::move(w)),
-        plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, s)),
+        plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, s, world->possible.set,
+                           running(s, world->possible))),
         context{world->scene, world->accel, world->camera, world->filter, s.grid} {
     context.seed = s.seed;
     context.max_depth = s.max_depth;
     const SamplingPlan sampling = plan_of(s);
     const auto film_paths = static_cast<double>(s.grid.light_paths_per_spp());
-    context.strategies = possible(sampling.strategies, world->scene, world->camera);
+    context.strategies = running(s, world->possible);
     context.kernels = plan.kernels;
     context.light_paths = sampling.light_paths;
     context.splat_scale = static_cast<float>(1 / film_paths);
@@ -155,7 +158,12 @@ Renderer::Renderer(const Renderer& other, const RenderSettings& settings, uint32
 Renderer::~Renderer() = default;
 
 const ScenePlan& Renderer::plan() const { return impl_->plan; }
-const std::vector<Problem>& Renderer::warnings() const { return impl_->world->scene.warnings; }
+std::vector<std::string> Renderer::warnings() const {
+  std::vector<std::string> lines;
+  for (const Problem& problem : impl_->world->scene.warnings) lines.push_back(format_problem(problem));
+  if (!impl_->plan.lost_light.empty()) lines.push_back("warning: " + impl_->plan.lost_light);
+  return lines;
+}
 const RenderSettings& Renderer::settings() const { return impl_->settings; }
 int Renderer::quantum_exponent() const { return impl_->plan.quantum_exponent; }
 bool Renderer::has_camera_layer() const { return lightmill::has_camera_layer(impl_->settings); }

@@ -43,8 +43,9 @@ class Renderer {
   /// samples or seed at most: what the scene was built from stays. A pilot looks at `one_in` pixels only.
   Renderer(const Renderer& other, const RenderSettings& settings, uint32_t one_in = 1);
   const ScenePlan& plan() const;
-  /// What the scene says and could not be taken at its word, each with its place.
-  const std::vector<Problem>& warnings() const;
+  /// What the scene says and could not be taken at its word, each with its place, and what light the settings
+  /// leave out: a line each.
+  std::vector<std::string> warnings() const;
   const RenderSettings& settings() const;
   /// That the scene takes, which renderers of other settings share.
   uint64_t memory_bytes() const;

@@ -56,6 +56,35 @@ TEST(Settings, TheSceneHoldsUnlessOverridden) {
   EXPECT_EQ(t.time_s, 2.5);
 }
 
+TEST(Settings, StrategiesThatTheSceneDoesNotAllowAreLeftOut) {
+  SceneDescription s = scene();
+  RenderOptions o;
+  o.integrator = "bdpt";
+  EXPECT_FALSE(resolve_settings(s, o).plan) << "all are possible";
+  s.camera.kind = CameraKind::kRealistic;
+  EXPECT_EQ(strategies_of(resolve_settings(s, o)), kAllStrategies & ~kLensConnections);
+  EXPECT_FALSE(resolve_settings(s, {}).plan) << "the pilot sees to it";
+  s.materials.emplace_back().kind = HairMaterial();
+  EXPECT_EQ(strategies_of(resolve_settings(s, o)), kAllStrategies & ~kLensConnections)
+      << "nothing is of hair";
+  s.shapes.emplace_back().kind = SphereShape();
+  s.shapes.back().material = 0;
+  EXPECT_EQ(strategies_of(resolve_settings(s, o)), kEmissionHits | kNextEvent);
+  o.integrator = "pt";
+  EXPECT_FALSE(resolve_settings(s, o).plan) << "pt has no other";
+  o.strategies = "hit,lens";
+  EXPECT_EQ(kind_of(s, o), ErrorKind::kUsage);
+  o.strategies.reset();
+  o.overrides = "connect";
+  EXPECT_EQ(kind_of(s, o), ErrorKind::kUsage);
+  o.overrides.reset();
+  o.integrator = "lt";
+  EXPECT_EQ(kind_of(s, o), ErrorKind::kUsage);
+  s.sampling.integrator = "lightpath";
+  o.integrator = "scene";
+  EXPECT_EQ(kind_of(s, o), ErrorKind::kBadScene);
+}
+
 TEST(Settings, CropKeepsItsFractions) {
   SceneDescription s = scene();
   s.film.crop = {0, 0.5, 0.25, 1};

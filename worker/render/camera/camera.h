@@ -24,9 +24,4 @@ inline bool is_parallel(const Camera& camera) {
   return std::visit([](const auto& c) { return c.kParallel; }, camera);
 }
 
-/// Whether light paths can be joined to it.
-inline bool can_be_joined(const Camera& camera) {
-  return std::visit([](const auto& c) { return !c.kWeighted; }, camera);
-}
-
 }  // namespace lightmill

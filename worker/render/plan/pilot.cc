@@ -23,7 +23,7 @@ constexpr double kLeastWeighed = 4;
 class Pilot {
  public:
   Pilot(const Renderer& scene, const std::function<bool()>& go_on)
-      : settings_(pilot_settings(scene.settings(), kPilotSeed)),
+      : settings_(pilot_settings(scene, kPilotSeed)),
         sight_(settings_.grid),
         first_(sight_.first()),
         renderer_(scene, settings_, sight_.one_in),
@@ -44,8 +44,9 @@ class Pilot {
   }
 
  private:
-  static RenderSettings pilot_settings(RenderSettings settings, uint64_t seed) {
-    settings.plan = SamplingPlan{.connections = kRecordedConnections};
+  static RenderSettings pilot_settings(const Renderer& scene, uint64_t seed) {
+    RenderSettings settings = scene.settings();
+    settings.plan = SamplingPlan{.strategies = scene.plan().possible, .connections = kRecordedConnections};
     settings.seed ^= seed;
     return settings;
   }
@@ -74,7 +75,7 @@ class Pilot {
 
   /// What is seen at first, of which only values are asked.
   void look_first() {
-    const Renderer renderer(renderer_, pilot_settings(settings_, sight_.is_close() ? 0 : kFirstSeed),
+    const Renderer renderer(renderer_, pilot_settings(renderer_, sight_.is_close() ? 0 : kFirstSeed),
                             first_.one_in);
     const auto workspace = renderer.make_workspace();
     const auto recorder = std::make_unique<StrategyRecorder>();

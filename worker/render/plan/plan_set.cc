@@ -35,7 +35,7 @@ PlanSet::PlanSet(std::vector<SamplingPlan> candidates) : plans(std::move(candida
 PlanSet candidate_plans(const ScenePlan& scene) {
   std::vector<SamplingPlan> plans;
   const auto add = [&](Strategies set, double light_paths, double connections) {
-    if ((set & scene.required) == scene.required) plans.push_back({set, light_paths, connections});
+    if (scene.complete[set] && !(set & ~scene.possible)) plans.push_back({set, light_paths, connections});
   };
   const Strategies base = scene.useful & (kEmissionHits | kNextEvent);
   add(base, 1, 1);

@@ -6,6 +6,7 @@
 
 #include "common/image/exact_sum.h"
 #include "worker/render/accel/few_primitives.h"
+#include "worker/render/plan/path_classes.h"
 #include "worker/render/scene/subsurface_body.h"
 
 namespace lightmill {
@@ -64,25 +65,28 @@ int quantum(const RenderScene& scene, double imaging_ratio) {
   return exponent - kQuantumBitsBelowScale;
 }
 
-/// Whether no ray ends on light `i`: it is at a point, far away, or of a shape that rays do not meet.
-bool is_never_hit(const LightTable& lights, size_t i) {
-  if (is_at_a_point(lights.type[i]) || lights.type[i] == kDistantLight) return true;
-  const int32_t pattern = lights.pattern_of.empty() ? -1 : lights.pattern_of[i];
-  return pattern >= 0 && lights.patterns[static_cast<size_t>(pattern)].unseen;
+/// What each set of strategies finds.
+void find_strategies(const RenderScene& scene, int max_depth, ScenePlan* plan) {
+  const PathClasses all = paths_made(scene, max_depth, plan->possible);
+  plan->useful = 0;
+  for (Strategies set = 0; set <= kAllStrategies; ++set) {
+    const PathClasses made = paths_made(scene, max_depth, set);
+    plan->complete[set] = (all & ~made) == 0;
+    const bool is_family = set && !(set & (set - 1));
+    if (is_family && made) plan->useful |= set & plan->possible;
+  }
 }
 
-/// Emission hits make every path that ends on a light that rays meet. Of others, next event makes all but the
-/// paths whose first event is a delta one: these take lens connections, or, where the camera sees the next
-/// vertex through another delta event only, vertex connections.
-void find_strategies(const RenderScene& scene, ScenePlan* plan) {
-  const LightTable& lights = scene.lights;
-  plan->useful = plan->required = 0;
-  if (lights.count() == 0) return;
-  bool any_hit = false, any_missed = false;
-  for (size_t i = 0; i < lights.type.size(); ++i) (is_never_hit(lights, i) ? any_missed : any_hit) = true;
-  plan->useful = kNextEvent | kLightPaths;
-  if (any_hit) plan->useful |= kEmissionHits, plan->required |= kEmissionHits;
-  if (any_missed) plan->required |= kNextEvent | (scene.any_delta ? kLightPaths : 0);
+/// ScenePlan::lost_light of `strategies`, called `chosen`.
+std::string lost_light(const RenderScene& scene, int max_depth, Strategies possible, Strategies strategies,
+                       const std::string& chosen) {
+  const PathClasses lost =
+      paths_made(scene, max_depth, kAllStrategies) & ~paths_made(scene, max_depth, strategies);
+  if (!lost) return {};
+  const PathClasses found = lost & paths_made(scene, max_depth, possible);
+  return chosen + " leaves out light of paths " + shortest_path(found ? found : lost) +
+         " (S: a mirror or smooth glass, D: anything else)" +
+         (found ? ", which --integrator auto finds" : "; with hair or a realistic camera nothing finds it");
 }
 
 /// Why diffuse kernels don't do (kernel_set.h); null if they do.
@@ -102,11 +106,12 @@ const char* needs_general_kernels(const RenderScene& s) {
 }  // namespace
 
 ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
-                        const RenderSettings& settings) {
+                        const RenderSettings& settings, Strategies possible, Strategies strategies) {
   ScenePlan plan;
+  plan.possible = possible;
   plan.quantum_exponent = quantum(scene, imaging_ratio);
   plan.primitives = static_cast<int64_t>(scene.primitive_material.size());
-  find_strategies(scene, &plan);
+  find_strategies(scene, settings.max_depth, &plan);
   const char* const general = needs_general_kernels(scene);
   plan.kernels = scene.any_media()                              ? KernelSet::kMedia
                  : general || scene.overrides & kGeneralKernels ? KernelSet::kSurfaces
@@ -118,9 +123,9 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
         {feature, needed, std::move(reason), needed ? std::string() : std::move(saving), bit});
   };
   const auto text = [](auto n) { return std::to_string(n); };
-  const Strategies strategies = strategies_of(settings);
   const std::string chosen =
       settings.plan ? "the sampling plan" : std::string(integrator_name(settings.integrator));
+  plan.lost_light = lost_light(scene, settings.max_depth, possible, strategies, chosen);
 
   const bool masked = std::any_of(scene.meshes.begin(), scene.meshes.end(),
                                   [](const MeshRange& mesh) { return mesh.alpha.texture >= 0; });
@@ -224,7 +229,14 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        "a look-up per light sample, per light path and per emitter that a path hits");
   const auto strategy = [&](const char* feature, Strategies family, const char* saving) {
     const bool on = strategies & family;
-    item(feature, on, chosen + (on ? " includes it" : " leaves it out"), saving, family);
+    const std::string lost = shortest_path(paths_made(scene, settings.max_depth, family) &
+                                           ~paths_made(scene, settings.max_depth, strategies));
+    item(feature, on,
+         on                     ? chosen + " includes it"
+         : !(possible & family) ? std::string("what hair or a realistic camera is in can't have it")
+         : lost.empty()         ? chosen + " leaves it out"
+                                : chosen + " leaves it out, and light with it: " + lost,
+         saving, family);
   };
   strategy("emission hits (s = 0)", kEmissionHits, "emission look-ups at hits and escapes");
   strategy("next-event estimation (s = 1)", kNextEvent, "light sampling and a shadow ray per camera vertex");

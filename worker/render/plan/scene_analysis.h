@@ -7,8 +7,9 @@
 
 namespace lightmill {
 
-/// `imaging_ratio` multiplies every contribution.
+/// `possible`: strategies that the scene allows, of which `strategies` run. `imaging_ratio` multiplies every
+/// contribution.
 ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
-                        const RenderSettings& settings);
+                        const RenderSettings& settings, Strategies possible, Strategies strategies);
 
 }  // namespace lightmill

@@ -1,5 +1,6 @@
 #pragma once
 // The scene plan: what the renderer found out the scene needs, and what it therefore leaves out.
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -22,9 +23,13 @@ struct ScenePlan {
   /// Exponent of the exact sums' quantum: floor(log2(scale of the lights' radiance)) + 1 -
   /// kQuantumBitsBelowScale.
   int quantum_exponent = 0;
-  /// Strategy families that can add light at all, and those without which some of the scene's light could be
-  /// missing, whatever else runs.
-  Strategies useful = kAllStrategies, required = 0;
+  /// Strategy families that the scene allows, and those of them that can add light at all.
+  Strategies possible = kAllStrategies, useful = kAllStrategies;
+  /// For every set of families, by its value: whether it finds all light that the possible ones find.
+  std::array<bool, kAllStrategies + 1> complete{};
+  /// Light that what runs does not find although others of the kind would, a line for people; empty if there
+  /// is none.
+  std::string lost_light;
   int64_t primitives = 0;
   /// The least that the scene can do with.
   KernelSet kernels = KernelSet::kSurfaces;

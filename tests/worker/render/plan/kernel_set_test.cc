@@ -6,6 +6,7 @@
 #include "common/features.h"
 #include "tests/support/render.h"
 #include "tests/support/test_scene.h"
+#include "worker/render/arithmetic_class.h"
 #include "worker/render/diagnose/diagnosis.h"
 #include "worker/render/renderer.h"
 
@@ -176,6 +177,9 @@ TEST(KernelSets, OtherOverridesThatNeedThemBringGeneralKernels) {
   for (const Features bit : {kAlphaMasks, kShadingNormals, kVertexConnections})
     EXPECT_EQ(plan_for(cornell_room(), bit).kernels, KernelSet::kDiffuse) << feature_names(bit);
 }
+
+// Its scenes are of every kernel, and must all render.
+TEST(ArithmeticClass, IsADigest) { EXPECT_EQ(arithmetic_class().size(), 64u); }
 
 }  // namespace
 }  // namespace lightmill::test

@@ -1,5 +1,5 @@
 // Scenes whose plan is easily got wrong: what is needed is hidden, or what is there is not needed.
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <complex>
 #include <cstring>
@@ -14,6 +14,8 @@
 
 namespace lightmill::test {
 namespace {
+
+using ::testing::HasSubstr;
 
 constexpr Features kBitwise = kAllFeatures & ~kAllStrategies;
 
@@ -274,6 +276,35 @@ TEST(PlanTrapScenes, DeltaLightInsideGlass) {
   const Estimate chosen = render_batches(s.scene, settings, 16).mean();
   ASSERT_GT(all.mean, 0.05);
   EXPECT_NEAR(chosen.mean, all.mean, 5 * std::hypot(all.standard_error, chosen.standard_error));
+}
+
+// What an integrator can't find it says, and only then.
+TEST(PlanTrapScenes, LightThatIsLeftOutIsNamed) {
+  enum Lamp { kPoint, kSphere };
+  const auto lost = [](Lamp lamp, bool glass, Integrator integrator, int max_depth = 5) {
+    TestScene s;
+    s.quad({-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, s.diffuse(0.5f));
+    if (glass) s.sphere({0, 1, 0}, 0.3, s.dielectric(1.5f, 0));
+    if (lamp == kPoint) {
+      s.point_light({0, 3, 0}, {6, 6, 6});
+    } else {
+      s.sphere({0, 3, 0}, 0.05, s.diffuse(0.0f), {.radiance = {900, 900, 900}});
+    }
+    s.camera({0, 3, -5}, {0, 0, 0}, 40).film(8, 8);
+    return Renderer(s.scene, settings_for(s.scene, integrator, 4, max_depth), 1).plan().lost_light;
+  };
+  EXPECT_THAT(lost(kPoint, true, Integrator::kPt),
+              HasSubstr("pt leaves out light of paths LSDE from lights at"));
+  EXPECT_THAT(lost(kPoint, true, Integrator::kLt),
+              HasSubstr("lt leaves out light of paths LDSE from lights at"));
+  EXPECT_THAT(lost(kSphere, true, Integrator::kLt), HasSubstr("lt leaves out light of paths LSE ("));
+  EXPECT_EQ(lost(kPoint, true, Integrator::kPt, 1), "") << "two events are more than it may take";
+  EXPECT_EQ(lost(kSphere, true, Integrator::kPt), "");
+  for (const Lamp lamp : {kPoint, kSphere}) {
+    EXPECT_EQ(lost(lamp, true, Integrator::kBdpt), "");
+    EXPECT_EQ(lost(lamp, true, Integrator::kAuto), "");
+    for (const Integrator one : {Integrator::kPt, Integrator::kLt}) EXPECT_EQ(lost(lamp, false, one), "");
+  }
 }
 
 // The pilot's paths all miss the ball; what it does to the light must be in reach of every plan all the same.

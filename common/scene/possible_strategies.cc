@@ -1,0 +1,38 @@
+#include "common/scene/possible_strategies.h"
+
+#include <algorithm>
+
+#include "common/scene/parts_in_use.h"
+
+namespace lightmill {
+namespace {
+
+bool any_flat_tube(const std::vector<ShapeDescription>& shapes) {
+  return std::any_of(shapes.begin(), shapes.end(), [](const ShapeDescription& shape) {
+    const auto* mesh = std::get_if<MeshShape>(&shape.kind);
+    return mesh && mesh->mesh->tube && mesh->mesh->flat;
+  });
+}
+
+bool any_hair(const SceneDescription& scene) {
+  const PartsInUse parts = parts_in_use(scene);
+  for (size_t i = 0; i < scene.materials.size(); ++i) {
+    if (parts.materials[i] && std::holds_alternative<HairMaterial>(scene.materials[i].kind)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+PossibleStrategies possible_strategies(const SceneDescription& scene) {
+  const bool flat = any_flat_tube(scene.shapes) ||
+                    std::any_of(scene.objects.begin(), scene.objects.end(),
+                                [](const ObjectDescription& object) { return any_flat_tube(object.shapes); });
+  if (flat || any_hair(scene))
+    return {kAllStrategies & ~kLightPaths, "hair and flat curves are seen by camera paths alone"};
+  if (scene.camera.kind == CameraKind::kRealistic)
+    return {kAllStrategies & ~kLensConnections, "a realistic camera can't be joined to light paths"};
+  return {};
+}
+
+}  // namespace lightmill
