@@ -51,26 +51,29 @@ PerPlan own_part(const PlanSet& plans, const FamilyShares& a) {
   return part;
 }
 
-/// Second moment of single contributions, over the samples of all strategies: those that stem from the lens
-/// make noise of splats, the others of the camera layer. A value v that roulette keeps with probability q
-/// counts as v / q, which is v^2 / q on average. In the camera layer all but `own` of it.
-void add_second_moment(const PlanSet& plans, const FamilyShares& a, const float rgb[3],
-                       const PixelValue& value, float share, float scale, const PerPlan& factor,
-                       const PerPlan& kept, const PerPlan& own, size_t half, float half_scale,
+/// Second moment of single contributions: of those that stem from the lens as noise of splats, of the others
+/// in the camera layer, there by `own_part` from the plan's own samples, of which this one is `samples`, and
+/// for the rest from those of all strategies. A value v that roulette keeps with probability q counts as v /
+/// q, which is v^2 / q on average.
+void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPlan& samples,
+                       const float rgb[3], const PixelValue& value, float share, float scale,
+                       const PerPlan& factor, const PerPlan& kept, size_t half, float half_scale,
                        BlockMoments* block, RarePaths* rare) {
-  PerPlan per_square, lens_share;
+  const PerPlan own = own_part(plans, a);
+  PerPlan per_square, lens_share, camera_share;
   for (size_t k = 0; k < kPlans; ++k) {
     per_square[k] = factor[k] / kept[k];
     lens_share[k] = a.lens * plans.lens[k] * factor[k];
+    camera_share[k] = (1 - lens_share[k]) * (1 - own[k]) + own[k] * samples[k] * factor[k];
   }
   float squares = 0;
   for (size_t ch = 0; ch < 3; ++ch) {
     const float square = rgb[ch] * rgb[ch] * value.weight_beside(ch, rgb[ch], share);
     squares += square;
     for (size_t k = 0; k < kPlans; ++k) {
-      const float second = square * per_square[k], lens = second * lens_share[k];
-      block->splat[ch][k] += lens * scale;
-      block->camera[half][ch][k] += (second - lens) * (1 - own[k]) * half_scale;
+      const float second = square * per_square[k];
+      block->splat[ch][k] += second * lens_share[k] * scale;
+      block->camera[half][ch][k] += second * camera_share[k] * half_scale;
     }
   }
   if (!rare->takes(squares)) return;
@@ -155,14 +158,8 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
       part = std::sqrt(in_sight(c.shares, c.rgb, value).sampled);
       add_unsampled(plans_, c.shares, c.rgb, value, factor, half, 1, &block);
     } else {
-      const PerPlan own = own_part(plans_, c.shares);
-      add_second_moment(plans_, c.shares, c.rgb, value, value.camera_share, 1, factor, kept, own, half, 1,
+      add_second_moment(plans_, c.shares, samples, c.rgb, value, value.camera_share, 1, factor, kept, half, 1,
                         &block, &cell_.rare);
-      for (size_t ch = 0; ch < 3; ++ch) {
-        const float square = c.rgb[ch] * c.rgb[ch] * value.weight_beside(ch, c.rgb[ch], value.camera_share);
-        for (size_t k = 0; k < kPlans; ++k)
-          block.camera[half][ch][k] += own[k] * samples[k] * square * factor[k] * factor[k] / kept[k];
-      }
     }
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
@@ -286,8 +283,8 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
     }
     return;
   }
-  add_second_moment(plans, splat.shares, splat.rgb, value, value.splat_share, pixels, factor, kept,
-                    own_part(plans, splat.shares), half, pixels_of_half, block, &cell->rare);
+  add_second_moment(plans, splat.shares, PerPlan{}, splat.rgb, value, value.splat_share, pixels, factor, kept,
+                    half, pixels_of_half, block, &cell->rare);
 }
 
 }  // namespace lightmill
