@@ -76,7 +76,8 @@ void drop_geometry(SceneDescription* description) {
 Strategies running(const RenderSettings& s, const PossibleStrategies& possible) {
   const Strategies wanted = strategies_of(s);
   if (wanted & ~possible.set && !needs_pilot(s))
-    throw Error(ErrorKind::kUsage, strategy_names(wanted & ~possible.set) + ": " + possible.why_no_more);
+    throw Error(ErrorKind::kUsage, strategy_names(wanted & ~possible.set) + ": " + possible.why_no_more +
+                                       "; use the integrator auto, or a plan without");
   return wanted & possible.set;
 }
 
@@ -142,7 +143,7 @@ struct Renderer::Impl {
       throw Error(
           ErrorKind::kUsage,
           "direct and indirect light can't be told apart under a filter with negative lobes; leave them "
-          "out of --aovs, or use another PixelFilter");
+          "out of --aov, or use another PixelFilter");
     }
     if (world->response.is_needed()) context.response = &world->response;
     context.signed_film = world->filter.is_signed() || world->response.is_signed();
