@@ -76,10 +76,17 @@ check "the job finishes" timeout 300 "$bin/lightmill" watch "$job"
 check "fetch" "$bin/lightmill" fetch "$job" -o "$dir/farm.exr"
 check "local render" render_locally
 check "farm and local give the same pixels" same_pixels "$dir/farm.exr"
+scaled=$(date +%s)
 check "scale to none" timeout 120 docker service scale -d farm_worker=0
 drained() { [[ -z $(container worker) ]]; }
 check "the workers leave" until_true 90 drained
-exits() { [[ $(docker ps -aq --filter label=com.docker.swarm.service.name=farm_worker | xargs docker inspect -f '{{.State.ExitCode}}' | sort -u) == 0 ]]; }
-check "drained, with exit code 0" exits
+# By the daemon's events: Swarm may already have removed the containers.
+exits() {
+  local codes
+  codes=$(docker events --since "$scaled" --until "$(date +%s)" --filter event=die \
+    --filter label=com.docker.swarm.service.name=farm_worker --format '{{.Actor.Attributes.exitCode}}')
+  [[ $codes == $'0\n0' ]]
+}
+check "both drained, with exit code 0" until_true 10 exits
 [[ $failed == 0 ]] || { docker service logs --tail 30 farm_coordinator; docker service logs --tail 30 farm_worker; }
 finish
