@@ -90,9 +90,11 @@ void FewPrimitives::for_each_hit(const Rays& r, Found&& found) const {
     const Vec3<Float8> to_center{sphere[0] - r.o.x, sphere[1] - r.o.y, sphere[2] - r.o.z};
     const Float8 along = lightmill::dot(to_center, r.d), d2 = lightmill::dot(r.d, r.d),
                  c2 = lightmill::dot(to_center, to_center);
-    // The line's distance from the centre; the slack is many times what rounding can do.
+    // The line's distance from the centre, which is ahead, or the ray starts inside; the slack is many times
+    // what rounding can do.
     const Float8 reach = c2 * 0x1p-18f + sphere[3] * sphere[3] * (1 + 0x1p-18f);
-    unsigned bits = mask_bits(c2 * d2 - along * along <= reach * d2) & ((1u << r.count) - 1);
+    const Int8 near = c2 * d2 - along * along <= reach * d2, ahead = (along > 0.0f) | (c2 <= reach);
+    unsigned bits = mask_bits(near & ahead) & ((1u << r.count) - 1);
     if (bits == 0) continue;
     float t[kRays] = {};
     for (; bits; bits &= bits - 1) {

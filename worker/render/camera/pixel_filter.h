@@ -97,15 +97,16 @@ IntOf<F> FilterAxis::choose_pixel(F p, F u, F* weight) const {
     return select(MaskOf<F>(pixel <= last), density(p - (pixel + 0.5f)), F{});
   };
   F known[kMostCached], total{}, pixel = first;
-  for (int i = 0; i < reach_; ++i, pixel = pixel + 1.0f) {
+  int reached = 0;  // reach_ only where a position has pixels at both ends of the filter
+  for (; reached < reach_ && any(MaskOf<F>(pixel <= last)); ++reached, pixel = pixel + 1.0f) {
     const F d = density_of(pixel);
-    if (i < kMostCached) known[i] = d;
+    if (reached < kMostCached) known[reached] = d;
     total = total + abs(d);
   }
   F target = u * total, chosen = first, sign = splat<F>(1.0f);
   MaskOf<F> done = splat_mask<F>(false);
   pixel = first;
-  for (int i = 0; i < reach_; ++i, pixel = pixel + 1.0f) {
+  for (int i = 0; i < reached; ++i, pixel = pixel + 1.0f) {
     const F value = i < kMostCached ? known[i] : density_of(pixel), d = abs(value);
     const MaskOf<F> can = mask_and(MaskOf<F>(d > 0.0f), mask_not(done));
     chosen = select(can, pixel, chosen);
