@@ -1,7 +1,6 @@
 #include "worker/render/accel/few_primitives.h"
 
 #include <algorithm>
-#include <bit>
 #include <limits>
 
 #include "worker/render/math/vec.h"
@@ -12,7 +11,7 @@ namespace lightmill {
 namespace {
 
 constexpr int kMostPrimitives = 128;
-constexpr int kRays = 8;
+constexpr int kRays = 8;  // the last of them may be one ray again and again
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// a b + c, rounded once.
@@ -38,7 +37,6 @@ Int8 near_ray(const Float8* at, const FaceTable::Face& f) {
 
 struct FewPrimitives::Rays {
   Vec3<Float8> o, d;
-  int count;  // the other lanes repeat one of them
 };
 
 bool FewPrimitives::suits(const RenderScene& scene) {
@@ -93,17 +91,20 @@ void FewPrimitives::for_each_hit(const Rays& r, Found&& found) const {
     // The line's distance from the centre, which is ahead, or the ray starts inside; the slack is many times
     // what rounding can do.
     const Float8 reach = c2 * 0x1p-18f + sphere[3] * sphere[3] * (1 + 0x1p-18f);
-    const Int8 near = c2 * d2 - along * along <= reach * d2, ahead = (along > 0.0f) | (c2 <= reach);
-    unsigned bits = mask_bits(near & ahead) & ((1u << r.count) - 1);
-    if (bits == 0) continue;
-    float t[kRays] = {};
-    for (; bits; bits &= bits - 1) {
-      const int l = std::countr_zero(bits);
-      const float o[3] = {r.o.x[l], r.o.y[l], r.o.z[l]}, d[3] = {r.d.x[l], r.d.y[l], r.d.z[l]};
-      t[l] = static_cast<float>(std::max(sphere_hit(o, d, sphere, 0, double{kInfinity}), 0.0));
+    const Int8 ahead = (along > 0.0f) | (c2 <= reach), near = ahead & (c2 * d2 - along * along <= reach * d2);
+    if (!any(near)) continue;
+    Double4 roots[2];
+    for (int part = 0; part < 2; ++part) {
+      const auto wide = [&](const Vec3<Float8>& v) {
+        return Vec3<Double4>{to_double(v.x, part), to_double(v.y, part), to_double(v.z, part)};
+      };
+      const Vec3<Double4> from = wide(r.o),
+                          center{Double4{} + sphere[0], Double4{} + sphere[1], Double4{} + sphere[2]};
+      roots[part] = sphere_hit<Double4>(from - center, wide(r.d), Double4{} + sphere[3], Double4{},
+                                        Double4{} + double{kInfinity});
     }
-    const Float8 distance = load<Float8>(t);
-    found(number, distance, distance > 0.0f);
+    const Float8 distance = from_double(roots);
+    found(number, distance, near & (distance > 0.0f));
   }
 }
 
@@ -114,7 +115,7 @@ void FewPrimitives::closest_hits(TracedRay* rays, const int32_t* ids, int count)
     const Int8 i = lane_index<Float8>();
     Float8 f[8];
     load_records(as_records(rays), gather(ids + begin, i < n ? i : n - 1), f);
-    const Rays r{{f[0], f[1], f[2]}, {f[3], f[4], f[5]}, n};
+    const Rays r{{f[0], f[1], f[2]}, {f[3], f[4], f[5]}};
     Float8 nearest = splat<Float8>(kInfinity);
     Int8 hit = splat_int<Float8>(-1);
     for_each_hit(r, [&](int32_t number, const Float8& t, const Int8& mask) {
@@ -145,8 +146,7 @@ void FewPrimitives::occluded(const RayView& rays, const float* tfar, int count, 
     const Int8 i = lane_index<Float8>();
     const Int8 index = (i < n ? i : n - 1) + begin;
     const Rays r{{gather(rays.ox, index), gather(rays.oy, index), gather(rays.oz, index)},
-                 {gather(rays.dx, index), gather(rays.dy, index), gather(rays.dz, index)},
-                 n};
+                 {gather(rays.dx, index), gather(rays.dy, index), gather(rays.dz, index)}};
     const Float8 end = gather(tfar, index);
     Int8 blocked{}, passed{};
     for_each_hit(r, [&](int32_t number, const Float8& t, const Int8& mask) {

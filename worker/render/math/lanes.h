@@ -19,6 +19,8 @@ namespace lightmill {
 using Float8 = float __attribute__((vector_size(32)));
 using Int8 = int32_t __attribute__((vector_size(32)));
 using Uint8 = uint32_t __attribute__((vector_size(32)));
+using Double4 = double __attribute__((vector_size(32)));
+using Long4 = int64_t __attribute__((vector_size(32)));
 
 template <class F>
 struct LaneTraits;
@@ -28,6 +30,7 @@ struct LaneTraits<float> {
   using Int = int32_t;
   using Uint = uint32_t;
   using Mask = bool;
+  using Double = double;
 };
 template <>
 struct LaneTraits<Float8> {
@@ -35,6 +38,15 @@ struct LaneTraits<Float8> {
   using Int = Int8;
   using Uint = Uint8;
   using Mask = Int8;  // 0 or -1 per lane
+  using Double = Double4;
+};
+template <>
+struct LaneTraits<double> {
+  using Mask = bool;
+};
+template <>
+struct LaneTraits<Double4> {
+  using Mask = Long4;
 };
 template <class F>
 inline constexpr int kWidth = LaneTraits<F>::kWidth;
@@ -44,6 +56,11 @@ template <class F>
 using UintOf = typename LaneTraits<F>::Uint;
 template <class F>
 using MaskOf = typename LaneTraits<F>::Mask;
+/// What float has too few bits for is worked out in kDoubleParts values of this type, one after the other.
+template <class F>
+using DoubleOf = typename LaneTraits<F>::Double;
+template <class F>
+inline constexpr int kDoubleParts = static_cast<int>(sizeof(F) * 2 / sizeof(DoubleOf<F>));
 
 // --- broadcast -------------------------------------------------------------------------------------
 template <class F>
@@ -265,6 +282,29 @@ template <>
 inline Int8 lane_index<Float8>() {
   return Int8{0, 1, 2, 3, 4, 5, 6, 7};
 }
+// --- double ----------------------------------------------------------------------------------------
+inline double select(bool m, double a, double b) { return m ? a : b; }
+inline Double4 select(Long4 m, Double4 a, Double4 b) { return m ? a : b; }
+inline Long4 mask_and(Long4 a, Long4 b) { return a & b; }
+inline double sqrt(double x) { return std::sqrt(x); }
+inline Double4 sqrt(Double4 x) { return _mm256_sqrt_pd(x); }
+inline double copysign(double x, double s) { return std::copysign(x, s); }
+inline Double4 copysign(Double4 x, Double4 s) {
+  const Double4 sign = _mm256_set1_pd(-0.0);
+  return _mm256_or_pd(_mm256_andnot_pd(sign, x), _mm256_and_pd(sign, s));
+}
+/// Part `part` of the lanes of x.
+inline double to_double(float x, int) { return x; }
+inline Double4 to_double(Float8 x, int part) {
+  const auto v = reinterpret_cast<__m256>(x);
+  return _mm256_cvtps_pd(part == 0 ? _mm256_castps256_ps128(v) : _mm256_extractf128_ps(v, 1));
+}
+/// Every lane, from its parts; rounded.
+inline float from_double(const double* parts) { return static_cast<float>(*parts); }
+inline Float8 from_double(const Double4* parts) {
+  return reinterpret_cast<Float8>(_mm256_set_m128(_mm256_cvtpd_ps(parts[1]), _mm256_cvtpd_ps(parts[0])));
+}
+
 /// Lane `l` of a value.
 inline float lane(float x, int) { return x; }
 inline float lane(Float8 x, int l) { return x[l]; }

@@ -1,32 +1,34 @@
 #pragma once
 // Ray-sphere intersection in double, shared by the acceleration structure's callback and by the surface
 // reconstruction, so that both name the same root.
-#include <cmath>
-
 #include "worker/render/math/angle.h"
+#include "worker/render/math/vec.h"
 
 namespace lightmill {
 
-/// Smallest t in (tnear, tfar) at which o + t d meets the sphere, or a negative number. The discriminant is
-/// computed from the perpendicular distance, which does not cancel for far-away spheres (Hearn & Baker;
-/// Haines et al., "Precision Improvements for Ray/Sphere Intersection", 2019).
+/// Smallest t in (tnear, tfar) at which the ray from `from`, relative to the sphere's centre, meets the
+/// sphere, or a negative number; D is double or lanes of it. The discriminant is computed from the
+/// perpendicular distance, which does not cancel for far-away spheres (Hearn & Baker; Haines et al.,
+/// "Precision Improvements for Ray/Sphere Intersection", 2019).
+template <class D>
+inline D sphere_hit(const Vec3<D>& from, const Vec3<D>& d, D r, D tnear, D tfar) {
+  const D none = D{} - 1.0;
+  const D a = dot(d, d);
+  const D b = -dot(from, d);
+  const Vec3<D> p = from + d * (b / a);
+  const D discriminant = r * r - dot(p, p);  // below 0 its root, and so every t, is NaN
+  const D c = dot(from, from) - r * r;
+  const D q = b + copysign(sqrt(a * discriminant), b);
+  const D u = select(MaskOf<D>(q == 0.0), D{}, c / q), v = q / a;
+  const MaskOf<D> swapped = MaskOf<D>(u > v);
+  const D t0 = select(swapped, v, u), t1 = select(swapped, u, v);
+  const auto within = [&](D t) { return mask_and(MaskOf<D>(t > tnear), MaskOf<D>(t < tfar)); };
+  return select(within(t0), t0, select(within(t1), t1, none));
+}
 inline double sphere_hit(const float o[3], const float d[3], const float sphere[4], double tnear,
                          double tfar) {
-  const double fx = double{o[0]} - sphere[0], fy = double{o[1]} - sphere[1], fz = double{o[2]} - sphere[2];
-  const double dx = d[0], dy = d[1], dz = d[2], r = sphere[3];
-  const double a = dx * dx + dy * dy + dz * dz;
-  const double b = -(fx * dx + fy * dy + fz * dz);
-  const double s = b / a;
-  const double px = fx + s * dx, py = fy + s * dy, pz = fz + s * dz;
-  const double discriminant = r * r - (px * px + py * py + pz * pz);
-  if (!(discriminant >= 0)) return -1;
-  const double c = fx * fx + fy * fy + fz * fz - r * r;
-  const double q = b + std::copysign(std::sqrt(a * discriminant), b);
-  double t0 = q == 0 ? 0 : c / q, t1 = q / a;
-  if (t0 > t1) std::swap(t0, t1);
-  if (t0 > tnear && t0 < tfar) return t0;
-  if (t1 > tnear && t1 < tfar) return t1;
-  return -1;
+  return sphere_hit<double>({double{o[0]} - sphere[0], double{o[1]} - sphere[1], double{o[2]} - sphere[2]},
+                            {d[0], d[1], d[2]}, sphere[3], tnear, tfar);
 }
 
 /// Texture coordinates of the unit direction (x, y, z) from a sphere's centre in its object space.

@@ -90,24 +90,23 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
     const float* base = scene.spheres.data();
     const Vec3<F> center{gather(base, index), gather(base + 1, index), gather(base + 2, index)};
     const F radius = gather(base + 3, index);
-    Vec3<F> p = center;
-    float out[3][8];
-    for (int l = 0; l < kWidth<F>; ++l) {
-      const float lo[3] = {lane(o.x, l), lane(o.y, l), lane(o.z, l)};
-      const float ld[3] = {lane(d.x, l), lane(d.y, l), lane(d.z, l)};
-      const float sphere[4] = {lane(center.x, l), lane(center.y, l), lane(center.z, l), lane(radius, l)};
-      const double t = sphere_hit(lo, ld, sphere, 0, 1e300);
+    using D = DoubleOf<F>;
+    D out[3][kDoubleParts<F>];
+    for (int part = 0; part < kDoubleParts<F>; ++part) {
+      const auto wide = [&](const Vec3<F>& v) {
+        return Vec3<D>{to_double(v.x, part), to_double(v.y, part), to_double(v.z, part)};
+      };
+      const Vec3<D> from = wide(o), along = wide(d), c = wide(center);
+      const D t = sphere_hit<D>(from - c, along, to_double(radius, part), D{}, D{} + 1e300);
       // Offset from the centre, renormalised onto the sphere.
-      double x = lo[0] + t * ld[0] - sphere[0], y = lo[1] + t * ld[1] - sphere[1],
-             z = lo[2] + t * ld[2] - sphere[2];
-      const double n = std::sqrt(x * x + y * y + z * z);
-      const double f = n > 0 ? 1 / n : 0;
-      out[0][l] = static_cast<float>(x * f);
-      out[1][l] = static_cast<float>(y * f);
-      out[2][l] = static_cast<float>(n > 0 ? z * f : 1);
+      const Vec3<D> x = from + along * t - c;
+      const D length = sqrt(dot(x, x));
+      const MaskOf<D> some = MaskOf<D>(length > 0.0);
+      const D f = select(some, 1.0 / length, D{});
+      out[0][part] = x.x * f, out[1][part] = x.y * f, out[2][part] = select(some, x.z * f, D{} + 1.0);
     }
-    const Vec3<F> n{load<F>(out[0]), load<F>(out[1]), load<F>(out[2])};
-    p = center + n * radius;
+    const Vec3<F> n{from_double(out[0]), from_double(out[1]), from_double(out[2])};
+    const Vec3<F> p = center + n * radius;
     s.p = select(is_sphere, place.point(p), s.p);
     const F size = max(abs(center.x), max(abs(center.y), abs(center.z))) + radius;
     s.error = select(is_sphere, place.error({size, size, size}, gamma_bound(5), p), s.error);

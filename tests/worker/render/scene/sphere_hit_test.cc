@@ -82,5 +82,40 @@ TEST(SphereHit, LimitsAreRespected) {
   EXPECT_LT(sphere_hit(o, away, s, 0, 10), 0);
 }
 
+/// A float whose size is anything, or one of those that are no size at all.
+float any_float(Random* random) {
+  constexpr float kOdd[] = {0, -0.0f, 1e-45f, 3e38f, std::numeric_limits<float>::infinity(), std::nanf("")};
+  const double pick = random->between(0, 12);
+  if (pick < 6) return kOdd[static_cast<int>(pick)];
+  return static_cast<float>(random->between(-1, 1) * std::pow(10.0, random->between(-30, 30)));
+}
+
+// Lanes have the bits of the scalar form, whatever they are asked.
+TEST(SphereHit, LanesAreTheScalarForm) {
+  Random random(3);
+  int hits = 0;
+  for (int i = 0; i < 50000; ++i) {
+    float o[4][3], d[4][3], s[4];
+    for (float& x : s) x = i % 2 ? any_float(&random) : static_cast<float>(random.between(-1, 1));
+    s[3] = std::fabs(s[3]);
+    for (int l = 0; l < 4; ++l) {
+      for (int k = 0; k < 3; ++k) {
+        o[l][k] = i % 4 == 1 ? any_float(&random) : static_cast<float>(random.between(-1, 1));
+        d[l][k] = i % 4 == 3 ? any_float(&random) : static_cast<float>(random.between(-1, 1));
+      }
+    }
+    const auto lanes = [](const float v[4][3], int k) { return Double4{v[0][k], v[1][k], v[2][k], v[3][k]}; };
+    const Vec3<Double4> from{lanes(o, 0) - s[0], lanes(o, 1) - s[1], lanes(o, 2) - s[2]};
+    const Vec3<Double4> along{lanes(d, 0), lanes(d, 1), lanes(d, 2)};
+    const Double4 t = sphere_hit<Double4>(from, along, Double4{} + s[3], Double4{}, Double4{} + 1e300);
+    for (int l = 0; l < 4; ++l) {
+      const double scalar = sphere_hit(o[l], d[l], s, 0, 1e300);
+      ASSERT_EQ(std::bit_cast<uint64_t>(t[l]), std::bit_cast<uint64_t>(scalar)) << i;
+      hits += scalar > 0;
+    }
+  }
+  EXPECT_GT(hits, 10000);
+}
+
 }  // namespace
 }  // namespace lightmill::test
