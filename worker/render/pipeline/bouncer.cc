@@ -248,12 +248,12 @@ void prepare_bodies(const RenderScene& scene, Wavefront& w) {
 
 void bounce_light_paths(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   prepare_bodies(context.scene, w);
-  with_kernels(context, w, [&]<class K>(K) { light_vertices<K>(context, layer, depth, w); });
+  with_kernels(context.kernels.paths, w, [&]<class K>(K) { light_vertices<K>(context, layer, depth, w); });
 }
 
 void bounce_camera_paths(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
   prepare_bodies(context.scene, w);
-  with_kernels(context, w, [&]<class K>(K) { camera_vertices<K>(context, layer, depth, w); });
+  with_kernels(context.kernels.paths, w, [&]<class K>(K) { camera_vertices<K>(context, layer, depth, w); });
 }
 
 }  // namespace lightmill

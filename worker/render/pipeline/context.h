@@ -24,8 +24,8 @@ struct StageContext {
   uint64_t seed = 0;
   int max_depth = 5;
   Strategies strategies = kAllStrategies;
-  KernelSet kernels = KernelSet::kSurfaces;  // the least that the scene can do with (kernel_choice.h)
-  float splat_scale = 1;                     // of one light path: 1 / light paths per unit of spp
+  StageKernels kernels;   // the least that the scene can do with (kernel_choice.h)
+  float splat_scale = 1;  // of one light path: 1 / light paths per unit of spp
   /// Samples that strategies of light paths stand with against one of a camera path (mis.h): light paths of
   /// the whole film for t = 1, those that a camera vertex is connected to for s, t >= 2.
   float light_samples = 1, connections = 1;

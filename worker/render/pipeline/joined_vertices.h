@@ -2,6 +2,7 @@
 // Vertices that are joined to something else, in lanes: which directions they see, and the cosines and
 // densities of mis.h at them.
 #include "worker/render/bsdf/bsdf_dispatch.h"
+#include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/vertex_io.h"
 #include "worker/render/pipeline/viewer_side.h"

@@ -2,16 +2,16 @@
 // Which kernels a stage runs. The scene plan chose the set; who looks on is known to the wavefront alone. It
 // has media where the scene does (StageContext::kernels need not say so).
 //
-//   with_kernels(context, w, [&]<class K>(K) { next_event<K>(context, layer, depth, w); });
+//   with_kernels(context.kernels.paths, w, [&]<class K>(K) { light_paths<K>(context, layer, w); });
 #include "worker/render/kernel_set.h"
-#include "worker/render/pipeline/context.h"
+#include "worker/render/pipeline/work_items.h"
 
 namespace lightmill {
 
 template <class Stage>
-void with_kernels(const StageContext& context, const Wavefront& w, Stage&& stage) {
+void with_kernels(KernelSet chosen, const Wavefront& w, Stage&& stage) {
   if (w.media) return stage(MediaKernels{});
-  if (context.kernels == KernelSet::kDiffuse && !w.recorder && !w.aovs) return stage(DiffuseKernels{});
+  if (chosen == KernelSet::kDiffuse && !w.recorder && !w.aovs) return stage(DiffuseKernels{});
   stage(SurfaceKernels{});
 }
 

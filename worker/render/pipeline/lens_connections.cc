@@ -132,12 +132,14 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
 
 void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
                  Wavefront& w) {
-  with_kernels(context, w, [&]<class K>(K) { lens_connections<K>(context, layer, depth, first, w); });
+  with_kernels(context.kernels.joins, w,
+               [&]<class K>(K) { lens_connections<K>(context, layer, depth, first, w); });
 }
 
 void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot,
                            LaneMask active, const EmissionSample<Lane>& e, Wavefront& w) {
-  with_kernels(context, w, [&]<class K>(K) { emitter_to_lens<K>(context, layer, slot, active, e, w); });
+  with_kernels(context.kernels.paths, w,
+               [&]<class K>(K) { emitter_to_lens<K>(context, layer, slot, active, e, w); });
 }
 
 }  // namespace lightmill

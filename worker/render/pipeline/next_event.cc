@@ -76,7 +76,7 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
 }  // namespace
 
 void shadow_next_event(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
-  with_kernels(context, w, [&]<class K>(K) { next_event<K>(context, layer, depth, w); });
+  with_kernels(context.kernels.next_event, w, [&]<class K>(K) { next_event<K>(context, layer, depth, w); });
 }
 
 }  // namespace lightmill

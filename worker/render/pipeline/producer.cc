@@ -2,6 +2,7 @@
 
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/path_io.h"
 #include "worker/render/pipeline/path_times.h"
@@ -119,7 +120,8 @@ void produce_camera_paths(const StageContext& context, const LayerContext& layer
 }
 
 void produce_light_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
-  with_kernels(context, wavefront, [&]<class K>(K) { light_paths<K>(context, layer, wavefront); });
+  with_kernels(context.kernels.paths, wavefront,
+               [&]<class K>(K) { light_paths<K>(context, layer, wavefront); });
 }
 
 }  // namespace lightmill

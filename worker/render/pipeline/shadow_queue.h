@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "worker/render/math/compress.h"
+#include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/medium_walk.h"
 #include "worker/render/pipeline/roulette.h"

@@ -88,7 +88,7 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
 }  // namespace
 
 void shadow_connections(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
-  with_kernels(context, w, [&]<class K>(K) { connections<K>(context, layer, depth, w); });
+  with_kernels(context.kernels.joins, w, [&]<class K>(K) { connections<K>(context, layer, depth, w); });
 }
 
 }  // namespace lightmill

@@ -7,6 +7,7 @@
 #include "common/image/exact_sum.h"
 #include "worker/render/accel/few_primitives.h"
 #include "worker/render/plan/path_classes.h"
+#include "worker/render/plan/stage_kernels.h"
 #include "worker/render/scene/subsurface_body.h"
 
 namespace lightmill {
@@ -89,20 +90,6 @@ std::string lost_light(const RenderScene& scene, int max_depth, Strategies possi
          (found ? ", which --integrator auto finds" : "; with hair or a realistic camera nothing finds it");
 }
 
-/// Why diffuse kernels don't do (kernel_set.h); null if they do.
-const char* needs_general_kernels(const RenderScene& s) {
-  if (s.any_media()) return s.any_panes ? "there are panes" : "there are media";
-  if (!s.only_diffuse || s.kinds_present > 1) return "a material in use is not diffuse";
-  if (s.any_texture || s.any_tangent || s.any_colors || s.any_mix || !s.lights.patterns.empty())
-    return "a colour, an emitter or a normal map varies over a surface";
-  if (s.lights.any_delta || s.lights.any_infinite()) return "a light has no surface";
-  if (!s.lights.tree.empty()) return "lights are many";
-  if (!s.lights.guide.empty()) return "there is a light guide";
-  if (s.any_fibres) return "there are fibres";
-  if (s.any_instances()) return "there are instances";
-  return nullptr;
-}
-
 }  // namespace
 
 ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
@@ -112,10 +99,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   plan.quantum_exponent = quantum(scene, imaging_ratio);
   plan.primitives = static_cast<int64_t>(scene.primitive_material.size());
   find_strategies(scene, settings.max_depth, &plan);
-  const char* const general = needs_general_kernels(scene);
-  plan.kernels = scene.any_media()                              ? KernelSet::kMedia
-                 : general || scene.overrides & kGeneralKernels ? KernelSet::kSurfaces
-                                                                : KernelSet::kDiffuse;
+  plan.kernels = stage_kernels(scene);
   auto item = [&](const char* feature, bool needed, std::string reason, std::string saving,
                   Features bit = 0) {
     if (settings.overrides & bit) reason = "kept by --plan-override";
@@ -171,8 +155,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        scene.any_delta ? "a smooth metal, glass or coat is in use" : "no smooth metal, glass or coat",
        "their flags, where diffuse kernels do; general ones carry them");
   item(
-      "general kernels", plan.kernels != KernelSet::kDiffuse,
-      general ? general : "every surface is diffuse and of one colour, and a few of them give the light",
+      "general kernels", plan.kernels.paths != KernelSet::kDiffuse, reason_of(scene, plan.kernels),
       "the choice of a BSDF and of a kind of light, delta events and look-ups: a twentieth of the time of pt "
       "and a tenth of that of bdpt on Cornell boxes",
       kGeneralKernels);

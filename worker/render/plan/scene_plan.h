@@ -32,7 +32,7 @@ struct ScenePlan {
   std::string lost_light;
   int64_t primitives = 0;
   /// The least that the scene can do with.
-  KernelSet kernels = KernelSet::kSurfaces;
+  StageKernels kernels;
 };
 
 }  // namespace lightmill

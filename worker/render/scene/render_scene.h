@@ -146,6 +146,7 @@ struct RenderScene {
   bool any_bodies = false;           // light walks through some body
   int kinds_present = 0;             // number of BSDF kinds in use
   bool only_diffuse = false;         // no other kind is in use
+  bool only_diffuse_joined = false;  // no other kind is in use that has more than delta lobes
   Features overrides = 0;            // kept although nothing needs them: their flags above are set
 
   /// What the scene says and cannot be taken at its word: each with its place.

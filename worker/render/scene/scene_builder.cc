@@ -87,9 +87,12 @@ class SceneBuilder {
       out_.any_fibres = out_.any_fibres || kind == kHair;
       out_.any_bodies = out_.any_bodies || enters_bodies<float>(kind);
       kinds_ |= uint64_t{1} << kind;
+      // A mix is what it chooses, which is in use too.
+      if (!is_pure_delta(kind) && kind != kMix) joined_kinds_ |= uint64_t{1} << kind;
     }
     out_.any_texture = out_.any_texture || emitters_.any_texture();
     out_.only_diffuse = !(kinds_ & ~(uint64_t{1} << kDiffuse));
+    out_.only_diffuse_joined = !(joined_kinds_ & ~(uint64_t{1} << kDiffuse));
     for (; kinds_; kinds_ &= kinds_ - 1) ++out_.kinds_present;
     apply_overrides();
     out_.any_tangent = out_.any_tangent || out_.any_bumps || out_.any_anisotropy || out_.any_fibres;
@@ -246,7 +249,7 @@ class SceneBuilder {
   SplitScene split_;
   std::vector<const ShapeDescription*> world_, shapes_;  // in normalised space; and those of objects, too
   std::vector<double> object_area_;                      // in the object's space
-  uint64_t kinds_ = 0;
+  uint64_t kinds_ = 0, joined_kinds_ = 0;
   EmitterBuilder emitters_;
   std::optional<MediaBuilder> media_;
   std::optional<GeometryBuilder> geometry_;

@@ -69,8 +69,8 @@ PlanItem general_kernels(const ScenePlan& plan) {
 
 TEST(KernelSets, OfDiffuseSurfacesRenderTheSameBits) {
   for (const TestScene& s : {cornell_room().film(40, 24), balls(), open_room()}) {
-    ASSERT_EQ(plan_for(s).kernels, KernelSet::kDiffuse);
-    ASSERT_EQ(plan_for(s, kGeneralKernels).kernels, KernelSet::kSurfaces);
+    ASSERT_EQ(plan_for(s).kernels.paths, KernelSet::kDiffuse);
+    ASSERT_EQ(plan_for(s, kGeneralKernels).kernels.paths, KernelSet::kSurfaces);
     for (const Integrator integrator : kIntegrators) {
       const Partial diffuse = render_partial(s.scene, settings_of(s, integrator, 0)),
                     general = render_partial(s.scene, settings_of(s, integrator, kGeneralKernels));
@@ -81,6 +81,54 @@ TEST(KernelSets, OfDiffuseSurfacesRenderTheSameBits) {
       EXPECT_EQ(diffuse.counters.rouletted_connections, general.counters.rouletted_connections);
       EXPECT_EQ(diffuse.counters.closest_hit_rays, general.counters.closest_hit_rays);
     }
+  }
+}
+
+/// Diffuse things, some textured and mixed, beside a mirror and glass: nothing else is ever joined.
+TestScene mirrors() {
+  TestScene s = cornell_room();
+  s.sphere({0.4, -0.6, 0.2}, 0.3, s.conductor(0.9f, 0))
+      .sphere({-0.4, -0.6, -0.1}, 0.3, s.dielectric(1.5f, 0));
+  s.sphere({0, 0.2, 0.3}, 0.2, s.mix(s.diffuse(0.2f), s.conductor(0.8f, 0), 0.5f));
+  const CheckerboardTexture board{{{0.8f, 0.3f, 0.2f}, -1}, {{0.2f, 0.4f, 0.7f}, -1}, {4, 4, 0, 0}};
+  s.scene.textures.push_back({"board", true, board, {}});
+  s.scene.materials.front().kind = DiffuseMaterial{{{1, 1, 1}, 0}};
+  add_mesh_with_normals(&s);
+  return s.film(40, 24);
+}
+
+TEST(KernelSets, DiffuseKernelsJoinWhatGeneralOnesFollow) {
+  TestScene sky = mirrors();
+  sky.environment({1, 1, 1});
+  for (const TestScene& s : {mirrors(), sky}) {
+    const StageKernels kernels = plan_for(s).kernels, all = plan_for(s, kGeneralKernels).kernels;
+    EXPECT_EQ(kernels.paths, KernelSet::kSurfaces);
+    EXPECT_EQ(kernels.next_event, s.scene.lights.empty() ? KernelSet::kDiffuse : KernelSet::kSurfaces);
+    EXPECT_EQ(kernels.joins, KernelSet::kDiffuse);
+    EXPECT_EQ(all.joins, KernelSet::kSurfaces);
+    EXPECT_EQ(all.next_event, KernelSet::kSurfaces);
+    for (const Integrator integrator : kIntegrators) {
+      const Partial diffuse = render_partial(s.scene, settings_of(s, integrator, 0)),
+                    general = render_partial(s.scene, settings_of(s, integrator, kGeneralKernels));
+      EXPECT_TRUE(diffuse.camera == general.camera && diffuse.splats == general.splats)
+          << name_of(integrator);
+      EXPECT_EQ(diffuse.counters.shadow_rays, general.counters.shadow_rays);
+      EXPECT_EQ(diffuse.counters.zero_connections_skipped, general.counters.zero_connections_skipped);
+    }
+  }
+  // Anything that can be joined and is not diffuse needs general kernels there.
+  for (const auto& material : std::vector<std::function<int(TestScene*)>>{
+           [](TestScene* s) { return s->conductor(0.9f, 0.2f); },
+           [](TestScene* s) { return s->dielectric(1.5f, 0.3f); },
+           [](TestScene* s) {
+             return s->coated({0.5f, 0.5f, 0.5f}, 1.5f, 0);
+           },
+           [](TestScene* s) { return s->mix(0, s->conductor(0.9f, 0.2f), 0.5f); },
+       }) {
+    TestScene s = mirrors();
+    s.sphere({0, 0, 0}, 0.1, material(&s));
+    EXPECT_EQ(plan_for(s).kernels.joins, KernelSet::kSurfaces);
+    EXPECT_EQ(plan_for(s).kernels.next_event, KernelSet::kSurfaces);
   }
 }
 
@@ -111,7 +159,7 @@ std::string reason_after(const std::function<void(TestScene*)>& change,
   TestScene s = cornell_room();
   change(&s);
   const ScenePlan plan = plan_for(s);
-  EXPECT_EQ(plan.kernels, expected);
+  EXPECT_EQ(plan.kernels.paths, expected);
   EXPECT_EQ(general_kernels(plan).needed, expected != KernelSet::kDiffuse);
   return general_kernels(plan).reason;
 }
@@ -129,10 +177,8 @@ TEST(KernelSets, DiffuseKernelsAreForDiffuseScenesAlone) {
            },
            [](TestScene* s) { return s->mix(0, s->diffuse(0.2f), 0.5f); },
        }) {
-    EXPECT_EQ(reason_after([&](TestScene* s) {
-                s->sphere({0, 0, 0}, 0.1, material(s));
-              }),
-              "a material in use is not diffuse");
+    const std::string reason = reason_after([&](TestScene* s) { s->sphere({0, 0, 0}, 0.1, material(s)); });
+    EXPECT_TRUE(reason.starts_with("a material in use is not diffuse")) << reason;
     // A material that nothing is made of needs nothing.
     reason_after([&](TestScene* s) { material(s); }, KernelSet::kDiffuse);
   }
@@ -147,20 +193,22 @@ TEST(KernelSets, DiffuseKernelsAreForDiffuseScenesAlone) {
              s->scene.lights.push_back({DistantLight{{0.4f, 0.3f, 0.2f}, {0, -0.6, 0.8}}, {}});
            },
        }) {
-    EXPECT_EQ(reason_after(light), "a light has no surface");
+    EXPECT_EQ(reason_after(light),
+              "a light has no surface; but vertices that are joined are diffuse, and those kernels are, too");
   }
   EXPECT_EQ(reason_after([](TestScene* s) {
               for (int i = 0; i < 20; ++i)
                 s->sphere({0.05 * i - 0.5, 0, 0}, 0.01, 0, {.radiance = {1, 1, 1}});
             }),
-            "lights are many");
+            "lights are many; but vertices that are joined are diffuse, and those kernels are, too");
   EXPECT_EQ(
       reason_after([](TestScene* s) {
         const CheckerboardTexture board{{{0.8f, 0.3f, 0.2f}, -1}, {{0.2f, 0.4f, 0.7f}, -1}, {4, 4, 0, 0}};
         s->scene.textures.push_back({"board", true, board, {}});
         s->scene.materials.front().kind = DiffuseMaterial{{{1, 1, 1}, 0}};
       }),
-      "a colour, an emitter or a normal map varies over a surface");
+      "a colour or a normal map varies over a surface; but all that is joined is diffuse, and those kernels "
+      "are, too");
   EXPECT_EQ(reason_after(
                 [](TestScene* s) {
                   s->scene.media = {{"", {0.1f, 0.1f, 0.1f}, {0.1f, 0.1f, 0.1f}, {}, 0, {}}};
@@ -173,9 +221,9 @@ TEST(KernelSets, DiffuseKernelsAreForDiffuseScenesAlone) {
 
 TEST(KernelSets, OtherOverridesThatNeedThemBringGeneralKernels) {
   for (const Features bit : {kTextures, kBumps, kAnisotropicLobes, kMixes, kMaterialSort, kDeltaLights})
-    EXPECT_EQ(plan_for(cornell_room(), bit).kernels, KernelSet::kSurfaces) << feature_names(bit);
+    EXPECT_EQ(plan_for(cornell_room(), bit).kernels.paths, KernelSet::kSurfaces) << feature_names(bit);
   for (const Features bit : {kAlphaMasks, kShadingNormals, kVertexConnections})
-    EXPECT_EQ(plan_for(cornell_room(), bit).kernels, KernelSet::kDiffuse) << feature_names(bit);
+    EXPECT_EQ(plan_for(cornell_room(), bit).kernels.paths, KernelSet::kDiffuse) << feature_names(bit);
 }
 
 // Its scenes are of every kernel, and must all render.
