@@ -56,9 +56,10 @@ uint64_t SplatFrame::add(std::span<const Splat> splats) {
   const auto frame_width = static_cast<uint32_t>(m.frame_cells.width());
   const PixelRect& crop = m.grid.crop;
 
-  // Counting sort by page. A key is page * kCellPixels + pixel within the page; kOutside is dropped.
+  // Counting sort by page. A key is page * kCellPixels + pixel within the page; kOutside is dropped. The
+  // splats themselves are sorted, as each is then read where it lies and not far away.
   constexpr uint64_t kOutside = ~uint64_t{0};
-  std::vector<uint64_t> keys(splats.size());
+  const auto keys = std::make_unique_for_overwrite<uint64_t[]>(splats.size());
   std::vector<uint32_t> begin(m.pages.size() + 1, 0);
   for (size_t i = 0; i < splats.size(); ++i) {
     const uint32_t pixel = splats[i].pixel;
@@ -75,10 +76,13 @@ uint64_t SplatFrame::add(std::span<const Splat> splats) {
     ++begin[page + 1];
   }
   for (size_t p = 1; p < begin.size(); ++p) begin[p] += begin[p - 1];
-  std::vector<uint32_t> order(begin.back());
+  const auto sorted = std::make_unique_for_overwrite<Splat[]>(begin.back());  // by pixel within the page
   std::vector<uint32_t> cursor(begin.begin(), begin.end() - 1);
   for (size_t i = 0; i < splats.size(); ++i) {
-    if (keys[i] != kOutside) order[cursor[keys[i] / kCellPixels]++] = static_cast<uint32_t>(i);
+    if (keys[i] == kOutside) continue;
+    Splat& to = sorted[cursor[keys[i] / kCellPixels]++];
+    to = splats[i];
+    to.pixel = static_cast<uint32_t>(keys[i] % kCellPixels);
   }
 
   uint64_t nonfinite = 0;
@@ -91,10 +95,10 @@ uint64_t SplatFrame::add(std::span<const Splat> splats) {
       // Few of a page's sums are in a cache: they are fetched while others are added. (Not in a function of
       // its own: GCC 12 would find it without effect.)
       const uint32_t ahead = std::min(k + kPrefetch, begin[p + 1] - 1);
-      const auto* next = reinterpret_cast<const char*>(&page[keys[order[ahead]] % kCellPixels]);
+      const auto* next = reinterpret_cast<const char*>(&page[sorted[ahead].pixel]);
       __builtin_prefetch(next, 1);
       __builtin_prefetch(next + sizeof(ExactRgb) - 1, 1);
-      const Splat& splat = splats[order[k]];
+      const Splat& splat = sorted[k];
       const auto r = to_signed_units(rounded(splat.r), m.quantum_exponent);
       const auto g = to_signed_units(rounded(splat.g), m.quantum_exponent);
       const auto b = to_signed_units(rounded(splat.b), m.quantum_exponent);
@@ -102,7 +106,7 @@ uint64_t SplatFrame::add(std::span<const Splat> splats) {
         ++nonfinite;
         continue;
       }
-      ExactRgb& sum = page[keys[order[k]] % kCellPixels];
+      ExactRgb& sum = page[splat.pixel];
       sum.c[0] += *r;
       sum.c[1] += *g;
       sum.c[2] += *b;

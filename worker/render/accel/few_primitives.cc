@@ -143,11 +143,13 @@ void FewPrimitives::occluded(const RayView& rays, const float* tfar, int count, 
                              uint8_t* crossed) const {
   for (int begin = 0; begin < count; begin += kRays) {
     const int n = std::min(kRays, count - begin);
-    const Int8 i = lane_index<Float8>();
-    const Int8 index = (i < n ? i : n - 1) + begin;
-    const Rays r{{gather(rays.ox, index), gather(rays.oy, index), gather(rays.oz, index)},
-                 {gather(rays.dx, index), gather(rays.dy, index), gather(rays.dz, index)}};
-    const Float8 end = gather(tfar, index);
+    const Int8 i = lane_index<Float8>(), index = (i < n ? i : n - 1) + begin;
+    const auto eight = [&](const float* of) {
+      return n == kRays ? load<Float8>(of + begin) : gather(of, index);
+    };
+    const Rays r{{eight(rays.ox), eight(rays.oy), eight(rays.oz)},
+                 {eight(rays.dx), eight(rays.dy), eight(rays.dz)}};
+    const Float8 end = eight(tfar);
     Int8 blocked{}, passed{};
     for_each_hit(r, [&](int32_t number, const Float8& t, const Int8& mask) {
       const bool passes = crossed && passed_[static_cast<size_t>(number)];

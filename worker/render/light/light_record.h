@@ -20,7 +20,11 @@ struct LightRecord {
   LightRecord(const LightTable& lights, IntOf<F> index)
       : base(lights.records.data()), offset(index * kLightFloats) {}
   F scalar(int slot) const { return gather(base + slot, offset); }
-  Vec3<F> vec(int slot) const { return {scalar(slot), scalar(slot + 1), scalar(slot + 2)}; }
+  Vec3<F> vec(int slot) const {
+    F r[3];
+    load_triples(base + slot, offset, r);
+    return {r[0], r[1], r[2]};
+  }
 };
 
 /// Spot falloff for 1 - the cosine between the axis and the direction of emission: cosines of narrow cones

@@ -250,6 +250,31 @@ inline void transpose8(Float8 r[8]) {
   }
 }
 
+/// base[i], base[i + 1] and base[i + 2] per lane, to which no other memory is touched. A load per lane takes
+/// less time than three gathers.
+inline void load_triples(const float* base, int32_t i, float r[3]) { std::copy_n(base + i, 3, r); }
+inline void load_triples(const float* base, Int8 i, Float8 r[3]) {
+  const __m128i three = _mm_setr_epi32(-1, -1, -1, 0);
+  alignas(32) int32_t at[8];
+  store(at, i);
+  __m256 row[4];
+  for (int l = 0; l < 4; ++l)
+    row[l] = _mm256_set_m128(_mm_maskload_ps(base + at[l + 4], three), _mm_maskload_ps(base + at[l], three));
+  const __m256 low01 = _mm256_unpacklo_ps(row[0], row[1]), low23 = _mm256_unpacklo_ps(row[2], row[3]);
+  const __m256 high01 = _mm256_unpackhi_ps(row[0], row[1]), high23 = _mm256_unpackhi_ps(row[2], row[3]);
+  r[0] = reinterpret_cast<Float8>(_mm256_shuffle_ps(low01, low23, 0x44));
+  r[1] = reinterpret_cast<Float8>(_mm256_shuffle_ps(low01, low23, 0xee));
+  r[2] = reinterpret_cast<Float8>(_mm256_shuffle_ps(high01, high23, 0x44));
+}
+/// The same of eight floats.
+inline void load_octets(const float* base, int32_t i, float r[8]) { std::copy_n(base + i, 8, r); }
+inline void load_octets(const float* base, Int8 i, Float8 r[8]) {
+  alignas(32) int32_t at[8];
+  store(at, i);
+  for (int l = 0; l < 8; ++l) r[l] = load<Float8>(base + at[l]);
+  transpose8(r);
+}
+
 /// Records of eight floats: r[k] is float k of record `index` per lane; every index must be valid.
 inline void load_records(const float (*base)[8], int32_t index, float r[8]) {
   std::copy_n(base[index], 8, r);

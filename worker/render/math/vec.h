@@ -56,8 +56,9 @@ inline Vec3<F> splat3(float x, float y, float z) {
 /// Three floats at base + 3 * i per lane.
 template <class F>
 inline Vec3<F> gather3(const float* base, IntOf<F> i) {
-  const IntOf<F> j = i * 3;
-  return {gather(base, j), gather(base + 1, j), gather(base + 2, j)};
+  F r[3];
+  load_triples(base, i * 3, r);
+  return {r[0], r[1], r[2]};
 }
 
 /// Orthonormal frame around a unit normal n (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).

@@ -29,18 +29,19 @@ int sort_by_kind(const RenderScene& scene, Wavefront& w) {
     return hits;
   }
   int count[kMaterialKinds + 2] = {};
-  auto key = [&](int32_t slot) {
-    const int32_t prim = p.rays[slot].prim;
-    return prim < 0
-               ? static_cast<int32_t>(kMaterialKinds)
-               : scene
-                     .material_kind[static_cast<size_t>(scene.primitive_material[static_cast<size_t>(prim)])];
-  };
-  for (int i = 0; i < n; ++i) ++count[key(p.active[i]) + 1];
+  uint8_t keys[kWavefront];
+  for (int i = 0; i < n; ++i) {
+    const int32_t prim = p.rays[p.active[i]].prim;
+    const int32_t material = prim < 0 ? -1 : scene.primitive_material[static_cast<size_t>(prim)];
+    const int32_t key =
+        prim < 0 ? static_cast<int32_t>(kMaterialKinds) : scene.material_kind[static_cast<size_t>(material)];
+    keys[i] = static_cast<uint8_t>(key);
+    ++count[key + 1];
+  }
   for (int k = 0; k <= kMaterialKinds; ++k) count[k + 1] += count[k];
   const int hits = count[kMaterialKinds];
   w.sorted.resize(static_cast<size_t>(n));
-  for (int i = 0; i < n; ++i) w.sorted[static_cast<size_t>(count[key(p.active[i])]++)] = p.active[i];
+  for (int i = 0; i < n; ++i) w.sorted[static_cast<size_t>(count[keys[i]]++)] = p.active[i];
   std::copy(w.sorted.begin(), w.sorted.end(), p.active);
   return hits;
 }

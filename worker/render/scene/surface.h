@@ -177,10 +177,11 @@ inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> a
   params->tables = scene.bsdf_tables.data();
   const IntOf<F> offset = material * kBsdfParams;
   if constexpr (!kAnySurface) {
-    for (int i = 0; i < 3; ++i) params->p[i] = gather(scene.material_params.data() + i, offset);
+    load_triples(scene.material_params.data(), offset, params->p);
     return splat_int<F>(kDiffuse);
   }
-  for (int i = 0; i < kBsdfParams; ++i) params->p[i] = gather(scene.material_params.data() + i, offset);
+  load_octets(scene.material_params.data(), offset, params->p);
+  for (int i = 8; i < kBsdfParams; ++i) params->p[i] = gather(scene.material_params.data() + i, offset);
   if (scene.any_texture) {
     float p[kBsdfParams][8];
     for (int i = 0; i < kBsdfParams; ++i) store(p[i], params->p[i]);

@@ -19,10 +19,10 @@ template <class F>
 inline TriangleHit<F> triangle_hit(const RenderScene& scene, IntOf<F> tri, const Vec3<F>& o,
                                    const Vec3<F>& d) {
   TriangleHit<F> h;
-  const IntOf<F> i3 = tri * 3;
-  h.i0 = gather(scene.indices.data(), i3);
-  h.i1 = gather(scene.indices.data() + 1, i3);
-  h.i2 = gather(scene.indices.data() + 2, i3);
+  F corners[3];
+  load_triples(reinterpret_cast<const float*>(scene.indices.data()), tri * 3, corners);
+  h.i0 = as_int(float_bits(corners[0])), h.i1 = as_int(float_bits(corners[1])),
+  h.i2 = as_int(float_bits(corners[2]));
   const float* pos = scene.positions.data();
   h.p0 = gather3<F>(pos, h.i0), h.p1 = gather3<F>(pos, h.i1), h.p2 = gather3<F>(pos, h.i2);
   h.e1 = h.p1 - h.p0, h.e2 = h.p2 - h.p0;

@@ -2,6 +2,8 @@
 #include "worker/render/math/lanes.h"
 
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <limits>
 
@@ -73,6 +75,37 @@ TEST(Lanes, Transpose) {
   for (int i = 0; i < 8; ++i) {
     for (int j = 0; j < 8; ++j) EXPECT_EQ(rows[i][j], static_cast<float>(10 * j + i));
   }
+}
+
+// Any bits, as indices are loaded so, too; and the memory ends, as a page, with the last of them.
+TEST(Lanes, TriplesAndOctetsAreWhatLiesThere) {
+  constexpr int kFloats = 1024;
+  const auto page = static_cast<size_t>(sysconf(_SC_PAGESIZE));
+  ASSERT_GE(page, kFloats * sizeof(float));
+  void* const pages = mmap(nullptr, 2 * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(pages, MAP_FAILED);
+  ASSERT_EQ(mprotect(static_cast<char*>(pages) + page, page, PROT_NONE), 0);
+  auto* const base = reinterpret_cast<float*>(static_cast<char*>(pages) + page) - kFloats;
+  for (uint32_t i = 0; i < kFloats; ++i) base[i] = bits_float(i * 0x9e3779b9u);
+  const auto same = [](float a, float b) { return float_bits(a) == float_bits(b); };
+  for (int i = 0; i < kFloats; ++i) {
+    const Int8 near = lane_index<Float8>() * 37 + i;
+    const Int8 three = near > kFloats - 3 ? kFloats - 3 : near,
+               eight = near > kFloats - 8 ? kFloats - 8 : near;
+    Float8 triple[3], octet[8];
+    load_triples(base, three, triple);
+    load_octets(base, eight, octet);
+    for (int l = 0; l < 8; ++l) {
+      float r[8];
+      load_triples(base, three[l], r);
+      for (int k = 0; k < 3; ++k)
+        ASSERT_TRUE(same(triple[k][l], base[three[l] + k]) && same(r[k], triple[k][l]));
+      load_octets(base, eight[l], r);
+      for (int k = 0; k < 8; ++k)
+        ASSERT_TRUE(same(octet[k][l], base[eight[l] + k]) && same(r[k], octet[k][l]));
+    }
+  }
+  munmap(pages, 2 * page);
 }
 
 TEST(Lanes, FramesAreOrthonormalAndEqual) {
