@@ -25,6 +25,7 @@ struct FaceTable {
   struct Halves {
     float across[3], offset;
     int32_t first, second;
+    int32_t unused[2] = {};  // eight words are read in one go
   };
 
   std::vector<Corner> corners;

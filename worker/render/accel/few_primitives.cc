@@ -126,14 +126,12 @@ void FewPrimitives::closest_hits(TracedRay* rays, const int32_t* ids, int count)
     const Int8 on_face = (hit >= 0) & (hit < faces);
     Int8 number = hit < faces ? hit : hit - faces + triangles_;
     if (any(on_face)) {
-      const Int8 halves = (on_face ? hit : 0) * static_cast<int32_t>(sizeof(FaceTable::Halves) / 4);
-      const FaceTable::Halves& h = table_.halves.front();
+      static_assert(sizeof(FaceTable::Halves) == 8 * sizeof(float));
+      Float8 h[8];
+      load_octets(table_.halves.front().across, (on_face ? hit : 0) * 8, h);
       const Vec3<Float8> p = r.o + r.d * select(on_face, nearest, Float8{});
-      const Float8 across = gather(&h.across[0], halves) * p.x + gather(&h.across[1], halves) * p.y +
-                            gather(&h.across[2], halves) * p.z;
-      const Int8 second = across > gather(&h.offset, halves);
-      const Int8 triangle = second ? gather(&h.second, halves) : gather(&h.first, halves);
-      number = on_face ? triangle : number;
+      const Int8 second = h[0] * p.x + h[1] * p.y + h[2] * p.z > h[3];
+      number = on_face ? as_int(float_bits(second ? h[5] : h[4])) : number;
     }
     for (int l = 0; l < n; ++l) rays[ids[begin + l]].prim = number[l], rays[ids[begin + l]].instance = -1;
   }

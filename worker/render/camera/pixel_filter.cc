@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lightmill {
 
@@ -61,8 +62,12 @@ FilterAxis::FilterAxis(const FilterDescription& filter, double radius)
   for (size_t k = 1; k <= kTable; ++k) {
     // Samples are linear between entries, so the density is constant: 1 / (kTable * step).
     const float step = inverse_[k] - inverse_[k - 1];
-    density_before_[k] = step > 0 ? weight_[k - 1] / (kTable * step) : 0.0f;
+    const float density = step > 0 ? weight_[k - 1] / (kTable * step) : 0.0f;
+    entries_[k] = {inverse_[k], density, density};
+    entries_[k - 1][2] = density;
   }
+  // A search does not leave the filter.
+  entries_[kTable + 1] = {std::numeric_limits<float>::infinity(), entries_[kTable][1], 0};
   const auto first_above = [&](int cell) {
     const float edge = (2 * static_cast<float>(cell) / kCells - 1) * radius_;
     return static_cast<int32_t>(std::upper_bound(inverse_.begin() + 1, inverse_.end() - 1, edge) -

@@ -61,10 +61,10 @@ class FilterAxis {
   static constexpr int kMostCached = 8;  // pixels in reach whose densities are kept
   FilterKind kind_;
   float radius_;
-  int reach_ = 1, steps_ = 0;  // pixels that one position may touch, at most; steps of a search, at most
-  // But of box and triangle: piecewise-linear inverse CDF, and the filter before each entry.
+  int reach_ = 1, steps_ = 1;  // pixels that one position may touch, at most; steps of a search, at most
+  // But of box and triangle: piecewise-linear inverse CDF.
   std::array<float, kTable + 1> inverse_{};
-  std::array<float, kTable + 1> density_before_{};
+  std::array<std::array<float, 3>, kTable + 2> entries_{};  // each entry, and the filter before and after it
   std::array<int32_t, kCells> search_from_{};
   std::array<float, kTable> weight_{};  // of the cells of u
 };
@@ -78,10 +78,12 @@ F FilterAxis::density(F offset) const {
     const F cell = clamp((offset / splat<F>(radius_) + 1.0f) * (kCells / 2.0f), 0.0f, kCells - 1.0f);
     IntOf<F> k = gather(search_from_.data(), to_int(cell));
     for (int i = 0; i < steps_; ++i) {
-      const MaskOf<F> below = MaskOf<F>(gather(inverse_.data(), k) <= offset);
-      k = select(mask_and(below, MaskOf<F>(k < splat_int<F>(kTable))), k + 1, k);
+      F step[3];
+      load_triples(entries_.front().data(), k * 3, step);
+      const MaskOf<F> beyond = MaskOf<F>(step[0] <= offset);
+      d = select(beyond, step[2], step[1]);
+      k = select(beyond, k + 1, k);
     }
-    d = gather(density_before_.data(), k);
   }
   return select(MaskOf<F>(a <= radius_), d, F{});
 }
