@@ -250,8 +250,8 @@ inline void transpose8(Float8 r[8]) {
   }
 }
 
-/// base[i], base[i + 1] and base[i + 2] per lane, to which no other memory is touched. A load per lane takes
-/// less time than three gathers.
+/// base[i], base[i + 1] and base[i + 2] per lane; no other memory is touched. A load per lane takes less time
+/// than three gathers.
 inline void load_triples(const float* base, int32_t i, float r[3]) { std::copy_n(base + i, 3, r); }
 inline void load_triples(const float* base, Int8 i, Float8 r[3]) {
   const __m128i three = _mm_setr_epi32(-1, -1, -1, 0);
@@ -276,12 +276,9 @@ inline void load_octets(const float* base, Int8 i, Float8 r[8]) {
 }
 
 /// Records of eight floats: r[k] is float k of record `index` per lane; every index must be valid.
-inline void load_records(const float (*base)[8], int32_t index, float r[8]) {
-  std::copy_n(base[index], 8, r);
-}
-inline void load_records(const float (*base)[8], Int8 index, Float8 r[8]) {
-  for (int l = 0; l < 8; ++l) r[l] = load<Float8>(base[index[l]]);
-  transpose8(r);
+template <class F>
+inline void load_records(const float (*base)[8], IntOf<F> index, F r[8]) {
+  load_octets(*base, index * 8, r);
 }
 /// Inverse, for lanes in the bits of `mask`, which must not collide.
 inline void store_records(float (*base)[8], int32_t index, unsigned mask, const float r[8]) {

@@ -67,20 +67,23 @@ PlanItem general_kernels(const ScenePlan& plan) {
   return {};
 }
 
+void expect_the_bits_of_general_kernels(const TestScene& s) {
+  for (const Integrator integrator : kIntegrators) {
+    const Partial diffuse = render_partial(s.scene, settings_of(s, integrator, 0)),
+                  general = render_partial(s.scene, settings_of(s, integrator, kGeneralKernels));
+    EXPECT_TRUE(diffuse.camera == general.camera && diffuse.splats == general.splats) << name_of(integrator);
+    EXPECT_EQ(diffuse.counters.shadow_rays, general.counters.shadow_rays);
+    EXPECT_EQ(diffuse.counters.zero_connections_skipped, general.counters.zero_connections_skipped);
+    EXPECT_EQ(diffuse.counters.rouletted_connections, general.counters.rouletted_connections);
+    EXPECT_EQ(diffuse.counters.closest_hit_rays, general.counters.closest_hit_rays);
+  }
+}
+
 TEST(KernelSets, OfDiffuseSurfacesRenderTheSameBits) {
   for (const TestScene& s : {cornell_room().film(40, 24), balls(), open_room()}) {
     ASSERT_EQ(plan_for(s).kernels.paths, KernelSet::kDiffuse);
     ASSERT_EQ(plan_for(s, kGeneralKernels).kernels.paths, KernelSet::kSurfaces);
-    for (const Integrator integrator : kIntegrators) {
-      const Partial diffuse = render_partial(s.scene, settings_of(s, integrator, 0)),
-                    general = render_partial(s.scene, settings_of(s, integrator, kGeneralKernels));
-      EXPECT_TRUE(diffuse.camera == general.camera && diffuse.splats == general.splats)
-          << name_of(integrator);
-      EXPECT_EQ(diffuse.counters.shadow_rays, general.counters.shadow_rays);
-      EXPECT_EQ(diffuse.counters.zero_connections_skipped, general.counters.zero_connections_skipped);
-      EXPECT_EQ(diffuse.counters.rouletted_connections, general.counters.rouletted_connections);
-      EXPECT_EQ(diffuse.counters.closest_hit_rays, general.counters.closest_hit_rays);
-    }
+    expect_the_bits_of_general_kernels(s);
   }
 }
 
@@ -107,14 +110,7 @@ TEST(KernelSets, DiffuseKernelsJoinWhatGeneralOnesFollow) {
     EXPECT_EQ(kernels.joins, KernelSet::kDiffuse);
     EXPECT_EQ(all.joins, KernelSet::kSurfaces);
     EXPECT_EQ(all.next_event, KernelSet::kSurfaces);
-    for (const Integrator integrator : kIntegrators) {
-      const Partial diffuse = render_partial(s.scene, settings_of(s, integrator, 0)),
-                    general = render_partial(s.scene, settings_of(s, integrator, kGeneralKernels));
-      EXPECT_TRUE(diffuse.camera == general.camera && diffuse.splats == general.splats)
-          << name_of(integrator);
-      EXPECT_EQ(diffuse.counters.shadow_rays, general.counters.shadow_rays);
-      EXPECT_EQ(diffuse.counters.zero_connections_skipped, general.counters.zero_connections_skipped);
-    }
+    expect_the_bits_of_general_kernels(s);
   }
   // Anything that can be joined and is not diffuse needs general kernels there.
   for (const auto& material : std::vector<std::function<int(TestScene*)>>{
