@@ -49,6 +49,11 @@ constexpr bool has_delta(int32_t kind) {
          kind == kScatteringCoated || kind == kScatteringCoatedConductor ||
          kind == kAnisotropicCoatedConductor || kind == kSubsurface;
 }
+/// True for glTF's metallic roughness, whatever lies over it.
+constexpr bool is_metallic_roughness(int32_t kind) {
+  return kind == kMetallicRoughness || kind == kCoatedMetallicRoughness || kind == kSheenMetallicRoughness ||
+         kind == kIridescent || kind == kAnisotropicMetallicRoughness || kind == kTranslucent;
+}
 /// True if light may enter a body there and leave it elsewhere.
 template <class F>
 inline MaskOf<F> enters_bodies(IntOf<F> kind) {

@@ -253,7 +253,7 @@ inline void transpose8(Float8 r[8]) {
 /// base[i], base[i + 1] and base[i + 2] per lane; no other memory is touched. A load per lane takes less time
 /// than three gathers.
 inline void load_triples(const float* base, int32_t i, float r[3]) { std::copy_n(base + i, 3, r); }
-inline void load_triples(const float* base, Int8 i, Float8 r[3]) {
+[[gnu::always_inline]] inline void load_triples(const float* base, Int8 i, Float8 r[3]) {
   const __m128i three = _mm_setr_epi32(-1, -1, -1, 0);
   alignas(32) int32_t at[8];
   store(at, i);

@@ -257,8 +257,7 @@ Rgb ImageMap::stored_texel(int x, int y) const {
     for (float& v : stored) v = decoded(v);
     return color(stored);
   }
-  const size_t i =
-      channels_ * (static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x));
+  const size_t i = index_of(x, y);
   return is_bytes_ ? color(&bytes_[i]) : color(&floats_[i]);
 }
 
@@ -379,13 +378,31 @@ float ImageMap::brightest(float s0, float s1, float t0, float t1, double limit) 
   return most;
 }
 
-Rgb ImageMap::lookup(float s, float t) const {
+std::array<int, 2> ImageMap::texel_before(float s, float t, float* dx, float* dy) const {
   if (!(std::fabs(s) < 1e6f && std::fabs(t) < 1e6f)) s = t = 0;  // uv out of any meaningful range
   const float x = s * static_cast<float>(width_) - 0.5f;
   const float y = (1.0f - t) * static_cast<float>(height_) - 0.5f;
   const float fx = std::floor(x), fy = std::floor(y);
-  const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
-  const float wx = nearest_ ? std::round(x - fx) : x - fx, wy = nearest_ ? std::round(y - fy) : y - fy;
+  *dx = x - fx, *dy = y - fy;
+  return {static_cast<int>(fx), static_cast<int>(fy)};
+}
+
+void ImageMap::prefetch(float s, float t) const {
+  if (cache_) return;
+  float dx, dy;
+  const auto [ix, iy] = texel_before(s, t, &dx, &dy);
+  const int x = wrap_index(ix, width_, wrap_);
+  for (const int y : {wrap_index(iy, height_, wrap_t_), wrap_index(iy + 1, height_, wrap_t_)}) {
+    if (x < 0 || y < 0) continue;
+    const size_t i = index_of(x, y);
+    __builtin_prefetch(is_bytes_ ? static_cast<const void*>(&bytes_[i]) : &floats_[i]);
+  }
+}
+
+Rgb ImageMap::lookup(float s, float t) const {
+  float dx, dy;
+  const auto [ix, iy] = texel_before(s, t, &dx, &dy);
+  const float wx = nearest_ ? std::round(dx) : dx, wy = nearest_ ? std::round(dy) : dy;
   const auto [a, b, c, d] = square(ix, iy);
   auto mix = [&](float p, float q, float r, float u) {
     const float top = p + (q - p) * wx, bottom = r + (u - r) * wx;

@@ -33,6 +33,8 @@ class ImageMap {
   static uint64_t bytes_needed(const ImageTexture& texture);
   /// Bilinear value (or the nearest texel's) at (s, t), t up. Scale and invert applied.
   Rgb lookup(float s, float t) const;
+  /// Begins to fetch what lookup(s, t) will read.
+  void prefetch(float s, float t) const;
   /// Looks at every texel.
   ImageContent content() const;
   /// Bounds of lookup()'s channels.
@@ -59,6 +61,12 @@ class ImageMap {
   Rgb stored_texel(int x, int y) const;
   /// Texels (x, y) to (x + 1, y + 1), row by row.
   std::array<Rgb, 4> square(int x, int y) const;
+  /// Of the first channel; not of a cached image.
+  size_t index_of(int x, int y) const {
+    return channels_ * (static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x));
+  }
+  /// The texel at or before (s, t), from whose centre the point is `dx` and `dy` away, in texels.
+  std::array<int, 2> texel_before(float s, float t, float* dx, float* dy) const;
   template <class Value>
   bool read_cached(int x0, int x1, int y0, int y1, Value* out) const;
   /// Calls visit(x, y, colour) for all texels, row by row.

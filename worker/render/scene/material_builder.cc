@@ -157,6 +157,19 @@ void add_materials(const std::vector<MaterialDescription>& materials, RenderScen
   add_measured(materials, scene);  // last: where others' tables are must stay within a float's 24 bits
 }
 
+void prefetch_textures(const RenderScene& scene, const MaterialEntry& material, const TexturePoint& at) {
+  const auto fetch = [&](int texture) {
+    if (texture >= 0) scene.textures.prefetch(texture, at);
+  };
+  fetch(material.texture_color);
+  fetch(material.texture_u_roughness);
+  if (material.gltf < 0 || !is_metallic_roughness(material.kind)) return;
+  const MetallicRoughnessMaterial& m = scene.metallic[static_cast<size_t>(material.gltf)];
+  fetch(m.base_color.texture);
+  fetch(m.metallic.texture);
+  fetch(m.roughness.texture);
+}
+
 void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params) {
   const MaterialEntry& e = scene.materials[static_cast<size_t>(material)];
   if (e.gltf >= 0) return apply_gltf_textures(scene, e, at, params);

@@ -215,8 +215,7 @@ void apply_gltf_textures(const RenderScene& scene, const MaterialEntry& entry, c
   const bool film = entry.kind == kIridescent, sheen = film || entry.kind == kSheenMetallicRoughness;
   const bool brushed = entry.kind == kAnisotropicMetallicRoughness;
   const bool translucent = entry.kind == kTranslucent;
-  if (sheen || brushed || translucent || entry.kind == kMetallicRoughness ||
-      entry.kind == kCoatedMetallicRoughness) {
+  if (is_metallic_roughness(entry.kind)) {
     set_metallic_roughness(scene.metallic[index], value, scene.bsdf_tables.data(), params, sheen);
     if (film) set_iridescence(scene.metallic[index], value, entry.first_row, params);
     if (brushed) set_anisotropy(scene.metallic[index], value, scene.bsdf_tables.data(), params);

@@ -167,6 +167,8 @@ inline TexturePoint texture_point(const RenderScene& scene, const Surface<F>& s,
   return at;
 }
 
+/// Begins to fetch what apply_textures will read, as far as it is found fast.
+void prefetch_textures(const RenderScene& scene, const MaterialEntry& material, const TexturePoint& at);
 /// Overwrites the parameters of a textured material at one point.
 void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params);
 
@@ -185,18 +187,24 @@ inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> a
   if (scene.any_texture) {
     float p[kBsdfParams][8];
     for (int i = 0; i < kBsdfParams; ++i) store(p[i], params->p[i]);
-    const unsigned bits = mask_bits(active);
-    bool changed = false;
+    unsigned textured = 0;
+    TexturePoint at[8];
     for (int l = 0; l < kWidth<F>; ++l) {
-      const int32_t m = lane(material, l);
-      if (!(bits >> l & 1) || !scene.materials[static_cast<size_t>(m)].textured) continue;
+      const MaterialEntry& m = scene.materials[static_cast<size_t>(lane(material, l))];
+      if (!(mask_bits(active) >> l & 1) || !m.textured) continue;
+      textured |= 1u << l;
+      at[l] = texture_point(scene, s, l);
+      // Texels are far away: those of all lanes are on their way before the first is needed.
+      prefetch_textures(scene, m, at[l]);
+    }
+    for (unsigned left = textured; left; left &= left - 1) {
+      const int l = std::countr_zero(left);
       float one[kBsdfParams];
       for (int i = 0; i < kBsdfParams; ++i) one[i] = p[i][l];
-      apply_textures(scene, m, texture_point(scene, s, l), one);
+      apply_textures(scene, lane(material, l), at[l], one);
       for (int i = 0; i < kBsdfParams; ++i) p[i][l] = one[i];
-      changed = true;
     }
-    if (changed) {
+    if (textured) {
       for (int i = 0; i < kBsdfParams; ++i) params->p[i] = load<F>(p[i]);
     }
   }

@@ -98,6 +98,13 @@ Rgb TextureTable::input(const SpectrumInput& in, const TexturePoint& at) const {
   return in.texture < 0 ? in.value : evaluate(in.texture, at);
 }
 
+void TextureTable::prefetch(int id, const TexturePoint& at) const {
+  const ImageMap* const map = image(id);
+  if (!map) return;
+  const MappedPoint m = map_point(std::get<ImageTexture>(nodes_[static_cast<size_t>(id)]).mapping, at);
+  map->prefetch(m.s, m.t);
+}
+
 Rgb TextureTable::evaluate(int id, const TexturePoint& at) const {
   const auto index = static_cast<size_t>(id);
   const TextureKind& node = nodes_[index];

@@ -33,6 +33,8 @@ class TextureTable {
                         const std::vector<bool>& in_use = {});
   /// Value of texture `id` at a point; floats come as grey.
   Rgb evaluate(int id, const TexturePoint& at) const;
+  /// Begins to fetch the texels that evaluate() will read, if the texture is an image.
+  void prefetch(int id, const TexturePoint& at) const;
   /// The image behind texture `id`, or null if it is of another kind or not in use.
   const ImageMap* image(int id) const {
     const int at = image_of_[static_cast<size_t>(id)];
