@@ -8,75 +8,51 @@
 namespace lightmill {
 namespace {
 
-/// Counting sort of the active slots by BSDF kind, misses last; returns the number of hits.
-template <class K>
-int sort_by_kind(const RenderScene& scene, Wavefront& w) {
-  Paths& p = w.paths;
-  const int n = p.active_count;
-  if (!K::kSurfaces || scene.kinds_present <= 1) {
-    // Nothing to group; only the misses go last, in order.
-    int hits = 0;
-    w.sorted.clear();
-    for (int i = 0; i < n; ++i) {
-      const int32_t slot = p.active[i];
-      if (p.rays[slot].prim >= 0) {
-        p.active[hits++] = slot;
-      } else {
-        w.sorted.push_back(slot);
-      }
-    }
-    std::copy(w.sorted.begin(), w.sorted.end(), p.active + hits);
-    return hits;
-  }
-  int count[kMaterialKinds + 2] = {};
-  uint8_t keys[kWavefront];
-  for (int i = 0; i < n; ++i) {
-    const int32_t prim = p.rays[p.active[i]].prim;
-    const int32_t material = prim < 0 ? -1 : scene.primitive_material[static_cast<size_t>(prim)];
-    const int32_t key =
-        prim < 0 ? static_cast<int32_t>(kMaterialKinds) : scene.material_kind[static_cast<size_t>(material)];
-    keys[i] = static_cast<uint8_t>(key);
-    ++count[key + 1];
-  }
-  for (int k = 0; k <= kMaterialKinds; ++k) count[k + 1] += count[k];
-  const int hits = count[kMaterialKinds];
-  w.sorted.resize(static_cast<size_t>(n));
-  for (int i = 0; i < n; ++i) w.sorted[static_cast<size_t>(count[keys[i]]++)] = p.active[i];
-  std::copy(w.sorted.begin(), w.sorted.end(), p.active);
-  return hits;
-}
-
 /// Where the sorted paths end: first the hits, then those in media, then those that escaped.
 struct Ends {
   int hits = 0, collisions = 0;  // ends of the first two ranges
 };
 
-/// The same in a scene with media.
-Ends sort_with_media(const RenderScene& scene, Wavefront& w) {
+/// Where there is nothing to group only the misses go last, in order.
+Ends misses_last(Wavefront& w) {
+  Paths& p = w.paths;
+  int hits = 0;
+  w.sorted.clear();
+  for (int i = 0; i < p.active_count; ++i) {
+    const int32_t slot = p.active[i];
+    if (p.rays[slot].prim >= 0) {
+      p.active[hits++] = slot;
+    } else {
+      w.sorted.push_back(slot);
+    }
+  }
+  std::copy(w.sorted.begin(), w.sorted.end(), p.active + hits);
+  return {hits, hits};
+}
+
+/// Counting sort of the active slots by BSDF kind, collisions and misses last. With media w.sorted is left as
+/// a copy of them.
+template <class K>
+Ends sort_paths(const RenderScene& scene, Wavefront& w) {
+  if (!K::kSurfaces || (!K::kMedia && scene.kinds_present <= 1)) return misses_last(w);
   constexpr int kCollided = kMaterialKinds, kEscaped = kMaterialKinds + 1;
   Paths& p = w.paths;
   int count[kEscaped + 2] = {};
-  auto key = [&](int32_t slot) {
-    const int32_t prim = p.rays[slot].prim;
-    if (prim < 0) return prim == kInMedium ? kCollided : kEscaped;
-    return static_cast<int>(
-        scene.material_kind[static_cast<size_t>(scene.primitive_material[static_cast<size_t>(prim)])]);
-  };
-  for (int i = 0; i < p.active_count; ++i) ++count[key(p.active[i]) + 1];
+  uint8_t keys[kWavefront];
+  for (int i = 0; i < p.active_count; ++i) {
+    const int32_t prim = p.rays[p.active[i]].prim;
+    int key = K::kMedia && prim == kInMedium ? kCollided : kEscaped;
+    if (prim >= 0)
+      key = scene.material_kind[static_cast<size_t>(scene.primitive_material[static_cast<size_t>(prim)])];
+    keys[i] = static_cast<uint8_t>(key);
+    ++count[key + 1];
+  }
   for (int k = 0; k <= kEscaped; ++k) count[k + 1] += count[k];
   const Ends ends{count[kCollided], count[kEscaped]};
   w.sorted.resize(static_cast<size_t>(p.active_count));
-  for (int i = 0; i < p.active_count; ++i)
-    w.sorted[static_cast<size_t>(count[key(p.active[i])]++)] = p.active[i];
+  for (int i = 0; i < p.active_count; ++i) w.sorted[static_cast<size_t>(count[keys[i]]++)] = p.active[i];
   std::copy(w.sorted.begin(), w.sorted.end(), p.active);
   return ends;
-}
-
-template <class K>
-Ends sort_paths(const RenderScene& scene, Wavefront& w) {
-  if constexpr (K::kMedia) return sort_with_media(scene, w);
-  const int hits = sort_by_kind<K>(scene, w);
-  return {hits, hits};
 }
 
 void record_vertex(const Hit& h, const Group& g, bool light, int depth, Wavefront& w) {
@@ -97,7 +73,7 @@ template <class K, class Meet>
 void for_each_vertex(const RenderScene& scene, const Ends& ends, Mode mode, int depth, Wavefront& w,
                      Meet&& meet) {
   // Survivors are compacted into the active list while it is read, whole vectors at a time: they would run
-  // over the end of a range that is not the last. sort_with_media leaves a copy.
+  // over the end of a range that is not the last. sort_paths leaves a copy.
   const int32_t* slots = K::kMedia ? w.sorted.data() : w.paths.active;
   for (int base = 0; base < ends.hits; base += kLanes) {
     const Group g(slots + base, std::min(kLanes, ends.hits - base));
