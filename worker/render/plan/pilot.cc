@@ -16,22 +16,21 @@ namespace lightmill {
 namespace {
 
 /// The pilot's samples are not those of the image, which they would bias.
-constexpr uint64_t kPilotSeed = 0x70696c6f74, kFirstSeed = 0x6669727374;
+constexpr uint64_t kPilotSeed = 0x70696c6f74;
 /// Camera paths that the values come from, at least, by which relative variances are weighed.
-constexpr double kLeastWeighed = 4;
+constexpr double kLeastWeighed = 8;
 
 class Pilot {
  public:
   Pilot(const Renderer& scene, const std::function<bool()>& go_on)
-      : settings_(pilot_settings(scene, kPilotSeed)),
+      : settings_(pilot_settings(scene)),
         sight_(settings_.grid),
-        first_(sight_.first()),
         renderer_(scene, settings_, sight_.one_in),
         plans_(candidate_plans(renderer_.plan())),
         go_on_(go_on),
         grid_(settings_.grid.cells()),
         regions_(regions_of(settings_.grid)),
-        values_(settings_.grid, first_.paths_per_pixel(), kLeastWeighed, sight_.is_close()),
+        values_(settings_.grid, sight_.paths_per_pixel(), kLeastWeighed),
         results_(sight_.cells.size()) {}
 
   PilotReport run(int threads) {
@@ -44,10 +43,10 @@ class Pilot {
   }
 
  private:
-  static RenderSettings pilot_settings(const Renderer& scene, uint64_t seed) {
+  static RenderSettings pilot_settings(const Renderer& scene) {
     RenderSettings settings = scene.settings();
     settings.plan = SamplingPlan{.strategies = scene.plan().possible, .connections = kRecordedConnections};
-    settings.seed ^= seed;
+    settings.seed ^= kPilotSeed;
     return settings;
   }
 
@@ -73,21 +72,26 @@ class Pilot {
     return true;
   }
 
-  /// What is seen at first, of which only values are asked.
+  /// The samples of work(), of which only values are asked: by these their moments are then weighed.
   void look_first() {
-    const Renderer renderer(renderer_, pilot_settings(renderer_, sight_.is_close() ? 0 : kFirstSeed),
-                            first_.one_in);
-    const auto workspace = renderer.make_workspace();
+    const auto workspace = renderer_.make_workspace();
     const auto recorder = std::make_unique<StrategyRecorder>();
     for (size_t i; take_cell(&i);) {
-      const CellRect rect = rect_of(first_.cells[i]);
-      CellResult& result = results_[i];
-      for (int64_t j = 0; j < first_.samples; ++j) {
-        const int64_t s = first_.index(j);
-        result.first_light_paths +=
-            renderer.record_packet({rect.x0, rect.y0, s, s + 1}, *workspace, nullptr, *recorder).light_paths;
-        for (const StrategyContribution& c : recorder->contributions)
-          result.first.push_back({c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}, c.t == 1});
+      const CellRect rect = rect_of(sight_.cells[i]);
+      FirstLook& first = results_[i].first;
+      first.camera.resize(kCellPixels);
+      for (int64_t j = 0; j < sight_.samples; ++j) {
+        const int64_t s = sight_.index(j);
+        first.light_paths +=
+            renderer_.record_packet({rect.x0, rect.y0, s, s + 1}, *workspace, nullptr, *recorder).light_paths;
+        for (const StrategyContribution& c : recorder->contributions) {
+          if (c.t == 1) {
+            first.splats.push_back({c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}});
+          } else {
+            Channels& sum = first.camera[static_cast<size_t>(c.slot)];
+            for (size_t ch = 0; ch < 3; ++ch) sum[ch] += c.rgb[ch];
+          }
+        }
         recorder->clear();
         recorder->counts = {};
         recorder->camera_hits = recorder->light_hits = 0;
@@ -97,21 +101,24 @@ class Pilot {
   /// Values by which variances are weighed.
   void weigh() {
     uint64_t light_paths = 0;
-    for (const CellResult& cell : results_) light_paths += cell.first_light_paths;
+    for (const CellResult& cell : results_) light_paths += cell.first.light_paths;
     // Of a pixel's samples; splats, over as many, stem from so many light paths.
     if (light_paths > 0)
       values_.set_per_splat(static_cast<double>(settings_.grid.light_paths_per_spp()) *
-                            first_.paths_per_pixel() / static_cast<double>(light_paths));
+                            sight_.paths_per_pixel() / static_cast<double>(light_paths));
     const auto width = static_cast<uint32_t>(settings_.grid.width);
     for (size_t i = 0; i < results_.size(); ++i) {
-      const PixelRect pixels = settings_.grid.pixels(rect_of(first_.cells[i]));
+      const CellRect rect = rect_of(sight_.cells[i]);
+      const PixelRect pixels = settings_.grid.pixels(rect);
       for (int y = pixels.y0; y < pixels.y1; ++y) {
-        for (int x = pixels.x0; x < pixels.x1; ++x) values_.look_at(x, y);
+        for (int x = pixels.x0; x < pixels.x1; ++x) {
+          values_.look_at(x, y);
+          values_.add_camera(x, y, results_[i].first.camera[slot_of(rect, x, y)]);
+        }
       }
-      for (const FirstValue& v : results_[i].first) {
-        const int x = static_cast<int>(v.pixel % width), y = static_cast<int>(v.pixel / width);
-        v.splat ? values_.add_splat(x, y, v.rgb) : values_.add_camera(x, y, v.rgb);
-      }
+      for (const FirstSplat& splat : results_[i].first.splats)
+        values_.add_splat(static_cast<int>(splat.pixel % width), static_cast<int>(splat.pixel / width),
+                          splat.rgb);
       results_[i].first = {};
     }
     values_.finish();
@@ -120,13 +127,14 @@ class Pilot {
     std::array<PixelValue, kCellPixels> values{};
     const PixelRect pixels = settings_.grid.pixels(rect);
     for (int y = pixels.y0; y < pixels.y1; ++y) {
-      for (int x = pixels.x0; x < pixels.x1; ++x)
-        values[static_cast<size_t>((y - rect.y0 * kCellSize) * kCellSize + x - rect.x0 * kCellSize)] =
-            values_.of(x, y);
+      for (int x = pixels.x0; x < pixels.x1; ++x) values[slot_of(rect, x, y)] = values_.of(x, y);
     }
     return values;
   }
 
+  static size_t slot_of(const CellRect& cell, int x, int y) {
+    return static_cast<size_t>((y - cell.y0 * kCellSize) * kCellSize + x - cell.x0 * kCellSize);
+  }
   CellRect rect_of(int64_t cell) const {
     const int64_t columns = grid_.x1 - grid_.x0;
     const int x = grid_.x0 + static_cast<int>(cell % columns),
@@ -248,25 +256,28 @@ class Pilot {
     return sums_;
   }
   PilotView view() const {
-    return {regions_, sight_.samples, sight_.is_close(), static_cast<double>(renderer_.plan().primitives)};
+    return {regions_, sight_.samples, static_cast<double>(renderer_.plan().primitives)};
   }
 
-  /// A contribution of the first look.
-  struct FirstValue {
+  struct FirstSplat {
     uint32_t pixel;
-    float rgb[3];
-    bool splat;
+    Channels rgb;
+  };
+  /// What the first look sees of a cell, until weigh().
+  struct FirstLook {
+    std::vector<Channels> camera;  // sums per pixel of the cell, row-major
+    std::vector<FirstSplat> splats;
+    uint64_t light_paths = 0;
   };
   struct CellResult {
     CellMoments moments;
     SampleWork work;
     RenderCounters counters;
-    std::vector<FirstValue> first;  // until weigh()
-    uint64_t first_light_paths = 0;
+    FirstLook first;
   };
 
   const RenderSettings settings_;
-  const PilotSight sight_, first_;
+  const PilotSight sight_;
   const Renderer renderer_;
   const PlanSet plans_;
   const std::function<bool()>& go_on_;

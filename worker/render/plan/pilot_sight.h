@@ -17,14 +17,6 @@ struct PilotSight {
 
   explicit PilotSight(const FilmGrid& grid);
   double paths_per_pixel() const { return static_cast<double>(samples) / one_in; }
-  /// The look that only asks for values: where pixels are seen closely at the same samples, which then know
-  /// their own part in them; else at a quarter of as many, of other random numbers.
-  PilotSight first() const {
-    PilotSight look = *this;
-    if (!is_close()) look.samples = 1, look.one_in *= 2;
-    return look;
-  }
-  bool is_close() const { return samples > kLeastSamples; }
   /// Sample index number `j` of those taken: half of them are of one block, half of the next.
   int block(int64_t j) const { return j < samples / 2 ? 0 : 1; }
   int64_t index(int64_t j) const;

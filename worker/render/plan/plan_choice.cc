@@ -8,10 +8,10 @@
 namespace lightmill {
 namespace {
 
-/// Blocks of samples of one pixel are stratified in the camera layer. A pilot that has two samples of a pixel
-/// does not see what that gains; it is about this factor. Splats gain next to nothing
-/// (tests/bench/plan_check).
-constexpr double kStratification = 1.4;
+/// Blocks of samples of one pixel are stratified in the camera layer. Of what that gains a pilot sees the
+/// less the fewer samples it has of a pixel: with two nothing, which is about a factor of 1.4, and falls with
+/// their number. Splats gain next to nothing (tests/bench/plan_check).
+constexpr double kUnseenStratification = 0.8;
 /// Smallest gain for which a plan with more strategies is preferred.
 constexpr double kWorthIt = 0.98;
 
@@ -54,7 +54,7 @@ class Choice {
 
  private:
   /// What stratification gains beyond what the moments know.
-  double stratification() const { return view_.is_close ? 1 : kStratification; }
+  double stratification() const { return 1 + kUnseenStratification / static_cast<double>(view_.samples); }
 
   /// Mean over pixels and channels of variance / (value^2 + 0.01), per plan.
   std::array<double, kMaxPlans> relative_variances() const {

@@ -32,7 +32,6 @@ struct PilotSums {
 struct PilotView {
   RegionGrid regions;
   int64_t samples = 0;    // of a pixel
-  bool is_close = false;  // moments know what stratification gains
   double primitives = 0;  // of the scene
 };
 

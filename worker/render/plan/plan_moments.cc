@@ -54,7 +54,7 @@ PerPlan own_part(const PlanSet& plans, const FamilyShares& a) {
 /// Second moment of single contributions: of those that stem from the lens as noise of splats, of the others
 /// in the camera layer, there by `own_part` from the plan's own samples, of which this one is `samples`, and
 /// for the rest from those of all strategies. A value v that roulette keeps with probability q counts as v /
-/// q, which is v^2 / q on average.
+/// q, which is v^2 / q on average. `rare` may be null.
 void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPlan& samples,
                        const float rgb[3], const PixelValue& value, float share, float scale,
                        const PerPlan& factor, const PerPlan& kept, size_t half, float half_scale,
@@ -76,7 +76,7 @@ void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPla
       block->camera[half][ch][k] += second * camera_share[k] * half_scale;
     }
   }
-  if (!rare->takes(squares)) return;
+  if (!rare || !rare->takes(squares)) return;
   RarePath path{squares, {}};
   for (size_t k = 0; k < kPlans; ++k)
     path.variance[k] = squares * per_square[k] * (lens_share[k] * scale + (1 - lens_share[k]) * half_scale);
@@ -158,8 +158,10 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
       part = std::sqrt(in_sight(c.shares, c.rgb, value).sampled);
       add_unsampled(plans_, c.shares, c.rgb, value, factor, half, 1, &block);
     } else {
+      // What a path finds by chance is as bright as the emitter, and no rarer path brighter: hits have no
+      // tail.
       add_second_moment(plans_, c.shares, samples, c.rgb, value, value.camera_share, 1, factor, kept, half, 1,
-                        &block, &cell_.rare);
+                        &block, c.s > 0 ? &cell_.rare : nullptr);
     }
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {

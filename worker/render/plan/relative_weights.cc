@@ -2,8 +2,8 @@
 
 namespace lightmill {
 
-RelativeWeights::RelativeWeights(const FilmGrid& grid, double paths_per_pixel, double paths, bool own)
-    : own_(own), paths_per_pixel_(static_cast<float>(paths_per_pixel)) {
+RelativeWeights::RelativeWeights(const FilmGrid& grid, double paths_per_pixel, double paths)
+    : paths_per_pixel_(static_cast<float>(paths_per_pixel)) {
   const CellRect cells = grid.cells();
   grid_ = {1, cells.x0 * kCellSize, cells.y0 * kCellSize, cells.width() * kCellSize,
            cells.height() * kCellSize};
@@ -18,7 +18,7 @@ RelativeWeights::RelativeWeights(const FilmGrid& grid, double paths_per_pixel, d
   squares_.resize(static_cast<size_t>(grid_.count()));
 }
 
-void RelativeWeights::add(int x, int y, const float rgb[3], float times) {
+void RelativeWeights::add(int x, int y, const Channels& rgb, float times) {
   Square& square = squares_[at(x, y)];
   for (size_t ch = 0; ch < 3; ++ch) square.sum[ch] += rgb[ch] * times;
 }
@@ -59,7 +59,7 @@ PixelValue RelativeWeights::of(int x, int y) const {
   PixelValue v;
   for (size_t ch = 0; ch < 3; ++ch) v.value[ch] = value(square, ch);
   v.around = square.around;
-  if (own_ && square.pixels > 0) {
+  if (square.pixels > 0) {
     v.camera_share = 1 / (square.pixels * paths_per_pixel_);
     v.splat_share = per_splat_ * v.camera_share;
   }

@@ -8,17 +8,19 @@
 
 namespace lightmill {
 
+using Channels = std::array<float, 3>;
+
 /// What is known of the value of a pixel, per channel.
 struct PixelValue {
-  std::array<float, 3> value{};             // of its square
-  std::array<float, 3> around{};            // median of the squares around: of what is dark by chance
+  Channels value{};                         // of its square
+  Channels around{};                        // median of the squares around: of what is dark by chance
   float camera_share = 0, splat_share = 0;  // of a camera sample and of a splat in `value`
 
   /// No contribution is taken for more times its pixel's value, as one sample says too little of what is so
   /// rare.
   static constexpr float kMostTimes = 64;
   /// Times its pixel's value from which on a contribution is bright.
-  static constexpr float kBright = 4;
+  static constexpr float kBright = 2;
 
   float weight(size_t ch) const { return of(std::max(value[ch], around[ch])); }
   /// For a contribution `x` that is a part `share` of the value, by the rest of it if it is much brighter:
@@ -38,13 +40,13 @@ struct PixelValue {
 class RelativeWeights {
  public:
   /// Squares of at least `paths` camera paths where a pixel had `paths_per_pixel` on average; at most
-  /// kMostSquares of them. `own`: what is weighed are the contributions themselves, else others.
-  RelativeWeights(const FilmGrid& grid, double paths_per_pixel, double paths, bool own);
+  /// kMostSquares of them. What is weighed are the contributions themselves.
+  RelativeWeights(const FilmGrid& grid, double paths_per_pixel, double paths);
   /// Pixel (x, y) was looked at.
   void look_at(int x, int y) { squares_[at(x, y)].pixels += 1; }
   /// A contribution of a camera path, or a splat, to pixel (x, y).
-  void add_camera(int x, int y, const float rgb[3]) { add(x, y, rgb, 1); }
-  void add_splat(int x, int y, const float rgb[3]) { add(x, y, rgb, per_splat_); }
+  void add_camera(int x, int y, const Channels& rgb) { add(x, y, rgb, 1); }
+  void add_splat(int x, int y, const Channels& rgb) { add(x, y, rgb, per_splat_); }
   /// What a splat counts as, as against a contribution of a camera path: before the first of them.
   void set_per_splat(double times) { per_splat_ = static_cast<float>(times); }
   /// After all contributions.
@@ -55,15 +57,14 @@ class RelativeWeights {
 
  private:
   struct Square {
-    std::array<float, 3> sum{}, around{};
+    Channels sum{}, around{};
     float pixels = 0;
   };
   size_t at(int x, int y) const { return static_cast<size_t>(grid_.at(x, y)); }
-  void add(int x, int y, const float rgb[3], float times);
+  void add(int x, int y, const Channels& rgb, float times);
   float value(const Square& s, size_t ch) const;
 
   RegionGrid grid_;
-  bool own_;
   float paths_per_pixel_, per_splat_ = 0;
   std::vector<Square> squares_;
   Square all_;
