@@ -115,7 +115,7 @@ Task render_packets(Work& work) {
     w.splats.clear();
     const int64_t batch = superblock_of_sample(packet.sample_begin);
     LayerContext layer{packet.cell_x, packet.cell_y, 0, &w.slots, 0, 0, 0};
-    w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.one_in);
+    w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.thinning);
     const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
     const uint64_t cell =
         static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
@@ -213,7 +213,7 @@ void run(const bench::Options& options, int runs, uint32_t one_in, int in_flight
   bench::Scene scene = bench::build(options);
   if (!plan_of(scene.settings).effort.uniform() || !scene.renderer->has_camera_layer())
     throw Error(ErrorKind::kUsage, "the queues know no lt and no plan of uneven effort");
-  scene.renderer = std::make_unique<Renderer>(*scene.renderer, scene.settings, one_in);
+  scene.renderer = std::make_unique<Renderer>(*scene.renderer, scene.settings, Thinning{one_in});
   const std::vector<Packet> packets = scene.packets();
   const int threads = thread_count(options.threads);
   nlohmann::ordered_json out;

@@ -117,7 +117,7 @@ struct Renderer::Impl {
   std::optional<EffortTable> effort;
   StageContext context;
 
-  Impl(std::shared_ptr<const World> w, const RenderSettings& s, uint32_t one_in)
+  Impl(std::shared_ptr<const World> w, const RenderSettings& s, const Thinning& thinning)
       : settings(s),
         world(std::move(w)),
         plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, s, world->possible.set,
@@ -132,7 +132,7 @@ struct Renderer::Impl {
     context.light_paths = sampling.light_paths;
     context.splat_scale = static_cast<float>(1 / film_paths);
     context.light_samples = static_cast<float>(sampling.light_paths * film_paths);
-    context.one_in = one_in;
+    context.thinning = thinning;
     if (!sampling.effort.uniform()) {
       effort.emplace(s.grid, sampling.effort, context.light_samples);
       context.effort = &*effort;
@@ -153,9 +153,9 @@ struct Renderer::Impl {
 
 Renderer::Renderer(SceneDescription scene, const RenderSettings& settings, const BuildOptions& options)
     : impl_(std::make_unique<Impl>(std::make_shared<World>(std::move(scene), settings, options), settings,
-                                   1)) {}
-Renderer::Renderer(const Renderer& other, const RenderSettings& settings, uint32_t one_in)
-    : impl_(std::make_unique<Impl>(other.impl_->world, settings, one_in)) {}
+                                   Thinning())) {}
+Renderer::Renderer(const Renderer& other, const RenderSettings& settings, const Thinning& thinning)
+    : impl_(std::make_unique<Impl>(other.impl_->world, settings, thinning)) {}
 Renderer::~Renderer() = default;
 
 const ScenePlan& Renderer::plan() const { return impl_->plan; }

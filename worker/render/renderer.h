@@ -12,6 +12,7 @@
 #include "common/scene/description.h"
 #include "common/settings.h"
 #include "worker/render/build_options.h"
+#include "worker/render/pipeline/thinning.h"
 #include "worker/render/plan/scene_plan.h"
 
 namespace lightmill {
@@ -40,8 +41,8 @@ class Renderer {
   Renderer(SceneDescription scene, const RenderSettings& settings, const BuildOptions& options);
   ~Renderer();
   /// The scene of `other`, shared, under settings that differ from its own in plan, integrator, depth,
-  /// samples or seed at most: what the scene was built from stays. A pilot looks at `one_in` pixels only.
-  Renderer(const Renderer& other, const RenderSettings& settings, uint32_t one_in = 1);
+  /// samples or seed at most: what the scene was built from stays. A pilot looks at few pixels.
+  Renderer(const Renderer& other, const RenderSettings& settings, const Thinning& thinning = {});
   const ScenePlan& plan() const;
   /// What the scene says and could not be taken at its word, each with its place, and what light the settings
   /// leave out: a line each.

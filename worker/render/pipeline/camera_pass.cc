@@ -13,12 +13,8 @@ EffortTable::EffortTable(const FilmGrid& grid, const EffortMap& effort, float fi
     light_samples.push_back(std::ldexp(film_paths, -map.level(r)));
 }
 
-bool is_looked_at(uint64_t pixel, uint32_t one_in) {
-  return (hash32(static_cast<uint32_t>(pixel)) & (one_in - 1)) == 0;
-}
-
 void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch,
-                              uint32_t one_in) {
+                              const Thinning& thinning) {
   const PixelRect& crop = context.grid.crop;
   const auto width = static_cast<uint64_t>(context.grid.width);
   inside_count = 0;
@@ -28,7 +24,7 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
     const uint64_t pixel = static_cast<uint64_t>(y) * width + static_cast<uint64_t>(x);
     keys[i] = stream_key(context.seed, kCameraStream, pixel, static_cast<uint64_t>(batch));
     const bool in_crop = x >= crop.x0 && x < crop.x1 && y >= crop.y0 && y < crop.y1;
-    inside[i] = in_crop && is_looked_at(pixel, one_in) ? 1 : 0;
+    inside[i] = in_crop && thinning.keeps(context.grid.width, x, y) ? 1 : 0;
     inside_count += inside[i];
     level[i] = 0;
     light_samples[i] = context.light_samples;

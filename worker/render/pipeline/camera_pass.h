@@ -6,6 +6,7 @@
 
 #include "common/effort_map.h"
 #include "common/image/grid.h"
+#include "worker/render/pipeline/thinning.h"
 
 namespace lightmill {
 
@@ -22,9 +23,6 @@ struct EffortTable {
   float light_samples_at(int x, int y) const { return light_samples[static_cast<size_t>(regions.at(x, y))]; }
 };
 
-/// Whether a pilot that looks at one of `one_in` pixels, a power of two, looks at this one.
-bool is_looked_at(uint64_t pixel, uint32_t one_in);
-
 /// Camera paths of a cell, by slot: the pixel within the cell, row-major.
 struct CameraSlots {
   // Of a batch of sample indices: a superblock.
@@ -38,8 +36,9 @@ struct CameraSlots {
   alignas(32) int32_t taken[kCellPixels];   // 1: has a path
   alignas(32) float weight[kCellPixels];    // of its contributions
 
-  /// Starts a batch. One of `one_in` pixels (a power of two; drawn by hash) is looked at.
-  void begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch, uint32_t one_in);
+  /// Starts a batch, which looks at those pixels that `thinning` keeps.
+  void begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch,
+                   const Thinning& thinning);
   /// Passes that sample index `s` takes.
   int passes(int64_t s) const { return s < kUniformSamples ? 1 : 1 << (most_level > 0 ? most_level : 0); }
   /// Starts pass `pass` of sample index `s` of batch `batch`.

@@ -32,7 +32,7 @@ struct StageContext {
   /// Effort per region, where it differs: light_samples stand against that many camera samples.
   const EffortTable* effort = nullptr;
   double light_paths = 1;                  // per camera path
-  uint32_t one_in = 1;                     // a pilot looks at one of so many pixels, a power of two
+  Thinning thinning;                       // of a pilot; renders look at every pixel
   float imaging_ratio = 1;                 // exposure: multiplies every contribution
   const FilmResponse* response = nullptr;  // of the sensor; null: that of the plain film
   bool signed_film = false;                // sums may be negative: of a filter's lobes or a sensor's colours

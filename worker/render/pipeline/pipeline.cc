@@ -119,7 +119,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   layer.cell_x = packet.cell_x;
   layer.cell_y = packet.cell_y;
   layer.slots = &w.slots;
-  w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.one_in);
+  w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.thinning);
   const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
   const uint64_t cell =
       static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);

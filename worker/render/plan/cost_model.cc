@@ -11,9 +11,9 @@ namespace {
 // line.
 //
 // Between the plans of a scene, which is what a choice needs, they hold within 3 % (rms; at most 16 %) on
-// eleven scenes and 27 plans (tests/bench/cost_model, plan_check). Scenes as wholes lie 0.5 to 2.1 times beside them,
-// by what they are made of, more where a medium is walked through: all plans of a scene alike, so that a cost
-// for each kind of material would change no choice.
+// eleven scenes and 27 plans (tests/bench/cost_model, plan_check). Scenes as wholes lie 0.5 to 2.1 times
+// beside them, by what they are made of, more where a medium is walked through: all plans of a scene alike,
+// so that a cost for each kind of material would change no choice.
 constexpr double kCameraPath = 0, kLightPath = 0.0425;
 constexpr double kHit = 0.121, kHitPerLevel = 0.0029;
 constexpr double kShadow = 0.0111, kShadowPerLevel = 0.0044;

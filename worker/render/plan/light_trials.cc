@@ -34,14 +34,14 @@ LitPlace place_of(const Vertex& v, float time) {
 }
 
 /// The vertices of camera paths that start in one cell of the film.
-void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t samples, uint32_t one_in,
-                  int depths, Wavefront* wavefront, std::vector<LitPlace>* places) {
+void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t samples,
+                  const Thinning& thinning, int depths, Wavefront* wavefront, std::vector<LitPlace>* places) {
   Wavefront& w = *wavefront;
   LayerContext layer;
   layer.cell_x = cell_x;
   layer.cell_y = cell_y;
   layer.slots = &w.slots;
-  w.slots.begin_batch(context, cell_x, cell_y, 0, one_in);
+  w.slots.begin_batch(context, cell_x, cell_y, 0, thinning);
   for (int64_t s = 0; s < samples; ++s) {
     layer.sample_in_batch = static_cast<uint32_t>(s);
     w.slots.begin_pass(0, s, 0);
@@ -64,9 +64,9 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
   const auto count = static_cast<size_t>(cells.count());
   const int64_t pixels = context.grid.crop.area();
   int64_t samples = 1;
-  uint32_t one_in = 1;
+  Thinning thinning;
   while (samples < kSuperblockSamples && 2 * samples * pixels <= paths) samples *= 2;
-  while (pixels > paths * one_in) one_in *= 2;
+  while (pixels > paths * thinning.one_in) thinning.one_in *= 2;
   std::vector<std::vector<LitPlace>> found(count);
   // Threads take strips, each with a wavefront of its own.
   const size_t strips = std::min<size_t>(count, 16);
@@ -75,7 +75,7 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
     prepare(context, wavefront.get());
     for (size_t i = strip; i < count; i += strips) {
       const auto columns = static_cast<size_t>(cells.x1 - cells.x0);
-      follow_paths(context, static_cast<int>(i % columns), static_cast<int>(i / columns), samples, one_in,
+      follow_paths(context, static_cast<int>(i % columns), static_cast<int>(i / columns), samples, thinning,
                    depth, wavefront.get(), &found[i]);
     }
   });

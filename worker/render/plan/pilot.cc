@@ -8,34 +8,31 @@
 #include "common/parallel.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/plan/pilot_sight.h"
+#include "worker/render/plan/pilot_values.h"
 #include "worker/render/plan/plan_choice.h"
 #include "worker/render/plan/plan_moments.h"
-#include "worker/render/plan/relative_weights.h"
 
 namespace lightmill {
 namespace {
 
 /// The pilot's samples are not those of the image, which they would bias.
 constexpr uint64_t kPilotSeed = 0x70696c6f74;
-/// Camera paths that the values come from, at least, by which relative variances are weighed.
-constexpr double kLeastWeighed = 8;
 
 class Pilot {
  public:
   Pilot(const Renderer& scene, const std::function<bool()>& go_on)
       : settings_(pilot_settings(scene)),
         sight_(settings_.grid),
-        renderer_(scene, settings_, sight_.one_in),
+        renderer_(scene, settings_, sight_.thinning),
         plans_(candidate_plans(renderer_.plan())),
         go_on_(go_on),
-        grid_(settings_.grid.cells()),
         regions_(regions_of(settings_.grid)),
-        values_(settings_.grid, sight_.paths_per_pixel(), kLeastWeighed),
+        values_(settings_.grid, sight_),
         results_(sight_.cells.size()) {}
 
   PilotReport run(int threads) {
     take_turns(threads, &Pilot::look_first);
-    weigh();
+    values_.finish();
     take_turns(threads, &Pilot::work);
     merge();
     add_splats();
@@ -77,69 +74,19 @@ class Pilot {
     const auto workspace = renderer_.make_workspace();
     const auto recorder = std::make_unique<StrategyRecorder>();
     for (size_t i; take_cell(&i);) {
-      const CellRect rect = rect_of(sight_.cells[i]);
-      FirstLook& first = results_[i].first;
-      first.camera.resize(kCellPixels);
+      const CellRect rect = sight_.rect(i);
+      CellLook look;
       for (int64_t j = 0; j < sight_.samples; ++j) {
         const int64_t s = sight_.index(j);
-        first.light_paths +=
-            renderer_.record_packet({rect.x0, rect.y0, s, s + 1}, *workspace, nullptr, *recorder).light_paths;
-        for (const StrategyContribution& c : recorder->contributions) {
-          if (c.t == 1) {
-            first.splats.push_back({c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}});
-          } else {
-            Channels& sum = first.camera[static_cast<size_t>(c.slot)];
-            for (size_t ch = 0; ch < 3; ++ch) sum[ch] += c.rgb[ch];
-          }
-        }
+        const RenderCounters counters =
+            renderer_.record_packet({rect.x0, rect.y0, s, s + 1}, *workspace, nullptr, *recorder);
+        look.add(recorder->contributions, counters.light_paths);
         recorder->clear();
         recorder->counts = {};
         recorder->camera_hits = recorder->light_hits = 0;
       }
+      values_.take(i, std::move(look));
     }
-  }
-  /// Values by which variances are weighed.
-  void weigh() {
-    uint64_t light_paths = 0;
-    for (const CellResult& cell : results_) light_paths += cell.first.light_paths;
-    // Of a pixel's samples; splats, over as many, stem from so many light paths.
-    if (light_paths > 0)
-      values_.set_per_splat(static_cast<double>(settings_.grid.light_paths_per_spp()) *
-                            sight_.paths_per_pixel() / static_cast<double>(light_paths));
-    const auto width = static_cast<uint32_t>(settings_.grid.width);
-    for (size_t i = 0; i < results_.size(); ++i) {
-      const CellRect rect = rect_of(sight_.cells[i]);
-      const PixelRect pixels = settings_.grid.pixels(rect);
-      for (int y = pixels.y0; y < pixels.y1; ++y) {
-        for (int x = pixels.x0; x < pixels.x1; ++x) {
-          values_.look_at(x, y);
-          values_.add_camera(x, y, results_[i].first.camera[slot_of(rect, x, y)]);
-        }
-      }
-      for (const FirstSplat& splat : results_[i].first.splats)
-        values_.add_splat(static_cast<int>(splat.pixel % width), static_cast<int>(splat.pixel / width),
-                          splat.rgb);
-      results_[i].first = {};
-    }
-    values_.finish();
-  }
-  std::array<PixelValue, kCellPixels> values_of(const CellRect& rect) const {
-    std::array<PixelValue, kCellPixels> values{};
-    const PixelRect pixels = settings_.grid.pixels(rect);
-    for (int y = pixels.y0; y < pixels.y1; ++y) {
-      for (int x = pixels.x0; x < pixels.x1; ++x) values[slot_of(rect, x, y)] = values_.of(x, y);
-    }
-    return values;
-  }
-
-  static size_t slot_of(const CellRect& cell, int x, int y) {
-    return static_cast<size_t>((y - cell.y0 * kCellSize) * kCellSize + x - cell.x0 * kCellSize);
-  }
-  CellRect rect_of(int64_t cell) const {
-    const int64_t columns = grid_.x1 - grid_.x0;
-    const int x = grid_.x0 + static_cast<int>(cell % columns),
-              y = grid_.y0 + static_cast<int>(cell / columns);
-    return {x, y, x + 1, y + 1};
   }
 
   /// The samples whose moments are taken.
@@ -148,9 +95,9 @@ class Pilot {
     const auto recorder = std::make_unique<StrategyRecorder>();
     MomentRecorder moments(plans_, std::min(regions_.side, kCellSize));
     for (size_t i; take_cell(&i);) {
-      const CellRect rect = rect_of(sight_.cells[i]);
+      const CellRect rect = sight_.rect(i);
       CellResult& result = results_[i];
-      moments.begin_cell(values_of(rect));
+      moments.begin_cell(values_.of_cell(i));
       for (int64_t j = 0; j < sight_.samples; ++j) {
         const int64_t s = sight_.index(j);
         const RenderCounters counters =
@@ -165,9 +112,7 @@ class Pilot {
         const int x = rect.x0 * kCellSize + slot % kCellSize, y = rect.y0 * kCellSize + slot / kCellSize;
         const auto k = static_cast<size_t>(slot);
         inside[k] = x >= pixels.x0 && x < pixels.x1 && y >= pixels.y0 && y < pixels.y1;
-        const auto pixel =
-            static_cast<uint64_t>(y) * static_cast<uint64_t>(settings_.grid.width) + static_cast<uint64_t>(x);
-        looked_at[k] = inside[k] && is_looked_at(pixel, sight_.one_in);
+        looked_at[k] = inside[k] && sight_.thinning.keeps(settings_.grid.width, x, y);
       }
       result.moments = moments.end_cell(inside, looked_at);
     }
@@ -208,7 +153,7 @@ class Pilot {
       CellResult& from = results_[i];
       counters_ += from.counters;
       sums_.work += from.work;
-      const CellRect rect = rect_of(sight_.cells[i]);
+      const CellRect rect = sight_.rect(i);
       for (size_t b = 0; b < from.moments.blocks.size(); ++b) {
         const int x = rect.x0 * kCellSize + static_cast<int>(b) % columns * side,
                   y = rect.y0 * kCellSize + static_cast<int>(b) / columns * side;
@@ -259,21 +204,10 @@ class Pilot {
     return {regions_, sight_.samples, static_cast<double>(renderer_.plan().primitives)};
   }
 
-  struct FirstSplat {
-    uint32_t pixel;
-    Channels rgb;
-  };
-  /// What the first look sees of a cell, until weigh().
-  struct FirstLook {
-    std::vector<Channels> camera;  // sums per pixel of the cell, row-major
-    std::vector<FirstSplat> splats;
-    uint64_t light_paths = 0;
-  };
   struct CellResult {
     CellMoments moments;
     SampleWork work;
     RenderCounters counters;
-    FirstLook first;
   };
 
   const RenderSettings settings_;
@@ -281,9 +215,8 @@ class Pilot {
   const Renderer renderer_;
   const PlanSet plans_;
   const std::function<bool()>& go_on_;
-  const CellRect grid_;
   const RegionGrid regions_;
-  RelativeWeights values_;
+  PilotValues values_;
   std::vector<CellResult> results_;
   PilotSums sums_;
   RenderCounters counters_;

@@ -28,11 +28,20 @@ std::vector<int64_t> pilot_cells(int64_t cells, int64_t count) {
 
 }  // namespace
 
-PilotSight::PilotSight(const FilmGrid& grid) {
+PilotSight::PilotSight(const FilmGrid& grid) : film_(grid.cells()) {
   const int64_t pixels = grid.crop.area(), count = grid.cells().count();
   while (samples < kMostSamples && 2 * samples * pixels <= kPilotPaths) samples *= 2;
+  while (samples * thinning.side * thinning.side < kLeastWeighed) thinning.side *= 2;
+  uint32_t& one_in = thinning.one_in;
   while (one_in < kMostThinned && samples * pixels > kPilotPaths * one_in) one_in *= 2;
   cells = pilot_cells(count, std::min(count, kPilotPaths * one_in / (samples * kCellPixels)));
+}
+
+CellRect PilotSight::rect(size_t i) const {
+  const int64_t columns = film_.width();
+  const int x = film_.x0 + static_cast<int>(cells[i] % columns),
+            y = film_.y0 + static_cast<int>(cells[i] / columns);
+  return {x, y, x + 1, y + 1};
 }
 
 int64_t PilotSight::index(int64_t j) const {

@@ -18,20 +18,18 @@ RelativeWeights::RelativeWeights(const FilmGrid& grid, double paths_per_pixel, d
   squares_.resize(static_cast<size_t>(grid_.count()));
 }
 
-void RelativeWeights::add(int x, int y, const Channels& rgb, float times) {
+void RelativeWeights::add_camera(int x, int y, const Channels& rgb) {
   Square& square = squares_[at(x, y)];
-  for (size_t ch = 0; ch < 3; ++ch) square.sum[ch] += rgb[ch] * times;
+  for (size_t ch = 0; ch < 3; ++ch) square.camera[ch] += rgb[ch];
 }
-
-/// Squares that nobody looked at count as the mean of all.
-float RelativeWeights::value(const Square& s, size_t ch) const {
-  const Square& from = s.pixels > 0 ? s : all_;
-  return from.pixels > 0 ? from.sum[ch] / (from.pixels * paths_per_pixel_) : 0;
+void RelativeWeights::add_splat(int x, int y, const Channels& rgb) {
+  Square& square = squares_[at(x, y)];
+  for (size_t ch = 0; ch < 3; ++ch) square.splats[ch] += rgb[ch] * per_splat_;
 }
 
 void RelativeWeights::finish() {
   for (const Square& s : squares_) {
-    for (size_t ch = 0; ch < 3; ++ch) all_.sum[ch] += s.sum[ch];
+    for (size_t ch = 0; ch < 3; ++ch) all_.camera[ch] += s.camera[ch], all_.splats[ch] += s.splats[ch];
     all_.pixels += s.pixels;
   }
   for (int row = 0; row < grid_.rows; ++row) {
@@ -52,6 +50,14 @@ void RelativeWeights::finish() {
       }
     }
   }
+}
+
+PixelValue RelativeWeights::of(int x, int y, const Channels& camera, float paths) const {
+  PixelValue v = of(x, y);
+  const Square& s = known(squares_[at(x, y)]);
+  for (size_t ch = 0; ch < 3; ++ch) v.value[ch] = mean(s, s.splats[ch]) + camera[ch] / paths;
+  v.camera_share = 1 / paths;
+  return v;
 }
 
 PixelValue RelativeWeights::of(int x, int y) const {

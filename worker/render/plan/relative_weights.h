@@ -45,24 +45,34 @@ class RelativeWeights {
   /// Pixel (x, y) was looked at.
   void look_at(int x, int y) { squares_[at(x, y)].pixels += 1; }
   /// A contribution of a camera path, or a splat, to pixel (x, y).
-  void add_camera(int x, int y, const Channels& rgb) { add(x, y, rgb, 1); }
-  void add_splat(int x, int y, const Channels& rgb) { add(x, y, rgb, per_splat_); }
+  void add_camera(int x, int y, const Channels& rgb);
+  void add_splat(int x, int y, const Channels& rgb);
   /// What a splat counts as, as against a contribution of a camera path: before the first of them.
   void set_per_splat(double times) { per_splat_ = static_cast<float>(times); }
   /// After all contributions.
   void finish();
   PixelValue of(int x, int y) const;
+  /// The same, where more is known: `camera` is the sum of `paths` camera paths at the pixel itself or so
+  /// near that no edge is expected in between.
+  PixelValue of(int x, int y, const Channels& camera, float paths) const;
 
   static constexpr int64_t kMostSquares = 1 << 16;
 
  private:
   struct Square {
-    Channels sum{}, around{};
+    Channels camera{}, splats{}, around{};
     float pixels = 0;
   };
   size_t at(int x, int y) const { return static_cast<size_t>(grid_.at(x, y)); }
-  void add(int x, int y, const Channels& rgb, float times);
-  float value(const Square& s, size_t ch) const;
+  /// The square if it was looked at, else all together.
+  const Square& known(const Square& s) const { return s.pixels > 0 ? s : all_; }
+  float value(const Square& s, size_t ch) const {
+    return mean(known(s), known(s).camera[ch] + known(s).splats[ch]);
+  }
+  /// Of sums over a square, per pixel sample.
+  float mean(const Square& s, float sum) const {
+    return s.pixels > 0 ? sum / (s.pixels * paths_per_pixel_) : 0;
+  }
 
   RegionGrid grid_;
   float paths_per_pixel_, per_splat_ = 0;

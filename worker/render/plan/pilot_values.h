@@ -1,0 +1,53 @@
+#pragma once
+// The values of pixels by what a pilot sees at first, by which the variance of the same samples is weighed
+// then.
+#include <array>
+#include <vector>
+
+#include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/plan/pilot_sight.h"
+#include "worker/render/plan/relative_weights.h"
+
+namespace lightmill {
+
+/// What the samples of one cell contribute.
+struct CellLook {
+  struct Splat {
+    uint32_t pixel;
+    Channels rgb;
+  };
+  std::vector<Channels> pixels = std::vector<Channels>(kCellPixels);  // camera layer, row-major
+  std::vector<Splat> splats;                                          // anywhere on the film
+  uint64_t light_paths = 0;
+
+  void add(const std::vector<StrategyContribution>& contributions, uint64_t more_light_paths);
+};
+
+class PilotValues {
+ public:
+  PilotValues(const FilmGrid& grid, const PilotSight& sight);
+  /// Of cell number `i` of the sight; for every cell once, from any thread.
+  void take(size_t i, CellLook look);
+  /// After all cells.
+  void finish();
+  /// Anywhere: of a square that was looked at in parts.
+  PixelValue of(int x, int y) const { return weights_.of(x, y); }
+  /// Of those pixels of cell number `i` that were looked at, row-major.
+  std::array<PixelValue, kCellPixels> of_cell(size_t i) const;
+
+ private:
+  struct Cell {
+    std::vector<Channels> squares;  // sums of the camera paths of each of for_squares()
+    std::vector<CellLook::Splat> splats;
+    uint64_t light_paths = 0;
+  };
+  template <class F>
+  void for_squares(const CellRect& cell, F&& f) const;
+
+  const FilmGrid& grid_;
+  const PilotSight& sight_;
+  RelativeWeights weights_;
+  std::vector<Cell> cells_;
+};
+
+}  // namespace lightmill
