@@ -35,15 +35,15 @@ TEST_F(DependenciesTest, AJobStartsOnceTheOthersAreDone) {
     }
   }
   EXPECT_EQ(farm.job(last).message, "");
-  EXPECT_EQ(farm.lease(ann)->job, last);
+  EXPECT_EQ(farm.lease(ann).value().job, last);
   farm.extend(first, 10, {}, {});
-  EXPECT_EQ(farm.lease(ann)->job, last) << "what has begun goes on";
+  EXPECT_EQ(farm.lease(ann).value().job, last) << "what has begun goes on";
 }
 
 TEST_F(DependenciesTest, OneThatFailedOrWasCancelledBlocksWithAReason) {
   const JobId first = submit_after({}), last = submit_after({first});
   const WorkerId ann = join();
-  for (int i = 0; i < 5; ++i) farm.fail(ann, key(*farm.lease(ann)), "no");
+  for (int i = 0; i < 5; ++i) farm.fail(ann, key(farm.lease(ann).value()), "no");
   ASSERT_EQ(farm.job(first).state, JobState::kFailed);
   EXPECT_FALSE(farm.lease(ann));
   EXPECT_EQ(farm.job(last).state, JobState::kQueued);
@@ -70,18 +70,18 @@ TEST_F(DependenciesTest, UnknownJobsAndTooManyAreRefused) {
 }
 
 TEST_F(DependenciesTest, NoMoreWorkersThanItsLimit) {
-  JobRequest request = small_job(320, 320, 1);
+  JobRequest request = small_job(640, 640, 16);
   request.max_workers = 2;
   const JobId limited = farm.submit(request);
   const WorkerId ann = join(), bob = join(), eve = join();
-  const LeaseGrant anns = *farm.lease(ann);
+  const LeaseGrant anns = farm.lease(ann).value();
   farm.lease(bob);
   EXPECT_FALSE(farm.lease(eve));
-  EXPECT_EQ(farm.lease(ann)->job, limited) << "who is in may hold more tiles";
+  EXPECT_EQ(farm.lease(ann).value().job, limited) << "who is in may hold more tiles";
   EXPECT_EQ(farm.job(limited).workers, 2);
   EXPECT_EQ(farm.job(limited).max_workers, 2);
   const JobId open = farm.submit(small_job(64, 64, 2));
-  EXPECT_EQ(farm.lease(eve)->job, open) << "and who is not takes other jobs";
+  EXPECT_EQ(farm.lease(eve).value().job, open) << "and who is not takes other jobs";
   clock.advance(9);
   farm.renew(ann, {key(anns)});
   clock.advance(2);  // bob's lease runs out

@@ -91,14 +91,14 @@ TEST_F(FarmTest, DuplicatesAndStaleAttemptsAreNotFolded) {
   const JobRequest request = small_job(64, 64, 4);
   const JobId job = farm.submit(request);
   const WorkerId ann = farm.register_worker(registration()), bob = farm.register_worker(registration());
-  const LeaseGrant first = *farm.lease(ann);
+  const LeaseGrant first = farm.lease(ann).value();
   EXPECT_EQ(commit(ann, first), CommitResult::kAccepted);
   EXPECT_EQ(commit(ann, first), CommitResult::kAlreadyCommitted);
   EXPECT_EQ(commit(bob, first), CommitResult::kStale) << "not his lease";
 
-  const LeaseGrant lost = *farm.lease(ann);
+  const LeaseGrant lost = farm.lease(ann).value();
   clock.advance(10.5);
-  const LeaseGrant again = *farm.lease(bob);
+  const LeaseGrant again = farm.lease(bob).value();
   EXPECT_EQ(again.tile_id, lost.tile_id);
   EXPECT_EQ(again.attempt, 2);
   EXPECT_EQ(commit(ann, lost), CommitResult::kStale);
@@ -116,7 +116,7 @@ TEST_F(FarmTest, DuplicatesAndStaleAttemptsAreNotFolded) {
 TEST_F(FarmTest, RenewKeepsALeaseAndNamesTheLost) {
   farm.submit(small_job(64, 64, 4));
   const WorkerId ann = farm.register_worker(registration());
-  const LeaseGrant grant = *farm.lease(ann);
+  const LeaseGrant grant = farm.lease(ann).value();
   for (int i = 0; i < 5; ++i) {
     clock.advance(6);
     EXPECT_TRUE(farm.renew(ann, {key(grant)}).empty());
@@ -135,11 +135,11 @@ TEST_F(FarmTest, CorruptPartialsAreRefusedAndTheTileIsLeasedAgain) {
   const auto refused = [&](const std::function<std::string(const LeaseGrant&)>& bytes) {
     const WorkerId bob =
         farm.register_worker(registration());  // a new one each time: three such bench a worker
-    const LeaseGrant grant = *farm.lease(bob);
+    const LeaseGrant grant = farm.lease(bob).value();
     EXPECT_EQ(farm.commit(bob, key(grant), bytes(grant)), CommitResult::kCorrupt);
     EXPECT_EQ(farm.commit(bob, key(grant), fake_bytes(grant)), CommitResult::kStale) << "the lease is gone";
   };
-  EXPECT_EQ(commit(ann, *farm.lease(ann)), CommitResult::kAccepted);
+  EXPECT_EQ(commit(ann, farm.lease(ann).value()), CommitResult::kAccepted);
   refused([](const LeaseGrant&) { return std::string(); });
   refused([](const LeaseGrant& g) { return fake_bytes(g).substr(0, 50); });
   refused([](const LeaseGrant& g) {  // another tile's pixels
@@ -152,8 +152,8 @@ TEST_F(FarmTest, CorruptPartialsAreRefusedAndTheTileIsLeasedAgain) {
     other.grid = {65, 64, {0, 0, 65, 64}};
     return encode_partial(fake_partial(g.tile, other));
   });
-  commit(ann, *farm.lease(ann));     // a good one in between, or the job would fail
-  refused([](const LeaseGrant& g) {  // another plan
+  commit(ann, farm.lease(ann).value());  // a good one in between, or the job would fail
+  refused([](const LeaseGrant& g) {      // another plan
     Partial p = fake_partial(g.tile, g.settings);
     p.quantum_exponent += 1;
     return encode_partial(p);
@@ -174,7 +174,7 @@ TEST_F(FarmTest, ATileThatKeepsFailingFailsTheJobWithTheEvidence) {
   const WorkerId ann = farm.register_worker(registration());
   for (int i = 0; i < 5; ++i) {
     ASSERT_EQ(farm.job(job).state, i == 0 ? JobState::kQueued : JobState::kRunning);
-    farm.fail(ann, key(*farm.lease(ann)), "texture wood.png vanished");
+    farm.fail(ann, key(farm.lease(ann).value()), "texture wood.png vanished");
   }
   const JobStatus status = farm.job(job);
   EXPECT_EQ(status.state, JobState::kFailed);
@@ -192,16 +192,16 @@ TEST_F(FarmTest, ATileThatKeepsFailingFailsTheJobWithTheEvidence) {
 TEST_F(FarmTest, AFailedTileGoesToAnotherWorkerIfThereIsOne) {
   farm.submit(small_job(64, 64, 4));
   const WorkerId ann = farm.register_worker(registration()), bob = farm.register_worker(registration());
-  const LeaseGrant failed = *farm.lease(ann);
+  const LeaseGrant failed = farm.lease(ann).value();
   farm.fail(ann, key(failed), "no");
-  EXPECT_NE(farm.lease(ann)->tile_id, failed.tile_id);
-  EXPECT_EQ(farm.lease(bob)->tile_id, failed.tile_id);
+  EXPECT_NE(farm.lease(ann).value().tile_id, failed.tile_id);
+  EXPECT_EQ(farm.lease(bob).value().tile_id, failed.tile_id);
 }
 
 TEST_F(FarmTest, AWorkerThatKeepsFailingIsBenchedAndForgiven) {
   for (int i = 0; i < 3; ++i) farm.submit(small_job(320, 320, 16));
   const WorkerId ann = farm.register_worker(registration()), bob = farm.register_worker(registration());
-  for (int i = 0; i < 8; ++i) farm.fail(ann, key(*farm.lease(ann)), "bad memory");
+  for (int i = 0; i < 8; ++i) farm.fail(ann, key(farm.lease(ann).value()), "bad memory");
   EXPECT_FALSE(farm.lease(ann));
   EXPECT_EQ(farm.workers()[0].state, "benched");
   EXPECT_TRUE(farm.lease(bob));

@@ -24,13 +24,13 @@ TEST_F(FarmWorkers, PoolsAndArithmeticClasses) {
   EXPECT_THAT(farm.job(job).message, HasSubstr("pool \"gpu\""));
   const WorkerId a = farm.register_worker(registration("class-a", "gpu"));
   const WorkerId b = farm.register_worker(registration("class-b", "gpu"));
-  EXPECT_EQ(commit(a, *farm.lease(a)), CommitResult::kAccepted);
+  EXPECT_EQ(commit(a, farm.lease(a).value()), CommitResult::kAccepted);
   EXPECT_FALSE(farm.lease(b)) << "the job belongs to the class of its first worker";
   farm.drain(a);
   EXPECT_FALSE(farm.lease(a));
   EXPECT_THAT(farm.job(job).message, HasSubstr("arithmetic class class-a"));
   const JobId other = farm.submit(small_job(64, 64, 4));
-  EXPECT_EQ(farm.lease(b)->job, other) << "it takes other jobs";
+  EXPECT_EQ(farm.lease(b).value().job, other) << "it takes other jobs";
 }
 
 TEST_F(FarmWorkers, WorkersOfAnotherBuildOrSchemaAreRefusedWithASentence) {

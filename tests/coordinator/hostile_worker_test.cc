@@ -243,8 +243,8 @@ TEST_F(HostileWorker, IsBenchedAfterThreeLiesAlsoBetweenGoodTiles) {
 }
 
 TEST_F(HostileWorker, CannotCommitWhatItWasNotLeased) {
-  const LeaseGrant theirs = *lease(honest);
-  const LeaseGrant mine = *lease(liar);
+  const LeaseGrant theirs = lease(honest).value();
+  const LeaseGrant mine = lease(liar).value();
   const auto outcome = [&](const std::string& worker, LeaseKey name, const LeaseGrant& content) {
     return commit(worker, name, fake_bytes(content)).outcome();
   };

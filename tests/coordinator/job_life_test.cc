@@ -25,7 +25,7 @@ TEST_F(JobLife, PauseResumeCancelRetry) {
   farm.resume(job);
   EXPECT_EQ(farm.job(job).state, JobState::kQueued);
   work(farm, ann, 3);
-  const LeaseGrant in_flight = *farm.lease(ann);
+  const LeaseGrant in_flight = farm.lease(ann).value();
   clock.advance(2);
   farm.pause(job);
   EXPECT_EQ(farm.job(job).state, JobState::kPaused);
@@ -37,7 +37,7 @@ TEST_F(JobLife, PauseResumeCancelRetry) {
   farm.resume(job);
   EXPECT_THAT(error_of([&] { farm.resume(job); }), HasSubstr("is running"));
   EXPECT_THAT(error_of([&] { farm.retry(job); }), HasSubstr("failed or cancelled"));
-  const LeaseGrant doomed = *farm.lease(ann);
+  const LeaseGrant doomed = farm.lease(ann).value();
   farm.cancel(job);
   EXPECT_EQ(commit(ann, doomed), CommitResult::kUnknownJob);
   EXPECT_EQ(farm.renew(ann, {key(doomed)}).size(), 1u);

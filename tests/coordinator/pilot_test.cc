@@ -33,7 +33,7 @@ class PilotTest : public ::testing::Test {
 TEST_F(PilotTest, IsLeasedFirstAndAlone) {
   const JobId job = farm.submit(request);
   EXPECT_FALSE(farm.pilot(job));
-  const LeaseGrant pilot = *farm.lease(ann);
+  const LeaseGrant pilot = farm.lease(ann).value();
   EXPECT_TRUE(is_pilot(pilot.tile));
   EXPECT_TRUE(needs_pilot(pilot.settings));
   EXPECT_EQ(farm.job(job).message, "choosing strategies");
@@ -55,7 +55,7 @@ TEST_F(PilotTest, IsLeasedFirstAndAlone) {
   EXPECT_EQ(pilot_to_json(*farm.pilot(job)), pilot_to_json(fake_pilot()));
   EXPECT_EQ(farm.image_metadata(job).at("plan"), plan_to_json(fake_pilot().chosen));
 
-  const LeaseGrant tile = *farm.lease(bob);
+  const LeaseGrant tile = farm.lease(bob).value();
   EXPECT_FALSE(is_pilot(tile.tile));
   EXPECT_EQ(tile.settings.plan, fake_pilot().chosen);
   EXPECT_EQ(commit(bob, tile), CommitResult::kAccepted);
@@ -71,7 +71,7 @@ TEST_F(PilotTest, AFixedIntegratorOrAPlanNeedsNone) {
   planned.settings.plan = SamplingPlan{kAllStrategies, 0.5, 2};
   for (const JobRequest& r : {small_job(64, 64, 4, Integrator::kPt), planned}) {
     const JobId job = farm.submit(r);
-    EXPECT_FALSE(is_pilot(farm.lease(ann)->tile));
+    EXPECT_FALSE(is_pilot(farm.lease(ann).value().tile));
     EXPECT_FALSE(farm.pilot(job));
     farm.cancel(job);
   }
@@ -79,13 +79,13 @@ TEST_F(PilotTest, AFixedIntegratorOrAPlanNeedsNone) {
 
 TEST_F(PilotTest, ItsLeaseIsRenewedLostAndGivenToAnother) {
   const JobId job = farm.submit(request);
-  const LeaseGrant lost = *farm.lease(ann);
+  const LeaseGrant lost = farm.lease(ann).value();
   for (int i = 0; i < 5; ++i) {
     clock.advance(6);
     EXPECT_TRUE(farm.renew(ann, {key(lost)}).empty());
   }
   clock.advance(10.5);
-  const LeaseGrant again = *farm.lease(bob);
+  const LeaseGrant again = farm.lease(bob).value();
   EXPECT_TRUE(is_pilot(again.tile));
   EXPECT_EQ(again.attempt, 2);
   EXPECT_EQ(farm.renew(ann, {key(lost)}), (std::vector{key(lost)}));
@@ -128,7 +128,7 @@ TEST_F(PilotTest, AHostileResultIsRefusedAndTheLeaseGone) {
     // A new worker each time, and a retry when the job has had enough: one alone would be benched.
     const WorkerId worker = farm.register_worker(registration());
     if (farm.job(job).state == JobState::kFailed) farm.retry(job);
-    const LeaseGrant pilot = *farm.lease(worker);
+    const LeaseGrant pilot = farm.lease(worker).value();
     ASSERT_TRUE(is_pilot(pilot.tile));
     EXPECT_EQ(farm.commit(worker, key(pilot), bytes), CommitResult::kCorrupt) << bytes.substr(0, 80);
     EXPECT_EQ(commit(worker, pilot), CommitResult::kStale) << "the lease is gone";
@@ -144,7 +144,7 @@ TEST_F(PilotTest, KeepsFailingFailsTheJobWhichCanBeRetried) {
   const JobId job = farm.submit(request);
   for (int i = 0; i < 5; ++i) {
     const WorkerId& worker = i % 2 == 0 ? ann : bob;
-    farm.fail(worker, key(*farm.lease(worker)), "out of memory");
+    farm.fail(worker, key(farm.lease(worker).value()), "out of memory");
   }
   EXPECT_EQ(farm.job(job).state, JobState::kFailed);
   EXPECT_THAT(farm.job(job).message, HasSubstr("the pilot failed 5 times"));
@@ -159,15 +159,15 @@ TEST_F(PilotTest, PausedAndCancelledJobsStartNone) {
   farm.pause(job);
   EXPECT_FALSE(farm.lease(ann));
   farm.resume(job);
-  const LeaseGrant pilot = *farm.lease(ann);
+  const LeaseGrant pilot = farm.lease(ann).value();
   farm.pause(job);
   EXPECT_EQ(commit(ann, pilot), CommitResult::kAccepted) << "a lease in flight may still commit";
   EXPECT_FALSE(farm.lease(ann));
   farm.resume(job);
-  EXPECT_FALSE(is_pilot(farm.lease(ann)->tile));
+  EXPECT_FALSE(is_pilot(farm.lease(ann).value().tile));
   const JobId other = farm.submit(request);
   farm.cancel(job);
-  const LeaseGrant second = *farm.lease(bob);
+  const LeaseGrant second = farm.lease(bob).value();
   EXPECT_EQ(second.job, other);
   farm.cancel(other);
   EXPECT_EQ(commit(bob, second), CommitResult::kUnknownJob);
@@ -180,7 +180,7 @@ TEST_F(PilotTest, ExtendKeepsThePlan) {
   EXPECT_EQ(farm.job(job).state, JobState::kDone);
   farm.extend(job, 64, {}, {});
   EXPECT_EQ(farm.job(job).settings.plan, fake_pilot().chosen);
-  EXPECT_FALSE(is_pilot(farm.lease(bob)->tile));
+  EXPECT_FALSE(is_pilot(farm.lease(bob).value().tile));
   clock.advance(11);
   work(farm, ann);
   JobRequest fresh = request;
@@ -194,7 +194,7 @@ TEST_F(PilotTest, ATimeThatThePilotUsedUpStillGivesAPicture) {
   timed.settings.time_s = 2;
   timed.settings.spp = 1000;
   const JobId job = farm.submit(timed);
-  const LeaseGrant pilot = *farm.lease(ann);
+  const LeaseGrant pilot = farm.lease(ann).value();
   clock.advance(5);
   EXPECT_EQ(commit(ann, pilot), CommitResult::kAccepted);
   EXPECT_EQ(farm.job(job).state, JobState::kRunning);
@@ -207,7 +207,7 @@ TEST_F(PilotTest, ATimeThatThePilotUsedUpStillGivesAPicture) {
 TEST_F(PilotTest, WhatItLeftOutIsRefused) {
   farm.submit(request);
   work(farm, ann, 1);
-  const LeaseGrant tile = *farm.lease(ann);
+  const LeaseGrant tile = farm.lease(ann).value();
   RenderSettings all = tile.settings;
   all.plan = SamplingPlan();
   EXPECT_EQ(farm.commit(ann, key(tile), encode_partial(fake_partial(tile.tile, all))),
@@ -231,7 +231,7 @@ TEST(PilotRecovery, ARestartBeforeAndAfterTheCommit) {
   {
     Farm farm(open(), clock, fake_options());
     before = farm.register_worker(registration());
-    held = *farm.lease(before);
+    held = farm.lease(before).value();
     EXPECT_TRUE(is_pilot(held.tile));
   }
   LeaseGrant again;
@@ -240,7 +240,7 @@ TEST(PilotRecovery, ARestartBeforeAndAfterTheCommit) {
     Farm farm(open(), clock, fake_options());
     EXPECT_EQ(farm.commit(before, key(held), fake_bytes(held)), CommitResult::kStale) << "leases are void";
     after = farm.register_worker(registration());
-    again = *farm.lease(after);
+    again = farm.lease(after).value();
     EXPECT_TRUE(is_pilot(again.tile));
     EXPECT_EQ(again.attempt, 2);
     EXPECT_EQ(farm.commit(after, key(again), fake_bytes(again)), CommitResult::kAccepted);

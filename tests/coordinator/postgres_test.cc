@@ -246,7 +246,7 @@ TEST_F(Postgres, JobPausesWhileTheDatabaseIsAwayAndTheImageIsTheSame) {
     id = farm.submit(request);
     const WorkerId worker = farm.register_worker(registration());
     work(farm, worker, 3);
-    const LeaseGrant held = *farm.lease(worker);
+    const LeaseGrant held = farm.lease(worker).value();
     cut();
     EXPECT_THROW(farm.commit(worker, {held.job, held.tile_id, held.attempt}, fake_bytes(held)), Error);
     farm.tick();

@@ -14,7 +14,7 @@ class RacesTest : public FarmFixture {
   /// A job whose tiles are one cell each, all but one of them committed by `fast`; `slow` holds that one.
   void bring_to_its_last_tile() {
     job = farm.submit(request);
-    straggler = *farm.lease(slow);
+    straggler = farm.lease(slow).value();
     while (const auto grant = farm.lease(fast)) {
       ASSERT_EQ(commit(fast, *grant, 2), CommitResult::kAccepted);  // a second on its two threads
     }
@@ -56,11 +56,11 @@ TEST_F(RacesTest, AStragglerIsRacedOnceItIsLate) {
 TEST_F(RacesTest, WhoSharesItsProcessorsIsNotLateByTheirTime) {
   job = farm.submit(request);
   for (int i = 0; i < 2; ++i) {  // a second of processor time, in two seconds
-    const LeaseGrant grant = *farm.lease(slow);
+    const LeaseGrant grant = farm.lease(slow).value();
     clock.advance(2);
     ASSERT_EQ(commit(slow, grant, 2), CommitResult::kAccepted);
   }
-  straggler = *farm.lease(slow);
+  straggler = farm.lease(slow).value();
   while (const auto grant = farm.lease(fast)) ASSERT_EQ(commit(fast, *grant, 2), CommitResult::kAccepted);
   clock.advance(2.9);
   EXPECT_FALSE(farm.lease(fast)) << "in 3.25 s it is";
@@ -71,7 +71,7 @@ TEST_F(RacesTest, WhoSharesItsProcessorsIsNotLateByTheirTime) {
 TEST_F(RacesTest, TheFirstMayWinItAfterAll) {
   bring_to_its_last_tile();
   clock.advance(2);
-  const LeaseGrant race = *farm.lease(fast);
+  const LeaseGrant race = farm.lease(fast).value();
   EXPECT_TRUE(farm.renew(slow, {key(straggler)}).empty());
   EXPECT_TRUE(farm.renew(fast, {key(race)}).empty());
   EXPECT_EQ(commit(slow, straggler), CommitResult::kAccepted);
@@ -86,13 +86,13 @@ TEST_F(RacesTest, TheFirstMayWinItAfterAll) {
 TEST_F(RacesTest, WhoDropsOutLeavesTheOther) {
   bring_to_its_last_tile();
   clock.advance(2);
-  LeaseGrant race = *farm.lease(fast);
+  LeaseGrant race = farm.lease(fast).value();
   farm.fail(fast, key(race), "no memory");
   EXPECT_EQ(commit(fast, race), CommitResult::kStale);
   EXPECT_TRUE(farm.renew(slow, {key(straggler)}).empty());
   EXPECT_FALSE(farm.lease(fast)) << "it failed this one";
   const WorkerId third = join();
-  race = *farm.lease(third);
+  race = farm.lease(third).value();
   EXPECT_EQ(race.attempt, 3);
   clock.advance(7.9);
   farm.renew(third, {key(race)});
@@ -106,10 +106,10 @@ TEST_F(RacesTest, WhoDropsOutLeavesTheOther) {
 TEST_F(RacesTest, BothMayDropOut) {
   bring_to_its_last_tile();
   clock.advance(2);
-  const LeaseGrant race = *farm.lease(fast);
+  const LeaseGrant race = farm.lease(fast).value();
   clock.advance(11);
   const WorkerId third = join();
-  const LeaseGrant again = *farm.lease(third);
+  const LeaseGrant again = farm.lease(third).value();
   EXPECT_EQ(again.tile_id, straggler.tile_id);
   EXPECT_EQ(again.attempt, 3);
   EXPECT_EQ(commit(slow, straggler), CommitResult::kStale);
@@ -121,7 +121,7 @@ TEST_F(RacesTest, BothMayDropOut) {
 TEST_F(RacesTest, ACorruptRacerHarmsNobody) {
   bring_to_its_last_tile();
   clock.advance(2);
-  const LeaseGrant race = *farm.lease(fast);
+  const LeaseGrant race = farm.lease(fast).value();
   EXPECT_EQ(farm.commit(fast, key(race), "rubbish"), CommitResult::kCorrupt);
   EXPECT_EQ(commit(slow, straggler), CommitResult::kAccepted);
   expect_done();
@@ -130,7 +130,7 @@ TEST_F(RacesTest, ACorruptRacerHarmsNobody) {
 TEST_F(RacesTest, CancelAndPauseEndBoth) {
   bring_to_its_last_tile();
   clock.advance(2);
-  const LeaseGrant race = *farm.lease(fast);
+  const LeaseGrant race = farm.lease(fast).value();
   farm.cancel(job);
   EXPECT_EQ(commit(fast, race), CommitResult::kUnknownJob);
   for (const WorkerStatus& worker : farm.workers()) EXPECT_EQ(worker.state, "idle");
@@ -143,15 +143,15 @@ TEST_F(RacesTest, NobodyRacesWhileThereIsOtherWork) {
   bring_to_its_last_tile();
   clock.advance(5);
   const JobId other = farm.submit(small_job(32, 32, 1));
-  EXPECT_EQ(farm.lease(fast)->job, other);
+  EXPECT_EQ(farm.lease(fast).value().job, other);
 }
 
 TEST_F(RacesTest, PendingTilesAreCutForThoseWhoIdle) {
   JobRequest wide = small_job(256, 256, 6, Integrator::kPt);  // 64 cells
   const JobId id = farm.submit(wide);
   // One worker is there when the last round is opened: it has few tiles.
-  while (farm.job(id).spp < 4) commit(fast, *farm.lease(fast), 2);
-  const LeaseGrant last = *farm.lease(fast);
+  while (farm.job(id).spp < 4) commit(fast, farm.lease(fast).value(), 2);
+  const LeaseGrant last = farm.lease(fast).value();
   std::vector<WorkerId> crowd;
   for (int i = 0; i < 20; ++i) crowd.push_back(join());
   const size_t before = farm.tiles(id).size();

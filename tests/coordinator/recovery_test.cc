@@ -30,7 +30,7 @@ TEST(Recovery, ARestartGoesOnWithTheSameTilesAndVoidsLeases) {
     job = farm.submit(request);
     before = farm.register_worker(registration());
     work(farm, before, 7);
-    committed = *farm.lease(before);
+    committed = farm.lease(before).value();
     EXPECT_EQ(farm.commit(before, key(committed), fake_bytes(committed)), CommitResult::kAccepted);
     held = farm.lease(before);
     ASSERT_TRUE(held);
@@ -45,7 +45,7 @@ TEST(Recovery, ARestartGoesOnWithTheSameTilesAndVoidsLeases) {
       << "the acknowledgement may have been lost";
   const WorkerId after = farm.register_worker(registration());
   EXPECT_NE(after, before);
-  const LeaseGrant again = *farm.lease(after);
+  const LeaseGrant again = farm.lease(after).value();
   EXPECT_EQ(again.tile_id, held->tile_id);
   EXPECT_EQ(again.tile, held->tile);
   EXPECT_EQ(again.attempt, 2);

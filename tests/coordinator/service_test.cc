@@ -99,7 +99,7 @@ TEST_F(ServiceTest, APilotTravelsAndItsReportComesWithTheJob) {
     return response;
   };
   const std::string id = register_worker();
-  const LeaseGrant pilot = *lease(id);
+  const LeaseGrant pilot = lease(id).value();
   EXPECT_TRUE(is_pilot(pilot.tile));
   EXPECT_EQ(get().job().message(), "choosing strategies");
   EXPECT_FALSE(get().has_pilot_json());
@@ -311,7 +311,7 @@ TEST_F(ServiceTest, BlobsAreVerifiedAndComeBack) {
 TEST_F(ServiceTest, CommitsThatLieAreRefused) {
   submit(4);
   const std::string id = register_worker();
-  const LeaseGrant grant = *lease(id);
+  const LeaseGrant grant = lease(id).value();
   const LeaseKey key{grant.job, grant.tile_id, grant.attempt};
   const std::string bytes = fake_bytes(grant);
   v1::CommitResponse response;

@@ -63,7 +63,7 @@ TEST_F(SharingTest, ASmallJobBehindALongOneBeginsAtOnceAndEndsSoon) {
   const JobId big = submit("ann");
   for (int i = 0; i < 200; ++i) turn();
   const JobId small = submit("ann", 0, 8);
-  EXPECT_EQ(farm.lease(workers[0])->job, small) << "the next lease of anybody";
+  EXPECT_EQ(farm.lease(workers[0]).value().job, small) << "the next lease of anybody";
   farm.job(small);
   int turns = 0;
   while (farm.job(small).state != JobState::kDone && turns < 100) {

@@ -64,7 +64,7 @@ TEST(Registration, TheDiskIsWaitedForWithoutTheFarm) {
 
 TEST_F(StorageFault, PausesTheJobWithTheReasonAndGoesOnByItself) {
   work(farm, worker, 3);
-  const LeaseGrant held = *farm.lease(worker);
+  const LeaseGrant held = farm.lease(worker).value();
   broken = true;
   EXPECT_THROW(farm.commit(worker, key(held), fake_bytes(held)), StoreError);
   pass(0);

@@ -45,7 +45,7 @@ TEST_F(WebApiTest, JobsWorkersCurveAndTiles) {
   const WorkerId worker = farm.register_worker(registration());
   work(farm, worker);
   const JobId open = farm.submit(small_job(96, 64, 64, Integrator::kPt));
-  const LeaseGrant held = *farm.lease(worker);
+  const LeaseGrant held = farm.lease(worker).value();
 
   const json list = get("/api/v1/jobs");
   EXPECT_EQ(list["total"], 2);

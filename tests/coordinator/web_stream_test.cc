@@ -158,7 +158,7 @@ TEST_F(WebStreamTest, AJobIsFollowedToItsEnd) {
   EXPECT_EQ(begin.data["full"], true);
   EXPECT_EQ(begin.data["detail"]["settings"]["spp"], 64);
   const WorkerId worker = farm.register_worker(registration());
-  const LeaseGrant held = *farm.lease(worker);
+  const LeaseGrant held = farm.lease(worker).value();
   const auto leased =
       reader.until([](const auto& event) { return event.name == "job" && event.data.contains("tiles"); });
   EXPECT_FALSE(leased.data.contains("detail"));
