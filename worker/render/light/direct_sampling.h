@@ -45,7 +45,8 @@ inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec
     const F d2 = dot(to_center, to_center), radius = r.scalar(3);
     const MaskOf<F> cone = mask_and(MaskOf<F>(type == kSphereLight), MaskOf<F>(d2 > radius * radius));
     const F q = one_minus_cos_cone(radius, select(cone, d2, splat<F>(1.0f)));
-    pdf = select(cone, cos_light / (distance2 * (2.0f * kPi) * q), pdf);
+    // Lights that are no spheres have no radius to divide by.
+    pdf = select(cone, cos_light / select(cone, distance2 * (2.0f * kPi) * q, splat<F>(1.0f)), pdf);
   }
   if (kAnyLight && (lights.any_delta || !lights.infinite.empty())) {
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
