@@ -81,9 +81,7 @@ class Pilot {
         const RenderCounters counters =
             renderer_.record_packet({rect.x0, rect.y0, s, s + 1}, *workspace, nullptr, *recorder);
         look.add(recorder->contributions, counters.light_paths);
-        recorder->clear();
-        recorder->counts = {};
-        recorder->camera_hits = recorder->light_hits = 0;
+        forget(recorder.get());
       }
       values_.take(i, std::move(look));
     }
@@ -139,10 +137,13 @@ class Pilot {
     work.light_hits = static_cast<double>(recorder->light_hits);
     work.connection_rays /= kRecordedConnections;
     work.connection_tries /= kRecordedConnections;
+    forget(recorder);
+    return work;
+  }
+  static void forget(StrategyRecorder* recorder) {
+    recorder->clear();
     recorder->counts = {};
     recorder->camera_hits = recorder->light_hits = 0;
-    recorder->clear();
-    return work;
   }
 
   /// Adds up cells in their order, whoever rendered them.

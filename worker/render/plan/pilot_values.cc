@@ -1,6 +1,7 @@
 #include "worker/render/plan/pilot_values.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace lightmill {
 namespace {
