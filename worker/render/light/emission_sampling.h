@@ -71,7 +71,7 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
       IntOf<F> chosen;
       w = select(m, -map.sample(texel, du, dv, &chosen), w);
       radiance = select(m, map.radiance<F>(chosen), radiance);
-      of_texel = select(m, map.pdf<F>(chosen) * area_density(lights, r, m, -w), of_texel);
+      of_texel = select(m, map.pdf<F>(chosen) * area_density(lights, r, m, m, -w), of_texel);
     });
     for_each_image<F>(lights, r, type, [&](const auto& map, MaskOf<F> m) {
       IntOf<F> chosen;

@@ -205,12 +205,12 @@ inline Vec3<F> infinite_radiance(const LightTable& lights, const LightRecord<F>&
   return radiance;
 }
 
-/// Density per unit area across `wi` of where light paths start that come from infinite lights in unit
-/// direction `wi`: on a disk across the scene, or at a portal.
+/// Density per unit area across `wi` of where light paths start that come from lights `at_infinity` in unit
+/// direction `wi`: on a disk across the scene, or at a portal of one that is `infinite`.
 template <class F>
-inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
-                      const Vec3<F>& wi) {
-  const F radius = r.scalar(3);
+inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> at_infinity,
+                      MaskOf<F> infinite, const Vec3<F>& wi) {
+  const F radius = select(at_infinity, r.scalar(3), splat<F>(1.0f));  // others may have 0 there
   F density = kInvPi / (radius * radius);
   for_each_portal<F>(lights, r, infinite, [&](const Portal& portal, MaskOf<F> m) {
     density = select(m, portal_point_pdf(portal, wi), density);
@@ -238,7 +238,7 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& a
   }
   if (kAnyLight && lights.any_infinite()) {
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
-    const F disk = area_density(lights, r, infinite, wi);
+    const F disk = area_density(lights, r, mask_or(infinite, distant), infinite, wi);
     if (!lights.infinite.empty()) pdf = select(infinite, infinite_pdf(lights, r, infinite, wi) * disk, pdf);
     pdf = select(distant, disk, pdf);
     for_each_cells<F>(lights, r, distant, [&](const BinnedDensity& cells, MaskOf<F> m) {
