@@ -2,17 +2,25 @@
 // (relMSE) and CPU time of one, so that it is seen which of the two a wrong choice stems from.
 //
 //   plan_check SCENE [--resolution WxH] [--batches 8] [--top 6] [--plan
-//   LIGHT_PATHS:CONNECTIONS[:STRATEGIES]]...
+//   LIGHT_PATHS:CONNECTIONS[:STRATEGIES]]... [--pilots N] [--keep FILE]
 //
 // Rendered are path tracing, bdpt, the `--top` plans by prediction and those that are given. Each has
 // `--batches` independent images of 16 samples per pixel, plans in turn, with the same seeds; the mean of all
 // of them is the reference. Prints a line per plan: predicted and measured relMSE of one sample with its
 // standard error, predicted and measured CPU microseconds of one sample, and both products, relative to the
 // plan that the pilot chose.
+//
+// With --pilots, pilots of so many seeds are asked then: a line for each has the plan that it chose, how many
+// times the best product measured that plan has, and predicted over measured relMSE: mean over the plans and
+// spread between them (both of logarithms), which is what a choice suffers from. --keep writes to FILE what
+// was measured, or reads it instead of rendering: to see what a change of the pilot does.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "common/error.h"
@@ -27,9 +35,14 @@ namespace {
 using namespace lightmill;
 
 struct Options {
-  std::string scene, resolution = "96x96";
-  int batches = 8, top = 6;
+  std::string scene, resolution = "96x96", keep;
+  int batches = 8, top = 6, pilots = 0;
   std::vector<std::string> plans;
+};
+
+/// What renders show of a plan, per pixel sample.
+struct Seen {
+  double relmse = 0, error = 0, microseconds = 0, camera = 0;  // `camera`: relmse of that layer
 };
 
 struct Measured {
@@ -37,6 +50,7 @@ struct Measured {
   std::unique_ptr<Renderer> renderer;
   std::vector<Image> images, camera;
   double cpu_seconds = 0;
+  Seen seen;
 };
 
 SamplingPlan parse_plan(const std::string& text) {
@@ -61,7 +75,7 @@ void add(const PilotReport& pilot, const SamplingPlan& plan, std::vector<Measure
   }
   for (const PlanEstimate& e : pilot.estimates) {
     if (e.plan == plan) {
-      to->push_back({e, nullptr, {}, {}, 0});
+      to->push_back({e, nullptr, {}, {}, 0, {}});
       return;
     }
   }
@@ -122,6 +136,95 @@ Spread variance(const std::vector<Image>& images, const Image& reference) {
   return s;
 }
 
+/// Renders all plans, in turn.
+void measure(const Options& options, const bench::Scene& built, std::vector<Measured>* plans) {
+  for (Measured& m : *plans) {
+    RenderSettings settings = built.settings;
+    settings.plan = m.predicted.plan;
+    m.renderer = std::make_unique<Renderer>(*built.renderer, settings);
+  }
+  for (int batch = 0; batch < options.batches; ++batch) {
+    for (Measured& m : *plans) render(m.renderer->settings(), batch, &m);
+  }
+  Image reference = plans->front().images[0];
+  for (size_t k = 0; k < reference.data.size(); ++k) {
+    double sum = 0;
+    for (const Measured& m : *plans) {
+      for (const Image& image : m.images) sum += static_cast<double>(image.data[k]);
+    }
+    reference.data[k] =
+        static_cast<float>(sum / static_cast<double>(plans->size() * plans->front().images.size()));
+  }
+  for (Measured& m : *plans) {
+    const Spread v = variance(m.images, reference), camera = variance(m.camera, reference);
+    m.seen = {v.mean, v.error, 1e6 * m.cpu_seconds / built.samples(), camera.mean};
+  }
+}
+
+/// What an earlier run has kept, of the plans that this pilot considers.
+void read(const std::string& path, const PilotReport& pilot, std::vector<Measured>* plans) {
+  std::ifstream in(path);
+  for (const auto& kept : nlohmann::json::parse(in)) {
+    const size_t before = plans->size();
+    add(pilot, plan_from_json(kept.at("plan").dump()), plans);
+    if (plans->size() == before) continue;
+    plans->back().seen = {kept.at("relmse"), kept.at("error"), kept.at("microseconds"), kept.at("camera")};
+  }
+}
+
+void write(const std::string& path, const std::vector<Measured>& plans) {
+  auto kept = nlohmann::json::array();
+  for (const Measured& m : plans)
+    kept.push_back({{"plan", nlohmann::json::parse(plan_to_json(m.predicted.plan))},
+                    {"relmse", m.seen.relmse},
+                    {"error", m.seen.error},
+                    {"microseconds", m.seen.microseconds},
+                    {"camera", m.seen.camera}});
+  std::ofstream(path) << kept.dump(1) << "\n";
+}
+
+void print_table(const Options& options, const std::vector<Measured>& plans) {
+  std::printf("%s %s\n%-34s %28s %8s %22s %17s\n", options.scene.c_str(), options.resolution.c_str(), "plan",
+              "relMSE predicted, measured", "ratio", "us predicted, measured", "product");
+  double first[2] = {0, 0};
+  for (const Measured& m : plans) {
+    const Seen& v = m.seen;
+    const double product[2] = {m.predicted.relative_variance * m.predicted.cost, v.relmse * v.microseconds};
+    if (first[0] == 0) std::copy(product, product + 2, first);
+    std::printf("%-34s %9.4g %9.4g +- %5.2g %8.2f %9.3g %8.3g %5.2f %8.3f %8.3f  camera %.4g splats %.4g\n",
+                plan_text(m.predicted.plan).c_str(), m.predicted.relative_variance, v.relmse, v.error,
+                m.predicted.relative_variance / v.relmse, m.predicted.cost, v.microseconds,
+                m.predicted.cost / v.microseconds, product[0] / first[0], product[1] / first[1], v.camera,
+                v.relmse - v.camera);
+  }
+}
+
+/// A line of what the pilot of seed `seed` makes of the scene, against what was measured of `plans`. Returns
+/// how many times the best product the chosen plan has; 0 if that was not measured.
+double print_pilot(const bench::Scene& built, uint64_t seed, const std::vector<Measured>& plans) {
+  RenderSettings settings = built.settings;
+  settings.seed = seed;
+  const Renderer renderer(*built.renderer, settings);
+  const PilotReport pilot = run_pilot(renderer, 1, [] { return true; });
+  SamplingPlan chosen = pilot.chosen;
+  chosen.effort = {};
+  double best = 0, own = 0, sum = 0, squares = 0, n = 0;
+  for (const Measured& m : plans) {
+    const double product = m.seen.relmse * m.seen.microseconds;
+    if (best == 0 || product < best) best = product;
+    for (const PlanEstimate& e : pilot.estimates) {
+      if (!(e.plan == m.predicted.plan)) continue;
+      if (e.plan == chosen) own = product;
+      const double ratio = std::log(e.relative_variance / m.seen.relmse);
+      sum += ratio, squares += ratio * ratio, ++n;
+    }
+  }
+  std::printf("pilot %3llu %-34s %8.3f of the best, predicted %.2f of measured, spread %.3f, effort %.2f\n",
+              static_cast<unsigned long long>(seed), plan_text(chosen).c_str(), own / best, std::exp(sum / n),
+              std::sqrt(std::max(squares / n - sum * sum / (n * n), 0.0)), pilot.effort_gain);
+  return own / best;
+}
+
 void run(const Options& options) {
   bench::Options scene;
   scene.scene = options.scene;
@@ -132,46 +235,29 @@ void run(const Options& options) {
   const bench::Scene built = bench::build(scene);
   const PilotReport pilot = run_pilot(*built.renderer, 1, [] { return true; });
   std::vector<Measured> plans;
-  SamplingPlan chosen = pilot.chosen;
-  chosen.effort = {};
-  add(pilot, chosen, &plans);
-  for (const PlanEstimate& e : ranked_estimates(pilot)) {
-    if (static_cast<int>(plans.size()) >= options.top) break;
-    add(pilot, e.plan, &plans);
-  }
-  add(pilot, path_tracing_plan(), &plans);
-  add(pilot, SamplingPlan(), &plans);
-  for (const std::string& text : options.plans) add(pilot, parse_plan(text), &plans);
-  for (Measured& m : plans) {
-    RenderSettings settings = built.settings;
-    settings.plan = m.predicted.plan;
-    m.renderer = std::make_unique<Renderer>(*built.renderer, settings);
-  }
-  for (int batch = 0; batch < options.batches; ++batch) {
-    for (Measured& m : plans) render(m.renderer->settings(), batch, &m);
-  }
-  Image reference = plans[0].images[0];
-  for (size_t k = 0; k < reference.data.size(); ++k) {
-    double sum = 0;
-    for (const Measured& m : plans) {
-      for (const Image& image : m.images) sum += static_cast<double>(image.data[k]);
+  if (!options.keep.empty() && std::filesystem::exists(options.keep)) {
+    read(options.keep, pilot, &plans);
+  } else {
+    SamplingPlan chosen = pilot.chosen;
+    chosen.effort = {};
+    add(pilot, chosen, &plans);
+    for (const PlanEstimate& e : ranked_estimates(pilot)) {
+      if (static_cast<int>(plans.size()) >= options.top) break;
+      add(pilot, e.plan, &plans);
     }
-    reference.data[k] = static_cast<float>(sum / static_cast<double>(plans.size() * plans[0].images.size()));
+    add(pilot, path_tracing_plan(), &plans);
+    add(pilot, SamplingPlan(), &plans);
+    for (const std::string& text : options.plans) add(pilot, parse_plan(text), &plans);
+    measure(options, built, &plans);
+    if (!options.keep.empty()) write(options.keep, plans);
   }
-  const double samples = built.samples();
-  std::printf("%s %s\n%-34s %28s %8s %22s %17s\n", options.scene.c_str(), options.resolution.c_str(), "plan",
-              "relMSE predicted, measured", "ratio", "us predicted, measured", "product");
-  double first[2] = {0, 0};
-  for (const Measured& m : plans) {
-    const Spread v = variance(m.images, reference), camera = variance(m.camera, reference);
-    const double us = 1e6 * m.cpu_seconds / samples;
-    const double product[2] = {m.predicted.relative_variance * m.predicted.cost, v.mean * us};
-    if (first[0] == 0) std::copy(product, product + 2, first);
-    std::printf("%-34s %9.4g %9.4g +- %5.2g %8.2f %9.3g %8.3g %5.2f %8.3f %8.3f  camera %.4g splats %.4g\n",
-                plan_text(m.predicted.plan).c_str(), m.predicted.relative_variance, v.mean, v.error,
-                m.predicted.relative_variance / v.mean, m.predicted.cost, us, m.predicted.cost / us,
-                product[0] / first[0], product[1] / first[1], camera.mean, v.mean - camera.mean);
+  print_table(options, plans);
+  double sum = 0, known = 0;
+  for (int seed = 1; seed <= options.pilots; ++seed) {
+    const double times = print_pilot(built, static_cast<uint64_t>(seed), plans);
+    if (times > 0) sum += std::log(times), ++known;
   }
+  if (known > 0) std::printf("chosen plans have %.3f of the best product\n", std::exp(sum / known));
 }
 
 }  // namespace
@@ -184,5 +270,7 @@ int main(int argc, char** argv) {
   app.add_option("--batches", options.batches)->check(CLI::Range(2, 1000));
   app.add_option("--top", options.top)->check(CLI::Range(1, 72));
   app.add_option("--plan", options.plans, "LIGHT_PATHS:CONNECTIONS[:STRATEGIES]; again for more");
+  app.add_option("--pilots", options.pilots, "seeds to ask pilots of")->check(CLI::Range(0, 1000));
+  app.add_option("--keep", options.keep, "file of what was measured");
   return bench::run_main(app, argc, argv, [&] { run(options); });
 }
