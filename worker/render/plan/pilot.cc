@@ -91,7 +91,7 @@ class Pilot {
   void work() {
     const auto workspace = renderer_.make_workspace();
     const auto recorder = std::make_unique<StrategyRecorder>();
-    MomentRecorder moments(plans_, std::min(regions_.side, kCellSize));
+    MomentRecorder moments(plans_, std::min(regions_.side, kCellSize), sight_.samples);
     for (size_t i; take_cell(&i);) {
       const CellRect rect = sight_.rect(i);
       CellResult& result = results_[i];

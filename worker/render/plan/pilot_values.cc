@@ -24,7 +24,7 @@ void CellLook::add(const std::vector<StrategyContribution>& contributions, uint6
   for (const StrategyContribution& c : contributions) {
     const Channels rgb{c.rgb[0], c.rgb[1], c.rgb[2]};
     if (c.t == 1) {
-      splats.push_back({c.pixel, rgb});
+      splats.push_back({c.pixel, rgb, c.s == 1 ? c.shares.lens / std::max(c.shares.hit, 1e-6f) : 0});
     } else {
       add_to(&pixels[static_cast<size_t>(c.slot)], rgb);
     }
@@ -64,11 +64,9 @@ void PilotValues::take(size_t i, CellLook look) {
 void PilotValues::finish() {
   uint64_t light_paths = 0;
   for (const Cell& cell : cells_) light_paths += cell.light_paths;
-  // Of a pixel's samples; splats, over as many, stem from so many light paths.
   if (light_paths > 0)
-    weights_.set_per_splat(static_cast<double>(grid_.light_paths_per_spp()) * sight_.paths_per_pixel() /
-                           static_cast<double>(light_paths));
-  const auto width = static_cast<uint32_t>(grid_.width);
+    per_splat_ = static_cast<double>(grid_.light_paths_per_spp()) / static_cast<double>(light_paths);
+  weights_.set_per_splat(per_splat_ * sight_.paths_per_pixel());
   for (size_t i = 0; i < cells_.size(); ++i) {
     Cell& cell = cells_[i];
     for_pixels(grid_.pixels(sight_.rect(i)), [&](int x, int y) { weights_.look_at(x, y); });
@@ -76,12 +74,48 @@ void PilotValues::finish() {
     for_squares(sight_.rect(i), [&](const PixelRect& square) {
       weights_.add_camera(square.x0, square.y0, cell.squares[k++]);
     });
-    for (const CellLook::Splat& splat : cell.splats)
-      weights_.add_splat(static_cast<int>(splat.pixel % width), static_cast<int>(splat.pixel / width),
-                         splat.rgb);
-    cell.splats = {};
+    add_splats(std::exchange(cell.splats, {}));
   }
   weights_.finish();
+  // Of splats of one pixel their sum; a stable order keeps it the same whoever rendered them.
+  std::stable_sort(emission_.begin(), emission_.end(),
+                   [](const Emission& a, const Emission& b) { return a.pixel < b.pixel; });
+  size_t last = 0;
+  for (size_t i = 1; i < emission_.size(); ++i) {
+    if (emission_[i].pixel == emission_[last].pixel) {
+      add_to(&emission_[last].rgb, emission_[i].rgb);
+    } else {
+      emission_[++last] = emission_[i];
+    }
+  }
+  if (!emission_.empty()) emission_.resize(last + 1);
+}
+
+void PilotValues::add_splats(std::vector<CellLook::Splat> splats) {
+  const auto width = static_cast<uint32_t>(grid_.width);
+  for (const CellLook::Splat& splat : splats) {
+    if (splat.per_hit * sight_.paths_per_pixel() >= kEnoughSplats) {
+      emission_.push_back({splat.pixel, splat.rgb});
+    } else {
+      weights_.add_splat(static_cast<int>(splat.pixel % width), static_cast<int>(splat.pixel / width),
+                         splat.rgb);
+    }
+  }
+}
+
+void PilotValues::add_emission(int x, int y, PixelValue* value) const {
+  const auto pixel = static_cast<uint32_t>(y) * static_cast<uint32_t>(grid_.width) + static_cast<uint32_t>(x);
+  const auto at = std::lower_bound(emission_.begin(), emission_.end(), pixel,
+                                   [](const Emission& e, uint32_t p) { return e.pixel < p; });
+  if (at == emission_.end() || at->pixel != pixel) return;
+  value->emitter_share = static_cast<float>(per_splat_);
+  for (size_t ch = 0; ch < 3; ++ch) value->value[ch] += at->rgb[ch] * value->emitter_share;
+}
+
+PixelValue PilotValues::of(int x, int y) const {
+  PixelValue value = weights_.of(x, y);
+  add_emission(x, y, &value);
+  return value;
 }
 
 std::array<PixelValue, kCellPixels> PilotValues::of_cell(size_t i) const {
@@ -90,7 +124,10 @@ std::array<PixelValue, kCellPixels> PilotValues::of_cell(size_t i) const {
   for_squares(sight_.rect(i), [&](const PixelRect& square) {
     const auto paths = static_cast<float>(square.area() * sight_.samples);
     const PixelValue value = weights_.of(square.x0, square.y0, cells_[i].squares[k++], paths);
-    for_pixels(square, [&](int x, int y) { values[slot_of(x, y)] = value; });
+    for_pixels(square, [&](int x, int y) {
+      PixelValue& own = values[slot_of(x, y)] = value;
+      add_emission(x, y, &own);
+    });
   });
   return values;
 }

@@ -15,6 +15,7 @@ struct CellLook {
   struct Splat {
     uint32_t pixel;
     Channels rgb;
+    float per_hit;  // of an emitter joined to the lens: how many times likelier than by a camera path; else 0
   };
   std::vector<Channels> pixels = std::vector<Channels>(kCellPixels);  // camera layer, row-major
   std::vector<Splat> splats;                                          // anywhere on the film
@@ -31,7 +32,7 @@ class PilotValues {
   /// After all cells.
   void finish();
   /// Anywhere: of a square that was looked at in parts.
-  PixelValue of(int x, int y) const { return weights_.of(x, y); }
+  PixelValue of(int x, int y) const;
   /// Of those pixels of cell number `i` that were looked at, row-major.
   std::array<PixelValue, kCellPixels> of_cell(size_t i) const;
 
@@ -41,13 +42,26 @@ class PilotValues {
     std::vector<CellLook::Splat> splats;
     uint64_t light_paths = 0;
   };
+  /// Of an emitter in sight, by lens connections.
+  struct Emission {
+    uint32_t pixel;
+    Channels rgb;
+  };
   template <class F>
   void for_squares(const CellRect& cell, F&& f) const;
+  void add_splats(std::vector<CellLook::Splat> splats);
+  void add_emission(int x, int y, PixelValue* value) const;
+
+  /// So many splats of a pixel that an emitter covers are enough to tell which part of others it covers: they
+  /// count for the pixel alone and not for its square.
+  static constexpr float kEnoughSplats = 16;
 
   const FilmGrid& grid_;
   const PilotSight& sight_;
   RelativeWeights weights_;
+  double per_splat_ = 0;  // what one adds to a pixel's value: many light paths are one per unit of spp
   std::vector<Cell> cells_;
+  std::vector<Emission> emission_;  // by rising pixel
 };
 
 }  // namespace lightmill

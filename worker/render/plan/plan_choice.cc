@@ -4,14 +4,11 @@
 
 #include "worker/render/plan/cost_model.h"
 #include "worker/render/plan/effort.h"
+#include "worker/render/plan/stratification.h"
 
 namespace lightmill {
 namespace {
 
-/// Blocks of samples of one pixel are stratified in the camera layer. Of what that gains a pilot sees the
-/// less the fewer samples it has of a pixel: with two nothing, which is about a factor of 1.4, and falls with
-/// their number. Splats gain next to nothing (tests/bench/plan_check).
-constexpr double kUnseenStratification = 0.8;
 /// Smallest gain for which a plan with more strategies is preferred.
 constexpr double kWorthIt = 0.98;
 
@@ -53,8 +50,7 @@ class Choice {
   }
 
  private:
-  /// What stratification gains beyond what the moments know.
-  double stratification() const { return 1 + kUnseenStratification / static_cast<double>(view_.samples); }
+  double stratification() const { return unseen_stratification(static_cast<double>(view_.samples)); }
 
   /// Mean over pixels and channels of variance / (value^2 + 0.01), per plan.
   std::array<double, kMaxPlans> relative_variances() const {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "worker/render/plan/stratification.h"
+
 namespace lightmill {
 namespace {
 
@@ -37,10 +39,11 @@ void count_ray(const PerPlan& kept, RayCounts* rays) {
 }
 
 /// Per plan, how much of the second moment in the camera layer the samples of the plan's own strategies are
-/// asked for. From them the squared mean is taken away sample by sample, so they alone know of little noise;
-/// samples of all strategies know more where the plan's own find little of the light.
+/// asked for. From them the squared mean is taken away sample by sample, so they alone know of little noise,
+/// and of that of Russian roulette, which shares of densities leave out; samples of all strategies know more
+/// where the plan's own find next to nothing of the light.
 PerPlan own_part(const PlanSet& plans, const FamilyShares& a) {
-  constexpr float kEnough = 0.3f;
+  constexpr float kEnough = 0.03f;
   PerPlan part;
   for (size_t k = 0; k < kPlans; ++k) {
     const float share =
@@ -102,7 +105,7 @@ InSight in_sight(const FamilyShares& a, const float rgb[3], const PixelValue& va
 void add_unsampled(const PlanSet& plans, const FamilyShares& a, const float rgb[3], const PixelValue& value,
                    const PerPlan& factor, size_t half, float scale, BlockMoments* block) {
   const InSight seen = in_sight(a, rgb, value);
-  const float part = a.hit * (1 - seen.sampled) * (1 - seen.covered) * scale;
+  const float part = a.hit * (1 - seen.sampled) * (1 - seen.covered) * stratified_edge(seen.covered) * scale;
   for (size_t ch = 0; ch < 3; ++ch) {
     const float noise = value.weight(ch) * rgb[ch] * rgb[ch] * part;
     for (size_t k = 0; k < kPlans; ++k)
@@ -111,6 +114,12 @@ void add_unsampled(const PlanSet& plans, const FamilyShares& a, const float rgb[
 }
 
 }  // namespace
+
+MomentRecorder::MomentRecorder(const PlanSet& plans, int side, int64_t samples)
+    : plans_(plans),
+      side_(side),
+      at_edges_(static_cast<float>(unseen_stratification(static_cast<double>(samples)) /
+                                   unseen_stratification_at_edges(static_cast<double>(samples)))) {}
 
 void MomentRecorder::begin_cell(const std::array<PixelValue, kCellPixels>& values) {
   values_ = values;
@@ -155,7 +164,7 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
     const PerPlan& samples = c.s == 0 ? plans_.hit : c.s == 1 ? plans_.next_event : plans_.connect;
     float part = 1;
     if (emitter_in_sight) {
-      part = std::sqrt(in_sight(c.shares, c.rgb, value).sampled);
+      part = std::sqrt(in_sight(c.shares, c.rgb, value).sampled * at_edges_);
       add_unsampled(plans_, c.shares, c.rgb, value, factor, half, 1, &block);
     } else {
       // What a path finds by chance is as bright as the emitter, and no rarer path brighter: hits have no
@@ -277,9 +286,10 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
   if (splat.emitter) {
     const float survival = connection_survival(splat.size);  // which hits know nothing of
     const float hit[3] = {splat.rgb[0] * survival, splat.rgb[1] * survival, splat.rgb[2] * survival};
-    add_unsampled(plans, splat.shares, hit, value, factor, half, pixels_of_half / survival, block);
+    const PixelValue rest = value.beside_half(splat.rgb);
+    add_unsampled(plans, splat.shares, hit, rest, factor, half, pixels_of_half / survival, block);
     for (size_t ch = 0; ch < 3; ++ch) {
-      const float square = splat.rgb[ch] * splat.rgb[ch] * value.weight(ch) * pixels;
+      const float square = splat.rgb[ch] * splat.rgb[ch] * rest.weight(ch) * pixels;
       for (size_t k = 0; k < kPlans; ++k)
         block->splat[ch][k] += plans.lens[k] * square * factor[k] * factor[k] / kept[k];
     }

@@ -54,8 +54,8 @@ struct CellMoments {
 /// Takes the samples of one cell after another; one per thread.
 class MomentRecorder {
  public:
-  /// Blocks are squares of `side` pixels, a divisor of kCellSize.
-  MomentRecorder(const PlanSet& plans, int side) : plans_(plans), side_(side) {}
+  /// Blocks are squares of `side` pixels, a divisor of kCellSize; `samples` of a pixel.
+  MomentRecorder(const PlanSet& plans, int side, int64_t samples);
   /// `values`: per pixel of the cell, row-major.
   void begin_cell(const std::array<PixelValue, kCellPixels>& values);
   /// All contributions of one sample index of the cell, which is in the first or the second block of them (0,
@@ -80,6 +80,7 @@ class MomentRecorder {
 
   const PlanSet& plans_;
   const int side_;
+  const float at_edges_;  // of the noise of emitters in sight, what all else gains by stratification apart
   CellMoments cell_;
   std::array<PixelValue, kCellPixels> values_;
   std::vector<Pixel> pixels_;

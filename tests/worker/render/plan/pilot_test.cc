@@ -107,6 +107,27 @@ TEST(Pilot, PredictsTheNoiseOfPlansWherePixelsAreSeenTwice) {
   }
 }
 
+// A lamp's edge is in sight, across pixels of which a pilot has two samples: lens connections tell which part
+// of each the lamp covers, and plans without them are not taken to be noisy there.
+TEST(Pilot, PredictsHowLittleNoiseIsAtEdgesOfALamp) {
+  TestScene s;
+  s.quad({-4, -4, 4}, {0, 8, 0}, {8, 0, 0}, s.diffuse(0.5f));
+  s.quad({-4, -2, 0}, {0, 0, 4}, {8, 0, 0}, s.diffuse(0.5f));
+  s.quad({-0.5, 0.5, 3}, {-0.06, 0.3, 0}, {0.4, 0.08, 0}, s.diffuse(0.0f), {.radiance = {10, 10, 10}});
+  s.camera({0, 0, 0}, {0, 0, 1}, 60);
+  const auto some = [](const SamplingPlan& p) {
+    return p.connections == 1 && (p.strategies & kVertexConnections) && p.light_paths == 0.25;
+  };
+  for (const int size : {240, 480}) {
+    SCOPED_TRACE(size);
+    const std::vector<PlanNoise> noise = noise_of_plans(s.film(size, size), some, size < 400 ? 8 : 4);
+    ASSERT_EQ(noise.size(), 2u);
+    for (const PlanNoise& n : noise)
+      EXPECT_NEAR(std::log(n.predicted / n.measured), 0, std::log(1.8))
+          << n.plan << n.predicted << " for " << n.measured;
+  }
+}
+
 // In a caustic most of the noise is the lamp met by way of the floor and the glass: so rarely that a pilot
 // may not see it, and by the same paths whatever the plan. What plans differ in is predicted.
 TEST(Pilot, PredictsWhatPlansDifferInWhereRarePathsMakeTheNoise) {

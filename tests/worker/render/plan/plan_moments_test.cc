@@ -56,7 +56,7 @@ TEST(PlanMoments, KnowHowManyRaysRouletteLeavesToEveryPlan) {
                                            {kAllStrategies, 2, 0.25},
                                            {kAllStrategies, 0.25, 4}};
   const PlanSet set(plans);
-  MomentRecorder moments(set, 32);
+  MomentRecorder moments(set, 32, kSamples);
   moments.begin_cell(std::array<PixelValue, kCellPixels>{});
   const Rays recorded = rays_under(s, {.connections = kRecordedConnections}, &moments);
   std::array<bool, kCellPixels> all;
