@@ -74,7 +74,8 @@ void PilotValues::finish() {
     for_squares(sight_.rect(i), [&](const PixelRect& square) {
       weights_.add_camera(square.x0, square.y0, cell.squares[k++]);
     });
-    add_splats(std::exchange(cell.splats, {}));
+    add_splats(cell.splats);
+    cell.splats = {};
   }
   weights_.finish();
   // Of splats of one pixel their sum; a stable order keeps it the same whoever rendered them.
@@ -91,7 +92,7 @@ void PilotValues::finish() {
   if (!emission_.empty()) emission_.resize(last + 1);
 }
 
-void PilotValues::add_splats(std::vector<CellLook::Splat> splats) {
+void PilotValues::add_splats(const std::vector<CellLook::Splat>& splats) {
   const auto width = static_cast<uint32_t>(grid_.width);
   for (const CellLook::Splat& splat : splats) {
     if (splat.per_hit * sight_.paths_per_pixel() >= kEnoughSplats) {

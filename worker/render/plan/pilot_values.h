@@ -49,7 +49,7 @@ class PilotValues {
   };
   template <class F>
   void for_squares(const CellRect& cell, F&& f) const;
-  void add_splats(std::vector<CellLook::Splat> splats);
+  void add_splats(const std::vector<CellLook::Splat>& splats);
   void add_emission(int x, int y, PixelValue* value) const;
 
   /// So many splats of a pixel that an emitter covers are enough to tell which part of others it covers: they
