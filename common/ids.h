@@ -11,7 +11,7 @@ namespace lightmill {
 template <class Tag>
 struct StringId {
   std::string value;
-  auto operator<=>(const StringId&) const = default;
+  auto operator<=>(const StringId&) const = default;  // NOLINT(modernize-use-nullptr): a 0 of its own
   bool empty() const { return value.empty(); }
 };
 using JobId = StringId<struct JobTag>;
@@ -20,7 +20,7 @@ using WorkerId = StringId<struct WorkerTag>;
 /// A tile's index within its job, from 0, in lease order.
 struct TileId {
   int64_t value = -1;
-  auto operator<=>(const TileId&) const = default;
+  auto operator<=>(const TileId&) const = default;  // NOLINT(modernize-use-nullptr): a 0 of its own
 };
 
 }  // namespace lightmill

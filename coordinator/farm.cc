@@ -136,6 +136,7 @@ std::vector<TileStatus> Farm::tiles(const JobId& id) const {
     records = impl_->ledger(impl_->job(id));
   }
   std::vector<TileStatus> result;
+  result.reserve(records.size());
   for (const TileRecord& tile : records) result.push_back(tile_status(tile));
   return result;
 }

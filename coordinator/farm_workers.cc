@@ -30,7 +30,7 @@ WorkerId Farm::register_worker(const WorkerRegistration& registration, const std
   }
   // A thousand workers come at once when a coordinator is back: the disk keeps none of them waiting for those
   // before it, nor those who work.
-  const WorkerId id{numbered("w", impl_->store->next_number("worker"))};
+  WorkerId id{numbered("w", impl_->store->next_number("worker"))};
   if (refusal.empty()) impl_->store->flush();
   const std::lock_guard lock(impl_->mutex);
   const double now = impl_->clock.now();

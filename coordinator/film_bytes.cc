@@ -24,8 +24,9 @@ double film_bytes(const RenderSettings& settings) {
   for (int layer = 0; layer < kAovLayers; ++layer) {
     if (settings.aovs && needs_layer(settings.aovs, layer)) sums += layer == kDirectLayer ? 2 : 1;
   }
-  const auto superblocks = static_cast<double>((settings.spp + kSuperblockSamples - 1) / kSuperblockSamples);
-  const double batches = std::min<double>(superblocks, static_cast<double>(BatchFilm::kMaxBatches));
+  const int64_t superblocks = (settings.spp + kSuperblockSamples - 1) / kSuperblockSamples;
+  const double batches =
+      std::min<double>(static_cast<double>(superblocks), static_cast<double>(BatchFilm::kMaxBatches));
   const double tracked = std::min<double>(pixels, static_cast<double>(BatchFilm::kMaxTrackedPixels));
   return kFixedBytes + pixels * (sums * static_cast<double>(sizeof(ExactRgb)) + kBytesPerReferencePixel) +
          tracked * batches * kBytesPerTrackedPixel;

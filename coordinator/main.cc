@@ -352,5 +352,9 @@ int main_with_errors(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   lightmill::started();
-  return lightmill::main_with_errors(argc, argv);
+  try {
+    return lightmill::main_with_errors(argc, argv);
+  } catch (...) {  // printing help, or an error, failed
+    return 1;
+  }
 }

@@ -71,6 +71,7 @@ std::vector<JobRecord> PostgresJobStore::jobs() {
   return db_.read([](PostgresConnection& db) {
     const PostgresResult rows = db.execute("SELECT id, record FROM jobs ORDER BY number");
     std::vector<JobRecord> records;
+    records.reserve(static_cast<size_t>(rows.rows()));
     for (int row = 0; row < rows.rows(); ++row) {
       records.push_back(job_record_from_json(JobId{rows.text(row, 0)}, rows.text(row, 1)));
     }
@@ -106,9 +107,9 @@ PostgresJobStore::Layer PostgresJobStore::put_file(const JobId& job, const std::
                                                    std::string_view bytes) {
   attempted_bytes_ = bytes.size();
   // An older coordinator that wakes up late must not write into a file of ours.
-  const Layer layer{job.value + "-" + kind + "-" + std::to_string(lease_.epoch()) + "-" +
-                        std::to_string(++next_file_) + "-" + random_name().substr(0, 8),
-                    sha256_hex(bytes)};
+  Layer layer{job.value + "-" + kind + "-" + std::to_string(lease_.epoch()) + "-" +
+                  std::to_string(++next_file_) + "-" + random_name().substr(0, 8),
+              sha256_hex(bytes)};
   files_.put(layer.file, bytes);
   return layer;
 }
@@ -271,6 +272,7 @@ std::vector<std::string> PostgresJobStore::snapshot_files(PostgresConnection& db
   const PostgresResult rows =
       db.query("SELECT file FROM layers WHERE job=$1 AND kind IN ('film', 'batches')", {job.value});
   std::vector<std::string> files;
+  files.reserve(static_cast<size_t>(rows.rows()));
   for (int row = 0; row < rows.rows(); ++row) files.push_back(rows.text(row, 0));
   return files;
 }

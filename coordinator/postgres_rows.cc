@@ -61,6 +61,7 @@ std::vector<TileRecord> tiles(PostgresConnection& db, const JobId& job) {
 
 std::vector<TileId> ids(const PostgresResult& rows) {
   std::vector<TileId> list;
+  list.reserve(static_cast<size_t>(rows.rows()));
   for (int row = 0; row < rows.rows(); ++row) list.push_back(TileId{rows.integer(row, 0)});
   return list;
 }

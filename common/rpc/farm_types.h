@@ -105,7 +105,7 @@ struct LeaseKey {
   JobId job;
   TileId tile;
   int64_t attempt = 0;
-  auto operator<=>(const LeaseKey&) const = default;
+  auto operator<=>(const LeaseKey&) const = default;  // NOLINT(modernize-use-nullptr): a 0 of its own
 };
 
 /// What a worker needs to render a tile, or to run the pilot (pilot_result.h). `attempt` is the lease's

@@ -164,16 +164,14 @@ TlsDiagnosis diagnose_tls(const std::string& address, const SecurityFiles& files
             true};
   }
   if (theirs) {
-    const TlsDiagnosis found =
-        of_their_certificate(SSL_get_verify_result(tls.get()), theirs, peer.host, files);
+    TlsDiagnosis found = of_their_certificate(SSL_get_verify_result(tls.get()), theirs, peer.host, files);
     if (!found.problem.empty()) return found;
   }
   if (works) {  // with TLS 1.3 the other side judges our certificate after the handshake; then it greets
     char byte = 0;
     works = SSL_peek(tls.get(), &byte, 1) == 1;
   }
-  const TlsDiagnosis found =
-      works ? TlsDiagnosis{} : of_our_certificate(ERR_peek_error(), context.get(), files);
+  TlsDiagnosis found = works ? TlsDiagnosis{} : of_our_certificate(ERR_peek_error(), context.get(), files);
   ERR_clear_error();
   return found;
 }
