@@ -1,6 +1,8 @@
 #include "common/scene/ply_reader.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "common/error.h"
@@ -52,12 +54,16 @@ void check_count(const PlyElement& element, const Values& values) {
   }
 }
 
+/// How many values a list of `count` >= 0 has: PLY allows floating point counts. No file has as many as 2^53.
+uint64_t list_length(double count) { return static_cast<uint64_t>(std::ceil(std::min(count, 0x1p53))); }
+
 template <class Values>
 void skip_list(const PlyProperty& p, const PlyElement& element, uint64_t row, Values& values) {
   double count = 0, ignored = 0;
   if (!values.next(p.count_type, &count)) truncated(element, row);
   if (!(count >= 0)) fail("has a list of negative length");
-  for (double i = 0; i < count; ++i) {
+  const uint64_t length = list_length(count);
+  for (uint64_t i = 0; i < length; ++i) {
     if (!values.next(p.type, &ignored)) truncated(element, row);
   }
 }
@@ -121,8 +127,9 @@ void read_polygon(const PlyProperty& p, const PlyElement& element, uint64_t row,
   double count = 0;
   if (!values.next(p.count_type, &count)) truncated(element, row);
   if (!(count >= 3)) fail("face " + std::to_string(row) + " has fewer than 3 corners");
+  const uint64_t length = list_length(count);
   uint32_t first = 0, previous = 0;
-  for (double i = 0; i < count; ++i) {
+  for (uint64_t i = 0; i < length; ++i) {
     double value = 0;
     if (!values.next(p.type, &value)) truncated(element, row);
     if (!(value >= 0) || value >= static_cast<double>(mesh->positions.size())) {

@@ -8,6 +8,7 @@ namespace lightmill {
 namespace {
 
 constexpr double kFirst = 380, kLast = 780, kStep = 2;  // nm; the integration grid
+constexpr int kSteps = static_cast<int>((kLast - kFirst) / kStep) + 1;
 
 using Triple = std::array<double, 3>;
 
@@ -67,7 +68,8 @@ Triple xyz_to_rgb(const Triple& c) {
 template <class F>
 Triple integrate_xyz(const F& power) {
   Triple sum{};
-  for (double nm = kFirst; nm <= kLast; nm += kStep) {
+  for (int step = 0; step < kSteps; ++step) {
+    const double nm = kFirst + step * kStep;
     const Triple cmf = matching_functions(nm);
     const double p = power(nm) * kStep;
     for (size_t i = 0; i < 3; ++i) sum[i] += cmf[i] * p;
@@ -146,7 +148,8 @@ Rgb factor_to_rgb(const SampledSpectrum& spectrum) {
 
 std::vector<std::array<double, 3>> factor_weights(const std::vector<double>& wavelengths) {
   std::vector<Triple> xyz(wavelengths.size());
-  for (double nm = kFirst; nm <= kLast; nm += kStep) {
+  for (int step = 0; step < kSteps; ++step) {
+    const double nm = kFirst + step * kStep;
     const Triple cmf = matching_functions(nm);
     const Between at = between(wavelengths, nm);
     for (size_t i = 0; i < 3; ++i) {

@@ -16,7 +16,7 @@ std::shared_ptr<Uploads::Open> Uploads::open(const Key& key, uint64_t size, doub
     found->second->last = now;
     return found->second;
   }
-  const auto entry = std::make_shared<Open>(blobs_.begin(key.second, size), size);
+  auto entry = std::make_shared<Open>(blobs_.begin(key.second, size), size);
   entry->last = now;
   open_.emplace(key, entry);
   return entry;
