@@ -24,9 +24,9 @@ Image constant(int width, int height, float r, float g, float b) {
 
 Image noisy(int width, int height, float level, float noise, unsigned seed) {
   std::mt19937 rng(seed);
-  std::normal_distribution<float> n(level, noise);
+  std::normal_distribution<float> n;
   Image image(width, height);
-  for (float& v : image.data) v = std::max(0.0f, n(rng));
+  for (float& v : image.data) v = std::max(0.0f, level + noise * n(rng));
   return image;
 }
 
