@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "common/image/film.h"
-#include "worker/render/renderer.h"
 
 namespace lightmill::test {
 namespace {
@@ -54,8 +53,12 @@ RenderSettings settings_for(const SceneDescription& scene, Integrator integrator
 
 Partial render_partial(const SceneDescription& scene, const RenderSettings& settings, int threads,
                        PacketOrder order) {
-  const Renderer r(scene, settings, threads);
-  return render_tile(r, {settings.grid.cells(), 0, settings.spp}, settings.spp, threads, order);
+  return render_partial(Renderer(scene, settings, threads), threads, order);
+}
+
+Partial render_partial(const Renderer& renderer, int threads, PacketOrder order) {
+  const RenderSettings& settings = renderer.settings();
+  return render_tile(renderer, {settings.grid.cells(), 0, settings.spp}, settings.spp, threads, order);
 }
 
 Batches render_batches(const SceneDescription& scene, const RenderSettings& settings, int batches,

@@ -7,6 +7,7 @@
 #include "common/scene/description.h"
 #include "common/settings.h"
 #include "tests/support/statistics.h"
+#include "worker/render/renderer.h"
 
 namespace lightmill::test {
 
@@ -20,6 +21,9 @@ enum class PacketOrder { kForward, kReverse, kScattered };
 /// One partial of the whole crop window and all samples.
 Partial render_partial(const SceneDescription& scene, const RenderSettings& settings, int threads = 1,
                        PacketOrder order = PacketOrder::kForward);
+
+/// The same of a scene that is built already.
+Partial render_partial(const Renderer& renderer, int threads = 1, PacketOrder order = PacketOrder::kForward);
 
 /// Independent images: batch b holds sample indices [16 n b, 16 n (b + 1)), whole blocks, whose random
 /// numbers are independent. settings.spp is split over `batches` and must be a multiple of 16 * batches.

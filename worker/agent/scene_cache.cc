@@ -14,13 +14,14 @@ constexpr size_t kWarmRenderers = 8;
 enum class Key { kPacket, kScene };
 
 /// What a packet's bits depend on: the scene and the settings without the stop rule, so that an extended job
-/// finds its renderer again. What a built scene depends on: the same without how it is sampled.
+/// finds its renderer again. What a built scene depends on: the same without how it is sampled; but for path
+/// tracing alone, which has no use for what lights learn of their paths.
 std::string key_of(Key key, const std::string& bundle_digest, RenderSettings settings) {
   settings.spp = 1;
   settings.time_s = 0;
   settings.target_error = 0;
   if (key == Key::kScene) {
-    settings.integrator = Integrator::kAuto;
+    if (settings.integrator != Integrator::kPt) settings.integrator = Integrator::kAuto;
     settings.plan.reset();
     settings.max_depth = 0;
     settings.seed = 0;

@@ -98,8 +98,8 @@ void add_guide(LightTable* lights) {
   guide_lights(grid, {0, 1}, tables, {0}, lights);
 }
 
-/// Samples, in both directions, of lights that shine by images: in memory, as a worker has no files of its
-/// own.
+/// Samples, in both directions, of lights that shine by images and of a lamp with aims: in memory, as a
+/// worker has no files of its own.
 void hash_imaged_lights(Sha256* all) {
   LightImage image{"", 4, 4, {}};
   for (int i = 0; i < 48; ++i) image.rgb.push_back(static_cast<float>(i * 7 % 11));
@@ -121,7 +121,16 @@ void hash_imaged_lights(Sha256* all) {
   behind[2] = -0.5f;
   behind[3] = behind[6] = behind[kLightArea] = 1;
   lights.add(kInfiniteLight, behind, 1);
+  // A lamp with aims.
+  std::array<float, kLightFloats> lamp{};
+  lamp[kLightE1] = lamp[kLightE2 + 1] = lamp[kLightN + 2] = 1;
+  lamp[kLightRadiance] = lamp[kLightRadiance + 1] = lamp[kLightRadiance + 2] = 2;
+  lamp[kLightArea] = 0.5f;
+  lights.add(kTriangleLight, lamp, 1);
   lights.finish();
+  lights.aims = BinnedDensity(std::vector<double>(16, 1), 4);
+  lights.aims.add_table({1, 2, 3, 1, 2, 5, 1, 3, 1, 2, 8, 1, 1, 4, 1, 2});
+  lights.aim_of = {-1, -1, -1, -1, 0};
   const auto add = [&](const Float8& x) {
     float out[8];
     store(out, x);

@@ -12,9 +12,12 @@
 #include "common/scene/possible_strategies.h"
 #include "worker/render/pipeline/aov_recorder.h"
 #include "worker/render/pipeline/pipeline.h"
+#include "worker/render/plan/aim_learning.h"
 #include "worker/render/plan/light_learning.h"
 #include "worker/render/plan/light_media.h"
+#include "worker/render/plan/plan_set.h"
 #include "worker/render/plan/scene_analysis.h"
+#include "worker/render/plan/stage_kernels.h"
 
 namespace lightmill {
 namespace {
@@ -71,6 +74,11 @@ void drop_geometry(SceneDescription* description) {
   malloc_trim(0);  // large arrays, which the allocator would keep
 }
 
+/// Of the paths by which light paths learn where to go: how far they are followed, and their random numbers,
+/// which are not those of the image.
+constexpr int kAimDepth = 8;
+constexpr uint64_t kAimSeed = 0x61696d73;
+
 /// What runs under the settings; before its pilot, all that the scene allows. Throws Error(kUsage) if it does
 /// not allow what the settings ask for.
 Strategies running(const RenderSettings& s, const PossibleStrategies& possible) {
@@ -104,9 +112,42 @@ struct Renderer::World {
         response(description.film) {
     const FlushDenormals flush;
     learn_lights(accel, camera, filter, s.grid.width, s.grid.height, options.threads, &scene);
-    if (description.media.empty()) return;
-    find_light_media(accel, camera, filter, s.grid.width, s.grid.height, description.media.front().location,
-                     &scene);
+    if (!description.media.empty())
+      find_light_media(accel, camera, filter, s.grid.width, s.grid.height, description.media.front().location,
+                       &scene);
+    if (s.integrator != Integrator::kPt && possible.set & kLightPaths) aim_lights(s, options.threads);
+  }
+
+  /// What the stages read, under these settings.
+  StageContext context_of(const RenderSettings& s, Strategies strategies, const StageKernels& kernels) const {
+    StageContext context{scene, accel, camera, filter, s.grid};
+    context.seed = s.seed;
+    context.max_depth = s.max_depth;
+    const SamplingPlan sampling = plan_of(s);
+    const auto film_paths = static_cast<double>(s.grid.light_paths_per_spp());
+    context.strategies = strategies;
+    context.kernels = kernels;
+    context.light_paths = sampling.light_paths;
+    context.splat_scale = static_cast<float>(1 / film_paths);
+    context.light_samples = static_cast<float>(sampling.light_paths * film_paths);
+    context.connections = static_cast<float>(sampling.connections);
+    context.imaging_ratio = static_cast<float>(imaging_ratio);
+    if (response.is_needed()) context.response = &response;
+    context.signed_film = filter.is_signed() || response.is_signed();
+    context.tiny_contribution = tiny_contribution(scene) * context.imaging_ratio;
+    return context;
+  }
+
+ private:
+  /// A function of the scene and the film's resolution: renderers that differ in all else share it.
+  void aim_lights(const RenderSettings& s, int threads) {
+    RenderSettings settings = s;
+    settings.grid.crop = {0, 0, s.grid.width, s.grid.height};
+    settings.integrator = Integrator::kBdpt;
+    settings.plan = SamplingPlan{.connections = kRecordedConnections};
+    settings.max_depth = kAimDepth;
+    settings.seed = kAimSeed;
+    aim_light_paths(context_of(settings, possible.set, stage_kernels(scene)), threads, &scene);
   }
 };
 
@@ -122,32 +163,19 @@ struct Renderer::Impl {
         world(std::move(w)),
         plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, s, world->possible.set,
                            running(s, world->possible))),
-        context{world->scene, world->accel, world->camera, world->filter, s.grid} {
-    context.seed = s.seed;
-    context.max_depth = s.max_depth;
-    const SamplingPlan sampling = plan_of(s);
-    const auto film_paths = static_cast<double>(s.grid.light_paths_per_spp());
-    context.strategies = running(s, world->possible);
-    context.kernels = plan.kernels;
-    context.light_paths = sampling.light_paths;
-    context.splat_scale = static_cast<float>(1 / film_paths);
-    context.light_samples = static_cast<float>(sampling.light_paths * film_paths);
+        context(world->context_of(s, running(s, world->possible), plan.kernels)) {
     context.thinning = thinning;
+    const SamplingPlan sampling = plan_of(s);
     if (!sampling.effort.uniform()) {
       effort.emplace(s.grid, sampling.effort, context.light_samples);
       context.effort = &*effort;
     }
-    context.connections = static_cast<float>(sampling.connections);
-    context.imaging_ratio = static_cast<float>(world->imaging_ratio);
     if (world->filter.is_signed() && s.aovs & (kAovDirect | kAovIndirect)) {
       throw Error(
           ErrorKind::kUsage,
           "direct and indirect light can't be told apart under a filter with negative lobes; leave them "
           "out of --aov, or use another PixelFilter");
     }
-    if (world->response.is_needed()) context.response = &world->response;
-    context.signed_film = world->filter.is_signed() || world->response.is_signed();
-    context.tiny_contribution = tiny_contribution(world->scene) * context.imaging_ratio;
   }
 };
 

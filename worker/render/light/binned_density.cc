@@ -27,17 +27,17 @@ void write_ends(const std::vector<double>& weights, float* ends) {
 float width_at(const float* ends, size_t i) { return ends[i] - (i > 0 ? ends[i - 1] : 0.0f); }
 
 /// The largest number of bins a side that are whole texels.
-int32_t bins_of(int32_t texels) {
-  int32_t n = std::min(texels, BinnedDensity::kMostBins);
+int32_t bins_of(int32_t texels, int32_t most) {
+  int32_t n = std::min(texels, most);
   while (texels % n != 0) --n;
   return n;
 }
 
 }  // namespace
 
-BinnedDensity::BinnedDensity(const std::vector<double>& weights) {
+BinnedDensity::BinnedDensity(const std::vector<double>& weights, int32_t most_bins) {
   texels = static_cast<int32_t>(std::lround(std::sqrt(static_cast<double>(weights.size()))));
-  side = bins_of(texels);
+  side = bins_of(texels, most_bins);
   block = texels / side;
   const auto n = static_cast<size_t>(block), width = static_cast<size_t>(texels);
   row_end.resize(n * static_cast<size_t>(count()));

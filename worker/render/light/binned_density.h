@@ -12,7 +12,7 @@
 namespace lightmill {
 
 struct BinnedDensity {
-  /// Bins per row and column at most. 16 make bins of 12 degrees.
+  /// Bins per row and column of an environment at most. 16 make bins of 12 degrees.
   static constexpr int32_t kMostBins = 16;
 
   int32_t side = 0;    // bins per row and column; 0: there are none
@@ -30,8 +30,8 @@ struct BinnedDensity {
 
   BinnedDensity() = default;
   /// `weights`: of the texels of a square image, row-major. Texels that have any get at least a hundred
-  /// thousandth of their bin's mean. Without tables.
-  explicit BinnedDensity(const std::vector<double>& weights);
+  /// thousandth of their bin's mean. At most `most_bins` per row and column. Without tables.
+  explicit BinnedDensity(const std::vector<double>& weights, int32_t most_bins = kMostBins);
 
   int32_t count() const { return side * side; }
   bool empty() const { return share.empty(); }

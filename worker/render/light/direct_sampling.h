@@ -72,16 +72,16 @@ inline F direct_selection(const LightTable& lights, IntOf<F> light, const Vec3<F
   const LightRecord<F> r(lights, light);
   if (kAnyLight && lights.guide.chooses())
     return lights.guide.probability_of<F>(lights.guide.table_at<F>(reference), light);
-  if (!kAnyLight || lights.tree.empty()) return r.scalar(kLightSelect);
-  const F at_infinity = r.scalar(kLightAtInfinitySelect);
-  const MaskOf<F> in_tree = MaskOf<F>(at_infinity == 0.0f);
+  const F by_power = r.scalar(kLightDirectSelect);
+  if (!kAnyLight || lights.tree.empty()) return by_power;
+  const MaskOf<F> in_tree = MaskOf<F>(by_power == 0.0f);
   float p[8] = {};
   int32_t index[8] = {};
   Vec3<float> at[8];
   to_lanes(reference, at);
   store(index, light);
   lights.tree.probability(at, index, mask_bits(mask_and(active, in_tree)), p);
-  return select(in_tree, load<F>(p) * (1 - lights.infinity_share), at_infinity);
+  return select(in_tree, load<F>(p) * (1 - lights.infinity_share), by_power);
 }
 
 /// direct_pdf_of_light with the probability of selecting the light.
@@ -106,8 +106,9 @@ inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference
     return light;
   }
   if (!kAnyLight || lights.tree.empty()) {
-    const IntOf<F> light = select_light(lights, u, lights.count() > 1 ? rest : nullptr);
-    *probability = LightRecord<F>(lights, light).scalar(kLightSelect);
+    const IntOf<F> light =
+        select_alias(lights.direct_keep, lights.direct_alias, u, lights.count() > 1 ? rest : nullptr);
+    *probability = LightRecord<F>(lights, light).scalar(kLightDirectSelect);
     return light;
   }
   const double share = double{lights.infinity_share};
@@ -121,10 +122,10 @@ inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference
   for (int l = 0; l < kWidth<F>; ++l) {
     x[l] = double{lane(u, l)} + 0x1p-24 * double{lane(more, l)};
     if (x[l] < share) {
-      const auto place = static_cast<size_t>(select_alias<float>(
-          lights.at_infinity_keep, lights.at_infinity_alias, static_cast<float>(x[l] / share)));
+      const auto place = static_cast<size_t>(
+          select_alias<float>(lights.direct_keep, lights.direct_alias, static_cast<float>(x[l] / share)));
       index[l] = lights.at_infinity[place];
-      p[l] = lights.records[static_cast<size_t>(index[l]) * kLightFloats + kLightAtInfinitySelect];
+      p[l] = lights.records[static_cast<size_t>(index[l]) * kLightFloats + kLightDirectSelect];
     } else {
       x[l] = (x[l] - share) / (1 - share);
       in_tree |= 1u << l;

@@ -52,6 +52,20 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
   Vec3<F> radiance = r.vec(kLightRadiance);
   // Density by the texel that was chosen: at its border the direction may round into the next one.
   F of_texel{};
+  if (kAnyLight && lights.any_aimed()) {
+    const Aim<F> aim(lights, s.light, r);
+    F x, y;
+    const F of_cell = draw_in_square<F>(lights.aims, aim.table, texel, du, dv, &x, &y);
+    const F z2 = 1.0f - x * x - y * y;
+    // Corners of cells that are not on the disk are no direction: a path that carries nothing.
+    const MaskOf<F> on_disk = MaskOf<F>(z2 > 0.0f);
+    const F z = select(on_disk, safe_sqrt(z2), splat<F>(1.0f));
+    const Vec3<F> to = select(on_disk, aim.frame.to_world({x, y, z}), aim.frame.n);
+    s.direction = select(aim.mask, to, s.direction);
+    s.cos_light = select(aim.mask, z, s.cos_light);
+    radiance = select(mask_and(aim.mask, mask_not(on_disk)), Vec3<F>{}, radiance);
+    of_texel = select(aim.mask, of_cell * z / r.scalar(kLightArea), of_texel);
+  }
   if (kAnyLight && (lights.any_delta || !lights.infinite.empty())) {
     const MaskOf<F> distant = MaskOf<F>(type == kDistantLight);
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
@@ -99,14 +113,10 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
       const Vec3<F> on_disk = r.vec(kLightP) + (disk.s * x + disk.t * y - w) * radius;
       s.point = select(s.infinite, on_disk, s.point);
       for_each_cells<F>(lights, r, distant, [&](const BinnedDensity& cells, MaskOf<F> m) {
-        F cu = pu, cv = pv;
-        IntOf<F> column, row;
-        cells.draw<F>(IntOf<F>{}, texel, &cu, &cv, &column, &row);
-        const float inv = 1.0f / static_cast<float>(cells.texels);
-        const F cx = (to_float(column) + cu) * (2 * inv) - 1.0f, cy = (to_float(row) + cv) * (2 * inv) - 1.0f;
+        F cx, cy;
+        const F of_cell = draw_in_square<F>(cells, IntOf<F>{}, texel, pu, pv, &cx, &cy);
         s.point = select(m, r.vec(kLightP) + (disk.s * cx + disk.t * cy - w) * radius, s.point);
-        // Of the cell that was chosen: at its border the point may round into the next one.
-        of_texel = select(m, cells.density<F>(IntOf<F>{}, column, row) / (4.0f * radius * radius), of_texel);
+        of_texel = select(m, of_cell / (radius * radius), of_texel);
       });
       for_each_portal<F>(
           lights, r, MaskOf<F>(type == kInfiniteLight), [&](const Portal& portal, MaskOf<F> m) {

@@ -114,7 +114,7 @@ GuidedSquares guide_lights(const LightGrid& grid, const std::vector<int32_t>& ta
       const std::vector<double> p = best_draw(table.sky[k], bins.weight);
       bins.add_table(p);
       const auto light = static_cast<size_t>(sky_light[k]);
-      const double chosen = slot(light, lights->tree.empty() ? kLightSelect : kLightAtInfinitySelect);
+      const double chosen = slot(light, kLightDirectSelect);
       sum.skies_before += table.weight * mean_square(table.sky[k], bins.weight) / chosen;
       guided[light] = mean_square(table.sky[k], p);
       if (!guide.chooses()) sum.after += table.weight * guided[light] / chosen;

@@ -7,10 +7,10 @@
 
 namespace lightmill {
 
-/// A light in proportion to its power; `rest` is what is left of `u` to choose by (alias_table.h).
+/// A light for a light path.
 template <class F>
-inline IntOf<F> select_light(const LightTable& lights, F u, F* rest = nullptr) {
-  return select_alias(lights.alias_keep, lights.alias, u, rest);
+inline IntOf<F> select_light(const LightTable& lights, F u) {
+  return select_alias(lights.alias_keep, lights.alias, u);
 }
 
 template <class F>
@@ -77,18 +77,35 @@ inline void for_each_cells(const LightTable& lights, const LightRecord<F>& r, Ma
   }
 }
 
+/// Density per unit area of draws from `cells` over the square [-1, 1]^2 at (x, y).
+template <class F>
+inline F square_density(const BinnedDensity& cells, IntOf<F> table, F x, F y) {
+  const auto cell = [&](F at) {
+    const auto count = static_cast<float>(cells.texels);
+    return to_int(clamp((at + 1.0f) * (0.5f * count), 0.0f, count - 0.5f));
+  };
+  return 0.25f * cells.density<F>(table, cell(x), cell(y));
+}
+
+/// A draw from `cells` over the square [-1, 1]^2 by random numbers `pick`, u and v: (x, y), and its density,
+/// of the cell that was chosen: at its border the point may round into the next one.
+template <class F>
+inline F draw_in_square(const BinnedDensity& cells, IntOf<F> table, F pick, F u, F v, F* x, F* y) {
+  IntOf<F> column, row;
+  cells.draw<F>(table, pick, &u, &v, &column, &row);
+  const float inv = 1.0f / static_cast<float>(cells.texels);
+  *x = (to_float(column) + u) * (2 * inv) - 1.0f;
+  *y = (to_float(row) + v) * (2 * inv) - 1.0f;
+  return 0.25f * cells.density<F>(table, column, row);
+}
+
 /// Density per unit area of drawing the point of a square of half side `radius` around `center` that `at`
 /// lies before or behind, seen along the unit axis of `frame`.
 template <class F>
 inline F cells_density(const BinnedDensity& cells, const Frame<F>& frame, const Vec3<F>& center, F radius,
                        const Vec3<F>& at) {
   const Vec3<F> d = (at - center) * (1.0f / radius);
-  const auto cell = [&](F x) {
-    const auto count = static_cast<float>(cells.texels);
-    return to_int(clamp((x + 1.0f) * (0.5f * count), 0.0f, count - 0.5f));
-  };
-  return cells.density<F>(IntOf<F>{}, cell(dot(d, frame.s)), cell(dot(d, frame.t))) /
-         (4.0f * radius * radius);
+  return square_density<F>(cells, IntOf<F>{}, dot(d, frame.s), dot(d, frame.t)) / (radius * radius);
 }
 
 /// Calls fn(map, mask) for the maps of lights at a point among the lanes.
@@ -218,6 +235,20 @@ inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<
   return density;
 }
 
+/// Of lamps whose light paths go where it pays, the table that says where, and the frame that it is in.
+template <class F>
+struct Aim {
+  IntOf<F> table;
+  MaskOf<F> mask;  // those lanes
+  Frame<F> frame;  // around the normal
+  Aim(const LightTable& lights, IntOf<F> light, const LightRecord<F>& r)
+      : table(gather(lights.aim_of.data(), light)),
+        mask(MaskOf<F>(table >= 0)),
+        frame(select(mask, r.vec(kLightN), splat3<F>(0, 0, 1))) {
+    table = select(mask, table, IntOf<F>{});
+  }
+};
+
 /// Density of emission sampling for the ray that leaves `light` against unit direction `wi` (which points to
 /// the light) and gets to `at`, with cosine `cos_light` to the light's normal.
 template <class F, bool kAnyLight = true>
@@ -226,6 +257,11 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& a
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   F pdf = cos_light * kInvPi / (r.scalar(kLightArea) * (1.0f + r.scalar(kLightTwoSided)));
+  if (kAnyLight && lights.any_aimed()) {
+    const Aim<F> aim(lights, light, r);
+    const F of_cell = square_density<F>(lights.aims, aim.table, -dot(wi, aim.frame.s), -dot(wi, aim.frame.t));
+    pdf = select(aim.mask, of_cell * cos_light / r.scalar(kLightArea), pdf);
+  }
   if (kAnyLight && lights.any_delta) {
     pdf = select(MaskOf<F>(type == kPointLight), splat<F>(1 / (4 * kPi)), pdf);
     if (lights.any_spot) {

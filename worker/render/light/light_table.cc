@@ -106,6 +106,10 @@ std::vector<double> guarded(const std::vector<double>& powers) {
 void LightTable::finish() {
   if (!patterns.empty()) pattern_of.resize(type.size(), -1);
   choose_emitters_by(guarded(powers_));
+  direct_keep = alias_keep;
+  direct_alias = alias;
+  for (size_t i = 0; i < powers_.size(); ++i)
+    records[i * kLightFloats + kLightDirectSelect] = records[i * kLightFloats + kLightSelect];
   for (const double power : powers_) total_power += power;
   build_tree();
   powers_.clear();
@@ -131,12 +135,12 @@ void LightTable::build_tree() {
   }
   if (bounds.size() <= static_cast<size_t>(kAliasLights)) return;
   tree.build(std::move(bounds), count());
+  for (size_t i = 0; i < type.size(); ++i) records[i * kLightFloats + kLightDirectSelect] = 0;
   if (far.empty()) return;
   infinity_share = kInfinityShare;
-  const std::vector<double> probability =
-      build_alias_table(guarded(far), &at_infinity_keep, &at_infinity_alias);
+  const std::vector<double> probability = build_alias_table(guarded(far), &direct_keep, &direct_alias);
   for (size_t k = 0; k < far.size(); ++k) {
-    records[static_cast<size_t>(at_infinity[k]) * kLightFloats + kLightAtInfinitySelect] =
+    records[static_cast<size_t>(at_infinity[k]) * kLightFloats + kLightDirectSelect] =
         static_cast<float>(probability[k]) * infinity_share;
   }
 }

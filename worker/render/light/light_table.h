@@ -1,8 +1,8 @@
 #pragma once
-// All lights of a scene as flat arrays, and how one is selected: by power (Walker's alias method;
-// a small part evenly) for light paths, and for next-event estimation too unless there are many; then by what
-// may reach the point (light_tree.h). Where much of the light is hidden, what was seen to get there decides
-// (light_guide.h).
+// All lights of a scene as flat arrays, and how one is selected: by power (Walker's alias method; a small
+// part evenly) for light paths, unless they have learnt which ones matter (plan/aim_learning.h), and for
+// next-event estimation unless there are many; then by what may reach the point (light_tree.h). Where much of
+// the light is hidden, what was seen to get there decides (light_guide.h).
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -40,8 +40,9 @@ inline constexpr int kLightFloats = 20;
 ///             direction in which it shines
 ///   distant   0 and 3 as infinite, 7 1 + number of its emission cells or 0, 9 unit direction in which it
 ///   shines all       13 radiance rgb (at a point: intensity; with a map the brightest texel's), 16 area, 17
-///   selection probability by power,
-///             18 two-sided (0 or 1), 19 with a light tree: selection probability of lights at infinity
+///   selection probability of light paths,
+///             18 two-sided (0 or 1), 19 selection probability of next-event estimation without a guide; with
+///             a light tree of lights at infinity alone
 enum LightSlot {
   kLightP = 0,
   kLightE1 = 3,
@@ -52,7 +53,7 @@ enum LightSlot {
   kLightArea = 16,
   kLightSelect = 17,
   kLightTwoSided = 18,
-  kLightAtInfinitySelect = 19
+  kLightDirectSelect = 19
 };
 
 /// What varies over an emitter's surface.
@@ -67,21 +68,29 @@ struct EmitterPattern {
 };
 
 struct LightTable {
-  std::vector<float> records;     // kLightFloats per light
-  std::vector<int32_t> type;      // LightType per light
-  std::vector<int32_t> media;     // what lies on the sides (medium.h) of each; empty without media
-  std::vector<float> alias_keep;  // alias method: keep probability
-  std::vector<int32_t> alias;     //               other index
-  std::vector<int32_t> infinite;  // indices of the infinite lights (what an escaping ray sees)
-  LightTree tree;                 // empty: next-event estimation selects by power
-  LightGuide guide;               // empty: wherever the point is
-  float infinity_share = 0;       // with a tree: probability of choosing from `at_infinity` instead
-  std::vector<int32_t> at_infinity, at_infinity_alias;  // infinite and distant lights, selected by power
-  std::vector<float> at_infinity_keep;
+  std::vector<float> records;        // kLightFloats per light
+  std::vector<int32_t> type;         // LightType per light
+  std::vector<int32_t> media;        // what lies on the sides (medium.h) of each; empty without media
+  std::vector<float> alias_keep;     // alias method of light paths: keep probability
+  std::vector<int32_t> alias;        //                              other index
+  std::vector<int32_t> infinite;     // indices of the infinite lights (what an escaping ray sees)
+  LightTree tree;                    // empty: next-event estimation selects by power
+  LightGuide guide;                  // empty: wherever the point is
+  float infinity_share = 0;          // with a tree: probability of choosing from `at_infinity` instead
+  std::vector<int32_t> at_infinity;  // infinite and distant lights
+  // Alias method of next-event estimation, by power: of all lights, or with a tree of those `at_infinity`.
+  std::vector<float> direct_keep;
+  std::vector<int32_t> direct_alias;
   std::vector<EnvironmentMap> environments;
   std::vector<Portal> portals;  // of infinite lights
   // Of distant lights: where light paths start on a square across the scene in place of a disk.
   std::vector<BinnedDensity> emission_cells;
+  // Of lamps: where light paths go, by tables of cells over the square around the unit disk that their
+  // directions project to, across the normal.
+  BinnedDensity aims;
+  std::vector<int32_t> aim_of;  // per light: table of `aims`, or -1; empty if there are none
+  bool paths_learnt = false;    // light paths choose lights and aims by what they bring
+  double aims_gain = 1;         // noise of the image without aims and another choice of lights, over with
   std::vector<EnvironmentMap> goniometers;  // of intensity
   std::vector<ProjectionMap> projectors;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly
@@ -99,7 +108,11 @@ struct LightTable {
   /// Some light at a point shines by an image.
   bool any_imaged() const { return !goniometers.empty() || !projectors.empty(); }
   /// A light path needs a random number for a texel or a cell.
-  bool any_texels() const { return !environments.empty() || any_imaged() || !emission_cells.empty(); }
+  bool any_texels() const {
+    return !environments.empty() || any_imaged() || !emission_cells.empty() || any_aimed();
+  }
+  /// Light paths of some lamps go where it pays (plan/aim_learning.h).
+  bool any_aimed() const { return !aim_of.empty(); }
   /// Next-event estimation chooses lights by their power, wherever the point is.
   bool by_power_alone() const { return tree.empty() && !guide.chooses(); }
   int32_t count() const { return static_cast<int32_t>(type.size()); }
@@ -109,8 +122,7 @@ struct LightTable {
   void add_pattern(const EmitterPattern& pattern);
   /// Builds the selection tables; call once after the last add().
   void finish();
-  /// Makes light paths choose lights in proportion to `weights`. With a light guide that chooses, that is
-  /// all; without one next-event estimation does so, too.
+  /// Makes light paths choose lights in proportion to `weights`.
   void choose_emitters_by(const std::vector<double>& weights);
 
  private:

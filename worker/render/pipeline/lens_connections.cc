@@ -71,7 +71,7 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
       FamilyRatios ratios{};
       add_ratio(&ratios, &FamilyShares::lens, splat<Lane>(1.0f));
       recorder->add_stored(true, g.index, v.depth, light_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
-      recorder->announce(splat_int<Lane>(depth + 1), 1, v.path, mis, ratios);
+      recorder->announce(splat_int<Lane>(depth + 1), 1, v.path, v.path, mis, ratios);
     }
     queue<K>(context, c, valid, context.tiny_contribution, u, true, w);
   }
@@ -123,7 +123,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
     FamilyRatios ratios{};
     add_ratio(&ratios, &FamilyShares::lens, splat<Lane>(1.0f));
     add_ratio(&ratios, &FamilyShares::hit, w_hit);
-    recorder->announce(splat_int<Lane>(1), 1, slot, mis, ratios);
+    recorder->announce(splat_int<Lane>(1), 1, slot, slot, mis, ratios);
   }
   queue<K>(context, c, valid, tiny, u, true, w);
 }

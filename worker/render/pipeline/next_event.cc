@@ -67,7 +67,7 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
       add_ratio(&ratios, &FamilyShares::next_event, splat<Lane>(1.0f));
       add_ratio(&ratios, &FamilyShares::hit, w_light);
       recorder->add_stored(false, g.index, v.depth, camera_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
-      recorder->announce(splat_int<Lane>(1), depth + 1, v.path, mis, ratios);
+      recorder->announce(splat_int<Lane>(1), depth + 1, v.path, splat_int<Lane>(-1), mis, ratios);
     }
     queue<K>(context, c, g.active, context.tiny_contribution, u, false, w);
   }

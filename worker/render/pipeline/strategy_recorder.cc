@@ -26,10 +26,16 @@ uint32_t StrategyRecorder::pixel_of(int32_t slot) const {
   return static_cast<uint32_t>(y) * static_cast<uint32_t>(width_) + static_cast<uint32_t>(x);
 }
 
-void StrategyRecorder::announce(LaneInt s, int t, LaneInt slot, Lane weight, const FamilyRatios& ratios) {
+void StrategyRecorder::announce(LaneInt s, int t, LaneInt slot, LaneInt light_slot, Lane weight,
+                                const FamilyRatios& ratios) {
   for (int l = 0; l < kLanes; ++l) {
-    announced_[static_cast<size_t>(l)] = {lane(s, l),      t,           lane(slot, l),
-                                          lane(weight, l), kNoRoulette, shares_of(ratios, weight, l)};
+    announced_[static_cast<size_t>(l)] = {lane(s, l),
+                                          t,
+                                          lane(slot, l),
+                                          lane(light_slot, l),
+                                          lane(weight, l),
+                                          kNoRoulette,
+                                          shares_of(ratios, weight, l)};
   }
 }
 
@@ -70,8 +76,15 @@ void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seco
     if (rays.occluded[k]) continue;
     const uint32_t pixel =
         splats ? static_cast<uint32_t>(rays.target[k] & ~kNegativeSplat) : pixel_of(a.slot);
-    contributions.push_back(
-        {a.s, a.t, a.slot, pixel, {rays.r[k], rays.g[k], rays.b[k]}, a.weight, a.size, a.shares});
+    contributions.push_back({a.s,
+                             a.t,
+                             a.slot,
+                             a.light_slot,
+                             pixel,
+                             {rays.r[k], rays.g[k], rays.b[k]},
+                             a.weight,
+                             a.size,
+                             a.shares});
   }
   resolving_seconds_ += seconds;
 }
@@ -86,6 +99,7 @@ void StrategyRecorder::emission(int t, LaneInt slot, LaneMask mask, const Vec3<L
     contributions.push_back({0,
                              t,
                              lane(slot, l),
+                             -1,
                              pixel_of(lane(slot, l)),
                              {lane(rgb.x, l), lane(rgb.y, l), lane(rgb.z, l)},
                              lane(weight, l),

@@ -34,7 +34,8 @@ inline void add_ratio(FamilyRatios* ratios, float FamilyShares::*family, Lane x)
 /// A contribution that reached the film.
 struct StrategyContribution {
   int32_t s = 0, t = 0;      // vertices of the light and of the camera subpath
-  int32_t slot = 0;          // of the path(s) within the cell
+  int32_t slot = 0;          // of the camera path within the cell; of splats of the light path
+  int32_t light_slot = -1;   // of the light path within its wavefront, if there is one
   uint32_t pixel = 0;        // row-major in the full frame
   float rgb[3] = {0, 0, 0};  // weighted, on the scale of a pixel sample
   float weight = 0;          // MIS weight within rgb
@@ -52,6 +53,12 @@ struct PathVertex {
   float throughput[3] = {0, 0, 0};
 };
 
+/// How a light path set out.
+struct PathStart {
+  int32_t light = 0;
+  float direction[3] = {0, 0, 0};
+};
+
 /// Counts of one (s,t). evaluated = zero + rouletted + occluded + visible.
 struct StrategyCounts {
   uint64_t evaluated = 0, zero = 0, rouletted = 0, occluded = 0, visible = 0;
@@ -65,7 +72,8 @@ class StrategyRecorder {
   std::vector<StrategyContribution> contributions;  // since the last clear()
   std::vector<PathVertex> vertices;                 // the same, while `trace`
   bool trace = false;
-  Table counts{};  // [s][t]
+  Table counts{};                                    // [s][t]
+  std::array<PathStart, kWavefront> light_starts{};  // of the last light paths, by slot
   double light_subpath_seconds = 0, camera_subpath_seconds = 0;
   uint64_t camera_hits = 0, light_hits = 0;  // surfaces that paths met
   uint64_t inconsistent_hits = 0;            // ended where shading and geometric normal disagree on the side
@@ -76,7 +84,7 @@ class StrategyRecorder {
   void clear() { contributions.clear(), vertices.clear(); }
 
   /// Names the lanes of the next call that queues candidates.
-  void announce(LaneInt s, int t, LaneInt slot, Lane weight, const FamilyRatios& ratios);
+  void announce(LaneInt s, int t, LaneInt slot, LaneInt light_slot, Lane weight, const FamilyRatios& ratios);
   /// Of the announced lanes: evaluated, and those that were zero or lost at roulette.
   void candidates(unsigned evaluated, unsigned zero, unsigned rouletted);
   /// Announced lane `l` became entry `i` of the shadow rays; `size` is what roulette judged it by.
@@ -92,7 +100,7 @@ class StrategyRecorder {
   // The parts of dVC along the subpaths (mis.h): of a camera path what lens connections add, of a light path
   // what next event and emission hits add; the rest is connections. Slots and vertices as in the wavefront.
   void start_camera_paths() { camera_.fill({}); }
-  void start_light_paths(int base, Lane dvc);
+  void start_light_paths(int base, Lane dvc, LaneInt light, const Vec3<Lane>& direction);
   /// M3: everything is divided by the cosine.
   void hit(bool light, LaneInt slot, LaneMask mask, Lane inv_cos);
   /// M4, M5: parts are scaled by `gain`; at depth 1 `dvcm_term` is the family's own.
@@ -112,7 +120,7 @@ class StrategyRecorder {
 
  private:
   struct Announced {
-    int32_t s = 0, t = 0, slot = 0;
+    int32_t s = 0, t = 0, slot = 0, light_slot = -1;
     float weight = 0, size = kNoRoulette;
     FamilyShares shares;
   };

@@ -5,8 +5,13 @@
 
 namespace lightmill {
 
-void StrategyRecorder::start_light_paths(int base, Lane dvc) {
-  for (int l = 0; l < kLanes; ++l) light_[static_cast<size_t>(base + l)] = {0, lane(dvc, l), 0};
+void StrategyRecorder::start_light_paths(int base, Lane dvc, LaneInt light, const Vec3<Lane>& direction) {
+  for (int l = 0; l < kLanes; ++l) {
+    const auto slot = static_cast<size_t>(base + l);
+    light_[slot] = {0, lane(dvc, l), 0};
+    light_starts[slot] = {lane(light, l),
+                          {lane(direction.x, l), lane(direction.y, l), lane(direction.z, l)}};
+  }
 }
 
 void StrategyRecorder::hit(bool light, LaneInt slot, LaneMask mask, Lane inv_cos) {

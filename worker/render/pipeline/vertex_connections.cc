@@ -78,7 +78,7 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
                              f.pdf_reverse, &ratios);
         recorder->add_stored(true, index, l.depth, light_ratio * inv_connections, l.dvcm, l.dvc,
                              fl.pdf_reverse, &ratios);
-        recorder->announce(l.depth + 1, depth + 1, v.path, mis, ratios);
+        recorder->announce(l.depth + 1, depth + 1, v.path, l.path, mis, ratios);
       }
       queue<K>(context, c, active, context.tiny_contribution, u, false, w);
     }

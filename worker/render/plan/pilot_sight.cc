@@ -7,8 +7,6 @@
 namespace lightmill {
 namespace {
 
-/// Camera paths that a pilot traces at most.
-constexpr int64_t kPilotPaths = 3 << 16;
 /// Of large images it looks at one of so many pixels at least, beyond that at fewer cells.
 constexpr uint32_t kMostThinned = 64;
 /// The first of two blocks, of 16 samples in an image, half of the pilot's samples are taken from each of.
@@ -28,13 +26,13 @@ std::vector<int64_t> pilot_cells(int64_t cells, int64_t count) {
 
 }  // namespace
 
-PilotSight::PilotSight(const FilmGrid& grid) : film_(grid.cells()) {
+PilotSight::PilotSight(const FilmGrid& grid, int64_t paths) : film_(grid.cells()) {
   const int64_t pixels = grid.crop.area(), count = grid.cells().count();
-  while (samples < kMostSamples && 2 * samples * pixels <= kPilotPaths) samples *= 2;
+  while (samples < kMostSamples && 2 * samples * pixels <= paths) samples *= 2;
   while (samples * thinning.side * thinning.side < kLeastWeighed) thinning.side *= 2;
   uint32_t& one_in = thinning.one_in;
-  while (one_in < kMostThinned && samples * pixels > kPilotPaths * one_in) one_in *= 2;
-  cells = pilot_cells(count, std::min(count, kPilotPaths * one_in / (samples * kCellPixels)));
+  while (one_in < kMostThinned && samples * pixels > paths * one_in) one_in *= 2;
+  cells = pilot_cells(count, std::min(count, paths * one_in / (samples * kCellPixels)));
 }
 
 CellRect PilotSight::rect(size_t i) const {

@@ -1,5 +1,6 @@
 #pragma once
-// What a pilot looks at: cells of the film, few of their pixels where there are many, a few samples of each.
+// What a look at a scene before its render takes in: cells of the film, few of their pixels where there are
+// many, a few samples of each.
 #include <cstdint>
 #include <vector>
 
@@ -12,6 +13,8 @@ struct PilotSight {
   /// Samples per pixel of the cells that it takes.
   static constexpr int64_t kLeastSamples = 2, kMostSamples = 32;
   static constexpr int64_t kLeastWeighed = 8;
+  /// Camera paths that a pilot traces at most.
+  static constexpr int64_t kPilotPaths = 3 << 16;
 
   int64_t samples = kLeastSamples;
   /// Pixels are looked at in squares whose values are known from kLeastWeighed camera paths at least: what a
@@ -19,7 +22,8 @@ struct PilotSight {
   Thinning thinning;
   std::vector<int64_t> cells;  // row-major in those of the film
 
-  explicit PilotSight(const FilmGrid& grid);
+  /// Of at most `paths` camera paths.
+  explicit PilotSight(const FilmGrid& grid, int64_t paths = kPilotPaths);
   CellRect rect(size_t i) const;  // of cells[i]
   double paths_per_pixel() const { return static_cast<double>(samples) / thinning.one_in; }
   /// Sample index number `j` of those taken: half of them are of one block, half of the next.

@@ -193,6 +193,12 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        : scene.lights.any_distant           ? "much of every distant light gets to what is seen"
                                             : "no distant light",
        "a table of where light paths start, and a look-up per weight of one");
+  const std::string noise = text(static_cast<int>(std::lround(100 * scene.lights.aims_gain - 100)));
+  item("light path aims", scene.lights.paths_learnt,
+       scene.lights.paths_learnt     ? "light paths that went anywhere would make " + noise + " % more noise"
+       : scene.lights.aims_gain == 1 ? "there are no light paths, or one place for them to go"
+                                     : "light paths that go anywhere make " + noise + " % more noise",
+       "a look-up per light path and per weight of one, and longer paths");
   item("delta lights", scene.lights.any_delta,
        scene.lights.any_delta ? "a light at a point or a distant one"
                               : "no light at a point and no distant one",

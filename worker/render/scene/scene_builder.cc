@@ -273,13 +273,15 @@ uint64_t bytes_of(const RenderScene& s) {
   const auto bytes = [](const auto&... arrays) {
     return (uint64_t{0} + ... + (arrays.capacity() * sizeof arrays[0]));
   };
-  uint64_t lights = bytes(s.lights.records, s.lights.type, s.lights.alias_keep, s.lights.alias);
+  uint64_t lights = bytes(s.lights.records, s.lights.type, s.lights.alias_keep, s.lights.alias,
+                          s.lights.direct_keep, s.lights.direct_alias);
   const auto add_map = [&](const auto& map) {
     lights += bytes(map.rgb, map.density, map.alias_keep, map.alias);
   };
   std::for_each(s.lights.environments.begin(), s.lights.environments.end(), add_map);
   for (const EnvironmentMap& map : s.lights.environments) lights += map.bins.bytes();
   for (const BinnedDensity& cells : s.lights.emission_cells) lights += cells.bytes();
+  lights += s.lights.aims.bytes() + sizeof(int32_t) * s.lights.aim_of.capacity();
   lights += s.lights.guide.bytes();
   std::for_each(s.lights.goniometers.begin(), s.lights.goniometers.end(), add_map);
   std::for_each(s.lights.projectors.begin(), s.lights.projectors.end(), add_map);

@@ -93,6 +93,7 @@ TEST(Diagnosis, PredictsTheNoiseOfOtherSets) {
   s.sphere({0.3, -0.7, 0.2}, 0.25, s.conductor(0.9f, 0.2f));
   s.camera({0, 0.6, -0.95}, {0, -1, 0.3}, 70).film(32, 32);
   const Diagnosis d = diagnose(s.scene, settings_for(s.scene, Integrator::kBdpt, 1024, 5), 1, always);
+  const Renderer scene(s.scene, settings_for(s.scene, Integrator::kBdpt, 1, 5), 1);
   for (size_t i = 1; i < StrategyFilm::kSets; ++i) {
     const Strategies set = StrategyFilm::set(i);
     if (!(set & kNextEvent)) continue;  // the few hits on the lamp would need far more samples
@@ -102,7 +103,7 @@ TEST(Diagnosis, PredictsTheNoiseOfOtherSets) {
     std::vector<double> sum(d.image.data.size()), squares(d.image.data.size());
     for (settings.seed = 100; settings.seed < 100 + kSeeds; ++settings.seed) {
       Film film(settings.grid);
-      film.fold(render_partial(s.scene, settings));
+      film.fold(render_partial(Renderer(scene, settings)));
       const Image image = film.resolve();
       for (size_t k = 0; k < sum.size(); ++k) {
         sum[k] += static_cast<double>(image.data[k]);

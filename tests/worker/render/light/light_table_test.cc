@@ -68,7 +68,8 @@ TEST(LightTable, WhatIsLeftOfTheChoiceIsStratified) {
     std::vector<std::array<int, kParts>> counts(powers.size());
     for (int i = 0; i < kNumbers; ++i) {
       float rest = -1;
-      const int32_t light = select_light<float>(t, (static_cast<float>(i) + 0.5f) / kNumbers, &rest);
+      const int32_t light = select_alias<float>(t.direct_keep, t.direct_alias,
+                                                (static_cast<float>(i) + 0.5f) / kNumbers, &rest);
       ASSERT_GE(rest, 0);
       ASSERT_LT(rest, 1);
       ++counts[static_cast<size_t>(light)][static_cast<size_t>(rest * kParts)];

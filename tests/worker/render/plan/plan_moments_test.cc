@@ -28,7 +28,9 @@ constexpr int kSamples = 64;
 Rays rays_under(const TestScene& s, const SamplingPlan& plan, MomentRecorder* moments) {
   RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, kSamples, 5);
   settings.plan = plan;
-  const Renderer renderer(s.scene, settings, 1);
+  // Light paths that learnt not to start at that lamp would waste little.
+  const Renderer unlearnt(s.scene, settings_for(s.scene, Integrator::kPt, kSamples, 5), 1);
+  const Renderer renderer(unlearnt, settings);
   const auto workspace = renderer.make_workspace();
   StrategyRecorder recorder;
   double paths = 0;

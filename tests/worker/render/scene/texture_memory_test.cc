@@ -166,7 +166,7 @@ TEST_F(TextureMemory, ARenderHasTheSameBitsUnderEveryBound) {
         diffuse->reflectance.texture = i;
     }
   }
-  s.film(16, 16);
+  s.film(8, 8);
   const RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 1, 4);
   const auto render = [&](uint64_t bound) {
     const Renderer r(s.scene, settings, {1, bound});

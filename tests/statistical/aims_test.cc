@@ -1,0 +1,48 @@
+// A lamp whose light paths go to a screen: every set of strategies gives the same image.
+//
+// Confidence as in strategies_test.cc.
+#include <gtest/gtest.h>
+
+#include "tests/statistical/strategy_set.h"
+#include "tests/support/render.h"
+#include "worker/render/pipeline/context.h"
+#include "worker/render/renderer.h"
+
+namespace lightmill::test {
+namespace {
+
+/// A floor behind a lamp, which shines the other way: all light comes back from a screen that little of it
+/// meets.
+TestScene lamp_and_screen() {
+  TestScene s;
+  s.quad({-6, 0, -1.4}, {0, 0, 2.8}, {2.8, 0, 0}, s.diffuse({0.6f, 0.5f, 0.3f}));
+  s.quad({-0.5, 1, -0.5}, {0, 0, 1}, {0, 1, 0}, s.diffuse(0.8f));
+  s.quad({-3, 1.8, -0.3}, {0, 0, 0.6}, {0, -0.6, 0}, s.diffuse(0), {.radiance = {40, 36, 30}});
+  s.camera({-4.6, 3, 0.2}, {-4.6, 0, 0}, 45).film(32, 32);
+  return s;
+}
+
+class AimSets : public ::testing::TestWithParam<unsigned> {};
+
+TEST_P(AimSets, Agree) {
+  const TestScene s = lamp_and_screen();
+  const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kBdpt, 4, 3), 1);
+  ASSERT_TRUE(renderer.context().scene.lights.any_aimed());
+  // Camera paths alone, which know nothing of aims, find the lamp with luck.
+  const int64_t spp = GetParam() & kLightPaths ? 6144 : 16384;
+  expect_agrees_with_all(s, GetParam(),
+                         {.max_depth = 3, .spp = spp, .weak_spp = 8192, .all_spp = 1024, .once_spp = 1024});
+}
+
+std::vector<unsigned> sets_to_compare() {
+  std::vector<unsigned> sets{kEmissionHits | kNextEvent};
+  for (unsigned set = 1; set <= kAllStrategies; ++set) {
+    if (set & kLightPaths) sets.push_back(set);
+  }
+  return sets;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, AimSets, ::testing::ValuesIn(sets_to_compare()), set_name);
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,149 @@
+// Lamps with aims: light paths take directions by a table of cells, bring what they bring without one, and
+// their densities are those of their directions; lanes have the bits of scalars.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/worker/render/light/light_cases.h"
+
+namespace lightmill::test {
+namespace {
+
+constexpr int32_t kSide = 8;
+
+/// A lamp of two triangles with aims, and one of one triangle without.
+LightScene aimed_lamp() {
+  TestScene s;
+  s.quad({-1, 2, 1}, {2, 0, 0.5}, {0, 1, 0}, s.diffuse(0), {.radiance = {3, 2, 1}});
+  s.triangle({3, 0, 0}, {4, 0, 0}, {3, 1, 1}, s.diffuse(0), {.radiance = {1, 1, 1}});
+  LightScene scene(s);
+  LightTable& lights = scene.scene.lights;
+  Random random(5);
+  std::vector<double> weights(size_t{kSide} * kSide);
+  for (double& w : weights) w = 0.05 + double{random.uniform()} * random.uniform();
+  double total = 0;
+  for (const double w : weights) total += w;
+  for (double& w : weights) w /= total;
+  lights.aims = BinnedDensity(std::vector<double>(weights.size(), 1), kSide);
+  lights.aims.add_table(std::vector<double>(weights.size(), 1 / (double{kSide} * kSide)));
+  lights.aims.add_table(weights);
+  lights.aim_of = {1, 1, -1};
+  return scene;
+}
+
+/// A path from the light that `pick` chooses.
+EmissionSample<float> emit(const LightTable& lights, Random& random, float pick) {
+  const float texel = random.uniform(), pu = random.uniform(), pv = random.uniform(), du = random.uniform(),
+              dv = random.uniform();
+  return sample_emission<float>(lights, pick, texel, pu, pv, du, dv);
+}
+
+float random_pick(Random& random) { return random.uniform(); }
+
+TEST(Aims, PathsGoByTheTable) {
+  const LightScene scene = aimed_lamp();
+  const LightTable& lights = scene.lights();
+  constexpr int kSamples = 400000;
+  std::vector<double> observed(size_t{kSide} * kSide), inside = observed, expected = observed;
+  Random random(6);
+  int aimed = 0, at_a_border = 0, lost = 0;
+  for (int i = 0; i < kSamples; ++i) {
+    const auto e = emit(lights, random, random_pick(random));
+    if (lights.aim_of[static_cast<size_t>(e.light)] < 0) continue;
+    ++aimed;
+    if (e.power.x == 0) {
+      ++lost;
+      continue;
+    }
+    const Frame<float> frame(e.normal);
+    const auto cell = [&](float x) {
+      return std::clamp(static_cast<int>((x + 1) / 2 * kSide), 0, kSide - 1);
+    };
+    ++observed[static_cast<size_t>(cell(dot(e.direction, frame.t)) * kSide +
+                                   cell(dot(e.direction, frame.s)))];
+    ASSERT_NEAR(dot(e.direction, e.direction), 1, 1e-5);
+    ASSERT_NEAR(dot(e.direction, e.normal), e.cos_light, 1e-5);
+    const float p = emission_pdf<float>(lights, e.light, {}, -e.direction, e.cos_light);
+    at_a_border += std::fabs(p / e.pdf - 1) > 1e-3f;
+  }
+  EXPECT_LT(at_a_border, kSamples / 1000);
+  // The part of each cell that is on the disk, by a fine grid.
+  constexpr int kFine = 64;
+  double drawn = 0;
+  for (int32_t y = 0; y < kSide * kFine; ++y) {
+    for (int32_t x = 0; x < kSide * kFine; ++x) {
+      const double a = (x + 0.5) * 2 / (kSide * kFine) - 1, b = (y + 0.5) * 2 / (kSide * kFine) - 1;
+      if (a * a + b * b >= 1) continue;
+      const auto i = static_cast<size_t>(y / kFine * kSide + x / kFine);
+      expected[i] += double{lights.aims.density<float>(1, x / kFine, y / kFine)} * aimed /
+                     (double{kSide} * kFine * kSide * kFine);
+    }
+  }
+  for (const double e : expected) drawn += e;
+  EXPECT_NEAR(lost / (aimed - drawn), 1, 0.02);
+  EXPECT_TRUE(chi_square_passes(chi_square(observed, expected)));
+}
+
+// Radiance x cosine / density adds up to pi A L, as without aims, and by quadrature densities to 1 / A.
+TEST(Aims, PathsCarryThePower) {
+  const LightScene scene = aimed_lamp();
+  const LightTable& lights = scene.lights();
+  LightTable plain = lights;
+  plain.aim_of.clear();
+  for (const Vec3<float>& axis : {Vec3<float>{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+    const auto flux_along = [&](const LightTable& of, uint32_t seed) {
+      Random random(seed);
+      return mean_of(200000, [&] {
+        const auto e = emit(of, random, random_pick(random));
+        const double along = double{dot(e.direction, axis)};
+        return double{e.power.y} * (1 + 0.5 * along);
+      });
+    };
+    EXPECT_TRUE(means_agree(flux_along(lights, 1), flux_along(plain, 2), {.resolution = 0.02}));
+  }
+  const LightRecord<float> r(lights, 0);
+  const Frame<float> frame(r.vec(kLightN));
+  constexpr int kSteps = 1000;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int k = 0; k < kSteps; ++k) {
+      const auto x = static_cast<float>((i + 0.5) * 2 / kSteps - 1),
+                 y = static_cast<float>((k + 0.5) * 2 / kSteps - 1);
+      const float z2 = 1 - x * x - y * y;
+      if (z2 <= 0) continue;
+      const float z = std::sqrt(z2);
+      const Vec3<float> d = frame.to_world({x, y, z});
+      sum += double{emission_pdf<float>(lights, 0, {}, -d, z)} / double{z} * 4 / (double{kSteps} * kSteps);
+    }
+  }
+  // Draws in the corners of cells beyond the disk are lost.
+  const double chance = sum * r.scalar(kLightArea) / r.scalar(kLightSelect);
+  EXPECT_GT(chance, 0.75);
+  EXPECT_LT(chance, 1);
+}
+
+TEST(Aims, LanesHaveTheBitsOfScalars) {
+  const LightScene scene = aimed_lamp();
+  Random random(7);
+  for (int round = 0; round < 3000; ++round) {
+    Float8 x[6];
+    for (Float8& f : x) {
+      for (int l = 0; l < 8; ++l) f[l] = random.uniform();
+    }
+    const auto s = sample_emission<Float8>(scene.lights(), x[0], x[1], x[2], x[3], x[4], x[5]);
+    const Float8 p = emission_pdf<Float8>(scene.lights(), s.light, s.point, -s.direction, s.cos_light);
+    for (int l = 0; l < 8; ++l) {
+      const auto t =
+          sample_emission<float>(scene.lights(), x[0][l], x[1][l], x[2][l], x[3][l], x[4][l], x[5][l]);
+      ASSERT_EQ(s.light[l], t.light);
+      ASSERT_EQ(float_bits(s.direction.y[l]), float_bits(t.direction.y));
+      ASSERT_EQ(float_bits(s.power.x[l]), float_bits(t.power.x));
+      ASSERT_EQ(float_bits(s.pdf[l]), float_bits(t.pdf));
+      ASSERT_EQ(float_bits(p[l]),
+                float_bits(emission_pdf<float>(scene.lights(), t.light, t.point, -t.direction, t.cos_light)));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test

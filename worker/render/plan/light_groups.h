@@ -1,0 +1,23 @@
+#pragma once
+// Lights that learn together where their light paths are to go (aim_learning.h).
+#include <cstdint>
+#include <vector>
+
+#include "worker/render/light/light_table.h"
+
+namespace lightmill {
+
+/// Groups at most: where lights are more, those of least power are one group, the last.
+inline constexpr size_t kMostLightGroups = 256;
+
+/// The triangles of a flat lamp, or a light of any other kind.
+struct LightGroups {
+  std::vector<int32_t> of;     // per light
+  std::vector<double> chosen;  // probability that a light path starts from one of them, per group
+  std::vector<bool> flat;      // per group: a lamp with one side and one normal
+
+  explicit LightGroups(const LightTable& lights);
+  size_t count() const { return chosen.size(); }
+};
+
+}  // namespace lightmill

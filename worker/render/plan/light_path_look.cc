@@ -1,0 +1,185 @@
+#include "worker/render/plan/light_path_look.h"
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <utility>
+
+#include "common/parallel.h"
+#include "worker/render/light/light_record.h"
+#include "worker/render/pipeline/pipeline.h"
+#include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/plan/pilot_sight.h"
+#include "worker/render/plan/pilot_values.h"
+
+namespace lightmill {
+namespace {
+
+/// Camera paths, and about as many light paths, that are followed at most; fewer of an image so small that
+/// they would take longer than the image.
+constexpr int64_t kPaths = int64_t{1} << 15, kPathsPerPixel = 8;
+
+int32_t cell_of(float x) {
+  return std::clamp(static_cast<int32_t>((x + 1) * (0.5f * kAimSide)), 0, kAimSide - 1);
+}
+
+/// What a light path brought, and how it set out.
+struct Arrival {
+  uint32_t pixel = 0;
+  Channels rgb{};
+  int32_t group = 0, cell = -1;  // -1: it has no direction that is asked for
+  bool second_half = false, splat = false;
+};
+
+/// Of camera paths without connections: the variance of one, times their number.
+struct PixelNoise {
+  uint32_t pixel = 0;
+  std::array<double, 3> variance{};
+};
+
+/// The camera paths of one cell of the film.
+class CameraSums {
+ public:
+  void add(const StrategyContribution& c) {
+    for (size_t ch = 0; ch < 3; ++ch) sample_[static_cast<size_t>(c.slot)][ch] += double{c.rgb[ch]};
+  }
+  void end_sample() {
+    for (size_t slot = 0; slot < sample_.size(); ++slot) {
+      for (size_t ch = 0; ch < 3; ++ch) {
+        const double x = sample_[slot][ch];
+        sum_[slot][ch] += x;
+        squares_[slot][ch] += x * x;
+      }
+      sample_[slot] = {};
+    }
+  }
+  std::vector<PixelNoise> noise(const FilmGrid& grid, const CellRect& rect, int64_t samples) const {
+    const auto n = static_cast<double>(samples);
+    std::vector<PixelNoise> noise;
+    for (size_t slot = 0; slot < sum_.size(); ++slot) {
+      const int x = rect.x0 * kCellSize + static_cast<int>(slot) % kCellSize,
+                y = rect.y0 * kCellSize + static_cast<int>(slot) / kCellSize;
+      PixelNoise p;
+      p.pixel = static_cast<uint32_t>(y) * static_cast<uint32_t>(grid.width) + static_cast<uint32_t>(x);
+      for (size_t ch = 0; ch < 3; ++ch)
+        p.variance[ch] =
+            n / (n - 1) * std::max(squares_[slot][ch] - sum_[slot][ch] * sum_[slot][ch] / n, 0.0);
+      if (std::accumulate(p.variance.begin(), p.variance.end(), 0.0) > 0) noise.push_back(p);
+    }
+    return noise;
+  }
+
+ private:
+  using Pixels = std::vector<std::array<double, 3>>;
+  Pixels sample_ = Pixels(kCellPixels), sum_ = sample_, squares_ = sample_;
+};
+
+class Look {
+ public:
+  Look(const StageContext& context, const LightGroups& groups)
+      : context_(context),
+        groups_(groups),
+        sight_(context.grid, std::min(kPaths, kPathsPerPixel * context.grid.crop.area())),
+        values_(context.grid, sight_),
+        arrivals_(sight_.cells.size()),
+        noise_(sight_.cells.size()) {
+    context_.thinning = sight_.thinning;
+  }
+
+  LightPathSums run(int threads) {
+    parallel_for(sight_.cells.size(), threads, [&](size_t i) { look_at(i); });
+    values_.finish();
+    LightPathSums sums;
+    sums.groups.resize(groups_.count());
+    for (const std::vector<Arrival>& arrivals : arrivals_) {
+      for (const Arrival& a : arrivals) {
+        GroupSums& to = sums.groups[static_cast<size_t>(a.group)];
+        (a.cell < 0 ? to.elsewhere[a.second_half] : to.cells[a.second_half][static_cast<size_t>(a.cell)]) +=
+            square(a);
+      }
+    }
+    for (const std::vector<PixelNoise>& noise : noise_) {
+      for (const PixelNoise& n : noise) {
+        const PixelValue value = value_of(n.pixel);
+        for (size_t ch = 0; ch < 3; ++ch) sums.rest += n.variance[ch] * double{value.weight(ch)};
+      }
+    }
+    return sums;
+  }
+
+ private:
+  PixelValue value_of(uint32_t pixel) const {
+    const auto width = static_cast<uint32_t>(context_.grid.width);
+    return values_.of(static_cast<int>(pixel % width), static_cast<int>(pixel / width));
+  }
+  double square(const Arrival& a) const {
+    const PixelValue value = value_of(a.pixel);
+    const float share = a.splat ? value.splat_share : value.camera_share;
+    double square = 0;
+    for (size_t ch = 0; ch < 3; ++ch)
+      square += double{a.rgb[ch]} * a.rgb[ch] * value.weight_beside(ch, a.rgb[ch], share);
+    return square;
+  }
+
+  /// All samples of one cell of the sight.
+  void look_at(size_t i) {
+    const auto wavefront = std::make_unique<Wavefront>();
+    const auto recorder = std::make_unique<StrategyRecorder>();
+    wavefront->recorder = recorder.get();
+    const CellRect rect = sight_.rect(i);
+    CellLook look;
+    CameraSums camera;
+    for (int64_t j = 0; j < sight_.samples; ++j) {
+      const int64_t s = sight_.index(j);
+      render_packet(context_, {rect.x0, rect.y0, s, s + 1}, 0, *wavefront, nullptr);
+      look.add(recorder->contributions, wavefront->counters.light_paths);
+      for (const StrategyContribution& c : recorder->contributions) {
+        if (c.light_slot < 0) {
+          camera.add(c);
+        } else {
+          arrivals_[i].push_back(arrival(c, recorder->light_starts[static_cast<size_t>(c.light_slot)]));
+          arrivals_[i].back().second_half = sight_.block(j) > 0;
+        }
+      }
+      camera.end_sample();
+      recorder->clear();
+    }
+    noise_[i] = camera.noise(context_.grid, rect, sight_.samples);
+    values_.take(i, std::move(look));
+  }
+
+  Arrival arrival(const StrategyContribution& c, const PathStart& start) const {
+    Arrival a;
+    a.pixel = c.pixel;
+    a.rgb = {c.rgb[0], c.rgb[1], c.rgb[2]};
+    a.group = groups_.of[static_cast<size_t>(start.light)];
+    a.splat = c.t == 1;
+    // An emitter joined to the lens has no direction.
+    if (c.s > 1 && groups_.flat[static_cast<size_t>(a.group)]) {
+      const Frame<float> frame(LightRecord<float>(context_.scene.lights, start.light).vec(kLightN));
+      const Vec3<float> d{start.direction[0], start.direction[1], start.direction[2]};
+      a.cell = cell_of(dot(d, frame.t)) * kAimSide + cell_of(dot(d, frame.s));
+    }
+    return a;
+  }
+
+  StageContext context_;
+  const LightGroups& groups_;
+  PilotSight sight_;
+  PilotValues values_;
+  // By cell of the sight.
+  std::vector<std::vector<Arrival>> arrivals_;
+  std::vector<std::vector<PixelNoise>> noise_;
+};
+
+}  // namespace
+
+double GroupSums::sum(size_t half) const {
+  return std::accumulate(cells[half].begin(), cells[half].end(), elsewhere[half]);
+}
+
+LightPathSums look_at_light_paths(const StageContext& context, const LightGroups& groups, int threads) {
+  return Look(context, groups).run(threads);
+}
+
+}  // namespace lightmill
