@@ -1,8 +1,12 @@
-// A lamp whose light paths go to a screen: every set of strategies gives the same image.
+// Lights whose light paths go where they bring something: the image is what it is without, and by every set
+// of strategies.
 //
 // Confidence as in strategies_test.cc.
 #include <gtest/gtest.h>
 
+#include <numeric>
+
+#include "common/image/film.h"
 #include "tests/statistical/strategy_set.h"
 #include "tests/support/render.h"
 #include "worker/render/pipeline/context.h"
@@ -22,15 +26,47 @@ TestScene lamp_and_screen() {
   return s;
 }
 
+/// A floor in the shade of a point, and a dull metal ball beyond that throws some light back.
+TestScene point_and_ball() {
+  TestScene s;
+  s.quad({-6, 0, -1.4}, {0, 0, 2.8}, {2.8, 0, 0}, s.diffuse({0.6f, 0.5f, 0.3f}));
+  s.quad({-3, 1.3, -0.6}, {0, 0, 1.2}, {0, 0.95, 0}, s.diffuse(0));
+  s.sphere({-2.6, 2.2, 2.5}, 0.4, s.conductor(0.9f, 0.15f));
+  s.camera({-4.6, 3, 0.2}, {-4.6, 0, 0}, 45).film(32, 32);
+  return s.point_light({-2.9, 2.2, 0}, {10, 9, 8});
+}
+
+/// Means over the image of bdpt, one to a seed, by the lights that `world` has.
+Estimate mean_by(const Renderer& world, RenderSettings settings) {
+  std::vector<double> means;
+  for (settings.seed = 1; settings.seed <= 16; ++settings.seed) {
+    Film film(settings.grid);
+    film.fold(render_partial(Renderer(world, settings)));
+    const Image image = film.resolve();
+    means.push_back(std::accumulate(image.data.begin(), image.data.end(), 0.0) /
+                    static_cast<double>(image.data.size()));
+  }
+  return estimate(means);
+}
+
+TEST(Aims, LeaveTheImageAsItIs) {
+  for (const TestScene& s : {lamp_and_screen(), point_and_ball()}) {
+    const RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 512, 3);
+    // Path tracing builds a scene whose lights learn nothing.
+    const Renderer aimed(s.scene, settings, 1),
+        plain(s.scene, settings_for(s.scene, Integrator::kPt, 512, 3), 1);
+    ASSERT_TRUE(aimed.context().scene.lights.any_aimed());
+    ASSERT_FALSE(plain.context().scene.lights.any_aimed());
+    EXPECT_TRUE(means_agree(mean_by(aimed, settings), mean_by(plain, settings), {.resolution = 0.05}));
+  }
+}
+
 class AimSets : public ::testing::TestWithParam<unsigned> {};
 
 TEST_P(AimSets, Agree) {
-  const TestScene s = lamp_and_screen();
-  const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kBdpt, 4, 3), 1);
-  ASSERT_TRUE(renderer.context().scene.lights.any_aimed());
   // Camera paths alone, which know nothing of aims, find the lamp with luck.
   const int64_t spp = GetParam() & kLightPaths ? 6144 : 16384;
-  expect_agrees_with_all(s, GetParam(),
+  expect_agrees_with_all(lamp_and_screen(), GetParam(),
                          {.max_depth = 3, .spp = spp, .weak_spp = 8192, .all_spp = 1024, .once_spp = 1024});
 }
 
@@ -43,6 +79,5 @@ std::vector<unsigned> sets_to_compare() {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, AimSets, ::testing::ValuesIn(sets_to_compare()), set_name);
-
 }  // namespace
 }  // namespace lightmill::test

@@ -52,20 +52,6 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
   Vec3<F> radiance = r.vec(kLightRadiance);
   // Density by the texel that was chosen: at its border the direction may round into the next one.
   F of_texel{};
-  if (kAnyLight && lights.any_aimed()) {
-    const Aim<F> aim(lights, s.light, r);
-    F x, y;
-    const F of_cell = draw_in_square<F>(lights.aims, aim.table, texel, du, dv, &x, &y);
-    const F z2 = 1.0f - x * x - y * y;
-    // Corners of cells that are not on the disk are no direction: a path that carries nothing.
-    const MaskOf<F> on_disk = MaskOf<F>(z2 > 0.0f);
-    const F z = select(on_disk, safe_sqrt(z2), splat<F>(1.0f));
-    const Vec3<F> to = select(on_disk, aim.frame.to_world({x, y, z}), aim.frame.n);
-    s.direction = select(aim.mask, to, s.direction);
-    s.cos_light = select(aim.mask, z, s.cos_light);
-    radiance = select(mask_and(aim.mask, mask_not(on_disk)), Vec3<F>{}, radiance);
-    of_texel = select(aim.mask, of_cell * z / r.scalar(kLightArea), of_texel);
-  }
   if (kAnyLight && (lights.any_delta || !lights.infinite.empty())) {
     const MaskOf<F> distant = MaskOf<F>(type == kDistantLight);
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight);
@@ -125,6 +111,19 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
             radiance = select(mask_and(m, MaskOf<F>(portal_cosine(portal, -w) <= 0.0f)), Vec3<F>{}, radiance);
           });
     }
+  }
+  if (kAnyLight && lights.any_aimed()) {
+    const Aim<F> aim(lights, s.light, type, r.vec(kLightN), r.scalar(kLightTwoSided));
+    const AimedDirection<F> d = aim.draw(texel, du, dv);
+    s.direction = select(aim.mask, d.w, s.direction);
+    s.cos_light = select(aim.mask, d.cos_light, s.cos_light);
+    of_texel = select(aim.mask, d.pdf / r.scalar(kLightArea), of_texel);
+    if (lights.any_spot) {
+      const MaskOf<F> spot = mask_and(aim.mask, MaskOf<F>(type == kSpotLight));
+      const F falloff = spot_falloff(r, one_minus_cos(r.vec(kLightN), d.w));
+      radiance = select(spot, r.vec(kLightRadiance) * falloff, radiance);
+    }
+    radiance = select(mask_and(aim.mask, d.lost), Vec3<F>{}, radiance);
   }
   s.pdf = emission_pdf<F, kAnyLight>(lights, s.light, s.point, -s.direction, s.cos_light);
   if (kAnyLight && lights.any_texels())

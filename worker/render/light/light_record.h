@@ -2,6 +2,7 @@
 // One light per lane: its record, its radiance, and the densities that both directions of sampling share.
 // What says kAnyLight is for even emitters alone without it (kernel_set.h).
 #include "worker/render/light/alias_table.h"
+#include "worker/render/light/light_aim.h"
 #include "worker/render/light/light_table.h"
 #include "worker/render/sampling/warp.h"
 
@@ -75,28 +76,6 @@ inline void for_each_cells(const LightTable& lights, const LightRecord<F>& r, Ma
     const MaskOf<F> mask = mask_and(distant, MaskOf<F>(number == static_cast<float>(k + 1)));
     if (any(mask)) fn(lights.emission_cells[k], mask);
   }
-}
-
-/// Density per unit area of draws from `cells` over the square [-1, 1]^2 at (x, y).
-template <class F>
-inline F square_density(const BinnedDensity& cells, IntOf<F> table, F x, F y) {
-  const auto cell = [&](F at) {
-    const auto count = static_cast<float>(cells.texels);
-    return to_int(clamp((at + 1.0f) * (0.5f * count), 0.0f, count - 0.5f));
-  };
-  return 0.25f * cells.density<F>(table, cell(x), cell(y));
-}
-
-/// A draw from `cells` over the square [-1, 1]^2 by random numbers `pick`, u and v: (x, y), and its density,
-/// of the cell that was chosen: at its border the point may round into the next one.
-template <class F>
-inline F draw_in_square(const BinnedDensity& cells, IntOf<F> table, F pick, F u, F v, F* x, F* y) {
-  IntOf<F> column, row;
-  cells.draw<F>(table, pick, &u, &v, &column, &row);
-  const float inv = 1.0f / static_cast<float>(cells.texels);
-  *x = (to_float(column) + u) * (2 * inv) - 1.0f;
-  *y = (to_float(row) + v) * (2 * inv) - 1.0f;
-  return 0.25f * cells.density<F>(table, column, row);
 }
 
 /// Density per unit area of drawing the point of a square of half side `radius` around `center` that `at`
@@ -235,20 +214,6 @@ inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<
   return density;
 }
 
-/// Of lamps whose light paths go where it pays, the table that says where, and the frame that it is in.
-template <class F>
-struct Aim {
-  IntOf<F> table;
-  MaskOf<F> mask;  // those lanes
-  Frame<F> frame;  // around the normal
-  Aim(const LightTable& lights, IntOf<F> light, const LightRecord<F>& r)
-      : table(gather(lights.aim_of.data(), light)),
-        mask(MaskOf<F>(table >= 0)),
-        frame(select(mask, r.vec(kLightN), splat3<F>(0, 0, 1))) {
-    table = select(mask, table, IntOf<F>{});
-  }
-};
-
 /// Density of emission sampling for the ray that leaves `light` against unit direction `wi` (which points to
 /// the light) and gets to `at`, with cosine `cos_light` to the light's normal.
 template <class F, bool kAnyLight = true>
@@ -257,11 +222,6 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& a
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   F pdf = cos_light * kInvPi / (r.scalar(kLightArea) * (1.0f + r.scalar(kLightTwoSided)));
-  if (kAnyLight && lights.any_aimed()) {
-    const Aim<F> aim(lights, light, r);
-    const F of_cell = square_density<F>(lights.aims, aim.table, -dot(wi, aim.frame.s), -dot(wi, aim.frame.t));
-    pdf = select(aim.mask, of_cell * cos_light / r.scalar(kLightArea), pdf);
-  }
   if (kAnyLight && lights.any_delta) {
     pdf = select(MaskOf<F>(type == kPointLight), splat<F>(1 / (4 * kPi)), pdf);
     if (lights.any_spot) {
@@ -282,6 +242,10 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& a
       pdf = select(
           m, cells_density<F>(cells, frame, r.vec(kLightP), select(m, r.scalar(3), splat<F>(1.0f)), at), pdf);
     });
+  }
+  if (kAnyLight && lights.any_aimed()) {
+    const Aim<F> aim(lights, light, type, r.vec(kLightN), r.scalar(kLightTwoSided));
+    pdf = select(aim.mask, aim.density(-wi, cos_light) / r.scalar(kLightArea), pdf);
   }
   return pdf * r.scalar(kLightSelect);
 }

@@ -85,8 +85,7 @@ struct LightTable {
   std::vector<Portal> portals;  // of infinite lights
   // Of distant lights: where light paths start on a square across the scene in place of a disk.
   std::vector<BinnedDensity> emission_cells;
-  // Of lamps: where light paths go, by tables of cells over the square around the unit disk that their
-  // directions project to, across the normal.
+  // Where light paths go, by tables of cells of directions (light_aim.h).
   BinnedDensity aims;
   std::vector<int32_t> aim_of;  // per light: table of `aims`, or -1; empty if there are none
   bool paths_learnt = false;    // light paths choose lights and aims by what they bring
@@ -111,7 +110,7 @@ struct LightTable {
   bool any_texels() const {
     return !environments.empty() || any_imaged() || !emission_cells.empty() || any_aimed();
   }
-  /// Light paths of some lamps go where it pays (plan/aim_learning.h).
+  /// Light paths of some lights go where it pays (plan/aim_learning.h).
   bool any_aimed() const { return !aim_of.empty(); }
   /// Next-event estimation chooses lights by their power, wherever the point is.
   bool by_power_alone() const { return tree.empty() && !guide.chooses(); }

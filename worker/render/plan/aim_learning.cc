@@ -10,13 +10,13 @@
 namespace lightmill {
 namespace {
 
-/// Part of the light paths of a lamp that go anywhere, and of all that choose a light by power.
+/// Part of the light paths of a light that go anywhere, and of all that choose a light by power.
 constexpr double kAnywhere = 0.2, kByPower = 0.2;
 /// Of what falls into a cell, what counts for each cell around.
 constexpr double kAround = 0.125;
-/// Noise without, over with: of the light paths of a lamp that gets aims, and of the image. Paths that go
+/// Noise without, over with: of the light paths of lights that get aims, and of the image. Paths that go
 /// where something is take longer: where they are little of the noise, aims were measured to lose 10 to 20 %.
-constexpr double kLeastOfLamp = 1.2, kLeastGain = 1.35;
+constexpr double kLeastOfGroup = 1.2, kLeastGain = 1.35;
 
 /// By half of the samples: each is judged by what the other teaches.
 template <class T>
@@ -34,13 +34,14 @@ bool on_disk(size_t i) {
 }
 
 /// The probabilities of cells: by the roots of sums of squares, each of which counts a little around.
-AimCells cell_probabilities(const AimCells& sums) {
+AimCells cell_probabilities(AimShape shape, const AimCells& sums) {
+  const auto is_used = [&](size_t i) { return shape == AimShape::kSphere || on_disk(i); };
   AimCells q{};
-  double total = 0, disk = 0;
+  double total = 0, used = 0;
   for (int32_t y = 0; y < kAimSide; ++y) {
     for (int32_t x = 0; x < kAimSide; ++x) {
       const auto i = static_cast<size_t>(y * kAimSide + x);
-      if (!on_disk(i)) continue;
+      if (!is_used(i)) continue;
       double sum = sums[i];
       for (int32_t cy = std::max(y - 1, 0); cy <= std::min(y + 1, kAimSide - 1); ++cy) {
         for (int32_t cx = std::max(x - 1, 0); cx <= std::min(x + 1, kAimSide - 1); ++cx)
@@ -48,21 +49,20 @@ AimCells cell_probabilities(const AimCells& sums) {
       }
       q[i] = std::sqrt(sum);
       total += q[i];
-      disk += 1;
+      used += 1;
     }
   }
   for (size_t i = 0; i < kAimCells; ++i) {
-    if (on_disk(i)) q[i] = (total > 0 ? (1 - kAnywhere) * q[i] / total : 0) + kAnywhere / disk;
+    if (is_used(i)) q[i] = (total > 0 ? (1 - kAnywhere) * q[i] / total : 0) + kAnywhere / used;
   }
   return q;
 }
 
-/// Sum of squares of paths that went by a cosine, were they to go by `q`.
+/// Sum of squares, were the paths to go by `q`.
 double aimed(const AimCells& sums, const AimCells& q) {
   double sum = 0;
   for (size_t i = 0; i < kAimCells; ++i) {
-    // Density per unit area: q / (4 / kAimCells) against 1 / pi.
-    if (sums[i] > 0) sum += sums[i] * 4 / (M_PI * static_cast<double>(kAimCells) * q[i]);
+    if (sums[i] > 0) sum += sums[i] / (static_cast<double>(kAimCells) * q[i]);
   }
   return sum;
 }
@@ -92,28 +92,30 @@ Sums sum_of(const Halves<Sums>& halves) {
   return sum;
 }
 
-/// Aims of lamps, and what squares of groups are with them.
-struct LampAims {
+/// Aims of groups, and what squares of groups are with them.
+struct GroupAims {
   BinnedDensity tables{std::vector<double>(kAimCells, 1.0), kAimSide};
   std::vector<int32_t> table_of;  // per group, or -1
   int32_t count = 0;
   Halves<Sums> sums;
 };
 
-LampAims aim_lamps(const std::vector<GroupSums>& groups) {
-  LampAims aims;
-  for (const GroupSums& group : groups) {
-    const auto& [first, second] = group.cells;
-    const Halves<double> before{group.sum(0), group.sum(1)};
-    const Halves<double> after{group.elsewhere[0] + aimed(first, cell_probabilities(second)),
-                               group.elsewhere[1] + aimed(second, cell_probabilities(first))};
-    const bool pays = before[0] + before[1] > kLeastOfLamp * (after[0] + after[1]);
+GroupAims aim_groups(const LightGroups& groups, const std::vector<GroupSums>& sums) {
+  GroupAims aims;
+  for (size_t g = 0; g < sums.size(); ++g) {
+    const AimShape shape = groups.shape[g];
+    const auto& [first, second] = sums[g].cells;
+    const Halves<double>& before = sums[g].all;
+    const Halves<double> after{
+        sums[g].without_direction[0] + aimed(first, cell_probabilities(shape, second)),
+        sums[g].without_direction[1] + aimed(second, cell_probabilities(shape, first))};
+    const bool pays = before[0] + before[1] > kLeastOfGroup * (after[0] + after[1]);
     for (size_t half = 0; half < 2; ++half) aims.sums[half].push_back(pays ? after[half] : before[half]);
     aims.table_of.push_back(pays ? aims.count++ : -1);
     if (!pays) continue;
     AimCells both = first;
     for (size_t i = 0; i < kAimCells; ++i) both[i] += second[i];
-    const AimCells q = cell_probabilities(both);
+    const AimCells q = cell_probabilities(shape, both);
     aims.tables.add_table({q.begin(), q.end()});
   }
   return aims;
@@ -136,12 +138,12 @@ std::vector<double> light_weights(const LightTable& lights, const LightGroups& g
 void aim_light_paths(const StageContext& context, int threads, RenderScene* scene) {
   LightTable& lights = scene->lights;
   const LightGroups groups(lights);
-  const bool any_flat = std::find(groups.flat.begin(), groups.flat.end(), true) != groups.flat.end();
-  if (groups.count() < 2 && !any_flat) return;
+  const auto can_aim = [](AimShape shape) { return shape != AimShape::kNone; };
+  if (groups.count() < 2 && std::none_of(groups.shape.begin(), groups.shape.end(), can_aim)) return;
   const LightPathSums look = look_at_light_paths(context, groups, threads);
   double before = look.rest;
-  for (const GroupSums& group : look.groups) before += group.sum(0) + group.sum(1);
-  LampAims aims = aim_lamps(look.groups);
+  for (const GroupSums& group : look.groups) before += group.all[0] + group.all[1];
+  GroupAims aims = aim_groups(groups, look.groups);
   const double after =
       look.rest + rechosen(groups.chosen, aims.sums[0], group_probabilities(groups.chosen, aims.sums[1])) +
       rechosen(groups.chosen, aims.sums[1], group_probabilities(groups.chosen, aims.sums[0]));

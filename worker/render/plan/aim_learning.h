@@ -1,11 +1,11 @@
 #pragma once
-// Learns which lights' paths matter and where those of lamps are to go.
+// Learns which lights' paths matter and where those of flat lamps and of lights at a point are to go.
 //
 // The brightest light may be behind a door, and a lamp shines all around when what makes a caustic is one
 // glass at the other end of the room. Light paths are followed (light_path_look.h) and the mean square of
 // what comes of them, at the lens and by connections, is kept for every light and for cells of the directions
-// of flat lamps. Light paths then choose lights and cells by its root, which is the density of least variance
-// (Kahn and Marshall 1953), and a part of them by power, and anywhere.
+// of flat lamps and of lights at a point. Light paths then choose lights and cells by its root, which is the
+// density of least variance (Kahn and Marshall 1953), and a part of them by power, and anywhere.
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill {

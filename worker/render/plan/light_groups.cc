@@ -27,6 +27,14 @@ bool are_one_lamp(const LightRecord<float>& a, const LightRecord<float>& b) {
   return false;
 }
 
+AimShape shape_of(const LightTable& lights, int32_t light) {
+  const LightType type = lights.type[static_cast<size_t>(light)];
+  if (type == kTriangleLight) {
+    return LightRecord<float>(lights, light).scalar(kLightTwoSided) > 0 ? AimShape::kSphere : AimShape::kDisk;
+  }
+  return type == kPointLight || type == kSpotLight ? AimShape::kSphere : AimShape::kNone;
+}
+
 }  // namespace
 
 LightGroups::LightGroups(const LightTable& lights) {
@@ -37,7 +45,7 @@ LightGroups::LightGroups(const LightTable& lights) {
     };
     if (!is_triangle(i) || !is_triangle(i - 1) || !are_one_lamp(LightRecord<float>(lights, i - 1), r)) {
       chosen.push_back(0);
-      flat.push_back(is_triangle(i) && !(r.scalar(kLightTwoSided) > 0));
+      shape.push_back(shape_of(lights, i));
     }
     of.push_back(static_cast<int32_t>(count()) - 1);
     chosen.back() += double{r.scalar(kLightSelect)};
@@ -49,15 +57,15 @@ LightGroups::LightGroups(const LightTable& lights) {
   std::stable_sort(by_power.begin(), by_power.end(),
                    [&](size_t a, size_t b) { return chosen[a] > chosen[b]; });
   const std::vector<double> all_chosen = std::move(chosen);
-  const std::vector<bool> all_flat = std::move(flat);
+  const std::vector<AimShape> all_shapes = std::move(shape);
   chosen.assign(kMostLightGroups, 0);
-  flat.assign(kMostLightGroups, false);
+  shape.assign(kMostLightGroups, AimShape::kNone);
   std::vector<int32_t> number(by_power.size());
   for (size_t k = 0; k < by_power.size(); ++k) {
     const size_t to = std::min(k, kRest);
     number[by_power[k]] = static_cast<int32_t>(to);
     chosen[to] += all_chosen[by_power[k]];
-    flat[to] = to < kRest && all_flat[by_power[k]];
+    if (to < kRest) shape[to] = all_shapes[by_power[k]];
   }
   for (int32_t& group : of) group = number[static_cast<size_t>(group)];
 }

@@ -10,11 +10,14 @@ namespace lightmill {
 /// Groups at most: where lights are more, those of least power are one group, the last.
 inline constexpr size_t kMostLightGroups = 256;
 
+/// What the square of a light's directions is (light/light_aim.h), if it can have aims.
+enum class AimShape : uint8_t { kNone, kDisk, kSphere };
+
 /// The triangles of a flat lamp, or a light of any other kind.
 struct LightGroups {
-  std::vector<int32_t> of;     // per light
-  std::vector<double> chosen;  // probability that a light path starts from one of them, per group
-  std::vector<bool> flat;      // per group: a lamp with one side and one normal
+  std::vector<int32_t> of;      // per light
+  std::vector<double> chosen;   // probability that a light path starts from one of them, per group
+  std::vector<AimShape> shape;  // per group
 
   explicit LightGroups(const LightTable& lights);
   size_t count() const { return chosen.size(); }

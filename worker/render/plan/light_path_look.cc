@@ -1,6 +1,7 @@
 #include "worker/render/plan/light_path_look.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -27,7 +28,8 @@ int32_t cell_of(float x) {
 struct Arrival {
   uint32_t pixel = 0;
   Channels rgb{};
-  int32_t group = 0, cell = -1;  // -1: it has no direction that is asked for
+  int32_t group = 0, cell = -1;  // -1: it has no direction that can be aimed
+  float density = 0;             // of the direction on its square, over that of an even draw
   bool second_half = false, splat = false;
 };
 
@@ -94,8 +96,13 @@ class Look {
     for (const std::vector<Arrival>& arrivals : arrivals_) {
       for (const Arrival& a : arrivals) {
         GroupSums& to = sums.groups[static_cast<size_t>(a.group)];
-        (a.cell < 0 ? to.elsewhere[a.second_half] : to.cells[a.second_half][static_cast<size_t>(a.cell)]) +=
-            square(a);
+        const double x = square(a);
+        to.all[a.second_half] += x;
+        if (a.cell < 0) {
+          to.without_direction[a.second_half] += x;
+        } else {
+          to.cells[a.second_half][static_cast<size_t>(a.cell)] += x * double{a.density};
+        }
       }
     }
     for (const std::vector<PixelNoise>& noise : noise_) {
@@ -155,12 +162,36 @@ class Look {
     a.group = groups_.of[static_cast<size_t>(start.light)];
     a.splat = c.t == 1;
     // An emitter joined to the lens has no direction.
-    if (c.s > 1 && groups_.flat[static_cast<size_t>(a.group)]) {
-      const Frame<float> frame(LightRecord<float>(context_.scene.lights, start.light).vec(kLightN));
-      const Vec3<float> d{start.direction[0], start.direction[1], start.direction[2]};
-      a.cell = cell_of(dot(d, frame.t)) * kAimSide + cell_of(dot(d, frame.s));
-    }
+    if (c.s > 1) set_direction(start, &a);
     return a;
+  }
+
+  void set_direction(const PathStart& start, Arrival* a) const {
+    const LightRecord<float> r(context_.scene.lights, start.light);
+    const Vec3<float> d{start.direction[0], start.direction[1], start.direction[2]};
+    float x = 0, y = 0;
+    switch (groups_.shape[static_cast<size_t>(a->group)]) {
+      case AimShape::kNone:
+        return;
+      case AimShape::kDisk: {
+        const Frame<float> frame(r.vec(kLightN));
+        x = dot(d, frame.s);
+        y = dot(d, frame.t);
+        a->density = 4 * kInvPi;
+        break;
+      }
+      case AimShape::kSphere: {
+        equal_area_sphere_to_square(d, &x, &y);
+        x = 2 * x - 1;
+        y = 2 * y - 1;
+        const LightType type = context_.scene.lights.type[static_cast<size_t>(start.light)];
+        a->density = type == kTriangleLight ? 2 * std::fabs(dot(d, r.vec(kLightN)))
+                     : type == kSpotLight   ? 2 / r.scalar(5)
+                                            : 1;
+        break;
+      }
+    }
+    a->cell = cell_of(y) * kAimSide + cell_of(x);
   }
 
   StageContext context_;
@@ -173,10 +204,6 @@ class Look {
 };
 
 }  // namespace
-
-double GroupSums::sum(size_t half) const {
-  return std::accumulate(cells[half].begin(), cells[half].end(), elsewhere[half]);
-}
 
 LightPathSums look_at_light_paths(const StageContext& context, const LightGroups& groups, int threads) {
   return Look(context, groups).run(threads);

@@ -8,17 +8,17 @@
 
 namespace lightmill {
 
-/// Cells a side of the square around the disk that directions of a flat lamp project to, across its normal.
+/// Cells a side of the square of directions (light/light_aim.h).
 inline constexpr int32_t kAimSide = 32;
 inline constexpr size_t kAimCells = size_t{kAimSide} * kAimSide;
-using AimCells = std::array<double, kAimCells>;  // row-major over [-1, 1]^2 of the normal's frame
+using AimCells = std::array<double, kAimCells>;  // row-major over [-1, 1]^2
 
 /// Sums of squares of what the light paths of a group bring, weighed as in relMSE.
 struct GroupSums {
-  std::array<AimCells, 2> cells{};    // of flat lamps, by half of the samples and cell of the direction
-  std::array<double, 2> elsewhere{};  // by half: of all other lights, and what has no direction
-
-  double sum(size_t half) const;
+  // By half of the samples. `cells` of what has a direction that can be aimed: times the density that it had
+  // on its square, over that of an even draw.
+  std::array<double, 2> all{}, without_direction{};
+  std::array<AimCells, 2> cells{};
 };
 
 struct LightPathSums {

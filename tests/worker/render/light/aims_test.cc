@@ -1,4 +1,4 @@
-// Lamps with aims: light paths take directions by a table of cells, bring what they bring without one, and
+// Lights with aims: light paths take directions by a table of cells, bring what they bring without one, and
 // their densities are those of their directions; lanes have the bits of scalars.
 #include <gtest/gtest.h>
 
@@ -122,23 +122,95 @@ TEST(Aims, PathsCarryThePower) {
   EXPECT_LT(chance, 1);
 }
 
+/// One light of a kind whose directions are those of the whole sphere.
+TestScene round_light(int kind) {
+  TestScene s;
+  s.quad({-1, -1, -1}, {0, 0, 2}, {2, 0, 0}, s.diffuse(0.5f));
+  const Vec3d at{0.2, 1, 0.1};
+  if (kind == 0) s.point_light(at, {3, 2, 1});
+  if (kind == 1) {
+    s.scene.lights.push_back({SpotLight{{3, 2, 1}, at, normalized({0.3, -1, 0.2}), 25, 40}, {}});
+  }
+  if (kind == 2)
+    s.triangle(at, at + Vec3d{0.5, 0, 0.1}, at + Vec3d{0, 0.2, 0.4}, s.diffuse(0),
+               {.radiance = {3, 2, 1}, .two_sided = true});
+  return s;
+}
+
+/// Gives all lights one table.
+void aim_all(LightTable* lights) {
+  Random random(8);
+  std::vector<double> weights(size_t{kSide} * kSide);
+  for (double& w : weights) w = 0.05 + double{random.uniform()} * random.uniform();
+  lights->aims = BinnedDensity(std::vector<double>(weights.size(), 1), kSide);
+  lights->aims.add_table(weights);
+  lights->aim_of.assign(static_cast<size_t>(lights->count()), 0);
+}
+
+TEST(Aims, RoundLights) {
+  for (const int kind : {0, 1, 2}) {
+    LightScene scene(round_light(kind));
+    const LightTable plain = scene.lights();
+    ASSERT_EQ(plain.count(), 1);
+    aim_all(&scene.scene.lights);
+    const LightTable& lights = scene.lights();
+    constexpr int kSamples = 400000;
+    std::vector<double> observed(size_t{kSide} * kSide), expected(observed.size());
+    for (size_t i = 0; i < expected.size(); ++i) {
+      const auto column = static_cast<int32_t>(i % kSide), row = static_cast<int32_t>(i / kSide);
+      expected[i] = double{lights.aims.density<float>(0, column, row)} * kSamples /
+                    static_cast<double>(expected.size());
+    }
+    Random random(9);
+    int at_a_border = 0;
+    const auto measured = [&](const EmissionSample<float>& e) {
+      return double{e.power.x} * (1.2 + double{e.direction.x});
+    };
+    const Estimate power = mean_of(kSamples, [&] {
+      const auto e = emit(lights, random, 0);
+      float x, y;
+      equal_area_sphere_to_square(e.direction, &x, &y);
+      const auto cell = [](float t) { return std::min(static_cast<int>(t * kSide), kSide - 1); };
+      ++observed[static_cast<size_t>(cell(y) * kSide + cell(x))];
+      const float p = emission_pdf<float>(lights, 0, {}, -e.direction, e.cos_light);
+      at_a_border += std::fabs(p / e.pdf - 1) > 1e-3f;
+      return measured(e);
+    });
+    EXPECT_TRUE(chi_square_passes(chi_square(observed, expected))) << kind;
+    EXPECT_LT(at_a_border, kSamples / 1000) << kind;
+    const Estimate without = mean_of(kSamples, [&] { return measured(emit(plain, random, 0)); });
+    // A spot is a small part of the sphere, and most paths miss it.
+    EXPECT_TRUE(means_agree(power, without, {.resolution = kind == 1 ? 0.05 : 0.02})) << kind;
+  }
+}
+
 TEST(Aims, LanesHaveTheBitsOfScalars) {
-  const LightScene scene = aimed_lamp();
+  TestScene s = mixed_lights();
+  s.scene.lights.push_back({SpotLight{{3, 2, 1}, {0, 1, 0}, {0, -1, 0}, 25, 40}, {}});
+  s.triangle({0, 2, 0}, {1, 2, 0}, {0, 2, 1}, s.diffuse(0), {.radiance = {3, 2, 1}, .two_sided = true});
+  LightScene scene(s);
+  aim_all(&scene.scene.lights);
+  // Spheres and lights at infinity have none.
+  for (size_t i = 0; i < scene.lights().type.size(); ++i) {
+    const LightType type = scene.lights().type[i];
+    if (type != kTriangleLight && type != kPointLight && type != kSpotLight)
+      scene.scene.lights.aim_of[i] = -1;
+  }
   Random random(7);
   for (int round = 0; round < 3000; ++round) {
     Float8 x[6];
     for (Float8& f : x) {
       for (int l = 0; l < 8; ++l) f[l] = random.uniform();
     }
-    const auto s = sample_emission<Float8>(scene.lights(), x[0], x[1], x[2], x[3], x[4], x[5]);
-    const Float8 p = emission_pdf<Float8>(scene.lights(), s.light, s.point, -s.direction, s.cos_light);
+    const auto e = sample_emission<Float8>(scene.lights(), x[0], x[1], x[2], x[3], x[4], x[5]);
+    const Float8 p = emission_pdf<Float8>(scene.lights(), e.light, e.point, -e.direction, e.cos_light);
     for (int l = 0; l < 8; ++l) {
       const auto t =
           sample_emission<float>(scene.lights(), x[0][l], x[1][l], x[2][l], x[3][l], x[4][l], x[5][l]);
-      ASSERT_EQ(s.light[l], t.light);
-      ASSERT_EQ(float_bits(s.direction.y[l]), float_bits(t.direction.y));
-      ASSERT_EQ(float_bits(s.power.x[l]), float_bits(t.power.x));
-      ASSERT_EQ(float_bits(s.pdf[l]), float_bits(t.pdf));
+      ASSERT_EQ(e.light[l], t.light);
+      ASSERT_EQ(float_bits(e.direction.y[l]), float_bits(t.direction.y));
+      ASSERT_EQ(float_bits(e.power.x[l]), float_bits(t.power.x));
+      ASSERT_EQ(float_bits(e.pdf[l]), float_bits(t.pdf));
       ASSERT_EQ(float_bits(p[l]),
                 float_bits(emission_pdf<float>(scene.lights(), t.light, t.point, -t.direction, t.cos_light)));
     }

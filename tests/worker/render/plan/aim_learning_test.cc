@@ -54,6 +54,15 @@ TEST(AimLearning, FindsWhatMakesACaustic) {
   EXPECT_GT(hits, kSamples / 3);
 }
 
+TEST(AimLearning, FindsItFromAPointToo) {
+  TestScene s = far_caustic();
+  s.scene.shapes.pop_back();
+  s.point_light({-2, 2, 0}, {20, 20, 20});
+  const Renderer renderer = renderer_of(s);
+  EXPECT_GT(lights_of(renderer).aims_gain, 2);
+  EXPECT_EQ(lights_of(renderer).aim_of, (std::vector<int32_t>{0}));
+}
+
 TEST(AimLearning, DoesNotDependOnThreads) {
   const TestScene s = far_caustic();
   const Renderer one = renderer_of(s), three = renderer_of(s, Integrator::kAuto, 3);

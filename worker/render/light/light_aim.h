@@ -1,0 +1,90 @@
+#pragma once
+// Directions of light paths by tables of cells (LightTable::aims). Those of a lamp with one side lie on the
+// square around the unit disk that they project to across its normal, those of a lamp with two and of lights
+// at a point on the square of the equal-area map of the sphere (math/equal_area.h).
+#include "worker/render/light/light_table.h"
+#include "worker/render/math/equal_area.h"
+
+namespace lightmill {
+
+/// Density per unit area of draws from `cells` over the square [-1, 1]^2 at (x, y).
+template <class F>
+inline F square_density(const BinnedDensity& cells, IntOf<F> table, F x, F y) {
+  const auto cell = [&](F at) {
+    const auto count = static_cast<float>(cells.texels);
+    return to_int(clamp((at + 1.0f) * (0.5f * count), 0.0f, count - 0.5f));
+  };
+  return 0.25f * cells.density<F>(table, cell(x), cell(y));
+}
+
+/// A draw from `cells` over the square [-1, 1]^2 by random numbers `pick`, u and v: (x, y), and its density,
+/// of the cell that was chosen: at its border the point may round into the next one.
+template <class F>
+inline F draw_in_square(const BinnedDensity& cells, IntOf<F> table, F pick, F u, F v, F* x, F* y) {
+  IntOf<F> column, row;
+  cells.draw<F>(table, pick, &u, &v, &column, &row);
+  const float inv = 1.0f / static_cast<float>(cells.texels);
+  *x = (to_float(column) + u) * (2 * inv) - 1.0f;
+  *y = (to_float(row) + v) * (2 * inv) - 1.0f;
+  return 0.25f * cells.density<F>(table, column, row);
+}
+
+template <class F>
+struct AimedDirection {
+  Vec3<F> w;         // unit, away from the light
+  F cos_light{};     // |cosine| to the lamp's normal; 1 at a point
+  F pdf{};           // per unit solid angle
+  MaskOf<F> lost{};  // no direction of the light: such a path carries nothing
+};
+
+/// The aims of one light per lane.
+template <class F>
+struct Aim {
+  MaskOf<F> mask;  // lanes whose lights have aims
+
+  /// `normal` of lamps; what points have there is not read.
+  Aim(const LightTable& lights, IntOf<F> light, IntOf<F> type, const Vec3<F>& normal, F two_sided)
+      : mask(MaskOf<F>(gather(lights.aim_of.data(), light) >= 0)),
+        cells_(lights.aims),
+        table_(select(mask, gather(lights.aim_of.data(), light), IntOf<F>{})),
+        lamp_(MaskOf<F>(type == kTriangleLight)),
+        disk_(mask_and(lamp_, mask_not(MaskOf<F>(two_sided > 0.0f)))),
+        any_round_(any(mask_and(mask, mask_not(disk_)))),
+        frame_(select(mask_and(mask, lamp_), normal, splat3<F>(0, 0, 1))) {}
+
+  /// Density of w, with |cosine| `cos_light` to a lamp's normal, per unit solid angle.
+  F density(const Vec3<F>& w, F cos_light) const {
+    F pdf = square_density<F>(cells_, table_, dot(w, frame_.s), dot(w, frame_.t)) * cos_light;
+    if (!any_round_) return pdf;
+    F x, y;
+    equal_area_sphere_to_square(w, &x, &y);
+    return select(disk_, pdf, square_density<F>(cells_, table_, 2.0f * x - 1.0f, 2.0f * y - 1.0f) * kInvPi);
+  }
+
+  AimedDirection<F> draw(F pick, F u, F v) const {
+    AimedDirection<F> d;
+    F x, y;
+    const F of_cell = draw_in_square<F>(cells_, table_, pick, u, v, &x, &y);
+    const F z2 = 1.0f - x * x - y * y;
+    // Corners of cells that are not on the disk.
+    d.lost = mask_and(disk_, MaskOf<F>(z2 <= 0.0f));
+    d.cos_light = select(d.lost, splat<F>(1.0f), safe_sqrt(z2));
+    d.w = select(d.lost, frame_.n, frame_.to_world({x, y, d.cos_light}));
+    d.pdf = of_cell * d.cos_light;
+    if (!any_round_) return d;
+    const Vec3<F> round = equal_area_square_to_sphere(0.5f * x + 0.5f, 0.5f * y + 0.5f);
+    d.w = select(disk_, d.w, round);
+    d.cos_light = select(disk_, d.cos_light, select(lamp_, abs(dot(round, frame_.n)), splat<F>(1.0f)));
+    d.pdf = select(disk_, d.pdf, of_cell * kInvPi);
+    return d;
+  }
+
+ private:
+  const BinnedDensity& cells_;
+  IntOf<F> table_;
+  MaskOf<F> lamp_, disk_;
+  bool any_round_;
+  Frame<F> frame_;  // around the normal
+};
+
+}  // namespace lightmill
