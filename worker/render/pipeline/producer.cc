@@ -100,7 +100,8 @@ void light_paths(const StageContext& context, const LayerContext& layer, Wavefro
     PathLanes<Lane> path{offset_origin(e.point, e.error, e.normal, e.direction), e.direction, e.power};
     path.dvcm = 1.0f / e.pdf;  // M1; p_direct follows at the first hit, which it may depend on
     if (context.on(kEmissionHits)) path.dvc = select(e.delta, Lane{}, e.cos_light * path.dvcm);
-    if (StrategyRecorder* recorder = recorder_of<K>(wavefront)) recorder->start_light_paths(base, path.dvc, e.light, e.direction);
+    if (StrategyRecorder* recorder = recorder_of<K>(wavefront))
+      recorder->start_light_paths(base, path.dvc, e.light, e.direction);
     path.light = e.light;
     path.cos_light = e.cos_light;
     if (K::kMedia && !lights.media.empty()) {

@@ -9,8 +9,7 @@ void StrategyRecorder::start_light_paths(int base, Lane dvc, LaneInt light, cons
   for (int l = 0; l < kLanes; ++l) {
     const auto slot = static_cast<size_t>(base + l);
     light_[slot] = {0, lane(dvc, l), 0};
-    light_starts[slot] = {lane(light, l),
-                          {lane(direction.x, l), lane(direction.y, l), lane(direction.z, l)}};
+    light_starts[slot] = {lane(light, l), {lane(direction.x, l), lane(direction.y, l), lane(direction.z, l)}};
   }
 }
 
