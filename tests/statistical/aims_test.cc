@@ -79,5 +79,6 @@ std::vector<unsigned> sets_to_compare() {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, AimSets, ::testing::ValuesIn(sets_to_compare()), set_name);
+
 }  // namespace
 }  // namespace lightmill::test

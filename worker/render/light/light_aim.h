@@ -7,14 +7,25 @@
 
 namespace lightmill {
 
+/// Which of `count` cells along a side of the square [-1, 1]^2 a coordinate lies in.
+template <class F>
+inline IntOf<F> square_cell(F at, int32_t count) {
+  const auto n = static_cast<float>(count);
+  return to_int(clamp((at + 1.0f) * (0.5f * n), 0.0f, n - 0.5f));
+}
+
+/// Where direction w lies on the square [-1, 1]^2 of the whole sphere.
+template <class F>
+inline void sphere_to_square(const Vec3<F>& w, F* x, F* y) {
+  equal_area_sphere_to_square(w, x, y);
+  *x = 2.0f * *x - 1.0f;
+  *y = 2.0f * *y - 1.0f;
+}
+
 /// Density per unit area of draws from `cells` over the square [-1, 1]^2 at (x, y).
 template <class F>
 inline F square_density(const BinnedDensity& cells, IntOf<F> table, F x, F y) {
-  const auto cell = [&](F at) {
-    const auto count = static_cast<float>(cells.texels);
-    return to_int(clamp((at + 1.0f) * (0.5f * count), 0.0f, count - 0.5f));
-  };
-  return 0.25f * cells.density<F>(table, cell(x), cell(y));
+  return 0.25f * cells.density<F>(table, square_cell(x, cells.texels), square_cell(y, cells.texels));
 }
 
 /// A draw from `cells` over the square [-1, 1]^2 by random numbers `pick`, u and v: (x, y), and its density,
@@ -57,8 +68,8 @@ struct Aim {
     F pdf = square_density<F>(cells_, table_, dot(w, frame_.s), dot(w, frame_.t)) * cos_light;
     if (!any_round_) return pdf;
     F x, y;
-    equal_area_sphere_to_square(w, &x, &y);
-    return select(disk_, pdf, square_density<F>(cells_, table_, 2.0f * x - 1.0f, 2.0f * y - 1.0f) * kInvPi);
+    sphere_to_square(w, &x, &y);
+    return select(disk_, pdf, square_density<F>(cells_, table_, x, y) * kInvPi);
   }
 
   AimedDirection<F> draw(F pick, F u, F v) const {

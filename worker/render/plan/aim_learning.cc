@@ -15,7 +15,7 @@ constexpr double kAnywhere = 0.2, kByPower = 0.2;
 /// Of what falls into a cell, what counts for each cell around.
 constexpr double kAround = 0.125;
 /// Noise without, over with: of the light paths of lights that get aims, and of the image. Paths that go
-/// where something is take longer: where they are little of the noise, aims were measured to lose 10 to 20 %.
+/// where something is take longer: where they are little of the noise, aims were measured to lose up to 15 %.
 constexpr double kLeastOfGroup = 1.2, kLeastGain = 1.35;
 
 /// By half of the samples: each is judged by what the other teaches.

@@ -23,7 +23,7 @@ class SeenCells {
 
   /// A point at (x, y) of [-1, 1]^2, which counts a little for the cells around, too.
   void add(float x, float y) {
-    const int32_t column = cell(x), row = cell(y);
+    const int32_t column = square_cell(x, kCells), row = square_cell(y, kCells);
     for (int32_t dy = -1; dy <= 1; ++dy) {
       for (int32_t dx = -1; dx <= 1; ++dx) {
         const int32_t c = column + dx, r = row + dy;
@@ -55,9 +55,6 @@ class SeenCells {
   }
 
  private:
-  static int32_t cell(float x) {
-    return std::clamp(static_cast<int32_t>(std::floor((x + 1) * (0.5f * kCells))), 0, kCells - 1);
-  }
   std::vector<double> seen_;
 };
 

@@ -20,10 +20,6 @@ namespace {
 /// they would take longer than the image.
 constexpr int64_t kPaths = int64_t{1} << 15, kPathsPerPixel = 8;
 
-int32_t cell_of(float x) {
-  return std::clamp(static_cast<int32_t>((x + 1) * (0.5f * kAimSide)), 0, kAimSide - 1);
-}
-
 /// What a light path brought, and how it set out.
 struct Arrival {
   uint32_t pixel = 0;
@@ -181,9 +177,7 @@ class Look {
         break;
       }
       case AimShape::kSphere: {
-        equal_area_sphere_to_square(d, &x, &y);
-        x = 2 * x - 1;
-        y = 2 * y - 1;
+        sphere_to_square(d, &x, &y);
         const LightType type = context_.scene.lights.type[static_cast<size_t>(start.light)];
         a->density = type == kTriangleLight ? 2 * std::fabs(dot(d, r.vec(kLightN)))
                      : type == kSpotLight   ? 2 / r.scalar(5)
@@ -191,7 +185,7 @@ class Look {
         break;
       }
     }
-    a->cell = cell_of(y) * kAimSide + cell_of(x);
+    a->cell = square_cell(y, kAimSide) * kAimSide + square_cell(x, kAimSide);
   }
 
   StageContext context_;

@@ -11,6 +11,14 @@ namespace {
 
 constexpr int32_t kSide = 8;
 
+/// Weights of all cells of a square, at random.
+std::vector<double> random_weights(unsigned seed) {
+  Random random(seed);
+  std::vector<double> weights(size_t{kSide} * kSide);
+  for (double& w : weights) w = 0.05 + double{random.uniform()} * random.uniform();
+  return weights;
+}
+
 /// A lamp of two triangles with aims, and one of one triangle without.
 LightScene aimed_lamp() {
   TestScene s;
@@ -18,15 +26,10 @@ LightScene aimed_lamp() {
   s.triangle({3, 0, 0}, {4, 0, 0}, {3, 1, 1}, s.diffuse(0), {.radiance = {1, 1, 1}});
   LightScene scene(s);
   LightTable& lights = scene.scene.lights;
-  Random random(5);
-  std::vector<double> weights(size_t{kSide} * kSide);
-  for (double& w : weights) w = 0.05 + double{random.uniform()} * random.uniform();
-  double total = 0;
-  for (const double w : weights) total += w;
-  for (double& w : weights) w /= total;
-  lights.aims = BinnedDensity(std::vector<double>(weights.size(), 1), kSide);
-  lights.aims.add_table(std::vector<double>(weights.size(), 1 / (double{kSide} * kSide)));
-  lights.aims.add_table(weights);
+  const std::vector<double> even(size_t{kSide} * kSide, 1);
+  lights.aims = BinnedDensity(even, kSide);
+  lights.aims.add_table(even);
+  lights.aims.add_table(random_weights(5));
   lights.aim_of = {1, 1, -1};
   return scene;
 }
@@ -38,17 +41,15 @@ EmissionSample<float> emit(const LightTable& lights, Random& random, float pick)
   return sample_emission<float>(lights, pick, texel, pu, pv, du, dv);
 }
 
-float random_pick(Random& random) { return random.uniform(); }
-
 TEST(Aims, PathsGoByTheTable) {
   const LightScene scene = aimed_lamp();
   const LightTable& lights = scene.lights();
   constexpr int kSamples = 400000;
-  std::vector<double> observed(size_t{kSide} * kSide), inside = observed, expected = observed;
+  std::vector<double> observed(size_t{kSide} * kSide), expected = observed;
   Random random(6);
   int aimed = 0, at_a_border = 0, lost = 0;
   for (int i = 0; i < kSamples; ++i) {
-    const auto e = emit(lights, random, random_pick(random));
+    const auto e = emit(lights, random, random.uniform());
     if (lights.aim_of[static_cast<size_t>(e.light)] < 0) continue;
     ++aimed;
     if (e.power.x == 0) {
@@ -94,7 +95,7 @@ TEST(Aims, PathsCarryThePower) {
     const auto flux_along = [&](const LightTable& of, uint32_t seed) {
       Random random(seed);
       return mean_of(200000, [&] {
-        const auto e = emit(of, random, random_pick(random));
+        const auto e = emit(of, random, random.uniform());
         const double along = double{dot(e.direction, axis)};
         return double{e.power.y} * (1 + 0.5 * along);
       });
@@ -139,11 +140,8 @@ TestScene round_light(int kind) {
 
 /// Gives all lights one table.
 void aim_all(LightTable* lights) {
-  Random random(8);
-  std::vector<double> weights(size_t{kSide} * kSide);
-  for (double& w : weights) w = 0.05 + double{random.uniform()} * random.uniform();
-  lights->aims = BinnedDensity(std::vector<double>(weights.size(), 1), kSide);
-  lights->aims.add_table(weights);
+  lights->aims = BinnedDensity(std::vector<double>(size_t{kSide} * kSide, 1), kSide);
+  lights->aims.add_table(random_weights(8));
   lights->aim_of.assign(static_cast<size_t>(lights->count()), 0);
 }
 
