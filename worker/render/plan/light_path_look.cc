@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <utility>
 
 #include "common/parallel.h"
@@ -12,6 +11,7 @@
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/plan/pilot_sight.h"
 #include "worker/render/plan/pilot_values.h"
+#include "worker/render/plan/pixel_noise.h"
 
 namespace lightmill {
 namespace {
@@ -27,49 +27,6 @@ struct Arrival {
   int32_t group = 0, cell = -1;  // -1: it has no direction that can be aimed
   float density = 0;             // of the direction on its square, over that of an even draw
   bool second_half = false, splat = false;
-};
-
-/// Of camera paths without connections: the variance of one, times their number.
-struct PixelNoise {
-  uint32_t pixel = 0;
-  std::array<double, 3> variance{};
-};
-
-/// The camera paths of one cell of the film.
-class CameraSums {
- public:
-  void add(const StrategyContribution& c) {
-    for (size_t ch = 0; ch < 3; ++ch) sample_[static_cast<size_t>(c.slot)][ch] += double{c.rgb[ch]};
-  }
-  void end_sample() {
-    for (size_t slot = 0; slot < sample_.size(); ++slot) {
-      for (size_t ch = 0; ch < 3; ++ch) {
-        const double x = sample_[slot][ch];
-        sum_[slot][ch] += x;
-        squares_[slot][ch] += x * x;
-      }
-      sample_[slot] = {};
-    }
-  }
-  std::vector<PixelNoise> noise(const FilmGrid& grid, const CellRect& rect, int64_t samples) const {
-    const auto n = static_cast<double>(samples);
-    std::vector<PixelNoise> noise;
-    for (size_t slot = 0; slot < sum_.size(); ++slot) {
-      const int x = rect.x0 * kCellSize + static_cast<int>(slot) % kCellSize,
-                y = rect.y0 * kCellSize + static_cast<int>(slot) / kCellSize;
-      PixelNoise p;
-      p.pixel = static_cast<uint32_t>(y) * static_cast<uint32_t>(grid.width) + static_cast<uint32_t>(x);
-      for (size_t ch = 0; ch < 3; ++ch)
-        p.variance[ch] =
-            n / (n - 1) * std::max(squares_[slot][ch] - sum_[slot][ch] * sum_[slot][ch] / n, 0.0);
-      if (std::accumulate(p.variance.begin(), p.variance.end(), 0.0) > 0) noise.push_back(p);
-    }
-    return noise;
-  }
-
- private:
-  using Pixels = std::vector<std::array<double, 3>>;
-  Pixels sample_ = Pixels(kCellPixels), sum_ = sample_, squares_ = sample_;
 };
 
 class Look {
@@ -194,7 +151,7 @@ class Look {
   PilotValues values_;
   // By cell of the sight.
   std::vector<std::vector<Arrival>> arrivals_;
-  std::vector<std::vector<PixelNoise>> noise_;
+  std::vector<std::vector<PixelNoise>> noise_;  // of camera paths without connections
 };
 
 }  // namespace
