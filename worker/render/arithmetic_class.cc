@@ -7,6 +7,7 @@
 #include "common/scene/measured_table.h"
 #include "common/scene/possible_strategies.h"
 #include "worker/render/camera/lens_stack.h"
+#include "worker/render/light/caustic_guide.h"
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/renderer.h"
 #include "worker/render/scene/instancing.h"
@@ -98,6 +99,12 @@ void add_guide(LightTable* lights) {
   guide_lights(grid, {0, 1}, tables, {0}, lights);
 }
 
+void hash_lanes(const Float8& x, Sha256* all) {
+  float out[8];
+  store(out, x);
+  all->update(std::string(reinterpret_cast<const char*>(out), sizeof out));
+}
+
 /// Samples, in both directions, of lights that shine by images and of a lamp with aims: in memory, as a
 /// worker has no files of its own.
 void hash_imaged_lights(Sha256* all) {
@@ -131,11 +138,6 @@ void hash_imaged_lights(Sha256* all) {
   lights.aims = BinnedDensity(std::vector<double>(16, 1), 4);
   lights.aims.add_table({1, 2, 3, 1, 2, 5, 1, 3, 1, 2, 8, 1, 1, 4, 1, 2});
   lights.aim_of = {-1, -1, -1, -1, 0};
-  const auto add = [&](const Float8& x) {
-    float out[8];
-    store(out, x);
-    all->update(std::string(reinterpret_cast<const char*>(out), sizeof out));
-  };
   for (int i = 0; i < 128; ++i) {
     // The second half by a guide.
     if (i == 64) add_guide(&lights);
@@ -147,7 +149,28 @@ void hash_imaged_lights(Sha256* all) {
     const auto d = sample_direct<Float8>(lights, at, u(0), u(1), u(2), u(3));
     for (const Float8& x :
          {e.direction.x, e.direction.y, e.power.x, e.pdf, d.wi.z, d.radiance.x, d.pdf, d.pdf_emission})
-      add(x);
+      hash_lanes(x, all);
+  }
+}
+
+/// Directions that a caustic guide draws, and their densities.
+void hash_caustic_guide(Sha256* all) {
+  std::vector<Photon> photons;
+  for (int i = 0; i < 1024; ++i) {
+    const auto at = [&](int k) { return static_cast<float>((i * k) % 127) * 0x1p-7f; };
+    photons.push_back({{at(3), at(5), 0}, at(7) - 0.5f, 0.3f * at(11) - 0.2f, 0.1f + at(13)});
+  }
+  const CausticGuide guide = make_caustic_guide(photons);
+  for (int i = 0; i < 64; ++i) {
+    const auto u = [&](int k) {
+      return to_float((lane_index<Float8>() * 641 + i * 97 + k * 193) & 1023) * 0x1p-10f;
+    };
+    const GuideTables<Float8> tables(guide, splat_mask<Float8>(true), splat_int<Float8>(kDiffuse),
+                                     {u(0), u(1), Float8{}});
+    if (!any(tables.mask)) continue;
+    const Vec3<Float8> w = tables.draw(u(2), u(3));
+    for (const Float8& x : {w.x, w.y, w.z, tables.density(w)})
+      hash_lanes(select(tables.mask, x, Float8{}), all);
   }
 }
 
@@ -163,11 +186,8 @@ void hash_lenses(Sha256* all) {
     };
     Vec3<Float8> o{at(0), at(1), Float8{}}, d{at(2), at(3), splat<Float8>(0.05f)};
     const Float8 weight = trace_lenses<Float8>(stack, &o, &d, splat_mask<Float8>(true));
-    for (const Float8& x : {weight, o.x, d.x, d.y, d.z}) {
-      float out[8];
-      store(out, select(Int8(weight > 0.0f), x, Float8{}));
-      all->update(std::string(reinterpret_cast<const char*>(out), sizeof out));
-    }
+    for (const Float8& x : {weight, o.x, d.x, d.y, d.z})
+      hash_lanes(select(Int8(weight > 0.0f), x, Float8{}), all);
   }
 }
 
@@ -399,6 +419,7 @@ std::string arithmetic_class() {
     hash_render(scene);
     hash_render(diffuse_balls());
     hash_imaged_lights(&all);
+    hash_caustic_guide(&all);
     hash_lenses(&all);
     return all.hex();
   }();

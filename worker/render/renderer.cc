@@ -13,6 +13,7 @@
 #include "worker/render/pipeline/aov_recorder.h"
 #include "worker/render/pipeline/pipeline.h"
 #include "worker/render/plan/aim_learning.h"
+#include "worker/render/plan/caustic_learning.h"
 #include "worker/render/plan/light_learning.h"
 #include "worker/render/plan/light_media.h"
 #include "worker/render/plan/plan_set.h"
@@ -74,10 +75,10 @@ void drop_geometry(SceneDescription* description) {
   malloc_trim(0);  // large arrays, which the allocator would keep
 }
 
-/// Of the paths by which light paths learn where to go: how far they are followed, and their random numbers,
-/// which are not those of the image.
-constexpr int kAimDepth = 8;
-constexpr uint64_t kAimSeed = 0x61696d73;
+/// Of the paths by which others learn where to go: how far they are followed, and their random numbers, which
+/// are not those of the image.
+constexpr int kLearntDepth = 8;
+constexpr uint64_t kLearningSeed = 0x61696d73;
 
 /// What runs under the settings; before its pilot, all that the scene allows. Throws Error(kUsage) if it does
 /// not allow what the settings ask for.
@@ -115,7 +116,7 @@ struct Renderer::World {
     if (!description.media.empty())
       find_light_media(accel, camera, filter, s.grid.width, s.grid.height, description.media.front().location,
                        &scene);
-    if (s.integrator != Integrator::kPt && possible.set & kLightPaths) aim_lights(s, options.threads);
+    learn_paths(s, options.threads);
   }
 
   /// What the stages read, under these settings.
@@ -139,15 +140,20 @@ struct Renderer::World {
   }
 
  private:
-  /// A function of the scene and the film's resolution: renderers that differ in all else share it.
-  void aim_lights(const RenderSettings& s, int threads) {
+  /// Where paths are to go: a function of the scene, the film's resolution and whether there are light paths;
+  /// renderers that differ in all else share it.
+  void learn_paths(const RenderSettings& s, int threads) {
+    const bool light_paths = s.integrator != Integrator::kPt && possible.set & kLightPaths;
     RenderSettings settings = s;
     settings.grid.crop = {0, 0, s.grid.width, s.grid.height};
-    settings.integrator = Integrator::kBdpt;
+    settings.integrator = light_paths ? Integrator::kBdpt : Integrator::kPt;
     settings.plan = SamplingPlan{.connections = kRecordedConnections};
-    settings.max_depth = kAimDepth;
-    settings.seed = kAimSeed;
-    aim_light_paths(context_of(settings, possible.set, stage_kernels(scene)), threads, &scene);
+    settings.max_depth = kLearntDepth;
+    settings.seed = kLearningSeed;
+    const Strategies strategies = light_paths ? possible.set : possible.set & (kEmissionHits | kNextEvent);
+    const StageContext context = context_of(settings, strategies, stage_kernels(scene));
+    if (strategies & kEmissionHits) learn_caustics(context, threads, &scene);
+    if (light_paths) aim_light_paths(context_of(settings, strategies, stage_kernels(scene)), threads, &scene);
   }
 };
 

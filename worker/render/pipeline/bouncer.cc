@@ -142,6 +142,7 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
     h.v.dvcm =
         h.v.dvcm * (depth == 1 ? context.samples_of(kNextEvent) : context.samples_of(kVertexConnections));
     const LaneMask connectable = connectable_lanes<K>(h);
+    add_guide(scene, connectable, &h.v);
     if (StrategyRecorder* recorder = recorder_of<K>(w)) {
       recorder->hit(true, g.slot, g.active, inv_cos);
       recorder->store(true, w.light_vertices.size(), g.slot, connectable);

@@ -1,5 +1,6 @@
 // Light paths and emitters joined to the lens (t = 1).
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/guided_density.h"
 #include "worker/render/pipeline/joined_vertices.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/shadow_queue.h"
@@ -48,9 +49,10 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
     if (!any(valid)) continue;
     const Frame<Lane> frame(v.ns);
-    const BsdfEval<Lane> f =
+    BsdfEval<Lane> f =
         eval_bsdf<Lane, K::kSurfaces>(v.kind, valid, v.params, frame.to_local(v.wo),
                                       local_viewer(context, v, frame, to_camera), Mode::kImportance);
+    f.pdf_reverse = camera_density(context.scene, v, f.pdf_reverse);
     const Lane p_camera = lens.density * density_cosine<K>(context.scene, v, to_camera);
     const Lane light_ratio = p_camera * target.inv_light_samples;
     const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8

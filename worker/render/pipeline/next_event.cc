@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/guided_density.h"
 #include "worker/render/pipeline/joined_vertices.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/shadow_queue.h"
@@ -36,6 +37,7 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     const Vec3<Lane> wi = frame.to_local(d.wi);
     BsdfEval<Lane> f = eval_bsdf<Lane, K::kSurfaces>(
         v.kind, lit, v.params, local_viewer(context, v, frame, v.wo), wi, Mode::kRadiance);
+    f.pdf = camera_density(context.scene, v, d.wi, lit, f.pdf);
     f.pdf_reverse = reverse_density(context, v, f.pdf_reverse);
     const Lane inv_pdf = 1.0f / select(lit, d.pdf, splat<Lane>(1.0f));
     const Lane w_light = context.on(kEmissionHits) ? select(d.delta, Lane{}, f.pdf * inv_pdf) : Lane{};

@@ -1,5 +1,8 @@
 #pragma once
 // Stage 3's scattering: how paths go on from their vertices.
+#include <optional>
+
+#include "worker/render/pipeline/guided_density.h"
 #include "worker/render/pipeline/path_vertex.h"
 #include "worker/render/pipeline/roulette.h"
 #include "worker/render/pipeline/strategy_recorder.h"
@@ -19,12 +22,19 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   if (tilted_normals && mode == Mode::kRadiance) wo = viewer_direction(wo, dot(v.ng, v.wo));
   Lane du, dv;
   stream.get_2d(vertex_dim(depth, kDimBsdfDirection), &du, &dv);
+  const CausticGuide& caustics = context.scene.caustics;
+  const bool has_guide = K::kSurfaces && !caustics.empty();
+  std::optional<GuideTables<Lane>> tables;
+  if (has_guide && mode == Mode::kRadiance) tables.emplace(caustics, active, v.kind, v.p);
+  const bool guided = tables && any(tables->mask);
   // One lobe needs no choice.
-  const bool lobes = K::kSurfaces && any(mask_not(LaneMask(v.kind == kDiffuse)));
-  const Lane lobe_u = lobes ? stream.get_1d(vertex_dim(depth, kDimBsdfLobe)) : Lane{};
-  const BsdfSample<Lane> s =
-      sample_bsdf<Lane, K::kSurfaces>(v.kind, active, v.params, wo, lobe_u, du, dv, mode);
+  const bool lobes = K::kSurfaces && (guided || any(mask_not(LaneMask(v.kind == kDiffuse))));
+  Lane lobe_u = lobes ? stream.get_1d(vertex_dim(depth, kDimBsdfLobe)) : Lane{};
+  std::optional<GuidedScattering> by_guide;
+  if (guided) by_guide.emplace(caustics, *tables, &lobe_u);
+  BsdfSample<Lane> s = sample_bsdf<Lane, K::kSurfaces>(v.kind, active, v.params, wo, lobe_u, du, dv, mode);
   Vec3<Lane> wi = frame.to_world(s.wi);
+  if (by_guide) by_guide->redirect(v, frame, wo, du, dv, &s, &wi);
   // The direction must lie on the side of both normals that the BSDF meant.
   Lane cos_g = dot(v.ng, wi);
   LaneMask same_side = LaneMask(cos_g * s.wi.z > 0.0f);
@@ -63,6 +73,19 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
         mask_or(mask_or(LaneMask(v.ns.x != v.ng.x), LaneMask(v.ns.y != v.ng.y)), LaneMask(v.ns.z != v.ng.z));
     weight = select(tilted, weight * correction, weight);
   }
+  Lane guided_weight = splat<Lane>(1.0f);
+  StrategyRecorder* const recorder = recorder_of<K>(w);
+  std::array<GuideOdds, kLanes> odds;
+  const bool weighs = recorder && recorder->weigh_guide && mode == Mode::kRadiance;
+  if (weighs) odds.fill(kEvenOdds);
+  if (by_guide) {
+    guided_weight = by_guide->bsdf_over_mixed(s, wi, weighs ? &odds : nullptr);
+    pdf =
+        select(s.delta, pdf, pdf / select(LaneMask(guided_weight > 0.0f), guided_weight, splat<Lane>(1.0f)));
+  } else if (has_guide && mode == Mode::kImportance) {
+    pdf_reverse = camera_density(context.scene, v, pdf_reverse);  // of camera paths that come the other way
+  }
+  if (weighs) recorder->scatter_by_guide(v.path, active, odds);
   Vec3<Lane> throughput = v.throughput * weight;
   const Lane after = max_component(throughput) * s.roulette_scale;
   Lane before = K::kMedia ? gather(w.media->before, v.path) : max_component(v.throughput);
@@ -77,13 +100,14 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
     go = mask_and(go, LaneMask(u < q));
     throughput = throughput * (1.0f / select(LaneMask(q > 0.0f), q, splat<Lane>(1.0f)));
   }
+  throughput = throughput * guided_weight;
   if (!any(go)) return go;
   const Lane cos_out = K::kMedia ? select(in_medium, h.cos_in, abs(cos_g)) : abs(cos_g);
   const Lane inv_pdf = 1.0f / pdf;
   const Lane dvc = select(s.delta, v.dvc * (cos_out * delta_ratio),
                           cos_out * inv_pdf * (v.dvc * pdf_reverse + v.dvcm));  // M4, M5
   const Lane dvcm = select(s.delta, Lane{}, inv_pdf);
-  if (StrategyRecorder* recorder = recorder_of<K>(w)) {
+  if (recorder) {
     const Lane gain = select(s.delta, cos_out * delta_ratio, cos_out * inv_pdf * pdf_reverse);
     const Lane own = select(s.delta, Lane{}, cos_out * inv_pdf * v.dvcm);
     recorder->scatter(mode == Mode::kImportance, depth, v.path, go, gain, own);

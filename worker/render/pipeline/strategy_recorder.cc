@@ -85,6 +85,7 @@ void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seco
                              a.weight,
                              a.size,
                              a.shares});
+    if (weigh_guide) odds.push_back(splats ? kEvenOdds : vertex_odds_[static_cast<size_t>(a.slot)]);
   }
   resolving_seconds_ += seconds;
 }
@@ -105,6 +106,17 @@ void StrategyRecorder::emission(int t, LaneInt slot, LaneMask mask, const Vec3<L
                              lane(weight, l),
                              kNoRoulette,
                              shares_of(ratios, weight, l)});
+    if (weigh_guide) odds.push_back(odds_[static_cast<size_t>(lane(slot, l))]);
+  }
+}
+
+void StrategyRecorder::scatter_by_guide(LaneInt slot, LaneMask mask,
+                                        const std::array<GuideOdds, kLanes>& of) {
+  for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
+    const int l = std::countr_zero(bits);
+    GuideOdds& path = odds_[static_cast<size_t>(lane(slot, l))];
+    vertex_odds_[static_cast<size_t>(lane(slot, l))] = path;
+    for (size_t k = 0; k < path.size(); ++k) path[k] *= of[static_cast<size_t>(l)][k];
   }
 }
 

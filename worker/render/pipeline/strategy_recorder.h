@@ -31,6 +31,12 @@ inline void add_ratio(FamilyRatios* ratios, float FamilyShares::*family, Lane x)
   for (int l = 0; l < kLanes; ++l) (*ratios)[static_cast<size_t>(l)].*family += lane(x, l);
 }
 
+/// Shares of the caustic guide that are weighed against each other; 0: no guide.
+inline constexpr std::array<float, 4> kGuideShares{0, 0.1f, 0.25f, 0.5f};
+/// Of a camera subpath: its density under each of these shares, over that under the guide's own.
+using GuideOdds = std::array<float, kGuideShares.size()>;
+inline constexpr GuideOdds kEvenOdds{1, 1, 1, 1};
+
 /// A contribution that reached the film.
 struct StrategyContribution {
   int32_t s = 0, t = 0;      // vertices of the light and of the camera subpath
@@ -72,6 +78,8 @@ class StrategyRecorder {
   std::vector<StrategyContribution> contributions;  // since the last clear()
   std::vector<PathVertex> vertices;                 // the same, while `trace`
   bool trace = false;
+  std::vector<GuideOdds> odds;  // of the contributions, while `weigh_guide`
+  bool weigh_guide = false;
   Table counts{};                                    // [s][t]
   std::array<PathStart, kWavefront> light_starts{};  // of the last light paths, by slot
   double light_subpath_seconds = 0, camera_subpath_seconds = 0;
@@ -81,7 +89,7 @@ class StrategyRecorder {
   void begin_layer(int cell_x, int cell_y, int film_width) {
     cell_x_ = cell_x, cell_y_ = cell_y, width_ = film_width;
   }
-  void clear() { contributions.clear(), vertices.clear(); }
+  void clear() { contributions.clear(), vertices.clear(), odds.clear(); }
 
   /// Names the lanes of the next call that queues candidates.
   void announce(LaneInt s, int t, LaneInt slot, LaneInt light_slot, Lane weight, const FamilyRatios& ratios);
@@ -99,12 +107,17 @@ class StrategyRecorder {
               const Vec3<Lane>& throughput);
   // The parts of dVC along the subpaths (mis.h): of a camera path what lens connections add, of a light path
   // what next event and emission hits add; the rest is connections. Slots and vertices as in the wavefront.
-  void start_camera_paths() { camera_.fill({}); }
+  void start_camera_paths() {
+    camera_.fill({});
+    if (weigh_guide) odds_.fill(kEvenOdds), vertex_odds_.fill(kEvenOdds);
+  }
   void start_light_paths(int base, Lane dvc, LaneInt light, const Vec3<Lane>& direction);
   /// M3: everything is divided by the cosine.
   void hit(bool light, LaneInt slot, LaneMask mask, Lane inv_cos);
   /// M4, M5: parts are scaled by `gain`; at depth 1 `dvcm_term` is the family's own.
   void scatter(bool light, int depth, LaneInt slot, LaneMask mask, Lane gain, Lane dvcm_term);
+  /// Camera paths leave their vertices; `odds` per lane.
+  void scatter_by_guide(LaneInt slot, LaneMask mask, const std::array<GuideOdds, kLanes>& odds);
   /// Vertices first, first + 1, ... are those in `mask`.
   void store(bool light, size_t first, LaneInt slot, LaneMask mask);
   /// Adds the families of dVCM + dVC * pdf_reverse, times `scale`, of stored vertices to `ratios`.
@@ -136,6 +149,8 @@ class StrategyRecorder {
   std::array<Announced, ShadowRays::kCapacity> pending_{};
   std::array<Parts, kWavefront> camera_{}, light_{};
   std::vector<Parts> camera_vertices_, light_vertices_;
+  std::array<GuideOdds, kWavefront> odds_{},
+      vertex_odds_{};             // of camera paths; of what leads to their vertices
   Table before_{};                // counts at begin_stage()
   double resolving_seconds_ = 0;  // since then
 };

@@ -1,5 +1,6 @@
 // Camera vertices joined to vertices of light paths (s, t > 1).
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/guided_density.h"
 #include "worker/render/pipeline/joined_vertices.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/shadow_queue.h"
@@ -42,12 +43,14 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
       const Vec3<Lane> wi_local = frame.to_local(wi);
       BsdfEval<Lane> f =
           eval_bsdf<Lane, K::kSurfaces>(v.kind, valid, v.params, wo, wi_local, Mode::kRadiance);
+      f.pdf = camera_density(context.scene, v, wi, valid, f.pdf);
       f.pdf_reverse = reverse_density(context, v, f.pdf_reverse);
       const Frame<Lane> light_frame(l.ns);
       BsdfEval<Lane> fl =
           eval_bsdf<Lane, K::kSurfaces>(l.kind, valid, l.params, light_frame.to_local(l.wo),
                                         local_viewer(context, l, light_frame, -wi), Mode::kImportance);
       if (context.scene.any_shading_normals()) fl.pdf = fl.pdf * viewer_density(l, -wi);
+      fl.pdf_reverse = camera_density(context.scene, l, fl.pdf_reverse);
       const Lane cos_v = density_cosine<K>(context.scene, v, wi),
                  cos_l = density_cosine<K>(context.scene, l, wi);
       const Lane light_ratio = f.pdf * cos_l * inv_d2, camera_ratio = fl.pdf * cos_v * inv_d2;

@@ -4,6 +4,8 @@
 
 namespace lightmill {
 
+inline constexpr float kUnguided = -1;
+
 /// A vertex per lane.
 template <class F>
 struct VertexLanes {
@@ -11,6 +13,8 @@ struct VertexLanes {
   F error{}, dvcm{}, dvc{};
   IntOf<F> kind{}, path{}, depth{};
   IntOf<F> media{};  // on its sides (medium.h); in a medium, that on both
+  /// Of light vertices: density of the caustic guide towards `wo`, or kUnguided without a table.
+  F guide = splat<F>(kUnguided);
   BsdfParams<F> params;
 };
 
@@ -28,9 +32,9 @@ void to_rows(const VertexLanes<F>& v, F r[32]) {
   r[Vertex::kDvcm] = v.dvcm;
   r[Vertex::kDvc] = v.dvc;
   r[Vertex::kKind] = bits_float(as_uint(v.kind));
-  r[Vertex::kPath] = bits_float(as_uint(v.path));
+  r[Vertex::kPathAndDepth] = bits_float(as_uint(v.path + (v.depth << Vertex::kDepthShift)));
   for (int i = 0; i < kBsdfParams; ++i) r[Vertex::kParams + i] = v.params.p[i];
-  r[Vertex::kDepth] = bits_float(as_uint(v.depth));
+  r[Vertex::kGuide] = v.guide;
   r[Vertex::kMedia] = bits_float(as_uint(v.media));
 }
 
@@ -47,9 +51,11 @@ VertexLanes<F> from_rows(const F r[32]) {
   v.dvcm = r[Vertex::kDvcm];
   v.dvc = r[Vertex::kDvc];
   v.kind = as_int(float_bits(r[Vertex::kKind]));
-  v.path = as_int(float_bits(r[Vertex::kPath]));
+  const IntOf<F> both = as_int(float_bits(r[Vertex::kPathAndDepth]));
+  v.path = both & ((1 << Vertex::kDepthShift) - 1);
+  v.depth = both >> Vertex::kDepthShift;
   for (int i = 0; i < kBsdfParams; ++i) v.params.p[i] = r[Vertex::kParams + i];
-  v.depth = as_int(float_bits(r[Vertex::kDepth]));
+  v.guide = r[Vertex::kGuide];
   v.media = as_int(float_bits(r[Vertex::kMedia]));
   return v;
 }

@@ -6,6 +6,7 @@
 // One thread owns a wavefront; nothing here is shared. One wavefront works on one cell x one sample index at
 // a time: slot i of the camera paths is pixel i of the cell (row-major). Light paths belong to the layer as a
 // whole: their vertices form its cache, from which camera vertices draw.
+#include <bit>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -51,13 +52,15 @@ struct alignas(64) Vertex {
     kDvcm = 16,
     kDvc = 17,
     kKind = 18,
-    kPath = 19,
+    kPathAndDepth = 19,  // slot + (depth << kDepthShift)
     kParams = 20,
-    kDepth = 30,
-    kMedia = 31  // sides (medium.h)
+    kGuide = 30,  // see VertexLanes
+    kMedia = 31   // sides (medium.h)
   };
+  static constexpr int kDepthShift = 16;
   float f[32];
   Vertex() {}  // not zeroed: whoever appends one fills it
+  int32_t path() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) & ((1 << kDepthShift) - 1); }
 };
 
 /// A connection whose contribution is known and not zero, waiting for its visibility.

@@ -51,7 +51,7 @@ void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t s
       bounce_camera_paths(context, layer, depth, w);
       for (const Vertex& v : w.vertices) {
         const bool moving = context.scene.any_moving();
-        places->push_back(place_of(v, moving ? w.paths.time[std::bit_cast<int32_t>(v.f[Vertex::kPath])] : 0));
+        places->push_back(place_of(v, moving ? w.paths.time[v.path()] : 0));
       }
     }
   }

@@ -199,6 +199,14 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        : scene.lights.aims_gain == 1 ? "there are no light paths, or one place for them to go"
                                      : "light paths that go anywhere make " + noise + " % more noise",
        "a look-up per light path and per weight of one, and longer paths");
+  const std::string fireflies = text(static_cast<int>(std::lround(100 * scene.caustics.gain - 100)));
+  item("caustic guide", !scene.caustics.empty(),
+       !scene.caustics.empty() ? "light comes through glass or off mirrors: without it there would be " +
+                                     fireflies + " % more noise, " + "as far as can be seen from here"
+       : scene.caustics.gain > 1 ? "it would save " + fireflies + " % of the noise"
+       : scene.any_delta ? "no light that camera paths can be led to comes through glass or off mirrors"
+                         : "no smooth metal, glass or coat",
+       "a look-up per scattering event and per weight of one, and longer paths");
   item("delta lights", scene.lights.any_delta,
        scene.lights.any_delta ? "a light at a point or a distant one"
                               : "no light at a point and no distant one",

@@ -21,6 +21,7 @@ const char* needs_general_kernels(const RenderScene& s) {
   if (!s.only_diffuse || s.kinds_present > 1) return "a material in use is not diffuse";
   if (s.any_texture || s.any_tangent || s.any_colors || s.any_mix)
     return "a colour or a normal map varies over a surface";
+  if (!s.caustics.empty()) return "camera paths go by a caustic guide";
   if (const char* lights = needs_general_lights(s.lights)) return lights;
   if (s.any_fibres) return "there are fibres";
   if (s.any_instances()) return "there are instances";

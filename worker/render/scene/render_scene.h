@@ -12,6 +12,7 @@
 #include "common/scene/description.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/camera/camera_motion.h"
+#include "worker/render/light/caustic_guide.h"
 #include "worker/render/light/light_table.h"
 #include "worker/render/scene/medium.h"
 #include "worker/render/scene/texture.h"
@@ -154,6 +155,7 @@ struct RenderScene {
 
   TextureTable textures;
   LightTable lights;
+  CausticGuide caustics;
   float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space
   float bounds_radius = 1;
   float media_reach = 1;    // radius of the sphere around its center at which media without boundary end

@@ -1,0 +1,142 @@
+#include "worker/render/plan/guide_trial.h"
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "common/parallel.h"
+#include "worker/render/pipeline/pipeline.h"
+#include "worker/render/plan/pilot_sight.h"
+#include "worker/render/plan/pilot_values.h"
+#include "worker/render/plan/pixel_noise.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int64_t kPathsPerPixel = 16;
+/// A path whose density would be less than this part of what it is has been led by the guide.
+constexpr float kLed = 0.5f;
+
+/// A contribution to `pixel`.
+struct Seen {
+  uint32_t pixel = 0;
+  Channels rgb{};
+  int half = 0;
+  GuideOdds odds = kEvenOdds;  // of all strategies that make its path
+};
+
+/// What a cell of the sight has shown.
+struct CellNoise {
+  std::vector<PixelNoise> camera;
+  std::vector<Seen> splats, guided;
+  double led = 0, led_unguided = 0;
+};
+
+/// Those with camera vertices go by the odds of the camera path at hand.
+GuideOdds odds_of(const StrategyContribution& c, const GuideOdds& of_path) {
+  GuideOdds odds;
+  const FamilyShares& s = c.shares;
+  for (size_t k = 0; k < odds.size(); ++k)
+    odds[k] = std::max(s.lens + (s.hit + s.next_event + s.connect) * of_path[k], 1e-6f);
+  return odds;
+}
+
+class Trial {
+ public:
+  Trial(const StageContext& context, int64_t paths)
+      : context_(context),
+        sight_(context.grid, std::min(paths, kPathsPerPixel * context.grid.crop.area())),
+        values_(context.grid, sight_),
+        cells_(sight_.cells.size()) {
+    context_.thinning = sight_.thinning;
+  }
+
+  GuideTrial run(int threads) {
+    parallel_for(sight_.cells.size(), threads, [&](size_t i) { look_at(i); });
+    values_.finish();
+    GuideTrial sum;
+    for (const CellNoise& cell : cells_) {
+      double now = 0;
+      for (const PixelNoise& n : cell.camera) {
+        const PixelValue value = value_of(n.pixel);
+        for (size_t ch = 0; ch < 3; ++ch) now += n.variance[ch] * double{value.weight(ch)};
+      }
+      for (const Seen& s : cell.splats) now += square(s, true);
+      for (auto& half : sum.noise) {
+        for (double& k : half) k += 0.5 * now;
+      }
+      // f^2 / p with another p.
+      for (const Seen& s : cell.guided) {
+        auto& half = sum.noise[static_cast<size_t>(s.half)];
+        const double x = square(s, false);
+        for (size_t k = 0; k < half.size(); ++k) half[k] += x * (1 / double{s.odds[k]} - 1);
+      }
+      sum.led += cell.led;
+      sum.led_unguided += cell.led_unguided;
+    }
+    return sum;
+  }
+
+ private:
+  PixelValue value_of(uint32_t pixel) const {
+    const auto width = static_cast<uint32_t>(context_.grid.width);
+    return values_.of(static_cast<int>(pixel % width), static_cast<int>(pixel / width));
+  }
+  double square(const Seen& s, bool splat) const {
+    const PixelValue value = value_of(s.pixel);
+    const float share = splat ? value.splat_share : value.camera_share;
+    double square = 0;
+    for (size_t ch = 0; ch < 3; ++ch)
+      square += double{s.rgb[ch]} * s.rgb[ch] * value.weight_beside(ch, s.rgb[ch], share);
+    return square;
+  }
+
+  /// All samples of one cell of the sight.
+  void look_at(size_t i) {
+    const auto wavefront = std::make_unique<Wavefront>();
+    const auto recorder = std::make_unique<StrategyRecorder>();
+    recorder->weigh_guide = true;
+    wavefront->recorder = recorder.get();
+    const CellRect rect = sight_.rect(i);
+    CellLook look;
+    CameraSums camera;
+    for (int64_t j = 0; j < sight_.samples; ++j) {
+      const int64_t s = sight_.index(j);
+      render_packet(context_, {rect.x0, rect.y0, s, s + 1}, 0, *wavefront, nullptr);
+      look.add(recorder->contributions, wavefront->counters.light_paths);
+      for (size_t k = 0; k < recorder->contributions.size(); ++k)
+        take(recorder->contributions[k], recorder->odds[k], sight_.block(j), &camera, &cells_[i]);
+      camera.end_sample();
+      recorder->clear();
+    }
+    cells_[i].camera = camera.noise(context_.grid, rect, sight_.samples);
+    values_.take(i, std::move(look));
+  }
+
+  static void take(const StrategyContribution& c, const GuideOdds& of_path, int half, CameraSums* camera,
+                   CellNoise* cell) {
+    Seen seen{c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}, half};
+    if (c.t == 1) return cell->splats.push_back(seen);
+    camera->add(c);
+    if (of_path == kEvenOdds) return;
+    seen.odds = odds_of(c, of_path);
+    cell->guided.push_back(seen);
+    if (c.s == 0 && of_path.front() < kLed) {
+      cell->led += 1;
+      cell->led_unguided += double{of_path.front()};
+    }
+  }
+
+  StageContext context_;
+  PilotSight sight_;
+  PilotValues values_;
+  std::vector<CellNoise> cells_;  // of the sight
+};
+
+}  // namespace
+
+GuideTrial try_guide(const StageContext& context, int64_t paths, int threads) {
+  return Trial(context, paths).run(threads);
+}
+
+}  // namespace lightmill
