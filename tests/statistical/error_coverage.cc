@@ -37,11 +37,12 @@ Run render_run(const ErrorScene& scene, uint64_t seed, int64_t superblocks) {
   return run;
 }
 
-std::vector<Run> render_runs(const ErrorScene& scene, int runs, int64_t superblocks, int threads) {
+std::vector<Run> render_runs(const ErrorScene& scene, int runs, int64_t superblocks, uint64_t first_seed,
+                             int threads) {
   std::vector<Run> result(static_cast<size_t>(runs));
   std::atomic<size_t> next{0};
   const auto work = [&] {
-    for (size_t i; (i = next++) < result.size();) result[i] = render_run(scene, 1000 + i, superblocks);
+    for (size_t i; (i = next++) < result.size();) result[i] = render_run(scene, first_seed + i, superblocks);
   };
   std::vector<std::thread> pool;
   for (int t = 1; t < threads; ++t) pool.emplace_back(work);
@@ -125,8 +126,8 @@ StopRule stop_rule(const std::vector<Run>& runs, int64_t needed) {
 }  // namespace
 
 CoverageResult measure_coverage(const ErrorScene& scene, int runs, int64_t superblocks, int64_t needed,
-                                int threads) {
-  std::vector<Run> all = render_runs(scene, runs, superblocks, threads);
+                                int threads, uint64_t first_seed) {
+  std::vector<Run> all = render_runs(scene, runs, superblocks, first_seed, threads);
   judge(&all);
   CoverageResult result;
   for (size_t k = 0; k < all.front().points.size(); ++k) result.checkpoints.push_back(coverage_at(all, k));
