@@ -235,13 +235,7 @@ void TileRunner::lease_loop() {
       queue_.set_lead(lead.seconds());
       failures.reset();
     } catch (const std::exception& error) {
-      const std::string reason = failure_text(error);
-      options_.log(describe(key_of(*lease)) + ": " + reason);
-      try {
-        retry([&] { return queue_.is_held(key_of(*lease)); }, [&] { link_.fail(key_of(*lease), reason); });
-      } catch (const Error& refused) {
-        options_.log(refused.what());
-      }
+      give_up(key_of(*lease), failure_text(error));
       queue_.release(key_of(*lease));
       sleep(failures.next(), wanted);  // do not ask for the same scene in a tight loop
     }
@@ -278,12 +272,14 @@ void TileRunner::commit_loop() {
   while (auto finished = queue_.take_finished()) {
     const LeaseKey key = key_of(finished->lease->lease);
     const LogScope scope(about(key));
+    std::string failure;
     try {
       commit_one(*finished);
     } catch (const std::exception& error) {
-      options_.log(describe(key) + ": " + error.what());
+      failure = failure_text(error);
     }
-    finished->lease.reset();
+    finished->lease.reset();  // if memory is what it lacks, the farm is to hear of it
+    if (!failure.empty()) give_up(key, failure);
     queue_.release(key);
   }
 }
@@ -308,6 +304,14 @@ void TileRunner::commit_one(const LeaseQueue::Finished& finished) {
 void TileRunner::report_failure(const LeaseKey& key, const std::string& error) {
   options_.log(describe(key) + ": " + error);
   retry([&] { return queue_.is_held(key); }, [&] { link_.fail(key, error); });
+}
+
+void TileRunner::give_up(const LeaseKey& key, const std::string& error) {
+  try {
+    report_failure(key, error);
+  } catch (const std::exception& refused) {  // then its lease runs out
+    options_.log(describe(key) + ": " + refused.what());
+  }
 }
 
 void TileRunner::hand_back(const LeaseKey& key) {

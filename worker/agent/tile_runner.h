@@ -54,6 +54,7 @@ class TileRunner {
   void pilot_loop();
   void run_pilot(const PilotLease& pilot);
   /// Hands in a lease's result, or its failure; true if it was accepted.
+  void give_up(const LeaseKey& key, const std::string& error);
   void hand_back(const LeaseKey& key);
   bool hand_in(const LeaseKey& key, const std::string& bytes);
   void report_failure(const LeaseKey& key, const std::string& error);

@@ -115,6 +115,7 @@ class FakeFarm : public FarmLink {
   CommitAnswer commit(const LeaseKey& key, const std::string& bytes) override {
     const std::lock_guard lock(mutex_);
     check();
+    if (no_memory) throw std::bad_alloc();
     --held;
     commits[key].push_back(bytes);
     changed_.notify_all();
@@ -174,8 +175,9 @@ class FakeFarm : public FarmLink {
   std::map<LeaseKey, std::string> failures;
   std::map<LeaseKey, bool> lose;
   std::string refusal;
-  int down_calls = 0;   // so many calls throw LinkDown
-  bool forget = false;  // the next call throws NotRegistered
+  int down_calls = 0;      // so many calls throw LinkDown
+  bool forget = false;     // the next call throws NotRegistered
+  bool no_memory = false;  // to hand anything in
   std::map<std::string, Bundle> bundles;
   std::map<std::string, std::string> blobs;  // digest -> content, which may be a lie
   int blobs_sent = 0;

@@ -141,6 +141,17 @@ TEST_F(TileRunnerTest, APacketThatThrowsFailsTheLeaseAndTheWorkerLivesOn) {
   EXPECT_EQ(farm_.commits.size(), 1u);
 }
 
+// Or its lease would run out, again and again.
+TEST_F(TileRunnerTest, ATileThatThereIsNoMemoryToHandInFailsItsLease) {
+  farm_.no_memory = true;
+  add_tiles(1);
+  start(1);
+  ASSERT_TRUE(farm_.wait_for_answers(1));
+  const std::lock_guard lock(farm_.mutex_);
+  ASSERT_EQ(farm_.failures.size(), 1u);
+  EXPECT_THAT(farm_.failures.begin()->second, HasSubstr("out of memory"));
+}
+
 TEST_F(TileRunnerTest, DrainFinishesWhatIsHeldAndReturns) {
   add_tiles(3);
   start(2);
