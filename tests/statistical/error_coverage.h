@@ -32,8 +32,8 @@ struct CoverageResult {
   StopRule stop;
 };
 
-/// `runs` runs with seeds from `first_seed` on, of `superblocks` superblocks each; `needed` superblocks suffice for
-/// the stop rule's target.
+/// `runs` runs with seeds from `first_seed` on, of `superblocks` superblocks each; `needed` superblocks
+/// suffice for the stop rule's target.
 CoverageResult measure_coverage(const ErrorScene& scene, int runs, int64_t superblocks, int64_t needed,
                                 int threads, uint64_t first_seed = 1000);
 

@@ -2,7 +2,6 @@
 // The caustic guide's part in camera paths (light/caustic_guide.h). Whoever weighs strategies against each
 // other asks here how camera paths scatter; light paths know nothing of the guide.
 #include "worker/render/bsdf/bsdf_dispatch.h"
-#include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/pipeline/vertex_io.h"
 #include "worker/render/scene/render_scene.h"

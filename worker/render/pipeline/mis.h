@@ -50,8 +50,8 @@
 // P where their true values depend on the path's colour is said in medium_walk.h. What media emit is met by
 // camera paths alone: it has no weight.
 //
-// Guides. Where camera paths go by a caustic guide, too (guided_density.h), pdf and pdf_rev of how they scatter
-// are those of both ways together, in M4 and M7 to M9 alike.
+// Guides. Where camera paths go by a caustic guide, too (guided_density.h), pdf and pdf_rev of how they
+// scatter are those of both ways together, in M4 and M7 to M9 alike.
 //
 // Bodies. A walk through a body is one edge, that no strategy makes by itself: M11, subsurface_walk.h.
 //
