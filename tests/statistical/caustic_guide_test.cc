@@ -3,9 +3,11 @@
 // Confidence as in strategies_test.cc.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numeric>
 
+#include "common/image/film.h"
 #include "tests/statistical/strategy_set.h"
 #include "tests/support/render.h"
 #include "worker/render/pipeline/context.h"
@@ -44,6 +46,55 @@ TEST(GuidedPaths, LampInAMirrorSeenInAMirror) {
         kReflected * kReflected * kAlbedo * double{kL} * std::pow(kRadius / d, 2) * cosine;
     EXPECT_TRUE(mean_is(render_batches(s.scene, settings, 16).mean(), expected, {.resolution = 0.05}))
         << name_of(integrator);
+  }
+}
+
+/// A guide to the room's lamp and to a wall, which nobody needs, from everywhere on the room's sides.
+CausticGuide needless_guide(const RenderScene& scene) {
+  Random random(1);
+  std::vector<Photon> photons(1 << 16);
+  for (size_t i = 0; i < photons.size(); ++i) {
+    const auto at = [&] { return 2.0 * double{random.uniform()} - 1; };
+    std::array<double, 3> side{at(), at(), at()};
+    side[i % 3] = i / 3 % 2 ? 1 : -1;
+    const Vec3d from{side[0], side[1], side[2]};
+    const Vec3d to = i / 6 % 3 ? Vec3d{0.3 * at(), 1, 0.3 * at()} : Vec3d{1, at(), at()};
+    const Vec3d w = normalized(to - from), p = scene.normalised_point(from);
+    photons[i].p = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+    photons[i].power = 1;
+    sphere_to_square(Vec3<float>{static_cast<float>(w.x), static_cast<float>(w.y), static_cast<float>(w.z)},
+                     &photons[i].x, &photons[i].y);
+  }
+  CausticGuide guide = make_caustic_guide(photons);
+  guide.share = 0.5f;
+  return guide;
+}
+
+// Whatever the guide is, the image is what it is without: every density that has the guide in it shows here,
+// as the lamp is near and large, and half of the paths are led to it.
+TEST(GuidedPaths, LeaveTheImageAsItIs) {
+  const TestScene s = cornell_room();
+  for (const Strategies set : {kEmissionHits, kEmissionHits | kNextEvent, kEmissionHits | kLensConnections,
+                               kEmissionHits | kVertexConnections,
+                               kEmissionHits | kNextEvent | kVertexConnections, kAllStrategies}) {
+    const int64_t spp = set & (kNextEvent | kLensConnections) ? 128 : 512;
+    RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, spp, 3);
+    settings.plan = SamplingPlan{.strategies = set};
+    const Renderer plain(s.scene, settings, 1), guided(s.scene, settings, 1);
+    // As if it had been learnt: renderers that share the scene find it there.
+    const_cast<CausticGuide&>(guided.context().scene.caustics) = needless_guide(guided.context().scene);
+    const auto mean_by = [&](const Renderer& world) {
+      std::vector<double> means;
+      for (settings.seed = 1; settings.seed <= 16; ++settings.seed) {
+        Film film(settings.grid);
+        film.fold(render_partial(Renderer(world, settings)));
+        const Image image = film.resolve();
+        means.push_back(std::accumulate(image.data.begin(), image.data.end(), 0.0) /
+                        static_cast<double>(image.data.size()));
+      }
+      return estimate(means);
+    };
+    EXPECT_TRUE(means_agree(mean_by(guided), mean_by(plain), {.resolution = 0.0075})) << strategy_names(set);
   }
 }
 
