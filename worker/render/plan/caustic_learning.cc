@@ -28,10 +28,10 @@ constexpr int kDepth = 12;
 constexpr uint64_t kSeed = 0x63617573;
 
 /// Noise without the guide over with it from which on it is taken; paths that go through glass are longer.
-constexpr double kLeastGain = 1.15, kNoLoss = 0.97;
+constexpr double kLeastGain = 1.15, kLeastGainFirst = 1.03, kNoLoss = 0.97;
 /// Of a trial's paths that the guide has led to a light: fewer are chance; a first look need see some. And
 /// how many times as many as without it are out of a trial's reach.
-constexpr double kLeastLed = 16, kLeastLedFirst = 2, kRare = 100;
+constexpr double kLeastLed = 16, kLeastLedFirst = 2, kRare = 100, kRareFirst = 20;
 
 /// Throws away nothing but photons that are no use: of lights that nothing can hit, and of narrow lobes.
 void take_photons(const std::vector<Vertex>& vertices, std::vector<Photon>* photons) {
@@ -120,12 +120,23 @@ struct Choice {
   double gain = 1;
 };
 
-Choice choose_share(const GuideTrial& trial) {
+Choice best_share(const GuideTrial& trial) {
   Choice best;
   for (size_t k = 1; k < kGuideShares.size(); ++k) {
     const double gain = gain_of(trial, k);
     if (gain > best.gain) best = {k, gain};
   }
+  return best;
+}
+
+/// Whether a first look is worth a second.
+bool promises(const GuideTrial& look) {
+  if (look.led < kLeastLedFirst || gain_of(look, kSmallShare) == 0) return false;
+  return best_share(look).gain >= kLeastGainFirst || look.led >= kRareFirst * look.led_unguided;
+}
+
+Choice choose_share(const GuideTrial& trial) {
+  const Choice best = best_share(trial);
   if (trial.led < kLeastLed) return {};
   if (best.gain >= kLeastGain) return best;
   // The trial can't price what is so rare without the guide: it is all the noise that a long render has.
@@ -151,8 +162,7 @@ void learn_caustics(const StageContext& context, int threads, RenderScene* scene
   };
   const GuideTrial look = try_photons(0, kFirst);
   Choice choice;
-  if (look.led >= kLeastLedFirst && gain_of(look, kSmallShare) > 0)
-    choice = choose_share(try_photons(wavefronts(kFirst), kSecond));
+  if (promises(look)) choice = choose_share(try_photons(wavefronts(kFirst), kSecond));
   if (choice.share > 0) {
     scene->caustics.share = kGuideShares[choice.share];
   } else {

@@ -199,12 +199,15 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        : scene.lights.aims_gain == 1 ? "there are no light paths, or one place for them to go"
                                      : "light paths that go anywhere make " + noise + " % more noise",
        "a look-up per light path and per weight of one, and longer paths");
-  const std::string fireflies = text(static_cast<int>(std::lround(100 * scene.caustics.gain - 100)));
+  const double without = scene.caustics.gain;
+  const std::string times = text(static_cast<int>(without)) +
+                            (without < 10 ? "." + text(static_cast<int>(without * 10) % 10) : std::string());
   item("caustic guide", !scene.caustics.empty(),
-       !scene.caustics.empty() ? "light comes through glass or off mirrors: without it there would be " +
-                                     fireflies + " % more noise, " + "as far as can be seen from here"
-       : scene.caustics.gain > 1 ? "it would save " + fireflies + " % of the noise"
-       : scene.any_delta ? "no light that camera paths can be led to comes through glass or off mirrors"
+       !scene.caustics.empty()
+           ? "light comes through glass or off mirrors: without it there would be about " + times +
+                 " times the noise"
+       : without > 1     ? "without it there is " + times + " times the noise, which is not worth it"
+       : scene.any_delta ? "what comes through glass or off mirrors is little of the noise, or out of reach"
                          : "no smooth metal, glass or coat",
        "a look-up per scattering event and per weight of one, and longer paths");
   item("delta lights", scene.lights.any_delta,
