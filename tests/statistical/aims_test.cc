@@ -4,9 +4,6 @@
 // Confidence as in strategies_test.cc.
 #include <gtest/gtest.h>
 
-#include <numeric>
-
-#include "common/image/film.h"
 #include "tests/statistical/strategy_set.h"
 #include "tests/support/render.h"
 #include "worker/render/pipeline/context.h"
@@ -36,19 +33,6 @@ TestScene point_and_ball() {
   return s.point_light({-2.9, 2.2, 0}, {10, 9, 8});
 }
 
-/// Means over the image of bdpt, one to a seed, by the lights that `world` has.
-Estimate mean_by(const Renderer& world, RenderSettings settings) {
-  std::vector<double> means;
-  for (settings.seed = 1; settings.seed <= 16; ++settings.seed) {
-    Film film(settings.grid);
-    film.fold(render_partial(Renderer(world, settings)));
-    const Image image = film.resolve();
-    means.push_back(std::accumulate(image.data.begin(), image.data.end(), 0.0) /
-                    static_cast<double>(image.data.size()));
-  }
-  return estimate(means);
-}
-
 TEST(Aims, LeaveTheImageAsItIs) {
   for (const TestScene& s : {lamp_and_screen(), point_and_ball()}) {
     const RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 512, 3);
@@ -57,7 +41,8 @@ TEST(Aims, LeaveTheImageAsItIs) {
         plain(s.scene, settings_for(s.scene, Integrator::kPt, 512, 3), 1);
     ASSERT_TRUE(aimed.context().scene.lights.any_aimed());
     ASSERT_FALSE(plain.context().scene.lights.any_aimed());
-    EXPECT_TRUE(means_agree(mean_by(aimed, settings), mean_by(plain, settings), {.resolution = 0.05}));
+    EXPECT_TRUE(means_agree(mean_over_seeds(aimed, settings), mean_over_seeds(plain, settings),
+                            {.resolution = 0.05}));
   }
 }
 

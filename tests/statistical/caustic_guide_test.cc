@@ -5,9 +5,7 @@
 
 #include <array>
 #include <cmath>
-#include <numeric>
 
-#include "common/image/film.h"
 #include "tests/statistical/strategy_set.h"
 #include "tests/support/render.h"
 #include "worker/render/pipeline/context.h"
@@ -83,18 +81,9 @@ TEST(GuidedPaths, LeaveTheImageAsItIs) {
     const Renderer plain(s.scene, settings, 1), guided(s.scene, settings, 1);
     // As if it had been learnt: renderers that share the scene find it there.
     const_cast<CausticGuide&>(guided.context().scene.caustics) = needless_guide(guided.context().scene);
-    const auto mean_by = [&](const Renderer& world) {
-      std::vector<double> means;
-      for (settings.seed = 1; settings.seed <= 16; ++settings.seed) {
-        Film film(settings.grid);
-        film.fold(render_partial(Renderer(world, settings)));
-        const Image image = film.resolve();
-        means.push_back(std::accumulate(image.data.begin(), image.data.end(), 0.0) /
-                        static_cast<double>(image.data.size()));
-      }
-      return estimate(means);
-    };
-    EXPECT_TRUE(means_agree(mean_by(guided), mean_by(plain), {.resolution = 0.0075})) << strategy_names(set);
+    EXPECT_TRUE(means_agree(mean_over_seeds(guided, settings), mean_over_seeds(plain, settings),
+                            {.resolution = 0.0075}))
+        << strategy_names(set);
   }
 }
 

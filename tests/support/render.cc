@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numeric>
 #include <stdexcept>
 #include <thread>
 
@@ -59,6 +60,18 @@ Partial render_partial(const SceneDescription& scene, const RenderSettings& sett
 Partial render_partial(const Renderer& renderer, int threads, PacketOrder order) {
   const RenderSettings& settings = renderer.settings();
   return render_tile(renderer, {settings.grid.cells(), 0, settings.spp}, settings.spp, threads, order);
+}
+
+Estimate mean_over_seeds(const Renderer& world, RenderSettings settings) {
+  std::vector<double> means;
+  for (settings.seed = 1; settings.seed <= 16; ++settings.seed) {
+    Film film(settings.grid);
+    film.fold(render_partial(Renderer(world, settings)));
+    const Image image = film.resolve();
+    means.push_back(std::accumulate(image.data.begin(), image.data.end(), 0.0) /
+                    static_cast<double>(image.data.size()));
+  }
+  return estimate(means);
 }
 
 Batches render_batches(const SceneDescription& scene, const RenderSettings& settings, int batches,

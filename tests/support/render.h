@@ -39,6 +39,9 @@ struct Batches {
 Batches render_batches(const SceneDescription& scene, const RenderSettings& settings, int batches,
                        int threads = 1);
 
+/// The mean over the image, one to a seed from 1 to 16, of the scene that `world` was built for.
+Estimate mean_over_seeds(const Renderer& world, RenderSettings settings);
+
 /// "pt", "bdpt" or "lt" for messages and parameterised test names.
 inline std::string name_of(Integrator i) { return integrator_name(i); }
 

@@ -58,7 +58,7 @@ class Trial {
     for (const CellNoise& cell : cells_) {
       double now = 0;
       for (const PixelNoise& n : cell.camera) {
-        const PixelValue value = value_of(n.pixel);
+        const PixelValue value = values_.of(n.pixel);
         for (size_t ch = 0; ch < 3; ++ch) now += n.variance[ch] * double{value.weight(ch)};
       }
       for (const Seen& s : cell.splats) now += square(s, true);
@@ -78,17 +78,9 @@ class Trial {
   }
 
  private:
-  PixelValue value_of(uint32_t pixel) const {
-    const auto width = static_cast<uint32_t>(context_.grid.width);
-    return values_.of(static_cast<int>(pixel % width), static_cast<int>(pixel / width));
-  }
   double square(const Seen& s, bool splat) const {
-    const PixelValue value = value_of(s.pixel);
-    const float share = splat ? value.splat_share : value.camera_share;
-    double square = 0;
-    for (size_t ch = 0; ch < 3; ++ch)
-      square += double{s.rgb[ch]} * s.rgb[ch] * value.weight_beside(ch, s.rgb[ch], share);
-    return square;
+    const PixelValue value = values_.of(s.pixel);
+    return value.square_beside(s.rgb, splat ? value.splat_share : value.camera_share);
   }
 
   /// All samples of one cell of the sight.

@@ -60,7 +60,7 @@ class Look {
     }
     for (const std::vector<PixelNoise>& noise : noise_) {
       for (const PixelNoise& n : noise) {
-        const PixelValue value = value_of(n.pixel);
+        const PixelValue value = values_.of(n.pixel);
         for (size_t ch = 0; ch < 3; ++ch) sums.rest += n.variance[ch] * double{value.weight(ch)};
       }
     }
@@ -68,17 +68,9 @@ class Look {
   }
 
  private:
-  PixelValue value_of(uint32_t pixel) const {
-    const auto width = static_cast<uint32_t>(context_.grid.width);
-    return values_.of(static_cast<int>(pixel % width), static_cast<int>(pixel / width));
-  }
   double square(const Arrival& a) const {
-    const PixelValue value = value_of(a.pixel);
-    const float share = a.splat ? value.splat_share : value.camera_share;
-    double square = 0;
-    for (size_t ch = 0; ch < 3; ++ch)
-      square += double{a.rgb[ch]} * a.rgb[ch] * value.weight_beside(ch, a.rgb[ch], share);
-    return square;
+    const PixelValue value = values_.of(a.pixel);
+    return value.square_beside(a.rgb, a.splat ? value.splat_share : value.camera_share);
   }
 
   /// All samples of one cell of the sight.

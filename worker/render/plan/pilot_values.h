@@ -33,6 +33,11 @@ class PilotValues {
   void finish();
   /// Anywhere: of a square that was looked at in parts.
   PixelValue of(int x, int y) const;
+  /// The same of pixel number `pixel` of the film, row-major.
+  PixelValue of(uint32_t pixel) const {
+    const auto width = static_cast<uint32_t>(grid_.width);
+    return of(static_cast<int>(pixel % width), static_cast<int>(pixel / width));
+  }
   /// Of those pixels of cell number `i` that were looked at, row-major.
   std::array<PixelValue, kCellPixels> of_cell(size_t i) const;
 

@@ -32,6 +32,12 @@ struct PixelValue {
     const float rest = share < 1 ? value[ch] - excess * share / (1 - share) : 0;
     return of(std::max({rest, around[ch], x / kMostTimes}));
   }
+  /// The square of a contribution, each channel weighed by weight_beside.
+  double square_beside(const Channels& rgb, float share) const {
+    double square = 0;
+    for (size_t ch = 0; ch < 3; ++ch) square += double{rgb[ch]} * rgb[ch] * weight_beside(ch, rgb[ch], share);
+    return square;
+  }
   /// Without half of a splat `rgb` of an emitter in sight. Of few splats each weighs itself down; without it,
   /// the value would be taken for too small as often.
   PixelValue beside_half(const float rgb[3]) const {
