@@ -53,11 +53,13 @@ class TileRunner {
   void commit_loop();
   void pilot_loop();
   void run_pilot(const PilotLease& pilot);
-  /// Hands in a lease's result, or its failure; true if it was accepted.
-  void give_up(const LeaseKey& key, const std::string& error);
   void hand_back(const LeaseKey& key);
+  /// Hands in a lease's result, or its failure; true if it was accepted.
   bool hand_in(const LeaseKey& key, const std::string& bytes);
+  /// Throws what the farm answers.
   void report_failure(const LeaseKey& key, const std::string& error);
+  /// The same, but logs what it answers.
+  void give_up(const LeaseKey& key, const std::string& error);
   void commit_one(const LeaseQueue::Finished& finished);
   void renew_loop();
   void finish_held();

@@ -1,14 +1,9 @@
 #include "worker/render/plan/guide_trial.h"
 
-#include <memory>
-#include <utility>
 #include <vector>
 
 #include "common/parallel.h"
-#include "worker/render/pipeline/pipeline.h"
-#include "worker/render/plan/pilot_sight.h"
-#include "worker/render/plan/pilot_values.h"
-#include "worker/render/plan/pixel_noise.h"
+#include "worker/render/plan/recorded_cell.h"
 
 namespace lightmill {
 namespace {
@@ -56,11 +51,7 @@ class Trial {
     values_.finish();
     GuideTrial sum;
     for (const CellNoise& cell : cells_) {
-      double now = 0;
-      for (const PixelNoise& n : cell.camera) {
-        const PixelValue value = values_.of(n.pixel);
-        for (size_t ch = 0; ch < 3; ++ch) now += n.variance[ch] * double{value.weight(ch)};
-      }
+      double now = weighed_sum(cell.camera, values_);
       for (const Seen& s : cell.splats) now += square(s, true);
       for (auto& half : sum.noise) {
         for (double& k : half) k += 0.5 * now;
@@ -85,38 +76,28 @@ class Trial {
 
   /// All samples of one cell of the sight.
   void look_at(size_t i) {
-    const auto wavefront = std::make_unique<Wavefront>();
-    const auto recorder = std::make_unique<StrategyRecorder>();
-    recorder->weigh_guide = true;
-    wavefront->recorder = recorder.get();
-    const CellRect rect = sight_.rect(i);
-    CellLook look;
-    CameraSums camera;
-    for (int64_t j = 0; j < sight_.samples; ++j) {
-      const int64_t s = sight_.index(j);
-      render_packet(context_, {rect.x0, rect.y0, s, s + 1}, 0, *wavefront, nullptr);
-      look.add(recorder->contributions, wavefront->counters.light_paths);
-      for (size_t k = 0; k < recorder->contributions.size(); ++k)
-        take(recorder->contributions[k], recorder->odds[k], sight_.block(j), &camera, &cells_[i]);
-      camera.end_sample();
-      recorder->clear();
-    }
-    cells_[i].camera = camera.noise(context_.grid, rect, sight_.samples);
-    values_.take(i, std::move(look));
+    CellNoise& cell = cells_[i];
+    const auto take_one = [&](const StrategyRecorder& recorder, size_t k, int block) {
+      return take(recorder.contributions[k], recorder.odds[k], block, &cell);
+    };
+    cell.camera = record_cell(context_, sight_, i, true, &values_, take_one);
   }
 
-  static void take(const StrategyContribution& c, const GuideOdds& of_path, int half, CameraSums* camera,
-                   CellNoise* cell) {
+  /// Whether it is of the camera layer.
+  static bool take(const StrategyContribution& c, const GuideOdds& of_path, int half, CellNoise* cell) {
     Seen seen{c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}, half};
-    if (c.t == 1) return cell->splats.push_back(seen);
-    camera->add(c);
-    if (of_path == kEvenOdds) return;
+    if (c.t == 1) {
+      cell->splats.push_back(seen);
+      return false;
+    }
+    if (of_path == kEvenOdds) return true;
     seen.odds = odds_of(c, of_path);
     cell->guided.push_back(seen);
     if (c.s == 0 && of_path.front() < kLed) {
       cell->led += 1;
       cell->led_unguided += double{of_path.front()};
     }
+    return true;
   }
 
   StageContext context_;

@@ -2,16 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <utility>
 
 #include "common/parallel.h"
 #include "worker/render/light/light_record.h"
-#include "worker/render/pipeline/pipeline.h"
-#include "worker/render/pipeline/strategy_recorder.h"
-#include "worker/render/plan/pilot_sight.h"
-#include "worker/render/plan/pilot_values.h"
-#include "worker/render/plan/pixel_noise.h"
+#include "worker/render/plan/recorded_cell.h"
 
 namespace lightmill {
 namespace {
@@ -58,12 +52,7 @@ class Look {
         }
       }
     }
-    for (const std::vector<PixelNoise>& noise : noise_) {
-      for (const PixelNoise& n : noise) {
-        const PixelValue value = values_.of(n.pixel);
-        for (size_t ch = 0; ch < 3; ++ch) sums.rest += n.variance[ch] * double{value.weight(ch)};
-      }
-    }
+    for (const std::vector<PixelNoise>& noise : noise_) sums.rest += weighed_sum(noise, values_);
     return sums;
   }
 
@@ -75,29 +64,14 @@ class Look {
 
   /// All samples of one cell of the sight.
   void look_at(size_t i) {
-    const auto wavefront = std::make_unique<Wavefront>();
-    const auto recorder = std::make_unique<StrategyRecorder>();
-    wavefront->recorder = recorder.get();
-    const CellRect rect = sight_.rect(i);
-    CellLook look;
-    CameraSums camera;
-    for (int64_t j = 0; j < sight_.samples; ++j) {
-      const int64_t s = sight_.index(j);
-      render_packet(context_, {rect.x0, rect.y0, s, s + 1}, 0, *wavefront, nullptr);
-      look.add(recorder->contributions, wavefront->counters.light_paths);
-      for (const StrategyContribution& c : recorder->contributions) {
-        if (c.light_slot < 0) {
-          camera.add(c);
-        } else {
-          arrivals_[i].push_back(arrival(c, recorder->light_starts[static_cast<size_t>(c.light_slot)]));
-          arrivals_[i].back().second_half = sight_.block(j) > 0;
-        }
-      }
-      camera.end_sample();
-      recorder->clear();
-    }
-    noise_[i] = camera.noise(context_.grid, rect, sight_.samples);
-    values_.take(i, std::move(look));
+    noise_[i] = record_cell(
+        context_, sight_, i, false, &values_, [&](const StrategyRecorder& recorder, size_t k, int block) {
+          const StrategyContribution& c = recorder.contributions[k];
+          if (c.light_slot < 0) return true;
+          arrivals_[i].push_back(arrival(c, recorder.light_starts[static_cast<size_t>(c.light_slot)]));
+          arrivals_[i].back().second_half = block > 0;
+          return false;
+        });
   }
 
   Arrival arrival(const StrategyContribution& c, const PathStart& start) const {

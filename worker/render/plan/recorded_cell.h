@@ -1,0 +1,52 @@
+#pragma once
+// The samples of one cell of a look at the scene, recorded: what the trial of a guide and the look at light
+// paths have in common.
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "worker/render/pipeline/pipeline.h"
+#include "worker/render/plan/pilot_sight.h"
+#include "worker/render/plan/pilot_values.h"
+#include "worker/render/plan/pixel_noise.h"
+
+namespace lightmill {
+
+/// Renders all samples of cell number `i` of `sight` and gives their values to `values`. take(recorder, k,
+/// block) is told of every contribution, by its number, and says whether it counts for the noise that is
+/// returned. `weigh_guide` as in StrategyRecorder.
+template <class Take>
+std::vector<PixelNoise> record_cell(const StageContext& context, const PilotSight& sight, size_t i,
+                                    bool weigh_guide, PilotValues* values, Take&& take) {
+  const auto wavefront = std::make_unique<Wavefront>();
+  const auto recorder = std::make_unique<StrategyRecorder>();
+  recorder->weigh_guide = weigh_guide;
+  wavefront->recorder = recorder.get();
+  const CellRect rect = sight.rect(i);
+  CellLook look;
+  CameraSums camera;
+  for (int64_t j = 0; j < sight.samples; ++j) {
+    const int64_t s = sight.index(j);
+    render_packet(context, {rect.x0, rect.y0, s, s + 1}, 0, *wavefront, nullptr);
+    look.add(recorder->contributions, wavefront->counters.light_paths);
+    for (size_t k = 0; k < recorder->contributions.size(); ++k) {
+      if (take(*recorder, k, sight.block(j))) camera.add(recorder->contributions[k]);
+    }
+    camera.end_sample();
+    recorder->clear();
+  }
+  values->take(i, std::move(look));
+  return camera.noise(context.grid, rect, sight.samples);
+}
+
+/// The variance of these pixels, weighed as in relMSE, over pixels and channels.
+inline double weighed_sum(const std::vector<PixelNoise>& noise, const PilotValues& values) {
+  double sum = 0;
+  for (const PixelNoise& n : noise) {
+    const PixelValue value = values.of(n.pixel);
+    for (size_t ch = 0; ch < 3; ++ch) sum += n.variance[ch] * double{value.weight(ch)};
+  }
+  return sum;
+}
+
+}  // namespace lightmill
