@@ -115,6 +115,8 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
                    "Light paths per camera path: 0.125, 0.25, 0.5, 1 or 2 (bdpt: 1)");
   verb->add_option("--connections", render.connections,
                    "Light paths that a camera vertex is connected to: 0.25, 0.5, 1, 2, 4 or 8 (bdpt: 1)");
+  verb->add_option("--lens-weight", render.lens_weight,
+                   "What light paths joined to the lens count for beside other strategies: 0.125, 1 or 3");
   verb->add_option_function<std::string>(
           "--effort", [&render](const std::string& effort) { render.uniform_effort = effort == "uniform"; },
           "adaptive: auto spends samples where the image is noisy; uniform: everywhere, as always with --aov")

@@ -25,10 +25,11 @@ constexpr std::pair<const char*, double SampleWork::*> kWork[] = {
     {"next_event_rays", &SampleWork::next_event_rays},
     {"primitives", &SampleWork::primitives}};
 /// What older reports do not have.
-constexpr std::pair<const char*, double SampleWork::*> kTries[] = {
+constexpr std::pair<const char*, double SampleWork::*> kLater[] = {
     {"connection_tries", &SampleWork::connection_tries},
     {"lens_tries", &SampleWork::lens_tries},
-    {"next_event_tries", &SampleWork::next_event_tries}};
+    {"next_event_tries", &SampleWork::next_event_tries},
+    {"splat_pixels", &SampleWork::splat_pixels}};
 
 std::string text_of(const nlohmann::json& note, const char* key) {
   auto text = note.at(key).get<std::string>();
@@ -52,7 +53,7 @@ std::vector<FeatureNote> features_of(const nlohmann::json& array) {
 
 SampleWork& SampleWork::operator+=(const SampleWork& o) {
   for (const auto& [name, member] : kWork) this->*member += o.*member;
-  for (const auto& [name, member] : kTries) this->*member += o.*member;
+  for (const auto& [name, member] : kLater) this->*member += o.*member;
   return *this;
 }
 
@@ -73,7 +74,7 @@ std::string pilot_to_json(const PilotReport& report) {
   }
   nlohmann::json work;
   for (const auto& [name, member] : kWork) work[name] = report.work.*member;
-  for (const auto& [name, member] : kTries) work[name] = report.work.*member;
+  for (const auto& [name, member] : kLater) work[name] = report.work.*member;
   nlohmann::json j{{"chosen", nlohmann::json::parse(plan_to_json(report.chosen))},
                    {"effort_gain", report.effort_gain},
                    {"estimates", estimates},
@@ -103,7 +104,7 @@ PilotReport pilot_from_json(const std::string& text) {
     if (report.samples < 0) throw Error(ErrorKind::kUsage, "pilot report: \"samples\" must not be negative");
     const auto& work = j.at("work");
     for (const auto& [name, member] : kWork) report.work.*member = positive(work.at(name));
-    for (const auto& [name, member] : kTries) {
+    for (const auto& [name, member] : kLater) {
       if (work.contains(name)) report.work.*member = positive(work.at(name));
     }
     return report;

@@ -16,6 +16,7 @@ struct SampleWork {
   double primitives = 0;                                           // of the scene: what rays are cast into
   // What the strategies evaluated, of which the rays are what was not zero nor lost to roulette.
   double next_event_tries = 0, connection_tries = 0, lens_tries = 0;
+  double splat_pixels = 0;  // of the pixel filter: to how many pixels a splat goes; of older reports 0
   SampleWork& operator+=(const SampleWork& o);
 };
 

@@ -11,6 +11,7 @@ SamplingPlan canonical(SamplingPlan plan) {
   plan.effort = {};
   if (!(plan.strategies & kLightPaths)) plan.light_paths = SamplingPlan().light_paths;
   if (!(plan.strategies & kVertexConnections)) plan.connections = SamplingPlan().connections;
+  if (!(plan.strategies & kLensConnections)) plan.lens_weight = SamplingPlan().lens_weight;
   return plan;
 }
 
@@ -35,6 +36,8 @@ std::string plan_text(const SamplingPlan& plan) {
   std::string text = strategy_names(plan.strategies);
   if (plan.strategies & kLightPaths) text += " × " + count_text(plan.light_paths);
   if (plan.strategies & kVertexConnections) text += " × " + count_text(plan.connections) + " connections";
+  if (plan.strategies & kLensConnections && plan.lens_weight != 1)
+    text += ", lens weight " + count_text(plan.lens_weight);
   if (!plan.effort.uniform()) text += ", adaptive";
   return text;
 }
@@ -56,6 +59,6 @@ std::optional<double> predicted_gain(const PilotReport& report, const SamplingPl
   return work(*compared) / work(*chosen);
 }
 
-SamplingPlan path_tracing_plan() { return {kEmissionHits | kNextEvent, 1, 1}; }
+SamplingPlan path_tracing_plan() { return {.strategies = kEmissionHits | kNextEvent}; }
 
 }  // namespace lightmill

@@ -24,6 +24,7 @@ void check_plan(const SamplingPlan& plan) {
     throw Error(ErrorKind::kUsage, "sampling plan: at least one strategy must run");
   check_count(plan.light_paths, kLightPathCounts, "light_paths");
   check_count(plan.connections, kConnectionCounts, "connections");
+  check_count(plan.lens_weight, kLensWeights, "lens_weight");
   check_effort(plan.effort);
 }
 
@@ -31,6 +32,7 @@ std::string plan_to_json(const SamplingPlan& plan) {
   nlohmann::json j = {{"connections", plan.connections},
                       {"light_paths", plan.light_paths},
                       {"strategies", strategy_names(plan.strategies)}};
+  if (plan.lens_weight != 1) j["lens_weight"] = plan.lens_weight;
   if (!plan.effort.uniform()) j["effort"] = plan.effort.levels;
   return j.dump();
 }
@@ -38,12 +40,13 @@ std::string plan_to_json(const SamplingPlan& plan) {
 SamplingPlan plan_from_json(const std::string& text) {
   try {
     const auto j = nlohmann::json::parse(text);
-    if (j.size() != (j.contains("effort") ? 4 : 3))
-      throw Error(ErrorKind::kUsage, "sampling plan: exactly 3 fields and effort are expected");
+    if (j.size() != 3u + j.contains("effort") + j.contains("lens_weight"))
+      throw Error(ErrorKind::kUsage, "sampling plan: exactly 3 fields, lens_weight and effort are expected");
     SamplingPlan plan;
     plan.strategies = strategies_named(j.at("strategies").get<std::string>());
     plan.light_paths = j.at("light_paths").get<double>();
     plan.connections = j.at("connections").get<double>();
+    if (j.contains("lens_weight")) plan.lens_weight = j.at("lens_weight").get<double>();
     if (j.contains("effort")) plan.effort.levels = j.at("effort").get<std::string>();
     check_plan(plan);
     return plan;

@@ -39,7 +39,7 @@ struct RenderOptions {
   std::optional<std::array<double, 4>> crop;  // x0,x1,y0,y1 in [0,1], pbrt's order
   bool energy_compensation = false;           // see RenderSettings
   std::optional<std::string> strategies;      // names, see strategies.h; likewise a plan of one's own:
-  std::optional<double> light_paths, connections;
+  std::optional<double> light_paths, connections, lens_weight;
   std::optional<SamplingPlan> plan;
   bool uniform_effort = false;           // see RenderSettings
   std::optional<std::string> overrides;  // names, see features.h

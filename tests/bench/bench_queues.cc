@@ -28,6 +28,7 @@
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
 #include "worker/render/pipeline/film.h"
+#include "worker/render/pipeline/light_net.h"
 #include "worker/render/pipeline/producer.h"
 #include "worker/render/pipeline/shadow_caster.h"
 
@@ -114,13 +115,13 @@ Task render_packets(Work& work) {
     w.counters = {};
     w.splats.clear();
     const int64_t batch = superblock_of_sample(packet.sample_begin);
-    LayerContext layer{packet.cell_x, packet.cell_y, 0, &w.slots, 0, 0, 0};
+    LayerContext layer{packet.cell_x, packet.cell_y, 0, &w.slots};
     w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.thinning);
     const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
     const uint64_t cell =
         static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
     layer.light_paths = light_paths_of_layer(context.light_paths, w.slots.inside_count);
-    layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(batch));
+    set_light_net(context, cell, static_cast<uint64_t>(batch), &layer);
     w.camera_sums.assign(kCellPixels, {});
     for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
       layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);

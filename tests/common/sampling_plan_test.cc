@@ -9,8 +9,10 @@ namespace lightmill {
 namespace {
 
 TEST(SamplingPlan, ReadsWhatItWrote) {
-  for (const SamplingPlan& plan : {SamplingPlan{}, SamplingPlan{kLensConnections, 2, 0.25},
-                                   SamplingPlan{kEmissionHits | kNextEvent, 0.5, 4}}) {
+  for (const SamplingPlan& plan :
+       {SamplingPlan{}, SamplingPlan{kLensConnections, 2, 0.25},
+        SamplingPlan{kEmissionHits | kNextEvent, 0.5, 4}, SamplingPlan{kAllStrategies, 1, 2, 0.125},
+        SamplingPlan{kAllStrategies, 1, 2, 3, {"11"}}}) {
     EXPECT_EQ(plan_from_json(plan_to_json(plan)), plan);
   }
 }
@@ -22,6 +24,8 @@ TEST(SamplingPlan, RefusesWhatCannotRun) {
                            R"({"connections":1,"light_paths":0.3,"strategies":"hit"})",
                            R"({"connections":3,"light_paths":1,"strategies":"hit"})",
                            R"({"connections":"1","light_paths":1,"strategies":"hit"})",
+                           R"({"connections":1,"lens_weight":0.5,"light_paths":1,"strategies":"hit"})",
+                           R"({"connections":1,"lens_weight":"1","light_paths":1,"strategies":"hit"})",
                            R"({"connections":1,"light_paths":1e300,"strategies":"hit"})",
                            R"({"connections":1,"light_paths":1,"strategies":"hits"})"}) {
     EXPECT_THROW(plan_from_json(json), Error) << json;

@@ -43,6 +43,7 @@ TEST(PlanCounts, AgreeWithOneOfEach) {
   TestScene s = room();
   s.film(40, 20);
   s.scene.film.crop = {0.1, 0.9, 0, 0.9};
+  s.scene.filter = FilterDescription();
   const Batches one = render_plan(s, SamplingPlan{.strategies = kAllStrategies}, 256, 6);
   AgreementTest test;
   test.max_relative_error = 0.2;
@@ -52,7 +53,9 @@ TEST(PlanCounts, AgreeWithOneOfEach) {
        {SamplingPlan{kAllStrategies, 0.25, 0.25}, SamplingPlan{kAllStrategies, 0.25, 4},
         SamplingPlan{kAllStrategies, 2, 0.5}, SamplingPlan{kAllStrategies, 0.5, 2},
         SamplingPlan{kNoLens, 0.25, 2}, SamplingPlan{kNoLens, 2, 0.25}, SamplingPlan{kNoConnections, 0.25, 1},
-        SamplingPlan{kNoConnections, 2, 1}, SamplingPlan{kLensConnections, 2, 1}}) {
+        SamplingPlan{kNoConnections, 2, 1}, SamplingPlan{kLensConnections, 2, 1},
+        SamplingPlan{kAllStrategies, 1, 1, 0.125}, SamplingPlan{kAllStrategies, 0.5, 2, 3},
+        SamplingPlan{kNoConnections, 1, 1, 0.125}}) {
     SCOPED_TRACE(plan_to_json(plan));
     const Batches other = render_plan(s, plan, 512, 6);
     EXPECT_EQ(other.counters.nonfinite, 0u);

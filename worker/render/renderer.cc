@@ -130,7 +130,7 @@ struct Renderer::World {
     context.kernels = kernels;
     context.light_paths = sampling.light_paths;
     context.splat_scale = static_cast<float>(1 / film_paths);
-    context.light_samples = static_cast<float>(sampling.light_paths * film_paths);
+    context.light_samples = static_cast<float>(sampling.light_paths * film_paths * sampling.lens_weight);
     context.connections = static_cast<float>(sampling.connections);
     context.imaging_ratio = static_cast<float>(imaging_ratio);
     if (response.is_needed()) context.response = &response;

@@ -80,4 +80,23 @@ FilterAxis::FilterAxis(const FilterDescription& filter, double radius)
   }
 }
 
+PixelFilter::PixelFilter(const FilterDescription& d) : x(d, d.xradius), y(d, d.yradius) {
+  if (is_one_pixel()) return;
+  // Of positions in one pixel: squares of what each of the pixels receives, on average, and the sum of |f|.
+  constexpr int kPositions = 8;
+  double squares = 0, all = 0, pixels = 0;
+  constexpr int kCount = kPositions * kPositions;
+  for (int i = 0; i < kCount; ++i) {
+    const auto at = [](int k) { return (static_cast<float>(k) + 0.5f) / kPositions; };
+    FilterReach<float>(*this, at(i % kPositions), at(i / kPositions)).each(0, [&](int, int, float f) {
+      const double size = std::fabs(double{f});
+      squares += size * std::max(size, double{kSmallWeight});
+      all += size;
+      pixels += std::min(size / double{kSmallWeight}, 1.0);
+    });
+  }
+  splat_noise = static_cast<float>(squares * kCount / (all * all));
+  splat_pixels = static_cast<float>(pixels / kCount);
+}
+
 }  // namespace lightmill

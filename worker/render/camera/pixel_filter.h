@@ -3,13 +3,15 @@
 //
 // Camera samples: a pixel's sample position is drawn with density f(p - centre), so its weight is 1 and it
 // touches its own pixel only. Splats: a light path that arrives at raster position p contributes f(p - c_j)
-// to every pixel j in reach; one of them is drawn with probability proportional to that, and the sum is the
-// weight. Both estimate the same integral. Filters are separable and normalised to unit integral; gaussian
-// as pbrt's: exp(-x^2/2s^2) minus its value at the radius. Where a filter is negative its absolute value is
-// sampled, and both weights carry the sign.
+// to every pixel j in reach (spread()). Both estimate the same integral. Filters are separable and normalised
+// to unit integral; gaussian as pbrt's: exp(-x^2/2s^2) minus its value at the radius. Where a filter is
+// negative its absolute value is sampled, and both weights carry the sign.
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 
+#include "common/image/grid.h"
 #include "common/scene/description.h"
 #include "worker/render/math/vec.h"
 
@@ -42,10 +44,20 @@ class FilterAxis {
   /// The filter at `offset`: the density of sample(), times the weight, which camera samples really follow.
   template <class F>
   F density(F offset) const;
-  /// Draws the pixel for raster coordinate `p` with `u`; returns its index and sets the weight
-  /// sum_j f(p - c_j) (0 if no pixel is in reach).
+  /// Whether raster coordinates touch the pixel that they are in alone.
+  bool is_one_pixel() const { return kind_ == FilterKind::kBox && radius_ == 0.5f; }
+  /// Draws a pixel for raster coordinate `p` with `u`, with probability proportional to |f(p - c_j)|.
   template <class F>
-  IntOf<F> choose_pixel(F p, F u, F* weight) const;
+  IntOf<F> choose_pixel(F p, F u) const;
+  /// First and last pixel in reach of `p`, as whole numbers.
+  template <class F>
+  F first_pixel(F p) const {
+    return -floor(-(p - radius_ - 0.5f));
+  }
+  template <class F>
+  F last_pixel(F p) const {
+    return floor(p + radius_ - 0.5f);
+  }
 
  private:
   static constexpr int kTable = 256;
@@ -89,12 +101,9 @@ F FilterAxis::density(F offset) const {
 }
 
 template <class F>
-IntOf<F> FilterAxis::choose_pixel(F p, F u, F* weight) const {
-  if (kind_ == FilterKind::kBox && radius_ == 0.5f) {
-    *weight = splat<F>(1.0f);
-    return to_int(floor(p));
-  }
-  const F first = -floor(-(p - radius_ - 0.5f)), last = floor(p + radius_ - 0.5f);
+IntOf<F> FilterAxis::choose_pixel(F p, F u) const {
+  if (is_one_pixel()) return to_int(floor(p));
+  const F first = first_pixel(p), last = last_pixel(p);
   const auto density_of = [&](F pixel) {
     return select(MaskOf<F>(pixel <= last), density(p - (pixel + 0.5f)), F{});
   };
@@ -105,25 +114,84 @@ IntOf<F> FilterAxis::choose_pixel(F p, F u, F* weight) const {
     if (reached < kMostCached) known[reached] = d;
     total = total + abs(d);
   }
-  F target = u * total, chosen = first, sign = splat<F>(1.0f);
+  F target = u * total, chosen = first;
   MaskOf<F> done = splat_mask<F>(false);
   pixel = first;
   for (int i = 0; i < reached; ++i, pixel = pixel + 1.0f) {
-    const F value = i < kMostCached ? known[i] : density_of(pixel), d = abs(value);
+    const F d = abs(i < kMostCached ? known[i] : density_of(pixel));
     const MaskOf<F> can = mask_and(MaskOf<F>(d > 0.0f), mask_not(done));
     chosen = select(can, pixel, chosen);
-    sign = select(can, value, sign);
     done = mask_or(done, mask_and(can, MaskOf<F>(target < d)));
     target = target - d;
   }
-  *weight = copysign(total, sign);
   return to_int(chosen);
 }
 
+/// Filters reach less far than this.
+inline constexpr int kMostRadius = 64;
+
 struct PixelFilter {
   FilterAxis x, y;
+  /// Variance of a splat, over that of one which falls to a single pixel drawn by |f|, on average over raster
+  /// positions; the latter is that of a camera sample of its pixel. 1 of a box of one pixel, 0.35 of pbrt's
+  /// default gaussian.
+  float splat_noise = 1;
+  float splat_pixels = 1;  // that receive something of a splat, on average
+  explicit PixelFilter(const FilterDescription& d);
   bool is_signed() const { return x.is_signed(); }
-  explicit PixelFilter(const FilterDescription& d) : x(d, d.xradius), y(d, d.yradius) {}
+  bool is_one_pixel() const { return x.is_one_pixel() && y.is_one_pixel(); }
+
+  /// Small weights of a splat go to few pixels in their turn, as a splat is hardly noisier by that: whether
+  /// this one is kept, and its weight then, by systematic sampling, `u` being uniform for the first.
+  bool is_kept(float* weight, float* u) const {
+    const float size = std::fabs(*weight);
+    if (size >= kSmallWeight) return true;
+    *u += size / kSmallWeight;
+    if (*u < 1) return false;
+    *u -= 1;
+    *weight = std::copysign(kSmallWeight, *weight);
+    return true;
+  }
+
+ private:
+  static constexpr float kSmallWeight = 1.0f / 8;
+};
+
+/// The pixels in reach of raster positions, if in `bounds`, and the filter there.
+template <class F>
+class FilterReach {
+ public:
+  FilterReach(const PixelFilter& filter, F px, F py, const PixelRect& bounds = kEverywhere)
+      : row_(filter.x, px, bounds.x0, bounds.x1), column_(filter.y, py, bounds.y0, bounds.y1) {}
+  /// Calls form(x, y, f) where f is not 0, for the position in lane `l`.
+  template <class Form>
+  void each(int l, Form&& form) const {
+    const int x = row_.first_of(l), y = column_.first_of(l);
+    for (int j = 0; j < column_.count; ++j) {
+      const float fy = column_.of(j, l);
+      for (int i = 0; i < row_.count; ++i) {
+        const float f = fy * row_.of(i, l);
+        if (f != 0) form(x + i, y + j, f);
+      }
+    }
+  }
+
+ private:
+  static constexpr PixelRect kEverywhere{-(1 << 24), -(1 << 24), 1 << 24, 1 << 24};
+  struct Axis {
+    F first, density[2 * kMostRadius + 1];  // of the first `count` pixels
+    int count = 0;
+    Axis(const FilterAxis& axis, F p, int begin, int end) {
+      first = max(axis.first_pixel(p), splat<F>(static_cast<float>(begin)));
+      const F last = min(axis.last_pixel(p), splat<F>(static_cast<float>(end - 1)));
+      for (F pixel = first; any(MaskOf<F>(pixel <= last)); pixel = pixel + 1.0f)
+        density[count++] = select(MaskOf<F>(pixel <= last), axis.density(p - (pixel + 0.5f)), F{});
+    }
+    // In memory, as lanes differ from call to call.
+    float of(int i, int l) const { return reinterpret_cast<const float*>(density + i)[l]; }
+    int first_of(int l) const { return static_cast<int>(reinterpret_cast<const float*>(&first)[l]); }
+  };
+  Axis row_, column_;
 };
 
 }  // namespace lightmill

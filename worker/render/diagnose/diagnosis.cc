@@ -7,6 +7,7 @@
 #include "common/error.h"
 #include "common/image/film.h"
 #include "common/parallel.h"
+#include "worker/render/pipeline/context.h"
 
 namespace lightmill {
 namespace {
@@ -34,7 +35,10 @@ class Run {
  public:
   Run(const SceneDescription& scene, const RenderSettings& settings, int threads,
       const std::function<bool()>& go_on)
-      : settings_(settings), renderer_(scene, settings, threads), go_on_(go_on), result_(settings.grid) {
+      : settings_(settings),
+        renderer_(scene, settings, threads),
+        go_on_(go_on),
+        result_(settings.grid, statistics()) {
     const TileSpec tile{settings.grid.cells(), 0, settings.spp};
     PartialBuilder builder = make_builder(tile);
     parallel_for(static_cast<size_t>(threads), threads, [&](size_t) { work(builder); });
@@ -50,6 +54,10 @@ class Run {
   Diagnosis take() { return std::move(result_); }
 
  private:
+  SplatStatistics statistics() const {
+    return {renderer_.context().filter.splat_noise,
+            static_cast<float>(plan_of(renderer_.settings()).lens_weight)};
+  }
   PartialBuilder make_builder(const TileSpec& tile) const {
     return PartialBuilder(settings_.grid, tile, renderer_.quantum_exponent(), renderer_.has_camera_layer(),
                           renderer_.has_splat_layer());

@@ -24,7 +24,8 @@ struct BrightPath {
 };
 
 struct Diagnosis {
-  explicit Diagnosis(const FilmGrid& grid) : film(grid.width, grid.height), pixels(grid.crop.area()) {}
+  Diagnosis(const FilmGrid& grid, const SplatStatistics& splats)
+      : film(grid.width, grid.height, splats), pixels(grid.crop.area()) {}
   Image image;
   StrategyFilm film;
   int64_t pixels;  // rendered

@@ -4,7 +4,8 @@
 
 namespace lightmill {
 
-StrategyFilm::StrategyFilm(int width, int height) : width_(width), height_(height) {
+StrategyFilm::StrategyFilm(int width, int height, const SplatStatistics& splats)
+    : width_(width), height_(height), splats_(splats) {
   const size_t values = static_cast<size_t>(width) * static_cast<size_t>(height) * 3;
   for (size_t i = 0; i < kSets; ++i) {
     second_[i].resize(values);
@@ -24,7 +25,7 @@ void StrategyFilm::add(const StrategyContribution& c) {
   for (size_t k = 0; k < 3; ++k) {
     const size_t i = size_t{c.pixel} * 3 + k;
     layer->weighted[i] += c.rgb[k];
-    layer->squares[i] += c.rgb[k] * c.rgb[k];
+    layer->squares[i] += c.rgb[k] * c.rgb[k] * (c.t == 1 ? splats_.noise : 1);
     if (c.weight > 0) layer->unweighted[i] += c.rgb[k] / c.weight;
   }
   for (size_t i = 0; i < kSets; ++i) {
@@ -32,8 +33,12 @@ void StrategyFilm::add(const StrategyContribution& c) {
     const float share = c.shares.of(set(i));
     if (!(share > 0)) continue;
     const float camera = c.shares.of(set(i) & kCameraLayer) / share;
+    // Light paths count for `weight` samples: a splat's share of the light is that much less than it would
+    // be.
+    const float second =
+        (camera + (1 - camera) * splats_.noise * splats_.weight) / share / (c.t == 1 ? splats_.weight : 1);
     for (size_t k = 0; k < 3; ++k) {
-      second_[i][size_t{c.pixel} * 3 + k] += c.rgb[k] * c.rgb[k] / share;
+      second_[i][size_t{c.pixel} * 3 + k] += c.rgb[k] * c.rgb[k] * second;
       camera_[i][size_t{c.pixel} * 3 + k] += c.rgb[k] * camera;
     }
   }

@@ -13,6 +13,12 @@ struct StrategyLayer {
   std::vector<float> weighted, unweighted, squares;
 };
 
+/// Of a render's lens connections.
+struct SplatStatistics {
+  float noise = 1;   // PixelFilter::splat_noise
+  float weight = 1;  // SamplingPlan::lens_weight
+};
+
 class StrategyFilm {
  public:
   /// Bytes of one strategy's layer per pixel.
@@ -23,7 +29,7 @@ class StrategyFilm {
 
   static constexpr int64_t kBytesOfSets = kSets * 24;
 
-  StrategyFilm(int width, int height);
+  StrategyFilm(int width, int height, const SplatStatistics& splats);
   /// All contributions of one sample index of one cell.
   void add_sample(const std::vector<StrategyContribution>& contributions);
 
@@ -33,7 +39,7 @@ class StrategyFilm {
   std::unique_ptr<Image> unweighted(int s, int t, double spp) const;
   /// Mean over pixels and channels of the variance of one sample per pixel over (image^2 + 0.01): what the
   /// strategy adds to relMSE at 1 spp, covariances with other strategies aside. Splats are taken as compound
-  /// Poisson: the second moment.
+  /// Poisson: the second moment, of what the pixels that share them receive.
   double relative_variance(int s, int t, double spp, const Image& image) const;
 
   /// What one sample of the families `set(i)` alone would have: relative variance as above. The second moment
@@ -48,6 +54,7 @@ class StrategyFilm {
   std::unique_ptr<Image> mean_of(const std::vector<float>& sums, double spp) const;
 
   int width_, height_;
+  SplatStatistics splats_;
   std::vector<float> second_[kSets];  // second moments, per pixel and channel
   std::vector<float> camera_[kSets];  // what the camera layer would hold
   std::unique_ptr<StrategyLayer> layers_[kRecordedVertices + 1][kRecordedVertices + 1];

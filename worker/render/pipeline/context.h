@@ -51,9 +51,10 @@ struct StageContext {
 struct LayerContext {
   int cell_x = 0, cell_y = 0;
   uint32_t sample_in_batch = 0;
-  const CameraSlots* slots = nullptr;  // of the camera paths
-  uint32_t light_key = 0;
-  int light_paths = 0;       // of this layer
+  const CameraSlots* slots = nullptr;          // of the camera paths
+  uint32_t light_key = 0;                      // of the light paths of a superblock: light_net.h
+  uint32_t packet_index = 0, first_index = 0;  // among packets and paths of that key
+  int light_paths = 0;                         // of this layer
   int first_light_path = 0;  // the one in slot 0: a wavefront holds kWavefront of them at a time
   float time = 0;            // of all paths, if they have none of their own (path_times.h)
 
@@ -63,11 +64,11 @@ struct LayerContext {
     return {as_uint(gather(reinterpret_cast<const int32_t*>(slots->keys), slot)),
             as_uint(gather(reinterpret_cast<const int32_t*>(slots->index), slot))};
   }
-  /// Light paths of a packet share one stream and are stratified over its sample indices and paths.
   template <class F>
   SampleStream<F> light_stream(IntOf<F> slot) const {
-    return {splat_uint<F>(light_key), as_uint(slot) + (sample_in_batch * static_cast<uint32_t>(light_paths) +
-                                                       static_cast<uint32_t>(first_light_path))};
+    return {splat_uint<F>(light_key),
+            as_uint(slot) + (first_index + sample_in_batch * static_cast<uint32_t>(light_paths) +
+                             static_cast<uint32_t>(first_light_path))};
   }
 };
 

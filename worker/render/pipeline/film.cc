@@ -18,14 +18,36 @@ void film_add_to_paths(Wavefront& w) {
 
 void film_add_splats(const StageContext& context, Wavefront& w) {
   const ShadowRays& q = w.shadow;
+  const auto add = [&](int i, int32_t pixel, float f) {
+    w.splats.push_back({static_cast<uint32_t>(pixel), f * q.r[i], f * q.g[i], f * q.b[i]});
+    if (context.response) context.response->mix(&w.splats.back().r, &w.splats.back().g, &w.splats.back().b);
+  };
+  const bool spread = !context.filter.is_one_pixel();
+  // As many as there are lanes are spread at a time.
+  int from[kLanes], count = 0;
+  const auto spread_all = [&] {
+    float x[kLanes] = {}, y[kLanes] = {}, u[kLanes];
+    int32_t pixel[kLanes];
+    for (int l = 0; l < count; ++l) {
+      x[l] = q.raster_x[from[l]];
+      y[l] = q.raster_y[from[l]];
+      u[l] = q.small_choice[from[l]];
+      pixel[l] = q.target[from[l]];
+    }
+    spread_splats(context, load<Lane>(x), load<Lane>(y), u, pixel, count,
+                  [&](int l, int32_t at, float f) { add(from[l], at, f); });
+    count = 0;
+  };
   for (int i = 0; i < q.count; ++i) {
     if (q.occluded[i]) continue;
-    const int32_t pixel = q.target[i] & ~kNegativeSplat;
-    const float sign = q.target[i] & kNegativeSplat ? -1.0f : 1.0f;
-    Splat& splat = w.splats.emplace_back(
-        Splat{static_cast<uint32_t>(pixel), sign * q.r[i], sign * q.g[i], sign * q.b[i]});
-    if (context.response) context.response->mix(&splat.r, &splat.g, &splat.b);
+    if (!spread) {
+      add(i, q.target[i], 1);
+      continue;
+    }
+    from[count++] = i;
+    if (count == kLanes) spread_all();
   }
+  if (count > 0) spread_all();
 }
 
 void film_finish_pass(const StageContext& context, int quantum_exponent, Wavefront& w) {

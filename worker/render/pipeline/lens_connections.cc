@@ -31,6 +31,15 @@ LensConnection<Lane> connect_lens(const StageContext& context, const SampleStrea
   return c;
 }
 
+/// Where on the film, and the number of dimension `dim` that small filter weights go by.
+void set_raster(const StageContext& context, const LensConnection<Lane>& lens,
+                const SampleStream<Lane>& stream, uint32_t dim, Candidates* c) {
+  if (context.filter.is_one_pixel()) return;
+  c->raster_x = lens.x;
+  c->raster_y = lens.y;
+  c->small_choice = stream.get_random(dim);
+}
+
 template <class K>
 void lens_connections(const StageContext& context, const LayerContext& layer, int depth, size_t first,
                       Wavefront& w) {
@@ -46,7 +55,7 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     Lane fu, fv;
     stream.get_2d(vertex_dim(depth, kDimSplatPixel), &fu, &fv);
     const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
-    const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
+    const LaneMask valid = target.valid;
     if (!any(valid)) continue;
     const Frame<Lane> frame(v.ns);
     BsdfEval<Lane> f =
@@ -57,8 +66,8 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     const Lane light_ratio = p_camera * target.inv_light_samples;
     const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
     const Lane mis = mis_weight(w_light, Lane{});
-    const Lane scale = lens.density * adjoint_cosine<K>(v, to_camera) * target.weight * mis *
-                       (context.imaging_ratio * context.splat_scale);
+    const Lane scale =
+        lens.density * adjoint_cosine<K>(v, to_camera) * mis * (context.imaging_ratio * context.splat_scale);
     Candidates c;
     if constexpr (K::kMedia) c.medium = medium_towards(v, to_camera), c.ratio = w_light;
     c.value = select(valid, v.throughput * f.f * scale, Vec3<Lane>{});
@@ -67,6 +76,7 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     c.tfar = splat<Lane>(kSegmentEnd);
     c.target = target.pixel;
     c.path = v.path;
+    set_raster(context, lens, stream, vertex_dim(depth, kDimSplatSmall), &c);
     const Lane u =
         context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
     if (StrategyRecorder* recorder = recorder_of<K>(w)) {
@@ -94,7 +104,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   Lane fu, fv;
   stream.get_2d(vertex_dim(0, kDimSplatPixel), &fu, &fv);
   const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
-  const LaneMask valid = mask_and(seen, LaneMask(target.weight > 0.0f));
+  const LaneMask valid = target.valid;
   Vec3<Lane> radiance = emitted_radiance(context.scene.lights, e.light, e.normal, to_camera);
   if (K::kLights && !context.scene.lights.patterns.empty()) radiance = radiance * e.pattern;
   // Density of the point alone: selection / area.
@@ -104,7 +114,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   Lane w_hit{};
   if (context.on(kEmissionHits)) w_hit = p_camera * inv_pdf * target.inv_light_samples;  // M10
   const Lane mis = mis_weight(w_hit, Lane{});
-  const Lane scale = p_camera * inv_pdf * target.weight * mis * (context.imaging_ratio * context.splat_scale);
+  const Lane scale = p_camera * inv_pdf * mis * (context.imaging_ratio * context.splat_scale);
   Candidates c;
   if constexpr (K::kMedia) {
     const LaneInt sides = gather(context.scene.lights.media.data(), e.light);
@@ -117,6 +127,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   c.tfar = splat<Lane>(kSegmentEnd);
   c.target = target.pixel;
   c.path = slot;
+  set_raster(context, lens, stream, vertex_dim(0, kDimSplatSmall), &c);
   // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt a help beside s =
   // 0.
   const float tiny = context.lens_alone() ? 0 : context.tiny_contribution;

@@ -9,12 +9,12 @@
 // t = 0, a light path that hits the lens, is never sampled, not with a finite lens either, and has no term
 // (dVC = 0 in M2). The weight of strategy i is the balance heuristic w_i = n_i p_i / sum_j n_j p_j (Veach
 // 1997, eq. 9.8), with n_j = 1 for s <= 1, n_light for t = 1: the light paths of the whole film per pixel
-// sample, and n_connect for connections: the light paths that a camera vertex is connected to. Both are
-// constants of the plan (common/sampling_plan.h), not of the cache at hand, so that the weights of all
-// strategies sum to one; the cache is sampled systematically, every vertex with probability n_connect / paths
-// in the layer (light vertex caches: Davidovic et al. 2014). p_j are products of densities without Russian
-// roulette: any fixed function of the path keeps the weights summing to one, and roulette ends both kinds of
-// subpath at nearly the same rate.
+// sample, times the plan's lens weight, and n_connect for connections: the light paths that a camera vertex
+// is connected to. Both are constants of the plan (common/sampling_plan.h), not of the cache at hand, so that
+// the weights of all strategies sum to one; the cache is sampled systematically, every vertex with
+// probability n_connect / paths in the layer (light vertex caches: Davidovic et al. 2014). p_j are products
+// of densities without Russian roulette: any fixed function of the path keeps the weights summing to one, and
+// roulette ends both kinds of subpath at nearly the same rate.
 //
 // Recursion. n_j are applied where a term enters: n_light in M2 and M8, n_connect to dVCM of deeper vertices.
 // Each subpath carries two partial sums (Georgiev, "Implementing Vertex Connection and Merging",

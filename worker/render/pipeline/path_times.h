@@ -2,10 +2,10 @@
 // When paths happen, in scenes where something moves.
 //
 // Light subpaths and camera subpaths that are joined must share their time: with vertex connections a layer
-// of a packet has one, stratified over its sample indices and drawn anew for every packet. Without them each
-// subpath has its own, stratified like the other dimensions of its stream; next event and lens connections
-// are at the time of the subpath that they end. MIS weights compare strategies for one path, at one time, so
-// times do not show in them.
+// of a packet has one, stratified over its sample indices and over the packets of a superblock. Without
+// them each subpath has its own, stratified like the other dimensions of its stream; next event and lens
+// connections are at the time of the subpath that they end. MIS weights compare strategies for one path, at
+// one time, so times do not show in them.
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill {
@@ -13,7 +13,7 @@ namespace lightmill {
 /// LayerContext::time.
 inline float time_of_layer(const StageContext& context, const LayerContext& layer) {
   if (!context.scene.moves()) return 0;
-  const SampleStream<float> stream{layer.light_key, layer.sample_in_batch};
+  const SampleStream<float> stream{layer.light_key, layer.packet_index + layer.sample_in_batch};
   return context.scene.time_at(stream.get_1d(kDimLayerTime));
 }
 

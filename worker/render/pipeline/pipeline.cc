@@ -9,6 +9,7 @@
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
 #include "worker/render/pipeline/film.h"
+#include "worker/render/pipeline/light_net.h"
 #include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/producer.h"
 #include "worker/render/pipeline/shadow_caster.h"
@@ -124,7 +125,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   const uint64_t cell =
       static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
   layer.light_paths = light_paths_of(context, w.slots);
-  layer.light_key = stream_key(context.seed, kLightStream, cell, static_cast<uint64_t>(batch));
+  set_light_net(context, cell, static_cast<uint64_t>(batch), &layer);
   const bool light_paths = context.on(kLightPaths), camera_layer = context.on(kCameraLayer) || w.aovs;
   if (w.aovs) w.aovs->begin_packet();
   if (camera_layer) w.camera_sums.assign(kCellPixels, {});

@@ -23,7 +23,8 @@ struct Candidates {
   Lane tfar;
   Vec3<Lane> value;
   LaneInt target;
-  LaneInt path;  // slot of the path whose time it is
+  LaneInt path;                                 // slot of the path whose time it is
+  Lane raster_x{}, raster_y{}, small_choice{};  // of splats
   // With media: the one that the segment starts in, and w_light + w_camera without P~ of the segment.
   LaneInt medium{};
   Lane ratio{};
@@ -66,6 +67,7 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   add(q.tfar, c.tfar);
   add(q.r, value.x), add(q.g, value.y), add(q.b, value.z);
   add(q.target, c.target);
+  if (splats) add(q.raster_x, c.raster_x), add(q.raster_y, c.raster_y), add(q.small_choice, c.small_choice);
   if (context.scene.any_moving()) add(q.time, gather(w.paths.time, c.path));
   if constexpr (K::kMedia)
     add(w.media->shadow_medium, c.medium), add(w.media->shadow_ratio, c.ratio),

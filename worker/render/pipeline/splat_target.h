@@ -1,54 +1,71 @@
 #pragma once
 // Where a contribution of the lens strategy lands on the film.
+#include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill {
 
-/// Set in a target whose filter weight is negative: contributions themselves are not, so that what is tested
-/// and weighed of them on the way needs no sign. Pixels have no such bit (kMaxPixels).
-inline constexpr int32_t kNegativeSplat = 1 << 30;
-
-/// Draws a pixel of the filter's footprint around raster position (x, y) with uniforms u and v.
+/// Which pixels a contribution at raster position (x, y) is for. All pixels in reach of the filter receive
+/// their part of it (spread_splat), but where effort differs among them: weights of MIS are those of one
+/// number of camera samples, and so it is given to the pixels that share it with a pixel drawn.
 struct SplatTarget {
-  LaneInt pixel{};           // with kNegativeSplat
-  Lane weight{};             // size of the filter weight; 0 if no pixel of the crop window receives it
+  /// The one that it is in, or the nearest of the crop window; where effort differs one drawn from the
+  /// footprint.
+  LaneInt pixel{};
+  LaneMask valid{};          // others are too far from the crop window
   Lane inv_light_samples{};  // 1 / n_light of mis.h at the pixel
+
+  /// `u` and `v` draw the pixel.
   SplatTarget(const StageContext& context, Lane x, Lane y, Lane u, Lane v, LaneMask active) {
     inv_light_samples = splat<Lane>(1.0f / context.light_samples);
+    const auto* sphere = std::get_if<SphericalCamera>(&context.camera);
     const PixelRect& crop = context.grid.crop;
     // A sphere has no edge: what a filter receives beyond the raster belongs to pixels elsewhere in it.
-    const auto* sphere = std::get_if<SphericalCamera>(&context.camera);
-    const PixelRect reach = sphere ? PixelRect{0, 0, context.grid.width, context.grid.height} : crop;
-    // Written so that NaN fails; 64 pixels is more than any filter's radius.
-    const auto near = [](Lane p, int lo, int hi) {
-      return mask_and(LaneMask(p > static_cast<float>(lo - 64)), LaneMask(p < static_cast<float>(hi + 64)));
+    const PixelRect bounds = sphere ? PixelRect{0, 0, context.grid.width, context.grid.height} : crop;
+    // A pixel reaches as far as the filter around its centre. Written so that NaN fails.
+    const auto near = [](Lane p, int lo, int hi, float radius) {
+      const float beyond = radius - 0.5f;
+      return mask_and(LaneMask(p >= static_cast<float>(lo) - beyond),
+                      LaneMask(p < static_cast<float>(hi) + beyond));
     };
-    LaneMask in = mask_and(active, mask_and(near(x, reach.x0, reach.x1), near(y, reach.y0, reach.y1)));
-    if (!any(in)) return;
-    Lane wx, wy;
-    LaneInt ix = context.filter.x.choose_pixel(select(in, x, Lane{}), u, &wx);
-    LaneInt iy = context.filter.y.choose_pixel(select(in, y, Lane{}), v, &wy);
-    if (sphere) wrap(*sphere, &ix, &iy);
-    const auto within = [](LaneInt i, int lo, int hi) {
-      return mask_and(LaneMask(i >= splat_int<Lane>(lo)), LaneMask(i < splat_int<Lane>(hi)));
-    };
-    in = mask_and(in, mask_and(within(ix, crop.x0, crop.x1), within(iy, crop.y0, crop.y1)));
-    pixel = select(in, iy * context.grid.width + ix, LaneInt{});
-    weight = select(in, wx * wy, Lane{});
-    if (context.filter.is_signed()) {
-      pixel = select(LaneMask(weight < 0.0f), pixel | kNegativeSplat, pixel);
-      weight = abs(weight);
+    const PixelFilter& filter = context.filter;
+    valid = mask_and(active, mask_and(near(x, bounds.x0, bounds.x1, filter.x.radius()),
+                                      near(y, bounds.y0, bounds.y1, filter.y.radius())));
+    if (!any(valid)) return;
+    x = select(valid, x, Lane{});
+    y = select(valid, y, Lane{});
+    LaneInt ix = to_int(floor(x)), iy = to_int(floor(y));
+    if (context.effort) {
+      ix = filter.x.choose_pixel(x, u);
+      iy = filter.y.choose_pixel(y, v);
     }
+    if (sphere) wrap(*sphere, &ix, &iy);
+    const auto clamped = [](LaneInt i, int lo, int hi) {
+      i = select(LaneMask(i < splat_int<Lane>(lo)), splat_int<Lane>(lo), i);
+      return select(LaneMask(i >= splat_int<Lane>(hi)), splat_int<Lane>(hi - 1), i);
+    };
+    ix = clamped(ix, crop.x0, crop.x1);
+    iy = clamped(iy, crop.y0, crop.y1);
+    pixel = iy * context.grid.width + ix;
     if (!context.effort) return;
     float inv_samples[kLanes];
     store(inv_samples, inv_light_samples);
-    for (unsigned bits = mask_bits(in); bits; bits &= bits - 1) {
+    for (unsigned bits = mask_bits(valid); bits; bits &= bits - 1) {
       const int l = std::countr_zero(bits);
       inv_samples[l] = 1.0f / context.effort->light_samples_at(lane(ix, l), lane(iy, l));
     }
     inv_light_samples = load<Lane>(inv_samples);
+  }
+
+  /// The pixel of the crop window by whose effort pixel (i, j) goes.
+  static void clamp_to_film(const StageContext& context, int* i, int* j) {
+    if (const auto* sphere = std::get_if<SphericalCamera>(&context.camera)) sphere->wrap(i, j);
+    const PixelRect& crop = context.grid.crop;
+    *i = std::clamp(*i, crop.x0, crop.x1 - 1);
+    *j = std::clamp(*j, crop.y0, crop.y1 - 1);
   }
 
  private:
@@ -63,5 +80,48 @@ struct SplatTarget {
     *iy = load_int<Lane>(ys);
   }
 };
+
+/// Gives contributions at raster positions (x, y) to pixels: calls add(lane, pixel, filter weight) for the
+/// first `count` lanes. `pixel` are those of their SplatTarget, `u` uniform numbers for small weights.
+template <class Add>
+void spread_splats(const StageContext& context, Lane x, Lane y, const float* u, const int32_t* pixel,
+                   int count, Add&& add) {
+  const PixelFilter& filter = context.filter;
+  const int width = context.grid.width;
+  const PixelRect& crop = context.grid.crop;
+  const auto* sphere = std::get_if<SphericalCamera>(&context.camera);
+  if (!context.effort && !sphere) {
+    const FilterReach<Lane> reach(filter, x, y, crop);
+    for (int l = 0; l < count; ++l) {
+      float small = u[l];
+      reach.each(l, [&](int i, int j, float f) {
+        if (filter.is_kept(&f, &small)) add(l, j * width + i, f);
+      });
+    }
+    return;
+  }
+  const FilterReach<Lane> reach(filter, x, y);
+  const auto light_samples = [&](int i, int j) {
+    SplatTarget::clamp_to_film(context, &i, &j);
+    return context.effort->light_samples_at(i, j);
+  };
+  for (int l = 0; l < count; ++l) {
+    const float of_pixel = context.effort ? light_samples(pixel[l] % width, pixel[l] / width) : 0;
+    const auto same_effort = [&](int i, int j) { return !context.effort || light_samples(i, j) == of_pixel; };
+    // The probability that one of these pixels was drawn.
+    float all = 0, same = 0, small = u[l];
+    reach.each(l, [&](int i, int j, float f) {
+      all += std::fabs(f);
+      if (same_effort(i, j)) same += std::fabs(f);
+    });
+    reach.each(l, [&](int i, int j, float f) {
+      if (!same_effort(i, j)) return;
+      f *= all / same;
+      if (!filter.is_kept(&f, &small)) return;
+      if (sphere) sphere->wrap(&i, &j);
+      if (i >= crop.x0 && i < crop.x1 && j >= crop.y0 && j < crop.y1) add(l, j * width + i, f);
+    });
+  }
+}
 
 }  // namespace lightmill

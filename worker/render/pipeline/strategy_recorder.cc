@@ -74,8 +74,7 @@ void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seco
     c.cpu_seconds += seconds / rays.count;
     ++(rays.occluded[k] ? c.occluded : c.visible);
     if (rays.occluded[k]) continue;
-    const uint32_t pixel =
-        splats ? static_cast<uint32_t>(rays.target[k] & ~kNegativeSplat) : pixel_of(a.slot);
+    const uint32_t pixel = splats ? static_cast<uint32_t>(rays.target[k]) : pixel_of(a.slot);
     contributions.push_back({a.s,
                              a.t,
                              a.slot,

@@ -42,7 +42,7 @@ struct StrategyContribution {
   int32_t s = 0, t = 0;      // vertices of the light and of the camera subpath
   int32_t slot = 0;          // of the camera path within the cell; of splats of the light path
   int32_t light_slot = -1;   // of the light path within its wavefront, if there is one
-  uint32_t pixel = 0;        // row-major in the full frame
+  uint32_t pixel = 0;        // row-major in the full frame; of a splat SplatTarget's
   float rgb[3] = {0, 0, 0};  // weighted, on the scale of a pixel sample
   float weight = 0;          // MIS weight within rgb
   float size = kNoRoulette;  // what roulette judged it by (connection_survival)

@@ -70,8 +70,10 @@ struct ShadowRays {
   alignas(32) float dx[kCapacity], dy[kCapacity], dz[kCapacity];
   alignas(32) float tfar[kCapacity];
   float r[kCapacity], g[kCapacity], b[kCapacity];
-  int32_t target[kCapacity];  // path slot, or film pixel for a splat
-  float time[kCapacity];      // set if an instance moves
+  int32_t target[kCapacity];  // path slot, or of a splat SplatTarget::pixel
+  // Of splats: where on the raster, and a uniform number for small filter weights.
+  float raster_x[kCapacity], raster_y[kCapacity], small_choice[kCapacity];
+  float time[kCapacity];  // set if an instance moves
   uint8_t occluded[kCapacity];
   int count = 0;
 };

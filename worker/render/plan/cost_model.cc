@@ -10,17 +10,22 @@ namespace {
 // connected at all is made ready for it once. Scenes of few primitives, which have no tree, lie on the same
 // line.
 //
-// Between the plans of a scene, which is what a choice needs, they hold within 3 % (rms; at most 16 %) on
-// eleven scenes and 27 plans (tests/bench/cost_model, plan_check). Scenes as wholes lie 0.5 to 2.1 times
+// Between the plans of a scene, which is what a choice needs, they hold within 4 % (rms; at most 16 %) on
+// eleven scenes and twelve plans (tests/bench/cost_model). Scenes as wholes lie 0.5 to 2.1 times
 // beside them, by what they are made of, more where a medium is walked through: all plans of a scene alike,
 // so that a cost for each kind of material would change no choice.
-constexpr double kCameraPath = 0, kLightPath = 0.0425;
-constexpr double kHit = 0.121, kHitPerLevel = 0.0029;
-constexpr double kShadow = 0.0111, kShadowPerLevel = 0.0044;
-constexpr double kNextEventTry = 0.0188, kConnectingHit = 0.0236, kConnectionTry = 0.0137, kLensTry = 0.0355;
+constexpr double kCameraPath = 0, kLightPath = 0.0460;
+constexpr double kHit = 0.0354, kHitPerLevel = 0.0063;
+constexpr double kShadow = 0.0005, kShadowPerLevel = 0.0054;
+constexpr double kNextEventTry = 0.0409, kConnectingHit = 0.0149, kConnectionTry = 0.0105, kLensTry = 0.0232,
+                 kSplatPixel = 0.0201;
 
 double hit_cost(const SampleWork& w) { return kHit + kHitPerLevel * std::log2(w.primitives + 1); }
 double shadow_cost(const SampleWork& w) { return kShadow + kShadowPerLevel * std::log2(w.primitives + 1); }
+/// Filters of more than one pixel share what arrives out.
+double lens_ray_cost(const SampleWork& w) {
+  return shadow_cost(w) + kSplatPixel * (w.splat_pixels > 1 ? w.splat_pixels : 0);
+}
 
 }  // namespace
 
@@ -40,7 +45,7 @@ double sample_cost(const SampleWork& w, const SamplingPlan& plan) {
   double cost = camera_cost(w, plan);
   if (plan.strategies & kLightPaths) cost += plan.light_paths * (kLightPath + hit_cost(w) * w.light_hits);
   if (plan.strategies & kLensConnections)
-    cost += plan.light_paths * (kLensTry * w.lens_tries + shadow_cost(w) * w.lens_rays);
+    cost += plan.light_paths * (kLensTry * w.lens_tries + lens_ray_cost(w) * w.lens_rays);
   return cost;
 }
 

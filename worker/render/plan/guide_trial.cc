@@ -71,7 +71,8 @@ class Trial {
  private:
   double square(const Seen& s, bool splat) const {
     const PixelValue value = values_.of(s.pixel);
-    return value.square_beside(s.rgb, splat ? value.splat_share : value.camera_share);
+    return splat ? double{context_.filter.splat_noise} * value.square_beside(s.rgb, value.splat_share)
+                 : value.square_beside(s.rgb, value.camera_share);
   }
 
   /// All samples of one cell of the sight.

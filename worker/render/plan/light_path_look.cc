@@ -59,7 +59,8 @@ class Look {
  private:
   double square(const Arrival& a) const {
     const PixelValue value = values_.of(a.pixel);
-    return value.square_beside(a.rgb, a.splat ? value.splat_share : value.camera_share);
+    return a.splat ? double{context_.filter.splat_noise} * value.square_beside(a.rgb, value.splat_share)
+                   : value.square_beside(a.rgb, value.camera_share);
   }
 
   /// All samples of one cell of the sight.

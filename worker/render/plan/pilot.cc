@@ -6,6 +6,7 @@
 
 #include "common/error.h"
 #include "common/parallel.h"
+#include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/plan/pilot_sight.h"
 #include "worker/render/plan/pilot_values.h"
@@ -24,7 +25,7 @@ class Pilot {
       : settings_(pilot_settings(scene)),
         sight_(settings_.grid),
         renderer_(scene, settings_, sight_.thinning),
-        plans_(candidate_plans(renderer_.plan())),
+        plans_(candidate_plans(renderer_.plan(), renderer_.context().filter.splat_noise)),
         go_on_(go_on),
         regions_(regions_of(settings_.grid)),
         values_(settings_.grid, sight_),
@@ -202,7 +203,8 @@ class Pilot {
     return sums_;
   }
   PilotView view() const {
-    return {regions_, sight_.samples, static_cast<double>(renderer_.plan().primitives)};
+    return {regions_, sight_.samples, static_cast<double>(renderer_.plan().primitives),
+            double{renderer_.context().filter.splat_pixels}};
   }
 
   struct CellResult {

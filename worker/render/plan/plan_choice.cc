@@ -113,6 +113,7 @@ class Choice {
                       &work.lens_rays, &work.next_event_tries, &work.connection_tries, &work.lens_tries})
       *w /= std::max(paths, 1.0);
     work.primitives = view_.primitives;
+    work.splat_pixels = view_.splat_pixels;
     return work;
   }
 

@@ -31,8 +31,9 @@ struct PilotSums {
 /// How it was seen.
 struct PilotView {
   RegionGrid regions;
-  int64_t samples = 0;    // of a pixel
-  double primitives = 0;  // of the scene
+  int64_t samples = 0;      // of a pixel
+  double primitives = 0;    // of the scene
+  double splat_pixels = 1;  // of the pixel filter
 };
 
 /// `uniform_effort`: no map is made of where samples are best spent.

@@ -54,7 +54,7 @@ PerPlan own_part(const PlanSet& plans, const FamilyShares& a) {
   return part;
 }
 
-/// Second moment of single contributions: of those that stem from the lens as noise of splats, of the others
+/// Second moment of single contributions: what the lens has of it as noise of splats, the rest
 /// in the camera layer, there by `own_part` from the plan's own samples, of which this one is `samples`, and
 /// for the rest from those of all strategies. A value v that roulette keeps with probability q counts as v /
 /// q, which is v^2 / q on average. `rare` may be null.
@@ -63,11 +63,12 @@ void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPla
                        const PerPlan& factor, const PerPlan& kept, size_t half, float half_scale,
                        BlockMoments* block, RarePaths* rare) {
   const PerPlan own = own_part(plans, a);
-  PerPlan per_square, lens_share, camera_share;
+  PerPlan per_square, lens_share, camera_share, splat_share;
   for (size_t k = 0; k < kPlans; ++k) {
     per_square[k] = factor[k] / kept[k];
     lens_share[k] = a.lens * plans.lens[k] * factor[k];
     camera_share[k] = (1 - lens_share[k]) * (1 - own[k]) + own[k] * samples[k] * factor[k];
+    splat_share[k] = lens_share[k] * plans.splat_noise[k];
   }
   float squares = 0;
   for (size_t ch = 0; ch < 3; ++ch) {
@@ -75,14 +76,14 @@ void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPla
     squares += square;
     for (size_t k = 0; k < kPlans; ++k) {
       const float second = square * per_square[k];
-      block->splat[ch][k] += second * lens_share[k] * scale;
+      block->splat[ch][k] += second * splat_share[k] * scale;
       block->camera[half][ch][k] += second * camera_share[k] * half_scale;
     }
   }
   if (!rare || !rare->takes(squares)) return;
   RarePath path{squares, {}};
   for (size_t k = 0; k < kPlans; ++k)
-    path.variance[k] = squares * per_square[k] * (lens_share[k] * scale + (1 - lens_share[k]) * half_scale);
+    path.variance[k] = squares * per_square[k] * (splat_share[k] * scale + (1 - lens_share[k]) * half_scale);
   rare->add(path);
 }
 
@@ -274,8 +275,10 @@ RayCounts& RayCounts::operator+=(const RayCounts& o) {
 
 void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValue& value, size_t half,
                float scale, BlockMoments* block, CellMoments* cell) {
-  const PerPlan factor = correction(plans, splat.shares, splat.rgb, &cell->lost),
-                kept = kept_share(splat.size, factor);
+  const PerPlan factor = correction(plans, splat.shares, splat.rgb, &cell->lost);
+  PerPlan own;  // a splat is smaller, too, where light paths have a smaller weight than they are many
+  for (size_t k = 0; k < kPlans; ++k) own[k] = factor[k] * plans.lens_weight[k];
+  const PerPlan kept = kept_share(splat.size, own);
   count_ray(kept, &cell->lens);
   // Splats land on all pixels, sums are over those looked at.
   const auto share = [&](int looked_at, int pixels) {
@@ -286,12 +289,22 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
   if (splat.emitter) {
     const float survival = connection_survival(splat.size);  // which hits know nothing of
     const float hit[3] = {splat.rgb[0] * survival, splat.rgb[1] * survival, splat.rgb[2] * survival};
-    const PixelValue rest = value.beside_half(splat.rgb);
-    add_unsampled(plans, splat.shares, hit, rest, factor, half, pixels_of_half / survival, block);
+    add_unsampled(plans, splat.shares, hit, value, factor, half, pixels_of_half / survival, block);
+    // Which point of a lamp a path starts at are its first numbers: so many paths of a superblock, for a unit
+    // of light paths, are even in the pixel, but for roulette.
+    const float one = hit[0] + hit[1] + hit[2],
+                paths = one > 0 ? kSuperblockSamples * splat.shares.lens *
+                                      (value.value[0] + value.value[1] + value.value[2]) / one
+                                : 0;
+    PerPlan noise;
+    for (size_t k = 0; k < kPlans; ++k) {
+      const float even = 1 - net_noise(paths * plans.lens[k] / plans.lens_weight[k]);
+      noise[k] =
+          plans.splat_noise[k] * plans.lens[k] * factor[k] * factor[k] * (1 / kept[k] - survival * even);
+    }
     for (size_t ch = 0; ch < 3; ++ch) {
-      const float square = splat.rgb[ch] * splat.rgb[ch] * rest.weight(ch) * pixels;
-      for (size_t k = 0; k < kPlans; ++k)
-        block->splat[ch][k] += plans.lens[k] * square * factor[k] * factor[k] / kept[k];
+      const float square = splat.rgb[ch] * splat.rgb[ch] * value.weight(ch) * pixels;
+      for (size_t k = 0; k < kPlans; ++k) block->splat[ch][k] += square * noise[k];
     }
     return;
   }

@@ -16,13 +16,16 @@ double pairs_of(double picks) {
 
 }  // namespace
 
-PlanSet::PlanSet(std::vector<SamplingPlan> candidates) : plans(std::move(candidates)) {
+PlanSet::PlanSet(std::vector<SamplingPlan> candidates, float splat_noise_of_filter)
+    : plans(std::move(candidates)) {
   if (plans.size() > kMaxPlans) throw std::logic_error("too many sampling plans");
   for (size_t k = 0; k < plans.size(); ++k) {
     const SamplingPlan& p = plans[k];
     hit[k] = p.strategies & kEmissionHits ? 1.0f : 0.0f;
     next_event[k] = p.strategies & kNextEvent ? 1.0f : 0.0f;
-    lens[k] = p.strategies & kLensConnections ? static_cast<float>(p.light_paths) : 0;
+    lens_weight[k] = static_cast<float>(p.lens_weight);
+    splat_noise[k] = splat_noise_of_filter * lens_weight[k];
+    lens[k] = p.strategies & kLensConnections ? static_cast<float>(p.light_paths) * lens_weight[k] : 0;
     connect[k] =
         p.strategies & kVertexConnections ? static_cast<float>(p.connections / kRecordedConnections) : 0;
     // The cache has about one vertex of each depth for each light path.
@@ -32,10 +35,14 @@ PlanSet::PlanSet(std::vector<SamplingPlan> candidates) : plans(std::move(candida
   }
 }
 
-PlanSet candidate_plans(const ScenePlan& scene) {
+PlanSet candidate_plans(const ScenePlan& scene, float splat_noise) {
   std::vector<SamplingPlan> plans;
   const auto add = [&](Strategies set, double light_paths, double connections) {
-    if (scene.complete[set] && !(set & ~scene.possible)) plans.push_back({set, light_paths, connections});
+    if (!scene.complete[set] || set & ~scene.possible) return;
+    plans.push_back({set, light_paths, connections});
+    for (const double weight : kLensWeights) {
+      if (weight != 1 && set & kLensConnections) plans.push_back({set, light_paths, connections, weight});
+    }
   };
   const Strategies base = scene.useful & (kEmissionHits | kNextEvent);
   add(base, 1, 1);
@@ -47,7 +54,7 @@ PlanSet candidate_plans(const ScenePlan& scene) {
       add(base | kLensConnections | kVertexConnections, light_paths, connections);
     }
   }
-  return PlanSet(std::move(plans));
+  return PlanSet(std::move(plans), splat_noise);
 }
 
 }  // namespace lightmill

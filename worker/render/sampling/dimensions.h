@@ -10,12 +10,12 @@ enum Stream : uint32_t { kCameraStream = 0, kLightStream = 1 };
 // Start of a path.
 inline constexpr uint32_t kDimFilm = 0;            // 2D, camera: position in the pixel filter
 inline constexpr uint32_t kDimLens = 1;            // 2D, camera: position on the lens, if it has a radius
-inline constexpr uint32_t kDimLightSelect = 0;     // 1D, light: which light
+inline constexpr uint32_t kDimLightSelect = 0;     // 1D, light: which of many lights
 inline constexpr uint32_t kDimLightPosition = 1;   // 2D, light
 inline constexpr uint32_t kDimLightDirection = 2;  // 2D, light
 inline constexpr uint32_t kDimLightTexel = 3;      // 1D, light: texel of an environment image
 inline constexpr uint32_t kDimTime = 4;            // 1D: when, if anything moves
-/// 1D, of a packet's light key by sample index: the time of all its paths, where they are joined.
+/// 1D, of a superblock's light key by packet and sample index: the time of all paths that are joined.
 inline constexpr uint32_t kDimLayerTime = 5;
 
 // Per vertex: kDimsPerVertex dimensions from kDimVertex0 on, vertex 0 being the first surface hit.
@@ -28,11 +28,12 @@ enum VertexDim : uint32_t {
   kDimNeeSelect = 3,       // 1D, camera
   kDimViewerSide = 3,      // 1D, light: a direction or its mirror image
   kDimNeePosition = 4,     // 2D
-  kDimSplatPixel = 5,      // 2D: which pixel of the filter's footprint
+  kDimSplatPixel = 5,      // 2D: the pixel of the filter's footprint whose effort counts
   kDimNeeRoulette = 6,     // 1D
   kDimSplatLens = 7,       // 2D: the lens point that a light vertex is joined to
   kDimNeeTexel = 7,        // 1D: texel of an environment image
-  kDimConnectStart = 8,    // 1D: where the draws from the light-vertex cache start
+  kDimSplatSmall = 8,      // random, light: which pixels receive small filter weights
+  kDimConnectStart = 8,    // 1D, camera: where the draws from the light-vertex cache start
   kDimCameraDistance = 5,  // 1D and random, camera: where the segment before the vertex ends in a medium
   kDimLightDistance = 4,   // the same of light paths
   kDimConnectRoulette = 9  // + number of the draw modulo kConnectRouletteDims: 1D

@@ -10,6 +10,7 @@ function planText(plan: Plan): string {
   let text = names.join(", ");
   if (names.includes("lens") || names.includes("connect")) text += ` × ${short(plan.light_paths)}`;
   if (names.includes("connect")) text += ` × ${short(plan.connections)} connections`;
+  if (names.includes("lens") && plan.lens_weight !== undefined) text += `, lens weight ${short(plan.lens_weight)}`;
   return plan.effort ? `${text}, adaptive` : text;
 }
 
@@ -30,7 +31,7 @@ export function drawPlan(body: HTMLElement, detail: JobDetail, job: Job | undefi
   const parts: HTMLElement[] = [list];
   if (detail.pilot) {
     const pilot = detail.pilot;
-    const same = (a: Plan, b: Plan) => a.strategies === b.strategies && a.light_paths === b.light_paths && a.connections === b.connections;
+    const same = (a: Plan, b: Plan) => a.strategies === b.strategies && a.light_paths === b.light_paths && a.connections === b.connections && a.lens_weight === b.lens_weight;
     const chosen = pilot.estimates.find((e) => same(e.plan, pilot.chosen));
     const base = chosen ? chosen.relative_variance * chosen.cost : 0;
     const ranked = [...pilot.estimates].sort((a, b) => a.relative_variance * a.cost - b.relative_variance * b.cost).slice(0, 8);

@@ -90,6 +90,7 @@ export interface Plan {
   strategies: string;
   light_paths: number;
   connections: number;
+  lens_weight?: number;
   effort?: string;
 }
 

@@ -108,7 +108,7 @@ TEST_P(CameraImage, AnEmissiveBoxShowsItsRadianceInEveryPixel) {
   set_camera(s.scene.camera, GetParam().kind, 1.8);
   const Image exact = render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 16, 0), 1).images[0];
   for (size_t i = 0; i < exact.data.size(); ++i) EXPECT_NEAR(exact.data[i], 1 << i % 3, 1e-5);
-  const Batches lt = render_batches(s.scene, settings_for(s.scene, Integrator::kLt, 16384, 0), 16);
+  const Batches lt = render_batches(s.scene, settings_for(s.scene, Integrator::kLt, 65536, 0), 16);
   EXPECT_EQ(lt.counters.nonfinite, 0u);
   for (int y = 0; y < 16; y += 4) {
     for (int x = 0; x < 24; x += 4) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
+#include <vector>
 
 #include "tests/support/statistics.h"
 
@@ -22,9 +24,6 @@ std::vector<FilterAxis> filters() {
           axis(FilterKind::kTriangle, 2),        axis(FilterKind::kTriangle, 0.7),
           axis(FilterKind::kGaussian, 1.5, 0.5), axis(FilterKind::kGaussian, 2, 1),
           axis(FilterKind::kGaussian, 5.5, 0.2)};
-}
-std::vector<FilterAxis> filters_with_negative_lobes() {
-  return {axis(FilterKind::kMitchell, 2), axis(FilterKind::kMitchell, 3.1), axis(FilterKind::kSinc, 4)};
 }
 
 /// int density over [a, b] by midpoints.
@@ -71,7 +70,7 @@ TEST(PixelFilter, ShapesAreThoseOfTheirFormulas) {
   EXPECT_EQ(gaussian.density(1.6f), 0);
 }
 
-TEST(PixelFilter, SplatWeightIsTheSumOfDensitiesAndPixelsFollowThem) {
+TEST(PixelFilter, PixelsDrawnFollowTheDensities) {
   Random random(2);
   for (const FilterAxis& f : filters()) {
     for (const float p : {10.5f, 10.03f, 10.77f, 13.999f}) {
@@ -85,9 +84,7 @@ TEST(PixelFilter, SplatWeightIsTheSumOfDensitiesAndPixelsFollowThem) {
       constexpr int kSamples = 20000;
       for (double& e : expected) e *= kSamples / sum;
       for (int i = 0; i < kSamples; ++i) {
-        float weight;
-        const int j = f.choose_pixel(p, random.uniform(), &weight);
-        ASSERT_NEAR(weight, sum, 1e-5 * sum);
+        const int j = f.choose_pixel(p, random.uniform());
         ASSERT_TRUE(j >= 0 && j < 24);
         ++observed[static_cast<size_t>(j)];
       }
@@ -133,28 +130,95 @@ TEST(PixelFilter, NegativeLobesAreInTheWeights) {
   }
 }
 
-// A light path that lands uniformly on the raster gives every pixel on average what a camera sample gives: 1.
+std::vector<PixelFilter> pixel_filters() {
+  std::vector<PixelFilter> all;
+  for (const auto& [kind, x, y] :
+       std::vector<std::tuple<FilterKind, double, double>>{{FilterKind::kBox, 0.5, 0.5},
+                                                           {FilterKind::kBox, 1.25, 0.5},
+                                                           {FilterKind::kTriangle, 1, 1},
+                                                           {FilterKind::kTriangle, 0.7, 2},
+                                                           {FilterKind::kGaussian, 1.5, 1.5},
+                                                           {FilterKind::kGaussian, 4, 3},
+                                                           {FilterKind::kMitchell, 2, 2},
+                                                           {FilterKind::kSinc, 4, 3}}) {
+    FilterDescription d;
+    d.kind = kind;
+    d.xradius = x;
+    d.yradius = y;
+    d.sigma = x / 3;
+    all.emplace_back(d);
+  }
+  return all;
+}
+
+/// What the pixels receive of a splat at (x, y).
+template <class Add>
+void give(const PixelFilter& f, float x, float y, float u, Add&& add) {
+  FilterReach<float>(f, x, y).each(0, [&](int i, int j, float weight) {
+    if (f.is_kept(&weight, &u)) add(i, j, weight);
+  });
+}
+
+// A light path that lands uniformly on the raster gives every pixel on average what a camera sample gives: 1;
+// of a linear image L(x, y) = x the pixel's centre.
 TEST(PixelFilter, SplatsAndCameraSamplesEstimateTheSameIntegral) {
-  std::vector<FilterAxis> all = filters();
-  for (const FilterAxis& f : filters_with_negative_lobes()) all.push_back(f);
-  for (const FilterAxis& f : all) {
-    // With a linear image L(x) = x, too: the pixel's value is its centre.
+  for (const PixelFilter& f : pixel_filters()) {
     Random random(3);
+    const double wide = f.x.radius() + 1, high = f.y.radius() + 1;
     std::vector<double> one(32), linear(32);
     for (size_t b = 0; b < one.size(); ++b) {
       const int kSamples = f.is_signed() ? 60000 : 20000;  // signs make noise
       for (int i = 0; i < kSamples; ++i) {
-        const double p = random.between(0, 16);
-        float weight;
-        const int j = f.choose_pixel(static_cast<float>(p), random.uniform(), &weight);
-        if (j != 7) continue;
-        one[b] += double{weight} * 16 / kSamples;
-        linear[b] += weight * p * 16 / kSamples;
+        const double x = random.between(7.5 - wide, 7.5 + wide), y = random.between(5.5 - high, 5.5 + high);
+        give(f, static_cast<float>(x), static_cast<float>(y), random.uniform(), [&](int px, int py, float w) {
+          if (px != 7 || py != 5) return;
+          one[b] += double{w} * 4 * wide * high / kSamples;
+          linear[b] += double{w} * x * 4 * wide * high / kSamples;
+        });
       }
     }
     EXPECT_TRUE(mean_is(estimate(one), 1, {.resolution = 0.03}));
     EXPECT_TRUE(mean_is(estimate(linear), 7.5, {.resolution = 0.03}));
   }
+}
+
+TEST(PixelFilter, KnowsHowNoisySplatsAreAndToHowManyPixelsTheyGo) {
+  for (const PixelFilter& f : pixel_filters()) {
+    Random random(4);
+    constexpr int kSamples = 40000;
+    double squares = 0, pixels = 0, all = 0;
+    for (int i = 0; i < kSamples; ++i) {
+      const float x = random.uniform(), y = random.uniform();
+      give(f, x, y, random.uniform(), [&](int, int, float w) {
+        squares += double{w} * double{w};
+        ++pixels;
+      });
+      FilterReach<float>(f, x, y).each(0, [&](int, int, float w) { all += std::fabs(w); });
+    }
+    EXPECT_NEAR(squares * kSamples / (all * all) / f.splat_noise, 1, 0.03);
+    EXPECT_NEAR(pixels / kSamples / f.splat_pixels, 1, 0.03);
+    EXPECT_LE(f.splat_pixels, 9);
+  }
+  // A box of one pixel shares nothing; of the gaussian pbrt has by default, and a triangle of radius 1.
+  EXPECT_EQ(pixel_filters()[0].splat_noise, 1);
+  EXPECT_NEAR(pixel_filters()[4].splat_noise, 0.347, 0.01);
+  EXPECT_NEAR(pixel_filters()[2].splat_noise, 4.0 / 9, 0.01);
+}
+
+TEST(PixelFilter, ReachEndsAtItsBounds) {
+  const PixelFilter f = pixel_filters()[5];
+  const PixelRect bounds{2, 3, 5, 9};
+  float inside = 0, all = 0;
+  FilterReach<float>(f, 2.3f, 8.9f, bounds).each(0, [&](int x, int y, float w) {
+    EXPECT_TRUE(x >= 2 && x < 5 && y >= 3 && y < 9) << x << ' ' << y;
+    inside += w;
+  });
+  FilterReach<float>(f, 2.3f, 8.9f).each(0, [&](int x, int y, float w) {
+    if (x >= 2 && x < 5 && y >= 3 && y < 9) all += w;
+  });
+  EXPECT_GT(inside, 0.1f);
+  EXPECT_NEAR(inside, all, 1e-6);
+  FilterReach<float>(f, 40, 40, bounds).each(0, [](int, int, float) { ADD_FAILURE(); });
 }
 
 TEST(PixelFilter, LanesHaveTheBitsOfScalars) {
@@ -165,14 +229,26 @@ TEST(PixelFilter, LanesHaveTheBitsOfScalars) {
       for (int l = 0; l < 8; ++l) u[l] = random.uniform();
       const Float8 x = f.sample(u);
       for (int l = 0; l < 8; ++l) ASSERT_EQ(float_bits(x[l]), float_bits(f.sample(float{u[l]})));
-      Float8 p{}, weights{};
+      Float8 p{};
       for (int l = 0; l < 8; ++l) p[l] = static_cast<float>(random.between(-3, 9));
-      const Int8 pixels = f.choose_pixel(p, u, &weights);
-      for (int l = 0; l < 8; ++l) {
-        float weight;
-        ASSERT_EQ(pixels[l], f.choose_pixel(float{p[l]}, float{u[l]}, &weight));
-        ASSERT_EQ(float_bits(weights[l]), float_bits(weight));
-      }
+      const Int8 pixels = f.choose_pixel(p, u);
+      for (int l = 0; l < 8; ++l) ASSERT_EQ(pixels[l], f.choose_pixel(float{p[l]}, float{u[l]}));
+    }
+  }
+  const PixelFilter f = pixel_filters()[4];
+  const PixelRect bounds{0, 0, 6, 6};
+  for (int round = 0; round < 500; ++round) {
+    Float8 x{}, y{};
+    for (int l = 0; l < 8; ++l)
+      x[l] = static_cast<float>(random.between(-3, 9)), y[l] = static_cast<float>(random.between(-3, 9));
+    const FilterReach<Float8> lanes(f, x, y, bounds);
+    for (int l = 0; l < 8; ++l) {
+      std::vector<std::tuple<int, int, uint32_t>> of_lane, alone;
+      lanes.each(l, [&](int i, int j, float w) { of_lane.emplace_back(i, j, float_bits(w)); });
+      FilterReach<float>(f, float{x[l]}, float{y[l]}, bounds).each(0, [&](int i, int j, float w) {
+        alone.emplace_back(i, j, float_bits(w));
+      });
+      ASSERT_EQ(of_lane, alone);
     }
   }
 }

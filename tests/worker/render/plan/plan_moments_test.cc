@@ -56,8 +56,9 @@ TEST(PlanMoments, KnowHowManyRaysRouletteLeavesToEveryPlan) {
   const std::vector<SamplingPlan> plans = {{kAllStrategies, 0.125, 1},
                                            {kAllStrategies, 1, 8},
                                            {kAllStrategies, 2, 0.25},
-                                           {kAllStrategies, 0.25, 4}};
-  const PlanSet set(plans);
+                                           {kAllStrategies, 0.25, 4},
+                                           {kAllStrategies, 1, 1, 0.125}};
+  const PlanSet set(plans, 1);
   MomentRecorder moments(set, 32, kSamples);
   moments.begin_cell(std::array<PixelValue, kCellPixels>{});
   const Rays recorded = rays_under(s, {.connections = kRecordedConnections}, &moments);
