@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "worker/render/pipeline/mis.h"
 #include "worker/render/plan/stratification.h"
 
 namespace lightmill {
@@ -23,6 +24,13 @@ PerPlan correction(const PlanSet& plans, const FamilyShares& a, const float rgb[
     (*lost)[k] += density > 0 ? 0 : light;
   }
   return factor;
+}
+
+/// `factor` of splats, as roulette judges them: before they are divided by how many light paths there are.
+PerPlan splat_factor(const PlanSet& plans, const PerPlan& factor) {
+  PerPlan own;
+  for (size_t k = 0; k < kPlans; ++k) own[k] = factor[k] * plans.lens[k];
+  return own;
 }
 
 /// How much more probably than in the recorded plan roulette keeps a contribution under each plan.
@@ -54,12 +62,12 @@ PerPlan own_part(const PlanSet& plans, const FamilyShares& a) {
   return part;
 }
 
-/// Second moment of single contributions: what the lens has of it as noise of splats, the rest
-/// in the camera layer, there by `own_part` from the plan's own samples, of which this one is `samples`, and
-/// for the rest from those of all strategies. A value v that roulette keeps with probability q counts as v /
-/// q, which is v^2 / q on average. `rare` may be null.
+/// Second moment of single contributions of paths of `vertices`: what the lens has of it as noise of splats,
+/// the rest in the camera layer, there by `own_part` from the plan's own samples, of which this one is
+/// `samples`, and for the rest from those of all strategies. A value v that roulette keeps with probability q
+/// counts as v / q, which is v^2 / q on average. `rare` may be null.
 void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPlan& samples,
-                       const float rgb[3], const PixelValue& value, float share, float scale,
+                       const float rgb[3], const PixelValue& value, float share, int vertices, float scale,
                        const PerPlan& factor, const PerPlan& kept, size_t half, float half_scale,
                        BlockMoments* block, RarePaths* rare) {
   const PerPlan own = own_part(plans, a);
@@ -68,7 +76,7 @@ void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPla
     per_square[k] = factor[k] / kept[k];
     lens_share[k] = a.lens * plans.lens[k] * factor[k];
     camera_share[k] = (1 - lens_share[k]) * (1 - own[k]) + own[k] * samples[k] * factor[k];
-    splat_share[k] = lens_share[k] * plans.splat_noise[k];
+    splat_share[k] = lens_share[k] * plans.splat_noise[k] * direct_weight(vertices);
   }
   float squares = 0;
   for (size_t ch = 0; ch < 3; ++ch) {
@@ -170,8 +178,8 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
     } else {
       // What a path finds by chance is as bright as the emitter, and no rarer path brighter: hits have no
       // tail.
-      add_second_moment(plans_, c.shares, samples, c.rgb, value, value.camera_share, 1, factor, kept, half, 1,
-                        &block, c.s > 0 ? &cell_.rare : nullptr);
+      add_second_moment(plans_, c.shares, samples, c.rgb, value, value.camera_share, c.s + c.t, 1, factor,
+                        kept, half, 1, &block, c.s > 0 ? &cell_.rare : nullptr);
     }
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
@@ -201,7 +209,7 @@ void MomentRecorder::add_sample(const std::vector<StrategyContribution>& contrib
     if (c.t > 1) {
       ++begin[static_cast<size_t>(c.slot) + 1];
     } else {
-      cell_.splats.push_back({c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}, c.size, c.s == 1, c.shares});
+      cell_.splats.push_back({c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}, c.size, c.s, c.shares});
     }
   }
   for (size_t i = 0; i < kCellPixels; ++i) begin[i + 1] += begin[i];
@@ -276,9 +284,7 @@ RayCounts& RayCounts::operator+=(const RayCounts& o) {
 void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValue& value, size_t half,
                float scale, BlockMoments* block, CellMoments* cell) {
   const PerPlan factor = correction(plans, splat.shares, splat.rgb, &cell->lost);
-  PerPlan own;  // a splat is smaller, too, where light paths have a smaller weight than they are many
-  for (size_t k = 0; k < kPlans; ++k) own[k] = factor[k] * plans.lens_weight[k];
-  const PerPlan kept = kept_share(splat.size, own);
+  const PerPlan kept = kept_share(splat.size, splat_factor(plans, factor));
   count_ray(kept, &cell->lens);
   // Splats land on all pixels, sums are over those looked at.
   const auto share = [&](int looked_at, int pixels) {
@@ -286,7 +292,7 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
   };
   const float pixels = share(block->all_looked_at(), block->pixels[0] + block->pixels[1]),
               pixels_of_half = share(block->looked_at[half], block->pixels[half]);
-  if (splat.emitter) {
+  if (splat.s == 1) {
     const float survival = connection_survival(splat.size);  // which hits know nothing of
     const float hit[3] = {splat.rgb[0] * survival, splat.rgb[1] * survival, splat.rgb[2] * survival};
     add_unsampled(plans, splat.shares, hit, value, factor, half, pixels_of_half / survival, block);
@@ -308,8 +314,10 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
     }
     return;
   }
-  add_second_moment(plans, splat.shares, PerPlan{}, splat.rgb, value, value.splat_share, pixels, factor, kept,
-                    half, pixels_of_half, block, &cell->rare);
+  // A splat whose light paths count for less is smaller, and there are more of it than they count for.
+  const float more = 1 / direct_weight(splat.s + 1);
+  add_second_moment(plans, splat.shares, PerPlan{}, splat.rgb, value, value.splat_share, splat.s + 1,
+                    more * pixels, factor, kept, half, more * pixels_of_half, block, &cell->rare);
 }
 
 }  // namespace lightmill
