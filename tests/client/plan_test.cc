@@ -63,6 +63,22 @@ TEST_F(Plan, IsOverriddenByASetOfStrategies) {
   EXPECT_EQ(pixels({"--strategies", "hit,next-event"}), image);
 }
 
+TEST_F(Plan, HasALensWeightThatShowsInTheImageAndIsOneOfFew) {
+  write("box.pbrt", kBox);
+  const std::vector<float> one = pixels({"--integrator", "bdpt"});
+  EXPECT_EQ(pixels({"--integrator", "bdpt", "--lens-weight", "1"}), one);
+  EXPECT_NE(pixels({"--integrator", "bdpt", "--lens-weight", "3"}), one);
+  // Without lens connections there is nothing to weigh.
+  const std::vector<float> without =
+      pixels({"--integrator", "bdpt", "--strategies", "hit,next-event,connect"});
+  EXPECT_EQ(pixels({"--integrator", "bdpt", "--strategies", "hit,next-event,connect", "--lens-weight", "3"}),
+            without);
+  const Outcome outcome = run({"render", "box.pbrt", "--lens-weight", "2"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(lines(outcome.err), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("lens_weight must be one of 0.125, 1.0, 3.0"));
+}
+
 // A point light over glass, seen with hair, or through a realistic camera: what light paths can't reach is
 // left out of every integrator's plan alike in renderer and farm, and said to be missing.
 TEST_F(Plan, IsOfWhatHairAndARealisticCameraAllow) {
@@ -106,12 +122,13 @@ TEST_F(Plan, AFileWithoutOneIsRefusedInOneLine) {
   write("half.json", "{\"strategies\": \"hit\", \"light_paths\": 1");
   write("list.json", "[1, 2]");
   write("range.json", R"({"strategies": "hit", "light_paths": 3, "connections": 1})");
+  write("weight.json", R"({"strategies": "lens", "light_paths": 1, "connections": 1, "lens_weight": 2})");
   write("name.json", R"({"strategies": "hits", "light_paths": 1, "connections": 1})");
   write("deep.json", std::string(200000, '['));
   write("record.json", R"({"settings": {}})");
   write_image(Image(8, 8), "plain.exr");
-  for (const char* file :
-       {"half.json", "list.json", "range.json", "name.json", "deep.json", "record.json", "plain.exr"}) {
+  for (const char* file : {"half.json", "list.json", "range.json", "weight.json", "name.json", "deep.json",
+                           "record.json", "plain.exr"}) {
     const Outcome outcome = run({"render", "box.pbrt", "--plan", file});
     EXPECT_EQ(outcome.code, 2) << outcome.err;
     EXPECT_EQ(lines(outcome.err), 1) << outcome.err;

@@ -82,21 +82,26 @@ FilterAxis::FilterAxis(const FilterDescription& filter, double radius)
 
 PixelFilter::PixelFilter(const FilterDescription& d) : x(d, d.xradius), y(d, d.yradius) {
   if (is_one_pixel()) return;
-  // Of positions in one pixel: squares of what each of the pixels receives, on average, and the sum of |f|.
+  // Means over positions in a pixel: of the squares of what pixels receive, the sum of |f|, and how many
+  // receive something. Filters narrower than a pixel are 0 but around its centre.
   constexpr int kPositions = 8;
+  const float wide = std::min(2 * x.radius(), 1.0f), high = std::min(2 * y.radius(), 1.0f);
+  const double part = double{wide} * double{high} / (kPositions * kPositions);
   double squares = 0, all = 0, pixels = 0;
-  constexpr int kCount = kPositions * kPositions;
-  for (int i = 0; i < kCount; ++i) {
-    const auto at = [](int k) { return (static_cast<float>(k) + 0.5f) / kPositions; };
-    FilterReach<float>(*this, at(i % kPositions), at(i / kPositions)).each(0, [&](int, int, float f) {
-      const double size = std::fabs(double{f});
-      squares += size * std::max(size, double{kSmallWeight});
-      all += size;
-      pixels += std::min(size / double{kSmallWeight}, 1.0);
-    });
+  for (int i = 0; i < kPositions * kPositions; ++i) {
+    const auto at = [](int k, float width) {
+      return 0.5f + width * ((static_cast<float>(k) + 0.5f) / kPositions - 0.5f);
+    };
+    FilterReach<float>(*this, at(i % kPositions, wide), at(i / kPositions, high))
+        .each(0, [&](int, int, float f) {
+          const double size = std::fabs(double{f});
+          squares += part * size * std::max(size, double{kSmallWeight});
+          all += part * size;
+          pixels += part * std::min(size / double{kSmallWeight}, 1.0);
+        });
   }
-  splat_noise = static_cast<float>(squares * kCount / (all * all));
-  splat_pixels = static_cast<float>(pixels / kCount);
+  splat_noise = static_cast<float>(squares / (all * all));
+  splat_pixels = static_cast<float>(pixels);
 }
 
 }  // namespace lightmill
