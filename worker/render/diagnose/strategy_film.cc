@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "worker/render/pipeline/mis.h"
-
 namespace lightmill {
 
 StrategyFilm::StrategyFilm(int width, int height, const SplatStatistics& splats)
@@ -37,8 +35,8 @@ void StrategyFilm::add(const StrategyContribution& c) {
     const float camera = c.shares.of(set(i) & kCameraLayer) / share;
     // Light paths count for `weight` samples: a splat's share of the light is that much less than it would
     // be.
-    const float weight = splats_.weight * direct_weight(c.s + c.t),
-                second = (camera + (1 - camera) * splats_.noise * weight) / share / (c.t == 1 ? weight : 1);
+    const float second =
+        (camera + (1 - camera) * splats_.noise * splats_.weight) / share / (c.t == 1 ? splats_.weight : 1);
     for (size_t k = 0; k < 3; ++k) {
       second_[i][size_t{c.pixel} * 3 + k] += c.rgb[k] * c.rgb[k] * second;
       camera_[i][size_t{c.pixel} * 3 + k] += c.rgb[k] * camera;

@@ -19,10 +19,10 @@ struct EmissionSample {
 };
 
 template <class F, bool kAnyLight = true>
-inline EmissionSample<F> sample_emission_of(const LightTable& lights, IntOf<F> light, F texel, F pu, F pv,
-                                            F du, F dv) {
+inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F texel, F pu, F pv, F du,
+                                         F dv) {
   EmissionSample<F> s;
-  s.light = light;
+  s.light = select_light(lights, u_select);
   const LightRecord<F> r(lights, s.light);
   const IntOf<F> type = gather(lights.type.data(), s.light);
   square_to_triangle(pu, pv, &s.b1, &s.b2);
@@ -131,13 +131,6 @@ inline EmissionSample<F> sample_emission_of(const LightTable& lights, IntOf<F> l
   const F cos_over_pdf = s.cos_light / s.pdf;
   s.power = radiance * cos_over_pdf;
   return s;
-}
-
-/// The same of a light that `u_select` selects.
-template <class F, bool kAnyLight = true>
-inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F texel, F pu, F pv, F du,
-                                         F dv) {
-  return sample_emission_of<F, kAnyLight>(lights, select_light(lights, u_select), texel, pu, pv, du, dv);
 }
 
 }  // namespace lightmill

@@ -8,10 +8,10 @@
 
 namespace lightmill {
 
-/// A light for a light path. `rest`, if asked for, is what is left of `u`: as even for each light as `u` is.
+/// A light for a light path.
 template <class F>
-inline IntOf<F> select_light(const LightTable& lights, F u, F* rest = nullptr) {
-  return select_alias(lights.alias_keep, lights.alias, u, rest);
+inline IntOf<F> select_light(const LightTable& lights, F u) {
+  return select_alias(lights.alias_keep, lights.alias, u);
 }
 
 template <class F>

@@ -47,8 +47,7 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
         w_next_event =
             direct_pdf_area<Lane>(lights, light, from, wi, splat<Lane>(1.0f), splat<Lane>(1.0f)) * dvcm;
       }
-      if (weigh_connections)
-        p_emission = emission_pdf(lights, light, from, wi, splat<Lane>(1.0f)) * direct_weight(depth + 1);
+      if (weigh_connections) p_emission = emission_pdf(lights, light, from, wi, splat<Lane>(1.0f));
     }
     const Lane w_camera = weigh_connections ? w_next_event + p_emission * dvc : w_next_event;
     const Lane mis = mis_weight(Lane{}, w_camera);
@@ -80,8 +79,7 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
                 h.v.dvcm;
     }
     if (weigh_connections)
-      p_emission =
-          emission_pdf<Lane, K::kLights>(lights, light, h.v.p, -h.v.wo, h.cos_in) * direct_weight(depth + 1);
+      p_emission = emission_pdf<Lane, K::kLights>(lights, light, h.v.p, -h.v.wo, h.cos_in);
   } else if (context.on(kLensConnections)) {
     const LightRecord<Lane> r(lights, light);
     w_other = r.scalar(kLightSelect) / r.scalar(kLightArea) * h.v.dvcm;  // M10

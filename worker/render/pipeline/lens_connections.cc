@@ -63,7 +63,7 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
                                       local_viewer(context, v, frame, to_camera), Mode::kImportance);
     f.pdf_reverse = camera_density(context.scene, v, f.pdf_reverse);
     const Lane p_camera = lens.density * density_cosine<K>(context.scene, v, to_camera);
-    const Lane light_ratio = p_camera * target.inv_light_samples / direct_weight(depth + 2);
+    const Lane light_ratio = p_camera * target.inv_light_samples;
     const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
     const Lane mis = mis_weight(w_light, Lane{});
     const Lane scale =

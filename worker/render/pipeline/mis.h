@@ -11,12 +11,10 @@
 // 1997, eq. 9.8), with n_j = 1 for s <= 1, n_light for t = 1: the light paths of the whole film per pixel
 // sample, times the plan's lens weight, and n_connect for connections: the light paths that a camera vertex
 // is connected to. Both are constants of the plan (common/sampling_plan.h), not of the cache at hand, so that
-// the weights of all strategies sum to one. For paths of one scattering event n_light is kDirectWeight of
-// that in turn: next event and hits find their light with far less noise than their second moment says, which
-// is what the balance heuristic goes by. The cache is sampled systematically, every vertex with probability
-// n_connect / paths in the layer (light vertex caches: Davidovic et al. 2014). p_j are products of densities
-// without Russian roulette: any fixed function of the path keeps the weights summing to one, and roulette
-// ends both kinds of subpath at nearly the same rate.
+// the weights of all strategies sum to one; the cache is sampled systematically, every vertex with
+// probability n_connect / paths in the layer (light vertex caches: Davidovic et al. 2014). p_j are products
+// of densities without Russian roulette: any fixed function of the path keeps the weights summing to one, and
+// roulette ends both kinds of subpath at nearly the same rate.
 //
 // Recursion. n_j are applied where a term enters: n_light in M2 and M8, n_connect to dVCM of deeper vertices.
 // Each subpath carries two partial sums (Georgiev, "Implementing Vertex Connection and Merging",
@@ -79,13 +77,6 @@
 namespace lightmill {
 
 inline constexpr int kMaxLightVertices = 24;
-
-/// Of n_light where light scatters once on its way (M6 for t = 3, M7 for t = 2, M8 for s = 2). Between 0.1
-/// and 0.3 of it is best on scenes lit by lamps, by up to a fifth of the noise; 1 on polished ones, by 1 to 3
-/// %.
-inline constexpr float kDirectWeight = 0.3f;
-/// kDirectWeight for paths of `vertices`, light and camera included, else 1.
-inline constexpr float direct_weight(int vertices) { return vertices == 3 ? kDirectWeight : 1.0f; }
 
 /// The heuristic's power is 1 (balance): this is where another one would be applied to each ratio. Power 2
 /// between hit and next event, whose sum keeps its weight against all other strategies, was tried: 1.03 times

@@ -45,7 +45,7 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     if (weigh_connections) {
       const Lane cos_surface = density_cosine<K>(context.scene, v, d.wi);
       const Lane cos_light = select(lit, d.cos_light, splat<Lane>(1.0f));
-      camera_ratio = d.pdf_emission * cos_surface * inv_pdf * direct_weight(depth + 2) / cos_light;
+      camera_ratio = d.pdf_emission * cos_surface * inv_pdf / cos_light;
       w_camera = camera_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M7
     }
     const Lane mis = mis_weight(w_light, w_camera);

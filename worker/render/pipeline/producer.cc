@@ -93,11 +93,8 @@ void light_paths(const StageContext& context, const LayerContext& layer, Wavefro
     stream.get_2d(kDimLightPosition, &pu, &pv);
     stream.get_2d(kDimLightDirection, &du, &dv);
     const Lane texel = K::kLights && lights.any_texels() ? stream.get_1d(kDimLightTexel) : Lane{};
-    // Few lights are read off the points on them, so that each has a net of its own.
-    const LaneInt light = lights.count() <= kAliasLights
-                              ? select_light(lights, pu, &pu)
-                              : select_light(lights, stream.get_1d(kDimLightSelect));
-    EmissionSample<Lane> e = sample_emission_of<Lane, K::kLights>(lights, light, texel, pu, pv, du, dv);
+    EmissionSample<Lane> e =
+        sample_emission<Lane, K::kLights>(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
     if (K::kLights && !lights.patterns.empty()) apply_pattern(context.scene, started, &e);
     if (context.on(kLensConnections)) queue_emitter_to_lens(context, layer, slot, started, e, wavefront);
     PathLanes<Lane> path{offset_origin(e.point, e.error, e.normal, e.direction), e.direction, e.power};

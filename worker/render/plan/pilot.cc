@@ -25,7 +25,9 @@ class Pilot {
       : settings_(pilot_settings(scene)),
         sight_(settings_.grid),
         renderer_(scene, settings_, sight_.thinning),
-        plans_(candidate_plans(renderer_.plan(), renderer_.context().filter.splat_noise)),
+        plans_(
+            candidate_plans(renderer_.plan(), renderer_.context().filter.splat_noise,
+                            1 / static_cast<float>(std::max(renderer_.context().scene.lights.count(), 1)))),
         go_on_(go_on),
         regions_(regions_of(settings_.grid)),
         values_(settings_.grid, sight_),

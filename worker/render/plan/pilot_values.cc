@@ -109,7 +109,8 @@ void PilotValues::add_emission(int x, int y, PixelValue* value) const {
   const auto at = std::lower_bound(emission_.begin(), emission_.end(), pixel,
                                    [](const Emission& e, uint32_t p) { return e.pixel < p; });
   if (at == emission_.end() || at->pixel != pixel) return;
-  for (size_t ch = 0; ch < 3; ++ch) value->value[ch] += at->rgb[ch] * static_cast<float>(per_splat_);
+  value->emitter_share = static_cast<float>(per_splat_);
+  for (size_t ch = 0; ch < 3; ++ch) value->value[ch] += at->rgb[ch] * value->emitter_share;
 }
 
 PixelValue PilotValues::of(int x, int y) const {

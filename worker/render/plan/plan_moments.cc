@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "worker/render/pipeline/mis.h"
 #include "worker/render/plan/stratification.h"
 
 namespace lightmill {
@@ -62,12 +61,12 @@ PerPlan own_part(const PlanSet& plans, const FamilyShares& a) {
   return part;
 }
 
-/// Second moment of single contributions of paths of `vertices`: what the lens has of it as noise of splats,
-/// the rest in the camera layer, there by `own_part` from the plan's own samples, of which this one is
-/// `samples`, and for the rest from those of all strategies. A value v that roulette keeps with probability q
-/// counts as v / q, which is v^2 / q on average. `rare` may be null.
+/// Second moment of single contributions: what the lens has of it as noise of splats, the rest
+/// in the camera layer, there by `own_part` from the plan's own samples, of which this one is `samples`, and
+/// for the rest from those of all strategies. A value v that roulette keeps with probability q counts as v /
+/// q, which is v^2 / q on average. `rare` may be null.
 void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPlan& samples,
-                       const float rgb[3], const PixelValue& value, float share, int vertices, float scale,
+                       const float rgb[3], const PixelValue& value, float share, float scale,
                        const PerPlan& factor, const PerPlan& kept, size_t half, float half_scale,
                        BlockMoments* block, RarePaths* rare) {
   const PerPlan own = own_part(plans, a);
@@ -76,7 +75,7 @@ void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPla
     per_square[k] = factor[k] / kept[k];
     lens_share[k] = a.lens * plans.lens[k] * factor[k];
     camera_share[k] = (1 - lens_share[k]) * (1 - own[k]) + own[k] * samples[k] * factor[k];
-    splat_share[k] = lens_share[k] * plans.splat_noise[k] * direct_weight(vertices);
+    splat_share[k] = lens_share[k] * plans.splat_noise[k];
   }
   float squares = 0;
   for (size_t ch = 0; ch < 3; ++ch) {
@@ -178,8 +177,8 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
     } else {
       // What a path finds by chance is as bright as the emitter, and no rarer path brighter: hits have no
       // tail.
-      add_second_moment(plans_, c.shares, samples, c.rgb, value, value.camera_share, c.s + c.t, 1, factor,
-                        kept, half, 1, &block, c.s > 0 ? &cell_.rare : nullptr);
+      add_second_moment(plans_, c.shares, samples, c.rgb, value, value.camera_share, 1, factor, kept, half, 1,
+                        &block, c.s > 0 ? &cell_.rare : nullptr);
     }
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
@@ -209,7 +208,7 @@ void MomentRecorder::add_sample(const std::vector<StrategyContribution>& contrib
     if (c.t > 1) {
       ++begin[static_cast<size_t>(c.slot) + 1];
     } else {
-      cell_.splats.push_back({c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}, c.size, c.s, c.shares});
+      cell_.splats.push_back({c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}, c.size, c.s == 1, c.shares});
     }
   }
   for (size_t i = 0; i < kCellPixels; ++i) begin[i + 1] += begin[i];
@@ -292,32 +291,35 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
   };
   const float pixels = share(block->all_looked_at(), block->pixels[0] + block->pixels[1]),
               pixels_of_half = share(block->looked_at[half], block->pixels[half]);
-  if (splat.s == 1) {
+  if (splat.emitter) {
     const float survival = connection_survival(splat.size);  // which hits know nothing of
     const float hit[3] = {splat.rgb[0] * survival, splat.rgb[1] * survival, splat.rgb[2] * survival};
-    add_unsampled(plans, splat.shares, hit, value, factor, half, pixels_of_half / survival, block);
-    // Which point of a lamp a path starts at are its first numbers: so many paths of a superblock, for a unit
-    // of light paths, are even in the pixel, but for roulette.
+    // Which point of a lamp a path starts at are its first numbers, a net over all lights, of which each has
+    // those that another number gives it: so many paths of a superblock, for a unit of light paths, are in
+    // the pixel.
     const float one = hit[0] + hit[1] + hit[2],
                 paths = one > 0 ? kSuperblockSamples * splat.shares.lens *
                                       (value.value[0] + value.value[1] + value.value[2]) / one
                                 : 0;
+    const auto even = [&](float light_paths) {
+      return plans.light_share * (1 - net_noise(paths * light_paths / plans.light_share));
+    };
+    const PixelValue rest = value.beside_half(splat.rgb, 1 - even(1));
+    add_unsampled(plans, splat.shares, hit, rest, factor, half, pixels_of_half / survival, block);
     PerPlan noise;
     for (size_t k = 0; k < kPlans; ++k) {
-      const float even = 1 - net_noise(paths * plans.lens[k] / plans.lens_weight[k]);
+      const float apart_from_roulette = survival * even(plans.lens[k] / plans.lens_weight[k]);
       noise[k] =
-          plans.splat_noise[k] * plans.lens[k] * factor[k] * factor[k] * (1 / kept[k] - survival * even);
+          plans.splat_noise[k] * plans.lens[k] * factor[k] * factor[k] * (1 / kept[k] - apart_from_roulette);
     }
     for (size_t ch = 0; ch < 3; ++ch) {
-      const float square = splat.rgb[ch] * splat.rgb[ch] * value.weight(ch) * pixels;
+      const float square = splat.rgb[ch] * splat.rgb[ch] * rest.weight(ch) * pixels;
       for (size_t k = 0; k < kPlans; ++k) block->splat[ch][k] += square * noise[k];
     }
     return;
   }
-  // A splat whose light paths count for less is smaller, and there are more of it than they count for.
-  const float more = 1 / direct_weight(splat.s + 1);
-  add_second_moment(plans, splat.shares, PerPlan{}, splat.rgb, value, value.splat_share, splat.s + 1,
-                    more * pixels, factor, kept, half, more * pixels_of_half, block, &cell->rare);
+  add_second_moment(plans, splat.shares, PerPlan{}, splat.rgb, value, value.splat_share, pixels, factor, kept,
+                    half, pixels_of_half, block, &cell->rare);
 }
 
 }  // namespace lightmill

@@ -28,8 +28,8 @@ inline size_t half_of(int x, int y) { return static_cast<size_t>((x ^ y) & 1); }
 struct RecordedSplat {
   uint32_t pixel;
   float rgb[3];
-  float size;  // StrategyContribution::size
-  int s;       // StrategyContribution::s
+  float size;    // StrategyContribution::size
+  bool emitter;  // joined to the lens itself
   FamilyShares shares;
 };
 

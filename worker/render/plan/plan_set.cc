@@ -16,9 +16,10 @@ double pairs_of(double picks) {
 
 }  // namespace
 
-PlanSet::PlanSet(std::vector<SamplingPlan> candidates, float splat_noise_of_filter)
-    : plans(std::move(candidates)) {
+PlanSet::PlanSet(std::vector<SamplingPlan> candidates, float splat_noise_of_filter, float share)
+    : plans(std::move(candidates)), light_share(share) {
   if (plans.size() > kMaxPlans) throw std::logic_error("too many sampling plans");
+  lens_weight.fill(1);
   for (size_t k = 0; k < plans.size(); ++k) {
     const SamplingPlan& p = plans[k];
     hit[k] = p.strategies & kEmissionHits ? 1.0f : 0.0f;
@@ -35,7 +36,7 @@ PlanSet::PlanSet(std::vector<SamplingPlan> candidates, float splat_noise_of_filt
   }
 }
 
-PlanSet candidate_plans(const ScenePlan& scene, float splat_noise) {
+PlanSet candidate_plans(const ScenePlan& scene, float splat_noise, float light_share) {
   std::vector<SamplingPlan> plans;
   const auto add = [&](Strategies set, double light_paths, double connections) {
     if (!scene.complete[set] || set & ~scene.possible) return;
@@ -54,7 +55,7 @@ PlanSet candidate_plans(const ScenePlan& scene, float splat_noise) {
       add(base | kLensConnections | kVertexConnections, light_paths, connections);
     }
   }
-  return PlanSet(std::move(plans), splat_noise);
+  return PlanSet(std::move(plans), splat_noise, light_share);
 }
 
 }  // namespace lightmill

@@ -21,14 +21,15 @@ inline constexpr double kRecordedConnections = 2;
 /// The plans under consideration, as factors on the samples of each family relative to the plan that is
 /// recorded.
 struct PlanSet {
-  /// `splat_noise`: PixelFilter's.
-  PlanSet(std::vector<SamplingPlan> candidates, float splat_noise);
+  /// `splat_noise`: PixelFilter's. `light_share`: of the light paths, how many a light has.
+  PlanSet(std::vector<SamplingPlan> candidates, float splat_noise, float light_share = 1);
   std::vector<SamplingPlan> plans;
   /// As MIS weights count them.
   PerPlan hit{}, next_event{}, lens{}, connect{};
   PerPlan lens_weight{};
   /// Variance of splats over what as many camera samples as the weights take them for would leave.
   PerPlan splat_noise{};
+  float light_share;
   /// Pairs of connections of one kind, camera and light vertex at given depths, over those recorded, beyond
   /// what independent draws would make of them; less 1.
   PerPlan more_pairs{};
@@ -38,6 +39,6 @@ struct PlanSet {
 /// each region of 8 pixels from one half of its pixels would gain 1.00 to 1.08 on the other half (seven of
 /// nine scenes; on water-caustic one half loses 1.2), which is less than the bound of 1.1 that would be worth
 /// a map.
-PlanSet candidate_plans(const ScenePlan& scene, float splat_noise);
+PlanSet candidate_plans(const ScenePlan& scene, float splat_noise, float light_share);
 
 }  // namespace lightmill

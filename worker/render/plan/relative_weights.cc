@@ -67,7 +67,7 @@ PixelValue RelativeWeights::of(int x, int y) const {
   v.around = square.around;
   if (square.pixels > 0) {
     v.camera_share = 1 / (square.pixels * paths_per_pixel_);
-    v.splat_share = per_splat_ * v.camera_share;
+    v.splat_share = v.emitter_share = per_splat_ * v.camera_share;
   }
   return v;
 }

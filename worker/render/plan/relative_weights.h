@@ -15,6 +15,7 @@ struct PixelValue {
   Channels value{};                         // of its square
   Channels around{};                        // median of the squares around: of what is dark by chance
   float camera_share = 0, splat_share = 0;  // of a camera sample and of a splat in `value`
+  float emitter_share = 0;                  // of a splat of an emitter in sight
 
   /// No contribution is taken for more times its pixel's value, as one sample says too little of what is so
   /// rare.
@@ -36,6 +37,15 @@ struct PixelValue {
     double square = 0;
     for (size_t ch = 0; ch < 3; ++ch) square += double{rgb[ch]} * rgb[ch] * weight_beside(ch, rgb[ch], share);
     return square;
+  }
+
+  /// Without half of a splat `rgb` of an emitter in sight, as far as their number is chance, `noise` of it.
+  /// Of few splats each weighs itself down; without it, the value would be taken for too small as often.
+  PixelValue beside_half(const float rgb[3], float noise) const {
+    PixelValue rest = *this;
+    for (size_t ch = 0; ch < 3; ++ch)
+      rest.value[ch] = std::max(value[ch] - 0.5f * noise * rgb[ch] * emitter_share, 0.0f);
+    return rest;
   }
 
  private:

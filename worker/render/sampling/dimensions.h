@@ -10,7 +10,7 @@ enum Stream : uint32_t { kCameraStream = 0, kLightStream = 1 };
 // Start of a path.
 inline constexpr uint32_t kDimFilm = 0;            // 2D, camera: position in the pixel filter
 inline constexpr uint32_t kDimLens = 1;            // 2D, camera: position on the lens, if it has a radius
-inline constexpr uint32_t kDimLightSelect = 0;     // 1D, light: which of many lights
+inline constexpr uint32_t kDimLightSelect = 0;     // 1D, light: which light
 inline constexpr uint32_t kDimLightPosition = 1;   // 2D, light
 inline constexpr uint32_t kDimLightDirection = 2;  // 2D, light
 inline constexpr uint32_t kDimLightTexel = 3;      // 1D, light: texel of an environment image
