@@ -52,8 +52,8 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     const Vec3<Lane>& to_camera = lens.direction;
     const LaneMask seen = mask_and(mask_and(g.active, lens.seen), faces_viewer<K>(v, to_camera));
     if (!any(seen)) continue;
-    Lane fu, fv;
-    stream.get_2d(vertex_dim(depth, kDimSplatPixel), &fu, &fv);
+    Lane fu{}, fv{};
+    if (context.effort) stream.get_2d(vertex_dim(depth, kDimSplatPixel), &fu, &fv);
     const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
     const LaneMask valid = target.valid;
     if (!any(valid)) continue;
@@ -101,8 +101,8 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   const Vec3<Lane>& to_camera = lens.direction;
   const LaneMask seen = mask_and(surface, lens.seen);
   if (!any(seen)) return;
-  Lane fu, fv;
-  stream.get_2d(vertex_dim(0, kDimSplatPixel), &fu, &fv);
+  Lane fu{}, fv{};
+  if (context.effort) stream.get_2d(vertex_dim(0, kDimSplatPixel), &fu, &fv);
   const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
   const LaneMask valid = target.valid;
   Vec3<Lane> radiance = emitted_radiance(context.scene.lights, e.light, e.normal, to_camera);

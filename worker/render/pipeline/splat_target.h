@@ -9,7 +9,7 @@
 namespace lightmill {
 
 /// Which pixels a contribution at raster position (x, y) is for. All pixels in reach of the filter receive
-/// their part of it (spread_splat), but where effort differs among them: weights of MIS are those of one
+/// their part of it (spread_splats), but where effort differs among them: weights of MIS are those of one
 /// number of camera samples, and so it is given to the pixels that share it with a pixel drawn.
 struct SplatTarget {
   /// The one that it is in, or the nearest of the crop window; where effort differs one drawn from the
@@ -43,6 +43,12 @@ struct SplatTarget {
       iy = filter.y.choose_pixel(y, v);
     }
     if (sphere) wrap(*sphere, &ix, &iy);
+    if (filter.is_one_pixel()) {
+      const auto within = [](LaneInt i, int lo, int hi) {
+        return mask_and(LaneMask(i >= splat_int<Lane>(lo)), LaneMask(i < splat_int<Lane>(hi)));
+      };
+      valid = mask_and(valid, mask_and(within(ix, crop.x0, crop.x1), within(iy, crop.y0, crop.y1)));
+    }
     const auto clamped = [](LaneInt i, int lo, int hi) {
       i = select(LaneMask(i < splat_int<Lane>(lo)), splat_int<Lane>(lo), i);
       return select(LaneMask(i >= splat_int<Lane>(hi)), splat_int<Lane>(hi - 1), i);

@@ -119,6 +119,21 @@ TEST_P(CameraImage, AnEmissiveBoxShowsItsRadianceInEveryPixel) {
   EXPECT_TRUE(mean_is(lt.mean(1), 2, {.resolution = 0.02}));
 }
 
+// What light paths bring to the rest of the image is not the crop window's.
+TEST_P(CameraImage, ACropWindowHasItsOwnLightAlone) {
+  TestScene s;
+  s.box({-3, -2, -4}, {3, 2, 4}, s.diffuse(0), {.radiance = {1, 2, 4}, .inward = true});
+  s.camera({0.3, 0.2, -1}, {0, 0, 3}, 60).film(32, 16);
+  set_camera(s.scene.camera, GetParam().kind, 1.8);
+  s.scene.film.crop = {0.25, 0.75, 0.25, 0.75};
+  for (const double radius : {0.5, 1.5}) {
+    s.scene.filter = {FilterKind::kBox, radius, radius, 0};
+    const Batches lt = render_batches(s.scene, settings_for(s.scene, Integrator::kLt, 65536, 0), 16);
+    EXPECT_TRUE(mean_is(lt.mean(1), 2, {.resolution = 0.03})) << radius;
+    EXPECT_TRUE(mean_is(lt.mean({0, 0, 16, 1}, 1), 2, {.resolution = 0.06})) << radius << ", its edge";
+  }
+}
+
 TEST_P(CameraImage, PowersOfTwoLeaveTheBitsAlone) {
   const auto render = [](int k) {
     TestScene s = cornell_room();
