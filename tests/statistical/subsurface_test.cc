@@ -170,10 +170,31 @@ TEST(SubsurfaceReflectance, IsThatOfADeepBody) {
   }
 }
 
-/// A lamp out of sight; a smooth body with a ball in it, a rough one, and a sheet.
-TestScene room_of_bodies() {
+// Two boxes of one material that overlap are one body: from within neither has an end where the other goes
+// on.
+TEST_P(Subsurface, BodiesThatOverlapAreOne) {
+  const SubsurfaceMaterial m = body_of({0.1f, 0.5f, 2}, {4, 4, 4}, 0.3f);
+  const auto boxes = [&](bool two) {
+    TestScene s;
+    const int milk = add_material(&s, m);
+    s.box({-1, -0.5, -1}, {1, two ? 0.1 : 0.5, 1}, milk);
+    if (two) s.box({-0.999, -0.2, -0.999}, {0.999, 0.5, 0.999}, milk);
+    s.scene.lights.push_back({DistantLight{{1, 1, 1}, {0.6, -0.8, 0}}, {}});
+    s.camera({0, 3, -1}, {0, 0.5, 0}, 25).film(16, 16);
+    return s;
+  };
+  const int64_t spp = GetParam() == Integrator::kLt ? 12288 : 512;
+  const Batches one = render(boxes(false), 2, spp), two = render(boxes(true), 2, spp);
+  EXPECT_TRUE(images_agree(one, two));
+  EXPECT_FALSE(images_agree(one, scaled(two, 1.05f))) << "the test notices nothing";
+}
+
+/// A lamp out of sight; a smooth body with a ball in it, a rough one, and a sheet of what the smooth one is
+/// of. Where the smooth ones are `mirrors`, the lamp is in sight in them, and light comes to the floor by
+/// them.
+TestScene room_of_bodies(bool mirrors = true) {
   TestScene s = cornell_room();
-  const int milk = add_material(&s, body_of({0.05f, 0.2f, 0.8f}, {4, 3, 2}, 0.3f));
+  const int milk = add_material(&s, body_of({0.05f, 0.2f, 0.8f}, {4, 3, 2}, 0.3f, mirrors ? 1.33f : 1.0f));
   const int wax = add_material(&s, body_of({0.3f, 0.1f, 0.1f}, {6, 3, 9}, -0.2f, 1.5f, 0.3f));
   s.sphere({-0.4, -0.65, 0.2}, 0.34, milk);
   s.sphere({-0.4, -0.65, 0.2}, 0.1, s.diffuse(0.9f));
@@ -185,14 +206,17 @@ TestScene room_of_bodies() {
 
 class SubsurfaceStrategySet : public ::testing::TestWithParam<unsigned> {};
 
+// What smooth bodies reflect hits alone can see in all places.
 TEST_P(SubsurfaceStrategySet, AgreesInARoomOfBodies) {
-  expect_agrees_with_all(room_of_bodies(), GetParam(),
+  const bool mirrors = (GetParam() & kEmissionHits) != 0;
+  expect_agrees_with_all(room_of_bodies(mirrors), GetParam(),
                          {.max_depth = 5,
-                          .spp = 768,
-                          .weak_spp = 4096,
-                          .once_spp = 512,
-                          .notice = 1.1f,
-                          .connections_notice = 1.25f});
+                          .spp = 2048,
+                          .weak_spp = 8192,
+                          .all_spp = 2048,
+                          .once_spp = 1024,
+                          .notice = 1.05f,
+                          .connections_notice = 1.1f});
 }
 
 // Coefficients are per length: with 2^-k of them, a scene 2^k times as large has the same bits.

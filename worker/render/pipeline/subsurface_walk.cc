@@ -104,8 +104,12 @@ void step(const RenderScene& scene, const SampleStream<Lane>& stream, int n, con
   const LaneMask meets = mask_and(hit, mask_not(collides));
   const Lane outside = gather(m.outside, g.slot);
   const LaneInt material = gather(scene.primitive_material.data(), select(hit, path.prim, LaneInt{}));
-  const LaneMask arrives =
-      mask_and(meets, mask_and(LaneMask(material == boundary), LaneMask(dot(s.ng, d) * outside > 0.0f)));
+  const LaneMask of_boundary = mask_and(meets, LaneMask(material == boundary));
+  const Lane outward = dot(s.ng, d) * outside;
+  const LaneMask goes_out = mask_and(of_boundary, LaneMask(outward > 0.0f));
+  const LaneMask goes_in = mask_and(of_boundary, LaneMask(outward < 0.0f));
+  const LaneInt within = gather(m.within, g.slot);
+  const LaneMask arrives = mask_and(goes_out, LaneMask(within == 0));
   const Lane gone = gather(m.gone, g.slot) + min(left, far);
 
   const LaneMask passes = mask_and(meets, mask_not(arrives));
@@ -115,6 +119,8 @@ void step(const RenderScene& scene, const SampleStream<Lane>& stream, int n, con
     store_paths(beyond, g.slot, mask_bits(passes), &paths);
     scatter(m.left, g.slot, max(left - far, Lane{}), passes);
     scatter(m.gone, g.slot, gone, passes);
+    const LaneInt one = splat_int<Lane>(1);
+    scatter(m.within, g.slot, within + select(goes_in, one, select(goes_out, -one, LaneInt{})), passes);
   }
   const LaneMask ends = mask_or(collides, arrives);
   if (!any(ends)) {
@@ -187,6 +193,7 @@ void enter_bodies(const StageContext& context, const SampleStream<Lane>& stream,
   scatter(m.collisions, v.path, Lane{}, enters);
   scatter(m.left, v.path, splat<Lane>(-1.0f), enters);
   scatter(m.gone, v.path, Lane{}, enters);
+  scatter(m.within, v.path, LaneInt{}, enters);
   scatter(m.body, v.path, to_int(select(enters, v.params.p[kBodyNumberSlot], Lane{})), enters);
   scatter(m.boundary, v.path, gather(context.scene.primitive_material.data(), prim), enters);
   append(&m.walking, v.path, enters);

@@ -8,8 +8,10 @@
 // and exit included, is one scattering event, as in pbrt.
 //
 // The boundary is whatever has the material that was entered, in front of or behind other surfaces: they do
-// not stop a walk, nor does the boundary where it is met from outside. Outside is the side that the path came
-// from: a body may be an open sheet, and normals may point either way.
+// not stop a walk. Outside is the side that the path came from: a body may be an open sheet, and normals may
+// point either way. Where the boundary is met from outside, as another ball of that material is, the walk
+// goes through, and once more through it, or through another, on its way out: what overlaps is one body. Only
+// so are there as many ways from x to y as back, which MIS relies on.
 //
 // Sampling. As in medium_walk.h the channel whose mean free path a segment is drawn from is chosen in
 // proportion to the throughput, and segments are weighted by the density over all channels, so that the sum
@@ -41,6 +43,7 @@ struct BodyWalks {
   alignas(32) float collisions[kWavefront];  // so far
   alignas(32) float left[kWavefront];        // of the segment: way to the collision; negative: not drawn yet
   alignas(32) float gone[kWavefront];        // and way so far, through surfaces that are not the boundary
+  alignas(32) int32_t within[kWavefront];    // boundaries that were met from outside, less those met again
   alignas(32) int32_t body[kWavefront];      // number of its record
   alignas(32) int32_t boundary[kWavefront];  // material of its surface: perhaps a mix with the body's
 
