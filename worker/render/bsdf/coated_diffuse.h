@@ -91,11 +91,14 @@ struct CoatedDiffuse {
       return Ggx<F>{params.p[6]};
     }
   }
-  /// Probability of sampling the coat's lobe, by the albedos of the two lobes.
+  /// Probability of sampling the coat's lobe, by the albedos of the two lobes. The coat's counts twice: lamps
+  /// that it mirrors are found by these samples alone, where it is smooth, those that light the base by next
+  /// event.
   F coat_probability(const Side& s) const {
     F diffuse = max_component(s.to_base) * params.p[4] * max_component(params.rgb(0)) * kPi;
     if constexpr (kScattering) diffuse = diffuse + s.transmittance * scattering().constant(4);
-    return s.reflectance / max(s.reflectance + diffuse, splat<F>(1e-12f));
+    const F coat = 2.0f * s.reflectance;
+    return coat / max(coat + diffuse, splat<F>(1e-12f));
   }
 };
 
