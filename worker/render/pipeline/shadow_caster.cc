@@ -23,7 +23,7 @@ void flush_shadow_rays(const StageContext& context, bool splats, Wavefront& w) {
     }
   }
   w.counters.shadow_rays += static_cast<uint64_t>(q.count);
-  if (w.recorder) w.recorder->resolved(q, splats, thread_cpu_seconds() - start, w.media.get());
+  if (w.recorder) w.recorder->resolved(context, q, splats, thread_cpu_seconds() - start, w.media.get());
   const StageScope scope(w, Stage::kFilm);
   if (splats) {
     film_add_splats(context, w);

@@ -55,7 +55,8 @@ void StrategyRecorder::queued(int l, int i, float size) {
   entry.size = size;
 }
 
-void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seconds, const MediaWork* media) {
+void StrategyRecorder::resolved(const StageContext& context, const ShadowRays& rays, bool splats,
+                                double seconds, const MediaWork* media) {
   for (int i = 0; i < rays.count; ++i) {
     const auto k = static_cast<size_t>(i);
     Announced& a = pending_[k];
@@ -74,16 +75,22 @@ void StrategyRecorder::resolved(const ShadowRays& rays, bool splats, double seco
     c.cpu_seconds += seconds / rays.count;
     ++(rays.occluded[k] ? c.occluded : c.visible);
     if (rays.occluded[k]) continue;
-    const uint32_t pixel = splats ? static_cast<uint32_t>(rays.target[k]) : pixel_of(a.slot);
-    contributions.push_back({a.s,
-                             a.t,
-                             a.slot,
-                             a.light_slot,
-                             pixel,
-                             {rays.r[k], rays.g[k], rays.b[k]},
-                             a.weight,
-                             a.size,
-                             a.shares});
+    StrategyContribution made{a.s,
+                              a.t,
+                              a.slot,
+                              a.light_slot,
+                              splats ? static_cast<uint32_t>(rays.target[k]) : pixel_of(a.slot),
+                              {rays.r[k], rays.g[k], rays.b[k]},
+                              a.weight,
+                              a.size,
+                              a.shares};
+    if (splats && !context.filter.is_one_pixel()) {
+      const DrawnSplat drawn = draw_splat(context, rays.raster_x[k], rays.raster_y[k], rays.small_choice[k]);
+      if (drawn.pixel < 0) continue;
+      made.pixel = static_cast<uint32_t>(drawn.pixel);
+      for (float& x : made.rgb) x *= drawn.weight;
+    }
+    contributions.push_back(made);
     if (weigh_guide) odds.push_back(splats ? kEvenOdds : vertex_odds_[static_cast<size_t>(a.slot)]);
   }
   resolving_seconds_ += seconds;

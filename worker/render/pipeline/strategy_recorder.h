@@ -42,7 +42,7 @@ struct StrategyContribution {
   int32_t s = 0, t = 0;      // vertices of the light and of the camera subpath
   int32_t slot = 0;          // of the camera path within the cell; of splats of the light path
   int32_t light_slot = -1;   // of the light path within its wavefront, if there is one
-  uint32_t pixel = 0;        // row-major in the full frame; of a splat SplatTarget's
+  uint32_t pixel = 0;        // row-major in the full frame; of a splat draw_splat's
   float rgb[3] = {0, 0, 0};  // weighted, on the scale of a pixel sample
   float weight = 0;          // MIS weight within rgb
   float size = kNoRoulette;  // what roulette judged it by (connection_survival)
@@ -99,7 +99,8 @@ class StrategyRecorder {
   void queued(int l, int i, float size);
   /// The queue was tested; `seconds` is shared out by entries. With media, what was announced is without P~
   /// of the segments (medium_walk.h).
-  void resolved(const ShadowRays& rays, bool splats, double seconds, const MediaWork* media);
+  void resolved(const StageContext& context, const ShadowRays& rays, bool splats, double seconds,
+                const MediaWork* media);
   /// Camera paths in `mask` hit an emitter or escaped after t - 1 segments.
   void emission(int t, LaneInt slot, LaneMask mask, const Vec3<Lane>& rgb, Lane weight,
                 const FamilyRatios& ratios);

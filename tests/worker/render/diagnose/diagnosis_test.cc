@@ -85,6 +85,19 @@ TEST(Diagnosis, UnweightedStrategiesOfOneLengthAgree) {
   EXPECT_GT(mean(*next_event), 1.2 * mean(*d.film.weighted(1, 2, 256)));
 }
 
+// A lamp in sight reaches as far as the filter by hits and by lens connections.
+TEST(Diagnosis, EmittersAreSeenThroughTheFilter) {
+  TestScene s;
+  s.quad({-0.3, -0.3, 2}, {0, 0.5, 0}, {0.7, 0, 0}, s.diffuse(0.0f), {.radiance = {1, 2, 3}});
+  s.camera({0, 0, 0}, {0, 0, 1}, 60).film(16, 16);
+  s.scene.film.crop = {{4.0 / 16, 1, 5.0 / 16, 1}};  // across the lamp
+  s.scene.filter = {.kind = FilterKind::kGaussian, .xradius = 2, .yradius = 2};
+  const Diagnosis d = diagnose(s.scene, settings_for(s.scene, Integrator::kBdpt, 4096, 1), 2, always);
+  const auto hits = d.film.unweighted(0, 2, 4096), lens = d.film.unweighted(1, 1, 4096);
+  ASSERT_TRUE(hits && lens);
+  for (size_t k = 0; k < hits->data.size(); ++k) EXPECT_NEAR(lens->data[k], hits->data[k], 0.06f) << k;
+}
+
 // The noise of sets that did not run is predicted from one that did, against renders of those sets: 256 seeds
 // of one sample per pixel each, so that nothing is stratified within a pixel. Lens connections are stratified
 // over the light paths of a cell, which the prediction does not know: it may be too high there.

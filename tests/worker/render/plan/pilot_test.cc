@@ -130,6 +130,29 @@ TEST(Pilot, PredictsHowLittleNoiseIsAtEdgesOfALamp) {
   }
 }
 
+// The filter spreads lamps in sight over pixels that they do not cover: there hits find them rarely, and are
+// far brighter than what is on average. Light paths are predicted to be noisier than they are: as many as are
+// its due leave each lamp, which the pilot takes for chance.
+TEST(Pilot, KnowsThatAFilterSpreadsLampsInSight) {
+  TestScene s;
+  for (int i = 0; i < 120; ++i) {
+    const auto part = [&](double step) { return std::fmod(i * step, 1.0); };
+    s.sphere({4 * part(0.618) - 2, 2 * part(0.755) - 0.6, 3 + 2 * part(0.57)}, 0.01 + 0.04 * part(0.41),
+             s.diffuse(0.0f), Emits{{30, 20, 10}});
+  }
+  s.camera({0, 0.5, -1}, {0, 0.5, 0}, 50).film(96, 72);
+  s.scene.filter = FilterDescription{};  // gaussian of radius 1.5
+  const std::vector<PlanNoise> noise = noise_of_plans(s, [](const SamplingPlan& p) {
+    return (p.strategies & (kNextEvent | kVertexConnections)) == kNextEvent && p.lens_weight == 1;
+  });
+  ASSERT_EQ(noise.size(), 6u);
+  for (const PlanNoise& n : noise) {
+    const bool light_paths = n.plan.find("lens") != std::string::npos;
+    EXPECT_GT(n.predicted / n.measured, light_paths ? 1 : 1 / 1.5) << n.plan;
+    EXPECT_LT(n.predicted / n.measured, light_paths ? 3 : 1.5) << n.plan;
+  }
+}
+
 // In a caustic most of the noise is the lamp met by way of the floor and the glass: so rarely that a pilot
 // may not see it, and by the same paths whatever the plan. What plans differ in is predicted.
 TEST(Pilot, PredictsWhatPlansDifferInWhereRarePathsMakeTheNoise) {
