@@ -2,7 +2,7 @@
 // checkpoint, and what becomes of --target-error, on six small scenes.
 //
 //   error_coverage [--all] [--scene NAME] [--runs N] [--side PIXELS] [--superblocks N] [--needed N]
-//   [--first-seed N] [--threads N]
+//   [--first-seed N] [--threads N] [--gaussian]
 //
 // --all: 200 runs of 24 x 24 pixels and 40 superblocks a scene (about 6 minutes of CPU). Prints a table; exit
 // code 1 if a bar is missed: an interval holds the true error in 90 % of the runs at least at every
@@ -18,7 +18,7 @@
 int main(int argc, char** argv) {
   using namespace lightmill::test;
   CLI::App app("Coverage of error estimates");
-  bool all = false;
+  bool all = false, gaussian = false;
   int runs = 40, side = 24, threads = static_cast<int>(std::thread::hardware_concurrency());
   int64_t superblocks = 27, needed = 12;
   uint64_t first_seed = 1000;
@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   app.add_option("--needed", needed, "superblocks that the stop rule's target takes")
       ->check(CLI::Range(1, 4096));
   app.add_option("--first-seed", first_seed, "of the runs' seeds, which follow each other");
+  app.add_flag("--gaussian", gaussian, "pbrt's default pixel filter, not a box of one pixel");
   app.add_option("--threads", threads)->check(CLI::Range(1, 1024));
   CLI11_PARSE(app, argc, argv);
   if (all) {
@@ -41,7 +42,7 @@ int main(int argc, char** argv) {
   bool good = true;
   int total = 0, kept = 0;
   std::vector<double> medians;
-  for (const ErrorScene& scene : error_scenes(side)) {
+  for (const ErrorScene& scene : error_scenes(side, gaussian)) {
     if (!only.empty() && scene.name != only) continue;
     const CoverageResult result = measure_coverage(scene, runs, superblocks, needed, threads, first_seed);
     std::printf("%s\n  batches    spp  covered    bias  half-width\n", scene.name.c_str());

@@ -64,10 +64,11 @@ TestScene outdoors() {
 
 }  // namespace
 
-std::vector<ErrorScene> error_scenes(int side) {
+std::vector<ErrorScene> error_scenes(int side, bool gaussian) {
   std::vector<ErrorScene> scenes;
   const auto add = [&](const char* name, TestScene scene, Integrator integrator) {
     scene.film(side, side);
+    if (gaussian) scene.scene.filter = FilterDescription{};
     const RenderSettings settings = settings_for(scene.scene, integrator, kPlannedSpp, kDepth);
     scenes.push_back({name, std::move(scene.scene), settings});
   };

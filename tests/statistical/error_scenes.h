@@ -17,8 +17,9 @@ struct ErrorScene {
 };
 
 /// diffuse (pt), glossy (bdpt), caustic (pt: fireflies), environment (pt), point-glass (bdpt: all of the
-/// caustic is splats), splats (lt); `side` x `side` pixels.
-std::vector<ErrorScene> error_scenes(int side);
+/// caustic is splats), splats (lt); `side` x `side` pixels. `gaussian`: through pbrt's default filter, by
+/// which neighbours share splats, instead of a box of one pixel.
+std::vector<ErrorScene> error_scenes(int side, bool gaussian = false);
 
 /// Renders superblocks of one scene. Single-threaded.
 class SuperblockRenderer {
