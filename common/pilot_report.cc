@@ -26,8 +26,10 @@ constexpr std::pair<const char*, double SampleWork::*> kWork[] = {
     {"primitives", &SampleWork::primitives}};
 /// What older reports do not have.
 constexpr std::pair<const char*, double SampleWork::*> kLater[] = {
+    {"camera_steps", &SampleWork::camera_steps},
     {"connection_tries", &SampleWork::connection_tries},
     {"lens_tries", &SampleWork::lens_tries},
+    {"light_steps", &SampleWork::light_steps},
     {"next_event_tries", &SampleWork::next_event_tries},
     {"splat_pixels", &SampleWork::splat_pixels}};
 
@@ -55,6 +57,13 @@ SampleWork& SampleWork::operator+=(const SampleWork& o) {
   for (const auto& [name, member] : kWork) this->*member += o.*member;
   for (const auto& [name, member] : kLater) this->*member += o.*member;
   return *this;
+}
+
+SampleWork SampleWork::times(double factor) const {
+  SampleWork work;
+  for (const auto& [name, member] : kWork) work.*member = this->*member * factor;
+  for (const auto& [name, member] : kLater) work.*member = this->*member * factor;
+  return work;
 }
 
 std::string pilot_to_json(const PilotReport& report) {

@@ -17,7 +17,9 @@ struct SampleWork {
   // What the strategies evaluated, of which the rays are what was not zero nor lost to roulette.
   double next_event_tries = 0, connection_tries = 0, lens_tries = 0;
   double splat_pixels = 0;  // of the pixel filter: to how many pixels a splat goes; of older reports 0
+  double camera_steps = 0, light_steps = 0;  // of walks through bodies; of older reports 0
   SampleWork& operator+=(const SampleWork& o);
+  SampleWork times(double factor) const;
 };
 
 /// A plan with what the pilot predicts of it.

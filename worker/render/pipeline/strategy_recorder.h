@@ -83,8 +83,11 @@ class StrategyRecorder {
   Table counts{};                                    // [s][t]
   std::array<PathStart, kWavefront> light_starts{};  // of the last light paths, by slot
   double light_subpath_seconds = 0, camera_subpath_seconds = 0;
-  uint64_t camera_hits = 0, light_hits = 0;  // surfaces that paths met
-  uint64_t inconsistent_hits = 0;            // ended where shading and geometric normal disagree on the side
+  uint64_t camera_hits = 0, light_hits = 0;    // surfaces that paths met
+  uint64_t camera_steps = 0, light_steps = 0;  // of their walks through bodies
+  /// Of these the camera paths', by slot.
+  std::array<uint32_t, kWavefront> hits_of_path{}, steps_of_path{};
+  uint64_t inconsistent_hits = 0;  // ended where shading and geometric normal disagree on the side
 
   void begin_layer(int cell_x, int cell_y, int film_width) {
     cell_x_ = cell_x, cell_y_ = cell_y, width_ = film_width;
@@ -115,6 +118,8 @@ class StrategyRecorder {
   void start_light_paths(int base, Lane dvc, LaneInt light, const Vec3<Lane>& direction);
   /// M3: everything is divided by the cosine.
   void hit(bool light, LaneInt slot, LaneMask mask, Lane inv_cos);
+  /// Paths in these slots take a step through a body.
+  void walk_steps(bool light, const std::vector<int32_t>& slots);
   /// M4, M5: parts are scaled by `gain`; at depth 1 `dvcm_term` is the family's own.
   void scatter(bool light, int depth, LaneInt slot, LaneMask mask, Lane gain, Lane dvcm_term);
   /// Camera paths leave their vertices; `odds` per lane.

@@ -19,9 +19,16 @@ void StrategyRecorder::hit(bool light, LaneInt slot, LaneMask mask, Lane inv_cos
   for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
     Parts& p = paths[static_cast<size_t>(lane(slot, l))];
+    if (!light) ++hits_of_path[static_cast<size_t>(lane(slot, l))];
     const float f = lane(inv_cos, l);
     p = {p.next_event * f, p.hit * f, p.lens * f};
   }
+}
+
+void StrategyRecorder::walk_steps(bool light, const std::vector<int32_t>& slots) {
+  (light ? light_steps : camera_steps) += slots.size();
+  if (light) return;
+  for (const int32_t slot : slots) ++steps_of_path[static_cast<size_t>(slot)];
 }
 
 void StrategyRecorder::scatter(bool light, int depth, LaneInt slot, LaneMask mask, Lane gain,

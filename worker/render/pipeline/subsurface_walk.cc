@@ -8,6 +8,7 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/lane_group.h"
 #include "worker/render/pipeline/path_times.h"
+#include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/sampling/warp.h"
 #include "worker/render/scene/mix.h"
 #include "worker/render/scene/subsurface_body.h"
@@ -223,6 +224,7 @@ void walk_through_bodies(const StageContext& context, const LayerContext& layer,
     context.accel.closest_hits(w.paths.rays, m.walking.data(), static_cast<int>(m.walking.size()),
                                times_of_rays(context.scene, w.paths));
     w.counters.closest_hit_rays += m.walking.size();
+    if (w.recorder) w.recorder->walk_steps(light, m.walking);
     m.next.clear();
     for (size_t base = 0; base < m.walking.size(); base += kLanes) {
       const Group g(m.walking, base);

@@ -8,6 +8,7 @@
 #include "common/parallel.h"
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/plan/cost_model.h"
 #include "worker/render/plan/pilot_sight.h"
 #include "worker/render/plan/pilot_values.h"
 #include "worker/render/plan/plan_choice.h"
@@ -43,6 +44,13 @@ class Pilot {
   }
 
  private:
+  struct CellResult {
+    CellMoments moments;
+    SampleWork work;
+    std::vector<SampleWork> paths_of_blocks;
+    RenderCounters counters;
+  };
+
   static RenderSettings pilot_settings(const Renderer& scene) {
     RenderSettings settings = scene.settings();
     settings.plan = SamplingPlan{.strategies = scene.plan().possible, .connections = kRecordedConnections};
@@ -105,6 +113,7 @@ class Pilot {
             renderer_.record_packet({rect.x0, rect.y0, s, s + 1}, *workspace, nullptr, *recorder);
         result.counters += counters;
         moments.add_sample(recorder->contributions, sight_.block(j));
+        add_work_of_paths(*recorder, &result);
         result.work += take_work(recorder.get());
       }
       std::array<bool, kCellPixels> inside{}, looked_at{};
@@ -117,6 +126,26 @@ class Pilot {
       }
       result.moments = moments.end_cell(inside, looked_at);
     }
+  }
+
+  /// Camera paths' part of the work, by blocks.
+  void add_work_of_paths(const StrategyRecorder& recorder, CellResult* result) const {
+    const int side = std::min(regions_.side, kCellSize), columns = kCellSize / side;
+    result->paths_of_blocks.resize(static_cast<size_t>(columns * columns));
+    for (int slot = 0; slot < kCellPixels; ++slot) {
+      SampleWork& block = result->paths_of_blocks[static_cast<size_t>(slot / kCellSize / side * columns +
+                                                                      slot % kCellSize / side)];
+      block.camera_hits += recorder.hits_of_path[static_cast<size_t>(slot)];
+      block.camera_steps += recorder.steps_of_path[static_cast<size_t>(slot)];
+    }
+  }
+  /// What those of block number `b` cost without their connections. A path that leaves the scene has cast one
+  /// ray more than it has hits.
+  double cost_of_paths(const CellResult& cell, size_t b) const {
+    SampleWork work = cell.paths_of_blocks[b];
+    work.camera_hits += static_cast<double>(cell.moments.blocks[b].all_looked_at() * sight_.samples);
+    work.primitives = view().primitives;
+    return camera_cost(work, {.strategies = kEmissionHits});
   }
 
   /// The work since the last call, which also forgets the contributions.
@@ -138,6 +167,8 @@ class Pilot {
     }
     work.camera_hits = static_cast<double>(recorder->camera_hits);
     work.light_hits = static_cast<double>(recorder->light_hits);
+    work.camera_steps = static_cast<double>(recorder->camera_steps);
+    work.light_steps = static_cast<double>(recorder->light_steps);
     work.connection_rays /= kRecordedConnections;
     work.connection_tries /= kRecordedConnections;
     forget(recorder);
@@ -146,7 +177,8 @@ class Pilot {
   static void forget(StrategyRecorder* recorder) {
     recorder->clear();
     recorder->counts = {};
-    recorder->camera_hits = recorder->light_hits = 0;
+    recorder->camera_hits = recorder->light_hits = recorder->camera_steps = recorder->light_steps = 0;
+    recorder->hits_of_path = recorder->steps_of_path = {};
   }
 
   /// Adds up cells in their order, whoever rendered them.
@@ -157,6 +189,8 @@ class Pilot {
       CellResult& from = results_[i];
       counters_ += from.counters;
       sums_.work += from.work;
+      double cost = 0;
+      for (size_t b = 0; b < from.moments.blocks.size(); ++b) cost += cost_of_paths(from, b);
       const CellRect rect = sight_.rect(i);
       for (size_t b = 0; b < from.moments.blocks.size(); ++b) {
         const int x = rect.x0 * kCellSize + static_cast<int>(b) % columns * side,
@@ -165,9 +199,9 @@ class Pilot {
         if (block.pixels[0] + block.pixels[1] == 0) continue;
         RegionSums& to = sums_.regions[static_cast<size_t>(regions_.at(x, y))];
         to.noise += block;
-        // Work is known per cell.
-        to.camera_work += from.work;
-        to.camera_paths += static_cast<double>(from.counters.camera_paths);
+        // All work is known per cell; the more of it is a block's, the more its paths do.
+        if (cost > 0) to.camera_work += from.work.times(cost_of_paths(from, b) / cost);
+        to.camera_paths += static_cast<double>(block.all_looked_at() * sight_.samples);
       }
       from.moments.blocks.clear();
     }
@@ -208,12 +242,6 @@ class Pilot {
     return {regions_, sight_.samples, static_cast<double>(renderer_.plan().primitives),
             double{renderer_.context().filter.splat_pixels}};
   }
-
-  struct CellResult {
-    CellMoments moments;
-    SampleWork work;
-    RenderCounters counters;
-  };
 
   const RenderSettings settings_;
   const PilotSight sight_;

@@ -110,7 +110,8 @@ class Choice {
 
   SampleWork per_path(SampleWork work, double paths) const {
     for (double* w : {&work.camera_hits, &work.light_hits, &work.next_event_rays, &work.connection_rays,
-                      &work.lens_rays, &work.next_event_tries, &work.connection_tries, &work.lens_tries})
+                      &work.lens_rays, &work.next_event_tries, &work.connection_tries, &work.lens_tries,
+                      &work.camera_steps, &work.light_steps})
       *w /= std::max(paths, 1.0);
     work.primitives = view_.primitives;
     work.splat_pixels = view_.splat_pixels;

@@ -14,8 +14,8 @@ namespace lightmill {
 /// What a pilot has seen of a region of the film.
 struct RegionSums {
   BlockMoments noise;
-  SampleWork camera_work;   // of the cells that it has a part in
-  double camera_paths = 0;  // of these
+  SampleWork camera_work;   // of its camera paths
+  double camera_paths = 0;  // so many
 };
 
 /// What a pilot has seen, all cells together.

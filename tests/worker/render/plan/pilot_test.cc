@@ -281,6 +281,31 @@ TEST(CostModel, ChargesForWhatRuns) {
   const double few = cost(kAllStrategies, 1, 1);
   work.primitives = 1e6;
   EXPECT_LT(few, cost(kAllStrategies, 1, 1));
+  const double without = cost(pt, 1, 1), without_light = cost(kAllStrategies, 1, 1) - without;
+  work.camera_steps = 5;
+  EXPECT_LT(without, cost(pt, 1, 1));
+  const double camera_steps = cost(kAllStrategies, 1, 1) - cost(pt, 1, 1);
+  EXPECT_NEAR(camera_steps, without_light, 1e-9);
+  work.light_steps = 5;
+  EXPECT_LT(camera_steps, cost(kAllStrategies, 1, 1) - cost(pt, 1, 1));
+}
+
+// Walks through bodies are work, where a body is in sight or lit.
+TEST(Pilot, CountsStepsThroughBodies) {
+  const auto work_of = [](bool body) {
+    TestScene s = cornell_room();
+    SubsurfaceMaterial milk;
+    milk.sigma_s = {20, 20, 20};
+    milk.sigma_a = {0.1f, 0.1f, 0.1f};
+    s.scene.materials.push_back({"", milk, {}});
+    s.sphere({0, 0, 0}, 0.5, body ? static_cast<int>(s.scene.materials.size()) - 1 : s.diffuse(0.8f));
+    return pilot_of(s.film(48, 48)).work;
+  };
+  const SampleWork with = work_of(true), without = work_of(false);
+  EXPECT_GT(with.camera_steps, with.camera_hits);
+  EXPECT_GT(with.light_steps, 0.1);
+  EXPECT_EQ(without.camera_steps, 0);
+  EXPECT_EQ(without.light_steps, 0);
 }
 
 }  // namespace
