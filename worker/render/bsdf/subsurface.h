@@ -10,11 +10,13 @@
 //             reflected diffusely
 // Reciprocal, as f(in, out) = f(out, in) / eta^2, and nothing is lost. To leave is to have pbrt's S_w.
 //
-// A vertex of kSubsurface or kRoughSubsurface is met from outside: it reflects, or a sample enters. A vertex
-// of an exit kind is where a walk ended; it lights and is lit from outside only, on the side of `wo`. Their
-// densities are those that mis.h needs on both ends of a walk, whose own density is the same both ways:
-//   entering  pdf T(wo), the probability; pdf_reverse |cos wo| / pi, of leaving along wo
-//   leaving   pdf |cos wi| / pi; pdf_reverse T(wi), the probability of entering by wi
+// A vertex of kSubsurface or kRoughSubsurface is met from outside: it reflects, or a sample enters. To
+// reflect has twice the odds that are its due, as a coat's lobe has (coated_diffuse.h): P(w) = T / (2 - T) is
+// the probability of entering. A vertex of an exit kind is where a walk ended; it lights and is lit from
+// outside only, on the side of `wo`. Their densities are those that mis.h needs on both ends of a walk, whose
+// own density is the same both ways:
+//   entering  pdf P(wo); pdf_reverse |cos wo| / pi, of leaving along wo
+//   leaving   pdf |cos wi| / pi; pdf_reverse P(wi)
 #include "worker/render/bsdf/coated_diffuse.h"
 
 namespace lightmill {
@@ -24,6 +26,12 @@ template <class F, bool kRough>
 inline F entering_share(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& w) {
   const CoatedDiffuse<F, kRough, false, false> coat{params, of_kind};
   return min(coat.side(w).to_base.x, splat<F>(1.0f));
+}
+
+/// P above, of T.
+template <class F>
+inline F entering_probability(F share) {
+  return share / (2.0f - share);
 }
 
 /// What a rough boundary reflects.
@@ -41,8 +49,11 @@ inline BsdfEval<F> eval_subsurface_reflection(const BsdfParams<F>& params, MaskO
   const F reflected = fresnel_dielectric(min(abs(dot(wo, m)), splat<F>(1.0f)), params.p[3], &unused);
   BsdfEval<F> e;
   e.f = splat3<F>(1, 1, 1) * (d * ggx.g(wo, wi) * reflected / (co * ci));
-  e.pdf = (1.0f - entering_share<F, true>(params, of_kind, wo)) * d * ggx.g1(wo) / co;
-  e.pdf_reverse = (1.0f - entering_share<F, true>(params, of_kind, wi)) * d * ggx.g1(wi) / ci;
+  const auto reflects = [&](const Vec3<F>& w) {
+    return 1.0f - entering_probability<F>(entering_share<F, true>(params, of_kind, w));
+  };
+  e.pdf = reflects(wo) * d * ggx.g1(wo) / co;
+  e.pdf_reverse = reflects(wi) * d * ggx.g1(wi) / ci;
   return e;
 }
 
@@ -51,7 +62,7 @@ inline BsdfEval<F> eval_subsurface_reflection(const BsdfParams<F>& params, MaskO
 template <class F, bool kRough>
 inline BsdfSample<F> sample_subsurface(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
                                        F lobe, F u, F v) {
-  const F entering = entering_share<F, kRough>(params, of_kind, wo);
+  const F share = entering_share<F, kRough>(params, of_kind, wo), entering = entering_probability<F>(share);
   const MaskOf<F> enters = MaskOf<F>(lobe < entering);
   BsdfSample<F> s;
   s.valid = MaskOf<F>(wo.z != 0.0f);
@@ -73,9 +84,12 @@ inline BsdfSample<F> sample_subsurface(const BsdfParams<F>& params, MaskOf<F> of
     s.wi = {-wo.x, -wo.y, wo.z};
     s.pdf = s.pdf_reverse = splat<F>(1.0f);
     s.delta = mask_not(enters);
+    const F reflected = 1.0f - 0.5f * share;  // (1 - T) / (1 - P)
+    s.weight = {reflected, reflected, reflected};
   }
   s.wi = select(enters, Vec3<F>{F{}, F{}, -copysign(splat<F>(1.0f), wo.z)}, s.wi);
-  s.weight = select(enters, splat3<F>(1, 1, 1), s.weight);
+  const F entered = 2.0f - share;  // T / P
+  s.weight = select(enters, Vec3<F>{entered, entered, entered}, s.weight);
   s.pdf = select(enters, entering, s.pdf);
   s.pdf_reverse = select(enters, abs(wo.z) * kInvPi, s.pdf_reverse);
   return s;
@@ -90,7 +104,7 @@ inline BsdfEval<F> eval_subsurface_exit(const BsdfParams<F>& params, MaskOf<F> o
   BsdfEval<F> e;
   e.f = splat3<F>(1, 1, 1) * (t * kInvPi / select(of_kind, params.p[4], splat<F>(1.0f)));
   e.pdf = abs(wi.z) * kInvPi * one;
-  e.pdf_reverse = t;
+  e.pdf_reverse = entering_probability<F>(t);
   return e;
 }
 
@@ -103,7 +117,7 @@ inline BsdfSample<F> sample_subsurface_exit(const BsdfParams<F>& params, MaskOf<
   s.wi.z = copysign(s.wi.z, wo.z);
   const F t = entering_share<F, kRough>(params, of_kind, s.wi);
   s.weight = splat3<F>(1, 1, 1) * (t / select(of_kind, params.p[4], splat<F>(1.0f)));
-  s.pdf_reverse = t;
+  s.pdf_reverse = entering_probability<F>(t);
   s.valid = MaskOf<F>(t > 0.0f);
   s.delta = splat_mask<F>(false);
   return s;
