@@ -130,11 +130,10 @@ class Pilot {
 
   /// Camera paths' part of the work, by blocks.
   void add_work_of_paths(const StrategyRecorder& recorder, CellResult* result) const {
-    const int side = std::min(regions_.side, kCellSize), columns = kCellSize / side;
-    result->paths_of_blocks.resize(static_cast<size_t>(columns * columns));
+    const int side = std::min(regions_.side, kCellSize);
+    result->paths_of_blocks.resize(block_of_slot(kCellPixels - 1, side) + 1);
     for (int slot = 0; slot < kCellPixels; ++slot) {
-      SampleWork& block = result->paths_of_blocks[static_cast<size_t>(slot / kCellSize / side * columns +
-                                                                      slot % kCellSize / side)];
+      SampleWork& block = result->paths_of_blocks[block_of_slot(slot, side)];
       block.camera_hits += recorder.hits_of_path[static_cast<size_t>(slot)];
       block.camera_steps += recorder.steps_of_path[static_cast<size_t>(slot)];
     }

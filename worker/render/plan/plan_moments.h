@@ -42,6 +42,11 @@ struct RayCounts {
   double share(size_t plan) const { return recorded > 0 ? kept[plan] / recorded : 1; }
 };
 
+/// Number of the block of `side` x `side` pixels, row-major in its cell, that pixel `slot` is in.
+inline size_t block_of_slot(int slot, int side) {
+  return static_cast<size_t>(slot / kCellSize / side * (kCellSize / side) + slot % kCellSize / side);
+}
+
 /// Result of one cell: of its pixels inside the crop window.
 struct CellMoments {
   std::vector<BlockMoments> blocks;   // row-major
@@ -71,10 +76,7 @@ class MomentRecorder {
   struct Pixel {
     std::array<PerPlan, 3> sums[2]{}, squares{};  // sums per block
   };
-  BlockMoments& block_of(int slot) {
-    const int columns = kCellSize / side_;
-    return cell_.blocks[static_cast<size_t>(slot / kCellSize / side_ * columns + slot % kCellSize / side_)];
-  }
+  BlockMoments& block_of(int slot) { return cell_.blocks[block_of_slot(slot, side_)]; }
   void add_path(int slot, int block, const StrategyContribution* const* first, size_t count);
   void add_pairs(const std::array<PerPlan, 3>& sum, const std::array<PerPlan, 3>& squares, int slot);
 
