@@ -130,35 +130,26 @@ void spread_splats(const StageContext& context, Lane x, Lane y, const float* u, 
   }
 }
 
-/// Calls form(pixel, f) for the pixels of the crop window, row-major in the full frame, and of those beside
-/// it form(-1, f), that a splat at raster position (x, y) is given to, with the filter there.
-template <class Form>
-void each_splat_pixel(const StageContext& context, float x, float y, Form&& form) {
-  const auto* sphere = std::get_if<SphericalCamera>(&context.camera);
-  const PixelRect& crop = context.grid.crop;
-  FilterReach<float>(context.filter, x, y).each(0, [&](int i, int j, float f) {
-    if (sphere) sphere->wrap(&i, &j);
-    const bool inside = i >= crop.x0 && i < crop.x1 && j >= crop.y0 && j < crop.y1;
-    form(inside ? j * context.grid.width + i : -1, f);
-  });
-}
-
 /// One of the pixels that a splat is given to, which stands for all of them.
 struct DrawnSplat {
-  int32_t pixel;  // -1: it is beside the crop window
+  int32_t pixel;  // row-major in the full frame; -1: it is beside the crop window
   float weight;   // what the pixel receives of it then
 };
-/// Drawn by the size of the filter with uniform `u`.
+/// Drawn for raster position (x, y) by the size of the filter with uniform `u`.
 inline DrawnSplat draw_splat(const StageContext& context, float x, float y, float u) {
+  const FilterReach<float> reach(context.filter, x, y);
   float all = 0;
-  each_splat_pixel(context, x, y, [&](int32_t, float f) { all += std::fabs(f); });
-  DrawnSplat drawn{-1, 0};
-  float left = u * all;
-  each_splat_pixel(context, x, y, [&](int32_t pixel, float f) {
-    if (left >= 0) drawn = {pixel, std::copysign(all, f)};
+  reach.each(0, [&](int, int, float f) { all += std::fabs(f); });
+  float left = u * all, weight = 0;
+  int px = 0, py = 0;
+  reach.each(0, [&](int i, int j, float f) {
+    if (left >= 0) px = i, py = j, weight = std::copysign(all, f);
     left -= std::fabs(f);
   });
-  return drawn;
+  if (const auto* sphere = std::get_if<SphericalCamera>(&context.camera)) sphere->wrap(&px, &py);
+  const PixelRect& crop = context.grid.crop;
+  const bool inside = px >= crop.x0 && px < crop.x1 && py >= crop.y0 && py < crop.y1;
+  return {inside ? py * context.grid.width + px : -1, weight};
 }
 
 }  // namespace lightmill
