@@ -3,9 +3,9 @@
 //
 // Camera samples: a pixel's sample position is drawn with density f(p - centre), so its weight is 1 and it
 // touches its own pixel only. Splats: a light path that arrives at raster position p contributes f(p - c_j)
-// to every pixel j in reach (FilterReach). Both estimate the same integral. Filters are separable and normalised
-// to unit integral; gaussian as pbrt's: exp(-x^2/2s^2) minus its value at the radius. Where a filter is
-// negative its absolute value is sampled, and both weights carry the sign.
+// to every pixel j in reach (FilterReach). Both estimate the same integral. Filters are separable and
+// normalised to unit integral; gaussian as pbrt's: exp(-x^2/2s^2) minus its value at the radius. Where a
+// filter is negative its absolute value is sampled, and both weights carry the sign.
 #include <algorithm>
 #include <array>
 #include <cmath>

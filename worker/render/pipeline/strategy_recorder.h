@@ -83,10 +83,9 @@ class StrategyRecorder {
   Table counts{};                                    // [s][t]
   std::array<PathStart, kWavefront> light_starts{};  // of the last light paths, by slot
   double light_subpath_seconds = 0, camera_subpath_seconds = 0;
-  uint64_t camera_hits = 0, light_hits = 0;    // surfaces that paths met
-  uint64_t camera_steps = 0, light_steps = 0;  // of their walks through bodies
-  /// Of these the camera paths', by slot.
+  // Surfaces that paths met, and steps of their walks through bodies: of camera paths by slot.
   std::array<uint32_t, kWavefront> hits_of_path{}, steps_of_path{};
+  uint64_t light_hits = 0, light_steps = 0;
   uint64_t inconsistent_hits = 0;  // ended where shading and geometric normal disagree on the side
 
   void begin_layer(int cell_x, int cell_y, int film_width) {

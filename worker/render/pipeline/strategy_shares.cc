@@ -15,7 +15,7 @@ void StrategyRecorder::start_light_paths(int base, Lane dvc, LaneInt light, cons
 
 void StrategyRecorder::hit(bool light, LaneInt slot, LaneMask mask, Lane inv_cos) {
   auto& paths = light ? light_ : camera_;
-  (light ? light_hits : camera_hits) += static_cast<uint64_t>(std::popcount(mask_bits(mask)));
+  if (light) light_hits += static_cast<uint64_t>(std::popcount(mask_bits(mask)));
   for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
     Parts& p = paths[static_cast<size_t>(lane(slot, l))];
@@ -26,8 +26,10 @@ void StrategyRecorder::hit(bool light, LaneInt slot, LaneMask mask, Lane inv_cos
 }
 
 void StrategyRecorder::walk_steps(bool light, const std::vector<int32_t>& slots) {
-  (light ? light_steps : camera_steps) += slots.size();
-  if (light) return;
+  if (light) {
+    light_steps += slots.size();
+    return;
+  }
   for (const int32_t slot : slots) ++steps_of_path[static_cast<size_t>(slot)];
 }
 

@@ -23,9 +23,7 @@ constexpr double kNextEventTry = 0.0409, kConnectingHit = 0.0149, kConnectionTry
                  kSplatPixel = 0.0201;
 
 double hit_cost(const SampleWork& w) { return kHit + kHitPerLevel * std::log2(w.primitives + 1); }
-double steps_cost(const SampleWork& w, double steps) {
-  return steps > 0 ? steps * (kBodyStep + kHitPerLevel * std::log2(w.primitives + 1)) : 0;
-}
+double step_cost(const SampleWork& w) { return kBodyStep + kHitPerLevel * std::log2(w.primitives + 1); }
 double shadow_cost(const SampleWork& w) { return kShadow + kShadowPerLevel * std::log2(w.primitives + 1); }
 /// Filters of more than one pixel share what arrives out.
 double lens_ray_cost(const SampleWork& w) {
@@ -37,7 +35,7 @@ double lens_ray_cost(const SampleWork& w) {
 double camera_cost(const SampleWork& w, const SamplingPlan& plan) {
   double cost = 0;
   if (plan.strategies & kCameraLayer)
-    cost += kCameraPath + hit_cost(w) * w.camera_hits + steps_cost(w, w.camera_steps);
+    cost += kCameraPath + hit_cost(w) * w.camera_hits + step_cost(w) * w.camera_steps;
   if (plan.strategies & kNextEvent)
     cost += kNextEventTry * w.next_event_tries + shadow_cost(w) * w.next_event_rays;
   if (plan.strategies & kVertexConnections) {
@@ -50,7 +48,7 @@ double camera_cost(const SampleWork& w, const SamplingPlan& plan) {
 double sample_cost(const SampleWork& w, const SamplingPlan& plan) {
   double cost = camera_cost(w, plan);
   if (plan.strategies & kLightPaths)
-    cost += plan.light_paths * (kLightPath + hit_cost(w) * w.light_hits + steps_cost(w, w.light_steps));
+    cost += plan.light_paths * (kLightPath + hit_cost(w) * w.light_hits + step_cost(w) * w.light_steps);
   if (plan.strategies & kLensConnections)
     cost += plan.light_paths * (kLensTry * w.lens_tries + lens_ray_cost(w) * w.lens_rays);
   return cost;

@@ -164,9 +164,9 @@ class Pilot {
         }
       }
     }
-    work.camera_hits = static_cast<double>(recorder->camera_hits);
+    for (const uint32_t hits : recorder->hits_of_path) work.camera_hits += hits;
+    for (const uint32_t steps : recorder->steps_of_path) work.camera_steps += steps;
     work.light_hits = static_cast<double>(recorder->light_hits);
-    work.camera_steps = static_cast<double>(recorder->camera_steps);
     work.light_steps = static_cast<double>(recorder->light_steps);
     work.connection_rays /= kRecordedConnections;
     work.connection_tries /= kRecordedConnections;
@@ -176,7 +176,7 @@ class Pilot {
   static void forget(StrategyRecorder* recorder) {
     recorder->clear();
     recorder->counts = {};
-    recorder->camera_hits = recorder->light_hits = recorder->camera_steps = recorder->light_steps = 0;
+    recorder->light_hits = recorder->light_steps = 0;
     recorder->hits_of_path = recorder->steps_of_path = {};
   }
 
@@ -188,8 +188,12 @@ class Pilot {
       CellResult& from = results_[i];
       counters_ += from.counters;
       sums_.work += from.work;
-      double cost = 0;
-      for (size_t b = 0; b < from.moments.blocks.size(); ++b) cost += cost_of_paths(from, b);
+      std::vector<double> costs;
+      double all = 0;
+      for (size_t b = 0; b < from.moments.blocks.size(); ++b) {
+        costs.push_back(cost_of_paths(from, b));
+        all += costs.back();
+      }
       const CellRect rect = sight_.rect(i);
       for (size_t b = 0; b < from.moments.blocks.size(); ++b) {
         const int x = rect.x0 * kCellSize + static_cast<int>(b) % columns * side,
@@ -199,7 +203,7 @@ class Pilot {
         RegionSums& to = sums_.regions[static_cast<size_t>(regions_.at(x, y))];
         to.noise += block;
         // All work is known per cell; the more of it is a block's, the more its paths do.
-        if (cost > 0) to.camera_work += from.work.times(cost_of_paths(from, b) / cost);
+        if (all > 0) to.camera_work += from.work.times(costs[b] / all);
         to.camera_paths += static_cast<double>(block.all_looked_at() * sight_.samples);
       }
       from.moments.blocks.clear();

@@ -90,7 +90,8 @@ TEST(SubsurfaceBoundary, ReflectsWhatDoesNotEnter) {
   for (const auto& b : boundaries.all) {
     for (const double degrees : {0.0, 40.0, 75.0}) {
       const Vec3<float> wo = direction_at(degrees);
-      double entering = 0, chosen = 0, reflected = 0, transmitted_by_glass = 0, reflected_by_glass = 0;
+      double entering = 0, chosen = 0, reflected = 0, entered_weight = 0, reflected_weight = 0, pdf = 0;
+      double transmitted_by_glass = 0, reflected_by_glass = 0;
       constexpr int kGrid = 24, kLobes = 256;
       over_square(kGrid, [&](float u, float v) {
         for (int i = 0; i < kLobes; ++i) {
@@ -108,9 +109,12 @@ TEST(SubsurfaceBoundary, ReflectsWhatDoesNotEnter) {
           (s.wi.z < 0 ? entering : reflected) += share;
           if (s.wi.z < 0) {
             chosen += 1.0 / (kGrid * kGrid * kLobes);
+            entered_weight = double{s.weight.x}, pdf = double{s.pdf};
             EXPECT_NEAR(s.pdf_reverse, wo.z / M_PI, 1e-6);
             EXPECT_FALSE(s.delta);
-          } else if (!s.delta) {
+          } else if (s.delta) {
+            reflected_weight = double{s.weight.x};
+          } else {
             const auto e = eval_bsdf<float>(b.kind, true, b.params, wo, s.wi, Mode::kRadiance);
             EXPECT_EQ(e.pdf, s.pdf);
           }
@@ -118,7 +122,8 @@ TEST(SubsurfaceBoundary, ReflectsWhatDoesNotEnter) {
       });
       SCOPED_TRACE(testing::Message() << "eta " << b.eta << " alpha " << b.params.p[6] << " at " << degrees);
       if (b.kind == kSubsurface) {
-        EXPECT_NEAR(entering + reflected, 1, 0.004) << "but for one lobe number";
+        EXPECT_NEAR(pdf * entered_weight + (1 - pdf) * reflected_weight, 1, 1e-5);
+        EXPECT_NEAR(chosen, pdf, 1.0 / kLobes);
       } else {
         EXPECT_NEAR(entering, transmitted_by_glass, 0.015);
         EXPECT_NEAR(reflected, reflected_by_glass, 0.005);
