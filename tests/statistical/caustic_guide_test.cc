@@ -60,8 +60,7 @@ CausticGuide needless_guide(const RenderScene& scene) {
     const Vec3d w = normalized(to - from), p = scene.normalised_point(from);
     photons[i].p = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
     photons[i].power = 1;
-    sphere_to_square(Vec3<float>{static_cast<float>(w.x), static_cast<float>(w.y), static_cast<float>(w.z)},
-                     &photons[i].x, &photons[i].y);
+    photons[i].w = {static_cast<float>(w.x), static_cast<float>(w.y), static_cast<float>(w.z)};
   }
   CausticGuide guide = make_caustic_guide(photons);
   guide.share = 0.5f;

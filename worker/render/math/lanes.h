@@ -332,5 +332,9 @@ inline float lane(float x, int) { return x; }
 inline float lane(Float8 x, int l) { return x[l]; }
 inline int32_t lane(int32_t x, int) { return x; }
 inline int32_t lane(Int8 x, int l) { return x[l]; }
+inline void set_lane(float* x, int, float value) { *x = value; }
+inline void set_lane(Float8* x, int l, float value) { (*x)[l] = value; }
+inline void set_lane(int32_t* x, int, int32_t value) { *x = value; }
+inline void set_lane(Int8* x, int l, int32_t value) { (*x)[l] = value; }
 
 }  // namespace lightmill

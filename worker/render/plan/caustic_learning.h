@@ -1,11 +1,9 @@
 #pragma once
 // Learns where light comes through glass and off mirrors (light/caustic_guide.h).
 //
-// Light paths are followed as far as they meet nothing but mirrors and smooth glass; where they come to a
-// wide lobe then, they leave a photon. Of their directions, by flux, the tables are made. Whether the guide
-// pays is asked of camera paths that go by it: from the densities that they had, and would have had without
-// it, follows what the noise would be then (guide_trial.h). Paths that hardly ever happen without a guide
-// could not tell.
+// Of photons (photon_tracing.h) the guide's tables are made. Whether it pays is asked of camera paths that go
+// by it: from the densities that they had, and would have had without it, follows what the noise would be
+// then (guide_trial.h). Paths that hardly ever happen without a guide could not tell.
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill {

@@ -24,7 +24,7 @@ struct Seen {
 struct CellNoise {
   std::vector<PixelNoise> camera;
   std::vector<Seen> splats, guided;
-  double led = 0, led_unguided = 0;
+  double led = 0, led_unguided = 0, led_light = 0, led_squares = 0;
 };
 
 /// Those with camera vertices go by the odds of the camera path at hand.
@@ -50,6 +50,7 @@ class Trial {
     parallel_for(sight_.cells.size(), threads, [&](size_t i) { look_at(i); });
     values_.finish();
     GuideTrial sum;
+    double light = 0, squares = 0;
     for (const CellNoise& cell : cells_) {
       double now = weighed_sum(cell.camera, values_);
       for (const Seen& s : cell.splats) now += square(s, true);
@@ -64,7 +65,10 @@ class Trial {
       }
       sum.led += cell.led;
       sum.led_unguided += cell.led_unguided;
+      light += cell.led_light;
+      squares += cell.led_squares;
     }
+    if (squares > 0) sum.led_effective = light * light / squares;
     return sum;
   }
 
@@ -97,6 +101,9 @@ class Trial {
     if (c.s == 0 && of_path.front() < kLed) {
       cell->led += 1;
       cell->led_unguided += double{of_path.front()};
+      const double light = double{seen.rgb[0]} + double{seen.rgb[1]} + double{seen.rgb[2]};
+      cell->led_light += light;
+      cell->led_squares += light * light;
     }
     return true;
   }

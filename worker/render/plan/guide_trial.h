@@ -11,8 +11,10 @@ struct GuideTrial {
   /// Variance per share (kGuideShares), weighed as in relMSE and summed over what is looked at; by half of
   /// the samples.
   std::array<std::array<double, kGuideShares.size()>, 2> noise{};
-  /// Camera paths that met a light because of the guide, and how many would have without it.
-  double led = 0, led_unguided = 0;
+  /// Camera paths that met a light because of the guide, how many would have without it, and how many of
+  /// equal light would be as noisy (Kish 1965): where nearly all that are led to a light miss it, few have
+  /// all of its light.
+  double led = 0, led_unguided = 0, led_effective = 0;
 };
 
 /// By `paths` camera paths at most; fewer of an image so small that they would take longer than it.

@@ -4,32 +4,70 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "tests/support/statistics.h"
+#include "worker/render/math/equal_area.h"
 
 namespace lightmill::test {
 namespace {
+
+Vec3<float> on_sphere(float x, float y) {
+  return equal_area_square_to_sphere(0.5f * x + 0.5f, 0.5f * y + 0.5f);
+}
+
+Photon photon_from(const Vec3<float>& w, float power) {
+  Photon p;
+  p.w = {w.x, w.y, w.z};
+  p.power = power;
+  return p;
+}
 
 /// Photons on a floor, from a bright spot of the sky, a dim one, and a few from all over one half of it.
 std::vector<Photon> sky_with_spots(int count) {
   std::vector<Photon> photons;
   Random random(1);
   for (int i = 0; i < count; ++i) {
-    Photon& p = photons.emplace_back();
-    p.p = {random.uniform() - 0.5f, random.uniform() - 0.5f, 0.2f};
+    const float x = random.uniform() - 0.5f, y = random.uniform() - 0.5f;
     const float u = random.uniform() - 0.5f, v = random.uniform() - 0.5f;
+    Photon p;
     switch (i % 4) {
       case 0:
-        p.x = 0.9f * u, p.y = 0.9f * v, p.power = 0.1f;
+        p = photon_from(on_sphere(0.9f * u, 0.9f * v), 0.1f);
         break;
       case 1:
-        p.x = 0.2f + 0.4f * u, p.y = -0.1f + 0.2f * v, p.power = 0.2f;
+        p = photon_from(on_sphere(0.2f + 0.4f * u, -0.1f + 0.2f * v), 0.2f);
         break;
       default:
-        p.x = -0.3f + 0.2f * u, p.y = 0.2f + 0.3f * v, p.power = 1;
+        p = photon_from(on_sphere(-0.3f + 0.2f * u, 0.2f + 0.3f * v), 1);
         break;
     }
+    p.p = {x, y, 0.2f};
+    photons.push_back(p);
+  }
+  return photons;
+}
+
+/// Photons on the same floor from a lamp at `from` of radius `radius`, with their derivatives.
+std::vector<Photon> of_lamp(const Vec3<float>& from, float radius, int count) {
+  std::vector<Photon> photons;
+  Random random(6);
+  for (int i = 0; i < count; ++i) {
+    const Vec3<float> p{random.uniform() - 0.5f, random.uniform() - 0.5f, 0.2f};
+    const auto beside = [&] { return radius * (2 * random.uniform() - 1); };
+    const Vec3<float> to = Vec3<float>{from.x + beside(), from.y + beside(), from.z} - p;
+    const float distance = std::sqrt(dot(to, to));
+    const Vec3<float> w = normalize(to);
+    Photon photon = photon_from(w, 1);
+    photon.p = {p.x, p.y, p.z};
+    // d((l - p) / |l - p|) / dp = (w w^T - 1) / |l - p|
+    const std::array<float, 3> c{w.x, w.y, w.z};
+    for (size_t row = 0; row < 3; ++row) {
+      for (size_t k = 0; k < 3; ++k)
+        photon.turn[3 * row + k] = (c[row] * c[k] - (row == k ? 1.0f : 0.0f)) / distance;
+    }
+    photons.push_back(photon);
   }
   return photons;
 }
@@ -58,7 +96,7 @@ TEST(CausticGuide, DrawsByItsDensity) {
       all += part;
     }
   }
-  EXPECT_NEAR(all, 1, 0.01) << "leaves are finer than the grid";
+  EXPECT_NEAR(all, 1, 0.01);
   Random random(2);
   for (int i = 0; i < kSamples; ++i) {
     const float u = random.uniform(), v = random.uniform();
@@ -73,22 +111,67 @@ TEST(CausticGuide, DrawsByItsDensity) {
   EXPECT_TRUE(chi_square_passes(chi_square(observed, expected)));
 }
 
-// Exactly, by importance sampling: mean of f / density over draws is the integral of f over the window.
+// The cone around the lamp holds all but a few of its draws.
 TEST(CausticGuide, DensitiesAreNormalised) {
-  const CausticGuide guide = make_caustic_guide(sky_with_spots(4096));
-  const auto tables = tables_at<float>(guide, {0, 0, 0.2f});
-  const GuideWindow& w = guide.windows[static_cast<size_t>(
-      guide.table_of[static_cast<size_t>(guide.grid.at<float>({0, 0, 0.2f}))])];
+  std::vector<Photon> photons = of_lamp({0.3f, 0.2f, 1}, 0.2f, 4096);
+  const CausticGuide guide = make_caustic_guide(photons);
+  const auto here = tables_at<float>(guide, {0.1f, 0, 0.2f});
   Random random(3);
+  const Vec3<float> axis = normalize(Vec3<float>{0.2f, 0.2f, 0.8f});
+  const Frame<float> frame(axis);
+  constexpr float kVersine = 0.3f;
+  constexpr int kDraws = 400000;
   std::vector<double> batches(32);
   for (double& b : batches) {
-    for (int i = 0; i < 20000; ++i) {
-      const float u = random.uniform(), v = random.uniform();
-      b += 1 / double{tables.density(tables.draw(u, v))} / 20000;
+    for (int i = 0; i < kDraws; ++i) {
+      const float versine = kVersine * random.uniform(), r = std::sqrt(versine * (2 - versine));
+      float sine, cosine;
+      sincos_2pi(random.uniform(), &sine, &cosine);
+      const Vec3<float> w = frame.to_world({r * cosine, r * sine, 1 - versine});
+      b += 2 * M_PI * double{kVersine} * double{here.density(w)} / kDraws;
     }
   }
-  const double window = double{w.x1 - w.x0} * double{w.y1 - w.y0} * M_PI;
-  EXPECT_TRUE(mean_is(estimate(batches), window, {.resolution = 0.05}));
+  EXPECT_TRUE(mean_is(estimate(batches), 1, {.resolution = 0.03}));
+}
+
+// A lamp is found from between its photons by their derivatives, however small it is beside the cell: without
+// them paths go to where it would be seen from other places.
+TEST(CausticGuide, FollowsALampThroughItsCell) {
+  for (const float radius : {0.01f, 1e-3f}) {
+    std::vector<Photon> photons = of_lamp({0.3f, 0.2f, 1}, radius, 4096);
+    Random random(8);
+    const auto share_that_hits = [&](const CausticGuide& guide) {
+      int hits = 0;
+      for (int i = 0; i < 4000; ++i) {
+        const Vec3<float> p{random.uniform() - 0.5f, random.uniform() - 0.5f, 0.2f};
+        const float u = random.uniform(), v = random.uniform();
+        const auto tables = tables_at<float>(guide, p);
+        if (!tables.mask) continue;
+        const Vec3<float> w = tables.draw(u, v);
+        if (w.z <= 0) continue;
+        const float t = 0.8f / w.z;
+        hits += std::fabs(p.x + t * w.x - 0.3f) < radius && std::fabs(p.y + t * w.y - 0.2f) < radius;
+      }
+      return hits / 4000.0;
+    };
+    const double found = share_that_hits(make_caustic_guide(photons));
+    EXPECT_GT(found, 0.25) << radius;
+    for (Photon& p : photons) p.turn = {};
+    EXPECT_LT(share_that_hits(make_caustic_guide(photons)), 0.7 * found) << radius;
+  }
+}
+
+// Two lamps close to each other: photons of one need not be explained by those of the other.
+TEST(CausticGuide, TellsTwoWaysApart) {
+  std::vector<Photon> photons = of_lamp({0.3f, 0.2f, 1}, 1e-3f, 4096),
+                      other = of_lamp({0.4f, 0.2f, 1}, 1e-3f, 4096);
+  for (size_t i = 0; i < photons.size(); i += 2) photons[i] = other[i];
+  const CausticGuide guide = make_caustic_guide(photons);
+  const auto tables = tables_at<float>(guide, {0, 0, 0.2f});
+  ASSERT_TRUE(tables.mask);
+  const auto density = [&](float x) { return double{tables.density(normalize(Vec3<float>{x, 0.2f, 0.8f}))}; };
+  EXPECT_GT(density(0.3f), 1000 * density(0.35f));
+  EXPECT_GT(density(0.4f), 1000 * density(0.35f));
 }
 
 TEST(CausticGuide, FollowsTheFlux) {
@@ -98,20 +181,18 @@ TEST(CausticGuide, FollowsTheFlux) {
     return double{tables.density(equal_area_square_to_sphere(0.5f * x + 0.5f, 0.5f * y + 0.5f))};
   };
   // By flux the first spot has 0.91 of all on 0.06 pi steradians, the second 0.09 on 0.08 pi.
-  EXPECT_GT(density_at(-0.3f, 0.2f), 3);
+  EXPECT_GT(density_at(-0.3f, 0.2f), 1.5);
   EXPECT_LT(density_at(-0.3f, 0.2f), 7);
   EXPECT_GT(density_at(0.2f, -0.1f), 0.15);
   EXPECT_LT(density_at(0.2f, -0.1f), 0.8);
-  EXPECT_LT(density_at(0.3f, 0.3f), 0.5);
-  EXPECT_GT(density_at(0.3f, 0.3f), 0) << "dim light counts, too";
-  EXPECT_EQ(density_at(0.8f, 0.8f), 0) << "nothing comes from there";
+  EXPECT_LT(density_at(0.8f, -0.8f), 0.02) << "nothing comes from there";
 }
 
 TEST(CausticGuide, CellsWithFewPhotonsShareATable) {
-  std::vector<Photon> photons = sky_with_spots(64);
+  std::vector<Photon> photons = sky_with_spots(CausticGuide::kLobes);
   for (size_t i = 0; i < photons.size(); ++i) photons[i].p = {static_cast<float>(i) / 64, 0, 0};
   const CausticGuide one = make_caustic_guide(photons);
-  EXPECT_EQ(one.windows.size(), 1u);
+  EXPECT_EQ(one.boxes.size(), 1u);
   photons.pop_back();
   EXPECT_TRUE(make_caustic_guide(photons).empty()) << "too few for any";
   EXPECT_TRUE(make_caustic_guide({}).empty());
@@ -119,13 +200,15 @@ TEST(CausticGuide, CellsWithFewPhotonsShareATable) {
   photons = sky_with_spots(4096);
   for (size_t i = 0; i < photons.size(); ++i) photons[i].p = {i % 2 ? 0.001f * photons[i].p.x : 1.0f, 0, 0};
   const CausticGuide two = make_caustic_guide(photons);
-  EXPECT_GE(two.windows.size(), 2u);
+  EXPECT_GE(two.boxes.size(), 2u);
   EXPECT_TRUE(tables_at<float>(two, {1, 0, 0}).mask);
   EXPECT_FALSE(tables_at<float>(two, {0.5f, 0, 0}).mask);
 }
 
 TEST(CausticGuide, PhotonsOnOneSpotMakeNoNeedle) {
-  std::vector<Photon> photons(1000, Photon{{0.1f, 0.2f, 0.3f}, 0.25f, -0.5f, 1});
+  Photon one = photon_from(on_sphere(0.25f, -0.5f), 1);
+  one.p = {0.1f, 0.2f, 0.3f};
+  std::vector<Photon> photons(1000, one);
   photons.back().p.x = 0.4f;  // a grid needs an extent
   const CausticGuide guide = make_caustic_guide(photons);
   const auto tables = tables_at<float>(guide, {0.1f, 0.2f, 0.3f});
@@ -152,7 +235,7 @@ TEST(CausticGuide, WhatIsNarrowIsNotGuided) {
 TEST(CausticGuide, LanesHaveTheBitsOfScalars) {
   std::vector<Photon> photons = sky_with_spots(1 << 16);
   const CausticGuide guide = make_caustic_guide(photons);
-  EXPECT_GT(guide.windows.size(), 100u);
+  EXPECT_GT(guide.boxes.size(), 100u);
   Random random(5);
   for (int round = 0; round < 2000; ++round) {
     Vec3<Float8> p, other;

@@ -14,12 +14,13 @@ namespace lightmill::test {
 namespace {
 
 /// A small lamp high over a floor, and a ball of glass beside it that throws a caustic onto a wall: all that
-/// is in sight. What does not go towards the ball adds little.
+/// is in sight. What does not go towards the ball adds little. The wall is of rough metal: a diffuse one's
+/// camera paths would find the lamp by a caustic guide.
 TestScene far_caustic() {
   TestScene s;
   const int grey = s.diffuse(0.6f);
   s.quad({-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, grey);
-  s.quad({4, 0, -4}, {0, 0, 8}, {0, 4, 0}, grey);
+  s.quad({4, 0, -4}, {0, 0, 8}, {0, 4, 0}, s.conductor(0.6f, 0.7f));
   s.sphere({1.5, 2, 0}, 0.4, s.dielectric(1.5f, 0));
   s.quad({-2, 2, -0.02}, {0, 0, 0.04}, {0, -0.04, 0}, s.diffuse(0), {.radiance = {5000, 5000, 5000}});
   s.camera({0, 2, -1.5}, {4, 2, 0}, 30).film(64, 64);

@@ -63,7 +63,7 @@ TEST(CausticLearning, DoesNotDependOnThreads) {
   EXPECT_EQ(a.gain, b.gain);
   EXPECT_EQ(a.share, b.share);
   EXPECT_EQ(a.table_of, b.table_of);
-  EXPECT_EQ(a.splits, b.splits);
+  EXPECT_EQ(a.tables, b.tables);
 }
 
 TEST(CausticLearning, LeavesAloneWhatItCanNotHelp) {

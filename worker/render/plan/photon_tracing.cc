@@ -1,0 +1,148 @@
+#include "worker/render/plan/photon_tracing.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <memory>
+
+#include "worker/render/pipeline/bouncer.h"
+#include "worker/render/pipeline/caster.h"
+#include "worker/render/pipeline/path_io.h"
+#include "worker/render/pipeline/producer.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kDepth = 12;
+constexpr uint64_t kSeed = 0x63617573;
+
+/// A photon of a path and the vertex that it is at.
+struct Arrival {
+  int32_t slot = 0;
+  int depth = 0;  // 0: there is none
+  Photon photon;
+};
+
+/// Throws away nothing but photons that are no use: of lights that nothing can hit, and of narrow lobes.
+void take_photons(const std::vector<Vertex>& vertices, int depth, std::vector<Arrival>* arrivals) {
+  for (const Vertex& v : vertices) {
+    const float* t = &v.f[Vertex::kThroughput];
+    const float power = (t[0] + t[1] + t[2]) / 3;
+    // dVC is 0 where nothing can hit the light.
+    if (!is_guided(std::bit_cast<int32_t>(v.f[Vertex::kKind])) || !(v.f[Vertex::kDvc] > 0)) continue;
+    if (!(power > 0 && std::isfinite(power))) continue;
+    Arrival& a = arrivals->emplace_back();
+    a.slot = v.path();
+    a.depth = depth;
+    a.photon.p = {v.f[Vertex::kP], v.f[Vertex::kP + 1], v.f[Vertex::kP + 2]};
+    a.photon.w = {v.f[Vertex::kWo], v.f[Vertex::kWo + 1], v.f[Vertex::kWo + 2]};
+    a.photon.power = power;
+  }
+}
+
+/// Follows the paths that `w` has until they can be joined.
+std::vector<Arrival> arrivals_of(const StageContext& context, const LayerContext& layer, Wavefront& w) {
+  std::vector<Arrival> arrivals;
+  for (int depth = 1; w.paths.active_count > 0 && depth <= kDepth; ++depth) {
+    w.light_vertices.clear();
+    cast_light_paths(context, layer, depth, w);
+    bounce_light_paths(context, layer, depth, w);
+    if (depth > 1) take_photons(w.light_vertices, depth, &arrivals);
+    // What can be joined ends the path.
+    std::array<bool, kWavefront> ends{};
+    for (const Vertex& v : w.light_vertices) ends[static_cast<size_t>(v.path())] = true;
+    int left = 0;
+    for (int i = 0; i < w.paths.active_count; ++i) {
+      const int32_t slot = w.paths.active[i];
+      if (!ends[static_cast<size_t>(slot)]) w.paths.active[left++] = slot;
+    }
+    w.paths.active_count = left;
+  }
+  return arrivals;
+}
+
+Vec3<float> vec(const Vec3f& v) { return {v.x, v.y, v.z}; }
+
+/// Moves path `slot` a little from its light in direction `side`, 0 or 1: those of infinite lights by their
+/// origin, others by their direction, so that they come from the same point of the light.
+void move(const LightTable& lights, int32_t slot, int side, Paths* paths) {
+  constexpr float kStep = 0x1p-11f;
+  PathLanes<float> path = load_paths<float>(*paths, slot);
+  const Frame<float> frame(path.direction);
+  const Vec3<float> step = (side == 0 ? frame.s : frame.t) * kStep;
+  if (lights.type[static_cast<size_t>(path.light)] == kInfiniteLight) {
+    path.origin = path.origin + step;
+  } else {
+    path.direction = normalize(path.direction + step);
+  }
+  store_paths(path, slot, 1, paths);
+}
+
+/// How the direction of photon `a` changes with its place, by those of two neighbours from the same point of
+/// the light. Nothing if they went another way, or all meet in one point.
+std::array<float, 9> turn_of(const Arrival& a, const std::array<Arrival, 2>& neighbours) {
+  constexpr float kFar = 0.1f;
+  const Vec3<float> p = vec(a.photon.p), w = vec(a.photon.w);
+  std::array<Vec3<float>, 2> step, change;
+  for (size_t k = 0; k < 2; ++k) {
+    const Arrival& b = neighbours[k];
+    if (b.depth != a.depth) return {};
+    const Vec3<float> wb = vec(b.photon.w);
+    // Where its ray crosses the plane across the photon's own: along a ray nothing changes.
+    const float cosine = dot(wb, w);
+    if (!(cosine > 0.5f)) return {};
+    const Vec3<float> q = vec(b.photon.p) - p;
+    step[k] = q - wb * (dot(q, w) / cosine);
+    change[k] = wb - w;
+    if (!(dot(step[k], step[k]) < kFar * kFar)) return {};
+  }
+  const Vec3<float> normal = cross(step[0], step[1]);
+  const float area2 = dot(normal, normal), scale = dot(step[0], step[0]) * dot(step[1], step[1]);
+  if (!(area2 > 1e-6f * scale)) return {};
+  const std::array<Vec3<float>, 2> dual{cross(step[1], normal) * (1 / area2),
+                                        cross(normal, step[0]) * (1 / area2)};
+  const auto row = [&](float c0, float c1) { return dual[0] * c0 + dual[1] * c1; };
+  const Vec3<float> x = row(change[0].x, change[1].x), y = row(change[0].y, change[1].y),
+                    z = row(change[0].z, change[1].z);
+  return {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z};
+}
+
+}  // namespace
+
+std::vector<Photon> photons_of_wavefront(const StageContext& of_scene, size_t number) {
+  StageContext context = of_scene;
+  // What light paths need to know whether camera paths could make them.
+  context.strategies = kEmissionHits | kNextEvent | kVertexConnections;
+  context.max_depth = kDepth;
+  const auto wavefront = std::make_unique<Wavefront>();
+  Wavefront& w = *wavefront;
+  prepare(context, &w);
+  LayerContext layer;
+  layer.light_key = stream_key(kSeed, kLightStream, 0, 0);
+  layer.first_light_path = static_cast<int>(number) * kWavefront;
+  layer.light_paths = layer.first_light_path + kWavefront;
+  produce_light_paths(context, layer, w);
+  const std::vector<Arrival> arrivals = arrivals_of(context, layer, w);
+  // Paths by the same random numbers go the same way.
+  std::array<std::vector<Arrival>, 2> moved{std::vector<Arrival>(kWavefront),
+                                            std::vector<Arrival>(kWavefront)};
+  for (int side = 0; side < 2 && !arrivals.empty(); ++side) {
+    produce_light_paths(context, layer, w);
+    w.paths.active_count = 0;
+    for (const Arrival& a : arrivals) {
+      move(context.scene.lights, a.slot, side, &w.paths);
+      w.paths.active[w.paths.active_count++] = a.slot;
+    }
+    for (const Arrival& a : arrivals_of(context, layer, w))
+      moved[static_cast<size_t>(side)][static_cast<size_t>(a.slot)] = a;
+  }
+  std::vector<Photon> photons;
+  for (const Arrival& a : arrivals) {
+    const auto slot = static_cast<size_t>(a.slot);
+    photons.push_back(a.photon);
+    photons.back().turn = turn_of(a, {moved[0][slot], moved[1][slot]});
+  }
+  return photons;
+}
+
+}  // namespace lightmill
