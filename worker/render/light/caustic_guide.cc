@@ -43,12 +43,12 @@ CausticGuide make_caustic_guide(const std::vector<Photon>& photons) {
   CausticGuide guide;
   std::vector<Vec3f> points;
   points.reserve(photons.size());
-  for (const Photon& p : photons) points.push_back(p.p);
+  for (const Photon& p : photons) points.push_back({p.p.x, p.p.y, p.p.z});
   guide.grid = place_grid(points, kMostCells);
   guide.table_of.assign(static_cast<size_t>(guide.grid.count()), -1);
   std::vector<int32_t> cell_of;
   cell_of.reserve(photons.size());
-  for (const Photon& p : photons) cell_of.push_back(guide.grid.at<float>({p.p.x, p.p.y, p.p.z}));
+  for (const Photon& p : photons) cell_of.push_back(guide.grid.at<float>(p.p));
   const auto levels = static_cast<int>(std::bit_width(static_cast<unsigned>(kMostCells)));
   for (int level = 0; level <= levels; ++level) {
     std::map<size_t, std::vector<size_t>> blocks;

@@ -25,8 +25,8 @@ namespace lightmill {
 
 /// Where a light path came to a wide lobe from mirrors and glass alone.
 struct Photon {
-  Vec3f p;
-  Vec3f w;  // unit direction to where it came from
+  Vec3<float> p;
+  Vec3<float> w;  // unit direction to where it came from
   /// Change of w per step of p, by rows, of what comes from the same point of the light.
   std::array<float, 9> turn{};
   float power = 0;

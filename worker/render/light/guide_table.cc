@@ -22,8 +22,6 @@ constexpr int kRounds = 8;
 constexpr float kBefore = 0.5f, kElsewhere = 1e-3f;
 constexpr float kNarrowest = 0x1p-30f;
 
-Vec3<float> vec(const Vec3f& v) { return {v.x, v.y, v.z}; }
-
 /// As many photons as a table has, each as often as is its due by power.
 std::vector<const Photon*> drawn(const std::vector<const Photon*>& photons) {
   double all = 0;
@@ -47,7 +45,7 @@ struct Lobe {
 };
 
 /// From the box's centre, and no farther than its sides.
-Vec3<float> step_to(const Vec3f& p, const GuideBox& box) {
+Vec3<float> step_to(const Vec3<float>& p, const GuideBox& box) {
   const auto along = [&](float x, size_t axis) { return clamp(x - box.centre[axis], -box.half, box.half); };
   return {along(p.x, 0), along(p.y, 1), along(p.z, 2)};
 }
@@ -67,7 +65,7 @@ Lobe lobe_of(const Photon& p, const GuideBox& box) {
   const Vec3<float> step = step_to(p.p, box);
   const auto change = [&](const float* row) { return row[0] * step.x + row[1] * step.y + row[2] * step.z; };
   const float* t = lobe.turn.data();
-  lobe.direction = vec(p.w) - Vec3<float>{change(t), change(t + 3), change(t + 6)};
+  lobe.direction = p.w - Vec3<float>{change(t), change(t + 3), change(t + 6)};
   return lobe;
 }
 

@@ -61,8 +61,6 @@ std::vector<Arrival> arrivals_of(const StageContext& context, const LayerContext
   return arrivals;
 }
 
-Vec3<float> vec(const Vec3f& v) { return {v.x, v.y, v.z}; }
-
 /// Moves path `slot` a little from its light in direction `side`, 0 or 1: those of infinite lights by their
 /// origin, others by their direction, so that they come from the same point of the light.
 void move(const LightTable& lights, int32_t slot, int side, Paths* paths) {
@@ -82,16 +80,17 @@ void move(const LightTable& lights, int32_t slot, int side, Paths* paths) {
 /// the light. Nothing if they went another way, or all meet in one point.
 std::array<float, 9> turn_of(const Arrival& a, const std::array<Arrival, 2>& neighbours) {
   constexpr float kFar = 0.1f;
-  const Vec3<float> p = vec(a.photon.p), w = vec(a.photon.w);
+  const Vec3<float>& p = a.photon.p;
+  const Vec3<float>& w = a.photon.w;
   std::array<Vec3<float>, 2> step, change;
   for (size_t k = 0; k < 2; ++k) {
     const Arrival& b = neighbours[k];
     if (b.depth != a.depth) return {};
-    const Vec3<float> wb = vec(b.photon.w);
+    const Vec3<float>& wb = b.photon.w;
     // Where its ray crosses the plane across the photon's own: along a ray nothing changes.
     const float cosine = dot(wb, w);
     if (!(cosine > 0.5f)) return {};
-    const Vec3<float> q = vec(b.photon.p) - p;
+    const Vec3<float> q = b.photon.p - p;
     step[k] = q - wb * (dot(q, w) / cosine);
     change[k] = wb - w;
     if (!(dot(step[k], step[k]) < kFar * kFar)) return {};
