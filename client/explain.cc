@@ -37,6 +37,11 @@ nlohmann::json items_document(const ScenePlan& plan) {
   return items;
 }
 
+/// Shares of the image's light, and camera paths that meet a light which is seldom met, per path.
+nlohmann::json unmet_document(const UnmetShare& unmet) {
+  return {{"never", unmet.never}, {"seldom", unmet.seldom}, {"meetings", unmet.meetings}};
+}
+
 void print_items(const ScenePlan& plan) {
   for (const PlanItem& item : plan.items) {
     std::printf("%-9s %-30s %-20s %s%s%s\n", item.needed ? "needed" : "left out", item.feature.c_str(),
@@ -108,6 +113,7 @@ int explain(ExplainOptions& options) {
                                      {"quantum_exponent", plan.quantum_exponent},
                                      {"items", items_document(plan)},
                                      {"lost_light", plan.lost_light},
+                                     {"unmet_light", unmet_document(plan.unmet)},
                                      {"pilot", pilot_document(pilot)}};
     std::printf("%s\n", dump(document).c_str());
     return 0;

@@ -19,6 +19,7 @@
 #include "worker/render/plan/plan_set.h"
 #include "worker/render/plan/scene_analysis.h"
 #include "worker/render/plan/stage_kernels.h"
+#include "worker/render/plan/unmet_light.h"
 
 namespace lightmill {
 namespace {
@@ -101,6 +102,7 @@ struct Renderer::World {
   PixelFilter filter;
   double imaging_ratio;
   FilmResponse response;
+  UnmetLight unmet;
 
   World(SceneDescription description, const RenderSettings& s, const BuildOptions& options)
       : possible(possible_strategies(description)),
@@ -154,6 +156,7 @@ struct Renderer::World {
     const StageContext context = context_of(settings, strategies, stage_kernels(scene));
     if (strategies & kEmissionHits) learn_caustics(context, threads, &scene);
     if (light_paths) aim_light_paths(context_of(settings, strategies, stage_kernels(scene)), threads, &scene);
+    unmet = look_for_unmet_light(context_of(settings, strategies, stage_kernels(scene)), threads);
   }
 };
 
@@ -167,8 +170,8 @@ struct Renderer::Impl {
   Impl(std::shared_ptr<const World> w, const RenderSettings& s, const Thinning& thinning)
       : settings(s),
         world(std::move(w)),
-        plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, s, world->possible.set,
-                           running(s, world->possible))),
+        plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, world->unmet, s,
+                           world->possible.set, running(s, world->possible))),
         context(world->context_of(s, running(s, world->possible), plan.kernels)) {
     context.thinning = thinning;
     const SamplingPlan sampling = plan_of(s);
@@ -196,7 +199,9 @@ const ScenePlan& Renderer::plan() const { return impl_->plan; }
 std::vector<std::string> Renderer::warnings() const {
   std::vector<std::string> lines;
   for (const Problem& problem : impl_->world->scene.warnings) lines.push_back(format_problem(problem));
-  if (!impl_->plan.lost_light.empty()) lines.push_back("warning: " + impl_->plan.lost_light);
+  for (const std::string& line : {impl_->plan.lost_light, impl_->plan.unmet_light}) {
+    if (!line.empty()) lines.push_back("warning: " + line);
+  }
   return lines;
 }
 const RenderSettings& Renderer::settings() const { return impl_->settings; }

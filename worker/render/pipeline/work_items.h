@@ -60,7 +60,9 @@ struct alignas(64) Vertex {
   static constexpr int kDepthShift = 16;
   float f[32];
   Vertex() {}  // not zeroed: whoever appends one fills it
+  Vec3<float> vec(int slot) const { return {f[slot], f[slot + 1], f[slot + 2]}; }
   int32_t path() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) & ((1 << kDepthShift) - 1); }
+  int32_t depth() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) >> kDepthShift; }
 };
 
 /// A connection whose contribution is known and not zero, waiting for its visibility.

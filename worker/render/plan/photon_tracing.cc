@@ -13,8 +13,52 @@
 namespace lightmill {
 namespace {
 
-constexpr int kDepth = 12;
 constexpr uint64_t kSeed = 0x63617573;
+
+/// A wavefront of light paths, which can be followed more than once.
+class LightPaths {
+ public:
+  LightPaths(const StageContext& of_scene, size_t number)
+      : context_(of_scene), wavefront_(std::make_unique<Wavefront>()) {
+    // What light paths need to know whether camera paths could make them.
+    context_.strategies = kEmissionHits | kNextEvent | kVertexConnections;
+    context_.max_depth = kPhotonDepth;
+    prepare(context_, wavefront_.get());
+    layer_.light_key = stream_key(kSeed, kLightStream, 0, 0);
+    layer_.first_light_path = static_cast<int>(number) * kWavefront;
+    layer_.light_paths = layer_.first_light_path + kWavefront;
+  }
+
+  /// Puts all at the start, of which those are left that `start` leaves active.
+  template <class Start>
+  std::vector<Vertex> follow(Start&& start) {
+    Wavefront& w = *wavefront_;
+    produce_light_paths(context_, layer_, w);
+    start(&w.paths);
+    std::vector<Vertex> arrivals;
+    for (int depth = 1; w.paths.active_count > 0 && depth <= kPhotonDepth; ++depth) {
+      w.light_vertices.clear();
+      cast_light_paths(context_, layer_, depth, w);
+      bounce_light_paths(context_, layer_, depth, w);
+      if (depth > 1) arrivals.insert(arrivals.end(), w.light_vertices.begin(), w.light_vertices.end());
+      // What can be joined ends the path.
+      std::array<bool, kWavefront> ends{};
+      for (const Vertex& v : w.light_vertices) ends[static_cast<size_t>(v.path())] = true;
+      int left = 0;
+      for (int i = 0; i < w.paths.active_count; ++i) {
+        const int32_t slot = w.paths.active[i];
+        if (!ends[static_cast<size_t>(slot)]) w.paths.active[left++] = slot;
+      }
+      w.paths.active_count = left;
+    }
+    return arrivals;
+  }
+
+ private:
+  StageContext context_;
+  LayerContext layer_;
+  std::unique_ptr<Wavefront> wavefront_;
+};
 
 /// A photon of a path and the vertex that it is at.
 struct Arrival {
@@ -23,40 +67,21 @@ struct Arrival {
   Photon photon;
 };
 
-/// Throws away nothing but photons that are no use: of lights that nothing can hit, and of narrow lobes.
-void take_photons(const std::vector<Vertex>& vertices, int depth, std::vector<Arrival>* arrivals) {
+/// Throws away nothing but what is no use to a guide: of lights that nothing can hit, and of narrow lobes.
+std::vector<Arrival> photons_at(const std::vector<Vertex>& vertices) {
+  std::vector<Arrival> arrivals;
   for (const Vertex& v : vertices) {
     const float* t = &v.f[Vertex::kThroughput];
     const float power = (t[0] + t[1] + t[2]) / 3;
     // dVC is 0 where nothing can hit the light.
     if (!is_guided(std::bit_cast<int32_t>(v.f[Vertex::kKind])) || !(v.f[Vertex::kDvc] > 0)) continue;
     if (!(power > 0 && std::isfinite(power))) continue;
-    Arrival& a = arrivals->emplace_back();
+    Arrival& a = arrivals.emplace_back();
     a.slot = v.path();
-    a.depth = depth;
-    a.photon.p = {v.f[Vertex::kP], v.f[Vertex::kP + 1], v.f[Vertex::kP + 2]};
-    a.photon.w = {v.f[Vertex::kWo], v.f[Vertex::kWo + 1], v.f[Vertex::kWo + 2]};
+    a.depth = v.depth();
+    a.photon.p = v.vec(Vertex::kP);
+    a.photon.w = v.vec(Vertex::kWo);
     a.photon.power = power;
-  }
-}
-
-/// Follows the paths that `w` has until they can be joined.
-std::vector<Arrival> arrivals_of(const StageContext& context, const LayerContext& layer, Wavefront& w) {
-  std::vector<Arrival> arrivals;
-  for (int depth = 1; w.paths.active_count > 0 && depth <= kDepth; ++depth) {
-    w.light_vertices.clear();
-    cast_light_paths(context, layer, depth, w);
-    bounce_light_paths(context, layer, depth, w);
-    if (depth > 1) take_photons(w.light_vertices, depth, &arrivals);
-    // What can be joined ends the path.
-    std::array<bool, kWavefront> ends{};
-    for (const Vertex& v : w.light_vertices) ends[static_cast<size_t>(v.path())] = true;
-    int left = 0;
-    for (int i = 0; i < w.paths.active_count; ++i) {
-      const int32_t slot = w.paths.active[i];
-      if (!ends[static_cast<size_t>(slot)]) w.paths.active[left++] = slot;
-    }
-    w.paths.active_count = left;
   }
   return arrivals;
 }
@@ -108,31 +133,25 @@ std::array<float, 9> turn_of(const Arrival& a, const std::array<Arrival, 2>& nei
 
 }  // namespace
 
-std::vector<Photon> photons_of_wavefront(const StageContext& of_scene, size_t number) {
-  StageContext context = of_scene;
-  // What light paths need to know whether camera paths could make them.
-  context.strategies = kEmissionHits | kNextEvent | kVertexConnections;
-  context.max_depth = kDepth;
-  const auto wavefront = std::make_unique<Wavefront>();
-  Wavefront& w = *wavefront;
-  prepare(context, &w);
-  LayerContext layer;
-  layer.light_key = stream_key(kSeed, kLightStream, 0, 0);
-  layer.first_light_path = static_cast<int>(number) * kWavefront;
-  layer.light_paths = layer.first_light_path + kWavefront;
-  produce_light_paths(context, layer, w);
-  const std::vector<Arrival> arrivals = arrivals_of(context, layer, w);
+std::vector<Vertex> arrivals_of_wavefront(const StageContext& context, size_t number) {
+  return LightPaths(context, number).follow([](Paths*) {});
+}
+
+std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t number) {
+  LightPaths light_paths(context, number);
+  const std::vector<Arrival> arrivals = photons_at(light_paths.follow([](Paths*) {}));
   // Paths by the same random numbers go the same way.
   std::array<std::vector<Arrival>, 2> moved{std::vector<Arrival>(kWavefront),
                                             std::vector<Arrival>(kWavefront)};
   for (int side = 0; side < 2 && !arrivals.empty(); ++side) {
-    produce_light_paths(context, layer, w);
-    w.paths.active_count = 0;
-    for (const Arrival& a : arrivals) {
-      move(context.scene.lights, a.slot, side, &w.paths);
-      w.paths.active[w.paths.active_count++] = a.slot;
-    }
-    for (const Arrival& a : arrivals_of(context, layer, w))
+    const std::vector<Vertex> vertices = light_paths.follow([&](Paths* paths) {
+      paths->active_count = 0;
+      for (const Arrival& a : arrivals) {
+        move(context.scene.lights, a.slot, side, paths);
+        paths->active[paths->active_count++] = a.slot;
+      }
+    });
+    for (const Arrival& a : photons_at(vertices))
       moved[static_cast<size_t>(side)][static_cast<size_t>(a.slot)] = a;
   }
   std::vector<Photon> photons;

@@ -10,7 +10,14 @@
 
 namespace lightmill {
 
-/// Those of the kWavefront light paths from `number` kWavefront on, of a stream of paths of its own.
+/// Events that a light path is followed through at most.
+inline constexpr int kPhotonDepth = 12;
+
+/// Where the kWavefront light paths from `number` kWavefront on, of a stream of paths of its own, come to
+/// what can be joined, if mirrors and smooth glass led there: the vertices, of at most one a path.
+std::vector<Vertex> arrivals_of_wavefront(const StageContext& context, size_t number);
+
+/// Their photons, of lights that camera paths can meet.
 std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t number);
 
 }  // namespace lightmill

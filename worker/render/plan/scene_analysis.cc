@@ -93,7 +93,8 @@ std::string lost_light(const RenderScene& scene, int max_depth, Strategies possi
 }  // namespace
 
 ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
-                        const RenderSettings& settings, Strategies possible, Strategies strategies) {
+                        const UnmetLight& unmet, const RenderSettings& settings, Strategies possible,
+                        Strategies strategies) {
   ScenePlan plan;
   plan.possible = possible;
   plan.quantum_exponent = quantum(scene, imaging_ratio);
@@ -110,6 +111,8 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   const std::string chosen =
       settings.plan ? "the sampling plan" : std::string(integrator_name(settings.integrator));
   plan.lost_light = lost_light(scene, settings.max_depth, possible, strategies, chosen);
+  plan.unmet = unmet.up_to(settings.max_depth);
+  plan.unmet_light = unmet_text(plan.unmet);
 
   const bool masked = std::any_of(scene.meshes.begin(), scene.meshes.end(),
                                   [](const MeshRange& mesh) { return mesh.alpha.texture >= 0; });
@@ -273,6 +276,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   item("panes", scene.any_panes,
        scene.any_panes ? "thin smooth glass is looked through" : "no thin smooth glass in the scene",
        "the walk of paths and shadow rays through them");
+  if (!plan.unmet_light.empty()) item("light out of reach", false, plan.unmet_light, "");
   return plan;
 }
 

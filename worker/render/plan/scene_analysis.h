@@ -3,13 +3,15 @@
 #include "common/settings.h"
 #include "worker/render/camera/camera.h"
 #include "worker/render/plan/scene_plan.h"
+#include "worker/render/plan/unmet_light.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
 
 /// `possible`: strategies that the scene allows, of which `strategies` run. `imaging_ratio` multiplies every
-/// contribution.
+/// contribution; `unmet` is what an image of these settings lacks.
 ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
-                        const RenderSettings& settings, Strategies possible, Strategies strategies);
+                        const UnmetLight& unmet, const RenderSettings& settings, Strategies possible,
+                        Strategies strategies);
 
 }  // namespace lightmill

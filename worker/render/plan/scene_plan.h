@@ -18,6 +18,17 @@ struct PlanItem {
   Features feature_bit = 0;  // what --plan-override calls it; 0 if it can't be switched
 };
 
+/// Light that comes as unmet_light.h says, over all light of the image, as far as it is found. Estimates: a
+/// tenth off or so, and more where it is little.
+struct UnmetShare {
+  double all = 0;
+  double never = 0;     // of lights that no path meets
+  double seldom = 0;    // by meetings that are each brighter than the whole image at one sample per pixel
+  double meetings = 0;  // of the latter, per camera path
+
+  UnmetShare& operator+=(const UnmetShare& o);
+};
+
 struct ScenePlan {
   std::vector<PlanItem> items;
   /// Exponent of the exact sums' quantum: floor(log2(scale of the lights' radiance)) + 1 -
@@ -30,6 +41,10 @@ struct ScenePlan {
   /// Light that what runs does not find although others of the kind would, a line for people; empty if there
   /// is none.
   std::string lost_light;
+  /// Light that is missing whatever runs, at most depth of paths, and the same for people; empty if that is
+  /// less than a hundredth.
+  UnmetShare unmet;
+  std::string unmet_light;
   int64_t primitives = 0;
   /// The least that the scene can do with.
   StageKernels kernels;

@@ -1,0 +1,277 @@
+#include "worker/render/plan/unmet_light.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "common/parallel.h"
+#include "worker/render/pipeline/bouncer.h"
+#include "worker/render/pipeline/caster.h"
+#include "worker/render/pipeline/guided_density.h"
+#include "worker/render/pipeline/joined_vertices.h"
+#include "worker/render/pipeline/path_times.h"
+#include "worker/render/pipeline/pipeline.h"
+#include "worker/render/pipeline/producer.h"
+#include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/plan/pilot_sight.h"
+#include "worker/render/plan/vertex_cubes.h"
+
+namespace lightmill {
+namespace {
+
+/// Camera paths of the look, and light paths, at most; fewer of an image so small that they would take longer
+/// than it. So many arrivals of light paths are enough, which are looked for in rounds of so many wavefronts.
+constexpr int64_t kCameraPaths = int64_t{1} << 14, kCameraPathsPerPixel = 4;
+constexpr int64_t kLightPaths = int64_t{1} << 17, kLightPathsPerPixel = 16;
+constexpr size_t kArrivals = size_t{1} << 14, kRound = 32;
+/// Photons count around a point as far as this part of what is seen extends, on surfaces that lie and turn
+/// like its own.
+constexpr float kRadius = 1.0f / 64, kFlat = 0.2f, kLeastCosine = 0.9f;
+constexpr float kLeastRadius = 1e-9f;  // of a scene that extends about 1
+
+bool on_surface(const Vertex& v) { return std::bit_cast<int32_t>(v.f[Vertex::kKind]) != kPhaseFunction; }
+Lane mean_of(const Vec3<Lane>& rgb) { return (rgb.x + rgb.y + rgb.z) * (1.0f / 3); }
+
+/// How far most of what is seen extends, along the longest axis.
+float extent_of(const std::vector<Vertex>& seen) {
+  float extent = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<float> x;
+    x.reserve(seen.size());
+    for (const Vertex& v : seen) x.push_back(v.f[Vertex::kP + axis]);
+    std::sort(x.begin(), x.end());
+    extent = std::max(extent, x[x.size() - 1 - x.size() / 50] - x[x.size() / 50]);
+  }
+  return extent;
+}
+
+class Look {
+ public:
+  explicit Look(const StageContext& context)
+      : context_(context),
+        sight_(context.grid, std::min(kCameraPaths, kCameraPathsPerPixel * context.grid.crop.area())) {
+    context_.thinning = sight_.thinning;
+    context_.imaging_ratio = 1;
+    context_.response = nullptr;
+  }
+
+  UnmetLight run(int threads) {
+    find_seen(threads);
+    if (seen_.empty()) return {};
+    find_arrivals(threads);
+    radius_ = kRadius * extent_of(seen_);
+    if (arrivals_.empty() || !(radius_ > kLeastRadius)) return {};
+    const double light = mean_light(threads);
+    const VertexCubes cubes(arrivals_, radius_);
+    constexpr size_t kChunk = 256;
+    std::vector<UnmetLight> sums((seen_.size() + kChunk - 1) / kChunk);
+    parallel_for(sums.size(), threads, [&](size_t i) {
+      const size_t end = std::min(seen_.size(), (i + 1) * kChunk);
+      for (size_t k = i * kChunk; k < end; ++k) gather_at(seen_[k], cubes, light, &sums[i]);
+    });
+    UnmetLight sum;
+    for (const UnmetLight& s : sums) {
+      for (size_t k = 0; k < sum.parts.size(); ++k) sum.parts[k] += s.parts[k];
+    }
+    const UnmetShare all = sum.up_to(2 * kPhotonDepth);
+    const double per_light = 1 / (light + all.never + all.seldom);
+    for (UnmetShare& part : sum.parts)
+      part.all *= per_light, part.never *= per_light, part.seldom *= per_light;
+    return sum;
+  }
+
+ private:
+  /// Where camera paths come to what can be joined, if mirrors and smooth glass led there.
+  void find_seen(int threads) {
+    std::vector<std::vector<Vertex>> found(sight_.cells.size());
+    std::vector<uint64_t> paths(found.size());
+    parallel_for(found.size(), threads, [&](size_t i) {
+      const auto wavefront = std::make_unique<Wavefront>();
+      Wavefront& w = *wavefront;
+      prepare(context_, &w);
+      const CellRect rect = sight_.rect(i);
+      for (int64_t j = 0; j < sight_.samples; ++j) follow_sample(rect, sight_.index(j), w, &found[i]);
+      paths[i] = w.counters.camera_paths;
+    });
+    for (size_t i = 0; i < found.size(); ++i) {
+      seen_.insert(seen_.end(), found[i].begin(), found[i].end());
+      camera_paths_ += static_cast<double>(paths[i]);
+    }
+  }
+  void follow_sample(const CellRect& rect, int64_t s, Wavefront& w, std::vector<Vertex>* found) const {
+    const int64_t batch = superblock_of_sample(s);
+    LayerContext layer;
+    layer.cell_x = rect.x0;
+    layer.cell_y = rect.y0;
+    layer.slots = &w.slots;
+    layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
+    layer.time = time_of_layer(context_, layer);
+    w.slots.begin_batch(context_, rect.x0, rect.y0, batch, context_.thinning);
+    w.slots.begin_pass(batch, s, 0);
+    produce_camera_paths(context_, layer, w);
+    std::array<bool, kWavefront> ended{};
+    for (int depth = 1; w.paths.active_count > 0 && depth <= kPhotonDepth; ++depth) {
+      cast_camera_paths(context_, layer, depth, w);
+      bounce_camera_paths(context_, layer, depth, w);
+      for (const Vertex& v : w.vertices) {
+        bool& end = ended[static_cast<size_t>(v.path())];
+        if (!end && depth > 1 && on_surface(v)) found->push_back(v);
+        end = true;
+      }
+      int left = 0;
+      for (int k = 0; k < w.paths.active_count; ++k) {
+        const int32_t slot = w.paths.active[k];
+        if (!ended[static_cast<size_t>(slot)]) w.paths.active[left++] = slot;
+      }
+      w.paths.active_count = left;
+    }
+  }
+
+  void find_arrivals(int threads) {
+    const auto wavefronts = static_cast<size_t>(
+        std::min(kLightPaths, kLightPathsPerPixel * context_.grid.crop.area()) / kWavefront);
+    size_t next = 0;
+    for (; next < wavefronts && arrivals_.size() < kArrivals; next += kRound) {
+      std::vector<std::vector<Vertex>> found(std::min(kRound, wavefronts - next));
+      parallel_for(found.size(), threads,
+                   [&](size_t i) { found[i] = arrivals_of_wavefront(context_, next + i); });
+      for (const std::vector<Vertex>& f : found)
+        std::copy_if(f.begin(), f.end(), std::back_inserter(arrivals_), on_surface);
+    }
+    light_paths_ = static_cast<double>(std::min(next, wavefronts) * kWavefront);
+  }
+
+  /// Of a pixel, over the image: what is found without this light or by meetings that happened.
+  double mean_light(int threads) const {
+    struct Sums {
+      double camera = 0, splats = 0, camera_paths = 0, light_paths = 0;
+    };
+    std::vector<Sums> sums(sight_.cells.size());
+    parallel_for(sums.size(), threads, [&](size_t i) {
+      const auto wavefront = std::make_unique<Wavefront>();
+      const auto recorder = std::make_unique<StrategyRecorder>();
+      wavefront->recorder = recorder.get();
+      const CellRect rect = sight_.rect(i);
+      for (int64_t j = 0; j < sight_.samples; ++j) {
+        const int64_t s = sight_.index(j);
+        render_packet(context_, {rect.x0, rect.y0, s, s + 1}, 0, *wavefront, nullptr);
+        for (const StrategyContribution& c : recorder->contributions)
+          (c.t == 1 ? sums[i].splats : sums[i].camera) += double{c.rgb[0] + c.rgb[1] + c.rgb[2]} / 3;
+        sums[i].camera_paths += static_cast<double>(wavefront->counters.camera_paths);
+        sums[i].light_paths += static_cast<double>(wavefront->counters.light_paths);
+        recorder->clear();
+      }
+    });
+    Sums all;
+    for (const Sums& s : sums) {
+      all.camera += s.camera;
+      all.splats += s.splats;
+      all.camera_paths += s.camera_paths;
+      all.light_paths += s.light_paths;
+    }
+    const double film_paths = 1 / double{context_.splat_scale};
+    const double splats =
+        all.light_paths > 0 ? all.splats * film_paths / all.light_paths / static_cast<double>(pixels()) : 0;
+    return splats + all.camera / std::max(all.camera_paths, 1.0);
+  }
+  int64_t pixels() const { return int64_t{context_.grid.width} * context_.grid.height; }
+
+  /// Adds what photons bring to the camera vertex `seen`, per camera path of the look. `light`: of a pixel.
+  void gather_at(const Vertex& seen, const VertexCubes& cubes, double light, UnmetLight* sum) const {
+    std::array<int32_t, kLanes> near{};
+    int count = 0;
+    const Vec3<float> p = seen.vec(Vertex::kP), n = seen.vec(Vertex::kNg);
+    cubes.around(p, [&](int32_t i) {
+      const Vertex& a = arrivals_[static_cast<size_t>(i)];
+      const Vec3<float> d = a.vec(Vertex::kP) - p;
+      if (!(dot(d, d) < radius_ * radius_) || std::fabs(dot(d, n)) > kFlat * radius_ ||
+          std::fabs(dot(a.vec(Vertex::kNg), n)) < kLeastCosine)
+        return;
+      near[static_cast<size_t>(count++)] = i;
+      if (count == kLanes) add(seen, near, std::exchange(count, 0), light, sum);
+    });
+    if (count > 0) add(seen, near, count, light, sum);
+  }
+  /// The first `count` of the arrivals `near`.
+  void add(const Vertex& seen, const std::array<int32_t, kLanes>& near, int count, double light,
+           UnmetLight* sum) const {
+    const LaneMask active = LaneMask(lane_index<Lane>() < count);
+    VertexLanes<Lane> v = load_vertices(&seen, LaneInt{});
+    v.params.tables = context_.scene.bsdf_tables.data();
+    const VertexLanes<Lane> l =
+        load_vertices(arrivals_.data(), gather(near.data(), select(active, lane_index<Lane>(), LaneInt{})));
+    const Frame<Lane> frame(v.ns);
+    const BsdfEval<Lane> f = eval_bsdf<Lane>(v.kind, active, v.params, local_viewer(context_, v, frame, v.wo),
+                                             frame.to_local(l.wo), Mode::kRadiance);
+    const Lane pdf = camera_density(context_.scene, v, l.wo, active, f.pdf);
+    const Lane value = mean_of(v.throughput * l.throughput * f.f), chance = l.dvc * pdf;
+    const double each = 1 / (M_PI * double{radius_} * double{radius_} * light_paths_ * camera_paths_);
+    for (int k = 0; k < count; ++k) {
+      const double brings = double{lane(value, k)}, meets = double{lane(chance, k)};
+      if (!(brings > 0) || !std::isfinite(brings) || !(meets >= 0)) continue;
+      const auto events = static_cast<size_t>(lane(l.depth, k) + seen.depth() - 1);
+      UnmetShare& part = sum->parts[events];
+      part.all += brings * each;
+      if (meets == 0) {
+        part.never += brings * each;
+      } else if (brings > meets * light * static_cast<double>(pixels())) {
+        part.seldom += brings * each;
+        part.meetings += meets * each;
+      }
+    }
+  }
+
+  StageContext context_;
+  PilotSight sight_;
+  std::vector<Vertex> seen_, arrivals_;
+  double camera_paths_ = 0, light_paths_ = 0;
+  float radius_ = 0;
+};
+
+}  // namespace
+
+UnmetShare& UnmetShare::operator+=(const UnmetShare& o) {
+  all += o.all;
+  never += o.never;
+  seldom += o.seldom;
+  meetings += o.meetings;
+  return *this;
+}
+
+UnmetShare UnmetLight::up_to(int max_depth) const {
+  UnmetShare sum;
+  for (size_t k = 0; k < parts.size() && k <= static_cast<size_t>(std::max(max_depth, 0)); ++k)
+    sum += parts[k];
+  return sum;
+}
+
+UnmetLight look_for_unmet_light(const StageContext& context, int threads) {
+  // Light paths can't be followed among fibres.
+  if (!context.scene.any_delta || context.scene.any_fibres) return {};
+  return Look(context).run(threads);
+}
+
+std::string unmet_text(const UnmetShare& unmet) {
+  constexpr double kLittle = 0.01;
+  const double lacks = unmet.never + unmet.seldom;
+  if (lacks < kLittle) return {};
+  char text[320];
+  int length =
+      std::snprintf(text, sizeof text,
+                    "about %.2g %% of the image's light comes off mirrors or through smooth glass to "
+                    "what is only seen in mirrors or through smooth glass, from lights ",
+                    100 * lacks);
+  const auto add = [&](const char* format, auto... values) {
+    length += std::snprintf(text + length, sizeof text - static_cast<size_t>(length), format, values...);
+  };
+  if (unmet.never >= kLittle) add("at a point or far away, which no path meets");
+  if (unmet.never >= kLittle && unmet.seldom >= kLittle) add(", and ");
+  if (unmet.seldom >= kLittle) add("so small that one camera path in %.1g meets them", 1 / unmet.meetings);
+  return std::string(text) + ": the image and the estimate of its error lack it";
+}
+
+}  // namespace lightmill
