@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-constexpr size_t kMaxEstimates = 1000, kMaxNotes = 200, kMaxNoteBytes = 2000;
+constexpr size_t kMaxEstimates = 1000, kMaxNotes = 200, kMaxLines = 8, kMaxNoteBytes = 2000;
 
 double positive(const nlohmann::json& j) {
   const auto x = j.get<double>();
@@ -33,8 +33,8 @@ constexpr std::pair<const char*, double SampleWork::*> kLater[] = {
     {"next_event_tries", &SampleWork::next_event_tries},
     {"splat_pixels", &SampleWork::splat_pixels}};
 
-std::string text_of(const nlohmann::json& note, const char* key) {
-  auto text = note.at(key).get<std::string>();
+std::string text_of(const nlohmann::json& j) {
+  auto text = j.get<std::string>();
   if (text.size() > kMaxNoteBytes)
     throw Error(ErrorKind::kUsage, "pilot report: a text of more than 2000 bytes");
   return text;
@@ -45,10 +45,18 @@ std::vector<FeatureNote> features_of(const nlohmann::json& array) {
     throw Error(ErrorKind::kUsage, "pilot report: \"features\" must be an array of at most 200");
   std::vector<FeatureNote> notes;
   for (const auto& note : array) {
-    notes.push_back({text_of(note, "feature"), note.at("needed").get<bool>(), text_of(note, "reason"),
-                     text_of(note, "saving")});
+    notes.push_back({text_of(note.at("feature")), note.at("needed").get<bool>(), text_of(note.at("reason")),
+                     text_of(note.at("saving"))});
   }
   return notes;
+}
+
+std::vector<std::string> lines_of(const nlohmann::json& array) {
+  if (!array.is_array() || array.size() > kMaxLines)
+    throw Error(ErrorKind::kUsage, "pilot report: \"missing_light\" must be an array of at most 8");
+  std::vector<std::string> lines;
+  for (const auto& line : array) lines.push_back(text_of(line));
+  return lines;
 }
 
 }  // namespace
@@ -90,6 +98,7 @@ std::string pilot_to_json(const PilotReport& report) {
                    {"samples", report.samples},
                    {"work", work}};
   if (!features.empty()) j["features"] = std::move(features);
+  if (!report.missing_light.empty()) j["missing_light"] = report.missing_light;
   return j.dump();
 }
 
@@ -109,6 +118,7 @@ PilotReport pilot_from_json(const std::string& text) {
                                   e.contains("shadow_rays") ? positive(e.at("shadow_rays")) : 0});
     }
     if (j.contains("features")) report.features = features_of(j.at("features"));
+    if (j.contains("missing_light")) report.missing_light = lines_of(j.at("missing_light"));
     report.samples = j.at("samples").get<int64_t>();
     if (report.samples < 0) throw Error(ErrorKind::kUsage, "pilot report: \"samples\" must not be negative");
     const auto& work = j.at("work");

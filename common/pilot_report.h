@@ -46,6 +46,7 @@ struct PilotReport {
   SampleWork work;
   double effort_gain = 1;                  // predicted of the chosen effort: times less variance x cost
   std::vector<FeatureNote> features = {};  // under the chosen plan; of reports before there were any none
+  std::vector<std::string> missing_light = {};  // what light the image will lack, a line each, for people
 };
 
 /// Largest accepted JSON of a report, bytes.

@@ -39,13 +39,24 @@ TEST(PilotReport, ReadsWhatItWrote) {
   report.samples = 4096;
   report.work.camera_hits = 2.5;
   report.work.lens_rays = 0.75;
+  report.features = {{"textures", false, "nothing reads one", "a look-up"}};
+  report.missing_light = {"a tenth", "and more"};
   const std::string json = pilot_to_json(report);
   EXPECT_EQ(pilot_to_json(pilot_from_json(json)), json);
+  EXPECT_EQ(pilot_from_json(json).features, report.features);
+  EXPECT_EQ(pilot_from_json(json).missing_light, report.missing_light);
 }
 
 TEST(PilotReport, RefusesWhatIsNone) {
   const std::string good = pilot_to_json({});
   EXPECT_NO_THROW(pilot_from_json(good));
+  PilotReport wordy;
+  wordy.missing_light.assign(8, "a tenth");
+  EXPECT_NO_THROW(pilot_from_json(pilot_to_json(wordy)));
+  wordy.missing_light.emplace_back("and more");
+  EXPECT_THROW(pilot_from_json(pilot_to_json(wordy)), Error);
+  wordy.missing_light = {std::string(2001, 'a')};
+  EXPECT_THROW(pilot_from_json(pilot_to_json(wordy)), Error);
   for (const std::string& bad :
        {std::string(), std::string("null"), good.substr(0, good.size() - 1),
         std::string(kMaxPilotBytes + 1, ' '),

@@ -28,6 +28,7 @@ class SceneRenderer : public PacketRenderer {
     const Renderer under_plan(renderer_, chosen);
     for (const PlanItem& item : under_plan.plan().items)
       report.features.push_back({item.feature, item.needed, item.reason, item.saving});
+    report.missing_light = under_plan.missing_light();
     return report;
   }
   std::shared_ptr<const PacketRenderer> with_settings(const RenderSettings& settings) const override {

@@ -199,8 +199,13 @@ const ScenePlan& Renderer::plan() const { return impl_->plan; }
 std::vector<std::string> Renderer::warnings() const {
   std::vector<std::string> lines;
   for (const Problem& problem : impl_->world->scene.warnings) lines.push_back(format_problem(problem));
+  for (const std::string& line : missing_light()) lines.push_back("warning: " + line);
+  return lines;
+}
+std::vector<std::string> Renderer::missing_light() const {
+  std::vector<std::string> lines;
   for (const std::string& line : {impl_->plan.lost_light, impl_->plan.unmet_light}) {
-    if (!line.empty()) lines.push_back("warning: " + line);
+    if (!line.empty()) lines.push_back(line);
   }
   return lines;
 }

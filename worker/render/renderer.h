@@ -48,6 +48,8 @@ class Renderer {
   /// What the scene says and could not be taken at its word, each with its place, and what light the settings
   /// leave out: a line each.
   std::vector<std::string> warnings() const;
+  /// The latter alone.
+  std::vector<std::string> missing_light() const;
   const RenderSettings& settings() const;
   /// That the scene takes, which renderers of other settings share.
   uint64_t memory_bytes() const;

@@ -276,7 +276,6 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   item("panes", scene.any_panes,
        scene.any_panes ? "thin smooth glass is looked through" : "no thin smooth glass in the scene",
        "the walk of paths and shadow rays through them");
-  if (!plan.unmet_light.empty()) item("light out of reach", false, plan.unmet_light, "");
   return plan;
 }
 

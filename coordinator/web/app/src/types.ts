@@ -105,6 +105,8 @@ export interface JobDetail {
     effort_gain: number;
     /** Absent in reports of older farms. */
     features?: { feature: string; needed: boolean; reason: string; saving: string }[];
+    /** What light the image will lack, a line each; absent if none is known to be. */
+    missing_light?: string[];
     estimates: { plan: Plan; relative_variance: number; cost: number }[];
   };
 }

@@ -107,7 +107,7 @@ TEST(UnmetLight, OfLightsAtAPointIsNeverMet) {
   EXPECT_THAT(of_point.plan().unmet_light, HasSubstr("at a point or far away, which no path meets"));
   EXPECT_THAT(of_lamp.plan().unmet_light, HasSubstr("so small that"));
   EXPECT_EQ(of_point.warnings(), std::vector<std::string>{"warning: " + of_point.plan().unmet_light});
-  EXPECT_EQ(of_point.plan().items.back().feature, "light out of reach");
+  EXPECT_EQ(of_point.missing_light(), std::vector<std::string>{of_point.plan().unmet_light});
 
   // A mirror, the floor, a mirror: three events.
   EXPECT_EQ(renderer_of(point, 2).plan().unmet_light, "");
