@@ -259,19 +259,17 @@ std::string unmet_text(const UnmetShare& unmet) {
   constexpr double kLittle = 0.01;
   const double lacks = unmet.never + unmet.seldom;
   if (lacks < kLittle) return {};
-  char text[320];
-  int length =
-      std::snprintf(text, sizeof text,
-                    "about %.2g %% of the image's light comes off mirrors or through smooth glass to "
-                    "what is only seen in mirrors or through smooth glass, from lights ",
-                    100 * lacks);
-  const auto add = [&](const char* format, auto... values) {
-    length += std::snprintf(text + length, sizeof text - static_cast<size_t>(length), format, values...);
-  };
-  if (unmet.never >= kLittle) add("at a point or far away, which no path meets");
-  if (unmet.never >= kLittle && unmet.seldom >= kLittle) add(", and ");
-  if (unmet.seldom >= kLittle) add("so small that one camera path in %.1g meets them", 1 / unmet.meetings);
-  return std::string(text) + ": the image and the estimate of its error lack it";
+  const bool never = unmet.never >= kLittle / 2, seldom = unmet.seldom >= kLittle / 2;
+  char share[32], chance[32];
+  std::snprintf(share, sizeof share, "about %.2g %%", 100 * lacks);
+  std::snprintf(chance, sizeof chance, "one camera path in %.1g", 1 / unmet.meetings);
+  return std::string(share) +
+         " of the image's light is missing, and the estimate of its error does not know: off mirrors or "
+         "through smooth glass it comes to what is only seen in mirrors or through smooth glass, from "
+         "lights " +
+         (never ? "at a point or far away, which no path meets" : "") + (never && seldom ? ", and " : "") +
+         (seldom ? "so small that " + std::string(chance) + " meets them" : "") +
+         "; larger lights would show it, or glass and mirrors that are a little rough";
 }
 
 }  // namespace lightmill

@@ -15,7 +15,10 @@
 namespace lightmill::test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
 
 /// A lamp that shines up into a mirror, a screen below it; the camera sees the floor in a mirror on a wall.
 /// Light comes to the floor by the mirror above, and by way of the wall beside it.
@@ -113,6 +116,15 @@ TEST(UnmetLight, OfLightsAtAPointIsNeverMet) {
   EXPECT_EQ(renderer_of(point, 2).plan().unmet_light, "");
   EXPECT_NE(renderer_of(point, 3).plan().unmet_light, "");
   EXPECT_EQ(renderer_of(point, 8, 3).plan().unmet.never, of_point.plan().unmet.never);
+}
+
+TEST(UnmetLight, IsSaidInOneLine) {
+  EXPECT_EQ(unmet_text({.all = 0.5, .never = 0.004, .seldom = 0.004, .meetings = 1e-9}), "");
+  EXPECT_THAT(unmet_text({.all = 0.5, .never = 0.006, .seldom = 0.006, .meetings = 1e-9}),
+              AllOf(StartsWith("about 1.2 %"), HasSubstr("no path meets, and so small"),
+                    HasSubstr("one camera path in 1e+09")));
+  EXPECT_THAT(unmet_text({.never = 0.25}),
+              AllOf(StartsWith("about 25 %"), HasSubstr("no path meets;"), Not(HasSubstr("so small"))));
 }
 
 TEST(UnmetLight, IsNoneWhereSomethingCanBeJoined) {
