@@ -88,6 +88,34 @@ void BatchFilm::merge_pairs() {
   group_ *= 2;
 }
 
+void BatchFilm::add_camera(const PixelRect& r, const ExactRgb* from, double unit, float* rgb) const {
+  struct Span {
+    const ExactRgb* from;
+    float* to;
+    int64_t pixels;
+  };
+  std::vector<Span> spans;
+  for (int y = r.y0; y < r.y1; ++y, from += r.width()) {
+    // What is tracked of a row is asked for first: it is far apart, and memory is slow.
+    const int64_t row = int64_t{y - grid_.crop.y0} * grid_.crop.width() - grid_.crop.x0;
+    spans.clear();
+    for (int64_t x = r.x0; x < r.x1;) {
+      const int64_t pixels = std::min(kRun - (row + x) % kRun, r.x1 - x), at = tracked_index(row + x);
+      if (at >= 0) {
+        const Span& span = spans.emplace_back(Span{from + (x - r.x0), rgb + 3 * at, pixels});
+        for (int64_t k = 0; k < pixels; ++k) __builtin_prefetch(span.from + k);
+      }
+      x += pixels;
+    }
+    for (const Span& span : spans) {
+      for (int64_t k = 0; k < span.pixels; ++k) {
+        for (int c = 0; c < 3; ++c)
+          span.to[3 * k + c] += static_cast<float>(to_double(span.from[k].c[c]) * unit);
+      }
+    }
+  }
+}
+
 void BatchFilm::fold(const Partial& partial) {
   if (partial.grid != grid_) throw Error(ErrorKind::kFailed, "partial was rendered for another film");
   const PixelRect r = grid_.pixels(partial.tile.cells);
@@ -119,11 +147,7 @@ void BatchFilm::fold(const Partial& partial) {
     float* rgb = &batch.rgb[3 * index(at)];
     for (int c = 0; c < 3; ++c) rgb[c] += static_cast<float>(to_double(sum.c[c]) * unit);
   };
-  const ExactRgb* from = partial.camera.data();
-  for (int y = r.y0; !partial.camera.empty() && y < r.y1; ++y) {
-    const int64_t row = int64_t{y - grid_.crop.y0} * grid_.crop.width() - grid_.crop.x0;
-    for (int x = r.x0; x < r.x1; ++x) add(row + x, *from++, quantum);
-  }
+  if (!partial.camera.empty()) add_camera(r, partial.camera.data(), quantum, batch.rgb.data());
   CropWalk crop_index(grid_);
   for (const Partial::SplatSum& splat : partial.splats) {
     const int64_t at = crop_index(splat.pixel);

@@ -85,6 +85,8 @@ class BatchFilm {
     int64_t samples = 0;     // pixel samples folded (all pixels), to know when it is complete
   };
   int64_t tracked_index(int64_t crop_index) const;
+  /// Adds the sums `from` of the pixels of `r`, row-major, in units of `unit`, to a batch's `rgb`.
+  void add_camera(const PixelRect& r, const ExactRgb* from, double unit, float* rgb) const;
   PixelLayout layout() const;
   void merge_pairs();
   std::vector<const Batch*> complete_batches() const;

@@ -53,6 +53,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 #include <vector>
 
@@ -112,13 +113,21 @@ struct BatchSums {
 /// each other, where one alone would wait for itself.
 template <size_t kAtOnce>
 void add_products(const float* x, const float* y, double* to) {
-  std::array<std::array<float, kLanes>, kAtOnce> lanes{};
+  // An array of arrays of lanes would be kept in memory.
+  using Lanes = float __attribute__((vector_size(sizeof(float) * kLanes)));
+  const auto load = [](const float* from) {
+    Lanes lanes;
+    std::memcpy(&lanes, from, sizeof lanes);
+    return lanes;
+  };
+  std::array<Lanes, kAtOnce> sums{};
   for (size_t i = 0; i < kStrip; i += kLanes) {
-    for (size_t k = 0; k < kAtOnce; ++k) {
-      for (size_t lane = 0; lane < kLanes; ++lane) lanes[k][lane] += x[i + lane] * y[k * kStrip + i + lane];
-    }
+    const Lanes own = load(x + i);
+    for (size_t k = 0; k < kAtOnce; ++k) sums[k] += own * load(y + k * kStrip + i);
   }
-  for (size_t k = 0; k < kAtOnce; ++k) to[k] += sum_of(lanes[k]);
+  for (size_t k = 0; k < kAtOnce; ++k) {
+    for (size_t lane = 0; lane < kLanes; ++lane) to[k] += static_cast<double>(sums[k][lane]);
+  }
 }
 
 /// Weighted deviations of the batches over a strip, `kStrip` floats a batch, zero beyond `size`.
