@@ -78,7 +78,9 @@ class Look {
       for (size_t k = 0; k < sum.parts.size(); ++k) sum.parts[k] += s.parts[k];
     }
     const UnmetShare all = sum.up_to(2 * kPhotonDepth);
-    const double per_light = 1 / (light + all.never + all.seldom);
+    const double image = light + all.never + all.seldom;
+    if (!(image > 0) || !std::isfinite(image)) return {};
+    const double per_light = 1 / image;
     for (UnmetShare& part : sum.parts)
       part.all *= per_light, part.never *= per_light, part.seldom *= per_light;
     return sum;

@@ -21,7 +21,7 @@ struct UnmetLight {
 };
 
 /// `context`: of the whole film and the strategies that are to run. On `threads` threads, of which no bit
-/// depends.
+/// depends. Nothing is found out about images smaller than a cell.
 UnmetLight look_for_unmet_light(const StageContext& context, int threads);
 
 /// ScenePlan::unmet_light.

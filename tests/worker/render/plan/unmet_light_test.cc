@@ -134,6 +134,11 @@ TEST(UnmetLight, IsNoneWhereSomethingCanBeJoined) {
   s.camera({0, 1.2, -0.95}, {0, 0, 0.2}, 20);  // straight at the floor: light paths bring it
   EXPECT_LT(renderer_of(s).plan().unmet.all, 1e-3);
   EXPECT_EQ(renderer_of(cornell_room()).plan().unmet.all, 0);
+  TestScene dark = lit_and_seen_by_mirrors(32);
+  add_floor(dark.diffuse(0), &dark);
+  dark.scene.materials[static_cast<size_t>(dark.scene.shapes[2].material)] = dark.scene.materials.back();
+  dark.point_light({0, 1, 0}, {2, 2, 2});
+  EXPECT_EQ(renderer_of(dark).plan().unmet.all, 0) << "nothing over nothing";
 }
 
 }  // namespace
