@@ -31,6 +31,11 @@ double to_double(Units units) {
   return is_negative(units) ? -value : value;
 }
 
+/// Adds `sum`, in units of `unit`, to the three values from `rgb` on.
+void add_sum(const ExactRgb& sum, double unit, float* rgb) {
+  for (int c = 0; c < 3; ++c) rgb[c] += static_cast<float>(to_double(sum.c[c]) * unit);
+}
+
 /// A bijection of 64-bit words with good avalanche (the finalizer of SplitMix64; Steele et al. 2014).
 uint64_t mix(uint64_t x) {
   x += 0x9e3779b97f4a7c15u;
@@ -108,10 +113,7 @@ void BatchFilm::add_camera(const PixelRect& r, const ExactRgb* from, double unit
       x += pixels;
     }
     for (const Span& span : spans) {
-      for (int64_t k = 0; k < span.pixels; ++k) {
-        for (int c = 0; c < 3; ++c)
-          span.to[3 * k + c] += static_cast<float>(to_double(span.from[k].c[c]) * unit);
-      }
+      for (int64_t k = 0; k < span.pixels; ++k) add_sum(span.from[k], unit, span.to + 3 * k);
     }
   }
 }
@@ -135,23 +137,18 @@ void BatchFilm::fold(const Partial& partial) {
   const double paths = static_cast<double>(partial.light_paths);
   const double splat_quantum =
       paths > 0 ? quantum * static_cast<double>(r.area() * partial.tile.samples()) / paths : 0;
+  if (!partial.camera.empty()) add_camera(r, partial.camera.data(), quantum, batch.rgb.data());
   // Pixels come in runs, of which all are tracked or none.
   int64_t run = -1, run_at = -1;
-  const auto add = [&](int64_t crop_index, const ExactRgb& sum, double unit) {
-    if (crop_index / kRun != run) {
-      run = crop_index / kRun;
-      run_at = tracked_index(run * kRun);
-    }
-    if (run_at < 0) return;
-    const int64_t at = run_at + crop_index % kRun;
-    float* rgb = &batch.rgb[3 * index(at)];
-    for (int c = 0; c < 3; ++c) rgb[c] += static_cast<float>(to_double(sum.c[c]) * unit);
-  };
-  if (!partial.camera.empty()) add_camera(r, partial.camera.data(), quantum, batch.rgb.data());
   CropWalk crop_index(grid_);
   for (const Partial::SplatSum& splat : partial.splats) {
-    const int64_t at = crop_index(splat.pixel);
-    if (at >= 0) add(at, splat.sum, splat_quantum);
+    const int64_t pixel = crop_index(splat.pixel);
+    if (pixel < 0) continue;
+    if (pixel / kRun != run) {
+      run = pixel / kRun;
+      run_at = tracked_index(run * kRun);
+    }
+    if (run_at >= 0) add_sum(splat.sum, splat_quantum, &batch.rgb[3 * index(run_at + pixel % kRun)]);
   }
   batch.samples += r.area() * partial.tile.samples();
 }

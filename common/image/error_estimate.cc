@@ -67,10 +67,10 @@ constexpr size_t kStrip = 512;  // values per pass: mean and variance stay in th
 constexpr size_t kLanes = 8;    // independent sums: a single chain of additions would be all latency
 static_assert(kStrip % kLanes == 0);
 
-template <class T>
-double sum_of(const std::array<T, kLanes>& lanes) {
+template <class Lanes>
+double sum_of(const Lanes& lanes) {
   double sum = 0;
-  for (const T v : lanes) sum += static_cast<double>(v);
+  for (size_t k = 0; k < kLanes; ++k) sum += static_cast<double>(lanes[k]);
   return sum;
 }
 
@@ -125,9 +125,7 @@ void add_products(const float* x, const float* y, double* to) {
     const Lanes own = load(x + i);
     for (size_t k = 0; k < kAtOnce; ++k) sums[k] += own * load(y + k * kStrip + i);
   }
-  for (size_t k = 0; k < kAtOnce; ++k) {
-    for (size_t lane = 0; lane < kLanes; ++lane) to[k] += static_cast<double>(sums[k][lane]);
-  }
+  for (size_t k = 0; k < kAtOnce; ++k) to[k] += sum_of(sums[k]);
 }
 
 /// Weighted deviations of the batches over a strip, `kStrip` floats a batch, zero beyond `size`.

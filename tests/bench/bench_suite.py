@@ -5,7 +5,7 @@ import pathlib
 import re
 import statistics
 
-from bench_common import ROOT, SHARED
+from bench_common import LIGHTMILL, ROOT, SHARED, last_row, output
 
 SCENES = {name: (ROOT / "scenes" / f"{name}.pbrt", "96x96") for name in ("cornell-spheres", "ring-caustic")}
 SCENES |= {f"cornell-{name}": (SHARED / "cornell-peers" / f"{name}.pbrt", "96x96") for name in ("diffuse", "glass")}
@@ -41,3 +41,11 @@ def interval_of_logs(logs):
         return math.exp(mean), 0.0, math.inf
     half = t975(len(logs) - 1) * statistics.stdev(logs) / math.sqrt(len(logs))
     return math.exp(mean), math.exp(mean - half), math.exp(mean + half)
+
+
+def render(scene, report, picture, threads, *flags):
+    """Renders a scene of the suite at its size; returns the last row of its report. `threads`: None: as many as may be."""
+    path, size = SCENES[scene]
+    flags += ("--threads", threads) if threads else ()
+    output(LIGHTMILL, "render", path, "--quiet", "--resolution", size, "--report", report, "-o", picture, *flags)
+    return last_row(report)

@@ -177,12 +177,7 @@ const tests = {
   },
 
   async "light that no path meets is named"() {
-    const mirrors = join(farm.folder, "mirrors.pbrt");
-    const quad = (...p) => `Shape "bilinearmesh" "point3 P" [${p.join(" ")}]\n`;
-    writeFileSync(mirrors, 'LookAt 0 1.2 -0.95  0 0.4 1.2  0 1 0\nCamera "perspective" "float fov" 8\nFilm "rgb" "integer xresolution" 32 "integer yresolution" 32\nWorldBegin\n' +
-      'LightSource "point" "point3 from" [0 1 0]\nMaterial "conductor" "rgb reflectance" [0.9 0.9 0.9]\n' + quad(-1, 1.5, -1, 1, 1.5, -1, -1, 1.5, 1, 1, 1.5, 1) + quad(-1, 0, 1.2, 1, 0, 1.2, -1, 2, 1.2, 1, 2, 1.2) +
-      'Material "diffuse"\n' + quad(-1, 0, -1, 1, 0, -1, -1, 0, 1, 1, 0, 1) + quad(-1, 0, -1, -1, 1.5, -1, -1, 0, 1.2, -1, 1.5, 1.2));
-    const id = await farm.submit(mirrors, "--spp", "16");
+    const id = await farm.submit(join(root, "tests/farm/lit_and_seen_by_mirrors.pbrt"), "--spp", "16");
     const page = await open(`${farm.url}#/jobs/${id}`);
     await page.locator(".job-note", { hasText: /^Missing light: about .* which no path meets/ }).waitFor();
     await shot(page, "missing-light");

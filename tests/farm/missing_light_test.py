@@ -10,21 +10,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from farm import GENEROUS_S, Farm  # noqa: E402
 
-# A light at a point over a screen; it comes to the floor off the mirror above, and the floor is seen in a mirror.
-LIT_AND_SEEN_BY_MIRRORS = """
-LookAt 0 1.2 -0.95  0 0.4 1.2  0 1 0
-Camera "perspective" "float fov" 8
-Film "rgb" "integer xresolution" 32 "integer yresolution" 32
-WorldBegin
-LightSource "point" "point3 from" [0 1 0] "rgb I" [2 2 2]
-Material "conductor" "rgb reflectance" [0.9 0.9 0.9]
-Shape "bilinearmesh" "point3 P" [-1 1.5 -1  1 1.5 -1  -1 1.5 1  1 1.5 1]
-Shape "bilinearmesh" "point3 P" [-1 0 1.2  1 0 1.2  -1 2 1.2  1 2 1.2]
-Material "diffuse" "rgb reflectance" [0.7 0.7 0.7]
-Shape "bilinearmesh" "point3 P" [-1 0 -1  1 0 -1  -1 0 1  1 0 1]
-Shape "bilinearmesh" "point3 P" [-1 0 -1  -1 1.5 -1  -1 0 1.2  -1 1.5 1.2]
-Shape "bilinearmesh" "point3 P" [-0.3 0.98 -0.3  0.3 0.98 -0.3  -0.3 0.98 0.3  0.3 0.98 0.3]
-"""
+SCENE = pathlib.Path(__file__).resolve().parent / "lit_and_seen_by_mirrors.pbrt"
 
 
 def said_by(bin_dir, *arguments):
@@ -40,9 +26,7 @@ def main():
     parser.add_argument("--bin", required=True, help="folder of the programs")
     bin_dir = parser.parse_args().bin
     with Farm(bin_dir) as farm:
-        scene = farm.folder / "mirrors.pbrt"
-        scene.write_text(LIT_AND_SEEN_BY_MIRRORS)
-        options = [scene, "--spp", 32]
+        options = [SCENE, "--spp", 32]
         said = said_by(bin_dir, "render", *options, "-o", farm.folder / "mirrors.exr")
         assert said.count("which no path meets") == 1, said
 

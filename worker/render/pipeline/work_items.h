@@ -6,6 +6,7 @@
 // One thread owns a wavefront; nothing here is shared. One wavefront works on one cell x one sample index at
 // a time: slot i of the camera paths is pixel i of the cell (row-major). Light paths belong to the layer as a
 // whole: their vertices form its cache, from which camera vertices draw.
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <memory>
@@ -37,6 +38,15 @@ struct Paths {
   alignas(32) int32_t active[kWavefront + kLanes];  // slots with a ray, `active_count` of them
   alignas(32) float time[kWavefront];               // in [0, 1]; set if anything moves
   int active_count = 0;
+
+  /// Ends those of the slots in `ended`.
+  void end(const std::array<bool, kWavefront>& ended) {
+    int left = 0;
+    for (int i = 0; i < active_count; ++i) {
+      if (!ended[static_cast<size_t>(active[i])]) active[left++] = active[i];
+    }
+    active_count = left;
+  }
 };
 
 /// A vertex that can be connected, on a surface or in a medium: 32 floats, two cache lines. Integers are
@@ -62,6 +72,7 @@ struct alignas(64) Vertex {
   Vertex() {}  // not zeroed: whoever appends one fills it
   Vec3<float> vec(int slot) const { return {f[slot], f[slot + 1], f[slot + 2]}; }
   int32_t path() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) & ((1 << kDepthShift) - 1); }
+  BsdfKind kind() const { return static_cast<BsdfKind>(std::bit_cast<int32_t>(f[kKind])); }
   int32_t depth() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) >> kDepthShift; }
 };
 

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 
-#include "common/parallel.h"
 #include "worker/render/plan/guide_trial.h"
 #include "worker/render/plan/photon_tracing.h"
 
@@ -29,17 +28,6 @@ constexpr double kLeastGain = 1.3, kLeastGainFirst = 1.15, kNoLoss = 0.97;
 constexpr double kLeastLed = 16, kLeastLedFirst = 2, kRare = 100, kRareFirst = 20;
 /// Of these, so many in effect: fewer would be fireflies in place of what is dark without them.
 constexpr double kLeastRare = 64, kLeastRareFirst = 4;
-
-/// Adds those of wavefronts first, first + 1, ... up to `last`.
-void find_photons(const StageContext& context, size_t first, size_t last, int threads,
-                  std::vector<Photon>* photons) {
-  for (; first < last && photons->size() < kPhotons; first += kRound) {
-    std::vector<std::vector<Photon>> found(std::min(kRound, last - first));
-    parallel_for(found.size(), threads,
-                 [&](size_t i) { found[i] = photons_of_wavefront(context, first + i); });
-    for (const std::vector<Photon>& f : found) photons->insert(photons->end(), f.begin(), f.end());
-  }
-}
 
 using Noise = std::array<double, kGuideShares.size()>;
 constexpr size_t kSmallShare = 1, kTriedShare = 2;
@@ -108,7 +96,8 @@ void learn_caustics(const StageContext& context, int threads, RenderScene* scene
     return static_cast<size_t>(std::min(look.light_paths, look.per_pixel * pixels) / kWavefront);
   };
   const auto try_photons = [&](size_t first, const Look& look) {
-    find_photons(context, first, wavefronts(look), threads, &photons);
+    const auto trace = [&](size_t number) { return photons_of_wavefront(context, number); };
+    trace_wavefronts(first, wavefronts(look), kRound, kPhotons, threads, trace, &photons);
     scene->caustics = make_caustic_guide(photons);
     return scene->caustics.empty() ? GuideTrial() : try_guide(context, look.camera_paths, threads);
   };

@@ -8,10 +8,8 @@
 #include "common/parallel.h"
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/math/ray_offset.h"
-#include "worker/render/pipeline/bouncer.h"
-#include "worker/render/pipeline/caster.h"
-#include "worker/render/pipeline/producer.h"
 #include "worker/render/pipeline/shadow_queue.h"
+#include "worker/render/plan/camera_look.h"
 
 namespace lightmill {
 namespace {
@@ -26,8 +24,7 @@ bool transmits(int32_t kind) {
 
 LitPlace place_of(const Vertex& v, float time) {
   const auto at = [&](int slot) { return Vec3f{v.f[slot], v.f[slot + 1], v.f[slot + 2]}; };
-  LitPlace place{at(Vertex::kP), at(Vertex::kNg), v.f[Vertex::kError],
-                 transmits(std::bit_cast<int32_t>(v.f[Vertex::kKind])), time};
+  LitPlace place{at(Vertex::kP), at(Vertex::kNg), v.f[Vertex::kError], transmits(v.kind()), time};
   const Vec3f wo = at(Vertex::kWo), n = place.normal;
   if (wo.x * n.x + wo.y * n.y + wo.z * n.z < 0) place.normal = {-n.x, -n.y, -n.z};
   return place;
@@ -37,23 +34,12 @@ LitPlace place_of(const Vertex& v, float time) {
 void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t samples,
                   const Thinning& thinning, int depths, Wavefront* wavefront, std::vector<LitPlace>* places) {
   Wavefront& w = *wavefront;
-  LayerContext layer;
-  layer.cell_x = cell_x;
-  layer.cell_y = cell_y;
-  layer.slots = &w.slots;
+  const bool moving = context.scene.any_moving();
   w.slots.begin_batch(context, cell_x, cell_y, 0, thinning);
   for (int64_t s = 0; s < samples; ++s) {
-    layer.sample_in_batch = static_cast<uint32_t>(s);
-    w.slots.begin_pass(0, s, 0);
-    produce_camera_paths(context, layer, w);
-    for (int depth = 1; w.paths.active_count > 0 && depth <= depths; ++depth) {
-      cast_camera_paths(context, layer, depth, w);
-      bounce_camera_paths(context, layer, depth, w);
-      for (const Vertex& v : w.vertices) {
-        const bool moving = context.scene.any_moving();
-        places->push_back(place_of(v, moving ? w.paths.time[v.path()] : 0));
-      }
-    }
+    follow_camera_paths(context, cell_x, cell_y, s, depths, w, [&](int) {
+      for (const Vertex& v : w.vertices) places->push_back(place_of(v, moving ? w.paths.time[v.path()] : 0));
+    });
   }
 }
 

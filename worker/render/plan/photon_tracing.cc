@@ -1,7 +1,6 @@
 #include "worker/render/plan/photon_tracing.h"
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <memory>
 
@@ -42,14 +41,9 @@ class LightPaths {
       bounce_light_paths(context_, layer_, depth, w);
       if (depth > 1) arrivals.insert(arrivals.end(), w.light_vertices.begin(), w.light_vertices.end());
       // What can be joined ends the path.
-      std::array<bool, kWavefront> ends{};
-      for (const Vertex& v : w.light_vertices) ends[static_cast<size_t>(v.path())] = true;
-      int left = 0;
-      for (int i = 0; i < w.paths.active_count; ++i) {
-        const int32_t slot = w.paths.active[i];
-        if (!ends[static_cast<size_t>(slot)]) w.paths.active[left++] = slot;
-      }
-      w.paths.active_count = left;
+      std::array<bool, kWavefront> ended{};
+      for (const Vertex& v : w.light_vertices) ended[static_cast<size_t>(v.path())] = true;
+      w.paths.end(ended);
     }
     return arrivals;
   }
@@ -74,7 +68,7 @@ std::vector<Arrival> photons_at(const std::vector<Vertex>& vertices) {
     const float* t = &v.f[Vertex::kThroughput];
     const float power = (t[0] + t[1] + t[2]) / 3;
     // dVC is 0 where nothing can hit the light.
-    if (!is_guided(std::bit_cast<int32_t>(v.f[Vertex::kKind])) || !(v.f[Vertex::kDvc] > 0)) continue;
+    if (!is_guided(v.kind()) || !(v.f[Vertex::kDvc] > 0)) continue;
     if (!(power > 0 && std::isfinite(power))) continue;
     Arrival& a = arrivals.emplace_back();
     a.slot = v.path();

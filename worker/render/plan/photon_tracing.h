@@ -3,8 +3,10 @@
 // but mirrors and smooth glass; where they come to a wide lobe then, they leave a photon. Two more paths by
 // the same random numbers, which leave the same point of the light a little beside it, tell how the photon's
 // direction changes with its place (ray differentials, Igehy 1999, by differences).
+#include <algorithm>
 #include <vector>
 
+#include "common/parallel.h"
 #include "worker/render/light/caustic_guide.h"
 #include "worker/render/pipeline/context.h"
 
@@ -19,5 +21,20 @@ std::vector<Vertex> arrivals_of_wavefront(const StageContext& context, size_t nu
 
 /// Their photons, of lights that camera paths can meet.
 std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t number);
+
+/// Appends `trace(number)` of wavefronts first, first + 1, ... up to `last` to `found`, in rounds of `round`,
+/// until that has `enough`. On `threads` threads, of which no bit depends. Returns the first one that was not
+/// traced.
+template <class T, class Trace>
+size_t trace_wavefronts(size_t first, size_t last, size_t round, size_t enough, int threads, Trace&& trace,
+                        std::vector<T>* found) {
+  while (first < last && found->size() < enough) {
+    std::vector<std::vector<T>> parts(std::min(round, last - first));
+    parallel_for(parts.size(), threads, [&](size_t i) { parts[i] = trace(first + i); });
+    for (const std::vector<T>& part : parts) found->insert(found->end(), part.begin(), part.end());
+    first += parts.size();
+  }
+  return first;
+}
 
 }  // namespace lightmill

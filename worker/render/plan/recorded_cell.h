@@ -12,31 +12,42 @@
 
 namespace lightmill {
 
+/// Renders all samples of cell number `i` of `sight`; sample(recorder, counters, block) is shown each.
+/// `weigh_guide` as in StrategyRecorder.
+template <class Sample>
+void record_samples(const StageContext& context, const PilotSight& sight, size_t i, bool weigh_guide,
+                    Sample&& sample) {
+  const auto wavefront = std::make_unique<Wavefront>();
+  const auto recorder = std::make_unique<StrategyRecorder>();
+  recorder->weigh_guide = weigh_guide;
+  wavefront->recorder = recorder.get();
+  const CellRect rect = sight.rect(i);
+  for (int64_t j = 0; j < sight.samples; ++j) {
+    const int64_t s = sight.index(j);
+    render_packet(context, {rect.x0, rect.y0, s, s + 1}, 0, *wavefront, nullptr);
+    sample(*recorder, wavefront->counters, sight.block(j));
+    recorder->clear();
+  }
+}
+
 /// Renders all samples of cell number `i` of `sight` and gives their values to `values`. take(recorder, k,
 /// block) is told of every contribution, by its number, and says whether it counts for the noise that is
 /// returned. `weigh_guide` as in StrategyRecorder.
 template <class Take>
 std::vector<PixelNoise> record_cell(const StageContext& context, const PilotSight& sight, size_t i,
                                     bool weigh_guide, PilotValues* values, Take&& take) {
-  const auto wavefront = std::make_unique<Wavefront>();
-  const auto recorder = std::make_unique<StrategyRecorder>();
-  recorder->weigh_guide = weigh_guide;
-  wavefront->recorder = recorder.get();
-  const CellRect rect = sight.rect(i);
   CellLook look;
   CameraSums camera;
-  for (int64_t j = 0; j < sight.samples; ++j) {
-    const int64_t s = sight.index(j);
-    render_packet(context, {rect.x0, rect.y0, s, s + 1}, 0, *wavefront, nullptr);
-    look.add(recorder->contributions, wavefront->counters.light_paths);
-    for (size_t k = 0; k < recorder->contributions.size(); ++k) {
-      if (take(*recorder, k, sight.block(j))) camera.add(recorder->contributions[k]);
+  const auto add_sample = [&](const StrategyRecorder& recorder, const RenderCounters& counters, int block) {
+    look.add(recorder.contributions, counters.light_paths);
+    for (size_t k = 0; k < recorder.contributions.size(); ++k) {
+      if (take(recorder, k, block)) camera.add(recorder.contributions[k]);
     }
     camera.end_sample();
-    recorder->clear();
-  }
+  };
+  record_samples(context, sight, i, weigh_guide, add_sample);
   values->take(i, std::move(look));
-  return camera.noise(context.grid, rect, sight.samples);
+  return camera.noise(context.grid, sight.rect(i), sight.samples);
 }
 
 /// The variance of these pixels, weighed as in relMSE, over pixels and channels.

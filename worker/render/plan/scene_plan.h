@@ -26,7 +26,10 @@ struct UnmetShare {
   double seldom = 0;    // by meetings that are each brighter than the whole image at one sample per pixel
   double meetings = 0;  // of the latter, per camera path
 
-  UnmetShare& operator+=(const UnmetShare& o);
+  UnmetShare& operator+=(const UnmetShare& o) {
+    all += o.all, never += o.never, seldom += o.seldom, meetings += o.meetings;
+    return *this;
+  }
 };
 
 struct ScenePlan {

@@ -1,7 +1,6 @@
 #include "worker/render/plan/unmet_light.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -9,15 +8,10 @@
 #include <vector>
 
 #include "common/parallel.h"
-#include "worker/render/pipeline/bouncer.h"
-#include "worker/render/pipeline/caster.h"
 #include "worker/render/pipeline/guided_density.h"
 #include "worker/render/pipeline/joined_vertices.h"
-#include "worker/render/pipeline/path_times.h"
-#include "worker/render/pipeline/pipeline.h"
-#include "worker/render/pipeline/producer.h"
-#include "worker/render/pipeline/strategy_recorder.h"
-#include "worker/render/plan/pilot_sight.h"
+#include "worker/render/plan/camera_look.h"
+#include "worker/render/plan/recorded_cell.h"
 #include "worker/render/plan/vertex_cubes.h"
 
 namespace lightmill {
@@ -33,7 +27,7 @@ constexpr size_t kArrivals = size_t{1} << 14, kRound = 32;
 constexpr float kRadius = 1.0f / 64, kFlat = 0.2f, kLeastCosine = 0.9f;
 constexpr float kLeastRadius = 1e-9f;  // of a scene that extends about 1
 
-bool on_surface(const Vertex& v) { return std::bit_cast<int32_t>(v.f[Vertex::kKind]) != kPhaseFunction; }
+bool on_surface(const Vertex& v) { return v.kind() != kPhaseFunction; }
 Lane mean_of(const Vec3<Lane>& rgb) { return (rgb.x + rgb.y + rgb.z) * (1.0f / 3); }
 
 /// How far most of what is seen extends, along the longest axis.
@@ -105,46 +99,28 @@ class Look {
     }
   }
   void follow_sample(const CellRect& rect, int64_t s, Wavefront& w, std::vector<Vertex>* found) const {
-    const int64_t batch = superblock_of_sample(s);
-    LayerContext layer;
-    layer.cell_x = rect.x0;
-    layer.cell_y = rect.y0;
-    layer.slots = &w.slots;
-    layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
-    layer.time = time_of_layer(context_, layer);
-    w.slots.begin_batch(context_, rect.x0, rect.y0, batch, context_.thinning);
-    w.slots.begin_pass(batch, s, 0);
-    produce_camera_paths(context_, layer, w);
+    w.slots.begin_batch(context_, rect.x0, rect.y0, superblock_of_sample(s), context_.thinning);
     std::array<bool, kWavefront> ended{};
-    for (int depth = 1; w.paths.active_count > 0 && depth <= kPhotonDepth; ++depth) {
-      cast_camera_paths(context_, layer, depth, w);
-      bounce_camera_paths(context_, layer, depth, w);
+    follow_camera_paths(context_, rect.x0, rect.y0, s, kPhotonDepth, w, [&](int depth) {
       for (const Vertex& v : w.vertices) {
         bool& end = ended[static_cast<size_t>(v.path())];
         if (!end && depth > 1 && on_surface(v)) found->push_back(v);
         end = true;
       }
-      int left = 0;
-      for (int k = 0; k < w.paths.active_count; ++k) {
-        const int32_t slot = w.paths.active[k];
-        if (!ended[static_cast<size_t>(slot)]) w.paths.active[left++] = slot;
-      }
-      w.paths.active_count = left;
-    }
+      w.paths.end(ended);
+    });
   }
 
   void find_arrivals(int threads) {
     const auto wavefronts = static_cast<size_t>(
         std::min(kLightPaths, kLightPathsPerPixel * context_.grid.crop.area()) / kWavefront);
-    size_t next = 0;
-    for (; next < wavefronts && arrivals_.size() < kArrivals; next += kRound) {
-      std::vector<std::vector<Vertex>> found(std::min(kRound, wavefronts - next));
-      parallel_for(found.size(), threads,
-                   [&](size_t i) { found[i] = arrivals_of_wavefront(context_, next + i); });
-      for (const std::vector<Vertex>& f : found)
-        std::copy_if(f.begin(), f.end(), std::back_inserter(arrivals_), on_surface);
-    }
-    light_paths_ = static_cast<double>(std::min(next, wavefronts) * kWavefront);
+    const auto trace = [&](size_t number) {
+      std::vector<Vertex> arrivals = arrivals_of_wavefront(context_, number);
+      std::erase_if(arrivals, [](const Vertex& v) { return !on_surface(v); });
+      return arrivals;
+    };
+    const size_t traced = trace_wavefronts(0, wavefronts, kRound, kArrivals, threads, trace, &arrivals_);
+    light_paths_ = static_cast<double>(traced * kWavefront);
   }
 
   /// Of a pixel, over the image: what is found without this light or by meetings that happened.
@@ -154,19 +130,13 @@ class Look {
     };
     std::vector<Sums> sums(sight_.cells.size());
     parallel_for(sums.size(), threads, [&](size_t i) {
-      const auto wavefront = std::make_unique<Wavefront>();
-      const auto recorder = std::make_unique<StrategyRecorder>();
-      wavefront->recorder = recorder.get();
-      const CellRect rect = sight_.rect(i);
-      for (int64_t j = 0; j < sight_.samples; ++j) {
-        const int64_t s = sight_.index(j);
-        render_packet(context_, {rect.x0, rect.y0, s, s + 1}, 0, *wavefront, nullptr);
-        for (const StrategyContribution& c : recorder->contributions)
+      const auto add_sample = [&](const StrategyRecorder& recorder, const RenderCounters& counters, int) {
+        for (const StrategyContribution& c : recorder.contributions)
           (c.t == 1 ? sums[i].splats : sums[i].camera) += double{c.rgb[0] + c.rgb[1] + c.rgb[2]} / 3;
-        sums[i].camera_paths += static_cast<double>(wavefront->counters.camera_paths);
-        sums[i].light_paths += static_cast<double>(wavefront->counters.light_paths);
-        recorder->clear();
-      }
+        sums[i].camera_paths += static_cast<double>(counters.camera_paths);
+        sums[i].light_paths += static_cast<double>(counters.light_paths);
+      };
+      record_samples(context_, sight_, i, false, add_sample);
     });
     Sums all;
     for (const Sums& s : sums) {
@@ -235,14 +205,6 @@ class Look {
 };
 
 }  // namespace
-
-UnmetShare& UnmetShare::operator+=(const UnmetShare& o) {
-  all += o.all;
-  never += o.never;
-  seldom += o.seldom;
-  meetings += o.meetings;
-  return *this;
-}
 
 UnmetShare UnmetLight::up_to(int max_depth) const {
   UnmetShare sum;

@@ -1,0 +1,30 @@
+#pragma once
+// Camera paths that are followed for what they meet, not for an image.
+#include "worker/render/pipeline/bouncer.h"
+#include "worker/render/pipeline/caster.h"
+#include "worker/render/pipeline/producer.h"
+
+namespace lightmill {
+
+/// Follows those of sample index `s` of a cell, of the batch that w.slots have begun, at time 0 where paths
+/// have none of their own. visit(depth) is called where they have come to their vertices of that depth, up to
+/// `depths`, and may end some.
+template <class Visit>
+void follow_camera_paths(const StageContext& context, int cell_x, int cell_y, int64_t s, int depths,
+                         Wavefront& w, Visit&& visit) {
+  const int64_t batch = superblock_of_sample(s);
+  LayerContext layer;
+  layer.cell_x = cell_x;
+  layer.cell_y = cell_y;
+  layer.slots = &w.slots;
+  layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
+  w.slots.begin_pass(batch, s, 0);
+  produce_camera_paths(context, layer, w);
+  for (int depth = 1; w.paths.active_count > 0 && depth <= depths; ++depth) {
+    cast_camera_paths(context, layer, depth, w);
+    bounce_camera_paths(context, layer, depth, w);
+    visit(depth);
+  }
+}
+
+}  // namespace lightmill
