@@ -159,8 +159,12 @@ void hash_caustic_guide(Sha256* all) {
   for (int i = 0; i < 1024; ++i) {
     const auto at = [&](int k) { return static_cast<float>((i * k) % 127) * 0x1p-7f; };
     const Vec3<float> w = normalize(Vec3<float>{at(7) - 0.5f, 0.3f * at(11) - 0.2f, 0.5f});
-    photons.push_back(
-        {{at(3), at(5), 0}, {w.x, w.y, w.z}, {at(2), at(9), 0, -at(17), at(4), 0, 0, 0, 0}, 0.1f + at(13)});
+    photons.push_back({{at(3), at(5), 0},
+                       {w.x, w.y, w.z},
+                       {at(2), at(9), 0, -at(17), at(4), 0, 0, 0, 0},
+                       0.1f + at(13),
+                       -1,
+                       {}});
   }
   const CausticGuide guide = make_caustic_guide(photons);
   for (int i = 0; i < 64; ++i) {

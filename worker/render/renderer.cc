@@ -16,6 +16,7 @@
 #include "worker/render/plan/caustic_learning.h"
 #include "worker/render/plan/light_learning.h"
 #include "worker/render/plan/light_media.h"
+#include "worker/render/plan/manifold_learning.h"
 #include "worker/render/plan/plan_set.h"
 #include "worker/render/plan/scene_analysis.h"
 #include "worker/render/plan/stage_kernels.h"
@@ -157,6 +158,7 @@ struct Renderer::World {
     if (strategies & kEmissionHits) learn_caustics(context, threads, &scene);
     if (light_paths) aim_light_paths(context_of(settings, strategies, stage_kernels(scene)), threads, &scene);
     unmet = look_for_unmet_light(context_of(settings, strategies, stage_kernels(scene)), threads);
+    learn_manifolds(context_of(settings, strategies, stage_kernels(scene)), threads, &scene, &unmet);
   }
 };
 

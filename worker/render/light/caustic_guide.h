@@ -12,33 +12,15 @@
 // from (Jensen 1995, "Importance driven path tracing using the photon map"), or a little beside it, the rest
 // by the BSDF; their density is that of all together, for every strategy alike (pipeline/guided_density.h).
 // It is filled before rendering (plan/caustic_learning.h) and fixed then: a function of the point alone.
-#include <array>
 #include <bit>
 #include <cstdint>
 #include <vector>
 
 #include "worker/render/bsdf/bsdf.h"
-#include "worker/render/light/light_guide.h"
+#include "worker/render/light/photon_blocks.h"
 #include "worker/render/math/trig.h"
 
 namespace lightmill {
-
-/// Where a light path came to a wide lobe from mirrors and glass alone.
-struct Photon {
-  Vec3<float> p;
-  Vec3<float> w;  // unit direction to where it came from
-  /// Change of w per step of p, by rows, of what comes from the same point of the light.
-  std::array<float, 9> turn{};
-  float power = 0;
-};
-
-/// Where a table's photons are followed to: their directions are those at the point of this box next to the
-/// point that asks.
-struct GuideBox {
-  std::array<float, 3> centre{};
-  float half = 0;  // side
-};
-static_assert(sizeof(GuideBox) == 4 * sizeof(float));
 
 struct CausticGuide {
   /// A table has photons, all equally likely, in groups of neighbours by direction. By fields, of each

@@ -1,6 +1,7 @@
 #pragma once
 // Stage 3's emission: camera paths that end on an emitter or escape to an infinite light (s = 0 in mis.h).
 #include "worker/render/light/light_sampling.h"
+#include "worker/render/pipeline/manifold_connections.h"
 #include "worker/render/pipeline/path_vertex.h"
 #include "worker/render/pipeline/strategy_recorder.h"
 #include "worker/render/scene/emitter_pattern.h"
@@ -51,7 +52,11 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
     }
     const Lane w_camera = weigh_connections ? w_next_event + p_emission * dvc : w_next_event;
     const Lane mis = mis_weight(Lane{}, w_camera);
-    const LaneMask seen = mask_and(g.active, through_portals(lights, light, from, wi));
+    LaneMask seen = mask_and(g.active, through_portals(lights, light, from, wi));
+    if (K::kSurfaces && w.manifolds) {
+      const LaneMask counted = counted_by_manifolds(context, g.slot, seen, light, wi, all, depth, w);
+      seen = mask_and(seen, mask_not(counted));
+    }
     const Vec3<Lane> c = throughput * infinite_radiance(lights, r, all, wi) * (mis * context.imaging_ratio);
     add_radiance(w, g.slot, seen, c);
     if (recorder_of<K>(w)) record_emission(depth, g.slot, seen, c, mis, w_next_event, p_emission, dvc, w);
@@ -86,7 +91,12 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   }
   const Lane mis = mis_weight(Lane{}, weigh_connections ? w_other + p_emission * h.v.dvc : w_other);
   const Vec3<Lane> c = h.v.throughput * radiance * (mis * context.imaging_ratio);
-  const LaneMask shines = mask_and(emits, LaneMask(max_component(radiance) > 0.0f));
+  LaneMask shines = mask_and(emits, LaneMask(max_component(radiance) > 0.0f));
+  if (K::kSurfaces && w.manifolds) {
+    const LaneMask counted =
+        counted_by_manifolds(context, h.v.path, shines, light, h.v.p, splat_mask<Lane>(false), depth, w);
+    shines = mask_and(shines, mask_not(counted));
+  }
   add_radiance(w, h.v.path, shines, c);
   if (recorder_of<K>(w)) record_emission(depth, h.v.path, shines, c, mis, w_other, p_emission, h.v.dvc, w);
 }

@@ -10,6 +10,7 @@
 #include "worker/render/pipeline/caster.h"
 #include "worker/render/pipeline/film.h"
 #include "worker/render/pipeline/light_net.h"
+#include "worker/render/pipeline/manifold_connections.h"
 #include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/producer.h"
 #include "worker/render/pipeline/shadow_caster.h"
@@ -86,6 +87,7 @@ void camera_pass(const StageContext& context, const LayerContext& layer, Wavefro
     const StageScope scope(w, Stage::kProduce);
     produce_camera_paths(context, layer, w);
   });
+  begin_manifolds(context, w);
   for (int depth = 1; w.paths.active_count > 0; ++depth) {
     run(w, &StrategyRecorder::camera_subpath_seconds, [&] {
       cast_camera_paths(context, layer, depth, w);
@@ -104,6 +106,12 @@ void camera_pass(const StageContext& context, const LayerContext& layer, Wavefro
     if (context.on(kVertexConnections)) connect(w, [&] { shadow_connections(context, layer, depth, w); });
     flush_shadow_rays(context, false, w);
     if (w.aovs && depth == 1) w.aovs->begin_indirect(w);
+    if (!context.scene.manifolds.empty() && context.on(kCameraLayer)) {
+      run(w, &StrategyRecorder::camera_subpath_seconds, [&] {
+        const StageScope scope(w, Stage::kConnect);
+        connect_manifolds(context, layer, depth, w);
+      });
+    }
   }
 }
 

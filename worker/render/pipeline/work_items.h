@@ -96,6 +96,7 @@ class AovRecorder;       // aov_recorder.h
 class StageProbe;        // stage_probe.h
 struct MediaWork;        // medium_walk.h
 struct BodyWalks;        // subsurface_walk.h
+struct ManifoldWork;     // manifold_connections.h
 
 /// Everything that a thread needs to render packets.
 struct Wavefront {
@@ -109,11 +110,12 @@ struct Wavefront {
   std::vector<ExactRgb> camera_sums;  // the packet's cell
   std::vector<int32_t> sorted;        // the bouncer's counting sort
   RenderCounters counters;
-  StrategyRecorder* recorder = nullptr;  // not owned; null but for diagnosis
-  AovRecorder* aovs = nullptr;           // not owned; null unless the tile has AOVs
-  StageProbe* probe = nullptr;           // not owned; null but for benches
-  std::shared_ptr<MediaWork> media;      // null unless the scene has media
-  std::shared_ptr<BodyWalks> bodies;     // null unless light walks through bodies
+  StrategyRecorder* recorder = nullptr;     // not owned; null but for diagnosis
+  AovRecorder* aovs = nullptr;              // not owned; null unless the tile has AOVs
+  StageProbe* probe = nullptr;              // not owned; null but for benches
+  std::shared_ptr<MediaWork> media;         // null unless the scene has media
+  std::shared_ptr<BodyWalks> bodies;        // null unless light walks through bodies
+  std::shared_ptr<ManifoldWork> manifolds;  // null unless the scene has seeds of manifold walks
 };
 
 }  // namespace lightmill

@@ -96,7 +96,9 @@ void learn_caustics(const StageContext& context, int threads, RenderScene* scene
     return static_cast<size_t>(std::min(look.light_paths, look.per_pixel * pixels) / kWavefront);
   };
   const auto try_photons = [&](size_t first, const Look& look) {
-    const auto trace = [&](size_t number) { return photons_of_wavefront(context, number); };
+    const auto trace = [&](size_t number) {
+      return photons_of_wavefront(context, number, PhotonUse::kGuide);
+    };
     trace_wavefronts(first, wavefronts(look), kRound, kPhotons, threads, trace, &photons);
     scene->caustics = make_caustic_guide(photons);
     return scene->caustics.empty() ? GuideTrial() : try_guide(context, look.camera_paths, threads);

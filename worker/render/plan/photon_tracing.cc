@@ -4,15 +4,69 @@
 #include <cmath>
 #include <memory>
 
+#include "worker/render/light/caustic_guide.h"
+#include "worker/render/light/target_sampling.h"
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
+#include "worker/render/pipeline/lane_group.h"
 #include "worker/render/pipeline/path_io.h"
+#include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/producer.h"
+#include "worker/render/scene/surface.h"
 
 namespace lightmill {
 namespace {
 
 constexpr uint64_t kSeed = 0x63617573;
+
+/// What the light paths of a wavefront do at mirrors and glass, from the light on.
+class EventLog {
+ public:
+  /// Paths are about to leave their lights.
+  void start(const Paths& paths) {
+    for (int i = 0; i < paths.active_count; ++i) {
+      const auto slot = static_cast<size_t>(paths.active[i]);
+      light[slot] = std::bit_cast<int32_t>(paths.carried[slot][Paths::kLight]);
+      emitted[slot] = direction_of(paths, slot);
+    }
+  }
+  /// They have come to their hits.
+  void meet(const StageContext& context, const Paths& paths) {
+    for (int base = 0; base < paths.active_count; base += kLanes) {
+      const Group g(paths.active + base, std::min(kLanes, paths.active_count - base));
+      const PathLanes<Lane> path = load_paths<Lane>(paths, g.slot);
+      const LaneMask hit = LaneMask(path.prim >= 0);
+      const Surface<Lane> s = surface_at<Lane, true>(
+          context.scene, select(hit, path.prim, LaneInt{}), select(hit, path.instance, splat_int<Lane>(-1)),
+          path.origin, path.direction, times_of_slots(context.scene, paths, g.slot));
+      for (unsigned bits = mask_bits(g.active); bits; bits &= bits - 1) {
+        const int l = std::countr_zero(bits);
+        const auto slot = static_cast<size_t>(lane(g.slot, l));
+        normal_[slot] = {lane(s.ng.x, l), lane(s.ng.y, l), lane(s.ng.z, l)};
+        before_[slot] = direction_of(paths, slot);
+      }
+    }
+  }
+  /// And have gone on from there.
+  void leave(const Paths& paths) {
+    for (int i = 0; i < paths.active_count; ++i) {
+      const auto slot = static_cast<size_t>(paths.active[i]);
+      const Vec3<float>& n = normal_[slot];
+      events[slot].prepend(dot(before_[slot], n) * dot(direction_of(paths, slot), n) > 0);
+    }
+  }
+
+  std::array<SpecularEvents, kWavefront> events{};
+  std::array<int32_t, kWavefront> light{};
+  std::array<Vec3<float>, kWavefront> emitted{};
+
+ private:
+  static Vec3<float> direction_of(const Paths& paths, size_t slot) {
+    const float* d = paths.rays[slot].direction;
+    return {d[0], d[1], d[2]};
+  }
+  std::array<Vec3<float>, kWavefront> normal_{}, before_{};
+};
 
 /// A wavefront of light paths, which can be followed more than once.
 class LightPaths {
@@ -28,22 +82,26 @@ class LightPaths {
     layer_.light_paths = layer_.first_light_path + kWavefront;
   }
 
-  /// Puts all at the start, of which those are left that `start` leaves active.
+  /// Puts all at the start, of which those are left that `start` leaves active. `log`, if there is one, is
+  /// told what happens.
   template <class Start>
-  std::vector<Vertex> follow(Start&& start) {
+  std::vector<Vertex> follow(Start&& start, EventLog* log = nullptr) {
     Wavefront& w = *wavefront_;
     produce_light_paths(context_, layer_, w);
+    if (log) log->start(w.paths);
     start(&w.paths);
     std::vector<Vertex> arrivals;
     for (int depth = 1; w.paths.active_count > 0 && depth <= kPhotonDepth; ++depth) {
       w.light_vertices.clear();
       cast_light_paths(context_, layer_, depth, w);
+      if (log) log->meet(context_, w.paths);
       bounce_light_paths(context_, layer_, depth, w);
       if (depth > 1) arrivals.insert(arrivals.end(), w.light_vertices.begin(), w.light_vertices.end());
       // What can be joined ends the path.
       std::array<bool, kWavefront> ended{};
       for (const Vertex& v : w.light_vertices) ended[static_cast<size_t>(v.path())] = true;
       w.paths.end(ended);
+      if (log) log->leave(w.paths);
     }
     return arrivals;
   }
@@ -61,33 +119,36 @@ struct Arrival {
   Photon photon;
 };
 
-/// Throws away nothing but what is no use to a guide: of lights that nothing can hit, and of narrow lobes.
-std::vector<Arrival> photons_at(const std::vector<Vertex>& vertices) {
+/// Those that are of use.
+std::vector<Arrival> photons_at(const std::vector<Vertex>& vertices, PhotonUse use) {
   std::vector<Arrival> arrivals;
   for (const Vertex& v : vertices) {
     const float* t = &v.f[Vertex::kThroughput];
     const float power = (t[0] + t[1] + t[2]) / 3;
     // dVC is 0 where nothing can hit the light.
-    if (!is_guided(v.kind()) || !(v.f[Vertex::kDvc] > 0)) continue;
+    if (use == PhotonUse::kGuide && (!is_guided(v.kind()) || !(v.f[Vertex::kDvc] > 0))) continue;
+    if (v.kind() == kPhaseFunction) continue;
     if (!(power > 0 && std::isfinite(power))) continue;
     Arrival& a = arrivals.emplace_back();
     a.slot = v.path();
     a.depth = v.depth();
     a.photon.p = v.vec(Vertex::kP);
     a.photon.w = v.vec(Vertex::kWo);
+    a.photon.normal = v.vec(Vertex::kNg);
     a.photon.power = power;
   }
   return arrivals;
 }
 
-/// Moves path `slot` a little from its light in direction `side`, 0 or 1: those of infinite lights by their
-/// origin, others by their direction, so that they come from the same point of the light.
+/// Moves path `slot` a little from its light in direction `side`, 0 or 1: those of lights at infinity by
+/// their origin, others by their direction, so that they come from the same point of the light.
 void move(const LightTable& lights, int32_t slot, int side, Paths* paths) {
   constexpr float kStep = 0x1p-11f;
   PathLanes<float> path = load_paths<float>(*paths, slot);
   const Frame<float> frame(path.direction);
   const Vec3<float> step = (side == 0 ? frame.s : frame.t) * kStep;
-  if (lights.type[static_cast<size_t>(path.light)] == kInfiniteLight) {
+  const LightType type = lights.type[static_cast<size_t>(path.light)];
+  if (type == kInfiniteLight || type == kDistantLight) {
     path.origin = path.origin + step;
   } else {
     path.direction = normalize(path.direction + step);
@@ -131,9 +192,20 @@ std::vector<Vertex> arrivals_of_wavefront(const StageContext& context, size_t nu
   return LightPaths(context, number).follow([](Paths*) {});
 }
 
-std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t number) {
+std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t number, PhotonUse use) {
   LightPaths light_paths(context, number);
-  const std::vector<Arrival> arrivals = photons_at(light_paths.follow([](Paths*) {}));
+  const auto log = use == PhotonUse::kWalks ? std::make_unique<EventLog>() : nullptr;
+  std::vector<Arrival> arrivals = photons_at(light_paths.follow([](Paths*) {}, log.get()), use);
+  if (log) {
+    for (Arrival& a : arrivals) {
+      const auto slot = static_cast<size_t>(a.slot);
+      a.photon.light = log->light[slot];
+      a.photon.events = log->events[slot];
+      a.photon.emitted = log->emitted[slot];
+    }
+    std::erase_if(arrivals,
+                  [&](const Arrival& a) { return !has_targets(context.scene.lights, a.photon.light); });
+  }
   // Paths by the same random numbers go the same way.
   std::array<std::vector<Arrival>, 2> moved{std::vector<Arrival>(kWavefront),
                                             std::vector<Arrival>(kWavefront)};
@@ -145,7 +217,7 @@ std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t num
         paths->active[paths->active_count++] = a.slot;
       }
     });
-    for (const Arrival& a : photons_at(vertices))
+    for (const Arrival& a : photons_at(vertices, use))
       moved[static_cast<size_t>(side)][static_cast<size_t>(a.slot)] = a;
   }
   std::vector<Photon> photons;

@@ -1,13 +1,14 @@
 #pragma once
-// Photons for the caustic guide (light/caustic_guide.h): light paths are followed as far as they meet nothing
-// but mirrors and smooth glass; where they come to a wide lobe then, they leave a photon. Two more paths by
-// the same random numbers, which leave the same point of the light a little beside it, tell how the photon's
-// direction changes with its place (ray differentials, Igehy 1999, by differences).
+// Photons for the caustic guide (light/caustic_guide.h) and for manifold walks (light/manifold_seeds.h):
+// light paths are followed as far as they meet nothing but mirrors and smooth glass; where they come to what
+// can be joined then, they leave a photon. Two more paths by the same random numbers, which leave the same
+// point of the light a little beside it, tell how the photon's direction changes with its place (ray
+// differentials, Igehy 1999, by differences).
 #include <algorithm>
 #include <vector>
 
 #include "common/parallel.h"
-#include "worker/render/light/caustic_guide.h"
+#include "worker/render/light/photon.h"
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill {
@@ -19,8 +20,12 @@ inline constexpr int kPhotonDepth = 12;
 /// what can be joined, if mirrors and smooth glass led there: the vertices, of at most one a path.
 std::vector<Vertex> arrivals_of_wavefront(const StageContext& context, size_t number);
 
-/// Their photons, of lights that camera paths can meet.
-std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t number);
+/// What photons are for. A guide takes those of lights that camera paths can meet, on wide lobes; walks those
+/// of lights that have points to walk to, with their events.
+enum class PhotonUse { kGuide, kWalks };
+
+/// Their photons.
+std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t number, PhotonUse use);
 
 /// Appends `trace(number)` of wavefronts first, first + 1, ... up to `last` to `found`, in rounds of `round`,
 /// until that has `enough`. On `threads` threads, of which no bit depends. Returns the first one that was not

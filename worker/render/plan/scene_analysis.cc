@@ -213,6 +213,13 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        : scene.any_delta ? "what comes through glass or off mirrors is little of the noise, or out of reach"
                          : "no smooth metal, glass or coat",
        "a look-up per scattering event and per weight of one, and longer paths");
+  item("manifold walks", !scene.manifolds.empty(),
+       !scene.manifolds.empty()
+           ? "they bring about " + text(static_cast<int>(std::lround(100 * unmet.walked))) +
+                 " % of the image's light, which nothing else would"
+       : scene.any_delta ? "what they alone would bring is less than a hundredth, or they do not find it"
+                         : "no smooth metal, glass or coat",
+       "walks from where mirrors and glass are seen to lights, and a look-up per light that a path meets");
   item("delta lights", scene.lights.any_delta,
        scene.lights.any_delta ? "a light at a point or a distant one"
                               : "no light at a point and no distant one",

@@ -29,6 +29,8 @@ enum VertexDim : uint32_t {
   kDimViewerSide = 3,      // 1D, light: a direction or its mirror image
   kDimNeePosition = 4,     // 2D
   kDimSplatPixel = 5,      // 2D: the pixel of the filter's footprint whose effort counts
+  kDimManifoldLight = 3,   // 1D, camera: as next event chooses
+  kDimManifoldPoint = 4,   // 2D, camera: the same
   kDimNeeRoulette = 6,     // 1D
   kDimSplatLens = 7,       // 2D: the lens point that a light vertex is joined to
   kDimNeeTexel = 7,        // 1D: texel of an environment image

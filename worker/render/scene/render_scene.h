@@ -14,6 +14,7 @@
 #include "worker/render/camera/camera_motion.h"
 #include "worker/render/light/caustic_guide.h"
 #include "worker/render/light/light_table.h"
+#include "worker/render/light/manifold_seeds.h"
 #include "worker/render/scene/medium.h"
 #include "worker/render/scene/texture.h"
 
@@ -156,6 +157,7 @@ struct RenderScene {
   TextureTable textures;
   LightTable lights;
   CausticGuide caustics;
+  ManifoldSeeds manifolds;             // empty unless walks bring light that is missing without them
   float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space
   float bounds_radius = 1;
   float media_reach = 1;    // radius of the sphere around its center at which media without boundary end

@@ -282,7 +282,7 @@ uint64_t bytes_of(const RenderScene& s) {
   for (const EnvironmentMap& map : s.lights.environments) lights += map.bins.bytes();
   for (const BinnedDensity& cells : s.lights.emission_cells) lights += cells.bytes();
   lights += s.lights.aims.bytes() + sizeof(int32_t) * s.lights.aim_of.capacity();
-  lights += s.lights.guide.bytes() + s.caustics.bytes();
+  lights += s.lights.guide.bytes() + s.caustics.bytes() + s.manifolds.bytes();
   std::for_each(s.lights.goniometers.begin(), s.lights.goniometers.end(), add_map);
   std::for_each(s.lights.projectors.begin(), s.lights.projectors.end(), add_map);
   return lights + s.textures.bytes() +

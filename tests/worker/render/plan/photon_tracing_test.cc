@@ -27,7 +27,7 @@ std::vector<Photon> photons_of(const TestScene& s) {
   const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kPt, 4, 5), 1);
   std::vector<Photon> photons;
   for (size_t i = 0; i < 64; ++i) {
-    const std::vector<Photon> more = photons_of_wavefront(renderer.context(), i);
+    const std::vector<Photon> more = photons_of_wavefront(renderer.context(), i, PhotonUse::kGuide);
     photons.insert(photons.end(), more.begin(), more.end());
   }
   return photons;

@@ -1,0 +1,142 @@
+// Where light is missing that walks bring, they do, all of it and once.
+#include "worker/render/plan/manifold_learning.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/render.h"
+#include "tests/support/test_scene.h"
+#include "worker/render/renderer.h"
+
+namespace lightmill::test {
+namespace {
+
+constexpr float kMirror = 0.9999f;
+
+void add_floor(int material, TestScene* s) { s->quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, material); }
+/// A shade around (0, y, 0) that is open above or below.
+void add_shade(double y, double open, TestScene* s) {
+  constexpr double kHalf = 0.05, kDeep = 0.02;
+  const int black = s->diffuse(0);
+  const double shut = y - std::copysign(kDeep, open), height = y + open - shut;
+  s->quad({-kHalf, shut, -kHalf}, {0, 0, 2 * kHalf}, {2 * kHalf, 0, 0}, black);
+  for (const double side : {-kHalf, kHalf}) {
+    s->quad({side, shut, -kHalf}, {0, 0, 2 * kHalf}, {0, height, 0}, black);
+    s->quad({-kHalf, shut, side}, {2 * kHalf, 0, 0}, {0, height, 0}, black);
+  }
+}
+/// The light comes to the floor off a mirror above, and the floor is seen in a mirror on a wall.
+TestScene mirrors(TestScene s, int film) {
+  s.quad({-1, 1.5, -1}, {2, 0, 0}, {0, 0, 2}, s.conductor(kMirror, 0));
+  s.quad({-1, 0, 1.2}, {0, 2, 0}, {2, 0, 0}, s.conductor(kMirror, 0));
+  s.camera({0, 1.2, -0.95}, {0, 0.4, 1.2}, 8).film(film, film);
+  return s;
+}
+/// Light and camera where the mirrors show them.
+TestScene unfolded(TestScene s, int film) {
+  s.camera({0, 1.2, 3.35}, {0, 0.4, 1.2}, 8).film(film, film);
+  return s;
+}
+/// A light at a point in a shade.
+TestScene shaded_light(int film) {
+  TestScene s;
+  add_floor(s.diffuse(0.7f), &s);
+  add_shade(1, 0.1, &s);
+  s.point_light({0, 1, 0}, {2, 1, 2});
+  return mirrors(s, film);
+}
+Renderer renderer_of(const TestScene& s, int threads = 1) {
+  return {s.scene, settings_for(s.scene, Integrator::kBdpt, 16, 8), threads};
+}
+bool walks(const Renderer& r) {
+  const auto& items = r.plan().items;
+  return std::find_if(items.begin(), items.end(),
+                      [](const PlanItem& i) { return i.feature == "manifold walks"; })
+      ->needed;
+}
+
+TEST(Manifolds, ShowALightAtAPointInMirrors) {
+  TestScene base;
+  add_floor(base.diffuse(0.7f), &base);
+  add_shade(1, 0.1, &base);
+  TestScene folded = mirrors(base, 32), plain = unfolded(base, 32);
+  add_shade(2, -0.1, &plain);
+  folded.point_light({0, 1, 0}, {2, 2, 2});
+  plain.point_light({0, 2, 0}, {2, 2, 2});
+  EXPECT_TRUE(walks(renderer_of(folded)));
+  EXPECT_EQ(renderer_of(folded).plan().unmet_light, "");
+  EXPECT_FALSE(walks(renderer_of(plain)));
+  // Quarters of the image, which is mirrored.
+  for (const Integrator integrator : {Integrator::kBdpt, Integrator::kPt}) {
+    const Batches a = render_batches(folded.scene, settings_for(folded.scene, integrator, 128, 3), 8),
+                  b = render_batches(plain.scene, settings_for(plain.scene, Integrator::kPt, 128, 1), 8);
+    for (const int y : {0, 16}) {
+      for (const int x : {0, 16}) {
+        const Estimate seen = a.mean(PixelRect{x, y, x + 16, y + 16}),
+                       expected = b.mean(PixelRect{16 - x, y, 32 - x, y + 16});
+        ASSERT_GT(expected.mean, 0.01);
+        EXPECT_NEAR(seen.mean, expected.mean, 0.005 * expected.mean)
+            << name_of(integrator) << " " << x << " " << y;
+      }
+    }
+  }
+  // A mirror, the floor, a mirror: with two events there is nothing.
+  EXPECT_EQ(render_batches(folded.scene, settings_for(folded.scene, Integrator::kBdpt, 32, 2), 2).mean().mean,
+            0);
+}
+
+/// A lamp that shines up, so small that it is met seldom.
+TestScene with_lamp(TestScene s) {
+  constexpr double kHalf = 0.06;
+  constexpr auto kRadiance = static_cast<float>(1 / (kHalf * kHalf));
+  s.quad({-kHalf, 1, -kHalf}, {0, 0, 2 * kHalf}, {2 * kHalf, 0, 0}, s.diffuse(0),
+         {.radiance = {kRadiance, kRadiance, kRadiance}});
+  return s;
+}
+
+// What camera paths meet and what walks find is the same light: it counts once. Walks leave scenes with panes
+// alone.
+TEST(Manifolds, CountWhatIsMetOnce) {
+  TestScene base;
+  add_floor(base.conductor(0.7f, 0.5f), &base);  // of no kind that is guided
+  const TestScene by_walks = with_lamp(mirrors(base, 32));
+  TestScene by_meeting = by_walks;
+  by_meeting.quad({-1, 5, -1}, {0, 0, 1}, {1, 0, 0}, by_meeting.thin_dielectric(1.5f));
+  EXPECT_TRUE(walks(renderer_of(by_walks)));
+  EXPECT_FALSE(walks(renderer_of(by_meeting)));
+  const auto mean = [](const TestScene& s, int64_t spp) {
+    return render_batches(s.scene, settings_for(s.scene, Integrator::kBdpt, spp, 8), 8).mean();
+  };
+  const Estimate walked = mean(by_walks, 1024), met = mean(by_meeting, 4096);
+  ASSERT_LT(met.standard_error, 0.03 * met.mean);
+  EXPECT_LT(walked.standard_error, 0.75 * met.standard_error) << "of a quarter of the samples";
+  EXPECT_NEAR(walked.mean, met.mean, 4 * met.standard_error);
+}
+
+TEST(Manifolds, DoNotDependOnThreads) {
+  const TestScene s = shaded_light(48);
+  const Renderer one = renderer_of(s, 1), three = renderer_of(s, 3);
+  ASSERT_TRUE(walks(one));
+  const ManifoldSeeds &a = one.context().scene.manifolds, &b = three.context().scene.manifolds;
+  ASSERT_EQ(a.groups.size(), b.groups.size());
+  for (size_t i = 0; i < a.groups.size(); ++i) EXPECT_EQ(a.groups[i].count, b.groups[i].count);
+  EXPECT_EQ(render_partial(one).camera, render_partial(three, 3).camera);
+}
+
+// One way to the image of a point: one walk.
+TEST(Manifolds, HaveNoSeedsThatFindTheSame) {
+  const TestScene s = shaded_light(32);
+  const Renderer renderer = renderer_of(s);
+  const ManifoldSeeds& seeds = renderer.context().scene.manifolds;
+  ASSERT_FALSE(seeds.empty());
+  for (const ManifoldGroup& group : seeds.groups) {
+    EXPECT_LE(group.count, 1);
+    EXPECT_EQ(group.probability, 1);
+  }
+  EXPECT_FALSE(seeds.meetable);
+}
+
+}  // namespace
+}  // namespace lightmill::test

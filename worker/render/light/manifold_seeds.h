@@ -1,0 +1,55 @@
+#pragma once
+// Where walks begin that look for the ways by which a light shines through glass and off mirrors to a point
+// (pipeline/manifold_walk.h): photons have come those ways, or ways next to them. A grid lies over where they
+// came to; a cell's table has the lights that they came from and for each some photons that are unlike each
+// other. Filled before rendering (plan/manifold_learning.h) and fixed then.
+#include <vector>
+
+#include "worker/render/light/photon_blocks.h"
+
+namespace lightmill {
+
+/// A way that a light shines to somewhere near.
+struct ManifoldSeed {
+  Vec3<float> p, normal;  // of the photon, and of the surface there
+  Vec3<float> w;          // unit direction there to where it came from
+  std::array<float, 9> turn{};
+  SpecularEvents::Code events = 0;
+};
+
+/// Those of a light in a table.
+struct ManifoldGroup {
+  int32_t light = 0;
+  float probability = 0;  // that a point of the table is joined to this light
+  int32_t first = 0, count = 0;
+  Vec3<float>
+      axis;  // of the half of a sphere that light comes from; of others, or if it comes from all of it, 0
+};
+
+struct ManifoldSeeds {
+  static constexpr int kMost = 8;  // of a group
+  PhotonGrid cells;
+  struct Table {
+    int32_t first = 0, count = 0;  // groups
+  };
+  std::vector<Table> tables;
+  std::vector<ManifoldGroup> groups;
+  std::vector<ManifoldSeed> seeds;
+  bool meetable = false;  // camera paths can meet some of the lights
+
+  bool empty() const { return tables.empty(); }
+  /// The table at a point, or null.
+  const Table* at(const Vec3<float>& p) const {
+    const int32_t table = cells.table_of[static_cast<size_t>(cells.grid.at<float>(p))];
+    return table < 0 ? nullptr : &tables[static_cast<size_t>(table)];
+  }
+  uint64_t bytes() const {
+    return sizeof(int32_t) * cells.table_of.capacity() + sizeof(Table) * tables.capacity() +
+           sizeof(ManifoldGroup) * groups.capacity() + sizeof(ManifoldSeed) * seeds.capacity();
+  }
+};
+
+/// Empty if there are no photons to speak of.
+ManifoldSeeds make_manifold_seeds(const std::vector<Photon>& photons);
+
+}  // namespace lightmill

@@ -1,0 +1,30 @@
+#pragma once
+// Rays that leave points in given directions and are followed through mirrors and smooth glass by given
+// events, without anything being drawn.
+#include "worker/render/light/photon.h"
+#include "worker/render/pipeline/context.h"
+
+namespace lightmill {
+
+/// Where chains begin, a point per lane; up to kChains of them from each.
+struct ChainStart {
+  Vec3<Lane> p, ng;
+  Lane error{}, time{};
+  LaneInt events{};  // SpecularEvents
+};
+inline constexpr int kChains = 3;
+
+struct ChainEnd {
+  LaneMask reached = splat_mask<Lane>(false);  // all events happened as they were to
+  Vec3<Lane> origin, direction;                // the ray that leaves the last of them
+  Vec3<Lane> throughput;                       // of radiance that comes against it
+  LaneInt trace{};  // the same for chains that met the same primitives, as good as always
+};
+
+/// Follows from each of the `active` lanes one chain per direction, of which there are `count`. `w` is a
+/// wavefront for nothing else, whose first kChains kLanes paths are overwritten; `counters` are the render's.
+void follow_chains(const StageContext& context, const ChainStart& start, LaneMask active,
+                   const Vec3<Lane>* directions, int count, Wavefront& w, RenderCounters* counters,
+                   ChainEnd* ends);
+
+}  // namespace lightmill

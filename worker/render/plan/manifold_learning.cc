@@ -1,0 +1,114 @@
+#include "worker/render/plan/manifold_learning.h"
+
+#include <algorithm>
+
+#include "common/parallel.h"
+#include "worker/render/light/target_sampling.h"
+#include "worker/render/pipeline/manifold_walk.h"
+#include "worker/render/plan/photon_tracing.h"
+
+namespace lightmill {
+namespace {
+
+/// Light that is missing, over that of the image, from which on walks are worth their time.
+constexpr double kMissing = 0.01;
+/// And part of it that they must find: where waves are many, so are the ways, and walks that find a few of
+/// them take most of the time.
+constexpr double kLeastFound = 0.5;
+/// Light paths that are followed, at most and per pixel of a small image, and photons that are enough; in
+/// rounds of so many wavefronts.
+constexpr int64_t kMostPaths = int64_t{1} << 20, kPathsPerPixel = 64;
+constexpr size_t kPhotons = size_t{1} << 15, kRound = 64;
+
+/// Leaves those seeds of a group without which some way would not be found: ways that others find from some
+/// of the photons' places.
+void drop_needless(const StageContext& context, Wavefront& chains, ManifoldGroup* group,
+                   std::vector<ManifoldSeed>* seeds) {
+  static_assert(ManifoldSeeds::kMost <= kLanes);
+  const auto seed = [&](int32_t i) -> ManifoldSeed& {
+    return (*seeds)[static_cast<size_t>(group->first + i)];
+  };
+  const LaneMask all = LaneMask(lane_index<Lane>() < group->count);
+  std::array<uint64_t, ManifoldSeeds::kMost> finds{};  // of each seed: bits of ways
+  int ways = 0;
+  RenderCounters unused;
+  for (int32_t place = 0; place < group->count; ++place) {
+    const Vec3<float> p = seed(place).p, normal = seed(place).normal;
+    ChainStart start{.p = splat3<Lane>(p.x, p.y, p.z), .ng = splat3<Lane>(normal.x, normal.y, normal.z)};
+    start.error = position_error(start.p, 0x1p-21f);
+    Vec3<Lane> first = splat3<Lane>(0, 0, 1);
+    for (int i = 0; i < group->count; ++i) {
+      const ManifoldSeed& s = seed(i);
+      const Vec3<float> w = followed(s.p, s.w, s.turn, p);
+      set_lane(&first.x, i, w.x), set_lane(&first.y, i, w.y), set_lane(&first.z, i, w.z);
+      set_lane(&start.events, i, s.events);
+    }
+    const Vec3<float>& a = group->axis;
+    const Lane u = splat<Lane>((static_cast<float>(place) + 0.5f) / ManifoldSeeds::kMost);
+    const LightTarget<Lane> target =
+        sample_target<Lane>(context.scene.lights, splat_int<Lane>(group->light), splat3<Lane>(a.x, a.y, a.z),
+                            u, splat<Lane>(1.0f) - u);
+    const WalkEnd end =
+        walk_manifold(context, start, all, first, {target.at, target.infinite}, chains, &unused);
+    LaneMask left = end.found;
+    while (any(left)) {
+      const int i = std::countr_zero(mask_bits(left));
+      const LaneMask same =
+          mask_and(left, same_way(end.w, splat3<Lane>(lane(end.w.x, i), lane(end.w.y, i), lane(end.w.z, i))));
+      for (unsigned bits = mask_bits(same); bits; bits &= bits - 1)
+        finds[static_cast<size_t>(std::countr_zero(bits))] |= uint64_t{1} << ways;
+      left = mask_and(left, mask_not(same));
+      ++ways;
+    }
+  }
+  uint64_t found = 0;
+  int32_t kept = 0;
+  for (;; ++kept) {
+    const auto more = [&](size_t i) { return std::popcount(finds[i] & ~found); };
+    size_t best = 0;
+    for (size_t i = 1; i < finds.size(); ++i) {
+      if (more(i) > more(best)) best = i;
+    }
+    if (more(best) == 0) break;
+    found |= finds[best];
+    // What is put in its place has been kept or is needless; its ways are found from now on.
+    std::swap(seed(kept), seed(static_cast<int32_t>(best)));
+    std::swap(finds[static_cast<size_t>(kept)], finds[best]);
+  }
+  group->count = kept;
+}
+
+}  // namespace
+
+void learn_manifolds(const StageContext& context, int threads, RenderScene* scene, UnmetLight* unmet) {
+  // Where media are, segments are not simply free or not.
+  if (scene->any_media()) return;
+  const UnmetShare share = unmet->up_to(2 * kPhotonDepth);
+  if (!(share.never + share.seldom >= kMissing)) return;
+  std::vector<Photon> photons;
+  const auto wavefronts =
+      static_cast<size_t>(std::min(kMostPaths, kPathsPerPixel * context.grid.crop.area()) / kWavefront);
+  const auto trace = [&](size_t number) { return photons_of_wavefront(context, number, PhotonUse::kWalks); };
+  trace_wavefronts(0, wavefronts, kRound, kPhotons, threads, trace, &photons);
+  scene->manifolds = make_manifold_seeds(photons);
+  ManifoldSeeds& seeds = scene->manifolds;
+  if (seeds.empty()) return;
+  const UnmetLight left = look_for_unmet_light(context, threads);
+  if (!(left.walked >= kLeastFound * (share.never + share.seldom))) {
+    seeds = {};
+    return;
+  }
+  *unmet = left;
+  constexpr size_t kChunk = 64;
+  parallel_for((seeds.groups.size() + kChunk - 1) / kChunk, threads, [&](size_t chunk) {
+    const auto chains = std::make_unique<Wavefront>();
+    for (size_t k = chunk * kChunk; k < std::min(seeds.groups.size(), (chunk + 1) * kChunk); ++k)
+      drop_needless(context, *chains, &seeds.groups[k], &seeds.seeds);
+  });
+  for (const ManifoldGroup& group : scene->manifolds.groups) {
+    const LightType type = scene->lights.type[static_cast<size_t>(group.light)];
+    scene->manifolds.meetable |= type <= kSphereLight || type == kInfiniteLight;
+  }
+}
+
+}  // namespace lightmill

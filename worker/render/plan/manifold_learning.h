@@ -1,0 +1,12 @@
+#pragma once
+// Whether manifold walks (pipeline/manifold_connections.h) are worth it, and from where they begin.
+#include "worker/render/pipeline/context.h"
+#include "worker/render/plan/unmet_light.h"
+
+namespace lightmill {
+
+/// Gives `scene`, the one of `context`, seeds of walks if `unmet` says that images lack light and walks find
+/// some of it; `unmet` becomes what is left. On `threads` threads, of which no bit depends.
+void learn_manifolds(const StageContext& context, int threads, RenderScene* scene, UnmetLight* unmet);
+
+}  // namespace lightmill
