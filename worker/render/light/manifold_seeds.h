@@ -36,8 +36,11 @@ struct ManifoldSeeds {
   std::vector<ManifoldGroup> groups;
   std::vector<ManifoldSeed> seeds;
   bool meetable = false;  // camera paths can meet some of the lights
+  double found = 0;       // of what photons bring, by ways that walks from their places find
 
   bool empty() const { return tables.empty(); }
+  /// Whether they find all but nothing: light paths are not needed then.
+  bool suffice() const { return !empty() && found >= 0.99; }
   /// The table at a point, or null.
   const Table* at(const Vec3<float>& p) const {
     const int32_t table = cells.table_of[static_cast<size_t>(cells.grid.at<float>(p))];
@@ -48,6 +51,17 @@ struct ManifoldSeeds {
            sizeof(ManifoldGroup) * groups.capacity() + sizeof(ManifoldSeed) * seeds.capacity();
   }
 };
+
+/// The group of the table at p that `chosen(group)` says to take, or null.
+template <class Chosen>
+const ManifoldGroup* group_at(const ManifoldSeeds& seeds, const Vec3<float>& p, Chosen&& chosen) {
+  const ManifoldSeeds::Table* table = seeds.at(p);
+  for (int32_t k = 0; table && k < table->count; ++k) {
+    const ManifoldGroup& group = seeds.groups[static_cast<size_t>(table->first + k)];
+    if (chosen(group, k + 1 == table->count)) return &group;
+  }
+  return nullptr;
+}
 
 /// Empty if there are no photons to speak of.
 ManifoldSeeds make_manifold_seeds(const std::vector<Photon>& photons);

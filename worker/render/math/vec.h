@@ -46,6 +46,10 @@ inline Vec3<F> select(MaskOf<F> m, const Vec3<F>& a, const Vec3<F>& b) {
   return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
 }
 template <class F>
+inline void set_lane(Vec3<F>* v, int l, const Vec3<float>& value) {
+  set_lane(&v->x, l, value.x), set_lane(&v->y, l, value.y), set_lane(&v->z, l, value.z);
+}
+template <class F>
 inline F max_component(const Vec3<F>& v) {
   return max(v.x, max(v.y, v.z));
 }

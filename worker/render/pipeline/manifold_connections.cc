@@ -15,20 +15,10 @@ namespace {
 using Groups = std::array<const ManifoldGroup*, kLanes>;
 using K = SurfaceKernels;
 
-void set_vec(Vec3<Lane>* to, int l, const Vec3<float>& x) {
-  set_lane(&to->x, l, x.x), set_lane(&to->y, l, x.y), set_lane(&to->z, l, x.z);
-}
-
-/// The group of the table at p that `chosen(group)` says to take, or null.
-template <class Chosen>
-const ManifoldGroup* group_at(const ManifoldSeeds& seeds, const Vec3<float>& p, Chosen&& chosen) {
-  const ManifoldSeeds::Table* table = seeds.at(p);
-  for (int32_t k = 0; table && k < table->count; ++k) {
-    const ManifoldGroup& group = seeds.groups[static_cast<size_t>(table->first + k)];
-    if (chosen(group, k + 1 == table->count)) return &group;
-  }
-  return nullptr;
-}
+/// Independent uniform numbers by which a vertex's light and its point are chosen.
+struct ManifoldChoice {
+  Lane light{}, u{}, v{};
+};
 
 /// Whether nothing but a path that meets the light could go on from the vertex by mirrors and glass: no light
 /// path is joined to it or to one before it.
@@ -97,7 +87,7 @@ void for_each_contribution(const StageContext& context, const VertexLanes<Lane>&
     if (!group) continue;
     set_lane(&light, l, group->light);
     set_lane(&inv_choice, l, 1 / group->probability);
-    set_vec(&axis, l, group->axis);
+    set_lane(&axis, l, group->axis);
   }
   const LightTarget<Lane> target = sample_target<Lane>(lights, light, axis, choice.u, choice.v);
   const Frame<Lane> frame(vertices.ns);
@@ -120,10 +110,12 @@ void for_each_contribution(const StageContext& context, const VertexLanes<Lane>&
                });
 }
 
-/// For diagnosis: as camera paths that have met the light.
-void record(int depth, LaneInt slot, LaneMask adds, const Vec3<Lane>& c, LaneInt events, Wavefront& w) {
+/// As camera paths that have met the light, in every plan.
+void record(const StageContext& context, int depth, LaneInt slot, LaneMask adds, const Vec3<Lane>& c,
+            LaneInt events, Wavefront& w) {
   FamilyRatios ratios{};
-  add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
+  add_ratio(&ratios, context.on(kNextEvent) ? &FamilyShares::next_event : &FamilyShares::hit,
+            splat<Lane>(1.0f));
   for (unsigned bits = mask_bits(adds); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
     const int t = depth + SpecularEvents::count_of(lane(events, l)) + 2;
@@ -145,16 +137,6 @@ void begin_manifolds(const StageContext& context, Wavefront& w) {
   if (context.scene.manifolds.empty()) return;
   if (!w.manifolds) w.manifolds = std::make_shared<ManifoldWork>();
   w.manifolds->waits.fill(false);
-}
-
-Vec3<Lane> manifold_radiance(const StageContext& context, const VertexLanes<Lane>& vertices, Lane time,
-                             LaneMask active, const ManifoldChoice& choice, LaneInt most_events,
-                             ManifoldWork& work, RenderCounters* counters) {
-  Vec3<Lane> sum;
-  for_each_contribution(
-      context, vertices, time, active, choice, most_events, work, counters,
-      [&](LaneMask adds, const Vec3<Lane>& c, LaneInt) { sum = select(adds, sum + c, sum); });
-  return sum;
 }
 
 void connect_manifolds(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
@@ -188,7 +170,7 @@ void connect_manifolds(const StageContext& context, const LayerContext& layer, i
                           [&](LaneMask adds, Vec3<Lane> c, LaneInt events) {
                             c = c * splat<Lane>(context.imaging_ratio);
                             add_radiance(w, v.path, adds, c);
-                            if (w.recorder && w.recorder->walks) record(depth, v.path, adds, c, events, w);
+                            if (w.recorder) record(context, depth, v.path, adds, c, events, w);
                           });
     if (w.recorder) add_rays(v.path, g.active, work.rays, w.recorder);
   }
@@ -215,8 +197,8 @@ LaneMask counted_by_manifolds(const StageContext& context, LaneInt slot, LaneMas
     set_lane(&asks, l, -1);
     set_lane(&index, l, static_cast<int32_t>(path));
     set_lane(&events, l, passed);
-    set_vec(&left, l, work.direction[path]);
-    set_vec(&axis, l, group->axis);
+    set_lane(&left, l, work.direction[path]);
+    set_lane(&axis, l, group->axis);
   }
   LaneMask counted = splat_mask<Lane>(false);
   asks = mask_and(asks, is_target<Lane>(context.scene.lights, light, axis, at));

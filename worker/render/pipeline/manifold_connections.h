@@ -31,17 +31,6 @@ void begin_manifolds(const StageContext& context, Wavefront& w);
 /// Adds what comes to the vertices of wavefront.vertices at `depth`, whose paths have gone on.
 void connect_manifolds(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w);
 
-/// Independent uniform numbers by which a vertex's light and its point are chosen.
-struct ManifoldChoice {
-  Lane light{}, u{}, v{};
-};
-
-/// What comes to the camera by the vertices from one light each, by ways of at most `most_events`, as far as
-/// walks find them.
-Vec3<Lane> manifold_radiance(const StageContext& context, const VertexLanes<Lane>& vertices, Lane time,
-                             LaneMask active, const ManifoldChoice& choice, LaneInt most_events,
-                             ManifoldWork& work, RenderCounters* counters);
-
 /// Which of the camera paths in slots `slot` that meet light `light` at `at` (a point or, of those at
 /// infinity, a unit direction), at their vertex of `depth`, have come there by a way that is counted already.
 LaneMask counted_by_manifolds(const StageContext& context, LaneInt slot, LaneMask meets, LaneInt light,

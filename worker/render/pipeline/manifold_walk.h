@@ -58,7 +58,7 @@ void for_each_way(const StageContext& context, ChainStart start, LaneMask active
       if (SpecularEvents::count_of(seed.events) > lane(most_events, l)) continue;
       const Vec3<float> w =
           followed(seed.p, seed.w, seed.turn, {lane(start.p.x, l), lane(start.p.y, l), lane(start.p.z, l)});
-      set_lane(&first.x, l, w.x), set_lane(&first.y, l, w.y), set_lane(&first.z, l, w.z);
+      set_lane(&first, l, w);
       set_lane(&start.events, l, seed.events);
       set_lane(&goes, l, -1);
     }

@@ -80,8 +80,7 @@ class StrategyRecorder {
   bool trace = false;
   std::vector<GuideOdds> odds;  // of the contributions, while `weigh_guide`
   bool weigh_guide = false;
-  bool walks = false;  // contributions of manifold walks are recorded, as those of paths that met the light
-  Table counts{};      // [s][t]
+  Table counts{};                                    // [s][t]
   std::array<PathStart, kWavefront> light_starts{};  // of the last light paths, by slot
   double light_subpath_seconds = 0, camera_subpath_seconds = 0;
   // Surfaces that paths met, and steps of their walks through bodies: of camera paths by slot.

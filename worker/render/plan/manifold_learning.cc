@@ -12,13 +12,15 @@ namespace {
 
 /// Light that is missing, over that of the image, from which on walks are worth their time.
 constexpr double kMissing = 0.01;
-/// And part of it that they must find: where waves are many, so are the ways, and walks that find a few of
-/// them take most of the time.
+/// And part of what photons bring that they must find: where waves are many, so are the ways, and walks that
+/// find a few of them take most of the time.
 constexpr double kLeastFound = 0.5;
 /// Light paths that are followed, at most and per pixel of a small image, and photons that are enough; in
 /// rounds of so many wavefronts.
 constexpr int64_t kMostPaths = int64_t{1} << 20, kPathsPerPixel = 64;
 constexpr size_t kPhotons = size_t{1} << 15, kRound = 64;
+/// Photons by which is judged what walks find.
+constexpr size_t kTried = size_t{1} << 12;
 
 /// Leaves those seeds of a group without which some way would not be found: ways that others find from some
 /// of the photons' places.
@@ -40,7 +42,7 @@ void drop_needless(const StageContext& context, Wavefront& chains, ManifoldGroup
     for (int i = 0; i < group->count; ++i) {
       const ManifoldSeed& s = seed(i);
       const Vec3<float> w = followed(s.p, s.w, s.turn, p);
-      set_lane(&first.x, i, w.x), set_lane(&first.y, i, w.y), set_lane(&first.z, i, w.z);
+      set_lane(&first, i, w);
       set_lane(&start.events, i, s.events);
     }
     const Vec3<float>& a = group->axis;
@@ -78,6 +80,55 @@ void drop_needless(const StageContext& context, Wavefront& chains, ManifoldGroup
   group->count = kept;
 }
 
+/// Part of the power of `photons` that came by ways which walks find from where they are to where they left
+/// their lights.
+double found_of(const StageContext& context, const std::vector<Photon>& photons, int threads) {
+  const LightTable& lights = context.scene.lights;
+  constexpr size_t kChunk = 256;
+  struct Power {
+    double all = 0, found = 0;
+  };
+  std::vector<Power> sums((photons.size() + kChunk - 1) / kChunk);
+  parallel_for(sums.size(), threads, [&](size_t chunk) {
+    const auto chains = std::make_unique<Wavefront>();
+    RenderCounters unused;
+    const size_t end = std::min(photons.size(), (chunk + 1) * kChunk);
+    for (size_t base = chunk * kChunk; base < end; base += kLanes) {
+      ChainStart start;
+      WalkTarget target;
+      Vec3<Lane> came;
+      std::array<const ManifoldGroup*, kLanes> groups{};
+      const auto count = static_cast<int>(std::min<size_t>(kLanes, end - base));
+      for (int l = 0; l < count; ++l) {
+        const Photon& p = photons[base + static_cast<size_t>(l)];
+        const bool infinite = lights.type[static_cast<size_t>(p.light)] >= kInfiniteLight;
+        set_lane(&start.p, l, p.p);
+        set_lane(&start.ng, l, p.normal);
+        set_lane(&came, l, p.w);
+        set_lane(&target.at, l, infinite ? -p.emitted : p.from);
+        set_lane(&target.infinite, l, infinite ? -1 : 0);
+        groups[static_cast<size_t>(l)] = group_at(
+            context.scene.manifolds, p.p, [&](const ManifoldGroup& g, bool) { return g.light == p.light; });
+      }
+      start.error = position_error(start.p, 0x1p-21f);
+      const LaneMask active = LaneMask(lane_index<Lane>() < count);
+      LaneMask found = splat_mask<Lane>(false);
+      for_each_way(context, start, active, groups, splat_int<Lane>(kPhotonDepth), target, *chains, &unused,
+                   [&](const WalkEnd& way, LaneInt) {
+                     found = mask_or(found, mask_and(way.found, same_way(way.w, came)));
+                   });
+      for (int l = 0; l < count; ++l) {
+        const double power = double{photons[base + static_cast<size_t>(l)].power};
+        sums[chunk].all += power;
+        if (mask_bits(found) >> l & 1) sums[chunk].found += power;
+      }
+    }
+  });
+  Power sum;
+  for (const Power& s : sums) sum.all += s.all, sum.found += s.found;
+  return sum.all > 0 ? sum.found / sum.all : 0;
+}
+
 }  // namespace
 
 void learn_manifolds(const StageContext& context, int threads, RenderScene* scene, UnmetLight* unmet) {
@@ -89,25 +140,31 @@ void learn_manifolds(const StageContext& context, int threads, RenderScene* scen
   const auto wavefronts =
       static_cast<size_t>(std::min(kMostPaths, kPathsPerPixel * context.grid.crop.area()) / kWavefront);
   const auto trace = [&](size_t number) { return photons_of_wavefront(context, number, PhotonUse::kWalks); };
-  trace_wavefronts(0, wavefronts, kRound, kPhotons, threads, trace, &photons);
+  const size_t next = trace_wavefronts(0, wavefronts, kRound, kPhotons, threads, trace, &photons);
   scene->manifolds = make_manifold_seeds(photons);
   ManifoldSeeds& seeds = scene->manifolds;
   if (seeds.empty()) return;
-  const UnmetLight left = look_for_unmet_light(context, threads);
-  if (!(left.walked >= kLeastFound * (share.never + share.seldom))) {
+  photons.clear();
+  trace_wavefronts(next, wavefronts + next, kRound, kTried, threads, trace, &photons);
+  seeds.found = found_of(context, photons, threads);
+  if (!(seeds.found >= kLeastFound)) {
     seeds = {};
     return;
   }
-  *unmet = left;
+  unmet->walked = seeds.found * (share.never + share.seldom);
+  for (UnmetShare& part : unmet->parts) {
+    const double left = 1 - seeds.found;
+    part.never *= left, part.seldom *= left, part.meetings *= left;
+  }
   constexpr size_t kChunk = 64;
   parallel_for((seeds.groups.size() + kChunk - 1) / kChunk, threads, [&](size_t chunk) {
     const auto chains = std::make_unique<Wavefront>();
     for (size_t k = chunk * kChunk; k < std::min(seeds.groups.size(), (chunk + 1) * kChunk); ++k)
       drop_needless(context, *chains, &seeds.groups[k], &seeds.seeds);
   });
-  for (const ManifoldGroup& group : scene->manifolds.groups) {
+  for (const ManifoldGroup& group : seeds.groups) {
     const LightType type = scene->lights.type[static_cast<size_t>(group.light)];
-    scene->manifolds.meetable |= type <= kSphereLight || type == kInfiniteLight;
+    seeds.meetable |= type <= kSphereLight || type == kInfiniteLight;
   }
 }
 

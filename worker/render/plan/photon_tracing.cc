@@ -28,6 +28,8 @@ class EventLog {
       const auto slot = static_cast<size_t>(paths.active[i]);
       light[slot] = std::bit_cast<int32_t>(paths.carried[slot][Paths::kLight]);
       emitted[slot] = direction_of(paths, slot);
+      const float* o = paths.rays[slot].origin;
+      from[slot] = {o[0], o[1], o[2]};
     }
   }
   /// They have come to their hits.
@@ -58,7 +60,7 @@ class EventLog {
 
   std::array<SpecularEvents, kWavefront> events{};
   std::array<int32_t, kWavefront> light{};
-  std::array<Vec3<float>, kWavefront> emitted{};
+  std::array<Vec3<float>, kWavefront> from{}, emitted{};
 
  private:
   static Vec3<float> direction_of(const Paths& paths, size_t slot) {
@@ -201,6 +203,7 @@ std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t num
       const auto slot = static_cast<size_t>(a.slot);
       a.photon.light = log->light[slot];
       a.photon.events = log->events[slot];
+      a.photon.from = log->from[slot];
       a.photon.emitted = log->emitted[slot];
     }
     std::erase_if(arrivals,

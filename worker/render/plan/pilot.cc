@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <limits>
 #include <mutex>
 
 #include "common/error.h"
@@ -22,12 +23,13 @@ constexpr uint64_t kPilotSeed = 0x70696c6f74;
 
 class Pilot {
  public:
-  Pilot(const Renderer& scene, const std::function<bool()>& go_on)
-      : settings_(pilot_settings(scene)),
+  /// Records and weighs strategies `among` those that the scene allows.
+  Pilot(const Renderer& scene, Strategies among, const std::function<bool()>& go_on)
+      : settings_(pilot_settings(scene, among)),
         sight_(settings_.grid),
         renderer_(scene, settings_, sight_.thinning),
         plans_(
-            candidate_plans(renderer_.plan(), renderer_.context().filter.splat_noise,
+            candidate_plans(renderer_.plan(), among, renderer_.context().filter.splat_noise,
                             1 / static_cast<float>(std::max(renderer_.context().scene.lights.count(), 1)))),
         go_on_(go_on),
         regions_(regions_of(settings_.grid)),
@@ -51,9 +53,10 @@ class Pilot {
     RenderCounters counters;
   };
 
-  static RenderSettings pilot_settings(const Renderer& scene) {
+  static RenderSettings pilot_settings(const Renderer& scene, Strategies among) {
     RenderSettings settings = scene.settings();
-    settings.plan = SamplingPlan{.strategies = scene.plan().possible, .connections = kRecordedConnections};
+    settings.plan =
+        SamplingPlan{.strategies = scene.plan().possible & among, .connections = kRecordedConnections};
     settings.seed ^= kPilotSeed;
     return settings;
   }
@@ -262,6 +265,12 @@ class Pilot {
   std::exception_ptr failure_;
 };
 
+double least_product(const std::vector<PlanEstimate>& estimates) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const PlanEstimate& e : estimates) least = std::min(least, e.relative_variance * e.cost);
+  return least;
+}
+
 }  // namespace
 
 PilotReport run_pilot(const Renderer& renderer, int threads, const std::function<bool()>& go_on) {
@@ -274,7 +283,17 @@ PilotReport run_pilot(const Renderer& renderer, int threads, const std::function
     report.chosen = plan_of(settings);
     return report;
   }
-  return Pilot(renderer, go_on).run(threads);
+  PilotReport report = Pilot(renderer, kAllStrategies, go_on).run(threads);
+  if (!renderer.context().scene.manifolds.suffice()) return report;
+  // Walks bring what light paths would, from more places than if there are any: samples without tell.
+  PilotReport walked = Pilot(renderer, kEmissionHits | kNextEvent, go_on).run(threads);
+  const std::vector<PlanEstimate> estimates = std::move(walked.estimates);
+  if (least_product(estimates) < least_product(report.estimates)) {
+    walked.estimates = std::move(report.estimates);
+    report = std::move(walked);
+  }
+  report.estimates.insert(report.estimates.end(), estimates.begin(), estimates.end());
+  return report;
 }
 
 }  // namespace lightmill

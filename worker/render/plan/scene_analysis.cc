@@ -66,13 +66,19 @@ int quantum(const RenderScene& scene, double imaging_ratio) {
   return exponent - kQuantumBitsBelowScale;
 }
 
+/// What a set of strategies finds: walks that suffice bring its camera paths what light paths would.
+PathClasses found_by(const RenderScene& scene, int max_depth, Strategies set) {
+  const bool walks = scene.manifolds.suffice() && set & kCameraLayer;
+  return paths_made(scene, max_depth, walks ? set | kLightPaths : set);
+}
+
 /// What each set of strategies finds.
 void find_strategies(const RenderScene& scene, int max_depth, ScenePlan* plan) {
   const PathClasses all = paths_made(scene, max_depth, plan->possible);
   plan->useful = 0;
   for (Strategies set = 0; set <= kAllStrategies; ++set) {
     const PathClasses made = paths_made(scene, max_depth, set);
-    plan->complete[set] = (all & ~made) == 0;
+    plan->complete[set] = (all & ~found_by(scene, max_depth, set)) == 0;
     const bool is_family = set && !(set & (set - 1));
     if (is_family && made) plan->useful |= set & plan->possible;
   }
@@ -82,7 +88,7 @@ void find_strategies(const RenderScene& scene, int max_depth, ScenePlan* plan) {
 std::string lost_light(const RenderScene& scene, int max_depth, Strategies possible, Strategies strategies,
                        const std::string& chosen) {
   const PathClasses lost =
-      paths_made(scene, max_depth, kAllStrategies) & ~paths_made(scene, max_depth, strategies);
+      paths_made(scene, max_depth, kAllStrategies) & ~found_by(scene, max_depth, strategies);
   if (!lost) return {};
   const PathClasses found = lost & paths_made(scene, max_depth, possible);
   return chosen + " leaves out light of paths " + shortest_path(found ? found : lost) +
@@ -240,7 +246,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   const auto strategy = [&](const char* feature, Strategies family, const char* saving) {
     const bool on = strategies & family;
     const std::string lost = shortest_path(paths_made(scene, settings.max_depth, family) &
-                                           ~paths_made(scene, settings.max_depth, strategies));
+                                           ~found_by(scene, settings.max_depth, strategies));
     item(feature, on,
          on                     ? chosen + " includes it"
          : !(possible & family) ? std::string("what hair or a realistic camera is in can't have it")

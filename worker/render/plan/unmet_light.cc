@@ -4,14 +4,12 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "common/parallel.h"
 #include "worker/render/pipeline/guided_density.h"
 #include "worker/render/pipeline/joined_vertices.h"
-#include "worker/render/pipeline/manifold_connections.h"
 #include "worker/render/plan/camera_look.h"
 #include "worker/render/plan/recorded_cell.h"
 #include "worker/render/plan/vertex_cubes.h"
@@ -27,10 +25,6 @@ constexpr size_t kArrivals = size_t{1} << 14, kRound = 32;
 /// Photons count around a point as far as this part of what is seen extends, on surfaces that lie and turn
 /// like its own.
 constexpr float kRadius = 1.0f / 64, kFlat = 0.2f, kLeastCosine = 0.9f;
-constexpr uint32_t kWalkKey = 0x77616c6b;
-constexpr size_t kWalkEvery = 4;
-/// Walks that bring so much of what photons tell may bring all of it.
-constexpr double kSurely = 0.9;
 constexpr float kLeastRadius = 1e-9f;  // of a scene that extends about 1
 
 bool on_surface(const Vertex& v) { return v.kind() != kPhaseFunction; }
@@ -80,15 +74,9 @@ class Look {
     const UnmetShare all = sum.up_to(2 * kPhotonDepth);
     const double image = light + all.never + all.seldom;
     if (!(image > 0) || !std::isfinite(image)) return {};
-    const double per_light = 1 / image, walked = mean_walked(threads);
-    const double left = all.all > 0 ? std::max(1 - walked / (kSurely * all.all), 0.0) : 1;
-    for (UnmetShare& part : sum.parts) {
-      part.all *= per_light;
-      part.never *= per_light * left;
-      part.seldom *= per_light * left;
-      part.meetings *= left;
-    }
-    sum.walked = walked * per_light;
+    const double per_light = 1 / image;
+    for (UnmetShare& part : sum.parts)
+      part.all *= per_light, part.never *= per_light, part.seldom *= per_light;
     return sum;
   }
 
@@ -161,34 +149,6 @@ class Look {
     const double splats =
         all.light_paths > 0 ? all.splats * film_paths / all.light_paths / static_cast<double>(pixels()) : 0;
     return splats + all.camera / std::max(all.camera_paths, 1.0);
-  }
-  /// What walks bring of a pixel, over the image; by every kWalkEvery-th group of what is seen.
-  double mean_walked(int threads) const {
-    if (context_.scene.manifolds.empty()) return 0;
-    constexpr size_t kChunk = 512;
-    std::vector<double> sums((seen_.size() + kChunk - 1) / kChunk);
-    parallel_for(sums.size(), threads, [&](size_t i) {
-      const auto work = std::make_unique<ManifoldWork>();
-      RenderCounters unused;
-      for (size_t k = i * kChunk; k < std::min(seen_.size(), (i + 1) * kChunk); k += kWalkEvery * kLanes) {
-        const LaneInt index = lane_index<Lane>() + static_cast<int32_t>(k);
-        const auto count = static_cast<int32_t>(seen_.size());
-        const LaneMask active = LaneMask(index < count);
-        VertexLanes<Lane> v = load_vertices(seen_.data(), select(active, index, splat_int<Lane>(count - 1)));
-        v.params.tables = context_.scene.bsdf_tables.data();
-        const SampleStream<Lane> stream{splat_uint<Lane>(kWalkKey), as_uint(index)};
-        ManifoldChoice choice;
-        stream.get_2d(kDimManifoldPoint, &choice.u, &choice.v);
-        choice.light = stream.get_1d(kDimManifoldLight);
-        const Lane c = mean_of(manifold_radiance(context_, v, Lane{}, active, choice,
-                                                 splat_int<Lane>(kPhotonDepth), *work, &unused));
-        for (unsigned bits = mask_bits(active); bits; bits &= bits - 1) {
-          const double x = double{lane(c, std::countr_zero(bits))};
-          if (std::isfinite(x)) sums[i] += x;
-        }
-      }
-    });
-    return kWalkEvery * std::accumulate(sums.begin(), sums.end(), 0.0) / camera_paths_;
   }
   int64_t pixels() const { return int64_t{context_.grid.width} * context_.grid.height; }
 

@@ -17,7 +17,8 @@ namespace lightmill {
 struct UnmetLight {
   /// By events on its paths, of which those of the camera and of the light are at most kPhotonDepth each.
   std::array<UnmetShare, 2 * kPhotonDepth> parts;
-  /// Of the image's light, that manifold walks bring of all this; the parts are without it.
+  /// Of the image's light, that manifold walks bring of what is never or seldom met; the parts are without
+  /// it.
   double walked = 0;
   UnmetShare up_to(int max_depth) const;
 };

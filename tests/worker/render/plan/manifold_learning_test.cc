@@ -8,6 +8,7 @@
 
 #include "tests/support/render.h"
 #include "tests/support/test_scene.h"
+#include "worker/render/plan/pilot.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill::test {
@@ -123,6 +124,29 @@ TEST(Manifolds, DoNotDependOnThreads) {
   ASSERT_EQ(a.groups.size(), b.groups.size());
   for (size_t i = 0; i < a.groups.size(); ++i) EXPECT_EQ(a.groups[i].count, b.groups[i].count);
   EXPECT_EQ(render_partial(one).camera, render_partial(three, 3).camera);
+}
+
+// Walks that find all are as good as light paths, which splat and are joined with more noise.
+TEST(Manifolds, TakeThePlaceOfLightPaths) {
+  const TestScene s = shaded_light(32);
+  const Renderer renderer = renderer_of(s);
+  EXPECT_GT(renderer.context().scene.manifolds.found, 0.99);
+  ASSERT_TRUE(renderer.context().scene.manifolds.suffice());
+  const PilotReport report = run_pilot(renderer, 1, [] { return true; });
+  EXPECT_EQ(report.chosen.strategies & kLightPaths, 0u);
+  const auto light_paths =
+      std::count_if(report.estimates.begin(), report.estimates.end(),
+                    [](const PlanEstimate& e) { return (e.plan.strategies & kLightPaths) != 0; });
+  EXPECT_GT(light_paths, 0);
+  EXPECT_LT(light_paths, static_cast<int64_t>(report.estimates.size()));
+  EXPECT_EQ(run_pilot(renderer, 3, [] { return true; }).chosen, report.chosen);
+  RenderSettings chosen = settings_for(s.scene, Integrator::kAuto, 256, 8);
+  chosen.plan = report.chosen;
+  EXPECT_EQ(Renderer(s.scene, chosen, 1).plan().lost_light, "");
+  const Estimate walked = render_batches(s.scene, chosen, 8).mean(),
+                 joined =
+                     render_batches(s.scene, settings_for(s.scene, Integrator::kBdpt, 1024, 8), 8).mean();
+  EXPECT_NEAR(walked.mean, joined.mean, 0.005 * joined.mean + 4 * joined.standard_error);
 }
 
 // One way to the image of a point: one walk.
