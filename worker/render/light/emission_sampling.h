@@ -1,7 +1,7 @@
 #pragma once
 // Rays that leave a light, over a lane type; densities per unit area x unit solid angle. See
 // light_sampling.h.
-#include "worker/render/light/light_record.h"
+#include "worker/render/light/emitter_point.h"
 
 namespace lightmill {
 
@@ -25,19 +25,13 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
   s.light = select_light(lights, u_select);
   const LightRecord<F> r(lights, s.light);
   const IntOf<F> type = gather(lights.type.data(), s.light);
-  square_to_triangle(pu, pv, &s.b1, &s.b2);
-  s.point = r.vec(kLightP) + r.vec(kLightE1) * s.b1 + r.vec(kLightE2) * s.b2;
-  s.normal = r.vec(kLightN);
-  s.error = position_error(s.point, 0x1p-21f);
-  if (lights.any_sphere) {
-    const MaskOf<F> sphere = MaskOf<F>(type == kSphereLight);
-    const Vec3<F> n = square_to_sphere(pu, pv);
-    const Vec3<F> center = r.vec(kLightP);
-    const F radius = r.scalar(3);
-    s.point = select(sphere, center + n * radius, s.point);
-    s.normal = select(sphere, n * r.scalar(kLightOrientation), s.normal);
-    s.error = select(sphere, position_error(center, 0x1p-21f) + radius * 0x1p-21f, s.error);
-  }
+  const EmitterPoint<F> p =
+      emitter_point<F>(lights, r, type, pu, pv, [&] { return square_to_sphere(pu, pv); });
+  s.point = p.at;
+  s.normal = p.normal;
+  s.error = p.error;
+  s.b1 = p.b1;
+  s.b2 = p.b2;
   // Two-sided emitters split the first direction coordinate.
   const MaskOf<F> two_sided = MaskOf<F>(r.scalar(kLightTwoSided) > 0.0f);
   const MaskOf<F> back = mask_and(two_sided, MaskOf<F>(du < 0.5f));

@@ -1,7 +1,7 @@
 #pragma once
 // Points of lights for what looks for ways to them (pipeline/manifold_walk.h): chosen without regard to who
 // asks, as what is between bends the light.
-#include "worker/render/light/light_record.h"
+#include "worker/render/light/emitter_point.h"
 
 namespace lightmill {
 
@@ -27,25 +27,17 @@ inline LightTarget<F> sample_target(const LightTable& lights, IntOf<F> light, co
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   LightTarget<F> t;
-  F b1, b2;
-  square_to_triangle(u, v, &b1, &b2);
-  t.at = r.vec(kLightP) + r.vec(kLightE1) * b1 + r.vec(kLightE2) * b2;
-  t.normal = r.vec(kLightN);
-  t.error = position_error(t.at, 0x1p-21f);
-  t.inv_pdf = r.scalar(kLightArea);
+  const MaskOf<F> half = MaskOf<F>(dot(axis, axis) > 0.0f);
+  const EmitterPoint<F> p = emitter_point<F>(lights, r, type, u, v, [&] {
+    const Vec3<F> n = square_to_sphere(u, v);
+    return select(mask_and(half, MaskOf<F>(dot(n, axis) < 0.0f)), -n, n);
+  });
+  t.at = p.at;
+  t.normal = p.normal;
+  t.error = p.error;
+  t.inv_pdf = select(mask_and(MaskOf<F>(type == kSphereLight), half), r.scalar(kLightArea) * 0.5f,
+                     r.scalar(kLightArea));
   t.infinite = splat_mask<F>(false);
-  if (lights.any_sphere) {
-    const MaskOf<F> sphere = MaskOf<F>(type == kSphereLight);
-    const Vec3<F> centre = r.vec(kLightP);
-    const F radius = r.scalar(3);
-    Vec3<F> n = square_to_sphere(u, v);
-    const MaskOf<F> half = MaskOf<F>(dot(axis, axis) > 0.0f);
-    n = select(mask_and(half, MaskOf<F>(dot(n, axis) < 0.0f)), -n, n);
-    t.inv_pdf = select(mask_and(sphere, half), t.inv_pdf * 0.5f, t.inv_pdf);
-    t.at = select(sphere, centre + n * radius, t.at);
-    t.normal = select(sphere, n * r.scalar(kLightOrientation), t.normal);
-    t.error = select(sphere, position_error(centre, 0x1p-21f) + radius * 0x1p-21f, t.error);
-  }
   if (lights.any_delta) {
     const MaskOf<F> point = mask_and(MaskOf<F>(type >= kPointLight), MaskOf<F>(type < kInfiniteLight));
     const MaskOf<F> distant = MaskOf<F>(type == kDistantLight);

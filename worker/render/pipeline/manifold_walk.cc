@@ -53,8 +53,8 @@ WalkEnd walk_manifold(const StageContext& context, const ChainStart& start, Lane
     const Frame<Lane> frame(w);
     const std::array<Vec3<Lane>, kChains> directions{w, normalize(w + frame.s * side_x),
                                                      normalize(w + frame.t * side_y)};
-    std::array<ChainEnd, kChains> ends;
-    follow_chains(context, start, active, directions.data(), kChains, chains, counters, ends.data());
+    const std::array<ChainEnd, kChains> ends =
+        follow_chains(context, start, active, directions, chains, counters);
     result.rays = result.rays + select(active, SpecularEvents::count_of(start.events) * kChains, LaneInt{});
     const Misses m = misses_of(ends, target);
     const Lane miss = m.x[0] * m.x[0] + m.y[0] * m.y[0];

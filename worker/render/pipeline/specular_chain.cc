@@ -45,27 +45,29 @@ LaneMask pass_event(const StageContext& context, const Group& g, LaneMask passes
 
 }  // namespace
 
-void follow_chains(const StageContext& context, const ChainStart& start, LaneMask active,
-                   const Vec3<Lane>* directions, int count, Wavefront& w, RenderCounters* counters,
-                   ChainEnd* ends) {
+std::array<ChainEnd, kChains> follow_chains(const StageContext& context, const ChainStart& start,
+                                            LaneMask active,
+                                            const std::array<Vec3<Lane>, kChains>& directions, Wavefront& w,
+                                            RenderCounters* counters) {
+  std::array<ChainEnd, kChains> ends;
+  const auto end_of = [&](int k) -> ChainEnd& { return ends[static_cast<size_t>(k)]; };
   Paths& paths = w.paths;
   int most = 0;
   for (unsigned bits = mask_bits(active); bits; bits &= bits - 1)
     most = std::max(most, SpecularEvents::count_of(lane(start.events, std::countr_zero(bits))));
-  for (int k = 0; k < count; ++k) {
-    const LaneInt slot = lane_index<Lane>() + k * kLanes;
-    ends[k] = {};
-    ends[k].reached = active;
+  for (int k = 0; k < kChains; ++k) {
+    const Vec3<Lane>& direction = directions[static_cast<size_t>(k)];
+    end_of(k).reached = active;
     store_paths<Lane>(
-        {offset_origin(start.p, start.error, start.ng, directions[k]), directions[k], splat3<Lane>(1, 1, 1)},
-        slot, mask_bits(active), &paths);
+        {offset_origin(start.p, start.error, start.ng, direction), direction, splat3<Lane>(1, 1, 1)},
+        lane_index<Lane>() + k * kLanes, mask_bits(active), &paths);
     if (context.scene.moves()) store(paths.time + k * kLanes, start.time);
   }
   for (int i = 0; i < most; ++i) {
     const LaneMask has = LaneMask(SpecularEvents::count_of(start.events) > i);
     paths.active_count = 0;
-    for (int k = 0; k < count; ++k) {
-      for (unsigned bits = mask_bits(mask_and(ends[k].reached, has)); bits; bits &= bits - 1)
+    for (int k = 0; k < kChains; ++k) {
+      for (unsigned bits = mask_bits(mask_and(end_of(k).reached, has)); bits; bits &= bits - 1)
         paths.active[paths.active_count++] = k * kLanes + std::countr_zero(bits);
     }
     if (paths.active_count == 0) break;
@@ -73,22 +75,25 @@ void follow_chains(const StageContext& context, const ChainStart& start, LaneMas
                                times_of_rays(context.scene, paths));
     counters->closest_hit_rays += static_cast<uint64_t>(paths.active_count);
     const LaneMask passes = LaneMask(SpecularEvents::passes(start.events, i) > 0);
-    for (int k = 0; k < count; ++k) {
-      LaneMask goes = mask_and(ends[k].reached, has), hits = goes;
+    for (int k = 0; k < kChains; ++k) {
+      ChainEnd& end = end_of(k);
+      const LaneMask goes = mask_and(end.reached, has);
+      LaneMask hits = goes;
       for (unsigned bits = mask_bits(goes); bits; bits &= bits - 1) {
         const int l = std::countr_zero(bits);
         if (paths.rays[k * kLanes + l].prim < 0) set_lane(&hits, l, 0);
       }
-      if (any(hits)) hits = pass_event(context, group_of(k, hits), passes, w, &ends[k].trace);
-      ends[k].reached = mask_and(ends[k].reached, mask_or(mask_not(has), hits));
+      if (any(hits)) hits = pass_event(context, group_of(k, hits), passes, w, &end.trace);
+      end.reached = mask_and(end.reached, mask_or(mask_not(has), hits));
     }
   }
-  for (int k = 0; k < count; ++k) {
+  for (int k = 0; k < kChains; ++k) {
     const PathLanes<Lane> last = load_paths<Lane>(paths, lane_index<Lane>() + k * kLanes);
-    ends[k].origin = last.origin;
-    ends[k].direction = last.direction;
-    ends[k].throughput = last.throughput;
+    end_of(k).origin = last.origin;
+    end_of(k).direction = last.direction;
+    end_of(k).throughput = last.throughput;
   }
+  return ends;
 }
 
 }  // namespace lightmill

@@ -1,12 +1,14 @@
 #pragma once
 // Rays that leave points in given directions and are followed through mirrors and smooth glass by given
 // events, without anything being drawn.
+#include <array>
+
 #include "worker/render/light/photon.h"
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill {
 
-/// Where chains begin, a point per lane; up to kChains of them from each.
+/// Where chains begin, a point per lane; kChains of them from each.
 struct ChainStart {
   Vec3<Lane> p, ng;
   Lane error{}, time{};
@@ -21,10 +23,11 @@ struct ChainEnd {
   LaneInt trace{};  // the same for chains that met the same primitives, as good as always
 };
 
-/// Follows from each of the `active` lanes one chain per direction, of which there are `count`. `w` is a
-/// wavefront for nothing else, whose first kChains kLanes paths are overwritten; `counters` are the render's.
-void follow_chains(const StageContext& context, const ChainStart& start, LaneMask active,
-                   const Vec3<Lane>* directions, int count, Wavefront& w, RenderCounters* counters,
-                   ChainEnd* ends);
+/// Follows from each of the `active` lanes one chain per direction. `w` is a wavefront for nothing else,
+/// whose first kChains kLanes paths are overwritten; `counters` are the render's.
+std::array<ChainEnd, kChains> follow_chains(const StageContext& context, const ChainStart& start,
+                                            LaneMask active,
+                                            const std::array<Vec3<Lane>, kChains>& directions, Wavefront& w,
+                                            RenderCounters* counters);
 
 }  // namespace lightmill

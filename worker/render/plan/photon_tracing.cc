@@ -21,6 +21,8 @@ constexpr uint64_t kSeed = 0x63617573;
 
 /// What the light paths of a wavefront do at mirrors and glass, from the light on.
 class EventLog {
+  static_assert(kPhotonDepth <= SpecularEvents::kMost);
+
  public:
   /// Paths are about to leave their lights.
   void start(const Paths& paths) {

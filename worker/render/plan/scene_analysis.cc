@@ -67,21 +67,24 @@ int quantum(const RenderScene& scene, double imaging_ratio) {
 }
 
 /// What a set of strategies finds: walks that suffice bring its camera paths what light paths would.
+Strategies with_walks(const RenderScene& scene, Strategies set) {
+  return scene.manifolds.suffice() && set & kCameraLayer ? set | kLightPaths : set;
+}
 PathClasses found_by(const RenderScene& scene, int max_depth, Strategies set) {
-  const bool walks = scene.manifolds.suffice() && set & kCameraLayer;
-  return paths_made(scene, max_depth, walks ? set | kLightPaths : set);
+  return paths_made(scene, max_depth, with_walks(scene, set));
 }
 
 /// What each set of strategies finds.
 void find_strategies(const RenderScene& scene, int max_depth, ScenePlan* plan) {
-  const PathClasses all = paths_made(scene, max_depth, plan->possible);
   plan->useful = 0;
+  std::array<PathClasses, kAllStrategies + 1> made;
   for (Strategies set = 0; set <= kAllStrategies; ++set) {
-    const PathClasses made = paths_made(scene, max_depth, set);
-    plan->complete[set] = (all & ~found_by(scene, max_depth, set)) == 0;
+    made[set] = paths_made(scene, max_depth, set);
     const bool is_family = set && !(set & (set - 1));
-    if (is_family && made) plan->useful |= set & plan->possible;
+    if (is_family && made[set]) plan->useful |= set & plan->possible;
   }
+  for (Strategies set = 0; set <= kAllStrategies; ++set)
+    plan->complete[set] = (made[plan->possible] & ~made[with_walks(scene, set)]) == 0;
 }
 
 /// ScenePlan::lost_light of `strategies`, called `chosen`.
