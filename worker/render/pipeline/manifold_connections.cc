@@ -93,7 +93,7 @@ void for_each_contribution(const StageContext& context, const VertexLanes<Lane>&
   const Frame<Lane> frame(vertices.ns);
   const Vec3<Lane> wo = local_viewer(context, vertices, frame, vertices.wo);
   for_each_way(context, start_of(vertices, time), active, groups, most_events, {target.at, target.infinite},
-               work.chains, counters, [&](const WalkEnd& way, LaneInt events) {
+               work.chains, counters, [&](const WalkEnd& way) {
                  work.rays = work.rays + way.rays;
                  const LaneMask sees = mask_and(way.found, consistent<K>(vertices, way.w));
                  if (!any(sees)) return;
@@ -106,7 +106,7 @@ void for_each_contribution(const StageContext& context, const VertexLanes<Lane>&
                  LaneMask adds = mask_and(sees, LaneMask(max_component(c) > 0.0f));
                  if (!any(adds)) return;
                  adds = free_lanes(context, way, target, time, adds, counters);
-                 add(adds, c, events);
+                 add(adds, c, way.events);
                });
 }
 
@@ -206,10 +206,10 @@ LaneMask counted_by_manifolds(const StageContext& context, LaneInt slot, LaneMas
   const VertexLanes<Lane> v = load_vertices(work.vertex.data(), index);
   const LaneInt most_events = splat_int<Lane>(context.max_depth) - v.depth;
   for_each_way(context, start_of(v, times_of_slots(context.scene, w.paths, slot)), asks, groups, most_events,
-               {at, infinite}, work.chains, &w.counters, [&](const WalkEnd& way, LaneInt passed) {
-                 const LaneMask same = mask_and(way.found, same_way(way.w, left));
-                 counted =
-                     mask_or(counted, mask_and(same, LaneMask(SpecularEvents::count_of(passed) == events)));
+               {at, infinite}, work.chains, &w.counters, [&](const WalkEnd& way) {
+                 const LaneMask same = mask_and(way.found, same_direction(way.w, left));
+                 counted = mask_or(counted,
+                                   mask_and(same, LaneMask(SpecularEvents::count_of(way.events) == events)));
                });
   return counted;
 }

@@ -45,6 +45,7 @@ WalkEnd walk_manifold(const StageContext& context, const ChainStart& start, Lane
                       const Vec3<Lane>& first, const WalkTarget& target, Wavefront& chains,
                       RenderCounters* counters) {
   WalkEnd result;
+  result.events = start.events;
   Vec3<Lane> w = first, before = first;
   Lane least = splat<Lane>(kFar);  // square of the miss at `before`
   Lane side_x = splat<Lane>(kStep), side_y = side_x;

@@ -18,7 +18,8 @@ struct WalkTarget {
 
 struct WalkEnd {
   LaneMask found = splat_mask<Lane>(false);
-  Vec3<Lane> w;  // unit direction from where the walk started
+  Vec3<Lane> w;      // unit direction from where the walk started
+  LaneInt events{};  // SpecularEvents that it followed
   /// Change of the solid angle there per change of the area across the last ray at the target, or of the
   /// solid angle that the target is a direction in.
   Lane density{};
@@ -27,11 +28,18 @@ struct WalkEnd {
   LaneInt rays{};                // that were traced
 };
 
-/// Directions of two ends that are the same one.
-inline LaneMask same_way(const Vec3<Lane>& a, const Vec3<Lane>& b) {
+/// Directions to the same light that are one way's, if that has the same events: what is reflected inside a
+/// shell around a light comes from where its other light comes from.
+inline LaneMask same_direction(const Vec3<Lane>& a, const Vec3<Lane>& b) {
   constexpr float kApart = 1e-4f;
   const Vec3<Lane> d = a - b;
   return LaneMask(dot(d, d) < kApart * kApart);
+}
+
+/// Whether both have found the same way.
+inline LaneMask same_way(const WalkEnd& a, const WalkEnd& b) {
+  return mask_and(mask_and(a.found, b.found),
+                  mask_and(LaneMask(a.events == b.events), same_direction(a.w, b.w)));
 }
 
 /// A walk per active lane, from the direction `first`.
@@ -39,7 +47,7 @@ WalkEnd walk_manifold(const StageContext& context, const ChainStart& start, Lane
                       const Vec3<Lane>& first, const WalkTarget& target, Wavefront& chains,
                       RenderCounters* counters);
 
-/// Calls visit(end, events) after every walk, from all seeds of the lanes' groups that have at most
+/// Calls visit(end) after every walk, from all seeds of the lanes' groups that have at most
 /// `most_events`; what another has found before is not found again.
 template <class Visit>
 void for_each_way(const StageContext& context, ChainStart start, LaneMask active,
@@ -64,11 +72,9 @@ void for_each_way(const StageContext& context, ChainStart start, LaneMask active
     }
     WalkEnd& end = ways[static_cast<size_t>(n)];
     end = any(goes) ? walk_manifold(context, start, goes, first, target, chains, counters) : WalkEnd();
-    for (int m = 0; m < n; ++m) {
-      const WalkEnd& other = ways[static_cast<size_t>(m)];
-      end.found = mask_and(end.found, mask_not(mask_and(other.found, same_way(other.w, end.w))));
-    }
-    if (any(goes)) visit(end, start.events);
+    for (int m = 0; m < n; ++m)
+      end.found = mask_and(end.found, mask_not(same_way(ways[static_cast<size_t>(m)], end)));
+    if (any(goes)) visit(end);
   }
 }
 

@@ -55,8 +55,9 @@ void drop_needless(const StageContext& context, Wavefront& chains, ManifoldGroup
     LaneMask left = end.found;
     while (any(left)) {
       const int i = std::countr_zero(mask_bits(left));
+      const Vec3<Lane> w = splat3<Lane>(lane(end.w.x, i), lane(end.w.y, i), lane(end.w.z, i));
       const LaneMask same =
-          mask_and(left, same_way(end.w, splat3<Lane>(lane(end.w.x, i), lane(end.w.y, i), lane(end.w.z, i))));
+          mask_and(left, mask_and(LaneMask(end.events == lane(end.events, i)), same_direction(end.w, w)));
       for (unsigned bits = mask_bits(same); bits; bits &= bits - 1)
         finds[static_cast<size_t>(std::countr_zero(bits))] |= uint64_t{1} << ways;
       left = mask_and(left, mask_not(same));
@@ -97,6 +98,7 @@ double found_of(const StageContext& context, const std::vector<Photon>& photons,
       ChainStart start;
       WalkTarget target;
       Vec3<Lane> came;
+      LaneInt events{};
       std::array<const ManifoldGroup*, kLanes> groups{};
       const auto count = static_cast<int>(std::min<size_t>(kLanes, end - base));
       for (int l = 0; l < count; ++l) {
@@ -105,6 +107,7 @@ double found_of(const StageContext& context, const std::vector<Photon>& photons,
         set_lane(&start.p, l, p.p);
         set_lane(&start.ng, l, p.normal);
         set_lane(&came, l, p.w);
+        set_lane(&events, l, p.events.code());
         set_lane(&target.at, l, infinite ? -p.emitted : p.from);
         set_lane(&target.infinite, l, infinite ? -1 : 0);
         groups[static_cast<size_t>(l)] = group_at(
@@ -114,8 +117,9 @@ double found_of(const StageContext& context, const std::vector<Photon>& photons,
       const LaneMask active = LaneMask(lane_index<Lane>() < count);
       LaneMask found = splat_mask<Lane>(false);
       for_each_way(context, start, active, groups, splat_int<Lane>(kPhotonDepth), target, *chains, &unused,
-                   [&](const WalkEnd& way, LaneInt) {
-                     found = mask_or(found, mask_and(way.found, same_way(way.w, came)));
+                   [&](const WalkEnd& way) {
+                     const LaneMask same = mask_and(LaneMask(way.events == events), way.found);
+                     found = mask_or(found, mask_and(same, same_direction(way.w, came)));
                    });
       for (int l = 0; l < count; ++l) {
         const double power = double{photons[base + static_cast<size_t>(l)].power};

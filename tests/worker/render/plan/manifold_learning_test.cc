@@ -88,6 +88,29 @@ TEST(Manifolds, ShowALightAtAPointInMirrors) {
             0);
 }
 
+// What a ball of glass around a light reflects back to its centre leaves it on the other side, by a way of
+// other events that comes from the same direction: glass takes no light away.
+TEST(Manifolds, ShowALightInsideGlass) {
+  TestScene bare;
+  add_floor(bare.diffuse(0.7f), &bare);
+  bare.point_light({0, 1, 0}, {2, 2, 2});
+  bare.camera({0, 1.2, -0.95}, {0, 0, 0.2}, 8).film(32, 32);
+  bare.box({-0.1, 1.05, -0.9}, {0.1, 1.25, -0.88}, bare.dielectric(1.5f, 0));  // to look through
+  TestScene inside = bare;
+  inside.sphere({0, 1, 0}, 0.05, inside.dielectric(2, 0));  // reflects 1/9
+  const Renderer renderer = renderer_of(inside);
+  ASSERT_TRUE(walks(renderer));
+  EXPECT_GT(renderer.context().scene.manifolds.found, 0.98);
+  const auto mean = [](const TestScene& s, int max_depth) {
+    return render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 128, max_depth), 8).mean().mean;
+  };
+  // Depths: two faces, the floor, and a further one per event.
+  const double expected = mean(bare, 3);
+  ASSERT_GT(expected, 0.01);
+  EXPECT_NEAR(mean(inside, 4), expected * 8 / 9, 0.003 * expected);
+  EXPECT_NEAR(mean(inside, 5), expected * 80 / 81, 0.01 * expected) << "cells of few photons lack some";
+}
+
 /// A lamp that shines up, so small that it is met seldom.
 TestScene with_lamp(TestScene s) {
   constexpr double kHalf = 0.06;
