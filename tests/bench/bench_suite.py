@@ -7,7 +7,7 @@ import statistics
 
 from bench_common import LIGHTMILL, ROOT, SHARED, last_row, output
 
-SCENES = {name: (ROOT / "scenes" / f"{name}.pbrt", "96x96") for name in ("cornell-spheres", "ring-caustic")}
+SCENES = {name: (ROOT / "scenes" / f"{name}.pbrt", "96x96") for name in ("cornell-spheres", "ring-caustic", "pool")}
 SCENES |= {f"cornell-{name}": (SHARED / "cornell-peers" / f"{name}.pbrt", "96x96") for name in ("diffuse", "glass")}
 SCENES |= {name: (SHARED / name / "scene-v4.pbrt", size)
            for name, size in {"cornell-box": "96x96", "veach-mis": "128x72", "veach-bidir": "96x96", "coffee": "72x90",

@@ -118,14 +118,31 @@ void spread(const LightGrid& grid, std::vector<int32_t>* table_of) {
   }
 }
 
+/// What comes to the cells of each table, over their faces: as if a flat surface went through each.
+void find_irradiance(const std::vector<Photon>& photons, double light_paths, ManifoldSeeds* seeds) {
+  const LightGrid& grid = seeds->cells.grid;
+  const std::vector<int32_t>& table_of = seeds->cells.table_of;
+  std::vector<double> power(seeds->tables.size()), cells(power.size());
+  for (const int32_t table : table_of) {
+    if (table >= 0) ++cells[static_cast<size_t>(table)];
+  }
+  for (const Photon& p : photons)
+    power[static_cast<size_t>(table_of[static_cast<size_t>(grid.at<float>(p.p))])] += double{p.power};
+  const double per_unit = double{*std::max_element(grid.per_unit.begin(), grid.per_unit.end())};
+  for (size_t t = 0; t < power.size(); ++t)
+    seeds->tables[t].irradiance =
+        static_cast<float>(power[t] * per_unit * per_unit / (light_paths * cells[t]));
+}
+
 }  // namespace
 
-ManifoldSeeds make_manifold_seeds(const std::vector<Photon>& photons) {
+ManifoldSeeds make_manifold_seeds(const std::vector<Photon>& photons, double light_paths) {
   ManifoldSeeds seeds;
   seeds.cells = tabulate(photons, kLeast, [&](const std::vector<const Photon*>& own, const GuideBox& box) {
     add_table(own, box, &seeds);
   });
   if (seeds.empty()) return {};
+  find_irradiance(photons, light_paths, &seeds);
   for (int i = 0; i < kSpread; ++i) spread(seeds.cells.grid, &seeds.cells.table_of);
   return seeds;
 }

@@ -3,6 +3,7 @@
 // (pipeline/manifold_walk.h): photons have come those ways, or ways next to them. A grid lies over where they
 // came to; a cell's table has the lights that they came from and for each some photons that are unlike each
 // other. Filled before rendering (plan/manifold_learning.h) and fixed then.
+#include <algorithm>
 #include <vector>
 
 #include "worker/render/light/photon_blocks.h"
@@ -31,16 +32,24 @@ struct ManifoldSeeds {
   PhotonGrid cells;
   struct Table {
     int32_t first = 0, count = 0;  // groups
+    float irradiance = 0;          // that photons bring
   };
   std::vector<Table> tables;
   std::vector<ManifoldGroup> groups;
   std::vector<ManifoldSeed> seeds;
-  bool meetable = false;  // camera paths can meet some of the lights
-  double found = 0;       // of what photons bring, by ways that walks from their places find
+  bool meetable = false;   // camera paths can meet some of the lights
+  float worth_a_walk = 0;  // the irradiance from which on all vertices walk that the camera sees unweakened
+  double found = 0;        // of what photons bring, by ways that walks from their places find
 
   bool empty() const { return tables.empty(); }
   /// Whether they find all but nothing: light paths are not needed then.
   bool suffice() const { return !empty() && found >= 0.99; }
+  /// Of vertices at which paths have throughput `throughput`, at most, the part that walks: where walks bring
+  /// little, a few of them do as well, each for many.
+  float chance(const Table& table, float throughput) const {
+    constexpr float kLeast = 1.0f / 16;
+    return std::min(std::max(throughput * table.irradiance / worth_a_walk, kLeast), 1.0f);
+  }
   /// The table at a point, or null.
   const Table* at(const Vec3<float>& p) const {
     const int32_t table = cells.table_of[static_cast<size_t>(cells.grid.at<float>(p))];
@@ -63,7 +72,7 @@ const ManifoldGroup* group_at(const ManifoldSeeds& seeds, const Vec3<float>& p, 
   return nullptr;
 }
 
-/// Empty if there are no photons to speak of.
-ManifoldSeeds make_manifold_seeds(const std::vector<Photon>& photons);
+/// Of the photons of so many light paths. Empty if there are none to speak of.
+ManifoldSeeds make_manifold_seeds(const std::vector<Photon>& photons, double light_paths);
 
 }  // namespace lightmill

@@ -148,8 +148,13 @@ void connect_manifolds(const StageContext& context, const LayerContext& layer, i
     const Vertex& v = w.vertices[i];
     const auto path = static_cast<size_t>(v.path());
     work.waits[path] = false;
-    if (!is_alone(context, v) || depth >= context.max_depth || !seeds.at(v.vec(Vertex::kP))) continue;
-    work.joined.push_back(static_cast<int32_t>(i));
+    if (!is_alone(context, v) || depth >= context.max_depth) continue;
+    const ManifoldSeeds::Table* table = seeds.at(v.vec(Vertex::kP));
+    if (!table) continue;
+    work.chance[i] = seeds.chance(*table, max_component(v.vec(Vertex::kThroughput)));
+    const SampleStream<float> stream = layer.camera_stream<float>(v.path());
+    if (stream.get_1d(vertex_dim(depth, kDimManifoldLight)) < work.chance[i])
+      work.joined.push_back(static_cast<int32_t>(i));
     // What leaves by a delta lobe goes a way of its own.
     if (!seeds.meetable || w.paths.carried[path][Paths::kDvcm] == 0) continue;
     work.waits[path] = true;
@@ -164,11 +169,12 @@ void connect_manifolds(const StageContext& context, const LayerContext& layer, i
     const SampleStream<Lane> stream = layer.camera_stream<Lane>(v.path);
     ManifoldChoice choice;
     stream.get_2d(vertex_dim(depth, kDimManifoldPoint), &choice.u, &choice.v);
-    choice.light = stream.get_1d(vertex_dim(depth, kDimManifoldLight));
+    const Lane chance = gather(work.chance.data(), g.slot);
+    choice.light = stream.get_1d(vertex_dim(depth, kDimManifoldLight)) / chance;
     for_each_contribution(context, v, times_of_slots(context.scene, w.paths, v.path), g.active, choice,
                           splat_int<Lane>(context.max_depth - depth), work, &w.counters,
                           [&](LaneMask adds, Vec3<Lane> c, LaneInt events) {
-                            c = c * splat<Lane>(context.imaging_ratio);
+                            c = c * (splat<Lane>(context.imaging_ratio) / chance);
                             add_radiance(w, v.path, adds, c);
                             if (w.recorder) record(context, depth, v.path, adds, c, events, w);
                           });

@@ -16,8 +16,9 @@ namespace lightmill {
 /// What a wavefront needs for it.
 struct ManifoldWork {
   Wavefront chains;
-  std::vector<int32_t> joined;  // indices of vertices
-  LaneInt rays{};               // that the last walks took
+  std::vector<int32_t> joined;           // indices of vertices
+  std::array<float, kWavefront> chance;  // of each vertex that it was to be joined
+  LaneInt rays{};                        // that the last walks took
   // Per camera path: its last vertex that was joined, if it has met nothing but mirrors and smooth glass
   // since, and the direction in which it has left.
   std::array<Vertex, kWavefront> vertex;

@@ -74,6 +74,7 @@ class Look {
     const UnmetShare all = sum.up_to(2 * kPhotonDepth);
     const double image = light + all.never + all.seldom;
     if (!(image > 0) || !std::isfinite(image)) return {};
+    sum.image = image;
     const double per_light = 1 / image;
     for (UnmetShare& part : sum.parts)
       part.all *= per_light, part.never *= per_light, part.seldom *= per_light;

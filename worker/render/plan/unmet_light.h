@@ -20,6 +20,7 @@ struct UnmetLight {
   /// Of the image's light, that manifold walks bring of what is never or seldom met; the parts are without
   /// it.
   double walked = 0;
+  double image = 0;  // mean radiance of a pixel
   UnmetShare up_to(int max_depth) const;
 };
 

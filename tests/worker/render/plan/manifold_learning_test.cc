@@ -172,6 +172,37 @@ TEST(Manifolds, TakeThePlaceOfLightPaths) {
   EXPECT_NEAR(walked.mean, joined.mean, 0.005 * joined.mean + 4 * joined.standard_error);
 }
 
+// The floor below the light has its image at height 2.
+TEST(Manifolds, KnowTheIrradianceThatTheyBring) {
+  const Renderer renderer = renderer_of(shaded_light(32));
+  const ManifoldSeeds& seeds = renderer.context().scene.manifolds;
+  ASSERT_FALSE(seeds.empty());
+  const Vec3d below = renderer.context().scene.normalised_point({0.05, 0, 0.05});
+  const ManifoldSeeds::Table* table =
+      seeds.at({static_cast<float>(below.x), static_cast<float>(below.y), static_cast<float>(below.z)});
+  ASSERT_NE(table, nullptr);
+  EXPECT_NEAR(table->irradiance, 5.0 / 3 / 4, 0.1) << "the mean of the channels' intensities";
+}
+
+// Where few vertices walk, each stands for many.
+TEST(Manifolds, WalkSeldomWhereTheyBringLittle) {
+  const TestScene s = shaded_light(32);
+  const Renderer often = renderer_of(s), seldom = renderer_of(s);
+  // As if the rest of the image were so much brighter.
+  const_cast<ManifoldSeeds&>(seldom.context().scene.manifolds).worth_a_walk *= 4;
+  const ManifoldSeeds& seeds = seldom.context().scene.manifolds;
+  for (const ManifoldSeeds::Table& table : seeds.tables) {
+    EXPECT_LT(seeds.chance(table, 1), 1);
+    EXPECT_LE(seeds.chance(table, 0.1f), seeds.chance(table, 1));
+    EXPECT_GT(seeds.chance(table, 0), 0);
+  }
+  const RenderSettings settings = settings_for(s.scene, Integrator::kPt, 64, 8);
+  const Estimate expected = mean_over_seeds(often, settings), mean = mean_over_seeds(seldom, settings);
+  EXPECT_GT(mean.standard_error, 2 * expected.standard_error);
+  EXPECT_NEAR(mean.mean, expected.mean, 4 * (expected.standard_error + mean.standard_error));
+  EXPECT_LT(mean.standard_error, 0.01 * mean.mean);
+}
+
 // One way to the image of a point: one walk.
 TEST(Manifolds, HaveNoSeedsThatFindTheSame) {
   const TestScene s = shaded_light(32);
