@@ -23,8 +23,10 @@ constexpr const char* kWhat = "batch film snapshot";
 
 size_t index(int64_t i) { return static_cast<size_t>(i); }
 
-/// from_signed_units(units, 0), without a call of ldexp for each.
+/// from_signed_units(units, 0), without a call of ldexp for each, and quickly where 64 bits hold it.
 double to_double(Units units) {
+  const auto low = static_cast<int64_t>(units);
+  if (units == static_cast<Units>(low)) return static_cast<double>(low);
   const Units size = magnitude(units);
   const double value = static_cast<double>(static_cast<uint64_t>(size >> 64)) * 0x1p64 +
                        static_cast<double>(static_cast<uint64_t>(size));
@@ -57,17 +59,8 @@ BatchFilm::BatchFilm(const FilmGrid& grid) : grid_(grid) {
     const int64_t begin = i * runs / strata, end = (i + 1) * runs / strata;
     const auto offset =
         static_cast<int64_t>(mix(static_cast<uint64_t>(i)) % static_cast<uint64_t>(end - begin));
-    tracked_[index(i)] = static_cast<uint32_t>(begin + offset);
+    tracked_[index(i)] = begin + offset;
   }
-}
-
-/// Position of a pixel among the tracked ones, or -1.
-int64_t BatchFilm::tracked_index(int64_t crop_index) const {
-  if (tracked_.empty()) return crop_index;
-  const auto strata = static_cast<int64_t>(tracked_.size());
-  const int64_t run = crop_index / kRun, stratum = ((run + 1) * strata - 1) / (grid_.crop.area() / kRun);
-  if (stratum >= strata || int64_t{tracked_[index(stratum)]} != run) return -1;
-  return stratum * kRun + crop_index % kRun;
 }
 
 PixelLayout BatchFilm::layout() const {
@@ -101,16 +94,17 @@ void BatchFilm::add_camera(const PixelRect& r, const ExactRgb* from, double unit
   };
   std::vector<Span> spans;
   for (int y = r.y0; y < r.y1; ++y, from += r.width()) {
-    // What is tracked of a row is asked for first: it is far apart, and memory is slow.
-    const int64_t row = int64_t{y - grid_.crop.y0} * grid_.crop.width() - grid_.crop.x0;
+    const int64_t begin = int64_t{y - grid_.crop.y0} * grid_.crop.width() + r.x0 - grid_.crop.x0,
+                  end = begin + r.width();
     spans.clear();
-    for (int64_t x = r.x0; x < r.x1;) {
-      const int64_t pixels = std::min(kRun - (row + x) % kRun, r.x1 - x), at = tracked_index(row + x);
-      if (at >= 0) {
-        const Span& span = spans.emplace_back(Span{from + (x - r.x0), rgb + 3 * at, pixels});
-        for (int64_t k = 0; k < pixels; ++k) __builtin_prefetch(span.from + k);
-      }
-      x += pixels;
+    if (tracked_.empty()) spans.push_back({from, rgb + 3 * begin, end - begin});
+    // What is tracked of a row is asked for first: it is far apart, and memory is slow.
+    for (auto run = std::lower_bound(tracked_.begin(), tracked_.end(), begin / kRun);
+         run != tracked_.end() && *run * kRun < end; ++run) {
+      const int64_t first = std::max(begin, *run * kRun), last = std::min(end, (*run + 1) * kRun),
+                    at = (run - tracked_.begin()) * kRun + first % kRun;
+      const Span& span = spans.emplace_back(Span{from + (first - begin), rgb + 3 * at, last - first});
+      for (int64_t k = 0; k < span.pixels; ++k) __builtin_prefetch(span.from + k);
     }
     for (const Span& span : spans) {
       for (int64_t k = 0; k < span.pixels; ++k) add_sum(span.from[k], unit, span.to + 3 * k);
@@ -138,17 +132,18 @@ void BatchFilm::fold(const Partial& partial) {
   const double splat_quantum =
       paths > 0 ? quantum * static_cast<double>(r.area() * partial.tile.samples()) / paths : 0;
   if (!partial.camera.empty()) add_camera(r, partial.camera.data(), quantum, batch.rgb.data());
-  // Pixels come in runs, of which all are tracked or none.
-  int64_t run = -1, run_at = -1;
   CropWalk crop_index(grid_);
-  for (const Partial::SplatSum& splat : partial.splats) {
+  auto run = tracked_.begin();
+  for (const Partial::SplatSum& splat : partial.splats) {  // ascending by pixel
     const int64_t pixel = crop_index(splat.pixel);
     if (pixel < 0) continue;
-    if (pixel / kRun != run) {
-      run = pixel / kRun;
-      run_at = tracked_index(run * kRun);
+    int64_t at = pixel;
+    if (!tracked_.empty()) {
+      while (run != tracked_.end() && *run < pixel / kRun) ++run;
+      if (run == tracked_.end() || *run != pixel / kRun) continue;
+      at = (run - tracked_.begin()) * kRun + pixel % kRun;
     }
-    if (run_at >= 0) add_sum(splat.sum, splat_quantum, &batch.rgb[3 * index(run_at + pixel % kRun)]);
+    add_sum(splat.sum, splat_quantum, &batch.rgb[3 * index(at)]);
   }
   batch.samples += r.area() * partial.tile.samples();
 }
@@ -201,7 +196,7 @@ Image BatchFilm::error_map(int block) const {
   std::vector<double> sums(index(columns) * index(rows));
   std::vector<int64_t> counts(sums.size());
   for (int64_t at = 0; at < tracked_pixels_; ++at) {
-    const int64_t pixel = tracked_.empty() ? at : int64_t{tracked_[index(at / kRun)]} * kRun + at % kRun;
+    const int64_t pixel = tracked_.empty() ? at : tracked_[index(at / kRun)] * kRun + at % kRun;
     const size_t cell = index(pixel / width / block) * index(columns) + index(pixel % width / block);
     ++counts[cell];
     for (size_t value = 3 * index(at); value < 3 * index(at + 1); ++value) {

@@ -84,7 +84,6 @@ class BatchFilm {
     std::vector<float> rgb;  // 3 per tracked pixel: sum of contributions; empty until the first arrives
     int64_t samples = 0;     // pixel samples folded (all pixels), to know when it is complete
   };
-  int64_t tracked_index(int64_t crop_index) const;
   /// Adds the sums `from` of the pixels of `r`, row-major, in units of `unit`, to a batch's `rgb`.
   void add_camera(const PixelRect& r, const ExactRgb* from, double unit, float* rgb) const;
   PixelLayout layout() const;
@@ -94,8 +93,8 @@ class BatchFilm {
   FilmGrid grid_;
   int64_t group_ = 1;  // superblocks per batch
   int64_t tracked_pixels_ = 0;
-  std::vector<uint32_t> tracked_;  // runs of 8 pixels of the crop window, ascending; empty: all pixels
-  std::vector<Batch> batches_;     // batch i: superblocks [i * group_, (i + 1) * group_)
+  std::vector<int64_t> tracked_;  // runs of 8 pixels of the crop window, ascending; empty: all pixels
+  std::vector<Batch> batches_;    // batch i: superblocks [i * group_, (i + 1) * group_)
 };
 
 }  // namespace lightmill

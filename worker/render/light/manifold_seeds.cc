@@ -83,6 +83,7 @@ void add_table(const std::vector<const Photon*>& photons, const GuideBox& box, M
     l.power += double{p->power};
   }
   std::vector<OfLight> lights;
+  lights.reserve(by_light.size());
   for (auto& [light, l] : by_light) lights.push_back(std::move(l));
   std::stable_sort(lights.begin(), lights.end(),
                    [](const OfLight& a, const OfLight& b) { return a.power > b.power; });
