@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "common/image/film.h"
+#include "worker/render/pipeline/context.h"
 
 namespace lightmill::test {
 namespace {
@@ -55,6 +56,11 @@ RenderSettings settings_for(const SceneDescription& scene, Integrator integrator
 Partial render_partial(const SceneDescription& scene, const RenderSettings& settings, int threads,
                        PacketOrder order) {
   return render_partial(Renderer(scene, settings, threads), threads, order);
+}
+
+Vec3<float> placed(const Renderer& renderer, const Vec3d& p) {
+  const Vec3d q = renderer.context().scene.normalised_point(p);
+  return {static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z)};
 }
 
 Partial render_partial(const Renderer& renderer, int threads, PacketOrder order) {

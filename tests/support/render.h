@@ -7,6 +7,7 @@
 #include "common/scene/description.h"
 #include "common/settings.h"
 #include "tests/support/statistics.h"
+#include "worker/render/math/vec.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill::test {
@@ -24,6 +25,9 @@ Partial render_partial(const SceneDescription& scene, const RenderSettings& sett
 
 /// The same of a scene that is built already.
 Partial render_partial(const Renderer& renderer, int threads = 1, PacketOrder order = PacketOrder::kForward);
+
+/// A point of the scene in the space that the renderer has it in.
+Vec3<float> placed(const Renderer& renderer, const Vec3d& p);
 
 /// Independent images: batch b holds sample indices [16 n b, 16 n (b + 1)), whole blocks, whose random
 /// numbers are independent. settings.spp is split over `batches` and must be a multiple of 16 * batches.

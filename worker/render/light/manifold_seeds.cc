@@ -119,7 +119,8 @@ void spread(const LightGrid& grid, std::vector<int32_t>* table_of) {
   }
 }
 
-/// What comes to the cells of each table, over their faces: as if a flat surface went through each.
+/// What comes to the cells of each table, which are cubes, over their faces: as if a flat surface went
+/// through each.
 void find_irradiance(const std::vector<Photon>& photons, double light_paths, ManifoldSeeds* seeds) {
   const LightGrid& grid = seeds->cells.grid;
   const std::vector<int32_t>& table_of = seeds->cells.table_of;
@@ -129,7 +130,7 @@ void find_irradiance(const std::vector<Photon>& photons, double light_paths, Man
   }
   for (const Photon& p : photons)
     power[static_cast<size_t>(table_of[static_cast<size_t>(grid.at<float>(p.p))])] += double{p.power};
-  const double per_unit = double{*std::max_element(grid.per_unit.begin(), grid.per_unit.end())};
+  const auto per_unit = double{grid.per_unit[0]};
   for (size_t t = 0; t < power.size(); ++t)
     seeds->tables[t].irradiance =
         static_cast<float>(power[t] * per_unit * per_unit / (light_paths * cells[t]));

@@ -152,6 +152,7 @@ void connect_manifolds(const StageContext& context, const LayerContext& layer, i
     const ManifoldSeeds::Table* table = seeds.at(v.vec(Vertex::kP));
     if (!table) continue;
     work.chance[i] = seeds.chance(*table, max_component(v.vec(Vertex::kThroughput)));
+    // The number that chooses the light says first whether there is a walk.
     const SampleStream<float> stream = layer.camera_stream<float>(v.path());
     if (stream.get_1d(vertex_dim(depth, kDimManifoldLight)) < work.chance[i])
       work.joined.push_back(static_cast<int32_t>(i));

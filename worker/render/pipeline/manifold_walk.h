@@ -36,10 +36,9 @@ inline LaneMask same_direction(const Vec3<Lane>& a, const Vec3<Lane>& b) {
   return LaneMask(dot(d, d) < kApart * kApart);
 }
 
-/// Whether both have found the same way.
-inline LaneMask same_way(const WalkEnd& a, const WalkEnd& b) {
-  return mask_and(mask_and(a.found, b.found),
-                  mask_and(LaneMask(a.events == b.events), same_direction(a.w, b.w)));
+/// Which walks have found the way that leaves in direction `w` and has `events`.
+inline LaneMask found_way(const WalkEnd& end, const Vec3<Lane>& w, LaneInt events) {
+  return mask_and(end.found, mask_and(LaneMask(end.events == events), same_direction(end.w, w)));
 }
 
 /// A walk per active lane, from the direction `first`.
@@ -73,7 +72,7 @@ void for_each_way(const StageContext& context, ChainStart start, LaneMask active
     WalkEnd& end = ways[static_cast<size_t>(n)];
     end = any(goes) ? walk_manifold(context, start, goes, first, target, chains, counters) : WalkEnd();
     for (int m = 0; m < n; ++m)
-      end.found = mask_and(end.found, mask_not(same_way(ways[static_cast<size_t>(m)], end)));
+      end.found = mask_and(end.found, mask_not(found_way(ways[static_cast<size_t>(m)], end.w, end.events)));
     if (any(goes)) visit(end);
   }
 }

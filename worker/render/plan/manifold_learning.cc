@@ -60,8 +60,7 @@ void drop_needless(const StageContext& context, Wavefront& chains, ManifoldGroup
     while (any(left)) {
       const int i = std::countr_zero(mask_bits(left));
       const Vec3<Lane> w = splat3<Lane>(lane(end.w.x, i), lane(end.w.y, i), lane(end.w.z, i));
-      const LaneMask same =
-          mask_and(left, mask_and(LaneMask(end.events == lane(end.events, i)), same_direction(end.w, w)));
+      const LaneMask same = mask_and(left, found_way(end, w, splat_int<Lane>(lane(end.events, i))));
       for (unsigned bits = mask_bits(same); bits; bits &= bits - 1)
         finds[static_cast<size_t>(std::countr_zero(bits))] |= uint64_t{1} << ways;
       left = mask_and(left, mask_not(same));
@@ -121,10 +120,7 @@ double found_of(const StageContext& context, const std::vector<Photon>& photons,
       const LaneMask active = LaneMask(lane_index<Lane>() < count);
       LaneMask found = splat_mask<Lane>(false);
       for_each_way(context, start, active, groups, splat_int<Lane>(kPhotonDepth), target, *chains, &unused,
-                   [&](const WalkEnd& way) {
-                     const LaneMask same = mask_and(LaneMask(way.events == events), way.found);
-                     found = mask_or(found, mask_and(same, same_direction(way.w, came)));
-                   });
+                   [&](const WalkEnd& way) { found = mask_or(found, found_way(way, came, events)); });
       for (int l = 0; l < count; ++l) {
         const double power = double{photons[base + static_cast<size_t>(l)].power};
         sums[chunk].all += power;

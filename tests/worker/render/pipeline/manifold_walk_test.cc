@@ -87,11 +87,6 @@ Walk walk_to(const Renderer& renderer, const Vec3<float>& p, const Vec3<float>& 
 Renderer renderer_of(const TestScene& s) {
   return {s.scene, settings_for(s.scene, Integrator::kBdpt, 16, 8), 1};
 }
-/// Of the scene, in the space that the renderer has it in.
-Vec3<float> placed(const Renderer& r, const Vec3d& p) {
-  const Vec3d q = r.context().scene.normalised_point(p);
-  return {static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z)};
-}
 Vec3<float> to(const Vec3<float>& from, const Vec3<float>& at) { return normalize(at - from); }
 float distance(const Vec3<float>& a, const Vec3<float>& b) { return std::sqrt(dot(a - b, a - b)); }
 

@@ -177,9 +177,7 @@ TEST(Manifolds, KnowTheIrradianceThatTheyBring) {
   const Renderer renderer = renderer_of(shaded_light(32));
   const ManifoldSeeds& seeds = renderer.context().scene.manifolds;
   ASSERT_FALSE(seeds.empty());
-  const Vec3d below = renderer.context().scene.normalised_point({0.05, 0, 0.05});
-  const ManifoldSeeds::Table* table =
-      seeds.at({static_cast<float>(below.x), static_cast<float>(below.y), static_cast<float>(below.z)});
+  const ManifoldSeeds::Table* table = seeds.at(placed(renderer, {0.05, 0, 0.05}));
   ASSERT_NE(table, nullptr);
   EXPECT_NEAR(table->irradiance, 5.0 / 3 / 4, 0.1) << "the mean of the channels' intensities";
 }
