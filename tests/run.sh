@@ -108,7 +108,7 @@ fi
 
 build_part release ON -j "$cores" || finish
 ctest_part "fast tests" release -LE 'slow|farm' -j "$cores" --timeout 300
-ctest_part "farm tests" release -L farm -LE slow --timeout 600
+ctest_part "farm tests" release -L farm -LE slow -j "$cores" --timeout 600
 ctest_part "slow tests" release -L slow -j "$cores" --timeout 3600
 
 if [[ -f ../shared/contract/check.sh ]]; then

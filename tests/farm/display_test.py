@@ -15,7 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from farm import GENEROUS_S, ROOT, Farm, pixels  # noqa: E402
 import numpy  # noqa: E402
 
-SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
+SCENE = ROOT / "tests" / "farm" / "room.pbrt"
 
 
 class Viewer:
@@ -107,7 +107,7 @@ def test_pixels(farm):
     path, warnings = render(farm, "seen.exr", "--spp", 64, "--display", viewer.address)
     viewer.close()
     assert not warnings, warnings
-    shown = viewer.images["cornell-spheres"]
+    shown = viewer.images["room"]
     assert numpy.array_equal(shown, pixels(path)), "the last picture shown is not the one written"
 
 

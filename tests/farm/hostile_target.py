@@ -14,7 +14,7 @@ from wire import PB, ROOT  # noqa: E402
 import grpc  # noqa: E402
 from google.protobuf import descriptor_pb2  # noqa: E402
 
-SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
+SCENE = ROOT / "tests" / "farm" / "room.pbrt"
 GENEROUS_S = 120  # only a hang takes so long
 REFUSED = (grpc.StatusCode.INVALID_ARGUMENT, grpc.StatusCode.RESOURCE_EXHAUSTED, grpc.StatusCode.FAILED_PRECONDITION,
            grpc.StatusCode.NOT_FOUND)

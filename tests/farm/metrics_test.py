@@ -11,7 +11,7 @@ import urllib.request
 
 from farm import ROOT, Farm, wait_until
 
-SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
+SCENE = ROOT / "tests" / "farm" / "room.pbrt"
 MONITORING = ROOT / "deploy" / "monitoring"
 
 

@@ -24,7 +24,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from farm import GENEROUS_S, ROOT, Farm, pixels  # noqa: E402
 import numpy  # noqa: E402
 
-SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
+SCENE = ROOT / "tests" / "farm" / "room.pbrt"
 
 
 def run(*command):

@@ -11,7 +11,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from farm import ROOT, Farm, assert_same_pixels, wait_until  # noqa: E402
 
-OPTIONS = [ROOT / "scenes" / "cornell-spheres.pbrt", "--resolution", "96x64", "--seed", "7", "--spp", "48"]
+OPTIONS = [ROOT / "tests" / "farm" / "room.pbrt", "--resolution", "96x64", "--seed", "7", "--spp", "48"]
 
 
 def main():

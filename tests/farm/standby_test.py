@@ -17,7 +17,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from farm import ROOT, Farm, assert_same_pixels, wait_until  # noqa: E402
 from postgres import Missing, PostgresServer  # noqa: E402
 
-SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
+SCENE = ROOT / "tests" / "farm" / "room.pbrt"
 LONG_SPP = 1024  # enough for a coordinator to be killed in the middle of
 LEASE_S = 3
 
