@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Sets up, builds and runs every test. The last line is "N passed, N failed, N skipped" over all of them.
-#   tests/run.sh           fast tests, the farm of real processes, slow tests (statistics: about two minutes), the
+#   tests/run.sh           fast tests, the farm of real processes, slow tests (statistics), the
 #                          CLI contract, the dashboard in Chromium, Docker Compose and Swarm, Slurm, Kubernetes files
 #   tests/run.sh --all     sanitizers, half a minute of each fuzzer, formatting and lint as well
 #   tests/run.sh --no-install     packages are there already (no root needed)
