@@ -13,7 +13,8 @@ if not shutil.which("blender"):
     sys.exit(77)
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from farm import GENEROUS_S, ROOT, Farm, pixels  # noqa: E402
+from farm import GENEROUS_S, Farm, pixels  # noqa: E402
+from paths import ROOT  # noqa: E402
 
 ADDON = ROOT / "client" / "blender" / "lightmill_render.py"
 SMALL = "import bpy; r = bpy.context.scene.render; r.resolution_x, r.resolution_y = 96, 64"

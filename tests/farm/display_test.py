@@ -12,10 +12,9 @@ import sys
 import threading
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from farm import GENEROUS_S, ROOT, Farm, pixels  # noqa: E402
+from farm import GENEROUS_S, Farm, pixels  # noqa: E402
+from paths import ROOM  # noqa: E402
 import numpy  # noqa: E402
-
-SCENE = ROOT / "tests" / "farm" / "room.pbrt"
 
 
 class Viewer:
@@ -96,7 +95,7 @@ class Viewer:
 
 def render(farm, output, *arguments):
     path = farm.folder / output
-    done = subprocess.run([farm.bin / "lightmill", "render", SCENE, "--integrator", "pt", "--resolution", "80x48",
+    done = subprocess.run([farm.bin / "lightmill", "render", ROOM, "--integrator", "pt", "--resolution", "80x48",
                            *map(str, arguments), "-o", path], capture_output=True, text=True, timeout=GENEROUS_S)
     assert done.returncode == 0, done.stderr
     return path, [line for line in done.stderr.splitlines() if "warning" in line]
@@ -130,7 +129,7 @@ def test_absent_and_leaving_viewers(farm):
 def test_watch(farm):
     farm.start_coordinator()
     farm.start_worker(1)
-    job = farm.submit(SCENE, "--integrator", "pt", "--resolution", "640x384", "--spp", 1, "--aov", "depth,alpha")
+    job = farm.submit(ROOM, "--integrator", "pt", "--resolution", "640x384", "--spp", 1, "--aov", "depth,alpha")
     viewer = Viewer()
     farm.lightmill("watch", job, "--display", viewer.address)
     path = farm.finish_and_fetch(job, "watched.exr")
@@ -150,7 +149,7 @@ def test_watch(farm):
 def test_wrong_address(farm):
     for wrong in ("", ":", "localhost:", "localhost:99999", "localhost:x", "a:1:2"):
         if wrong:
-            farm.lightmill("render", SCENE, "--display", wrong, "-o", farm.folder / "no.exr", expect=2, connect=False)
+            farm.lightmill("render", ROOM, "--display", wrong, "-o", farm.folder / "no.exr", expect=2, connect=False)
 
 
 def main():

@@ -16,7 +16,6 @@ except ImportError as error:
     print(f"skipped: {error}; install python3-numpy and python3-openimageio")
     sys.exit(77)
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 GENEROUS_S = 300  # for what must happen; only a hang takes so long
 
 

@@ -10,11 +10,11 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from wire import PB, ROOT  # noqa: E402
+from paths import ROOM  # noqa: E402
+from wire import PB  # noqa: E402
 import grpc  # noqa: E402
 from google.protobuf import descriptor_pb2  # noqa: E402
 
-SCENE = ROOT / "tests" / "farm" / "room.pbrt"
 GENEROUS_S = 120  # only a hang takes so long
 REFUSED = (grpc.StatusCode.INVALID_ARGUMENT, grpc.StatusCode.RESOURCE_EXHAUSTED, grpc.StatusCode.FAILED_PRECONDITION,
            grpc.StatusCode.NOT_FOUND)
@@ -110,7 +110,7 @@ class Target:
 
     def job(self, *options):
         """Submits a job as a user does, and learns the wire's texts from it: (id, settings, bundle, status)."""
-        self.cli("submit", SCENE, "--integrator", "bdpt", "--spp", 16, "--resolution", "64x64", *options)
+        self.cli("submit", ROOM, "--integrator", "bdpt", "--spp", 16, "--resolution", "64x64", *options)
         status = self.client().ListJobs(PB["client_pb2"].ListJobsRequest()).jobs[-1]
         bundle = self.worker().GetBundle(PB["worker_pb2"].GetBundleRequest(bundle_digest=status.bundle_digest))
         return status.id, json.loads(status.settings_json), json.loads(bundle.bundle_json), status

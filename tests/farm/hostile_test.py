@@ -22,8 +22,9 @@ import urllib.request
 import zlib
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from hostile_target import GENEROUS_S, PB, REFUSED, SCENE, Target, code_of, methods, raw_call  # noqa: E402
+from hostile_target import GENEROUS_S, PB, REFUSED, Target, code_of, methods, raw_call  # noqa: E402
 from hostile_streams import check_streams  # noqa: E402
+from paths import ROOM  # noqa: E402
 from wire import load_proto  # noqa: E402
 import grpc  # noqa: E402
 
@@ -87,7 +88,7 @@ def test_roles(bin_dir):
         assert code_of(lambda: client.ListJobs(PB["client_pb2"].ListJobsRequest())) == grpc.StatusCode.OK
         target.run("lightmill-coordinator", "revoke", "client", "--dir", target.credentials)
         assert code_of(lambda: client.ListJobs(PB["client_pb2"].ListJobsRequest())) == grpc.StatusCode.UNAUTHENTICATED
-        said = target.cli("submit", SCENE, holder="observer", expect=3).stderr
+        said = target.cli("submit", ROOM, holder="observer", expect=3).stderr
         assert "has the role observer; this needs submitter or admin" in said and said.count("\n") == 1, said
 
 
@@ -227,20 +228,20 @@ def test_quotas(bin_dir):
     with Target(bin_dir, "--max-open-jobs", 4, "--submit-rate", 12) as target:
         target.run("lightmill-coordinator", "grant", "bob", "--dir", target.credentials)
         request = PB["client_pb2"].SubmitJobRequest
-        target.cli("submit", SCENE)  # the first of the burst of two
+        target.cli("submit", ROOM)  # the first of the burst of two
         client, bob = target.client(), target.client("bob")
         empty = [code_of(lambda: client.SubmitJob(request())) for _ in range(12)]
         assert grpc.StatusCode.RESOURCE_EXHAUSTED in empty and grpc.StatusCode.INVALID_ARGUMENT in empty, empty
-        said = target.cli("submit", SCENE, expect=3).stderr
+        said = target.cli("submit", ROOM, expect=3).stderr
         assert "more than 12 jobs a minute" in said and said.count("\n") == 1, said
         assert code_of(lambda: bob.SubmitJob(request())) == grpc.StatusCode.INVALID_ARGUMENT
     with Target(bin_dir, "--max-open-jobs", 2) as target:
-        target.cli("submit", SCENE)
-        target.cli("submit", SCENE)
-        said = target.cli("submit", SCENE, expect=3).stderr
+        target.cli("submit", ROOM)
+        target.cli("submit", ROOM)
+        said = target.cli("submit", ROOM, expect=3).stderr
         assert "2 jobs that have not ended" in said, said
         target.cli("cancel", "j1")
-        target.cli("submit", SCENE)
+        target.cli("submit", ROOM)
 
 
 def test_connections(bin_dir):
@@ -400,7 +401,7 @@ def test_bombs(bin_dir):
             assert "NoNewPrivs:\t1" in status and "Seccomp:\t2" in status, status
             peak = int(next(line for line in status.splitlines() if line.startswith("VmHWM")).split()[1]) / 1024
             assert peak < 900, f"{peak} MB"
-            target.cli("submit", SCENE, "--resolution", "32x32", "--spp", 16, "--wait", "-o", target.folder / "good.exr")
+            target.cli("submit", ROOM, "--resolution", "32x32", "--spp", 16, "--wait", "-o", target.folder / "good.exr")
         finally:
             worker.kill()
             worker.wait()

@@ -9,9 +9,9 @@ import sys
 import urllib.error
 import urllib.request
 
-from farm import ROOT, Farm, wait_until
+from farm import Farm, wait_until
+from paths import ROOM, ROOT
 
-SCENE = ROOT / "tests" / "farm" / "room.pbrt"
 MONITORING = ROOT / "deploy" / "monitoring"
 
 
@@ -78,7 +78,7 @@ def main():
         worker = wait_until("the worker's port", lambda: re.search(r"metrics at port (\d+)", log.read_text()))[1]
         assert scrape(http)["lightmill_workers_wanted"][""] == 0, "nothing to do"
 
-        first = farm.submit(SCENE, "--integrator", "bdpt", "--spp", "100000", "--resolution", "64x64")
+        first = farm.submit(ROOM, "--integrator", "bdpt", "--spp", "100000", "--resolution", "64x64")
         farm.wait_for_packets(first, 16)
         wait_until("an error estimate", lambda: f'job="{first}"' in scrape(http).get("lightmill_job_relmse_high", {}))
         running = scrape(http)
@@ -90,7 +90,7 @@ def main():
         farm.lightmill("cancel", first)
         assert f'job="{first}"' not in scrape(http).get("lightmill_job_progress", {}), "only running jobs are labels"
 
-        job = farm.submit(SCENE, "--integrator", "bdpt", "--spp", "4", "--resolution", "64x64")
+        job = farm.submit(ROOM, "--integrator", "bdpt", "--spp", "4", "--resolution", "64x64")
         farm.finish_and_fetch(job, "image.exr")
         done, mine = scrape(http), scrape(worker)
         accepted = done["lightmill_commits_total"]['outcome="accepted"']

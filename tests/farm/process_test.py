@@ -9,7 +9,8 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from farm import GENEROUS_S, ROOT, Farm, assert_same_pixels, pixels, wait_until  # noqa: E402
+from farm import GENEROUS_S, Farm, assert_same_pixels, pixels, wait_until  # noqa: E402
+from paths import ROOT  # noqa: E402
 
 SCENE = ROOT / "scenes" / "cornell-spheres.pbrt"
 LONG_SPP = 2048  # enough to be killed in the middle of

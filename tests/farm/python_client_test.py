@@ -21,10 +21,9 @@ if not shutil.which("grpc_python_plugin"):
     sys.exit(77)
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from farm import GENEROUS_S, ROOT, Farm, pixels  # noqa: E402
+from farm import GENEROUS_S, Farm, pixels  # noqa: E402
+from paths import ROOM, ROOT  # noqa: E402
 import numpy  # noqa: E402
-
-SCENE = ROOT / "tests" / "farm" / "room.pbrt"
 
 
 def run(*command):
@@ -49,13 +48,13 @@ def main():
         made = run(ROOT / "client" / "python" / "generate.sh", client / "generated")
         assert made.returncode == 0, made.stderr
 
-        gone = run("/usr/bin/python3", client / "render.py", SCENE, "--coordinator", "127.0.0.1:1", "-o", "x.pfm")
+        gone = run("/usr/bin/python3", client / "render.py", ROOM, "--coordinator", "127.0.0.1:1", "-o", "x.pfm")
         assert gone.returncode == 1 and "127.0.0.1:1: " in gone.stderr and "Traceback" not in gone.stderr, gone.stderr
 
         standby = grpc.server(concurrent.futures.ThreadPoolExecutor(1), handlers=[Standby()])
         waiting = f"127.0.0.1:{standby.add_insecure_port('127.0.0.1:0')}"
         standby.start()
-        gone = run("/usr/bin/python3", client / "render.py", SCENE, "--coordinator", f"127.0.0.1:1,{waiting}",
+        gone = run("/usr/bin/python3", client / "render.py", ROOM, "--coordinator", f"127.0.0.1:1,{waiting}",
                    "-o", "x.pfm")
         assert gone.returncode == 1 and "standby: another one leads" in gone.stderr, gone.stderr
 
@@ -64,17 +63,17 @@ def main():
         output = farm.folder / "python.pfm"
         options = ["--spp", 32, "--integrator", "pt", "--seed", 5]
         everybody = f"127.0.0.1:1,{waiting},{farm.address}"
-        done = run("/usr/bin/python3", client / "render.py", SCENE, "--coordinator", everybody, "--size", "64x48",
+        done = run("/usr/bin/python3", client / "render.py", ROOM, "--coordinator", everybody, "--size", "64x48",
                    *options, "-o", output)
         assert done.returncode == 0, done.stderr
         job = done.stdout.strip()
         assert farm.json("job", job)["state"] == "done"
         assert f"{job} done" in done.stderr, done.stderr
-        reference = farm.render("cli.exr", SCENE, "--resolution", "64x48", *options, "--max-depth", 5)
+        reference = farm.render("cli.exr", ROOM, "--resolution", "64x48", *options, "--max-depth", 5)
         assert numpy.array_equal(pixels(output), pixels(reference)), "the clients' pictures differ"
 
         long = ["--spp", 2048, "--integrator", "bdpt", "--seed", 6]
-        command = ["/usr/bin/python3", client / "render.py", SCENE, "--coordinator", everybody, "--size", "64x48", *long,
+        command = ["/usr/bin/python3", client / "render.py", ROOM, "--coordinator", everybody, "--size", "64x48", *long,
                    "-o", output]
         watching = subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, text=True)
         job = watching.stdout.readline().strip()
@@ -82,7 +81,7 @@ def main():
         farm.kill_coordinator()
         farm.start_coordinator()
         assert watching.wait(timeout=GENEROUS_S) == 0, "a client that watches goes back to whoever leads"
-        reference = farm.render("long.exr", SCENE, "--resolution", "64x48", *long, "--max-depth", 5)
+        reference = farm.render("long.exr", ROOM, "--resolution", "64x48", *long, "--max-depth", 5)
         assert numpy.array_equal(pixels(output), pixels(reference)), "the clients' pictures differ"
         standby.stop(None)
         print("ok")

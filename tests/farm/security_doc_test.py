@@ -7,7 +7,8 @@ import subprocess
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+from paths import ROOT
+
 GENEROUS_S = 120
 
 

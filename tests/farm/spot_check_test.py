@@ -9,9 +9,10 @@ import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from farm import ROOT, Farm, assert_same_pixels, wait_until  # noqa: E402
+from farm import Farm, assert_same_pixels, wait_until  # noqa: E402
+from paths import ROOM  # noqa: E402
 
-OPTIONS = [ROOT / "tests" / "farm" / "room.pbrt", "--resolution", "96x64", "--seed", "7", "--spp", "48"]
+OPTIONS = [ROOM, "--resolution", "96x64", "--seed", "7", "--spp", "48"]
 
 
 def main():

@@ -14,16 +14,16 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-from farm import ROOT, Farm, assert_same_pixels, wait_until  # noqa: E402
+from farm import Farm, assert_same_pixels, wait_until  # noqa: E402
+from paths import ROOM  # noqa: E402
 from postgres import Missing, PostgresServer  # noqa: E402
 
-SCENE = ROOT / "tests" / "farm" / "room.pbrt"
 LONG_SPP = 1024  # enough for a coordinator to be killed in the middle of
 LEASE_S = 3
 
 
 def options(spp):
-    return [SCENE, "--integrator", "bdpt", "--resolution", "80x48", "--seed", "7", "--spp", str(spp)]
+    return [ROOM, "--integrator", "bdpt", "--resolution", "80x48", "--seed", "7", "--spp", str(spp)]
 
 
 class StandbyFarm(Farm):

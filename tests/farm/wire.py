@@ -1,6 +1,5 @@
 """The wire as a stranger sees it: Python's stubs, generated from the proto files alone."""
 import importlib
-import pathlib
 import shutil
 import subprocess
 import sys
@@ -12,7 +11,8 @@ except ImportError as error:
     print(f"skipped: {error}; install python3-grpcio and python3-protobuf")
     sys.exit(77)
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+from paths import ROOT  # noqa: E402
+
 PB = {}  # the wire's modules by name, once load_proto has made them
 
 
