@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
 
 #include "worker/render/pipeline/context.h"
 
@@ -18,44 +20,64 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
   const PixelRect& crop = context.grid.crop;
   const auto width = static_cast<uint64_t>(context.grid.width);
   inside_count = 0;
-  least_level = most_level = 0;
+  uneven = false;
+  waiting_.clear();
   for (int i = 0; i < kCellPixels; ++i) {
     const int x = cell_x * kCellSize + i % kCellSize, y = cell_y * kCellSize + i / kCellSize;
-    const uint64_t pixel = static_cast<uint64_t>(y) * width + static_cast<uint64_t>(x);
-    keys[i] = stream_key(context.seed, kCameraStream, pixel, static_cast<uint64_t>(batch));
+    const uint64_t number = static_cast<uint64_t>(y) * width + static_cast<uint64_t>(x);
+    pixel_keys[i] = stream_key(context.seed, kCameraStream, number, static_cast<uint64_t>(batch));
     const bool in_crop = x >= crop.x0 && x < crop.x1 && y >= crop.y0 && y < crop.y1;
     inside[i] = in_crop && thinning.keeps(context.grid.width, x, y) ? 1 : 0;
     inside_count += inside[i];
     level[i] = 0;
-    light_samples[i] = context.light_samples;
+    pixel_light_samples[i] = context.light_samples;
     if (context.effort && inside[i]) {
       level[i] = context.effort->map.level(context.effort->regions.at(x, y));
-      light_samples[i] = context.effort->light_samples_at(x, y);
-      least_level = std::min(least_level, level[i]);
-      most_level = std::max(most_level, level[i]);
+      pixel_light_samples[i] = context.effort->light_samples_at(x, y);
+      uneven |= level[i] != 0;
     }
   }
 }
 
-void CameraSlots::begin_pass(int64_t batch, int64_t s, int pass) {
+void CameraSlots::begin_even_pass(int64_t batch, int64_t s) {
+  std::copy(std::begin(inside), std::end(inside), std::begin(taken));
+  std::iota(std::begin(pixel), std::end(pixel), 0);
+  std::copy(std::begin(pixel_keys), std::end(pixel_keys), std::begin(keys));
+  std::fill(std::begin(index), std::end(index), static_cast<uint32_t>(s - batch * kSuperblockSamples));
+  std::copy(std::begin(pixel_light_samples), std::end(pixel_light_samples), std::begin(light_samples));
+  std::fill(std::begin(weight), std::end(weight), 1.0f);
+}
+
+void CameraSlots::add_waiting(int64_t batch, int64_t s) {
   const auto in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
-  if (s < kUniformSamples || (least_level == 0 && most_level == 0)) {
-    std::fill(std::begin(index), std::end(index), in_batch);
-    std::fill(std::begin(weight), std::end(weight), 1.0f);
-    std::copy(std::begin(inside), std::end(inside), std::begin(taken));
-    return;
-  }
   for (int i = 0; i < kCellPixels; ++i) {
+    if (!inside[i]) continue;
     const int more = std::max(level[i], 0), less = std::max(-level[i], 0);
     // Of each group of 2^less indices one is taken, drawn per pixel and group.
     const uint32_t group = in_batch >> less, mask = (1u << less) - 1;
-    const bool turn = (in_batch & mask) == (hash_combine(keys[i], group) & mask);
-    index[i] = (group << more) + static_cast<uint32_t>(pass);
+    if ((in_batch & mask) != (hash_combine(pixel_keys[i], group) & mask)) continue;
     // The first batch's uniform samples have the first numbers.
-    if (less > 0 && batch == 0) index[i] += static_cast<uint32_t>(kUniformSamples);
-    weight[i] = std::ldexp(1.0f, -level[i]);
-    taken[i] = inside[i] != 0 && turn && pass < 1 << more ? 1 : 0;
+    const uint32_t first = (group << more) + (less > 0 && batch == 0 ? uint32_t{kUniformSamples} : 0);
+    for (uint32_t k = 0; k < 1u << more; ++k) waiting_.push_back({i, first + k});
   }
+}
+
+bool CameraSlots::begin_waiting_pass(bool rest) {
+  const size_t count = std::min(waiting_.size(), size_t{kCellPixels});
+  if (count == 0 || (!rest && count < kCellPixels)) return false;
+  std::fill(std::begin(taken), std::end(taken), 0);
+  const std::span<const Waiting> last(waiting_.end() - static_cast<std::ptrdiff_t>(count), waiting_.end());
+  for (size_t i = 0; i < count; ++i) {
+    const auto k = static_cast<size_t>(last[i].pixel);
+    taken[i] = 1;
+    pixel[i] = last[i].pixel;
+    keys[i] = pixel_keys[k];
+    index[i] = last[i].index;
+    light_samples[i] = pixel_light_samples[k];
+    weight[i] = std::ldexp(1.0f, -level[k]);
+  }
+  waiting_.resize(waiting_.size() - count);
+  return true;
 }
 
 }  // namespace lightmill

@@ -67,7 +67,7 @@ void film_finish_pass(const StageContext& context, int quantum_exponent, Wavefro
       ++w.counters.nonfinite;
       continue;
     }
-    w.camera_sums[static_cast<size_t>(i)] += {{*r, *g, *b}};
+    w.camera_sums[static_cast<size_t>(w.slots.pixel[i])] += {{*r, *g, *b}};
   }
 }
 

@@ -82,7 +82,7 @@ void light_pass(const StageContext& context, const LayerContext& layer, Wavefron
   }
 }
 
-void camera_pass(const StageContext& context, const LayerContext& layer, Wavefront& w) {
+void follow_camera_paths(const StageContext& context, const LayerContext& layer, Wavefront& w) {
   run(w, &StrategyRecorder::camera_subpath_seconds, [&] {
     const StageScope scope(w, Stage::kProduce);
     produce_camera_paths(context, layer, w);
@@ -113,6 +113,18 @@ void camera_pass(const StageContext& context, const LayerContext& layer, Wavefro
       });
     }
   }
+}
+
+/// One wavefront of camera paths: those of the slots.
+void camera_pass(const StageContext& context, const LayerContext& layer, int quantum_exponent, Wavefront& w) {
+  std::fill(std::begin(w.radiance_r), std::end(w.radiance_r), 0.0f);
+  std::fill(std::begin(w.radiance_g), std::end(w.radiance_g), 0.0f);
+  std::fill(std::begin(w.radiance_b), std::end(w.radiance_b), 0.0f);
+  if (w.aovs) w.aovs->begin_layer();
+  follow_camera_paths(context, layer, w);
+  const StageScope scope(w, Stage::kFilm);
+  film_finish_pass(context, quantum_exponent, w);
+  if (w.aovs) w.aovs->finish_layer(context, layer, quantum_exponent, w);
 }
 
 }  // namespace
@@ -146,16 +158,14 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
          layer.first_light_path += kWavefront) {
       light_pass(context, layer, w);
     }
-    for (int pass = 0; camera_layer && pass < w.slots.passes(s); ++pass) {
-      w.slots.begin_pass(batch, s, pass);
-      std::fill(std::begin(w.radiance_r), std::end(w.radiance_r), 0.0f);
-      std::fill(std::begin(w.radiance_g), std::end(w.radiance_g), 0.0f);
-      std::fill(std::begin(w.radiance_b), std::end(w.radiance_b), 0.0f);
-      if (w.aovs) w.aovs->begin_layer();
-      camera_pass(context, layer, w);
-      const StageScope scope(w, Stage::kFilm);
-      film_finish_pass(context, quantum_exponent, w);
-      if (w.aovs) w.aovs->finish_layer(context, layer, quantum_exponent, w);
+    if (camera_layer && w.slots.is_even(s)) {
+      w.slots.begin_even_pass(batch, s);
+      camera_pass(context, layer, quantum_exponent, w);
+    } else if (camera_layer) {
+      w.slots.add_waiting(batch, s);
+      // Light vertices to connect to, and their time, are those of one index.
+      const bool rest = s + 1 == packet.sample_end || context.on(kVertexConnections);
+      while (w.slots.begin_waiting_pass(rest)) camera_pass(context, layer, quantum_exponent, w);
     }
     if (w.splats.size() >= kSplatBatch) {
       if (builder) builder->add_splats(w.splats);

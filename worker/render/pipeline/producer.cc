@@ -13,14 +13,15 @@
 namespace lightmill {
 namespace {
 
-/// Slots base .. base + kLanes - 1 and which of them have a path.
+/// Slots base .. base + kLanes - 1, which of them have a path, and of which pixels.
 struct SlotGroup {
   LaneInt slot, x, y;
   LaneMask taken;
   SlotGroup(const LayerContext& layer, int base) {
     slot = lane_index<Lane>() + base;
-    x = (slot & (kCellSize - 1)) + layer.cell_x * kCellSize;
-    y = (slot >> 5) + layer.cell_y * kCellSize;
+    const LaneInt pixel = load_int<Lane>(layer.slots->pixel + base);
+    x = (pixel & (kCellSize - 1)) + layer.cell_x * kCellSize;
+    y = (pixel >> 5) + layer.cell_y * kCellSize;
     taken = LaneMask(load_int<Lane>(layer.slots->taken + base) > 0);
   }
 };

@@ -4,8 +4,9 @@
 //   producer -> paths -> caster -> (prim) -> bouncer -> vertices -> shadow caster -> shadow rays -> film
 //
 // One thread owns a wavefront; nothing here is shared. One wavefront works on one cell x one sample index at
-// a time: slot i of the camera paths is pixel i of the cell (row-major). Light paths belong to the layer as a
-// whole: their vertices form its cache, from which camera vertices draw.
+// a time: slot i of the camera paths is pixel i of the cell (row-major), but where effort differs
+// (camera_pass.h). Light paths belong to the layer as a whole: their vertices form its cache, from which
+// camera vertices draw.
 #include <array>
 #include <bit>
 #include <cstdint>

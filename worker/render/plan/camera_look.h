@@ -18,7 +18,7 @@ void follow_camera_paths(const StageContext& context, int cell_x, int cell_y, in
   layer.cell_y = cell_y;
   layer.slots = &w.slots;
   layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
-  w.slots.begin_pass(batch, s, 0);
+  w.slots.begin_even_pass(batch, s);
   produce_camera_paths(context, layer, w);
   for (int depth = 1; w.paths.active_count > 0 && depth <= depths; ++depth) {
     cast_camera_paths(context, layer, depth, w);
