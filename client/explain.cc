@@ -39,7 +39,8 @@ nlohmann::json items_document(const ScenePlan& plan) {
 
 /// Shares of the image's light, and camera paths that meet a light which is seldom met, per path.
 nlohmann::json unmet_document(const UnmetShare& unmet) {
-  return {{"never", unmet.never}, {"seldom", unmet.seldom}, {"meetings", unmet.meetings}};
+  return {
+      {"never", unmet.never}, {"seldom", unmet.seldom}, {"meetings", unmet.meetings}, {"noise", unmet.noise}};
 }
 
 void print_items(const ScenePlan& plan) {

@@ -143,7 +143,7 @@ Task render_packets(Work& work) {
         flush_shadow_rays(context, true, w);
         co_await in(Q::kProducer);
       }
-      w.slots.begin_pass(batch, s, 0);
+      w.slots.begin_even_pass(batch, s);
       for (float* radiance : {w.radiance_r, w.radiance_g, w.radiance_b})
         std::fill_n(radiance, kWavefront, 0.0f);
       produce_camera_paths(context, layer, w);

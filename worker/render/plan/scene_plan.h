@@ -25,9 +25,10 @@ struct UnmetShare {
   double never = 0;     // of lights that no path meets
   double seldom = 0;    // by meetings that are each brighter than the whole image at one sample per pixel
   double meetings = 0;  // of the latter, per camera path
+  double noise = 0;     // of all meetings: variance of a camera path, over the square of the image's mean
 
   UnmetShare& operator+=(const UnmetShare& o) {
-    all += o.all, never += o.never, seldom += o.seldom, meetings += o.meetings;
+    all += o.all, never += o.never, seldom += o.seldom, meetings += o.meetings, noise += o.noise;
     return *this;
   }
 };

@@ -76,8 +76,10 @@ class Look {
     if (!(image > 0) || !std::isfinite(image)) return {};
     sum.image = image;
     const double per_light = 1 / image;
-    for (UnmetShare& part : sum.parts)
+    for (UnmetShare& part : sum.parts) {
       part.all *= per_light, part.never *= per_light, part.seldom *= per_light;
+      part.noise *= per_light * per_light;
+    }
     return sum;
   }
 
@@ -189,6 +191,7 @@ class Look {
       const auto events = static_cast<size_t>(lane(l.depth, k) + seen.depth() - 1);
       UnmetShare& part = sum->parts[events];
       part.all += brings * each;
+      if (meets > 0) part.noise += brings * each * (brings / meets);
       if (meets == 0) {
         part.never += brings * each;
       } else if (brings > meets * light * static_cast<double>(pixels())) {

@@ -17,7 +17,7 @@ namespace lightmill {
 struct UnmetLight {
   /// By events on its paths, of which those of the camera and of the light are at most kPhotonDepth each.
   std::array<UnmetShare, 2 * kPhotonDepth> parts;
-  /// Of the image's light, that manifold walks bring of what is never or seldom met; the parts are without
+  /// Of the image's light, that manifold walks bring. What is never or seldom met and the noise are without
   /// it.
   double walked = 0;
   double image = 0;  // mean radiance of a pixel

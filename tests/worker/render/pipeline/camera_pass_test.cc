@@ -7,6 +7,7 @@
 #include <array>
 #include <memory>
 #include <set>
+#include <tuple>
 #include <vector>
 
 namespace lightmill {
@@ -17,26 +18,42 @@ namespace {
 std::unique_ptr<CameraSlots> slots_of_level(int level) {
   auto slots = std::make_unique<CameraSlots>();
   for (int i = 0; i < kCellPixels; ++i) {
-    slots->keys[i] = static_cast<uint32_t>(i) * 0x9e3779b9u;
+    slots->pixel_keys[i] = static_cast<uint32_t>(i) * 0x9e3779b9u;
     slots->inside[i] = 1;
     slots->level[i] = i < kCellPixels / 2 ? level : 0;
+    slots->pixel_light_samples[i] = static_cast<float>(i);
   }
   slots->inside_count = kCellPixels;
-  slots->level[kCellPixels - 2] = slots->least_level = kLeastLevel;
-  slots->level[kCellPixels - 1] = slots->most_level = kMostLevel;
+  slots->level[kCellPixels - 2] = kLeastLevel;
+  slots->level[kCellPixels - 1] = kMostLevel;
+  slots->uneven = true;
   return slots;
+}
+
+/// visit() in every pass of superblock `batch`; those of paths that wait begin as early as they can, or if
+/// `by_index` after each sample index.
+template <class Visit>
+void for_each_pass(CameraSlots* slots, int64_t batch, bool by_index, Visit&& visit) {
+  for (int64_t s = batch * kSuperblockSamples; s < (batch + 1) * kSuperblockSamples; ++s) {
+    if (slots->is_even(s)) {
+      slots->begin_even_pass(batch, s);
+      visit();
+      continue;
+    }
+    slots->add_waiting(batch, s);
+    while (slots->begin_waiting_pass(by_index || s + 1 == (batch + 1) * kSuperblockSamples)) visit();
+  }
 }
 
 /// The numbers that pixel 0 gets in superblock `batch`.
 std::vector<uint32_t> numbers(int level, int64_t batch) {
   const auto slots = slots_of_level(level);
   std::vector<uint32_t> taken;
-  for (int64_t s = batch * kSuperblockSamples; s < (batch + 1) * kSuperblockSamples; ++s) {
-    for (int pass = 0; pass < slots->passes(s); ++pass) {
-      slots->begin_pass(batch, s, pass);
-      if (slots->taken[0]) taken.push_back(slots->index[0]);
+  for_each_pass(slots.get(), batch, false, [&] {
+    for (int i = 0; i < kCellPixels; ++i) {
+      if (slots->taken[i] && slots->pixel[i] == 0) taken.push_back(slots->index[i]);
     }
-  }
+  });
   return taken;
 }
 
@@ -57,6 +74,36 @@ TEST(CameraSlots, UniformBatchesHaveTheFirstSixteenNumbers) {
     const std::vector<uint32_t> taken = numbers(0, batch);
     ASSERT_EQ(taken.size(), 16u);
     for (uint32_t i = 0; i < 16; ++i) EXPECT_EQ(taken[i], i);
+  }
+}
+
+// Which pass a path is in changes nothing of it, and what waits fills the passes.
+TEST(CameraSlots, PathsThatWaitAreTheSameAndFillTheirPasses) {
+  using Path = std::tuple<int32_t, uint32_t, uint32_t, float>;
+  for (const int level : {kLeastLevel, kMostLevel}) {
+    for (const int64_t batch : {0, 3}) {
+      std::array<std::vector<Path>, 2> paths;
+      std::array<int, 2> passes{}, full{};
+      for (size_t by_index = 0; by_index < 2; ++by_index) {
+        const auto slots = slots_of_level(level);
+        for_each_pass(slots.get(), batch, by_index > 0, [&] {
+          const auto count = std::count(std::begin(slots->taken), std::end(slots->taken), 1);
+          ++passes[by_index];
+          full[by_index] += count == kCellPixels;
+          for (int i = 0; i < kCellPixels; ++i) {
+            if (!slots->taken[i]) continue;
+            const int pixel = slots->pixel[i];
+            EXPECT_EQ(slots->keys[i], slots->pixel_keys[pixel]);
+            EXPECT_EQ(slots->light_samples[i], slots->pixel_light_samples[pixel]);
+            paths[by_index].push_back({pixel, slots->keys[i], slots->index[i], slots->weight[i]});
+          }
+        });
+        std::sort(paths[by_index].begin(), paths[by_index].end());
+      }
+      EXPECT_EQ(paths[0], paths[1]);
+      EXPECT_EQ(full[0], passes[0] - 1) << "all but the last";
+      EXPECT_LT(passes[0], passes[1]);
+    }
   }
 }
 

@@ -111,12 +111,11 @@ TEST(Manifolds, ShowALightInsideGlass) {
   EXPECT_NEAR(mean(inside, 5), expected * 80 / 81, 0.01 * expected) << "cells of few photons lack some";
 }
 
-/// A lamp that shines up, so small that it is met seldom.
-TestScene with_lamp(TestScene s) {
-  constexpr double kHalf = 0.06;
-  constexpr auto kRadiance = static_cast<float>(1 / (kHalf * kHalf));
-  s.quad({-kHalf, 1, -kHalf}, {0, 0, 2 * kHalf}, {2 * kHalf, 0, 0}, s.diffuse(0),
-         {.radiance = {kRadiance, kRadiance, kRadiance}});
+/// A lamp that shines up, of one power.
+TestScene with_lamp(TestScene s, double half) {
+  const auto radiance = static_cast<float>(1 / (half * half));
+  s.quad({-half, 1, -half}, {0, 0, 2 * half}, {2 * half, 0, 0}, s.diffuse(0),
+         {.radiance = {radiance, radiance, radiance}});
   return s;
 }
 
@@ -124,8 +123,8 @@ TestScene with_lamp(TestScene s) {
 // alone.
 TEST(Manifolds, CountWhatIsMetOnce) {
   TestScene base;
-  add_floor(base.conductor(0.7f, 0.5f), &base);  // of no kind that is guided
-  const TestScene by_walks = with_lamp(mirrors(base, 32));
+  add_floor(base.conductor(0.7f, 0.5f), &base);                   // of no kind that is guided
+  const TestScene by_walks = with_lamp(mirrors(base, 32), 0.06);  // met seldom
   TestScene by_meeting = by_walks;
   by_meeting.quad({-1, 5, -1}, {0, 0, 1}, {1, 0, 0}, by_meeting.thin_dielectric(1.5f));
   EXPECT_TRUE(walks(renderer_of(by_walks)));
@@ -137,6 +136,19 @@ TEST(Manifolds, CountWhatIsMetOnce) {
   ASSERT_LT(met.standard_error, 0.03 * met.mean);
   EXPECT_LT(walked.standard_error, 0.75 * met.standard_error) << "of a quarter of the samples";
   EXPECT_NEAR(walked.mean, met.mean, 4 * met.standard_error);
+}
+
+// In a large image a small lamp is met now and then, and each time there is a firefly.
+TEST(Manifolds, AreTriedWhereMeetingsAreBrightHoweverManyPixelsThereAre) {
+  for (const int film : {32, 1024}) {
+    TestScene base;
+    add_floor(base.conductor(0.7f, 0.5f), &base);
+    const Renderer small = renderer_of(with_lamp(mirrors(base, film), 0.06)),
+                   large = renderer_of(with_lamp(mirrors(base, film), 0.3));
+    EXPECT_TRUE(walks(small)) << film;
+    EXPECT_FALSE(walks(large)) << film;
+    EXPECT_GT(large.plan().unmet.all, 0.02) << "more than what walks are worth if it is never met";
+  }
 }
 
 TEST(Manifolds, DoNotDependOnThreads) {

@@ -65,12 +65,13 @@ TEST(UnmetLight, IsAllThatCameraPathsAloneBring) {
   EXPECT_EQ(renderer.plan().unmet_light, "");
 }
 
-TEST(UnmetLight, CountsTheMeetings) {
+TEST(UnmetLight, CountsTheMeetingsAndTheirNoise) {
   TestScene s = lit_and_seen_by_mirrors(32);
   add_floor(s.coated({0.7f, 0.7f, 0.7f}, 1.3f, 0), &s);  // of no kind that is guided
   add_lamp(0.05, &s);
   const Renderer renderer = renderer_of(s, kDepth);
-  const UnmetShare unmet = renderer.plan().unmet;
+  const UnmetLight look = look_for_unmet_light(renderer.context(), 1);
+  const UnmetShare unmet = look.up_to(kDepth);
   EXPECT_NEAR(unmet.seldom, unmet.all, 0.02 * unmet.all);
   EXPECT_THAT(renderer.plan().unmet_light, HasSubstr("so small that one camera path in"));
 
@@ -79,7 +80,7 @@ TEST(UnmetLight, CountsTheMeetings) {
   const Renderer hits(s.scene, settings, 1);
   const auto workspace = hits.make_workspace();
   const auto recorder = std::make_unique<StrategyRecorder>();
-  double met = 0, paths = 0;
+  double met = 0, squares = 0, paths = 0;
   const CellRect cells = settings.grid.cells();
   for (int y = cells.y0; y < cells.y1; ++y) {
     for (int x = cells.x0; x < cells.x1; ++x) {
@@ -88,12 +89,17 @@ TEST(UnmetLight, CountsTheMeetings) {
             hits.record_packet({x, y, sample, sample + kSuperblockSamples}, *workspace, nullptr, *recorder)
                 .camera_paths);
         met += static_cast<double>(recorder->contributions.size());
+        for (const StrategyContribution& c : recorder->contributions)
+          squares += std::pow(double{c.rgb[0] + c.rgb[1] + c.rgb[2]} / 3, 2);
         recorder->clear();
       }
     }
   }
   ASSERT_GT(met, 300);
   EXPECT_NEAR(unmet.meetings, met / paths, 0.15 * met / paths);
+  const double noise = squares / paths / (look.image * look.image);
+  EXPECT_LT(unmet.noise, noise) << "without that of roulette";
+  EXPECT_GT(unmet.noise, 0.4 * noise);
 }
 
 // A light at a point is as a lamp that is too small to be met.
