@@ -1,7 +1,5 @@
 # shellcheck shell=bash disable=SC2154
-# Sourced by the scripts that build: the compiler cache is shared between checkouts, whatever folder they lie
-# in. Expects the checkout's root in $root.
-export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
+# Sourced by the scripts that build. Expects the checkout's root in $root.
 
 # build PRESET TESTS [cmake --build options...]: configures (ON or OFF for the tests) when that has not been
 # done yet, or was done without tests that are wanted now, and compiles what is out of date.
