@@ -225,7 +225,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   item("manifold walks", !scene.manifolds.empty(),
        !scene.manifolds.empty()
            ? "they bring about " + text(static_cast<int>(std::lround(100 * unmet.walked))) +
-                 " % of the image's light, which nothing else would, or paths of great brightness"
+                 " % of the image's light, which paths meet never, or seldom and as fireflies"
        : scene.any_delta ? "what they alone would bring is little, or they do not find it"
                          : "no smooth metal, glass or coat",
        "walks from where mirrors and glass are seen to lights, and a look-up per light that a path meets");
