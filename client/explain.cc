@@ -37,7 +37,8 @@ nlohmann::json items_document(const ScenePlan& plan) {
   return items;
 }
 
-/// Shares of the image's light, and camera paths that meet a light which is seldom met, per path.
+/// Shares of the image's light; camera paths that meet a light which is seldom met, per path; and what noise
+/// meetings make (UnmetShare).
 nlohmann::json unmet_document(const UnmetShare& unmet) {
   return {
       {"never", unmet.never}, {"seldom", unmet.seldom}, {"meetings", unmet.meetings}, {"noise", unmet.noise}};

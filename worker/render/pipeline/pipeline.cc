@@ -82,7 +82,7 @@ void light_pass(const StageContext& context, const LayerContext& layer, Wavefron
   }
 }
 
-void follow_camera_paths(const StageContext& context, const LayerContext& layer, Wavefront& w) {
+void trace_camera_paths(const StageContext& context, const LayerContext& layer, Wavefront& w) {
   run(w, &StrategyRecorder::camera_subpath_seconds, [&] {
     const StageScope scope(w, Stage::kProduce);
     produce_camera_paths(context, layer, w);
@@ -121,7 +121,7 @@ void camera_pass(const StageContext& context, const LayerContext& layer, int qua
   std::fill(std::begin(w.radiance_g), std::end(w.radiance_g), 0.0f);
   std::fill(std::begin(w.radiance_b), std::end(w.radiance_b), 0.0f);
   if (w.aovs) w.aovs->begin_layer();
-  follow_camera_paths(context, layer, w);
+  trace_camera_paths(context, layer, w);
   const StageScope scope(w, Stage::kFilm);
   film_finish_pass(context, quantum_exponent, w);
   if (w.aovs) w.aovs->finish_layer(context, layer, quantum_exponent, w);

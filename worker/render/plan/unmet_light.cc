@@ -191,10 +191,12 @@ class Look {
       const auto events = static_cast<size_t>(lane(l.depth, k) + seen.depth() - 1);
       UnmetShare& part = sum->parts[events];
       part.all += brings * each;
-      if (meets > 0) part.noise += brings * each * (brings / meets);
       if (meets == 0) {
         part.never += brings * each;
-      } else if (brings > meets * light * static_cast<double>(pixels())) {
+        continue;
+      }
+      part.noise += brings * each * (brings / meets);
+      if (brings > meets * light * static_cast<double>(pixels())) {
         part.seldom += brings * each;
         part.meetings += meets * each;
       }
