@@ -27,7 +27,7 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
     const uint64_t number = static_cast<uint64_t>(y) * width + static_cast<uint64_t>(x);
     pixel_keys[i] = stream_key(context.seed, kCameraStream, number, static_cast<uint64_t>(batch));
     const bool in_crop = x >= crop.x0 && x < crop.x1 && y >= crop.y0 && y < crop.y1;
-    inside[i] = in_crop && thinning.keeps(context.grid.width, x, y) ? 1 : 0;
+    inside[i] = in_crop && thinning.keeps(x, y) ? 1 : 0;
     inside_count += inside[i];
     level[i] = 0;
     pixel_light_samples[i] = context.light_samples;

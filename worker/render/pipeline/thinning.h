@@ -1,19 +1,22 @@
 #pragma once
 // Which pixels a look at few of them is taken at.
+#include <bit>
 #include <cstdint>
 
 #include "worker/render/sampling/sobol.h"
 
 namespace lightmill {
 
-/// One in `one_in` squares of `side` pixels, both powers of two, drawn by hash.
+/// One pixel, drawn by hash, of every rectangle of `one_in`, a power of two: no place goes unseen, as it may
+/// where each is drawn for itself, and no pattern of the image is met at every turn.
 struct Thinning {
   uint32_t one_in = 1;
-  int side = 1;
-  bool keeps(int film_width, int x, int y) const {
-    const auto square =
-        static_cast<uint64_t>(y / side) * static_cast<uint64_t>(film_width) + static_cast<uint64_t>(x / side);
-    return (hash32(static_cast<uint32_t>(square)) & (one_in - 1)) == 0;
+  bool keeps(int x, int y) const {
+    const int bits = std::countr_zero(one_in), wide = (bits + 1) / 2, high = bits / 2;
+    const uint32_t column = static_cast<uint32_t>(x) >> wide, row = static_cast<uint32_t>(y) >> high;
+    const uint32_t own =
+        (static_cast<uint32_t>(y) - (row << high)) << wide | (static_cast<uint32_t>(x) - (column << wide));
+    return (hash_combine(column, row) & (one_in - 1)) == own;
   }
 };
 

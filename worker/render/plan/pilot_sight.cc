@@ -26,10 +26,10 @@ std::vector<int64_t> pilot_cells(int64_t cells, int64_t count) {
 
 }  // namespace
 
-PilotSight::PilotSight(const FilmGrid& grid, int64_t paths) : film_(grid.cells()) {
+PilotSight::PilotSight(const FilmGrid& grid, int64_t paths, int64_t least_samples)
+    : samples(least_samples), film_(grid.cells()) {
   const int64_t pixels = grid.crop.area(), count = grid.cells().count();
   while (samples < kMostSamples && 2 * samples * pixels <= paths) samples *= 2;
-  while (samples * thinning.side * thinning.side < kLeastWeighed) thinning.side *= 2;
   uint32_t& one_in = thinning.one_in;
   while (one_in < kMostThinned && samples * pixels > paths * one_in) one_in *= 2;
   cells = pilot_cells(count, std::min(count, paths * one_in / (samples * kCellPixels)));

@@ -10,20 +10,15 @@
 namespace lightmill {
 
 struct PilotSight {
-  /// Samples per pixel of the cells that it takes.
-  static constexpr int64_t kLeastSamples = 2, kMostSamples = 32;
-  static constexpr int64_t kLeastWeighed = 8;
-  /// Camera paths that a pilot traces at most.
-  static constexpr int64_t kPilotPaths = 3 << 16;
+  static constexpr int64_t kMostSamples = 32;
 
-  int64_t samples = kLeastSamples;
-  /// Pixels are looked at in squares whose values are known from kLeastWeighed camera paths at least: what a
-  /// sample is weighed by.
+  int64_t samples;  // per pixel that it looks at
   Thinning thinning;
   std::vector<int64_t> cells;  // row-major in those of the film
 
-  /// Of at most `paths` camera paths.
-  explicit PilotSight(const FilmGrid& grid, int64_t paths = kPilotPaths);
+  /// Of at most `paths` camera paths; of many pixels some, by at least `least_samples` each, a power of two
+  /// from 2 on. Few samples show more places, many what stratification gains.
+  PilotSight(const FilmGrid& grid, int64_t paths, int64_t least_samples);
   CellRect rect(size_t i) const;  // of cells[i]
   double paths_per_pixel() const { return static_cast<double>(samples) / thinning.one_in; }
   /// Sample index number `j` of those taken: half of them are of one block, half of the next.

@@ -6,16 +6,13 @@
 namespace lightmill {
 namespace {
 
-template <class F>
-void for_pixels(const PixelRect& rect, F&& f) {
-  for (int y = rect.y0; y < rect.y1; ++y) {
-    for (int x = rect.x0; x < rect.x1; ++x) f(x, y);
-  }
-}
 size_t slot_of(int x, int y) { return static_cast<size_t>((y % kCellSize) * kCellSize + x % kCellSize); }
 void add_to(Channels* sum, const Channels& rgb) {
   for (size_t ch = 0; ch < 3; ++ch) (*sum)[ch] += rgb[ch];
 }
+
+/// Camera paths from which the values of squares of pixels are known: what a sample is weighed by.
+constexpr double kLeastWeighed = 8;
 
 }  // namespace
 
@@ -34,29 +31,28 @@ void CellLook::add(const std::vector<StrategyContribution>& contributions, uint6
 PilotValues::PilotValues(const FilmGrid& grid, const PilotSight& sight)
     : grid_(grid),
       sight_(sight),
-      weights_(grid, sight.paths_per_pixel(), PilotSight::kLeastWeighed),
+      weights_(grid, sight.paths_per_pixel(), kLeastWeighed),
       cells_(sight.cells.size()) {}
 
-/// f(rect) of the squares of a cell that are looked at, as far as they are in the crop window, row-major.
+/// f(x, y) of the pixels of a cell in the crop window.
 template <class F>
-void PilotValues::for_squares(const CellRect& cell, F&& f) const {
-  const PixelRect crop = grid_.pixels(cell);
-  const int side = sight_.thinning.side;
-  for (int y = cell.y0 * kCellSize; y < cell.y1 * kCellSize; y += side) {
-    for (int x = cell.x0 * kCellSize; x < cell.x1 * kCellSize; x += side) {
-      const PixelRect square{std::max(x, crop.x0), std::max(y, crop.y0), std::min(x + side, crop.x1),
-                             std::min(y + side, crop.y1)};
-      if (!square.empty() && sight_.thinning.keeps(grid_.width, x, y)) f(square);
-    }
+void PilotValues::for_pixels(size_t i, F&& f) const {
+  const PixelRect rect = grid_.pixels(sight_.rect(i));
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    for (int x = rect.x0; x < rect.x1; ++x) f(x, y);
   }
+}
+/// Of them, those that are looked at.
+template <class F>
+void PilotValues::for_seen(size_t i, F&& f) const {
+  for_pixels(i, [&](int x, int y) {
+    if (sight_.thinning.keeps(x, y)) f(x, y);
+  });
 }
 
 void PilotValues::take(size_t i, CellLook look) {
   Cell& cell = cells_[i];
-  for_squares(sight_.rect(i), [&](const PixelRect& square) {
-    Channels& sum = cell.squares.emplace_back();
-    for_pixels(square, [&](int x, int y) { add_to(&sum, look.pixels[slot_of(x, y)]); });
-  });
+  for_seen(i, [&](int x, int y) { cell.seen.push_back(look.pixels[slot_of(x, y)]); });
   cell.splats = std::move(look.splats);
   cell.light_paths = look.light_paths;
 }
@@ -69,11 +65,9 @@ void PilotValues::finish() {
   weights_.set_per_splat(per_splat_ * sight_.paths_per_pixel());
   for (size_t i = 0; i < cells_.size(); ++i) {
     Cell& cell = cells_[i];
-    for_pixels(grid_.pixels(sight_.rect(i)), [&](int x, int y) { weights_.look_at(x, y); });
+    for_pixels(i, [&](int x, int y) { weights_.look_at(x, y); });
     size_t k = 0;
-    for_squares(sight_.rect(i), [&](const PixelRect& square) {
-      weights_.add_camera(square.x0, square.y0, cell.squares[k++]);
-    });
+    for_seen(i, [&](int x, int y) { weights_.add_camera(x, y, cell.seen[k++]); });
     add_splats(cell.splats);
     cell.splats = {};
   }
@@ -122,13 +116,10 @@ PixelValue PilotValues::of(int x, int y) const {
 std::array<PixelValue, kCellPixels> PilotValues::of_cell(size_t i) const {
   std::array<PixelValue, kCellPixels> values{};
   size_t k = 0;
-  for_squares(sight_.rect(i), [&](const PixelRect& square) {
-    const auto paths = static_cast<float>(square.area() * sight_.samples);
-    const PixelValue value = weights_.of(square.x0, square.y0, cells_[i].squares[k++], paths);
-    for_pixels(square, [&](int x, int y) {
-      PixelValue& own = values[slot_of(x, y)] = value;
-      add_emission(x, y, &own);
-    });
+  for_seen(i, [&](int x, int y) {
+    PixelValue& value = values[slot_of(x, y)];
+    value = weights_.of(x, y, cells_[i].seen[k++], static_cast<float>(sight_.samples));
+    add_emission(x, y, &value);
   });
   return values;
 }

@@ -31,7 +31,7 @@ class PilotValues {
   void take(size_t i, CellLook look);
   /// After all cells.
   void finish();
-  /// Anywhere: of a square that was looked at in parts.
+  /// Anywhere: of a square of which some pixels were looked at.
   PixelValue of(int x, int y) const;
   /// The same of pixel number `pixel` of the film, row-major.
   PixelValue of(uint32_t pixel) const {
@@ -43,7 +43,7 @@ class PilotValues {
 
  private:
   struct Cell {
-    std::vector<Channels> squares;  // sums of the camera paths of each of for_squares()
+    std::vector<Channels> seen;  // sums of the camera paths of each of for_seen()
     std::vector<CellLook::Splat> splats;
     uint64_t light_paths = 0;
   };
@@ -53,7 +53,9 @@ class PilotValues {
     Channels rgb;
   };
   template <class F>
-  void for_squares(const CellRect& cell, F&& f) const;
+  void for_pixels(size_t i, F&& f) const;
+  template <class F>
+  void for_seen(size_t i, F&& f) const;
   void add_splats(const std::vector<CellLook::Splat>& splats);
   void add_emission(int x, int y, PixelValue* value) const;
 

@@ -61,6 +61,26 @@ TEST(LightNet, IsEvenOverTheFilmAndInEveryPacket) {
   }
 }
 
+// A look at one pixel in 16 starts with few numbers in each cell: together they go everywhere.
+TEST(LightNet, OfALookAtFewPixelsGoesEverywhere) {
+  const TestScene s = cornell_room().film(128, 128);
+  const RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 16, 4);
+  const Renderer scene(s.scene, settings, 1), look(scene, settings, Thinning{16});
+  std::set<int> boxes;
+  for (uint64_t cell = 0; cell < 64; ++cell) {
+    LayerContext layer;
+    layer.light_paths = light_paths_of_layer(look.context().light_paths, kCellPixels / 16);
+    set_light_net(look.context(), cell, 3, &layer);
+    for (int i = 0; i < layer.light_paths; ++i) {
+      Point p;
+      layer.light_stream<float>(i).get_2d(kDimLightDirection, &p.u, &p.v);
+      boxes.insert(static_cast<int>(32 * p.u) * 32 + static_cast<int>(32 * p.v));
+    }
+  }
+  // 1024 points by chance would be in 647 of as many boxes.
+  EXPECT_GT(boxes.size(), 580u);
+}
+
 // Of 2^32 paths and more, which a number has no room for, each part has a key.
 TEST(LightNet, HasANewKeyWhereNumbersEnd) {
   const TestScene s = cornell_room();
