@@ -89,6 +89,19 @@ TEST(Effort, OfAPilotLeavesTheMeanOverSeedsAlone) {
   EXPECT_FALSE(images_agree(truth, scaled(means, 1.02f))) << "the test notices nothing";
 }
 
+// Camera samples alone are more or fewer: what light paths bring to the lens is that of uniform effort.
+TEST(Effort, LeavesSplatsAsTheyAre) {
+  const TestScene s = two_floors();
+  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 32, 4);
+  settings.plan = SamplingPlan{};
+  const Partial uniform = render_partial(s.scene, settings);
+  settings.plan->effort = random_effort(settings.grid, 9);
+  const Partial adapted = render_partial(s.scene, settings);
+  EXPECT_NE(uniform.counters.camera_paths, adapted.counters.camera_paths);
+  ASSERT_FALSE(uniform.splats.empty());
+  EXPECT_EQ(uniform.splats, adapted.splats);
+}
+
 // Sums are exact: however sample indices are cut into tiles, the film is the same.
 TEST(Effort, IsTheSameHoweverSamplesAreCut) {
   const TestScene s = two_floors();

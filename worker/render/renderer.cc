@@ -178,7 +178,7 @@ struct Renderer::Impl {
     context.thinning = thinning;
     const SamplingPlan sampling = plan_of(s);
     if (!sampling.effort.uniform()) {
-      effort.emplace(s.grid, sampling.effort, context.light_samples);
+      effort.emplace(s.grid, sampling.effort);
       context.effort = &*effort;
     }
     if (world->filter.is_signed() && s.aovs & (kAovDirect | kAovIndirect)) {

@@ -31,7 +31,7 @@ double tabulated(const FilterDescription& filter, double radius, double x) {
 }  // namespace
 
 FilterAxis::FilterAxis(const FilterDescription& filter, double radius)
-    : kind_(filter.kind), radius_(static_cast<float>(radius)), reach_(static_cast<int>(2 * radius) + 1) {
+    : kind_(filter.kind), radius_(static_cast<float>(radius)) {
   weight_.fill(1);
   if (kind_ == FilterKind::kBox || kind_ == FilterKind::kTriangle) return;
   // CDF of the absolute value on a fine grid, inverted into kTable equal-probability steps; and the integral.

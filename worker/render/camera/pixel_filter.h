@@ -46,9 +46,6 @@ class FilterAxis {
   F density(F offset) const;
   /// Whether raster coordinates touch the pixel that they are in alone.
   bool is_one_pixel() const { return kind_ == FilterKind::kBox && radius_ == 0.5f; }
-  /// Draws a pixel for raster coordinate `p` with `u`, with probability proportional to |f(p - c_j)|.
-  template <class F>
-  IntOf<F> choose_pixel(F p, F u) const;
   /// First and last pixel in reach of `p`, as whole numbers.
   template <class F>
   F first_pixel(F p) const {
@@ -70,10 +67,9 @@ class FilterAxis {
   // For cells of equal width over [-radius, radius] a table entry at or before the first above the cell,
   // where a search begins. Cells are much narrower than most entries are apart: it has few steps.
   static constexpr int kCells = 8 * kTable;
-  static constexpr int kMostCached = 8;  // pixels in reach whose densities are kept
   FilterKind kind_;
   float radius_;
-  int reach_ = 1, steps_ = 1;  // pixels that one position may touch, at most; steps of a search, at most
+  int steps_ = 1;  // of a search, at most
   // But of box and triangle: piecewise-linear inverse CDF.
   std::array<float, kTable + 1> inverse_{};
   std::array<std::array<float, 3>, kTable + 2> entries_{};  // each entry, and the filter before and after it
@@ -98,33 +94,6 @@ F FilterAxis::density(F offset) const {
     }
   }
   return select(MaskOf<F>(a <= radius_), d, F{});
-}
-
-template <class F>
-IntOf<F> FilterAxis::choose_pixel(F p, F u) const {
-  if (is_one_pixel()) return to_int(floor(p));
-  const F first = first_pixel(p), last = last_pixel(p);
-  const auto density_of = [&](F pixel) {
-    return select(MaskOf<F>(pixel <= last), density(p - (pixel + 0.5f)), F{});
-  };
-  F known[kMostCached], total{}, pixel = first;
-  int reached = 0;  // reach_ only where a position has pixels at both ends of the filter
-  for (; reached < reach_ && any(MaskOf<F>(pixel <= last)); ++reached, pixel = pixel + 1.0f) {
-    const F d = density_of(pixel);
-    if (reached < kMostCached) known[reached] = d;
-    total = total + abs(d);
-  }
-  F target = u * total, chosen = first;
-  MaskOf<F> done = splat_mask<F>(false);
-  pixel = first;
-  for (int i = 0; i < reached; ++i, pixel = pixel + 1.0f) {
-    const F d = abs(i < kMostCached ? known[i] : density_of(pixel));
-    const MaskOf<F> can = mask_and(MaskOf<F>(d > 0.0f), mask_not(done));
-    chosen = select(can, pixel, chosen);
-    done = mask_or(done, mask_and(can, MaskOf<F>(target < d)));
-    target = target - d;
-  }
-  return to_int(chosen);
 }
 
 /// Filters reach less far than this.

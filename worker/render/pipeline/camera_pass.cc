@@ -9,12 +9,6 @@
 
 namespace lightmill {
 
-EffortTable::EffortTable(const FilmGrid& grid, const EffortMap& effort, float film_paths)
-    : regions(regions_of(grid)), map(effort) {
-  for (int64_t r = 0; r < regions.count(); ++r)
-    light_samples.push_back(std::ldexp(film_paths, -map.level(r)));
-}
-
 void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch,
                               const Thinning& thinning) {
   const PixelRect& crop = context.grid.crop;
@@ -30,10 +24,8 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
     inside[i] = in_crop && thinning.keeps(x, y) ? 1 : 0;
     inside_count += inside[i];
     level[i] = 0;
-    pixel_light_samples[i] = context.light_samples;
     if (context.effort && inside[i]) {
       level[i] = context.effort->map.level(context.effort->regions.at(x, y));
-      pixel_light_samples[i] = context.effort->light_samples_at(x, y);
       uneven |= level[i] != 0;
     }
   }
@@ -44,7 +36,6 @@ void CameraSlots::begin_even_pass(int64_t batch, int64_t s) {
   std::iota(std::begin(pixel), std::end(pixel), 0);
   std::copy(std::begin(pixel_keys), std::end(pixel_keys), std::begin(keys));
   std::fill(std::begin(index), std::end(index), static_cast<uint32_t>(s - batch * kSuperblockSamples));
-  std::copy(std::begin(pixel_light_samples), std::end(pixel_light_samples), std::begin(light_samples));
   std::fill(std::begin(weight), std::end(weight), 1.0f);
 }
 
@@ -73,7 +64,6 @@ bool CameraSlots::begin_waiting_pass(bool rest) {
     pixel[i] = last[i].pixel;
     keys[i] = pixel_keys[k];
     index[i] = last[i].index;
-    light_samples[i] = pixel_light_samples[k];
     weight[i] = std::ldexp(1.0f, -level[k]);
   }
   waiting_.resize(waiting_.size() - count);

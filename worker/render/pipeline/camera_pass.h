@@ -17,29 +17,23 @@ struct StageContext;  // context.h
 struct EffortTable {
   RegionGrid regions;
   EffortMap map;
-  std::vector<float> light_samples;  // n_light of mis.h for the pixels of a region
-
-  /// `light_samples`: light paths of the whole film per unit of spp.
-  EffortTable(const FilmGrid& grid, const EffortMap& effort, float light_samples);
-  float light_samples_at(int x, int y) const { return light_samples[static_cast<size_t>(regions.at(x, y))]; }
+  EffortTable(const FilmGrid& grid, const EffortMap& effort) : regions(regions_of(grid)), map(effort) {}
 };
 
 /// Camera paths of a cell. Pixels are numbered row-major.
 struct CameraSlots {
   // Of a batch of sample indices, a superblock: by pixel.
-  uint32_t pixel_keys[kCellPixels];        // of its sample stream
-  int32_t inside[kCellPixels];             // 1: in the crop window, and looked at
-  int32_t level[kCellPixels];              // of effort
-  float pixel_light_samples[kCellPixels];  // n_light of mis.h
+  uint32_t pixel_keys[kCellPixels];  // of its sample stream
+  int32_t inside[kCellPixels];       // 1: in the crop window, and looked at
+  int32_t level[kCellPixels];        // of effort
   int inside_count = 0;
   bool uneven = false;  // some level is not 0
   // Of a pass: by slot.
-  alignas(32) int32_t taken[kCellPixels];        // 1: has a path
-  alignas(32) int32_t pixel[kCellPixels];        // that the path is of
-  alignas(32) uint32_t keys[kCellPixels];        // pixel_keys of it
-  alignas(32) uint32_t index[kCellPixels];       // within the stream
-  alignas(32) float light_samples[kCellPixels];  // pixel_light_samples of it
-  alignas(32) float weight[kCellPixels];         // of the path's contributions
+  alignas(32) int32_t taken[kCellPixels];   // 1: has a path
+  alignas(32) int32_t pixel[kCellPixels];   // that the path is of
+  alignas(32) uint32_t keys[kCellPixels];   // pixel_keys of it
+  alignas(32) uint32_t index[kCellPixels];  // within the stream
+  alignas(32) float weight[kCellPixels];    // of the path's contributions
 
   /// Starts a batch, which looks at those pixels that `thinning` keeps.
   void begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch,

@@ -29,7 +29,9 @@ struct StageContext {
   /// Samples that strategies of light paths stand with against one of a camera path (mis.h): light paths of
   /// the whole film for t = 1, those that a camera vertex is connected to for s, t >= 2.
   float light_samples = 1, connections = 1;
-  /// Effort per region, where it differs: light_samples stand against that many camera samples.
+  /// Effort per region, where it differs. It changes no weights: by their numbers a region of few camera
+  /// samples would leave its smooth light, which those are stratified for, to splats, which are not. As it
+  /// is, camera samples have their noise over the effort, and splats as everywhere.
   const EffortTable* effort = nullptr;
   double light_paths = 1;                  // per camera path
   Thinning thinning;                       // of a pilot; renders look at every pixel

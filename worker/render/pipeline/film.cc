@@ -27,14 +27,12 @@ void film_add_splats(const StageContext& context, Wavefront& w) {
   int from[kLanes], count = 0;
   const auto spread_all = [&] {
     float x[kLanes] = {}, y[kLanes] = {}, u[kLanes];
-    int32_t pixel[kLanes];
     for (int l = 0; l < count; ++l) {
       x[l] = q.raster_x[from[l]];
       y[l] = q.raster_y[from[l]];
       u[l] = q.small_choice[from[l]];
-      pixel[l] = q.target[from[l]];
     }
-    spread_splats(context, load<Lane>(x), load<Lane>(y), u, pixel, count,
+    spread_splats(context, load<Lane>(x), load<Lane>(y), u, count,
                   [&](int l, int32_t at, float f) { add(from[l], at, f); });
     count = 0;
   };

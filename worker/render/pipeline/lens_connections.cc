@@ -52,9 +52,7 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
     const Vec3<Lane>& to_camera = lens.direction;
     const LaneMask seen = mask_and(mask_and(g.active, lens.seen), faces_viewer<K>(v, to_camera));
     if (!any(seen)) continue;
-    Lane fu{}, fv{};
-    if (context.effort) stream.get_2d(vertex_dim(depth, kDimSplatPixel), &fu, &fv);
-    const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
+    const SplatTarget target(context, lens.x, lens.y, seen);
     const LaneMask valid = target.valid;
     if (!any(valid)) continue;
     const Frame<Lane> frame(v.ns);
@@ -63,7 +61,7 @@ void lens_connections(const StageContext& context, const LayerContext& layer, in
                                       local_viewer(context, v, frame, to_camera), Mode::kImportance);
     f.pdf_reverse = camera_density(context.scene, v, f.pdf_reverse);
     const Lane p_camera = lens.density * density_cosine<K>(context.scene, v, to_camera);
-    const Lane light_ratio = p_camera * target.inv_light_samples;
+    const Lane light_ratio = p_camera * (1.0f / context.light_samples);
     const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
     const Lane mis = mis_weight(w_light, Lane{});
     const Lane scale =
@@ -101,9 +99,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   const Vec3<Lane>& to_camera = lens.direction;
   const LaneMask seen = mask_and(surface, lens.seen);
   if (!any(seen)) return;
-  Lane fu{}, fv{};
-  if (context.effort) stream.get_2d(vertex_dim(0, kDimSplatPixel), &fu, &fv);
-  const SplatTarget target(context, lens.x, lens.y, fu, fv, seen);
+  const SplatTarget target(context, lens.x, lens.y, seen);
   const LaneMask valid = target.valid;
   Vec3<Lane> radiance = emitted_radiance(context.scene.lights, e.light, e.normal, to_camera);
   if (K::kLights && !context.scene.lights.patterns.empty()) radiance = radiance * e.pattern;
@@ -112,7 +108,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
   const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
   Lane w_hit{};
-  if (context.on(kEmissionHits)) w_hit = p_camera * inv_pdf * target.inv_light_samples;  // M10
+  if (context.on(kEmissionHits)) w_hit = p_camera * inv_pdf * (1.0f / context.light_samples);  // M10
   const Lane mis = mis_weight(w_hit, Lane{});
   const Lane scale = p_camera * inv_pdf * mis * (context.imaging_ratio * context.splat_scale);
   Candidates c;

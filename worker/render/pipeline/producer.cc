@@ -69,7 +69,7 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
       path.throughput = {ray.weight, ray.weight, ray.weight};
       started = mask_and(started, LaneMask(ray.weight > 0.0f));
     }
-    path.dvcm = load<Lane>(layer.slots->light_samples + base) / ray.density;  // M2
+    path.dvcm = splat<Lane>(context.light_samples) / ray.density;  // M2
     path.medium = splat_int<Lane>(context.scene.camera_medium);
     store_paths(path, g.slot, mask_bits(started), &paths);
     activate(paths, g.slot, started);

@@ -8,19 +8,13 @@
 
 namespace lightmill {
 
-/// Which pixels a contribution at raster position (x, y) is for. All pixels in reach of the filter receive
-/// their part of it (spread_splats), but where effort differs among them: weights of MIS are those of one
-/// number of camera samples, and so it is given to the pixels that share it with a pixel drawn.
+/// Where a contribution at raster position (x, y) is: all pixels in reach of the filter receive their part of
+/// it (spread_splats).
 struct SplatTarget {
-  /// The one that it is in, or the nearest of the crop window; where effort differs one drawn from the
-  /// footprint.
-  LaneInt pixel{};
-  LaneMask valid{};          // others are too far from the crop window
-  Lane inv_light_samples{};  // 1 / n_light of mis.h at the pixel
+  LaneInt pixel{};   // the one that it is in, or the nearest of the crop window
+  LaneMask valid{};  // others are too far from the crop window
 
-  /// `u` and `v` draw the pixel.
-  SplatTarget(const StageContext& context, Lane x, Lane y, Lane u, Lane v, LaneMask active) {
-    inv_light_samples = splat<Lane>(1.0f / context.light_samples);
+  SplatTarget(const StageContext& context, Lane x, Lane y, LaneMask active) {
     const auto* sphere = std::get_if<SphericalCamera>(&context.camera);
     const PixelRect& crop = context.grid.crop;
     // A sphere has no edge: what a filter receives beyond the raster belongs to pixels elsewhere in it.
@@ -38,10 +32,6 @@ struct SplatTarget {
     x = select(valid, x, Lane{});
     y = select(valid, y, Lane{});
     LaneInt ix = to_int(floor(x)), iy = to_int(floor(y));
-    if (context.effort) {
-      ix = filter.x.choose_pixel(x, u);
-      iy = filter.y.choose_pixel(y, v);
-    }
     if (sphere) wrap(*sphere, &ix, &iy);
     if (filter.is_one_pixel()) {
       const auto within = [](LaneInt i, int lo, int hi) {
@@ -56,22 +46,6 @@ struct SplatTarget {
     ix = clamped(ix, crop.x0, crop.x1);
     iy = clamped(iy, crop.y0, crop.y1);
     pixel = iy * context.grid.width + ix;
-    if (!context.effort) return;
-    float inv_samples[kLanes];
-    store(inv_samples, inv_light_samples);
-    for (unsigned bits = mask_bits(valid); bits; bits &= bits - 1) {
-      const int l = std::countr_zero(bits);
-      inv_samples[l] = 1.0f / context.effort->light_samples_at(lane(ix, l), lane(iy, l));
-    }
-    inv_light_samples = load<Lane>(inv_samples);
-  }
-
-  /// The pixel of the crop window by whose effort pixel (i, j) goes.
-  static void clamp_to_film(const StageContext& context, int* i, int* j) {
-    if (const auto* sphere = std::get_if<SphericalCamera>(&context.camera)) sphere->wrap(i, j);
-    const PixelRect& crop = context.grid.crop;
-    *i = std::clamp(*i, crop.x0, crop.x1 - 1);
-    *j = std::clamp(*j, crop.y0, crop.y1 - 1);
   }
 
  private:
@@ -88,44 +62,25 @@ struct SplatTarget {
 };
 
 /// Gives contributions at raster positions (x, y) to pixels: calls add(lane, pixel, filter weight) for the
-/// first `count` lanes. `pixel` are those of their SplatTarget, `u` uniform numbers for small weights.
+/// first `count` lanes. `u` are uniform numbers for small weights.
 template <class Add>
-void spread_splats(const StageContext& context, Lane x, Lane y, const float* u, const int32_t* pixel,
-                   int count, Add&& add) {
+void spread_splats(const StageContext& context, Lane x, Lane y, const float* u, int count, Add&& add) {
   const PixelFilter& filter = context.filter;
   const int width = context.grid.width;
   const PixelRect& crop = context.grid.crop;
   const auto* sphere = std::get_if<SphericalCamera>(&context.camera);
-  if (!context.effort && !sphere) {
-    const FilterReach<Lane> reach(filter, x, y, crop);
-    for (int l = 0; l < count; ++l) {
-      float small = u[l];
-      reach.each(l, [&](int i, int j, float f) {
-        if (filter.is_kept(&f, &small)) add(l, j * width + i, f);
-      });
-    }
-    return;
-  }
-  const FilterReach<Lane> reach(filter, x, y);
-  const auto light_samples = [&](int i, int j) {
-    SplatTarget::clamp_to_film(context, &i, &j);
-    return context.effort->light_samples_at(i, j);
-  };
+  // On a sphere what is beyond the raster belongs to pixels elsewhere in it.
+  const FilterReach<Lane> reach =
+      sphere ? FilterReach<Lane>(filter, x, y) : FilterReach<Lane>(filter, x, y, crop);
   for (int l = 0; l < count; ++l) {
-    const float of_pixel = context.effort ? light_samples(pixel[l] % width, pixel[l] / width) : 0;
-    const auto same_effort = [&](int i, int j) { return !context.effort || light_samples(i, j) == of_pixel; };
-    // The probability that one of these pixels was drawn.
-    float all = 0, same = 0, small = u[l];
+    float small = u[l];
     reach.each(l, [&](int i, int j, float f) {
-      all += std::fabs(f);
-      if (same_effort(i, j)) same += std::fabs(f);
-    });
-    reach.each(l, [&](int i, int j, float f) {
-      if (!same_effort(i, j)) return;
-      f *= all / same;
       if (!filter.is_kept(&f, &small)) return;
-      if (sphere) sphere->wrap(&i, &j);
-      if (i >= crop.x0 && i < crop.x1 && j >= crop.y0 && j < crop.y1) add(l, j * width + i, f);
+      if (sphere) {
+        sphere->wrap(&i, &j);
+        if (i < crop.x0 || i >= crop.x1 || j < crop.y0 || j >= crop.y1) return;
+      }
+      add(l, j * width + i, f);
     });
   }
 }

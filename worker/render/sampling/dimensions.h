@@ -28,7 +28,6 @@ enum VertexDim : uint32_t {
   kDimNeeSelect = 3,       // 1D, camera
   kDimViewerSide = 3,      // 1D, light: a direction or its mirror image
   kDimNeePosition = 4,     // 2D
-  kDimSplatPixel = 5,      // 2D: the pixel of the filter's footprint whose effort counts
   kDimManifoldLight = 3,   // 1D, camera: as next event chooses
   kDimManifoldPoint = 4,   // 2D, camera: the same
   kDimNeeRoulette = 6,     // 1D

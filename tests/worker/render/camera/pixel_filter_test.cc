@@ -70,29 +70,6 @@ TEST(PixelFilter, ShapesAreThoseOfTheirFormulas) {
   EXPECT_EQ(gaussian.density(1.6f), 0);
 }
 
-TEST(PixelFilter, PixelsDrawnFollowTheDensities) {
-  Random random(2);
-  for (const FilterAxis& f : filters()) {
-    for (const float p : {10.5f, 10.03f, 10.77f, 13.999f}) {
-      double sum = 0;
-      std::vector<double> expected(24), observed(24);
-      for (int j = 0; j < 24; ++j) {
-        const double d = f.density(p - (static_cast<float>(j) + 0.5f));
-        expected[static_cast<size_t>(j)] = d;
-        sum += d;
-      }
-      constexpr int kSamples = 20000;
-      for (double& e : expected) e *= kSamples / sum;
-      for (int i = 0; i < kSamples; ++i) {
-        const int j = f.choose_pixel(p, random.uniform());
-        ASSERT_TRUE(j >= 0 && j < 24);
-        ++observed[static_cast<size_t>(j)];
-      }
-      EXPECT_TRUE(chi_square_passes(chi_square(observed, expected), 24)) << p;
-    }
-  }
-}
-
 // Weighted samples are the filter's formula: over each of 40 bins, and over all of it 1.
 TEST(PixelFilter, NegativeLobesAreInTheWeights) {
   constexpr int kBins = 40, kSamples = 400000;
@@ -229,10 +206,6 @@ TEST(PixelFilter, LanesHaveTheBitsOfScalars) {
       for (int l = 0; l < 8; ++l) u[l] = random.uniform();
       const Float8 x = f.sample(u);
       for (int l = 0; l < 8; ++l) ASSERT_EQ(float_bits(x[l]), float_bits(f.sample(float{u[l]})));
-      Float8 p{};
-      for (int l = 0; l < 8; ++l) p[l] = static_cast<float>(random.between(-3, 9));
-      const Int8 pixels = f.choose_pixel(p, u);
-      for (int l = 0; l < 8; ++l) ASSERT_EQ(pixels[l], f.choose_pixel(float{p[l]}, float{u[l]}));
     }
   }
   const PixelFilter f = pixel_filters()[4];

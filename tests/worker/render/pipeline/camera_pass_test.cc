@@ -21,7 +21,6 @@ std::unique_ptr<CameraSlots> slots_of_level(int level) {
     slots->pixel_keys[i] = static_cast<uint32_t>(i) * 0x9e3779b9u;
     slots->inside[i] = 1;
     slots->level[i] = i < kCellPixels / 2 ? level : 0;
-    slots->pixel_light_samples[i] = static_cast<float>(i);
   }
   slots->inside_count = kCellPixels;
   slots->level[kCellPixels - 2] = kLeastLevel;
@@ -94,7 +93,6 @@ TEST(CameraSlots, PathsThatWaitAreTheSameAndFillTheirPasses) {
             if (!slots->taken[i]) continue;
             const int pixel = slots->pixel[i];
             EXPECT_EQ(slots->keys[i], slots->pixel_keys[pixel]);
-            EXPECT_EQ(slots->light_samples[i], slots->pixel_light_samples[pixel]);
             paths[by_index].push_back({pixel, slots->keys[i], slots->index[i], slots->weight[i]});
           }
         });
