@@ -156,9 +156,11 @@ struct Renderer::World {
     const Strategies strategies = light_paths ? possible.set : possible.set & (kEmissionHits | kNextEvent);
     const StageContext context = context_of(settings, strategies, stage_kernels(scene));
     if (strategies & kEmissionHits) learn_caustics(context, threads, &scene);
-    if (light_paths) aim_light_paths(context_of(settings, strategies, stage_kernels(scene)), threads, &scene);
     unmet = look_for_unmet_light(context_of(settings, strategies, stage_kernels(scene)), threads);
     learn_manifolds(context_of(settings, strategies, stage_kernels(scene)), threads, &scene, &unmet);
+    // Last: aims are for what light paths bring to the lens and are joined to, and would keep them away from
+    // what is only met.
+    if (light_paths) aim_light_paths(context_of(settings, strategies, stage_kernels(scene)), threads, &scene);
   }
 };
 

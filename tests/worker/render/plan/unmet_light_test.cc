@@ -69,7 +69,8 @@ TEST(UnmetLight, CountsTheMeetingsAndTheirNoise) {
   TestScene s = lit_and_seen_by_mirrors(32);
   add_floor(s.coated({0.7f, 0.7f, 0.7f}, 1.3f, 0), &s);  // of no kind that is guided
   add_lamp(0.05, &s);
-  const Renderer renderer = renderer_of(s, kDepth);
+  // Without aims of light paths, which are learnt after the look.
+  const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kPt, 16, kDepth), 1);
   const UnmetLight look = look_for_unmet_light(renderer.context(), 1);
   const UnmetShare unmet = look.up_to(kDepth);
   EXPECT_NEAR(unmet.seldom, unmet.all, 0.02 * unmet.all);
