@@ -1,7 +1,5 @@
 #pragma once
 // Where a contribution of the lens strategy lands on the film.
-#include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "worker/render/pipeline/context.h"

@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-constexpr int64_t kPathsPerPixel = 16, kLeastSamples = 2;
+constexpr int64_t kPathsPerPixel = 16;
 /// A path whose density would be less than this part of what it is has been led by the guide.
 constexpr float kLed = 0.5f;
 
@@ -40,7 +40,7 @@ class Trial {
  public:
   Trial(const StageContext& context, int64_t paths)
       : context_(context),
-        sight_(context.grid, std::min(paths, kPathsPerPixel * context.grid.crop.area()), kLeastSamples),
+        sight_(context.grid, std::min(paths, kPathsPerPixel * context.grid.crop.area())),
         values_(context.grid, sight_),
         cells_(sight_.cells.size()) {
     context_.thinning = sight_.thinning;

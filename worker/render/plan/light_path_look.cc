@@ -12,7 +12,7 @@ namespace {
 
 /// Camera paths, and about as many light paths, that are followed at most; fewer of an image so small that
 /// they would take longer than the image.
-constexpr int64_t kPaths = int64_t{1} << 15, kPathsPerPixel = 8, kLeastSamples = 2;
+constexpr int64_t kPaths = int64_t{1} << 15, kPathsPerPixel = 8;
 
 /// What a light path brought, and how it set out.
 struct Arrival {
@@ -28,7 +28,7 @@ class Look {
   Look(const StageContext& context, const LightGroups& groups)
       : context_(context),
         groups_(groups),
-        sight_(context.grid, std::min(kPaths, kPathsPerPixel * context.grid.crop.area()), kLeastSamples),
+        sight_(context.grid, std::min(kPaths, kPathsPerPixel * context.grid.crop.area())),
         values_(context.grid, sight_),
         arrivals_(sight_.cells.size()),
         noise_(sight_.cells.size()) {

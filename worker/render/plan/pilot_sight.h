@@ -18,7 +18,7 @@ struct PilotSight {
 
   /// Of at most `paths` camera paths; of many pixels some, by at least `least_samples` each, a power of two
   /// from 2 on. Few samples show more places, many what stratification gains.
-  PilotSight(const FilmGrid& grid, int64_t paths, int64_t least_samples);
+  PilotSight(const FilmGrid& grid, int64_t paths, int64_t least_samples = 2);
   CellRect rect(size_t i) const;  // of cells[i]
   double paths_per_pixel() const { return static_cast<double>(samples) / thinning.one_in; }
   /// Sample index number `j` of those taken: half of them are of one block, half of the next.

@@ -19,7 +19,7 @@ namespace {
 
 /// Camera paths of the look, and light paths, at most; fewer of an image so small that they would take longer
 /// than it. So many arrivals of light paths are enough, which are looked for in rounds of so many wavefronts.
-constexpr int64_t kCameraPaths = int64_t{1} << 14, kCameraPathsPerPixel = 4, kLeastSamples = 2;
+constexpr int64_t kCameraPaths = int64_t{1} << 14, kCameraPathsPerPixel = 4;
 constexpr int64_t kLightPaths = int64_t{1} << 17, kLightPathsPerPixel = 16;
 constexpr size_t kArrivals = size_t{1} << 14, kRound = 32;
 /// Photons count around a point as far as this part of what is seen extends, on surfaces that lie and turn
@@ -47,8 +47,7 @@ class Look {
  public:
   explicit Look(const StageContext& context)
       : context_(context),
-        sight_(context.grid, std::min(kCameraPaths, kCameraPathsPerPixel * context.grid.crop.area()),
-               kLeastSamples) {
+        sight_(context.grid, std::min(kCameraPaths, kCameraPathsPerPixel * context.grid.crop.area())) {
     context_.thinning = sight_.thinning;
     context_.imaging_ratio = 1;
     context_.response = nullptr;

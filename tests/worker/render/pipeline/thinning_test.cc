@@ -23,8 +23,7 @@ TEST(Thinning, KeepsOnePixelOfEveryRectangle) {
         EXPECT_EQ(kept, 1) << thinning.one_in << ": " << column << ", " << row;
       }
     }
-    // Of 1,024 rectangles some keep each of their pixels: no place has a hundredth of that chance to be left
-    // out.
+    // No pattern: of 256 places 1,024 rectangles leave out e^-4 by chance, of fewer places fewer.
     EXPECT_GT(places.size(), static_cast<size_t>(wide * high) * 95 / 100);
   }
 }
