@@ -75,6 +75,11 @@ void print_pilot(const PilotReport& pilot) {
               static_cast<long long>(pilot.samples));
   print_gain(pilot, "path tracing", path_tracing_plan());
   print_gain(pilot, "bdpt", SamplingPlan());
+  if (pilot.aims_gain != 1) {
+    std::printf("light paths that are aimed: predicted efficiency %.3g times that of others, which is %s\n",
+                pilot.aims_gain,
+                pilot.chosen.strategies & kLightPaths && pilot.chosen.aimed ? "used" : "not worth it");
+  }
   if (!pilot.chosen.effort.uniform()) {
     std::printf(
         "adaptive effort, a quarter to four samples: predicted efficiency %.3g times that of uniform\n",

@@ -97,6 +97,7 @@ std::string pilot_to_json(const PilotReport& report) {
                    {"estimates", estimates},
                    {"samples", report.samples},
                    {"work", work}};
+  if (report.aims_gain != 1) j["aims_gain"] = report.aims_gain;
   if (!features.empty()) j["features"] = std::move(features);
   if (!report.missing_light.empty()) j["missing_light"] = report.missing_light;
   return j.dump();
@@ -117,6 +118,7 @@ PilotReport pilot_from_json(const std::string& text) {
                                   positive(e.at("cost")),
                                   e.contains("shadow_rays") ? positive(e.at("shadow_rays")) : 0});
     }
+    if (j.contains("aims_gain")) report.aims_gain = positive(j.at("aims_gain"));
     if (j.contains("features")) report.features = features_of(j.at("features"));
     if (j.contains("missing_light")) report.missing_light = lines_of(j.at("missing_light"));
     report.samples = j.at("samples").get<int64_t>();

@@ -32,6 +32,7 @@ std::string plan_to_json(const SamplingPlan& plan) {
   nlohmann::json j = {{"connections", plan.connections},
                       {"light_paths", plan.light_paths},
                       {"strategies", strategy_names(plan.strategies)}};
+  if (!plan.aimed) j["aimed"] = false;
   if (plan.lens_weight != 1) j["lens_weight"] = plan.lens_weight;
   if (!plan.effort.uniform()) j["effort"] = plan.effort.levels;
   return j.dump();
@@ -40,12 +41,14 @@ std::string plan_to_json(const SamplingPlan& plan) {
 SamplingPlan plan_from_json(const std::string& text) {
   try {
     const auto j = nlohmann::json::parse(text);
-    if (j.size() != 3u + j.contains("effort") + j.contains("lens_weight"))
-      throw Error(ErrorKind::kUsage, "sampling plan: exactly 3 fields, lens_weight and effort are expected");
+    if (j.size() != 3u + j.contains("aimed") + j.contains("effort") + j.contains("lens_weight"))
+      throw Error(ErrorKind::kUsage,
+                  "sampling plan: exactly 3 fields, aimed, lens_weight and effort are expected");
     SamplingPlan plan;
     plan.strategies = strategies_named(j.at("strategies").get<std::string>());
     plan.light_paths = j.at("light_paths").get<double>();
     plan.connections = j.at("connections").get<double>();
+    if (j.contains("aimed")) plan.aimed = j.at("aimed").get<bool>();
     if (j.contains("lens_weight")) plan.lens_weight = j.at("lens_weight").get<double>();
     if (j.contains("effort")) plan.effort.levels = j.at("effort").get<std::string>();
     check_plan(plan);

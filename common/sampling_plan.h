@@ -20,6 +20,9 @@ struct SamplingPlan {
   /// where they fall, and are noise where camera samples find the same light evenly. Counts only with
   /// kLensConnections.
   double lens_weight = 1;
+  /// Light paths choose lights and directions by what they bring, where the scene has learnt that
+  /// (worker/render/plan/aim_learning.h); else by power, and directions as the lights shine.
+  bool aimed = true;
   /// Where camera samples go; by `light_paths` everywhere, as light paths have no pixel.
   EffortMap effort = {};
 
@@ -34,7 +37,8 @@ inline constexpr double kLensWeights[] = {0.125, 1, 3};
 void check_plan(const SamplingPlan& plan);
 
 /// JSON with sorted keys: {"connections": 1, "light_paths": 0.5, "strategies": "hit,next-event,lens"}, with
-/// "effort": "0122..." unless it is uniform and "lens_weight": 0.125 unless it is 1.
+/// "aimed": false unless it is true, "effort": "0122..." unless it is uniform and "lens_weight": 0.125 unless
+/// it is 1.
 std::string plan_to_json(const SamplingPlan& plan);
 /// Inverse. Throws Error(kUsage) if it is malformed or a value is out of range.
 SamplingPlan plan_from_json(const std::string& json);

@@ -69,12 +69,17 @@ SamplingPlan parse_plan(const std::string& text) {
   return plan;
 }
 
+/// Whose light paths are aimed if the pilot's are.
 void add(const PilotReport& pilot, const SamplingPlan& plan, std::vector<Measured>* to) {
+  const auto is_plan = [&](SamplingPlan other) {
+    other.aimed = plan.aimed;
+    return other == plan;
+  };
   for (const Measured& m : *to) {
-    if (m.predicted.plan == plan) return;
+    if (is_plan(m.predicted.plan)) return;
   }
   for (const PlanEstimate& e : pilot.estimates) {
-    if (e.plan == plan) {
+    if (is_plan(e.plan)) {
       to->push_back({e, nullptr, {}, {}, 0, {}});
       return;
     }

@@ -12,7 +12,9 @@ TEST(SamplingPlan, ReadsWhatItWrote) {
   for (const SamplingPlan& plan :
        {SamplingPlan{}, SamplingPlan{kLensConnections, 2, 0.25},
         SamplingPlan{kEmissionHits | kNextEvent, 0.5, 4}, SamplingPlan{kAllStrategies, 1, 2, 0.125},
-        SamplingPlan{kAllStrategies, 1, 2, 3, {"11"}}}) {
+        SamplingPlan{kAllStrategies, 1, 2, 3, true, {"11"}},
+        SamplingPlan{kAllStrategies, 1, 2, 1, false, {"11"}},
+        SamplingPlan{kLensConnections, 2, 1, 1, false}}) {
     EXPECT_EQ(plan_from_json(plan_to_json(plan)), plan);
   }
 }
@@ -26,6 +28,7 @@ TEST(SamplingPlan, RefusesWhatCannotRun) {
                            R"({"connections":"1","light_paths":1,"strategies":"hit"})",
                            R"({"connections":1,"lens_weight":0.5,"light_paths":1,"strategies":"hit"})",
                            R"({"connections":1,"lens_weight":"1","light_paths":1,"strategies":"hit"})",
+                           R"({"aimed":0,"connections":1,"light_paths":1,"strategies":"hit"})",
                            R"({"connections":1,"light_paths":1e300,"strategies":"hit"})",
                            R"({"connections":1,"light_paths":1,"strategies":"hits"})"}) {
     EXPECT_THROW(plan_from_json(json), Error) << json;
@@ -40,6 +43,7 @@ TEST(PilotReport, ReadsWhatItWrote) {
   report.work.camera_hits = 2.5;
   report.work.lens_rays = 0.75;
   report.features = {{"textures", false, "nothing reads one", "a look-up"}};
+  report.aims_gain = 1.25;
   report.missing_light = {"a tenth", "and more"};
   const std::string json = pilot_to_json(report);
   EXPECT_EQ(pilot_to_json(pilot_from_json(json)), json);

@@ -36,12 +36,13 @@ TestScene point_and_ball() {
 TEST(Aims, LeaveTheImageAsItIs) {
   for (const TestScene& s : {lamp_and_screen(), point_and_ball()}) {
     const RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 512, 3);
-    // Path tracing builds a scene whose lights learn nothing.
-    const Renderer aimed(s.scene, settings, 1),
-        plain(s.scene, settings_for(s.scene, Integrator::kPt, 512, 3), 1);
-    ASSERT_TRUE(aimed.context().scene.lights.any_aimed());
-    ASSERT_FALSE(plain.context().scene.lights.any_aimed());
-    EXPECT_TRUE(means_agree(mean_over_seeds(aimed, settings), mean_over_seeds(plain, settings),
+    RenderSettings plain_settings = settings;
+    plain_settings.plan = plan_of(settings);
+    plain_settings.plan->aimed = false;
+    const Renderer aimed(s.scene, settings, 1), plain(aimed, plain_settings);
+    ASSERT_TRUE(aimed.context().lights.any_aimed());
+    ASSERT_FALSE(plain.context().lights.any_aimed());
+    EXPECT_TRUE(means_agree(mean_over_seeds(aimed, settings), mean_over_seeds(plain, plain_settings),
                             {.resolution = 0.05}));
   }
 }

@@ -123,14 +123,15 @@ struct Renderer::World {
   }
 
   /// What the stages read, under these settings.
-  StageContext context_of(const RenderSettings& s, Strategies strategies, const StageKernels& kernels) const {
-    StageContext context{scene, accel, camera, filter, s.grid};
+  StageContext context_of(const RenderSettings& s, Strategies strategies) const {
+    const SamplingPlan sampling = plan_of(s);
+    StageContext context{scene,  accel,  camera,
+                         filter, s.grid, scene.lights_of(sampling.aimed && strategies & kLightPaths)};
     context.seed = s.seed;
     context.max_depth = s.max_depth;
-    const SamplingPlan sampling = plan_of(s);
     const auto film_paths = static_cast<double>(s.grid.light_paths_per_spp());
     context.strategies = strategies;
-    context.kernels = kernels;
+    context.kernels = stage_kernels(scene, context.lights);
     context.light_paths = sampling.light_paths;
     context.splat_scale = static_cast<float>(1 / film_paths);
     context.light_samples = static_cast<float>(sampling.light_paths * film_paths * sampling.lens_weight);
@@ -154,13 +155,13 @@ struct Renderer::World {
     settings.max_depth = kLearntDepth;
     settings.seed = kLearningSeed;
     const Strategies strategies = light_paths ? possible.set : possible.set & (kEmissionHits | kNextEvent);
-    const StageContext context = context_of(settings, strategies, stage_kernels(scene));
+    const StageContext context = context_of(settings, strategies);
     if (strategies & kEmissionHits) learn_caustics(context, threads, &scene);
-    unmet = look_for_unmet_light(context_of(settings, strategies, stage_kernels(scene)), threads);
-    learn_manifolds(context_of(settings, strategies, stage_kernels(scene)), threads, &scene, &unmet);
+    unmet = look_for_unmet_light(context_of(settings, strategies), threads);
+    learn_manifolds(context_of(settings, strategies), threads, &scene, &unmet);
     // Last: aims are for what light paths bring to the lens and are joined to, and would keep them away from
     // what is only met.
-    if (light_paths) aim_light_paths(context_of(settings, strategies, stage_kernels(scene)), threads, &scene);
+    if (light_paths) aim_light_paths(context_of(settings, strategies), threads, &scene);
   }
 };
 
@@ -176,7 +177,7 @@ struct Renderer::Impl {
         world(std::move(w)),
         plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, world->unmet, s,
                            world->possible.set, running(s, world->possible))),
-        context(world->context_of(s, running(s, world->possible), plan.kernels)) {
+        context(world->context_of(s, running(s, world->possible))) {
     context.thinning = thinning;
     const SamplingPlan sampling = plan_of(s);
     if (!sampling.effort.uniform()) {

@@ -13,6 +13,7 @@
 #include "worker/render/light/light_tree.h"
 #include "worker/render/light/portal.h"
 #include "worker/render/light/projection_map.h"
+#include "worker/render/light/shared_list.h"
 
 namespace lightmill {
 
@@ -81,17 +82,15 @@ struct LightTable {
   // Alias method of next-event estimation, by power: of all lights, or with a tree of those `at_infinity`.
   std::vector<float> direct_keep;
   std::vector<int32_t> direct_alias;
-  std::vector<EnvironmentMap> environments;
+  SharedList<EnvironmentMap> environments;
   std::vector<Portal> portals;  // of infinite lights
   // Of distant lights: where light paths start on a square across the scene in place of a disk.
   std::vector<BinnedDensity> emission_cells;
   // Where light paths go, by tables of cells of directions (light_aim.h).
   BinnedDensity aims;
-  std::vector<int32_t> aim_of;  // per light: table of `aims`, or -1; empty if there are none
-  bool paths_learnt = false;    // light paths choose lights and aims by what they bring
-  double aims_gain = 1;         // noise of the image without aims and another choice of lights, over with
-  std::vector<EnvironmentMap> goniometers;  // of intensity
-  std::vector<ProjectionMap> projectors;
+  std::vector<int32_t> aim_of;             // per light: table of `aims`, or -1; empty if there are none
+  SharedList<EnvironmentMap> goniometers;  // of intensity
+  SharedList<ProjectionMap> projectors;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly
   std::vector<int32_t> pattern_of;       // per light: index into patterns, or -1; empty if there are none
   bool any_delta = false;                // lights at a point or distant ones present

@@ -122,16 +122,16 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
     if (depth == 1) {
       const LaneInt light = h.path.light;
       const Lane cos_light = h.path.cos_light;
-      h.v.dvcm = h.v.dvcm * direct_pdf_area<Lane, K::kLights>(scene.lights, light, h.v.p, h.v.wo, h.distance2,
-                                                              cos_light, g.active);
+      h.v.dvcm = h.v.dvcm * direct_pdf_area<Lane, K::kLights>(context.lights, light, h.v.p, h.v.wo,
+                                                              h.distance2, cos_light, g.active);
       LaneMask finite = splat_mask<Lane>(true);
-      if (K::kLights && scene.lights.any_infinite()) {
-        const LaneInt type = gather(scene.lights.type.data(), light);
+      if (K::kLights && context.lights.any_infinite()) {
+        const LaneInt type = gather(context.lights.type.data(), light);
         finite = mask_and(LaneMask(type != kInfiniteLight), LaneMask(type != kDistantLight));
       }
       h.v.dvcm = h.v.dvcm * select(finite, h.distance2, splat<Lane>(1.0f));
       // What is met before the portal does not see the light through it.
-      h.valid = mask_and(h.valid, through_portals<Lane, K::kLights>(scene.lights, light, h.v.p, h.v.wo));
+      h.valid = mask_and(h.valid, through_portals<Lane, K::kLights>(context.lights, light, h.v.p, h.v.wo));
     } else {
       h.v.dvcm = h.v.dvcm * h.distance2;
     }
@@ -175,7 +175,7 @@ void camera_vertices(const StageContext& context, const LayerContext& layer, int
   // A path that ends here on an emitter has depth - 1 scattering events.
   const bool weigh_connections = context.on(kLightPaths) && depth - 1 <= kMaxLightVertices;
   const bool parallel = depth == 1 && is_parallel(context.camera);
-  if (K::kLights && context.on(kEmissionHits) && !scene.lights.infinite.empty()) {
+  if (K::kLights && context.on(kEmissionHits) && !context.lights.infinite.empty()) {
     for (int base = ends.collisions; base < paths.active_count; base += kLanes) {
       add_environment<K>(context, Group(paths.active + base, std::min(kLanes, paths.active_count - base)),
                          depth, weigh_connections, w);

@@ -21,6 +21,7 @@ struct StageContext {
   const Camera& camera;
   const PixelFilter& filter;
   FilmGrid grid;
+  const LightTable& lights = scene.lights;  // of the scene, or its aimed ones
   uint64_t seed = 0;
   int max_depth = 5;
   Strategies strategies = kAllStrategies;

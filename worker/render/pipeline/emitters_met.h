@@ -32,7 +32,7 @@ inline void record_emission(int depth, LaneInt slot, LaneMask mask, const Vec3<L
 template <class K>
 void add_environment(const StageContext& context, const Group& g, int depth, bool weigh_connections,
                      Wavefront& w) {
-  const LightTable& lights = context.scene.lights;
+  const LightTable& lights = context.lights;
   const PathLanes<Lane> path = load_paths<Lane>(w.paths, g.slot);
   const Vec3<Lane>&throughput = path.throughput, &wi = path.direction;
   Vec3<Lane> from = path.origin;
@@ -72,7 +72,7 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   const LaneMask emits = mask_and(active, LaneMask(index >= 0));
   if (!any(emits)) return;
   const LaneInt light = select(emits, index, LaneInt{});
-  const LightTable& lights = scene.lights;
+  const LightTable& lights = context.lights;
   Vec3<Lane> radiance = emitted_radiance(lights, light, h.v.ng, h.v.wo);
   if (K::kLights && !lights.patterns.empty())
     radiance = radiance * hit_pattern(scene, light, emits, h.u, h.tv, h.v.p);

@@ -101,10 +101,10 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   if (!any(seen)) return;
   const SplatTarget target(context, lens.x, lens.y, seen);
   const LaneMask valid = target.valid;
-  Vec3<Lane> radiance = emitted_radiance(context.scene.lights, e.light, e.normal, to_camera);
-  if (K::kLights && !context.scene.lights.patterns.empty()) radiance = radiance * e.pattern;
+  Vec3<Lane> radiance = emitted_radiance(context.lights, e.light, e.normal, to_camera);
+  if (K::kLights && !context.lights.patterns.empty()) radiance = radiance * e.pattern;
   // Density of the point alone: selection / area.
-  const LightRecord<Lane> r(context.scene.lights, e.light);
+  const LightRecord<Lane> r(context.lights, e.light);
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
   const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
   Lane w_hit{};
@@ -113,7 +113,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   const Lane scale = p_camera * inv_pdf * mis * (context.imaging_ratio * context.splat_scale);
   Candidates c;
   if constexpr (K::kMedia) {
-    const LaneInt sides = gather(context.scene.lights.media.data(), e.light);
+    const LaneInt sides = gather(context.lights.media.data(), e.light);
     c.medium = medium_on_side<Lane>(sides, LaneMask(dot(e.normal, to_camera) > 0.0f));
     c.ratio = w_hit;
   }

@@ -69,7 +69,7 @@ template <class Add>
 void for_each_contribution(const StageContext& context, const VertexLanes<Lane>& vertices, Lane time,
                            LaneMask active, const ManifoldChoice& choice, LaneInt most_events,
                            ManifoldWork& work, RenderCounters* counters, Add&& add) {
-  const LightTable& lights = context.scene.lights;
+  const LightTable& lights = context.lights;
   work.rays = LaneInt{};
   Groups groups{};
   LaneInt light{};
@@ -208,7 +208,7 @@ LaneMask counted_by_manifolds(const StageContext& context, LaneInt slot, LaneMas
     set_lane(&axis, l, group->axis);
   }
   LaneMask counted = splat_mask<Lane>(false);
-  asks = mask_and(asks, is_target<Lane>(context.scene.lights, light, axis, at));
+  asks = mask_and(asks, is_target<Lane>(context.lights, light, axis, at));
   if (!any(asks)) return counted;
   const VertexLanes<Lane> v = load_vertices(work.vertex.data(), index);
   const LaneInt most_events = splat_int<Lane>(context.max_depth) - v.depth;

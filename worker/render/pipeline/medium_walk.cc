@@ -112,8 +112,8 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
   const Outermost outermost(scene, o, d);
   far = select(hit, far, outermost.leave);
   Lane near{};
-  if (kLight && depth == 1 && first && scene.lights.any_infinite()) {
-    const LaneInt type = gather(scene.lights.type.data(), path.light);
+  if (kLight && depth == 1 && first && context.lights.any_infinite()) {
+    const LaneInt type = gather(context.lights.type.data(), path.light);
     const LaneMask infinite = mask_or(LaneMask(type == kInfiniteLight), LaneMask(type == kDistantLight));
     near = select(infinite, outermost.enter, Lane{});
   }

@@ -15,7 +15,7 @@ namespace {
 // times the time.
 template <class K>
 void next_event(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
-  const LightTable& lights = context.scene.lights;
+  const LightTable& lights = context.lights;
   if (lights.count() == 0) return;
   // This vertex is the depth-th scattering event.
   const bool weigh_connections = context.on(kLightPaths) && depth <= kMaxLightVertices;

@@ -81,7 +81,7 @@ template <class K>
 void light_paths(const StageContext& context, const LayerContext& layer, Wavefront& wavefront) {
   Paths& paths = wavefront.paths;
   paths.active_count = 0;
-  const LightTable& lights = context.scene.lights;
+  const LightTable& lights = context.lights;
   const int count = std::min(layer.light_paths - layer.first_light_path, kWavefront);
   wavefront.counters.light_paths += static_cast<uint64_t>(count);
   if (lights.count() == 0) return;

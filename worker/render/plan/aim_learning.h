@@ -10,8 +10,9 @@
 
 namespace lightmill {
 
-/// Makes the lights of `scene` do so where it gains enough, of all noise, on samples other than those that it
-/// was learnt from. `context` as for look_at_light_paths(), of the scene and the whole film.
+/// Gives `scene` lights that do so (aimed_lights) where it may gain, of all noise, on samples other than
+/// those that it was learnt from: whether it pays is for a pilot to say. `context` as for
+/// look_at_light_paths(), of the scene and the whole film.
 void aim_light_paths(const StageContext& context, int threads, RenderScene* scene);
 
 }  // namespace lightmill

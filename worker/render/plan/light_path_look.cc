@@ -87,7 +87,7 @@ class Look {
   }
 
   void set_direction(const PathStart& start, Arrival* a) const {
-    const LightRecord<float> r(context_.scene.lights, start.light);
+    const LightRecord<float> r(context_.lights, start.light);
     const Vec3<float> d{start.direction[0], start.direction[1], start.direction[2]};
     float x = 0, y = 0;
     switch (groups_.shape[static_cast<size_t>(a->group)]) {
@@ -102,7 +102,7 @@ class Look {
       }
       case AimShape::kSphere: {
         sphere_to_square(d, &x, &y);
-        const LightType type = context_.scene.lights.type[static_cast<size_t>(start.light)];
+        const LightType type = context_.lights.type[static_cast<size_t>(start.light)];
         a->density = type == kTriangleLight ? 2 * std::fabs(dot(d, r.vec(kLightN)))
                      : type == kSpotLight   ? 2 / r.scalar(5)
                                             : 1;

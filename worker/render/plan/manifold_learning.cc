@@ -57,9 +57,8 @@ void drop_needless(const StageContext& context, Wavefront& chains, ManifoldGroup
     }
     const Vec3<float>& a = group->axis;
     const Lane u = splat<Lane>((static_cast<float>(place) + 0.5f) / ManifoldSeeds::kMost);
-    const LightTarget<Lane> target =
-        sample_target<Lane>(context.scene.lights, splat_int<Lane>(group->light), splat3<Lane>(a.x, a.y, a.z),
-                            u, splat<Lane>(1.0f) - u);
+    const LightTarget<Lane> target = sample_target<Lane>(
+        context.lights, splat_int<Lane>(group->light), splat3<Lane>(a.x, a.y, a.z), u, splat<Lane>(1.0f) - u);
     const WalkEnd end =
         walk_manifold(context, start, all, first, {target.at, target.infinite}, chains, &unused);
     LaneMask left = end.found;
@@ -93,7 +92,7 @@ void drop_needless(const StageContext& context, Wavefront& chains, ManifoldGroup
 /// Part of the power of `photons` that came by ways which walks find from where they are to where they left
 /// their lights.
 double found_of(const StageContext& context, const std::vector<Photon>& photons, int threads) {
-  const LightTable& lights = context.scene.lights;
+  const LightTable& lights = context.lights;
   constexpr size_t kChunk = 256;
   struct Power {
     double all = 0, found = 0;

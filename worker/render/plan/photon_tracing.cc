@@ -208,8 +208,7 @@ std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t num
       a.photon.from = log->from[slot];
       a.photon.emitted = log->emitted[slot];
     }
-    std::erase_if(arrivals,
-                  [&](const Arrival& a) { return !has_targets(context.scene.lights, a.photon.light); });
+    std::erase_if(arrivals, [&](const Arrival& a) { return !has_targets(context.lights, a.photon.light); });
   }
   // Paths by the same random numbers go the same way.
   std::array<std::vector<Arrival>, 2> moved{std::vector<Arrival>(kWavefront),
@@ -218,7 +217,7 @@ std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t num
     const std::vector<Vertex> vertices = light_paths.follow([&](Paths* paths) {
       paths->active_count = 0;
       for (const Arrival& a : arrivals) {
-        move(context.scene.lights, a.slot, side, paths);
+        move(context.lights, a.slot, side, paths);
         paths->active[paths->active_count++] = a.slot;
       }
     });

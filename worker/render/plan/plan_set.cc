@@ -36,13 +36,16 @@ PlanSet::PlanSet(std::vector<SamplingPlan> candidates, float splat_noise_of_filt
   }
 }
 
-PlanSet candidate_plans(const ScenePlan& scene, Strategies among, float splat_noise, float light_share) {
+PlanSet candidate_plans(const ScenePlan& scene, Strategies among, bool aimed, float splat_noise,
+                        float light_share) {
   std::vector<SamplingPlan> plans;
   const auto add = [&](Strategies set, double light_paths, double connections) {
     if (!scene.complete[set] || set & ~scene.possible || set & ~among) return;
-    plans.push_back({set, light_paths, connections});
+    const bool own = aimed || !(set & kLightPaths);
+    plans.push_back({set, light_paths, connections, 1, own});
     for (const double weight : kLensWeights) {
-      if (weight != 1 && set & kLensConnections) plans.push_back({set, light_paths, connections, weight});
+      if (weight != 1 && set & kLensConnections)
+        plans.push_back({set, light_paths, connections, weight, own});
     }
   };
   const Strategies base = scene.useful & (kEmissionHits | kNextEvent);

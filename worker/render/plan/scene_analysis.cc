@@ -109,7 +109,9 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   plan.quantum_exponent = quantum(scene, imaging_ratio);
   plan.primitives = static_cast<int64_t>(scene.primitive_material.size());
   find_strategies(scene, settings.max_depth, &plan);
-  plan.kernels = stage_kernels(scene);
+  const bool aimed = plan_of(settings).aimed && strategies & kLightPaths;
+  const LightTable& lights = scene.lights_of(aimed);
+  plan.kernels = stage_kernels(scene, lights);
   auto item = [&](const char* feature, bool needed, std::string reason, std::string saving,
                   Features bit = 0) {
     if (settings.overrides & bit) reason = "kept by --plan-override";
@@ -167,7 +169,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        scene.any_delta ? "a smooth metal, glass or coat is in use" : "no smooth metal, glass or coat",
        "their flags, where diffuse kernels do; general ones carry them");
   item(
-      "general kernels", plan.kernels.paths != KernelSet::kDiffuse, reason_of(scene, plan.kernels),
+      "general kernels", plan.kernels.paths != KernelSet::kDiffuse, reason_of(scene, lights, plan.kernels),
       "the choice of a BSDF and of a kind of light, delta events and look-ups: a twentieth of the time of pt "
       "and a tenth of that of bdpt on Cornell boxes",
       kGeneralKernels);
@@ -205,11 +207,13 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        : scene.lights.any_distant           ? "much of every distant light gets to what is seen"
                                             : "no distant light",
        "a table of where light paths start, and a look-up per weight of one");
-  const std::string noise = text(static_cast<int>(std::lround(100 * scene.lights.aims_gain - 100)));
-  item("light path aims", scene.lights.paths_learnt,
-       scene.lights.paths_learnt     ? "light paths that went anywhere would make " + noise + " % more noise"
-       : scene.lights.aims_gain == 1 ? "there are no light paths, or one place for them to go"
-                                     : "light paths that go anywhere make " + noise + " % more noise",
+  const std::string noise = text(static_cast<int>(std::lround(100 * scene.aims_gain - 100)));
+  item("light path aims", aimed && scene.aimed_lights,
+       scene.aims_gain == 1       ? "there are no light paths, or one place for them to go"
+       : !scene.aimed_lights      ? "light paths that go anywhere make " + noise + " % more noise"
+       : aimed                    ? "light paths that went anywhere would make " + noise + " % more noise"
+       : strategies & kLightPaths ? "the sampling plan leaves them out"
+                                  : "the sampling plan has no light paths",
        "a look-up per light path and per weight of one, and longer paths");
   const double without = scene.caustics.gain;
   const std::string times = text(static_cast<int>(without)) +

@@ -7,10 +7,11 @@
 
 namespace lightmill {
 
-/// The least that `scene` can do with, but for what --plan-override keeps.
-StageKernels stage_kernels(const RenderScene& scene);
+/// The least that `scene` can do with when its lights are `lights` (StageContext), but for what
+/// --plan-override keeps.
+StageKernels stage_kernels(const RenderScene& scene, const LightTable& lights);
 
 /// Why paths need general kernels, or don't, for the plan.
-std::string reason_of(const RenderScene& scene, const StageKernels& kernels);
+std::string reason_of(const RenderScene& scene, const LightTable& lights, const StageKernels& kernels);
 
 }  // namespace lightmill

@@ -6,6 +6,7 @@
 // not either. Primitives are numbered: triangles first, then spheres.
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/features.h"
@@ -156,6 +157,11 @@ struct RenderScene {
 
   TextureTable textures;
   LightTable lights;
+  // The same whose light paths choose lights and directions by what they bring (plan/aim_learning.h), if that
+  // may pay, and the noise that the image has without over that with.
+  std::optional<LightTable> aimed_lights;
+  double aims_gain = 1;
+  const LightTable& lights_of(bool aimed) const { return aimed && aimed_lights ? *aimed_lights : lights; }
   CausticGuide caustics;
   ManifoldSeeds manifolds;             // empty unless walks bring light that is missing without them
   float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space

@@ -273,16 +273,19 @@ uint64_t bytes_of(const RenderScene& s) {
   const auto bytes = [](const auto&... arrays) {
     return (uint64_t{0} + ... + (arrays.capacity() * sizeof arrays[0]));
   };
-  uint64_t lights = bytes(s.lights.records, s.lights.type, s.lights.alias_keep, s.lights.alias,
-                          s.lights.direct_keep, s.lights.direct_alias);
+  uint64_t lights = s.caustics.bytes() + s.manifolds.bytes();
+  const auto add_table = [&](const LightTable& l) {
+    lights += bytes(l.records, l.type, l.alias_keep, l.alias, l.direct_keep, l.direct_alias) +
+              l.guide.bytes() + l.aims.bytes() + sizeof(int32_t) * l.aim_of.capacity();
+  };
+  add_table(s.lights);
+  if (s.aimed_lights) add_table(*s.aimed_lights);
   const auto add_map = [&](const auto& map) {
     lights += bytes(map.rgb, map.density, map.alias_keep, map.alias);
   };
   std::for_each(s.lights.environments.begin(), s.lights.environments.end(), add_map);
   for (const EnvironmentMap& map : s.lights.environments) lights += map.bins.bytes();
   for (const BinnedDensity& cells : s.lights.emission_cells) lights += cells.bytes();
-  lights += s.lights.aims.bytes() + sizeof(int32_t) * s.lights.aim_of.capacity();
-  lights += s.lights.guide.bytes() + s.caustics.bytes() + s.manifolds.bytes();
   std::for_each(s.lights.goniometers.begin(), s.lights.goniometers.end(), add_map);
   std::for_each(s.lights.projectors.begin(), s.lights.projectors.end(), add_map);
   return lights + s.textures.bytes() +

@@ -8,7 +8,7 @@ function planText(plan: Plan): string {
   const names = plan.strategies.split(",");
   const short = (count: number) => String(Number(count.toPrecision(3)));
   let text = names.join(", ");
-  if (names.includes("lens") || names.includes("connect")) text += ` × ${short(plan.light_paths)}`;
+  if (names.includes("lens") || names.includes("connect")) text += ` × ${short(plan.light_paths)}${plan.aimed === false ? " not aimed" : ""}`;
   if (names.includes("connect")) text += ` × ${short(plan.connections)} connections`;
   if (names.includes("lens") && plan.lens_weight !== undefined) text += `, lens weight ${short(plan.lens_weight)}`;
   return plan.effort ? `${text}, adaptive` : text;
@@ -32,7 +32,7 @@ export function drawPlan(body: HTMLElement, detail: JobDetail, job: Job | undefi
   for (const line of detail.pilot?.missing_light ?? []) parts.push(h("p", { class: "job-note bad" }, `Missing light: ${line}.`));
   if (detail.pilot) {
     const pilot = detail.pilot;
-    const same = (a: Plan, b: Plan) => a.strategies === b.strategies && a.light_paths === b.light_paths && a.connections === b.connections && a.lens_weight === b.lens_weight;
+    const same = (a: Plan, b: Plan) => a.strategies === b.strategies && a.light_paths === b.light_paths && a.connections === b.connections && a.lens_weight === b.lens_weight && a.aimed === b.aimed;
     const chosen = pilot.estimates.find((e) => same(e.plan, pilot.chosen));
     const base = chosen ? chosen.relative_variance * chosen.cost : 0;
     const ranked = [...pilot.estimates].sort((a, b) => a.relative_variance * a.cost - b.relative_variance * b.cost).slice(0, 8);

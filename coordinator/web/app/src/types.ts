@@ -90,6 +90,7 @@ export interface Plan {
   strategies: string;
   light_paths: number;
   connections: number;
+  aimed?: boolean;
   lens_weight?: number;
   effort?: string;
 }
@@ -103,6 +104,8 @@ export interface JobDetail {
     chosen: Plan;
     samples: number;
     effort_gain: number;
+    /** Of light paths that are aimed; absent where that was clear. */
+    aims_gain?: number;
     /** Absent in reports of older farms. */
     features?: { feature: string; needed: boolean; reason: string; saving: string }[];
     /** What light the image will lack, a line each; absent if none is known to be. */

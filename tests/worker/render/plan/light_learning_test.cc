@@ -71,7 +71,7 @@ TEST(LightLearning, DoesNotDependOnThreads) {
   EXPECT_EQ(a.guide.table_of, b.guide.table_of);
   EXPECT_EQ(a.guide.probability, b.guide.probability);
   EXPECT_EQ(a.guide.grid.origin, b.guide.grid.origin);
-  EXPECT_EQ(a.environments.at(0).bins.share, b.environments.at(0).bins.share);
+  EXPECT_EQ(a.environments[0].bins.share, b.environments[0].bins.share);
 }
 
 TEST(LightLearning, LeavesAloneWhatItCanNotHelp) {

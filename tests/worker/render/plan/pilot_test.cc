@@ -237,6 +237,40 @@ TEST(Pilot, ChoosesLightPathsForACaustic) {
   EXPECT_TRUE(report.chosen.strategies & kLensConnections) << plan_to_json(report.chosen);
 }
 
+// Aims make light paths more even and longer: through a door they pay, in an open box that is lit all over
+// they do not.
+TEST(Pilot, AimsLightPathsThroughADoor) {
+  TestScene s;
+  const int grey = s.diffuse(0.75f);
+  s.box({-3, -0.1, -4}, {3, 0, 4}, grey).box({-3, 3, -4}, {3, 3.1, 4}, grey);
+  s.box({-3.1, 0, -4}, {-3, 3, 4}, s.diffuse({0.7f, 0.2f, 0.15f}));
+  s.box({3, 0, -4}, {3.1, 3, 4}, s.diffuse({0.2f, 0.6f, 0.25f}));
+  s.box({-3, 0, 4}, {3, 3, 4.1}, grey).box({-3, 0, -4.1}, {3, 3, -4}, grey);
+  s.box({-3, 0, 0}, {-0.5, 3, 0.1}, grey).box({0.6, 0, 0}, {3, 3, 0.1}, grey);
+  s.box({-0.5, 2.2, 0}, {0.6, 3, 0.1}, grey);
+  s.quad({-2.4, 2.95, 2}, {0.6, 0, 0}, {0, 0, 0.6}, s.diffuse(0.0f), {.radiance = {30, 28, 24}});
+  s.camera({0, 1.5, -3.8}, {0, 1.3, 0}, 60).film(96, 72);
+  const PilotReport report = pilot_of(s, 8);
+  EXPECT_GT(report.aims_gain, 1) << plan_to_json(report.chosen);
+  EXPECT_TRUE(report.chosen.strategies & kLightPaths && report.chosen.aimed) << plan_to_json(report.chosen);
+}
+TEST(Pilot, DoesNotAimLightPathsOfALampThatLightsAll) {
+  TestScene s;
+  const int white = s.diffuse(0.72f);
+  s.quad({-1, -1, -1}, {0, 0, 2}, {2, 0, 0}, white).quad({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}, white);
+  s.quad({-1, -1, 1}, {0, 2, 0}, {2, 0, 0}, white);
+  s.quad({-1, -1, -1}, {0, 2, 0}, {0, 0, 2}, s.diffuse({0.6f, 0.05f, 0.05f}));
+  s.quad({1, -1, -1}, {0, 0, 2}, {0, 2, 0}, s.diffuse({0.1f, 0.5f, 0.1f}));
+  s.box({0.1, -1, -0.6}, {0.6, -0.4, -0.1}, white).box({-0.6, -1, 0.1}, {-0.1, 0.2, 0.6}, white);
+  s.quad({-0.25, 0.98, -0.2}, {0.5, 0, 0}, {0, 0, 0.4}, s.diffuse(0.0f), {.radiance = {17, 12, 4}});
+  s.camera({0, 0, -3.9}, {0, 0, 0}, 39).film(96, 96);
+  const PilotReport report = pilot_of(s, 8);
+  ASSERT_NE(report.aims_gain, 1) << "no aims were learnt, or all at once";
+  ASSERT_FALSE(report.chosen.aimed) << plan_to_json(report.chosen);
+  for (const PlanEstimate& e : report.estimates)
+    EXPECT_EQ(e.plan.aimed, !(e.plan.strategies & kLightPaths)) << plan_to_json(e.plan);
+}
+
 TEST(Pilot, LeavesLightPathsOutUnderAnOpenSky) {
   TestScene s;
   s.quad({-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, s.diffuse({0.6f, 0.5f, 0.3f}));
