@@ -32,9 +32,7 @@ PilotSight::PilotSight(const FilmGrid& grid, int64_t paths, int64_t least_sample
   while (samples < kMostSamples && 2 * samples * pixels <= paths) samples *= 2;
   uint32_t& one_in = thinning.one_in;
   while (one_in < kMostThinned && samples * pixels > paths * one_in) one_in *= 2;
-  // Of cells that reach beyond the film only what is inside costs paths.
-  const bool all = samples * pixels <= paths * one_in;
-  cells = pilot_cells(count, all ? count : std::min(count, paths * one_in / (samples * kCellPixels)));
+  cells = pilot_cells(count, std::min(count, paths * one_in / (samples * kCellPixels)));
 }
 
 CellRect PilotSight::rect(size_t i) const {
