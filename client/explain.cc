@@ -77,8 +77,7 @@ void print_pilot(const PilotReport& pilot) {
   print_gain(pilot, "bdpt", SamplingPlan());
   if (pilot.aims_gain != 1) {
     std::printf("light paths that are aimed: predicted efficiency %.3g times that of others, which is %s\n",
-                pilot.aims_gain,
-                pilot.chosen.strategies & kLightPaths && pilot.chosen.aimed ? "used" : "not worth it");
+                pilot.aims_gain, pilot.chosen.aimed.value_or(false) ? "used" : "not worth it");
   }
   if (!pilot.chosen.effort.uniform()) {
     std::printf(

@@ -38,7 +38,7 @@ std::string plan_text(const SamplingPlan& plan) {
   std::string text = strategy_names(plan.strategies);
   if (plan.strategies & kLightPaths) {
     text += " × " + count_text(plan.light_paths);
-    if (!plan.aimed) text += " not aimed";
+    if (plan.aimed) text += *plan.aimed ? " aimed" : " not aimed";
   }
   if (plan.strategies & kVertexConnections) text += " × " + count_text(plan.connections) + " connections";
   if (plan.strategies & kLensConnections && plan.lens_weight != 1)

@@ -32,7 +32,7 @@ std::string plan_to_json(const SamplingPlan& plan) {
   nlohmann::json j = {{"connections", plan.connections},
                       {"light_paths", plan.light_paths},
                       {"strategies", strategy_names(plan.strategies)}};
-  if (!plan.aimed) j["aimed"] = false;
+  if (plan.aimed) j["aimed"] = *plan.aimed;
   if (plan.lens_weight != 1) j["lens_weight"] = plan.lens_weight;
   if (!plan.effort.uniform()) j["effort"] = plan.effort.levels;
   return j.dump();

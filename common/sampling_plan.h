@@ -1,6 +1,7 @@
 #pragma once
 // How a render spends its samples: which strategies run and how many light paths and connections go with each
 // camera path. Part of the settings: any plan is unbiased, and the same plan gives the same bytes.
+#include <optional>
 #include <string>
 
 #include "common/effort_map.h"
@@ -22,7 +23,8 @@ struct SamplingPlan {
   double lens_weight = 1;
   /// Light paths choose lights and directions by what they bring, where the scene has learnt that
   /// (worker/render/plan/aim_learning.h); else by power, and directions as the lights shine.
-  bool aimed = true;
+  /// Not given: from a certain gain on (kAimsPay there).
+  std::optional<bool> aimed = {};
   /// Where camera samples go; by `light_paths` everywhere, as light paths have no pixel.
   EffortMap effort = {};
 
@@ -37,7 +39,7 @@ inline constexpr double kLensWeights[] = {0.125, 1, 3};
 void check_plan(const SamplingPlan& plan);
 
 /// JSON with sorted keys: {"connections": 1, "light_paths": 0.5, "strategies": "hit,next-event,lens"}, with
-/// "aimed": false unless it is true, "effort": "0122..." unless it is uniform and "lens_weight": 0.125 unless
+/// "aimed": false if it is given, "effort": "0122..." unless it is uniform and "lens_weight": 0.125 unless
 /// it is 1.
 std::string plan_to_json(const SamplingPlan& plan);
 /// Inverse. Throws Error(kUsage) if it is malformed or a value is out of range.

@@ -35,7 +35,7 @@ std::string pilot_section(const PilotReport& report) {
                      ". Predicted efficiency: the best of " + std::to_string(list.size()) + " plans" +
                      gain_text(report, "path tracing", path_tracing_plan()) +
                      gain_text(report, "bdpt", SamplingPlan()) + ".";
-  if (report.aims_gain != 1 && report.chosen.strategies & kLightPaths && report.chosen.aimed)
+  if (report.chosen.aimed.value_or(false))
     html += " Light paths are aimed: " + short_number(report.aims_gain) + " times that of others.";
   if (!report.chosen.effort.uniform()) {
     html += " Samples are spent where the image is noisy: another " + short_number(report.effort_gain) +

@@ -126,7 +126,7 @@ struct Renderer::World {
   StageContext context_of(const RenderSettings& s, Strategies strategies) const {
     const SamplingPlan sampling = plan_of(s);
     StageContext context{scene,  accel,  camera,
-                         filter, s.grid, scene.lights_of(sampling.aimed && strategies & kLightPaths)};
+                         filter, s.grid, scene.lights_of(aims_run(scene, sampling, strategies))};
     context.seed = s.seed;
     context.max_depth = s.max_depth;
     const auto film_paths = static_cast<double>(s.grid.light_paths_per_spp());

@@ -4,11 +4,13 @@
 #include <atomic>
 #include <limits>
 #include <mutex>
+#include <optional>
 
 #include "common/error.h"
 #include "common/parallel.h"
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/plan/aim_learning.h"
 #include "worker/render/plan/cost_model.h"
 #include "worker/render/plan/pilot_sight.h"
 #include "worker/render/plan/pilot_values.h"
@@ -29,13 +31,11 @@ constexpr int64_t kPaths = 3 << 16, kLeastSamples = 8;
 /// 0.97, as aimed paths take longer.
 constexpr int64_t kPathsOfAims = kPaths / 8;
 constexpr double kAimsWorthIt = 1.12;
-/// Where the noise of all light paths together (RenderScene::aims_gain) is so much less, nobody need look.
-constexpr double kAimsSurelyPay = 1.3;
 
 class Pilot {
  public:
-  /// Records and weighs strategies `among` those that the scene allows, with light paths `aimed` or not.
-  Pilot(const Renderer& scene, Strategies among, bool aimed, int64_t paths,
+  /// Records and weighs strategies `among` those that the scene allows, with light paths `aimed`.
+  Pilot(const Renderer& scene, Strategies among, std::optional<bool> aimed, int64_t paths,
         const std::function<bool()>& go_on)
       : settings_(pilot_settings(scene, among, aimed)),
         sight_(settings_.grid, paths, kLeastSamples),
@@ -64,7 +64,7 @@ class Pilot {
     RenderCounters counters;
   };
 
-  static RenderSettings pilot_settings(const Renderer& scene, Strategies among, bool aimed) {
+  static RenderSettings pilot_settings(const Renderer& scene, Strategies among, std::optional<bool> aimed) {
     RenderSettings settings = scene.settings();
     settings.plan = SamplingPlan{
         .strategies = scene.plan().possible & among, .connections = kRecordedConnections, .aimed = aimed};
@@ -304,13 +304,16 @@ PilotReport run_pilot(const Renderer& renderer, int threads, const std::function
     return report;
   }
   const RenderScene& scene = renderer.context().scene;
-  const bool unclear = scene.aimed_lights && scene.aims_gain < kAimsSurelyPay;
-  const double aims_gain = unclear ? gain_of_aims(renderer, threads, go_on) : 1;
-  const bool aimed = !unclear || aims_gain >= kAimsWorthIt;
+  double aims_gain = 1;
+  std::optional<bool> aimed;
+  if (scene.aimed_lights && scene.aims_gain < kAimsPay) {
+    aims_gain = gain_of_aims(renderer, threads, go_on);
+    aimed = aims_gain >= kAimsWorthIt;
+  }
   PilotReport report = Pilot(renderer, kAllStrategies, aimed, kPaths, go_on).run(threads);
   if (scene.manifolds.suffice()) {
     // Walks bring what light paths would, from more places than if there are any: samples without tell.
-    PilotReport walked = Pilot(renderer, kEmissionHits | kNextEvent, true, kPaths, go_on).run(threads);
+    PilotReport walked = Pilot(renderer, kEmissionHits | kNextEvent, {}, kPaths, go_on).run(threads);
     const std::vector<PlanEstimate> estimates = std::move(walked.estimates);
     if (least_product(estimates) < least_product(report.estimates)) {
       walked.estimates = std::move(report.estimates);

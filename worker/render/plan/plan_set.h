@@ -1,6 +1,7 @@
 #pragma once
 // The sampling plans that a pilot weighs against each other.
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "common/sampling_plan.h"
@@ -39,8 +40,8 @@ struct PlanSet {
 /// each region of 8 pixels from one half of its pixels would gain 1.00 to 1.08 on the other half (seven of
 /// nine scenes; on water-caustic one half loses 1.2), which is less than the bound of 1.1 that would be worth
 /// a map.
-/// None has other strategies than `among`; those with light paths are `aimed` or not.
-PlanSet candidate_plans(const ScenePlan& scene, Strategies among, bool aimed, float splat_noise,
-                        float light_share);
+/// None has other strategies than `among`; those with light paths are `aimed`.
+PlanSet candidate_plans(const ScenePlan& scene, Strategies among, std::optional<bool> aimed,
+                        float splat_noise, float light_share);
 
 }  // namespace lightmill

@@ -6,6 +6,7 @@
 
 #include "common/image/exact_sum.h"
 #include "worker/render/accel/few_primitives.h"
+#include "worker/render/plan/aim_learning.h"
 #include "worker/render/plan/path_classes.h"
 #include "worker/render/plan/stage_kernels.h"
 #include "worker/render/scene/subsurface_body.h"
@@ -109,7 +110,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   plan.quantum_exponent = quantum(scene, imaging_ratio);
   plan.primitives = static_cast<int64_t>(scene.primitive_material.size());
   find_strategies(scene, settings.max_depth, &plan);
-  const bool aimed = plan_of(settings).aimed && strategies & kLightPaths;
+  const bool aimed = aims_run(scene, plan_of(settings), strategies);
   const LightTable& lights = scene.lights_of(aimed);
   plan.kernels = stage_kernels(scene, lights);
   auto item = [&](const char* feature, bool needed, std::string reason, std::string saving,
@@ -208,12 +209,13 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
                                             : "no distant light",
        "a table of where light paths start, and a look-up per weight of one");
   const std::string noise = text(static_cast<int>(std::lround(100 * scene.aims_gain - 100)));
-  item("light path aims", aimed && scene.aimed_lights,
-       scene.aims_gain == 1       ? "there are no light paths, or one place for them to go"
-       : !scene.aimed_lights      ? "light paths that go anywhere make " + noise + " % more noise"
-       : aimed                    ? "light paths that went anywhere would make " + noise + " % more noise"
-       : strategies & kLightPaths ? "the sampling plan leaves them out"
-                                  : "the sampling plan has no light paths",
+  item("light path aims", aimed,
+       scene.aims_gain == 1 ? "there are no light paths, or one place for them to go"
+       : aimed              ? "light paths that went anywhere would make " + noise + " % more noise"
+       : scene.aimed_lights && !(strategies & kLightPaths)
+           ? "the sampling plan has no light paths"
+           : "light paths that go anywhere make " + noise + " % more noise" +
+                 (plan_of(settings).aimed ? ", and cost so much less, by the pilot" : ""),
        "a look-up per light path and per weight of one, and longer paths");
   const double without = scene.caustics.gain;
   const std::string times = text(static_cast<int>(without)) +

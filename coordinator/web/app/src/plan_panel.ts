@@ -8,7 +8,7 @@ function planText(plan: Plan): string {
   const names = plan.strategies.split(",");
   const short = (count: number) => String(Number(count.toPrecision(3)));
   let text = names.join(", ");
-  if (names.includes("lens") || names.includes("connect")) text += ` × ${short(plan.light_paths)}${plan.aimed === false ? " not aimed" : ""}`;
+  if (names.includes("lens") || names.includes("connect")) text += ` × ${short(plan.light_paths)}${plan.aimed === undefined ? "" : plan.aimed ? " aimed" : " not aimed"}`;
   if (names.includes("connect")) text += ` × ${short(plan.connections)} connections`;
   if (names.includes("lens") && plan.lens_weight !== undefined) text += `, lens weight ${short(plan.lens_weight)}`;
   return plan.effort ? `${text}, adaptive` : text;
