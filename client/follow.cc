@@ -41,11 +41,9 @@ class ScreenFeed {
 };
 
 /// Says what light the image of a job that is done lacks.
-void warn_of_missing_light(FarmClient& farm, const JobStatus& last) {
-  if (last.state != JobState::kDone || last.settings.integrator != Integrator::kAuto) return;
-  const auto pilot = farm.pilot(last.id);
-  if (!pilot) return;
-  for (const std::string& line : pilot->missing_light) print_warning("warning: " + line);
+void warn_of_missing_light(const JobStatus& last) {
+  if (last.state != JobState::kDone) return;
+  for (const std::string& line : last.missing_light) print_warning("warning: " + line);
 }
 
 }  // namespace
@@ -80,7 +78,7 @@ JobStatus follow(FarmClient& farm, const JobId& id, bool quiet, const std::strin
   } else {
     progress.finish(last);
   }
-  if (!quiet) warn_of_missing_light(farm, last);
+  if (!quiet) warn_of_missing_light(last);
   if (last.state == JobState::kFailed) {
     throw Error(ErrorKind::kFailed, "job " + id.value + " failed: " + last.message);
   }

@@ -36,6 +36,11 @@ void InProcessLink::fail(const LeaseKey& key, const std::string& reason) {
   farm_.fail(worker_, key, reason);
 }
 
+void InProcessLink::warn(const LeaseKey& key, const std::vector<std::string>& missing_light) {
+  throw_if_cancelled();
+  farm_.warn(worker_, key, missing_light);
+}
+
 void InProcessLink::drain() { farm_.drain(worker_); }
 
 Bundle InProcessLink::bundle(const std::string& digest) { return farm_.bundle(digest); }

@@ -23,6 +23,7 @@ nlohmann::json job_to_json(const JobStatus& s) {
           {"name", s.name},
           {"state", job_state_name(s.state)},
           {"message", s.message},
+          {"missing_light", s.missing_light},
           {"scene", s.bundle_digest},
           {"settings", nlohmann::json::parse(settings_to_json(s.settings))},
           {"priority", s.priority},

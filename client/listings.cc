@@ -67,6 +67,7 @@ int job(const ListOptions& options) {
   if (s.relmse && s.relmse_low && s.relmse_high) {
     std::printf("relMSE    %.4g (95 %%: %.4g to %.4g)\n", *s.relmse, *s.relmse_low, *s.relmse_high);
   }
+  for (const std::string& line : s.missing_light) std::printf("missing   %s\n", line.c_str());
   std::printf("dropped   %llu non-finite contributions\n",
               static_cast<unsigned long long>(s.counters.nonfinite));
   return 0;

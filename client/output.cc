@@ -77,7 +77,8 @@ std::map<std::string, std::string> image_metadata(const JobStatus& status) {
 }
 
 ReportInfo report_info(const JobStatus& status, const std::optional<PilotReport>& pilot) {
-  ReportInfo info{status.name, settings_to_json(status.settings), status.counters, "", pilot};
+  ReportInfo info{status.name,         settings_to_json(status.settings), status.counters, "", pilot,
+                  status.missing_light};
   if (!needs_pilot(status.settings))
     info.plan_json = pilot ? pilot_to_json(*pilot) : plan_to_json(plan_of(status.settings));
   return info;

@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-constexpr size_t kMaxEstimates = 1000, kMaxNotes = 200, kMaxLines = 8, kMaxNoteBytes = 2000;
+constexpr size_t kMaxEstimates = 1000, kMaxNotes = 200;
 
 double positive(const nlohmann::json& j) {
   const auto x = j.get<double>();
@@ -52,7 +52,7 @@ std::vector<FeatureNote> features_of(const nlohmann::json& array) {
 }
 
 std::vector<std::string> lines_of(const nlohmann::json& array) {
-  if (!array.is_array() || array.size() > kMaxLines)
+  if (!array.is_array() || array.size() > kMaxMissingLight)
     throw Error(ErrorKind::kUsage, "pilot report: \"missing_light\" must be an array of at most 8");
   std::vector<std::string> lines;
   for (const auto& line : array) lines.push_back(text_of(line));

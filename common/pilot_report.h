@@ -50,6 +50,9 @@ struct PilotReport {
   std::vector<std::string> missing_light = {};  // what light the image will lack, a line each, for people
 };
 
+/// At most so many lines tell of missing light; a text has at most so many bytes.
+inline constexpr size_t kMaxMissingLight = 8, kMaxNoteBytes = 2000;
+
 /// Largest accepted JSON of a report, bytes.
 inline constexpr size_t kMaxPilotBytes = size_t{1} << 20;
 

@@ -192,6 +192,10 @@ class Farm {
   void flush();
   /// The worker could not render the tile; leased again elsewhere, and after max_attempts the job fails.
   void fail(const WorkerId& worker, const LeaseKey& lease, const std::string& reason);
+  /// What light the job's image will lack, as the worker found that holds the lease; a pilot's report brings
+  /// its own. Throws Error(kUsage) for more than kMaxMissingLight lines, none, or one of more than
+  /// kMaxNoteBytes.
+  void warn(const WorkerId& worker, const LeaseKey& lease, const std::vector<std::string>& missing_light);
   /// The worker has no time for the tile any more; leased again at once, and nobody is blamed.
   void hand_back(const WorkerId& worker, const LeaseKey& lease);
   /// The worker takes no more leases; those it holds stay until committed or expired.

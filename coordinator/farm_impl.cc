@@ -276,6 +276,7 @@ JobStatus Farm::Impl::status(const Job& job, double now) const {
     s.relmse_high = job.last_estimate->relmse_high;
   }
   s.counters = r.counters;
+  s.missing_light = r.missing_light;
   s.workers = job.tiles.workers();
   s.version = job.version;
   return s;

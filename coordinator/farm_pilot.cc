@@ -24,6 +24,7 @@ CommitResult Farm::Impl::commit_pilot(const WorkerId& worker, const LeaseKey& le
     const TileRecord committed = owner->tiles.committed(lease.tile, lease.attempt, sha256_hex(report));
     JobRecord record = record_at(*owner, now);
     record.settings.plan = result.report.chosen;
+    record.missing_light = result.report.missing_light;
     record.cpu_seconds += result.cpu_seconds;
     if (!store->commit_pilot(record, committed, report)) {
       ++stats.commits_stale;

@@ -194,6 +194,33 @@ void Farm::fail(const WorkerId& worker, const LeaseKey& key, const std::string& 
   impl_->release(worker, key, true, reason, now);
 }
 
+void Farm::warn(const WorkerId& worker, const LeaseKey& key, const std::vector<std::string>& missing_light) {
+  if (missing_light.empty() || missing_light.size() > kMaxMissingLight)
+    throw Error(ErrorKind::kUsage, "missing_light has 1 to " + std::to_string(kMaxMissingLight) + " lines");
+  for (const std::string& line : missing_light) {
+    if (line.empty() || line.size() > kMaxNoteBytes) {
+      throw Error(ErrorKind::kUsage,
+                  "a line of missing_light has 1 to " + std::to_string(kMaxNoteBytes) + " bytes");
+    }
+  }
+  const std::lock_guard lock(impl_->mutex);
+  const double now = impl_->clock.now();
+  impl_->scheduler.workers.seen(worker, now);
+  Job* job = impl_->scheduler.find(key.job);
+  if (!job ||
+      !(job->tiles.holds(key.tile, worker, key.attempt) ||
+        job->checks.holds(key.tile, worker, key.attempt)) ||
+      job->record.missing_light == missing_light) {
+    return;
+  }
+  JobRecord record = impl_->record_at(*job, now);
+  record.missing_light = missing_light;
+  impl_->store->save_job(record);
+  job->record = std::move(record);
+  if (job->running_since >= 0) job->running_since = now;
+  impl_->touch_quietly(*job);  // it brings no work
+}
+
 void Farm::hand_back(const WorkerId& worker, const LeaseKey& key) {
   const std::lock_guard lock(impl_->mutex);
   const double now = impl_->clock.now();

@@ -63,6 +63,8 @@ std::string job_record_to_json(const JobRecord& r) {
   text.add("leases_reassigned", r.leases_reassigned);
   text.add("max_workers", r.max_workers);
   text.add("message", r.message);
+  if (!r.missing_light.empty())
+    text.add_raw("missing_light", json(r.missing_light).dump(-1, ' ', false, json::error_handler_t::replace));
   text.add("name", r.name);
   text.add("packets_done", r.packets_done);
   text.add("pixel_samples", r.pixel_samples);
@@ -107,6 +109,7 @@ JobRecord job_record_from_json(const JobId& id, const std::string& text) {
     r.leases_reassigned = j.at("leases_reassigned").get<int64_t>();
     r.pixel_samples = j.at("pixel_samples").get<int64_t>();
     r.commit_bytes = j.value("commit_bytes", uint64_t{0});  // not counted by older versions
+    if (j.contains("missing_light")) r.missing_light = j.at("missing_light").get<std::vector<std::string>>();
     for (const CounterField& field : kCounters) {
       r.counters.*field.member = j.at("counters").at(field.name).get<uint64_t>();
     }

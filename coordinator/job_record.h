@@ -73,6 +73,7 @@ struct JobRecord {
   int64_t pixel_samples = 0;
   uint64_t commit_bytes = 0;  // of the accepted partials
   RenderCounters counters;
+  std::vector<std::string> missing_light;  // as in JobStatus
 };
 
 /// JSON text of everything but the id, and back; throws Error(kFailed) on malformed text.

@@ -309,6 +309,17 @@ grpc::Status WorkerService::Fail(grpc::ServerContext*, const v1::FailRequest* re
   });
 }
 
+grpc::Status WorkerService::Warn(grpc::ServerContext*, const v1::WarnRequest* request, v1::WarnResponse*) {
+  return guarded([&] {
+    const LeaseKey key = from_proto(request->key());
+    const LogScope scope(about(request->worker_id(), key));
+    std::vector<std::string> lines;
+    for (const std::string& line : request->missing_light()) lines.push_back(one_line(line));
+    farm_.warn(WorkerId{request->worker_id()}, key, lines);
+    return grpc::Status::OK;
+  });
+}
+
 grpc::Status WorkerService::Drain(grpc::ServerContext*, const v1::DrainRequest* request, v1::DrainResponse*) {
   return guarded([&] {
     farm_.drain(WorkerId{request->worker_id()});

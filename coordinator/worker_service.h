@@ -35,6 +35,7 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   grpc::ServerReadReactor<v1::CommitRequest>* Commit(grpc::CallbackServerContext*,
                                                      v1::CommitResponse*) override;
   grpc::Status Fail(grpc::ServerContext*, const v1::FailRequest*, v1::FailResponse*) override;
+  grpc::Status Warn(grpc::ServerContext*, const v1::WarnRequest*, v1::WarnResponse*) override;
   grpc::Status Drain(grpc::ServerContext*, const v1::DrainRequest*, v1::DrainResponse*) override;
   grpc::Status GetBundle(grpc::ServerContext*, const v1::GetBundleRequest*, v1::GetBundleResponse*) override;
   grpc::Status FetchBlobs(grpc::ServerContext*, const v1::FetchBlobsRequest*,

@@ -53,6 +53,9 @@ class MeasuredLink : public agent::FarmLink {
   std::vector<LeaseKey> renew(const std::vector<LeaseKey>& held) override;
   agent::CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) override;
   void fail(const LeaseKey& key, const std::string& reason) override;
+  void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) override {
+    link_.warn(key, missing_light);
+  }
   void hand_back(const LeaseKey& key) override;
   void drain() override { link_.drain(); }
   Bundle bundle(const std::string& digest) override;

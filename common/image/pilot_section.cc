@@ -42,8 +42,6 @@ std::string pilot_section(const PilotReport& report) {
             " times.";
   }
   html += "</p>\n";
-  for (const std::string& line : report.missing_light)
-    html += "<p><strong>Missing light:</strong> " + escape_markup(line) + ".</p>\n";
   const size_t shown = std::min(kShown, list.size());
   html += table(list, 0, shown);
   if (shown < list.size()) {

@@ -120,6 +120,8 @@ std::string make_html(const ReportInfo& info, const ErrorCurve& curve, const Ima
           "independent batches of samples; in 95 of 100 renders its interval holds the error of the "
           "image.</figcaption></figure>\n";
   html += "<details><summary>All points (error.csv)</summary>\n" + curve_rows(curve) + "</details>\n";
+  for (const std::string& line : info.missing_light)
+    html += "<p><strong>Missing light:</strong> " + escape_markup(line) + ".</p>\n";
   if (info.pilot) html += pilot_section(*info.pilot);
   html += "<h2>Settings</h2>\n<table>\n" + settings_rows(info.settings_json) + "</table>\n";
   return html + "</body>\n</html>\n";

@@ -14,8 +14,9 @@ struct ReportInfo {
   std::string title;
   std::string settings_json;
   RenderCounters counters;
-  std::string plan_json;             // content of plan.json, for --plan; empty: no such file
-  std::optional<PilotReport> pilot;  // shown if there was one
+  std::string plan_json;                        // content of plan.json, for --plan; empty: no such file
+  std::optional<PilotReport> pilot;             // shown if there was one
+  std::vector<std::string> missing_light = {};  // as in JobStatus
 };
 
 /// Writes the files into `folder` (made if absent). `image` is embedded in the HTML as a PNG.

@@ -119,6 +119,7 @@ v1::JobStatus to_proto(const JobStatus& s) {
   set_if(s.relmse_low, [&](double v) { m.set_relmse_low(v); });
   set_if(s.relmse_high, [&](double v) { m.set_relmse_high(v); });
   *m.mutable_counters() = counters_to_proto(s.counters);
+  for (const std::string& line : s.missing_light) m.add_missing_light(line);
   m.set_workers(s.workers);
   m.set_version(s.version);
   return m;
@@ -152,6 +153,7 @@ JobStatus from_proto(const v1::JobStatus& m) {
   s.relmse_low = get_if(m.has_relmse_low(), m.relmse_low());
   s.relmse_high = get_if(m.has_relmse_high(), m.relmse_high());
   s.counters = counters_from_proto(m.counters());
+  s.missing_light.assign(m.missing_light().begin(), m.missing_light().end());
   s.workers = m.workers();
   s.version = m.version();
   return s;

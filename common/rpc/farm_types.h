@@ -61,8 +61,9 @@ struct JobStatus {
   double eta_seconds = -1;        // -1: unknown
   std::optional<double> relmse, relmse_low, relmse_high;  // last point of the curve
   RenderCounters counters;
-  int workers = 0;       // with a lease on this job
-  uint64_t version = 0;  // grows with every change
+  std::vector<std::string> missing_light;  // what light the image will lack, a line each, for people
+  int workers = 0;                         // with a lease on this job
+  uint64_t version = 0;                    // grows with every change
 };
 
 struct TileStatus {

@@ -70,6 +70,7 @@ json job_detail_view(const JobStatus& job, const std::optional<PilotReport>& pil
                  {"tiles_committed", job.tiles_committed},
                  {"camera_paths", counters.camera_paths},
                  {"light_paths", counters.light_paths}};
+  if (!job.missing_light.empty()) detail["missing_light"] = job.missing_light;
   if (pilot) detail["pilot"] = json::parse(pilot_to_json(*pilot));
   return detail;
 }

@@ -97,6 +97,30 @@ TEST_F(FarmWorkers, JobsThatWaitSayThatWorkersRestOrAreDrained) {
   EXPECT_EQ(message, "waits for a worker: of 2 connected 1 rest after failures");
 }
 
+TEST_F(FarmWorkers, WhoHoldsALeaseTellsWhatLightTheImageLacks) {
+  const JobId job = farm.submit(small_job(64, 64, 4));
+  const WorkerId ann = join(), bob = join();
+  const LeaseGrant lease = farm.lease(ann).value();
+  const std::vector<std::string> lines = {"about a tenth", "and more"};
+  farm.warn(bob, key(lease), {"what another says"});
+  farm.warn(ann, {job, lease.tile_id, lease.attempt + 1}, {"of another attempt"});
+  farm.warn(ann, {JobId{"j77"}, lease.tile_id, lease.attempt}, {"of no job"});
+  EXPECT_TRUE(farm.job(job).missing_light.empty());
+  farm.warn(ann, key(lease), lines);
+  const JobStatus told = farm.job(job);
+  EXPECT_EQ(told.missing_light, lines);
+  farm.warn(ann, key(lease), lines);
+  EXPECT_EQ(farm.job(job).version, told.version) << "nothing new";
+  for (const auto& refused : {std::vector<std::string>{},
+                              std::vector<std::string>(kMaxMissingLight + 1, "a"),
+                              {std::string(kMaxNoteBytes + 1, 'a')},
+                              {""}}) {
+    EXPECT_THAT(error_of([&] { farm.warn(ann, key(lease), refused); }), HasSubstr("missing_light has 1 to"));
+  }
+  EXPECT_EQ(commit(ann, lease), CommitResult::kAccepted);
+  EXPECT_EQ(farm.job(job).missing_light, lines);
+}
+
 TEST_F(FarmWorkers, WorkersAreLostAfterThreeLeaseTimes) {
   const WorkerId ann = farm.register_worker(registration());
   clock.advance(29);

@@ -29,6 +29,7 @@ JobRecord record(const std::string& id) {
   r.max_workers = 3;
   r.after = {JobId{"j0"}, JobId{"j00"}};
   r.message = "m";
+  r.missing_light = {"about a \"tenth\"", "and more"};
   r.arithmetic_class = "c";
   r.quantum_exponent = -50;
   r.wall_seconds = 1.5;
@@ -80,6 +81,7 @@ TEST_P(Stores, KeepJobsInOrder) {
   EXPECT_EQ(jobs[0].submitter, "ann");
   EXPECT_EQ(jobs[0].max_workers, 3);
   EXPECT_EQ(jobs[0].after, record("j1").after);
+  EXPECT_EQ(jobs[0].missing_light, record("j1").missing_light);
   EXPECT_EQ(store->bundle_json("d1"), "manifest");
   EXPECT_EQ(store->bundle_json("d2"), std::nullopt);
 }

@@ -66,6 +66,15 @@ TEST_F(PilotTest, IsLeasedFirstAndAlone) {
   EXPECT_EQ(commit(ann, pilot), CommitResult::kAlreadyCommitted) << "also once the job is done";
 }
 
+TEST_F(PilotTest, TellsTheJobWhatLightItsImageLacks) {
+  const JobId job = farm.submit(request);
+  const LeaseGrant pilot = farm.lease(ann).value();
+  PilotReport report = fake_pilot();
+  report.missing_light = {"about a tenth"};
+  EXPECT_EQ(farm.commit(ann, key(pilot), encode_pilot({report, 1})), CommitResult::kAccepted);
+  EXPECT_EQ(farm.job(job).missing_light, report.missing_light);
+}
+
 TEST_F(PilotTest, AFixedIntegratorOrAPlanNeedsNone) {
   JobRequest planned = request;
   planned.settings.plan = SamplingPlan{kAllStrategies, 0.5, 2};

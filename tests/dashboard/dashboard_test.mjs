@@ -177,11 +177,13 @@ const tests = {
   },
 
   async "light that no path meets is named"() {
-    const id = await farm.submit(join(root, "tests/farm/lit_and_seen_by_mirrors.pbrt"), "--spp", "16");
-    const page = await open(`${farm.url}#/jobs/${id}`);
-    await page.locator(".job-note", { hasText: /^Missing light: about .* which no path meets/ }).waitFor();
-    await shot(page, "missing-light");
-    await page.context().close();
+    for (const integrator of ["auto", "bdpt"]) {
+      const id = await farm.submit(join(root, "tests/farm/lit_and_seen_by_mirrors.pbrt"), "--spp", "16", "--integrator", integrator);
+      const page = await open(`${farm.url}#/jobs/${id}`);
+      await page.locator(".job-note", { hasText: /^Missing light: about .* which no path meets/ }).waitFor();
+      await shot(page, `missing-light-${integrator}`);
+      await page.context().close();
+    }
   },
 
   async "a scene is submitted from the browser"() {

@@ -32,11 +32,15 @@ def main():
 
         farm.start_coordinator()
         farm.start_worker(1)
-        job = farm.submit(*options)
-        said = said_by(bin_dir, "watch", job, "--coordinator", farm.address)
-        assert said.count("which no path meets") == 1, said
-        lines = farm.json("job", job)["pilot"]["missing_light"]
-        assert len(lines) == 1 and lines[0] in said, lines
+        for integrator in "auto", "bdpt":
+            job = farm.submit(*options, "--integrator", integrator)
+            said = said_by(bin_dir, "watch", job, "--coordinator", farm.address)
+            assert said.count("which no path meets") == 1, said
+            lines = farm.json("job", job)["missing_light"]
+            assert len(lines) == 1 and lines[0] in said, lines
+            said_by(bin_dir, "report", job, "--coordinator", farm.address, "-o", farm.folder / job)
+            page = (farm.folder / job / "report.html").read_text()
+            assert page.count("which no path meets") == 1, integrator
 
 
 if __name__ == "__main__":

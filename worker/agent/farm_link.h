@@ -60,6 +60,8 @@ class FarmLink {
   virtual CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) = 0;
   /// The tile can't be rendered here; `reason` is one line.
   virtual void fail(const LeaseKey& key, const std::string& reason) = 0;
+  /// What light the image of the lease's job will lack, lines for people: at least one.
+  virtual void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) = 0;
   /// There is no time left for the tile; another worker may have it at once.
   virtual void hand_back(const LeaseKey& key) = 0;
   /// No more leases, please.

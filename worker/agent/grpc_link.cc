@@ -191,6 +191,16 @@ void GrpcLink::fail(const LeaseKey& key, const std::string& reason) {
   call.check(call.stub()->Fail(call.context(), request, &response), true);
 }
 
+void GrpcLink::warn(const LeaseKey& key, const std::vector<std::string>& missing_light) {
+  Call call(*impl_, kCallSeconds);
+  v1::WarnRequest request;
+  request.set_worker_id(impl_->worker());
+  *request.mutable_key() = to_proto(key);
+  for (const std::string& line : missing_light) request.add_missing_light(line);
+  v1::WarnResponse response;
+  call.check(call.stub()->Warn(call.context(), request, &response), true);
+}
+
 void GrpcLink::hand_back(const LeaseKey& key) {
   Call call(*impl_, kCallSeconds);
   v1::FailRequest request;

@@ -20,6 +20,7 @@ class GrpcLink : public FarmLink {
   std::vector<LeaseKey> renew(const std::vector<LeaseKey>& held) override;
   CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) override;
   void fail(const LeaseKey& key, const std::string& reason) override;
+  void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) override;
   void hand_back(const LeaseKey& key) override;
   void drain() override;
   Bundle bundle(const std::string& digest) override;

@@ -16,6 +16,7 @@ class SceneRenderer : public PacketRenderer {
   bool has_camera_layer() const override { return renderer_.has_camera_layer(); }
   bool has_splat_layer() const override { return renderer_.has_splat_layer(); }
   AovSpec aovs() const override { return renderer_.aovs(); }
+  std::vector<std::string> missing_light() const override { return renderer_.missing_light(); }
   std::unique_ptr<Workspace> make_workspace() const override { return renderer_.make_workspace(); }
   void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const override {
     renderer_.render_packet(packet, workspace, builder);

@@ -19,6 +19,8 @@ class PacketRenderer {
   virtual bool has_camera_layer() const = 0;
   virtual bool has_splat_layer() const = 0;
   virtual AovSpec aovs() const { return {}; }
+  /// Renderer::missing_light().
+  virtual std::vector<std::string> missing_light() const { return {}; }
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
   /// Thread-safe for distinct workspaces.
   virtual void render_packet(const Packet& packet, Workspace& workspace, PartialBuilder& builder) const = 0;

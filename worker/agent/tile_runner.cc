@@ -248,9 +248,15 @@ void TileRunner::open_lease(const LeaseGrant& lease) {
   if (!retry(wanted, [&] { renderer = source_.open(lease.bundle_digest, lease.settings); })) return;
   if (is_pilot(lease.tile)) {
     queue_.start_pilot({lease, std::move(renderer)});
-  } else {
-    queue_.start(std::make_shared<ActiveLease>(lease, std::move(renderer)));
+    return;
   }
+  const std::vector<std::string> missing = renderer->missing_light();
+  const std::pair<JobId, uint64_t> told{lease.job, generation_};
+  if (!missing.empty() && warned_ != told) {
+    if (!retry(wanted, [&] { link_.warn(key_of(lease), missing); })) return;
+    warned_ = told;
+  }
+  queue_.start(std::make_shared<ActiveLease>(lease, std::move(renderer)));
 }
 
 void TileRunner::render_loop() {

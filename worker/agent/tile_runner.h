@@ -13,6 +13,7 @@
 #include <functional>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "worker/agent/farm_link.h"
 #include "worker/agent/lease_queue.h"
@@ -74,6 +75,9 @@ class TileRunner {
   RenderSource& source_;
   const RunnerOptions options_;
   LeaseQueue queue_;
+  /// The last job whose missing light the farm was told of, and under which registration: what a coordinator
+  /// has forgotten is told again. For the leasing thread only.
+  std::pair<JobId, uint64_t> warned_;
   std::mutex mutex_;
   std::condition_variable woken_;
   std::atomic<bool> stopping_{false}, draining_{false};

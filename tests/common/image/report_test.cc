@@ -63,6 +63,7 @@ TEST(Report, WritesThreeFilesThatStandAlone) {
   info.title = "Title <&>";
   info.settings_json = R"({"spp":64,"grid":{"width":8},"name":"<b>"})";
   info.counters.shadow_rays = 12345;
+  info.missing_light = {"about <a tenth>"};
   const std::string out = folder / "new/report";
   write_report(out, info, example_curve(), image);
   const std::string html = slurp(out + "/report.html"), svg = slurp(out + "/error.svg");
@@ -71,6 +72,7 @@ TEST(Report, WritesThreeFilesThatStandAlone) {
   EXPECT_THAT(html, HasSubstr("Title &lt;&amp;&gt;"));
   EXPECT_THAT(html, HasSubstr("&lt;b&gt;"));
   EXPECT_THAT(html, HasSubstr("12345"));
+  EXPECT_THAT(html, HasSubstr("Missing light:</strong> about &lt;a tenth&gt;."));
   EXPECT_THAT(html, HasSubstr("Another minute"));
   EXPECT_THAT(html, HasSubstr("1/N law"));
   EXPECT_THAT(html, Not(HasSubstr("<script")));

@@ -24,6 +24,7 @@ TEST(Convert, JobStatusRoundTrip) {
   s.relmse = 0.5;
   s.counters.nonfinite = 3;
   s.counters.shadow_rays = 9;
+  s.missing_light = {"a tenth", "and more"};
   s.version = 77;
   const JobStatus back = from_proto(to_proto(s));
   EXPECT_EQ(back.id, s.id);
@@ -35,6 +36,7 @@ TEST(Convert, JobStatusRoundTrip) {
   EXPECT_EQ(back.relmse, s.relmse);
   EXPECT_EQ(back.relmse_low, std::nullopt);
   EXPECT_EQ(back.counters, s.counters);
+  EXPECT_EQ(back.missing_light, s.missing_light);
   EXPECT_EQ(back.version, 77u);
 }
 

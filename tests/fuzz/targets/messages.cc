@@ -102,6 +102,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       break;
     case 13:
       call(c.worker, &WorkerService::Fail, bytes);
+      call(c.worker, &WorkerService::Warn, bytes);  // fields of the same kinds
       break;
     case 14:
       call(c.worker, &WorkerService::Drain, bytes);

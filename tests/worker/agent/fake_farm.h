@@ -60,7 +60,9 @@ class CountingRenderer : public PacketRenderer {
   std::shared_ptr<const PacketRenderer> with_settings(const RenderSettings&) const override {
     throw std::logic_error("one renderer is enough");
   }
+  std::vector<std::string> missing_light() const override { return missing; }
   int fail_cell_x = -1;
+  std::vector<std::string> missing;
   std::atomic<bool> stuck{false};  // packets take until this is false
   std::optional<PilotReport> pilot_report;
   std::string pilot_error;
@@ -128,6 +130,11 @@ class FakeFarm : public FarmLink {
     failures[key] = reason;
     changed_.notify_all();
   }
+  void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) override {
+    const std::lock_guard lock(mutex_);
+    check();
+    warnings.emplace_back(key, missing_light);
+  }
   void hand_back(const LeaseKey& key) override {
     const std::lock_guard lock(mutex_);
     check();
@@ -173,6 +180,7 @@ class FakeFarm : public FarmLink {
   std::map<LeaseKey, std::vector<std::string>> commits;
   std::set<LeaseKey> handed_back;
   std::map<LeaseKey, std::string> failures;
+  std::vector<std::pair<LeaseKey, std::vector<std::string>>> warnings;
   std::map<LeaseKey, bool> lose;
   std::string refusal;
   int down_calls = 0;      // so many calls throw LinkDown

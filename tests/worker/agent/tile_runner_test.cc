@@ -101,6 +101,24 @@ TEST_F(TileRunnerTest, KeepsTryingWhileTheCoordinatorIsDown) {
   EXPECT_EQ(farm_.commits.size(), 2u);
 }
 
+TEST_F(TileRunnerTest, TellsOnceAJobWhatLightItsImageLacks) {
+  source_.renderer->missing = {"about a tenth"};
+  farm_.down_calls = 1;
+  add_tiles(4);
+  start(2);
+  ASSERT_TRUE(farm_.wait_for_answers(4));
+  ASSERT_EQ(farm_.warnings.size(), 1u);
+  EXPECT_EQ(farm_.warnings.front().first.job, JobId{"j1"});
+  EXPECT_EQ(farm_.warnings.front().second, source_.renderer->missing);
+  {
+    const std::lock_guard lock(farm_.mutex_);
+    farm_.forget = true;
+  }
+  add_tiles(4);
+  ASSERT_TRUE(farm_.wait_for_answers(8));
+  EXPECT_EQ(farm_.warnings.size(), 2u) << "what was forgotten is told again";
+}
+
 TEST_F(TileRunnerTest, RegistersAgainWhenForgotten) {
   add_tiles(1);
   start(1);

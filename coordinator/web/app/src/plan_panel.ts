@@ -29,7 +29,7 @@ export function drawPlan(body: HTMLElement, detail: JobDetail, job: Job | undefi
   const list = h("dl", { class: "facts" });
   for (const [name, value] of facts) list.append(h("dt", {}, name), h("dd", { class: name === "Scene" ? "mono cut" : "", title: value }, value));
   const parts: HTMLElement[] = [list];
-  for (const line of detail.pilot?.missing_light ?? []) parts.push(h("p", { class: "job-note bad" }, `Missing light: ${line}.`));
+  for (const line of detail.missing_light ?? []) parts.push(h("p", { class: "job-note bad" }, `Missing light: ${line}.`));
   if (detail.pilot) {
     const pilot = detail.pilot;
     const same = (a: Plan, b: Plan) => a.strategies === b.strategies && a.light_paths === b.light_paths && a.connections === b.connections && a.lens_weight === b.lens_weight && a.aimed === b.aimed;

@@ -100,6 +100,8 @@ export interface JobDetail {
   scene: string;
   crop: [x0: number, y0: number, x1: number, y1: number];
   cell_pixels: number;
+  /** What light the image will lack, a line each; absent if none is known to be. */
+  missing_light?: string[];
   pilot?: {
     chosen: Plan;
     samples: number;
@@ -108,8 +110,6 @@ export interface JobDetail {
     aims_gain?: number;
     /** Absent in reports of older farms. */
     features?: { feature: string; needed: boolean; reason: string; saving: string }[];
-    /** What light the image will lack, a line each; absent if none is known to be. */
-    missing_light?: string[];
     estimates: { plan: Plan; relative_variance: number; cost: number }[];
   };
 }
