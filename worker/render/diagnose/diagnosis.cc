@@ -68,6 +68,7 @@ class Run {
     const int64_t columns = cells.x1 - cells.x0, per_sample = columns * (cells.y1 - cells.y0);
     const auto workspace = renderer_.make_workspace();
     const auto recorder = std::make_unique<StrategyRecorder>();
+    recorder->timed = true;
     for (int64_t i; !stopped_ && (i = next_++) < per_sample * settings_.spp;) {
       if (i % per_sample == 0 && !go_on_()) stopped_ = true;
       const int64_t sample = i / per_sample, cell = i % per_sample;

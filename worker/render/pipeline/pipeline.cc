@@ -24,10 +24,11 @@ namespace {
 /// Splats kept before they are handed to the tile.
 constexpr size_t kSplatBatch = 1 << 15;
 
-/// Runs a stage; a recorder is told its time, as `member` or, if null, shared out over the strategies.
+/// Runs a stage; a recorder that wants it is told its time, as `member` or, if null, shared out over the
+/// strategies.
 template <class Stage>
 void run(Wavefront& w, double StrategyRecorder::*member, Stage&& stage) {
-  if (!w.recorder) return stage();
+  if (!w.recorder || !w.recorder->timed) return stage();
   const double start = thread_cpu_seconds();
   if (!member) w.recorder->begin_stage();
   stage();

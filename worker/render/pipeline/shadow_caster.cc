@@ -12,7 +12,8 @@ namespace lightmill {
 void flush_shadow_rays(const StageContext& context, bool splats, Wavefront& w) {
   ShadowRays& q = w.shadow;
   if (q.count == 0) return;
-  const double start = w.recorder ? thread_cpu_seconds() : 0;
+  const bool timed = w.recorder && w.recorder->timed;
+  const double start = timed ? thread_cpu_seconds() : 0;
   if (w.probe) w.probe->occluded(q);
   {
     const StageScope scope(w, Stage::kOcclude);
@@ -23,7 +24,10 @@ void flush_shadow_rays(const StageContext& context, bool splats, Wavefront& w) {
     }
   }
   w.counters.shadow_rays += static_cast<uint64_t>(q.count);
-  if (w.recorder) w.recorder->resolved(context, q, splats, thread_cpu_seconds() - start, w.media.get());
+  if (w.recorder) {
+    const double seconds = timed ? thread_cpu_seconds() - start : 0;
+    w.recorder->resolved(context, q, splats, seconds, w.media.get());
+  }
   const StageScope scope(w, Stage::kFilm);
   if (splats) {
     film_add_splats(context, w);

@@ -68,7 +68,7 @@ struct PathStart {
 /// Counts of one (s,t). evaluated = zero + rouletted + occluded + visible.
 struct StrategyCounts {
   uint64_t evaluated = 0, zero = 0, rouletted = 0, occluded = 0, visible = 0;
-  double cpu_seconds = 0;
+  double cpu_seconds = 0;  // while `timed`
 };
 
 class StrategyRecorder {
@@ -78,11 +78,12 @@ class StrategyRecorder {
   std::vector<StrategyContribution> contributions;  // since the last clear()
   std::vector<PathVertex> vertices;                 // the same, while `trace`
   bool trace = false;
+  bool timed = false;  // whether CPU times are taken: two system calls a stage, which pilots have no use for
   std::vector<GuideOdds> odds;  // of the contributions, while `weigh_guide`
   bool weigh_guide = false;
-  Table counts{};                                    // [s][t]
-  std::array<PathStart, kWavefront> light_starts{};  // of the last light paths, by slot
-  double light_subpath_seconds = 0, camera_subpath_seconds = 0;
+  Table counts{};                                                // [s][t]
+  std::array<PathStart, kWavefront> light_starts{};              // of the last light paths, by slot
+  double light_subpath_seconds = 0, camera_subpath_seconds = 0;  // while `timed`
   // Surfaces that paths met, and steps of their walks through bodies: of camera paths by slot.
   std::array<uint32_t, kWavefront> hits_of_path{}, steps_of_path{};
   uint64_t light_hits = 0, light_steps = 0;
