@@ -215,10 +215,7 @@ void Farm::warn(const WorkerId& worker, const LeaseKey& key, const std::vector<s
   }
   JobRecord record = impl_->record_at(*job, now);
   record.missing_light = missing_light;
-  impl_->store->save_job(record);
-  job->record = std::move(record);
-  if (job->running_since >= 0) job->running_since = now;
-  impl_->touch_quietly(*job);  // it brings no work
+  impl_->update(*job, std::move(record), now);
 }
 
 void Farm::hand_back(const WorkerId& worker, const LeaseKey& key) {
