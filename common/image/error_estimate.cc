@@ -63,8 +63,9 @@ namespace lightmill {
 
 namespace {
 
-constexpr size_t kStrip = 512;  // values per pass: mean and variance stay in the L1 cache
-constexpr size_t kLanes = 8;    // independent sums: a single chain of additions would be all latency
+constexpr size_t kStrip = 512;        // values per pass: mean and variance stay in the L1 cache
+constexpr size_t kBandValues = 4096;  // about so many at once of each batch, which stay in the L2 cache
+constexpr size_t kLanes = 8;          // independent sums: a single chain of additions would be all latency
 static_assert(kStrip % kLanes == 0);
 
 template <class Lanes>
@@ -74,39 +75,45 @@ double sum_of(const Lanes& lanes) {
   return sum;
 }
 
-/// M and the variance t of M, per value.
-struct MeanImage {
-  std::vector<float> mean, variance;
+/// Rows of the image with those around them, whose neighbours are asked, too.
+struct Band {
+  size_t first = 0;                         // index of its first value in a batch
+  std::vector<float> mean, variance;        // M and the variance t of M
+  std::vector<double> exact_mean, squares;  // of what they are made
+  Neighbourhood around, near;
 };
 
-MeanImage mean_image(std::span<const float* const> sums, size_t values, double to_mean) {
+/// Finds mean and variance of so many values from `band->first` on.
+void find_mean(std::span<const float* const> sums, size_t values, double to_mean, Band* band) {
   const auto n = static_cast<double>(sums.size());
-  MeanImage image{std::vector<float>(values), std::vector<float>(values)};
-  std::array<double, kStrip> mean, square;
-  for (size_t begin = 0; begin < values; begin += kStrip) {
-    const size_t size = std::min(kStrip, values - begin);
-    mean.fill(0);
-    square.fill(0);
-    for (const float* sum : sums) {
-      for (size_t i = 0; i < size; ++i) mean[i] += static_cast<double>(sum[begin + i]) * (to_mean / n);
-    }
-    for (const float* sum : sums) {
-      for (size_t i = 0; i < size; ++i) {
-        const double deviation = static_cast<double>(sum[begin + i]) * to_mean - mean[i];
-        square[i] += deviation * deviation;
-      }
-    }
-    for (size_t i = 0; i < size; ++i) {
-      image.mean[begin + i] = static_cast<float>(mean[i]);
-      image.variance[begin + i] = static_cast<float>(square[i] / (n * (n - 1)));
+  band->mean.resize(values);
+  band->variance.resize(values);
+  band->exact_mean.assign(values, 0);
+  band->squares.assign(values, 0);
+  double* mean = band->exact_mean.data();
+  double* squares = band->squares.data();
+  for (const float* sum : sums) {
+    const float* from = sum + band->first;
+    for (size_t i = 0; i < values; ++i) mean[i] += static_cast<double>(from[i]) * (to_mean / n);
+  }
+  for (const float* sum : sums) {
+    const float* from = sum + band->first;
+    for (size_t i = 0; i < values; ++i) {
+      const double deviation = static_cast<double>(from[i]) * to_mean - mean[i];
+      squares[i] += deviation * deviation;
     }
   }
-  return image;
+  for (size_t i = 0; i < values; ++i) {
+    band->mean[i] = static_cast<float>(mean[i]);
+    band->variance[i] = static_cast<float>(squares[i] / (n * (n - 1)));
+  }
 }
 
 /// Sums over the image of what belongs to the n batches: `d`, and the upper triangle of `gram` (n x n).
 struct BatchSums {
+  explicit BatchSums(size_t count) : d(count), gram(count * count), deviations(count * kStrip) {}
   std::vector<double> d, gram;
+  std::vector<float> deviations;  // weighted, of one strip: kStrip floats a batch
 };
 
 /// to[k] += the product of the strips x and y + k kStrip, k < kAtOnce: the sums of several pairs run beside
@@ -138,32 +145,33 @@ void add_gram(const std::vector<float>& deviations, size_t count, std::vector<do
   }
 }
 
-BatchSums batch_sums(std::span<const float* const> sums, const MeanImage& image, const Neighbourhood& around,
-                     const Neighbourhood& near, double to_mean) {
-  const size_t count = sums.size(), values = image.mean.size();
+/// Adds the values [begin, end) of the band.
+void add_batch_sums(std::span<const float* const> sums, const Band& band, size_t begin, size_t end,
+                    double to_mean, BatchSums* result) {
+  const size_t count = sums.size();
   const auto n = static_cast<double>(count);
-  BatchSums result{std::vector<double>(count), std::vector<double>(count * count)};
-  std::vector<float> deviations(count * kStrip);
+  const Neighbourhood& near = band.near.square.empty() ? band.around : band.near;
+  std::vector<float>& deviations = result->deviations;
   std::array<double, kStrip> terms{}, near_root;
   const double unbias = n / (n - 1), to_rest = 1 / (n - 1),
                to_others = count > 2 ? 1 / ((n - 2) * (n - 1)) : 0;
-  for (size_t begin = 0; begin < values; begin += kStrip) {
-    const size_t size = std::min(kStrip, values - begin);
+  for (; begin < end; begin += kStrip) {
+    const size_t size = std::min(kStrip, end - begin);
     if (size < kStrip) {
       std::fill(deviations.begin(), deviations.end(), 0.0f);
       terms.fill(0);
     }
-    const float* mean = &image.mean[begin];
-    const float* variance = &image.variance[begin];
-    const float* square = &around.square[begin];
-    const float* noise = &around.noise[begin];
+    const float* mean = &band.mean[begin];
+    const float* variance = &band.variance[begin];
+    const float* square = &band.around.square[begin];
+    const float* noise = &band.around.noise[begin];
     const float* near_square = &near.square[begin];
     const float* near_noise = &near.noise[begin];
     // The same for all batches.
     for (size_t i = 0; i < size; ++i)
       near_root[i] = std::sqrt(blended_weight(mean[i], variance[i], 1, near_square[i], near_noise[i]));
     for (size_t b = 0; b < count; ++b) {
-      const float* sum = sums[b] + begin;
+      const float* sum = sums[b] + band.first + begin;
       for (size_t i = 0; i < size; ++i) {
         const double m = mean[i], t = variance[i];
         const double deviation = static_cast<double>(sum[i]) * to_mean - m;
@@ -179,12 +187,31 @@ BatchSums batch_sums(std::span<const float* const> sums, const MeanImage& image,
       for (size_t i = 0; i < kStrip; i += kLanes) {
         for (size_t k = 0; k < kLanes; ++k) lanes[k] += terms[i + k];
       }
-      result.d[b] += sum_of(lanes);
+      result->d[b] += sum_of(lanes);
     }
-    if (count >= kMinIntervalBatches) add_gram(deviations, count, &result.gram);
+    if (count >= kMinIntervalBatches) add_gram(deviations, count, &result->gram);
   }
-  for (double& v : result.d) v /= static_cast<double>(values);
-  for (double& v : result.gram) v /= static_cast<double>(values);
+}
+
+/// Band by band, as memory for whole images, new for every estimate, costs more than the estimate.
+BatchSums batch_sums(std::span<const float* const> sums, const PixelLayout& layout, double to_mean) {
+  const size_t row = 3 * layout.width, halo = std::max(layout.reach.rows, layout.near.rows),
+               rows = std::max(kBandValues / row + 1, 16 * halo);
+  const bool two_reaches = sums.size() >= kMinIntervalBatches && layout.near != layout.reach;
+  BatchSums result(sums.size());
+  Band band;
+  for (size_t y = 0; y < layout.rows; y += rows) {
+    const size_t top = y - std::min(y, halo), end = std::min(layout.rows, y + rows);
+    const PixelLayout part{layout.width, std::min(layout.rows, end + halo) - top};
+    band.first = top * row;
+    find_mean(sums, part.rows * row, to_mean, &band);
+    neighbourhood(band.mean, band.variance, part, layout.reach, &band.around);
+    if (two_reaches) neighbourhood(band.mean, band.variance, part, layout.near, &band.near);
+    add_batch_sums(sums, band, (y - top) * row, (end - top) * row, to_mean, &result);
+  }
+  const auto values = static_cast<double>(row * layout.rows);
+  for (double& v : result.d) v /= values;
+  for (double& v : result.gram) v /= values;
   return result;
 }
 
@@ -235,12 +262,7 @@ BatchError estimate_batch_error(std::span<const float* const> sums, const PixelL
   const size_t count = sums.size(), values = 3 * layout.width * layout.rows;
   if (count < 2) throw std::logic_error("estimate_batch_error: at least two batches");
   const auto n = static_cast<double>(count);
-  const MeanImage image = mean_image(sums, values, 1 / samples);
-  const Neighbourhood around = neighbourhood(image.mean, image.variance, layout, layout.reach);
-  std::optional<Neighbourhood> near;
-  if (count >= kMinIntervalBatches && layout.near != layout.reach)
-    near = neighbourhood(image.mean, image.variance, layout, layout.near);
-  const BatchSums of_batches = batch_sums(sums, image, around, near ? *near : around, 1 / samples);
+  const BatchSums of_batches = batch_sums(sums, layout, 1 / samples);
   BatchError error;
   double variance = 0;
   for (const double d : of_batches.d) error.relmse += d / n;

@@ -50,12 +50,11 @@ void add(const PixelSums& of, double sign, PixelSums* to) {
 
 }  // namespace
 
-Neighbourhood neighbourhood(std::span<const float> mean, std::span<const float> variance,
-                            const PixelLayout& layout, const PixelReach& reach) {
+void neighbourhood(std::span<const float> mean, std::span<const float> variance, const PixelLayout& layout,
+                   const PixelReach& reach, Neighbourhood* around) {
   const size_t row = kChannels * layout.width;
-  Neighbourhood around;
-  around.square.resize(row * layout.rows);
-  around.noise.resize(row * layout.rows);
+  around->square.resize(row * layout.rows);
+  around->noise.resize(row * layout.rows);
   // Vertical sums, moved from row to row; then horizontal ones.
   std::vector<PixelSums> columns(layout.width);
   const auto add_row = [&](size_t y, double sign) {
@@ -87,14 +86,13 @@ Neighbourhood neighbourhood(std::span<const float> mean, std::span<const float> 
         const double mean_m = (sum.m[c] - without * own) * share,
                      mean_m2 = (sum.m2[c] - without * own * own) * share,
                      mean_t = std::max(0.0, (sum.t[c] - without * t) * share);
-        around.square[at] = static_cast<float>(std::max(mean_m * mean_m, mean_m2 - mean_t));
-        around.noise[at] = static_cast<float>(mean_t);
+        around->square[at] = static_cast<float>(std::max(mean_m * mean_m, mean_m2 - mean_t));
+        around->noise[at] = static_cast<float>(mean_t);
       }
       if (x >= reach.columns) add(columns[x - reach.columns], -1, &sum);
     }
     if (y >= reach.rows) add_row(y - reach.rows, -1);
   }
-  return around;
 }
 
 }  // namespace lightmill

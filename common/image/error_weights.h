@@ -33,9 +33,10 @@ struct Neighbourhood {
   std::vector<float> noise;   // mean variance of the batches' mean around
 };
 
-/// From the batches' mean image and the variance of that mean; both have 3 width rows values.
-Neighbourhood neighbourhood(std::span<const float> mean, std::span<const float> variance,
-                            const PixelLayout& layout, const PixelReach& reach);
+/// From the batches' mean image and the variance of that mean; both have 3 width rows values, as `around`
+/// then.
+void neighbourhood(std::span<const float> mean, std::span<const float> variance, const PixelLayout& layout,
+                   const PixelReach& reach, Neighbourhood* around);
 
 /// The weight of a value: its own where it is known better than the pixels around it, theirs where not.
 inline double blended_weight(double mean, double t, double stretch, double square, double noise) {

@@ -1,5 +1,6 @@
 // What recording the error curve costs: CPU seconds of folding into the batches and of the estimates at a
-// job's points, over the CPU seconds of rendering the same samples, on one thread.
+// job's points, over the CPU seconds of rendering the same samples, on one thread. Tiles are rows of cells:
+// at 1280x720 about as large as those of a local render, and folded while they are in the caches, as there.
 //
 //   curve_cost SCENE --spp 256 [--seconds S] [--integrator bdpt] [--resolution WxH]
 //
@@ -24,14 +25,14 @@ double cpu_seconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-Partial render(const Renderer& renderer, Workspace& workspace, int64_t begin, int64_t end) {
-  const CellRect cells = renderer.settings().grid.cells();
-  PartialBuilder builder(renderer.settings().grid, {cells, begin, end}, renderer.quantum_exponent(),
+Partial render(const Renderer& renderer, Workspace& workspace, const TileSpec& tile) {
+  PartialBuilder builder(renderer.settings().grid, tile, renderer.quantum_exponent(),
                          renderer.has_camera_layer(), renderer.has_splat_layer());
-  for (int64_t b = block_of_sample(begin); block_begin(b) < end; ++b) {
-    for (int y = cells.y0; y < cells.y1; ++y) {
-      for (int x = cells.x0; x < cells.x1; ++x) {
-        renderer.render_packet({x, y, block_begin(b), std::min(block_end(b), end)}, workspace, builder);
+  for (int64_t b = block_of_sample(tile.sample_begin); block_begin(b) < tile.sample_end; ++b) {
+    for (int y = tile.cells.y0; y < tile.cells.y1; ++y) {
+      for (int x = tile.cells.x0; x < tile.cells.x1; ++x) {
+        renderer.render_packet({x, y, block_begin(b), std::min(block_end(b), tile.sample_end)}, workspace,
+                               builder);
       }
     }
   }
@@ -55,10 +56,13 @@ void measure(const bench::Options& options, double seconds) {
       *sum += now - t;
       t = now;
     };
-    const Partial partial = render(renderer, *workspace, begin, end);
-    lap(&rendering);
-    batches.fold(partial);
-    lap(&folding);
+    for (CellRect row = settings.grid.cells(); row.y0 < settings.grid.cells().y1; ++row.y0) {
+      row.y1 = row.y0 + 1;
+      const Partial partial = render(renderer, *workspace, {row, begin, end});
+      lap(&rendering);
+      batches.fold(partial);
+      lap(&folding);
+    }
     if (next_checkpoint(end - 1) == end || end == settings.spp) {
       ErrorPoint point;
       batches.estimate(&point);
