@@ -18,13 +18,15 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
   waiting_.clear();
   for (int i = 0; i < kCellPixels; ++i) {
     const int x = cell_x * kCellSize + i % kCellSize, y = cell_y * kCellSize + i / kCellSize;
-    const uint64_t number = static_cast<uint64_t>(y) * width + static_cast<uint64_t>(x);
-    pixel_keys[i] = stream_key(context.seed, kCameraStream, number, static_cast<uint64_t>(batch));
     const bool in_crop = x >= crop.x0 && x < crop.x1 && y >= crop.y0 && y < crop.y1;
     inside[i] = in_crop && thinning.keeps(x, y) ? 1 : 0;
-    inside_count += inside[i];
     level[i] = 0;
-    if (context.effort && inside[i]) {
+    pixel_keys[i] = 0;
+    if (!inside[i]) continue;
+    ++inside_count;
+    const uint64_t number = static_cast<uint64_t>(y) * width + static_cast<uint64_t>(x);
+    pixel_keys[i] = stream_key(context.seed, kCameraStream, number, static_cast<uint64_t>(batch));
+    if (context.effort) {
       level[i] = context.effort->map.level(context.effort->regions.at(x, y));
       uneven |= level[i] != 0;
     }

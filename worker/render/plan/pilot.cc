@@ -120,6 +120,16 @@ class Pilot {
     for (size_t i; take_cell(&i);) {
       const CellRect rect = sight_.rect(i);
       CellResult& result = results_[i];
+      std::array<bool, kCellPixels> inside{}, looked_at{};
+      std::vector<int> seen;  // slots that are looked at
+      const PixelRect pixels = settings_.grid.pixels(rect);
+      for (int slot = 0; slot < kCellPixels; ++slot) {
+        const int x = rect.x0 * kCellSize + slot % kCellSize, y = rect.y0 * kCellSize + slot / kCellSize;
+        const auto k = static_cast<size_t>(slot);
+        inside[k] = x >= pixels.x0 && x < pixels.x1 && y >= pixels.y0 && y < pixels.y1;
+        looked_at[k] = inside[k] && sight_.thinning.keeps(x, y);
+        if (looked_at[k]) seen.push_back(slot);
+      }
       moments.begin_cell(values_.of_cell(i));
       for (int64_t j = 0; j < sight_.samples; ++j) {
         const int64_t s = sight_.index(j);
@@ -127,26 +137,19 @@ class Pilot {
             renderer_.record_packet({rect.x0, rect.y0, s, s + 1}, *workspace, nullptr, *recorder);
         result.counters += counters;
         moments.add_sample(recorder->contributions, sight_.block(j));
-        add_work_of_paths(*recorder, &result);
+        add_work_of_paths(*recorder, seen, &result);
         result.work += take_work(recorder.get());
-      }
-      std::array<bool, kCellPixels> inside{}, looked_at{};
-      const PixelRect pixels = settings_.grid.pixels(rect);
-      for (int slot = 0; slot < kCellPixels; ++slot) {
-        const int x = rect.x0 * kCellSize + slot % kCellSize, y = rect.y0 * kCellSize + slot / kCellSize;
-        const auto k = static_cast<size_t>(slot);
-        inside[k] = x >= pixels.x0 && x < pixels.x1 && y >= pixels.y0 && y < pixels.y1;
-        looked_at[k] = inside[k] && sight_.thinning.keeps(x, y);
       }
       result.moments = moments.end_cell(inside, looked_at);
     }
   }
 
-  /// Camera paths' part of the work, by blocks.
-  void add_work_of_paths(const StrategyRecorder& recorder, CellResult* result) const {
+  /// Camera paths' part of the work, by blocks. `slots`: that have paths.
+  void add_work_of_paths(const StrategyRecorder& recorder, const std::vector<int>& slots,
+                         CellResult* result) const {
     const int side = std::min(regions_.side, kCellSize);
     result->paths_of_blocks.resize(block_of_slot(kCellPixels - 1, side) + 1);
-    for (int slot = 0; slot < kCellPixels; ++slot) {
+    for (const int slot : slots) {
       SampleWork& block = result->paths_of_blocks[block_of_slot(slot, side)];
       block.camera_hits += recorder.hits_of_path[static_cast<size_t>(slot)];
       block.camera_steps += recorder.steps_of_path[static_cast<size_t>(slot)];

@@ -127,13 +127,13 @@ MomentRecorder::MomentRecorder(const PlanSet& plans, int side, int64_t samples)
     : plans_(plans),
       side_(side),
       at_edges_(static_cast<float>(unseen_stratification(static_cast<double>(samples)) /
-                                   unseen_stratification_at_edges(static_cast<double>(samples)))) {}
+                                   unseen_stratification_at_edges(static_cast<double>(samples)))),
+      pixels_(kCellPixels) {}
 
 void MomentRecorder::begin_cell(const std::array<PixelValue, kCellPixels>& values) {
   values_ = values;
   cell_ = {};
   cell_.blocks.resize(static_cast<size_t>((kCellSize / side_) * (kCellSize / side_)));
-  pixels_.assign(kCellPixels, {});
   samples_ = 0;
 }
 
@@ -246,7 +246,7 @@ CellMoments MomentRecorder::end_cell(const std::array<bool, kCellPixels>& inside
     ++block.looked_at[half];
     // Of sums over blocks, for which a sample stands with its share: products of samples of one block, which
     // know of each other, less those of samples of different ones, which is the squared mean without bias.
-    const Pixel& p = pixels_[i];
+    Pixel& p = pixels_[i];
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
         const float first = p.sums[0][ch][k], second = p.sums[1][ch][k];
@@ -255,6 +255,7 @@ CellMoments MomentRecorder::end_cell(const std::array<bool, kCellPixels>& inside
             (first * first + second * second - p.squares[ch][k] - 2 * first * second) / n;
       }
     }
+    p = {};  // of 5 MB a cell little is used where few pixels are looked at
   }
   return std::move(cell_);
 }

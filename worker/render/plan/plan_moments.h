@@ -67,7 +67,7 @@ class MomentRecorder {
   /// 1): half of the samples each, stratified within and independent of each other.
   void add_sample(const std::vector<StrategyContribution>& contributions, int block);
   /// Per pixel of the cell, row-major: whether it is in the crop window and whether it was looked at. At
-  /// least two samples.
+  /// least two samples. Contributions of other pixels must not have been added.
   CellMoments end_cell(const std::array<bool, kCellPixels>& inside,
                        const std::array<bool, kCellPixels>& looked_at);
 
@@ -85,7 +85,7 @@ class MomentRecorder {
   const float at_edges_;  // of the noise of emitters in sight, what all else gains by stratification apart
   CellMoments cell_;
   std::array<PixelValue, kCellPixels> values_;
-  std::vector<Pixel> pixels_;
+  std::vector<Pixel> pixels_;  // zero between cells
   std::vector<const StrategyContribution*> by_slot_;
   int samples_ = 0;
 };
