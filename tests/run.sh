@@ -135,10 +135,10 @@ print("|".join(test["name"] for test in json.load(sys.stdin)["tests"] if "comman
 }
 
 if $all; then
-  # What reads bytes from outside, and what shares state between threads. Libraries are not instrumented, so
-  # ThreadSanitizer sees the parts without gRPC and Embree.
+  # What reads bytes from outside, what shares state between threads, and what renders on its own account.
+  # Libraries are not instrumented, so ThreadSanitizer sees the parts without gRPC and Embree.
   sanitizer_part asan image_test scene_test reader_fuzz_test rpc_test agent_test coordinator_store_test \
-    coordinator_farm_test coordinator_service_test coordinator_web_test
+    coordinator_farm_test coordinator_service_test coordinator_web_test plan_test manifold_test
   sanitizer_part tsan agent_test coordinator_plan_test coordinator_farm_test
   # Divisions by zero and casts that overflow, where the numbers are at their most extreme. GCC checks scalars, not
   # vector lanes.

@@ -24,7 +24,7 @@ Group group_of(int k, LaneMask active) {
 
 /// Takes paths through event `i` of their chains. Returns those that it has happened to.
 LaneMask pass_event(const StageContext& context, const Group& g, LaneMask passes, Wavefront& w,
-                    LaneInt* trace) {
+                    UintOf<Lane>* trace) {
   Hit h = reconstruct<SurfaceKernels>(context.scene, w, g, Mode::kRadiance, 1);
   VertexLanes<Lane>& v = h.v;
   v.params.tables = context.scene.bsdf_tables.data();
@@ -37,7 +37,7 @@ LaneMask pass_event(const StageContext& context, const Group& g, LaneMask passes
   const Vec3<Lane> wi = frame.to_world(s.wi), throughput = v.throughput * s.weight;
   LaneMask happens = mask_and(specular, mask_and(s.valid, LaneMask(dot(v.ng, wi) * s.wi.z > 0.0f)));
   happens = mask_and(happens, LaneMask(max_component(throughput) > 0.0f));
-  *trace = *trace * 31 + h.path.prim * 7 + h.path.instance;
+  *trace = *trace * 31 + as_uint(h.path.prim) * 7 + as_uint(h.path.instance);
   store_paths<Lane>({offset_origin(v.p, v.error, v.ng, wi), wi, throughput}, g.slot, mask_bits(happens),
                     &w.paths);
   return happens;

@@ -20,7 +20,7 @@ struct ChainEnd {
   LaneMask reached = splat_mask<Lane>(false);  // all events happened as they were to
   Vec3<Lane> origin, direction;                // the ray that leaves the last of them
   Vec3<Lane> throughput;                       // of radiance that comes against it
-  LaneInt trace{};  // the same for chains that met the same primitives, as good as always
+  UintOf<Lane> trace{};  // the same for chains that met the same primitives, as good as always
 };
 
 /// Follows from each of the `active` lanes one chain per direction. `w` is a wavefront for nothing else,
