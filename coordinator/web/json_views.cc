@@ -29,6 +29,7 @@ void put(json* object, const char* key, const std::optional<double>& value) {
 json job_view(const JobStatus& job) {
   const RenderSettings& settings = job.settings;
   json row = {{"id", job.id.value},
+              {"version", job.version},
               {"name", job.name},
               {"state", job_state_name(job.state)},
               {"priority", job.priority},

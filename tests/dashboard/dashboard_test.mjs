@@ -406,8 +406,12 @@ const tests = {
       await page.getByRole("button", { name: "relMSE" }).click();
       await page.waitForFunction(() => document.querySelector('.vt-row[aria-rowindex="2"]')?.dataset.id === "j10000");
       // A row changes in place: no element is made for it.
-      made.send("jobs", { full: false, rows: [{ ...madeUpJob(10000), state: "failed", message: "the disk is full" }] });
+      made.send("jobs", { full: false, rows: [{ ...madeUpJob(10000), version: 2, state: "failed", message: "the disk is full" }] });
       await page.locator('.vt-row[data-id="j10000"]', { hasText: "the disk is full" }).waitFor();
+      // What was looked up earlier and comes later does not show.
+      made.send("jobs", { full: false, rows: [madeUpJob(10000), { ...madeUpJob(9999), state: "failed", message: "also full" }] });
+      await page.locator('.vt-row[data-id="j9999"]', { hasText: "also full" }).waitFor();
+      assert.match(await page.locator('.vt-row[data-id="j10000"]').textContent(), /the disk is full/);
       assert.ok((await nodes()) < few + 400);
       await page.fill(".filter", "shot_042 v7 failed");
       await page.waitForFunction(() => document.querySelectorAll(".vt-row:not([hidden])").length < 20);

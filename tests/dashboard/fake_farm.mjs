@@ -8,7 +8,7 @@ const kStates = ["running", "queued", "paused", "done", "failed", "cancelled"];
 export function madeUpJob(i) {
   const state = i % 50 === 0 ? "running" : kStates[1 + (i % 5)];
   return {
-    id: `j${i}`, name: `shot_${String(i % 97).padStart(3, "0")}_v${i % 13}`, state, priority: i % 7, packets_done: i % 100,
+    id: `j${i}`, version: 1, name: `shot_${String(i % 97).padStart(3, "0")}_v${i % 13}`, state, priority: i % 7, packets_done: i % 100,
     packets_total: 100, spp: i % 512, spp_total: 512, wall_seconds: i, cpu_seconds: 8 * i, rate: state === "running" ? 1e6 : 0,
     eta_seconds: state === "running" ? i : -1, workers: state === "running" ? 20 : 0, tiles_leased: state === "running" ? 20 : 0,
     leases_reassigned: 0, relmse: 1 / (i + 1), width: 1920, height: 1080, sampling: "pt", nonfinite: 0,

@@ -33,9 +33,13 @@ class Store {
     this.jobWatchers.add(watcher);
     return () => this.jobWatchers.delete(watcher);
   }
+  /** What the stream looked up before an action may come after the action's answer, which is newer. */
   putJobs(rows: Job[], full: boolean): void {
     if (full) this.jobs.clear();
-    for (const row of rows) this.jobs.set(row.id, row);
+    for (const row of rows) {
+      const known = this.jobs.get(row.id);
+      if (!known || row.version >= known.version) this.jobs.set(row.id, row);
+    }
     this.jobsVersion++;
     this.announce();
   }

@@ -4,6 +4,8 @@ export type JobState = "queued" | "running" | "paused" | "done" | "failed" | "ca
 
 export interface Job {
   id: string;
+  /** Grows with every change of the job, in one process of the coordinator. */
+  version: number;
   name: string;
   state: JobState;
   message?: string;
