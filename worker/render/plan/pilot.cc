@@ -121,14 +121,12 @@ class Pilot {
       const CellRect rect = sight_.rect(i);
       CellResult& result = results_[i];
       std::array<bool, kCellPixels> inside{}, looked_at{};
-      std::vector<int> seen;  // slots that are looked at
       const PixelRect pixels = settings_.grid.pixels(rect);
       for (int slot = 0; slot < kCellPixels; ++slot) {
         const int x = rect.x0 * kCellSize + slot % kCellSize, y = rect.y0 * kCellSize + slot / kCellSize;
         const auto k = static_cast<size_t>(slot);
         inside[k] = x >= pixels.x0 && x < pixels.x1 && y >= pixels.y0 && y < pixels.y1;
         looked_at[k] = inside[k] && sight_.thinning.keeps(x, y);
-        if (looked_at[k]) seen.push_back(slot);
       }
       moments.begin_cell(values_.of_cell(i));
       for (int64_t j = 0; j < sight_.samples; ++j) {
@@ -137,19 +135,20 @@ class Pilot {
             renderer_.record_packet({rect.x0, rect.y0, s, s + 1}, *workspace, nullptr, *recorder);
         result.counters += counters;
         moments.add_sample(recorder->contributions, sight_.block(j));
-        add_work_of_paths(*recorder, seen, &result);
+        add_work_of_paths(*recorder, looked_at, &result);
         result.work += take_work(recorder.get());
       }
       result.moments = moments.end_cell(inside, looked_at);
     }
   }
 
-  /// Camera paths' part of the work, by blocks. `slots`: that have paths.
-  void add_work_of_paths(const StrategyRecorder& recorder, const std::vector<int>& slots,
+  /// Camera paths' part of the work, by blocks: of the slots that are looked at.
+  void add_work_of_paths(const StrategyRecorder& recorder, const std::array<bool, kCellPixels>& looked_at,
                          CellResult* result) const {
     const int side = std::min(regions_.side, kCellSize);
     result->paths_of_blocks.resize(block_of_slot(kCellPixels - 1, side) + 1);
-    for (const int slot : slots) {
+    for (int slot = 0; slot < kCellPixels; ++slot) {
+      if (!looked_at[static_cast<size_t>(slot)]) continue;
       SampleWork& block = result->paths_of_blocks[block_of_slot(slot, side)];
       block.camera_hits += recorder.hits_of_path[static_cast<size_t>(slot)];
       block.camera_steps += recorder.steps_of_path[static_cast<size_t>(slot)];
