@@ -5,8 +5,8 @@
 #include <exception>
 
 #include "common/build_id/build_id.h"
-#include "common/error.h"
-#include "common/error_line.h"
+#include "common/base/error.h"
+#include "common/base/error_line.h"
 
 namespace lightmill::client {
 namespace {

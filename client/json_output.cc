@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "client/progress.h"
-#include "common/rpc/pilot_result.h"
+#include "client/terminal/progress.h"
+#include "common/farm/pilot_result.h"
 
 namespace lightmill::client {
 namespace {

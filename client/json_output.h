@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "coordinator/farm.h"
+#include "coordinator/core/farm.h"
 
 namespace lightmill::client {
 

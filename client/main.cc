@@ -1,5 +1,5 @@
 #include "client/cli.h"
-#include "common/start_guard.h"
+#include "common/base/start_guard.h"
 
 int main(int argc, char** argv) {
   lightmill::started();

@@ -8,9 +8,9 @@
 #include <limits>
 
 #include "client/plan_file.h"
-#include "client/terminal.h"
+#include "client/terminal/terminal.h"
 #include "common/build_id/build_id.h"
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/rpc/security_flags.h"
 
 namespace lightmill::client {

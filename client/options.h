@@ -6,7 +6,7 @@
 
 #include "common/rpc/security.h"
 #include "common/scene/load.h"
-#include "common/settings.h"
+#include "common/scene/resolve_settings.h"
 
 namespace CLI {
 class App;

@@ -4,9 +4,9 @@
 #include <filesystem>
 
 #include "common/build_id/build_id.h"
-#include "common/error.h"
-#include "common/image/metrics.h"
-#include "common/lower_case.h"
+#include "common/base/error.h"
+#include "common/error/metrics.h"
+#include "common/base/lower_case.h"
 
 namespace lightmill::client {
 

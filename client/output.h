@@ -3,10 +3,11 @@
 #include <map>
 #include <string>
 
+#include "common/scene/resolve_settings.h"
 #include "client/options.h"
 #include "common/image/image.h"
-#include "common/image/report.h"
-#include "coordinator/farm.h"
+#include "common/error/report/report.h"
+#include "coordinator/core/farm.h"
 
 namespace lightmill::client {
 

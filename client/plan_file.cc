@@ -4,11 +4,11 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/image/image.h"
-#include "common/json_depth.h"
-#include "common/pilot_report.h"
-#include "common/settings.h"
+#include "common/base/json_depth.h"
+#include "common/job/pilot_report.h"
+#include "common/job/settings.h"
 
 namespace lightmill::client {
 namespace {

@@ -2,7 +2,7 @@
 // --plan FILE: a sampling plan out of what earlier renders wrote down.
 #include <string>
 
-#include "common/sampling_plan.h"
+#include "common/job/sampling_plan.h"
 
 namespace lightmill::client {
 

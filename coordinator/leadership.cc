@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "common/rpc/channel.h"
-#include "coordinator/postgres_job_store.h"
+#include "coordinator/store/postgres/postgres_job_store.h"
 #include "coordinator/standby.h"
 
 namespace lightmill {

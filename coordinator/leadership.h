@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
-#include "coordinator/job_store.h"
-#include "coordinator/postgres_lease.h"
+#include "coordinator/store/job_store.h"
+#include "coordinator/store/postgres/postgres_lease.h"
 #include "coordinator/server.h"
 
 namespace lightmill {

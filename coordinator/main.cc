@@ -10,22 +10,22 @@
 #include <memory>
 
 #include "common/build_id/build_id.h"
-#include "common/error_line.h"
+#include "common/base/error_line.h"
 #include "common/image/image_library.h"
-#include "common/image/partial.h"
-#include "common/log.h"
+#include "common/film/partial.h"
+#include "common/base/log.h"
 #include "common/rpc/security_flags.h"
-#include "common/size_text.h"
-#include "common/start_guard.h"
-#include "coordinator/credential_commands.h"
-#include "coordinator/data_folder.h"
+#include "common/base/size_text.h"
+#include "common/base/start_guard.h"
+#include "coordinator/access/credential_commands.h"
+#include "coordinator/store/data_folder.h"
 #include "coordinator/leadership.h"
-#include "coordinator/postgres_job_store.h"
-#include "coordinator/quarantine.h"
+#include "coordinator/store/postgres/postgres_job_store.h"
+#include "coordinator/merge/quarantine.h"
 #include "coordinator/scene/reader_process.h"
 #include "coordinator/server.h"
-#include "coordinator/sqlite_job_store.h"
-#include "coordinator/store_check.h"
+#include "coordinator/store/sqlite/sqlite_job_store.h"
+#include "coordinator/merge/store_check.h"
 
 namespace lightmill {
 namespace {

@@ -13,12 +13,12 @@
 
 #include "common/rpc/channel.h"
 #include "common/rpc/grpc_credentials.h"
-#include "coordinator/client_service.h"
-#include "coordinator/door.h"
-#include "coordinator/http_server.h"
-#include "coordinator/stream_limit.h"
-#include "coordinator/token_processor.h"
-#include "coordinator/worker_service.h"
+#include "coordinator/service/client_service.h"
+#include "coordinator/service/listener.h"
+#include "coordinator/http/http_server.h"
+#include "coordinator/service/stream_limit.h"
+#include "coordinator/service/token_processor.h"
+#include "coordinator/service/worker_service.h"
 
 namespace lightmill {
 namespace {

@@ -15,9 +15,9 @@
 
 #include "common/rpc/channel.h"
 #include "common/rpc/grpc_credentials.h"
-#include "coordinator/http_base.h"
-#include "coordinator/http_watch.h"
-#include "coordinator/metrics.h"
+#include "coordinator/http/http_base.h"
+#include "coordinator/http/http_watch.h"
+#include "coordinator/http/metrics.h"
 
 namespace lightmill {
 namespace {

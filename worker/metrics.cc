@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/rpc/channel.h"
 
 namespace lightmill {

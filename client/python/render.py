@@ -61,7 +61,7 @@ def bundle_of(scene, extra_files):
 
 
 def settings_of(width, height, spp, integrator, seed):
-    """What common/settings.h calls RenderSettings. Unlike the CLI, nothing here reads the scene's own film."""
+    """What common/job/settings.h calls RenderSettings. Unlike the CLI, nothing here reads the scene's own film."""
     return {"integrator": integrator, "width": width, "height": height, "crop": [0, 0, width, height], "spp": spp,
             "max_depth": 5, "seed": seed, "time_s": 0.0, "target_error": 0.0, "energy_compensation": False,
             "overrides": "", "plan": None}

@@ -2,7 +2,7 @@
 
 #include <gnu/libc-version.h>
 
-#include "common/image/partial.h"
+#include "common/film/partial.h"
 #include "source_digest.h"  // generated
 
 namespace lightmill {

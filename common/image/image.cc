@@ -10,11 +10,11 @@
 #include <optional>
 #include <stdexcept>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/image/image_library.h"
 #include "common/image/image_reader.h"
-#include "common/lower_case.h"
-#include "common/settings.h"
+#include "common/base/lower_case.h"
+#include "common/job/settings.h"
 
 namespace lightmill {
 

@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "common/build_id/build_id.h"
-#include "common/error.h"
-#include "common/load_guard.h"
+#include "common/base/error.h"
+#include "common/base/load_guard.h"
 
 namespace lightmill {
 namespace {

@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <mutex>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/rpc/grpc_credentials.h"
 
 namespace lightmill {

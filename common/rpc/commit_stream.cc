@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/digest.h"
+#include "common/base/digest.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 

@@ -9,7 +9,7 @@
 
 #include <string>
 
-#include "common/rpc/farm_types.h"
+#include "common/farm/farm_types.h"
 #include "lightmill/v1/worker.grpc.pb.h"
 
 namespace lightmill {

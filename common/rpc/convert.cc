@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "common/digest.h"
-#include "common/rpc/pilot_result.h"
+#include "common/base/digest.h"
+#include "common/farm/pilot_result.h"
 
 namespace lightmill {
 namespace {

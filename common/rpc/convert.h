@@ -1,8 +1,8 @@
 #pragma once
 // Domain types <-> messages of proto/lightmill/v1. From a message: throws Error(kUsage) naming the field if
 // it is out of range or malformed; what goes through is safe to compute with.
-#include "common/image/error_curve.h"
-#include "common/rpc/farm_types.h"
+#include "common/error/error_curve.h"
+#include "common/farm/farm_types.h"
 #include "lightmill/v1/client.pb.h"
 #include "lightmill/v1/types.pb.h"
 #include "lightmill/v1/worker.pb.h"

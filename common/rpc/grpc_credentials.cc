@@ -5,7 +5,7 @@
 
 #include <mutex>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/rpc/file_stamp.h"
 
 namespace lightmill {

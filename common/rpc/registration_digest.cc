@@ -1,6 +1,6 @@
 #include "common/rpc/registration_digest.h"
 
-#include "common/digest.h"
+#include "common/base/digest.h"
 
 namespace lightmill {
 

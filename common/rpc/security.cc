@@ -10,7 +10,7 @@
 #include <fstream>
 #include <memory>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/rpc/certificate_text.h"
 
 namespace lightmill {

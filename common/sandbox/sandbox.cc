@@ -18,7 +18,7 @@
 #include <memory>
 #include <new>
 
-#include "common/error.h"
+#include "common/base/error.h"
 
 namespace lightmill {
 namespace {

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "common/digest.h"
-#include "common/error.h"
+#include "common/base/digest.h"
+#include "common/base/error.h"
 #include "common/scene/scene_files.h"
 
 namespace lightmill {
@@ -13,25 +13,25 @@ namespace {
 
 constexpr size_t kMaxEntries = 1'000'000;
 
-[[noreturn]] void fail(const std::string& what) { throw Error(ErrorKind::kFailed, "scene bundle: " + what); }
+[[noreturn]] void fail_bundle(const std::string& what) { throw Error(ErrorKind::kFailed, "scene bundle: " + what); }
 
 /// Throws unless the bundle is one that make_bundle could have made.
 void check(const Bundle& bundle) {
   if (bundle.entries.empty() || bundle.entries.size() > kMaxEntries)
-    fail("it must hold from 1 to 1000000 files");
+    fail_bundle("it must hold from 1 to 1000000 files");
   constexpr size_t kMaxCameraName = 4096;
-  if (bundle.camera.size() > kMaxCameraName) fail("the camera's name is too long");
+  if (bundle.camera.size() > kMaxCameraName) fail_bundle("the camera's name is too long");
   bool has_main = false, has_environment = bundle.environment.empty();
   for (size_t i = 0; i < bundle.entries.size(); ++i) {
     const BundleEntry& e = bundle.entries[i];
-    if (!is_safe_bundle_name(e.name)) fail("unsafe file name");
-    if (!is_sha256_hex(e.digest)) fail("malformed digest of " + e.name);
-    if (i > 0 && !(bundle.entries[i - 1].name < e.name)) fail("names are not sorted, or one is given twice");
+    if (!is_safe_bundle_name(e.name)) fail_bundle("unsafe file name");
+    if (!is_sha256_hex(e.digest)) fail_bundle("malformed digest of " + e.name);
+    if (i > 0 && !(bundle.entries[i - 1].name < e.name)) fail_bundle("names are not sorted, or one is given twice");
     has_main = has_main || e.name == bundle.main;
     has_environment = has_environment || e.name == bundle.environment;
   }
-  if (!has_main) fail("its main file is not among its files");
-  if (!has_environment) fail("its environment is not among its files");
+  if (!has_main) fail_bundle("its main file is not among its files");
+  if (!has_environment) fail_bundle("its environment is not among its files");
 }
 
 }  // namespace
@@ -52,26 +52,26 @@ std::string bundle_to_json(const Bundle& bundle) {
 Bundle bundle_from_json(const std::string& text) {
   try {
     const auto j = nlohmann::json::parse(text);
-    if (j.at("version") != 1) fail("unknown version; upgrade this program");
+    if (j.at("version") != 1) fail_bundle("unknown version; upgrade this program");
     Bundle bundle;
     bundle.main = j.at("main").get<std::string>();
     bundle.camera = j.value("camera", "");
     bundle.environment = j.value("environment", "");
-    if (!j.at("entries").is_array()) fail("\"entries\" must be an array");
+    if (!j.at("entries").is_array()) fail_bundle("\"entries\" must be an array");
     for (const auto& e : j.at("entries")) {
-      if (!e.at("size").is_number_unsigned()) fail("a size must be a whole number from 0");
+      if (!e.at("size").is_number_unsigned()) fail_bundle("a size must be a whole number from 0");
       bundle.entries.push_back(
           {e.at("name").get<std::string>(), e.at("digest").get<std::string>(), e.at("size").get<uint64_t>()});
     }
     check(bundle);
     return bundle;
   } catch (const nlohmann::json::exception& e) {
-    fail(std::string("malformed manifest: ") + e.what());
+    fail_bundle(std::string("malformed manifest: ") + e.what());
   }
 }
 
 Bundle make_bundle(const SceneDescription& scene, std::map<std::string, std::string>* paths) {
-  if (scene.files.empty()) fail("the scene has no files");
+  if (scene.files.empty()) fail_bundle("the scene has no files");
   Bundle bundle;
   bundle.main = scene.files.front().name;
   bundle.camera = scene.chosen_camera;
@@ -79,7 +79,7 @@ Bundle make_bundle(const SceneDescription& scene, std::map<std::string, std::str
   for (const SourceFile& file : scene.files) {
     std::error_code error;
     const uint64_t size = std::filesystem::file_size(file.path, error);
-    if (error) fail("can't read " + file.path + ": " + error.message());
+    if (error) fail_bundle("can't read " + file.path + ": " + error.message());
     const std::string digest = sha256_file(file.path);
     bundle.entries.push_back({file.name, digest, size});
     if (paths != nullptr) (*paths)[digest] = file.path;

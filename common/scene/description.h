@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "common/aovs.h"
+#include "common/job/aovs.h"
 #include "common/scene/material_description.h"
 
 namespace lightmill {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "common/error.h"
-#include "common/scene/gltf_reader.h"
-#include "common/scene/pbrt_parser.h"
+#include "common/base/error.h"
+#include "common/scene/gltf/reader.h"
+#include "common/scene/pbrt/parser.h"
 
 namespace lightmill {
 

@@ -10,8 +10,8 @@
 #include <cstring>
 #include <filesystem>
 
-#include "common/digest.h"
-#include "common/error.h"
+#include "common/base/digest.h"
+#include "common/base/error.h"
 #include "common/scene/load.h"
 
 namespace lightmill {
@@ -27,7 +27,6 @@ struct Descriptor {
   }
 };
 
-[[noreturn]] void fail(const std::string& what) { throw Error(ErrorKind::kBadScene, what); }
 
 std::string too_large(size_t max_bytes) {
   return "is larger than the limit of " + std::to_string(max_bytes >> 20) + " MiB";
@@ -53,7 +52,7 @@ bool is_utf8(const std::string& s) {
 std::string inflate_all(const std::string& packed, size_t max_bytes) {
   constexpr int kGzipWindow = 15 + 16;
   z_stream stream{};
-  if (inflateInit2(&stream, kGzipWindow) != Z_OK) fail("can't start the gzip decoder");
+  if (inflateInit2(&stream, kGzipWindow) != Z_OK) fail_scene("can't start the gzip decoder");
   struct Guard {
     z_stream* s;
     ~Guard() { inflateEnd(s); }
@@ -73,16 +72,16 @@ std::string inflate_all(const std::string& packed, size_t max_bytes) {
     stream.avail_out = static_cast<uInt>(chunk.size());
     const int status = inflate(&stream, Z_NO_FLUSH);
     const size_t produced = chunk.size() - stream.avail_out;
-    if (out.size() + produced > max_bytes) fail(too_large(max_bytes) + " when unpacked");
+    if (out.size() + produced > max_bytes) fail_scene(too_large(max_bytes) + " when unpacked");
     out.append(chunk, 0, produced);
     if (status == Z_STREAM_END) {
       if (stream.avail_in == 0 && fed == packed.size()) return out;
-      if (inflateReset(&stream) != Z_OK) fail("is damaged gzip data");  // a further member
+      if (inflateReset(&stream) != Z_OK) fail_scene("is damaged gzip data");  // a further member
     } else if (status == Z_BUF_ERROR ||
                (status == Z_OK && produced == 0 && stream.avail_in == 0 && fed == packed.size())) {
-      fail("is truncated gzip data");
+      fail_scene("is truncated gzip data");
     } else if (status != Z_OK) {
-      fail("is damaged gzip data");
+      fail_scene("is damaged gzip data");
     }
   }
 }
@@ -124,16 +123,16 @@ std::string read_scene_file(const std::string& path, size_t max_bytes) {
   // O_NONBLOCK: opening a named pipe must not hang.
   const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   struct stat info {};
-  if (file.fd < 0 || fstat(file.fd, &info) != 0) fail(std::string("can't be read: ") + std::strerror(errno));
-  if (!S_ISREG(info.st_mode)) fail("is not a regular file");
+  if (file.fd < 0 || fstat(file.fd, &info) != 0) fail_scene(std::string("can't be read: ") + std::strerror(errno));
+  if (!S_ISREG(info.st_mode)) fail_scene("is not a regular file");
   const auto size = static_cast<size_t>(info.st_size);
-  if (size > max_bytes) fail(too_large(max_bytes));
+  if (size > max_bytes) fail_scene(too_large(max_bytes));
   std::string contents(size, '\0');
   size_t have = 0;
   while (have < size) {
     const ssize_t got = read(file.fd, contents.data() + have, size - have);
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) fail(std::string("can't be read: ") + std::strerror(errno));
+    if (got < 0) fail_scene(std::string("can't be read: ") + std::strerror(errno));
     if (got == 0) break;  // it shrank meanwhile
     have += static_cast<size_t>(got);
   }

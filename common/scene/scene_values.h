@@ -19,6 +19,7 @@ struct Rgb {
   float r = 0, g = 0, b = 0;
   bool operator==(const Rgb&) const = default;
 };
+inline bool is_black(const Rgb& c) { return !(c.r > 0 || c.g > 0 || c.b > 0); }
 
 /// Row-major 4x4 matrix acting on column vectors: p' = M p.
 struct Transform {

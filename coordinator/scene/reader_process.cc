@@ -18,7 +18,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/sandbox/sandbox.h"
 
 namespace lightmill {

@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "coordinator/scene/scene_reader.h"
 
 namespace lightmill {

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <set>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/scene/load.h"
 #include "common/scene/scene_files.h"
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "common/rpc/farm_types.h"
+#include "common/farm/farm_types.h"
 #include "common/scene/bundle.h"
-#include "common/settings.h"
+#include "common/scene/resolve_settings.h"
 
 namespace lightmill {
 

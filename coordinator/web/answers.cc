@@ -2,10 +2,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/rpc/status.h"
-#include "coordinator/farm.h"
-#include "coordinator/job_store.h"
+#include "coordinator/core/farm.h"
+#include "coordinator/store/job_store.h"
 #include "coordinator/web/json_views.h"
 
 namespace lightmill {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "common/random_name.h"
+#include "common/base/random_name.h"
 #include "coordinator/web/json_views.h"
 
 namespace lightmill {

@@ -1,6 +1,6 @@
 #pragma once
 // What protects the dashboard from other web sites that the same browser visits. Tokens and TLS are elsewhere
-// (coordinator/authenticator.h): a browser sends those by itself, whoever wrote the page that asks.
+// (coordinator/access/authenticator.h): a browser sends those by itself, whoever wrote the page that asks.
 #include <httplib.h>
 
 #include <string>

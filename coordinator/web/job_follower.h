@@ -4,7 +4,7 @@
 #include <string>
 #include <tuple>
 
-#include "coordinator/farm.h"
+#include "coordinator/core/farm.h"
 
 namespace lightmill {
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "common/rpc/pilot_result.h"
+#include "common/farm/pilot_result.h"
 
 namespace lightmill {
 namespace {

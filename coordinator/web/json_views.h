@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "common/image/error_curve.h"
-#include "coordinator/event_log.h"
-#include "coordinator/farm.h"
-#include "coordinator/tile_log.h"
+#include "common/error/error_curve.h"
+#include "coordinator/service/event_log.h"
+#include "coordinator/core/farm.h"
+#include "coordinator/service/tile_log.h"
 
 namespace lightmill {
 

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <string>
 
-#include "coordinator/farm.h"
+#include "coordinator/core/farm.h"
 
 namespace lightmill {
 

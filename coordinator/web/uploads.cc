@@ -1,6 +1,6 @@
 #include "coordinator/web/uploads.h"
 
-#include "coordinator/farm.h"
+#include "coordinator/core/farm.h"
 
 namespace lightmill {
 

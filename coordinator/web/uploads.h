@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "coordinator/blob_store.h"
+#include "coordinator/store/blob_store.h"
 
 namespace lightmill {
 

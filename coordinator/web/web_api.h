@@ -1,18 +1,18 @@
 #pragma once
 // The dashboard's routes: its files, JSON under /api/v1, pictures, and a stream of what changes.
-// docs/dashboard.md describes them. Every one has a line in coordinator/access.cc.
+// docs/dashboard.md describes them. Every one has a line in coordinator/access/access.cc.
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "coordinator/authenticator.h"
-#include "coordinator/blob_store.h"
-#include "coordinator/event_log.h"
-#include "coordinator/farm.h"
-#include "coordinator/quotas.h"
+#include "coordinator/access/authenticator.h"
+#include "coordinator/store/blob_store.h"
+#include "coordinator/service/event_log.h"
+#include "coordinator/core/farm.h"
+#include "coordinator/service/quotas.h"
 #include "coordinator/scene/scene_reader.h"
-#include "coordinator/submit_limit.h"
-#include "coordinator/tile_log.h"
+#include "coordinator/service/submit_limit.h"
+#include "coordinator/service/tile_log.h"
 
 namespace httplib {
 class Server;

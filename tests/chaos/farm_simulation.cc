@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "coordinator/store_check.h"
+#include "coordinator/merge/store_check.h"
 
 namespace lightmill::testing {
 namespace {

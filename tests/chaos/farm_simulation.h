@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/memory_job_store.h"
-#include "tests/coordinator/fake_worker.h"
+#include "coordinator/store/memory_job_store.h"
+#include "tests/coordinator/core/fake_worker.h"
 
 namespace lightmill::testing {
 

@@ -6,7 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 
-#include "client/watch_screen.h"
+#include "client/terminal/watch_screen.h"
 #include "tests/client/cli_fixture.h"
 
 namespace lightmill::client {

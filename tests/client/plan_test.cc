@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/image/image.h"
-#include "common/pilot_report.h"
+#include "common/job/pilot_report.h"
 #include "tests/client/cli_fixture.h"
 
 namespace lightmill::client {

@@ -63,7 +63,7 @@ done
 metrics() {
   local name
   grep -rhoE 'lightmill_[a-z_]+' deploy/kubernetes/overlays | sort -u | while read -r name; do
-    grep -qF "\"$name\"" coordinator/metrics.cc || { echo "no metric $name"; exit 1; }
+    grep -qF "\"$name\"" coordinator/http/metrics.cc || { echo "no metric $name"; exit 1; }
   done
 }
 check "autoscalers ask for metrics that exist" metrics

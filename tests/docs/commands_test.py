@@ -32,7 +32,7 @@ ELSEWHERE = [  # a pattern, and what runs such commands
     (r"^sbatch |^export LIGHTMILL_(BIN|COORDINATOR)=", "tests/deploy/slurm.sh"),
     (r"^deploy/quickstart\.sh|^deploy/install_packages\.sh", "tests/deploy/quickstart.sh"),
     (r"^tests/run\.sh|^cmake --preset|^ctest ", "this very run"),
-    (r"farm\.example\.org:7070|--credentials farm-credentials", "tests/farm/hostile_test.py, on the machines it has"),
+    (r"farm\.example\.org:7070|--credentials farm-credentials", "tests/farm/hostile/hostile_test.py, on the machines it has"),
     (r"^build/release/tests/extreme_suite|^tests/bench", "CTest, as the suite's own tests"),
     (r"^blender ", "tests/farm/blender_test.py"),
     (r"^sudo -u postgres ", "tests/support/postgres.py, as far as a server of its own goes"),

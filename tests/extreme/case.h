@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/image/image.h"
-#include "common/settings.h"
+#include "common/job/settings.h"
 #include "tests/support/test_scene.h"
 
 namespace lightmill::test {

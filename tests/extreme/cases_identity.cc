@@ -1,7 +1,7 @@
 // Oracle 17, scaling by powers of two leaves the bits alone; and sums of a million samples that are exact.
 #include <cmath>
 
-#include "common/image/film.h"
+#include "common/film/film.h"
 #include "tests/extreme/case.h"
 #include "tests/support/render.h"
 #include "tests/support/scaled_scene.h"

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "tests/extreme/case.h"
-#include "tests/statistical/form_factor.h"
+#include "tests/statistical/oracles/form_factor.h"
 
 namespace lightmill::test {
 namespace {

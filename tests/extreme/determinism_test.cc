@@ -2,7 +2,7 @@
 // its bits alone.
 #include <gtest/gtest.h>
 
-#include "common/image/film.h"
+#include "common/film/film.h"
 #include "tests/support/render.h"
 #include "tests/support/test_scene.h"
 

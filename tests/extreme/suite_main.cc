@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "tests/extreme/matrix.h"
 #include "tests/extreme/report.h"
 

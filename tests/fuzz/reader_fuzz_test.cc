@@ -2,10 +2,10 @@
 // with a list of problems or a scene, and a mesh with a mesh or an Error.
 #include <random>
 
-#include "common/error.h"
-#include "common/scene/ply_reader.h"
-#include "common/settings.h"
-#include "tests/common/scene/gltf_fixture.h"
+#include "common/base/error.h"
+#include "common/scene/mesh/ply_reader.h"
+#include "common/scene/resolve_settings.h"
+#include "tests/common/scene/gltf/gltf_fixture.h"
 
 namespace lightmill {
 namespace {

@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "common/scene/motion.h"
-#include "common/scene/tessellate.h"
+#include "common/scene/mesh/tessellate.h"
 
 namespace lightmill::test {
 

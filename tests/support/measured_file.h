@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/scene/description.h"
-#include "common/scene/measured_table.h"
+#include "common/scene/measured/measured_table.h"
 
 namespace lightmill::test {
 

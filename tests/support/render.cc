@@ -1,3 +1,4 @@
+#include "common/scene/resolve_settings.h"
 #include "tests/support/render.h"
 
 #include <algorithm>
@@ -6,7 +7,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "common/image/film.h"
+#include "common/film/film.h"
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill::test {

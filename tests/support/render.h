@@ -3,9 +3,9 @@
 #include <functional>
 
 #include "common/image/image.h"
-#include "common/image/partial.h"
+#include "common/film/partial.h"
 #include "common/scene/description.h"
-#include "common/settings.h"
+#include "common/job/settings.h"
 #include "tests/support/statistics.h"
 #include "worker/render/math/vec.h"
 #include "worker/render/renderer.h"

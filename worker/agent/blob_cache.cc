@@ -11,8 +11,8 @@
 #include <memory>
 #include <vector>
 
-#include "common/digest.h"
-#include "common/error.h"
+#include "common/base/digest.h"
+#include "common/base/error.h"
 
 namespace lightmill::agent {
 namespace fs = std::filesystem;

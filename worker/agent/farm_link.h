@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "common/error.h"
-#include "common/rpc/farm_types.h"
+#include "common/base/error.h"
+#include "common/farm/farm_types.h"
 #include "common/scene/bundle.h"
 
 namespace lightmill::agent {

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "common/image/partial.h"
+#include "common/film/partial.h"
 #include "worker/agent/farm_link.h"
 #include "worker/agent/packet_renderer.h"
 

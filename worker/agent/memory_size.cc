@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "common/sandbox/sandbox.h"
-#include "common/size_text.h"
+#include "common/base/size_text.h"
 
 namespace lightmill::agent {
 

@@ -3,10 +3,10 @@
 #include <functional>
 #include <memory>
 
-#include "common/image/partial.h"
-#include "common/pilot_report.h"
+#include "common/film/partial.h"
+#include "common/job/pilot_report.h"
 #include "common/scene/description.h"
-#include "common/settings.h"
+#include "common/job/settings.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill::agent {

@@ -7,9 +7,9 @@
 #include <thread>
 #include <vector>
 
-#include "common/error.h"
-#include "common/log.h"
-#include "common/rpc/pilot_result.h"
+#include "common/base/error.h"
+#include "common/base/log.h"
+#include "common/farm/pilot_result.h"
 #include "common/sandbox/sandbox.h"
 #include "worker/agent/backoff.h"
 #include "worker/agent/float_mode.h"

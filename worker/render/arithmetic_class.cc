@@ -2,15 +2,15 @@
 
 #include <array>
 
-#include "common/digest.h"
-#include "common/image/partial.h"
-#include "common/scene/measured_table.h"
+#include "common/base/digest.h"
+#include "common/film/partial.h"
+#include "common/scene/measured/measured_table.h"
 #include "common/scene/possible_strategies.h"
 #include "worker/render/camera/lens_stack.h"
-#include "worker/render/light/caustic_guide.h"
+#include "worker/render/guiding/photon_guide.h"
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/renderer.h"
-#include "worker/render/scene/instancing.h"
+#include "worker/render/scene/geometry/instancing.h"
 
 namespace lightmill {
 namespace {

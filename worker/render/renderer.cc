@@ -6,21 +6,21 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/scene/load.h"
 #include "common/scene/parts_in_use.h"
 #include "common/scene/possible_strategies.h"
-#include "worker/render/pipeline/aov_recorder.h"
+#include "worker/render/pipeline/recording/aov_recorder.h"
 #include "worker/render/pipeline/pipeline.h"
-#include "worker/render/plan/aim_learning.h"
-#include "worker/render/plan/caustic_learning.h"
-#include "worker/render/plan/light_learning.h"
-#include "worker/render/plan/light_media.h"
-#include "worker/render/plan/manifold_learning.h"
+#include "worker/render/guiding/training/emission_guide_training.h"
+#include "worker/render/guiding/training/photon_guide_training.h"
+#include "worker/render/guiding/training/next_event_guide_training.h"
+#include "worker/render/plan/analysis/light_media.h"
+#include "worker/render/guiding/training/manifold_training.h"
 #include "worker/render/plan/plan_set.h"
-#include "worker/render/plan/scene_analysis.h"
-#include "worker/render/plan/stage_kernels.h"
-#include "worker/render/plan/unmet_light.h"
+#include "worker/render/plan/analysis/scene_analysis.h"
+#include "worker/render/plan/analysis/stage_kernels.h"
+#include "worker/render/guiding/training/missing_light.h"
 
 namespace lightmill {
 namespace {

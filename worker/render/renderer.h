@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <memory>
 
-#include "common/image/partial.h"
+#include "common/film/partial.h"
 #include "common/scene/description.h"
-#include "common/settings.h"
+#include "common/job/settings.h"
 #include "worker/render/build_options.h"
-#include "worker/render/pipeline/thinning.h"
-#include "worker/render/plan/scene_plan.h"
+#include "worker/render/pipeline/pixel_subset.h"
+#include "worker/render/plan/analysis/scene_plan.h"
 
 namespace lightmill {
 
@@ -23,8 +23,8 @@ struct Packet {
   int64_t sample_begin = 0, sample_end = 0;  // within one block
 };
 
-class StageProbe;        // pipeline/stage_probe.h
-class StrategyRecorder;  // pipeline/strategy_recorder.h
+class StageProbe;        // recording/stage_probe.h
+class StrategyRecorder;  // recording/strategy_recorder.h
 struct StageContext;     // pipeline/context.h
 
 /// A thread's private wavefront, light-vertex cache and buffers.

@@ -16,12 +16,12 @@
 #include <thread>
 
 #include "common/build_id/build_id.h"
-#include "common/digest.h"
+#include "common/base/digest.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "lightmill/v1/client.grpc.pb.h"
 #include "lightmill/v1/worker.grpc.pb.h"
-#include "tests/bench/grey_partial.h"
+#include "tests/bench/farm/grey_partial.h"
 
 namespace lightmill {
 namespace {

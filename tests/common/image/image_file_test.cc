@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/image/image.h"
 #include "tests/common/image/temp_folder.h"
 

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "common/build_id/build_id.h"
-#include "common/error.h"
+#include "common/base/error.h"
 #include "tests/common/image/temp_folder.h"
 
 namespace lightmill {

@@ -22,7 +22,7 @@
 #include <thread>
 #include <vector>
 
-#include "common/error.h"
+#include "common/base/error.h"
 
 namespace lightmill {
 namespace {

@@ -1,7 +1,7 @@
 #include "common/scene/bundle.h"
 
-#include "common/digest.h"
-#include "common/error.h"
+#include "common/base/digest.h"
+#include "common/base/error.h"
 #include "common/scene/scene_files.h"
 #include "tests/common/scene/scene_fixture.h"
 

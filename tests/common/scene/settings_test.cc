@@ -1,10 +1,10 @@
-#include "common/settings.h"
+#include "common/scene/resolve_settings.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/scene/description.h"
 
 namespace lightmill {

@@ -1,6 +1,6 @@
 // The project's own scenes, and the shared ones beside the checkout where they exist.
 #include "common/scene/bundle.h"
-#include "common/settings.h"
+#include "common/scene/resolve_settings.h"
 #include "tests/common/scene/scene_fixture.h"
 
 namespace lightmill {

@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "coordinator/memory_job_store.h"
-#include "tests/coordinator/fake_worker.h"
+#include "coordinator/store/memory_job_store.h"
+#include "tests/coordinator/core/fake_worker.h"
 
 namespace lightmill {
 namespace {

@@ -2,10 +2,10 @@
 // digest guards them) what is inside, sealed anew.
 #include <cstring>
 
-#include "common/error.h"
-#include "common/image/error_curve.h"
-#include "common/image/film.h"
-#include "common/image/packing.h"
+#include "common/base/error.h"
+#include "common/error/error_curve.h"
+#include "common/film/film.h"
+#include "common/film/packing.h"
 
 namespace {
 

@@ -1,8 +1,8 @@
 // The reader of measured BSDFs.
 #include <cstdlib>
 
-#include "common/error.h"
-#include "common/scene/measured_table.h"
+#include "common/base/error.h"
+#include "common/scene/measured/measured_table.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace lightmill;

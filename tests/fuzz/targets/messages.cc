@@ -2,12 +2,12 @@
 // their handlers over a farm in memory; of streams the messages are validated as their handlers do.
 #include <google/protobuf/message.h>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/rpc/convert.h"
-#include "coordinator/client_service.h"
-#include "coordinator/memory_job_store.h"
-#include "coordinator/worker_service.h"
-#include "tests/coordinator/fake_worker.h"
+#include "coordinator/service/client_service.h"
+#include "coordinator/store/memory_job_store.h"
+#include "coordinator/service/worker_service.h"
+#include "tests/coordinator/core/fake_worker.h"
 
 namespace {
 

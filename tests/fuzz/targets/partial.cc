@@ -1,10 +1,10 @@
 // What workers commit: partials and pilots' results. What is accepted encodes to the same content again.
-#include "common/image/partial.h"
+#include "common/film/partial.h"
 
 #include <cstdlib>
 
-#include "common/error.h"
-#include "common/rpc/pilot_result.h"
+#include "common/base/error.h"
+#include "common/farm/pilot_result.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace lightmill;

@@ -1,6 +1,6 @@
 // The pbrt reader: tokenizer, directives, parameters, translators, settings.
-#include "common/error.h"
-#include "common/settings.h"
+#include "common/base/error.h"
+#include "common/scene/resolve_settings.h"
 #include "tests/fuzz/targets/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

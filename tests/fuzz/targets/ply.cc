@@ -1,8 +1,8 @@
 // The PLY reader.
 #include <cstdlib>
 
-#include "common/error.h"
-#include "common/scene/ply_reader.h"
+#include "common/base/error.h"
+#include "common/scene/mesh/ply_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace lightmill;

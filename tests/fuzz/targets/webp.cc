@@ -1,8 +1,8 @@
 // Textures in WebP, as a worker opens and decodes them.
 #include <cstdlib>
 
-#include "common/error.h"
-#include "worker/render/scene/webp_image.h"
+#include "common/base/error.h"
+#include "worker/render/scene/textures/webp_image.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace lightmill;

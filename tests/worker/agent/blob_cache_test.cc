@@ -5,9 +5,9 @@
 
 #include <fstream>
 
-#include "common/digest.h"
-#include "common/error.h"
-#include "common/size_text.h"
+#include "common/base/digest.h"
+#include "common/base/error.h"
+#include "common/base/size_text.h"
 #include "tests/worker/agent/fake_farm.h"
 #include "tests/worker/agent/temporary_folder.h"
 #include "worker/agent/memory_size.h"

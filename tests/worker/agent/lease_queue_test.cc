@@ -8,7 +8,7 @@
 #include <thread>
 #include <tuple>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "tests/worker/agent/fake_farm.h"
 
 namespace lightmill::agent {

@@ -6,9 +6,9 @@
 
 #include <thread>
 
-#include "common/error.h"
-#include "common/image/film.h"
-#include "common/rpc/pilot_result.h"
+#include "common/base/error.h"
+#include "common/film/film.h"
+#include "common/farm/pilot_result.h"
 #include "tests/worker/agent/fake_farm.h"
 
 namespace lightmill::agent {

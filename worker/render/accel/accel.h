@@ -6,11 +6,14 @@
 // threads name the same primitives, and closed meshes are closed (watertight_test.cc). Scenes of few
 // primitives have no tree (few_primitives.h).
 #include <cstdint>
+#include <limits>
 #include <memory>
 
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
+
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// A ray and what it hits first.
 struct alignas(32) TracedRay {

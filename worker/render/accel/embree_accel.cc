@@ -8,12 +8,12 @@
 #include <optional>
 #include <string>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/accel/few_primitives.h"
 #include "worker/render/accel/traced_instances.h"
-#include "worker/render/scene/alpha_mask.h"
-#include "worker/render/scene/sphere_hit.h"
+#include "worker/render/scene/geometry/alpha_mask.h"
+#include "worker/render/scene/geometry/sphere_hit.h"
 
 namespace lightmill {
 namespace {

@@ -7,12 +7,11 @@
 #include <utility>
 
 #include "worker/render/accel/traced_instances.h"
-#include "worker/render/scene/placement.h"
+#include "worker/render/scene/geometry/placement.h"
 
 namespace lightmill {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr unsigned kMaxLanes = 8;  // of the packets that accel.h traces
 
 const TracedObject& object_of(const TracedInstances& all, int32_t instance) {

@@ -4,15 +4,14 @@
 #include <limits>
 
 #include "worker/render/math/vec.h"
-#include "worker/render/scene/alpha_mask.h"
-#include "worker/render/scene/sphere_hit.h"
+#include "worker/render/scene/geometry/alpha_mask.h"
+#include "worker/render/scene/geometry/sphere_hit.h"
 
 namespace lightmill {
 namespace {
 
 constexpr int kMostPrimitives = 128;
 constexpr int kRays = 8;  // the last of them may be one ray again and again
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// a b + c, rounded once.
 Float8 fma(Float8 a, Float8 b, Float8 c) {

@@ -1,6 +1,6 @@
 #include "worker/render/bsdf/conductor.h"
 
-#include "worker/render/bsdf/facet_quadrature.h"
+#include "worker/render/bsdf/tables/facet_quadrature.h"
 
 namespace lightmill {
 

@@ -2,7 +2,7 @@
 // The lobe of fibres that stand on a surface: see sheen_table.h.
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/bsdf/packed_params.h"
-#include "worker/render/bsdf/sheen_table.h"
+#include "worker/render/bsdf/tables/sheen_table.h"
 #include "worker/render/math/exp.h"
 #include "worker/render/math/trig.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 // The boundary of a body that light walks through, as seen from outside (the walk:
-// pipeline/subsurface_walk.h).
+// walks/subsurface_walk.h).
 //
 // T(w) is the part of light along w that gets through the boundary, 1 - F for a smooth one, tabulated for a
 // rough one (coated_diffuse.h, without thickness), and T~ = 2 int_0^1 T mu dmu. From outside, light is
@@ -17,7 +17,7 @@
 // own density is the same both ways:
 //   entering  pdf P(wo); pdf_reverse |cos wo| / pi, of leaving along wo
 //   leaving   pdf |cos wi| / pi; pdf_reverse P(wi)
-#include "worker/render/bsdf/coated_diffuse.h"
+#include "worker/render/bsdf/layered/coated_diffuse.h"
 
 namespace lightmill {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "worker/render/light/light_image.h"
 
 namespace lightmill {

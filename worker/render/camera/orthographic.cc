@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "worker/render/camera/camera_frame.h"
 
 namespace lightmill {

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "common/image/grid.h"
+#include "common/job/packet_grid.h"
 #include "common/scene/description.h"
 #include "worker/render/math/vec.h"
 

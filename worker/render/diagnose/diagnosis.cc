@@ -4,9 +4,9 @@
 #include <atomic>
 #include <mutex>
 
-#include "common/error.h"
-#include "common/image/film.h"
-#include "common/parallel.h"
+#include "common/base/error.h"
+#include "common/film/film.h"
+#include "common/base/parallel.h"
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill {

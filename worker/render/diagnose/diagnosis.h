@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "common/scene/description.h"
-#include "common/settings.h"
+#include "common/job/settings.h"
 #include "worker/render/diagnose/strategy_film.h"
 #include "worker/render/renderer.h"
 

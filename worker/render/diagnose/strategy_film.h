@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/image/image.h"
-#include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/pipeline/recording/strategy_recorder.h"
 
 namespace lightmill {
 

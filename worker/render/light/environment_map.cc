@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "worker/render/light/alias_table.h"
 
 namespace lightmill {

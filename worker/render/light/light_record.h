@@ -2,7 +2,7 @@
 // One light per lane: its record, its radiance, and the densities that both directions of sampling share.
 // What says kAnyLight is for even emitters alone without it (kernel_set.h).
 #include "worker/render/light/alias_table.h"
-#include "worker/render/light/light_aim.h"
+#include "worker/render/guiding/emission_guide.h"
 #include "worker/render/light/light_table.h"
 #include "worker/render/sampling/warp.h"
 

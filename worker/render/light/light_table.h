@@ -1,15 +1,15 @@
 #pragma once
 // All lights of a scene as flat arrays, and how one is selected: by power (Walker's alias method; a small
-// part evenly) for light paths, unless they have learnt which ones matter (plan/aim_learning.h), and for
+// part evenly) for light paths, unless they have learnt which ones matter (training/emission_guide_training.h), and for
 // next-event estimation unless there are many; then by what may reach the point (light_tree.h). Where much of
-// the light is hidden, what was seen to get there decides (light_guide.h).
+// the light is hidden, what was seen to get there decides (next_event_guide.h).
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "worker/render/light/environment_map.h"
-#include "worker/render/light/light_guide.h"
+#include "worker/render/guiding/next_event_guide.h"
 #include "worker/render/light/light_tree.h"
 #include "worker/render/light/portal.h"
 #include "worker/render/light/projection_map.h"
@@ -86,7 +86,7 @@ struct LightTable {
   std::vector<Portal> portals;  // of infinite lights
   // Of distant lights: where light paths start on a square across the scene in place of a disk.
   std::vector<BinnedDensity> emission_cells;
-  // Where light paths go, by tables of cells of directions (light_aim.h).
+  // Where light paths go, by tables of cells of directions (emission_guide.h).
   BinnedDensity aims;
   std::vector<int32_t> aim_of;             // per light: table of `aims`, or -1; empty if there are none
   SharedList<EnvironmentMap> goniometers;  // of intensity
@@ -109,7 +109,7 @@ struct LightTable {
   bool any_texels() const {
     return !environments.empty() || any_imaged() || !emission_cells.empty() || any_aimed();
   }
-  /// Light paths of some lights go where it pays (plan/aim_learning.h).
+  /// Light paths of some lights go where it pays (training/emission_guide_training.h).
   bool any_aimed() const { return !aim_of.empty(); }
   /// Next-event estimation chooses lights by their power, wherever the point is.
   bool by_power_alone() const { return tree.empty() && !guide.chooses(); }

@@ -1,8 +1,8 @@
 #include "worker/render/pipeline/bouncer.h"
 
 #include "worker/render/math/compress.h"
-#include "worker/render/pipeline/aov_recorder.h"
-#include "worker/render/pipeline/emitters_met.h"
+#include "worker/render/pipeline/recording/aov_recorder.h"
+#include "worker/render/pipeline/connections/emitter_hits.h"
 #include "worker/render/pipeline/path_scatter.h"
 
 namespace lightmill {

@@ -1,13 +1,13 @@
 #pragma once
 // Which camera paths of a cell make up a pass, and what these stand for. A sample index is one pass, whose
-// slot i is pixel i of the cell. But where effort differs (common/effort_map.h) pixels have none, one or
+// slot i is pixel i of the cell. But where effort differs (common/job/sample_allocation.h) pixels have none, one or
 // several paths for an index: those wait until they fill a wavefront.
 #include <cstdint>
 #include <vector>
 
-#include "common/effort_map.h"
-#include "common/image/grid.h"
-#include "worker/render/pipeline/thinning.h"
+#include "common/job/sample_allocation.h"
+#include "common/job/packet_grid.h"
+#include "worker/render/pipeline/pixel_subset.h"
 
 namespace lightmill {
 

@@ -1,12 +1,12 @@
 #pragma once
 // What all stages read: the scene and the frozen settings of a render, and the packet layer at hand.
-#include "common/image/grid.h"
-#include "common/strategies.h"
+#include "common/job/packet_grid.h"
+#include "common/job/strategies.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/camera/camera.h"
 #include "worker/render/camera/film_response.h"
 #include "worker/render/camera/pixel_filter.h"
-#include "worker/render/kernel_set.h"
+#include "worker/render/pipeline/kernel_set.h"
 #include "worker/render/pipeline/camera_pass.h"
 #include "worker/render/pipeline/work_items.h"
 #include "worker/render/sampling/dimensions.h"
@@ -55,7 +55,7 @@ struct LayerContext {
   int cell_x = 0, cell_y = 0;
   uint32_t sample_in_batch = 0;
   const CameraSlots* slots = nullptr;          // of the camera paths
-  uint32_t light_key = 0;                      // of the light paths of a superblock: light_net.h
+  uint32_t light_key = 0;                      // of the light paths of a superblock: light_path_sampling.h
   uint32_t packet_index = 0, first_index = 0;  // among packets and paths of that key
   int light_paths = 0;                         // of this layer
   int first_light_path = 0;  // the one in slot 0: a wavefront holds kWavefront of them at a time

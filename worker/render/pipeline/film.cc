@@ -1,7 +1,7 @@
 #include "worker/render/pipeline/film.h"
 
-#include "common/image/signed_sum.h"
-#include "worker/render/pipeline/splat_target.h"
+#include "common/film/signed_sum.h"
+#include "worker/render/pipeline/connections/splat_target.h"
 
 namespace lightmill {
 

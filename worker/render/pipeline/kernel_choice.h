@@ -3,7 +3,7 @@
 // has media where the scene does (StageContext::kernels need not say so).
 //
 //   with_kernels(context.kernels.paths, w, [&]<class K>(K) { light_paths<K>(context, layer, w); });
-#include "worker/render/kernel_set.h"
+#include "worker/render/pipeline/kernel_set.h"
 #include "worker/render/pipeline/work_items.h"
 
 namespace lightmill {

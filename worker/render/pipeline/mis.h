@@ -10,7 +10,7 @@
 // (dVC = 0 in M2). The weight of strategy i is the balance heuristic w_i = n_i p_i / sum_j n_j p_j (Veach
 // 1997, eq. 9.8), with n_j = 1 for s <= 1, n_light for t = 1: the light paths of the whole film per pixel
 // sample, times the plan's lens weight, and n_connect for connections: the light paths that a camera vertex
-// is connected to. Both are constants of the plan (common/sampling_plan.h), not of the cache at hand, so that
+// is connected to. Both are constants of the plan (common/job/sampling_plan.h), not of the cache at hand, so that
 // the weights of all strategies sum to one; the cache is sampled systematically, every vertex with
 // probability n_connect / paths in the layer (light vertex caches: Davidovic et al. 2014). p_j are products
 // of densities without Russian roulette: any fixed function of the path keeps the weights summing to one, and
@@ -63,7 +63,7 @@
 // strategies and its position is sampled, so p_camera is raster area per unit area across the ray, which M3
 // and M8 turn into a density at the surface by the cosine alone.
 //
-// Any set of the four families (common/strategies.h) can run: a family that is off has no term. dVC starts at
+// Any set of the four families (common/job/strategies.h) can run: a family that is off has no term. dVC starts at
 // 0 on light paths without s = 0, M7 has no w_light, M6 no p_direct without s = 1; and as dVCM of a vertex,
 // once M6 is done, only stands for joining the vertex before it, it is set to 0 there if that family is off:
 // lens for the camera's first hit, next event for the light's, connections deeper (n_connect if they are on).

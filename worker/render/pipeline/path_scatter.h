@@ -2,10 +2,10 @@
 // Stage 3's scattering: how paths go on from their vertices.
 #include <optional>
 
-#include "worker/render/pipeline/guided_density.h"
+#include "worker/render/pipeline/connections/guided_density.h"
 #include "worker/render/pipeline/path_vertex.h"
 #include "worker/render/pipeline/roulette.h"
-#include "worker/render/pipeline/strategy_recorder.h"
+#include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/pipeline/viewer_side.h"
 
 namespace lightmill {

@@ -4,15 +4,15 @@
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/lane_group.h"
-#include "worker/render/pipeline/medium_walk.h"
+#include "worker/render/pipeline/walks/medium_walk.h"
 #include "worker/render/pipeline/path_io.h"
 #include "worker/render/pipeline/path_times.h"
-#include "worker/render/pipeline/subsurface_walk.h"
+#include "worker/render/pipeline/walks/subsurface_walk.h"
 #include "worker/render/pipeline/vertex_io.h"
-#include "worker/render/scene/bump.h"
-#include "worker/render/scene/fibre.h"
-#include "worker/render/scene/lobe_axes.h"
-#include "worker/render/scene/mix.h"
+#include "worker/render/scene/materials/bump.h"
+#include "worker/render/scene/geometry/fibre.h"
+#include "worker/render/scene/materials/lobe_axes.h"
+#include "worker/render/scene/materials/mix.h"
 
 namespace lightmill {
 

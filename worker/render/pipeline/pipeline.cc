@@ -4,19 +4,19 @@
 #include <optional>
 #include <span>
 
-#include "common/light_path_count.h"
-#include "worker/render/pipeline/aov_recorder.h"
+#include "common/job/light_path_count.h"
+#include "worker/render/pipeline/recording/aov_recorder.h"
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
 #include "worker/render/pipeline/film.h"
-#include "worker/render/pipeline/light_net.h"
-#include "worker/render/pipeline/manifold_connections.h"
+#include "worker/render/pipeline/light_path_sampling.h"
+#include "worker/render/pipeline/connections/manifold_next_event.h"
 #include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/producer.h"
 #include "worker/render/pipeline/shadow_caster.h"
-#include "worker/render/pipeline/stage_probe.h"
-#include "worker/render/pipeline/strategy_recorder.h"
-#include "worker/render/pipeline/thread_time.h"
+#include "worker/render/pipeline/recording/stage_probe.h"
+#include "worker/render/pipeline/recording/strategy_recorder.h"
+#include "worker/render/pipeline/recording/thread_time.h"
 
 namespace lightmill {
 namespace {

@@ -7,8 +7,8 @@
 #include "worker/render/pipeline/path_io.h"
 #include "worker/render/pipeline/path_times.h"
 #include "worker/render/pipeline/shadow_caster.h"
-#include "worker/render/pipeline/strategy_recorder.h"
-#include "worker/render/scene/emitter_pattern.h"
+#include "worker/render/pipeline/recording/strategy_recorder.h"
+#include "worker/render/scene/lights/emitter_pattern.h"
 
 namespace lightmill {
 namespace {

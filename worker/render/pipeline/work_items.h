@@ -13,8 +13,8 @@
 #include <memory>
 #include <vector>
 
-#include "common/image/grid.h"
-#include "common/image/partial.h"
+#include "common/job/packet_grid.h"
+#include "common/film/partial.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/math/vec.h"
@@ -97,7 +97,7 @@ class AovRecorder;       // aov_recorder.h
 class StageProbe;        // stage_probe.h
 struct MediaWork;        // medium_walk.h
 struct BodyWalks;        // subsurface_walk.h
-struct ManifoldWork;     // manifold_connections.h
+struct ManifoldWork;     // manifold_next_event.h
 
 /// Everything that a thread needs to render packets.
 struct Wavefront {

@@ -1,7 +1,7 @@
 #pragma once
 // What a sampling plan costs, from counted work: a pure function, so that the choice of a plan does not
 // depend on the machine or its load.
-#include "common/pilot_report.h"
+#include "common/job/pilot_report.h"
 
 namespace lightmill {
 

@@ -6,13 +6,13 @@
 #include <mutex>
 #include <optional>
 
-#include "common/error.h"
-#include "common/parallel.h"
+#include "common/base/error.h"
+#include "common/base/parallel.h"
 #include "worker/render/pipeline/context.h"
-#include "worker/render/pipeline/strategy_recorder.h"
-#include "worker/render/plan/aim_learning.h"
+#include "worker/render/pipeline/recording/strategy_recorder.h"
+#include "worker/render/guiding/training/emission_guide_training.h"
 #include "worker/render/plan/cost_model.h"
-#include "worker/render/plan/pilot_sight.h"
+#include "worker/render/plan/pilot_pixels.h"
 #include "worker/render/plan/pilot_values.h"
 #include "worker/render/plan/plan_choice.h"
 #include "worker/render/plan/plan_moments.h"

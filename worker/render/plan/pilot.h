@@ -5,7 +5,7 @@
 // load.
 #include <functional>
 
-#include "common/pilot_report.h"
+#include "common/job/pilot_report.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill {

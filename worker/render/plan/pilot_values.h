@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "worker/render/pipeline/strategy_recorder.h"
-#include "worker/render/plan/pilot_sight.h"
+#include "worker/render/pipeline/recording/strategy_recorder.h"
+#include "worker/render/plan/pilot_pixels.h"
 #include "worker/render/plan/relative_weights.h"
 
 namespace lightmill {

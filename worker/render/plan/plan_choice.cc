@@ -3,14 +3,14 @@
 #include <algorithm>
 
 #include "worker/render/plan/cost_model.h"
-#include "worker/render/plan/effort.h"
+#include "worker/render/plan/neyman_allocation.h"
 #include "worker/render/plan/stratification.h"
 
 namespace lightmill {
 namespace {
 
 /// Smallest gain for which a plan with more strategies is preferred.
-constexpr double kWorthIt = 0.98;
+constexpr double kLeastImprovement = 0.98;
 
 class Choice {
  public:
@@ -31,7 +31,7 @@ class Choice {
       const SamplingPlan& plan = plans_.plans[k];
       const PlanEstimate e{plan, variances[k], sample_cost(own, plan), shadow_rays(own, plan)};
       const double product = e.relative_variance * e.cost;
-      if (best < 0 || product < kWorthIt * best) {
+      if (best < 0 || product < kLeastImprovement * best) {
         best = product;
         report.chosen = e.plan;
         chosen = k;

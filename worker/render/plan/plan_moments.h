@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "common/image/grid.h"
-#include "worker/render/pipeline/strategy_recorder.h"
+#include "common/job/packet_grid.h"
+#include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/plan/plan_set.h"
 #include "worker/render/plan/rare_paths.h"
 #include "worker/render/plan/relative_weights.h"

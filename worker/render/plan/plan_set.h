@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "common/sampling_plan.h"
-#include "worker/render/plan/scene_plan.h"
+#include "common/job/sampling_plan.h"
+#include "worker/render/plan/analysis/scene_plan.h"
 
 namespace lightmill {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "worker/render/pipeline/pipeline.h"
-#include "worker/render/plan/pilot_sight.h"
+#include "worker/render/plan/pilot_pixels.h"
 #include "worker/render/plan/pilot_values.h"
 #include "worker/render/plan/pixel_noise.h"
 

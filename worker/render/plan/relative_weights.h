@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "common/effort_map.h"
+#include "common/job/sample_allocation.h"
 
 namespace lightmill {
 

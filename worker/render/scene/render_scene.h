@@ -9,15 +9,15 @@
 #include <optional>
 #include <vector>
 
-#include "common/features.h"
+#include "common/job/features.h"
 #include "common/scene/description.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/camera/camera_motion.h"
-#include "worker/render/light/caustic_guide.h"
+#include "worker/render/guiding/photon_guide.h"
 #include "worker/render/light/light_table.h"
-#include "worker/render/light/manifold_seeds.h"
-#include "worker/render/scene/medium.h"
-#include "worker/render/scene/texture.h"
+#include "worker/render/guiding/manifold_seeds.h"
+#include "worker/render/scene/media/medium.h"
+#include "worker/render/scene/textures/texture.h"
 
 namespace lightmill {
 
@@ -157,7 +157,7 @@ struct RenderScene {
 
   TextureTable textures;
   LightTable lights;
-  // The same whose light paths choose lights and directions by what they bring (plan/aim_learning.h), if that
+  // The same whose light paths choose lights and directions by what they bring (training/emission_guide_training.h), if that
   // may pay, and the noise that the image has without over that with.
   std::optional<LightTable> aimed_lights;
   double aims_gain = 1;

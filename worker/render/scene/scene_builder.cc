@@ -4,19 +4,19 @@
 #include <optional>
 #include <utility>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/scene/parts_in_use.h"
 #include "common/scene/transform.h"
-#include "worker/render/scene/alpha_mask.h"
-#include "worker/render/scene/bump.h"
-#include "worker/render/scene/emitter_builder.h"
-#include "worker/render/scene/geometry_builder.h"
-#include "worker/render/scene/instancing.h"
-#include "worker/render/scene/material_builder.h"
-#include "worker/render/scene/media_builder.h"
+#include "worker/render/scene/geometry/alpha_mask.h"
+#include "worker/render/scene/materials/bump.h"
+#include "worker/render/scene/lights/emitter_builder.h"
+#include "worker/render/scene/geometry/geometry_builder.h"
+#include "worker/render/scene/geometry/instancing.h"
+#include "worker/render/scene/materials/material_builder.h"
+#include "worker/render/scene/media/media_builder.h"
 #include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/scene_extent.h"
-#include "worker/render/scene/texture_check.h"
+#include "worker/render/scene/textures/texture_check.h"
 
 namespace lightmill {
 namespace {

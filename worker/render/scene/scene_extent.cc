@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/render/scene/shape_space.h"
+#include "worker/render/scene/geometry/shape_space.h"
 
 namespace lightmill {
 namespace {

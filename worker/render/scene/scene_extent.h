@@ -2,7 +2,7 @@
 // How far a scene reaches, which decides the scale that it is kept in.
 #include <vector>
 
-#include "worker/render/scene/instancing.h"
+#include "worker/render/scene/geometry/instancing.h"
 
 namespace lightmill {
 

@@ -3,7 +3,7 @@ import { h } from "./dom";
 import * as format from "./format";
 import type { Job, JobDetail, Plan } from "./types";
 
-/** "hit,next-event,lens × 0.5", as plan_text of common/plan_text.h. */
+/** "hit,next-event,lens × 0.5", as plan_text of common/job/plan_text.h. */
 function planText(plan: Plan): string {
   const names = plan.strategies.split(",");
   const short = (count: number) => String(Number(count.toPrecision(3)));

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/scene/tessellate.h"
+#include "common/scene/mesh/tessellate.h"
 #include "tests/support/random_direction.h"
 #include "tests/support/statistics.h"
 #include "tests/support/test_scene.h"

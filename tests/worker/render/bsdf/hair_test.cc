@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "common/error.h"
-#include "common/scene/curve_mesh.h"
+#include "common/base/error.h"
+#include "common/scene/mesh/curve_mesh.h"
 #include "tests/support/agreement.h"
 #include "tests/support/test_scene.h"
 #include "tests/worker/render/bsdf/bsdf_cases.h"

@@ -6,8 +6,8 @@
 #include "tests/support/test_scene.h"
 #include "tests/worker/render/bsdf/bsdf_cases.h"
 #include "worker/render/bsdf/bsdf_dispatch.h"
-#include "worker/render/bsdf/coat_transfer.h"
-#include "worker/render/bsdf/half_space.h"
+#include "worker/render/bsdf/layered/coat_transfer.h"
+#include "worker/render/bsdf/tables/half_space.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill::test {

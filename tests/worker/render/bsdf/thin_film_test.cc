@@ -6,7 +6,7 @@
 
 #include <complex>
 
-#include "common/scene/spectrum.h"
+#include "common/scene/spectrum/spectrum.h"
 #include "tests/worker/render/bsdf/bsdf_cases.h"
 
 namespace lightmill::test {

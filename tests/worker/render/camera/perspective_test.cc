@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "tests/support/statistics.h"
 #include "tests/support/test_scene.h"
 #include "worker/render/sampling/warp.h"

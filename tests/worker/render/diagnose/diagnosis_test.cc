@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "common/error.h"
-#include "common/image/film.h"
+#include "common/base/error.h"
+#include "common/film/film.h"
 #include "tests/support/render.h"
 #include "tests/support/test_scene.h"
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/image/image.h"
 #include "tests/support/statistics.h"
 #include "tests/support/temporary_folder.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/error.h"
+#include "common/base/error.h"
 #include "common/image/image.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/worker/render/light/light_cases.h"

@@ -9,7 +9,7 @@
 #include "tests/support/statistics.h"
 #include "tests/support/test_scene.h"
 #include "worker/render/accel/accel.h"
-#include "worker/render/scene/surface.h"
+#include "worker/render/scene/geometry/surface.h"
 
 namespace lightmill::test {
 namespace {

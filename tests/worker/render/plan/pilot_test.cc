@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/error.h"
-#include "common/image/film.h"
+#include "common/base/error.h"
+#include "common/film/film.h"
 #include "tests/support/render.h"
 #include "tests/support/test_scene.h"
 #include "worker/render/plan/cost_model.h"

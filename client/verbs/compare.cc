@@ -1,0 +1,49 @@
+// lightmill compare: image metrics against a reference.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "client/cli.h"
+#include "client/options.h"
+#include "common/image/image.h"
+#include "common/error/metrics.h"
+
+namespace lightmill::client {
+namespace {
+
+struct CompareOptions {
+  CommonOptions common;
+  std::string image, reference;
+};
+
+int compare(const CompareOptions& options) {
+  const Metrics m = compare_images(read_image(options.image), read_image(options.reference));
+  if (options.common.json) {
+    const nlohmann::json document = {
+        {"mse", m.mse}, {"relmse", m.relmse}, {"relmse_trimmed", m.relmse_trimmed},
+        {"mae", m.mae}, {"flip", m.flip},     {"mean_ratio", m.mean_ratio}};
+    std::printf("%s\n", document.dump(2).c_str());
+    return 0;
+  }
+  std::printf("MSE             %.6g\n", m.mse);
+  std::printf("relMSE          %.6g\n", m.relmse);
+  std::printf("relMSE trimmed  %.6g\n", m.relmse_trimmed);
+  std::printf("MAE             %.6g\n", m.mae);
+  std::printf("FLIP            %.6g\n", m.flip);
+  std::printf("mean ratio      %.6g\n", m.mean_ratio);
+  return 0;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, Action& action) {
+  auto options = std::make_shared<CompareOptions>();
+  CLI::App* verb = add_verb(app, "compare", "Measure an image against a reference", &options->common);
+  add_json(verb, &options->common);
+  verb->add_option("IMAGE", options->image, "The image to judge")->required();
+  verb->add_option("REFERENCE", options->reference, "What it should look like")->required();
+  verb->callback([&action, options] { action = [options] { return compare(*options); }; });
+}
+
+}  // namespace lightmill::client

@@ -1,0 +1,72 @@
+// lightmill fetch: the current or final image of a job.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "client/cli.h"
+#include "client/connection/farm_client.h"
+#include "client/verbs/follow.h"
+#include "client/json_output.h"
+#include "client/options.h"
+#include "client/output.h"
+#include "client/terminal/terminal.h"
+#include "common/base/error.h"
+
+namespace lightmill::client {
+namespace {
+
+constexpr int kPreviewSide = 512;
+
+struct FetchOptions {
+  CommonOptions common;
+  ConnectionOptions connection;
+  OutputOptions output;
+  std::string job;
+  bool preview = false;
+};
+
+int fetch(const FetchOptions& options) {
+  const bool to_terminal = options.output.path.empty();
+  if (to_terminal && !options.preview)
+    throw Error(ErrorKind::kUsage, "-o is required; see lightmill fetch --help");
+  if (to_terminal && !is_terminal(stdout)) {
+    throw Error(ErrorKind::kUsage,
+                "--preview without -o draws on a terminal, which the output is not; name a file");
+  }
+  const int max_side = options.preview ? kPreviewSide : 0;
+  if (!to_terminal) check_output(options.output);
+  FarmClient farm(options.connection);
+  const JobId id{options.job};
+  FetchedImage fetched;
+  if (to_terminal) {
+    fetched = farm.fetch(id, false, terminal_columns(stdout));
+    std::fputs(terminal_picture(fetched.image, view_of(options.output)).c_str(), stdout);
+  } else {
+    fetched = fetch_to_file(farm, id, options.output, options.common.quiet, max_side);
+  }
+  if (!options.common.json) return 0;
+  const nlohmann::json document = {{"output", options.output.path},
+                                   {"width", fetched.image.width},
+                                   {"height", fetched.image.height},
+                                   {"aov_channels", fetched.aovs.channels},
+                                   {"metadata", fetched.metadata}};
+  std::printf("%s\n", dump(document).c_str());
+  return 0;
+}
+
+}  // namespace
+
+void add_fetch(CLI::App& app, Action& action) {
+  auto options = std::make_shared<FetchOptions>();
+  CLI::App* verb = add_verb(app, "fetch", "Write the current or final image of a job", &options->common);
+  add_json(verb, &options->common);
+  add_connection(verb, &options->connection);
+  add_output(verb, &options->output);
+  verb->add_flag("--preview", options->preview,
+                 "A small image, at most 512 pixels a side; without -o it is drawn on the terminal");
+  verb->add_option("JOB", options->job, "The job's id")->required();
+  verb->callback([&action, options] { action = [options] { return fetch(*options); }; });
+}
+
+}  // namespace lightmill::client

@@ -1,0 +1,273 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "common/base/error.h"
+#include "common/film/crop_walk.h"
+#include "common/error/error_curve.h"
+#include "common/error/error_estimate.h"
+#include "common/film/packing.h"
+#include "common/film/signed_sum.h"
+#include "common/job/settings.h"
+
+namespace lightmill {
+
+namespace {
+
+constexpr uint32_t kMagic = 0x6662694c;  // "Libf"
+constexpr uint32_t kVersion = 2;
+constexpr size_t kBatchHeadBytes = 9;
+constexpr int64_t kRun = 8;  // tracked pixels beside each other, where not all are
+constexpr const char* kWhat = "batch film snapshot";
+
+size_t index(int64_t i) { return static_cast<size_t>(i); }
+
+/// from_signed_units(units, 0), without a call of ldexp for each, and quickly where 64 bits hold it.
+double to_double(Units units) {
+  const auto low = static_cast<int64_t>(units);
+  if (units == static_cast<Units>(low)) return static_cast<double>(low);
+  const Units size = magnitude(units);
+  const double value = static_cast<double>(static_cast<uint64_t>(size >> 64)) * 0x1p64 +
+                       static_cast<double>(static_cast<uint64_t>(size));
+  return is_negative(units) ? -value : value;
+}
+
+/// Adds `sum`, in units of `unit`, to the three values from `rgb` on.
+void add_sum(const ExactRgb& sum, double unit, float* rgb) {
+  for (int c = 0; c < 3; ++c) rgb[c] += static_cast<float>(to_double(sum.c[c]) * unit);
+}
+
+/// A bijection of 64-bit words with good avalanche (the finalizer of SplitMix64; Steele et al. 2014).
+uint64_t mix(uint64_t x) {
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+}  // namespace
+
+BatchFilm::BatchFilm(const FilmGrid& grid) : grid_(grid) {
+  const int64_t pixels = grid.crop.area();
+  tracked_pixels_ = std::min(pixels, kMaxTrackedPixels);
+  if (tracked_pixels_ == pixels) return;
+  // One run of pixels of each of equal strata: the estimate looks at a pixel's neighbours.
+  const int64_t runs = pixels / kRun, strata = kMaxTrackedPixels / kRun;
+  tracked_.resize(index(strata));
+  for (int64_t i = 0; i < strata; ++i) {
+    const int64_t begin = i * runs / strata, end = (i + 1) * runs / strata;
+    const auto offset =
+        static_cast<int64_t>(mix(static_cast<uint64_t>(i)) % static_cast<uint64_t>(end - begin));
+    tracked_[index(i)] = begin + offset;
+  }
+}
+
+PixelLayout BatchFilm::layout() const {
+  if (tracked_.empty()) return {index(grid_.crop.width()), index(grid_.crop.height())};
+  return {index(kRun), tracked_.size(), {index(kRun) - 1, 0}, {index(kRun) - 1, 0}};
+}
+
+void BatchFilm::merge_pairs() {
+  for (size_t i = 0; 2 * i < batches_.size(); ++i) {
+    Batch merged = std::move(batches_[2 * i]);
+    if (2 * i + 1 < batches_.size()) {
+      Batch& other = batches_[2 * i + 1];
+      merged.samples += other.samples;
+      if (merged.rgb.empty()) {
+        merged.rgb = std::move(other.rgb);
+      } else if (!other.rgb.empty()) {
+        for (size_t k = 0; k < merged.rgb.size(); ++k) merged.rgb[k] += other.rgb[k];
+      }
+    }
+    batches_[i] = std::move(merged);
+  }
+  batches_.resize((batches_.size() + 1) / 2);
+  group_ *= 2;
+}
+
+void BatchFilm::add_camera(const PixelRect& r, const ExactRgb* from, double unit, float* rgb) const {
+  struct Span {
+    const ExactRgb* from;
+    float* to;
+    int64_t pixels;
+  };
+  std::vector<Span> spans;
+  for (int y = r.y0; y < r.y1; ++y, from += r.width()) {
+    const int64_t begin = int64_t{y - grid_.crop.y0} * grid_.crop.width() + r.x0 - grid_.crop.x0,
+                  end = begin + r.width();
+    spans.clear();
+    if (tracked_.empty()) spans.push_back({from, rgb + 3 * begin, end - begin});
+    // What is tracked of a row is asked for first: it is far apart, and memory is slow.
+    for (auto run = std::lower_bound(tracked_.begin(), tracked_.end(), begin / kRun);
+         run != tracked_.end() && *run * kRun < end; ++run) {
+      const int64_t first = std::max(begin, *run * kRun), last = std::min(end, (*run + 1) * kRun),
+                    at = (run - tracked_.begin()) * kRun + first % kRun;
+      const Span& span = spans.emplace_back(Span{from + (first - begin), rgb + 3 * at, last - first});
+      for (int64_t k = 0; k < span.pixels; ++k) __builtin_prefetch(span.from + k);
+    }
+    for (const Span& span : spans) {
+      for (int64_t k = 0; k < span.pixels; ++k) add_sum(span.from[k], unit, span.to + 3 * k);
+    }
+  }
+}
+
+void BatchFilm::fold(const Partial& partial) {
+  if (partial.grid != grid_) throw Error(ErrorKind::kFailed, "partial was rendered for another film");
+  const PixelRect r = grid_.pixels(partial.tile.cells);
+  if (!partial.camera.empty() && partial.camera.size() != index(r.area())) {
+    throw Error(ErrorKind::kFailed, "partial has a camera layer of another size than its tile");
+  }
+  const int64_t first = superblock_of_sample(partial.tile.sample_begin);
+  const int64_t last = superblock_of_sample(partial.tile.sample_end - 1);
+  while (first / group_ != last / group_ || first / group_ >= kMaxBatches) merge_pairs();
+  const auto batch_index = index(first / group_);
+  if (batches_.size() <= batch_index) batches_.resize(batch_index + 1);
+  Batch& batch = batches_[batch_index];
+  if (batch.rgb.empty()) batch.rgb.resize(3 * index(tracked_pixels_));
+
+  const double quantum = std::ldexp(1.0, partial.quantum_exponent);
+  // Splats stand for one light path per pixel sample; a plan may have traced more or fewer.
+  const double paths = static_cast<double>(partial.light_paths);
+  const double splat_quantum =
+      paths > 0 ? quantum * static_cast<double>(r.area() * partial.tile.samples()) / paths : 0;
+  if (!partial.camera.empty()) add_camera(r, partial.camera.data(), quantum, batch.rgb.data());
+  CropWalk crop_index(grid_);
+  auto run = tracked_.begin();
+  for (const Partial::SplatSum& splat : partial.splats) {  // ascending by pixel
+    const int64_t pixel = crop_index(splat.pixel);
+    if (pixel < 0) continue;
+    int64_t at = pixel;
+    if (!tracked_.empty()) {
+      while (run != tracked_.end() && *run < pixel / kRun) ++run;
+      if (run == tracked_.end() || *run != pixel / kRun) continue;
+      at = (run - tracked_.begin()) * kRun + pixel % kRun;
+    }
+    add_sum(splat.sum, splat_quantum, &batch.rgb[3 * index(at)]);
+  }
+  batch.samples += r.area() * partial.tile.samples();
+}
+
+std::vector<const BatchFilm::Batch*> BatchFilm::complete_batches() const {
+  const int64_t full = grid_.crop.area() * kSuperblockSamples * group_;
+  std::vector<const Batch*> complete;
+  for (const Batch& batch : batches_) {
+    if (batch.samples == full) complete.push_back(&batch);
+  }
+  return complete;
+}
+
+double BatchFilm::spp() const {
+  double samples = 0;
+  for (const Batch& batch : batches_) samples += static_cast<double>(batch.samples);
+  return tracked_pixels_ > 0 ? samples / static_cast<double>(grid_.crop.area()) : 0;
+}
+
+void BatchFilm::estimate(ErrorPoint* point) const {
+  const std::vector<const Batch*> batches = complete_batches();
+  point->batches = static_cast<int>(batches.size());
+  point->relmse.reset();
+  point->relmse_low.reset();
+  point->relmse_high.reset();
+  if (batches.size() < 2) return;
+  std::vector<const float*> sums;
+  sums.reserve(batches.size());
+  for (const Batch* batch : batches) sums.push_back(batch->rgb.data());
+  const auto batch_spp = static_cast<double>(kSuperblockSamples * group_);
+  const BatchError error = estimate_batch_error(sums, layout(), batch_spp);
+  // From one batch to all samples folded so far, also those of batches that are not complete.
+  const double scale = batch_spp / spp();
+  point->relmse = error.relmse * scale;
+  if (!error.half_width) return;
+  point->relmse_low = std::max(0.0, error.relmse - *error.half_width) * scale;
+  point->relmse_high = (error.relmse + *error.half_width) * scale;
+}
+
+int BatchFilm::error_map_block() const { return tracked_.empty() ? 4 : 16; }
+
+Image BatchFilm::error_map(int block) const {
+  const std::vector<const Batch*> batches = complete_batches();
+  if (batches.size() < 2 || block < 1) return {};
+  const auto n = static_cast<double>(batches.size());
+  const auto batch_spp = static_cast<double>(kSuperblockSamples * group_);
+  const double scale = n * batch_spp / spp();
+  const int width = grid_.crop.width();
+  const int columns = (width + block - 1) / block, rows = (grid_.crop.height() + block - 1) / block;
+  std::vector<double> sums(index(columns) * index(rows));
+  std::vector<int64_t> counts(sums.size());
+  for (int64_t at = 0; at < tracked_pixels_; ++at) {
+    const int64_t pixel = tracked_.empty() ? at : tracked_[index(at / kRun)] * kRun + at % kRun;
+    const size_t cell = index(pixel / width / block) * index(columns) + index(pixel % width / block);
+    ++counts[cell];
+    for (size_t value = 3 * index(at); value < 3 * index(at + 1); ++value) {
+      double mean = 0, squares = 0;
+      for (const Batch* batch : batches) mean += static_cast<double>(batch->rgb[value]) / (batch_spp * n);
+      for (const Batch* batch : batches) {
+        const double deviation = static_cast<double>(batch->rgb[value]) / batch_spp - mean;
+        squares += deviation * deviation;
+      }
+      sums[cell] += squares / (n * (n - 1)) / (mean * mean + 1e-2);
+    }
+  }
+  Image map(columns, rows, 1);
+  for (size_t i = 0; i < sums.size(); ++i) {
+    map.data[i] = counts[i] > 0 ? static_cast<float>(scale * sums[i] / (3 * static_cast<double>(counts[i])))
+                                : std::numeric_limits<float>::quiet_NaN();
+  }
+  return map;
+}
+
+std::string BatchFilm::snapshot() const {
+  ByteWriter w;
+  for (const int v :
+       {grid_.width, grid_.height, grid_.crop.x0, grid_.crop.y0, grid_.crop.x1, grid_.crop.y1}) {
+    w.put<int32_t>(v);
+  }
+  w.put<int64_t>(group_);
+  w.put<uint32_t>(static_cast<uint32_t>(batches_.size()));
+  size_t size = w.bytes().size();
+  for (const Batch& batch : batches_) size += kBatchHeadBytes + batch.rgb.size() * sizeof(float);
+  Sealer sealer(kMagic, kVersion, size);
+  sealer.write(w.bytes());
+  for (const Batch& batch : batches_) {
+    ByteWriter head;
+    head.put<int64_t>(batch.samples);
+    head.put<uint8_t>(!batch.rgb.empty());
+    sealer.write(head.bytes());
+    sealer.write({reinterpret_cast<const char*>(batch.rgb.data()), batch.rgb.size() * sizeof(float)});
+  }
+  return sealer.finish();
+}
+
+BatchFilm BatchFilm::restore(std::string_view bytes) {
+  const std::string raw = unseal(kMagic, kVersion, bytes, kWhat);
+  ByteReader in(raw, kWhat);
+  FilmGrid grid;
+  for (int* v : {&grid.width, &grid.height, &grid.crop.x0, &grid.crop.y0, &grid.crop.x1, &grid.crop.y1}) {
+    *v = in.get<int32_t>();
+  }
+  const bool empty = grid == FilmGrid{};
+  if (!empty && (grid.width < 1 || grid.height < 1 || int64_t{grid.width} * grid.height > kMaxPixels ||
+                 grid.crop.empty() || grid.crop.x0 < 0 || grid.crop.y0 < 0 || grid.crop.x1 > grid.width ||
+                 grid.crop.y1 > grid.height)) {
+    in.fail("film size out of range");
+  }
+  BatchFilm film = empty ? BatchFilm() : BatchFilm(grid);
+  film.group_ = in.get<int64_t>();
+  const auto count = in.get<uint32_t>();
+  if (film.group_ < 1 || film.group_ > kMaxSampleIndex || count > kMaxBatches) in.fail("count out of range");
+  film.batches_.resize(count);
+  for (Batch& batch : film.batches_) {
+    batch.samples = in.get<int64_t>();
+    if (batch.samples < 0) in.fail("count out of range");
+    if (in.get<uint8_t>() == 0) continue;
+    if (film.tracked_pixels_ == 0) in.fail("pixels of a film without any");
+    const std::string_view values = in.get_bytes(3 * index(film.tracked_pixels_) * sizeof(float));
+    batch.rgb.resize(3 * index(film.tracked_pixels_));
+    std::memcpy(batch.rgb.data(), values.data(), values.size());
+  }
+  in.expect_end();
+  return film;
+}
+
+}  // namespace lightmill

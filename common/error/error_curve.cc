@@ -1,0 +1,67 @@
+#include "common/error/error_curve.h"
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.h"
+
+namespace lightmill {
+
+namespace {
+
+using Json = nlohmann::json;
+
+Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+
+std::optional<double> optional_number(const Json& point, const char* key) {
+  const auto it = point.find(key);
+  if (it == point.end() || it->is_null()) return std::nullopt;
+  return it->get<double>();
+}
+
+}  // namespace
+
+std::string curve_to_json(const ErrorCurve& curve) {
+  Json points = Json::array();
+  for (const ErrorPoint& p : curve.points) {
+    points.push_back({{"wall_seconds", p.wall_seconds},
+                      {"cpu_seconds", p.cpu_seconds},
+                      {"spp", p.spp},
+                      {"relmse", optional_json(p.relmse)},
+                      {"relmse_low", optional_json(p.relmse_low)},
+                      {"relmse_high", optional_json(p.relmse_high)},
+                      {"batches", p.batches},
+                      {"true_relmse", optional_json(p.true_relmse)},
+                      {"true_relmse_trimmed", optional_json(p.true_relmse_trimmed)},
+                      {"true_flip", optional_json(p.true_flip)}});
+  }
+  const Json json = {{"job_name", curve.job_name}, {"points", points}};
+  // A name that is not UTF-8 shows as replacement characters; it must not lose the curve.
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+ErrorCurve curve_from_json(const std::string& text) {
+  try {
+    const Json json = Json::parse(text);
+    ErrorCurve curve;
+    curve.job_name = json.at("job_name").get<std::string>();
+    for (const Json& point : json.at("points")) {
+      ErrorPoint p;
+      p.wall_seconds = point.at("wall_seconds").get<double>();
+      p.cpu_seconds = point.at("cpu_seconds").get<double>();
+      p.spp = point.at("spp").get<double>();
+      p.batches = point.at("batches").get<int>();
+      p.relmse = optional_number(point, "relmse");
+      p.relmse_low = optional_number(point, "relmse_low");
+      p.relmse_high = optional_number(point, "relmse_high");
+      p.true_relmse = optional_number(point, "true_relmse");
+      p.true_relmse_trimmed = optional_number(point, "true_relmse_trimmed");
+      p.true_flip = optional_number(point, "true_flip");
+      curve.points.push_back(p);
+    }
+    return curve;
+  } catch (const Json::exception& e) {
+    throw Error(ErrorKind::kFailed, std::string("the error curve is malformed: ") + e.what());
+  }
+}
+
+}  // namespace lightmill

@@ -1,0 +1,162 @@
+// The bytes of AOV layers:
+//
+//   set, frame                                  32 bytes
+//   per layer of the set: byte range, planes    (unit_planes.h)
+//   direct splats: count, byte range, gaps between their pixels as varints, planes
+#include <cmath>
+#include <utility>
+
+#include "common/base/error.h"
+#include "common/film/aov_layers.h"
+#include "common/film/packing.h"
+#include "common/film/partial_check.h"
+#include "common/film/signed_sum.h"
+#include "common/film/unit_planes.h"
+
+namespace lightmill {
+
+namespace {
+
+constexpr const char* kAovPartial = "partial";
+constexpr size_t kHeadBytes = 32, kRangeBytes = 2, kCountBytes = 8, kMaxVarint = 5;
+constexpr size_t kSumBytes = 3 * sizeof(Units);
+constexpr int kMaxScaleExponent = 1100;  // beyond any double's
+
+void put_range(ByteRange range, ByteWriter* w) {
+  w->put<uint8_t>(range.low);
+  w->put<uint8_t>(range.high);
+}
+
+ByteRange get_range(ByteReader* in) {
+  ByteRange range;
+  range.low = in->get<uint8_t>();
+  range.high = in->get<uint8_t>();
+  if (!range.valid()) refuse_partial("unknown layout of an AOV");
+  return range;
+}
+
+void read_direct_splats(ByteReader* in, const FilmGrid& grid, AovSums* sums) {
+  const auto count = in->get<uint64_t>();
+  if (count > static_cast<uint64_t>(grid.crop.area())) refuse_partial("more direct splats than pixels");
+  const ByteRange range = get_range(in);
+  // Each takes a byte at least: the count must not make us allocate what was never sent.
+  if (count > in->rest().size()) refuse_partial("direct splats that are not there");
+  sums->direct_splats.resize(static_cast<size_t>(count));
+  const auto pixels = static_cast<uint64_t>(grid.width) * static_cast<uint64_t>(grid.height);
+  uint64_t next = 0;
+  for (SplatSum& splat : sums->direct_splats) {
+    const uint64_t gap = in->get_varint();
+    if (gap >= pixels || next + gap >= pixels) refuse_partial("direct splat outside the film");
+    splat.pixel = static_cast<uint32_t>(next + gap);
+    next = uint64_t{splat.pixel} + 1;
+  }
+  read_planes(in->get_bytes(plane_bytes(sums->direct_splats.size(), range)), range,
+              std::span(sums->direct_splats));
+  if (used_bytes(std::span(std::as_const(sums->direct_splats))) != range) {
+    refuse_partial("an AOV is not in its canonical layout");
+  }
+}
+
+bool within(const ExactRgb& part, const ExactRgb& whole) {
+  const auto at_most = [](Units a, Units b) { return static_cast<__int128>(a) <= static_cast<__int128>(b); };
+  return at_most(part.c[0], whole.c[0]) && at_most(part.c[1], whole.c[1]) && at_most(part.c[2], whole.c[2]);
+}
+
+}  // namespace
+
+std::string encode_aovs(const AovSums& sums) {
+  ByteWriter w;
+  w.put<uint32_t>(sums.spec.set);
+  w.put<int32_t>(sums.spec.frame.scale_exponent);
+  for (const double x : sums.spec.frame.origin) w.put<double>(x);
+  for (int layer = 0; layer < kAovLayers; ++layer) {
+    if (!needs_layer(sums.spec.set, layer)) continue;
+    const std::vector<ExactRgb>& values = sums.layers[static_cast<size_t>(layer)];
+    const ByteRange range = used_bytes(std::span(values));
+    put_range(range, &w);
+    append_planes(std::span(values), range, &w.bytes());
+  }
+  w.put<uint64_t>(sums.direct_splats.size());
+  const ByteRange range = used_bytes(std::span(sums.direct_splats));
+  put_range(range, &w);
+  int64_t last = -1;
+  for (const SplatSum& splat : sums.direct_splats) {
+    w.put_varint(static_cast<uint64_t>(splat.pixel - last - 1));
+    last = splat.pixel;
+  }
+  append_planes(std::span(sums.direct_splats), range, &w.bytes());
+  return std::move(w.bytes());
+}
+
+AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& grid) {
+  ByteReader in(bytes, kAovPartial);
+  AovSums sums;
+  sums.spec.set = in.get<uint32_t>();
+  AovFrame& frame = sums.spec.frame;
+  frame.scale_exponent = in.get<int32_t>();
+  for (double& x : frame.origin) x = in.get<double>();
+  if (sums.spec.set == 0 || (sums.spec.set & ~kAllAovs)) refuse_partial("unknown AOVs");
+  if (std::abs(frame.scale_exponent) > kMaxScaleExponent) refuse_partial("scale out of range");
+  for (const double x : frame.origin) {
+    if (!std::isfinite(x)) refuse_partial("origin out of range");
+  }
+  for (int layer = 0; layer < kAovLayers; ++layer) {
+    if (!needs_layer(sums.spec.set, layer)) continue;
+    const ByteRange range = get_range(&in);
+    const std::string_view planes = in.get_bytes(plane_bytes(tile_pixels, range));
+    std::vector<ExactRgb>& values = sums.layers[static_cast<size_t>(layer)];
+    values.resize(tile_pixels);
+    read_planes(planes, range, std::span(values));
+    if (used_bytes(std::span(std::as_const(values))) != range) {
+      refuse_partial("an AOV is not in its canonical layout");
+    }
+  }
+  read_direct_splats(&in, grid, &sums);
+  in.expect_end();
+  return sums;
+}
+
+size_t max_aov_bytes(size_t tile_pixels, const FilmGrid& grid) {
+  const auto crop_pixels = static_cast<size_t>(grid.crop.area());
+  return kHeadBytes + kAovLayers * (kRangeBytes + tile_pixels * kSumBytes) + kCountBytes + kRangeBytes +
+         crop_pixels * (kMaxVarint + kSumBytes);
+}
+
+void check_aovs(const AovSums& sums, size_t tile_pixels, int64_t samples, const std::vector<ExactRgb>& camera,
+                const std::vector<SplatSum>& splats) {
+  const Units limit = static_cast<Units>(samples) << kMaxContributionBits;
+  for (int layer = 0; layer < kAovLayers; ++layer) {
+    const std::vector<ExactRgb>& values = sums.layers[static_cast<size_t>(layer)];
+    if (values.size() != (needs_layer(sums.spec.set, layer) ? tile_pixels : 0)) {
+      refuse_partial("an AOV of another size than the tile");
+    }
+    for (const ExactRgb& sum : values) {
+      for (const Units u : sum.c) {
+        if (magnitude(u) > limit) refuse_partial("AOV sum out of range");
+      }
+    }
+  }
+  for (const ExactRgb& sum : sums.layers[kDepthLayer]) {
+    if (sum.c[1] > static_cast<Units>(samples)) refuse_partial("more hits than samples");
+  }
+  const std::vector<ExactRgb>& direct = sums.layers[kDirectLayer];
+  for (size_t i = 0; i < direct.size(); ++i) {
+    if (!within(direct[i], i < camera.size() ? camera[i] : ExactRgb{})) {
+      refuse_partial("more direct light than light");
+    }
+  }
+  if (!sums.direct_splats.empty() && direct.empty()) refuse_partial("direct splats that nobody asked for");
+  auto whole = splats.begin();
+  int64_t last = -1;
+  for (const SplatSum& splat : sums.direct_splats) {
+    if (int64_t{splat.pixel} <= last) refuse_partial("direct splats are not in ascending order");
+    last = splat.pixel;
+    while (whole != splats.end() && whole->pixel < splat.pixel) ++whole;
+    if (whole == splats.end() || whole->pixel != splat.pixel || !within(splat.sum, whole->sum) ||
+        splat.sum.is_zero()) {
+      refuse_partial("more direct light than light");
+    }
+  }
+}
+
+}  // namespace lightmill

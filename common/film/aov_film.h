@@ -1,0 +1,45 @@
+#pragma once
+// The AOV layers of a film: folded with its other layers, resolved into channels.
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/film/aov_layers.h"
+#include "common/image/image.h"
+#include "common/film/partial.h"
+
+namespace lightmill {
+
+class ByteReader;
+class ByteWriter;
+
+class AovFilm {
+ public:
+  /// What the film knows of its other layers, by pixel of the crop window.
+  struct Colour {
+    const std::vector<ExactRgb>& camera;
+    const std::vector<ExactRgb>& splat;  // empty without splats
+    int quantum_exponent;
+    double light_spp;                          // that splats are divided by; 0: none
+    std::function<int64_t(int, int)> samples;  // of cell (cx, cy)
+  };
+
+  bool empty() const { return sums_.spec.set == 0; }
+  /// Throws Error(kFailed), without having changed anything, if the partial brings other AOVs than those
+  /// folded before. `first`: nothing was folded yet. The partial has been checked (check_aovs).
+  void check(const Partial& partial, bool first) const;
+  /// Adds what check() accepted.
+  void fold(const Partial& partial);
+  /// Its channels are aov_channels(set).
+  ChannelImage resolve(const FilmGrid& grid, const Colour& colour) const;
+
+  /// Part of the film's snapshot.
+  void write(ByteWriter* out) const;
+  void read(ByteReader* in, const FilmGrid& grid);
+
+ private:
+  AovSums sums_;  // over the crop window; direct_splats stays empty, they are dense here
+  std::vector<ExactRgb> direct_splat_;  // crop window; empty until one arrives
+};
+
+}  // namespace lightmill

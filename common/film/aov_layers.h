@@ -1,0 +1,91 @@
+#pragma once
+// The exact sums behind AOVs (common/job/aovs.h): beside the camera layer, over the same pixels and samples.
+//
+// Every camera sample adds one rounded integer per channel, so that these layers merge like the camera layer:
+// in any order, to the same bits. Values that are not radiance have fixed steps; signed ones get a bias that
+// makes them positive, which is taken off by the number of samples in the end. All saturate rather than being
+// dropped, so that no AOV changes what is counted.
+//
+//   layer     channels                  step                     added for
+//   albedo    RGB                       2^-30                    every sample
+//   normal    XYZ + 2^31 steps          2^-30                    every sample
+//   position  XYZ + 2^52 steps          2^-32 normalised units   samples that hit something
+//   depth     distance, hits, unused    2^-32 normalised units   samples that hit something
+//   direct    RGB                       the plan's quantum       every sample; light paths into direct_splats
+//   variance  RGB squared               2^-60 S^2                every sample; S: the plan's scale,
+//   exact_sum.h
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/job/aovs.h"
+#include "common/film/exact_sum.h"
+#include "common/job/packet_grid.h"
+#include "common/film/splat_sum.h"
+
+namespace lightmill {
+
+/// Normalised space in the scene's units: p there is origin + p * 2^-scale_exponent.
+struct AovFrame {
+  int scale_exponent = 0;
+  std::array<double, 3> origin{};
+  bool operator==(const AovFrame&) const = default;
+};
+
+/// What a job's partials bring.
+struct AovSpec {
+  Aovs set = 0;
+  AovFrame frame = {};
+  bool operator==(const AovSpec&) const = default;
+};
+
+enum AovLayer {
+  kAlbedoLayer,
+  kNormalLayer,
+  kPositionLayer,
+  kDepthLayer,
+  kDirectLayer,
+  kVarianceLayer,
+  kAovLayers
+};
+/// Whether AOVs of the set are formed from this layer.
+bool needs_layer(Aovs set, int layer);
+
+/// The layers of a tile or of a film.
+struct AovSums {
+  AovSpec spec;
+  std::array<std::vector<ExactRgb>, kAovLayers> layers;  // one sum a pixel, row-major; empty where not needed
+  std::vector<SplatSum> direct_splats;  // ascending by pixel, without zeros; part of the splat layer
+  bool operator==(const AovSums&) const = default;
+};
+
+// What one sample adds.
+inline constexpr Units kNormalBias = Units{1} << 31, kPositionBias = Units{1} << 52;
+Units albedo_units(float reflectance);   // [0, 1]
+Units normal_units(float coordinate);    // [-1, 1], with its bias
+Units position_units(float coordinate);  // normalised space, with its bias
+Units depth_units(float distance);       // normalised space
+Units square_units(float radiance, int quantum_exponent);
+
+// The inverse of sums over `samples` (>= 1) samples.
+double albedo_of(Units sum, int64_t samples);
+double normal_of(Units sum, int64_t samples);
+/// `hits` >= 1 of the samples; scene units along `axis`.
+double position_of(Units sum, int64_t hits, const AovFrame& frame, int axis);
+double depth_of(Units sum, int64_t hits, const AovFrame& frame);
+/// Variance of one sample, from the sum of squares and of radiance; 0 for a single sample.
+double variance_of(Units squares, Units sum, int64_t samples, int quantum_exponent);
+
+/// Bytes that stand after a partial's other layers. `tile_pixels`: of its rectangle.
+std::string encode_aovs(const AovSums& sums);
+/// Inverse. Throws Error(kFailed) for what encode_aovs can't have written.
+AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& grid);
+/// Most bytes that encode_aovs gives.
+size_t max_aov_bytes(size_t tile_pixels, const FilmGrid& grid);
+/// Throws Error(kFailed) unless the layers are those of the spec, in range over `samples` samples of
+/// `tile_pixels` pixels, and direct light is a part of `camera` and `splats`.
+void check_aovs(const AovSums& sums, size_t tile_pixels, int64_t samples, const std::vector<ExactRgb>& camera,
+                const std::vector<SplatSum>& splats);
+
+}  // namespace lightmill

@@ -1,0 +1,138 @@
+#include "common/film/partial.h"
+
+#include <array>
+#include <mutex>
+#include <stdexcept>
+
+#include "common/film/splat_frame.h"
+
+namespace lightmill {
+
+namespace {
+
+constexpr size_t kStripes = 64;
+
+}  // namespace
+
+RenderCounters& RenderCounters::operator+=(const RenderCounters& o) {
+  camera_paths += o.camera_paths;
+  light_paths += o.light_paths;
+  closest_hit_rays += o.closest_hit_rays;
+  shadow_rays += o.shadow_rays;
+  zero_connections_skipped += o.zero_connections_skipped;
+  rouletted_connections += o.rouletted_connections;
+  nonfinite += o.nonfinite;
+  return *this;
+}
+
+struct PartialBuilder::Impl {
+  FilmGrid grid;
+  TileSpec tile;
+  int quantum_exponent = 0;
+  bool has_camera_layer = false, has_splat_layer = false;
+  PixelRect rect;  // of the tile
+
+  std::array<std::mutex, kStripes> camera_locks;  // cell -> lock, for all layers of the camera's samples
+  std::vector<ExactRgb> camera;
+  SplatFrame splats, direct_splats;
+  AovSums aovs;
+  std::mutex counters_lock;
+  RenderCounters counters;
+  double cpu_seconds = 0;
+
+  void add_layer(int cx, int cy, std::span<const ExactRgb, kCellPixels> sums, std::vector<ExactRgb>* layer);
+};
+
+PartialBuilder::PartialBuilder(const FilmGrid& grid, const TileSpec& tile, int quantum_exponent,
+                               bool has_camera_layer, bool has_splat_layer, const AovSpec& aovs)
+    : impl_(std::make_unique<Impl>()) {
+  Impl& m = *impl_;
+  m.grid = grid;
+  m.tile = tile;
+  m.quantum_exponent = quantum_exponent;
+  m.has_camera_layer = has_camera_layer;
+  m.has_splat_layer = has_splat_layer;
+  m.rect = grid.pixels(tile.cells);
+  if (m.rect.empty()) throw std::logic_error("PartialBuilder: the tile lies outside the crop window");
+  const auto area = static_cast<size_t>(m.rect.area());
+  if (has_camera_layer) m.camera.resize(area);
+  if (has_splat_layer) m.splats = SplatFrame(grid, quantum_exponent);
+  m.aovs.spec = aovs;
+  for (int layer = 0; layer < kAovLayers; ++layer) {
+    if (needs_layer(aovs.set, layer)) m.aovs.layers[static_cast<size_t>(layer)].resize(area);
+  }
+  if (has_splat_layer && needs_layer(aovs.set, kDirectLayer)) {
+    m.direct_splats = SplatFrame(grid, quantum_exponent);
+  }
+}
+
+PartialBuilder::~PartialBuilder() = default;
+
+const AovSpec& PartialBuilder::aovs() const { return impl_->aovs.spec; }
+
+void PartialBuilder::Impl::add_layer(int cx, int cy, std::span<const ExactRgb, kCellPixels> sums,
+                                     std::vector<ExactRgb>* layer) {
+  const CellRect& cells = tile.cells;
+  if (cx < cells.x0 || cx >= cells.x1 || cy < cells.y0 || cy >= cells.y1) {
+    throw std::logic_error("PartialBuilder::add_camera: the cell lies outside the tile");
+  }
+  const PixelRect r = grid.pixels({cx, cy, cx + 1, cy + 1});
+  const auto cell = static_cast<size_t>((cy - cells.y0) * cells.width() + (cx - cells.x0));
+  const std::lock_guard lock(camera_locks[cell % kStripes]);
+  for (int y = r.y0; y < r.y1; ++y) {
+    const ExactRgb* from =
+        &sums[static_cast<size_t>((y - cy * kCellSize) * kCellSize + r.x0 - cx * kCellSize)];
+    ExactRgb* to = &(*layer)[static_cast<size_t>(y - rect.y0) * static_cast<size_t>(rect.width()) +
+                             static_cast<size_t>(r.x0 - rect.x0)];
+    for (int x = r.x0; x < r.x1; ++x) *to++ += *from++;
+  }
+}
+
+void PartialBuilder::add_camera(int cx, int cy, std::span<const ExactRgb, kCellPixels> sums) {
+  if (!impl_->has_camera_layer) throw std::logic_error("PartialBuilder::add_camera: no camera layer");
+  impl_->add_layer(cx, cy, sums, &impl_->camera);
+}
+
+void PartialBuilder::add_aov(int layer, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums) {
+  if (!needs_layer(impl_->aovs.spec.set, layer))
+    throw std::logic_error("PartialBuilder::add_aov: no such AOV");
+  impl_->add_layer(cx, cy, sums, &impl_->aovs.layers[static_cast<size_t>(layer)]);
+}
+
+void PartialBuilder::add_splats(std::span<const Splat> splats) {
+  if (!impl_->has_splat_layer) throw std::logic_error("PartialBuilder::add_splats: no splat layer");
+  RenderCounters dropped;
+  dropped.nonfinite = impl_->splats.add(splats);
+  if (dropped.nonfinite > 0) add_counters(dropped, 0);
+}
+
+void PartialBuilder::add_direct_splats(std::span<const Splat> splats) {
+  if (impl_->direct_splats.empty()) throw std::logic_error("PartialBuilder::add_direct_splats: no such AOV");
+  impl_->direct_splats.add(splats);  // what it drops was counted by add_splats
+}
+
+void PartialBuilder::add_counters(const RenderCounters& counters, double cpu_seconds) {
+  const std::lock_guard lock(impl_->counters_lock);
+  impl_->counters += counters;
+  impl_->cpu_seconds += cpu_seconds;
+}
+
+Partial PartialBuilder::take() {
+  Impl& m = *impl_;
+  Partial partial;
+  partial.tile = m.tile;
+  partial.grid = m.grid;
+  partial.quantum_exponent = m.quantum_exponent;
+  partial.camera = std::move(m.camera);
+  if (m.has_splat_layer) {
+    partial.splats = m.splats.take();
+    partial.light_paths = m.counters.light_paths;
+  }
+  partial.aovs = std::move(m.aovs);
+  if (!m.direct_splats.empty()) partial.aovs.direct_splats = m.direct_splats.take();
+  partial.counters = m.counters;
+  partial.cpu_seconds = m.cpu_seconds;
+  return partial;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,35 @@
+#pragma once
+// Splats of a tile, which may fall anywhere in the crop window, summed exactly.
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/film/partial.h"
+
+namespace lightmill {
+
+/// Significant bits that are kept of a splat before it is summed: an error of 2^-17 of something as noisy as
+/// a single light path, without bias, and a quarter less to send, as the bits of noise can't be compressed.
+inline constexpr int kSplatBits = 16;
+
+class SplatFrame {
+ public:
+  SplatFrame();  // empty: nothing can be added
+  SplatFrame(const FilmGrid& grid, int quantum_exponent);
+  SplatFrame(SplatFrame&&) noexcept;
+  SplatFrame& operator=(SplatFrame&&) noexcept;
+  ~SplatFrame();
+  bool empty() const { return !impl_; }
+  /// Rounds splats to kSplatBits and to the quantum and adds them, ignoring those outside the crop window.
+  /// Returns how many can't be represented and were dropped. Thread-safe.
+  uint64_t add(std::span<const Splat> splats);
+  /// The sums, ascending by pixel, without zeros; call once, in the end.
+  std::vector<SplatSum> take();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lightmill

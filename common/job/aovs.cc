@@ -1,0 +1,67 @@
+#include "common/job/aovs.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "common/base/error.h"
+
+namespace lightmill {
+namespace {
+
+struct Entry {
+  const char* name;
+  const char* channels;  // a letter each
+};
+constexpr Entry kEntries[] = {{"albedo", "RGB"},   {"normal", "XYZ"},   {"depth", "Z"},
+                              {"position", "XYZ"}, {"alpha", "A"},      {"direct", "RGB"},
+                              {"indirect", "RGB"}, {"variance", "RGB"}, {"samples", "V"}};
+static_assert((1u << std::size(kEntries)) - 1 == kAllAovs);
+
+}  // namespace
+
+std::string aov_names(Aovs set) {
+  std::string names;
+  for (unsigned i = 0; i < std::size(kEntries); ++i) {
+    if (!(set >> i & 1)) continue;
+    if (!names.empty()) names += ',';
+    names += kEntries[i].name;
+  }
+  return names;
+}
+
+Aovs aovs_named(const std::string& names) {
+  Aovs set = 0;
+  for (size_t begin = 0; begin < names.size();) {
+    const size_t end = std::min(names.find(',', begin), names.size());
+    const std::string name = names.substr(begin, end - begin);
+    const auto* found = std::find_if(std::begin(kEntries), std::end(kEntries),
+                                     [&](const Entry& e) { return name == e.name; });
+    if (name == "all") {
+      set = kAllAovs;
+    } else if (found == std::end(kEntries)) {
+      throw Error(ErrorKind::kUsage, "no AOV \"" + name + "\" in \"" + names + "\"; there are " +
+                                         aov_names(kAllAovs) + " and all");
+    } else {
+      set |= 1u << (found - std::begin(kEntries));
+    }
+    begin = end + 1;
+  }
+  return set;
+}
+
+std::vector<std::string> aov_channels(Aovs set) {
+  std::vector<std::string> channels;
+  for (unsigned i = 0; i < std::size(kEntries); ++i) {
+    if (!(set >> i & 1)) continue;
+    if (1u << i == kAovAlpha) {
+      channels.emplace_back("A");  // of the unnamed layer, beside R, G and B: what programs take for coverage
+      continue;
+    }
+    for (const char* letter = kEntries[i].channels; *letter; ++letter) {
+      channels.emplace_back(kEntries[i].name).append(1, '.').append(1, *letter);
+    }
+  }
+  return channels;
+}
+
+}  // namespace lightmill

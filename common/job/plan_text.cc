@@ -1,0 +1,69 @@
+#include "common/job/plan_text.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace lightmill {
+namespace {
+
+/// The plan without effort, and without the counts that none of its strategies uses. The light paths of all
+/// plans of a report are aimed, or those of none.
+SamplingPlan canonical(SamplingPlan plan) {
+  plan.effort = {};
+  plan.aimed = SamplingPlan().aimed;
+  if (!(plan.strategies & kLightPaths)) plan.light_paths = SamplingPlan().light_paths;
+  if (!(plan.strategies & kVertexConnections)) plan.connections = SamplingPlan().connections;
+  if (!(plan.strategies & kLensConnections)) plan.lens_weight = SamplingPlan().lens_weight;
+  return plan;
+}
+
+const PlanEstimate* find(const PilotReport& report, const SamplingPlan& plan) {
+  for (const PlanEstimate& e : report.estimates) {
+    if (canonical(e.plan) == canonical(plan)) return &e;
+  }
+  return nullptr;
+}
+
+std::string count_text(double count) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", count);
+  return text;
+}
+
+double work(const PlanEstimate& e) { return e.relative_variance * e.cost; }
+
+}  // namespace
+
+std::string plan_text(const SamplingPlan& plan) {
+  std::string text = strategy_names(plan.strategies);
+  if (plan.strategies & kLightPaths) {
+    text += " × " + count_text(plan.light_paths);
+    if (plan.aimed) text += *plan.aimed ? " aimed" : " not aimed";
+  }
+  if (plan.strategies & kVertexConnections) text += " × " + count_text(plan.connections) + " connections";
+  if (plan.strategies & kLensConnections && plan.lens_weight != 1)
+    text += ", lens weight " + count_text(plan.lens_weight);
+  if (!plan.effort.uniform()) text += ", adaptive";
+  return text;
+}
+
+std::vector<PlanEstimate> ranked_estimates(const PilotReport& report) {
+  std::vector<PlanEstimate> list = report.estimates;
+  std::stable_sort(list.begin(), list.end(),
+                   [](const PlanEstimate& a, const PlanEstimate& b) { return work(a) < work(b); });
+  const auto chosen = std::find_if(list.begin(), list.end(), [&](const PlanEstimate& e) {
+    return canonical(e.plan) == canonical(report.chosen);
+  });
+  if (chosen != list.end()) std::rotate(list.begin(), chosen, chosen + 1);
+  return list;
+}
+
+std::optional<double> predicted_gain(const PilotReport& report, const SamplingPlan& other) {
+  const PlanEstimate *chosen = find(report, report.chosen), *compared = find(report, other);
+  if (!chosen || !compared || !(work(*chosen) > 0)) return std::nullopt;
+  return work(*compared) / work(*chosen);
+}
+
+SamplingPlan path_tracing_plan() { return {.strategies = kEmissionHits | kNextEvent}; }
+
+}  // namespace lightmill

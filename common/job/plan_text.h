@@ -1,0 +1,25 @@
+#pragma once
+// Sampling plans and what a pilot predicts of them, for people.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/job/pilot_report.h"
+
+namespace lightmill {
+
+/// "hit,next-event,lens × 0.5": the strategies and, where some run, light paths per camera path; then, where
+/// vertices are connected, " × 2 connections"; ", adaptive" where effort differs over the image.
+std::string plan_text(const SamplingPlan& plan);
+
+/// The estimates: the chosen plan first, the others by rising relative variance × cost.
+std::vector<PlanEstimate> ranked_estimates(const PilotReport& report);
+/// How many times more variance × cost than the chosen plan `other` is predicted to have; empty if either was
+/// not estimated or the chosen one is predicted to be free of noise. Counts that `other` does not use are
+/// ignored.
+std::optional<double> predicted_gain(const PilotReport& report, const SamplingPlan& other);
+
+/// Path tracing: hits and next event.
+SamplingPlan path_tracing_plan();
+
+}  // namespace lightmill

@@ -1,0 +1,64 @@
+#include "common/job/sample_allocation.h"
+
+#include <algorithm>
+
+#include "common/base/error.h"
+
+namespace lightmill {
+
+RegionGrid regions_of(const FilmGrid& grid) {
+  const CellRect cells = grid.cells();
+  RegionGrid r{4, cells.x0 * kCellSize, cells.y0 * kCellSize, 0, 0};
+  do {
+    r.side *= 2;
+    r.columns = (cells.width() * kCellSize + r.side - 1) / r.side;
+    r.rows = (cells.height() * kCellSize + r.side - 1) / r.side;
+  } while (r.count() > kMaxRegions);
+  return r;
+}
+
+void check_effort(const EffortMap& map) {
+  if (map.levels.size() > static_cast<size_t>(kMaxRegions))
+    throw Error(ErrorKind::kUsage, "sampling plan: effort has more than 4096 regions");
+  for (const char c : map.levels) {
+    if (c < '0' || c > '0' + kMostLevel - kLeastLevel)
+      throw Error(ErrorKind::kUsage, "sampling plan: effort must consist of the digits 0 to 4");
+  }
+}
+
+void check_effort(const EffortMap& map, const FilmGrid& grid) {
+  if (map.uniform() || static_cast<int64_t>(map.levels.size()) == regions_of(grid).count()) return;
+  throw Error(ErrorKind::kUsage,
+              "sampling plan: its effort was chosen for another resolution or crop; add --effort uniform to "
+              "leave it out");
+}
+
+PathCount camera_paths_of(const EffortMap& map, const FilmGrid& grid, const TileSpec& tile) {
+  const PixelRect pixels = grid.pixels(tile.cells);
+  if (map.uniform()) {
+    const auto n = static_cast<uint64_t>(pixels.area()) * static_cast<uint64_t>(tile.samples());
+    return {n, n};
+  }
+  const RegionGrid regions = regions_of(grid);
+  const int64_t begin = std::max(tile.sample_begin, kUniformSamples),
+                end = std::max(tile.sample_end, kUniformSamples);
+  const int64_t uniform = tile.samples() - (end - begin);
+  PathCount count;
+  for (int64_t r = 0; r < regions.count(); ++r) {
+    const int x = regions.x0 + static_cast<int>(r % regions.columns) * regions.side,
+              y = regions.y0 + static_cast<int>(r / regions.columns) * regions.side;
+    const int width = std::min(x + regions.side, pixels.x1) - std::max(x, pixels.x0),
+              height = std::min(y + regions.side, pixels.y1) - std::max(y, pixels.y0);
+    if (width <= 0 || height <= 0) continue;
+    const int level = map.level(r), more = std::max(level, 0), less = std::max(-level, 0);
+    const int64_t group = int64_t{1} << less, all = (end - begin) << more;
+    const int64_t whole = std::max<int64_t>(end / group - (begin + group - 1) / group, 0),
+                  touched = begin < end ? (end + group - 1) / group - begin / group : 0;
+    const auto area = static_cast<uint64_t>(width) * static_cast<uint64_t>(height);
+    count.least += area * static_cast<uint64_t>(uniform + (less > 0 ? whole : all));
+    count.most += area * static_cast<uint64_t>(uniform + (less > 0 ? touched : all));
+  }
+  return count;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,198 @@
+#include "common/scene/gltf/meshes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "common/base/error.h"
+#include "common/scene/mesh/mesh_check.h"
+
+namespace lightmill {
+namespace {
+
+enum Mode { kPoints, kLines, kLineLoop, kLineStrip, kTriangles, kStrip, kFan };
+
+/// Numbers the vertices that triangles use in the order of first use, and the triangles after them.
+std::vector<uint32_t> keep_used(std::vector<std::array<uint32_t, 3>>* triangles, size_t vertices) {
+  std::vector<uint32_t> used;
+  const auto renumber = [&](auto&& number_of) {
+    for (auto& t : *triangles) {
+      for (uint32_t& v : t) v = number_of(v);
+    }
+  };
+  if (vertices / 4 <= triangles->size() + 1024) {
+    constexpr uint32_t kNone = ~uint32_t{0};
+    std::vector<uint32_t> number(vertices, kNone);
+    renumber([&](uint32_t v) {
+      if (number[v] == kNone) {
+        number[v] = static_cast<uint32_t>(used.size());
+        used.push_back(v);
+      }
+      return number[v];
+    });
+  } else {  // a few triangles of a large shared array
+    std::unordered_map<uint32_t, uint32_t> number;
+    renumber([&](uint32_t v) {
+      const auto [entry, added] = number.try_emplace(v, static_cast<uint32_t>(used.size()));
+      if (added) used.push_back(v);
+      return entry->second;
+    });
+  }
+  return used;
+}
+
+Rgb clamped(const float* c) {
+  const auto one = [](float x) { return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f) : 0.0f; };
+  return {one(c[0]), one(c[1]), one(c[2])};
+}
+
+}  // namespace
+
+const std::vector<GltfPrimitive>& GltfMeshes::primitives(size_t index) {
+  if (const auto found = meshes_.find(index); found != meshes_.end()) return found->second;
+  std::vector<GltfPrimitive> list;
+  scene_.attempt([&] {
+    const GltfValue mesh = root_.require("meshes")[index];
+    const GltfValue primitives = mesh.require("primitives");
+    bool morphs = false;
+    for (size_t i = 0; i < primitives.size(); ++i) {
+      scene_.attempt([&] { add(primitives[i], &list); });
+      scene_.attempt([&] { morphs = morphs || primitives[i].count("targets") > 0; });
+    }
+    if (morphs) scene_.unsupported(mesh.pointer(), "morph targets; the mesh keeps its rest shape");
+  });
+  return meshes_[index] = std::move(list);
+}
+
+std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& primitive, size_t vertices) {
+  const int64_t mode = primitive.integer_or("mode", kTriangles, kPoints, kFan);
+  const int of = primitive.index_or_none("indices", root_.count("accessors"), "accessor");
+  std::vector<uint32_t> order;
+  if (of >= 0) {
+    const GltfAccessor indices = buffers_.accessor(static_cast<size_t>(of), {1});
+    const GltfValue where = primitive.require("indices");
+    if (!indices.holds_indices()) where.fail("must be unsigned whole numbers");
+    buffers_.charge(indices.count(), where);
+    order.resize(indices.count());
+    for (size_t i = 0; i < order.size(); ++i) {
+      order[i] = indices.read_index(i);
+      if (order[i] >= vertices) {
+        where.fail("index " + std::to_string(i) + " is " + std::to_string(order[i]) + ", but there are " +
+                   std::to_string(vertices) + " vertices");
+      }
+    }
+  } else {
+    constexpr size_t kMaxVertices = size_t{1} << 31;
+    if (vertices > kMaxVertices) primitive.fail("has more than 2147483648 vertices");
+    buffers_.charge(vertices, primitive);
+    order.resize(vertices);
+    for (size_t i = 0; i < vertices; ++i) order[i] = static_cast<uint32_t>(i);
+  }
+  std::vector<std::array<uint32_t, 3>> out;
+  if (mode == kTriangles) {
+    if (order.size() % 3 != 0)
+      primitive.fail("has " + std::to_string(order.size()) + " corners, which are no whole triangles");
+    for (size_t i = 0; i + 2 < order.size(); i += 3) out.push_back({order[i], order[i + 1], order[i + 2]});
+    return out;
+  }
+  for (size_t i = 0; i + 2 < order.size(); ++i) {
+    if (mode == kFan) {
+      out.push_back({order[i + 1], order[i + 2], order[0]});
+    } else {  // every other triangle of a strip is wound the other way round
+      out.push_back({order[i], order[i + 1 + i % 2], order[i + 2 - i % 2]});
+    }
+  }
+  // Strips repeat vertices to begin anew.
+  std::erase_if(out, [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[0] == t[2]; });
+  return out;
+}
+
+std::optional<DracoMesh> GltfMeshes::unpacked(const GltfValue& primitive) {
+  const auto extension = primitive.extension("KHR_draco_mesh_compression");
+  if (!extension) return std::nullopt;
+  const int view = extension->index_or_none("bufferView", root_.count("bufferViews"), "buffer view");
+  if (view < 0) extension->fail("needs \"bufferView\"");
+  const auto packed = buffers_.view_contents(static_cast<size_t>(view));
+  return unpack_draco(*extension, *packed, [&](size_t numbers) { buffers_.charge(numbers, *extension); });
+}
+
+void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out) {
+  const size_t accessors = root_.count("accessors");
+  const int64_t mode = primitive.integer_or("mode", kTriangles, kPoints, kFan);
+  if (mode < kTriangles) {
+    scene_.unsupported(primitive.pointer(), "points and lines; they are left out");
+    return;
+  }
+  std::optional<DracoMesh> draco = unpacked(primitive);
+  const GltfValue attributes = primitive.require("attributes");
+  const auto attribute = [&](const std::string& name,
+                             std::initializer_list<int> components) -> std::optional<GltfAccessor> {
+    const int of = attributes.index_or_none(name.c_str(), accessors, "accessor");
+    if (of < 0) return std::nullopt;
+    if (draco) {
+      if (const auto held = draco->attributes.find(name); held != draco->attributes.end())
+        return buffers_.unpacked(static_cast<size_t>(of), components, held->second);
+    }
+    return buffers_.accessor(static_cast<size_t>(of), components);
+  };
+  const auto positions = attribute("POSITION", {3});
+  if (!positions) {
+    scene_.warning(primitive.pointer(), "has no POSITION, so there is nothing to see");
+    return;
+  }
+  if (draco && positions->count() != draco->vertices)  // of an accessor beside it
+    attributes.fail("have " + std::to_string(positions->count()) + " positions, but the Draco mesh has " +
+                    std::to_string(draco->vertices) + " vertices");
+  const auto colors = attribute("COLOR_0", {3, 4});
+  const int material = primitive.index_or_none("material", root_.count("materials"), "material");
+  GltfPrimitive result;
+  result.surface = materials_.surface(material, colors.has_value());
+  if (result.surface.invisible) return;
+  const auto normals = attribute("NORMAL", {3});
+  const auto uvs = attribute("TEXCOORD_" + std::to_string(result.surface.uv_set), {2});
+  for (const auto* a : {&normals, &uvs, &colors}) {
+    if (*a && (*a)->count() != positions->count())
+      attributes.fail("have different counts: " + std::to_string(positions->count()) + " positions, " +
+                      std::to_string((*a)->count()) + " of another");
+  }
+  auto mesh = std::make_shared<TriangleMesh>();
+  mesh->triangles = draco ? std::move(draco->triangles) : triangles(primitive, positions->count());
+  const std::vector<uint32_t> used = keep_used(&mesh->triangles, positions->count());
+  buffers_.charge(used.size(), primitive);
+  mesh->positions.reserve(used.size());
+  for (const uint32_t v : used) {
+    float x[4];
+    positions->read(v, x);
+    mesh->positions.push_back({x[0], x[1], x[2]});
+    if (normals) {
+      normals->read(v, x);
+      mesh->normals.push_back({x[0], x[1], x[2]});
+    }
+    if (uvs) {
+      uvs->read(v, x);
+      mesh->uvs.push_back({x[0], 1 - x[1]});  // v points up here
+    }
+    if (colors) {
+      x[3] = 1;
+      colors->read(v, x);
+      const Rgb c = clamped(x);
+      mesh->colors.push_back({c.r, c.g, c.b, clamped(x + 1).b});
+    }
+  }
+  try {
+    require_valid_mesh(*mesh);
+  } catch (const Error& error) {
+    primitive.fail(error.what());
+  }
+  if (const size_t n = drop_zero_area_triangles(mesh.get()); n > 0)
+    scene_.warning(primitive.pointer(), std::to_string(n) + " triangles without area are left out");
+  if (const size_t n = mend_zero_normals(mesh.get()); n > 0)
+    scene_.warning(primitive.pointer(),
+                   std::to_string(n) + " normals without direction are taken from the triangles");
+  if (mesh->triangles.empty()) return;
+  result.mesh = std::move(mesh);
+  result.location = {scene_.name, 1, 1};
+  out->push_back(std::move(result));
+}
+
+}  // namespace lightmill

@@ -1,0 +1,34 @@
+#pragma once
+// glTF primitives as triangle meshes.
+#include "common/scene/gltf/materials.h"
+
+namespace lightmill {
+
+/// One primitive of a mesh, shared by the nodes that show it.
+struct GltfPrimitive {
+  std::shared_ptr<const TriangleMesh> mesh;
+  GltfSurface surface;
+  SourceLocation location;
+};
+
+class GltfMeshes {
+ public:
+  GltfMeshes(GltfScene& scene, GltfBuffers& buffers, GltfMaterials& materials, const GltfValue& root)
+      : scene_(scene), buffers_(buffers), materials_(materials), root_(root) {}
+
+  /// The primitives of mesh `index` that can be seen; read once. What can't be used is reported.
+  const std::vector<GltfPrimitive>& primitives(size_t index);
+
+ private:
+  void add(const GltfValue& primitive, std::vector<GltfPrimitive>* out);
+  std::vector<std::array<uint32_t, 3>> triangles(const GltfValue& primitive, size_t vertices);
+  std::optional<DracoMesh> unpacked(const GltfValue& primitive);
+
+  GltfScene& scene_;
+  GltfBuffers& buffers_;
+  GltfMaterials& materials_;
+  GltfValue root_;
+  std::map<size_t, std::vector<GltfPrimitive>> meshes_;
+};
+
+}  // namespace lightmill

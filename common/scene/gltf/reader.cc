@@ -1,0 +1,111 @@
+#include "common/scene/gltf/reader.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.h"
+#include "common/scene/gltf/container.h"
+#include "common/scene/gltf/view.h"
+#include "common/scene/scene_files.h"
+#include "common/scene/transform.h"
+#include "common/job/settings.h"
+
+namespace lightmill {
+namespace {
+
+constexpr size_t kMaxFileBytes = size_t{1} << 32;
+
+/// Refuses what the file says it can't be read without, and names what is left out.
+void check_extensions(GltfScene& out, const GltfValue& root) {
+  const GltfValue asset = root.require("asset");
+  const std::string version = asset.require("version").text();
+  if (!version.starts_with("2.")) asset.fail("glTF version " + in_quotes(version) + "; 2.0 is needed");
+  const size_t required = root.count("extensionsRequired");
+  for (size_t i = 0; i < required; ++i) {
+    const GltfValue name = root.require("extensionsRequired")[i];
+    if (!knows_gltf_extension(name.text()))
+      out.error({name.pointer(), "the file can't be read without " + in_quotes(name.text()) +
+                                     ", which is not supported; export it without"});
+  }
+  if (root.count("animations") > 0)
+    out.unsupported("/animations", "animations; the scene is shown as its nodes stand");
+}
+
+bool shines(const SceneDescription& scene) {
+  const auto emits = [](const std::vector<ShapeDescription>& shapes) {
+    return std::any_of(shapes.begin(), shapes.end(), [](const auto& s) { return s.area_light >= 0; });
+  };
+  return !scene.lights.empty() || emits(scene.shapes) ||
+         std::any_of(scene.objects.begin(), scene.objects.end(),
+                     [&](const auto& o) { return emits(o.shapes); });
+}
+
+/// Light for scenes that say nothing of it: what viewers do, so that there is something to see.
+void light_up(GltfScene& out) {
+  constexpr float kSky = 0.4f, kLamp = 2;
+  out.warning("",
+              "nothing in the scene emits light; it is lit by a grey sky and from above the camera's left "
+              "(--environment FILE gives it a picture)");
+  const SourceLocation where{out.name, 1, 1};
+  Vec3d d = transform_vector(out.scene.camera.camera_to_world, {0.5, -0.7, 0.8});
+  const double n = length(d);
+  out.scene.lights.push_back({DistantLight{{kLamp, kLamp, kLamp}, {d.x / n, d.y / n, d.z / n}}, where});
+  out.scene.lights.push_back({InfiniteLight{{kSky, kSky, kSky}}, where});
+}
+
+void add_environment(GltfScene& out, const std::string& file) {
+  if (file.empty()) {
+    if (!shines(out.scene)) light_up(out);
+    return;
+  }
+  InfiniteLight light;
+  light.radiance = {1, 1, 1};
+  light.lat_long = true;
+  out.attempt([&] {
+    light.image_path = out.open_reference(file, "--environment");
+    out.scene.chosen_environment = bundle_name(file);
+    out.scene.lights.push_back({light, {out.name, 1, 1}});
+  });
+}
+
+}  // namespace
+
+SceneDescription read_gltf(const std::string& name, const FileSource& files, const LoadOptions& options,
+                           ProblemList* problems) {
+  GltfScene out(files, problems);
+  out.name = name;
+  out.scene.film.filename = std::filesystem::path(name).stem().string() + ".exr";
+  out.scene.sampling.max_depth = kUnlimitedDepth;
+  out.scene.chosen_camera = options.camera;
+  SourceLocation place{name, 1, 1};
+  try {
+    const std::string path = out.open_reference(name, "");
+    GltfContainer container = open_gltf_container(read_scene_file(path, kMaxFileBytes));
+    out.json_text = std::move(container.json);
+    out.glb_binary = std::move(container.binary);
+    const nlohmann::json document = parse_gltf_json(out.json_text, &place);
+    const GltfValue root(document, "");
+    check_extensions(out, root);
+    if (problems->errors() > 0) return std::move(out.scene);
+    GltfBuffers buffers(out, root);
+    GltfTextures textures(out, buffers, root);
+    GltfMaterials materials(out, textures, root);
+    GltfMeshes meshes(out, buffers, materials, root);
+    GltfNodes nodes(out, buffers, meshes, root);
+    nodes.visit_scene();
+    choose_gltf_camera(out, nodes.cameras(), options.camera);
+    add_environment(out, options.environment);
+  } catch (const GltfProblem& problem) {
+    if (problem.pointer.empty()) {
+      problems->error(place, problem.message);
+    } else {
+      out.error(problem);
+    }
+  } catch (const Error& error) {
+    problems->error(place, std::string("the file ") + error.what());
+  }
+  return std::move(out.scene);
+}
+
+}  // namespace lightmill

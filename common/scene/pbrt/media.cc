@@ -1,0 +1,71 @@
+// MakeNamedMedium.
+#include <algorithm>
+
+#include "common/scene/spectrum/medium_presets.h"
+#include "common/scene/pbrt/scene.h"
+
+namespace lightmill {
+namespace {
+
+constexpr double kMaxScale = 1e30;
+/// Beyond this mean cosine a phase function is a beam that float can hardly tell from no scattering.
+constexpr double kMostForward = 0.9999;
+
+Rgb scaled(const Rgb& c, double s) {
+  const auto f = [&](float x) { return static_cast<float>(x * s); };
+  return {f(c.r), f(c.g), f(c.b)};
+}
+
+bool fits(const Rgb& c) { return std::max({c.r, c.g, c.b}) <= kMaxScale; }
+
+void read_homogeneous(PbrtScene& out, ParameterList& params, MediumDescription* medium) {
+  const std::string preset = params.text("preset", "");
+  const MeasuredMedium* measured = preset.empty() ? nullptr : find_measured_medium(preset);
+  if (!preset.empty() && measured == nullptr) {
+    params.bad_value("preset", "names no measured medium: " + in_quotes(preset) +
+                                   nearest_hint(preset, measured_medium_names()));
+  }
+  medium->sigma_a = out.spectrum(params, "sigma_a", SpectrumUse::kFactor, {1, 1, 1});
+  medium->sigma_s = out.spectrum(params, "sigma_s", SpectrumUse::kFactor, {1, 1, 1});
+  if (measured != nullptr) {
+    medium->sigma_a = measured->sigma_a;
+    medium->sigma_s = measured->reduced_sigma_s;
+  }
+  const double scale = params.number("scale", 1, 0, kMaxScale);
+  medium->sigma_a = scaled(medium->sigma_a, scale);
+  medium->sigma_s = scaled(medium->sigma_s, scale);
+  medium->g = static_cast<float>(params.number("g", 0, -kMostForward, kMostForward));
+  medium->emission = scaled(out.spectrum(params, "Le", SpectrumUse::kEmission, {0, 0, 0}),
+                            params.number("Lescale", 1, 0, kMaxScale));
+  if (!fits(medium->sigma_a) || !fits(medium->sigma_s) || !fits(medium->emission))
+    out.problems->error(params.where(),
+                        params.owner() + " has coefficients beyond 1e30; lower its \"scale\"");
+}
+
+}  // namespace
+
+MediumDescription translate_medium(PbrtScene& out, const std::string& name, ParameterList& params) {
+  MediumDescription medium;
+  medium.name = name;
+  medium.location = params.where();
+  const std::string type = params.text("type", "");
+  static const std::vector<std::string_view> known = {"homogeneous", "uniformgrid", "rgbgrid", "cloud",
+                                                      "nanovdb"};
+  if (type == "homogeneous") {
+    read_homogeneous(out, params, &medium);
+    params.finish();
+    return medium;
+  }
+  medium.sigma_a = medium.sigma_s = {0, 0, 0};
+  if (type.empty()) {
+    if (!params.has("type")) out.problems->error(params.where(), params.owner() + " needs a \"string type\"");
+  } else if (std::find(known.begin(), known.end(), type) != known.end()) {
+    out.problems->unsupported(params.where(),
+                              params.owner() + " of type " + in_quotes(type) + " is rendered as empty space");
+  } else {
+    report_unknown_word(params, "medium", type, known);
+  }
+  return medium;  // its parameters are another medium's: not checked
+}
+
+}  // namespace lightmill

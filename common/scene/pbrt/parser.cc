@@ -1,0 +1,313 @@
+// Files, scopes and the pieces that directives are made of; the directives are in directives.cc.
+#include "common/scene/pbrt/parser.h"
+
+#include <algorithm>
+
+#include "common/base/error.h"
+#include "common/scene/fold_constants.h"
+#include "common/scene/motion.h"
+#include "common/scene/pbrt/quadrics.h"
+#include "common/scene/scene_files.h"
+#include "common/scene/transform.h"
+
+namespace lightmill {
+namespace {
+
+constexpr size_t kMaxIncludeDepth = 32;
+// Files may include one another so that the text grows exponentially; these bound it.
+constexpr size_t kMaxFilesRead = 200000;
+constexpr size_t kMaxTextBytes = size_t{1} << 31;
+constexpr size_t kMaxScopes = 10000;
+
+/// Whether there is a medium around the camera or on a side of a shape.
+bool has_media(const SceneDescription& scene) {
+  const auto beside = [](const ShapeDescription& s) { return s.media.inside >= 0 || s.media.outside >= 0; };
+  return scene.camera.medium >= 0 || std::ranges::any_of(scene.shapes, beside) ||
+         std::ranges::any_of(scene.objects, [&](const ObjectDescription& o) {
+           return std::ranges::any_of(o.shapes, beside);
+         });
+}
+
+}  // namespace
+
+SceneDescription PbrtParser::parse(const std::string& name) {
+  parse_file(name, {name, 1, 1});
+  finish();
+  return std::move(out_.scene);
+}
+
+void PbrtParser::parse_file(const std::string& reference, const SourceLocation& where) {
+  const std::string path = out_.open_reference(reference, where);
+  if (path.empty()) return;
+  if (std::find(open_files_.begin(), open_files_.end(), path) != open_files_.end()) {
+    problems_->error(where, "the file " + in_quotes(reference) + " includes itself");
+    return;
+  }
+  if (open_files_.size() >= kMaxIncludeDepth || ++files_read_ > kMaxFilesRead) {
+    problems_->error(where, open_files_.size() >= kMaxIncludeDepth
+                                ? "files include one another more than 32 deep"
+                                : "more than 200000 files are included");
+    return;
+  }
+  std::string text;
+  try {
+    text = read_scene_file(path, kMaxTextBytes - bytes_read_);
+  } catch (const Error& e) {
+    problems_->error(where, "the file " + in_quotes(reference) + " " + e.what());
+    return;
+  }
+  bytes_read_ += text.size();
+  out_.expect_meshes(text);
+  PbrtTokenizer tokenizer(std::move(text), &file_names_.emplace_back(reference), problems_);
+  PbrtTokenizer* const outer = tokens_;
+  tokens_ = &tokenizer;
+  open_files_.push_back(path);
+  parse_tokens();
+  open_files_.pop_back();
+  tokens_ = outer;
+}
+
+void PbrtParser::parse_tokens() {
+  while (!problems_->full()) {
+    const Token token = tokens_->next();
+    if (token.kind == Token::Kind::kEnd) return;
+    if (token.kind != Token::Kind::kWord) {
+      problems_->error(token.where.location(), "a directive is expected, not " + in_quotes(token.text));
+      skip_to_directive();
+      continue;
+    }
+    const auto found = handlers().find(token.text);
+    if (found == handlers().end()) {
+      std::vector<std::string_view> names;
+      for (const auto& [name, handler] : handlers()) names.push_back(name);
+      problems_->error(token.where.location(),
+                       "unknown directive " + in_quotes(token.text) + nearest_hint(token.text, names));
+      skip_to_directive();
+      continue;
+    }
+    const int errors = problems_->errors();
+    (this->*found->second)(token);
+    if (problems_->errors() > errors) skip_to_directive();
+  }
+}
+
+void PbrtParser::skip_to_directive() {
+  for (;;) {
+    const Token& token = tokens_->peek();
+    if (token.kind == Token::Kind::kEnd) return;
+    if (token.kind == Token::Kind::kWord && handlers().contains(token.text)) return;
+    tokens_->next();
+  }
+}
+
+std::optional<std::string> PbrtParser::take_string(const Token& directive, const char* what) {
+  const Token& token = tokens_->peek();
+  if (token.kind == Token::Kind::kString) return std::string(tokens_->next().text);
+  problems_->error(token.where.location(),
+                   std::string(directive.text) + " needs " + what + " in quotes" +
+                       (token.kind == Token::Kind::kEnd ? "; the file ends here" : ""));
+  return std::nullopt;
+}
+
+bool PbrtParser::take_numbers(const Token& directive, double* numbers, size_t count) {
+  const bool bracketed = tokens_->peek().kind == Token::Kind::kOpen;
+  if (bracketed) tokens_->next();
+  const auto fail = [&](const Token& token) {
+    problems_->error(
+        token.where.location(),
+        std::string(directive.text) + " needs " + std::to_string(count) + " finite numbers" +
+            (token.kind == Token::Kind::kEnd ? "; the file ends here" : ", not " + in_quotes(token.text)));
+    return false;
+  };
+  for (size_t i = 0; i < count; ++i) {
+    const Token& token = tokens_->peek();
+    if (token.kind != Token::Kind::kWord || !parse_number(token.text, &numbers[i])) return fail(token);
+    tokens_->next();
+  }
+  if (bracketed) {
+    if (tokens_->peek().kind != Token::Kind::kClose) return fail(tokens_->peek());
+    tokens_->next();
+  }
+  return true;
+}
+
+ParameterList PbrtParser::take_parameters(const Token& directive, const std::string& owner,
+                                          const char* inherited_from) {
+  std::vector<Parameter> parameters = parse_parameters(*tokens_, state_.color_space, problems_);
+  if (const auto found = state_.inherited->find(inherited_from); found != state_.inherited->end()) {
+    for (const Parameter& p : found->second) {
+      const bool given = std::any_of(parameters.begin(), parameters.end(),
+                                     [&](const Parameter& q) { return q.name == p.name; });
+      if (!given) parameters.push_back(p);
+    }
+  }
+  return ParameterList(owner, directive.where.location(), std::move(parameters), problems_);
+}
+
+bool PbrtParser::require_world(const Token& directive) {
+  if (in_world_) return true;
+  problems_->error(directive.where.location(), std::string(directive.text) + " must come after WorldBegin");
+  return false;
+}
+
+bool PbrtParser::require_options(const Token& directive) {
+  const SourceLocation where = directive.where.location();
+  if (in_world_) {
+    problems_->error(where, std::string(directive.text) + " must come before WorldBegin");
+    return false;
+  }
+  const auto [previous, is_first] = once_.try_emplace(std::string(directive.text), where);
+  if (!is_first) {
+    problems_->warning(where, std::string(directive.text) + " is given again; it replaces the one at line " +
+                                  std::to_string(previous->second.line));
+    previous->second = where;
+  }
+  return true;
+}
+
+void PbrtParser::apply(const Token& directive, const Transform& transform, bool replace) {
+  const SourceLocation where = directive.where.location();
+  if (!is_affine(transform)) {
+    problems_->error(where, std::string(directive.text) + " is not affine: the last row must be 0 0 0 1");
+    return;
+  }
+  if (is_singular(transform)) {
+    // Exporters write such nodes with nothing in them: what is put there is refused.
+    if (in_world_ && state_.transforms_start && state_.transforms_end) {
+      state_.flat = where;
+      return;
+    }
+    problems_->error(where,
+                     std::string(directive.text) + " is singular: it flattens space; no factor may be 0");
+    return;
+  }
+  if (replace) state_.flat.reset();
+  const auto apply_to = [&](Transform* ctm) {
+    const Transform next = replace ? transform : *ctm * transform;
+    const bool good = is_in_range(next) && !is_singular(next) && is_in_range(inverse(next));
+    if (good) *ctm = next;
+    return good;
+  };
+  const bool together = state_.transforms_start && state_.transforms_end && !ctm_moves();
+  bool good = !state_.transforms_start || apply_to(&state_.shape.ctm);
+  if (together) {
+    state_.ctm_end = state_.shape.ctm;
+  } else if (good && state_.transforms_end) {
+    good = apply_to(&state_.ctm_end);
+  }
+  if (!good) {
+    problems_->error(
+        where, std::string(directive.text) + " makes the transform singular or leave the range of numbers");
+  }
+}
+
+int PbrtParser::moves_to(const Token& directive, const Transform& start, const Transform& end) {
+  if (start.m == end.m) return -1;
+  if (!can_move(start, end)) {
+    problems_->error(
+        directive.where.location(),
+        "what moves here would be turned inside out on its way: a Scale of one sign at the start "
+        "and of the other at the end");
+    return -1;
+  }
+  std::vector<Transform>& later = out_.scene.later;
+  if (later.empty() || later.back().m != end.m || last_start_.m != start.m) {
+    later.push_back(end);
+    last_start_ = start;
+  }
+  return static_cast<int>(later.size()) - 1;
+}
+
+void PbrtParser::stays(const Token& directive, const char* what) {
+  if (ctm_moves()) {
+    problems_->unsupported(directive.where.location(),
+                           std::string(what) + " that moves: it stays as at its start time");
+  }
+}
+
+bool PbrtParser::refuse_if_flat() {
+  if (!state_.flat) return false;
+  const SourceLocation& where = *state_.flat;
+  if (flat_reported_.file != where.file || flat_reported_.line != where.line) {
+    problems_->error(where, "the transform is singular: it flattens what is put there; no factor may be 0");
+    flat_reported_ = where;
+  }
+  return true;
+}
+
+void PbrtParser::push(Scope::Kind kind, const Token& directive) {
+  if (scopes_.size() >= kMaxScopes) {
+    problems_->error(directive.where.location(), "attribute scopes are nested more than 10000 deep");
+    return;
+  }
+  scopes_.push_back({kind, state_, directive.where.location()});
+}
+
+bool PbrtParser::pop(Scope::Kind kind, const Token& directive, const char* opener) {
+  if (scopes_.empty() || scopes_.back().kind != kind) {
+    const std::string open =
+        scopes_.empty() ? ""
+                        : "; the scope open here began at line " + std::to_string(scopes_.back().where.line);
+    problems_->error(directive.where.location(), std::string(directive.text) + " without " + opener + open);
+    return false;
+  }
+  if (kind == Scope::Kind::kTransform) {
+    const State& saved = scopes_.back().saved;
+    state_.shape.ctm = saved.shape.ctm;
+    state_.ctm_end = saved.ctm_end;
+    state_.transforms_start = saved.transforms_start;
+    state_.transforms_end = saved.transforms_end;
+    state_.flat = saved.flat;
+  } else {
+    state_ = std::move(scopes_.back().saved);
+  }
+  scopes_.pop_back();
+  return true;
+}
+
+void PbrtParser::finish() {
+  if (file_names_.empty()) return;  // the scene file itself could not be read
+  if (problems_->full()) return;
+  for (const Scope& scope : scopes_) {
+    problems_->error(scope.where, "the scope that begins here is never closed; is the file cut off?");
+  }
+  const SourceLocation top{file_names_.front(), 1, 1};
+  if (!in_world_) {
+    problems_->error(top, "there is no WorldBegin: the scene has no content");
+    return;
+  }
+  out_.report_undefined();
+  SceneDescription& scene = out_.scene;
+  // Of shapes without a surface only those are kept that media end at.
+  const auto drop_invisible = [&](std::vector<ShapeDescription>* shapes) {
+    const auto unseen = [&](const ShapeDescription& s) {
+      return s.area_light < 0 && out_.invisible_materials.contains(s.material);
+    };
+    std::erase_if(*shapes, [&](const auto& s) { return unseen(s) && !s.media.transition(); });
+    for (ShapeDescription& s : *shapes) s.boundary = unseen(s);
+  };
+  if (problems_->errors() == 0) fold_constants(&scene);
+  drop_invisible(&scene.shapes);
+  for (ObjectDescription& object : scene.objects) drop_invisible(&object.shapes);
+  tessellate_stretched_spheres(&scene, problems_);
+  if (!scene.later.empty()) settle_motion(times_, &scene);
+  scene.camera.lens.film_diagonal = out_.film_diagonal;
+  scene.film.imaging_ratio =
+      film_exposure_time_.value_or(times_.shutter_closes - times_.shutter_opens) * iso_ratio_;
+  const bool emits = !scene.lights.empty() || std::any_of(scene.shapes.begin(), scene.shapes.end(),
+                                                          [](const auto& s) { return s.area_light >= 0; });
+  if (!emits && problems_->errors() == 0) {
+    problems_->error(top,
+                     "the scene has no light that is supported: the picture would be black; add an "
+                     "AreaLightSource to a shape, or a LightSource");
+  }
+  if (out_.media_left_out && has_media(scene)) {
+    problems_->warning(*out_.media_left_out,
+                       "pbrt's integrator " + in_quotes(scene.sampling.integrator) +
+                           " leaves the scene's media out; they are rendered here, as by "
+                           "pbrt's volpath");
+  }
+  if (problems_->errors() == 0) out_.list_images();
+}
+
+}  // namespace lightmill

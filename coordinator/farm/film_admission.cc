@@ -1,0 +1,64 @@
+#include "coordinator/farm/film_admission.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace lightmill {
+
+std::optional<std::vector<JobId>> FilmSeats::yielding(const Claim& claim, double now) const {
+  std::vector<JobId> ids;
+  double left = bytes_;
+  const auto enough = [&] { return ids.size() == seats_.size() || left + claim.bytes <= max_bytes_; };
+  if (enough()) return ids;
+  std::vector<std::pair<Claim, JobId>> may;
+  for (const auto& [id, seat] : seats_) {
+    const bool had_more = std::pair(seat.claim.submitter_served, seat.claim.served) >
+                          std::pair(claim.submitter_served, claim.served);
+    if (seat.claim.priority < claim.priority ||
+        (seat.claim.priority == claim.priority && had_more && now - seat.since >= kTurnSeconds)) {
+      may.emplace_back(seat.claim, id);
+    }
+  }
+  std::sort(may.begin(), may.end(), [](const auto& a, const auto& b) {
+    const auto key = [](const auto& item) {
+      const Claim& c = item.first;
+      return std::tuple(c.priority, -c.submitter_served, -c.served, item.second);
+    };
+    return key(a) < key(b);
+  });
+  for (const auto& [other, id] : may) {
+    ids.push_back(id);
+    left -= other.bytes;
+    if (enough()) return ids;
+  }
+  return std::nullopt;
+}
+
+bool FilmSeats::may_take(const JobId& job, const Claim& claim, double now) const {
+  return seated(job) || yielding(claim, now);
+}
+
+void FilmSeats::take(const JobId& job, const Claim& claim, double now) {
+  if (seated(job)) return;
+  if (const auto gone = yielding(claim, now)) {
+    for (const JobId& id : *gone) leave(id);
+  }
+  seats_[job] = {claim, now};
+  bytes_ += claim.bytes;
+}
+
+void FilmSeats::update(const JobId& job, const Claim& claim) {
+  const auto found = seats_.find(job);
+  if (found == seats_.end()) return;
+  bytes_ += claim.bytes - found->second.claim.bytes;
+  found->second.claim = claim;
+}
+
+void FilmSeats::leave(const JobId& job) {
+  const auto found = seats_.find(job);
+  if (found == seats_.end()) return;
+  bytes_ -= found->second.claim.bytes;
+  seats_.erase(found);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,122 @@
+#include "coordinator/farm/job_record.h"
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "common/base/json_text.h"
+
+namespace lightmill {
+namespace {
+
+using nlohmann::json;
+
+struct CounterField {
+  const char* name;
+  uint64_t RenderCounters::*member;
+};
+constexpr CounterField kCounters[] = {
+    {"camera_paths", &RenderCounters::camera_paths},
+    {"light_paths", &RenderCounters::light_paths},
+    {"closest_hit_rays", &RenderCounters::closest_hit_rays},
+    {"shadow_rays", &RenderCounters::shadow_rays},
+    {"zero_connections_skipped", &RenderCounters::zero_connections_skipped},
+    {"rouletted_connections", &RenderCounters::rouletted_connections},
+    {"nonfinite", &RenderCounters::nonfinite},
+};
+
+}  // namespace
+
+const char* tile_state_name(TileState state) {
+  switch (state) {
+    case TileState::kPending:
+      return "pending";
+    case TileState::kLeased:
+      return "leased";
+    case TileState::kCommitted:
+      return "committed";
+  }
+  throw std::logic_error("unknown tile state");
+}
+
+std::vector<LeaseToken> lease_tokens(const TileRecord& tile) {
+  std::vector<LeaseToken> tokens;
+  if (tile.rival_attempt > 0) tokens.push_back({tile.rival_attempt, tile.rival_worker});
+  if (!tile.worker.empty()) tokens.push_back({tile.attempt, tile.worker});
+  return tokens;
+}
+
+bool committed_under(const TileRecord& tile, const LeaseToken& token) {
+  return tile.state == TileState::kCommitted && lease_tokens(tile) == std::vector{token};
+}
+
+std::string job_record_to_json(const JobRecord& r) {
+  JsonText counters, text;
+  for (const CounterField& field : kCounters) counters.add(field.name, r.counters.*field.member);
+  json after = json::array();
+  for (const JobId& id : r.after) after.push_back(id.value);
+  text.add_raw("after", after.dump(-1, ' ', false, json::error_handler_t::replace));
+  text.add("bundle", r.bundle_digest);
+  text.add("class", r.arithmetic_class);
+  text.add("commit_bytes", r.commit_bytes);
+  text.add_raw("counters", counters.end());
+  text.add("cpu_seconds", r.cpu_seconds);
+  text.add("leases_reassigned", r.leases_reassigned);
+  text.add("max_workers", r.max_workers);
+  text.add("message", r.message);
+  if (!r.missing_light.empty())
+    text.add_raw("missing_light", json(r.missing_light).dump(-1, ' ', false, json::error_handler_t::replace));
+  text.add("name", r.name);
+  text.add("packets_done", r.packets_done);
+  text.add("pixel_samples", r.pixel_samples);
+  text.add("pool", r.pool);
+  text.add("priority", r.priority);
+  if (r.quantum_exponent) text.add("quantum", *r.quantum_exponent);
+  text.add("settings", settings_to_json(r.settings));
+  text.add("state", job_state_name(r.state));
+  text.add("submitter", r.submitter);
+  text.add("target_met", r.target_met);
+  text.add("tiles_committed", r.tiles_committed);
+  text.add("wall_seconds", r.wall_seconds);
+  return text.end();
+}
+
+JobRecord job_record_from_json(const JobId& id, const std::string& text) {
+  try {
+    const json j = json::parse(text);
+    JobRecord r;
+    r.id = id;
+    r.name = j.at("name").get<std::string>();
+    r.bundle_digest = j.at("bundle").get<std::string>();
+    r.settings = settings_from_json(j.at("settings").get<std::string>());
+    r.priority = j.at("priority").get<int>();
+    r.pool = j.at("pool").get<std::string>();
+    if (j.contains("submitter")) {  // since schema 4
+      r.submitter = j.at("submitter").get<std::string>();
+      r.max_workers = j.at("max_workers").get<int>();
+      for (const json& id_text : j.at("after")) r.after.push_back(JobId{id_text.get<std::string>()});
+    }
+    const auto state = job_state_from_name(j.at("state").get<std::string>());
+    if (!state) throw Error(ErrorKind::kFailed, "job " + id.value + " in the store: unknown state");
+    r.state = *state;
+    r.message = j.at("message").get<std::string>();
+    r.arithmetic_class = j.at("class").get<std::string>();
+    if (j.contains("quantum")) r.quantum_exponent = j.at("quantum").get<int>();
+    r.target_met = j.at("target_met").get<bool>();
+    r.wall_seconds = j.at("wall_seconds").get<double>();
+    r.cpu_seconds = j.at("cpu_seconds").get<double>();
+    r.packets_done = j.at("packets_done").get<int64_t>();
+    r.tiles_committed = j.at("tiles_committed").get<int64_t>();
+    r.leases_reassigned = j.at("leases_reassigned").get<int64_t>();
+    r.pixel_samples = j.at("pixel_samples").get<int64_t>();
+    r.commit_bytes = j.value("commit_bytes", uint64_t{0});  // not counted by older versions
+    if (j.contains("missing_light")) r.missing_light = j.at("missing_light").get<std::vector<std::string>>();
+    for (const CounterField& field : kCounters) {
+      r.counters.*field.member = j.at("counters").at(field.name).get<uint64_t>();
+    }
+    return r;
+  } catch (const json::exception& e) {
+    throw Error(ErrorKind::kFailed, "job " + id.value + " in the store is malformed: " + e.what());
+  }
+}
+
+}  // namespace lightmill

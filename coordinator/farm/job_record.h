@@ -1,0 +1,83 @@
+#pragma once
+// What the store keeps of a job and of its tiles.
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/farm/farm_types.h"
+#include "common/farm/pilot_result.h"
+
+namespace lightmill {
+
+enum class TileState : int { kPending = 0, kLeased = 1, kCommitted = 2 };
+/// "pending", "leased" or "committed".
+const char* tile_state_name(TileState state);
+
+/// One worker's right to commit a tile.
+struct LeaseToken {
+  int64_t attempt = 0;
+  WorkerId worker;
+  bool operator==(const LeaseToken&) const = default;
+};
+
+/// Whether another worker renders a committed tile once more, to compare.
+enum class TileCheck : int { kNone = 0, kWanted = 1, kPassed = 2 };
+
+/// A row of the ledger: a tile, or first of all the job's pilot (common/farm/pilot_result.h).
+///
+/// A tile may be leased to two workers at the same time, who race for it. Then `rival_…` is the earlier
+/// lease. If the later one ends first, `worker` is empty and the earlier one goes on alone. Of a committed
+/// tile only the lease stays that counted, in the place where it was.
+struct TileRecord {
+  TileId id;
+  TileSpec tile;
+  TileState state = TileState::kPending;
+  int64_t attempt = 0;        // leases so far
+  int failures = 0;           // attempts that ended in a failure report, a corrupt partial or silence
+  WorkerId worker;            // of the last lease
+  std::string digest;         // of the committed partial's content
+  int64_t rival_attempt = 0;  // 0: no race
+  WorkerId rival_worker;
+  TileCheck check = TileCheck::kNone;
+  bool operator==(const TileRecord&) const = default;
+};
+
+/// The leases that are good, of a leased tile: one or two. The one that counted, of a committed tile. The
+/// last one, of a pending tile, if it ever had one.
+std::vector<LeaseToken> lease_tokens(const TileRecord& tile);
+/// True if the tile was committed under this lease.
+bool committed_under(const TileRecord& tile, const LeaseToken& token);
+
+/// A job without its tiles. The totals are over the committed tiles.
+struct JobRecord {
+  JobId id;
+  std::string name;
+  std::string bundle_digest;
+  RenderSettings settings;
+  int priority = 0;
+  std::string pool;
+  std::string submitter;
+  int max_workers = 0;       // 0: any number
+  std::vector<JobId> after;  // jobs that must be done before its first lease
+  JobState state = JobState::kQueued;
+  std::string message;
+  std::string arithmetic_class;         // of the first worker that got a lease; empty before
+  std::optional<int> quantum_exponent;  // of the first committed partial
+  bool target_met = false;              // --target-error was reached: no more rounds
+  double wall_seconds = 0;
+  double cpu_seconds = 0;
+  int64_t packets_done = 0;
+  int64_t tiles_committed = 0;
+  int64_t leases_reassigned = 0;
+  int64_t pixel_samples = 0;
+  uint64_t commit_bytes = 0;  // of the accepted partials
+  RenderCounters counters;
+  std::vector<std::string> missing_light;  // as in JobStatus
+};
+
+/// JSON text of everything but the id, and back; throws Error(kFailed) on malformed text.
+std::string job_record_to_json(const JobRecord& record);
+JobRecord job_record_from_json(const JobId& id, const std::string& text);
+
+}  // namespace lightmill

@@ -1,0 +1,30 @@
+#pragma once
+// The coordinator's HTTP side: /healthz and /livez, /metrics and the dashboard (coordinator/web/web_api.h).
+#include <memory>
+#include <string>
+
+#include "common/rpc/security.h"
+#include "coordinator/http/metrics.h"
+#include "coordinator/web/web_api.h"
+
+namespace lightmill {
+
+/// HTTPS if there are `files`, read at every connection; roles if `web` has an authenticator. A token comes
+/// as "Authorization: Bearer TOKEN", or from browsers as the password of any user.
+class HttpServer {
+ public:
+  /// Binds HOST:PORT (port 0: any) and serves from threads of its own. Throws Error(kFailed) if the address
+  /// can't be bound. What `web` refers to, and `metrics`, must outlive the
+  /// server.
+  HttpServer(const std::string& address, const WebOptions& web, const Metrics& metrics,
+             const SecurityFiles& files);
+  ~HttpServer();
+  int port() const { return port_; }
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  int port_ = 0;
+};
+
+}  // namespace lightmill

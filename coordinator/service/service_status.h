@@ -1,0 +1,35 @@
+#pragma once
+// The error policy of the services: what a handler throws becomes a status; nothing gets out of a handler.
+#include <grpcpp/support/status.h>
+
+#include <new>
+
+#include "common/rpc/status.h"
+#include "coordinator/core/farm.h"
+#include "coordinator/store/job_store.h"
+
+namespace lightmill {
+
+/// Runs a handler that returns a grpc::Status.
+template <class Handler>
+grpc::Status guarded(Handler&& handler) {
+  try {
+    return handler();
+  } catch (const UnknownJob& e) {
+    return {grpc::StatusCode::NOT_FOUND, one_line(e.what())};
+  } catch (const UnknownWorker& e) {
+    return {grpc::StatusCode::NOT_FOUND, one_line(e.what())};
+  } catch (const LimitReached& e) {
+    return {grpc::StatusCode::RESOURCE_EXHAUSTED, one_line(e.what())};
+  } catch (const StoreError& e) {
+    return {grpc::StatusCode::INTERNAL, one_line(e.what())};
+  } catch (const Error& e) {
+    return to_status(e);
+  } catch (const std::bad_alloc&) {
+    return {grpc::StatusCode::RESOURCE_EXHAUSTED, "the coordinator is out of memory"};
+  } catch (const std::exception& e) {
+    return {grpc::StatusCode::INTERNAL, one_line(e.what())};
+  }
+}
+
+}  // namespace lightmill

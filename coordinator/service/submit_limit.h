@@ -1,0 +1,38 @@
+#pragma once
+// How often a token may submit jobs.
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <string>
+
+#include "coordinator/service/rate_limiter.h"
+
+namespace lightmill {
+
+/// Thread-safe.
+class SubmitLimit {
+ public:
+  explicit SubmitLimit(double per_minute)
+      : per_minute_(per_minute), limiter_(per_minute / 60, std::max(1.0, per_minute / 6)) {}
+
+  /// Counts one submission by this token. Returns why not if it comes too soon, or nothing.
+  std::string refusal(const std::string& token) {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    const double wait = limiter_.take(token, std::chrono::duration<double>(now).count());
+    if (wait == 0) return "";
+    ++refused_;
+    return "more than " + std::to_string(std::lround(per_minute_)) +
+           " jobs a minute (the coordinator's --submit-rate); try again in " +
+           std::to_string(std::lround(std::ceil(wait))) + " s";
+  }
+  /// How many were refused.
+  uint64_t refused() const { return refused_; }
+
+ private:
+  const double per_minute_;
+  std::atomic<uint64_t> refused_{0};
+  RateLimiter limiter_;
+};
+
+}  // namespace lightmill

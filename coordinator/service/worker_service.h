@@ -1,0 +1,72 @@
+#pragma once
+// v1.WorkerService over a Farm and a BlobStore: translates, bounds, streams; decides nothing.
+//
+// Lease and Commit, which come thousands of times a second, are callbacks: gRPC's few threads receive and
+// send, and what may block (a worker that waits for work, a partial that is merged) goes to threads of our
+// own; a commit that waits for the disk holds none. All other calls have a thread each while they last.
+#include <atomic>
+
+#include "coordinator/store/blob_store.h"
+#include "coordinator/service/caller.h"
+#include "coordinator/core/farm.h"
+#include "coordinator/merge/flush_queue.h"
+#include "coordinator/http/metrics.h"
+#include "coordinator/service/quotas.h"
+#include "coordinator/service/stall_watch.h"
+#include "coordinator/service/task_pool.h"
+#include "coordinator/service/tile_log.h"
+#include "lightmill/v1/worker.grpc.pb.h"
+
+namespace lightmill {
+
+class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
+                                v1::WorkerService::WithCallbackMethod_Commit<v1::WorkerService::Service>> {
+ public:
+  /// All references must outlive the service.
+  WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log, StallWatch& stalls,
+                const Quotas& quotas, double lease_seconds, Caller caller = {});
+  /// Ends long polls soon with UNAVAILABLE.
+  void stop() { stopping_ = true; }
+
+  grpc::Status Register(grpc::ServerContext*, const v1::RegisterRequest*, v1::RegisterResponse*) override;
+  grpc::ServerUnaryReactor* Lease(grpc::CallbackServerContext*, const v1::LeaseRequest*,
+                                  v1::LeaseResponse*) override;
+  grpc::Status Renew(grpc::ServerContext*, const v1::RenewRequest*, v1::RenewResponse*) override;
+  grpc::ServerReadReactor<v1::CommitRequest>* Commit(grpc::CallbackServerContext*,
+                                                     v1::CommitResponse*) override;
+  grpc::Status Fail(grpc::ServerContext*, const v1::FailRequest*, v1::FailResponse*) override;
+  grpc::Status Warn(grpc::ServerContext*, const v1::WarnRequest*, v1::WarnResponse*) override;
+  grpc::Status Drain(grpc::ServerContext*, const v1::DrainRequest*, v1::DrainResponse*) override;
+  grpc::Status GetBundle(grpc::ServerContext*, const v1::GetBundleRequest*, v1::GetBundleResponse*) override;
+  grpc::Status FetchBlobs(grpc::ServerContext*, const v1::FetchBlobsRequest*,
+                          grpc::ServerWriter<v1::FetchBlobsResponse>*) override;
+
+ private:
+  class CommitCall;
+  /// Long poll.
+  grpc::Status wait_for_lease(grpc::CallbackServerContext* context, const v1::LeaseRequest& request,
+                              v1::LeaseResponse* response);
+  /// Once all of the partial is there.
+  CommitResult merge(const v1::CommitRequest::Header& header, const std::string& bytes, std::string* reason);
+  /// Once it is durable, if it must be; `seconds` later.
+  void answer(const v1::CommitRequest::Header& header, CommitResult result, const std::string& reason,
+              double seconds, v1::CommitResponse* response);
+  void grant(const v1::LeaseRequest& request, const LeaseGrant& grant, double waited,
+             v1::LeaseResponse* response);
+
+  Farm& farm_;
+  BlobStore& blobs_;
+  Metrics& metrics_;
+  TileLog& tile_log_;
+  StallWatch& stalls_;
+  const double lease_seconds_;
+  const Caller caller_;
+  const uint64_t most_incoming_bytes_;
+  std::atomic<bool> stopping_{false};
+  std::atomic<int> waiting_ = 0, fetches_ = 0;
+  std::atomic<uint64_t> incoming_bytes_{0};  // of partials that are being received
+  FlushQueue flush_queue_;
+  TaskPool waiting_pool_, commit_pool_;  // ended first: their tasks use what is above
+};
+
+}  // namespace lightmill

@@ -1,0 +1,154 @@
+// Light that no path meets is told of, as much as there is.
+#include "worker/render/guiding/training/missing_light.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "tests/support/render.h"
+#include "tests/support/test_scene.h"
+#include "worker/render/pipeline/recording/strategy_recorder.h"
+#include "worker/render/renderer.h"
+
+namespace lightmill::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+/// A lamp that shines up into a mirror, a screen below it; the camera sees the floor in a mirror on a wall.
+/// Light comes to the floor by the mirror above, and by way of the wall beside it.
+TestScene lit_and_seen_by_mirrors(int film) {
+  TestScene s;
+  s.quad({-1, 1.5, -1}, {2, 0, 0}, {0, 0, 2}, s.conductor(0.95f, 0));
+  s.quad({-1, 0, 1.2}, {0, 2, 0}, {2, 0, 0}, s.conductor(0.9f, 0));
+  s.quad({-1, 0, -1}, {0, 1.5, 0}, {0, 0, 2.2}, s.diffuse(0.6f));
+  s.quad({-0.3, 0.98, -0.3}, {0, 0, 0.6}, {0.6, 0, 0}, s.diffuse(0));
+  // Walks would find it (manifold_training_test.cc): panes keep them away.
+  s.quad({0.9, 0.01, -0.95}, {0, 0, 0.05}, {0.05, 0, 0}, s.thin_dielectric(1.5f));
+  s.camera({0, 1.2, -0.95}, {0, 0.4, 1.2}, 8).film(film, film);
+  return s;
+}
+void add_floor(int material, TestScene* s) { s->quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, material); }
+void add_lamp(double half, TestScene* s) {
+  const auto radiance = static_cast<float>(1 / (half * half));
+  s->quad({-half, 1, -half}, {0, 0, 2 * half}, {2 * half, 0, 0}, s->diffuse(0),
+          {.radiance = {radiance, radiance, radiance}});
+}
+Renderer renderer_of(const TestScene& s, int max_depth = 8, int threads = 1) {
+  return {s.scene, settings_for(s.scene, Integrator::kAuto, 16, max_depth), threads};
+}
+
+// Deeper paths may have more than one surface between mirrors, which the look leaves out.
+constexpr int kDepth = 4;
+
+TEST(UnmetLight, IsAllThatCameraPathsAloneBring) {
+  TestScene s = lit_and_seen_by_mirrors(64);
+  add_floor(s.diffuse(0.7f), &s);
+  add_lamp(0.1, &s);
+  const Renderer renderer = renderer_of(s, kDepth);
+  const UnmetShare unmet = look_for_unmet_light(renderer.context(), 1).up_to(kDepth);
+  const auto mean = [&](Strategies strategies) {
+    RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 128, kDepth);
+    settings.plan = SamplingPlan{.strategies = strategies};
+    return render_batches(s.scene, settings, 8).mean();
+  };
+  const Estimate all = mean(kAllStrategies), joined = mean(kAllStrategies & ~kEmissionHits);
+  ASSERT_GT(all.mean, 1.5 * joined.mean);
+  EXPECT_NEAR(unmet.all, 1 - joined.mean / all.mean, 0.06);
+  EXPECT_EQ(unmet.never, 0);
+  EXPECT_LT(unmet.seldom, 0.01) << "there is a guide, and it is large";
+  EXPECT_EQ(renderer.plan().unmet_light, "");
+}
+
+TEST(UnmetLight, CountsTheMeetingsAndTheirNoise) {
+  TestScene s = lit_and_seen_by_mirrors(32);
+  add_floor(s.coated({0.7f, 0.7f, 0.7f}, 1.3f, 0), &s);  // of no kind that is guided
+  add_lamp(0.05, &s);
+  // Without aims of light paths, which are learnt after the look.
+  const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kPt, 16, kDepth), 1);
+  const UnmetLight look = look_for_unmet_light(renderer.context(), 1);
+  const UnmetShare unmet = look.up_to(kDepth);
+  EXPECT_NEAR(unmet.seldom, unmet.all, 0.02 * unmet.all);
+  EXPECT_THAT(renderer.plan().unmet_light, HasSubstr("so small that one camera path in"));
+
+  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 4096, kDepth);
+  settings.plan = SamplingPlan{.strategies = kEmissionHits};
+  const Renderer hits(s.scene, settings, 1);
+  const auto workspace = hits.make_workspace();
+  const auto recorder = std::make_unique<StrategyRecorder>();
+  double met = 0, squares = 0, paths = 0;
+  const CellRect cells = settings.grid.cells();
+  for (int y = cells.y0; y < cells.y1; ++y) {
+    for (int x = cells.x0; x < cells.x1; ++x) {
+      for (int64_t sample = 0; sample < settings.spp; sample += kSuperblockSamples) {
+        paths += static_cast<double>(
+            hits.record_packet({x, y, sample, sample + kSuperblockSamples}, *workspace, nullptr, *recorder)
+                .camera_paths);
+        met += static_cast<double>(recorder->contributions.size());
+        for (const StrategyContribution& c : recorder->contributions)
+          squares += std::pow(double{c.rgb[0] + c.rgb[1] + c.rgb[2]} / 3, 2);
+        recorder->clear();
+      }
+    }
+  }
+  ASSERT_GT(met, 300);
+  EXPECT_NEAR(unmet.meetings, met / paths, 0.15 * met / paths);
+  const double noise = squares / paths / (look.image * look.image);
+  EXPECT_LT(unmet.noise, noise) << "without that of roulette";
+  EXPECT_GT(unmet.noise, 0.4 * noise);
+}
+
+// A light at a point is as a lamp that is too small to be met.
+TEST(UnmetLight, OfLightsAtAPointIsNeverMet) {
+  TestScene point = lit_and_seen_by_mirrors(32), lamp = point;
+  for (TestScene* s : {&point, &lamp}) add_floor(s->diffuse(0.7f), s);
+  point.point_light({0, 1, 0}, {2, 2, 2});
+  constexpr double kRadius = 1e-5;
+  constexpr auto kRadiance = static_cast<float>(2 / (M_PI * kRadius * kRadius));
+  lamp.sphere({0, 1, 0}, kRadius, lamp.diffuse(0), {.radiance = {kRadiance, kRadiance, kRadiance}});
+  const Renderer of_point = renderer_of(point), of_lamp = renderer_of(lamp);
+  EXPECT_GT(of_point.plan().unmet.never, 0.3);
+  EXPECT_NEAR(of_point.plan().unmet.never, of_lamp.plan().unmet.seldom, 0.03);
+  EXPECT_EQ(of_point.plan().unmet.seldom, 0);
+  EXPECT_EQ(of_lamp.plan().unmet.never, 0);
+  EXPECT_THAT(of_point.plan().unmet_light, HasSubstr("at a point or far away, which no path meets"));
+  EXPECT_THAT(of_lamp.plan().unmet_light, HasSubstr("so small that"));
+  EXPECT_EQ(of_point.warnings(), std::vector<std::string>{"warning: " + of_point.plan().unmet_light});
+  EXPECT_EQ(of_point.missing_light(), std::vector<std::string>{of_point.plan().unmet_light});
+
+  // A mirror, the floor, a mirror: three events.
+  EXPECT_EQ(renderer_of(point, 2).plan().unmet_light, "");
+  EXPECT_NE(renderer_of(point, 3).plan().unmet_light, "");
+  EXPECT_EQ(renderer_of(point, 8, 3).plan().unmet.never, of_point.plan().unmet.never);
+}
+
+TEST(UnmetLight, IsSaidInOneLine) {
+  EXPECT_EQ(unmet_text({.all = 0.5, .never = 0.004, .seldom = 0.004, .meetings = 1e-9}), "");
+  EXPECT_THAT(unmet_text({.all = 0.5, .never = 0.006, .seldom = 0.006, .meetings = 1e-9}),
+              AllOf(StartsWith("about 1.2 %"), HasSubstr("no path meets, and so small"),
+                    HasSubstr("one camera path in 1e+09")));
+  EXPECT_THAT(unmet_text({.never = 0.25}),
+              AllOf(StartsWith("about 25 %"), HasSubstr("no path meets;"), Not(HasSubstr("so small"))));
+}
+
+TEST(UnmetLight, IsNoneWhereSomethingCanBeJoined) {
+  TestScene s = lit_and_seen_by_mirrors(32);
+  add_floor(s.diffuse(0.7f), &s);
+  s.point_light({0, 1, 0}, {2, 2, 2});
+  s.camera({0, 1.2, -0.95}, {0, 0, 0.2}, 20);  // straight at the floor: light paths bring it
+  EXPECT_LT(renderer_of(s).plan().unmet.all, 1e-3);
+  EXPECT_EQ(renderer_of(cornell_room()).plan().unmet.all, 0);
+  TestScene dark = lit_and_seen_by_mirrors(32);
+  add_floor(dark.diffuse(0), &dark);
+  dark.scene.materials[static_cast<size_t>(dark.scene.shapes[2].material)] = dark.scene.materials.back();
+  dark.point_light({0, 1, 0}, {2, 2, 2});
+  EXPECT_EQ(renderer_of(dark).plan().unmet.all, 0) << "nothing over nothing";
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,87 @@
+#pragma once
+// Points of lights for what looks for ways to them (walks/manifold_walk.h): chosen without regard to who
+// asks, as what is between bends the light.
+#include "worker/render/light/emitter_point.h"
+
+namespace lightmill {
+
+/// Lights that have such points: all but those that are all around.
+inline bool has_targets(const LightTable& lights, int32_t light) {
+  const auto i = static_cast<size_t>(light);
+  if (lights.type[i] != kInfiniteLight) return lights.pattern_of.empty() || lights.pattern_of[i] < 0;
+  const float* r = &lights.records[i * kLightFloats];
+  return r[4] == kSunCone && r[6] == 0;
+}
+
+template <class F>
+struct LightTarget {
+  Vec3<F> at, normal;  // a point and the normal there, if it has one; or a unit direction to the light
+  F error{};           // bound of the position error per component
+  F inv_pdf{};         // per unit area, at infinity per unit solid angle; 1 for lights without extent
+  MaskOf<F> infinite{};
+};
+
+/// `axis`: of spheres, of the half to sample; 0: all.
+template <class F>
+inline LightTarget<F> sample_target(const LightTable& lights, IntOf<F> light, const Vec3<F>& axis, F u, F v) {
+  const LightRecord<F> r(lights, light);
+  const IntOf<F> type = gather(lights.type.data(), light);
+  LightTarget<F> t;
+  const MaskOf<F> half = MaskOf<F>(dot(axis, axis) > 0.0f);
+  const EmitterPoint<F> p = emitter_point<F>(lights, r, type, u, v, [&] {
+    const Vec3<F> n = square_to_sphere(u, v);
+    return select(mask_and(half, MaskOf<F>(dot(n, axis) < 0.0f)), -n, n);
+  });
+  t.at = p.at;
+  t.normal = p.normal;
+  t.error = p.error;
+  t.inv_pdf = select(mask_and(MaskOf<F>(type == kSphereLight), half), r.scalar(kLightArea) * 0.5f,
+                     r.scalar(kLightArea));
+  t.infinite = splat_mask<F>(false);
+  if (lights.any_delta) {
+    const MaskOf<F> point = mask_and(MaskOf<F>(type >= kPointLight), MaskOf<F>(type < kInfiniteLight));
+    const MaskOf<F> distant = MaskOf<F>(type == kDistantLight);
+    t.at = select(point, r.vec(kLightP), select(distant, -r.vec(kLightN), t.at));
+    t.normal = select(point, Vec3<F>{}, t.normal);
+    t.error = select(point, F{}, t.error);
+    t.inv_pdf = select(mask_or(point, distant), splat<F>(1.0f), t.inv_pdf);
+    t.infinite = distant;
+  }
+  if (lights.any_sun) {
+    const MaskOf<F> sun = suns(r, MaskOf<F>(type == kInfiniteLight));
+    t.at = select(sun, sample_sun(r, sun, u, v), t.at);
+    t.inv_pdf = select(sun, (2 * kPi) * select(sun, r.scalar(5), F{}), t.inv_pdf);
+    t.infinite = mask_or(t.infinite, sun);
+  }
+  return t;
+}
+
+/// Whether `at` could be a target of `light`.
+template <class F>
+inline MaskOf<F> is_target(const LightTable& lights, IntOf<F> light, const Vec3<F>& axis, const Vec3<F>& at) {
+  const MaskOf<F> sphere = MaskOf<F>(gather(lights.type.data(), light) == kSphereLight);
+  const Vec3<F> n = at - LightRecord<F>(lights, light).vec(kLightP);
+  return mask_or(mask_not(sphere), MaskOf<F>(dot(n, axis) >= 0.0f));
+}
+
+/// What of `light` goes against unit direction `d` at a target: radiance times the cosine there, at a point
+/// intensity, far away irradiance or radiance.
+template <class F>
+inline Vec3<F> target_light(const LightTable& lights, IntOf<F> light, const LightTarget<F>& t,
+                            const Vec3<F>& d) {
+  const LightRecord<F> r(lights, light);
+  const IntOf<F> type = gather(lights.type.data(), light);
+  Vec3<F> shines = r.vec(kLightRadiance);
+  const MaskOf<F> area = MaskOf<F>(type <= kSphereLight);
+  shines = select(area, emitted_radiance(lights, light, t.normal, -d) * abs(dot(t.normal, d)), shines);
+  if (lights.any_spot) {
+    const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);
+    shines = select(spot, shines * spot_falloff(r, one_minus_cos(-d, r.vec(kLightN))), shines);
+  }
+  for_each_image<F>(lights, r, type, [&](const auto& map, MaskOf<F> m) {
+    shines = select(m, map.template towards<F>(-d), shines);
+  });
+  return shines;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,130 @@
+#include "worker/render/guiding/training/light_path_preview.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/parallel.h"
+#include "worker/render/light/light_record.h"
+#include "worker/render/plan/recorded_cell.h"
+
+namespace lightmill {
+namespace {
+
+/// Camera paths, and about as many light paths, that are followed at most; fewer of an image so small that
+/// they would take longer than the image.
+constexpr int64_t kPreviewPaths = int64_t{1} << 15, kPreviewPathsPerPixel = 8;
+
+/// What a light path brought, and how it set out.
+struct PreviewArrival {
+  uint32_t pixel = 0;
+  Channels rgb{};
+  int32_t group = 0, cell = -1;  // -1: it has no direction that can be aimed
+  float density = 0;             // of the direction on its square, over that of an even draw
+  bool second_half = false, splat = false;
+};
+
+class LightPathPreview {
+ public:
+  LightPathPreview(const StageContext& context, const LightGroups& groups)
+      : context_(context),
+        groups_(groups),
+        sight_(context.grid, std::min(kPreviewPaths, kPreviewPathsPerPixel * context.grid.crop.area())),
+        values_(context.grid, sight_),
+        arrivals_(sight_.cells.size()),
+        noise_(sight_.cells.size()) {
+    context_.thinning = sight_.thinning;
+  }
+
+  LightPathSums run(int threads) {
+    parallel_for(sight_.cells.size(), threads, [&](size_t i) { look_at(i); });
+    values_.finish();
+    LightPathSums sums;
+    sums.groups.resize(groups_.count());
+    for (const std::vector<PreviewArrival>& arrivals : arrivals_) {
+      for (const PreviewArrival& a : arrivals) {
+        GroupSums& to = sums.groups[static_cast<size_t>(a.group)];
+        const double x = square(a);
+        to.all[a.second_half] += x;
+        if (a.cell < 0) {
+          to.without_direction[a.second_half] += x;
+        } else {
+          to.cells[a.second_half][static_cast<size_t>(a.cell)] += x * double{a.density};
+        }
+      }
+    }
+    for (const std::vector<PixelNoise>& noise : noise_) sums.rest += weighed_sum(noise, values_);
+    return sums;
+  }
+
+ private:
+  double square(const PreviewArrival& a) const {
+    const PixelValue value = values_.of(a.pixel);
+    return a.splat ? double{context_.filter.splat_noise} * value.square_beside(a.rgb, value.splat_share)
+                   : value.square_beside(a.rgb, value.camera_share);
+  }
+
+  /// All samples of one cell of the sight.
+  void look_at(size_t i) {
+    noise_[i] = record_cell(
+        context_, sight_, i, false, &values_, [&](const StrategyRecorder& recorder, size_t k, int block) {
+          const StrategyContribution& c = recorder.contributions[k];
+          if (c.light_slot < 0) return true;
+          arrivals_[i].push_back(arrival(c, recorder.light_starts[static_cast<size_t>(c.light_slot)]));
+          arrivals_[i].back().second_half = block > 0;
+          return false;
+        });
+  }
+
+  PreviewArrival arrival(const StrategyContribution& c, const PathStart& start) const {
+    PreviewArrival a;
+    a.pixel = c.pixel;
+    a.rgb = {c.rgb[0], c.rgb[1], c.rgb[2]};
+    a.group = groups_.of[static_cast<size_t>(start.light)];
+    a.splat = c.t == 1;
+    // An emitter joined to the lens has no direction.
+    if (c.s > 1) set_direction(start, &a);
+    return a;
+  }
+
+  void set_direction(const PathStart& start, PreviewArrival* a) const {
+    const LightRecord<float> r(context_.lights, start.light);
+    const Vec3<float> d{start.direction[0], start.direction[1], start.direction[2]};
+    float x = 0, y = 0;
+    switch (groups_.shape[static_cast<size_t>(a->group)]) {
+      case AimShape::kNone:
+        return;
+      case AimShape::kDisk: {
+        const Frame<float> frame(r.vec(kLightN));
+        x = dot(d, frame.s);
+        y = dot(d, frame.t);
+        a->density = 4 * kInvPi;
+        break;
+      }
+      case AimShape::kSphere: {
+        sphere_to_square(d, &x, &y);
+        const LightType type = context_.lights.type[static_cast<size_t>(start.light)];
+        a->density = type == kTriangleLight ? 2 * std::fabs(dot(d, r.vec(kLightN)))
+                     : type == kSpotLight   ? 2 / r.scalar(5)
+                                            : 1;
+        break;
+      }
+    }
+    a->cell = square_cell(y, kAimSide) * kAimSide + square_cell(x, kAimSide);
+  }
+
+  StageContext context_;
+  const LightGroups& groups_;
+  PilotSight sight_;
+  PilotValues values_;
+  // By cell of the sight.
+  std::vector<std::vector<PreviewArrival>> arrivals_;
+  std::vector<std::vector<PixelNoise>> noise_;  // of camera paths without connections
+};
+
+}  // namespace
+
+LightPathSums look_at_light_paths(const StageContext& context, const LightGroups& groups, int threads) {
+  return LightPathPreview(context, groups).run(threads);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,154 @@
+// Light paths and emitters joined to the lens (t = 1).
+#include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/connections/guided_density.h"
+#include "worker/render/pipeline/connections/joined_vertices.h"
+#include "worker/render/pipeline/shadow_caster.h"
+#include "worker/render/pipeline/connections/shadow_queue.h"
+#include "worker/render/pipeline/connections/splat_target.h"
+
+namespace lightmill {
+namespace {
+
+/// Joins points `p` of paths `slot` to the camera; the lens sample is dimension `dim` of `stream`, if there
+/// is a lens.
+LensConnection<Lane> connect_lens(const StageContext& context, const SampleStream<Lane>& stream, uint32_t dim,
+                                  const Vec3<Lane>& p, LaneInt slot, const Wavefront& w) {
+  const auto connect = [&](const Vec3<Lane>& at) {
+    return std::visit(
+        [&](const auto& camera) {
+          Lane u{}, v{};
+          if constexpr (std::decay_t<decltype(camera)>::kHasLens) stream.get_2d(dim, &u, &v);
+          return camera.connect(at, u, v);
+        },
+        context.camera);
+  };
+  const CameraMotion& motion = context.scene.camera_motion;
+  if (!motion.moves) return connect(p);
+  const Lane time = gather(w.paths.time, slot);
+  LensConnection<Lane> c = connect(motion.at_rest(p, time));
+  c.lens = motion.point(c.lens, time);
+  c.direction = motion.vector(c.direction, time);
+  return c;
+}
+
+/// Where on the film, and the number of dimension `dim` that small filter weights go by.
+void set_raster(const StageContext& context, const LensConnection<Lane>& lens,
+                const SampleStream<Lane>& stream, uint32_t dim, Candidates* c) {
+  if (context.filter.is_one_pixel()) return;
+  c->raster_x = lens.x;
+  c->raster_y = lens.y;
+  c->small_choice = stream.get_random(dim);
+}
+
+template <class K>
+void lens_connections(const StageContext& context, const LayerContext& layer, int depth, size_t first,
+                      Wavefront& w) {
+  for (size_t base = first; base < w.light_vertices.size(); base += kLanes) {
+    const VertexGroup g(w.light_vertices, base, context.scene);
+    const VertexLanes<Lane>& v = g.v;
+    const SampleStream<Lane> stream = layer.light_stream<Lane>(v.path);
+    const LensConnection<Lane> lens =
+        connect_lens(context, stream, vertex_dim(depth, kDimSplatLens), v.p, v.path, w);
+    const Vec3<Lane>& to_camera = lens.direction;
+    const LaneMask seen = mask_and(mask_and(g.active, lens.seen), faces_viewer<K>(v, to_camera));
+    if (!any(seen)) continue;
+    const SplatTarget target(context, lens.x, lens.y, seen);
+    const LaneMask valid = target.valid;
+    if (!any(valid)) continue;
+    const Frame<Lane> frame(v.ns);
+    BsdfEval<Lane> f =
+        eval_bsdf<Lane, K::kSurfaces>(v.kind, valid, v.params, frame.to_local(v.wo),
+                                      local_viewer(context, v, frame, to_camera), Mode::kImportance);
+    f.pdf_reverse = camera_density(context.scene, v, f.pdf_reverse);
+    const Lane p_camera = lens.density * density_cosine<K>(context.scene, v, to_camera);
+    const Lane light_ratio = p_camera * (1.0f / context.light_samples);
+    const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
+    const Lane mis = mis_weight(w_light, Lane{});
+    const Lane scale =
+        lens.density * adjoint_cosine<K>(v, to_camera) * mis * (context.imaging_ratio * context.splat_scale);
+    Candidates c;
+    if constexpr (K::kMedia) c.medium = medium_towards(v, to_camera), c.ratio = w_light;
+    c.value = select(valid, v.throughput * f.f * scale, Vec3<Lane>{});
+    c.origin = offset_origin(v.p, v.error, v.ng, to_camera);
+    c.direction = -(c.origin - lens.lens);
+    c.tfar = splat<Lane>(kSegmentEnd);
+    c.target = target.pixel;
+    c.path = v.path;
+    set_raster(context, lens, stream, vertex_dim(depth, kDimSplatSmall), &c);
+    const Lane u =
+        context.tiny_contribution > 0 ? stream.get_random(vertex_dim(depth, kDimNeeRoulette)) : Lane{};
+    if (StrategyRecorder* recorder = recorder_of<K>(w)) {
+      FamilyRatios ratios{};
+      add_ratio(&ratios, &FamilyShares::lens, splat<Lane>(1.0f));
+      recorder->add_stored(true, g.index, v.depth, light_ratio, v.dvcm, v.dvc, f.pdf_reverse, &ratios);
+      recorder->announce(splat_int<Lane>(depth + 1), 1, v.path, v.path, mis, ratios);
+    }
+    queue<K>(context, c, valid, context.tiny_contribution, u, true, w);
+  }
+  flush_shadow_rays(context, true, w);
+}
+
+template <class K>
+void emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot, LaneMask active,
+                     const EmissionSample<Lane>& e, Wavefront& w) {
+  const LaneMask surface = mask_and(active, mask_not(mask_or(e.delta, e.infinite)));
+  if (!any(surface)) return;
+  const SampleStream<Lane> stream = layer.light_stream<Lane>(slot);
+  const LensConnection<Lane> lens =
+      connect_lens(context, stream, vertex_dim(0, kDimSplatLens), e.point, slot, w);
+  const Vec3<Lane>& to_camera = lens.direction;
+  const LaneMask seen = mask_and(surface, lens.seen);
+  if (!any(seen)) return;
+  const SplatTarget target(context, lens.x, lens.y, seen);
+  const LaneMask valid = target.valid;
+  Vec3<Lane> radiance = emitted_radiance(context.lights, e.light, e.normal, to_camera);
+  if (K::kLights && !context.lights.patterns.empty()) radiance = radiance * e.pattern;
+  // Density of the point alone: selection / area.
+  const LightRecord<Lane> r(context.lights, e.light);
+  const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
+  const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
+  Lane w_hit{};
+  if (context.on(kEmissionHits)) w_hit = p_camera * inv_pdf * (1.0f / context.light_samples);  // M10
+  const Lane mis = mis_weight(w_hit, Lane{});
+  const Lane scale = p_camera * inv_pdf * mis * (context.imaging_ratio * context.splat_scale);
+  Candidates c;
+  if constexpr (K::kMedia) {
+    const LaneInt sides = gather(context.lights.media.data(), e.light);
+    c.medium = medium_on_side<Lane>(sides, LaneMask(dot(e.normal, to_camera) > 0.0f));
+    c.ratio = w_hit;
+  }
+  c.value = select(valid, radiance * scale, Vec3<Lane>{});
+  c.origin = offset_origin(e.point, e.error, e.normal, to_camera);
+  c.direction = -(c.origin - lens.lens);
+  c.tfar = splat<Lane>(kSegmentEnd);
+  c.target = target.pixel;
+  c.path = slot;
+  set_raster(context, lens, stream, vertex_dim(0, kDimSplatSmall), &c);
+  // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt a help beside s =
+  // 0.
+  const float tiny = context.lens_alone() ? 0 : context.tiny_contribution;
+  const Lane u = tiny > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
+  if (StrategyRecorder* recorder = recorder_of<K>(w)) {
+    FamilyRatios ratios{};
+    add_ratio(&ratios, &FamilyShares::lens, splat<Lane>(1.0f));
+    add_ratio(&ratios, &FamilyShares::hit, w_hit);
+    recorder->announce(splat_int<Lane>(1), 1, slot, slot, mis, ratios);
+  }
+  queue<K>(context, c, valid, tiny, u, true, w);
+}
+
+}  // namespace
+
+void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
+                 Wavefront& w) {
+  with_kernels(context.kernels.joins, w,
+               [&]<class K>(K) { lens_connections<K>(context, layer, depth, first, w); });
+}
+
+void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot,
+                           LaneMask active, const EmissionSample<Lane>& e, Wavefront& w) {
+  with_kernels(context.kernels.paths, w,
+               [&]<class K>(K) { emitter_to_lens<K>(context, layer, slot, active, e, w); });
+}
+
+}  // namespace lightmill

@@ -1,0 +1,196 @@
+#include "worker/render/pipeline/recording/aov_recorder.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "common/film/signed_sum.h"
+#include "worker/render/bsdf/bsdf_dispatch.h"
+#include "worker/render/bsdf/tables/half_space.h"
+#include "worker/render/pipeline/viewer_side.h"
+#include "worker/render/renderer.h"
+#include "worker/render/scene/media/subsurface_body.h"
+
+namespace lightmill {
+namespace {
+
+/// Directions per first hit that albedo is the mean of; as many as pbrt-v4 takes.
+constexpr int kAlbedoSamples = 16;
+
+/// Share of light that a vertex reflects or transmits towards its viewer, by sampling: the same fixed points
+/// everywhere, of which the first two dimensions are stratified and the lobe follows the golden ratio.
+Vec3<Lane> albedo_at(const RenderScene& scene, const VertexLanes<Lane>& v, LaneMask active) {
+  const Frame<Lane> frame(v.ns);
+  const Vec3<Lane> wo = viewer_direction(frame.to_local(v.wo), dot(v.ng, v.wo));
+  // What enters a body comes out of a deep one that much dimmer.
+  const LaneMask bodies =
+      scene.any_bodies ? mask_and(active, enters_bodies<Lane>(v.kind)) : splat_mask<Lane>(false);
+  Vec3<Lane> of_body{};
+  if (any(bodies)) {
+    const BodyRecord<Lane> body(scene.bodies.data(),
+                                to_int(select(bodies, v.params.p[kBodyNumberSlot], Lane{})));
+    const Lane leaves = body.scalar(kBodyLeaves), g = body.scalar(kBodyG);
+    const auto channel = [&](Lane albedo) { return body_reflectance(albedo, leaves, g); };
+    of_body = {channel(v.params.p[0]), channel(v.params.p[1]), channel(v.params.p[2])};
+  }
+  Vec3<Lane> sum{};
+  for (int i = 0; i < kAlbedoSamples; ++i) {
+    const float a = (static_cast<float>(i) + 0.5f) / kAlbedoSamples;
+    const auto reversed =
+        static_cast<float>(((i & 1) << 3) | ((i & 2) << 1) | ((i & 4) >> 1) | ((i & 8) >> 3));
+    const float b = (reversed + 0.5f) / kAlbedoSamples;
+    const float golden = static_cast<float>(i) * 0.618034f + 0.25f;
+    const float lobe = golden - static_cast<float>(static_cast<int>(golden));
+    // Importance: without the 1/eta^2 that scales radiance where it enters a medium.
+    const BsdfSample<Lane> s = sample_bsdf<Lane>(v.kind, active, v.params, wo, splat<Lane>(lobe),
+                                                 splat<Lane>(a), splat<Lane>(b), Mode::kImportance);
+    Vec3<Lane> weight = s.weight;
+    if (any(bodies)) weight = select(mask_and(bodies, LaneMask(s.wi.z * wo.z < 0.0f)), of_body, weight);
+    sum = sum + select(s.valid, weight, Vec3<Lane>{});
+  }
+  return sum * splat<Lane>(1.0f / kAlbedoSamples);
+}
+
+void store_lanes(float out[3][kWavefront], LaneInt slot, LaneMask mask, const Vec3<Lane>& value) {
+  scatter(out[0], slot, value.x, mask);
+  scatter(out[1], slot, value.y, mask);
+  scatter(out[2], slot, value.z, mask);
+}
+
+/// Distance of a point of normalised space along the viewing direction; from the camera if it has none.
+Lane depth_of_point(const Camera& camera, const Vec3<Lane>& p) {
+  const float* forward = nullptr;
+  if (const auto* pinhole = std::get_if<PerspectiveCamera>(&camera)) forward = pinhole->forward;
+  if (const auto* lens = std::get_if<ThinLensCamera>(&camera)) forward = lens->pinhole.forward;
+  if (const auto* parallel = std::get_if<OrthographicCamera>(&camera)) forward = parallel->forward;
+  if (const auto* lens = std::get_if<ParallelLensCamera>(&camera)) forward = lens->window.forward;
+  return forward ? p.x * forward[0] + p.y * forward[1] + p.z * forward[2] : sqrt(dot(p, p));
+}
+
+}  // namespace
+
+void AovRecorder::begin_packet() {
+  for (int layer = 0; layer < kAovLayers; ++layer) {
+    if (needs_layer(spec_.set, layer)) sums_[static_cast<size_t>(layer)].assign(kCellPixels, {});
+  }
+  direct_splats_.clear();
+}
+
+void AovRecorder::begin_layer() {
+  std::memset(albedo_, 0, sizeof albedo_);
+  std::memset(normal_, 0, sizeof normal_);
+  std::memset(direct_, 0, sizeof direct_);
+  std::memset(hit_, 0, sizeof hit_);
+  std::memset(surface_found_, 0, sizeof surface_found_);
+}
+
+void AovRecorder::hits(const StageContext& context, const VertexLanes<Lane>& v, LaneMask active, int depth,
+                       const Paths& paths) {
+  if (depth == 1) {
+    store_lanes(position_, v.path, active, v.p);
+    const CameraMotion& motion = context.scene.camera_motion;
+    const Vec3<Lane> p = motion.moves ? motion.at_rest(v.p, gather(paths.time, v.path)) : v.p;
+    scatter(depth_, v.path, depth_of_point(context.camera, p), active);
+  }
+  const LaneMask opaque = mask_and(active, mask_not(pure_delta<Lane>(v.kind)));
+  int32_t found[kLanes] = {};
+  for (unsigned bits = mask_bits(active); bits; bits &= bits - 1) {
+    const int l = std::countr_zero(bits);
+    const auto slot = static_cast<size_t>(lane(v.path, l));
+    hit_[slot] = 1;
+    if (!(mask_bits(opaque) >> l & 1) || surface_found_[slot]) continue;
+    surface_found_[slot] = 1;
+    found[l] = 1;
+  }
+  const LaneMask first = LaneMask(load_int<Lane>(found) > 0);
+  if (!any(first) || !(spec_.set & (kAovAlbedo | kAovNormal))) return;
+  const LaneMask away = LaneMask(dot(v.ns, v.wo) < 0.0f);
+  store_lanes(normal_, v.path, first, select(away, -v.ns, v.ns));
+  if (!(spec_.set & kAovAlbedo)) return;
+  store_lanes(albedo_, v.path, first, albedo_at(context.scene, v, first) * v.throughput);
+}
+
+void AovRecorder::ends_in_medium(LaneInt slot, LaneMask active) {
+  for (unsigned bits = mask_bits(active); bits; bits &= bits - 1)
+    surface_found_[lane(slot, std::countr_zero(bits))] = 1;
+}
+
+bool AovRecorder::first_hits_done(const Paths& paths) const {
+  if (!(spec_.set & (kAovAlbedo | kAovNormal))) return true;
+  for (int i = 0; i < paths.active_count; ++i) {
+    if (!surface_found_[paths.active[i]]) return false;
+  }
+  return true;
+}
+
+void AovRecorder::direct_so_far(const Wavefront& w) {
+  std::memcpy(direct_[0], w.radiance_r, sizeof direct_[0]);
+  std::memcpy(direct_[1], w.radiance_g, sizeof direct_[1]);
+  std::memcpy(direct_[2], w.radiance_b, sizeof direct_[2]);
+}
+
+void AovRecorder::begin_indirect(const Wavefront& w) {
+  std::memcpy(before_[0], w.radiance_r, sizeof before_[0]);
+  std::memcpy(before_[1], w.radiance_g, sizeof before_[1]);
+  std::memcpy(before_[2], w.radiance_b, sizeof before_[2]);
+}
+
+void AovRecorder::end_direct(const Wavefront& w) {
+  const float* now[3] = {w.radiance_r, w.radiance_g, w.radiance_b};
+  for (size_t c = 0; c < 3; ++c) {
+    for (size_t i = 0; i < kWavefront; ++i) direct_[c][i] += now[c][i] - before_[c][i];
+  }
+}
+
+void AovRecorder::direct_splats(std::span<const Splat> splats) {
+  direct_splats_.insert(direct_splats_.end(), splats.begin(), splats.end());
+}
+
+void AovRecorder::finish_layer(const StageContext& context, const LayerContext& layer, int quantum_exponent,
+                               const Wavefront& w) {
+  const PixelRect& crop = context.grid.crop;
+  const Aovs set = spec_.set;
+  for (size_t i = 0; i < kWavefront; ++i) {
+    const int x = layer.cell_x * kCellSize + static_cast<int>(i) % kCellSize;
+    const int y = layer.cell_y * kCellSize + static_cast<int>(i) / kCellSize;
+    if (x < crop.x0 || x >= crop.x1 || y < crop.y0 || y >= crop.y1) continue;
+    for (size_t c = 0; c < 3; ++c) {
+      if (set & kAovAlbedo) sums_[kAlbedoLayer][i].c[c] += albedo_units(albedo_[c][i]);
+      if (set & kAovNormal) sums_[kNormalLayer][i].c[c] += normal_units(normal_[c][i]);
+      if (hit_[i] && (set & kAovPosition)) sums_[kPositionLayer][i].c[c] += position_units(position_[c][i]);
+    }
+    if (hit_[i] && needs_layer(set, kDepthLayer)) {
+      sums_[kDepthLayer][i].c[0] += depth_units(depth_[i]);
+      sums_[kDepthLayer][i].c[1] += 1;
+    }
+    float radiance[3] = {w.radiance_r[i], w.radiance_g[i], w.radiance_b[i]};
+    float direct_light[3] = {direct_[0][i], direct_[1][i], direct_[2][i]};
+    if (context.response) context.response->mix(&direct_light[0], &direct_light[1], &direct_light[2]);
+    if (context.response || context.signed_film) {
+      for (size_t c = 0; c < 3; ++c) radiance[c] *= w.slots.weight[i], direct_light[c] *= w.slots.weight[i];
+    }
+    const auto units = [&](float x) {
+      return context.signed_film ? to_signed_units(x, quantum_exponent) : to_units(x, quantum_exponent);
+    };
+    // What the film drops is dropped here, too: direct light stays a part of the whole.
+    if (!units(radiance[0]) || !units(radiance[1]) || !units(radiance[2])) continue;
+    for (size_t c = 0; c < 3; ++c) {
+      if (wants_direct()) {
+        const auto direct = units(std::min(direct_light[c], radiance[c]));
+        sums_[kDirectLayer][i].c[c] += direct.value_or(0);
+      }
+      if (set & kAovVariance) sums_[kVarianceLayer][i].c[c] += square_units(radiance[c], quantum_exponent);
+    }
+  }
+}
+
+void AovRecorder::finish_packet(const Packet& packet, PartialBuilder& builder) {
+  for (int layer = 0; layer < kAovLayers; ++layer) {
+    const std::vector<ExactRgb>& sums = sums_[static_cast<size_t>(layer)];
+    if (!needs_layer(spec_.set, layer)) continue;
+    builder.add_aov(layer, packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(sums));
+  }
+  if (!direct_splats_.empty()) builder.add_direct_splats(direct_splats_);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,55 @@
+#pragma once
+// What AOVs (common/job/aovs.h) need of the camera paths, one sample of a cell at a time. It hangs on the
+// wavefront only where a tile's builder asks for AOVs: without one the stages do not know of it. Nothing here
+// changes a path or what it contributes.
+#include <array>
+#include <span>
+#include <vector>
+
+#include "worker/render/pipeline/context.h"
+#include "worker/render/pipeline/vertex_io.h"
+
+namespace lightmill {
+
+struct Packet;  // renderer.h
+
+class AovRecorder {
+ public:
+  explicit AovRecorder(const AovSpec& spec) : spec_(spec) {}
+  const AovSpec& spec() const { return spec_; }
+
+  void begin_packet();
+  void begin_layer();
+  /// Camera vertices at `depth`, before anything is sampled there.
+  void hits(const StageContext& context, const VertexLanes<Lane>& vertices, LaneMask active, int depth,
+            const Paths& paths);
+  /// Camera paths that scatter in a medium: they have no first surface, as those that escape.
+  void ends_in_medium(LaneInt slot, LaneMask active);
+  /// Whether camera paths without a contribution need not be followed any further.
+  bool first_hits_done(const Paths& paths) const;
+
+  // Direct light of camera paths is what their radiance grows by where one scattering event at most has
+  // happened: emission and next event at the first vertex, emission at the second.
+  bool wants_direct() const { return needs_layer(spec_.set, kDirectLayer); }
+  void direct_so_far(const Wavefront& wavefront);
+  void begin_indirect(const Wavefront& wavefront);
+  void end_direct(const Wavefront& wavefront);
+  void direct_splats(std::span<const Splat> splats);
+
+  /// Rounds the sample's values and adds them to the cell's sums.
+  void finish_layer(const StageContext& context, const LayerContext& layer, int quantum_exponent,
+                    const Wavefront& wavefront);
+  void finish_packet(const Packet& packet, PartialBuilder& builder);
+
+ private:
+  AovSpec spec_;
+  // Of the sample at hand, by path slot.
+  alignas(32) float albedo_[3][kWavefront], normal_[3][kWavefront], position_[3][kWavefront];
+  alignas(32) float depth_[kWavefront];
+  alignas(32) float direct_[3][kWavefront], before_[3][kWavefront];
+  uint8_t hit_[kWavefront], surface_found_[kWavefront];
+  std::array<std::vector<ExactRgb>, kAovLayers> sums_;  // of the packet's cell
+  std::vector<Splat> direct_splats_;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,348 @@
+#include "worker/render/pipeline/walks/medium_walk.h"
+
+#include <bit>
+
+#include "worker/render/math/exp.h"
+#include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/lane_group.h"
+#include "worker/render/pipeline/path_io.h"
+#include "worker/render/pipeline/path_times.h"
+#include "worker/render/pipeline/recording/stage_probe.h"
+#include "worker/render/pipeline/recording/strategy_recorder.h"
+#include "worker/render/scene/materials/pane.h"
+#include "worker/render/scene/geometry/surface.h"
+
+namespace lightmill {
+namespace {
+
+Vec3<Lane> gather_rgb(const float (*rows)[kWavefront], LaneInt i) {
+  return {gather(rows[0], i), gather(rows[1], i), gather(rows[2], i)};
+}
+template <size_t n>
+void scatter_rgb(float (*rows)[n], LaneInt i, const Vec3<Lane>& v, LaneMask mask) {
+  scatter(rows[0], i, v.x, mask);
+  scatter(rows[1], i, v.y, mask);
+  scatter(rows[2], i, v.z, mask);
+}
+
+Vec3<Lane> exp_minus(const Vec3<Lane>& x) {
+  return {exp_negative(-x.x), exp_negative(-x.y), exp_negative(-x.z)};
+}
+Lane mean(const Vec3<Lane>& v) { return (v.x + v.y + v.z) * (1.0f / 3); }
+
+/// Where rays enter and leave the sphere at which media without boundary end, at or after their origin.
+struct Outermost {
+  Lane enter, leave;
+  Outermost(const RenderScene& scene, const Vec3<Lane>& o, const Vec3<Lane>& d) {
+    const Vec3<Lane> to_center{scene.bounds_center[0] - o.x, scene.bounds_center[1] - o.y,
+                               scene.bounds_center[2] - o.z};
+    const Lane along = dot(to_center, d);
+    // By the distance of the line: the difference of squares would cancel.
+    const Vec3<Lane> across = to_center - d * along;
+    const Lane half = safe_sqrt(scene.media_reach * scene.media_reach - dot(across, across));
+    enter = max(along - half, Lane{});
+    leave = max(along + half, Lane{});
+  }
+};
+
+/// What rays hit, of the lanes in `hit`.
+Surface<Lane> surfaces(const RenderScene& scene, LaneInt prim, LaneInt instance, LaneMask hit,
+                       const Vec3<Lane>& o, const Vec3<Lane>& d, Lane time) {
+  // The other lanes take a primitive that there is.
+  const int first = std::countr_zero(mask_bits(hit));
+  return surface_at<Lane>(scene, select(hit, prim, splat_int<Lane>(lane(prim, first))),
+                          select(hit, instance, splat_int<Lane>(lane(instance, first))), o, d, time);
+}
+
+/// Draws the channel and the optical depth at which segments end.
+void draw_depths(const SampleStream<Lane>& stream, uint32_t dim, const Vec3<Lane>& throughput,
+                 LaneInt* channel, Lane* left) {
+  const Lane pick = stream.get_random(dim) * (throughput.x + throughput.y + throughput.z);
+  const Lane two = throughput.x + throughput.y;
+  const LaneMask first = LaneMask(pick < throughput.x), second = LaneMask(pick < two);
+  *channel = select(first, LaneInt{}, select(second, splat_int<Lane>(1), splat_int<Lane>(2)));
+  const Lane low = select(first, Lane{}, select(second, throughput.x, two));
+  const Lane width = select(first, throughput.x, select(second, throughput.y, throughput.z));
+  // What the choice leaves of its number extends the other's 24 bits: thin media end few segments, and thick
+  // ones let few through.
+  const Lane more = clamp((pick - low) / max(width, splat<Lane>(0x1p-120f)), 0.0f, 1 - 0x1p-24f) + 0x1p-25f;
+  const Lane u = stream.get_1d(dim);
+  *left = minus_log_one_minus(u + more * 0x1p-24f, (1.0f - u) - more * 0x1p-24f);
+}
+
+/// One step of the walk for `e`: as far as the next surface, boundary or collision. Returns the lanes at a
+/// boundary, whose next ray is stored.
+template <bool kLight>
+LaneMask step(const StageContext& context, const LayerContext& layer, int depth, bool first, const Group& e,
+              Wavefront& w) {
+  const RenderScene& scene = context.scene;
+  MediaWork& m = *w.media;
+  PathLanes<Lane> path = load_paths<Lane>(w.paths, e.slot);
+  const Vec3<Lane>&o = path.origin, &d = path.direction;
+  Lane left;
+  LaneInt channel;
+  Vec3<Lane> optical{}, rate{};
+  Lane pane_draw{}, panes = splat<Lane>(1.0f);
+  if (first) {
+    const SampleStream<Lane> stream =
+        kLight ? layer.light_stream<Lane>(e.slot) : layer.camera_stream<Lane>(e.slot);
+    const uint32_t dim = vertex_dim(depth, kLight ? kDimLightDistance : kDimCameraDistance);
+    draw_depths(stream, dim, path.throughput, &channel, &left);
+    if (scene.any_panes) pane_draw = stream.get_1d(vertex_dim(depth, kDimPane));
+  } else {
+    left = gather(m.left, e.slot);
+    channel = gather(m.channel, e.slot);
+    optical = gather_rgb(m.depth, e.slot);
+    rate = gather_rgb(m.rate, e.slot);
+    pane_draw = gather(m.pane_draw, e.slot);
+    panes = gather(m.panes, e.slot);
+  }
+
+  const LaneMask hit = mask_and(e.active, LaneMask(path.prim >= 0));
+  Surface<Lane> s{};
+  LaneInt sides{};
+  Lane far{};
+  if (any(hit)) {
+    s = surfaces(scene, path.prim, path.instance, hit, o, d, times_of_slots(scene, w.paths, e.slot));
+    sides = gather(scene.primitive_media.data(), select(hit, path.prim, LaneInt{}));
+    const Vec3<Lane> segment = s.p - o;
+    far = sqrt(dot(segment, segment));
+  }
+  const LaneMask filled = LaneMask(path.medium != 0);
+  const Outermost outermost(scene, o, d);
+  far = select(hit, far, outermost.leave);
+  Lane near{};
+  if (kLight && depth == 1 && first && context.lights.any_infinite()) {
+    const LaneInt type = gather(context.lights.type.data(), path.light);
+    const LaneMask infinite = mask_or(LaneMask(type == kInfiniteLight), LaneMask(type == kDistantLight));
+    near = select(infinite, outermost.enter, Lane{});
+  }
+  const Lane length = select(filled, max(far - near, Lane{}), Lane{});
+
+  const MediumRecord<Lane> medium(scene.media.data(), path.medium);
+  const Lane chosen = medium.channel(kMediumCollision, channel);
+  const LaneMask collides = mask_and(e.active, LaneMask(chosen * length > left));
+  const Lane travelled = select(collides, left / select(collides, chosen, splat<Lane>(1.0f)), length);
+  optical = optical + medium.rgb(kMediumExtinction) * travelled;
+  rate = rate + medium.rgb(kMediumCollision) * travelled;
+  left = max(left - chosen * length, Lane{});
+
+  LaneMask crosses = mask_and(mask_and(hit, LaneMask(sides < 0)), mask_not(collides));
+  if (scene.any_panes && any(crosses)) {
+    const Lane passed = panes * pane_transmittance<Lane>(scene, path.prim, crosses, abs(dot(s.ng, d)));
+    crosses = mask_and(crosses, LaneMask(pane_draw < passed));
+    panes = select(crosses, passed, panes);
+  }
+  if (any(crosses)) {
+    const LaneMask out = LaneMask(dot(s.ng, d) > 0.0f);
+    PathLanes<Lane> next = path;
+    next.origin = offset_origin(s.p, s.error, s.ng, d);
+    next.medium = medium_on_side<Lane>(sides_met<Lane>(sides, path.medium), out);
+    store_paths(next, e.slot, mask_bits(crosses), &w.paths);
+    scatter(m.left, e.slot, left, crosses);
+    scatter(m.channel, e.slot, channel, crosses);
+    scatter_rgb(m.depth, e.slot, optical, crosses);
+    scatter_rgb(m.rate, e.slot, rate, crosses);
+    scatter(m.pane_draw, e.slot, pane_draw, crosses);
+    scatter(m.panes, e.slot, panes, crosses);
+  }
+  const LaneMask done = mask_and(e.active, mask_not(crosses));
+  if (!any(done)) return crosses;
+
+  // The segment's end: its weight, and P~.
+  const Vec3<Lane> passed = exp_minus(rate), transmitted = exp_minus(optical);
+  const Lane sum = path.throughput.x + path.throughput.y + path.throughput.z;
+  const Vec3<Lane> share = path.throughput * (1.0f / select(LaneMask(sum > 0.0f), sum, splat<Lane>(1.0f)));
+  const Vec3<Lane> mu = medium.rgb(kMediumCollision);
+  const Lane density = select(collides, dot(share, mu * passed), dot(share, passed));
+  const Lane inv = 1.0f / select(LaneMask(density > 0.0f), density, splat<Lane>(1.0f));
+  const Vec3<Lane> arrived = path.throughput * transmitted * inv;
+  if (!kLight && any(collides) && context.on(kEmissionHits)) {
+    const Vec3<Lane> glow = arrived * medium.rgb(kMediumEmission) * splat<Lane>(context.imaging_ratio);
+    const LaneMask glows = mask_and(collides, LaneMask(max_component(glow) > 0.0f));
+    for (unsigned bits = mask_bits(glows); bits; bits &= bits - 1) {
+      const int l = std::countr_zero(bits);
+      const auto i = static_cast<size_t>(lane(e.slot, l));
+      w.radiance_r[i] += lane(glow.x, l);
+      w.radiance_g[i] += lane(glow.y, l);
+      w.radiance_b[i] += lane(glow.z, l);
+    }
+    if (w.recorder && any(glows)) {
+      FamilyRatios ratios{};
+      add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
+      w.recorder->emission(depth + 1, e.slot, glows, glow, splat<Lane>(1.0f), ratios);
+    }
+  }
+  path.throughput = select(collides, arrived * medium.rgb(kMediumScattering), arrived);
+  path.dvcm = path.dvcm / (mean(passed) * panes);  // M3
+  path.prim = select(collides, splat_int<Lane>(kInMedium), path.prim);
+  store_paths(path, e.slot, mask_bits(done), &w.paths);
+  scatter_rgb(m.end, e.slot, o + d * (near + travelled), mask_and(done, collides));
+  return crosses;
+}
+
+template <bool kLight>
+void cast(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
+  const RenderScene& scene = context.scene;
+  MediaWork& m = *w.media;
+  Paths& paths = w.paths;
+  if (w.probe) w.probe->cast(paths);
+  const StageScope scope(w, Stage::kCast);
+  m.casting.assign(paths.active, paths.active + paths.active_count);
+  for (const int32_t slot : m.casting) {
+    const auto i = static_cast<size_t>(slot);
+    for (size_t axis = 0; axis < 3; ++axis) m.start[axis][i] = paths.rays[i].origin[axis];
+    const float* t = &paths.carried[i][Paths::kThroughput];
+    m.before[i] = std::max({t[0], t[1], t[2]});
+  }
+  for (bool first = true; !m.casting.empty(); first = false) {
+    const auto count = static_cast<int>(m.casting.size());
+    context.accel.closest_hits(paths.rays, m.casting.data(), count, times_of_rays(scene, paths));
+    w.counters.closest_hit_rays += static_cast<uint64_t>(count);
+    // Most paths of most scenes are in empty space and meet a surface: nothing is left to do for them.
+    m.walking.clear();
+    for (const int32_t slot : m.casting) {
+      const int32_t prim = paths.rays[slot].prim;
+      const bool boundary = prim >= 0 && scene.primitive_media[static_cast<size_t>(prim)] < 0;
+      const auto medium = std::bit_cast<int32_t>(paths.carried[slot][Paths::kMedium]);
+      if (!first || boundary || medium != 0) m.walking.push_back(slot);
+    }
+    m.casting.clear();
+    for (size_t base = 0; base < m.walking.size(); base += kLanes) {
+      const Group e(m.walking, base);
+      append(&m.casting, e.slot, step<kLight>(context, layer, depth, first, e, w));
+    }
+  }
+}
+
+/// One step of shadow rays: as far as the next boundary or their end. Returns the lanes at a boundary.
+LaneMask shadow_step(const StageContext& context, const Group& e, ShadowRays& q, MediaWork& m,
+                     bool visible_to_end) {
+  const RenderScene& scene = context.scene;
+  Lane r[8];
+  load_records(as_records(m.shadow_rays), e.slot, r);
+  const Vec3<Lane> o{r[0], r[1], r[2]}, d{r[3], r[4], r[5]};
+  const LaneInt prim = as_int(float_bits(r[6])), instance = as_int(float_bits(r[7]));
+  const Lane tfar = gather(q.tfar, e.slot);
+  const LaneMask finite = LaneMask(tfar <= 1.0f);
+  const LaneInt medium = gather(m.shadow_medium, e.slot);
+  const Lane length_d = sqrt(dot(d, d));
+  LaneMask crosses = splat_mask<Lane>(false), free = e.active;
+  Surface<Lane> s{};
+  LaneInt sides{};
+  Lane far{};
+  if (!visible_to_end) {
+    LaneMask hit = mask_and(e.active, LaneMask(prim >= 0));
+    if (any(hit)) {
+      const Lane time = scene.any_moving() ? gather(q.time, e.slot) : Lane{};
+      s = surfaces(scene, prim, instance, hit, o, d, time);
+      sides = gather(scene.primitive_media.data(), select(hit, prim, LaneInt{}));
+      const Vec3<Lane> segment = s.p - o;
+      far = sqrt(dot(segment, segment));
+      hit = mask_and(hit, LaneMask(far < tfar * length_d));
+      crosses = mask_and(hit, LaneMask(sides < 0));
+      const LaneMask blocked = mask_and(hit, mask_not(crosses));
+      free = mask_and(free, mask_not(blocked));
+      for (unsigned bits = mask_bits(blocked); bits; bits &= bits - 1)
+        q.occluded[lane(e.slot, std::countr_zero(bits))] = 1;
+    }
+  }
+  const LaneMask filled = mask_and(free, LaneMask(medium != 0));
+  const Lane end = select(finite, length_d, Outermost(scene, o, d).leave);
+  const Lane length = select(filled, select(crosses, far, end), Lane{});
+  const MediumRecord<Lane> record(scene.media.data(), medium);
+  const auto add = [&](float(*rows)[ShadowRays::kCapacity], int slot) {
+    for (int c = 0; c < 3; ++c)
+      scatter(rows[c], e.slot, gather(rows[c], e.slot) + record.scalar(slot + c) * length, filled);
+  };
+  add(m.shadow_depth, kMediumExtinction);
+  add(m.shadow_rate, kMediumCollision);
+  if (!any(crosses)) return crosses;
+
+  if (scene.any_panes) {
+    const Lane cosine = min(abs(dot(s.ng, d)) / length_d, splat<Lane>(1.0f));
+    scatter(m.shadow_panes, e.slot,
+            gather(m.shadow_panes, e.slot) * pane_transmittance<Lane>(scene, prim, crosses, cosine), crosses);
+  }
+  const LaneMask out = LaneMask(dot(s.ng, d) > 0.0f);
+  scatter(m.shadow_medium, e.slot, medium_on_side<Lane>(sides_met<Lane>(sides, medium), out), crosses);
+  const Vec3<Lane> from = offset_origin(s.p, s.error, s.ng, d);
+  const Vec3<Lane> target{gather(q.ox, e.slot) + gather(q.dx, e.slot),
+                          gather(q.oy, e.slot) + gather(q.dy, e.slot),
+                          gather(q.oz, e.slot) + gather(q.dz, e.slot)};
+  const Vec3<Lane> rest = select(finite, target - from, d);
+  const Lane next[8] = {from.x, from.y, from.z, rest.x, rest.y, rest.z, r[6], r[7]};
+  store_records(as_records(m.shadow_rays), e.slot, mask_bits(crosses), next);
+  // The boundary may be as near to the end as the offset is long.
+  return mask_and(crosses, LaneMask(dot(rest, d) > 0.0f));
+}
+
+}  // namespace
+
+void cast_light_paths_through_media(const StageContext& context, const LayerContext& layer, int depth,
+                                    Wavefront& w) {
+  cast<true>(context, layer, depth, w);
+}
+void cast_camera_paths_through_media(const StageContext& context, const LayerContext& layer, int depth,
+                                     Wavefront& w) {
+  cast<false>(context, layer, depth, w);
+}
+
+void trace_transmittance(const StageContext& context, Wavefront& w) {
+  ShadowRays& q = w.shadow;
+  MediaWork& m = *w.media;
+  const auto count = static_cast<size_t>(q.count);
+  for (size_t i = 0; i < count; ++i) {
+    m.shadow_rays[i] = {{q.ox[i], q.oy[i], q.oz[i]}, {q.dx[i], q.dy[i], q.dz[i]}, -1, -1};
+  }
+  for (int c = 0; c < 3; ++c) {
+    std::fill_n(m.shadow_depth[c], count, 0.0f);
+    std::fill_n(m.shadow_rate[c], count, 0.0f);
+  }
+  std::fill_n(m.shadow_panes, (count + kLanes - 1) / kLanes * kLanes, 1.0f);
+  const bool boundaries = context.scene.any_boundaries;
+  const RayView view = view_of(context.scene, q);
+  context.accel.occluded(view, q.tfar, q.count, q.occluded, boundaries ? m.shadow_crossed : nullptr);
+  m.casting.clear();
+  m.walking.clear();
+  for (int32_t i = 0; i < q.count; ++i) {
+    if (q.occluded[i]) continue;
+    (boundaries && m.shadow_crossed[i] ? m.casting : m.walking).push_back(i);
+  }
+  const auto walk = [&](bool visible_to_end) {
+    for (size_t base = 0; base < m.walking.size(); base += kLanes) {
+      const Group e(m.walking, base);
+      append(&m.casting, e.slot, shadow_step(context, e, q, m, visible_to_end));
+    }
+  };
+  walk(true);  // without boundaries on its way a segment has one medium
+  while (!m.casting.empty()) {
+    context.accel.closest_hits(m.shadow_rays, m.casting.data(), static_cast<int>(m.casting.size()),
+                               view.time);
+    w.counters.shadow_rays += m.casting.size();
+    m.walking.swap(m.casting);
+    m.casting.clear();
+    walk(false);
+  }
+  if (m.arrivals) {
+    for (size_t i = 0; i < count; ++i) {
+      if (!q.occluded[i])
+        m.arrivals->push_back({m.shadow_light[i] >> 1, (m.shadow_light[i] & 1) != 0, m.shadow_medium[i]});
+    }
+  }
+  for (size_t base = 0; base < count; base += kLanes) {  // arrays of a multiple of kLanes
+    const auto rows = [&](float(*from)[ShadowRays::kCapacity]) {
+      return exp_minus({load<Lane>(from[0] + base), load<Lane>(from[1] + base), load<Lane>(from[2] + base)});
+    };
+    const Lane panes = load<Lane>(m.shadow_panes + base);
+    const Vec3<Lane> transmitted = rows(m.shadow_depth) * panes;
+    const Lane passed = mean(rows(m.shadow_rate)) * panes, ratio = load<Lane>(m.shadow_ratio + base);
+    const Lane reweighted = (1.0f + ratio) / (1.0f + ratio * passed);
+    store(m.passed + base, passed);
+    store(q.r + base, load<Lane>(q.r + base) * transmitted.x * reweighted);
+    store(q.g + base, load<Lane>(q.g + base) * transmitted.y * reweighted);
+    store(q.b + base, load<Lane>(q.b + base) * transmitted.z * reweighted);
+  }
+}
+
+}  // namespace lightmill

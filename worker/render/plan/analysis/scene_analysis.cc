@@ -1,0 +1,304 @@
+#include "worker/render/plan/analysis/scene_analysis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "common/film/exact_sum.h"
+#include "worker/render/accel/few_primitives.h"
+#include "worker/render/guiding/training/emission_guide_training.h"
+#include "worker/render/plan/analysis/path_classes.h"
+#include "worker/render/plan/analysis/stage_kernels.h"
+#include "worker/render/scene/media/subsurface_body.h"
+
+namespace lightmill {
+namespace {
+
+/// Contributions go up to 2^40 of the scale: with this factor a point light may be 2^-25 of the scene's
+/// extent away, the last bit of a position.
+constexpr double kPointLightRoom = 0x1p10;
+
+/// A lamp that is far brighter than the light that it spreads, a tiny one, is put this far above the scale at
+/// most: contributions may still be 2^20 times as bright as it is.
+constexpr double kTinyLampRoom = 0x1p20;
+/// Then the scale is this far above the radiance of the lights' power spread evenly: faint light is summed in
+/// steps of 2^-40 of that.
+constexpr double kFaintRoom = 0x1p12;
+
+/// The largest radiance that light sources show, and the largest intensity of those that can't be seen.
+struct Brightest {
+  double radiance = 0, intensity = 0;
+};
+
+Brightest brightest_light(const LightTable& lights) {
+  Brightest most;
+  for (int32_t i = 0; i < lights.count(); ++i) {
+    const auto light = static_cast<size_t>(i);
+    const float* r = &lights.records[light * kLightFloats];
+    const double radiance =
+        std::max({double{r[kLightRadiance]}, double{r[kLightRadiance + 1]}, double{r[kLightRadiance + 2]}});
+    const int32_t number = lights.pattern_of.empty() ? -1 : lights.pattern_of[light];
+    const EmitterPattern* pattern = number < 0 ? nullptr : &lights.patterns[static_cast<size_t>(number)];
+    const double times = pattern ? std::max(1.0, double{pattern->brightest}) : 1;
+    if (is_at_a_point(lights.type[light])) {
+      most.intensity = std::max(most.intensity, radiance);
+    } else if (pattern && pattern->unseen) {
+      // No nearer than its own size does it look brighter than its radiance.
+      most.intensity = std::max(most.intensity, radiance * times * double{r[kLightArea]});
+    } else {
+      most.radiance = std::max(most.radiance, radiance * times);
+    }
+  }
+  for (const EnvironmentMap& map : lights.environments)
+    most.radiance = std::max(most.radiance, double{map.brightest});
+  return most;
+}
+
+/// Exponent of the sums' quantum from the brightest emitter, so that scaling the scene leaves it alone: point
+/// intensities are brought to radiance by the scene's own extent (1 in normalised space), with as much room
+/// above as kPointLightRoom says.
+int quantum(const RenderScene& scene, double imaging_ratio) {
+  const Brightest most = brightest_light(scene.lights);
+  const double radius = scene.bounds_radius, area = std::max(scene.surface_area, 8 * radius * radius);
+  const double spread = scene.lights.total_power / (M_PI * area);
+  const double lamps = std::max(most.radiance / kTinyLampRoom, std::min(most.radiance, spread * kFaintRoom));
+  const double scale = std::max(lamps, most.intensity * kPointLightRoom) * imaging_ratio;
+  const int exponent = scale > 0 && std::isfinite(scale) ? std::ilogb(scale) + 1 : 0;
+  return exponent - kQuantumBitsBelowScale;
+}
+
+/// What a set of strategies finds: walks that suffice bring its camera paths what light paths would.
+Strategies with_walks(const RenderScene& scene, Strategies set) {
+  return scene.manifolds.suffice() && set & kCameraLayer ? set | kLightPaths : set;
+}
+PathClasses found_by(const RenderScene& scene, int max_depth, Strategies set) {
+  return paths_made(scene, max_depth, with_walks(scene, set));
+}
+
+/// What each set of strategies finds.
+void find_strategies(const RenderScene& scene, int max_depth, ScenePlan* plan) {
+  plan->useful = 0;
+  std::array<PathClasses, kAllStrategies + 1> made;
+  for (Strategies set = 0; set <= kAllStrategies; ++set) {
+    made[set] = paths_made(scene, max_depth, set);
+    const bool is_family = set && !(set & (set - 1));
+    if (is_family && made[set]) plan->useful |= set & plan->possible;
+  }
+  for (Strategies set = 0; set <= kAllStrategies; ++set)
+    plan->complete[set] = (made[plan->possible] & ~made[with_walks(scene, set)]) == 0;
+}
+
+/// ScenePlan::lost_light of `strategies`, called `chosen`.
+std::string lost_light(const RenderScene& scene, int max_depth, Strategies possible, Strategies strategies,
+                       const std::string& chosen) {
+  const PathClasses lost =
+      paths_made(scene, max_depth, kAllStrategies) & ~found_by(scene, max_depth, strategies);
+  if (!lost) return {};
+  const PathClasses found = lost & paths_made(scene, max_depth, possible);
+  return chosen + " leaves out light of paths " + shortest_path(found ? found : lost) +
+         " (S: a mirror or smooth glass, D: anything else)" +
+         (found ? ", which --integrator auto finds" : "; with hair or a realistic camera nothing finds it");
+}
+
+}  // namespace
+
+ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
+                        const UnmetLight& unmet, const RenderSettings& settings, Strategies possible,
+                        Strategies strategies) {
+  ScenePlan plan;
+  plan.possible = possible;
+  plan.quantum_exponent = quantum(scene, imaging_ratio);
+  plan.primitives = static_cast<int64_t>(scene.primitive_material.size());
+  find_strategies(scene, settings.max_depth, &plan);
+  const bool aimed = aims_run(scene, plan_of(settings), strategies);
+  const LightTable& lights = scene.lights_of(aimed);
+  plan.kernels = stage_kernels(scene, lights);
+  auto item = [&](const char* feature, bool needed, std::string reason, std::string saving,
+                  Features bit = 0) {
+    if (settings.overrides & bit) reason = "kept by --plan-override";
+    plan.items.push_back(
+        {feature, needed, std::move(reason), needed ? std::string() : std::move(saving), bit});
+  };
+  const auto text = [](auto n) { return std::to_string(n); };
+  const std::string chosen =
+      settings.plan ? "the sampling plan" : std::string(integrator_name(settings.integrator));
+  plan.lost_light = lost_light(scene, settings.max_depth, possible, strategies, chosen);
+  plan.unmet = unmet.up_to(settings.max_depth);
+  plan.unmet_light = unmet_text(plan.unmet);
+
+  const bool masked = std::any_of(scene.meshes.begin(), scene.meshes.end(),
+                                  [](const MeshRange& mesh) { return mesh.alpha.texture >= 0; });
+  const size_t unused = scene.textures.unused_images();
+  item("textures", scene.any_texture || scene.any_bumps || masked,
+       std::string(scene.any_texture ? "a material or emitter in use reads one"
+                   : scene.any_bumps ? "normal and bump maps alone read one"
+                   : masked          ? "alpha masks alone read one"
+                                     : "nothing in use reads one") +
+           (unused ? ", and " + text(unused) + " image(s) that nothing in use reads are not loaded"
+                   : std::string()),
+       "texture evaluation per hit", kTextures);
+  item("texture coordinates", !scene.uvs.empty(),
+       scene.uvs.empty() ? "nothing reads them" : "a texture reads them",
+       "8 bytes per vertex and their interpolation per hit", kTextureCoordinates);
+  item("shading normals", scene.any_normals,
+       scene.any_normals ? "a mesh has vertex normals" : "no mesh has vertex normals",
+       "12 bytes per vertex, their interpolation and the adjoint correction per hit", kShadingNormals);
+  item("normal and bump maps", scene.any_bumps,
+       scene.any_bumps ? "a material in use has one" : "no material in use has one",
+       "tangents and texture evaluations per hit", kBumps);
+  item("anisotropic lobes", scene.any_anisotropy,
+       scene.any_anisotropy ? "a roughness differs along and across the surface's u"
+                            : "every roughness is the same all round",
+       "the tangent and its rotation per hit", kAnisotropicLobes);
+  item("alpha masks", scene.any_alpha,
+       scene.any_alpha ? "a shape has an alpha below 1 or textured" : "every shape is opaque",
+       "a callback per crossing of a masked shape", kAlphaMasks);
+  item("fibres", scene.any_fibres,
+       scene.any_fibres ? "there is hair or a flat curve, which camera paths alone can see"
+                        : "there is no hair, nor a flat curve",
+       "a callback per crossing of a fibre, and its turn to the viewer per hit");
+  item("mixes", scene.any_mix, scene.any_mix ? "a material in use is a mix" : "no material in use is a mix",
+       "the choice of a material per hit", kMixes);
+  item("subsurface scattering", scene.any_bodies,
+       scene.any_bodies ? "light walks through bodies of " + text(scene.bodies.size() / kBodyFloats) +
+                              " subsurface material(s)"
+                        : "no material in use lets light into a body",
+       "the walk between where a path enters and where it leaves");
+  item("material sort", scene.kinds_present > 1, text(scene.kinds_present) + " BSDF kind(s) in use",
+       "a counting sort per bounce", kMaterialSort);
+  item("delta events", scene.any_delta,
+       scene.any_delta ? "a smooth metal, glass or coat is in use" : "no smooth metal, glass or coat",
+       "their flags, where diffuse kernels do; general ones carry them");
+  item(
+      "general kernels", plan.kernels.paths != KernelSet::kDiffuse, reason_of(scene, lights, plan.kernels),
+      "the choice of a BSDF and of a kind of light, delta events and look-ups: a twentieth of the time of pt "
+      "and a tenth of that of bdpt on Cornell boxes",
+      kGeneralKernels);
+  const bool few = FewPrimitives::suits(scene);
+  item("acceleration tree", !few,
+       few ? text(scene.triangle_count() + scene.sphere_count()) +
+                 " opaque primitive(s), all of which are tested"
+           : "primitives are many, masked or in instances",
+       "its traversal: more than the tests it saves");
+  // Measured on closed meshes of 12 to 320,000 triangles, of extent 1 and 0.001; watertight_test.cc.
+  item("robust traversal", !few,
+       few ? "there is no tree"
+           : "without it 2 of a million rays leave a closed mesh, and a sixth of those that aim at its edges",
+       "a tenth to a fifth of the time in the tree");
+  item("spheres", scene.sphere_count() > 0, text(scene.sphere_count()) + " sphere(s)",
+       "the user geometry and its intersection code");
+  item("light selection", scene.lights.count() > 1, text(scene.lights.count()) + " light(s)",
+       "a random number and two look-ups per sample");
+  const LightGuide& guide = scene.lights.guide;
+  item("light tree", !scene.lights.tree.empty() && !guide.chooses(),
+       guide.chooses() && !scene.lights.tree.empty()
+           ? "a light guide chooses in its place"
+           : (scene.lights.tree.empty() ? "not more than " : "more than ") + text(kAliasLights) +
+                 " lights within the scene",
+       "a traversal per light sample and per emitter that a path hits");
+  const std::string gain = text(static_cast<int>(std::lround(100 * guide.gain - 100)));
+  item("light guide", !guide.empty(),
+       !guide.empty()
+           ? "much of the lights is hidden: without it samples of them have " + gain + " % more mean square"
+       : guide.gain == 1 ? "there is nothing to choose, or what is between can't be looked through at once"
+                         : "it would save " + gain + " % of the mean square of samples of lights",
+       "a look-up per light sample and per light that a path meets");
+  item("emission cells", !scene.lights.emission_cells.empty(),
+       !scene.lights.emission_cells.empty() ? "little of a distant light gets to what is seen"
+       : scene.lights.any_distant           ? "much of every distant light gets to what is seen"
+                                            : "no distant light",
+       "a table of where light paths start, and a look-up per weight of one");
+  const std::string noise = text(static_cast<int>(std::lround(100 * scene.aims_gain - 100)));
+  item("light path aims", aimed,
+       scene.aims_gain == 1 ? "there are no light paths, or one place for them to go"
+       : aimed              ? "light paths that went anywhere would make " + noise + " % more noise"
+       : scene.aimed_lights && !(strategies & kLightPaths)
+           ? "the sampling plan has no light paths"
+           : "light paths that go anywhere make " + noise + " % more noise" +
+                 (plan_of(settings).aimed ? ", and cost so much less, by the pilot" : ""),
+       "a look-up per light path and per weight of one, and longer paths");
+  const double without = scene.caustics.gain;
+  const std::string times = text(static_cast<int>(without)) +
+                            (without < 10 ? "." + text(static_cast<int>(without * 10) % 10) : std::string());
+  item("caustic guide", !scene.caustics.empty(),
+       !scene.caustics.empty()
+           ? "light comes through glass or off mirrors: without it there would be about " + times +
+                 " times the noise"
+       : without > 1     ? "without it there is " + times + " times the noise, which is not worth it"
+       : scene.any_delta ? "what comes through glass or off mirrors is little of the noise, or out of reach"
+                         : "no smooth metal, glass or coat",
+       "a look-up per scattering event and per weight of one, and longer paths");
+  item("manifold walks", !scene.manifolds.empty(),
+       !scene.manifolds.empty()
+           ? "they bring about " + text(static_cast<int>(std::lround(100 * unmet.walked))) +
+                 " % of the image's light, which paths meet never, or seldom and as fireflies"
+       : scene.any_delta ? "what they alone would bring is little, or they do not find it"
+                         : "no smooth metal, glass or coat",
+       "walks from where mirrors and glass are seen to lights, and a look-up per light that a path meets");
+  item("delta lights", scene.lights.any_delta,
+       scene.lights.any_delta ? "a light at a point or a distant one"
+                              : "no light at a point and no distant one",
+       "their cases in light sampling", kDeltaLights);
+  item("environment", !scene.lights.infinite.empty(),
+       scene.lights.infinite.empty() ? "no infinite light" : "an infinite light",
+       "the escape branch of camera paths");
+  item("environment image", !scene.lights.environments.empty(),
+       scene.lights.environments.empty() ? "no infinite light has one" : "an infinite light has one",
+       "its memory, its sampling table and a random number per light sample");
+  item("lights by images", scene.lights.any_imaged(),
+       scene.lights.any_imaged() ? "a goniometric or projection light" : "no goniometric or projection light",
+       "their images, and a random number per light path");
+  item("patterned emitters", !scene.lights.patterns.empty(),
+       scene.lights.patterns.empty() ? "every emitter is even and opaque"
+                                     : text(scene.lights.patterns.size()) + " with a texture or an alpha",
+       "a look-up per light sample, per light path and per emitter that a path hits");
+  const auto strategy = [&](const char* feature, Strategies family, const char* saving) {
+    const bool on = strategies & family;
+    const std::string lost = shortest_path(paths_made(scene, settings.max_depth, family) &
+                                           ~found_by(scene, settings.max_depth, strategies));
+    item(feature, on,
+         on                     ? chosen + " includes it"
+         : !(possible & family) ? std::string("what hair or a realistic camera is in can't have it")
+         : lost.empty()         ? chosen + " leaves it out"
+                                : chosen + " leaves it out, and light with it: " + lost,
+         saving, family);
+  };
+  strategy("emission hits (s = 0)", kEmissionHits, "emission look-ups at hits and escapes");
+  strategy("next-event estimation (s = 1)", kNextEvent, "light sampling and a shadow ray per camera vertex");
+  strategy("vertex connections (s, t >= 2)", kVertexConnections,
+           "the light-vertex cache and its shadow rays");
+  strategy("lens connections (t = 1)", kLensConnections, "the splat layer and its traffic");
+  const bool lens_radius = std::visit([](const auto& c) { return c.kHasLens; }, camera);
+  item("lens sampling", lens_radius,
+       lens_radius ? "the lens has a radius" : "the camera has no lens with a radius",
+       "two dimensions per camera path and per lens connection");
+  const std::string flattened =
+      text(scene.flattened_instances) + " multiplied out, as used once, small, emitting or nearly singular";
+  item("instances", scene.any_instances(),
+       scene.any_instances()
+           ? text(scene.instance_count()) + " instance(s) of " + text(scene.objects.size()) +
+                 " object(s), which are built once" + (scene.flattened_instances ? "; " + flattened : "")
+       : scene.flattened_instances ? flattened
+                                   : "no object is instanced",
+       "a level of traversal, and a transform per hit");
+  item("motion blur", scene.moves(),
+       !scene.moves() ? "nothing moves while the shutter is open"
+       : scene.any_moving()
+           ? text(scene.ways.size()) + " instance(s) or shape(s) move on " +
+                 text(scene.poses.size() / kPoseFloats - scene.ways.size()) + " straight segment(s)" +
+                 (scene.camera_motion.moves ? ", and so does the camera" : "")
+           : "the camera moves",
+       "a time per path, and a transform that is made anew for every ray that meets what moves");
+  const size_t media = scene.medium_count();
+  item("participating media", media > 0,
+       media > 0 ? text(media) + " homogeneous, with " +
+                       (scene.any_boundaries ? "boundaries" : "no boundary but surfaces")
+                 : "none in the scene",
+       "distance sampling, the walk through boundaries and transmittance");
+  item("panes", scene.any_panes,
+       scene.any_panes ? "thin smooth glass is looked through" : "no thin smooth glass in the scene",
+       "the walk of paths and shadow rays through them");
+  return plan;
+}
+
+}  // namespace lightmill

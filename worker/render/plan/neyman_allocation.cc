@@ -1,0 +1,126 @@
+#include "worker/render/plan/neyman_allocation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lightmill {
+namespace {
+
+/// What a region is taken for begins with the mean of all; squares of regions around it of rising closeness,
+/// so many regions to each side, correct it, each against this many paths that say what was known before.
+constexpr int kReaches[] = {16, 8, 4, 2, 1, 0};
+constexpr double kPrior = 256;
+/// No region is taken for less noisy than this fraction of the mean.
+constexpr double kLeastNoise = 0.02;
+/// Smallest gain on the other half for which effort is adapted. Costs are counted work, which does not know
+/// that noisy materials, such as coats, take longer than others, nor that passes of few paths fill fewer
+/// lanes, as they do where vertices are connected. Where 1.16 to 1.4 is predicted, 1.05 to 1.34 was
+/// measured.
+constexpr double kLeastGain = 1.12;
+
+struct Seen {
+  double paths = 0, variance = 0;
+};
+
+/// A region as both halves (half = 2) or one see it.
+Seen seen(const RegionNoise& r, int half) {
+  if (half < 2) return {r.paths[half], r.camera[half]};
+  const double paths = r.paths[0] + r.paths[1];
+  return {paths, paths > 0 ? (r.paths[0] * r.camera[0] + r.paths[1] * r.camera[1]) / paths : 0};
+}
+
+/// Variances with what is around mixed in, from the farther the fewer paths there were.
+std::vector<double> smoothed(const RegionGrid& grid, const std::vector<RegionNoise>& regions, int half) {
+  std::vector<Seen> own;
+  Seen all;
+  const auto add = [](const Seen& s, Seen* to) {
+    to->paths += s.paths;
+    to->variance += s.paths * s.variance;
+  };
+  for (const RegionNoise& r : regions) add(own.emplace_back(seen(r, half)), &all);
+  std::vector<double> result(regions.size(), all.paths > 0 ? all.variance / all.paths : 0);
+  for (const int reach : kReaches) {
+    for (int row = 0; row < grid.rows; ++row) {
+      for (int column = 0; column < grid.columns; ++column) {
+        Seen around;
+        for (int y = std::max(row - reach, 0); y <= std::min(row + reach, grid.rows - 1); ++y) {
+          for (int x = std::max(column - reach, 0); x <= std::min(column + reach, grid.columns - 1); ++x)
+            add(own[static_cast<size_t>(int64_t{y} * grid.columns + x)], &around);
+        }
+        double& v = result[static_cast<size_t>(int64_t{row} * grid.columns + column)];
+        v = (around.variance + kPrior * v) / (around.paths + kPrior);
+      }
+    }
+  }
+  double sum = 0, pixels = 0;
+  for (size_t i = 0; i < regions.size(); ++i)
+    sum += regions[i].pixels * result[i], pixels += regions[i].pixels;
+  for (double& v : result) v = std::max(v, kLeastNoise * sum / std::max(pixels, 1.0));
+  return result;
+}
+
+/// Levels nearest to log2(scale * sqrt(V / C)).
+EffortMap levels_at(double scale, const std::vector<double>& variance,
+                    const std::vector<RegionNoise>& regions) {
+  EffortMap map;
+  map.levels.assign(regions.size(), '0' - kLeastLevel);
+  for (size_t i = 0; i < regions.size(); ++i) {
+    if (!(regions[i].cost > 0 && variance[i] > 0)) continue;
+    const double level = std::round(std::log2(scale * std::sqrt(variance[i] / regions[i].cost)));
+    map.set_level(static_cast<int64_t>(i),
+                  static_cast<int>(std::clamp<double>(level, kLeastLevel, kMostLevel)));
+  }
+  return map;
+}
+
+/// The map of most samples that does not exceed one per pixel on average.
+EffortMap allocate(const RegionGrid& grid, const std::vector<RegionNoise>& regions, int half) {
+  const std::vector<double> variance = smoothed(grid, regions, half);
+  const auto excess = [&](const EffortMap& map) {
+    double sum = 0;
+    for (size_t i = 0; i < regions.size(); ++i)
+      sum += regions[i].pixels * (std::exp2(map.level(static_cast<int64_t>(i))) - 1);
+    return sum;
+  };
+  double mean = 0, pixels = 0;
+  for (size_t i = 0; i < regions.size(); ++i) {
+    if (!(regions[i].cost > 0)) continue;
+    mean += regions[i].pixels * std::sqrt(variance[i] / regions[i].cost);
+    pixels += regions[i].pixels;
+  }
+  if (!(mean > 0)) return {};
+  double low = pixels / mean / 64, high = pixels / mean * 64;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = std::sqrt(low * high);
+    (excess(levels_at(middle, variance, regions)) > 0 ? high : low) = middle;
+  }
+  return levels_at(low, variance, regions);
+}
+
+/// Of `map` on what one half saw.
+double gain_of(const EffortMap& map, const std::vector<RegionNoise>& regions, double light_cost, int half) {
+  if (map.uniform()) return 1;
+  double variance = 0, adapted_variance = 0, cost = 0, adapted_cost = 0;
+  for (size_t i = 0; i < regions.size(); ++i) {
+    const RegionNoise& r = regions[i];
+    const double m = std::exp2(map.level(static_cast<int64_t>(i))), v = seen(r, half).variance;
+    variance += r.pixels * (v + r.splat);
+    adapted_variance += r.pixels * (v / m + r.splat);
+    cost += r.pixels * (r.cost + light_cost);
+    adapted_cost += r.pixels * (m * r.cost + light_cost);
+  }
+  const double adapted = adapted_variance * adapted_cost;
+  return adapted > 0 ? variance * cost / adapted : 1;
+}
+
+}  // namespace
+
+EffortChoice choose_effort(const RegionGrid& grid, const std::vector<RegionNoise>& regions,
+                           double light_cost) {
+  const double gain = 0.5 * (gain_of(allocate(grid, regions, 0), regions, light_cost, 1) +
+                             gain_of(allocate(grid, regions, 1), regions, light_cost, 0));
+  if (!(gain >= kLeastGain)) return {};
+  return {allocate(grid, regions, 2), gain};
+}
+
+}  // namespace lightmill

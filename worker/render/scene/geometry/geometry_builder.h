@@ -1,0 +1,65 @@
+#pragma once
+// Writes shapes into a scene's flat arrays: vertices, triangles, spheres, and of each primitive what it is
+// made of. Everything that rounds happens once, here, in double.
+#include <array>
+#include <string>
+#include <vector>
+
+#include "common/scene/parts_in_use.h"
+#include "worker/render/scene/lights/emitter_builder.h"
+#include "worker/render/scene/media/media_builder.h"
+#include "worker/render/scene/render_scene.h"
+#include "worker/render/scene/geometry/shape_space.h"
+
+namespace lightmill {
+
+class GeometryBuilder {
+ public:
+  /// All must outlive the builder.
+  GeometryBuilder(const SceneDescription& description, const MediaBuilder& media, EmitterBuilder& emitters,
+                  RenderScene* scene)
+      : in_(description), media_(media), emitters_(emitters), out_(*scene) {}
+
+  /// Room for all shapes to come, and which attributes of vertices something reads. The scene's materials are
+  /// there. Throws Error(kBadScene) if there are too many.
+  void reserve(const std::vector<const ShapeDescription*>& shapes, const PartsInUse& parts);
+
+  /// The space that the following shapes are kept in.
+  void set_space(const ShapeSpace& space) { space_ = space; }
+  const ShapeSpace& space() const { return space_; }
+  /// Of `shapes` those that are meshes; then, after all meshes of the scene, those that are spheres.
+  void add_meshes(const std::vector<const ShapeDescription*>& shapes);
+  void add_spheres(const std::vector<const ShapeDescription*>& shapes);
+  /// Lights that were added since the last call have `sides` around them.
+  void surround_lights(int32_t sides);
+
+  /// Per material of the scene: some primitive is made of it.
+  const std::vector<bool>& materials_in_use() const { return used_; }
+
+ private:
+  struct TriangleArea {
+    double area = 0;
+    Vec3d normal;  // unit, of the winding
+  };
+  static TriangleArea triangle_area(const std::array<Vec3d, 3>& p);
+  std::array<Vec3d, 3> rounded_corners(const int32_t* i) const;
+  TriangleArea unrounded(const Matrix& m, const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) const;
+  bool is_of_fibres(const ShapeDescription& s) const;
+  int32_t outwards(const MeshRange& range, bool reversed) const;
+  void add_vertices(const ShapeDescription& s, const TriangleMesh& mesh);
+  void add_mesh(const ShapeDescription& s, const TriangleMesh& mesh);
+  void add_sphere(const ShapeDescription& s, const SphereShape& sphere);
+  void add_primitive(const ShapeDescription& s, int32_t light, int32_t flags);
+  void use_material(const ShapeDescription& s);
+  void warn(const ShapeDescription& s, std::string what);
+
+  const SceneDescription& in_;
+  const MediaBuilder& media_;
+  EmitterBuilder& emitters_;
+  RenderScene& out_;
+  ShapeSpace space_;
+  bool keep_uvs_ = false;
+  std::vector<bool> used_;
+};
+
+}  // namespace lightmill

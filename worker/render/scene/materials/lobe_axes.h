@@ -1,0 +1,27 @@
+#pragma once
+// Which way anisotropic lobes lie at a surface point.
+#include "worker/render/bsdf/bsdf.h"
+#include "worker/render/math/angle.h"
+#include "worker/render/scene/geometry/surface.h"
+
+namespace lightmill {
+
+/// Sets the rotation of anisotropic lanes: from the first axis of Frame(ns) to dp/du, in turns; of glTF's to
+/// the direction that they name by an angle from dp/du towards dp/dv.
+template <class F>
+inline void orient_lobes(const Surface<F>& surface, const Vec3<F>& ns, IntOf<F> kind, BsdfParams<F>* params) {
+  const MaskOf<F> lies = anisotropic<F>(kind);
+  if (!any(lies)) return;
+  const Frame<F> frame(ns);
+  const Vec3<F> tangent = frame.to_local(unit_tangent(surface.dpdu, ns));
+  F rotation = turns(tangent.y, tangent.x);
+  const MaskOf<F> gltf = MaskOf<F>(kind == kAnisotropicMetallicRoughness);
+  if (any(gltf)) {
+    const F of_material = copysign(params->p[9], dot(cross(ns, surface.dpdu), surface.dpdv));
+    const F turned = rotation + select(gltf, of_material, F{});
+    rotation = turned - floor(turned);
+  }
+  params->p[9] = select(lies, rotation, params->p[9]);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,89 @@
+#include "worker/render/scene/media/media_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/error.h"
+
+namespace lightmill {
+namespace {
+
+bool is_empty(const MediumDescription& m) {
+  return std::max({m.sigma_a.r, m.sigma_a.g, m.sigma_a.b, m.sigma_s.r, m.sigma_s.g, m.sigma_s.b}) <= 0;
+}
+
+}  // namespace
+
+MediaBuilder::MediaBuilder(const SceneDescription& description,
+                           const std::vector<const ShapeDescription*>& shapes)
+    : in_(description), number_(description.media.size(), 0) {
+  std::vector<bool> used(in_.media.size(), false);
+  const auto use = [&](int index) {
+    if (index >= 0) used[static_cast<size_t>(index)] = true;
+  };
+  for (const ShapeDescription* s : shapes) {
+    any_panes_ = any_panes_ || is_pane(*s);
+    if (!s->media.transition() && s->area_light < 0) continue;
+    use(s->media.inside);
+    use(s->media.outside);
+  }
+  for (const LightDescription& l : in_.lights) use(l.medium);
+  use(in_.camera.medium);
+  for (size_t i = 0; i < used.size(); ++i) {
+    if (used[i] && !is_empty(in_.media[i])) number_[i] = ++count_;
+  }
+}
+
+void MediaBuilder::write(RenderScene* scene) const {
+  if (!any()) return;
+  if (count_ > kMaxMedia)
+    throw Error(ErrorKind::kBadScene,
+                "the scene has more than " + std::to_string(kMaxMedia) + " media, which is the limit");
+  scene->media.assign((static_cast<size_t>(count_) + 1) * kMediumFloats, 0.0f);
+  for (size_t i = 0; i < in_.media.size(); ++i) {
+    if (number_[i] == 0) continue;
+    const MediumDescription& m = in_.media[i];
+    float* record = &scene->media[static_cast<size_t>(number_[i]) * kMediumFloats];
+    const float a[3] = {m.sigma_a.r, m.sigma_a.g, m.sigma_a.b},
+                s[3] = {m.sigma_s.r, m.sigma_s.g, m.sigma_s.b},
+                e[3] = {m.emission.r, m.emission.g, m.emission.b};
+    const bool collides = std::max({s[0], s[1], s[2]}) > 0 || std::max({e[0], e[1], e[2]}) > 0;
+    // Lengths are 2^scale_exponent times what they are in scene units.
+    const auto scaled = [&](double x) { return static_cast<float>(std::ldexp(x, -scene->scale_exponent)); };
+    double rate = 0;
+    for (size_t c = 0; c < 3; ++c) {
+      const double extinction = double{a[c]} + s[c];
+      record[kMediumExtinction + c] = scaled(extinction);
+      record[kMediumScattering + c] = scaled(s[c]);
+      record[kMediumCollision + c] = collides ? scaled(extinction) : 0.0f;
+      record[kMediumEmission + c] = scaled(double{a[c]} * e[c]);
+      if (collides) rate += extinction / 3;
+    }
+    record[kMediumMeanRate] = scaled(rate);
+    record[kMediumG] = m.g;
+    // Products of two of them stay within float.
+    constexpr float kLimit = 1e18f;
+    if (!(*std::max_element(record, record + kMediumFloats) < kLimit)) {
+      throw Error(ErrorKind::kBadScene,
+                  m.location.file + ":" + std::to_string(m.location.line) + ":" +
+                      std::to_string(m.location.column) + ": the medium \"" + m.name +
+                      "\" is opaque within 1e-18 of the scene's extent; lower its \"scale\"");
+    }
+  }
+  scene->camera_medium = number(in_.camera.medium);
+}
+
+bool MediaBuilder::is_pane(const ShapeDescription& shape) const {
+  if (shape.boundary || shape.area_light >= 0 || shape.material < 0) return false;
+  const MaterialDescription& material = in_.materials[static_cast<size_t>(shape.material)];
+  return std::holds_alternative<ThinDielectricMaterial>(material.kind) && material.normal_map < 0 &&
+         material.displacement < 0;
+}
+
+int32_t MediaBuilder::sides(const ShapeDescription& shape) const {
+  const int32_t inside = number(shape.media.inside), outside = number(shape.media.outside);
+  return medium_sides(inside, outside) | (shape.media.transition() ? kMediumTransition : 0) |
+         (shape.boundary || is_pane(shape) ? kMediumBoundary : 0);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,66 @@
+#pragma once
+// Textures at render time: the small texture graph over images.
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "common/scene/description.h"
+#include "worker/render/build_options.h"
+#include "worker/render/math/vec.h"
+#include "worker/render/scene/textures/image_map.h"
+#include "worker/render/scene/textures/texture_cache.h"
+
+namespace lightmill {
+
+/// Where a texture is looked up.
+struct TexturePoint {
+  float u = 0, v = 0;                      // surface coordinates
+  Vec3d p{};                               // position in scene units
+  std::array<float, 4> color{1, 1, 1, 1};  // of the vertices, interpolated
+  Vec3<float> n{0, 0, 1};                  // unit geometric normal, of either side
+};
+
+/// All textures of a scene, evaluated per point.
+class TextureTable {
+ public:
+  /// Reads the images on `options.threads` threads. They take up to `options.texture_bytes`: what has no
+  /// room is looked at once and read again where it is needed, through a TextureCache, with the same bits.
+  /// Throws Error(kBadScene) for the first that can't be read, and Error(kFailed) if images inside another
+  /// file, which are always kept, take more. Unless `in_use` is empty, images whose entry in it is false are
+  /// not read and never looked up.
+  explicit TextureTable(const std::vector<TextureDescription>& textures, const BuildOptions& options = 1,
+                        const std::vector<bool>& in_use = {});
+  /// Value of texture `id` at a point; floats come as grey.
+  Rgb evaluate(int id, const TexturePoint& at) const;
+  /// Begins to fetch the texels that evaluate() will read, if the texture is an image.
+  void prefetch(int id, const TexturePoint& at) const;
+  /// The image behind texture `id`, or null if it is of another kind or not in use.
+  const ImageMap* image(int id) const {
+    const int at = image_of_[static_cast<size_t>(id)];
+    return at < 0 ? nullptr : &images_[static_cast<size_t>(at)];
+  }
+  size_t size() const { return nodes_.size(); }
+  /// Images that were not read, as nothing in use shows them.
+  size_t unused_images() const { return unused_images_; }
+  /// Of texels in memory, and of the cache at its fullest.
+  uint64_t bytes() const { return bytes_; }
+  /// Images that are read where they are needed.
+  size_t cached_images() const;
+  /// Throws Error(kFailed) if an image could be read when the table was made, but not since: what was
+  /// evaluated after that is void.
+  void throw_if_unreadable() const {
+    if (cache_) cache_->throw_if_failed();
+  }
+
+ private:
+  Rgb input(const SpectrumInput& in, const TexturePoint& at) const;
+  std::vector<TextureKind> nodes_;
+  std::unique_ptr<TextureCache> cache_;  // null: all images are in memory
+  uint64_t bytes_ = 0;
+  size_t unused_images_ = 0;
+  std::vector<ImageMap> images_;
+  std::vector<int> image_of_;  // per node, -1 if it is not an image or not in use
+};
+
+}  // namespace lightmill
