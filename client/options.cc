@@ -118,7 +118,7 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
   verb->add_option("--lens-weight", render.lens_weight,
                    "What light paths joined to the lens count for beside other strategies: 0.125, 1 or 3");
   verb->add_option_function<std::string>(
-          "--effort", [&render](const std::string& effort) { render.uniform_effort = effort == "uniform"; },
+          "--effort", [&render](const std::string& allocation) { render.uniform_sampling = allocation == "uniform"; },
           "adaptive: auto spends samples where the image is noisy; uniform: everywhere, as always with --aov")
       ->check(CLI::IsMember({"adaptive", "uniform"}))
       ->default_str("adaptive");

@@ -35,9 +35,9 @@ void enable_plugins() {
 }
 
 /// All but the authenticator outlive the metrics.
-void count_refusals(Metrics& metrics, const Door& door, const SubmitLimit& submissions,
+void count_refusals(Metrics& metrics, const Listener& listener, const SubmitLimit& submissions,
                     const std::shared_ptr<Authenticator>& authenticator) {
-  metrics.count_refusals("connection", [&door] { return door.refused(); });
+  metrics.count_refusals("connection", [&listener] { return listener.refused(); });
   metrics.count_refusals("submit_rate", [&submissions] { return submissions.refused(); });
   if (!authenticator) return;
   metrics.count_refusals("unauthenticated",
@@ -78,7 +78,7 @@ struct Server::Impl {
                        callers(authenticator, "/lightmill.v1.WorkerService/Register")) {}
   Farm& farm;
   const std::shared_ptr<SubmitLimit> submissions;
-  std::optional<Door> door;
+  std::optional<Listener> listener;
   Metrics metrics;
   TileLog own_tile_log;
   TileLog& tile_log;
@@ -107,7 +107,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
   if (tls)
     credentials->SetAuthMetadataProcessor(std::make_shared<TokenProcessor>(
         authenticator, impl_->submissions, [&farm](const std::string& reason) { farm.turned_away(reason); }));
-  impl_->door.emplace(DoorOptions{options.listen, options.quotas.max_connections,
+  impl_->listener.emplace(ListenerOptions{options.listen, options.quotas.max_connections,
                                   options.quotas.connections_per_second,
                                   options.quotas.connections_per_second * kConnectionBurstSeconds});
   enable_plugins();
@@ -123,7 +123,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
   builder.RegisterService(&impl_->worker_service);
   impl_->rpc = builder.BuildAndStart();
   if (!impl_->rpc) throw Error(ErrorKind::kFailed, "gRPC does not start");
-  count_refusals(impl_->metrics, *impl_->door, *impl_->submissions, authenticator);
+  count_refusals(impl_->metrics, *impl_->listener, *impl_->submissions, authenticator);
   if (!options.http.empty()) {
     const bool loopback_only = !tls && is_loopback(parse_address(options.http).host);
     impl_->http.emplace(options.http,
@@ -132,7 +132,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
                                    options.read_scene, &impl_->tile_log},
                         impl_->metrics, options.security);
   }
-  impl_->door->open([acceptor = impl_->acceptor.get()](int fd) {
+  impl_->listener->open([acceptor = impl_->acceptor.get()](int fd) {
     grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
     connection.fd = fd;
     acceptor->HandleNewConnection(&connection);
@@ -142,7 +142,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
 Server::~Server() {
   if (!impl_->rpc) return;
   impl_->http.reset();  // its metrics ask the door
-  impl_->door.reset();
+  impl_->listener.reset();
   impl_->client_service.stop();
   impl_->worker_service.stop();
   impl_->farm.stop_waiting();
@@ -150,7 +150,7 @@ Server::~Server() {
   impl_->rpc->Wait();
 }
 
-int Server::rpc_port() const { return impl_->door->port(); }
+int Server::rpc_port() const { return impl_->listener->port(); }
 int Server::http_port() const { return impl_->http ? impl_->http->port() : 0; }
 
 }  // namespace lightmill

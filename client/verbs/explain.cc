@@ -38,10 +38,10 @@ nlohmann::json items_document(const ScenePlan& plan) {
 }
 
 /// Shares of the image's light; camera paths that meet a light which is seldom met, per path; and what noise
-/// meetings make (UnmetShare).
-nlohmann::json unmet_document(const UnmetShare& unmet) {
+/// meetings make (MissingShare).
+nlohmann::json missing_document(const MissingShare& missing) {
   return {
-      {"never", unmet.never}, {"seldom", unmet.seldom}, {"meetings", unmet.meetings}, {"noise", unmet.noise}};
+      {"never", missing.never}, {"seldom", missing.seldom}, {"meetings", missing.meetings}, {"noise", missing.noise}};
 }
 
 void print_items(const ScenePlan& plan) {
@@ -75,14 +75,14 @@ void print_pilot(const PilotReport& pilot) {
               static_cast<long long>(pilot.samples));
   print_gain(pilot, "path tracing", path_tracing_plan());
   print_gain(pilot, "bdpt", SamplingPlan());
-  if (pilot.aims_gain != 1) {
+  if (pilot.emission_guide_gain != 1) {
     std::printf("light paths that are aimed: predicted efficiency %.3g times that of others, which is %s\n",
-                pilot.aims_gain, pilot.chosen.aimed.value_or(false) ? "used" : "not worth it");
+                pilot.emission_guide_gain, pilot.chosen.guided_emission.value_or(false) ? "used" : "not worth it");
   }
-  if (!pilot.chosen.effort.uniform()) {
+  if (!pilot.chosen.allocation.uniform()) {
     std::printf(
         "adaptive effort, a quarter to four samples: predicted efficiency %.3g times that of uniform\n",
-        pilot.effort_gain);
+        pilot.adaptive_gain);
   }
   std::printf("%12s %12s %12s  %s\n", "variance", "us a sample", "product", "plan");
   for (const PlanEstimate& e : ranked_estimates(pilot)) {
@@ -119,7 +119,7 @@ int explain(ExplainOptions& options) {
                                      {"quantum_exponent", plan.quantum_exponent},
                                      {"items", items_document(plan)},
                                      {"lost_light", plan.lost_light},
-                                     {"unmet_light", unmet_document(plan.unmet)},
+                                     {"unmet_light", missing_document(plan.missing)},
                                      {"pilot", pilot_document(pilot)}};
     std::printf("%s\n", dump(document).c_str());
     return 0;

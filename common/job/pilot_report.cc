@@ -93,11 +93,11 @@ std::string pilot_to_json(const PilotReport& report) {
   for (const auto& [name, member] : kWork) work[name] = report.work.*member;
   for (const auto& [name, member] : kLater) work[name] = report.work.*member;
   nlohmann::json j{{"chosen", nlohmann::json::parse(plan_to_json(report.chosen))},
-                   {"effort_gain", report.effort_gain},
+                   {"effort_gain", report.adaptive_gain},
                    {"estimates", estimates},
                    {"samples", report.samples},
                    {"work", work}};
-  if (report.aims_gain != 1) j["aims_gain"] = report.aims_gain;
+  if (report.emission_guide_gain != 1) j["aims_gain"] = report.emission_guide_gain;
   if (!features.empty()) j["features"] = std::move(features);
   if (!report.missing_light.empty()) j["missing_light"] = report.missing_light;
   return j.dump();
@@ -109,7 +109,7 @@ PilotReport pilot_from_json(const std::string& text) {
     const auto j = nlohmann::json::parse(text);
     PilotReport report;
     report.chosen = plan_from_json(j.at("chosen").dump());
-    report.effort_gain = positive(j.at("effort_gain"));
+    report.adaptive_gain = positive(j.at("effort_gain"));
     const auto& estimates = j.at("estimates");
     if (!estimates.is_array() || estimates.size() > kMaxEstimates)
       throw Error(ErrorKind::kUsage, "pilot report: \"estimates\" must be an array of at most 1000");
@@ -118,7 +118,7 @@ PilotReport pilot_from_json(const std::string& text) {
                                   positive(e.at("cost")),
                                   e.contains("shadow_rays") ? positive(e.at("shadow_rays")) : 0});
     }
-    if (j.contains("aims_gain")) report.aims_gain = positive(j.at("aims_gain"));
+    if (j.contains("aims_gain")) report.emission_guide_gain = positive(j.at("aims_gain"));
     if (j.contains("features")) report.features = features_of(j.at("features"));
     if (j.contains("missing_light")) report.missing_light = lines_of(j.at("missing_light"));
     report.samples = j.at("samples").get<int64_t>();

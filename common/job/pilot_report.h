@@ -44,8 +44,8 @@ struct PilotReport {
   std::vector<PlanEstimate> estimates;  // of every plan considered, `chosen` included; uniform effort
   int64_t samples = 0;                  // camera paths that the pilot traced
   SampleWork work;
-  double effort_gain = 1;  // predicted of the chosen effort: times less variance x cost
-  double aims_gain = 1;    // of light paths that are aimed over those that are not; 1 where that was clear
+  double adaptive_gain = 1;  // predicted of the chosen effort: times less variance x cost
+  double emission_guide_gain = 1;    // of light paths that are aimed over those that are not; 1 where that was clear
   std::vector<FeatureNote> features = {};  // under the chosen plan; of reports before there were any none
   std::vector<std::string> missing_light = {};  // what light the image will lack, a line each, for people
 };

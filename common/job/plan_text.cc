@@ -9,8 +9,8 @@ namespace {
 /// The plan without effort, and without the counts that none of its strategies uses. The light paths of all
 /// plans of a report are aimed, or those of none.
 SamplingPlan canonical(SamplingPlan plan) {
-  plan.effort = {};
-  plan.aimed = SamplingPlan().aimed;
+  plan.allocation = {};
+  plan.guided_emission = SamplingPlan().guided_emission;
   if (!(plan.strategies & kLightPaths)) plan.light_paths = SamplingPlan().light_paths;
   if (!(plan.strategies & kVertexConnections)) plan.connections = SamplingPlan().connections;
   if (!(plan.strategies & kLensConnections)) plan.lens_weight = SamplingPlan().lens_weight;
@@ -38,12 +38,12 @@ std::string plan_text(const SamplingPlan& plan) {
   std::string text = strategy_names(plan.strategies);
   if (plan.strategies & kLightPaths) {
     text += " × " + count_text(plan.light_paths);
-    if (plan.aimed) text += *plan.aimed ? " aimed" : " not aimed";
+    if (plan.guided_emission) text += *plan.guided_emission ? " aimed" : " not aimed";
   }
   if (plan.strategies & kVertexConnections) text += " × " + count_text(plan.connections) + " connections";
   if (plan.strategies & kLensConnections && plan.lens_weight != 1)
     text += ", lens weight " + count_text(plan.lens_weight);
-  if (!plan.effort.uniform()) text += ", adaptive";
+  if (!plan.allocation.uniform()) text += ", adaptive";
   return text;
 }
 

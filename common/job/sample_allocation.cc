@@ -17,7 +17,7 @@ RegionGrid regions_of(const FilmGrid& grid) {
   return r;
 }
 
-void check_effort(const EffortMap& map) {
+void check_allocation(const SampleAllocation& map) {
   if (map.levels.size() > static_cast<size_t>(kMaxRegions))
     throw Error(ErrorKind::kUsage, "sampling plan: effort has more than 4096 regions");
   for (const char c : map.levels) {
@@ -26,14 +26,14 @@ void check_effort(const EffortMap& map) {
   }
 }
 
-void check_effort(const EffortMap& map, const FilmGrid& grid) {
+void check_allocation(const SampleAllocation& map, const FilmGrid& grid) {
   if (map.uniform() || static_cast<int64_t>(map.levels.size()) == regions_of(grid).count()) return;
   throw Error(ErrorKind::kUsage,
               "sampling plan: its effort was chosen for another resolution or crop; add --effort uniform to "
               "leave it out");
 }
 
-PathCount camera_paths_of(const EffortMap& map, const FilmGrid& grid, const TileSpec& tile) {
+PathCount camera_paths_of(const SampleAllocation& map, const FilmGrid& grid, const TileSpec& tile) {
   const PixelRect pixels = grid.pixels(tile.cells);
   if (map.uniform()) {
     const auto n = static_cast<uint64_t>(pixels.area()) * static_cast<uint64_t>(tile.samples());

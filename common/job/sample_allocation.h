@@ -34,7 +34,7 @@ struct RegionGrid {
 RegionGrid regions_of(const FilmGrid& grid);
 
 /// A level per region, row-major. Empty: one sample everywhere.
-struct EffortMap {
+struct SampleAllocation {
   std::string levels;  // '0' for kLeastLevel and so on
   bool uniform() const { return levels.empty(); }
   int level(int64_t region) const {
@@ -43,19 +43,19 @@ struct EffortMap {
   void set_level(int64_t region, int level) {
     levels[static_cast<size_t>(region)] = static_cast<char>('0' + level - kLeastLevel);
   }
-  bool operator==(const EffortMap&) const = default;
+  bool operator==(const SampleAllocation&) const = default;
 };
 
 /// Throws Error(kUsage) unless the levels are in range and at most kMaxRegions.
-void check_effort(const EffortMap& map);
+void check_allocation(const SampleAllocation& map);
 /// Throws Error(kUsage) if the map, uniform ones aside, was made for regions of another film.
-void check_effort(const EffortMap& map, const FilmGrid& grid);
+void check_allocation(const SampleAllocation& map, const FilmGrid& grid);
 
 /// Least and most camera paths that a tile can have: the same but where its range cuts what regions below one
 /// sample per index draw one of.
 struct PathCount {
   uint64_t least = 0, most = 0;
 };
-PathCount camera_paths_of(const EffortMap& map, const FilmGrid& grid, const TileSpec& tile);
+PathCount camera_paths_of(const SampleAllocation& map, const FilmGrid& grid, const TileSpec& tile);
 
 }  // namespace lightmill

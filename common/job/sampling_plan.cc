@@ -25,16 +25,16 @@ void check_plan(const SamplingPlan& plan) {
   check_count(plan.light_paths, kLightPathCounts, "light_paths");
   check_count(plan.connections, kConnectionCounts, "connections");
   check_count(plan.lens_weight, kLensWeights, "lens_weight");
-  check_effort(plan.effort);
+  check_allocation(plan.allocation);
 }
 
 std::string plan_to_json(const SamplingPlan& plan) {
   nlohmann::json j = {{"connections", plan.connections},
                       {"light_paths", plan.light_paths},
                       {"strategies", strategy_names(plan.strategies)}};
-  if (plan.aimed) j["aimed"] = *plan.aimed;
+  if (plan.guided_emission) j["aimed"] = *plan.guided_emission;
   if (plan.lens_weight != 1) j["lens_weight"] = plan.lens_weight;
-  if (!plan.effort.uniform()) j["effort"] = plan.effort.levels;
+  if (!plan.allocation.uniform()) j["effort"] = plan.allocation.levels;
   return j.dump();
 }
 
@@ -48,9 +48,9 @@ SamplingPlan plan_from_json(const std::string& text) {
     plan.strategies = strategies_named(j.at("strategies").get<std::string>());
     plan.light_paths = j.at("light_paths").get<double>();
     plan.connections = j.at("connections").get<double>();
-    if (j.contains("aimed")) plan.aimed = j.at("aimed").get<bool>();
+    if (j.contains("aimed")) plan.guided_emission = j.at("aimed").get<bool>();
     if (j.contains("lens_weight")) plan.lens_weight = j.at("lens_weight").get<double>();
-    if (j.contains("effort")) plan.effort.levels = j.at("effort").get<std::string>();
+    if (j.contains("effort")) plan.allocation.levels = j.at("effort").get<std::string>();
     check_plan(plan);
     return plan;
   } catch (const nlohmann::json::exception& e) {

@@ -23,10 +23,10 @@ struct SamplingPlan {
   double lens_weight = 1;
   /// Light paths choose lights and directions by what they bring, where the scene has learnt that
   /// (worker/render/guiding/training/emission_guide_training.h); else by power, and directions as the lights shine.
-  /// Not given: from a certain gain on (kAimsPay there).
-  std::optional<bool> aimed = {};
+  /// Not given: from a certain gain on (kEmissionGuidePays there).
+  std::optional<bool> guided_emission = {};
   /// Where camera samples go; by `light_paths` everywhere, as light paths have no pixel.
-  EffortMap effort = {};
+  SampleAllocation allocation = {};
 
   bool operator==(const SamplingPlan&) const = default;
 };

@@ -43,8 +43,8 @@ void check_settings(const RenderSettings& s, ErrorKind kind) {
   if (c.empty() || c.x0 < 0 || c.y0 < 0 || c.x1 > s.grid.width || c.y1 > s.grid.height) {
     throw Error(kind, "the crop window must not be empty and must lie inside the film");
   }
-  if (s.plan) check_effort(s.plan->effort, s.grid);
-  if (s.plan && s.aovs && !s.plan->effort.uniform()) throw Error(kind, "AOVs need uniform effort");
+  if (s.plan) check_allocation(s.plan->allocation, s.grid);
+  if (s.plan && s.aovs && !s.plan->allocation.uniform()) throw Error(kind, "AOVs need uniform effort");
 }
 
 const char* integrator_name(Integrator integrator) {
@@ -108,7 +108,7 @@ std::string settings_to_json(const RenderSettings& s) {
   text.add("spp", s.spp);
   text.add("target_error", s.target_error);
   text.add("time_s", s.time_s);
-  text.add("uniform_effort", s.uniform_effort);
+  text.add("uniform_effort", s.uniform_sampling);
   text.add("width", s.grid.width);
   return text.end();
 }
@@ -132,8 +132,8 @@ RenderSettings settings_from_json(const std::string& text) {
   try {
     check_json_depth(text, kMaxJsonDepth);
     const auto j = nlohmann::json::parse(text);
-    const bool knows_effort = j.contains("uniform_effort");  // since effort can be adaptive
-    if (j.size() != 12u + knows_effort + j.contains("aovs"))
+    const bool knows_uniform_sampling = j.contains("uniform_effort");  // since effort can be adaptive
+    if (j.size() != 12u + knows_uniform_sampling + j.contains("aovs"))
       usage("render settings: exactly 13 fields are expected, and aovs where there are some");
     RenderSettings s;
     s.integrator = integrator_named(j.at("integrator").get<std::string>());
@@ -150,7 +150,7 @@ RenderSettings settings_from_json(const std::string& text) {
     s.time_s = j.at("time_s").get<double>();
     s.target_error = j.at("target_error").get<double>();
     s.energy_compensation = j.at("energy_compensation").get<bool>();
-    s.uniform_effort = !knows_effort || j.at("uniform_effort").get<bool>();
+    s.uniform_sampling = !knows_uniform_sampling || j.at("uniform_effort").get<bool>();
     s.overrides = features_named(j.at("overrides").get<std::string>());
     if (j.contains("aovs")) s.aovs = aovs_named(j.at("aovs").get<std::string>());
     if (!j.at("plan").is_null()) s.plan = plan_from_json(j.at("plan").dump());

@@ -42,7 +42,7 @@ struct RenderSettings {
   /// What runs, in place of the integrator's own plan. With kAuto: what the pilot chose; empty before.
   std::optional<SamplingPlan> plan = {};
   /// Every pixel gets as many camera samples: a pilot does not look where they are best spent.
-  bool uniform_effort = false;
+  bool uniform_sampling = false;
   /// Features that are kept although the scene does not need them; strategies join the plan.
   Features overrides = 0;
   /// Recorded beside the colour, which has the same bits with them and without.

@@ -99,11 +99,11 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
     if (options.lens_weight) s.plan->lens_weight = *options.lens_weight;
   }
   if (options.overrides) s.overrides = features_named(*options.overrides);
-  s.uniform_effort = options.uniform_effort;
+  s.uniform_sampling = options.uniform_sampling;
   s.aovs = options.aovs ? aovs_named(*options.aovs) : scene.film.aovs;
   // AOVs are means over samples that all count the same.
-  if (s.aovs) s.uniform_effort = true;
-  if (s.plan && s.uniform_effort) s.plan->effort = {};
+  if (s.aovs) s.uniform_sampling = true;
+  if (s.plan && s.uniform_sampling) s.plan->allocation = {};
   leave_out_impossible(scene, options, &s);
   if (s.plan) check_plan(*s.plan);
   check_settings(s, options.spp || options.max_depth ? ErrorKind::kUsage : ErrorKind::kBadScene);

@@ -68,7 +68,7 @@ void check_partial(const Partial& partial, const TileSpec& tile, const RenderSet
   require_count("light paths behind its splats", partial.light_paths,
                 has_splat_layer(settings) ? light_paths : 0);
   const PathCount paths =
-      wants_camera ? camera_paths_of(plan_of(settings).effort, settings.grid, tile) : PathCount{};
+      wants_camera ? camera_paths_of(plan_of(settings).allocation, settings.grid, tile) : PathCount{};
   const uint64_t camera_paths = partial.counters.camera_paths;
   require_count("camera paths", camera_paths, std::clamp(camera_paths, paths.least, paths.most));
   if (partial.aovs.spec.set != settings.aovs) {

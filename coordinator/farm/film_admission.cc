@@ -5,13 +5,13 @@
 
 namespace lightmill {
 
-std::optional<std::vector<JobId>> FilmSeats::yielding(const Claim& claim, double now) const {
+std::optional<std::vector<JobId>> FilmAdmission::yielding(const Claim& claim, double now) const {
   std::vector<JobId> ids;
   double left = bytes_;
-  const auto enough = [&] { return ids.size() == seats_.size() || left + claim.bytes <= max_bytes_; };
+  const auto enough = [&] { return ids.size() == admission_.size() || left + claim.bytes <= max_bytes_; };
   if (enough()) return ids;
   std::vector<std::pair<Claim, JobId>> may;
-  for (const auto& [id, seat] : seats_) {
+  for (const auto& [id, seat] : admission_) {
     const bool had_more = std::pair(seat.claim.submitter_served, seat.claim.served) >
                           std::pair(claim.submitter_served, claim.served);
     if (seat.claim.priority < claim.priority ||
@@ -34,31 +34,31 @@ std::optional<std::vector<JobId>> FilmSeats::yielding(const Claim& claim, double
   return std::nullopt;
 }
 
-bool FilmSeats::may_take(const JobId& job, const Claim& claim, double now) const {
-  return seated(job) || yielding(claim, now);
+bool FilmAdmission::may_take(const JobId& job, const Claim& claim, double now) const {
+  return admitted(job) || yielding(claim, now);
 }
 
-void FilmSeats::take(const JobId& job, const Claim& claim, double now) {
-  if (seated(job)) return;
+void FilmAdmission::take(const JobId& job, const Claim& claim, double now) {
+  if (admitted(job)) return;
   if (const auto gone = yielding(claim, now)) {
     for (const JobId& id : *gone) leave(id);
   }
-  seats_[job] = {claim, now};
+  admission_[job] = {claim, now};
   bytes_ += claim.bytes;
 }
 
-void FilmSeats::update(const JobId& job, const Claim& claim) {
-  const auto found = seats_.find(job);
-  if (found == seats_.end()) return;
+void FilmAdmission::update(const JobId& job, const Claim& claim) {
+  const auto found = admission_.find(job);
+  if (found == admission_.end()) return;
   bytes_ += claim.bytes - found->second.claim.bytes;
   found->second.claim = claim;
 }
 
-void FilmSeats::leave(const JobId& job) {
-  const auto found = seats_.find(job);
-  if (found == seats_.end()) return;
+void FilmAdmission::leave(const JobId& job) {
+  const auto found = admission_.find(job);
+  if (found == admission_.end()) return;
   bytes_ -= found->second.claim.bytes;
-  seats_.erase(found);
+  admission_.erase(found);
 }
 
 }  // namespace lightmill

@@ -10,7 +10,7 @@
 
 namespace lightmill {
 
-class FilmSeats {
+class FilmAdmission {
  public:
   /// How long a job keeps its seat before others of its priority may have it.
   static constexpr double kTurnSeconds = 10;
@@ -23,7 +23,7 @@ class FilmSeats {
     double bytes = 0;                         // film_bytes()
   };
 
-  explicit FilmSeats(double max_bytes) : max_bytes_(max_bytes) {}
+  explicit FilmAdmission(double max_bytes) : max_bytes_(max_bytes) {}
 
   /// True if the job is seated, or there is room, or enough others have to yield. One that is larger than
   /// everything may be seated alone.
@@ -33,10 +33,10 @@ class FilmSeats {
   /// A seated job's claim, as it is now.
   void update(const JobId& job, const Claim& claim);
   void leave(const JobId& job);
-  bool seated(const JobId& job) const { return seats_.contains(job); }
+  bool admitted(const JobId& job) const { return admission_.contains(job); }
 
  private:
-  struct Seat {
+  struct Admission {
     Claim claim;
     double since = 0;
   };
@@ -45,7 +45,7 @@ class FilmSeats {
 
   const double max_bytes_;
   double bytes_ = 0;
-  std::map<JobId, Seat> seats_;
+  std::map<JobId, Admission> admission_;
 };
 
 }  // namespace lightmill

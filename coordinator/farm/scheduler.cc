@@ -191,11 +191,11 @@ void Scheduler::compete(Job& job, bool wants) {
     shares_.join(job.record, &job.share);
   } else {
     shares_.leave(job.record, &job.share);
-    seats_.leave(job.record.id);
+    admission_.leave(job.record.id);
   }
 }
 
-FilmSeats::Claim Scheduler::claim(const Job& job) const {
+FilmAdmission::Claim Scheduler::claim(const Job& job) const {
   return {job.record.priority, shares_.submitter_served(job.record), job.share.served,
           film_bytes(job.record.settings)};
 }
@@ -266,19 +266,19 @@ Offer Scheduler::offer(const WorkerId& worker_id, double now) {
   bool claims_are_new = false;
   const auto may_take = [&](const Job& job) {
     if (!claims_are_new) {  // mostly the first job has its seat already, and nobody asks
-      for (const Job* other : jobs) seats_.update(other->record.id, claim(*other));
+      for (const Job* other : jobs) admission_.update(other->record.id, claim(*other));
       claims_are_new = true;
     }
-    return seats_.may_take(job.record.id, claim(job), now);
+    return admission_.may_take(job.record.id, claim(job), now);
   };
-  for (const bool seated : {true, false}) {  // rather a film from the disk than an idle worker
+  for (const bool admitted : {true, false}) {  // rather a film from the disk than an idle worker
     for (Job* job : jobs) {
       const JobId& id = job->record.id;
-      const bool has_seat = seats_.seated(id);
-      if (seated ? !has_seat && !may_take(*job) : has_seat) continue;
+      const bool is_admitted = admission_.admitted(id);
+      if (admitted ? !is_admitted && !may_take(*job) : is_admitted) continue;
       Offer found = offer_of(*job, worker_id, now);
       if (std::holds_alternative<std::monostate>(found)) continue;
-      if (seated && !has_seat) seats_.take(id, claim(*job), now);
+      if (admitted && !is_admitted) admission_.take(id, claim(*job), now);
       return found;
     }
   }

@@ -91,7 +91,7 @@ using Offer = std::variant<std::monostate, LeaseOffer, CheckOffer, SplitOffer, R
 class Scheduler {
  public:
   Scheduler(const SchedulerOptions& options, double lease_seconds)
-      : workers(lease_seconds, options.max_workers), options_(options), seats_(options.film_memory_bytes) {}
+      : workers(lease_seconds, options.max_workers), options_(options), admission_(options.film_memory_bytes) {}
 
   WorkerTable workers;
 
@@ -144,7 +144,7 @@ class Scheduler {
   bool wants_workers(const Job& job) const;
   /// Takes part in the sharing, or ends that.
   void compete(Job& job, bool wants);
-  FilmSeats::Claim claim(const Job& job) const;
+  FilmAdmission::Claim claim(const Job& job) const;
   /// Jobs that the worker may work for, the one that comes next first.
   std::vector<Job*> candidates(const Worker& worker);
   Offer offer_of(const Job& job, const WorkerId& worker, double now) const;
@@ -179,7 +179,7 @@ class Scheduler {
   std::map<JobId, size_t> rank_;   // place in order_, from 1
   std::map<size_t, Job*> active_;  // by rank
   FairShare shares_;
-  FilmSeats seats_;
+  FilmAdmission admission_;
 };
 
 }  // namespace lightmill

@@ -107,13 +107,13 @@ int listen_on(const addrinfo& at, bool v6_only) {
 
 }  // namespace
 
-struct Door::Impl {
+struct Listener::Impl {
   struct Connection {
     int fd;
     ino_t inode;
   };
 
-  explicit Impl(const DoorOptions& options)
+  explicit Impl(const ListenerOptions& options)
       : limiter(options.connections_per_second, options.burst),
         max_connections(static_cast<size_t>(raise_file_limit(options.max_connections))) {}
 
@@ -176,7 +176,7 @@ struct Door::Impl {
   std::thread thread;
 };
 
-Door::Door(const DoorOptions& options) : impl_(std::make_unique<Impl>(options)) {
+Listener::Listener(const ListenerOptions& options) : impl_(std::make_unique<Impl>(options)) {
   const HostPort at = parse_address(options.address);
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
@@ -208,7 +208,7 @@ Door::Door(const DoorOptions& options) : impl_(std::make_unique<Impl>(options)) 
   }
 }
 
-Door::~Door() {
+Listener::~Listener() {
   if (!impl_->thread.joinable()) return;
   const uint64_t one = 1;
   while (write(impl_->wake.get(), &one, sizeof one) < 0 && errno == EINTR) {
@@ -216,10 +216,10 @@ Door::~Door() {
   impl_->thread.join();
 }
 
-int Door::port() const { return impl_->port; }
-uint64_t Door::refused() const { return impl_->refused; }
+int Listener::port() const { return impl_->port; }
+uint64_t Listener::refused() const { return impl_->refused; }
 
-void Door::open(std::function<void(int fd)> hand) {
+void Listener::open(std::function<void(int fd)> hand) {
   impl_->hand = std::move(hand);
   impl_->thread = std::thread([this] { impl_->loop(); });
 }

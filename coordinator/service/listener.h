@@ -8,20 +8,20 @@
 
 namespace lightmill {
 
-struct DoorOptions {
+struct ListenerOptions {
   std::string address;  // HOST:PORT, port 0: any
   int max_connections = 10000;
   double connections_per_second = 200;  // of one address
   double burst = 1000;
 };
 
-class Door {
+class Listener {
  public:
   /// Listens on all addresses of the host. Throws Error(kUsage) for a malformed address, Error(kFailed) if it
   /// can't be bound. Raises the process's limit of open files as far as is allowed.
-  explicit Door(const DoorOptions& options);
+  explicit Listener(const ListenerOptions& options);
   /// Stops accepting.
-  ~Door();
+  ~Listener();
   int port() const;
   /// Starts to accept: `hand` gets each connection's descriptor and owns it.
   void open(std::function<void(int fd)> hand);

@@ -9,7 +9,7 @@ namespace {
 constexpr int kBatches = 16;
 constexpr int64_t kLeastSpp = kSuperblockSamples * kBatches;
 constexpr double kLargestError = 0.01;  // relative standard error
-constexpr double kAimedError = 0.006;   // leaves room for the pilot's own uncertainty
+constexpr double kGuidedError = 0.006;   // leaves room for the pilot's own uncertainty
 constexpr double kLargestZ = 4;
 constexpr double kLeastEffective = 100;
 constexpr uint64_t kPilotSeed = 1, kSeed = 2;
@@ -61,11 +61,11 @@ double relative_error(const Setup& setup, const Batches& b) {
   return error;
 }
 
-/// Samples that bring the error of `spp` samples to kAimedError, as far as a row may have them.
+/// Samples that bring the error of `spp` samples to kGuidedError, as far as a row may have them.
 int64_t enough_spp(const Setup& setup, double error, int64_t spp, const SuiteOptions& options) {
   const int64_t pixels = int64_t{setup.scene.film.width} * setup.scene.film.height;
   const int64_t most = std::max(largest_work(options) / pixels / kLeastSpp, int64_t{1}) * kLeastSpp;
-  const double needed = std::ceil(std::pow(error / kAimedError, 2) * static_cast<double>(spp) / kLeastSpp) *
+  const double needed = std::ceil(std::pow(error / kGuidedError, 2) * static_cast<double>(spp) / kLeastSpp) *
                         static_cast<double>(kLeastSpp);
   return std::clamp(needed < static_cast<double>(most) ? static_cast<int64_t>(needed) : most, kLeastSpp,
                     most);

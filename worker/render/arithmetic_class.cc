@@ -135,9 +135,9 @@ void hash_imaged_lights(Sha256* all) {
   lamp[kLightArea] = 0.5f;
   lights.add(kTriangleLight, lamp, 1);
   lights.finish();
-  lights.aims = BinnedDensity(std::vector<double>(16, 1), 4);
-  lights.aims.add_table({1, 2, 3, 1, 2, 5, 1, 3, 1, 2, 8, 1, 1, 4, 1, 2});
-  lights.aim_of = {-1, -1, -1, -1, 0};
+  lights.emission_guide = BinnedDensity(std::vector<double>(16, 1), 4);
+  lights.emission_guide.add_table({1, 2, 3, 1, 2, 5, 1, 3, 1, 2, 8, 1, 1, 4, 1, 2});
+  lights.emission_guide_of = {-1, -1, -1, -1, 0};
   for (int i = 0; i < 128; ++i) {
     // The second half by a guide.
     if (i == 64) add_guide(&lights);
@@ -154,7 +154,7 @@ void hash_imaged_lights(Sha256* all) {
 }
 
 /// Directions that a caustic guide draws, and their densities.
-void hash_caustic_guide(Sha256* all) {
+void hash_photon_guide(Sha256* all) {
   std::vector<Photon> photons;
   for (int i = 0; i < 1024; ++i) {
     const auto at = [&](int k) { return static_cast<float>((i * k) % 127) * 0x1p-7f; };
@@ -166,12 +166,12 @@ void hash_caustic_guide(Sha256* all) {
                        -1,
                        {}});
   }
-  const CausticGuide guide = make_caustic_guide(photons);
+  const PhotonGuide guide = make_photon_guide(photons);
   for (int i = 0; i < 64; ++i) {
     const auto u = [&](int k) {
       return to_float((lane_index<Float8>() * 641 + i * 97 + k * 193) & 1023) * 0x1p-10f;
     };
-    const GuideTables<Float8> tables(guide, splat_mask<Float8>(true), splat_int<Float8>(kDiffuse),
+    const PhotonGuideTables<Float8> tables(guide, splat_mask<Float8>(true), splat_int<Float8>(kDiffuse),
                                      {u(0), u(1), Float8{}});
     if (!any(tables.mask)) continue;
     const Vec3<Float8> w = tables.draw(u(2), u(3));
@@ -425,7 +425,7 @@ std::string arithmetic_class() {
     hash_render(scene);
     hash_render(diffuse_balls());
     hash_imaged_lights(&all);
-    hash_caustic_guide(&all);
+    hash_photon_guide(&all);
     hash_lenses(&all);
     return all.hex();
   }();

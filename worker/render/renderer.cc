@@ -103,7 +103,7 @@ struct Renderer::World {
   PixelFilter filter;
   double imaging_ratio;
   FilmResponse response;
-  UnmetLight unmet;
+  MissingLight missing;
 
   World(SceneDescription description, const RenderSettings& s, const BuildOptions& options)
       : possible(possible_strategies(description)),
@@ -126,7 +126,7 @@ struct Renderer::World {
   StageContext context_of(const RenderSettings& s, Strategies strategies) const {
     const SamplingPlan sampling = plan_of(s);
     StageContext context{scene,  accel,  camera,
-                         filter, s.grid, scene.lights_of(aims_run(scene, sampling, strategies))};
+                         filter, s.grid, scene.lights_of(uses_emission_guide(scene, sampling, strategies))};
     context.seed = s.seed;
     context.max_depth = s.max_depth;
     const auto film_paths = static_cast<double>(s.grid.light_paths_per_spp());
@@ -157,11 +157,11 @@ struct Renderer::World {
     const Strategies strategies = light_paths ? possible.set : possible.set & (kEmissionHits | kNextEvent);
     const StageContext context = context_of(settings, strategies);
     if (strategies & kEmissionHits) learn_caustics(context, threads, &scene);
-    unmet = look_for_unmet_light(context_of(settings, strategies), threads);
-    learn_manifolds(context_of(settings, strategies), threads, &scene, &unmet);
+    missing = estimate_missing_light(context_of(settings, strategies), threads);
+    train_manifold_seeds(context_of(settings, strategies), threads, &scene, &missing);
     // Last: aims are for what light paths bring to the lens and are joined to, and would keep them away from
     // what is only met.
-    if (light_paths) aim_light_paths(context_of(settings, strategies), threads, &scene);
+    if (light_paths) train_emission_guide(context_of(settings, strategies), threads, &scene);
   }
 };
 
@@ -169,20 +169,20 @@ struct Renderer::Impl {
   RenderSettings settings;
   std::shared_ptr<const World> world;
   ScenePlan plan;
-  std::optional<EffortTable> effort;
+  std::optional<AllocationTable> allocation;
   StageContext context;
 
-  Impl(std::shared_ptr<const World> w, const RenderSettings& s, const Thinning& thinning)
+  Impl(std::shared_ptr<const World> w, const RenderSettings& s, const PixelSubset& pixel_subset)
       : settings(s),
         world(std::move(w)),
-        plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, world->unmet, s,
+        plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, world->missing, s,
                            world->possible.set, running(s, world->possible))),
         context(world->context_of(s, running(s, world->possible))) {
-    context.thinning = thinning;
+    context.pixel_subset = pixel_subset;
     const SamplingPlan sampling = plan_of(s);
-    if (!sampling.effort.uniform()) {
-      effort.emplace(s.grid, sampling.effort);
-      context.effort = &*effort;
+    if (!sampling.allocation.uniform()) {
+      allocation.emplace(s.grid, sampling.allocation);
+      context.allocation = &*allocation;
     }
     if (world->filter.is_signed() && s.aovs & (kAovDirect | kAovIndirect)) {
       throw Error(
@@ -195,9 +195,9 @@ struct Renderer::Impl {
 
 Renderer::Renderer(SceneDescription scene, const RenderSettings& settings, const BuildOptions& options)
     : impl_(std::make_unique<Impl>(std::make_shared<World>(std::move(scene), settings, options), settings,
-                                   Thinning())) {}
-Renderer::Renderer(const Renderer& other, const RenderSettings& settings, const Thinning& thinning)
-    : impl_(std::make_unique<Impl>(other.impl_->world, settings, thinning)) {}
+                                   PixelSubset())) {}
+Renderer::Renderer(const Renderer& other, const RenderSettings& settings, const PixelSubset& pixel_subset)
+    : impl_(std::make_unique<Impl>(other.impl_->world, settings, pixel_subset)) {}
 Renderer::~Renderer() = default;
 
 const ScenePlan& Renderer::plan() const { return impl_->plan; }
@@ -209,7 +209,7 @@ std::vector<std::string> Renderer::warnings() const {
 }
 std::vector<std::string> Renderer::missing_light() const {
   std::vector<std::string> lines;
-  for (const std::string& line : {impl_->plan.lost_light, impl_->plan.unmet_light}) {
+  for (const std::string& line : {impl_->plan.lost_light, impl_->plan.missing_light}) {
     if (!line.empty()) lines.push_back(line);
   }
   return lines;

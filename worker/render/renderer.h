@@ -43,7 +43,7 @@ class Renderer {
   /// The scene of `other`, shared, under settings that differ from its own in plan, integrator, depth,
   /// samples or seed at most: what the scene was built from stays. That of path tracing alone does not know
   /// where light paths are to go. A pilot looks at few pixels.
-  Renderer(const Renderer& other, const RenderSettings& settings, const Thinning& thinning = {});
+  Renderer(const Renderer& other, const RenderSettings& settings, const PixelSubset& pixel_subset = {});
   const ScenePlan& plan() const;
   /// What the scene says and could not be taken at its word, each with its place, and what light the settings
   /// leave out: a line each.

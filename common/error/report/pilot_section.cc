@@ -35,10 +35,10 @@ std::string pilot_section(const PilotReport& report) {
                      ". Predicted efficiency: the best of " + std::to_string(list.size()) + " plans" +
                      gain_text(report, "path tracing", path_tracing_plan()) +
                      gain_text(report, "bdpt", SamplingPlan()) + ".";
-  if (report.chosen.aimed.value_or(false))
-    html += " Light paths are aimed: " + short_number(report.aims_gain) + " times that of others.";
-  if (!report.chosen.effort.uniform()) {
-    html += " Samples are spent where the image is noisy: another " + short_number(report.effort_gain) +
+  if (report.chosen.guided_emission.value_or(false))
+    html += " Light paths are aimed: " + short_number(report.emission_guide_gain) + " times that of others.";
+  if (!report.chosen.allocation.uniform()) {
+    html += " Samples are spent where the image is noisy: another " + short_number(report.adaptive_gain) +
             " times.";
   }
   html += "</p>\n";

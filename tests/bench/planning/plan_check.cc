@@ -72,7 +72,7 @@ SamplingPlan parse_plan(const std::string& text) {
 /// Whose light paths are aimed if the pilot's are.
 void add(const PilotReport& pilot, const SamplingPlan& plan, std::vector<Measured>* to) {
   const auto is_plan = [&](SamplingPlan other) {
-    other.aimed = plan.aimed;
+    other.guided_emission = plan.guided_emission;
     return other == plan;
   };
   for (const Measured& m : *to) {
@@ -212,7 +212,7 @@ double print_pilot(const bench::Scene& built, uint64_t seed, const std::vector<M
   const Renderer renderer(*built.renderer, settings);
   const PilotReport pilot = run_pilot(renderer, 1, [] { return true; });
   SamplingPlan chosen = pilot.chosen;
-  chosen.effort = {};
+  chosen.allocation = {};
   double best = 0, own = 0, sum = 0, squares = 0, n = 0;
   for (const Measured& m : plans) {
     const double product = m.seen.relmse * m.seen.microseconds;
@@ -226,7 +226,7 @@ double print_pilot(const bench::Scene& built, uint64_t seed, const std::vector<M
   }
   std::printf("pilot %3llu %-34s %8.3f of the best, predicted %.2f of measured, spread %.3f, effort %.2f\n",
               static_cast<unsigned long long>(seed), plan_text(chosen).c_str(), own / best, std::exp(sum / n),
-              std::sqrt(std::max(squares / n - sum * sum / (n * n), 0.0)), pilot.effort_gain);
+              std::sqrt(std::max(squares / n - sum * sum / (n * n), 0.0)), pilot.adaptive_gain);
   return own / best;
 }
 
@@ -244,7 +244,7 @@ void run(const Options& options) {
     read(options.keep, pilot, &plans);
   } else {
     SamplingPlan chosen = pilot.chosen;
-    chosen.effort = {};
+    chosen.allocation = {};
     add(pilot, chosen, &plans);
     for (const PlanEstimate& e : ranked_estimates(pilot)) {
       if (static_cast<int>(plans.size()) >= options.top) break;

@@ -32,7 +32,7 @@ class MiddlePacket {
     layer_.cell_y = (cells.y0 + cells.y1) / 2;
     layer_.slots = &w_->slots;
     layer_.light_paths = kWavefront;
-    w_->slots.begin_batch(context_, layer_.cell_x, layer_.cell_y, 0, Thinning());
+    w_->slots.begin_batch(context_, layer_.cell_x, layer_.cell_y, 0, PixelSubset());
     w_->slots.begin_even_pass(0, 0);
     w_->camera_sums.assign(kCellPixels, {});
     produce();

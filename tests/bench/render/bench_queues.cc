@@ -116,12 +116,12 @@ Task render_packets(Work& work) {
     w.splats.clear();
     const int64_t batch = superblock_of_sample(packet.sample_begin);
     LayerContext layer{packet.cell_x, packet.cell_y, 0, &w.slots};
-    w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.thinning);
+    w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.pixel_subset);
     const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
     const uint64_t cell =
         static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
     layer.light_paths = light_paths_of_layer(context.light_paths, w.slots.inside_count);
-    set_light_net(context, cell, static_cast<uint64_t>(batch), &layer);
+    set_light_path_sampling(context, cell, static_cast<uint64_t>(batch), &layer);
     w.camera_sums.assign(kCellPixels, {});
     for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
       layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
@@ -212,9 +212,9 @@ Usage usage() {
 
 void run(const bench::Options& options, int runs, uint32_t one_in, int in_flight) {
   bench::Scene scene = bench::build(options);
-  if (!plan_of(scene.settings).effort.uniform() || !scene.renderer->has_camera_layer())
+  if (!plan_of(scene.settings).allocation.uniform() || !scene.renderer->has_camera_layer())
     throw Error(ErrorKind::kUsage, "the queues know no lt and no plan of uneven effort");
-  scene.renderer = std::make_unique<Renderer>(*scene.renderer, scene.settings, Thinning{one_in});
+  scene.renderer = std::make_unique<Renderer>(*scene.renderer, scene.settings, PixelSubset{one_in});
   const std::vector<Packet> packets = scene.packets();
   const int threads = thread_count(options.threads);
   nlohmann::ordered_json out;

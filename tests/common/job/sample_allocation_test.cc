@@ -30,10 +30,10 @@ TEST(Regions, AreAsSmallAsTheirNumberAllows) {
   EXPECT_EQ(cut.at(96, 40), cut.columns);
 }
 
-TEST(Effort, CountsCameraPaths) {
+TEST(AdaptiveSampling, CountsCameraPaths) {
   const FilmGrid grid = film(16, 8);
   const RegionGrid regions = regions_of(grid);
-  EffortMap map{std::string(static_cast<size_t>(regions.count()), '2')};
+  SampleAllocation map{std::string(static_cast<size_t>(regions.count()), '2')};
   map.set_level(0, -2);
   map.set_level(1, 1);
   const TileSpec all{{0, 0, 1, 1}, 0, 16};
@@ -49,21 +49,21 @@ TEST(Effort, CountsCameraPaths) {
   EXPECT_EQ(uniform.most, 128u * 16);
 }
 
-TEST(Effort, IsRefusedForAnotherFilm) {
+TEST(AdaptiveSampling, IsRefusedForAnotherFilm) {
   const FilmGrid grid = film(16, 8);
-  EXPECT_NO_THROW(check_effort(EffortMap{}, grid));
-  EXPECT_NO_THROW(check_effort(EffortMap{std::string(16, '4')}, grid));
-  EXPECT_THROW(check_effort(EffortMap{std::string(15, '4')}, grid), Error);
-  EXPECT_THROW(check_effort(EffortMap{std::string(16, '5')}), Error);
-  EXPECT_THROW(check_effort(EffortMap{"12/"}), Error);
-  EXPECT_THROW(check_effort(EffortMap{std::string(kMaxRegions + 1, '2')}), Error);
+  EXPECT_NO_THROW(check_allocation(SampleAllocation{}, grid));
+  EXPECT_NO_THROW(check_allocation(SampleAllocation{std::string(16, '4')}, grid));
+  EXPECT_THROW(check_allocation(SampleAllocation{std::string(15, '4')}, grid), Error);
+  EXPECT_THROW(check_allocation(SampleAllocation{std::string(16, '5')}), Error);
+  EXPECT_THROW(check_allocation(SampleAllocation{"12/"}), Error);
+  EXPECT_THROW(check_allocation(SampleAllocation{std::string(kMaxRegions + 1, '2')}), Error);
 }
 
-TEST(Effort, IsPartOfThePlanAndTheSettings) {
+TEST(AdaptiveSampling, IsPartOfThePlanAndTheSettings) {
   SamplingPlan plan;
-  plan.effort.levels = "0123401234012340";
+  plan.allocation.levels = "0123401234012340";
   EXPECT_EQ(plan_from_json(plan_to_json(plan)), plan);
-  EXPECT_THROW(plan_from_json(R"({"connections":1,"effort":"x","light_paths":1,"strategies":"hit"})"), Error);
+  EXPECT_THROW(plan_from_json(R"({"connections":1,"allocation":"x","light_paths":1,"strategies":"hit"})"), Error);
   RenderSettings settings;
   settings.grid = film(16, 8);
   settings.plan = plan;

@@ -28,7 +28,7 @@ TEST(SamplingPlan, RefusesWhatCannotRun) {
                            R"({"connections":"1","light_paths":1,"strategies":"hit"})",
                            R"({"connections":1,"lens_weight":0.5,"light_paths":1,"strategies":"hit"})",
                            R"({"connections":1,"lens_weight":"1","light_paths":1,"strategies":"hit"})",
-                           R"({"aimed":0,"connections":1,"light_paths":1,"strategies":"hit"})",
+                           R"({"guided_emission":0,"connections":1,"light_paths":1,"strategies":"hit"})",
                            R"({"connections":1,"light_paths":1e300,"strategies":"hit"})",
                            R"({"connections":1,"light_paths":1,"strategies":"hits"})"}) {
     EXPECT_THROW(plan_from_json(json), Error) << json;
@@ -43,7 +43,7 @@ TEST(PilotReport, ReadsWhatItWrote) {
   report.work.camera_hits = 2.5;
   report.work.lens_rays = 0.75;
   report.features = {{"textures", false, "nothing reads one", "a look-up"}};
-  report.aims_gain = 1.25;
+  report.emission_guide_gain = 1.25;
   report.missing_light = {"a tenth", "and more"};
   const std::string json = pilot_to_json(report);
   EXPECT_EQ(pilot_to_json(pilot_from_json(json)), json);

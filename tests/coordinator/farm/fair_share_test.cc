@@ -72,9 +72,9 @@ TEST(FairShare, WhoLeavesAndReturnsKeepsWhatItOwes) {
   EXPECT_EQ(shares.submitter_served(bob.record), 150) << "who was away has saved nothing up";
 }
 
-TEST(FilmSeats, ATurnEndsForThoseWhoHaveHadMore) {
-  FilmSeats seats(100);
-  const auto claim = [](int priority, double served) { return FilmSeats::Claim{priority, 0, served, 40}; };
+TEST(FilmAdmission, ATurnEndsForThoseWhoHaveHadMore) {
+  FilmAdmission seats(100);
+  const auto claim = [](int priority, double served) { return FilmAdmission::Claim{priority, 0, served, 40}; };
   const JobId a{"a"}, b{"b"}, c{"c"}, urgent{"u"};
   seats.take(a, claim(0, 5), 0);
   seats.take(b, claim(0, 3), 0);
@@ -82,18 +82,18 @@ TEST(FilmSeats, ATurnEndsForThoseWhoHaveHadMore) {
   EXPECT_FALSE(seats.may_take(c, claim(0, 6), 11)) << "it has had more itself";
   ASSERT_TRUE(seats.may_take(c, claim(0, 1), 11));
   seats.take(c, claim(0, 1), 11);
-  EXPECT_FALSE(seats.seated(a)) << "the one that has had most";
-  EXPECT_TRUE(seats.seated(b) && seats.seated(c));
+  EXPECT_FALSE(seats.admitted(a)) << "the one that has had most";
+  EXPECT_TRUE(seats.admitted(b) && seats.admitted(c));
   ASSERT_TRUE(seats.may_take(urgent, claim(1, 1000), 11)) << "waits for nobody's turn";
   seats.take(urgent, claim(1, 1000), 11);
-  EXPECT_TRUE(seats.seated(urgent) && seats.seated(c));
-  EXPECT_FALSE(seats.seated(b));
+  EXPECT_TRUE(seats.admitted(urgent) && seats.admitted(c));
+  EXPECT_FALSE(seats.admitted(b));
   seats.leave(c);
   EXPECT_TRUE(seats.may_take(a, claim(0, 1000), 11)) << "there is room";
 }
 
-TEST(FilmSeats, OneThatIsTooLargeIsSeatedAlone) {
-  FilmSeats seats(100);
+TEST(FilmAdmission, OneThatIsTooLargeIsSeatedAlone) {
+  FilmAdmission seats(100);
   const JobId huge{"huge"}, small{"small"};
   ASSERT_TRUE(seats.may_take(huge, {0, 0, 0, 5000}, 0));
   seats.take(huge, {0, 0, 0, 5000}, 0);
@@ -101,7 +101,7 @@ TEST(FilmSeats, OneThatIsTooLargeIsSeatedAlone) {
   seats.update(huge, {0, 0, 7, 5000});
   ASSERT_TRUE(seats.may_take(small, {0, 0, 0, 1}, 10));
   seats.take(small, {0, 0, 0, 1}, 10);
-  EXPECT_FALSE(seats.seated(huge));
+  EXPECT_FALSE(seats.admitted(huge));
 }
 
 }  // namespace

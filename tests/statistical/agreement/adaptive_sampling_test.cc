@@ -14,9 +14,9 @@ namespace {
 
 constexpr int kBatches = 16;
 
-EffortMap random_effort(const FilmGrid& grid, unsigned seed) {
+SampleAllocation random_allocation(const FilmGrid& grid, unsigned seed) {
   std::mt19937 random(seed);
-  EffortMap map{std::string(static_cast<size_t>(regions_of(grid).count()), '0')};
+  SampleAllocation map{std::string(static_cast<size_t>(regions_of(grid).count()), '0')};
   for (char& c : map.levels) c = static_cast<char>('0' + random() % 5);
   return map;
 }
@@ -31,10 +31,10 @@ TestScene two_floors() {
   return s.film(16, 16);
 }
 
-class EffortOf : public ::testing::TestWithParam<SamplingPlan> {};
+class AllocationOf : public ::testing::TestWithParam<SamplingPlan> {};
 
 /// Every strategy, beside one that is left uniform; the crop window cuts cells and regions.
-TEST_P(EffortOf, AgreesWithUniform) {
+TEST_P(AllocationOf, AgreesWithUniform) {
   TestScene s = cornell_room();
   s.box({-0.2, -0.999, 0.3}, {0.3, -0.6, 0.7}, s.conductor(0.8f, 0.4f));
   s.camera({0, 0.6, -0.95}, {0, -1, 0.3}, 70).film(44, 24);
@@ -43,7 +43,7 @@ TEST_P(EffortOf, AgreesWithUniform) {
   const Batches uniform = render_batches(s.scene, settings_for(s.scene, Integrator::kBdpt, 256, 6), kBatches);
   RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 512, 6, 2);
   settings.plan = GetParam();
-  settings.plan->effort = random_effort(settings.grid, 5);
+  settings.plan->allocation = random_allocation(settings.grid, 5);
   const Batches adapted = render_batches(s.scene, settings, kBatches);
   EXPECT_EQ(adapted.counters.nonfinite, 0u);
   AgreementTest test;
@@ -52,7 +52,7 @@ TEST_P(EffortOf, AgreesWithUniform) {
   EXPECT_FALSE(images_agree(uniform, scaled(adapted, 1.06f), test)) << "the test notices nothing";
 }
 
-INSTANTIATE_TEST_SUITE_P(Plans, EffortOf,
+INSTANTIATE_TEST_SUITE_P(Plans, AllocationOf,
                          ::testing::Values(SamplingPlan{}, SamplingPlan{kAllStrategies, 0.25, 2},
                                            SamplingPlan{kAllStrategies, 1, 1, 0.125},
                                            SamplingPlan{kEmissionHits | kNextEvent, 1, 1},
@@ -62,7 +62,7 @@ INSTANTIATE_TEST_SUITE_P(Plans, EffortOf,
                                                         1}));
 
 // The whole of it: each of 1,008 renders with a pilot of its own, whose noise decides where its samples go.
-TEST(Effort, OfAPilotLeavesTheMeanOverSeedsAlone) {
+TEST(AdaptiveSampling, OfAPilotLeavesTheMeanOverSeedsAlone) {
   const TestScene s = two_floors();
   const Batches truth =
       render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 16384, 3), kBatches, 2);
@@ -76,7 +76,7 @@ TEST(Effort, OfAPilotLeavesTheMeanOverSeedsAlone) {
           settings_for(s.scene, Integrator::kAuto, 14, 3, static_cast<uint64_t>(100 + b * kSeeds + i));
       const Renderer renderer(s.scene, settings, 1);
       settings.plan = run_pilot(renderer, 1, [] { return true; }).chosen;
-      adapted += !settings.plan->effort.uniform();
+      adapted += !settings.plan->allocation.uniform();
       Film film(settings.grid);
       film.fold(render_partial(s.scene, settings));
       const Image image = film.resolve();
@@ -90,12 +90,12 @@ TEST(Effort, OfAPilotLeavesTheMeanOverSeedsAlone) {
 }
 
 // Camera samples alone are more or fewer: what light paths bring to the lens is that of uniform effort.
-TEST(Effort, LeavesSplatsAsTheyAre) {
+TEST(AdaptiveSampling, LeavesSplatsAsTheyAre) {
   const TestScene s = two_floors();
   RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 32, 4);
   settings.plan = SamplingPlan{};
   const Partial uniform = render_partial(s.scene, settings);
-  settings.plan->effort = random_effort(settings.grid, 9);
+  settings.plan->allocation = random_allocation(settings.grid, 9);
   const Partial adapted = render_partial(s.scene, settings);
   EXPECT_NE(uniform.counters.camera_paths, adapted.counters.camera_paths);
   ASSERT_FALSE(uniform.splats.empty());
@@ -103,11 +103,11 @@ TEST(Effort, LeavesSplatsAsTheyAre) {
 }
 
 // Sums are exact: however sample indices are cut into tiles, the film is the same.
-TEST(Effort, IsTheSameHoweverSamplesAreCut) {
+TEST(AdaptiveSampling, IsTheSameHoweverSamplesAreCut) {
   const TestScene s = two_floors();
   RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 21, 4);
   settings.plan = SamplingPlan{};
-  settings.plan->effort = random_effort(settings.grid, 9);
+  settings.plan->allocation = random_allocation(settings.grid, 9);
   const Renderer renderer(s.scene, settings, 1);
   const auto workspace = renderer.make_workspace();
   const auto render = [&](int64_t begin, int64_t end) {
@@ -119,7 +119,7 @@ TEST(Effort, IsTheSameHoweverSamplesAreCut) {
       s0 = s1;
     }
     const Partial partial = builder.take();
-    const PathCount paths = camera_paths_of(settings.plan->effort, settings.grid, partial.tile);
+    const PathCount paths = camera_paths_of(settings.plan->allocation, settings.grid, partial.tile);
     EXPECT_GE(partial.counters.camera_paths, paths.least);
     EXPECT_LE(partial.counters.camera_paths, paths.most);
     return partial;

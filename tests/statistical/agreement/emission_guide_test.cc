@@ -33,23 +33,23 @@ TestScene point_and_ball() {
   return s.point_light({-2.9, 2.2, 0}, {10, 9, 8});
 }
 
-TEST(Aims, LeaveTheImageAsItIs) {
+TEST(EmissionGuide, LeaveTheImageAsItIs) {
   for (const TestScene& s : {lamp_and_screen(), point_and_ball()}) {
     const RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 512, 3);
     RenderSettings plain_settings = settings;
     plain_settings.plan = plan_of(settings);
-    plain_settings.plan->aimed = false;
-    const Renderer aimed(s.scene, settings, 1), plain(aimed, plain_settings);
-    ASSERT_TRUE(aimed.context().lights.any_aimed());
-    ASSERT_FALSE(plain.context().lights.any_aimed());
-    EXPECT_TRUE(means_agree(mean_over_seeds(aimed, settings), mean_over_seeds(plain, plain_settings),
+    plain_settings.plan->guided_emission = false;
+    const Renderer guided_emission(s.scene, settings, 1), plain(guided_emission, plain_settings);
+    ASSERT_TRUE(guided_emission.context().lights.has_emission_guide());
+    ASSERT_FALSE(plain.context().lights.has_emission_guide());
+    EXPECT_TRUE(means_agree(mean_over_seeds(guided_emission, settings), mean_over_seeds(plain, plain_settings),
                             {.resolution = 0.05}));
   }
 }
 
-class AimSets : public ::testing::TestWithParam<unsigned> {};
+class EmissionGuideSets : public ::testing::TestWithParam<unsigned> {};
 
-TEST_P(AimSets, Agree) {
+TEST_P(EmissionGuideSets, Agree) {
   // Camera paths alone, which know nothing of aims, find the lamp with luck.
   const int64_t spp = GetParam() & kLightPaths ? 6144 : 16384;
   expect_agrees_with_all(lamp_and_screen(), GetParam(),
@@ -64,7 +64,7 @@ std::vector<unsigned> sets_to_compare() {
   return sets;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, AimSets, ::testing::ValuesIn(sets_to_compare()), set_name);
+INSTANTIATE_TEST_SUITE_P(All, EmissionGuideSets, ::testing::ValuesIn(sets_to_compare()), set_name);
 
 }  // namespace
 }  // namespace lightmill::test

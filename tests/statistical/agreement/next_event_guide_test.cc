@@ -42,9 +42,9 @@ void write_sky(const std::string& path) {
   write_image(image, path);
 }
 
-class LightGuideSets : public ::testing::TestWithParam<unsigned> {};
+class NextEventGuideSets : public ::testing::TestWithParam<unsigned> {};
 
-TEST_P(LightGuideSets, Agree) {
+TEST_P(NextEventGuideSets, Agree) {
   const TemporaryFolder folder;
   write_sky(folder.file("sky.exr"));
   const TestScene s = half_a_room(folder.file("sky.exr"), 10);
@@ -65,7 +65,7 @@ std::vector<unsigned> sets_of_a_guide() {
   return sets;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, LightGuideSets, ::testing::ValuesIn(sets_of_a_guide()), set_name);
+INSTANTIATE_TEST_SUITE_P(All, NextEventGuideSets, ::testing::ValuesIn(sets_of_a_guide()), set_name);
 
 // A sun without size has emission cells; what hits alone can not make is left out.
 class EmissionCellSets : public ::testing::TestWithParam<unsigned> {};

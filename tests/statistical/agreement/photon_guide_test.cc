@@ -48,7 +48,7 @@ TEST(GuidedPaths, LampInAMirrorSeenInAMirror) {
 }
 
 /// A guide to the room's lamp and to a wall, which nobody needs, from everywhere on the room's sides.
-CausticGuide needless_guide(const RenderScene& scene) {
+PhotonGuide needless_guide(const RenderScene& scene) {
   Random random(1);
   std::vector<Photon> photons(1 << 16);
   for (size_t i = 0; i < photons.size(); ++i) {
@@ -62,7 +62,7 @@ CausticGuide needless_guide(const RenderScene& scene) {
     photons[i].power = 1;
     photons[i].w = {static_cast<float>(w.x), static_cast<float>(w.y), static_cast<float>(w.z)};
   }
-  CausticGuide guide = make_caustic_guide(photons);
+  PhotonGuide guide = make_photon_guide(photons);
   guide.share = 0.5f;
   return guide;
 }
@@ -79,7 +79,7 @@ TEST(GuidedPaths, LeaveTheImageAsItIs) {
     settings.plan = SamplingPlan{.strategies = set};
     const Renderer plain(s.scene, settings, 1), guided(s.scene, settings, 1);
     // As if it had been learnt: renderers that share the scene find it there.
-    const_cast<CausticGuide&>(guided.context().scene.caustics) = needless_guide(guided.context().scene);
+    const_cast<PhotonGuide&>(guided.context().scene.caustics) = needless_guide(guided.context().scene);
     EXPECT_TRUE(means_agree(mean_over_seeds(guided, settings), mean_over_seeds(plain, settings),
                             {.resolution = 0.0075}))
         << strategy_names(set);

@@ -149,7 +149,7 @@ Diagnosis diagnose(const SceneDescription& scene, const RenderSettings& settings
                    const std::function<bool()>& go_on) {
   check_memory(settings);
   RenderSettings uniform = settings;  // contributions are recorded without the weights of adaptive effort
-  if (uniform.plan) uniform.plan->effort = {};
+  if (uniform.plan) uniform.plan->allocation = {};
   return Run(scene, uniform, threads, go_on).take();
 }
 

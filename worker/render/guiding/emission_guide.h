@@ -41,7 +41,7 @@ inline F draw_in_square(const BinnedDensity& cells, IntOf<F> table, F pick, F u,
 }
 
 template <class F>
-struct AimedDirection {
+struct GuidedDirection {
   Vec3<F> w;         // unit, away from the light
   F cos_light{};     // |cosine| to the lamp's normal; 1 at a point
   F pdf{};           // per unit solid angle
@@ -50,14 +50,14 @@ struct AimedDirection {
 
 /// The aims of one light per lane.
 template <class F>
-struct Aim {
+struct EmissionGuide {
   MaskOf<F> mask;  // lanes whose lights have aims
 
   /// `normal` of lamps; what points have there is not read.
-  Aim(const LightTable& lights, IntOf<F> light, IntOf<F> type, const Vec3<F>& normal, F two_sided)
-      : mask(MaskOf<F>(gather(lights.aim_of.data(), light) >= 0)),
-        cells_(lights.aims),
-        table_(select(mask, gather(lights.aim_of.data(), light), IntOf<F>{})),
+  EmissionGuide(const LightTable& lights, IntOf<F> light, IntOf<F> type, const Vec3<F>& normal, F two_sided)
+      : mask(MaskOf<F>(gather(lights.emission_guide_of.data(), light) >= 0)),
+        cells_(lights.emission_guide),
+        table_(select(mask, gather(lights.emission_guide_of.data(), light), IntOf<F>{})),
         lamp_(MaskOf<F>(type == kTriangleLight)),
         disk_(mask_and(lamp_, mask_not(MaskOf<F>(two_sided > 0.0f)))),
         any_round_(any(mask_and(mask, mask_not(disk_)))),
@@ -72,8 +72,8 @@ struct Aim {
     return select(disk_, pdf, square_density<F>(cells_, table_, x, y) * kInvPi);
   }
 
-  AimedDirection<F> draw(F pick, F u, F v) const {
-    AimedDirection<F> d;
+  GuidedDirection<F> draw(F pick, F u, F v) const {
+    GuidedDirection<F> d;
     F x, y;
     const F of_cell = draw_in_square<F>(cells_, table_, pick, u, v, &x, &y);
     const F z2 = 1.0f - x * x - y * y;

@@ -94,7 +94,7 @@ LightGrid place_grid(const std::vector<Vec3f>& points, int most) {
 GuidedSquares guide_lights(const LightGrid& grid, const std::vector<int32_t>& table_of,
                            const std::vector<LightMoments>& tables, const std::vector<int32_t>& sky_light,
                            LightTable* lights) {
-  LightGuide& guide = lights->guide;
+  NextEventGuide& guide = lights->guide;
   guide.grid = grid;
   guide.table_of = table_of;
   guide.lights = lights->count() > 1 && lights->count() <= kGuidedLights ? lights->count() : 0;

@@ -39,7 +39,7 @@ struct LightGrid {
 /// from walls.
 LightGrid place_grid(const std::vector<Vec3f>& points, int most);
 
-struct LightGuide {
+struct NextEventGuide {
   LightGrid grid;
   std::vector<int32_t> table_of;  // per cell: number of its table; empty: there is no guide
   int32_t lights = 0;             // lights that are chosen from; 0: by power, as without a guide

@@ -4,10 +4,10 @@
 
 namespace lightmill {
 
-CausticGuide make_caustic_guide(const std::vector<Photon>& photons) {
-  CausticGuide guide;
+PhotonGuide make_photon_guide(const std::vector<Photon>& photons) {
+  PhotonGuide guide;
   PhotonGrid cells = tabulate(
-      photons, CausticGuide::kLobes,
+      photons, PhotonGuide::kLobes,
       [&](const std::vector<const Photon*>& own, const GuideBox& box) { add_guide_table(own, box, &guide); });
   if (guide.boxes.empty()) return {};
   guide.grid = cells.grid;

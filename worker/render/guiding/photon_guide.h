@@ -22,7 +22,7 @@
 
 namespace lightmill {
 
-struct CausticGuide {
+struct PhotonGuide {
   /// A table has photons, all equally likely, in groups of neighbours by direction. By fields, of each
   /// photon: its direction as seen from the box's centre, the change of that per step, by rows, and its
   /// spread (GuideLobe); of each group, of which there are eight or as good as none: axis and least cosine of
@@ -53,7 +53,7 @@ struct CausticGuide {
 
 /// Every cell that photons came to has the table of the smallest block of cells around it with enough of
 /// them. Empty if there are too few of all.
-CausticGuide make_caustic_guide(const std::vector<Photon>& photons);
+PhotonGuide make_photon_guide(const std::vector<Photon>& photons);
 
 /// Kinds that scatter so widely that camera paths may leave by the guide. None has a delta lobe: that would
 /// be chosen less often then, and is much of the noise where a lamp is seen in a polished floor.
@@ -72,7 +72,7 @@ struct GuideLobe {
   /// Direction that `fields` have a `step` off the table's centre.
   template <class F>
   static Vec3<F> direction(const F* fields, const Vec3<F>& step) {
-    const F *w = fields + CausticGuide::kDirection, *t = fields + CausticGuide::kTurn;
+    const F *w = fields + PhotonGuide::kDirection, *t = fields + PhotonGuide::kTurn;
     return normalize(Vec3<F>{w[0] + (t[0] * step.x + t[1] * step.y + t[2] * step.z),
                              w[1] + (t[3] * step.x + t[4] * step.y + t[5] * step.z),
                              w[2] + (t[6] * step.x + t[7] * step.y + t[8] * step.z)});
@@ -92,11 +92,11 @@ struct GuideLobe {
 
 /// The tables at a point per lane.
 template <class F>
-struct GuideTables {
+struct PhotonGuideTables {
   MaskOf<F> mask;  // lanes that have one
 
   /// `kind`: of the surface that `p` lies on. Unless a lane has a table, nothing else is to be asked.
-  GuideTables(const CausticGuide& guide, MaskOf<F> active, IntOf<F> kind, const Vec3<F>& p) : guide_(guide) {
+  PhotonGuideTables(const PhotonGuide& guide, MaskOf<F> active, IntOf<F> kind, const Vec3<F>& p) : guide_(guide) {
     mask = active;
     if (any(mask_and(active, MaskOf<F>(kind != kDiffuse)))) mask = mask_and(active, wide_kinds(kind));
     if (!any(mask)) return;
@@ -113,14 +113,14 @@ struct GuideTables {
 
   /// A unit direction by random numbers u and v.
   Vec3<F> draw(F u, F v) const {
-    constexpr int kLobes = CausticGuide::kLobes;
+    constexpr int kLobes = PhotonGuide::kLobes;
     const IntOf<F> lobe = to_int(min(u * kLobes, splat<F>(kLobes - 1)));
     const F rest = clamp(u * kLobes - to_float(lobe), 0.0f, 1.0f) * GuideLobe::kInside;
-    F fields[CausticGuide::kFields];
-    for (int k = 0; k < CausticGuide::kFields; ++k)
-      fields[k] = gather(guide_.tables.data() + k * kLobes, table_ * CausticGuide::kTableSize + lobe);
+    F fields[PhotonGuide::kFields];
+    for (int k = 0; k < PhotonGuide::kFields; ++k)
+      fields[k] = gather(guide_.tables.data() + k * kLobes, table_ * PhotonGuide::kTableSize + lobe);
     const Frame<F> frame(GuideLobe::direction(fields, step_));
-    const F chord2 = fields[CausticGuide::kSpread] * rest / (1.0f - rest);
+    const F chord2 = fields[PhotonGuide::kSpread] * rest / (1.0f - rest);
     const F r = safe_sqrt(chord2 * (1.0f - 0.25f * chord2));
     F sine, cosine;
     sincos_2pi(v, &sine, &cosine);
@@ -141,25 +141,25 @@ struct GuideTables {
 
  private:
   float density_at(int32_t table, const Vec3<Float8>& step, const Vec3<Float8>& w) const {
-    static_assert(CausticGuide::kGroup == kWidth<Float8>);
-    const float* own = guide_.tables.data() + size_t{CausticGuide::kTableSize} * static_cast<size_t>(table);
-    const auto cone = [&](int k) { return load<Float8>(own + CausticGuide::kCones + k * 8); };
+    static_assert(PhotonGuide::kGroup == kWidth<Float8>);
+    const float* own = guide_.tables.data() + size_t{PhotonGuide::kTableSize} * static_cast<size_t>(table);
+    const auto cone = [&](int k) { return load<Float8>(own + PhotonGuide::kCones + k * 8); };
     const Float8 cosine = w.x * cone(0) + w.y * cone(1) + w.z * cone(2);
     Float8 sum{};
     // Most directions that are asked for are those of lamps themselves.
     unsigned left = mask_bits(Int8(cosine >= cone(3)));
     if (!left) return 0;
     for (; left; left &= left - 1) {
-      const float* const group = own + std::countr_zero(left) * CausticGuide::kGroup;
-      Float8 fields[CausticGuide::kFields];
-      for (int k = 0; k < CausticGuide::kFields; ++k)
-        fields[k] = load<Float8>(group + k * CausticGuide::kLobes);
+      const float* const group = own + std::countr_zero(left) * PhotonGuide::kGroup;
+      Float8 fields[PhotonGuide::kFields];
+      for (int k = 0; k < PhotonGuide::kFields; ++k)
+        fields[k] = load<Float8>(group + k * PhotonGuide::kLobes);
       const Float8 chord2 = GuideLobe::chord2(w, GuideLobe::direction(fields, step));
-      sum = sum + GuideLobe::density(fields[CausticGuide::kSpread], chord2);
+      sum = sum + GuideLobe::density(fields[PhotonGuide::kSpread], chord2);
     }
     float total = 0;
     for (int l = 0; l < 8; ++l) total += sum[l];
-    return total * (1.0f / CausticGuide::kLobes);
+    return total * (1.0f / PhotonGuide::kLobes);
   }
   static MaskOf<F> wide_kinds(IntOf<F> kind) {
     MaskOf<F> wide = splat_mask<F>(false);
@@ -172,7 +172,7 @@ struct GuideTables {
     return wide;
   }
 
-  const CausticGuide& guide_;
+  const PhotonGuide& guide_;
   IntOf<F> table_{};
   Vec3<F> step_;  // from the table's centre
 };

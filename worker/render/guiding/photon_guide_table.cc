@@ -7,8 +7,8 @@
 namespace lightmill {
 namespace {
 
-constexpr int kLobes = CausticGuide::kLobes, kGroup = CausticGuide::kGroup;
-static_assert(kGroup == kWidth<Float8> && CausticGuide::kGroups <= kWidth<Float8>);
+constexpr int kLobes = PhotonGuide::kLobes, kGroup = PhotonGuide::kGroup;
+static_assert(kGroup == kWidth<Float8> && PhotonGuide::kGroups <= kWidth<Float8>);
 
 /// A photon's direction turns by no more than this over a half side of its box: what is so near a focus is no
 /// guide to what is around it.
@@ -93,10 +93,10 @@ void store_lobes(const std::vector<Lobe>& lobes, float* table) {
   for (size_t i = 0; i < lobes.size(); ++i) {
     const Lobe& l = lobes[i];
     const auto set = [&](int field, float x) { table[static_cast<size_t>(field) * kLobes + i] = x; };
-    set(CausticGuide::kDirection, l.direction.x);
-    set(CausticGuide::kDirection + 1, l.direction.y);
-    set(CausticGuide::kDirection + 2, l.direction.z);
-    for (size_t k = 0; k < l.turn.size(); ++k) set(CausticGuide::kTurn + static_cast<int>(k), l.turn[k]);
+    set(PhotonGuide::kDirection, l.direction.x);
+    set(PhotonGuide::kDirection + 1, l.direction.y);
+    set(PhotonGuide::kDirection + 2, l.direction.z);
+    for (size_t k = 0; k < l.turn.size(); ++k) set(PhotonGuide::kTurn + static_cast<int>(k), l.turn[k]);
   }
 }
 
@@ -107,7 +107,7 @@ class SpreadFit {
  public:
   SpreadFit(const std::vector<const Photon*>& photons, const GuideBox& box, const std::vector<Lobe>& lobes,
             float* table)
-      : spreads_(table + CausticGuide::kSpread * kLobes) {
+      : spreads_(table + PhotonGuide::kSpread * kLobes) {
     const size_t stride = (photons.size() + kFitted - 1) / kFitted;
     for (size_t i = 0; i < photons.size(); i += stride) add(*photons[i], box, lobes, table);
   }
@@ -132,8 +132,8 @@ class SpreadFit {
     const Vec3<float> step = step_to(p.p, box);
     Row& row = chords_.emplace_back();
     for (int first = 0; first < kLobes; first += kGroup) {
-      Float8 fields[CausticGuide::kFields];
-      for (int k = 0; k < CausticGuide::kSpread; ++k) fields[k] = load<Float8>(table + k * kLobes + first);
+      Float8 fields[PhotonGuide::kFields];
+      for (int k = 0; k < PhotonGuide::kSpread; ++k) fields[k] = load<Float8>(table + k * kLobes + first);
       store(&row[static_cast<size_t>(first)],
             GuideLobe::chord2(splat3<Float8>(p.w.x, p.w.y, p.w.z),
                               GuideLobe::direction(fields, splat3<Float8>(step.x, step.y, step.z))));
@@ -208,22 +208,22 @@ std::array<float, 4> cone_of(const Lobe* lobes, const float* spreads, float half
 
 }  // namespace
 
-void add_guide_table(const std::vector<const Photon*>& photons, const GuideBox& box, CausticGuide* guide) {
+void add_guide_table(const std::vector<const Photon*>& photons, const GuideBox& box, PhotonGuide* guide) {
   std::vector<Lobe> lobes;
   for (const Photon* p : drawn(photons)) lobes.push_back(lobe_of(*p, box));
   group(lobes.begin(), lobes.end());
   const size_t first = guide->tables.size();
   guide->boxes.push_back(box);
-  guide->tables.resize(first + CausticGuide::kTableSize);
+  guide->tables.resize(first + PhotonGuide::kTableSize);
   float* const table = &guide->tables[first];
   store_lobes(lobes, table);
   SpreadFit(photons, box, lobes, table).run();
-  float* const cones = table + CausticGuide::kCones;
+  float* const cones = table + PhotonGuide::kCones;
   for (int g = 0; g < kWidth<Float8>; ++g) {
     std::array<float, 4> cone{0, 0, 0, 2};  // of a group that there is not: nothing
-    if (g < CausticGuide::kGroups)
+    if (g < PhotonGuide::kGroups)
       cone = cone_of(&lobes[static_cast<size_t>(g * kGroup)],
-                     table + CausticGuide::kSpread * kLobes + g * kGroup, box.half);
+                     table + PhotonGuide::kSpread * kLobes + g * kGroup, box.half);
     for (int k = 0; k < 4; ++k) cones[k * kWidth<Float8> + g] = cone[static_cast<size_t>(k)];
   }
 }

@@ -8,6 +8,6 @@ namespace lightmill {
 
 /// Adds one of `photons` to `guide`, whose directions are followed through `box`: as many of them as a table
 /// has, by power. How far beside its direction a photon's paths go is fitted to all of them.
-void add_guide_table(const std::vector<const Photon*>& photons, const GuideBox& box, CausticGuide* guide);
+void add_guide_table(const std::vector<const Photon*>& photons, const GuideBox& box, PhotonGuide* guide);
 
 }  // namespace lightmill

@@ -106,18 +106,18 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
           });
     }
   }
-  if (kAnyLight && lights.any_aimed()) {
-    const Aim<F> aim(lights, s.light, type, r.vec(kLightN), r.scalar(kLightTwoSided));
-    const AimedDirection<F> d = aim.draw(texel, du, dv);
-    s.direction = select(aim.mask, d.w, s.direction);
-    s.cos_light = select(aim.mask, d.cos_light, s.cos_light);
-    of_texel = select(aim.mask, d.pdf / r.scalar(kLightArea), of_texel);
+  if (kAnyLight && lights.has_emission_guide()) {
+    const EmissionGuide<F> guide(lights, s.light, type, r.vec(kLightN), r.scalar(kLightTwoSided));
+    const GuidedDirection<F> d = guide.draw(texel, du, dv);
+    s.direction = select(guide.mask, d.w, s.direction);
+    s.cos_light = select(guide.mask, d.cos_light, s.cos_light);
+    of_texel = select(guide.mask, d.pdf / r.scalar(kLightArea), of_texel);
     if (lights.any_spot) {
-      const MaskOf<F> spot = mask_and(aim.mask, MaskOf<F>(type == kSpotLight));
+      const MaskOf<F> spot = mask_and(guide.mask, MaskOf<F>(type == kSpotLight));
       const F falloff = spot_falloff(r, one_minus_cos(r.vec(kLightN), d.w));
       radiance = select(spot, r.vec(kLightRadiance) * falloff, radiance);
     }
-    radiance = select(mask_and(aim.mask, d.lost), Vec3<F>{}, radiance);
+    radiance = select(mask_and(guide.mask, d.lost), Vec3<F>{}, radiance);
   }
   s.pdf = emission_pdf<F, kAnyLight>(lights, s.light, s.point, -s.direction, s.cos_light);
   if (kAnyLight && lights.any_texels())

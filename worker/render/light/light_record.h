@@ -243,9 +243,9 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& a
           m, cells_density<F>(cells, frame, r.vec(kLightP), select(m, r.scalar(3), splat<F>(1.0f)), at), pdf);
     });
   }
-  if (kAnyLight && lights.any_aimed()) {
-    const Aim<F> aim(lights, light, type, r.vec(kLightN), r.scalar(kLightTwoSided));
-    pdf = select(aim.mask, aim.density(-wi, cos_light) / r.scalar(kLightArea), pdf);
+  if (kAnyLight && lights.has_emission_guide()) {
+    const EmissionGuide<F> guide(lights, light, type, r.vec(kLightN), r.scalar(kLightTwoSided));
+    pdf = select(guide.mask, guide.density(-wi, cos_light) / r.scalar(kLightArea), pdf);
   }
   return pdf * r.scalar(kLightSelect);
 }

@@ -76,7 +76,7 @@ struct LightTable {
   std::vector<int32_t> alias;        //                              other index
   std::vector<int32_t> infinite;     // indices of the infinite lights (what an escaping ray sees)
   LightTree tree;                    // empty: next-event estimation selects by power
-  LightGuide guide;                  // empty: wherever the point is
+  NextEventGuide guide;                  // empty: wherever the point is
   float infinity_share = 0;          // with a tree: probability of choosing from `at_infinity` instead
   std::vector<int32_t> at_infinity;  // infinite and distant lights
   // Alias method of next-event estimation, by power: of all lights, or with a tree of those `at_infinity`.
@@ -87,8 +87,8 @@ struct LightTable {
   // Of distant lights: where light paths start on a square across the scene in place of a disk.
   std::vector<BinnedDensity> emission_cells;
   // Where light paths go, by tables of cells of directions (emission_guide.h).
-  BinnedDensity aims;
-  std::vector<int32_t> aim_of;             // per light: table of `aims`, or -1; empty if there are none
+  BinnedDensity emission_guide;
+  std::vector<int32_t> emission_guide_of;             // per light: table of `aims`, or -1; empty if there are none
   SharedList<EnvironmentMap> goniometers;  // of intensity
   SharedList<ProjectionMap> projectors;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly
@@ -107,10 +107,10 @@ struct LightTable {
   bool any_imaged() const { return !goniometers.empty() || !projectors.empty(); }
   /// A light path needs a random number for a texel or a cell.
   bool any_texels() const {
-    return !environments.empty() || any_imaged() || !emission_cells.empty() || any_aimed();
+    return !environments.empty() || any_imaged() || !emission_cells.empty() || has_emission_guide();
   }
   /// Light paths of some lights go where it pays (training/emission_guide_training.h).
-  bool any_aimed() const { return !aim_of.empty(); }
+  bool has_emission_guide() const { return !emission_guide_of.empty(); }
   /// Next-event estimation chooses lights by their power, wherever the point is.
   bool by_power_alone() const { return tree.empty() && !guide.chooses(); }
   int32_t count() const { return static_cast<int32_t>(type.size()); }

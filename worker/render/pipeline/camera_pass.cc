@@ -10,7 +10,7 @@
 namespace lightmill {
 
 void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch,
-                              const Thinning& thinning) {
+                              const PixelSubset& pixel_subset) {
   const PixelRect& crop = context.grid.crop;
   const auto width = static_cast<uint64_t>(context.grid.width);
   inside_count = 0;
@@ -19,15 +19,15 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
   for (int i = 0; i < kCellPixels; ++i) {
     const int x = cell_x * kCellSize + i % kCellSize, y = cell_y * kCellSize + i / kCellSize;
     const bool in_crop = x >= crop.x0 && x < crop.x1 && y >= crop.y0 && y < crop.y1;
-    inside[i] = in_crop && thinning.keeps(x, y) ? 1 : 0;
+    inside[i] = in_crop && pixel_subset.keeps(x, y) ? 1 : 0;
     level[i] = 0;
     pixel_keys[i] = 0;
     if (!inside[i]) continue;
     ++inside_count;
     const uint64_t number = static_cast<uint64_t>(y) * width + static_cast<uint64_t>(x);
     pixel_keys[i] = stream_key(context.seed, kCameraStream, number, static_cast<uint64_t>(batch));
-    if (context.effort) {
-      level[i] = context.effort->map.level(context.effort->regions.at(x, y));
+    if (context.allocation) {
+      level[i] = context.allocation->map.level(context.allocation->regions.at(x, y));
       uneven |= level[i] != 0;
     }
   }

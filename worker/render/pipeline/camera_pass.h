@@ -14,10 +14,10 @@ namespace lightmill {
 struct StageContext;  // context.h
 
 /// The plan's effort as the stages use it.
-struct EffortTable {
+struct AllocationTable {
   RegionGrid regions;
-  EffortMap map;
-  EffortTable(const FilmGrid& grid, const EffortMap& effort) : regions(regions_of(grid)), map(effort) {}
+  SampleAllocation map;
+  AllocationTable(const FilmGrid& grid, const SampleAllocation& allocation) : regions(regions_of(grid)), map(allocation) {}
 };
 
 /// Camera paths of a cell. Pixels are numbered row-major.
@@ -37,7 +37,7 @@ struct CameraSlots {
 
   /// Starts a batch, which looks at those pixels that `thinning` keeps.
   void begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch,
-                   const Thinning& thinning);
+                   const PixelSubset& pixel_subset);
   /// Whether sample index `s` has a path for every pixel.
   bool is_even(int64_t s) const { return s < kUniformSamples || !uneven; }
   /// Starts the pass of an even sample index `s` of batch `batch`.

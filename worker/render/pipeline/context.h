@@ -33,9 +33,9 @@ struct StageContext {
   /// Effort per region, where it differs. It changes no weights: by their numbers a region of few camera
   /// samples would leave its smooth light, which those are stratified for, to splats, which are not. As it
   /// is, camera samples have their noise over the effort, and splats as everywhere.
-  const EffortTable* effort = nullptr;
+  const AllocationTable* allocation = nullptr;
   double light_paths = 1;                  // per camera path
-  Thinning thinning;                       // of a pilot; renders look at every pixel
+  PixelSubset pixel_subset;                       // of a pilot; renders look at every pixel
   float imaging_ratio = 1;                 // exposure: multiplies every contribution
   const FilmResponse* response = nullptr;  // of the sensor; null: that of the plain film
   bool signed_film = false;                // sums may be negative: of a filter's lobes or a sensor's colours

@@ -11,9 +11,9 @@
 namespace lightmill {
 
 /// Gives `layer` the names of the light paths of cell number `cell` and superblock `batch`.
-inline void set_light_net(const StageContext& context, uint64_t cell, uint64_t batch, LayerContext* layer) {
+inline void set_light_path_sampling(const StageContext& context, uint64_t cell, uint64_t batch, LayerContext* layer) {
   layer->packet_index = static_cast<uint32_t>(cell) * static_cast<uint32_t>(kSuperblockSamples);
-  if (context.thinning.one_in > 1) {
+  if (context.pixel_subset.one_in > 1) {
     // What starts with few pixels of each cell has few numbers of its part of the net, the same in all cells:
     // together they would be small corners of its coarse squares. Each cell has a net of its own.
     layer->light_key = stream_key(context.seed, kLightStream, cell, batch);

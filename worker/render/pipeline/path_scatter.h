@@ -22,9 +22,9 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   if (tilted_normals && mode == Mode::kRadiance) wo = viewer_direction(wo, dot(v.ng, v.wo));
   Lane du, dv;
   stream.get_2d(vertex_dim(depth, kDimBsdfDirection), &du, &dv);
-  const CausticGuide& caustics = context.scene.caustics;
+  const PhotonGuide& caustics = context.scene.caustics;
   const bool has_guide = K::kSurfaces && !caustics.empty();
-  std::optional<GuideTables<Lane>> tables;
+  std::optional<PhotonGuideTables<Lane>> tables;
   if (has_guide && mode == Mode::kRadiance) tables.emplace(caustics, active, v.kind, v.p);
   const bool guided = tables && any(tables->mask);
   // One lobe needs no choice.

@@ -141,12 +141,12 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   layer.cell_x = packet.cell_x;
   layer.cell_y = packet.cell_y;
   layer.slots = &w.slots;
-  w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.thinning);
+  w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.pixel_subset);
   const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
   const uint64_t cell =
       static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
   layer.light_paths = light_paths_of(context, w.slots);
-  set_light_net(context, cell, static_cast<uint64_t>(batch), &layer);
+  set_light_path_sampling(context, cell, static_cast<uint64_t>(batch), &layer);
   const bool light_paths = context.on(kLightPaths), camera_layer = context.on(kCameraLayer) || w.aovs;
   if (w.aovs) w.aovs->begin_packet();
   if (camera_layer) w.camera_sums.assign(kCellPixels, {});

@@ -9,7 +9,7 @@ namespace lightmill {
 
 /// One pixel, drawn by hash, of every rectangle of `one_in`, a power of two: no place goes unseen, as it may
 /// where each is drawn for itself, and no pattern of the image is met at every turn.
-struct Thinning {
+struct PixelSubset {
   uint32_t one_in = 1;
   bool keeps(int x, int y) const {
     const int bits = std::countr_zero(one_in), wide = (bits + 1) / 2, high = bits / 2;

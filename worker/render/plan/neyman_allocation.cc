@@ -60,9 +60,9 @@ std::vector<double> smoothed(const RegionGrid& grid, const std::vector<RegionNoi
 }
 
 /// Levels nearest to log2(scale * sqrt(V / C)).
-EffortMap levels_at(double scale, const std::vector<double>& variance,
+SampleAllocation levels_at(double scale, const std::vector<double>& variance,
                     const std::vector<RegionNoise>& regions) {
-  EffortMap map;
+  SampleAllocation map;
   map.levels.assign(regions.size(), '0' - kLeastLevel);
   for (size_t i = 0; i < regions.size(); ++i) {
     if (!(regions[i].cost > 0 && variance[i] > 0)) continue;
@@ -74,9 +74,9 @@ EffortMap levels_at(double scale, const std::vector<double>& variance,
 }
 
 /// The map of most samples that does not exceed one per pixel on average.
-EffortMap allocate(const RegionGrid& grid, const std::vector<RegionNoise>& regions, int half) {
+SampleAllocation allocate(const RegionGrid& grid, const std::vector<RegionNoise>& regions, int half) {
   const std::vector<double> variance = smoothed(grid, regions, half);
-  const auto excess = [&](const EffortMap& map) {
+  const auto excess = [&](const SampleAllocation& map) {
     double sum = 0;
     for (size_t i = 0; i < regions.size(); ++i)
       sum += regions[i].pixels * (std::exp2(map.level(static_cast<int64_t>(i))) - 1);
@@ -98,7 +98,7 @@ EffortMap allocate(const RegionGrid& grid, const std::vector<RegionNoise>& regio
 }
 
 /// Of `map` on what one half saw.
-double gain_of(const EffortMap& map, const std::vector<RegionNoise>& regions, double light_cost, int half) {
+double gain_of(const SampleAllocation& map, const std::vector<RegionNoise>& regions, double light_cost, int half) {
   if (map.uniform()) return 1;
   double variance = 0, adapted_variance = 0, cost = 0, adapted_cost = 0;
   for (size_t i = 0; i < regions.size(); ++i) {
@@ -115,7 +115,7 @@ double gain_of(const EffortMap& map, const std::vector<RegionNoise>& regions, do
 
 }  // namespace
 
-EffortChoice choose_effort(const RegionGrid& grid, const std::vector<RegionNoise>& regions,
+AllocationChoice allocate_samples(const RegionGrid& grid, const std::vector<RegionNoise>& regions,
                            double light_cost) {
   const double gain = 0.5 * (gain_of(allocate(grid, regions, 0), regions, light_cost, 1) +
                              gain_of(allocate(grid, regions, 1), regions, light_cost, 0));

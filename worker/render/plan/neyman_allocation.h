@@ -16,14 +16,14 @@ struct RegionNoise {
   double cost = 0;            // of one camera sample
 };
 
-struct EffortChoice {
-  EffortMap map;    // uniform unless something is gained
+struct AllocationChoice {
+  SampleAllocation map;    // uniform unless something is gained
   double gain = 1;  // uniform effort's variance x cost over that of the map
 };
 
 /// `light_cost`: of light paths per pixel and unit of spp. The gain is what maps made from one half of the
 /// pilot's pixels achieve on the other half, so that it is not the noise of the pilot that is followed.
-EffortChoice choose_effort(const RegionGrid& grid, const std::vector<RegionNoise>& regions,
+AllocationChoice allocate_samples(const RegionGrid& grid, const std::vector<RegionNoise>& regions,
                            double light_cost);
 
 }  // namespace lightmill

@@ -29,18 +29,18 @@ constexpr int64_t kPaths = 3 << 16, kLeastSamples = 8;
 /// Camera paths of each of the two looks that tell whether aims pay, and the predicted gain from which on
 /// they do: where 1.15 to 1.5 is predicted 1.27 to 1.47 was measured, where 0.94 to 1.1 (four rooms) 0.88 to
 /// 0.97, as aimed paths take longer.
-constexpr int64_t kPathsOfAims = kPaths / 8;
-constexpr double kAimsWorthIt = 1.12;
+constexpr int64_t kEmissionGuidePaths = kPaths / 8;
+constexpr double kEmissionGuideWorthIt = 1.12;
 
 class Pilot {
  public:
   /// Records and weighs strategies `among` those that the scene allows, with light paths `aimed`.
-  Pilot(const Renderer& scene, Strategies among, std::optional<bool> aimed, int64_t paths,
+  Pilot(const Renderer& scene, Strategies among, std::optional<bool> guided_emission, int64_t paths,
         const std::function<bool()>& go_on)
-      : settings_(pilot_settings(scene, among, aimed)),
+      : settings_(pilot_settings(scene, among, guided_emission)),
         sight_(settings_.grid, paths, kLeastSamples),
-        renderer_(scene, settings_, sight_.thinning),
-        plans_(candidate_plans(renderer_.plan(), among, aimed, renderer_.context().filter.splat_noise,
+        renderer_(scene, settings_, sight_.pixel_subset),
+        plans_(candidate_plans(renderer_.plan(), among, guided_emission, renderer_.context().filter.splat_noise,
                                1 / static_cast<float>(std::max(renderer_.context().lights.count(), 1)))),
         go_on_(go_on),
         regions_(regions_of(settings_.grid)),
@@ -53,7 +53,7 @@ class Pilot {
     take_turns(threads, &Pilot::work);
     merge();
     add_splats();
-    return choose_plan(plans_, view(), count(), settings_.uniform_effort);
+    return choose_plan(plans_, view(), count(), settings_.uniform_sampling);
   }
 
  private:
@@ -64,10 +64,10 @@ class Pilot {
     RenderCounters counters;
   };
 
-  static RenderSettings pilot_settings(const Renderer& scene, Strategies among, std::optional<bool> aimed) {
+  static RenderSettings pilot_settings(const Renderer& scene, Strategies among, std::optional<bool> guided_emission) {
     RenderSettings settings = scene.settings();
     settings.plan = SamplingPlan{
-        .strategies = scene.plan().possible & among, .connections = kRecordedConnections, .aimed = aimed};
+        .strategies = scene.plan().possible & among, .connections = kRecordedConnections, .guided_emission = guided_emission};
     settings.seed ^= kPilotSeed;
     return settings;
   }
@@ -126,7 +126,7 @@ class Pilot {
         const int x = rect.x0 * kCellSize + slot % kCellSize, y = rect.y0 * kCellSize + slot / kCellSize;
         const auto k = static_cast<size_t>(slot);
         inside[k] = x >= pixels.x0 && x < pixels.x1 && y >= pixels.y0 && y < pixels.y1;
-        looked_at[k] = inside[k] && sight_.thinning.keeps(x, y);
+        looked_at[k] = inside[k] && sight_.pixel_subset.keeps(x, y);
       }
       moments.begin_cell(values_.of_cell(i));
       for (int64_t j = 0; j < sight_.samples; ++j) {
@@ -263,7 +263,7 @@ class Pilot {
   }
 
   const RenderSettings settings_;
-  const PilotSight sight_;
+  const PilotPixels sight_;
   const Renderer renderer_;
   const PlanSet plans_;
   const std::function<bool()>& go_on_;
@@ -285,9 +285,9 @@ double least_product(const std::vector<PlanEstimate>& estimates) {
 }
 
 /// Of the best plan with aims over that without, by the same camera paths.
-double gain_of_aims(const Renderer& renderer, int threads, const std::function<bool()>& go_on) {
-  const auto least = [&](bool aimed) {
-    return least_product(Pilot(renderer, kAllStrategies, aimed, kPathsOfAims, go_on).run(threads).estimates);
+double gain_of_emission_guide(const Renderer& renderer, int threads, const std::function<bool()>& go_on) {
+  const auto least = [&](bool guided_emission) {
+    return least_product(Pilot(renderer, kAllStrategies, guided_emission, kEmissionGuidePaths, go_on).run(threads).estimates);
   };
   const double with = least(true), without = least(false);
   return with > 0 && without < std::numeric_limits<double>::infinity() ? without / with : 1;
@@ -306,13 +306,13 @@ PilotReport run_pilot(const Renderer& renderer, int threads, const std::function
     return report;
   }
   const RenderScene& scene = renderer.context().scene;
-  double aims_gain = 1;
-  std::optional<bool> aimed;
-  if (scene.aimed_lights && scene.aims_gain < kAimsPay) {
-    aims_gain = gain_of_aims(renderer, threads, go_on);
-    aimed = aims_gain >= kAimsWorthIt;
+  double emission_guide_gain = 1;
+  std::optional<bool> guided_emission;
+  if (scene.guided_lights && scene.emission_guide_gain < kEmissionGuidePays) {
+    emission_guide_gain = gain_of_emission_guide(renderer, threads, go_on);
+    guided_emission = emission_guide_gain >= kEmissionGuideWorthIt;
   }
-  PilotReport report = Pilot(renderer, kAllStrategies, aimed, kPaths, go_on).run(threads);
+  PilotReport report = Pilot(renderer, kAllStrategies, guided_emission, kPaths, go_on).run(threads);
   if (scene.manifolds.suffice()) {
     // Walks bring what light paths would, from more places than if there are any: samples without tell.
     PilotReport walked = Pilot(renderer, kEmissionHits | kNextEvent, {}, kPaths, go_on).run(threads);
@@ -323,7 +323,7 @@ PilotReport run_pilot(const Renderer& renderer, int threads, const std::function
     }
     report.estimates.insert(report.estimates.end(), estimates.begin(), estimates.end());
   }
-  report.aims_gain = aims_gain;
+  report.emission_guide_gain = emission_guide_gain;
   return report;
 }
 

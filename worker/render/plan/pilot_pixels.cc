@@ -26,23 +26,23 @@ std::vector<int64_t> pilot_cells(int64_t cells, int64_t count) {
 
 }  // namespace
 
-PilotSight::PilotSight(const FilmGrid& grid, int64_t paths, int64_t least_samples)
+PilotPixels::PilotPixels(const FilmGrid& grid, int64_t paths, int64_t least_samples)
     : samples(least_samples), film_(grid.cells()) {
   const int64_t pixels = grid.crop.area(), count = grid.cells().count();
   while (samples < kMostSamples && 2 * samples * pixels <= paths) samples *= 2;
-  uint32_t& one_in = thinning.one_in;
+  uint32_t& one_in = pixel_subset.one_in;
   while (one_in < kMostThinned && samples * pixels > paths * one_in) one_in *= 2;
   cells = pilot_cells(count, std::min(count, paths * one_in / (samples * kCellPixels)));
 }
 
-CellRect PilotSight::rect(size_t i) const {
+CellRect PilotPixels::rect(size_t i) const {
   const int64_t columns = film_.width();
   const int x = film_.x0 + static_cast<int>(cells[i] % columns),
             y = film_.y0 + static_cast<int>(cells[i] / columns);
   return {x, y, x + 1, y + 1};
 }
 
-int64_t PilotSight::index(int64_t j) const {
+int64_t PilotPixels::index(int64_t j) const {
   return block_begin(kPilotBlock + block(j)) + j - block(j) * (samples / 2);
 }
 

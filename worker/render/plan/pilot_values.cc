@@ -28,7 +28,7 @@ void CellLook::add(const std::vector<StrategyContribution>& contributions, uint6
   }
 }
 
-PilotValues::PilotValues(const FilmGrid& grid, const PilotSight& sight)
+PilotValues::PilotValues(const FilmGrid& grid, const PilotPixels& sight)
     : grid_(grid),
       sight_(sight),
       weights_(grid, sight.paths_per_pixel(), kLeastWeighed),
@@ -46,7 +46,7 @@ void PilotValues::for_pixels(size_t i, F&& f) const {
 template <class F>
 void PilotValues::for_seen(size_t i, F&& f) const {
   for_pixels(i, [&](int x, int y) {
-    if (sight_.thinning.keeps(x, y)) f(x, y);
+    if (sight_.pixel_subset.keeps(x, y)) f(x, y);
   });
 }
 

@@ -26,7 +26,7 @@ struct CellLook {
 
 class PilotValues {
  public:
-  PilotValues(const FilmGrid& grid, const PilotSight& sight);
+  PilotValues(const FilmGrid& grid, const PilotPixels& sight);
   /// Of cell number `i` of the sight; for every cell once, from any thread.
   void take(size_t i, CellLook look);
   /// After all cells.
@@ -64,7 +64,7 @@ class PilotValues {
   static constexpr float kEnoughSplats = 16;
 
   const FilmGrid& grid_;
-  const PilotSight& sight_;
+  const PilotPixels& sight_;
   RelativeWeights weights_;
   double per_splat_ = 0;  // what one adds to a pixel's value: many light paths are one per unit of spp
   std::vector<Cell> cells_;

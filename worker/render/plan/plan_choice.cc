@@ -17,7 +17,7 @@ class Choice {
   Choice(const PlanSet& plans, const PilotView& view, const PilotSums& sums)
       : plans_(plans), view_(view), sums_(sums) {}
 
-  PilotReport make(bool uniform_effort) const {
+  PilotReport make(bool uniform_sampling) const {
     const auto variances = relative_variances();
     const SampleWork work = per_path(sums_.work, sums_.camera_paths);
     PilotReport report;
@@ -38,13 +38,13 @@ class Choice {
       }
       report.estimates.push_back(e);
     }
-    if (best >= 0 && !uniform_effort && report.chosen.strategies & kCameraLayer) {
+    if (best >= 0 && !uniform_sampling && report.chosen.strategies & kCameraLayer) {
       const SamplingPlan& plan = plans_.plans[chosen];
       const SampleWork own = under_plan(chosen, work);
-      const EffortChoice effort =
-          choose_effort(view_.regions, region_noise(chosen), sample_cost(own, plan) - camera_cost(own, plan));
-      report.chosen.effort = effort.map;
-      report.effort_gain = effort.gain;
+      const AllocationChoice allocation =
+          allocate_samples(view_.regions, region_noise(chosen), sample_cost(own, plan) - camera_cost(own, plan));
+      report.chosen.allocation = allocation.map;
+      report.adaptive_gain = allocation.gain;
     }
     return report;
   }
@@ -126,8 +126,8 @@ class Choice {
 }  // namespace
 
 PilotReport choose_plan(const PlanSet& plans, const PilotView& view, const PilotSums& sums,
-                        bool uniform_effort) {
-  return Choice(plans, view, sums).make(uniform_effort);
+                        bool uniform_sampling) {
+  return Choice(plans, view, sums).make(uniform_sampling);
 }
 
 }  // namespace lightmill

@@ -36,8 +36,8 @@ struct PilotView {
   double splat_pixels = 1;  // of the pixel filter
 };
 
-/// `uniform_effort`: no map is made of where samples are best spent.
+/// `uniform_sampling`: no map is made of where samples are best spent.
 PilotReport choose_plan(const PlanSet& plans, const PilotView& view, const PilotSums& sums,
-                        bool uniform_effort);
+                        bool uniform_sampling);
 
 }  // namespace lightmill

@@ -36,12 +36,12 @@ PlanSet::PlanSet(std::vector<SamplingPlan> candidates, float splat_noise_of_filt
   }
 }
 
-PlanSet candidate_plans(const ScenePlan& scene, Strategies among, std::optional<bool> aimed,
+PlanSet candidate_plans(const ScenePlan& scene, Strategies among, std::optional<bool> guided_emission,
                         float splat_noise, float light_share) {
   std::vector<SamplingPlan> plans;
   const auto add = [&](Strategies set, double light_paths, double connections) {
     if (!scene.complete[set] || set & ~scene.possible || set & ~among) return;
-    const std::optional<bool> own = set & kLightPaths ? aimed : std::nullopt;
+    const std::optional<bool> own = set & kLightPaths ? guided_emission : std::nullopt;
     plans.push_back({set, light_paths, connections, 1, own});
     for (const double weight : kLensWeights) {
       if (weight != 1 && set & kLensConnections)

@@ -41,7 +41,7 @@ struct PlanSet {
 /// nine scenes; on water-caustic one half loses 1.2), which is less than the bound of 1.1 that would be worth
 /// a map.
 /// None has other strategies than `among`; those with light paths are `aimed`.
-PlanSet candidate_plans(const ScenePlan& scene, Strategies among, std::optional<bool> aimed,
+PlanSet candidate_plans(const ScenePlan& scene, Strategies among, std::optional<bool> guided_emission,
                         float splat_noise, float light_share);
 
 }  // namespace lightmill

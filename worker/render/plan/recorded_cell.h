@@ -15,7 +15,7 @@ namespace lightmill {
 /// Renders all samples of cell number `i` of `sight`; sample(recorder, counters, block) is shown each.
 /// `weigh_guide` as in StrategyRecorder.
 template <class Sample>
-void record_samples(const StageContext& context, const PilotSight& sight, size_t i, bool weigh_guide,
+void record_samples(const StageContext& context, const PilotPixels& sight, size_t i, bool weigh_guide,
                     Sample&& sample) {
   const auto wavefront = std::make_unique<Wavefront>();
   const auto recorder = std::make_unique<StrategyRecorder>();
@@ -34,7 +34,7 @@ void record_samples(const StageContext& context, const PilotSight& sight, size_t
 /// block) is told of every contribution, by its number, and says whether it counts for the noise that is
 /// returned. `weigh_guide` as in StrategyRecorder.
 template <class Take>
-std::vector<PixelNoise> record_cell(const StageContext& context, const PilotSight& sight, size_t i,
+std::vector<PixelNoise> record_cell(const StageContext& context, const PilotPixels& sight, size_t i,
                                     bool weigh_guide, PilotValues* values, Take&& take) {
   CellLook look;
   CameraSums camera;

@@ -159,10 +159,10 @@ struct RenderScene {
   LightTable lights;
   // The same whose light paths choose lights and directions by what they bring (training/emission_guide_training.h), if that
   // may pay, and the noise that the image has without over that with.
-  std::optional<LightTable> aimed_lights;
-  double aims_gain = 1;
-  const LightTable& lights_of(bool aimed) const { return aimed && aimed_lights ? *aimed_lights : lights; }
-  CausticGuide caustics;
+  std::optional<LightTable> guided_lights;
+  double emission_guide_gain = 1;
+  const LightTable& lights_of(bool guided_emission) const { return guided_emission && guided_lights ? *guided_lights : lights; }
+  PhotonGuide caustics;
   ManifoldSeeds manifolds;             // empty unless walks bring light that is missing without them
   float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space
   float bounds_radius = 1;

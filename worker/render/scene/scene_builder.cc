@@ -276,10 +276,10 @@ uint64_t bytes_of(const RenderScene& s) {
   uint64_t lights = s.caustics.bytes() + s.manifolds.bytes();
   const auto add_table = [&](const LightTable& l) {
     lights += bytes(l.records, l.type, l.alias_keep, l.alias, l.direct_keep, l.direct_alias) +
-              l.guide.bytes() + l.aims.bytes() + sizeof(int32_t) * l.aim_of.capacity();
+              l.guide.bytes() + l.emission_guide.bytes() + sizeof(int32_t) * l.emission_guide_of.capacity();
   };
   add_table(s.lights);
-  if (s.aimed_lights) add_table(*s.aimed_lights);
+  if (s.guided_lights) add_table(*s.guided_lights);
   const auto add_map = [&](const auto& map) {
     lights += bytes(map.rgb, map.density, map.alias_keep, map.alias);
   };

@@ -27,10 +27,10 @@ LightScene aimed_lamp() {
   LightScene scene(s);
   LightTable& lights = scene.scene.lights;
   const std::vector<double> even(size_t{kSide} * kSide, 1);
-  lights.aims = BinnedDensity(even, kSide);
-  lights.aims.add_table(even);
-  lights.aims.add_table(random_weights(5));
-  lights.aim_of = {1, 1, -1};
+  lights.emission_guide = BinnedDensity(even, kSide);
+  lights.emission_guide.add_table(even);
+  lights.emission_guide.add_table(random_weights(5));
+  lights.emission_guide_of = {1, 1, -1};
   return scene;
 }
 
@@ -41,17 +41,17 @@ EmissionSample<float> emit(const LightTable& lights, Random& random, float pick)
   return sample_emission<float>(lights, pick, texel, pu, pv, du, dv);
 }
 
-TEST(Aims, PathsGoByTheTable) {
+TEST(EmissionGuide, PathsGoByTheTable) {
   const LightScene scene = aimed_lamp();
   const LightTable& lights = scene.lights();
   constexpr int kSamples = 400000;
   std::vector<double> observed(size_t{kSide} * kSide), expected = observed;
   Random random(6);
-  int aimed = 0, at_a_border = 0, lost = 0;
+  int guided_emission = 0, at_a_border = 0, lost = 0;
   for (int i = 0; i < kSamples; ++i) {
     const auto e = emit(lights, random, random.uniform());
-    if (lights.aim_of[static_cast<size_t>(e.light)] < 0) continue;
-    ++aimed;
+    if (lights.emission_guide_of[static_cast<size_t>(e.light)] < 0) continue;
+    ++guided_emission;
     if (e.power.x == 0) {
       ++lost;
       continue;
@@ -76,21 +76,21 @@ TEST(Aims, PathsGoByTheTable) {
       const double a = (x + 0.5) * 2 / (kSide * kFine) - 1, b = (y + 0.5) * 2 / (kSide * kFine) - 1;
       if (a * a + b * b >= 1) continue;
       const auto i = static_cast<size_t>(y / kFine * kSide + x / kFine);
-      expected[i] += double{lights.aims.density<float>(1, x / kFine, y / kFine)} * aimed /
+      expected[i] += double{lights.emission_guide.density<float>(1, x / kFine, y / kFine)} * guided_emission /
                      (double{kSide} * kFine * kSide * kFine);
     }
   }
   for (const double e : expected) drawn += e;
-  EXPECT_NEAR(lost / (aimed - drawn), 1, 0.02);
+  EXPECT_NEAR(lost / (guided_emission - drawn), 1, 0.02);
   EXPECT_TRUE(chi_square_passes(chi_square(observed, expected)));
 }
 
 // Radiance x cosine / density adds up to pi A L, as without aims, and by quadrature densities to 1 / A.
-TEST(Aims, PathsCarryThePower) {
+TEST(EmissionGuide, PathsCarryThePower) {
   const LightScene scene = aimed_lamp();
   const LightTable& lights = scene.lights();
   LightTable plain = lights;
-  plain.aim_of.clear();
+  plain.emission_guide_of.clear();
   for (const Vec3<float>& axis : {Vec3<float>{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
     const auto flux_along = [&](const LightTable& of, uint32_t seed) {
       Random random(seed);
@@ -140,12 +140,12 @@ TestScene round_light(int kind) {
 
 /// Gives all lights one table.
 void aim_all(LightTable* lights) {
-  lights->aims = BinnedDensity(std::vector<double>(size_t{kSide} * kSide, 1), kSide);
-  lights->aims.add_table(random_weights(8));
-  lights->aim_of.assign(static_cast<size_t>(lights->count()), 0);
+  lights->emission_guide = BinnedDensity(std::vector<double>(size_t{kSide} * kSide, 1), kSide);
+  lights->emission_guide.add_table(random_weights(8));
+  lights->emission_guide_of.assign(static_cast<size_t>(lights->count()), 0);
 }
 
-TEST(Aims, RoundLights) {
+TEST(EmissionGuide, RoundLights) {
   for (const int kind : {0, 1, 2}) {
     LightScene scene(round_light(kind));
     const LightTable plain = scene.lights();
@@ -156,7 +156,7 @@ TEST(Aims, RoundLights) {
     std::vector<double> observed(size_t{kSide} * kSide), expected(observed.size());
     for (size_t i = 0; i < expected.size(); ++i) {
       const auto column = static_cast<int32_t>(i % kSide), row = static_cast<int32_t>(i / kSide);
-      expected[i] = double{lights.aims.density<float>(0, column, row)} * kSamples /
+      expected[i] = double{lights.emission_guide.density<float>(0, column, row)} * kSamples /
                     static_cast<double>(expected.size());
     }
     Random random(9);
@@ -182,7 +182,7 @@ TEST(Aims, RoundLights) {
   }
 }
 
-TEST(Aims, LanesHaveTheBitsOfScalars) {
+TEST(EmissionGuide, LanesHaveTheBitsOfScalars) {
   TestScene s = mixed_lights();
   s.scene.lights.push_back({SpotLight{{3, 2, 1}, {0, 1, 0}, {0, -1, 0}, 25, 40}, {}});
   s.triangle({0, 2, 0}, {1, 2, 0}, {0, 2, 1}, s.diffuse(0), {.radiance = {3, 2, 1}, .two_sided = true});
@@ -192,7 +192,7 @@ TEST(Aims, LanesHaveTheBitsOfScalars) {
   for (size_t i = 0; i < scene.lights().type.size(); ++i) {
     const LightType type = scene.lights().type[i];
     if (type != kTriangleLight && type != kPointLight && type != kSpotLight)
-      scene.scene.lights.aim_of[i] = -1;
+      scene.scene.lights.emission_guide_of[i] = -1;
   }
   Random random(7);
   for (int round = 0; round < 3000; ++round) {

@@ -172,7 +172,7 @@ struct GuidedScene {
   }
 };
 
-TEST(LightGuide, DensitiesAreThoseOfTheSamples) {
+TEST(NextEventGuide, DensitiesAreThoseOfTheSamples) {
   const GuidedScene scene;
   const LightTable& lights = scene.guided.lights();
   ASSERT_TRUE(lights.guide.chooses());
@@ -205,7 +205,7 @@ TEST(LightGuide, DensitiesAreThoseOfTheSamples) {
   EXPECT_TRUE(chi_square_passes(chi_square(observed, expected)));
 }
 
-TEST(LightGuide, WhatComesInIsTheSame) {
+TEST(NextEventGuide, WhatComesInIsTheSame) {
   const GuidedScene scene;
   for (const double x : {0.5, 1.5}) {
     const auto irradiance = [&](const LightScene& s, uint64_t seed) {

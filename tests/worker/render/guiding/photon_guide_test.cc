@@ -73,12 +73,12 @@ std::vector<Photon> of_lamp(const Vec3<float>& from, float radius, int count) {
 }
 
 template <class F>
-GuideTables<F> tables_at(const CausticGuide& guide, const Vec3<F>& p) {
+PhotonGuideTables<F> tables_at(const PhotonGuide& guide, const Vec3<F>& p) {
   return {guide, splat_mask<F>(true), splat_int<F>(kDiffuse), p};
 }
 
-TEST(CausticGuide, DrawsByItsDensity) {
-  const CausticGuide guide = make_caustic_guide(sky_with_spots(4096));
+TEST(PhotonGuide, DrawsByItsDensity) {
+  const PhotonGuide guide = make_photon_guide(sky_with_spots(4096));
   ASSERT_FALSE(guide.empty());
   const auto tables = tables_at<float>(guide, {0.1f, 0.05f, 0.2f});
   ASSERT_TRUE(tables.mask);
@@ -112,9 +112,9 @@ TEST(CausticGuide, DrawsByItsDensity) {
 }
 
 // The cone around the lamp holds all but a few of its draws.
-TEST(CausticGuide, DensitiesAreNormalised) {
+TEST(PhotonGuide, DensitiesAreNormalised) {
   std::vector<Photon> photons = of_lamp({0.3f, 0.2f, 1}, 0.2f, 4096);
-  const CausticGuide guide = make_caustic_guide(photons);
+  const PhotonGuide guide = make_photon_guide(photons);
   const auto here = tables_at<float>(guide, {0.1f, 0, 0.2f});
   Random random(3);
   const Vec3<float> axis = normalize(Vec3<float>{0.2f, 0.2f, 0.8f});
@@ -136,11 +136,11 @@ TEST(CausticGuide, DensitiesAreNormalised) {
 
 // A lamp is found from between its photons by their derivatives, however small it is beside the cell: without
 // them paths go to where it would be seen from other places.
-TEST(CausticGuide, FollowsALampThroughItsCell) {
+TEST(PhotonGuide, FollowsALampThroughItsCell) {
   for (const float radius : {0.01f, 1e-3f}) {
     std::vector<Photon> photons = of_lamp({0.3f, 0.2f, 1}, radius, 4096);
     Random random(8);
-    const auto share_that_hits = [&](const CausticGuide& guide) {
+    const auto share_that_hits = [&](const PhotonGuide& guide) {
       int hits = 0;
       for (int i = 0; i < 4000; ++i) {
         const Vec3<float> p{random.uniform() - 0.5f, random.uniform() - 0.5f, 0.2f};
@@ -154,19 +154,19 @@ TEST(CausticGuide, FollowsALampThroughItsCell) {
       }
       return hits / 4000.0;
     };
-    const double found = share_that_hits(make_caustic_guide(photons));
+    const double found = share_that_hits(make_photon_guide(photons));
     EXPECT_GT(found, 0.25) << radius;
     for (Photon& p : photons) p.turn = {};
-    EXPECT_LT(share_that_hits(make_caustic_guide(photons)), 0.7 * found) << radius;
+    EXPECT_LT(share_that_hits(make_photon_guide(photons)), 0.7 * found) << radius;
   }
 }
 
 // Two lamps close to each other: photons of one need not be explained by those of the other.
-TEST(CausticGuide, TellsTwoWaysApart) {
+TEST(PhotonGuide, TellsTwoWaysApart) {
   std::vector<Photon> photons = of_lamp({0.3f, 0.2f, 1}, 1e-3f, 4096),
                       other = of_lamp({0.4f, 0.2f, 1}, 1e-3f, 4096);
   for (size_t i = 0; i < photons.size(); i += 2) photons[i] = other[i];
-  const CausticGuide guide = make_caustic_guide(photons);
+  const PhotonGuide guide = make_photon_guide(photons);
   const auto tables = tables_at<float>(guide, {0, 0, 0.2f});
   ASSERT_TRUE(tables.mask);
   const auto density = [&](float x) { return double{tables.density(normalize(Vec3<float>{x, 0.2f, 0.8f}))}; };
@@ -174,8 +174,8 @@ TEST(CausticGuide, TellsTwoWaysApart) {
   EXPECT_GT(density(0.4f), 1000 * density(0.35f));
 }
 
-TEST(CausticGuide, FollowsTheFlux) {
-  const CausticGuide guide = make_caustic_guide(sky_with_spots(4096));
+TEST(PhotonGuide, FollowsTheFlux) {
+  const PhotonGuide guide = make_photon_guide(sky_with_spots(4096));
   const auto tables = tables_at<float>(guide, {0, 0, 0.2f});
   const auto density_at = [&](float x, float y) {
     return double{tables.density(equal_area_square_to_sphere(0.5f * x + 0.5f, 0.5f * y + 0.5f))};
@@ -188,29 +188,29 @@ TEST(CausticGuide, FollowsTheFlux) {
   EXPECT_LT(density_at(0.8f, -0.8f), 0.02) << "nothing comes from there";
 }
 
-TEST(CausticGuide, CellsWithFewPhotonsShareATable) {
-  std::vector<Photon> photons = sky_with_spots(CausticGuide::kLobes);
+TEST(PhotonGuide, CellsWithFewPhotonsShareATable) {
+  std::vector<Photon> photons = sky_with_spots(PhotonGuide::kLobes);
   for (size_t i = 0; i < photons.size(); ++i) photons[i].p = {static_cast<float>(i) / 64, 0, 0};
-  const CausticGuide one = make_caustic_guide(photons);
+  const PhotonGuide one = make_photon_guide(photons);
   EXPECT_EQ(one.boxes.size(), 1u);
   photons.pop_back();
-  EXPECT_TRUE(make_caustic_guide(photons).empty()) << "too few for any";
-  EXPECT_TRUE(make_caustic_guide({}).empty());
+  EXPECT_TRUE(make_photon_guide(photons).empty()) << "too few for any";
+  EXPECT_TRUE(make_photon_guide({}).empty());
   // Two crowds far from each other have a table each, and what lies between has none.
   photons = sky_with_spots(4096);
   for (size_t i = 0; i < photons.size(); ++i) photons[i].p = {i % 2 ? 0.001f * photons[i].p.x : 1.0f, 0, 0};
-  const CausticGuide two = make_caustic_guide(photons);
+  const PhotonGuide two = make_photon_guide(photons);
   EXPECT_GE(two.boxes.size(), 2u);
   EXPECT_TRUE(tables_at<float>(two, {1, 0, 0}).mask);
   EXPECT_FALSE(tables_at<float>(two, {0.5f, 0, 0}).mask);
 }
 
-TEST(CausticGuide, PhotonsOnOneSpotMakeNoNeedle) {
+TEST(PhotonGuide, PhotonsOnOneSpotMakeNoNeedle) {
   Photon one = photon_from(on_sphere(0.25f, -0.5f), 1);
   one.p = {0.1f, 0.2f, 0.3f};
   std::vector<Photon> photons(1000, one);
   photons.back().p.x = 0.4f;  // a grid needs an extent
-  const CausticGuide guide = make_caustic_guide(photons);
+  const PhotonGuide guide = make_photon_guide(photons);
   const auto tables = tables_at<float>(guide, {0.1f, 0.2f, 0.3f});
   ASSERT_TRUE(tables.mask);
   Random random(4);
@@ -222,19 +222,19 @@ TEST(CausticGuide, PhotonsOnOneSpotMakeNoNeedle) {
   }
 }
 
-TEST(CausticGuide, WhatIsNarrowIsNotGuided) {
-  const CausticGuide guide = make_caustic_guide(sky_with_spots(4096));
+TEST(PhotonGuide, WhatIsNarrowIsNotGuided) {
+  const PhotonGuide guide = make_photon_guide(sky_with_spots(4096));
   for (BsdfKind kind = 0; kind < kBsdfKinds; ++kind) {
     EXPECT_FALSE(is_guided(kind) && has_delta(kind)) << kind;
-    const GuideTables<float> tables(guide, true, kind, {0, 0, 0.2f});
+    const PhotonGuideTables<float> tables(guide, true, kind, {0, 0, 0.2f});
     EXPECT_EQ(tables.mask, is_guided(kind)) << kind;
   }
   EXPECT_FALSE(is_guided(kPhaseFunction));
 }
 
-TEST(CausticGuide, LanesHaveTheBitsOfScalars) {
+TEST(PhotonGuide, LanesHaveTheBitsOfScalars) {
   std::vector<Photon> photons = sky_with_spots(1 << 16);
-  const CausticGuide guide = make_caustic_guide(photons);
+  const PhotonGuide guide = make_photon_guide(photons);
   EXPECT_GT(guide.boxes.size(), 100u);
   Random random(5);
   for (int round = 0; round < 2000; ++round) {
@@ -250,12 +250,12 @@ TEST(CausticGuide, LanesHaveTheBitsOfScalars) {
       const Vec3<float> w = equal_area_square_to_sphere(random.uniform(), random.uniform());
       other.x[l] = w.x, other.y[l] = w.y, other.z[l] = w.z;
     }
-    const GuideTables<Float8> tables(guide, splat_mask<Float8>(true), kind, p);
+    const PhotonGuideTables<Float8> tables(guide, splat_mask<Float8>(true), kind, p);
     if (!any(tables.mask)) continue;
     const Vec3<Float8> w = tables.draw(u, v);
     const Float8 density = tables.density(w), elsewhere = tables.density(other);
     for (int l = 0; l < 8; ++l) {
-      const GuideTables<float> one(guide, true, kind[l], {p.x[l], p.y[l], p.z[l]});
+      const PhotonGuideTables<float> one(guide, true, kind[l], {p.x[l], p.y[l], p.z[l]});
       ASSERT_EQ(one.mask, tables.mask[l] != 0);
       if (!one.mask) continue;
       const Vec3<float> d = one.draw(u[l], v[l]);

@@ -29,7 +29,7 @@ void expect_net(const std::vector<Point>& points, int bits) {
   }
 }
 
-TEST(LightNet, IsEvenOverTheFilmAndInEveryPacket) {
+TEST(LightPathSampling, IsEvenOverTheFilmAndInEveryPacket) {
   const TestScene s = cornell_room().film(64, 64);
   for (const double light_paths : {1.0, 0.25}) {
     RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 16, 4);
@@ -41,7 +41,7 @@ TEST(LightNet, IsEvenOverTheFilmAndInEveryPacket) {
     for (uint64_t cell = 0; cell < 4; ++cell) {
       LayerContext layer;
       layer.light_paths = light_paths_of_layer(context.light_paths, kCellPixels);
-      set_light_net(context, cell, 3, &layer);
+      set_light_path_sampling(context, cell, 3, &layer);
       std::vector<Point> packet;
       for (layer.sample_in_batch = 0; layer.sample_in_batch < kSuperblockSamples; ++layer.sample_in_batch) {
         for (int i = 0; i < layer.light_paths; ++i) {
@@ -62,15 +62,15 @@ TEST(LightNet, IsEvenOverTheFilmAndInEveryPacket) {
 }
 
 // A look at one pixel in 16 starts with few numbers in each cell: together they go everywhere.
-TEST(LightNet, OfALookAtFewPixelsGoesEverywhere) {
+TEST(LightPathSampling, OfALookAtFewPixelsGoesEverywhere) {
   const TestScene s = cornell_room().film(128, 128);
   const RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 16, 4);
-  const Renderer scene(s.scene, settings, 1), look(scene, settings, Thinning{16});
+  const Renderer scene(s.scene, settings, 1), look(scene, settings, PixelSubset{16});
   std::set<int> boxes;
   for (uint64_t cell = 0; cell < 64; ++cell) {
     LayerContext layer;
     layer.light_paths = light_paths_of_layer(look.context().light_paths, kCellPixels / 16);
-    set_light_net(look.context(), cell, 3, &layer);
+    set_light_path_sampling(look.context(), cell, 3, &layer);
     for (int i = 0; i < layer.light_paths; ++i) {
       Point p;
       layer.light_stream<float>(i).get_2d(kDimLightDirection, &p.u, &p.v);
@@ -82,15 +82,15 @@ TEST(LightNet, OfALookAtFewPixelsGoesEverywhere) {
 }
 
 // Of 2^32 paths and more, which a number has no room for, each part has a key.
-TEST(LightNet, HasANewKeyWhereNumbersEnd) {
+TEST(LightPathSampling, HasANewKeyWhereNumbersEnd) {
   const TestScene s = cornell_room();
   const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kBdpt, 16, 4), 1);
   LayerContext first, last, next, other;
   const uint64_t cells = (uint64_t{1} << 32) / (kSuperblockSamples * kCellPixels);
-  set_light_net(renderer.context(), 0, 0, &first);
-  set_light_net(renderer.context(), cells - 1, 0, &last);
-  set_light_net(renderer.context(), cells, 0, &next);
-  set_light_net(renderer.context(), 0, 1, &other);
+  set_light_path_sampling(renderer.context(), 0, 0, &first);
+  set_light_path_sampling(renderer.context(), cells - 1, 0, &last);
+  set_light_path_sampling(renderer.context(), cells, 0, &next);
+  set_light_path_sampling(renderer.context(), 0, 1, &other);
   EXPECT_EQ(first.light_key, last.light_key);
   EXPECT_NE(first.first_index, last.first_index);
   EXPECT_NE(first.light_key, next.light_key);

@@ -19,20 +19,20 @@ std::vector<RegionNoise> even(double variance, double cost) {
   return regions;
 }
 
-double mean_samples(const EffortMap& map) {
+double mean_samples(const SampleAllocation& map) {
   double sum = 0;
   for (int64_t i = 0; i < kGrid.count(); ++i) sum += std::exp2(map.level(i));
   return sum / static_cast<double>(kGrid.count());
 }
 
-TEST(ChooseEffort, GoesWhereTheNoiseIs) {
+TEST(AllocateSamples, GoesWhereTheNoiseIs) {
   auto regions = even(0.01, 1);
   // A disc of a hundred times the variance.
   const auto noisy = [](int i) { return std::hypot(i % kSide - 8, i / kSide - 8) < 4; };
   for (int i = 0; i < kSide * kSide; ++i) {
     if (noisy(i)) regions[static_cast<size_t>(i)].camera[0] = regions[static_cast<size_t>(i)].camera[1] = 1;
   }
-  const EffortChoice choice = choose_effort(kGrid, regions, 0);
+  const AllocationChoice choice = allocate_samples(kGrid, regions, 0);
   ASSERT_FALSE(choice.map.uniform());
   // Neyman: mean(V) / mean(sqrt V)^2 = 2.4 here; powers of two, bounds and smoothing cost some of it.
   EXPECT_GT(choice.gain, 1.8);
@@ -47,7 +47,7 @@ TEST(ChooseEffort, GoesWhereTheNoiseIs) {
   EXPECT_LT(choice.map.level(0), 0);
 }
 
-TEST(ChooseEffort, DoesNotFollowThePilotsOwnNoise) {
+TEST(AllocateSamples, DoesNotFollowThePilotsOwnNoise) {
   // Estimates scatter by a factor of three, independently in both halves; the truth is even.
   auto regions = even(1, 1);
   std::mt19937 random(7);
@@ -55,30 +55,30 @@ TEST(ChooseEffort, DoesNotFollowThePilotsOwnNoise) {
   for (RegionNoise& r : regions) {
     for (double& v : r.camera) v = std::exp(normal(random));
   }
-  EXPECT_TRUE(choose_effort(kGrid, regions, 0).map.uniform());
+  EXPECT_TRUE(allocate_samples(kGrid, regions, 0).map.uniform());
 }
 
-TEST(ChooseEffort, LeavesSplatsAlone) {
+TEST(AllocateSamples, LeavesSplatsAlone) {
   auto regions = even(0.01, 1);
   for (int i = 0; i < 40; ++i)
     regions[static_cast<size_t>(i)].camera[0] = regions[static_cast<size_t>(i)].camera[1] = 1;
-  EXPECT_FALSE(choose_effort(kGrid, regions, 0).map.uniform());
+  EXPECT_FALSE(allocate_samples(kGrid, regions, 0).map.uniform());
   for (RegionNoise& r : regions) r.splat = 3;
-  EXPECT_TRUE(choose_effort(kGrid, regions, 0).map.uniform());
+  EXPECT_TRUE(allocate_samples(kGrid, regions, 0).map.uniform());
 }
 
-TEST(ChooseEffort, SavesWhereSamplesAreDear) {
+TEST(AllocateSamples, SavesWhereSamplesAreDear) {
   auto regions = even(1, 1);
   for (size_t i = 0; i < 128; ++i) regions[i].cost = 30;
-  const EffortChoice choice = choose_effort(kGrid, regions, 0);
+  const AllocationChoice choice = allocate_samples(kGrid, regions, 0);
   ASSERT_FALSE(choice.map.uniform());
   EXPECT_LT(choice.map.level(0), choice.map.level(255));
 }
 
-TEST(ChooseEffort, HasAnAnswerWithoutNoise) {
-  EXPECT_TRUE(choose_effort(kGrid, even(0, 1), 0).map.uniform());
-  EXPECT_TRUE(choose_effort(kGrid, even(1, 0), 0).map.uniform());
-  EXPECT_TRUE(choose_effort(kGrid, std::vector<RegionNoise>(kSide * kSide), 1).map.uniform());
+TEST(AllocateSamples, HasAnAnswerWithoutNoise) {
+  EXPECT_TRUE(allocate_samples(kGrid, even(0, 1), 0).map.uniform());
+  EXPECT_TRUE(allocate_samples(kGrid, even(1, 0), 0).map.uniform());
+  EXPECT_TRUE(allocate_samples(kGrid, std::vector<RegionNoise>(kSide * kSide), 1).map.uniform());
 }
 
 }  // namespace

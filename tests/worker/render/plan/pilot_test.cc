@@ -222,7 +222,7 @@ TEST(Pilot, KnowsLittleNoise) {
     EXPECT_NEAR(std::log(e.relative_variance / measured), 0, std::log(1.4)) << measured;
   }
   EXPECT_EQ(report.chosen.strategies, pt.strategies);
-  EXPECT_TRUE(report.chosen.effort.uniform());
+  EXPECT_TRUE(report.chosen.allocation.uniform());
 }
 
 TEST(Pilot, IsTheSameForAnyThreadsAndSamples) {
@@ -239,7 +239,7 @@ TEST(Pilot, ChoosesLightPathsForACaustic) {
 
 // Aims make light paths more even and longer: through a door they pay, in an open box that is lit all over
 // they do not.
-TEST(Pilot, AimsLightPathsThroughADoor) {
+TEST(Pilot, GuidesLightPathsThroughADoor) {
   TestScene s;
   const int grey = s.diffuse(0.75f);
   s.box({-3, -0.1, -4}, {3, 0, 4}, grey).box({-3, 3, -4}, {3, 3.1, 4}, grey);
@@ -251,10 +251,10 @@ TEST(Pilot, AimsLightPathsThroughADoor) {
   s.quad({-2.4, 2.95, 0.6}, {0.6, 0, 0}, {0, 0, 0.6}, s.diffuse(0.0f), {.radiance = {30, 28, 24}});
   s.camera({0, 1.5, -3.8}, {0, 1.3, 0}, 60).film(128, 96);
   const PilotReport report = pilot_of(s, 8);
-  EXPECT_GT(report.aims_gain, 1) << plan_to_json(report.chosen);
-  EXPECT_TRUE(report.chosen.aimed.value_or(false)) << plan_to_json(report.chosen);
+  EXPECT_GT(report.emission_guide_gain, 1) << plan_to_json(report.chosen);
+  EXPECT_TRUE(report.chosen.guided_emission.value_or(false)) << plan_to_json(report.chosen);
 }
-TEST(Pilot, DoesNotAimLightPathsOfALampThatLightsAll) {
+TEST(Pilot, DoesNotGuideLightPathsOfALampThatLightsAll) {
   TestScene s;
   const int white = s.diffuse(0.72f);
   s.quad({-1, -1, -1}, {0, 0, 2}, {2, 0, 0}, white).quad({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}, white);
@@ -265,10 +265,10 @@ TEST(Pilot, DoesNotAimLightPathsOfALampThatLightsAll) {
   s.quad({-0.25, 0.98, -0.2}, {0.5, 0, 0}, {0, 0, 0.4}, s.diffuse(0.0f), {.radiance = {17, 12, 4}});
   s.camera({0, 0, -3.9}, {0, 0, 0}, 39).film(96, 96);
   const PilotReport report = pilot_of(s, 8);
-  ASSERT_NE(report.aims_gain, 1) << "no aims were learnt, or all at once";
-  ASSERT_FALSE(report.chosen.aimed.value_or(true)) << plan_to_json(report.chosen);
+  ASSERT_NE(report.emission_guide_gain, 1) << "no aims were learnt, or all at once";
+  ASSERT_FALSE(report.chosen.guided_emission.value_or(true)) << plan_to_json(report.chosen);
   for (const PlanEstimate& e : report.estimates)
-    EXPECT_EQ(e.plan.aimed.has_value(), (e.plan.strategies & kLightPaths) != 0) << plan_to_json(e.plan);
+    EXPECT_EQ(e.plan.guided_emission.has_value(), (e.plan.strategies & kLightPaths) != 0) << plan_to_json(e.plan);
 }
 
 TEST(Pilot, LeavesLightPathsOutUnderAnOpenSky) {

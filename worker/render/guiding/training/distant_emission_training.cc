@@ -60,14 +60,14 @@ class SeenCells {
 
 }  // namespace
 
-void aim_distant_lights(const std::vector<LitPlace>& places, const std::vector<LightTrial>& trials,
+void train_distant_emission(const std::vector<LitPlace>& places, const std::vector<NextEventProbe>& trials,
                         LightTable* lights) {
   for (int32_t i = 0; i < lights->count(); ++i) {
     if (lights->type[static_cast<size_t>(i)] != kDistantLight) continue;
     const LightRecord<float> r(*lights, i);
     const Frame<float> frame(r.vec(kLightN));
     SeenCells seen;
-    for (const LightTrial& t : trials) {
+    for (const NextEventProbe& t : trials) {
       if (t.channel != static_cast<uint32_t>(i) || !(t.square > 0)) continue;
       const Vec3f& p = places[t.place].p;
       const Vec3<float> d = (Vec3<float>{p.x, p.y, p.z} - r.vec(kLightP)) * (1 / r.scalar(3));
@@ -81,10 +81,10 @@ void aim_distant_lights(const std::vector<LitPlace>& places, const std::vector<L
   }
 }
 
-void share_far_paths(const LightTrials& rays, const std::vector<LightTrial>& trials,
+void share_far_paths(const NextEventProbes& rays, const std::vector<NextEventProbe>& trials,
                      const std::vector<int32_t>& sky_light, LightTable* lights) {
   std::vector<double> irradiance(rays.channels(), 0), count(rays.channels(), 0);
-  for (const LightTrial& t : trials) {
+  for (const NextEventProbe& t : trials) {
     irradiance[t.channel] += std::sqrt(double{t.square});
     ++count[t.channel];
   }

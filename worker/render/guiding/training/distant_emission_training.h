@@ -9,12 +9,12 @@ namespace lightmill {
 
 /// Gives distant lights emission cells where less than half of their disk leads to places that were seen. A
 /// part of their light paths still starts anywhere.
-void aim_distant_lights(const std::vector<LitPlace>& places, const std::vector<LightTrial>& trials,
+void train_distant_emission(const std::vector<LitPlace>& places, const std::vector<NextEventProbe>& trials,
                         LightTable* lights);
 
 /// Shares what light paths lights at infinity get among them by the irradiance that places get from each. The
 /// lights need a guide that chooses.
-void share_far_paths(const LightTrials& rays, const std::vector<LightTrial>& trials,
+void share_far_paths(const NextEventProbes& rays, const std::vector<NextEventProbe>& trials,
                      const std::vector<int32_t>& sky_light, LightTable* lights);
 
 }  // namespace lightmill

@@ -27,17 +27,17 @@ bool are_one_lamp(const LightRecord<float>& a, const LightRecord<float>& b) {
   return false;
 }
 
-AimShape shape_of(const LightTable& lights, int32_t light) {
+EmissionShape shape_of(const LightTable& lights, int32_t light) {
   const LightType type = lights.type[static_cast<size_t>(light)];
   if (type == kTriangleLight) {
-    return LightRecord<float>(lights, light).scalar(kLightTwoSided) > 0 ? AimShape::kSphere : AimShape::kDisk;
+    return LightRecord<float>(lights, light).scalar(kLightTwoSided) > 0 ? EmissionShape::kSphere : EmissionShape::kDisk;
   }
-  return type == kPointLight || type == kSpotLight ? AimShape::kSphere : AimShape::kNone;
+  return type == kPointLight || type == kSpotLight ? EmissionShape::kSphere : EmissionShape::kNone;
 }
 
 }  // namespace
 
-LightGroups::LightGroups(const LightTable& lights) {
+EmissionGroups::EmissionGroups(const LightTable& lights) {
   for (int32_t i = 0; i < lights.count(); ++i) {
     const LightRecord<float> r(lights, i);
     const auto is_triangle = [&](int32_t k) {
@@ -50,16 +50,16 @@ LightGroups::LightGroups(const LightTable& lights) {
     of.push_back(static_cast<int32_t>(count()) - 1);
     chosen.back() += double{r.scalar(kLightSelect)};
   }
-  if (count() <= kMostLightGroups) return;
-  constexpr size_t kRest = kMostLightGroups - 1;
+  if (count() <= kMostEmissionGroups) return;
+  constexpr size_t kRest = kMostEmissionGroups - 1;
   std::vector<size_t> by_power(count());
   std::iota(by_power.begin(), by_power.end(), size_t{0});
   std::stable_sort(by_power.begin(), by_power.end(),
                    [&](size_t a, size_t b) { return chosen[a] > chosen[b]; });
   const std::vector<double> all_chosen = std::move(chosen);
-  const std::vector<AimShape> all_shapes = std::move(shape);
-  chosen.assign(kMostLightGroups, 0);
-  shape.assign(kMostLightGroups, AimShape::kNone);
+  const std::vector<EmissionShape> all_shapes = std::move(shape);
+  chosen.assign(kMostEmissionGroups, 0);
+  shape.assign(kMostEmissionGroups, EmissionShape::kNone);
   std::vector<int32_t> number(by_power.size());
   for (size_t k = 0; k < by_power.size(); ++k) {
     const size_t to = std::min(k, kRest);

@@ -8,18 +8,18 @@
 namespace lightmill {
 
 /// Groups at most: where lights are more, those of least power are one group, the last.
-inline constexpr size_t kMostLightGroups = 256;
+inline constexpr size_t kMostEmissionGroups = 256;
 
 /// What the square of a light's directions is (guiding/emission_guide.h), if it can have aims.
-enum class AimShape : uint8_t { kNone, kDisk, kSphere };
+enum class EmissionShape : uint8_t { kNone, kDisk, kSphere };
 
 /// The triangles of a flat lamp, or a light of any other kind.
-struct LightGroups {
+struct EmissionGroups {
   std::vector<int32_t> of;      // per light
   std::vector<double> chosen;   // probability that a light path starts from one of them, per group
-  std::vector<AimShape> shape;  // per group
+  std::vector<EmissionShape> shape;  // per group
 
-  explicit LightGroups(const LightTable& lights);
+  explicit EmissionGroups(const LightTable& lights);
   size_t count() const { return chosen.size(); }
 };
 

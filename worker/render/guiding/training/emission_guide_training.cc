@@ -29,43 +29,43 @@ using Sums = std::vector<double>;  // of squares, per group
 /// Whether a cell is on the disk of directions, in part at least.
 bool on_disk(size_t i) {
   const auto nearest = [](size_t cell) {
-    const double lo = static_cast<double>(cell) * 2 / kAimSide - 1, hi = lo + 2.0 / kAimSide;
+    const double lo = static_cast<double>(cell) * 2 / kEmissionSide - 1, hi = lo + 2.0 / kEmissionSide;
     return lo > 0 ? lo : hi < 0 ? hi : 0;
   };
-  const double x = nearest(i % kAimSide), y = nearest(i / kAimSide);
+  const double x = nearest(i % kEmissionSide), y = nearest(i / kEmissionSide);
   return x * x + y * y < 1 + 1e-6;
 }
 
 /// The probabilities of cells: by the roots of sums of squares, each of which counts a little around.
-AimCells cell_probabilities(AimShape shape, const AimCells& sums) {
-  const auto is_used = [&](size_t i) { return shape == AimShape::kSphere || on_disk(i); };
-  AimCells q{};
+EmissionCells cell_probabilities(EmissionShape shape, const EmissionCells& sums) {
+  const auto is_used = [&](size_t i) { return shape == EmissionShape::kSphere || on_disk(i); };
+  EmissionCells q{};
   double total = 0, used = 0;
-  for (int32_t y = 0; y < kAimSide; ++y) {
-    for (int32_t x = 0; x < kAimSide; ++x) {
-      const auto i = static_cast<size_t>(y * kAimSide + x);
+  for (int32_t y = 0; y < kEmissionSide; ++y) {
+    for (int32_t x = 0; x < kEmissionSide; ++x) {
+      const auto i = static_cast<size_t>(y * kEmissionSide + x);
       if (!is_used(i)) continue;
       double sum = sums[i];
-      for (int32_t cy = std::max(y - 1, 0); cy <= std::min(y + 1, kAimSide - 1); ++cy) {
-        for (int32_t cx = std::max(x - 1, 0); cx <= std::min(x + 1, kAimSide - 1); ++cx)
-          sum += kAround * sums[static_cast<size_t>(cy * kAimSide + cx)];
+      for (int32_t cy = std::max(y - 1, 0); cy <= std::min(y + 1, kEmissionSide - 1); ++cy) {
+        for (int32_t cx = std::max(x - 1, 0); cx <= std::min(x + 1, kEmissionSide - 1); ++cx)
+          sum += kAround * sums[static_cast<size_t>(cy * kEmissionSide + cx)];
       }
       q[i] = std::sqrt(sum);
       total += q[i];
       used += 1;
     }
   }
-  for (size_t i = 0; i < kAimCells; ++i) {
+  for (size_t i = 0; i < kEmissionCells; ++i) {
     if (is_used(i)) q[i] = (total > 0 ? (1 - kAnywhere) * q[i] / total : 0) + kAnywhere / used;
   }
   return q;
 }
 
 /// Sum of squares, were the paths to go by `q`.
-double aimed(const AimCells& sums, const AimCells& q) {
+double guided_emission(const EmissionCells& sums, const EmissionCells& q) {
   double sum = 0;
-  for (size_t i = 0; i < kAimCells; ++i) {
-    if (sums[i] > 0) sum += sums[i] / (static_cast<double>(kAimCells) * q[i]);
+  for (size_t i = 0; i < kEmissionCells; ++i) {
+    if (sums[i] > 0) sum += sums[i] / (static_cast<double>(kEmissionCells) * q[i]);
   }
   return sum;
 }
@@ -96,36 +96,36 @@ Sums sum_of(const Halves<Sums>& halves) {
 }
 
 /// Aims of groups, and what squares of groups are with them.
-struct GroupAims {
-  BinnedDensity tables{std::vector<double>(kAimCells, 1.0), kAimSide};
+struct GroupGuides {
+  BinnedDensity tables{std::vector<double>(kEmissionCells, 1.0), kEmissionSide};
   std::vector<int32_t> table_of;  // per group, or -1
   int32_t count = 0;
   Halves<Sums> sums;
 };
 
-GroupAims aim_groups(const LightGroups& groups, const std::vector<GroupSums>& sums) {
-  GroupAims aims;
+GroupGuides guide_groups(const EmissionGroups& groups, const std::vector<GroupSums>& sums) {
+  GroupGuides emission_guide;
   for (size_t g = 0; g < sums.size(); ++g) {
-    const AimShape shape = groups.shape[g];
+    const EmissionShape shape = groups.shape[g];
     const auto& [first, second] = sums[g].cells;
     const Halves<double>& before = sums[g].all;
     const Halves<double> after{
-        sums[g].without_direction[0] + aimed(first, cell_probabilities(shape, second)),
-        sums[g].without_direction[1] + aimed(second, cell_probabilities(shape, first))};
+        sums[g].without_direction[0] + guided_emission(first, cell_probabilities(shape, second)),
+        sums[g].without_direction[1] + guided_emission(second, cell_probabilities(shape, first))};
     const bool pays = before[0] + before[1] > kLeastOfGroup * (after[0] + after[1]);
-    for (size_t half = 0; half < 2; ++half) aims.sums[half].push_back(pays ? after[half] : before[half]);
-    aims.table_of.push_back(pays ? aims.count++ : -1);
+    for (size_t half = 0; half < 2; ++half) emission_guide.sums[half].push_back(pays ? after[half] : before[half]);
+    emission_guide.table_of.push_back(pays ? emission_guide.count++ : -1);
     if (!pays) continue;
-    AimCells both = first;
-    for (size_t i = 0; i < kAimCells; ++i) both[i] += second[i];
-    const AimCells q = cell_probabilities(shape, both);
-    aims.tables.add_table({q.begin(), q.end()});
+    EmissionCells both = first;
+    for (size_t i = 0; i < kEmissionCells; ++i) both[i] += second[i];
+    const EmissionCells q = cell_probabilities(shape, both);
+    emission_guide.tables.add_table({q.begin(), q.end()});
   }
-  return aims;
+  return emission_guide;
 }
 
 /// Weights of lights whose groups are to be chosen by `p`.
-std::vector<double> light_weights(const LightTable& lights, const LightGroups& groups,
+std::vector<double> light_weights(const LightTable& lights, const EmissionGroups& groups,
                                   const std::vector<double>& p) {
   std::vector<double> weights;
   for (size_t i = 0; i < groups.of.size(); ++i) {
@@ -138,26 +138,26 @@ std::vector<double> light_weights(const LightTable& lights, const LightGroups& g
 
 }  // namespace
 
-void aim_light_paths(const StageContext& context, int threads, RenderScene* scene) {
+void train_emission_guide(const StageContext& context, int threads, RenderScene* scene) {
   const LightTable& lights = scene->lights;
-  const LightGroups groups(lights);
-  const auto can_aim = [](AimShape shape) { return shape != AimShape::kNone; };
-  if (groups.count() < 2 && std::none_of(groups.shape.begin(), groups.shape.end(), can_aim)) return;
-  const LightPathSums look = look_at_light_paths(context, groups, threads);
+  const EmissionGroups groups(lights);
+  const auto can_be_guided = [](EmissionShape shape) { return shape != EmissionShape::kNone; };
+  if (groups.count() < 2 && std::none_of(groups.shape.begin(), groups.shape.end(), can_be_guided)) return;
+  const LightPathSums look = preview_light_paths(context, groups, threads);
   double before = look.rest;
   for (const GroupSums& group : look.groups) before += group.all[0] + group.all[1];
-  GroupAims aims = aim_groups(groups, look.groups);
+  GroupGuides emission_guide = guide_groups(groups, look.groups);
   const double after =
-      look.rest + rechosen(groups.chosen, aims.sums[0], group_probabilities(groups.chosen, aims.sums[1])) +
-      rechosen(groups.chosen, aims.sums[1], group_probabilities(groups.chosen, aims.sums[0]));
-  if (after > 0) scene->aims_gain = before / after;
-  if (!(scene->aims_gain >= kLeastGain)) return;
-  LightTable& aimed = scene->aimed_lights.emplace(lights);
-  aimed.choose_emitters_by(
-      light_weights(lights, groups, group_probabilities(groups.chosen, sum_of(aims.sums))));
-  if (aims.count == 0) return;
-  aimed.aims = std::move(aims.tables);
-  for (const int32_t group : groups.of) aimed.aim_of.push_back(aims.table_of[static_cast<size_t>(group)]);
+      look.rest + rechosen(groups.chosen, emission_guide.sums[0], group_probabilities(groups.chosen, emission_guide.sums[1])) +
+      rechosen(groups.chosen, emission_guide.sums[1], group_probabilities(groups.chosen, emission_guide.sums[0]));
+  if (after > 0) scene->emission_guide_gain = before / after;
+  if (!(scene->emission_guide_gain >= kLeastGain)) return;
+  LightTable& guided_emission = scene->guided_lights.emplace(lights);
+  guided_emission.choose_emitters_by(
+      light_weights(lights, groups, group_probabilities(groups.chosen, sum_of(emission_guide.sums))));
+  if (emission_guide.count == 0) return;
+  guided_emission.emission_guide = std::move(emission_guide.tables);
+  for (const int32_t group : groups.of) guided_emission.emission_guide_of.push_back(emission_guide.table_of[static_cast<size_t>(group)]);
 }
 
 }  // namespace lightmill

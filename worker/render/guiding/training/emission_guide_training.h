@@ -11,19 +11,19 @@
 
 namespace lightmill {
 
-/// Gain (RenderScene::aims_gain) from which on light paths go by their aims unless a sampling plan says
+/// Gain (RenderScene::emission_guide_gain) from which on light paths go by their aims unless a sampling plan says
 /// whether they do. Of less a pilot says it; under fixed strategies, which have no pilot, they go as the
 /// lights shine, more evenly: by aims, cells are drawn at random.
-inline constexpr double kAimsPay = 1.25;
+inline constexpr double kEmissionGuidePays = 1.25;
 
-/// Gives `scene` lights that do so (aimed_lights) where it may gain, of all noise, on samples other than
+/// Gives `scene` lights that do so (guided_lights) where it may gain, of all noise, on samples other than
 /// those that it was learnt from: whether it pays is for a pilot to say. `context` as for
-/// look_at_light_paths(), of the scene and the whole film.
-void aim_light_paths(const StageContext& context, int threads, RenderScene* scene);
+/// preview_light_paths(), of the scene and the whole film.
+void train_emission_guide(const StageContext& context, int threads, RenderScene* scene);
 
 /// Whether light paths go by aims when `strategies` run under `plan`.
-inline bool aims_run(const RenderScene& scene, const SamplingPlan& plan, Strategies strategies) {
-  return scene.aimed_lights && strategies & kLightPaths && plan.aimed.value_or(scene.aims_gain >= kAimsPay);
+inline bool uses_emission_guide(const RenderScene& scene, const SamplingPlan& plan, Strategies strategies) {
+  return scene.guided_lights && strategies & kLightPaths && plan.guided_emission.value_or(scene.emission_guide_gain >= kEmissionGuidePays);
 }
 
 }  // namespace lightmill

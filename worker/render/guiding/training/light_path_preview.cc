@@ -25,14 +25,14 @@ struct PreviewArrival {
 
 class LightPathPreview {
  public:
-  LightPathPreview(const StageContext& context, const LightGroups& groups)
+  LightPathPreview(const StageContext& context, const EmissionGroups& groups)
       : context_(context),
         groups_(groups),
         sight_(context.grid, std::min(kPreviewPaths, kPreviewPathsPerPixel * context.grid.crop.area())),
         values_(context.grid, sight_),
         arrivals_(sight_.cells.size()),
         noise_(sight_.cells.size()) {
-    context_.thinning = sight_.thinning;
+    context_.pixel_subset = sight_.pixel_subset;
   }
 
   LightPathSums run(int threads) {
@@ -91,16 +91,16 @@ class LightPathPreview {
     const Vec3<float> d{start.direction[0], start.direction[1], start.direction[2]};
     float x = 0, y = 0;
     switch (groups_.shape[static_cast<size_t>(a->group)]) {
-      case AimShape::kNone:
+      case EmissionShape::kNone:
         return;
-      case AimShape::kDisk: {
+      case EmissionShape::kDisk: {
         const Frame<float> frame(r.vec(kLightN));
         x = dot(d, frame.s);
         y = dot(d, frame.t);
         a->density = 4 * kInvPi;
         break;
       }
-      case AimShape::kSphere: {
+      case EmissionShape::kSphere: {
         sphere_to_square(d, &x, &y);
         const LightType type = context_.lights.type[static_cast<size_t>(start.light)];
         a->density = type == kTriangleLight ? 2 * std::fabs(dot(d, r.vec(kLightN)))
@@ -109,12 +109,12 @@ class LightPathPreview {
         break;
       }
     }
-    a->cell = square_cell(y, kAimSide) * kAimSide + square_cell(x, kAimSide);
+    a->cell = square_cell(y, kEmissionSide) * kEmissionSide + square_cell(x, kEmissionSide);
   }
 
   StageContext context_;
-  const LightGroups& groups_;
-  PilotSight sight_;
+  const EmissionGroups& groups_;
+  PilotPixels sight_;
   PilotValues values_;
   // By cell of the sight.
   std::vector<std::vector<PreviewArrival>> arrivals_;
@@ -123,7 +123,7 @@ class LightPathPreview {
 
 }  // namespace
 
-LightPathSums look_at_light_paths(const StageContext& context, const LightGroups& groups, int threads) {
+LightPathSums preview_light_paths(const StageContext& context, const EmissionGroups& groups, int threads) {
   return LightPathPreview(context, groups).run(threads);
 }
 

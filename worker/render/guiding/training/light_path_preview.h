@@ -9,16 +9,16 @@
 namespace lightmill {
 
 /// Cells a side of the square of directions (guiding/emission_guide.h).
-inline constexpr int32_t kAimSide = 32;
-inline constexpr size_t kAimCells = size_t{kAimSide} * kAimSide;
-using AimCells = std::array<double, kAimCells>;  // row-major over [-1, 1]^2
+inline constexpr int32_t kEmissionSide = 32;
+inline constexpr size_t kEmissionCells = size_t{kEmissionSide} * kEmissionSide;
+using EmissionCells = std::array<double, kEmissionCells>;  // row-major over [-1, 1]^2
 
 /// Sums of squares of what the light paths of a group bring, weighed as in relMSE.
 struct GroupSums {
   // By half of the samples. `cells` of what has a direction that can be aimed: times the density that it had
   // on its square, over that of an even draw.
   std::array<double, 2> all{}, without_direction{};
-  std::array<AimCells, 2> cells{};
+  std::array<EmissionCells, 2> cells{};
 };
 
 struct LightPathSums {
@@ -28,6 +28,6 @@ struct LightPathSums {
 
 /// `context` is of all strategies that are weighed against each other, with one light path per camera path.
 /// On `threads` threads, of which no bit depends.
-LightPathSums look_at_light_paths(const StageContext& context, const LightGroups& groups, int threads);
+LightPathSums preview_light_paths(const StageContext& context, const EmissionGroups& groups, int threads);
 
 }  // namespace lightmill

@@ -140,10 +140,10 @@ double found_of(const StageContext& context, const std::vector<Photon>& photons,
 
 }  // namespace
 
-void learn_manifolds(const StageContext& context, int threads, RenderScene* scene, UnmetLight* unmet) {
+void train_manifold_seeds(const StageContext& context, int threads, RenderScene* scene, MissingLight* missing) {
   // Where media are, segments are not simply free or not.
   if (scene->any_media()) return;
-  const UnmetShare share = unmet->up_to(2 * kPhotonDepth);
+  const MissingShare share = missing->up_to(2 * kPhotonDepth);
   if (!(share.never + share.seldom >= kMissing || share.noise >= kNoisy)) return;
   std::vector<Photon> photons;
   const auto wavefronts =
@@ -153,7 +153,7 @@ void learn_manifolds(const StageContext& context, int threads, RenderScene* scen
   scene->manifolds = make_manifold_seeds(photons, static_cast<double>(next * kWavefront));
   ManifoldSeeds& seeds = scene->manifolds;
   if (seeds.empty()) return;
-  seeds.worth_a_walk = static_cast<float>(kWorthAWalk * M_PI * unmet->image);
+  seeds.worth_a_walk = static_cast<float>(kWorthAWalk * M_PI * missing->image);
   photons.clear();
   trace_wavefronts(next, wavefronts + next, kSeedRound, kTried, threads, trace, &photons);
   seeds.found = found_of(context, photons, threads);
@@ -161,8 +161,8 @@ void learn_manifolds(const StageContext& context, int threads, RenderScene* scen
     seeds = {};
     return;
   }
-  unmet->walked = seeds.found * share.all;
-  for (UnmetShare& part : unmet->parts) {
+  missing->walked = seeds.found * share.all;
+  for (MissingShare& part : missing->parts) {
     const double left = 1 - seeds.found;
     part.never *= left, part.seldom *= left, part.meetings *= left, part.noise *= left;
   }

@@ -8,6 +8,6 @@ namespace lightmill {
 /// Gives `scene`, the one of `context`, seeds of walks if `unmet` says that images lack light, or are noisy
 /// where it is met, and walks find most of it; `unmet` becomes what is left. On `threads` threads, of which
 /// no bit depends.
-void learn_manifolds(const StageContext& context, int threads, RenderScene* scene, UnmetLight* unmet);
+void train_manifold_seeds(const StageContext& context, int threads, RenderScene* scene, MissingLight* missing);
 
 }  // namespace lightmill

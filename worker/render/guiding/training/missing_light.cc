@@ -48,12 +48,12 @@ class MissingLightPreview {
   explicit MissingLightPreview(const StageContext& context)
       : context_(context),
         sight_(context.grid, std::min(kCameraPaths, kCameraPathsPerPixel * context.grid.crop.area())) {
-    context_.thinning = sight_.thinning;
+    context_.pixel_subset = sight_.pixel_subset;
     context_.imaging_ratio = 1;
     context_.response = nullptr;
   }
 
-  UnmetLight run(int threads) {
+  MissingLight run(int threads) {
     find_seen(threads);
     if (seen_.empty()) return {};
     find_arrivals(threads);
@@ -62,21 +62,21 @@ class MissingLightPreview {
     const double light = mean_light(threads);
     const VertexCubes cubes(arrivals_, radius_);
     constexpr size_t kChunk = 256;
-    std::vector<UnmetLight> sums((seen_.size() + kChunk - 1) / kChunk);
+    std::vector<MissingLight> sums((seen_.size() + kChunk - 1) / kChunk);
     parallel_for(sums.size(), threads, [&](size_t i) {
       const size_t end = std::min(seen_.size(), (i + 1) * kChunk);
       for (size_t k = i * kChunk; k < end; ++k) gather_at(seen_[k], cubes, light, &sums[i]);
     });
-    UnmetLight sum;
-    for (const UnmetLight& s : sums) {
+    MissingLight sum;
+    for (const MissingLight& s : sums) {
       for (size_t k = 0; k < sum.parts.size(); ++k) sum.parts[k] += s.parts[k];
     }
-    const UnmetShare all = sum.up_to(2 * kPhotonDepth);
+    const MissingShare all = sum.up_to(2 * kPhotonDepth);
     const double image = light + all.never + all.seldom;
     if (!(image > 0) || !std::isfinite(image)) return {};
     sum.image = image;
     const double per_light = 1 / image;
-    for (UnmetShare& part : sum.parts) {
+    for (MissingShare& part : sum.parts) {
       part.all *= per_light, part.never *= per_light, part.seldom *= per_light;
       part.noise *= per_light * per_light;
     }
@@ -102,7 +102,7 @@ class MissingLightPreview {
     }
   }
   void follow_sample(const CellRect& rect, int64_t s, Wavefront& w, std::vector<Vertex>* found) const {
-    w.slots.begin_batch(context_, rect.x0, rect.y0, superblock_of_sample(s), context_.thinning);
+    w.slots.begin_batch(context_, rect.x0, rect.y0, superblock_of_sample(s), context_.pixel_subset);
     std::array<bool, kWavefront> ended{};
     follow_camera_paths(context_, rect.x0, rect.y0, s, kPhotonDepth, w, [&](int depth) {
       for (const Vertex& v : w.vertices) {
@@ -156,7 +156,7 @@ class MissingLightPreview {
   int64_t pixels() const { return int64_t{context_.grid.width} * context_.grid.height; }
 
   /// Adds what photons bring to the camera vertex `seen`, per camera path of the look. `light`: of a pixel.
-  void gather_at(const Vertex& seen, const VertexCubes& cubes, double light, UnmetLight* sum) const {
+  void gather_at(const Vertex& seen, const VertexCubes& cubes, double light, MissingLight* sum) const {
     std::array<int32_t, kLanes> near{};
     int count = 0;
     const Vec3<float> p = seen.vec(Vertex::kP), n = seen.vec(Vertex::kNg);
@@ -173,7 +173,7 @@ class MissingLightPreview {
   }
   /// The first `count` of the arrivals `near`.
   void add(const Vertex& seen, const std::array<int32_t, kLanes>& near, int count, double light,
-           UnmetLight* sum) const {
+           MissingLight* sum) const {
     const LaneMask active = LaneMask(lane_index<Lane>() < count);
     VertexLanes<Lane> v = load_vertices(&seen, LaneInt{});
     v.params.tables = context_.scene.bsdf_tables.data();
@@ -189,7 +189,7 @@ class MissingLightPreview {
       const double brings = double{lane(value, k)}, meets = double{lane(chance, k)};
       if (!(brings > 0) || !std::isfinite(brings) || !(meets >= 0)) continue;
       const auto events = static_cast<size_t>(lane(l.depth, k) + seen.depth() - 1);
-      UnmetShare& part = sum->parts[events];
+      MissingShare& part = sum->parts[events];
       part.all += brings * each;
       if (meets == 0) {
         part.never += brings * each;
@@ -204,7 +204,7 @@ class MissingLightPreview {
   }
 
   StageContext context_;
-  PilotSight sight_;
+  PilotPixels sight_;
   std::vector<Vertex> seen_, arrivals_;
   double camera_paths_ = 0, light_paths_ = 0;
   float radius_ = 0;
@@ -212,27 +212,27 @@ class MissingLightPreview {
 
 }  // namespace
 
-UnmetShare UnmetLight::up_to(int max_depth) const {
-  UnmetShare sum;
+MissingShare MissingLight::up_to(int max_depth) const {
+  MissingShare sum;
   for (size_t k = 0; k < parts.size() && k <= static_cast<size_t>(std::max(max_depth, 0)); ++k)
     sum += parts[k];
   return sum;
 }
 
-UnmetLight look_for_unmet_light(const StageContext& context, int threads) {
+MissingLight estimate_missing_light(const StageContext& context, int threads) {
   // Light paths can't be followed among fibres.
   if (!context.scene.any_delta || context.scene.any_fibres) return {};
   return MissingLightPreview(context).run(threads);
 }
 
-std::string unmet_text(const UnmetShare& unmet) {
+std::string missing_light_text(const MissingShare& missing) {
   constexpr double kLittle = 0.01;
-  const double lacks = unmet.never + unmet.seldom;
+  const double lacks = missing.never + missing.seldom;
   if (lacks < kLittle) return {};
-  const bool never = unmet.never >= kLittle / 2, seldom = unmet.seldom >= kLittle / 2;
+  const bool never = missing.never >= kLittle / 2, seldom = missing.seldom >= kLittle / 2;
   char share[32], chance[32];
   std::snprintf(share, sizeof share, "about %.2g %%", 100 * lacks);
-  std::snprintf(chance, sizeof chance, "one camera path in %.1g", 1 / unmet.meetings);
+  std::snprintf(chance, sizeof chance, "one camera path in %.1g", 1 / missing.meetings);
   return std::string(share) +
          " of the image's light is missing, and the estimate of its error does not know: off mirrors or "
          "through smooth glass it comes to what is only seen in mirrors or through smooth glass, from "

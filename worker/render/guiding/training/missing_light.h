@@ -14,21 +14,21 @@
 
 namespace lightmill {
 
-struct UnmetLight {
+struct MissingLight {
   /// By events on its paths, of which those of the camera and of the light are at most kPhotonDepth each.
-  std::array<UnmetShare, 2 * kPhotonDepth> parts;
+  std::array<MissingShare, 2 * kPhotonDepth> parts;
   /// Of the image's light, that manifold walks bring. What is never or seldom met and the noise are without
   /// it.
   double walked = 0;
   double image = 0;  // mean radiance of a pixel
-  UnmetShare up_to(int max_depth) const;
+  MissingShare up_to(int max_depth) const;
 };
 
 /// `context`: of the whole film and the strategies that are to run. On `threads` threads, of which no bit
 /// depends. Nothing is found out about images smaller than a cell.
-UnmetLight look_for_unmet_light(const StageContext& context, int threads);
+MissingLight estimate_missing_light(const StageContext& context, int threads);
 
-/// ScenePlan::unmet_light.
-std::string unmet_text(const UnmetShare& unmet);
+/// ScenePlan::missing_light.
+std::string missing_light_text(const MissingShare& missing);
 
 }  // namespace lightmill

@@ -39,7 +39,7 @@ class Level {
                   z = fine / grid_.cells[0] / grid_.cells[1];
     return static_cast<size_t>(((z >> k_) * cells_[1] + (y >> k_)) * cells_[0] + (x >> k_));
   }
-  void add(int32_t fine, const LightTrial& t) {
+  void add(int32_t fine, const NextEventProbe& t) {
     const size_t i = cell(fine) * channels_ + t.channel;
     ++tried[i];
     sum[i] += t.square;
@@ -97,8 +97,8 @@ std::vector<int32_t> make_bins(LightTable* lights) {
 }
 
 /// The tables of all cells, from the trials of `places`.
-GuidedSquares make_tables(const LightTrials& rays, const std::vector<LitPlace>& places,
-                          const std::vector<LightTrial>& trials, const std::vector<int32_t>& sky_light,
+GuidedSquares make_tables(const NextEventProbes& rays, const std::vector<LitPlace>& places,
+                          const std::vector<NextEventProbe>& trials, const std::vector<int32_t>& sky_light,
                           LightTable* lights) {
   std::vector<Vec3f> points;
   points.reserve(places.size());
@@ -114,7 +114,7 @@ GuidedSquares make_tables(const LightTrials& rays, const std::vector<LitPlace>& 
   } while (levels.back().count() > 1);
   for (Level& level : levels) {
     for (const int32_t cell : cell_of) ++level.places[level.cell(cell)];
-    for (const LightTrial& t : trials) level.add(cell_of[t.place], t);
+    for (const NextEventProbe& t : trials) level.add(cell_of[t.place], t);
   }
   // Of a cell that nothing was seen in, the first around it in which something was.
   std::vector<std::vector<int32_t>> number(levels.size());
@@ -153,7 +153,7 @@ void learn_lights(const Accel& accel, const Camera& camera, const PixelFilter& f
   if (!lights.any_infinite() || scene->medium_count() > 0 || scene->any_fibres || scene->any_bodies) return;
   const std::vector<int32_t> changed = give_images(&lights);
   const std::vector<int32_t> sky_light = make_bins(&lights);
-  const LightTrials rays(accel, lights, sky_light);
+  const NextEventProbes rays(accel, lights, sky_light);
   const bool skies = std::any_of(sky_light.begin(), sky_light.end(), [](int32_t i) { return i >= 0; });
   if ((!rays.draws_lights() && !skies) || rays.channels() > kMostChannels) return leave_out(changed, &lights);
   StageContext context{*scene, accel, camera, filter, {width, height, {0, 0, width, height}}};
@@ -162,7 +162,7 @@ void learn_lights(const Accel& accel, const Camera& camera, const PixelFilter& f
   context.max_depth = kDepth;
   const std::vector<LitPlace> places = find_places(context, kTrainingPaths, kDepth, threads);
   if (places.empty()) return leave_out(changed, &lights);
-  const std::vector<LightTrial> trials = rays.run(places, kNextEventSeed, threads);
+  const std::vector<NextEventProbe> trials = rays.run(places, kNextEventSeed, threads);
   const GuidedSquares squares = make_tables(rays, places, trials, sky_light, &lights);
   const double before = squares.skies_before + rays.unguided_square(trials, places.size());
   if (squares.after > 0) lights.guide.gain = before / squares.after;
@@ -171,7 +171,7 @@ void learn_lights(const Accel& accel, const Camera& camera, const PixelFilter& f
   } else if (lights.guide.chooses()) {
     share_far_paths(rays, trials, sky_light, &lights);
   }
-  aim_distant_lights(places, trials, &lights);
+  train_distant_emission(places, trials, &lights);
 }
 
 }  // namespace lightmill

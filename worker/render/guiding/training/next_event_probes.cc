@@ -32,10 +32,10 @@ LitPlace place_of(const Vertex& v, float time) {
 
 /// The vertices of camera paths that start in one cell of the film.
 void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t samples,
-                  const Thinning& thinning, int depths, Wavefront* wavefront, std::vector<LitPlace>* places) {
+                  const PixelSubset& pixel_subset, int depths, Wavefront* wavefront, std::vector<LitPlace>* places) {
   Wavefront& w = *wavefront;
   const bool moving = context.scene.any_moving();
-  w.slots.begin_batch(context, cell_x, cell_y, 0, thinning);
+  w.slots.begin_batch(context, cell_x, cell_y, 0, pixel_subset);
   for (int64_t s = 0; s < samples; ++s) {
     follow_camera_paths(context, cell_x, cell_y, s, depths, w, [&](int) {
       for (const Vertex& v : w.vertices) places->push_back(place_of(v, moving ? w.paths.time[v.path()] : 0));
@@ -50,9 +50,9 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
   const auto count = static_cast<size_t>(cells.count());
   const int64_t pixels = context.grid.crop.area();
   int64_t samples = 1;
-  Thinning thinning;
+  PixelSubset pixel_subset;
   while (samples < kSuperblockSamples && 2 * samples * pixels <= paths) samples *= 2;
-  while (pixels > paths * thinning.one_in) thinning.one_in *= 2;
+  while (pixels > paths * pixel_subset.one_in) pixel_subset.one_in *= 2;
   std::vector<std::vector<LitPlace>> found(count);
   // Threads take strips, each with a wavefront of its own.
   const size_t strips = std::min<size_t>(count, 16);
@@ -61,7 +61,7 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
     prepare(context, wavefront.get());
     for (size_t i = strip; i < count; i += strips) {
       const auto columns = static_cast<size_t>(cells.x1 - cells.x0);
-      follow_paths(context, static_cast<int>(i % columns), static_cast<int>(i / columns), samples, thinning,
+      follow_paths(context, static_cast<int>(i % columns), static_cast<int>(i / columns), samples, pixel_subset,
                    depth, wavefront.get(), &found[i]);
     }
   });
@@ -71,15 +71,15 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
 }
 
 /// Rays that wait to be traced, and the trials that they are of.
-struct LightTrials::Rays {
+struct NextEventProbes::Rays {
   std::vector<float> ox, oy, oz, dx, dy, dz, tfar, time;
   std::vector<size_t> trial;
 };
 
 /// Writes the trials of one place.
-class LightTrials::Caster {
+class NextEventProbes::Caster {
  public:
-  Caster(uint32_t index, const LitPlace& place, std::vector<LightTrial>* trials, Rays* rays)
+  Caster(uint32_t index, const LitPlace& place, std::vector<NextEventProbe>* trials, Rays* rays)
       : index_(index),
         place_(place),
         p_{place.p.x, place.p.y, place.p.z},
@@ -107,11 +107,11 @@ class LightTrials::Caster {
   const uint32_t index_;
   const LitPlace& place_;
   const Vec3<float> p_, n_;
-  std::vector<LightTrial>& trials_;
+  std::vector<NextEventProbe>& trials_;
   Rays& rays_;
 };
 
-LightTrials::LightTrials(const Accel& accel, const LightTable& lights, const std::vector<int32_t>& sky_light)
+NextEventProbes::NextEventProbes(const Accel& accel, const LightTable& lights, const std::vector<int32_t>& sky_light)
     : accel_(accel), lights_(lights), light_count_(static_cast<size_t>(lights.count())) {
   channels_.resize(light_count_);
   for (size_t k = 0; k < lights.environments.size(); ++k) {
@@ -127,14 +127,14 @@ LightTrials::LightTrials(const Accel& accel, const LightTable& lights, const std
   }
 }
 
-bool LightTrials::has_bins(size_t light) const {
+bool NextEventProbes::has_bins(size_t light) const {
   if (lights_.type[light] != kInfiniteLight) return false;
   const float number = lights_.records[light * kLightFloats + 4];
   return number >= 0 && first_bin(static_cast<size_t>(number) + 1) > first_bin(static_cast<size_t>(number));
 }
 
-void LightTrials::look_around(uint64_t seed, uint32_t index, const LitPlace& place,
-                              std::vector<LightTrial>* trials, Rays* rays) const {
+void NextEventProbes::look_around(uint64_t seed, uint32_t index, const LitPlace& place,
+                              std::vector<NextEventProbe>* trials, Rays* rays) const {
   const SampleStream<float> stream{stream_key(seed, kLightStream, index, 0), 0};
   uint32_t dim = 0;
   const auto random = [&] { return stream.get_random(dim++); };
@@ -165,19 +165,19 @@ void LightTrials::look_around(uint64_t seed, uint32_t index, const LitPlace& pla
   }
 }
 
-double LightTrials::unguided_square(const std::vector<LightTrial>& trials, size_t places) const {
+double NextEventProbes::unguided_square(const std::vector<NextEventProbe>& trials, size_t places) const {
   double sum = 0;
-  for (const LightTrial& t : trials) {
+  for (const NextEventProbe& t : trials) {
     if (t.channel < light_count_ && t.chosen > 0) sum += double{t.square} / (double{t.chosen} * t.chosen);
   }
   return sum / static_cast<double>(places * kLightRays);
 }
 
-std::vector<LightTrial> LightTrials::run(const std::vector<LitPlace>& places, uint64_t seed,
+std::vector<NextEventProbe> NextEventProbes::run(const std::vector<LitPlace>& places, uint64_t seed,
                                          int threads) const {
   constexpr size_t kChunk = 1024;
   const size_t chunks = (places.size() + kChunk - 1) / kChunk;
-  std::vector<std::vector<LightTrial>> found(chunks);
+  std::vector<std::vector<NextEventProbe>> found(chunks);
   parallel_for(chunks, threads, [&](size_t i) {
     Rays rays;
     for (size_t k = i * kChunk; k < std::min((i + 1) * kChunk, places.size()); ++k)
@@ -191,12 +191,12 @@ std::vector<LightTrial> LightTrials::run(const std::vector<LitPlace>& places, ui
       if (occluded[r]) found[i][rays.trial[r]].square = 0;
     }
   });
-  std::vector<LightTrial> trials;
-  for (const std::vector<LightTrial>& f : found) trials.insert(trials.end(), f.begin(), f.end());
+  std::vector<NextEventProbe> trials;
+  for (const std::vector<NextEventProbe>& f : found) trials.insert(trials.end(), f.begin(), f.end());
   return trials;
 }
 
-LightMoments LightTrials::moments(const std::vector<double>& squares) const {
+LightMoments NextEventProbes::moments(const std::vector<double>& squares) const {
   const auto at = [&](size_t i) { return squares.begin() + static_cast<ptrdiff_t>(i); };
   LightMoments m;
   m.light.assign(at(0), at(light_count_));

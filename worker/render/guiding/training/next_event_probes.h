@@ -23,7 +23,7 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
 
 /// What a ray from a place to a channel adds: the square of a light's irradiance by a draw of that light, or
 /// of a bin's if all of it is seen.
-struct LightTrial {
+struct NextEventProbe {
   uint32_t place = 0, channel = 0;
   float square = 0;
   float chosen = 1;  // of a light: probability of drawing it as without a guide
@@ -31,11 +31,11 @@ struct LightTrial {
 
 /// Casts rays from places. What it learns of are channels: the lights, then the bins of the environments in
 /// their order.
-class LightTrials {
+class NextEventProbes {
  public:
   /// `sky_light`: per environment map, the light that has it, or -1 if its bins are none of the channels. The
   /// arguments must outlive it; `lights` has bins, but no guide yet.
-  LightTrials(const Accel& accel, const LightTable& lights, const std::vector<int32_t>& sky_light);
+  NextEventProbes(const Accel& accel, const LightTable& lights, const std::vector<int32_t>& sky_light);
 
   size_t channels() const { return channels_.size(); }
   /// Whether draws of lights are among the trials: there must be several or a distant one, and not too many.
@@ -43,9 +43,9 @@ class LightTrials {
     return (light_count_ > 1 || lights_.any_distant) && light_count_ <= size_t{kGuidedLights};
   }
   /// Mean square of such a draw, where bins do not tell, as without a guide.
-  double unguided_square(const std::vector<LightTrial>& trials, size_t places) const;
+  double unguided_square(const std::vector<NextEventProbe>& trials, size_t places) const;
   /// Trials of all places, in their order.
-  std::vector<LightTrial> run(const std::vector<LitPlace>& places, uint64_t seed, int threads) const;
+  std::vector<NextEventProbe> run(const std::vector<LitPlace>& places, uint64_t seed, int threads) const;
   /// `squares`: means of all channels.
   LightMoments moments(const std::vector<double>& squares) const;
 
@@ -61,7 +61,7 @@ class LightTrials {
   size_t first_bin(size_t map) const { return map < first_bin_.size() ? first_bin_[map] : channels_.size(); }
   /// Whether bins tell of the light.
   bool has_bins(size_t light) const;
-  void look_around(uint64_t seed, uint32_t index, const LitPlace& place, std::vector<LightTrial>* trials,
+  void look_around(uint64_t seed, uint32_t index, const LitPlace& place, std::vector<NextEventProbe>* trials,
                    Rays* rays) const;
 
   const Accel& accel_;

@@ -31,7 +31,7 @@ constexpr double kLeastRare = 64, kLeastRareFirst = 4;
 
 using Noise = std::array<double, kGuideShares.size()>;
 constexpr size_t kSmallShare = 1, kTriedShare = 2;
-static_assert(kGuideShares[kTriedShare] == CausticGuide{}.share);
+static_assert(kGuideShares[kTriedShare] == PhotonGuide{}.share);
 
 /// A half of the trial's noise. It comes of differences, so that some may be too small: no density is more
 /// than so many times what it was.
@@ -100,7 +100,7 @@ void learn_caustics(const StageContext& context, int threads, RenderScene* scene
       return photons_of_wavefront(context, number, PhotonUse::kGuide);
     };
     trace_wavefronts(first, wavefronts(look), kPhotonRound, kGuidePhotons, threads, trace, &photons);
-    scene->caustics = make_caustic_guide(photons);
+    scene->caustics = make_photon_guide(photons);
     return scene->caustics.empty() ? GuideTrial() : try_guide(context, look.camera_paths, threads);
   };
   const GuideTrial look = try_photons(0, kFirst);

@@ -43,7 +43,7 @@ class Trial {
         sight_(context.grid, std::min(paths, kTrialPathsPerPixel * context.grid.crop.area())),
         values_(context.grid, sight_),
         cells_(sight_.cells.size()) {
-    context_.thinning = sight_.thinning;
+    context_.pixel_subset = sight_.pixel_subset;
   }
 
   GuideTrial run(int threads) {
@@ -109,7 +109,7 @@ class Trial {
   }
 
   StageContext context_;
-  PilotSight sight_;
+  PilotPixels sight_;
   PilotValues values_;
   std::vector<CellNoise> cells_;  // of the sight
 };

@@ -12,7 +12,7 @@ namespace lightmill {
 inline Lane camera_density(const RenderScene& scene, const VertexLanes<Lane>& v, const Vec3<Lane>& w,
                            LaneMask active, Lane of_bsdf) {
   if (scene.caustics.empty()) return of_bsdf;
-  const GuideTables<Lane> tables(scene.caustics, active, v.kind, v.p);
+  const PhotonGuideTables<Lane> tables(scene.caustics, active, v.kind, v.p);
   if (!any(tables.mask)) return of_bsdf;
   return select(tables.mask, scene.caustics.mixed(of_bsdf, tables.density(w)), of_bsdf);
 }
@@ -26,7 +26,7 @@ inline Lane camera_density(const RenderScene& scene, const VertexLanes<Lane>& v,
 /// Gives light vertices the guide's density.
 inline void add_guide(const RenderScene& scene, LaneMask active, VertexLanes<Lane>* v) {
   if (scene.caustics.empty()) return;
-  const GuideTables<Lane> tables(scene.caustics, active, v->kind, v->p);
+  const PhotonGuideTables<Lane> tables(scene.caustics, active, v->kind, v->p);
   if (any(tables.mask)) v->guide = select(tables.mask, tables.density(v->wo), v->guide);
 }
 
@@ -35,7 +35,7 @@ class GuidedScattering {
  public:
   /// Takes the random number of the lobe, `lobe_u`, to choose those that go by the tables, and leaves the
   /// others what is left of it.
-  GuidedScattering(const CausticGuide& guide, const GuideTables<Lane>& tables, Lane* lobe_u)
+  GuidedScattering(const PhotonGuide& guide, const PhotonGuideTables<Lane>& tables, Lane* lobe_u)
       : guide_(guide), share_(guide.share), tables_(tables) {
     by_guide_ = mask_and(tables.mask, LaneMask(*lobe_u < share_));
     const Lane rest = clamp((*lobe_u - share_) * (1 / (1 - share_)), 0.0f, 1 - 0x1p-24f);
@@ -86,9 +86,9 @@ class GuidedScattering {
     return odds;
   }
 
-  const CausticGuide& guide_;
+  const PhotonGuide& guide_;
   float share_;
-  const GuideTables<Lane>& tables_;
+  const PhotonGuideTables<Lane>& tables_;
   LaneMask by_guide_;
 };
 

@@ -103,15 +103,15 @@ std::string lost_light(const RenderScene& scene, int max_depth, Strategies possi
 }  // namespace
 
 ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
-                        const UnmetLight& unmet, const RenderSettings& settings, Strategies possible,
+                        const MissingLight& missing, const RenderSettings& settings, Strategies possible,
                         Strategies strategies) {
   ScenePlan plan;
   plan.possible = possible;
   plan.quantum_exponent = quantum(scene, imaging_ratio);
   plan.primitives = static_cast<int64_t>(scene.primitive_material.size());
   find_strategies(scene, settings.max_depth, &plan);
-  const bool aimed = aims_run(scene, plan_of(settings), strategies);
-  const LightTable& lights = scene.lights_of(aimed);
+  const bool guided_emission = uses_emission_guide(scene, plan_of(settings), strategies);
+  const LightTable& lights = scene.lights_of(guided_emission);
   plan.kernels = stage_kernels(scene, lights);
   auto item = [&](const char* feature, bool needed, std::string reason, std::string saving,
                   Features bit = 0) {
@@ -123,8 +123,8 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   const std::string chosen =
       settings.plan ? "the sampling plan" : std::string(integrator_name(settings.integrator));
   plan.lost_light = lost_light(scene, settings.max_depth, possible, strategies, chosen);
-  plan.unmet = unmet.up_to(settings.max_depth);
-  plan.unmet_light = unmet_text(plan.unmet);
+  plan.missing = missing.up_to(settings.max_depth);
+  plan.missing_light = missing_light_text(plan.missing);
 
   const bool masked = std::any_of(scene.meshes.begin(), scene.meshes.end(),
                                   [](const MeshRange& mesh) { return mesh.alpha.texture >= 0; });
@@ -189,7 +189,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        "the user geometry and its intersection code");
   item("light selection", scene.lights.count() > 1, text(scene.lights.count()) + " light(s)",
        "a random number and two look-ups per sample");
-  const LightGuide& guide = scene.lights.guide;
+  const NextEventGuide& guide = scene.lights.guide;
   item("light tree", !scene.lights.tree.empty() && !guide.chooses(),
        guide.chooses() && !scene.lights.tree.empty()
            ? "a light guide chooses in its place"
@@ -208,14 +208,14 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        : scene.lights.any_distant           ? "much of every distant light gets to what is seen"
                                             : "no distant light",
        "a table of where light paths start, and a look-up per weight of one");
-  const std::string noise = text(static_cast<int>(std::lround(100 * scene.aims_gain - 100)));
-  item("light path aims", aimed,
-       scene.aims_gain == 1 ? "there are no light paths, or one place for them to go"
-       : aimed              ? "light paths that went anywhere would make " + noise + " % more noise"
-       : scene.aimed_lights && !(strategies & kLightPaths)
+  const std::string noise = text(static_cast<int>(std::lround(100 * scene.emission_guide_gain - 100)));
+  item("light path aims", guided_emission,
+       scene.emission_guide_gain == 1 ? "there are no light paths, or one place for them to go"
+       : guided_emission              ? "light paths that went anywhere would make " + noise + " % more noise"
+       : scene.guided_lights && !(strategies & kLightPaths)
            ? "the sampling plan has no light paths"
            : "light paths that go anywhere make " + noise + " % more noise" +
-                 (plan_of(settings).aimed ? ", and cost so much less, by the pilot" : ""),
+                 (plan_of(settings).guided_emission ? ", and cost so much less, by the pilot" : ""),
        "a look-up per light path and per weight of one, and longer paths");
   const double without = scene.caustics.gain;
   const std::string times = text(static_cast<int>(without)) +
@@ -230,7 +230,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        "a look-up per scattering event and per weight of one, and longer paths");
   item("manifold walks", !scene.manifolds.empty(),
        !scene.manifolds.empty()
-           ? "they bring about " + text(static_cast<int>(std::lround(100 * unmet.walked))) +
+           ? "they bring about " + text(static_cast<int>(std::lround(100 * missing.walked))) +
                  " % of the image's light, which paths meet never, or seldom and as fireflies"
        : scene.any_delta ? "what they alone would bring is little, or they do not find it"
                          : "no smooth metal, glass or coat",

@@ -11,7 +11,7 @@ namespace lightmill {
 /// `possible`: strategies that the scene allows, of which `strategies` run. `imaging_ratio` multiplies every
 /// contribution; `unmet` is what images of the scene lack.
 ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
-                        const UnmetLight& unmet, const RenderSettings& settings, Strategies possible,
+                        const MissingLight& missing, const RenderSettings& settings, Strategies possible,
                         Strategies strategies);
 
 }  // namespace lightmill

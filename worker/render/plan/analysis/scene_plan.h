@@ -20,14 +20,14 @@ struct PlanItem {
 
 /// Light that comes as missing_light.h says, over all light of the image, as far as it is found. Estimates: a
 /// tenth off or so, and more where it is little.
-struct UnmetShare {
+struct MissingShare {
   double all = 0;
   double never = 0;     // of lights that no path meets
   double seldom = 0;    // by meetings that are each brighter than the whole image at one sample per pixel
   double meetings = 0;  // of the latter, per camera path
   double noise = 0;     // of all meetings: variance of a camera path, over the square of the image's mean
 
-  UnmetShare& operator+=(const UnmetShare& o) {
+  MissingShare& operator+=(const MissingShare& o) {
     all += o.all, never += o.never, seldom += o.seldom, meetings += o.meetings, noise += o.noise;
     return *this;
   }
@@ -47,8 +47,8 @@ struct ScenePlan {
   std::string lost_light;
   /// Light that is missing whatever runs, at most depth of paths, and the same for people; empty if that is
   /// less than a hundredth.
-  UnmetShare unmet;
-  std::string unmet_light;
+  MissingShare missing;
+  std::string missing_light;
   int64_t primitives = 0;
   /// The least that the scene can do with.
   StageKernels kernels;

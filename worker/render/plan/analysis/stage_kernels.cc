@@ -11,7 +11,7 @@ const char* needs_general_lights(const LightTable& lights) {
   if (lights.any_delta || lights.any_infinite()) return "a light has no surface";
   if (!lights.tree.empty()) return "lights are many";
   if (!lights.guide.empty()) return "there is a light guide";
-  if (lights.any_aimed()) return "light paths of a light go where it pays";
+  if (lights.has_emission_guide()) return "light paths of a light go where it pays";
   return nullptr;
 }
 

@@ -31,14 +31,14 @@ Renderer renderer_of(const TestScene& s, Integrator integrator = Integrator::kAu
   return {s.scene, settings_for(s.scene, integrator, 4, 5), threads};
 }
 const LightTable& lights_of(const Renderer& renderer) { return renderer.context().lights; }
-double gain_of(const Renderer& renderer) { return renderer.context().scene.aims_gain; }
+double gain_of(const Renderer& renderer) { return renderer.context().scene.emission_guide_gain; }
 
-TEST(AimLearning, FindsWhatMakesACaustic) {
+TEST(EmissionGuideTraining, FindsWhatMakesACaustic) {
   const TestScene s = far_caustic();
   const Renderer renderer = renderer_of(s);
   const LightTable& lights = lights_of(renderer);
   EXPECT_GT(gain_of(renderer), 2);
-  ASSERT_EQ(lights.aim_of, (std::vector<int32_t>{0, 0})) << "both triangles by one table";
+  ASSERT_EQ(lights.emission_guide_of, (std::vector<int32_t>{0, 0})) << "both triangles by one table";
   // A third of the light paths at least start towards the ball, where a fiftieth would.
   const RenderScene& scene = renderer.context().scene;
   const Vec3d lamp = scene.normalised_point({-2, 2, 0}), ball = scene.normalised_point({1.5, 2, 0});
@@ -56,25 +56,25 @@ TEST(AimLearning, FindsWhatMakesACaustic) {
   EXPECT_GT(hits, kSamples / 3);
 }
 
-TEST(AimLearning, FindsItFromAPointToo) {
+TEST(EmissionGuideTraining, FindsItFromAPointToo) {
   TestScene s = far_caustic();
   s.scene.shapes.pop_back();
   s.point_light({-2, 2, 0}, {20, 20, 20});
   const Renderer renderer = renderer_of(s);
   EXPECT_GT(gain_of(renderer), 2);
-  EXPECT_EQ(lights_of(renderer).aim_of, (std::vector<int32_t>{0}));
+  EXPECT_EQ(lights_of(renderer).emission_guide_of, (std::vector<int32_t>{0}));
 }
 
-TEST(AimLearning, DoesNotDependOnThreads) {
+TEST(EmissionGuideTraining, DoesNotDependOnThreads) {
   const TestScene s = far_caustic();
   const Renderer one = renderer_of(s), three = renderer_of(s, Integrator::kAuto, 3);
   const LightTable &a = lights_of(one), &b = lights_of(three);
   EXPECT_EQ(gain_of(one), gain_of(three));
-  EXPECT_EQ(a.aims.share, b.aims.share);
+  EXPECT_EQ(a.emission_guide.share, b.emission_guide.share);
   EXPECT_EQ(a.records, b.records);
 }
 
-TEST(AimLearning, ChoosesLightsThatMatter) {
+TEST(EmissionGuideTraining, ChoosesLightsThatMatter) {
   // A bright lamp in a box without a way out, beside a dim one that is all the light there is.
   TestScene s = far_caustic();
   s.box({-3.5, 0.5, 3}, {-2.5, 1.5, 3.8}, s.diffuse(0.5f));
@@ -91,18 +91,18 @@ TEST(AimLearning, ChoosesLightsThatMatter) {
   EXPECT_NEAR(sum, 1, 1e-5);
 }
 
-TEST(AimLearning, LeavesAloneWhatItCanNotHelp) {
+TEST(EmissionGuideTraining, LeavesAloneWhatItCanNotHelp) {
   for (const Renderer& renderer :
        {renderer_of(cornell_room()), renderer_of(far_caustic(), Integrator::kPt)}) {
     const LightTable& lights = lights_of(renderer);
-    EXPECT_FALSE(lights.any_aimed());
-    EXPECT_FALSE(renderer.context().scene.aimed_lights);
+    EXPECT_FALSE(lights.has_emission_guide());
+    EXPECT_FALSE(renderer.context().scene.guided_lights);
     EXPECT_EQ(lights.alias_keep, lights.direct_keep);
   }
   TestScene dark;
   dark.quad({-1, -1, -1}, {0, 0, 2}, {2, 0, 0}, dark.diffuse(0.5f));
   dark.camera({0, 1, -3}, {0, -1, 0}, 40).film(16, 16);
-  EXPECT_FALSE(renderer_of(dark).context().scene.aimed_lights);
+  EXPECT_FALSE(renderer_of(dark).context().scene.guided_lights);
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ TEST(Manifolds, ShowALightAtAPointInMirrors) {
   folded.point_light({0, 1, 0}, {2, 2, 2});
   plain.point_light({0, 2, 0}, {2, 2, 2});
   EXPECT_TRUE(walks(renderer_of(folded)));
-  EXPECT_EQ(renderer_of(folded).plan().unmet_light, "");
+  EXPECT_EQ(renderer_of(folded).plan().missing_light, "");
   EXPECT_FALSE(walks(renderer_of(plain)));
   // Quarters of the image, which is mirrored.
   for (const Integrator integrator : {Integrator::kBdpt, Integrator::kPt}) {
@@ -147,7 +147,7 @@ TEST(Manifolds, AreTriedWhereMeetingsAreBrightHoweverManyPixelsThereAre) {
                    large = renderer_of(with_lamp(mirrors(base, film), 0.3));
     EXPECT_TRUE(walks(small)) << film;
     EXPECT_FALSE(walks(large)) << film;
-    EXPECT_GT(large.plan().unmet.all, 0.02) << "more than what walks are worth if it is never met";
+    EXPECT_GT(large.plan().missing.all, 0.02) << "more than what walks are worth if it is never met";
   }
 }
 

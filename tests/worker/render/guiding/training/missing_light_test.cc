@@ -46,12 +46,12 @@ Renderer renderer_of(const TestScene& s, int max_depth = 8, int threads = 1) {
 // Deeper paths may have more than one surface between mirrors, which the look leaves out.
 constexpr int kDepth = 4;
 
-TEST(UnmetLight, IsAllThatCameraPathsAloneBring) {
+TEST(MissingLight, IsAllThatCameraPathsAloneBring) {
   TestScene s = lit_and_seen_by_mirrors(64);
   add_floor(s.diffuse(0.7f), &s);
   add_lamp(0.1, &s);
   const Renderer renderer = renderer_of(s, kDepth);
-  const UnmetShare unmet = look_for_unmet_light(renderer.context(), 1).up_to(kDepth);
+  const MissingShare missing = estimate_missing_light(renderer.context(), 1).up_to(kDepth);
   const auto mean = [&](Strategies strategies) {
     RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 128, kDepth);
     settings.plan = SamplingPlan{.strategies = strategies};
@@ -59,22 +59,22 @@ TEST(UnmetLight, IsAllThatCameraPathsAloneBring) {
   };
   const Estimate all = mean(kAllStrategies), joined = mean(kAllStrategies & ~kEmissionHits);
   ASSERT_GT(all.mean, 1.5 * joined.mean);
-  EXPECT_NEAR(unmet.all, 1 - joined.mean / all.mean, 0.06);
-  EXPECT_EQ(unmet.never, 0);
-  EXPECT_LT(unmet.seldom, 0.01) << "there is a guide, and it is large";
-  EXPECT_EQ(renderer.plan().unmet_light, "");
+  EXPECT_NEAR(missing.all, 1 - joined.mean / all.mean, 0.06);
+  EXPECT_EQ(missing.never, 0);
+  EXPECT_LT(missing.seldom, 0.01) << "there is a guide, and it is large";
+  EXPECT_EQ(renderer.plan().missing_light, "");
 }
 
-TEST(UnmetLight, CountsTheMeetingsAndTheirNoise) {
+TEST(MissingLight, CountsTheMeetingsAndTheirNoise) {
   TestScene s = lit_and_seen_by_mirrors(32);
   add_floor(s.coated({0.7f, 0.7f, 0.7f}, 1.3f, 0), &s);  // of no kind that is guided
   add_lamp(0.05, &s);
   // Without aims of light paths, which are learnt after the look.
   const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kPt, 16, kDepth), 1);
-  const UnmetLight look = look_for_unmet_light(renderer.context(), 1);
-  const UnmetShare unmet = look.up_to(kDepth);
-  EXPECT_NEAR(unmet.seldom, unmet.all, 0.02 * unmet.all);
-  EXPECT_THAT(renderer.plan().unmet_light, HasSubstr("so small that one camera path in"));
+  const MissingLight look = estimate_missing_light(renderer.context(), 1);
+  const MissingShare missing = look.up_to(kDepth);
+  EXPECT_NEAR(missing.seldom, missing.all, 0.02 * missing.all);
+  EXPECT_THAT(renderer.plan().missing_light, HasSubstr("so small that one camera path in"));
 
   RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 4096, kDepth);
   settings.plan = SamplingPlan{.strategies = kEmissionHits};
@@ -97,14 +97,14 @@ TEST(UnmetLight, CountsTheMeetingsAndTheirNoise) {
     }
   }
   ASSERT_GT(met, 300);
-  EXPECT_NEAR(unmet.meetings, met / paths, 0.15 * met / paths);
+  EXPECT_NEAR(missing.meetings, met / paths, 0.15 * met / paths);
   const double noise = squares / paths / (look.image * look.image);
-  EXPECT_LT(unmet.noise, noise) << "without that of roulette";
-  EXPECT_GT(unmet.noise, 0.4 * noise);
+  EXPECT_LT(missing.noise, noise) << "without that of roulette";
+  EXPECT_GT(missing.noise, 0.4 * noise);
 }
 
 // A light at a point is as a lamp that is too small to be met.
-TEST(UnmetLight, OfLightsAtAPointIsNeverMet) {
+TEST(MissingLight, OfLightsAtAPointIsNeverMet) {
   TestScene point = lit_and_seen_by_mirrors(32), lamp = point;
   for (TestScene* s : {&point, &lamp}) add_floor(s->diffuse(0.7f), s);
   point.point_light({0, 1, 0}, {2, 2, 2});
@@ -112,42 +112,42 @@ TEST(UnmetLight, OfLightsAtAPointIsNeverMet) {
   constexpr auto kRadiance = static_cast<float>(2 / (M_PI * kRadius * kRadius));
   lamp.sphere({0, 1, 0}, kRadius, lamp.diffuse(0), {.radiance = {kRadiance, kRadiance, kRadiance}});
   const Renderer of_point = renderer_of(point), of_lamp = renderer_of(lamp);
-  EXPECT_GT(of_point.plan().unmet.never, 0.3);
-  EXPECT_NEAR(of_point.plan().unmet.never, of_lamp.plan().unmet.seldom, 0.03);
-  EXPECT_EQ(of_point.plan().unmet.seldom, 0);
-  EXPECT_EQ(of_lamp.plan().unmet.never, 0);
-  EXPECT_THAT(of_point.plan().unmet_light, HasSubstr("at a point or far away, which no path meets"));
-  EXPECT_THAT(of_lamp.plan().unmet_light, HasSubstr("so small that"));
-  EXPECT_EQ(of_point.warnings(), std::vector<std::string>{"warning: " + of_point.plan().unmet_light});
-  EXPECT_EQ(of_point.missing_light(), std::vector<std::string>{of_point.plan().unmet_light});
+  EXPECT_GT(of_point.plan().missing.never, 0.3);
+  EXPECT_NEAR(of_point.plan().missing.never, of_lamp.plan().missing.seldom, 0.03);
+  EXPECT_EQ(of_point.plan().missing.seldom, 0);
+  EXPECT_EQ(of_lamp.plan().missing.never, 0);
+  EXPECT_THAT(of_point.plan().missing_light, HasSubstr("at a point or far away, which no path meets"));
+  EXPECT_THAT(of_lamp.plan().missing_light, HasSubstr("so small that"));
+  EXPECT_EQ(of_point.warnings(), std::vector<std::string>{"warning: " + of_point.plan().missing_light});
+  EXPECT_EQ(of_point.missing_light(), std::vector<std::string>{of_point.plan().missing_light});
 
   // A mirror, the floor, a mirror: three events.
-  EXPECT_EQ(renderer_of(point, 2).plan().unmet_light, "");
-  EXPECT_NE(renderer_of(point, 3).plan().unmet_light, "");
-  EXPECT_EQ(renderer_of(point, 8, 3).plan().unmet.never, of_point.plan().unmet.never);
+  EXPECT_EQ(renderer_of(point, 2).plan().missing_light, "");
+  EXPECT_NE(renderer_of(point, 3).plan().missing_light, "");
+  EXPECT_EQ(renderer_of(point, 8, 3).plan().missing.never, of_point.plan().missing.never);
 }
 
-TEST(UnmetLight, IsSaidInOneLine) {
-  EXPECT_EQ(unmet_text({.all = 0.5, .never = 0.004, .seldom = 0.004, .meetings = 1e-9}), "");
-  EXPECT_THAT(unmet_text({.all = 0.5, .never = 0.006, .seldom = 0.006, .meetings = 1e-9}),
+TEST(MissingLight, IsSaidInOneLine) {
+  EXPECT_EQ(missing_light_text({.all = 0.5, .never = 0.004, .seldom = 0.004, .meetings = 1e-9}), "");
+  EXPECT_THAT(missing_light_text({.all = 0.5, .never = 0.006, .seldom = 0.006, .meetings = 1e-9}),
               AllOf(StartsWith("about 1.2 %"), HasSubstr("no path meets, and so small"),
                     HasSubstr("one camera path in 1e+09")));
-  EXPECT_THAT(unmet_text({.never = 0.25}),
+  EXPECT_THAT(missing_light_text({.never = 0.25}),
               AllOf(StartsWith("about 25 %"), HasSubstr("no path meets;"), Not(HasSubstr("so small"))));
 }
 
-TEST(UnmetLight, IsNoneWhereSomethingCanBeJoined) {
+TEST(MissingLight, IsNoneWhereSomethingCanBeJoined) {
   TestScene s = lit_and_seen_by_mirrors(32);
   add_floor(s.diffuse(0.7f), &s);
   s.point_light({0, 1, 0}, {2, 2, 2});
   s.camera({0, 1.2, -0.95}, {0, 0, 0.2}, 20);  // straight at the floor: light paths bring it
-  EXPECT_LT(renderer_of(s).plan().unmet.all, 1e-3);
-  EXPECT_EQ(renderer_of(cornell_room()).plan().unmet.all, 0);
+  EXPECT_LT(renderer_of(s).plan().missing.all, 1e-3);
+  EXPECT_EQ(renderer_of(cornell_room()).plan().missing.all, 0);
   TestScene dark = lit_and_seen_by_mirrors(32);
   add_floor(dark.diffuse(0), &dark);
   dark.scene.materials[static_cast<size_t>(dark.scene.shapes[2].material)] = dark.scene.materials.back();
   dark.point_light({0, 1, 0}, {2, 2, 2});
-  EXPECT_EQ(renderer_of(dark).plan().unmet.all, 0) << "nothing over nothing";
+  EXPECT_EQ(renderer_of(dark).plan().missing.all, 0) << "nothing over nothing";
 }
 
 }  // namespace

@@ -29,12 +29,12 @@ TestScene lamp_in_a_mirror(double half) {
 Renderer renderer_of(const TestScene& s, Integrator integrator = Integrator::kAuto, int threads = 1) {
   return {s.scene, settings_for(s.scene, integrator, 4, 5), threads};
 }
-const CausticGuide& guide_of(const Renderer& renderer) { return renderer.context().scene.caustics; }
+const PhotonGuide& guide_of(const Renderer& renderer) { return renderer.context().scene.caustics; }
 
 TEST(CausticLearning, FindsALampInAMirror) {
   for (const Integrator integrator : {Integrator::kAuto, Integrator::kPt}) {
     const Renderer renderer = renderer_of(lamp_in_a_mirror(0.05), integrator);
-    const CausticGuide& guide = guide_of(renderer);
+    const PhotonGuide& guide = guide_of(renderer);
     ASSERT_FALSE(guide.empty()) << name_of(integrator);
     if (integrator == Integrator::kPt) {
       EXPECT_GT(guide.gain, 10);
@@ -43,7 +43,7 @@ TEST(CausticLearning, FindsALampInAMirror) {
     const RenderScene& scene = renderer.context().scene;
     const Vec3d at = scene.normalised_point({0, 0, 0.5}), image = scene.normalised_point({0, 1.5, 2.5});
     const Vec3<float> p{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
-    const GuideTables<float> tables(guide, true, kDiffuse, p);
+    const PhotonGuideTables<float> tables(guide, true, kDiffuse, p);
     ASSERT_TRUE(tables.mask);
     const Vec3d to = normalized(image - at);
     int close = 0;
@@ -59,7 +59,7 @@ TEST(CausticLearning, FindsALampInAMirror) {
 TEST(CausticLearning, DoesNotDependOnThreads) {
   const TestScene s = lamp_in_a_mirror(0.05);
   const Renderer one = renderer_of(s), three = renderer_of(s, Integrator::kAuto, 3);
-  const CausticGuide &a = guide_of(one), &b = guide_of(three);
+  const PhotonGuide &a = guide_of(one), &b = guide_of(three);
   EXPECT_EQ(a.gain, b.gain);
   EXPECT_EQ(a.share, b.share);
   EXPECT_EQ(a.table_of, b.table_of);
