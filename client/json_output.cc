@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/terminal/progress.h"
+#include "common/base/json_aliases.h"
 #include "common/farm/pilot_result.h"
 
 namespace lightmill::client {
@@ -88,7 +89,8 @@ nlohmann::json worker_to_json(const WorkerStatus& w) {
           {"seconds_since_seen", w.seconds_since_seen}};
 }
 
-std::string dump(const nlohmann::json& document) {
+std::string dump(nlohmann::json document) {
+  add_older_keys(&document);
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 

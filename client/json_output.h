@@ -14,6 +14,6 @@ nlohmann::json pilot_document(const std::optional<PilotReport>& pilot);
 nlohmann::json tile_to_json(const TileStatus& tile);
 nlohmann::json worker_to_json(const WorkerStatus& worker);
 /// Indented; bytes that are not UTF-8 (names are free text) are replaced.
-std::string dump(const nlohmann::json& document);
+std::string dump(nlohmann::json document);
 
 }  // namespace lightmill::client

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <limits>
 
 #include "client/plan_file.h"
@@ -70,6 +71,12 @@ void add_connection(CLI::App* verb, ConnectionOptions* connection) {
   add_security_flags(*verb, &connection->security, Side::kClient);
 }
 
+/// An option of earlier versions, which still works and which --help does not show.
+template <class T>
+void add_older(CLI::App* verb, const char* option, std::function<void(const T&)> take) {
+  verb->add_option_function<T>(option, std::move(take))->group("");
+}
+
 void add_unavailable(CLI::App* verb, const std::string& option, const std::string& what) {
   verb->add_option_function<std::string>(
           option,
@@ -110,18 +117,22 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
       ->check(CLI::IsMember({"auto", "bdpt", "pt", "lt", "scene"}))
       ->capture_default_str();
   verb->add_option("--strategies", render.strategies,
-                   "Only these of the integrator's path strategies: hit,next-event,lens,connect");
+                   "Only these of the integrator's path strategies: hit,next-event,light-tracing,vertex-connection");
   verb->add_option("--light-paths", render.light_paths,
                    "Light paths per camera path: 0.125, 0.25, 0.5, 1 or 2 (bdpt: 1)");
   verb->add_option("--connections", render.connections,
                    "Light paths that a camera vertex is connected to: 0.25, 0.5, 1, 2, 4 or 8 (bdpt: 1)");
-  verb->add_option("--lens-weight", render.lens_weight,
-                   "What light paths joined to the lens count for beside other strategies: 0.125, 1 or 3");
-  verb->add_option_function<std::string>(
-          "--effort", [&render](const std::string& allocation) { render.uniform_sampling = allocation == "uniform"; },
-          "adaptive: auto spends samples where the image is noisy; uniform: everywhere, as always with --aov")
-      ->check(CLI::IsMember({"adaptive", "uniform"}))
-      ->default_str("adaptive");
+  verb->add_option("--light-tracing-weight,--lens-weight", render.light_tracing_weight,
+                   "What light tracing counts for beside other strategies: 0.125, 1 or 3");
+  verb->add_flag("--uniform-sampling", render.uniform_sampling,
+                 "auto takes as many samples in every pixel, as always with --aov, not more where it is noisy");
+  add_older<std::string>(verb, "--effort", [&render](const std::string& how) {
+    if (how != "adaptive" && how != "uniform") {
+      throw Error(ErrorKind::kUsage, "--effort " + how + ": expected adaptive or uniform; the option is now "
+                                     "called --uniform-sampling");
+    }
+    render.uniform_sampling = how == "uniform";
+  });
   verb->add_flag("--energy-compensation", render.energy_compensation,
                  "Rough metals get back the light that single bounces between facets lose (pbrt's do not)");
   add_stop_rule(verb, scene);
@@ -137,7 +148,7 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
       "How to sample, instead of the integrator's choice: a plan.json, job --json or an .exr image");
   verb->add_option(
       "--plan-override", render.overrides,
-      "Keep features that the scene plan would leave out (see explain): a list, as textures,lens");
+      "Keep features that the scene plan would leave out (see explain): a list, as textures,light-tracing");
   add_unavailable(verb, "--mixed", "rendering on several arithmetic classes");
 }
 

@@ -46,7 +46,7 @@ std::string position(const Vec3d& p) {
 
 const char* family(int s, int t) {
   if (s == 0) return "emission hit";
-  if (t == 1) return "lens connection";
+  if (t == 1) return "light tracing";
   return s == 1 ? "next event" : "vertex connection";
 }
 

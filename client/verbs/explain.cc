@@ -76,12 +76,12 @@ void print_pilot(const PilotReport& pilot) {
   print_gain(pilot, "path tracing", path_tracing_plan());
   print_gain(pilot, "bdpt", SamplingPlan());
   if (pilot.emission_guide_gain != 1) {
-    std::printf("light paths that are aimed: predicted efficiency %.3g times that of others, which is %s\n",
+    std::printf("guided emission: predicted efficiency %.3g times that without, which is %s\n",
                 pilot.emission_guide_gain, pilot.chosen.guided_emission.value_or(false) ? "used" : "not worth it");
   }
   if (!pilot.chosen.allocation.uniform()) {
     std::printf(
-        "adaptive effort, a quarter to four samples: predicted efficiency %.3g times that of uniform\n",
+        "adaptive sampling, a quarter to four samples: predicted efficiency %.3g times that of uniform\n",
         pilot.adaptive_gain);
   }
   std::printf("%12s %12s %12s  %s\n", "variance", "us a sample", "product", "plan");
@@ -119,7 +119,7 @@ int explain(ExplainOptions& options) {
                                      {"quantum_exponent", plan.quantum_exponent},
                                      {"items", items_document(plan)},
                                      {"lost_light", plan.lost_light},
-                                     {"unmet_light", missing_document(plan.missing)},
+                                     {"missing_light_shares", missing_document(plan.missing)},
                                      {"pilot", pilot_document(pilot)}};
     std::printf("%s\n", dump(document).c_str());
     return 0;

@@ -9,20 +9,25 @@ namespace lightmill {
 namespace {
 
 constexpr const char* kFeatureNames[] = {"hit",
-                                  "next-event",
-                                  "lens",
-                                  "connect",
-                                  "textures",
-                                  "texture-coordinates",
-                                  "shading-normals",
-                                  "bumps",
-                                  "anisotropic-lobes",
-                                  "mixes",
-                                  "alpha-masks",
-                                  "material-sort",
-                                  "delta-lights",
-                                  "general-kernels"};
+                                         "next-event",
+                                         "light-tracing",
+                                         "vertex-connection",
+                                         "textures",
+                                         "texture-coordinates",
+                                         "shading-normals",
+                                         "bumps",
+                                         "anisotropic-lobes",
+                                         "mixes",
+                                         "alpha-masks",
+                                         "material-sort",
+                                         "delta-lights",
+                                         "general-kernels"};
 static_assert((1u << std::size(kFeatureNames)) - 1 == kAllFeatures);
+
+/// Today's name of a feature that had another one in earlier versions.
+std::string today(const std::string& name) {
+  return name == "lens" ? "light-tracing" : name == "connect" ? "vertex-connection" : name;
+}
 
 }  // namespace
 
@@ -40,7 +45,7 @@ Features features_named(const std::string& names) {
   Features set = 0;
   for (size_t begin = 0; begin < names.size();) {
     const size_t end = std::min(names.find(',', begin), names.size());
-    const std::string name = names.substr(begin, end - begin);
+    const std::string name = today(names.substr(begin, end - begin));
     const auto* found = std::find(std::begin(kFeatureNames), std::end(kFeatureNames), name);
     if (found == std::end(kFeatureNames)) {
       std::string list = feature_names(kAllFeatures);

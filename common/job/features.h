@@ -22,7 +22,7 @@ inline constexpr Features kDeltaLights = 1u << 12;
 inline constexpr Features kGeneralKernels = 1u << 13;
 inline constexpr Features kAllFeatures = (1u << 14) - 1;
 
-/// "textures,lens", those in the set, in the order of their bits; empty for none.
+/// "textures,light-tracing", those in the set, in the order of their bits; empty for none.
 std::string feature_names(Features set);
 /// Inverse; throws Error(kUsage) on a name that does not exist, listing those that do.
 Features features_named(const std::string& names);

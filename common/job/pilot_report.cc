@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
+#include "common/base/json_aliases.h"
 
 namespace lightmill {
 namespace {
@@ -93,11 +94,11 @@ std::string pilot_to_json(const PilotReport& report) {
   for (const auto& [name, member] : kWork) work[name] = report.work.*member;
   for (const auto& [name, member] : kLater) work[name] = report.work.*member;
   nlohmann::json j{{"chosen", nlohmann::json::parse(plan_to_json(report.chosen))},
-                   {"effort_gain", report.adaptive_gain},
+                   {"adaptive_gain", report.adaptive_gain},
                    {"estimates", estimates},
                    {"samples", report.samples},
                    {"work", work}};
-  if (report.emission_guide_gain != 1) j["aims_gain"] = report.emission_guide_gain;
+  if (report.emission_guide_gain != 1) j["emission_guide_gain"] = report.emission_guide_gain;
   if (!features.empty()) j["features"] = std::move(features);
   if (!report.missing_light.empty()) j["missing_light"] = report.missing_light;
   return j.dump();
@@ -106,10 +107,11 @@ std::string pilot_to_json(const PilotReport& report) {
 PilotReport pilot_from_json(const std::string& text) {
   if (text.size() > kMaxPilotBytes) throw Error(ErrorKind::kUsage, "pilot report: larger than 1 MiB");
   try {
-    const auto j = nlohmann::json::parse(text);
+    auto j = nlohmann::json::parse(text);
+    take_older_keys(&j);
     PilotReport report;
     report.chosen = plan_from_json(j.at("chosen").dump());
-    report.adaptive_gain = positive(j.at("effort_gain"));
+    report.adaptive_gain = positive(j.at("adaptive_gain"));
     const auto& estimates = j.at("estimates");
     if (!estimates.is_array() || estimates.size() > kMaxEstimates)
       throw Error(ErrorKind::kUsage, "pilot report: \"estimates\" must be an array of at most 1000");
@@ -118,7 +120,7 @@ PilotReport pilot_from_json(const std::string& text) {
                                   positive(e.at("cost")),
                                   e.contains("shadow_rays") ? positive(e.at("shadow_rays")) : 0});
     }
-    if (j.contains("aims_gain")) report.emission_guide_gain = positive(j.at("aims_gain"));
+    if (j.contains("emission_guide_gain")) report.emission_guide_gain = positive(j.at("emission_guide_gain"));
     if (j.contains("features")) report.features = features_of(j.at("features"));
     if (j.contains("missing_light")) report.missing_light = lines_of(j.at("missing_light"));
     report.samples = j.at("samples").get<int64_t>();

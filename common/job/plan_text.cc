@@ -6,14 +6,14 @@
 namespace lightmill {
 namespace {
 
-/// The plan without effort, and without the counts that none of its strategies uses. The light paths of all
-/// plans of a report are aimed, or those of none.
+/// The plan without its sample allocation, and without the counts that none of its strategies uses. The light paths of all
+/// plans of a report are guided, or those of none.
 SamplingPlan canonical(SamplingPlan plan) {
   plan.allocation = {};
   plan.guided_emission = SamplingPlan().guided_emission;
   if (!(plan.strategies & kLightPaths)) plan.light_paths = SamplingPlan().light_paths;
   if (!(plan.strategies & kVertexConnections)) plan.connections = SamplingPlan().connections;
-  if (!(plan.strategies & kLensConnections)) plan.lens_weight = SamplingPlan().lens_weight;
+  if (!(plan.strategies & kLightTracing)) plan.light_tracing_weight = SamplingPlan().light_tracing_weight;
   return plan;
 }
 
@@ -38,11 +38,11 @@ std::string plan_text(const SamplingPlan& plan) {
   std::string text = strategy_names(plan.strategies);
   if (plan.strategies & kLightPaths) {
     text += " × " + count_text(plan.light_paths);
-    if (plan.guided_emission) text += *plan.guided_emission ? " aimed" : " not aimed";
+    if (plan.guided_emission) text += *plan.guided_emission ? " guided" : " not guided";
   }
   if (plan.strategies & kVertexConnections) text += " × " + count_text(plan.connections) + " connections";
-  if (plan.strategies & kLensConnections && plan.lens_weight != 1)
-    text += ", lens weight " + count_text(plan.lens_weight);
+  if (plan.strategies & kLightTracing && plan.light_tracing_weight != 1)
+    text += ", light tracing weight " + count_text(plan.light_tracing_weight);
   if (!plan.allocation.uniform()) text += ", adaptive";
   return text;
 }

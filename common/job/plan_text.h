@@ -8,8 +8,8 @@
 
 namespace lightmill {
 
-/// "hit,next-event,lens × 0.5": the strategies and, where some run, light paths per camera path; then, where
-/// vertices are connected, " × 2 connections"; ", adaptive" where effort differs over the image.
+/// "hit,next-event,light-tracing × 0.5": the strategies and, where some run, light paths per camera path; then, where
+/// vertices are connected, " × 2 connections"; ", adaptive" where sampling is adaptive.
 std::string plan_text(const SamplingPlan& plan);
 
 /// The estimates: the chosen plan first, the others by rising relative variance × cost.

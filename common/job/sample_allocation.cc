@@ -19,17 +19,17 @@ RegionGrid regions_of(const FilmGrid& grid) {
 
 void check_allocation(const SampleAllocation& map) {
   if (map.levels.size() > static_cast<size_t>(kMaxRegions))
-    throw Error(ErrorKind::kUsage, "sampling plan: effort has more than 4096 regions");
+    throw Error(ErrorKind::kUsage, "sampling plan: sample_allocation has more than 4096 regions");
   for (const char c : map.levels) {
     if (c < '0' || c > '0' + kMostLevel - kLeastLevel)
-      throw Error(ErrorKind::kUsage, "sampling plan: effort must consist of the digits 0 to 4");
+      throw Error(ErrorKind::kUsage, "sampling plan: sample_allocation must consist of the digits 0 to 4");
   }
 }
 
 void check_allocation(const SampleAllocation& map, const FilmGrid& grid) {
   if (map.uniform() || static_cast<int64_t>(map.levels.size()) == regions_of(grid).count()) return;
   throw Error(ErrorKind::kUsage,
-              "sampling plan: its effort was chosen for another resolution or crop; add --effort uniform to "
+              "sampling plan: its samples were allocated for another resolution or crop; add --uniform-sampling to "
               "leave it out");
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "common/base/error.h"
+#include "common/base/json_aliases.h"
 
 namespace lightmill {
 namespace {
@@ -24,7 +25,7 @@ void check_plan(const SamplingPlan& plan) {
     throw Error(ErrorKind::kUsage, "sampling plan: at least one strategy must run");
   check_count(plan.light_paths, kLightPathCounts, "light_paths");
   check_count(plan.connections, kConnectionCounts, "connections");
-  check_count(plan.lens_weight, kLensWeights, "lens_weight");
+  check_count(plan.light_tracing_weight, kLightTracingWeights, "light_tracing_weight");
   check_allocation(plan.allocation);
 }
 
@@ -32,25 +33,29 @@ std::string plan_to_json(const SamplingPlan& plan) {
   nlohmann::json j = {{"connections", plan.connections},
                       {"light_paths", plan.light_paths},
                       {"strategies", strategy_names(plan.strategies)}};
-  if (plan.guided_emission) j["aimed"] = *plan.guided_emission;
-  if (plan.lens_weight != 1) j["lens_weight"] = plan.lens_weight;
-  if (!plan.allocation.uniform()) j["effort"] = plan.allocation.levels;
+  if (plan.guided_emission) j["guided_emission"] = *plan.guided_emission;
+  if (plan.light_tracing_weight != 1) j["light_tracing_weight"] = plan.light_tracing_weight;
+  if (!plan.allocation.uniform()) j["sample_allocation"] = plan.allocation.levels;
   return j.dump();
 }
 
 SamplingPlan plan_from_json(const std::string& text) {
   try {
-    const auto j = nlohmann::json::parse(text);
-    if (j.size() != 3u + j.contains("aimed") + j.contains("effort") + j.contains("lens_weight"))
+    auto j = nlohmann::json::parse(text);
+    take_older_keys(&j);
+    if (j.size() != 3u + j.contains("guided_emission") + j.contains("sample_allocation") +
+                        j.contains("light_tracing_weight")) {
       throw Error(ErrorKind::kUsage,
-                  "sampling plan: exactly 3 fields, aimed, lens_weight and effort are expected");
+                  "sampling plan: expected are connections, light_paths and strategies, and no others than "
+                  "guided_emission, light_tracing_weight and sample_allocation");
+    }
     SamplingPlan plan;
     plan.strategies = strategies_named(j.at("strategies").get<std::string>());
     plan.light_paths = j.at("light_paths").get<double>();
     plan.connections = j.at("connections").get<double>();
-    if (j.contains("aimed")) plan.guided_emission = j.at("aimed").get<bool>();
-    if (j.contains("lens_weight")) plan.lens_weight = j.at("lens_weight").get<double>();
-    if (j.contains("effort")) plan.allocation.levels = j.at("effort").get<std::string>();
+    if (j.contains("guided_emission")) plan.guided_emission = j.at("guided_emission").get<bool>();
+    if (j.contains("light_tracing_weight")) plan.light_tracing_weight = j.at("light_tracing_weight").get<double>();
+    if (j.contains("sample_allocation")) plan.allocation.levels = j.at("sample_allocation").get<std::string>();
     check_plan(plan);
     return plan;
   } catch (const nlohmann::json::exception& e) {

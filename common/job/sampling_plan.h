@@ -17,10 +17,10 @@ struct SamplingPlan {
   /// of kConnectionCounts. Counts only with kVertexConnections.
   double connections = 1;
   /// In MIS weights light paths that are joined to the lens count as this times their number: one of
-  /// kLensWeights. Splats are shared by pixels and so less noisy than samples of single ones; but they fall
+  /// kLightTracingWeights. Splats are shared by pixels and so less noisy than samples of single ones; but they fall
   /// where they fall, and are noise where camera samples find the same light evenly. Counts only with
-  /// kLensConnections.
-  double lens_weight = 1;
+  /// kLightTracing.
+  double light_tracing_weight = 1;
   /// Light paths choose lights and directions by what they bring, where the scene has learnt that
   /// (worker/render/guiding/training/emission_guide_training.h); else by power, and directions as the lights shine.
   /// Not given: from a certain gain on (kEmissionGuidePays there).
@@ -33,13 +33,13 @@ struct SamplingPlan {
 
 inline constexpr double kLightPathCounts[] = {0.125, 0.25, 0.5, 1, 2};
 inline constexpr double kConnectionCounts[] = {0.25, 0.5, 1, 2, 4, 8};
-inline constexpr double kLensWeights[] = {0.125, 1, 3};
+inline constexpr double kLightTracingWeights[] = {0.125, 1, 3};
 
 /// Throws Error(kUsage) for a count that is not in the lists above, no strategy, or effort out of range.
 void check_plan(const SamplingPlan& plan);
 
-/// JSON with sorted keys: {"connections": 1, "light_paths": 0.5, "strategies": "hit,next-event,lens"}, with
-/// "aimed": false if it is given, "effort": "0122..." unless it is uniform and "lens_weight": 0.125 unless
+/// JSON with sorted keys: {"connections": 1, "light_paths": 0.5, "strategies": "hit,next-event,light-tracing"}, with
+/// "guided_emission": false if it is given, "sample_allocation": "0122..." unless it is uniform and "light_tracing_weight": 0.125 unless
 /// it is 1.
 std::string plan_to_json(const SamplingPlan& plan);
 /// Inverse. Throws Error(kUsage) if it is malformed or a value is out of range.

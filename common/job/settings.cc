@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
+#include "common/base/json_aliases.h"
 #include "common/base/json_depth.h"
 #include "common/base/json_text.h"
 #include "common/job/plan_text.h"
@@ -44,7 +45,7 @@ void check_settings(const RenderSettings& s, ErrorKind kind) {
     throw Error(kind, "the crop window must not be empty and must lie inside the film");
   }
   if (s.plan) check_allocation(s.plan->allocation, s.grid);
-  if (s.plan && s.aovs && !s.plan->allocation.uniform()) throw Error(kind, "AOVs need uniform effort");
+  if (s.plan && s.aovs && !s.plan->allocation.uniform()) throw Error(kind, "AOVs need as many samples in every pixel: add --uniform-sampling");
 }
 
 const char* integrator_name(Integrator integrator) {
@@ -72,11 +73,11 @@ Integrator integrator_named(const std::string& name) {
 SamplingPlan plan_of(const RenderSettings& s) {
   SamplingPlan plan;
   if (s.integrator == Integrator::kPt) plan.strategies = kEmissionHits | kNextEvent;
-  if (s.integrator == Integrator::kLt) plan.strategies = kLensConnections;
+  if (s.integrator == Integrator::kLt) plan.strategies = kLightTracing;
   if (s.plan) plan = *s.plan;
   plan.strategies |= s.overrides & kAllStrategies;
   if (s.max_depth < 1) {
-    for (const Strategies one : {kEmissionHits, kLensConnections}) {
+    for (const Strategies one : {kEmissionHits, kLightTracing}) {
       if (plan.strategies & one) {
         plan.strategies = one;
         break;
@@ -108,7 +109,7 @@ std::string settings_to_json(const RenderSettings& s) {
   text.add("spp", s.spp);
   text.add("target_error", s.target_error);
   text.add("time_s", s.time_s);
-  text.add("uniform_effort", s.uniform_sampling);
+  text.add("uniform_sampling", s.uniform_sampling);
   text.add("width", s.grid.width);
   return text.end();
 }
@@ -131,8 +132,9 @@ int64_t integer_in(const nlohmann::json& j, int64_t low, int64_t high) {
 RenderSettings settings_from_json(const std::string& text) {
   try {
     check_json_depth(text, kMaxJsonDepth);
-    const auto j = nlohmann::json::parse(text);
-    const bool knows_uniform_sampling = j.contains("uniform_effort");  // since effort can be adaptive
+    auto j = nlohmann::json::parse(text);
+    take_older_keys(&j);
+    const bool knows_uniform_sampling = j.contains("uniform_sampling");  // jobs of early versions do not
     if (j.size() != 12u + knows_uniform_sampling + j.contains("aovs"))
       usage("render settings: exactly 13 fields are expected, and aovs where there are some");
     RenderSettings s;
@@ -150,7 +152,7 @@ RenderSettings settings_from_json(const std::string& text) {
     s.time_s = j.at("time_s").get<double>();
     s.target_error = j.at("target_error").get<double>();
     s.energy_compensation = j.at("energy_compensation").get<bool>();
-    s.uniform_sampling = !knows_uniform_sampling || j.at("uniform_effort").get<bool>();
+    s.uniform_sampling = !knows_uniform_sampling || j.at("uniform_sampling").get<bool>();
     s.overrides = features_named(j.at("overrides").get<std::string>());
     if (j.contains("aovs")) s.aovs = aovs_named(j.at("aovs").get<std::string>());
     if (!j.at("plan").is_null()) s.plan = plan_from_json(j.at("plan").dump());

@@ -57,7 +57,7 @@ inline bool needs_pilot(const RenderSettings& settings) {
 /// camera path. Without a scattering event only strategies that need none are left, of which one suffices.
 SamplingPlan plan_of(const RenderSettings& settings);
 inline Strategies strategies_of(const RenderSettings& settings) { return plan_of(settings).strategies; }
-/// What runs, for people: "pt"; "auto" before its pilot, "auto: hit,next-event,lens × 0.5" after it.
+/// What runs, for people: "pt"; "auto" before its pilot, "auto: hit,next-event,light-tracing × 0.5" after it.
 std::string sampling_text(const RenderSettings& settings);
 /// Whether partials bring a camera layer. AOVs need camera paths, also where the colour comes from splats
 /// alone.
@@ -66,7 +66,7 @@ inline bool has_camera_layer(const RenderSettings& settings) {
 }
 /// Whether partials bring splats.
 inline bool has_splat_layer(const RenderSettings& settings) {
-  return strategies_of(settings) & kLensConnections;
+  return strategies_of(settings) & kLightTracing;
 }
 
 /// Throws Error(kind) unless the sides of an image are within the limits.

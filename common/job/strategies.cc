@@ -7,7 +7,9 @@
 namespace lightmill {
 namespace {
 
-constexpr const char* kStrategyNames[] = {"hit", "next-event", "lens", "connect"};
+constexpr const char* kStrategyNames[] = {"hit", "next-event", "light-tracing", "vertex-connection"};
+/// What they were called in earlier versions.
+constexpr const char* kOlderNames[] = {"hit", "next-event", "lens", "connect"};
 
 }  // namespace
 
@@ -27,10 +29,10 @@ Strategies strategies_named(const std::string& names) {
     const size_t end = std::min(names.find(',', begin), names.size());
     const std::string name = names.substr(begin, end - begin);
     unsigned i = 0;
-    while (i < 4 && name != kStrategyNames[i]) ++i;
+    while (i < 4 && name != kStrategyNames[i] && name != kOlderNames[i]) ++i;
     if (i == 4) {
       throw Error(ErrorKind::kUsage, "unknown strategy \"" + name + "\" in \"" + names +
-                                         "\"; list some of hit, next-event, lens, connect");
+                                         "\"; list some of hit, next-event, light-tracing, vertex-connection");
     }
     set |= 1u << i;
     begin = end + 1;

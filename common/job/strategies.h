@@ -10,13 +10,13 @@ namespace lightmill {
 using Strategies = unsigned;
 inline constexpr Strategies kEmissionHits = 1;       // s = 0: a camera path hits an emitter or escapes
 inline constexpr Strategies kNextEvent = 2;          // s = 1, t >= 2
-inline constexpr Strategies kLensConnections = 4;    // t = 1
+inline constexpr Strategies kLightTracing = 4;    // t = 1
 inline constexpr Strategies kVertexConnections = 8;  // s >= 2, t >= 2
 inline constexpr Strategies kAllStrategies = 15;
 inline constexpr Strategies kCameraLayer = kEmissionHits | kNextEvent | kVertexConnections;
-inline constexpr Strategies kLightPaths = kLensConnections | kVertexConnections;
+inline constexpr Strategies kLightPaths = kLightTracing | kVertexConnections;
 
-/// "hit,next-event,lens,connect", those in the set.
+/// "hit,next-event,light-tracing,vertex-connection", those in the set.
 std::string strategy_names(Strategies set);
 /// Inverse; throws Error(kUsage) on an unknown name or an empty set.
 Strategies strategies_named(const std::string& names);

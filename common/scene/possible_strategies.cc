@@ -31,7 +31,7 @@ PossibleStrategies possible_strategies(const SceneDescription& scene) {
   if (flat || any_hair(scene))
     return {kAllStrategies & ~kLightPaths, "hair and flat curves are seen by camera paths alone"};
   if (scene.camera.kind == CameraKind::kRealistic)
-    return {kAllStrategies & ~kLensConnections, "a realistic camera can't be joined to light paths"};
+    return {kAllStrategies & ~kLightTracing, "a realistic camera can't be joined to light paths"};
   return {};
 }
 

@@ -23,7 +23,7 @@ struct RenderOptions {
   std::optional<std::array<double, 4>> crop;  // x0,x1,y0,y1 in [0,1], pbrt's order
   bool energy_compensation = false;           // see RenderSettings
   std::optional<std::string> strategies;      // names, see strategies.h; likewise a plan of one's own:
-  std::optional<double> light_paths, connections, lens_weight;
+  std::optional<double> light_paths, connections, light_tracing_weight;
   std::optional<SamplingPlan> plan;
   bool uniform_sampling = false;           // see RenderSettings
   std::optional<std::string> overrides;  // names, see features.h

@@ -63,20 +63,35 @@ TEST_F(Plan, IsOverriddenByASetOfStrategies) {
   EXPECT_EQ(pixels({"--strategies", "hit,next-event"}), image);
 }
 
-TEST_F(Plan, HasALensWeightThatShowsInTheImageAndIsOneOfFew) {
+TEST_F(Plan, IsGivenByOlderOptions) {
+  write("box.pbrt", kBox);
+  EXPECT_EQ(pixels({"--integrator", "bdpt", "--lens-weight", "3", "--effort", "uniform"}),
+            pixels({"--integrator", "bdpt", "--light-tracing-weight", "3", "--uniform-sampling"}));
+  EXPECT_EQ(pixels({"--strategies", "hit,lens"}), pixels({"--strategies", "hit,light-tracing"}));
+  const Outcome wrong = run({"render", "box.pbrt", "--effort", "much"});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("expected adaptive or uniform"));
+  EXPECT_THAT(run({"render", "--help"}).out, Not(HasSubstr("--effort")));
+  // What is printed for scripts has both names.
+  const Outcome explained = run({"explain", "box.pbrt", "--no-pilot", "--json"});
+  EXPECT_THAT(explained.out, HasSubstr("\"missing_light_shares\""));
+  EXPECT_THAT(explained.out, HasSubstr("\"unmet_light\""));
+}
+
+TEST_F(Plan, HasALightTracingWeightThatShowsInTheImageAndIsOneOfFew) {
   write("box.pbrt", kBox);
   const std::vector<float> one = pixels({"--integrator", "bdpt"});
-  EXPECT_EQ(pixels({"--integrator", "bdpt", "--lens-weight", "1"}), one);
-  EXPECT_NE(pixels({"--integrator", "bdpt", "--lens-weight", "3"}), one);
+  EXPECT_EQ(pixels({"--integrator", "bdpt", "--light-tracing-weight", "1"}), one);
+  EXPECT_NE(pixels({"--integrator", "bdpt", "--light-tracing-weight", "3"}), one);
   // Without lens connections there is nothing to weigh.
   const std::vector<float> without =
-      pixels({"--integrator", "bdpt", "--strategies", "hit,next-event,connect"});
-  EXPECT_EQ(pixels({"--integrator", "bdpt", "--strategies", "hit,next-event,connect", "--lens-weight", "3"}),
+      pixels({"--integrator", "bdpt", "--strategies", "hit,next-event,vertex-connection"});
+  EXPECT_EQ(pixels({"--integrator", "bdpt", "--strategies", "hit,next-event,vertex-connection", "--light-tracing-weight", "3"}),
             without);
-  const Outcome outcome = run({"render", "box.pbrt", "--lens-weight", "2"});
+  const Outcome outcome = run({"render", "box.pbrt", "--light-tracing-weight", "2"});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_EQ(lines(outcome.err), 1) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("lens_weight must be one of 0.125, 1.0, 3.0"));
+  EXPECT_THAT(outcome.err, HasSubstr("light_tracing_weight must be one of 0.125, 1.0, 3.0"));
 }
 
 // A point light over glass, seen with hair, or through a realistic camera: what light paths can't reach is
@@ -107,7 +122,7 @@ Shape "sphere" "float radius" 0.5
       EXPECT_THAT(outcome.err, HasSubstr("leaves out light of paths LS")) << scene << ' ' << integrator;
     }
     for (const std::vector<std::string>& asked : std::vector<std::vector<std::string>>{
-             {"--integrator", "lt"}, {"--strategies", "hit,lens"}, {"--plan-override", "lens"}}) {
+             {"--integrator", "lt"}, {"--strategies", "hit,light-tracing"}, {"--plan-override", "light-tracing"}}) {
       std::vector<std::string> line = {"render", scene, "--spp", "16", "-o", "x.exr"};
       line.insert(line.end(), asked.begin(), asked.end());
       const Outcome outcome = run(line);
@@ -122,7 +137,7 @@ TEST_F(Plan, AFileWithoutOneIsRefusedInOneLine) {
   write("half.json", "{\"strategies\": \"hit\", \"light_paths\": 1");
   write("list.json", "[1, 2]");
   write("range.json", R"({"strategies": "hit", "light_paths": 3, "connections": 1})");
-  write("weight.json", R"({"strategies": "lens", "light_paths": 1, "connections": 1, "lens_weight": 2})");
+  write("weight.json", R"({"strategies": "light-tracing", "light_paths": 1, "connections": 1, "light_tracing_weight": 2})");
   write("name.json", R"({"strategies": "hits", "light_paths": 1, "connections": 1})");
   write("deep.json", std::string(200000, '['));
   write("record.json", R"({"settings": {}})");

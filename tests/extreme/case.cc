@@ -12,29 +12,29 @@ bool Sight::covered_by(Strategies set) const {
   // lens, which then is the light tracer, goes on.
   constexpr int kStored = 20;
   if (last > kStored && !(set & more & (kEmissionHits | kNextEvent)))
-    return set == kLensConnections && more & set;
+    return set == kLightTracing && more & set;
   return set & more;
 }
 
 Sight area_light_sight(int first, int last) {
-  return {kEmissionHits | kLensConnections, kEmissionHits | kNextEvent | kLensConnections, kAllStrategies,
+  return {kEmissionHits | kLightTracing, kEmissionHits | kNextEvent | kLightTracing, kAllStrategies,
           first, last};
 }
 
 Sight delta_light_sight(int first, int last) {
-  return {0, kNextEvent | kLensConnections, kAllStrategies & ~kEmissionHits, first, last};
+  return {0, kNextEvent | kLightTracing, kAllStrategies & ~kEmissionHits, first, last};
 }
 
 Sight far_light_sight(int first, int last) {
-  return {kEmissionHits, kEmissionHits | kNextEvent | kLensConnections, kAllStrategies, first, last};
+  return {kEmissionHits, kEmissionHits | kNextEvent | kLightTracing, kAllStrategies, first, last};
 }
 
 Sight specular_sight() { return {kEmissionHits, kEmissionHits, kEmissionHits, 0, kUnlimitedDepth}; }
 
 Sight without_lens(Sight sight) {
-  sight.none &= ~kLensConnections;
-  sight.one &= ~kLensConnections;
-  sight.more &= ~kLensConnections;
+  sight.none &= ~kLightTracing;
+  sight.one &= ~kLightTracing;
+  sight.more &= ~kLightTracing;
   return sight;
 }
 

@@ -155,7 +155,7 @@ std::vector<Case> direct_light_cases() {
     cases.push_back(sphere_over_plane(ratio));
     if (ratio <= 1e-3)
       cases.back().notes.push_back(
-          {Note::kSkip, kNextEvent | kLensConnections, "a sampled direction never meets so small a light"});
+          {Note::kSkip, kNextEvent | kLightTracing, "a sampled direction never meets so small a light"});
     cases.back().every_set = ratio == 0.1;
   }
   for (const double ratio : {1e-3, 0.7, 1e3}) {
@@ -175,7 +175,7 @@ std::vector<Case> direct_light_cases() {
       cases.push_back(make(alpha));
       if (alpha <= 1e-3) {
         // The view is too small for light paths of a far sphere; the disc aims its own at the scene.
-        const Strategies finds = cases.back().sight.one & (kNextEvent | kLensConnections);
+        const Strategies finds = cases.back().sight.one & (kNextEvent | kLightTracing);
         cases.back().notes.push_back({Note::kSkip, finds, "a sampled direction all but never meets the sun"});
       }
     }

@@ -97,7 +97,7 @@ Case slit(double width) {
                s.scene, 0, [&](const Vec3d& p) { return kRho / M_PI * irradiance(p); }, 4);
            return Setup{s.scene, 1, grey(mean), 2e-4};
          }};
-  c.notes.push_back({Note::kSkip, kNextEvent | kLensConnections, "a sampled direction never meets the slit"});
+  c.notes.push_back({Note::kSkip, kNextEvent | kLightTracing, "a sampled direction never meets the slit"});
   return c;
 }
 

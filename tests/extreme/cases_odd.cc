@@ -98,7 +98,7 @@ Case tiny_triangle(double area) {
            return Setup{s.scene, 1, grey(mean), 1e-4};
          }};
   c.notes.push_back(
-      {Note::kSkip, kNextEvent | kLensConnections, "a sampled direction never meets so small a light"});
+      {Note::kSkip, kNextEvent | kLightTracing, "a sampled direction never meets so small a light"});
   return c;
 }
 

@@ -15,7 +15,7 @@ const char* verdict_name(Verdict verdict);
 
 /// The integrator or set of strategies of a row.
 struct Run {
-  std::string name;  // "bdpt" or "hit,lens"
+  std::string name;  // "bdpt" or "hit,light-tracing"
   Integrator integrator = Integrator::kBdpt;
   std::optional<Strategies> strategies{};
 };

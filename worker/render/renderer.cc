@@ -134,7 +134,7 @@ struct Renderer::World {
     context.kernels = stage_kernels(scene, context.lights);
     context.light_paths = sampling.light_paths;
     context.splat_scale = static_cast<float>(1 / film_paths);
-    context.light_samples = static_cast<float>(sampling.light_paths * film_paths * sampling.lens_weight);
+    context.light_samples = static_cast<float>(sampling.light_paths * film_paths * sampling.light_tracing_weight);
     context.connections = static_cast<float>(sampling.connections);
     context.imaging_ratio = static_cast<float>(imaging_ratio);
     if (response.is_needed()) context.response = &response;
@@ -217,7 +217,7 @@ std::vector<std::string> Renderer::missing_light() const {
 const RenderSettings& Renderer::settings() const { return impl_->settings; }
 int Renderer::quantum_exponent() const { return impl_->plan.quantum_exponent; }
 bool Renderer::has_camera_layer() const { return lightmill::has_camera_layer(impl_->settings); }
-bool Renderer::has_splat_layer() const { return impl_->context.strategies & kLensConnections; }
+bool Renderer::has_splat_layer() const { return impl_->context.strategies & kLightTracing; }
 
 AovSpec Renderer::aovs() const {
   const RenderScene& s = impl_->world->scene;

@@ -136,7 +136,7 @@ Task render_packets(Work& work) {
           cast_paths(context, w);
           co_await in(Q::kBouncer);
           bounce_light_paths(context, layer, depth, w);
-          if (!context.on(kLensConnections)) continue;
+          if (!context.on(kLightTracing)) continue;
           co_await in(Q::kShadowCaster);
           shadow_lens(context, layer, depth, first, w);
         }

@@ -68,14 +68,14 @@ TEST(ProgressLine, SaysThatThePilotRuns) {
   status.settings.integrator = Integrator::kAuto;
   status.workers = 1;
   EXPECT_THAT(progress_line(status), HasSubstr("choosing strategies"));
-  status.settings.plan = SamplingPlan{kEmissionHits | kNextEvent | kLensConnections, 0.5, 1};
+  status.settings.plan = SamplingPlan{kEmissionHits | kNextEvent | kLightTracing, 0.5, 1};
   EXPECT_THAT(progress_line(status), Not(HasSubstr("choosing")));
   ::testing::internal::CaptureStderr();
   Progress progress(false);
   progress.update(status);
   progress.finish(status);
   const std::string text = ::testing::internal::GetCapturedStderr();
-  EXPECT_THAT(text, HasSubstr("auto: hit,next-event,lens × 0.5"));
+  EXPECT_THAT(text, HasSubstr("auto: hit,next-event,light-tracing × 0.5"));
   EXPECT_EQ(text.find("auto:"), text.rfind("auto:")) << "once";
 }
 

@@ -8,7 +8,7 @@ namespace lightmill {
 namespace {
 
 PilotReport report() {
-  const SamplingPlan chosen{kEmissionHits | kNextEvent | kLensConnections, 0.5, 1};
+  const SamplingPlan chosen{kEmissionHits | kNextEvent | kLightTracing, 0.5, 1};
   return {chosen, {{chosen, 0.5, 2}, {SamplingPlan(), 0.25, 20}}, 1000, {}};
 }
 

@@ -62,20 +62,20 @@ TEST(Settings, StrategiesThatTheSceneDoesNotAllowAreLeftOut) {
   o.integrator = "bdpt";
   EXPECT_FALSE(resolve_settings(s, o).plan) << "all are possible";
   s.camera.kind = CameraKind::kRealistic;
-  EXPECT_EQ(strategies_of(resolve_settings(s, o)), kAllStrategies & ~kLensConnections);
+  EXPECT_EQ(strategies_of(resolve_settings(s, o)), kAllStrategies & ~kLightTracing);
   EXPECT_FALSE(resolve_settings(s, {}).plan) << "the pilot sees to it";
   s.materials.emplace_back().kind = HairMaterial();
-  EXPECT_EQ(strategies_of(resolve_settings(s, o)), kAllStrategies & ~kLensConnections)
+  EXPECT_EQ(strategies_of(resolve_settings(s, o)), kAllStrategies & ~kLightTracing)
       << "nothing is of hair";
   s.shapes.emplace_back().kind = SphereShape();
   s.shapes.back().material = 0;
   EXPECT_EQ(strategies_of(resolve_settings(s, o)), kEmissionHits | kNextEvent);
   o.integrator = "pt";
   EXPECT_FALSE(resolve_settings(s, o).plan) << "pt has no other";
-  o.strategies = "hit,lens";
+  o.strategies = "hit,light-tracing";
   EXPECT_EQ(kind_of(s, o), ErrorKind::kUsage);
   o.strategies.reset();
-  o.overrides = "connect";
+  o.overrides = "vertex-connection";
   EXPECT_EQ(kind_of(s, o), ErrorKind::kUsage);
   o.overrides.reset();
   o.integrator = "lt";
@@ -140,11 +140,11 @@ TEST(Settings, ASceneOutOfRangeIsABadScene) {
 
 TEST(Settings, APlanIsPartOfThem) {
   RenderOptions o;
-  o.plan = SamplingPlan{kEmissionHits | kNextEvent | kLensConnections, 0.5, 1};
+  o.plan = SamplingPlan{kEmissionHits | kNextEvent | kLightTracing, 0.5, 1};
   const RenderSettings s = resolve_settings(scene(), o);
   EXPECT_FALSE(needs_pilot(s));
   EXPECT_EQ(settings_from_json(settings_to_json(s)).plan, o.plan);
-  EXPECT_EQ(sampling_text(s), "auto: hit,next-event,lens × 0.5");
+  EXPECT_EQ(sampling_text(s), "auto: hit,next-event,light-tracing × 0.5");
   o.plan->connections = 3;
   EXPECT_EQ(kind_of(scene(), o), ErrorKind::kUsage);
 }

@@ -56,8 +56,8 @@ INSTANTIATE_TEST_SUITE_P(Plans, AllocationOf,
                          ::testing::Values(SamplingPlan{}, SamplingPlan{kAllStrategies, 0.25, 2},
                                            SamplingPlan{kAllStrategies, 1, 1, 0.125},
                                            SamplingPlan{kEmissionHits | kNextEvent, 1, 1},
-                                           SamplingPlan{kNextEvent | kLensConnections, 0.5, 1},
-                                           SamplingPlan{kEmissionHits | kLensConnections, 2, 1},
+                                           SamplingPlan{kNextEvent | kLightTracing, 0.5, 1},
+                                           SamplingPlan{kEmissionHits | kLightTracing, 2, 1},
                                            SamplingPlan{kEmissionHits | kNextEvent | kVertexConnections, 1,
                                                         1}));
 

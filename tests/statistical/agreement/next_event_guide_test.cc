@@ -80,9 +80,9 @@ TEST_P(EmissionCellSets, Agree) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EmissionCellSets,
-                         ::testing::Values(kNextEvent, kLensConnections, kNextEvent | kVertexConnections,
-                                           kEmissionHits | kLensConnections,
-                                           kNextEvent | kLensConnections | kVertexConnections));
+                         ::testing::Values(kNextEvent, kLightTracing, kNextEvent | kVertexConnections,
+                                           kEmissionHits | kLightTracing,
+                                           kNextEvent | kLightTracing | kVertexConnections));
 
 }  // namespace
 }  // namespace lightmill::test

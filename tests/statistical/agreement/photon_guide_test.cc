@@ -71,10 +71,10 @@ PhotonGuide needless_guide(const RenderScene& scene) {
 // as the lamp is near and large, and half of the paths are led to it.
 TEST(GuidedPaths, LeaveTheImageAsItIs) {
   const TestScene s = cornell_room();
-  for (const Strategies set : {kEmissionHits, kEmissionHits | kNextEvent, kEmissionHits | kLensConnections,
+  for (const Strategies set : {kEmissionHits, kEmissionHits | kNextEvent, kEmissionHits | kLightTracing,
                                kEmissionHits | kVertexConnections,
                                kEmissionHits | kNextEvent | kVertexConnections, kAllStrategies}) {
-    const int64_t spp = set & (kNextEvent | kLensConnections) ? 128 : 512;
+    const int64_t spp = set & (kNextEvent | kLightTracing) ? 128 : 512;
     RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, spp, 3);
     settings.plan = SamplingPlan{.strategies = set};
     const Renderer plain(s.scene, settings, 1), guided(s.scene, settings, 1);

@@ -47,13 +47,13 @@ TEST(PlanCounts, AgreeWithOneOfEach) {
   const Batches one = render_plan(s, SamplingPlan{.strategies = kAllStrategies}, 256, 6);
   AgreementTest test;
   test.max_relative_error = 0.2;
-  constexpr Strategies kNoLens = kAllStrategies & ~kLensConnections;
+  constexpr Strategies kNoLens = kAllStrategies & ~kLightTracing;
   constexpr Strategies kNoConnections = kAllStrategies & ~kVertexConnections;
   for (const SamplingPlan& plan :
        {SamplingPlan{kAllStrategies, 0.25, 0.25}, SamplingPlan{kAllStrategies, 0.25, 4},
         SamplingPlan{kAllStrategies, 2, 0.5}, SamplingPlan{kAllStrategies, 0.5, 2},
         SamplingPlan{kNoLens, 0.25, 2}, SamplingPlan{kNoLens, 2, 0.25}, SamplingPlan{kNoConnections, 0.25, 1},
-        SamplingPlan{kNoConnections, 2, 1}, SamplingPlan{kLensConnections, 2, 1},
+        SamplingPlan{kNoConnections, 2, 1}, SamplingPlan{kLightTracing, 2, 1},
         SamplingPlan{kAllStrategies, 1, 1, 0.125}, SamplingPlan{kAllStrategies, 0.5, 2, 3},
         SamplingPlan{kNoConnections, 1, 1, 0.125}}) {
     SCOPED_TRACE(plan_to_json(plan));

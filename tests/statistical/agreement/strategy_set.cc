@@ -21,12 +21,12 @@ void expect_agrees_with_all(const TestScene& s, Strategies set, const StrategySe
   };
   const Batches all = render(kAllStrategies, test.all_spp, test.max_depth);
   // Without next event and lens connections, or with connections from afar, a sample tells little.
-  const bool weak = !(set & (kNextEvent | kLensConnections)) || !(set & (kEmissionHits | kNextEvent));
+  const bool weak = !(set & (kNextEvent | kLightTracing)) || !(set & (kEmissionHits | kNextEvent));
   const Batches some = render(set, weak ? test.weak_spp : test.spp, test.max_depth);
   EXPECT_EQ(some.counters.nonfinite, 0u);
   AgreementTest agreement;
   agreement.max_relative_error = 0.2;
-  if (set & (kEmissionHits | kNextEvent | kLensConnections)) {
+  if (set & (kEmissionHits | kNextEvent | kLightTracing)) {
     EXPECT_TRUE(images_agree(all, some, agreement));
     EXPECT_FALSE(images_agree(all, scaled(some, test.notice), agreement)) << "the test notices nothing";
     return;

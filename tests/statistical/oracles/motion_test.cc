@@ -92,7 +92,7 @@ TEST(MotionBlur, IsTheMeanOfStillsToEveryEstimator) {
   EXPECT_TRUE(images_agree(by_lt, stills, {.max_excluded = 0.4}));
   // Where every subpath has a time of its own.
   RenderSettings apart = bdpt;
-  apart.plan = SamplingPlan{.strategies = kEmissionHits | kNextEvent | kLensConnections};
+  apart.plan = SamplingPlan{.strategies = kEmissionHits | kNextEvent | kLightTracing};
   EXPECT_TRUE(images_agree(render(room, apart), stills));
   // It can fail.
   EXPECT_FALSE(images_agree(by_pt, scaled(stills, 1.03f)));

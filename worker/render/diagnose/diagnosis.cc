@@ -56,7 +56,7 @@ class Run {
  private:
   SplatStatistics statistics() const {
     return {renderer_.context().filter.splat_noise,
-            static_cast<float>(plan_of(renderer_.settings()).lens_weight)};
+            static_cast<float>(plan_of(renderer_.settings()).light_tracing_weight)};
   }
   PartialBuilder make_builder(const TileSpec& tile) const {
     return PartialBuilder(settings_.grid, tile, renderer_.quantum_exponent(), renderer_.has_camera_layer(),

@@ -16,7 +16,7 @@ struct StrategyLayer {
 /// Of a render's lens connections.
 struct SplatStatistics {
   float noise = 1;   // PixelFilter::splat_noise
-  float weight = 1;  // SamplingPlan::lens_weight
+  float weight = 1;  // SamplingPlan::light_tracing_weight
 };
 
 class StrategyFilm {

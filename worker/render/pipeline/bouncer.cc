@@ -196,7 +196,7 @@ void camera_vertices(const StageContext& context, const LayerContext& layer, int
       add_emission<K>(context, h, g.active, depth, weigh_connections, w);
     // From here on dVCM stands for one strategy: joining the vertex before. M2 brought the lens' n_j.
     h.v.dvcm = h.v.dvcm * (depth > 1                      ? context.samples_of(kVertexConnections)
-                           : context.on(kLensConnections) ? 1.0f
+                           : context.on(kLightTracing) ? 1.0f
                                                           : 0.0f);
     if (depth > context.max_depth) return;
     const LaneMask connectable = connectable_lanes<K>(h);

@@ -47,7 +47,7 @@ struct StageContext {
     return !on(family) ? 0 : family == kVertexConnections ? connections : 1;
   }
   /// Light paths alone can be followed at any length: nothing is stored.
-  bool lens_alone() const { return strategies == kLensConnections; }
+  bool lens_alone() const { return strategies == kLightTracing; }
 };
 
 /// One sample index of a packet: the identity of its random numbers.

@@ -55,7 +55,7 @@ int light_paths_of(const StageContext& context, const CameraSlots& slots) {
 
 /// One wavefront of light paths; their vertices are added to the cache.
 void light_pass(const StageContext& context, const LayerContext& layer, Wavefront& w) {
-  const bool direct = w.aovs && w.aovs->wants_direct() && context.on(kLensConnections);
+  const bool direct = w.aovs && w.aovs->wants_direct() && context.on(kLightTracing);
   const size_t first_splat = w.splats.size();
   std::optional<size_t> direct_end;
   run(w, &StrategyRecorder::light_subpath_seconds, [&] {
@@ -70,7 +70,7 @@ void light_pass(const StageContext& context, const LayerContext& layer, Wavefron
       const StageScope scope(w, Stage::kBounce);
       bounce_light_paths(context, layer, depth, w);
     });
-    if (context.on(kLensConnections)) connect(w, [&] { shadow_lens(context, layer, depth, first, w); });
+    if (context.on(kLightTracing)) connect(w, [&] { shadow_lens(context, layer, depth, first, w); });
     if (direct && depth == 1) {
       flush_shadow_rays(context, true, w);
       direct_end = w.splats.size();

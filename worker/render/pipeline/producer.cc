@@ -97,7 +97,7 @@ void light_paths(const StageContext& context, const LayerContext& layer, Wavefro
     EmissionSample<Lane> e =
         sample_emission<Lane, K::kLights>(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
     if (K::kLights && !lights.patterns.empty()) apply_pattern(context.scene, started, &e);
-    if (context.on(kLensConnections)) queue_emitter_to_lens(context, layer, slot, started, e, wavefront);
+    if (context.on(kLightTracing)) queue_emitter_to_lens(context, layer, slot, started, e, wavefront);
     PathLanes<Lane> path{offset_origin(e.point, e.error, e.normal, e.direction), e.direction, e.power};
     path.dvcm = 1.0f / e.pdf;  // M1; p_direct follows at the first hit, which it may depend on
     if (context.on(kEmissionHits)) path.dvc = select(e.delta, Lane{}, e.cos_light * path.dvcm);

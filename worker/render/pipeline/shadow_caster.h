@@ -2,7 +2,7 @@
 // Stage 4: forms the connections. Each contribution is evaluated first, with its MIS weight; zero ones are
 // dropped, tiny ones play Russian roulette, and what is left is tested for occlusion in batches, which hand
 // over to the film (stage 5). A file for each kind: next_event.cc, vertex_connections.cc,
-// lens_connections.cc.
+// light_tracing.cc.
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/pipeline/context.h"
 

@@ -49,7 +49,7 @@ double sample_cost(const SampleWork& w, const SamplingPlan& plan) {
   double cost = camera_cost(w, plan);
   if (plan.strategies & kLightPaths)
     cost += plan.light_paths * (kLightPath + hit_cost(w) * w.light_hits + step_cost(w) * w.light_steps);
-  if (plan.strategies & kLensConnections)
+  if (plan.strategies & kLightTracing)
     cost += plan.light_paths * (kLensTry * w.lens_tries + lens_ray_cost(w) * w.lens_rays);
   return cost;
 }
@@ -58,7 +58,7 @@ double shadow_rays(const SampleWork& w, const SamplingPlan& plan) {
   double rays = 0;
   if (plan.strategies & kNextEvent) rays += w.next_event_rays;
   if (plan.strategies & kVertexConnections) rays += plan.connections * w.connection_rays;
-  if (plan.strategies & kLensConnections) rays += plan.light_paths * w.lens_rays;
+  if (plan.strategies & kLightTracing) rays += plan.light_paths * w.lens_rays;
   return rays;
 }
 

@@ -309,7 +309,7 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
     add_unsampled(plans, splat.shares, hit, rest, factor, half, pixels_of_half / survival, block);
     PerPlan noise;
     for (size_t k = 0; k < kPlans; ++k) {
-      const float apart_from_roulette = survival * even(plans.lens[k] / plans.lens_weight[k]);
+      const float apart_from_roulette = survival * even(plans.lens[k] / plans.light_tracing_weight[k]);
       noise[k] =
           plans.splat_noise[k] * plans.lens[k] * factor[k] * factor[k] * (1 / kept[k] - apart_from_roulette);
     }

@@ -19,14 +19,14 @@ double pairs_of(double picks) {
 PlanSet::PlanSet(std::vector<SamplingPlan> candidates, float splat_noise_of_filter, float share)
     : plans(std::move(candidates)), light_share(share) {
   if (plans.size() > kMaxPlans) throw std::logic_error("too many sampling plans");
-  lens_weight.fill(1);
+  light_tracing_weight.fill(1);
   for (size_t k = 0; k < plans.size(); ++k) {
     const SamplingPlan& p = plans[k];
     hit[k] = p.strategies & kEmissionHits ? 1.0f : 0.0f;
     next_event[k] = p.strategies & kNextEvent ? 1.0f : 0.0f;
-    lens_weight[k] = static_cast<float>(p.lens_weight);
-    splat_noise[k] = splat_noise_of_filter * lens_weight[k];
-    lens[k] = p.strategies & kLensConnections ? static_cast<float>(p.light_paths) * lens_weight[k] : 0;
+    light_tracing_weight[k] = static_cast<float>(p.light_tracing_weight);
+    splat_noise[k] = splat_noise_of_filter * light_tracing_weight[k];
+    lens[k] = p.strategies & kLightTracing ? static_cast<float>(p.light_paths) * light_tracing_weight[k] : 0;
     connect[k] =
         p.strategies & kVertexConnections ? static_cast<float>(p.connections / kRecordedConnections) : 0;
     // The cache has about one vertex of each depth for each light path.
@@ -43,8 +43,8 @@ PlanSet candidate_plans(const ScenePlan& scene, Strategies among, std::optional<
     if (!scene.complete[set] || set & ~scene.possible || set & ~among) return;
     const std::optional<bool> own = set & kLightPaths ? guided_emission : std::nullopt;
     plans.push_back({set, light_paths, connections, 1, own});
-    for (const double weight : kLensWeights) {
-      if (weight != 1 && set & kLensConnections)
+    for (const double weight : kLightTracingWeights) {
+      if (weight != 1 && set & kLightTracing)
         plans.push_back({set, light_paths, connections, weight, own});
     }
   };
@@ -52,10 +52,10 @@ PlanSet candidate_plans(const ScenePlan& scene, Strategies among, std::optional<
   add(base, 1, 1);
   if (base & kEmissionHits && base != kEmissionHits) add(kEmissionHits, 1, 1);
   for (const double light_paths : kLightPathCounts) {
-    add(base | kLensConnections, light_paths, 1);
+    add(base | kLightTracing, light_paths, 1);
     for (const double connections : kConnectionCounts) {
       add(base | kVertexConnections, light_paths, connections);
-      add(base | kLensConnections | kVertexConnections, light_paths, connections);
+      add(base | kLightTracing | kVertexConnections, light_paths, connections);
     }
   }
   return PlanSet(std::move(plans), splat_noise, light_share);

@@ -27,7 +27,7 @@ struct PlanSet {
   std::vector<SamplingPlan> plans;
   /// As MIS weights count them.
   PerPlan hit{}, next_event{}, lens{}, connect{};
-  PerPlan lens_weight{};
+  PerPlan light_tracing_weight{};
   /// Variance of splats over what as many camera samples as the weights take them for would leave.
   PerPlan splat_noise{};
   float light_share;

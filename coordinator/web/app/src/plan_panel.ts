@@ -3,15 +3,15 @@ import { h } from "./dom";
 import * as format from "./format";
 import type { Job, JobDetail, Plan } from "./types";
 
-/** "hit,next-event,lens × 0.5", as plan_text of common/job/plan_text.h. */
+/** "hit,next-event,light-tracing × 0.5", as plan_text of common/job/plan_text.h. */
 function planText(plan: Plan): string {
   const names = plan.strategies.split(",");
   const short = (count: number) => String(Number(count.toPrecision(3)));
   let text = names.join(", ");
-  if (names.includes("lens") || names.includes("connect")) text += ` × ${short(plan.light_paths)}${plan.aimed === undefined ? "" : plan.aimed ? " aimed" : " not aimed"}`;
-  if (names.includes("connect")) text += ` × ${short(plan.connections)} connections`;
-  if (names.includes("lens") && plan.lens_weight !== undefined) text += `, lens weight ${short(plan.lens_weight)}`;
-  return plan.effort ? `${text}, adaptive` : text;
+  if (names.includes("light-tracing") || names.includes("vertex-connection")) text += ` × ${short(plan.light_paths)}${plan.guided_emission === undefined ? "" : plan.guided_emission ? " guided" : " not guided"}`;
+  if (names.includes("vertex-connection")) text += ` × ${short(plan.connections)} connections`;
+  if (names.includes("light-tracing") && plan.light_tracing_weight !== undefined) text += `, light tracing weight ${short(plan.light_tracing_weight)}`;
+  return plan.sample_allocation ? `${text}, adaptive` : text;
 }
 
 /** The plan that runs and what the pilot predicted of the others. */
@@ -32,13 +32,13 @@ export function drawPlan(body: HTMLElement, detail: JobDetail, job: Job | undefi
   for (const line of detail.missing_light ?? []) parts.push(h("p", { class: "job-note bad" }, `Missing light: ${line}.`));
   if (detail.pilot) {
     const pilot = detail.pilot;
-    const same = (a: Plan, b: Plan) => a.strategies === b.strategies && a.light_paths === b.light_paths && a.connections === b.connections && a.lens_weight === b.lens_weight && a.aimed === b.aimed;
+    const same = (a: Plan, b: Plan) => a.strategies === b.strategies && a.light_paths === b.light_paths && a.connections === b.connections && a.light_tracing_weight === b.light_tracing_weight && a.guided_emission === b.guided_emission;
     const chosen = pilot.estimates.find((e) => same(e.plan, pilot.chosen));
     const base = chosen ? chosen.relative_variance * chosen.cost : 0;
     const ranked = [...pilot.estimates].sort((a, b) => a.relative_variance * a.cost - b.relative_variance * b.cost).slice(0, 8);
     const cost = (e: (typeof ranked)[number]) => (base > 0 ? `× ${((e.relative_variance * e.cost) / base).toPrecision(3)}` : "");
     parts.push(
-      h("p", { class: "chart-text" }, `The pilot traced ${format.count(pilot.samples)} paths and chose: ${planText(pilot.chosen)}${pilot.effort_gain > 1.01 ? `; effort where the noise is gains × ${pilot.effort_gain.toFixed(2)}` : ""}. What it predicts:`),
+      h("p", { class: "chart-text" }, `The pilot traced ${format.count(pilot.samples)} paths and chose: ${planText(pilot.chosen)}${pilot.adaptive_gain > 1.01 ? `; more samples where the noise is gain × ${pilot.adaptive_gain.toFixed(2)}` : ""}. What it predicts:`),
       h("table", { class: "plain-table" },
         h("thead", {}, h("tr", {}, ...["Plan", "Variance", "µs a sample", "Cost"].map((title, i) => h("th", { scope: "col", class: i > 0 ? "num" : "", title: i === 3 ? "time for the same noise" : "" }, title)))),
         h("tbody", {}, ...ranked.map((e) => h("tr", { class: same(e.plan, pilot.chosen) ? "chosen" : "" },

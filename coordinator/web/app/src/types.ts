@@ -92,9 +92,9 @@ export interface Plan {
   strategies: string;
   light_paths: number;
   connections: number;
-  aimed?: boolean;
-  lens_weight?: number;
-  effort?: string;
+  guided_emission?: boolean;
+  light_tracing_weight?: number;
+  sample_allocation?: string;
 }
 
 export interface JobDetail {
@@ -107,9 +107,9 @@ export interface JobDetail {
   pilot?: {
     chosen: Plan;
     samples: number;
-    effort_gain: number;
-    /** Of light paths that are aimed; absent where that was clear. */
-    aims_gain?: number;
+    adaptive_gain: number;
+    /** Of guided emission; absent where that was clear. */
+    emission_guide_gain?: number;
     /** Absent in reports of older farms. */
     features?: { feature: string; needed: boolean; reason: string; saving: string }[];
     estimates: { plan: Plan; relative_variance: number; cost: number }[];

@@ -131,7 +131,7 @@ TEST(Diagnosis, PredictsTheNoiseOfOtherSets) {
     measured /= static_cast<double>(sum.size());
     const double ratio = d.film.predicted_variance(i, 1024, d.image) / measured;
     EXPECT_GT(ratio, 0.85) << strategy_names(set);
-    EXPECT_LT(ratio, set & kLensConnections ? 1.5 : 1.15) << strategy_names(set);
+    EXPECT_LT(ratio, set & kLightTracing ? 1.5 : 1.15) << strategy_names(set);
   }
 }
 

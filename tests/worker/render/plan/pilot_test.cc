@@ -92,7 +92,7 @@ TEST(Pilot, PredictsTheNoiseOfPlansBySomePixels) {
   s.sphere({-0.3, -0.4, 0.3}, 0.5, s.dielectric(1.5f, 0)).sphere({0.5, 0.1, 0.6}, 0.3, s.dielectric(1.5f, 0));
   const auto some = [](const SamplingPlan& p) {
     const bool few = p.strategies == kAllStrategies && has_few(p);
-    return few || (p.lens_weight == 1 &&
+    return few || (p.light_tracing_weight == 1 &&
                    ((p.strategies == kAllStrategies && has_many(p)) ||
                     (p.light_paths == 0.125 && p.strategies == (kAllStrategies & ~kVertexConnections))));
   };
@@ -152,11 +152,11 @@ TEST(Pilot, KnowsThatAFilterSpreadsLampsInSight) {
   s.camera({0, 0.5, -1}, {0, 0.5, 0}, 50).film(96, 72);
   s.scene.filter = FilterDescription{};  // gaussian of radius 1.5
   const std::vector<PlanNoise> noise = noise_of_plans(s, [](const SamplingPlan& p) {
-    return (p.strategies & (kNextEvent | kVertexConnections)) == kNextEvent && p.lens_weight == 1;
+    return (p.strategies & (kNextEvent | kVertexConnections)) == kNextEvent && p.light_tracing_weight == 1;
   });
   ASSERT_EQ(noise.size(), 6u);
   for (const PlanNoise& n : noise) {
-    const bool light_paths = n.plan.find("lens") != std::string::npos;
+    const bool light_paths = n.plan.find("light-tracing") != std::string::npos;
     EXPECT_GT(n.predicted / n.measured, light_paths ? 1 : 1 / 1.5) << n.plan;
     EXPECT_LT(n.predicted / n.measured, light_paths ? 3 : 1.5) << n.plan;
   }
@@ -166,8 +166,8 @@ TEST(Pilot, KnowsThatAFilterSpreadsLampsInSight) {
 // may not see it, and by the same paths whatever the plan. What plans differ in is predicted.
 TEST(Pilot, PredictsWhatPlansDifferInWhereRarePathsMakeTheNoise) {
   const auto all = [](const SamplingPlan& p) {
-    return (has_few(p) || has_many(p)) && p.lens_weight == 1 &&
-           p.strategies == (kEmissionHits | kNextEvent | kVertexConnections | kLensConnections);
+    return (has_few(p) || has_many(p)) && p.light_tracing_weight == 1 &&
+           p.strategies == (kEmissionHits | kNextEvent | kVertexConnections | kLightTracing);
   };
   const std::vector<PlanNoise> noise = noise_of_plans(caustic(), all);
   ASSERT_EQ(noise.size(), 2u);
@@ -234,7 +234,7 @@ TEST(Pilot, IsTheSameForAnyThreadsAndSamples) {
 
 TEST(Pilot, ChoosesLightPathsForACaustic) {
   const PilotReport report = pilot_of(caustic());
-  EXPECT_TRUE(report.chosen.strategies & kLensConnections) << plan_to_json(report.chosen);
+  EXPECT_TRUE(report.chosen.strategies & kLightTracing) << plan_to_json(report.chosen);
 }
 
 // Aims make light paths more even and longer: through a door they pay, in an open box that is lit all over
@@ -318,8 +318,8 @@ TEST(CostModel, ChargesForWhatRuns) {
   const Strategies pt = kEmissionHits | kNextEvent;
   EXPECT_LT(cost(kEmissionHits, 1, 1), cost(pt, 1, 1));
   EXPECT_EQ(cost(pt, 0.25, 0.25), cost(pt, 2, 4));
-  EXPECT_LT(cost(pt, 1, 1), cost(pt | kLensConnections, 0.25, 1));
-  EXPECT_LT(cost(pt | kLensConnections, 0.25, 1), cost(pt | kLensConnections, 1, 1));
+  EXPECT_LT(cost(pt, 1, 1), cost(pt | kLightTracing, 0.25, 1));
+  EXPECT_LT(cost(pt | kLightTracing, 0.25, 1), cost(pt | kLightTracing, 1, 1));
   EXPECT_LT(cost(kAllStrategies, 0.25, 1), cost(kAllStrategies, 0.25, 2));
   const double few = cost(kAllStrategies, 1, 1);
   work.primitives = 1e6;

@@ -85,7 +85,7 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
     }
     if (weigh_connections)
       p_emission = emission_pdf<Lane, K::kLights>(lights, light, h.v.p, -h.v.wo, h.cos_in);
-  } else if (context.on(kLensConnections)) {
+  } else if (context.on(kLightTracing)) {
     const LightRecord<Lane> r(lights, light);
     w_other = r.scalar(kLightSelect) / r.scalar(kLightArea) * h.v.dvcm;  // M10
   }

@@ -21,7 +21,7 @@ struct FamilyShares {
   float hit = 0, next_event = 0, lens = 0, connect = 0;
   float of(Strategies set) const {
     return (set & kEmissionHits ? hit : 0) + (set & kNextEvent ? next_event : 0) +
-           (set & kLensConnections ? lens : 0) + (set & kVertexConnections ? connect : 0);
+           (set & kLightTracing ? lens : 0) + (set & kVertexConnections ? connect : 0);
   }
 };
 

@@ -27,8 +27,8 @@ struct PathClass {
   }
   Strategies makers() const {
     Strategies set = hit ? kEmissionHits : 0;
-    if (events == 0) return hit ? set | kLensConnections : set;
-    if (diffuse(events - 1)) set |= kLensConnections;
+    if (events == 0) return hit ? set | kLightTracing : set;
+    if (diffuse(events - 1)) set |= kLightTracing;
     if (diffuse(0)) set |= kNextEvent;
     for (int i = 0; i + 1 < events; ++i) {
       if (diffuse(i) && diffuse(i + 1)) set |= kVertexConnections;

@@ -192,12 +192,12 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   const NextEventGuide& guide = scene.lights.guide;
   item("light tree", !scene.lights.tree.empty() && !guide.chooses(),
        guide.chooses() && !scene.lights.tree.empty()
-           ? "a light guide chooses in its place"
+           ? "a next-event guide chooses in its place"
            : (scene.lights.tree.empty() ? "not more than " : "more than ") + text(kAliasLights) +
                  " lights within the scene",
        "a traversal per light sample and per emitter that a path hits");
   const std::string gain = text(static_cast<int>(std::lround(100 * guide.gain - 100)));
-  item("light guide", !guide.empty(),
+  item("next-event guide", !guide.empty(),
        !guide.empty()
            ? "much of the lights is hidden: without it samples of them have " + gain + " % more mean square"
        : guide.gain == 1 ? "there is nothing to choose, or what is between can't be looked through at once"
@@ -209,7 +209,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
                                             : "no distant light",
        "a table of where light paths start, and a look-up per weight of one");
   const std::string noise = text(static_cast<int>(std::lround(100 * scene.emission_guide_gain - 100)));
-  item("light path aims", guided_emission,
+  item("guided emission", guided_emission,
        scene.emission_guide_gain == 1 ? "there are no light paths, or one place for them to go"
        : guided_emission              ? "light paths that went anywhere would make " + noise + " % more noise"
        : scene.guided_lights && !(strategies & kLightPaths)
@@ -220,7 +220,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   const double without = scene.caustics.gain;
   const std::string times = text(static_cast<int>(without)) +
                             (without < 10 ? "." + text(static_cast<int>(without * 10) % 10) : std::string());
-  item("caustic guide", !scene.caustics.empty(),
+  item("photon guide", !scene.caustics.empty(),
        !scene.caustics.empty()
            ? "light comes through glass or off mirrors: without it there would be about " + times +
                  " times the noise"
@@ -228,7 +228,7 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
        : scene.any_delta ? "what comes through glass or off mirrors is little of the noise, or out of reach"
                          : "no smooth metal, glass or coat",
        "a look-up per scattering event and per weight of one, and longer paths");
-  item("manifold walks", !scene.manifolds.empty(),
+  item("manifold next event", !scene.manifolds.empty(),
        !scene.manifolds.empty()
            ? "they bring about " + text(static_cast<int>(std::lround(100 * missing.walked))) +
                  " % of the image's light, which paths meet never, or seldom and as fireflies"
@@ -267,11 +267,11 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double i
   strategy("next-event estimation (s = 1)", kNextEvent, "light sampling and a shadow ray per camera vertex");
   strategy("vertex connections (s, t >= 2)", kVertexConnections,
            "the light-vertex cache and its shadow rays");
-  strategy("lens connections (t = 1)", kLensConnections, "the splat layer and its traffic");
+  strategy("light tracing (t = 1)", kLightTracing, "the splat layer and its traffic");
   const bool lens_radius = std::visit([](const auto& c) { return c.kHasLens; }, camera);
   item("lens sampling", lens_radius,
        lens_radius ? "the lens has a radius" : "the camera has no lens with a radius",
-       "two dimensions per camera path and per lens connection");
+       "two dimensions per camera path and per light path that is joined to the lens");
   const std::string flattened =
       text(scene.flattened_instances) + " multiplied out, as used once, small, emitting or nearly singular";
   item("instances", scene.any_instances(),

@@ -10,7 +10,7 @@ const char* needs_general_lights(const LightTable& lights) {
   if (!lights.patterns.empty()) return "an emitter varies over its surface";
   if (lights.any_delta || lights.any_infinite()) return "a light has no surface";
   if (!lights.tree.empty()) return "lights are many";
-  if (!lights.guide.empty()) return "there is a light guide";
+  if (!lights.guide.empty()) return "there is a next-event guide";
   if (lights.has_emission_guide()) return "light paths of a light go where it pays";
   return nullptr;
 }
@@ -21,7 +21,7 @@ const char* needs_general_kernels(const RenderScene& s, const LightTable& table)
   if (!s.only_diffuse || s.kinds_present > 1) return "a material in use is not diffuse";
   if (s.any_texture || s.any_tangent || s.any_colors || s.any_mix)
     return "a colour or a normal map varies over a surface";
-  if (!s.caustics.empty()) return "camera paths go by a caustic guide";
+  if (!s.caustics.empty()) return "camera paths go by a photon guide";
   if (const char* lights = needs_general_lights(table)) return lights;
   if (s.any_fibres) return "there are fibres";
   if (s.any_instances()) return "there are instances";

@@ -54,7 +54,7 @@ Renderer renderer_of(const TestScene& s, int threads = 1) {
 bool walks(const Renderer& r) {
   const auto& items = r.plan().items;
   return std::find_if(items.begin(), items.end(),
-                      [](const PlanItem& i) { return i.feature == "manifold walks"; })
+                      [](const PlanItem& i) { return i.feature == "manifold next event"; })
       ->needed;
 }
 

@@ -71,16 +71,16 @@ TEST(PlanOverride, SwitchesItsItemOn) {
 
 TEST(Features, AreReadByName) {
   EXPECT_EQ(features_named(""), 0u);
-  EXPECT_EQ(features_named("textures,lens"), kTextures | kLensConnections);
+  EXPECT_EQ(features_named("textures,light-tracing"), kTextures | kLightTracing);
   for (Features bit = 1; bit <= kAllFeatures; bit <<= 1) EXPECT_EQ(features_named(feature_names(bit)), bit);
   EXPECT_EQ(features_named(feature_names(kAllFeatures)), kAllFeatures);
-  for (const char* bad : {"texture", "textures,,lens", "textures;lens", " lens"})
+  for (const char* bad : {"texture", "textures,,light-tracing", "textures;light-tracing", " light-tracing"})
     EXPECT_THROW(features_named(bad), Error) << bad;
   try {
     features_named("fog");
     FAIL();
   } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("there are hit, next-event, lens"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("there are hit, next-event, light-tracing"), std::string::npos) << e.what();
   }
 }
 

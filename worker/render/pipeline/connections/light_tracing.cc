@@ -41,7 +41,7 @@ void set_raster(const StageContext& context, const LensConnection<Lane>& lens,
 }
 
 template <class K>
-void lens_connections(const StageContext& context, const LayerContext& layer, int depth, size_t first,
+void light_tracing(const StageContext& context, const LayerContext& layer, int depth, size_t first,
                       Wavefront& w) {
   for (size_t base = first; base < w.light_vertices.size(); base += kLanes) {
     const VertexGroup g(w.light_vertices, base, context.scene);
@@ -142,7 +142,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
 void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
                  Wavefront& w) {
   with_kernels(context.kernels.joins, w,
-               [&]<class K>(K) { lens_connections<K>(context, layer, depth, first, w); });
+               [&]<class K>(K) { light_tracing<K>(context, layer, depth, first, w); });
 }
 
 void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot,
