@@ -39,7 +39,7 @@ for service in coordinator worker; do
   check "$service has CPU and memory limits" limited $service
   check "$service does not run as root" not_root $service
 done
-# The credentials that init made, for the client on the host: the README's own line.
+# The credentials that init made, for the client on the host: the line of docs/compose.md.
 export LIGHTMILL_CREDENTIALS=$dir/credentials/client
 mkdir "$dir/credentials"
 take_credentials() { compose run --rm -T --no-deps --entrypoint tar init -C /var/lib/lightmill/credentials -c client ca/ca.crt coordinator/tokens | tar -x -C "$dir/credentials"; }
