@@ -11,14 +11,24 @@ sources() { git ls-files '*.cc' '*.h' '*.proto' '*.py' '*.sh'; }
 none() { local found; found=$("$@"); [[ -z $found ]] || { tr '\n' ' ' <<<"$found"; return 1; }; }
 
 long_files() { sources | xargs wc -l | awk '$2 != "total" && $1 > 800 { print $2 ":" $1 }'; }
+code_pages() { git ls-files README.md ARCHITECTURE.md '*/README.md'; }
 # shellcheck disable=SC2016  # backquotes of Markdown
-missing_names() { # every `path` that a document names
-  grep -ohE '`[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)+/?`' README.md ARCHITECTURE.md | tr -d '`' | sort -u |
-    while read -r path; do
-      [[ -e $path || $path == build/* || -n $(git ls-files "*/$path") ]] || echo "$path"
+missing_names() { # every `path` that a page about the code names, from the root or from the page's folder
+  local page path
+  code_pages | while read -r page; do
+    grep -ohE '`[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)+/?`' "$page" | tr -d '`' | sort -u | while read -r path; do
+      [[ -e $path || $path == build/* || -e $(dirname "$page")/$path || -n $(git ls-files "*/$path") ]] || echo "$page:$path"
     done
+  done
 }
-missing_links() { grep -ohE '\]\([^)#:]+\)' README.md ARCHITECTURE.md | sed 's/](\(.*\))/\1/' | sort -u | while read -r path; do [[ -e $path ]] || echo "$path"; done; }
+missing_links() { # every relative link of every page
+  local page path
+  git ls-files '*.md' | while read -r page; do
+    grep -ohE '\]\([^)#:]+(#[^)]*)?\)' "$page" | sed -E 's/^\]\(([^)#]+).*/\1/' | sort -u | while read -r path; do
+      [[ -e $(dirname "$page")/$path ]] || echo "$page:$path"
+    done
+  done
+}
 not_executable() { git ls-files -s 'deploy/*.sh' 'tests/run.sh' '.ci/run' | awk '$1 != "100755" && $4 !~ /build_env/ { print $4 }'; }
 broken_scripts() { git ls-files '*.sh' .ci/run | while read -r script; do bash -n "$script" 2>&1; done; }
 unknown_packages() { awk '/^[a-z]/ { print $2 }' deploy/packages.txt | sort -u | while read -r package; do [[ -n $(apt-cache show --no-all-versions "$package" 2>/dev/null) ]] || echo "$package"; done; }
