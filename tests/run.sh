@@ -1,21 +1,24 @@
 #!/usr/bin/env bash
-# Sets up, builds and runs every test. The last line is "N passed, N failed, N skipped" over all of them.
-#   tests/run.sh           fast tests, the farm of real processes, slow tests (statistics), the
-#                          CLI contract, the dashboard in Chromium, Docker Compose and Swarm, Slurm, Kubernetes files
-#   tests/run.sh --all     sanitizers, half a minute of each fuzzer, formatting and lint as well
-#   tests/run.sh --no-install     packages are there already (no root needed)
+# Sets up, builds and runs tests, fast ones first. The last line is "N passed, N failed, N skipped" over all of them.
+#   tests/run.sh           what a change must pass: unit tests, estimators against closed answers, a farm of real
+#                          processes, the command line, the dashboard in Chromium; 25 minutes on 2 cores
+#   tests/run.sh --fast    unit tests and what the tree promises of itself; 10 minutes on 2 cores
+#   tests/run.sh --all     also long statistics, chaos, containers (Compose, Swarm), Slurm, Kubernetes, packages,
+#                          sanitizers, half a minute of each fuzzer, formatting and lint
+#   --no-install           packages are there already (no root needed)
 # Logs stay in build/test-logs. Exit codes: 0 all passed, 1 some failed or the build did, 2 wrong usage.
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root" || exit 1
 source deploy/build_env.sh
 
-all=false install=true
+tier=middle install=true
 for argument in "$@"; do
   case $argument in
-    --all) all=true ;;
+    --fast) tier=fast ;;
+    --all) tier=all ;;
     --no-install) install=false ;;
-    *) sed -n '2,6s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; [[ $argument == --help ]] && exit 0 || exit 2 ;;
+    *) sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; [[ $argument == --help ]] && exit 0 || exit 2 ;;
   esac
 done
 
@@ -101,22 +104,38 @@ build_part() {
 
 if $install; then
   part "packages"
-  groups=(build test browser)
-  $all && groups+=(fuzz lint)
+  groups=(build test)
+  [[ $tier != fast ]] && groups+=(browser)
+  [[ $tier == all ]] && groups+=(fuzz lint)
   deploy/install_packages.sh "${groups[@]}" || { count packages 0 1 0; finish; }
 fi
 
-build_part release ON -j "$cores" || finish
-ctest_part "fast tests" release -LE 'slow|farm' -j "$cores" --timeout 300
-ctest_part "farm tests" release -L farm -LE slow -j "$cores" --timeout 600
-ctest_part "slow tests" release -L slow -j "$cores" --timeout 3600
+# unbuilt PRESET: a pattern of the tests whose programs have not been built, which would count as failed.
+unbuilt() {
+  local names
+  names=$(ctest --test-dir "build/$1" --show-only=json-v1 | /usr/bin/python3 -c '
+import json, sys
+print("|".join(test["name"] for test in json.load(sys.stdin)["tests"] if "command" not in test))')
+  echo "^(${names:-none})\$"
+}
 
+script_part "layout" bash tests/deploy/layout.sh
+build_part release ON -j "$cores" --target fast_tests lightmill lightmill-coordinator lightmill-worker || finish
+ctest_part "fast tests" release -LE 'slow|farm|bench' -E "$(unbuilt release)" -j "$cores" --timeout 300
+[[ $tier == fast ]] && finish
+
+build_part release ON -j "$cores" || finish
+if [[ $tier == middle ]]; then left_out=(-LE 'long|bench'); else left_out=(-LE bench); fi
+ctest_part "slow tests" release -L slow "${left_out[@]}" -j "$cores" --timeout 3600
+ctest_part "farm tests" release -L farm "${left_out[@]}" -j "$cores" --timeout 1800
 if [[ -f ../shared/contract/check.sh ]]; then
   script_part "contract" bash tests/deploy/contract.sh ../shared/contract/check.sh
 fi
 script_part "dashboard" bash tests/dashboard/run.sh
-script_part "layout" bash tests/deploy/layout.sh
 script_part "quickstart" bash tests/deploy/quickstart.sh
+[[ $tier == middle ]] && finish
+
+build_part release ON -j "$cores" --target benches && ctest_part "benches" release -L bench --timeout 1800
 script_part "containers" bash tests/deploy/containers.sh
 script_part "kubernetes" bash tests/deploy/kubernetes.sh
 script_part "slurm" bash tests/deploy/slurm.sh
@@ -126,24 +145,17 @@ sanitizer_part() {
   local preset=$1
   shift
   build_part "$preset" ON -j "$cores" --target "$@" || return
-  # A test without a command is one of a program that was not built, which would count as failed.
-  local unbuilt
-  unbuilt=$(ctest --test-dir "build/$preset" --show-only=json-v1 | /usr/bin/python3 -c '
-import json, sys
-print("|".join(test["name"] for test in json.load(sys.stdin)["tests"] if "command" not in test))')
-  ctest_part "$preset" "$preset" -E "^(${unbuilt:-none})\$" -LE 'slow|farm' -j "$cores" --timeout 1200
+  ctest_part "$preset" "$preset" -E "$(unbuilt "$preset")" -LE 'slow|farm|bench' -j "$cores" --timeout 1200
 }
 
-if $all; then
-  # What reads bytes from outside, what shares state between threads, and what renders on its own account.
-  # Libraries are not instrumented, so ThreadSanitizer sees the parts without gRPC and Embree.
-  sanitizer_part asan image_test scene_test reader_fuzz_test rpc_test agent_test coordinator_store_test \
-    coordinator_farm_test coordinator_service_test coordinator_web_test plan_test manifold_test
-  sanitizer_part tsan agent_test coordinator_plan_test coordinator_farm_test
-  # Divisions by zero and casts that overflow, where the numbers are at their most extreme. GCC checks scalars, not
-  # vector lanes.
-  sanitizer_part ubsan extreme_suite
-  script_part "fuzz" bash tests/fuzz/run.sh 30
-  script_part "lint" bash tests/deploy/lint.sh
-fi
+# What reads bytes from outside, what shares state between threads, and what renders on its own account.
+# Libraries are not instrumented, so ThreadSanitizer sees the parts without gRPC and Embree.
+sanitizer_part asan base_test job_test film_test error_test image_test farm_types_test scene_test gltf_test reader_fuzz_test rpc_test agent_test coordinator_store_test \
+  coordinator_farm_test coordinator_service_test coordinator_web_test plan_test manifold_test
+sanitizer_part tsan agent_test coordinator_plan_test coordinator_farm_test
+# Divisions by zero and casts that overflow, where the numbers are at their most extreme. GCC checks scalars, not
+# vector lanes.
+sanitizer_part ubsan extreme_suite
+script_part "fuzz" bash tests/fuzz/run.sh 30
+script_part "lint" bash tests/deploy/lint.sh
 finish

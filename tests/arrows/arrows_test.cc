@@ -2,6 +2,7 @@
 // #include lines.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -72,6 +73,85 @@ TEST(Arrows, CoordinatorKnowsNoWorkerAndNoEmbree) {
 TEST(Arrows, WorkerKnowsNoCoordinator) {
   expect_none("worker", "worker/ talks to the coordinator by messages only", [](const Include& i) {
     return starts_with_any(i.target, {"coordinator/", "client/"});
+  });
+}
+
+/// A folder of the project, and those that it may include besides itself and what lies in it.
+struct Layer {
+  const char* folder;
+  std::vector<std::string> below;
+};
+
+// Within common/ a folder knows those before it alone.
+TEST(Arrows, FoldersOfCommonPointDown) {
+  const std::vector<Layer> layers = {
+      {"common/base", {}},
+      {"common/build_id", {"common/film/partial.h"}},
+      {"common/sandbox", {"common/base/"}},
+      {"common/job", {"common/base/"}},
+      {"common/image", {"common/base/", "common/build_id/", "common/job/"}},
+      {"common/film", {"common/base/", "common/job/", "common/image/"}},
+      {"common/error", {"common/base/", "common/build_id/", "common/job/", "common/image/", "common/film/"}},
+      {"common/scene", {"common/base/", "common/job/"}},
+      {"common/farm", {"common/base/", "common/job/", "common/image/", "common/film/", "common/scene/"}},
+  };
+  for (const Layer& layer : layers) {
+    for (const Include& include : includes_under(layer.folder)) {
+      if (!include.target.starts_with("common/") || include.target.starts_with(std::string(layer.folder) + "/")) continue;
+      const bool may = std::any_of(layer.below.begin(), layer.below.end(),
+                                   [&](const std::string& folder) { return include.target.starts_with(folder); });
+      EXPECT_TRUE(may) << include.file << ":" << include.line << ": includes " << include.target << "; "
+                       << layer.folder << "/ is below it";
+    }
+  }
+}
+
+TEST(Arrows, ReadersDoNotKnowEachOther) {
+  const std::string scene = "common/scene/";
+  const std::vector<std::string> readers = {"pbrt", "gltf"};
+  for (const std::string& reader : readers) {
+    expect_none(scene + reader, "a reader knows no other reader", [&](const Include& i) {
+      return std::any_of(readers.begin(), readers.end(), [&](const std::string& other) {
+        return other != reader && i.target.starts_with(scene + other + "/");
+      });
+    });
+  }
+  for (const char* part : {"mesh", "spectrum", "measured"}) {
+    for (const Include& i : includes_under(scene + part)) {
+      EXPECT_FALSE(starts_with_any(i.target, {"common/scene/pbrt/", "common/scene/gltf/"}))
+          << i.file << ":" << i.line << ": " << part << "/ is what readers share, and knows none of them";
+    }
+  }
+}
+
+// coordinator/farm decides on events and the time of the moment: it can be tested without a disk or a network.
+TEST(Arrows, TheFarmIsPure) {
+  expect_none("coordinator/farm", "coordinator/farm/ knows no store, service or HTTP", [](const Include& i) {
+    return (i.target.starts_with("coordinator/") && !i.target.starts_with("coordinator/farm/")) ||
+           starts_with_any(i.target, {"grpc", "lightmill/v1/", "common/rpc/", "sqlite3", "libpq", "httplib", "thread",
+                                      "mutex", "fstream", "filesystem"});
+  });
+}
+
+TEST(Arrows, FoldersOfTheCoordinatorPointDown) {
+  const auto expect_without = [](const std::string& folder, std::initializer_list<const char*> above) {
+    for (const Include& i : includes_under("coordinator/" + folder)) {
+      EXPECT_FALSE(starts_with_any(i.target, above))
+          << i.file << ":" << i.line << ": includes " << i.target << "; coordinator/" << folder << "/ is below it";
+    }
+  };
+  expect_without("store", {"coordinator/core/", "coordinator/merge/", "coordinator/service/", "coordinator/http/",
+                           "coordinator/web/", "coordinator/access/", "grpc", "lightmill/v1/"});
+  expect_without("merge", {"coordinator/core/", "coordinator/service/", "coordinator/http/", "coordinator/web/",
+                           "coordinator/access/", "grpc", "lightmill/v1/"});
+  expect_without("core", {"coordinator/service/", "coordinator/http/", "coordinator/web/", "coordinator/access/",
+                          "grpc", "lightmill/v1/"});
+  expect_without("access", {"coordinator/core/", "coordinator/service/", "coordinator/http/", "coordinator/web/"});
+}
+
+TEST(Arrows, TheFilmKnowsNoNetwork) {
+  expect_none("common/film", "common/film/ knows no network", [](const Include& i) {
+    return starts_with_any(i.target, {"grpc", "lightmill/v1/", "common/rpc/", "sys/socket", "httplib"});
   });
 }
 

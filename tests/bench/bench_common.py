@@ -20,7 +20,7 @@ def need(*paths):
     """Ends with one line if a program has not been built."""
     for path in paths:
         if not path.exists():
-            sys.exit(f"{path} is not there; build the preset release first")
+            sys.exit(f"{path} is not there; first: cmake --build --preset release --target benches")
 
 
 def output(*command):

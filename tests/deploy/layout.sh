@@ -33,10 +33,22 @@ not_executable() { git ls-files -s 'deploy/*.sh' 'tests/run.sh' '.ci/run' | awk 
 broken_scripts() { git ls-files '*.sh' .ci/run | while read -r script; do bash -n "$script" 2>&1; done; }
 unknown_packages() { awk '/^[a-z]/ { print $2 }' deploy/packages.txt | sort -u | while read -r package; do [[ -n $(apt-cache show --no-all-versions "$package" 2>/dev/null) ]] || echo "$package"; done; }
 unfinished() { git grep -nE '\b(TODO|FIXME|XXX)\b|#if 0|DISABLED_' -- '*.cc' '*.h' '*.proto' '*.py' | cut -d: -f1,2; }
-missing_folders() { local folder; for folder in proto/lightmill/v1 common/image common/scene common/rpc worker/agent worker/render/{scene,accel,bsdf,light,camera,sampling,math,plan,pipeline} coordinator client deploy tests scenes; do [[ -d $folder ]] || echo "$folder"; done; }
+missing_folders() {
+  local folder
+  for folder in proto/lightmill/v1 common/{base,job,film,error,image,farm,rpc} common/scene/{pbrt,gltf,mesh} worker/agent \
+    worker/render/{scene,accel,bsdf,light,camera,sampling,math,plan,guiding,pipeline} \
+    coordinator/{farm,core,merge,store,service,access,http,web} client/{verbs,terminal,connection} deploy docs tests scenes; do
+    [[ -d $folder ]] || echo "$folder"
+  done
+}
+# About 25: a folder that has more holds more than one subject.
+crowded_folders() { sources | sed 's#/[^/]*$##' | sort | uniq -c | awk '$1 > 28 { print $2 ":" $1 }'; }
+long_pages() { local page; for page in README.md:150 ARCHITECTURE.md:250; do (( $(wc -l <"${page%:*}") <= ${page#*:} )) || echo "$page"; done; }
 stages() { local stage; for stage in producer caster bouncer shadow_caster film; do [[ -f worker/render/pipeline/$stage.cc || -f worker/render/pipeline/$stage.h ]] || echo "$stage"; done; }
 
 check "folders of the layout" none missing_folders
+check "folders of one subject" none crowded_folders
+check "pages that are read" none long_pages
 check "the five stages are files" none stages
 check "no file over 800 lines" none long_files
 check "documents name only what is there" none missing_names

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "common/base/error.h"
-#include "common/scene/pbrt/tokenizer.h"
+#include "common/base/parse_number.h"
 #include "common/scene/mesh/ply_header.h"
 #include "common/scene/problem_list.h"
 

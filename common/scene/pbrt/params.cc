@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/parse_number.h"
 #include "common/base/lower_case.h"
 
 namespace lightmill {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/base/parse_number.h"
 #include "common/base/error.h"
 #include "common/scene/fold_constants.h"
 #include "common/scene/motion.h"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "common/base/parse_number.h"
 #include "common/scene/spectrum/spectrum.h"
 
 namespace lightmill {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "common/base/parse_number.h"
 #include "common/scene/pbrt/scene.h"
 #include "common/scene/transform.h"
 #include "common/scene/pbrt/params.h"

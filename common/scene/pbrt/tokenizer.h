@@ -56,8 +56,4 @@ class PbrtTokenizer {
   bool has_peeked_ = false;
 };
 
-/// Parses a finite decimal number that makes up the whole of `text` (from_chars' grammar and a leading +).
-/// False if it is none, or is not finite in double.
-bool parse_number(std::string_view text, double* value);
-
 }  // namespace lightmill

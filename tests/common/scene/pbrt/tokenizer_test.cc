@@ -4,6 +4,8 @@
 
 #include "common/scene/pbrt/tokenizer.h"
 
+#include "common/base/parse_number.h"
+
 namespace lightmill {
 namespace {
 
