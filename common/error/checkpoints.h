@@ -5,9 +5,9 @@
 // Looking often makes it likelier to stop too early: one look errs in 2.5 % of the jobs, each look in
 // another. But a look errs only where the true error is within an interval's width above the target, which is
 // one or two of them as the error falls by a quarter from one to the next, and where it stops it is below the
-// target mostly, as the whole interval is. Measured by tests/bench/error_coverage --all over 6 scenes x 200
-// runs: the error of the image is below the target in 99.5 %, at 1.25 times the samples that the target takes
-// in the median (a caustic: 1.5 or 1.8 times); so the level of a look needs no correction.
+// target mostly, as the whole interval is. Measured by tests/bench/planning/error_coverage --all over 6
+// scenes x 200 runs: the error of the image is below the target in 99.5 %, at 1.25 times the samples that the
+// target takes in the median (a caustic: 1.5 or 1.8 times); so the level of a look needs no correction.
 //
 // 1, 2, 4, 8, 16, 32, 48, 64 spp, then each at most 1.25 times the one before it (and one superblock at
 // least).
