@@ -1,9 +1,11 @@
 #pragma once
-// A partial: what rendering a tile returns, and the builder that render threads add to.
+// A partial accumulation buffer ("partial"): what rendering a tile returns, and the builder that render
+// threads add to.
 //
-//   PartialBuilder builder(grid, tile, quantum_exponent);
-//   builder.add_camera(cell_x, cell_y, sums, samples);   // any thread, any order
-//   builder.add_splats(splats, light_paths);
+//   PartialBuilder builder(grid, tile, quantum_exponent, has_camera_layer, has_splat_layer);
+//   builder.add_camera(cell_x, cell_y, sums);            // any thread, any order
+//   builder.add_splats(splats);
+//   builder.add_counters(counters, cpu_seconds);
 //   Partial partial = builder.take();
 //   std::string bytes = encode_partial(partial);         // zstd, sparse where smaller, digest inside
 #include <cstdint>

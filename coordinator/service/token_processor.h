@@ -1,5 +1,6 @@
 #pragma once
-// The authenticator at gRPC's door: judges every call before its handler, or even its message, is looked at.
+// Judges every gRPC call by its token (authenticator.h), before its handler runs and before its message is
+// read.
 #include <grpcpp/security/auth_metadata_processor.h>
 
 #include <functional>
