@@ -34,7 +34,7 @@ void look_up(const std::vector<float>& rgb, int width, int height, const Vec3<fl
 /// The same radiance as an equal-area image of about as many texels.
 LightImage equal_area_of_panorama(const LightImage& from) {
   constexpr int kSamples = 3;  // a side, per texel
-  // A multiple of what light guides divide a side by.
+  // A multiple of what next-event guides divide a side by.
   constexpr int kStep = BinnedDensity::kMostBins;
   const int about = static_cast<int>(std::sqrt(double{1.0} * from.width * from.height));
   const int n = std::clamp((about + kStep / 2) / kStep * kStep, kStep, kMaxResampledSide);

@@ -26,7 +26,7 @@ struct EnvironmentMap {
   float to_light[9];         // rotation from world to the light's space, row-major
   double mean_radiance = 0;  // mean over the sphere and the channels
   float brightest = 0;       // any channel of any texel
-  BinnedDensity bins;        // with tables where a light guide draws by them (next_event_guide.h)
+  BinnedDensity bins;        // with tables where a next-event guide draws by them (next_event_guide.h)
 
   /// `image` must be square; it is scaled by `scale` per channel. Throws Error(kBadScene) if it is not, or
   /// holds no light.

@@ -1,8 +1,9 @@
 #pragma once
 // All lights of a scene as flat arrays, and how one is selected: by power (Walker's alias method; a small
-// part evenly) for light paths, unless they have learnt which ones matter (training/emission_guide_training.h), and for
-// next-event estimation unless there are many; then by what may reach the point (light_tree.h). Where much of
-// the light is hidden, what was seen to get there decides (next_event_guide.h).
+// part evenly) for light paths, unless they have learnt which ones matter
+// (training/emission_guide_training.h), and for next-event estimation unless there are many; then by what may
+// reach the point (light_tree.h). Where much of the light is hidden, what was seen to get there decides
+// (next_event_guide.h).
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -88,7 +89,7 @@ struct LightTable {
   std::vector<BinnedDensity> emission_cells;
   // Where light paths go, by tables of cells of directions (emission_guide.h).
   BinnedDensity emission_guide;
-  std::vector<int32_t> emission_guide_of;             // per light: table of `aims`, or -1; empty if there are none
+  std::vector<int32_t> emission_guide_of;             // per light: its table, or -1; empty if there are none
   SharedList<EnvironmentMap> goniometers;  // of intensity
   SharedList<ProjectionMap> projectors;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly

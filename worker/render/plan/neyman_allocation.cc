@@ -12,10 +12,10 @@ constexpr int kReaches[] = {16, 8, 4, 2, 1, 0};
 constexpr double kPrior = 256;
 /// No region is taken for less noisy than this fraction of the mean.
 constexpr double kLeastNoise = 0.02;
-/// Smallest gain on the other half for which effort is adapted. Costs are counted work, which does not know
-/// that noisy materials, such as coats, take longer than others, nor that passes of few paths fill fewer
-/// lanes, as they do where vertices are connected. Where 1.16 to 1.4 is predicted, 1.05 to 1.34 was
-/// measured.
+/// Smallest gain on the other half of the samples for which sampling becomes adaptive. Costs are counted
+/// work. That does not know that noisy materials, such as coats, take longer than others, nor that passes of
+/// few paths fill fewer lanes, as they do where vertices are connected. Where 1.16 to 1.4 is predicted, 1.05
+/// to 1.34 was measured.
 constexpr double kLeastGain = 1.12;
 
 struct Seen {

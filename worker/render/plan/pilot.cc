@@ -26,15 +26,16 @@ constexpr uint64_t kPilotSeed = 0x70696c6f74;
 /// gains of smooth light, of which single samples see up to eight times the noise. Of 16, fewer places are
 /// left than a choice needs.
 constexpr int64_t kPaths = 3 << 16, kLeastSamples = 8;
-/// Camera paths of each of the two looks that tell whether aims pay, and the predicted gain from which on
-/// they do: where 1.15 to 1.5 is predicted 1.27 to 1.47 was measured, where 0.94 to 1.1 (four rooms) 0.88 to
-/// 0.97, as aimed paths take longer.
+/// Camera paths of each of the two preview passes that tell whether the emission guide pays, and the
+/// predicted gain from which on it does: where 1.15 to 1.5 is predicted 1.27 to 1.47 was measured, where 0.94
+/// to 1.1 (four rooms) 0.88 to 0.97, as guided light paths take longer.
 constexpr int64_t kEmissionGuidePaths = kPaths / 8;
 constexpr double kEmissionGuideWorthIt = 1.12;
 
 class Pilot {
  public:
-  /// Records and weighs strategies `among` those that the scene allows, with light paths `aimed`.
+  /// Records and weighs strategies `among` those that the scene allows, with light paths by the emission
+  /// guide if `guided_emission`.
   Pilot(const Renderer& scene, Strategies among, std::optional<bool> guided_emission, int64_t paths,
         const std::function<bool()>& go_on)
       : settings_(pilot_settings(scene, among, guided_emission)),
@@ -284,7 +285,7 @@ double least_product(const std::vector<PlanEstimate>& estimates) {
   return least;
 }
 
-/// Of the best plan with aims over that without, by the same camera paths.
+/// Of the best plan with the emission guide over that without, by the same camera paths.
 double gain_of_emission_guide(const Renderer& renderer, int threads, const std::function<bool()>& go_on) {
   const auto least = [&](bool guided_emission) {
     return least_product(Pilot(renderer, kAllStrategies, guided_emission, kEmissionGuidePaths, go_on).run(threads).estimates);

@@ -77,7 +77,7 @@ class Choice {
     return sum;
   }
 
-  /// What the regions look like under plan number `k`.
+  /// The noise of the regions under plan number `k`.
   std::vector<RegionNoise> region_noise(size_t k) const {
     std::vector<RegionNoise> regions;
     for (const RegionSums& region : sums_.regions) {

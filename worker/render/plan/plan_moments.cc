@@ -94,8 +94,8 @@ void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPla
   rare->add(path);
 }
 
-/// An emitter in sight is noise only in pixels of which it covers a part. How much of that samples of the
-/// pixel are asked for, as against lens connections: they know what stratification gains, but miss slivers.
+/// A visible emitter is noise only in pixels of which it covers a part. How much of the answer comes from
+/// samples of the pixel, as against light tracing: samples know what stratification gains, but miss slivers.
 struct InSight {
   float covered;  // part of the pixel that emits, at most
   float sampled;  // share of the noise that samples are asked for (end_cell); the rest is add_unsampled's
@@ -108,8 +108,8 @@ InSight in_sight(const FamilyShares& a, const float rgb[3], const PixelValue& va
   return {covered, 1 - by_lens};
 }
 
-/// What hits of an emitter in sight add to the noise of the camera layer without the share that samples tell:
-/// from hits and lens connections alike.
+/// What hits of a visible emitter add to the noise of the camera layer without the share that samples tell:
+/// from hits and light tracing alike.
 void add_unsampled(const PlanSet& plans, const FamilyShares& a, const float rgb[3], const PixelValue& value,
                    const PerPlan& factor, size_t half, float scale, BlockMoments* block) {
   const InSight seen = in_sight(a, rgb, value);
@@ -295,9 +295,9 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
   if (splat.emitter) {
     const float survival = connection_survival(splat.size);  // which hits know nothing of
     const float hit[3] = {splat.rgb[0] * survival, splat.rgb[1] * survival, splat.rgb[2] * survival};
-    // Which point of a lamp a path starts at are its first numbers, a net over all lights, of which each has
-    // those that another number gives it: so many paths of a superblock, for a unit of light paths, are in
-    // the pixel.
+    // Which point of a lamp a path starts at are its first numbers. They are one low-discrepancy point set
+    // over all lights, of which each light has those that another number gives it. So this many paths of a
+    // superblock, for a unit of light paths, are in the pixel.
     const float one = hit[0] + hit[1] + hit[2],
                 paths = one > 0 ? kSuperblockSamples * splat.shares.lens *
                                       (value.value[0] + value.value[1] + value.value[2]) / one

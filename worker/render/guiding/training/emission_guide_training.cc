@@ -14,11 +14,11 @@ namespace {
 constexpr double kAnywhere = 0.2, kByPower = 0.2;
 /// Of what falls into a cell, what counts for each cell around.
 constexpr double kAround = 0.125;
-/// Noise without, over with: of the light paths of lights that get aims, and of the image. Paths that go
-/// where something is take longer: where they are little of the noise, aims were measured to lose up to 15 %.
-/// Half of the paths teach less than all, and plans make more of aims or less: where 1.13 to 1.17 is
-/// predicted, 0.88 to 0.97 came out of relMSE x time in some rooms and 1.3 in another, which a pilot tells
-/// apart.
+/// Noise without the guide over that with it, from which on it is used: of the light paths of a group of
+/// lights, and of the image. Guided paths take longer: where they are little of the noise, guides were
+/// measured to lose up to 15 %. Half of the paths teach less than all, and plans use the guide more or less.
+/// So where 1.13 to 1.17 is predicted, relMSE x time came out at 0.88 to 0.97 in some rooms and at 1.3 in
+/// another, which a pilot tells apart.
 constexpr double kLeastOfGroup = 1.2, kLeastGain = 1.1;
 
 /// By half of the samples: each is judged by what the other teaches.
@@ -95,7 +95,7 @@ Sums sum_of(const Halves<Sums>& halves) {
   return sum;
 }
 
-/// Aims of groups, and what squares of groups are with them.
+/// Guides of groups, and the sums of their squares of directions with these guides.
 struct GroupGuides {
   BinnedDensity tables{std::vector<double>(kEmissionCells, 1.0), kEmissionSide};
   std::vector<int32_t> table_of;  // per group, or -1

@@ -18,7 +18,7 @@ constexpr int64_t kPreviewPaths = int64_t{1} << 15, kPreviewPathsPerPixel = 8;
 struct PreviewArrival {
   uint32_t pixel = 0;
   Channels rgb{};
-  int32_t group = 0, cell = -1;  // -1: it has no direction that can be aimed
+  int32_t group = 0, cell = -1;  // -1: its direction can't be guided
   float density = 0;             // of the direction on its square, over that of an even draw
   bool second_half = false, splat = false;
 };
@@ -63,7 +63,7 @@ class LightPathPreview {
                    : value.square_beside(a.rgb, value.camera_share);
   }
 
-  /// All samples of one cell of the sight.
+  /// All samples of one cell of the pilot pixels.
   void look_at(size_t i) {
     noise_[i] = record_cell(
         context_, sight_, i, false, &values_, [&](const StrategyRecorder& recorder, size_t k, int block) {
@@ -116,7 +116,7 @@ class LightPathPreview {
   const EmissionGroups& groups_;
   PilotPixels sight_;
   PilotValues values_;
-  // By cell of the sight.
+  // By cell of the pilot pixels.
   std::vector<std::vector<PreviewArrival>> arrivals_;
   std::vector<std::vector<PixelNoise>> noise_;  // of camera paths without connections
 };

@@ -12,11 +12,11 @@ namespace {
 
 /// Light that is missing, over that of the image, from which on walks are worth their time.
 constexpr double kMissing = 0.01;
-/// Or that noise of light which is met. With walks images had, over those without, of relMSE x time: 0.6
-/// where it is 1000 (a ring under a small lamp); 0.9 where it is 300 and 50 (a pool, a table of glass); 1.3
-/// to 1.5 where it is 20, 16 and 4 (a pool out of focus, veach-bidir, an aquarium). Where it is 5000 (a glass
-/// ball) 1.7 of 32 samples, which few meetings are among, and 0.9 of 256: the more samples, the more of it
-/// shows.
+/// The same for the noise of light that emitter hits find. relMSE x time with walks over that without: 0.6
+/// where this noise is 1000 (a ring under a small lamp); 0.9 where it is 300 and 50 (a pool, a table of
+/// glass); 1.3 to 1.5 where it is 20, 16 and 4 (a pool out of focus, veach-bidir, an aquarium). Where it is
+/// 5000 (a glass ball), 1.7 at 32 samples, among which few such hits are, and 0.9 at 256: the more samples,
+/// the more of it shows.
 constexpr double kNoisy = 100;
 /// And part of what photons bring that they must find: where waves are many, so are the ways, and walks that
 /// find a few of them take most of the time.

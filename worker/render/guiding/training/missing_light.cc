@@ -17,8 +17,9 @@
 namespace lightmill {
 namespace {
 
-/// Camera paths of the look, and light paths, at most; fewer of an image so small that they would take longer
-/// than it. So many arrivals of light paths are enough, which are looked for in rounds of so many wavefronts.
+/// Most camera paths of the preview pass, and light paths; fewer for an image so small that they would take
+/// longer than it. This many arrivals of light paths are enough, looked for in rounds of this many
+/// wavefronts.
 constexpr int64_t kCameraPaths = int64_t{1} << 14, kCameraPathsPerPixel = 4;
 constexpr int64_t kLightPaths = int64_t{1} << 17, kLightPathsPerPixel = 16;
 constexpr size_t kArrivals = size_t{1} << 14, kArrivalRound = 32;
@@ -126,7 +127,7 @@ class MissingLightPreview {
     light_paths_ = static_cast<double>(traced * kWavefront);
   }
 
-  /// Of a pixel, over the image: what is found without this light or by meetings that happened.
+  /// Mean of a pixel over the image: what is found without this light, or by emitter hits that happened.
   double mean_light(int threads) const {
     struct Sums {
       double camera = 0, splats = 0, camera_paths = 0, light_paths = 0;
@@ -155,7 +156,8 @@ class MissingLightPreview {
   }
   int64_t pixels() const { return int64_t{context_.grid.width} * context_.grid.height; }
 
-  /// Adds what photons bring to the camera vertex `seen`, per camera path of the look. `light`: of a pixel.
+  /// Adds what photons bring to the camera vertex `seen`, per camera path of the preview pass. `light`: of a
+  /// pixel.
   void gather_at(const Vertex& seen, const VertexCubes& cubes, double light, MissingLight* sum) const {
     std::array<int32_t, kLanes> near{};
     int count = 0;

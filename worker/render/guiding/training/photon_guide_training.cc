@@ -9,8 +9,8 @@
 namespace lightmill {
 namespace {
 
-/// A look: light paths that are followed, a wavefront at a time, and camera paths of its trial; at most, and
-/// per pixel of an image so small that they would take longer than it.
+/// A preview pass: light paths that are followed, a wavefront at a time, and camera paths of its trial; at
+/// most, and per pixel of an image so small that they would take longer than it.
 struct TracedPhotons {
   int64_t light_paths, per_pixel, camera_paths;
 };
@@ -23,8 +23,8 @@ constexpr size_t kGuidePhotons = size_t{1} << 17, kPhotonRound = 128;
 /// Noise without the guide over with it from which on it is taken: paths that go through glass are longer,
 /// and staircase2 lost a tenth where 1.17 was predicted.
 constexpr double kLeastPhotonGain = 1.3, kLeastGainFirst = 1.15, kNoLoss = 0.97;
-/// Of a trial's paths that the guide has led to a light: fewer are chance; a first look need see some. And
-/// how many times as many as without it are out of a trial's reach.
+/// Of a trial's paths that the guide has led to a light: fewer are chance; a first pass need see some. And
+/// how many times as many as without the guide are out of a trial's reach.
 constexpr double kLeastLed = 16, kLeastLedFirst = 2, kRare = 100, kRareFirst = 20;
 /// Of these, so many in effect: fewer would be fireflies in place of what is dark without them.
 constexpr double kLeastRare = 64, kLeastRareFirst = 4;
@@ -67,7 +67,7 @@ Choice best_share(const GuideTrial& trial) {
   return best;
 }
 
-/// Whether a first look is worth a second.
+/// Whether a first preview pass is worth a second.
 bool promises(const GuideTrial& look) {
   if (look.led < kLeastLedFirst || gain_of(look, kSmallShare) == 0) return false;
   if (best_share(look).gain >= kLeastGainFirst) return true;

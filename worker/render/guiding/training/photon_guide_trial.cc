@@ -20,7 +20,7 @@ struct Seen {
   GuideOdds odds = kEvenOdds;  // of all strategies that make its path
 };
 
-/// What a cell of the sight has shown.
+/// What a cell of the pilot pixels has shown.
 struct CellNoise {
   std::vector<PixelNoise> camera;
   std::vector<Seen> splats, guided;
@@ -79,7 +79,7 @@ class Trial {
                  : value.square_beside(s.rgb, value.camera_share);
   }
 
-  /// All samples of one cell of the sight.
+  /// All samples of one cell of the pilot pixels.
   void look_at(size_t i) {
     CellNoise& cell = cells_[i];
     const auto take_one = [&](const StrategyRecorder& recorder, size_t k, int block) {
@@ -111,7 +111,7 @@ class Trial {
   StageContext context_;
   PilotPixels sight_;
   PilotValues values_;
-  std::vector<CellNoise> cells_;  // of the sight
+  std::vector<CellNoise> cells_;  // of the pilot pixels
 };
 
 }  // namespace
