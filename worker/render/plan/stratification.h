@@ -23,8 +23,8 @@ inline double unseen_stratification_at_edges(double samples) {
 inline float stratified_edge(float covered) { return 1 / (1 + 32 * covered * (1 - covered)); }
 
 /// Variance of the number of points of a low-discrepancy net in a square, over that of as many independent
-/// points: `count` of them on average. Of squares of the net's cells, whose places are even: each cell inside
-/// has one point.
+/// points: `count` of them on average. The net is taken as square cells of one point each, and all places of
+/// the square over them as equally likely. So cells inside the square add nothing.
 inline float net_noise(float count) {
   return count < 1 ? 1 - count * (4.0f / 9) : (2.0f / 3 * std::sqrt(count) - 1.0f / 9) / count;
 }

@@ -10,8 +10,8 @@
 namespace lightmill {
 namespace {
 
-/// Camera paths, and about as many light paths, that are followed at most; fewer of an image so small that
-/// they would take longer than the image.
+/// Most camera paths that are followed, and about as many light paths; fewer for an image so small that they
+/// would take longer than it.
 constexpr int64_t kPreviewPaths = int64_t{1} << 15, kPreviewPathsPerPixel = 8;
 
 /// What a light path brought, and how it set out.
@@ -81,7 +81,7 @@ class LightPathPreview {
     a.rgb = {c.rgb[0], c.rgb[1], c.rgb[2]};
     a.group = groups_.of[static_cast<size_t>(start.light)];
     a.splat = c.t == 1;
-    // An emitter joined to the lens has no direction.
+    // An emitter joined to the camera has no direction.
     if (c.s > 1) set_direction(start, &a);
     return a;
   }

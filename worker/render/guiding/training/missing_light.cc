@@ -23,15 +23,15 @@ namespace {
 constexpr int64_t kCameraPaths = int64_t{1} << 14, kCameraPathsPerPixel = 4;
 constexpr int64_t kLightPaths = int64_t{1} << 17, kLightPathsPerPixel = 16;
 constexpr size_t kArrivals = size_t{1} << 14, kArrivalRound = 32;
-/// Photons count around a point as far as this part of what is seen extends, on surfaces that lie and turn
-/// like its own.
+/// Photons count around a point as far as this part of the visible scene's extent, on surfaces that lie and
+/// face like its own.
 constexpr float kRadius = 1.0f / 64, kFlat = 0.2f, kLeastCosine = 0.9f;
 constexpr float kLeastRadius = 1e-9f;  // of a scene that extends about 1
 
 bool on_surface(const Vertex& v) { return v.kind() != kPhaseFunction; }
 Lane mean_of(const Vec3<Lane>& rgb) { return (rgb.x + rgb.y + rgb.z) * (1.0f / 3); }
 
-/// How far most of what is seen extends, along the longest axis.
+/// Extent of most of what is visible, along the longest axis.
 float extent_of(const std::vector<Vertex>& seen) {
   float extent = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -85,7 +85,7 @@ class MissingLightPreview {
   }
 
  private:
-  /// Where camera paths come to what can be joined, if mirrors and smooth glass led there.
+  /// Finds where camera paths come to what can be joined after mirrors and smooth glass alone.
   void find_seen(int threads) {
     std::vector<std::vector<Vertex>> found(sight_.cells.size());
     std::vector<uint64_t> paths(found.size());
