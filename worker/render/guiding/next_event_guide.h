@@ -72,7 +72,7 @@ struct NextEventGuide {
 
 /// What samples of lights add at the points of a table: mean squares.
 struct LightMoments {
-  std::vector<double> light;             // per light, drawn for certain; one with bins has it there
+  std::vector<double> light;             // per light, drawn for certain; with bins: see sky
   std::vector<std::vector<double>> sky;  // per environment map: per bin, drawn for certain; empty: no bins
   double weight = 1;                     // number of points that it stands for
 };
