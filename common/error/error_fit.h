@@ -28,7 +28,7 @@ std::optional<ErrorFit> fit_error(const ErrorCurve& curve, bool of_truth);
 struct Flattening {
   double true_relmse = 0;
   double noise_high = 0;  // upper end of what noise explains
-  double floor = 0;  // true error minus estimate: about what infinitely many samples would leave
+  double floor = 0;       // true error minus estimate: about what infinitely many samples would leave
 };
 std::optional<Flattening> flattening(const ErrorCurve& curve);
 

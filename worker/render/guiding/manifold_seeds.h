@@ -23,8 +23,7 @@ struct ManifoldGroup {
   int32_t light = 0;
   float probability = 0;  // that a point of the table is joined to this light
   int32_t first = 0, count = 0;
-  Vec3<float>
-      axis;  // of the half of a spherical light that it comes from; 0: of all, or another light
+  Vec3<float> axis;  // of the half of a spherical light that it comes from; 0: of all, or another light
 };
 
 struct ManifoldSeeds {
