@@ -1,5 +1,5 @@
 #pragma once
-// The shapes of --json. More keys than design §2 promises; never fewer.
+// The shapes that verbs print with --json. Keys may be added but are never taken away.
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 

@@ -34,7 +34,7 @@ struct ConnectionOptions {
 };
 void add_connection(CLI::App* verb, ConnectionOptions* connection);
 
-/// What to render and how: the scene and the overrides of design §2's "render options".
+/// What to render and how: the scene, and the options that override its settings (docs/render-options.md).
 struct SceneOptions {
   std::string scene;
   bool strict = false;
@@ -63,7 +63,7 @@ void add_output(CLI::App* verb, OutputOptions* output);
 /// --display: see live_view.h.
 void add_display(CLI::App* verb, std::string* display);
 
-/// An option that design §2 names but that does not exist yet: it is refused in one line, never ignored.
+/// An option that is planned but does not exist yet: it is refused in one line, never ignored.
 void add_unavailable(CLI::App* verb, const std::string& option, const std::string& what);
 
 /// What the options say to the scene's reader; the environment's path made absolute, as it is relative to the

@@ -50,7 +50,7 @@ void count_refusals(Metrics& metrics, const Listener& listener, const SubmitLimi
 
 namespace {
 
-/// The name of the token that a call of this RPC carries: the token has passed the door.
+/// The name of the token that a call of this RPC carries, which the TokenProcessor has let through.
 Caller callers(const std::shared_ptr<Authenticator>& authenticator, const char* rpc) {
   if (!authenticator) return {};
   return [authenticator, rpc](const grpc::ServerContext& context) {
@@ -141,7 +141,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
 
 Server::~Server() {
   if (!impl_->rpc) return;
-  impl_->http.reset();  // its metrics ask the door
+  impl_->http.reset();  // its metrics ask the listener
   impl_->listener.reset();
   impl_->client_service.stop();
   impl_->worker_service.stop();

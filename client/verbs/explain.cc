@@ -37,8 +37,8 @@ nlohmann::json items_document(const ScenePlan& plan) {
   return items;
 }
 
-/// Shares of the image's light; camera paths that meet a light which is seldom met, per path; and what noise
-/// meetings make (MissingShare).
+/// Shares of the image's light; how many camera paths hit a light that is seldom hit, per path; and the noise
+/// that these emitter hits make (MissingShare).
 nlohmann::json missing_document(const MissingShare& missing) {
   return {
       {"never", missing.never}, {"seldom", missing.seldom}, {"meetings", missing.meetings}, {"noise", missing.noise}};

@@ -3,8 +3,8 @@
 
 namespace lightmill {
 
-/// The 97.5 % quantile of the standard normal distribution: a mean lies within so many standard deviations of what is
-/// estimated with 95 % confidence.
+/// The 97.5 % quantile of the standard normal distribution: a mean lies within this many standard deviations
+/// of what is estimated with 95 % confidence.
 inline constexpr double kNormal975 = 1.959963985;
 
 }  // namespace lightmill

@@ -2,12 +2,12 @@
 // Error against run time: the curve of a job, and the batch images that its estimate rests on.
 //
 // Estimate. relMSE = mean((I-R)^2 / (R^2 + 1e-2)) over pixels and channels. Superblocks (16 samples, camera
-// and splat layers together) are grouped into 16..31 batches of equally many superblocks (pairs of
-// neighbours are merged when a 33rd begins). The error of the mean of n batches is estimated from each
-// batch's image-level squared deviation, corrected for the noise in its own denominator; the interval covers
-// the error of the image at hand and rests on image-level values of the batches, never on the spread over
-// pixels (derivation: error_estimate.cc). With fewer than 16 complete superblocks the same is done with those
-// there are and the point says how many `batches` it rests on: the estimate takes 2, its interval 4.
+// and splat layers together) are grouped into 16..31 batches of equally many superblocks (pairs of neighbours
+// are merged when a 33rd begins). The error of the mean of n batches is estimated from each batch's squared
+// deviation over the whole image, corrected for the noise in its own denominator. The interval covers the
+// error of the image at hand. It rests on whole-image values of the batches, never on the spread over pixels
+// (derivation: error_estimate.cc). With fewer than 16 complete superblocks the same is done with those there
+// are, and the point says how many `batches` it rests on: the estimate takes 2, its interval 4.
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -31,7 +31,7 @@ struct ErrorPoint {
   std::optional<double> true_relmse, true_relmse_trimmed, true_flip;
 };
 
-/// The rule of --target-error: the upper end of the interval is below the target (0: none). It is asked at
+/// The rule of --target-error: the upper end of the interval is below the target (0: none). Applied at
 /// checkpoints (checkpoints.h) only.
 inline bool meets_target(const ErrorPoint& point, double target) {
   return target > 0 && point.relmse_high && *point.relmse_high < target;
@@ -46,12 +46,12 @@ struct ErrorCurve {
 std::string curve_to_json(const ErrorCurve& curve);
 ErrorCurve curve_from_json(const std::string& text);
 
-/// Per-batch images of a running job. Not bit-exact (floats); only error estimates come from it. Above
+/// Per-batch images of a running job. Not bit-exact (floats): only error estimates come from them. Above
 /// kMaxTrackedPixels it follows a fixed pseudo-random subset of the pixels, in short runs. Not thread-safe.
 ///
-/// A batch is complete when every pixel of the crop window got all its samples (and the light paths that
-/// belong to them, one per pixel sample); a superblock that the job's spp cuts never completes, it only
-/// counts towards the samples that the image rests on.
+/// A batch is complete when every pixel of the crop window has all its samples and the light paths that
+/// belong to them, one per pixel sample. A superblock that the job's spp cuts never completes. It only counts
+/// towards the samples that the image rests on.
 class BatchFilm {
  public:
   static constexpr int64_t kMaxTrackedPixels = 262144;
@@ -65,13 +65,13 @@ class BatchFilm {
   int64_t max_tile_superblocks() const { return group_; }
   /// Fills relmse (empty below 2 complete batches), relmse_low, relmse_high (below 4) and batches.
   void estimate(ErrorPoint* point) const;
-  /// Where the noise is: per block of `block` x `block` pixels (one channel, rows from the top, the last ones
-  /// cut) the mean over its tracked pixels and channels of var / (M^2 + 1e-2), M being the mean of the
-  /// complete batches and var the variance of that mean over the batches, scaled to all samples folded so
-  /// far. NaN where no pixel is tracked; without pixels below 2 complete batches. The weight is that of the
-  /// image at hand, so that this serves for looking; the image-level estimate is `estimate`.
+  /// Where the noise is. Per block of `block` x `block` pixels (one channel, rows from the top, the last ones
+  /// cut): the mean over its tracked pixels and channels of var / (M^2 + 1e-2). M is the mean of the complete
+  /// batches, and var the variance of that mean over the batches, scaled to all samples folded so far. NaN
+  /// where no pixel is tracked; no pixels below 2 complete batches. The weight is that of the image at hand,
+  /// so this is for display; the error of the image is `estimate`.
   Image error_map(int block) const;
-  /// A block that holds some tracked pixels everywhere.
+  /// A size of blocks of which each holds some tracked pixels.
   int error_map_block() const;
   /// Mean samples per pixel folded so far.
   double spp() const;

@@ -6,32 +6,31 @@
 
 namespace lightmill {
 
-/// How far a pixel's neighbourhood goes.
+/// The size of a pixel's neighbourhood, to each side.
 struct PixelReach {
   size_t columns = 0, rows = 0;
   bool operator==(const PixelReach&) const = default;
 };
 
-/// How the pixels of a batch lie beside each other: rows of `width`, `rows` of them. A pixel is judged by
-/// what is around it within `reach`; its part in how pixels move together by what is `near`
-/// (error_weights.cc).
+/// How the pixels of a batch lie beside each other: `rows` rows of `width`. A pixel is judged by those within
+/// `reach`. Its part in how pixels vary together is judged by those that are `near` (error_weights.cc).
 struct PixelLayout {
   size_t width = 0, rows = 0;
   PixelReach reach{2, 2}, near{1, 1};
 };
 
 /// relMSE of one batch's image, with the half-width of a 95 % interval. The mean image of n batches has 1/n
-/// of both: `relmse` / n estimates the error of *that* image, against the converged one, and the interval
+/// of both: `relmse` / n estimates the error of *that* image against the converged one, and the interval
 /// covers it.
 struct BatchError {
   double relmse = 0;
   std::optional<double> half_width;  // from kMinIntervalBatches on
 };
 
-/// With fewer batches their spread says too little, and nothing is claimed.
+/// With fewer batches their spread says too little, and there is no interval.
 inline constexpr size_t kMinIntervalBatches = 4;
 
-/// From n >= 2 batches of equally many samples per pixel: `sums[b]` has 3 width rows sums over `samples`
+/// From n >= 2 batches of equally many samples per pixel. `sums[b]` has 3 width rows sums over `samples`
 /// samples each (channels of a pixel together).
 BatchError estimate_batch_error(std::span<const float* const> sums, const PixelLayout& layout,
                                 double samples);

@@ -17,9 +17,9 @@
 // noise of a tenth, where edges and textures would make them wrong by more than the correction, and most of
 // it above one half.
 //
-// Measured by tests/bench/error_coverage on a caustic with a relMSE of 0.9 at 16 spp: the estimate from 4
-// batches is 20 % too high, from 18 4 %, where the pixels alone with or without caps on them gave anything
-// from 1/17 to 1.9 times the truth. On the five other scenes the bias is below 1 %.
+// Measured by tests/bench/planning/error_coverage on a caustic with a relMSE of 0.9 at 16 spp: the estimate
+// from 4 batches is 20 % too high, from 18 4 %, where the pixels alone with or without caps on them gave
+// anything from 1/17 to 1.9 times the truth. On the five other scenes the bias is below 1 %.
 //
 // Of the error itself the 24 pixels around are asked, without whom light that comes in very rare events is
 // overestimated by half. For how pixels move together (tau, error_estimate.cc) it is the 8 next ones: further

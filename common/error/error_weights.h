@@ -1,5 +1,5 @@
 #pragma once
-// The denominators of relMSE, 1 / (R^2 + e), where R itself is only estimated (derivation: error_weights.cc).
+// The denominators of relMSE, 1 / (R^2 + e), where R is only estimated (derivation: error_weights.cc).
 #include <algorithm>
 #include <span>
 #include <vector>
@@ -10,13 +10,13 @@ namespace lightmill {
 
 inline constexpr double kRelMseEpsilon = 1e-2;
 
-/// A positive number as a fraction: who needs several of them divides once.
+/// A positive number as a fraction: code that needs several of them divides once.
 struct Fraction {
   double numerator, denominator;
 };
 
-/// 1 / (R^2 + e) from a mean of R with variance t, without the bias of first order in t; `stretch` is 1 + 2/n
-/// where the mean is that of the batches beside the one that is weighted, else 1. At most 1/e.
+/// 1 / (R^2 + e) from a mean of R with variance t, without the bias of first order in t. `stretch`: 1 + 2/n
+/// if the mean is that of the other batches than the one that is weighted, else 1. At most 1/e.
 inline Fraction corrected_weight(double mean, double t, double stretch) {
   // With D = mean^2 + e and z = y / D^2: D / (D^2 + y) or (D^2 - y) / D^3.
   const double m2 = mean * mean;
@@ -27,18 +27,18 @@ inline Fraction corrected_weight(double mean, double t, double stretch) {
   return {numerator, std::max(denominator, kRelMseEpsilon * numerator)};
 }
 
-/// What the pixels around say of R^2 and of the noise, per value (pixels x channels).
+/// R^2 and the noise according to the pixels around, per value (pixels x channels).
 struct Neighbourhood {
   std::vector<float> square;  // mean of R^2 around
   std::vector<float> noise;   // mean variance of the batches' mean around
 };
 
-/// From the batches' mean image and the variance of that mean; both have 3 width rows values, as `around`
-/// then.
+/// From the batches' mean image and the variance of that mean. Both have 3 width rows values, and so has
+/// `around` then.
 void neighbourhood(std::span<const float> mean, std::span<const float> variance, const PixelLayout& layout,
                    const PixelReach& reach, Neighbourhood* around);
 
-/// The weight of a value: its own where it is known better than the pixels around it, theirs where not.
+/// The weight of a value: its own where it is known better than the pixels around it, else theirs.
 inline double blended_weight(double mean, double t, double stretch, double square, double noise) {
   // 1 / (share known + (1 - share) / own), share = x^2 / ((x + 0.3) (x + 0.03)) with x = larger / known.
   const double known = square + kRelMseEpsilon, larger = std::max(t, noise);

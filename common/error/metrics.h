@@ -17,7 +17,7 @@ struct Metrics {
 /// Error(kFailed) if either has a non-finite value.
 Metrics compare_images(const Image& image, const Image& reference);
 
-/// What compare_images asks of each image, to be checked before a long render: RGB pixels, all finite. Throws
+/// Checks what compare_images needs of an image, for use before a long render: RGB pixels, all finite. Throws
 /// Error(kFailed) that calls the image `which`.
 void check_comparable(const Image& image, const char* which);
 

@@ -15,7 +15,7 @@ class ByteWriter;
 
 class AovFilm {
  public:
-  /// What the film knows of its other layers, by pixel of the crop window.
+  /// The film's other layers, by pixel of the crop window.
   struct Colour {
     const std::vector<ExactRgb>& camera;
     const std::vector<ExactRgb>& splat;  // empty without splats
@@ -25,8 +25,8 @@ class AovFilm {
   };
 
   bool empty() const { return sums_.spec.set == 0; }
-  /// Throws Error(kFailed), without having changed anything, if the partial brings other AOVs than those
-  /// folded before. `first`: nothing was folded yet. The partial has been checked (check_aovs).
+  /// Throws Error(kFailed), without having changed anything, if the partial has other AOVs than those folded
+  /// before. `first`: nothing was folded yet. The partial must have been checked (check_aovs).
   void check(const Partial& partial, bool first) const;
   /// Adds what check() accepted.
   void fold(const Partial& partial);

@@ -1,10 +1,10 @@
 #pragma once
 // The exact sums behind AOVs (common/job/aovs.h): beside the camera layer, over the same pixels and samples.
 //
-// Every camera sample adds one rounded integer per channel, so that these layers merge like the camera layer:
-// in any order, to the same bits. Values that are not radiance have fixed steps; signed ones get a bias that
-// makes them positive, which is taken off by the number of samples in the end. All saturate rather than being
-// dropped, so that no AOV changes what is counted.
+// Every camera sample adds one rounded integer per channel. So these layers merge like the camera layer: in
+// any order, to the same bits. Values that are not radiance have fixed steps. Signed ones get a bias that
+// makes them positive; at the end it is subtracted, times the number of samples. All saturate rather than
+// being dropped, so no AOV changes what is counted.
 //
 //   layer     channels                  step                     added for
 //   albedo    RGB                       2^-30                    every sample
@@ -12,8 +12,9 @@
 //   position  XYZ + 2^52 steps          2^-32 normalised units   samples that hit something
 //   depth     distance, hits, unused    2^-32 normalised units   samples that hit something
 //   direct    RGB                       the plan's quantum       every sample; light paths into direct_splats
-//   variance  RGB squared               2^-60 S^2                every sample; S: the plan's scale,
-//   exact_sum.h
+//   variance  RGB squared               2^-60 S^2                every sample
+//
+// S is the plan's radiance scale (exact_sum.h).
 #include <array>
 #include <string>
 #include <string_view>
@@ -33,7 +34,7 @@ struct AovFrame {
   bool operator==(const AovFrame&) const = default;
 };
 
-/// What a job's partials bring.
+/// The AOVs that a job's partials have.
 struct AovSpec {
   Aovs set = 0;
   AovFrame frame = {};
@@ -60,7 +61,7 @@ struct AovSums {
   bool operator==(const AovSums&) const = default;
 };
 
-// What one sample adds.
+// The units that one sample adds.
 inline constexpr Units kNormalBias = Units{1} << 31, kPositionBias = Units{1} << 52;
 Units albedo_units(float reflectance);   // [0, 1]
 Units normal_units(float coordinate);    // [-1, 1], with its bias
@@ -77,7 +78,7 @@ double depth_of(Units sum, int64_t hits, const AovFrame& frame);
 /// Variance of one sample, from the sum of squares and of radiance; 0 for a single sample.
 double variance_of(Units squares, Units sum, int64_t samples, int quantum_exponent);
 
-/// Bytes that stand after a partial's other layers. `tile_pixels`: of its rectangle.
+/// The bytes that follow a partial's other layers. `tile_pixels`: of its rectangle.
 std::string encode_aovs(const AovSums& sums);
 /// Inverse. Throws Error(kFailed) for what encode_aovs can't have written.
 AovSums decode_aovs(std::string_view bytes, size_t tile_pixels, const FilmGrid& grid);

@@ -1,5 +1,6 @@
 #pragma once
-// Where pixels lie in the crop window, one after the other: a division for a row of them, not for each.
+// Indices of pixels in the crop window, one after the other: it divides once for a row of pixels, not for
+// each.
 #include <cstdint>
 
 #include "common/job/packet_grid.h"

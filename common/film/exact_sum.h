@@ -1,9 +1,9 @@
 #pragma once
-// Exact, associative sums of non-negative floats: 128-bit fixed point at a frozen scale.
+// Exact, associative sums of non-negative floats: 128-bit fixed point at a fixed scale.
 //
 // Every contribution (a camera sample's radiance, one splat) is rounded once to a multiple of
-// 2^quantum_exponent; from there on sums are integers, so they may be formed in any order and in
-// any stages: in a thread, a worker, the coordinator. The quantum is part of the job's plan.
+// 2^quantum_exponent. From there on sums are integers. So they may be formed in any order and in any stages:
+// in a thread, a worker, the coordinator. The quantum is part of the job's plan.
 //
 //   ExactSum sum;
 //   if (auto units = to_units(value, q)) sum.units += *units; else ++nonfinite;
@@ -17,8 +17,8 @@ namespace lightmill {
 
 using Units = unsigned __int128;
 
-/// Contributions of 2^kMaxContributionBits units or more are refused (and counted as non-finite):
-/// 2^35 of the largest ones still fit the sum.
+/// Contributions of 2^kMaxContributionBits units or more are refused (and counted as non-finite). 2^35 of the
+/// largest ones still fit into the sum.
 inline constexpr int kMaxContributionBits = 92;
 /// The plan puts its radiance scale S (a power of two from the lights, worker/render/plan/) this many bits
 /// above the quantum: contributions up to 2^40 S are representable, and steps are S * 2^-52.

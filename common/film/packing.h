@@ -59,14 +59,14 @@ class ByteReader {
 
 /// One zstd frame that records its content size.
 std::string zstd_pack(std::string_view raw, int level);
-/// Inverse: exactly one frame of exactly `raw_size` bytes, which is known from elsewhere and bounds the
+/// Inverse: exactly one frame of exactly `raw_size` bytes. The caller knows that number, and it bounds the
 /// allocation. Throws Error(kFailed) that names `what`.
 std::string zstd_unpack(std::string_view packed, size_t raw_size, const char* what);
-/// The same, of as many bytes as `raw` has room for.
+/// The same, for as many bytes as `raw` has room for.
 void zstd_unpack(std::string_view packed, std::span<char> raw, const char* what);
 
-/// The same frame of `raw_size` bytes that come piece by piece, so that they need never be in memory all at
-/// once.
+/// Makes the same frame of `raw_size` bytes that come piece by piece, so that they need not be in memory all
+/// at once.
 class ZstdStream {
  public:
   /// Appends to `out`, which must outlive the stream.
@@ -75,7 +75,7 @@ class ZstdStream {
   ZstdStream(const ZstdStream&) = delete;
   ZstdStream& operator=(const ZstdStream&) = delete;
   void write(std::string_view piece);
-  /// To be called once all is written. Throws std::logic_error if that was not raw_size bytes.
+  /// Call once all is written. Throws std::logic_error if that was not raw_size bytes.
   void end();
 
  private:
@@ -89,7 +89,7 @@ class Sealer {
  public:
   Sealer(uint32_t magic, uint32_t version, size_t raw_size);
   void write(std::string_view piece) { stream_->write(piece); }
-  /// Once all is written.
+  /// Call once all is written.
   std::string finish();
 
  private:

@@ -1,9 +1,11 @@
 #pragma once
-// A partial: what rendering a tile returns, and the builder that render threads add to.
+// A partial accumulation buffer ("partial"): what rendering a tile returns, and the builder that render
+// threads add to.
 //
-//   PartialBuilder builder(grid, tile, quantum_exponent);
-//   builder.add_camera(cell_x, cell_y, sums, samples);   // any thread, any order
-//   builder.add_splats(splats, light_paths);
+//   PartialBuilder builder(grid, tile, quantum_exponent, has_camera_layer, has_splat_layer);
+//   builder.add_camera(cell_x, cell_y, sums);            // any thread, any order
+//   builder.add_splats(splats);
+//   builder.add_counters(counters, cpu_seconds);
 //   Partial partial = builder.take();
 //   std::string bytes = encode_partial(partial);         // zstd, sparse where smaller, digest inside
 #include <cstdint>
@@ -33,9 +35,9 @@ struct RenderCounters {
   bool operator==(const RenderCounters&) const = default;
 };
 
-/// A light-tracing contribution to pixel `pixel` = y * width + x of the uncropped film: already the
-/// MIS-weighted measurement of one light path times light_paths_per_spp(), i.e. on the scale of a pixel
-/// value before division by the number of samples per pixel.
+/// A contribution of light tracing to pixel `pixel` = y * width + x of the uncropped film. It is the
+/// MIS-weighted measurement of one light path times light_paths_per_spp(): on the scale of a pixel value
+/// before division by the number of samples per pixel.
 struct Splat {
   uint32_t pixel;
   float r, g, b;
@@ -45,7 +47,7 @@ struct Partial {
   TileSpec tile;
   FilmGrid grid;
   int quantum_exponent = 0;
-  /// Row-major sums over grid.pixels(tile.cells); every pixel got tile.samples() samples. Empty if the
+  /// Row-major sums over grid.pixels(tile.cells). Every pixel got tile.samples() samples. Empty if the
   /// integrator has no camera layer (lt).
   std::vector<ExactRgb> camera;
   /// Splat sums over the whole crop window, ascending by pixel, without zeros.
@@ -66,21 +68,22 @@ class PartialBuilder {
   ~PartialBuilder();
   PartialBuilder(const PartialBuilder&) = delete;
   PartialBuilder& operator=(const PartialBuilder&) = delete;
-  /// Adds a packet's camera sums for cell (cx, cy): `sums` is the cell's 32x32 pixels row-major, entries
+  /// Adds a packet's camera sums for cell (cx, cy). `sums` is the cell's 32x32 pixels row-major; entries
   /// outside the crop window are ignored. Throws std::logic_error for a cell outside the tile or without a
   /// camera layer.
   void add_camera(int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
-  /// Rounds splats to the quantum and adds them; those that can't be represented are counted non-finite,
+  /// Rounds splats to the quantum and adds them. Those that can't be represented are counted as non-finite,
   /// those outside the crop window are ignored. Throws std::logic_error without a splat layer.
   void add_splats(std::span<const Splat> splats);
-  /// The AOVs that packets bring; those of the camera layer's pixels are added as by add_camera, one layer at
-  /// a time, and splats that are direct light once more. Throws std::logic_error for what was not asked for.
+  /// The AOVs that packets have to bring. Those of the camera layer's pixels are added as by add_camera, one
+  /// layer at a time. Splats that are direct light are added here once more. Throws std::logic_error for what
+  /// the spec does not have.
   const AovSpec& aovs() const;
   void add_aov(int layer, int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
   void add_direct_splats(std::span<const Splat> splats);
-  /// Adds a finished packet's counters (its light_paths also count for the splat layer).
+  /// Adds a finished packet's counters. Its light_paths also count for the splat layer.
   void add_counters(const RenderCounters& counters, double cpu_seconds);
-  /// The finished partial; call once, after all packets.
+  /// The finished partial. Call once, after all packets.
   Partial take();
 
  private:
@@ -90,24 +93,24 @@ class PartialBuilder {
 
 /// Version of the encoding: the `schema` that workers register with.
 inline constexpr int kPartialSchema = 2;
-/// Bounds of what is accepted as a tile: with kMaxContributionBits they keep its sums below 2^126.
+/// Bounds of tiles that are accepted. With kMaxContributionBits they keep a tile's sums below 2^126.
 inline constexpr int64_t kMaxSampleIndex = int64_t{1} << 40;
 inline constexpr int64_t kMaxTileSamples = int64_t{1} << 31;
 inline constexpr int kMaxSumBits = 126;
 
-/// Lossless, compressed, with a SHA-256 over the content. Splats are sent sparse or dense, whichever
-/// is smaller. Throws Error(kFailed) for a partial that decode_partial would refuse.
+/// Lossless, compressed, with a SHA-256 over the content. Splats are sent sparse or dense, whichever is
+/// smaller. Throws Error(kFailed) for a partial that decode_partial would refuse.
 std::string encode_partial(const Partial& partial);
-/// Inverse. Throws Error(kFailed) with the reason on a wrong digest, truncation, a decompressed size over
-/// what the tile and grid allow, pixels outside the crop, counts that do not add up, or sums out of range.
-/// Allocates up to what the tile and grid *in the bytes* call for: for bytes from an untrusted peer use the
-/// second form, which refuses another grid or tile than that of the lease before it allocates anything.
+/// Inverse. Throws Error(kFailed) with the reason: a wrong digest, truncation, a decompressed size over what
+/// the tile and grid allow, pixels outside the crop, counts that do not add up, or sums out of range.
+/// Allocates up to what the tile and grid *in the bytes* call for. So for bytes from an untrusted peer use
+/// the second form: it refuses another grid or tile than that of the lease before it allocates anything.
 Partial decode_partial(std::string_view bytes);
 Partial decode_partial(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile);
 /// SHA-256 of the partial's content (tile, layers, counts; not cpu_seconds).
 std::string partial_digest(const Partial& partial);
-/// The digest that encoded bytes carry: equals partial_digest(decode_partial(bytes)) if that succeeds.
-/// Throws Error(kFailed) if the header is corrupt.
+/// The digest that encoded bytes carry: partial_digest(decode_partial(bytes)) if that succeeds. Throws
+/// Error(kFailed) if the header is corrupt.
 std::string encoded_digest(std::string_view bytes);
 
 }  // namespace lightmill

@@ -1,5 +1,5 @@
 #pragma once
-// What a partial must satisfy, whoever sent it.
+// Checks what a partial must satisfy, whoever sent it.
 #include <string>
 
 #include "common/film/partial.h"
@@ -8,13 +8,13 @@ namespace lightmill {
 
 /// Throws Error(kFailed, "partial is invalid: REASON").
 [[noreturn]] void refuse_partial(const std::string& reason);
-/// Grid, tile, quantum and counts: everything that can be checked before layers are read.
+/// Checks grid, tile, quantum and counts: everything that can be checked before layers are read.
 void check_partial_head(const Partial& partial);
-/// What checking the layers shows on the way: all units of a layer's sums, or'd together.
+/// All units of a layer's sums, or'd together: known once the layers are checked.
 struct LayerUnits {
   Units camera = 0, splats = 0;
 };
-/// Sizes, order, places and ranges of the layers, given a good head.
+/// Checks sizes, order, places and ranges of the layers. The head must be good.
 LayerUnits check_partial_layers(const Partial& partial);
 
 }  // namespace lightmill

@@ -1,6 +1,6 @@
 #pragma once
-// Decodes partials one after the other in the same memory, which else the system would have to give, zeroed,
-// and take back with each of them: a third of the time that merging takes.
+// Decodes partials one after the other in the same memory. Otherwise the system would give memory, zeroed,
+// and take it back for each of them, which takes a third of the time of merging.
 //
 //   PartialDecoder decoder;
 //   const Partial& partial = decoder.decode(bytes, grid, tile);
@@ -13,7 +13,7 @@
 
 namespace lightmill {
 
-/// Memory without a size of its own: what was in it is gone when it is asked for anew.
+/// Memory of varying size. Its content is lost when it is asked for anew.
 class ReusedBytes {
  public:
   std::span<char> of(size_t size) {
@@ -33,9 +33,9 @@ class ReusedBytes {
 
 class PartialDecoder {
  public:
-  /// decode_partial(bytes, grid, tile). What it returns is good until the next call.
+  /// decode_partial(bytes, grid, tile). The result is valid until the next call.
   const Partial& decode(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile);
-  /// Of the memory that it keeps.
+  /// Bytes of memory that it keeps.
   size_t bytes() const;
 
  private:

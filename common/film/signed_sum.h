@@ -1,11 +1,11 @@
 #pragma once
 // Exact sums of floats of either sign, where a filter has negative lobes or a sensor negative colours: the
-// sums of exact_sum.h in two's complement. What is not negative has the same units.
+// sums of exact_sum.h in two's complement. Values that are not negative have the same units.
 #include "common/film/exact_sum.h"
 
 namespace lightmill {
 
-/// As to_units, of any sign: units of x < 0 are those of |x| counted down from 0.
+/// As to_units, for either sign: units of x < 0 are those of |x| counted down from 0.
 inline std::optional<Units> to_signed_units(float x, int quantum_exponent) {
   const std::optional<Units> units = to_units(std::fabs(x), quantum_exponent);
   // Not by a copy of `units`: GCC 12 takes that through memory, in halves, which stalls on every splat.

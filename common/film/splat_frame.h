@@ -1,5 +1,5 @@
 #pragma once
-// Splats of a tile, which may fall anywhere in the crop window, summed exactly.
+// Sums the splats of a tile exactly. They may fall anywhere in the crop window.
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,8 +9,8 @@
 
 namespace lightmill {
 
-/// Significant bits that are kept of a splat before it is summed: an error of 2^-17 of something as noisy as
-/// a single light path, without bias, and a quarter less to send, as the bits of noise can't be compressed.
+/// Significant bits that a splat keeps before it is summed. The error is 2^-17 of something as noisy as a
+/// single light path, without bias. A quarter less has to be sent, as the bits of noise can't be compressed.
 inline constexpr int kSplatBits = 16;
 
 class SplatFrame {
@@ -21,10 +21,10 @@ class SplatFrame {
   SplatFrame& operator=(SplatFrame&&) noexcept;
   ~SplatFrame();
   bool empty() const { return !impl_; }
-  /// Rounds splats to kSplatBits and to the quantum and adds them, ignoring those outside the crop window.
+  /// Rounds splats to kSplatBits and to the quantum and adds them. Those outside the crop window are ignored.
   /// Returns how many can't be represented and were dropped. Thread-safe.
   uint64_t add(std::span<const Splat> splats);
-  /// The sums, ascending by pixel, without zeros; call once, in the end.
+  /// The sums, ascending by pixel, without zeros. Call once, in the end.
   std::vector<SplatSum> take();
 
  private:

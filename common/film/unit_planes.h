@@ -1,9 +1,9 @@
 #pragma once
-// Byte planes of exact sums: how layers are laid out before compression.
+// Byte planes of exact sums: the layout of layers before compression.
 //
-// A sum has 16 bytes, of which the upper and lower ones are zero throughout a layer: only the
-// range that is used is stored. Per channel and byte one plane of that byte of every pixel, so
-// that like bytes lie together.
+// A sum has 16 bytes, of which the upper and lower ones are zero throughout a layer: only the range that is
+// used is stored. Each channel and byte has a plane with that byte of every pixel, so that like bytes lie
+// together.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -38,16 +38,16 @@ ByteRange used_bytes(std::span<const Partial::SplatSum> sums);
 void append_planes(std::span<const ExactRgb> sums, ByteRange range, std::string* out);
 void append_planes(std::span<const Partial::SplatSum> sums, ByteRange range, std::string* out);
 
-/// Hands the same bytes to `take`, a channel after the other, so that no more than a third of them is in
+/// Hands the same bytes to `take`, one channel after the other, so that no more than a third of them is in
 /// memory.
 using TakeBytes = std::function<void(std::string_view)>;
 void for_planes(std::span<const ExactRgb> sums, ByteRange range, const TakeBytes& take);
 void for_planes(std::span<const Partial::SplatSum> sums, ByteRange range, const TakeBytes& take);
-/// Planes of `pixels` sums: sum i lies at place(i), what no sum lies on is zero.
+/// Planes of `pixels` sums: sum i lies at place(i), and the other places are zero.
 void for_planes(std::span<const Partial::SplatSum> sums, ByteRange range, size_t pixels,
                 const std::function<size_t(const Partial::SplatSum&)>& place, const TakeBytes& take);
 
-/// Inverse; `planes` has plane_bytes(sums.size(), range) bytes.
+/// Inverse. `planes` has plane_bytes(sums.size(), range) bytes.
 void read_planes(std::string_view planes, ByteRange range, std::span<ExactRgb> sums);
 void read_planes(std::string_view planes, ByteRange range, std::span<Partial::SplatSum> sums);
 
@@ -58,7 +58,7 @@ class PlaneStrips {
   /// `planes` has plane_bytes(pixels, range) bytes, and must outlive the strips.
   PlaneStrips(std::string_view planes, ByteRange range, size_t pixels)
       : planes_(planes), range_(range), pixels_(pixels) {}
-  /// The sums that come next; none after the last. They are good until the next call.
+  /// The next sums; none after the last. They are valid until the next call.
   std::span<const ExactRgb> next();
 
  private:

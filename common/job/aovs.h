@@ -1,20 +1,18 @@
 #pragma once
-// Arbitrary output variables: what an image records of each pixel besides its colour, by the names of --aov.
-// A job that asks for none renders, sends and stores nothing of them.
+// Arbitrary output variables (AOVs): what an image records of each pixel besides its colour, by the names of
+// --aov. A job that asks for none renders, sends and stores nothing of them.
 //
 //   albedo    share of light that the first surface reflects, RGB in [0, 1]; through mirrors and glass the
-//   first
-//             surface that is not purely specular, tinted by them; 0 where nothing is hit
+//             first surface that is not purely specular, tinted by them; 0 where nothing is hit
 //   normal    unit shading normal of the same surface in world space, on the viewer's side; averaged over the
 //             pixel's samples and not normalised again; 0 where nothing is hit
 //   depth     distance of the first hit along the viewing direction (spherical cameras: from the camera),
-//   scene
-//             units, mean over the samples that hit something; 0 if none does
+//             scene units, mean over the samples that hit something; 0 if none does
 //   position  world position of the first hit, likewise
 //   alpha     share of samples that hit something
-//   direct    what came from a light by at most one scattering event; indirect: all the rest of the colour
-//   variance  of one camera sample, RGB: of the mean it is this over `samples`. What light paths splat is not
-//   in it samples   camera samples of the pixel
+//   direct    light that came by at most one scattering event; indirect: all the rest of the colour
+//   variance  of one camera sample, RGB, without splats; that of the mean is this over `samples`
+//   samples   camera samples of the pixel
 #include <string>
 #include <vector>
 

@@ -1,14 +1,14 @@
 #pragma once
-// Parts of the renderer that the scene plan leaves out where a scene does not need them, by the names that
-// `--plan-override` switches them back on with. With one that is not needed the image has the same bits; with
-// a strategy it is another estimate of the same image.
+// Parts of the renderer that the scene plan leaves out where a scene does not need them. `--plan-override`
+// switches them back on by these names. A feature that is not needed does not change the image's bits. A
+// strategy makes another estimate of the same image.
 #include <string>
 
 #include "common/job/strategies.h"
 
 namespace lightmill {
 
-/// A set of features: their sum. The lowest bits are the strategy families.
+/// A set of features: their sum. The lowest bits are the families of strategies.
 using Features = unsigned;
 inline constexpr Features kTextures = 1u << 4;
 inline constexpr Features kTextureCoordinates = 1u << 5;

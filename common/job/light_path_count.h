@@ -1,5 +1,5 @@
 #pragma once
-// How many light paths are traced, so that renderer and merger agree on it.
+// The number of light paths, so that renderer and merger agree on it.
 #include <algorithm>
 #include <cstdint>
 
@@ -7,7 +7,7 @@
 
 namespace lightmill {
 
-/// Light paths that go with one sample of each of `pixels` pixels, those of a cell within the crop window.
+/// Light paths for one sample of each of `pixels` pixels: those of a cell within the crop window.
 /// `light_paths`: SamplingPlan::light_paths of a plan with strategies that use them.
 inline int light_paths_of_layer(double light_paths, int64_t pixels) {
   return std::max(1, static_cast<int>(light_paths * static_cast<double>(pixels) + 0.5));

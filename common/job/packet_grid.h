@@ -1,10 +1,10 @@
 #pragma once
 // The absolute grid of packets: 32x32-pixel cells x blocks of sample indices.
 //
-// Block b covers sample indices 0 | 1 | 2-3 | 4-7 | 8-15 | 16-31 | 32-47 | ... (sizes 1,1,2,4,8,
-// then 16 each). Cells sit at absolute multiples of 32 pixels of the *uncropped* film, so a packet
-// has the same identity under any crop, tiling, round or extension. Sixteen samples (blocks 0-4
-// together, then each later block) are one *superblock*: the unit of batches and of error points.
+// Block b covers sample indices 0 | 1 | 2-3 | 4-7 | 8-15 | 16-31 | 32-47 | ... (sizes 1,1,2,4,8, then 16
+// each). Cells sit at absolute multiples of 32 pixels of the *uncropped* film, so a packet has the same
+// identity under any crop, tiling, round or extension. Sixteen samples (blocks 0-4 together, then each later
+// block) are one *superblock*: the unit of batches and of error points.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -83,9 +83,8 @@ constexpr int64_t block_end(int64_t b) { return block_begin(b + 1); }
 constexpr int64_t block_count(int64_t spp) { return spp <= 0 ? 0 : block_of_sample(spp - 1) + 1; }
 constexpr int64_t superblock_of_sample(int64_t s) { return s / kSuperblockSamples; }
 
-/// A sample tile: cells x sample indices. The unit of lease, retry and merge. The range may begin
-/// or end inside a block (a job of 40 spp, later extended); sums are exact per contribution, so it
-/// does not show.
+/// A sample tile: cells x sample indices. The unit of lease, retry and merge. The range may begin or end
+/// inside a block (a job of 40 spp, later extended). Sums are exact per contribution, so that does not show.
 struct TileSpec {
   CellRect cells;
   int64_t sample_begin = 0, sample_end = 0;
@@ -93,9 +92,9 @@ struct TileSpec {
   constexpr int64_t samples() const { return sample_end - sample_begin; }
 };
 
-/// Number of packets that `tile` *completes* in a job of `spp` samples: blocks whose last sample
-/// (cut at spp) lies in the tile's range, times its cells. Summed over a ledger this never counts a
-/// packet twice, also after an extension.
+/// Number of packets that `tile` *completes* in a job of `spp` samples: blocks whose last sample (cut at spp)
+/// lies in the tile's range, times its cells. Summed over a ledger this never counts a packet twice, not even
+/// after an extension.
 constexpr int64_t packets_completed(const TileSpec& tile, int64_t spp) {
   int64_t blocks = 0;
   for (int64_t b = block_of_sample(tile.sample_begin); block_begin(b) < tile.sample_end; ++b) {

@@ -20,15 +20,15 @@ Integrator integrator_named(const std::string& name);
 
 /// `max_depth` that means "no limit": Russian roulette alone ends paths.
 inline constexpr int kUnlimitedDepth = 1 << 20;
-/// Largest accepted image, in pixels; bigger ones are refused with one line.
+/// Largest accepted image, in pixels. Larger ones are refused with one line.
 inline constexpr int64_t kMaxPixels = int64_t{1} << 28;
 /// Largest accepted side, in pixels.
 inline constexpr int kMaxResolution = 65536;
 
-/// Most samples per pixel; also what a job has whose only stop rule is a time or a target error.
+/// Most samples per pixel. A job whose only stop rule is a time or a target error has as many.
 inline constexpr int64_t kMaxSpp = int64_t{1} << 31;
 
-/// Everything that, with the bundle digest, determines a partial's bytes; plus the stop rule.
+/// Everything that, with the bundle digest, determines a partial's bytes; and the stop rule.
 struct RenderSettings {
   Integrator integrator = Integrator::kBdpt;
   FilmGrid grid;
@@ -37,34 +37,35 @@ struct RenderSettings {
   uint64_t seed = 0;
   double time_s = 0;        // 0: none
   double target_error = 0;  // 0: none
-  /// Rough metals get back what one bounce between facets loses. pbrt's images are without.
+  /// Rough metals get back the energy that a single bounce between facets loses. pbrt's images are without.
   bool energy_compensation = false;
-  /// What runs, in place of the integrator's own plan. With kAuto: what the pilot chose; empty before.
+  /// The plan in place of the integrator's own. With kAuto: what the pilot chose; empty before.
   std::optional<SamplingPlan> plan = {};
-  /// Every pixel gets as many camera samples: a pilot does not look where they are best spent.
+  /// Every pixel gets the same number of camera samples: the pilot makes no sample allocation.
   bool uniform_sampling = false;
-  /// Features that are kept although the scene does not need them; strategies join the plan.
+  /// Features that are kept although the scene does not need them. Strategies join the plan.
   Features overrides = 0;
-  /// Recorded beside the colour, which has the same bits with them and without.
+  /// Recorded beside the colour, which has the same bits with and without them.
   Aovs aovs = 0;
 };
 
-/// A pilot has to choose the plan before anything can be rendered.
+/// Whether a pilot has to choose the plan before anything can be rendered.
 inline bool needs_pilot(const RenderSettings& settings) {
   return settings.integrator == Integrator::kAuto && !settings.plan;
 }
-/// What runs. pt: hit and next-event; lt: lens; bdpt, and auto before its pilot: all, with one light path per
-/// camera path. Without a scattering event only strategies that need none are left, of which one suffices.
+/// The plan that runs. pt: hit and next-event; lt: light-tracing; bdpt, and auto before its pilot: all, with
+/// one light path per camera path. With no scattering event only strategies that need none are left, of which
+/// one suffices.
 SamplingPlan plan_of(const RenderSettings& settings);
 inline Strategies strategies_of(const RenderSettings& settings) { return plan_of(settings).strategies; }
-/// What runs, for people: "pt"; "auto" before its pilot, "auto: hit,next-event,light-tracing × 0.5" after it.
+/// The plan for people: "pt"; "auto" before its pilot, "auto: hit,next-event,light-tracing × 0.5" after it.
 std::string sampling_text(const RenderSettings& settings);
-/// Whether partials bring a camera layer. AOVs need camera paths, also where the colour comes from splats
+/// Whether partials have a camera layer. AOVs need camera paths even where the colour comes from splats
 /// alone.
 inline bool has_camera_layer(const RenderSettings& settings) {
   return settings.aovs || (strategies_of(settings) & kCameraLayer);
 }
-/// Whether partials bring splats.
+/// Whether partials have splats.
 inline bool has_splat_layer(const RenderSettings& settings) {
   return strategies_of(settings) & kLightTracing;
 }

@@ -1,7 +1,7 @@
 #pragma once
 // Families of the (s,t) strategies: paths of s light and t camera vertices. Any set is a render of its own,
-// with weights that sum to one over the set; only `hit` or `lens` alone and what contains one of them see the
-// emitters themselves, and paths that no member can make are missing from the image.
+// with weights that sum to one over the set. Paths that no member can make are missing from the image.
+// Emitters themselves are visible only with `hit` or `light-tracing` in the set.
 #include <string>
 
 namespace lightmill {

@@ -1,9 +1,9 @@
 #pragma once
-// Spot checks of one job: committed tiles that other workers render once more, and what came of it. A tile
-// that came out differently goes to a third worker; two against one decide. Pure.
+// Spot checks of one job: some committed tiles are rendered once more by other workers, and the results are
+// compared. If they differ, the tile goes to a third worker; two against one decide. Pure.
 //
-// A check's lease looks to a worker like any other. Its attempts go on from the tile's; they are not stored,
-// as a check that a restart interrupts begins anew.
+// To a worker a check's lease is like any other. Its attempts go on from the tile's. They are not stored: a
+// check that a restart interrupts begins anew.
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -18,43 +18,43 @@ class CheckTable {
  public:
   struct Vote {
     WorkerId worker;
-    std::string digest;  // of what it rendered
+    std::string digest;  // of its result
   };
-  /// What a vote leads to.
+  /// The result of a vote.
   struct Outcome {
     bool decided = false;        // the check is over
-    bool first_is_right = true;  // then: what was committed stands
+    bool first_is_right = true;  // then: the committed result stands
     std::optional<WorkerId> liar;
-    bool hopeless = false;  // three came to three results
+    bool hopeless = false;  // three workers had three results
   };
 
-  /// A committed tile is to be checked.
+  /// Begins a check of a committed tile.
   void add(const TileRecord& tile);
   void remove(TileId tile) { checks_.erase(tile); }
-  /// The worker's word counts no more: its votes about others' tiles and its leases are gone.
+  /// The worker's results count no more: its votes about others' tiles and its leases go.
   void forget(const WorkerId& worker);
   bool empty() const { return checks_.empty(); }
-  /// In the order of tiles; the first vote of each is the committer's.
+  /// The tiles under check, in their order. The first vote of each is the committer's.
   std::vector<TileId> tiles() const;
   const std::vector<Vote>& votes(TileId tile) const { return checks_.at(tile).votes; }
   bool contains(TileId tile) const { return checks_.contains(tile); }
-  /// The highest attempt that was given for the tile.
+  /// The highest attempt that was leased of the tile.
   int64_t attempts(TileId tile) const { return checks_.at(tile).attempts; }
 
-  /// The first tile that nobody checks right now, and this worker may.
+  /// The first tile that nobody checks at present and that this worker may check.
   std::optional<TileId> next(const WorkerId& worker) const;
-  /// The attempt.
+  /// Returns the attempt.
   int64_t lease(TileId tile, const WorkerId& worker, double expires);
   bool holds(TileId tile, const WorkerId& worker, int64_t attempt) const;
   void renew(TileId tile, double expires);
   void pin(TileId tile);
   void unpin(TileId tile);
   void release(TileId tile);
-  /// Leases that are good; those of them whose time is over.
+  /// Valid leases; those of them that have expired.
   std::vector<LeaseTable::Lease> leases() const;
   std::vector<LeaseTable::Lease> expired(double now) const;
 
-  /// Whoever holds the tile's check rendered this. Its lease ends.
+  /// The holder of the tile's check rendered `digest`. Its lease ends.
   Outcome vote(TileId tile, const std::string& digest);
 
  private:

@@ -1,7 +1,7 @@
 #pragma once
-// Which jobs are rendered at the same time, where not all of their films fit into memory: else every commit
-// would read another film from the disk. A job keeps its seat for a while, then one that has had less takes
-// its turn. Pure.
+// Admits jobs for rendering at the same time as far as their films fit into memory. Else every commit would
+// read another film from the disk. An admitted job stays for a while, then one that has had less takes its
+// turn. Pure.
 #include <map>
 #include <optional>
 #include <vector>
@@ -12,11 +12,11 @@ namespace lightmill {
 
 class FilmAdmission {
  public:
-  /// How long a job keeps its seat before others of its priority may have it.
+  /// How long a job stays admitted before others of its priority may replace it.
   static constexpr double kTurnSeconds = 10;
 
-  /// What decides who yields: a job of lower priority at once, an equal one after its turn if it has had
-  /// more.
+  /// What decides who yields: a job of lower priority at once, one of equal priority after its turn if it has
+  /// had more.
   struct Claim {
     int priority = 0;
     double submitter_served = 0, served = 0;  // processor seconds (fair_share.h)
@@ -25,12 +25,12 @@ class FilmAdmission {
 
   explicit FilmAdmission(double max_bytes) : max_bytes_(max_bytes) {}
 
-  /// True if the job is seated, or there is room, or enough others have to yield. One that is larger than
-  /// everything may be seated alone.
+  /// True if the job is admitted, or there is room, or enough others have to yield. A job that is larger than
+  /// all of the memory may be admitted alone.
   bool may_take(const JobId& job, const Claim& claim, double now) const;
-  /// Seats a job that may be seated; others yield.
+  /// Admits a job for which may_take() is true. Others yield.
   void take(const JobId& job, const Claim& claim, double now);
-  /// A seated job's claim, as it is now.
+  /// Replaces an admitted job's claim by the present one.
   void update(const JobId& job, const Claim& claim);
   void leave(const JobId& job);
   bool admitted(const JobId& job) const { return admission_.contains(job); }

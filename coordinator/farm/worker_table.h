@@ -1,6 +1,6 @@
 #pragma once
-// The workers that the coordinator knows: who may work, who is lost, who is benched. Pure: time
-// is an argument.
+// The workers that the coordinator knows: which may work, which are lost, which are benched. Pure: time is an
+// argument.
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -17,8 +17,8 @@ struct Worker {
   WorkerRegistration registration;
   std::string owner;  // whose token it came with; empty in plain text
   double last_seen = 0;
-  bool asked = false;  // for a tile: what a real worker does at once
-  int polling = 0;     // lease calls that wait right now: as good as being seen
+  bool asked = false;  // asked for a tile, as a real worker does at once
+  int polling = 0;     // waiting lease calls: they count as being seen
   bool draining = false;
   bool convicted = false;  // of wrong pixels: all its tiles are checked from then on
   int64_t leases = 0;      // held now
@@ -28,24 +28,24 @@ struct Worker {
   int times_benched = 0;
   double benched_until = 0;
   double samples_per_second = 0;  // of its processors' time, smoothed; 0: not known yet
-  // Of its newest tiles, the newest counting most: seconds from the lease, or from the tile before, to the
-  // commit, and what its threads say that rendering took of a processor's time.
+  // Of its newest tiles, the newest counting most: seconds to the commit from the lease or from the tile
+  // before, and the processor seconds of rendering by its threads' account.
   double elapsed_seconds = 0, rendered_seconds = 0;
   double last_commit = 0;
   JobId last_job;    // of its newest lease
   int run_left = 0;  // tiles of that job that it gets before another one's turn
 };
 
-/// Of workers of one host that were turned away for one reason, the newest: those that are started again and
-/// again, as services are, take one place.
+/// The newest of a host's workers that were turned away for the same reason. Services that are started again
+/// and again take one place.
 struct RefusedWorker {
   WorkerId id;
-  WorkerRegistration registration;  // without a host: it was stopped before it could say
+  WorkerRegistration registration;  // without a host: stopped before it could name it
   std::string reason;               // one line
   double at = 0;
 };
 
-/// What a worker says of itself, for a line that users read: at most 200 characters of it, in ASCII.
+/// A worker's text about itself, for a line that users read: at most 200 characters of it, in ASCII.
 std::string printable(std::string text);
 
 class WorkerTable {
@@ -58,36 +58,38 @@ class WorkerTable {
   WorkerTable(double lease_seconds, size_t max_workers)
       : lease_seconds_(lease_seconds), max_workers_(max_workers) {}
 
-  /// Throws Error(kUnreachable) if as many live ones as may be are registered. Makes room by forgetting lost
-  /// ones; then one that never asked for a tile; then, if another owner has more workers than this one, one
-  /// of his that holds and has done nothing. Whoever is forgotten and alive registers again with its next
-  /// call.
+  /// Throws Error(kUnreachable) if max_workers live workers are registered. To make room it forgets lost
+  /// workers; then one that never asked for a tile; then, if another owner has more workers than this one,
+  /// one of that owner's that holds nothing and has done nothing. A live worker that was forgotten registers
+  /// again with its next call.
   void add(const WorkerId& id, const WorkerRegistration& registration, const std::string& owner, double now);
-  /// Remembers a refusal for a while, for the user to see in the list of workers and in what waits for one.
+  /// Remembers a refusal for a while: it shows in the list of workers, and in the notes of jobs that wait for
+  /// one.
   void add_refused(const WorkerId& id, const WorkerRegistration& registration, const std::string& reason,
                    double now);
-  /// Who was turned away lately and why, a clause of a sentence; empty: nobody.
+  /// Which workers were turned away lately and why, a clause of a sentence; empty: none.
   std::string refusals(double now) const;
   /// Null if it is not registered.
   Worker* find(const WorkerId& id);
   const Worker* find(const WorkerId& id) const;
   void seen(const WorkerId& id, double now);
   bool is_lost(const Worker& worker, double now) const;
-  /// May it get leases: neither lost nor draining nor benched.
+  /// Whether it may get leases: it is neither lost nor draining nor benched.
   bool may_work(const Worker& worker, double now) const;
-  /// A tile was rendered: `samples` pixel samples in `seconds` of each of its threads' processors. It had
-  /// been leased at `since`.
+  /// A tile, leased at `since`, was rendered: `samples` pixel samples in `seconds` of each of its threads'
+  /// processors.
   void committed(const WorkerId& id, double samples, double seconds, double since, double now);
-  /// How much longer a tile takes than its processors' time, 1 or more: they may have other things to do.
+  /// Time of a tile over its processors' time, 1 or more: they may have other things to do.
   static double slowdown(const Worker& worker);
-  /// A failure report. Too many bench the worker, twice as long every time until it has made up for all.
+  /// A failure report. Too many of them bench the worker, each time for twice as long, until it has made up
+  /// for all.
   void failed(const WorkerId& id, double now);
-  /// A partial that no honest, sound worker sends: three weigh as much as eight failures.
+  /// It sent a partial that no honest, sound worker sends. Three weigh as much as eight failures.
   void refused(const WorkerId& id, double now);
-  /// It rendered wrong pixels: benched for as long as anybody is.
+  /// It rendered wrong pixels: it is benched for the longest time.
   void convict(const WorkerId& id, double now);
-  /// At most `most` (but all that were refused come with the last ones) after the worker `after`, empty: from
-  /// the first.
+  /// At most `most` workers after the worker `after` (empty: from the first). All that were refused come with
+  /// the last ones, beyond `most`.
   WorkerPage page(const WorkerId& after, size_t most, double now) const;
   const std::map<WorkerId, Worker>& all() const { return workers_; }
 

@@ -2,7 +2,7 @@
 // What Prometheus asks for: the farm's state of the moment, and what was measured of calls since the start.
 //
 //   Metrics metrics(farm, {});
-//   metrics.count_refusals("connection", [&door] { return door.refused(); });
+//   metrics.count_refusals("connection", [&listener] { return listener.refused(); });
 //   metrics.lease_granted(0.02);
 //   metrics.text();        // format 0.0.4
 //

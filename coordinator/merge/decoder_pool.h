@@ -1,6 +1,6 @@
 #pragma once
-// Decoders of partials for whoever commits: as many are kept as processors could use, within kMostBytes. As
-// many are lent as their partials, unpacked, fit into a bound; who comes when it is met waits, in turn.
+// Decoders of partials for commits. As many are kept as processors could use, within kMostBytes. As many are
+// lent as their partials, unpacked, fit into a bound. Beyond it callers wait, in turn.
 //
 //   DecoderPool pool(512e6);
 //   DecoderPool::Loan decoder = pool.lend(200e6);
@@ -42,8 +42,8 @@ class DecoderPool {
   };
 
   explicit DecoderPool(double most_lent_bytes) : most_lent_(most_lent_bytes) {}
-  /// For a partial that takes about so many bytes unpacked; one that is larger than the bound is alone. The
-  /// loan must not wait for another one.
+  /// Lends a decoder for a partial of about `bytes` bytes unpacked. One that is larger than the bound is
+  /// alone. The borrower must not wait for another loan.
   Loan lend(double bytes) {
     std::unique_lock lock(mutex_);
     const uint64_t turn = last_turn_++;
@@ -58,7 +58,7 @@ class DecoderPool {
     bytes_ -= decoder->bytes();
     return {*this, std::move(decoder), bytes};
   }
-  /// Of the decoders that nobody uses.
+  /// Bytes of the decoders that nobody uses.
   size_t bytes() const {
     const std::lock_guard lock(mutex_);
     return bytes_;

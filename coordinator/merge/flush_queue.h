@@ -1,6 +1,6 @@
 #pragma once
-// Answers that wait for the disk without a thread each: one thread makes durable what was written, then calls
-// those who waited for that; who comes meanwhile shares the next turn (group commit).
+// Answers that wait for the disk without a thread each (group commit). One thread makes durable what was
+// written, then calls those that waited for it. Those that come meanwhile share the next turn.
 //
 //   FlushQueue queue([&] { farm.flush(); });
 //   queue.when_durable([=](std::exception_ptr failure) { reactor->Finish(...); });
@@ -16,12 +16,13 @@ namespace lightmill {
 /// Thread-safe.
 class FlushQueue {
  public:
-  /// Called on the queue's thread; null, or why what was written before is not durable. Must not throw.
+  /// Called on the queue's thread: with null, or with the reason why what was written before is not durable.
+  /// Must not throw.
   using Waiter = std::function<void(std::exception_ptr failure)>;
 
-  /// `make_durable` makes durable all that was written before it is called, or throws.
+  /// `make_durable` makes everything durable that was written before it is called, or throws.
   explicit FlushQueue(std::function<void()> make_durable);
-  /// Serves those who wait, then ends.
+  /// Serves those that wait, then ends.
   ~FlushQueue();
   FlushQueue(const FlushQueue&) = delete;
   FlushQueue& operator=(const FlushQueue&) = delete;

@@ -1,8 +1,7 @@
 #pragma once
-// The merged layers of jobs: a cache in memory of what the store holds as snapshot + spool. Only jobs that
-// are being touched are in memory; dropping one is always safe. The cache is bounded in bytes: the layers
-// that nobody has opened for longest go first, with a checkpoint if folding their spool again would cost
-// more.
+// The merged layers of jobs: a cache in memory of what the store holds as snapshot + spool. Only jobs in use
+// are in memory, and dropping one is always safe. The cache is bounded in bytes. The layers that were opened
+// longest ago go first, with a checkpoint if folding their spool again would cost more.
 //
 //   Merger::Open layers = merger.open(job, settings);   // locked for this job until it goes out of scope
 //   layers->film.fold(partial);
@@ -37,9 +36,9 @@ class Merger {
     std::mutex mutex;
     std::unique_ptr<Layers> layers;  // null: not loaded
     // Guarded by the merger's mutex.
-    int users = 0;           // that have it open, or wait for that
+    int users = 0;           // that have it open or wait for it
     uint64_t last_used = 0;  // grows
-    double bytes = 0;        // taken of the bound
+    double bytes = 0;        // counted towards the bound
   };
   struct Release {
     Merger* merger = nullptr;
@@ -60,21 +59,20 @@ class Merger {
     std::unique_lock<std::mutex> lock_;
   };
 
-  /// `max_bytes` bounds film_bytes() over the jobs in memory. A job that is larger is served nevertheless,
-  /// while no other is in memory.
-  /// `keep_partials`: those that a checkpoint contains stay in the store, until the job's last checkpoint.
+  /// `max_bytes` bounds film_bytes() over the jobs in memory. A larger job is served alone in memory.
+  /// `keep_partials`: partials that a checkpoint contains stay in the store until the job's last checkpoint.
   Merger(JobStore& store, double max_bytes, bool keep_partials = false)
       : store_(store), max_bytes_(max_bytes), keep_partials_(keep_partials) {}
 
-  /// Waits until nobody else has the job open, and for room; loads it if it isn't in memory. Throws
+  /// Waits until nobody else has the job open, and for room. Loads it if it isn't in memory. Throws
   /// Error(kFailed) if the store's content is damaged, StoreError if it can't be read.
   Open open(const JobId& job, const RenderSettings& settings);
-  /// Forgets what is in memory after a fold that did not become durable; `layers` must not be used any more
-  /// except to be destroyed.
+  /// Forgets what is in memory, after a fold that did not become durable. `layers` may only be destroyed
+  /// then.
   static void reset(Open& layers) { layers.slot_->layers.reset(); }
-  /// Writes a snapshot, and with the job's last one throws away the partials that were kept.
+  /// Writes a snapshot. The job's last one also deletes the partials that were kept.
   void checkpoint(const JobId& job, Open& layers, bool final = false);
-  /// Taken of the bound right now, and how often layers were read from the store.
+  /// Bytes counted towards the bound at present; number of times that layers were read from the store.
   double bytes() const;
   uint64_t loads() const;
 

@@ -1,6 +1,6 @@
 #pragma once
-// Refused partials, kept in a folder for people to look at: for each the bytes and a text that says who sent
-// them, for what, and why they were refused. Only the newest are kept. Thread-safe.
+// Keeps refused partials in a folder, for people to look at: the bytes of each and a text that says who sent
+// them, for which lease, and why they were refused. Only the newest are kept. Thread-safe.
 #include <cstdint>
 #include <mutex>
 #include <string>
@@ -17,7 +17,7 @@ class Quarantine {
 
   /// Makes the folder if it is absent. Throws Error(kFailed).
   explicit Quarantine(const std::string& folder);
-  /// Keeps one, and forgets the oldest beyond the bounds. Throws Error(kFailed) if it can't be written.
+  /// Keeps one and deletes the oldest beyond the bounds. Throws Error(kFailed) if it can't be written.
   void keep(const LeaseKey& lease, const WorkerId& worker, const std::string& reason, std::string_view bytes);
 
  private:

@@ -1,6 +1,6 @@
 #pragma once
-// What must be true of a job whatever happened: every committed tile was folded exactly once, and the totals
-// are those of the ledger. `lightmill-coordinator --check` says it of a whole data folder.
+// Checks what must be true of a job whatever happened: every committed tile was folded exactly once, and the
+// totals are those of the ledger. `lightmill-coordinator --check` does this for a whole data folder.
 #include <string>
 #include <vector>
 

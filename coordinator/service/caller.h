@@ -1,5 +1,5 @@
 #pragma once
-// Who calls: jobs and workers bear the name of the token that they came with.
+// The caller's name: jobs and workers bear that of the token that they came with.
 #include <grpcpp/server_context.h>
 
 #include <functional>
@@ -7,7 +7,7 @@
 
 namespace lightmill {
 
-/// The name of the token that a call carries; an empty function where there are no tokens.
+/// The name of the token that a call carries. An empty function where there are no tokens.
 using Caller = std::function<std::string(const grpc::ServerContext&)>;
 
 }  // namespace lightmill

@@ -1,5 +1,5 @@
 #pragma once
-// v1.ClientService over a Farm and a BlobStore: translates, bounds, streams; decides nothing.
+// v1.ClientService over a Farm and a BlobStore. It translates, bounds and streams; it decides nothing.
 #include <atomic>
 #include <memory>
 
@@ -16,8 +16,9 @@ namespace lightmill {
 
 class ClientService final : public v1::ClientService::Service {
  public:
-  /// Farm, blobs, log and stalls must outlive the service. `submissions`: bounds submissions by everybody
-  /// together; may be null. `caller` may be empty: then submitters are believed who they are.
+  /// Farm, blobs, log and stalls must outlive the service. `submissions` bounds the submissions of all
+  /// callers together; may be null. `caller` may be empty: then submitters are taken for who they say they
+  /// are.
   ClientService(Farm& farm, BlobStore& blobs, const TileLog& tile_log, StallWatch& stalls,
                 const Quotas& quotas, std::shared_ptr<SubmitLimit> submissions, Caller caller = {})
       : farm_(farm),

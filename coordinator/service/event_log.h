@@ -1,5 +1,5 @@
 #pragma once
-// The newest lines about what an operator should know, kept in memory for the dashboard. Thread-safe.
+// The newest lines that an operator should know, kept in memory for the dashboard. Thread-safe.
 #include <cstdint>
 #include <deque>
 #include <mutex>
@@ -19,9 +19,9 @@ class EventLog {
     std::string text;
   };
 
-  /// Forgets the oldest line beyond kMaxLines; a longer text is cut.
+  /// Adds a line, cut if it is long. Forgets the oldest line beyond kMaxLines.
   void add(std::string text);
-  /// Those with a number above `number` that are still there, oldest first.
+  /// The lines with a number above `number` that are still there, oldest first.
   std::vector<Line> after(uint64_t number) const;
   /// Number of the newest line; 0 before the first.
   uint64_t newest() const;

@@ -4,8 +4,8 @@
 
 namespace lightmill {
 
-/// Counts those inside; releases on every way out. Whoever is not `granted` must turn back, or at least not
-/// wait.
+/// Counts those inside, and releases on every way out. A caller that is not `granted` must turn back, or at
+/// least not wait.
 class Slot {
  public:
   Slot(std::atomic<int>& count, int limit) : count_(count), granted_(++count <= limit) {}

@@ -1,6 +1,6 @@
 #pragma once
-// The gRPC port's door: accepts connections, and closes those beyond a number or a rate before anything is
-// read of them. gRPC itself would take all, and stops listening for good when file descriptors run out.
+// Listens on the gRPC port. Connections beyond a number or a rate are closed before anything is read of them.
+// gRPC itself would take all, and stops listening for good when file descriptors run out.
 #include <cstdint>
 #include <functional>
 #include <memory>

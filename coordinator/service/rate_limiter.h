@@ -12,11 +12,11 @@ class RateLimiter {
  public:
   RateLimiter(double per_second, double burst) : per_second_(per_second), burst_(burst) {}
   /// Takes one. `now`: seconds of any clock that does not run backwards. Returns 0 if it may be done now,
-  /// else the seconds after which it may.
+  /// else the seconds to wait.
   double take(const std::string& name, double now);
 
  private:
-  /// Beyond so many names that were seen lately all new ones share a bucket.
+  /// Beyond this many names seen lately all new ones share a bucket.
   static constexpr size_t kMaxNames = 4096;
   struct Bucket {
     double left, at;

@@ -1,5 +1,5 @@
 #pragma once
-// The error policy of the services: what a handler throws becomes a status; nothing gets out of a handler.
+// The error policy of the services: an exception of a handler becomes a status, and none leaves a handler.
 #include <grpcpp/support/status.h>
 
 #include <new>

@@ -1,7 +1,7 @@
 #pragma once
-// Cuts off calls whose peer is there, answers gRPC's pings, and yet neither takes what is sent to it nor
-// sends what it has announced: such a call would hold its thread, or its share of the memory for partials, as
-// long as the peer likes.
+// Cancels calls whose peer answers gRPC's pings and yet neither takes what is sent to it nor sends what it
+// has announced. Such a call would hold its thread, or its share of the memory for partials, as long as the
+// peer likes.
 //
 //   StallWatch watch(clock, 60);
 //   StallWatch::Call call(watch, *context);
@@ -17,15 +17,14 @@
 
 namespace lightmill {
 
-/// Thread-safe; one for all calls of a server, which it must outlive.
+/// Thread-safe. One for all calls of a server, which it must outlive.
 class StallWatch {
  public:
-  /// A peer that moves less than this is taken for one that does not mean to: a tenth of the slowest line
-  /// that anybody renders over.
+  /// A peer that moves fewer bytes counts as stalled: a tenth of the slowest line that anybody renders over.
   static constexpr double kLeastBytesPerSecond = 10e3;
 
-  /// `seconds` of waiting are given to a peer; what it moves earns more, never beyond that. `clock` must
-  /// outlive this. Unless `by_itself`, nobody is cut but by cut_stalled().
+  /// A peer gets `seconds` of waiting. The bytes that it moves earn more, never beyond that. `clock` must
+  /// outlive this. Unless `by_itself`, only cut_stalled() cancels calls.
   StallWatch(const Clock& clock, double seconds, bool by_itself = true);
   ~StallWatch();
   StallWatch(const StallWatch&) = delete;
@@ -36,18 +35,18 @@ class StallWatch {
   /// One call. Not thread-safe by itself: begin, end, begin, ...
   class Call {
    public:
-    /// `context` of a server's call, of any kind, must outlive this.
+    /// `context`: of a server's call, of any kind. Must outlive this.
     template <class Context>
     Call(StallWatch& watch, Context& context)
         : watch_(watch), cut_([&context] { context.TryCancel(); }), left_(watch.seconds_) {}
     ~Call() { end(0); }
     Call(const Call&) = delete;
     Call& operator=(const Call&) = delete;
-    /// From here on it is the peer's turn; if that takes too long the call is cancelled.
+    /// From here on it is the peer's turn. If that takes too long the call is cancelled.
     void begin();
-    /// The peer has taken or sent so many bytes.
+    /// The peer has taken or sent `bytes` bytes.
     void end(size_t bytes);
-    /// Of a stream that blocks; false once it has ended.
+    /// Reads from a stream that blocks. False once it has ended.
     template <class Reader, class Message>
     bool read(Reader& reader, Message* message) {
       begin();
@@ -76,7 +75,7 @@ class StallWatch {
  private:
   const Clock& clock_;
   const double seconds_;
-  // A call that is cut may end, and give its place back, within the cutting.
+  // A call that is cancelled may end, and give its place back, within the cancelling.
   std::recursive_mutex mutex_;
   std::condition_variable_any ending_;
   // Guarded by mutex_.

@@ -1,8 +1,8 @@
 #pragma once
-// How many calls one connection may have at a time. gRPC tells its peers in HTTP/2's settings, but holds only
-// those to it who have acknowledged them; this counts the calls of the others, too, and cancels what is
-// beyond. A call that its peer has given up counts until its handler has noticed: so the bound is to be above
-// that of the settings.
+// Bounds the calls that one connection may have at a time. gRPC states a bound in HTTP/2's settings, but
+// holds only those peers to it that have acknowledged them. This counts the calls of the others, too, and
+// cancels those beyond. A call that its peer has given up counts until its handler has noticed, so this bound
+// should be above that of the settings.
 #include <grpcpp/support/server_interceptor.h>
 
 #include <map>
@@ -12,11 +12,11 @@
 
 namespace lightmill {
 
-/// Calls under way, by the peer's address and port. Thread-safe.
+/// Calls in progress, by the peer's address and port. Thread-safe.
 class StreamCounts {
  public:
   explicit StreamCounts(int most) : most_(most) {}
-  /// Every call enters and leaves. False if it is one too many.
+  /// Every call enters and leaves. enter() returns false if it is one too many.
   bool enter(const std::string& peer);
   void leave(const std::string& peer);
 

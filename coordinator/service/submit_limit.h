@@ -1,5 +1,5 @@
 #pragma once
-// How often a token may submit jobs.
+// Bounds how often a token may submit jobs.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -16,7 +16,7 @@ class SubmitLimit {
   explicit SubmitLimit(double per_minute)
       : per_minute_(per_minute), limiter_(per_minute / 60, std::max(1.0, per_minute / 6)) {}
 
-  /// Counts one submission by this token. Returns why not if it comes too soon, or nothing.
+  /// Counts one submission by this token. Returns the reason if it comes too soon, else nothing.
   std::string refusal(const std::string& token) {
     const auto now = std::chrono::steady_clock::now().time_since_epoch();
     const double wait = limiter_.take(token, std::chrono::duration<double>(now).count());
@@ -26,7 +26,7 @@ class SubmitLimit {
            " jobs a minute (the coordinator's --submit-rate); try again in " +
            std::to_string(std::lround(std::ceil(wait))) + " s";
   }
-  /// How many were refused.
+  /// Number of submissions that were refused.
   uint64_t refused() const { return refused_; }
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// Threads for what may block: started as they are needed, kept for the next task.
+// Threads for tasks that may block: started as they are needed, kept for the next task.
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -13,11 +13,11 @@ class TaskPool {
  public:
   /// At most `max_threads` tasks run at once; others wait their turn.
   explicit TaskPool(size_t max_threads) : max_threads_(max_threads) {}
-  /// Runs what was given to it, then ends its threads.
+  /// Runs the tasks that it has, then ends its threads.
   ~TaskPool();
   TaskPool(const TaskPool&) = delete;
   TaskPool& operator=(const TaskPool&) = delete;
-  /// `task` must not throw. If no thread can be started and none is there, it runs here.
+  /// `task` must not throw. If no thread can be started and none is there, it runs in this call.
   void run(std::function<void()> task);
 
  private:

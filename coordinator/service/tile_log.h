@@ -1,5 +1,5 @@
 #pragma once
-// What happened to tiles: to whom they were leased, how each attempt ended and why. Kept in memory, the
+// The history of tiles: to which worker each was leased, how each attempt ended and why. Kept in memory, the
 // newest lines over all jobs, for `lightmill logs`. Thread-safe.
 //
 //   const LogScope scope({"j1", 3, 2, "w4"});
@@ -28,10 +28,10 @@ class TileLog {
     std::string text;
   };
 
-  /// About what the thread's LogScope says; a line that is about no job is not kept, a longer text is cut,
-  /// and beyond kMaxLines the oldest line goes.
+  /// Adds a line about the job of the thread's LogScope; without a job it is not kept. A long text is cut.
+  /// Beyond kMaxLines the oldest line goes.
   void add(std::string text);
-  /// The newest lines about a job, or one of its tiles, oldest first; at most `most`.
+  /// The newest lines about a job, or about one of its tiles, oldest first; at most `most`.
   std::vector<Line> of(const JobId& job, const std::optional<TileId>& tile, size_t most) const;
 
  private:

@@ -1,9 +1,9 @@
 #pragma once
-// v1.WorkerService over a Farm and a BlobStore: translates, bounds, streams; decides nothing.
+// v1.WorkerService over a Farm and a BlobStore. It translates, bounds and streams; it decides nothing.
 //
-// Lease and Commit, which come thousands of times a second, are callbacks: gRPC's few threads receive and
-// send, and what may block (a worker that waits for work, a partial that is merged) goes to threads of our
-// own; a commit that waits for the disk holds none. All other calls have a thread each while they last.
+// Lease and Commit come thousands of times a second, so they are callbacks. gRPC's few threads receive and
+// send. What may block (a worker that waits for work, a partial that is merged) goes to threads of our own. A
+// commit that waits for the disk holds no thread. All other calls have a thread each while they last.
 #include <atomic>
 
 #include "coordinator/store/blob_store.h"
@@ -46,9 +46,9 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   /// Long poll.
   grpc::Status wait_for_lease(grpc::CallbackServerContext* context, const v1::LeaseRequest& request,
                               v1::LeaseResponse* response);
-  /// Once all of the partial is there.
+  /// Once all of the partial has arrived.
   CommitResult merge(const v1::CommitRequest::Header& header, const std::string& bytes, std::string* reason);
-  /// Once it is durable, if it must be; `seconds` later.
+  /// Once the commit is durable, if it must be; `seconds` after the partial had arrived.
   void answer(const v1::CommitRequest::Header& header, CommitResult result, const std::string& reason,
               double seconds, v1::CommitResponse* response);
   void grant(const v1::LeaseRequest& request, const LeaseGrant& grant, double waited,

@@ -1,6 +1,6 @@
 #pragma once
-// Blobs in a folder, each in a file named by its SHA-256. A file that is there is whole and right: it is
-// written beside, verified, synced and renamed, so the folder is its own index. Thread-safe.
+// Blobs in a folder, each in a file named by its SHA-256. A file that is there is complete and right, because
+// it is written beside, verified, synced and renamed. So the folder is its own index. Thread-safe.
 //
 //   BlobStore::Writer writer = blobs.begin(digest, size);
 //   writer.write(chunk);  // any number of times
@@ -18,15 +18,15 @@ class BlobStore {
  public:
   static constexpr uint64_t kMaxBlobBytes = uint64_t{64} << 30;
 
-  /// Makes the folder if it is absent, and removes what a crash left half-written.
+  /// Makes the folder if it is absent. Removes files that a crash left half-written.
   explicit BlobStore(const std::string& folder);
 
   bool contains(const std::string& digest) const;
-  /// Path of a blob that is there. Throws Error(kFailed) if it isn't, Error(kUsage) for what is no digest.
+  /// Path of a blob that is there. Throws Error(kFailed) if it isn't, Error(kUsage) if that is not a digest.
   std::string path(const std::string& digest) const;
   uint64_t size(const std::string& digest) const;
 
-  /// One blob on its way in; what isn't finished leaves nothing behind.
+  /// One blob that is being received. If it isn't finished it leaves nothing behind.
   class Writer {
    public:
     Writer(Writer&&) noexcept;

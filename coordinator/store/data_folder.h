@@ -1,17 +1,17 @@
 #pragma once
-// The coordinator's --data folder: made if absent. With the job store in it, it is held by one process at a
-// time; beside a database, coordinators share it, and the database says whose turn it is.
+// The coordinator's --data folder, made if absent. With the job store in it, one process at a time holds it.
+// Beside a database, coordinators share it, and the database says which of them leads.
 #include <string>
 
 namespace lightmill {
 
-/// File of a shared folder: names the database that the folder goes with.
+/// A file of a shared folder. It names the database that the folder goes with.
 inline constexpr const char* kSharedStoreId = "store-id";
 
 class DataFolder {
  public:
-  /// Throws Error(kFailed) if the folder can't be made, another coordinator holds it, or the jobs in it are
-  /// of the other kind of store.
+  /// Throws Error(kFailed) if the folder can't be made, another coordinator holds it, or its jobs are in the
+  /// other kind of store.
   explicit DataFolder(const std::string& path, bool shared = false);
   ~DataFolder();
   DataFolder(const DataFolder&) = delete;

@@ -1,5 +1,5 @@
 #pragma once
-// A store that tells StorageHealth of every failure of the one behind it, and is otherwise that one.
+// Wraps a store and tells StorageHealth of every failure.
 #include <memory>
 #include <utility>
 

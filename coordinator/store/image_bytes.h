@@ -7,7 +7,7 @@
 namespace lightmill {
 
 std::string image_to_bytes(const Image& image);
-/// Without pixels if the bytes are none of an image.
+/// An image without pixels if the bytes are not those of an image.
 Image image_from_bytes(const std::string& bytes);
 
 }  // namespace lightmill

@@ -10,8 +10,8 @@ namespace lightmill {
 
 class MemoryJobStore : public JobStore {
  public:
-  /// Without `keep_layers` it saves a copy of every partial, for a process that ends with its only job: no
-  /// merger may then need more memory than it has (merger.h), as a film that it lets go of is lost.
+  /// Without `keep_layers` it saves a copy of every partial, for a process that ends with its only job. Then
+  /// no merger may need more memory than it has (merger.h): a film that it drops is lost.
   explicit MemoryJobStore(bool keep_layers = true) : keep_layers_(keep_layers) {}
   bool keeps_layers() const override { return keep_layers_; }
   std::vector<JobRecord> jobs() override;

@@ -1,6 +1,6 @@
 #pragma once
 // Whether the store works. After a failure nothing is leased and no commit is tried, so that a full disk
-// costs no work; a probe looks again and again whether it is mended. Thread-safe; time is an argument.
+// costs no work. A probe tries again and again until the store is mended. Thread-safe; time is an argument.
 #include <mutex>
 #include <optional>
 #include <string>
@@ -11,11 +11,11 @@ class StorageHealth {
  public:
   /// A write or a read failed. The first failure counts as the reason.
   void failed(const std::string& reason, double now);
-  /// A probe went through. True if there was a fault.
+  /// A probe succeeded. Returns whether there was a fault.
   bool mended();
-  /// Why the store is not used now, one line; empty while it works.
+  /// Why the store is not used at present, one line; empty while it works.
   std::optional<std::string> fault() const;
-  /// True if there is a fault and it is time to look again; the next time is then later.
+  /// Whether there is a fault and it is time for a probe; if so, sets the time of the next one.
   bool take_probe(double now);
 
  private:

@@ -83,7 +83,7 @@ TEST_F(Plan, HasALightTracingWeightThatShowsInTheImageAndIsOneOfFew) {
   const std::vector<float> one = pixels({"--integrator", "bdpt"});
   EXPECT_EQ(pixels({"--integrator", "bdpt", "--light-tracing-weight", "1"}), one);
   EXPECT_NE(pixels({"--integrator", "bdpt", "--light-tracing-weight", "3"}), one);
-  // Without lens connections there is nothing to weigh.
+  // Without light tracing there is nothing to weigh.
   const std::vector<float> without =
       pixels({"--integrator", "bdpt", "--strategies", "hit,next-event,vertex-connection"});
   EXPECT_EQ(pixels({"--integrator", "bdpt", "--strategies", "hit,next-event,vertex-connection", "--light-tracing-weight", "3"}),

@@ -8,8 +8,8 @@ bool Sight::covered_by(Strategies set) const {
   if (first == 0 && !(set & none)) return false;
   if (first <= 1 && last >= 1 && !(set & one)) return false;
   if (last < 2) return true;
-  // Longer paths than light subpaths are stored are left to hits and next event: of the others alone only the
-  // lens, which then is the light tracer, goes on.
+  // Paths longer than light subpaths are stored are left to hits and next event. Of the other families only
+  // light tracing goes on, if it is alone: then it is the integrator lt.
   constexpr int kStored = 20;
   if (last > kStored && !(set & more & (kEmissionHits | kNextEvent)))
     return set == kLightTracing && more & set;

@@ -29,7 +29,7 @@ Sight delta_light_sight(int first, int last);
 Sight far_light_sight(int first, int last);  // the environment
 /// Through specular surfaces: camera paths that hit the emitter.
 Sight specular_sight();
-/// The same without lens connections: the view is too small for a light path to meet it.
+/// The same without light tracing: the view is too small for a light path to meet it.
 Sight without_lens(Sight sight);
 
 /// A scene and its answer.

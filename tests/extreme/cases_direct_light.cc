@@ -174,7 +174,8 @@ std::vector<Case> direct_light_cases() {
     for (const auto& make : {sun, sun_disc}) {
       cases.push_back(make(alpha));
       if (alpha <= 1e-3) {
-        // The view is too small for light paths of a far sphere; the disc aims its own at the scene.
+        // The view is too small for light paths of a far sphere. Those of the disc are sent towards the
+        // scene.
         const Strategies finds = cases.back().sight.one & (kNextEvent | kLightTracing);
         cases.back().notes.push_back({Note::kSkip, finds, "a sampled direction all but never meets the sun"});
       }

@@ -36,8 +36,8 @@ struct SuiteOptions {
 
 /// "1 closed box, rho 0.5 [bdpt]".
 std::string row_title(const Case& subject, const Run& run);
-/// pt, lt, bdpt and the sets of families (all, or single ones only) that see all light; pt is hit and next
-/// event, lt is lens, bdpt is all, and those sets are not repeated.
+/// pt, lt, bdpt and the sets of families (all, or single ones only) that see all light. pt is hit and next
+/// event, lt is light tracing, bdpt is all, and those sets are not repeated.
 std::vector<Run> runs_that_see(const Sight& sight, bool every_set);
 /// x with P(|normal| >= x) = p.
 double normal_deviate(double p);

@@ -105,8 +105,8 @@ void hash_lanes(const Float8& x, Sha256* all) {
   all->update(std::string(reinterpret_cast<const char*>(out), sizeof out));
 }
 
-/// Samples, in both directions, of lights that shine by images and of a lamp with aims: in memory, as a
-/// worker has no files of its own.
+/// Samples, in both directions, of lights that shine by images and of a lamp with an emission guide: in
+/// memory, as a worker has no files of its own.
 void hash_imaged_lights(Sha256* all) {
   LightImage image{"", 4, 4, {}};
   for (int i = 0; i < 48; ++i) image.rgb.push_back(static_cast<float>(i * 7 % 11));
@@ -128,7 +128,7 @@ void hash_imaged_lights(Sha256* all) {
   behind[2] = -0.5f;
   behind[3] = behind[6] = behind[kLightArea] = 1;
   lights.add(kInfiniteLight, behind, 1);
-  // A lamp with aims.
+  // A lamp with an emission guide.
   std::array<float, kLightFloats> lamp{};
   lamp[kLightE1] = lamp[kLightE2 + 1] = lamp[kLightN + 2] = 1;
   lamp[kLightRadiance] = lamp[kLightRadiance + 1] = lamp[kLightRadiance + 2] = 2;
@@ -153,7 +153,7 @@ void hash_imaged_lights(Sha256* all) {
   }
 }
 
-/// Directions that a caustic guide draws, and their densities.
+/// Directions that a photon guide draws, and their densities.
 void hash_photon_guide(Sha256* all) {
   std::vector<Photon> photons;
   for (int i = 0; i < 1024; ++i) {

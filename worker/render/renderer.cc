@@ -159,8 +159,8 @@ struct Renderer::World {
     if (strategies & kEmissionHits) learn_caustics(context, threads, &scene);
     missing = estimate_missing_light(context_of(settings, strategies), threads);
     train_manifold_seeds(context_of(settings, strategies), threads, &scene, &missing);
-    // Last: aims are for what light paths bring to the lens and are joined to, and would keep them away from
-    // what is only met.
+    // Last: the emission guide serves what light paths bring to the camera and are joined to, and would keep
+    // them away from what only camera paths meet.
     if (light_paths) train_emission_guide(context_of(settings, strategies), threads, &scene);
   }
 };

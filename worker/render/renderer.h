@@ -41,8 +41,8 @@ class Renderer {
   Renderer(SceneDescription scene, const RenderSettings& settings, const BuildOptions& options);
   ~Renderer();
   /// The scene of `other`, shared, under settings that differ from its own in plan, integrator, depth,
-  /// samples or seed at most: what the scene was built from stays. That of path tracing alone does not know
-  /// where light paths are to go. A pilot looks at few pixels.
+  /// samples or seed at most. What the scene was built from stays: that of path tracing alone has no guide
+  /// for light paths. A pilot renders `pixel_subset` only.
   Renderer(const Renderer& other, const RenderSettings& settings, const PixelSubset& pixel_subset = {});
   const ScenePlan& plan() const;
   /// What the scene says and could not be taken at its word, each with its place, and what light the settings
@@ -66,7 +66,7 @@ class Renderer {
   /// builder.
   RenderCounters record_packet(const Packet& packet, Workspace& workspace, PartialBuilder* builder,
                                StrategyRecorder& recorder) const;
-  /// For benches: what the stages read, and a probe (or null) that looks on while packets are rendered with
+  /// For benches: what the stages read, and a probe (or null) that records while packets are rendered with
   /// `workspace`.
   const StageContext& context() const;
   static void set_probe(Workspace& workspace, StageProbe* probe);

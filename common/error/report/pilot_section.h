@@ -1,5 +1,5 @@
 #pragma once
-// What the report says of a pilot.
+// The report's section on a pilot.
 #include <string>
 
 #include "common/job/pilot_report.h"

@@ -14,7 +14,7 @@ struct LogAxis {
   void set_range(double range_low, double range_high, double least);
 };
 
-/// Colours that are told apart in light and dark and by the colour-blind; series i has classes lm-line{i},
+/// Colours that can be told apart in light and dark and by the colour-blind. Series i has classes lm-line{i},
 /// lm-band{i}, lm-dot{i} with i modulo this.
 inline constexpr size_t kChartColours = 8;
 

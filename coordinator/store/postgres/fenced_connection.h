@@ -1,11 +1,11 @@
 #pragma once
-// The leader's connection to the database: no transaction of a coordinator that does not lead any more, and
-// none that is lost without notice.
+// The leader's connection to the database. It lets no transaction through of a coordinator that does not lead
+// any more, and notices every transaction that is lost.
 //
-// Every transaction names the epoch of this coordinator's lease and counts itself, in the row `fence`: one of
-// an older epoch finds no row and changes nothing. The count says what a lost connection has left open:
-// whether the last COMMIT was heard, and whether a database that crashed still has what was not flushed. If
-// it is not this coordinator's count, memory and database differ, and the lease ends: the farm is to be
+// Every transaction names the epoch of this coordinator's lease and counts itself, in the row `fence`. One of
+// an older epoch finds no row and changes nothing. The count settles what a lost connection has left open:
+// whether the last COMMIT arrived, and whether a database that crashed still has what was not flushed. If it
+// is not this coordinator's count, memory and database differ. Then the lease ends, and the farm must be
 // loaded anew.
 //
 // After any failure nothing is read or written before reconnect() has compared the counts. Thread-safe.
@@ -28,11 +28,11 @@ class FencedConnection {
   /// When a transaction's changes survive a crash of the database: once it has committed, or after flush().
   enum class Durability { kNow, kFlush };
 
-  /// `lease` is held, and outlives the connection. Throws StoreError.
+  /// `lease` must be held, and outlive the connection. Throws StoreError.
   explicit FencedConnection(PostgresLease& lease);
 
-  /// Runs `action(connection)` while no other thread has it, and takes the connection for lost if it throws
-  /// StoreError, as it does before a reconnect(), or after the lease has ended.
+  /// Runs `action(connection)` while no other thread has it. Counts the connection as lost if that throws
+  /// StoreError. Throws it also before a reconnect(), and after the lease has ended.
   template <class Read>
   auto read(Read&& action) -> decltype(action(std::declval<PostgresConnection&>())) {
     const std::lock_guard lock(mutex_);
@@ -49,7 +49,7 @@ class FencedConnection {
   bool write(Durability durability, const Action& action);
   /// Makes durable what was written before. Throws StoreError.
   void flush();
-  /// A new connection, tried with a transaction. Throws StoreError.
+  /// Makes a new connection and tries it with a transaction. Throws StoreError.
   void reconnect(const Action& action);
 
  private:

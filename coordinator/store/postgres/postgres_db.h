@@ -1,8 +1,8 @@
 #pragma once
 // A thin RAII layer over libpq: a connection string that hides its password, a connection, results. Errors
-// become StoreError that names the database. A connection that is lost stays lost: what was under way may or
-// may not have happened, and only the owner can tell what to do (libpqxx 6 would connect anew without a
-// word). Not thread-safe; the owner serialises.
+// become StoreError that names the database. A lost connection stays lost: what was in progress may or may
+// not have happened, and only the owner can tell what to do (libpqxx 6 would silently connect anew). Not
+// thread-safe; the owner serialises.
 //
 //   PostgresConnection db(url);
 //   db.query("UPDATE jobs SET record=$1 WHERE id=$2", {text, id});
@@ -20,13 +20,13 @@ struct pg_result;
 
 namespace lightmill {
 
-/// "postgresql://USER@HOST:PORT/DATABASE?...", taken apart by libpq.
+/// "postgresql://USER@HOST:PORT/DATABASE?...", parsed by libpq.
 class PostgresUrl {
  public:
-  /// Throws Error(kUsage) for what libpq does not understand; the message does not repeat the URL, as there
-  /// may be a password in it.
+  /// Throws Error(kUsage) for what libpq does not understand. The message does not repeat the URL, as it may
+  /// have a password.
   explicit PostgresUrl(const std::string& url);
-  /// True if the text is meant to be one.
+  /// Whether the text is meant to be such a URL.
   static bool matches(const std::string& text);
   /// For people and logs: without password and parameters.
   const std::string& shown() const { return shown_; }
@@ -70,9 +70,9 @@ class PostgresResult {
   int64_t changes() const;
   int64_t integer(int row, int column) const;
   std::string text(int row, int column) const;
-  /// As they came: of a query_bytes the bytes of a bytea. Valid as long as the result.
+  /// The bytes as they came; in a query_bytes, those of a bytea. Valid as long as the result.
   std::string_view bytes(int row, int column) const;
-  /// What was done, in SQL's words: "COMMIT", "UPDATE 1".
+  /// The command tag: "COMMIT", "UPDATE 1".
   std::string command() const;
 
  private:
@@ -84,8 +84,8 @@ class PostgresResult {
 
 class PostgresConnection {
  public:
-  /// Connects within a few seconds. `transaction_seconds`: after so long in the middle of a transaction
-  /// without a statement the server ends the session, so that a program that hangs holds no locks.
+  /// Connects within a few seconds. The server ends the session after `transaction_seconds` in the middle of
+  /// a transaction without a statement, so that a program that hangs holds no locks.
   PostgresConnection(const PostgresUrl& url, double transaction_seconds);
   ~PostgresConnection();
   PostgresConnection(const PostgresConnection&) = delete;

@@ -1,7 +1,7 @@
 #pragma once
-// The store of a farm that outgrows one machine's disk: rows and partials in PostgreSQL; films, batches,
-// references and blobs as files in a folder that the coordinators of the farm share
-// (fenced_connection.h says which transactions count). After any failure nothing is written before probe().
+// The store of a farm that outgrows one machine's disk. Rows and partials are in PostgreSQL. Films, batches,
+// references and blobs are files in a folder that the coordinators of the farm share. fenced_connection.h
+// says which transactions count. After any failure nothing is written before probe().
 #include <atomic>
 #include <functional>
 #include <mutex>
@@ -15,8 +15,8 @@ namespace lightmill {
 
 class PostgresJobStore : public JobStore {
  public:
-  /// `lease` is held, and outlives the store. `folder`: the shared one. Throws StoreError if the database
-  /// can't be used, or the folder is not the one that its jobs lie in. `chunk_bytes` is the longest partial
+  /// `lease` must be held, and outlive the store. `folder`: the shared one. Throws StoreError if the database
+  /// can't be used, or if the folder is not the one that its jobs are in. `chunk_bytes`: the longest partial
   /// that is stored in one piece.
   PostgresJobStore(PostgresLease& lease, const std::string& folder, size_t chunk_bytes = size_t{64} << 20);
 
@@ -55,9 +55,9 @@ class PostgresJobStore : public JobStore {
   void claim_folder(const std::string& folder);
   void remove_orphans();
   Layer put_file(const JobId& job, const std::string& kind, std::string_view bytes);
-  /// Wants `layers_mutex_` held.
+  /// `layers_mutex_` must be held.
   std::string get_layer(const JobId& job, const std::string& kind);
-  /// Files of the job's film and batches, as the rows have them.
+  /// Files of the job's film and batches that its rows name.
   static std::vector<std::string> snapshot_files(PostgresConnection& db, const JobId& job);
 
   PostgresLease& lease_;

@@ -1,10 +1,11 @@
 #pragma once
-// Which coordinator a farm has: the right to be it is leased by the database, whose own clock judges, so that
-// clocks of machines play no part. Who holds it renews it; when it was not renewed for its length, another
-// coordinator may take it, and the epoch grows. From then on the database refuses every write of the old one,
-// however late it wakes up: each of its transactions names its epoch (fenced_connection.h).
+// The lease of leadership: which coordinator leads a farm. The database leases it and judges by its own
+// clock, so the clocks of machines play no part. The leader renews the lease. If it was not renewed for its
+// length, another coordinator may take it, and the epoch grows. From then on the database refuses every write
+// of the old leader, however late it wakes up: each of its transactions names its epoch
+// (fenced_connection.h).
 //
-// A database that starts gives the last leader the length of a lease to come back, before another takes over.
+// A database that starts gives the last leader the length of a lease to come back before another takes over.
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
@@ -19,37 +20,38 @@ namespace lightmill {
 
 class PostgresLease {
  public:
-  /// Connects and makes the tables. Throws StoreError. `seconds`: its length.
+  /// Connects and makes the tables. Throws StoreError. `seconds`: the lease's length.
   PostgresLease(const PostgresUrl& url, double seconds);
-  /// Gives it back, so that the next one need not wait.
+  /// Gives the lease back, so that the next leader need not wait.
   ~PostgresLease();
   PostgresLease(const PostgresLease&) = delete;
   PostgresLease& operator=(const PostgresLease&) = delete;
 
-  /// Takes it if nobody holds it, or its holder has not renewed it in time; it is then renewed in the
-  /// background. False: another coordinator has it. Throws StoreError; connects again with the next call.
+  /// Takes the lease if nobody holds it, or if its holder has not renewed it in time. It is then renewed in
+  /// the background. Returns false if another coordinator has it. Throws StoreError; the next call connects
+  /// again.
   bool try_take();
-  /// Address of the coordinator that held it at the last try_take(); empty: not known yet.
+  /// Address of the coordinator that held the lease at the last try_take(); empty: not known yet.
   std::string holder() const;
-  /// Where this one is reached, once it listens.
+  /// Sets this coordinator's address, once it listens.
   void announce(const std::string& address);
-  /// Names this leadership; 0 before.
+  /// The number of this leadership; 0 before.
   int64_t epoch() const { return epoch_; }
   const PostgresUrl& url() const { return url_; }
   double seconds() const { return seconds_; }
 
-  /// Renews it, and makes durable what was written before, of which the database must have `writes`
-  /// transactions of this epoch. Throws StoreError, and calls end() if it has not.
+  /// Renews the lease and makes durable what was written before. The database must have `writes` transactions
+  /// of this epoch: if not, calls end(). Throws StoreError.
   void confirm(int64_t writes);
 
   /// Why this coordinator must not go on.
   struct End {
-    bool taken_over = false;  // false: it is to load anew what the database has, which is not what it thinks
+    bool taken_over = false;  // false: the database has other data than this memory; load them anew
     std::string line;
   };
   /// The first call counts. Throws StoreError with the line.
   [[noreturn]] void end(bool taken_over, const std::string& line);
-  /// What a database of another epoch means.
+  /// Ends because the database has another epoch.
   [[noreturn]] void end_taken_over();
   std::optional<End> ended() const;
 

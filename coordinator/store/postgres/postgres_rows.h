@@ -1,5 +1,5 @@
 #pragma once
-// Jobs, tiles and layers as rows of PostgreSQL. What writes is called within a transaction.
+// Jobs, tiles and layers as rows of PostgreSQL. Functions that write are called within a transaction.
 #include <string>
 #include <vector>
 
@@ -13,13 +13,13 @@ std::vector<TileRecord> tiles(PostgresConnection& db, const JobId& job);
 /// The first column.
 std::vector<TileId> ids(const PostgresResult& rows);
 void insert_tiles(PostgresConnection& db, const JobId& job, const std::vector<TileRecord>& tiles);
-/// All but cells and samples. Throws std::logic_error if there is no such tile.
+/// Updates all but cells and samples. Throws std::logic_error if there is no such tile.
 void update_tile(PostgresConnection& db, const JobId& job, const TileRecord& tile);
 /// Throws std::logic_error if there is no such job.
 void update_job(PostgresConnection& db, const JobRecord& job);
-/// Writes both rows if the tile is leased under the token that it was committed under; else false.
+/// Writes both rows if the tile is leased under the token that it was committed under; else returns false.
 bool mark_committed(PostgresConnection& db, const JobRecord& job, const TileRecord& tile);
-/// The file of a layer, in place of the one before.
+/// Sets the file of a layer, in place of the one before.
 void set_layer(PostgresConnection& db, const JobId& job, const std::string& kind, const std::string& file,
                const std::string& digest);
 

@@ -1,6 +1,6 @@
 #pragma once
 // A thin RAII layer over SQLite: a connection, statements, transactions. Errors become StoreError that names
-// the file. Not thread-safe; the owner serialises, but for sync().
+// the file. Not thread-safe, except for sync(); the owner serialises.
 //
 //   Transaction transaction(db);
 //   Statement(db, "UPDATE jobs SET record=? WHERE id=?").bind(text).bind(id).run();
@@ -31,10 +31,11 @@ class Database {
   Database& operator=(const Database&) = delete;
   /// Runs statements without parameters or results.
   void execute(const char* sql);
-  /// Makes all that was committed before the call durable. Any thread, also while another one writes.
+  /// Makes everything durable that was committed before the call. From any thread, also while another one
+  /// writes.
   void sync();
-  /// After an error of the disk: nothing is written, as the system may have dropped what it could not write,
-  /// until restore_trust() has copied the log into the database and synced both.
+  /// False after an error of the disk. Then nothing is written, as the system may have dropped what it could
+  /// not write, until restore_trust() has copied the log into the database and synced both.
   bool trusted() const { return trusted_; }
   void restore_trust();
   /// Rows that the last statement changed.
@@ -53,14 +54,14 @@ class Database {
   Durability durability_ = Durability::kNow;
 };
 
-/// Prepared once and kept by the database: `sql` must be a literal.
+/// A statement is prepared once and kept by the database: `sql` must be a literal.
 class Statement {
  public:
   Statement(Database& db, const char* sql);
   ~Statement();
   Statement(const Statement&) = delete;
   Statement& operator=(const Statement&) = delete;
-  /// Parameters, in order. Texts and blobs are not copied: they must live until the statement has run.
+  /// Binds parameters, in order. Texts and blobs are not copied: they must live until the statement has run.
   Statement& bind(int64_t value);
   Statement& bind(int value) { return bind(int64_t{value}); }
   Statement& bind(const std::string& text);

@@ -1,7 +1,7 @@
 #pragma once
 // The coordinator's store: one SQLite file with a write-ahead log. What it acknowledged survives kill -9 and
-// power loss: a transaction syncs the log, or many of them share one sync in flush(). Long byte strings lie
-// in chunks, below SQLite's limit for one value.
+// power loss. A transaction syncs the log, or many of them share one sync in flush(). Long byte strings are
+// stored in chunks, below SQLite's limit for one value.
 #include <atomic>
 #include <map>
 #include <mutex>
@@ -15,7 +15,7 @@ namespace lightmill {
 class SqliteJobStore : public JobStore {
  public:
   /// Opens or creates the file. Throws Error(kFailed) if that fails or if a newer version wrote it.
-  /// `chunk_bytes` is the longest value that is stored in one piece.
+  /// `chunk_bytes`: the longest value that is stored in one piece.
   explicit SqliteJobStore(const std::string& path, size_t chunk_bytes = size_t{256} << 20);
 
   std::vector<JobRecord> jobs() override;
@@ -46,7 +46,7 @@ class SqliteJobStore : public JobStore {
  private:
   /// Within a transaction.
   void write_job(const JobRecord& job);
-  /// What leases change of a job's row.
+  /// The part of a job's row that leases change.
   struct LeasedState {
     JobState state;
     std::string arithmetic_class;

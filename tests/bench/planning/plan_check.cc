@@ -69,7 +69,7 @@ SamplingPlan parse_plan(const std::string& text) {
   return plan;
 }
 
-/// Whose light paths are aimed if the pilot's are.
+/// Light paths go by the emission guide if the pilot's do.
 void add(const PilotReport& pilot, const SamplingPlan& plan, std::vector<Measured>* to) {
   const auto is_plan = [&](SamplingPlan other) {
     other.guided_emission = plan.guided_emission;

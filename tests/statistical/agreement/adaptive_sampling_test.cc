@@ -1,4 +1,4 @@
-// Adaptive effort changes the noise and nothing else. Comparisons are of 16 independent batches a side,
+// Adaptive sampling changes the noise and nothing else. Comparisons are of 16 independent batches a side,
 // two-sided, alpha = 1e-4 over all blocks and channels; each must also fail when one image is scaled.
 #include <gtest/gtest.h>
 
@@ -89,7 +89,7 @@ TEST(AdaptiveSampling, OfAPilotLeavesTheMeanOverSeedsAlone) {
   EXPECT_FALSE(images_agree(truth, scaled(means, 1.02f))) << "the test notices nothing";
 }
 
-// Camera samples alone are more or fewer: what light paths bring to the lens is that of uniform effort.
+// Only camera samples are more or fewer: splats are those of uniform sampling.
 TEST(AdaptiveSampling, LeavesSplatsAsTheyAre) {
   const TestScene s = two_floors();
   RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 32, 4);

@@ -3,13 +3,11 @@
 // Every comparison is of 16 independent batches a side; Welch's t per block and channel, family-wise alpha =
 // 1e-4 (Sidak). Two things keep that honest where distributions have heavy tails:
 //   * A block whose relative standard error in either image is above `noisy` is excluded, and not more than a
-//   stated
-//     fraction of the blocks may be.
-//   * Path tracing all but never finds a caustic of a tiny lamp, so its batches look quiet and are too dark:
-//   no
-//     statistic of the sample shows what was not sampled. For the two caustic scenes, equality is tested with
-//     the lamp enlarged (same flux), where every integrator samples every path; with the lamp as it is, only
-//     that pt is not *brighter* than bdpt, and that lt, which finds the caustic, equals bdpt.
+//     stated fraction of the blocks may be.
+//   * Path tracing all but never finds a caustic of a tiny lamp, so its batches seem quiet and are too dark:
+//     no statistic of the sample shows what was not sampled. For the two caustic scenes, equality is tested
+//     with the lamp enlarged (same flux), where every integrator samples every path; with the lamp as it is,
+//     only that pt is not *brighter* than bdpt, and that lt, which finds the caustic, equals bdpt.
 // lt sees no surface whose reflection towards the camera is a delta, and has heavy tails where it is nearly
 // one: blocks that show a delta lobe or a roughness below 0.15 are left out for it. (The coffee maker's
 // picture is all coated: nothing of it is left.) Every comparison must also fail when one image is scaled by

@@ -50,7 +50,7 @@ TEST(EmissionGuide, LeaveTheImageAsItIs) {
 class EmissionGuideSets : public ::testing::TestWithParam<unsigned> {};
 
 TEST_P(EmissionGuideSets, Agree) {
-  // Camera paths alone, which know nothing of aims, find the lamp with luck.
+  // Camera paths alone don't use the emission guide and find the lamp with luck.
   const int64_t spp = GetParam() & kLightPaths ? 6144 : 16384;
   expect_agrees_with_all(lamp_and_screen(), GetParam(),
                          {.max_depth = 3, .spp = spp, .weak_spp = 8192, .all_spp = 1024, .once_spp = 1024});

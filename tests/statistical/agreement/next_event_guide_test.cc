@@ -1,5 +1,5 @@
-// A room that is lit through its window, where a light guide is in use: every set of strategies gives the
-// same image, and the mean is that without a guide.
+// A room that is lit through its window, where a next-event guide is in use: every set of strategies gives
+// the same image, and the mean is that without a guide.
 //
 // Confidence as in strategies_test.cc.
 #include <gtest/gtest.h>

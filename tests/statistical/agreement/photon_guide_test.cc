@@ -1,4 +1,4 @@
-// Scenes with a caustic guide: closed answers, and every set of strategies against all.
+// Scenes with a photon guide: closed answers, and every set of strategies against all.
 //
 // Confidence as in strategies_test.cc.
 #include <gtest/gtest.h>

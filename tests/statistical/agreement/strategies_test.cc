@@ -32,7 +32,8 @@ class StrategySet : public ::testing::TestWithParam<unsigned> {};
 
 TEST_P(StrategySet, AgreesInARoom) { expect_agrees_with_all(room(), GetParam(), {.max_depth = 6}); }
 
-// An open scene needs paths from far away: lens and connections by light paths that start on a large disk.
+// An open scene needs paths from far away: light tracing and connections by light paths that start on a large
+// disk.
 TEST_P(StrategySet, AgreesUnderTheSky) {
   expect_agrees_with_all(open_air(), GetParam(), {.max_depth = 4, .connections_notice = 2});
 }

@@ -20,7 +20,7 @@ void expect_agrees_with_all(const TestScene& s, Strategies set, const StrategySe
     return render_plan(s, SamplingPlan{.strategies = strategies}, spp, max_depth);
   };
   const Batches all = render(kAllStrategies, test.all_spp, test.max_depth);
-  // Without next event and lens connections, or with connections from afar, a sample tells little.
+  // Without next event and light tracing, or with connections from afar, a sample tells little.
   const bool weak = !(set & (kNextEvent | kLightTracing)) || !(set & (kEmissionHits | kNextEvent));
   const Batches some = render(set, weak ? test.weak_spp : test.spp, test.max_depth);
   EXPECT_EQ(some.counters.nonfinite, 0u);

@@ -1,5 +1,5 @@
 // The error estimate's 95 % interval holds the true error, and a target error is kept: a small version of
-// tests/bench/error_coverage, over six scenes together.
+// tests/bench/planning/error_coverage, over six scenes together.
 //
 // 6 x 10 runs: 95 % is 57 of 60 with a standard deviation of 1.7 (binomial); four of them below is 50. An
 // interval of Student's t over the batches' errors alone, which does not know how the one image at hand

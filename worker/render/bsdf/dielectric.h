@@ -57,7 +57,7 @@ inline BsdfEval<F> eval_rough_dielectric(const Distribution& ggx, const BsdfPara
   const F f_reflect = d * g * r / (4.0f * co * ci);
   const F pdf_reflect = d * ggx.g1(wo) * r / (4.0f * co);
   const F pdf_reflect_reverse = d * ggx.g1(wi) * r / (4.0f * ci);
-  // Transmission. dh/dwi = |wi.h| / (wi.h + wo.h / eta)^2, and the same with wo and wi
+  // Transmission. dh/dwi = |dot(wi, h)| / (dot(wi, h) + dot(wo, h) / eta)^2, and the same with wo and wi
   // exchanged (eta -> 1/eta).
   const F q = ih + oh / eta;
   const F denominator = max(q * q, splat<F>(1e-30f));

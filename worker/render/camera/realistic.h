@@ -2,9 +2,9 @@
 // Camera of a film behind a system of lenses: pbrt's "realistic".
 //
 // A pixel's ray starts on the film, goes through a point of the exit pupil's bounds and on through all
-// lenses. Its weight is what makes the mean over film and pupil the irradiance of the film, over the square
-// of the rear's distance (Kolb et al. 1995): cos^4 of the ray on the film times the bounds' area over that
-// square. Which film points see a point of the scene is not known, so that there is no lens strategy.
+// lenses. Its weight makes the mean over film and pupil the irradiance of the film, over the square of the
+// rear's distance (Kolb et al. 1995): cos^4 of the ray on the film times the bounds' area over that square.
+// Which film points see a point of the scene is not known, so there is no light tracing.
 #include "worker/render/camera/camera_ray.h"
 #include "worker/render/camera/lens_stack.h"
 

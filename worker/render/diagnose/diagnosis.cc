@@ -148,7 +148,7 @@ class Run {
 Diagnosis diagnose(const SceneDescription& scene, const RenderSettings& settings, int threads,
                    const std::function<bool()>& go_on) {
   check_memory(settings);
-  RenderSettings uniform = settings;  // contributions are recorded without the weights of adaptive effort
+  RenderSettings uniform = settings;  // contributions are recorded without the weights of adaptive sampling
   if (uniform.plan) uniform.plan->allocation = {};
   return Run(scene, uniform, threads, go_on).take();
 }

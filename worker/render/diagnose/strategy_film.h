@@ -13,7 +13,7 @@ struct StrategyLayer {
   std::vector<float> weighted, unweighted, squares;
 };
 
-/// Of a render's lens connections.
+/// Of a render's splats of light tracing.
 struct SplatStatistics {
   float noise = 1;   // PixelFilter::splat_noise
   float weight = 1;  // SamplingPlan::light_tracing_weight

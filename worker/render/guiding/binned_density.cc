@@ -9,7 +9,7 @@ namespace {
 /// A dim texel of a bin that holds a sun is still found.
 constexpr double kLeastOfMean = 1e-5;
 
-/// Writes the ends of parts that are proportional to `weights`, which are even where all are 0, to `ends`.
+/// Writes to `ends` the ends of parts that are proportional to `weights`, or of equal parts if all are 0.
 void write_ends(const std::vector<double>& weights, float* ends) {
   double total = 0, sum = 0;
   size_t last = 0;
@@ -61,7 +61,7 @@ BinnedDensity::BinnedDensity(const std::vector<double>& weights, int32_t most_bi
     }
     float* const row = &row_end[bin * n];
     write_ends(rows, row);
-    // Of what the floats say, not of what they should.
+    // Of what the floats say, as draw() uses them.
     for (size_t r = 0; r < n; ++r) {
       for (size_t c = 0; c < n; ++c) {
         const size_t texel = first + r * width + c;

@@ -1,7 +1,7 @@
 #pragma once
-// An environment image in square bins: a bin is drawn by a table of probabilities, of which there are many,
-// and a texel of it by its light. A table may say how much of a bin is seen from somewhere, and need not know
-// of texels.
+// Draws texels of a square image in two steps: a bin by one of many tables of probabilities, then a texel of
+// the bin by its light. A table may say how much of each bin is visible from somewhere, without knowing its
+// texels.
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -12,7 +12,7 @@
 namespace lightmill {
 
 struct BinnedDensity {
-  /// Bins per row and column of an environment at most. 16 make bins of 12 degrees.
+  /// Bins per row and column of an environment at most; 16 make bins of 12 degrees.
   static constexpr int32_t kMostBins = 16;
 
   int32_t side = 0;    // bins per row and column; 0: there are none
@@ -29,15 +29,15 @@ struct BinnedDensity {
   std::vector<int32_t> alias;
 
   BinnedDensity() = default;
-  /// `weights`: of the texels of a square image, row-major. Texels that have any get at least a hundred
-  /// thousandth of their bin's mean. At most `most_bins` per row and column. Without tables.
+  /// `weights`: of the texels of a square image, row-major. A texel that has any weight gets at least a
+  /// hundred thousandth of its bin's mean. At most `most_bins` bins per row and column. Makes no tables.
   explicit BinnedDensity(const std::vector<double>& weights, int32_t most_bins = kMostBins);
 
   int32_t count() const { return side * side; }
   bool empty() const { return share.empty(); }
   /// Appends a table that draws bins in proportion to these weights.
   void add_table(const std::vector<double>& weights);
-  /// Appends the table that draws bins by their weights.
+  /// Appends the table that draws bins by their own weights.
   void add_table() { add_table(weight); }
   uint64_t bytes() const;
 
@@ -47,12 +47,13 @@ struct BinnedDensity {
     const float inv = 1.0f / static_cast<float>(block);
     return to_int((to_float(y) + 0.5f) * inv) * side + to_int((to_float(x) + 0.5f) * inv);
   }
-  /// Density of draw() on the unit square of the image.
+  /// Density of draw() over the unit square of the image.
   template <class F>
   F density(IntOf<F> table, IntOf<F> x, IntOf<F> y) const {
     return gather(share.data(), table * count() + bin<F>(x, y)) * gather(in_bin.data(), y * texels + x);
   }
-  /// Draws a texel: its bin by `pick`, column and row by u and v, which become places in the texel.
+  /// Draws a texel: its bin by `pick`, its column and row by u and v, which then become the place inside the
+  /// texel.
   template <class F>
   void draw(IntOf<F> table, F pick, F* u, F* v, IntOf<F>* x, IntOf<F>* y) const {
     const IntOf<F> chosen = select_alias<F>(keep, alias, count(), table * count(), pick);
@@ -63,7 +64,8 @@ struct BinnedDensity {
   }
 
  private:
-  /// The first of `block` ends from `first` on that is beyond u, which becomes its place before that end.
+  /// Returns the first of the `block` ends from `first` on that lies beyond u. u becomes the place before
+  /// that end.
   template <class F>
   IntOf<F> find(const std::vector<float>& ends, IntOf<F> first, F* u) const {
     IntOf<F> at{};

@@ -1,13 +1,16 @@
 #pragma once
-// Directions of light paths by tables of cells (LightTable::aims). Those of a lamp with one side lie on the
-// square around the unit disk that they project to across its normal, those of a lamp with two and of lights
-// at a point on the square of the equal-area map of the sphere (math/equal_area.h).
+// Guided emission sampling: directions of light paths are drawn from tables of cells
+// (LightTable::emission_guide).
+//
+// The cells cover a square of directions. For a lamp with one side it is the square around the unit disk that
+// directions project to across the normal. For lamps with two sides and lights at a point it is that of the
+// equal-area map of the sphere (math/equal_area.h).
 #include "worker/render/light/light_table.h"
 #include "worker/render/math/equal_area.h"
 
 namespace lightmill {
 
-/// Which of `count` cells along a side of the square [-1, 1]^2 a coordinate lies in.
+/// The cell, of `count` along a side of the square [-1, 1]^2, that a coordinate lies in.
 template <class F>
 inline IntOf<F> square_cell(F at, int32_t count) {
   const auto n = static_cast<float>(count);
@@ -22,14 +25,14 @@ inline void sphere_to_square(const Vec3<F>& w, F* x, F* y) {
   *y = 2.0f * *y - 1.0f;
 }
 
-/// Density per unit area of draws from `cells` over the square [-1, 1]^2 at (x, y).
+/// Density at (x, y) of draws from `cells`, per unit area of the square [-1, 1]^2.
 template <class F>
 inline F square_density(const BinnedDensity& cells, IntOf<F> table, F x, F y) {
   return 0.25f * cells.density<F>(table, square_cell(x, cells.texels), square_cell(y, cells.texels));
 }
 
-/// A draw from `cells` over the square [-1, 1]^2 by random numbers `pick`, u and v: (x, y), and its density,
-/// of the cell that was chosen: at its border the point may round into the next one.
+/// Draws (x, y) in the square [-1, 1]^2 from `cells`, by the random numbers `pick`, u and v. Returns the
+/// density. It is that of the cell that was chosen: at its border the point may round into the next one.
 template <class F>
 inline F draw_in_square(const BinnedDensity& cells, IntOf<F> table, F pick, F u, F v, F* x, F* y) {
   IntOf<F> column, row;
@@ -45,15 +48,15 @@ struct GuidedDirection {
   Vec3<F> w;         // unit, away from the light
   F cos_light{};     // |cosine| to the lamp's normal; 1 at a point
   F pdf{};           // per unit solid angle
-  MaskOf<F> lost{};  // no direction of the light: such a path carries nothing
+  MaskOf<F> lost{};  // not a direction of the light: such a path carries nothing
 };
 
-/// The aims of one light per lane.
+/// The emission guides of one light per lane.
 template <class F>
 struct EmissionGuide {
-  MaskOf<F> mask;  // lanes whose lights have aims
+  MaskOf<F> mask;  // lanes whose lights have a guide
 
-  /// `normal` of lamps; what points have there is not read.
+  /// `normal`: of lamps. Not read for lights at a point.
   EmissionGuide(const LightTable& lights, IntOf<F> light, IntOf<F> type, const Vec3<F>& normal, F two_sided)
       : mask(MaskOf<F>(gather(lights.emission_guide_of.data(), light) >= 0)),
         cells_(lights.emission_guide),
@@ -63,7 +66,7 @@ struct EmissionGuide {
         any_round_(any(mask_and(mask, mask_not(disk_)))),
         frame_(select(mask_and(mask, lamp_), normal, splat3<F>(0, 0, 1))) {}
 
-  /// Density of w, with |cosine| `cos_light` to a lamp's normal, per unit solid angle.
+  /// Density of w per unit solid angle. `cos_light`: |cosine| to a lamp's normal.
   F density(const Vec3<F>& w, F cos_light) const {
     F pdf = square_density<F>(cells_, table_, dot(w, frame_.s), dot(w, frame_.t)) * cos_light;
     if (!any_round_) return pdf;

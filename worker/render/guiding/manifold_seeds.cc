@@ -6,15 +6,15 @@
 namespace lightmill {
 namespace {
 
-/// Photons of a table at least; of each light there so many are looked at.
+/// Least photons of a table; and the number that is examined of each light there.
 constexpr size_t kLeast = 16, kLookedAt = 256;
-/// Cells away that tables spread to where no photon came.
+/// Tables spread over this many cells to where no photon came.
 constexpr int kSpread = 2;
 /// Lights of a table: those that bring most.
 constexpr size_t kMostLights = 16;
-/// A photon is as good as another if their directions, followed to the middle of the block, are this part
-/// apart of how far those of all are spread there (or so little that a walk from either ends in the same
-/// place).
+/// A photon is as good as another if their directions, followed to the middle of the block, are this close
+/// together, as a part of the spread of all of them there; or so close that a walk from either ends in the
+/// same place.
 constexpr float kAlike = 0.1f, kSame = 1e-4f;
 /// Ways that bring less than this part of a light's photons together are left out.
 constexpr double kLeft = 0.005;
@@ -61,7 +61,7 @@ void add_group(const std::vector<const Photon*>& photons, const Vec3<float>& mid
   }
 }
 
-/// Of the directions in which light leaves; 0 if they go all ways.
+/// Axis of the directions in which light leaves; 0 if they go all ways.
 Vec3<float> axis_of(const std::vector<const Photon*>& photons) {
   Vec3<float> sum;
   for (const Photon* p : photons) sum = sum + p->emitted;
@@ -119,8 +119,8 @@ void spread(const LightGrid& grid, std::vector<int32_t>* table_of) {
   }
 }
 
-/// What comes to the cells of each table, which are cubes, over their faces: as if a flat surface went
-/// through each.
+/// Irradiance that comes to the cells of each table, which are cubes, over their faces: as if a flat surface
+/// went through each.
 void find_irradiance(const std::vector<Photon>& photons, double light_paths, ManifoldSeeds* seeds) {
   const LightGrid& grid = seeds->cells.grid;
   const std::vector<int32_t>& table_of = seeds->cells.table_of;

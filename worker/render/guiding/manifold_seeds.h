@@ -1,8 +1,8 @@
 #pragma once
-// Where walks begin that look for the ways by which a light shines through glass and off mirrors to a point
-// (walks/manifold_walk.h): photons have come those ways, or ways next to them. A grid lies over where they
-// came to; a cell's table has the lights that they came from and for each some photons that are unlike each
-// other. Filled before rendering (training/manifold_training.h) and fixed then.
+// Where manifold walks begin (walks/manifold_walk.h). Walks look for the ways by which a light shines through
+// glass and off mirrors to a point. Photons have come those ways, or ways next to them. A grid lies over
+// where photons arrived. Each cell's table has the lights that they came from, and for each light some
+// photons that are unlike each other. Filled before rendering (training/manifold_training.h) and fixed then.
 #include <algorithm>
 #include <vector>
 
@@ -10,7 +10,7 @@
 
 namespace lightmill {
 
-/// A way that a light shines to somewhere near.
+/// A way by which a light shines to somewhere near.
 struct ManifoldSeed {
   Vec3<float> p, normal;  // of the photon, and of the surface there
   Vec3<float> w;          // unit direction there to where it came from
@@ -18,13 +18,12 @@ struct ManifoldSeed {
   SpecularEvents::Code events = 0;
 };
 
-/// Those of a light in a table.
+/// The seeds of one light in a table.
 struct ManifoldGroup {
   int32_t light = 0;
   float probability = 0;  // that a point of the table is joined to this light
   int32_t first = 0, count = 0;
-  Vec3<float>
-      axis;  // of the half of a sphere that light comes from; of others, or if it comes from all of it, 0
+  Vec3<float> axis;  // of the half of a spherical light that it comes from; 0: of all, or another light
 };
 
 struct ManifoldSeeds {
@@ -37,15 +36,15 @@ struct ManifoldSeeds {
   std::vector<Table> tables;
   std::vector<ManifoldGroup> groups;
   std::vector<ManifoldSeed> seeds;
-  bool meetable = false;   // camera paths can meet some of the lights
-  float worth_a_walk = 0;  // the irradiance from which on all vertices walk that the camera sees unweakened
-  double found = 0;        // of what photons bring, by ways that walks from their places find
+  bool meetable = false;   // camera paths can hit some of the lights
+  float worth_a_walk = 0;  // irradiance from which on all vertices of throughput 1 walk
+  double found = 0;        // part of what photons bring that walks from their places find
 
   bool empty() const { return tables.empty(); }
-  /// Whether they find all but nothing: light paths are not needed then.
+  /// Whether walks find nearly all of the light. Then light paths are not needed.
   bool suffice() const { return !empty() && found >= 0.99; }
-  /// Of vertices at which paths have throughput `throughput`, at most, the part that walks: where walks bring
-  /// little, a few of them do as well, each for many.
+  /// Probability that a vertex walks, for paths of at most `throughput` there. Where walks bring little, a
+  /// few vertices do as well, each for many.
   float chance(const Table& table, float throughput) const {
     constexpr float kLeast = 1.0f / 16;
     return std::min(std::max(throughput * table.irradiance / worth_a_walk, kLeast), 1.0f);
@@ -61,7 +60,7 @@ struct ManifoldSeeds {
   }
 };
 
-/// The group of the table at p that `chosen(group)` says to take, or null.
+/// The group of the table at p for which `chosen(group, is_last)` is true, or null.
 template <class Chosen>
 const ManifoldGroup* group_at(const ManifoldSeeds& seeds, const Vec3<float>& p, Chosen&& chosen) {
   const ManifoldSeeds::Table* table = seeds.at(p);
@@ -72,7 +71,7 @@ const ManifoldGroup* group_at(const ManifoldSeeds& seeds, const Vec3<float>& p, 
   return nullptr;
 }
 
-/// Of the photons of so many light paths. Empty if there are none to speak of.
+/// Makes the seeds from the photons of `light_paths` light paths. Empty if there are none to speak of.
 ManifoldSeeds make_manifold_seeds(const std::vector<Photon>& photons, double light_paths);
 
 }  // namespace lightmill

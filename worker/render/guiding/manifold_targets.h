@@ -1,11 +1,11 @@
 #pragma once
-// Points of lights for what looks for ways to them (walks/manifold_walk.h): chosen without regard to who
-// asks, as what is between bends the light.
+// The points of lights that manifold walks lead to (walks/manifold_walk.h). They are drawn without regard to
+// the point that asks, because what is between bends the light.
 #include "worker/render/light/emitter_point.h"
 
 namespace lightmill {
 
-/// Lights that have such points: all but those that are all around.
+/// Whether a light has such points: all do but those that shine from all around.
 inline bool has_targets(const LightTable& lights, int32_t light) {
   const auto i = static_cast<size_t>(light);
   if (lights.type[i] != kInfiniteLight) return lights.pattern_of.empty() || lights.pattern_of[i] < 0;
@@ -15,13 +15,13 @@ inline bool has_targets(const LightTable& lights, int32_t light) {
 
 template <class F>
 struct LightTarget {
-  Vec3<F> at, normal;  // a point and the normal there, if it has one; or a unit direction to the light
+  Vec3<F> at, normal;  // a point and its normal, if any; or a unit direction to the light
   F error{};           // bound of the position error per component
   F inv_pdf{};         // per unit area, at infinity per unit solid angle; 1 for lights without extent
   MaskOf<F> infinite{};
 };
 
-/// `axis`: of spheres, of the half to sample; 0: all.
+/// Draws a target. `axis`: of the half of a spherical light to sample; 0: all of it.
 template <class F>
 inline LightTarget<F> sample_target(const LightTable& lights, IntOf<F> light, const Vec3<F>& axis, F u, F v) {
   const LightRecord<F> r(lights, light);
@@ -64,8 +64,8 @@ inline MaskOf<F> is_target(const LightTable& lights, IntOf<F> light, const Vec3<
   return mask_or(mask_not(sphere), MaskOf<F>(dot(n, axis) >= 0.0f));
 }
 
-/// What of `light` goes against unit direction `d` at a target: radiance times the cosine there, at a point
-/// intensity, far away irradiance or radiance.
+/// What `light` sends from a target against the unit direction `d`: radiance times the cosine there; for
+/// lights at a point intensity; for lights far away irradiance or radiance.
 template <class F>
 inline Vec3<F> target_light(const LightTable& lights, IntOf<F> light, const LightTarget<F>& t,
                             const Vec3<F>& d) {

@@ -8,12 +8,12 @@
 namespace lightmill {
 namespace {
 
-/// Part of a table that stays as without a guide. What hides a light may end within a cell.
+/// Part of a table that stays as without a guide: what hides a light may end within a cell.
 constexpr double kUnguided = 0.1;
 /// Part of the points that may lie outside of the grid at either end of an axis.
 constexpr double kOutside = 0.005;
 
-/// Of one draw, least mean square: in proportion to the root of each mean square, but for kUnguided.
+/// The draw of least mean square: in proportion to the root of each mean square, but for kUnguided.
 std::vector<double> best_draw(const std::vector<double>& squares, const std::vector<double>& unguided) {
   double total = 0, rest = 0;
   for (const double m : squares) total += std::sqrt(m);
@@ -49,7 +49,7 @@ Axis span_of(std::vector<float> x) {
   return {first, *high - first};
 }
 
-/// How many points are next to a border.
+/// Number of points next to a border.
 int64_t near_borders(const std::vector<float>& x, float origin, float per_unit) {
   int64_t near = 0;
   for (const float v : x) {

@@ -1,12 +1,16 @@
 #pragma once
-// Which light next-event estimation draws, and from where in the sky, by what gets to where the point is. By
-// power a room's lamp is drawn as often where a wall hides it, and most of a sky's directions end on the wall
-// beside the window. A grid lies over the scene, and a cell has a table for each choice, which is filled from
-// what was seen there before rendering begins (training/next_event_guide_training.h) and then fixed: so every density is a
-// function of the point alone, and multiple importance sampling goes on as before. A part of each table stays
-// as it was without the guide, so that nothing that shines is never drawn.
+// The next-event guide: which light next-event estimation draws, and from where in the sky, by what arrives
+// at the point.
 //
-// Points within rounding of a border of two cells may be given the other table by another strategy; their
+// Without it the choice goes by power. Then a room's lamp is drawn as often where a wall hides it, and most
+// of a sky's directions end on the wall beside the window. A grid lies over the scene. Each cell has a table
+// for each choice. Tables are filled before rendering from what was seen there
+// (training/next_event_guide_training.h) and then fixed. So every density is a function of the point alone,
+// and MIS works as without the guide. A part of each table stays as it was without the guide, so that nothing
+// that shines is never drawn.
+//
+// Error: two strategies may round a point near the border of two cells into different ones. Its weights then
+// don't sum to one. place_grid() puts borders where next to no points are.
 // weights then sum to one no more. Borders are put where next to no points are (place_grid).
 #include <array>
 #include <cstdint>
@@ -20,7 +24,7 @@ namespace lightmill {
 
 struct LightTable;
 
-/// Cells of a box; points outside belong to the nearest one.
+/// Cells of a box. Points outside belong to the nearest one.
 struct LightGrid {
   std::array<float, 3> origin{}, per_unit{};  // per_unit: cells per unit of length
   std::array<int32_t, 3> cells{1, 1, 1};
@@ -35,18 +39,17 @@ struct LightGrid {
   }
 };
 
-/// A grid over nearly all of `points`, at most `most` + 1 cells along an axis, with borders that are away
-/// from walls.
+/// A grid over nearly all of `points`, at most `most` + 1 cells along an axis, with borders away from walls.
 LightGrid place_grid(const std::vector<Vec3f>& points, int most);
 
 struct NextEventGuide {
   LightGrid grid;
   std::vector<int32_t> table_of;  // per cell: number of its table; empty: there is no guide
-  int32_t lights = 0;             // lights that are chosen from; 0: by power, as without a guide
+  int32_t lights = 0;             // lights to choose from; 0: by power, as without a guide
   // Per table and light.
   std::vector<float> probability, keep;
   std::vector<int32_t> alias;
-  double gain = 1;  // mean square of a sample without the guide over that with it, as far as was learnt
+  double gain = 1;  // mean square of a sample without the guide over that with it, as measured in training
 
   bool empty() const { return table_of.empty(); }
   bool chooses() const { return lights > 0; }
@@ -69,9 +72,9 @@ struct NextEventGuide {
 
 /// What samples of lights add at the points of a table: mean squares.
 struct LightMoments {
-  std::vector<double> light;             // per light, drawn for certain; one with bins gets it from these
+  std::vector<double> light;             // per light, drawn for certain; with bins: see sky
   std::vector<std::vector<double>> sky;  // per environment map: per bin, drawn for certain; empty: no bins
-  double weight = 1;                     // points that it stands for
+  double weight = 1;                     // number of points that it stands for
 };
 
 /// Means over the points of mean squares: of the skies with bins, drawn as without the guide, and of all
@@ -80,9 +83,9 @@ struct GuidedSquares {
   double skies_before = 0, after = 0;
 };
 
-/// Makes the tables of `lights`' guide and of its environments' bins; `table_of` are numbers of `tables`.
-/// `sky_light` names the light of each environment map that has bins. More lights than kGuidedLights are
-/// chosen as without a guide.
+/// Makes the tables of `lights`' guide and of its environments' bins. `table_of`: per cell, a number in
+/// `tables`. `sky_light` names the light of each environment map that has bins. Lights beyond kGuidedLights
+/// in number are chosen as without a guide.
 inline constexpr int32_t kGuidedLights = 64;
 GuidedSquares guide_lights(const LightGrid& grid, const std::vector<int32_t>& table_of,
                            const std::vector<LightMoments>& tables, const std::vector<int32_t>& sky_light,

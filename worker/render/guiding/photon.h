@@ -1,5 +1,5 @@
 #pragma once
-// Where light paths come that have met nothing but mirrors and smooth glass, and how they got there.
+// Photons: where light paths arrive that met nothing but mirrors and smooth glass, and how they got there.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -8,15 +8,15 @@
 
 namespace lightmill {
 
-/// What a path did at the mirrors and the glass between a surface and a light, from the surface on: event i
-/// passed if bit i is set, else it was a reflection. At most kMost of them.
+/// What a path did at the mirrors and glass between a surface and a light, counted from the surface. Event i
+/// passed through if bit i is set, else it was a reflection. At most kMost of them.
 class SpecularEvents {
  public:
   static constexpr int kMost = 16;
-  /// As one integer, which lanes can hold.
+  /// The events as one integer, which lanes can hold.
   using Code = int32_t;
 
-  /// Puts an event before all others: light paths meet them in the other order.
+  /// Puts an event before all others, as light paths meet them in the opposite order.
   void prepend(bool passes) {
     code_ = ((code_ >> kMost) + 1) << kMost | ((code_ & kBits) << 1 | (passes ? 1 : 0));
   }
@@ -26,7 +26,7 @@ class SpecularEvents {
   static I count_of(I code) {
     return code >> kMost;
   }
-  /// 1 per lane if event i passes.
+  /// 1 per lane if event i passes through.
   template <class I>
   static I passes(I code, int i) {
     return (code >> i) & 1;
@@ -41,7 +41,7 @@ class SpecularEvents {
 struct Photon {
   Vec3<float> p;
   Vec3<float> w;  // unit direction to where it came from
-  /// Change of w per step of p, by rows, of what comes from the same point of the light.
+  /// Change of w per step of p, by rows, for light from the same point of the light.
   std::array<float, 9> turn{};
   float power = 0;
   // For walks.
@@ -51,8 +51,8 @@ struct Photon {
   Vec3<float> from, emitted;  // where and in which unit direction it left the light
 };
 
-/// Unit direction from which what came to `p` from `w`, and turns there by `turn`, comes to `to`: not farther
-/// from w than where derivatives mean anything.
+/// Unit direction from which light comes to `to`, if it came to `p` from `w` and turns there by `turn`. Not
+/// farther from w than derivatives mean anything.
 inline Vec3<float> followed(const Vec3<float>& p, const Vec3<float>& w, const std::array<float, 9>& turn,
                             const Vec3<float>& to) {
   constexpr float kMost = 0.3f;

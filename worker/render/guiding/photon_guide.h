@@ -1,17 +1,20 @@
 #pragma once
-// Where light comes through glass and off mirrors, so that camera paths go there. From a surface nothing can
-// be joined to a lamp through glass: unless light paths bring it, its light is met by those camera paths
-// alone that happen to leave the surface into the lamp's image. What lies in a mirror or behind glass itself
-// light paths can't bring either, and a small lamp then makes fireflies of nearly all the noise there is.
+// The photon guide: sends camera paths where light comes through glass and off mirrors.
 //
-// A grid lies over where such light arrives, and a cell has a table of photons that came there. Where from is
-// known of the point that a photon came to and, by its derivative, of those around it (ray differentials:
-// Igehy 1999, "Tracing ray differentials"; of photons: Schjøth et al. 2007, "Photon differentials"): so a
-// lamp is found that is much smaller than what it would move across seen from all over the cell. A part of
-// the camera paths that leave a surface of a wide lobe there go to where one of the photons would have come
-// from (Jensen 1995, "Importance driven path tracing using the photon map"), or a little beside it, the rest
-// by the BSDF; their density is that of all together, for every strategy alike (connections/guided_density.h).
-// It is filled before rendering (training/photon_guide_training.h) and fixed then: a function of the point alone.
+// From a surface nothing can be joined to a lamp through glass. Unless light paths bring its light, only
+// those camera paths find it that happen to leave the surface into the lamp's image. What lies in a mirror or
+// behind glass itself light paths can't bring either. A small lamp then makes fireflies, which are nearly all
+// the noise there is.
+//
+// A grid lies over where such light arrives. Each cell has a table of photons that arrived there. Where a
+// photon came from is known for its own point and, by the derivative, for the points around it (ray
+// differentials: Igehy 1999, "Tracing ray differentials"; of photons: Schjøth et al. 2007, "Photon
+// differentials"). So a lamp is found even if it is much smaller than its image moves across the cell. A part
+// of the camera paths that leave a surface of a wide lobe go to where one of the photons would have come from
+// (Jensen 1995, "Importance driven path tracing using the photon map"), or a little beside it; the rest go by
+// the BSDF. Their density is that of both together, for every strategy alike (connections/guided_density.h).
+// The guide is filled before rendering (training/photon_guide_training.h) and then fixed: a function of the
+// point alone.
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -23,24 +26,24 @@
 namespace lightmill {
 
 struct PhotonGuide {
-  /// A table has photons, all equally likely, in groups of neighbours by direction. By fields, of each
-  /// photon: its direction as seen from the box's centre, the change of that per step, by rows, and its
-  /// spread (GuideLobe); of each group, of which there are eight or as good as none: axis and least cosine of
-  /// a cone around all that it may draw.
+  /// A table has photons, all equally likely, in groups of neighbours by direction. It is stored by fields.
+  /// Of each photon: its direction as seen from the box's centre, the change of that per step (by rows), and
+  /// its spread (GuideLobe). Of each group: axis and least cosine of a cone around all that it may draw.
+  /// There are eight cones; those beyond kGroups hold nothing.
   static constexpr int kGroup = 8, kGroups = 4, kLobes = kGroup * kGroups;
   static constexpr int kDirection = 0, kTurn = 3, kSpread = 12, kFields = 13;
   static constexpr int kCones = kFields * kLobes, kTableSize = kCones + 4 * kWidth<Float8>;
-  /// Of the camera paths that leave a surface where there is a table.
+  /// The part of camera paths that go by the guide where they leave a surface with a table.
   float share = 0.25f;
   LightGrid grid;
   std::vector<int32_t>
       table_of;                 // per cell of the grid: number of its table, or -1; empty: there is no guide
   std::vector<GuideBox> boxes;  // per table
   std::vector<float> tables;    // kTableSize each
-  double gain = 1;  // noise of the image without the guide over that with it, as far as was learnt
+  double gain = 1;  // noise of the image without the guide over that with it, as measured in training
 
   bool empty() const { return table_of.empty(); }
-  /// Density of camera paths where there is a table, by those of the BSDF and of the guide.
+  /// Density of camera paths where there is a table, from those of the BSDF and of the guide.
   template <class F>
   F mixed(F of_bsdf, F of_guide) const {
     return (1 - share) * of_bsdf + share * of_guide;
@@ -51,25 +54,24 @@ struct PhotonGuide {
   }
 };
 
-/// Every cell that photons came to has the table of the smallest block of cells around it with enough of
-/// them. Empty if there are too few of all.
+/// Every cell where photons arrived has the table of the smallest block of cells around it with enough of
+/// them. Empty if there are too few photons in all.
 PhotonGuide make_photon_guide(const std::vector<Photon>& photons);
 
 /// Kinds that scatter so widely that camera paths may leave by the guide. None has a delta lobe: that would
-/// be chosen less often then, and is much of the noise where a lamp is seen in a polished floor.
+/// be chosen less often then, and makes much of the noise where a lamp is seen in a polished floor.
 constexpr bool is_guided(BsdfKind kind) {
   return kind == kDiffuse || kind == kDiffuseTransmission || kind == kRoughCoated ||
          kind == kRoughScatteringCoated || kind == kAnisotropicCoated || is_metallic_roughness(kind);
 }
 
-/// Paths beside a photon's direction, by the square q of the chord between: as area on the sphere is pi q, q
-/// has density K s / (s + q)^2 up to kTail2 s, where s is the photon's spread. What is far is no firefly
-/// then.
+/// Paths beside a photon's direction, by the square q of the chord between: q has density K s / (s + q)^2 up
+/// to kTail2 s, where s is the photon's spread (an area on the sphere is pi q). So what is far is no firefly.
 struct GuideLobe {
   static constexpr float kTail2 = 16, kInside = kTail2 / (1 + kTail2);
   static constexpr float kWidest = 4 / kTail2;  // s of a lobe that is all over the sphere
 
-  /// Direction that `fields` have a `step` off the table's centre.
+  /// The direction that `fields` give at `step` from the table's centre.
   template <class F>
   static Vec3<F> direction(const F* fields, const Vec3<F>& step) {
     const F *w = fields + PhotonGuide::kDirection, *t = fields + PhotonGuide::kTurn;
@@ -90,12 +92,12 @@ struct GuideLobe {
   }
 };
 
-/// The tables at a point per lane.
+/// The tables at one point per lane.
 template <class F>
 struct PhotonGuideTables {
   MaskOf<F> mask;  // lanes that have one
 
-  /// `kind`: of the surface that `p` lies on. Unless a lane has a table, nothing else is to be asked.
+  /// `kind`: of the surface that `p` lies on. If no lane has a table, only `mask` may be read.
   PhotonGuideTables(const PhotonGuide& guide, MaskOf<F> active, IntOf<F> kind, const Vec3<F>& p) : guide_(guide) {
     mask = active;
     if (any(mask_and(active, MaskOf<F>(kind != kDiffuse)))) mask = mask_and(active, wide_kinds(kind));
@@ -111,7 +113,7 @@ struct PhotonGuideTables {
     step_ = {along(p.x, 0), along(p.y, 1), along(p.z, 2)};
   }
 
-  /// A unit direction by random numbers u and v.
+  /// Draws a unit direction by random numbers u and v.
   Vec3<F> draw(F u, F v) const {
     constexpr int kLobes = PhotonGuide::kLobes;
     const IntOf<F> lobe = to_int(min(u * kLobes, splat<F>(kLobes - 1)));

@@ -10,13 +10,14 @@ namespace {
 constexpr int kLobes = PhotonGuide::kLobes, kGroup = PhotonGuide::kGroup;
 static_assert(kGroup == kWidth<Float8> && PhotonGuide::kGroups <= kWidth<Float8>);
 
-/// A photon's direction turns by no more than this over a half side of its box: what is so near a focus is no
-/// guide to what is around it.
+/// A photon's direction turns by no more than this over half a side of its box: so near a focus it says
+/// nothing about what is around.
 constexpr float kMostTurn = 0.5f;
 
-/// Spreads (GuideLobe) are fitted to so many photons in so many rounds, from the nearest photon on, which
-/// counts as kBefore of one. kElsewhere: of paths that go anywhere, to which photons are left that no lobe
-/// explains. Beginning with the third nearest, or twice as many rounds, made no difference beyond noise.
+/// Spreads (GuideLobe) are fitted to this many photons in this many rounds. They begin from the nearest
+/// photon, which counts as kBefore of one. kElsewhere: share of paths that go anywhere, to which photons are
+/// left that no lobe explains. Beginning with the third nearest, or twice as many rounds, made no difference
+/// beyond noise.
 constexpr size_t kFitted = 128;
 constexpr int kRounds = 8;
 constexpr float kBefore = 0.5f, kElsewhere = 1e-3f;
@@ -37,20 +38,20 @@ std::vector<const Photon*> drawn(const std::vector<const Photon*>& photons) {
   return result;
 }
 
-/// A photon as its table has it.
+/// A photon as it is in its table.
 struct Lobe {
   const Photon* photon = nullptr;
   Vec3<float> direction;  // as seen from the box's centre; not a unit vector
   std::array<float, 9> turn{};
 };
 
-/// From the box's centre, and no farther than its sides.
+/// Step from the box's centre to p, no longer than its sides.
 Vec3<float> step_to(const Vec3<float>& p, const GuideBox& box) {
   const auto along = [&](float x, size_t axis) { return clamp(x - box.centre[axis], -box.half, box.half); };
   return {along(p.x, 0), along(p.y, 1), along(p.z, 2)};
 }
 
-/// Most that a step along each axis to the side of its box changes a direction by.
+/// The most by which a step along each axis to the side of its box changes a direction.
 float most_change(const std::array<float, 9>& turn, float half) {
   float square = 0;
   for (const float t : turn) square += t * t;
@@ -100,9 +101,9 @@ void store_lobes(const std::vector<Lobe>& lobes, float* table) {
   }
 }
 
-/// Sets the spreads of a table's lobes so that photons are likely by the lobes of others: expectation
-/// maximisation of the logarithm of their density, which is the best guide to photons that are yet to come.
-/// Where glass shows a lamp in several places, no lobe need explain photons that came another way.
+/// Sets the spreads of a table's lobes so that each photon is likely by the lobes of others: expectation
+/// maximisation of the logarithm of their density, which suits photons that are yet to come. Where glass
+/// shows a lamp in several places, no lobe need explain photons that came another way.
 class SpreadFit {
  public:
   SpreadFit(const std::vector<const Photon*>& photons, const GuideBox& box, const std::vector<Lobe>& lobes,
@@ -124,7 +125,7 @@ class SpreadFit {
   }
 
  private:
-  /// Squares of chords between where a photon is from and where it would be by each lobe.
+  /// Squares of chords between the direction a photon is from and where it would be by each lobe.
   using Row = std::array<float, kLobes>;
   static constexpr float kNever = 1e6f;  // by its own
 

@@ -1,5 +1,5 @@
 #pragma once
-// Walker's alias method (Vose 1991): O(1) selection in proportion to weights from one uniform.
+// Walker's alias method (Vose 1991): selects in proportion to weights in O(1), from one uniform number.
 #include <cstdint>
 #include <vector>
 
@@ -7,13 +7,13 @@
 
 namespace lightmill {
 
-/// Fills `keep` and `alias` for `weights` (their sum may be anything; all zero selects uniformly). Column i
-/// keeps i with probability keep[i], else gives alias[i]. Returns the probabilities.
+/// Fills `keep` and `alias` for `weights`. Their sum may be anything; if all are zero, selection is uniform.
+/// Column i keeps i with probability keep[i], else gives alias[i]. Returns the probabilities.
 std::vector<double> build_alias_table(const std::vector<double>& weights, std::vector<float>* keep,
                                       std::vector<int32_t>* alias);
 
-/// Alias-method selection from one uniform: a number below `count`, by the columns from `first` on. `rest`,
-/// if asked for, is uniform in [0, 1) given the number, and as well stratified as `u` is.
+/// Selects a number below `count` by the uniform u, from the columns from `first` on. `rest`, unless null,
+/// becomes uniform in [0, 1) given the number, and as well stratified as `u` is.
 template <class F>
 inline IntOf<F> select_alias(const std::vector<float>& keep, const std::vector<int32_t>& alias, int32_t count,
                              IntOf<F> first, F u, F* rest = nullptr) {
@@ -34,7 +34,7 @@ inline IntOf<F> select_alias(const std::vector<float>& keep, const std::vector<i
   return select(own, column, gather(alias.data(), first + column));
 }
 
-/// The same by all columns: an index into `keep`.
+/// The same from all columns: an index into `keep`.
 template <class F>
 inline IntOf<F> select_alias(const std::vector<float>& keep, const std::vector<int32_t>& alias, F u,
                              F* rest = nullptr) {

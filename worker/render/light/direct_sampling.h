@@ -1,6 +1,6 @@
 #pragma once
-// From a reference point towards a light, over a lane type; densities per unit solid angle at the reference
-// point. See light_sampling.h.
+// Samples lights from a reference point, over a lane type. Densities are per unit solid angle at the
+// reference point. See light_sampling.h.
 #include <bit>
 
 #include "worker/render/light/light_record.h"
@@ -31,9 +31,9 @@ inline F one_minus_cos_cone(F radius, F d2) {
   return s2 / (1.0f + safe_sqrt(1.0f - s2));
 }
 
-/// Density per unit *area at the light* of direct sampling choosing a point of `light` from `reference`,
-/// which sees it in unit direction `wi`, given the light. Point, spot and distant lights: 1; infinite lights:
-/// per unit solid angle.
+/// Density of direct sampling from `reference` for a point of `light`, given the light, per unit *area at the
+/// light*. `wi`: unit direction in which the reference sees the point. Point, spot and distant lights: 1.
+/// Infinite lights: per unit solid angle.
 template <class F, bool kAnyLight = true>
 inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
                              const Vec3<F>& wi, F distance2, F cos_light) {
@@ -45,7 +45,7 @@ inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec
     const F d2 = dot(to_center, to_center), radius = r.scalar(3);
     const MaskOf<F> cone = mask_and(MaskOf<F>(type == kSphereLight), MaskOf<F>(d2 > radius * radius));
     const F q = one_minus_cos_cone(radius, select(cone, d2, splat<F>(1.0f)));
-    // Lights that are no spheres have no radius to divide by.
+    // Lights that are not spheres have no radius to divide by.
     pdf = select(cone, cos_light / select(cone, distance2 * (2.0f * kPi) * q, splat<F>(1.0f)), pdf);
   }
   if (kAnyLight && (lights.any_delta || !lights.infinite.empty())) {
@@ -65,7 +65,7 @@ inline void to_lanes(const Vec3<F>& v, Vec3<float> (&out)[8]) {
   for (int l = 0; l < kWidth<F>; ++l) out[l] = {lane(v.x, l), lane(v.y, l), lane(v.z, l)};
 }
 
-/// Probability that next-event estimation at `reference` selects `light`; inactive lanes may give anything.
+/// Probability that next-event estimation at `reference` selects `light`. Inactive lanes may get anything.
 template <class F, bool kAnyLight = true>
 inline F direct_selection(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
                           MaskOf<F> active = splat_mask<F>(true)) {
@@ -84,7 +84,7 @@ inline F direct_selection(const LightTable& lights, IntOf<F> light, const Vec3<F
   return select(in_tree, load<F>(p) * (1 - lights.infinity_share), by_power);
 }
 
-/// direct_pdf_of_light with the probability of selecting the light.
+/// direct_pdf_of_light times the probability of selecting the light.
 template <class F, bool kAnyLight = true>
 inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
                          const Vec3<F>& wi, F distance2, F cos_light,
@@ -93,9 +93,8 @@ inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>
          direct_selection<F, kAnyLight>(lights, light, reference, active);
 }
 
-/// Selects a light at `reference`. A uniform of 24 bits does not do for thousands of lights:
-/// `more` extends it. Where it is `lights.by_power_alone()`, `rest`, if asked for, becomes what is left of
-/// `u`.
+/// Selects a light at `reference`. `more` extends `u`: a uniform of 24 bits is too coarse for thousands of
+/// lights. If `lights.by_power_alone()`, `rest`, unless null, becomes what is left of `u`.
 template <class F, bool kAnyLight = true>
 inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference, F u, F more, F* probability,
                               F* rest = nullptr) {
@@ -141,11 +140,11 @@ inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference
   return load_int<F>(index);
 }
 
-/// `texel` chooses the texel of an environment image and extends `u_select` if there is a light tree; unused
-/// without either. Where one of several lights is chosen by its power alone, what is left of `u_select`
-/// stands in for `u`: `u_select` may be that coordinate itself. Each light then has points that are
-/// stratified, while a number of its own for the choice would give it any of those that are stratified
-/// together.
+/// Selects a light by `u_select` and samples it by u and v. `texel` chooses the texel of an environment
+/// image, and extends `u_select` if there is a light tree; else it is not used. Where one of several lights
+/// is chosen by power alone, what is left of `u_select` replaces `u`, so `u_select` may be that coordinate
+/// itself. Then each light has stratified points. A number of its own for the choice would give it any of the
+/// points that are stratified together.
 template <class F, bool kAnyLight = true>
 inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& reference, F u_select, F texel,
                                      F u, F v) {
@@ -236,7 +235,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
     Vec3<F> w = square_to_sphere(u, v);
     Vec3<F> radiance = r.vec(kLightRadiance);
     F pdf = splat<F>(1 / (4 * kPi));
-    // With a portal the number that picks a texel first decides whether there is one to pick.
+    // With a portal the number that picks a texel first decides whether a texel is picked.
     F pick = texel;
     for_each_portal<F>(lights, r, infinite, [&](const Portal&, MaskOf<F> m) {
       pick = select(m, select(MaskOf<F>(texel < 0.5f), texel * 2.0f, texel * 2.0f - 1.0f), pick);

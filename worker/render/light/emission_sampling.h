@@ -1,5 +1,5 @@
 #pragma once
-// Rays that leave a light, over a lane type; densities per unit area x unit solid angle. See
+// Samples rays that leave a light, over a lane type. Densities are per unit area x unit solid angle. See
 // light_sampling.h.
 #include "worker/render/light/emitter_point.h"
 
@@ -44,7 +44,7 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
   s.direction = frame.to_world(local);
   s.cos_light = local.z;
   Vec3<F> radiance = r.vec(kLightRadiance);
-  // Density by the texel that was chosen: at its border the direction may round into the next one.
+  // Density by the chosen texel: at its border the direction may round into the next one.
   F of_texel{};
   if (kAnyLight && (lights.any_delta || !lights.infinite.empty())) {
     const MaskOf<F> distant = MaskOf<F>(type == kDistantLight);

@@ -1,5 +1,5 @@
 #pragma once
-// Points of lamps that have an area, over a lane type, uniform by area.
+// Points of lamps that have an area, uniform by area, over a lane type.
 #include "worker/render/light/light_record.h"
 
 namespace lightmill {
@@ -11,8 +11,8 @@ struct EmitterPoint {
   F b1{}, b2{};  // of a triangle: barycentrics
 };
 
-/// On the triangle or sphere that is the light of `r`; of any other type, something. `sphere_normal()`: on a
-/// unit sphere the point to take of one, asked for if there are any.
+/// A point of the triangle or sphere that is the light of `r`; undefined for other types. `sphere_normal()`
+/// gives the point of a unit sphere to take, and is called if there are sphere lights.
 template <class F, class SphereNormal>
 inline EmitterPoint<F> emitter_point(const LightTable& lights, const LightRecord<F>& r, IntOf<F> type, F u,
                                      F v, SphereNormal&& sphere_normal) {

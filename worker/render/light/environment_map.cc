@@ -10,10 +10,10 @@
 namespace lightmill {
 namespace {
 
-/// Side of what panoramas are resampled to, at most: 200 MB.
+/// Largest side that panoramas are resampled to: 200 MB.
 constexpr int kMaxResampledSide = 4096, kMaxPanorama = 16384;
 
-/// Bilinear lookup of a panorama that goes round horizontally, in world direction `w`.
+/// Bilinear look-up, in world direction `w`, in a panorama that goes round horizontally.
 void look_up(const std::vector<float>& rgb, int width, int height, const Vec3<float>& w, double sum[3]) {
   const float u = turns(-w.z, -w.x) + 0.5f;  // the middle of the picture is -x
   const float v = 2 * turns(std::sqrt(w.x * w.x + w.z * w.z), w.y);
@@ -34,7 +34,7 @@ void look_up(const std::vector<float>& rgb, int width, int height, const Vec3<fl
 /// The same radiance as an equal-area image of about as many texels.
 LightImage equal_area_of_panorama(const LightImage& from) {
   constexpr int kSamples = 3;  // a side, per texel
-  // A multiple of what light guides divide a side by.
+  // A multiple of what next-event guides divide a side by.
   constexpr int kStep = BinnedDensity::kMostBins;
   const int about = static_cast<int>(std::sqrt(double{1.0} * from.width * from.height));
   const int n = std::clamp((about + kStep / 2) / kStep * kStep, kStep, kMaxResampledSide);

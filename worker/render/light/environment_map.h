@@ -1,6 +1,6 @@
 #pragma once
-// What shines from or into all directions by a square equal-area image: the radiance of an environment, or
-// the intensity of a goniometric light. Constant within a texel, sampled in proportion.
+// A light of all directions as a square equal-area image: the radiance of an environment, or the intensity of
+// a goniometric light. Constant within a texel, sampled in proportion.
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -13,8 +13,8 @@
 
 namespace lightmill {
 
-/// A square equal-area image, or a lat-long one of any resolution (InfiniteLight), which is resampled to
-/// about as many texels. Throws as read_light_image.
+/// Reads a square equal-area image, or a lat-long one of any resolution (InfiniteLight), which is resampled
+/// to about as many texels. Throws as read_light_image.
 LightImage read_environment(const std::string& path, bool lat_long);
 
 struct EnvironmentMap {
@@ -26,20 +26,20 @@ struct EnvironmentMap {
   float to_light[9];         // rotation from world to the light's space, row-major
   double mean_radiance = 0;  // mean over the sphere and the channels
   float brightest = 0;       // any channel of any texel
-  BinnedDensity bins;        // with tables where a light guide draws by them (next_event_guide.h)
+  BinnedDensity bins;        // with tables where a next-event guide draws by them (next_event_guide.h)
 
-  /// `image` must be square; it is scaled by `scale` per channel. Throws Error(kBadScene) if it is not, or
-  /// holds no light.
+  /// `image` must be square. It is scaled by `scale` per channel. Throws Error(kBadScene) if it is not square
+  /// or holds no light.
   EnvironmentMap(LightImage image, const Rgb& scale, const Transform& light_to_world);
-  /// As read_environment gives it.
+  /// The same from a file, as read_environment gives it.
   EnvironmentMap(const std::string& path, const Rgb& scale, const Transform& light_to_world,
                  bool lat_long = false);
 
-  /// Makes sample() draw what a plane with unit normal `n` gets from its front alone, by cosine. Returns the
-  /// irradiance there, mean over the channels; throws Error(kBadScene) if it is 0.
+  /// Makes sample() draw the light that a plane with unit normal `n` gets on its front, by cosine. Returns
+  /// the irradiance there, mean over the channels. Throws Error(kBadScene) if it is 0.
   double face(const Vec3f& n);
 
-  /// Of the texels, in proportion to their light.
+  /// Weights of the texels, in proportion to their light.
   std::vector<double> weights() const;
 
   template <class F>
@@ -54,7 +54,7 @@ struct EnvironmentMap {
     return {w.x * m[0] + w.y * m[3] + w.z * m[6], w.x * m[1] + w.y * m[4] + w.z * m[7],
             w.x * m[2] + w.y * m[5] + w.z * m[8]};
   }
-  /// Texel seen in world direction `w`.
+  /// The texel in world direction `w`.
   template <class F>
   IntOf<F> texel(const Vec3<F>& w) const {
     IntOf<F> x, y;
@@ -84,7 +84,7 @@ struct EnvironmentMap {
   F pdf(IntOf<F> texel, const Vec3<F>&) const {
     return pdf<F>(texel);
   }
-  /// What shines from (an environment) or into (a light at a point) world direction `w`.
+  /// The light from world direction `w` (an environment), or into it (a light at a point).
   template <class F>
   Vec3<F> towards(const Vec3<F>& w) const {
     return radiance<F>(texel<F>(w));
@@ -93,7 +93,7 @@ struct EnvironmentMap {
   F pdf_towards(const Vec3<F>& w) const {
     return pdf<F>(texel<F>(w));
   }
-  /// World direction: a texel by `pick`, a place in it by (u, v).
+  /// Draws a world direction: a texel by `pick`, a place in it by (u, v).
   template <class F>
   Vec3<F> sample(F pick, F u, F v, IntOf<F>* chosen) const {
     *chosen = select_alias(alias_keep, alias, pick);

@@ -15,18 +15,18 @@ struct LightImage {
 
   /// Mean over texels and channels.
   double mean() const;
-  /// Every texel becomes the mean of its channels.
+  /// Sets every texel to the mean of its channels.
   void make_grey();
 };
 
-/// Reads `path` (any format of the image library; integers are taken as sRGB, one channel as grey). `what` is
-/// it called in messages ("environment image"). Throws Error(kBadScene) if it can't be read or is larger than
-/// `max_side` texels a side, and Error(kBadScene), which names the texel, for values that are no radiance:
-/// NaN, infinity, and negative ones beyond a filter's ringing, which counts as 0.
+/// Reads `path`: any format of the image library. Integers count as sRGB, one channel as grey. `what` is its
+/// name in messages ("environment image"). Throws Error(kBadScene) if it can't be read or has more than
+/// `max_side` texels a side; and, naming the texel, for values that are no radiance: NaN, infinity, and
+/// negative ones beyond a filter's ringing, which counts as 0.
 LightImage read_light_image(const std::string& path, const std::string& what, int max_side = 8192);
 
-/// Columns of a rotation (or a mirrored one) without its scale, row-major by the light's axes: to_light[3 i +
-/// j] is the j-th world component of axis i. Throws Error(kBadScene) if the transform is singular.
+/// The columns of a rotation (or a mirrored one) without its scale, row-major by the light's axes: to_light[3
+/// i + j] is the j-th world component of axis i. Throws Error(kBadScene) if the transform is singular.
 void light_axes(const Transform& light_to_world, const std::string& path, float to_light[9]);
 
 }  // namespace lightmill

@@ -1,6 +1,6 @@
 #pragma once
-// One light per lane: its record, its radiance, and the densities that both directions of sampling share.
-// What says kAnyLight is for even emitters alone without it (kernel_set.h).
+// One light per lane: its record, its radiance, and the densities that both directions of sampling share. A
+// function with kAnyLight handles even emitters alone if that is false (kernel_set.h).
 #include "worker/render/light/alias_table.h"
 #include "worker/render/guiding/emission_guide.h"
 #include "worker/render/light/light_table.h"
@@ -8,7 +8,7 @@
 
 namespace lightmill {
 
-/// A light for a light path.
+/// Selects a light for a light path.
 template <class F>
 inline IntOf<F> select_light(const LightTable& lights, F u) {
   return select_alias(lights.alias_keep, lights.alias, u);
@@ -28,8 +28,8 @@ struct LightRecord {
   }
 };
 
-/// Spot falloff for 1 - the cosine between the axis and the direction of emission: cosines of narrow cones
-/// are all 1.
+/// Spot falloff. It takes 1 - the cosine between the axis and the direction of emission, as cosines of narrow
+/// cones are all 1.
 template <class F>
 inline F spot_falloff(const LightRecord<F>& r, F one_minus_cos) {
   const F start = r.scalar(4), end = r.scalar(5);
@@ -78,8 +78,8 @@ inline void for_each_cells(const LightTable& lights, const LightRecord<F>& r, Ma
   }
 }
 
-/// Density per unit area of drawing the point of a square of half side `radius` around `center` that `at`
-/// lies before or behind, seen along the unit axis of `frame`.
+/// Density per unit area of points drawn by `cells` on a square of half side `radius` around `center`, across
+/// the unit axis of `frame`: at the point that `at` lies before or behind.
 template <class F>
 inline F cells_density(const BinnedDensity& cells, const Frame<F>& frame, const Vec3<F>& center, F radius,
                        const Vec3<F>& at) {
@@ -108,8 +108,8 @@ inline MaskOf<F> suns(const LightRecord<F>& r, MaskOf<F> infinite) {
   return mask_and(infinite, MaskOf<F>(r.scalar(4) == kSunCone));
 }
 
-/// Whether direction `wi`, to the light, is in a sun's cone widened by `margin` (radians): by the chord
-/// 2 sin(angle / 2), as cosines of small angles are all 1.
+/// Whether direction `wi`, to the light, is in a sun's cone widened by `margin` (radians). It compares
+/// chords, 2 sin(angle / 2), as cosines of small angles are all 1.
 template <class F>
 inline MaskOf<F> in_sun(const LightRecord<F>& r, const Vec3<F>& wi, float margin) {
   const Vec3<F> chord = wi + r.vec(kLightN);
@@ -128,7 +128,7 @@ inline Vec3<F> sample_sun(const LightRecord<F>& r, MaskOf<F> sun, F u, F v) {
   return frame.to_world({sine * cp, sine * sp, 1.0f - one_minus_cos});
 }
 
-/// Density per unit solid angle of the directions of infinite lights, drawn without regard to portals, where
+/// Density per unit solid angle of the directions of infinite lights, drawn without regard to portals.
 /// of_map(map) is that of an environment map.
 template <class F, class OfMap>
 inline F infinite_pdf_with(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
@@ -145,7 +145,7 @@ inline F infinite_pdf_with(const LightTable& lights, const LightRecord<F>& r, Ma
   return pdf;
 }
 
-/// The same, drawn in proportion to the light, as light paths are.
+/// The same for light paths, which draw in proportion to the light.
 template <class F>
 inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
                       const Vec3<F>& wi) {
@@ -153,7 +153,7 @@ inline F infinite_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<
                               [&](const EnvironmentMap& map) { return map.pdf<F>(map.texel<F>(wi)); });
 }
 
-/// The same, drawn at `reference` by next-event estimation.
+/// The same for next-event estimation at `reference`.
 template <class F>
 inline F infinite_pdf_at(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
                          const Vec3<F>& reference, const Vec3<F>& wi) {
@@ -164,8 +164,8 @@ inline F infinite_pdf_at(const LightTable& lights, const LightRecord<F>& r, Mask
   });
 }
 
-/// `pdf` of infinite_pdf_at, made that of next-event estimation at `reference`: with portals half of the
-/// directions are drawn by area.
+/// Turns `pdf` of infinite_pdf_at into that of next-event estimation at `reference`, where with portals half
+/// of the directions are drawn by area.
 template <class F>
 inline F through_portal_pdf(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> infinite,
                             const Vec3<F>& reference, const Vec3<F>& wi, F pdf) {
@@ -175,7 +175,7 @@ inline F through_portal_pdf(const LightTable& lights, const LightRecord<F>& r, M
   return pdf;
 }
 
-/// Which lanes light may reach `p` from direction `wi`, as far as portals are concerned.
+/// The lanes where portals let light from direction `wi` reach `p`.
 template <class F, bool kAnyLight = true>
 inline MaskOf<F> through_portals(const LightTable& lights, IntOf<F> light, const Vec3<F>& p,
                                  const Vec3<F>& wi) {
@@ -202,7 +202,7 @@ inline Vec3<F> infinite_radiance(const LightTable& lights, const LightRecord<F>&
 }
 
 /// Density per unit area across `wi` of where light paths start that come from lights `at_infinity` in unit
-/// direction `wi`: on a disk across the scene, or at a portal of one that is `infinite`.
+/// direction `wi`: on a disk across the scene, or at a portal of an `infinite` light.
 template <class F>
 inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<F> at_infinity,
                       MaskOf<F> infinite, const Vec3<F>& wi) {
@@ -214,8 +214,9 @@ inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<
   return density;
 }
 
-/// Density of emission sampling for the ray that leaves `light` against unit direction `wi` (which points to
-/// the light) and gets to `at`, with cosine `cos_light` to the light's normal.
+/// Density of emission sampling, per unit area x unit solid angle, for the ray that leaves `light` against
+/// unit direction `wi` (which points to the light) and gets to `at`. `cos_light`: its cosine to the light's
+/// normal.
 template <class F, bool kAnyLight = true>
 inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& at, const Vec3<F>& wi,
                       F cos_light) {

@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// With a tree, lights at infinity are chosen this often: nothing tells which of the two matters where.
+/// With a tree, lights at infinity are chosen this often: nothing tells which of the two matter where.
 constexpr float kInfinityShare = 0.5f;
 
 /// Bounds of a light that is not at infinity.
@@ -87,8 +87,8 @@ void LightTable::add_pattern(const EmitterPattern& pattern) {
 
 namespace {
 
-/// Weights of a choice by power of which a small part is even: a dim light is found next to one that is a
-/// billion times as bright, for at most that part of the samples.
+/// Weights of a choice by power, of which a small part is even. So a dim light next to one a billion times as
+/// bright is found, at the cost of at most that part of the samples.
 std::vector<double> guarded(const std::vector<double>& powers) {
   constexpr double kEvenPart = 1.0 / 16;
   double total = 0, lit = 0;

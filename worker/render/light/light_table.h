@@ -1,8 +1,10 @@
 #pragma once
-// All lights of a scene as flat arrays, and how one is selected: by power (Walker's alias method; a small
-// part evenly) for light paths, unless they have learnt which ones matter (training/emission_guide_training.h), and for
-// next-event estimation unless there are many; then by what may reach the point (light_tree.h). Where much of
-// the light is hidden, what was seen to get there decides (next_event_guide.h).
+// All lights of a scene as flat arrays, and how one is selected.
+//
+// Light paths select by power (Walker's alias method; a small part evenly), or by an emission guide
+// (training/emission_guide_training.h). Next-event estimation selects by power, too; if there are many
+// lights, by what may reach the point (light_tree.h). Where much of the light is hidden a guide says what was
+// seen to get there (next_event_guide.h).
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -25,7 +27,7 @@ constexpr bool is_at_a_point(LightType type) { return type >= kPointLight && typ
 /// With more lights than this that are not at infinity, next-event estimation selects by the light tree.
 inline constexpr int kAliasLights = 16;
 
-/// What an infinite light has in place of a map: the same radiance everywhere, or in a cone alone.
+/// What an infinite light has in place of a map: the same radiance everywhere, or in a cone only.
 inline constexpr float kEvenSky = -1, kSunCone = -2;
 
 inline constexpr int kLightFloats = 20;
@@ -40,10 +42,10 @@ inline constexpr int kLightFloats = 20;
 ///             kSunCone, 6 1 + number of its portal or 0; a sun also 5 its 1 - cos(half angle), 9 unit
 ///             direction in which it shines
 ///   distant   0 and 3 as infinite, 7 1 + number of its emission cells or 0, 9 unit direction in which it
-///   shines all       13 radiance rgb (at a point: intensity; with a map the brightest texel's), 16 area, 17
-///   selection probability of light paths,
-///             18 two-sided (0 or 1), 19 selection probability of next-event estimation without a guide; with
-///             a light tree of lights at infinity alone
+///             shines
+///   all       13 radiance rgb (at a point: intensity; with a map the brightest texel's), 16 area,
+///             17 selection probability of light paths, 18 two-sided (0 or 1), 19 selection probability of
+///             next-event estimation without a guide; with a light tree, of lights at infinity alone
 enum LightSlot {
   kLightP = 0,
   kLightE1 = 3,
@@ -60,7 +62,7 @@ enum LightSlot {
 /// What varies over an emitter's surface.
 struct EmitterPattern {
   int texture = -1;         // multiplies the radiance
-  FloatInput alpha{1, -1};  // multiplies what is sampled on the light; rays meet it in alpha_mask.h
+  FloatInput alpha{1, -1};  // multiplies what is sampled on the light; for rays see alpha_mask.h
   float brightest = 1;      // of the texture, where that is an image
   bool unseen = false;      // no ray meets the light: it has no primitive
   /// Triangle: texture coordinates (u, v) of the corners. Sphere: the axes x, y, z of its object space.
@@ -71,12 +73,12 @@ struct EmitterPattern {
 struct LightTable {
   std::vector<float> records;        // kLightFloats per light
   std::vector<int32_t> type;         // LightType per light
-  std::vector<int32_t> media;        // what lies on the sides (medium.h) of each; empty without media
+  std::vector<int32_t> media;        // per light: media on its sides (medium.h); empty without media
   std::vector<float> alias_keep;     // alias method of light paths: keep probability
   std::vector<int32_t> alias;        //                              other index
   std::vector<int32_t> infinite;     // indices of the infinite lights (what an escaping ray sees)
   LightTree tree;                    // empty: next-event estimation selects by power
-  NextEventGuide guide;                  // empty: wherever the point is
+  NextEventGuide guide;                  // empty: as without a guide
   float infinity_share = 0;          // with a tree: probability of choosing from `at_infinity` instead
   std::vector<int32_t> at_infinity;  // infinite and distant lights
   // Alias method of next-event estimation, by power: of all lights, or with a tree of those `at_infinity`.
@@ -88,7 +90,7 @@ struct LightTable {
   std::vector<BinnedDensity> emission_cells;
   // Where light paths go, by tables of cells of directions (emission_guide.h).
   BinnedDensity emission_guide;
-  std::vector<int32_t> emission_guide_of;             // per light: table of `aims`, or -1; empty if there are none
+  std::vector<int32_t> emission_guide_of;             // per light: its table, or -1; empty if there are none
   SharedList<EnvironmentMap> goniometers;  // of intensity
   SharedList<ProjectionMap> projectors;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly
@@ -101,24 +103,24 @@ struct LightTable {
   bool any_sphere = false;
   double total_power = 0;  // W, mean over channels, in normalised space
 
-  /// Lights at infinity exist (their paths start on a disk across the scene).
+  /// Whether there are lights at infinity. Their paths start on a disk across the scene.
   bool any_infinite() const { return !infinite.empty() || any_distant; }
-  /// Some light at a point shines by an image.
+  /// Whether some light at a point shines by an image.
   bool any_imaged() const { return !goniometers.empty() || !projectors.empty(); }
-  /// A light path needs a random number for a texel or a cell.
+  /// Whether a light path needs a random number for a texel or a cell.
   bool any_texels() const {
     return !environments.empty() || any_imaged() || !emission_cells.empty() || has_emission_guide();
   }
-  /// Light paths of some lights go where it pays (training/emission_guide_training.h).
+  /// Whether light paths of some lights go by an emission guide (training/emission_guide_training.h).
   bool has_emission_guide() const { return !emission_guide_of.empty(); }
-  /// Next-event estimation chooses lights by their power, wherever the point is.
+  /// Whether next-event estimation chooses lights by their power, wherever the point is.
   bool by_power_alone() const { return tree.empty() && !guide.chooses(); }
   int32_t count() const { return static_cast<int32_t>(type.size()); }
-  /// Appends a light; `power` (W, any channel mean) decides how often it is selected.
+  /// Appends a light. `power` (W, mean over channels) decides how often it is selected.
   void add(LightType light_type, const std::array<float, kLightFloats>& record, double power);
   /// Gives the last light a pattern.
   void add_pattern(const EmitterPattern& pattern);
-  /// Builds the selection tables; call once after the last add().
+  /// Builds the selection tables. Call once after the last add().
   void finish();
   /// Makes light paths choose lights in proportion to `weights`.
   void choose_emitters_by(const std::vector<double>& weights);

@@ -10,8 +10,8 @@ namespace {
 
 constexpr size_t kChildren = 8;
 constexpr size_t kBuckets = 12;
-/// Levels that a trail of 4 bits each can name; from kBalancedDepth on sets are halved, so that 2^31 lights
-/// fit into what is left.
+/// Levels that a trail of 4 bits each can name. From kBalancedDepth on sets are halved, so that 2^31 lights
+/// fit into the levels that are left.
 constexpr int kMaxDepth = 16, kBalancedDepth = 5;
 /// Rounding of the cosines in LightTree::shares, where a sine is formed from a cosine near 1.
 constexpr double kCosineMargin = 2e-3;

@@ -1,9 +1,9 @@
 #pragma once
-// Portals of infinite lights: the light comes only along rays that leave through a rectangle, as through the
-// window of a room that has no other openings (pbrt's "portal"). Next-event estimation draws every other
-// direction by area on the rectangle, so that small windows are found, and the others by the image, so that a
-// sun in it is (one-sample MIS with the balance heuristic: Veach 1997, 9.2.4). Light paths start in front of
-// everything on lines through a point of the rectangle.
+// Portals of infinite lights: light comes only along rays through a rectangle, as through the window of a
+// room that has no other openings (pbrt's "portal"). Next-event estimation draws half of the directions by
+// area on the rectangle, so that small windows are found, and half by the image, so that a sun in it is found
+// (one-sample MIS with the balance heuristic: Veach 1997, 9.2.4). Light paths start in front of everything,
+// on lines through a point of the rectangle.
 #include <array>
 
 #include "common/scene/description.h"
@@ -11,15 +11,15 @@
 
 namespace lightmill {
 
-/// Normalised space.
+/// In normalised space.
 struct Portal {
   Vec3f corner, edge1, edge2, normal;  // the normal is unit and points out, to the light
   float length1_squared = 0, length2_squared = 0, area = 0;
   float reach = 0;  // how far out of the rectangle light paths start
 };
 
-/// The rectangle `corners`, whose normal is (fourth - first) x (second - first), in a scene that a ball
-/// around `center` holds.
+/// The rectangle `corners`, whose normal is (fourth - first) x (second - first), in a scene inside a ball
+/// around `center`.
 Portal make_portal(const std::array<Vec3d, 4>& corners, const float center[3], float radius);
 
 /// Whether the ray from `o` in unit direction `w` leaves through the portal.
@@ -44,13 +44,13 @@ inline Vec3<F> portal_point(const Portal& p, F u, F v) {
          splat3<F>(p.edge2.x, p.edge2.y, p.edge2.z) * v;
 }
 
-/// Of the angle between unit direction `w` and the way out.
+/// Cosine of the angle between unit direction `w` and the way out.
 template <class F>
 inline F portal_cosine(const Portal& p, const Vec3<F>& w) {
   return dot(w, splat3<F>(p.normal.x, p.normal.y, p.normal.z));
 }
 
-/// Density per unit solid angle at `o` of drawing unit direction `w`, which passes, by area.
+/// Density per unit solid angle at `o` of drawing unit direction `w`, which passes the portal, by area.
 template <class F>
 inline F portal_area_pdf(const Portal& p, const Vec3<F>& o, const Vec3<F>& w) {
   const F cosine = portal_cosine(p, w);
@@ -61,8 +61,8 @@ inline F portal_area_pdf(const Portal& p, const Vec3<F>& o, const Vec3<F>& w) {
   return select(outwards, distance * distance / (safe * p.area), F{});
 }
 
-/// Density per unit area across unit direction `w` of points drawn evenly on the portal; 1 where `w` sees its
-/// back.
+/// Density per unit area across unit direction `w` of points drawn evenly on the portal; 1 where `w` faces
+/// its back.
 template <class F>
 inline F portal_point_pdf(const Portal& p, const Vec3<F>& w) {
   const F cosine = portal_cosine(p, w);

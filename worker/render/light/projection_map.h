@@ -1,5 +1,5 @@
 #pragma once
-// The intensity of a projection light: an image thrown through a window in front of it. Constant within a
+// The intensity of a projection light: an image projected through a window in front of it. Constant within a
 // texel, sampled in proportion to the texels' power.
 #include <cstdint>
 #include <vector>
@@ -25,8 +25,8 @@ struct ProjectionMap {
   /// Error(kBadScene) if the image holds no light.
   ProjectionMap(LightImage image, const Rgb& scale, const Transform& light_to_world, double fov_degrees);
 
-  /// Texel seen in world direction `w`, and whether there is one; `z` is the cosine to the axis. Any w gives
-  /// a valid texel.
+  /// The texel in world direction `w`, and whether `w` is inside the window. `z`: the cosine to the axis. Any
+  /// w gives a valid texel.
   template <class F>
   IntOf<F> texel(const Vec3<F>& w, MaskOf<F>* inside, F* z) const {
     const float* m = to_light;
@@ -70,7 +70,7 @@ struct ProjectionMap {
     const IntOf<F> at = texel<F>(w, &inside, &z);
     return select(inside, gather(density.data(), at) / select(inside, z * z * z, splat<F>(1.0f)), F{});
   }
-  /// World direction: a texel by `pick`, a place in it by (u, v).
+  /// Draws a world direction: a texel by `pick`, a place in it by (u, v).
   template <class F>
   Vec3<F> sample(F pick, F u, F v, IntOf<F>* chosen) const {
     *chosen = select_alias(alias_keep, alias, pick);

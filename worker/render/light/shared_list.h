@@ -1,12 +1,12 @@
 #pragma once
-// A list that its copies share: of the images of lights, which are large and the same in every table.
+// A list that its copies share. It holds the images of lights, which are large and the same in every table.
 #include <memory>
 #include <utility>
 #include <vector>
 
 namespace lightmill {
 
-/// What is done to one copy is done to all: lists are filled before they are copied.
+/// A change of one copy changes all. Fill a list before copying it.
 template <class T>
 class SharedList {
  public:

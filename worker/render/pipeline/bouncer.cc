@@ -13,7 +13,7 @@ struct Ends {
   int hits = 0, collisions = 0;  // ends of the first two ranges
 };
 
-/// Where there is nothing to group only the misses go last, in order.
+/// If there is nothing to group, only the misses go last, in order.
 Ends misses_last(Wavefront& w) {
   Paths& p = w.paths;
   int hits = 0;
@@ -30,8 +30,8 @@ Ends misses_last(Wavefront& w) {
   return {hits, hits};
 }
 
-/// Counting sort of the active slots by BSDF kind, collisions and misses last. With media w.sorted is left as
-/// a copy of them.
+/// Counting sort of the active slots by BSDF kind, collisions and misses last. With media w.sorted keeps a
+/// copy.
 template <class K>
 Ends sort_paths(const RenderScene& scene, Wavefront& w) {
   if (!K::kSurfaces || (!K::kMedia && scene.kinds_present <= 1)) return misses_last(w);
@@ -89,8 +89,8 @@ void for_each_vertex(const RenderScene& scene, const Ends& ends, Mode mode, int 
   }
 }
 
-/// Where paths leave the bodies that they have entered at this depth: vertices like those that were met, at
-/// the same depth. Calls leave(group, hit).
+/// The vertices where paths leave the bodies that they entered at this depth: like other vertices, and at the
+/// same depth. Calls leave(group, hit).
 template <class K, class Leave>
 void for_each_leaving(const StageContext& context, const LayerContext& layer, Mode mode, int depth,
                       Wavefront& w, Leave&& leave) {
@@ -113,7 +113,7 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
   const RenderScene& scene = context.scene;
   Paths& paths = w.paths;
   const Ends ends = sort_paths<K>(scene, w);
-  // A vertex at `depth` is the depth-th scattering event of a path through the lens.
+  // A vertex at `depth` is the depth-th scattering event of a path that light tracing makes of it.
   const bool go_on = depth < context.max_depth && (context.lens_alone() || depth < kMaxLightVertices);
   int survivors = 0;
   for_each_vertex<K>(scene, ends, Mode::kImportance, depth, w, [&](const Group& g, Hit& h) {
@@ -130,7 +130,7 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
         finite = mask_and(LaneMask(type != kInfiniteLight), LaneMask(type != kDistantLight));
       }
       h.v.dvcm = h.v.dvcm * select(finite, h.distance2, splat<Lane>(1.0f));
-      // What is met before the portal does not see the light through it.
+      // A surface before the portal does not see the light through it.
       h.valid = mask_and(h.valid, through_portals<Lane, K::kLights>(context.lights, light, h.v.p, h.v.wo));
     } else {
       h.v.dvcm = h.v.dvcm * h.distance2;
@@ -148,7 +148,7 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
       recorder->store(true, w.light_vertices.size(), g.slot, connectable);
     }
     append_vertices(h.v, mask_bits(connectable), &w.light_vertices);
-    // To enter a body and to leave it is one event.
+    // Entering a body and leaving it is one event.
     if (!go_on && !(K::kSurfaces && scene.any_bodies)) return;
     const LaneMask go = scatter_paths<K>(context, layer.light_stream<Lane>(g.slot), h, h.valid,
                                          Mode::kImportance, depth, true, w);
@@ -188,13 +188,13 @@ void camera_vertices(const StageContext& context, const LayerContext& layer, int
     if (K::kObserved && w.aovs && !in_medium) w.aovs->hits(context, h.v, g.active, depth, w.paths);
     if (K::kObserved && w.aovs && in_medium) w.aovs->ends_in_medium(g.slot, g.active);
     const Lane inv_cos = 1.0f / h.cos_in;
-    // M3; rays of a parallel camera spread no more with distance.
+    // M3; rays of a parallel camera don't spread with distance.
     h.v.dvcm = h.v.dvcm * (parallel ? splat<Lane>(1.0f) : h.distance2) * inv_cos;
     h.v.dvc = h.v.dvc * inv_cos;
     if (StrategyRecorder* recorder = recorder_of<K>(w)) recorder->hit(false, g.slot, g.active, inv_cos);
     if (context.on(kEmissionHits) && !in_medium)
       add_emission<K>(context, h, g.active, depth, weigh_connections, w);
-    // From here on dVCM stands for one strategy: joining the vertex before. M2 brought the lens' n_j.
+    // From here on dVCM stands for one strategy: joining the vertex before. M2 brought light tracing's n_j.
     h.v.dvcm = h.v.dvcm * (depth > 1                      ? context.samples_of(kVertexConnections)
                            : context.on(kLightTracing) ? 1.0f
                                                           : 0.0f);

@@ -17,12 +17,12 @@ inline void cast_paths(const StageContext& context, Wavefront& wavefront) {
   wavefront.counters.closest_hit_rays += static_cast<uint64_t>(p.active_count);
 }
 
-/// What a wavefront needs before its first packet of the scene.
+/// Makes a wavefront ready for its first packet of the scene.
 inline void prepare(const StageContext& context, Wavefront* w) {
   if (context.scene.any_media() && !w->media) w->media = std::make_shared<MediaWork>();
 }
 
-/// Casts as the scene asks for; `depth`: of the vertices to come.
+/// Casts rays, through media if the scene has them. `depth`: of the vertices to come.
 inline void cast_light_paths(const StageContext& context, const LayerContext& layer, int depth,
                              Wavefront& w) {
   w.media ? cast_light_paths_through_media(context, layer, depth, w) : cast_paths(context, w);

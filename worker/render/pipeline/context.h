@@ -1,5 +1,5 @@
 #pragma once
-// What all stages read: the scene and the frozen settings of a render, and the packet layer at hand.
+// What all stages read: the scene, the fixed settings of a render, and the layer of the packet at hand.
 #include "common/job/packet_grid.h"
 #include "common/job/strategies.h"
 #include "worker/render/accel/accel.h"
@@ -21,36 +21,37 @@ struct StageContext {
   const Camera& camera;
   const PixelFilter& filter;
   FilmGrid grid;
-  const LightTable& lights = scene.lights;  // of the scene, or its aimed ones
+  const LightTable& lights = scene.lights;  // the scene's, or its guided ones
   uint64_t seed = 0;
   int max_depth = 5;
   Strategies strategies = kAllStrategies;
   StageKernels kernels;   // the least that the scene can do with (kernel_choice.h)
   float splat_scale = 1;  // of one light path: 1 / light paths per unit of spp
-  /// Samples that strategies of light paths stand with against one of a camera path (mis.h): light paths of
-  /// the whole film for t = 1, those that a camera vertex is connected to for s, t >= 2.
+  /// Samples of strategies of light paths for each of a camera path (n_j of mis.h): light paths of the whole
+  /// film for t = 1; those that a camera vertex is connected to for s, t >= 2.
   float light_samples = 1, connections = 1;
-  /// Effort per region, where it differs. It changes no weights: by their numbers a region of few camera
-  /// samples would leave its smooth light, which those are stratified for, to splats, which are not. As it
-  /// is, camera samples have their noise over the effort, and splats as everywhere.
+  /// Sample allocation, if it is not uniform. MIS weights ignore it. If they went by its numbers, a region of
+  /// few camera samples would leave its smooth light to splats, which are not stratified for it as camera
+  /// samples are. So the variance of camera samples goes with 1 / the allocation, and splats are as
+  /// everywhere.
   const AllocationTable* allocation = nullptr;
   double light_paths = 1;                  // per camera path
-  PixelSubset pixel_subset;                       // of a pilot; renders look at every pixel
+  PixelSubset pixel_subset;                       // of a pilot; renders have every pixel
   float imaging_ratio = 1;                 // exposure: multiplies every contribution
   const FilmResponse* response = nullptr;  // of the sensor; null: that of the plain film
   bool signed_film = false;                // sums may be negative: of a filter's lobes or a sensor's colours
   float tiny_contribution = 0;             // connections below this play Russian roulette; 0: never
 
   bool on(Strategies family) const { return strategies & family; }
-  /// n_j of mis.h but for the lens: 0 for a family that is off.
+  /// n_j of mis.h, except for light tracing. 0 for a family that is off.
   float samples_of(Strategies family) const {
     return !on(family) ? 0 : family == kVertexConnections ? connections : 1;
   }
-  /// Light paths alone can be followed at any length: nothing is stored.
+  /// Light tracing alone can follow paths of any length: nothing is stored.
   bool lens_alone() const { return strategies == kLightTracing; }
 };
 
-/// One sample index of a packet: the identity of its random numbers.
+/// One sample index of a packet: it identifies its random numbers.
 struct LayerContext {
   int cell_x = 0, cell_y = 0;
   uint32_t sample_in_batch = 0;
@@ -61,7 +62,7 @@ struct LayerContext {
   int first_light_path = 0;  // the one in slot 0: a wavefront holds kWavefront of them at a time
   float time = 0;            // of all paths, if they have none of their own (path_times.h)
 
-  /// Streams of path slots `slot`.
+  /// The streams of random numbers of path slots `slot`.
   template <class F>
   SampleStream<F> camera_stream(IntOf<F> slot) const {
     return {as_uint(gather(reinterpret_cast<const int32_t*>(slots->keys), slot)),

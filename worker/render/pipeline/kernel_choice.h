@@ -1,6 +1,6 @@
 #pragma once
-// Which kernels a stage runs. The scene plan chose the set; who looks on is known to the wavefront alone. It
-// has media where the scene does (StageContext::kernels need not say so).
+// Which kernels a stage runs. The scene plan chose the set. Only the wavefront knows whether a recorder
+// observes it. A wavefront has media where the scene does, so StageContext::kernels need not say so.
 //
 //   with_kernels(context.kernels.paths, w, [&]<class K>(K) { light_paths<K>(context, layer, w); });
 #include "worker/render/pipeline/kernel_set.h"
@@ -15,7 +15,7 @@ void with_kernels(KernelSet chosen, const Wavefront& w, Stage&& stage) {
   stage(SurfaceKernels{});
 }
 
-/// Null, known to the compiler, in kernels that nobody observes.
+/// The recorder; null at compile time in kernels that nothing observes.
 template <class K>
 StrategyRecorder* recorder_of(const Wavefront& w) {
   if constexpr (!K::kObserved) return nullptr;

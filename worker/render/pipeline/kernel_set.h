@@ -1,11 +1,11 @@
 #pragma once
-// The sets of features that kernels are compiled for. What a set lacks the compiler leaves out of its
-// kernels: no code, no branch and no register is spent on it. The scene plan picks the least set that a scene
-// can do with (analysis/scene_analysis.h); any set that has what the scene needs gives the same bits.
+// The sets of features that the kernels are compiled for. The compiler leaves out what a set lacks: no code,
+// branch or register is spent on it. plan/analysis/stage_kernels.h picks the least set that a scene can do
+// with. Any set that has what the scene needs gives the same bits.
 //
-// Measured on Cornell boxes against SurfaceKernels, DiffuseKernels take 2 to 6 % less time under pt and 7 to
-// 12 % less under bdpt, half of it by their lights. Shading normals, which they have, cost nothing where
-// there are none.
+// Measured on Cornell boxes against SurfaceKernels: DiffuseKernels take 2 to 6 % less time under pt and 7 to
+// 12 % less under bdpt, half of it by their lights. They have shading normals, which cost nothing where there
+// are none.
 
 namespace lightmill {
 
@@ -29,14 +29,14 @@ struct DiffuseKernels {
 
 enum class KernelSet { kDiffuse, kSurfaces, kMedia };
 
-/// The least set for each kind of stage. What is joined is never a mirror nor smooth glass, and has its
-/// textures looked up: diffuse kernels often join what general ones have followed. Measured on a Cornell box
-/// with a mirror and a glass ball against general kernels in all stages, that takes 7 to 9 % less time under
-/// bdpt.
+/// The least set for each kind of stage. Vertices that are joined are never on mirrors or smooth glass, and
+/// their textures are looked up already. So diffuse kernels can often join what general ones have followed.
+/// On a Cornell box with a mirror and a glass ball that takes 7 to 9 % less time under bdpt than general
+/// kernels in all stages.
 struct StageKernels {
-  KernelSet paths = KernelSet::kSurfaces;       // that start at lights and end on them
+  KernelSet paths = KernelSet::kSurfaces;       // followed from lights and camera, and emitter hits
   KernelSet next_event = KernelSet::kSurfaces;  // to points on lights
-  KernelSet joins = KernelSet::kSurfaces;       // of vertices to each other and to the lens
+  KernelSet joins = KernelSet::kSurfaces;       // vertex connections and light tracing
 };
 
 }  // namespace lightmill

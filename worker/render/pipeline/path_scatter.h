@@ -1,5 +1,5 @@
 #pragma once
-// Stage 3's scattering: how paths go on from their vertices.
+// Scattering in stage 3: how paths go on from their vertices.
 #include <optional>
 
 #include "worker/render/pipeline/connections/guided_density.h"
@@ -11,7 +11,7 @@
 namespace lightmill {
 
 /// Samples the BSDF, updates throughput and MIS terms (M4, M5, M11), plays roulette, writes the next ray.
-/// Returns the lanes that go on; those that enter a body are told to subsurface_walk.h instead.
+/// Returns the lanes that go on. Those that enter a body are handed to subsurface_walk.h instead.
 template <class K>
 LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& stream, const Hit& h,
                        LaneMask active, Mode mode, int depth, bool keep_dvc, Wavefront& w) {
@@ -43,7 +43,7 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
     in_medium = LaneMask(v.kind == kPhaseFunction);
     same_side = mask_or(same_side, in_medium);
   }
-  // What enters a body has no direction yet, and roulette waits until it leaves.
+  // A path that enters a body has no direction yet, and roulette waits until it leaves.
   const bool bodies = K::kSurfaces && context.scene.any_bodies;
   LaneMask enters = splat_mask<Lane>(false);
   if (bodies) {
@@ -127,7 +127,7 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   return go;
 }
 
-/// Those that have a lobe which is not a delta. What enters a body can be joined where it leaves.
+/// Vertices with a lobe that is not a delta. A path that enters a body can be joined where it leaves.
 template <class K>
 LaneMask connectable_lanes(const Hit& h) {
   if constexpr (!K::kSurfaces) return h.valid;

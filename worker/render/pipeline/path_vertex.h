@@ -25,7 +25,7 @@ struct Hit {
   Lane u{}, tv{};              // texture coordinates
 };
 
-/// Where the segment that ends now began; the path's ray begins at the last boundary of a medium.
+/// Where the segment that ends now began. The path's ray begins at the last boundary of a medium.
 inline Vec3<Lane> segment_start(const MediaWork& m, LaneInt slot) {
   return {gather(m.start[0], slot), gather(m.start[1], slot), gather(m.start[2], slot)};
 }
@@ -99,9 +99,9 @@ inline Hit collision(const RenderScene& scene, const Wavefront& w, const Group& 
   return h;
 }
 
-/// The vertex where paths leave a body: that of their ray, seen from outside (M11). `wo` stands for where it
-/// came from: the shading normal for camera paths, as it has no mirror image (viewer_side.h), for light paths
-/// the direction on which both normals agree, so that nothing is corrected.
+/// The vertex where paths leave a body: that of their ray, as seen from outside (M11). `wo` stands for where
+/// the path came from. For camera paths it is the shading normal, which has no mirror image (viewer_side.h).
+/// For light paths it is the direction on which both normals agree, so that nothing is corrected.
 template <class K>
 Hit leave_body(const RenderScene& scene, const Wavefront& w, const Group& g, Mode mode, int depth) {
   Hit h = reconstruct<K>(scene, w, g, mode, depth);

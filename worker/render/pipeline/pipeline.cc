@@ -24,7 +24,7 @@ namespace {
 /// Splats kept before they are handed to the tile.
 constexpr size_t kSplatBatch = 1 << 15;
 
-/// Runs a stage; a recorder that wants it is told its time, as `member` or, if null, shared out over the
+/// Runs a stage. A recorder that wants its time gets it in `member` or, if null, divided among the
 /// strategies.
 template <class Stage>
 void run(Wavefront& w, double StrategyRecorder::*member, Stage&& stage) {
@@ -48,7 +48,7 @@ void connect(Wavefront& w, Form&& form) {
   });
 }
 
-/// Light paths of a layer: about as many as asked for per pixel of the cell that is looked at.
+/// Light paths of a layer: about as many as are asked for, per pixel of the cell that is rendered.
 int light_paths_of(const StageContext& context, const CameraSlots& slots) {
   return light_paths_of_layer(context.light_paths, slots.inside_count);
 }
@@ -164,7 +164,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
       camera_pass(context, layer, quantum_exponent, w);
     } else if (camera_layer) {
       w.slots.add_waiting(batch, s);
-      // Light vertices to connect to, and their time, are those of one index.
+      // Light vertices to connect to belong to one index, and so does their time.
       const bool rest = s + 1 == packet.sample_end || context.on(kVertexConnections);
       while (w.slots.begin_waiting_pass(rest)) camera_pass(context, layer, quantum_exponent, w);
     }

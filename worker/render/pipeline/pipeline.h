@@ -1,11 +1,11 @@
 #pragma once
-// The stages in turn over one packet.
+// Runs the stages in turn over one packet.
 #include "worker/render/pipeline/context.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill {
 
-/// Renders `packet` with a thread's wavefront and adds it to `builder`, if there is one.
+/// Renders `packet` with a thread's wavefront. Adds it to `builder` unless that is null.
 void render_packet(const StageContext& context, const Packet& packet, int quantum_exponent,
                    Wavefront& wavefront, PartialBuilder* builder);
 

@@ -1,5 +1,5 @@
 #pragma once
-// Which pixels a look at few of them is taken at.
+// A subset of the film's pixels, for pilots and preview passes.
 #include <bit>
 #include <cstdint>
 
@@ -7,8 +7,8 @@
 
 namespace lightmill {
 
-/// One pixel, drawn by hash, of every rectangle of `one_in`, a power of two: no place goes unseen, as it may
-/// where each is drawn for itself, and no pattern of the image is met at every turn.
+/// One pixel, drawn by hash, of every rectangle of `one_in` pixels, a power of two. So no place is left out,
+/// as it could be if each pixel were drawn by itself, and the subset follows no pattern of the image.
 struct PixelSubset {
   uint32_t one_in = 1;
   bool keeps(int x, int y) const {

@@ -13,7 +13,7 @@
 namespace lightmill {
 namespace {
 
-/// Slots base .. base + kLanes - 1, which of them have a path, and of which pixels.
+/// Slots base .. base + kLanes - 1: which of them have a path, and their pixels.
 struct SlotGroup {
   LaneInt slot, x, y;
   LaneMask taken;

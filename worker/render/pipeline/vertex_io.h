@@ -12,8 +12,8 @@ struct VertexLanes {
   Vec3<F> p, ng, ns, wo, throughput;
   F error{}, dvcm{}, dvc{};
   IntOf<F> kind{}, path{}, depth{};
-  IntOf<F> media{};  // on its sides (medium.h); in a medium, that on both
-  /// Of light vertices: density of the caustic guide towards `wo`, or kUnguided without a table.
+  IntOf<F> media{};  // of its two sides (medium.h); within a medium, that for both
+  /// Of light vertices: density of the photon guide towards `wo`, or kUnguided without a table.
   F guide = splat<F>(kUnguided);
   BsdfParams<F> params;
 };
@@ -77,7 +77,7 @@ inline void append_vertices(const VertexLanes<float>& v, unsigned mask, std::vec
   if (mask & 1) vertex_detail::to_rows(v, out->emplace_back().f);
 }
 
-/// Loads base[index] per lane; every index must be valid.
+/// Loads base[index] per lane. Every index must be valid.
 inline VertexLanes<Float8> load_vertices(const Vertex* base, Int8 index) {
   Float8 r[32];
   for (int l = 0; l < 8; ++l) {

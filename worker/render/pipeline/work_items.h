@@ -3,10 +3,10 @@
 //
 //   producer -> paths -> caster -> (prim) -> bouncer -> vertices -> shadow caster -> shadow rays -> film
 //
-// One thread owns a wavefront; nothing here is shared. One wavefront works on one cell x one sample index at
-// a time: slot i of the camera paths is pixel i of the cell (row-major), but where effort differs
-// (camera_pass.h). Light paths belong to the layer as a whole: their vertices form its cache, from which
-// camera vertices draw.
+// One thread owns a wavefront; nothing here is shared. A wavefront works on one cell and one sample index at
+// a time. Slot i of the camera paths is pixel i of the cell (row-major), except under adaptive sampling
+// (camera_pass.h). Light paths belong to the layer as a whole: their vertices form its light-vertex cache,
+// from which camera vertices draw.
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -30,8 +30,8 @@ using LaneMask = MaskOf<Lane>;
 inline constexpr int kLanes = kWidth<Lane>;
 inline constexpr int kWavefront = kCellPixels;
 
-/// Live subpaths: the ray to cast next and what it carries, by path slot. Records that lanes take eight at a
-/// time by transposing them, which is quicker than gathering field by field (path_io.h).
+/// Live subpaths: the ray to cast next and what it carries, by path slot. Lanes take eight records at a time
+/// and transpose them, which is quicker than gathering field by field (path_io.h).
 struct Paths {
   enum Carried { kThroughput = 0, kDvcm = 3, kDvc = 4, kLight = 5, kCosLight = 6, kMedium = 7 };
   TracedRay rays[kWavefront];
@@ -40,7 +40,7 @@ struct Paths {
   alignas(32) float time[kWavefront];               // in [0, 1]; set if anything moves
   int active_count = 0;
 
-  /// Ends those of the slots in `ended`.
+  /// Ends the paths whose slots are set in `ended`.
   void end(const std::array<bool, kWavefront>& ended) {
     int left = 0;
     for (int i = 0; i < active_count; ++i) {
@@ -70,14 +70,14 @@ struct alignas(64) Vertex {
   };
   static constexpr int kDepthShift = 16;
   float f[32];
-  Vertex() {}  // not zeroed: whoever appends one fills it
+  Vertex() {}  // not zeroed: the code that appends one fills it
   Vec3<float> vec(int slot) const { return {f[slot], f[slot + 1], f[slot + 2]}; }
   int32_t path() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) & ((1 << kDepthShift) - 1); }
   BsdfKind kind() const { return static_cast<BsdfKind>(std::bit_cast<int32_t>(f[kKind])); }
   int32_t depth() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) >> kDepthShift; }
 };
 
-/// A connection whose contribution is known and not zero, waiting for its visibility.
+/// Connections whose contribution is known and not zero. They wait for their visibility.
 struct ShadowRays {
   static constexpr int kCapacity = 4096;
   alignas(32) float ox[kCapacity], oy[kCapacity], oz[kCapacity];
@@ -85,7 +85,7 @@ struct ShadowRays {
   alignas(32) float tfar[kCapacity];
   float r[kCapacity], g[kCapacity], b[kCapacity];
   int32_t target[kCapacity];  // path slot, or of a splat SplatTarget::pixel
-  // Of splats: where on the raster, and a uniform number for small filter weights.
+  // Of splats: place on the raster, and a uniform number for small filter weights.
   float raster_x[kCapacity], raster_y[kCapacity], small_choice[kCapacity];
   float time[kCapacity];  // set if an instance moves
   uint8_t occluded[kCapacity];
@@ -104,7 +104,7 @@ struct Wavefront {
   CameraSlots slots;
   Paths paths;
   std::vector<Vertex> light_vertices;  // the packet layer's light-vertex cache, in order of creation
-  std::vector<Vertex> vertices;        // connectable vertices of the current bounce
+  std::vector<Vertex> vertices;        // vertices of the current bounce that can be connected
   ShadowRays shadow;
   alignas(32) float radiance_r[kWavefront], radiance_g[kWavefront], radiance_b[kWavefront];
   std::vector<Splat> splats;

@@ -1,14 +1,14 @@
 #pragma once
-// Camera paths that are followed for what they meet, not for an image.
+// Follows camera paths for what they meet, not for an image.
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
 #include "worker/render/pipeline/producer.h"
 
 namespace lightmill {
 
-/// Follows those of sample index `s` of a cell, of the batch that w.slots have begun, at time 0 where paths
-/// have none of their own. visit(depth) is called where they have come to their vertices of that depth, up to
-/// `depths`, and may end some.
+/// Follows the camera paths of sample index `s` of a cell. w.slots must have begun the batch of `s`. Paths
+/// without a time of their own are at time 0. visit(depth) is called when paths have come to their vertices
+/// of that depth, up to `depths`, and may end some of them.
 template <class Visit>
 void follow_camera_paths(const StageContext& context, int cell_x, int cell_y, int64_t s, int depths,
                          Wavefront& w, Visit&& visit) {

@@ -6,30 +6,31 @@
 namespace lightmill {
 namespace {
 
-/// What a region is taken for begins with the mean of all; squares of regions around it of rising closeness,
-/// so many regions to each side, correct it, each against this many paths that say what was known before.
+/// A region's variance begins as the mean of all. Means over squares of ever fewer regions around it, this
+/// many to each side, correct it in turn: each weighs by its camera paths, what was known before by kPrior of
+/// them.
 constexpr int kReaches[] = {16, 8, 4, 2, 1, 0};
 constexpr double kPrior = 256;
-/// No region is taken for less noisy than this fraction of the mean.
+/// No region counts as less noisy than this fraction of the mean.
 constexpr double kLeastNoise = 0.02;
-/// Smallest gain on the other half for which effort is adapted. Costs are counted work, which does not know
-/// that noisy materials, such as coats, take longer than others, nor that passes of few paths fill fewer
-/// lanes, as they do where vertices are connected. Where 1.16 to 1.4 is predicted, 1.05 to 1.34 was
-/// measured.
+/// Smallest gain on the other half of the samples for which sampling becomes adaptive. Costs are counted
+/// work. That does not know that noisy materials, such as coats, take longer than others, nor that passes of
+/// few paths fill fewer lanes, as they do where vertices are connected. Where 1.16 to 1.4 is predicted, 1.05
+/// to 1.34 was measured.
 constexpr double kLeastGain = 1.12;
 
 struct Seen {
   double paths = 0, variance = 0;
 };
 
-/// A region as both halves (half = 2) or one see it.
+/// A region as one half of the pixels shows it, or both (half = 2).
 Seen seen(const RegionNoise& r, int half) {
   if (half < 2) return {r.paths[half], r.camera[half]};
   const double paths = r.paths[0] + r.paths[1];
   return {paths, paths > 0 ? (r.paths[0] * r.camera[0] + r.paths[1] * r.camera[1]) / paths : 0};
 }
 
-/// Variances with what is around mixed in, from the farther the fewer paths there were.
+/// Variances smoothed with those around: from the farther, the fewer paths there were.
 std::vector<double> smoothed(const RegionGrid& grid, const std::vector<RegionNoise>& regions, int half) {
   std::vector<Seen> own;
   Seen all;
@@ -73,7 +74,7 @@ SampleAllocation levels_at(double scale, const std::vector<double>& variance,
   return map;
 }
 
-/// The map of most samples that does not exceed one per pixel on average.
+/// The map with the most samples whose average is at most one per pixel.
 SampleAllocation allocate(const RegionGrid& grid, const std::vector<RegionNoise>& regions, int half) {
   const std::vector<double> variance = smoothed(grid, regions, half);
   const auto excess = [&](const SampleAllocation& map) {
@@ -97,7 +98,7 @@ SampleAllocation allocate(const RegionGrid& grid, const std::vector<RegionNoise>
   return levels_at(low, variance, regions);
 }
 
-/// Of `map` on what one half saw.
+/// The gain of `map` by what one half of the pixels shows.
 double gain_of(const SampleAllocation& map, const std::vector<RegionNoise>& regions, double light_cost, int half) {
   if (map.uniform()) return 1;
   double variance = 0, adapted_variance = 0, cost = 0, adapted_cost = 0;

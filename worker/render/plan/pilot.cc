@@ -22,19 +22,20 @@ namespace {
 
 /// The pilot's samples are not those of the image, which they would bias.
 constexpr uint64_t kPilotSeed = 0x70696c6f74;
-/// Camera paths that it traces at most, and samples of a pixel: two blocks of four show what stratification
-/// gains of smooth light, of which single samples see up to eight times the noise. Of 16, fewer places are
-/// left than a choice needs.
+/// Most camera paths that the pilot traces, and samples of a pixel. Two blocks of four show what
+/// stratification gains of smooth light: single samples show up to eight times the noise. With 16 samples,
+/// fewer places are left than a choice needs.
 constexpr int64_t kPaths = 3 << 16, kLeastSamples = 8;
-/// Camera paths of each of the two looks that tell whether aims pay, and the predicted gain from which on
-/// they do: where 1.15 to 1.5 is predicted 1.27 to 1.47 was measured, where 0.94 to 1.1 (four rooms) 0.88 to
-/// 0.97, as aimed paths take longer.
+/// Camera paths of each of the two preview passes that tell whether the emission guide pays, and the
+/// predicted gain from which on it does: where 1.15 to 1.5 is predicted 1.27 to 1.47 was measured, where 0.94
+/// to 1.1 (four rooms) 0.88 to 0.97, as guided light paths take longer.
 constexpr int64_t kEmissionGuidePaths = kPaths / 8;
 constexpr double kEmissionGuideWorthIt = 1.12;
 
 class Pilot {
  public:
-  /// Records and weighs strategies `among` those that the scene allows, with light paths `aimed`.
+  /// Records and weighs strategies `among` those that the scene allows, with light paths by the emission
+  /// guide if `guided_emission`.
   Pilot(const Renderer& scene, Strategies among, std::optional<bool> guided_emission, int64_t paths,
         const std::function<bool()>& go_on)
       : settings_(pilot_settings(scene, among, guided_emission)),
@@ -94,7 +95,8 @@ class Pilot {
     return true;
   }
 
-  /// The samples of work(), of which only values are asked: by these their moments are then weighed.
+  /// A first pass over the samples of work(), for the pixels' values alone: the moments are then weighed by
+  /// these.
   void look_first() {
     const auto workspace = renderer_.make_workspace();
     const auto recorder = std::make_unique<StrategyRecorder>();
@@ -112,7 +114,7 @@ class Pilot {
     }
   }
 
-  /// The samples whose moments are taken.
+  /// The second pass: the samples whose moments are taken.
   void work() {
     const auto workspace = renderer_.make_workspace();
     const auto recorder = std::make_unique<StrategyRecorder>();
@@ -142,7 +144,7 @@ class Pilot {
     }
   }
 
-  /// Camera paths' part of the work, by blocks: of the slots that are looked at.
+  /// Adds the work of camera paths, by blocks, from the pilot pixels.
   void add_work_of_paths(const StrategyRecorder& recorder, const std::array<bool, kCellPixels>& looked_at,
                          CellResult* result) const {
     const int side = std::min(regions_.side, kCellSize);
@@ -154,8 +156,8 @@ class Pilot {
       block.camera_steps += recorder.steps_of_path[static_cast<size_t>(slot)];
     }
   }
-  /// What those of block number `b` cost without their connections. A path that leaves the scene has cast one
-  /// ray more than it has hits.
+  /// Cost of the camera paths of block number `b` without their connections. A path that leaves the scene has
+  /// cast one ray more than it has hits.
   double cost_of_paths(const CellResult& cell, size_t b) const {
     SampleWork work = cell.paths_of_blocks[b];
     work.camera_hits += static_cast<double>(cell.moments.blocks[b].all_looked_at() * sight_.samples);
@@ -163,7 +165,7 @@ class Pilot {
     return camera_cost(work, {.strategies = kEmissionHits});
   }
 
-  /// The work since the last call, which also forgets the contributions.
+  /// The work since the last call. Clears the recorded contributions as well.
   static SampleWork take_work(StrategyRecorder* recorder) {
     SampleWork work;
     for (size_t s = 0; s < recorder->counts.size(); ++s) {
@@ -196,7 +198,7 @@ class Pilot {
     recorder->hits_of_path = recorder->steps_of_path = {};
   }
 
-  /// Adds up cells in their order, whoever rendered them.
+  /// Adds up cells in their order, whichever thread rendered them.
   void merge() {
     sums_.regions.resize(static_cast<size_t>(regions_.count()));
     const int side = std::min(regions_.side, kCellSize), columns = kCellSize / side;
@@ -218,7 +220,7 @@ class Pilot {
         if (block.pixels[0] + block.pixels[1] == 0) continue;
         RegionSums& to = sums_.regions[static_cast<size_t>(regions_.at(x, y))];
         to.noise += block;
-        // All work is known per cell; the more of it is a block's, the more its paths do.
+        // All work is known per cell; it goes to the blocks by the cost of their paths.
         if (all > 0) to.camera_work += from.work.times(costs[b] / all);
         to.camera_paths += static_cast<double>(block.all_looked_at() * sight_.samples);
       }
@@ -284,7 +286,7 @@ double least_product(const std::vector<PlanEstimate>& estimates) {
   return least;
 }
 
-/// Of the best plan with aims over that without, by the same camera paths.
+/// Of the best plan with the emission guide over that without, by the same camera paths.
 double gain_of_emission_guide(const Renderer& renderer, int threads, const std::function<bool()>& go_on) {
   const auto least = [&](bool guided_emission) {
     return least_product(Pilot(renderer, kAllStrategies, guided_emission, kEmissionGuidePaths, go_on).run(threads).estimates);
@@ -299,7 +301,7 @@ PilotReport run_pilot(const Renderer& renderer, int threads, const std::function
   RenderSettings settings = renderer.settings();
   settings.plan.reset();
   if (settings.max_depth < 1 || !renderer.plan().useful) {
-    // Emitters alone are seen, or nothing shines.
+    // Only emitters are visible, or nothing shines.
     PilotReport report;
     settings.plan = SamplingPlan{.strategies = kEmissionHits};
     report.chosen = plan_of(settings);
@@ -314,7 +316,7 @@ PilotReport run_pilot(const Renderer& renderer, int threads, const std::function
   }
   PilotReport report = Pilot(renderer, kAllStrategies, guided_emission, kPaths, go_on).run(threads);
   if (scene.manifolds.suffice()) {
-    // Walks bring what light paths would, from more places than if there are any: samples without tell.
+    // Walks bring what light paths would. Samples without light paths tell it from more places.
     PilotReport walked = Pilot(renderer, kEmissionHits | kNextEvent, {}, kPaths, go_on).run(threads);
     const std::vector<PlanEstimate> estimates = std::move(walked.estimates);
     if (least_product(estimates) < least_product(report.estimates)) {

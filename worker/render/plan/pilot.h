@@ -1,8 +1,7 @@
 #pragma once
-// The pilot of the integrator `auto`: a few recorded samples with every strategy, from which the noise and
-// cost of every sampling plan are predicted and the best one is chosen. A pure function of scene and settings
-// (seed, film, depth): costs are counted work, not time, so the choice does not depend on the machine or its
-// load.
+// The pilot of the integrator `auto`. It records a few samples with every strategy, predicts noise and cost
+// of every sampling plan from them, and chooses the best. A pure function of scene and settings (seed, film,
+// depth): costs are counted work, not time, so the choice does not depend on the machine or its load.
 #include <functional>
 
 #include "common/job/pilot_report.h"
@@ -11,7 +10,7 @@
 namespace lightmill {
 
 /// Runs the pilot of `renderer`'s scene and settings, whose plan is ignored, on `threads` threads (>= 1).
-/// `go_on` is asked now and then, from any of them; once false, Error(kFailed) is thrown.
+/// `go_on` is called now and then, from any of them. Once it returns false, Error(kFailed) is thrown.
 PilotReport run_pilot(const Renderer& renderer, int threads, const std::function<bool()>& go_on);
 
 }  // namespace lightmill

@@ -7,9 +7,9 @@
 namespace lightmill {
 namespace {
 
-/// Of large images it looks at one of so many pixels at least, beyond that at fewer cells.
+/// The pilot takes at least one of this many pixels of a large image; beyond that it takes fewer cells.
 constexpr uint32_t kMostThinned = 64;
-/// The first of two blocks, of 16 samples in an image, half of the pilot's samples are taken from each of.
+/// Half of the pilot's samples are of this block of 16 samples (in an image), the other half of the next one.
 constexpr int64_t kPilotBlock = 5;
 constexpr uint32_t kCellSeed = 0x696c6f74;
 

@@ -1,6 +1,6 @@
 #pragma once
-// What a look at a scene before its render takes in: cells of the film, few of their pixels where there are
-// many, a few samples of each.
+// The pixels that a pilot or a preview pass renders: some cells of the film, a part of their pixels where
+// there are many, and a few samples of each.
 #include <cstdint>
 #include <vector>
 
@@ -12,16 +12,17 @@ namespace lightmill {
 struct PilotPixels {
   static constexpr int64_t kMostSamples = 32;
 
-  int64_t samples;  // per pixel that it looks at
+  int64_t samples;  // per pilot pixel
   PixelSubset pixel_subset;
   std::vector<int64_t> cells;  // row-major in those of the film
 
-  /// Of at most `paths` camera paths; of many pixels some, by at least `least_samples` each, a power of two
-  /// from 2 on. Few samples show more places, many what stratification gains.
+  /// At most `paths` camera paths in all. Where there are many pixels, a part of them gets at least
+  /// `least_samples` each, a power of two from 2 on. Few samples per pixel show more places; many show what
+  /// stratification gains.
   PilotPixels(const FilmGrid& grid, int64_t paths, int64_t least_samples = 2);
   CellRect rect(size_t i) const;  // of cells[i]
   double paths_per_pixel() const { return static_cast<double>(samples) / pixel_subset.one_in; }
-  /// Sample index number `j` of those taken: half of them are of one block, half of the next.
+  /// Block (0 or 1) of sample number `j` of a pixel: half of the samples are of one block, half of the next.
   int block(int64_t j) const { return j < samples / 2 ? 0 : 1; }
   int64_t index(int64_t j) const;
 

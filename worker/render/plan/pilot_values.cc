@@ -11,7 +11,7 @@ void add_to(Channels* sum, const Channels& rgb) {
   for (size_t ch = 0; ch < 3; ++ch) (*sum)[ch] += rgb[ch];
 }
 
-/// Camera paths from which the values of squares of pixels are known: what a sample is weighed by.
+/// Camera paths that a square of pixels has at least, so that its value is known well enough to weigh by.
 constexpr double kLeastWeighed = 8;
 
 }  // namespace
@@ -42,7 +42,7 @@ void PilotValues::for_pixels(size_t i, F&& f) const {
     for (int x = rect.x0; x < rect.x1; ++x) f(x, y);
   }
 }
-/// Of them, those that are looked at.
+/// The same for those that are pilot pixels.
 template <class F>
 void PilotValues::for_seen(size_t i, F&& f) const {
   for_pixels(i, [&](int x, int y) {
@@ -72,7 +72,7 @@ void PilotValues::finish() {
     cell.splats = {};
   }
   weights_.finish();
-  // Of splats of one pixel their sum; a stable order keeps it the same whoever rendered them.
+  // Splats of one pixel are summed. The stable order gives the same sum whichever thread rendered them.
   std::stable_sort(emission_.begin(), emission_.end(),
                    [](const Emission& a, const Emission& b) { return a.pixel < b.pixel; });
   size_t last = 0;

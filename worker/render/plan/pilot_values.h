@@ -1,6 +1,6 @@
 #pragma once
-// The values of pixels by what a pilot sees at first, by which the variance of the same samples is weighed
-// then.
+// The values of pixels, from a pilot's first pass. In its second pass the variance of the same samples is
+// weighed by them.
 #include <array>
 #include <vector>
 
@@ -15,7 +15,7 @@ struct CellLook {
   struct Splat {
     uint32_t pixel;
     Channels rgb;
-    float per_hit;  // of an emitter joined to the lens: how many times likelier than by a camera path; else 0
+    float per_hit;  // s = t = 1: times likelier than by a camera path; else 0
   };
   std::vector<Channels> pixels = std::vector<Channels>(kCellPixels);  // camera layer, row-major
   std::vector<Splat> splats;                                          // anywhere on the film
@@ -27,18 +27,18 @@ struct CellLook {
 class PilotValues {
  public:
   PilotValues(const FilmGrid& grid, const PilotPixels& sight);
-  /// Of cell number `i` of the sight; for every cell once, from any thread.
+  /// Takes cell number `i` of the pilot pixels: each cell once, from any thread.
   void take(size_t i, CellLook look);
-  /// After all cells.
+  /// To be called after all cells.
   void finish();
-  /// Anywhere: of a square of which some pixels were looked at.
+  /// The value of any pixel: of a square of pixels of which some are pilot pixels.
   PixelValue of(int x, int y) const;
-  /// The same of pixel number `pixel` of the film, row-major.
+  /// The same for pixel number `pixel` of the film, row-major.
   PixelValue of(uint32_t pixel) const {
     const auto width = static_cast<uint32_t>(grid_.width);
     return of(static_cast<int>(pixel % width), static_cast<int>(pixel / width));
   }
-  /// Of those pixels of cell number `i` that were looked at, row-major.
+  /// Values of the pilot pixels of cell number `i`, row-major.
   std::array<PixelValue, kCellPixels> of_cell(size_t i) const;
 
  private:
@@ -47,7 +47,7 @@ class PilotValues {
     std::vector<CellLook::Splat> splats;
     uint64_t light_paths = 0;
   };
-  /// Of an emitter in sight, by lens connections.
+  /// Light of a visible emitter, by light tracing.
   struct Emission {
     uint32_t pixel;
     Channels rgb;
@@ -59,8 +59,8 @@ class PilotValues {
   void add_splats(const std::vector<CellLook::Splat>& splats);
   void add_emission(int x, int y, PixelValue* value) const;
 
-  /// So many splats of a pixel that an emitter covers are enough to tell which part of others it covers: they
-  /// count for the pixel alone and not for its square.
+  /// This many splats of a pixel that an emitter covers are enough to tell which part of other pixels it
+  /// covers. Then they count for the pixel alone and not for its square.
   static constexpr float kEnoughSplats = 16;
 
   const FilmGrid& grid_;

@@ -1,5 +1,5 @@
 #pragma once
-// The variance of pixels by the samples of one cell of the film.
+// The variance of pixels, from the samples of one cell of the film.
 #include <array>
 #include <numeric>
 #include <vector>
@@ -8,13 +8,13 @@
 
 namespace lightmill {
 
-/// The variance of one sample of a pixel, times their number; per channel.
+/// Per channel, the variance of the sum of a pixel's samples: that of one sample times their number.
 struct PixelNoise {
   uint32_t pixel = 0;
   std::array<double, 3> variance{};
 };
 
-/// What camera paths bring to the pixels of a cell, sample by sample.
+/// Sums up what camera paths bring to the pixels of a cell, sample by sample.
 class CameraSums {
  public:
   void add(const StrategyContribution& c) {
@@ -30,7 +30,7 @@ class CameraSums {
       sample_[slot] = {};
     }
   }
-  /// Of the pixels that have any, after `samples` >= 2 samples.
+  /// Noise of the pixels that have any, after `samples` >= 2 samples.
   std::vector<PixelNoise> noise(const FilmGrid& grid, const CellRect& rect, int64_t samples) const {
     const auto n = static_cast<double>(samples);
     std::vector<PixelNoise> noise;

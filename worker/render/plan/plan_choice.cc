@@ -61,7 +61,7 @@ class Choice {
       if (block.all_looked_at() == 0) continue;
       const double all = block.pixels[0] + block.pixels[1], share = all / block.all_looked_at();
       pixels += all, looked_at += block.all_looked_at();
-      // A region's variance may come out below 0, as a difference of moments; their sum is without bias.
+      // A region's variance may come out below 0, as a difference of moments; the sum of regions is unbiased.
       for (size_t ch = 0; ch < 3; ++ch) {
         for (size_t k = 0; k < kMaxPlans; ++k) {
           camera[k] += share * (double{block.camera[0][ch][k]} + double{block.camera[1][ch][k]});
@@ -77,7 +77,7 @@ class Choice {
     return sum;
   }
 
-  /// What the regions look like under plan number `k`.
+  /// The noise of the regions under plan number `k`.
   std::vector<RegionNoise> region_noise(size_t k) const {
     std::vector<RegionNoise> regions;
     for (const RegionSums& region : sums_.regions) {
@@ -100,7 +100,7 @@ class Choice {
     return regions;
   }
 
-  /// What plan number `k` makes of the shadow rays that were counted.
+  /// Replaces the shadow rays that were counted by those of plan number `k`.
   SampleWork under_plan(size_t k, SampleWork work) const {
     work.next_event_rays *= sums_.next_event.share(k);
     work.connection_rays *= sums_.connect.share(k);

@@ -1,6 +1,6 @@
 #pragma once
-// From what a pilot has seen to the plan that it chooses: the noise of every plan from moments, its cost from
-// counted work.
+// Chooses a plan from what a pilot recorded: the noise of every plan from moments, its cost from counted
+// work.
 #include <array>
 #include <vector>
 
@@ -11,14 +11,14 @@
 
 namespace lightmill {
 
-/// What a pilot has seen of a region of the film.
+/// What a pilot recorded in a region of the film.
 struct RegionSums {
   BlockMoments noise;
   SampleWork camera_work;   // of its camera paths
-  double camera_paths = 0;  // so many
+  double camera_paths = 0;  // number of them
 };
 
-/// What a pilot has seen, all cells together.
+/// What a pilot recorded, all cells together.
 struct PilotSums {
   std::vector<RegionSums> regions;
   SampleWork work;
@@ -28,15 +28,15 @@ struct PilotSums {
   std::array<double, kMaxPlans> unseen{};  // unseen_variance
 };
 
-/// How it was seen.
+/// How it was recorded.
 struct PilotView {
   RegionGrid regions;
-  int64_t samples = 0;      // of a pixel
+  int64_t samples = 0;      // per pilot pixel
   double primitives = 0;    // of the scene
   double splat_pixels = 1;  // of the pixel filter
 };
 
-/// `uniform_sampling`: no map is made of where samples are best spent.
+/// `uniform_sampling`: the plan gets no sample allocation.
 PilotReport choose_plan(const PlanSet& plans, const PilotView& view, const PilotSums& sums,
                         bool uniform_sampling);
 

@@ -11,8 +11,8 @@ namespace {
 
 constexpr size_t kPlans = kMaxPlans;
 
-/// Per plan, sum_j n_j p_j of the recorded plan over that of the plan, which a contribution is to be
-/// multiplied with; 0, and the light counted as lost, where the plan has no strategy for the path.
+/// Per plan: sum_j n_j p_j of the recorded plan over that of the plan, by which a contribution is to be
+/// multiplied. It is 0, and the light is counted as lost, where the plan has no strategy for the path.
 PerPlan correction(const PlanSet& plans, const FamilyShares& a, const float rgb[3], PerPlan* lost) {
   PerPlan factor;
   const float light = rgb[0] + rgb[1] + rgb[2];
@@ -25,14 +25,14 @@ PerPlan correction(const PlanSet& plans, const FamilyShares& a, const float rgb[
   return factor;
 }
 
-/// `factor` of splats, as roulette judges them: before they are divided by how many light paths there are.
+/// The part of `factor` that roulette judges splats by: before they are divided by the number of light paths.
 PerPlan splat_factor(const PlanSet& plans, const PerPlan& factor) {
   PerPlan own;
   for (size_t k = 0; k < kPlans; ++k) own[k] = factor[k] * plans.lens[k];
   return own;
 }
 
-/// How much more probably than in the recorded plan roulette keeps a contribution under each plan.
+/// Probability that roulette keeps a contribution under each plan, over that in the recorded plan.
 PerPlan kept_share(float size, const PerPlan& factor) {
   PerPlan kept;
   const float inv_recorded = 1 / connection_survival(size);
@@ -45,10 +45,10 @@ void count_ray(const PerPlan& kept, RayCounts* rays) {
   for (size_t k = 0; k < kPlans; ++k) rays->kept[k] += double{kept[k]};
 }
 
-/// Per plan, how much of the second moment in the camera layer the samples of the plan's own strategies are
-/// asked for. From them the squared mean is taken away sample by sample, so they alone know of little noise,
-/// and of that of Russian roulette, which shares of densities leave out; samples of all strategies know more
-/// where the plan's own find next to nothing of the light.
+/// Per plan: the part of the second moment in the camera layer that comes from samples of the plan's own
+/// strategies. From these the squared mean is subtracted sample by sample, so they alone know of little
+/// noise, and of the noise of Russian roulette, which shares of densities leave out. Samples of all
+/// strategies know more where the plan's own find next to nothing of the light.
 PerPlan own_part(const PlanSet& plans, const FamilyShares& a) {
   constexpr float kEnough = 0.03f;
   PerPlan part;
@@ -61,10 +61,10 @@ PerPlan own_part(const PlanSet& plans, const FamilyShares& a) {
   return part;
 }
 
-/// Second moment of single contributions: what the lens has of it as noise of splats, the rest
-/// in the camera layer, there by `own_part` from the plan's own samples, of which this one is `samples`, and
-/// for the rest from those of all strategies. A value v that roulette keeps with probability q counts as v /
-/// q, which is v^2 / q on average. `rare` may be null.
+/// Adds the second moment of single contributions. The part of light tracing goes to the noise of splats, the
+/// rest to the camera layer: there `own_part` of it comes from the plan's own samples, of which this one is
+/// `samples`, and the rest from those of all strategies. A value v that roulette keeps with probability q
+/// counts as v / q, which is v^2 / q on average. `rare` may be null.
 void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPlan& samples,
                        const float rgb[3], const PixelValue& value, float share, float scale,
                        const PerPlan& factor, const PerPlan& kept, size_t half, float half_scale,
@@ -94,8 +94,8 @@ void add_second_moment(const PlanSet& plans, const FamilyShares& a, const PerPla
   rare->add(path);
 }
 
-/// An emitter in sight is noise only in pixels of which it covers a part. How much of that samples of the
-/// pixel are asked for, as against lens connections: they know what stratification gains, but miss slivers.
+/// A visible emitter is noise only in pixels of which it covers a part. How much of the answer comes from
+/// samples of the pixel, as against light tracing: samples know what stratification gains, but miss slivers.
 struct InSight {
   float covered;  // part of the pixel that emits, at most
   float sampled;  // share of the noise that samples are asked for (end_cell); the rest is add_unsampled's
@@ -108,8 +108,8 @@ InSight in_sight(const FamilyShares& a, const float rgb[3], const PixelValue& va
   return {covered, 1 - by_lens};
 }
 
-/// What hits of an emitter in sight add to the noise of the camera layer without the share that samples tell:
-/// from hits and lens connections alike.
+/// What hits of a visible emitter add to the noise of the camera layer without the share that samples tell:
+/// from hits and light tracing alike.
 void add_unsampled(const PlanSet& plans, const FamilyShares& a, const float rgb[3], const PixelValue& value,
                    const PerPlan& factor, size_t half, float scale, BlockMoments* block) {
   const InSight seen = in_sight(a, rgb, value);
@@ -137,8 +137,8 @@ void MomentRecorder::begin_cell(const std::array<PixelValue, kCellPixels>& value
   samples_ = 0;
 }
 
-/// Products of two connections of a camera vertex to light vertices of one depth: systematic sampling draws
-/// fewer pairs than independent draws would, the fewer the fewer draws there are.
+/// Products of two connections of a camera vertex to light vertices of one depth. Systematic sampling draws
+/// fewer pairs than independent draws would: the fewer draws, the fewer pairs.
 void MomentRecorder::add_pairs(const std::array<PerPlan, 3>& sum, const std::array<PerPlan, 3>& squares,
                                int slot) {
   const PixelValue& value = values_[static_cast<size_t>(slot)];
@@ -175,8 +175,7 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
       part = std::sqrt(in_sight(c.shares, c.rgb, value).sampled * at_edges_);
       add_unsampled(plans_, c.shares, c.rgb, value, factor, half, 1, &block);
     } else {
-      // What a path finds by chance is as bright as the emitter, and no rarer path brighter: hits have no
-      // tail.
+      // An emitter hit is as bright as the emitter, and a rarer path is no brighter: hits have no tail.
       add_second_moment(plans_, c.shares, samples, c.rgb, value, value.camera_share, 1, factor, kept, half, 1,
                         &block, c.s > 0 ? &cell_.rare : nullptr);
     }
@@ -190,7 +189,7 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
     }
   }
   if (t) add_pairs(kind_sum, kind_squares, slot);
-  // Products of two contributions of one path: over the plan's own strategies.
+  // Products of two contributions of one path, by the plan's own strategies.
   Pixel& pixel = pixels_[static_cast<size_t>(slot)];
   for (size_t ch = 0; ch < 3; ++ch) {
     for (size_t k = 0; k < kPlans; ++k) {
@@ -244,8 +243,8 @@ CellMoments MomentRecorder::end_cell(const std::array<bool, kCellPixels>& inside
     block.pixels[half] += inside[i];
     if (!looked_at[i]) continue;
     ++block.looked_at[half];
-    // Of sums over blocks, for which a sample stands with its share: products of samples of one block, which
-    // know of each other, less those of samples of different ones, which is the squared mean without bias.
+    // Products of samples of one block, which are stratified together, less those of samples of different
+    // blocks, which are the squared mean without bias. A sum over a block stands for its samples.
     Pixel& p = pixels_[i];
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
@@ -255,7 +254,7 @@ CellMoments MomentRecorder::end_cell(const std::array<bool, kCellPixels>& inside
             (first * first + second * second - p.squares[ch][k] - 2 * first * second) / n;
       }
     }
-    p = {};  // of 5 MB a cell little is used where few pixels are looked at
+    p = {};  // 5 MB a cell, of which little is used where few are pilot pixels
   }
   return std::move(cell_);
 }
@@ -286,18 +285,18 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
   const PerPlan factor = correction(plans, splat.shares, splat.rgb, &cell->lost);
   const PerPlan kept = kept_share(splat.size, splat_factor(plans, factor));
   count_ray(kept, &cell->lens);
-  // Splats land on all pixels, sums are over those looked at.
+  // Splats land on all pixels; sums are over the pilot pixels.
   const auto share = [&](int looked_at, int pixels) {
     return pixels > 0 ? scale * static_cast<float>(looked_at) / static_cast<float>(pixels) : 0;
   };
   const float pixels = share(block->all_looked_at(), block->pixels[0] + block->pixels[1]),
               pixels_of_half = share(block->looked_at[half], block->pixels[half]);
   if (splat.emitter) {
-    const float survival = connection_survival(splat.size);  // which hits know nothing of
+    const float survival = connection_survival(splat.size);  // hits have no such roulette
     const float hit[3] = {splat.rgb[0] * survival, splat.rgb[1] * survival, splat.rgb[2] * survival};
-    // Which point of a lamp a path starts at are its first numbers, a net over all lights, of which each has
-    // those that another number gives it: so many paths of a superblock, for a unit of light paths, are in
-    // the pixel.
+    // Which point of a lamp a path starts at are its first numbers. They are one low-discrepancy point set
+    // over all lights, of which each light has those that another number gives it. So this many paths of a
+    // superblock, for a unit of light paths, are in the pixel.
     const float one = hit[0] + hit[1] + hit[2],
                 paths = one > 0 ? kSuperblockSamples * splat.shares.lens *
                                       (value.value[0] + value.value[1] + value.value[2]) / one

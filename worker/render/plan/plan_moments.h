@@ -1,7 +1,7 @@
 #pragma once
-// What sampling plans would make of recorded paths: the variance of a pixel sample under each of them, from
-// samples of the plan that has every strategy (Grittmann et al., "Efficiency-Aware Multiple Importance
-// Sampling for Bidirectional Rendering Algorithms", 2022, eqs. 9-12).
+// Predicts the variance of a pixel sample under every sampling plan, from recorded samples of the plan that
+// has every strategy (Grittmann et al., "Efficiency-Aware Multiple Importance Sampling for Bidirectional
+// Rendering Algorithms", 2022, eqs. 9-12).
 #include <array>
 #include <vector>
 
@@ -13,10 +13,10 @@
 
 namespace lightmill {
 
-/// Weighed sums over the pixels of one block that are looked at, per channel. Two halves of the pixels are
-/// kept apart, like the squares of a chessboard: what one says can be tested on the other.
+/// Weighed sums over the pilot pixels of one block, per channel. The pixels are kept in two halves, like the
+/// squares of a chessboard: what one half says can be tested on the other.
 struct BlockMoments {
-  std::array<int, 2> pixels{}, looked_at{};  // per half: in the crop window, and of them looked at
+  std::array<int, 2> pixels{}, looked_at{};  // per half: in the crop window; pilot pixels
   std::array<PerPlan, 3> camera[2], splat;   // variance of one pixel sample: camera layer per half, splats
   BlockMoments() { camera[0].fill({}), camera[1].fill({}), splat.fill({}); }
   BlockMoments& operator+=(const BlockMoments& o);
@@ -24,17 +24,17 @@ struct BlockMoments {
 };
 inline size_t half_of(int x, int y) { return static_cast<size_t>((x ^ y) & 1); }
 
-/// A contribution of the lens strategy, kept until the moments of all cells are known.
+/// A splat of light tracing, kept until the moments of all cells are known.
 struct RecordedSplat {
   uint32_t pixel;
   float rgb[3];
   float size;    // StrategyContribution::size
-  bool emitter;  // joined to the lens itself
+  bool emitter;  // s = t = 1
   FamilyShares shares;
 };
 
-/// Shadow rays of one family that arrived, and how many would have, per sample of the family, under each
-/// plan: where more samples share the light, more of them are small and lost to roulette.
+/// Shadow rays of one family that arrived, and how many would have under each plan, per sample of the family.
+/// Where more samples share the light, more of them are small and lost to roulette.
 struct RayCounts {
   double recorded = 0;
   std::array<double, kMaxPlans> kept{};
@@ -42,12 +42,12 @@ struct RayCounts {
   double share(size_t plan) const { return recorded > 0 ? kept[plan] / recorded : 1; }
 };
 
-/// Number of the block of `side` x `side` pixels, row-major in its cell, that pixel `slot` is in.
+/// Number of the block that pixel `slot` of a cell is in: blocks of `side` x `side` pixels, row-major.
 inline size_t block_of_slot(int slot, int side) {
   return static_cast<size_t>(slot / kCellSize / side * (kCellSize / side) + slot % kCellSize / side);
 }
 
-/// Result of one cell: of its pixels inside the crop window.
+/// What one cell's pixels inside the crop window say.
 struct CellMoments {
   std::vector<BlockMoments> blocks;   // row-major
   std::vector<RecordedSplat> splats;  // anywhere on the film
@@ -56,23 +56,23 @@ struct CellMoments {
   RarePaths rare;
 };
 
-/// Takes the samples of one cell after another; one per thread.
+/// Takes the samples of one cell after another. One per thread.
 class MomentRecorder {
  public:
-  /// Blocks are squares of `side` pixels, a divisor of kCellSize; `samples` of a pixel.
+  /// Blocks are squares of `side` pixels, a divisor of kCellSize. `samples`: per pilot pixel.
   MomentRecorder(const PlanSet& plans, int side, int64_t samples);
   /// `values`: per pixel of the cell, row-major.
   void begin_cell(const std::array<PixelValue, kCellPixels>& values);
-  /// All contributions of one sample index of the cell, which is in the first or the second block of them (0,
-  /// 1): half of the samples each, stratified within and independent of each other.
+  /// Adds all contributions of one sample index of the cell, which is in the first or the second `block` of
+  /// samples (0, 1). Each has half of the samples: stratified within, independent of the other's.
   void add_sample(const std::vector<StrategyContribution>& contributions, int block);
-  /// Per pixel of the cell, row-major: whether it is in the crop window and whether it was looked at. At
-  /// least two samples. Contributions of other pixels must not have been added.
+  /// Per pixel of the cell, row-major: whether it is in the crop window, and whether it is a pilot pixel. At
+  /// least two samples must have been added, and no contributions of other pixels.
   CellMoments end_cell(const std::array<bool, kCellPixels>& inside,
                        const std::array<bool, kCellPixels>& looked_at);
 
  private:
-  /// Of a pixel's samples x under each plan, camera layer only.
+  /// Sums of a pixel's samples x under each plan, camera layer only.
   struct Pixel {
     std::array<PerPlan, 3> sums[2]{}, squares{};  // sums per block
   };
@@ -82,7 +82,7 @@ class MomentRecorder {
 
   const PlanSet& plans_;
   const int side_;
-  const float at_edges_;  // of the noise of emitters in sight, what all else gains by stratification apart
+  const float at_edges_;  // factor on the noise of visible emitters, beside what all else gains
   CellMoments cell_;
   std::array<PixelValue, kCellPixels> values_;
   std::vector<Pixel> pixels_;  // zero between cells
@@ -90,8 +90,8 @@ class MomentRecorder {
   int samples_ = 0;
 };
 
-/// Adds a splat to its block, on a pixel of that half and value, `scale` times, and to what is counted of
-/// `cell`, which it stems from.
+/// Adds a splat, `scale` times, to its block, on a pixel of `half` that has the value `value`. Adds what is
+/// counted of it to `cell`, which it stems from.
 void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValue& value, size_t half,
                float scale, BlockMoments* block, CellMoments* cell);
 

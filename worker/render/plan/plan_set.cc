@@ -7,8 +7,8 @@
 namespace lightmill {
 namespace {
 
-/// Ordered pairs among `picks` draws of systematic sampling, on average: it makes the whole number below or
-/// above, as against picks^2 of independent draws.
+/// Ordered pairs among `picks` draws of systematic sampling, on average. It draws the whole number below or
+/// above, where independent draws have picks^2 pairs.
 double pairs_of(double picks) {
   const double whole = std::floor(picks);
   return whole * (whole - 1) + 2 * whole * (picks - whole);

@@ -1,5 +1,5 @@
 #pragma once
-// The sampling plans that a pilot weighs against each other.
+// The sampling plans that a pilot compares.
 #include <array>
 #include <optional>
 #include <vector>
@@ -9,38 +9,38 @@
 
 namespace lightmill {
 
-/// Most plans that are weighed against each other.
+/// Most plans that are compared.
 inline constexpr int kMaxPlans = 144;
 
 /// A float per plan.
 using PerPlan = std::array<float, kMaxPlans>;
 
-/// Of the plan that is recorded, which has every strategy and one light path: of one connection nothing would
-/// be seen of how two of a kind go together.
+/// Connections of the plan that is recorded, which has every strategy and one light path. A single connection
+/// would not show how two of a kind vary together.
 inline constexpr double kRecordedConnections = 2;
 
-/// The plans under consideration, as factors on the samples of each family relative to the plan that is
-/// recorded.
+/// The plans under consideration, as factors on the samples of each family relative to the recorded plan.
 struct PlanSet {
-  /// `splat_noise`: PixelFilter's. `light_share`: of the light paths, how many a light has.
+  /// `splat_noise`: PixelFilter's. `light_share`: the part of the light paths that one light has.
   PlanSet(std::vector<SamplingPlan> candidates, float splat_noise, float light_share = 1);
   std::vector<SamplingPlan> plans;
   /// As MIS weights count them.
   PerPlan hit{}, next_event{}, lens{}, connect{};
   PerPlan light_tracing_weight{};
-  /// Variance of splats over what as many camera samples as the weights take them for would leave.
+  /// Variance of splats, over that of as many camera samples as the MIS weights take them for.
   PerPlan splat_noise{};
   float light_share;
-  /// Pairs of connections of one kind, camera and light vertex at given depths, over those recorded, beyond
-  /// what independent draws would make of them; less 1.
+  /// Pairs of connections of one kind (camera and light vertex at given depths) beyond what independent draws
+  /// would make, over those of the recorded plan; less 1.
   PerPlan more_pairs{};
 };
 
-/// Plans without which nothing is lost in this scene. One holds for the whole image: connections chosen for
-/// each region of 8 pixels from one half of its pixels would gain 1.00 to 1.08 on the other half (seven of
-/// nine scenes; on water-caustic one half loses 1.2), which is less than the bound of 1.1 that would be worth
-/// a map.
-/// None has other strategies than `among`; those with light paths are `aimed`.
+/// The plans that lose no light in this scene. None has other strategies than `among`; those with light paths
+/// have `guided_emission`.
+///
+/// A plan holds for the whole image. Connections chosen for each region of 8 pixels from one half of its
+/// pixels would gain 1.00 to 1.08 on the other half (seven of nine scenes; on water-caustic one half loses
+/// 1.2). That is less than the bound of 1.1 from which a map would be worth it.
 PlanSet candidate_plans(const ScenePlan& scene, Strategies among, std::optional<bool> guided_emission,
                         float splat_noise, float light_share);
 

@@ -5,7 +5,7 @@
 namespace lightmill {
 namespace {
 
-/// Octaves that the rarest span: log2 of their number, under Pareto's law of index 1.
+/// Octaves that the rarest paths span: log2 of their number, under Pareto's law of index 1.
 constexpr double kOctavesMet = 4;
 /// A render of half a minute on two cores takes about 64 times the pilot's samples.
 constexpr double kOctavesMore = 6;

@@ -1,6 +1,6 @@
 #pragma once
-// The samples of one cell of a look at the scene, recorded: what the trial of a guide and the look at light
-// paths have in common.
+// Records the samples of one cell of the pilot pixels. Preview passes, of light paths and of a guide's trial,
+// have this in common.
 #include <memory>
 #include <utility>
 #include <vector>
@@ -12,7 +12,7 @@
 
 namespace lightmill {
 
-/// Renders all samples of cell number `i` of `sight`; sample(recorder, counters, block) is shown each.
+/// Renders all samples of cell number `i` of `sight` and calls sample(recorder, counters, block) after each.
 /// `weigh_guide` as in StrategyRecorder.
 template <class Sample>
 void record_samples(const StageContext& context, const PilotPixels& sight, size_t i, bool weigh_guide,
@@ -31,8 +31,8 @@ void record_samples(const StageContext& context, const PilotPixels& sight, size_
 }
 
 /// Renders all samples of cell number `i` of `sight` and gives their values to `values`. take(recorder, k,
-/// block) is told of every contribution, by its number, and says whether it counts for the noise that is
-/// returned. `weigh_guide` as in StrategyRecorder.
+/// block) gets the number of every contribution and says whether it counts for the noise that is returned.
+/// `weigh_guide` as in StrategyRecorder.
 template <class Take>
 std::vector<PixelNoise> record_cell(const StageContext& context, const PilotPixels& sight, size_t i,
                                     bool weigh_guide, PilotValues* values, Take&& take) {
@@ -50,7 +50,7 @@ std::vector<PixelNoise> record_cell(const StageContext& context, const PilotPixe
   return camera.noise(context.grid, sight.rect(i), sight.samples);
 }
 
-/// The variance of these pixels, weighed as in relMSE, over pixels and channels.
+/// The variance of these pixels, weighed as in relMSE and summed over pixels and channels.
 inline double weighed_sum(const std::vector<PixelNoise>& noise, const PilotValues& values) {
   double sum = 0;
   for (const PixelNoise& n : noise) {

@@ -1,5 +1,5 @@
 #pragma once
-// What relMSE weighs the variance of a pixel with: 1 / (value^2 + 0.01), by the samples at hand.
+// The weight that relMSE gives to the variance of a pixel, 1 / (value^2 + 0.01), from the samples at hand.
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -13,20 +13,21 @@ using Channels = std::array<float, 3>;
 /// What is known of the value of a pixel, per channel.
 struct PixelValue {
   Channels value{};                         // of its square
-  Channels around{};                        // median of the squares around: of what is dark by chance
+  Channels around{};                        // median of the squares around, for what is dark by chance
   float camera_share = 0, splat_share = 0;  // of a camera sample and of a splat in `value`
-  float emitter_share = 0;                  // of a splat of an emitter in sight
+  float emitter_share = 0;                  // of a splat of a visible emitter
 
-  /// No contribution is taken for more times its pixel's value, as one sample says too little of what is so
-  /// rare.
+  /// No contribution counts for more than this many times its pixel's value: one sample says too little of
+  /// what is so rare.
   static constexpr float kMostTimes = 64;
-  /// Times its pixel's value from which on a contribution is bright.
+  /// A contribution is bright from this many times its pixel's value on.
   static constexpr float kBright = 2;
 
   float weight(size_t ch) const { return of(std::max(value[ch], around[ch])); }
-  /// For a contribution `x` that is a part `share` of the value, by the rest of it if it is much brighter:
-  /// what is rare and bright does not weigh itself down. What is not so bright is weighed as all else that is
-  /// compared with it, or little noise would be lost in the difference.
+  /// The weight for a contribution `x` that makes up the part `share` of the value. If it is much brighter
+  /// than the value, the weight goes by the rest of the value: what is rare and bright does not weigh itself
+  /// down. Otherwise it is weighed as all else that it is compared with, or little noise would be lost in the
+  /// difference.
   float weight_beside(size_t ch, float x, float share) const {
     const float excess = std::max(x - kBright * value[ch], 0.0f);
     const float rest = share < 1 ? value[ch] - excess * share / (1 - share) : 0;
@@ -39,8 +40,9 @@ struct PixelValue {
     return square;
   }
 
-  /// Without half of a splat `rgb` of an emitter in sight, as far as their number is chance, `noise` of it.
-  /// Of few splats each weighs itself down; without it, the value would be taken for too small as often.
+  /// The value less half of a splat `rgb` of a visible emitter, times `noise`, the part of the number of
+  /// splats that is chance. Of few splats each weighs itself down; without it, the value would be too small
+  /// as often.
   PixelValue beside_half(const float rgb[3], float noise) const {
     PixelValue rest = *this;
     for (size_t ch = 0; ch < 3; ++ch)
@@ -52,23 +54,23 @@ struct PixelValue {
   static float of(float v) { return 1 / (v * v + 0.01f); }
 };
 
-/// Values of small squares of pixels, single ones if the look was close enough.
+/// Values of small squares of pixels; of single pixels if there are enough samples.
 class RelativeWeights {
  public:
-  /// Squares of at least `paths` camera paths where a pixel had `paths_per_pixel` on average; at most
-  /// kMostSquares of them. What is weighed are the contributions themselves.
+  /// Squares have at least `paths` camera paths, where a pixel has `paths_per_pixel` on average. There are at
+  /// most kMostSquares. The contributions that give the values are those that are weighed.
   RelativeWeights(const FilmGrid& grid, double paths_per_pixel, double paths);
-  /// Pixel (x, y) was looked at.
+  /// Pixel (x, y) is one of those that were rendered.
   void look_at(int x, int y) { squares_[at(x, y)].pixels += 1; }
-  /// A contribution of a camera path, or a splat, to pixel (x, y).
+  /// Adds a contribution of a camera path, or a splat, to pixel (x, y).
   void add_camera(int x, int y, const Channels& rgb);
   void add_splat(int x, int y, const Channels& rgb);
-  /// What a splat counts as, as against a contribution of a camera path: before the first of them.
+  /// How much a splat counts, as against a contribution of a camera path. To be set before the first splat.
   void set_per_splat(double times) { per_splat_ = static_cast<float>(times); }
-  /// After all contributions.
+  /// To be called after all contributions.
   void finish();
   PixelValue of(int x, int y) const;
-  /// The same, where more is known: `camera` is the sum of `paths` camera paths at the pixel itself or so
+  /// The same, where more is known: `camera` is the sum of `paths` camera paths at the pixel itself, or so
   /// near that no edge is expected in between.
   PixelValue of(int x, int y, const Channels& camera, float paths) const;
 
@@ -80,12 +82,12 @@ class RelativeWeights {
     float pixels = 0;
   };
   size_t at(int x, int y) const { return static_cast<size_t>(grid_.at(x, y)); }
-  /// The square if it was looked at, else all together.
+  /// The square if any of it was rendered, else all together.
   const Square& known(const Square& s) const { return s.pixels > 0 ? s : all_; }
   float value(const Square& s, size_t ch) const {
     return mean(known(s), known(s).camera[ch] + known(s).splats[ch]);
   }
-  /// Of sums over a square, per pixel sample.
+  /// Mean per pixel sample of a sum over a square.
   float mean(const Square& s, float sum) const {
     return s.pixels > 0 ? sum / (s.pixels * paths_per_pixel_) : 0;
   }

@@ -1,9 +1,9 @@
 #pragma once
 // The scene as the kernels read it: flat arrays in normalised space.
 //
-// Normalised space: camera at the origin, lengths scaled by 2^scale_exponent (exact), so that the scene's
-// extent is about 1. Point intensities are scaled by its square; radiance does not change, so the image does
-// not either. Primitives are numbered: triangles first, then spheres.
+// Normalised space has the camera at the origin. Lengths are scaled by 2^scale_exponent (exact), so that the
+// scene's extent is about 1. Point intensities are scaled by its square. Radiance does not change, nor does
+// the image. Primitives are numbered: triangles first, then spheres.
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -24,12 +24,12 @@ namespace lightmill {
 struct MeshRange {
   int32_t first_triangle = 0, triangle_count = 0;
   FloatInput alpha{1, -1};  // see alpha_mask.h
-  /// Of fibres, through whose backs rays pass: 1 if cross(p1 - p0, p2 - p0) points outwards, -1 if inwards. 0
-  /// of others.
+  /// For fibres, whose backs let rays pass: 1 if cross(p1 - p0, p2 - p0) points outwards, -1 if inwards. Else
+  /// 0.
   int32_t fibres = 0;
 };
 
-/// A material with what is constant in place, and textures for what is not.
+/// A material: constant inputs in place, and textures for the others.
 struct MaterialEntry {
   int32_t kind = kDiffuse;
   int32_t textured = 0;    // any of the textures below is set
@@ -41,7 +41,7 @@ struct MaterialEntry {
   float normal_scale = 1;
   bool normal_follows_v = false;
   int gltf = -1;             // metallic roughness and tinted: index into RenderScene::metallic or tinted
-  Rgb color, transmittance;  // diffuse transmission: what is not textured
+  Rgb color, transmittance;  // diffuse transmission, where not textured
   float scale = 1;           // of both
   float u_roughness = 0, v_roughness = 0;
   bool remap_roughness = true;
@@ -49,7 +49,7 @@ struct MaterialEntry {
   int mix_first = -1, mix_second = -1;  // mix: materials; `scale` is the second's share, or texture_color
   bool hair_reflectance = false;        // hair: the colour is a reflectance; `scale` says how it is taken
   bool conductor_reflectance = false;   // color gives F0 by eta = 1, k = 2 sqrt(r / (1 - r))
-  Rgb eta, k;                           // coated conductor: of the metal against air, what is not textured
+  Rgb eta, k;                           // coated conductor: of the metal against air, where not textured
   float coat_eta = 1, coat_alpha = 0;
   int first_row = -1;        // textured roughness: in bsdf_tables, where the tables over alpha begin
   int floats_per_alpha = 0;  // and the size of one
@@ -67,16 +67,16 @@ enum InstanceSlot {
   kInstanceHandedness = 23
 };
 inline constexpr int kInstanceFloats = 24;
-/// Of a pose: the first slots of a record, A and the position.
+/// A pose is the first slots of a record: A and the position.
 inline constexpr int kPoseFloats = kInstanceW;
 
-/// Of an instance that moves: segments + 1 poses at even times, from `first_pose` on.
+/// The way of a moving instance: segments + 1 poses at even times, from `first_pose` on.
 struct InstanceWay {
   int32_t first_pose = 0, segments = 1;  // a power of two, kMostSegments at most
 };
 inline constexpr int32_t kMostSegments = 128;  // the library's limit of time steps is 129
 
-/// Meshes and spheres that are built once and seen where instances put them.
+/// Meshes and spheres that are built once and placed by instances.
 struct ObjectRange {
   size_t first_mesh = 0, mesh_count = 0;
   int32_t first_sphere = 0, sphere_count = 0;
@@ -99,15 +99,15 @@ struct RenderScene {
   /// 9 per sphere: the unit axes x, y, z of its object space, for its texture coordinates.
   std::vector<float> sphere_axes;
 
-  // Instanced objects. Their primitives follow those of the world, triangles and spheres alike, and their
+  // Instanced objects. Their primitives follow those of the world, triangles and spheres alike. Their
   // positions and normals are in the object's space.
   std::vector<ObjectRange> objects;
   std::vector<float> instance_records;   // kInstanceFloats per instance
   std::vector<int32_t> instance_object;  // per instance
   size_t flattened_instances = 0;        // built as shapes of their own
 
-  // What moves while the shutter is open: instances, those from `first_moving` on, and the camera. A path has
-  // a time in [0, 1] where anything does. Records are those at time 0.
+  // What moves while the shutter is open: instances from `first_moving` on, and the camera. If anything does,
+  // a path has a time in [0, 1]. Records are those at time 0.
   int32_t first_moving = 0;
   std::vector<InstanceWay> ways;  // per moving instance
   std::vector<float> poses;       // kPoseFloats each
@@ -126,7 +126,7 @@ struct RenderScene {
   bool any_panes = false;
   int32_t camera_medium = 0;  // that camera paths start in
 
-  std::vector<float> bodies;  // kBodyFloats per material that light walks below (subsurface_body.h)
+  std::vector<float> bodies;  // kBodyFloats per material with a subsurface walk (subsurface_body.h)
 
   std::vector<MaterialEntry> materials;
   std::vector<float> material_params;  // kBsdfParams per material
@@ -146,19 +146,19 @@ struct RenderScene {
   bool any_tangent = false;          // something reads dp/du (a normal map, bumps, anisotropy)
   bool any_alpha = false;            // some mesh has an alpha mask
   bool any_fibres = false;           // some mesh is of hair or flat curves (fibre.h)
-  bool any_bodies = false;           // light walks through some body
+  bool any_bodies = false;           // some material has a subsurface walk
   int kinds_present = 0;             // number of BSDF kinds in use
   bool only_diffuse = false;         // no other kind is in use
-  bool only_diffuse_joined = false;  // no other kind is in use that has more than delta lobes
+  bool only_diffuse_joined = false;  // no other kind with more than delta lobes is in use
   Features overrides = 0;            // kept although nothing needs them: their flags above are set
 
-  /// What the scene says and cannot be taken at its word: each with its place.
+  /// Parts of the scene that are not rendered as they say: each with its place.
   std::vector<Problem> warnings;
 
   TextureTable textures;
   LightTable lights;
-  // The same whose light paths choose lights and directions by what they bring (training/emission_guide_training.h), if that
-  // may pay, and the noise that the image has without over that with.
+  // The lights with an emission guide (training/emission_guide_training.h), if that may pay, and the noise of
+  // the image without it over that with it.
   std::optional<LightTable> guided_lights;
   double emission_guide_gain = 1;
   const LightTable& lights_of(bool guided_emission) const { return guided_emission && guided_lights ? *guided_lights : lights; }
@@ -180,9 +180,9 @@ struct RenderScene {
             origin.y + std::ldexp(double{p.y}, -scale_exponent),
             origin.z + std::ldexp(double{p.z}, -scale_exponent)};
   }
-  /// Whether segments are walked along: there are media, or panes.
+  /// Whether segments are walked along because there are media or panes.
   bool any_media() const { return !media.empty(); }
-  /// Media that do something, without the empty space that panes ask for.
+  /// Number of media, without the empty space that panes ask for.
   size_t medium_count() const { return media.empty() ? 0 : media.size() / kMediumFloats - 1; }
   /// Whether light passes the primitive straight: a boundary of media, or a pane.
   bool is_passed(int32_t prim) const {
@@ -207,12 +207,12 @@ struct RenderScene {
   }
 };
 
-/// Builds it. Throws Error(kBadScene) for geometry that can't be rendered (no geometry or light is fine: the
-/// image is what the scene says) and images that can't be read.
+/// Builds the scene. Throws Error(kBadScene) for geometry that can't be rendered and images that can't be
+/// read. A scene without geometry or light is fine: the image is what it says.
 RenderScene build_scene(const SceneDescription& description, bool energy_compensation = false,
                         Features overrides = 0, const BuildOptions& options = 1);
 
-/// Memory that its large arrays and textures take.
+/// Memory of its large arrays and textures, in bytes.
 uint64_t bytes_of(const RenderScene& scene);
 
 }  // namespace lightmill

@@ -7,15 +7,15 @@
 namespace lightmill {
 
 struct SceneExtent {
-  int scale_exponent = 0;  // what is farthest from the origin along an axis comes to lie at 1 to 2
-  // A sphere around everything, normalised; left alone in a scene that has nothing.
+  int scale_exponent = 0;  // the farthest coordinate from the origin comes to lie at 1 to 2
+  // A sphere around everything, normalised; not set if the scene is empty.
   bool empty = true;
   float center[3] = {0, 0, 0};
   float radius = 0;
 };
 
-/// `world`: shapes that are in the scene itself; objects and instances are those of `split`; `also`: points
-/// that count, too. Throws Error(kBadScene) if the scene is infinite, or has a sphere that is none.
+/// `world`: shapes of the scene itself; objects and instances are those of `split`; `also`: points that
+/// count, too. Throws Error(kBadScene) if the scene is infinite, or has a sphere that would not stay one.
 SceneExtent measure_extent(const std::vector<const ShapeDescription*>& world, const SplitScene& split,
                            const std::vector<LightDescription>& lights, const Vec3d& origin,
                            const std::vector<Vec3d>& also);

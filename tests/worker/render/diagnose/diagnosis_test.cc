@@ -73,7 +73,7 @@ TEST(Diagnosis, BrightestPathsHaveTheirVerticesInTheRoom) {
   }
 }
 
-// In a room without delta lobes and without sight of the lamp, next event and lens connections each see all
+// In a room without delta lobes and without sight of the lamp, next event and light tracing each see all
 // light that is scattered once; their unweighted images have the same mean.
 TEST(Diagnosis, UnweightedStrategiesOfOneLengthAgree) {
   TestScene s = cornell_room();
@@ -85,7 +85,7 @@ TEST(Diagnosis, UnweightedStrategiesOfOneLengthAgree) {
   EXPECT_GT(mean(*next_event), 1.2 * mean(*d.film.weighted(1, 2, 256)));
 }
 
-// A lamp in sight reaches as far as the filter by hits and by lens connections.
+// A visible lamp reaches as far as the filter by hits and by light tracing.
 TEST(Diagnosis, EmittersAreSeenThroughTheFilter) {
   TestScene s;
   s.quad({-0.3, -0.3, 2}, {0, 0.5, 0}, {0.7, 0, 0}, s.diffuse(0.0f), {.radiance = {1, 2, 3}});
@@ -99,7 +99,7 @@ TEST(Diagnosis, EmittersAreSeenThroughTheFilter) {
 }
 
 // The noise of sets that did not run is predicted from one that did, against renders of those sets: 256 seeds
-// of one sample per pixel each, so that nothing is stratified within a pixel. Lens connections are stratified
+// of one sample per pixel each, so that nothing is stratified within a pixel. Light tracing is stratified
 // over the light paths of a cell, which the prediction does not know: it may be too high there.
 TEST(Diagnosis, PredictsTheNoiseOfOtherSets) {
   TestScene s = cornell_room();

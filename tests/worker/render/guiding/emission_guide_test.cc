@@ -1,5 +1,5 @@
-// Lights with aims: light paths take directions by a table of cells, bring what they bring without one, and
-// their densities are those of their directions; lanes have the bits of scalars.
+// Lights with an emission guide: light paths take directions by a table of cells, bring what they bring
+// without one, and their densities are those of their directions; lanes have the bits of scalars.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ std::vector<double> random_weights(unsigned seed) {
   return weights;
 }
 
-/// A lamp of two triangles with aims, and one of one triangle without.
+/// A lamp of two triangles with an emission guide, and one of one triangle without.
 LightScene aimed_lamp() {
   TestScene s;
   s.quad({-1, 2, 1}, {2, 0, 0.5}, {0, 1, 0}, s.diffuse(0), {.radiance = {3, 2, 1}});
@@ -85,7 +85,7 @@ TEST(EmissionGuide, PathsGoByTheTable) {
   EXPECT_TRUE(chi_square_passes(chi_square(observed, expected)));
 }
 
-// Radiance x cosine / density adds up to pi A L, as without aims, and by quadrature densities to 1 / A.
+// Radiance x cosine / density adds up to pi A L, as without a guide, and by quadrature densities to 1 / A.
 TEST(EmissionGuide, PathsCarryThePower) {
   const LightScene scene = aimed_lamp();
   const LightTable& lights = scene.lights();

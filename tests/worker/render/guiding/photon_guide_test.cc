@@ -1,4 +1,4 @@
-// Tables of the caustic guide: directions are drawn by their densities, which follow the photons; lanes have
+// Tables of the photon guide: directions are drawn by their densities, which follow the photons; lanes have
 // the bits of scalars.
 #include "worker/render/guiding/photon_guide.h"
 

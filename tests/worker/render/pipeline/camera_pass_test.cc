@@ -13,8 +13,8 @@
 namespace lightmill {
 namespace {
 
-/// Slots of a cell whose pixels all have paths; half of them at effort level `level`, one at each end of the
-/// range.
+/// Slots of a cell whose pixels all have paths; half of them have allocation level `level`, one at each end
+/// of the range.
 std::unique_ptr<CameraSlots> slots_of_level(int level) {
   auto slots = std::make_unique<CameraSlots>();
   for (int i = 0; i < kCellPixels; ++i) {

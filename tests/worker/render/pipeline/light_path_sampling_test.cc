@@ -1,4 +1,5 @@
-// Light paths of a superblock are one net over the film, and those of a packet one of their own.
+// Light paths of a superblock are one low-discrepancy point set over the film, and those of a packet one of
+// their own.
 #include "worker/render/pipeline/light_path_sampling.h"
 
 #include <gtest/gtest.h>
@@ -61,7 +62,7 @@ TEST(LightPathSampling, IsEvenOverTheFilmAndInEveryPacket) {
   }
 }
 
-// A look at one pixel in 16 starts with few numbers in each cell: together they go everywhere.
+// Light paths of one pixel in 16 start with few numbers in each cell: together they go everywhere.
 TEST(LightPathSampling, OfALookAtFewPixelsGoesEverywhere) {
   const TestScene s = cornell_room().film(128, 128);
   const RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 16, 4);

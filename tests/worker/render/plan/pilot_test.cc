@@ -117,8 +117,8 @@ TEST(Pilot, PredictsTheNoiseOfPlansBySomePixels) {
   }
 }
 
-// Edges of lamps are in sight, at some pixels of which a pilot has eight samples: lens connections tell which
-// part of each a lamp covers, and plans without them are not taken to be noisy there.
+// A pilot has eight samples at some pixels of the edges of visible lamps. Light tracing tells which part of
+// each a lamp covers, and plans without it are not taken to be noisy there.
 TEST(Pilot, PredictsHowLittleNoiseIsAtEdgesOfLamps) {
   TestScene s;
   s.quad({-4, -4, 4}, {0, 8, 0}, {8, 0, 0}, s.diffuse(0.5f));
@@ -206,7 +206,8 @@ TEST(Pilot, SeesSliversOfALampThatItsCameraSamplesMiss) {
 }
 
 // A floor under a sky and a lamp, both sampled everywhere: the squared mean of the samples is a hundred times
-// their variance, of which little must not be lost in the difference, nor effort follow what is left of it.
+// their variance. Little of that may be lost in the difference, and the allocation must not follow what is
+// left of it.
 TEST(Pilot, KnowsLittleNoise) {
   TestScene s;
   s.quad({-9, 0, -9}, {0, 0, 18}, {18, 0, 0}, s.diffuse(0.6f));
@@ -237,8 +238,8 @@ TEST(Pilot, ChoosesLightPathsForACaustic) {
   EXPECT_TRUE(report.chosen.strategies & kLightTracing) << plan_to_json(report.chosen);
 }
 
-// Aims make light paths more even and longer: through a door they pay, in an open box that is lit all over
-// they do not.
+// The emission guide makes light paths more even and longer: through a door that pays, in an open box that is
+// lit all over it does not.
 TEST(Pilot, GuidesLightPathsThroughADoor) {
   TestScene s;
   const int grey = s.diffuse(0.75f);

@@ -1,5 +1,5 @@
 #pragma once
-// Meetings with the rough interface of a coat, drawn facet by facet: what the tables of the layered BSDFs are
+// Hits of the rough interface of a coat, drawn facet by facet: what the tables of the layered BSDFs are
 // integrated over when a scene is built.
 #include <algorithm>
 #include <cmath>

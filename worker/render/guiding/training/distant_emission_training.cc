@@ -11,7 +11,7 @@ namespace {
 /// Cells a side, and the part of light paths that start anywhere on the disk.
 constexpr int32_t kDiskCells = 64;
 constexpr double kUniformShare = 0.2;
-/// Part of the disk that leads to what was seen, at most.
+/// Most of the disk that may lead to places that were seen.
 constexpr double kMostSeen = 0.5;
 /// Part of the light paths of lights at infinity that are shared by power.
 constexpr double kPowerShare = 0.125;
@@ -33,7 +33,8 @@ class SeenCells {
     }
   }
 
-  /// Of the cells: the root of how often each was seen, and kUniformShare alike; empty if too much is seen.
+  /// Weights of the cells: the root of how often each was seen, and kUniformShare evenly; empty if too much
+  /// is seen.
   std::vector<double> weights() const {
     const auto on_disk = [](size_t i) {
       const size_t column = i % kDiskCells, row = i / kDiskCells;

@@ -1,5 +1,5 @@
 #pragma once
-// Lights that learn together where their light paths are to go (emission_guide_training.h).
+// Groups of lights that learn an emission guide together (emission_guide_training.h).
 #include <cstdint>
 #include <vector>
 
@@ -7,16 +7,16 @@
 
 namespace lightmill {
 
-/// Groups at most: where lights are more, those of least power are one group, the last.
+/// Most groups. If there are more lights, those of least power form the last group.
 inline constexpr size_t kMostEmissionGroups = 256;
 
-/// What the square of a light's directions is (guiding/emission_guide.h), if it can have aims.
+/// The square of a light's directions (guiding/emission_guide.h); kNone: it can't have a guide.
 enum class EmissionShape : uint8_t { kNone, kDisk, kSphere };
 
-/// The triangles of a flat lamp, or a light of any other kind.
+/// A group is the triangles of a flat lamp, or one light of any other kind.
 struct EmissionGroups {
   std::vector<int32_t> of;      // per light
-  std::vector<double> chosen;   // probability that a light path starts from one of them, per group
+  std::vector<double> chosen;   // per group: probability that a light path starts from it
   std::vector<EmissionShape> shape;  // per group
 
   explicit EmissionGroups(const LightTable& lights);

@@ -10,18 +10,18 @@
 namespace lightmill {
 namespace {
 
-/// Part of the light paths of a light that go anywhere, and of all that choose a light by power.
+/// Part of the light paths of a light that go anywhere, and of all paths that choose a light by power.
 constexpr double kAnywhere = 0.2, kByPower = 0.2;
-/// Of what falls into a cell, what counts for each cell around.
+/// The part of what falls into a cell that counts for each cell around.
 constexpr double kAround = 0.125;
-/// Noise without, over with: of the light paths of lights that get aims, and of the image. Paths that go
-/// where something is take longer: where they are little of the noise, aims were measured to lose up to 15 %.
-/// Half of the paths teach less than all, and plans make more of aims or less: where 1.13 to 1.17 is
-/// predicted, 0.88 to 0.97 came out of relMSE x time in some rooms and 1.3 in another, which a pilot tells
-/// apart.
+/// Noise without the guide over that with it, from which on it is used: of the light paths of a group of
+/// lights, and of the image. Guided paths take longer: where they are little of the noise, guides were
+/// measured to lose up to 15 %. Half of the paths teach less than all, and plans use the guide more or less.
+/// So where 1.13 to 1.17 is predicted, relMSE x time came out at 0.88 to 0.97 in some rooms and at 1.3 in
+/// another, which a pilot tells apart.
 constexpr double kLeastOfGroup = 1.2, kLeastGain = 1.1;
 
-/// By half of the samples: each is judged by what the other teaches.
+/// By half of the samples: each is judged by what the other one teaches.
 template <class T>
 using Halves = std::array<T, 2>;
 using Sums = std::vector<double>;  // of squares, per group
@@ -36,7 +36,8 @@ bool on_disk(size_t i) {
   return x * x + y * y < 1 + 1e-6;
 }
 
-/// The probabilities of cells: by the roots of sums of squares, each of which counts a little around.
+/// The probabilities of cells: by the roots of sums of squares, of which each counts a little for the cells
+/// around.
 EmissionCells cell_probabilities(EmissionShape shape, const EmissionCells& sums) {
   const auto is_used = [&](size_t i) { return shape == EmissionShape::kSphere || on_disk(i); };
   EmissionCells q{};
@@ -61,7 +62,7 @@ EmissionCells cell_probabilities(EmissionShape shape, const EmissionCells& sums)
   return q;
 }
 
-/// Sum of squares, were the paths to go by `q`.
+/// Sum of squares if the paths went by `q`.
 double guided_emission(const EmissionCells& sums, const EmissionCells& q) {
   double sum = 0;
   for (size_t i = 0; i < kEmissionCells; ++i) {
@@ -70,7 +71,7 @@ double guided_emission(const EmissionCells& sums, const EmissionCells& q) {
   return sum;
 }
 
-/// The probabilities of groups that were chosen so often, by the roots of their mean squares.
+/// The probabilities of groups by the roots of their mean squares. `chosen`: how often each was chosen.
 std::vector<double> group_probabilities(const std::vector<double>& chosen, const Sums& sums) {
   std::vector<double> p(chosen.size());
   double total = 0;
@@ -80,7 +81,7 @@ std::vector<double> group_probabilities(const std::vector<double>& chosen, const
   return p;
 }
 
-/// Sum of squares of groups that were chosen so often, were they to be by `p`.
+/// Sum of squares of groups that were chosen so often, if they were chosen by `p`.
 double rechosen(const std::vector<double>& chosen, const Sums& sums, const std::vector<double>& p) {
   double sum = 0;
   for (size_t g = 0; g < p.size(); ++g) {
@@ -95,7 +96,7 @@ Sums sum_of(const Halves<Sums>& halves) {
   return sum;
 }
 
-/// Aims of groups, and what squares of groups are with them.
+/// Guides of groups, and the sums of their squares of directions with these guides.
 struct GroupGuides {
   BinnedDensity tables{std::vector<double>(kEmissionCells, 1.0), kEmissionSide};
   std::vector<int32_t> table_of;  // per group, or -1

@@ -10,15 +10,15 @@
 namespace lightmill {
 namespace {
 
-/// Camera paths, and about as many light paths, that are followed at most; fewer of an image so small that
-/// they would take longer than the image.
+/// Most camera paths that are followed, and about as many light paths; fewer for an image so small that they
+/// would take longer than it.
 constexpr int64_t kPreviewPaths = int64_t{1} << 15, kPreviewPathsPerPixel = 8;
 
 /// What a light path brought, and how it set out.
 struct PreviewArrival {
   uint32_t pixel = 0;
   Channels rgb{};
-  int32_t group = 0, cell = -1;  // -1: it has no direction that can be aimed
+  int32_t group = 0, cell = -1;  // -1: its direction can't be guided
   float density = 0;             // of the direction on its square, over that of an even draw
   bool second_half = false, splat = false;
 };
@@ -63,7 +63,7 @@ class LightPathPreview {
                    : value.square_beside(a.rgb, value.camera_share);
   }
 
-  /// All samples of one cell of the sight.
+  /// All samples of one cell of the pilot pixels.
   void look_at(size_t i) {
     noise_[i] = record_cell(
         context_, sight_, i, false, &values_, [&](const StrategyRecorder& recorder, size_t k, int block) {
@@ -81,7 +81,7 @@ class LightPathPreview {
     a.rgb = {c.rgb[0], c.rgb[1], c.rgb[2]};
     a.group = groups_.of[static_cast<size_t>(start.light)];
     a.splat = c.t == 1;
-    // An emitter joined to the lens has no direction.
+    // An emitter joined to the camera has no direction.
     if (c.s > 1) set_direction(start, &a);
     return a;
   }
@@ -116,7 +116,7 @@ class LightPathPreview {
   const EmissionGroups& groups_;
   PilotPixels sight_;
   PilotValues values_;
-  // By cell of the sight.
+  // By cell of the pilot pixels.
   std::vector<std::vector<PreviewArrival>> arrivals_;
   std::vector<std::vector<PixelNoise>> noise_;  // of camera paths without connections
 };

@@ -12,27 +12,27 @@ namespace {
 
 /// Light that is missing, over that of the image, from which on walks are worth their time.
 constexpr double kMissing = 0.01;
-/// Or that noise of light which is met. With walks images had, over those without, of relMSE x time: 0.6
-/// where it is 1000 (a ring under a small lamp); 0.9 where it is 300 and 50 (a pool, a table of glass); 1.3
-/// to 1.5 where it is 20, 16 and 4 (a pool out of focus, veach-bidir, an aquarium). Where it is 5000 (a glass
-/// ball) 1.7 of 32 samples, which few meetings are among, and 0.9 of 256: the more samples, the more of it
-/// shows.
+/// The same for the noise of light that emitter hits find. relMSE x time with walks over that without: 0.6
+/// where this noise is 1000 (a ring under a small lamp); 0.9 where it is 300 and 50 (a pool, a table of
+/// glass); 1.3 to 1.5 where it is 20, 16 and 4 (a pool out of focus, veach-bidir, an aquarium). Where it is
+/// 5000 (a glass ball), 1.7 at 32 samples, among which few such hits are, and 0.9 at 256: the more samples,
+/// the more of it shows.
 constexpr double kNoisy = 100;
-/// And part of what photons bring that they must find: where waves are many, so are the ways, and walks that
+/// The part of what photons bring that walks must find. Where waves are many, so are the ways, and walks that
 /// find a few of them take most of the time.
 constexpr double kLeastFound = 0.5;
-/// Of the irradiance that white surfaces of the image's mean radiance would have: vertices to which walks
-/// bring less make little noise if only some of them walk. Of 0.1, 0.4, 1 and 2 tried on a few pools, balls
-/// and lenses: with less more time is lost, with 2 a pool has more noise than it saves.
+/// Irradiance from which on all vertices walk, over that of white surfaces of the image's mean radiance.
+/// Vertices to which walks bring less make little noise if only some of them walk. Of 0.1, 0.4, 1 and 2 tried
+/// on a few pools, balls and lenses: with less more time is lost, with 2 a pool has more noise than it saves.
 constexpr double kWorthAWalk = 1;
-/// Light paths that are followed, at most and per pixel of a small image, and photons that are enough; in
-/// rounds of so many wavefronts.
+/// Most light paths that are followed, in all and per pixel of a small image; and photons that are enough, in
+/// rounds of this many wavefronts.
 constexpr int64_t kMostPaths = int64_t{1} << 20, kWalkPathsPerPixel = 64;
 constexpr size_t kSeedPhotons = size_t{1} << 15, kSeedRound = 64;
-/// Photons by which is judged what walks find.
+/// Photons that judge what walks find.
 constexpr size_t kTried = size_t{1} << 12;
 
-/// Leaves those seeds of a group without which some way would not be found: ways that others find from some
+/// Keeps the seeds of a group without which some way would not be found: ways that other seeds find from some
 /// of the photons' places.
 void drop_needless(const StageContext& context, Wavefront& chains, ManifoldGroup* group,
                    std::vector<ManifoldSeed>* seeds) {
@@ -89,8 +89,8 @@ void drop_needless(const StageContext& context, Wavefront& chains, ManifoldGroup
   group->count = kept;
 }
 
-/// Part of the power of `photons` that came by ways which walks find from where they are to where they left
-/// their lights.
+/// Part of the power of `photons` that came by ways which walks find, from where the photons are to where
+/// they left their lights.
 double found_of(const StageContext& context, const std::vector<Photon>& photons, int threads) {
   const LightTable& lights = context.lights;
   constexpr size_t kChunk = 256;
@@ -141,7 +141,7 @@ double found_of(const StageContext& context, const std::vector<Photon>& photons,
 }  // namespace
 
 void train_manifold_seeds(const StageContext& context, int threads, RenderScene* scene, MissingLight* missing) {
-  // Where media are, segments are not simply free or not.
+  // In media, segments are not simply free or blocked.
   if (scene->any_media()) return;
   const MissingShare share = missing->up_to(2 * kPhotonDepth);
   if (!(share.never + share.seldom >= kMissing || share.noise >= kNoisy)) return;

@@ -17,20 +17,21 @@
 namespace lightmill {
 namespace {
 
-/// Camera paths of the look, and light paths, at most; fewer of an image so small that they would take longer
-/// than it. So many arrivals of light paths are enough, which are looked for in rounds of so many wavefronts.
+/// Most camera paths of the preview pass, and light paths; fewer for an image so small that they would take
+/// longer than it. This many arrivals of light paths are enough, looked for in rounds of this many
+/// wavefronts.
 constexpr int64_t kCameraPaths = int64_t{1} << 14, kCameraPathsPerPixel = 4;
 constexpr int64_t kLightPaths = int64_t{1} << 17, kLightPathsPerPixel = 16;
 constexpr size_t kArrivals = size_t{1} << 14, kArrivalRound = 32;
-/// Photons count around a point as far as this part of what is seen extends, on surfaces that lie and turn
-/// like its own.
+/// Photons count around a point as far as this part of the visible scene's extent, on surfaces that lie and
+/// face like its own.
 constexpr float kRadius = 1.0f / 64, kFlat = 0.2f, kLeastCosine = 0.9f;
 constexpr float kLeastRadius = 1e-9f;  // of a scene that extends about 1
 
 bool on_surface(const Vertex& v) { return v.kind() != kPhaseFunction; }
 Lane mean_of(const Vec3<Lane>& rgb) { return (rgb.x + rgb.y + rgb.z) * (1.0f / 3); }
 
-/// How far most of what is seen extends, along the longest axis.
+/// Extent of most of what is visible, along the longest axis.
 float extent_of(const std::vector<Vertex>& seen) {
   float extent = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -84,7 +85,7 @@ class MissingLightPreview {
   }
 
  private:
-  /// Where camera paths come to what can be joined, if mirrors and smooth glass led there.
+  /// Finds where camera paths come to what can be joined after mirrors and smooth glass alone.
   void find_seen(int threads) {
     std::vector<std::vector<Vertex>> found(sight_.cells.size());
     std::vector<uint64_t> paths(found.size());
@@ -126,7 +127,7 @@ class MissingLightPreview {
     light_paths_ = static_cast<double>(traced * kWavefront);
   }
 
-  /// Of a pixel, over the image: what is found without this light or by meetings that happened.
+  /// Mean of a pixel over the image: what is found without this light, or by emitter hits that happened.
   double mean_light(int threads) const {
     struct Sums {
       double camera = 0, splats = 0, camera_paths = 0, light_paths = 0;
@@ -155,7 +156,8 @@ class MissingLightPreview {
   }
   int64_t pixels() const { return int64_t{context_.grid.width} * context_.grid.height; }
 
-  /// Adds what photons bring to the camera vertex `seen`, per camera path of the look. `light`: of a pixel.
+  /// Adds what photons bring to the camera vertex `seen`, per camera path of the preview pass. `light`: of a
+  /// pixel.
   void gather_at(const Vertex& seen, const VertexCubes& cubes, double light, MissingLight* sum) const {
     std::array<int32_t, kLanes> near{};
     int count = 0;

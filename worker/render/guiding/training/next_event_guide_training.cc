@@ -9,14 +9,14 @@
 namespace lightmill {
 namespace {
 
-/// Camera paths that are followed, about, and how far.
+/// About this many camera paths are followed, to this depth.
 constexpr int64_t kTrainingPaths = int64_t{1} << 15;
 constexpr int kDepth = 4;
-/// Of the random numbers: not those of the image.
+/// Seed of random numbers that are not those of the image.
 constexpr uint64_t kNextEventSeed = 0x6c616d7073;
-/// Cells along the longest side of what is seen.
+/// Cells along the longest side of what is visible.
 constexpr int kCells = 16;
-/// A coarser cell counts as much as so many rays.
+/// A coarser cell counts as much as this many rays.
 constexpr double kPrior = 4;
 /// Bounds of what is learnt per cell and of what the guide must gain.
 constexpr size_t kMostChannels = 2048;
@@ -55,7 +55,7 @@ class Level {
   std::array<int32_t, 3> cells_{};
 };
 
-/// Even skies get an image, so that they have directions to choose from. Which lights they were.
+/// Gives images to even skies, so that they have directions to choose from. Returns these lights.
 std::vector<int32_t> give_images(LightTable* lights) {
   std::vector<int32_t> changed;
   for (const int32_t i : lights->infinite) {
@@ -71,7 +71,7 @@ std::vector<int32_t> give_images(LightTable* lights) {
   return changed;
 }
 
-/// Undoes everything.
+/// Undoes all of that.
 void leave_out(const std::vector<int32_t>& changed, LightTable* lights) {
   for (const int32_t i : changed) {
     lights->records[static_cast<size_t>(i) * kLightFloats + 4] = kEvenSky;
@@ -116,7 +116,7 @@ GuidedSquares make_tables(const NextEventProbes& rays, const std::vector<LitPlac
     for (const int32_t cell : cell_of) ++level.places[level.cell(cell)];
     for (const NextEventProbe& t : trials) level.add(cell_of[t.place], t);
   }
-  // Of a cell that nothing was seen in, the first around it in which something was.
+  // A cell in which nothing was seen takes the first around it in which something was.
   std::vector<std::vector<int32_t>> number(levels.size());
   for (size_t k = 0; k < levels.size(); ++k) number[k].assign(static_cast<size_t>(levels[k].count()), -1);
   std::vector<LightMoments> tables;

@@ -14,7 +14,7 @@
 namespace lightmill {
 namespace {
 
-/// Rays that a place casts into the bins of the sky, all environments together, and to lights.
+/// Rays of a place: into the bins of the sky, all environments together, and to lights.
 constexpr size_t kSkyRays = 8, kLightRays = 2;
 
 bool transmits(int32_t kind) {
@@ -88,7 +88,7 @@ class NextEventProbes::Caster {
         rays_(*rays) {}
 
   const Vec3<float>& point() const { return p_; }
-  /// A ray towards `w`, which brings `value` per cosine if it gets away or, unless null, to `end`.
+  /// Casts a ray towards `w`. It brings `value` per cosine if it gets away, or to `end` unless that is null.
   void cast(size_t channel, const Vec3<float>& w, double value, float chosen = 1,
             const Vec3<float>* end = nullptr) {
     const float cosine = dot(n_, w);
@@ -139,7 +139,7 @@ void NextEventProbes::look_around(uint64_t seed, uint32_t index, const LitPlace&
   uint32_t dim = 0;
   const auto random = [&] { return stream.get_random(dim++); };
   Caster caster(index, place, trials, rays);
-  // All lit bins alike, evenly.
+  // All lit bins equally, evenly.
   const double step = static_cast<double>(lit_.size()) / static_cast<double>(kSkyRays);
   for (size_t i = 0; i < kSkyRays && !lit_.empty(); ++i) {
     const auto at = static_cast<size_t>((static_cast<double>(i) + double{random()}) * step);

@@ -1,6 +1,6 @@
 #pragma once
-// Rays by which next_event_guide_training.h finds out what lights add where: from places that camera paths get to, to
-// points on lights and into the bins of skies.
+// Rays by which next_event_guide_training.h learns what lights add where: from places that camera paths
+// reach, to points on lights and into the bins of skies.
 #include <cstdint>
 #include <vector>
 
@@ -10,7 +10,7 @@
 
 namespace lightmill {
 
-/// Where a camera path met a surface.
+/// A place where a camera path met a surface.
 struct LitPlace {
   Vec3f p, normal;  // on the side that the path came from
   float error = 0;
@@ -18,31 +18,31 @@ struct LitPlace {
   float time = 0;           // of the path
 };
 
-/// The vertices of camera paths all over the film, up to `depth`, of about `paths` paths.
+/// The vertices up to `depth` of about `paths` camera paths, all over the film.
 std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, int depth, int threads);
 
-/// What a ray from a place to a channel adds: the square of a light's irradiance by a draw of that light, or
-/// of a bin's if all of it is seen.
+/// What a ray from a place to a channel adds: the square of a light's irradiance, by a draw of that light; or
+/// of a bin's, if all of it is seen.
 struct NextEventProbe {
   uint32_t place = 0, channel = 0;
   float square = 0;
   float chosen = 1;  // of a light: probability of drawing it as without a guide
 };
 
-/// Casts rays from places. What it learns of are channels: the lights, then the bins of the environments in
-/// their order.
+/// Casts the rays. They are sorted by channels: the lights, then the bins of the environments in their order.
 class NextEventProbes {
  public:
-  /// `sky_light`: per environment map, the light that has it, or -1 if its bins are none of the channels. The
-  /// arguments must outlive it; `lights` has bins, but no guide yet.
+  /// `sky_light`: per environment map, the light that has it, or -1 if its bins are no channels. The
+  /// arguments must outlive this object. `lights` has bins, but no guide yet.
   NextEventProbes(const Accel& accel, const LightTable& lights, const std::vector<int32_t>& sky_light);
 
   size_t channels() const { return channels_.size(); }
-  /// Whether draws of lights are among the trials: there must be several or a distant one, and not too many.
+  /// Whether draws of lights are among the trials: there must be several lights or a distant one, and not too
+  /// many.
   bool draws_lights() const {
     return (light_count_ > 1 || lights_.any_distant) && light_count_ <= size_t{kGuidedLights};
   }
-  /// Mean square of such a draw, where bins do not tell, as without a guide.
+  /// Mean square of such a draw as without a guide, for the lights that have no bins.
   double unguided_square(const std::vector<NextEventProbe>& trials, size_t places) const;
   /// Trials of all places, in their order.
   std::vector<NextEventProbe> run(const std::vector<LitPlace>& places, uint64_t seed, int threads) const;
@@ -59,7 +59,7 @@ class NextEventProbes {
   class Caster;
 
   size_t first_bin(size_t map) const { return map < first_bin_.size() ? first_bin_[map] : channels_.size(); }
-  /// Whether bins tell of the light.
+  /// Whether a light's bins are channels.
   bool has_bins(size_t light) const;
   void look_around(uint64_t seed, uint32_t index, const LitPlace& place, std::vector<NextEventProbe>* trials,
                    Rays* rays) const;

@@ -9,32 +9,32 @@
 namespace lightmill {
 namespace {
 
-/// A look: light paths that are followed, a wavefront at a time, and camera paths of its trial; at most, and
-/// per pixel of an image so small that they would take longer than it.
+/// A preview pass: light paths that are followed, a wavefront at a time, and camera paths of its trial; at
+/// most, and per pixel of an image so small that they would take longer than it.
 struct TracedPhotons {
   int64_t light_paths, per_pixel, camera_paths;
 };
-/// If the first shows nothing, there is no second, which goes on where the first has ended.
+/// The second pass goes on where the first has ended, unless that shows nothing.
 constexpr TracedPhotons kFirst{int64_t{1} << 18, 16, int64_t{1} << 15},
     kSecond{int64_t{1} << 23, 256, int64_t{1} << 17};
-/// Enough photons, which are looked for in rounds of so many wavefronts.
+/// Photons that are enough, looked for in rounds of this many wavefronts.
 constexpr size_t kGuidePhotons = size_t{1} << 17, kPhotonRound = 128;
 
-/// Noise without the guide over with it from which on it is taken: paths that go through glass are longer,
-/// and staircase2 lost a tenth where 1.17 was predicted.
+/// Noise without the guide over that with it, from which on it is used. Paths that go through glass are
+/// longer, and staircase2 lost a tenth where 1.17 was predicted.
 constexpr double kLeastPhotonGain = 1.3, kLeastGainFirst = 1.15, kNoLoss = 0.97;
-/// Of a trial's paths that the guide has led to a light: fewer are chance; a first look need see some. And
-/// how many times as many as without it are out of a trial's reach.
+/// Least paths of a trial that the guide has led to a light: fewer are chance; a first pass need see some.
+/// kRare: how many times fewer without the guide are out of a trial's reach.
 constexpr double kLeastLed = 16, kLeastLedFirst = 2, kRare = 100, kRareFirst = 20;
-/// Of these, so many in effect: fewer would be fireflies in place of what is dark without them.
+/// Least effective number of these: fewer would be fireflies in place of what is dark without them.
 constexpr double kLeastRare = 64, kLeastRareFirst = 4;
 
 using Noise = std::array<double, kGuideShares.size()>;
 constexpr size_t kSmallShare = 1, kTriedShare = 2;
 static_assert(kGuideShares[kTriedShare] == PhotonGuide{}.share);
 
-/// A half of the trial's noise. It comes of differences, so that some may be too small: no density is more
-/// than so many times what it was.
+/// One half of the trial's noise. It comes of differences, so some may be too small: no density counts as
+/// more than this many times what it was.
 Noise bounded(const Noise& noise) {
   Noise result{};
   constexpr float kTried = kGuideShares[kTriedShare];
@@ -45,14 +45,14 @@ Noise bounded(const Noise& noise) {
   return result;
 }
 
-/// What share k of kGuideShares gains; nothing where either half shows a loss.
+/// What share k of kGuideShares gains; nothing if either half shows a loss.
 double gain_of(const GuideTrial& trial, size_t k) {
   const Noise first = bounded(trial.noise[0]), second = bounded(trial.noise[1]);
   const double a = first[0] / first[k], b = second[0] / second[k];
   return std::min(a, b) >= kNoLoss ? std::sqrt(a * b) : 0;
 }
 
-/// A share of kGuideShares and what it gains; of share 0, what one would.
+/// A share of kGuideShares and what it gains; for share 0, what the best one would.
 struct Choice {
   size_t share = 0;
   double gain = 1;
@@ -67,7 +67,7 @@ Choice best_share(const GuideTrial& trial) {
   return best;
 }
 
-/// Whether a first look is worth a second.
+/// Whether a first preview pass is worth a second.
 bool promises(const GuideTrial& look) {
   if (look.led < kLeastLedFirst || gain_of(look, kSmallShare) == 0) return false;
   if (best_share(look).gain >= kLeastGainFirst) return true;
@@ -80,7 +80,7 @@ Choice choose_share(const GuideTrial& trial) {
   const bool rare = trial.led >= kRare * trial.led_unguided;
   if (rare && trial.led_effective < kLeastRare) return {};
   if (best.gain >= kLeastPhotonGain) return best;
-  // The trial can't price what is so rare without the guide: it is all the noise that a long render has.
+  // The trial can't price what is so rare without the guide: in a long render it is all the noise.
   if (rare && gain_of(trial, kSmallShare) > 0) return {std::max(best.share, kSmallShare), best.gain};
   return {0, best.gain};
 }

@@ -1,15 +1,15 @@
 #pragma once
-// Learns where light comes through glass and off mirrors (guiding/photon_guide.h).
+// Trains the photon guide (guiding/photon_guide.h): where light comes through glass and off mirrors.
 //
-// Of photons (photon_tracing.h) the guide's tables are made. Whether it pays is asked of camera paths that go
-// by it: from the densities that they had, and would have had without it, follows what the noise would be
-// then (photon_guide_trial.h). Paths that hardly ever happen without a guide could not tell.
+// Photons (photon_tracing.h) make the guide's tables. Camera paths that go by it then tell whether it pays:
+// their densities with the guide and without it give the noise that there would be without it
+// (photon_guide_trial.h). Paths without a guide could not tell, as these hardly ever happen among them.
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill {
 
-/// Gives `scene` a guide where it takes enough of all noise away. `context`: of the scene, the whole film and
-/// the strategies that are to run. On `threads` threads, of which no bit depends.
+/// Gives `scene` a guide where that takes away enough of all noise. `context`: of the scene, the whole film
+/// and the strategies that are to run. The result is the same for any number of `threads`.
 void learn_caustics(const StageContext& context, int threads, RenderScene* scene);
 
 }  // namespace lightmill

@@ -9,7 +9,7 @@ namespace lightmill {
 namespace {
 
 constexpr int64_t kTrialPathsPerPixel = 16;
-/// A path whose density would be less than this part of what it is has been led by the guide.
+/// The guide has led a path if its density without it would be less than this part of what it is.
 constexpr float kLed = 0.5f;
 
 /// A contribution to `pixel`.
@@ -20,14 +20,14 @@ struct Seen {
   GuideOdds odds = kEvenOdds;  // of all strategies that make its path
 };
 
-/// What a cell of the sight has shown.
+/// What a cell of the pilot pixels has shown.
 struct CellNoise {
   std::vector<PixelNoise> camera;
   std::vector<Seen> splats, guided;
   double led = 0, led_unguided = 0, led_light = 0, led_squares = 0;
 };
 
-/// Those with camera vertices go by the odds of the camera path at hand.
+/// A contribution with camera vertices goes by the odds of its camera path.
 GuideOdds odds_of(const StrategyContribution& c, const GuideOdds& of_path) {
   GuideOdds odds;
   const FamilyShares& s = c.shares;
@@ -79,7 +79,7 @@ class Trial {
                  : value.square_beside(s.rgb, value.camera_share);
   }
 
-  /// All samples of one cell of the sight.
+  /// All samples of one cell of the pilot pixels.
   void look_at(size_t i) {
     CellNoise& cell = cells_[i];
     const auto take_one = [&](const StrategyRecorder& recorder, size_t k, int block) {
@@ -88,7 +88,7 @@ class Trial {
     cell.camera = record_cell(context_, sight_, i, true, &values_, take_one);
   }
 
-  /// Whether it is of the camera layer.
+  /// Returns whether the contribution is of the camera layer.
   static bool take(const StrategyContribution& c, const GuideOdds& of_path, int half, CellNoise* cell) {
     Seen seen{c.pixel, {c.rgb[0], c.rgb[1], c.rgb[2]}, half};
     if (c.t == 1) {
@@ -111,7 +111,7 @@ class Trial {
   StageContext context_;
   PilotPixels sight_;
   PilotValues values_;
-  std::vector<CellNoise> cells_;  // of the sight
+  std::vector<CellNoise> cells_;  // of the pilot pixels
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-// What the caustic guide that a scene has does to the noise of its image, and what other shares of it would.
+// What a scene's photon guide does to the noise of its image, and what other shares of guided paths would do.
 #include <array>
 
 #include "worker/render/pipeline/context.h"
@@ -8,18 +8,18 @@
 namespace lightmill {
 
 struct GuideTrial {
-  /// Variance per share (kGuideShares), weighed as in relMSE and summed over what is looked at; by half of
-  /// the samples.
+  /// Variance for each share (kGuideShares), weighed as in relMSE and summed over the pilot pixels; by half
+  /// of the samples.
   std::array<std::array<double, kGuideShares.size()>, 2> noise{};
-  /// Camera paths that met a light because of the guide, how many would have without it, and how many of
-  /// equal light would be as noisy (Kish 1965): where nearly all that are led to a light miss it, few have
-  /// all of its light.
+  /// Camera paths that hit a light because of the guide (`led`), how many would have without it, and how many
+  /// paths of equal light would be as noisy (effective sample size, Kish 1965). Where nearly all that are led
+  /// to a light miss it, few paths have all of its light.
   double led = 0, led_unguided = 0, led_effective = 0;
 };
 
-/// By `paths` camera paths at most; fewer of an image so small that they would take longer than it.
-/// `context`: of the scene with its guide, the whole film and the strategies that are to run. On `threads`
-/// threads, of which no bit depends.
+/// Traces `paths` camera paths at most; fewer for an image so small that they would take longer than it.
+/// `context`: of the scene with its guide, the whole film, and the strategies that are to run. The result is
+/// the same for any number of `threads`.
 GuideTrial try_guide(const StageContext& context, int64_t paths, int threads);
 
 }  // namespace lightmill

@@ -34,7 +34,7 @@ class EventLog {
       from[slot] = {o[0], o[1], o[2]};
     }
   }
-  /// They have come to their hits.
+  /// Paths have come to their hits.
   void meet(const StageContext& context, const Paths& paths) {
     for (int base = 0; base < paths.active_count; base += kLanes) {
       const Group g(paths.active + base, std::min(kLanes, paths.active_count - base));
@@ -51,7 +51,7 @@ class EventLog {
       }
     }
   }
-  /// And have gone on from there.
+  /// Paths have gone on from there.
   void leave(const Paths& paths) {
     for (int i = 0; i < paths.active_count; ++i) {
       const auto slot = static_cast<size_t>(paths.active[i]);
@@ -77,7 +77,7 @@ class LightPaths {
  public:
   LightPaths(const StageContext& of_scene, size_t number)
       : context_(of_scene), wavefront_(std::make_unique<Wavefront>()) {
-    // What light paths need to know whether camera paths could make them.
+    // Light paths need these to know whether camera paths could make them.
     context_.strategies = kEmissionHits | kNextEvent | kVertexConnections;
     context_.max_depth = kPhotonDepth;
     prepare(context_, wavefront_.get());
@@ -86,8 +86,8 @@ class LightPaths {
     layer_.light_paths = layer_.first_light_path + kWavefront;
   }
 
-  /// Puts all at the start, of which those are left that `start` leaves active. `log`, if there is one, is
-  /// told what happens.
+  /// Puts all paths at their start and follows those that `start` leaves active. `log`, if not null, is told
+  /// what happens.
   template <class Start>
   std::vector<Vertex> follow(Start&& start, EventLog* log = nullptr) {
     Wavefront& w = *wavefront_;
@@ -123,7 +123,7 @@ struct PhotonArrival {
   Photon photon;
 };
 
-/// Those that are of use.
+/// The photons that are of use.
 std::vector<PhotonArrival> photons_at(const std::vector<Vertex>& vertices, PhotonUse use) {
   std::vector<PhotonArrival> arrivals;
   for (const Vertex& v : vertices) {
@@ -144,8 +144,8 @@ std::vector<PhotonArrival> photons_at(const std::vector<Vertex>& vertices, Photo
   return arrivals;
 }
 
-/// Moves path `slot` a little from its light in direction `side`, 0 or 1: those of lights at infinity by
-/// their origin, others by their direction, so that they come from the same point of the light.
+/// Moves path `slot` a little in direction `side` (0 or 1) so that it still comes from the same point of the
+/// light: those of lights at infinity by their origin, others by their direction.
 void move(const LightTable& lights, int32_t slot, int side, Paths* paths) {
   constexpr float kStep = 0x1p-11f;
   PathLanes<float> path = load_paths<float>(*paths, slot);
@@ -160,8 +160,8 @@ void move(const LightTable& lights, int32_t slot, int side, Paths* paths) {
   store_paths(path, slot, 1, paths);
 }
 
-/// How the direction of photon `a` changes with its place, by those of two neighbours from the same point of
-/// the light. Nothing if they went another way, or all meet in one point.
+/// How the direction of photon `a` changes with its place, from two neighbours from the same point of the
+/// light. Zero if they went another way, or all meet in one point.
 std::array<float, 9> turn_of(const PhotonArrival& a, const std::array<PhotonArrival, 2>& neighbours) {
   constexpr float kFar = 0.1f;
   const Vec3<float>& p = a.photon.p;

@@ -1,5 +1,5 @@
 #pragma once
-// Which vertices are near a point.
+// Finds the vertices near a point.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace lightmill {
 
-/// Vertices by cubes of a side, so that those around a point are in the 27 cubes around it.
+/// Vertices in cubes of side `side`. All that are within `side` of a point are in the 27 cubes around it.
 class VertexCubes {
  public:
   VertexCubes(const std::vector<Vertex>& vertices, float side) : side_(side) {

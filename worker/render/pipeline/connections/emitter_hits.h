@@ -1,5 +1,6 @@
 #pragma once
-// Stage 3's emission: camera paths that end on an emitter or escape to an infinite light (s = 0 in mis.h).
+// Emitter hits in stage 3: camera paths that end on an emitter or escape to an infinite light (s = 0 in
+// mis.h).
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/pipeline/connections/manifold_next_event.h"
 #include "worker/render/pipeline/path_vertex.h"
@@ -18,7 +19,7 @@ inline void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane
   }
 }
 
-/// `w_other` is the ratio of next event, at depth 1 that of the lens connection.
+/// `w_other`: the ratio of next-event estimation, at depth 1 that of light tracing.
 inline void record_emission(int depth, LaneInt slot, LaneMask mask, const Vec3<Lane>& c, Lane mis,
                             Lane w_other, Lane p_emission, Lane dvc, Wavefront& w) {
   FamilyRatios ratios{};
@@ -28,7 +29,7 @@ inline void record_emission(int depth, LaneInt slot, LaneMask mask, const Vec3<L
   w.recorder->emission(depth + 1, slot, mask, c, mis, ratios);
 }
 
-/// Camera paths that left the scene see the infinite lights (M6).
+/// Adds the infinite lights to camera paths that left the scene (M6).
 template <class K>
 void add_environment(const StageContext& context, const Group& g, int depth, bool weigh_connections,
                      Wavefront& w) {
@@ -63,7 +64,7 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
   }
 }
 
-/// Camera paths that hit an emitter (s = 0, M6).
+/// Adds the emitters that camera paths hit (s = 0, M6).
 template <class K>
 void add_emission(const StageContext& context, const Hit& h, LaneMask active, int depth,
                   bool weigh_connections, Wavefront& w) {

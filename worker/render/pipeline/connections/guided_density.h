@@ -1,6 +1,6 @@
 #pragma once
-// The caustic guide's part in camera paths (guiding/photon_guide.h). Whoever weighs strategies against each
-// other asks here how camera paths scatter; light paths know nothing of the guide.
+// What the photon guide (guiding/photon_guide.h) does to the densities of camera paths. Every MIS weight asks
+// here how camera paths scatter. Light paths don't use the guide.
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/pipeline/vertex_io.h"
@@ -8,7 +8,8 @@
 
 namespace lightmill {
 
-/// Density with which camera paths leave `v` in direction `w`, per unit solid angle, by that of its BSDF.
+/// Density with which camera paths leave `v` in direction `w`, per unit solid angle. `of_bsdf`: that of its
+/// BSDF.
 inline Lane camera_density(const RenderScene& scene, const VertexLanes<Lane>& v, const Vec3<Lane>& w,
                            LaneMask active, Lane of_bsdf) {
   if (scene.caustics.empty()) return of_bsdf;
@@ -17,24 +18,24 @@ inline Lane camera_density(const RenderScene& scene, const VertexLanes<Lane>& v,
   return select(tables.mask, scene.caustics.mixed(of_bsdf, tables.density(w)), of_bsdf);
 }
 
-/// The same of a light vertex, in the direction that its path came from.
+/// The same for a light vertex, in the direction that its path came from.
 inline Lane camera_density(const RenderScene& scene, const VertexLanes<Lane>& v, Lane of_bsdf) {
   if (scene.caustics.empty()) return of_bsdf;
   return select(LaneMask(v.guide >= 0.0f), scene.caustics.mixed(of_bsdf, v.guide), of_bsdf);
 }
 
-/// Gives light vertices the guide's density.
+/// Stores the guide's density in light vertices.
 inline void add_guide(const RenderScene& scene, LaneMask active, VertexLanes<Lane>* v) {
   if (scene.caustics.empty()) return;
   const PhotonGuideTables<Lane> tables(scene.caustics, active, v->kind, v->p);
   if (any(tables.mask)) v->guide = select(tables.mask, tables.density(v->wo), v->guide);
 }
 
-/// How a group of camera paths leaves its vertices where some have tables.
+/// How a group of camera paths leaves its vertices where some have tables of the guide.
 class GuidedScattering {
  public:
-  /// Takes the random number of the lobe, `lobe_u`, to choose those that go by the tables, and leaves the
-  /// others what is left of it.
+  /// Chooses the paths that go by the tables by `lobe_u`, the random number of the BSDF's lobe. The others
+  /// get what is left of it.
   GuidedScattering(const PhotonGuide& guide, const PhotonGuideTables<Lane>& tables, Lane* lobe_u)
       : guide_(guide), share_(guide.share), tables_(tables) {
     by_guide_ = mask_and(tables.mask, LaneMask(*lobe_u < share_));
@@ -42,8 +43,8 @@ class GuidedScattering {
     *lobe_u = select(tables.mask, rest, *lobe_u);
   }
 
-  /// Replaces those of the BSDF's samples `s`, which go in direction `wi` of the world. The weight stays f
-  /// cos / the BSDF's density: what roulette is to judge by.
+  /// Replaces those of the BSDF's samples `s` whose paths go by the tables; `wi` is their direction in the
+  /// world. The weight stays f cos / the BSDF's density, as roulette is to judge by that.
   void redirect(const VertexLanes<Lane>& v, const Frame<Lane>& frame, const Vec3<Lane>& wo, Lane du, Lane dv,
                 BsdfSample<Lane>* s, Vec3<Lane>* wi) const {
     if (!any(by_guide_)) return;
@@ -61,7 +62,7 @@ class GuidedScattering {
   }
 
   /// The BSDF's density of `s`, in direction `wi` of the world, over that of camera paths. `odds` per lane:
-  /// what other shares would make of it.
+  /// what other shares of the guide would make of it.
   Lane bsdf_over_mixed(const BsdfSample<Lane>& s, const Vec3<Lane>& wi,
                        std::array<GuideOdds, kLanes>* odds) const {
     const Lane of_guide = tables_.density(wi), mixed = guide_.mixed(s.pdf, of_guide);

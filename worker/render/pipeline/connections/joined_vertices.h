@@ -1,5 +1,5 @@
 #pragma once
-// Vertices that are joined to something else, in lanes: which directions they see, and the cosines and
+// Vertices that are joined to something else, in lanes: which directions they face, and the cosines and
 // densities of mis.h at them.
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/pipeline/context.h"
@@ -25,47 +25,48 @@ struct VertexGroup {
   }
 };
 
-/// Both normals see `w` on the same side.
+/// Whether `w` is on the same side of both normals.
 template <class K>
 LaneMask consistent(const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
   const LaneMask same = LaneMask(dot(v.ng, w) * dot(v.ns, w) > 0.0f);
   return K::kMedia ? mask_or(same, LaneMask(v.kind == kPhaseFunction)) : same;
 }
 
-/// The same of a direction towards the camera, where the geometric normal decides (viewer_side.h).
+/// The same for a direction towards the camera, where the geometric normal decides (viewer_side.h).
 template <class K>
 LaneMask faces_viewer(const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
   const LaneMask some = LaneMask(dot(v.ng, w) * dot(v.ns, w) != 0.0f);
   return K::kMedia ? mask_or(some, LaneMask(v.kind == kPhaseFunction)) : some;
 }
 
-/// `w`, towards the camera, in the frame of v.ns as the BSDF is to see it.
+/// `w`, a direction towards the camera, in the frame of v.ns as the BSDF is to see it.
 inline Vec3<Lane> local_viewer(const StageContext& context, const VertexLanes<Lane>& v,
                                const Frame<Lane>& frame, const Vec3<Lane>& w) {
   const Vec3<Lane> local = frame.to_local(w);
   return context.scene.any_shading_normals() ? viewer_direction(local, dot(v.ng, w)) : local;
 }
 
-/// Density with which light paths go from the camera vertex `v` to the one before, by that of the BSDF.
+/// Density with which light paths go from the camera vertex `v` to the one before. `bsdf_density`: that of
+/// the BSDF.
 inline Lane reverse_density(const StageContext& context, const VertexLanes<Lane>& v, Lane bsdf_density) {
   return context.scene.any_shading_normals() ? bsdf_density * viewer_density(v, v.wo) : bsdf_density;
 }
 
-/// `cosine` on surfaces; in a medium there is none.
+/// `cosine` on surfaces; 1 in a medium, which has none.
 template <class K>
 Lane shading_cosine(const VertexLanes<Lane>& v, Lane cosine) {
   return K::kMedia ? select(LaneMask(v.kind == kPhaseFunction), splat<Lane>(1.0f), cosine) : cosine;
 }
 
-/// |wo.ns| |wi.ng| / |wo.ng|: the cosine of a light-path vertex with the adjoint correction.
+/// wo.ns| |wi.ng| / |wo.ng|: the cosine of a light-path vertex with the adjoint correction.
 template <class K>
 Lane adjoint_cosine(const VertexLanes<Lane>& v, const Vec3<Lane>& wi) {
   return shading_cosine<K>(
       v, abs(dot(v.wo, v.ns)) * abs(dot(wi, v.ng)) / max(abs(dot(v.wo, v.ng)), splat<Lane>(1e-12f)));
 }
 
-/// What turns a density per unit solid angle into one at the vertex, seen along `w`: the cosine to the
-/// geometric normal, in a medium the mean collision rate (mis.h).
+/// Turns a density per unit solid angle into one at the vertex, seen along `w`: the cosine to the geometric
+/// normal, in a medium the mean collision rate (mis.h).
 template <class K>
 Lane density_cosine(const RenderScene& scene, const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
   const Lane cosine = abs(dot(v.ng, w));

@@ -1,4 +1,4 @@
-// Light paths and emitters joined to the lens (t = 1).
+// Light tracing: light vertices and emitters joined to the camera (t = 1).
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/connections/guided_density.h"
 #include "worker/render/pipeline/connections/joined_vertices.h"
@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-/// Joins points `p` of paths `slot` to the camera; the lens sample is dimension `dim` of `stream`, if there
+/// Joins points `p` of paths `slot` to the camera. The lens sample is dimension `dim` of `stream`, if there
 /// is a lens.
 LensConnection<Lane> connect_lens(const StageContext& context, const SampleStream<Lane>& stream, uint32_t dim,
                                   const Vec3<Lane>& p, LaneInt slot, const Wavefront& w) {
@@ -31,7 +31,7 @@ LensConnection<Lane> connect_lens(const StageContext& context, const SampleStrea
   return c;
 }
 
-/// Where on the film, and the number of dimension `dim` that small filter weights go by.
+/// Sets the place on the film, and the random number (dimension `dim`) that small filter weights go by.
 void set_raster(const StageContext& context, const LensConnection<Lane>& lens,
                 const SampleStream<Lane>& stream, uint32_t dim, Candidates* c) {
   if (context.filter.is_one_pixel()) return;
@@ -124,8 +124,8 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   c.target = target.pixel;
   c.path = slot;
   set_raster(context, lens, stream, vertex_dim(0, kDimSplatSmall), &c);
-  // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt a help beside s =
-  // 0.
+  // An emitter's pixels get many small splats: for lt they are the whole estimate, for bdpt an addition to s
+  // = 0.
   const float tiny = context.lens_alone() ? 0 : context.tiny_contribution;
   const Lane u = tiny > 0 ? stream.get_random(vertex_dim(0, kDimNeeRoulette)) : Lane{};
   if (StrategyRecorder* recorder = recorder_of<K>(w)) {

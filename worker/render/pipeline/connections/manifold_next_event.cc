@@ -20,8 +20,8 @@ struct ManifoldChoice {
   Lane light{}, u{}, v{};
 };
 
-/// Whether nothing but a path that meets the light could go on from the vertex by mirrors and glass: no light
-/// path is joined to it or to one before it.
+/// Whether only a path that hits the light could go on from the vertex by mirrors and glass: no light path is
+/// joined to it or to the vertex before.
 bool is_alone(const StageContext& context, const Vertex& v) {
   return !context.on(kLightPaths) || (v.f[Vertex::kDvcm] == 0 && v.f[Vertex::kDvc] == 0);
 }
@@ -30,7 +30,7 @@ ChainStart start_of(const VertexLanes<Lane>& v, Lane time) {
   return {.p = v.p, .ng = v.ng, .error = v.error, .time = time};
 }
 
-/// Which of the last segments of `way` are free.
+/// The lanes whose last segment of `way` is free.
 LaneMask free_lanes(const StageContext& context, const WalkEnd& way, const LightTarget<Lane>& target,
                     Lane time, LaneMask active, RenderCounters* counters) {
   const Vec3<Lane> end = offset_origin(target.at, target.error, target.normal, -way.direction);
@@ -64,7 +64,8 @@ LaneMask free_lanes(const StageContext& context, const WalkEnd& way, const Light
   return free;
 }
 
-/// Calls add(lanes, contribution, events) with what comes to `vertices` by all ways from one light each.
+/// Calls add(lanes, contribution, events) with the light that comes to `vertices` by all ways from one light
+/// each.
 template <class Add>
 void for_each_contribution(const StageContext& context, const VertexLanes<Lane>& vertices, Lane time,
                            LaneMask active, const ManifoldChoice& choice, LaneInt most_events,
@@ -110,7 +111,7 @@ void for_each_contribution(const StageContext& context, const VertexLanes<Lane>&
                });
 }
 
-/// As camera paths that have met the light, in every plan.
+/// Records them like emitter hits, with the share of a family that is in every plan.
 void record(const StageContext& context, int depth, LaneInt slot, LaneMask adds, const Vec3<Lane>& c,
             LaneInt events, Wavefront& w) {
   FamilyRatios ratios{};
@@ -123,7 +124,7 @@ void record(const StageContext& context, int depth, LaneInt slot, LaneMask adds,
   }
 }
 
-/// Of walks, to what the paths cost.
+/// Counts the rays of walks in what the paths cost.
 void add_rays(LaneInt slot, LaneMask active, LaneInt rays, StrategyRecorder* recorder) {
   for (unsigned bits = mask_bits(active); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
@@ -156,7 +157,7 @@ void connect_manifolds(const StageContext& context, const LayerContext& layer, i
     const SampleStream<float> stream = layer.camera_stream<float>(v.path());
     if (stream.get_1d(vertex_dim(depth, kDimManifoldLight)) < work.chance[i])
       work.joined.push_back(static_cast<int32_t>(i));
-    // What leaves by a delta lobe goes a way of its own.
+    // A path that leaves by a delta lobe goes a way of its own.
     if (!seeds.meetable || w.paths.carried[path][Paths::kDvcm] == 0) continue;
     work.waits[path] = true;
     work.vertex[path] = v;

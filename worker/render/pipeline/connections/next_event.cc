@@ -1,4 +1,4 @@
-// Camera vertices joined to points on lights (t > 1, s = 1).
+// Next-event estimation: camera vertices joined to points on lights (t > 1, s = 1).
 #include <limits>
 
 #include "worker/render/math/ray_offset.h"

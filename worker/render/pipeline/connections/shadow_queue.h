@@ -1,5 +1,6 @@
 #pragma once
-// Contributions that wait for visibility: evaluated first, so that a zero is never traced.
+// The queue of contributions that wait for visibility. They are evaluated first, so that a zero is never
+// traced.
 #include <bit>
 
 #include "worker/render/math/compress.h"
@@ -13,8 +14,8 @@
 
 namespace lightmill {
 
-/// Segments end this fraction short of their target, which they must not hit: rounding of the hit distance is
-/// a few ulps of the segment's length.
+/// Segments end this fraction short of their target, which they must not hit: the hit distance has a rounding
+/// error of a few ulps of the segment's length.
 inline constexpr float kSegmentEnd = 1 - 0x1p-18f;
 
 /// Contributions that wait for visibility, in lanes.
@@ -23,7 +24,7 @@ struct Candidates {
   Lane tfar;
   Vec3<Lane> value;
   LaneInt target;
-  LaneInt path;                                 // slot of the path whose time it is
+  LaneInt path;                                 // slot of the path that gives the time
   Lane raster_x{}, raster_y{}, small_choice{};  // of splats
   // With media: the one that the segment starts in, and w_light + w_camera without P~ of the segment.
   LaneInt medium{};
@@ -31,8 +32,8 @@ struct Candidates {
   LaneInt light{};  // of next event: MediaWork::shadow_light
 };
 
-/// Drops zero contributions (counted), plays roulette for those below `tiny_contribution` with `u`, queues
-/// the rest.
+/// Drops zero contributions and counts them, plays roulette with `u` for those below `tiny_contribution`, and
+/// queues the rest.
 template <class K>
 void queue(const StageContext& context, const Candidates& c, LaneMask active, float tiny_contribution, Lane u,
            bool splats, Wavefront& w) {

@@ -1,16 +1,16 @@
 #pragma once
-// Where a contribution of the lens strategy lands on the film.
+// Where a splat of light tracing lands on the film.
 #include <cmath>
 
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill {
 
-/// Where a contribution at raster position (x, y) is: all pixels in reach of the filter receive their part of
-/// it (spread_splats).
+/// The place of a splat at raster position (x, y). All pixels in reach of the filter receive their part of it
+/// (spread_splats).
 struct SplatTarget {
-  LaneInt pixel{};   // the one that it is in, or the nearest of the crop window
-  LaneMask valid{};  // others are too far from the crop window
+  LaneInt pixel{};   // that it is in, or the nearest one of the crop window
+  LaneMask valid{};  // false: too far from the crop window
 
   SplatTarget(const StageContext& context, Lane x, Lane y, LaneMask active) {
     const auto* sphere = std::get_if<SphericalCamera>(&context.camera);
@@ -59,7 +59,7 @@ struct SplatTarget {
   }
 };
 
-/// Gives contributions at raster positions (x, y) to pixels: calls add(lane, pixel, filter weight) for the
+/// Divides splats at raster positions (x, y) among pixels: calls add(lane, pixel, filter weight) for the
 /// first `count` lanes. `u` are uniform numbers for small weights.
 template <class Add>
 void spread_splats(const StageContext& context, Lane x, Lane y, const float* u, int count, Add&& add) {
@@ -86,9 +86,9 @@ void spread_splats(const StageContext& context, Lane x, Lane y, const float* u, 
 /// One of the pixels that a splat is given to, which stands for all of them.
 struct DrawnSplat {
   int32_t pixel;  // row-major in the full frame; -1: it is beside the crop window
-  float weight;   // what the pixel receives of it then
+  float weight;   // filter weight of that pixel, as it stands for all
 };
-/// Drawn for raster position (x, y) by the size of the filter with uniform `u`.
+/// Draws it for raster position (x, y) in proportion to the filter's size, with uniform `u`.
 inline DrawnSplat draw_splat(const StageContext& context, float x, float y, float u) {
   const FilterReach<float> reach(context.filter, x, y);
   float all = 0;

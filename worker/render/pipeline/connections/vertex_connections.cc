@@ -1,4 +1,4 @@
-// Camera vertices joined to vertices of light paths (s, t > 1).
+// Vertex connections: camera vertices joined to vertices of light paths (s, t > 1).
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/connections/guided_density.h"
 #include "worker/render/pipeline/connections/joined_vertices.h"
@@ -56,7 +56,7 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
       const Lane light_ratio = f.pdf * cos_l * inv_d2, camera_ratio = fl.pdf * cos_v * inv_d2;
       const Lane w_light = light_ratio * (l.dvcm + l.dvc * fl.pdf_reverse);
       const Lane w_camera = camera_ratio * (v.dvcm + v.dvc * f.pdf_reverse);
-      // M9; over the samples of the connection itself, which the contribution is divided by in turn.
+      // M9, with the number of connections; the contribution is divided by it in turn.
       const Lane mis = mis_weight(w_light * inv_connections, w_camera * inv_connections);
       const Lane geometry =
           inv_connections * shading_cosine<K>(v, abs(wi_local.z)) * adjoint_cosine<K>(l, -wi) * inv_d2;

@@ -14,7 +14,7 @@
 namespace lightmill {
 namespace {
 
-/// Directions per first hit that albedo is the mean of; as many as pbrt-v4 takes.
+/// Albedo is the mean over this many directions per first hit: as many as pbrt-v4 takes.
 constexpr int kAlbedoSamples = 16;
 
 /// Share of light that a vertex reflects or transmits towards its viewer, by sampling: the same fixed points
@@ -22,7 +22,7 @@ constexpr int kAlbedoSamples = 16;
 Vec3<Lane> albedo_at(const RenderScene& scene, const VertexLanes<Lane>& v, LaneMask active) {
   const Frame<Lane> frame(v.ns);
   const Vec3<Lane> wo = viewer_direction(frame.to_local(v.wo), dot(v.ng, v.wo));
-  // What enters a body comes out of a deep one that much dimmer.
+  // Light that enters a deep body leaves it this much dimmer.
   const LaneMask bodies =
       scene.any_bodies ? mask_and(active, enters_bodies<Lane>(v.kind)) : splat_mask<Lane>(false);
   Vec3<Lane> of_body{};
@@ -172,7 +172,7 @@ void AovRecorder::finish_layer(const StageContext& context, const LayerContext& 
     const auto units = [&](float x) {
       return context.signed_film ? to_signed_units(x, quantum_exponent) : to_units(x, quantum_exponent);
     };
-    // What the film drops is dropped here, too: direct light stays a part of the whole.
+    // What the film drops is dropped here, too, so that direct light stays a part of the whole.
     if (!units(radiance[0]) || !units(radiance[1]) || !units(radiance[2])) continue;
     for (size_t c = 0; c < 3; ++c) {
       if (wants_direct()) {

@@ -1,7 +1,7 @@
 #pragma once
-// What AOVs (common/job/aovs.h) need of the camera paths, one sample of a cell at a time. It hangs on the
-// wavefront only where a tile's builder asks for AOVs: without one the stages do not know of it. Nothing here
-// changes a path or what it contributes.
+// Records what AOVs (common/job/aovs.h) need of the camera paths, one sample of a cell at a time. A wavefront
+// has a recorder only where a tile's builder asks for AOVs. It changes neither a path nor what it
+// contributes.
 #include <array>
 #include <span>
 #include <vector>
@@ -20,10 +20,10 @@ class AovRecorder {
 
   void begin_packet();
   void begin_layer();
-  /// Camera vertices at `depth`, before anything is sampled there.
+  /// Takes camera vertices at `depth`, before anything is sampled there.
   void hits(const StageContext& context, const VertexLanes<Lane>& vertices, LaneMask active, int depth,
             const Paths& paths);
-  /// Camera paths that scatter in a medium: they have no first surface, as those that escape.
+  /// Takes camera paths that scatter in a medium. They have no first surface, like those that escape.
   void ends_in_medium(LaneInt slot, LaneMask active);
   /// Whether camera paths without a contribution need not be followed any further.
   bool first_hits_done(const Paths& paths) const;

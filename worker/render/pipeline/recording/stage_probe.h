@@ -1,6 +1,6 @@
 #pragma once
-// What benches want to know of a wavefront: the time in each stage, and the rays that it casts. A wavefront
-// without a probe pays one test of a pointer for each call of a stage.
+// Measures a wavefront for benches: the time in each stage, and the rays that it casts. A wavefront without a
+// probe pays one test of a pointer for each call of a stage.
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace lightmill {
 
-/// The five stages, with the shadow caster in its halves: forming connections and testing them.
+/// The five stages. The shadow caster counts as two: forming connections and testing them.
 enum class Stage { kProduce, kCast, kBounce, kConnect, kOcclude, kFilm, kOther };
 inline constexpr size_t kStages = 7;
 inline constexpr std::array<const char*, kStages> kStageNames = {"produce", "cast", "bounce", "connect",
@@ -58,7 +58,7 @@ class StageProbe {
   Stage stage_ = Stage::kOther;
 };
 
-/// Lets time count for a stage until the end of the scope.
+/// Counts time for a stage until the end of the scope.
 class StageScope {
  public:
   StageScope(Wavefront& wavefront, Stage stage) : probe_(wavefront.probe) {

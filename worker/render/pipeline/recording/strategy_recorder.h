@@ -1,6 +1,6 @@
 #pragma once
-// What every strategy did in the packets of one thread: recorded for diagnosis only. A wavefront without a
-// recorder pays one test of a pointer per batch.
+// Records what every strategy did in the packets of one thread, for diagnosis and pilots. A wavefront without
+// a recorder pays one test of a pointer per batch.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -11,12 +11,12 @@
 
 namespace lightmill {
 
-/// Strategies are told apart up to this many vertices a side; longer ones count with it.
+/// Strategies are told apart up to this many vertices a side. Longer ones count with it.
 inline constexpr int kRecordedVertices = 12;
 
-/// Of a path's density under all strategies, what stems from each family; the sum is 1. A set S of families
-/// would give the same contribution the weight (its own family's share) / (the shares in S), and its second
-/// moment is the sum over contributions of value^2 / (the shares in S): Grittmann et al. 2022, eq. 12.
+/// The parts of a path's density under all strategies that stem from each family; their sum is 1. A set S of
+/// families would give the same contribution the weight (its own family's share) / (the shares in S). Its
+/// second moment is the sum over contributions of value^2 / (the shares in S): Grittmann et al. 2022, eq. 12.
 struct FamilyShares {
   float hit = 0, next_event = 0, lens = 0, connect = 0;
   float of(Strategies set) const {
@@ -31,9 +31,9 @@ inline void add_ratio(FamilyRatios* ratios, float FamilyShares::*family, Lane x)
   for (int l = 0; l < kLanes; ++l) (*ratios)[static_cast<size_t>(l)].*family += lane(x, l);
 }
 
-/// Shares of the caustic guide that are weighed against each other; 0: no guide.
+/// Shares of the photon guide that are compared; 0: no guide.
 inline constexpr std::array<float, 4> kGuideShares{0, 0.1f, 0.25f, 0.5f};
-/// Of a camera subpath: its density under each of these shares, over that under the guide's own.
+/// The density of a camera subpath under each of these shares, over that under the guide's own share.
 using GuideOdds = std::array<float, kGuideShares.size()>;
 inline constexpr GuideOdds kEvenOdds{1, 1, 1, 1};
 
@@ -96,11 +96,11 @@ class StrategyRecorder {
 
   /// Names the lanes of the next call that queues candidates.
   void announce(LaneInt s, int t, LaneInt slot, LaneInt light_slot, Lane weight, const FamilyRatios& ratios);
-  /// Of the announced lanes: evaluated, and those that were zero or lost at roulette.
+  /// For the announced lanes: which were evaluated, and of those which were zero or lost at roulette.
   void candidates(unsigned evaluated, unsigned zero, unsigned rouletted);
-  /// Announced lane `l` became entry `i` of the shadow rays; `size` is what roulette judged it by.
+  /// Announced lane `l` became entry `i` of the shadow rays. `size`: what roulette judged it by.
   void queued(int l, int i, float size);
-  /// The queue was tested; `seconds` is shared out by entries. With media, what was announced is without P~
+  /// The queue was tested; `seconds` are divided among its entries. With media, what was announced lacks P~
   /// of the segments (medium_walk.h).
   void resolved(const StageContext& context, const ShadowRays& rays, bool splats, double seconds,
                 const MediaWork* media);
@@ -109,31 +109,32 @@ class StrategyRecorder {
                 const FamilyRatios& ratios);
   void vertex(bool light, int depth, LaneInt slot, LaneMask mask, LaneInt primitive, const Vec3<Lane>& p,
               const Vec3<Lane>& throughput);
-  // The parts of dVC along the subpaths (mis.h): of a camera path what lens connections add, of a light path
-  // what next event and emission hits add; the rest is connections. Slots and vertices as in the wavefront.
+  // Parts of dVC along the subpaths (mis.h): what light tracing adds on a camera path; what next event and
+  // emission hits add on a light path. The rest is vertex connections. Slots and vertices as in the
+  // wavefront.
   void start_camera_paths() {
     camera_.fill({});
     if (weigh_guide) odds_.fill(kEvenOdds), vertex_odds_.fill(kEvenOdds);
   }
   void start_light_paths(int base, Lane dvc, LaneInt light, const Vec3<Lane>& direction);
-  /// M3: everything is divided by the cosine.
+  /// M3: all parts are divided by the cosine.
   void hit(bool light, LaneInt slot, LaneMask mask, Lane inv_cos);
   /// Paths in these slots take a step through a body.
   void walk_steps(bool light, const std::vector<int32_t>& slots);
-  /// M4, M5: parts are scaled by `gain`; at depth 1 `dvcm_term` is the family's own.
+  /// M4, M5: parts are scaled by `gain`. At depth 1 `dvcm_term` is the family's own.
   void scatter(bool light, int depth, LaneInt slot, LaneMask mask, Lane gain, Lane dvcm_term);
-  /// Camera paths leave their vertices; `odds` per lane.
+  /// Camera paths leave their vertices. `odds` per lane.
   void scatter_by_guide(LaneInt slot, LaneMask mask, const std::array<GuideOdds, kLanes>& odds);
   /// Vertices first, first + 1, ... are those in `mask`.
   void store(bool light, size_t first, LaneInt slot, LaneMask mask);
-  /// Adds the families of dVCM + dVC * pdf_reverse, times `scale`, of stored vertices to `ratios`.
+  /// Adds to `ratios` the families of dVCM + dVC * pdf_reverse, times `scale`, of stored vertices.
   void add_stored(bool light, LaneInt index, LaneInt depth, Lane scale, Lane dvcm, Lane dvc, Lane pdf_reverse,
                   FamilyRatios* ratios) const;
   /// Adds those of dVC * scale of camera paths that end on an emitter.
   void add_camera_path(LaneInt slot, Lane scale, Lane dvc, FamilyRatios* ratios) const;
 
-  /// Between these two a stage forms candidates; its `seconds` are shared out by those evaluated, without
-  /// what resolved() took meanwhile.
+  /// Between these two calls a stage forms candidates. Its `seconds` are divided among those evaluated,
+  /// without what resolved() took meanwhile.
   void begin_stage() { before_ = counts, resolving_seconds_ = 0; }
   void end_stage(double seconds);
 
@@ -143,7 +144,7 @@ class StrategyRecorder {
     float weight = 0, size = kNoRoulette;
     FamilyShares shares;
   };
-  /// What connections do not add to dVC.
+  /// The parts of dVC that connections do not add.
   struct Parts {
     float next_event = 0, hit = 0;  // light paths
     float lens = 0;                 // camera paths

@@ -5,9 +5,9 @@
 namespace lightmill {
 namespace {
 
-/// Twice as many found a tenth more on water with many waves, for half as much time again.
+/// Rounds of a walk. Twice as many found a tenth more on water with many waves, for half as much time again.
 constexpr int kMostRounds = 8;
-/// Angle between neighbours, and a correction so small that the walk ends with it: what it leaves is its
+/// Angle between neighbours, and a correction so small that the walk ends with it: the error left is its
 /// square.
 constexpr float kStep = 0x1p-12f, kEnd = 0x1p-13f;
 /// A round turns the direction by no more than this.
@@ -59,13 +59,13 @@ WalkEnd walk_manifold(const StageContext& context, const ChainStart& start, Lane
     result.rays = result.rays + select(active, SpecularEvents::count_of(start.events) * kChains, LaneInt{});
     const Misses m = misses_of(ends, target);
     const Lane miss = m.x[0] * m.x[0] + m.y[0] * m.y[0];
-    // Back half of the way where that did not lead nearer.
+    // Goes back half of the way if that did not lead nearer.
     const LaneMask there = mask_and(mask_and(active, ends[0].reached), mask_and(m.known[0], m.ahead));
     const LaneMask nearer = mask_and(there, LaneMask(miss <= least));
     const LaneMask back = mask_and(active, mask_not(nearer));
     active = mask_and(active, mask_not(mask_and(back, LaneMask(least == kFar))));
     w = select(back, normalize(w + before), w);
-    // A neighbour that met something else may lie beyond an edge: the other side will do as well.
+    // A neighbour that met something else may lie beyond an edge: then the other side serves.
     const auto beside = [&](size_t k) { return mask_and(ends[k].reached, m.known[k]); };
     const auto alike = [&](size_t k) {
       return mask_and(beside(k), LaneMask(ends[k].trace == ends[0].trace));

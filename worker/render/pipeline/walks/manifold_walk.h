@@ -1,10 +1,10 @@
 #pragma once
-// The ways by which a given point of a light shines through glass and off mirrors to a given point: those
-// directions from the latter whose ray, followed through the events of a chain, ends at the former (Hanika,
-// Droske and Fascione 2015, "Manifold next event estimation"; walks on manifolds: Jakob and Marschner 2012).
-// Newton's method looks for them, from where photons have come; derivatives are differences of rays that lie
-// beside each other, so that any surface will do. What is found is a function of the two points and the seeds
-// alone: nothing is drawn.
+// Manifold walks find the ways by which a given point of a light shines through glass and off mirrors to a
+// given point: the directions from the latter whose ray, followed through the events of a chain, ends at the
+// former (Hanika, Droske and Fascione 2015, "Manifold next event estimation"; walks on manifolds: Jakob and
+// Marschner 2012). Newton's method begins where photons came from. Derivatives are differences of rays side
+// by side, so any surface will do. What is found is a function of the two points and the seeds alone: nothing
+// is drawn.
 #include "worker/render/guiding/manifold_seeds.h"
 #include "worker/render/pipeline/walks/specular_chain.h"
 
@@ -20,23 +20,23 @@ struct WalkEnd {
   LaneMask found = splat_mask<Lane>(false);
   Vec3<Lane> w;      // unit direction from where the walk started
   LaneInt events{};  // SpecularEvents that it followed
-  /// Change of the solid angle there per change of the area across the last ray at the target, or of the
-  /// solid angle that the target is a direction in.
+  /// Change of the solid angle there per change of the area across the last ray at the target; for a target
+  /// at infinity, per change of the solid angle around it.
   Lane density{};
   Vec3<Lane> origin, direction;  // of the ray from the last event to the target
   Vec3<Lane> throughput;         // of its radiance to the start
   LaneInt rays{};                // that were traced
 };
 
-/// Directions to the same light that are one way's, if that has the same events: what is reflected inside a
-/// shell around a light comes from where its other light comes from.
+/// Whether directions to the same light belong to one way, if they have the same events. What is reflected
+/// inside a shell around a light comes from where its other light comes from.
 inline LaneMask same_direction(const Vec3<Lane>& a, const Vec3<Lane>& b) {
   constexpr float kApart = 1e-4f;
   const Vec3<Lane> d = a - b;
   return LaneMask(dot(d, d) < kApart * kApart);
 }
 
-/// Which walks have found the way that leaves in direction `w` and has `events`.
+/// The walks that have found the way that leaves in direction `w` and has `events`.
 inline LaneMask found_way(const WalkEnd& end, const Vec3<Lane>& w, LaneInt events) {
   return mask_and(end.found, mask_and(LaneMask(end.events == events), same_direction(end.w, w)));
 }
@@ -46,8 +46,8 @@ WalkEnd walk_manifold(const StageContext& context, const ChainStart& start, Lane
                       const Vec3<Lane>& first, const WalkTarget& target, Wavefront& chains,
                       RenderCounters* counters);
 
-/// Calls visit(end) after every walk, from all seeds of the lanes' groups that have at most
-/// `most_events`; what another has found before is not found again.
+/// Calls visit(end) after every walk, from all seeds of the lanes' groups that have at most `most_events`. A
+/// way that an earlier walk found is not found again.
 template <class Visit>
 void for_each_way(const StageContext& context, ChainStart start, LaneMask active,
                   const std::array<const ManifoldGroup*, kLanes>& groups, LaneInt most_events,

@@ -37,7 +37,7 @@ struct Outermost {
     const Vec3<Lane> to_center{scene.bounds_center[0] - o.x, scene.bounds_center[1] - o.y,
                                scene.bounds_center[2] - o.z};
     const Lane along = dot(to_center, d);
-    // By the distance of the line: the difference of squares would cancel.
+    // By the distance of the line: a difference of squares would cancel.
     const Vec3<Lane> across = to_center - d * along;
     const Lane half = safe_sqrt(scene.media_reach * scene.media_reach - dot(across, across));
     enter = max(along - half, Lane{});
@@ -45,10 +45,10 @@ struct Outermost {
   }
 };
 
-/// What rays hit, of the lanes in `hit`.
+/// The surfaces that rays hit, for the lanes in `hit`.
 Surface<Lane> surfaces(const RenderScene& scene, LaneInt prim, LaneInt instance, LaneMask hit,
                        const Vec3<Lane>& o, const Vec3<Lane>& d, Lane time) {
-  // The other lanes take a primitive that there is.
+  // The other lanes take a primitive that exists.
   const int first = std::countr_zero(mask_bits(hit));
   return surface_at<Lane>(scene, select(hit, prim, splat_int<Lane>(lane(prim, first))),
                           select(hit, instance, splat_int<Lane>(lane(instance, first))), o, d, time);
@@ -63,8 +63,8 @@ void draw_depths(const SampleStream<Lane>& stream, uint32_t dim, const Vec3<Lane
   *channel = select(first, LaneInt{}, select(second, splat_int<Lane>(1), splat_int<Lane>(2)));
   const Lane low = select(first, Lane{}, select(second, throughput.x, two));
   const Lane width = select(first, throughput.x, select(second, throughput.y, throughput.z));
-  // What the choice leaves of its number extends the other's 24 bits: thin media end few segments, and thick
-  // ones let few through.
+  // The rest of the number that made the choice extends the other's 24 bits: thin media end few segments, and
+  // thick ones let few through.
   const Lane more = clamp((pick - low) / max(width, splat<Lane>(0x1p-120f)), 0.0f, 1 - 0x1p-24f) + 0x1p-25f;
   const Lane u = stream.get_1d(dim);
   *left = minus_log_one_minus(u + more * 0x1p-24f, (1.0f - u) - more * 0x1p-24f);
@@ -149,7 +149,7 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
   const LaneMask done = mask_and(e.active, mask_not(crosses));
   if (!any(done)) return crosses;
 
-  // The segment's end: its weight, and P~.
+  // At the segment's end: its weight, and P~.
   const Vec3<Lane> passed = exp_minus(rate), transmitted = exp_minus(optical);
   const Lane sum = path.throughput.x + path.throughput.y + path.throughput.z;
   const Vec3<Lane> share = path.throughput * (1.0f / select(LaneMask(sum > 0.0f), sum, splat<Lane>(1.0f)));

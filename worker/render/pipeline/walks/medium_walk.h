@@ -2,27 +2,25 @@
 // Stage 2 where the scene has media: the caster with a walk through them. Scenes without media never come
 // here.
 //
-// A segment goes from a vertex to the next, straight through boundaries of media, which are no events. The
-// distance at which it ends in a medium is drawn once for the whole of it: a channel c is chosen in
-// proportion to the path's throughput, w_c, and an optical depth from it, so that a segment that ends at x
-// has density
+// A segment goes from one vertex to the next, straight through boundaries of media, which are no events. The
+// distance at which it ends in a medium is drawn once for the whole segment: a channel c in proportion to the
+// path's throughput, w_c, and an optical depth of it. So a segment that ends at x has density
 //   p(x) = sum_c w_c mu_c(x) P_c(x),   and P = sum_c w_c P_c(x) to get to a surface at x or beyond,
 // with P_c(x) = exp(-integral of mu_c up to x) and mu the collision rate of medium.h. The throughput is
-// multiplied by sigma_s,c T_c / p, or T_c / P, T being the transmittance: the sum over the channels of what
-// goes on never grows, however much the channels' coefficients differ, and one channel alone is what gets
-// lost.
+// multiplied by sigma_s,c T_c / p, or T_c / P, where T is the transmittance. The sum over the channels of
+// what goes on never grows, however much their coefficients differ. One channel alone is what gets lost.
 //
 // MIS (mis.h) needs densities that do not depend on where the path came from. In their place its terms use
 //   P~ = mean over the channels of P_c,   and mu~, the mean rate, at a vertex in a medium,
-// a fixed function of the path that has the true densities' size: weights still sum to one.
+// a fixed function of the path of the true densities' size. Weights still sum to one.
 //
 // A medium without boundary, which the camera or a light stands in, ends at the sphere around the scene and
-// the camera, so that what comes from infinity has a finite way through it; where nothing does it goes on,
-// for what light is worth there, without end (RenderScene::media_reach).
+// the camera, so that light from infinity has a finite way through it. If there is no such light, it goes on
+// without end, as far as light is worth it there (RenderScene::media_reach).
 //
-// Panes (materials/pane.h) are boundaries that a segment passes with the probability T of each: one number u is
-// drawn for the whole segment, which ends at the first pane where the product of all T so far is not above u.
-// The product is part of the P~ of the segment, and of the transmittance of a connection.
+// Panes (materials/pane.h) are boundaries that a segment passes with the probability T of each. One number u
+// is drawn for the whole segment, which ends at the first pane where the product of all T so far is not above
+// u. The product is part of the P~ of the segment, and of the transmittance of a connection.
 #include <vector>
 
 #include "worker/render/pipeline/context.h"
@@ -54,7 +52,7 @@ struct MediaWork {
   uint8_t shadow_crossed[ShadowRays::kCapacity];          // whether boundaries may lie on their way
   TracedRay shadow_rays[ShadowRays::kCapacity];
 
-  /// A shadow ray of next event that got to a light, and the medium that it was in then.
+  /// A shadow ray of next-event estimation that got to a light, and the medium that it was in there.
   struct Arrival {
     int32_t light;
     bool outside;  // of the light's surface
@@ -66,16 +64,16 @@ struct MediaWork {
   std::vector<int32_t> casting, walking;  // slots with a ray to cast; those that it is not done with
 };
 
-/// Casts all paths and walks on through boundaries, until each ends on a surface, in a medium (its primitive
-/// is then kInMedium) or escapes. Multiplies throughputs, divides dVCM by P~ (M3), adds what media emit.
-/// `depth`: of the vertices to come.
+/// Casts all paths and walks on through boundaries, until each ends on a surface, ends in a medium (its
+/// primitive is then kInMedium) or escapes. Multiplies throughputs, divides dVCM by P~ (M3), adds what media
+/// emit. `depth`: of the vertices to come.
 void cast_light_paths_through_media(const StageContext& context, const LayerContext& layer, int depth,
                                     Wavefront& w);
 void cast_camera_paths_through_media(const StageContext& context, const LayerContext& layer, int depth,
                                      Wavefront& w);
 
-/// Tests the queued shadow rays as Accel::occluded does, but through boundaries, and multiplies those that
-/// are free by their transmittance and the MIS weight's dependence on it.
+/// Tests the queued shadow rays as Accel::occluded does, but through boundaries. Multiplies those that are
+/// free by their transmittance and completes their MIS weights, which depend on it.
 void trace_transmittance(const StageContext& context, Wavefront& w);
 
 }  // namespace lightmill

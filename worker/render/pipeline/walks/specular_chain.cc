@@ -10,7 +10,7 @@
 namespace lightmill {
 namespace {
 
-/// Paths of chain `k`; lanes that are not active have that of one which is, so that they can be looked at.
+/// Paths of chain `k`. Inactive lanes have the path of an active one, so that it can be read.
 Group group_of(int k, LaneMask active) {
   const unsigned bits = mask_bits(active);
   const LaneInt slot =
@@ -22,7 +22,7 @@ Group group_of(int k, LaneMask active) {
   return g;
 }
 
-/// Takes paths through event `i` of their chains. Returns those that it has happened to.
+/// Takes paths through event `i` of their chains. Returns the lanes where it happened.
 LaneMask pass_event(const StageContext& context, const Group& g, LaneMask passes, Wavefront& w,
                     UintOf<Lane>* trace) {
   Hit h = reconstruct<SurfaceKernels>(context.scene, w, g, Mode::kRadiance, 1);

@@ -1,6 +1,6 @@
 #pragma once
-// Rays that leave points in given directions and are followed through mirrors and smooth glass by given
-// events, without anything being drawn.
+// Follows rays from points in given directions through mirrors and smooth glass by given events. Nothing is
+// drawn.
 #include <array>
 
 #include "worker/render/guiding/photon.h"
@@ -8,7 +8,7 @@
 
 namespace lightmill {
 
-/// Where chains begin, a point per lane; kChains of them from each.
+/// Where chains begin: a point per lane, with kChains of them from each.
 struct ChainStart {
   Vec3<Lane> p, ng;
   Lane error{}, time{};
@@ -17,14 +17,14 @@ struct ChainStart {
 inline constexpr int kChains = 3;
 
 struct ChainEnd {
-  LaneMask reached = splat_mask<Lane>(false);  // all events happened as they were to
+  LaneMask reached = splat_mask<Lane>(false);  // all events happened as given
   Vec3<Lane> origin, direction;                // the ray that leaves the last of them
-  Vec3<Lane> throughput;                       // of radiance that comes against it
-  UintOf<Lane> trace{};  // the same for chains that met the same primitives, as good as always
+  Vec3<Lane> throughput;                       // of radiance against the ray's direction
+  UintOf<Lane> trace{};  // equal for chains that met the same primitives; else nearly always different
 };
 
-/// Follows from each of the `active` lanes one chain per direction. `w` is a wavefront for nothing else,
-/// whose first kChains kLanes paths are overwritten; `counters` are the render's.
+/// Follows one chain per direction from each of the `active` lanes. `w` is a wavefront for nothing else,
+/// whose first kChains kLanes paths are overwritten. `counters` are the render's.
 std::array<ChainEnd, kChains> follow_chains(const StageContext& context, const ChainStart& start,
                                             LaneMask active,
                                             const std::array<Vec3<Lane>, kChains>& directions, Wavefront& w,

@@ -17,9 +17,8 @@
 namespace lightmill {
 namespace {
 
-/// From kFreeSteps = K on a walk gets to step n with probability sqrt(K / n) at most, from kManySteps on with
-/// one that falls like n^-2: so even one that is lost in a body without end takes a thousand steps on
-/// average.
+/// From kFreeSteps = K on a walk gets to step n with probability sqrt(K / n) at most; from kManySteps on this
+/// falls like n^-2. So even a walk that is lost in an endless body takes a thousand steps on average.
 constexpr int kFreeSteps = 64, kManySteps = 4096;
 float longest_share(int n) {
   const float rest = 1 - 1 / static_cast<float>(n);
@@ -28,7 +27,7 @@ float longest_share(int n) {
 /// Walks whose throughput has fallen below this share of what entered play roulette for the rest.
 constexpr float kFaint = 0.25f;
 
-/// Random numbers of a step. They have a key of their own per vertex, as steps have no last one.
+/// Random numbers of a step. They have a key of their own per vertex, as the number of steps has no bound.
 enum StepDim : uint32_t {
   kDimChannel = 0,
   kDimDistance = 1,
@@ -52,7 +51,7 @@ Vec3<Lane> transmitted(const Vec3<Lane>& extinction, Lane way) {
           exp_negative(-extinction.z * way)};
 }
 
-/// Draws how far segments go, if nothing is in their way.
+/// Draws how far segments go if nothing is in their way.
 Lane draw_way(const SampleStream<Lane>& stream, uint32_t dim, const Vec3<Lane>& throughput,
               const Vec3<Lane>& extinction) {
   const Lane pick = stream.get_random(dim + kDimChannel) * (throughput.x + throughput.y + throughput.z);
@@ -65,8 +64,8 @@ Lane draw_way(const SampleStream<Lane>& stream, uint32_t dim, const Vec3<Lane>& 
                 splat<Lane>(std::numeric_limits<float>::infinity()));
 }
 
-/// Which of the lanes in `arrives`, on surfaces that the boundary's material is given to, are at the body:
-/// elsewhere a mix is another material there, and lets nothing out.
+/// Which of the lanes in `arrives`, on surfaces with the boundary's material, are at the body. Elsewhere a
+/// mix is another material there, and lets nothing out.
 LaneMask at_body(const RenderScene& scene, LaneInt boundary, LaneInt body, LaneMask arrives, LaneInt prim,
                  const Surface<Lane>& s) {
   if (!scene.any_mix) return arrives;
@@ -76,8 +75,8 @@ LaneMask at_body(const RenderScene& scene, LaneInt boundary, LaneInt body, LaneM
   return mask_and(arrives, mask_and(right, LaneMask(to_int(select(right, number, Lane{})) == body)));
 }
 
-/// One step of `g`, of number `n`: to a collision, to the boundary, or to a surface on the way. Those that go
-/// on are added to m.next, those that leave to m.leaving.
+/// Step `n` of `g`: to a collision, to the boundary, or to a surface on the way. Those that go on are added
+/// to m.next, those that leave to m.leaving.
 void step(const RenderScene& scene, const SampleStream<Lane>& stream, int n, const Group& g, Paths& paths,
           BodyWalks& m) {
   const uint32_t dim = static_cast<uint32_t>(n) * kDimsPerStep;
@@ -93,7 +92,7 @@ void step(const RenderScene& scene, const SampleStream<Lane>& stream, int n, con
   Lane far = splat<Lane>(std::numeric_limits<float>::infinity());
   Surface<Lane> s{};
   if (any(hit)) {
-    // The other lanes take a primitive that there is.
+    // The other lanes take a primitive that exists.
     const int first = std::countr_zero(mask_bits(hit));
     s = surface_at<Lane>(scene, select(hit, path.prim, splat_int<Lane>(lane(path.prim, first))),
                          select(hit, path.instance, splat_int<Lane>(lane(path.instance, first))), o, d,
@@ -142,7 +141,7 @@ void step(const RenderScene& scene, const SampleStream<Lane>& stream, int n, con
   path.throughput = select(collides, arrived * extinction * albedo, arrived);
   scatter(m.collisions, g.slot, gather(m.collisions, g.slot) + 1.0f, collides);
 
-  // Out, or on in another direction.
+  // Leaves, or goes on in another direction.
   LaneMask leaves = splat_mask<Lane>(false);
   Vec3<Lane> turned{}, from = o + d * min(left, far);
   if (any(arrives)) {
@@ -184,7 +183,7 @@ void enter_bodies(const StageContext& context, const SampleStream<Lane>& stream,
                   Wavefront& w) {
   BodyWalks& m = *w.bodies;
   const Lane outside = copysign(splat<Lane>(1.0f), dot(v.ng, v.wo));
-  // The numbers of a step before the first, which is 1.
+  // Random numbers of step 0: steps are counted from 1.
   carried.direction = cosine_direction(walk_stream(stream, depth), kDimTurn, v.ng * -outside);
   carried.origin = offset_origin(v.p, v.error, v.ng, carried.direction);
   store_paths(carried, v.path, mask_bits(enters), &w.paths);
@@ -205,7 +204,7 @@ Vec3<Lane> albedo_from_both_ends(const BodyWalks& walks, LaneInt slot, const Vec
                            gather(walks.albedo[2], slot)};
   const Lane half = gather(walks.collisions, slot) * 0.5f;
   const auto channel = [&](Lane a, Lane b) {
-    // Of a black end nothing is left to multiply.
+    // A black end leaves nothing to multiply.
     constexpr float kLeast = 1e-12f;
     const Lane x =
         (log_positive(max(b, splat<Lane>(kLeast))) - log_positive(max(a, splat<Lane>(kLeast)))) * half;

@@ -1,31 +1,31 @@
 #pragma once
-// Between stages 3 and 4 where some material lets light walk through the body below it: from where a path
-// enters to where it leaves. Scenes without such a material never come here.
+// Subsurface walks, between stages 3 and 4: from where a path enters a body to where it leaves. Scenes
+// without such a material never come here.
 //
 // A walk is a chain of segments in a homogeneous medium, between collisions and diffuse reflections by the
 // inside of the boundary, until one of those that meet the boundary leaves (bsdf/subsurface.h). Its vertices
-// are no vertices of the path: they are not stored, no strategy joins two of them, and the whole walk, entry
+// are no vertices of the path: they are not stored, and no strategy joins two of them. The whole walk, entry
 // and exit included, is one scattering event, as in pbrt.
 //
-// The boundary is whatever has the material that was entered, in front of or behind other surfaces: they do
-// not stop a walk. Outside is the side that the path came from: a body may be an open sheet, and normals may
-// point either way. Where the boundary is met from outside, as another ball of that material is, the walk
-// goes through, and once more through it, or through another, on its way out: what overlaps is one body. Only
-// so are there as many ways from x to y as back, which MIS relies on.
+// The boundary is whatever has the material that was entered. Other surfaces do not stop a walk. Outside is
+// the side that the path came from: a body may be an open sheet, and normals may point either way. Where the
+// boundary is met from outside, as another ball of that material is, the walk goes in there, too, and passes
+// through one more boundary on its way out: what overlaps is one body. Only so are there as many ways from x
+// to y as back, which MIS relies on.
 //
-// Sampling. As in medium_walk.h the channel whose mean free path a segment is drawn from is chosen in
-// proportion to the throughput, and segments are weighted by the density over all channels, so that the sum
-// of the channels never grows. Whatever the weights are, roulette keeps the walk short: it takes what has
-// lost most of its throughput, and from some K on a walk gets to step n with probability sqrt(K / n) at most.
-// In a deep body that absorbs nothing it gets there with n^-1/2 anyway: with both, the number of steps and
-// the second moment of the weight grow like log n only.
+// Sampling. As in medium_walk.h, a segment is drawn from the mean free path of a channel, chosen in
+// proportion to the throughput. Segments are weighted by the density over all channels, so the sum of the
+// channels never grows. Whatever the weights are, roulette keeps the walk short: it takes what has lost most
+// of its throughput, and from some K on a walk gets to step n with probability sqrt(K / n) at most. In a deep
+// body that absorbs nothing it gets there with n^-1/2 anyway. With both, the number of steps and the second
+// moment of the weight grow like log n only.
 //
-// MIS (mis.h). With every factor that the two directions share (steps, reflections, the Lambertian cosines at
-// both ends; the mean over channels standing in for the weights that depend on the throughput) the density of
-// a walk from x to y is that from y to x: it cancels. What is left of a walk is an edge that no strategy
+// MIS (mis.h). The density of a walk from x to y is that from y to x: it cancels. That counts every factor
+// that the two directions share: steps, reflections, the Lambertian cosines at both ends, with the mean over
+// channels for the weights that depend on the throughput. What is left of a walk is an edge that no strategy
 // makes by itself, between a vertex x where the path enters with probability P(wo) and one y where it leaves:
 //   dVC(y) = (dVC(x) pdf_rev(x) + dVCM(x)) / P(wo)     dVCM(y) = 0                                  (M11)
-// that is M4 with P for the density and without a cosine, while M3 does nothing. At y pdf_rev is the
+// That is M4 with P for the density and without a cosine, while M3 does nothing. At y pdf_rev is the
 // probability of entering there. So y goes on as any vertex does.
 #include <vector>
 
@@ -58,9 +58,9 @@ void enter_bodies(const StageContext& context, const SampleStream<Lane>& stream,
                   const VertexLanes<Lane>& v, LaneInt prim, PathLanes<Lane> carried, LaneMask enters,
                   Wavefront& w);
 
-/// What the throughput of walks that have left is to be multiplied by where `albedo`, at the point where they
-/// left, is not the one that they entered with: a walk with n collisions has (a b)^(n/2), a and b being the
-/// albedos below its ends, which is the same both ways.
+/// Factor for the throughput of walks that have left where `albedo`, at the point where they left, differs
+/// from the one that they entered with. A walk with n collisions has (a b)^(n/2), where a and b are the
+/// albedos below its ends: the same both ways.
 Vec3<Lane> albedo_from_both_ends(const BodyWalks& walks, LaneInt slot, const Vec3<Lane>& albedo);
 
 /// Walks all paths that have entered until each leaves or is lost.

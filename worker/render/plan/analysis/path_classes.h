@@ -1,7 +1,7 @@
 #pragma once
-// Which strategies find which light. Paths fall into classes by where they start and by what each event on
-// them is: S, a mirror or smooth glass, where only the way on itself leads there and back, or D, anything
-// else (Heckbert, "Adaptive Radiosity Textures for Bidirectional Ray Tracing", SIGGRAPH 1990).
+// Which strategies find which light. Paths fall into classes by where they start and by each event on them:
+// S, a mirror or smooth glass, where the direction in alone gives the direction out, or D, anything else
+// (Heckbert, "Adaptive Radiosity Textures for Bidirectional Ray Tracing", SIGGRAPH 1990).
 #include <cstdint>
 #include <string>
 
@@ -10,14 +10,14 @@
 
 namespace lightmill {
 
-/// A set of classes of paths of up to four events, a bit each: longer ones have no pair of neighbours that
-/// these lack.
+/// A set of classes of paths, a bit each. Paths of up to four events are enough: longer ones have no pair of
+/// neighbouring events that these lack.
 using PathClasses = uint64_t;
 
-/// Those of the scene's light paths of at most `max_depth` events that some of `strategies` makes.
+/// The classes of the scene's light paths, of at most `max_depth` events, that one of `strategies` can make.
 PathClasses paths_made(const RenderScene& scene, int max_depth, Strategies strategies);
 
-/// The shortest of `classes`, e.g. "LSDE from a light at a point or far away". Empty if there is none.
+/// The shortest path of `classes`, e.g. "LSDE from a light at a point or far away". Empty if there is none.
 std::string shortest_path(PathClasses classes);
 
 }  // namespace lightmill

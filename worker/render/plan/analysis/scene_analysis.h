@@ -1,5 +1,5 @@
 #pragma once
-// Analyses a built scene into its plan.
+// Analyses a built scene: what it needs and what is left out (scene_plan.h).
 #include "common/job/settings.h"
 #include "worker/render/camera/camera.h"
 #include "worker/render/plan/analysis/scene_plan.h"
@@ -8,8 +8,8 @@
 
 namespace lightmill {
 
-/// `possible`: strategies that the scene allows, of which `strategies` run. `imaging_ratio` multiplies every
-/// contribution; `unmet` is what images of the scene lack.
+/// `possible`: the strategies that the scene allows, of which `strategies` run. `imaging_ratio` multiplies
+/// every contribution. `missing`: light that no path brings into images of the scene.
 ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
                         const MissingLight& missing, const RenderSettings& settings, Strategies possible,
                         Strategies strategies);

@@ -2,11 +2,11 @@
 // Fibres: tubes that are shaded as ribbons which face the viewer, as pbrt's flat curves do.
 //
 // A ribbon along the tube's axis that turns to every ray is as wide as the tube from everywhere, so the tube
-// stands in for it: it is where rays meet the fibre, and its smooth normal tells how far from the axis. The
-// vertex gets the ribbon's normal, and lies just inside of the tube, whose back rays pass through (the
-// acceleration structure leaves hits from inside out): a fibre does not shade itself. What a ray meets
-// depends on where it comes from, so that camera and light paths would not mean the same vertex by the same
-// point; renders with fibres have camera paths alone (renderer.cc).
+// stands in for it. The tube is where rays meet the fibre, and its smooth normal tells how far from the axis.
+// The vertex gets the ribbon's normal and lies just inside of the tube, whose back rays pass through (the
+// acceleration structure leaves out hits from inside). So a fibre does not shade itself. What a ray meets
+// depends on where it comes from: camera and light paths would not mean the same vertex by the same point. So
+// renders with fibres have camera paths alone (renderer.cc).
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/math/angle.h"
 #include "worker/render/scene/geometry/surface.h"
@@ -30,11 +30,12 @@ inline void face_fibres(const RenderScene& scene, const Surface<F>& surface, Int
   // To the outside, where the viewer is.
   const Vec3<F> out = surface.ng * copysign(splat<F>(1.0f), dot(surface.ng, wo));
   const Vec3<F> smooth = surface.ns * copysign(splat<F>(1.0f), dot(surface.ns, out));
-  // Of the tube, the offset is the smooth normal's sine; of other surfaces of hair v tells it, as in pbrt.
+  // Of a tube, the offset is the smooth normal's sine; of other surfaces of hair it is given by v, as in
+  // pbrt.
   const Vec3<F> side = cross(facing, tangent);
   const F offset = select(turned, dot(smooth, side), 2.0f * surface.v - 1.0f);
   params->p[8] = select(hair, offset, params->p[8]);
-  // As far as the position may be off, and a bit further in than rays start further out.
+  // By the bound of the position's error, and a bit further in than rays start further out.
   const F inwards = 4.0f * surface.error * (abs(surface.ng.x) + abs(surface.ng.y) + abs(surface.ng.z));
   *p = select(turned, *p - out * inwards, *p);
   *ng = select(turned, facing, *ng);

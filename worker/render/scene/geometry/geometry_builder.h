@@ -1,6 +1,6 @@
 #pragma once
-// Writes shapes into a scene's flat arrays: vertices, triangles, spheres, and of each primitive what it is
-// made of. Everything that rounds happens once, here, in double.
+// Writes shapes into a scene's flat arrays: vertices, triangles, spheres, and for each primitive its
+// material, light, flags and media. Everything that rounds happens once, here, in double.
 #include <array>
 #include <string>
 #include <vector>
@@ -15,25 +15,25 @@ namespace lightmill {
 
 class GeometryBuilder {
  public:
-  /// All must outlive the builder.
+  /// The arguments must outlive the builder.
   GeometryBuilder(const SceneDescription& description, const MediaBuilder& media, EmitterBuilder& emitters,
                   RenderScene* scene)
       : in_(description), media_(media), emitters_(emitters), out_(*scene) {}
 
-  /// Room for all shapes to come, and which attributes of vertices something reads. The scene's materials are
-  /// there. Throws Error(kBadScene) if there are too many.
+  /// Reserves room for all shapes to come, and says which attributes of vertices something reads. The scene
+  /// must have its materials. Throws Error(kBadScene) if there are too many shapes.
   void reserve(const std::vector<const ShapeDescription*>& shapes, const PartsInUse& parts);
 
-  /// The space that the following shapes are kept in.
+  /// Sets the space that the following shapes are kept in.
   void set_space(const ShapeSpace& space) { space_ = space; }
   const ShapeSpace& space() const { return space_; }
-  /// Of `shapes` those that are meshes; then, after all meshes of the scene, those that are spheres.
+  /// Adds those of `shapes` that are meshes; then, after all meshes of the scene, those that are spheres.
   void add_meshes(const std::vector<const ShapeDescription*>& shapes);
   void add_spheres(const std::vector<const ShapeDescription*>& shapes);
-  /// Lights that were added since the last call have `sides` around them.
+  /// Gives `sides` to the lights that were added since the last call.
   void surround_lights(int32_t sides);
 
-  /// Per material of the scene: some primitive is made of it.
+  /// Per material of the scene: whether some primitive is made of it.
   const std::vector<bool>& materials_in_use() const { return used_; }
 
  private:

@@ -1,10 +1,10 @@
 #pragma once
-// Where an instance is at a time: its record (placement.h), if it moves made anew for every ray.
+// Where an instance is at a time: its record (placement.h), made anew for every ray if the instance moves.
 //
-// A moving instance has poses at even times, between which A and the position go on straight lines: so does
-// every point of its object, and boxes between those of two poses hold it (embree_instances.cc). There are
-// as many poses as its way needs to look round (instancing.cc). W is the inverse of A as A is rounded, so
-// that the bounds of the rounding of rays hold at any time.
+// A moving instance has poses at even times. Between two poses A and the position change linearly. So every
+// point of its object moves on a straight line, and a box around two poses holds all between
+// (embree_instances.cc). There are as many poses as the curve needs to be smooth (instancing.cc). W is the
+// inverse of A as A is rounded, so the bounds of the rounding of rays hold at any time.
 #include <cmath>
 
 #include "worker/render/math/lanes.h"
@@ -12,7 +12,7 @@
 
 namespace lightmill {
 
-/// Fills in what follows from A: W, and what is known of both.
+/// Fills in what follows from A: W, and the constants of both.
 inline void finish_record(float* record) {
   double a[3][3], w[3][3];
   for (int i = 0; i < 3; ++i) {
@@ -42,7 +42,7 @@ inline void finish_record(float* record) {
   record[kInstanceHandedness] = det < 0 ? -1.0f : 1.0f;
 }
 
-/// The record of moving instance `instance` between pose `pose` (f = 0) and the next (f = 1).
+/// The record of moving instance `instance` between pose `pose` (f = 0) and the next one (f = 1).
 inline void pose_record(const RenderScene& scene, int32_t instance, int32_t pose, float f, float* record) {
   const InstanceWay& way = scene.ways[static_cast<size_t>(instance - scene.first_moving)];
   const float* from = &scene.poses[static_cast<size_t>(way.first_pose + pose) * kPoseFloats];
@@ -62,7 +62,7 @@ inline void record_at(const RenderScene& scene, int32_t instance, float time, fl
   pose_record(scene, instance, pose, at - static_cast<float>(pose), record);
 }
 
-/// Records of the instances in lanes, as columns; those of `lanes` alone mean anything.
+/// Records of the instances in lanes, as columns. Only those of `lanes` have a meaning.
 template <class F>
 struct RecordTable {
   alignas(32) float f[kInstanceFloats][kWidth<F>];
@@ -75,7 +75,7 @@ struct RecordTable {
       const int32_t i = lane(instance, l);
       const float* record = &scene.instance_records[static_cast<size_t>(i < 0 ? 0 : i) * kInstanceFloats];
       if ((lanes >> l & 1) && i >= scene.first_moving) {
-        // Lanes often share both.
+        // Lanes often share both instance and time.
         if (i != at_instance || lane(time, l) != at_time) record_at(scene, i, lane(time, l), moved);
         at_instance = i;
         at_time = lane(time, l);

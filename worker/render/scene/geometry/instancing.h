@@ -1,9 +1,9 @@
 #pragma once
-// Which objects are built once and instanced, and which are multiplied out ("flattened").
+// Which objects are built once and instanced, and which are copied into the world ("flattened").
 //
-// Flattened is what must be: shapes that emit (each of their triangles is a light with a place of its own)
-// and instances whose matrix is too near to singular for float rays; and what is cheaper so: objects used
-// once, and small ones, as long as all their copies together are few.
+// Flattened is what must be: shapes that emit (each of their triangles is a light with its own place), and
+// instances whose matrix is too near to singular for float rays. Flattened is also what is cheaper so:
+// objects used once, and small ones, as long as all their copies together are few.
 //
 // What moves is an instance, too: shapes that move together are an object of their own.
 #include <deque>
@@ -13,15 +13,15 @@
 
 namespace lightmill {
 
-/// Small objects have up to this many primitives. Flattened, 12 to 50 make rays 1.1 to 1.6 times as fast, 200
-/// still 1.0 to 1.2 times, 2000 none.
+/// Small objects have up to this many primitives. Flattening those of 12 to 50 makes rays 1.1 to 1.6 times as
+/// fast, of 200 still 1.0 to 1.2 times; with 2000 it gains nothing.
 inline constexpr size_t kSmallObject = 64;
 /// The copies of all small objects may have this many primitives together: about 10 MB, and at most 64 MB for
 /// the structures of as many shapes.
 inline constexpr size_t kFlattenedPrimitives = 65536;
 
-/// An object that is built once. Its space: p -> (p - center) 2^exponent, which brings its box to a size
-/// of 1.
+/// An object that is built once. Its space: p -> (p - center) 2^exponent, which brings its box to a size of
+/// 1.
 struct InstancedObject {
   std::vector<const ShapeDescription*> shapes;
   Vec3d center;
@@ -36,23 +36,23 @@ struct PlacedObject {
 struct SplitScene {
   std::vector<InstancedObject> objects;
   std::vector<PlacedObject> instances;  // those that move last
-  /// Transforms at even times, between which entries change evenly (instance_pose.h).
+  /// Transforms at even times. Between them entries change linearly (instance_pose.h).
   std::vector<std::vector<Transform>> ways;
   std::deque<ShapeDescription> moving;  // shapes that move, in the space of their object
-  /// Shapes that can't be taken along, as their transforms are nearly singular on their way: they stay.
+  /// Shapes that can't move along, as their transforms are nearly singular on the way: they stay at rest.
   std::vector<const ShapeDescription*> stopped;
   std::vector<ShapeDescription> flattened;  // in the world
-  size_t flattened_instances = 0;           // of which something is in `flattened`
+  size_t flattened_instances = 0;           // that have something in `flattened`
 };
 
-/// Pointers are into `scene`. Throws Error(kBadScene) if what must be flattened is too much.
+/// The result has pointers into `scene`. Throws Error(kBadScene) if too much must be flattened.
 SplitScene split_instances(const SceneDescription& scene);
 
 /// The power of two that brings the entries of a transform to about 1.
 int record_exponent(const Transform& object_to_world);
-/// kInstanceFloats of placement.h for an object at `object_to_world`, whose entries 2^exponent brings to
-/// about 1; `position` is that of its center in normalised space, which is the scene's scaled by
-/// 2^scene_exponent. False: so small that nothing can hit it.
+/// Writes the record (kInstanceFloats, placement.h) of an object at `object_to_world`, whose entries
+/// 2^exponent brings to about 1. `position`: its center in normalised space, which is the scene's scaled by
+/// 2^scene_exponent. Returns false if it is so small that nothing can hit it.
 bool instance_record(const InstancedObject& object, const Transform& object_to_world, int exponent,
                      const Vec3d& position, int scene_exponent, float* record);
 

@@ -1,18 +1,18 @@
 #pragma once
-// Where an instance puts its object: rays into the object's space, and what they hit back out.
+// Where an instance puts its object: takes rays into the object's space, and hits back out.
 //
 // An object is built once, in a space of its own: its box is centred and scaled by a power of two to a size
-// of about 1. An instance's matrix A (object space to normalised space) and its inverse W are kept scaled by
-// powers of two to a size of about 1, too, so that objects of any size in scenes of any size meet the same
+// of about 1. An instance's matrix A (object space to normalised space) and its inverse W are also kept
+// scaled by powers of two to a size of about 1. So objects of any size in scenes of any size meet the same
 // numbers. A ray keeps its parameter up to the exact factor time_scale. The ray tracing callbacks and the
-// surface reconstruction share this arithmetic, so that the bound of its rounding in `error` holds for both.
+// surface reconstruction share this arithmetic, so the bound of its rounding in `error` holds for both.
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/scene/geometry/instance_pose.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
 
-/// Of primitives that lie in normalised space themselves: nothing to do.
+/// For primitives that lie in normalised space themselves: does nothing.
 template <class F>
 struct NoPlacement {
   const Vec3<F>& origin(const Vec3<F>& o) const { return o; }
@@ -25,7 +25,7 @@ struct NoPlacement {
   F error(const Vec3<F>& e, float factor, const Vec3<F>&) const { return max_component(e) * factor; }
 };
 
-/// Of instances, per lane; lanes with instance -1 are left as they are, to the bit.
+/// For instances, per lane. Lanes with instance -1 are left as they are, to the bit.
 template <class F>
 struct Placement {
   MaskOf<F> placed;
@@ -35,14 +35,14 @@ struct Placement {
   F spread{};          // max row sum of |A||W|
   F handedness{};      // sign of det A
 
-  /// At `time` in [0, 1], which matters to those that move.
+  /// The placement at `time` in [0, 1], for instances that move.
   static Placement at(const RenderScene& scene, IntOf<F> instance, F time) {
     const MaskOf<F> moving = MaskOf<F>(instance >= scene.first_moving);
     if (any(moving)) return of_table(instance, {scene, instance, time, mask_bits(moving)});
     const IntOf<F> i = select(MaskOf<F>(instance >= 0), instance, IntOf<F>{}) * kInstanceFloats;
     return Placement(instance, [&](int slot) { return gather(scene.instance_records.data() + slot, i); });
   }
-  /// The same instance in all lanes; of one that moves only `lanes` are meant.
+  /// The same instance in all lanes. If it moves, only `lanes` have a meaning.
   static Placement of(const RenderScene& scene, int32_t instance, F time, unsigned lanes) {
     if (instance >= scene.first_moving)
       return of_table(splat_int<F>(instance), {scene, splat_int<F>(instance), time, lanes});
@@ -56,18 +56,18 @@ struct Placement {
   /// A v over the scale: safe to square.
   Vec3<F> scaled_vector(const Vec3<F>& v) const { return select(placed, apply(a, v), v); }
   Vec3<F> vector(const Vec3<F>& v) const { return select(placed, true_vector(v), v); }
-  /// Unit normals go by the inverse transpose; none (0, 0, 0) stays none.
+  /// Unit normals transform by the inverse transpose. No normal (0, 0, 0) stays none.
   Vec3<F> normal(const Vec3<F>& n) const {
     const Vec3<F> t = w[0] * n.x + w[1] * n.y + w[2] * n.z;
     const F t2 = dot(t, t);
     const MaskOf<F> some = MaskOf<F>(t2 > 0.0f);
     return select(mask_and(placed, some), t * (1.0f / sqrt(select(some, t2, splat<F>(1.0f)))), n);
   }
-  /// A cross product of placed vectors, with the side that it had before.
+  /// A cross product of placed vectors, with the orientation that it had before.
   Vec3<F> handed(const Vec3<F>& n) const { return n * select(placed, handedness, splat<F>(1.0f)); }
-  /// Bound of the error of point(p) seen from a ray there: `e factor` is that of p, by axes, since an axis in
-  /// which the object is flat may be stretched at will; then what rounding did to the ray on its way in (five
-  /// operations, over |A||W|) and to the point on its way out (three, and the sum).
+  /// Bound of the error of point(p), as seen from a ray there. `e factor`: the bound for p, by axes, since an
+  /// axis in which the object is flat may be stretched at will. To it come the rounding of the ray on its way
+  /// in (five operations, over |A||W|) and of the point on its way out (three, and the sum).
   F error(const Vec3<F>& e, float factor, const Vec3<F>& p) const {
     const auto size = [](const Vec3<F>& x) { return Vec3<F>{abs(x.x), abs(x.y), abs(x.z)}; };
     const Vec3<F> v = true_vector(p), q = v + position;

@@ -20,7 +20,7 @@ inline Vec3d transform_point(const Matrix& m, double x, double y, double z) {
           (m[2][0] * x + m[2][1] * y + m[2][2] * z + m[2][3]) * s};
 }
 
-/// Normals transform by the inverse transpose: the cofactor matrix does it up to |det|, without a division.
+/// Normals transform by the inverse transpose. The cofactor matrix does that up to |det|, without a division.
 inline Vec3d transform_normal(const Matrix& m, double x, double y, double z) {
   const auto c = [&](int i, int j) {
     const int a = (i + 1) % 3, b = (i + 2) % 3, p = (j + 1) % 3, q = (j + 2) % 3;
@@ -49,14 +49,14 @@ inline std::optional<double> uniform_scale(const Matrix& m) {
   return s;
 }
 
-/// Of a sphere. Throws Error(kBadScene) with its place if it would not stay one.
+/// The scale of a sphere's transform. Throws Error(kBadScene) with its place if it would not stay a sphere.
 inline double sphere_scale(const ShapeDescription& s) {
   if (const auto scale = uniform_scale(s.object_to_world.m)) return *scale;
   throw Error(ErrorKind::kBadScene,
               place(s.location) + "a sphere under a non-uniform scale is not supported yet; use a mesh");
 }
 
-/// Where geometry is kept: p -> (p - origin) 2^exponent.
+/// The space that geometry is kept in: p -> (p - origin) 2^exponent.
 struct ShapeSpace {
   Vec3d origin;
   int exponent = 0;

@@ -1,15 +1,15 @@
 #pragma once
-// Ray-sphere intersection in double, shared by the acceleration structure's callback and by the surface
-// reconstruction, so that both name the same root.
+// Ray-sphere intersection in double. The acceleration structure's callback and the surface reconstruction
+// share it, so both find the same root.
 #include "worker/render/math/angle.h"
 #include "worker/render/math/vec.h"
 
 namespace lightmill {
 
 /// Smallest t in (tnear, tfar) at which the ray from `from`, relative to the sphere's centre, meets the
-/// sphere, or a negative number; D is double or lanes of it. The discriminant is computed from the
-/// perpendicular distance, which does not cancel for far-away spheres (Hearn & Baker; Haines et al.,
-/// "Precision Improvements for Ray/Sphere Intersection", 2019).
+/// sphere, or a negative number. D is double or lanes of it. The discriminant comes from the perpendicular
+/// distance, which does not cancel for far-away spheres (Hearn & Baker; Haines et al., "Precision
+/// Improvements for Ray/Sphere Intersection", 2019).
 template <class D>
 inline D sphere_hit(const Vec3<D>& from, const Vec3<D>& d, D r, D tnear, D tfar) {
   const D none = D{} - 1.0;

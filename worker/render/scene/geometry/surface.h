@@ -1,7 +1,7 @@
 #pragma once
 // Surface points: from (primitive, ray) to position, error bound, normals and BSDF parameters.
 //
-// The acceleration structure only names the primitive; distance, barycentrics and position are recomputed
+// The acceleration structure only names the primitive. Distance, barycentrics and position are recomputed
 // here by our own arithmetic, because its reciprocal estimates round differently between CPU vendors.
 #include "worker/render/math/angle.h"
 #include "worker/render/math/ray_offset.h"
@@ -30,7 +30,7 @@ template <class F>
 inline Vec3<F> unit_tangent(const Vec3<F>& dpdu, const Vec3<F>& n) {
   const Vec3<F> t = dpdu - n * dot(dpdu, n);
   const F t2 = dot(t, t);
-  // Along the normal nothing is left to choose by.
+  // Along the normal there is no direction to choose by.
   const MaskOf<F> usable = MaskOf<F>(t2 > dot(dpdu, dpdu) * 1e-12f);
   return select(usable, t * (1.0f / sqrt(select(usable, t2, splat<F>(1.0f)))), Frame<F>(n).s);
 }
@@ -155,7 +155,7 @@ inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, const Vec3
   return placed_surface<F, true>(scene, prim, NoPlacement<F>{}, o, d);
 }
 
-/// Where lane `l` of `s` looks textures up.
+/// The point of texture look-ups in lane `l` of `s`.
 template <class F>
 inline TexturePoint texture_point(const RenderScene& scene, const Surface<F>& s, int l) {
   TexturePoint at{lane(s.u, l), lane(s.v, l),
@@ -167,7 +167,7 @@ inline TexturePoint texture_point(const RenderScene& scene, const Surface<F>& s,
   return at;
 }
 
-/// Begins to fetch what apply_textures will read, as far as it is found fast.
+/// Begins to fetch what apply_textures will read, as far as that is quickly found.
 void prefetch_textures(const RenderScene& scene, const MaterialEntry& material, const TexturePoint& at);
 /// Overwrites the parameters of a textured material at one point.
 void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params);
@@ -194,7 +194,7 @@ inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> a
       if (!(mask_bits(active) >> l & 1) || !m.textured) continue;
       textured |= 1u << l;
       at[l] = texture_point(scene, s, l);
-      // Texels are far away: those of all lanes are on their way before the first is needed.
+      // Texels are far away: the fetches of all lanes begin before the first one is needed.
       prefetch_textures(scene, m, at[l]);
     }
     for (unsigned left = textured; left; left &= left - 1) {

@@ -1,6 +1,6 @@
 #pragma once
-// Where a ray meets a triangle that it is known to hit: vertices, barycentrics, texture coordinates and
-// their derivatives. By our own arithmetic alone, so that whoever asks gets the same bits: the surface
+// Where a ray meets a triangle that it is known to hit: vertices, barycentrics, texture coordinates and their
+// derivatives. By our own arithmetic alone, so that all callers get the same bits: the surface
 // reconstruction, and the alpha masks inside the ray tracing library's callbacks.
 #include "worker/render/scene/render_scene.h"
 
@@ -63,7 +63,7 @@ struct CornerUv {
   F v(const TriangleHit<F>& h) const { return v0 * h.b0 + v1 * h.b1 + v2 * h.b2; }
 };
 
-/// dp/du and dp/dv of the triangle; where its coordinates do not span the plane, two edges' worth of an
+/// dp/du and dp/dv of the triangle. If its coordinates do not span the plane: two edges' worth of an
 /// arbitrary basis of it.
 template <class F>
 inline void triangle_derivatives(const TriangleHit<F>& h, const CornerUv<F>& uv, Vec3<F>* dpdu,
@@ -72,7 +72,7 @@ inline void triangle_derivatives(const TriangleHit<F>& h, const CornerUv<F>& uv,
   const F det = du1 * dv2 - du2 * dv1;
   const F inv = 1.0f / select(MaskOf<F>(det == 0.0f), splat<F>(1.0f), det);
   const Vec3<F> a = (h.e1 * dv2 - h.e2 * dv1) * inv, b = (h.e2 * du1 - h.e1 * du2) * inv;
-  // Compared so that NaN and overflow fall back too; their squares must be in range.
+  // Compared so that NaN and overflow fall back, too; the squares must be in range.
   const auto usable = [](const Vec3<F>& x) {
     const F n2 = dot(x, x);
     return mask_and(MaskOf<F>(n2 > 0x1p-120f), MaskOf<F>(n2 < 0x1p120f));

@@ -26,31 +26,32 @@ struct EmittingTriangle {
 
 class EmitterBuilder {
  public:
-  /// Both must outlive the builder.
+  /// The arguments must outlive the builder.
   EmitterBuilder(const SceneDescription& description, RenderScene* scene);
-  /// All shapes to come, which share the look-ups that their means may cost. Call before any is added.
+  /// Names all shapes to come. They share the number of look-ups that their means may cost. Call before any
+  /// is added.
   void expect(const std::vector<const ShapeDescription*>& shapes);
 
-  /// Whether `t`, part of `shape`, lies on another emitter that shines from its side: then it is to be left
-  /// out, or else remembered.
+  /// Whether `t`, part of `shape`, lies on another emitter that shines from the same side. If so, leave it
+  /// out; if not, it is remembered.
   bool is_copy(const ShapeDescription& shape, const EmittingTriangle& t);
   /// The same for the last sphere of the scene.
   bool is_copied_sphere(const ShapeDescription& shape);
-  /// Warns of the copies that there were. Call after all shapes.
+  /// Warns of the copies that were found. Call after all shapes.
   void report();
   /// Adds `t`, part of `shape`; returns its index in scene->lights, or -1 if it is dark. Throws
   /// Error(kBadScene) with the light's place for an image that cannot shine.
   int32_t add_triangle(const ShapeDescription& shape, const EmittingTriangle& t);
   /// The same for the last sphere of the scene.
   int32_t add_sphere(const ShapeDescription& shape);
-  /// Some emitter added is textured, or its alpha is.
+  /// Whether some emitter that was added is textured, or its alpha is.
   bool any_texture() const { return any_texture_; }
 
  private:
   /// An area light, ready for its shapes.
   struct Source {
     Rgb radiance;
-    double least_mean = 0;  // of the texture, below which no part of it is thought to be
+    double least_mean = 0;  // of the texture: a lower bound for the mean of any part
     float brightest = 1;
     int width = 0, height = 0;  // of the image; 0: the texture is none
   };

@@ -1,8 +1,8 @@
 #pragma once
-// Emitters that lie exactly on another one, as scenes have them that list a shape twice.
+// Emitters that lie exactly on another one, as in scenes that list a shape twice.
 //
-// Rays meet one of them alone while a sampled point may be on either, so that the strategies of light
-// transport would not agree; the first one is the light, as it is for a ray.
+// Rays meet only one of them, while a sampled point may be on either. So the strategies of light transport
+// would not agree. The first one is the light, as it is for a ray.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -13,12 +13,13 @@ namespace lightmill {
 
 class EmitterCopies {
  public:
-  /// Sides of a triangle that shine: of its winding, the other one, or both.
+  /// Sides of a triangle that shine: that of its winding, the other one, or both.
   enum Sides : unsigned { kFront = 1, kBack = 2 };
 
-  /// Notes the triangle of these three points; true if one that is there shines from all of `sides` already.
+  /// Notes the triangle of these three points. Returns true if one is there already that shines from all of
+  /// `sides`.
   bool triangle(std::array<std::array<float, 3>, 3> p, unsigned sides) {
-    // The order of the points names a winding; an odd number of exchanges turns it round.
+    // The order of the points names a winding; an odd number of exchanges reverses it.
     const auto order = [&](size_t a, size_t b) {
       if (p[b] < p[a]) {
         std::swap(p[a], p[b]);

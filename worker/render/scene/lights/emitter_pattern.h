@@ -2,16 +2,16 @@
 // What varies over an emitter: its radiance, by a texture, and its alpha mask.
 //
 // A camera ray that meets the mask is stopped with probability alpha (alpha_mask.h) and then sees the whole
-// radiance. A point that was sampled on the light, for next event, for a light path or to be joined to the
-// lens, counts with the factor alpha instead. Either way a path's expectation has the factor alpha once, and
-// densities of directions and points are those without a mask, so MIS weights need not know of it. Points are
-// sampled uniformly, whatever the texture; only the choice among lights follows its mean.
+// radiance. A point that is sampled on the light, for next event, for a light path or for light tracing,
+// counts with the factor alpha instead. Either way a path's expectation has the factor alpha once, and
+// densities of directions and points are those without a mask. So MIS weights need not know of it. Points are
+// sampled uniformly, whatever the texture. Only the choice among lights follows its mean.
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
 
-/// What the radiance of an emitter is multiplied by where a camera path hits it. Never negative.
+/// Factor of an emitter's radiance where a camera path hits it. Never negative.
 Vec3<float> pattern_at_hit(const RenderScene& scene, const EmitterPattern& pattern, const TexturePoint& at);
 /// The same with alpha, for a point sampled on the light: barycentrics (b1, b2) on a triangle, or the unit
 /// direction `n` from a sphere's centre.
@@ -54,8 +54,8 @@ inline Vec3<F> hit_pattern(const RenderScene& scene, IntOf<F> light, MaskOf<F> a
   });
 }
 
-/// Factor of a sample of a light. A light that no ray can meet becomes a delta light: nothing but the
-/// sampling of lights finds it.
+/// Factor of a sample of a light. A light that no ray can meet becomes a delta light: only the sampling of
+/// lights finds it.
 template <class F, class Sample>
 inline Vec3<F> sample_pattern(const RenderScene& scene, MaskOf<F> active, Sample* s) {
   const F side = LightRecord<F>(scene.lights, s->light).scalar(kLightOrientation);

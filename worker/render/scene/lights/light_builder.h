@@ -10,8 +10,8 @@ namespace lightmill {
 /// "file:line:column: ", the start of a message.
 std::string place(const SourceLocation& where);
 
-/// Adds the light; nothing if it is dark. The scene's bounds must be known. Throws
-/// Error(kBadScene) for what cannot shine and images that can't be read, with its place.
+/// Adds the light unless it is dark. The scene's bounds must be known. Throws Error(kBadScene), with its
+/// place, for a light that cannot shine and for images that can't be read.
 void add_light(const LightDescription& light, RenderScene* scene);
 
 }  // namespace lightmill

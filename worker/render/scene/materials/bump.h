@@ -6,14 +6,14 @@ namespace lightmill {
 
 inline bool has_bumps(const MaterialEntry& m) { return m.normal_map >= 0 || m.displacement >= 0; }
 
-/// Step of u and v for the slopes of a bump map: pbrt-v4's where it knows no ray differentials.
+/// Step of u and v for the slopes of a bump map: that of pbrt-v4 where it has no ray differentials.
 inline constexpr float kBumpStep = 0.0005f;
 
-/// The shading normal of surface `s`, of a material with has_bumps, after its map: unit, on the side of s.ng.
-/// Normal map: the texture's 2 rgb - 1 with x along dp/du, z along the normal, y their cross product
-/// (or, if the map follows v, what of it is on the side of dp/dv). Bumps:
-/// the normal of the surface lifted along s.ns by the texture (Blinn 1978, without the term of the surface's
-/// curvature), by forward differences. What gives no direction leaves the normal as it is.
+/// The shading normal of surface `s` after the map of its material, which has_bumps: unit, on the side of
+/// s.ng. Normal map: the texture's 2 rgb - 1 with x along dp/du, z along the normal, and y their cross
+/// product (or, if the map follows v, that side of it on which dp/dv lies). Bump map: the normal of the
+/// surface lifted along s.ns by the texture (Blinn 1978, without the term of the surface's curvature), by
+/// forward differences. A map that gives no direction leaves the normal as it is.
 Vec3<float> bumped_normal(const RenderScene& scene, const MaterialEntry& material, const Surface<float>& s);
 
 /// The same in lanes: where an active lane's material has a map, else s.ns.

@@ -10,20 +10,20 @@
 
 namespace lightmill {
 
-/// What has been computed for the coats of one scene: many materials share theirs.
+/// The tables computed for the coats of one scene, which many materials share.
 class CoatMemo {
  public:
-  /// What one coat makes of a Lambertian base, and its table: three rows and a block of coat_scattering.h if
-  /// `block`, which is needed where the coat scatters and for the block's other constants; else the row of a
-  /// rough coat, and nothing for a smooth one.
+  /// What one coat makes of a Lambertian base, and its table. With `block`: three rows and a block of
+  /// coat_scattering.h, needed if the coat scatters and for the block's other constants. Else: the row of a
+  /// rough coat, or nothing for a smooth one.
   struct OverDiffuse {
     std::array<double, 3> returned;
     float entering_mean;
     std::vector<float> table;
   };
   const OverDiffuse& diffuse(const CoatDescription& coat, const CoatMedium& medium, bool block);
-  /// The table over a metal of roughness `metal_alpha`: rows and, if `block`, that. `reflectance` matters if
-  /// the coat scatters.
+  /// The table over a metal of roughness `metal_alpha`: rows and, with `block`, the block. `reflectance`
+  /// matters if the coat scatters.
   std::vector<float> conductor(const CoatDescription& coat, const CoatMedium& medium, float metal_alpha,
                                int max_depth, const std::array<float, 3>& reflectance, bool block);
 
@@ -39,7 +39,7 @@ void build_coated_conductor(const CoatedConductorMaterial& material, CoatMemo* c
                             MaterialEntry* entry, float* params);
 
 bool is_coated(BsdfKind kind);
-/// Overwrites the parameters of a textured material of a kind that is coated.
+/// Overwrites the parameters of a textured material of a coated kind.
 void apply_coat_textures(const RenderScene& scene, const MaterialEntry& entry, const TexturePoint& at,
                          float* params);
 

@@ -1,13 +1,13 @@
 #pragma once
-// Which way anisotropic lobes lie at a surface point.
+// The direction of anisotropic lobes at a surface point.
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/math/angle.h"
 #include "worker/render/scene/geometry/surface.h"
 
 namespace lightmill {
 
-/// Sets the rotation of anisotropic lanes: from the first axis of Frame(ns) to dp/du, in turns; of glTF's to
-/// the direction that they name by an angle from dp/du towards dp/dv.
+/// Sets the rotation of anisotropic lanes, in turns: from the first axis of Frame(ns) to dp/du; for glTF's,
+/// to the direction that they give by an angle from dp/du towards dp/dv.
 template <class F>
 inline void orient_lobes(const Surface<F>& surface, const Vec3<F>& ns, IntOf<F> kind, BsdfParams<F>* params) {
   const MaskOf<F> lies = anisotropic<F>(kind);

@@ -1,6 +1,6 @@
 #pragma once
-// Parts of materials that several kinds share: how a description's numbers become parameters (slots as in
-// bsdf.h), and tables over a roughness that is textured.
+// What several kinds of material share: how a description's numbers become parameters (slots as in bsdf.h),
+// and tables over a roughness that is textured.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace lightmill {
 
-/// What a description calls a reflectance, as one.
+/// A description's number as a reflectance.
 inline float reflectance(float x) { return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f) : 0.0f; }
 
 inline float roughness_to_alpha(float roughness, bool remap) {
@@ -37,8 +37,8 @@ inline void set_rgb(float* params, int slot, const Rgb& c) {
   params[slot + 2] = c.b;
 }
 
-/// A metal's index. Its formula squares it twice, so that float holds it up to 1e9, where all is reflected
-/// already; and without a real part there is no reflectance where k is 0.
+/// A part of a metal's index. Its formula squares it twice: float holds that up to 1e9, where all is
+/// reflected already. Without a real part there would be no reflectance where k is 0.
 inline constexpr float kLeastIndex = 1e-8f, kLargestIndex = 1e8f;
 inline float index_part(float x, float least) {
   return std::isfinite(x) ? std::clamp(x, least, kLargestIndex) : least;
@@ -56,8 +56,8 @@ inline void set_conductor_reflectance(float* params, const Rgb& c) {
   set_rgb(params, 3, {k_of_reflectance(c.r), k_of_reflectance(c.g), k_of_reflectance(c.b)});
 }
 
-/// Keeps the roughness with `entry`, sets alpha in slot 6, and returns true if the lobe is its delta limit.
-/// Textured roughness never is.
+/// Keeps the roughness in `entry` and sets alpha in slot 6. Returns true if the lobe is its delta limit,
+/// which a textured roughness never is.
 inline bool set_roughness(const Roughness& r, MaterialEntry* entry, float* params) {
   entry->remap_roughness = r.remap;
   entry->u_roughness = r.u.value;
@@ -90,13 +90,14 @@ inline int row_of_alpha(float alpha) {
   return static_cast<int>(std::sqrt(std::clamp(alpha, 0.0f, 1.0f)) * (kAlphaRows - 1) + 0.5f);
 }
 
-/// Appends to the scene's tables; returns where that begins.
+/// Appends `floats` to the scene's tables. Returns where they begin.
 inline int add_table(const std::vector<float>& floats, RenderScene* scene) {
   const auto first = static_cast<int>(scene->bsdf_tables.size());
   scene->bsdf_tables.insert(scene->bsdf_tables.end(), floats.begin(), floats.end());
   return first;
 }
-/// Appends `table(alpha)`, of one size for all, for every alpha of a textured roughness; `entry` says where.
+/// Appends `table(alpha)`, of the same size for all, for every alpha of a textured roughness. `entry` says
+/// where.
 template <class Table>
 void add_alpha_tables(RenderScene* scene, MaterialEntry* entry, Table&& table) {
   entry->first_row = static_cast<int>(scene->bsdf_tables.size());

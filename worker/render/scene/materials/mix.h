@@ -1,15 +1,15 @@
 #pragma once
-// Mixes of materials: a point of the surface has the one or the other, by chance.
+// Mixes of materials: each point of the surface has one or the other, by chance.
 //
-// As in pbrt the choice at a point is made by a hash of it, so that it needs no random numbers and is the
-// same in every lane width and on every machine; a vertex keeps the choice with its kind and parameters. A
-// mix's children may be mixes; cycles are refused before.
+// As in pbrt a hash of the point makes the choice. So it needs no random numbers and is the same in every
+// lane width and on every machine. A vertex keeps the choice with its kind and parameters. A mix's children
+// may be mixes; cycles have been refused before.
 #include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/geometry/surface.h"
 
 namespace lightmill {
 
-/// The material that is no mix at point `p` (three floats) of primitive `prim`.
+/// The material, not a mix, at point `p` (three floats) of primitive `prim`.
 int32_t resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, const float p[3],
                     const TexturePoint& at);
 

@@ -1,18 +1,18 @@
 #pragma once
-// Panes: surfaces of a thin sheet of smooth dielectric and of nothing else. Light passes them straight, so
-// that what is behind can be connected to, as through the boundary of a medium: the sun lights a room through
-// its window. A segment goes through panes as it does through boundaries (medium_walk.h), and a path has a
-// vertex at one where it is reflected alone. Both directions are let through alike, by the geometric normal:
-// what segments are let through by is the same for paths and connections.
+// Panes: thin sheets of smooth dielectric and of nothing else. Light passes them straight. So what is behind
+// can be connected to, as through the boundary of a medium: the sun lights a room through its window. A
+// segment goes through panes as it does through boundaries (medium_walk.h), and a path has a vertex at a pane
+// only if it is reflected there. Both directions pass by the same rule, on the geometric normal: the
+// transmittance of segments is the same for paths and connections.
 //
-// That a path is not reflected by the panes of an edge has a probability which belongs to that edge, both
-// ways, as the one of not being stopped in media does: it is part of P in mis.h.
+// The probability that a path is not reflected by the panes of an edge belongs to that edge, both ways, like
+// that of not being stopped in media. It is part of P in mis.h.
 #include "worker/render/bsdf/thin_dielectric.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
 
-/// What panes let through of rays that meet them at `cosine` in [0, 1]; 1 for primitives that are none.
+/// Transmittance of panes for rays that meet them at `cosine` in [0, 1]; 1 for primitives that are not panes.
 template <class F>
 inline F pane_transmittance(const RenderScene& scene, IntOf<F> prim, MaskOf<F> active, F cosine) {
   const IntOf<F> at = select(active, prim, IntOf<F>{});

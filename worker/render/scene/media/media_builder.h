@@ -1,5 +1,6 @@
 #pragma once
-// Media of a scene description as records, what lies on the sides of its shapes, and which of them are panes.
+// Turns the media of a scene description into records, and finds the media on the sides of its shapes and
+// which shapes are panes.
 #include <vector>
 
 #include "worker/render/scene/render_scene.h"
@@ -8,22 +9,22 @@ namespace lightmill {
 
 class MediaBuilder {
  public:
-  /// Both must outlive the builder. Media that nothing in `shapes`, no light and not the camera touches are
-  /// left out, and so are those that do nothing: if none is left, the scene has no media.
+  /// The arguments must outlive the builder. Left out are media that do nothing, and those that are not used
+  /// by `shapes`, a light or the camera. If none is left, the scene has no media.
   MediaBuilder(const SceneDescription& description, const std::vector<const ShapeDescription*>& shapes);
 
-  /// Media or panes.
+  /// Whether there are media or panes.
   bool any() const { return count_ > 0 || any_panes_; }
-  /// Whether rays can't meet the shape: it is no surface, and no boundary either.
+  /// Whether rays can't meet the shape: it is neither a surface nor a boundary.
   bool is_nothing(const ShapeDescription& shape) const { return shape.boundary && count_ == 0; }
   /// See pane.h.
   bool is_pane(const ShapeDescription& shape) const;
-  /// Writes the records once scene->scale_exponent is known. Throws Error(kBadScene) if there are too many,
-  /// or coefficients that float cannot hold at the scene's scale.
+  /// Writes the records. scene->scale_exponent must be known. Throws Error(kBadScene) if there are too many,
+  /// or if float cannot hold their coefficients at the scene's scale.
   void write(RenderScene* scene) const;
-  /// As RenderScene::primitive_media has it.
+  /// The shape's sides, as in RenderScene::primitive_media.
   int32_t sides(const ShapeDescription& shape) const;
-  /// Of something that stands in medium `index` of the description.
+  /// Sides of something that stands in medium `index` of the description.
   int32_t around(int index) const { return medium_sides(number(index), number(index)); }
   int32_t number(int index) const { return index < 0 ? 0 : number_[static_cast<size_t>(index)]; }
 

@@ -1,9 +1,9 @@
 #pragma once
 // Homogeneous participating media as the kernels read them.
 //
-// A medium is its number in RenderScene::media; 0 is empty space. What lies on either side of something is
-// one integer, its *sides*: the medium inside in bits 0-14, the one outside in bits 15-29; of a primitive,
-// also two flags.
+// A medium is its number in RenderScene::media; 0 is empty space. The media on both sides of something are
+// one integer, its *sides*: the medium inside in bits 0-14, the one outside in bits 15-29. A primitive's
+// sides also have two flags.
 #include <cstdint>
 
 #include "worker/render/math/vec.h"
@@ -30,21 +30,22 @@ inline constexpr int kMediumFloats = 16;
 
 inline constexpr int kMediumBits = 15;
 inline constexpr int32_t kMaxMedia = (1 << kMediumBits) - 1;
-/// Of a primitive's sides: what passes changes to the medium on the other side; without it the medium stays.
+/// Flag of a primitive's sides: what passes changes to the medium on the other side. Without it the medium
+/// stays.
 inline constexpr int32_t kMediumTransition = 1 << 30;
-/// Of a primitive's sides: there is no surface, or a pane, and rays pass straight on. The sign, so that it is
-/// sides < 0.
+/// Flag of a primitive's sides: there is no surface, or a pane, and rays pass straight on. It is the sign, so
+/// the test is sides < 0.
 inline constexpr int32_t kMediumBoundary = INT32_MIN;
 
 constexpr int32_t medium_sides(int32_t inside, int32_t outside) { return inside | outside << kMediumBits; }
 
-/// The medium on one side of a primitive's, vertex's or light's sides.
+/// The medium on one side of a primitive, vertex or light with these sides.
 template <class F>
 inline IntOf<F> medium_on_side(IntOf<F> sides, MaskOf<F> outside) {
   return select(outside, sides >> kMediumBits, sides) & kMaxMedia;
 }
 
-/// Sides of a primitive that is met from `medium`: the same on both unless it is a transition.
+/// Sides of a primitive that is met from `medium`: the same medium on both unless it is a transition.
 template <class F>
 inline IntOf<F> sides_met(IntOf<F> sides, IntOf<F> medium) {
   const MaskOf<F> changes = MaskOf<F>((sides & kMediumTransition) != 0);
@@ -58,7 +59,7 @@ struct MediumRecord {
   IntOf<F> offset;
   MediumRecord(const float* media, IntOf<F> medium) : base(media), offset(medium * kMediumFloats) {}
   F scalar(int slot) const { return gather(base + slot, offset); }
-  /// The channel that is chosen per lane.
+  /// The coefficient of the channel `which` per lane.
   F channel(int slot, IntOf<F> which) const { return gather(base + slot, offset + which); }
   Vec3<F> rgb(int slot) const { return {scalar(slot), scalar(slot + 1), scalar(slot + 2)}; }
 };

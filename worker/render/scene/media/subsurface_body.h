@@ -7,7 +7,7 @@ namespace lightmill {
 /// Slots of a body's record.
 ///   extinction  sigma_a + sigma_s per unit of normalised space, RGB
 ///   g           mean cosine of the phase function
-///   leaves      probability that what meets the boundary from inside leaves (bsdf/subsurface.h)
+///   leaves      probability that light which meets the boundary from inside leaves (bsdf/subsurface.h)
 enum BodySlot { kBodyExtinction = 0, kBodyG = 3, kBodyLeaves = 4 };
 inline constexpr int kBodyFloats = 8;
 /// Where the parameters of a subsurface BSDF have the body's number.

@@ -4,7 +4,7 @@
 
 namespace lightmill {
 
-/// Throws Error(kBadScene), naming the material's place, if the medium is too dense for float.
+/// Throws Error(kBadScene), with the material's place, if the medium is too dense for float.
 void build_subsurface(const MaterialDescription& material, CoatMemo* coats, RenderScene* scene,
                       MaterialEntry* entry, float* params);
 

@@ -1,6 +1,6 @@
 #pragma once
-// Textures that are functions of the point alone, pbrt-v4's, and the mappings of points to texture space.
-// Bits are fixed: no library function but floor, fmod and sqrt.
+// pbrt-v4's textures that are functions of the point alone, and the mappings of points to texture space. Bits
+// are fixed: no library function but floor, fmod and sqrt.
 #include "worker/render/scene/textures/texture.h"
 
 namespace lightmill {

@@ -24,11 +24,11 @@ struct TexturePoint {
 /// All textures of a scene, evaluated per point.
 class TextureTable {
  public:
-  /// Reads the images on `options.threads` threads. They take up to `options.texture_bytes`: what has no
-  /// room is looked at once and read again where it is needed, through a TextureCache, with the same bits.
+  /// Reads the images on `options.threads` threads. They take up to `options.texture_bytes`. Images without
+  /// room are checked once and read again where they are needed, through a TextureCache, with the same bits.
   /// Throws Error(kBadScene) for the first that can't be read, and Error(kFailed) if images inside another
-  /// file, which are always kept, take more. Unless `in_use` is empty, images whose entry in it is false are
-  /// not read and never looked up.
+  /// file, which are always kept, take more. Images whose entry in `in_use` is false are not read and never
+  /// looked up; an empty `in_use` means all.
   explicit TextureTable(const std::vector<TextureDescription>& textures, const BuildOptions& options = 1,
                         const std::vector<bool>& in_use = {});
   /// Value of texture `id` at a point; floats come as grey.
@@ -41,13 +41,13 @@ class TextureTable {
     return at < 0 ? nullptr : &images_[static_cast<size_t>(at)];
   }
   size_t size() const { return nodes_.size(); }
-  /// Images that were not read, as nothing in use shows them.
+  /// Number of images that were not read, as nothing in use shows them.
   size_t unused_images() const { return unused_images_; }
-  /// Of texels in memory, and of the cache at its fullest.
+  /// Bytes of texels in memory, and of the cache at its fullest.
   uint64_t bytes() const { return bytes_; }
-  /// Images that are read where they are needed.
+  /// Number of images that are read where they are needed.
   size_t cached_images() const;
-  /// Throws Error(kFailed) if an image could be read when the table was made, but not since: what was
+  /// Throws Error(kFailed) if an image could be read when the table was made, but not since. What was
   /// evaluated after that is void.
   void throw_if_unreadable() const {
     if (cache_) cache_->throw_if_failed();

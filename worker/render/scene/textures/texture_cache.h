@@ -1,6 +1,6 @@
 #pragma once
-// Images of which only the tiles in use are in memory, within a bound. A tile holds what the file holds, so
-// that a texel's bits depend neither on the bound nor on which tiles are there.
+// Images of which only the tiles in use are in memory, within a bound. A tile holds what the file holds. So a
+// texel's bits depend neither on the bound nor on which tiles are there.
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -24,8 +24,8 @@ class TextureCache {
 
   /// Throws Error(kBadScene) if the image can't be opened.
   File open(const std::string& path);
-  /// Texels [x0, x1) x [y0, y1), which lie inside, of `channels` channels from `first_channel`, row by row.
-  /// Thread-safe. False if they can't be read: then they are 0, and throw_if_failed() says so.
+  /// Reads texels [x0, x1) x [y0, y1), which lie inside, of `channels` channels from `first_channel`, row by
+  /// row. Thread-safe. Returns false if they can't be read: then they are 0, and throw_if_failed() says so.
   bool read(const File& file, int x0, int x1, int y0, int y1, int first_channel, int channels, uint8_t* out);
   bool read(const File& file, int x0, int x1, int y0, int y1, int first_channel, int channels, float* out);
   /// Throws Error(kBadScene) with the first failure of read().

@@ -1,6 +1,6 @@
 #pragma once
-// What textures hold against what is done with them: values that no surface can have are clamped while
-// rendering, texel by texel; here is said once that they will be.
+// Warns of textures whose values do not fit their use. Rendering clamps values that no surface can have,
+// texel by texel. This says once that it will.
 #include <vector>
 
 #include "worker/render/scene/render_scene.h"

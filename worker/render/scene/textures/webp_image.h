@@ -1,6 +1,6 @@
 #pragma once
-// WebP images as they are stored: OpenImageIO multiplies their colours by alpha, which a masked texture must
-// not be.
+// WebP images as they are stored. OpenImageIO multiplies their colours by alpha, which is wrong for a masked
+// texture.
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -15,11 +15,11 @@ struct WebpImage {
   std::shared_ptr<const std::string> file;
   int width, height, channels;  // 3 or 4
 
-  /// width * height * channels bytes, rows from the top; empty if the file is damaged.
+  /// width * height * channels bytes, rows from the top. Empty if the file is damaged.
   std::vector<uint8_t> pixels() const;
 };
-/// Nothing if the texture is no WebP image, by its contents or else its name. Throws Error(kBadScene) for one
-/// whose header can't be read.
+/// Opens a WebP image. Nothing if the texture is not WebP, by its contents or else its name. Throws
+/// Error(kBadScene) if its header can't be read.
 std::optional<WebpImage> open_webp(const ImageTexture& texture);
 bool is_webp(const ImageTexture& texture);
 

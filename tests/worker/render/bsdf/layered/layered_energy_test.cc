@@ -44,7 +44,7 @@ Vec3<float> walk(const Layers& layers, const Vec3<float>& wo, Random& random, Ve
                                                   : kSmoothConductor;
   Vec3<float> weight{1, 1, 1};
   Vec3<float> from = wo;
-  for (int i = 0; i < 5; ++i) {  // as many meetings with the base as pbrt's maxdepth 10 has
+  for (int i = 0; i < 5; ++i) {  // as many hits of the base as pbrt's maxdepth 10 has
     const BsdfSample<float> s = meet(interface_kind, coat, from);
     if (!s.valid) return {};
     weight = weight * s.weight;

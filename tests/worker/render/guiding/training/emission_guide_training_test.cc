@@ -13,9 +13,9 @@
 namespace lightmill::test {
 namespace {
 
-/// A small lamp high over a floor, and a ball of glass beside it that throws a caustic onto a wall: all that
-/// is in sight. What does not go towards the ball adds little. The wall is of rough metal: a diffuse one's
-/// camera paths would find the lamp by a caustic guide.
+/// A small lamp high over a floor, and a ball of glass beside it that throws a caustic onto a wall, which
+/// fills the image. What does not go towards the ball adds little. The wall is of rough metal: a diffuse
+/// one's camera paths would find the lamp by a photon guide.
 TestScene far_caustic() {
   TestScene s;
   const int grey = s.diffuse(0.6f);

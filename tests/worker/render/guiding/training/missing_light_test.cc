@@ -43,7 +43,7 @@ Renderer renderer_of(const TestScene& s, int max_depth = 8, int threads = 1) {
   return {s.scene, settings_for(s.scene, Integrator::kAuto, 16, max_depth), threads};
 }
 
-// Deeper paths may have more than one surface between mirrors, which the look leaves out.
+// Deeper paths may have more than one surface between mirrors, which the preview pass leaves out.
 constexpr int kDepth = 4;
 
 TEST(MissingLight, IsAllThatCameraPathsAloneBring) {
@@ -69,7 +69,7 @@ TEST(MissingLight, CountsTheMeetingsAndTheirNoise) {
   TestScene s = lit_and_seen_by_mirrors(32);
   add_floor(s.coated({0.7f, 0.7f, 0.7f}, 1.3f, 0), &s);  // of no kind that is guided
   add_lamp(0.05, &s);
-  // Without aims of light paths, which are learnt after the look.
+  // Without an emission guide, which is learnt after the preview pass.
   const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kPt, 16, kDepth), 1);
   const MissingLight look = estimate_missing_light(renderer.context(), 1);
   const MissingShare missing = look.up_to(kDepth);

@@ -1,5 +1,5 @@
-// A caustic guide is there where camera paths are led to lights that they would hardly meet, and nowhere
-// else; the same on any number of threads.
+// A photon guide is made where camera paths are led to lights that they would hardly meet, and nowhere else;
+// it is the same on any number of threads.
 #include "worker/render/guiding/training/photon_guide_training.h"
 
 #include <gtest/gtest.h>
