@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "coordinator/farm/job_progress.h"
 #include "coordinator/merge/expected_partial.h"
 
 namespace lightmill {
@@ -192,7 +193,7 @@ void CommitPath::count(Job& job, const Delivery& delivery, const Claim& claim, c
                        double since, double now) {
   const auto pixels = claim.settings.grid.pixels(claim.tile.cells).area();
   const auto samples = pixels * claim.tile.samples();
-  Scheduler::count_commit(job, now, static_cast<double>(samples));
+  count_commit(job, now, static_cast<double>(samples));
   if (const Worker* taker = farm_.scheduler.workers.find(delivery.worker)) {
     const double seconds = partial.cpu_seconds / std::max(1, taker->registration.threads);
     farm_.scheduler.workers.committed(delivery.worker, static_cast<double>(samples), seconds, since, now);

@@ -6,6 +6,9 @@
 #include <optional>
 #include <string>
 
+#include "coordinator/farm/job_progress.h"
+#include "coordinator/farm/waiting_note.h"
+
 namespace lightmill {
 namespace {
 
@@ -66,7 +69,7 @@ TileMap map_of(const LeaseTable& tiles, double now) {
 
 JobStatus FarmView::status(const Job& job, double now) const {
   JobStatus s = status_of(job.record);
-  if (s.message.empty()) s.message = farm_.scheduler.note(job, now);
+  if (s.message.empty()) s.message = waiting_note(farm_.scheduler, job, now);
   if (const std::optional<std::string> fault = job.fault.empty() ? farm_.health.fault() : job.fault;
       fault && (s.state == JobState::kQueued || s.state == JobState::kRunning)) {
     s.state = JobState::kPaused;
@@ -74,9 +77,9 @@ JobStatus FarmView::status(const Job& job, double now) const {
   }
   s.tiles_leased = job.tiles.leased_count();
   s.tiles_pending = job.tiles.pending_count();
-  s.wall_seconds = Scheduler::wall_seconds(job, now);
-  s.samples_per_second = Scheduler::recent_rate(job, now);
-  s.eta_seconds = Scheduler::eta_seconds(job, now);
+  s.wall_seconds = wall_seconds(job, now);
+  s.samples_per_second = recent_rate(job, now);
+  s.eta_seconds = eta_seconds(job, now);
   if (job.last_estimate) {
     s.relmse = job.last_estimate->relmse;
     s.relmse_low = job.last_estimate->relmse_low;

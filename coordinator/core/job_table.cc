@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "coordinator/farm/farm_errors.h"
+#include "coordinator/farm/job_progress.h"
 
 namespace lightmill {
 namespace {
@@ -78,7 +79,7 @@ void JobTable::forget_old_tiles(Job& job) const {
 
 JobRecord JobTable::record_at(const Job& job, double now) {
   JobRecord record = job.record;
-  record.wall_seconds = Scheduler::wall_seconds(job, now);
+  record.wall_seconds = wall_seconds(job, now);
   return record;
 }
 
@@ -115,7 +116,7 @@ void JobTable::forget_leases(const std::vector<LeaseTable::Lease>& leases) {
 }
 
 void JobTable::stop_clock(Job& job, double now) {
-  job.record.wall_seconds = Scheduler::wall_seconds(job, now);
+  job.record.wall_seconds = wall_seconds(job, now);
   job.running_since = -1;
 }
 

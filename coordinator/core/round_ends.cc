@@ -3,6 +3,8 @@
 #include <utility>
 
 #include "common/error/metrics.h"
+#include "coordinator/farm/job_progress.h"
+#include "coordinator/farm/round_planner.h"
 
 namespace lightmill {
 namespace {
@@ -45,8 +47,8 @@ RoundEnds::Due RoundEnds::look(const JobId& id, const Merger::Open& layers, Erro
   if (is_final(open.record.state)) return {};
   open.batch_group = layers->batches.max_tile_superblocks();
   const double now = farm_.clock.now();
-  if (!farm_.scheduler.complete(open, now) && !Scheduler::point_due(open)) return {};
-  point->wall_seconds = Scheduler::wall_seconds(open, now);
+  if (!farm_.scheduler.complete(open, now) && !point_due(open)) return {};
+  point->wall_seconds = wall_seconds(open, now);
   point->cpu_seconds = open.record.cpu_seconds;
   point->spp = static_cast<double>(open.record.pixel_samples) /
                static_cast<double>(open.record.settings.grid.crop.area());
