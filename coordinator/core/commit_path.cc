@@ -102,6 +102,7 @@ CommitResult CommitPath::take_pilot(const Delivery& delivery) {
   try {
     result = decode_pilot(delivery.bytes);
   } catch (const Error& e) {
+    // The worker is told that it does not fit, the log says why.
     return refuse({delivery.worker, delivery.lease, delivery.bytes, nullptr}, e.what());
   }
   return pilots_.commit(delivery.worker, delivery.lease, result, delivery.bytes.size());
