@@ -1,113 +1,39 @@
 #pragma once
-// The coordinator's core: jobs, tiles, leases, the durable ledger and the merge, behind one thread-safe
-// facade in domain types. gRPC services (services.cc) translate to it; `lightmill render` embeds it with a
-// memory store, so that local and distributed renders go through the same merge code.
+// The coordinator's core behind one facade: jobs, tiles, leases, the durable ledger and the merge, in domain
+// types. The gRPC services (coordinator/service/) translate to it. `lightmill render` embeds it with a memory
+// store, so that local and distributed renders go through the same merge code.
+//
+// Thread-safe. The work is done by the classes that farm.cc lists; farm_state.h says which lock protects
+// what.
 //
 //   Farm farm(std::make_unique<MemoryJobStore>(), clock, {});
 //   JobId job = farm.submit({...});
 //   WorkerId w = farm.register_worker({...});
 //   if (auto grant = farm.lease(w)) farm.commit(w, {grant->job, grant->tile_id, grant->attempt}, bytes);
+#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/clock.h"
-#include "common/base/error.h"
 #include "common/base/ids.h"
 #include "common/error/error_curve.h"
+#include "common/farm/farm_types.h"
 #include "common/film/film.h"
 #include "common/job/pilot_report.h"
-#include "common/farm/farm_types.h"
-#include "common/scene/bundle.h"
 #include "common/job/settings.h"
+#include "common/scene/bundle.h"
+#include "coordinator/core/farm_options.h"
+#include "coordinator/core/farm_report.h"
+#include "coordinator/farm/farm_errors.h"
 
 namespace lightmill {
 
-class JobStore;  // job_store.h: SQLite (WAL) or memory
-
-/// The coordinator does not know this job (services answer NOT_FOUND).
-class UnknownJob : public Error {
- public:
-  explicit UnknownJob(const JobId& id)
-      : Error(ErrorKind::kFailed, "no job \"" + id.value + "\"; see `lightmill jobs`") {}
-};
-/// The coordinator does not know this worker, because it was restarted: it must register again.
-class UnknownWorker : public Error {
- public:
-  explicit UnknownWorker(const WorkerId& id)
-      : Error(ErrorKind::kUnreachable, "worker \"" + id.value + "\" is not registered; register again") {}
-};
-/// A bound was met (too many jobs or workers).
-class LimitReached : public Error {
- public:
-  explicit LimitReached(const std::string& message) : Error(ErrorKind::kUnreachable, message) {}
-};
-
-struct FarmOptions {
-  std::string build;  // a worker with another build is refused
-  int schema = 0;
-  double lease_seconds = 10;
-  double target_tile_seconds = 1.0;
-  int max_attempts = 5;                 // of a tile that workers report as failed
-  size_t max_open_jobs = 10000;         // neither done, failed nor cancelled
-  double checkpoint_bytes = 256e6;      // fold the spool into a film snapshot when it is larger
-  double film_memory_bytes = 0x1p30;    // for the merged layers of jobs (film_bytes.h)
-  double decode_memory_bytes = 0x1p29;  // for partials that are unpacked at once; a larger one is alone
-  double ingest_bytes_per_second = 0;   // that tile sizes obey; 0: no limit
-  double commits_per_second = 1000;     // that tile sizes obey, well below what one bears; 0: no limit
-  size_t max_workers = 4096;            // registered and alive
-  int spot_check = 0;  // one in so many committed tiles is rendered again by another worker; 0: none
-  uint64_t spot_check_seed = 0;  // of the draw of these tiles; 0: one that no worker can foretell
-  /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.
-  std::function<void(const std::string&)> log;
-  /// Keeps a refused partial as evidence: (lease, worker, reason, bytes); may be empty. What it throws is
-  /// logged.
-  std::function<void(const LeaseKey&, const WorkerId&, const std::string&, const std::string&)> quarantine;
-};
-
-/// What happened since the start; for metrics.
-struct FarmStats {
-  uint64_t leases = 0;
-  uint64_t leases_expired = 0;
-  uint64_t commits = 0;
-  uint64_t commits_repeated = 0;
-  uint64_t commits_stale = 0;
-  uint64_t commits_corrupt = 0;
-  uint64_t commit_bytes = 0;
-  uint64_t packets = 0;
-  uint64_t failures = 0;
-  uint64_t pixel_samples = 0;  // of accepted partials, as are the counters
-  RenderCounters counters{};
-  uint64_t races = 0;             // tiles given to a second worker while the first still had them
-  uint64_t tiles_split = 0;       // so that more workers could share them
-  uint64_t checks = 0;            // tiles rendered again to compare
-  uint64_t liars = 0;             // workers whose pixels were wrong
-  uint64_t tiles_taken_back = 0;  // of these workers
-  /// What was refused, by reason: "worker_build", "worker_schema", "worker_limit", "job_limit",
-  /// "commit_stale", "commit_corrupt", "commit_unknown_job", "spot_check".
-  std::map<std::string, uint64_t> refusals;
-  uint64_t film_loads = 0;     // merged layers that were read from the store
-  double film_bytes = 0;       // taken by those in memory right now
-  bool storage_fault = false;  // right now: jobs pause until the disk is mended
-};
-
-/// Some of all jobs, for views of the whole farm.
-struct JobPage {
-  std::vector<JobStatus> jobs;
-  size_t total = 0;      // jobs that the farm knows
-  uint64_t version = 0;  // of the newest change so far
-};
-
-/// The end of a job's ledger: the tiles of its last complete round and of all later ones.
-struct TileMap {
-  int64_t complete_samples = 0;             // every pixel has the samples below
-  std::vector<TileStatus> tiles;            // ascending by id, without digests
-  std::map<TileId, double> leased_seconds;  // of those that are leased, since the oldest lease
-};
+class JobStore;  // coordinator/store/job_store.h: SQLite (WAL), PostgreSQL or memory
 
 class Farm {
  public:

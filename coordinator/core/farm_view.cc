@@ -1,113 +1,200 @@
-// What views of the whole farm ask for: pages of jobs, who holds what, the end of a ledger, noise.
-#include <algorithm>
+#include "coordinator/core/farm_view.h"
 
-#include "coordinator/core/farm_impl.h"
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "coordinator/farm/job_progress.h"
+#include "coordinator/farm/waiting_note.h"
 
 namespace lightmill {
+namespace {
 
-TileStatus tile_status(const TileRecord& tile) {
-  const std::vector<LeaseToken> tokens = lease_tokens(tile);
-  const bool counted = tile.state == TileState::kCommitted && !tokens.empty();
-  return {tile.id,
-          tile.tile,
-          tile_state_name(tile.state),
-          counted ? tokens[0].attempt : tile.attempt,
-          tokens.empty() ? WorkerId{} : tokens.back().worker,
-          tile.digest};
+constexpr size_t kMaxListedJobs = 1000;
+
+/// What the record says, as clients see it.
+JobStatus status_of(const JobRecord& r) {
+  JobStatus s;
+  s.id = r.id;
+  s.name = r.name;
+  s.state = r.state;
+  s.message = r.message;
+  s.settings = r.settings;
+  s.bundle_digest = r.bundle_digest;
+  s.priority = r.priority;
+  s.pool = r.pool;
+  s.submitter = r.submitter;
+  s.max_workers = r.max_workers;
+  s.after = r.after;
+  s.packets_done = r.packets_done;
+  // A job that stopped before its spp (time, target) is complete with what it has.
+  s.packets_total = r.state == JobState::kDone
+                        ? r.packets_done
+                        : r.settings.grid.cells().count() * block_count(r.settings.spp);
+  s.tiles_committed = r.tiles_committed;
+  s.leases_reassigned = r.leases_reassigned;
+  s.commit_bytes = r.commit_bytes;
+  s.spp = static_cast<double>(r.pixel_samples) / static_cast<double>(r.settings.grid.crop.area());
+  s.cpu_seconds = r.cpu_seconds;
+  s.counters = r.counters;
+  s.missing_light = r.missing_light;
+  return s;
 }
 
-JobPage Farm::page(size_t begin, size_t count, uint64_t version, bool waiting) const {
-  const std::lock_guard lock(impl_->mutex);
-  const double now = impl_->clock.now();
-  const std::vector<JobId>& order = impl_->scheduler.order();
+TileMap map_of(const LeaseTable& tiles, double now) {
+  TileMap map;
+  map.complete_samples = tiles.complete_samples();
+  const std::vector<LeaseTable::Round>& rounds = tiles.rounds();
+  // Tiles follow round after round: those of the last complete round and after are the end of the table.
+  size_t first = 0;
+  while (first + 1 < rounds.size() && rounds[first + 1].end <= map.complete_samples) ++first;
+  const int64_t begin = rounds.empty() ? 0 : rounds[first].begin;
+  const std::deque<TileRecord>& all = tiles.tiles();
+  const auto is_earlier = [&](const TileRecord& tile) { return tile.tile.sample_begin < begin; };
+  const auto from = std::find_if(all.rbegin(), all.rend(), is_earlier).base();
+  for (auto tile = from; tile != all.end(); ++tile) {
+    map.tiles.push_back(tile_status(*tile));
+    map.tiles.back().digest.clear();
+  }
+  for (const LeaseTable::Lease& lease : tiles.leases()) {
+    double& seconds = map.leased_seconds[lease.tile];
+    seconds = std::max(seconds, now - lease.since);
+  }
+  return map;
+}
+
+}  // namespace
+
+JobStatus FarmView::status(const Job& job, double now) const {
+  JobStatus s = status_of(job.record);
+  if (s.message.empty()) s.message = waiting_note(farm_.scheduler, job, now);
+  if (const std::optional<std::string> fault = job.fault.empty() ? farm_.health.fault() : job.fault;
+      fault && (s.state == JobState::kQueued || s.state == JobState::kRunning)) {
+    s.state = JobState::kPaused;
+    s.message = *fault + "; the job goes on by itself once that is mended";
+  }
+  s.tiles_leased = job.tiles.leased_count();
+  s.tiles_pending = job.tiles.pending_count();
+  s.wall_seconds = wall_seconds(job, now);
+  s.samples_per_second = recent_rate(job, now);
+  s.eta_seconds = eta_seconds(job, now);
+  if (job.last_estimate) {
+    s.relmse = job.last_estimate->relmse;
+    s.relmse_low = job.last_estimate->relmse_low;
+    s.relmse_high = job.last_estimate->relmse_high;
+  }
+  s.workers = job.tiles.workers();
+  s.version = job.version;
+  return s;
+}
+
+std::vector<JobStatus> FarmView::jobs(size_t begin, size_t count) const {
+  const std::lock_guard lock(farm_.mutex);
+  const double now = farm_.clock.now();
+  const std::vector<JobId>& order = farm_.scheduler.order();
+  std::vector<JobStatus> result;
+  begin = std::min(begin, order.size());
+  const size_t end = begin + std::min(count, order.size() - begin);
+  for (size_t i = begin; i < end; ++i) result.push_back(status(jobs_.get(order[i]), now));
+  return result;
+}
+
+std::vector<JobStatus> FarmView::newest_jobs() const {
+  const size_t count = job_count();
+  return jobs(count - std::min(count, kMaxListedJobs), kMaxListedJobs);
+}
+
+size_t FarmView::job_count() const {
+  const std::lock_guard lock(farm_.mutex);
+  return farm_.scheduler.order().size();
+}
+
+JobPage FarmView::page(size_t begin, size_t count, uint64_t version, bool waiting) const {
+  const std::lock_guard lock(farm_.mutex);
+  const double now = farm_.clock.now();
+  const std::vector<JobId>& order = farm_.scheduler.order();
   JobPage page;
   page.total = order.size();
-  page.version = impl_->version;
+  page.version = farm_.version;
   const size_t end = std::min(order.size(), begin + std::min(count, order.size()));
   for (size_t i = begin; i < end; ++i) {
-    const Job& job = *impl_->scheduler.find(order[i]);
+    const Job& job = *farm_.scheduler.find(order[i]);
     const bool open = waiting && !is_final(job.record.state);
-    if (job.version > version || job.tiles.leased_count() > 0 || open)
-      page.jobs.push_back(impl_->status(job, now));
+    if (job.version > version || job.tiles.leased_count() > 0 || open) page.jobs.push_back(status(job, now));
   }
   return page;
 }
 
-std::vector<std::pair<WorkerId, LeaseKey>> Farm::holdings() const {
-  const std::lock_guard lock(impl_->mutex);
+JobStatus FarmView::job(const JobId& id) const {
+  const std::lock_guard lock(farm_.mutex);
+  return status(jobs_.get(id), farm_.clock.now());
+}
+
+JobStatus FarmView::wait(const JobId& id, uint64_t version, double timeout_s) const {
+  // Real time, not the injected clock's: a simulated clock must not make anybody sleep.
+  const auto end = std::chrono::steady_clock::now() +
+                   std::chrono::duration<double>(std::clamp(timeout_s, 0.0, kMaxWaitSeconds));
+  std::unique_lock lock(farm_.mutex);
+  farm_.changed.wait_until(lock, end, [&] { return farm_.stopping || jobs_.get(id).version > version; });
+  return status(jobs_.get(id), farm_.clock.now());
+}
+
+std::vector<TileStatus> FarmView::tiles(const JobId& id) const {
+  std::vector<TileRecord> records;
+  {
+    const std::lock_guard lock(farm_.mutex);
+    records = jobs_.ledger(jobs_.get(id));
+  }
+  std::vector<TileStatus> result;
+  result.reserve(records.size());
+  for (const TileRecord& tile : records) result.push_back(tile_status(tile));
+  return result;
+}
+
+TileMap FarmView::tile_map(const JobId& id) const {
+  {
+    const std::lock_guard lock(farm_.mutex);
+    const Job& job = jobs_.get(id);
+    if (job.ledger_loaded) return map_of(job.tiles, farm_.clock.now());
+  }
+  // The job has ended. Its ledger may be long, and nobody shall wait for it.
+  std::vector<TileRecord> records = farm_.store->tiles(id);
+  for (TileRecord& tile : records) {  // its leases are void
+    if (tile.state == TileState::kLeased) tile = voided(tile);
+  }
+  LeaseTable stored;
+  stored.add(records);
+  return map_of(stored, farm_.clock.now());
+}
+
+std::vector<std::pair<WorkerId, LeaseKey>> FarmView::holdings() const {
+  const std::lock_guard lock(farm_.mutex);
   std::vector<std::pair<WorkerId, LeaseKey>> held;
-  for (const JobId& id : impl_->scheduler.active()) {
-    for (const LeaseTable::Lease& lease : impl_->scheduler.find(id)->tiles.leases()) {
+  for (const JobId& id : farm_.scheduler.active()) {
+    for (const LeaseTable::Lease& lease : farm_.scheduler.find(id)->tiles.leases()) {
       held.push_back({lease.worker, {id, lease.tile, lease.attempt}});
     }
   }
   return held;
 }
 
-TileMap Farm::tile_map(const JobId& id) const {
-  LeaseTable stored;
-  TileMap map;
-  const auto collect = [&](const LeaseTable& tiles) {
-    map.complete_samples = tiles.complete_samples();
-    const std::vector<LeaseTable::Round>& rounds = tiles.rounds();
-    // Tiles follow round after round: those of the last complete round and after are the end of the table.
-    size_t first = 0;
-    while (first + 1 < rounds.size() && rounds[first + 1].end <= map.complete_samples) ++first;
-    const int64_t begin = rounds.empty() ? 0 : rounds[first].begin;
-    const std::deque<TileRecord>& all = tiles.tiles();
-    const auto from = std::find_if(all.rbegin(), all.rend(), [&](const TileRecord& tile) {
-                        return tile.tile.sample_begin < begin;
-                      }).base();
-    for (auto tile = from; tile != all.end(); ++tile) {
-      map.tiles.push_back(tile_status(*tile));
-      map.tiles.back().digest.clear();
-    }
-    const double now = impl_->clock.now();
-    for (const LeaseTable::Lease& lease : tiles.leases()) {
-      double& seconds = map.leased_seconds[lease.tile];
-      seconds = std::max(seconds, now - lease.since);
-    }
-  };
-  {
-    const std::lock_guard lock(impl_->mutex);
-    const Job& job = impl_->job(id);
-    if (job.ledger_loaded) {
-      collect(job.tiles);
-      return map;
-    }
-  }
-  // The job has ended. Its ledger may be long, and nobody shall wait for it.
-  std::vector<TileRecord> records = impl_->store->tiles(id);
-  for (TileRecord& tile : records) {  // its leases are void
-    if (tile.state == TileState::kLeased) tile = voided(tile);
-  }
-  stored.add(records);
-  collect(stored);
-  return map;
+WorkerPage FarmView::workers(const WorkerId& after, size_t most) const {
+  const std::lock_guard lock(farm_.mutex);
+  return farm_.scheduler.workers.page(after, most, farm_.clock.now());
 }
 
-Image Farm::error_map(const JobId& id) const {
-  RenderSettings settings;
-  {
-    const std::lock_guard lock(impl_->mutex);
-    settings = impl_->job(id).record.settings;
-  }
-  const Merger::Open layers = impl_->open_layers(id, settings);
-  return layers->batches.error_map(layers->batches.error_map_block());
-}
-
-void Farm::set_priority(const JobId& id, int priority) {
-  const std::lock_guard lock(impl_->mutex);
-  Job& job = impl_->job(id);
-  if (is_final(job.record.state)) {
-    throw Error(ErrorKind::kFailed, "job " + id.value + " is " + job_state_name(job.record.state) +
-                                        "; priority matters to jobs that have not ended");
-  }
-  const double now = impl_->clock.now();
-  JobRecord record = impl_->record_at(job, now);
-  record.priority = priority;
-  impl_->scheduler.withdraw(job);
-  impl_->update(job, std::move(record), now);
+FarmStats FarmView::stats() const {
+  const std::lock_guard lock(farm_.mutex);
+  FarmStats stats = farm_.stats;
+  stats.refusals["commit_stale"] = stats.commits_stale;
+  stats.refusals["commit_corrupt"] = stats.commits_corrupt;
+  stats.refusals["spot_check"] = stats.liars;
+  stats.storage_fault = farm_.health.fault().has_value();
+  stats.film_loads = farm_.merger.loads();
+  stats.film_bytes = farm_.merger.bytes();
+  return stats;
 }
 
 }  // namespace lightmill

@@ -49,6 +49,37 @@ bool committed_under(const TileRecord& tile, const LeaseToken& token) {
   return tile.state == TileState::kCommitted && lease_tokens(tile) == std::vector{token};
 }
 
+TileRecord voided(TileRecord tile) {
+  tile.state = TileState::kPending;
+  if (tile.worker.empty()) tile.worker = tile.rival_worker;
+  tile.rival_attempt = 0;
+  tile.rival_worker = {};
+  return tile;
+}
+
+TileStatus tile_status(const TileRecord& tile) {
+  const std::vector<LeaseToken> tokens = lease_tokens(tile);
+  const bool counted = tile.state == TileState::kCommitted && !tokens.empty();
+  return {tile.id,
+          tile.tile,
+          tile_state_name(tile.state),
+          counted ? tokens[0].attempt : tile.attempt,
+          tokens.empty() ? WorkerId{} : tokens.back().worker,
+          tile.digest};
+}
+
+std::string tile_name(const LeaseKey& key, bool pilot) {
+  return "job " + key.job.value + (pilot ? " pilot" : " tile " + std::to_string(key.tile.value));
+}
+
+std::string tile_text(const TileRecord& tile) {
+  if (is_pilot(tile.tile)) return "the pilot";
+  const CellRect& c = tile.tile.cells;
+  return "tile " + std::to_string(tile.id.value) + " (cells " + std::to_string(c.x0) + "," +
+         std::to_string(c.y0) + " to " + std::to_string(c.x1) + "," + std::to_string(c.y1) + ", samples " +
+         std::to_string(tile.tile.sample_begin) + " to " + std::to_string(tile.tile.sample_end) + ")";
+}
+
 std::string job_record_to_json(const JobRecord& r) {
   JsonText counters, text;
   for (const CounterField& field : kCounters) counters.add(field.name, r.counters.*field.member);

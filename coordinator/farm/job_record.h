@@ -48,6 +48,14 @@ struct TileRecord {
 std::vector<LeaseToken> lease_tokens(const TileRecord& tile);
 /// True if the tile was committed under this lease.
 bool committed_under(const TileRecord& tile, const LeaseToken& token);
+/// What a leased tile of the store is once its leases are void.
+TileRecord voided(TileRecord tile);
+/// For clients: of a committed tile the lease that counted, else the last one.
+TileStatus tile_status(const TileRecord& tile);
+/// "job j7 tile 3", "job j7 pilot".
+std::string tile_name(const LeaseKey& key, bool pilot);
+/// "tile 3 (cells 0,0 to 2,2, samples 16 to 32)", "the pilot".
+std::string tile_text(const TileRecord& tile);
 
 /// A job without its tiles. The totals are over the committed tiles.
 struct JobRecord {

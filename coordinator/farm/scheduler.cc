@@ -1,31 +1,21 @@
 #include "coordinator/farm/scheduler.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <tuple>
 
-#include "common/error/checkpoints.h"
 #include "coordinator/farm/film_bytes.h"
+#include "coordinator/farm/job_progress.h"
 
 namespace lightmill {
 namespace {
 
-constexpr double kDeepest = 1024;  // superblocks of a round
-// Where splats have to be spared a tile is deep rather than wide: it has so small a part of the window at
-// most, so that its camera layer weighs little beside its splats.
-constexpr double kSplatTilesOfWindow = 4;
-constexpr double kUsualSpeed = 2e5;         // samples a second, of a worker that has not shown its own yet
-constexpr double kHeavySplatBytes = 200e3;  // a smaller layer costs no more than a lease does
-constexpr int kRunTiles = 8;                // that a worker gets of a job before another one's turn
-constexpr double kPointSpacing = 1.25;      // points of the curve are this far apart in spp
-constexpr int64_t kMinSamplesForTarget = int64_t{kMinIntervalBatches} * kSuperblockSamples;
+constexpr int kRunTiles = 8;  // that a worker gets of a job before another one's turn
 
 /// Somebody works for it, or has worked.
 bool begun(const Job& job) { return job.record.state != JobState::kQueued || job.tiles.leased_count() > 0; }
 
 /// A tile may be leased: in time, or one of the first round, without which the picture has holes.
-bool in_time(const TileRecord& tile, bool time_is_up) { return !time_is_up || tile.tile.sample_begin == 0; }
+bool in_time(const TileRecord& tile, bool is_up) { return !is_up || tile.tile.sample_begin == 0; }
 
 }  // namespace
 
@@ -70,110 +60,6 @@ Job* Scheduler::find(const JobId& id) {
   return found == jobs_.end() ? nullptr : &found->second;
 }
 const Job* Scheduler::find(const JobId& id) const { return const_cast<Scheduler*>(this)->find(id); }
-
-double Scheduler::wall_seconds(const Job& job, double now) {
-  return job.record.wall_seconds + (job.running_since >= 0 ? std::max(0.0, now - job.running_since) : 0);
-}
-
-bool Scheduler::time_is_up(const Job& job, double now) {
-  return job.record.settings.time_s > 0 && wall_seconds(job, now) >= job.record.settings.time_s;
-}
-
-bool Scheduler::fits(const Job& job, const Worker& worker) const {
-  const JobRecord& record = job.record;
-  return (record.pool.empty() || record.pool == worker.registration.pool) &&
-         (record.arithmetic_class.empty() || record.arithmetic_class == worker.registration.arithmetic_class);
-}
-
-int Scheduler::fitting_workers(const Job& job, double now, double* mean_speed) const {
-  int count = 0, measured = 0;
-  double speed = 0;
-  for (const auto& [id, worker] : workers.all()) {
-    if (!workers.may_work(worker, now) || !fits(job, worker)) continue;
-    ++count;
-    if (worker.samples_per_second > 0) {
-      ++measured;
-      speed += worker.samples_per_second;
-    }
-  }
-  if (mean_speed) *mean_speed = measured > 0 ? speed / measured : 0;
-  return count;
-}
-
-bool Scheduler::awaits_checkpoint(const Job& job) {
-  const double target = job.record.settings.target_error;
-  const int64_t samples = job.tiles.planned_samples();
-  if (!(target > 0) || samples < kMinSamplesForTarget || next_checkpoint(samples - 1) != samples)
-    return false;
-  const auto planned = static_cast<double>(samples);
-  if (job.last_point && job.last_point->spp >= planned) return false;  // looked at
-  // Error falls as 1/samples. Where even the lower end of the interval stays above the target there is no
-  // need to wait; before the first interval there is nothing to go by.
-  const auto& last = job.last_estimate;
-  return !last || !last->relmse_low || *last->relmse_low * last->spp / planned <= target;
-}
-
-void Scheduler::obey_ingest(const Job& job, TilingInput* input) const {
-  if (!(options_.ingest_bytes_per_second > 0)) return;
-  double depth = 0;  // samples per pixel
-  if (input->splats) {
-    const auto window = static_cast<double>(input->grid.crop.area());
-    const double speed =
-        input->worker_samples_per_second > 0 ? input->worker_samples_per_second : kUsualSpeed;
-    const double commit_seconds = splat_layer_bytes(job.record.settings) / options_.ingest_bytes_per_second;
-    // n workers render what is left in left / n seconds, and hand in a layer each, one after the other.
-    const double left = window * static_cast<double>(input->spp - input->begin) / speed;
-    const double enough = std::clamp(std::sqrt(left / commit_seconds), 1.0, 1e6);
-    input->workers = std::min(input->workers, static_cast<int>(enough));
-    const double samples = input->workers * speed * commit_seconds;
-    input->min_tile_samples = static_cast<int64_t>(std::clamp(samples, 0.0, 0x1p50));
-    depth = kSplatTilesOfWindow * samples / window;
-  } else if (job.commit_pixels > 0) {
-    const double samples_per_second = input->workers * input->worker_samples_per_second;
-    depth = samples_per_second * job.commit_bytes / job.commit_pixels / options_.ingest_bytes_per_second;
-  }
-  const double wanted = std::clamp(std::ceil(depth / static_cast<double>(kSuperblockSamples)), 1.0, kDeepest);
-  input->min_superblocks = static_cast<int64_t>(std::bit_ceil(static_cast<uint64_t>(wanted)));
-}
-
-bool Scheduler::is_planned_out(const Job& job, double now) {
-  const int64_t planned = job.tiles.planned_samples();
-  if (planned >= job.record.settings.spp || job.record.target_met) return true;
-  // A first picture is owed even to a job whose pilot took all its time.
-  if (planned > 0 && time_is_up(job, now)) return true;
-  // More samples than the target asks for are lost time: rather the workers pause until the round is in.
-  return awaits_checkpoint(job);
-}
-
-std::vector<TileSpec> Scheduler::next_round(const Job& job, double now) const {
-  const RenderSettings& settings = job.record.settings;
-  if (needs_pilot(settings))
-    return job.tiles.next_id() == 0 ? std::vector{TileSpec{}} : std::vector<TileSpec>{};
-  TilingInput input;
-  input.grid = settings.grid;
-  input.begin = job.tiles.planned_samples();
-  input.spp = settings.spp;
-  if (is_planned_out(job, now)) return {};
-  input.workers = fitting_workers(job, now, &input.worker_samples_per_second);
-  if (job.record.max_workers > 0) input.workers = std::min(input.workers, job.record.max_workers);
-  // Speeds were measured on other jobs too; a new job starts small whatever they say.
-  input.target_tile_seconds = options_.target_tile_seconds;
-  if (options_.commits_per_second > 0) {
-    const auto all = static_cast<double>(workers.all().size());
-    input.target_tile_seconds = std::max(input.target_tile_seconds, all / options_.commits_per_second);
-  }
-  if (!job.tiles.rounds().empty()) {
-    const LeaseTable::Round& last = job.tiles.rounds().back();
-    input.previous_tile_samples = std::max<int64_t>(
-        1, settings.grid.crop.area() * (last.end - last.begin) / std::max<int64_t>(1, last.tiles));
-  }
-  input.max_superblocks = job.batch_group;
-  input.splats = splat_layer_bytes(settings) >= kHeavySplatBytes;
-  input.to_checkpoint = settings.target_error > 0;
-  obey_ingest(job, &input);
-  if (settings.time_s > 0) input.seconds_left = std::max(0.0, settings.time_s - wall_seconds(job, now));
-  return plan_round(input);
-}
 
 const Job* Scheduler::waits_for(const Job& job) const {
   if (job.record.state != JobState::kQueued) return nullptr;  // what has begun goes on
@@ -250,11 +136,11 @@ Offer Scheduler::offer_of(const Job& job, const WorkerId& worker_id, double now)
     return true;
   };
   if (const auto tile = job.tiles.next_pending(acceptable)) {
-    std::vector<CellRect> parts = parts_for_idle(job, *tile, *workers.find(worker_id), now);
+    std::vector<CellRect> parts = tail_.parts_for_idle(job, *tile, *workers.find(worker_id), now);
     if (!parts.empty()) return SplitOffer{job.record.id, *tile, std::move(parts)};
     return LeaseOffer{job.record.id, *tile};
   }
-  std::vector<TileSpec> round = next_round(job, now);
+  std::vector<TileSpec> round = rounds_.next_round(job, now);
   if (!round.empty()) return RoundOffer{job.record.id, std::move(round)};
   return {};
 }
@@ -283,7 +169,7 @@ Offer Scheduler::offer(const WorkerId& worker_id, double now) {
     }
   }
   for (const Job* job : jobs) {
-    if (const auto tile = tile_to_race(*job, *worker, now)) return LeaseOffer{job->record.id, *tile};
+    if (const auto tile = tail_.tile_to_race(*job, *worker, now)) return LeaseOffer{job->record.id, *tile};
   }
   return {};
 }
@@ -329,17 +215,7 @@ bool Scheduler::rendered(const Job& job, double now) const {
   if (is_final(job.record.state) || job.tiles.leased_count() > 0 || job.tiles.rounds().empty()) return false;
   const bool up = time_is_up(job, now);
   if (job.tiles.next_pending([&](const TileRecord& tile) { return in_time(tile, up); })) return false;
-  return next_round(job, now).empty();
-}
-
-bool Scheduler::point_due(const Job& job) {
-  const int64_t complete = job.tiles.complete_samples();
-  if (complete <= 0) return false;
-  if (job.record.settings.target_error > 0) {
-    const double looked_at = job.last_point ? job.last_point->spp : 0;
-    return static_cast<double>(complete) > looked_at && next_checkpoint(complete - 1) == complete;
-  }
-  return !job.last_point || static_cast<double>(complete) >= job.last_point->spp * kPointSpacing;
+  return rounds_.next_round(job, now).empty();
 }
 
 }  // namespace lightmill

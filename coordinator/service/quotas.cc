@@ -1,6 +1,6 @@
 #include "coordinator/service/quotas.h"
 
-#include "coordinator/core/farm.h"
+#include "coordinator/farm/farm_errors.h"
 
 namespace lightmill {
 

@@ -1,10 +1,12 @@
-// The end of a job, when there is less to do than there are workers: tiles are cut, and stragglers raced.
+#include "coordinator/farm/job_tail.h"
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
 
 #include "coordinator/farm/film_bytes.h"
-#include "coordinator/farm/scheduler.h"
+#include "coordinator/farm/round_planner.h"
+#include "coordinator/farm/tiling.h"
 
 namespace lightmill {
 namespace {
@@ -42,9 +44,8 @@ std::vector<CellRect> cut_off(const CellRect& cells, double share) {
   return {first, rest};
 }
 
-}  // namespace
-
-double Scheduler::expected_seconds(const Job& job, const TileSpec& tile, const Worker& worker) {
+/// Seconds that the worker is expected to take for the tile; negative: unknown.
+double expected_seconds(const Job& job, const TileSpec& tile, const Worker& worker) {
   const JobRecord& record = job.record;
   const auto samples = static_cast<double>(record.settings.grid.pixels(tile.cells).area() * tile.samples());
   if (worker.samples_per_second > 0)
@@ -54,7 +55,9 @@ double Scheduler::expected_seconds(const Job& job, const TileSpec& tile, const W
          worker.registration.threads;
 }
 
-void Scheduler::share_rest(const Job& job, const Worker& worker, double now, TailCounts* counts) const {
+}  // namespace
+
+void JobTail::share_rest(const Job& job, const Worker& worker, double now, TailCounts* counts) const {
   counts->seconds_to_end = -1;
   double seconds = 0;
   for (const int64_t id : job.tiles.pending()) {
@@ -64,7 +67,7 @@ void Scheduler::share_rest(const Job& job, const Worker& worker, double now, Tai
   }
   std::unordered_set<const Worker*> others;
   for (const LeaseTable::Lease& lease : job.tiles.leases()) {
-    const Worker* holder = workers.find(lease.worker);
+    const Worker* holder = workers_.find(lease.worker);
     if (!holder || lease.worker == worker.id) continue;
     const double tile = expected_seconds(job, job.tiles.find(lease.tile)->tile, *holder);
     if (tile < 0) return;
@@ -75,24 +78,24 @@ void Scheduler::share_rest(const Job& job, const Worker& worker, double now, Tai
   counts->seconds_to_end = seconds / static_cast<double>(counts->sharers);
 }
 
-TailCounts Scheduler::count_tail(const Job& job, const Worker& worker, double now) const {
-  const size_t many = workers.all().size();
+TailCounts JobTail::count_tail(const Job& job, const Worker& worker, double now) const {
+  const size_t many = workers_.all().size();
   TailCounts& last = job.tail;
   const double pause = static_cast<double>(many) * kCountSeconds * kCountPause;
   if (many >= kManyWorkers && last.counted_at >= 0 && now - last.counted_at < pause) return last;
   last.counted_at = now;
   last.idle = 0;
-  for (const auto& [id, other] : workers.all()) {
-    last.idle += other.leases == 0 && workers.may_work(other, now) && fits(job, other);
+  for (const auto& [id, other] : workers_.all()) {
+    last.idle += other.leases == 0 && workers_.may_work(other, now) && fits(job, other);
   }
   share_rest(job, worker, now, &last);
   return last;
 }
 
-std::vector<CellRect> Scheduler::parts_for_idle(const Job& job, TileId id, const Worker& worker,
-                                                double now) const {
+std::vector<CellRect> JobTail::parts_for_idle(const Job& job, TileId id, const Worker& worker,
+                                              double now) const {
   const int64_t pending = job.tiles.pending_count();
-  if (pending >= static_cast<int64_t>(workers.all().size()) || !job.tiles.may_split(id) ||
+  if (pending >= static_cast<int64_t>(workers_.all().size()) || !job.tiles.may_split(id) ||
       !is_planned_out(job, now)) {
     return {};
   }
@@ -127,9 +130,9 @@ std::vector<CellRect> Scheduler::parts_for_idle(const Job& job, TileId id, const
   return cut_off(tile.cells, mine / seconds);
 }
 
-std::optional<TileId> Scheduler::tile_to_race(const Job& job, const Worker& worker, double now) const {
+std::optional<TileId> JobTail::tile_to_race(const Job& job, const Worker& worker, double now) const {
   if (job.tiles.leased_count() == 0 || !is_planned_out(job, now)) return std::nullopt;
-  const size_t many = workers.all().size();
+  const size_t many = workers_.all().size();
   if (many >= kManyWorkers && now < job.tail.look_for_race_at) return std::nullopt;
   std::optional<TileId> slowest;
   double since = 0;
@@ -142,7 +145,7 @@ std::optional<TileId> Scheduler::tile_to_race(const Job& job, const Worker& work
     const TileSpec& tile = job.tiles.find(lease.tile)->tile;
     if (raced || lease.worker == worker.id || is_pilot(tile)) continue;
     if (job.failed_on.contains({lease.tile, worker.id}) || (slowest && lease.since >= since)) continue;
-    const Worker* holder = workers.find(lease.worker);
+    const Worker* holder = workers_.find(lease.worker);
     const double age = now - lease.since;
     const double theirs = holder ? expected_seconds(job, tile, *holder) : -1;
     const double ours = expected_seconds(job, tile, worker);

@@ -1,0 +1,42 @@
+#pragma once
+// The farm as clients, the dashboard and metrics see it: states of jobs, tiles and workers. Nothing is
+// changed here, but that the curve of a job that ended before a restart is loaded when somebody looks. Farm's
+// methods of the same names say what each does.
+//
+// The caller of any method but status() must not hold FarmState::mutex. Each answer is of one moment; pages
+// keep the lock short.
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "coordinator/core/farm_state.h"
+#include "coordinator/core/job_table.h"
+
+namespace lightmill {
+
+class FarmView {
+ public:
+  FarmView(FarmState& farm, JobTable& jobs) : farm_(farm), jobs_(jobs) {}
+
+  std::vector<JobStatus> jobs(size_t begin, size_t count) const;
+  std::vector<JobStatus> newest_jobs() const;
+  size_t job_count() const;
+  JobPage page(size_t begin, size_t count, uint64_t version, bool waiting) const;
+  JobStatus job(const JobId& id) const;
+  JobStatus wait(const JobId& id, uint64_t version, double timeout_s) const;
+  std::vector<TileStatus> tiles(const JobId& id) const;
+  TileMap tile_map(const JobId& id) const;
+  std::vector<std::pair<WorkerId, LeaseKey>> holdings() const;
+  WorkerPage workers(const WorkerId& after, size_t most) const;
+  FarmStats stats() const;
+
+  /// Wants FarmState::mutex held.
+  JobStatus status(const Job& job, double now) const;
+
+ private:
+  FarmState& farm_;
+  JobTable& jobs_;
+};
+
+}  // namespace lightmill

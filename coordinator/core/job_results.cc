@@ -1,0 +1,72 @@
+#include "coordinator/core/job_results.h"
+
+#include <cstdio>
+#include <utility>
+
+namespace lightmill {
+namespace {
+
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+}  // namespace
+
+Image JobResults::image(const JobId& id) const {
+  const Merger::Open layers = storage_.open_layers(id);
+  return layers->film.resolve();
+}
+
+ChannelImage JobResults::aovs(const JobId& id, Image* image) const {
+  const Merger::Open layers = storage_.open_layers(id);
+  if (image) *image = layers->film.resolve();
+  return layers->film.resolve_aovs();
+}
+
+Image JobResults::error_map(const JobId& id) const {
+  const Merger::Open layers = storage_.open_layers(id);
+  return layers->batches.error_map(layers->batches.error_map_block());
+}
+
+ErrorCurve JobResults::curve(const JobId& id) const {
+  const std::lock_guard lock(farm_.mutex);
+  return {jobs_.get(id).record.name, farm_.store->curve(id)};
+}
+
+std::optional<PilotReport> JobResults::pilot(const JobId& id) const {
+  {
+    const std::lock_guard lock(farm_.mutex);
+    jobs_.get(id);  // throws for an unknown one
+  }
+  const std::string report = farm_.store->pilot(id);
+  if (report.empty()) return std::nullopt;
+  return pilot_from_json(report);
+}
+
+std::map<std::string, std::string> JobResults::image_metadata(const JobId& id) const {
+  const std::lock_guard lock(farm_.mutex);
+  const Job& job = jobs_.get(id);
+  const JobStatus s = view_.status(job, farm_.clock.now());
+  std::map<std::string, std::string> metadata = {{"job", s.id.value},
+                                                 {"name", s.name},
+                                                 {"state", job_state_name(s.state)},
+                                                 {"scene", s.bundle_digest},
+                                                 {"settings", settings_to_json(s.settings)},
+                                                 {"integrator", integrator_name(s.settings.integrator)},
+                                                 {"spp", std::to_string(s.spp)},
+                                                 {"wall_seconds", std::to_string(s.wall_seconds)},
+                                                 {"cpu_seconds", std::to_string(s.cpu_seconds)},
+                                                 {"nonfinite", std::to_string(s.counters.nonfinite)},
+                                                 {"arithmetic_class", job.record.arithmetic_class},
+                                                 {"build", farm_.options.build}};
+  if (!needs_pilot(s.settings)) metadata["plan"] = plan_to_json(plan_of(s.settings));
+  for (const auto& [key, value] :
+       {std::pair{"relmse", s.relmse}, {"relmse_low", s.relmse_low}, {"relmse_high", s.relmse_high}}) {
+    if (value) metadata[key] = number_text(*value);
+  }
+  return metadata;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,123 @@
+#include "coordinator/core/job_table.h"
+
+#include <utility>
+
+#include "coordinator/farm/farm_errors.h"
+#include "coordinator/farm/job_progress.h"
+
+namespace lightmill {
+namespace {
+
+/// Tiles of a job in memory, of which any number may be pending or leased. Of committed ones the newest are
+/// there to tell a commit that is repeated; spot checks may want any.
+constexpr size_t kTilesInMemory = 50000;
+
+}  // namespace
+
+JobTable::JobTable(FarmState& farm) : farm_(farm) {
+  for (const JobRecord& record : farm_.store->jobs()) {
+    Job loaded;
+    loaded.record = record;
+    loaded.ledger_loaded = false;
+    loaded.version = ++farm_.version;
+    loaded.curve_loaded = false;
+    Job& added = farm_.scheduler.add(std::move(loaded));
+    if (is_final(record.state)) continue;
+    load_curve(added);
+    load_ledger(added);
+  }
+}
+
+Job& JobTable::get(const JobId& id) {
+  Job* found = farm_.scheduler.find(id);
+  if (!found) throw UnknownJob(id);
+  try {
+    load_curve(*found);
+  } catch (const StoreError&) {  // its status is shown without, and the next look tries again
+  }
+  return *found;
+}
+
+void JobTable::load_curve(Job& job) {
+  if (job.curve_loaded) return;
+  for (const ErrorPoint& point : farm_.store->curve(job.record.id)) {
+    job.last_point = point;
+    if (point.relmse) job.last_estimate = point;
+  }
+  job.curve_loaded = true;
+}
+
+void JobTable::load_ledger(Job& job) {
+  if (job.ledger_loaded) return;
+  std::vector<TileRecord> tiles = farm_.store->tiles(job.record.id);
+  // Leases from before are void; their attempt numbers stay used.
+  for (TileRecord& tile : tiles) {
+    if (tile.state == TileState::kLeased) tile = voided(tile);
+  }
+  job.tiles = LeaseTable();
+  job.tiles.add(tiles);
+  for (const TileRecord& tile : tiles) {
+    if (tile.state == TileState::kCommitted && tile.check == TileCheck::kWanted) job.checks.add(tile);
+  }
+  job.ledger_loaded = true;
+  forget_old_tiles(job);
+}
+
+std::vector<TileRecord> JobTable::ledger(const Job& job) const {
+  if (job.ledger_loaded && job.tiles.forgotten() == 0)
+    return {job.tiles.tiles().begin(), job.tiles.tiles().end()};
+  std::vector<TileRecord> tiles = farm_.store->tiles(job.record.id);
+  for (TileRecord& tile : tiles) {
+    if (!job.ledger_loaded && tile.state == TileState::kLeased) tile = voided(tile);
+  }
+  return tiles;
+}
+
+void JobTable::forget_old_tiles(Job& job) const {
+  if (farm_.options.spot_check == 0) job.tiles.forget(kTilesInMemory);
+}
+
+JobRecord JobTable::record_at(const Job& job, double now) {
+  JobRecord record = job.record;
+  record.wall_seconds = wall_seconds(job, now);
+  return record;
+}
+
+void JobTable::update(Job& job, JobRecord record, double now) {
+  farm_.store->save_job(record);
+  job.record = std::move(record);
+  if (job.running_since >= 0) job.running_since = now;
+  farm_.scheduler.state_changed(job);
+  farm_.touch(job);
+}
+
+void JobTable::end(Job& job, JobState state, const std::string& message, double now) {
+  JobRecord record = record_at(job, now);
+  record.state = state;
+  record.message = message;
+  farm_.store->save_job(record);
+  forget_leases(job.tiles.leases());
+  forget_leases(job.checks.leases());
+  job.checks = CheckTable();
+  job.record = std::move(record);
+  job.running_since = -1;
+  job.tiles = LeaseTable();  // from now on the store has it; tiles that it calls leased are void
+  job.ledger_loaded = false;
+  job.failed_on.clear();
+  job.recent.clear();
+  farm_.scheduler.state_changed(job);
+  farm_.touch(job);
+}
+
+void JobTable::forget_leases(const std::vector<LeaseTable::Lease>& leases) {
+  for (const LeaseTable::Lease& lease : leases) {
+    if (Worker* worker = farm_.scheduler.workers.find(lease.worker)) --worker->leases;
+  }
+}
+
+void JobTable::stop_clock(Job& job, double now) {
+  job.record.wall_seconds = wall_seconds(job, now);
+  job.running_since = -1;
+}
+
+}  // namespace lightmill

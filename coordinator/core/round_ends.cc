@@ -1,0 +1,98 @@
+#include "coordinator/core/round_ends.h"
+
+#include <utility>
+
+#include "common/error/metrics.h"
+#include "coordinator/farm/job_progress.h"
+#include "coordinator/farm/round_planner.h"
+
+namespace lightmill {
+namespace {
+
+/// Fills in estimated and true errors.
+void measure_errors(const Merger::Open& layers, ErrorPoint* point) {
+  layers->batches.estimate(point);
+  if (layers->reference.data.empty()) return;
+  const Metrics metrics = compare_images(layers->film.resolve(), layers->reference);
+  point->true_relmse = metrics.relmse;
+  point->true_relmse_trimmed = metrics.relmse_trimmed;
+  point->true_flip = metrics.flip;
+}
+
+}  // namespace
+
+std::vector<JobId> RoundEnds::complete_jobs(double now) const {
+  std::vector<JobId> ids;
+  if (farm_.health.fault()) return ids;
+  for (const JobId& id : farm_.scheduler.active()) {
+    const Job& job = *farm_.scheduler.find(id);
+    if (job.fault.empty() && farm_.scheduler.complete(job, now)) ids.push_back(id);
+  }
+  return ids;
+}
+
+void RoundEnds::settle(const JobId& id, Merger::Open& layers) {
+  ErrorPoint point;
+  const Due due = look(id, layers, &point);
+  if (!due.anything) return;
+  if (due.new_point) measure_errors(layers, &point);
+  const bool ended = apply(id, point, due.new_point);
+  const bool unfolded = layers->spool_bytes > 0 || farm_.options.spot_check > 0;  // or kept
+  if (ended && unfolded) farm_.merger.checkpoint(id, layers, true);
+}
+
+RoundEnds::Due RoundEnds::look(const JobId& id, const Merger::Open& layers, ErrorPoint* point) {
+  const std::lock_guard lock(farm_.mutex);
+  Job& open = jobs_.get(id);
+  if (is_final(open.record.state)) return {};
+  open.batch_group = layers->batches.max_tile_superblocks();
+  const double now = farm_.clock.now();
+  if (!farm_.scheduler.complete(open, now) && !point_due(open)) return {};
+  point->wall_seconds = wall_seconds(open, now);
+  point->cpu_seconds = open.record.cpu_seconds;
+  point->spp = static_cast<double>(open.record.pixel_samples) /
+               static_cast<double>(open.record.settings.grid.crop.area());
+  return {true, !open.last_point || open.last_point->spp < point->spp};
+}
+
+bool RoundEnds::apply(const JobId& id, const ErrorPoint& point, bool is_new) {
+  const std::lock_guard lock(farm_.mutex);
+  Job& open = jobs_.get(id);
+  if (is_final(open.record.state)) return false;
+  const double now = farm_.clock.now();
+  if (is_new) {
+    farm_.store->add_point(id, point);
+    open.last_point = point;
+    if (point.relmse) open.last_estimate = point;
+    if (meets_target(point, open.record.settings.target_error)) {
+      JobRecord record = JobTable::record_at(open, now);
+      record.target_met = true;
+      jobs_.update(open, std::move(record), now);
+    }
+  }
+  const bool complete = farm_.scheduler.complete(open, now);
+  if (complete) {
+    jobs_.end(open, JobState::kDone, "", now);
+  } else {
+    farm_.touch(open);
+  }
+  return complete;
+}
+
+void RoundEnds::settle_complete() {
+  std::vector<JobId> ids;
+  {
+    const std::lock_guard lock(farm_.mutex);
+    ids = complete_jobs(farm_.clock.now());
+  }
+  for (const JobId& id : ids) {
+    try {
+      Merger::Open layers = storage_.open_layers(id);
+      settle(id, layers);
+    } catch (const Error& error) {  // its disk; other jobs go on, and a later tick tries again
+      farm_.log("job " + id.value + ": " + error.what());
+    }
+  }
+}
+
+}  // namespace lightmill

@@ -1,0 +1,28 @@
+#pragma once
+// What the farm refuses, as types: a caller that answers each in its own way catches them.
+#include <string>
+
+#include "common/base/error.h"
+#include "common/base/ids.h"
+
+namespace lightmill {
+
+/// The coordinator does not know this job (services answer NOT_FOUND).
+class UnknownJob : public Error {
+ public:
+  explicit UnknownJob(const JobId& id)
+      : Error(ErrorKind::kFailed, "no job \"" + id.value + "\"; see `lightmill jobs`") {}
+};
+/// The coordinator does not know this worker, because it was restarted: it must register again.
+class UnknownWorker : public Error {
+ public:
+  explicit UnknownWorker(const WorkerId& id)
+      : Error(ErrorKind::kUnreachable, "worker \"" + id.value + "\" is not registered; register again") {}
+};
+/// A bound was met (too many jobs or workers).
+class LimitReached : public Error {
+ public:
+  explicit LimitReached(const std::string& message) : Error(ErrorKind::kUnreachable, message) {}
+};
+
+}  // namespace lightmill

@@ -1,0 +1,66 @@
+#pragma once
+// A job in memory: its row, its tiles and what else the scheduler goes by.
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "common/error/error_curve.h"
+#include "coordinator/farm/check_table.h"
+#include "coordinator/farm/fair_share.h"
+#include "coordinator/farm/job_record.h"
+#include "coordinator/farm/lease_table.h"
+#include "coordinator/farm/worker_table.h"
+
+namespace lightmill {
+
+/// What the end of a job with very many workers is planned by, counted now and then (job_tail.h).
+struct TailCounts {
+  double counted_at = -1;  // clock time; negative: not yet
+  int64_t idle = 0;
+  double seconds_to_end = -1;   // negative: unknown
+  int64_t sharers = 1;          // workers that the rest is shared by
+  double look_for_race_at = 0;  // not before this clock time
+};
+
+/// A job as the scheduler sees it.
+struct Job {
+  JobRecord record;
+  LeaseTable tiles;  // of a final job only while `ledger_loaded`
+  bool ledger_loaded = true;
+  bool curve_loaded = true;   // last_point and last_estimate
+  double running_since = -1;  // clock time up to which wall_seconds is summed; negative: does not run
+  int64_t batch_group = 1;    // BatchFilm::max_tile_superblocks() of its layers
+  std::set<std::pair<TileId, WorkerId>> failed_on;  // do not give it to the same worker again if others can
+  int failures_in_row = 0;                          // failed tiles without a commit in between
+  std::optional<ErrorPoint> last_point;             // of the curve
+  std::optional<ErrorPoint> last_estimate;          // last one with a relMSE
+  std::deque<std::pair<double, double>> recent;     // (clock time, pixel samples) of the newest commits
+  double commit_bytes = 0,
+         commit_pixels = 0;  // of partials since the start: bytes, and pixels of their tiles
+  uint64_t version = 0;
+  std::string fault;   // why its layers can't be read; empty if they can, or nobody tried
+  double look_at = 0;  // clock time to try again
+  JobShare share;
+  CheckTable checks;         // of a final job only while `ledger_loaded`
+  std::set<WorkerId> liars;  // whose tiles are to be taken back
+  mutable TailCounts tail;   // of so many workers that counting them for each lease would take too long
+  double lonely_since = -1;  // clock time since when only checks are left, without anybody to do them
+};
+
+/// It has not ended, is not paused, and its layers can be read.
+inline bool is_runnable(const Job& job) {
+  return job.fault.empty() &&
+         (job.record.state == JobState::kQueued || job.record.state == JobState::kRunning);
+}
+
+/// The worker may work for the job: its pool and its arithmetic class are the job's.
+inline bool fits(const Job& job, const Worker& worker) {
+  const JobRecord& record = job.record;
+  return (record.pool.empty() || record.pool == worker.registration.pool) &&
+         (record.arithmetic_class.empty() || record.arithmetic_class == worker.registration.arithmetic_class);
+}
+
+}  // namespace lightmill

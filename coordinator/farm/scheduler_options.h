@@ -1,0 +1,15 @@
+#pragma once
+// What the scheduler is told when it starts.
+#include <cstddef>
+
+namespace lightmill {
+
+struct SchedulerOptions {
+  double target_tile_seconds = 1;
+  double film_memory_bytes = 0x1p30;
+  double ingest_bytes_per_second = 0;  // that all commits together may bring; 0: no limit
+  double commits_per_second = 0;       // of all workers, so many at most: tiles get larger; 0: no limit
+  size_t max_workers = 4096;
+};
+
+}  // namespace lightmill

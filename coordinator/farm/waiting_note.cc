@@ -1,0 +1,65 @@
+#include "coordinator/farm/waiting_note.h"
+
+#include <vector>
+
+namespace lightmill {
+namespace {
+
+std::string note_of_earlier_job(const Job& earlier) {
+  const JobState state = earlier.record.state;
+  const std::string name = "job " + earlier.record.id.value;
+  if (!is_final(state)) return "waits for " + name + ", which is " + job_state_name(state);
+  return "blocked: it comes after " + name + ", which " +
+         (state == JobState::kFailed ? "failed" : "was cancelled") + "; retry that one, or cancel this one";
+}
+
+/// Of a tile that two workers rendered differently; empty: there is none.
+std::string note_of_checks(const CheckTable& checks) {
+  for (const TileId& tile : checks.tiles()) {
+    const std::vector<CheckTable::Vote>& votes = checks.votes(tile);
+    if (votes.size() < 2) continue;
+    return "workers " + votes[0].worker.value + " and " + votes[1].worker.value + " rendered tile " +
+           std::to_string(tile.value) + " differently: a third one has to decide";
+  }
+  return {};
+}
+
+/// Why no worker takes the job; empty: some could.
+std::string note_of_workers(const WorkerTable& workers, const Job& job, double now) {
+  int live = 0, pool = 0, present = 0, benched = 0;
+  for (const auto& [id, worker] : workers.all()) {
+    if (workers.is_lost(worker, now)) continue;
+    ++present;
+    benched += now < worker.benched_until;
+    if (!workers.may_work(worker, now)) continue;
+    ++live;
+    if (job.record.pool.empty() || job.record.pool == worker.registration.pool) ++pool;
+  }
+  const std::string turned_away = workers.refusals(now);
+  const std::string refused = turned_away.empty() ? "" : "; " + turned_away;
+  if (live == 0 && benched > 0) {
+    return "waits for a worker: of " + std::to_string(present) + " connected " + std::to_string(benched) +
+           " rest after failures" + refused;
+  }
+  if (live == 0 && present > 0) return "waits for a worker: those connected are being drained" + refused;
+  if (live == 0) return "waits for a worker: none is connected" + refused;
+  if (pool == 0) return "waits for a worker of pool \"" + job.record.pool + "\"" + refused;
+  if (fitting_workers(workers, job, now) == 0) {
+    return "waits for a worker of arithmetic class " + job.record.arithmetic_class.substr(0, 12) +
+           "; those connected compute other bits" + refused;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string waiting_note(const Scheduler& scheduler, const Job& job, double now) {
+  if (!is_runnable(job)) return {};
+  if (const Job* earlier = scheduler.waits_for(job)) return note_of_earlier_job(*earlier);
+  if (std::string note = note_of_checks(job.checks); !note.empty()) return note;
+  if (job.tiles.leased_count() > 0) return needs_pilot(job.record.settings) ? "choosing strategies" : "";
+  if (!job.checks.empty() && scheduler.rendered(job, now)) return "waits for spot checks of its tiles";
+  return note_of_workers(scheduler.workers, job, now);
+}
+
+}  // namespace lightmill
