@@ -14,12 +14,14 @@
 #include "common/image/image_library.h"
 #include "common/film/partial.h"
 #include "common/base/log.h"
+#include "common/command_line/manual.h"
 #include "common/rpc/security_flags.h"
 #include "common/base/size_text.h"
 #include "common/base/start_guard.h"
 #include "coordinator/access/credential_commands.h"
 #include "coordinator/store/data_folder.h"
 #include "coordinator/leadership.h"
+#include "coordinator/manual.h"
 #include "coordinator/store/postgres/postgres_job_store.h"
 #include "coordinator/merge/quarantine.h"
 #include "coordinator/scene/reader_process.h"
@@ -324,6 +326,9 @@ int main_with_errors(int argc, char** argv) {
   std::function<int()> read_scene;
   add_credential_commands(app, &command);
   add_read_scene(app, &read_scene);
+  add_manual_flag(app,
+                  {"lightmill-coordinator", "keeps jobs, leases tiles to workers and merges what they render",
+                   "lightmill " + project_version(), kManualDescription, kManualClosing});
   try {
     app.parse(argc, argv);
     if (command) {
