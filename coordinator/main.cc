@@ -13,6 +13,7 @@
 
 #include "common/base/error_line.h"
 #include "common/base/log.h"
+#include "common/command_line/manual.h"
 #include "common/base/start_guard.h"
 #include "common/build_id/build_id.h"
 #include "common/film/partial.h"
@@ -21,6 +22,7 @@
 #include "coordinator/access/credential_commands.h"
 #include "coordinator/coordinator_options.h"
 #include "coordinator/leadership.h"
+#include "coordinator/manual.h"
 #include "coordinator/merge/quarantine.h"
 #include "coordinator/merge/store_check.h"
 #include "coordinator/scene/reader_process.h"
@@ -182,6 +184,9 @@ int main_with_errors(int argc, char** argv) {
   std::function<int()> read_scene;
   add_credential_commands(app, &command);
   add_read_scene(app, &read_scene);
+  add_manual_flag(app,
+                  {"lightmill-coordinator", "keeps jobs, leases tiles to workers and merges what they render",
+                   "lightmill " + project_version(), kManualDescription, kManualClosing});
   try {
     app.parse(argc, argv);
     if (command) {

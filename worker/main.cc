@@ -16,6 +16,7 @@
 #include "common/image/image_library.h"
 #include "common/film/partial.h"
 #include "common/base/log.h"
+#include "common/command_line/manual.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/security_flags.h"
 #include "common/sandbox/sandbox.h"
@@ -27,6 +28,7 @@
 #include "worker/agent/memory_size.h"
 #include "worker/agent/scene_cache.h"
 #include "worker/agent/tile_runner.h"
+#include "worker/manual.h"
 #include "worker/metrics.h"
 #include "worker/render/arithmetic_class.h"
 
@@ -233,6 +235,8 @@ int main_with_errors(int argc, char** argv) {
   CLI::App app{"Renders tiles for a Lightmill coordinator", "lightmill-worker"};
   Options options;
   add_options(app, options);
+  add_manual_flag(app, {"lightmill-worker", "renders tiles for a Lightmill coordinator",
+                        "lightmill " + project_version(), kManualDescription, kManualClosing});
   try {
     app.parse(argc, argv);
     start_log("worker", options.log_level, options.log_format);

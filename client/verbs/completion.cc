@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "client/cli.h"
-#include "client/cli_table.h"
 #include "client/options.h"
 #include "common/base/error.h"
+#include "common/command_line/option_table.h"
 
 namespace lightmill::client {
 namespace {
@@ -106,7 +106,10 @@ std::string zsh(const std::vector<VerbRow>& verbs) {
     }
     s += " ;;\n";
   }
-  return s + "  esac\n}\ncompdef _lightmill lightmill\n";
+  // As a file on fpath it is the body of the function that it defines, and its first call must complete, too.
+  return s +
+         "  esac\n}\nif [[ $funcstack[1] == _lightmill ]]; then\n  _lightmill \"$@\"\nelse\n"
+         "  compdef _lightmill lightmill\nfi\n";
 }
 
 std::string fish(const std::vector<VerbRow>& verbs) {
@@ -131,14 +134,14 @@ std::string fish(const std::vector<VerbRow>& verbs) {
   return s;
 }
 
-}  // namespace
-
 std::string completion_script(const std::vector<VerbRow>& verbs, const std::string& shell) {
   if (shell == "bash") return bash(verbs);
   if (shell == "zsh") return zsh(verbs);
   if (shell == "fish") return fish(verbs);
   throw Error(ErrorKind::kUsage, "no completion for \"" + shell + "\"; there is bash, zsh and fish");
 }
+
+}  // namespace
 
 void add_completion(CLI::App& app, Action& action) {
   struct Options {

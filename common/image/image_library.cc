@@ -60,13 +60,16 @@ void* open_library(const std::string& path, std::string* why) {
   return module;
 }
 
-/// Where the programs were built or copied to, the module was too.
-std::string module_beside_program() {
+/// Beside the program, where it was built or copied to; else in ../lib/lightmill, where it was installed. The
+/// program's own path is the real one, whatever link it was started by.
+std::string module_of_program() {
   std::error_code ec;
   const fs::path program = fs::read_symlink("/proc/self/exe", ec);
   if (ec)
     refuse(kModule, "can't be looked for: /proc/self/exe can't be read (" + ec.message() + "); mount /proc");
-  return (program.parent_path() / kModule).string();
+  const fs::path folder = program.parent_path();
+  const fs::path beside = folder / kModule, installed = folder.parent_path() / "lib/lightmill" / kModule;
+  return (fs::exists(beside, ec) || !fs::exists(installed, ec) ? beside : installed).string();
 }
 
 struct Outcome {
@@ -74,9 +77,9 @@ struct Outcome {
   std::string why;
 };
 
-Outcome load_beside_program() {
+Outcome load_of_program() {
   try {
-    return {&load_image_library(module_beside_program()), ""};
+    return {&load_image_library(module_of_program()), ""};
   } catch (const Error& e) {
     return {nullptr, e.what()};
   }
@@ -111,7 +114,7 @@ const ImageLibrary& load_image_library(const std::string& path) {
 }
 
 const ImageLibrary& image_library() {
-  static const Outcome outcome = load_beside_program();
+  static const Outcome outcome = load_of_program();
   if (!outcome.library) throw Error(ErrorKind::kFailed, outcome.why);
   return *outcome.library;
 }

@@ -2,9 +2,10 @@
 // The seam to OpenImageIO.
 //
 // Debian's brings three hundred libraries along, and to load them takes longer than most commands do. So no
-// program is linked to it: a module that lies beside the program, lightmill-images.so, is, and it is loaded
-// when the first image is read or written. It knows files and pixels; what these mean is decided on this
-// side. Errors cross as text, as the module has classes of its own; of exceptions std::bad_alloc alone.
+// program is linked to it: a module, lightmill-images.so, is. It lies beside the program, or in
+// ../lib/lightmill once installed, and is loaded when the first image is read or written. It knows files and
+// pixels; what these mean is decided on this side. Errors cross as text, as the module has classes of its
+// own; of exceptions std::bad_alloc alone.
 //
 //   std::string why;
 //   const ImageLibrary& library = image_library();
@@ -88,7 +89,7 @@ struct ImageLibrary {
                      std::string* why);
 };
 
-/// The module beside the program, loaded by the first call. Thread-safe. Throws Error(kFailed), at every
+/// The program's module, loaded by the first call. Thread-safe. Throws Error(kFailed), at every
 /// call, if it is missing, can't be loaded, or does not fit: to fit it must be of this program's build and
 /// run with the version of OpenImageIO that the build id names, which vouches for the bits of textures. Where
 /// limits of the system let a library crash while it is loaded, the program ends as common/base/load_guard.h says.

@@ -1,6 +1,4 @@
 // Completions and the manual page: they name everything that the parser knows, and a shell runs them.
-#include "client/cli_table.h"
-
 #include <gmock/gmock.h>
 
 #include <CLI/CLI.hpp>

@@ -70,11 +70,25 @@ def test_says_what_is_missing(programs, folder):
     assert done.returncode == 0 and (folder / "some.exr").exists(), done
 
 
+def test_finds_the_module_of_an_installation(programs, folder):
+    (folder / "bin").mkdir()
+    (folder / "lib/lightmill").mkdir(parents=True)
+    shutil.copy2(programs / "lightmill", folder / "bin")
+    shutil.copy2(programs / MODULE, folder / "lib/lightmill")
+    (folder / "link").symlink_to(folder / "bin/lightmill")
+    done = run(*render(folder / "link", folder / "some.exr"))
+    assert done.returncode == 0 and (folder / "some.exr").exists(), done
+    # What lies beside the program comes first.
+    (folder / "bin" / MODULE).write_text("no library")
+    done = run(*render(folder / "link", folder / "none.exr"))
+    assert done.returncode == 1 and f"{folder / 'bin' / MODULE}: " in done.stderr, done
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--bin", required=True, help="folder of the programs")
     programs = pathlib.Path(parser.parse_args().bin).resolve()
-    for test in [test_starts_without, test_says_what_is_missing]:
+    for test in [test_starts_without, test_says_what_is_missing, test_finds_the_module_of_an_installation]:
         with tempfile.TemporaryDirectory(prefix="lightmill-start-") as folder:
             test(programs, pathlib.Path(folder).resolve())
     print("ok")

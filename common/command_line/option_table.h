@@ -7,7 +7,7 @@ namespace CLI {
 class App;
 }
 
-namespace lightmill::client {
+namespace lightmill {
 
 struct OptionRow {
   std::vector<std::string> names;  // "--output", "-o"; of a positional its name: "SCENE"
@@ -21,12 +21,9 @@ struct VerbRow {
   std::vector<OptionRow> options;
 };
 
-/// All verbs of `app`, in the order they were added, with all their options.
+/// The options of `app` itself that its help names, without those of its verbs.
+std::vector<OptionRow> option_table(const CLI::App& app);
+/// All verbs of `app` that its help names, in the order they were added, with all their options.
 std::vector<VerbRow> verb_table(const CLI::App& app);
 
-/// A completion script for "bash", "zsh" or "fish"; throws Error(kUsage) for another shell.
-std::string completion_script(const std::vector<VerbRow>& verbs, const std::string& shell);
-/// The manual page lightmill(1), in the man macros of roff; `version` stands at its foot.
-std::string manual_page(const std::vector<VerbRow>& verbs, const std::string& version);
-
-}  // namespace lightmill::client
+}  // namespace lightmill

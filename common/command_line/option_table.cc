@@ -1,8 +1,9 @@
-#include "client/cli_table.h"
+#include "common/command_line/option_table.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
-namespace lightmill::client {
+namespace lightmill {
 namespace {
 
 /// The choices in CLI11's name of a type, such as "TEXT:{pt,bdpt}".
@@ -33,16 +34,25 @@ OptionRow row_of(const CLI::Option& option) {
   return row;
 }
 
+/// Of an option or a verb. What the help leaves out, for it has no group, is left out here.
+template <class Part>
+bool is_named(const Part* part) {
+  return !part->get_group().empty();
+}
+
 }  // namespace
+
+std::vector<OptionRow> option_table(const CLI::App& app) {
+  std::vector<OptionRow> rows;
+  for (const CLI::Option* option : app.get_options(is_named<CLI::Option>)) rows.push_back(row_of(*option));
+  return rows;
+}
 
 std::vector<VerbRow> verb_table(const CLI::App& app) {
   std::vector<VerbRow> verbs;
-  for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) {
-    VerbRow row{verb->get_name(), verb->get_description(), {}};
-    for (const CLI::Option* option : verb->get_options()) row.options.push_back(row_of(*option));
-    verbs.push_back(std::move(row));
-  }
+  for (const CLI::App* verb : app.get_subcommands(is_named<CLI::App>))
+    verbs.push_back({verb->get_name(), verb->get_description(), option_table(*verb)});
   return verbs;
 }
 
-}  // namespace lightmill::client
+}  // namespace lightmill
