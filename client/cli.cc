@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <exception>
 
-#include "common/build_id/build_id.h"
 #include "common/base/error.h"
 #include "common/base/error_line.h"
+#include "common/build_id/build_id.h"
 
 namespace lightmill::client {
 namespace {

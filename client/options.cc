@@ -10,8 +10,8 @@
 
 #include "client/plan_file.h"
 #include "client/terminal/terminal.h"
-#include "common/build_id/build_id.h"
 #include "common/base/error.h"
+#include "common/build_id/build_id.h"
 #include "common/rpc/security_flags.h"
 
 namespace lightmill::client {
@@ -116,20 +116,23 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
                    "auto, bdpt, pt, lt, or scene: the one that the file names")
       ->check(CLI::IsMember({"auto", "bdpt", "pt", "lt", "scene"}))
       ->capture_default_str();
-  verb->add_option("--strategies", render.strategies,
-                   "Only these of the integrator's path strategies: hit,next-event,light-tracing,vertex-connection");
+  verb->add_option(
+      "--strategies", render.strategies,
+      "Only these of the integrator's path strategies: hit,next-event,light-tracing,vertex-connection");
   verb->add_option("--light-paths", render.light_paths,
                    "Light paths per camera path: 0.125, 0.25, 0.5, 1 or 2 (bdpt: 1)");
   verb->add_option("--connections", render.connections,
                    "Light paths that a camera vertex is connected to: 0.25, 0.5, 1, 2, 4 or 8 (bdpt: 1)");
   verb->add_option("--light-tracing-weight,--lens-weight", render.light_tracing_weight,
                    "What light tracing counts for beside other strategies: 0.125, 1 or 3");
-  verb->add_flag("--uniform-sampling", render.uniform_sampling,
-                 "auto takes as many samples in every pixel, as always with --aov, not more where it is noisy");
+  verb->add_flag(
+      "--uniform-sampling", render.uniform_sampling,
+      "auto takes as many samples in every pixel, as always with --aov, not more where it is noisy");
   add_older<std::string>(verb, "--effort", [&render](const std::string& how) {
     if (how != "adaptive" && how != "uniform") {
-      throw Error(ErrorKind::kUsage, "--effort " + how + ": expected adaptive or uniform; the option is now "
-                                     "called --uniform-sampling");
+      throw Error(ErrorKind::kUsage, "--effort " + how +
+                                         ": expected adaptive or uniform; the option is now "
+                                         "called --uniform-sampling");
     }
     render.uniform_sampling = how == "uniform";
   });

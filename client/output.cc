@@ -3,10 +3,10 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "common/build_id/build_id.h"
 #include "common/base/error.h"
-#include "common/error/metrics.h"
 #include "common/base/lower_case.h"
+#include "common/build_id/build_id.h"
+#include "common/error/metrics.h"
 
 namespace lightmill::client {
 

@@ -3,10 +3,10 @@
 #include <map>
 #include <string>
 
-#include "common/scene/resolve_settings.h"
 #include "client/options.h"
-#include "common/image/image.h"
 #include "common/error/report/report.h"
+#include "common/image/image.h"
+#include "common/scene/resolve_settings.h"
 #include "coordinator/core/farm.h"
 
 namespace lightmill::client {

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "common/rpc/channel.h"
-#include "coordinator/store/postgres/postgres_job_store.h"
 #include "coordinator/standby.h"
+#include "coordinator/store/postgres/postgres_job_store.h"
 
 namespace lightmill {
 namespace {

@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
+#include "coordinator/server.h"
 #include "coordinator/store/job_store.h"
 #include "coordinator/store/postgres/postgres_lease.h"
-#include "coordinator/server.h"
 
 namespace lightmill {
 

@@ -13,9 +13,9 @@
 
 #include "common/base/error_line.h"
 #include "common/base/log.h"
-#include "common/command_line/manual.h"
 #include "common/base/start_guard.h"
 #include "common/build_id/build_id.h"
+#include "common/command_line/manual.h"
 #include "common/film/partial.h"
 #include "common/image/image_library.h"
 #include "common/rpc/security_flags.h"

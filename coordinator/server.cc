@@ -13,9 +13,9 @@
 
 #include "common/rpc/channel.h"
 #include "common/rpc/grpc_credentials.h"
+#include "coordinator/http/http_server.h"
 #include "coordinator/service/client_service.h"
 #include "coordinator/service/listener.h"
-#include "coordinator/http/http_server.h"
 #include "coordinator/service/stream_limit.h"
 #include "coordinator/service/token_processor.h"
 #include "coordinator/service/worker_service.h"
@@ -108,8 +108,8 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
     credentials->SetAuthMetadataProcessor(std::make_shared<TokenProcessor>(
         authenticator, impl_->submissions, [&farm](const std::string& reason) { farm.turned_away(reason); }));
   impl_->listener.emplace(ListenerOptions{options.listen, options.quotas.max_connections,
-                                  options.quotas.connections_per_second,
-                                  options.quotas.connections_per_second * kConnectionBurstSeconds});
+                                          options.quotas.connections_per_second,
+                                          options.quotas.connections_per_second * kConnectionBurstSeconds});
   enable_plugins();
   grpc::ServerBuilder builder;
   configure_server(builder);

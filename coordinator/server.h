@@ -6,13 +6,13 @@
 #include <string>
 
 #include "common/rpc/security.h"
-#include "coordinator/store/blob_store.h"
-#include "coordinator/service/event_log.h"
 #include "coordinator/core/farm.h"
 #include "coordinator/http/metrics.h"
-#include "coordinator/service/quotas.h"
 #include "coordinator/scene/scene_reader.h"
+#include "coordinator/service/event_log.h"
+#include "coordinator/service/quotas.h"
 #include "coordinator/service/tile_log.h"
+#include "coordinator/store/blob_store.h"
 
 namespace lightmill {
 

@@ -139,6 +139,7 @@ build_part release ON -j "$cores" --target benches && ctest_part "benches" relea
 script_part "containers" bash tests/deploy/containers.sh
 script_part "kubernetes" bash tests/deploy/kubernetes.sh
 script_part "slurm" bash tests/deploy/slurm.sh
+script_part "package" bash tests/deploy/package.sh
 
 # sanitizer_part PRESET TARGETS...: those test binaries alone; the others of the preset are not built.
 sanitizer_part() {
@@ -150,8 +151,9 @@ sanitizer_part() {
 
 # What reads bytes from outside, what shares state between threads, and what renders on its own account.
 # Libraries are not instrumented, so ThreadSanitizer sees the parts without gRPC and Embree.
-sanitizer_part asan base_test job_test film_test error_test image_test farm_types_test scene_test gltf_test reader_fuzz_test rpc_test agent_test coordinator_store_test \
-  coordinator_farm_test coordinator_service_test coordinator_web_test plan_test manifold_test
+sanitizer_part asan base_test job_test film_test error_test image_test farm_types_test scene_test gltf_test \
+  reader_fuzz_test rpc_test agent_test coordinator_store_test coordinator_farm_test coordinator_service_test \
+  coordinator_web_test plan_test manifold_test
 sanitizer_part tsan agent_test coordinator_plan_test coordinator_farm_test
 # Divisions by zero and casts that overflow, where the numbers are at their most extreme. GCC checks scalars, not
 # vector lanes.

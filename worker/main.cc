@@ -10,18 +10,18 @@
 #include <optional>
 #include <thread>
 
-#include "common/build_id/build_id.h"
 #include "common/base/error.h"
 #include "common/base/error_line.h"
-#include "common/image/image_library.h"
-#include "common/film/partial.h"
 #include "common/base/log.h"
+#include "common/base/size_text.h"
+#include "common/base/start_guard.h"
+#include "common/build_id/build_id.h"
 #include "common/command_line/manual.h"
+#include "common/film/partial.h"
+#include "common/image/image_library.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/security_flags.h"
 #include "common/sandbox/sandbox.h"
-#include "common/base/size_text.h"
-#include "common/base/start_guard.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/grpc_link.h"
 #include "worker/agent/host.h"

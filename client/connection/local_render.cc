@@ -5,11 +5,11 @@
 #include <thread>
 
 #include "client/connection/in_process_link.h"
-#include "client/terminal/live_view.h"
 #include "client/options.h"
-#include "common/build_id/build_id.h"
+#include "client/terminal/live_view.h"
 #include "common/base/clock.h"
 #include "common/base/error.h"
+#include "common/build_id/build_id.h"
 #include "coordinator/store/memory_job_store.h"
 #include "worker/agent/host.h"
 #include "worker/agent/tile_runner.h"

@@ -13,7 +13,6 @@ constexpr double kBarSeconds = 0.1;   // between redraws on a terminal
 constexpr double kLineSeconds = 2.0;  // between lines in a log
 constexpr int kBarWidth = 24;
 
-
 }  // namespace
 
 double fraction_done(const JobStatus& status) {

@@ -29,7 +29,6 @@ const char* colour_of(JobState state) {
   }
 }
 
-
 std::string error_line(const JobStatus& s) {
   const double target = s.settings.target_error;
   std::string line = "error    ";

@@ -6,8 +6,8 @@
 
 #include "client/cli.h"
 #include "client/options.h"
-#include "common/image/image.h"
 #include "common/error/metrics.h"
+#include "common/image/image.h"
 
 namespace lightmill::client {
 namespace {

@@ -3,8 +3,8 @@
 #include <functional>
 #include <string>
 
-#include "common/scene/description.h"
 #include "common/job/settings.h"
+#include "common/scene/description.h"
 
 namespace lightmill::client {
 

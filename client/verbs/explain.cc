@@ -11,8 +11,8 @@
 #include "common/job/plan_text.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/host.h"
-#include "worker/render/plan/pilot.h"
 #include "worker/render/plan/analysis/savings.h"
+#include "worker/render/plan/pilot.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill::client {
@@ -40,8 +40,10 @@ nlohmann::json items_document(const ScenePlan& plan) {
 /// Shares of the image's light; how many camera paths hit a light that is seldom hit, per path; and the noise
 /// that these emitter hits make (MissingShare).
 nlohmann::json missing_document(const MissingShare& missing) {
-  return {
-      {"never", missing.never}, {"seldom", missing.seldom}, {"meetings", missing.meetings}, {"noise", missing.noise}};
+  return {{"never", missing.never},
+          {"seldom", missing.seldom},
+          {"meetings", missing.meetings},
+          {"noise", missing.noise}};
 }
 
 void print_items(const ScenePlan& plan) {
@@ -77,7 +79,8 @@ void print_pilot(const PilotReport& pilot) {
   print_gain(pilot, "bdpt", SamplingPlan());
   if (pilot.emission_guide_gain != 1) {
     std::printf("guided emission: predicted efficiency %.3g times that without, which is %s\n",
-                pilot.emission_guide_gain, pilot.chosen.guided_emission.value_or(false) ? "used" : "not worth it");
+                pilot.emission_guide_gain,
+                pilot.chosen.guided_emission.value_or(false) ? "used" : "not worth it");
   }
   if (!pilot.chosen.allocation.uniform()) {
     std::printf(

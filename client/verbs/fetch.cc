@@ -6,11 +6,11 @@
 
 #include "client/cli.h"
 #include "client/connection/farm_client.h"
-#include "client/verbs/follow.h"
 #include "client/json_output.h"
 #include "client/options.h"
 #include "client/output.h"
 #include "client/terminal/terminal.h"
+#include "client/verbs/follow.h"
 #include "common/base/error.h"
 
 namespace lightmill::client {

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <optional>
 
-#include "client/terminal/live_view.h"
 #include "client/options.h"
 #include "client/output.h"
+#include "client/terminal/live_view.h"
 #include "client/terminal/progress.h"
 #include "client/terminal/terminal.h"
 #include "client/terminal/watch_screen.h"

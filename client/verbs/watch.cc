@@ -6,10 +6,10 @@
 
 #include "client/cli.h"
 #include "client/connection/farm_client.h"
-#include "client/verbs/follow.h"
 #include "client/json_output.h"
-#include "client/terminal/live_view.h"
 #include "client/options.h"
+#include "client/terminal/live_view.h"
+#include "client/verbs/follow.h"
 
 namespace lightmill::client {
 namespace {

@@ -31,6 +31,8 @@ class Error : public std::runtime_error {
 };
 
 /// Throws Error(kBadScene).
-[[noreturn]] inline void fail_scene(const std::string& message) { throw Error(ErrorKind::kBadScene, message); }
+[[noreturn]] inline void fail_scene(const std::string& message) {
+  throw Error(ErrorKind::kBadScene, message);
+}
 
 }  // namespace lightmill

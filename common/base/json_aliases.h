@@ -1,6 +1,6 @@
 #pragma once
-// Keys of JSON documents that had another name in earlier versions: both are read, and both are printed for people's
-// scripts.
+// Keys of JSON documents that had another name in earlier versions: both are read, and both are printed for
+// people's scripts.
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -19,8 +19,8 @@ inline constexpr KeyAlias kOlderKeys[] = {
     {"unmet_light", "missing_light_shares"},
 };
 
-/// For what is read: members of `object` that bear an older name get the one of today. Where both are there, today's
-/// counts.
+/// For what is read: members of `object` that bear an older name get the one of today. Where both are there,
+/// today's counts.
 inline void take_older_keys(nlohmann::json* object) {
   if (!object->is_object()) return;
   for (const KeyAlias& alias : kOlderKeys) {

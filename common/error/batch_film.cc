@@ -4,9 +4,9 @@
 #include <limits>
 
 #include "common/base/error.h"
-#include "common/film/crop_walk.h"
 #include "common/error/error_curve.h"
 #include "common/error/error_estimate.h"
+#include "common/film/crop_walk.h"
 #include "common/film/packing.h"
 #include "common/film/signed_sum.h"
 #include "common/job/settings.h"

@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/error/confidence.h"
 #include "common/error/error_fit.h"
 #include "common/error/report/report.h"
 #include "common/error/report/report_files.h"
 #include "common/error/report/report_text.h"
-#include "common/error/confidence.h"
 
 namespace lightmill {
 
 namespace {
-
 
 const std::optional<double>& error_of(const ErrorPoint& p, bool of_truth) {
   return of_truth ? p.true_relmse : p.relmse;

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "common/error/error_estimate.h"
-#include "common/image/image.h"
 #include "common/film/partial.h"
+#include "common/image/image.h"
 
 namespace lightmill {
 

@@ -1,9 +1,10 @@
 #include "common/error/error_fit.h"
-#include "common/error/confidence.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "common/error/confidence.h"
 
 namespace lightmill {
 

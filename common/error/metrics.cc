@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "common/base/error.h"
-#include "common/error/flip.h"
 #include "common/error/error_weights.h"
+#include "common/error/flip.h"
 
 namespace lightmill {
 

@@ -8,10 +8,10 @@
 
 #include "common/base/error.h"
 #include "common/base/ids.h"
-#include "common/image/image.h"
 #include "common/film/partial.h"
-#include "common/scene/bundle.h"
+#include "common/image/image.h"
 #include "common/job/settings.h"
+#include "common/scene/bundle.h"
 
 namespace lightmill {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/film/aov_layers.h"
-#include "common/image/image.h"
 #include "common/film/partial.h"
+#include "common/image/image.h"
 
 namespace lightmill {
 

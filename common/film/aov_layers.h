@@ -20,10 +20,10 @@
 #include <string_view>
 #include <vector>
 
-#include "common/job/aovs.h"
 #include "common/film/exact_sum.h"
-#include "common/job/packet_grid.h"
 #include "common/film/splat_sum.h"
+#include "common/job/aovs.h"
+#include "common/job/packet_grid.h"
 
 namespace lightmill {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "common/film/aov_film.h"
-#include "common/image/image.h"
 #include "common/film/partial.h"
+#include "common/image/image.h"
 
 namespace lightmill {
 

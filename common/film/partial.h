@@ -17,8 +17,8 @@
 
 #include "common/film/aov_layers.h"
 #include "common/film/exact_sum.h"
-#include "common/job/packet_grid.h"
 #include "common/film/splat_sum.h"
+#include "common/job/packet_grid.h"
 
 namespace lightmill {
 

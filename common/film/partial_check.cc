@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "common/job/sample_allocation.h"
 #include "common/base/error.h"
 #include "common/film/crop_walk.h"
 #include "common/film/signed_sum.h"
+#include "common/job/sample_allocation.h"
 #include "common/job/settings.h"
 
 namespace lightmill {

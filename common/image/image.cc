@@ -11,9 +11,9 @@
 #include <stdexcept>
 
 #include "common/base/error.h"
+#include "common/base/lower_case.h"
 #include "common/image/image_library.h"
 #include "common/image/image_reader.h"
-#include "common/base/lower_case.h"
 #include "common/job/settings.h"
 
 namespace lightmill {

@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <thread>
 
-#include "common/build_id/build_id.h"
 #include "common/base/error.h"
 #include "common/base/load_guard.h"
+#include "common/build_id/build_id.h"
 
 namespace lightmill {
 namespace {

@@ -92,7 +92,8 @@ struct ImageLibrary {
 /// The program's module, loaded by the first call. Thread-safe. Throws Error(kFailed), at every
 /// call, if it is missing, can't be loaded, or does not fit: to fit it must be of this program's build and
 /// run with the version of OpenImageIO that the build id names, which vouches for the bits of textures. Where
-/// limits of the system let a library crash while it is loaded, the program ends as common/base/load_guard.h says.
+/// limits of the system let a library crash while it is loaded, the program ends as common/base/load_guard.h
+/// says.
 const ImageLibrary& image_library();
 
 /// The same of any file, each time anew.

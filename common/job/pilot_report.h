@@ -44,8 +44,8 @@ struct PilotReport {
   std::vector<PlanEstimate> estimates;  // of every plan considered, `chosen` included; with uniform sampling
   int64_t samples = 0;                  // camera paths that the pilot traced
   SampleWork work;
-  double adaptive_gain = 1;  // of the chosen allocation: predicted uniform variance x cost over its own
-  double emission_guide_gain = 1;    // variance x cost without it over that with it; 1: not tried
+  double adaptive_gain = 1;        // of the chosen allocation: predicted uniform variance x cost over its own
+  double emission_guide_gain = 1;  // variance x cost without it over that with it; 1: not tried
   std::vector<FeatureNote> features = {};  // under the chosen plan; of reports before there were any none
   std::vector<std::string> missing_light = {};  // what light the image will lack, a line each, for people
 };

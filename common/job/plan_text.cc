@@ -6,8 +6,8 @@
 namespace lightmill {
 namespace {
 
-/// The plan without its sample allocation, and without the counts that none of its strategies uses. The light paths of all
-/// plans of a report are guided, or those of none.
+/// The plan without its sample allocation, and without the counts that none of its strategies uses. The light
+/// paths of all plans of a report are guided, or those of none.
 SamplingPlan canonical(SamplingPlan plan) {
   plan.allocation = {};
   plan.guided_emission = SamplingPlan().guided_emission;

@@ -28,9 +28,10 @@ void check_allocation(const SampleAllocation& map) {
 
 void check_allocation(const SampleAllocation& map, const FilmGrid& grid) {
   if (map.uniform() || static_cast<int64_t>(map.levels.size()) == regions_of(grid).count()) return;
-  throw Error(ErrorKind::kUsage,
-              "sampling plan: its samples were allocated for another resolution or crop; add --uniform-sampling to "
-              "leave it out");
+  throw Error(
+      ErrorKind::kUsage,
+      "sampling plan: its samples were allocated for another resolution or crop; add --uniform-sampling to "
+      "leave it out");
 }
 
 PathCount camera_paths_of(const SampleAllocation& map, const FilmGrid& grid, const TileSpec& tile) {

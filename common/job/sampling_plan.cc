@@ -54,8 +54,10 @@ SamplingPlan plan_from_json(const std::string& text) {
     plan.light_paths = j.at("light_paths").get<double>();
     plan.connections = j.at("connections").get<double>();
     if (j.contains("guided_emission")) plan.guided_emission = j.at("guided_emission").get<bool>();
-    if (j.contains("light_tracing_weight")) plan.light_tracing_weight = j.at("light_tracing_weight").get<double>();
-    if (j.contains("sample_allocation")) plan.allocation.levels = j.at("sample_allocation").get<std::string>();
+    if (j.contains("light_tracing_weight"))
+      plan.light_tracing_weight = j.at("light_tracing_weight").get<double>();
+    if (j.contains("sample_allocation"))
+      plan.allocation.levels = j.at("sample_allocation").get<std::string>();
     check_plan(plan);
     return plan;
   } catch (const nlohmann::json::exception& e) {

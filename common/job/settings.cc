@@ -45,7 +45,8 @@ void check_settings(const RenderSettings& s, ErrorKind kind) {
     throw Error(kind, "the crop window must not be empty and must lie inside the film");
   }
   if (s.plan) check_allocation(s.plan->allocation, s.grid);
-  if (s.plan && s.aovs && !s.plan->allocation.uniform()) throw Error(kind, "AOVs need as many samples in every pixel: add --uniform-sampling");
+  if (s.plan && s.aovs && !s.plan->allocation.uniform())
+    throw Error(kind, "AOVs need as many samples in every pixel: add --uniform-sampling");
 }
 
 const char* integrator_name(Integrator integrator) {

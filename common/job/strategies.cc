@@ -31,8 +31,9 @@ Strategies strategies_named(const std::string& names) {
     unsigned i = 0;
     while (i < 4 && name != kStrategyNames[i] && name != kOlderNames[i]) ++i;
     if (i == 4) {
-      throw Error(ErrorKind::kUsage, "unknown strategy \"" + name + "\" in \"" + names +
-                                         "\"; list some of hit, next-event, light-tracing, vertex-connection");
+      throw Error(ErrorKind::kUsage,
+                  "unknown strategy \"" + name + "\" in \"" + names +
+                      "\"; list some of hit, next-event, light-tracing, vertex-connection");
     }
     set |= 1u << i;
     begin = end + 1;

@@ -10,7 +10,7 @@ namespace lightmill {
 using Strategies = unsigned;
 inline constexpr Strategies kEmissionHits = 1;       // s = 0: a camera path hits an emitter or escapes
 inline constexpr Strategies kNextEvent = 2;          // s = 1, t >= 2
-inline constexpr Strategies kLightTracing = 4;    // t = 1
+inline constexpr Strategies kLightTracing = 4;       // t = 1
 inline constexpr Strategies kVertexConnections = 8;  // s >= 2, t >= 2
 inline constexpr Strategies kAllStrategies = 15;
 inline constexpr Strategies kCameraLayer = kEmissionHits | kNextEvent | kVertexConnections;

@@ -13,7 +13,9 @@ namespace {
 
 constexpr size_t kMaxEntries = 1'000'000;
 
-[[noreturn]] void fail_bundle(const std::string& what) { throw Error(ErrorKind::kFailed, "scene bundle: " + what); }
+[[noreturn]] void fail_bundle(const std::string& what) {
+  throw Error(ErrorKind::kFailed, "scene bundle: " + what);
+}
 
 /// Throws unless the bundle is one that make_bundle could have made.
 void check(const Bundle& bundle) {
@@ -26,7 +28,8 @@ void check(const Bundle& bundle) {
     const BundleEntry& e = bundle.entries[i];
     if (!is_safe_bundle_name(e.name)) fail_bundle("unsafe file name");
     if (!is_sha256_hex(e.digest)) fail_bundle("malformed digest of " + e.name);
-    if (i > 0 && !(bundle.entries[i - 1].name < e.name)) fail_bundle("names are not sorted, or one is given twice");
+    if (i > 0 && !(bundle.entries[i - 1].name < e.name))
+      fail_bundle("names are not sorted, or one is given twice");
     has_main = has_main || e.name == bundle.main;
     has_environment = has_environment || e.name == bundle.environment;
   }

@@ -1,7 +1,7 @@
 #pragma once
 // Which families of strategies a scene allows at all.
-#include "common/scene/description.h"
 #include "common/job/strategies.h"
+#include "common/scene/description.h"
 
 namespace lightmill {
 

@@ -25,7 +25,7 @@ struct RenderOptions {
   std::optional<std::string> strategies;      // names, see strategies.h; likewise a plan of one's own:
   std::optional<double> light_paths, connections, light_tracing_weight;
   std::optional<SamplingPlan> plan;
-  bool uniform_sampling = false;           // see RenderSettings
+  bool uniform_sampling = false;         // see RenderSettings
   std::optional<std::string> overrides;  // names, see features.h
   std::optional<std::string> aovs;       // names, see aovs.h
 };

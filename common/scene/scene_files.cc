@@ -27,7 +27,6 @@ struct Descriptor {
   }
 };
 
-
 std::string too_large(size_t max_bytes) {
   return "is larger than the limit of " + std::to_string(max_bytes >> 20) + " MiB";
 }
@@ -123,7 +122,8 @@ std::string read_scene_file(const std::string& path, size_t max_bytes) {
   // O_NONBLOCK: opening a named pipe must not hang.
   const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   struct stat info {};
-  if (file.fd < 0 || fstat(file.fd, &info) != 0) fail_scene(std::string("can't be read: ") + std::strerror(errno));
+  if (file.fd < 0 || fstat(file.fd, &info) != 0)
+    fail_scene(std::string("can't be read: ") + std::strerror(errno));
   if (!S_ISREG(info.st_mode)) fail_scene("is not a regular file");
   const auto size = static_cast<size_t>(info.st_size);
   if (size > max_bytes) fail_scene(too_large(max_bytes));

@@ -1,8 +1,8 @@
 #pragma once
 // Who may do what: one table of every RPC and every HTTP route with the roles that may use it.
 //
-// What is not in the table is refused to everybody. tests/coordinator/access/access_test.cc compares it with the
-// services' descriptors, so that a new RPC without a line here fails the tests.
+// What is not in the table is refused to everybody. tests/coordinator/access/access_test.cc compares it with
+// the services' descriptors, so that a new RPC without a line here fails the tests.
 #include <optional>
 #include <string>
 #include <string_view>

@@ -9,9 +9,9 @@
 
 #include "common/error/error_curve.h"
 #include "coordinator/farm/check_table.h"
-#include "coordinator/farm/fair_share.h"
 #include "coordinator/farm/job_record.h"
 #include "coordinator/farm/lease_table.h"
+#include "coordinator/farm/sharing/fair_share.h"
 #include "coordinator/farm/worker_table.h"
 
 namespace lightmill {

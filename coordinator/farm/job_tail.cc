@@ -4,8 +4,8 @@
 #include <cmath>
 #include <unordered_set>
 
-#include "coordinator/farm/film_bytes.h"
 #include "coordinator/farm/round_planner.h"
+#include "coordinator/farm/sharing/film_bytes.h"
 #include "coordinator/farm/tiling.h"
 
 namespace lightmill {

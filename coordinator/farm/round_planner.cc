@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "common/error/checkpoints.h"
-#include "coordinator/farm/film_bytes.h"
 #include "coordinator/farm/job_progress.h"
+#include "coordinator/farm/sharing/film_bytes.h"
 
 namespace lightmill {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
-#include "coordinator/farm/film_bytes.h"
 #include "coordinator/farm/job_progress.h"
+#include "coordinator/farm/sharing/film_bytes.h"
 
 namespace lightmill {
 namespace {

@@ -7,12 +7,12 @@
 #include <variant>
 #include <vector>
 
-#include "coordinator/farm/fair_share.h"
-#include "coordinator/farm/film_admission.h"
 #include "coordinator/farm/job.h"
 #include "coordinator/farm/job_tail.h"
 #include "coordinator/farm/round_planner.h"
 #include "coordinator/farm/scheduler_options.h"
+#include "coordinator/farm/sharing/fair_share.h"
+#include "coordinator/farm/sharing/film_admission.h"
 #include "coordinator/farm/worker_table.h"
 
 namespace lightmill {

@@ -1,8 +1,8 @@
 #include "coordinator/merge/merger.h"
 
-#include "coordinator/farm/film_bytes.h"
-#include "coordinator/store/job_store.h"
+#include "coordinator/farm/sharing/film_bytes.h"
 #include "coordinator/merge/store_check.h"
+#include "coordinator/store/job_store.h"
 
 namespace lightmill {
 namespace {

@@ -1,7 +1,7 @@
 #include "coordinator/merge/store_check.h"
 
-#include "coordinator/store/job_store.h"
 #include "coordinator/merge/merger.h"
+#include "coordinator/store/job_store.h"
 
 namespace lightmill {
 namespace {

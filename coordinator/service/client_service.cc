@@ -10,8 +10,8 @@
 
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
-#include "coordinator/service/service_status.h"
 #include "coordinator/service/in_flight_limit.h"
+#include "coordinator/service/service_status.h"
 
 namespace lightmill {
 namespace {

@@ -3,13 +3,13 @@
 #include <atomic>
 #include <memory>
 
-#include "coordinator/store/blob_store.h"
-#include "coordinator/service/caller.h"
 #include "coordinator/core/farm.h"
+#include "coordinator/service/caller.h"
 #include "coordinator/service/quotas.h"
 #include "coordinator/service/stall_watch.h"
 #include "coordinator/service/submit_limit.h"
 #include "coordinator/service/tile_log.h"
+#include "coordinator/store/blob_store.h"
 #include "lightmill/v1/client.grpc.pb.h"
 
 namespace lightmill {

@@ -9,8 +9,8 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "common/rpc/registration_digest.h"
-#include "coordinator/service/service_status.h"
 #include "coordinator/service/in_flight_limit.h"
+#include "coordinator/service/service_status.h"
 
 namespace lightmill {
 namespace {

@@ -6,15 +6,15 @@
 // commit that waits for the disk holds no thread. All other calls have a thread each while they last.
 #include <atomic>
 
-#include "coordinator/store/blob_store.h"
-#include "coordinator/service/caller.h"
 #include "coordinator/core/farm.h"
-#include "coordinator/merge/flush_queue.h"
 #include "coordinator/http/metrics.h"
+#include "coordinator/merge/flush_queue.h"
+#include "coordinator/service/caller.h"
 #include "coordinator/service/quotas.h"
 #include "coordinator/service/stall_watch.h"
 #include "coordinator/service/task_pool.h"
 #include "coordinator/service/tile_log.h"
+#include "coordinator/store/blob_store.h"
 #include "lightmill/v1/worker.grpc.pb.h"
 
 namespace lightmill {

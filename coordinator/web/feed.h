@@ -16,8 +16,8 @@
 #include <thread>
 #include <unordered_map>
 
-#include "coordinator/service/event_log.h"
 #include "coordinator/core/farm.h"
+#include "coordinator/service/event_log.h"
 
 namespace lightmill {
 

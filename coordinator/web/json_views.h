@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/error/error_curve.h"
-#include "coordinator/service/event_log.h"
 #include "coordinator/core/farm.h"
+#include "coordinator/service/event_log.h"
 #include "coordinator/service/tile_log.h"
 
 namespace lightmill {

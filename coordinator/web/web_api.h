@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "coordinator/access/authenticator.h"
-#include "coordinator/store/blob_store.h"
-#include "coordinator/service/event_log.h"
 #include "coordinator/core/farm.h"
-#include "coordinator/service/quotas.h"
 #include "coordinator/scene/scene_reader.h"
+#include "coordinator/service/event_log.h"
+#include "coordinator/service/quotas.h"
 #include "coordinator/service/submit_limit.h"
 #include "coordinator/service/tile_log.h"
+#include "coordinator/store/blob_store.h"
 
 namespace httplib {
 class Server;

@@ -86,7 +86,8 @@ TEST_F(Plan, HasALightTracingWeightThatShowsInTheImageAndIsOneOfFew) {
   // Without light tracing there is nothing to weigh.
   const std::vector<float> without =
       pixels({"--integrator", "bdpt", "--strategies", "hit,next-event,vertex-connection"});
-  EXPECT_EQ(pixels({"--integrator", "bdpt", "--strategies", "hit,next-event,vertex-connection", "--light-tracing-weight", "3"}),
+  EXPECT_EQ(pixels({"--integrator", "bdpt", "--strategies", "hit,next-event,vertex-connection",
+                    "--light-tracing-weight", "3"}),
             without);
   const Outcome outcome = run({"render", "box.pbrt", "--light-tracing-weight", "2"});
   EXPECT_EQ(outcome.code, 2);
@@ -121,8 +122,10 @@ Shape "sphere" "float radius" 0.5
       EXPECT_EQ(outcome.code, 0) << scene << ' ' << integrator << ": " << outcome.err;
       EXPECT_THAT(outcome.err, HasSubstr("leaves out light of paths LS")) << scene << ' ' << integrator;
     }
-    for (const std::vector<std::string>& asked : std::vector<std::vector<std::string>>{
-             {"--integrator", "lt"}, {"--strategies", "hit,light-tracing"}, {"--plan-override", "light-tracing"}}) {
+    for (const std::vector<std::string>& asked :
+         std::vector<std::vector<std::string>>{{"--integrator", "lt"},
+                                               {"--strategies", "hit,light-tracing"},
+                                               {"--plan-override", "light-tracing"}}) {
       std::vector<std::string> line = {"render", scene, "--spp", "16", "-o", "x.exr"};
       line.insert(line.end(), asked.begin(), asked.end());
       const Outcome outcome = run(line);
@@ -137,7 +140,8 @@ TEST_F(Plan, AFileWithoutOneIsRefusedInOneLine) {
   write("half.json", "{\"strategies\": \"hit\", \"light_paths\": 1");
   write("list.json", "[1, 2]");
   write("range.json", R"({"strategies": "hit", "light_paths": 3, "connections": 1})");
-  write("weight.json", R"({"strategies": "light-tracing", "light_paths": 1, "connections": 1, "light_tracing_weight": 2})");
+  write("weight.json",
+        R"({"strategies": "light-tracing", "light_paths": 1, "connections": 1, "light_tracing_weight": 2})");
   write("name.json", R"({"strategies": "hits", "light_paths": 1, "connections": 1})");
   write("deep.json", std::string(200000, '['));
   write("record.json", R"({"settings": {}})");

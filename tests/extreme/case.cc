@@ -17,8 +17,8 @@ bool Sight::covered_by(Strategies set) const {
 }
 
 Sight area_light_sight(int first, int last) {
-  return {kEmissionHits | kLightTracing, kEmissionHits | kNextEvent | kLightTracing, kAllStrategies,
-          first, last};
+  return {kEmissionHits | kLightTracing, kEmissionHits | kNextEvent | kLightTracing, kAllStrategies, first,
+          last};
 }
 
 Sight delta_light_sight(int first, int last) {

@@ -104,8 +104,8 @@ std::vector<Case> enclosure_cases() {
   cases.push_back(concentric(0.999));
   cases.back().sight = without_lens(cases.back().sight);  // the gap's view is a thousandth of the spheres
   cases.push_back(concentric(1e-3));
-  cases.back().notes.push_back({Note::kSkip, kNextEvent | kLightTracing,
-                                "a sampled direction all but never meets the inner sphere"});
+  cases.back().notes.push_back(
+      {Note::kSkip, kNextEvent | kLightTracing, "a sampled direction all but never meets the inner sphere"});
   cases.push_back(emissive_wall());
   for (Case& c : cases) {
     if (c.sight.last >= 1000 && c.name[0] != '6') {

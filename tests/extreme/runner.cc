@@ -9,7 +9,7 @@ namespace {
 constexpr int kBatches = 16;
 constexpr int64_t kLeastSpp = kSuperblockSamples * kBatches;
 constexpr double kLargestError = 0.01;  // relative standard error
-constexpr double kGuidedError = 0.006;   // leaves room for the pilot's own uncertainty
+constexpr double kGuidedError = 0.006;  // leaves room for the pilot's own uncertainty
 constexpr double kLargestZ = 4;
 constexpr double kLeastEffective = 100;
 constexpr uint64_t kPilotSeed = 1, kSeed = 2;

@@ -2,8 +2,8 @@
 
 #include <numbers>
 
-#include "common/scene/motion.h"
 #include "common/scene/mesh/tessellate.h"
+#include "common/scene/motion.h"
 
 namespace lightmill::test {
 

@@ -1,4 +1,3 @@
-#include "common/scene/resolve_settings.h"
 #include "tests/support/render.h"
 
 #include <algorithm>
@@ -8,6 +7,7 @@
 #include <thread>
 
 #include "common/film/film.h"
+#include "common/scene/resolve_settings.h"
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill::test {

@@ -2,10 +2,10 @@
 // Rendering in tests, through the same partials and film as the farm.
 #include <functional>
 
-#include "common/image/image.h"
 #include "common/film/partial.h"
-#include "common/scene/description.h"
+#include "common/image/image.h"
 #include "common/job/settings.h"
+#include "common/scene/description.h"
 #include "tests/support/statistics.h"
 #include "worker/render/math/vec.h"
 #include "worker/render/renderer.h"

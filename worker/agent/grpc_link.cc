@@ -9,11 +9,11 @@
 
 #include "common/base/digest.h"
 #include "common/base/error.h"
+#include "common/farm/pilot_result.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/commit_stream.h"
 #include "common/rpc/convert.h"
 #include "common/rpc/coordinators.h"
-#include "common/farm/pilot_result.h"
 #include "common/rpc/registration_digest.h"
 #include "common/rpc/status.h"
 #include "common/rpc/tls_diagnosis.h"

@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "common/sandbox/sandbox.h"
 #include "common/base/size_text.h"
+#include "common/sandbox/sandbox.h"
 
 namespace lightmill::agent {
 

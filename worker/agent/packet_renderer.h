@@ -5,8 +5,8 @@
 
 #include "common/film/partial.h"
 #include "common/job/pilot_report.h"
-#include "common/scene/description.h"
 #include "common/job/settings.h"
+#include "common/scene/description.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill::agent {

@@ -172,7 +172,7 @@ void hash_photon_guide(Sha256* all) {
       return to_float((lane_index<Float8>() * 641 + i * 97 + k * 193) & 1023) * 0x1p-10f;
     };
     const PhotonGuideTables<Float8> tables(guide, splat_mask<Float8>(true), splat_int<Float8>(kDiffuse),
-                                     {u(0), u(1), Float8{}});
+                                           {u(0), u(1), Float8{}});
     if (!any(tables.mask)) continue;
     const Vec3<Float8> w = tables.draw(u(2), u(3));
     for (const Float8& x : {w.x, w.y, w.z, tables.density(w)})

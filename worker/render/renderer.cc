@@ -10,17 +10,17 @@
 #include "common/scene/load.h"
 #include "common/scene/parts_in_use.h"
 #include "common/scene/possible_strategies.h"
-#include "worker/render/pipeline/recording/aov_recorder.h"
-#include "worker/render/pipeline/pipeline.h"
 #include "worker/render/guiding/training/emission_guide_training.h"
-#include "worker/render/guiding/training/photon_guide_training.h"
-#include "worker/render/guiding/training/next_event_guide_training.h"
-#include "worker/render/plan/analysis/light_media.h"
 #include "worker/render/guiding/training/manifold_training.h"
-#include "worker/render/plan/plan_set.h"
+#include "worker/render/guiding/training/missing_light.h"
+#include "worker/render/guiding/training/next_event_guide_training.h"
+#include "worker/render/guiding/training/photon_guide_training.h"
+#include "worker/render/pipeline/pipeline.h"
+#include "worker/render/pipeline/recording/aov_recorder.h"
+#include "worker/render/plan/analysis/light_media.h"
 #include "worker/render/plan/analysis/scene_analysis.h"
 #include "worker/render/plan/analysis/stage_kernels.h"
-#include "worker/render/guiding/training/missing_light.h"
+#include "worker/render/plan/plan_set.h"
 
 namespace lightmill {
 namespace {
@@ -134,7 +134,8 @@ struct Renderer::World {
     context.kernels = stage_kernels(scene, context.lights);
     context.light_paths = sampling.light_paths;
     context.splat_scale = static_cast<float>(1 / film_paths);
-    context.light_samples = static_cast<float>(sampling.light_paths * film_paths * sampling.light_tracing_weight);
+    context.light_samples =
+        static_cast<float>(sampling.light_paths * film_paths * sampling.light_tracing_weight);
     context.connections = static_cast<float>(sampling.connections);
     context.imaging_ratio = static_cast<float>(imaging_ratio);
     if (response.is_needed()) context.response = &response;

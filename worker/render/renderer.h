@@ -9,8 +9,8 @@
 #include <memory>
 
 #include "common/film/partial.h"
-#include "common/scene/description.h"
 #include "common/job/settings.h"
+#include "common/scene/description.h"
 #include "worker/render/build_options.h"
 #include "worker/render/pipeline/pixel_subset.h"
 #include "worker/render/plan/analysis/scene_plan.h"

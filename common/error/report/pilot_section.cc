@@ -36,7 +36,8 @@ std::string pilot_section(const PilotReport& report) {
                      gain_text(report, "path tracing", path_tracing_plan()) +
                      gain_text(report, "bdpt", SamplingPlan()) + ".";
   if (report.chosen.guided_emission.value_or(false))
-    html += " Emission is guided: " + short_number(report.emission_guide_gain) + " times the efficiency without.";
+    html +=
+        " Emission is guided: " + short_number(report.emission_guide_gain) + " times the efficiency without.";
   if (!report.chosen.allocation.uniform()) {
     html += " Samples are spent where the image is noisy: another " + short_number(report.adaptive_gain) +
             " times.";

@@ -79,8 +79,8 @@ GltfContainer open_gltf_container(std::string contents) {
     fail_container("this .glb file is of version " + std::to_string(version) + "; export it as glTF 2.0");
   const size_t length = word_at(contents, 8);
   if (length > contents.size()) {
-    fail_container("the .glb file is cut off: its header says " + std::to_string(length) + " bytes, there are " +
-         std::to_string(contents.size()));
+    fail_container("the .glb file is cut off: its header says " + std::to_string(length) +
+                   " bytes, there are " + std::to_string(contents.size()));
   }
   GltfContainer out;
   bool first = true;

@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
+#include "common/job/settings.h"
 #include "common/scene/gltf/container.h"
 #include "common/scene/gltf/view.h"
 #include "common/scene/scene_files.h"
 #include "common/scene/transform.h"
-#include "common/job/settings.h"
 
 namespace lightmill {
 namespace {

@@ -5,17 +5,16 @@
 #include <cmath>
 
 #include "common/base/error.h"
+#include "common/scene/measured/tensor_file.h"
 #include "common/scene/problem_list.h"
 #include "common/scene/scene_files.h"
 #include "common/scene/spectrum/spectrum.h"
-#include "common/scene/measured/tensor_file.h"
 
 namespace lightmill {
 namespace {
 
 constexpr size_t kMaxNodes = 4096;  // of an axis
 constexpr float kMostValue = 1e9f;
-
 
 class Reader {
  public:
@@ -33,7 +32,7 @@ class Reader {
     if (f == nullptr) fail_scene("has no field " + in_quotes(name));
     if (f->type != kTensorFloat32 || f->shape.size() != dimensions) {
       fail_scene("has a field " + in_quotes(name) + " that is not of 32-bit floats in " +
-           std::to_string(dimensions) + " dimensions");
+                 std::to_string(dimensions) + " dimensions");
     }
     for (const size_t size : f->shape) {
       if (size > kMaxNodes) fail_scene("has more than 4096 nodes along an axis of " + in_quotes(name));

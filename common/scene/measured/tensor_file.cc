@@ -14,7 +14,6 @@ constexpr size_t kMaxFields = 64, kMaxName = 256, kMaxDimensions = 8;
 constexpr size_t kTypeBytes[kTensorTypes] = {0, 1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8};
 static_assert(std::endian::native == std::endian::little);
 
-
 /// Takes values from the front.
 class Cursor {
  public:
@@ -79,7 +78,7 @@ std::vector<TensorField> parse_tensor_file(std::string_view data) {
   const auto major = in.number<uint8_t>(), minor = in.number<uint8_t>();
   if (major != 1 || minor != 0) {
     fail_scene("is a tensor file of version " + std::to_string(major) + "." + std::to_string(minor) +
-         "; only 1.0 is known");
+               "; only 1.0 is known");
   }
   const auto count = in.number<uint32_t>();
   if (count > kMaxFields) fail_scene("has more than 64 fields");

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "common/scene/mesh/mesh_check.h"
-#include "common/scene/transform.h"
 #include "common/scene/mesh/vec3d_math.h"
+#include "common/scene/transform.h"
 
 namespace lightmill {
 namespace {
@@ -114,7 +114,6 @@ std::vector<Sample> sample(const BezierChain& chain, double total_length) {
   mend_tangents(&samples);
   return samples;
 }
-
 
 void add_vertex(TriangleMesh* mesh, const Vec3d& p, const Vec3d& n, double u, double v) {
   mesh->positions.push_back(to_float(p));

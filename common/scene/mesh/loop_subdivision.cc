@@ -5,14 +5,13 @@
 #include <numbers>
 
 #include "common/base/error.h"
-#include "common/scene/transform.h"
 #include "common/scene/mesh/vec3d_math.h"
+#include "common/scene/transform.h"
 
 namespace lightmill {
 namespace {
 
 constexpr uint32_t kNone = ~uint32_t{0};
-
 
 std::string name(uint32_t v) { return "vertex " + std::to_string(v); }
 
@@ -175,15 +174,15 @@ LimitPoint boundary_limit(const Manifold& m, uint32_t v, const std::vector<uint3
   return {p + 1.0 / 6 * (first + last), cross(first - last, across)};
 }
 
-
 }  // namespace
 
 size_t subdivided_count(const TriangleMesh& control, int levels) {
   size_t count = control.triangles.size();
   for (int i = 0; i < levels && count <= kMaxSubdividedTriangles; ++i) count *= 4;
   if (count > kMaxSubdividedTriangles) {
-    fail_scene("has " + std::to_string(control.triangles.size()) + " triangles, which " + std::to_string(levels) +
-         " levels make more than " + std::to_string(kMaxSubdividedTriangles) + "; use fewer levels");
+    fail_scene("has " + std::to_string(control.triangles.size()) + " triangles, which " +
+               std::to_string(levels) + " levels make more than " + std::to_string(kMaxSubdividedTriangles) +
+               "; use fewer levels");
   }
   return count;
 }

@@ -28,17 +28,17 @@ bool has_direction(const Vec3f& n) {
   return square > 1e-60;
 }
 
-
 }  // namespace
 
 void require_valid_mesh(const TriangleMesh& mesh) {
   const size_t count = mesh.positions.size();
   if (!mesh.normals.empty() && mesh.normals.size() != count) {
     fail_scene("has " + std::to_string(mesh.normals.size()) + " normals for " + std::to_string(count) +
-         " vertices");
+               " vertices");
   }
   if (!mesh.uvs.empty() && mesh.uvs.size() != count) {
-    fail_scene("has " + std::to_string(mesh.uvs.size()) + " uv pairs for " + std::to_string(count) + " vertices");
+    fail_scene("has " + std::to_string(mesh.uvs.size()) + " uv pairs for " + std::to_string(count) +
+               " vertices");
   }
   for (size_t i = 0; i < count; ++i) {
     if (!finite(mesh.positions[i])) fail_scene("vertex " + std::to_string(i) + " is not finite");
@@ -54,8 +54,8 @@ void require_valid_mesh(const TriangleMesh& mesh) {
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (uint32_t v : mesh.triangles[i]) {
       if (v >= count) {
-        fail_scene("triangle " + std::to_string(i) + " refers to vertex " + std::to_string(v) + ", but there are " +
-             std::to_string(count));
+        fail_scene("triangle " + std::to_string(i) + " refers to vertex " + std::to_string(v) +
+                   ", but there are " + std::to_string(count));
       }
     }
   }

@@ -12,7 +12,6 @@ namespace {
 constexpr size_t kMaxHeaderBytes = 1 << 16;
 constexpr size_t kMaxProperties = 256;
 
-
 struct TypeName {
   std::string_view name;
   PlyType type;

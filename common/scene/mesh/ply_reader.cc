@@ -15,7 +15,6 @@
 namespace lightmill {
 namespace {
 
-
 /// Where a property's value goes: a component of a vertex, or nowhere.
 enum Slot { kX, kY, kZ, kNx, kNy, kNz, kU, kV, kSlots, kNowhere = kSlots };
 
@@ -35,8 +34,8 @@ Slot slot_of(const std::string& name) {
 }
 
 [[noreturn]] void truncated(const PlyElement& element, uint64_t done) {
-  fail_scene("is truncated: " + std::to_string(done) + " of " + std::to_string(element.count) + " of element " +
-       in_quotes(element.name));
+  fail_scene("is truncated: " + std::to_string(done) + " of " + std::to_string(element.count) +
+             " of element " + in_quotes(element.name));
 }
 
 /// Refuses a count that the rest of the data can't hold.
@@ -49,7 +48,7 @@ void check_count(const PlyElement& element, const Values& values) {
     if (element.count > 0) fail_scene("has the element " + in_quotes(element.name) + " without properties");
   } else if (element.count > values.remaining() / least) {
     fail_scene("is truncated: its header promises " + std::to_string(element.count) + " of element " +
-         in_quotes(element.name));
+               in_quotes(element.name));
   }
 }
 

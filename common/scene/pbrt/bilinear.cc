@@ -3,8 +3,8 @@
 
 #include "common/base/error.h"
 #include "common/scene/mesh/mesh_check.h"
-#include "common/scene/pbrt/quadrics.h"
 #include "common/scene/mesh/tessellate.h"
+#include "common/scene/pbrt/quadrics.h"
 
 namespace lightmill {
 namespace {

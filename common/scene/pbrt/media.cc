@@ -1,8 +1,8 @@
 // MakeNamedMedium.
 #include <algorithm>
 
-#include "common/scene/spectrum/medium_presets.h"
 #include "common/scene/pbrt/scene.h"
+#include "common/scene/spectrum/medium_presets.h"
 
 namespace lightmill {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "common/base/parse_number.h"
 #include "common/base/lower_case.h"
+#include "common/base/parse_number.h"
 
 namespace lightmill {
 namespace {

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "common/scene/spectrum/color_space.h"
 #include "common/scene/pbrt/tokenizer.h"
+#include "common/scene/spectrum/color_space.h"
 
 namespace lightmill {
 

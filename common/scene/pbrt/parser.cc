@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "common/base/parse_number.h"
 #include "common/base/error.h"
+#include "common/base/parse_number.h"
 #include "common/scene/fold_constants.h"
 #include "common/scene/motion.h"
 #include "common/scene/pbrt/quadrics.h"

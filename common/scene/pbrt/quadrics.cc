@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "common/scene/mesh/tessellate.h"
-#include "common/scene/transform.h"
 #include "common/scene/pbrt/params.h"
+#include "common/scene/transform.h"
 
 namespace lightmill {
 namespace {
@@ -36,7 +36,8 @@ double read_phimax(ParameterList& params) {
 
 /// zmin < zmax after pbrt's reordering; reports an empty range.
 std::optional<std::pair<double, double>> read_range(ParameterList& params, double low, double high) {
-  const double a = params.number("zmin", low, -kAnySize, kAnySize), b = params.number("zmax", high, -kAnySize, kAnySize);
+  const double a = params.number("zmin", low, -kAnySize, kAnySize),
+               b = params.number("zmax", high, -kAnySize, kAnySize);
   if (a != b) return std::pair{std::min(a, b), std::max(a, b)};
   params.bad_value("zmax", "must differ from \"zmin\"");
   return std::nullopt;

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "common/scene/load.h"
+#include "common/scene/mesh/ply_read_ahead.h"
 #include "common/scene/motion.h"
 #include "common/scene/pbrt/params.h"
-#include "common/scene/mesh/ply_read_ahead.h"
 
 namespace lightmill {
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/scene/spectrum/medium_presets.h"
 #include "common/scene/pbrt/material_parts.h"
+#include "common/scene/spectrum/medium_presets.h"
 
 namespace lightmill {
 namespace {

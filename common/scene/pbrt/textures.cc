@@ -4,13 +4,12 @@
 #include <optional>
 
 #include "common/base/parse_number.h"
+#include "common/scene/pbrt/params.h"
 #include "common/scene/pbrt/scene.h"
 #include "common/scene/transform.h"
-#include "common/scene/pbrt/params.h"
 
 namespace lightmill {
 namespace {
-
 
 /// An axis of a planar mapping.
 Vec3d read_axis(ParameterList& params, const char* name, const Vec3d& fallback) {

@@ -2,15 +2,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/job/settings.h"
+#include "common/scene/pbrt/params.h"
 #include "common/scene/pbrt/scene.h"
 #include "common/scene/spectrum/sensor.h"
 #include "common/scene/transform.h"
-#include "common/job/settings.h"
-#include "common/scene/pbrt/params.h"
 
 namespace lightmill {
 namespace {
-
 
 bool is_one_of(const std::string& word, const std::vector<std::string_view>& words) {
   return std::find(words.begin(), words.end(), word) != words.end();

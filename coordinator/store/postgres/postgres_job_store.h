@@ -7,9 +7,9 @@
 #include <mutex>
 #include <optional>
 
-#include "coordinator/store/postgres/fenced_connection.h"
 #include "coordinator/store/job_store.h"
 #include "coordinator/store/layer_files.h"
+#include "coordinator/store/postgres/fenced_connection.h"
 
 namespace lightmill {
 

@@ -19,12 +19,12 @@
 #include <thread>
 #include <vector>
 
-#include "common/scene/resolve_settings.h"
 #include "common/base/error.h"
 #include "common/error/error_curve.h"
 #include "common/film/film.h"
 #include "common/film/partial_decoder.h"
 #include "common/scene/load.h"
+#include "common/scene/resolve_settings.h"
 #include "worker/render/renderer.h"
 
 namespace {

@@ -2,8 +2,8 @@
 // What benches of the farm hand in: partials that are quick to make.
 #include <string>
 
-#include "common/film/partial.h"
 #include "common/farm/farm_types.h"
+#include "common/film/partial.h"
 
 namespace lightmill {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "coordinator/core/farm.h"
-#include "coordinator/farm/film_bytes.h"
+#include "coordinator/farm/sharing/film_bytes.h"
 #include "coordinator/store/memory_job_store.h"
 #include "tests/bench/farm/simulated_partial.h"
 

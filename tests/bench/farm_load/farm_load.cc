@@ -15,8 +15,8 @@
 #include <sstream>
 #include <thread>
 
-#include "common/build_id/build_id.h"
 #include "common/base/digest.h"
+#include "common/build_id/build_id.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "lightmill/v1/client.grpc.pb.h"

@@ -9,10 +9,10 @@
 #include <cstdio>
 #include <ctime>
 
-#include "common/scene/resolve_settings.h"
 #include "common/scene/fold_constants.h"
 #include "common/scene/load.h"
 #include "common/scene/parts_in_use.h"
+#include "common/scene/resolve_settings.h"
 #include "tests/bench/render/bench_scene.h"
 #include "worker/render/plan/pilot.h"
 

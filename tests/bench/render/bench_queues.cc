@@ -22,8 +22,8 @@
 #include <thread>
 
 #include "common/base/error.h"
-#include "common/job/light_path_count.h"
 #include "common/base/parallel.h"
+#include "common/job/light_path_count.h"
 #include "tests/bench/render/bench_scene.h"
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"

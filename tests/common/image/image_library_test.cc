@@ -11,8 +11,8 @@
 #include <set>
 #include <thread>
 
-#include "common/build_id/build_id.h"
 #include "common/base/error.h"
+#include "common/build_id/build_id.h"
 #include "tests/common/image/temp_folder.h"
 
 namespace lightmill {

@@ -63,7 +63,9 @@ TEST(AdaptiveSampling, IsPartOfThePlanAndTheSettings) {
   SamplingPlan plan;
   plan.allocation.levels = "0123401234012340";
   EXPECT_EQ(plan_from_json(plan_to_json(plan)), plan);
-  EXPECT_THROW(plan_from_json(R"({"connections":1,"sample_allocation":"x","light_paths":1,"strategies":"hit"})"), Error);
+  EXPECT_THROW(
+      plan_from_json(R"({"connections":1,"sample_allocation":"x","light_paths":1,"strategies":"hit"})"),
+      Error);
   RenderSettings settings;
   settings.grid = film(16, 8);
   settings.plan = plan;

@@ -15,8 +15,7 @@ TEST(SamplingPlan, ReadsWhatItWrote) {
        {SamplingPlan{}, SamplingPlan{kLightTracing, 2, 0.25},
         SamplingPlan{kEmissionHits | kNextEvent, 0.5, 4}, SamplingPlan{kAllStrategies, 1, 2, 0.125},
         SamplingPlan{kAllStrategies, 1, 2, 3, true, {"11"}},
-        SamplingPlan{kAllStrategies, 1, 2, 1, false, {"11"}},
-        SamplingPlan{kLightTracing, 2, 1, 1, false}}) {
+        SamplingPlan{kAllStrategies, 1, 2, 1, false, {"11"}}, SamplingPlan{kLightTracing, 2, 1, 1, false}}) {
     EXPECT_EQ(plan_from_json(plan_to_json(plan)), plan);
   }
 }
@@ -27,24 +26,27 @@ TEST(SamplingPlan, IsReadByItsOlderNames) {
                            R"("strategies":"hit,next-event,lens,connect"})"),
             (SamplingPlan{kAllStrategies, 1, 2, 3, true, {"11"}}));
   EXPECT_EQ(strategy_names(strategies_named("lens,connect")), "light-tracing,vertex-connection");
-  EXPECT_EQ(features_named("textures,lens,connect"), features_named("textures,light-tracing,vertex-connection"));
-  const auto both = R"({"connections":1,"effort":"00","light_paths":1,"sample_allocation":"11","strategies":"hit"})";
+  EXPECT_EQ(features_named("textures,lens,connect"),
+            features_named("textures,light-tracing,vertex-connection"));
+  const auto both =
+      R"({"connections":1,"effort":"00","light_paths":1,"sample_allocation":"11","strategies":"hit"})";
   EXPECT_EQ(plan_from_json(both).allocation.levels, "11") << "the name of today counts";
   EXPECT_THROW(plan_from_json(R"({"connections":1,"effort":"x","light_paths":1,"strategies":"hit"})"), Error);
 }
 
 TEST(SamplingPlan, RefusesWhatCannotRun) {
-  for (const char* json : {"", "7", "{}", R"({"connections":1,"light_paths":1})",
-                           R"({"connections":1,"light_paths":1,"strategies":"","more":1})",
-                           R"({"connections":1,"light_paths":1,"strategies":""})",
-                           R"({"connections":1,"light_paths":0.3,"strategies":"hit"})",
-                           R"({"connections":3,"light_paths":1,"strategies":"hit"})",
-                           R"({"connections":"1","light_paths":1,"strategies":"hit"})",
-                           R"({"connections":1,"light_tracing_weight":0.5,"light_paths":1,"strategies":"hit"})",
-                           R"({"connections":1,"light_tracing_weight":"1","light_paths":1,"strategies":"hit"})",
-                           R"({"guided_emission":0,"connections":1,"light_paths":1,"strategies":"hit"})",
-                           R"({"connections":1,"light_paths":1e300,"strategies":"hit"})",
-                           R"({"connections":1,"light_paths":1,"strategies":"hits"})"}) {
+  for (const char* json :
+       {"", "7", "{}", R"({"connections":1,"light_paths":1})",
+        R"({"connections":1,"light_paths":1,"strategies":"","more":1})",
+        R"({"connections":1,"light_paths":1,"strategies":""})",
+        R"({"connections":1,"light_paths":0.3,"strategies":"hit"})",
+        R"({"connections":3,"light_paths":1,"strategies":"hit"})",
+        R"({"connections":"1","light_paths":1,"strategies":"hit"})",
+        R"({"connections":1,"light_tracing_weight":0.5,"light_paths":1,"strategies":"hit"})",
+        R"({"connections":1,"light_tracing_weight":"1","light_paths":1,"strategies":"hit"})",
+        R"({"guided_emission":0,"connections":1,"light_paths":1,"strategies":"hit"})",
+        R"({"connections":1,"light_paths":1e300,"strategies":"hit"})",
+        R"({"connections":1,"light_paths":1,"strategies":"hits"})"}) {
     EXPECT_THROW(plan_from_json(json), Error) << json;
   }
 }

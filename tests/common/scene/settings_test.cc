@@ -1,11 +1,10 @@
-#include "common/scene/resolve_settings.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "common/base/error.h"
 #include "common/scene/description.h"
+#include "common/scene/resolve_settings.h"
 
 namespace lightmill {
 namespace {
@@ -65,8 +64,7 @@ TEST(Settings, StrategiesThatTheSceneDoesNotAllowAreLeftOut) {
   EXPECT_EQ(strategies_of(resolve_settings(s, o)), kAllStrategies & ~kLightTracing);
   EXPECT_FALSE(resolve_settings(s, {}).plan) << "the pilot sees to it";
   s.materials.emplace_back().kind = HairMaterial();
-  EXPECT_EQ(strategies_of(resolve_settings(s, o)), kAllStrategies & ~kLightTracing)
-      << "nothing is of hair";
+  EXPECT_EQ(strategies_of(resolve_settings(s, o)), kAllStrategies & ~kLightTracing) << "nothing is of hair";
   s.shapes.emplace_back().kind = SphereShape();
   s.shapes.back().material = 0;
   EXPECT_EQ(strategies_of(resolve_settings(s, o)), kEmissionHits | kNextEvent);

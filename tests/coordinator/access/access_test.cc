@@ -29,7 +29,8 @@ TEST(Access, EveryRpcHasRoles) {
   ASSERT_GT(all.size(), 20u);
   for (const std::string& path : all) {
     const AccessRule* const rule = access_rule(path);
-    ASSERT_NE(rule, nullptr) << path << " has no line in coordinator/access/access.cc: decide who may call it";
+    ASSERT_NE(rule, nullptr) << path
+                             << " has no line in coordinator/access/access.cc: decide who may call it";
     EXPECT_FALSE(rule->everybody) << path << " needs a token";
     EXPECT_NE(rule->roles, 0u) << path;
     EXPECT_EQ(may(*rule, Role::kWorker), path.starts_with("/lightmill.v1.WorkerService/")) << path;

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "coordinator/farm/check_table.h"
-#include "coordinator/store/sqlite/sqlite_job_store.h"
 #include "coordinator/merge/store_check.h"
+#include "coordinator/store/sqlite/sqlite_job_store.h"
 #include "tests/coordinator/core/farm_fixture.h"
 
 namespace lightmill {

@@ -3,7 +3,7 @@
 #include <map>
 #include <vector>
 
-#include "coordinator/farm/film_bytes.h"
+#include "coordinator/farm/sharing/film_bytes.h"
 #include "tests/coordinator/core/farm_fixture.h"
 
 namespace lightmill {

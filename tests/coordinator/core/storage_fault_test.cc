@@ -4,12 +4,12 @@
 
 #include <thread>
 
-#include "coordinator/store/memory_job_store.h"
 #include "coordinator/merge/merger.h"
+#include "coordinator/merge/store_check.h"
+#include "coordinator/store/memory_job_store.h"
 #include "coordinator/store/sqlite/sqlite_db.h"
 #include "coordinator/store/sqlite/sqlite_job_store.h"
 #include "coordinator/store/storage_health.h"
-#include "coordinator/merge/store_check.h"
 #include "tests/coordinator/core/fake_worker.h"
 
 namespace lightmill {

@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "coordinator/farm/sharing/film_bytes.h"
 #include "coordinator/merge/decoder_pool.h"
-#include "coordinator/farm/film_bytes.h"
 #include "coordinator/store/memory_job_store.h"
 #include "tests/common/film/test_partials.h"
 #include "tests/coordinator/core/fake_worker.h"

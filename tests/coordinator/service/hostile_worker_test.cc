@@ -14,10 +14,10 @@
 #include "common/base/digest.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
-#include "coordinator/store/memory_job_store.h"
 #include "coordinator/http/metrics.h"
 #include "coordinator/merge/quarantine.h"
 #include "coordinator/server.h"
+#include "coordinator/store/memory_job_store.h"
 #include "lightmill/v1/worker.grpc.pb.h"
 #include "tests/coordinator/core/fake_worker.h"
 

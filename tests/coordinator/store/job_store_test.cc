@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <fstream>
 
+#include "coordinator/merge/store_check.h"
 #include "coordinator/store/blob_store.h"
 #include "coordinator/store/data_folder.h"
 #include "coordinator/store/sqlite/sqlite_job_store.h"
-#include "coordinator/merge/store_check.h"
-#include "tests/coordinator/store/any_store.h"
 #include "tests/coordinator/core/fake_worker.h"
+#include "tests/coordinator/store/any_store.h"
 
 namespace lightmill {
 namespace {

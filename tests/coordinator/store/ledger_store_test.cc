@@ -1,8 +1,8 @@
 // All stores: races for a tile, tiles that are cut, partials that are kept and taken back.
 #include <gtest/gtest.h>
 
-#include "tests/coordinator/store/any_store.h"
 #include "tests/coordinator/core/fake_worker.h"
+#include "tests/coordinator/store/any_store.h"
 
 namespace lightmill {
 namespace {

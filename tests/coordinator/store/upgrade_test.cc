@@ -7,8 +7,8 @@
 #include <fstream>
 
 #include "common/base/digest.h"
-#include "coordinator/store/sqlite/sqlite_job_store.h"
 #include "coordinator/merge/store_check.h"
+#include "coordinator/store/sqlite/sqlite_job_store.h"
 #include "tests/coordinator/core/fake_worker.h"
 
 namespace lightmill {

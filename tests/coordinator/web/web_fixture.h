@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "coordinator/store/memory_job_store.h"
 #include "coordinator/server.h"
+#include "coordinator/store/memory_job_store.h"
 #include "tests/coordinator/core/fake_worker.h"
 
 namespace lightmill::testing {

@@ -5,8 +5,8 @@
 #include "common/base/error.h"
 #include "common/rpc/convert.h"
 #include "coordinator/service/client_service.h"
-#include "coordinator/store/memory_job_store.h"
 #include "coordinator/service/worker_service.h"
+#include "coordinator/store/memory_job_store.h"
 #include "tests/coordinator/core/fake_worker.h"
 
 namespace {

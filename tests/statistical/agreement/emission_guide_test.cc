@@ -42,8 +42,8 @@ TEST(EmissionGuide, LeaveTheImageAsItIs) {
     const Renderer guided_emission(s.scene, settings, 1), plain(guided_emission, plain_settings);
     ASSERT_TRUE(guided_emission.context().lights.has_emission_guide());
     ASSERT_FALSE(plain.context().lights.has_emission_guide());
-    EXPECT_TRUE(means_agree(mean_over_seeds(guided_emission, settings), mean_over_seeds(plain, plain_settings),
-                            {.resolution = 0.05}));
+    EXPECT_TRUE(means_agree(mean_over_seeds(guided_emission, settings),
+                            mean_over_seeds(plain, plain_settings), {.resolution = 0.05}));
   }
 }
 

@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "tests/statistical/oracles/over_film.h"
 #include "tests/statistical/agreement/strategy_set.h"
+#include "tests/statistical/oracles/over_film.h"
 #include "tests/support/scaled_scene.h"
 #include "worker/render/renderer.h"
 

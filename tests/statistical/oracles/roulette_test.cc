@@ -1,5 +1,5 @@
 // Russian roulette where next to nothing is lost: paths end, and the variance stays finite.
-#include "worker/render/pipeline/roulette.h"
+#include "worker/render/pipeline/paths/roulette.h"
 
 #include <gtest/gtest.h>
 

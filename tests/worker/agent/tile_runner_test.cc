@@ -7,8 +7,8 @@
 #include <thread>
 
 #include "common/base/error.h"
-#include "common/film/film.h"
 #include "common/farm/pilot_result.h"
+#include "common/film/film.h"
 #include "tests/worker/agent/fake_farm.h"
 
 namespace lightmill::agent {

@@ -3,10 +3,10 @@
 // kinds in axes that follow dp/du. Parameters as theirs, 9 rotation of the tangent within Frame(ns), in
 // turns; of metals and dielectrics 6 alpha along the tangent, 8 alpha across it; coated kinds have a block of
 // coat_scattering.h with their anisotropies, whether or not the coat scatters, and energies as if round.
-#include "worker/render/bsdf/layered/coated_conductor.h"
-#include "worker/render/bsdf/layered/coated_diffuse.h"
 #include "worker/render/bsdf/conductor.h"
 #include "worker/render/bsdf/dielectric.h"
+#include "worker/render/bsdf/layered/coated_conductor.h"
+#include "worker/render/bsdf/layered/coated_diffuse.h"
 
 namespace lightmill {
 

@@ -5,19 +5,19 @@
 // they would cost diffuse surfaces their registers.
 #include "worker/render/bsdf/anisotropic.h"
 #include "worker/render/bsdf/brushed.h"
-#include "worker/render/bsdf/layered/coated_conductor.h"
-#include "worker/render/bsdf/layered/coated_diffuse.h"
 #include "worker/render/bsdf/conductor.h"
 #include "worker/render/bsdf/dielectric.h"
 #include "worker/render/bsdf/diffuse.h"
 #include "worker/render/bsdf/diffuse_transmission.h"
 #include "worker/render/bsdf/hair.h"
 #include "worker/render/bsdf/henyey_greenstein.h"
+#include "worker/render/bsdf/layered/coated_conductor.h"
+#include "worker/render/bsdf/layered/coated_diffuse.h"
+#include "worker/render/bsdf/layered/tinted.h"
 #include "worker/render/bsdf/measured.h"
 #include "worker/render/bsdf/metallic_roughness.h"
 #include "worker/render/bsdf/subsurface.h"
 #include "worker/render/bsdf/thin_dielectric.h"
-#include "worker/render/bsdf/layered/tinted.h"
 #include "worker/render/bsdf/translucent.h"
 
 namespace lightmill {

@@ -6,10 +6,10 @@
 // makes a metal that reflects everything white in every direction: reciprocal, positive, and sampled as
 // before. The factor F0 stands for the further bounces' reflectance (Turquin, "Practical multiple scattering
 // compensation for microfacet models", 2019, whose scale depends on wo alone and is not reciprocal).
-#include "worker/render/bsdf/tables/albedo_table.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/bsdf/fresnel.h"
 #include "worker/render/bsdf/ggx.h"
+#include "worker/render/bsdf/tables/albedo_table.h"
 
 namespace lightmill {
 

@@ -10,9 +10,9 @@
 // Parameters: 0-2 base colour, 3 square roots of the dielectric's f0, 4 block of film_table.h / kFilmAlign,
 // 5 thickness t and the film's weight, 6 alpha and the sheen's roughness, 7 f90 and metalness, 8 and 9 as of
 // sheen.h and metallic_roughness.h.
-#include "worker/render/bsdf/tables/film_table.h"
 #include "worker/render/bsdf/packed_params.h"
 #include "worker/render/bsdf/sheen.h"
+#include "worker/render/bsdf/tables/film_table.h"
 #include "worker/render/bsdf/thin_film.h"
 
 namespace lightmill {

@@ -1,5 +1,6 @@
 #pragma once
-// Measured BRDFs (Dupuy & Jakob 2018; the tables: common/scene/measured/measured_table.h), reflecting on both sides.
+// Measured BRDFs (Dupuy & Jakob 2018; the tables: common/scene/measured/measured_table.h), reflecting on both
+// sides.
 //
 // The tables are not exactly reciprocal. f is that of a viewer on the camera's side, as in pbrt-v4, so that
 // light paths and camera paths agree. A share of directions is sampled by the cosine: seen from the

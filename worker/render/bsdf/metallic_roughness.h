@@ -18,9 +18,9 @@
 #include "worker/render/bsdf/fresnel.h"
 #include "worker/render/bsdf/ggx.h"
 #include "worker/render/bsdf/iridescence.h"
-#include "worker/render/bsdf/tables/metallic_table.h"
 #include "worker/render/bsdf/packed_params.h"
 #include "worker/render/bsdf/sheen.h"
+#include "worker/render/bsdf/tables/metallic_table.h"
 #include "worker/render/sampling/warp.h"
 
 namespace lightmill {

@@ -5,8 +5,8 @@
 #include <mutex>
 
 #include "common/base/error.h"
-#include "common/film/film.h"
 #include "common/base/parallel.h"
+#include "common/film/film.h"
 #include "worker/render/pipeline/context.h"
 
 namespace lightmill {

@@ -3,8 +3,8 @@
 // brightest paths, and all that was discarded.
 #include <functional>
 
-#include "common/scene/description.h"
 #include "common/job/settings.h"
+#include "common/scene/description.h"
 #include "worker/render/diagnose/strategy_film.h"
 #include "worker/render/renderer.h"
 

@@ -98,7 +98,8 @@ struct PhotonGuideTables {
   MaskOf<F> mask;  // lanes that have one
 
   /// `kind`: of the surface that `p` lies on. If no lane has a table, only `mask` may be read.
-  PhotonGuideTables(const PhotonGuide& guide, MaskOf<F> active, IntOf<F> kind, const Vec3<F>& p) : guide_(guide) {
+  PhotonGuideTables(const PhotonGuide& guide, MaskOf<F> active, IntOf<F> kind, const Vec3<F>& p)
+      : guide_(guide) {
     mask = active;
     if (any(mask_and(active, MaskOf<F>(kind != kDiffuse)))) mask = mask_and(active, wide_kinds(kind));
     if (!any(mask)) return;

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "common/scene/description.h"
-#include "worker/render/light/alias_table.h"
 #include "worker/render/guiding/binned_density.h"
+#include "worker/render/light/alias_table.h"
 #include "worker/render/light/light_image.h"
 #include "worker/render/math/equal_area.h"
 

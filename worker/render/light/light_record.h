@@ -1,8 +1,8 @@
 #pragma once
 // One light per lane: its record, its radiance, and the densities that both directions of sampling share. A
 // function with kAnyLight handles even emitters alone if that is false (kernel_set.h).
-#include "worker/render/light/alias_table.h"
 #include "worker/render/guiding/emission_guide.h"
+#include "worker/render/light/alias_table.h"
 #include "worker/render/light/light_table.h"
 #include "worker/render/sampling/warp.h"
 

@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "worker/render/light/environment_map.h"
 #include "worker/render/guiding/next_event_guide.h"
+#include "worker/render/light/environment_map.h"
 #include "worker/render/light/light_tree.h"
 #include "worker/render/light/portal.h"
 #include "worker/render/light/projection_map.h"
@@ -78,7 +78,7 @@ struct LightTable {
   std::vector<int32_t> alias;        //                              other index
   std::vector<int32_t> infinite;     // indices of the infinite lights (what an escaping ray sees)
   LightTree tree;                    // empty: next-event estimation selects by power
-  NextEventGuide guide;                  // empty: as without a guide
+  NextEventGuide guide;              // empty: as without a guide
   float infinity_share = 0;          // with a tree: probability of choosing from `at_infinity` instead
   std::vector<int32_t> at_infinity;  // infinite and distant lights
   // Alias method of next-event estimation, by power: of all lights, or with a tree of those `at_infinity`.
@@ -90,7 +90,7 @@ struct LightTable {
   std::vector<BinnedDensity> emission_cells;
   // Where light paths go, by tables of cells of directions (emission_guide.h).
   BinnedDensity emission_guide;
-  std::vector<int32_t> emission_guide_of;             // per light: its table, or -1; empty if there are none
+  std::vector<int32_t> emission_guide_of;  // per light: its table, or -1; empty if there are none
   SharedList<EnvironmentMap> goniometers;  // of intensity
   SharedList<ProjectionMap> projectors;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly

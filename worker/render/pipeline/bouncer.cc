@@ -1,9 +1,9 @@
 #include "worker/render/pipeline/bouncer.h"
 
 #include "worker/render/math/compress.h"
-#include "worker/render/pipeline/recording/aov_recorder.h"
 #include "worker/render/pipeline/connections/emitter_hits.h"
-#include "worker/render/pipeline/path_scatter.h"
+#include "worker/render/pipeline/paths/path_scatter.h"
+#include "worker/render/pipeline/recording/aov_recorder.h"
 
 namespace lightmill {
 namespace {
@@ -195,9 +195,9 @@ void camera_vertices(const StageContext& context, const LayerContext& layer, int
     if (context.on(kEmissionHits) && !in_medium)
       add_emission<K>(context, h, g.active, depth, weigh_connections, w);
     // From here on dVCM stands for one strategy: joining the vertex before. M2 brought light tracing's n_j.
-    h.v.dvcm = h.v.dvcm * (depth > 1                      ? context.samples_of(kVertexConnections)
+    h.v.dvcm = h.v.dvcm * (depth > 1                   ? context.samples_of(kVertexConnections)
                            : context.on(kLightTracing) ? 1.0f
-                                                          : 0.0f);
+                                                       : 0.0f);
     if (depth > context.max_depth) return;
     const LaneMask connectable = connectable_lanes<K>(h);
     if (StrategyRecorder* recorder = recorder_of<K>(w))

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/job/sample_allocation.h"
 #include "common/job/packet_grid.h"
+#include "common/job/sample_allocation.h"
 #include "worker/render/pipeline/pixel_subset.h"
 
 namespace lightmill {
@@ -17,7 +17,8 @@ struct StageContext;  // context.h
 struct AllocationTable {
   RegionGrid regions;
   SampleAllocation map;
-  AllocationTable(const FilmGrid& grid, const SampleAllocation& allocation) : regions(regions_of(grid)), map(allocation) {}
+  AllocationTable(const FilmGrid& grid, const SampleAllocation& allocation)
+      : regions(regions_of(grid)), map(allocation) {}
 };
 
 /// Camera paths of a cell. Pixels are numbered row-major.

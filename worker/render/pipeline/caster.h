@@ -3,9 +3,9 @@
 #include <memory>
 
 #include "worker/render/pipeline/context.h"
-#include "worker/render/pipeline/walks/medium_walk.h"
-#include "worker/render/pipeline/path_times.h"
+#include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/recording/stage_probe.h"
+#include "worker/render/pipeline/walks/medium_walk.h"
 
 namespace lightmill {
 

@@ -6,8 +6,8 @@
 #include "worker/render/camera/camera.h"
 #include "worker/render/camera/film_response.h"
 #include "worker/render/camera/pixel_filter.h"
-#include "worker/render/pipeline/kernel_set.h"
 #include "worker/render/pipeline/camera_pass.h"
+#include "worker/render/pipeline/kernel_set.h"
 #include "worker/render/pipeline/work_items.h"
 #include "worker/render/sampling/dimensions.h"
 #include "worker/render/sampling/sobol.h"
@@ -36,7 +36,7 @@ struct StageContext {
   /// everywhere.
   const AllocationTable* allocation = nullptr;
   double light_paths = 1;                  // per camera path
-  PixelSubset pixel_subset;                       // of a pilot; renders have every pixel
+  PixelSubset pixel_subset;                // of a pilot; renders have every pixel
   float imaging_ratio = 1;                 // exposure: multiplies every contribution
   const FilmResponse* response = nullptr;  // of the sensor; null: that of the plain film
   bool signed_film = false;                // sums may be negative: of a filter's lobes or a sensor's colours

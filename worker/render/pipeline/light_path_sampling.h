@@ -12,7 +12,8 @@
 namespace lightmill {
 
 /// Sets the numbers of `layer`'s light paths, for cell number `cell` and superblock `batch`.
-inline void set_light_path_sampling(const StageContext& context, uint64_t cell, uint64_t batch, LayerContext* layer) {
+inline void set_light_path_sampling(const StageContext& context, uint64_t cell, uint64_t batch,
+                                    LayerContext* layer) {
   layer->packet_index = static_cast<uint32_t>(cell) * static_cast<uint32_t>(kSuperblockSamples);
   if (context.pixel_subset.one_in > 1) {
     // With few pixels of each cell, the paths have few numbers of the cell's part of the net, the same in all

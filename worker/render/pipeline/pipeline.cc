@@ -5,18 +5,18 @@
 #include <span>
 
 #include "common/job/light_path_count.h"
-#include "worker/render/pipeline/recording/aov_recorder.h"
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
+#include "worker/render/pipeline/connections/manifold_next_event.h"
 #include "worker/render/pipeline/film.h"
 #include "worker/render/pipeline/light_path_sampling.h"
-#include "worker/render/pipeline/connections/manifold_next_event.h"
-#include "worker/render/pipeline/path_times.h"
+#include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/producer.h"
-#include "worker/render/pipeline/shadow_caster.h"
+#include "worker/render/pipeline/recording/aov_recorder.h"
 #include "worker/render/pipeline/recording/stage_probe.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/pipeline/recording/thread_time.h"
+#include "worker/render/pipeline/shadow_caster.h"
 
 namespace lightmill {
 namespace {

@@ -4,10 +4,10 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/kernel_choice.h"
-#include "worker/render/pipeline/path_io.h"
-#include "worker/render/pipeline/path_times.h"
-#include "worker/render/pipeline/shadow_caster.h"
+#include "worker/render/pipeline/paths/path_io.h"
+#include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
+#include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/scene/lights/emitter_pattern.h"
 
 namespace lightmill {

@@ -1,11 +1,11 @@
 #include "worker/render/pipeline/shadow_caster.h"
 
 #include "worker/render/pipeline/film.h"
-#include "worker/render/pipeline/walks/medium_walk.h"
-#include "worker/render/pipeline/path_times.h"
+#include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/recording/stage_probe.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/pipeline/recording/thread_time.h"
+#include "worker/render/pipeline/walks/medium_walk.h"
 
 namespace lightmill {
 

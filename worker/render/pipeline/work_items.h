@@ -13,8 +13,8 @@
 #include <memory>
 #include <vector>
 
-#include "common/job/packet_grid.h"
 #include "common/film/partial.h"
+#include "common/job/packet_grid.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/math/vec.h"

@@ -62,7 +62,7 @@ std::vector<double> smoothed(const RegionGrid& grid, const std::vector<RegionNoi
 
 /// Levels nearest to log2(scale * sqrt(V / C)).
 SampleAllocation levels_at(double scale, const std::vector<double>& variance,
-                    const std::vector<RegionNoise>& regions) {
+                           const std::vector<RegionNoise>& regions) {
   SampleAllocation map;
   map.levels.assign(regions.size(), '0' - kLeastLevel);
   for (size_t i = 0; i < regions.size(); ++i) {
@@ -99,7 +99,8 @@ SampleAllocation allocate(const RegionGrid& grid, const std::vector<RegionNoise>
 }
 
 /// The gain of `map` by what one half of the pixels shows.
-double gain_of(const SampleAllocation& map, const std::vector<RegionNoise>& regions, double light_cost, int half) {
+double gain_of(const SampleAllocation& map, const std::vector<RegionNoise>& regions, double light_cost,
+               int half) {
   if (map.uniform()) return 1;
   double variance = 0, adapted_variance = 0, cost = 0, adapted_cost = 0;
   for (size_t i = 0; i < regions.size(); ++i) {
@@ -117,7 +118,7 @@ double gain_of(const SampleAllocation& map, const std::vector<RegionNoise>& regi
 }  // namespace
 
 AllocationChoice allocate_samples(const RegionGrid& grid, const std::vector<RegionNoise>& regions,
-                           double light_cost) {
+                                  double light_cost) {
   const double gain = 0.5 * (gain_of(allocate(grid, regions, 0), regions, light_cost, 1) +
                              gain_of(allocate(grid, regions, 1), regions, light_cost, 0));
   if (!(gain >= kLeastGain)) return {};

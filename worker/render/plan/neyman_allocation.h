@@ -18,13 +18,13 @@ struct RegionNoise {
 };
 
 struct AllocationChoice {
-  SampleAllocation map;    // uniform unless another is better
-  double gain = 1;  // uniform variance x cost over that of the map
+  SampleAllocation map;  // uniform unless another is better
+  double gain = 1;       // uniform variance x cost over that of the map
 };
 
 /// `light_cost`: cost of light paths per pixel and unit of spp. The gain is what maps made from one half of
 /// the pilot's pixels achieve on the other half, so that maps don't follow the pilot's own noise.
 AllocationChoice allocate_samples(const RegionGrid& grid, const std::vector<RegionNoise>& regions,
-                           double light_cost);
+                                  double light_cost);
 
 }  // namespace lightmill

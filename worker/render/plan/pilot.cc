@@ -8,9 +8,9 @@
 
 #include "common/base/error.h"
 #include "common/base/parallel.h"
+#include "worker/render/guiding/training/emission_guide_training.h"
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
-#include "worker/render/guiding/training/emission_guide_training.h"
 #include "worker/render/plan/cost_model.h"
 #include "worker/render/plan/pilot_pixels.h"
 #include "worker/render/plan/pilot_values.h"
@@ -41,7 +41,8 @@ class Pilot {
       : settings_(pilot_settings(scene, among, guided_emission)),
         sight_(settings_.grid, paths, kLeastSamples),
         renderer_(scene, settings_, sight_.pixel_subset),
-        plans_(candidate_plans(renderer_.plan(), among, guided_emission, renderer_.context().filter.splat_noise,
+        plans_(candidate_plans(renderer_.plan(), among, guided_emission,
+                               renderer_.context().filter.splat_noise,
                                1 / static_cast<float>(std::max(renderer_.context().lights.count(), 1)))),
         go_on_(go_on),
         regions_(regions_of(settings_.grid)),
@@ -65,10 +66,12 @@ class Pilot {
     RenderCounters counters;
   };
 
-  static RenderSettings pilot_settings(const Renderer& scene, Strategies among, std::optional<bool> guided_emission) {
+  static RenderSettings pilot_settings(const Renderer& scene, Strategies among,
+                                       std::optional<bool> guided_emission) {
     RenderSettings settings = scene.settings();
-    settings.plan = SamplingPlan{
-        .strategies = scene.plan().possible & among, .connections = kRecordedConnections, .guided_emission = guided_emission};
+    settings.plan = SamplingPlan{.strategies = scene.plan().possible & among,
+                                 .connections = kRecordedConnections,
+                                 .guided_emission = guided_emission};
     settings.seed ^= kPilotSeed;
     return settings;
   }
@@ -289,7 +292,8 @@ double least_product(const std::vector<PlanEstimate>& estimates) {
 /// Of the best plan with the emission guide over that without, by the same camera paths.
 double gain_of_emission_guide(const Renderer& renderer, int threads, const std::function<bool()>& go_on) {
   const auto least = [&](bool guided_emission) {
-    return least_product(Pilot(renderer, kAllStrategies, guided_emission, kEmissionGuidePaths, go_on).run(threads).estimates);
+    return least_product(
+        Pilot(renderer, kAllStrategies, guided_emission, kEmissionGuidePaths, go_on).run(threads).estimates);
   };
   const double with = least(true), without = least(false);
   return with > 0 && without < std::numeric_limits<double>::infinity() ? without / with : 1;

@@ -41,8 +41,8 @@ class Choice {
     if (best >= 0 && !uniform_sampling && report.chosen.strategies & kCameraLayer) {
       const SamplingPlan& plan = plans_.plans[chosen];
       const SampleWork own = under_plan(chosen, work);
-      const AllocationChoice allocation =
-          allocate_samples(view_.regions, region_noise(chosen), sample_cost(own, plan) - camera_cost(own, plan));
+      const AllocationChoice allocation = allocate_samples(view_.regions, region_noise(chosen),
+                                                           sample_cost(own, plan) - camera_cost(own, plan));
       report.chosen.allocation = allocation.map;
       report.adaptive_gain = allocation.gain;
     }

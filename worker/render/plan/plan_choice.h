@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "common/job/sample_allocation.h"
 #include "common/job/pilot_report.h"
+#include "common/job/sample_allocation.h"
 #include "worker/render/plan/plan_moments.h"
 #include "worker/render/plan/plan_set.h"
 

@@ -44,8 +44,7 @@ PlanSet candidate_plans(const ScenePlan& scene, Strategies among, std::optional<
     const std::optional<bool> own = set & kLightPaths ? guided_emission : std::nullopt;
     plans.push_back({set, light_paths, connections, 1, own});
     for (const double weight : kLightTracingWeights) {
-      if (weight != 1 && set & kLightTracing)
-        plans.push_back({set, light_paths, connections, weight, own});
+      if (weight != 1 && set & kLightTracing) plans.push_back({set, light_paths, connections, weight, own});
     }
   };
   const Strategies base = scene.useful & (kEmissionHits | kNextEvent);

@@ -13,9 +13,9 @@
 #include "common/scene/description.h"
 #include "worker/render/bsdf/bsdf.h"
 #include "worker/render/camera/camera_motion.h"
+#include "worker/render/guiding/manifold_seeds.h"
 #include "worker/render/guiding/photon_guide.h"
 #include "worker/render/light/light_table.h"
-#include "worker/render/guiding/manifold_seeds.h"
 #include "worker/render/scene/media/medium.h"
 #include "worker/render/scene/textures/texture.h"
 
@@ -161,7 +161,9 @@ struct RenderScene {
   // the image without it over that with it.
   std::optional<LightTable> guided_lights;
   double emission_guide_gain = 1;
-  const LightTable& lights_of(bool guided_emission) const { return guided_emission && guided_lights ? *guided_lights : lights; }
+  const LightTable& lights_of(bool guided_emission) const {
+    return guided_emission && guided_lights ? *guided_lights : lights;
+  }
   PhotonGuide caustics;
   ManifoldSeeds manifolds;             // empty unless walks bring light that is missing without them
   float bounds_center[3] = {0, 0, 0};  // sphere around everything, normalised space

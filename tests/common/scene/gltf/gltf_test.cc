@@ -3,10 +3,10 @@
 #include <limits>
 #include <numbers>
 
+#include "common/job/settings.h"
 #include "common/scene/bundle.h"
 #include "common/scene/scene_files.h"
 #include "common/scene/transform.h"
-#include "common/job/settings.h"
 #include "tests/common/scene/gltf/gltf_fixture.h"
 
 namespace lightmill {

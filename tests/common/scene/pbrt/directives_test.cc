@@ -1,6 +1,6 @@
 // Every directive of pbrt-v4, and the defaults of what is left out.
-#include "common/scene/transform.h"
 #include "common/scene/resolve_settings.h"
+#include "common/scene/transform.h"
 #include "tests/common/scene/scene_fixture.h"
 
 namespace lightmill {

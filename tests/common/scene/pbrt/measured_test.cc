@@ -5,8 +5,8 @@
 
 #include "common/base/error.h"
 #include "common/scene/measured/measured_table.h"
-#include "common/scene/spectrum/spectrum.h"
 #include "common/scene/measured/tensor_file.h"
+#include "common/scene/spectrum/spectrum.h"
 #include "tests/common/scene/scene_fixture.h"
 #include "tests/support/measured_file.h"
 

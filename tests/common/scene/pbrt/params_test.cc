@@ -1,6 +1,7 @@
+#include "common/scene/pbrt/params.h"
+
 #include <gtest/gtest.h>
 
-#include "common/scene/pbrt/params.h"
 #include "tests/common/scene/scene_fixture.h"
 
 namespace lightmill {

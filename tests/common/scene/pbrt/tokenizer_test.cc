@@ -1,8 +1,8 @@
+#include "common/scene/pbrt/tokenizer.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "common/scene/pbrt/tokenizer.h"
 
 #include "common/base/parse_number.h"
 

@@ -269,7 +269,8 @@ TEST(Pilot, DoesNotGuideLightPathsOfALampThatLightsAll) {
   ASSERT_NE(report.emission_guide_gain, 1) << "no aims were learnt, or all at once";
   ASSERT_FALSE(report.chosen.guided_emission.value_or(true)) << plan_to_json(report.chosen);
   for (const PlanEstimate& e : report.estimates)
-    EXPECT_EQ(e.plan.guided_emission.has_value(), (e.plan.strategies & kLightPaths) != 0) << plan_to_json(e.plan);
+    EXPECT_EQ(e.plan.guided_emission.has_value(), (e.plan.strategies & kLightPaths) != 0)
+        << plan_to_json(e.plan);
 }
 
 TEST(Pilot, LeavesLightPathsOutUnderAnOpenSky) {

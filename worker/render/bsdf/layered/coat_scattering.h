@@ -18,9 +18,9 @@
 #include <array>
 #include <vector>
 
-#include "worker/render/bsdf/tables/albedo_table.h"
-#include "worker/render/bsdf/layered/coat_crossing.h"
 #include "worker/render/bsdf/ggx.h"
+#include "worker/render/bsdf/layered/coat_crossing.h"
+#include "worker/render/bsdf/tables/albedo_table.h"
 #include "worker/render/math/exp.h"
 
 namespace lightmill {

@@ -30,11 +30,11 @@
 // the others is in e.
 #include <array>
 
-#include "worker/render/bsdf/tables/albedo_table.h"
 #include "worker/render/bsdf/bsdf.h"
-#include "worker/render/bsdf/layered/coat_scattering.h"
 #include "worker/render/bsdf/fresnel.h"
 #include "worker/render/bsdf/ggx.h"
+#include "worker/render/bsdf/layered/coat_scattering.h"
+#include "worker/render/bsdf/tables/albedo_table.h"
 #include "worker/render/math/exp.h"
 #include "worker/render/sampling/warp.h"
 

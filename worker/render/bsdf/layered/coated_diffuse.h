@@ -18,11 +18,11 @@
 // A coat that scatters adds what comes back without having met the base (coat_scattering.h). For the base's
 // own light T and R, now per channel, count what gets through the medium by any way; T is tabulated as the
 // ratio to 1 - F.
-#include "worker/render/bsdf/tables/albedo_table.h"
 #include "worker/render/bsdf/bsdf.h"
-#include "worker/render/bsdf/layered/coat_scattering.h"
 #include "worker/render/bsdf/fresnel.h"
 #include "worker/render/bsdf/ggx.h"
+#include "worker/render/bsdf/layered/coat_scattering.h"
+#include "worker/render/bsdf/tables/albedo_table.h"
 #include "worker/render/math/exp.h"
 #include "worker/render/sampling/warp.h"
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/render/bsdf/tables/facet_quadrature.h"
 #include "worker/render/bsdf/fresnel.h"
+#include "worker/render/bsdf/tables/facet_quadrature.h"
 
 namespace lightmill {
 namespace {

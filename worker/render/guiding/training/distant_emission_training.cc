@@ -62,7 +62,7 @@ class SeenCells {
 }  // namespace
 
 void train_distant_emission(const std::vector<LitPlace>& places, const std::vector<NextEventProbe>& trials,
-                        LightTable* lights) {
+                            LightTable* lights) {
   for (int32_t i = 0; i < lights->count(); ++i) {
     if (lights->type[static_cast<size_t>(i)] != kDistantLight) continue;
     const LightRecord<float> r(*lights, i);

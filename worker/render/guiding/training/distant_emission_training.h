@@ -10,7 +10,7 @@ namespace lightmill {
 /// Gives distant lights emission cells, where less than half of their disk leads to places that were seen. A
 /// part of their light paths still starts anywhere on the disk.
 void train_distant_emission(const std::vector<LitPlace>& places, const std::vector<NextEventProbe>& trials,
-                        LightTable* lights);
+                            LightTable* lights);
 
 /// Divides the light paths of lights at infinity among these lights by the irradiance that places get from
 /// each. The lights need a guide that chooses.

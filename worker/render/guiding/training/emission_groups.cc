@@ -30,7 +30,8 @@ bool are_one_lamp(const LightRecord<float>& a, const LightRecord<float>& b) {
 EmissionShape shape_of(const LightTable& lights, int32_t light) {
   const LightType type = lights.type[static_cast<size_t>(light)];
   if (type == kTriangleLight) {
-    return LightRecord<float>(lights, light).scalar(kLightTwoSided) > 0 ? EmissionShape::kSphere : EmissionShape::kDisk;
+    return LightRecord<float>(lights, light).scalar(kLightTwoSided) > 0 ? EmissionShape::kSphere
+                                                                        : EmissionShape::kDisk;
   }
   return type == kPointLight || type == kSpotLight ? EmissionShape::kSphere : EmissionShape::kNone;
 }

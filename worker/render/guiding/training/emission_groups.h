@@ -15,8 +15,8 @@ enum class EmissionShape : uint8_t { kNone, kDisk, kSphere };
 
 /// A group is the triangles of a flat lamp, or one light of any other kind.
 struct EmissionGroups {
-  std::vector<int32_t> of;      // per light
-  std::vector<double> chosen;   // per group: probability that a light path starts from it
+  std::vector<int32_t> of;           // per light
+  std::vector<double> chosen;        // per group: probability that a light path starts from it
   std::vector<EmissionShape> shape;  // per group
 
   explicit EmissionGroups(const LightTable& lights);

@@ -114,7 +114,8 @@ GroupGuides guide_groups(const EmissionGroups& groups, const std::vector<GroupSu
         sums[g].without_direction[0] + guided_emission(first, cell_probabilities(shape, second)),
         sums[g].without_direction[1] + guided_emission(second, cell_probabilities(shape, first))};
     const bool pays = before[0] + before[1] > kLeastOfGroup * (after[0] + after[1]);
-    for (size_t half = 0; half < 2; ++half) emission_guide.sums[half].push_back(pays ? after[half] : before[half]);
+    for (size_t half = 0; half < 2; ++half)
+      emission_guide.sums[half].push_back(pays ? after[half] : before[half]);
     emission_guide.table_of.push_back(pays ? emission_guide.count++ : -1);
     if (!pays) continue;
     EmissionCells both = first;
@@ -148,9 +149,11 @@ void train_emission_guide(const StageContext& context, int threads, RenderScene*
   double before = look.rest;
   for (const GroupSums& group : look.groups) before += group.all[0] + group.all[1];
   GroupGuides emission_guide = guide_groups(groups, look.groups);
-  const double after =
-      look.rest + rechosen(groups.chosen, emission_guide.sums[0], group_probabilities(groups.chosen, emission_guide.sums[1])) +
-      rechosen(groups.chosen, emission_guide.sums[1], group_probabilities(groups.chosen, emission_guide.sums[0]));
+  const double after = look.rest +
+                       rechosen(groups.chosen, emission_guide.sums[0],
+                                group_probabilities(groups.chosen, emission_guide.sums[1])) +
+                       rechosen(groups.chosen, emission_guide.sums[1],
+                                group_probabilities(groups.chosen, emission_guide.sums[0]));
   if (after > 0) scene->emission_guide_gain = before / after;
   if (!(scene->emission_guide_gain >= kLeastGain)) return;
   LightTable& guided_emission = scene->guided_lights.emplace(lights);
@@ -158,7 +161,8 @@ void train_emission_guide(const StageContext& context, int threads, RenderScene*
       light_weights(lights, groups, group_probabilities(groups.chosen, sum_of(emission_guide.sums))));
   if (emission_guide.count == 0) return;
   guided_emission.emission_guide = std::move(emission_guide.tables);
-  for (const int32_t group : groups.of) guided_emission.emission_guide_of.push_back(emission_guide.table_of[static_cast<size_t>(group)]);
+  for (const int32_t group : groups.of)
+    guided_emission.emission_guide_of.push_back(emission_guide.table_of[static_cast<size_t>(group)]);
 }
 
 }  // namespace lightmill

@@ -25,7 +25,8 @@ void train_emission_guide(const StageContext& context, int threads, RenderScene*
 
 /// Whether light paths use the guide when `strategies` run under `plan`.
 inline bool uses_emission_guide(const RenderScene& scene, const SamplingPlan& plan, Strategies strategies) {
-  return scene.guided_lights && strategies & kLightPaths && plan.guided_emission.value_or(scene.emission_guide_gain >= kEmissionGuidePays);
+  return scene.guided_lights && strategies & kLightPaths &&
+         plan.guided_emission.value_or(scene.emission_guide_gain >= kEmissionGuidePays);
 }
 
 }  // namespace lightmill

@@ -3,8 +3,8 @@
 #include <array>
 #include <vector>
 
-#include "worker/render/pipeline/context.h"
 #include "worker/render/guiding/training/emission_groups.h"
+#include "worker/render/pipeline/context.h"
 
 namespace lightmill {
 

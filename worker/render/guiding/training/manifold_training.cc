@@ -4,8 +4,8 @@
 
 #include "common/base/parallel.h"
 #include "worker/render/guiding/manifold_targets.h"
-#include "worker/render/pipeline/walks/manifold_walk.h"
 #include "worker/render/guiding/training/photon_tracing.h"
+#include "worker/render/pipeline/walks/manifold_walk.h"
 
 namespace lightmill {
 namespace {
@@ -140,7 +140,8 @@ double found_of(const StageContext& context, const std::vector<Photon>& photons,
 
 }  // namespace
 
-void train_manifold_seeds(const StageContext& context, int threads, RenderScene* scene, MissingLight* missing) {
+void train_manifold_seeds(const StageContext& context, int threads, RenderScene* scene,
+                          MissingLight* missing) {
   // In media, segments are not simply free or blocked.
   if (scene->any_media()) return;
   const MissingShare share = missing->up_to(2 * kPhotonDepth);

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "common/base/parallel.h"
+#include "worker/render/guiding/training/vertex_cubes.h"
 #include "worker/render/pipeline/connections/guided_density.h"
 #include "worker/render/pipeline/connections/joined_vertices.h"
 #include "worker/render/plan/camera_look.h"
 #include "worker/render/plan/recorded_cell.h"
-#include "worker/render/guiding/training/vertex_cubes.h"
 
 namespace lightmill {
 namespace {
@@ -123,7 +123,8 @@ class MissingLightPreview {
       std::erase_if(arrivals, [](const Vertex& v) { return !on_surface(v); });
       return arrivals;
     };
-    const size_t traced = trace_wavefronts(0, wavefronts, kArrivalRound, kArrivals, threads, trace, &arrivals_);
+    const size_t traced =
+        trace_wavefronts(0, wavefronts, kArrivalRound, kArrivals, threads, trace, &arrivals_);
     light_paths_ = static_cast<double>(traced * kWavefront);
   }
 

@@ -10,8 +10,8 @@
 #include <array>
 #include <string>
 
-#include "worker/render/pipeline/context.h"
 #include "worker/render/guiding/training/photon_tracing.h"
+#include "worker/render/pipeline/context.h"
 #include "worker/render/plan/analysis/scene_plan.h"
 
 namespace lightmill {

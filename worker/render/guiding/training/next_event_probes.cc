@@ -32,7 +32,8 @@ LitPlace place_of(const Vertex& v, float time) {
 
 /// The vertices of camera paths that start in one cell of the film.
 void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t samples,
-                  const PixelSubset& pixel_subset, int depths, Wavefront* wavefront, std::vector<LitPlace>* places) {
+                  const PixelSubset& pixel_subset, int depths, Wavefront* wavefront,
+                  std::vector<LitPlace>* places) {
   Wavefront& w = *wavefront;
   const bool moving = context.scene.any_moving();
   w.slots.begin_batch(context, cell_x, cell_y, 0, pixel_subset);
@@ -61,8 +62,8 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
     prepare(context, wavefront.get());
     for (size_t i = strip; i < count; i += strips) {
       const auto columns = static_cast<size_t>(cells.x1 - cells.x0);
-      follow_paths(context, static_cast<int>(i % columns), static_cast<int>(i / columns), samples, pixel_subset,
-                   depth, wavefront.get(), &found[i]);
+      follow_paths(context, static_cast<int>(i % columns), static_cast<int>(i / columns), samples,
+                   pixel_subset, depth, wavefront.get(), &found[i]);
     }
   });
   std::vector<LitPlace> places;
@@ -111,7 +112,8 @@ class NextEventProbes::Caster {
   Rays& rays_;
 };
 
-NextEventProbes::NextEventProbes(const Accel& accel, const LightTable& lights, const std::vector<int32_t>& sky_light)
+NextEventProbes::NextEventProbes(const Accel& accel, const LightTable& lights,
+                                 const std::vector<int32_t>& sky_light)
     : accel_(accel), lights_(lights), light_count_(static_cast<size_t>(lights.count())) {
   channels_.resize(light_count_);
   for (size_t k = 0; k < lights.environments.size(); ++k) {
@@ -134,7 +136,7 @@ bool NextEventProbes::has_bins(size_t light) const {
 }
 
 void NextEventProbes::look_around(uint64_t seed, uint32_t index, const LitPlace& place,
-                              std::vector<NextEventProbe>* trials, Rays* rays) const {
+                                  std::vector<NextEventProbe>* trials, Rays* rays) const {
   const SampleStream<float> stream{stream_key(seed, kLightStream, index, 0), 0};
   uint32_t dim = 0;
   const auto random = [&] { return stream.get_random(dim++); };
@@ -174,7 +176,7 @@ double NextEventProbes::unguided_square(const std::vector<NextEventProbe>& trial
 }
 
 std::vector<NextEventProbe> NextEventProbes::run(const std::vector<LitPlace>& places, uint64_t seed,
-                                         int threads) const {
+                                                 int threads) const {
   constexpr size_t kChunk = 1024;
   const size_t chunks = (places.size() + kChunk - 1) / kChunk;
   std::vector<std::vector<NextEventProbe>> found(chunks);

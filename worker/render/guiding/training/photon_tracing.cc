@@ -4,13 +4,13 @@
 #include <cmath>
 #include <memory>
 
-#include "worker/render/guiding/photon_guide.h"
 #include "worker/render/guiding/manifold_targets.h"
+#include "worker/render/guiding/photon_guide.h"
 #include "worker/render/pipeline/bouncer.h"
 #include "worker/render/pipeline/caster.h"
 #include "worker/render/pipeline/lane_group.h"
-#include "worker/render/pipeline/path_io.h"
-#include "worker/render/pipeline/path_times.h"
+#include "worker/render/pipeline/paths/path_io.h"
+#include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/producer.h"
 #include "worker/render/scene/geometry/surface.h"
 
@@ -208,11 +208,12 @@ std::vector<Photon> photons_of_wavefront(const StageContext& context, size_t num
       a.photon.from = log->from[slot];
       a.photon.emitted = log->emitted[slot];
     }
-    std::erase_if(arrivals, [&](const PhotonArrival& a) { return !has_targets(context.lights, a.photon.light); });
+    std::erase_if(arrivals,
+                  [&](const PhotonArrival& a) { return !has_targets(context.lights, a.photon.light); });
   }
   // Paths by the same random numbers go the same way.
   std::array<std::vector<PhotonArrival>, 2> moved{std::vector<PhotonArrival>(kWavefront),
-                                            std::vector<PhotonArrival>(kWavefront)};
+                                                  std::vector<PhotonArrival>(kWavefront)};
   for (int side = 0; side < 2 && !arrivals.empty(); ++side) {
     const std::vector<Vertex> vertices = light_paths.follow([&](Paths* paths) {
       paths->active_count = 0;

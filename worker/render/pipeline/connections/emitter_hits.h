@@ -3,7 +3,7 @@
 // mis.h).
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/pipeline/connections/manifold_next_event.h"
-#include "worker/render/pipeline/path_vertex.h"
+#include "worker/render/pipeline/paths/path_vertex.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/scene/lights/emitter_pattern.h"
 

@@ -2,8 +2,8 @@
 // What the photon guide (guiding/photon_guide.h) does to the densities of camera paths. Every MIS weight asks
 // here how camera paths scatter. Light paths don't use the guide.
 #include "worker/render/bsdf/bsdf_dispatch.h"
+#include "worker/render/pipeline/paths/vertex_io.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
-#include "worker/render/pipeline/vertex_io.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {

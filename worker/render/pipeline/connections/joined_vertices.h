@@ -4,8 +4,8 @@
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/kernel_choice.h"
-#include "worker/render/pipeline/vertex_io.h"
-#include "worker/render/pipeline/viewer_side.h"
+#include "worker/render/pipeline/paths/vertex_io.h"
+#include "worker/render/pipeline/paths/viewer_side.h"
 #include "worker/render/pipeline/work_items.h"
 
 namespace lightmill {

@@ -2,9 +2,9 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/connections/guided_density.h"
 #include "worker/render/pipeline/connections/joined_vertices.h"
-#include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/connections/shadow_queue.h"
 #include "worker/render/pipeline/connections/splat_target.h"
+#include "worker/render/pipeline/shadow_caster.h"
 
 namespace lightmill {
 namespace {
@@ -42,7 +42,7 @@ void set_raster(const StageContext& context, const LensConnection<Lane>& lens,
 
 template <class K>
 void light_tracing(const StageContext& context, const LayerContext& layer, int depth, size_t first,
-                      Wavefront& w) {
+                   Wavefront& w) {
   for (size_t base = first; base < w.light_vertices.size(); base += kLanes) {
     const VertexGroup g(w.light_vertices, base, context.scene);
     const VertexLanes<Lane>& v = g.v;

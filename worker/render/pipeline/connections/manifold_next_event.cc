@@ -6,8 +6,8 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/connections/emitter_hits.h"
 #include "worker/render/pipeline/connections/joined_vertices.h"
-#include "worker/render/pipeline/walks/manifold_walk.h"
 #include "worker/render/pipeline/connections/shadow_queue.h"
+#include "worker/render/pipeline/walks/manifold_walk.h"
 
 namespace lightmill {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "worker/render/pipeline/context.h"
-#include "worker/render/pipeline/path_vertex.h"
+#include "worker/render/pipeline/paths/path_vertex.h"
 
 namespace lightmill {
 

@@ -6,10 +6,10 @@
 #include "worker/render/math/compress.h"
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/kernel_choice.h"
-#include "worker/render/pipeline/walks/medium_walk.h"
-#include "worker/render/pipeline/roulette.h"
-#include "worker/render/pipeline/shadow_caster.h"
+#include "worker/render/pipeline/paths/roulette.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
+#include "worker/render/pipeline/shadow_caster.h"
+#include "worker/render/pipeline/walks/medium_walk.h"
 #include "worker/render/pipeline/work_items.h"
 
 namespace lightmill {

@@ -2,8 +2,8 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/connections/guided_density.h"
 #include "worker/render/pipeline/connections/joined_vertices.h"
-#include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/pipeline/connections/shadow_queue.h"
+#include "worker/render/pipeline/shadow_caster.h"
 
 namespace lightmill {
 namespace {

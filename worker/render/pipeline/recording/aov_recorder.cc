@@ -7,7 +7,7 @@
 #include "common/film/signed_sum.h"
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/bsdf/tables/half_space.h"
-#include "worker/render/pipeline/viewer_side.h"
+#include "worker/render/pipeline/paths/viewer_side.h"
 #include "worker/render/renderer.h"
 #include "worker/render/scene/media/subsurface_body.h"
 

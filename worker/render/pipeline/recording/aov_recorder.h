@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "worker/render/pipeline/context.h"
-#include "worker/render/pipeline/vertex_io.h"
+#include "worker/render/pipeline/paths/vertex_io.h"
 
 namespace lightmill {
 

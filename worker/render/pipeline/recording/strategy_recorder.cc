@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <bit>
 
-#include "worker/render/pipeline/walks/medium_walk.h"
 #include "worker/render/pipeline/connections/splat_target.h"
+#include "worker/render/pipeline/walks/medium_walk.h"
 
 namespace lightmill {
 namespace {

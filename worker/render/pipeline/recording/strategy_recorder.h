@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/job/strategies.h"
-#include "worker/render/pipeline/roulette.h"
+#include "worker/render/pipeline/paths/roulette.h"
 #include "worker/render/pipeline/work_items.h"
 
 namespace lightmill {

@@ -5,12 +5,12 @@
 #include "worker/render/math/exp.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/lane_group.h"
-#include "worker/render/pipeline/path_io.h"
-#include "worker/render/pipeline/path_times.h"
+#include "worker/render/pipeline/paths/path_io.h"
+#include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/recording/stage_probe.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
-#include "worker/render/scene/materials/pane.h"
 #include "worker/render/scene/geometry/surface.h"
+#include "worker/render/scene/materials/pane.h"
 
 namespace lightmill {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "worker/render/bsdf/specular_lobes.h"
 #include "worker/render/math/ray_offset.h"
-#include "worker/render/pipeline/path_vertex.h"
-#include "worker/render/pipeline/viewer_side.h"
+#include "worker/render/pipeline/paths/path_vertex.h"
+#include "worker/render/pipeline/paths/viewer_side.h"
 
 namespace lightmill {
 namespace {

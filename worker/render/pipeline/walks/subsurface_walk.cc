@@ -7,12 +7,12 @@
 #include "worker/render/math/exp.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/lane_group.h"
-#include "worker/render/pipeline/path_times.h"
+#include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/sampling/warp.h"
+#include "worker/render/scene/geometry/surface.h"
 #include "worker/render/scene/materials/mix.h"
 #include "worker/render/scene/media/subsurface_body.h"
-#include "worker/render/scene/geometry/surface.h"
 
 namespace lightmill {
 namespace {

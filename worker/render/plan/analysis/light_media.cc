@@ -4,8 +4,8 @@
 #include <map>
 #include <set>
 
-#include "worker/render/pipeline/walks/medium_walk.h"
 #include "worker/render/pipeline/pipeline.h"
+#include "worker/render/pipeline/walks/medium_walk.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill {

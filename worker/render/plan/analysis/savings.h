@@ -1,7 +1,7 @@
 #pragma once
 // Measures what leaving a feature out saves: the same packets are rendered with and without it, in turn.
-#include "common/scene/description.h"
 #include "common/job/settings.h"
+#include "common/scene/description.h"
 
 namespace lightmill {
 

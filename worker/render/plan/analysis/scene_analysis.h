@@ -2,8 +2,8 @@
 // Analyses a built scene: what it needs and what is left out (scene_plan.h).
 #include "common/job/settings.h"
 #include "worker/render/camera/camera.h"
-#include "worker/render/plan/analysis/scene_plan.h"
 #include "worker/render/guiding/training/missing_light.h"
+#include "worker/render/plan/analysis/scene_plan.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {

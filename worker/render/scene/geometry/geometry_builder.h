@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "common/scene/parts_in_use.h"
+#include "worker/render/scene/geometry/shape_space.h"
 #include "worker/render/scene/lights/emitter_builder.h"
 #include "worker/render/scene/media/media_builder.h"
 #include "worker/render/scene/render_scene.h"
-#include "worker/render/scene/geometry/shape_space.h"
 
 namespace lightmill {
 

@@ -6,9 +6,9 @@
 #include "worker/render/math/angle.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/scene/geometry/placement.h"
-#include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/geometry/sphere_hit.h"
 #include "worker/render/scene/geometry/triangle_hit.h"
+#include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
 

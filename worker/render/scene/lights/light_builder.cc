@@ -11,7 +11,6 @@ namespace {
 
 using Record = std::array<float, kLightFloats>;
 
-
 void set_radiance(Record& r, const Rgb& c, float scale = 1) {
   r[kLightRadiance] = c.r * scale;
   r[kLightRadiance + 1] = c.g * scale;

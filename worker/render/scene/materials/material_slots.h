@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/geometry/surface.h"
+#include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
 

@@ -4,8 +4,8 @@
 // As in pbrt a hash of the point makes the choice. So it needs no random numbers and is the same in every
 // lane width and on every machine. A vertex keeps the choice with its kind and parameters. A mix's children
 // may be mixes; cycles have been refused before.
-#include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/geometry/surface.h"
+#include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
 

@@ -80,7 +80,8 @@ TEST(Features, AreReadByName) {
     features_named("fog");
     FAIL();
   } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("there are hit, next-event, light-tracing"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("there are hit, next-event, light-tracing"), std::string::npos)
+        << e.what();
   }
 }
 

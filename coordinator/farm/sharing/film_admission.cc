@@ -1,4 +1,4 @@
-#include "coordinator/farm/film_admission.h"
+#include "coordinator/farm/sharing/film_admission.h"
 
 #include <algorithm>
 #include <tuple>

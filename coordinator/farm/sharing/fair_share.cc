@@ -1,4 +1,4 @@
-#include "coordinator/farm/fair_share.h"
+#include "coordinator/farm/sharing/fair_share.h"
 
 #include <algorithm>
 #include <limits>

@@ -3,10 +3,10 @@
 #include <optional>
 
 #include "worker/render/pipeline/connections/guided_density.h"
-#include "worker/render/pipeline/path_vertex.h"
-#include "worker/render/pipeline/roulette.h"
+#include "worker/render/pipeline/paths/path_vertex.h"
+#include "worker/render/pipeline/paths/roulette.h"
+#include "worker/render/pipeline/paths/viewer_side.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
-#include "worker/render/pipeline/viewer_side.h"
 
 namespace lightmill {
 

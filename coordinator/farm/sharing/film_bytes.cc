@@ -1,9 +1,9 @@
-#include "coordinator/farm/film_bytes.h"
+#include "coordinator/farm/sharing/film_bytes.h"
 
 #include <algorithm>
 
-#include "common/film/aov_layers.h"
 #include "common/error/error_curve.h"
+#include "common/film/aov_layers.h"
 
 namespace lightmill {
 namespace {

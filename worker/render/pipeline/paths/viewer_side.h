@@ -10,7 +10,7 @@
 // Two directions of the sphere may thus be one to the BSDF. Camera paths sample the other side of the event
 // and need not care. Light paths sample the camera's side, and take either of a pair with probability 1/2.
 // All strategies estimate the same integral, with the densities that `viewer_density` corrects.
-#include "worker/render/pipeline/vertex_io.h"
+#include "worker/render/pipeline/paths/vertex_io.h"
 
 namespace lightmill {
 

@@ -1,9 +1,9 @@
 // The arithmetic of sharing, and of who may have a film in memory.
-#include "coordinator/farm/fair_share.h"
+#include "coordinator/farm/sharing/fair_share.h"
 
 #include <gtest/gtest.h>
 
-#include "coordinator/farm/film_admission.h"
+#include "coordinator/farm/sharing/film_admission.h"
 
 namespace lightmill {
 namespace {
@@ -74,7 +74,9 @@ TEST(FairShare, WhoLeavesAndReturnsKeepsWhatItOwes) {
 
 TEST(FilmAdmission, ATurnEndsForThoseWhoHaveHadMore) {
   FilmAdmission seats(100);
-  const auto claim = [](int priority, double served) { return FilmAdmission::Claim{priority, 0, served, 40}; };
+  const auto claim = [](int priority, double served) {
+    return FilmAdmission::Claim{priority, 0, served, 40};
+  };
   const JobId a{"a"}, b{"b"}, c{"c"}, urgent{"u"};
   seats.take(a, claim(0, 5), 0);
   seats.take(b, claim(0, 3), 0);
