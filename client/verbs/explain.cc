@@ -42,7 +42,7 @@ nlohmann::json items_document(const ScenePlan& plan) {
 nlohmann::json missing_document(const MissingShare& missing) {
   return {{"never", missing.never},
           {"seldom", missing.seldom},
-          {"meetings", missing.meetings},
+          {"meetings", missing.emitter_hits},
           {"noise", missing.noise}};
 }
 

@@ -151,7 +151,7 @@ Offer Scheduler::offer(const WorkerId& worker_id, double now) {
   const std::vector<Job*> jobs = candidates(*worker);
   bool claims_are_new = false;
   const auto may_take = [&](const Job& job) {
-    if (!claims_are_new) {  // mostly the first job has its seat already, and nobody asks
+    if (!claims_are_new) {  // mostly the first job is admitted already, and nobody asks
       for (const Job* other : jobs) admission_.update(other->record.id, claim(*other));
       claims_are_new = true;
     }

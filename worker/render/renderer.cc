@@ -115,7 +115,7 @@ struct Renderer::World {
         imaging_ratio(description.film.imaging_ratio),
         response(description.film) {
     const FlushDenormals flush;
-    learn_lights(accel, camera, filter, s.grid.width, s.grid.height, options.threads, &scene);
+    train_next_event_guide(accel, camera, filter, s.grid.width, s.grid.height, options.threads, &scene);
     if (!description.media.empty())
       find_light_media(accel, camera, filter, s.grid.width, s.grid.height, description.media.front().location,
                        &scene);
@@ -157,7 +157,7 @@ struct Renderer::World {
     settings.seed = kLearningSeed;
     const Strategies strategies = light_paths ? possible.set : possible.set & (kEmissionHits | kNextEvent);
     const StageContext context = context_of(settings, strategies);
-    if (strategies & kEmissionHits) learn_caustics(context, threads, &scene);
+    if (strategies & kEmissionHits) train_photon_guide(context, threads, &scene);
     missing = estimate_missing_light(context_of(settings, strategies), threads);
     train_manifold_seeds(context_of(settings, strategies), threads, &scene, &missing);
     // Last: the emission guide serves what light paths bring to the camera and are joined to, and would keep

@@ -11,12 +11,12 @@ std::optional<std::vector<JobId>> FilmAdmission::yielding(const Claim& claim, do
   const auto enough = [&] { return ids.size() == admission_.size() || left + claim.bytes <= max_bytes_; };
   if (enough()) return ids;
   std::vector<std::pair<Claim, JobId>> may;
-  for (const auto& [id, seat] : admission_) {
-    const bool had_more = std::pair(seat.claim.submitter_served, seat.claim.served) >
+  for (const auto& [id, admitted] : admission_) {
+    const bool had_more = std::pair(admitted.claim.submitter_served, admitted.claim.served) >
                           std::pair(claim.submitter_served, claim.served);
-    if (seat.claim.priority < claim.priority ||
-        (seat.claim.priority == claim.priority && had_more && now - seat.since >= kTurnSeconds)) {
-      may.emplace_back(seat.claim, id);
+    if (admitted.claim.priority < claim.priority ||
+        (admitted.claim.priority == claim.priority && had_more && now - admitted.since >= kTurnSeconds)) {
+      may.emplace_back(admitted.claim, id);
     }
   }
   std::sort(may.begin(), may.end(), [](const auto& a, const auto& b) {

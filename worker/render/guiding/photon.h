@@ -47,8 +47,8 @@ struct Photon {
   // For walks.
   int32_t light = -1;
   SpecularEvents events;
-  Vec3<float> normal;         // geometric one of the surface
-  Vec3<float> from, emitted;  // where and in which unit direction it left the light
+  Vec3<float> normal = {};              // geometric one of the surface
+  Vec3<float> from = {}, emitted = {};  // where and in which unit direction it left the light
 };
 
 /// Unit direction from which light comes to `to`, if it came to `p` from `w` and turns there by `turn`. Not

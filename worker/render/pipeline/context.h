@@ -25,8 +25,8 @@ struct StageContext {
   uint64_t seed = 0;
   int max_depth = 5;
   Strategies strategies = kAllStrategies;
-  StageKernels kernels;   // the least that the scene can do with (kernel_choice.h)
-  float splat_scale = 1;  // of one light path: 1 / light paths per unit of spp
+  StageKernels kernels = {};  // the least that the scene can do with (kernel_choice.h)
+  float splat_scale = 1;      // of one light path: 1 / light paths per unit of spp
   /// Samples of strategies of light paths for each of a camera path (n_j of mis.h): light paths of the whole
   /// film for t = 1; those that a camera vertex is connected to for s, t >= 2.
   float light_samples = 1, connections = 1;
@@ -36,7 +36,7 @@ struct StageContext {
   /// everywhere.
   const AllocationTable* allocation = nullptr;
   double light_paths = 1;                  // per camera path
-  PixelSubset pixel_subset;                // of a pilot; renders have every pixel
+  PixelSubset pixel_subset = {};           // of a pilot; renders have every pixel
   float imaging_ratio = 1;                 // exposure: multiplies every contribution
   const FilmResponse* response = nullptr;  // of the sensor; null: that of the plain film
   bool signed_film = false;                // sums may be negative: of a filter's lobes or a sensor's colours

@@ -78,7 +78,6 @@
 // that are left to s = 0 and s = 1, weighted between those two (dVC = 0, and dVCM in M6 is the density ratio
 // of the last step). The set of strategies depends on the path's length only, so weights still sum to one.
 // With the integrator `pt` this holds at every length.
-// still sum to one. With the integrator `pt` this holds at every length.
 #include "worker/render/math/vec.h"
 
 namespace lightmill {

@@ -70,7 +70,7 @@ void light_pass(const StageContext& context, const LayerContext& layer, Wavefron
       const StageScope scope(w, Stage::kBounce);
       bounce_light_paths(context, layer, depth, w);
     });
-    if (context.on(kLightTracing)) connect(w, [&] { shadow_lens(context, layer, depth, first, w); });
+    if (context.on(kLightTracing)) connect(w, [&] { shadow_light_tracing(context, layer, depth, first, w); });
     if (direct && depth == 1) {
       flush_shadow_rays(context, true, w);
       direct_end = w.splats.size();

@@ -17,8 +17,8 @@ void shadow_connections(const StageContext& context, const LayerContext& layer, 
                         Wavefront& wavefront);
 /// t = 1: cached light vertices from index `first` on are joined to the camera (M8). The splats go to the
 /// film.
-void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
-                 Wavefront& wavefront);
+void shadow_light_tracing(const StageContext& context, const LayerContext& layer, int depth, size_t first,
+                          Wavefront& wavefront);
 /// s = t = 1: the emission samples themselves are joined to the camera (M10).
 void queue_emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot,
                            LaneMask active, const EmissionSample<Lane>& emission, Wavefront& wavefront);

@@ -39,15 +39,15 @@ class Pilot {
   Pilot(const Renderer& scene, Strategies among, std::optional<bool> guided_emission, int64_t paths,
         const std::function<bool()>& go_on)
       : settings_(pilot_settings(scene, among, guided_emission)),
-        sight_(settings_.grid, paths, kLeastSamples),
-        renderer_(scene, settings_, sight_.pixel_subset),
+        pilot_pixels_(settings_.grid, paths, kLeastSamples),
+        renderer_(scene, settings_, pilot_pixels_.pixel_subset),
         plans_(candidate_plans(renderer_.plan(), among, guided_emission,
                                renderer_.context().filter.splat_noise,
                                1 / static_cast<float>(std::max(renderer_.context().lights.count(), 1)))),
         go_on_(go_on),
         regions_(regions_of(settings_.grid)),
-        values_(settings_.grid, sight_),
-        results_(sight_.cells.size()) {}
+        values_(settings_.grid, pilot_pixels_),
+        results_(pilot_pixels_.cells.size()) {}
 
   PilotReport run(int threads) {
     take_turns(threads, &Pilot::look_first);
@@ -104,16 +104,16 @@ class Pilot {
     const auto workspace = renderer_.make_workspace();
     const auto recorder = std::make_unique<StrategyRecorder>();
     for (size_t i; take_cell(&i);) {
-      const CellRect rect = sight_.rect(i);
-      CellLook look;
-      for (int64_t j = 0; j < sight_.samples; ++j) {
-        const int64_t s = sight_.index(j);
+      const CellRect rect = pilot_pixels_.rect(i);
+      CellPreview preview;
+      for (int64_t j = 0; j < pilot_pixels_.samples; ++j) {
+        const int64_t s = pilot_pixels_.index(j);
         const RenderCounters counters =
             renderer_.record_packet({rect.x0, rect.y0, s, s + 1}, *workspace, nullptr, *recorder);
-        look.add(recorder->contributions, counters.light_paths);
+        preview.add(recorder->contributions, counters.light_paths);
         forget(recorder.get());
       }
-      values_.take(i, std::move(look));
+      values_.take(i, std::move(preview));
     }
   }
 
@@ -121,9 +121,9 @@ class Pilot {
   void work() {
     const auto workspace = renderer_.make_workspace();
     const auto recorder = std::make_unique<StrategyRecorder>();
-    MomentRecorder moments(plans_, std::min(regions_.side, kCellSize), sight_.samples);
+    MomentRecorder moments(plans_, std::min(regions_.side, kCellSize), pilot_pixels_.samples);
     for (size_t i; take_cell(&i);) {
-      const CellRect rect = sight_.rect(i);
+      const CellRect rect = pilot_pixels_.rect(i);
       CellResult& result = results_[i];
       std::array<bool, kCellPixels> inside{}, looked_at{};
       const PixelRect pixels = settings_.grid.pixels(rect);
@@ -131,15 +131,15 @@ class Pilot {
         const int x = rect.x0 * kCellSize + slot % kCellSize, y = rect.y0 * kCellSize + slot / kCellSize;
         const auto k = static_cast<size_t>(slot);
         inside[k] = x >= pixels.x0 && x < pixels.x1 && y >= pixels.y0 && y < pixels.y1;
-        looked_at[k] = inside[k] && sight_.pixel_subset.keeps(x, y);
+        looked_at[k] = inside[k] && pilot_pixels_.pixel_subset.keeps(x, y);
       }
       moments.begin_cell(values_.of_cell(i));
-      for (int64_t j = 0; j < sight_.samples; ++j) {
-        const int64_t s = sight_.index(j);
+      for (int64_t j = 0; j < pilot_pixels_.samples; ++j) {
+        const int64_t s = pilot_pixels_.index(j);
         const RenderCounters counters =
             renderer_.record_packet({rect.x0, rect.y0, s, s + 1}, *workspace, nullptr, *recorder);
         result.counters += counters;
-        moments.add_sample(recorder->contributions, sight_.block(j));
+        moments.add_sample(recorder->contributions, pilot_pixels_.block(j));
         add_work_of_paths(*recorder, looked_at, &result);
         result.work += take_work(recorder.get());
       }
@@ -163,7 +163,7 @@ class Pilot {
   /// cast one ray more than it has hits.
   double cost_of_paths(const CellResult& cell, size_t b) const {
     SampleWork work = cell.paths_of_blocks[b];
-    work.camera_hits += static_cast<double>(cell.moments.blocks[b].all_looked_at() * sight_.samples);
+    work.camera_hits += static_cast<double>(cell.moments.blocks[b].all_previewed() * pilot_pixels_.samples);
     work.primitives = view().primitives;
     return camera_cost(work, {.strategies = kEmissionHits});
   }
@@ -215,7 +215,7 @@ class Pilot {
         costs.push_back(cost_of_paths(from, b));
         all += costs.back();
       }
-      const CellRect rect = sight_.rect(i);
+      const CellRect rect = pilot_pixels_.rect(i);
       for (size_t b = 0; b < from.moments.blocks.size(); ++b) {
         const int x = rect.x0 * kCellSize + static_cast<int>(b) % columns * side,
                   y = rect.y0 * kCellSize + static_cast<int>(b) / columns * side;
@@ -225,7 +225,7 @@ class Pilot {
         to.noise += block;
         // All work is known per cell; it goes to the blocks by the cost of their paths.
         if (all > 0) to.camera_work += from.work.times(costs[b] / all);
-        to.camera_paths += static_cast<double>(block.all_looked_at() * sight_.samples);
+        to.camera_paths += static_cast<double>(block.all_previewed() * pilot_pixels_.samples);
       }
       from.moments.blocks.clear();
     }
@@ -263,12 +263,12 @@ class Pilot {
     return sums_;
   }
   PilotView view() const {
-    return {regions_, sight_.samples, static_cast<double>(renderer_.plan().primitives),
+    return {regions_, pilot_pixels_.samples, static_cast<double>(renderer_.plan().primitives),
             double{renderer_.context().filter.splat_pixels}};
   }
 
   const RenderSettings settings_;
-  const PilotPixels sight_;
+  const PilotPixels pilot_pixels_;
   const Renderer renderer_;
   const PlanSet plans_;
   const std::function<bool()>& go_on_;

@@ -16,7 +16,7 @@ constexpr double kLeastWeighed = 8;
 
 }  // namespace
 
-void CellLook::add(const std::vector<StrategyContribution>& contributions, uint64_t more_light_paths) {
+void CellPreview::add(const std::vector<StrategyContribution>& contributions, uint64_t more_light_paths) {
   light_paths += more_light_paths;
   for (const StrategyContribution& c : contributions) {
     const Channels rgb{c.rgb[0], c.rgb[1], c.rgb[2]};
@@ -28,16 +28,16 @@ void CellLook::add(const std::vector<StrategyContribution>& contributions, uint6
   }
 }
 
-PilotValues::PilotValues(const FilmGrid& grid, const PilotPixels& sight)
+PilotValues::PilotValues(const FilmGrid& grid, const PilotPixels& pilot_pixels)
     : grid_(grid),
-      sight_(sight),
-      weights_(grid, sight.paths_per_pixel(), kLeastWeighed),
-      cells_(sight.cells.size()) {}
+      pilot_pixels_(pilot_pixels),
+      weights_(grid, pilot_pixels.paths_per_pixel(), kLeastWeighed),
+      cells_(pilot_pixels.cells.size()) {}
 
 /// f(x, y) of the pixels of a cell in the crop window.
 template <class F>
 void PilotValues::for_pixels(size_t i, F&& f) const {
-  const PixelRect rect = grid_.pixels(sight_.rect(i));
+  const PixelRect rect = grid_.pixels(pilot_pixels_.rect(i));
   for (int y = rect.y0; y < rect.y1; ++y) {
     for (int x = rect.x0; x < rect.x1; ++x) f(x, y);
   }
@@ -46,15 +46,15 @@ void PilotValues::for_pixels(size_t i, F&& f) const {
 template <class F>
 void PilotValues::for_seen(size_t i, F&& f) const {
   for_pixels(i, [&](int x, int y) {
-    if (sight_.pixel_subset.keeps(x, y)) f(x, y);
+    if (pilot_pixels_.pixel_subset.keeps(x, y)) f(x, y);
   });
 }
 
-void PilotValues::take(size_t i, CellLook look) {
+void PilotValues::take(size_t i, CellPreview preview) {
   Cell& cell = cells_[i];
-  for_seen(i, [&](int x, int y) { cell.seen.push_back(look.pixels[slot_of(x, y)]); });
-  cell.splats = std::move(look.splats);
-  cell.light_paths = look.light_paths;
+  for_seen(i, [&](int x, int y) { cell.seen.push_back(preview.pixels[slot_of(x, y)]); });
+  cell.splats = std::move(preview.splats);
+  cell.light_paths = preview.light_paths;
 }
 
 void PilotValues::finish() {
@@ -62,10 +62,10 @@ void PilotValues::finish() {
   for (const Cell& cell : cells_) light_paths += cell.light_paths;
   if (light_paths > 0)
     per_splat_ = static_cast<double>(grid_.light_paths_per_spp()) / static_cast<double>(light_paths);
-  weights_.set_per_splat(per_splat_ * sight_.paths_per_pixel());
+  weights_.set_per_splat(per_splat_ * pilot_pixels_.paths_per_pixel());
   for (size_t i = 0; i < cells_.size(); ++i) {
     Cell& cell = cells_[i];
-    for_pixels(i, [&](int x, int y) { weights_.look_at(x, y); });
+    for_pixels(i, [&](int x, int y) { weights_.preview_cell(x, y); });
     size_t k = 0;
     for_seen(i, [&](int x, int y) { weights_.add_camera(x, y, cell.seen[k++]); });
     add_splats(cell.splats);
@@ -86,10 +86,10 @@ void PilotValues::finish() {
   if (!emission_.empty()) emission_.resize(last + 1);
 }
 
-void PilotValues::add_splats(const std::vector<CellLook::Splat>& splats) {
+void PilotValues::add_splats(const std::vector<CellPreview::Splat>& splats) {
   const auto width = static_cast<uint32_t>(grid_.width);
-  for (const CellLook::Splat& splat : splats) {
-    if (splat.per_hit * sight_.paths_per_pixel() >= kEnoughSplats) {
+  for (const CellPreview::Splat& splat : splats) {
+    if (splat.per_hit * pilot_pixels_.paths_per_pixel() >= kEnoughSplats) {
       emission_.push_back({splat.pixel, splat.rgb});
     } else {
       weights_.add_splat(static_cast<int>(splat.pixel % width), static_cast<int>(splat.pixel / width),
@@ -118,7 +118,7 @@ std::array<PixelValue, kCellPixels> PilotValues::of_cell(size_t i) const {
   size_t k = 0;
   for_seen(i, [&](int x, int y) {
     PixelValue& value = values[slot_of(x, y)];
-    value = weights_.of(x, y, cells_[i].seen[k++], static_cast<float>(sight_.samples));
+    value = weights_.of(x, y, cells_[i].seen[k++], static_cast<float>(pilot_pixels_.samples));
     add_emission(x, y, &value);
   });
   return values;

@@ -11,7 +11,7 @@
 namespace lightmill {
 
 /// What the samples of one cell contribute.
-struct CellLook {
+struct CellPreview {
   struct Splat {
     uint32_t pixel;
     Channels rgb;
@@ -26,9 +26,9 @@ struct CellLook {
 
 class PilotValues {
  public:
-  PilotValues(const FilmGrid& grid, const PilotPixels& sight);
+  PilotValues(const FilmGrid& grid, const PilotPixels& pilot_pixels);
   /// Takes cell number `i` of the pilot pixels: each cell once, from any thread.
-  void take(size_t i, CellLook look);
+  void take(size_t i, CellPreview preview);
   /// To be called after all cells.
   void finish();
   /// The value of any pixel: of a square of pixels of which some are pilot pixels.
@@ -44,7 +44,7 @@ class PilotValues {
  private:
   struct Cell {
     std::vector<Channels> seen;  // sums of the camera paths of each of for_seen()
-    std::vector<CellLook::Splat> splats;
+    std::vector<CellPreview::Splat> splats;
     uint64_t light_paths = 0;
   };
   /// Light of a visible emitter, by light tracing.
@@ -56,7 +56,7 @@ class PilotValues {
   void for_pixels(size_t i, F&& f) const;
   template <class F>
   void for_seen(size_t i, F&& f) const;
-  void add_splats(const std::vector<CellLook::Splat>& splats);
+  void add_splats(const std::vector<CellPreview::Splat>& splats);
   void add_emission(int x, int y, PixelValue* value) const;
 
   /// This many splats of a pixel that an emitter covers are enough to tell which part of other pixels it
@@ -64,7 +64,7 @@ class PilotValues {
   static constexpr float kEnoughSplats = 16;
 
   const FilmGrid& grid_;
-  const PilotPixels& sight_;
+  const PilotPixels& pilot_pixels_;
   RelativeWeights weights_;
   double per_splat_ = 0;  // what one adds to a pixel's value: many light paths are one per unit of spp
   std::vector<Cell> cells_;

@@ -58,9 +58,9 @@ class Choice {
     double pixels = 0, looked_at = 0;
     for (const RegionSums& region : sums_.regions) {
       const BlockMoments& block = region.noise;
-      if (block.all_looked_at() == 0) continue;
-      const double all = block.pixels[0] + block.pixels[1], share = all / block.all_looked_at();
-      pixels += all, looked_at += block.all_looked_at();
+      if (block.all_previewed() == 0) continue;
+      const double all = block.pixels[0] + block.pixels[1], share = all / block.all_previewed();
+      pixels += all, looked_at += block.all_previewed();
       // A region's variance may come out below 0, as a difference of moments; the sum of regions is unbiased.
       for (size_t ch = 0; ch < 3; ++ch) {
         for (size_t k = 0; k < kMaxPlans; ++k) {
@@ -84,9 +84,9 @@ class Choice {
       const BlockMoments& block = region.noise;
       RegionNoise& r = regions.emplace_back();
       r.pixels = block.pixels[0] + block.pixels[1];
-      if (block.all_looked_at() == 0 || !(region.camera_paths > 0)) continue;
+      if (block.all_previewed() == 0 || !(region.camera_paths > 0)) continue;
       for (size_t ch = 0; ch < 3; ++ch) {
-        r.splat += double{block.splat[ch][k]} / (3 * block.all_looked_at());
+        r.splat += double{block.splat[ch][k]} / (3 * block.all_previewed());
         for (size_t half = 0; half < 2; ++half) {
           const int looked_at = block.looked_at[half];
           if (looked_at == 0) continue;

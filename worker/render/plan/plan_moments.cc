@@ -289,7 +289,7 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
   const auto share = [&](int looked_at, int pixels) {
     return pixels > 0 ? scale * static_cast<float>(looked_at) / static_cast<float>(pixels) : 0;
   };
-  const float pixels = share(block->all_looked_at(), block->pixels[0] + block->pixels[1]),
+  const float pixels = share(block->all_previewed(), block->pixels[0] + block->pixels[1]),
               pixels_of_half = share(block->looked_at[half], block->pixels[half]);
   if (splat.emitter) {
     const float survival = connection_survival(splat.size);  // hits have no such roulette

@@ -20,7 +20,7 @@ struct BlockMoments {
   std::array<PerPlan, 3> camera[2], splat;   // variance of one pixel sample: camera layer per half, splats
   BlockMoments() { camera[0].fill({}), camera[1].fill({}), splat.fill({}); }
   BlockMoments& operator+=(const BlockMoments& o);
-  int all_looked_at() const { return looked_at[0] + looked_at[1]; }
+  int all_previewed() const { return looked_at[0] + looked_at[1]; }
 };
 inline size_t half_of(int x, int y) { return static_cast<size_t>((x ^ y) & 1); }
 

@@ -15,17 +15,17 @@ namespace lightmill {
 /// Renders all samples of cell number `i` of `sight` and calls sample(recorder, counters, block) after each.
 /// `weigh_guide` as in StrategyRecorder.
 template <class Sample>
-void record_samples(const StageContext& context, const PilotPixels& sight, size_t i, bool weigh_guide,
+void record_samples(const StageContext& context, const PilotPixels& pilot_pixels, size_t i, bool weigh_guide,
                     Sample&& sample) {
   const auto wavefront = std::make_unique<Wavefront>();
   const auto recorder = std::make_unique<StrategyRecorder>();
   recorder->weigh_guide = weigh_guide;
   wavefront->recorder = recorder.get();
-  const CellRect rect = sight.rect(i);
-  for (int64_t j = 0; j < sight.samples; ++j) {
-    const int64_t s = sight.index(j);
+  const CellRect rect = pilot_pixels.rect(i);
+  for (int64_t j = 0; j < pilot_pixels.samples; ++j) {
+    const int64_t s = pilot_pixels.index(j);
     render_packet(context, {rect.x0, rect.y0, s, s + 1}, 0, *wavefront, nullptr);
-    sample(*recorder, wavefront->counters, sight.block(j));
+    sample(*recorder, wavefront->counters, pilot_pixels.block(j));
     recorder->clear();
   }
 }
@@ -34,20 +34,20 @@ void record_samples(const StageContext& context, const PilotPixels& sight, size_
 /// block) gets the number of every contribution and says whether it counts for the noise that is returned.
 /// `weigh_guide` as in StrategyRecorder.
 template <class Take>
-std::vector<PixelNoise> record_cell(const StageContext& context, const PilotPixels& sight, size_t i,
+std::vector<PixelNoise> record_cell(const StageContext& context, const PilotPixels& pilot_pixels, size_t i,
                                     bool weigh_guide, PilotValues* values, Take&& take) {
-  CellLook look;
+  CellPreview preview;
   CameraSums camera;
   const auto add_sample = [&](const StrategyRecorder& recorder, const RenderCounters& counters, int block) {
-    look.add(recorder.contributions, counters.light_paths);
+    preview.add(recorder.contributions, counters.light_paths);
     for (size_t k = 0; k < recorder.contributions.size(); ++k) {
       if (take(recorder, k, block)) camera.add(recorder.contributions[k]);
     }
     camera.end_sample();
   };
-  record_samples(context, sight, i, weigh_guide, add_sample);
-  values->take(i, std::move(look));
-  return camera.noise(context.grid, sight.rect(i), sight.samples);
+  record_samples(context, pilot_pixels, i, weigh_guide, add_sample);
+  values->take(i, std::move(preview));
+  return camera.noise(context.grid, pilot_pixels.rect(i), pilot_pixels.samples);
 }
 
 /// The variance of these pixels, weighed as in relMSE and summed over pixels and channels.

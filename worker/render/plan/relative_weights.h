@@ -61,7 +61,7 @@ class RelativeWeights {
   /// most kMostSquares. The contributions that give the values are those that are weighed.
   RelativeWeights(const FilmGrid& grid, double paths_per_pixel, double paths);
   /// Pixel (x, y) is one of those that were rendered.
-  void look_at(int x, int y) { squares_[at(x, y)].pixels += 1; }
+  void preview_cell(int x, int y) { squares_[at(x, y)].pixels += 1; }
   /// Adds a contribution of a camera path, or a splat, to pixel (x, y).
   void add_camera(int x, int y, const Channels& rgb);
   void add_splat(int x, int y, const Channels& rgb);

@@ -66,12 +66,12 @@ TEST(LightPathSampling, IsEvenOverTheFilmAndInEveryPacket) {
 TEST(LightPathSampling, OfALookAtFewPixelsGoesEverywhere) {
   const TestScene s = cornell_room().film(128, 128);
   const RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 16, 4);
-  const Renderer scene(s.scene, settings, 1), look(scene, settings, PixelSubset{16});
+  const Renderer scene(s.scene, settings, 1), preview(scene, settings, PixelSubset{16});
   std::set<int> boxes;
   for (uint64_t cell = 0; cell < 64; ++cell) {
     LayerContext layer;
-    layer.light_paths = light_paths_of_layer(look.context().light_paths, kCellPixels / 16);
-    set_light_path_sampling(look.context(), cell, 3, &layer);
+    layer.light_paths = light_paths_of_layer(preview.context().light_paths, kCellPixels / 16);
+    set_light_path_sampling(preview.context(), cell, 3, &layer);
     for (int i = 0; i < layer.light_paths; ++i) {
       Point p;
       layer.light_stream<float>(i).get_2d(kDimLightDirection, &p.u, &p.v);

@@ -145,11 +145,11 @@ void train_emission_guide(const StageContext& context, int threads, RenderScene*
   const EmissionGroups groups(lights);
   const auto can_be_guided = [](EmissionShape shape) { return shape != EmissionShape::kNone; };
   if (groups.count() < 2 && std::none_of(groups.shape.begin(), groups.shape.end(), can_be_guided)) return;
-  const LightPathSums look = preview_light_paths(context, groups, threads);
-  double before = look.rest;
-  for (const GroupSums& group : look.groups) before += group.all[0] + group.all[1];
-  GroupGuides emission_guide = guide_groups(groups, look.groups);
-  const double after = look.rest +
+  const LightPathSums preview = preview_light_paths(context, groups, threads);
+  double before = preview.rest;
+  for (const GroupSums& group : preview.groups) before += group.all[0] + group.all[1];
+  GroupGuides emission_guide = guide_groups(groups, preview.groups);
+  const double after = preview.rest +
                        rechosen(groups.chosen, emission_guide.sums[0],
                                 group_probabilities(groups.chosen, emission_guide.sums[1])) +
                        rechosen(groups.chosen, emission_guide.sums[1],

@@ -28,15 +28,16 @@ class LightPathPreview {
   LightPathPreview(const StageContext& context, const EmissionGroups& groups)
       : context_(context),
         groups_(groups),
-        sight_(context.grid, std::min(kPreviewPaths, kPreviewPathsPerPixel * context.grid.crop.area())),
-        values_(context.grid, sight_),
-        arrivals_(sight_.cells.size()),
-        noise_(sight_.cells.size()) {
-    context_.pixel_subset = sight_.pixel_subset;
+        pilot_pixels_(context.grid,
+                      std::min(kPreviewPaths, kPreviewPathsPerPixel * context.grid.crop.area())),
+        values_(context.grid, pilot_pixels_),
+        arrivals_(pilot_pixels_.cells.size()),
+        noise_(pilot_pixels_.cells.size()) {
+    context_.pixel_subset = pilot_pixels_.pixel_subset;
   }
 
   LightPathSums run(int threads) {
-    parallel_for(sight_.cells.size(), threads, [&](size_t i) { look_at(i); });
+    parallel_for(pilot_pixels_.cells.size(), threads, [&](size_t i) { preview_cell(i); });
     values_.finish();
     LightPathSums sums;
     sums.groups.resize(groups_.count());
@@ -64,9 +65,10 @@ class LightPathPreview {
   }
 
   /// All samples of one cell of the pilot pixels.
-  void look_at(size_t i) {
+  void preview_cell(size_t i) {
     noise_[i] = record_cell(
-        context_, sight_, i, false, &values_, [&](const StrategyRecorder& recorder, size_t k, int block) {
+        context_, pilot_pixels_, i, false, &values_,
+        [&](const StrategyRecorder& recorder, size_t k, int block) {
           const StrategyContribution& c = recorder.contributions[k];
           if (c.light_slot < 0) return true;
           arrivals_[i].push_back(arrival(c, recorder.light_starts[static_cast<size_t>(c.light_slot)]));
@@ -114,7 +116,7 @@ class LightPathPreview {
 
   StageContext context_;
   const EmissionGroups& groups_;
-  PilotPixels sight_;
+  PilotPixels pilot_pixels_;
   PilotValues values_;
   // By cell of the pilot pixels.
   std::vector<std::vector<PreviewArrival>> arrivals_;

@@ -165,7 +165,7 @@ void train_manifold_seeds(const StageContext& context, int threads, RenderScene*
   missing->walked = seeds.found * share.all;
   for (MissingShare& part : missing->parts) {
     const double left = 1 - seeds.found;
-    part.never *= left, part.seldom *= left, part.meetings *= left, part.noise *= left;
+    part.never *= left, part.seldom *= left, part.emitter_hits *= left, part.noise *= left;
   }
   constexpr size_t kChunk = 64;
   parallel_for((seeds.groups.size() + kChunk - 1) / kChunk, threads, [&](size_t chunk) {

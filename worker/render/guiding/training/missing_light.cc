@@ -11,7 +11,7 @@
 #include "worker/render/guiding/training/vertex_cubes.h"
 #include "worker/render/pipeline/connections/guided_density.h"
 #include "worker/render/pipeline/connections/joined_vertices.h"
-#include "worker/render/plan/camera_look.h"
+#include "worker/render/plan/camera_preview.h"
 #include "worker/render/plan/recorded_cell.h"
 
 namespace lightmill {
@@ -48,8 +48,8 @@ class MissingLightPreview {
  public:
   explicit MissingLightPreview(const StageContext& context)
       : context_(context),
-        sight_(context.grid, std::min(kCameraPaths, kCameraPathsPerPixel * context.grid.crop.area())) {
-    context_.pixel_subset = sight_.pixel_subset;
+        pilot_pixels_(context.grid, std::min(kCameraPaths, kCameraPathsPerPixel * context.grid.crop.area())) {
+    context_.pixel_subset = pilot_pixels_.pixel_subset;
     context_.imaging_ratio = 1;
     context_.response = nullptr;
   }
@@ -87,14 +87,15 @@ class MissingLightPreview {
  private:
   /// Finds where camera paths come to what can be joined after mirrors and smooth glass alone.
   void find_seen(int threads) {
-    std::vector<std::vector<Vertex>> found(sight_.cells.size());
+    std::vector<std::vector<Vertex>> found(pilot_pixels_.cells.size());
     std::vector<uint64_t> paths(found.size());
     parallel_for(found.size(), threads, [&](size_t i) {
       const auto wavefront = std::make_unique<Wavefront>();
       Wavefront& w = *wavefront;
       prepare(context_, &w);
-      const CellRect rect = sight_.rect(i);
-      for (int64_t j = 0; j < sight_.samples; ++j) follow_sample(rect, sight_.index(j), w, &found[i]);
+      const CellRect rect = pilot_pixels_.rect(i);
+      for (int64_t j = 0; j < pilot_pixels_.samples; ++j)
+        follow_sample(rect, pilot_pixels_.index(j), w, &found[i]);
       paths[i] = w.counters.camera_paths;
     });
     for (size_t i = 0; i < found.size(); ++i) {
@@ -133,7 +134,7 @@ class MissingLightPreview {
     struct Sums {
       double camera = 0, splats = 0, camera_paths = 0, light_paths = 0;
     };
-    std::vector<Sums> sums(sight_.cells.size());
+    std::vector<Sums> sums(pilot_pixels_.cells.size());
     parallel_for(sums.size(), threads, [&](size_t i) {
       const auto add_sample = [&](const StrategyRecorder& recorder, const RenderCounters& counters, int) {
         for (const StrategyContribution& c : recorder.contributions)
@@ -141,7 +142,7 @@ class MissingLightPreview {
         sums[i].camera_paths += static_cast<double>(counters.camera_paths);
         sums[i].light_paths += static_cast<double>(counters.light_paths);
       };
-      record_samples(context_, sight_, i, false, add_sample);
+      record_samples(context_, pilot_pixels_, i, false, add_sample);
     });
     Sums all;
     for (const Sums& s : sums) {
@@ -201,13 +202,13 @@ class MissingLightPreview {
       part.noise += brings * each * (brings / meets);
       if (brings > meets * light * static_cast<double>(pixels())) {
         part.seldom += brings * each;
-        part.meetings += meets * each;
+        part.emitter_hits += meets * each;
       }
     }
   }
 
   StageContext context_;
-  PilotPixels sight_;
+  PilotPixels pilot_pixels_;
   std::vector<Vertex> seen_, arrivals_;
   double camera_paths_ = 0, light_paths_ = 0;
   float radius_ = 0;
@@ -235,7 +236,7 @@ std::string missing_light_text(const MissingShare& missing) {
   const bool never = missing.never >= kLittle / 2, seldom = missing.seldom >= kLittle / 2;
   char share[32], chance[32];
   std::snprintf(share, sizeof share, "about %.2g %%", 100 * lacks);
-  std::snprintf(chance, sizeof chance, "one camera path in %.1g", 1 / missing.meetings);
+  std::snprintf(chance, sizeof chance, "one camera path in %.1g", 1 / missing.emitter_hits);
   return std::string(share) +
          " of the image's light is missing, and the estimate of its error does not know: off mirrors or "
          "through smooth glass it comes to what is only seen in mirrors or through smooth glass, from "

@@ -147,8 +147,8 @@ GuidedSquares make_tables(const NextEventProbes& rays, const std::vector<LitPlac
 
 }  // namespace
 
-void learn_lights(const Accel& accel, const Camera& camera, const PixelFilter& filter, int width, int height,
-                  int threads, RenderScene* scene) {
+void train_next_event_guide(const Accel& accel, const Camera& camera, const PixelFilter& filter, int width,
+                            int height, int threads, RenderScene* scene) {
   LightTable& lights = scene->lights;
   if (!lights.any_infinite() || scene->medium_count() > 0 || scene->any_fibres || scene->any_bodies) return;
   const std::vector<int32_t> changed = give_images(&lights);

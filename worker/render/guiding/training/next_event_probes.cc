@@ -9,7 +9,7 @@
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/connections/shadow_queue.h"
-#include "worker/render/plan/camera_look.h"
+#include "worker/render/plan/camera_preview.h"
 
 namespace lightmill {
 namespace {
@@ -135,8 +135,8 @@ bool NextEventProbes::has_bins(size_t light) const {
   return number >= 0 && first_bin(static_cast<size_t>(number) + 1) > first_bin(static_cast<size_t>(number));
 }
 
-void NextEventProbes::look_around(uint64_t seed, uint32_t index, const LitPlace& place,
-                                  std::vector<NextEventProbe>* trials, Rays* rays) const {
+void NextEventProbes::preview_around(uint64_t seed, uint32_t index, const LitPlace& place,
+                                     std::vector<NextEventProbe>* trials, Rays* rays) const {
   const SampleStream<float> stream{stream_key(seed, kLightStream, index, 0), 0};
   uint32_t dim = 0;
   const auto random = [&] { return stream.get_random(dim++); };
@@ -183,7 +183,7 @@ std::vector<NextEventProbe> NextEventProbes::run(const std::vector<LitPlace>& pl
   parallel_for(chunks, threads, [&](size_t i) {
     Rays rays;
     for (size_t k = i * kChunk; k < std::min((i + 1) * kChunk, places.size()); ++k)
-      look_around(seed, static_cast<uint32_t>(k), places[k], &found[i], &rays);
+      preview_around(seed, static_cast<uint32_t>(k), places[k], &found[i], &rays);
     std::vector<uint8_t> occluded(rays.trial.size()), through_panes(rays.trial.size());
     accel_.occluded({rays.ox.data(), rays.oy.data(), rays.oz.data(), rays.dx.data(), rays.dy.data(),
                      rays.dz.data(), rays.time.data()},

@@ -61,8 +61,8 @@ class NextEventProbes {
   size_t first_bin(size_t map) const { return map < first_bin_.size() ? first_bin_[map] : channels_.size(); }
   /// Whether a light's bins are channels.
   bool has_bins(size_t light) const;
-  void look_around(uint64_t seed, uint32_t index, const LitPlace& place, std::vector<NextEventProbe>* trials,
-                   Rays* rays) const;
+  void preview_around(uint64_t seed, uint32_t index, const LitPlace& place,
+                      std::vector<NextEventProbe>* trials, Rays* rays) const;
 
   const Accel& accel_;
   const LightTable& lights_;

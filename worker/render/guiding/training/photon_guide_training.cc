@@ -68,10 +68,10 @@ Choice best_share(const GuideTrial& trial) {
 }
 
 /// Whether a first preview pass is worth a second.
-bool promises(const GuideTrial& look) {
-  if (look.led < kLeastLedFirst || gain_of(look, kSmallShare) == 0) return false;
-  if (best_share(look).gain >= kLeastGainFirst) return true;
-  return look.led >= kRareFirst * look.led_unguided && look.led_effective >= kLeastRareFirst;
+bool promises(const GuideTrial& preview) {
+  if (preview.led < kLeastLedFirst || gain_of(preview, kSmallShare) == 0) return false;
+  if (best_share(preview).gain >= kLeastGainFirst) return true;
+  return preview.led >= kRareFirst * preview.led_unguided && preview.led_effective >= kLeastRareFirst;
 }
 
 Choice choose_share(const GuideTrial& trial) {
@@ -87,25 +87,25 @@ Choice choose_share(const GuideTrial& trial) {
 
 }  // namespace
 
-void learn_caustics(const StageContext& context, int threads, RenderScene* scene) {
+void train_photon_guide(const StageContext& context, int threads, RenderScene* scene) {
   // Nothing hits lights at a point, and light paths can't be followed among fibres.
   if (!scene->any_delta || scene->any_fibres || scene->lights.only_delta) return;
   std::vector<Photon> photons;
   const int64_t pixels = context.grid.crop.area();
-  const auto wavefronts = [&](const TracedPhotons& look) {
-    return static_cast<size_t>(std::min(look.light_paths, look.per_pixel * pixels) / kWavefront);
+  const auto wavefronts = [&](const TracedPhotons& preview) {
+    return static_cast<size_t>(std::min(preview.light_paths, preview.per_pixel * pixels) / kWavefront);
   };
-  const auto try_photons = [&](size_t first, const TracedPhotons& look) {
+  const auto try_photons = [&](size_t first, const TracedPhotons& preview) {
     const auto trace = [&](size_t number) {
       return photons_of_wavefront(context, number, PhotonUse::kGuide);
     };
-    trace_wavefronts(first, wavefronts(look), kPhotonRound, kGuidePhotons, threads, trace, &photons);
+    trace_wavefronts(first, wavefronts(preview), kPhotonRound, kGuidePhotons, threads, trace, &photons);
     scene->caustics = make_photon_guide(photons);
-    return scene->caustics.empty() ? GuideTrial() : try_guide(context, look.camera_paths, threads);
+    return scene->caustics.empty() ? GuideTrial() : try_guide(context, preview.camera_paths, threads);
   };
-  const GuideTrial look = try_photons(0, kFirst);
+  const GuideTrial preview = try_photons(0, kFirst);
   Choice choice;
-  if (promises(look)) choice = choose_share(try_photons(wavefronts(kFirst), kSecond));
+  if (promises(preview)) choice = choose_share(try_photons(wavefronts(kFirst), kSecond));
   if (choice.share > 0) {
     scene->caustics.share = kGuideShares[choice.share];
   } else {

@@ -10,6 +10,6 @@ namespace lightmill {
 
 /// Gives `scene` a guide where that takes away enough of all noise. `context`: of the scene, the whole film
 /// and the strategies that are to run. The result is the same for any number of `threads`.
-void learn_caustics(const StageContext& context, int threads, RenderScene* scene);
+void train_photon_guide(const StageContext& context, int threads, RenderScene* scene);
 
 }  // namespace lightmill

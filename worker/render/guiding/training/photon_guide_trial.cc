@@ -40,14 +40,14 @@ class Trial {
  public:
   Trial(const StageContext& context, int64_t paths)
       : context_(context),
-        sight_(context.grid, std::min(paths, kTrialPathsPerPixel * context.grid.crop.area())),
-        values_(context.grid, sight_),
-        cells_(sight_.cells.size()) {
-    context_.pixel_subset = sight_.pixel_subset;
+        pilot_pixels_(context.grid, std::min(paths, kTrialPathsPerPixel * context.grid.crop.area())),
+        values_(context.grid, pilot_pixels_),
+        cells_(pilot_pixels_.cells.size()) {
+    context_.pixel_subset = pilot_pixels_.pixel_subset;
   }
 
   GuideTrial run(int threads) {
-    parallel_for(sight_.cells.size(), threads, [&](size_t i) { look_at(i); });
+    parallel_for(pilot_pixels_.cells.size(), threads, [&](size_t i) { preview_cell(i); });
     values_.finish();
     GuideTrial sum;
     double light = 0, squares = 0;
@@ -80,12 +80,12 @@ class Trial {
   }
 
   /// All samples of one cell of the pilot pixels.
-  void look_at(size_t i) {
+  void preview_cell(size_t i) {
     CellNoise& cell = cells_[i];
     const auto take_one = [&](const StrategyRecorder& recorder, size_t k, int block) {
       return take(recorder.contributions[k], recorder.odds[k], block, &cell);
     };
-    cell.camera = record_cell(context_, sight_, i, true, &values_, take_one);
+    cell.camera = record_cell(context_, pilot_pixels_, i, true, &values_, take_one);
   }
 
   /// Returns whether the contribution is of the camera layer.
@@ -109,7 +109,7 @@ class Trial {
   }
 
   StageContext context_;
-  PilotPixels sight_;
+  PilotPixels pilot_pixels_;
   PilotValues values_;
   std::vector<CellNoise> cells_;  // of the pilot pixels
 };

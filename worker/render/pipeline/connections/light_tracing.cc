@@ -139,8 +139,8 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
 
 }  // namespace
 
-void shadow_lens(const StageContext& context, const LayerContext& layer, int depth, size_t first,
-                 Wavefront& w) {
+void shadow_light_tracing(const StageContext& context, const LayerContext& layer, int depth, size_t first,
+                          Wavefront& w) {
   with_kernels(context.kernels.joins, w,
                [&]<class K>(K) { light_tracing<K>(context, layer, depth, first, w); });
 }

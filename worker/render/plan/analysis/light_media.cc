@@ -15,7 +15,7 @@ constexpr int kCells = 16, kDepth = 4;
 
 using Arrivals = std::vector<MediaWork::Arrival>;
 
-Arrivals look_around(const StageContext& context) {
+Arrivals preview_around(const StageContext& context) {
   Arrivals arrivals;
   Wavefront w;
   w.media = std::make_shared<MediaWork>();
@@ -59,7 +59,7 @@ void find_light_media(const Accel& accel, const Camera& camera, const PixelFilte
   context.strategies = kNextEvent;
   context.max_depth = kDepth;
   std::map<int32_t, Arrivals> by_light;
-  for (const MediaWork::Arrival& a : look_around(context)) by_light[a.light].push_back(a);
+  for (const MediaWork::Arrival& a : preview_around(context)) by_light[a.light].push_back(a);
 
   std::vector<int32_t>& media = scene->lights.media;
   const std::vector<int32_t> declared = media;

@@ -22,13 +22,13 @@ struct PlanItem {
 /// about a tenth off, and more where it is little.
 struct MissingShare {
   double all = 0;
-  double never = 0;     // of lights that no path hits
-  double seldom = 0;    // by emitter hits that are each brighter than the whole image at one sample per pixel
-  double meetings = 0;  // number of the latter, per camera path
-  double noise = 0;     // of all such hits: variance of a camera path, over the square of the image's mean
+  double never = 0;   // of lights that no path hits
+  double seldom = 0;  // by emitter hits that are each brighter than the whole image at one sample per pixel
+  double emitter_hits = 0;  // number of the latter, per camera path
+  double noise = 0;  // of all such hits: variance of a camera path, over the square of the image's mean
 
   MissingShare& operator+=(const MissingShare& o) {
-    all += o.all, never += o.never, seldom += o.seldom, meetings += o.meetings, noise += o.noise;
+    all += o.all, never += o.never, seldom += o.seldom, emitter_hits += o.emitter_hits, noise += o.noise;
     return *this;
   }
 };

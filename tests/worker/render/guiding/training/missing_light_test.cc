@@ -71,8 +71,8 @@ TEST(MissingLight, CountsTheMeetingsAndTheirNoise) {
   add_lamp(0.05, &s);
   // Without an emission guide, which is learnt after the preview pass.
   const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kPt, 16, kDepth), 1);
-  const MissingLight look = estimate_missing_light(renderer.context(), 1);
-  const MissingShare missing = look.up_to(kDepth);
+  const MissingLight preview = estimate_missing_light(renderer.context(), 1);
+  const MissingShare missing = preview.up_to(kDepth);
   EXPECT_NEAR(missing.seldom, missing.all, 0.02 * missing.all);
   EXPECT_THAT(renderer.plan().missing_light, HasSubstr("so small that one camera path in"));
 
@@ -97,8 +97,8 @@ TEST(MissingLight, CountsTheMeetingsAndTheirNoise) {
     }
   }
   ASSERT_GT(met, 300);
-  EXPECT_NEAR(missing.meetings, met / paths, 0.15 * met / paths);
-  const double noise = squares / paths / (look.image * look.image);
+  EXPECT_NEAR(missing.emitter_hits, met / paths, 0.15 * met / paths);
+  const double noise = squares / paths / (preview.image * preview.image);
   EXPECT_LT(missing.noise, noise) << "without that of roulette";
   EXPECT_GT(missing.noise, 0.4 * noise);
 }
