@@ -213,7 +213,7 @@ Usage usage() {
 void run(const bench::Options& options, int runs, uint32_t one_in, int in_flight) {
   bench::Scene scene = bench::build(options);
   if (!plan_of(scene.settings).allocation.uniform() || !scene.renderer->has_camera_layer())
-    throw Error(ErrorKind::kUsage, "the queues know no lt and no plan of uneven effort");
+    throw Error(ErrorKind::kUsage, "the queues know no lt and no plan that samples adaptively");
   scene.renderer = std::make_unique<Renderer>(*scene.renderer, scene.settings, PixelSubset{one_in});
   const std::vector<Packet> packets = scene.packets();
   const int threads = thread_count(options.threads);
