@@ -153,7 +153,7 @@ sanitizer_part() {
 # Libraries are not instrumented, so ThreadSanitizer sees the parts without gRPC and Embree.
 sanitizer_part asan base_test job_test film_test error_test image_test farm_types_test scene_test gltf_test \
   reader_fuzz_test rpc_test agent_test coordinator_store_test coordinator_farm_test coordinator_service_test \
-  coordinator_web_test plan_test manifold_test
+  coordinator_web_test render_plan_test render_guiding_test render_pipeline_test
 sanitizer_part tsan agent_test coordinator_plan_test coordinator_farm_test
 # Divisions by zero and casts that overflow, where the numbers are at their most extreme. GCC checks scalars, not
 # vector lanes.

@@ -31,7 +31,12 @@ missing_links() { # every relative link of every page
 }
 not_executable() { git ls-files -s 'deploy/*.sh' 'tests/run.sh' '.ci/run' | awk '$1 != "100755" && $4 !~ /build_env/ { print $4 }'; }
 broken_scripts() { git ls-files '*.sh' .ci/run | while read -r script; do bash -n "$script" 2>&1; done; }
-unknown_packages() { awk '/^[a-z]/ { print $2 }' deploy/packages.txt | sort -u | while read -r package; do [[ -n $(apt-cache show --no-all-versions "$package" 2>/dev/null) ]] || echo "$package"; done; }
+unknown_packages() {
+  local names
+  names=$(awk '/^[a-z]/ { print $2 }' deploy/packages.txt | sort -u)
+  # shellcheck disable=SC2086
+  comm -23 <(echo "$names") <(apt-cache show --no-all-versions $names 2>/dev/null | sed -n 's/^Package: //p' | sort -u)
+}
 unfinished() { git grep -nE '\b(TODO|FIXME|XXX)\b|#if 0|DISABLED_' -- '*.cc' '*.h' '*.proto' '*.py' | cut -d: -f1,2; }
 missing_folders() {
   local folder

@@ -14,8 +14,8 @@
 namespace lightmill::test {
 namespace {
 
-/// A closed room, whose noise is small.
-TestScene room() {
+/// A closed scaled_room, whose noise is small.
+TestScene scaled_room() {
   TestScene s = cornell_room();
   s.sphere({-0.5, -0.6, 0.4}, 0.3, s.dielectric(1.5f, 0));
   s.sphere({0.35, -0.2, 0.5}, 0.2, s.conductor(0.9f, 0.2f));
@@ -87,7 +87,7 @@ TEST_F(Scale, EveryCamera) {
 // Family-wise alpha = 1e-4 over all 8x8 blocks and channels, other seeds: object-space floats under a double
 // transform keep their bits, so even 10^9 times the scene's size away costs nothing.
 TEST(Translate, PowersOfTenStayWithinTheInterval) {
-  const TestScene s = room();
+  const TestScene s = scaled_room();
   const Batches original = render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 512, 4, 1), 16);
   for (const int k : {1, 3, 6, 9}) {
     SceneDescription moved = s.scene;

@@ -7,6 +7,7 @@
 //   s.camera({0, 0, 0}, {0, 0, 1}, 60).film(8, 8);
 //   render_batches(s.scene, ...)
 #include "common/scene/description.h"
+#include "common/scene/transform.h"
 
 namespace lightmill::test {
 
@@ -14,7 +15,6 @@ Vec3d operator+(const Vec3d& a, const Vec3d& b);
 Vec3d operator-(const Vec3d& a, const Vec3d& b);
 Vec3d operator*(const Vec3d& a, double s);
 double dot(const Vec3d& a, const Vec3d& b);
-Vec3d cross(const Vec3d& a, const Vec3d& b);
 double length(const Vec3d& a);
 Vec3d normalized(const Vec3d& a);
 

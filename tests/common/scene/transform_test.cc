@@ -5,7 +5,7 @@
 namespace lightmill {
 namespace {
 
-void expect_near(const Vec3d& a, const Vec3d& b) {
+void expect_matrix_near(const Vec3d& a, const Vec3d& b) {
   EXPECT_NEAR(a.x, b.x, 1e-12);
   EXPECT_NEAR(a.y, b.y, 1e-12);
   EXPECT_NEAR(a.z, b.z, 1e-12);
@@ -13,13 +13,13 @@ void expect_near(const Vec3d& a, const Vec3d& b) {
 
 TEST(Transform, ProductAppliesTheRightFactorFirst) {
   const Transform t = translation({1, 2, 3}) * scaling({2, 2, 2});
-  expect_near(transform_point(t, {1, 1, 1}), {3, 4, 5});
-  expect_near(transform_vector(t, {1, 1, 1}), {2, 2, 2});
+  expect_matrix_near(transform_point(t, {1, 1, 1}), {3, 4, 5});
+  expect_matrix_near(transform_vector(t, {1, 1, 1}), {2, 2, 2});
 }
 
 TEST(Transform, RotationIsRightHanded) {
-  expect_near(transform_point(rotation(90, {0, 0, 5}), {1, 0, 0}), {0, 1, 0});
-  expect_near(transform_point(rotation(90, {0, 1, 0}), {0, 0, 1}), {1, 0, 0});
+  expect_matrix_near(transform_point(rotation(90, {0, 0, 5}), {1, 0, 0}), {0, 1, 0});
+  expect_matrix_near(transform_point(rotation(90, {0, 1, 0}), {0, 0, 1}), {1, 0, 0});
   EXPECT_NEAR(determinant3(rotation(33, {1, 2, 3})), 1, 1e-12);
 }
 
@@ -33,11 +33,11 @@ TEST(Transform, InverseUndoes) {
 
 TEST(Transform, LookAtPutsTheTargetOnTheAxis) {
   const Transform t = look_at({0, 1, 6.8}, {0, 1, 0}, {0, 1, 0});
-  expect_near(transform_point(t, {0, 1, 6.8}), {0, 0, 0});
-  expect_near(transform_point(t, {0, 1, 0}), {0, 0, 6.8});
+  expect_matrix_near(transform_point(t, {0, 1, 6.8}), {0, 0, 0});
+  expect_matrix_near(transform_point(t, {0, 1, 0}), {0, 0, 6.8});
   // pbrt's camera is left-handed: looking along -z with y up, +x of the world is on the left.
-  expect_near(transform_vector(t, {1, 0, 0}), {-1, 0, 0});
-  expect_near(transform_vector(t, {0, 1, 0}), {0, 1, 0});
+  expect_matrix_near(transform_vector(t, {1, 0, 0}), {-1, 0, 0});
+  expect_matrix_near(transform_vector(t, {0, 1, 0}), {0, 1, 0});
 }
 
 TEST(Transform, Degenerate) {
@@ -52,7 +52,7 @@ TEST(Transform, Degenerate) {
 
 TEST(Transform, SixteenNumbersAreColumns) {
   const Transform t = from_columns({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 7, 8, 9, 1});
-  expect_near(transform_point(t, {0, 0, 0}), {7, 8, 9});
+  expect_matrix_near(transform_point(t, {0, 0, 0}), {7, 8, 9});
   EXPECT_TRUE(is_affine(t));
 }
 

@@ -27,7 +27,7 @@ namespace {
 using namespace testing;
 using ::testing::HasSubstr;
 
-std::string text_of(const std::string& path) {
+std::string read_text(const std::string& path) {
   std::ostringstream text;
   text << std::ifstream(path).rdbuf();
   return text.str();
@@ -54,7 +54,7 @@ class SecureServerTest : public ::testing::Test {
   }
   /// Replaces the coordinator's certificate, before it is started.
   SecurityFiles server_files(const std::vector<std::string>& hosts, const Validity& validity) {
-    const CertificateAuthority ca({text_of(root + "/ca/ca.crt"), text_of(root + "/ca/ca.key")});
+    const CertificateAuthority ca({read_text(root + "/ca/ca.crt"), read_text(root + "/ca/ca.key")});
     const PemPair pair = ca.issue("coordinator", hosts, validity);
     std::ofstream(folder.file("other.crt")) << pair.certificate;
     std::ofstream(folder.file("other.key")) << pair.key;
@@ -165,12 +165,12 @@ TEST_F(SecureServerTest, StrangersAreToldWhy) {
 
   // TLS without a certificate of one's own.
   grpc::SslCredentialsOptions one_sided;
-  one_sided.pem_root_certs = text_of(root + "/ca/ca.crt");
+  one_sided.pem_root_certs = read_text(root + "/ca/ca.crt");
   const auto stub = v1::ClientService::NewStub(grpc::CreateChannel(address, grpc::SslCredentials(one_sided)));
   EXPECT_EQ(list_jobs(*stub).error_code(), grpc::StatusCode::UNAVAILABLE);
   // A certificate alone, without a token.
-  one_sided.pem_cert_chain = text_of(root + "/ann/tls.crt");
-  one_sided.pem_private_key = text_of(root + "/ann/tls.key");
+  one_sided.pem_cert_chain = read_text(root + "/ann/tls.crt");
+  one_sided.pem_private_key = read_text(root + "/ann/tls.key");
   const auto anonymous =
       v1::ClientService::NewStub(grpc::CreateChannel(address, grpc::SslCredentials(one_sided)));
   const grpc::Status refused = list_jobs(*anonymous);

@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace testing;
 
-LeaseKey key(const LeaseGrant& grant) { return {grant.job, grant.tile_id, grant.attempt}; }
+LeaseKey key_of(const LeaseGrant& grant) { return {grant.job, grant.tile_id, grant.attempt}; }
 
 TEST(Recovery, ARestartGoesOnWithTheSameTilesAndVoidsLeases) {
   const TemporaryFolder folder;
@@ -31,7 +31,7 @@ TEST(Recovery, ARestartGoesOnWithTheSameTilesAndVoidsLeases) {
     before = farm.register_worker(registration());
     work(farm, before, 7);
     committed = farm.lease(before).value();
-    EXPECT_EQ(farm.commit(before, key(committed), fake_bytes(committed)), CommitResult::kAccepted);
+    EXPECT_EQ(farm.commit(before, key_of(committed), fake_bytes(committed)), CommitResult::kAccepted);
     held = farm.lease(before);
     ASSERT_TRUE(held);
   }
@@ -40,8 +40,8 @@ TEST(Recovery, ARestartGoesOnWithTheSameTilesAndVoidsLeases) {
   EXPECT_EQ(farm.job(job).state, JobState::kRunning);
   EXPECT_FALSE(farm.curve(job).points.empty());
   EXPECT_THROW(farm.lease(before), UnknownWorker);
-  EXPECT_EQ(farm.commit(before, key(*held), fake_bytes(*held)), CommitResult::kStale);
-  EXPECT_EQ(farm.commit(before, key(committed), fake_bytes(committed)), CommitResult::kAlreadyCommitted)
+  EXPECT_EQ(farm.commit(before, key_of(*held), fake_bytes(*held)), CommitResult::kStale);
+  EXPECT_EQ(farm.commit(before, key_of(committed), fake_bytes(committed)), CommitResult::kAlreadyCommitted)
       << "the acknowledgement may have been lost";
   const WorkerId after = farm.register_worker(registration());
   EXPECT_NE(after, before);
@@ -49,7 +49,7 @@ TEST(Recovery, ARestartGoesOnWithTheSameTilesAndVoidsLeases) {
   EXPECT_EQ(again.tile_id, held->tile_id);
   EXPECT_EQ(again.tile, held->tile);
   EXPECT_EQ(again.attempt, 2);
-  EXPECT_EQ(farm.commit(after, key(again), fake_bytes(again)), CommitResult::kAccepted);
+  EXPECT_EQ(farm.commit(after, key_of(again), fake_bytes(again)), CommitResult::kAccepted);
   work(farm, after);
   EXPECT_EQ(farm.job(job).state, JobState::kDone);
   EXPECT_EQ(farm.job(job).leases_reassigned, 1);
@@ -147,7 +147,7 @@ TEST_P(RecoveryOf, ADiskThatFailsAtAnyWriteCostsARetryAndNothingElse) {
         continue;
       }
       const CommitResult result =
-          retried([&] { return farm.commit(worker, key(*grant), fake_bytes(*grant)); });
+          retried([&] { return farm.commit(worker, key_of(*grant), fake_bytes(*grant)); });
       EXPECT_TRUE(result == CommitResult::kAccepted || result == CommitResult::kAlreadyCommitted);
     }
     EXPECT_EQ(farm.job(job).state, JobState::kDone) << "failing write " << failing;

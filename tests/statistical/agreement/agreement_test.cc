@@ -27,7 +27,7 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kBatches = 16;
+constexpr int kAgreementBatches = 16;
 
 struct SceneCase {
   const char* name;
@@ -146,8 +146,8 @@ TEST_P(AgreementOf, Estimators) {
   scene.film.height = c.height;
   scene.film.crop.reset();
   const auto render = [&](Integrator integrator, int64_t spp) {
-    const Batches b =
-        render_batches(scene, settings_for(scene, integrator, spp, scene.sampling.max_depth, 7), kBatches);
+    const Batches b = render_batches(scene, settings_for(scene, integrator, spp, scene.sampling.max_depth, 7),
+                                     kAgreementBatches);
     EXPECT_EQ(b.counters.nonfinite, 0u) << name_of(integrator);
     return b;
   };
@@ -218,7 +218,7 @@ TEST(ColourBleeding, OfTheRoomsFloor) {
   };
   std::vector<Estimate> left, right;
   for (const Integrator i : {Integrator::kPt, Integrator::kBdpt, Integrator::kLt}) {
-    const Batches b = render_batches(s.scene, settings_for(s.scene, i, 512, 6), kBatches);
+    const Batches b = render_batches(s.scene, settings_for(s.scene, i, 512, 6), kAgreementBatches);
     EXPECT_EQ(b.counters.nonfinite, 0u);
     left.push_back(b.of(ratio({6, 14, 10, 20})));
     right.push_back(b.of(ratio({22, 14, 26, 20})));

@@ -13,7 +13,7 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kBatches = 16;
+constexpr int kGltfAgreementBatches = 16;
 
 int add(TestScene& s, MaterialKind kind) {
   s.scene.materials.push_back({"", std::move(kind), {}});
@@ -66,7 +66,7 @@ TestScene balls() {
 TEST(GltfMaterials, TheIntegratorsAgree) {
   const TestScene s = balls();
   const auto render = [&](Integrator integrator, int64_t spp, uint64_t seed) {
-    return render_batches(s.scene, settings_for(s.scene, integrator, spp, 4, seed), kBatches);
+    return render_batches(s.scene, settings_for(s.scene, integrator, spp, 4, seed), kGltfAgreementBatches);
   };
   const Batches pt = render(Integrator::kPt, 1024, 1), bdpt = render(Integrator::kBdpt, 512, 2);
   EXPECT_EQ(pt.counters.nonfinite + bdpt.counters.nonfinite, 0u);
@@ -79,7 +79,7 @@ TEST(GltfMaterials, LightTracingAgrees) {
   TestScene s = balls();
   s.scene.lights.clear();
   const auto render = [&](Integrator integrator, int64_t spp, uint64_t seed) {
-    return render_batches(s.scene, settings_for(s.scene, integrator, spp, 2, seed), kBatches);
+    return render_batches(s.scene, settings_for(s.scene, integrator, spp, 2, seed), kGltfAgreementBatches);
   };
   const Batches pt = render(Integrator::kPt, 1024, 1), lt = render(Integrator::kLt, 2048, 2);
   AgreementTest test;
@@ -96,7 +96,7 @@ TEST(GltfMaterials, AWhiteFurnaceStaysWhite) {
       s.environment({1, 1, 1});
       s.camera({0, 0, 0}, {0, 0, 4}, 30).film(16, 16);
       const Batches images =
-          render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 512, 8), kBatches);
+          render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 512, 8), kGltfAgreementBatches);
       const Estimate mean = images.mean();
       EXPECT_NEAR(mean.mean, 1, 0.01 + 4 * mean.standard_error) << metal << " " << roughness;
     }

@@ -14,7 +14,7 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kBatches = 16;
+constexpr int kMediaBatches = 16;
 
 int add_medium(TestScene* s, const Rgb& sigma_a, const Rgb& sigma_s, float g = 0, const Rgb& emission = {}) {
   s->scene.media.push_back({"", sigma_a, sigma_s, emission, g, {}});
@@ -31,7 +31,7 @@ void bound(TestScene* s, size_t first, int medium) {
 class Media : public ::testing::TestWithParam<Integrator> {
  protected:
   Batches render(const TestScene& s, int max_depth, int64_t spp) const {
-    Batches b = render_batches(s.scene, settings_for(s.scene, GetParam(), spp, max_depth), kBatches);
+    Batches b = render_batches(s.scene, settings_for(s.scene, GetParam(), spp, max_depth), kMediaBatches);
     EXPECT_EQ(b.counters.nonfinite, 0u);
     return b;
   }
@@ -178,7 +178,7 @@ TEST(MediaEmission, GlowsAsItAbsorbs) {
     bound(&s, 0, add_medium(&s, {2, 1, 0.5f}, {0, 0, 0}, 0, {1, 2, 3}));
     s.point_light({0, 5, 0}, {1, 1, 1});
     s.camera({0, 0, 0}, {0, 0, 1}, 1).film(8, 8);
-    const Batches b = render_batches(s.scene, settings_for(s.scene, i, 1024, 3), kBatches);
+    const Batches b = render_batches(s.scene, settings_for(s.scene, i, 1024, 3), kMediaBatches);
     const MeanTest test{.resolution = 0.05, .rounding = 1e-4};
     EXPECT_TRUE(mean_is(b.mean(0), 1 * -std::expm1(-1.0), test));
     EXPECT_TRUE(mean_is(b.mean(1), 2 * -std::expm1(-0.5), test));

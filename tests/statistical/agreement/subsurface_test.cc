@@ -14,7 +14,7 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kBatches = 16;
+constexpr int kSubsurfaceBatches = 16;
 
 int add_material(TestScene* s, const SubsurfaceMaterial& m) {
   s->scene.materials.push_back({"", m, {}});
@@ -75,7 +75,8 @@ struct SlabAnswer {
 class Subsurface : public ::testing::TestWithParam<Integrator> {
  protected:
   Batches render(const TestScene& s, int max_depth, int64_t spp) const {
-    Batches b = render_batches(s.scene, settings_for(s.scene, GetParam(), spp, max_depth), kBatches);
+    Batches b =
+        render_batches(s.scene, settings_for(s.scene, GetParam(), spp, max_depth), kSubsurfaceBatches);
     EXPECT_EQ(b.counters.nonfinite, 0u);
     return b;
   }
@@ -159,7 +160,8 @@ TEST(SubsurfaceReflectance, IsThatOfADeepBody) {
     s.box({-5, -5, -5}, {5, 0, 5}, add_material(&s, m));
     s.scene.lights.push_back({DistantLight{{1, 1, 1}, {0, -1, 0}}, {}});
     s.camera({0, 3, 0}, {0, 0, 0}, 5).film(8, 8);
-    const Batches b = render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 4096, 1), kBatches);
+    const Batches b =
+        render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 4096, 1), kSubsurfaceBatches);
     constexpr double kEta = 1.33f;
     const double through = 1 - fresnel(1, kEta), lobe = through * through / (mean_transmittance(kEta) * M_PI);
     const double wanted[3] = {0.1, 0.5, 0.9};

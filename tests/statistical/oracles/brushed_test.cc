@@ -8,7 +8,7 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kBatches = 16;
+constexpr int kBrushedBatches = 16;
 
 TestScene brushed(float u, float v) {
   TestScene s;
@@ -26,8 +26,10 @@ TestScene brushed(float u, float v) {
 
 TEST(Brushed, PathAndBidirectionalAgree) {
   const TestScene s = brushed(0.5f, 0.15f);
-  const Batches pt = render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 1024, 4), kBatches);
-  const Batches bdpt = render_batches(s.scene, settings_for(s.scene, Integrator::kBdpt, 512, 4, 2), kBatches);
+  const Batches pt =
+      render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 1024, 4), kBrushedBatches);
+  const Batches bdpt =
+      render_batches(s.scene, settings_for(s.scene, Integrator::kBdpt, 512, 4, 2), kBrushedBatches);
   EXPECT_EQ(pt.counters.nonfinite + bdpt.counters.nonfinite, 0u);
   EXPECT_TRUE(images_agree(pt, bdpt));
   EXPECT_FALSE(images_agree(pt, scaled(bdpt, 1.05f))) << "the test notices nothing";
@@ -35,9 +37,10 @@ TEST(Brushed, PathAndBidirectionalAgree) {
 
 TEST(Brushed, TheDirectionShows) {
   const TestScene along = brushed(0.5f, 0.05f), across = brushed(0.05f, 0.5f);
-  const Batches a = render_batches(along.scene, settings_for(along.scene, Integrator::kPt, 512, 4), kBatches);
+  const Batches a =
+      render_batches(along.scene, settings_for(along.scene, Integrator::kPt, 512, 4), kBrushedBatches);
   const Batches b =
-      render_batches(across.scene, settings_for(across.scene, Integrator::kPt, 512, 4), kBatches);
+      render_batches(across.scene, settings_for(across.scene, Integrator::kPt, 512, 4), kBrushedBatches);
   EXPECT_FALSE(images_agree(a, b));
 }
 

@@ -15,11 +15,11 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kBatches = 16;
+constexpr int kPatternBatches = 16;
 constexpr double kRho = 0.5;
 
-Batches render(const TestScene& s, Integrator integrator, int max_depth, int64_t spp) {
-  Batches b = render_batches(s.scene, settings_for(s.scene, integrator, spp, max_depth), kBatches);
+Batches render_pattern(const TestScene& s, Integrator integrator, int max_depth, int64_t spp) {
+  Batches b = render_batches(s.scene, settings_for(s.scene, integrator, spp, max_depth), kPatternBatches);
   EXPECT_EQ(b.counters.nonfinite, 0u);
   return b;
 }
@@ -74,7 +74,8 @@ TEST_P(Pattern, TwoTonesAreTwoEmitters) {
   const int grey = plain.diffuse(0.3f);
   plain.quad(p, u * 0.5, v, grey, {.radiance = left})
       .quad(p + u * 0.5, u * 0.5, v, grey, {.radiance = right});
-  const Batches a = render(textured, GetParam(), 3, spp(512)), b = render(plain, Integrator::kBdpt, 3, 512);
+  const Batches a = render_pattern(textured, GetParam(), 3, spp(512)),
+                b = render_pattern(plain, Integrator::kBdpt, 3, 512);
   EXPECT_TRUE(images_agree(a, b, test()));
   EXPECT_FALSE(images_agree(a, scaled(b, 1.06f), test()));
 }
@@ -89,7 +90,8 @@ TEST_P(Pattern, CutOutsAreWhatIsLeft) {
   const int grey = squares.diffuse(0.3f);
   const Emits emits{.radiance = {5, 4, 3}, .two_sided = true};
   squares.quad(p, u * 0.5, v * 0.5, grey, emits).quad(p + u * 0.5 + v * 0.5, u * 0.5, v * 0.5, grey, emits);
-  const Batches a = render(cut, GetParam(), 3, spp(512)), b = render(squares, Integrator::kBdpt, 3, 512);
+  const Batches a = render_pattern(cut, GetParam(), 3, spp(512)),
+                b = render_pattern(squares, Integrator::kBdpt, 3, 512);
   EXPECT_TRUE(images_agree(a, b, test()));
   EXPECT_FALSE(images_agree(a, scaled(b, 1.06f), test()));
 }
@@ -103,7 +105,8 @@ TEST_P(Pattern, HalfAnEmitterShinesByHalf) {
   dim.quad(p, u, v, dim.diffuse(0.3f), {.radiance = {2, 2, 2}, .two_sided = true});
   dim.scene.shapes.back().alpha.value = 1;
   // The same with an opaque emitter of the product, as far as nothing passes or is reflected: one event.
-  const Batches a = render(half, GetParam(), 1, spp(512)), b = render(dim, Integrator::kBdpt, 1, 512);
+  const Batches a = render_pattern(half, GetParam(), 1, spp(512)),
+                b = render_pattern(dim, Integrator::kBdpt, 1, 512);
   const AgreementTest upper{
       .max_relative_error = 0.1, .max_excluded = 0.25, .include = [](const PixelRect& r) {
         return r.y0 >= 8;  // the floor below the lamp alone
@@ -127,12 +130,13 @@ TEST_P(Pattern, UnseenEmittersShine) {
       s->camera({0.5, 1.5, -1.6}, {0, 0, 0}, 40);
     }
     unseen.scene.shapes.back().alpha.value = 0;
-    const Batches a = render(unseen, GetParam(), 2, spp(512)), b = render(seen, Integrator::kBdpt, 2, 512);
+    const Batches a = render_pattern(unseen, GetParam(), 2, spp(512)),
+                  b = render_pattern(seen, Integrator::kBdpt, 2, 512);
     EXPECT_TRUE(images_agree(a, b, test())) << sphere;
     EXPECT_FALSE(images_agree(a, scaled(b, 1.06f), test())) << sphere;
     // Looking at it: black. (The light tracer alone finds the floor behind the camera, which is not seen.)
     unseen.camera({0, 1, 0}, {0, 2.6, 0.5}, 20).film(4, 4);
-    EXPECT_EQ(render(unseen, GetParam(), 1, 256).mean().mean, 0) << sphere;
+    EXPECT_EQ(render_pattern(unseen, GetParam(), 1, 256).mean().mean, 0) << sphere;
   }
 }
 
@@ -154,7 +158,7 @@ TEST_P(Pattern, PlaneUnderAGoniometricLight) {
     return kRho * 4 * 1.5 / (M_PI * std::pow(d2, 1.5));
   };
   const double resolution = GetParam() == Integrator::kLt ? 0.08 : 0.02;
-  EXPECT_TRUE(mean_is(render(s, GetParam(), 1, 2048).mean(), mean_over_plane(s.scene, 0, radiance),
+  EXPECT_TRUE(mean_is(render_pattern(s, GetParam(), 1, 2048).mean(), mean_over_plane(s.scene, 0, radiance),
                       {.resolution = resolution}));
 }
 
@@ -180,7 +184,7 @@ TEST_P(Pattern, PlaneUnderAProjection) {
     return kRho * (x < 0 ? 4 : 1) * 1.5 / (M_PI * std::pow(d2, 1.5));
   };
   // The quadrature of a window's edge is known to a few per mille.
-  EXPECT_TRUE(mean_is(render(s, GetParam(), 1, 2048).mean(), mean_over_plane(s.scene, 0, radiance),
+  EXPECT_TRUE(mean_is(render_pattern(s, GetParam(), 1, 2048).mean(), mean_over_plane(s.scene, 0, radiance),
                       {.resolution = 0.03, .rounding = 5e-3}));
 }
 
@@ -228,8 +232,9 @@ TEST(PatternAgreement, Estimators) {
   s.scene.lights.push_back({GoniometricLight{{0.1f, 0.1f, 0.05f}, folder.file("picture.exr"), at, 0}, {}});
   at.m = {{{1, 0, 0, -0.3}, {0, 1, 0, 0.2}, {0, 0, 1, -0.6}, {0, 0, 0, 1}}};
   s.scene.lights.push_back({ProjectionLight{{0.2f, 0.2f, 0.3f}, folder.file("picture.exr"), at, 40, 0}, {}});
-  const Batches pt = render(s, Integrator::kPt, 4, 1024), bdpt = render(s, Integrator::kBdpt, 4, 512),
-                lt = render(s, Integrator::kLt, 4, 2048);
+  const Batches pt = render_pattern(s, Integrator::kPt, 4, 1024),
+                bdpt = render_pattern(s, Integrator::kBdpt, 4, 512),
+                lt = render_pattern(s, Integrator::kLt, 4, 2048);
   EXPECT_TRUE(images_agree(pt, bdpt));
   EXPECT_TRUE(images_agree(lt, bdpt, {.max_excluded = 0.2}));
   EXPECT_FALSE(images_agree(pt, scaled(bdpt, 1.04f)));

@@ -9,7 +9,7 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kBatches = 16;
+constexpr int kMeasuredBatches = 16;
 
 int add(TestScene& s, const TabulatedBrdf& brdf) {
   s.scene.materials.push_back({"", measured_material(brdf), {}});
@@ -34,9 +34,12 @@ TEST(MeasuredScenes, StrategiesAgree) {
   s.sphere({-1.1, 0, 0}, 1, even).sphere({1.1, 0, 0}, 1, brushed);
   s.quad({-1.5, 3, -0.5}, {3, 0, 0}, {0, 0, 3}, s.diffuse(0), {.radiance = {12, 11, 10}});
   s.camera({0, 3, -5}, {0, 0, 0}, 40).film(24, 16);
-  const Batches pt = render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 768, 4), kBatches);
-  const Batches bdpt = render_batches(s.scene, settings_for(s.scene, Integrator::kBdpt, 256, 4, 2), kBatches);
-  const Batches lt = render_batches(s.scene, settings_for(s.scene, Integrator::kLt, 768, 4, 3), kBatches);
+  const Batches pt =
+      render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 768, 4), kMeasuredBatches);
+  const Batches bdpt =
+      render_batches(s.scene, settings_for(s.scene, Integrator::kBdpt, 256, 4, 2), kMeasuredBatches);
+  const Batches lt =
+      render_batches(s.scene, settings_for(s.scene, Integrator::kLt, 768, 4, 3), kMeasuredBatches);
   EXPECT_EQ(pt.counters.nonfinite + bdpt.counters.nonfinite + lt.counters.nonfinite, 0u);
   EXPECT_TRUE(images_agree(pt, bdpt));
   EXPECT_FALSE(images_agree(pt, scaled(bdpt, 1.05f))) << "the test notices nothing";
@@ -54,7 +57,8 @@ TEST(MeasuredScenes, AConstantTableIsADiffuseBall) {
     constant.zeniths = 24;
     s.sphere({0, 0, 0}, 1, tabulated ? add(s, constant) : s.diffuse(0.6f));
     s.environment({1, 1, 1}).camera({0, 0, -3}, {0, 0, 0}, 25).film(16, 16);
-    const Batches b = render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 256, 4), kBatches);
+    const Batches b =
+        render_batches(s.scene, settings_for(s.scene, Integrator::kPt, 256, 4), kMeasuredBatches);
     EXPECT_EQ(b.counters.nonfinite, 0u);
     return b.mean(1);
   };

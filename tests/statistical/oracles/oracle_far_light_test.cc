@@ -13,7 +13,7 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kBatches = 16;
+constexpr int kFarLightBatches = 16;
 constexpr double kRho = 0.5;
 
 class FarLight : public ::testing::TestWithParam<Integrator> {
@@ -25,7 +25,7 @@ class FarLight : public ::testing::TestWithParam<Integrator> {
     return s;
   }
   Batches render(const TestScene& s, int64_t spp) const {
-    Batches b = render_batches(s.scene, settings_for(s.scene, GetParam(), spp, 1), kBatches);
+    Batches b = render_batches(s.scene, settings_for(s.scene, GetParam(), spp, 1), kFarLightBatches);
     EXPECT_EQ(b.counters.nonfinite, 0u);
     return b;
   }

@@ -11,8 +11,8 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kBatches = 16;
-constexpr double kRho = 0.5;
+constexpr int kLightBatches = 16;
+constexpr double kLightRho = 0.5;
 const Vec3d kUp{0, 1, 0};
 
 class LightOracle : public ::testing::TestWithParam<Integrator> {
@@ -20,12 +20,12 @@ class LightOracle : public ::testing::TestWithParam<Integrator> {
   /// A floor under a light; the camera looks down at its middle from aside.
   static TestScene floor_scene() {
     TestScene s;
-    s.quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, s.diffuse(kRho));
+    s.quad({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, s.diffuse(kLightRho));
     s.camera({0.5, 2, -1}, {0, 0, 0}, 30).film(16, 16);
     return s;
   }
   Batches render(const TestScene& s, int max_depth, int64_t spp) const {
-    Batches b = render_batches(s.scene, settings_for(s.scene, GetParam(), spp, max_depth), kBatches);
+    Batches b = render_batches(s.scene, settings_for(s.scene, GetParam(), spp, max_depth), kLightBatches);
     EXPECT_EQ(b.counters.nonfinite, 0u);
     return b;
   }
@@ -40,7 +40,7 @@ TEST_P(LightOracle, PlaneUnderAPointLight) {
   s.point_light({0.3, 1.5, 0.2}, {4, 4, 4});
   const auto radiance = [](const Vec3d& p) {
     const double d2 = (p.x - 0.3) * (p.x - 0.3) + (p.z - 0.2) * (p.z - 0.2) + 1.5 * 1.5;
-    return kRho * 4 * 1.5 / (M_PI * std::pow(d2, 1.5));
+    return kLightRho * 4 * 1.5 / (M_PI * std::pow(d2, 1.5));
   };
   const Batches b = render(s, 1, 2048);
   EXPECT_TRUE(mean_is(b.mean(), mean_over_plane(s.scene, 0, radiance), test()));
@@ -59,7 +59,7 @@ TEST_P(LightOracle, PlaneUnderASphereLight) {
     s.sphere({0, h, 0}, r, s.diffuse(0), {.radiance = {e, e, e}});
     const auto radiance = [&](const Vec3d& p) {
       const double d2 = p.x * p.x + p.z * p.z + h * h;
-      return kRho * emitted * r * r * h / std::pow(d2, 1.5);
+      return kLightRho * emitted * r * r * h / std::pow(d2, 1.5);
     };
     const int64_t spp = GetParam() == Integrator::kLt ? 8192 : 1024;
     EXPECT_TRUE(mean_is(render(s, 1, spp).mean(), mean_over_plane(s.scene, 0, radiance), test(0.15)))
@@ -74,7 +74,9 @@ TEST_P(LightOracle, PlaneUnderAPolygonLight) {
   s.quad(a, u, v, s.diffuse(0), {.radiance = {3, 3, 3}});
   const std::vector<Vec3d> corners{a, a + u, a + u + v, a + v};
   s.camera({0.9, 0.6, -1.4}, {0, 0, 0}, 20);
-  const auto radiance = [&](const Vec3d& p) { return kRho / M_PI * 3 * polygon_irradiance(corners, p, kUp); };
+  const auto radiance = [&](const Vec3d& p) {
+    return kLightRho / M_PI * 3 * polygon_irradiance(corners, p, kUp);
+  };
   const int64_t spp = GetParam() == Integrator::kLt ? 4096 : 1024;
   EXPECT_TRUE(mean_is(render(s, 1, spp).mean(), mean_over_plane(s.scene, 0, radiance), test()));
 }
@@ -97,9 +99,9 @@ TEST_P(LightOracle, CoaxialDisk) {
     const double x2 = p.x * p.x + p.z * p.z, d2 = kHeight * kHeight, r2 = kRadius * kRadius,
                  sum = x2 + d2 + r2;
     const double form = 0.5 * (1 - (x2 + d2 - r2) / std::sqrt(sum * sum - 4 * r2 * x2));
-    return kRho * kEmitted * form;
+    return kLightRho * kEmitted * form;
   };
-  EXPECT_NEAR(radiance({0, 0, 0}), kRho * kEmitted * kRadius * kRadius / (1 + kRadius * kRadius), 1e-12);
+  EXPECT_NEAR(radiance({0, 0, 0}), kLightRho * kEmitted * kRadius * kRadius / (1 + kRadius * kRadius), 1e-12);
   // Without noise: the polygon that stands for the disk has its irradiance.
   std::vector<Vec3d> rim;
   for (const Vec3f& p : mesh->positions) {
@@ -108,7 +110,7 @@ TEST_P(LightOracle, CoaxialDisk) {
   rim.pop_back();  // the first again
   for (const double x : {0.0, 0.3, 0.7, 2.0}) {
     const double irradiance = kEmitted * polygon_irradiance(rim, {x, 0, 0}, kUp);
-    EXPECT_NEAR(kRho / M_PI * irradiance / radiance({x, 0, 0}), 1, 2e-6) << x;
+    EXPECT_NEAR(kLightRho / M_PI * irradiance / radiance({x, 0, 0}), 1, 2e-6) << x;
   }
   const int64_t spp = GetParam() == Integrator::kLt ? 65536 : 1024;
   EXPECT_TRUE(mean_is(render(s, 1, spp).mean(), mean_over_plane(s.scene, 0, radiance), test(0.15)));
@@ -118,12 +120,12 @@ TEST_P(LightOracle, CoaxialDisk) {
 TEST_P(LightOracle, CornerNextToAnEmittingStrip) {
   for (const double x : {1e-1, 1e-3}) {
     TestScene s;
-    s.quad({0, 0, -100}, {0, 0, 200}, {200, 0, 0}, s.diffuse(kRho));
+    s.quad({0, 0, -100}, {0, 0, 200}, {200, 0, 0}, s.diffuse(kLightRho));
     const double h = 0.5;
     s.quad({0, 0, -100}, {0, h, 0}, {0, 0, 200}, s.diffuse(0), {.radiance = {1, 1, 1}});
     s.camera({x + 1.0, 0.8, 0}, {x, 0, 0}, 0.02 * std::min(1.0, x * 50)).film(8, 8);
     const auto radiance = [&](const Vec3d& p) {
-      return kRho / M_PI * (M_PI / 2) * (1 - p.x / std::sqrt(p.x * p.x + h * h));
+      return kLightRho / M_PI * (M_PI / 2) * (1 - p.x / std::sqrt(p.x * p.x + h * h));
     };
     if (GetParam() == Integrator::kLt) continue;  // so small a view catches no light path
     EXPECT_TRUE(
@@ -155,14 +157,14 @@ struct Bleeding {
         bounce += irradiance(q, {1, 0, 0}) * g * kSide * kSide / (kSteps * kSteps);
       }
     }
-    return kRho / M_PI * (irradiance(p, kUp) + kWall[channel] / M_PI * bounce);
+    return kLightRho / M_PI * (irradiance(p, kUp) + kWall[channel] / M_PI * bounce);
   }
 };
 
 TEST_P(LightOracle, ColourBleedingAsANumber) {
   TestScene s;
   const Bleeding scene;
-  s.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, s.diffuse(kRho));
+  s.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, s.diffuse(kLightRho));
   s.quad({0, 0, 0}, {0, 1, 0}, {0, 0, 1}, s.diffuse(Rgb{0.8f, 0.1f, 0.05f}));
   s.point_light(scene.light, {1, 1, 1});
   s.camera({0.9, 0.6, 0.5}, {0.15, 0, 0.5}, 8).film(8, 8);

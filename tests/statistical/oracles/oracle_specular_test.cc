@@ -9,12 +9,12 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kBatches = 16;
+constexpr int kSpecularBatches = 16;
 
 class Specular : public ::testing::TestWithParam<Integrator> {
  protected:
   Batches render(const TestScene& s, int max_depth, int64_t spp) const {
-    Batches b = render_batches(s.scene, settings_for(s.scene, GetParam(), spp, max_depth), kBatches);
+    Batches b = render_batches(s.scene, settings_for(s.scene, GetParam(), spp, max_depth), kSpecularBatches);
     EXPECT_EQ(b.counters.nonfinite, 0u);
     return b;
   }
@@ -107,7 +107,8 @@ TEST(SpecularLightPaths, PointLightInAGlassSphere) {
   // Every bounce sees the whole sphere or refracts through the ball, which in turn sees the whole sphere: the
   // enclosure is lossless, so irradiances still form a geometric series.
   for (const Integrator i : {Integrator::kLt, Integrator::kBdpt}) {
-    const Batches b = render_batches(s.scene, settings_for(s.scene, i, 8192, kUnlimitedDepth), kBatches);
+    const Batches b =
+        render_batches(s.scene, settings_for(s.scene, i, 8192, kUnlimitedDepth), kSpecularBatches);
     EXPECT_EQ(b.counters.nonfinite, 0u);
     EXPECT_TRUE(mean_is(b.mean(), exact / (1 - kRho), {.resolution = 0.1})) << name_of(i);
   }

@@ -10,7 +10,7 @@
 namespace lightmill {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 
 /// Every triangle's winding agrees with `outward` at its first vertex.
 template <class F>
@@ -46,25 +46,25 @@ double largest_miss(const TriangleMesh& m, const F& radius) {
 
 TEST(Tessellate, AreasAreExact) {
   const auto ratio = [](const TriangleMesh& m, double area) { return mesh_area(m, {}) / area; };
-  EXPECT_NEAR(ratio(sphere_mesh(2, -2, 2, 2 * kPi), 16 * kPi), 1, 1e-6);
+  EXPECT_NEAR(ratio(sphere_mesh(2, -2, 2, 2 * kHalfTurn), 16 * kHalfTurn), 1, 1e-6);
   // Archimedes: a zone's area is 2 pi r h.
-  EXPECT_NEAR(ratio(sphere_mesh(2, 0.5, 1, kPi), kPi * 2 * 0.5), 1, 1e-6);
-  EXPECT_NEAR(ratio(sphere_mesh(1, -1, 1, 2 * kPi, 32), 4 * kPi), 1, 1e-6);
-  EXPECT_NEAR(ratio(cylinder_mesh(0.5, -1, 2, 2 * kPi), 3 * kPi), 1, 1e-6);
+  EXPECT_NEAR(ratio(sphere_mesh(2, 0.5, 1, kHalfTurn), kHalfTurn * 2 * 0.5), 1, 1e-6);
+  EXPECT_NEAR(ratio(sphere_mesh(1, -1, 1, 2 * kHalfTurn, 32), 4 * kHalfTurn), 1, 1e-6);
+  EXPECT_NEAR(ratio(cylinder_mesh(0.5, -1, 2, 2 * kHalfTurn), 3 * kHalfTurn), 1, 1e-6);
   EXPECT_NEAR(ratio(cylinder_mesh(0.5, -1, 2, 0.01), 0.015), 1, 1e-5);
-  EXPECT_NEAR(ratio(disk_mesh(1, 2, 0, 2 * kPi), 4 * kPi), 1, 1e-6);
-  EXPECT_NEAR(ratio(disk_mesh(0, 2, 1, kPi / 2), 0.75 * kPi), 1, 1e-6);
+  EXPECT_NEAR(ratio(disk_mesh(1, 2, 0, 2 * kHalfTurn), 4 * kHalfTurn), 1, 1e-6);
+  EXPECT_NEAR(ratio(disk_mesh(0, 2, 1, kHalfTurn / 2), 0.75 * kHalfTurn), 1, 1e-6);
 }
 
 TEST(Tessellate, ShapesAreMissedByLessThanStated) {
   const auto around = [](const Vec3d& p) { return std::hypot(p.x, p.y); };
-  EXPECT_LT(largest_miss(cylinder_mesh(1, 0, 1, 2 * kPi), around), 5e-6);
+  EXPECT_LT(largest_miss(cylinder_mesh(1, 0, 1, 2 * kHalfTurn), around), 5e-6);
   for (int segments : {32, 256}) {
-    EXPECT_LT(
-        largest_miss(sphere_mesh(1, -1, 1, 2 * kPi, segments), [](const Vec3d& p) { return length(p); }),
-        7.0 / (segments * segments));
+    EXPECT_LT(largest_miss(sphere_mesh(1, -1, 1, 2 * kHalfTurn, segments),
+                           [](const Vec3d& p) { return length(p); }),
+              7.0 / (segments * segments));
   }
-  const TriangleMesh disk = disk_mesh(0, 1, 0, 2 * kPi);
+  const TriangleMesh disk = disk_mesh(0, 1, 0, 2 * kHalfTurn);
   double rim = 1;
   for (const auto& t : disk.triangles) {  // (outer, next outer, centre)
     const Vec3f &a = disk.positions[t[0]], &b = disk.positions[t[1]];
@@ -75,9 +75,11 @@ TEST(Tessellate, ShapesAreMissedByLessThanStated) {
 }
 
 TEST(Tessellate, Orientations) {
-  expect_orientation(sphere_mesh(2, -2, 2, 2 * kPi), [](const Vec3d& p) { return p; });
-  expect_orientation(cylinder_mesh(0.5, -1, 2, 2 * kPi), [](const Vec3d& p) { return Vec3d{p.x, p.y, 0}; });
-  expect_orientation(disk_mesh(1, 2, 0.5, 2 * kPi), [](const Vec3d&) { return Vec3d{0, 0, 1}; });
+  expect_orientation(sphere_mesh(2, -2, 2, 2 * kHalfTurn), [](const Vec3d& p) { return p; });
+  expect_orientation(cylinder_mesh(0.5, -1, 2, 2 * kHalfTurn), [](const Vec3d& p) {
+    return Vec3d{p.x, p.y, 0};
+  });
+  expect_orientation(disk_mesh(1, 2, 0.5, 2 * kHalfTurn), [](const Vec3d&) { return Vec3d{0, 0, 1}; });
 }
 
 BilinearPatch patch(std::array<Vec3f, 4> corners) {
@@ -135,14 +137,14 @@ TEST_F(QuadricShapes, BecomeMeshesOfTheirArea) {
     Shape "cylinder" "float zmax" 2
     Shape "bilinearmesh" "point3 P" [0 0 0 1 0 0 0 1 0 1 1 0]
     Scale 1 2 3 Shape "sphere" "float radius" 0.5)");
-  EXPECT_NEAR(area(s, 0), 3 * kPi, 1e-5);
-  EXPECT_NEAR(area(s, 1), 6 * kPi, 1e-5);
+  EXPECT_NEAR(area(s, 0), 3 * kHalfTurn, 1e-5);
+  EXPECT_NEAR(area(s, 1), 6 * kHalfTurn, 1e-5);
   EXPECT_NEAR(area(s, 2), 1, 1e-6);
   // Knud Thomsen's formula for the ellipsoid's area, good to about 1 %.
   const double a = 0.5, b = 1, c = 1.5, p = 1.6075;
   const double mean = (std::pow(a * b, p) + std::pow(a * c, p) + std::pow(b * c, p)) / 3;
-  EXPECT_NEAR(area(s, 3), 4 * kPi * std::pow(mean, 1 / p), 0.15);
-  EXPECT_NEAR(s.area_lights.at(0).radiance.r, 10 / (kPi * 3 * kPi), 1e-6)
+  EXPECT_NEAR(area(s, 3), 4 * kHalfTurn * std::pow(mean, 1 / p), 0.15);
+  EXPECT_NEAR(s.area_lights.at(0).radiance.r, 10 / (kHalfTurn * 3 * kHalfTurn), 1e-6)
       << "one emitter, not one a triangle";
 }
 

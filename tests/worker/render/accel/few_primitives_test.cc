@@ -42,7 +42,7 @@ std::vector<uint8_t> occluded(const Accel& accel, const RaySet& rays) {
   return out;
 }
 
-Vec3d point_in(Random& random, double size) {
+Vec3d random_point_in(Random& random, double size) {
   return {random.between(-size, size), random.between(-size, size), random.between(-size, size)};
 }
 Vec3<float> rounded(const Vec3d& p) {
@@ -55,14 +55,15 @@ TestScene some_of_everything(Random& random) {
   const int grey = s.diffuse(0.5f);
   s.box({-1, -1, -1}, {1, 1, 1}, grey);
   for (int i = 0; i < 3; ++i) {
-    const Vec3d lo = point_in(random, 0.8);
+    const Vec3d lo = random_point_in(random, 0.8);
     s.box(lo, lo + Vec3d{random.between(0.1, 0.4), random.between(0.1, 0.4), random.between(0.1, 0.4)}, grey);
-    s.quad(point_in(random, 0.8), point_in(random, 0.5), point_in(random, 0.5), grey);
-    const Vec3d a = point_in(random, 0.8), b = a + point_in(random, 0.5), c = a + point_in(random, 0.5);
-    s.triangle(a, b, c, grey).triangle(c, b, a + point_in(random, 0.5), grey);
-    s.sphere(point_in(random, 0.8), random.between(0.02, 0.3), grey);
+    s.quad(random_point_in(random, 0.8), random_point_in(random, 0.5), random_point_in(random, 0.5), grey);
+    const Vec3d a = random_point_in(random, 0.8), b = a + random_point_in(random, 0.5),
+                c = a + random_point_in(random, 0.5);
+    s.triangle(a, b, c, grey).triangle(c, b, a + random_point_in(random, 0.5), grey);
+    s.sphere(random_point_in(random, 0.8), random.between(0.02, 0.3), grey);
   }
-  return s.camera(point_in(random, 0.9), {0, 0, 0}, 60);
+  return s.camera(random_point_in(random, 0.9), {0, 0, 0}, 60);
 }
 
 TEST(FewPrimitives, NamesThePrimitivesThatTheTreeNames) {
@@ -75,7 +76,7 @@ TEST(FewPrimitives, NamesThePrimitivesThatTheTreeNames) {
     const Accel few(scene, 1), tree(scene, 1, Structure::kTree);
     RaySet rays;
     for (int i = 0; i < 5003; ++i)
-      rays.add(rounded(point_in(random, 1)), unit(random), static_cast<float>(random.between(0, 2)));
+      rays.add(rounded(random_point_in(random, 1)), unit(random), static_cast<float>(random.between(0, 2)));
     const auto a = closest(few, rays), b = closest(tree, rays);
     const auto oa = occluded(few, rays), ob = occluded(tree, rays);
     for (size_t i = 0; i < a.size(); ++i) {
@@ -102,7 +103,7 @@ TEST(FewPrimitives, NothingSlipsThroughEdgesAndCorners) {
     const int grey = s.diffuse(0.5f);
     Vec3d tip[6];
     for (int i = 0; i < 6; ++i) {
-      tip[i] = point_in(random, 0.1);
+      tip[i] = random_point_in(random, 0.1);
       (&tip[i].x)[i / 2] += i % 2 ? -1 : 1;
     }
     for (int octant = 0; octant < 8; ++octant)
@@ -136,7 +137,7 @@ TEST(FewPrimitives, ARayIsTracedAloneAsAmongOthers) {
   const Accel few(scene, 1);
   RaySet rays;
   for (int i = 0; i < 101; ++i)
-    rays.add(rounded(point_in(random, 1)), unit(random), static_cast<float>(random.between(0, 2)));
+    rays.add(rounded(random_point_in(random, 1)), unit(random), static_cast<float>(random.between(0, 2)));
   const auto prim = closest(few, rays);
   const auto blocked = occluded(few, rays);
   for (size_t i = 0; i < prim.size(); ++i) {

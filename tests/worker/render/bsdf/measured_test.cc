@@ -51,8 +51,8 @@ double difference(const TabulatedBrdf& brdf) {
   return std::sqrt(error / size);
 }
 
-/// Directional albedo for camera paths.
-Estimate albedo(const BsdfCase& bsdf, double degrees) {
+/// Directional table_albedo for camera paths.
+Estimate table_albedo(const BsdfCase& bsdf, double degrees) {
   Random random(9);
   std::vector<double> batches(32);
   const Vec3<float> wo = direction_at(degrees);
@@ -80,7 +80,8 @@ TEST(Measured, ATableOfAConstantIsDiffuse) {
   EXPECT_LT(fine, coarse / 2);
   const Tabulated table(lambert(48));
   for (const double degrees : {0.0, 20.0, 45.0, 70.0})
-    EXPECT_TRUE(mean_is(albedo(table.of, degrees), 0.7, {.resolution = 0.02, .rounding = 0.01})) << degrees;
+    EXPECT_TRUE(mean_is(table_albedo(table.of, degrees), 0.7, {.resolution = 0.02, .rounding = 0.01}))
+        << degrees;
 }
 
 TEST(Measured, ATableOfMicrofacetsIsAMetal) {
@@ -96,8 +97,8 @@ TEST(Measured, ATableOfMicrofacetsIsAMetal) {
   for (const size_t i : {3u, 4u, 5u}) metal.params.p[i] = 1e6f;
   metal.params.p[6] = 0.4f;
   for (const double degrees : {0.0, 30.0, 60.0}) {
-    const double expected = albedo(metal, degrees).mean;
-    EXPECT_TRUE(mean_is(albedo(table.of, degrees), expected, {.resolution = 0.02, .rounding = 0.01}))
+    const double expected = table_albedo(metal, degrees).mean;
+    EXPECT_TRUE(mean_is(table_albedo(table.of, degrees), expected, {.resolution = 0.02, .rounding = 0.01}))
         << degrees;
   }
 }

@@ -13,13 +13,13 @@
 namespace lightmill::test {
 namespace {
 
-struct CameraCase {
+struct LookAtCase {
   const char* name;
   CameraDescription description;
   int width, height;
 };
 
-std::vector<CameraCase> cameras() {
+std::vector<LookAtCase> cameras() {
   TestScene s;
   s.camera({1, 2, 3}, {-2, 0.5, 4}, 50);
   CameraDescription mirrored = s.scene.camera;
@@ -45,7 +45,7 @@ std::vector<CameraCase> cameras() {
 
 TEST(Perspective, ProjectInvertsDirection) {
   Random random(1);
-  for (const CameraCase& c : cameras()) {
+  for (const LookAtCase& c : cameras()) {
     const PerspectiveCamera camera(c.description, c.width, c.height);
     for (int i = 0; i < 2000; ++i) {
       const auto x = static_cast<float>(random.between(0, c.width)),
@@ -70,7 +70,7 @@ TEST(Perspective, ProjectInvertsDirection) {
 // the rectangle's area in pixels.
 TEST(Perspective, DensityIsRasterAreaPerSolidAngle) {
   Random random(2);
-  for (const CameraCase& c : cameras()) {
+  for (const LookAtCase& c : cameras()) {
     const PerspectiveCamera camera(c.description, c.width, c.height);
     for (int i = 0; i < 200; ++i) {
       const double x = random.between(0, c.width), y = random.between(0, c.height);
@@ -86,7 +86,7 @@ TEST(Perspective, DensityIsRasterAreaPerSolidAngle) {
 }
 
 TEST(Perspective, DensityIntegratesToTheNumberOfPixels) {
-  for (const CameraCase& c : cameras()) {
+  for (const LookAtCase& c : cameras()) {
     if (c.description.fov_degrees > 100) continue;
     const PerspectiveCamera camera(c.description, c.width, c.height);
     Random random(3);
@@ -130,7 +130,7 @@ TEST(Perspective, SingularTransformIsRefused) {
 
 TEST(Perspective, LanesHaveTheBitsOfScalars) {
   Random random(4);
-  for (const CameraCase& c : cameras()) {
+  for (const LookAtCase& c : cameras()) {
     const PerspectiveCamera camera(c.description, c.width, c.height);
     for (int round = 0; round < 200; ++round) {
       Float8 x{}, y{};

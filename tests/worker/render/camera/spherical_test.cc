@@ -11,7 +11,7 @@
 namespace lightmill::test {
 namespace {
 
-SphericalCamera camera_of(SphericalMapping mapping, int width, int height) {
+SphericalCamera spherical_camera(SphericalMapping mapping, int width, int height) {
   TestScene s;
   s.camera({1, 2, 3}, {-2, 0.5, 4}, 50);
   s.scene.camera.kind = CameraKind::kSpherical;
@@ -23,7 +23,7 @@ constexpr SphericalMapping kMappings[] = {SphericalMapping::kEqualArea, Spherica
 TEST(Spherical, ConnectInvertsRay) {
   Random random(1);
   for (const SphericalMapping mapping : kMappings) {
-    const SphericalCamera camera = camera_of(mapping, 64, 48);
+    const SphericalCamera camera = spherical_camera(mapping, 64, 48);
     for (int i = 0; i < 4000; ++i) {
       const auto x = static_cast<float>(random.between(0, 64)),
                  y = static_cast<float>(random.between(0.2, 47.8));
@@ -42,7 +42,7 @@ TEST(Spherical, ConnectInvertsRay) {
 TEST(Spherical, DensityIsRasterAreaPerSolidAngle) {
   Random random(2);
   for (const SphericalMapping mapping : kMappings) {
-    const SphericalCamera camera = camera_of(mapping, 64, 48);
+    const SphericalCamera camera = spherical_camera(mapping, 64, 48);
     for (int i = 0; i < 300; ++i) {
       const auto x = static_cast<float>(random.between(1, 63)), y = static_cast<float>(random.between(3, 45));
       // The octahedral mapping has creases where the square's diagonals and axes are: stay on one facet.
@@ -80,7 +80,7 @@ TEST(Spherical, MappingsLookWherePbrtSays) {
 TEST(Spherical, WrapFindsThePixelThatShowsTheSame) {
   Random random(3);
   for (const SphericalMapping mapping : kMappings) {
-    const SphericalCamera camera = camera_of(mapping, 20, 14);
+    const SphericalCamera camera = spherical_camera(mapping, 20, 14);
     for (int i = 0; i < 2000; ++i) {
       const int x0 = static_cast<int>(std::floor(random.between(-12, 32)));
       const int y0 = static_cast<int>(std::floor(random.between(-9, 23)));
@@ -99,7 +99,7 @@ TEST(Spherical, WrapFindsThePixelThatShowsTheSame) {
 TEST(Spherical, LanesHaveTheBitsOfScalars) {
   Random random(4);
   for (const SphericalMapping mapping : kMappings) {
-    const SphericalCamera camera = camera_of(mapping, 64, 48);
+    const SphericalCamera camera = spherical_camera(mapping, 64, 48);
     for (int round = 0; round < 500; ++round) {
       Float8 x{}, y{};
       for (int l = 0; l < 8; ++l) x[l] = random.uniform() * 66 - 1, y[l] = random.uniform() * 50 - 1;

@@ -8,14 +8,16 @@
 namespace lightmill::test {
 namespace {
 
-constexpr size_t kBins = 16;
+constexpr size_t kDirectionBins = 16;
 
 EmissionSample<float> emit(const LightTable& lights, Random& random, float pick) {
   const float pu = random.uniform(), pv = random.uniform(), du = random.uniform(), dv = random.uniform();
   return sample_emission<float>(lights, pick, 0, pu, pv, du, dv);
 }
 
-size_t bin(double x) { return std::min(static_cast<size_t>(std::max(x, 0.0) * kBins), kBins - 1); }
+size_t direction_bin(double x) {
+  return std::min(static_cast<size_t>(std::max(x, 0.0) * kDirectionBins), kDirectionBins - 1);
+}
 
 // Radiance x cos / pdf is the light's whole power on every path: pi A L, twice for both sides,
 // 4 pi I for a point.
@@ -68,16 +70,16 @@ TEST(EmissionSampling, DirectionsFollowTheCosine) {
     const LightScene scene(triangle_light(two_sided));
     Random random(2);
     constexpr int kSamples = 100000;
-    std::vector<double> observed(2 * kBins), expected(2 * kBins);
-    for (size_t i = 0; i < kBins; ++i) {
-      expected[i] = double{kSamples} / kBins / (two_sided ? 2 : 1);
-      expected[kBins + i] = two_sided ? expected[i] : 0;
+    std::vector<double> observed(2 * kDirectionBins), expected(2 * kDirectionBins);
+    for (size_t i = 0; i < kDirectionBins; ++i) {
+      expected[i] = double{kSamples} / kDirectionBins / (two_sided ? 2 : 1);
+      expected[kDirectionBins + i] = two_sided ? expected[i] : 0;
     }
     for (int i = 0; i < kSamples; ++i) {
       const auto e = emit(scene.lights(), random, 0);
       const double c = dot(e.direction, e.normal);
       ASSERT_NEAR(std::fabs(c), e.cos_light, 1e-5);
-      ++observed[(c < 0 ? kBins : 0) + bin(c * c)];
+      ++observed[(c < 0 ? kDirectionBins : 0) + direction_bin(c * c)];
     }
     EXPECT_TRUE(chi_square_passes(chi_square(observed, expected), 2));
   }

@@ -62,7 +62,7 @@ class Imaged : public ::testing::TestWithParam<bool> {
   TemporaryFolder folder_;
 };
 
-EmissionSample<float> emit(const LightTable& lights, Random& random) {
+EmissionSample<float> emit_image(const LightTable& lights, Random& random) {
   const float t = random.uniform(), du = random.uniform(), dv = random.uniform();
   return sample_emission<float>(lights, 0, t, 0, 0, du, dv);
 }
@@ -93,7 +93,7 @@ TEST_P(Imaged, EmissionFollowsItsDensity) {
     return std::min(static_cast<size_t>(x * static_cast<double>(n)), n - 1);
   };
   for (int i = 0; i < kSamples; ++i) {
-    const auto e = emit(s.lights(), random);
+    const auto e = emit_image(s.lights(), random);
     ASSERT_TRUE(e.delta);
     ASSERT_FALSE(e.infinite);
     const double phi = std::atan2(double{e.direction.y}, double{e.direction.x}) / (2 * M_PI) + 0.5;
@@ -109,7 +109,7 @@ TEST_P(Imaged, PathsCarryThePower) {
   const LightScene s(scene());
   Random random(7);
   const Estimate e = mean_of(64000, [&] {
-    const auto x = emit(s.lights(), random);
+    const auto x = emit_image(s.lights(), random);
     return (double{x.power.x} + x.power.y + x.power.z) / 3;
   });
   EXPECT_TRUE(
@@ -122,7 +122,7 @@ TEST_P(Imaged, BothDirectionsSeeTheSameIntensity) {
   Random random(9);
   int lit = 0, dark = 0, disagree = 0;
   for (int i = 0; i < 20000; ++i) {
-    const auto e = emit(s.lights(), random);
+    const auto e = emit_image(s.lights(), random);
     const Vec3<float> at = e.point + e.direction * 0.125f;
     const auto d = sample_direct<float>(s.lights(), at, 0, 0, random.uniform(), random.uniform());
     ASSERT_TRUE(d.delta);

@@ -13,7 +13,6 @@
 //
 // Roulette of connections: a contribution that is small against the scene's light is kept with a probability
 // in proportion to its size.
-// kept with a probability that goes with its size.
 #include <algorithm>
 
 namespace lightmill {

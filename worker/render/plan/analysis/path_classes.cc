@@ -65,7 +65,7 @@ std::string shortest_path(PathClasses classes) {
   std::string text;
   for_each_class([&](const PathClass& path) {
     if (!text.empty() || !(classes & path.bit())) return;
-    text = "L";
+    text.assign(1, 'L');
     for (int i = 0; i < path.events; ++i) text += path.diffuse(i) ? 'D' : 'S';
     text += path.hit ? "E" : "E from lights at a point or far away";
   });

@@ -1,9 +1,10 @@
-// The layered BSDFs against a random walk through their layers, written again here with the metal's own
-// Fresnel reflectance: coat, base, coat, ... until the light has left.
+// The layered BSDFs against a random walk_stack through their layers, written again here with the
+// metal's own Fresnel reflectance: coat, base, coat, ... until the light has left.
 //
-// The walk, not pbrt's picture, is the reference for rough coats. pbrt-v4 draws the same walk, but weighs its
-// strategies by densities that are approximations for layers, and the weights of one path do not add up to 1:
-// its path integrator differs from its own light sampling alone by some percent (mmp/pbrt-v4 issue 187).
+// The walk_stack, not pbrt's picture, is the reference for rough coats. pbrt-v4 draws the same
+// walk_stack, but weighs its strategies by densities that are approximations for layers, and the
+// weights of one path do not add up to 1: its path integrator differs from its own light sampling alone by
+// some percent (mmp/pbrt-v4 issue 187).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +17,7 @@
 namespace lightmill::test {
 namespace {
 
-struct Layers {
+struct LayerStack {
   float eta, thickness, coat_alpha;
   bool metal;            // else Lambertian
   float metal_alpha;     // of the metal
@@ -24,7 +25,8 @@ struct Layers {
 };
 
 /// What leaves the layers per unit of light that arrives along `wo`, and whither.
-Vec3<float> walk(const Layers& layers, const Vec3<float>& wo, Random& random, Vec3<float>* out = nullptr) {
+Vec3<float> walk_stack(const LayerStack& layers, const Vec3<float>& wo, Random& random,
+                       Vec3<float>* out = nullptr) {
   BsdfParams<float> coat, base;
   coat.p[0] = layers.eta;
   coat.p[6] = layers.coat_alpha;
@@ -85,12 +87,13 @@ BsdfCase only_material(const TestScene& s, std::vector<float>* tables) {
   return c;
 }
 
-/// The albedos of model and walk agree in every channel within 3 % and `tolerance`.
-void compare(const Layers& layers, const BsdfCase& model, double tolerance, const std::string& name) {
+/// The albedos of model and walk_stack agree in every channel within 3 % and `tolerance`.
+void compare_energy(const LayerStack& layers, const BsdfCase& model, double tolerance,
+                    const std::string& name) {
   for (const double degrees : {0.0, 30.0, 60.0, 80.0}) {
     const Vec3<float> wo = direction_at(degrees);
     Random r1(1), r2(2);
-    const Albedo w = mean(20000, [&] { return walk(layers, wo, r1); });
+    const Albedo w = mean(20000, [&] { return walk_stack(layers, wo, r1); });
     const Albedo m = mean(20000, [&] {
       const BsdfSample<float> s = model.sample(wo, r2, Mode::kImportance);
       return s.valid ? s.weight : Vec3<float>{};
@@ -109,18 +112,18 @@ TEST(LayeredEnergy, CoatedConductorHasTheAlbedoOfTheWalk) {
         s.coated_conductor({0.95f, 0.6f, 0.2f}, eta, coat, metal);
         std::get<CoatedConductorMaterial>(s.scene.materials[0].kind).thickness = thickness;
         std::vector<float> tables;
-        compare({eta, thickness, coat, true, metal, {0.95f, 0.6f, 0.2f}}, only_material(s, &tables),
-                coat > 0.1f ? 0.04 : 0.02,
-                "eta " + std::to_string(eta) + " coat " + std::to_string(coat) + " metal " +
-                    std::to_string(metal));
+        compare_energy({eta, thickness, coat, true, metal, {0.95f, 0.6f, 0.2f}}, only_material(s, &tables),
+                       coat > 0.1f ? 0.04 : 0.02,
+                       "eta " + std::to_string(eta) + " coat " + std::to_string(coat) + " metal " +
+                           std::to_string(metal));
       }
     }
   }
 }
 
 // How sharp a metal looks through a rough coat: of the light that leaves, as much lies within a few degrees
-// of the mirror direction as the walk brings there, within 30 %. (The model blurs by one lobe, of one width
-// for all directions, in place of two refractions.)
+// of the mirror direction as the walk_stack brings there, within 30 %. (The model blurs by one lobe,
+// of one width for all directions, in place of two refractions.)
 TEST(LayeredEnergy, CoatBlursAMetalAsTheWalkDoes) {
   for (const float coat : {0.1f, 0.3f}) {
     for (const float metal : {0.0f, 0.1f, 0.3f}) {
@@ -128,7 +131,7 @@ TEST(LayeredEnergy, CoatBlursAMetalAsTheWalkDoes) {
       s.coated_conductor({0.95f, 0.95f, 0.95f}, 1.5f, coat, metal);
       std::vector<float> tables;
       const BsdfCase model = only_material(s, &tables);
-      const Layers layers{1.5f, 0.01f, coat, true, metal, {0.95f, 0.95f, 0.95f}};
+      const LayerStack layers{1.5f, 0.01f, coat, true, metal, {0.95f, 0.95f, 0.95f}};
       for (const double degrees : {0.0, 45.0}) {
         const Vec3<float> wo = direction_at(degrees), mirror{-wo.x, -wo.y, wo.z};
         for (const double cone : {4.0, 12.0}) {
@@ -136,7 +139,7 @@ TEST(LayeredEnergy, CoatBlursAMetalAsTheWalkDoes) {
           Random r1(5), r2(6);
           const Albedo w = mean(40000, [&] {
             Vec3<float> wi{};
-            const Vec3<float> weight = walk(layers, wo, r1, &wi);
+            const Vec3<float> weight = walk_stack(layers, wo, r1, &wi);
             return dot(wi, mirror) > edge ? weight : Vec3<float>{};
           });
           const Albedo m = mean(40000, [&] {
@@ -200,8 +203,8 @@ TEST(LayeredEnergy, CoatedDiffuseHasTheAlbedoOfTheWalk) {
       TestScene s;
       s.coated({0.95f, 0.6f, 0.2f}, eta, coat);
       std::vector<float> tables;
-      compare({eta, 0.01f, coat, false, 0, {0.95f, 0.6f, 0.2f}}, only_material(s, &tables), 0.004,
-              "eta " + std::to_string(eta) + " coat " + std::to_string(coat));
+      compare_energy({eta, 0.01f, coat, false, 0, {0.95f, 0.6f, 0.2f}}, only_material(s, &tables), 0.004,
+                     "eta " + std::to_string(eta) + " coat " + std::to_string(coat));
     }
   }
 }

@@ -48,7 +48,7 @@ TestScene shaded_light(int film) {
   s.point_light({0, 1, 0}, {2, 1, 2});
   return mirrors(s, film);
 }
-Renderer renderer_of(const TestScene& s, int threads = 1) {
+Renderer renderer_with_seeds(const TestScene& s, int threads = 1) {
   return {s.scene, settings_for(s.scene, Integrator::kBdpt, 16, 8), threads};
 }
 bool walks(const Renderer& r) {
@@ -66,9 +66,9 @@ TEST(Manifolds, ShowALightAtAPointInMirrors) {
   add_shade(2, -0.1, &plain);
   folded.point_light({0, 1, 0}, {2, 2, 2});
   plain.point_light({0, 2, 0}, {2, 2, 2});
-  EXPECT_TRUE(walks(renderer_of(folded)));
-  EXPECT_EQ(renderer_of(folded).plan().missing_light, "");
-  EXPECT_FALSE(walks(renderer_of(plain)));
+  EXPECT_TRUE(walks(renderer_with_seeds(folded)));
+  EXPECT_EQ(renderer_with_seeds(folded).plan().missing_light, "");
+  EXPECT_FALSE(walks(renderer_with_seeds(plain)));
   // Quarters of the image, which is mirrored.
   for (const Integrator integrator : {Integrator::kBdpt, Integrator::kPt}) {
     const Batches a = render_batches(folded.scene, settings_for(folded.scene, integrator, 128, 3), 8),
@@ -98,7 +98,7 @@ TEST(Manifolds, ShowALightInsideGlass) {
   bare.box({-0.1, 1.05, -0.9}, {0.1, 1.25, -0.88}, bare.dielectric(1.5f, 0));  // to look through
   TestScene inside = bare;
   inside.sphere({0, 1, 0}, 0.05, inside.dielectric(2, 0));  // reflects 1/9
-  const Renderer renderer = renderer_of(inside);
+  const Renderer renderer = renderer_with_seeds(inside);
   ASSERT_TRUE(walks(renderer));
   EXPECT_GT(renderer.context().scene.manifolds.found, 0.98);
   const auto mean = [](const TestScene& s, int max_depth) {
@@ -127,8 +127,8 @@ TEST(Manifolds, CountWhatIsMetOnce) {
   const TestScene by_walks = with_lamp(mirrors(base, 32), 0.06);  // met seldom
   TestScene by_meeting = by_walks;
   by_meeting.quad({-1, 5, -1}, {0, 0, 1}, {1, 0, 0}, by_meeting.thin_dielectric(1.5f));
-  EXPECT_TRUE(walks(renderer_of(by_walks)));
-  EXPECT_FALSE(walks(renderer_of(by_meeting)));
+  EXPECT_TRUE(walks(renderer_with_seeds(by_walks)));
+  EXPECT_FALSE(walks(renderer_with_seeds(by_meeting)));
   const auto mean = [](const TestScene& s, int64_t spp) {
     return render_batches(s.scene, settings_for(s.scene, Integrator::kBdpt, spp, 8), 8).mean();
   };
@@ -143,8 +143,8 @@ TEST(Manifolds, AreTriedWhereMeetingsAreBrightHoweverManyPixelsThereAre) {
   for (const int film : {32, 1024}) {
     TestScene base;
     add_floor(base.conductor(0.7f, 0.5f), &base);
-    const Renderer small = renderer_of(with_lamp(mirrors(base, film), 0.06)),
-                   large = renderer_of(with_lamp(mirrors(base, film), 0.3));
+    const Renderer small = renderer_with_seeds(with_lamp(mirrors(base, film), 0.06)),
+                   large = renderer_with_seeds(with_lamp(mirrors(base, film), 0.3));
     EXPECT_TRUE(walks(small)) << film;
     EXPECT_FALSE(walks(large)) << film;
     EXPECT_GT(large.plan().missing.all, 0.02) << "more than what walks are worth if it is never met";
@@ -153,7 +153,7 @@ TEST(Manifolds, AreTriedWhereMeetingsAreBrightHoweverManyPixelsThereAre) {
 
 TEST(Manifolds, DoNotDependOnThreads) {
   const TestScene s = shaded_light(48);
-  const Renderer one = renderer_of(s, 1), three = renderer_of(s, 3);
+  const Renderer one = renderer_with_seeds(s, 1), three = renderer_with_seeds(s, 3);
   ASSERT_TRUE(walks(one));
   const ManifoldSeeds &a = one.context().scene.manifolds, &b = three.context().scene.manifolds;
   ASSERT_EQ(a.groups.size(), b.groups.size());
@@ -164,7 +164,7 @@ TEST(Manifolds, DoNotDependOnThreads) {
 // Walks that find all are as good as light paths, which splat and are joined with more noise.
 TEST(Manifolds, TakeThePlaceOfLightPaths) {
   const TestScene s = shaded_light(32);
-  const Renderer renderer = renderer_of(s);
+  const Renderer renderer = renderer_with_seeds(s);
   EXPECT_GT(renderer.context().scene.manifolds.found, 0.99);
   ASSERT_TRUE(renderer.context().scene.manifolds.suffice());
   const PilotReport report = run_pilot(renderer, 1, [] { return true; });
@@ -186,7 +186,7 @@ TEST(Manifolds, TakeThePlaceOfLightPaths) {
 
 // The floor below the light has its image at height 2.
 TEST(Manifolds, KnowTheIrradianceThatTheyBring) {
-  const Renderer renderer = renderer_of(shaded_light(32));
+  const Renderer renderer = renderer_with_seeds(shaded_light(32));
   const ManifoldSeeds& seeds = renderer.context().scene.manifolds;
   ASSERT_FALSE(seeds.empty());
   const ManifoldSeeds::Table* table = seeds.at(placed(renderer, {0.05, 0, 0.05}));
@@ -197,7 +197,7 @@ TEST(Manifolds, KnowTheIrradianceThatTheyBring) {
 // Where few vertices walk, each stands for many.
 TEST(Manifolds, WalkSeldomWhereTheyBringLittle) {
   const TestScene s = shaded_light(32);
-  const Renderer often = renderer_of(s), seldom = renderer_of(s);
+  const Renderer often = renderer_with_seeds(s), seldom = renderer_with_seeds(s);
   // As if the rest of the image were so much brighter.
   const_cast<ManifoldSeeds&>(seldom.context().scene.manifolds).worth_a_walk *= 4;
   const ManifoldSeeds& seeds = seldom.context().scene.manifolds;
@@ -216,7 +216,7 @@ TEST(Manifolds, WalkSeldomWhereTheyBringLittle) {
 // One way to the image of a point: one walk.
 TEST(Manifolds, HaveNoSeedsThatFindTheSame) {
   const TestScene s = shaded_light(32);
-  const Renderer renderer = renderer_of(s);
+  const Renderer renderer = renderer_with_seeds(s);
   const ManifoldSeeds& seeds = renderer.context().scene.manifolds;
   ASSERT_FALSE(seeds.empty());
   for (const ManifoldGroup& group : seeds.groups) {

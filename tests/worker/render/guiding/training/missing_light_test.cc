@@ -33,13 +33,13 @@ TestScene lit_and_seen_by_mirrors(int film) {
   s.camera({0, 1.2, -0.95}, {0, 0.4, 1.2}, 8).film(film, film);
   return s;
 }
-void add_floor(int material, TestScene* s) { s->quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, material); }
+void add_seen_floor(int material, TestScene* s) { s->quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, material); }
 void add_lamp(double half, TestScene* s) {
   const auto radiance = static_cast<float>(1 / (half * half));
   s->quad({-half, 1, -half}, {0, 0, 2 * half}, {2 * half, 0, 0}, s->diffuse(0),
           {.radiance = {radiance, radiance, radiance}});
 }
-Renderer renderer_of(const TestScene& s, int max_depth = 8, int threads = 1) {
+Renderer renderer_to_depth(const TestScene& s, int max_depth = 8, int threads = 1) {
   return {s.scene, settings_for(s.scene, Integrator::kAuto, 16, max_depth), threads};
 }
 
@@ -48,9 +48,9 @@ constexpr int kDepth = 4;
 
 TEST(MissingLight, IsAllThatCameraPathsAloneBring) {
   TestScene s = lit_and_seen_by_mirrors(64);
-  add_floor(s.diffuse(0.7f), &s);
+  add_seen_floor(s.diffuse(0.7f), &s);
   add_lamp(0.1, &s);
-  const Renderer renderer = renderer_of(s, kDepth);
+  const Renderer renderer = renderer_to_depth(s, kDepth);
   const MissingShare missing = estimate_missing_light(renderer.context(), 1).up_to(kDepth);
   const auto mean = [&](Strategies strategies) {
     RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 128, kDepth);
@@ -67,7 +67,7 @@ TEST(MissingLight, IsAllThatCameraPathsAloneBring) {
 
 TEST(MissingLight, CountsTheMeetingsAndTheirNoise) {
   TestScene s = lit_and_seen_by_mirrors(32);
-  add_floor(s.coated({0.7f, 0.7f, 0.7f}, 1.3f, 0), &s);  // of no kind that is guided
+  add_seen_floor(s.coated({0.7f, 0.7f, 0.7f}, 1.3f, 0), &s);  // of no kind that is guided
   add_lamp(0.05, &s);
   // Without an emission guide, which is learnt after the preview pass.
   const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kPt, 16, kDepth), 1);
@@ -106,12 +106,12 @@ TEST(MissingLight, CountsTheMeetingsAndTheirNoise) {
 // A light at a point is as a lamp that is too small to be met.
 TEST(MissingLight, OfLightsAtAPointIsNeverMet) {
   TestScene point = lit_and_seen_by_mirrors(32), lamp = point;
-  for (TestScene* s : {&point, &lamp}) add_floor(s->diffuse(0.7f), s);
+  for (TestScene* s : {&point, &lamp}) add_seen_floor(s->diffuse(0.7f), s);
   point.point_light({0, 1, 0}, {2, 2, 2});
   constexpr double kRadius = 1e-5;
   constexpr auto kRadiance = static_cast<float>(2 / (M_PI * kRadius * kRadius));
   lamp.sphere({0, 1, 0}, kRadius, lamp.diffuse(0), {.radiance = {kRadiance, kRadiance, kRadiance}});
-  const Renderer of_point = renderer_of(point), of_lamp = renderer_of(lamp);
+  const Renderer of_point = renderer_to_depth(point), of_lamp = renderer_to_depth(lamp);
   EXPECT_GT(of_point.plan().missing.never, 0.3);
   EXPECT_NEAR(of_point.plan().missing.never, of_lamp.plan().missing.seldom, 0.03);
   EXPECT_EQ(of_point.plan().missing.seldom, 0);
@@ -122,14 +122,14 @@ TEST(MissingLight, OfLightsAtAPointIsNeverMet) {
   EXPECT_EQ(of_point.missing_light(), std::vector<std::string>{of_point.plan().missing_light});
 
   // A mirror, the floor, a mirror: three events.
-  EXPECT_EQ(renderer_of(point, 2).plan().missing_light, "");
-  EXPECT_NE(renderer_of(point, 3).plan().missing_light, "");
-  EXPECT_EQ(renderer_of(point, 8, 3).plan().missing.never, of_point.plan().missing.never);
+  EXPECT_EQ(renderer_to_depth(point, 2).plan().missing_light, "");
+  EXPECT_NE(renderer_to_depth(point, 3).plan().missing_light, "");
+  EXPECT_EQ(renderer_to_depth(point, 8, 3).plan().missing.never, of_point.plan().missing.never);
 }
 
 TEST(MissingLight, IsSaidInOneLine) {
-  EXPECT_EQ(missing_light_text({.all = 0.5, .never = 0.004, .seldom = 0.004, .meetings = 1e-9}), "");
-  EXPECT_THAT(missing_light_text({.all = 0.5, .never = 0.006, .seldom = 0.006, .meetings = 1e-9}),
+  EXPECT_EQ(missing_light_text({.all = 0.5, .never = 0.004, .seldom = 0.004, .emitter_hits = 1e-9}), "");
+  EXPECT_THAT(missing_light_text({.all = 0.5, .never = 0.006, .seldom = 0.006, .emitter_hits = 1e-9}),
               AllOf(StartsWith("about 1.2 %"), HasSubstr("no path meets, and so small"),
                     HasSubstr("one camera path in 1e+09")));
   EXPECT_THAT(missing_light_text({.never = 0.25}),
@@ -138,16 +138,16 @@ TEST(MissingLight, IsSaidInOneLine) {
 
 TEST(MissingLight, IsNoneWhereSomethingCanBeJoined) {
   TestScene s = lit_and_seen_by_mirrors(32);
-  add_floor(s.diffuse(0.7f), &s);
+  add_seen_floor(s.diffuse(0.7f), &s);
   s.point_light({0, 1, 0}, {2, 2, 2});
   s.camera({0, 1.2, -0.95}, {0, 0, 0.2}, 20);  // straight at the floor: light paths bring it
-  EXPECT_LT(renderer_of(s).plan().missing.all, 1e-3);
-  EXPECT_EQ(renderer_of(cornell_room()).plan().missing.all, 0);
+  EXPECT_LT(renderer_to_depth(s).plan().missing.all, 1e-3);
+  EXPECT_EQ(renderer_to_depth(cornell_room()).plan().missing.all, 0);
   TestScene dark = lit_and_seen_by_mirrors(32);
-  add_floor(dark.diffuse(0), &dark);
+  add_seen_floor(dark.diffuse(0), &dark);
   dark.scene.materials[static_cast<size_t>(dark.scene.shapes[2].material)] = dark.scene.materials.back();
   dark.point_light({0, 1, 0}, {2, 2, 2});
-  EXPECT_EQ(renderer_of(dark).plan().missing.all, 0) << "nothing over nothing";
+  EXPECT_EQ(renderer_to_depth(dark).plan().missing.all, 0) << "nothing over nothing";
 }
 
 }  // namespace

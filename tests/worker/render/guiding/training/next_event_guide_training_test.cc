@@ -32,15 +32,15 @@ TestScene room_with_a_window() {
   return s;
 }
 
-const LightTable& lights_of(const Renderer& renderer) { return renderer.context().scene.lights; }
+const LightTable& guided_lights_of(const Renderer& renderer) { return renderer.context().scene.lights; }
 
-Renderer renderer_of(const TestScene& s, int threads = 1) {
+Renderer renderer_with_guide(const TestScene& s, int threads = 1) {
   return Renderer(s.scene, settings_for(s.scene, Integrator::kPt, 4, 5), threads);
 }
 
 TEST(LightLearning, PrefersWhatGetsIn) {
-  const Renderer renderer = renderer_of(room_with_a_window());
-  const LightTable& lights = lights_of(renderer);
+  const Renderer renderer = renderer_with_guide(room_with_a_window());
+  const LightTable& lights = guided_lights_of(renderer);
   ASSERT_FALSE(lights.guide.empty());
   EXPECT_GT(lights.guide.gain, 3);
   // The even sky has got bins, and a fifth of the samples of lights get out where a hundredth did.
@@ -66,8 +66,8 @@ TEST(LightLearning, PrefersWhatGetsIn) {
 
 TEST(LightLearning, DoesNotDependOnThreads) {
   const TestScene s = room_with_a_window();
-  const Renderer one = renderer_of(s, 1), three = renderer_of(s, 3);
-  const LightTable &a = lights_of(one), &b = lights_of(three);
+  const Renderer one = renderer_with_guide(s, 1), three = renderer_with_guide(s, 3);
+  const LightTable &a = guided_lights_of(one), &b = guided_lights_of(three);
   EXPECT_EQ(a.guide.table_of, b.guide.table_of);
   EXPECT_EQ(a.guide.probability, b.guide.probability);
   EXPECT_EQ(a.guide.grid.origin, b.guide.grid.origin);
@@ -77,17 +77,17 @@ TEST(LightLearning, DoesNotDependOnThreads) {
 TEST(LightLearning, LeavesAloneWhatItCanNotHelp) {
   // No light at infinity; one that shines on everything that is seen; none to choose from.
   TestScene lamp = cornell_room();
-  EXPECT_TRUE(lights_of(renderer_of(lamp)).guide.empty());
+  EXPECT_TRUE(guided_lights_of(renderer_with_guide(lamp)).guide.empty());
   TestScene sun;
   sun.quad({-1, -1, -1}, {0, 0, 2}, {2, 0, 0}, sun.diffuse(0.5f));
   sun.scene.lights.push_back({DistantLight{{3, 3, 3}, {0, -1, 0}, 0}, {}});
   sun.camera({0, 1, -3}, {0, -1, 0}, 40).film(16, 16);
-  EXPECT_TRUE(lights_of(renderer_of(sun)).guide.empty());
+  EXPECT_TRUE(guided_lights_of(renderer_with_guide(sun)).guide.empty());
   // Nothing in sight.
   TestScene away = room_with_a_window();
   away.camera({0, 0, 9}, {0, 0, 99}, 40);
-  EXPECT_TRUE(lights_of(renderer_of(away)).guide.empty());
-  EXPECT_TRUE(lights_of(renderer_of(away)).environments.empty()) << "the sky is even again";
+  EXPECT_TRUE(guided_lights_of(renderer_with_guide(away)).guide.empty());
+  EXPECT_TRUE(guided_lights_of(renderer_with_guide(away)).environments.empty()) << "the sky is even again";
 }
 
 }  // namespace

@@ -26,14 +26,15 @@ TestScene lamp_in_a_mirror(double half) {
   return s;
 }
 
-Renderer renderer_of(const TestScene& s, Integrator integrator = Integrator::kAuto, int threads = 1) {
+Renderer renderer_with_photons(const TestScene& s, Integrator integrator = Integrator::kAuto,
+                               int threads = 1) {
   return {s.scene, settings_for(s.scene, integrator, 4, 5), threads};
 }
 const PhotonGuide& guide_of(const Renderer& renderer) { return renderer.context().scene.caustics; }
 
 TEST(CausticLearning, FindsALampInAMirror) {
   for (const Integrator integrator : {Integrator::kAuto, Integrator::kPt}) {
-    const Renderer renderer = renderer_of(lamp_in_a_mirror(0.05), integrator);
+    const Renderer renderer = renderer_with_photons(lamp_in_a_mirror(0.05), integrator);
     const PhotonGuide& guide = guide_of(renderer);
     ASSERT_FALSE(guide.empty()) << name_of(integrator);
     if (integrator == Integrator::kPt) {
@@ -58,7 +59,7 @@ TEST(CausticLearning, FindsALampInAMirror) {
 
 TEST(CausticLearning, DoesNotDependOnThreads) {
   const TestScene s = lamp_in_a_mirror(0.05);
-  const Renderer one = renderer_of(s), three = renderer_of(s, Integrator::kAuto, 3);
+  const Renderer one = renderer_with_photons(s), three = renderer_with_photons(s, Integrator::kAuto, 3);
   const PhotonGuide &a = guide_of(one), &b = guide_of(three);
   EXPECT_EQ(a.gain, b.gain);
   EXPECT_EQ(a.share, b.share);
@@ -67,17 +68,17 @@ TEST(CausticLearning, DoesNotDependOnThreads) {
 }
 
 TEST(CausticLearning, LeavesAloneWhatItCanNotHelp) {
-  EXPECT_TRUE(guide_of(renderer_of(cornell_room())).empty()) << "no glass and no mirror";
+  EXPECT_TRUE(guide_of(renderer_with_photons(cornell_room())).empty()) << "no glass and no mirror";
   TestScene point = lamp_in_a_mirror(0.05);
   point.scene.shapes.pop_back();
   point.point_light({0, 1.5, 0.5}, {1, 1, 1});
-  EXPECT_TRUE(guide_of(renderer_of(point)).empty()) << "nothing hits a point";
+  EXPECT_TRUE(guide_of(renderer_with_photons(point)).empty()) << "nothing hits a point";
   TestScene dark = lamp_in_a_mirror(0.05);
   dark.scene.shapes.pop_back();
-  EXPECT_TRUE(guide_of(renderer_of(dark)).empty());
+  EXPECT_TRUE(guide_of(renderer_with_photons(dark)).empty());
   // A lamp so small that paths which are led to it miss it all the same: fireflies in place of a dark spot.
   TestScene tiny = lamp_in_a_mirror(1e-5);
-  EXPECT_TRUE(guide_of(renderer_of(tiny)).empty());
+  EXPECT_TRUE(guide_of(renderer_with_photons(tiny)).empty());
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr Features kBitwise = kAllFeatures & ~kAllStrategies;
+constexpr Features kExactly = kAllFeatures & ~kAllStrategies;
 
 PlanItem item_of(const SceneDescription& scene, const std::string& feature,
                  Integrator integrator = Integrator::kPt) {
@@ -32,17 +32,17 @@ bool needs(const SceneDescription& scene, const std::string& feature) {
   return item_of(scene, feature).needed;
 }
 
-Partial render(const SceneDescription& scene, Integrator integrator, Features overrides = 0) {
+Partial render_layers(const SceneDescription& scene, Integrator integrator, Features overrides = 0) {
   RenderSettings settings = settings_for(scene, integrator, 2, 5);
   settings.overrides = overrides;
   return render_partial(scene, settings);
 }
-bool same_layers(const Partial& a, const Partial& b) { return a.camera == b.camera && a.splats == b.splats; }
+bool equal_layers(const Partial& a, const Partial& b) { return a.camera == b.camera && a.splats == b.splats; }
 
 /// What the plan left out does nothing.
 void expect_same_bits(const SceneDescription& scene) {
   for (const Integrator integrator : {Integrator::kPt, Integrator::kLt, Integrator::kBdpt})
-    EXPECT_TRUE(same_layers(render(scene, integrator), render(scene, integrator, kBitwise)))
+    EXPECT_TRUE(equal_layers(render_layers(scene, integrator), render_layers(scene, integrator, kExactly)))
         << name_of(integrator);
 }
 
@@ -101,7 +101,8 @@ TEST_F(PlanTraps, TextureInAnAlphaMaskAlone) {
   for (const char* feature : {"textures", "texture coordinates", "alpha masks", "acceleration tree"})
     EXPECT_TRUE(needs(masked, feature)) << feature;
   expect_same_bits(masked);
-  EXPECT_FALSE(same_layers(render(masked, Integrator::kPt), render(scene(kBoard), Integrator::kPt)))
+  EXPECT_FALSE(
+      equal_layers(render_layers(masked, Integrator::kPt), render_layers(scene(kBoard), Integrator::kPt)))
       << "the mask shows";
 }
 
@@ -115,7 +116,8 @@ TEST_F(PlanTraps, TextureInABumpMapAlone) {
   for (const char* feature : {"textures", "texture coordinates", "normal and bump maps"})
     EXPECT_TRUE(needs(bumpy, feature)) << feature;
   expect_same_bits(bumpy);
-  EXPECT_FALSE(same_layers(render(bumpy, Integrator::kPt), render(scene(kBoard), Integrator::kPt)))
+  EXPECT_FALSE(
+      equal_layers(render_layers(bumpy, Integrator::kPt), render_layers(scene(kBoard), Integrator::kPt)))
       << "the bumps show";
 }
 
@@ -137,7 +139,8 @@ TEST_F(PlanTraps, TexturesOfMaterialsThatNothingIsMadeOf) {
       EXPECT_FALSE(needs(unused, feature)) << feature << body;
     EXPECT_EQ(item_of(unused, "textures").reason,
               "nothing in use reads one, and 1 image(s) that nothing in use reads are not loaded");
-    EXPECT_TRUE(same_layers(render(unused, Integrator::kBdpt), render(plain, Integrator::kBdpt)));
+    EXPECT_TRUE(
+        equal_layers(render_layers(unused, Integrator::kBdpt), render_layers(plain, Integrator::kBdpt)));
   }
   // In use it is read, through a mix and a scale, and said to be broken.
   const std::string scaled =
@@ -181,7 +184,8 @@ TEST_F(PlanTraps, MediumThatNobodyIsIn) {
   const SceneDescription with = scene(fog + kBoard), without = scene(kBoard);
   EXPECT_FALSE(needs(with, "participating media"));
   for (const Integrator integrator : {Integrator::kPt, Integrator::kLt, Integrator::kBdpt})
-    EXPECT_TRUE(same_layers(render(with, integrator), render(without, integrator))) << name_of(integrator);
+    EXPECT_TRUE(equal_layers(render_layers(with, integrator), render_layers(without, integrator)))
+        << name_of(integrator);
 }
 
 TEST(PlanTrapScenes, OneEmissiveTriangleAmongAMillion) {

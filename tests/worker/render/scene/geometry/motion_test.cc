@@ -16,17 +16,17 @@
 namespace lightmill::test {
 namespace {
 
-struct Found {
+struct MovingHit {
   int32_t prim = -1, instance = -1;
-  bool operator==(const Found&) const = default;
+  bool operator==(const MovingHit&) const = default;
 };
-Found first_hit(const Accel& accel, const Vec3<float>& o, const Vec3<float>& d, float time) {
+MovingHit first_moving_hit(const Accel& accel, const Vec3<float>& o, const Vec3<float>& d, float time) {
   const int32_t id = 0;
   TracedRay ray{{o.x, o.y, o.z}, {d.x, d.y, d.z}, -1, -1};
   accel.closest_hits(&ray, &id, 1, &time);
   return {ray.prim, ray.instance};
 }
-bool blocked(const Accel& accel, const Vec3<float>& o, const Vec3<float>& d, float time) {
+bool moving_blocked(const Accel& accel, const Vec3<float>& o, const Vec3<float>& d, float time) {
   uint8_t hit = 0;
   const float tfar = INFINITY;
   accel.occluded({&o.x, &o.y, &o.z, &d.x, &d.y, &d.z, &time}, &tfar, 1, &hit);
@@ -122,7 +122,7 @@ TEST(Motion, SurfacesAreWhereAStillSceneHasThem) {
       int hits = 0, same = 0;
       for (int ray = 0; ray < 400; ++ray) {
         const Vec3<float> d = view(random);
-        const Found fa = first_hit(trace_a, {}, d, time), fb = first_hit(trace_b, {}, d, 0);
+        const MovingHit fa = first_moving_hit(trace_a, {}, d, time), fb = first_moving_hit(trace_b, {}, d, 0);
         if (fa.prim < 0 && fb.prim < 0) continue;
         ++hits;
         if (fa.prim < 0 || fb.prim < 0) continue;  // beside an edge that is a ten-thousandth off
@@ -175,16 +175,16 @@ TEST(Motion, NoTriangleIsHitByTheRaysThatLeaveIt) {
         const Vec3<float> d =
             normalize(Vec3<float>{r[kInstancePosition], r[kInstancePosition + 1], r[kInstancePosition + 2]} +
                       unit(random) * (0.2f / r[kInstanceTimeScale]));
-        const Found at = first_hit(accel, {}, d, time);
+        const MovingHit at = first_moving_hit(accel, {}, d, time);
         if (at.prim < 0) continue;
         const Surface<float> hit = surface_at<float>(scene, at.prim, at.instance, {}, d, time);
         for (int k = 0; k < 8; ++k) {
           const Vec3<float> w = unit(random);
           if (std::fabs(dot(w, hit.ng)) < 1e-4f) continue;  // in the plane: there is no side
           const Vec3<float> from = offset_origin(hit.p, hit.error, hit.ng, w);
-          const Found next = first_hit(accel, from, w, time);
+          const MovingHit next = first_moving_hit(accel, from, w, time);
           ASSERT_FALSE(next == at) << "scale " << scale << ", trial " << trial;
-          ASSERT_EQ(blocked(accel, from, w, time), next.prim >= 0);
+          ASSERT_EQ(moving_blocked(accel, from, w, time), next.prim >= 0);
           ++tested;
         }
       }
@@ -205,7 +205,7 @@ TEST(Motion, LanesHaveTheBitsOfScalars) {
     for (size_t l = 0; l < 8; ++l) {
       const Vec3<float> d = view(random);
       time[l] = random.uniform();
-      const Found f = first_hit(accel, {}, d, time[l]);
+      const MovingHit f = first_moving_hit(accel, {}, d, time[l]);
       ASSERT_GE(f.prim, 0);
       prim[l] = f.prim, instance[l] = f.instance;
       dx[l] = d.x, dy[l] = d.y, dz[l] = d.z;
