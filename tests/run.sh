@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Sets up, builds and runs tests, fast ones first. The last line is "N passed, N failed, N skipped" over all of them.
-#   tests/run.sh           what a change must pass: unit tests, estimators against closed answers, a farm of real
-#                          processes, the command line, the dashboard in Chromium; 25 minutes on 2 cores
+#   tests/run.sh           what a change must pass: unit tests, statistics, farms of real processes, the command line,
+#                          the dashboard in Chromium, the quickstart; 25 minutes on 2 cores
 #   tests/run.sh --fast    unit tests and what the tree promises of itself; 10 minutes on 2 cores
-#   tests/run.sh --all     also long statistics, chaos, containers (Compose, Swarm), Slurm, Kubernetes, packages,
-#                          sanitizers, half a minute of each fuzzer, formatting and lint
+#   tests/run.sh --all     also benches, containers (Compose, Swarm), Kubernetes, Slurm, the package, sanitizers,
+#                          half a minute of each fuzzer, formatting and lint
 #   --no-install           packages are there already (no root needed)
 # Logs stay in build/test-logs. Exit codes: 0 all passed, 1 some failed or the build did, 2 wrong usage.
 set -uo pipefail
