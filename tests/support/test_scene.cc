@@ -8,7 +8,6 @@ Vec3d operator+(const Vec3d& a, const Vec3d& b) { return {a.x + b.x, a.y + b.y, 
 Vec3d operator-(const Vec3d& a, const Vec3d& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 Vec3d operator*(const Vec3d& a, double s) { return {a.x * s, a.y * s, a.z * s}; }
 double dot(const Vec3d& a, const Vec3d& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-double length(const Vec3d& a) { return std::sqrt(dot(a, a)); }
 Vec3d normalized(const Vec3d& a) { return a * (1 / length(a)); }
 
 namespace {

@@ -15,7 +15,6 @@ Vec3d operator+(const Vec3d& a, const Vec3d& b);
 Vec3d operator-(const Vec3d& a, const Vec3d& b);
 Vec3d operator*(const Vec3d& a, double s);
 double dot(const Vec3d& a, const Vec3d& b);
-double length(const Vec3d& a);
 Vec3d normalized(const Vec3d& a);
 
 /// What a shape emits and which way it faces.
