@@ -3,8 +3,8 @@
 #   tests/run.sh           what a change must pass: unit tests, statistics, farms of real processes, the command line,
 #                          the dashboard in Chromium, the quickstart; 25 minutes on 2 cores
 #   tests/run.sh --fast    unit tests and what the tree promises of itself; 10 minutes on 2 cores
-#   tests/run.sh --all     also benches, containers (Compose, Swarm), Kubernetes, Slurm, the package, sanitizers,
-#                          half a minute of each fuzzer, formatting and lint
+#   tests/run.sh --all     also the largest farms, more chaos, benches, containers (Compose, Swarm), Kubernetes,
+#                          Slurm, the package, sanitizers, half a minute of each fuzzer, formatting and lint
 #   --no-install           packages are there already (no root needed)
 # Logs stay in build/test-logs. Exit codes: 0 all passed, 1 some failed or the build did, 2 wrong usage.
 set -uo pipefail
@@ -121,13 +121,13 @@ print("|".join(test["name"] for test in json.load(sys.stdin)["tests"] if "comman
 
 script_part "layout" bash tests/deploy/layout.sh
 build_part release ON -j "$cores" --target fast_tests lightmill lightmill-coordinator lightmill-worker || finish
-ctest_part "fast tests" release -LE 'slow|farm|bench' -E "$(unbuilt release)" -j "$cores" --timeout 300
+ctest_part "fast tests" release -LE 'slow|farm|bench|long' -E "$(unbuilt release)" -j "$cores" --timeout 300
 [[ $tier == fast ]] && finish
 
 build_part release ON -j "$cores" || finish
-if [[ $tier == middle ]]; then left_out=(-LE 'long|bench'); else left_out=(-LE bench); fi
-ctest_part "slow tests" release -L slow "${left_out[@]}" -j "$cores" --timeout 3600
-ctest_part "farm tests" release -L farm "${left_out[@]}" -j "$cores" --timeout 1800
+ctest_part "slow tests" release -L slow -j "$cores" --timeout 3600
+if [[ $tier == middle ]]; then farm=(-L farm -LE long); else farm=(-L 'farm|long'); fi
+ctest_part "farm tests" release "${farm[@]}" -j "$cores" --timeout 1800
 if [[ -f ../shared/contract/check.sh ]]; then
   script_part "contract" bash tests/deploy/contract.sh ../shared/contract/check.sh
 fi
@@ -146,7 +146,7 @@ sanitizer_part() {
   local preset=$1
   shift
   build_part "$preset" ON -j "$cores" --target "$@" || return
-  ctest_part "$preset" "$preset" -E "$(unbuilt "$preset")" -LE 'slow|farm|bench' -j "$cores" --timeout 1200
+  ctest_part "$preset" "$preset" -E "$(unbuilt "$preset")" -LE 'slow|farm|bench|long' -j "$cores" --timeout 1200
 }
 
 # What reads bytes from outside, what shares state between threads, and what renders on its own account.

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))  # what tests/farm shares
 from paths import ROOM  # noqa: E402
 from wire import PB  # noqa: E402
 import grpc  # noqa: E402
