@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "worker/render/accel/accel.h"
 #include "worker/render/accel/traced_instances.h"
 #include "worker/render/scene/geometry/placement.h"
 
