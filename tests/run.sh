@@ -121,11 +121,11 @@ print("|".join(test["name"] for test in json.load(sys.stdin)["tests"] if "comman
 
 script_part "layout" bash tests/deploy/layout.sh
 build_part release ON -j "$cores" --target fast_tests lightmill lightmill-coordinator lightmill-worker || finish
-ctest_part "fast tests" release -LE 'slow|farm|bench|long' -E "$(unbuilt release)" -j "$cores" --timeout 300
+ctest_part "fast tests" release -LE 'slow|extreme|farm|bench|long' -E "$(unbuilt release)" -j "$cores" --timeout 300
 [[ $tier == fast ]] && finish
 
 build_part release ON -j "$cores" || finish
-ctest_part "slow tests" release -L slow -j "$cores" --timeout 3600
+ctest_part "slow tests" release -L 'slow|extreme' -j "$cores" --timeout 3600
 if [[ $tier == middle ]]; then farm=(-L farm -LE long); else farm=(-L 'farm|long'); fi
 ctest_part "farm tests" release "${farm[@]}" -j "$cores" --timeout 1800
 if [[ -f ../shared/contract/check.sh ]]; then
