@@ -19,6 +19,7 @@ std::string extension_of(const std::string& path) {
 }  // namespace
 
 bool is_exr(const std::string& path) { return extension_of(path) == ".exr"; }
+bool is_png(const std::string& path) { return extension_of(path) == ".png"; }
 
 ViewTransform view_of(const OutputOptions& options) {
   return {view_curve_named(options.view), options.exposure};

@@ -18,6 +18,7 @@ void check_output(const OutputOptions& options, Aovs aovs = 0);
 void forget_film_layers(const OutputOptions& output, RenderOptions* render);
 /// Whether the file's name ends in .exr, in any case: it can hold layers.
 bool is_exr(const std::string& path);
+bool is_png(const std::string& path);
 ViewTransform view_of(const OutputOptions& options);
 
 /// -o as given, or the scene's film filename in the current folder with the extension .exr. Checked by

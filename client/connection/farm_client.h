@@ -64,7 +64,8 @@ class FarmClient {
   JobStatus watch(const JobId& id, const std::function<void(const JobStatus&)>& observe,
                   const std::function<void(const std::string&)>& lost);
   /// `max_side` over 0: a preview, whose longer side has at most so many pixels.
-  FetchedImage fetch(const JobId& id, bool with_aovs = false, int max_side = 0);
+  /// `for_display`: pixels that no sample has reached yet take the mean of those around them; without AOVs.
+  FetchedImage fetch(const JobId& id, bool with_aovs = false, int max_side = 0, bool for_display = false);
   ErrorCurve curve(const JobId& id);
 
  private:

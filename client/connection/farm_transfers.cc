@@ -145,13 +145,14 @@ JobId FarmClient::submit(const JobRequest& request, const std::map<std::string, 
   return JobId{farm_->call(&v1::ClientService::Stub::SubmitJob, message).job_id()};
 }
 
-FetchedImage FarmClient::fetch(const JobId& id, bool with_aovs, int max_side) {
+FetchedImage FarmClient::fetch(const JobId& id, bool with_aovs, int max_side, bool for_display) {
   grpc::ClientContext context;
   set_deadline(context, kTransferSeconds);
   v1::FetchImageRequest request;
   request.set_job_id(id.value);
   request.set_with_aovs(with_aovs);
   request.set_max_side(max_side);
+  request.set_for_display(for_display);
   const auto reader = farm_->stub()->FetchImage(&context, request);
   FetchedImage fetched;
   size_t filled = 0, size = 0, aov_size = 0;

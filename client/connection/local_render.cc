@@ -103,7 +103,7 @@ LocalResult render_local(const JobRequest& request, std::shared_ptr<const agent:
   std::optional<LiveView> view;
   if (!display.empty()) {
     view.emplace(
-        display, request.name, [&] { return farm.image(job); }, print_warning);
+        display, request.name, [&] { return farm.display_image(job); }, print_warning);
   }
   {
     RunnerThread runner(farm, std::move(renderer), threads);

@@ -55,7 +55,7 @@ JobStatus follow(FarmClient& farm, const JobId& id, bool quiet, const std::strin
   std::optional<LiveView> view;
   if (!display.empty()) {
     view.emplace(
-        display, id.value, [&] { return farm.fetch(id).image; }, print_warning);
+        display, id.value, [&] { return farm.fetch(id, false, 0, true).image; }, print_warning);
   }
   JobStatus last = farm.watch(
       id,
@@ -91,7 +91,7 @@ JobStatus follow(FarmClient& farm, const JobId& id, bool quiet, const std::strin
 
 FetchedImage fetch_to_file(FarmClient& farm, const JobId& id, const OutputOptions& output, bool quiet,
                            int max_side) {
-  FetchedImage fetched = farm.fetch(id, is_exr(output.path) && max_side == 0, max_side);
+  FetchedImage fetched = farm.fetch(id, is_exr(output.path) && max_side == 0, max_side, is_png(output.path));
   write_image(fetched.image, output.path, {output.half, fetched.metadata, &fetched.aovs, view_of(output)});
   if (!quiet) std::fprintf(stderr, "wrote %s\n", output.path.c_str());
   return fetched;

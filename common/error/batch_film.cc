@@ -16,7 +16,7 @@ namespace lightmill {
 namespace {
 
 constexpr uint32_t kMagic = 0x6662694c;  // "Libf"
-constexpr uint32_t kVersion = 2;
+constexpr uint32_t kVersion = 3;
 constexpr size_t kBatchHeadBytes = 9;
 constexpr int64_t kRun = 8;  // tracked pixels beside each other, where not all are
 constexpr const char* kWhat = "batch film snapshot";
@@ -48,7 +48,7 @@ uint64_t mix(uint64_t x) {
 
 }  // namespace
 
-BatchFilm::BatchFilm(const FilmGrid& grid) : grid_(grid) {
+BatchFilm::BatchFilm(const FilmGrid& grid) : grid_(grid), interleave_(grid) {
   const int64_t pixels = grid.crop.area();
   tracked_pixels_ = std::min(pixels, kMaxTrackedPixels);
   if (tracked_pixels_ == pixels) return;
@@ -61,6 +61,18 @@ BatchFilm::BatchFilm(const FilmGrid& grid) : grid_(grid) {
         static_cast<int64_t>(mix(static_cast<uint64_t>(i)) % static_cast<uint64_t>(end - begin));
     tracked_[index(i)] = begin + offset;
   }
+  const PixelRect& crop = grid.crop;
+  tracked_places_.reserve(index(tracked_pixels_));
+  for (int64_t at = 0; at < tracked_pixels_; ++at) {
+    const int64_t pixel = tracked_[index(at / kRun)] * kRun + at % kRun;
+    const FilmPixel p = interleave_.to_packet(crop.x0 + static_cast<int>(pixel % crop.width()),
+                                              crop.y0 + static_cast<int>(pixel / crop.width()));
+    tracked_places_.push_back(
+        {static_cast<uint32_t>(int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0),
+         static_cast<uint32_t>(at)});
+  }
+  std::sort(tracked_places_.begin(), tracked_places_.end(),
+            [](const TrackedPlace& a, const TrackedPlace& b) { return a.in_packets < b.in_packets; });
 }
 
 PixelLayout BatchFilm::layout() const {
@@ -87,28 +99,27 @@ void BatchFilm::merge_pairs() {
 }
 
 void BatchFilm::add_camera(const PixelRect& r, const ExactRgb* from, double unit, float* rgb) const {
-  struct Span {
-    const ExactRgb* from;
-    float* to;
-    int64_t pixels;
-  };
-  std::vector<Span> spans;
+  const PixelRect& crop = grid_.crop;
+  if (tracked_.empty()) {
+    for (int y = r.y0; y < r.y1; ++y) {
+      for (int x = r.x0; x < r.x1; ++x) {
+        const FilmPixel p = interleave_.to_film(x, y);
+        add_sum(*from++, unit, rgb + 3 * (int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0));
+      }
+    }
+    return;
+  }
   for (int y = r.y0; y < r.y1; ++y, from += r.width()) {
-    const int64_t begin = int64_t{y - grid_.crop.y0} * grid_.crop.width() + r.x0 - grid_.crop.x0,
-                  end = begin + r.width();
-    spans.clear();
-    if (tracked_.empty()) spans.push_back({from, rgb + 3 * begin, end - begin});
+    const int64_t begin = int64_t{y - crop.y0} * crop.width() + r.x0 - crop.x0, end = begin + r.width();
+    const auto first = std::lower_bound(
+        tracked_places_.begin(), tracked_places_.end(), begin,
+        [](const TrackedPlace& place, int64_t at) { return int64_t{place.in_packets} < at; });
     // What is tracked of a row is asked for first: it is far apart, and memory is slow.
-    for (auto run = std::lower_bound(tracked_.begin(), tracked_.end(), begin / kRun);
-         run != tracked_.end() && *run * kRun < end; ++run) {
-      const int64_t first = std::max(begin, *run * kRun), last = std::min(end, (*run + 1) * kRun),
-                    at = (run - tracked_.begin()) * kRun + first % kRun;
-      const Span& span = spans.emplace_back(Span{from + (first - begin), rgb + 3 * at, last - first});
-      for (int64_t k = 0; k < span.pixels; ++k) __builtin_prefetch(span.from + k);
-    }
-    for (const Span& span : spans) {
-      for (int64_t k = 0; k < span.pixels; ++k) add_sum(span.from[k], unit, span.to + 3 * k);
-    }
+    auto last = first;
+    for (; last != tracked_places_.end() && last->in_packets < end; ++last)
+      __builtin_prefetch(from + (last->in_packets - begin));
+    for (auto place = first; place != last; ++place)
+      add_sum(from[place->in_packets - begin], unit, rgb + 3 * int64_t{place->at});
   }
 }
 

@@ -17,6 +17,7 @@
 #include "common/error/error_estimate.h"
 #include "common/film/partial.h"
 #include "common/image/image.h"
+#include "common/job/pixel_interleave.h"
 
 namespace lightmill {
 
@@ -84,7 +85,7 @@ class BatchFilm {
     std::vector<float> rgb;  // 3 per tracked pixel: sum of contributions; empty until the first arrives
     int64_t samples = 0;     // pixel samples folded (all pixels), to know when it is complete
   };
-  /// Adds the sums `from` of the pixels of `r`, row-major, in units of `unit`, to a batch's `rgb`.
+  /// Adds the sums `from` of the pixels of `r` in packet order, row-major, in units of `unit`, to a batch's `rgb`.
   void add_camera(const PixelRect& r, const ExactRgb* from, double unit, float* rgb) const;
   PixelLayout layout() const;
   void merge_pairs();
@@ -93,7 +94,12 @@ class BatchFilm {
   FilmGrid grid_;
   int64_t group_ = 1;  // superblocks per batch
   int64_t tracked_pixels_ = 0;
+  PixelInterleave interleave_;
   std::vector<int64_t> tracked_;  // runs of 8 pixels of the crop window, ascending; empty: all pixels
+  struct TrackedPlace {
+    uint32_t in_packets, at;  // index in the crop window in packet order; number among the tracked pixels
+  };
+  std::vector<TrackedPlace> tracked_places_;  // of the pixels of tracked_, ascending
   std::vector<Batch> batches_;    // batch i: superblocks [i * group_, (i + 1) * group_)
 };
 

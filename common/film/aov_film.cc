@@ -4,6 +4,7 @@
 #include "common/film/packing.h"
 #include "common/film/signed_sum.h"
 #include "common/film/unit_planes.h"
+#include "common/job/pixel_interleave.h"
 
 namespace lightmill {
 
@@ -16,7 +17,8 @@ struct PixelSums {
   const AovSums& sums;
   const AovFilm::Colour& colour;
   const std::vector<ExactRgb>& direct_splat;
-  size_t pixel;
+  size_t pixel;       // in packet order
+  size_t film_pixel;  // the same one's place in the image
   int64_t samples;
 
   Units of(AovLayer layer, int c) const { return sums.layers[layer][pixel].c[c]; }
@@ -32,8 +34,8 @@ struct PixelSums {
       value += mean(colour.camera[pixel].c[c], of(kDirectLayer, c), static_cast<double>(samples));
     }
     if (colour.light_spp > 0 && !colour.splat.empty()) {
-      const Units direct = direct_splat.empty() ? 0 : direct_splat[pixel].c[c];
-      value += mean(colour.splat[pixel].c[c], direct, colour.light_spp);
+      const Units direct = direct_splat.empty() ? 0 : direct_splat[film_pixel].c[c];
+      value += mean(colour.splat[film_pixel].c[c], direct, colour.light_spp);
     }
     return value;
   }
@@ -103,11 +105,15 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
   if (set == 0) return result;
   const PixelRect& crop = grid.crop;
   result.image = Image(crop.width(), crop.height(), static_cast<int>(result.channels.size()));
-  float* out = result.image.data.data();
+  const PixelInterleave interleave(grid);
   size_t pixel = 0;
   for (int y = crop.y0; y < crop.y1; ++y) {
     for (int x = crop.x0; x < crop.x1; ++x, ++pixel) {
-      const PixelSums at{sums_, colour, direct_splat_, pixel, colour.samples(x / kCellSize, y / kCellSize)};
+      const FilmPixel p = interleave.to_film(x, y);
+      const size_t film_pixel = entry(int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0);
+      const PixelSums at{sums_,      colour, direct_splat_, pixel, film_pixel,
+                         colour.samples(x / kCellSize, y / kCellSize)};
+      float* out = &result.image.data[film_pixel * result.channels.size()];
       for (Aovs aov = 1; aov <= kAllAovs; aov <<= 1) {
         if (!(set & aov)) continue;
         const int channels = aov & (kAovDepth | kAovAlpha | kAovSamples) ? 1 : 3;

@@ -15,7 +15,7 @@ class ByteWriter;
 
 class AovFilm {
  public:
-  /// The film's other layers, by pixel of the crop window.
+  /// The film's other layers, by pixel of the crop window: the camera's in packet order, splats in film order.
   struct Colour {
     const std::vector<ExactRgb>& camera;
     const std::vector<ExactRgb>& splat;  // empty without splats
@@ -38,8 +38,8 @@ class AovFilm {
   void read(ByteReader* in, const FilmGrid& grid);
 
  private:
-  AovSums sums_;  // over the crop window; direct_splats stays empty, they are dense here
-  std::vector<ExactRgb> direct_splat_;  // crop window; empty until one arrives
+  AovSums sums_;  // over the crop window, in packet order; direct_splats stays empty, they are dense here
+  std::vector<ExactRgb> direct_splat_;  // crop window, in film order; empty until one arrives
 };
 
 }  // namespace lightmill

@@ -1,5 +1,6 @@
 #include "common/film/film.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "common/base/error.h"
@@ -7,6 +8,8 @@
 #include "common/film/packing.h"
 #include "common/film/signed_sum.h"
 #include "common/film/unit_planes.h"
+#include "common/image/fill_holes.h"
+#include "common/job/pixel_interleave.h"
 #include "common/job/settings.h"
 
 namespace lightmill {
@@ -14,7 +17,7 @@ namespace lightmill {
 namespace {
 
 constexpr uint32_t kFilmMagic = 0x6d66694c;  // "Lifm"
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 constexpr const char* kFilmSnapshot = "film snapshot";
 
 size_t index(int64_t i) { return static_cast<size_t>(i); }
@@ -126,25 +129,49 @@ int64_t Film::cell_samples(int cx, int cy) const {
   return cell_samples_[index(int64_t{cy - all.y0} * all.width() + cx - all.x0)];
 }
 
-Image Film::resolve() const {
+Image Film::resolve(bool with_camera, bool with_splats) const {
   const PixelRect& crop = grid_.crop;
   Image image(crop.width(), crop.height());
   const double light_spp =
       static_cast<double>(light_paths_) / static_cast<double>(grid_.light_paths_per_spp());
-  size_t i = 0;
+  with_splats = with_splats && !splat_.empty() && light_paths_ > 0;
+  const PixelInterleave interleave(grid_);
+  size_t of_packets = 0;
   for (int y = crop.y0; y < crop.y1; ++y) {
-    for (int x = crop.x0; x < crop.x1; ++x, ++i) {
-      const int64_t samples = cell_samples(x / kCellSize, y / kCellSize);
-      for (int c = 0; c < 3; ++c) {
+    for (int x = crop.x0; x < crop.x1; ++x, ++of_packets) {
+      const int64_t samples = with_camera ? cell_samples(x / kCellSize, y / kCellSize) : 0;
+      const FilmPixel p = interleave.to_film(x, y);
+      const size_t i = index(int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0);
+      for (size_t c = 0; c < 3; ++c) {
         double value = 0;
         if (samples > 0)
-          value += from_signed_units(camera_[i].c[c], quantum_exponent_) / static_cast<double>(samples);
-        if (!splat_.empty() && light_paths_ > 0)
-          value += from_signed_units(splat_[i].c[c], quantum_exponent_) / light_spp;
-        image.data[3 * i + static_cast<size_t>(c)] = static_cast<float>(value);
+          value += from_signed_units(camera_[of_packets].c[c], quantum_exponent_) / static_cast<double>(samples);
+        if (with_splats) value += from_signed_units(splat_[i].c[c], quantum_exponent_) / light_spp;
+        image.data[3 * i + c] = static_cast<float>(value);
       }
     }
   }
+  return image;
+}
+
+Image Film::resolve() const { return resolve(true, true); }
+
+Image Film::resolve_for_display() const {
+  if (std::find(cell_samples_.begin(), cell_samples_.end(), 0) == cell_samples_.end()) return resolve();
+  const PixelRect& crop = grid_.crop;
+  const PixelInterleave interleave(grid_);
+  std::vector<uint8_t> known(index(crop.area()));
+  for (int y = crop.y0; y < crop.y1; ++y) {
+    for (int x = crop.x0; x < crop.x1; ++x) {
+      const FilmPixel p = interleave.to_film(x, y);
+      known[index(int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0)] =
+          cell_samples(x / kCellSize, y / kCellSize) > 0;
+    }
+  }
+  Image image = resolve(true, false);
+  fill_holes(known, &image);
+  const Image splats = resolve(false, true);
+  for (size_t i = 0; i < image.data.size(); ++i) image.data[i] += splats.data[i];
   return image;
 }
 

@@ -20,6 +20,8 @@ class Film {
   /// The current image over the crop window: camera sums / samples of the pixel's cell + splat sums /
   /// (light paths / light_paths_per_spp). Pixels without samples are 0. Linear Rec.709, float.
   Image resolve() const;
+  /// The same, to look at while tiles are missing: pixels without camera samples take those around them.
+  Image resolve_for_display() const;
   /// The AOVs that the job asked for, over the crop window; without channels if it asked for none.
   ChannelImage resolve_aovs() const;
   const FilmGrid& grid() const { return grid_; }
@@ -34,12 +36,14 @@ class Film {
   static Film restore(std::string_view bytes);
 
  private:
+  Image resolve(bool with_camera, bool with_splats) const;
+
   FilmGrid grid_;
   bool has_quantum_ = false;
   int quantum_exponent_ = 0;
-  std::vector<ExactRgb> camera_;       // crop window, row-major
+  std::vector<ExactRgb> camera_;       // crop window, row-major, in packet order (pixel_interleave.h)
   std::vector<int64_t> cell_samples_;  // grid_.cells(), row-major
-  std::vector<ExactRgb> splat_;        // crop window, row-major; empty until a splat arrives
+  std::vector<ExactRgb> splat_;        // crop window, row-major, in film order; empty until a splat arrives
   AovFilm aovs_;
   uint64_t light_paths_ = 0;
   RenderCounters counters_;

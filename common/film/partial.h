@@ -47,8 +47,8 @@ struct Partial {
   TileSpec tile;
   FilmGrid grid;
   int quantum_exponent = 0;
-  /// Row-major sums over grid.pixels(tile.cells). Every pixel got tile.samples() samples. Empty if the
-  /// integrator has no camera layer (lt).
+  /// Row-major sums over grid.pixels(tile.cells), in packet order (common/job/pixel_interleave.h). Every
+  /// pixel got tile.samples() samples. Empty if the integrator has no camera layer (lt).
   std::vector<ExactRgb> camera;
   /// Splat sums over the whole crop window, ascending by pixel, without zeros.
   using SplatSum = lightmill::SplatSum;
@@ -92,7 +92,7 @@ class PartialBuilder {
 };
 
 /// Version of the encoding: the `schema` that workers register with.
-inline constexpr int kPartialSchema = 2;
+inline constexpr int kPartialSchema = 3;
 /// Bounds of tiles that are accepted. With kMaxContributionBits they keep a tile's sums below 2^126.
 inline constexpr int64_t kMaxSampleIndex = int64_t{1} << 40;
 inline constexpr int64_t kMaxTileSamples = int64_t{1} << 31;

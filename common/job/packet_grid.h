@@ -1,5 +1,6 @@
 #pragma once
-// The absolute grid of packets: 32x32-pixel cells x blocks of sample indices.
+// The absolute grid of packets: cells of 32x32 pixels x blocks of sample indices. The pixels of a cell do not
+// lie beside each other in the image: pixel_interleave.h.
 //
 // Block b covers sample indices 0 | 1 | 2-3 | 4-7 | 8-15 | 16-31 | 32-47 | ... (sizes 1,1,2,4,8, then 16
 // each). Cells sit at absolute multiples of 32 pixels of the *uncropped* film, so a packet has the same

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/base/error.h"
+#include "common/job/pixel_interleave.h"
 
 namespace lightmill {
 
@@ -41,21 +42,25 @@ PathCount camera_paths_of(const SampleAllocation& map, const FilmGrid& grid, con
     return {n, n};
   }
   const RegionGrid regions = regions_of(grid);
+  const PixelInterleave interleave(grid);
+  std::vector<uint64_t> areas(static_cast<size_t>(regions.count()));
+  for (int y = pixels.y0; y < pixels.y1; ++y) {
+    for (int x = pixels.x0; x < pixels.x1; ++x) {
+      const FilmPixel p = interleave.to_film(x, y);
+      ++areas[static_cast<size_t>(regions.at(p.x, p.y))];
+    }
+  }
   const int64_t begin = std::max(tile.sample_begin, kUniformSamples),
                 end = std::max(tile.sample_end, kUniformSamples);
   const int64_t uniform = tile.samples() - (end - begin);
   PathCount count;
   for (int64_t r = 0; r < regions.count(); ++r) {
-    const int x = regions.x0 + static_cast<int>(r % regions.columns) * regions.side,
-              y = regions.y0 + static_cast<int>(r / regions.columns) * regions.side;
-    const int width = std::min(x + regions.side, pixels.x1) - std::max(x, pixels.x0),
-              height = std::min(y + regions.side, pixels.y1) - std::max(y, pixels.y0);
-    if (width <= 0 || height <= 0) continue;
+    const uint64_t area = areas[static_cast<size_t>(r)];
+    if (area == 0) continue;
     const int level = map.level(r), more = std::max(level, 0), less = std::max(-level, 0);
     const int64_t group = int64_t{1} << less, all = (end - begin) << more;
     const int64_t whole = std::max<int64_t>(end / group - (begin + group - 1) / group, 0),
                   touched = begin < end ? (end + group - 1) / group - begin / group : 0;
-    const auto area = static_cast<uint64_t>(width) * static_cast<uint64_t>(height);
     count.least += area * static_cast<uint64_t>(uniform + (less > 0 ? whole : all));
     count.most += area * static_cast<uint64_t>(uniform + (less > 0 ? touched : all));
   }

@@ -75,6 +75,7 @@ WorkerPage Farm::workers(const WorkerId& after, size_t most) const {
 FarmStats Farm::stats() const { return impl_->view.stats(); }
 
 Image Farm::image(const JobId& id) const { return impl_->results.image(id); }
+Image Farm::display_image(const JobId& id) const { return impl_->results.display_image(id); }
 ChannelImage Farm::aovs(const JobId& id, Image* image) const { return impl_->results.aovs(id, image); }
 Image Farm::error_map(const JobId& id) const { return impl_->results.error_map(id); }
 ErrorCurve Farm::curve(const JobId& id) const { return impl_->results.curve(id); }

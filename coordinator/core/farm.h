@@ -63,6 +63,8 @@ class Farm {
   /// What the job's pilot estimated and chose; empty if it had none, or none yet.
   std::optional<PilotReport> pilot(const JobId& id) const;
   Image image(const JobId& id) const;
+  /// The same, to look at while tiles are missing (Film::resolve_for_display).
+  Image display_image(const JobId& id) const;
   /// Its AOVs, of the same samples as `image` (if given), which is filled; without channels if the job has
   /// none.
   ChannelImage aovs(const JobId& id, Image* image = nullptr) const;

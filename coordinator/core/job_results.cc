@@ -19,6 +19,11 @@ Image JobResults::image(const JobId& id) const {
   return layers->film.resolve();
 }
 
+Image JobResults::display_image(const JobId& id) const {
+  const Merger::Open layers = storage_.open_layers(id);
+  return layers->film.resolve_for_display();
+}
+
 ChannelImage JobResults::aovs(const JobId& id, Image* image) const {
   const Merger::Open layers = storage_.open_layers(id);
   if (image) *image = layers->film.resolve();

@@ -21,6 +21,7 @@ class JobResults {
       : farm_(farm), jobs_(jobs), storage_(storage), view_(view) {}
 
   Image image(const JobId& id) const;
+  Image display_image(const JobId& id) const;
   ChannelImage aovs(const JobId& id, Image* image) const;
   Image error_map(const JobId& id) const;
   ErrorCurve curve(const JobId& id) const;

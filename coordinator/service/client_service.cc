@@ -309,11 +309,11 @@ grpc::Status ClientService::FetchImage(grpc::ServerContext* context, const v1::F
     Image image;
     ChannelImage aovs;
     if (request->max_side() > 0) {
-      image = reduced(farm_.image(id), request->max_side());
+      image = reduced(farm_.display_image(id), request->max_side());
     } else if (request->with_aovs()) {
       aovs = farm_.aovs(id, &image);
     } else {
-      image = farm_.image(id);
+      image = request->for_display() ? farm_.display_image(id) : farm_.image(id);
     }
     v1::FetchImageResponse message;
     v1::FetchImageResponse::Header& header = *message.mutable_header();

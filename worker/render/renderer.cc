@@ -171,15 +171,21 @@ struct Renderer::Impl {
   std::shared_ptr<const World> world;
   ScenePlan plan;
   std::optional<AllocationTable> allocation;
+  PixelInterleave interleave;
   StageContext context;
 
-  Impl(std::shared_ptr<const World> w, const RenderSettings& s, const PixelSubset& pixel_subset)
+  Impl(std::shared_ptr<const World> w, const RenderSettings& s, const std::optional<PixelSubset>& of_pilot)
       : settings(s),
         world(std::move(w)),
         plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, world->missing, s,
                            world->possible.set, running(s, world->possible))),
         context(world->context_of(s, running(s, world->possible))) {
-    context.pixel_subset = pixel_subset;
+    if (of_pilot) {
+      context.pixel_subset = *of_pilot;
+    } else {
+      interleave = PixelInterleave(s.grid);
+      context.interleave = &interleave;
+    }
     const SamplingPlan sampling = plan_of(s);
     if (!sampling.allocation.uniform()) {
       allocation.emplace(s.grid, sampling.allocation);
@@ -196,9 +202,10 @@ struct Renderer::Impl {
 
 Renderer::Renderer(SceneDescription scene, const RenderSettings& settings, const BuildOptions& options)
     : impl_(std::make_unique<Impl>(std::make_shared<World>(std::move(scene), settings, options), settings,
-                                   PixelSubset())) {}
-Renderer::Renderer(const Renderer& other, const RenderSettings& settings, const PixelSubset& pixel_subset)
-    : impl_(std::make_unique<Impl>(other.impl_->world, settings, pixel_subset)) {}
+                                   std::nullopt)) {}
+Renderer::Renderer(const Renderer& other, const RenderSettings& settings,
+                   const std::optional<PixelSubset>& of_pilot)
+    : impl_(std::make_unique<Impl>(other.impl_->world, settings, of_pilot)) {}
 Renderer::~Renderer() = default;
 
 const ScenePlan& Renderer::plan() const { return impl_->plan; }

@@ -7,6 +7,7 @@
 //   renderer.render_packet({cx, cy, s0, s1}, *workspace, builder);
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "common/film/partial.h"
 #include "common/job/settings.h"
@@ -42,8 +43,9 @@ class Renderer {
   ~Renderer();
   /// The scene of `other`, shared, under settings that differ from its own in plan, integrator, depth,
   /// samples or seed at most. What the scene was built from stays: that of path tracing alone has no guide
-  /// for light paths. A pilot renders `pixel_subset` only.
-  Renderer(const Renderer& other, const RenderSettings& settings, const PixelSubset& pixel_subset = {});
+  /// for light paths. A pilot renders the pixels `of_pilot` only, and its cells' pixels lie beside each other.
+  Renderer(const Renderer& other, const RenderSettings& settings,
+           const std::optional<PixelSubset>& of_pilot = {});
   const ScenePlan& plan() const;
   /// What the scene says and could not be taken at its word, each with its place, and what light the settings
   /// leave out: a line each.

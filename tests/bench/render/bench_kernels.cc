@@ -28,11 +28,9 @@ class MiddlePacket {
   explicit MiddlePacket(const bench::Scene& scene)
       : context_(scene.renderer->context()), quantum_(scene.renderer->quantum_exponent()) {
     const CellRect cells = scene.settings.grid.cells();
-    layer_.cell_x = (cells.x0 + cells.x1) / 2;
-    layer_.cell_y = (cells.y0 + cells.y1) / 2;
     layer_.slots = &w_->slots;
     layer_.light_paths = kWavefront;
-    w_->slots.begin_batch(context_, layer_.cell_x, layer_.cell_y, 0, PixelSubset());
+    w_->slots.begin_batch(context_, (cells.x0 + cells.x1) / 2, (cells.y0 + cells.y1) / 2, 0, PixelSubset());
     w_->slots.begin_even_pass(0, 0);
     w_->camera_sums.assign(kCellPixels, {});
     produce();

@@ -115,7 +115,7 @@ Task render_packets(Work& work) {
     w.counters = {};
     w.splats.clear();
     const int64_t batch = superblock_of_sample(packet.sample_begin);
-    LayerContext layer{packet.cell_x, packet.cell_y, 0, &w.slots};
+    LayerContext layer{0, &w.slots};
     w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.pixel_subset);
     const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
     const uint64_t cell =

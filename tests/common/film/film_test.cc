@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/base/error.h"
+#include "common/job/pixel_interleave.h"
 #include "tests/common/film/test_partials.h"
 
 namespace lightmill {
@@ -76,17 +77,28 @@ TEST(Film, ResolvesLayersByTheirOwnCounts) {
   light.quantum_exponent = -4;
   light.tile = {{0, 0, 2, 1}, 0, 2};
   light.light_paths = 132;  // two per pixel
-  light.splats = {{0, {{16, 0, 0}}}, {32, {{32, 16, 0}}}};
+  // Pixels of the image that belong to the two cells.
+  const PixelInterleave interleave(grid);
+  const FilmPixel first = interleave.to_film(0, 0), last = interleave.to_film(31, 1),
+                  other = interleave.to_film(32, 0), below = interleave.to_film(32, 1);
+  const auto number = [](const FilmPixel& p) { return static_cast<uint32_t>(p.y * 33 + p.x); };
+  light.splats = {{number(first), {{16, 0, 0}}}, {number(other), {{32, 16, 0}}}};
+  std::sort(light.splats.begin(), light.splats.end(), [](auto& a, auto& b) { return a.pixel < b.pixel; });
   film.fold(light);
   const Image image = film.resolve();
   ASSERT_EQ(image.width, 33);
-  EXPECT_EQ(image.pixel(0, 0)[0], 1.5f);
-  EXPECT_EQ(image.pixel(0, 0)[1], 2.0f);
-  EXPECT_EQ(image.pixel(0, 0)[2], 0.5f);
-  EXPECT_EQ(image.pixel(31, 1)[1], 2.0f);
-  EXPECT_EQ(image.pixel(32, 0)[0], 1.0f);  // no camera samples here
-  EXPECT_EQ(image.pixel(32, 0)[1], 0.5f);
-  EXPECT_EQ(image.pixel(32, 1)[0], 0.0f);
+  EXPECT_EQ(image.pixel(first.x, first.y)[0], 1.5f);
+  EXPECT_EQ(image.pixel(first.x, first.y)[1], 2.0f);
+  EXPECT_EQ(image.pixel(first.x, first.y)[2], 0.5f);
+  EXPECT_EQ(image.pixel(last.x, last.y)[1], 2.0f);
+  EXPECT_EQ(image.pixel(other.x, other.y)[0], 1.0f);  // no camera samples here
+  EXPECT_EQ(image.pixel(other.x, other.y)[1], 0.5f);
+  EXPECT_EQ(image.pixel(below.x, below.y)[0], 0.0f);
+  // To look at, what is missing is that of the pixels around.
+  const Image shown = film.resolve_for_display();
+  EXPECT_EQ(shown.pixel(first.x, first.y)[0], 1.5f);
+  EXPECT_EQ(shown.pixel(other.x, other.y)[0], 2.0f);
+  EXPECT_EQ(shown.pixel(below.x, below.y)[1], 2.0f);
   EXPECT_EQ(film.cell_samples(0, 0), 4);
   EXPECT_EQ(film.cell_samples(1, 0), 0);
   EXPECT_THROW(film.cell_samples(2, 0), std::logic_error);

@@ -17,17 +17,19 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
   uneven = false;
   waiting_.clear();
   for (int i = 0; i < kCellPixels; ++i) {
-    const int x = cell_x * kCellSize + i % kCellSize, y = cell_y * kCellSize + i / kCellSize;
-    const bool in_crop = x >= crop.x0 && x < crop.x1 && y >= crop.y0 && y < crop.y1;
-    inside[i] = in_crop && pixel_subset.keeps(x, y) ? 1 : 0;
+    FilmPixel p{cell_x * kCellSize + i % kCellSize, cell_y * kCellSize + i / kCellSize};
+    const bool in_crop = p.x >= crop.x0 && p.x < crop.x1 && p.y >= crop.y0 && p.y < crop.y1;
+    if (in_crop && context.interleave) p = context.interleave->to_film(p.x, p.y);
+    x[i] = p.x, y[i] = p.y;
+    inside[i] = in_crop && pixel_subset.keeps(p.x, p.y) ? 1 : 0;
     level[i] = 0;
     pixel_keys[i] = 0;
     if (!inside[i]) continue;
     ++inside_count;
-    const uint64_t number = static_cast<uint64_t>(y) * width + static_cast<uint64_t>(x);
+    const uint64_t number = static_cast<uint64_t>(p.y) * width + static_cast<uint64_t>(p.x);
     pixel_keys[i] = stream_key(context.seed, kCameraStream, number, static_cast<uint64_t>(batch));
     if (context.allocation) {
-      level[i] = context.allocation->map.level(context.allocation->regions.at(x, y));
+      level[i] = context.allocation->map.level(context.allocation->regions.at(p.x, p.y));
       uneven |= level[i] != 0;
     }
   }

@@ -21,9 +21,10 @@ struct AllocationTable {
       : regions(regions_of(grid)), map(allocation) {}
 };
 
-/// Camera paths of a cell. Pixels are numbered row-major.
+/// Camera paths of a cell. Pixels are numbered row-major in the cell.
 struct CameraSlots {
   // For a batch of sample indices (a superblock), by pixel.
+  alignas(32) int32_t x[kCellPixels], y[kCellPixels];  // place in the image (pixel_interleave.h)
   uint32_t pixel_keys[kCellPixels];  // of its sample stream
   int32_t inside[kCellPixels];       // 1: in the crop window and in the pixel subset
   int32_t level[kCellPixels];        // of the allocation

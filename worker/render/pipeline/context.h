@@ -1,6 +1,7 @@
 #pragma once
 // What all stages read: the scene, the fixed settings of a render, and the layer of the packet at hand.
 #include "common/job/packet_grid.h"
+#include "common/job/pixel_interleave.h"
 #include "common/job/strategies.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/camera/camera.h"
@@ -37,6 +38,8 @@ struct StageContext {
   const AllocationTable* allocation = nullptr;
   double light_paths = 1;                  // per camera path
   PixelSubset pixel_subset = {};           // of a pilot; renders have every pixel
+  /// Where the pixels of a cell lie. Null: beside each other, as pilots and preview passes take them.
+  const PixelInterleave* interleave = nullptr;
   float imaging_ratio = 1;                 // exposure: multiplies every contribution
   const FilmResponse* response = nullptr;  // of the sensor; null: that of the plain film
   bool signed_film = false;                // sums may be negative: of a filter's lobes or a sensor's colours
@@ -53,7 +56,6 @@ struct StageContext {
 
 /// One sample index of a packet: it identifies its random numbers.
 struct LayerContext {
-  int cell_x = 0, cell_y = 0;
   uint32_t sample_in_batch = 0;
   const CameraSlots* slots = nullptr;          // of the camera paths
   uint32_t light_key = 0;                      // of the light paths of a superblock: light_path_sampling.h

@@ -138,8 +138,6 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   w.splats.clear();
   const int64_t batch = superblock_of_sample(packet.sample_begin);
   LayerContext layer;
-  layer.cell_x = packet.cell_x;
-  layer.cell_y = packet.cell_y;
   layer.slots = &w.slots;
   w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.pixel_subset);
   const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
@@ -152,7 +150,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   if (camera_layer) w.camera_sums.assign(kCellPixels, {});
   for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
     layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
-    if (w.recorder) w.recorder->begin_layer(packet.cell_x, packet.cell_y, context.grid.width);
+    if (w.recorder) w.recorder->begin_layer(w.slots, context.grid.width);
     layer.time = time_of_layer(context, layer);
     w.light_vertices.clear();
     for (layer.first_light_path = 0; light_paths && layer.first_light_path < layer.light_paths;

@@ -20,12 +20,11 @@ struct SlotGroup {
   SlotGroup(const LayerContext& layer, int base) {
     slot = lane_index<Lane>() + base;
     const LaneInt pixel = load_int<Lane>(layer.slots->pixel + base);
-    x = (pixel & (kCellSize - 1)) + layer.cell_x * kCellSize;
-    y = (pixel >> 5) + layer.cell_y * kCellSize;
+    x = gather(layer.slots->x, pixel);
+    y = gather(layer.slots->y, pixel);
     taken = LaneMask(load_int<Lane>(layer.slots->taken + base) > 0);
   }
 };
-static_assert(kCellSize == 32);
 
 void activate(Paths& paths, LaneInt slot, LaneMask mask) {
   for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {

@@ -6,16 +6,13 @@
 
 namespace lightmill {
 
-/// Follows the camera paths of sample index `s` of a cell. w.slots must have begun the batch of `s`. Paths
-/// without a time of their own are at time 0. visit(depth) is called when paths have come to their vertices
+/// Follows the camera paths of sample index `s` of the cell whose batch w.slots have begun. Paths without a time of their own are at time 0. visit(depth) is called when paths have come to their vertices
 /// of that depth, up to `depths`, and may end some of them.
 template <class Visit>
-void follow_camera_paths(const StageContext& context, int cell_x, int cell_y, int64_t s, int depths,
+void follow_camera_paths(const StageContext& context, int64_t s, int depths,
                          Wavefront& w, Visit&& visit) {
   const int64_t batch = superblock_of_sample(s);
   LayerContext layer;
-  layer.cell_x = cell_x;
-  layer.cell_y = cell_y;
   layer.slots = &w.slots;
   layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
   w.slots.begin_even_pass(batch, s);

@@ -106,7 +106,7 @@ class MissingLightPreview {
   void follow_sample(const CellRect& rect, int64_t s, Wavefront& w, std::vector<Vertex>* found) const {
     w.slots.begin_batch(context_, rect.x0, rect.y0, superblock_of_sample(s), context_.pixel_subset);
     std::array<bool, kWavefront> ended{};
-    follow_camera_paths(context_, rect.x0, rect.y0, s, kPhotonDepth, w, [&](int depth) {
+    follow_camera_paths(context_, s, kPhotonDepth, w, [&](int depth) {
       for (const Vertex& v : w.vertices) {
         bool& end = ended[static_cast<size_t>(v.path())];
         if (!end && depth > 1 && on_surface(v)) found->push_back(v);

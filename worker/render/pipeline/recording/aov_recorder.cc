@@ -151,8 +151,7 @@ void AovRecorder::finish_layer(const StageContext& context, const LayerContext& 
   const PixelRect& crop = context.grid.crop;
   const Aovs set = spec_.set;
   for (size_t i = 0; i < kWavefront; ++i) {
-    const int x = layer.cell_x * kCellSize + static_cast<int>(i) % kCellSize;
-    const int y = layer.cell_y * kCellSize + static_cast<int>(i) / kCellSize;
+    const int x = w.slots.x[i], y = w.slots.y[i];
     if (x < crop.x0 || x >= crop.x1 || y < crop.y0 || y >= crop.y1) continue;
     for (size_t c = 0; c < 3; ++c) {
       if (set & kAovAlbedo) sums_[kAlbedoLayer][i].c[c] += albedo_units(albedo_[c][i]);

@@ -22,8 +22,9 @@ FamilyShares shares_of(const FamilyRatios& ratios, Lane weight, int l) {
 }  // namespace
 
 uint32_t StrategyRecorder::pixel_of(int32_t slot) const {
-  const int x = cell_x_ * kCellSize + slot % kCellSize, y = cell_y_ * kCellSize + slot / kCellSize;
-  return static_cast<uint32_t>(y) * static_cast<uint32_t>(width_) + static_cast<uint32_t>(x);
+  const int32_t pixel = slots_->pixel[slot];
+  return static_cast<uint32_t>(slots_->y[pixel]) * static_cast<uint32_t>(width_) +
+         static_cast<uint32_t>(slots_->x[pixel]);
 }
 
 void StrategyRecorder::announce(LaneInt s, int t, LaneInt slot, LaneInt light_slot, Lane weight,

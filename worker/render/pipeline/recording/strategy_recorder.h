@@ -89,9 +89,7 @@ class StrategyRecorder {
   uint64_t light_hits = 0, light_steps = 0;
   uint64_t inconsistent_hits = 0;  // ended where shading and geometric normal disagree on the side
 
-  void begin_layer(int cell_x, int cell_y, int film_width) {
-    cell_x_ = cell_x, cell_y_ = cell_y, width_ = film_width;
-  }
+  void begin_layer(const CameraSlots& slots, int film_width) { slots_ = &slots, width_ = film_width; }
   void clear() { contributions.clear(), vertices.clear(), odds.clear(); }
 
   /// Names the lanes of the next call that queues candidates.
@@ -151,7 +149,8 @@ class StrategyRecorder {
   };
   uint32_t pixel_of(int32_t slot) const;
 
-  int cell_x_ = 0, cell_y_ = 0, width_ = 0;
+  const CameraSlots* slots_ = nullptr;  // of the wavefront
+  int width_ = 0;
   std::array<Announced, kLanes> announced_{};
   std::array<Announced, ShadowRays::kCapacity> pending_{};
   std::array<Parts, kWavefront> camera_{}, light_{};
