@@ -16,7 +16,7 @@ namespace lightmill {
 namespace {
 
 constexpr uint32_t kMagic = 0x6662694c;  // "Libf"
-constexpr uint32_t kVersion = 3;
+constexpr uint32_t kVersion = 3, kPlainVersion = 2;  // of films that are interleaved, or are not
 constexpr size_t kBatchHeadBytes = 9;
 constexpr int64_t kRun = 8;  // tracked pixels beside each other, where not all are
 constexpr const char* kWhat = "batch film snapshot";
@@ -238,7 +238,7 @@ std::string BatchFilm::snapshot() const {
   w.put<uint32_t>(static_cast<uint32_t>(batches_.size()));
   size_t size = w.bytes().size();
   for (const Batch& batch : batches_) size += kBatchHeadBytes + batch.rgb.size() * sizeof(float);
-  Sealer sealer(kMagic, kVersion, size);
+  Sealer sealer(kMagic, grid_.interleaved ? kVersion : kPlainVersion, size);
   sealer.write(w.bytes());
   for (const Batch& batch : batches_) {
     ByteWriter head;
@@ -251,13 +251,14 @@ std::string BatchFilm::snapshot() const {
 }
 
 BatchFilm BatchFilm::restore(std::string_view bytes) {
-  const std::string raw = unseal(kMagic, kVersion, bytes, kWhat);
-  ByteReader in(raw, kWhat);
   FilmGrid grid;
+  grid.interleaved = sealed_version(kMagic, bytes, kWhat) != kPlainVersion;
+  const std::string raw = unseal(kMagic, grid.interleaved ? kVersion : kPlainVersion, bytes, kWhat);
+  ByteReader in(raw, kWhat);
   for (int* v : {&grid.width, &grid.height, &grid.crop.x0, &grid.crop.y0, &grid.crop.x1, &grid.crop.y1}) {
     *v = in.get<int32_t>();
   }
-  const bool empty = grid == FilmGrid{};
+  const bool empty = grid.width == 0;
   if (!empty && (grid.width < 1 || grid.height < 1 || int64_t{grid.width} * grid.height > kMaxPixels ||
                  grid.crop.empty() || grid.crop.x0 < 0 || grid.crop.y0 < 0 || grid.crop.x1 > grid.width ||
                  grid.crop.y1 > grid.height)) {

@@ -17,7 +17,7 @@ namespace lightmill {
 namespace {
 
 constexpr uint32_t kFilmMagic = 0x6d66694c;  // "Lifm"
-constexpr uint32_t kVersion = 2;
+constexpr uint32_t kVersion = 2, kPlainVersion = 1;  // of films that are interleaved, or are not
 constexpr const char* kFilmSnapshot = "film snapshot";
 
 size_t index(int64_t i) { return static_cast<size_t>(i); }
@@ -199,7 +199,7 @@ std::string Film::snapshot() const {
   const ByteRange camera = used_bytes(std::span(camera_)), splat = used_bytes(std::span(splat_));
   ByteWriter aovs;
   aovs_.write(&aovs);
-  Sealer sealer(kFilmMagic, kVersion,
+  Sealer sealer(kFilmMagic, grid_.interleaved ? kVersion : kPlainVersion,
                 w.bytes().size() + 2 * kLayerHeadBytes + plane_bytes(camera_.size(), camera) +
                     plane_bytes(splat_.size(), splat) + aovs.bytes().size());
   sealer.write(w.bytes());
@@ -210,9 +210,10 @@ std::string Film::snapshot() const {
 }
 
 Film Film::restore(std::string_view bytes) {
-  const std::string raw = unseal(kFilmMagic, kVersion, bytes, kFilmSnapshot);
-  ByteReader in(raw, kFilmSnapshot);
   FilmGrid grid;
+  grid.interleaved = sealed_version(kFilmMagic, bytes, kFilmSnapshot) != kPlainVersion;
+  const std::string raw = unseal(kFilmMagic, grid.interleaved ? kVersion : kPlainVersion, bytes, kFilmSnapshot);
+  ByteReader in(raw, kFilmSnapshot);
   int quantum = 0;
   for (int* v :
        {&grid.width, &grid.height, &grid.crop.x0, &grid.crop.y0, &grid.crop.x1, &grid.crop.y1, &quantum}) {

@@ -169,6 +169,12 @@ std::string seal(uint32_t magic, uint32_t version, std::string_view raw) {
   return sealer.finish();
 }
 
+uint32_t sealed_version(uint32_t magic, std::string_view sealed, const char* what) {
+  ByteReader in(sealed, what);
+  if (in.get<uint32_t>() != magic) in.fail("wrong magic word");
+  return in.get<uint32_t>();
+}
+
 std::string unseal(uint32_t magic, uint32_t version, std::string_view sealed, const char* what) {
   ByteReader in(sealed, what);
   if (in.get<uint32_t>() != magic) in.fail("wrong magic word");

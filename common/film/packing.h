@@ -99,6 +99,8 @@ class Sealer {
 
 /// Compresses `raw` under a magic word, a version and a SHA-256 of all that follows.
 std::string seal(uint32_t magic, uint32_t version, std::string_view raw);
+/// The version that it stands under; not checked. Throws Error(kFailed) that names `what`.
+uint32_t sealed_version(uint32_t magic, std::string_view sealed, const char* what);
 /// Inverse. The digest is checked before anything is decompressed. Throws Error(kFailed) that names `what`.
 std::string unseal(uint32_t magic, uint32_t version, std::string_view sealed, const char* what);
 

@@ -93,6 +93,9 @@ class PartialBuilder {
 
 /// Version of the encoding: the `schema` that workers register with.
 inline constexpr int kPartialSchema = 3;
+/// The version that has the same form, of films that are not interleaved. Such partials are still written for
+/// jobs that an older version began.
+inline constexpr int kPlainPartialSchema = 2;
 /// Bounds of tiles that are accepted. With kMaxContributionBits they keep a tile's sums below 2^126.
 inline constexpr int64_t kMaxSampleIndex = int64_t{1} << 40;
 inline constexpr int64_t kMaxTileSamples = int64_t{1} << 31;

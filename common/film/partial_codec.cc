@@ -257,9 +257,10 @@ Header read_header(std::string_view bytes) {
   Header h;
   if (in.get<uint32_t>() != kPartialMagic) in.fail("wrong magic word");
   const auto schema = in.get<int32_t>();
-  if (schema != kPartialSchema) {
+  if (schema != kPartialSchema && schema != kPlainPartialSchema) {
     in.fail("schema " + std::to_string(schema) + ", this program reads " + std::to_string(kPartialSchema));
   }
+  h.partial.grid.interleaved = schema == kPartialSchema;
   h.layout = read_content_head(&in, &h.partial);
   h.partial.cpu_seconds = in.get<double>();
   h.payload_size = in.get<uint64_t>();
@@ -330,7 +331,7 @@ std::string encode_partial(const Partial& partial) {
   const std::string head = content_head(partial, layout);
   ByteWriter w;
   w.put<uint32_t>(kPartialMagic);
-  w.put<int32_t>(kPartialSchema);
+  w.put<int32_t>(partial.grid.interleaved ? kPartialSchema : kPlainPartialSchema);
   w.put_bytes(head);
   w.put<double>(partial.cpu_seconds);
   w.put<uint64_t>(payload.size());

@@ -39,6 +39,7 @@ struct CellRect {
 struct FilmGrid {
   int width = 0, height = 0;
   PixelRect crop;  // within [0,width) x [0,height); equal to it without a crop
+  bool interleaved = true;  // see pixel_interleave.h; false in jobs of versions that did not do it
   bool operator==(const FilmGrid&) const = default;
 
   /// Cells that the crop window touches.

@@ -20,11 +20,11 @@ Shift shift_of_patch(int x, int y) {
 
 }  // namespace
 
-PixelInterleave::Axis::Axis(int begin_, int end) : begin(begin_) {
+PixelInterleave::Axis::Axis(int begin_, int end, bool interleaved) : begin(begin_) {
   const auto index = [&](int i) { return static_cast<size_t>(i - begin); };
   for (std::vector<int>* v : {&to_film, &to_packet, &patch_begin, &patch_size}) v->resize(index(end));
   const int first_cell = begin / kCellSize, all_cells = (end + kCellSize - 1) / kCellSize - first_cell;
-  const int groups = std::max(1, all_cells / kInterleavedCells);
+  const int groups = interleaved ? std::max(1, all_cells / kInterleavedCells) : all_cells;
   for (int g = 0; g < groups; ++g) {
     // The group's cells, and its pixels, which are the same in both orders.
     const int begin_cell = first_cell + all_cells * g / groups,
@@ -56,7 +56,7 @@ PixelInterleave::Axis::Axis(int begin_, int end) : begin(begin_) {
 }
 
 PixelInterleave::PixelInterleave(const FilmGrid& grid)
-    : x_(grid.crop.x0, grid.crop.x1), y_(grid.crop.y0, grid.crop.y1) {}
+    : x_(grid.crop.x0, grid.crop.x1, grid.interleaved), y_(grid.crop.y0, grid.crop.y1, grid.interleaved) {}
 
 int PixelInterleave::shifted(const Axis& axis, int at, int shift) {
   const auto i = static_cast<size_t>(at - axis.begin);

@@ -8,7 +8,7 @@
 //
 // Tiles, partials and sums are in *packet order*, in which a packet is a cell of 32x32 pixels. Camera rays,
 // splats, regions and images are in *film order*. One is a permutation of the other within the crop window.
-// It depends on the film's grid alone.
+// It depends on the film's grid alone. In jobs that versions before 1.1 began, the orders are the same.
 //
 //   const PixelInterleave interleave(grid);
 //   FilmPixel p = interleave.to_film(x, y);   // (x, y) in packet order
@@ -43,7 +43,7 @@ class PixelInterleave {
     std::vector<int> to_film, to_packet;     // before patches are shifted
     std::vector<int> patch_begin, patch_size;  // of the patch that a pixel of the image lies in
     Axis() = default;
-    Axis(int begin, int end);
+    Axis(int begin, int end, bool interleaved);
   };
   static int shifted(const Axis& axis, int at, int shift);
 

@@ -103,6 +103,7 @@ std::string settings_to_json(const RenderSettings& s) {
   text.add("energy_compensation", s.energy_compensation);
   text.add("height", s.grid.height);
   text.add("integrator", integrator_name(s.integrator));
+  text.add("interleaved", s.grid.interleaved);
   text.add("max_depth", s.max_depth);
   text.add("overrides", feature_names(s.overrides));
   text.add_raw("plan", s.plan ? plan_to_json(*s.plan) : "null");
@@ -135,9 +136,10 @@ RenderSettings settings_from_json(const std::string& text) {
     check_json_depth(text, kMaxJsonDepth);
     auto j = nlohmann::json::parse(text);
     take_older_keys(&j);
-    const bool knows_uniform_sampling = j.contains("uniform_sampling");  // jobs of early versions do not
-    if (j.size() != 12u + knows_uniform_sampling + j.contains("aovs"))
-      usage("render settings: exactly 13 fields are expected, and aovs where there are some");
+    // Jobs of early versions lack some.
+    const bool knows_uniform_sampling = j.contains("uniform_sampling"), knows_interleaved = j.contains("interleaved");
+    if (j.size() != 12u + knows_uniform_sampling + knows_interleaved + j.contains("aovs"))
+      usage("render settings: exactly 14 fields are expected, and aovs where there are some");
     RenderSettings s;
     s.integrator = integrator_named(j.at("integrator").get<std::string>());
     s.grid.width = static_cast<int>(integer_in(j.at("width"), 1, kMaxResolution));
@@ -153,6 +155,7 @@ RenderSettings settings_from_json(const std::string& text) {
     s.time_s = j.at("time_s").get<double>();
     s.target_error = j.at("target_error").get<double>();
     s.energy_compensation = j.at("energy_compensation").get<bool>();
+    s.grid.interleaved = knows_interleaved && j.at("interleaved").get<bool>();
     s.uniform_sampling = !knows_uniform_sampling || j.at("uniform_sampling").get<bool>();
     s.overrides = features_named(j.at("overrides").get<std::string>());
     if (j.contains("aovs")) s.aovs = aovs_named(j.at("aovs").get<std::string>());

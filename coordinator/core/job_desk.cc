@@ -67,8 +67,8 @@ JobState runnable_state(const Job& job) {
 }  // namespace
 
 JobId JobDesk::submit(const JobRequest& request) {
-  const RenderSettings settings =
-      settings_from_json(settings_to_json(request.settings));  // checks the ranges
+  RenderSettings settings = settings_from_json(settings_to_json(request.settings));  // checks the ranges
+  settings.grid.interleaved = true;
   check_request(request, settings);
   Job job;
   job.record.name = request.name;

@@ -15,6 +15,7 @@ namespace lightmill {
 namespace {
 
 using testing::full_grid;
+using testing::in_packet_order;
 using testing::kQuantum;
 
 /// A synthetic renderer: pixel p has mean `level(p)` and the sum of 16 samples has the standard deviation
@@ -51,6 +52,7 @@ struct Synthetic {
         p.camera.push_back(sum);
       }
     }
+    p.camera = as_splats ? p.camera : in_packet_order(grid, p.camera);
     p.light_paths = as_splats ? 16 * pixels : 0;
     return p;
   }

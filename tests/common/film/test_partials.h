@@ -3,6 +3,7 @@
 #include <random>
 
 #include "common/film/partial.h"
+#include "common/job/pixel_interleave.h"
 
 namespace lightmill::testing {
 
@@ -16,6 +17,20 @@ inline ExactRgb random_sum(std::mt19937_64& rng, int bits = 60) {
 }
 
 /// A valid partial of `tile` with about one splat in `splat_every` pixels (0: none).
+/// Sums of the crop window in packet order, from those in film order.
+inline std::vector<ExactRgb> in_packet_order(const FilmGrid& grid, const std::vector<ExactRgb>& film_order) {
+  const PixelInterleave interleave(grid);
+  const PixelRect& crop = grid.crop;
+  std::vector<ExactRgb> sums;
+  for (int y = crop.y0; y < crop.y1; ++y) {
+    for (int x = crop.x0; x < crop.x1; ++x) {
+      const FilmPixel p = interleave.to_film(x, y);
+      sums.push_back(film_order[static_cast<size_t>((p.y - crop.y0) * crop.width() + p.x - crop.x0)]);
+    }
+  }
+  return sums;
+}
+
 inline Partial random_partial(const FilmGrid& grid, const TileSpec& tile, uint64_t seed, bool camera,
                               uint64_t splat_every) {
   std::mt19937_64 rng(seed);

@@ -58,9 +58,9 @@ int most_of_a_packet(const FilmGrid& grid, int side, int step) {
 TEST(PixelInterleave, LeavesFewPixelsOfAPacketInABox) {
   // A box of 32x32 pixels has 16 of each of 64 packets, and those that its edges cut off patches.
   EXPECT_LE(most_of_a_packet(whole_film(1280, 720), 32, 29), 25);
-  EXPECT_LE(most_of_a_packet(whole_film(1280, 720), 8, 5), 4);
+  EXPECT_LE(most_of_a_packet(whole_film(1280, 720), 8, 5), 6);  // touches four patches or more
   // No strip at the film's end is left to a few packets.
-  EXPECT_LE(most_of_a_packet(whole_film(300, 260), 32, 4), 25);
+  EXPECT_LE(most_of_a_packet(whole_film(300, 260), 32, 4), 28);
   // A film of 8x5 cells.
   EXPECT_LE(most_of_a_packet(whole_film(256, 160), 32, 16), 36);
 }
@@ -81,6 +81,18 @@ TEST(PixelInterleave, SpreadsThePixelsOfAPacketEvenly) {
     EXPECT_LT(square.first, 16);
   }
   EXPECT_GE(squares.size(), 64u);
+}
+
+TEST(PixelInterleave, JobsOfOlderVersionsHaveTheirPixelsInPlace) {
+  FilmGrid grid{640, 480, {33, 31, 97, 65}};
+  grid.interleaved = false;
+  const PixelInterleave interleave(grid);
+  for (int y = 31; y < 65; ++y) {
+    for (int x = 33; x < 97; ++x) {
+      EXPECT_EQ(interleave.to_film(x, y), (FilmPixel{x, y}));
+      EXPECT_EQ(interleave.to_packet(x, y), (FilmPixel{x, y}));
+    }
+  }
 }
 
 TEST(PixelInterleave, FollowsNoGrid) {

@@ -27,6 +27,7 @@ class Upgrade : public ::testing::Test {
     EXPECT_GT(sql.size(), 5000u);
     RenderSettings settings = small_settings(64, 64, 4);
     settings.seed = 3;
+    settings.grid.interleaved = false;
     const std::string partial = encode_partial(fake_partial(kCommitted, settings));
     Database old(path());
     old.execute(sql.c_str());
