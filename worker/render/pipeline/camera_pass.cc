@@ -1,6 +1,7 @@
 #include "worker/render/pipeline/camera_pass.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <span>
@@ -9,6 +10,34 @@
 
 namespace lightmill {
 
+namespace {
+
+using Order = std::array<int32_t, kCellPixels>;
+
+/// Pixels of a cell in Morton order: eight that follow one another are a block of 4x2. Interleaved, neighbours
+/// are eight pixels apart in the image, so their rays go much the same way, eight rays of a row do not.
+constexpr Order morton_order() {
+  Order order{};
+  for (int32_t i = 0; i < kCellPixels; ++i) {
+    int32_t x = 0, y = 0;
+    for (int bit = 0; bit < 5; ++bit) {
+      x |= (i >> (2 * bit) & 1) << bit;
+      y |= (i >> (2 * bit + 1) & 1) << bit;
+    }
+    order[static_cast<size_t>(i)] = y * kCellSize + x;
+  }
+  return order;
+}
+constexpr Order row_order() {
+  Order order{};
+  std::iota(order.begin(), order.end(), 0);
+  return order;
+}
+static_assert(kCellSize == 32);
+constexpr Order kMortonOrder = morton_order(), kRowOrder = row_order();
+
+}  // namespace
+
 void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch,
                               const PixelSubset& pixel_subset) {
   const PixelRect& crop = context.grid.crop;
@@ -16,6 +45,7 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
   inside_count = 0;
   uneven = false;
   waiting_.clear();
+  order_ = (context.interleave ? kMortonOrder : kRowOrder).data();
   for (int i = 0; i < kCellPixels; ++i) {
     FilmPixel p{cell_x * kCellSize + i % kCellSize, cell_y * kCellSize + i / kCellSize};
     const bool in_crop = p.x >= crop.x0 && p.x < crop.x1 && p.y >= crop.y0 && p.y < crop.y1;
@@ -36,16 +66,20 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
 }
 
 void CameraSlots::begin_even_pass(int64_t batch, int64_t s) {
-  std::copy(std::begin(inside), std::end(inside), std::begin(taken));
-  std::iota(std::begin(pixel), std::end(pixel), 0);
-  std::copy(std::begin(pixel_keys), std::end(pixel_keys), std::begin(keys));
+  for (int i = 0; i < kCellPixels; ++i) {
+    const int32_t p = order_ ? order_[i] : i;
+    pixel[i] = p;
+    taken[i] = inside[p];
+    keys[i] = pixel_keys[p];
+  }
   std::fill(std::begin(index), std::end(index), static_cast<uint32_t>(s - batch * kSuperblockSamples));
   std::fill(std::begin(weight), std::end(weight), 1.0f);
 }
 
 void CameraSlots::add_waiting(int64_t batch, int64_t s) {
   const auto in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
-  for (int i = 0; i < kCellPixels; ++i) {
+  for (int k = 0; k < kCellPixels; ++k) {
+    const int32_t i = order_ ? order_[k] : k;
     if (!inside[i]) continue;
     const int more = std::max(level[i], 0), less = std::max(-level[i], 0);
     // Of each group of 2^less indices one is taken, drawn per pixel and group.
@@ -53,7 +87,7 @@ void CameraSlots::add_waiting(int64_t batch, int64_t s) {
     if ((in_batch & mask) != (hash_combine(pixel_keys[i], group) & mask)) continue;
     // The first batch's uniform samples have the first numbers.
     const uint32_t first = (group << more) + (less > 0 && batch == 0 ? uint32_t{kUniformSamples} : 0);
-    for (uint32_t k = 0; k < 1u << more; ++k) waiting_.push_back({i, first + k});
+    for (uint32_t n = 0; n < 1u << more; ++n) waiting_.push_back({i, first + n});
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// Passes of camera paths over a cell. One sample index is one pass, in which slot i is pixel i of the cell.
-// Under adaptive sampling (common/job/sample_allocation.h) a pixel has none, one or several paths for an
+// Passes of camera paths over a cell. One sample index is one pass. In that of a pilot slot i is pixel i of the
+// cell; otherwise the pixels are in an order in which those that lie near each other follow one another. Under adaptive sampling (common/job/sample_allocation.h) a pixel has none, one or several paths for an
 // index. These wait until they fill a wavefront.
 #include <cstdint>
 #include <vector>
@@ -51,6 +51,7 @@ struct CameraSlots {
   bool begin_waiting_pass(bool rest);
 
  private:
+  const int32_t* order_ = nullptr;  // of the pixels in a pass
   struct Waiting {
     int32_t pixel;
     uint32_t index;

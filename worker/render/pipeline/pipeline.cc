@@ -125,7 +125,7 @@ void camera_pass(const StageContext& context, const LayerContext& layer, int qua
   trace_camera_paths(context, layer, w);
   const StageScope scope(w, Stage::kFilm);
   film_finish_pass(context, quantum_exponent, w);
-  if (w.aovs) w.aovs->finish_layer(context, layer, quantum_exponent, w);
+  if (w.aovs) w.aovs->finish_layer(context, quantum_exponent, w);
 }
 
 }  // namespace

@@ -146,21 +146,19 @@ void AovRecorder::direct_splats(std::span<const Splat> splats) {
   direct_splats_.insert(direct_splats_.end(), splats.begin(), splats.end());
 }
 
-void AovRecorder::finish_layer(const StageContext& context, const LayerContext& layer, int quantum_exponent,
-                               const Wavefront& w) {
-  const PixelRect& crop = context.grid.crop;
+void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent, const Wavefront& w) {
   const Aovs set = spec_.set;
   for (size_t i = 0; i < kWavefront; ++i) {
-    const int x = w.slots.x[i], y = w.slots.y[i];
-    if (x < crop.x0 || x >= crop.x1 || y < crop.y0 || y >= crop.y1) continue;
+    if (!w.slots.taken[i]) continue;
+    const auto pixel = static_cast<size_t>(w.slots.pixel[i]);
     for (size_t c = 0; c < 3; ++c) {
-      if (set & kAovAlbedo) sums_[kAlbedoLayer][i].c[c] += albedo_units(albedo_[c][i]);
-      if (set & kAovNormal) sums_[kNormalLayer][i].c[c] += normal_units(normal_[c][i]);
-      if (hit_[i] && (set & kAovPosition)) sums_[kPositionLayer][i].c[c] += position_units(position_[c][i]);
+      if (set & kAovAlbedo) sums_[kAlbedoLayer][pixel].c[c] += albedo_units(albedo_[c][i]);
+      if (set & kAovNormal) sums_[kNormalLayer][pixel].c[c] += normal_units(normal_[c][i]);
+      if (hit_[i] && (set & kAovPosition)) sums_[kPositionLayer][pixel].c[c] += position_units(position_[c][i]);
     }
     if (hit_[i] && needs_layer(set, kDepthLayer)) {
-      sums_[kDepthLayer][i].c[0] += depth_units(depth_[i]);
-      sums_[kDepthLayer][i].c[1] += 1;
+      sums_[kDepthLayer][pixel].c[0] += depth_units(depth_[i]);
+      sums_[kDepthLayer][pixel].c[1] += 1;
     }
     float radiance[3] = {w.radiance_r[i], w.radiance_g[i], w.radiance_b[i]};
     float direct_light[3] = {direct_[0][i], direct_[1][i], direct_[2][i]};
@@ -176,9 +174,9 @@ void AovRecorder::finish_layer(const StageContext& context, const LayerContext& 
     for (size_t c = 0; c < 3; ++c) {
       if (wants_direct()) {
         const auto direct = units(std::min(direct_light[c], radiance[c]));
-        sums_[kDirectLayer][i].c[c] += direct.value_or(0);
+        sums_[kDirectLayer][pixel].c[c] += direct.value_or(0);
       }
-      if (set & kAovVariance) sums_[kVarianceLayer][i].c[c] += square_units(radiance[c], quantum_exponent);
+      if (set & kAovVariance) sums_[kVarianceLayer][pixel].c[c] += square_units(radiance[c], quantum_exponent);
     }
   }
 }

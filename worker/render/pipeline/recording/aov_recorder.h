@@ -37,8 +37,7 @@ class AovRecorder {
   void direct_splats(std::span<const Splat> splats);
 
   /// Rounds the sample's values and adds them to the cell's sums.
-  void finish_layer(const StageContext& context, const LayerContext& layer, int quantum_exponent,
-                    const Wavefront& wavefront);
+  void finish_layer(const StageContext& context, int quantum_exponent, const Wavefront& wavefront);
   void finish_packet(const Packet& packet, PartialBuilder& builder);
 
  private:
