@@ -15,7 +15,7 @@ namespace lightmill {
 
 namespace {
 
-constexpr uint32_t kMagic = 0x6662694c;  // "Libf"
+constexpr uint32_t kMagic = 0x6662694c;              // "Libf"
 constexpr uint32_t kVersion = 3, kPlainVersion = 2;  // of films that are interleaved, or are not
 constexpr size_t kBatchHeadBytes = 9;
 constexpr int64_t kRun = 8;  // tracked pixels beside each other, where not all are
@@ -67,9 +67,8 @@ BatchFilm::BatchFilm(const FilmGrid& grid) : grid_(grid), interleave_(grid) {
     const int64_t pixel = tracked_[index(at / kRun)] * kRun + at % kRun;
     const FilmPixel p = interleave_.to_packet(crop.x0 + static_cast<int>(pixel % crop.width()),
                                               crop.y0 + static_cast<int>(pixel / crop.width()));
-    tracked_places_.push_back(
-        {static_cast<uint32_t>(int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0),
-         static_cast<uint32_t>(at)});
+    tracked_places_.push_back({static_cast<uint32_t>(int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0),
+                               static_cast<uint32_t>(at)});
   }
   std::sort(tracked_places_.begin(), tracked_places_.end(),
             [](const TrackedPlace& a, const TrackedPlace& b) { return a.in_packets < b.in_packets; });
@@ -102,10 +101,7 @@ void BatchFilm::add_camera(const PixelRect& r, const ExactRgb* from, double unit
   const PixelRect& crop = grid_.crop;
   if (tracked_.empty()) {
     for (int y = r.y0; y < r.y1; ++y) {
-      for (int x = r.x0; x < r.x1; ++x) {
-        const FilmPixel p = interleave_.to_film(x, y);
-        add_sum(*from++, unit, rgb + 3 * (int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0));
-      }
+      for (int x = r.x0; x < r.x1; ++x) add_sum(*from++, unit, rgb + 3 * interleave_.film_index(x, y));
     }
     return;
   }

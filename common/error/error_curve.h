@@ -85,7 +85,8 @@ class BatchFilm {
     std::vector<float> rgb;  // 3 per tracked pixel: sum of contributions; empty until the first arrives
     int64_t samples = 0;     // pixel samples folded (all pixels), to know when it is complete
   };
-  /// Adds the sums `from` of the pixels of `r` in packet order, row-major, in units of `unit`, to a batch's `rgb`.
+  /// Adds the sums `from` of the pixels of `r`, row-major in packet order, in units of `unit`, to a batch's
+  /// `rgb`.
   void add_camera(const PixelRect& r, const ExactRgb* from, double unit, float* rgb) const;
   PixelLayout layout() const;
   void merge_pairs();
@@ -100,7 +101,7 @@ class BatchFilm {
     uint32_t in_packets, at;  // index in the crop window in packet order; number among the tracked pixels
   };
   std::vector<TrackedPlace> tracked_places_;  // of the pixels of tracked_, ascending
-  std::vector<Batch> batches_;    // batch i: superblocks [i * group_, (i + 1) * group_)
+  std::vector<Batch> batches_;                // batch i: superblocks [i * group_, (i + 1) * group_)
 };
 
 }  // namespace lightmill

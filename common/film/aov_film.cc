@@ -109,10 +109,9 @@ ChannelImage AovFilm::resolve(const FilmGrid& grid, const Colour& colour) const 
   size_t pixel = 0;
   for (int y = crop.y0; y < crop.y1; ++y) {
     for (int x = crop.x0; x < crop.x1; ++x, ++pixel) {
-      const FilmPixel p = interleave.to_film(x, y);
-      const size_t film_pixel = entry(int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0);
-      const PixelSums at{sums_,      colour, direct_splat_, pixel, film_pixel,
-                         colour.samples(x / kCellSize, y / kCellSize)};
+      const size_t film_pixel = entry(interleave.film_index(x, y));
+      const PixelSums at{sums_, colour,     direct_splat_,
+                         pixel, film_pixel, colour.samples(x / kCellSize, y / kCellSize)};
       float* out = &result.image.data[film_pixel * result.channels.size()];
       for (Aovs aov = 1; aov <= kAllAovs; aov <<= 1) {
         if (!(set & aov)) continue;

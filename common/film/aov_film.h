@@ -15,7 +15,8 @@ class ByteWriter;
 
 class AovFilm {
  public:
-  /// The film's other layers, by pixel of the crop window: the camera's in packet order, splats in film order.
+  /// The film's other layers, by pixel of the crop window: the camera's in packet order, splats in film
+  /// order.
   struct Colour {
     const std::vector<ExactRgb>& camera;
     const std::vector<ExactRgb>& splat;  // empty without splats

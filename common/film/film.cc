@@ -16,7 +16,7 @@ namespace lightmill {
 
 namespace {
 
-constexpr uint32_t kFilmMagic = 0x6d66694c;  // "Lifm"
+constexpr uint32_t kFilmMagic = 0x6d66694c;          // "Lifm"
 constexpr uint32_t kVersion = 2, kPlainVersion = 1;  // of films that are interleaved, or are not
 constexpr const char* kFilmSnapshot = "film snapshot";
 
@@ -140,12 +140,12 @@ Image Film::resolve(bool with_camera, bool with_splats) const {
   for (int y = crop.y0; y < crop.y1; ++y) {
     for (int x = crop.x0; x < crop.x1; ++x, ++of_packets) {
       const int64_t samples = with_camera ? cell_samples(x / kCellSize, y / kCellSize) : 0;
-      const FilmPixel p = interleave.to_film(x, y);
-      const size_t i = index(int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0);
+      const size_t i = index(interleave.film_index(x, y));
       for (size_t c = 0; c < 3; ++c) {
         double value = 0;
         if (samples > 0)
-          value += from_signed_units(camera_[of_packets].c[c], quantum_exponent_) / static_cast<double>(samples);
+          value +=
+              from_signed_units(camera_[of_packets].c[c], quantum_exponent_) / static_cast<double>(samples);
         if (with_splats) value += from_signed_units(splat_[i].c[c], quantum_exponent_) / light_spp;
         image.data[3 * i + c] = static_cast<float>(value);
       }
@@ -163,9 +163,7 @@ Image Film::resolve_for_display() const {
   std::vector<uint8_t> known(index(crop.area()));
   for (int y = crop.y0; y < crop.y1; ++y) {
     for (int x = crop.x0; x < crop.x1; ++x) {
-      const FilmPixel p = interleave.to_film(x, y);
-      known[index(int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0)] =
-          cell_samples(x / kCellSize, y / kCellSize) > 0;
+      known[index(interleave.film_index(x, y))] = cell_samples(x / kCellSize, y / kCellSize) > 0;
     }
   }
   Image image = resolve(true, false);
@@ -212,7 +210,8 @@ std::string Film::snapshot() const {
 Film Film::restore(std::string_view bytes) {
   FilmGrid grid;
   grid.interleaved = sealed_version(kFilmMagic, bytes, kFilmSnapshot) != kPlainVersion;
-  const std::string raw = unseal(kFilmMagic, grid.interleaved ? kVersion : kPlainVersion, bytes, kFilmSnapshot);
+  const std::string raw =
+      unseal(kFilmMagic, grid.interleaved ? kVersion : kPlainVersion, bytes, kFilmSnapshot);
   ByteReader in(raw, kFilmSnapshot);
   int quantum = 0;
   for (int* v :

@@ -19,12 +19,13 @@ Level pull(const Level& fine) {
                std::vector<float>(static_cast<size_t>(width) * static_cast<size_t>(height))};
   for (int y = 0; y < fine.mean.height; ++y) {
     for (int x = 0; x < fine.mean.width; ++x) {
-      const float w = fine.weight[static_cast<size_t>(y) * static_cast<size_t>(fine.mean.width) +
-                                  static_cast<size_t>(x)];
+      const float w =
+          fine.weight[static_cast<size_t>(y) * static_cast<size_t>(fine.mean.width) + static_cast<size_t>(x)];
       const float* from = fine.mean.pixel(x, y);
       float* to = coarse.mean.pixel(x / 2, y / 2);
       for (int c = 0; c < channels; ++c) to[c] += w * from[c];
-      coarse.weight[static_cast<size_t>(y / 2) * static_cast<size_t>(width) + static_cast<size_t>(x / 2)] += w;
+      coarse.weight[static_cast<size_t>(y / 2) * static_cast<size_t>(width) + static_cast<size_t>(x / 2)] +=
+          w;
     }
   }
   for (size_t i = 0; i < coarse.weight.size(); ++i) {

@@ -38,7 +38,7 @@ struct CellRect {
 /// Film resolution and the crop window that is rendered.
 struct FilmGrid {
   int width = 0, height = 0;
-  PixelRect crop;  // within [0,width) x [0,height); equal to it without a crop
+  PixelRect crop;           // within [0,width) x [0,height); equal to it without a crop
   bool interleaved = true;  // see pixel_interleave.h; false in jobs of versions that did not do it
   bool operator==(const FilmGrid&) const = default;
 

@@ -72,6 +72,11 @@ FilmPixel PixelInterleave::to_film(int x, int y) const {
   return {shifted(x_, fx, static_cast<int>(shift.x)), shifted(y_, fy, static_cast<int>(shift.y))};
 }
 
+int64_t PixelInterleave::film_index(int x, int y) const {
+  const FilmPixel p = to_film(x, y);
+  return int64_t{p.y - y_.begin} * static_cast<int64_t>(x_.to_film.size()) + p.x - x_.begin;
+}
+
 FilmPixel PixelInterleave::to_packet(int x, int y) const {
   const auto ix = static_cast<size_t>(x - x_.begin), iy = static_cast<size_t>(y - y_.begin);
   const Shift shift = shift_of_patch(x_.patch_begin[ix], y_.patch_begin[iy]);

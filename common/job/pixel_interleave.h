@@ -8,7 +8,8 @@
 //
 // Tiles, partials and sums are in *packet order*, in which a packet is a cell of 32x32 pixels. Camera rays,
 // splats, regions and images are in *film order*. One is a permutation of the other within the crop window.
-// It depends on the film's grid alone. In jobs that versions before 1.1 began, the orders are the same.
+// It depends on the film's grid alone. In jobs that an older version began (FilmGrid::interleaved) the orders
+// are the same.
 //
 //   const PixelInterleave interleave(grid);
 //   FilmPixel p = interleave.to_film(x, y);   // (x, y) in packet order
@@ -33,6 +34,8 @@ class PixelInterleave {
   explicit PixelInterleave(const FilmGrid& grid);
   /// The place in the image of pixel (x, y) in packet order. Both lie in the crop window.
   FilmPixel to_film(int x, int y) const;
+  /// Index of that place in the row-major crop window.
+  int64_t film_index(int x, int y) const;
   /// The inverse: of a pixel of the image, its place in packet order.
   FilmPixel to_packet(int x, int y) const;
 
@@ -40,7 +43,7 @@ class PixelInterleave {
   /// One axis of the film. Entries belong to the pixels from `begin` on.
   struct Axis {
     int begin = 0;
-    std::vector<int> to_film, to_packet;     // before patches are shifted
+    std::vector<int> to_film, to_packet;       // before patches are shifted
     std::vector<int> patch_begin, patch_size;  // of the patch that a pixel of the image lies in
     Axis() = default;
     Axis(int begin, int end, bool interleaved);

@@ -137,7 +137,8 @@ RenderSettings settings_from_json(const std::string& text) {
     auto j = nlohmann::json::parse(text);
     take_older_keys(&j);
     // Jobs of early versions lack some.
-    const bool knows_uniform_sampling = j.contains("uniform_sampling"), knows_interleaved = j.contains("interleaved");
+    const bool knows_uniform_sampling = j.contains("uniform_sampling"),
+               knows_interleaved = j.contains("interleaved");
     if (j.size() != 12u + knows_uniform_sampling + knows_interleaved + j.contains("aovs"))
       usage("render settings: exactly 14 fields are expected, and aovs where there are some");
     RenderSettings s;

@@ -68,7 +68,7 @@ JobState runnable_state(const Job& job) {
 
 JobId JobDesk::submit(const JobRequest& request) {
   RenderSettings settings = settings_from_json(settings_to_json(request.settings));  // checks the ranges
-  settings.grid.interleaved = true;
+  settings.grid.interleaved = true;  // whatever the client knows of it: only jobs of older versions are not
   check_request(request, settings);
   Job job;
   job.record.name = request.name;

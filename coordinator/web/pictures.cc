@@ -67,8 +67,8 @@ Pictures::Picture Pictures::get(const JobId& job, Kind kind) {
     const std::lock_guard lock(slot->mutex);
     const double begin = seconds();
     if (!slot->image || (slot->version != version && begin >= slot->next)) {
-      slot->image =
-          std::make_shared<const Image>(kind == Kind::kBeauty ? farm_.display_image(job) : farm_.error_map(job));
+      slot->image = std::make_shared<const Image>(kind == Kind::kBeauty ? farm_.display_image(job)
+                                                                        : farm_.error_map(job));
       slot->version = version;
       const double end = seconds();
       slot->next = end + std::max(kLeastSpacing, kSpacingPerCost * (end - begin));

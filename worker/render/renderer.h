@@ -43,7 +43,8 @@ class Renderer {
   ~Renderer();
   /// The scene of `other`, shared, under settings that differ from its own in plan, integrator, depth,
   /// samples or seed at most. What the scene was built from stays: that of path tracing alone has no guide
-  /// for light paths. A pilot renders the pixels `of_pilot` only, and its cells' pixels lie beside each other.
+  /// for light paths. A pilot renders the pixels `of_pilot` only, and its cells' pixels lie beside each
+  /// other.
   Renderer(const Renderer& other, const RenderSettings& settings,
            const std::optional<PixelSubset>& of_pilot = {});
   const ScenePlan& plan() const;

@@ -16,21 +16,19 @@ inline ExactRgb random_sum(std::mt19937_64& rng, int bits = 60) {
   return {{rng() & mask, rng() & mask, rng() & mask}};
 }
 
-/// A valid partial of `tile` with about one splat in `splat_every` pixels (0: none).
 /// Sums of the crop window in packet order, from those in film order.
 inline std::vector<ExactRgb> in_packet_order(const FilmGrid& grid, const std::vector<ExactRgb>& film_order) {
   const PixelInterleave interleave(grid);
   const PixelRect& crop = grid.crop;
   std::vector<ExactRgb> sums;
   for (int y = crop.y0; y < crop.y1; ++y) {
-    for (int x = crop.x0; x < crop.x1; ++x) {
-      const FilmPixel p = interleave.to_film(x, y);
-      sums.push_back(film_order[static_cast<size_t>((p.y - crop.y0) * crop.width() + p.x - crop.x0)]);
-    }
+    for (int x = crop.x0; x < crop.x1; ++x)
+      sums.push_back(film_order[static_cast<size_t>(interleave.film_index(x, y))]);
   }
   return sums;
 }
 
+/// A valid partial of `tile` with about one splat in `splat_every` pixels (0: none).
 inline Partial random_partial(const FilmGrid& grid, const TileSpec& tile, uint64_t seed, bool camera,
                               uint64_t splat_every) {
   std::mt19937_64 rng(seed);

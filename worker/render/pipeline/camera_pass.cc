@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <span>
 
 #include "worker/render/pipeline/context.h"
@@ -14,8 +13,9 @@ namespace {
 
 using Order = std::array<int32_t, kCellPixels>;
 
-/// Pixels of a cell in Morton order: eight that follow one another are a block of 4x2. Interleaved, neighbours
-/// are eight pixels apart in the image, so their rays go much the same way, eight rays of a row do not.
+/// Pixels of a cell in Morton order: eight that follow one another are a block of 4x2. Interleaved,
+/// neighbours are eight pixels apart in the image, so their rays go much the same way, eight rays of a row do
+/// not.
 constexpr Order morton_order() {
   Order order{};
   for (int32_t i = 0; i < kCellPixels; ++i) {
@@ -28,13 +28,8 @@ constexpr Order morton_order() {
   }
   return order;
 }
-constexpr Order row_order() {
-  Order order{};
-  std::iota(order.begin(), order.end(), 0);
-  return order;
-}
 static_assert(kCellSize == 32);
-constexpr Order kMortonOrder = morton_order(), kRowOrder = row_order();
+constexpr Order kMortonOrder = morton_order();
 
 }  // namespace
 
@@ -45,7 +40,7 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
   inside_count = 0;
   uneven = false;
   waiting_.clear();
-  order_ = (context.interleave ? kMortonOrder : kRowOrder).data();
+  order_ = context.interleave ? kMortonOrder.data() : nullptr;
   for (int i = 0; i < kCellPixels; ++i) {
     FilmPixel p{cell_x * kCellSize + i % kCellSize, cell_y * kCellSize + i / kCellSize};
     const bool in_crop = p.x >= crop.x0 && p.x < crop.x1 && p.y >= crop.y0 && p.y < crop.y1;
@@ -67,7 +62,7 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
 
 void CameraSlots::begin_even_pass(int64_t batch, int64_t s) {
   for (int i = 0; i < kCellPixels; ++i) {
-    const int32_t p = order_ ? order_[i] : i;
+    const int32_t p = pixel_at(i);
     pixel[i] = p;
     taken[i] = inside[p];
     keys[i] = pixel_keys[p];
@@ -79,7 +74,7 @@ void CameraSlots::begin_even_pass(int64_t batch, int64_t s) {
 void CameraSlots::add_waiting(int64_t batch, int64_t s) {
   const auto in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
   for (int k = 0; k < kCellPixels; ++k) {
-    const int32_t i = order_ ? order_[k] : k;
+    const int32_t i = pixel_at(k);
     if (!inside[i]) continue;
     const int more = std::max(level[i], 0), less = std::max(-level[i], 0);
     // Of each group of 2^less indices one is taken, drawn per pixel and group.

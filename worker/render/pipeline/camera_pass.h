@@ -1,6 +1,7 @@
 #pragma once
-// Passes of camera paths over a cell. One sample index is one pass. In that of a pilot slot i is pixel i of the
-// cell; otherwise the pixels are in an order in which those that lie near each other follow one another. Under adaptive sampling (common/job/sample_allocation.h) a pixel has none, one or several paths for an
+// Passes of camera paths over a cell. One sample index is one pass. In that of a pilot slot i is pixel i of
+// the cell; otherwise the pixels are in an order in which those that lie near each other follow one another.
+// Under adaptive sampling (common/job/sample_allocation.h) a pixel has none, one or several paths for an
 // index. These wait until they fill a wavefront.
 #include <cstdint>
 #include <vector>
@@ -25,9 +26,9 @@ struct AllocationTable {
 struct CameraSlots {
   // For a batch of sample indices (a superblock), by pixel.
   alignas(32) int32_t x[kCellPixels], y[kCellPixels];  // place in the image (pixel_interleave.h)
-  uint32_t pixel_keys[kCellPixels];  // of its sample stream
-  int32_t inside[kCellPixels];       // 1: in the crop window and in the pixel subset
-  int32_t level[kCellPixels];        // of the allocation
+  uint32_t pixel_keys[kCellPixels];                    // of its sample stream
+  int32_t inside[kCellPixels];                         // 1: in the crop window and in the pixel subset
+  int32_t level[kCellPixels];                          // of the allocation
   int inside_count = 0;
   bool uneven = false;  // some level is not 0
   // For a pass, by slot.
@@ -51,7 +52,10 @@ struct CameraSlots {
   bool begin_waiting_pass(bool rest);
 
  private:
-  const int32_t* order_ = nullptr;  // of the pixels in a pass
+  /// The pixel that comes k-th in a pass, if all have a path.
+  int32_t pixel_at(int k) const { return order_ ? order_[k] : k; }
+
+  const int32_t* order_ = nullptr;  // null: row by row
   struct Waiting {
     int32_t pixel;
     uint32_t index;

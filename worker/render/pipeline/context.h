@@ -36,8 +36,8 @@ struct StageContext {
   /// samples are. So the variance of camera samples goes with 1 / the allocation, and splats are as
   /// everywhere.
   const AllocationTable* allocation = nullptr;
-  double light_paths = 1;                  // per camera path
-  PixelSubset pixel_subset = {};           // of a pilot; renders have every pixel
+  double light_paths = 1;         // per camera path
+  PixelSubset pixel_subset = {};  // of a pilot; renders have every pixel
   /// Where the pixels of a cell lie. Null: beside each other, as pilots and preview passes take them.
   const PixelInterleave* interleave = nullptr;
   float imaging_ratio = 1;                 // exposure: multiplies every contribution

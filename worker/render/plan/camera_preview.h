@@ -6,11 +6,11 @@
 
 namespace lightmill {
 
-/// Follows the camera paths of sample index `s` of the cell whose batch w.slots have begun. Paths without a time of their own are at time 0. visit(depth) is called when paths have come to their vertices
-/// of that depth, up to `depths`, and may end some of them.
+/// Follows the camera paths of sample index `s` of the cell whose batch w.slots have begun. Paths without a
+/// time of their own are at time 0. visit(depth) is called when paths have come to their vertices of that
+/// depth, up to `depths`, and may end some of them.
 template <class Visit>
-void follow_camera_paths(const StageContext& context, int64_t s, int depths,
-                         Wavefront& w, Visit&& visit) {
+void follow_camera_paths(const StageContext& context, int64_t s, int depths, Wavefront& w, Visit&& visit) {
   const int64_t batch = superblock_of_sample(s);
   LayerContext layer;
   layer.slots = &w.slots;

@@ -154,7 +154,8 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
     for (size_t c = 0; c < 3; ++c) {
       if (set & kAovAlbedo) sums_[kAlbedoLayer][pixel].c[c] += albedo_units(albedo_[c][i]);
       if (set & kAovNormal) sums_[kNormalLayer][pixel].c[c] += normal_units(normal_[c][i]);
-      if (hit_[i] && (set & kAovPosition)) sums_[kPositionLayer][pixel].c[c] += position_units(position_[c][i]);
+      if (hit_[i] && (set & kAovPosition))
+        sums_[kPositionLayer][pixel].c[c] += position_units(position_[c][i]);
     }
     if (hit_[i] && needs_layer(set, kDepthLayer)) {
       sums_[kDepthLayer][pixel].c[0] += depth_units(depth_[i]);
@@ -176,7 +177,8 @@ void AovRecorder::finish_layer(const StageContext& context, int quantum_exponent
         const auto direct = units(std::min(direct_light[c], radiance[c]));
         sums_[kDirectLayer][pixel].c[c] += direct.value_or(0);
       }
-      if (set & kAovVariance) sums_[kVarianceLayer][pixel].c[c] += square_units(radiance[c], quantum_exponent);
+      if (set & kAovVariance)
+        sums_[kVarianceLayer][pixel].c[c] += square_units(radiance[c], quantum_exponent);
     }
   }
 }
