@@ -138,7 +138,7 @@ Task render_packets(Work& work) {
           bounce_light_paths(context, layer, depth, w);
           if (!context.on(kLightTracing)) continue;
           co_await in(Q::kShadowCaster);
-          shadow_lens(context, layer, depth, first, w);
+          shadow_light_tracing(context, layer, depth, first, w);
         }
         flush_shadow_rays(context, true, w);
         co_await in(Q::kProducer);
