@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "common/base/error.h"
 #include "common/error/error_curve.h"
@@ -9,14 +10,17 @@
 #include "common/film/crop_walk.h"
 #include "common/film/packing.h"
 #include "common/film/signed_sum.h"
+#include "common/job/replicates.h"
 #include "common/job/settings.h"
 
 namespace lightmill {
 
 namespace {
 
-constexpr uint32_t kMagic = 0x6662694c;              // "Libf"
-constexpr uint32_t kVersion = 3, kPlainVersion = 2;  // of films that are interleaved, or are not
+constexpr uint32_t kMagic = 0x6662694c;  // "Libf"
+constexpr uint32_t kVersion = 4;
+// Versions before replicates: of films that are interleaved, or are not.
+constexpr uint32_t kOneSequenceVersion = 3, kPlainVersion = 2;
 constexpr size_t kBatchHeadBytes = 9;
 constexpr int64_t kRun = 8;  // tracked pixels beside each other, where not all are
 constexpr const char* kWhat = "batch film snapshot";
@@ -80,20 +84,19 @@ PixelLayout BatchFilm::layout() const {
 }
 
 void BatchFilm::merge_pairs() {
-  for (size_t i = 0; 2 * i < batches_.size(); ++i) {
-    Batch merged = std::move(batches_[2 * i]);
-    if (2 * i + 1 < batches_.size()) {
-      Batch& other = batches_[2 * i + 1];
-      merged.samples += other.samples;
-      if (merged.rgb.empty()) {
-        merged.rgb = std::move(other.rgb);
-      } else if (!other.rgb.empty()) {
-        for (size_t k = 0; k < merged.rgb.size(); ++k) merged.rgb[k] += other.rgb[k];
-      }
+  std::vector<Batch> merged((batches_.size() + 3) / 4 * 2);
+  for (size_t i = 0; i < batches_.size(); ++i) {
+    Batch& from = batches_[i];
+    Batch& to = merged[i / 4 * 2 + i % 2];
+    to.samples += from.samples;
+    if (to.rgb.empty()) {
+      to.rgb = std::move(from.rgb);
+    } else if (!from.rgb.empty()) {
+      for (size_t k = 0; k < to.rgb.size(); ++k) to.rgb[k] += from.rgb[k];
     }
-    batches_[i] = std::move(merged);
   }
-  batches_.resize((batches_.size() + 1) / 2);
+  while (!merged.empty() && merged.back().samples == 0) merged.pop_back();
+  batches_ = std::move(merged);
   group_ *= 2;
 }
 
@@ -125,10 +128,17 @@ void BatchFilm::fold(const Partial& partial) {
   if (!partial.camera.empty() && partial.camera.size() != index(r.area())) {
     throw Error(ErrorKind::kFailed, "partial has a camera layer of another size than its tile");
   }
-  const int64_t first = superblock_of_sample(partial.tile.sample_begin);
-  const int64_t last = superblock_of_sample(partial.tile.sample_end - 1);
-  while (first / group_ != last / group_ || first / group_ >= kMaxBatches) merge_pairs();
-  const auto batch_index = index(first / group_);
+  const int64_t begin = superblock_of_sample(partial.tile.sample_begin);
+  const int64_t end = superblock_of_sample(partial.tile.sample_end - 1) + 1;
+  if (end > replicate_run_end(begin)) {
+    mixed_samples_ += r.area() * partial.tile.samples();
+    return;
+  }
+  const ReplicateBlock block = replicate_of(begin);
+  const int64_t first = block.superblock, last = first + end - begin - 1;
+  while (first / group_ != last / group_ || kReplicates * (first / group_) + block.replicate >= kMaxBatches)
+    merge_pairs();
+  const auto batch_index = index(kReplicates * (first / group_) + block.replicate);
   if (batches_.size() <= batch_index) batches_.resize(batch_index + 1);
   Batch& batch = batches_[batch_index];
   if (batch.rgb.empty()) batch.rgb.resize(3 * index(tracked_pixels_));
@@ -155,33 +165,35 @@ void BatchFilm::fold(const Partial& partial) {
   batch.samples += r.area() * partial.tile.samples();
 }
 
-std::vector<const BatchFilm::Batch*> BatchFilm::complete_batches() const {
+BatchFilm::Complete BatchFilm::complete_batches() const {
   const int64_t full = grid_.crop.area() * kSuperblockSamples * group_;
-  std::vector<const Batch*> complete;
-  for (const Batch& batch : batches_) {
-    if (batch.samples == full) complete.push_back(&batch);
+  Complete complete;
+  for (size_t i = 0; i < batches_.size(); ++i) {
+    if (batches_[i].samples != full) continue;
+    complete.batches.push_back(&batches_[i]);
+    complete.replicates.push_back(static_cast<int>(i) % kReplicates);
   }
   return complete;
 }
 
 double BatchFilm::spp() const {
-  double samples = 0;
+  auto samples = static_cast<double>(mixed_samples_);
   for (const Batch& batch : batches_) samples += static_cast<double>(batch.samples);
   return tracked_pixels_ > 0 ? samples / static_cast<double>(grid_.crop.area()) : 0;
 }
 
 void BatchFilm::estimate(ErrorPoint* point) const {
-  const std::vector<const Batch*> batches = complete_batches();
-  point->batches = static_cast<int>(batches.size());
+  const Complete complete = complete_batches();
+  point->batches = static_cast<int>(complete.batches.size());
   point->relmse.reset();
   point->relmse_low.reset();
   point->relmse_high.reset();
-  if (batches.size() < 2) return;
+  if (complete.batches.size() < 2) return;
   std::vector<const float*> sums;
-  sums.reserve(batches.size());
-  for (const Batch* batch : batches) sums.push_back(batch->rgb.data());
+  sums.reserve(complete.batches.size());
+  for (const Batch* batch : complete.batches) sums.push_back(batch->rgb.data());
   const auto batch_spp = static_cast<double>(kSuperblockSamples * group_);
-  const BatchError error = estimate_batch_error(sums, layout(), batch_spp);
+  const BatchError error = estimate_batch_error(sums, complete.replicates, layout(), batch_spp);
   // From one batch to all samples folded so far, also those of batches that are not complete.
   const double scale = batch_spp / spp();
   point->relmse = error.relmse * scale;
@@ -193,7 +205,7 @@ void BatchFilm::estimate(ErrorPoint* point) const {
 int BatchFilm::error_map_block() const { return tracked_.empty() ? 4 : 16; }
 
 Image BatchFilm::error_map(int block) const {
-  const std::vector<const Batch*> batches = complete_batches();
+  const std::vector<const Batch*> batches = complete_batches().batches;
   if (batches.size() < 2 || block < 1) return {};
   const auto n = static_cast<double>(batches.size());
   const auto batch_spp = static_cast<double>(kSuperblockSamples * group_);
@@ -230,11 +242,13 @@ std::string BatchFilm::snapshot() const {
        {grid_.width, grid_.height, grid_.crop.x0, grid_.crop.y0, grid_.crop.x1, grid_.crop.y1}) {
     w.put<int32_t>(v);
   }
+  w.put<uint8_t>(grid_.interleaved);
   w.put<int64_t>(group_);
+  w.put<int64_t>(mixed_samples_);
   w.put<uint32_t>(static_cast<uint32_t>(batches_.size()));
   size_t size = w.bytes().size();
   for (const Batch& batch : batches_) size += kBatchHeadBytes + batch.rgb.size() * sizeof(float);
-  Sealer sealer(kMagic, grid_.interleaved ? kVersion : kPlainVersion, size);
+  Sealer sealer(kMagic, kVersion, size);
   sealer.write(w.bytes());
   for (const Batch& batch : batches_) {
     ByteWriter head;
@@ -248,12 +262,14 @@ std::string BatchFilm::snapshot() const {
 
 BatchFilm BatchFilm::restore(std::string_view bytes) {
   FilmGrid grid;
-  grid.interleaved = sealed_version(kMagic, bytes, kWhat) != kPlainVersion;
-  const std::string raw = unseal(kMagic, grid.interleaved ? kVersion : kPlainVersion, bytes, kWhat);
+  const uint32_t version = sealed_version(kMagic, bytes, kWhat);
+  const bool older = version == kOneSequenceVersion || version == kPlainVersion;
+  const std::string raw = unseal(kMagic, older ? version : kVersion, bytes, kWhat);
   ByteReader in(raw, kWhat);
   for (int* v : {&grid.width, &grid.height, &grid.crop.x0, &grid.crop.y0, &grid.crop.x1, &grid.crop.y1}) {
     *v = in.get<int32_t>();
   }
+  grid.interleaved = older ? version == kOneSequenceVersion : in.get<uint8_t>() != 0;
   const bool empty = grid.width == 0;
   if (!empty && (grid.width < 1 || grid.height < 1 || int64_t{grid.width} * grid.height > kMaxPixels ||
                  grid.crop.empty() || grid.crop.x0 < 0 || grid.crop.y0 < 0 || grid.crop.x1 > grid.width ||
@@ -262,8 +278,10 @@ BatchFilm BatchFilm::restore(std::string_view bytes) {
   }
   BatchFilm film = empty ? BatchFilm() : BatchFilm(grid);
   film.group_ = in.get<int64_t>();
+  if (!older) film.mixed_samples_ = in.get<int64_t>();
   const auto count = in.get<uint32_t>();
-  if (film.group_ < 1 || film.group_ > kMaxSampleIndex || count > kMaxBatches) in.fail("count out of range");
+  if (film.group_ < 1 || film.group_ > kMaxSampleIndex || film.mixed_samples_ < 0 || count > kMaxBatches)
+    in.fail("count out of range");
   film.batches_.resize(count);
   for (Batch& batch : film.batches_) {
     batch.samples = in.get<int64_t>();
@@ -275,7 +293,25 @@ BatchFilm BatchFilm::restore(std::string_view bytes) {
     std::memcpy(batch.rgb.data(), values.data(), values.size());
   }
   in.expect_end();
+  if (older) film.take_older_batches();
   return film;
+}
+
+void BatchFilm::take_older_batches() {
+  std::vector<Batch> older = std::exchange(batches_, {});
+  if (group_ > 1) {
+    for (const Batch& batch : older) mixed_samples_ += batch.samples;
+    group_ = 1;
+    return;
+  }
+  batches_.resize(older.size() + 1);
+  for (size_t k = 0; k < older.size(); ++k) {
+    const ReplicateBlock block = replicate_of(static_cast<int64_t>(k));
+    const auto to = index(kReplicates * block.superblock + block.replicate);
+    if (to >= batches_.size()) batches_.resize(to + 1);
+    batches_[to] = std::move(older[k]);
+  }
+  while (!batches_.empty() && batches_.back().samples == 0) batches_.pop_back();
 }
 
 }  // namespace lightmill

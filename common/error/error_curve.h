@@ -50,9 +50,10 @@ ErrorCurve curve_from_json(const std::string& text);
 /// Per-batch images of a running job. Not bit-exact (floats): only error estimates come from them. Above
 /// kMaxTrackedPixels it follows a fixed pseudo-random subset of the pixels, in short runs. Not thread-safe.
 ///
-/// A batch is complete when every pixel of the crop window has all its samples and the light paths that
-/// belong to them, one per pixel sample. A superblock that the job's spp cuts never completes. It only counts
-/// towards the samples that the image rests on.
+/// A batch is a range of superblocks of one replicate (common/job/replicates.h). It is complete when every
+/// pixel of the crop window has all its samples and the light paths that belong to them, one per pixel
+/// sample. A superblock that the job's spp cuts never completes. It only counts towards the samples that the
+/// image rests on.
 class BatchFilm {
  public:
   static constexpr int64_t kMaxTrackedPixels = 262144;
@@ -60,7 +61,8 @@ class BatchFilm {
   BatchFilm() = default;
   explicit BatchFilm(const FilmGrid& grid);
   /// Adds a partial, once. A tile that crosses an aligned group of superblocks (see `max_tile_superblocks`)
-  /// merges batches until it fits into one. Throws Error(kFailed) if its grid differs.
+  /// merges batches until it fits into one. What has samples of both replicates belongs to no batch. Throws
+  /// Error(kFailed) if the grid differs.
   void fold(const Partial& partial);
   /// Largest aligned run of superblocks that a new tile may span without costing batches.
   int64_t max_tile_superblocks() const { return group_; }
@@ -90,10 +92,18 @@ class BatchFilm {
   void add_camera(const PixelRect& r, const ExactRgb* from, double unit, float* rgb) const;
   PixelLayout layout() const;
   void merge_pairs();
-  std::vector<const Batch*> complete_batches() const;
+  /// Finds places for batches that an older version kept, each of a range of superblocks of its own scramble.
+  /// Those of several superblocks belong to none any more.
+  void take_older_batches();
+  struct Complete {
+    std::vector<const Batch*> batches;
+    std::vector<int> replicates;  // of each
+  };
+  Complete complete_batches() const;
 
   FilmGrid grid_;
-  int64_t group_ = 1;  // superblocks per batch
+  int64_t group_ = 1;          // superblocks per batch
+  int64_t mixed_samples_ = 0;  // pixel samples of tiles that belong to no batch
   int64_t tracked_pixels_ = 0;
   PixelInterleave interleave_;
   std::vector<int64_t> tracked_;  // runs of 8 pixels of the crop window, ascending; empty: all pixels
@@ -101,7 +111,8 @@ class BatchFilm {
     uint32_t in_packets, at;  // index in the crop window in packet order; number among the tracked pixels
   };
   std::vector<TrackedPlace> tracked_places_;  // of the pixels of tracked_, ascending
-  std::vector<Batch> batches_;                // batch i: superblocks [i * group_, (i + 1) * group_)
+  /// Batch 2 i + r: superblocks [i * group_, (i + 1) * group_) of replicate r.
+  std::vector<Batch> batches_;
 };
 
 }  // namespace lightmill

@@ -1,10 +1,10 @@
 // The error estimate.
 //
 // Let B_1..B_n be the images of the n complete batches (N samples per pixel each), M their mean, and per
-// pixel and channel R = E[B], delta_b = B_b - R. The blocks of samples have scrambles of their own, so the
-// delta_b are independent, of mean 0; they need not be equally distributed, nor normal, and within one image
-// they may be correlated as they like. With <x, y> = mean_p(x_p y_p w_p), w = 1 / (R^2 + e), e = 1e-2, mean
-// over pixels and channels, the error of M that a comparison with R would show is
+// pixel and channel R = E[B], delta_b = B_b - R. Suppose first that the delta_b are independent, of mean 0;
+// they need not be equally distributed, nor normal, and within one image they may be correlated as they like.
+// With <x, y> = mean_p(x_p y_p w_p), w = 1 / (R^2 + e), e = 1e-2, mean over pixels and channels, the error of
+// M that a comparison with R would show is
 //
 //   relMSE = <M - R, M - R> = 1/n^2 (sum_b <delta_b, delta_b> + sum_{b != c} <delta_b, delta_c>).
 //
@@ -15,7 +15,26 @@
 // + ..., hence the stretch 1 + 2/n.) How weights are found is said in error_weights.cc. With n = 2 there is
 // no v' of one batch: there M and its variance serve.
 //
-// Interval. It is to cover the error of *this* image. Put in, the estimate differs from that by
+// Replicates. The batches of one replicate (common/job/replicates.h) are parts of one low-discrepancy
+// sequence. Their errors cancel more than those of independent batches would, so the estimate above is too
+// large. Only the two replicates are independent. With their means A and B, of n_A and n_B batches, and V the
+// error of a single batch that would explain theirs,
+//
+//   E <A - B, A - B> = V (1/n_A + 1/n_B),   so   V ~ <A - B, A - B> n_A n_B / n,
+//
+// if the error of a replicate falls as 1/n from its n_A to its n_B batches, which are nearly as many. What
+// the sequences gain is the ratio of this V to that of the batches, tr S below, both with the same weights:
+//
+//   gain = <A - B, A - B> n_A n_B / (n tr S),   and the estimate is mean_b(d_b) (1 + trust (gain - 1)).
+//
+// A firefly is in both alike. A - B is a sum of the B_b - M, so the Gram matrix below has all that is needed.
+// One difference says little where all pixels go up and down together: the variance of gain is 2 coherence
+// (below). Such noise comes from few light paths, for which sequences gain next to nothing. So trust = 1 / (1
+// + (coherence / 0.02)^2): at a standard deviation of 0.2 it is a half. That coherence is taken from pairs of
+// different replicates, as the batches of one are not independent.
+//
+// Interval. It is to cover the error of *this* image. Of independent batches, the estimate differs from that
+// by
 //
 //   -1/(n (n-1)) sum_{b != c} <delta_b, delta_c>
 //
@@ -28,7 +47,12 @@
 //   tau ~ (n-1)/(n (n-2) (n-3)) ((n-1)(n-2) |S|^2 + (tr S)^2 - n Q),   S = G/(n-1), Q = sum_b G_bb^2/(n-1).
 //
 // Correlated pixels (of one light path, of one packet) make tau larger by themselves: nothing is assumed of
-// them. What is left is the error of the weights, which matters where the batches differ much, that is where
+// them. Of two replicates there is one such pair, <delta_A, delta_B>, of variance tau' = E<delta_A,
+// delta_B>^2. What is taken from the batches is its size against the square of the trace, tau / (tr S)^2, the
+// coherence of the pixels' errors. With equally many batches each, that makes a variance of 4 coherence of
+// the estimate's square, in place of 2 n/(n-1) coherence; by `trust`, something between the two.
+//
+// What is left is the error of the weights, which matters where the batches differ much, that is where
 // light comes in rare events. Its random part is taken as half the standard error of mean_b(d_b), for which
 // Var = var(d_b)/n (n-1)/(n-2), and more of few batches, among which the rare event may be missing: a =
 // (1 + 24/n^2)/4 of that; its systematic part as a tenth of what it matters to weigh the deviations by
@@ -54,6 +78,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -67,6 +92,7 @@ constexpr size_t kStrip = 512;        // values per pass: mean and variance stay
 constexpr size_t kBandValues = 4096;  // about so many at once of each batch, which stay in the L2 cache
 constexpr size_t kLanes = 8;          // independent sums: a single chain of additions would be all latency
 static_assert(kStrip % kLanes == 0);
+constexpr double kDoubtfulCoherence = 0.02;
 
 template <class Lanes>
 double sum_of(const Lanes& lanes) {
@@ -135,6 +161,26 @@ void add_products(const float* x, const float* y, double* to) {
   for (size_t k = 0; k < kAtOnce; ++k) to[k] += sum_of(sums[k]);
 }
 
+/// <A - B, A - B> n_A n_B / (n tr S) of the replicates' means A and B; 1 if there is one replicate.
+double gain_of_sequences(const std::vector<double>& gram, std::span<const int> replicates) {
+  const size_t count = replicates.size();
+  std::array<double, 2> batches{};
+  for (const int r : replicates) batches[static_cast<size_t>(r)] += 1;
+  if (batches[0] == 0 || batches[1] == 0) return 1;
+  const auto part = [&](size_t b) {
+    return (replicates[b] ? -1 : 1) / batches[static_cast<size_t>(replicates[b])];
+  };
+  double difference = 0, trace = 0;
+  for (size_t b = 0; b < count; ++b) {
+    trace += gram[b * count + b] / static_cast<double>(count - 1);
+    difference += part(b) * part(b) * gram[b * count + b];
+    for (size_t c = b + 1; c < count; ++c) difference += 2 * part(b) * part(c) * gram[b * count + c];
+  }
+  return trace > 0
+             ? std::max(difference, 0.0) * batches[0] * batches[1] / (static_cast<double>(count) * trace)
+             : 1;
+}
+
 /// Weighted deviations of the batches over a strip, `kStrip` floats a batch, zero beyond `size`.
 void add_gram(const std::vector<float>& deviations, size_t count, std::vector<double>* gram) {
   for (size_t b = 0; b < count; ++b) {
@@ -189,7 +235,7 @@ void add_batch_sums(std::span<const float* const> sums, const Band& band, size_t
       }
       result->d[b] += sum_of(lanes);
     }
-    if (count >= kMinIntervalBatches) add_gram(deviations, count, &result->gram);
+    add_gram(deviations, count, &result->gram);
   }
 }
 
@@ -220,6 +266,32 @@ struct Covariance {
   double coherence = 0;  // tau / (tr S)^2: 1 if all pixels move together, 1/p for p independent ones of equal
                          // error
 };
+
+/// tau / (tr S)^2 from pairs of different replicates alone, whose batches are independent: with deviations
+/// from their own replicate's mean, E<delta_a - A, delta_b - B>^2 = tau (1 - 1/n_A) (1 - 1/n_B). Empty if a
+/// replicate has fewer than two batches.
+std::optional<double> coherence_of_replicates(const std::vector<double>& gram,
+                                              std::span<const int> replicates, double trace) {
+  std::array<std::vector<size_t>, 2> of;
+  const size_t count = replicates.size();
+  for (size_t b = 0; b < count; ++b) of[static_cast<size_t>(replicates[b])].push_back(b);
+  if (of[0].size() < 2 || of[1].size() < 2 || !(trace > 0)) return std::nullopt;
+  const auto at = [&](size_t a, size_t b) { return gram[std::min(a, b) * count + std::max(a, b)]; };
+  const auto n_a = static_cast<double>(of[0].size()), n_b = static_cast<double>(of[1].size());
+  std::vector<double> row(count), column(count);
+  double all = 0, tau = 0;
+  for (const size_t a : of[0]) {
+    for (const size_t b : of[1])
+      row[a] += at(a, b) / n_b, column[b] += at(a, b) / n_a, all += at(a, b) / (n_a * n_b);
+  }
+  for (const size_t a : of[0]) {
+    for (const size_t b : of[1]) {
+      const double product = at(a, b) - row[a] - column[b] + all;
+      tau += product * product / ((n_a - 1) * (n_b - 1));
+    }
+  }
+  return std::min(tau / (trace * trace), 1.0);
+}
 
 Covariance covariance(const std::vector<double>& gram, size_t count, size_t values) {
   const auto n = static_cast<double>(count);
@@ -257,25 +329,35 @@ double student_t_975(int dof) {
          (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * d * d * d);
 }
 
-BatchError estimate_batch_error(std::span<const float* const> sums, const PixelLayout& layout,
-                                double samples) {
+BatchError estimate_batch_error(std::span<const float* const> sums, std::span<const int> replicates,
+                                const PixelLayout& layout, double samples) {
   const size_t count = sums.size(), values = 3 * layout.width * layout.rows;
   if (count < 2) throw std::logic_error("estimate_batch_error: at least two batches");
+  if (replicates.size() != count) throw std::logic_error("estimate_batch_error: a replicate for each batch");
   const auto n = static_cast<double>(count);
   const BatchSums of_batches = batch_sums(sums, layout, 1 / samples);
   BatchError error;
   double variance = 0;
   for (const double d : of_batches.d) error.relmse += d / n;
   for (const double d : of_batches.d) variance += (d - error.relmse) * (d - error.relmse) / (n - 1);
-  if (count < kMinIntervalBatches) return error;
-  const Covariance c = covariance(of_batches.gram, count, values);
-  // All of n times the mean image's error, so tau appears n^2-fold.
-  const double pairs = 2 * n / (n - 1) * c.coherence * error.relmse * error.relmse;
-  const double spread = variance / n * (n - 1) / (n - 2) * (1 + 24 / (n * n)) / 4;
-  const double shift = 0.1 * (c.trace - error.relmse);
-  const double t_pairs = student_t_975(static_cast<int>(count * (count - 1) / 2) - 2),
-               t_batches = student_t_975(static_cast<int>(count) - 1);
-  error.half_width = std::sqrt(t_pairs * t_pairs * pairs + t_batches * t_batches * (spread + shift * shift));
+  double gain = gain_of_sequences(of_batches.gram, replicates);
+  if (count >= kMinIntervalBatches) {
+    const Covariance c = covariance(of_batches.gram, count, values);
+    const double doubt = coherence_of_replicates(of_batches.gram, replicates, c.trace).value_or(c.coherence) /
+                         kDoubtfulCoherence;
+    const double trust = 1 / (1 + doubt * doubt);
+    gain = 1 + trust * (gain - 1);
+    // All of n times the mean image's error, so tau appears n^2-fold.
+    const double pairs =
+        (4 * trust + 2 * n / (n - 1) * (1 - trust)) * c.coherence * error.relmse * error.relmse;
+    const double spread = variance / n * (n - 1) / (n - 2) * (1 + 24 / (n * n)) / 4;
+    const double shift = 0.1 * (c.trace - error.relmse);
+    const double t_pairs = student_t_975(static_cast<int>(count * (count - 1) / 2) - 2),
+                 t_batches = student_t_975(static_cast<int>(count) - 1);
+    error.half_width =
+        gain * std::sqrt(t_pairs * t_pairs * pairs + t_batches * t_batches * (spread + shift * shift));
+  }
+  error.relmse *= gain;
   return error;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// The error of a mean image, estimated from independent batches of samples (derivation: error_estimate.cc).
+// The error of a mean image, estimated from batches of samples of two replicates (derivation:
+// error_estimate.cc).
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -19,9 +20,8 @@ struct PixelLayout {
   PixelReach reach{2, 2}, near{1, 1};
 };
 
-/// relMSE of one batch's image, with the half-width of a 95 % interval. The mean image of n batches has 1/n
-/// of both: `relmse` / n estimates the error of *that* image against the converged one, and the interval
-/// covers it.
+/// n times the relMSE of the mean image of n batches against the converged one, and the half-width of its 95
+/// % interval.
 struct BatchError {
   double relmse = 0;
   std::optional<double> half_width;  // from kMinIntervalBatches on
@@ -31,9 +31,10 @@ struct BatchError {
 inline constexpr size_t kMinIntervalBatches = 4;
 
 /// From n >= 2 batches of equally many samples per pixel. `sums[b]` has 3 width rows sums over `samples`
-/// samples each (channels of a pixel together).
-BatchError estimate_batch_error(std::span<const float* const> sums, const PixelLayout& layout,
-                                double samples);
+/// samples each (channels of a pixel together). Batch b is of replicate `replicates[b]`, 0 or 1. If all are
+/// of one, they are taken as independent.
+BatchError estimate_batch_error(std::span<const float* const> sums, std::span<const int> replicates,
+                                const PixelLayout& layout, double samples);
 
 /// 97.5 % quantile of Student's t with `dof` >= 1 degrees of freedom: half-width of a 95 % interval.
 double student_t_975(int dof);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/error/checkpoints.h"
+#include "common/job/replicates.h"
 
 namespace lightmill {
 namespace {
@@ -82,7 +83,8 @@ int64_t range_end(const TilingInput& in, int64_t budget) {
         enough, round_budget / (static_cast<double>(pixels) * static_cast<double>(kSuperblockSamples)));
     const auto count =
         std::max(in.min_superblocks, static_cast<int64_t>(std::clamp(fits, 1.0, static_cast<double>(group))));
-    end = std::min(first + count, (first / group + 1) * group) * kSuperblockSamples;
+    end =
+        std::min({first + count, (first / group + 1) * group, replicate_run_end(first)}) * kSuperblockSamples;
   }
   if (in.to_checkpoint) end = std::min(end, next_checkpoint(in.begin));
   end = std::min(end, in.spp);

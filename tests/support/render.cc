@@ -69,6 +69,11 @@ Partial render_partial(const Renderer& renderer, int threads, PacketOrder order)
   return render_tile(renderer, {settings.grid.cells(), 0, settings.spp}, settings.spp, threads, order);
 }
 
+Partial render_samples(const Renderer& renderer, int64_t begin, int64_t end) {
+  return render_tile(renderer, {renderer.settings().grid.cells(), begin, end}, renderer.settings().spp, 1,
+                     PacketOrder::kForward);
+}
+
 Estimate mean_over_seeds(const Renderer& world, RenderSettings settings) {
   std::vector<double> means;
   for (settings.seed = 1; settings.seed <= 16; ++settings.seed) {
@@ -86,12 +91,13 @@ Batches render_batches(const SceneDescription& scene, const RenderSettings& sett
   if (settings.spp % (int64_t{kSuperblockSamples} * batches) != 0) {
     throw std::logic_error("batches must be whole superblocks");
   }
-  const int64_t each = settings.spp / batches;
-  const Renderer r(scene, settings, threads);
+  RenderSettings of_batch = settings;
+  of_batch.spp = settings.spp / batches;
+  const Renderer world(scene, settings, threads);
   Batches result;
   for (int b = 0; b < batches; ++b) {
-    const TileSpec tile{settings.grid.cells(), each * b, each * (b + 1)};
-    const Partial p = render_tile(r, tile, settings.spp, threads, PacketOrder::kForward);
+    of_batch.seed = settings.seed + 1000003 * static_cast<uint64_t>(b);
+    const Partial p = render_partial(Renderer(world, of_batch), threads);
     Film film(settings.grid);
     film.fold(p);
     result.images.push_back(film.resolve());

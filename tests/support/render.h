@@ -26,11 +26,14 @@ Partial render_partial(const SceneDescription& scene, const RenderSettings& sett
 /// The same of a scene that is built already.
 Partial render_partial(const Renderer& renderer, int threads = 1, PacketOrder order = PacketOrder::kForward);
 
+/// One partial of sample indices [begin, end) of the whole crop window.
+Partial render_samples(const Renderer& renderer, int64_t begin, int64_t end);
+
 /// A point of the scene in the space that the renderer has it in.
 Vec3<float> placed(const Renderer& renderer, const Vec3d& p);
 
-/// Independent images: batch b holds sample indices [16 n b, 16 n (b + 1)), whole blocks, whose random
-/// numbers are independent. settings.spp is split over `batches` and must be a multiple of 16 * batches.
+/// Independent images, of a seed each. settings.spp is split over `batches` and must be a multiple of 16 *
+/// batches.
 struct Batches {
   std::vector<Image> images;
   RenderCounters counters;

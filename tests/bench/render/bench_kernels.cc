@@ -30,8 +30,9 @@ class MiddlePacket {
     const CellRect cells = scene.settings.grid.cells();
     layer_.slots = &w_->slots;
     layer_.light_paths = kWavefront;
-    w_->slots.begin_batch(context_, (cells.x0 + cells.x1) / 2, (cells.y0 + cells.y1) / 2, 0, PixelSubset());
-    w_->slots.begin_even_pass(0, 0);
+    w_->slots.begin_superblock(context_, (cells.x0 + cells.x1) / 2, (cells.y0 + cells.y1) / 2, 0,
+                               PixelSubset());
+    w_->slots.begin_even_pass(0);
     w_->camera_sums.assign(kCellPixels, {});
     produce();
   }

@@ -114,17 +114,14 @@ Task render_packets(Work& work) {
     co_await in(Q::kProducer);
     w.counters = {};
     w.splats.clear();
-    const int64_t batch = superblock_of_sample(packet.sample_begin);
+    const int64_t superblock = superblock_of_sample(packet.sample_begin);
     LayerContext layer{0, &w.slots};
-    w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.pixel_subset);
-    const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
-    const uint64_t cell =
-        static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
+    w.slots.begin_superblock(context, packet.cell_x, packet.cell_y, superblock, context.pixel_subset);
     layer.light_paths = light_paths_of_layer(context.light_paths, w.slots.inside_count);
-    set_light_path_sampling(context, cell, static_cast<uint64_t>(batch), &layer);
+    set_light_path_sampling(context, packet.cell_x, packet.cell_y, superblock, &layer);
     w.camera_sums.assign(kCellPixels, {});
     for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
-      layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
+      layer.sample_in_superblock = static_cast<uint32_t>(s - superblock * kSuperblockSamples);
       w.light_vertices.clear();
       for (layer.first_light_path = 0; context.on(kLightPaths) && layer.first_light_path < layer.light_paths;
            layer.first_light_path += kWavefront) {
@@ -143,7 +140,7 @@ Task render_packets(Work& work) {
         flush_shadow_rays(context, true, w);
         co_await in(Q::kProducer);
       }
-      w.slots.begin_even_pass(batch, s);
+      w.slots.begin_even_pass(s);
       for (float* radiance : {w.radiance_r, w.radiance_g, w.radiance_b})
         std::fill_n(radiance, kWavefront, 0.0f);
       produce_camera_paths(context, layer, w);

@@ -9,6 +9,7 @@
 #include "common/base/error.h"
 #include "common/error/error_curve.h"
 #include "common/film/film.h"
+#include "common/job/replicates.h"
 #include "tests/common/film/test_partials.h"
 
 namespace lightmill {
@@ -281,13 +282,63 @@ TEST(BatchFilm, BatchesMergeAndNeverExceed32) {
 TEST(BatchFilm, ATileThatCrossesAGroupMergesBatches) {
   const FilmGrid grid = full_grid(16, 16);
   BatchFilm film(grid);
-  film.fold(testing::random_partial(grid, {{0, 0, 1, 1}, 0, 16}, 1, true, 0));
-  film.fold(testing::random_partial(grid, {{0, 0, 1, 1}, 16, 64}, 2, true, 0));
-  EXPECT_EQ(film.max_tile_superblocks(), 4);
-  film.fold(testing::random_partial(grid, {{0, 0, 1, 1}, 64, 128}, 3, true, 0));
+  for (int64_t k = 0; k < 32; ++k)
+    film.fold(testing::random_partial(grid, {{0, 0, 1, 1}, 16 * k, 16 * k + 16}, 1, true, 0));
   ErrorPoint p;
   film.estimate(&p);
-  EXPECT_EQ(p.batches, 2);
+  EXPECT_EQ(p.batches, 32);
+  EXPECT_EQ(film.max_tile_superblocks(), 1);
+  // Superblocks 32 to 35 are of one replicate, and are those from 16 on there.
+  film.fold(testing::random_partial(grid, {{0, 0, 1, 1}, 16 * 32, 16 * 36}, 2, true, 0));
+  EXPECT_EQ(film.max_tile_superblocks(), 4);
+  film.estimate(&p);
+  EXPECT_EQ(p.batches, 9);
+}
+
+TEST(BatchFilm, ATileOfBothReplicatesIsInNoBatch) {
+  const FilmGrid grid = full_grid(16, 16);
+  BatchFilm film(grid);
+  film.fold(testing::random_partial(grid, {{0, 0, 1, 1}, 0, 32}, 1, true, 0));
+  ErrorPoint p;
+  film.estimate(&p);
+  EXPECT_EQ(p.batches, 0);
+  EXPECT_EQ(film.spp(), 32);
+  EXPECT_EQ(BatchFilm::restore(film.snapshot()).spp(), 32);
+}
+
+// The errors of two superblocks of a replicate cancel in part: the image is better than its batches look.
+TEST(BatchFilm, WhatSequencesGainIsSeen) {
+  const Synthetic s = gaussian(1.0);
+  std::mt19937_64 rng(11);
+  BatchFilm film(s.grid);
+  Film image(s.grid);
+  std::vector<ExactRgb> means(static_cast<size_t>(s.grid.crop.area()));
+  for (size_t i = 0; i < means.size(); ++i)
+    for (Units& c : means[i].c) c = to_units(static_cast<float>(16 * s.level(i)), kQuantum).value();
+  means = in_packet_order(s.grid, means);
+  Partial last[kReplicates];
+  for (int64_t k = 0; k < 16; ++k) {
+    Partial p = s.superblock(k, rng);
+    const ReplicateBlock block = replicate_of(k);
+    const std::vector<ExactRgb>& before = last[block.replicate].camera;
+    for (size_t i = 0; block.superblock % 2 == 1 && i < p.camera.size(); ++i) {
+      for (size_t c = 0; c < 3; ++c) {
+        const double mean = from_units(means[i].c[c], kQuantum), own = from_units(p.camera[i].c[c], kQuantum);
+        const double value = mean + 0.6 * (own - mean) - 0.8 * (from_units(before[i].c[c], kQuantum) - mean);
+        p.camera[i].c[c] = to_units(static_cast<float>(std::max(0.0, value)), kQuantum).value();
+      }
+    }
+    last[block.replicate] = p;
+    film.fold(p);
+    image.fold(p);
+  }
+  ErrorPoint p;
+  film.estimate(&p);
+  // The sum of two has (1 - 0.8)^2 + 0.6^2 = 0.4 of the variance of one, instead of 2.
+  EXPECT_NEAR(*p.relmse / s.expected_relmse(256), 0.2, 0.03);
+  const double own = true_relmse(s, image.resolve());
+  EXPECT_LE(*p.relmse_low, own);
+  EXPECT_GE(*p.relmse_high, own);
 }
 
 TEST(BatchFilm, LargeFilmsFollowASubsetOfThePixels) {

@@ -122,16 +122,17 @@ void render_by_four_workers(Farm& farm, const JobId& job, double thread_rate) {
 }
 
 TEST(Ingest, TilesGrowDeeperUntilTheirCommitsFit) {
+  constexpr int64_t kSpp = 8192;  // a tile is as deep as a run of one replicate, which are short at first
   const auto bytes_per_sample = [](double limit) {
     FakeClock clock;
     FarmOptions options = fake_options();
     options.ingest_bytes_per_second = limit;
     Farm farm(std::make_unique<MemoryJobStore>(), clock, options);
-    const JobRequest request = small_job(64, 64, 2048, Integrator::kPt);
+    const JobRequest request = small_job(64, 64, kSpp, Integrator::kPt);
     const JobId job = farm.submit(request);
     render_by_four_workers(farm, job, 50000);
     EXPECT_TRUE(same_pixels(farm.image(job), fake_image(request.settings))) << "whatever the tiles";
-    return static_cast<double>(farm.stats().commit_bytes) / (64 * 64 * 2048);
+    return static_cast<double>(farm.stats().commit_bytes) / (64.0 * 64 * kSpp);
   };
   // Four workers of two threads render 400,000 samples a second.
   const double free = bytes_per_sample(0), limited = bytes_per_sample(20e3);

@@ -94,7 +94,7 @@ TEST(Tiling, RangesEndOnBlocksAndStayInsideAGroup) {
   in.worker_samples_per_second = 1e9;
   in.max_superblocks = 4;
   std::vector<int64_t> ends;
-  while (in.begin < 512) {
+  while (in.begin < 2048) {
     const auto round = plan_round(in);
     in.begin = round.at(0).sample_end;
     in.previous_tile_samples = int64_t{64} * 64 * round[0].samples() / static_cast<int64_t>(round.size());
@@ -188,7 +188,7 @@ std::vector<std::vector<double>> splat_rounds(TilingInput in) {
 TEST(Tiling, ATileOfOneCellIsAsDeepAsATargetTile) {
   TilingInput in;
   in.grid = full(320, 320);  // 100 cells
-  in.begin = 64 * kSuperblockSamples;
+  in.begin = 512 * kSuperblockSamples;
   in.spp = 1 << 20;
   in.workers = 1000;  // whose two tiles each would be many more
   in.worker_samples_per_second = 20000;
@@ -292,16 +292,19 @@ TEST(SplitCells, PartitionsNearlyEvenly) {
 TEST(Tiling, AnIngestBudgetAsksForDeeperRounds) {
   TilingInput in;
   in.grid = {256, 256, {0, 0, 256, 256}};
-  in.begin = 128;
+  in.begin = 128 * kSuperblockSamples;
   in.spp = 100000;
   in.workers = 4;
   in.worker_samples_per_second = 1e5;
   in.previous_tile_samples = 100000;
-  EXPECT_EQ(plan_round(in)[0].sample_end, 128 + kSuperblockSamples);
+  EXPECT_EQ(plan_round(in)[0].sample_end, 129 * kSuperblockSamples);
   in.min_superblocks = 8;
-  EXPECT_EQ(plan_round(in)[0].sample_end, 128 + 8 * kSuperblockSamples) << "also above max_superblocks";
-  in.begin = 64;
-  EXPECT_EQ(plan_round(in)[0].sample_end, 128) << "up to where they are aligned";
+  EXPECT_EQ(plan_round(in)[0].sample_end, 136 * kSuperblockSamples) << "also above max_superblocks";
+  in.begin = 132 * kSuperblockSamples;
+  EXPECT_EQ(plan_round(in)[0].sample_end, 136 * kSuperblockSamples) << "up to where they are aligned";
+  in.min_superblocks = 32;
+  EXPECT_EQ(plan_round(in)[0].sample_end, 160 * kSuperblockSamples) << "to where the other replicate begins";
+  in.min_superblocks = 8;
   in.begin = 4;
   EXPECT_LE(plan_round(in)[0].sample_end, kSuperblockSamples) << "the first picture comes soon in any case";
   in.begin = 1024;

@@ -103,12 +103,13 @@ const std::vector<MatrixScene>& matrix_scenes() {
       {"lamps", 3, {.delta_lights = true}},
       {"lens", 3, {}},
       {"fog", 2, {}},
-      {"bodies", 3, {}},
+      {"bodies", 3, {}, 2},
   };
   return all;
 }
 
 SceneEstimates estimate_scene(const MatrixScene& chosen, int64_t spp) {
+  spp *= chosen.times_spp;
   const SceneDescription scene =
       load_scene_file(LIGHTMILL_SOURCE_DIR "/tests/statistical/agreement/" + chosen.name + ".pbrt",
                       {.strict = true}, [](const Problem&) {});

@@ -39,6 +39,7 @@ struct MatrixScene {
   std::string name;  // of the file below tests/statistical/agreement
   int max_depth;     // scattering events
   Sight sight;
+  int64_t times_spp = 1;  // more where joined vertices lie so near each other that few samples say little
 };
 const std::vector<MatrixScene>& matrix_scenes();
 
@@ -58,7 +59,7 @@ struct SceneEstimates {
   std::vector<PathLength> lengths;
   uint64_t nonfinite = 0;
 };
-/// Renders `scene` by pt, lt and bdpt with `spp` samples per pixel and batch.
+/// Renders `scene` by pt, lt and bdpt with `spp` samples per pixel and batch, times MatrixScene::times_spp.
 SceneEstimates estimate_scene(const MatrixScene& scene, int64_t spp);
 
 /// Of two estimators: the block and channel that differ most.

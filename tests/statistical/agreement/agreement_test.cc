@@ -218,7 +218,7 @@ TEST(ColourBleeding, OfTheRoomsFloor) {
   };
   std::vector<Estimate> left, right;
   for (const Integrator i : {Integrator::kPt, Integrator::kBdpt, Integrator::kLt}) {
-    const Batches b = render_batches(s.scene, settings_for(s.scene, i, 512, 6), kAgreementBatches);
+    const Batches b = render_batches(s.scene, settings_for(s.scene, i, 1024, 6), kAgreementBatches);
     EXPECT_EQ(b.counters.nonfinite, 0u);
     left.push_back(b.of(ratio({6, 14, 10, 20})));
     right.push_back(b.of(ratio({22, 14, 26, 20})));

@@ -209,7 +209,7 @@ class MediaStrategySet : public ::testing::TestWithParam<unsigned> {};
 TEST_P(MediaStrategySet, AgreesInAFoggyRoom) {
   expect_agrees_with_all(foggy_room(), GetParam(),
                          {.max_depth = 5,
-                          .spp = 768,
+                          .spp = 3072,
                           .weak_spp = 4096,
                           .once_spp = 512,
                           .notice = 1.1f,

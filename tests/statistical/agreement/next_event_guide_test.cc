@@ -31,7 +31,7 @@ TestScene half_a_room(const std::string& image, double half_angle) {
   sky.light_to_world.m = {{{1, 0, 0, 0}, {0, 0, 1, 0}, {0, -1, 0, 0}, {0, 0, 0, 1}}};
   s.scene.lights.push_back({sky, {}});
   s.scene.lights.push_back({DistantLight{{3, 2.5f, 2}, normalized({-0.9, -0.5, 0.1}), half_angle}, {}});
-  s.camera({1.8, 1, -1.5}, {-1, 0.4, 0.5}, 50).film(16, 16);
+  s.camera({1.8, 1, -1.5}, {-1, 0.2, 0.5}, 50).film(16, 16);
   return s;
 }
 

@@ -128,7 +128,7 @@ TEST(MotionBlur, ACameraThatPassesAnEdgeBlursItByABox) {
     s.camera({-1, 0, 0}, {-1, 0, 5}, 60).film(32, 16);
     s.scene.camera.moves_to = ends_at(&s, translation({2, 0, 0}) * s.scene.camera.camera_to_world);
     const Batches b =
-        render(s.scene, settings_for(s.scene, integrator, integrator == Integrator::kLt ? 65536 : 4096, 1));
+        render(s.scene, settings_for(s.scene, integrator, integrator == Integrator::kLt ? 131072 : 4096, 1));
     // A hundredth of the plane's radiance is told in dim columns, a tenth of theirs in others.
     const double half_width =
         std::tan(M_PI / 6) * 2;  // of the picture, as a slope: 60 degrees are the height

@@ -57,9 +57,9 @@ inline BsdfEval<F> eval_anisotropic_coated(const BsdfParams<F>& params, MaskOf<F
 
 template <class F>
 inline BsdfSample<F> sample_anisotropic_coated(const BsdfParams<F>& params, MaskOf<F> of_kind,
-                                               const Vec3<F>& wo, F lobe, F u, F v) {
+                                               const Vec3<F>& wo, F u, F v) {
   const LobeAxes<F> axes(params.p[9]);
-  BsdfSample<F> s = sample_coated<F, true, true, true>(params, of_kind, axes.to_lobe(wo), lobe, u, v);
+  BsdfSample<F> s = sample_coated<F, true, true, true>(params, of_kind, axes.to_lobe(wo), u, v);
   s.wi = axes.from_lobe(s.wi);
   return s;
 }
@@ -73,10 +73,9 @@ inline BsdfEval<F> eval_anisotropic_coated_conductor(const BsdfParams<F>& params
 
 template <class F, bool kRough>
 inline BsdfSample<F> sample_anisotropic_coated_conductor(const BsdfParams<F>& params, MaskOf<F> of_kind,
-                                                         const Vec3<F>& wo, F lobe, F u, F v) {
+                                                         const Vec3<F>& wo, F u, F v) {
   const LobeAxes<F> axes(params.p[9]);
-  BsdfSample<F> s =
-      sample_coated_conductor<F, kRough, true, true>(params, of_kind, axes.to_lobe(wo), lobe, u, v);
+  BsdfSample<F> s = sample_coated_conductor<F, kRough, true, true>(params, of_kind, axes.to_lobe(wo), u, v);
   s.wi = axes.from_lobe(s.wi);
   return s;
 }

@@ -40,11 +40,10 @@ inline BsdfEval<F> eval_brushed(const BsdfParams<F>& params, MaskOf<F> of_kind, 
 }
 
 template <class F>
-inline BsdfSample<F> sample_brushed(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo, F lobe,
-                                    F u, F v) {
+inline BsdfSample<F> sample_brushed(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo, F u,
+                                    F v) {
   const BrushedParams<F> brushed(params, of_kind);
-  BsdfSample<F> s =
-      sample_metallic_roughness(brushed.material(of_kind), brushed.axes.to_lobe(wo), lobe, u, v);
+  BsdfSample<F> s = sample_metallic_roughness(brushed.material(of_kind), brushed.axes.to_lobe(wo), u, v);
   s.wi = brushed.axes.from_lobe(s.wi);
   return s;
 }

@@ -134,6 +134,17 @@ struct BsdfSample {
   MaskOf<F> delta{};
 };
 
+/// Chooses one of two lobes by `u`, the first with probability `p`. Returns where it is the first, and
+/// stretches `u` over the part that was chosen. So one number of a path chooses the lobe and its direction,
+/// and the two are stratified together.
+template <class F>
+inline MaskOf<F> choose_lobe(F p, F* u) {
+  const MaskOf<F> first = MaskOf<F>(*u < p);
+  const F begin = select(first, F{}, p), size = select(first, p, 1.0f - p);
+  *u = min((*u - begin) / max(size, splat<F>(1e-12f)), splat<F>(1.0f - 0x1p-24f));
+  return first;
+}
+
 template <class F>
 inline MaskOf<F> same_side(const Vec3<F>& a, const Vec3<F>& b) {
   return MaskOf<F>(a.z * b.z > 0.0f);

@@ -157,9 +157,9 @@ template <class F>
       case kRoughDielectric:
         return take(m, sample_rough_dielectric(Ggx<F>{params.p[6]}, params, wo, lobe, u, v, mode));
       case kSmoothCoated:
-        return take(m, sample_coated<F, false, false>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated<F, false, false>(params, m, wo, u, v));
       case kRoughCoated:
-        return take(m, sample_coated<F, true, false>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated<F, true, false>(params, m, wo, u, v));
       case kThinDielectric:
         return take(m, sample_thin_dielectric(params, wo, lobe));
       case kAnisotropicConductor:
@@ -167,39 +167,39 @@ template <class F>
       case kAnisotropicDielectric:
         return take(m, sample_anisotropic_dielectric(params, wo, lobe, u, v, mode));
       case kDiffuseTransmission:
-        return take(m, sample_diffuse_transmission(params, wo, lobe, u, v));
+        return take(m, sample_diffuse_transmission(params, wo, u, v));
       case kSmoothCoatedConductor:
         return take(m, sample_smooth_coated_conductor(params, wo));
       case kCoatedConductor:
-        return take(m, sample_coated_conductor<F, false, false>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated_conductor<F, false, false>(params, m, wo, u, v));
       case kRoughCoatedConductor:
-        return take(m, sample_coated_conductor<F, true, false>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated_conductor<F, true, false>(params, m, wo, u, v));
       case kScatteringCoated:
-        return take(m, sample_coated<F, false, true>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated<F, false, true>(params, m, wo, u, v));
       case kRoughScatteringCoated:
-        return take(m, sample_coated<F, true, true>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated<F, true, true>(params, m, wo, u, v));
       case kScatteringCoatedConductor:
-        return take(m, sample_coated_conductor<F, false, true>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated_conductor<F, false, true>(params, m, wo, u, v));
       case kRoughScatteringCoatedConductor:
-        return take(m, sample_coated_conductor<F, true, true>(params, m, wo, lobe, u, v));
+        return take(m, sample_coated_conductor<F, true, true>(params, m, wo, u, v));
       case kAnisotropicCoated:
-        return take(m, sample_anisotropic_coated(params, m, wo, lobe, u, v));
+        return take(m, sample_anisotropic_coated(params, m, wo, u, v));
       case kAnisotropicCoatedConductor:
-        return take(m, sample_anisotropic_coated_conductor<F, false>(params, m, wo, lobe, u, v));
+        return take(m, sample_anisotropic_coated_conductor<F, false>(params, m, wo, u, v));
       case kAnisotropicRoughCoatedConductor:
-        return take(m, sample_anisotropic_coated_conductor<F, true>(params, m, wo, lobe, u, v));
+        return take(m, sample_anisotropic_coated_conductor<F, true>(params, m, wo, u, v));
       case kMetallicRoughness:
-        return take(m, sample_metallic_roughness<F, false>(params, m, wo, lobe, u, v));
+        return take(m, sample_metallic_roughness<F, false>(params, m, wo, u, v));
       case kCoatedMetallicRoughness:
-        return take(m, sample_metallic_roughness<F, true>(params, m, wo, lobe, u, v));
+        return take(m, sample_metallic_roughness<F, true>(params, m, wo, u, v));
       case kSheenMetallicRoughness:
-        return take(m, sample_sheen(params, m, wo, lobe, u, v));
+        return take(m, sample_sheen(params, m, wo, u, v));
       case kIridescent:
-        return take(m, sample_iridescent(params, m, wo, lobe, u, v));
+        return take(m, sample_iridescent(params, m, wo, u, v));
       case kAnisotropicMetallicRoughness:
-        return take(m, sample_brushed(params, m, wo, lobe, u, v));
+        return take(m, sample_brushed(params, m, wo, u, v));
       case kTranslucent:
-        return take(m, sample_translucent(params, m, wo, lobe, u, v));
+        return take(m, sample_translucent(params, m, wo, u, v));
       case kTintedDielectric:
         return take(m, sample_tinted_dielectric(params, wo, lobe, mode));
       case kRoughTintedDielectric:
@@ -211,7 +211,7 @@ template <class F>
       case kHair:
         return take(m, sample_hair(params, wo, lobe, u, v, mode));
       case kMeasured:
-        return take(m, sample_measured(params, m, wo, lobe, u, v, mode));
+        return take(m, sample_measured(params, m, wo, u, v, mode));
       case kPhaseFunction:
         return take(m, sample_henyey_greenstein(params, u, v));
       case kSubsurface:

@@ -27,10 +27,9 @@ inline BsdfEval<F> eval_diffuse_transmission(const BsdfParams<F>& params, const 
 }
 
 template <class F>
-inline BsdfSample<F> sample_diffuse_transmission(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe, F u,
-                                                 F v) {
+inline BsdfSample<F> sample_diffuse_transmission(const BsdfParams<F>& params, const Vec3<F>& wo, F u, F v) {
   const F p = reflection_probability(params);
-  const MaskOf<F> reflect = MaskOf<F>(lobe < p);
+  const MaskOf<F> reflect = choose_lobe(p, &u);
   const F chosen = select(reflect, p, 1.0f - p);
   BsdfSample<F> s;
   s.wi = square_to_cosine_hemisphere(u, v);

@@ -147,11 +147,12 @@ template <class F>
 
 template <class F>
 [[gnu::noinline]] BsdfSample<F> sample_measured(const BsdfParams<F>& params, MaskOf<F> of_kind,
-                                                const Vec3<F>& wo, F lobe, F u, F v, Mode mode) {
+                                                const Vec3<F>& wo, F u, F v, Mode mode) {
   const LobeAxes<F> axes(params.p[9]);
   const Vec3<F> o = axes.to_lobe(wo);
   const F side = copysign(splat<F>(1.0f), o.z);
-  const Vec3<F> i = select(MaskOf<F>(lobe < kMeasuredCosineShare), square_to_cosine_hemisphere(u, v),
+  const MaskOf<F> by_cosine = choose_lobe(splat<F>(kMeasuredCosineShare), &u);
+  const Vec3<F> i = select(by_cosine, square_to_cosine_hemisphere(u, v),
                            MeasuredView<F>(params, of_kind, o * side).sample(u, v)) *
                     side;
   const BsdfEval<F> e = eval_measured_lobe(params, of_kind, o, i, mode);

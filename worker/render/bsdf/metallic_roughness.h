@@ -181,22 +181,26 @@ inline BsdfEval<F> eval_metallic_roughness(const BsdfParams<F>& params, MaskOf<F
 
 template <class F, bool kCoated, class Facets>
 inline BsdfSample<F> sample_metallic_roughness(const MetallicRoughness<F, kCoated, Facets>& material,
-                                               const Vec3<F>& wo, F lobe, F u, F v) {
+                                               const Vec3<F>& wo, F u, F v) {
   const auto o = material.side(wo);
-  const MaskOf<F> diffuse = MaskOf<F>(lobe < o.p_diffuse());
+  const MaskOf<F> diffuse = choose_lobe(o.p_diffuse(), &u);
+  const F one = splat<F>(1.0f);
   Facets ggx = material.ggx;
   if constexpr (kCoated) {
-    const MaskOf<F> of_coat = MaskOf<F>(lobe >= o.p_diffuse() + o.p_specular());
-    ggx = select(of_coat, material.coat_ggx, ggx);
+    const F specular = o.p_specular() / max(1.0f - o.p_diffuse(), splat<F>(1e-12f));
+    const MaskOf<F> not_of_coat = choose_lobe(select(diffuse, one, specular), &u);
+    ggx = select(mask_not(not_of_coat), material.coat_ggx, ggx);
   }
+  MaskOf<F> passes = splat_mask<F>(false);
+  if (material.translucence)
+    passes = mask_and(diffuse, choose_lobe(select(diffuse, material.translucence->share, one), &u));
   const Vec3<F> up{wo.x, wo.y, abs(wo.z)};
   const Vec3<F> m = ggx.sample_visible(up, u, v);
   Vec3<F> wi = select(diffuse, square_to_cosine_hemisphere(u, v), m * (2.0f * dot(up, m)) - up);
   BsdfSample<F> s;
   s.valid = mask_and(MaskOf<F>(wi.z > 0.0f), MaskOf<F>(up.z > 0.0f));
   wi.z = copysign(wi.z, wo.z);
-  if (material.translucence)
-    wi.z = select(MaskOf<F>(lobe < o.p_diffuse() * material.translucence->share), -wi.z, wi.z);
+  wi.z = select(passes, -wi.z, wi.z);
   s.wi = wi;
   const BsdfEval<F> e = material.eval(o, material.side(wi), wo, wi);
   s.valid = mask_and(s.valid, MaskOf<F>(e.pdf > 0.0f));
@@ -209,8 +213,8 @@ inline BsdfSample<F> sample_metallic_roughness(const MetallicRoughness<F, kCoate
 
 template <class F, bool kCoated>
 inline BsdfSample<F> sample_metallic_roughness(const BsdfParams<F>& params, MaskOf<F> of_kind,
-                                               const Vec3<F>& wo, F lobe, F u, F v) {
-  return sample_metallic_roughness(MetallicRoughness<F, kCoated>(params, of_kind), wo, lobe, u, v);
+                                               const Vec3<F>& wo, F u, F v) {
+  return sample_metallic_roughness(MetallicRoughness<F, kCoated>(params, of_kind), wo, u, v);
 }
 
 /// With sheen, and a coat that may be none.
@@ -222,10 +226,10 @@ inline BsdfEval<F> eval_sheen(const BsdfParams<F>& params, MaskOf<F> of_kind, co
   return m.eval(m.side(wo), m.side(wi), wo, wi);
 }
 template <class F>
-inline BsdfSample<F> sample_sheen(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo, F lobe,
-                                  F u, F v) {
+inline BsdfSample<F> sample_sheen(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo, F u,
+                                  F v) {
   const SheenParams<F> sheen(params, of_kind);
-  return sample_metallic_roughness(MetallicRoughness<F, true>(sheen.base, of_kind, &sheen), wo, lobe, u, v);
+  return sample_metallic_roughness(MetallicRoughness<F, true>(sheen.base, of_kind, &sheen), wo, u, v);
 }
 
 /// With a film, and coat and sheen that may be none.
@@ -238,12 +242,11 @@ inline BsdfEval<F> eval_iridescent(const BsdfParams<F>& params, MaskOf<F> of_kin
   return m.eval(m.side(wo), m.side(wi), wo, wi);
 }
 template <class F>
-inline BsdfSample<F> sample_iridescent(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
-                                       F lobe, F u, F v) {
+inline BsdfSample<F> sample_iridescent(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo, F u,
+                                       F v) {
   SheenParams<F> sheen(params, of_kind);
   const Iridescence<F> film(params, of_kind, &sheen.base);
-  return sample_metallic_roughness(MetallicRoughness<F, true>(sheen.base, of_kind, &sheen, &film), wo, lobe,
-                                   u, v);
+  return sample_metallic_roughness(MetallicRoughness<F, true>(sheen.base, of_kind, &sheen, &film), wo, u, v);
 }
 
 }  // namespace lightmill

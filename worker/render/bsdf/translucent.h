@@ -48,9 +48,9 @@ inline BsdfEval<F> eval_translucent(const BsdfParams<F>& params, MaskOf<F> of_ki
 
 template <class F>
 inline BsdfSample<F> sample_translucent(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
-                                        F lobe, F u, F v) {
+                                        F u, F v) {
   const TranslucentParams<F> translucent(params, of_kind);
-  return sample_metallic_roughness(translucent.material(of_kind), wo, lobe, u, v);
+  return sample_metallic_roughness(translucent.material(of_kind), wo, u, v);
 }
 
 }  // namespace lightmill

@@ -33,14 +33,14 @@ constexpr Order kMortonOrder = morton_order();
 
 }  // namespace
 
-void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch,
-                              const PixelSubset& pixel_subset) {
+void CameraSlots::begin_superblock(const StageContext& context, int cell_x, int cell_y, int64_t superblock,
+                                   const PixelSubset& pixel_subset) {
   const PixelRect& crop = context.grid.crop;
   const auto width = static_cast<uint64_t>(context.grid.width);
   inside_count = 0;
   uneven = false;
-  waiting_.clear();
-  order_ = context.interleave ? kMortonOrder.data() : nullptr;
+  const uint64_t key = begin_indices(superblock);
+  if (context.interleave) order_ = kMortonOrder.data();
   for (int i = 0; i < kCellPixels; ++i) {
     FilmPixel p{cell_x * kCellSize + i % kCellSize, cell_y * kCellSize + i / kCellSize};
     const bool in_crop = p.x >= crop.x0 && p.x < crop.x1 && p.y >= crop.y0 && p.y < crop.y1;
@@ -52,7 +52,7 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
     if (!inside[i]) continue;
     ++inside_count;
     const uint64_t number = static_cast<uint64_t>(p.y) * width + static_cast<uint64_t>(p.x);
-    pixel_keys[i] = stream_key(context.seed, kCameraStream, number, static_cast<uint64_t>(batch));
+    pixel_keys[i] = stream_key(context.seed, kCameraStream, number, key);
     if (context.allocation) {
       level[i] = context.allocation->map.level(context.allocation->regions.at(p.x, p.y));
       uneven |= level[i] != 0;
@@ -60,28 +60,42 @@ void CameraSlots::begin_batch(const StageContext& context, int cell_x, int cell_
   }
 }
 
-void CameraSlots::begin_even_pass(int64_t batch, int64_t s) {
+uint64_t CameraSlots::begin_indices(int64_t superblock) {
+  // Numbers of a stream have 32 bits, and a pixel may take several for a sample index.
+  constexpr int64_t kSuperblocksOfKey = int64_t{1} << 24;
+  waiting_.clear();
+  order_ = nullptr;
+  block_ = replicate_of(superblock);
+  first_sample_ = superblock * kSuperblockSamples;
+  first_place_ = static_cast<uint32_t>(block_.superblock % kSuperblocksOfKey * kSuperblockSamples);
+  return static_cast<uint64_t>(block_.superblock / kSuperblocksOfKey * kReplicates + block_.replicate);
+}
+
+void CameraSlots::begin_even_pass(int64_t s) {
   for (int i = 0; i < kCellPixels; ++i) {
     const int32_t p = pixel_at(i);
     pixel[i] = p;
     taken[i] = inside[p];
     keys[i] = pixel_keys[p];
   }
-  std::fill(std::begin(index), std::end(index), static_cast<uint32_t>(s - batch * kSuperblockSamples));
+  std::fill(std::begin(index), std::end(index), place(s));
   std::fill(std::begin(weight), std::end(weight), 1.0f);
 }
 
-void CameraSlots::add_waiting(int64_t batch, int64_t s) {
-  const auto in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
+void CameraSlots::add_waiting(int64_t s) {
+  const uint32_t at = place(s);
+  // The uniform samples, which one of the replicates begins with, took one number each.
+  constexpr auto kUniform = static_cast<uint32_t>(kUniformSamples);
+  const bool after_uniform = block_.replicate == replicate_of(0).replicate;
   for (int k = 0; k < kCellPixels; ++k) {
     const int32_t i = pixel_at(k);
     if (!inside[i]) continue;
     const int more = std::max(level[i], 0), less = std::max(-level[i], 0);
     // Of each group of 2^less indices one is taken, drawn per pixel and group.
-    const uint32_t group = in_batch >> less, mask = (1u << less) - 1;
-    if ((in_batch & mask) != (hash_combine(pixel_keys[i], group) & mask)) continue;
-    // The first batch's uniform samples have the first numbers.
-    const uint32_t first = (group << more) + (less > 0 && batch == 0 ? uint32_t{kUniformSamples} : 0);
+    const uint32_t group = at >> less, mask = (1u << less) - 1;
+    if ((at & mask) != (hash_combine(pixel_keys[i], group) & mask)) continue;
+    const uint32_t uniform_groups = kUniform >> less << more;
+    const uint32_t first = (group << more) + (after_uniform ? kUniform - uniform_groups : 0);
     for (uint32_t n = 0; n < 1u << more; ++n) waiting_.push_back({i, first + n});
   }
 }

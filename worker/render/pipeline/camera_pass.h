@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/job/packet_grid.h"
+#include "common/job/replicates.h"
 #include "common/job/sample_allocation.h"
 #include "worker/render/pipeline/pixel_subset.h"
 
@@ -24,7 +25,7 @@ struct AllocationTable {
 
 /// Camera paths of a cell. Pixels are numbered row-major in the cell.
 struct CameraSlots {
-  // For a batch of sample indices (a superblock), by pixel.
+  // For a superblock of sample indices, by pixel.
   alignas(32) int32_t x[kCellPixels], y[kCellPixels];  // place in the image (pixel_interleave.h)
   uint32_t pixel_keys[kCellPixels];                    // of its sample stream
   int32_t inside[kCellPixels];                         // 1: in the crop window and in the pixel subset
@@ -38,15 +39,18 @@ struct CameraSlots {
   alignas(32) uint32_t index[kCellPixels];  // within the stream
   alignas(32) float weight[kCellPixels];    // of the path's contributions
 
-  /// Starts a batch, of those pixels that `pixel_subset` keeps.
-  void begin_batch(const StageContext& context, int cell_x, int cell_y, int64_t batch,
-                   const PixelSubset& pixel_subset);
+  /// Starts superblock `superblock`, of those pixels that `pixel_subset` keeps.
+  void begin_superblock(const StageContext& context, int cell_x, int cell_y, int64_t superblock,
+                        const PixelSubset& pixel_subset);
+  /// The part of that without the pixels: where the superblock's sample indices stand in their replicate.
+  /// Returns what belongs to the keys of the pixels' streams.
+  uint64_t begin_indices(int64_t superblock);
   /// Whether sample index `s` has a path for every pixel.
   bool is_even(int64_t s) const { return s < kUniformSamples || !uneven; }
-  /// Starts the pass of an even sample index `s` of batch `batch`.
-  void begin_even_pass(int64_t batch, int64_t s);
+  /// Starts the pass of an even sample index `s` of the superblock.
+  void begin_even_pass(int64_t s);
   /// Adds the paths of another sample index to those that wait.
-  void add_waiting(int64_t batch, int64_t s);
+  void add_waiting(int64_t s);
   /// Starts a pass of waiting paths: as many as there are slots; with `rest`, fewer will do. Returns false if
   /// there are not enough.
   bool begin_waiting_pass(bool rest);
@@ -60,6 +64,12 @@ struct CameraSlots {
     int32_t pixel;
     uint32_t index;
   };
+  /// Where sample index `s` stands among those of its replicate.
+  uint32_t place(int64_t s) const { return first_place_ + static_cast<uint32_t>(s - first_sample_); }
+
+  ReplicateBlock block_;
+  int64_t first_sample_ = 0;  // of the superblock
+  uint32_t first_place_ = 0;  // its place
   std::vector<Waiting> waiting_;
 };
 

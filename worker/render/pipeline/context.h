@@ -56,7 +56,7 @@ struct StageContext {
 
 /// One sample index of a packet: it identifies its random numbers.
 struct LayerContext {
-  uint32_t sample_in_batch = 0;
+  uint32_t sample_in_superblock = 0;
   const CameraSlots* slots = nullptr;          // of the camera paths
   uint32_t light_key = 0;                      // of the light paths of a superblock: light_path_sampling.h
   uint32_t packet_index = 0, first_index = 0;  // among packets and paths of that key
@@ -73,7 +73,7 @@ struct LayerContext {
   template <class F>
   SampleStream<F> light_stream(IntOf<F> slot) const {
     return {splat_uint<F>(light_key),
-            as_uint(slot) + (first_index + sample_in_batch * static_cast<uint32_t>(light_paths) +
+            as_uint(slot) + (first_index + sample_in_superblock * static_cast<uint32_t>(light_paths) +
                              static_cast<uint32_t>(first_light_path))};
   }
 };

@@ -136,20 +136,17 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   w.counters = {};
   prepare(context, &w);
   w.splats.clear();
-  const int64_t batch = superblock_of_sample(packet.sample_begin);
+  const int64_t superblock = superblock_of_sample(packet.sample_begin);
   LayerContext layer;
   layer.slots = &w.slots;
-  w.slots.begin_batch(context, packet.cell_x, packet.cell_y, batch, context.pixel_subset);
-  const uint64_t cells_per_row = (static_cast<uint64_t>(context.grid.width) + kCellSize - 1) / kCellSize;
-  const uint64_t cell =
-      static_cast<uint64_t>(packet.cell_y) * cells_per_row + static_cast<uint64_t>(packet.cell_x);
+  w.slots.begin_superblock(context, packet.cell_x, packet.cell_y, superblock, context.pixel_subset);
   layer.light_paths = light_paths_of(context, w.slots);
-  set_light_path_sampling(context, cell, static_cast<uint64_t>(batch), &layer);
+  set_light_path_sampling(context, packet.cell_x, packet.cell_y, superblock, &layer);
   const bool light_paths = context.on(kLightPaths), camera_layer = context.on(kCameraLayer) || w.aovs;
   if (w.aovs) w.aovs->begin_packet();
   if (camera_layer) w.camera_sums.assign(kCellPixels, {});
   for (int64_t s = packet.sample_begin; s < packet.sample_end; ++s) {
-    layer.sample_in_batch = static_cast<uint32_t>(s - batch * kSuperblockSamples);
+    layer.sample_in_superblock = static_cast<uint32_t>(s - superblock * kSuperblockSamples);
     if (w.recorder) w.recorder->begin_layer(w.slots, context.grid.width);
     layer.time = time_of_layer(context, layer);
     w.light_vertices.clear();
@@ -158,10 +155,10 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
       light_pass(context, layer, w);
     }
     if (camera_layer && w.slots.is_even(s)) {
-      w.slots.begin_even_pass(batch, s);
+      w.slots.begin_even_pass(s);
       camera_pass(context, layer, quantum_exponent, w);
     } else if (camera_layer) {
-      w.slots.add_waiting(batch, s);
+      w.slots.add_waiting(s);
       // Light vertices to connect to belong to one index, and so does their time.
       const bool rest = s + 1 == packet.sample_end || context.on(kVertexConnections);
       while (w.slots.begin_waiting_pass(rest)) camera_pass(context, layer, quantum_exponent, w);

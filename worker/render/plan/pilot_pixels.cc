@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/job/replicates.h"
 #include "worker/render/sampling/sobol.h"
 
 namespace lightmill {
@@ -11,6 +12,9 @@ namespace {
 constexpr uint32_t kMostThinned = 64;
 /// Half of the pilot's samples are of this block of 16 samples (in an image), the other half of the next one.
 constexpr int64_t kPilotBlock = 5;
+// Two superblocks of different replicates, or the two would not be independent.
+static_assert(replicate_of(superblock_of_sample(block_begin(kPilotBlock))).replicate !=
+              replicate_of(superblock_of_sample(block_begin(kPilotBlock + 1))).replicate);
 constexpr uint32_t kCellSeed = 0x696c6f74;
 
 /// The cells that the pilot renders: at most `count`, spread evenly but without a pattern.

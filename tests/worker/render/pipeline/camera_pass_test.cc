@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <set>
 #include <tuple>
@@ -33,13 +34,14 @@ std::unique_ptr<CameraSlots> slots_of_level(int level) {
 /// `by_index` after each sample index.
 template <class Visit>
 void for_each_pass(CameraSlots* slots, int64_t batch, bool by_index, Visit&& visit) {
+  slots->begin_indices(batch);
   for (int64_t s = batch * kSuperblockSamples; s < (batch + 1) * kSuperblockSamples; ++s) {
     if (slots->is_even(s)) {
-      slots->begin_even_pass(batch, s);
+      slots->begin_even_pass(s);
       visit();
       continue;
     }
-    slots->add_waiting(batch, s);
+    slots->add_waiting(s);
     while (slots->begin_waiting_pass(by_index || s + 1 == (batch + 1) * kSuperblockSamples)) visit();
   }
 }
@@ -56,23 +58,24 @@ std::vector<uint32_t> numbers(int level, int64_t batch) {
   return taken;
 }
 
-TEST(CameraSlots, NoNumberComesTwiceInABatch) {
+// Whatever the level, a pixel takes the numbers of a replicate's stream one after the other, so that its
+// samples are the beginning of a low-discrepancy sequence.
+TEST(CameraSlots, NumbersOfAReplicateFollowOneAnother) {
   for (int level = kLeastLevel; level <= kMostLevel; ++level) {
-    for (const int64_t batch : {0, 1, 7}) {
-      const std::vector<uint32_t> taken = numbers(level, batch);
-      EXPECT_EQ(std::set<uint32_t>(taken.begin(), taken.end()).size(), taken.size())
-          << "level " << level << ", batch " << batch;
-      EXPECT_GE(taken.size(), size_t{16} >> -kLeastLevel);
+    std::set<uint32_t> taken[kReplicates];
+    for (int64_t k = 0; k < 32; ++k) {
+      for (const uint32_t number : numbers(level, k))
+        EXPECT_TRUE(taken[replicate_of(k).replicate].insert(number).second) << "level " << level << ", " << k;
+      for (const std::set<uint32_t>& numbers : taken) {
+        if (numbers.empty()) continue;
+        EXPECT_EQ(*numbers.begin(), 0u) << "level " << level;
+        EXPECT_EQ(*numbers.rbegin() + 1, numbers.size()) << "level " << level << ", superblock " << k;
+      }
     }
-  }
-}
-
-// The first batch is stratified as a whole, like all others: its blocks follow each other in one stream.
-TEST(CameraSlots, UniformBatchesHaveTheFirstSixteenNumbers) {
-  for (const int64_t batch : {0, 1, 7}) {
-    const std::vector<uint32_t> taken = numbers(0, batch);
-    ASSERT_EQ(taken.size(), 16u);
-    for (uint32_t i = 0; i < 16; ++i) EXPECT_EQ(taken[i], i);
+    // Of 16 superblocks: 16 samples each, more or fewer by the level, but for the uniform ones.
+    const double share = std::ldexp(1.0, level);
+    EXPECT_EQ(static_cast<double>(taken[1].size()), 16 * 16 * share);
+    EXPECT_EQ(static_cast<double>(taken[0].size()), (16 * 16 - 4) * share + 4);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <set>
 #include <vector>
@@ -39,12 +40,13 @@ TEST(LightPathSampling, IsEvenOverTheFilmAndInEveryPacket) {
     const StageContext& context = renderer.context();
     std::vector<Point> film;
     std::set<float> times;
-    for (uint64_t cell = 0; cell < 4; ++cell) {
+    for (int cell = 0; cell < 4; ++cell) {
       LayerContext layer;
       layer.light_paths = light_paths_of_layer(context.light_paths, kCellPixels);
-      set_light_path_sampling(context, cell, 3, &layer);
+      set_light_path_sampling(context, cell % 2, cell / 2, 3, &layer);
       std::vector<Point> packet;
-      for (layer.sample_in_batch = 0; layer.sample_in_batch < kSuperblockSamples; ++layer.sample_in_batch) {
+      for (layer.sample_in_superblock = 0; layer.sample_in_superblock < kSuperblockSamples;
+           ++layer.sample_in_superblock) {
         for (int i = 0; i < layer.light_paths; ++i) {
           Point p;
           layer.light_stream<float>(i).get_2d(kDimLightDirection, &p.u, &p.v);
@@ -68,10 +70,10 @@ TEST(LightPathSampling, OfALookAtFewPixelsGoesEverywhere) {
   const RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 16, 4);
   const Renderer scene(s.scene, settings, 1), preview(scene, settings, PixelSubset{16});
   std::set<int> boxes;
-  for (uint64_t cell = 0; cell < 64; ++cell) {
+  for (int cell = 0; cell < 64; ++cell) {
     LayerContext layer;
     layer.light_paths = light_paths_of_layer(preview.context().light_paths, kCellPixels / 16);
-    set_light_path_sampling(preview.context(), cell, 3, &layer);
+    set_light_path_sampling(preview.context(), cell % 4, cell / 4, 3, &layer);
     for (int i = 0; i < layer.light_paths; ++i) {
       Point p;
       layer.light_stream<float>(i).get_2d(kDimLightDirection, &p.u, &p.v);
@@ -82,16 +84,69 @@ TEST(LightPathSampling, OfALookAtFewPixelsGoesEverywhere) {
   EXPECT_GT(boxes.size(), 580u);
 }
 
+/// The directions' random numbers of all light paths of a cell and superblock of a film of 64x64.
+std::vector<Point> points_of(const StageContext& context, int cell, int64_t superblock) {
+  LayerContext layer;
+  layer.light_paths = light_paths_of_layer(context.light_paths, kCellPixels);
+  set_light_path_sampling(context, cell % 2, cell / 2, superblock, &layer);
+  std::vector<Point> points;
+  for (layer.sample_in_superblock = 0; layer.sample_in_superblock < kSuperblockSamples;
+       ++layer.sample_in_superblock) {
+    for (int i = 0; i < layer.light_paths; ++i) {
+      Point p;
+      layer.light_stream<float>(i).get_2d(kDimLightDirection, &p.u, &p.v);
+      points.push_back(p);
+    }
+  }
+  return points;
+}
+
+// The superblocks of a replicate go on with one sequence: four of them are a net of four times the size.
+TEST(LightPathSampling, GoesOnOverSuperblocks) {
+  const TestScene s = cornell_room().film(64, 64);
+  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 16, 4);
+  settings.plan = SamplingPlan{.light_paths = 0.25};
+  const Renderer renderer(s.scene, settings, 1);
+  std::vector<Point> film, packet;
+  for (const int64_t k : {0, 2, 4, 5}) {
+    ASSERT_EQ(replicate_of(k).replicate, 0);
+    for (int cell = 0; cell < 4; ++cell) {
+      const std::vector<Point> points = points_of(renderer.context(), cell, k);
+      film.insert(film.end(), points.begin(), points.end());
+      if (cell == 1) packet.insert(packet.end(), points.begin(), points.end());
+    }
+  }
+  expect_net(film, 16);
+  // Those of a packet are not the same again and again: by chance 63 % of as many strata would have one.
+  for (const float Point::*axis : {&Point::u, &Point::v}) {
+    std::set<int> strata;
+    for (const Point& p : packet)
+      strata.insert(static_cast<int>(static_cast<float>(packet.size()) * p.*axis));
+    EXPECT_GE(strata.size(), packet.size() / 2);
+  }
+  // The other replicate has points of its own.
+  const Point first = points_of(renderer.context(), 0, 0)[0], other = points_of(renderer.context(), 0, 1)[0];
+  EXPECT_NE(first.u, other.u);
+}
+
 // Of 2^32 paths and more, which a number has no room for, each part has a key.
 TEST(LightPathSampling, HasANewKeyWhereNumbersEnd) {
-  const TestScene s = cornell_room();
+  const TestScene s = cornell_room().film(64, 64);
   const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kBdpt, 16, 4), 1);
+  const StageContext& context = renderer.context();
+  const auto paths = static_cast<int64_t>(std::bit_ceil(
+      static_cast<uint64_t>(kSuperblockSamples * light_paths_of_layer(context.light_paths, kCellPixels))));
+  // Superblocks of a replicate that have numbers of one key, with four parts each.
+  const int64_t end = (int64_t{1} << 32) / (4 * paths);
+  int64_t superblock = 0;
+  while (replicate_of(superblock) != ReplicateBlock{0, end - 1}) ++superblock;
+  int64_t after = superblock;
+  while (replicate_of(after) != ReplicateBlock{0, end}) ++after;
   LayerContext first, last, next, other;
-  const uint64_t cells = (uint64_t{1} << 32) / (kSuperblockSamples * kCellPixels);
-  set_light_path_sampling(renderer.context(), 0, 0, &first);
-  set_light_path_sampling(renderer.context(), cells - 1, 0, &last);
-  set_light_path_sampling(renderer.context(), cells, 0, &next);
-  set_light_path_sampling(renderer.context(), 0, 1, &other);
+  set_light_path_sampling(context, 0, 0, 0, &first);
+  set_light_path_sampling(context, 1, 1, superblock, &last);
+  set_light_path_sampling(context, 0, 0, after, &next);
+  set_light_path_sampling(context, 0, 0, 1, &other);
   EXPECT_EQ(first.light_key, last.light_key);
   EXPECT_NE(first.first_index, last.first_index);
   EXPECT_NE(first.light_key, next.light_key);

@@ -9,6 +9,7 @@
 #include "common/film/film.h"
 #include "tests/support/render.h"
 #include "tests/support/test_scene.h"
+#include "worker/render/guiding/training/emission_guide_training.h"
 #include "worker/render/plan/cost_model.h"
 
 namespace lightmill::test {
@@ -251,9 +252,10 @@ TEST(Pilot, GuidesLightPathsThroughADoor) {
   s.box({-0.5, 2.2, 0}, {0, 3, 0.1}, grey);
   s.quad({-2.4, 2.95, 0.6}, {0.6, 0, 0}, {0, 0, 0.6}, s.diffuse(0.0f), {.radiance = {30, 28, 24}});
   s.camera({0, 1.5, -3.8}, {0, 1.3, 0}, 60).film(128, 96);
-  const PilotReport report = pilot_of(s, 8);
-  EXPECT_GT(report.emission_guide_gain, 1) << plan_to_json(report.chosen);
-  EXPECT_TRUE(report.chosen.guided_emission.value_or(false)) << plan_to_json(report.chosen);
+  const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kBdpt, 16, 8), 2);
+  const PilotReport report = run_pilot(renderer, 2, always);
+  EXPECT_TRUE(uses_emission_guide(renderer.context().scene, report.chosen, report.chosen.strategies))
+      << plan_to_json(report.chosen);
 }
 TEST(Pilot, DoesNotGuideLightPathsOfALampThatLightsAll) {
   TestScene s;

@@ -195,13 +195,19 @@ inline BsdfEval<F> eval_coated_conductor(const BsdfParams<F>& params, MaskOf<F> 
 
 template <class F, bool kRough, bool kScattering, bool kAnisotropic = false>
 inline BsdfSample<F> sample_coated_conductor(const BsdfParams<F>& params, MaskOf<F> of_kind,
-                                             const Vec3<F>& wo, F lobe, F u, F v) {
+                                             const Vec3<F>& wo, F u, F v) {
   const CoatedConductor<F, kRough, kScattering, kAnisotropic> coat{params, of_kind};
   const Vec3<F> up{wo.x, wo.y, abs(wo.z)};
   const auto o = coat.side(up);
   const auto po = coat.lobes(o);
-  const MaskOf<F> choose_coat = MaskOf<F>(lobe < po.coat);
+  const MaskOf<F> choose_coat = choose_lobe(po.coat, &u);
   const F eta = params.p[3];
+  MaskOf<F> scatter = splat_mask<F>(false);
+  if constexpr (kScattering) {
+    const F scattered = po.scattered / max(1.0f - po.coat, splat<F>(1e-12f));
+    scatter =
+        mask_and(mask_not(choose_coat), choose_lobe(select(choose_coat, splat<F>(1.0f), scattered), &u));
+  }
   // The metal's lobe: reflect inside, refract out; nothing leaves beyond the critical angle.
   const auto base = coat.metal_lobe();
   const Vec3<F> m = base.sample_visible(o.inside, u, v);
@@ -211,7 +217,6 @@ inline BsdfSample<F> sample_coated_conductor(const BsdfParams<F>& params, MaskOf
   Vec3<F> wi{flat.x, flat.y, safe_sqrt(out2)};
   MaskOf<F> valid = mask_and(MaskOf<F>(inner.z > 0.0f), MaskOf<F>(out2 > 0.0f));
   if constexpr (kScattering) {
-    const MaskOf<F> scatter = mask_and(mask_not(choose_coat), MaskOf<F>(lobe < po.coat + po.scattered));
     wi = select(scatter, square_to_cosine_hemisphere(u, v), wi);
     valid = mask_or(valid, scatter);
   }

@@ -133,13 +133,13 @@ inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, c
 }
 
 template <class F, bool kRough, bool kScattering, bool kAnisotropic = false>
-inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo, F lobe,
-                                   F u, F v) {
+inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo, F u,
+                                   F v) {
   const CoatedDiffuse<F, kRough, kScattering, kAnisotropic> coat{params, of_kind};
   const F co = abs(wo.z);
   const auto o = coat.side(wo);
   const F po = coat.coat_probability(o);
-  const MaskOf<F> choose_coat = MaskOf<F>(lobe < po);
+  const MaskOf<F> choose_coat = choose_lobe(po, &u);
   Vec3<F> wi = square_to_cosine_hemisphere(u, v);
   BsdfSample<F> s;
   if constexpr (kRough) {

@@ -104,7 +104,7 @@ class MissingLightPreview {
     }
   }
   void follow_sample(const CellRect& rect, int64_t s, Wavefront& w, std::vector<Vertex>* found) const {
-    w.slots.begin_batch(context_, rect.x0, rect.y0, superblock_of_sample(s), context_.pixel_subset);
+    w.slots.begin_superblock(context_, rect.x0, rect.y0, superblock_of_sample(s), context_.pixel_subset);
     std::array<bool, kWavefront> ended{};
     follow_camera_paths(context_, s, kPhotonDepth, w, [&](int depth) {
       for (const Vertex& v : w.vertices) {

@@ -36,7 +36,7 @@ void follow_paths(const StageContext& context, int cell_x, int cell_y, int64_t s
                   std::vector<LitPlace>* places) {
   Wavefront& w = *wavefront;
   const bool moving = context.scene.any_moving();
-  w.slots.begin_batch(context, cell_x, cell_y, 0, pixel_subset);
+  w.slots.begin_superblock(context, cell_x, cell_y, 0, pixel_subset);
   for (int64_t s = 0; s < samples; ++s) {
     follow_camera_paths(context, s, depths, w, [&](int) {
       for (const Vertex& v : w.vertices) places->push_back(place_of(v, moving ? w.paths.time[v.path()] : 0));

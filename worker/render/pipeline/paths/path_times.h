@@ -14,7 +14,7 @@ namespace lightmill {
 /// The value of LayerContext::time.
 inline float time_of_layer(const StageContext& context, const LayerContext& layer) {
   if (!context.scene.moves()) return 0;
-  const SampleStream<float> stream{layer.light_key, layer.packet_index + layer.sample_in_batch};
+  const SampleStream<float> stream{layer.light_key, layer.packet_index + layer.sample_in_superblock};
   return context.scene.time_at(stream.get_1d(kDimLayerTime));
 }
 

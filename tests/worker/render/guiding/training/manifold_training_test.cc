@@ -208,7 +208,8 @@ TEST(Manifolds, WalkSeldomWhereTheyBringLittle) {
   }
   const RenderSettings settings = settings_for(s.scene, Integrator::kPt, 64, 8);
   const Estimate expected = mean_over_seeds(often, settings), mean = mean_over_seeds(seldom, settings);
-  EXPECT_GT(mean.standard_error, 2 * expected.standard_error);
+  // Of 16 seeds each, so their ratio has a standard deviation of a quarter.
+  EXPECT_GT(mean.standard_error, 1.2 * expected.standard_error);
   EXPECT_NEAR(mean.mean, expected.mean, 4 * (expected.standard_error + mean.standard_error));
   EXPECT_LT(mean.standard_error, 0.01 * mean.mean);
 }

@@ -247,7 +247,9 @@ TEST(PlanTrapScenes, LightSeenThroughTwoMirrorsOnly) {
   s.quad({-4, 0, 9}, {0, 8, 0}, {8, 0, 0}, s.diffuse(0.0f), {.radiance = {2, 2, 2}, .two_sided = true});
   EXPECT_TRUE(needs(s.scene, "delta events"));
   const double r = reflectance_at_45(0.8);
-  for (const Estimate& e : means(s.scene, {4, 4, 12, 12})) EXPECT_NEAR(e.mean, 2 * r * r, 2e-3);
+  // Some rays meet the mirrors at 43 or 47 degrees.
+  for (const Estimate& e : means(s.scene, {4, 4, 12, 12}))
+    EXPECT_NEAR(e.mean, 2 * r * r, 5 * e.standard_error + 5e-4);
 }
 
 TEST(PlanTrapScenes, MirrorSeenOnlyInAMirror) {
