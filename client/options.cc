@@ -125,6 +125,9 @@ void add_render_options(CLI::App* verb, SceneOptions* scene) {
                    "Light paths that a camera vertex is connected to: 0.25, 0.5, 1, 2, 4 or 8 (bdpt: 1)");
   verb->add_option("--light-tracing-weight,--lens-weight", render.light_tracing_weight,
                    "What light tracing counts for beside other strategies: 0.125, 1 or 3");
+  verb->add_option(
+      "--rr-depth", render.rr_depth,
+      "First scattering event of camera paths at which Russian roulette is played: 2 or 3 (bdpt: 2)");
   verb->add_flag(
       "--uniform-sampling", render.uniform_sampling,
       "auto takes as many samples in every pixel, as always with --aov, not more where it is noisy");

@@ -7,10 +7,11 @@ namespace lightmill {
 namespace {
 
 /// The plan without its sample allocation, and without the counts that none of its strategies uses. The light
-/// paths of all plans of a report are guided, or those of none.
+/// paths of all plans of a report are guided, or those of none. Each plan is there with its better roulette.
 SamplingPlan canonical(SamplingPlan plan) {
   plan.allocation = {};
   plan.guided_emission = SamplingPlan().guided_emission;
+  plan.rr_depth = SamplingPlan().rr_depth;
   if (!(plan.strategies & kLightPaths)) plan.light_paths = SamplingPlan().light_paths;
   if (!(plan.strategies & kVertexConnections)) plan.connections = SamplingPlan().connections;
   if (!(plan.strategies & kLightTracing)) plan.light_tracing_weight = SamplingPlan().light_tracing_weight;
@@ -43,6 +44,8 @@ std::string plan_text(const SamplingPlan& plan) {
   if (plan.strategies & kVertexConnections) text += " × " + count_text(plan.connections) + " connections";
   if (plan.strategies & kLightTracing && plan.light_tracing_weight != 1)
     text += ", light tracing weight " + count_text(plan.light_tracing_weight);
+  if (plan.rr_depth != SamplingPlan().rr_depth)
+    text += ", roulette from event " + std::to_string(plan.rr_depth) + " on";
   if (!plan.allocation.uniform()) text += ", adaptive";
   return text;
 }

@@ -26,6 +26,10 @@ void check_plan(const SamplingPlan& plan) {
   check_count(plan.light_paths, kLightPathCounts, "light_paths");
   check_count(plan.connections, kConnectionCounts, "connections");
   check_count(plan.light_tracing_weight, kLightTracingWeights, "light_tracing_weight");
+  if (plan.rr_depth < kLeastRrDepth || plan.rr_depth > kMostRrDepth) {
+    throw Error(ErrorKind::kUsage,
+                "sampling plan: rr_depth must be 2 or 3, not " + std::to_string(plan.rr_depth));
+  }
   check_allocation(plan.allocation);
 }
 
@@ -35,6 +39,7 @@ std::string plan_to_json(const SamplingPlan& plan) {
                       {"strategies", strategy_names(plan.strategies)}};
   if (plan.guided_emission) j["guided_emission"] = *plan.guided_emission;
   if (plan.light_tracing_weight != 1) j["light_tracing_weight"] = plan.light_tracing_weight;
+  if (plan.rr_depth != SamplingPlan().rr_depth) j["rr_depth"] = plan.rr_depth;
   if (!plan.allocation.uniform()) j["sample_allocation"] = plan.allocation.levels;
   return j.dump();
 }
@@ -44,10 +49,10 @@ SamplingPlan plan_from_json(const std::string& text) {
     auto j = nlohmann::json::parse(text);
     take_older_keys(&j);
     if (j.size() != 3u + j.contains("guided_emission") + j.contains("sample_allocation") +
-                        j.contains("light_tracing_weight")) {
+                        j.contains("light_tracing_weight") + j.contains("rr_depth")) {
       throw Error(ErrorKind::kUsage,
                   "sampling plan: expected are connections, light_paths and strategies, and no others than "
-                  "guided_emission, light_tracing_weight and sample_allocation");
+                  "guided_emission, light_tracing_weight, rr_depth and sample_allocation");
     }
     SamplingPlan plan;
     plan.strategies = strategies_named(j.at("strategies").get<std::string>());
@@ -56,6 +61,7 @@ SamplingPlan plan_from_json(const std::string& text) {
     if (j.contains("guided_emission")) plan.guided_emission = j.at("guided_emission").get<bool>();
     if (j.contains("light_tracing_weight"))
       plan.light_tracing_weight = j.at("light_tracing_weight").get<double>();
+    if (j.contains("rr_depth")) plan.rr_depth = j.at("rr_depth").get<int>();
     if (j.contains("sample_allocation"))
       plan.allocation.levels = j.at("sample_allocation").get<std::string>();
     check_plan(plan);

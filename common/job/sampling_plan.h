@@ -9,6 +9,8 @@
 
 namespace lightmill {
 
+inline constexpr int kLeastRrDepth = 2, kMostRrDepth = 3;
+
 struct SamplingPlan {
   Strategies strategies = kAllStrategies;
   /// Light paths per camera path: one of kLightPathCounts. Without a strategy that uses them none is traced.
@@ -27,6 +29,10 @@ struct SamplingPlan {
   std::optional<bool> guided_emission = {};
   /// Where camera samples go. Light paths have no pixel: everywhere there are `light_paths` of them.
   SampleAllocation allocation = {};
+  /// The first scattering event of a camera path that plays Russian roulette: kLeastRrDepth to kMostRrDepth.
+  /// Later is better in the open, where few paths go on for long anyway and roulette is noise that no
+  /// sequence mends.
+  int rr_depth = kLeastRrDepth;
 
   bool operator==(const SamplingPlan&) const = default;
 };
@@ -41,7 +47,8 @@ void check_plan(const SamplingPlan& plan);
 
 /// JSON with sorted keys: {"connections": 1, "light_paths": 0.5, "strategies":
 /// "hit,next-event,light-tracing"}. Also "guided_emission": false if it is given, "sample_allocation":
-/// "0122..." unless it is uniform, and "light_tracing_weight": 0.125 unless it is 1.
+/// "0122..." unless it is uniform, "light_tracing_weight": 0.125 unless it is 1, and "rr_depth": 3 unless it
+/// is 2.
 std::string plan_to_json(const SamplingPlan& plan);
 /// Inverse. Throws Error(kUsage) if it is malformed or a value is out of range.
 SamplingPlan plan_from_json(const std::string& json);

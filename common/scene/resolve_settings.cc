@@ -91,12 +91,14 @@ RenderSettings resolve_settings(const SceneDescription& scene, const RenderOptio
   s.target_error = options.target_error.value_or(0);
   s.energy_compensation = options.energy_compensation;
   s.plan = options.plan;
-  if (options.strategies || options.light_paths || options.connections || options.light_tracing_weight) {
+  if (options.strategies || options.light_paths || options.connections || options.light_tracing_weight ||
+      options.rr_depth) {
     if (!s.plan) s.plan = plan_of(s);
     if (options.strategies) s.plan->strategies = strategies_named(*options.strategies);
     if (options.light_paths) s.plan->light_paths = *options.light_paths;
     if (options.connections) s.plan->connections = *options.connections;
     if (options.light_tracing_weight) s.plan->light_tracing_weight = *options.light_tracing_weight;
+    if (options.rr_depth) s.plan->rr_depth = *options.rr_depth;
   }
   if (options.overrides) s.overrides = features_named(*options.overrides);
   s.uniform_sampling = options.uniform_sampling;

@@ -24,6 +24,7 @@ struct RenderOptions {
   bool energy_compensation = false;           // see RenderSettings
   std::optional<std::string> strategies;      // names, see strategies.h; likewise a plan of one's own:
   std::optional<double> light_paths, connections, light_tracing_weight;
+  std::optional<int> rr_depth;
   std::optional<SamplingPlan> plan;
   bool uniform_sampling = false;         // see RenderSettings
   std::optional<std::string> overrides;  // names, see features.h

@@ -130,6 +130,7 @@ struct Renderer::World {
     context.seed = s.seed;
     context.max_depth = s.max_depth;
     const auto film_paths = static_cast<double>(s.grid.light_paths_per_spp());
+    context.rr_depth = sampling.rr_depth;
     context.strategies = strategies;
     context.kernels = stage_kernels(scene, context.lights);
     context.light_paths = sampling.light_paths;

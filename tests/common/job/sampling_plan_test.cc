@@ -15,7 +15,8 @@ TEST(SamplingPlan, ReadsWhatItWrote) {
        {SamplingPlan{}, SamplingPlan{kLightTracing, 2, 0.25},
         SamplingPlan{kEmissionHits | kNextEvent, 0.5, 4}, SamplingPlan{kAllStrategies, 1, 2, 0.125},
         SamplingPlan{kAllStrategies, 1, 2, 3, true, {"11"}},
-        SamplingPlan{kAllStrategies, 1, 2, 1, false, {"11"}}, SamplingPlan{kLightTracing, 2, 1, 1, false}}) {
+        SamplingPlan{kAllStrategies, 1, 2, 1, false, {"11"}}, SamplingPlan{kLightTracing, 2, 1, 1, false},
+        SamplingPlan{.strategies = kNextEvent, .rr_depth = 3}}) {
     EXPECT_EQ(plan_from_json(plan_to_json(plan)), plan);
   }
 }
@@ -45,6 +46,9 @@ TEST(SamplingPlan, RefusesWhatCannotRun) {
         R"({"connections":1,"light_tracing_weight":0.5,"light_paths":1,"strategies":"hit"})",
         R"({"connections":1,"light_tracing_weight":"1","light_paths":1,"strategies":"hit"})",
         R"({"guided_emission":0,"connections":1,"light_paths":1,"strategies":"hit"})",
+        R"({"connections":1,"light_paths":1,"rr_depth":1,"strategies":"hit"})",
+        R"({"connections":1,"light_paths":1,"rr_depth":4,"strategies":"hit"})",
+        R"({"connections":1,"light_paths":1,"rr_depth":"3","strategies":"hit"})",
         R"({"connections":1,"light_paths":1e300,"strategies":"hit"})",
         R"({"connections":1,"light_paths":1,"strategies":"hits"})"}) {
     EXPECT_THROW(plan_from_json(json), Error) << json;

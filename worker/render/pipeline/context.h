@@ -2,6 +2,7 @@
 // What all stages read: the scene, the fixed settings of a render, and the layer of the packet at hand.
 #include "common/job/packet_grid.h"
 #include "common/job/pixel_interleave.h"
+#include "common/job/sampling_plan.h"
 #include "common/job/strategies.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/camera/camera.h"
@@ -24,7 +25,7 @@ struct StageContext {
   FilmGrid grid;
   const LightTable& lights = scene.lights;  // the scene's, or its guided ones
   uint64_t seed = 0;
-  int max_depth = 5;
+  int max_depth = 5, rr_depth = kLeastRrDepth;  // SamplingPlan::rr_depth
   Strategies strategies = kAllStrategies;
   StageKernels kernels = {};  // the least that the scene can do with (kernel_choice.h)
   float splat_scale = 1;      // of one light path: 1 / light paths per unit of spp

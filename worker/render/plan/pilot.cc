@@ -63,6 +63,7 @@ class Pilot {
     CellMoments moments;
     SampleWork work;
     std::vector<SampleWork> paths_of_blocks;
+    double hits_to_save = 0;
     RenderCounters counters;
   };
 
@@ -71,7 +72,8 @@ class Pilot {
     RenderSettings settings = scene.settings();
     settings.plan = SamplingPlan{.strategies = scene.plan().possible & among,
                                  .connections = kRecordedConnections,
-                                 .guided_emission = guided_emission};
+                                 .guided_emission = guided_emission,
+                                 .rr_depth = kMostRrDepth};
     settings.seed ^= kPilotSeed;
     return settings;
   }
@@ -139,7 +141,8 @@ class Pilot {
         const RenderCounters counters =
             renderer_.record_packet({rect.x0, rect.y0, s, s + 1}, *workspace, nullptr, *recorder);
         result.counters += counters;
-        moments.add_sample(recorder->contributions, pilot_pixels_.block(j));
+        moments.add_sample(recorder->contributions, recorder->survival_of_path, pilot_pixels_.block(j));
+        result.hits_to_save += recorder->hits_to_save;
         add_work_of_paths(*recorder, looked_at, &result);
         result.work += take_work(recorder.get());
       }
@@ -198,6 +201,7 @@ class Pilot {
     recorder->clear();
     recorder->counts = {};
     recorder->light_hits = recorder->light_steps = 0;
+    recorder->hits_to_save = 0;
     recorder->hits_of_path = recorder->steps_of_path = {};
   }
 
@@ -209,6 +213,7 @@ class Pilot {
       CellResult& from = results_[i];
       counters_ += from.counters;
       sums_.work += from.work;
+      sums_.hits_to_save += from.hits_to_save;
       std::vector<double> costs;
       double all = 0;
       for (size_t b = 0; b < from.moments.blocks.size(); ++b) {

@@ -18,7 +18,7 @@ class Choice {
       : plans_(plans), view_(view), sums_(sums) {}
 
   PilotReport make(bool uniform_sampling) const {
-    const auto variances = relative_variances();
+    const Variances variances = relative_variances();
     const SampleWork work = per_path(sums_.work, sums_.camera_paths);
     PilotReport report;
     report.work = work;
@@ -27,10 +27,12 @@ class Choice {
     size_t chosen = 0;
     for (size_t k = 0; k < plans_.plans.size(); ++k) {
       if (sums_.lost[k] > 0) continue;
-      const SampleWork own = under_plan(k, work);
-      const SamplingPlan& plan = plans_.plans[k];
-      const PlanEstimate e{plan, variances[k], sample_cost(own, plan), shadow_rays(own, plan)};
-      const double product = e.relative_variance * e.cost;
+      PlanEstimate e = estimate(k, kMostRrDepth, variances, work);
+      if (e.plan.strategies & kCameraLayer) {
+        const PlanEstimate other = estimate(k, kLeastRrDepth, variances, work);
+        if (product_of(other) <= product_of(e)) e = other;
+      }
+      const double product = product_of(e);
       if (best < 0 || product < kLeastImprovement * best) {
         best = product;
         report.chosen = e.plan;
@@ -39,9 +41,9 @@ class Choice {
       report.estimates.push_back(e);
     }
     if (best >= 0 && !uniform_sampling && report.chosen.strategies & kCameraLayer) {
-      const SamplingPlan& plan = plans_.plans[chosen];
-      const SampleWork own = under_plan(chosen, work);
-      const AllocationChoice allocation = allocate_samples(view_.regions, region_noise(chosen),
+      const SamplingPlan& plan = report.chosen;
+      const SampleWork own = under_plan(chosen, plan.rr_depth, work);
+      const AllocationChoice allocation = allocate_samples(view_.regions, region_noise(chosen, plan.rr_depth),
                                                            sample_cost(own, plan) - camera_cost(own, plan));
       report.chosen.allocation = allocation.map;
       report.adaptive_gain = allocation.gain;
@@ -52,9 +54,27 @@ class Choice {
  private:
   double stratification() const { return unseen_stratification(static_cast<double>(view_.samples)); }
 
-  /// Mean over pixels and channels of variance / (value^2 + 0.01), per plan.
-  std::array<double, kMaxPlans> relative_variances() const {
-    std::array<double, kMaxPlans> camera{}, splat{}, sum{};
+  static double product_of(const PlanEstimate& e) { return e.relative_variance * e.cost; }
+
+  /// Means over pixels and channels of variance / (value^2 + 0.01), per plan.
+  struct Variances {
+    std::array<double, kMaxPlans> late_roulette{};  // with rr_depth = kMostRrDepth, as it was recorded
+    std::array<double, kMaxPlans> roulette{};       // what roulette at event kLeastRrDepth adds
+  };
+
+  /// What is predicted of plan number `k` with this roulette.
+  PlanEstimate estimate(size_t k, int rr_depth, const Variances& variances, const SampleWork& work) const {
+    SamplingPlan plan = plans_.plans[k];
+    // Of light paths alone it says nothing.
+    if (plan.strategies & kCameraLayer) plan.rr_depth = rr_depth;
+    const SampleWork own = under_plan(k, rr_depth, work);
+    const double variance =
+        variances.late_roulette[k] + (rr_depth == kLeastRrDepth ? variances.roulette[k] : 0);
+    return {plan, variance, sample_cost(own, plan), shadow_rays(own, plan)};
+  }
+
+  Variances relative_variances() const {
+    std::array<double, kMaxPlans> camera{}, splat{}, roulette{};
     double pixels = 0, looked_at = 0;
     for (const RegionSums& region : sums_.regions) {
       const BlockMoments& block = region.noise;
@@ -68,17 +88,21 @@ class Choice {
           splat[k] += share * double{block.splat[ch][k]};
         }
       }
+      for (size_t k = 0; k < kMaxPlans; ++k)
+        roulette[k] += share * (double{block.roulette[0][k]} + double{block.roulette[1][k]});
     }
+    Variances result;
     for (size_t k = 0; k < kMaxPlans; ++k) {
       const double all = std::max(0.0, camera[k]) / stratification() + splat[k] +
                          sums_.unseen[k] * pixels / std::max(looked_at, 1.0);
-      sum[k] = all / (3 * std::max(pixels, 1.0));
+      result.late_roulette[k] = all / (3 * std::max(pixels, 1.0));
+      result.roulette[k] = roulette[k] / (3 * std::max(pixels, 1.0));
     }
-    return sum;
+    return result;
   }
 
-  /// The noise of the regions under plan number `k`.
-  std::vector<RegionNoise> region_noise(size_t k) const {
+  /// The noise of the regions under plan number `k` with this roulette.
+  std::vector<RegionNoise> region_noise(size_t k, int rr_depth) const {
     std::vector<RegionNoise> regions;
     for (const RegionSums& region : sums_.regions) {
       const BlockMoments& block = region.noise;
@@ -95,13 +119,30 @@ class Choice {
           r.paths[half] = static_cast<double>(looked_at * view_.samples);
         }
       }
-      r.cost = camera_cost(under_plan(k, per_path(region.camera_work, region.camera_paths)), plans_.plans[k]);
+      if (rr_depth == kLeastRrDepth) {
+        for (size_t half = 0; half < 2; ++half) {
+          if (block.looked_at[half] > 0)
+            r.camera[half] += double{block.roulette[half][k]} / (3 * block.looked_at[half]);
+        }
+      }
+      r.cost = camera_cost(under_plan(k, rr_depth, per_path(region.camera_work, region.camera_paths)),
+                           plans_.plans[k]);
     }
     return regions;
   }
 
-  /// Replaces the shadow rays that were counted by those of plan number `k`.
-  SampleWork under_plan(size_t k, SampleWork work) const {
+  /// The part of the work of camera paths that is left with this roulette.
+  double kept_by_roulette(int rr_depth) const {
+    const double hits = sums_.work.camera_hits;
+    return rr_depth == kMostRrDepth || !(hits > 0) ? 1 : 1 - sums_.hits_to_save / hits;
+  }
+
+  /// Replaces what was counted by the work of plan number `k` with this roulette.
+  SampleWork under_plan(size_t k, int rr_depth, SampleWork work) const {
+    const double kept = kept_by_roulette(rr_depth);
+    for (double* w : {&work.camera_hits, &work.camera_steps, &work.next_event_rays, &work.next_event_tries,
+                      &work.connection_rays, &work.connection_tries})
+      *w *= kept;
     work.next_event_rays *= sums_.next_event.share(k);
     work.connection_rays *= sums_.connect.share(k);
     work.lens_rays *= sums_.lens.share(k);

@@ -23,6 +23,7 @@ struct PilotSums {
   std::vector<RegionSums> regions;
   SampleWork work;
   double camera_paths = 0;
+  double hits_to_save = 0;  // StrategyRecorder::hits_to_save
   RayCounts next_event, connect, lens;
   std::array<double, kMaxPlans> lost{};    // light that a plan has no strategy for
   std::array<double, kMaxPlans> unseen{};  // unseen_variance

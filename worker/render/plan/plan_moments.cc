@@ -152,11 +152,11 @@ void MomentRecorder::add_pairs(const std::array<PerPlan, 3>& sum, const std::arr
 }
 
 void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribution* const* first,
-                              size_t count) {
+                              size_t count, float survival) {
   const PixelValue& value = values_[static_cast<size_t>(slot)];
   BlockMoments& block = block_of(slot);
   const auto half = half_of(slot % kCellSize, slot / kCellSize);
-  std::array<PerPlan, 3> sum{}, squares{}, kind_sum{}, kind_squares{};
+  std::array<PerPlan, 3> sum{}, squares{}, kind_sum{}, kind_squares{}, after{};
   int t = 0, s = 0;  // of kind_sum
   for (size_t i = 0; i < count; ++i) {
     const StrategyContribution& c = *first[i];
@@ -185,7 +185,15 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
         sum[ch][k] += x;
         if (!emitter_in_sight) squares[ch][k] += x * x;
         if (connection) kind_sum[ch][k] += x, kind_squares[ch][k] += x * x;
+        if (c.t > kLeastRrDepth + 1) after[ch][k] += x;  // the camera is a vertex, too
       }
+    }
+  }
+  if (survival > 0 && survival < 1) {
+    // What comes after an event of survival q counts as x / q or 0: its second moment is x^2 / q.
+    for (size_t ch = 0; ch < 3; ++ch) {
+      const float weight = value.weight(ch) * (1 / survival - 1);
+      for (size_t k = 0; k < kPlans; ++k) block.roulette[half][k] += weight * after[ch][k] * after[ch][k];
     }
   }
   if (t) add_pairs(kind_sum, kind_squares, slot);
@@ -201,7 +209,8 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
   }
 }
 
-void MomentRecorder::add_sample(const std::vector<StrategyContribution>& contributions, int block) {
+void MomentRecorder::add_sample(const std::vector<StrategyContribution>& contributions,
+                                std::span<const float> survival, int block) {
   std::array<size_t, kCellPixels + 1> begin{};
   for (const StrategyContribution& c : contributions) {
     if (c.t > 1) {
@@ -218,7 +227,7 @@ void MomentRecorder::add_sample(const std::vector<StrategyContribution>& contrib
   }
   for (size_t i = 0; i < kCellPixels; ++i) {
     if (begin[i + 1] > begin[i])
-      add_path(static_cast<int>(i), block, by_slot_.data() + begin[i], begin[i + 1] - begin[i]);
+      add_path(static_cast<int>(i), block, by_slot_.data() + begin[i], begin[i + 1] - begin[i], survival[i]);
   }
   ++samples_;
 }
@@ -234,6 +243,9 @@ CellMoments MomentRecorder::end_cell(const std::array<bool, kCellPixels>& inside
         block.camera[1][ch][k] /= n;
         block.splat[ch][k] /= n;
       }
+    }
+    for (PerPlan& half : block.roulette) {
+      for (float& v : half) v /= n;
     }
   }
   for (size_t i = 0; i < kCellPixels; ++i) {
@@ -270,6 +282,9 @@ BlockMoments& BlockMoments::operator+=(const BlockMoments& o) {
       camera[1][ch][k] += o.camera[1][ch][k];
       splat[ch][k] += o.splat[ch][k];
     }
+  }
+  for (size_t half = 0; half < 2; ++half) {
+    for (size_t k = 0; k < kPlans; ++k) roulette[half][k] += o.roulette[half][k];
   }
   return *this;
 }

@@ -3,6 +3,7 @@
 // has every strategy (Grittmann et al., "Efficiency-Aware Multiple Importance Sampling for Bidirectional
 // Rendering Algorithms", 2022, eqs. 9-12).
 #include <array>
+#include <span>
 #include <vector>
 
 #include "common/job/packet_grid.h"
@@ -18,6 +19,7 @@ namespace lightmill {
 struct BlockMoments {
   std::array<int, 2> pixels{}, looked_at{};  // per half: in the crop window; pilot pixels
   std::array<PerPlan, 3> camera[2], splat;   // variance of one pixel sample: camera layer per half, splats
+  std::array<PerPlan, 2> roulette{};  // what roulette at event kLeastRrDepth would add per half, all channels
   BlockMoments() { camera[0].fill({}), camera[1].fill({}), splat.fill({}); }
   BlockMoments& operator+=(const BlockMoments& o);
   int all_previewed() const { return looked_at[0] + looked_at[1]; }
@@ -64,8 +66,10 @@ class MomentRecorder {
   /// `values`: per pixel of the cell, row-major.
   void begin_cell(const std::array<PixelValue, kCellPixels>& values);
   /// Adds all contributions of one sample index of the cell, which is in the first or the second `block` of
-  /// samples (0, 1). Each has half of the samples: stratified within, independent of the other's.
-  void add_sample(const std::vector<StrategyContribution>& contributions, int block);
+  /// samples (0, 1). Each has half of the samples: stratified within, independent of the other's. `survival`:
+  /// StrategyRecorder::survival_of_path.
+  void add_sample(const std::vector<StrategyContribution>& contributions, std::span<const float> survival,
+                  int block);
   /// Per pixel of the cell, row-major: whether it is in the crop window, and whether it is a pilot pixel. At
   /// least two samples must have been added, and no contributions of other pixels.
   CellMoments end_cell(const std::array<bool, kCellPixels>& inside,
@@ -77,7 +81,7 @@ class MomentRecorder {
     std::array<PerPlan, 3> sums[2]{}, squares{};  // sums per block
   };
   BlockMoments& block_of(int slot) { return cell_.blocks[block_of_slot(slot, side_)]; }
-  void add_path(int slot, int block, const StrategyContribution* const* first, size_t count);
+  void add_path(int slot, int block, const StrategyContribution* const* first, size_t count, float survival);
   void add_pairs(const std::array<PerPlan, 3>& sum, const std::array<PerPlan, 3>& squares, int slot);
 
   const PlanSet& plans_;

@@ -7,6 +7,7 @@
 
 #include "common/base/error.h"
 #include "common/film/film.h"
+#include "common/job/plan_text.h"
 #include "tests/support/render.h"
 #include "tests/support/test_scene.h"
 #include "worker/render/guiding/training/emission_guide_training.h"
@@ -273,6 +274,39 @@ TEST(Pilot, DoesNotGuideLightPathsOfALampThatLightsAll) {
   for (const PlanEstimate& e : report.estimates)
     EXPECT_EQ(e.plan.guided_emission.has_value(), (e.plan.strategies & kLightPaths) != 0)
         << plan_to_json(e.plan);
+}
+
+/// Blocks on a floor, under a sky.
+TestScene blocks_under_a_sky() {
+  TestScene s;
+  const int grey = s.diffuse(0.6f);
+  s.quad({-9, 0, -9}, {0, 0, 18}, {18, 0, 0}, grey);
+  for (int i = 0; i < 4; ++i) s.box({i - 2.0, 0, 0}, {i - 1.4, 1, 0.6}, grey);
+  s.environment({1, 1, 1});
+  s.camera({0, 2, -5}, {0, 0.5, 0}, 50);
+  return s.film(64, 64);
+}
+
+// Under a sky few paths go on for long, and roulette makes a good part of the noise. In a dark closed room
+// all go on, and bring next to nothing.
+TEST(Pilot, ChoosesWhereRouletteBegins) {
+  const PilotReport open = pilot_of(blocks_under_a_sky(), 8);
+  EXPECT_EQ(open.chosen.rr_depth, kMostRrDepth);
+  EXPECT_NE(plan_text(open.chosen).find("roulette from event 3 on"), std::string::npos);
+  TestScene room;
+  room.box({-1, -1, -1}, {1, 1, 1}, room.diffuse(0.2f)).point_light({0.5, 0, 0.9}, {2, 2, 2});
+  room.camera({0, 0, -0.9}, {0, -0.3, 1}, 70).film(64, 64);
+  EXPECT_EQ(pilot_of(room, 30).chosen.rr_depth, kLeastRrDepth);
+}
+
+// Of the chosen roulette, as of all else.
+TEST(Pilot, PredictsTheNoiseUnderASky) {
+  const std::vector<PlanNoise> noise = noise_of_plans(blocks_under_a_sky(), [](const SamplingPlan& p) {
+    return p.strategies == (kEmissionHits | kNextEvent) || p.strategies == kEmissionHits;
+  });
+  ASSERT_EQ(noise.size(), 2u);
+  for (const PlanNoise& n : noise)
+    EXPECT_NEAR(std::log(n.predicted / n.measured), 0, std::log(1.4)) << n.plan;
 }
 
 TEST(Pilot, LeavesLightPathsOutUnderAnOpenSky) {

@@ -37,7 +37,8 @@ Rays rays_under(const TestScene& s, const SamplingPlan& plan, MomentRecorder* mo
   for (int64_t i = 0; i < kSamples; ++i) {
     paths += static_cast<double>(
         renderer.record_packet({0, 0, i, i + 1}, *workspace, nullptr, recorder).camera_paths);
-    if (moments) moments->add_sample(recorder.contributions, i < kSamples / 2 ? 0 : 1);
+    if (moments)
+      moments->add_sample(recorder.contributions, recorder.survival_of_path, i < kSamples / 2 ? 0 : 1);
     recorder.clear();
   }
   Rays rays;
@@ -81,6 +82,47 @@ TEST(PlanMoments, KnowHowManyRaysRouletteLeavesToEveryPlan) {
     expect("lens", recorded.lens * p.light_paths, cell.lens.share(k), measured.lens);
   }
   EXPECT_GT(largest, 0.3) << "roulette matters in this scene";
+}
+
+/// What camera paths do after event kLeastRrDepth: hits, and the squares of what each brings.
+struct LatePaths {
+  double hits = 0, squares = 0;
+  double hits_to_save = 0, squares_to_come = 0;  // with roulette at that event
+};
+LatePaths late_paths(const TestScene& s, int rr_depth) {
+  RenderSettings settings = settings_for(s.scene, Integrator::kPt, kSamples, 8);
+  settings.plan = SamplingPlan{.strategies = kEmissionHits | kNextEvent, .rr_depth = rr_depth};
+  const Renderer renderer(s.scene, settings, 1);
+  const auto workspace = renderer.make_workspace();
+  StrategyRecorder recorder;
+  LatePaths sum;
+  for (int64_t i = 0; i < kSamples; ++i) {
+    recorder.clear();
+    renderer.record_packet({0, 0, i, i + 1}, *workspace, nullptr, recorder);
+    std::array<double, kCellPixels> brought{};
+    for (const StrategyContribution& c : recorder.contributions) {
+      if (c.t > kLeastRrDepth + 1) brought[static_cast<size_t>(c.slot)] += double{c.rgb[0]};
+    }
+    for (size_t slot = 0; slot < kCellPixels; ++slot) {
+      const double square = brought[slot] * brought[slot], q = double{recorder.survival_of_path[slot]};
+      sum.squares += square;
+      if (square > 0) sum.squares_to_come += square / q;
+    }
+  }
+  for (const uint32_t hits : recorder.hits_of_path) sum.hits += hits;
+  sum.hits_to_save = recorder.hits_to_save;
+  return sum;
+}
+
+// Recorded without roulette at an event, paths tell what it would save there, and what noise it would add.
+TEST(PlanMoments, KnowWhatEarlierRouletteWouldDo) {
+  TestScene s = cornell_room().film(32, 32);
+  const LatePaths early = late_paths(s, kLeastRrDepth), late = late_paths(s, kMostRrDepth);
+  EXPECT_EQ(early.hits_to_save, 0);
+  EXPECT_GT(late.hits_to_save, 0.1 * late.hits);
+  EXPECT_NEAR((late.hits - late.hits_to_save) / early.hits, 1, 0.01);
+  EXPECT_GT(late.squares_to_come, 1.2 * late.squares);
+  EXPECT_NEAR(late.squares_to_come / early.squares, 1, 0.05);
 }
 
 }  // namespace

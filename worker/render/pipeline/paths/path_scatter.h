@@ -91,11 +91,16 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   Lane before = K::kMedia ? gather(w.media->before, v.path) : max_component(v.throughput);
   if (bodies) before = select(leaves_bodies<Lane>(v.kind), gather(w.bodies->before, v.path), before);
   go = mask_and(go, LaneMask(after > 0.0f));
-  if (depth > kRouletteStart) {
-    // Survival is the loss of throughput at this event, so that the product over a path tracks
-    // its throughput.
-    Lane q = min(after / before, splat<Lane>(roulette_cap(depth)));
-    if (bodies) q = select(enters, splat<Lane>(1.0f), q);
+  const int rr_depth = mode == Mode::kRadiance ? context.rr_depth : kLightRrDepth;
+  // Survival is the loss of throughput at this event, so that the product over a path tracks its throughput.
+  const auto survival = [&] {
+    const Lane q = min(after / before, splat<Lane>(roulette_cap(depth)));
+    return bodies ? select(enters, splat<Lane>(1.0f), q) : q;
+  };
+  if (recorder && mode == Mode::kRadiance && depth == kLeastRrDepth)
+    recorder->roulette(v.path, go, depth < rr_depth ? survival() : splat<Lane>(1.0f));
+  if (depth >= rr_depth) {
+    const Lane q = survival();
     const Lane u = stream.get_1d(vertex_dim(depth, kDimRoulette));
     go = mask_and(go, LaneMask(u < q));
     throughput = throughput * (1.0f / select(LaneMask(q > 0.0f), q, splat<Lane>(1.0f)));

@@ -15,6 +15,8 @@
 // in proportion to its size.
 #include <algorithm>
 
+#include "common/job/sampling_plan.h"
+
 namespace lightmill {
 
 /// Not smaller: the light of a lamp a billion times weaker than another one may be all that a pixel has.
@@ -24,11 +26,12 @@ inline float connection_survival(float size) { return std::clamp(size, kLeastSur
 /// The size of what plays no roulette. Its product with any plan's factor is above 1 and finite.
 inline constexpr float kNoRoulette = 0x1p60f;
 
-/// Scattering events before Russian roulette starts. Other settings were tried on six scenes, by the
-/// efficiency of pt and auto relative to this start and to survival by the loss of throughput: start at 0
-/// 0.69 to 1.09, at 2 0.77 to 1.05, at 3 0.64 to 1.04; survival times 0.7 0.2 to 0.8, times 1.3 0.83 to 1.08.
-/// None is better on most.
-inline constexpr int kRouletteStart = 1;
+/// The first scattering event of light paths that plays roulette; that of camera paths is
+/// SamplingPlan::rr_depth. Other settings for both were tried on six rooms, by the efficiency of pt and auto
+/// relative to this one and to survival by the loss of throughput: from event 1 on 0.69 to 1.09, from 3 0.77
+/// to 1.05, from 4 0.64 to 1.04; survival times 0.7 0.2 to 0.8, times 1.3 0.83 to 1.08. None is better on
+/// most.
+inline constexpr int kLightRrDepth = kLeastRrDepth;
 inline constexpr int kRouletteCapStart = 1024;
 
 /// Largest probability to survive scattering event `depth` (1: the first).

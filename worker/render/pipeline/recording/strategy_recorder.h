@@ -86,6 +86,11 @@ class StrategyRecorder {
   double light_subpath_seconds = 0, camera_subpath_seconds = 0;  // while `timed`
   // Surfaces that paths met, and steps of their walks through bodies: of camera paths by slot.
   std::array<uint32_t, kWavefront> hits_of_path{}, steps_of_path{};
+  /// Of camera paths, by slot: the probability to survive event kLeastRrDepth, if that plays no roulette.
+  /// Else 1, and for paths that end before.
+  std::array<float, kWavefront> survival_of_path{};
+  /// Hits of camera paths after that event, times 1 - survival: what roulette there would save.
+  double hits_to_save = 0;
   uint64_t light_hits = 0, light_steps = 0;
   uint64_t inconsistent_hits = 0;  // ended where shading and geometric normal disagree on the side
 
@@ -112,6 +117,7 @@ class StrategyRecorder {
   // wavefront.
   void start_camera_paths() {
     camera_.fill({});
+    survival_of_path.fill(1);
     if (weigh_guide) odds_.fill(kEvenOdds), vertex_odds_.fill(kEvenOdds);
   }
   void start_light_paths(int base, Lane dvc, LaneInt light, const Vec3<Lane>& direction);
@@ -121,6 +127,8 @@ class StrategyRecorder {
   void walk_steps(bool light, const std::vector<int32_t>& slots);
   /// M4, M5: parts are scaled by `gain`. At depth 1 `dvcm_term` is the family's own.
   void scatter(bool light, int depth, LaneInt slot, LaneMask mask, Lane gain, Lane dvcm_term);
+  /// Camera paths come through event kLeastRrDepth. `survival`: of survival_of_path.
+  void roulette(LaneInt slot, LaneMask mask, Lane survival);
   /// Camera paths leave their vertices. `odds` per lane.
   void scatter_by_guide(LaneInt slot, LaneMask mask, const std::array<GuideOdds, kLanes>& odds);
   /// Vertices first, first + 1, ... are those in `mask`.

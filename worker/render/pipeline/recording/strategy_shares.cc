@@ -19,9 +19,20 @@ void StrategyRecorder::hit(bool light, LaneInt slot, LaneMask mask, Lane inv_cos
   for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
     Parts& p = paths[static_cast<size_t>(lane(slot, l))];
-    if (!light) ++hits_of_path[static_cast<size_t>(lane(slot, l))];
+    if (!light) {
+      const auto path = static_cast<size_t>(lane(slot, l));
+      ++hits_of_path[path];
+      hits_to_save += 1 - static_cast<double>(survival_of_path[path]);
+    }
     const float f = lane(inv_cos, l);
     p = {p.next_event * f, p.hit * f, p.lens * f};
+  }
+}
+
+void StrategyRecorder::roulette(LaneInt slot, LaneMask mask, Lane survival) {
+  for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
+    const int l = std::countr_zero(bits);
+    survival_of_path[static_cast<size_t>(lane(slot, l))] = lane(survival, l);
   }
 }
 
