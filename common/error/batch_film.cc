@@ -1,3 +1,5 @@
+#include "common/error/batch_film.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -5,7 +7,6 @@
 #include <utility>
 
 #include "common/base/error.h"
-#include "common/error/error_curve.h"
 #include "common/error/error_estimate.h"
 #include "common/film/crop_walk.h"
 #include "common/film/packing.h"
@@ -22,66 +23,25 @@ constexpr uint32_t kVersion = 4;
 // Versions before replicates: of films that are interleaved, or are not.
 constexpr uint32_t kOneSequenceVersion = 3, kPlainVersion = 2;
 constexpr size_t kBatchHeadBytes = 9;
-constexpr int64_t kRun = 8;  // tracked pixels beside each other, where not all are
+/// Of fewer boxes the error of an image is mostly chance: 95 % of what it may be reaches from nothing to
+/// three times what is estimated, and a normal distribution does not describe it.
+constexpr size_t kLeastIntervalBoxes = 16;
 constexpr const char* kWhat = "batch film snapshot";
 
 size_t index(int64_t i) { return static_cast<size_t>(i); }
 
-/// from_signed_units(units, 0), without a call of ldexp for each, and quickly where 64 bits hold it.
-double to_double(Units units) {
-  const auto low = static_cast<int64_t>(units);
-  if (units == static_cast<Units>(low)) return static_cast<double>(low);
-  const Units size = magnitude(units);
-  const double value = static_cast<double>(static_cast<uint64_t>(size >> 64)) * 0x1p64 +
-                       static_cast<double>(static_cast<uint64_t>(size));
-  return is_negative(units) ? -value : value;
-}
-
-/// Adds `sum`, in units of `unit`, to the three values from `rgb` on.
-void add_sum(const ExactRgb& sum, double unit, float* rgb) {
-  for (int c = 0; c < 3; ++c) rgb[c] += static_cast<float>(to_double(sum.c[c]) * unit);
-}
-
-/// A bijection of 64-bit words with good avalanche (the finalizer of SplitMix64; Steele et al. 2014).
-uint64_t mix(uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
+/// From one batch to all samples folded so far, also those of batches that are not complete.
+BoxError scaled(const BatchError& error, double scale) {
+  BoxError result;
+  result.relmse = error.relmse * scale;
+  if (error.interval)
+    result.relmse_low = error.interval->low * scale, result.relmse_high = error.interval->high * scale;
+  return result;
 }
 
 }  // namespace
 
-BatchFilm::BatchFilm(const FilmGrid& grid) : grid_(grid), interleave_(grid) {
-  const int64_t pixels = grid.crop.area();
-  tracked_pixels_ = std::min(pixels, kMaxTrackedPixels);
-  if (tracked_pixels_ == pixels) return;
-  // One run of pixels of each of equal strata: the estimate looks at a pixel's neighbours.
-  const int64_t runs = pixels / kRun, strata = kMaxTrackedPixels / kRun;
-  tracked_.resize(index(strata));
-  for (int64_t i = 0; i < strata; ++i) {
-    const int64_t begin = i * runs / strata, end = (i + 1) * runs / strata;
-    const auto offset =
-        static_cast<int64_t>(mix(static_cast<uint64_t>(i)) % static_cast<uint64_t>(end - begin));
-    tracked_[index(i)] = begin + offset;
-  }
-  const PixelRect& crop = grid.crop;
-  tracked_places_.reserve(index(tracked_pixels_));
-  for (int64_t at = 0; at < tracked_pixels_; ++at) {
-    const int64_t pixel = tracked_[index(at / kRun)] * kRun + at % kRun;
-    const FilmPixel p = interleave_.to_packet(crop.x0 + static_cast<int>(pixel % crop.width()),
-                                              crop.y0 + static_cast<int>(pixel / crop.width()));
-    tracked_places_.push_back({static_cast<uint32_t>(int64_t{p.y - crop.y0} * crop.width() + p.x - crop.x0),
-                               static_cast<uint32_t>(at)});
-  }
-  std::sort(tracked_places_.begin(), tracked_places_.end(),
-            [](const TrackedPlace& a, const TrackedPlace& b) { return a.in_packets < b.in_packets; });
-}
-
-PixelLayout BatchFilm::layout() const {
-  if (tracked_.empty()) return {index(grid_.crop.width()), index(grid_.crop.height())};
-  return {index(kRun), tracked_.size(), {index(kRun) - 1, 0}, {index(kRun) - 1, 0}};
-}
+BatchFilm::BatchFilm(const FilmGrid& grid) : grid_(grid), tracked_(grid) {}
 
 void BatchFilm::merge_pairs() {
   std::vector<Batch> merged((batches_.size() + 3) / 4 * 2);
@@ -89,37 +49,15 @@ void BatchFilm::merge_pairs() {
     Batch& from = batches_[i];
     Batch& to = merged[i / 4 * 2 + i % 2];
     to.samples += from.samples;
-    if (to.rgb.empty()) {
-      to.rgb = std::move(from.rgb);
-    } else if (!from.rgb.empty()) {
-      for (size_t k = 0; k < to.rgb.size(); ++k) to.rgb[k] += from.rgb[k];
+    if (to.sums.pixels.empty()) {
+      to.sums = std::move(from.sums);
+    } else if (!from.sums.pixels.empty()) {
+      to.sums += from.sums;
     }
   }
   while (!merged.empty() && merged.back().samples == 0) merged.pop_back();
   batches_ = std::move(merged);
   group_ *= 2;
-}
-
-void BatchFilm::add_camera(const PixelRect& r, const ExactRgb* from, double unit, float* rgb) const {
-  const PixelRect& crop = grid_.crop;
-  if (tracked_.empty()) {
-    for (int y = r.y0; y < r.y1; ++y) {
-      for (int x = r.x0; x < r.x1; ++x) add_sum(*from++, unit, rgb + 3 * interleave_.film_index(x, y));
-    }
-    return;
-  }
-  for (int y = r.y0; y < r.y1; ++y, from += r.width()) {
-    const int64_t begin = int64_t{y - crop.y0} * crop.width() + r.x0 - crop.x0, end = begin + r.width();
-    const auto first = std::lower_bound(
-        tracked_places_.begin(), tracked_places_.end(), begin,
-        [](const TrackedPlace& place, int64_t at) { return int64_t{place.in_packets} < at; });
-    // What is tracked of a row is asked for first: it is far apart, and memory is slow.
-    auto last = first;
-    for (; last != tracked_places_.end() && last->in_packets < end; ++last)
-      __builtin_prefetch(from + (last->in_packets - begin));
-    for (auto place = first; place != last; ++place)
-      add_sum(from[place->in_packets - begin], unit, rgb + 3 * int64_t{place->at});
-  }
 }
 
 void BatchFilm::fold(const Partial& partial) {
@@ -141,26 +79,19 @@ void BatchFilm::fold(const Partial& partial) {
   const auto batch_index = index(kReplicates * (first / group_) + block.replicate);
   if (batches_.size() <= batch_index) batches_.resize(batch_index + 1);
   Batch& batch = batches_[batch_index];
-  if (batch.rgb.empty()) batch.rgb.resize(3 * index(tracked_pixels_));
+  if (batch.sums.pixels.empty()) batch.sums = tracked_.empty_sums();
 
   const double quantum = std::ldexp(1.0, partial.quantum_exponent);
   // Splats stand for one light path per pixel sample; a plan may have traced more or fewer.
   const double paths = static_cast<double>(partial.light_paths);
   const double splat_quantum =
       paths > 0 ? quantum * static_cast<double>(r.area() * partial.tile.samples()) / paths : 0;
-  if (!partial.camera.empty()) add_camera(r, partial.camera.data(), quantum, batch.rgb.data());
+  if (!partial.camera.empty()) tracked_.add_camera(r, partial.camera.data(), quantum, &batch.sums);
   CropWalk crop_index(grid_);
-  auto run = tracked_.begin();
+  size_t hint = 0;
   for (const Partial::SplatSum& splat : partial.splats) {  // ascending by pixel
     const int64_t pixel = crop_index(splat.pixel);
-    if (pixel < 0) continue;
-    int64_t at = pixel;
-    if (!tracked_.empty()) {
-      while (run != tracked_.end() && *run < pixel / kRun) ++run;
-      if (run == tracked_.end() || *run != pixel / kRun) continue;
-      at = (run - tracked_.begin()) * kRun + pixel % kRun;
-    }
-    add_sum(splat.sum, splat_quantum, &batch.rgb[3 * index(at)]);
+    if (pixel >= 0) tracked_.add_splat(pixel, splat.sum, splat_quantum, &hint, &batch.sums);
   }
   batch.samples += r.area() * partial.tile.samples();
 }
@@ -179,30 +110,47 @@ BatchFilm::Complete BatchFilm::complete_batches() const {
 double BatchFilm::spp() const {
   auto samples = static_cast<double>(mixed_samples_);
   for (const Batch& batch : batches_) samples += static_cast<double>(batch.samples);
-  return tracked_pixels_ > 0 ? samples / static_cast<double>(grid_.crop.area()) : 0;
+  return tracked_.count() > 0 ? samples / static_cast<double>(grid_.crop.area()) : 0;
 }
 
 void BatchFilm::estimate(ErrorPoint* point) const {
-  const Complete complete = complete_batches();
-  point->batches = static_cast<int>(complete.batches.size());
+  const auto [batches, replicates] = complete_batches();
+  point->batches = static_cast<int>(batches.size());
   point->relmse.reset();
   point->relmse_low.reset();
   point->relmse_high.reset();
-  if (complete.batches.size() < 2) return;
-  std::vector<const float*> sums;
-  sums.reserve(complete.batches.size());
-  for (const Batch* batch : complete.batches) sums.push_back(batch->rgb.data());
+  point->boxes = {};
+  if (batches.size() < 2) return;
   const auto batch_spp = static_cast<double>(kSuperblockSamples * group_);
-  const BatchError error = estimate_batch_error(sums, complete.replicates, layout(), batch_spp);
-  // From one batch to all samples folded so far, also those of batches that are not complete.
   const double scale = batch_spp / spp();
-  point->relmse = error.relmse * scale;
-  if (!error.half_width) return;
-  point->relmse_low = std::max(0.0, error.relmse - *error.half_width) * scale;
-  point->relmse_high = (error.relmse + *error.half_width) * scale;
+  std::vector<const float*> sums;
+  for (const Batch* batch : batches) sums.push_back(batch->sums.pixels.data());
+  const BatchError error = estimate_batch_error(sums, replicates, tracked_.layout(), batch_spp);
+  const BoxError of_pixels = scaled(error, scale);
+  point->relmse = of_pixels.relmse, point->relmse_low = of_pixels.relmse_low,
+  point->relmse_high = of_pixels.relmse_high;
+  // The larger the boxes, the fewer they are, and the less do two replicates say: what the sequences gain is
+  // then taken to be what they gain of the next smaller ones.
+  double gain = error.gain;
+  for (size_t i = 0; i < kBoxSides.size(); ++i) {
+    const int side = kBoxSides[i];
+    const PixelLayout layout = tracked_.box_layout(side);
+    if (layout.width == 0 || layout.rows == 0) continue;
+    std::vector<std::vector<float>> boxes;
+    for (size_t b = 0; b < batches.size(); ++b) {
+      boxes.push_back(tracked_.box_sums(batches[b]->sums, side));
+      sums[b] = boxes.back().data();
+    }
+    const double pixels = side * side;
+    const BatchError of_boxes = estimate_batch_error(sums, replicates, layout, batch_spp * pixels, gain);
+    point->boxes[i] = scaled(of_boxes, scale * pixels);
+    if (layout.width * layout.rows < kLeastIntervalBoxes)
+      point->boxes[i].relmse_low = point->boxes[i].relmse_high = {};
+    gain = of_boxes.gain;
+  }
 }
 
-int BatchFilm::error_map_block() const { return tracked_.empty() ? 4 : 16; }
+int BatchFilm::error_map_block() const { return tracked_.all() ? 4 : 16; }
 
 Image BatchFilm::error_map(int block) const {
   const std::vector<const Batch*> batches = complete_batches().batches;
@@ -214,15 +162,16 @@ Image BatchFilm::error_map(int block) const {
   const int columns = (width + block - 1) / block, rows = (grid_.crop.height() + block - 1) / block;
   std::vector<double> sums(index(columns) * index(rows));
   std::vector<int64_t> counts(sums.size());
-  for (int64_t at = 0; at < tracked_pixels_; ++at) {
-    const int64_t pixel = tracked_.empty() ? at : tracked_[index(at / kRun)] * kRun + at % kRun;
+  for (int64_t at = 0; at < tracked_.count(); ++at) {
+    const int64_t pixel = tracked_.pixel(at);
     const size_t cell = index(pixel / width / block) * index(columns) + index(pixel % width / block);
     ++counts[cell];
     for (size_t value = 3 * index(at); value < 3 * index(at + 1); ++value) {
       double mean = 0, squares = 0;
-      for (const Batch* batch : batches) mean += static_cast<double>(batch->rgb[value]) / (batch_spp * n);
+      for (const Batch* batch : batches)
+        mean += static_cast<double>(batch->sums.pixels[value]) / (batch_spp * n);
       for (const Batch* batch : batches) {
-        const double deviation = static_cast<double>(batch->rgb[value]) / batch_spp - mean;
+        const double deviation = static_cast<double>(batch->sums.pixels[value]) / batch_spp - mean;
         squares += deviation * deviation;
       }
       sums[cell] += squares / (n * (n - 1)) / (mean * mean + 1e-2);
@@ -247,15 +196,17 @@ std::string BatchFilm::snapshot() const {
   w.put<int64_t>(mixed_samples_);
   w.put<uint32_t>(static_cast<uint32_t>(batches_.size()));
   size_t size = w.bytes().size();
-  for (const Batch& batch : batches_) size += kBatchHeadBytes + batch.rgb.size() * sizeof(float);
+  for (const Batch& batch : batches_)
+    size += kBatchHeadBytes + (batch.sums.pixels.size() + batch.sums.boxes.size()) * sizeof(float);
   Sealer sealer(kMagic, kVersion, size);
   sealer.write(w.bytes());
   for (const Batch& batch : batches_) {
     ByteWriter head;
     head.put<int64_t>(batch.samples);
-    head.put<uint8_t>(!batch.rgb.empty());
+    head.put<uint8_t>(!batch.sums.pixels.empty());
     sealer.write(head.bytes());
-    sealer.write({reinterpret_cast<const char*>(batch.rgb.data()), batch.rgb.size() * sizeof(float)});
+    for (const auto* values : {&batch.sums.pixels, &batch.sums.boxes})
+      sealer.write({reinterpret_cast<const char*>(values->data()), values->size() * sizeof(float)});
   }
   return sealer.finish();
 }
@@ -282,24 +233,32 @@ BatchFilm BatchFilm::restore(std::string_view bytes) {
   const auto count = in.get<uint32_t>();
   if (film.group_ < 1 || film.group_ > kMaxSampleIndex || film.mixed_samples_ < 0 || count > kMaxBatches)
     in.fail("count out of range");
+  // Of large films older versions followed other pixels.
+  const bool other_pixels = older && !film.tracked_.all();
   film.batches_.resize(count);
   for (Batch& batch : film.batches_) {
     batch.samples = in.get<int64_t>();
     if (batch.samples < 0) in.fail("count out of range");
     if (in.get<uint8_t>() == 0) continue;
-    if (film.tracked_pixels_ == 0) in.fail("pixels of a film without any");
-    const std::string_view values = in.get_bytes(3 * index(film.tracked_pixels_) * sizeof(float));
-    batch.rgb.resize(3 * index(film.tracked_pixels_));
-    std::memcpy(batch.rgb.data(), values.data(), values.size());
+    if (film.tracked_.count() == 0) in.fail("pixels of a film without any");
+    if (other_pixels) {
+      in.get_bytes(3 * index(kMaxTrackedPixels) * sizeof(float));
+      continue;
+    }
+    batch.sums = film.tracked_.empty_sums();
+    for (std::vector<float>* values : {&batch.sums.pixels, &batch.sums.boxes}) {
+      const std::string_view from = in.get_bytes(values->size() * sizeof(float));
+      if (!from.empty()) std::memcpy(values->data(), from.data(), from.size());
+    }
   }
   in.expect_end();
-  if (older) film.take_older_batches();
+  if (older) film.take_older_batches(other_pixels);
   return film;
 }
 
-void BatchFilm::take_older_batches() {
+void BatchFilm::take_older_batches(bool of_other_pixels) {
   std::vector<Batch> older = std::exchange(batches_, {});
-  if (group_ > 1) {
+  if (group_ > 1 || of_other_pixels) {
     for (const Batch& batch : older) mixed_samples_ += batch.samples;
     group_ = 1;
     return;

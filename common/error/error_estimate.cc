@@ -25,11 +25,13 @@
 // if the error of a replicate falls as 1/n from its n_A to its n_B batches, which are nearly as many. What
 // the sequences gain is the ratio of this V to that of the batches, tr S below, both with the same weights:
 //
-//   gain = <A - B, A - B> n_A n_B / (n tr S),   and the estimate is mean_b(d_b) (1 + trust (gain - 1)).
+//   gain = <A - B, A - B> n_A n_B / (n tr S),   and the estimate is mean_b(d_b) (g + trust (gain - g)),
 //
-// A firefly is in both alike. A - B is a sum of the B_b - M, so the Gram matrix below has all that is needed.
-// One difference says little where all pixels go up and down together: the variance of gain is 2 coherence
-// (below). Such noise comes from few light paths, for which sequences gain next to nothing. So trust = 1 / (1
+// where g is what is expected anyway: 1 for pixels, and for means over boxes of pixels what smaller boxes
+// gain. A firefly is in both alike. A - B is a sum of the B_b - M, so the Gram matrix below has all that is
+// needed. One difference says little where all pixels go up and down together: the variance of gain is 2
+// coherence (below). Such noise comes from few light paths, for which sequences gain next to nothing. So
+// trust = 1 / (1
 // + (coherence / 0.02)^2): at a standard deviation of 0.2 it is a half. That coherence is taken from pairs of
 // different replicates, as the batches of one are not independent.
 //
@@ -77,92 +79,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <stdexcept>
 #include <vector>
-
-#include "common/error/error_weights.h"
 
 namespace lightmill {
 
 namespace {
 
-constexpr size_t kStrip = 512;        // values per pass: mean and variance stay in the L1 cache
-constexpr size_t kBandValues = 4096;  // about so many at once of each batch, which stay in the L2 cache
-constexpr size_t kLanes = 8;          // independent sums: a single chain of additions would be all latency
-static_assert(kStrip % kLanes == 0);
 constexpr double kDoubtfulCoherence = 0.02;
 
-template <class Lanes>
-double sum_of(const Lanes& lanes) {
-  double sum = 0;
-  for (size_t k = 0; k < kLanes; ++k) sum += static_cast<double>(lanes[k]);
-  return sum;
-}
-
-/// Rows of the image with those around them, whose neighbours are asked, too.
-struct Band {
-  size_t first = 0;                         // index of its first value in a batch
-  std::vector<float> mean, variance;        // M and the variance t of M
-  std::vector<double> exact_mean, squares;  // of what they are made
-  Neighbourhood around, near;
-};
-
-/// Finds mean and variance of so many values from `band->first` on.
-void find_mean(std::span<const float* const> sums, size_t values, double to_mean, Band* band) {
-  const auto n = static_cast<double>(sums.size());
-  band->mean.resize(values);
-  band->variance.resize(values);
-  band->exact_mean.assign(values, 0);
-  band->squares.assign(values, 0);
-  double* mean = band->exact_mean.data();
-  double* squares = band->squares.data();
-  for (const float* sum : sums) {
-    const float* from = sum + band->first;
-    for (size_t i = 0; i < values; ++i) mean[i] += static_cast<double>(from[i]) * (to_mean / n);
-  }
-  for (const float* sum : sums) {
-    const float* from = sum + band->first;
-    for (size_t i = 0; i < values; ++i) {
-      const double deviation = static_cast<double>(from[i]) * to_mean - mean[i];
-      squares[i] += deviation * deviation;
-    }
-  }
-  for (size_t i = 0; i < values; ++i) {
-    band->mean[i] = static_cast<float>(mean[i]);
-    band->variance[i] = static_cast<float>(squares[i] / (n * (n - 1)));
-  }
-}
-
-/// Sums over the image of what belongs to the n batches: `d`, and the upper triangle of `gram` (n x n).
-struct BatchSums {
-  explicit BatchSums(size_t count) : d(count), gram(count * count), deviations(count * kStrip) {}
-  std::vector<double> d, gram;
-  std::vector<float> deviations;  // weighted, of one strip: kStrip floats a batch
-};
-
-/// to[k] += the product of the strips x and y + k kStrip, k < kAtOnce: the sums of several pairs run beside
-/// each other, where one alone would wait for itself.
-template <size_t kAtOnce>
-void add_products(const float* x, const float* y, double* to) {
-  // An array of arrays of lanes would be kept in memory.
-  using Lanes = float __attribute__((vector_size(sizeof(float) * kLanes)));
-  const auto load = [](const float* from) {
-    Lanes lanes;
-    std::memcpy(&lanes, from, sizeof lanes);
-    return lanes;
-  };
-  std::array<Lanes, kAtOnce> sums{};
-  for (size_t i = 0; i < kStrip; i += kLanes) {
-    const Lanes own = load(x + i);
-    for (size_t k = 0; k < kAtOnce; ++k) sums[k] += own * load(y + k * kStrip + i);
-  }
-  for (size_t k = 0; k < kAtOnce; ++k) to[k] += sum_of(sums[k]);
-}
-
 /// <A - B, A - B> n_A n_B / (n tr S) of the replicates' means A and B; 1 if there is one replicate.
-double gain_of_sequences(const std::vector<double>& gram, std::span<const int> replicates) {
+double gain_of_sequences(const BatchMoments& moments, std::span<const int> replicates) {
   const size_t count = replicates.size();
   std::array<double, 2> batches{};
   for (const int r : replicates) batches[static_cast<size_t>(r)] += 1;
@@ -172,93 +100,13 @@ double gain_of_sequences(const std::vector<double>& gram, std::span<const int> r
   };
   double difference = 0, trace = 0;
   for (size_t b = 0; b < count; ++b) {
-    trace += gram[b * count + b] / static_cast<double>(count - 1);
-    difference += part(b) * part(b) * gram[b * count + b];
-    for (size_t c = b + 1; c < count; ++c) difference += 2 * part(b) * part(c) * gram[b * count + c];
+    trace += moments.at(b, b) / static_cast<double>(count - 1);
+    difference += part(b) * part(b) * moments.at(b, b);
+    for (size_t c = b + 1; c < count; ++c) difference += 2 * part(b) * part(c) * moments.at(b, c);
   }
   return trace > 0
              ? std::max(difference, 0.0) * batches[0] * batches[1] / (static_cast<double>(count) * trace)
              : 1;
-}
-
-/// Weighted deviations of the batches over a strip, `kStrip` floats a batch, zero beyond `size`.
-void add_gram(const std::vector<float>& deviations, size_t count, std::vector<double>* gram) {
-  for (size_t b = 0; b < count; ++b) {
-    const float* x = &deviations[b * kStrip];
-    size_t c = b;
-    for (; c + 4 <= count; c += 4) add_products<4>(x, &deviations[c * kStrip], &(*gram)[b * count + c]);
-    for (; c < count; ++c) add_products<1>(x, &deviations[c * kStrip], &(*gram)[b * count + c]);
-  }
-}
-
-/// Adds the values [begin, end) of the band.
-void add_batch_sums(std::span<const float* const> sums, const Band& band, size_t begin, size_t end,
-                    double to_mean, BatchSums* result) {
-  const size_t count = sums.size();
-  const auto n = static_cast<double>(count);
-  const Neighbourhood& near = band.near.square.empty() ? band.around : band.near;
-  std::vector<float>& deviations = result->deviations;
-  std::array<double, kStrip> terms{}, near_root;
-  const double unbias = n / (n - 1), to_rest = 1 / (n - 1),
-               to_others = count > 2 ? 1 / ((n - 2) * (n - 1)) : 0;
-  for (; begin < end; begin += kStrip) {
-    const size_t size = std::min(kStrip, end - begin);
-    if (size < kStrip) {
-      std::fill(deviations.begin(), deviations.end(), 0.0f);
-      terms.fill(0);
-    }
-    const float* mean = &band.mean[begin];
-    const float* variance = &band.variance[begin];
-    const float* square = &band.around.square[begin];
-    const float* noise = &band.around.noise[begin];
-    const float* near_square = &near.square[begin];
-    const float* near_noise = &near.noise[begin];
-    // The same for all batches.
-    for (size_t i = 0; i < size; ++i)
-      near_root[i] = std::sqrt(blended_weight(mean[i], variance[i], 1, near_square[i], near_noise[i]));
-    for (size_t b = 0; b < count; ++b) {
-      const float* sum = sums[b] + band.first + begin;
-      for (size_t i = 0; i < size; ++i) {
-        const double m = mean[i], t = variance[i];
-        const double deviation = static_cast<double>(sum[i]) * to_mean - m;
-        const double single = deviation * deviation * unbias;
-        // The others' mean and its variance; of one other batch there is none.
-        const double rest = count > 2 ? m - deviation * to_rest : m;
-        const double rest_t = count > 2 ? std::max(0.0, t * n * (n - 1) - single) * to_others : t;
-        const double stretch = count > 2 ? 1 + 2 / n : 1;
-        terms[i] = single * blended_weight(rest, rest_t, stretch, square[i], noise[i]);
-        deviations[b * kStrip + i] = static_cast<float>(deviation * near_root[i]);
-      }
-      std::array<double, kLanes> lanes{};
-      for (size_t i = 0; i < kStrip; i += kLanes) {
-        for (size_t k = 0; k < kLanes; ++k) lanes[k] += terms[i + k];
-      }
-      result->d[b] += sum_of(lanes);
-    }
-    add_gram(deviations, count, &result->gram);
-  }
-}
-
-/// Band by band, as memory for whole images, new for every estimate, costs more than the estimate.
-BatchSums batch_sums(std::span<const float* const> sums, const PixelLayout& layout, double to_mean) {
-  const size_t row = 3 * layout.width, halo = std::max(layout.reach.rows, layout.near.rows),
-               rows = std::max(kBandValues / row + 1, 16 * halo);
-  const bool two_reaches = sums.size() >= kMinIntervalBatches && layout.near != layout.reach;
-  BatchSums result(sums.size());
-  Band band;
-  for (size_t y = 0; y < layout.rows; y += rows) {
-    const size_t top = y - std::min(y, halo), end = std::min(layout.rows, y + rows);
-    const PixelLayout part{layout.width, std::min(layout.rows, end + halo) - top};
-    band.first = top * row;
-    find_mean(sums, part.rows * row, to_mean, &band);
-    neighbourhood(band.mean, band.variance, part, layout.reach, &band.around);
-    if (two_reaches) neighbourhood(band.mean, band.variance, part, layout.near, &band.near);
-    add_batch_sums(sums, band, (y - top) * row, (end - top) * row, to_mean, &result);
-  }
-  const auto values = static_cast<double>(row * layout.rows);
-  for (double& v : result.d) v /= values;
-  for (double& v : result.gram) v /= values;
-  return result;
 }
 
 struct Covariance {
@@ -270,40 +118,41 @@ struct Covariance {
 /// tau / (tr S)^2 from pairs of different replicates alone, whose batches are independent: with deviations
 /// from their own replicate's mean, E<delta_a - A, delta_b - B>^2 = tau (1 - 1/n_A) (1 - 1/n_B). Empty if a
 /// replicate has fewer than two batches.
-std::optional<double> coherence_of_replicates(const std::vector<double>& gram,
-                                              std::span<const int> replicates, double trace) {
+std::optional<double> coherence_of_replicates(const BatchMoments& moments, std::span<const int> replicates,
+                                              double trace) {
   std::array<std::vector<size_t>, 2> of;
   const size_t count = replicates.size();
   for (size_t b = 0; b < count; ++b) of[static_cast<size_t>(replicates[b])].push_back(b);
   if (of[0].size() < 2 || of[1].size() < 2 || !(trace > 0)) return std::nullopt;
-  const auto at = [&](size_t a, size_t b) { return gram[std::min(a, b) * count + std::max(a, b)]; };
   const auto n_a = static_cast<double>(of[0].size()), n_b = static_cast<double>(of[1].size());
   std::vector<double> row(count), column(count);
   double all = 0, tau = 0;
   for (const size_t a : of[0]) {
     for (const size_t b : of[1])
-      row[a] += at(a, b) / n_b, column[b] += at(a, b) / n_a, all += at(a, b) / (n_a * n_b);
+      row[a] += moments.at(a, b) / n_b, column[b] += moments.at(a, b) / n_a,
+          all += moments.at(a, b) / (n_a * n_b);
   }
   for (const size_t a : of[0]) {
     for (const size_t b : of[1]) {
-      const double product = at(a, b) - row[a] - column[b] + all;
+      const double product = moments.at(a, b) - row[a] - column[b] + all;
       tau += product * product / ((n_a - 1) * (n_b - 1));
     }
   }
   return std::min(tau / (trace * trace), 1.0);
 }
 
-Covariance covariance(const std::vector<double>& gram, size_t count, size_t values) {
+Covariance covariance(const BatchMoments& moments, size_t values) {
+  const size_t count = moments.d.size();
   const auto n = static_cast<double>(count);
   Covariance s;
   double norm = 0, fourth = 0;
   for (size_t b = 0; b < count; ++b) {
-    const double diagonal = gram[b * count + b];
+    const double diagonal = moments.at(b, b);
     s.trace += diagonal / (n - 1);
     fourth += diagonal * diagonal / (n - 1);
     norm += diagonal * diagonal / ((n - 1) * (n - 1));
     for (size_t c = b + 1; c < count; ++c) {
-      norm += 2 * gram[b * count + c] * gram[b * count + c] / ((n - 1) * (n - 1));
+      norm += 2 * moments.at(b, c) * moments.at(b, c) / ((n - 1) * (n - 1));
     }
   }
   if (!(s.trace > 0)) return s;
@@ -330,34 +179,37 @@ double student_t_975(int dof) {
 }
 
 BatchError estimate_batch_error(std::span<const float* const> sums, std::span<const int> replicates,
-                                const PixelLayout& layout, double samples) {
+                                const PixelLayout& layout, double samples, double expected_gain) {
   const size_t count = sums.size(), values = 3 * layout.width * layout.rows;
   if (count < 2) throw std::logic_error("estimate_batch_error: at least two batches");
   if (replicates.size() != count) throw std::logic_error("estimate_batch_error: a replicate for each batch");
   const auto n = static_cast<double>(count);
-  const BatchSums of_batches = batch_sums(sums, layout, 1 / samples);
+  const BatchMoments moments = batch_moments(sums, layout, 1 / samples);
   BatchError error;
   double variance = 0;
-  for (const double d : of_batches.d) error.relmse += d / n;
-  for (const double d : of_batches.d) variance += (d - error.relmse) * (d - error.relmse) / (n - 1);
-  double gain = gain_of_sequences(of_batches.gram, replicates);
+  for (const double d : moments.d) error.relmse += d / n;
+  for (const double d : moments.d) variance += (d - error.relmse) * (d - error.relmse) / (n - 1);
+  error.gain = gain_of_sequences(moments, replicates);
   if (count >= kMinIntervalBatches) {
-    const Covariance c = covariance(of_batches.gram, count, values);
-    const double doubt = coherence_of_replicates(of_batches.gram, replicates, c.trace).value_or(c.coherence) /
-                         kDoubtfulCoherence;
+    const Covariance c = covariance(moments, values);
+    const double doubt =
+        coherence_of_replicates(moments, replicates, c.trace).value_or(c.coherence) / kDoubtfulCoherence;
     const double trust = 1 / (1 + doubt * doubt);
-    gain = 1 + trust * (gain - 1);
-    // All of n times the mean image's error, so tau appears n^2-fold.
-    const double pairs =
-        (4 * trust + 2 * n / (n - 1) * (1 - trust)) * c.coherence * error.relmse * error.relmse;
+    error.gain = expected_gain + trust * (error.gain - expected_gain);
+    // Relative to the estimate, so without the n^2 of tau.
+    const double pairs = (4 * trust + 2 * n / (n - 1) * (1 - trust)) * c.coherence;
     const double spread = variance / n * (n - 1) / (n - 2) * (1 + 24 / (n * n)) / 4;
     const double shift = 0.1 * (c.trace - error.relmse);
     const double t_pairs = student_t_975(static_cast<int>(count * (count - 1) / 2) - 2),
                  t_batches = student_t_975(static_cast<int>(count) - 1);
-    error.half_width =
-        gain * std::sqrt(t_pairs * t_pairs * pairs + t_batches * t_batches * (spread + shift * shift));
+    const double others =
+        error.relmse > 0 ? t_batches * t_batches * (spread + shift * shift) / (error.relmse * error.relmse)
+                         : 0;
+    error.interval = {std::max(0.0, 1 - std::sqrt(t_pairs * t_pairs * pairs + others)),
+                      1 + std::sqrt(t_pairs * t_pairs * pairs + others)};
   }
-  error.relmse *= gain;
+  error.relmse *= error.gain;
+  if (error.interval) error.interval->low *= error.relmse, error.interval->high *= error.relmse;
   return error;
 }
 

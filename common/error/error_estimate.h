@@ -5,26 +5,19 @@
 #include <optional>
 #include <span>
 
+#include "common/error/batch_moments.h"
+
 namespace lightmill {
 
-/// The size of a pixel's neighbourhood, to each side.
-struct PixelReach {
-  size_t columns = 0, rows = 0;
-  bool operator==(const PixelReach&) const = default;
+struct ErrorInterval {
+  double low = 0, high = 0;
 };
 
-/// How the pixels of a batch lie beside each other: `rows` rows of `width`. A pixel is judged by those within
-/// `reach`. Its part in how pixels vary together is judged by those that are `near` (error_weights.cc).
-struct PixelLayout {
-  size_t width = 0, rows = 0;
-  PixelReach reach{2, 2}, near{1, 1};
-};
-
-/// n times the relMSE of the mean image of n batches against the converged one, and the half-width of its 95
-/// % interval.
+/// n times the relMSE of the mean image of n batches against the converged one, and its 95 % interval.
 struct BatchError {
   double relmse = 0;
-  std::optional<double> half_width;  // from kMinIntervalBatches on
+  std::optional<ErrorInterval> interval;  // from kMinIntervalBatches on
+  double gain = 1;                        // relmse over that of independent batches
 };
 
 /// With fewer batches their spread says too little, and there is no interval.
@@ -32,9 +25,9 @@ inline constexpr size_t kMinIntervalBatches = 4;
 
 /// From n >= 2 batches of equally many samples per pixel. `sums[b]` has 3 width rows sums over `samples`
 /// samples each (channels of a pixel together). Batch b is of replicate `replicates[b]`, 0 or 1. If all are
-/// of one, they are taken as independent.
+/// of one, they are taken as independent. `expected_gain`: the gain where the two replicates say little.
 BatchError estimate_batch_error(std::span<const float* const> sums, std::span<const int> replicates,
-                                const PixelLayout& layout, double samples);
+                                const PixelLayout& layout, double samples, double expected_gain = 1);
 
 /// 97.5 % quantile of Student's t with `dof` >= 1 degrees of freedom: half-width of a 95 % interval.
 double student_t_975(int dof);

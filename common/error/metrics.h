@@ -1,5 +1,9 @@
 #pragma once
 // Image metrics against a reference.
+#include <array>
+#include <optional>
+
+#include "common/error/error_curve.h"
 #include "common/image/image.h"
 
 namespace lightmill {
@@ -11,6 +15,7 @@ struct Metrics {
   double mae = 0;
   double flip = 0;        // LDR-FLIP mean, after sRGB tone curve; Andersson et al. 2020
   double mean_ratio = 1;  // mean(I) / mean(R) over pixels and channels
+  std::array<std::optional<double>, kBoxSides.size()> relmse_of_boxes;  // BoxError::true_relmse
 };
 
 /// `mean_ratio` is infinite if only the reference is black. Throws Error(kUsage) if the sizes differ and

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/error/checkpoints.h"
+#include "common/error/error_estimate.h"
 #include "coordinator/farm/job_progress.h"
 #include "coordinator/farm/sharing/film_bytes.h"
 

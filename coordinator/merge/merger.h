@@ -13,7 +13,7 @@
 #include <string>
 
 #include "common/base/ids.h"
-#include "common/error/error_curve.h"
+#include "common/error/batch_film.h"
 #include "common/film/film.h"
 #include "common/job/settings.h"
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/error/error_curve.h"
+#include "common/film/partial.h"
 #include "common/image/image.h"
 #include "common/job/pilot_report.h"
 

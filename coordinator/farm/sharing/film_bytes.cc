@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/error/error_curve.h"
+#include "common/error/batch_film.h"
 #include "common/film/aov_layers.h"
 
 namespace lightmill {
@@ -11,7 +11,8 @@ namespace {
 constexpr double kFixedBytes = 1 << 20;
 constexpr double kBytesPerReferencePixel = 3 * sizeof(float);
 constexpr double kBytesPerTrackedPixel = 3 * sizeof(float);  // of each batch
-constexpr double kBytesPerSplatPixel = 12;                   // encoded: 10 to 14
+constexpr double kPixelsPerBox = TrackedPixels::kBoxSide * TrackedPixels::kBoxSide;
+constexpr double kBytesPerSplatPixel = 12;  // encoded: 10 to 14
 
 }  // namespace
 
@@ -29,7 +30,7 @@ double film_bytes(const RenderSettings& settings) {
       std::min<double>(static_cast<double>(superblocks), static_cast<double>(BatchFilm::kMaxBatches));
   const double tracked = std::min<double>(pixels, static_cast<double>(BatchFilm::kMaxTrackedPixels));
   return kFixedBytes + pixels * (sums * static_cast<double>(sizeof(ExactRgb)) + kBytesPerReferencePixel) +
-         tracked * batches * kBytesPerTrackedPixel;
+         (tracked + (pixels > tracked ? pixels / kPixelsPerBox : 0)) * batches * kBytesPerTrackedPixel;
 }
 
 double splat_layer_bytes(const RenderSettings& settings) {

@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "common/base/error.h"
-#include "common/error/error_curve.h"
+#include "common/error/batch_film.h"
 #include "common/film/film.h"
 #include "common/film/partial_decoder.h"
 #include "common/scene/load.h"

@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "common/error/checkpoints.h"
-#include "common/error/error_curve.h"
+#include "common/error/batch_film.h"
 #include "tests/bench/render/bench_scene.h"
 
 namespace {

@@ -45,13 +45,21 @@ int main(int argc, char** argv) {
   for (const ErrorScene& scene : error_scenes(side, gaussian)) {
     if (!only.empty() && scene.name != only) continue;
     const CoverageResult result = measure_coverage(scene, runs, superblocks, needed, threads, first_seed);
-    std::printf("%s\n  batches    spp  covered    bias  half-width\n", scene.name.c_str());
+    std::printf(
+        "%s: of pixels, and of boxes of 4, 16 and 32\n  batches    spp  (covered    bias  half-width)\n",
+        scene.name.c_str());
     for (const CheckpointCoverage& c : result.checkpoints) {
-      if (c.runs == 0) continue;
-      const double share = static_cast<double>(c.covered) / c.runs;
-      good = good && share >= 0.9;
-      std::printf("  %7d %6lld  %5.1f %%  %+6.3f  %6.3f\n", c.batches, static_cast<long long>(c.spp),
-                  100 * share, c.bias, c.width);
+      if (c.pixels.runs == 0) continue;
+      std::printf("  %7d %6lld", c.batches, static_cast<long long>(c.spp));
+      const auto print = [&](const Coverage& of) {
+        if (of.runs == 0) return;
+        const double share = static_cast<double>(of.covered) / of.runs;
+        good = good && share >= 0.9;
+        std::printf("   %5.1f %%  %+6.3f  %6.3f", 100 * share, of.bias, of.width);
+      };
+      print(c.pixels);
+      for (const Coverage& boxes : c.boxes) print(boxes);
+      std::printf("\n");
     }
     const StopRule& s = result.stop;
     std::printf(

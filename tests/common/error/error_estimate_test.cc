@@ -54,9 +54,10 @@ TEST(ErrorEstimate, TheTransposedImageHasTheSameError) {
     const Batches batches = rare_events(300, 20, count);
     const BatchError error = batches.error(), transposed = batches.transposed().error();
     EXPECT_NEAR(transposed.relmse, error.relmse, 1e-7 * error.relmse) << count;
-    ASSERT_EQ(transposed.half_width.has_value(), error.half_width.has_value()) << count;
-    if (error.half_width) {
-      EXPECT_NEAR(*transposed.half_width, *error.half_width, 1e-5 * *error.half_width) << count;
+    ASSERT_EQ(transposed.interval.has_value(), error.interval.has_value()) << count;
+    if (error.interval) {
+      EXPECT_NEAR(transposed.interval->low, error.interval->low, 1e-5 * error.relmse) << count;
+      EXPECT_NEAR(transposed.interval->high, error.interval->high, 1e-5 * error.interval->high) << count;
     }
   }
 }

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "common/error/error_curve.h"
+#include "common/error/batch_film.h"
 #include "common/film/film.h"
 #include "tests/common/film/test_partials.h"
 

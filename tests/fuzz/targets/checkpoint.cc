@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "common/base/error.h"
-#include "common/error/error_curve.h"
+#include "common/error/batch_film.h"
 #include "common/film/film.h"
 #include "common/film/packing.h"
 

@@ -4,9 +4,10 @@
 #include <atomic>
 #include <thread>
 
+#include "common/error/batch_film.h"
 #include "common/error/checkpoints.h"
-#include "common/error/error_curve.h"
 #include "common/film/film.h"
+#include "common/image/box_means.h"
 
 namespace lightmill::test {
 namespace {
@@ -51,46 +52,74 @@ std::vector<Run> render_runs(const ErrorScene& scene, int runs, int64_t superblo
   return result;
 }
 
+/// relMSE against the mean of the other runs' last images, `total` less the run's own `last`.
+double relmse_beside(const Image& image, const Image& last, const Image& total, size_t runs) {
+  const auto others = static_cast<double>(runs - 1);
+  double sum = 0;
+  for (size_t i = 0; i < total.data.size(); ++i) {
+    const double r = (static_cast<double>(total.data[i]) - static_cast<double>(last.data[i])) / others;
+    const double d = static_cast<double>(image.data[i]) - r;
+    sum += d * d / (r * r + 1e-2);
+  }
+  return sum / static_cast<double>(total.data.size());
+}
+
 /// Fills true_relmse of every point. The reference of a run is the mean of the others' last images; its noise
 /// adds N/((runs - 1) N_last) to the error of N samples in the mean, which is taken off.
 void judge(std::vector<Run>* runs) {
-  std::vector<double> total(runs->front().images.back().data.size());
-  for (const Run& run : *runs) {
-    for (size_t i = 0; i < total.size(); ++i) total[i] += static_cast<double>(run.images.back().data[i]);
+  Image total = runs->front().images.back();
+  for (size_t k = 1; k < runs->size(); ++k) {
+    for (size_t i = 0; i < total.data.size(); ++i) total.data[i] += (*runs)[k].images.back().data[i];
   }
-  const auto others = static_cast<double>(runs->size() - 1);
   for (Run& run : *runs) {
     for (size_t k = 0; k < run.points.size(); ++k) {
-      double sum = 0;
-      for (size_t i = 0; i < total.size(); ++i) {
-        const double r = (total[i] - static_cast<double>(run.images.back().data[i])) / others;
-        const double d = static_cast<double>(run.images[k].data[i]) - r;
-        sum += d * d / (r * r + 1e-2);
+      ErrorPoint& point = run.points[k];
+      const Image &image = run.images[k], &last = run.images.back();
+      const double noise = 1 + point.spp / (static_cast<double>(runs->size() - 1) * run.points.back().spp);
+      point.true_relmse = relmse_beside(image, last, total, runs->size()) / noise;
+      for (size_t b = 0; b < kBoxSides.size(); ++b) {
+        const int side = kBoxSides[b];
+        const Image boxes = box_means(image, side);
+        if (boxes.data.empty()) continue;
+        point.boxes[b].true_relmse =
+            relmse_beside(boxes, box_means(last, side), box_means(total, side), runs->size()) * side * side /
+            noise;
       }
-      const double noise = run.points[k].spp / (others * run.points.back().spp);
-      run.points[k].true_relmse = sum / static_cast<double>(total.size()) / (1 + noise);
     }
   }
 }
 
-CheckpointCoverage coverage_at(const std::vector<Run>& runs, size_t k) {
-  CheckpointCoverage c;
+Coverage coverage_of(const std::vector<BoxError>& errors) {
+  Coverage c;
   double estimate = 0, truth = 0, width = 0;
-  for (const Run& run : runs) {
-    const ErrorPoint& p = run.points[k];
-    c.spp = static_cast<int64_t>(p.spp);
-    c.batches = p.batches;
-    estimate += p.relmse.value_or(0);
-    truth += *p.true_relmse;
-    if (!p.relmse_low) continue;
+  for (const BoxError& e : errors) {
+    estimate += e.relmse.value_or(0);
+    truth += e.true_relmse.value_or(0);
+    if (!e.relmse_low) continue;
     ++c.runs;
-    c.covered += *p.relmse_low <= *p.true_relmse && *p.true_relmse <= *p.relmse_high;
-    width += *p.relmse_high - *p.relmse;
+    c.covered += *e.relmse_low <= *e.true_relmse && *e.true_relmse <= *e.relmse_high;
+    width += *e.relmse_high - *e.relmse;
   }
   if (estimate > 0) {
     c.bias = estimate / truth - 1;
     c.width = width / estimate;
   }
+  return c;
+}
+
+CheckpointCoverage coverage_at(const std::vector<Run>& runs, size_t k) {
+  CheckpointCoverage c;
+  std::vector<BoxError> pixels;
+  std::array<std::vector<BoxError>, kBoxSides.size()> boxes;
+  for (const Run& run : runs) {
+    const ErrorPoint& p = run.points[k];
+    c.spp = static_cast<int64_t>(p.spp);
+    c.batches = p.batches;
+    pixels.push_back({p.relmse, p.relmse_low, p.relmse_high, p.true_relmse});
+    for (size_t b = 0; b < boxes.size(); ++b) boxes[b].push_back(p.boxes[b]);
+  }
+  c.pixels = coverage_of(pixels);
+  for (size_t b = 0; b < boxes.size(); ++b) c.boxes[b] = coverage_of(boxes[b]);
   return c;
 }
 

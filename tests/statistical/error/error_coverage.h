@@ -1,20 +1,27 @@
 #pragma once
 // Whether error estimates keep their promises: repeated runs of a scene, each judged against all the others.
+#include <array>
 #include <string>
 #include <vector>
 
+#include "common/error/error_curve.h"
 #include "tests/statistical/error/error_scenes.h"
 
 namespace lightmill::test {
 
-/// What the estimate was worth at one checkpoint, over all runs. True errors are those of the run's own image
-/// against the mean of all other runs at their ends.
+/// What an estimate was worth, over all runs. True errors are those of the run's own image against the mean
+/// of all other runs at their ends.
+struct Coverage {
+  int runs = 0, covered = 0;  // runs with an interval, and those of them whose interval holds the true error
+  double bias = 0;            // mean estimate / mean true error - 1
+  double width = 0;           // mean upper half of the interval / mean estimate
+};
+
 struct CheckpointCoverage {
   int64_t spp = 0;
   int batches = 0;
-  int runs = 0, covered = 0;  // runs with an interval, and those of them whose interval holds the true error
-  double bias = 0;            // mean estimate / mean true error - 1
-  double width = 0;           // mean half-width of the interval / mean estimate
+  Coverage pixels;
+  std::array<Coverage, kBoxSides.size()> boxes;  // empty where no box fits
 };
 
 /// --target-error E, where E is the mean true error at `needed` spp: every run stops at its first checkpoint

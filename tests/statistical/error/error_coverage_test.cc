@@ -20,7 +20,7 @@ constexpr int64_t kSuperblocks = 14;
 constexpr int64_t kNeeded = 8;
 
 TEST(ErrorCoverage, IntervalsHoldAndTargetsAreKept) {
-  std::map<int, CheckpointCoverage> by_batches;
+  std::map<int, Coverage> by_batches;
   std::vector<double> medians;
   int runs = 0, kept = 0;
   for (const ErrorScene& scene : error_scenes(24)) {
@@ -28,15 +28,15 @@ TEST(ErrorCoverage, IntervalsHoldAndTargetsAreKept) {
     const CoverageResult result = measure_coverage(scene, kRuns, kSuperblocks, kNeeded, 1);
     for (const CheckpointCoverage& c : result.checkpoints) {
       if (c.batches < 4) {
-        EXPECT_EQ(c.runs, 0) << "no interval is claimed";
+        EXPECT_EQ(c.pixels.runs, 0) << "no interval is claimed";
         continue;
       }
-      EXPECT_EQ(c.runs, kRuns);
-      CheckpointCoverage& sum = by_batches[c.batches];
-      sum.runs += c.runs;
-      sum.covered += c.covered;
+      EXPECT_EQ(c.pixels.runs, kRuns);
+      Coverage& sum = by_batches[c.batches];
+      sum.runs += c.pixels.runs;
+      sum.covered += c.pixels.covered;
       // One scene alone: 10 runs at 95 % leave 4 or fewer outside in 99.99 %.
-      EXPECT_GE(c.covered, 6) << c.batches << " batches";
+      EXPECT_GE(c.pixels.covered, 6) << c.batches << " batches";
     }
     runs += result.stop.runs;
     kept += result.stop.kept;
