@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
+#include "common/error/box_figures.h"
 
 namespace lightmill {
 
@@ -12,7 +13,7 @@ using Json = nlohmann::json;
 
 Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 
-std::optional<double> optional_number(const Json& point, const char* key) {
+std::optional<double> optional_number(const Json& point, const std::string& key) {
   const auto it = point.find(key);
   if (it == point.end() || it->is_null()) return std::nullopt;
   return it->get<double>();
@@ -33,6 +34,8 @@ std::string curve_to_json(const ErrorCurve& curve) {
                       {"true_relmse", optional_json(p.true_relmse)},
                       {"true_relmse_trimmed", optional_json(p.true_relmse_trimmed)},
                       {"true_flip", optional_json(p.true_flip)}});
+    for (const BoxFigure& figure : box_figures())
+      points.back()[figure.name] = optional_json(figure.of(p.boxes));
   }
   const Json json = {{"job_name", curve.job_name}, {"points", points}};
   // A name that is not UTF-8 shows as replacement characters; it must not lose the curve.
@@ -56,6 +59,7 @@ ErrorCurve curve_from_json(const std::string& text) {
       p.true_relmse = optional_number(point, "true_relmse");
       p.true_relmse_trimmed = optional_number(point, "true_relmse_trimmed");
       p.true_flip = optional_number(point, "true_flip");
+      for (const BoxFigure& figure : box_figures()) figure.of(p.boxes) = optional_number(point, figure.name);
       curve.points.push_back(p);
     }
     return curve;

@@ -21,6 +21,8 @@ struct BoxError {
   bool operator==(const BoxError&) const = default;
 };
 
+using BoxErrors = std::array<BoxError, kBoxSides.size()>;
+
 struct ErrorPoint {
   double wall_seconds = 0;
   double cpu_seconds = 0;
@@ -30,7 +32,7 @@ struct ErrorPoint {
   int batches = 0;
   // Only with a reference image:
   std::optional<double> true_relmse, true_relmse_trimmed, true_flip;
-  std::array<BoxError, kBoxSides.size()> boxes = {};
+  BoxErrors boxes = {};
 };
 
 /// The rule of --target-error: the upper end of the interval is below the target (0: none). Applied at

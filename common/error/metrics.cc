@@ -7,12 +7,25 @@
 #include "common/base/error.h"
 #include "common/error/error_weights.h"
 #include "common/error/flip.h"
+#include "common/image/box_means.h"
 
 namespace lightmill {
 
 namespace {
 
 constexpr size_t kTrimOneIn = 1000;  // the trimmed relMSE leaves out 0.1 % of the pixels
+
+/// One of Metrics::relmse_of_boxes.
+std::optional<double> compare_boxes(const Image& image, const Image& reference, int side) {
+  const Image means = box_means(image, side), truth = box_means(reference, side);
+  if (means.data.empty()) return std::nullopt;
+  double sum = 0;
+  for (size_t i = 0; i < means.data.size(); ++i) {
+    const double r = truth.data[i], d = means.data[i] - r;
+    sum += d * d / (r * r + kRelMseEpsilon);
+  }
+  return sum / static_cast<double>(means.data.size()) * side * side;
+}
 
 }  // namespace
 
@@ -63,6 +76,8 @@ Metrics compare_images(const Image& image, const Image& reference) {
                    pixel_error.end());
   for (size_t i = 0; i < kept; ++i) m.relmse_trimmed += pixel_error[i] / static_cast<double>(3 * kept);
   m.flip = flip_mean(image, reference);
+  for (size_t i = 0; i < kBoxSides.size(); ++i)
+    m.relmse_of_boxes[i] = compare_boxes(image, reference, kBoxSides[i]);
   return m;
 }
 

@@ -17,6 +17,7 @@ void measure_errors(const Merger::Open& layers, ErrorPoint* point) {
   point->true_relmse = metrics.relmse;
   point->true_relmse_trimmed = metrics.relmse_trimmed;
   point->true_flip = metrics.flip;
+  for (size_t i = 0; i < kBoxSides.size(); ++i) point->boxes[i].true_relmse = metrics.relmse_of_boxes[i];
 }
 
 }  // namespace

@@ -33,10 +33,35 @@ TEST(ErrorCurve, JsonRoundTripsWithUnknownValues) {
   EXPECT_EQ(curve_to_json(back), curve_to_json(curve));
 }
 
+TEST(ErrorCurve, JsonRoundTripsWithFiguresOfBoxes) {
+  ErrorCurve curve;
+  curve.points.emplace_back();
+  curve.points[0].boxes = {BoxError{0.1, 0.05, 0.2, 0.15}, BoxError{0.3, {}, {}, {}}, BoxError{}};
+  const std::string text = curve_to_json(curve);
+  for (const char* part :
+       {R"("relmse_4":0.1)", R"("relmse_4_low":0.05)", R"("relmse_4_high":0.2)", R"("true_relmse_4":0.15)",
+        R"("relmse_16":0.3)", R"("relmse_16_low":null)", R"("true_relmse_16":null)", R"("relmse_32":null)"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part;
+  }
+  const ErrorCurve back = curve_from_json(text);
+  ASSERT_EQ(back.points.size(), 1u);
+  EXPECT_EQ(back.points[0].boxes, curve.points[0].boxes);
+}
+
+TEST(ErrorCurve, JsonOfOlderVersionsHasNoFiguresOfBoxes) {
+  const ErrorCurve curve = curve_from_json(
+      R"({"job_name":"a","points":[{"wall_seconds":1,"cpu_seconds":2,"spp":16,"relmse":0.5,"batches":2}]})");
+  ASSERT_EQ(curve.points.size(), 1u);
+  EXPECT_EQ(curve.points[0].relmse, 0.5);
+  EXPECT_EQ(curve.points[0].boxes, BoxErrors());
+}
+
 TEST(ErrorCurve, MalformedJsonIsAnError) {
-  for (const char* text :
-       {"", "{", "[]", "{}", R"({"job_name":1,"points":[]})", R"({"job_name":"a","points":[1]})",
-        R"({"job_name":"a","points":[{"wall_seconds":"x"}]})"}) {
+  for (
+      const char* text :
+      {"", "{", "[]", "{}", R"({"job_name":1,"points":[]})", R"({"job_name":"a","points":[1]})",
+       R"({"job_name":"a","points":[{"wall_seconds":"x"}]})",
+       R"({"job_name":"a","points":[{"wall_seconds":1,"cpu_seconds":2,"spp":1,"batches":2,"relmse_4":"x"}]})"}) {
     EXPECT_THROW(curve_from_json(text), Error) << text;
   }
 }

@@ -67,6 +67,54 @@ TEST(Metrics, TrimmingDropsExactlyTheWorstPixels) {
   EXPECT_NEAR(compare_images(image, reference).relmse_trimmed, usual + 100 / 1.01 / 3 / 1998, 1e-4);
 }
 
+TEST(Metrics, BoxesOfACheckerboardHaveNoError) {
+  // The errors of a box add up to nothing, those of a pixel are all the same.
+  Image image(40, 33);
+  for (int y = 0; y < 33; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      for (int c = 0; c < 3; ++c) image.pixel(x, y)[c] = (x + y) % 2 ? 1.25f : 0.75f;
+    }
+  }
+  const Metrics m = compare_images(image, constant(40, 33, 1, 1, 1));
+  EXPECT_NEAR(m.relmse, 0.0625 / 1.01, 1e-12);
+  for (const auto& boxes : m.relmse_of_boxes) EXPECT_EQ(boxes, 0);
+}
+
+TEST(Metrics, BoxesMatchHandComputedNumbers) {
+  const Image reference = constant(37, 40, 1, 0.5f, 0);
+  Image image = reference;
+  // The first box of each side is off by 1 in all; what lies right of 36 columns is in no box.
+  image.pixel(3, 3)[0] += 1;
+  image.pixel(36, 0)[0] = 1000;
+  const Metrics m = compare_images(image, reference);
+  const double boxes[] = {9.0 * 10, 2.0 * 2, 1};
+  for (size_t i = 0; i < kBoxSides.size(); ++i) {
+    const double pixels = kBoxSides[i] * kBoxSides[i];
+    ASSERT_TRUE(m.relmse_of_boxes[i]);
+    EXPECT_NEAR(*m.relmse_of_boxes[i], 1 / (pixels * pixels) / 1.01 / (3 * boxes[i]) * pixels, 1e-9) << i;
+  }
+}
+
+TEST(Metrics, ErrorOfWholeBoxesGrowsWithTheBox) {
+  // A constant offset is the same at every scale before it is multiplied by the pixels of a box.
+  const Metrics m = compare_images(constant(32, 32, 1.5f, 1.5f, 1.5f), constant(32, 32, 1, 1, 1));
+  for (size_t i = 0; i < kBoxSides.size(); ++i)
+    EXPECT_NEAR(*m.relmse_of_boxes[i], m.relmse * kBoxSides[i] * kBoxSides[i], 1e-9);
+}
+
+TEST(Metrics, WhiteNoiseHasTheSameErrorAtEveryScale) {
+  const Metrics m = compare_images(noisy(512, 512, 1, 0.1f, 3), constant(512, 512, 1, 1, 1));
+  // 3 * 16^2 boxes at 32 pixels: the mean of as many squares is known to 5 %.
+  for (const auto& boxes : m.relmse_of_boxes) EXPECT_NEAR(*boxes / m.relmse, 1, 0.15);
+}
+
+TEST(Metrics, BoxesThatDoNotFitHaveNoError) {
+  const Metrics m = compare_images(constant(40, 15, 1, 1, 1), constant(40, 15, 1, 1, 1));
+  EXPECT_EQ(m.relmse_of_boxes[0], 0);
+  EXPECT_EQ(m.relmse_of_boxes[1], std::nullopt);
+  EXPECT_EQ(m.relmse_of_boxes[2], std::nullopt);
+}
+
 TEST(Metrics, RefusesOtherSizesAndNonFiniteValues) {
   const Image image = constant(4, 4, 1, 1, 1);
   try {

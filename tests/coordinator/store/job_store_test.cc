@@ -182,6 +182,7 @@ TEST_P(Stores, KeepCurveReferenceAndNumbers) {
   store->add_point(JobId{"j1"}, point);
   point.spp = 8;
   point.relmse = 0.25;
+  point.boxes[1] = {0.5, 0.25, 1, 0.75};
   store->add_point(JobId{"j1"}, point);
   EXPECT_EQ(store->next_number("worker"), 1);
   EXPECT_EQ(store->next_number("worker"), 2);
@@ -194,6 +195,7 @@ TEST_P(Stores, KeepCurveReferenceAndNumbers) {
   ASSERT_EQ(curve.size(), 2u);
   EXPECT_EQ(curve[0].spp, 4);
   EXPECT_EQ(curve[1].relmse, 0.25);
+  EXPECT_EQ(curve[1].boxes, point.boxes);
 }
 
 TEST_P(Stores, GoOnAfterAProbe) {
