@@ -8,6 +8,7 @@
 
 #include "common/base/error.h"
 #include "common/base/ids.h"
+#include "common/error/error_curve.h"
 #include "common/film/partial.h"
 #include "common/image/image.h"
 #include "common/job/settings.h"
@@ -60,6 +61,7 @@ struct JobStatus {
   double samples_per_second = 0;  // recent
   double eta_seconds = -1;        // -1: unknown
   std::optional<double> relmse, relmse_low, relmse_high;  // last point of the curve
+  BoxErrors boxes;                                        // of that point
   RenderCounters counters;
   std::vector<std::string> missing_light;  // what light the image will lack, a line each, for people
   int workers = 0;                         // with a lease on this job

@@ -1,5 +1,6 @@
 #include "common/rpc/convert.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/base/digest.h"
@@ -84,6 +85,34 @@ void set_if(const std::optional<double>& value, auto&& setter) {
 }
 std::optional<double> get_if(bool has, double value) { return has ? std::optional(value) : std::nullopt; }
 
+using RepeatedBoxes = google::protobuf::RepeatedPtrField<v1::BoxError>;
+
+void boxes_to_proto(const BoxErrors& boxes, RepeatedBoxes* messages) {
+  for (size_t i = 0; i < boxes.size(); ++i) {
+    const BoxError& box = boxes[i];
+    if (box == BoxError{}) continue;
+    v1::BoxError& m = *messages->Add();
+    m.set_side(kBoxSides[i]);
+    set_if(box.relmse, [&](double v) { m.set_relmse(v); });
+    set_if(box.relmse_low, [&](double v) { m.set_relmse_low(v); });
+    set_if(box.relmse_high, [&](double v) { m.set_relmse_high(v); });
+    set_if(box.true_relmse, [&](double v) { m.set_true_relmse(v); });
+  }
+}
+/// Sides that are unknown here are left out: a newer peer may have more. Of several of one side the last
+/// counts.
+BoxErrors boxes_from_proto(const RepeatedBoxes& messages) {
+  BoxErrors boxes;
+  for (const v1::BoxError& m : messages) {
+    const auto side = std::find(kBoxSides.begin(), kBoxSides.end(), m.side());
+    if (side == kBoxSides.end()) continue;
+    boxes[static_cast<size_t>(side - kBoxSides.begin())] = {
+        get_if(m.has_relmse(), m.relmse()), get_if(m.has_relmse_low(), m.relmse_low()),
+        get_if(m.has_relmse_high(), m.relmse_high()), get_if(m.has_true_relmse(), m.true_relmse())};
+  }
+  return boxes;
+}
+
 }  // namespace
 
 v1::JobState to_proto(JobState state) { return wire_of(kJobStates, state, "job state"); }
@@ -118,6 +147,7 @@ v1::JobStatus to_proto(const JobStatus& s) {
   set_if(s.relmse, [&](double v) { m.set_relmse(v); });
   set_if(s.relmse_low, [&](double v) { m.set_relmse_low(v); });
   set_if(s.relmse_high, [&](double v) { m.set_relmse_high(v); });
+  boxes_to_proto(s.boxes, m.mutable_boxes());
   *m.mutable_counters() = counters_to_proto(s.counters);
   for (const std::string& line : s.missing_light) m.add_missing_light(line);
   m.set_workers(s.workers);
@@ -152,6 +182,7 @@ JobStatus from_proto(const v1::JobStatus& m) {
   s.relmse = get_if(m.has_relmse(), m.relmse());
   s.relmse_low = get_if(m.has_relmse_low(), m.relmse_low());
   s.relmse_high = get_if(m.has_relmse_high(), m.relmse_high());
+  s.boxes = boxes_from_proto(m.boxes());
   s.counters = counters_from_proto(m.counters());
   s.missing_light.assign(m.missing_light().begin(), m.missing_light().end());
   s.workers = m.workers();
@@ -299,6 +330,7 @@ v1::ErrorCurve to_proto(const ErrorCurve& curve) {
     set_if(p.true_relmse, [&](double v) { q.set_true_relmse(v); });
     set_if(p.true_relmse_trimmed, [&](double v) { q.set_true_relmse_trimmed(v); });
     set_if(p.true_flip, [&](double v) { q.set_true_flip(v); });
+    boxes_to_proto(p.boxes, q.mutable_boxes());
   }
   return m;
 }
@@ -318,6 +350,7 @@ ErrorCurve from_proto(const v1::ErrorCurve& m) {
     p.true_relmse = get_if(q.has_true_relmse(), q.true_relmse());
     p.true_relmse_trimmed = get_if(q.has_true_relmse_trimmed(), q.true_relmse_trimmed());
     p.true_flip = get_if(q.has_true_flip(), q.true_flip());
+    p.boxes = boxes_from_proto(q.boxes());
     curve.points.push_back(p);
   }
   return curve;

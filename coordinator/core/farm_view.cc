@@ -84,6 +84,7 @@ JobStatus FarmView::status(const Job& job, double now) const {
     s.relmse = job.last_estimate->relmse;
     s.relmse_low = job.last_estimate->relmse_low;
     s.relmse_high = job.last_estimate->relmse_high;
+    s.boxes = job.last_estimate->boxes;
   }
   s.workers = job.tiles.workers();
   s.version = job.version;

@@ -22,6 +22,7 @@ TEST(Convert, JobStatusRoundTrip) {
   s.leases_reassigned = 2;
   s.commit_bytes = uint64_t{5} << 33;
   s.relmse = 0.5;
+  s.boxes = {BoxError{0.5, 0.25, 1, 0.75}, BoxError{}, BoxError{2, {}, {}, {}}};
   s.counters.nonfinite = 3;
   s.counters.shadow_rays = 9;
   s.missing_light = {"a tenth", "and more"};
@@ -35,6 +36,7 @@ TEST(Convert, JobStatusRoundTrip) {
   EXPECT_EQ(back.packets_total, 6);
   EXPECT_EQ(back.relmse, s.relmse);
   EXPECT_EQ(back.relmse_low, std::nullopt);
+  EXPECT_EQ(back.boxes, s.boxes);
   EXPECT_EQ(back.counters, s.counters);
   EXPECT_EQ(back.missing_light, s.missing_light);
   EXPECT_EQ(back.version, 77u);
@@ -118,6 +120,7 @@ TEST(Convert, CurveRoundTrip) {
   point.relmse_high = 2;
   point.true_flip = 0.5;
   point.batches = 17;
+  point.boxes = {BoxError{}, BoxError{0.5, 0.25, 1, 0.75}, BoxError{{}, {}, {}, 2}};
   curve.points = {point, {}};
   const ErrorCurve back = from_proto(to_proto(curve));
   ASSERT_EQ(back.points.size(), 2u);
@@ -125,6 +128,25 @@ TEST(Convert, CurveRoundTrip) {
   EXPECT_EQ(back.points[0].relmse, std::nullopt);
   EXPECT_EQ(back.points[0].true_flip, 0.5);
   EXPECT_EQ(back.points[0].batches, 17);
+  EXPECT_EQ(back.points[0].boxes, point.boxes);
+  EXPECT_EQ(back.points[1].boxes, BoxErrors());
+}
+
+TEST(Convert, BoxesOfStrangersAreTakenByTheirSides) {
+  JobStatus status;
+  status.settings.grid = {640, 480, {0, 0, 640, 480}};
+  v1::JobStatus message = to_proto(status);
+  EXPECT_EQ(message.boxes_size(), 0) << "what is unknown is not sent";
+  for (const int side : {32, 4, 0, -4, 64, 2147483647}) {
+    v1::BoxError& box = *message.add_boxes();
+    box.set_side(side);
+    box.set_relmse(side);
+  }
+  const BoxErrors expected = {BoxError{4, {}, {}, {}}, BoxError{}, BoxError{32, {}, {}, {}}};
+  EXPECT_EQ(from_proto(message).boxes, expected);
+  for (int i = 0; i < 1000; ++i) *message.add_boxes() = message.boxes(1);
+  EXPECT_EQ(from_proto(message).boxes, expected) << "of many of a side one counts";
+  EXPECT_EQ(to_proto(from_proto(message)).boxes_size(), 2);
 }
 
 TEST(Convert, OutOfRangeIsRefused) {

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "common/error/checkpoints.h"
+#include "common/error/metrics.h"
 #include "coordinator/core/farm.h"
 #include "tests/coordinator/core/farm_fixture.h"
 
@@ -192,6 +193,12 @@ TEST_F(JobLife, CurveHasGeometricPointsAndTrueErrors) {
   EXPECT_EQ(last.batches, 20);
   EXPECT_NEAR(*last.true_relmse / *last.relmse, 1.0, 0.4);
   EXPECT_LT(*last.true_relmse, *curve.points[0].true_relmse);
+  const Metrics metrics = compare_images(farm.image(job), request.reference);
+  for (size_t i = 0; i < kBoxSides.size(); ++i) {
+    ASSERT_TRUE(last.boxes[i].true_relmse);
+    EXPECT_EQ(last.boxes[i].true_relmse, metrics.relmse_of_boxes[i]);
+  }
+  EXPECT_EQ(farm.job(job).boxes, last.boxes);
   JobRequest wrong = small_job(32, 64, 320);
   wrong.reference = request.reference;
   EXPECT_THAT(error_of([&] { farm.submit(wrong); }), HasSubstr("reference"));
