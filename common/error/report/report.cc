@@ -7,29 +7,40 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
+#include "common/error/box_figures.h"
 #include "common/error/report/pilot_section.h"
 #include "common/error/report/report_files.h"
 #include "common/error/report/report_text.h"
+#include "common/error/report/scales_section.h"
 
 namespace lightmill {
 
 namespace {
 
-constexpr const char* kCsvHeader =
+/// The columns that version 0.1 had; those of box_figures() follow them.
+constexpr const char* kOlderCsvHeader =
     "wall_s,cpu_s,spp,relmse,relmse_low,relmse_high,batches,true_relmse,true_relmse_trimmed,true_flip";
-constexpr size_t kCsvColumns = 10;
+constexpr size_t kOlderCsvColumns = 10;
+
+std::string csv_header() {
+  std::string header = kOlderCsvHeader;
+  for (const BoxFigure& figure : box_figures()) header += "," + figure.name;
+  return header;
+}
 
 std::string cell(const std::optional<double>& value) { return value ? exact_number(*value) : ""; }
 
 }  // namespace
 
 std::string error_csv(const ErrorCurve& curve) {
-  std::string csv = std::string(kCsvHeader) + "\n";
+  std::string csv = csv_header() + "\n";
   for (const ErrorPoint& p : curve.points) {
     csv += exact_number(p.wall_seconds) + "," + exact_number(p.cpu_seconds) + "," + exact_number(p.spp) +
            "," + cell(p.relmse) + "," + cell(p.relmse_low) + "," + cell(p.relmse_high) + "," +
            std::to_string(p.batches) + "," + cell(p.true_relmse) + "," + cell(p.true_relmse_trimmed) + "," +
-           cell(p.true_flip) + "\n";
+           cell(p.true_flip);
+    for (const BoxFigure& figure : box_figures()) csv += "," + cell(figure.of(p.boxes));
+    csv += "\n";
   }
   return csv;
 }
@@ -38,16 +49,6 @@ namespace {
 
 std::string row(const std::string& name, const std::string& value) {
   return "<tr><th scope=\"row\">" + escape_markup(name) + "</th><td>" + escape_markup(value) + "</td></tr>\n";
-}
-
-std::string interval_text(const ErrorPoint& p, double factor) {
-  if (!p.relmse) return "unknown (needs 2 batches of 16 spp)";
-  std::string s = short_number(*p.relmse * factor);
-  if (p.relmse_low && p.relmse_high) {
-    s += " (95 %: " + short_number(*p.relmse_low * factor) + " to " + short_number(*p.relmse_high * factor) +
-         ")";
-  }
-  return s;
 }
 
 /// The settings as rows "a.b = value"; text that is not JSON is shown as it is.
@@ -75,7 +76,8 @@ std::string result_rows(const ErrorPoint& p, const ReportInfo& info, const Image
     rows += row("samples per second", short_number(samples / p.wall_seconds, 4));
     if (p.cpu_seconds > 0) rows += row("samples per CPU second", short_number(samples / p.cpu_seconds, 4));
   }
-  rows += row("estimated relMSE now", interval_text(p, 1));
+  rows += row("estimated relMSE now", p.relmse ? interval_text(p.relmse, p.relmse_low, p.relmse_high)
+                                               : "unknown (needs 2 batches of 16 spp)");
   rows += row("independent batches", std::to_string(p.batches));
   if (p.true_relmse) rows += row("relMSE against the reference", short_number(*p.true_relmse));
   if (p.true_relmse_trimmed) {
@@ -101,7 +103,7 @@ std::string curve_rows(const ErrorCurve& curve) {
   for (const ErrorPoint& p : curve.points) {
     html += "<tr><td>" + short_duration(p.wall_seconds) + "</td><td>" + short_duration(p.cpu_seconds) +
             "</td><td>" + short_number(p.spp, 6) + "</td><td>" +
-            (p.relmse ? escape_markup(interval_text(p, 1)) : "") + "</td><td>" + number(p.true_relmse) +
+            interval_text(p.relmse, p.relmse_low, p.relmse_high) + "</td><td>" + number(p.true_relmse) +
             "</td><td>" + number(p.true_relmse_trimmed) + "</td><td>" + number(p.true_flip) + "</td></tr>\n";
   }
   return html + "</table>\n";
@@ -114,6 +116,7 @@ std::string make_html(const ReportInfo& info, const ErrorCurve& curve, const Ima
           std::to_string(image.height) + "\" src=\"data:image/png;base64," + base64(encode_png(image)) +
           "\"></figure>\n";
   html += "<h2>Result</h2>\n<table>\n" + result_rows(now, info, image) + "</table>\n";
+  html += scales_section(now);
   html += "<h2>What more time buys</h2>\n" + curve_statements(curve);
   html += "<h2>Error against run time</h2>\n<figure>" + error_svg({curve}) +
           "<figcaption>relMSE = mean of (I−R)²/(R²+0.01) over pixels and channels. The estimate comes from "
@@ -144,13 +147,16 @@ ErrorCurve read_report_csv(const std::string& path) {
     throw Error(ErrorKind::kFailed, path + ": can't read the report's curve; is this a report folder?");
   ErrorCurve curve;
   std::string text;
+  size_t columns = 0;
   for (int line = 1; std::getline(in, text); ++line) {
     const auto fail = [&](const std::string& why) {
       throw Error(ErrorKind::kFailed, path + ":" + std::to_string(line) + ": " + why);
     };
     if (!text.empty() && text.back() == '\r') text.pop_back();
     if (line == 1) {
-      if (text != kCsvHeader) fail(std::string("expected the header \"") + kCsvHeader + "\"");
+      const std::string header = csv_header();
+      if (text != header && text != kOlderCsvHeader) fail("expected the header \"" + header + "\"");
+      columns = kOlderCsvColumns + (text == header ? box_figures().size() : 0);
       continue;
     }
     std::vector<std::optional<double>> cells;
@@ -166,10 +172,11 @@ ErrorCurve read_report_csv(const std::string& path) {
         value = v;
       }
       cells.push_back(value);
-      if (cells.size() > kCsvColumns) fail("more than 10 cells");
+      if (cells.size() > columns) fail("more than " + std::to_string(columns) + " cells");
       begin = end + 1;
     }
-    if (cells.size() != kCsvColumns) fail("expected 10 cells, found " + std::to_string(cells.size()));
+    if (cells.size() != columns)
+      fail("expected " + std::to_string(columns) + " cells, found " + std::to_string(cells.size()));
     if (!cells[0] || !cells[1] || !cells[2] || !cells[6])
       fail("wall_s, cpu_s, spp and batches must not be empty");
     if (*cells[6] < 0 || *cells[6] > 1e9 || *cells[6] != std::floor(*cells[6]))
@@ -185,6 +192,9 @@ ErrorCurve read_report_csv(const std::string& path) {
     p.true_relmse = cells[7];
     p.true_relmse_trimmed = cells[8];
     p.true_flip = cells[9];
+    for (size_t i = kOlderCsvColumns; i < columns; ++i) {
+      box_figures()[i - kOlderCsvColumns].of(p.boxes) = cells[i];
+    }
     curve.points.push_back(p);
   }
   return curve;

@@ -19,6 +19,14 @@ std::string short_number(double value, int digits) {
   return {buffer, end.ptr};
 }
 
+std::string interval_text(const std::optional<double>& value, const std::optional<double>& low,
+                          const std::optional<double>& high) {
+  if (!value) return "";
+  std::string text = short_number(*value);
+  if (low && high) text += " (95 %: " + short_number(*low) + " to " + short_number(*high) + ")";
+  return text;
+}
+
 std::string short_duration(double seconds) {
   if (!std::isfinite(seconds) || seconds < 0) return "unknown";
   char buffer[48];

@@ -1,5 +1,6 @@
 #pragma once
 // Text of the report's files: numbers and markup.
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -9,6 +10,9 @@ namespace lightmill {
 std::string exact_number(double value);
 /// `digits` significant digits, for people: "0.00123", "1.5e-07", "12.3".
 std::string short_number(double value, int digits = 3);
+/// "0.0123 (95 %: 0.0101 to 0.015)", or the value alone, or nothing, as far as they are known.
+std::string interval_text(const std::optional<double>& value, const std::optional<double>& low,
+                          const std::optional<double>& high);
 /// Seconds for people: "0.42 s", "12.3 s", "4 min 05 s", "2 h 10 min".
 std::string short_duration(double seconds);
 /// Escapes & < > " ' for XML and HTML and drops control characters.

@@ -33,6 +33,7 @@ ErrorCurve example_curve() {
     curve.points.push_back({t, 2 * t, 32 * t, 0.1 / t, i == 1 ? 0 : 0.08 / t, i == 1 ? 5 : 0.12 / t, 2 + i,
                             0.11 / t, 0.1 / t, 0.2});
   }
+  curve.points.back().boxes = {BoxError{0.01, 0.005, 0.02, 0.03}, BoxError{0.004, {}, {}, {}}, BoxError{}};
   return curve;
 }
 
@@ -75,6 +76,12 @@ TEST(Report, WritesThreeFilesThatStandAlone) {
   EXPECT_THAT(html, HasSubstr("Missing light:</strong> about &lt;a tenth&gt;."));
   EXPECT_THAT(html, HasSubstr("Another minute"));
   EXPECT_THAT(html, HasSubstr("1/N law"));
+  // The pixels' estimate is 0.1 / 64, and their true error 0.11 / 64.
+  EXPECT_THAT(html, HasSubstr("<h2>Error at several scales</h2>"));
+  EXPECT_THAT(html, HasSubstr("<td>4 × 4 pixels</td><td>0.01 (95 %: 0.005 to 0.02)</td><td>6.4</td>"
+                              "<td>0.03</td><td>17.5</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>16 × 16 pixels</td><td>0.004</td><td>2.56</td><td></td><td></td>"));
+  EXPECT_THAT(html, Not(HasSubstr("32 × 32")));
   EXPECT_THAT(html, Not(HasSubstr("<script")));
   EXPECT_THAT(html, Not(HasSubstr("src=\"http")));
   EXPECT_THAT(html, Not(HasSubstr("href=")));
@@ -90,13 +97,36 @@ TEST(Report, CsvRoundTrips) {
   const std::string csv = slurp(folder / "error.csv");
   EXPECT_EQ(
       csv.substr(0, csv.find('\n')),
-      "wall_s,cpu_s,spp,relmse,relmse_low,relmse_high,batches,true_relmse,true_relmse_trimmed,true_flip");
-  EXPECT_THAT(csv, HasSubstr("\n0.5,1,16,,,,1,,,\n"));
+      "wall_s,cpu_s,spp,relmse,relmse_low,relmse_high,batches,true_relmse,true_relmse_trimmed,true_flip,"
+      "relmse_4,relmse_4_low,relmse_4_high,relmse_16,relmse_16_low,relmse_16_high,"
+      "relmse_32,relmse_32_low,relmse_32_high,true_relmse_4,true_relmse_16,true_relmse_32");
+  EXPECT_THAT(csv, HasSubstr("\n0.5,1,16,,,,1,,,,,,,,,,,,,,,\n"));
+  EXPECT_THAT(csv, HasSubstr(",0.2,0.01,0.005,0.02,0.004,,,,,,0.03,,\n"));
   const ErrorCurve back = read_report_csv(folder / "error.csv");
   ASSERT_EQ(back.points.size(), curve.points.size());
   ErrorCurve nameless = curve;
   nameless.job_name.clear();
   EXPECT_EQ(curve_to_json(back), curve_to_json(nameless));
+}
+
+TEST(Report, CsvOfOlderVersionsIsRead) {
+  const TempFolder folder;
+  std::ofstream(folder / "error.csv")
+      << "wall_s,cpu_s,spp,relmse,relmse_low,relmse_high,batches,true_relmse,true_relmse_trimmed,true_flip\n"
+         "1,2,32,0.5,,,2,,,0.25\n";
+  const ErrorCurve curve = read_report_csv(folder / "error.csv");
+  ASSERT_EQ(curve.points.size(), 1u);
+  EXPECT_EQ(curve.points[0].relmse, 0.5);
+  EXPECT_EQ(curve.points[0].true_flip, 0.25);
+  EXPECT_EQ(curve.points[0].boxes, BoxErrors());
+}
+
+TEST(Report, WithoutFiguresOfBoxesThereIsNoTableOfScales) {
+  const TempFolder folder;
+  ErrorCurve curve = example_curve();
+  curve.points.back().boxes = {};
+  write_report(folder.path().string(), {}, curve, Image(1, 1));
+  EXPECT_THAT(slurp(folder / "report.html"), Not(HasSubstr("several scales")));
 }
 
 TEST(Report, MalformedCsvNamesItsLine) {
@@ -121,6 +151,14 @@ TEST(Report, MalformedCsvNamesItsLine) {
   EXPECT_THAT(message(header + ",1,1,,,,0,,,\n"), HasSubstr("must not be empty"));
   EXPECT_THAT(message(header + "1,1,1,,,,1.5,,,\n"), HasSubstr("count"));
   EXPECT_THAT(message(header + "1,1,1,,,,1,,,,\n"), HasSubstr("more than 10"));
+  const std::string longer =
+      header.substr(0, header.size() - 1) +
+      ",relmse_4,relmse_4_low,relmse_4_high,relmse_16,relmse_16_low,relmse_16_high,relmse_32,relmse_32_low,"
+      "relmse_32_high,true_relmse_4,true_relmse_16,true_relmse_32\n";
+  EXPECT_EQ(message(longer + "1,1,1,,,,0,,,,,,,,,,,,,,,1\n"), "");
+  EXPECT_THAT(message(longer + "1,1,1,,,,0,,,\n"), HasSubstr("expected 22 cells, found 10"));
+  EXPECT_THAT(message(longer + "1,1,1,,,,0,,,,,,,,,,,,,,,,\n"), HasSubstr("more than 22"));
+  EXPECT_THAT(message(longer + "1,1,1,,,,0,,,,y,,,,,,,,,,,\n"), HasSubstr("error.csv:2: \"y\""));
   EXPECT_THROW(read_report_csv(folder / "none.csv"), Error);
 }
 
