@@ -4,6 +4,7 @@
 
 #include "client/terminal/progress.h"
 #include "common/base/json_aliases.h"
+#include "common/error/box_figures.h"
 #include "common/farm/pilot_result.h"
 
 namespace lightmill::client {
@@ -20,43 +21,46 @@ nlohmann::json job_to_json(const JobStatus& s) {
   nlohmann::json after = nlohmann::json::array();
   for (const JobId& id : s.after) after.push_back(id.value);
   const std::optional<bool> met = target_met(s);
-  return {{"id", s.id.value},
-          {"name", s.name},
-          {"state", job_state_name(s.state)},
-          {"message", s.message},
-          {"missing_light", s.missing_light},
-          {"scene", s.bundle_digest},
-          {"settings", nlohmann::json::parse(settings_to_json(s.settings))},
-          {"priority", s.priority},
-          {"pool", s.pool},
-          {"submitter", s.submitter},
-          {"max_workers", s.max_workers == 0 ? nlohmann::json(nullptr) : nlohmann::json(s.max_workers)},
-          {"after", std::move(after)},
-          {"packets_done", s.packets_done},
-          {"packets_total", s.packets_total},
-          {"tiles_committed", s.tiles_committed},
-          {"tiles_leased", s.tiles_leased},
-          {"leases_reassigned", s.leases_reassigned},
-          {"commit_bytes", s.commit_bytes},
-          {"spp", s.spp},
-          {"wall_seconds", s.wall_seconds},
-          {"cpu_seconds", s.cpu_seconds},
-          {"samples_per_second", s.samples_per_second},
-          {"eta_seconds", s.eta_seconds < 0 ? nlohmann::json(nullptr) : nlohmann::json(s.eta_seconds)},
-          {"relmse", optional_number(s.relmse)},
-          {"relmse_low", optional_number(s.relmse_low)},
-          {"relmse_high", optional_number(s.relmse_high)},
-          {"target_met", met ? nlohmann::json(*met) : nlohmann::json(nullptr)},
-          {"nonfinite", c.nonfinite},
-          {"workers", s.workers},
-          {"counters",
-           {{"camera_paths", c.camera_paths},
-            {"light_paths", c.light_paths},
-            {"closest_hit_rays", c.closest_hit_rays},
-            {"shadow_rays", c.shadow_rays},
-            {"zero_connections_skipped", c.zero_connections_skipped},
-            {"rouletted_connections", c.rouletted_connections},
-            {"nonfinite", c.nonfinite}}}};
+  nlohmann::json job = {
+      {"id", s.id.value},
+      {"name", s.name},
+      {"state", job_state_name(s.state)},
+      {"message", s.message},
+      {"missing_light", s.missing_light},
+      {"scene", s.bundle_digest},
+      {"settings", nlohmann::json::parse(settings_to_json(s.settings))},
+      {"priority", s.priority},
+      {"pool", s.pool},
+      {"submitter", s.submitter},
+      {"max_workers", s.max_workers == 0 ? nlohmann::json(nullptr) : nlohmann::json(s.max_workers)},
+      {"after", std::move(after)},
+      {"packets_done", s.packets_done},
+      {"packets_total", s.packets_total},
+      {"tiles_committed", s.tiles_committed},
+      {"tiles_leased", s.tiles_leased},
+      {"leases_reassigned", s.leases_reassigned},
+      {"commit_bytes", s.commit_bytes},
+      {"spp", s.spp},
+      {"wall_seconds", s.wall_seconds},
+      {"cpu_seconds", s.cpu_seconds},
+      {"samples_per_second", s.samples_per_second},
+      {"eta_seconds", s.eta_seconds < 0 ? nlohmann::json(nullptr) : nlohmann::json(s.eta_seconds)},
+      {"relmse", optional_number(s.relmse)},
+      {"relmse_low", optional_number(s.relmse_low)},
+      {"relmse_high", optional_number(s.relmse_high)},
+      {"target_met", met ? nlohmann::json(*met) : nlohmann::json(nullptr)},
+      {"nonfinite", c.nonfinite},
+      {"workers", s.workers},
+      {"counters",
+       {{"camera_paths", c.camera_paths},
+        {"light_paths", c.light_paths},
+        {"closest_hit_rays", c.closest_hit_rays},
+        {"shadow_rays", c.shadow_rays},
+        {"zero_connections_skipped", c.zero_connections_skipped},
+        {"rouletted_connections", c.rouletted_connections},
+        {"nonfinite", c.nonfinite}}}};
+  for (const BoxFigure& figure : box_estimates()) job[figure.name] = optional_number(figure.of(s.boxes));
+  return job;
 }
 
 nlohmann::json pilot_document(const std::optional<PilotReport>& pilot) {

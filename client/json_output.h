@@ -7,7 +7,7 @@
 
 namespace lightmill::client {
 
-/// relmse and its interval are null while unknown.
+/// relmse, relmse_4 and so on (common/error/box_figures.h), and their intervals are null while unknown.
 nlohmann::json job_to_json(const JobStatus& status);
 /// Null without a pilot's report.
 nlohmann::json pilot_document(const std::optional<PilotReport>& pilot);

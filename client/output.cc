@@ -6,6 +6,7 @@
 #include "common/base/error.h"
 #include "common/base/lower_case.h"
 #include "common/build_id/build_id.h"
+#include "common/error/box_figures.h"
 #include "common/error/metrics.h"
 
 namespace lightmill::client {
@@ -74,6 +75,9 @@ std::map<std::string, std::string> image_metadata(const JobStatus& status) {
   if (status.relmse) metadata["relmse"] = number(*status.relmse);
   if (status.relmse_low) metadata["relmse_low"] = number(*status.relmse_low);
   if (status.relmse_high) metadata["relmse_high"] = number(*status.relmse_high);
+  for (const BoxFigure& figure : box_estimates()) {
+    if (figure.of(status.boxes)) metadata[figure.name] = number(*figure.of(status.boxes));
+  }
   return metadata;
 }
 

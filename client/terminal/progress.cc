@@ -95,6 +95,16 @@ std::string progress_line(const JobStatus& status) {
   return line;
 }
 
+std::string scales_text(const JobStatus& status) {
+  std::string text;
+  for (size_t i = 0; i < kBoxSides.size(); ++i) {
+    if (!status.boxes[i].relmse) continue;
+    if (!text.empty()) text += ", ";
+    text += std::to_string(kBoxSides[i]) + " px " + format("%.3g", *status.boxes[i].relmse);
+  }
+  return text;
+}
+
 std::string waiting_note(const JobStatus& status) {
   if (is_final(status.state) || status.workers > 0 || status.message.empty()) return "";
   return "job " + status.id.value + " is " + job_state_name(status.state) + ": " + status.message;

@@ -15,6 +15,10 @@ double fraction_done(const JobStatus& status);
 /// not known yet are left out.
 std::string progress_line(const JobStatus& status);
 
+/// "4 px 0.011, 16 px 0.013, 32 px 0.02": the estimated error of means over boxes of pixels; what is not
+/// known is left out.
+std::string scales_text(const JobStatus& status);
+
 /// Why nobody works for a job that has not ended, one line; empty if somebody does, or nobody knows.
 std::string waiting_note(const JobStatus& status);
 

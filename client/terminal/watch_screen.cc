@@ -74,6 +74,7 @@ std::vector<std::string> watch_lines(const JobStatus& s, const std::vector<Worke
   add(samples);
   const bool met = target_met(s).value_or(false);
   add(error_line(s), met ? kGreen : nullptr);
+  if (const std::string scales = scales_text(s); !scales.empty()) add("scales   " + scales);
   add("tiles    " + std::to_string(s.tiles_committed) + " merged, " + std::to_string(s.tiles_leased) +
       " out, leases reassigned " + std::to_string(s.leases_reassigned));
   if (s.counters.nonfinite > 0) {

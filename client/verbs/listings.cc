@@ -67,6 +67,8 @@ int job(const ListOptions& options) {
   if (s.relmse && s.relmse_low && s.relmse_high) {
     std::printf("relMSE    %.4g (95 %%: %.4g to %.4g)\n", *s.relmse, *s.relmse_low, *s.relmse_high);
   }
+  if (const std::string scales = scales_text(s); !scales.empty())
+    std::printf("scales    %s\n", scales.c_str());
   for (const std::string& line : s.missing_light) std::printf("missing   %s\n", line.c_str());
   std::printf("dropped   %llu non-finite contributions\n",
               static_cast<unsigned long long>(s.counters.nonfinite));

@@ -60,13 +60,23 @@ void print_fit(const char* what, const std::optional<ErrorFit>& fit) {
               fit->slope_high);
 }
 
+/// A cell of a table, empty for what is not known.
+std::string figure_cell(const std::optional<double>& value) {
+  char text[32];
+  if (!value) return std::string(13, ' ');
+  std::snprintf(text, sizeof text, " %12.5g", *value);
+  return text;
+}
+
 void print_curve(const ErrorCurve& curve) {
-  std::printf("%10s %10s %10s %12s %25s\n", "wall s", "cpu s", "spp", "relMSE", "95 % interval");
+  std::printf("%10s %10s %10s %12s %25s", "wall s", "cpu s", "spp", "relMSE", "95 % interval");
+  for (const int side : kBoxSides) std::printf(" %12s", ("of " + std::to_string(side) + " px").c_str());
+  std::printf("\n");
   for (const ErrorPoint& p : curve.points) {
-    std::printf("%10.3f %10.3f %10.4g", p.wall_seconds, p.cpu_seconds, p.spp);
-    if (p.relmse) std::printf(" %12.5g", *p.relmse);
-    if (p.relmse_low && p.relmse_high) std::printf(" %12.5g %12.5g", *p.relmse_low, *p.relmse_high);
-    std::printf("\n");
+    std::string line = figure_cell(p.relmse) + figure_cell(p.relmse_low) + figure_cell(p.relmse_high);
+    for (const BoxError& box : p.boxes) line += figure_cell(box.relmse);
+    line.erase(line.find_last_not_of(' ') + 1);
+    std::printf("%10.3f %10.3f %10.4g%s\n", p.wall_seconds, p.cpu_seconds, p.spp, line.c_str());
   }
   print_fit("estimated error", fit_error(curve, false));
   print_fit("error against the reference", fit_error(curve, true));

@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "common/error/box_figures.h"
+
 namespace lightmill {
 namespace {
 
@@ -70,6 +72,9 @@ std::map<std::string, std::string> JobResults::image_metadata(const JobId& id) c
   for (const auto& [key, value] :
        {std::pair{"relmse", s.relmse}, {"relmse_low", s.relmse_low}, {"relmse_high", s.relmse_high}}) {
     if (value) metadata[key] = number_text(*value);
+  }
+  for (const BoxFigure& figure : box_estimates()) {
+    if (figure.of(s.boxes)) metadata[figure.name] = number_text(*figure.of(s.boxes));
   }
   return metadata;
 }

@@ -108,6 +108,7 @@ TEST(WatchScreen, ShowsTheJobItsErrorAndItsWorkersWithinTheTerminal) {
   s.spp = 32;
   s.packets_done = 1, s.packets_total = 4;
   s.relmse = 0.02, s.relmse_low = 0.015, s.relmse_high = 0.025;
+  s.boxes[1].relmse = 0.03;
   s.eta_seconds = 75;
   s.workers = 2;
   std::vector<WorkerStatus> workers(30);
@@ -123,8 +124,8 @@ TEST(WatchScreen, ShowsTheJobItsErrorAndItsWorkersWithinTheTerminal) {
     all += line + "\n";
   }
   EXPECT_LE(lines.size(), 12u);
-  for (const char* text :
-       {"j7", "cornell", "running", "32 of 64", "0.02", "0.015 to 0.025", "ETA 1 min 15 s", "w29"}) {
+  for (const char* text : {"j7", "cornell", "running", "32 of 64", "0.02", "0.015 to 0.025", "16 px 0.03",
+                           "ETA 1 min 15 s", "w29"}) {
     EXPECT_THAT(all, HasSubstr(text));
   }
   EXPECT_THAT(all, Not(HasSubstr("\033"))) << "colours only where they are asked for";

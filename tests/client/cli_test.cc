@@ -187,7 +187,9 @@ TEST_F(Cli, ReportHasItsThreeFilesAndTrueErrors) {
   const Outcome again = run({"report", "rep", "--json"});
   ASSERT_EQ(again.code, 0) << again.err;
   const auto curve = nlohmann::json::parse(again.out);
-  EXPECT_FALSE(curve["points"].empty());
+  ASSERT_FALSE(curve["points"].empty());
+  EXPECT_TRUE(curve["points"].back().contains("relmse_16_high"));
+  EXPECT_THAT(run({"report", "rep"}).out, HasSubstr("of 16 px"));
 }
 
 TEST_F(Cli, AReferenceOfAnotherSizeIsRefused) {
@@ -211,6 +213,12 @@ TEST_F(Cli, CompareHasTheKeysOfTheContract) {
   EXPECT_DOUBLE_EQ(metrics["mean_ratio"].get<double>(), 2);
   for (const char* key : {"relmse", "relmse_trimmed", "mae", "flip"})
     EXPECT_GT(metrics[key].get<double>(), 0) << key;
+  EXPECT_NEAR(metrics["relmse_4"].get<double>(), 16 * metrics["relmse"].get<double>(), 1e-9);
+  EXPECT_NEAR(metrics["relmse_16"].get<double>(), 256 * metrics["relmse"].get<double>(), 1e-9);
+  EXPECT_TRUE(metrics["relmse_32"].is_null()) << "no box fits";
+  const std::string text = run({"compare", "a.exr", "b.exr"}).out;
+  EXPECT_THAT(text, HasSubstr("relMSE of 16 px "));
+  EXPECT_THAT(text, Not(HasSubstr("32 px")));
   write_image(Image(8, 8), "small.exr");
   EXPECT_EQ(run({"compare", "a.exr", "small.exr"}).code, 2);
   EXPECT_EQ(run({"compare", "a.exr", "none.exr"}).code, 1);

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "client/output.h"
+
 namespace lightmill::client {
 namespace {
 
@@ -26,6 +28,34 @@ TEST(JobJson, HasTheKeysOfTheContract) {
   EXPECT_EQ(job["id"], "j7");
   EXPECT_EQ(job["state"], "queued");
   EXPECT_TRUE(job["relmse"].is_null());  // unknown yet
+  for (const char* key : {"relmse_4", "relmse_4_low", "relmse_4_high", "relmse_16", "relmse_16_low",
+                          "relmse_16_high", "relmse_32", "relmse_32_low", "relmse_32_high"}) {
+    EXPECT_TRUE(job.at(key).is_null()) << key;
+  }
+}
+
+TEST(JobJson, HasTheErrorAtSeveralScales) {
+  JobStatus status = some_job();
+  status.boxes = {BoxError{0.1, 0.05, 0.2, {}}, BoxError{0.3, {}, {}, {}}, BoxError{}};
+  const nlohmann::json job = job_to_json(status);
+  EXPECT_EQ(job["relmse_4"], 0.1);
+  EXPECT_EQ(job["relmse_4_low"], 0.05);
+  EXPECT_EQ(job["relmse_4_high"], 0.2);
+  EXPECT_EQ(job["relmse_16"], 0.3);
+  EXPECT_TRUE(job["relmse_16_low"].is_null());
+  EXPECT_TRUE(job["relmse_32"].is_null());
+}
+
+TEST(ImageMetadata, HasTheErrorAtSeveralScalesWhereItIsKnown) {
+  JobStatus status = some_job();
+  status.relmse = 0.2;
+  status.boxes[1] = {0.1, 0.05, 0.25, {}};
+  const auto metadata = image_metadata(status);
+  EXPECT_EQ(metadata.at("relmse"), "0.2");
+  EXPECT_EQ(metadata.at("relmse_16"), "0.1");
+  EXPECT_EQ(metadata.at("relmse_16_low"), "0.05");
+  EXPECT_EQ(metadata.at("relmse_16_high"), "0.25");
+  EXPECT_EQ(metadata.count("relmse_4") + metadata.count("relmse_32"), 0u);
 }
 
 TEST(JobJson, TilesAndWorkersHaveIdAndState) {

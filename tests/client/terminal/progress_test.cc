@@ -30,6 +30,13 @@ TEST(ProgressLine, ShowsWhatIsKnown) {
   EXPECT_THAT(progress_line(status), HasSubstr("relMSE 0.01 ±0.002"));
 }
 
+TEST(ScalesText, ShowsWhatIsKnown) {
+  JobStatus status;
+  EXPECT_EQ(scales_text(status), "");
+  status.boxes = {BoxError{0.0123456, {}, {}, {}}, BoxError{}, BoxError{2, 1, 3, {}}};
+  EXPECT_EQ(scales_text(status), "4 px 0.0123, 32 px 2");
+}
+
 TEST(WaitingNote, SaysWhyNobodyWorksForAJob) {
   JobStatus status;
   status.id = JobId{"j7"};

@@ -56,6 +56,30 @@ TEST(Recovery, ARestartGoesOnWithTheSameTilesAndVoidsLeases) {
   EXPECT_TRUE(same_pixels(farm.image(job), fake_image(request.settings)));
 }
 
+TEST(Recovery, ARestartKnowsTheErrorAtEveryScale) {
+  const FakeClock clock;
+  auto store = std::make_unique<MemoryJobStore>();
+  JobRecord record;
+  record.id = JobId{"j1"};
+  record.state = JobState::kRunning;
+  record.settings = small_settings(64, 64, 320);
+  store->add_job(record, bundle_to_json(fake_bundle()), {});
+  ErrorPoint point;
+  point.spp = 64;
+  point.relmse = 0.25;
+  point.boxes = {BoxError{0.5, 0.25, 1, {}}, BoxError{0.75, {}, {}, {}}, BoxError{}};
+  store->add_point(record.id, point);
+  const Farm farm(std::move(store), clock, fake_options());
+  EXPECT_EQ(farm.job(record.id).relmse, 0.25);
+  EXPECT_EQ(farm.job(record.id).boxes, point.boxes);
+  const auto metadata = farm.image_metadata(record.id);
+  EXPECT_EQ(metadata.at("relmse_4"), "0.5");
+  EXPECT_EQ(metadata.at("relmse_4_low"), "0.25");
+  EXPECT_EQ(metadata.at("relmse_4_high"), "1");
+  EXPECT_EQ(metadata.at("relmse_16"), "0.75");
+  EXPECT_EQ(metadata.count("relmse_16_low") + metadata.count("relmse_32"), 0u);
+}
+
 TEST(Recovery, FinishedJobsSurviveAndCanBeExtended) {
   const TemporaryFolder folder;
   const FakeClock clock;
