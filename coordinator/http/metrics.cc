@@ -36,6 +36,11 @@ class Families {
     all_.back().metric.push_back(std::move(metric));
   }
   template <class Number>
+  void sample(Number value, std::vector<ClientMetric::Label> labels) {
+    sample(value);
+    all_.back().metric.back().label = std::move(labels);
+  }
+  template <class Number>
   void counter(const char* name, const char* help, Number value) {
     begin(name, MetricType::Counter, help);
     sample(value);
@@ -83,6 +88,15 @@ void add_running(const std::vector<JobStatus>& jobs, Families& out) {
          [](const JobStatus& job) { return job.relmse; });
   family("lightmill_job_relmse_high", "Upper end of its 95 % interval.",
          [](const JobStatus& job) { return job.relmse_high; });
+  out.begin(
+      "lightmill_job_relmse_boxes", MetricType::Gauge,
+      "Estimated relMSE of means over boxes of pixels, times a box's pixels, by side, of a running job.");
+  for (const JobStatus* job : running) {
+    for (size_t i = 0; i < kBoxSides.size(); ++i) {
+      const std::optional<double>& relmse = job->boxes[i].relmse;
+      if (relmse) out.sample(*relmse, {{"job", job->id.value}, {"side", std::to_string(kBoxSides[i])}});
+    }
+  }
   family("lightmill_job_samples_per_pixel", "Mean samples per pixel of a running job.",
          [](const JobStatus& job) { return Value(job.spp); });
   family("lightmill_job_samples_per_second", "Recent pixel samples per second of a running job.",

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "common/error/box_figures.h"
 #include "common/farm/pilot_result.h"
 
 namespace lightmill {
@@ -58,6 +59,7 @@ json job_view(const JobStatus& job) {
   put(&row, "relmse", job.relmse);
   put(&row, "relmse_low", job.relmse_low);
   put(&row, "relmse_high", job.relmse_high);
+  for (const BoxFigure& figure : box_estimates()) put(&row, figure.name.c_str(), figure.of(job.boxes));
   return row;
 }
 
@@ -111,6 +113,7 @@ json curve_view(const ErrorCurve& curve, size_t from) {
     put(&point, "relmse_high", p.relmse_high);
     put(&point, "true_relmse", p.true_relmse);
     put(&point, "true_flip", p.true_flip);
+    for (const BoxFigure& figure : box_figures()) put(&point, figure.name.c_str(), figure.of(p.boxes));
     points.push_back(std::move(point));
   }
   return points;

@@ -64,6 +64,9 @@ const tests = {
     await page.locator(".job-head .state", { hasText: "done" }).waitFor();
     assert.equal(await figure(page, "Samples"), "256 / 256");
     assert.match(await figure(page, "relMSE"), /^\d\.\d\de-\d+ {2}\(.* … .*\)$/);
+    const told = await (await fetch(`${farm.url}api/v1/jobs/${id}`)).json();
+    const scales = [4, 16, 32].map((side) => told[`relmse_${side}`]?.toExponential(2) ?? "–");
+    assert.equal(await figure(page, "Over 4, 16, 32 px"), scales.every((text) => text === "–") ? "–" : scales.join(" · "));
     assert.equal(await page.locator(".chart .u-over").count(), 1);
     await page.locator(".panel", { hasText: "256 samples per pixel complete" }).waitFor();
     // The picture is the film's: the middle of the screen is the middle of the image.

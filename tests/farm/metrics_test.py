@@ -83,6 +83,8 @@ def main():
         wait_until("an error estimate", lambda: f'job="{first}"' in scrape(http).get("lightmill_job_relmse_high", {}))
         running = scrape(http)
         assert running["lightmill_jobs"]['state="running"'] == 1
+        for side in (4, 16, 32):
+            assert running["lightmill_job_relmse_boxes"][f'job="{first}",side="{side}"'] > 0
         assert 0 < running["lightmill_job_progress"][f'job="{first}"'] < 1
         assert running["lightmill_workers_wanted"][""] >= 1
         assert running["lightmill_work_left_seconds"][""] > 0

@@ -3,8 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "coordinator/store/memory_job_store.h"
+#include "tests/coordinator/core/fake_worker.h"
+
 namespace lightmill {
 namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 JobStatus job(JobState state, int64_t packets_done, int64_t packets_total, double cpu_seconds) {
   JobStatus status;
@@ -57,6 +63,27 @@ TEST(WorkersWanted, JobsMayAllowFewAndWaitForOthers) {
 TEST(WorkersWanted, IsNeverMoreThanThereArePackets) {
   EXPECT_EQ(workers_wanted({job(JobState::kRunning, 10, 13, 1e9)}, {worker("idle", 1)}, 600), 3);
   EXPECT_EQ(workers_wanted({job(JobState::kRunning, 10, 13, 1e300)}, {worker("idle", 1)}, 600), 3);
+}
+
+TEST(JobMetrics, HaveTheErrorAtEveryScaleThatIsKnown) {
+  const FakeClock clock;
+  auto store = std::make_unique<MemoryJobStore>();
+  JobRecord record;
+  record.id = JobId{"j1"};
+  record.state = JobState::kRunning;
+  record.settings = testing::small_settings(64, 64, 320);
+  store->add_job(record, bundle_to_json(testing::fake_bundle()), {});
+  ErrorPoint point;
+  point.relmse = 0.25;
+  point.boxes[0].relmse = 0.5;
+  point.boxes[1].relmse = 0.75;
+  store->add_point(record.id, point);
+  const Farm farm(std::move(store), clock, testing::fake_options());
+  const std::string text = Metrics(farm).text();
+  EXPECT_THAT(text, HasSubstr("lightmill_job_relmse{job=\"j1\"} 0.25\n"));
+  EXPECT_THAT(text, HasSubstr("lightmill_job_relmse_boxes{job=\"j1\",side=\"4\"} 0.5\n"));
+  EXPECT_THAT(text, HasSubstr("lightmill_job_relmse_boxes{job=\"j1\",side=\"16\"} 0.75\n"));
+  EXPECT_THAT(text, Not(HasSubstr("side=\"32\"")));
 }
 
 }  // namespace

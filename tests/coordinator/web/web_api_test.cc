@@ -8,6 +8,7 @@
 
 #include "common/base/digest.h"
 #include "coordinator/access/access.h"
+#include "coordinator/web/json_views.h"
 #include "tests/coordinator/web/web_fixture.h"
 
 namespace lightmill {
@@ -80,6 +81,26 @@ TEST_F(WebApiTest, JobsWorkersCurveAndTiles) {
   EXPECT_EQ(workers[0]["state"], "rendering");
   EXPECT_EQ(workers[0]["held"][0], json({open.value, held.tile_id.value, 1}));
   EXPECT_THAT(std::string(get("/api/v1/jobs/j404", 404)["error"]), HasSubstr("no job \"j404\""));
+}
+
+TEST(JsonViews, RowsAndPointsHaveTheErrorAtSeveralScalesWhereItIsKnown) {
+  JobStatus job;
+  EXPECT_FALSE(job_view(job).contains("relmse_4"));
+  job.boxes = {BoxError{0.1, 0.05, 0.2, {}}, BoxError{0.3, {}, {}, {}}, BoxError{}};
+  const json row = job_view(job);
+  EXPECT_EQ(row["relmse_4"], 0.1);
+  EXPECT_EQ(row["relmse_4_low"], 0.05);
+  EXPECT_EQ(row["relmse_4_high"], 0.2);
+  EXPECT_EQ(row["relmse_16"], 0.3);
+  EXPECT_FALSE(row.contains("relmse_16_low"));
+  EXPECT_FALSE(row.contains("relmse_32"));
+  ErrorCurve curve;
+  curve.points.emplace_back();
+  curve.points[0].boxes[2] = {0.5, {}, {}, 0.75};
+  const json point = curve_view(curve)[0];
+  EXPECT_EQ(point["relmse_32"], 0.5);
+  EXPECT_EQ(point["true_relmse_32"], 0.75);
+  EXPECT_FALSE(point.contains("relmse_4"));
 }
 
 TEST_F(WebApiTest, TheLogOfATileTellsItsAttempts) {

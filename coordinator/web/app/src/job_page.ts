@@ -13,6 +13,10 @@ import type { CurvePoint, Job, JobDetail, LogLine } from "./types";
 import { Viewer } from "./viewer";
 
 const kLogLines = 100;
+const kScales = "Over 4, 16, 32 px";
+const kScalesHint =
+  "Estimated relMSE of means over boxes of pixels, times the pixels of a box. Noise of independent pixels has the same at every scale. " +
+  "More is structure that eyes see from afar and denoisers keep; less says that errors of neighbours cancel.";
 
 export function jobPage(id: string, other: string, cleanup: Cleanup): { element: HTMLElement; key: (key: string) => boolean } {
   const title = h("h1");
@@ -21,9 +25,9 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
   const why = h("p", { class: "job-note", hidden: true });
   const figures = h("dl", { class: "job-figures" });
   const values: { [name: string]: HTMLElement } = {};
-  for (const name of ["Samples", "relMSE", "Target", "Ends in · at", "Samples/s", "Workers", "Render time", "CPU time", "Priority", "By", "Pool", "After", "Leased again"]) {
+  for (const name of ["Samples", "relMSE", kScales, "Target", "Ends in · at", "Samples/s", "Workers", "Render time", "CPU time", "Priority", "By", "Pool", "After", "Leased again"]) {
     values[name] = h("dd");
-    figures.append(h("div", {}, h("dt", {}, name), values[name]!));
+    figures.append(h("div", { title: name === kScales ? kScalesHint : undefined }, h("dt", {}, name), values[name]!));
   }
   const buttons = actions.map((action) =>
     h("button", { type: "button", title: `key: ${action.key}`, onclick: () => { const job = store.jobs.get(id); if (job) action.run(job); } }),
@@ -79,10 +83,12 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     setText(why, text);
     const put = (name: string, value: string) => {
       setText(values[name]!, value || "–");
-      values[name]!.parentElement!.hidden = value === "" && (name === "Pool" || name === "By" || name === "After" || name === "Target" || name === "Leased again");
+      values[name]!.parentElement!.hidden = value === "" && (name === kScales || name === "Pool" || name === "By" || name === "After" || name === "Target" || name === "Leased again");
     };
     put("Samples", `${format.samples(job.spp)}${job.spp_total ? ` / ${format.samples(job.spp_total)}` : ""}`);
     put("relMSE", job.relmse === undefined ? "" : `${format.error(job.relmse)}${job.relmse_low !== undefined ? `  (${format.error(job.relmse_low)} … ${format.error(job.relmse_high)})` : ""}`);
+    const scales = [job.relmse_4, job.relmse_16, job.relmse_32];
+    put(kScales, scales.every((error) => error === undefined) ? "" : scales.map((error) => format.error(error) || "–").join(" · "));
     put("Target", format.error(job.target_error));
     put("Ends in · at", eta(job));
     put("Samples/s", job.rate > 0 ? format.short(job.rate) : "");

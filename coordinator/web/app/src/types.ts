@@ -30,6 +30,10 @@ export interface Job {
   relmse?: number;
   relmse_low?: number;
   relmse_high?: number;
+  /** Of means over boxes of 4x4, 16x16 and 32x32 pixels; their intervals are told, too. */
+  relmse_4?: number;
+  relmse_16?: number;
+  relmse_32?: number;
   width: number;
   height: number;
   sampling: string;
@@ -74,6 +78,12 @@ export interface CurvePoint {
   relmse_high?: number;
   true_relmse?: number;
   true_flip?: number;
+  relmse_4?: number;
+  relmse_16?: number;
+  relmse_32?: number;
+  true_relmse_4?: number;
+  true_relmse_16?: number;
+  true_relmse_32?: number;
 }
 
 export interface Tile {
