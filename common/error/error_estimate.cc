@@ -68,12 +68,12 @@
 // pairs some is lost, as G is centred: n (n-3)/2 would be left if its diagonal told nothing of the rest.
 //
 // The half, the 24, the tenth and the two pairs are measurements, not theorems.
-// tests/bench/planning/error_coverage finds the true error inside in 90 % to 99 % of 200 runs on six scenes,
-// from 4 to 27 batches, through a box and through a gaussian (with 0 for 24 in 88.5 % of 600 runs at 5
-// batches, where a gaussian spreads a lamp over pixels that it does not cover; with all pairs in 88.5 % to 96
-// % at 4 batches; with a fifth in place of a quarter, which would let a caustic's jobs stop earlier, in 84 %
-// where tails are as heavy as in BatchFilm's test); Student's t over the d_b alone (without tau) covers 38 %
-// on a diffuse scene and 99 % on a caustic. With n < 4, tau is unknown and nothing is claimed.
+// tests/bench/planning/error_coverage finds the true error inside in 89 % to 99.5 % of 200 runs on six
+// scenes, from 4 to 27 batches, through a box and through a gaussian (with 0 for 24 in 88.5 % of 600 runs at
+// 5 batches, where a gaussian spreads a lamp over pixels that it does not cover; with all pairs in 88.5 % to
+// 96 % at 4 batches; with a fifth in place of a quarter, which would let a caustic's jobs stop earlier, in 84
+// % where tails are as heavy as in BatchFilm's test); Student's t over the d_b alone (without tau) covers 38
+// % on a diffuse scene and 99 % on a caustic. With n < 4, tau is unknown and nothing is claimed.
 #include "common/error/error_estimate.h"
 
 #include <algorithm>

@@ -117,10 +117,11 @@ PixelLayout TrackedPixels::layout() const {
   return {index(kBoxPixels), chosen_.size(), {index(kBoxPixels) - 1, 0}, {index(kBoxPixels) - 1, 0}};
 }
 
-void TrackedPixels::add_to_box(int64_t pixel, const ExactRgb& sum, double unit, float* boxes) const {
-  const int64_t x = pixel % columns() / kBoxSide, y = pixel / columns() / kBoxSide,
-                across = columns() / kBoxSide;
-  if (x < across && y < rows() / kBoxSide) add_sum(sum, unit, boxes + 3 * (y * across + x));
+void TrackedPixels::add_to_box(int x, int y, const ExactRgb& sum, double unit, float* boxes) const {
+  const auto box_x = static_cast<unsigned>(x) / kBoxSide, box_y = static_cast<unsigned>(y) / kBoxSide,
+             across = static_cast<unsigned>(columns()) / kBoxSide;
+  if (box_x < across && box_y < static_cast<unsigned>(rows()) / kBoxSide)
+    add_sum(sum, unit, boxes + 3 * (size_t{box_y} * across + box_x));
 }
 
 void TrackedPixels::add_camera(const PixelRect& r, const ExactRgb* from, double unit, TrackedSums* to) const {
@@ -133,8 +134,10 @@ void TrackedPixels::add_camera(const PixelRect& r, const ExactRgb* from, double 
     return;
   }
   for (int y = r.y0; y < r.y1; ++y, from += r.width()) {
-    for (int x = r.x0; x < r.x1; ++x)
-      add_to_box(interleave_.film_index(x, y), from[x - r.x0], unit, to->boxes.data());
+    for (int x = r.x0; x < r.x1; ++x) {
+      const FilmPixel p = interleave_.to_film(x, y);
+      add_to_box(p.x - crop.x0, p.y - crop.y0, from[x - r.x0], unit, to->boxes.data());
+    }
     const int64_t begin = int64_t{y - crop.y0} * columns() + r.x0 - crop.x0, end = begin + r.width();
     auto place = std::lower_bound(in_packets_.begin(), in_packets_.end(), begin,
                                   [](const Place& p, int64_t at) { return int64_t{p.pixel} < at; });
@@ -149,7 +152,8 @@ void TrackedPixels::add_splat(int64_t pixel, const ExactRgb& sum, double unit, s
     add_sum(sum, unit, &to->pixels[3 * index(pixel)]);
     return;
   }
-  add_to_box(pixel, sum, unit, to->boxes.data());
+  add_to_box(static_cast<int>(pixel % columns()), static_cast<int>(pixel / columns()), sum, unit,
+             to->boxes.data());
   while (*hint < in_film_.size() && in_film_[*hint].pixel < pixel) ++*hint;
   if (*hint < in_film_.size() && in_film_[*hint].pixel == pixel)
     add_sum(sum, unit, &to->pixels[3 * size_t{in_film_[*hint].at}]);

@@ -50,7 +50,8 @@ class TrackedPixels {
   };
   int columns() const { return grid_.crop.width(); }
   int rows() const { return grid_.crop.height(); }
-  void add_to_box(int64_t pixel, const ExactRgb& sum, double unit, float* boxes) const;
+  /// (x, y) within the crop window.
+  void add_to_box(int x, int y, const ExactRgb& sum, double unit, float* boxes) const;
 
   FilmGrid grid_;
   PixelInterleave interleave_;

@@ -11,8 +11,8 @@
 #include <ctime>
 #include <limits>
 
-#include "common/error/checkpoints.h"
 #include "common/error/batch_film.h"
+#include "common/error/checkpoints.h"
 #include "tests/bench/render/bench_scene.h"
 
 namespace {

@@ -3,7 +3,8 @@
 //
 // 6 x 10 runs: 95 % is 57 of 60 with a standard deviation of 1.7 (binomial); four of them below is 50. An
 // interval of Student's t over the batches' errors alone, which does not know how the one image at hand
-// scatters, holds about half of them from 12 batches on, and would fail.
+// scatters, holds about half of them from 12 batches on, and would fail. The same of the 36 boxes of 4x4, by
+// whose few values an interval is wide and no normal one.
 #include "tests/statistical/error/error_coverage.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +21,7 @@ constexpr int64_t kSuperblocks = 14;
 constexpr int64_t kNeeded = 8;
 
 TEST(ErrorCoverage, IntervalsHoldAndTargetsAreKept) {
-  std::map<int, Coverage> by_batches;
+  std::map<int, Coverage> by_batches, boxes_by_batches;
   std::vector<double> medians;
   int runs = 0, kept = 0;
   for (const ErrorScene& scene : error_scenes(24)) {
@@ -35,6 +36,9 @@ TEST(ErrorCoverage, IntervalsHoldAndTargetsAreKept) {
       Coverage& sum = by_batches[c.batches];
       sum.runs += c.pixels.runs;
       sum.covered += c.pixels.covered;
+      boxes_by_batches[c.batches].runs += c.boxes[0].runs;
+      boxes_by_batches[c.batches].covered += c.boxes[0].covered;
+      EXPECT_EQ(c.boxes[1].runs, 0) << "of a single box of 16 no interval is claimed";
       // One scene alone: 10 runs at 95 % leave 4 or fewer outside in 99.99 %.
       EXPECT_GE(c.pixels.covered, 6) << c.batches << " batches";
     }
@@ -44,6 +48,10 @@ TEST(ErrorCoverage, IntervalsHoldAndTargetsAreKept) {
   }
   for (const auto& [batches, c] : by_batches) {
     EXPECT_GE(c.covered, 50) << batches << " batches, of " << c.runs;
+    EXPECT_EQ(c.runs, 6 * kRuns);
+  }
+  for (const auto& [batches, c] : boxes_by_batches) {
+    EXPECT_GE(c.covered, 50) << batches << " batches, boxes of 4";
     EXPECT_EQ(c.runs, 6 * kRuns);
   }
   EXPECT_GE(kept, 50) << "of " << runs;
