@@ -224,9 +224,10 @@ double print_pilot(const bench::Scene& built, uint64_t seed, const std::vector<M
       sum += ratio, squares += ratio * ratio, ++n;
     }
   }
-  std::printf("pilot %3llu %-34s %8.3f of the best, predicted %.2f of measured, spread %.3f, allocation %.2f\n",
-              static_cast<unsigned long long>(seed), plan_text(chosen).c_str(), own / best, std::exp(sum / n),
-              std::sqrt(std::max(squares / n - sum * sum / (n * n), 0.0)), pilot.adaptive_gain);
+  std::printf(
+      "pilot %3llu %-34s %8.3f of the best, predicted %.2f of measured, spread %.3f, allocation %.2f\n",
+      static_cast<unsigned long long>(seed), plan_text(chosen).c_str(), own / best, std::exp(sum / n),
+      std::sqrt(std::max(squares / n - sum * sum / (n * n), 0.0)), pilot.adaptive_gain);
   return own / best;
 }
 

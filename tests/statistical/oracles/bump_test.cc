@@ -31,8 +31,7 @@ TestScene bumpy_room() {
 
 TEST(BumpAgreement, EstimatorsAgreeOnTiltedNormals) {
   const TestScene s = bumpy_room();
-  const Batches pt = bump_batches(s, Integrator::kPt, 2048),
-                bdpt = bump_batches(s, Integrator::kBdpt, 1024),
+  const Batches pt = bump_batches(s, Integrator::kPt, 2048), bdpt = bump_batches(s, Integrator::kBdpt, 1024),
                 lt = bump_batches(s, Integrator::kLt, 4096);
   EXPECT_TRUE(images_agree(pt, bdpt));
   EXPECT_TRUE(images_agree(lt, bdpt, {.max_excluded = 0.2}));
@@ -89,8 +88,7 @@ TestScene steep_room() {
 
 TEST(BumpAgreement, EstimatorsAgreeOnSteepNormalsUnderFlatAngles) {
   const TestScene s = steep_room();
-  const Batches pt = bump_batches(s, Integrator::kPt, 4096),
-                bdpt = bump_batches(s, Integrator::kBdpt, 2048);
+  const Batches pt = bump_batches(s, Integrator::kPt, 4096), bdpt = bump_batches(s, Integrator::kBdpt, 2048);
   EXPECT_TRUE(images_agree(pt, bdpt));
   EXPECT_FALSE(images_agree(pt, scaled(bdpt, 1.03f)));
 }
@@ -99,8 +97,7 @@ TEST(BumpAgreement, EstimatorsAgreeOnSteepNormalsUnderFlatAngles) {
 TEST(BumpAgreement, LightPathsFindBothSidesOfSteepNormals) {
   TestScene s = steep_room();
   s.scene.materials.back() = s.scene.materials[0];
-  const Batches pt = bump_batches(s, Integrator::kPt, 4096),
-                lt = bump_batches(s, Integrator::kLt, 8192);
+  const Batches pt = bump_batches(s, Integrator::kPt, 4096), lt = bump_batches(s, Integrator::kLt, 8192);
   EXPECT_TRUE(images_agree(lt, pt, {.max_excluded = 0.2}));
   EXPECT_FALSE(images_agree(lt, scaled(pt, 1.03f), {.max_excluded = 0.2}));
 }
@@ -110,8 +107,8 @@ TEST(BumpAgreement, TiltsChangeThePicture) {
   const TestScene bumpy = bumpy_room();
   TestScene flat = bumpy;
   for (MaterialDescription& m : flat.scene.materials) m.normal_map = -1;
-  EXPECT_FALSE(images_agree(bump_batches(bumpy, Integrator::kPt, 1024),
-                            bump_batches(flat, Integrator::kPt, 1024)));
+  EXPECT_FALSE(
+      images_agree(bump_batches(bumpy, Integrator::kPt, 1024), bump_batches(flat, Integrator::kPt, 1024)));
 }
 
 }  // namespace
