@@ -13,6 +13,8 @@
 
 // OpenImageIO leaves a PNG file that is cut short by longjmp, past a string of its own (PngReadCallback).
 extern "C" const char* __lsan_default_suppressions() { return "leak:OpenImageIO_v*::ImageInput::geterror"; }
+// Stacks that reach it: libraries keep no frame pointers.
+extern "C" const char* __asan_default_options() { return "fast_unwind_on_malloc=0"; }
 
 namespace lightmill {
 namespace {
