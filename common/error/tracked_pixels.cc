@@ -69,8 +69,8 @@ TrackedSums& TrackedSums::operator+=(const TrackedSums& o) {
 }
 
 TrackedPixels::TrackedPixels(const FilmGrid& grid) : grid_(grid), interleave_(grid) {
-  const int64_t pixels = grid.crop.area(), across = columns() / kSide, boxes = across * (rows() / kSide);
-  // A film that is too narrow for boxes is tracked as far as its first pixels.
+  const int64_t pixels = grid.crop.area(),
+                boxes = too_narrow() ? pixels / kBoxPixels : int64_t{columns() / kSide} * (rows() / kSide);
   count_ = std::min(pixels, kMost);
   if (count_ == pixels) return;
   // One box of each of equal strata: the estimate looks at a pixel's neighbours.
@@ -106,6 +106,7 @@ TrackedSums TrackedPixels::empty_sums() const {
 int64_t TrackedPixels::pixel(int64_t at) const {
   if (all()) return at;
   const int64_t box = chosen_[index(at / kBoxPixels)], across = columns() / kSide;
+  if (too_narrow()) return box * kBoxPixels + at % kBoxPixels;
   const int64_t x = box % across * kSide + at % kBoxPixels % kSide,
                 y = box / across * kSide + at % kBoxPixels / kSide;
   return y * columns() + x;
@@ -167,7 +168,7 @@ std::vector<float> TrackedPixels::box_sums(const TrackedSums& sums, int side) co
 }
 
 PixelLayout TrackedPixels::box_layout(int side) const {
-  if (!all() && side == kSide) return {1, chosen_.size(), {0, 0}, {0, 0}};
+  if (!all() && side == kSide && !too_narrow()) return {1, chosen_.size(), {0, 0}, {0, 0}};
   return {index(columns() / side), index(rows() / side)};
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // The pixels whose sums are kept for the error estimate: all of a small film. Of a large one a fixed
 // pseudo-random subset of boxes of 4x4 pixels, spread evenly, and besides the sums over all boxes of 16x16.
+// In a film that is too narrow for such boxes, 16 pixels that follow one another stand for one.
 #include <cstdint>
 #include <vector>
 
@@ -50,6 +51,7 @@ class TrackedPixels {
   };
   int columns() const { return grid_.crop.width(); }
   int rows() const { return grid_.crop.height(); }
+  bool too_narrow() const { return columns() < kSide || rows() < kSide; }
   /// (x, y) within the crop window.
   void add_to_box(int x, int y, const ExactRgb& sum, double unit, float* boxes) const;
 

@@ -382,6 +382,29 @@ TEST(BatchFilm, LargeFilmsFollowASubsetOfThePixels) {
   EXPECT_LT(film.snapshot().size(), 2 * 3 * 4 * (static_cast<size_t>(BatchFilm::kMaxTrackedPixels) + kBoxes));
 }
 
+// No box of 4x4 fits into these, though they are large.
+TEST(BatchFilm, NarrowFilmsAreFollowed) {
+  for (const FilmGrid& grid : {full_grid(3, 100000), full_grid(100000, 3), full_grid(1, 300000)}) {
+    BatchFilm film(grid);
+    for (const int64_t b : {0, 1}) {
+      Partial p;
+      p.grid = grid;
+      p.quantum_exponent = kQuantum;
+      p.tile = {grid.cells(), 16 * b, 16 * b + 16};
+      p.camera.assign(300000, ExactRgb{{*to_units(16.0f * static_cast<float>(b + 1), kQuantum), 0, 0}});
+      film.fold(p);
+    }
+    ErrorPoint p, back;
+    film.estimate(&p);
+    ASSERT_TRUE(p.relmse);
+    EXPECT_GT(*p.relmse, 0);
+    for (const BoxError& box : p.boxes) EXPECT_EQ(box, BoxError{});
+    BatchFilm::restore(film.snapshot()).estimate(&back);
+    EXPECT_EQ(back.relmse, p.relmse);
+    EXPECT_FALSE(film.error_map(film.error_map_block()).data.empty());
+  }
+}
+
 /// Normal noise that pixels of a box of `side` have in common, on a grey film.
 Partial noise_of_boxes(const FilmGrid& grid, int64_t superblock, int side, std::mt19937_64& rng) {
   std::normal_distribution<double> normal;
