@@ -7,6 +7,9 @@
 
 namespace lightmill {
 
+/// With fewer batches their spread says too little, and there is no interval.
+inline constexpr size_t kMinIntervalBatches = 4;
+
 /// The size of a pixel's neighbourhood, to each side.
 struct PixelReach {
   size_t columns = 0, rows = 0;

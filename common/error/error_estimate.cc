@@ -128,9 +128,11 @@ std::optional<double> coherence_of_replicates(const BatchMoments& moments, std::
   std::vector<double> row(count), column(count);
   double all = 0, tau = 0;
   for (const size_t a : of[0]) {
-    for (const size_t b : of[1])
-      row[a] += moments.at(a, b) / n_b, column[b] += moments.at(a, b) / n_a,
-          all += moments.at(a, b) / (n_a * n_b);
+    for (const size_t b : of[1]) {
+      row[a] += moments.at(a, b) / n_b;
+      column[b] += moments.at(a, b) / n_a;
+      all += moments.at(a, b) / (n_a * n_b);
+    }
   }
   for (const size_t a : of[0]) {
     for (const size_t b : of[1]) {
@@ -205,8 +207,8 @@ BatchError estimate_batch_error(std::span<const float* const> sums, std::span<co
     const double others =
         error.relmse > 0 ? t_batches * t_batches * (spread + shift * shift) / (error.relmse * error.relmse)
                          : 0;
-    error.interval = {std::max(0.0, 1 - std::sqrt(t_pairs * t_pairs * pairs + others)),
-                      1 + std::sqrt(t_pairs * t_pairs * pairs + others)};
+    const double half_width = std::sqrt(t_pairs * t_pairs * pairs + others);
+    error.interval = {std::max(0.0, 1 - half_width), 1 + half_width};
   }
   error.relmse *= error.gain;
   if (error.interval) error.interval->low *= error.relmse, error.interval->high *= error.relmse;

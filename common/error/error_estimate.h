@@ -20,9 +20,6 @@ struct BatchError {
   double gain = 1;                        // relmse over that of independent batches
 };
 
-/// With fewer batches their spread says too little, and there is no interval.
-inline constexpr size_t kMinIntervalBatches = 4;
-
 /// From n >= 2 batches of equally many samples per pixel. `sums[b]` has 3 width rows sums over `samples`
 /// samples each (channels of a pixel together). Batch b is of replicate `replicates[b]`, 0 or 1. If all are
 /// of one, they are taken as independent. `expected_gain`: the gain where the two replicates say little.

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "common/error/error_estimate.h"
+#include "common/error/batch_moments.h"
 
 namespace lightmill {
 
