@@ -14,6 +14,7 @@
 #include "common/base/lower_case.h"
 #include "common/image/image_library.h"
 #include "common/image/image_reader.h"
+#include "common/image/pfm_file.h"
 #include "common/job/settings.h"
 
 namespace lightmill {
@@ -69,17 +70,6 @@ std::vector<uint8_t> to_bytes(const Image& image, const ViewTransform& view) {
     bytes[i] = static_cast<uint8_t>(std::lround(255.0f * view_value(image.data[i], view)));
   }
   return bytes;
-}
-
-void write_pfm(const Image& image, const fs::path& path) {
-  std::ofstream out(path, std::ios::binary);
-  out << (image.channels == 1 ? "Pf\n" : "PF\n") << image.width << ' ' << image.height << "\n-1.0\n";
-  const auto row = static_cast<std::streamsize>(static_cast<size_t>(image.width) *
-                                                static_cast<size_t>(image.channels) * sizeof(float));
-  for (int y = image.height - 1; y >= 0; --y)
-    out.write(reinterpret_cast<const char*>(image.pixel(0, y)), row);
-  out.close();
-  if (!out) cannot_write(path.string(), std::error_code(errno, std::generic_category()).message());
 }
 
 /// The layers' channels behind the image's own, as one image. Throws std::logic_error on layers of another
@@ -200,7 +190,8 @@ void write_image(const Image& image, const std::string& path, const ImageWriteOp
   std::error_code ec;
   try {
     if (format == Format::kPfm) {
-      write_pfm(image, temporary);
+      std::string why;
+      if (!write_pfm(image, temporary.string(), &why)) cannot_write(temporary.string(), why);
     } else {
       write_by_library(image, format, temporary, options, nullptr);
     }

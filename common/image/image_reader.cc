@@ -3,22 +3,30 @@
 namespace lightmill {
 
 std::optional<ImageReader> ImageReader::open(const ImageSource& source, std::string* why) {
+  if (is_pfm(source.path)) {
+    auto pfm = PfmFile::open(source, why);
+    if (!pfm) return std::nullopt;
+    return ImageReader(std::move(*pfm));
+  }
   const ImageLibrary& library = image_library();
   ImageHeader header;
-  File file(library.open(source, &header, why), library.close);
+  LibraryFile file(library.open(source, &header, why), library.close);
   if (!file) return std::nullopt;
-  return ImageReader(library, std::move(file), header);
+  return ImageReader(std::move(file), header);
 }
 
 bool ImageReader::read(int begin, int end, float* out, std::string* why) const {
-  return library_->read(*file_, begin, end, TexelType::kFloats, out, why);
+  if (pfm_) return pfm_->read(begin, end, out, why);
+  return image_library().read(*file_, begin, end, TexelType::kFloats, out, why);
 }
 bool ImageReader::read(int begin, int end, uint8_t* out, std::string* why) const {
-  return library_->read(*file_, begin, end, TexelType::kBytes, out, why);
+  if (!pfm_) return image_library().read(*file_, begin, end, TexelType::kBytes, out, why);
+  *why = "it holds floats, not bytes";
+  return false;
 }
 
 std::string ImageReader::attribute(const std::string& name) const {
-  return library_->attribute(*file_, name);
+  return pfm_ ? "" : image_library().attribute(*file_, name);
 }
 
 }  // namespace lightmill

@@ -1,32 +1,38 @@
 #pragma once
-// An image file that is open for reading, through the image library (image_library.h).
+// An image file that is open for reading: a PFM by our own reader, all else through the image library
+// (image_library.h). Which it is the name says.
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "common/image/image_library.h"
+#include "common/image/pfm_file.h"
 
 namespace lightmill {
 
 class ImageReader {
  public:
-  /// Nothing, and a reason in `why`, if it can't be opened. Throws Error(kFailed) as image_library().
+  /// Nothing, and a reason in `why`, if it can't be opened. Throws Error(kFailed) as image_library() if that
+  /// is needed.
   static std::optional<ImageReader> open(const ImageSource& source, std::string* why);
 
   const ImageHeader& header() const { return header_; }
   /// Channels [begin, end) of all pixels, interleaved, top row first. False, and a reason, if the file is
   /// damaged.
   bool read(int begin, int end, float* out, std::string* why) const;
+  /// Only of a file whose header says `is_bytes`.
   bool read(int begin, int end, uint8_t* out, std::string* why) const;
   /// A string attribute of the file; empty if it has none.
   std::string attribute(const std::string& name) const;
 
  private:
-  using File = std::unique_ptr<OpenImageFile, void (*)(OpenImageFile*)>;
-  ImageReader(const ImageLibrary& library, File file, const ImageHeader& header)
-      : library_(&library), file_(std::move(file)), header_(header) {}
-  const ImageLibrary* library_;
-  File file_;
+  using LibraryFile = std::unique_ptr<OpenImageFile, void (*)(OpenImageFile*)>;
+  explicit ImageReader(LibraryFile file, const ImageHeader& header)
+      : file_(std::move(file)), header_(header) {}
+  explicit ImageReader(PfmFile file)
+      : file_(nullptr, nullptr), pfm_(std::make_unique<PfmFile>(std::move(file))), header_(pfm_->header()) {}
+  LibraryFile file_;
+  std::unique_ptr<PfmFile> pfm_;  // in place of it
   ImageHeader header_;
 };
 
