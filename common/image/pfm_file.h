@@ -23,7 +23,7 @@ bool is_pfm(const std::string& path);
 /// A PFM file that is open for reading. Its values are the bits that OpenImageIO gives.
 class PfmFile {
  public:
-  /// Nothing, and a reason in `why`, if it can't be read or its size is not what its header says.
+  /// Nothing, and a reason in `why`, if it can't be read or is shorter than its header says.
   static std::optional<PfmFile> open(const ImageSource& source, std::string* why);
 
   const ImageHeader& header() const { return header_; }
