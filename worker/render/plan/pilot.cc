@@ -8,9 +8,11 @@
 
 #include "common/base/error.h"
 #include "common/base/parallel.h"
+#include "common/job/replicates.h"
 #include "worker/render/guiding/training/emission_guide_training.h"
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
+#include "worker/render/plan/convergence.h"
 #include "worker/render/plan/cost_model.h"
 #include "worker/render/plan/pilot_pixels.h"
 #include "worker/render/plan/pilot_values.h"
@@ -22,14 +24,17 @@ namespace {
 
 /// The pilot's samples are not those of the image, which they would bias.
 constexpr uint64_t kPilotSeed = 0x70696c6f74;
-/// Most camera paths that the pilot traces, and samples of a pixel. Two blocks of four show what
+/// Most and least camera paths that the pilot traces, and its part of the job's: small jobs are not to wait
+/// for what they would not gain. Least samples of a pixel: two blocks of four show what
 /// stratification gains of smooth light: single samples show up to eight times the noise. With 16 samples,
 /// fewer places are left than a choice needs.
-constexpr int64_t kPaths = 3 << 16, kLeastSamples = 8;
+constexpr int64_t kMostPaths = 3 << 16, kLeastPaths = 3 << 15, kPartOfJob = 32, kLeastSamples = 8;
+/// For this many of its paths the pilot samples a pixel deeply besides, with a quarter as many.
+constexpr int64_t kPathsOfDeepPixel = 4 * kReplicates * kMeasuredLengths.back();
 /// Camera paths of each of the two preview passes that tell whether the emission guide pays, and the
 /// predicted gain from which on it does: where 1.15 to 1.5 is predicted 1.27 to 1.47 was measured, where 0.94
 /// to 1.1 (four rooms) 0.88 to 0.97, as guided light paths take longer.
-constexpr int64_t kEmissionGuidePaths = kPaths / 8;
+constexpr int64_t kEmissionGuidePaths = kMostPaths / 8;
 constexpr double kEmissionGuideWorthIt = 1.12;
 
 class Pilot {
@@ -43,7 +48,10 @@ class Pilot {
         renderer_(scene, settings_, pilot_pixels_.pixel_subset),
         plans_(candidate_plans(renderer_.plan(), among, guided_emission,
                                renderer_.context().filter.splat_noise,
-                               1 / static_cast<float>(std::max(renderer_.context().lights.count(), 1)))),
+                               1 / static_cast<float>(std::max(renderer_.context().lights.count(), 1)),
+                               {static_cast<float>(pilot_pixels_.samples) / 2,
+                                static_cast<float>(samples_of_replicate(settings_.spp))})),
+        deep_pixels_(paths / kPathsOfDeepPixel),
         go_on_(go_on),
         regions_(regions_of(settings_.grid)),
         values_(settings_.grid, pilot_pixels_),
@@ -52,10 +60,14 @@ class Pilot {
   PilotReport run(int threads) {
     take_turns(threads, &Pilot::look_first);
     values_.finish();
+    plans_.convergence =
+        measure_convergence(renderer_, settings_, plans_, values_, deep_pixels_, threads, go_on_)
+            .ratio(double{plans_.lengths.render}, double{plans_.lengths.pilot});
     take_turns(threads, &Pilot::work);
     merge();
     add_splats();
-    return choose_plan(plans_, view(), count(), settings_.uniform_sampling);
+    count();
+    return choose_plan(plans_, view(), sums_, settings_.uniform_sampling);
   }
 
  private:
@@ -123,7 +135,7 @@ class Pilot {
   void work() {
     const auto workspace = renderer_.make_workspace();
     const auto recorder = std::make_unique<StrategyRecorder>();
-    MomentRecorder moments(plans_, std::min(regions_.side, kCellSize), pilot_pixels_.samples);
+    MomentRecorder moments(plans_, std::min(regions_.side, kCellSize));
     for (size_t i; take_cell(&i);) {
       const CellRect rect = pilot_pixels_.rect(i);
       CellResult& result = results_[i];
@@ -255,7 +267,7 @@ class Pilot {
   }
 
   /// The sums with what is known of cells once all splats are in.
-  const PilotSums& count() {
+  void count() {
     std::vector<const RarePaths*> rare;
     for (const CellResult& cell : results_) {
       sums_.next_event += cell.moments.next_event;
@@ -265,7 +277,6 @@ class Pilot {
       rare.push_back(&cell.moments.rare);
     }
     sums_.unseen = unseen_variance(rare);
-    return sums_;
   }
   PilotView view() const {
     return {regions_, pilot_pixels_.samples, static_cast<double>(renderer_.plan().primitives),
@@ -275,7 +286,8 @@ class Pilot {
   const RenderSettings settings_;
   const PilotPixels pilot_pixels_;
   const Renderer renderer_;
-  const PlanSet plans_;
+  PlanSet plans_;
+  const int64_t deep_pixels_;
   const std::function<bool()>& go_on_;
   const RegionGrid regions_;
   PilotValues values_;
@@ -317,16 +329,19 @@ PilotReport run_pilot(const Renderer& renderer, int threads, const std::function
     return report;
   }
   const RenderScene& scene = renderer.context().scene;
+  const int64_t pixels = renderer.settings().grid.crop.area(),
+                most = kMostPaths * kPartOfJob / pixels,  // samples per pixel: the product may be too large
+      paths = std::max(pixels * std::min(renderer.settings().spp, most) / kPartOfJob, kLeastPaths);
   double emission_guide_gain = 1;
   std::optional<bool> guided_emission;
   if (scene.guided_lights && scene.emission_guide_gain < kEmissionGuidePays) {
     emission_guide_gain = gain_of_emission_guide(renderer, threads, go_on);
     guided_emission = emission_guide_gain >= kEmissionGuideWorthIt;
   }
-  PilotReport report = Pilot(renderer, kAllStrategies, guided_emission, kPaths, go_on).run(threads);
+  PilotReport report = Pilot(renderer, kAllStrategies, guided_emission, paths, go_on).run(threads);
   if (scene.manifolds.suffice()) {
     // Walks bring what light paths would. Samples without light paths tell it from more places.
-    PilotReport walked = Pilot(renderer, kEmissionHits | kNextEvent, {}, kPaths, go_on).run(threads);
+    PilotReport walked = Pilot(renderer, kEmissionHits | kNextEvent, {}, paths, go_on).run(threads);
     const std::vector<PlanEstimate> estimates = std::move(walked.estimates);
     if (least_product(estimates) < least_product(report.estimates)) {
       walked.estimates = std::move(report.estimates);

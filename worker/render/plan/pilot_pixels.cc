@@ -15,6 +15,8 @@ constexpr int64_t kPilotBlock = 5;
 // Two superblocks of different replicates, or the two would not be independent.
 static_assert(replicate_of(superblock_of_sample(block_begin(kPilotBlock))).replicate !=
               replicate_of(superblock_of_sample(block_begin(kPilotBlock + 1))).replicate);
+/// Deep pixels in a cell, at least: a packet of fewer would not pay for its light paths.
+constexpr int64_t kLeastDeepPixels = 16;
 constexpr uint32_t kCellSeed = 0x696c6f74;
 
 /// The cells that the pilot renders: at most `count`, spread evenly but without a pattern.
@@ -28,6 +30,13 @@ std::vector<int64_t> pilot_cells(int64_t cells, int64_t count) {
   return chosen;
 }
 
+/// Cell number `i` of the film's.
+CellRect cell_of_film(const CellRect& film, int64_t i) {
+  const int64_t columns = film.width();
+  const int x = film.x0 + static_cast<int>(i % columns), y = film.y0 + static_cast<int>(i / columns);
+  return {x, y, x + 1, y + 1};
+}
+
 }  // namespace
 
 PilotPixels::PilotPixels(const FilmGrid& grid, int64_t paths, int64_t least_samples)
@@ -39,15 +48,25 @@ PilotPixels::PilotPixels(const FilmGrid& grid, int64_t paths, int64_t least_samp
   cells = pilot_cells(count, std::min(count, paths * one_in / (samples * kCellPixels)));
 }
 
-CellRect PilotPixels::rect(size_t i) const {
-  const int64_t columns = film_.width();
-  const int x = film_.x0 + static_cast<int>(cells[i] % columns),
-            y = film_.y0 + static_cast<int>(cells[i] / columns);
-  return {x, y, x + 1, y + 1};
-}
+CellRect PilotPixels::rect(size_t i) const { return cell_of_film(film_, cells[i]); }
 
 int64_t PilotPixels::index(int64_t j) const {
   return block_begin(kPilotBlock + block(j)) + j - block(j) * (samples / 2);
+}
+
+DeepPixels::DeepPixels(const FilmGrid& grid, int64_t pixels) : film_(grid.cells()) {
+  const int64_t count = grid.cells().count(), used = std::min(count, pixels / kLeastDeepPixels);
+  while (pixel_subset.one_in < kMostThinned && used * kCellPixels > pixels * pixel_subset.one_in)
+    pixel_subset.one_in *= 2;
+  cells = pilot_cells(count, used);
+}
+
+CellRect DeepPixels::rect(size_t i) const { return cell_of_film(film_, cells[i]); }
+
+int64_t DeepPixels::index(int replicate, int64_t j) {
+  int64_t k = 0;
+  while (replicate_of(k) != ReplicateBlock{replicate, j / kSuperblockSamples}) ++k;
+  return k * kSuperblockSamples + j % kSuperblockSamples;
 }
 
 }  // namespace lightmill

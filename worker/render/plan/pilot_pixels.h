@@ -30,4 +30,19 @@ struct PilotPixels {
   CellRect film_;
 };
 
+/// The pixels of which a pilot takes many samples in both replicates: a few of some cells.
+struct DeepPixels {
+  PixelSubset pixel_subset;
+  std::vector<int64_t> cells;  // row-major in those of the film
+
+  /// About `pixels` of them, if the film has as many.
+  DeepPixels(const FilmGrid& grid, int64_t pixels);
+  CellRect rect(size_t i) const;  // of cells[i]
+  /// Sample index number `j` < 64 of this replicate.
+  static int64_t index(int replicate, int64_t j);
+
+ private:
+  CellRect film_;
+};
+
 }  // namespace lightmill

@@ -4,7 +4,6 @@
 
 #include "worker/render/plan/cost_model.h"
 #include "worker/render/plan/neyman_allocation.h"
-#include "worker/render/plan/stratification.h"
 
 namespace lightmill {
 namespace {
@@ -52,8 +51,6 @@ class Choice {
   }
 
  private:
-  double stratification() const { return unseen_stratification(static_cast<double>(view_.samples)); }
-
   static double product_of(const PlanEstimate& e) { return e.relative_variance * e.cost; }
 
   /// Means over pixels and channels of variance / (value^2 + 0.01), per plan.
@@ -93,7 +90,7 @@ class Choice {
     }
     Variances result;
     for (size_t k = 0; k < kMaxPlans; ++k) {
-      const double all = std::max(0.0, camera[k]) / stratification() + splat[k] +
+      const double all = std::max(0.0, camera[k]) * double{plans_.convergence[k]} + splat[k] +
                          sums_.unseen[k] * pixels / std::max(looked_at, 1.0);
       result.late_roulette[k] = all / (3 * std::max(pixels, 1.0));
       result.roulette[k] = roulette[k] / (3 * std::max(pixels, 1.0));
@@ -114,8 +111,8 @@ class Choice {
         for (size_t half = 0; half < 2; ++half) {
           const int looked_at = block.looked_at[half];
           if (looked_at == 0) continue;
-          r.camera[half] +=
-              std::max(0.0, double{block.camera[half][ch][k]}) / (3 * stratification() * looked_at);
+          r.camera[half] += std::max(0.0, double{block.camera[half][ch][k]}) * double{plans_.convergence[k]} /
+                            (3 * looked_at);
           r.paths[half] = static_cast<double>(looked_at * view_.samples);
         }
       }

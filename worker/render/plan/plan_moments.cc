@@ -4,24 +4,18 @@
 #include <cmath>
 #include <utility>
 
-#include "worker/render/plan/stratification.h"
+#include "worker/render/plan/emitter_edges.h"
 
 namespace lightmill {
 namespace {
 
 constexpr size_t kPlans = kMaxPlans;
 
-/// Per plan: sum_j n_j p_j of the recorded plan over that of the plan, by which a contribution is to be
-/// multiplied. It is 0, and the light is counted as lost, where the plan has no strategy for the path.
+/// PlanSet::density_ratio; where a plan has no strategy for the path, the light is counted as lost.
 PerPlan correction(const PlanSet& plans, const FamilyShares& a, const float rgb[3], PerPlan* lost) {
-  PerPlan factor;
+  const PerPlan factor = plans.density_ratio(a);
   const float light = rgb[0] + rgb[1] + rgb[2];
-  for (size_t k = 0; k < kPlans; ++k) {
-    const float density = a.hit * plans.hit[k] + a.next_event * plans.next_event[k] + a.lens * plans.lens[k] +
-                          a.connect * plans.connect[k];
-    factor[k] = density > 0 ? 1 / density : 0;
-    (*lost)[k] += density > 0 ? 0 : light;
-  }
+  for (size_t k = 0; k < kPlans; ++k) (*lost)[k] += factor[k] > 0 ? 0 : light;
   return factor;
 }
 
@@ -109,26 +103,24 @@ InSight in_sight(const FamilyShares& a, const float rgb[3], const PixelValue& va
 }
 
 /// What hits of a visible emitter add to the noise of the camera layer without the share that samples tell:
-/// from hits and light tracing alike.
+/// from hits and light tracing alike. In all of that layer the render's noise is what is recorded here times
+/// `convergence`, which emitters in sight have no part in.
 void add_unsampled(const PlanSet& plans, const FamilyShares& a, const float rgb[3], const PixelValue& value,
                    const PerPlan& factor, size_t half, float scale, BlockMoments* block) {
   const InSight seen = in_sight(a, rgb, value);
-  const float part = a.hit * (1 - seen.sampled) * (1 - seen.covered) * stratified_edge(seen.covered) * scale;
+  const float part = a.hit * (1 - seen.sampled) * (1 - seen.covered) *
+                     stratified_edge(seen.covered, plans.lengths.render) * scale;
   for (size_t ch = 0; ch < 3; ++ch) {
     const float noise = value.weight(ch) * rgb[ch] * rgb[ch] * part;
     for (size_t k = 0; k < kPlans; ++k)
-      block->camera[half][ch][k] += plans.hit[k] * noise * factor[k] * factor[k];
+      block->camera[half][ch][k] += plans.hit[k] * noise * factor[k] * factor[k] / plans.convergence[k];
   }
 }
 
 }  // namespace
 
-MomentRecorder::MomentRecorder(const PlanSet& plans, int side, int64_t samples)
-    : plans_(plans),
-      side_(side),
-      at_edges_(static_cast<float>(unseen_stratification(static_cast<double>(samples)) /
-                                   unseen_stratification_at_edges(static_cast<double>(samples)))),
-      pixels_(kCellPixels) {}
+MomentRecorder::MomentRecorder(const PlanSet& plans, int side)
+    : plans_(plans), side_(side), pixels_(kCellPixels) {}
 
 void MomentRecorder::begin_cell(const std::array<PixelValue, kCellPixels>& values) {
   values_ = values;
@@ -170,9 +162,12 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
     if (c.s > 0) count_ray(kept, c.s == 1 ? &cell_.next_event : &cell_.connect);
     const bool emitter_in_sight = c.s == 0 && c.t == 2;
     const PerPlan& samples = c.s == 0 ? plans_.hit : c.s == 1 ? plans_.next_event : plans_.connect;
-    float part = 1;
+    PerPlan part;
+    part.fill(1);
     if (emitter_in_sight) {
-      part = std::sqrt(in_sight(c.shares, c.rgb, value).sampled * at_edges_);
+      const float sampled = in_sight(c.shares, c.rgb, value).sampled,
+                  gain = noise_at_edges(plans_.lengths.render) / noise_at_edges(plans_.lengths.pilot);
+      for (size_t k = 0; k < kPlans; ++k) part[k] = std::sqrt(sampled * gain / plans_.convergence[k]);
       add_unsampled(plans_, c.shares, c.rgb, value, factor, half, 1, &block);
     } else {
       // An emitter hit is as bright as the emitter, and a rarer path is no brighter: hits have no tail.
@@ -181,7 +176,7 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
     }
     for (size_t ch = 0; ch < 3; ++ch) {
       for (size_t k = 0; k < kPlans; ++k) {
-        const float x = part * samples[k] * c.rgb[ch] * factor[k];
+        const float x = part[k] * samples[k] * c.rgb[ch] * factor[k];
         sum[ch][k] += x;
         if (!emitter_in_sight) squares[ch][k] += x * x;
         if (connection) kind_sum[ch][k] += x, kind_squares[ch][k] += x * x;
@@ -311,9 +306,9 @@ void add_splat(const PlanSet& plans, const RecordedSplat& splat, const PixelValu
     const float hit[3] = {splat.rgb[0] * survival, splat.rgb[1] * survival, splat.rgb[2] * survival};
     // Which point of a lamp a path starts at are its first numbers. They are one low-discrepancy point set
     // over all lights, of which each light has those that another number gives it. So this many paths of a
-    // superblock, for a unit of light paths, are in the pixel.
+    // sequence, for a unit of light paths, are in the pixel.
     const float one = hit[0] + hit[1] + hit[2],
-                paths = one > 0 ? kSuperblockSamples * splat.shares.lens *
+                paths = one > 0 ? plans.lengths.render * splat.shares.lens *
                                       (value.value[0] + value.value[1] + value.value[2]) / one
                                 : 0;
     const auto even = [&](float light_paths) {

@@ -61,8 +61,8 @@ struct CellMoments {
 /// Takes the samples of one cell after another. One per thread.
 class MomentRecorder {
  public:
-  /// Blocks are squares of `side` pixels, a divisor of kCellSize. `samples`: per pilot pixel.
-  MomentRecorder(const PlanSet& plans, int side, int64_t samples);
+  /// Blocks are squares of `side` pixels, a divisor of kCellSize.
+  MomentRecorder(const PlanSet& plans, int side);
   /// `values`: per pixel of the cell, row-major.
   void begin_cell(const std::array<PixelValue, kCellPixels>& values);
   /// Adds all contributions of one sample index of the cell, which is in the first or the second `block` of
@@ -86,7 +86,6 @@ class MomentRecorder {
 
   const PlanSet& plans_;
   const int side_;
-  const float at_edges_;  // factor on the noise of visible emitters, beside what all else gains
   CellMoments cell_;
   std::array<PixelValue, kCellPixels> values_;
   std::vector<Pixel> pixels_;  // zero between cells

@@ -16,10 +16,12 @@ double pairs_of(double picks) {
 
 }  // namespace
 
-PlanSet::PlanSet(std::vector<SamplingPlan> candidates, float splat_noise_of_filter, float share)
-    : plans(std::move(candidates)), light_share(share) {
+PlanSet::PlanSet(std::vector<SamplingPlan> candidates, float splat_noise_of_filter, float share,
+                 const SequenceLengths& sequence_lengths)
+    : plans(std::move(candidates)), light_share(share), lengths(sequence_lengths) {
   if (plans.size() > kMaxPlans) throw std::logic_error("too many sampling plans");
   light_tracing_weight.fill(1);
+  convergence.fill(1);
   for (size_t k = 0; k < plans.size(); ++k) {
     const SamplingPlan& p = plans[k];
     hit[k] = p.strategies & kEmissionHits ? 1.0f : 0.0f;
@@ -36,8 +38,18 @@ PlanSet::PlanSet(std::vector<SamplingPlan> candidates, float splat_noise_of_filt
   }
 }
 
+PerPlan PlanSet::density_ratio(const FamilyShares& shares) const {
+  PerPlan factor;
+  for (size_t k = 0; k < kMaxPlans; ++k) {
+    const float density = shares.hit * hit[k] + shares.next_event * next_event[k] + shares.lens * lens[k] +
+                          shares.connect * connect[k];
+    factor[k] = density > 0 ? 1 / density : 0;
+  }
+  return factor;
+}
+
 PlanSet candidate_plans(const ScenePlan& scene, Strategies among, std::optional<bool> guided_emission,
-                        float splat_noise, float light_share) {
+                        float splat_noise, float light_share, const SequenceLengths& lengths) {
   std::vector<SamplingPlan> plans;
   const auto add = [&](Strategies set, double light_paths, double connections) {
     if (!scene.complete[set] || set & ~scene.possible || set & ~among) return;
@@ -57,7 +69,7 @@ PlanSet candidate_plans(const ScenePlan& scene, Strategies among, std::optional<
       add(base | kLightTracing | kVertexConnections, light_paths, connections);
     }
   }
-  return PlanSet(std::move(plans), splat_noise, light_share);
+  return PlanSet(std::move(plans), splat_noise, light_share, lengths);
 }
 
 }  // namespace lightmill

@@ -1,6 +1,12 @@
 #include "worker/render/plan/relative_weights.h"
 
 namespace lightmill {
+namespace {
+
+/// A picture with a larger mean value is shown with an exposure that brings the mean to kShownMean.
+constexpr float kBrightPicture = 2, kShownMean = 0.3f;
+
+}  // namespace
 
 RelativeWeights::RelativeWeights(const FilmGrid& grid, double paths_per_pixel, double paths)
     : paths_per_pixel_(static_cast<float>(paths_per_pixel)) {
@@ -32,6 +38,8 @@ void RelativeWeights::finish() {
     for (size_t ch = 0; ch < 3; ++ch) all_.camera[ch] += s.camera[ch], all_.splats[ch] += s.splats[ch];
     all_.pixels += s.pixels;
   }
+  const float picture = (value(all_, 0) + value(all_, 1) + value(all_, 2)) / 3;
+  if (picture > kBrightPicture) epsilon_ *= (picture / kShownMean) * (picture / kShownMean);
   for (int row = 0; row < grid_.rows; ++row) {
     for (int column = 0; column < grid_.columns; ++column) {
       const auto square = [&](int x, int y) -> Square& {
@@ -65,6 +73,7 @@ PixelValue RelativeWeights::of(int x, int y) const {
   PixelValue v;
   for (size_t ch = 0; ch < 3; ++ch) v.value[ch] = value(square, ch);
   v.around = square.around;
+  v.epsilon = epsilon_;
   if (square.pixels > 0) {
     v.camera_share = 1 / (square.pixels * paths_per_pixel_);
     v.splat_share = v.emitter_share = per_splat_ * v.camera_share;

@@ -1,5 +1,10 @@
 #pragma once
 // The weight that relMSE gives to the variance of a pixel, 1 / (value^2 + 0.01), from the samples at hand.
+//
+// 0.01 is for pictures that are shown as they are: what is much darker than 0.1 is not seen well. Pictures in
+// photometric units, as those of glTF scenes, have values in the hundreds and are shown with an exposure.
+// With 0.01 what is next to black in them would weigh as much as all that is seen. So the number goes with
+// the exposure there.
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -16,6 +21,7 @@ struct PixelValue {
   Channels around{};                        // median of the squares around, for what is dark by chance
   float camera_share = 0, splat_share = 0;  // of a camera sample and of a splat in `value`
   float emitter_share = 0;                  // of a splat of a visible emitter
+  float epsilon = 0.01f;                    // of relMSE, for the picture as it is shown
 
   /// No contribution counts for more than this many times its pixel's value: one sample says too little of
   /// what is so rare.
@@ -51,7 +57,7 @@ struct PixelValue {
   }
 
  private:
-  static float of(float v) { return 1 / (v * v + 0.01f); }
+  float of(float v) const { return 1 / (v * v + epsilon); }
 };
 
 /// Values of small squares of pixels; of single pixels if there are enough samples.
@@ -93,7 +99,7 @@ class RelativeWeights {
   }
 
   RegionGrid grid_;
-  float paths_per_pixel_, per_splat_ = 0;
+  float paths_per_pixel_, per_splat_ = 0, epsilon_ = 0.01f;
   std::vector<Square> squares_;
   Square all_;
 };

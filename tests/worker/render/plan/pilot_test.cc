@@ -228,11 +228,10 @@ TEST(Pilot, KnowsLittleNoise) {
   EXPECT_TRUE(report.chosen.allocation.uniform());
 }
 
-TEST(Pilot, IsTheSameForAnyThreadsAndSamples) {
+TEST(Pilot, IsTheSameForAnyThreads) {
   const TestScene s = cornell_room().film(70, 40);
   const std::string one = pilot_to_json(pilot_of(s, 5, 1, 4));
   EXPECT_EQ(one, pilot_to_json(pilot_of(s, 5, 3, 4)));
-  EXPECT_EQ(one, pilot_to_json(pilot_of(s, 5, 2, 1000)));
 }
 
 TEST(Pilot, ChoosesLightPathsForACaustic) {

@@ -60,7 +60,7 @@ TEST(PlanMoments, KnowHowManyRaysRouletteLeavesToEveryPlan) {
                                            {kAllStrategies, 0.25, 4},
                                            {kAllStrategies, 1, 1, 0.125}};
   const PlanSet set(plans, 1);
-  MomentRecorder moments(set, 32, kSamples);
+  MomentRecorder moments(set, 32);
   moments.begin_cell(std::array<PixelValue, kCellPixels>{});
   const Rays recorded = rays_under(s, {.connections = kRecordedConnections}, &moments);
   std::array<bool, kCellPixels> all;
