@@ -14,10 +14,8 @@ namespace lightmill {
 namespace {
 
 constexpr size_t kLengths = kMeasuredLengths.size();
-/// A contribution is rare and bright from this many times its pixel's value on.
-constexpr float kBrightTimes = 16;
 /// For squared differences of sums of n samples, which are 2 n^2 times the variance of a mean; all blocks of
-/// a pixel are added. The same for squares of single contributions.
+/// a pixel are added.
 constexpr double kScale = 0.5 / kMeasuredLengths.back();
 
 }  // namespace
@@ -30,24 +28,22 @@ Convergence& Convergence::operator+=(const Convergence& o) {
   for (size_t i = 0; i < kLengths; ++i) {
     for (size_t k = 0; k < kMaxPlans; ++k) variance[i][k] += o.variance[i][k];
   }
-  for (size_t k = 0; k < kMaxPlans; ++k) bright[k] += o.bright[k];
   return *this;
 }
 
 PerPlan Convergence::ratio(double samples, double of) const {
   PerPlan ratios;
   for (size_t k = 0; k < kMaxPlans; ++k) {
-    /// The variance with 2^x samples.
+    /// log2 of the variance with 2^x samples.
     const auto at = [&](double x) {
       const auto place = [&](size_t i) { return std::log2(kMeasuredLengths[i]); };
       size_t i = 0;
       while (i + 2 < kLengths && x > place(i + 1)) ++i;
       const double part = (x - place(i)) / (place(i + 1) - place(i));
-      return std::exp2((1 - part) * std::log2(variance[i][k]) + part * std::log2(variance[i + 1][k])) +
-             bright[k];
+      return (1 - part) * std::log2(variance[i][k]) + part * std::log2(variance[i + 1][k]);
     };
     const bool known = std::all_of(variance.begin(), variance.end(), [&](const auto& v) { return v[k] > 0; });
-    ratios[k] = known ? static_cast<float>(at(std::log2(samples)) / at(std::log2(of))) : 1;
+    ratios[k] = known ? static_cast<float>(std::exp2(at(std::log2(samples)) - at(std::log2(of)))) : 1;
   }
   return ratios;
 }
@@ -58,13 +54,12 @@ void ConvergenceRecorder::begin_cell(const std::vector<DeepPixel>& pixels) {
   pixel_of_slot_.fill(-1);
   pixels_.assign(pixels.size(), {});
   cell_ = {};
-  bright_ = {};
   samples_ = 0;
   for (size_t i = 0; i < pixels.size(); ++i) {
     pixel_of_slot_[static_cast<size_t>(pixels[i].slot)] = static_cast<int16_t>(i);
     for (size_t ch = 0; ch < 3; ++ch) {
       pixels_[i].weight[ch] = pixels[i].value.weight(ch);
-      pixels_[i].bright[ch] = kBrightTimes / std::sqrt(pixels_[i].weight[ch]);
+      pixels_[i].rare[ch] = pixels[i].value.rare(ch);
     }
   }
 }
@@ -80,11 +75,9 @@ void ConvergenceRecorder::add_sample(const std::vector<StrategyContribution>& co
     Pixel& pixel = pixels_[static_cast<size_t>(i)];
     for (size_t ch = 0; ch < 3; ++ch) {
       PerPlan& to = pixel.differences[0][ch];
-      const float limit = pixel.bright[ch], weight = pixel.weight[ch];
       for (size_t k = 0; k < kMaxPlans; ++k) {
-        const float x = c.rgb[ch] * samples[k] * factor[k], rare = x > limit ? x : 0;
-        to[k] += sign * (x - rare);
-        bright_[k] += weight * rare * rare;
+        const float x = c.rgb[ch] * samples[k] * factor[k];
+        to[k] += x < pixel.rare[ch] ? sign * x : 0;
       }
     }
   }
@@ -109,10 +102,7 @@ void ConvergenceRecorder::close_block(size_t length) {
   }
 }
 
-const Convergence& ConvergenceRecorder::end_cell() {
-  for (size_t k = 0; k < kMaxPlans; ++k) cell_.bright[k] = kScale * double{bright_[k]};
-  return cell_;
-}
+const Convergence& ConvergenceRecorder::end_cell() { return cell_; }
 
 Convergence measure_convergence(const Renderer& scene, const RenderSettings& settings, const PlanSet& plans,
                                 const PilotValues& values, int64_t pixels, int threads,

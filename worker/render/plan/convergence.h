@@ -29,7 +29,6 @@ double samples_of_replicate(int64_t spp);
 /// makes them more even, and with them the differences would tell nothing else.
 struct Convergence {
   std::array<std::array<double, kMaxPlans>, kMeasuredLengths.size()> variance{};
-  std::array<double, kMaxPlans> bright{};
   Convergence& operator+=(const Convergence& o);
   /// The variance with `samples` of a replicate over that with `of`, per plan: a power law between measured
   /// lengths, and beyond them. 1 if nothing is known.
@@ -53,7 +52,7 @@ class ConvergenceRecorder {
  private:
   static constexpr size_t kLengths = kMeasuredLengths.size();
   struct Pixel {
-    std::array<float, 3> weight{}, bright{};  // per channel; what is bright from there on
+    std::array<float, 3> weight{}, rare{};  // per channel
     std::array<std::array<PerPlan, 3>, kLengths>
         differences{};  // of the replicates: of the block that is open
   };
@@ -63,7 +62,6 @@ class ConvergenceRecorder {
   std::array<int16_t, kCellPixels> pixel_of_slot_;
   std::vector<Pixel> pixels_;
   Convergence cell_;
-  PerPlan bright_{};
   int samples_ = 0;
 };
 

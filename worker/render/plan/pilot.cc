@@ -24,17 +24,17 @@ namespace {
 
 /// The pilot's samples are not those of the image, which they would bias.
 constexpr uint64_t kPilotSeed = 0x70696c6f74;
-/// Most and least camera paths that the pilot traces, and its part of the job's: small jobs are not to wait
-/// for what they would not gain. Least samples of a pixel: two blocks of four show what
-/// stratification gains of smooth light: single samples show up to eight times the noise. With 16 samples,
-/// fewer places are left than a choice needs.
-constexpr int64_t kMostPaths = 3 << 16, kLeastPaths = 3 << 15, kPartOfJob = 32, kLeastSamples = 8;
+/// Two blocks of four show what stratification gains of smooth light: single samples show up to eight times
+/// the noise. With 16 samples, fewer places are left than a choice needs.
+constexpr int64_t kLeastSamples = 8;
+/// The pilot's part of the job's camera paths, and least paths.
+constexpr int64_t kPartOfJob = 32, kLeastPaths = 3 << 15;
 /// For this many of its paths the pilot samples a pixel deeply besides, with a quarter as many.
 constexpr int64_t kPathsOfDeepPixel = 4 * kReplicates * kMeasuredLengths.back();
 /// Camera paths of each of the two preview passes that tell whether the emission guide pays, and the
 /// predicted gain from which on it does: where 1.15 to 1.5 is predicted 1.27 to 1.47 was measured, where 0.94
 /// to 1.1 (four rooms) 0.88 to 0.97, as guided light paths take longer.
-constexpr int64_t kEmissionGuidePaths = kMostPaths / 8;
+constexpr int64_t kEmissionGuidePaths = kMostPilotPaths / 8;
 constexpr double kEmissionGuideWorthIt = 1.12;
 
 class Pilot {
@@ -60,7 +60,7 @@ class Pilot {
   PilotReport run(int threads) {
     take_turns(threads, &Pilot::look_first);
     values_.finish();
-    plans_.convergence =
+    sums_.convergence =
         measure_convergence(renderer_, settings_, plans_, values_, deep_pixels_, threads, go_on_)
             .ratio(double{plans_.lengths.render}, double{plans_.lengths.pilot});
     take_turns(threads, &Pilot::work);
@@ -286,7 +286,7 @@ class Pilot {
   const RenderSettings settings_;
   const PilotPixels pilot_pixels_;
   const Renderer renderer_;
-  PlanSet plans_;
+  const PlanSet plans_;
   const int64_t deep_pixels_;
   const std::function<bool()>& go_on_;
   const RegionGrid regions_;
@@ -318,7 +318,15 @@ double gain_of_emission_guide(const Renderer& renderer, int threads, const std::
 
 }  // namespace
 
-PilotReport run_pilot(const Renderer& renderer, int threads, const std::function<bool()>& go_on) {
+int64_t pilot_paths(const RenderSettings& settings) {
+  const int64_t pixels = settings.grid.crop.area(), most = kMostPilotPaths * kPartOfJob;
+  // Not as a product, which could overflow.
+  return settings.spp >= most / pixels ? kMostPilotPaths
+                                       : std::max(pixels * settings.spp / kPartOfJob, kLeastPaths);
+}
+
+PilotReport run_pilot(const Renderer& renderer, int threads, const std::function<bool()>& go_on,
+                      std::optional<int64_t> wanted_paths) {
   RenderSettings settings = renderer.settings();
   settings.plan.reset();
   if (settings.max_depth < 1 || !renderer.plan().useful) {
@@ -329,9 +337,7 @@ PilotReport run_pilot(const Renderer& renderer, int threads, const std::function
     return report;
   }
   const RenderScene& scene = renderer.context().scene;
-  const int64_t pixels = renderer.settings().grid.crop.area(),
-                most = kMostPaths * kPartOfJob / pixels,  // samples per pixel: the product may be too large
-      paths = std::max(pixels * std::min(renderer.settings().spp, most) / kPartOfJob, kLeastPaths);
+  const int64_t paths = wanted_paths.value_or(pilot_paths(renderer.settings()));
   double emission_guide_gain = 1;
   std::optional<bool> guided_emission;
   if (scene.guided_lights && scene.emission_guide_gain < kEmissionGuidePays) {

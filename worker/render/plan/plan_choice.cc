@@ -53,6 +53,14 @@ class Choice {
  private:
   static double product_of(const PlanEstimate& e) { return e.relative_variance * e.cost; }
 
+  /// Noise `camera` of the camera layer, as it is per sample of the render. Of that is `even` what sequences
+  /// make more even; the rest is as it is for any number of samples. Both are estimates of their own.
+  double in_render(size_t k, double camera, double even) const {
+    constexpr double kMostGained = 0.95;
+    camera = std::max(0.0, camera);
+    return camera - std::min((1 - double{sums_.convergence[k]}) * even, kMostGained * camera);
+  }
+
   /// Means over pixels and channels of variance / (value^2 + 0.01), per plan.
   struct Variances {
     std::array<double, kMaxPlans> late_roulette{};  // with rr_depth = kMostRrDepth, as it was recorded
@@ -71,7 +79,7 @@ class Choice {
   }
 
   Variances relative_variances() const {
-    std::array<double, kMaxPlans> camera{}, splat{}, roulette{};
+    std::array<double, kMaxPlans> camera{}, even{}, splat{}, roulette{};
     double pixels = 0, looked_at = 0;
     for (const RegionSums& region : sums_.regions) {
       const BlockMoments& block = region.noise;
@@ -85,13 +93,15 @@ class Choice {
           splat[k] += share * double{block.splat[ch][k]};
         }
       }
-      for (size_t k = 0; k < kMaxPlans; ++k)
+      for (size_t k = 0; k < kMaxPlans; ++k) {
         roulette[k] += share * (double{block.roulette[0][k]} + double{block.roulette[1][k]});
+        even[k] += share * (double{block.even[0][k]} + double{block.even[1][k]});
+      }
     }
     Variances result;
     for (size_t k = 0; k < kMaxPlans; ++k) {
-      const double all = std::max(0.0, camera[k]) * double{plans_.convergence[k]} + splat[k] +
-                         sums_.unseen[k] * pixels / std::max(looked_at, 1.0);
+      const double all =
+          in_render(k, camera[k], even[k]) + splat[k] + sums_.unseen[k] * pixels / std::max(looked_at, 1.0);
       result.late_roulette[k] = all / (3 * std::max(pixels, 1.0));
       result.roulette[k] = roulette[k] / (3 * std::max(pixels, 1.0));
     }
@@ -106,15 +116,20 @@ class Choice {
       RegionNoise& r = regions.emplace_back();
       r.pixels = block.pixels[0] + block.pixels[1];
       if (block.all_previewed() == 0 || !(region.camera_paths > 0)) continue;
+      std::array<double, 2> camera{};
       for (size_t ch = 0; ch < 3; ++ch) {
         r.splat += double{block.splat[ch][k]} / (3 * block.all_previewed());
         for (size_t half = 0; half < 2; ++half) {
           const int looked_at = block.looked_at[half];
           if (looked_at == 0) continue;
-          r.camera[half] += std::max(0.0, double{block.camera[half][ch][k]}) * double{plans_.convergence[k]} /
-                            (3 * looked_at);
+          camera[half] += double{block.camera[half][ch][k]};
           r.paths[half] = static_cast<double>(looked_at * view_.samples);
         }
+      }
+      for (size_t half = 0; half < 2; ++half) {
+        if (block.looked_at[half] > 0)
+          r.camera[half] =
+              in_render(k, camera[half], double{block.even[half][k]}) / (3 * block.looked_at[half]);
       }
       if (rr_depth == kLeastRrDepth) {
         for (size_t half = 0; half < 2; ++half) {

@@ -27,6 +27,7 @@ struct PilotSums {
   RayCounts next_event, connect, lens;
   std::array<double, kMaxPlans> lost{};    // light that a plan has no strategy for
   std::array<double, kMaxPlans> unseen{};  // unseen_variance
+  PerPlan convergence{};                   // Convergence::ratio from the pilot's samples to the render's
 };
 
 /// How it was recorded.

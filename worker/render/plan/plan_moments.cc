@@ -103,8 +103,7 @@ InSight in_sight(const FamilyShares& a, const float rgb[3], const PixelValue& va
 }
 
 /// What hits of a visible emitter add to the noise of the camera layer without the share that samples tell:
-/// from hits and light tracing alike. In all of that layer the render's noise is what is recorded here times
-/// `convergence`, which emitters in sight have no part in.
+/// from hits and light tracing alike.
 void add_unsampled(const PlanSet& plans, const FamilyShares& a, const float rgb[3], const PixelValue& value,
                    const PerPlan& factor, size_t half, float scale, BlockMoments* block) {
   const InSight seen = in_sight(a, rgb, value);
@@ -113,7 +112,7 @@ void add_unsampled(const PlanSet& plans, const FamilyShares& a, const float rgb[
   for (size_t ch = 0; ch < 3; ++ch) {
     const float noise = value.weight(ch) * rgb[ch] * rgb[ch] * part;
     for (size_t k = 0; k < kPlans; ++k)
-      block->camera[half][ch][k] += plans.hit[k] * noise * factor[k] * factor[k] / plans.convergence[k];
+      block->camera[half][ch][k] += plans.hit[k] * noise * factor[k] * factor[k];
   }
 }
 
@@ -146,6 +145,7 @@ void MomentRecorder::add_pairs(const std::array<PerPlan, 3>& sum, const std::arr
 void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribution* const* first,
                               size_t count, float survival) {
   const PixelValue& value = values_[static_cast<size_t>(slot)];
+  Pixel& pixel = pixels_[static_cast<size_t>(slot)];
   BlockMoments& block = block_of(slot);
   const auto half = half_of(slot % kCellSize, slot / kCellSize);
   std::array<PerPlan, 3> sum{}, squares{}, kind_sum{}, kind_squares{}, after{};
@@ -162,12 +162,10 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
     if (c.s > 0) count_ray(kept, c.s == 1 ? &cell_.next_event : &cell_.connect);
     const bool emitter_in_sight = c.s == 0 && c.t == 2;
     const PerPlan& samples = c.s == 0 ? plans_.hit : c.s == 1 ? plans_.next_event : plans_.connect;
-    PerPlan part;
-    part.fill(1);
+    float part = 1;
     if (emitter_in_sight) {
-      const float sampled = in_sight(c.shares, c.rgb, value).sampled,
-                  gain = noise_at_edges(plans_.lengths.render) / noise_at_edges(plans_.lengths.pilot);
-      for (size_t k = 0; k < kPlans; ++k) part[k] = std::sqrt(sampled * gain / plans_.convergence[k]);
+      const float gain = noise_at_edges(plans_.lengths.render) / noise_at_edges(plans_.lengths.pilot);
+      part = std::sqrt(in_sight(c.shares, c.rgb, value).sampled * gain);
       add_unsampled(plans_, c.shares, c.rgb, value, factor, half, 1, &block);
     } else {
       // An emitter hit is as bright as the emitter, and a rarer path is no brighter: hits have no tail.
@@ -175,11 +173,14 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
                         &block, c.s > 0 ? &cell_.rare : nullptr);
     }
     for (size_t ch = 0; ch < 3; ++ch) {
+      const float limit = emitter_in_sight ? 0 : value.rare(ch);
+      PerPlan& even = pixel.even[sample_block][ch];
       for (size_t k = 0; k < kPlans; ++k) {
-        const float x = part[k] * samples[k] * c.rgb[ch] * factor[k];
+        const float x = part * samples[k] * c.rgb[ch] * factor[k];
         sum[ch][k] += x;
         if (!emitter_in_sight) squares[ch][k] += x * x;
         if (connection) kind_sum[ch][k] += x, kind_squares[ch][k] += x * x;
+        even[k] += x < limit ? x : 0;
         if (c.t > kLeastRrDepth + 1) after[ch][k] += x;  // the camera is a vertex, too
       }
     }
@@ -193,7 +194,6 @@ void MomentRecorder::add_path(int slot, int sample_block, const StrategyContribu
   }
   if (t) add_pairs(kind_sum, kind_squares, slot);
   // Products of two contributions of one path, by the plan's own strategies.
-  Pixel& pixel = pixels_[static_cast<size_t>(slot)];
   for (size_t ch = 0; ch < 3; ++ch) {
     for (size_t k = 0; k < kPlans; ++k) {
       const float x2 = sum[ch][k] * sum[ch][k];
@@ -259,6 +259,8 @@ CellMoments MomentRecorder::end_cell(const std::array<bool, kCellPixels>& inside
         block.camera[half][ch][k] +=
             values_[i].weight(ch) *
             (first * first + second * second - p.squares[ch][k] - 2 * first * second) / n;
+        const float difference = p.even[0][ch][k] - p.even[1][ch][k];
+        block.even[half][k] += values_[i].weight(ch) * difference * difference / n;
       }
     }
     p = {};  // 5 MB a cell, of which little is used where few are pilot pixels
@@ -279,7 +281,10 @@ BlockMoments& BlockMoments::operator+=(const BlockMoments& o) {
     }
   }
   for (size_t half = 0; half < 2; ++half) {
-    for (size_t k = 0; k < kPlans; ++k) roulette[half][k] += o.roulette[half][k];
+    for (size_t k = 0; k < kPlans; ++k) {
+      roulette[half][k] += o.roulette[half][k];
+      even[half][k] += o.even[half][k];
+    }
   }
   return *this;
 }

@@ -19,7 +19,9 @@ namespace lightmill {
 struct BlockMoments {
   std::array<int, 2> pixels{}, looked_at{};  // per half: in the crop window; pilot pixels
   std::array<PerPlan, 3> camera[2], splat;   // variance of one pixel sample: camera layer per half, splats
-  std::array<PerPlan, 2> roulette{};  // what roulette at event kLeastRrDepth would add per half, all channels
+  // Per half, all channels: what roulette at event kLeastRrDepth would add, and what is in `camera` of
+  // samples that a longer sequence makes more even.
+  std::array<PerPlan, 2> roulette{}, even{};
   BlockMoments() { camera[0].fill({}), camera[1].fill({}), splat.fill({}); }
   BlockMoments& operator+=(const BlockMoments& o);
   int all_previewed() const { return looked_at[0] + looked_at[1]; }
@@ -78,7 +80,7 @@ class MomentRecorder {
  private:
   /// Sums of a pixel's samples x under each plan, camera layer only.
   struct Pixel {
-    std::array<PerPlan, 3> sums[2]{}, squares{};  // sums per block
+    std::array<PerPlan, 3> sums[2]{}, squares{}, even[2]{};  // per block; `even`: without what is rare
   };
   BlockMoments& block_of(int slot) { return cell_.blocks[block_of_slot(slot, side_)]; }
   void add_path(int slot, int block, const StrategyContribution* const* first, size_t count, float survival);

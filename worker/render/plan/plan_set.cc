@@ -21,7 +21,6 @@ PlanSet::PlanSet(std::vector<SamplingPlan> candidates, float splat_noise_of_filt
     : plans(std::move(candidates)), light_share(share), lengths(sequence_lengths) {
   if (plans.size() > kMaxPlans) throw std::logic_error("too many sampling plans");
   light_tracing_weight.fill(1);
-  convergence.fill(1);
   for (size_t k = 0; k < plans.size(); ++k) {
     const SamplingPlan& p = plans[k];
     hit[k] = p.strategies & kEmissionHits ? 1.0f : 0.0f;

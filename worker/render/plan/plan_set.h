@@ -39,8 +39,6 @@ struct PlanSet {
   PerPlan splat_noise{};
   float light_share;
   SequenceLengths lengths;
-  /// Noise of the camera layer per sample in the render, over that in the pilot: 1 until it is measured.
-  PerPlan convergence;
   /// Pairs of connections of one kind (camera and light vertex at given depths) beyond what independent draws
   /// would make, over those of the recorded plan; less 1.
   PerPlan more_pairs{};

@@ -7,6 +7,7 @@
 // the exposure there.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "common/job/sample_allocation.h"
@@ -28,6 +29,11 @@ struct PixelValue {
   static constexpr float kMostTimes = 64;
   /// A contribution is bright from this many times its pixel's value on.
   static constexpr float kBright = 2;
+
+  /// A contribution is rare from this many times its pixel's value on: of so few no sequence makes the number
+  /// more even.
+  static constexpr float kRare = 16;
+  float rare(size_t ch) const { return kRare / std::sqrt(weight(ch)); }
 
   float weight(size_t ch) const { return of(std::max(value[ch], around[ch])); }
   /// The weight for a contribution `x` that makes up the part `share` of the value. If it is much brighter

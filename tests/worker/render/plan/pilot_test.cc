@@ -20,7 +20,7 @@ bool always() { return true; }
 
 PilotReport pilot_of(const TestScene& s, int max_depth = 5, int threads = 2, int64_t spp = 16) {
   return run_pilot(Renderer(s.scene, settings_for(s.scene, Integrator::kBdpt, spp, max_depth), 1), threads,
-                   always);
+                   always, kMostPilotPaths);
 }
 
 /// A small bright lamp over a glass ball: a caustic on the floor.
@@ -33,10 +33,9 @@ TestScene caustic() {
   return s.film(64, 64);
 }
 
-/// relMSE of one sample per pixel under `plan`, from `batches` independent ones of 16 samples: stratified as
-/// in every render.
-double measured_variance(const TestScene& s, const SamplingPlan& plan, int batches = 16) {
-  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 16 * batches, 5);
+/// relMSE of one sample per pixel under `plan`, from `batches` independent renders of `spp` samples.
+double measured_variance(const TestScene& s, const SamplingPlan& plan, int batches = 16, int64_t spp = 16) {
+  RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, spp * batches, 5);
   settings.plan = plan;
   const Batches b = render_batches(s.scene, settings, batches, 2);
   double sum = 0;
@@ -47,7 +46,8 @@ double measured_variance(const TestScene& s, const SamplingPlan& plan, int batch
       const auto x = static_cast<double>(image.data[k]);
       mean += x / batches, squares += x * x;
     }
-    sum += (squares - batches * mean * mean) / (batches - 1) * 16 / (mean * mean + 0.01);
+    sum +=
+        (squares - batches * mean * mean) / (batches - 1) * static_cast<double>(spp) / (mean * mean + 0.01);
   }
   return sum / static_cast<double>(values);
 }
@@ -196,7 +196,7 @@ TEST(Pilot, SeesSliversOfALampThatItsCameraSamplesMiss) {
   for (const uint64_t seed : {1, 2, 3, 4, 5, 6}) {
     RenderSettings settings = settings_for(s.scene, Integrator::kBdpt, 16, 5);
     settings.seed = seed;
-    const PilotReport report = run_pilot(Renderer(s.scene, settings, 1), 2, always);
+    const PilotReport report = run_pilot(Renderer(s.scene, settings, 1), 2, always, kMostPilotPaths);
     bool found = false;
     for (const PlanEstimate& e : report.estimates) {
       if (e.plan.strategies != (kEmissionHits | kNextEvent)) continue;
@@ -253,7 +253,7 @@ TEST(Pilot, GuidesLightPathsThroughADoor) {
   s.quad({-2.4, 2.95, 0.6}, {0.6, 0, 0}, {0, 0, 0.6}, s.diffuse(0.0f), {.radiance = {30, 28, 24}});
   s.camera({0, 1.5, -3.8}, {0, 1.3, 0}, 60).film(128, 96);
   const Renderer renderer(s.scene, settings_for(s.scene, Integrator::kBdpt, 16, 8), 2);
-  const PilotReport report = run_pilot(renderer, 2, always);
+  const PilotReport report = run_pilot(renderer, 2, always, kMostPilotPaths);
   EXPECT_TRUE(uses_emission_guide(renderer.context().scene, report.chosen, report.chosen.strategies))
       << plan_to_json(report.chosen);
 }
@@ -296,6 +296,26 @@ TEST(Pilot, ChoosesWhereRouletteBegins) {
   room.box({-1, -1, -1}, {1, 1, 1}, room.diffuse(0.2f)).point_light({0.5, 0, 0.9}, {2, 2, 2});
   room.camera({0, 0, -0.9}, {0, -0.3, 1}, 70).film(64, 64);
   EXPECT_EQ(pilot_of(room, 30).chosen.rr_depth, kLeastRrDepth);
+}
+
+// The more samples, the less noise a sample is predicted to have, as it has: to within a factor of 1.6. Under
+// the sky it falls by half.
+TEST(Pilot, PredictsHowTheNoiseFallsWithSamples) {
+  for (const bool sky : {true, false}) {
+    const TestScene s = sky ? blocks_under_a_sky() : cornell_room().film(64, 64);
+    double first = 0, last = 0;
+    for (const int64_t spp : {64, 256, 1024}) {
+      const PilotReport report = pilot_of(s, 5, 2, spp);
+      for (const PlanEstimate& e : report.estimates) {
+        if (e.plan.strategies != (kEmissionHits | kNextEvent)) continue;
+        const double measured = measured_variance(s, e.plan, 3, spp);
+        EXPECT_NEAR(std::log(e.relative_variance / measured), 0, std::log(1.6))
+            << spp << " spp: " << e.relative_variance << " for " << measured;
+        (spp == 64 ? first : last) = measured;
+      }
+    }
+    EXPECT_GT(first / last, sky ? 1.4 : 1);
+  }
 }
 
 // Of the chosen roulette, as of all else.
