@@ -12,7 +12,6 @@
 
 #include "common/base/error.h"
 #include "common/base/lower_case.h"
-#include "common/image/exr_file.h"
 #include "common/image/image_library.h"
 #include "common/image/image_reader.h"
 #include "common/image/pfm_file.h"
@@ -73,59 +72,59 @@ std::vector<uint8_t> to_bytes(const Image& image, const ViewTransform& view) {
   return bytes;
 }
 
+/// The layers' channels behind the image's own, as one image. Throws std::logic_error on layers of another
+/// size.
+Image with_layers(const Image& image, const ChannelImage& layers) {
+  const int extra = layers.image.channels;
+  if (layers.image.width != image.width || layers.image.height != image.height ||
+      layers.channels.size() != static_cast<size_t>(extra)) {
+    throw std::logic_error("write_image: layers of another size than the image");
+  }
+  Image all(image.width, image.height, image.channels + extra);
+  const auto own = static_cast<size_t>(image.channels), more = static_cast<size_t>(extra);
+  const size_t pixels = image.data.size() / own;
+  for (size_t i = 0; i < pixels; ++i) {
+    float* to = &all.data[i * (own + more)];
+    std::copy_n(&image.data[i * own], own, to);
+    std::copy_n(&layers.image.data[i * more], more, to + own);
+  }
+  return all;
+}
+
 /// Half floats can't hold it.
 bool is_wide(const std::string& channel) {
   return channel.starts_with("depth.") || channel.starts_with("position.") || channel.starts_with("samples.");
 }
 
-/// The image's channels and the layers'. Throws std::logic_error on layers of another size.
-ExrImage exr_image(const Image& image, const ImageWriteOptions& options) {
-  ExrImage out{image.width, image.height, {}, {}};
-  const auto add = [&](const Image& from, int channel, const std::string& name) {
-    out.channels.push_back({name, from.data.data() + channel, static_cast<size_t>(from.channels),
-                            options.half && !is_wide(name)});
-  };
-  static constexpr const char* kColours[] = {"R", "G", "B"};
-  for (int c = 0; c < image.channels; ++c) add(image, c, image.channels == 1 ? "Y" : kColours[c]);
-  if (options.layers && !options.layers->channels.empty()) {
-    const Image& more = options.layers->image;
-    if (more.width != image.width || more.height != image.height ||
-        options.layers->channels.size() != static_cast<size_t>(more.channels)) {
-      throw std::logic_error("write_image: layers of another size than the image");
-    }
-    for (int c = 0; c < more.channels; ++c) add(more, c, options.layers->channels[static_cast<size_t>(c)]);
-  }
-  for (const auto& [key, value] : options.metadata) out.attributes.emplace_back("lightmill:" + key, value);
-  return out;
-}
-
 /// Into `memory` if it is not null.
-bool write_by_library(const Image& image, Format format, const std::string& path, const ViewTransform& view,
-                      std::vector<unsigned char>* memory, std::string* why) {
-  ImageToWrite out{image.width, image.height, image.channels};
+void write_by_library(const Image& image, Format format, const fs::path& path,
+                      const ImageWriteOptions& options, std::vector<unsigned char>* memory) {
+  ImageToWrite out;
+  Image all;
   std::vector<uint8_t> bytes;
   if (format == Format::kPng) {
-    out.linear = view.curve == ViewCurve::kNone;
-    bytes = to_bytes(image, view);
+    out.format = ImageToWrite::Format::kPng;
+    out.linear = options.view.curve == ViewCurve::kNone;
+    bytes = to_bytes(image, options.view);
     out.bytes = bytes.data();
-  } else {
+  } else if (format == Format::kHdr) {
+    out.format = ImageToWrite::Format::kHdr;
     out.floats = image.data.data();
+  } else {
+    out.half = options.half;
+    const bool layered = options.layers && !options.layers->channels.empty();
+    if (layered) {
+      all = with_layers(image, *options.layers);
+      for (const std::string& name : options.layers->channels) out.layers.push_back({name, is_wide(name)});
+    }
+    out.floats = (layered ? all : image).data.data();
+    for (const auto& [key, value] : options.metadata) out.attributes.emplace_back("lightmill:" + key, value);
   }
-  return image_library().write(out, path, memory, why);
-}
-
-bool write_format(const Image& image, Format format, const std::string& path,
-                  const ImageWriteOptions& options, std::string* why) {
-  switch (format) {
-    case Format::kExr:
-      return write_exr(exr_image(image, options), path, why);
-    case Format::kPfm:
-      return write_pfm(image, path, why);
-    case Format::kPng:
-    case Format::kHdr:
-      break;
-  }
-  return write_by_library(image, format, path, options.view, nullptr, why);
+  out.width = image.width;
+  out.height = image.height;
+  out.channels = image.channels + static_cast<int>(out.layers.size());
+  std::string why;
+  if (!image_library().write(out, path.string(), memory, &why)) cannot_write(path.string(), why);
 }
 
 [[noreturn]] void cannot_read(const std::string& path, const std::string& why) {
@@ -190,9 +189,12 @@ void write_image(const Image& image, const std::string& path, const ImageWriteOp
   const fs::path temporary = temporary_beside(target);
   std::error_code ec;
   try {
-    std::string why;
-    if (!write_format(image, format, temporary.string(), options, &why))
-      cannot_write(temporary.string(), why);
+    if (format == Format::kPfm) {
+      std::string why;
+      if (!write_pfm(image, temporary.string(), &why)) cannot_write(temporary.string(), why);
+    } else {
+      write_by_library(image, format, temporary, options, nullptr);
+    }
     fs::rename(temporary, target, ec);
     if (ec) cannot_write(path, ec.message());
   } catch (const Error& e) {
@@ -209,14 +211,12 @@ void write_image(const Image& image, const std::string& path, const ImageWriteOp
 std::string encode_png(const Image& image) {
   check_shape(image, "image.png");
   std::vector<unsigned char> bytes;
-  std::string why;
-  if (!write_by_library(image, Format::kPng, "image.png", {}, &bytes, &why)) cannot_write("image.png", why);
+  write_by_library(image, Format::kPng, "image.png", {}, &bytes);
   return {bytes.begin(), bytes.end()};
 }
 
 void check_writable(const std::string& path) {
-  const Format format = format_of(path);
-  if (format == Format::kPng || format == Format::kHdr) image_library();
+  if (format_of(path) != Format::kPfm) image_library();
   std::error_code ec;
   if (fs::is_directory(path, ec)) cannot_write(path, "it is a folder; name a file in it");
   const fs::path target = final_path(path);

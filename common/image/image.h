@@ -1,5 +1,5 @@
 #pragma once
-// A float image in memory, and its files: image_library.h, and without it pfm_file.h and exr_file.h.
+// A float image in memory, and its files (image_library.h; PFM is our own).
 #include <map>
 #include <string>
 #include <vector>

@@ -3,14 +3,13 @@
 //
 // Debian's brings three hundred libraries along, and to load them takes longer than most commands do. So no
 // program is linked to it: a module, lightmill-images.so, is. It lies beside the program, or in
-// ../lib/lightmill once installed, and is loaded when the first image is read or written, but for those that
-// short renders have: PFM files (pfm_file.h) and EXR files that are written (exr_file.h). It knows files and
+// ../lib/lightmill once installed, and is loaded when the first image is read or written. It knows files and
 // pixels; what these mean is decided on this side. Errors cross as text, as the module has classes of its
 // own; of exceptions std::bad_alloc alone.
 //
 //   std::string why;
 //   const ImageLibrary& library = image_library();
-//   if (!library.write(image, "a.png", nullptr, &why)) throw Error(ErrorKind::kFailed, "a.png: " + why);
+//   if (!library.write(image, "a.exr", nullptr, &why)) throw Error(ErrorKind::kFailed, "a.exr: " + why);
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -37,10 +36,19 @@ struct ImageSource {
 
 /// Pixels as a file is to hold them, row-major and interleaved, top row first.
 struct ImageToWrite {
+  enum class Format { kExr, kPng, kHdr };
+  struct Layer {
+    std::string name;  // of the channel
+    bool whole;        // float where the others are half
+  };
+  Format format = Format::kExr;
   int width = 0, height = 0, channels = 0;
-  const float* floats = nullptr;   // HDR
+  const float* floats = nullptr;   // EXR, HDR
   const uint8_t* bytes = nullptr;  // PNG
+  bool half = false;               // EXR: in half floats
   bool linear = true;              // what the file says of its values
+  std::vector<Layer> layers;       // EXR: the last channels; those before have usual names
+  std::vector<std::pair<std::string, std::string>> attributes;  // EXR: name and text
 };
 
 /// A rectangle [x0, x1) x [y0, y1) in the coordinates of the file, of `channels` channels from `first`.
@@ -67,7 +75,7 @@ struct ImageLibrary {
   /// A string attribute; empty if there is none.
   std::string (*attribute)(const OpenImageFile& file, const std::string& name);
 
-  /// By the extension of `path`, .png or .hdr. Into `memory` if it is not null: then `path` only names it.
+  /// Into `memory` if it is not null (PNG): then `path` only names it.
   bool (*write)(const ImageToWrite& image, const std::string& path, std::vector<unsigned char>* memory,
                 std::string* why);
 

@@ -180,15 +180,6 @@ TEST(Arrows, OnlyTheModuleIncludesOpenImageIO) {
   }
 }
 
-TEST(Arrows, OnlyTheWriterOfExrIncludesOpenExr) {
-  for (const char* folder : {"common", "coordinator", "worker", "client"}) {
-    expect_none(folder, "only common/image/exr_file.cc includes OpenEXR/*.h", [](const Include& i) {
-      return starts_with_any(i.target, {"OpenEXR/", "Imath/", "openexr"}) &&
-             i.file != "common/image/exr_file.cc";
-    });
-  }
-}
-
 TEST(Arrows, TheRendererHasNoGrpc) {
   expect_none("worker/render", "worker/render/ has no gRPC", [](const Include& i) {
     return starts_with_any(i.target, {"grpc", "lightmill/v1/", "worker/agent/", "common/rpc/"});

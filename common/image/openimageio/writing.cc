@@ -7,6 +7,28 @@
 #include "common/image/openimageio/functions.h"
 
 namespace lightmill::openimageio {
+namespace {
+
+using Format = ImageToWrite::Format;
+
+OIIO::TypeDesc type_in_file(const ImageToWrite& image) {
+  if (image.format == Format::kPng) return OIIO::TypeDesc::UINT8;
+  return image.format == Format::kExr && image.half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT;
+}
+
+/// The names of the last channels, and which of all are half.
+void describe_layers(const ImageToWrite& image, OIIO::ImageSpec* spec) {
+  const size_t own = spec->channelnames.size() - image.layers.size();
+  if (image.half) spec->channelformats.assign(spec->channelnames.size(), OIIO::TypeDesc::HALF);
+  for (size_t i = 0; i < image.layers.size(); ++i) {
+    const ImageToWrite::Layer& layer = image.layers[i];
+    spec->channelnames[own + i] = layer.name;
+    if (layer.name == "A") spec->alpha_channel = static_cast<int>(own + i);
+    if (image.half && layer.whole) spec->channelformats[own + i] = OIIO::TypeDesc::FLOAT;
+  }
+}
+
+}  // namespace
 
 bool write(const ImageToWrite& image, const std::string& path, std::vector<unsigned char>* memory,
            std::string* why) {
@@ -17,9 +39,11 @@ bool write(const ImageToWrite& image, const std::string& path, std::vector<unsig
     *why = OIIO::geterror();
     return false;
   }
-  OIIO::ImageSpec spec(image.width, image.height, image.channels,
-                       image.bytes ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT);
+  OIIO::ImageSpec spec(image.width, image.height, image.channels, type_in_file(image));
   spec.attribute("oiio:ColorSpace", image.linear ? "Linear" : "sRGB");
+  if (!image.layers.empty()) describe_layers(image, &spec);
+  if (image.format == Format::kExr) spec.attribute("compression", "zip");
+  for (const auto& [name, text] : image.attributes) spec.attribute(name, text);
   const bool written = out->open(path, spec) &&
                        (image.bytes ? out->write_image(OIIO::TypeDesc::UINT8, image.bytes)
                                     : out->write_image(OIIO::TypeDesc::FLOAT, image.floats)) &&
