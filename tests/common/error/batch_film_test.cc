@@ -17,6 +17,7 @@
 namespace lightmill {
 namespace {
 
+using testing::constant_batch;
 using testing::full_grid;
 using testing::in_packet_order;
 using testing::kQuantum;
@@ -346,26 +347,11 @@ TEST(BatchFilm, WhatSequencesGainIsSeen) {
 TEST(BatchFilm, LargeFilmsFollowASubsetOfThePixels) {
   const FilmGrid grid = full_grid(700, 600);
   BatchFilm film(grid);
-  for (const int64_t b : {0, 1}) {
-    Partial p;
-    p.grid = grid;
-    p.quantum_exponent = kQuantum;
-    p.tile = {grid.cells(), 16 * b, 16 * b + 16};
-    // A constant image of 1 in the first batch and 2 in the second.
-    p.camera.assign(700 * 600, ExactRgb{{*to_units(16.0f * static_cast<float>(b + 1), kQuantum), 0, 0}});
-    film.fold(p);
-  }
+  for (const int64_t b : {0, 1}) film.fold(constant_batch(grid, b));
   ErrorPoint p;
   film.estimate(&p);
   BatchFilm small(full_grid(20, 20));
-  for (const int64_t b : {0, 1}) {
-    Partial q;
-    q.grid = full_grid(20, 20);
-    q.quantum_exponent = kQuantum;
-    q.tile = {q.grid.cells(), 16 * b, 16 * b + 16};
-    q.camera.assign(400, ExactRgb{{*to_units(16.0f * static_cast<float>(b + 1), kQuantum), 0, 0}});
-    small.fold(q);
-  }
+  for (const int64_t b : {0, 1}) small.fold(constant_batch(full_grid(20, 20), b));
   ErrorPoint q;
   small.estimate(&q);
   ASSERT_TRUE(p.relmse);

@@ -15,6 +15,7 @@
 namespace lightmill {
 namespace {
 
+using testing::constant_batch;
 using testing::full_grid;
 using testing::in_packet_order;
 using testing::kQuantum;
@@ -23,14 +24,7 @@ using testing::kQuantum;
 TEST(TrackedPixels, OfNarrowFilmsAreFollowed) {
   for (const FilmGrid& grid : {full_grid(3, 100000), full_grid(100000, 3), full_grid(1, 300000)}) {
     BatchFilm film(grid);
-    for (const int64_t b : {0, 1}) {
-      Partial p;
-      p.grid = grid;
-      p.quantum_exponent = kQuantum;
-      p.tile = {grid.cells(), 16 * b, 16 * b + 16};
-      p.camera.assign(300000, ExactRgb{{*to_units(16.0f * static_cast<float>(b + 1), kQuantum), 0, 0}});
-      film.fold(p);
-    }
+    for (const int64_t b : {0, 1}) film.fold(constant_batch(grid, b));
     ErrorPoint p, back;
     film.estimate(&p);
     ASSERT_TRUE(p.relmse);

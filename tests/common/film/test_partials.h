@@ -28,6 +28,17 @@ inline std::vector<ExactRgb> in_packet_order(const FilmGrid& grid, const std::ve
   return sums;
 }
 
+/// Batch number `b` of 16 samples of the whole crop window: an image of b + 1 in the first channel.
+inline Partial constant_batch(const FilmGrid& grid, int64_t b) {
+  Partial p;
+  p.grid = grid;
+  p.quantum_exponent = kQuantum;
+  p.tile = {grid.cells(), 16 * b, 16 * b + 16};
+  p.camera.assign(static_cast<size_t>(grid.crop.area()),
+                  ExactRgb{{*to_units(16.0f * static_cast<float>(b + 1), kQuantum), 0, 0}});
+  return p;
+}
+
 /// A valid partial of `tile` with about one splat in `splat_every` pixels (0: none).
 inline Partial random_partial(const FilmGrid& grid, const TileSpec& tile, uint64_t seed, bool camera,
                               uint64_t splat_every) {
