@@ -1,7 +1,6 @@
 #include "worker/render/plan/convergence.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <memory>
 
@@ -110,12 +109,8 @@ Convergence measure_convergence(const Renderer& scene, const RenderSettings& set
   const DeepPixels deep(settings.grid, pixels);
   const Renderer renderer(scene, settings, deep.pixel_subset);
   std::vector<Convergence> cells(deep.cells.size());
-  std::atomic<bool> stopped{false};
   parallel_for(cells.size(), threads, [&](size_t i) {
-    if (stopped || !go_on()) {
-      stopped = true;
-      return;
-    }
+    if (!go_on()) throw Error(ErrorKind::kFailed, "the pilot was interrupted");
     const CellRect rect = deep.rect(i);
     std::vector<ConvergenceRecorder::DeepPixel> of_cell;
     const PixelRect inside = settings.grid.pixels(rect);
@@ -139,7 +134,6 @@ Convergence measure_convergence(const Renderer& scene, const RenderSettings& set
     }
     cells[i] = convergence.end_cell();
   });
-  if (stopped) throw Error(ErrorKind::kFailed, "the pilot was interrupted");
   Convergence sum;
   for (const Convergence& cell : cells) sum += cell;
   return sum;
