@@ -54,8 +54,8 @@ inline BsdfEval<F> eval_rough_conductor(const Distribution& ggx, const BsdfParam
   e.f =
       compensate(fresnel_conductor(abs(dot(wo, m)), params.rgb(0), params.rgb(3)), params, of_kind, co, ci) *
       (d * ggx.g(wo, wi) / (4.0f * co * ci));
-  e.pdf = d * ggx.g1(wo) / (4.0f * co);
-  e.pdf_reverse = d * ggx.g1(wi) / (4.0f * ci);
+  e.pdf = d * ggx.reflection_density(wo);
+  e.pdf_reverse = d * ggx.reflection_density(wi);
   return e;
 }
 
@@ -63,18 +63,18 @@ template <class F, class Distribution>
 inline BsdfSample<F> sample_rough_conductor(const Distribution& ggx, const BsdfParams<F>& params,
                                             MaskOf<F> of_kind, const Vec3<F>& wo, F u, F v) {
   const Vec3<F> up{wo.x, wo.y, abs(wo.z)};
-  const Vec3<F> m = ggx.sample_visible(up, u, v);
+  const Vec3<F> m = ggx.sample_reflecting(up, u, v);
   const F c = dot(up, m);
   Vec3<F> wi = m * (2.0f * c) - up;
   BsdfSample<F> s;
   s.valid = mask_and(MaskOf<F>(wi.z > 0.0f), MaskOf<F>(up.z > 0.0f));
   const F d = ggx.d(m);
-  const F g1_o = ggx.g1(up);
-  s.pdf = d * g1_o / (4.0f * max(up.z, splat<F>(1e-12f)));
-  s.pdf_reverse = d * ggx.g1(wi) / (4.0f * max(wi.z, splat<F>(1e-12f)));
+  const F density = ggx.reflection_density(up);
+  s.pdf = d * density;
+  s.pdf_reverse = d * ggx.reflection_density(wi);
   s.weight =
       compensate(fresnel_conductor(abs(c), params.rgb(0), params.rgb(3)), params, of_kind, up.z, wi.z) *
-      (ggx.g(up, wi) / g1_o);
+      (ggx.g(up, wi) / (4.0f * max(up.z, splat<F>(1e-12f)) * density));
   wi.z = copysign(wi.z, wo.z);
   s.wi = wi;
   s.delta = splat_mask<F>(false);

@@ -147,8 +147,8 @@ struct MetallicRoughness {
       specular = {channel(f0.x), channel(f0.y), channel(f0.z)};
     }
     e.f = specular + params.rgb(0) * (o.base_share * i.base_share * kInvPi);
-    e.pdf = o.p_specular() * d * ggx.g1(wo) / (4.0f * o.cosine) + diffuse_o * i.cosine * kInvPi;
-    e.pdf_reverse = i.p_specular() * d * ggx.g1(wi) / (4.0f * i.cosine) + diffuse_i * o.cosine * kInvPi;
+    e.pdf = o.p_specular() * d * ggx.reflection_density(wo) + diffuse_o * i.cosine * kInvPi;
+    e.pdf_reverse = i.p_specular() * d * ggx.reflection_density(wi) + diffuse_i * o.cosine * kInvPi;
     if (sheen) {
       const F fibres = Charlie<F>(sheen->roughness).value(m, o.cosine, i.cosine) /
                        max(splat<F>(1.0f), max(o.sheen_raw, i.sheen_raw));
@@ -159,8 +159,8 @@ struct MetallicRoughness {
       const F fresnel = kCoatF0 + (1.0f - kCoatF0) * s;
       const F reflected = coat * fresnel * dc * coat_ggx.g(wo, wi) / (4.0f * o.cosine * i.cosine);
       e.f = e.f * ((1.0f - o.coat_share) * (1.0f - i.coat_share)) + Vec3<F>{reflected, reflected, reflected};
-      e.pdf = e.pdf + o.p_coat() * dc * coat_ggx.g1(wo) / (4.0f * o.cosine);
-      e.pdf_reverse = e.pdf_reverse + i.p_coat() * dc * coat_ggx.g1(wi) / (4.0f * i.cosine);
+      e.pdf = e.pdf + o.p_coat() * dc * coat_ggx.reflection_density(wo);
+      e.pdf_reverse = e.pdf_reverse + i.p_coat() * dc * coat_ggx.reflection_density(wi);
     }
     const MaskOf<F> reflects = same_side(wo, wi);
     const F one = select(reflects, splat<F>(1.0f), F{});
@@ -195,7 +195,7 @@ inline BsdfSample<F> sample_metallic_roughness(const MetallicRoughness<F, kCoate
   if (material.translucence)
     passes = mask_and(diffuse, choose_lobe(select(diffuse, material.translucence->share, one), &u));
   const Vec3<F> up{wo.x, wo.y, abs(wo.z)};
-  const Vec3<F> m = ggx.sample_visible(up, u, v);
+  const Vec3<F> m = ggx.sample_reflecting(up, u, v);
   Vec3<F> wi = select(diffuse, square_to_cosine_hemisphere(u, v), m * (2.0f * dot(up, m)) - up);
   BsdfSample<F> s;
   s.valid = mask_and(MaskOf<F>(wi.z > 0.0f), MaskOf<F>(up.z > 0.0f));

@@ -52,8 +52,8 @@ inline BsdfEval<F> eval_subsurface_reflection(const BsdfParams<F>& params, MaskO
   const auto reflects = [&](const Vec3<F>& w) {
     return 1.0f - entering_probability<F>(entering_share<F, true>(params, of_kind, w));
   };
-  e.pdf = reflects(wo) * d * ggx.g1(wo) / co;
-  e.pdf_reverse = reflects(wi) * d * ggx.g1(wi) / ci;
+  e.pdf = reflects(wo) * 4.0f * d * ggx.reflection_density(wo);
+  e.pdf_reverse = reflects(wi) * 4.0f * d * ggx.reflection_density(wi);
   return e;
 }
 
@@ -69,7 +69,7 @@ inline BsdfSample<F> sample_subsurface(const BsdfParams<F>& params, MaskOf<F> of
   s.weight = splat3<F>(1, 1, 1);
   if constexpr (kRough) {
     const Vec3<F> up{wo.x, wo.y, abs(wo.z)};
-    const Vec3<F> m = Ggx<F>{params.p[6]}.sample_visible(up, u, v);
+    const Vec3<F> m = Ggx<F>{params.p[6]}.sample_reflecting(up, u, v);
     s.wi = m * (2.0f * dot(up, m)) - up;
     s.valid = mask_and(s.valid, mask_or(enters, MaskOf<F>(s.wi.z > 0.0f)));
     s.wi.z = copysign(s.wi.z, wo.z);

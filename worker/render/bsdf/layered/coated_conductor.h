@@ -186,8 +186,8 @@ inline BsdfEval<F> eval_coated_conductor(const BsdfParams<F>& params, MaskOf<F> 
     const F r = fresnel_dielectric(min(abs(dot(wo, m)), splat<F>(1.0f)), params.p[3], &unused);
     const F spec = d * ggx.g(wo, wi) * r / (4.0f * o.cosine * i.cosine);
     e.f = e.f + Vec3<F>{spec, spec, spec};
-    e.pdf = e.pdf + po.coat * d * ggx.g1(wo) / (4.0f * o.cosine);
-    e.pdf_reverse = e.pdf_reverse + pi.coat * d * ggx.g1(wi) / (4.0f * i.cosine);
+    e.pdf = e.pdf + po.coat * d * ggx.reflection_density(wo);
+    e.pdf_reverse = e.pdf_reverse + pi.coat * d * ggx.reflection_density(wi);
   }
   const F one = select(same_side(wo, wi), splat<F>(1.0f), F{});
   return {e.f * one, e.pdf * one, e.pdf_reverse * one};
@@ -223,7 +223,7 @@ inline BsdfSample<F> sample_coated_conductor(const BsdfParams<F>& params, MaskOf
   BsdfSample<F> s;
   if constexpr (kRough) {
     const auto ggx = coat.lobe();
-    const Vec3<F> n = ggx.sample_visible(up, u, v);
+    const Vec3<F> n = ggx.sample_reflecting(up, u, v);
     const Vec3<F> reflected = n * (2.0f * dot(up, n)) - up;
     wi = select(choose_coat, reflected, wi);
     valid =

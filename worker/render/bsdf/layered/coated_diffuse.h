@@ -125,8 +125,8 @@ inline BsdfEval<F> eval_coated(const BsdfParams<F>& params, MaskOf<F> of_kind, c
     const F spec =
         d * ggx.g(wo, wi) * coat.fresnel(min(abs(dot(wo, m)), splat<F>(1.0f))) / (4.0f * co_safe * ci_safe);
     e.f = e.f + Vec3<F>{spec, spec, spec};
-    e.pdf = e.pdf + po * d * ggx.g1(wo) / (4.0f * co_safe);
-    e.pdf_reverse = e.pdf_reverse + pi * d * ggx.g1(wi) / (4.0f * ci_safe);
+    e.pdf = e.pdf + po * d * ggx.reflection_density(wo);
+    e.pdf_reverse = e.pdf_reverse + pi * d * ggx.reflection_density(wi);
   }
   const F one = select(same_side(wo, wi), splat<F>(1.0f), F{});
   return {e.f * one, e.pdf * one, e.pdf_reverse * one};
@@ -145,7 +145,7 @@ inline BsdfSample<F> sample_coated(const BsdfParams<F>& params, MaskOf<F> of_kin
   if constexpr (kRough) {
     const auto ggx = coat.lobe();
     const Vec3<F> up{wo.x, wo.y, co};
-    const Vec3<F> m = ggx.sample_visible(up, u, v);
+    const Vec3<F> m = ggx.sample_reflecting(up, u, v);
     wi = select(choose_coat, m * (2.0f * dot(up, m)) - up, wi);
     s.valid = mask_and(MaskOf<F>(wi.z > 0.0f), MaskOf<F>(co > 0.0f));
     s.delta = splat_mask<F>(false);
