@@ -31,6 +31,16 @@ inline F one_minus_cos_cone(F radius, F d2) {
   return s2 / (1.0f + safe_sqrt(1.0f - s2));
 }
 
+/// Whether `reference` is outside of a sphere beyond doubt, by its squared distance `d2` from the centre. A
+/// point of the sphere itself is not: it sees all of the inside, where the cone would be all but a half space
+/// and holds nothing but the ground next to the point.
+template <class F>
+inline MaskOf<F> outside_sphere(const Vec3<F>& center, F radius, const Vec3<F>& reference, F d2) {
+  // Several times what a ray's origin is moved by when it leaves the sphere (position_error).
+  const F reach = radius + (position_error(center, 1) + position_error(reference, 1) + radius) * 0x1p-18f;
+  return MaskOf<F>(d2 > reach * reach);
+}
+
 /// Density of direct sampling from `reference` for a point of `light`, given the light, per unit *area at the
 /// light*. `wi`: unit direction in which the reference sees the point. Point, spot and distant lights: 1.
 /// Infinite lights: per unit solid angle.
@@ -41,9 +51,10 @@ inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec
   const IntOf<F> type = gather(lights.type.data(), light);
   F pdf = 1.0f / r.scalar(kLightArea);
   if (lights.any_sphere) {
-    const Vec3<F> to_center = r.vec(kLightP) - reference;
+    const Vec3<F> center = r.vec(kLightP), to_center = center - reference;
     const F d2 = dot(to_center, to_center), radius = r.scalar(3);
-    const MaskOf<F> cone = mask_and(MaskOf<F>(type == kSphereLight), MaskOf<F>(d2 > radius * radius));
+    const MaskOf<F> cone =
+        mask_and(MaskOf<F>(type == kSphereLight), outside_sphere(center, radius, reference, d2));
     const F q = one_minus_cos_cone(radius, select(cone, d2, splat<F>(1.0f)));
     // Lights that are not spheres have no radius to divide by.
     pdf = select(cone, cos_light / select(cone, distance2 * (2.0f * kPi) * q, splat<F>(1.0f)), pdf);
@@ -166,7 +177,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
       const F radius = r.scalar(3);
       const Vec3<F> to_center = center - reference;
       const F d2 = dot(to_center, to_center);
-      const MaskOf<F> outside = MaskOf<F>(d2 > radius * radius);
+      const MaskOf<F> outside = outside_sphere(center, radius, reference, d2);
       // Cone of directions that the sphere subtends; theta at the reference, alpha at the centre, t the
       // distance to the near root in a form that does not cancel next to the sphere; sin alpha by the law of
       // sines (pbrt-v4 §6.2.4).
