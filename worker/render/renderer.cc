@@ -18,6 +18,7 @@
 #include "worker/render/pipeline/pipeline.h"
 #include "worker/render/pipeline/recording/aov_recorder.h"
 #include "worker/render/plan/analysis/light_media.h"
+#include "worker/render/plan/analysis/radiance_scale.h"
 #include "worker/render/plan/analysis/scene_analysis.h"
 #include "worker/render/plan/analysis/stage_kernels.h"
 #include "worker/render/plan/plan_set.h"
@@ -81,6 +82,8 @@ void drop_geometry(SceneDescription* description) {
 /// are not those of the image.
 constexpr int kLearntDepth = 8;
 constexpr uint64_t kLearningSeed = 0x61696d73;
+/// Of the paths that show how bright the image is.
+constexpr int kSeenDepth = 64;
 
 /// What runs under the settings; before its pilot, all that the scene allows. Throws Error(kUsage) if it does
 /// not allow what the settings ask for.
@@ -104,6 +107,7 @@ struct Renderer::World {
   double imaging_ratio;
   FilmResponse response;
   MissingLight missing;
+  RadianceScale radiance;
 
   World(SceneDescription description, const RenderSettings& s, const BuildOptions& options)
       : possible(possible_strategies(description)),
@@ -120,6 +124,7 @@ struct Renderer::World {
       find_light_media(accel, camera, filter, s.grid.width, s.grid.height, description.media.front().location,
                        &scene);
     learn_paths(s, options.threads);
+    find_radiance_scale(s);
   }
 
   /// What the stages read, under these settings.
@@ -141,11 +146,28 @@ struct Renderer::World {
     context.imaging_ratio = static_cast<float>(imaging_ratio);
     if (response.is_needed()) context.response = &response;
     context.signed_film = filter.is_signed() || response.is_signed();
-    context.tiny_contribution = tiny_contribution(scene) * context.imaging_ratio;
+    // By the power of lights that are not seen every contribution would be tiny.
+    context.tiny_contribution = radiance.by_view ? 0 : tiny_contribution(scene) * context.imaging_ratio;
     return context;
   }
 
  private:
+  /// By camera paths; where they find nothing, by light paths as well. As above, all renderers share it.
+  void find_radiance_scale(const RenderSettings& s) {
+    RenderSettings settings = s;
+    settings.grid.crop = {0, 0, s.grid.width, s.grid.height};
+    settings.plan = SamplingPlan{};
+    settings.max_depth = std::min(s.max_depth, kSeenDepth);
+    settings.seed = kLearningSeed;
+    settings.integrator = Integrator::kPt;
+    VisibleRange seen =
+        measure_visible_range(context_of(settings, possible.set & (kEmissionHits | kNextEvent)));
+    if (!(seen.bright > 0) && possible.set & kLightPaths) {
+      settings.integrator = Integrator::kBdpt;
+      seen = measure_visible_range(context_of(settings, possible.set));
+    }
+    radiance = radiance_scale(scene, imaging_ratio, seen);
+  }
   /// Where paths are to go: a function of the scene, the film's resolution and whether there are light paths;
   /// renderers that differ in all else share it.
   void learn_paths(const RenderSettings& s, int threads) {
@@ -178,7 +200,7 @@ struct Renderer::Impl {
   Impl(std::shared_ptr<const World> w, const RenderSettings& s, const std::optional<PixelSubset>& of_pilot)
       : settings(s),
         world(std::move(w)),
-        plan(analyse_scene(world->scene, world->camera, world->imaging_ratio, world->missing, s,
+        plan(analyse_scene(world->scene, world->camera, world->radiance, world->missing, s,
                            world->possible.set, running(s, world->possible))),
         context(world->context_of(s, running(s, world->possible))) {
     if (of_pilot) {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <string>
 
-#include "common/film/exact_sum.h"
 #include "worker/render/accel/few_primitives.h"
 #include "worker/render/guiding/training/emission_guide_training.h"
 #include "worker/render/plan/analysis/path_classes.h"
@@ -13,59 +12,6 @@
 
 namespace lightmill {
 namespace {
-
-/// Contributions go up to 2^40 of the scale: with this factor a point light may be 2^-25 of the scene's
-/// extent away, the last bit of a position.
-constexpr double kPointLightRoom = 0x1p10;
-
-/// A lamp that is far brighter than the light that it spreads, a tiny one, is put this far above the scale at
-/// most: contributions may still be 2^20 times as bright as it is.
-constexpr double kTinyLampRoom = 0x1p20;
-/// Then the scale is this far above the radiance of the lights' power spread evenly: faint light is summed in
-/// steps of 2^-40 of that.
-constexpr double kFaintRoom = 0x1p12;
-
-/// The largest radiance that light sources show, and the largest intensity of those that can't be seen.
-struct Brightest {
-  double radiance = 0, intensity = 0;
-};
-
-Brightest brightest_light(const LightTable& lights) {
-  Brightest most;
-  for (int32_t i = 0; i < lights.count(); ++i) {
-    const auto light = static_cast<size_t>(i);
-    const float* r = &lights.records[light * kLightFloats];
-    const double radiance =
-        std::max({double{r[kLightRadiance]}, double{r[kLightRadiance + 1]}, double{r[kLightRadiance + 2]}});
-    const int32_t number = lights.pattern_of.empty() ? -1 : lights.pattern_of[light];
-    const EmitterPattern* pattern = number < 0 ? nullptr : &lights.patterns[static_cast<size_t>(number)];
-    const double times = pattern ? std::max(1.0, double{pattern->brightest}) : 1;
-    if (is_at_a_point(lights.type[light])) {
-      most.intensity = std::max(most.intensity, radiance);
-    } else if (pattern && pattern->unseen) {
-      // No nearer than its own size does it look brighter than its radiance.
-      most.intensity = std::max(most.intensity, radiance * times * double{r[kLightArea]});
-    } else {
-      most.radiance = std::max(most.radiance, radiance * times);
-    }
-  }
-  for (const EnvironmentMap& map : lights.environments)
-    most.radiance = std::max(most.radiance, double{map.brightest});
-  return most;
-}
-
-/// Exponent of the sums' quantum from the brightest emitter, so that scaling the scene leaves it alone: point
-/// intensities are brought to radiance by the scene's own extent (1 in normalised space), with as much room
-/// above as kPointLightRoom says.
-int quantum(const RenderScene& scene, double imaging_ratio) {
-  const Brightest most = brightest_light(scene.lights);
-  const double radius = scene.bounds_radius, area = std::max(scene.surface_area, 8 * radius * radius);
-  const double spread = scene.lights.total_power / (M_PI * area);
-  const double lamps = std::max(most.radiance / kTinyLampRoom, std::min(most.radiance, spread * kFaintRoom));
-  const double scale = std::max(lamps, most.intensity * kPointLightRoom) * imaging_ratio;
-  const int exponent = scale > 0 && std::isfinite(scale) ? std::ilogb(scale) + 1 : 0;
-  return exponent - kQuantumBitsBelowScale;
-}
 
 /// What a set of strategies finds: walks that suffice bring its camera paths what light paths would.
 Strategies with_walks(const RenderScene& scene, Strategies set) {
@@ -102,12 +48,12 @@ std::string lost_light(const RenderScene& scene, int max_depth, Strategies possi
 
 }  // namespace
 
-ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, double imaging_ratio,
+ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, const RadianceScale& radiance,
                         const MissingLight& missing, const RenderSettings& settings, Strategies possible,
                         Strategies strategies) {
   ScenePlan plan;
   plan.possible = possible;
-  plan.quantum_exponent = quantum(scene, imaging_ratio);
+  plan.quantum_exponent = radiance.quantum_exponent();
   plan.primitives = static_cast<int64_t>(scene.primitive_material.size());
   find_strategies(scene, settings.max_depth, &plan);
   const bool guided_emission = uses_emission_guide(scene, plan_of(settings), strategies);

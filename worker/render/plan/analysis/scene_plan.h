@@ -35,8 +35,7 @@ struct MissingShare {
 
 struct ScenePlan {
   std::vector<PlanItem> items;
-  /// Exponent of the exact sums' quantum: floor(log2(scale of the lights' radiance)) + 1 -
-  /// kQuantumBitsBelowScale.
+  /// Exponent of the exact sums' quantum (radiance_scale.h).
   int quantum_exponent = 0;
   /// Families of strategies that the scene allows, and those of them that can add light at all.
   Strategies possible = kAllStrategies, useful = kAllStrategies;
