@@ -11,7 +11,6 @@
 //
 // Error: two strategies may round a point near the border of two cells into different ones. Its weights then
 // don't sum to one. place_grid() puts borders where next to no points are.
-// weights then sum to one no more. Borders are put where next to no points are (place_grid).
 #include <array>
 #include <cstdint>
 #include <vector>

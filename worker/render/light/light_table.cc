@@ -110,7 +110,13 @@ void LightTable::finish() {
   direct_alias = alias;
   for (size_t i = 0; i < powers_.size(); ++i)
     records[i * kLightFloats + kLightDirectSelect] = records[i * kLightFloats + kLightSelect];
-  for (const double power : powers_) total_power += power;
+  double most = 0;
+  for (const double power : powers_) {
+    total_power += power;
+    most = std::max(most, power);
+  }
+  unequal = std::any_of(powers_.begin(), powers_.end(),
+                        [&](double power) { return power > 0 && power < most * kUnequal; });
   build_tree();
   powers_.clear();
 }

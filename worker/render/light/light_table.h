@@ -27,6 +27,9 @@ constexpr bool is_at_a_point(LightType type) { return type >= kPointLight && typ
 /// With more lights than this that are not at infinity, next-event estimation selects by the light tree.
 inline constexpr int kAliasLights = 16;
 
+/// By power, a light with this part of another's is next to never drawn, and the other one may be hidden.
+inline constexpr double kUnequal = 0x1p-12;
+
 /// What an infinite light has in place of a map: the same radiance everywhere, or in a cone only.
 inline constexpr float kEvenSky = -1, kSunCone = -2;
 
@@ -101,6 +104,7 @@ struct LightTable {
   bool any_distant = false;
   bool only_delta = true;  // nothing that a ray can hit or escape to
   bool any_sphere = false;
+  bool unequal = false;    // some light has less than kUnequal of the power of another
   double total_power = 0;  // W, mean over channels, in normalised space
 
   /// Whether there are lights at infinity. Their paths start on a disk across the scene.

@@ -45,8 +45,9 @@ class Level {
     sum[i] += t.square;
   }
 
-  std::vector<float> tried, sum;  // per cell and channel
-  std::vector<int64_t> places;    // per cell
+  std::vector<float> tried;  // per cell and channel
+  std::vector<double> sum;
+  std::vector<int64_t> places;  // per cell
 
  private:
   const LightGrid& grid_;
@@ -132,8 +133,7 @@ GuidedSquares make_tables(const NextEventProbes& rays, const std::vector<LitPlac
         const size_t first = levels[k].cell(cell) * channels;
         for (size_t c = 0; c < channels; ++c) {
           const double n = double{levels[k].tried[first + c]}, prior = k + 1 < levels.size() ? kPrior : 0;
-          if (n + prior > 0)
-            squares[c] = (double{levels[k].sum[first + c]} + prior * squares[c]) / (n + prior);
+          if (n + prior > 0) squares[c] = (levels[k].sum[first + c] + prior * squares[c]) / (n + prior);
         }
       }
       tables.push_back(rays.moments(squares));
@@ -150,7 +150,9 @@ GuidedSquares make_tables(const NextEventProbes& rays, const std::vector<LitPlac
 void train_next_event_guide(const Accel& accel, const Camera& camera, const PixelFilter& filter, int width,
                             int height, int threads, RenderScene* scene) {
   LightTable& lights = scene->lights;
-  if (!lights.any_infinite() || scene->medium_count() > 0 || scene->any_fibres || scene->any_bodies) return;
+  if (!(lights.any_infinite() || lights.unequal) || scene->medium_count() > 0 || scene->any_fibres ||
+      scene->any_bodies)
+    return;
   const std::vector<int32_t> changed = give_images(&lights);
   const std::vector<int32_t> sky_light = make_bins(&lights);
   const NextEventProbes rays(accel, lights, sky_light);

@@ -94,7 +94,7 @@ class NextEventProbes::Caster {
             const Vec3<float>* end = nullptr) {
     const float cosine = dot(n_, w);
     const double seen = value * double{place_.both_sides ? std::fabs(cosine) : std::max(cosine, 0.0f)};
-    trials_.push_back({index_, static_cast<uint32_t>(channel), static_cast<float>(seen * seen), chosen});
+    trials_.push_back({index_, static_cast<uint32_t>(channel), seen * seen, chosen});
     if (!(seen > 0)) return;
     const Vec3<float> o = offset_origin(p_, place_.error, n_, w), d = end ? *end - o : w;
     rays_.ox.push_back(o.x), rays_.oy.push_back(o.y), rays_.oz.push_back(o.z);
@@ -170,7 +170,7 @@ void NextEventProbes::preview_around(uint64_t seed, uint32_t index, const LitPla
 double NextEventProbes::unguided_square(const std::vector<NextEventProbe>& trials, size_t places) const {
   double sum = 0;
   for (const NextEventProbe& t : trials) {
-    if (t.channel < light_count_ && t.chosen > 0) sum += double{t.square} / (double{t.chosen} * t.chosen);
+    if (t.channel < light_count_ && t.chosen > 0) sum += t.square / (double{t.chosen} * t.chosen);
   }
   return sum / static_cast<double>(places * kLightRays);
 }

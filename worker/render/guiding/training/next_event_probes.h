@@ -25,7 +25,7 @@ std::vector<LitPlace> find_places(const StageContext& context, int64_t paths, in
 /// of a bin's, if all of it is seen.
 struct NextEventProbe {
   uint32_t place = 0, channel = 0;
-  float square = 0;
+  double square = 0;  // of what float holds
   float chosen = 1;  // of a light: probability of drawing it as without a guide
 };
 
