@@ -121,6 +121,8 @@ struct DistantLight {
   Vec3d direction;
   double half_angle_degrees = 0;
 };
+/// Half angle of the narrowest cone, in degrees: directions in float are not known better.
+inline constexpr double kLeastCone = 1e-6;
 /// Point light within a cone: intensity (W/sr) times a smoothstep from total_width to falloff_start (half
 /// angles, degrees) around the unit axis `direction`.
 struct SpotLight {

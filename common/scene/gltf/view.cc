@@ -132,7 +132,7 @@ LightKind gltf_light(const GltfValue& light, const Transform& node_to_world) {
   if (type == "directional") return DistantLight{intensity, direction};
   if (type != "spot")
     light.require("type").fail("must be \"point\", \"spot\" or \"directional\", not " + in_quotes(type));
-  constexpr double kNarrowest = 1e-3 / kDegrees;
+  constexpr double kNarrowest = kLeastCone / kDegrees;
   SpotLight spot{intensity, position, direction};
   double inner = 0, outer = std::numbers::pi / 4;
   if (const auto cone = light.find("spot")) {

@@ -13,8 +13,15 @@ namespace {
 constexpr double kMaxScale = 3e38;
 /// Narrower suns (degrees) are lost in the rounding of directions.
 constexpr double kLeastSunAngle = 1e-5;
+
 /// Of projections (degrees): beyond, the window is a point or the whole half space.
 constexpr double kLeastFov = 1e-3, kGreatestFov = 179.9;
+
+/// 1 - the cosine of an angle in degrees, without the cancellation of small ones.
+double versine(double degrees) {
+  const double half = std::sin(degrees * std::numbers::pi / 360);
+  return 2 * half * half;
+}
 
 Rgb scaled(const Rgb& c, double s) {
   return {static_cast<float>(c.r * s), static_cast<float>(c.g * s), static_cast<float>(c.b * s)};
@@ -155,14 +162,18 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
   } else if (type == "spot") {
     const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
     SpotLight spot;
-    spot.total_width = params.number("coneangle", 30, 1e-3, 180);
+    spot.total_width = params.number("coneangle", 30, 0, 180);
+    if (spot.total_width < kLeastCone) {
+      out.problems->warning(
+          params.where_of("coneangle"),
+          "a cone narrower than 1e-6 degrees is taken as that: directions are not known better");
+      spot.total_width = kLeastCone;
+    }
     spot.falloff_start = std::max(0.0, spot.total_width - params.number("conedeltaangle", 5, 0, 180));
     const double power = magnitude(params, "power");
     if (power > 0) {
       // Power of intensity 1: the full cone plus half of the falloff's (pbrt's rule).
-      const double start = std::cos(spot.falloff_start * std::numbers::pi / 180);
-      const double end = std::cos(spot.total_width * std::numbers::pi / 180);
-      scale *= power / (2 * std::numbers::pi * ((1 - start) + (start - end) / 2));
+      scale *= power / (std::numbers::pi * (versine(spot.falloff_start) + versine(spot.total_width)));
     }
     spot.intensity = checked(scaled(intensity, scale), params);
     spot.position = transform_point(ctm, end_point(params, "from", {0, 0, 0}));
