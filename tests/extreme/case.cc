@@ -29,7 +29,9 @@ Sight far_light_sight(int first, int last) {
   return {kEmissionHits, kEmissionHits | kNextEvent | kLightTracing, kAllStrategies, first, last};
 }
 
-Sight specular_sight() { return {kEmissionHits, kEmissionHits, kEmissionHits, 0, kUnlimitedDepth}; }
+Sight specular_sight() { return only_hits(kUnlimitedDepth); }
+
+Sight only_hits(int last) { return {kEmissionHits, kEmissionHits, kEmissionHits, 0, last}; }
 
 Sight without_lens(Sight sight) {
   sight.none &= ~kLightTracing;

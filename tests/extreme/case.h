@@ -29,6 +29,8 @@ Sight delta_light_sight(int first, int last);
 Sight far_light_sight(int first, int last);  // the environment
 /// Through specular surfaces: camera paths that hit the emitter.
 Sight specular_sight();
+/// What emitter hits alone find, such as the light of media, on paths of up to `last` events.
+Sight only_hits(int last);
 /// The same without light tracing: the view is too small for a light path to meet it.
 Sight without_lens(Sight sight);
 
@@ -82,7 +84,8 @@ inline std::array<double, 3> grey(double x) { return {x, x, x}; }
 // One file per family of oracles. Their numbers: 1 closed emissive box, 2 convex object in an environment,
 // 3 glass in an environment, 4 inside glass, 5 sphere around a point light, 6 concentric spheres, 7 point
 // light over a plane, 8 sphere light, 9 disk, 10 polygon, 11 corner, 12 sun, 13 mirrors, 14 slab, 15 GGX, 16
-// emissive wall, 17 scale, 18 to 21 media.
+// emissive wall, 17 scale, 18 to 21 media, 22 to 24 light that a surface sends to itself, hidden lamps,
+// narrow cones.
 std::vector<Case> enclosure_cases();
 std::vector<Case> direct_light_cases();
 std::vector<Case> near_light_cases();
@@ -92,5 +95,6 @@ std::vector<Case> contact_cases();
 std::vector<Case> identity_cases();
 std::vector<Case> odd_cases();
 std::vector<Case> media_cases();
+std::vector<Case> own_light_cases();
 
 }  // namespace lightmill::test

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/render/plan/pilot.h"
+
 namespace lightmill::test {
 namespace {
 
@@ -10,9 +12,10 @@ constexpr int kBatches = 16;
 constexpr int64_t kLeastSpp = kSuperblockSamples * kBatches;
 constexpr double kLargestError = 0.01;  // relative standard error
 constexpr double kGuidedError = 0.006;  // leaves room for the pilot's own uncertainty
-constexpr double kLargestZ = 4;
 constexpr double kLeastEffective = 100;
 constexpr uint64_t kPilotSeed = 1, kSeed = 2;
+/// Paths of the pilot of `auto`: whatever it chooses, the image has to be right.
+constexpr int64_t kAutoPaths = 1 << 13;
 
 /// Samples (pixels times spp) that a row may take.
 int64_t largest_work(const SuiteOptions& options) { return int64_t{1} << (options.full ? 27 : 21); }
@@ -48,6 +51,12 @@ Image mean_image(const Batches& b) {
 Batches render(const Setup& setup, const Run& run, int64_t spp, uint64_t seed) {
   RenderSettings settings = settings_for(setup.scene, run.integrator, spp, setup.max_depth, seed);
   if (run.strategies) settings.plan = SamplingPlan{.strategies = *run.strategies};
+  if (needs_pilot(settings)) {
+    const Renderer renderer(setup.scene, settings, 1);
+    settings.plan = run_pilot(
+                        renderer, 1, [] { return true; }, kAutoPaths)
+                        .chosen;
+  }
   return render_batches(setup.scene, settings, kBatches);
 }
 
@@ -198,7 +207,7 @@ Row run_case(const Case& subject, const Run& run, const SuiteOptions& options) {
   }
   const bool sharp = row.m.standard_error <= kLargestError * std::fabs(row.m.exact) &&
                      (subject.measure || row.m.effective_samples >= kLeastEffective);
-  const bool right = row.m.nonfinite == 0 && std::fabs(row.m.z) < kLargestZ;
+  const bool right = row.m.nonfinite == 0 && std::fabs(row.m.z) < options.largest_z;
   // A known miss excuses no value that is not finite.
   if (note && note->kind == Note::kKnown && row.m.nonfinite == 0 && !(right && sharp)) {
     row.verdict = Verdict::kKnown;
@@ -207,7 +216,7 @@ Row run_case(const Case& subject, const Run& run, const SuiteOptions& options) {
   } else if (sharp) {
     row.verdict = Verdict::kPass;
     row.note.clear();
-  } else if (note && note->kind == Note::kNoisy) {
+  } else if (!options.noisy_fails || (note && note->kind == Note::kNoisy)) {
     row.verdict = Verdict::kNoisy;
   } else {
     row.verdict = Verdict::kFail;

@@ -32,6 +32,8 @@ struct Row {
 struct SuiteOptions {
   bool full = false;   // all 15 sets everywhere, and more samples
   std::string filter;  // text that "name, parameter [run]" must contain
+  double largest_z = 4;
+  bool noisy_fails = true;  // a row without a note that is too noisy to tell
 };
 
 /// "1 closed box, rho 0.5 [bdpt]".
