@@ -138,7 +138,7 @@ JobId FarmClient::submit(const JobRequest& request, const std::map<std::string, 
   message.set_bundle_json(bundle_to_json(request.bundle));
   message.set_settings_json(settings_to_json(request.settings));
   message.set_priority(request.priority);
-  message.set_pool(request.pool);
+  message.set_pool(one_line(request.pool));
   message.set_submitter(one_line(request.submitter));
   message.set_max_workers(request.max_workers);
   for (const JobId& id : request.after) message.add_after(id.value);

@@ -26,6 +26,9 @@ constexpr bool is_final(JobState state) {
   return state == JobState::kDone || state == JobState::kFailed || state == JobState::kCancelled;
 }
 
+/// Longest name, pool and submitter of a job.
+inline constexpr size_t kMaxNameBytes = 1000;
+
 struct JobRequest {
   std::string name;
   Bundle bundle;

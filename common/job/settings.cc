@@ -119,6 +119,7 @@ std::string settings_to_json(const RenderSettings& s) {
 namespace {
 
 constexpr int kMaxJsonDepth = 8;
+constexpr size_t kMaxJsonBytes = 1 << 20;
 
 int64_t integer_in(const nlohmann::json& j, int64_t low, int64_t high) {
   if (!j.is_number_integer()) usage("render settings: a whole number is expected");
@@ -133,6 +134,7 @@ int64_t integer_in(const nlohmann::json& j, int64_t low, int64_t high) {
 
 RenderSettings settings_from_json(const std::string& text) {
   try {
+    if (text.size() > kMaxJsonBytes) usage("render settings: larger than 1 MiB");
     check_json_depth(text, kMaxJsonDepth);
     auto j = nlohmann::json::parse(text);
     take_older_keys(&j);

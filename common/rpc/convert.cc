@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "common/base/digest.h"
+#include "common/base/utf8.h"
 #include "common/farm/pilot_result.h"
+#include "common/rpc/status.h"
 
 namespace lightmill {
 namespace {
@@ -123,14 +125,14 @@ CommitResult from_proto(v1::CommitOutcome outcome) { return domain_of(kOutcomes,
 v1::JobStatus to_proto(const JobStatus& s) {
   v1::JobStatus m;
   m.set_id(s.id.value);
-  m.set_name(s.name);
+  m.set_name(valid_utf8(s.name));
   m.set_state(to_proto(s.state));
   m.set_message(s.message);
   m.set_settings_json(settings_to_json(s.settings));
   m.set_bundle_digest(s.bundle_digest);
   m.set_priority(s.priority);
-  m.set_pool(s.pool);
-  m.set_submitter(s.submitter);
+  m.set_pool(valid_utf8(s.pool));
+  m.set_submitter(valid_utf8(s.submitter));
   m.set_max_workers(s.max_workers);
   for (const JobId& id : s.after) m.add_after(id.value);
   m.set_packets_done(s.packets_done);
@@ -149,7 +151,7 @@ v1::JobStatus to_proto(const JobStatus& s) {
   set_if(s.relmse_high, [&](double v) { m.set_relmse_high(v); });
   boxes_to_proto(s.boxes, m.mutable_boxes());
   *m.mutable_counters() = counters_to_proto(s.counters);
-  for (const std::string& line : s.missing_light) m.add_missing_light(line);
+  for (const std::string& line : s.missing_light) m.add_missing_light(valid_utf8(line));
   m.set_workers(s.workers);
   m.set_version(s.version);
   return m;
@@ -237,12 +239,12 @@ TileStatus from_proto(const v1::TileStatus& m) {
 
 v1::WorkerRegistration to_proto(const WorkerRegistration& r) {
   v1::WorkerRegistration m;
-  m.set_host(r.host);
+  m.set_host(one_line(r.host));
   m.set_threads(r.threads);
   m.set_build(r.build);
   m.set_schema(r.schema);
   m.set_arithmetic_class(r.arithmetic_class);
-  m.set_pool(r.pool);
+  m.set_pool(one_line(r.pool));
   return m;
 }
 

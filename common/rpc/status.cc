@@ -1,5 +1,7 @@
 #include "common/rpc/status.h"
 
+#include "common/base/utf8.h"
+
 namespace lightmill {
 namespace {
 
@@ -20,14 +22,7 @@ grpc::StatusCode code_of(ErrorKind kind) {
 
 }  // namespace
 
-std::string one_line(const std::string& text) {
-  std::string line;
-  for (char c : text) {
-    if (c == '\n' || c == '\r' || line.size() >= kMaxMessage) break;
-    line += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
-  }
-  return line;
-}
+std::string one_line(const std::string& text) { return printable_line(text, kMaxMessage); }
 
 grpc::Status to_status(const Error& error) { return {code_of(error.kind()), one_line(error.what())}; }
 

@@ -24,7 +24,7 @@ Error to_error(const grpc::Status& status, const std::string& address);
 /// Throws to_error(...) unless the status is OK.
 void throw_if_failed(const grpc::Status& status, const std::string& address);
 
-/// First line of a text, at most 1000 bytes, without control characters.
+/// First line of a text, at most 1000 bytes, valid UTF-8 without control characters (common/base/utf8.h).
 std::string one_line(const std::string& text);
 
 }  // namespace lightmill

@@ -6,12 +6,16 @@
 
 #include "common/base/digest.h"
 #include "common/base/error.h"
+#include "common/base/json_depth.h"
 #include "common/scene/scene_files.h"
 
 namespace lightmill {
 namespace {
 
 constexpr size_t kMaxEntries = 1'000'000;
+// Of a manifest: what an entry needs, for as many as a message has room for.
+constexpr int kMaxDepth = 8;
+constexpr size_t kMaxValues = 1'000'000;
 
 [[noreturn]] void fail_bundle(const std::string& what) {
   throw Error(ErrorKind::kFailed, "scene bundle: " + what);
@@ -54,6 +58,7 @@ std::string bundle_to_json(const Bundle& bundle) {
 
 Bundle bundle_from_json(const std::string& text) {
   try {
+    check_json_size(text, kMaxDepth, kMaxValues);
     const auto j = nlohmann::json::parse(text);
     if (j.at("version") != 1) fail_bundle("unknown version; upgrade this program");
     Bundle bundle;

@@ -12,6 +12,7 @@
 
 #include "common/base/digest.h"
 #include "common/base/error.h"
+#include "common/base/utf8.h"
 #include "common/scene/load.h"
 
 namespace lightmill {
@@ -29,23 +30,6 @@ struct Descriptor {
 
 std::string too_large(size_t max_bytes) {
   return "is larger than the limit of " + std::to_string(max_bytes >> 20) + " MiB";
-}
-
-/// Well-formed UTF-8: what JSON can carry.
-bool is_utf8(const std::string& s) {
-  for (size_t i = 0; i < s.size();) {
-    const auto lead = static_cast<unsigned char>(s[i++]);
-    int more = lead < 0x80 ? 0 : lead < 0xc2 ? -1 : lead < 0xe0 ? 1 : lead < 0xf0 ? 2 : lead < 0xf5 ? 3 : -1;
-    if (more < 0) return false;
-    const unsigned char low = lead == 0xe0 ? 0xa0 : lead == 0xf0 ? 0x90 : 0x80;   // no overlong forms
-    const unsigned char high = lead == 0xed ? 0x9f : lead == 0xf4 ? 0x8f : 0xbf;  // no surrogates
-    for (bool first = true; more > 0; --more, first = false) {
-      if (i == s.size()) return false;
-      const auto byte = static_cast<unsigned char>(s[i++]);
-      if (byte < (first ? low : 0x80) || byte > (first ? high : 0xbf)) return false;
-    }
-  }
-  return true;
 }
 
 std::string inflate_all(const std::string& packed, size_t max_bytes) {

@@ -12,7 +12,7 @@ namespace lightmill {
 namespace {
 
 constexpr size_t kMaxJobs = 100000;
-constexpr size_t kMaxNameBytes = 1000, kMaxAfter = 1000;
+constexpr size_t kMaxAfter = 1000;
 constexpr int kMaxMaxWorkers = 100000;
 
 /// "job j1 is done; only a job that is running can be paused"

@@ -34,6 +34,24 @@ Handled judge(Authenticator& authenticator, const httplib::Request& request, htt
   return Handled::Handled;
 }
 
+/// Refuses what would cost more than it asks for: a body of unknown length, which ends when the peer likes,
+/// and several ranges, which may name the same bytes again and again.
+Handled bound(const httplib::Request& request, httplib::Response& response) {
+  if (request.ranges.size() > 1) {
+    response.status = 416;
+    response.set_content("one range at a time\n", "text/plain");
+    return Handled::Handled;
+  }
+  const bool has_body = request.method == "POST" || request.method == "PUT" || request.method == "PATCH";
+  if (has_body && !request.has_header("Content-Length")) {
+    response.status = 411;
+    response.set_header("Connection", "close");
+    response.set_content("give a Content-Length\n", "text/plain");
+    return Handled::Handled;
+  }
+  return Handled::Unhandled;
+}
+
 }  // namespace
 
 struct HttpServer::Impl {
@@ -60,6 +78,7 @@ HttpServer::HttpServer(const std::string& address, const WebOptions& web, const 
   server.set_pre_routing_handler([&watch = impl_->watch, judges = web.authenticator](
                                      const httplib::Request& request, httplib::Response& response) {
     watch.began(request);
+    if (bound(request, response) == Handled::Handled) return Handled::Handled;
     return judges ? judge(*judges, request, response) : Handled::Unhandled;
   });
   for (const char* probe : {"/healthz", "/livez"}) {

@@ -32,6 +32,13 @@ constexpr size_t kMaxUploadChunk = size_t{4} << 20;
 constexpr double kWatchBeatSeconds = 1;
 constexpr std::chrono::milliseconds kWatchSpacing(200);
 
+/// A manifest larger than this waits until few others are unpacked: that takes several times its bytes.
+constexpr size_t kLargeSubmission = 64 << 10;
+constexpr std::chrono::seconds kSubmissionPatience(10);
+
+/// A name as it is kept and shown; one that is too long stays, to be refused.
+std::string harmless(const std::string& name) { return name.size() > kMaxNameBytes ? name : one_line(name); }
+
 /// How many jobs the pages before had. Throws Error(kUsage) for a token that no answer gave.
 size_t listed_before(const std::string& token) {
   if (token.empty()) return 0;
@@ -92,7 +99,13 @@ grpc::Status ClientService::SubmitJob(grpc::ServerContext* context, const v1::Su
     const std::string refusal = submissions_ ? submissions_->refusal("") : "";
     if (!refusal.empty()) throw LimitReached(refusal);
     JobRequest job;
-    job.name = request->name();
+    job.name = harmless(request->name());
+    std::optional<Turn> turn;
+    if (request->ByteSizeLong() > kLargeSubmission) {
+      turn.emplace(large_submissions_, kSubmissionPatience);
+      if (!turn->granted())
+        throw LimitReached("too many scenes of thousands of files come in at once; try again");
+    }
     try {
       job.bundle = bundle_from_json(request->bundle_json());
     } catch (const Error& e) {
@@ -100,8 +113,8 @@ grpc::Status ClientService::SubmitJob(grpc::ServerContext* context, const v1::Su
     }
     job.settings = settings_from_json(request->settings_json());
     job.priority = request->priority();
-    job.pool = request->pool();
-    job.submitter = caller_ ? caller_(*context) : request->submitter();
+    job.pool = harmless(request->pool());
+    job.submitter = caller_ ? caller_(*context) : harmless(request->submitter());
     job.max_workers = request->max_workers();
     for (const std::string& id : request->after()) job.after.push_back(JobId{id});
     check_quotas(quotas_, job);

@@ -2,6 +2,7 @@
 // v1.ClientService over a Farm and a BlobStore. It translates, bounds and streams; it decides nothing.
 #include <atomic>
 #include <memory>
+#include <semaphore>
 
 #include "coordinator/core/farm.h"
 #include "coordinator/service/caller.h"
@@ -65,6 +66,7 @@ class ClientService final : public v1::ClientService::Service {
   const std::shared_ptr<SubmitLimit> submissions_;
   const Caller caller_;
   std::atomic<bool> stopping_{false};
+  std::counting_semaphore<> large_submissions_{2};  // that are unpacked at once
   std::atomic<int> fetches_{0}, watches_{0}, uploads_{0}, listings_{0};
 };
 

@@ -196,7 +196,7 @@ void GrpcLink::warn(const LeaseKey& key, const std::vector<std::string>& missing
   v1::WarnRequest request;
   request.set_worker_id(impl_->worker());
   *request.mutable_key() = to_proto(key);
-  for (const std::string& line : missing_light) request.add_missing_light(line);
+  for (const std::string& line : missing_light) request.add_missing_light(one_line(line));
   v1::WarnResponse response;
   call.check(call.stub()->Warn(call.context(), request, &response), true);
 }

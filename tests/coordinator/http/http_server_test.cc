@@ -33,15 +33,41 @@ TEST_F(HttpServerTest, ServesHealthAndMetrics) {
   EXPECT_EQ(http.Get("/nothing")->status, 404);
 }
 
+int connect_to(int port) {
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  EXPECT_EQ(connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  return fd;
+}
+
+/// The first line of the answer to a request that is sent as it is.
+std::string first_line(int port, std::string_view request) {
+  const int fd = connect_to(port);
+  EXPECT_EQ(::send(fd, request.data(), request.size(), MSG_NOSIGNAL), static_cast<ssize_t>(request.size()));
+  std::string line;
+  for (char c; recv(fd, &c, 1, 0) == 1 && c != '\r';) line += c;
+  close(fd);
+  return line;
+}
+
+TEST_F(HttpServerTest, BodiesSayHowLongTheyAre) {
+  EXPECT_THAT(first_line(server->http_port(), "POST /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\n\r\nx"),
+              HasSubstr(" 411 "));
+}
+
+TEST_F(HttpServerTest, RangesComeOneAtATime) {
+  const std::string head = "GET /livez HTTP/1.1\r\nHost: localhost\r\nRange: bytes=";
+  EXPECT_THAT(first_line(server->http_port(), head + "0-1,0-1,0-1\r\n\r\n"), HasSubstr(" 416 "));
+  EXPECT_THAT(first_line(server->http_port(), head + "0-1\r\n\r\n"), HasSubstr(" 206 "));
+}
+
 /// A connection that brings a request a byte at a time.
 class Trickle {
  public:
-  explicit Trickle(int port) : fd_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(static_cast<uint16_t>(port));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  explicit Trickle(int port) : fd_(connect_to(port)) {
     for (const char c : std::string_view("GET /livez HTTP/1.1\r\nX: ")) send(c);
   }
   ~Trickle() { close(fd_); }
