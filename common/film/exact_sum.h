@@ -6,7 +6,7 @@
 // in a thread, a worker, the coordinator. The quantum is part of the job's plan.
 //
 //   ExactSum sum;
-//   if (auto units = to_units(value, q)) sum.units += *units; else ++nonfinite;
+//   if (auto units = to_units(value, q)) sum.units += *units; else ++refused;
 //   double mean = from_units(sum.units, q) / count;
 #include <bit>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace lightmill {
 
 using Units = unsigned __int128;
 
-/// Contributions of 2^kMaxContributionBits units or more are refused (and counted as non-finite). 2^35 of the
+/// Contributions of 2^kMaxContributionBits units or more are refused, and counted (dropped.h). 2^35 of the
 /// largest ones still fit into the sum.
 inline constexpr int kMaxContributionBits = 92;
 /// The plan puts its radiance scale S (a power of two from the lights, worker/render/plan/) this many bits

@@ -1,6 +1,7 @@
 #include "common/film/film.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "common/base/error.h"
@@ -155,6 +156,13 @@ Image Film::resolve(bool with_camera, bool with_splats) const {
 }
 
 Image Film::resolve() const { return resolve(true, true); }
+
+double Film::mean_magnitude() const {
+  const Image image = resolve();
+  double sum = 0;
+  for (const float x : image.data) sum += std::isfinite(x) ? std::fabs(double{x}) : 0;
+  return sum / static_cast<double>(std::max<size_t>(image.data.size(), 1));
+}
 
 Image Film::resolve_for_display() const {
   if (std::find(cell_samples_.begin(), cell_samples_.end(), 0) == cell_samples_.end()) return resolve();

@@ -22,6 +22,8 @@ class Film {
   Image resolve() const;
   /// The same, to look at while tiles are missing: pixels without camera samples take those around them.
   Image resolve_for_display() const;
+  /// The mean of the magnitudes of resolve()'s values.
+  double mean_magnitude() const;
   /// The AOVs that the job asked for, over the crop window; without channels if it asked for none.
   ChannelImage resolve_aovs() const;
   const FilmGrid& grid() const { return grid_; }

@@ -1,5 +1,6 @@
 #include "common/film/partial.h"
 
+#include <algorithm>
 #include <array>
 #include <mutex>
 #include <stdexcept>
@@ -38,6 +39,7 @@ struct PartialBuilder::Impl {
   AovSums aovs;
   std::mutex counters_lock;
   RenderCounters counters;
+  Dropped dropped, dropped_splats;
   double cpu_seconds = 0;
 
   void add_layer(int cx, int cy, std::span<const ExactRgb, kCellPixels> sums, std::vector<ExactRgb>* layer);
@@ -101,9 +103,12 @@ void PartialBuilder::add_aov(int layer, int cx, int cy, std::span<const ExactRgb
 
 void PartialBuilder::add_splats(std::span<const Splat> splats) {
   if (!impl_->has_splat_layer) throw std::logic_error("PartialBuilder::add_splats: no splat layer");
-  RenderCounters dropped;
-  dropped.nonfinite = impl_->splats.add(splats);
-  if (dropped.nonfinite > 0) add_counters(dropped, 0);
+  const Dropped dropped = impl_->splats.add(splats);
+  if (!dropped.any()) return;
+  RenderCounters counters;
+  counters.nonfinite = dropped.refused();
+  add_counters(counters, 0);
+  add_dropped({}, dropped);
 }
 
 void PartialBuilder::add_direct_splats(std::span<const Splat> splats) {
@@ -115,6 +120,13 @@ void PartialBuilder::add_counters(const RenderCounters& counters, double cpu_sec
   const std::lock_guard lock(impl_->counters_lock);
   impl_->counters += counters;
   impl_->cpu_seconds += cpu_seconds;
+}
+
+void PartialBuilder::add_dropped(const Dropped& of_camera_paths, const Dropped& of_light_paths) {
+  if (!of_camera_paths.any() && !of_light_paths.any()) return;
+  const std::lock_guard lock(impl_->counters_lock);
+  impl_->dropped.add(of_camera_paths);
+  impl_->dropped_splats.add(of_light_paths);
 }
 
 Partial PartialBuilder::take() {
@@ -131,6 +143,11 @@ Partial PartialBuilder::take() {
   partial.aovs = std::move(m.aovs);
   if (!m.direct_splats.empty()) partial.aovs.direct_splats = m.direct_splats.take();
   partial.counters = m.counters;
+  partial.dropped = m.dropped;
+  // A splat adds to the mean of the image what it has over the number of light paths.
+  const auto pixel_samples = static_cast<double>(m.rect.area() * m.tile.samples());
+  const auto light_paths = static_cast<double>(std::max(m.counters.light_paths, uint64_t{1}));
+  partial.dropped.add(m.dropped_splats, pixel_samples / light_paths);
   partial.cpu_seconds = m.cpu_seconds;
   return partial;
 }

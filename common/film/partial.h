@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "common/film/aov_layers.h"
+#include "common/film/dropped.h"
 #include "common/film/exact_sum.h"
 #include "common/film/splat_sum.h"
 #include "common/job/packet_grid.h"
@@ -30,7 +31,7 @@ struct RenderCounters {
   uint64_t shadow_rays = 0;
   uint64_t zero_connections_skipped = 0;  // contribution was zero: no shadow ray cast
   uint64_t rouletted_connections = 0;     // contribution was tiny and lost its roulette
-  uint64_t nonfinite = 0;                 // contributions dropped: NaN, infinite, negative or too large
+  uint64_t nonfinite = 0;                 // contributions that the sums refused: Dropped::refused
   RenderCounters& operator+=(const RenderCounters& o);
   bool operator==(const RenderCounters&) const = default;
 };
@@ -56,6 +57,7 @@ struct Partial {
   uint64_t light_paths = 0;  // accepted light paths that fed `splats`
   AovSums aovs;              // its set is 0 unless the job asked for some
   RenderCounters counters;
+  Dropped dropped;         // nothing in partials of versions that counted the kinds together
   double cpu_seconds = 0;  // of the worker's threads; informational, not part of the digest's promise
   bool operator==(const Partial&) const = default;
 };
@@ -72,7 +74,7 @@ class PartialBuilder {
   /// outside the crop window are ignored. Throws std::logic_error for a cell outside the tile or without a
   /// camera layer.
   void add_camera(int cx, int cy, std::span<const ExactRgb, kCellPixels> sums);
-  /// Rounds splats to the quantum and adds them. Those that can't be represented are counted as non-finite,
+  /// Rounds splats to the quantum and adds them. Those that can't be represented are dropped and counted,
   /// those outside the crop window are ignored. Throws std::logic_error without a splat layer.
   void add_splats(std::span<const Splat> splats);
   /// The AOVs that packets have to bring. Those of the camera layer's pixels are added as by add_camera, one
@@ -83,6 +85,9 @@ class PartialBuilder {
   void add_direct_splats(std::span<const Splat> splats);
   /// Adds a finished packet's counters. Its light_paths also count for the splat layer.
   void add_counters(const RenderCounters& counters, double cpu_seconds);
+  /// Adds what a finished packet's stages dropped of camera paths (amounts by pixel sample) and of light
+  /// paths (amounts by light path). What the sums refused of it is in the packet's counters, too.
+  void add_dropped(const Dropped& of_camera_paths, const Dropped& of_light_paths);
   /// The finished partial. Call once, after all packets.
   Partial take();
 
@@ -110,7 +115,7 @@ std::string encode_partial(const Partial& partial);
 /// the second form: it refuses another grid or tile than that of the lease before it allocates anything.
 Partial decode_partial(std::string_view bytes);
 Partial decode_partial(std::string_view bytes, const FilmGrid& grid, const TileSpec& tile);
-/// SHA-256 of the partial's content (tile, layers, counts; not cpu_seconds).
+/// SHA-256 of the partial's content (tile, layers, counts; not cpu_seconds or amounts of what was dropped).
 std::string partial_digest(const Partial& partial);
 /// The digest that encoded bytes carry: partial_digest(decode_partial(bytes)) if that succeeds. Throws
 /// Error(kFailed) if the header is corrupt.

@@ -15,6 +15,19 @@ namespace {
 constexpr int kMinQuantum = -300, kMaxQuantum = 200;  // beyond any float's scale
 constexpr int kMaxCounterBits = 56;                   // a counter that a tile could reach
 
+/// More than any count of floats adds up to.
+constexpr double kMaxAmount = 1e60;
+
+void check_dropped(const Partial& p) {
+  for (const Dropped::Kind& kind : p.dropped.kinds) {
+    if (kind.count >> kMaxCounterBits) refuse_partial("count of what was dropped out of range");
+    if (!(kind.amount >= 0 && kind.amount <= kMaxAmount) || (kind.count == 0 && kind.amount != 0))
+      refuse_partial("amount of what was dropped out of range");
+  }
+  if (p.dropped.any() && p.dropped.refused() != p.counters.nonfinite)
+    refuse_partial("the kinds of what was dropped do not add up");
+}
+
 }  // namespace
 
 void refuse_partial(const std::string& reason) {
@@ -54,6 +67,7 @@ void check_partial_head(const Partial& p) {
                            c.rouletted_connections, c.nonfinite}) {
     if (n >> kMaxCounterBits) refuse_partial("counter out of range");
   }
+  check_dropped(p);
   if (!(p.cpu_seconds >= 0) || !std::isfinite(p.cpu_seconds)) refuse_partial("cpu_seconds is not a duration");
 }
 

@@ -2,14 +2,17 @@
 //
 //   magic, schema                                         8 bytes
 //   content head: grid, tile, quantum, counts, layout     fixed size, part of the content digest
+//     and, if anything was dropped, its count by kind     40 bytes more
 //   cpu_seconds, payload size                             16 bytes
+//   amounts of what was dropped, by kind, if anything was 40 bytes
 //   content digest: SHA-256(content head, payload)        64 hex digits
 //   head digest: SHA-256 of all of the above              64 hex digits
 //   zstd frame of the payload: camera planes, sparse pixels, splat planes (unit_planes.h), AOVs
 //   (aov_codec.cc)
 //
 // The layout (byte ranges, sparse or dense) is a function of the content and decoding refuses any other, so
-// the digest names the content, not one of its spellings.
+// the digest names the content, not one of its spellings. Where nothing was dropped the bytes are those of
+// versions that did not tell the kinds apart, and theirs are read where something was.
 #include <memory>
 #include <utility>
 
@@ -30,13 +33,14 @@ constexpr uint32_t kPartialMagic = 0x74706d4c;  // "Lmpt"
 constexpr const char* kPartial = "partial";
 constexpr int kZstdLevel = 1;
 constexpr size_t kSha256Bytes = 64;
-constexpr int kHasCamera = 1, kHasAovs = 2;  // layers that are there
+constexpr int kHasCamera = 1, kHasAovs = 2, kHasDropped = 4;  // what is there
 
 enum class SplatForm : uint8_t { kNone = 0, kSparse = 1, kDense = 2 };
 
 struct Layout {
   bool has_camera = false;
   bool has_aovs = false;
+  bool has_dropped = false;
   ByteRange camera_range, splat_range;
   SplatForm splat_form = SplatForm::kNone;
   uint64_t splat_count = 0;
@@ -54,6 +58,7 @@ Layout layout_of(const Partial& p, const LayerUnits& units) {
   Layout layout;
   layout.has_camera = !p.camera.empty();
   layout.has_aovs = p.aovs.spec.set != 0;
+  layout.has_dropped = p.dropped.any();
   layout.camera_range = used_bytes(units.camera);
   layout.splat_range = used_bytes(units.splats);
   layout.splat_count = p.splats.size();
@@ -87,12 +92,16 @@ std::string content_head(const Partial& p, const Layout& layout) {
         n.zero_connections_skipped, n.rouletted_connections, n.nonfinite, layout.splat_count}) {
     w.put<uint64_t>(v);
   }
-  w.put<uint8_t>(
-      static_cast<uint8_t>((layout.has_camera ? kHasCamera : 0) | (layout.has_aovs ? kHasAovs : 0)));
+  w.put<uint8_t>(static_cast<uint8_t>((layout.has_camera ? kHasCamera : 0) |
+                                      (layout.has_aovs ? kHasAovs : 0) |
+                                      (layout.has_dropped ? kHasDropped : 0)));
   w.put<uint8_t>(static_cast<uint8_t>(layout.splat_form));
   for (const ByteRange& range : {layout.camera_range, layout.splat_range}) {
     w.put<uint8_t>(range.low);
     w.put<uint8_t>(range.high);
+  }
+  if (layout.has_dropped) {
+    for (const Dropped::Kind& kind : p.dropped.kinds) w.put<uint64_t>(kind.count);
   }
   return std::move(w.bytes());
 }
@@ -115,14 +124,19 @@ Layout read_content_head(ByteReader* in, Partial* p) {
   }
   const auto present = in->get<uint8_t>();
   const auto form = in->get<uint8_t>();
-  if (present > (kHasCamera | kHasAovs) || form > 2) in->fail("unknown layout");
+  if (present > (kHasCamera | kHasAovs | kHasDropped) || form > 2) in->fail("unknown layout");
   layout.has_camera = present & kHasCamera;
   layout.has_aovs = present & kHasAovs;
+  layout.has_dropped = present & kHasDropped;
   layout.splat_form = static_cast<SplatForm>(form);
   for (ByteRange* range : {&layout.camera_range, &layout.splat_range}) {
     range->low = in->get<uint8_t>();
     range->high = in->get<uint8_t>();
     if (!range->valid()) in->fail("unknown layout");
+  }
+  if (layout.has_dropped) {
+    for (Dropped::Kind& kind : p->dropped.kinds) kind.count = in->get<uint64_t>();
+    if (!p->dropped.any()) in->fail("unknown layout");
   }
   return layout;
 }
@@ -264,6 +278,9 @@ Header read_header(std::string_view bytes) {
   h.layout = read_content_head(&in, &h.partial);
   h.partial.cpu_seconds = in.get<double>();
   h.payload_size = in.get<uint64_t>();
+  if (h.layout.has_dropped) {
+    for (Dropped::Kind& kind : h.partial.dropped.kinds) kind.amount = in.get<double>();
+  }
   h.digest = in.get_bytes(kSha256Bytes);
   const std::string_view head = bytes.substr(0, bytes.size() - in.rest().size());
   if (in.get_bytes(kSha256Bytes) != sha256_hex(head)) in.fail("wrong digest of its head");
@@ -335,6 +352,9 @@ std::string encode_partial(const Partial& partial) {
   w.put_bytes(head);
   w.put<double>(partial.cpu_seconds);
   w.put<uint64_t>(payload.size());
+  if (layout.has_dropped) {
+    for (const Dropped::Kind& kind : partial.dropped.kinds) w.put<double>(kind.amount);
+  }
   std::string& bytes = w.bytes();
   const size_t digests_at = bytes.size();
   bytes.append(2 * kSha256Bytes, '0');  // known once the payload has gone through

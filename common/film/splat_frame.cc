@@ -12,7 +12,7 @@ namespace lightmill {
 
 namespace {
 
-constexpr size_t kStripes = 64;
+constexpr size_t kPageLocks = 64;
 constexpr uint32_t kPrefetch = 12;  // splats ahead
 constexpr int kDroppedBits = 24 - kSplatBits;
 
@@ -33,8 +33,8 @@ struct SplatFrame::Impl {
 
   FilmGrid grid;
   int quantum_exponent = 0;
-  CellRect frame_cells;                         // of the crop window
-  std::array<std::mutex, kStripes> page_locks;  // page -> lock
+  CellRect frame_cells;                           // of the crop window
+  std::array<std::mutex, kPageLocks> page_locks;  // page -> lock
   std::vector<std::unique_ptr<Page>> pages;
 };
 
@@ -50,7 +50,7 @@ SplatFrame::SplatFrame(const FilmGrid& grid, int quantum_exponent) : impl_(std::
   impl_->pages.resize(static_cast<size_t>(impl_->frame_cells.count()));
 }
 
-uint64_t SplatFrame::add(std::span<const Splat> splats) {
+Dropped SplatFrame::add(std::span<const Splat> splats) {
   Impl& m = *impl_;
   const auto width = static_cast<uint32_t>(m.grid.width);
   const auto frame_width = static_cast<uint32_t>(m.frame_cells.width());
@@ -85,10 +85,10 @@ uint64_t SplatFrame::add(std::span<const Splat> splats) {
     to.pixel = static_cast<uint32_t>(keys[i] % kCellPixels);
   }
 
-  uint64_t nonfinite = 0;
+  Dropped dropped;
   for (size_t p = 0; p < m.pages.size(); ++p) {
     if (begin[p] == begin[p + 1]) continue;
-    const std::lock_guard lock(m.page_locks[p % kStripes]);
+    const std::lock_guard lock(m.page_locks[p % kPageLocks]);
     if (!m.pages[p]) m.pages[p] = std::make_unique<Impl::Page>();
     Impl::Page& page = *m.pages[p];
     for (uint32_t k = begin[p]; k < begin[p + 1]; ++k) {
@@ -103,7 +103,12 @@ uint64_t SplatFrame::add(std::span<const Splat> splats) {
       const auto g = to_signed_units(rounded(splat.g), m.quantum_exponent);
       const auto b = to_signed_units(rounded(splat.b), m.quantum_exponent);
       if (!r || !g || !b) {
-        ++nonfinite;
+        dropped.refuse({splat.r, splat.g, splat.b}, m.quantum_exponent, 1);
+        continue;
+      }
+      // One channel says of most splats that they are not that small.
+      if (!*g && !(*r | *b)) {
+        dropped.round_to_zero({splat.r, splat.g, splat.b});
         continue;
       }
       ExactRgb& sum = page[splat.pixel];
@@ -112,7 +117,7 @@ uint64_t SplatFrame::add(std::span<const Splat> splats) {
       sum.c[2] += *b;
     }
   }
-  return nonfinite;
+  return dropped;
 }
 
 std::vector<SplatSum> SplatFrame::take() {

@@ -22,8 +22,8 @@ class SplatFrame {
   ~SplatFrame();
   bool empty() const { return !impl_; }
   /// Rounds splats to kSplatBits and to the quantum and adds them. Those outside the crop window are ignored.
-  /// Returns how many can't be represented and were dropped. Thread-safe.
-  uint64_t add(std::span<const Splat> splats);
+  /// Returns what can't be represented and was dropped; amounts are by light path. Thread-safe.
+  Dropped add(std::span<const Splat> splats);
   /// The sums, ascending by pixel, without zeros. Call once, in the end.
   std::vector<SplatSum> take();
 

@@ -96,10 +96,79 @@ TEST(PartialCodec, CpuSecondsIsNotPartOfTheDigest) {
   EXPECT_NE(partial_digest(p), digest);
 }
 
+Partial with_dropped(Partial p) {
+  p.dropped.of(DropKind::kNotFinite) = {3, 0.75};
+  p.dropped.of(DropKind::kOutOfRange) = {2, 4e37};
+  p.dropped.of(DropKind::kCapped) = {uint64_t{1} << 40, 12};
+  p.counters.nonfinite = 5;
+  return p;
+}
+
+TEST(PartialCodec, WhatWasDroppedTravelsAndItsCountsAreContent) {
+  Partial p = with_dropped(random_partial(kGrid, kTile, 5, true, 4));
+  const std::string bytes = encode_partial(p);
+  EXPECT_EQ(decode_partial(bytes, kGrid, kTile), p);
+  EXPECT_EQ(encoded_digest(bytes), partial_digest(p));
+  const std::string digest = partial_digest(p);
+  p.dropped.of(DropKind::kCapped).amount = 13;
+  EXPECT_EQ(partial_digest(p), digest) << "amounts depend on the order of adding";
+  p.dropped.of(DropKind::kCapped).count = 13;
+  EXPECT_NE(partial_digest(p), digest);
+  p = random_partial(kGrid, kTile, 5, true, 4);
+  EXPECT_EQ(bytes.size(), encode_partial(p).size() + 80) << "no bytes where nothing was dropped";
+}
+
+/// As version 0.1 wrote it, which counted without kinds.
+std::string older_partial() {
+  const std::string hex =
+      "4c6d70740300000002000000020000000000000000000000020000000200000000000000000000000100000001000000"
+      "ccffffff0000000000000000010000000000000004000000000000000400000000000000040000000000000000000000"
+      "000000000900000000000000000000000000000000000000000000000300000000000000010000000000000001010007"
+      "0001000000000000e03f5800000000000000323035386263653437643535353135653932373937396635356664346431"
+      "653530356430393262303966386463376238363235393662323030653266636330376661323963393832363031353838"
+      "663032396233346464366431633663326230613934393861376438633832316461666261346639306163346633653637"
+      "333528b52ffd2058bd000078000004080c10070707070001050607020000e7510016";
+  std::string bytes;
+  for (size_t i = 0; i < hex.size(); i += 2)
+    bytes.push_back(static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16)));
+  return bytes;
+}
+
+TEST(PartialCodec, PartialsOfVersionsWithoutKindsAreReadAndKeepTheirDigest) {
+  const std::string bytes = older_partial();
+  const Partial p = decode_partial(bytes, {2, 2, {0, 0, 2, 2}}, {{0, 0, 1, 1}, 0, 1});
+  EXPECT_EQ(p.counters.nonfinite, 3u);
+  EXPECT_EQ(p.counters.shadow_rays, 9u);
+  EXPECT_EQ(p.dropped, Dropped{});
+  EXPECT_EQ(p.camera[3].c[0], Units{4} << 50);
+  EXPECT_EQ(p.splats.size(), 1u);
+  EXPECT_EQ(partial_digest(p), "2058bce47d55515e927979f55fd4d1e505d092b09f8dc7b862596b200e2fcc07");
+}
+
+TEST(PartialCodec, RefusesFiguresOfWhatWasDroppedThatCanNotBe) {
+  const Partial good = with_dropped(random_partial(kGrid, kTile, 5, true, 4));
+  EXPECT_EQ(refusal(good), "");
+  Partial p = good;
+  p.counters.nonfinite = 4;
+  EXPECT_THAT(refusal(p), ::testing::HasSubstr("do not add up"));
+  for (const double amount : {-1.0, std::numeric_limits<double>::quiet_NaN(), 1e300}) {
+    p = good;
+    p.dropped.of(DropKind::kCapped).amount = amount;
+    EXPECT_THAT(refusal(p), ::testing::HasSubstr("amount"));
+  }
+  p = good;
+  p.dropped.of(DropKind::kBelowRange).amount = 1;
+  EXPECT_THAT(refusal(p), ::testing::HasSubstr("amount"));
+  p = good;
+  p.dropped.of(DropKind::kBelowRange).count = ~uint64_t{0};
+  EXPECT_THAT(refusal(p), ::testing::HasSubstr("out of range"));
+}
+
 TEST(PartialCodec, AnyFlippedByteIsNoticed) {
   const FilmGrid grid = testing::full_grid(8, 8);
   for (const uint64_t splat_every : {1, 9}) {
-    const Partial p = random_partial(grid, {{0, 0, 1, 1}, 0, 1}, 8, true, splat_every);
+    Partial p = random_partial(grid, {{0, 0, 1, 1}, 0, 1}, 8, true, splat_every);
+    if (splat_every == 9) p = with_dropped(p);
     const std::string bytes = encode_partial(p);
     for (size_t i = 0; i < bytes.size(); ++i) {
       for (const int flip : {0x01, 0x80, 0xff}) {

@@ -131,10 +131,34 @@ TEST(PartialBuilder, CountsSplatsThatCanNotBeRepresented) {
   builder.add_splats(splats);
   const Partial p = builder.take();
   EXPECT_EQ(p.counters.nonfinite, 3u);
+  EXPECT_EQ(p.dropped.of(DropKind::kNotFinite).count, 2u);
+  EXPECT_EQ(p.dropped.of(DropKind::kOutOfRange).count, 1u);
+  EXPECT_EQ(p.dropped.of(DropKind::kNegative).count, 0u);
   ASSERT_EQ(p.splats.size(), 2u);
   EXPECT_EQ(p.splats[0].pixel, 2u) << "of a filter's negative lobe";
   EXPECT_EQ(p.splats[1].pixel, 4u);
   EXPECT_TRUE(p.splats[0].sum.c[2] + p.splats[1].sum.c[2] == 0);
+}
+
+TEST(PartialBuilder, AmountsOfSplatsCountByLightPathsAndThoseOfSamplesBySamples) {
+  const FilmGrid grid = testing::full_grid(40, 40);
+  const TileSpec tile{grid.cells(), 0, 2};
+  PartialBuilder builder(grid, tile, kQuantum, true, true);
+  RenderCounters counters;
+  counters.light_paths = 800;  // a quarter of the pixel samples
+  builder.add_counters(counters, 0);
+  builder.add_splats(std::vector<Splat>{{0, 3e30f, 0, 0}, {1, 1e-30f, 1e-30f, 1e-30f}, {2, 0, 0, 0}});
+  Dropped of_camera_paths, of_light_paths;
+  of_camera_paths.add(DropKind::kCapped, 0.5);
+  of_light_paths.add(DropKind::kNotFinite, 1);
+  builder.add_dropped(of_camera_paths, of_light_paths);
+  const Partial p = builder.take();
+  EXPECT_EQ(p.dropped.of(DropKind::kOutOfRange).count, 1u);
+  EXPECT_NEAR(p.dropped.of(DropKind::kOutOfRange).amount, 4e30, 1e24);
+  EXPECT_EQ(p.dropped.of(DropKind::kBelowRange).count, 1u);
+  EXPECT_NEAR(p.dropped.of(DropKind::kBelowRange).amount, 4e-30, 1e-36);
+  EXPECT_EQ(p.dropped.of(DropKind::kCapped), (Dropped::Kind{1, 0.5}));
+  EXPECT_EQ(p.dropped.of(DropKind::kNotFinite), (Dropped::Kind{1, 4}));
 }
 
 TEST(PartialBuilder, CameraEntriesOutsideTheCropAreIgnored) {
