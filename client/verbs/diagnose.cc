@@ -168,7 +168,11 @@ class Page {
       html_ += std::string("<tr><td>") + what + "</td><td>" + std::to_string(n) + "</td></tr>";
     };
     html_ += "<h2>Discarded</h2><table><tbody>";
-    row("contributions that were not finite or negative", d_.counters.nonfinite);
+    row("contributions that were not finite", d_.dropped.of(DropKind::kNotFinite).count);
+    row("samples that were negative", d_.dropped.of(DropKind::kNegative).count);
+    row("contributions too bright for the image's sums", d_.dropped.of(DropKind::kOutOfRange).count);
+    row("samples scaled down to the film's limit", d_.dropped.of(DropKind::kCapped).count);
+    row("contributions too dark for the image's sums", d_.dropped.of(DropKind::kBelowRange).count);
     row("hits whose shading and geometric normals disagree on the side", d_.inconsistent_hits);
     row("connections of zero contribution (no shadow ray)", d_.counters.zero_connections_skipped);
     row("connections lost at Russian roulette", d_.counters.rouletted_connections);

@@ -113,6 +113,7 @@ Task render_packets(Work& work) {
     const Packet& packet = work.packets[i];
     co_await in(Q::kProducer);
     w.counters = {};
+    w.dropped = w.dropped_light = {};
     w.splats.clear();
     const int64_t superblock = superblock_of_sample(packet.sample_begin);
     LayerContext layer{0, &w.slots};
@@ -160,6 +161,7 @@ Task render_packets(Work& work) {
     if (!w.splats.empty()) work.builder.add_splats(w.splats);
     work.builder.add_camera(packet.cell_x, packet.cell_y,
                             std::span<const ExactRgb, kCellPixels>(w.camera_sums));
+    work.builder.add_dropped(w.dropped, w.dropped_light);
     work.builder.add_counters(w.counters, 0);
   }
   if (--work.wavefronts == 0) work.queues.end(work.threads);

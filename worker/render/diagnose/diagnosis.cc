@@ -48,6 +48,7 @@ class Run {
     film.fold(partial);
     result_.image = film.resolve();
     result_.counters = partial.counters;
+    result_.dropped = partial.dropped;
     result_.cpu_seconds = partial.cpu_seconds;
     for (BrightPath& path : result_.brightest) trace(&path);
   }

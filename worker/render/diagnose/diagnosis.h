@@ -31,6 +31,7 @@ struct Diagnosis {
   int64_t pixels;  // rendered
   StrategyRecorder::Table counts{};
   RenderCounters counters;
+  Dropped dropped;
   double light_subpath_seconds = 0, camera_subpath_seconds = 0, cpu_seconds = 0;
   uint64_t inconsistent_hits = 0;
   std::vector<BrightPath> brightest;  // descending

@@ -1,7 +1,10 @@
 #include "worker/render/pipeline/film.h"
 
+#include <array>
+
 #include "common/film/signed_sum.h"
 #include "worker/render/pipeline/connections/splat_target.h"
+#include "worker/render/pipeline/paths/path_radiance.h"
 
 namespace lightmill {
 
@@ -9,10 +12,7 @@ void film_add_to_paths(Wavefront& w) {
   const ShadowRays& q = w.shadow;
   for (int i = 0; i < q.count; ++i) {
     if (q.occluded[i]) continue;
-    const auto t = static_cast<size_t>(q.target[i]);
-    w.radiance_r[t] += q.r[i];
-    w.radiance_g[t] += q.g[i];
-    w.radiance_b[t] += q.b[i];
+    add_to_path(w, static_cast<size_t>(q.target[i]), q.r[i], q.g[i], q.b[i]);
   }
 }
 
@@ -38,6 +38,10 @@ void film_add_splats(const StageContext& context, Wavefront& w) {
   };
   for (int i = 0; i < q.count; ++i) {
     if (q.occluded[i]) continue;
+    if (!is_finite(q.r[i], q.g[i], q.b[i])) {
+      drop_not_finite_light(w);
+      continue;
+    }
     if (!spread) {
       add(i, q.target[i], 1);
       continue;
@@ -54,17 +58,27 @@ void film_finish_pass(const StageContext& context, int quantum_exponent, Wavefro
   };
   for (int i = 0; i < kWavefront; ++i) {
     if (!w.slots.taken[i]) continue;
+    const float full_weight = w.slots.weight[i];
+    float limit = 1;
     if (const FilmResponse* response = context.response) {
-      w.slots.weight[i] *= response->limit(w.radiance_r[i], w.radiance_g[i], w.radiance_b[i]);
+      limit = response->limit(w.radiance_r[i], w.radiance_g[i], w.radiance_b[i]);
+      w.slots.weight[i] *= limit;
       response->mix(&w.radiance_r[i], &w.radiance_g[i], &w.radiance_b[i]);
     }
     const float weight = w.slots.weight[i];
-    const auto r = units(w.radiance_r[i] * weight), g = units(w.radiance_g[i] * weight),
-               b = units(w.radiance_b[i] * weight);
+    const std::array<float, 3> rgb = {w.radiance_r[i] * weight, w.radiance_g[i] * weight,
+                                      w.radiance_b[i] * weight};
+    const auto r = units(rgb[0]), g = units(rgb[1]), b = units(rgb[2]);
     if (!r || !g || !b) {
       ++w.counters.nonfinite;
+      w.dropped.refuse(rgb, quantum_exponent, full_weight);
       continue;
     }
+    if (limit < 1) {
+      const double radiance = mean_magnitude({w.radiance_r[i], w.radiance_g[i], w.radiance_b[i]});
+      w.dropped.add(DropKind::kCapped, radiance * (full_weight - weight));
+    }
+    if (!(*r | *g | *b)) w.dropped.round_to_zero(rgb);
     w.camera_sums[static_cast<size_t>(w.slots.pixel[i])] += {{*r, *g, *b}};
   }
 }

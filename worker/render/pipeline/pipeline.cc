@@ -134,6 +134,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
                    PartialBuilder* builder) {
   const double start = thread_cpu_seconds();
   w.counters = {};
+  w.dropped = w.dropped_light = {};
   prepare(context, &w);
   w.splats.clear();
   const int64_t superblock = superblock_of_sample(packet.sample_begin);
@@ -173,6 +174,7 @@ void render_packet(const StageContext& context, const Packet& packet, int quantu
   if (camera_layer)
     builder->add_camera(packet.cell_x, packet.cell_y, std::span<const ExactRgb, kCellPixels>(w.camera_sums));
   if (w.aovs) w.aovs->finish_packet(packet, *builder);
+  builder->add_dropped(w.dropped, w.dropped_light);
   builder->add_counters(w.counters, thread_cpu_seconds() - start);
 }
 

@@ -111,6 +111,7 @@ struct Wavefront {
   std::vector<ExactRgb> camera_sums;  // the packet's cell
   std::vector<int32_t> sorted;        // the bouncer's counting sort
   RenderCounters counters;
+  Dropped dropped, dropped_light;           // of camera paths, and of light paths before they are splats
   StrategyRecorder* recorder = nullptr;     // not owned; null but for diagnosis
   AovRecorder* aovs = nullptr;              // not owned; null unless the tile has AOVs
   StageProbe* probe = nullptr;              // not owned; null but for benches

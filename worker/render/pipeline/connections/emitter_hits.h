@@ -3,6 +3,7 @@
 // mis.h).
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/pipeline/connections/manifold_next_event.h"
+#include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_vertex.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/scene/lights/emitter_pattern.h"
@@ -12,10 +13,7 @@ namespace lightmill {
 inline void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c) {
   for (unsigned bits = mask_bits(m); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
-    const auto i = static_cast<size_t>(lane(slot, l));
-    w.radiance_r[i] += lane(c.x, l);
-    w.radiance_g[i] += lane(c.y, l);
-    w.radiance_b[i] += lane(c.z, l);
+    add_to_path(w, static_cast<size_t>(lane(slot, l)), lane(c.x, l), lane(c.y, l), lane(c.z, l));
   }
 }
 

@@ -104,7 +104,9 @@ void for_each_contribution(const StageContext& context, const VertexLanes<Lane>&
                  const Vec3<Lane> c = vertices.throughput * f.f * way.throughput *
                                       target_light(lights, light, target, way.direction) *
                                       (abs(wi.z) * way.density * target.inv_pdf * inv_choice);
-                 LaneMask adds = mask_and(sees, LaneMask(max_component(c) > 0.0f));
+                 // NaN goes on, and is counted where it would be added.
+                 const Lane size = max_component(c);
+                 LaneMask adds = mask_and(sees, mask_not(LaneMask(size <= 0.0f)));
                  if (!any(adds)) return;
                  adds = free_lanes(context, way, target, time, adds, counters);
                  add(adds, c, way.events);

@@ -38,8 +38,10 @@ template <class K>
 void queue(const StageContext& context, const Candidates& c, LaneMask active, float tiny_contribution, Lane u,
            bool splats, Wavefront& w) {
   const Lane size = max_component(c.value);
-  // NaN and negative values go on to the film, which counts them: only exact zeros are dropped here.
-  const LaneMask nonzero = mask_and(active, mask_not(LaneMask(size == 0.0f)));
+  // NaN and negative values in any channel go on to the film, which counts them: only exact zeros are dropped
+  // here. (The largest channel would not do: beside NaN it may be 0.)
+  const Lane sum = abs(c.value.x) + abs(c.value.y) + abs(c.value.z);
+  const LaneMask nonzero = mask_and(active, mask_not(LaneMask(sum == 0.0f)));
   const unsigned active_bits = mask_bits(active), nonzero_bits = mask_bits(nonzero);
   w.counters.zero_connections_skipped += static_cast<uint64_t>(std::popcount(active_bits & ~nonzero_bits));
   if (!nonzero_bits) {

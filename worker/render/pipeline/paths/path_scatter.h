@@ -1,14 +1,27 @@
 #pragma once
 // Scattering in stage 3: how paths go on from their vertices.
+#include <bit>
 #include <optional>
 
 #include "worker/render/pipeline/connections/guided_density.h"
+#include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_vertex.h"
 #include "worker/render/pipeline/paths/roulette.h"
 #include "worker/render/pipeline/paths/viewer_side.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 
 namespace lightmill {
+
+/// Counts paths that end because their throughput is not a number.
+inline void count_lost_paths(LaneInt slot, LaneMask lost, Mode mode, Wavefront& w) {
+  for (unsigned bits = mask_bits(lost); bits; bits &= bits - 1) {
+    if (mode == Mode::kImportance) {
+      drop_not_finite_light(w);
+    } else {
+      drop_not_finite(w, static_cast<size_t>(lane(slot, std::countr_zero(bits))));
+    }
+  }
+}
 
 /// Samples the BSDF, updates throughput and MIS terms (M4, M5, M11), plays roulette, writes the next ray.
 /// Returns the lanes that go on. Those that enter a body are handed to subsurface_walk.h instead.
@@ -90,6 +103,8 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   const Lane after = max_component(throughput) * s.roulette_scale;
   Lane before = K::kMedia ? gather(w.media->before, v.path) : max_component(v.throughput);
   if (bodies) before = select(leaves_bodies<Lane>(v.kind), gather(w.bodies->before, v.path), before);
+  const LaneMask lost = mask_and(go, mask_not(LaneMask(after == after)));
+  if (any(lost)) count_lost_paths(v.path, lost, mode, w);
   go = mask_and(go, LaneMask(after > 0.0f));
   const int rr_depth = mode == Mode::kRadiance ? context.rr_depth : kLightRrDepth;
   // Survival is the loss of throughput at this event, so that the product over a path tracks its throughput.

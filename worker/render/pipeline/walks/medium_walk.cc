@@ -6,6 +6,7 @@
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/lane_group.h"
 #include "worker/render/pipeline/paths/path_io.h"
+#include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/recording/stage_probe.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
@@ -159,13 +160,11 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
   const Vec3<Lane> arrived = path.throughput * transmitted * inv;
   if (!kLight && any(collides) && context.on(kEmissionHits)) {
     const Vec3<Lane> glow = arrived * medium.rgb(kMediumEmission) * splat<Lane>(context.imaging_ratio);
-    const LaneMask glows = mask_and(collides, LaneMask(max_component(glow) > 0.0f));
+    const Lane brightest = max_component(glow);
+    const LaneMask glows = mask_and(collides, mask_not(LaneMask(brightest <= 0.0f)));
     for (unsigned bits = mask_bits(glows); bits; bits &= bits - 1) {
       const int l = std::countr_zero(bits);
-      const auto i = static_cast<size_t>(lane(e.slot, l));
-      w.radiance_r[i] += lane(glow.x, l);
-      w.radiance_g[i] += lane(glow.y, l);
-      w.radiance_b[i] += lane(glow.z, l);
+      add_to_path(w, static_cast<size_t>(lane(e.slot, l)), lane(glow.x, l), lane(glow.y, l), lane(glow.z, l));
     }
     if (w.recorder && any(glows)) {
       FamilyRatios ratios{};

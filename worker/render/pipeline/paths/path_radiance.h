@@ -1,0 +1,36 @@
+#pragma once
+// Adds contributions to the radiance of camera paths.
+#include <cmath>
+#include <limits>
+
+#include "worker/render/pipeline/work_items.h"
+
+namespace lightmill {
+
+/// Most contributions are told to be finite by the first test. The second is for those whose channels add up
+/// to infinity.
+inline bool is_finite(float r, float g, float b) {
+  return std::fabs(r + g + b) <= std::numeric_limits<float>::max() ||
+         (std::isfinite(r) && std::isfinite(g) && std::isfinite(b));
+}
+
+/// Counts something of the camera path in `slot` that is not finite.
+inline void drop_not_finite(Wavefront& w, size_t slot) {
+  ++w.counters.nonfinite;
+  w.dropped.add(DropKind::kNotFinite, w.slots.weight[slot]);
+}
+/// Counts something of a light path that is not finite.
+inline void drop_not_finite_light(Wavefront& w) {
+  ++w.counters.nonfinite;
+  w.dropped_light.add(DropKind::kNotFinite, 1);
+}
+
+/// Adds a contribution. One that is not finite is left out and counted: the path's other light is kept.
+inline void add_to_path(Wavefront& w, size_t slot, float r, float g, float b) {
+  if (!is_finite(r, g, b)) return drop_not_finite(w, slot);
+  w.radiance_r[slot] += r;
+  w.radiance_g[slot] += g;
+  w.radiance_b[slot] += b;
+}
+
+}  // namespace lightmill
