@@ -66,6 +66,7 @@ struct JobStatus {
   std::optional<double> relmse, relmse_low, relmse_high;  // last point of the curve
   BoxErrors boxes;                                        // of that point
   RenderCounters counters;
+  DroppedShares dropped;
   std::vector<std::string> missing_light;  // what light the image will lack, a line each, for people
   int workers = 0;                         // with a lease on this job
   uint64_t version = 0;                    // grows with every change

@@ -82,6 +82,12 @@ RenderCounters counters_from_proto(const v1::RenderCounters& m) {
   return c;
 }
 
+constexpr Pair<DropKind, v1::DropKind> kDropKindNames[] = {
+    {DropKind::kNotFinite, v1::DROP_KIND_NOT_FINITE},    {DropKind::kNegative, v1::DROP_KIND_NEGATIVE},
+    {DropKind::kOutOfRange, v1::DROP_KIND_OUT_OF_RANGE}, {DropKind::kCapped, v1::DROP_KIND_CAPPED},
+    {DropKind::kBelowRange, v1::DROP_KIND_BELOW_RANGE},
+};
+
 void set_if(const std::optional<double>& value, auto&& setter) {
   if (value) setter(*value);
 }
@@ -113,6 +119,30 @@ BoxErrors boxes_from_proto(const RepeatedBoxes& messages) {
         get_if(m.has_relmse_high(), m.relmse_high()), get_if(m.has_true_relmse(), m.true_relmse())};
   }
   return boxes;
+}
+
+using RepeatedDropped = google::protobuf::RepeatedPtrField<v1::DroppedContributions>;
+
+void dropped_to_proto(const DroppedShares& dropped, RepeatedDropped* messages) {
+  for (const auto& [kind, wire] : kDropKindNames) {
+    const DroppedShare& share = dropped[static_cast<size_t>(kind)];
+    if (share.count == 0) continue;
+    v1::DroppedContributions& m = *messages->Add();
+    m.set_kind(wire);
+    m.set_count(share.count);
+    set_if(share.share, [&](double v) { m.set_share(v); });
+  }
+}
+/// A newer peer may have more kinds.
+DroppedShares dropped_from_proto(const RepeatedDropped& messages) {
+  DroppedShares dropped;
+  for (const v1::DroppedContributions& m : messages) {
+    for (const auto& [kind, wire] : kDropKindNames) {
+      if (m.kind() == wire)
+        dropped[static_cast<size_t>(kind)] = {m.count(), get_if(m.has_share(), m.share())};
+    }
+  }
+  return dropped;
 }
 
 }  // namespace
@@ -151,6 +181,7 @@ v1::JobStatus to_proto(const JobStatus& s) {
   set_if(s.relmse_high, [&](double v) { m.set_relmse_high(v); });
   boxes_to_proto(s.boxes, m.mutable_boxes());
   *m.mutable_counters() = counters_to_proto(s.counters);
+  dropped_to_proto(s.dropped, m.mutable_dropped());
   for (const std::string& line : s.missing_light) m.add_missing_light(valid_utf8(line));
   m.set_workers(s.workers);
   m.set_version(s.version);
@@ -186,6 +217,7 @@ JobStatus from_proto(const v1::JobStatus& m) {
   s.relmse_high = get_if(m.has_relmse_high(), m.relmse_high());
   s.boxes = boxes_from_proto(m.boxes());
   s.counters = counters_from_proto(m.counters());
+  s.dropped = dropped_from_proto(m.dropped());
   s.missing_light.assign(m.missing_light().begin(), m.missing_light().end());
   s.workers = m.workers();
   s.version = m.version();

@@ -20,6 +20,7 @@ JobRecord with_partial(JobRecord record, const Partial& partial, const TileSpec&
   record.pixel_samples += record.settings.grid.pixels(tile.cells).area() * tile.samples();
   record.commit_bytes += bytes;
   record.counters += partial.counters;
+  record.dropped.add(partial.dropped);
   return record;
 }
 

@@ -39,6 +39,7 @@ JobStatus status_of(const JobRecord& r) {
   s.spp = static_cast<double>(r.pixel_samples) / static_cast<double>(r.settings.grid.crop.area());
   s.cpu_seconds = r.cpu_seconds;
   s.counters = r.counters;
+  s.dropped = shares_of(r.dropped, r.pixel_samples, r.image_mean);
   s.missing_light = r.missing_light;
   return s;
 }

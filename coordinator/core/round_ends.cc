@@ -37,7 +37,9 @@ void RoundEnds::settle(const JobId& id, Merger::Open& layers) {
   const Due due = look(id, layers, &point);
   if (!due.anything) return;
   if (due.new_point) measure_errors(layers, &point);
-  const bool ended = apply(id, point, due.new_point);
+  std::optional<double> image_mean;
+  if (due.image_mean) image_mean = layers->film.mean_magnitude();
+  const bool ended = apply(id, point, due.new_point, image_mean);
   const bool unfolded = layers->spool_bytes > 0 || farm_.options.spot_check > 0;  // or kept
   if (ended && unfolded) farm_.merger.checkpoint(id, layers, true);
 }
@@ -53,14 +55,16 @@ RoundEnds::Due RoundEnds::look(const JobId& id, const Merger::Open& layers, Erro
   point->cpu_seconds = open.record.cpu_seconds;
   point->spp = static_cast<double>(open.record.pixel_samples) /
                static_cast<double>(open.record.settings.grid.crop.area());
-  return {true, !open.last_point || open.last_point->spp < point->spp};
+  return {true, !open.last_point || open.last_point->spp < point->spp, open.record.dropped.any()};
 }
 
-bool RoundEnds::apply(const JobId& id, const ErrorPoint& point, bool is_new) {
+bool RoundEnds::apply(const JobId& id, const ErrorPoint& point, bool is_new,
+                      std::optional<double> image_mean) {
   const std::lock_guard lock(farm_.mutex);
   Job& open = jobs_.get(id);
   if (is_final(open.record.state)) return false;
   const double now = farm_.clock.now();
+  if (image_mean) open.record.image_mean = image_mean;
   if (is_new) {
     farm_.store->add_point(id, point);
     open.last_point = point;

@@ -4,6 +4,7 @@
 //
 // The caller of any method but complete_jobs() must not hold FarmState::mutex. With `layers` it holds that
 // job's.
+#include <optional>
 #include <vector>
 
 #include "coordinator/core/farm_state.h"
@@ -28,12 +29,13 @@ class RoundEnds {
   /// What settle() does next.
   struct Due {
     bool anything = false;
-    bool new_point = false;  // of the curve
+    bool new_point = false;   // of the curve
+    bool image_mean = false;  // something was dropped: its share is of that
   };
   /// Fills in the point but for its errors.
   Due look(const JobId& id, const Merger::Open& layers, ErrorPoint* point);
   /// Stores the point, if it is new, and applies the stop rules. True if the job has ended by that.
-  bool apply(const JobId& id, const ErrorPoint& point, bool is_new);
+  bool apply(const JobId& id, const ErrorPoint& point, bool is_new, std::optional<double> image_mean);
 
   FarmState& farm_;
   JobTable& jobs_;

@@ -181,6 +181,7 @@ SpotChecks::Retraction SpotChecks::retraction(const Job& job, double now) const 
     for (const TileRecord& tile : lies) {
       const Partial partial = decode_partial(farm_.store->partial(id, tile.id));
       record.counters = difference(record.counters, partial.counters);
+      record.dropped.subtract(partial.dropped);
       record.pixel_samples -= partial.grid.pixels(tile.tile.cells).area() * tile.tile.samples();
       record.packets_done -= packets_completed(tile.tile, record.settings.spp);
       --record.tiles_committed;
@@ -188,6 +189,7 @@ SpotChecks::Retraction SpotChecks::retraction(const Job& job, double now) const 
   } else {  // it began without spot checks: what the snapshot contains can't be taken out of it
     lies.insert(lies.end(), others.begin(), others.end());
     record.counters = {};
+    record.dropped = {};
     record.pixel_samples = record.packets_done = record.tiles_committed = 0;
     record.quantum_exponent.reset();
   }

@@ -24,6 +24,26 @@ constexpr CounterField kCounters[] = {
     {"nonfinite", &RenderCounters::nonfinite},
 };
 
+/// {"capped": [count, amount], ...}, of the kinds that there are.
+std::string dropped_to_json(const Dropped& dropped) {
+  JsonText text;
+  for (size_t i = 0; i < kDropKinds; ++i) {
+    const Dropped::Kind& kind = dropped.kinds[i];
+    if (kind.count == 0) continue;
+    text.add_raw(drop_kind_name(static_cast<DropKind>(i)), json{kind.count, kind.amount}.dump());
+  }
+  return text.end();
+}
+
+Dropped dropped_from_json(const json& j) {
+  Dropped dropped;
+  for (size_t i = 0; i < kDropKinds; ++i) {
+    const auto kind = j.find(drop_kind_name(static_cast<DropKind>(i)));
+    if (kind != j.end()) dropped.kinds[i] = {kind->at(0).get<uint64_t>(), kind->at(1).get<double>()};
+  }
+  return dropped;
+}
+
 }  // namespace
 
 const char* tile_state_name(TileState state) {
@@ -91,6 +111,8 @@ std::string job_record_to_json(const JobRecord& r) {
   text.add("commit_bytes", r.commit_bytes);
   text.add_raw("counters", counters.end());
   text.add("cpu_seconds", r.cpu_seconds);
+  if (r.dropped.any()) text.add_raw("dropped", dropped_to_json(r.dropped));
+  if (r.image_mean) text.add("image_mean", *r.image_mean);
   text.add("leases_reassigned", r.leases_reassigned);
   text.add("max_workers", r.max_workers);
   text.add("message", r.message);
@@ -144,6 +166,8 @@ JobRecord job_record_from_json(const JobId& id, const std::string& text) {
     for (const CounterField& field : kCounters) {
       r.counters.*field.member = j.at("counters").at(field.name).get<uint64_t>();
     }
+    if (j.contains("dropped")) r.dropped = dropped_from_json(j.at("dropped"));
+    if (j.contains("image_mean")) r.image_mean = j.at("image_mean").get<double>();
     return r;
   } catch (const json::exception& e) {
     throw Error(ErrorKind::kFailed, "job " + id.value + " in the store is malformed: " + e.what());

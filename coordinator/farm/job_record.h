@@ -81,6 +81,8 @@ struct JobRecord {
   int64_t pixel_samples = 0;
   uint64_t commit_bytes = 0;  // of the accepted partials
   RenderCounters counters;
+  Dropped dropped;
+  std::optional<double> image_mean;  // Film::mean_magnitude when it was last needed: for shares of `dropped`
   std::vector<std::string> missing_light;  // as in JobStatus
 };
 

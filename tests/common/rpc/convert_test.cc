@@ -25,6 +25,8 @@ TEST(Convert, JobStatusRoundTrip) {
   s.boxes = {BoxError{0.5, 0.25, 1, 0.75}, BoxError{}, BoxError{2, {}, {}, {}}};
   s.counters.nonfinite = 3;
   s.counters.shadow_rays = 9;
+  s.dropped[0] = {2, 0.25};
+  s.dropped[3] = {uint64_t{1} << 40, std::nullopt};
   s.missing_light = {"a tenth", "and more"};
   s.version = 77;
   const JobStatus back = from_proto(to_proto(s));
@@ -38,8 +40,19 @@ TEST(Convert, JobStatusRoundTrip) {
   EXPECT_EQ(back.relmse_low, std::nullopt);
   EXPECT_EQ(back.boxes, s.boxes);
   EXPECT_EQ(back.counters, s.counters);
+  EXPECT_EQ(back.dropped, s.dropped);
   EXPECT_EQ(back.missing_light, s.missing_light);
   EXPECT_EQ(back.version, 77u);
+}
+
+TEST(Convert, KindsOfDroppedLightThatAreUnknownAreLeftOut) {
+  JobStatus status;
+  status.settings.grid = {64, 48, {0, 0, 64, 48}};
+  v1::JobStatus m = to_proto(status);
+  EXPECT_EQ(m.dropped_size(), 0) << "of nothing nothing is told";
+  m.add_dropped()->set_kind(static_cast<v1::DropKind>(99));
+  m.mutable_dropped(0)->set_count(5);
+  EXPECT_EQ(from_proto(m).dropped, DroppedShares{});
 }
 
 TEST(Convert, EveryEnumValueRoundTrips) {

@@ -76,6 +76,7 @@ TEST(RecordedMessages, Job) {
   EXPECT_EQ(m.eta_seconds(), 5.5);
   EXPECT_EQ(m.relmse(), 0.25);
   EXPECT_EQ(m.counters().nonfinite(), 7u);
+  EXPECT_EQ(m.dropped_size(), 0);
   EXPECT_EQ(m.version(), 11u);
 }
 

@@ -56,10 +56,11 @@ FarmOptions checking(int one_in) {
   return options;
 }
 
-/// Good in every count, wrong in a pixel.
+/// Good in every count, wrong in a pixel and in what was dropped.
 std::string lie(const LeaseGrant& grant, Units by = 1) {
   Partial partial = fake_partial(grant.tile, grant.settings, kTileSeconds);
   partial.camera[0].c[0] += by << 40;
+  partial.dropped.add(DropKind::kCapped, 1);
   return encode_partial(partial);
 }
 
@@ -99,6 +100,7 @@ class CheckTest : public ::testing::Test {
     EXPECT_EQ(farm->job(job).packets_done, farm->job(job).packets_total);
     EXPECT_EQ(farm->job(job).spp, static_cast<double>(farm->job(job).settings.spp));
     EXPECT_TRUE(same_pixels(farm->image(job), fake_image(farm->job(job).settings)));
+    EXPECT_EQ(farm->job(job).dropped, DroppedShares{});
     EXPECT_EQ(check_store(store), std::vector<std::string>());
   }
   std::string state_of(const WorkerId& id) {

@@ -35,6 +35,34 @@ TEST_F(FarmTest, RendersAJobAndGivesItsImage) {
   }
 }
 
+TEST_F(FarmTest, TellsTheShareOfTheImageThatWasDropped) {
+  const JobId job = farm.submit(small_job(64, 64, 4, Integrator::kPt));
+  const Image image = fake_image(farm.job(job).settings);
+  double mean = 0;
+  for (const float x : image.data) mean += double{x} / static_cast<double>(image.data.size());
+  const WorkerId worker = join();
+  bool first = true;
+  while (const auto grant = farm.lease(worker)) {
+    Partial partial = fake_partial(grant->tile, grant->settings);
+    const auto samples =
+        static_cast<double>(partial.grid.pixels(grant->tile.cells).area() * grant->tile.samples());
+    partial.dropped.of(DropKind::kCapped) = {10, samples * mean / 3};
+    partial.dropped.of(DropKind::kNotFinite) = {2, samples / 8};
+    partial.counters.nonfinite = 2;
+    EXPECT_EQ(farm.commit(worker, key(*grant), encode_partial(partial)), CommitResult::kAccepted);
+    const JobStatus status = farm.job(job);
+    EXPECT_NEAR(status.dropped[0].share.value_or(0), 1.0 / 8, 1e-12);
+    if (first && status.state != JobState::kDone) EXPECT_EQ(status.dropped[3].share, std::nullopt);
+    first = false;
+  }
+  const JobStatus status = farm.job(job);
+  EXPECT_EQ(status.state, JobState::kDone);
+  EXPECT_EQ(status.dropped[3].count, 10u * static_cast<uint64_t>(status.tiles_committed));
+  EXPECT_NEAR(status.dropped[3].share.value_or(0), 0.25, 1e-6);
+  EXPECT_EQ(status.dropped[0].count, status.counters.nonfinite);
+  EXPECT_EQ(status.dropped[1], DroppedShare{});
+}
+
 TEST_F(FarmTest, AStoreNeedNotKeepLayersThatStayInMemory) {
   auto owned = std::make_unique<MemoryJobStore>(false);
   MemoryJobStore& store = *owned;

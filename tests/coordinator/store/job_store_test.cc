@@ -34,6 +34,9 @@ JobRecord record(const std::string& id) {
   r.quantum_exponent = -50;
   r.wall_seconds = 1.5;
   r.counters.nonfinite = 7;
+  r.dropped.of(DropKind::kNegative) = {7, 1.0 / 3};
+  r.dropped.of(DropKind::kCapped) = {uint64_t{1} << 60, 1e38};
+  r.image_mean = 0.1;
   r.pixel_samples = 123456789012;
   return r;
 }
