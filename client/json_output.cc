@@ -14,6 +14,15 @@ nlohmann::json optional_number(const std::optional<double>& value) {
   return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
 }
 
+nlohmann::json dropped_to_json(const DroppedShares& dropped) {
+  nlohmann::json kinds;
+  for (size_t i = 0; i < kDropKinds; ++i) {
+    kinds[drop_kind_name(static_cast<DropKind>(i))] = {{"count", dropped[i].count},
+                                                       {"share", optional_number(dropped[i].share)}};
+  }
+  return kinds;
+}
+
 }  // namespace
 
 nlohmann::json job_to_json(const JobStatus& s) {
@@ -50,6 +59,7 @@ nlohmann::json job_to_json(const JobStatus& s) {
       {"relmse_high", optional_number(s.relmse_high)},
       {"target_met", met ? nlohmann::json(*met) : nlohmann::json(nullptr)},
       {"nonfinite", c.nonfinite},
+      {"dropped", dropped_to_json(s.dropped)},
       {"workers", s.workers},
       {"counters",
        {{"camera_paths", c.camera_paths},

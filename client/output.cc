@@ -82,8 +82,9 @@ std::map<std::string, std::string> image_metadata(const JobStatus& status) {
 }
 
 ReportInfo report_info(const JobStatus& status, const std::optional<PilotReport>& pilot) {
-  ReportInfo info{status.name,         settings_to_json(status.settings), status.counters, "", pilot,
-                  status.missing_light};
+  ReportInfo info{
+      status.name,   settings_to_json(status.settings), status.counters, "", pilot, status.missing_light,
+      status.dropped};
   if (!needs_pilot(status.settings))
     info.plan_json = pilot ? pilot_to_json(*pilot) : plan_to_json(plan_of(status.settings));
   return info;

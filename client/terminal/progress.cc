@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "client/terminal/terminal.h"
+#include "common/film/dropped_text.h"
 
 namespace lightmill::client {
 namespace {
@@ -140,6 +141,16 @@ std::string target_note(const JobStatus& status) {
             " more would do";
   }
   return note;
+}
+
+void print_dropped(const JobStatus& status, bool quiet) {
+  for (const DroppedLine& line : dropped_lines(status.dropped, status.counters.nonfinite)) {
+    if (line.warning) {
+      std::fprintf(stderr, "lightmill: warning: %s\n", line.text.c_str());
+    } else if (!quiet) {
+      std::fprintf(stderr, "dropped: %s\n", line.text.c_str());
+    }
+  }
 }
 
 void Progress::finish(const JobStatus& status) {

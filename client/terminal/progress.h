@@ -28,6 +28,9 @@ std::optional<bool> target_met(const JobStatus& status);
 /// what is missing. Empty if there is nothing to say.
 std::string target_note(const JobStatus& status);
 
+/// Says what the image of a job that has rendered lacks: with `quiet`, only what is worth a warning.
+void print_dropped(const JobStatus& status, bool quiet);
+
 class Progress {
  public:
   explicit Progress(bool quiet);

@@ -5,6 +5,7 @@
 
 #include "client/terminal/progress.h"
 #include "client/terminal/terminal.h"
+#include "common/film/dropped_text.h"
 
 namespace lightmill::client {
 namespace {
@@ -77,9 +78,8 @@ std::vector<std::string> watch_lines(const JobStatus& s, const std::vector<Worke
   if (const std::string scales = scales_text(s); !scales.empty()) add("scales   " + scales);
   add("tiles    " + std::to_string(s.tiles_committed) + " merged, " + std::to_string(s.tiles_leased) +
       " out, leases reassigned " + std::to_string(s.leases_reassigned));
-  if (s.counters.nonfinite > 0) {
-    add("dropped  " + std::to_string(s.counters.nonfinite) + " contributions that were not finite", kRed);
-  }
+  for (const DroppedLine& line : dropped_lines(s.dropped, s.counters.nonfinite))
+    add("dropped  " + line.text, line.warning ? kRed : kDim);
   std::vector<WorkerStatus> active;
   for (const WorkerStatus& w : workers) {
     if (w.state == "rendering" || w.state == "draining") active.push_back(w);

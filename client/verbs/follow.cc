@@ -77,6 +77,7 @@ JobStatus follow(FarmClient& farm, const JobId& id, bool quiet, const std::strin
     if (!note.empty()) print_warning(note);
   } else {
     progress.finish(last);
+    print_dropped(last, quiet);  // the screen has said it
   }
   if (!quiet) warn_of_missing_light(last);
   if (last.state == JobState::kFailed) {

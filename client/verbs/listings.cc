@@ -10,6 +10,7 @@
 #include "client/options.h"
 #include "client/terminal/progress.h"
 #include "common/farm/pilot_result.h"
+#include "common/film/dropped_text.h"
 
 namespace lightmill::client {
 namespace {
@@ -70,8 +71,10 @@ int job(const ListOptions& options) {
   if (const std::string scales = scales_text(s); !scales.empty())
     std::printf("scales    %s\n", scales.c_str());
   for (const std::string& line : s.missing_light) std::printf("missing   %s\n", line.c_str());
-  std::printf("dropped   %llu non-finite contributions\n",
-              static_cast<unsigned long long>(s.counters.nonfinite));
+  const std::vector<DroppedLine> dropped = dropped_lines(s.dropped, s.counters.nonfinite);
+  if (dropped.empty()) std::printf("dropped   nothing\n");
+  for (const DroppedLine& line : dropped)
+    std::printf("dropped   %s%s\n", line.warning ? "warning: " : "", line.text.c_str());
   return 0;
 }
 

@@ -104,10 +104,7 @@ int render(LocalOptions& options) {
   } else if (!quiet) {
     std::fprintf(stderr, "wrote %s\n", path.c_str());
   }
-  if (result.status.counters.nonfinite > 0) {
-    print_warning("warning: " + std::to_string(result.status.counters.nonfinite) +
-                  " contributions were not finite and were dropped");
-  }
+  print_dropped(result.status, quiet);
   if (result.interrupted) {
     char spp[32];
     std::snprintf(spp, sizeof spp, "%.4g", result.status.spp);

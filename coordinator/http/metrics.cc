@@ -3,6 +3,7 @@
 #include <prometheus/text_serializer.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -114,10 +115,12 @@ void add_jobs(const std::vector<JobStatus>& jobs, Families& out) {
   for (const char* state : {"queued", "running", "paused", "done", "failed", "cancelled"}) states[state] = 0;
   int64_t leased = 0, pending = 0, committed = 0;
   uint64_t nonfinite = 0;
+  std::array<uint64_t, kDropKinds> dropped{};
   double rate = 0, left = 0;
   for (const JobStatus& job : jobs) {
     ++states[job_state_name(job.state)];
     nonfinite += job.counters.nonfinite;
+    for (size_t i = 0; i < kDropKinds; ++i) dropped[i] += job.dropped[i].count;
     if (is_final(job.state)) continue;
     leased += job.tiles_leased;
     pending += job.tiles_pending;
@@ -135,8 +138,12 @@ void add_jobs(const std::vector<JobStatus>& jobs, Families& out) {
   out.gauge("lightmill_samples_per_second", "Recent pixel samples per second over all jobs.", rate);
   out.gauge("lightmill_work_left_seconds",
             "CPU seconds of workers that the open jobs still take, as far as known.", left);
-  out.gauge("lightmill_nonfinite_contributions", "Contributions dropped as non-finite, over all jobs.",
-            nonfinite);
+  out.gauge("lightmill_nonfinite_contributions",
+            "Contributions dropped as not finite, negative or out of range, over all jobs.", nonfinite);
+  out.begin("lightmill_dropped_contributions", MetricType::Gauge,
+            "Contributions that were dropped, scaled down or rounded to 0, by kind, over all jobs.");
+  for (size_t i = 0; i < kDropKinds; ++i)
+    out.sample(dropped[i], "kind", drop_kind_name(static_cast<DropKind>(i)));
   add_running(jobs, out);
 }
 

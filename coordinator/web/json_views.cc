@@ -7,6 +7,7 @@
 
 #include "common/error/box_figures.h"
 #include "common/farm/pilot_result.h"
+#include "common/film/dropped_text.h"
 
 namespace lightmill {
 namespace {
@@ -23,6 +24,19 @@ json number(double value) {
 
 void put(json* object, const char* key, const std::optional<double>& value) {
   if (value) (*object)[key] = number(*value);
+}
+
+/// The kinds that there are, with their counts and shares, and what to say of them.
+void put_dropped(json* row, const JobStatus& job) {
+  for (size_t i = 0; i < kDropKinds; ++i) {
+    const DroppedShare& dropped = job.dropped[i];
+    if (dropped.count == 0) continue;
+    json& kind = (*row)["dropped"][drop_kind_name(static_cast<DropKind>(i))];
+    kind = {{"count", dropped.count}};
+    put(&kind, "share", dropped.share);
+  }
+  for (const DroppedLine& line : dropped_lines(job.dropped, job.counters.nonfinite))
+    (*row)["dropped_lines"].push_back({{"text", line.text}, {"warning", line.warning}});
 }
 
 }  // namespace
@@ -56,6 +70,7 @@ json job_view(const JobStatus& job) {
   if (settings.spp < kMaxSpp) row["spp_total"] = settings.spp;
   if (settings.time_s > 0) row["time_limit"] = number(settings.time_s);
   if (settings.target_error > 0) row["target_error"] = number(settings.target_error);
+  put_dropped(&row, job);
   put(&row, "relmse", job.relmse);
   put(&row, "relmse_low", job.relmse_low);
   put(&row, "relmse_high", job.relmse_high);

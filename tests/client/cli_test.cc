@@ -117,6 +117,29 @@ TEST_F(Cli, LayersAndViewsAreWritten) {
   EXPECT_GT(sum("b.png"), 0);
 }
 
+TEST_F(Cli, LightThatIsDroppedIsTold) {
+  const auto render = [&](const std::string& limit) {
+    write("sky.pbrt",
+          "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 16 \"float maxcomponentvalue\" " +
+              limit + "\nWorldBegin\nLightSource \"infinite\" \"rgb L\" [1 1 1]\n");
+    return run({"render", "sky.pbrt", "-q", "--spp", "4", "--integrator", "pt", "--json", "--report",
+                "report", "-o", "sky.exr"});
+  };
+  const Outcome capped = render("0.25");
+  EXPECT_EQ(capped.code, 0);
+  EXPECT_THAT(capped.err, HasSubstr("lightmill: warning: 2048 samples were brighter than the film's"));
+  const nlohmann::json job = nlohmann::json::parse(capped.out);
+  EXPECT_EQ(job["dropped"]["capped"]["count"], 2048);
+  EXPECT_NEAR(job["dropped"]["capped"]["share"].get<double>(), 0.75, 0.05) << "XYZ's largest component is Z";
+  EXPECT_EQ(job["nonfinite"], 0);
+  std::ifstream report("report/report.html");
+  const std::string html((std::istreambuf_iterator<char>(report)), std::istreambuf_iterator<char>());
+  EXPECT_THAT(html, HasSubstr("Dropped light:</strong> 2048 samples"));
+  const Outcome whole = render("100");
+  EXPECT_THAT(whole.err, IsEmpty());
+  EXPECT_EQ(nlohmann::json::parse(whole.out)["dropped"]["capped"]["share"], 0);
+}
+
 TEST_F(Cli, AnUnreachableCoordinatorIsNamedWithExitCode3) {
   for (const char* verb : {"jobs", "workers"}) {
     const Outcome outcome = run({verb, "--coordinator", "127.0.0.1:1"});

@@ -34,6 +34,19 @@ TEST(JobJson, HasTheKeysOfTheContract) {
   }
 }
 
+TEST(JobJson, HasWhatWasDroppedByKind) {
+  JobStatus status = some_job();
+  status.counters.nonfinite = 3;
+  status.dropped[0] = {3, std::nullopt};
+  status.dropped[3] = {5, 0.25};
+  const nlohmann::json job = job_to_json(status);
+  EXPECT_EQ(job["nonfinite"], 3);
+  EXPECT_EQ(job["dropped"]["not_finite"], nlohmann::json::parse(R"({"count":3,"share":null})"));
+  EXPECT_EQ(job["dropped"]["capped"], nlohmann::json::parse(R"({"count":5,"share":0.25})"));
+  for (const char* kind : {"negative", "out_of_range", "below_range"})
+    EXPECT_EQ(job["dropped"][kind], nlohmann::json::parse(R"({"count":0,"share":0.0})")) << kind;
+}
+
 TEST(JobJson, HasTheErrorAtSeveralScales) {
   JobStatus status = some_job();
   status.boxes = {BoxError{0.1, 0.05, 0.2, {}}, BoxError{0.3, {}, {}, {}}, BoxError{}};

@@ -189,6 +189,27 @@ const tests = {
     }
   },
 
+  async "light that was dropped is told"() {
+    const path = join(farm.folder, "capped.pbrt");
+    writeFileSync(path, 'Film "rgb" "integer xresolution" 64 "integer yresolution" 64 "float maxcomponentvalue" 0.25\nWorldBegin\nLightSource "infinite"\n');
+    const id = await farm.submit(path, "--spp", "4", "--integrator", "pt");
+    const page = await open(`${farm.url}#/jobs/${id}`);
+    await page.locator(".job-note", { hasText: /Dropped light: 16384 samples were brighter than .* % of the image; / }).waitFor();
+    await page.context().close();
+    // A little is mentioned, but no warning.
+    const made = await serveMadeUpFarm(join(root, "build/release/coordinator/dashboard/dist"), 100, 1);
+    try {
+      const other = await open(`${made.url}#/jobs/j50`);
+      await other.waitForSelector(".viewer");
+      made.send("jobs", { full: false, rows: [{ ...madeUpJob(50), version: 2, dropped_lines: [{ text: "a little", warning: false }] }] });
+      await other.locator(".chart-text", { hasText: /^Dropped: a little\.$/ }).waitFor();
+      assert.equal(await other.locator(".job-note", { hasText: "a little" }).count(), 0);
+      await other.context().close();
+    } finally {
+      made.close();
+    }
+  },
+
   async "a scene is submitted from the browser"() {
     const folder = join(farm.folder, "project");
     mkdirSync(join(folder, "scenes"), { recursive: true });

@@ -12,6 +12,7 @@
 #include "common/error/report/report_files.h"
 #include "common/error/report/report_text.h"
 #include "common/error/report/scales_section.h"
+#include "common/film/dropped_text.h"
 
 namespace lightmill {
 
@@ -91,7 +92,11 @@ std::string result_rows(const ErrorPoint& p, const ReportInfo& info, const Image
   rows += row("shadow rays", std::to_string(c.shadow_rays));
   rows += row("connections of zero, no shadow ray cast", std::to_string(c.zero_connections_skipped));
   rows += row("connections dropped by roulette", std::to_string(c.rouletted_connections));
-  rows += row("non-finite contributions dropped", std::to_string(c.nonfinite));
+  const std::vector<DroppedLine> dropped = dropped_lines(info.dropped, c.nonfinite);
+  if (dropped.empty()) rows += row("dropped", "nothing");
+  for (const DroppedLine& line : dropped) {
+    if (!line.warning) rows += row("dropped", line.text);
+  }
   return rows;
 }
 
@@ -125,6 +130,9 @@ std::string make_html(const ReportInfo& info, const ErrorCurve& curve, const Ima
   html += "<details><summary>All points (error.csv)</summary>\n" + curve_rows(curve) + "</details>\n";
   for (const std::string& line : info.missing_light)
     html += "<p><strong>Missing light:</strong> " + escape_markup(line) + ".</p>\n";
+  for (const DroppedLine& line : dropped_lines(info.dropped, info.counters.nonfinite)) {
+    if (line.warning) html += "<p><strong>Dropped light:</strong> " + escape_markup(line.text) + ".</p>\n";
+  }
   if (info.pilot) html += pilot_section(*info.pilot);
   html += "<h2>Settings</h2>\n<table>\n" + settings_rows(info.settings_json) + "</table>\n";
   return html + "</body>\n</html>\n";

@@ -18,6 +18,7 @@ struct ReportInfo {
   std::string plan_json;                        // content of plan.json, for --plan; empty: no such file
   std::optional<PilotReport> pilot;             // shown if there was one
   std::vector<std::string> missing_light = {};  // as in JobStatus
+  DroppedShares dropped = {};                   // as in JobStatus
 };
 
 /// Writes the files into `folder` (made if absent). `image` is embedded in the HTML as a PNG.

@@ -65,6 +65,8 @@ TEST(Report, WritesThreeFilesThatStandAlone) {
   info.settings_json = R"({"spp":64,"grid":{"width":8},"name":"<b>"})";
   info.counters.shadow_rays = 12345;
   info.missing_light = {"about <a tenth>"};
+  info.dropped[0] = {4, 1e-5};
+  info.dropped[3] = {5, 0.25};
   const std::string out = folder / "new/report";
   write_report(out, info, example_curve(), image);
   const std::string html = slurp(out + "/report.html"), svg = slurp(out + "/error.svg");
@@ -74,6 +76,8 @@ TEST(Report, WritesThreeFilesThatStandAlone) {
   EXPECT_THAT(html, HasSubstr("&lt;b&gt;"));
   EXPECT_THAT(html, HasSubstr("12345"));
   EXPECT_THAT(html, HasSubstr("Missing light:</strong> about &lt;a tenth&gt;."));
+  EXPECT_THAT(html, HasSubstr("<td>4 contributions were not finite and were dropped, in at most 0.001 %"));
+  EXPECT_THAT(html, HasSubstr("Dropped light:</strong> 5 samples were brighter than"));
   EXPECT_THAT(html, HasSubstr("Another minute"));
   EXPECT_THAT(html, HasSubstr("1/N law"));
   // The pixels' estimate is 0.1 / 64, and their true error 0.11 / 64.

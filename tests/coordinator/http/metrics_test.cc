@@ -86,5 +86,23 @@ TEST(JobMetrics, HaveTheErrorAtEveryScaleThatIsKnown) {
   EXPECT_THAT(text, Not(HasSubstr("side=\"32\"")));
 }
 
+TEST(JobMetrics, TellTheKindsOfDroppedLight) {
+  const FakeClock clock;
+  auto store = std::make_unique<MemoryJobStore>();
+  JobRecord record;
+  record.id = JobId{"j1"};
+  record.settings = testing::small_settings(64, 64, 320);
+  record.counters.nonfinite = 5;
+  record.dropped.of(DropKind::kNegative) = {5, 1};
+  record.dropped.of(DropKind::kCapped) = {7, 1};
+  store->add_job(record, bundle_to_json(testing::fake_bundle()), {});
+  const Farm farm(std::move(store), clock, testing::fake_options());
+  const std::string text = Metrics(farm).text();
+  EXPECT_THAT(text, HasSubstr("lightmill_nonfinite_contributions 5\n"));
+  EXPECT_THAT(text, HasSubstr("lightmill_dropped_contributions{kind=\"negative\"} 5\n"));
+  EXPECT_THAT(text, HasSubstr("lightmill_dropped_contributions{kind=\"capped\"} 7\n"));
+  EXPECT_THAT(text, HasSubstr("lightmill_dropped_contributions{kind=\"below_range\"} 0\n"));
+}
+
 }  // namespace
 }  // namespace lightmill

@@ -103,6 +103,20 @@ TEST(JsonViews, RowsAndPointsHaveTheErrorAtSeveralScalesWhereItIsKnown) {
   EXPECT_FALSE(point.contains("relmse_4"));
 }
 
+TEST(JsonViews, RowsHaveWhatWasDroppedByKind) {
+  JobStatus job;
+  EXPECT_FALSE(job_view(job).contains("dropped") || job_view(job).contains("dropped_lines"));
+  job.counters.nonfinite = 3;
+  job.dropped[1] = {3, 0.25};
+  job.dropped[4] = {9, std::nullopt};
+  const json row = job_view(job);
+  EXPECT_EQ(row["dropped"],
+            json::parse(R"({"negative":{"count":3,"share":0.25},"below_range":{"count":9}})"));
+  ASSERT_EQ(row["dropped_lines"].size(), 1u);
+  EXPECT_EQ(row["dropped_lines"][0]["warning"], true);
+  EXPECT_EQ(row["nonfinite"], 3);
+}
+
 TEST_F(WebApiTest, TheLogOfATileTellsItsAttempts) {
   const JobId job = farm.submit(small_job(64, 64, 4));
   for (const int64_t tile : {3, 4}) {

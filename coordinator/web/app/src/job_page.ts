@@ -24,6 +24,7 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
   const progress = h("div", { class: "job-progress" });
   const why = h("p", { class: "job-note", hidden: true });
   const figures = h("dl", { class: "job-figures" });
+  const dropped = h("p", { class: "chart-text", hidden: true });
   const values: { [name: string]: HTMLElement } = {};
   for (const name of ["Samples", "relMSE", kScales, "Target", "Ends in · at", "Samples/s", "Workers", "Render time", "CPU time", "Priority", "By", "Pool", "After", "Leased again"]) {
     values[name] = h("dd");
@@ -100,6 +101,9 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     put("Priority", String(job.priority));
     put("Pool", job.pool ?? "");
     put("Leased again", job.leases_reassigned > 0 ? format.count(job.leases_reassigned) : "");
+    const quiet = (job.dropped_lines ?? []).filter((line) => !line.warning).map((line) => line.text);
+    dropped.hidden = quiet.length === 0;
+    setText(dropped, `Dropped: ${quiet.join("; ")}.`);
     actions.forEach((action, i) => {
       const button = buttons[i]!;
       setText(button, action.label(job));
@@ -141,6 +145,7 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     h("div", { class: "job-head" }, h("a", { href: "#/jobs", class: "back", title: "all jobs (Esc)" }, "‹ Jobs"), title, state, progress, h("span", { class: "grow" }), actionBar),
     why,
     figures,
+    dropped,
     h("div", { class: "job-body" }, viewer.element,
       h("div", { class: "side" }, chart.element, tiles.element,
         h("section", { class: "panel", "aria-label": "Plan" }, h("header", {}, h("h2", {}, "Plan")), plan),

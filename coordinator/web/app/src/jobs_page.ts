@@ -200,7 +200,7 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
 export function note(job: Job): string {
   const parts = [];
   if (job.message) parts.push(job.message);
-  if (job.nonfinite > 0) parts.push(`${job.nonfinite} non-finite contributions dropped`);
+  for (const line of job.dropped_lines ?? []) if (line.warning) parts.push(`Dropped light: ${line.text}`);
   if (!job.message && job.state === "queued") parts.push("queued behind other jobs");
   if (!job.message && job.state === "running" && job.tiles_leased === 0) parts.push("runs, but no worker has a tile of it");
   return parts.join(" · ");

@@ -38,6 +38,10 @@ export interface Job {
   height: number;
   sampling: string;
   nonfinite: number;
+  /** What was dropped, by kind; absent if nothing was. */
+  dropped?: Record<string, { count: number; share?: number }>;
+  /** What there is to say of it; a warning above a thousandth of the image. */
+  dropped_lines?: { text: string; warning: boolean }[];
 }
 
 export interface Worker {
