@@ -27,11 +27,12 @@ constexpr float kEndlessReach = 1024;
 
 class SceneBuilder {
  public:
-  SceneBuilder(const SceneDescription& description, const PartsInUse& parts, RenderScene* scene)
+  SceneBuilder(const SceneDescription& description, const PartsInUse& parts, int threads, RenderScene* scene)
       : in_(description),
         parts_(parts),
         out_(*scene),
         split_(split_instances(description)),
+        threads_(threads),
         emitters_(description, scene) {
     for (const ShapeDescription& s : in_.shapes) {
       if (s.moves_to < 0) world_.push_back(&s);
@@ -60,7 +61,7 @@ class SceneBuilder {
     }
     add_materials(in_.materials, &out_);
     geometry_->reserve(shapes_, parts_);
-    geometry_->set_space({out_.origin, out_.scale_exponent});
+    geometry_->set_space({out_.origin, out_.scale_exponent}, {.threads = threads_});
     geometry_->add_meshes(world_);
     add_object_meshes();
     geometry_->add_spheres(world_);
@@ -68,6 +69,7 @@ class SceneBuilder {
     add_instances();
     set_times();
     emitters_.report();
+    geometry_->report();
     out_.positions.resize(out_.positions.size() + 4);  // vector loads read past the last vertex
     for (const LightDescription& l : in_.lights) {
       add_light(l, &out_);
@@ -134,14 +136,20 @@ class SceneBuilder {
   template <class Add>
   void in_objects(const Add& add) {
     object_area_.resize(split_.objects.size());
+    object_moved_.resize(split_.objects.size());
     const ShapeSpace world = geometry_->space();
     for (size_t i = 0; i < split_.objects.size(); ++i) {
-      geometry_->set_space({split_.objects[i].center, split_.objects[i].exponent});
+      geometry_->set_space({split_.objects[i].center, split_.objects[i].exponent}, coincidence_in(i));
       const double before = out_.surface_area;
       add(split_.objects[i], out_.objects[i]);
       object_area_[i] += std::exchange(out_.surface_area, before) - before;
+      object_moved_[i] = std::max(object_moved_[i], geometry_->moved());
     }
-    geometry_->set_space(world);
+    geometry_->set_space(world, {.threads = threads_});
+  }
+  CoincidenceSpace coincidence_in(size_t object) {
+    if (object_rounding_.empty()) object_rounding_ = rounding_of_instances(split_, out_.origin);
+    return {false, kSetApartOverError * object_rounding_[object], threads_};
   }
   void add_object_meshes() {
     out_.objects.resize(split_.objects.size());
@@ -159,11 +167,14 @@ class SceneBuilder {
       const ShapeSpace& space = geometry_->space();
       const Vec3d lo = space.relative({from.lo[0], from.lo[1], from.lo[2]}),
                   hi = space.relative({from.hi[0], from.hi[1], from.hi[2]});
+      const auto moved = static_cast<float>(
+          1.001 *
+          std::max(object_moved_[static_cast<size_t>(&range - out_.objects.data())], geometry_->moved()));
       const double box[2][3] = {{lo.x, lo.y, lo.z}, {hi.x, hi.y, hi.z}};
       for (int i = 0; i < 3; ++i) {
         // Rounded as the vertices are; a sphere may round beyond its box.
-        range.lo[i] = static_cast<float>(box[0][i]) - 0x1p-22f;
-        range.hi[i] = static_cast<float>(box[1][i]) + 0x1p-22f;
+        range.lo[i] = static_cast<float>(box[0][i]) - 0x1p-22f - moved;
+        range.hi[i] = static_cast<float>(box[1][i]) + 0x1p-22f + moved;
       }
     });
   }
@@ -248,7 +259,8 @@ class SceneBuilder {
   RenderScene& out_;
   SplitScene split_;
   std::vector<const ShapeDescription*> world_, shapes_;  // in normalised space; and those of objects, too
-  std::vector<double> object_area_;                      // in the object's space
+  std::vector<double> object_area_, object_moved_, object_rounding_;  // in the object's space
+  int threads_;
   uint64_t kinds_ = 0, joined_kinds_ = 0;
   EmitterBuilder emitters_;
   std::optional<MediaBuilder> media_;
@@ -265,7 +277,7 @@ RenderScene build_scene(const SceneDescription& description, bool energy_compens
   scene.warnings = check_textures(description, scene.textures);
   scene.energy_compensation = energy_compensation;
   scene.overrides = overrides;
-  SceneBuilder(description, parts, &scene).build();
+  SceneBuilder(description, parts, options.threads, &scene).build();
   return scene;
 }
 

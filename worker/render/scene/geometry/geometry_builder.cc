@@ -63,15 +63,66 @@ void GeometryBuilder::reserve(const std::vector<const ShapeDescription*>& shapes
 }
 
 void GeometryBuilder::add_meshes(const std::vector<const ShapeDescription*>& shapes) {
+  std::vector<const ShapeDescription*> meshes;
+  std::vector<PlacedMesh> placed;
   for (const ShapeDescription* s : shapes) {
-    if (const auto* mesh = std::get_if<MeshShape>(&s->kind)) add_mesh(*s, *mesh->mesh);
+    const auto* shape = std::get_if<MeshShape>(&s->kind);
+    if (!shape) continue;
+    meshes.push_back(s);
+    placed.push_back({shape->mesh.get(), out_.positions.size() / 3, file_rounding(*s, space_)});
+    add_vertices(*s, *shape->mesh);
+  }
+  const std::vector<FaceId> left_out = separate(meshes, placed);
+  for (uint32_t i = 0; i < meshes.size(); ++i) {
+    const auto begin = std::lower_bound(left_out.begin(), left_out.end(), FaceId{i, 0}),
+               end = std::lower_bound(begin, left_out.end(), FaceId{i + 1, 0});
+    add_mesh(*meshes[i], placed[i], {begin, end});
   }
 }
 
-void GeometryBuilder::add_spheres(const std::vector<const ShapeDescription*>& shapes) {
-  for (const ShapeDescription* s : shapes) {
-    if (const auto* sphere = std::get_if<SphereShape>(&s->kind)) add_sphere(*s, *sphere);
+std::vector<FaceId> GeometryBuilder::separate(const std::vector<const ShapeDescription*>& shapes,
+                                              const std::vector<PlacedMesh>& meshes) {
+  std::vector<PlacedMesh> met = meshes;  // that rays can meet, as what they are
+  std::vector<SurfaceTraits> traits;
+  for (size_t i = 0; i < shapes.size(); ++i) {
+    traits.push_back(surface_traits(in_, *shapes[i]));
+    if (is_of_fibres(*shapes[i]) || is_unseen_emitter(*shapes[i])) met[i].mesh = nullptr;
   }
+  CoincidentFaces found = separate_faces(met, traits, out_.any_normals ? out_.normals.data() : nullptr,
+                                         coincidence_, out_.positions.data());
+  note(found, &faces_on_others_);
+  return std::move(found.left_out);
+}
+
+void GeometryBuilder::add_spheres(const std::vector<const ShapeDescription*>& shapes) {
+  std::vector<const ShapeDescription*> with;
+  std::vector<PlacedSphere> spheres;
+  std::vector<SurfaceTraits> traits;
+  for (const ShapeDescription* s : shapes) {
+    const auto* sphere = std::get_if<SphereShape>(&s->kind);
+    if (!sphere) continue;
+    const PlacedSphere placed = placed_sphere(*s, *sphere);
+    if (!(placed.record[3] > 0)) continue;
+    with.push_back(s);
+    spheres.push_back(placed);
+    traits.push_back(surface_traits(in_, *s));
+  }
+  note(separate_spheres(traits, coincidence_, &spheres), &spheres_on_others_);
+  for (size_t i = 0; i < with.size(); ++i) {
+    if (spheres[i].record[3] > 0) add_sphere(*with[i], spheres[i].record);
+  }
+}
+
+void GeometryBuilder::note(const CoincidentFaces& found, size_t* count) {
+  *count += found.faces;
+  moved_ = std::max(moved_, found.moved);
+  coincident_.insert(coincident_.end(), found.shapes.begin(), found.shapes.end());
+}
+
+void GeometryBuilder::report() {
+  if (coincident_.empty()) return;
+  out_.warnings.push_back({coincident_.front(), Severity::kWarning,
+                           describe_coincidence(faces_on_others_, spheres_on_others_, coincident_)});
 }
 
 void GeometryBuilder::surround_lights(int32_t sides) {
@@ -128,16 +179,21 @@ void GeometryBuilder::add_vertices(const ShapeDescription& s, const TriangleMesh
   }
 }
 
-void GeometryBuilder::add_mesh(const ShapeDescription& s, const TriangleMesh& mesh) {
-  const auto first_vertex = static_cast<int32_t>(out_.positions.size() / 3);
+void GeometryBuilder::add_mesh(const ShapeDescription& s, const PlacedMesh& placed,
+                               std::span<const FaceId> left_out) {
+  const TriangleMesh& mesh = *placed.mesh;
+  const auto first_vertex = static_cast<int32_t>(placed.first_vertex);
   const Matrix& m = s.object_to_world.m;
-  add_vertices(s, mesh);
   int32_t flags = surface_flips_normal(s) ? RenderScene::kFlip : 0;
   if (keep_uvs_ && !mesh.uvs.empty()) flags |= RenderScene::kHasUv;
   if (is_of_fibres(s)) flags |= RenderScene::kFibre;
   MeshRange range{out_.triangle_count(), 0, s.alpha};
   size_t collapsed = 0, too_small = 0;
   for (const auto& t : mesh.triangles) {
+    if (!left_out.empty() && left_out.front().triangle == &t - mesh.triangles.data()) {
+      left_out = left_out.subspan(1);
+      continue;
+    }
     const int32_t i[3] = {first_vertex + static_cast<int32_t>(t[0]),
                           first_vertex + static_cast<int32_t>(t[1]),
                           first_vertex + static_cast<int32_t>(t[2])};
@@ -237,14 +293,19 @@ GeometryBuilder::TriangleArea GeometryBuilder::triangle_area(const std::array<Ve
   return {0.5 * length, {x / length, y / length, z / length}};
 }
 
-void GeometryBuilder::add_sphere(const ShapeDescription& s, const SphereShape& sphere) {
+PlacedSphere GeometryBuilder::placed_sphere(const ShapeDescription& s, const SphereShape& sphere) const {
   const double scale = *uniform_scale(s.object_to_world.m);
   const Vec3d c = space_.relative(transform_point(s.object_to_world.m, 0, 0, 0));
   const double radius = std::ldexp(scale * sphere.radius, space_.exponent);
-  if (!(static_cast<float>(radius) > 0)) return;
-  const float record[4] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z),
-                           static_cast<float>(radius)};
-  out_.spheres.insert(out_.spheres.end(), record, record + 4);
+  return {
+      {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z), static_cast<float>(radius)},
+      kRoundoff * radius};
+}
+
+void GeometryBuilder::add_sphere(const ShapeDescription& s, const std::array<float, 4>& record) {
+  const double scale = *uniform_scale(s.object_to_world.m);
+  const double radius = record[3];
+  out_.spheres.insert(out_.spheres.end(), record.begin(), record.end());
   const Matrix& m = s.object_to_world.m;
   for (size_t axis = 0; axis < 3; ++axis) {
     for (size_t row = 0; row < 3; ++row) out_.sphere_axes.push_back(static_cast<float>(m[row][axis] / scale));

@@ -2,10 +2,12 @@
 // Writes shapes into a scene's flat arrays: vertices, triangles, spheres, and for each primitive its
 // material, light, flags and media. Everything that rounds happens once, here, in double.
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "common/scene/parts_in_use.h"
+#include "worker/render/scene/geometry/coincident_spheres.h"
 #include "worker/render/scene/geometry/shape_space.h"
 #include "worker/render/scene/lights/emitter_builder.h"
 #include "worker/render/scene/media/media_builder.h"
@@ -24,12 +26,21 @@ class GeometryBuilder {
   /// must have its materials. Throws Error(kBadScene) if there are too many shapes.
   void reserve(const std::vector<const ShapeDescription*>& shapes, const PartsInUse& parts);
 
-  /// Sets the space that the following shapes are kept in.
-  void set_space(const ShapeSpace& space) { space_ = space; }
+  /// Sets the space that the following shapes are kept in, and what surfaces that coincide there need.
+  void set_space(const ShapeSpace& space, const CoincidenceSpace& coincidence) {
+    space_ = space;
+    coincidence_ = coincidence;
+    moved_ = 0;
+  }
   const ShapeSpace& space() const { return space_; }
+  /// How far the surfaces of shapes that were added since may lie from where they belong, beside rounding.
+  double moved() const { return moved_; }
   /// Adds those of `shapes` that are meshes; then, after all meshes of the scene, those that are spheres.
+  /// Surfaces among them that coincide are set apart (coincident_faces.h).
   void add_meshes(const std::vector<const ShapeDescription*>& shapes);
   void add_spheres(const std::vector<const ShapeDescription*>& shapes);
+  /// Warns of the surfaces that coincide. Call after all shapes.
+  void report();
   /// Gives `sides` to the lights that were added since the last call.
   void surround_lights(int32_t sides);
 
@@ -47,8 +58,12 @@ class GeometryBuilder {
   bool is_of_fibres(const ShapeDescription& s) const;
   int32_t outwards(const MeshRange& range, bool reversed) const;
   void add_vertices(const ShapeDescription& s, const TriangleMesh& mesh);
-  void add_mesh(const ShapeDescription& s, const TriangleMesh& mesh);
-  void add_sphere(const ShapeDescription& s, const SphereShape& sphere);
+  std::vector<FaceId> separate(const std::vector<const ShapeDescription*>& shapes,
+                               const std::vector<PlacedMesh>& meshes);
+  void add_mesh(const ShapeDescription& s, const PlacedMesh& placed, std::span<const FaceId> left_out);
+  PlacedSphere placed_sphere(const ShapeDescription& s, const SphereShape& sphere) const;
+  void add_sphere(const ShapeDescription& s, const std::array<float, 4>& record);
+  void note(const CoincidentFaces& found, size_t* count);
   void add_primitive(const ShapeDescription& s, int32_t light, int32_t flags);
   void use_material(const ShapeDescription& s);
   void warn(const ShapeDescription& s, std::string what);
@@ -58,6 +73,10 @@ class GeometryBuilder {
   EmitterBuilder& emitters_;
   RenderScene& out_;
   ShapeSpace space_;
+  CoincidenceSpace coincidence_;
+  double moved_ = 0;
+  size_t faces_on_others_ = 0, spheres_on_others_ = 0;
+  std::vector<SourceLocation> coincident_;  // the shapes
   bool keep_uvs_ = false;
   std::vector<bool> used_;
 };

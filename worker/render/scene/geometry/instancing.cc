@@ -287,4 +287,31 @@ bool instance_record(const InstancedObject& object, const Transform& object_to_w
   return true;
 }
 
+std::vector<double> rounding_of_instances(const SplitScene& split, const Vec3d& origin) {
+  std::vector<double> rounding(split.objects.size(), 0);
+  for (const PlacedObject& i : split.instances) {
+    const InstancedObject& o = split.objects[i.object];
+    const Transform &t = *i.object_to_world, unit = scaled_linear(t, record_exponent(t)),
+                    back = inverse(unit);
+    const double scale = std::ldexp(1, -record_exponent(t));
+    double size = 0, place = 0, inwards = 0;
+    const Vec3d at = transform_point(t, o.center);
+    const double to[3] = {at.x - origin.x, at.y - origin.y, at.z - origin.z};
+    for (size_t k = 0; k < 3; ++k) {
+      double row = 0, back_row = 0;
+      for (size_t j = 0; j < 3; ++j) {
+        row += std::fabs(unit.m[k][j]) * 0.5 * (o.hi[j] - o.lo[j]);
+        back_row += std::fabs(back.m[k][j]);
+      }
+      size = std::max(size, row * scale);
+      place = std::max(place, std::fabs(to[k]) + row * scale);
+      inwards = std::max(inwards, back_row / scale);
+    }
+    constexpr double kRound = 0x1p-24;
+    const double error = 12 * kRound * row_sum(unit, back) * size + 3 * kRound * place;
+    rounding[i.object] = std::max(rounding[i.object], std::ldexp(error * inwards, o.exponent));
+  }
+  return rounding;
+}
+
 }  // namespace lightmill

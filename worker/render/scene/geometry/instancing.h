@@ -56,4 +56,8 @@ int record_exponent(const Transform& object_to_world);
 bool instance_record(const InstancedObject& object, const Transform& object_to_world, int exponent,
                      const Vec3d& position, int scene_exponent, float* record);
 
+/// What rays' way into each object's space rounds away there, beside what is rounded in it
+/// (Placement::error), for the worst of its instances. `origin`: of normalised space, in the scene.
+std::vector<double> rounding_of_instances(const SplitScene& split, const Vec3d& origin);
+
 }  // namespace lightmill

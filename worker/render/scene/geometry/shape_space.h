@@ -1,5 +1,6 @@
 #pragma once
 // Where shapes lie, in double, before and after normalisation.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -65,5 +66,24 @@ struct ShapeSpace {
             std::ldexp(p.z - origin.z, exponent)};
   }
 };
+
+/// How much float rounds a mesh's coordinates in its file by, in `space`.
+inline double file_rounding(const ShapeDescription& s, const ShapeSpace& space) {
+  const auto* shape = std::get_if<MeshShape>(&s.kind);
+  if (!shape) return 0;
+  double most[3] = {0, 0, 0};
+  for (const Vec3f& p : shape->mesh->positions) {
+    most[0] = std::max(most[0], std::fabs(double{p.x}));
+    most[1] = std::max(most[1], std::fabs(double{p.y}));
+    most[2] = std::max(most[2], std::fabs(double{p.z}));
+  }
+  double rounding = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    double sum = 0;
+    for (size_t j = 0; j < 3; ++j) sum += std::fabs(s.object_to_world.m[i][j]) * most[j];
+    rounding = std::max(rounding, std::ldexp(0x1p-24 * sum, space.exponent));
+  }
+  return rounding;
+}
 
 }  // namespace lightmill
