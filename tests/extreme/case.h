@@ -92,6 +92,7 @@ std::vector<Case> near_light_cases();
 std::vector<Case> specular_cases();
 std::vector<Case> range_cases();
 std::vector<Case> contact_cases();
+std::vector<Case> coincident_cases();
 std::vector<Case> identity_cases();
 std::vector<Case> odd_cases();
 std::vector<Case> media_cases();

@@ -14,23 +14,6 @@
 namespace lightmill {
 namespace {
 
-/// Indices that are joined to groups.
-class Groups {
- public:
-  explicit Groups(size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), size_t{0}); }
-  size_t of(size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(size_t a, size_t b) {
-    a = of(a), b = of(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<size_t> parent_;
-};
-
 class Separation {
  public:
   Separation(const std::vector<PlacedMesh>& meshes, const std::vector<SurfaceTraits>& traits,
@@ -40,9 +23,11 @@ class Separation {
   CoincidentFaces run() {
     pairs_ = overlapping_faces(meshes_, positions_, space_.threads);
     if (pairs_.empty()) return {};
+    std::map<uint32_t, bool> touch;  // meshes, and whether they do themselves
     for (const FacePair& p : pairs_) {
-      for (const uint32_t m : {p.a.mesh, p.b.mesh}) bodies_.try_emplace(m, meshes_[m], positions_);
+      for (const uint32_t m : {p.a.mesh, p.b.mesh}) touch[m] |= p.a.mesh == p.b.mesh;
     }
+    for (const auto& [m, itself] : touch) bodies_.try_emplace(m, meshes_[m], positions_, itself);
     std::erase_if(pairs_, [&](const FacePair& p) { return may_stay(p); });
     leave_out_copies();
     collect_faces();

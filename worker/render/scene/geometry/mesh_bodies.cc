@@ -19,7 +19,8 @@ double rough(double x) {
 
 }  // namespace
 
-MeshBodies::MeshBodies(const PlacedMesh& mesh, const float* positions) : triangles_(mesh.mesh->triangles) {
+MeshBodies::MeshBodies(const PlacedMesh& mesh, const float* positions, bool touch)
+    : triangles_(mesh.mesh->triangles) {
   const size_t count = mesh.mesh->positions.size();
   const float* p = positions + 3 * mesh.first_vertex;
   const auto at = [p](uint32_t v) { return std::tuple(p[3 * v], p[3 * v + 1], p[3 * v + 2]); };
@@ -33,31 +34,58 @@ MeshBodies::MeshBodies(const PlacedMesh& mesh, const float* positions) : triangl
   for (size_t i = 1; i < order.size(); ++i) {
     if (at(order[i]) == at(order[i - 1])) corner_[order[i]] = corner_[order[i - 1]];
   }
-  join_parts();
+  join_parts(touch);
+  if (touch) split_corners();
   measure(mesh, positions);
 }
 
-void MeshBodies::join_parts() {
-  std::vector<uint32_t> parent(corner_.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+void MeshBodies::join_parts(bool touch) {
+  Groups parts(corner_.size());
   for (const auto& t : triangles_) {
-    const uint32_t a = root(corner_[t[0]]);
-    for (const size_t k : {1, 2}) parent[root(corner_[t[k]])] = a;
+    const auto vertex = [&](size_t k) { return touch ? t[k] : corner_[t[k]]; };
+    parts.join(vertex(0), vertex(1)), parts.join(vertex(0), vertex(2));
   }
-  body_of_corner_.assign(corner_.size(), 0);
+  if (touch) {
+    // Corners at the ends, and the vertex at the first: three of one edge stand next to each other.
+    std::vector<std::array<uint32_t, 3>> edges;
+    for (const auto& t : triangles_) {
+      for (size_t k = 0; k < 3; ++k) {
+        const uint32_t a = t[k], b = t[(k + 1) % 3];
+        edges.push_back({std::min(corner_[a], corner_[b]), std::max(corner_[a], corner_[b]), a});
+      }
+    }
+    std::sort(edges.begin(), edges.end());
+    const auto same = [&](size_t i, size_t j) {
+      return j < edges.size() && edges[i][0] == edges[j][0] && edges[i][1] == edges[j][1];
+    };
+    for (size_t i = 0, end; i < edges.size(); i = end) {
+      for (end = i + 1; same(i, end);) ++end;
+      if (end == i + 2) parts.join(edges[i][2], edges[i + 1][2]);
+    }
+  }
   constexpr uint32_t kNone = ~0u;
   std::vector<uint32_t> number(corner_.size(), kNone);
+  body_of_vertex_.assign(corner_.size(), kNone);
   uint32_t count = 0;
   for (const auto& t : triangles_) {
-    uint32_t& n = number[root(corner_[t[0]])];
-    if (n == kNone) n = count++;
-    for (const uint32_t v : t) body_of_corner_[corner_[v]] = n;
+    for (const uint32_t v : t) {
+      uint32_t& n = number[parts.of(touch ? v : corner_[v])];
+      if (n == kNone) n = count++;
+      body_of_vertex_[v] = n;
+    }
   }
   bodies_.resize(count);
+}
+
+/// Corners of different bodies become different.
+void MeshBodies::split_corners() {
+  std::vector<std::array<uint32_t, 3>> at;
+  for (uint32_t v = 0; v < corner_.size(); ++v) at.push_back({corner_[v], body_of_vertex_[v], v});
+  std::sort(at.begin(), at.end());
+  for (size_t i = 0; i < at.size(); ++i) {
+    const bool first = i == 0 || at[i][0] != at[i - 1][0] || at[i][1] != at[i - 1][1];
+    corner_[at[i][2]] = first ? at[i][2] : corner_[at[i - 1][2]];
+  }
 }
 
 void MeshBodies::measure(const PlacedMesh& mesh, const float* positions) {

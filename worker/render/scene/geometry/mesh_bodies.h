@@ -1,8 +1,12 @@
 #pragma once
-// The bodies of a mesh: its parts that share corners, wherever they are listed.
+// The bodies of a mesh: its parts that share corners.
+//
+// Vertices in one place are one corner, whose normals or texture coordinates differ. Not so where bodies of
+// one mesh touch: there parts belong together that share vertices, or an edge that is nobody else's.
 #include <cstdint>
 #include <vector>
 
+#include "worker/render/scene/geometry/groups.h"
 #include "worker/render/scene/geometry/placed_mesh.h"
 
 namespace lightmill {
@@ -16,20 +20,22 @@ struct Body {
 
 class MeshBodies {
  public:
-  MeshBodies(const PlacedMesh& mesh, const float* positions);
+  /// `touch`: whether some do.
+  MeshBodies(const PlacedMesh& mesh, const float* positions, bool touch);
 
-  /// The first vertex that lies where `vertex` does.
+  /// The first vertex of the same body that lies where `vertex` does.
   uint32_t corner(uint32_t vertex) const { return corner_[vertex]; }
-  uint32_t body_of(uint32_t triangle) const { return body_of_corner_[corner_[triangles_[triangle][0]]]; }
+  uint32_t body_of(uint32_t triangle) const { return body_of_vertex_[triangles_[triangle][0]]; }
   const Body& body(uint32_t index) const { return bodies_[index]; }
   uint32_t vertex_count() const { return static_cast<uint32_t>(corner_.size()); }
 
  private:
-  void join_parts();
+  void join_parts(bool touch);
+  void split_corners();
   void measure(const PlacedMesh& mesh, const float* positions);
 
   const std::vector<std::array<uint32_t, 3>>& triangles_;
-  std::vector<uint32_t> corner_, body_of_corner_;
+  std::vector<uint32_t> corner_, body_of_vertex_;
   std::vector<Body> bodies_;
 };
 
