@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
+#include <optional>
 #include <set>
 #include <tuple>
 
@@ -27,7 +27,8 @@ class Separation {
     for (const FacePair& p : pairs_) {
       for (const uint32_t m : {p.a.mesh, p.b.mesh}) touch[m] |= p.a.mesh == p.b.mesh;
     }
-    for (const auto& [m, itself] : touch) bodies_.try_emplace(m, meshes_[m], positions_, itself);
+    bodies_.resize(meshes_.size());
+    for (const auto& [m, itself] : touch) bodies_[m].emplace(meshes_[m], positions_, itself);
     std::erase_if(pairs_, [&](const FacePair& p) { return may_stay(p); });
     leave_out_copies();
     collect_faces();
@@ -49,21 +50,21 @@ class Separation {
     int facing;  // of the winding: 1 if its side is where the face faces
   };
   const Body& body(const FaceId& f) const {
-    const MeshBodies& b = bodies_.at(f.mesh);
+    const MeshBodies& b = *bodies_[f.mesh];
     return b.body(b.body_of(f.triangle));
   }
   FaceCorners corners(const FaceId& f) const { return face_corners(meshes_[f.mesh], positions_, f.triangle); }
 
   /// As rays see it: 1 if the surface's outside is that of the winding (surface.h).
   int surface_facing(const FaceId& f, const Vec3d& winding) const {
-    double along = 0;
+    double sum = 0;
     if (normals_) {
       for (const uint32_t v : meshes_[f.mesh].mesh->triangles[f.triangle]) {
         const float* n = normals_ + 3 * (meshes_[f.mesh].first_vertex + v);
-        along += n[0] * winding.x + n[1] * winding.y + n[2] * winding.z;
+        sum += n[0] * winding.x + n[1] * winding.y + n[2] * winding.z;
       }
     }
-    if (along != 0) return along < 0 ? -1 : 1;
+    if (sum != 0) return sum < 0 ? -1 : 1;
     return traits_[f.mesh].flipped ? -1 : 1;
   }
   /// Opaque faces are seen from both sides, so what counts is from where they can be seen.
@@ -78,7 +79,7 @@ class Separation {
       for (int i = 0; i < 3; ++i) around = around && b.lo[i] < 0 && b.hi[i] > 0;
       return around ? -b.winding_outwards : b.winding_outwards;
     }
-    const double viewer = space_.has_viewer ? -dot(p[0], plane.normal) : 0;
+    const double viewer = space_.has_viewer ? -along(p[0], plane.normal) : 0;
     if (std::fabs(viewer) > 2 * kSetApart * plane.coordinate) return viewer > 0 ? 1 : -1;
     return surface_facing(f, plane.normal);
   }
@@ -105,7 +106,7 @@ class Separation {
     const SurfaceTraits &a = traits_[pair.a.mesh], &b = traits_[pair.b.mesh];
     const FaceCorners p = corners(pair.a), q = corners(pair.b);
     const FacePlane plane(p), other(q);
-    const double alike = dot(plane.normal, other.normal);
+    const double alike = along(plane.normal, other.normal);
     if (stands_on(pair.a, pair.b) && alike * facing(pair.a) * facing(pair.b) < 0) return true;
     const bool same =
         alike * surface_facing(pair.a, plane.normal) * surface_facing(pair.b, other.normal) > 0 &&
@@ -151,7 +152,7 @@ class Separation {
     for (size_t i = 0; i < faces_.size(); ++i) {
       const FaceId& f = faces_[i].id;
       for (const uint32_t v : meshes_[f.mesh].mesh->triangles[f.triangle])
-        at.emplace_back(f.mesh, bodies_.at(f.mesh).corner(v), i);
+        at.emplace_back(f.mesh, bodies_[f.mesh]->corner(v), i);
     }
     std::sort(at.begin(), at.end());
     constexpr size_t kLookBack = 8;
@@ -160,7 +161,7 @@ class Separation {
       for (size_t j = i - std::min(i, kLookBack); j < i; ++j) {
         const auto& [other_mesh, other_corner, other] = at[j];
         if (mesh == other_mesh && corner == other_corner &&
-            std::fabs(dot(faces_[face].plane.normal, faces_[other].plane.normal)) > 1 - 1e-6)
+            std::fabs(along(faces_[face].plane.normal, faces_[other].plane.normal)) > 1 - 1e-6)
           stacks.join(face, other);
       }
     }
@@ -179,28 +180,30 @@ class Separation {
     double coordinate = 0, uneven = 0;
     for (const size_t i : faces) {
       const Face& f = faces_[i];
-      const uint32_t number = bodies_.at(f.id.mesh).body_of(f.id.triangle);
-      const int side = dot(up, f.plane.normal) * f.facing < 0 ? -1 : 1;
+      const uint32_t number = bodies_[f.id.mesh]->body_of(f.id.triangle);
+      const int side = along(up, f.plane.normal) * f.facing < 0 ? -1 : 1;
       const auto [at, is_new] = known.try_emplace({f.id.mesh, number, side}, sheets.size());
       if (is_new) sheets.push_back(sheet(f.id, side, number));
       sheet_of[i] = at->second;
       coordinate = std::max(coordinate, f.plane.coordinate);
       const double rounding = meshes_[f.id.mesh].rounding;
       for (const Vec3d& p : f.p)
-        uneven = std::max(uneven, std::min(std::fabs(dot(minus(p, faces_[base].p[0]), up)),
+        uneven = std::max(uneven, std::min(std::fabs(along(minus(p, faces_[base].p[0]), up)),
                                            4 * same_within(f.plane.coordinate, 2 * rounding)));
     }
-    std::set<std::pair<size_t, size_t>> touching;
+    std::vector<std::pair<size_t, size_t>> touching;
     for (const size_t i : pairs) {
       const size_t a = sheet_of[index_of(pairs_[i].a)], b = sheet_of[index_of(pairs_[i].b)];
-      if (a != b) touching.emplace(std::min(a, b), std::max(a, b));
+      if (a != b) touching.emplace_back(std::min(a, b), std::max(a, b));
     }
+    std::sort(touching.begin(), touching.end());
+    touching.erase(std::unique(touching.begin(), touching.end()), touching.end());
     const std::vector<int> steps = steps_apart(sheets, touching);
     const double step = kSetApart * coordinate + space_.more + 2 * uneven;
     for (const size_t i : faces) {
       const FaceId& f = faces_[i].id;
       for (const uint32_t v : meshes_[f.mesh].mesh->triangles[f.triangle])
-        wishes_.push_back({f.mesh, bodies_.at(f.mesh).corner(v), base, up, steps[sheet_of[i]] * step});
+        wishes_.push_back({f.mesh, bodies_[f.mesh]->corner(v), base, up, steps[sheet_of[i]] * step});
     }
   }
   Sheet sheet(const FaceId& f, int side, uint32_t number) const {
@@ -225,7 +228,7 @@ class Separation {
   const CoincidenceSpace& space_;
   float* positions_;
   std::vector<FacePair> pairs_;
-  std::map<uint32_t, MeshBodies> bodies_;
+  std::vector<std::optional<MeshBodies>> bodies_;  // of those that have pairs
   std::vector<Face> faces_;
   std::vector<FaceId> touched_;
   std::vector<CornerWish> wishes_;

@@ -87,10 +87,10 @@ CoincidentFaces separate_spheres(const std::vector<SurfaceTraits>& traits, const
   for (auto& [base, stack] : stacks) {
     std::erase_if(stack, [&](size_t i) { return (*spheres)[i].record[3] == 0; });
     std::vector<Sheet> sheets;
-    std::set<std::pair<size_t, size_t>> touching;
+    std::vector<std::pair<size_t, size_t>> touching;
     for (const size_t i : stack) {
       for (size_t k = sheets.size() - std::min(sheets.size(), kMostNext); k < sheets.size(); ++k)
-        touching.emplace(k, sheets.size());
+        touching.emplace_back(k, sheets.size());
       const SurfaceTraits& t = traits[i];
       // Spheres are as shells: none is a decal of another.
       sheets.push_back(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <tuple>
 
 namespace lightmill {
@@ -14,7 +15,7 @@ Vec3d move_of(const CornerWish* begin, const CornerWish* end) {
   Vec3d d;
   for (int round = 0; round < rounds; ++round) {
     for (const CornerWish* w = begin; w != end; ++w) {
-      const double missing = w->by - dot(d, w->normal);
+      const double missing = w->by - along(d, w->normal);
       const bool beyond = w->by != 0 && missing * w->by < 0;
       if (beyond) continue;
       d = {d.x + missing * w->normal.x, d.y + missing * w->normal.y, d.z + missing * w->normal.z};
@@ -26,7 +27,7 @@ Vec3d move_of(const CornerWish* begin, const CornerWish* end) {
 }  // namespace
 
 double move_corners(std::vector<CornerWish> wishes, const std::vector<PlacedMesh>& meshes,
-                    const std::map<uint32_t, MeshBodies>& bodies, float* positions) {
+                    const std::vector<std::optional<MeshBodies>>& bodies, float* positions) {
   const auto plane = [](const CornerWish& w) { return std::tuple(w.mesh, w.corner, w.plane); };
   std::stable_sort(wishes.begin(), wishes.end(), [&](const CornerWish& a, const CornerWish& b) {
     return std::tuple(plane(a), -std::fabs(a.by)) < std::tuple(plane(b), -std::fabs(b.by));
@@ -41,13 +42,13 @@ double move_corners(std::vector<CornerWish> wishes, const std::vector<PlacedMesh
         i, wishes.end(), [&](const CornerWish& w) { return w.mesh != i->mesh || w.corner != i->corner; });
     if (std::any_of(i, end, [](const CornerWish& w) { return w.by != 0; })) {
       const Vec3d d = move_of(&*i, &*i + (end - i));
-      longest = std::max(longest, std::sqrt(dot(d, d)));
+      longest = std::max(longest, std::sqrt(along(d, d)));
       moves[i->mesh].emplace(i->corner, d);
     }
     i = end;
   }
   for (const auto& [m, by] : moves) {
-    const MeshBodies& of = bodies.at(m);
+    const MeshBodies& of = *bodies[m];
     for (uint32_t v = 0; v < of.vertex_count(); ++v) {
       const auto at = by.find(of.corner(v));
       if (at == by.end()) continue;

@@ -2,7 +2,7 @@
 // Moves the corners of meshes off planes that they lie in.
 #include <cstddef>
 #include <cstdint>
-#include <map>
+#include <optional>
 #include <vector>
 
 #include "worker/render/scene/geometry/mesh_bodies.h"
@@ -21,6 +21,6 @@ struct CornerWish {
 /// none is left (Kaczmarz 1937): exactly if there are up to three, and at least as far as wished if a curved
 /// surface has more. Returns how far the farthest goes.
 double move_corners(std::vector<CornerWish> wishes, const std::vector<PlacedMesh>& meshes,
-                    const std::map<uint32_t, MeshBodies>& bodies, float* positions);
+                    const std::vector<std::optional<MeshBodies>>& bodies, float* positions);
 
 }  // namespace lightmill

@@ -75,7 +75,7 @@ std::vector<size_t> crossing_order(const std::vector<Sheet>& sheets) {
 }
 
 std::vector<int> steps_apart(const std::vector<Sheet>& sheets,
-                             const std::set<std::pair<size_t, size_t>>& touching) {
+                             const std::vector<std::pair<size_t, size_t>>& touching) {
   const std::vector<size_t> order = crossing_order(sheets);
   std::vector<size_t> at(sheets.size());
   for (size_t i = 0; i < order.size(); ++i) at[order[i]] = i;

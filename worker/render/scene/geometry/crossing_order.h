@@ -13,7 +13,6 @@
 // front of flat sheets on that side, whatever they face.
 #include <cstddef>
 #include <cstdint>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -36,6 +35,6 @@ std::vector<size_t> crossing_order(const std::vector<Sheet>& sheets);
 /// How many steps each sheet lies above the largest one, if those that overlap (`touching`, pairs of indices)
 /// are to be a step apart or more. A sheet lies as low as those below let it, at most 32 steps away.
 std::vector<int> steps_apart(const std::vector<Sheet>& sheets,
-                             const std::set<std::pair<size_t, size_t>>& touching);
+                             const std::vector<std::pair<size_t, size_t>>& touching);
 
 }  // namespace lightmill

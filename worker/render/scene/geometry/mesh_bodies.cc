@@ -117,11 +117,11 @@ void MeshBodies::measure(const PlacedMesh& mesh, const float* positions) {
     const FaceCorners p = face_corners(mesh, positions, t), base = face_corners(mesh, positions, largest[i]);
     const FacePlane own(p), plane(base);
     for (const Vec3d& v : p) {
-      b.flat = b.flat && std::fabs(dot(minus(v, base[0]), plane.normal)) <=
+      b.flat = b.flat && std::fabs(along(minus(v, base[0]), plane.normal)) <=
                              4 * same_within(std::max(own.coordinate, plane.coordinate), mesh.rounding);
     }
     const Vec3d center{0.5 * (b.lo[0] + b.hi[0]), 0.5 * (b.lo[1] + b.hi[1]), 0.5 * (b.lo[2] + b.hi[2])};
-    volume[i] += dot(minus(p[0], center), own.normal) * own.area / 6;
+    volume[i] += along(minus(p[0], center), own.normal) * own.area / 6;
   }
   for (size_t i = 0; i < bodies_.size(); ++i) {
     constexpr double kEncloses = 1e-6;  // of its size

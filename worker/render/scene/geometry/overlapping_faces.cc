@@ -17,8 +17,11 @@ namespace {
 
 /// Chunks whose partners one thread looks for.
 constexpr size_t kBlock = 512;
-/// Pairs of triangles that are tested for one chunk, at least, and what one that is found counts for.
-constexpr size_t kMostTests = size_t{1} << 18, kCostOfPair = 64;
+/// Pairs of triangles that are tested for one chunk, at least.
+constexpr size_t kMostTests = size_t{1} << 18;
+/// Pairs that may be found for every triangle, and beside these for the whole scene: a wall may have many
+/// tiles.
+constexpr size_t kPairsOfOne = 16, kMorePairs = size_t{1} << 20;
 
 struct Face {
   FaceCorners p;
@@ -36,11 +39,11 @@ bool overlap(const FaceCorners& p, const FaceCorners& q, const Vec3d& n, double 
   for (const FaceCorners* sides : {&p, &q}) {
     for (size_t k = 0; k < 3; ++k) {
       Vec3d across = cross(n, minus((*sides)[(k + 1) % 3], (*sides)[k]));
-      const double size = std::sqrt(dot(across, across));
+      const double size = std::sqrt(along(across, across));
       if (!(size > 0)) return false;
       double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
       for (size_t i = 0; i < 6; ++i) {
-        const double at = dot(minus(i < 3 ? p[i] : q[i - 3], p[0]), across) / size;
+        const double at = along(minus(i < 3 ? p[i] : q[i - 3], p[0]), across) / size;
         lo[i / 3] = std::min(lo[i / 3], at), hi[i / 3] = std::max(hi[i / 3], at);
       }
       if (std::min(hi[0] - lo[1], hi[1] - lo[0]) <= margin) return false;
@@ -51,7 +54,7 @@ bool overlap(const FaceCorners& p, const FaceCorners& q, const Vec3d& n, double 
 
 bool on_each_other(const Face& f, const Face& g, double rounding) {
   const Face &large = f.plane.longest < g.plane.longest ? g : f, &small = &large == &f ? g : f;
-  if (std::fabs(dot(large.plane.normal, small.plane.normal)) < 0.99) return false;
+  if (std::fabs(along(large.plane.normal, small.plane.normal)) < 0.99) return false;
   const double near = same_within(std::max(f.plane.coordinate, g.plane.coordinate), rounding);
   // Triangles of about this height lie in no plane in particular.
   const auto height = [](const Face& x) { return x.plane.area / x.plane.longest; };
@@ -59,7 +62,7 @@ bool on_each_other(const Face& f, const Face& g, double rounding) {
   // The plane of a narrow triangle is less certain away from it.
   const double factor = std::clamp(small.plane.longest / height(large), 1.0, 4.0);
   for (const Vec3d& q : small.p) {
-    if (std::fabs(dot(minus(q, large.p[0]), large.plane.normal)) > factor * near) return false;
+    if (std::fabs(along(minus(q, large.p[0]), large.plane.normal)) > factor * near) return false;
   }
   return overlap(large.p, small.p, large.plane.normal, 4 * near);
 }
@@ -88,8 +91,9 @@ class Search {
     sort();
     const size_t n = chunks_.size(), blocks = (n + kBlock - 1) / kBlock;
     std::vector<std::vector<FacePair>> found(blocks);
-    parallel_for(blocks, threads,
-                 [&](size_t b) { Block(*this, &found[b]).run(b * kBlock, std::min(n, (b + 1) * kBlock)); });
+    parallel_for(blocks, threads, [&](size_t b) {
+      Block(*this, kMorePairs / blocks, &found[b]).run(b * kBlock, std::min(n, (b + 1) * kBlock));
+    });
     std::vector<FacePair> pairs;
     for (const auto& of_block : found) pairs.insert(pairs.end(), of_block.begin(), of_block.end());
     return pairs;
@@ -138,13 +142,15 @@ class Search {
   /// Part of the search.
   class Block {
    public:
-    Block(const Search& search, std::vector<FacePair>* pairs) : s_(search), pairs_(*pairs) {}
+    Block(const Search& search, size_t more_pairs, std::vector<FacePair>* pairs)
+        : s_(search), pairs_(*pairs), more_left_(more_pairs) {}
 
     void run(size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
         const Chunk& a = s_.sorted(i);
         const size_t last = std::min(s_.end_of(i), i + 1 + s_.most_steps_);
         left_ = kMostWork / s_.chunks_.size() + kMostTests;
+        pairs_left_ = kPairsOfOne * a.count;
         for (size_t j = i + 1; j < last; j += kWidth<Float8>) {
           const auto from = [&](int k) { return load<Float8>(&s_.low_[k][j]) <= s_.high_[k][i]; };
           const auto to = [&](int k) { return load<Float8>(&s_.high_[k][j]) >= s_.low_[k][i]; };
@@ -188,7 +194,13 @@ class Search {
           if (left_ == 0) return;
           --left_;
           if (!g.box.meets(into) || !on_each_other(face(a, &f), face(b, &g), rounding)) continue;
-          left_ -= std::min(left_, kCostOfPair);
+          if (pairs_left_ > 0) {
+            --pairs_left_;
+          } else if (more_left_ > 0) {
+            --more_left_;
+          } else {
+            return;
+          }
           FacePair pair{{a.mesh, f.triangle}, {b.mesh, g.triangle}};
           if (pair.b < pair.a) std::swap(pair.a, pair.b);
           pairs_.push_back(pair);
@@ -206,7 +218,8 @@ class Search {
     const Search& s_;
     std::vector<FacePair>& pairs_;
     std::vector<Candidate> first_, second_;
-    size_t left_ = 0;  // comparisons of triangles
+    size_t left_ = 0;                        // comparisons of triangles
+    size_t pairs_left_ = 0, more_left_ = 0;  // to be found
   };
 
   const std::vector<PlacedMesh>& meshes_;

@@ -17,9 +17,9 @@ FaceCorners face_corners(const PlacedMesh& mesh, const float* positions, uint32_
 FacePlane::FacePlane(const FaceCorners& p) {
   const Vec3d a = minus(p[1], p[0]), b = minus(p[2], p[0]), c = minus(p[2], p[1]);
   const Vec3d n = cross(a, b);
-  area = std::sqrt(dot(n, n));
+  area = std::sqrt(along(n, n));
   if (area > 0) normal = {n.x / area, n.y / area, n.z / area};
-  longest = std::sqrt(std::max({dot(a, a), dot(b, b), dot(c, c)}));
+  longest = std::sqrt(std::max({along(a, a), along(b, b), along(c, c)}));
   for (const Vec3d& q : p)
     coordinate = std::max({coordinate, std::fabs(q.x), std::fabs(q.y), std::fabs(q.z)});
 }

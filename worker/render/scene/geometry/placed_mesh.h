@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "common/scene/description.h"
+#include "common/scene/transform.h"
 
 namespace lightmill {
 
@@ -18,10 +19,8 @@ struct PlacedMesh {
 inline constexpr double kRoundoff = 0x1p-24;  // of float, relative
 
 inline Vec3d minus(const Vec3d& a, const Vec3d& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline double dot(const Vec3d& a, const Vec3d& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline Vec3d cross(const Vec3d& a, const Vec3d& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+/// How far `a` reaches along `b`, if that is unit.
+inline double along(const Vec3d& a, const Vec3d& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 /// Corners of a triangle, in double.
 using FaceCorners = std::array<Vec3d, 3>;
