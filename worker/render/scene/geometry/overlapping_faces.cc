@@ -21,7 +21,7 @@ constexpr size_t kBlock = 512;
 constexpr size_t kMostTests = size_t{1} << 18;
 /// Pairs that may be found for every triangle, and beside these for the whole scene: a wall may have many
 /// tiles.
-constexpr size_t kPairsOfOne = 16, kMorePairs = size_t{1} << 20;
+constexpr size_t kPairsOfOne = 8, kMorePairs = size_t{1} << 20;
 
 struct Face {
   FaceCorners p;
@@ -151,7 +151,7 @@ class Search {
         const size_t last = std::min(s_.end_of(i), i + 1 + s_.most_steps_);
         left_ = kMostWork / s_.chunks_.size() + kMostTests;
         pairs_left_ = kPairsOfOne * a.count;
-        for (size_t j = i + 1; j < last; j += kWidth<Float8>) {
+        for (size_t j = i + 1; j < last && may_go_on(); j += kWidth<Float8>) {
           const auto from = [&](int k) { return load<Float8>(&s_.low_[k][j]) <= s_.high_[k][i]; };
           const auto to = [&](int k) { return load<Float8>(&s_.high_[k][j]) >= s_.low_[k][i]; };
           unsigned met = mask_bits(from(0) & to(0) & from(1) & to(1));
@@ -165,6 +165,7 @@ class Search {
     }
 
    private:
+    bool may_go_on() const { return left_ > 0 && pairs_left_ + more_left_ > 0; }
     /// Triangles of `c` that reach into `into`; returns the box around them.
     Box reach(const Chunk& c, const Box& into, std::vector<Candidate>* out) const {
       out->clear();

@@ -179,7 +179,7 @@ TEST(CoincidentFaces, NothingMovesWhereFacesShareEdgesOrCross) {
 
 TEST(CoincidentFaces, ThreadsDoNotShow) {
   Placed p;
-  for (int i = 0; i < 60; ++i)
+  for (int i = 0; i < 20; ++i)
     p.add(square(0.4f, 1, 0.01f * static_cast<float>(i % 7), 5 + i % 11), i % 2 == 0);
   const std::vector<FacePair> one = overlapping_faces(p.placed, p.positions.data(), 1),
                               four = overlapping_faces(p.placed, p.positions.data(), 4);
@@ -188,7 +188,7 @@ TEST(CoincidentFaces, ThreadsDoNotShow) {
 }
 
 TEST(CoincidentFaces, TheWorkForManyInOnePlaceIsBounded) {
-  constexpr int kCount = 10000;
+  constexpr int kCount = 20000;
   Placed p;
   for (int i = 0; i < kCount; ++i) p.add(square(0.4f, 1, 1e-5f * static_cast<float>(i % 1000)));
   const size_t pairs = overlapping_faces(p.placed, p.positions.data(), 0).size();
