@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/scene/parts_in_use.h"
-#include "worker/render/scene/geometry/coincident_spheres.h"
+#include "worker/render/scene/coincidence/coincident_spheres.h"
 #include "worker/render/scene/geometry/shape_space.h"
 #include "worker/render/scene/lights/emitter_builder.h"
 #include "worker/render/scene/media/media_builder.h"

@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "worker/render/scene/geometry/overlapping_faces.h"
-#include "worker/render/scene/geometry/surface_traits.h"
+#include "worker/render/scene/coincidence/overlapping_faces.h"
+#include "worker/render/scene/coincidence/surface_traits.h"
 
 namespace lightmill {
 

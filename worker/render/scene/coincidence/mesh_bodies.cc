@@ -1,4 +1,4 @@
-#include "worker/render/scene/geometry/mesh_bodies.h"
+#include "worker/render/scene/coincidence/mesh_bodies.h"
 
 #include <algorithm>
 #include <cmath>

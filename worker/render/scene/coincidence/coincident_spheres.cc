@@ -1,4 +1,4 @@
-#include "worker/render/scene/geometry/coincident_spheres.h"
+#include "worker/render/scene/coincidence/coincident_spheres.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <set>
 #include <tuple>
 
-#include "worker/render/scene/geometry/crossing_order.h"
+#include "worker/render/scene/coincidence/crossing_order.h"
 
 namespace lightmill {
 namespace {

@@ -1,5 +1,5 @@
 // Faces that coincide are found and set apart; nothing else moves.
-#include "worker/render/scene/geometry/coincident_faces.h"
+#include "worker/render/scene/coincidence/coincident_faces.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "worker/render/scene/geometry/placed_mesh.h"
+#include "worker/render/scene/coincidence/placed_mesh.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "worker/render/scene/geometry/groups.h"
-#include "worker/render/scene/geometry/placed_mesh.h"
+#include "worker/render/scene/coincidence/groups.h"
+#include "worker/render/scene/coincidence/placed_mesh.h"
 
 namespace lightmill {
 

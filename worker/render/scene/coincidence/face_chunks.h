@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "worker/render/scene/geometry/placed_mesh.h"
+#include "worker/render/scene/coincidence/placed_mesh.h"
 
 namespace lightmill {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "worker/render/scene/geometry/mesh_bodies.h"
+#include "worker/render/scene/coincidence/mesh_bodies.h"
 
 namespace lightmill {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "worker/render/scene/geometry/coincident_faces.h"
+#include "worker/render/scene/coincidence/coincident_faces.h"
 
 namespace lightmill {
 

@@ -1,5 +1,5 @@
 // In which order sheets lie that coincide.
-#include "worker/render/scene/geometry/crossing_order.h"
+#include "worker/render/scene/coincidence/crossing_order.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "worker/render/scene/geometry/coincident_faces.h"
+#include "worker/render/scene/coincidence/coincident_faces.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <set>
 #include <tuple>
 
-#include "worker/render/scene/geometry/corner_moves.h"
-#include "worker/render/scene/geometry/crossing_order.h"
-#include "worker/render/scene/geometry/mesh_bodies.h"
+#include "worker/render/scene/coincidence/corner_moves.h"
+#include "worker/render/scene/coincidence/crossing_order.h"
+#include "worker/render/scene/coincidence/mesh_bodies.h"
 
 namespace lightmill {
 namespace {

@@ -1,4 +1,4 @@
-#include "worker/render/scene/geometry/surface_traits.h"
+#include "worker/render/scene/coincidence/surface_traits.h"
 
 #include "worker/render/scene/geometry/alpha_mask.h"
 

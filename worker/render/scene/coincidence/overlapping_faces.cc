@@ -1,4 +1,4 @@
-#include "worker/render/scene/geometry/overlapping_faces.h"
+#include "worker/render/scene/coincidence/overlapping_faces.h"
 
 #include <algorithm>
 #include <bit>
@@ -10,7 +10,7 @@
 
 #include "common/base/parallel.h"
 #include "worker/render/math/lanes.h"
-#include "worker/render/scene/geometry/face_chunks.h"
+#include "worker/render/scene/coincidence/face_chunks.h"
 
 namespace lightmill {
 namespace {

@@ -1,4 +1,4 @@
-#include "worker/render/scene/geometry/face_chunks.h"
+#include "worker/render/scene/coincidence/face_chunks.h"
 
 namespace lightmill {
 namespace {

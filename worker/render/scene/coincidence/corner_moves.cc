@@ -1,4 +1,4 @@
-#include "worker/render/scene/geometry/corner_moves.h"
+#include "worker/render/scene/coincidence/corner_moves.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "worker/render/scene/geometry/crossing_order.h"
+#include "worker/render/scene/coincidence/crossing_order.h"
 
 #include <algorithm>
 #include <map>
