@@ -156,7 +156,7 @@ TEST(FewPrimitives, ManyMaskedOrInstancedPrimitivesHaveATree) {
   TestScene masked = s;
   masked.scene.shapes[0].alpha.value = 0.5f;
   EXPECT_FALSE(FewPrimitives::suits(build_scene(masked.scene)));
-  for (int i = 0; i < 20; ++i) s.box({-1, -1, -1}, {1, 1, 1}, grey);
+  for (int i = 0; i < 20; ++i) s.box({-1, -1, -1}, {1.5 + i, 1.5 + i, 1.5 + i}, grey);
   EXPECT_FALSE(FewPrimitives::suits(build_scene(s.scene)));
 }
 
