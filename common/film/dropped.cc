@@ -47,6 +47,12 @@ void Dropped::add(const Dropped& other, double scale) {
   }
 }
 
+void Dropped::scale_light(double factor) {
+  for (size_t i = 0; i < kDropKinds; ++i) {
+    if (static_cast<DropKind>(i) != DropKind::kNotFinite) kinds[i].amount *= factor;
+  }
+}
+
 void Dropped::subtract(const Dropped& other) {
   for (size_t i = 0; i < kDropKinds; ++i) {
     kinds[i].count -= std::min(kinds[i].count, other.kinds[i].count);

@@ -45,6 +45,8 @@ struct Dropped {
   void round_to_zero(const std::array<float, 3>& rgb);
   /// Adds another's, whose amounts count `scale` times.
   void add(const Dropped& other, double scale = 1);
+  /// Multiplies all amounts of light.
+  void scale_light(double factor);
   /// Takes back what was added, up to the rounding of amounts.
   void subtract(const Dropped& other);
   bool any() const;

@@ -64,7 +64,7 @@ TestScene sliver_box(double thinnest) {
 
 std::vector<Case> range_cases() {
   std::vector<Case> cases;
-  for (const float radiance : {1e-30f, 1e-20f, 1e20f, 1e30f}) {
+  for (const float radiance : {1e-36f, 1e-30f, 1e-20f, 1e20f, 1e30f, 1e36f}) {
     cases.push_back(box_case("emitter radiance", text(radiance), [radiance] {
       return Setup{box_scene({}, 1, radiance).scene, kDepth, grey(kSeries * radiance)};
     }));

@@ -14,6 +14,7 @@ struct BuildOptions {
 
   int threads;             // that read images and build the tree; 0: one per processor
   uint64_t texture_bytes;  // of memory for images on surfaces; what has no room is read where it is needed
+  bool normalised_light = true;  // normalised_light.h; false: what is recorded has the scene's brightness
   bool unused_textures = false;  // images that nothing in use shows are read, too, to be checked
 };
 

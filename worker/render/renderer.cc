@@ -22,6 +22,7 @@
 #include "worker/render/plan/analysis/scene_analysis.h"
 #include "worker/render/plan/analysis/stage_kernels.h"
 #include "worker/render/plan/plan_set.h"
+#include "worker/render/scene/lights/normalised_light.h"
 
 namespace lightmill {
 namespace {
@@ -50,17 +51,6 @@ class FlushDenormals {
  private:
   unsigned saved_;
 };
-
-/// Connections that add less than this to a pixel play Russian roulette: a twentieth of the radiance that the
-/// lights' power, spread evenly over all surfaces, would leave with. On the Cornell box this saves 3 % of the
-/// time per unit of error; ten times more costs variance. The power of a lamp far from everything, such as a
-/// sun made of a sphere, mostly misses the surfaces: they count at least as those of the cube in the scene's
-/// bounding sphere.
-float tiny_contribution(const RenderScene& scene) {
-  if (!(scene.surface_area > 0)) return 0;
-  const double radius = scene.bounds_radius, area = std::max(double{scene.surface_area}, 8 * radius * radius);
-  return static_cast<float>(0.05 * scene.lights.total_power / (M_PI * area));
-}
 
 /// Materials that nothing shows become plain ones: some need tables that take long to make.
 void drop_unused_materials(SceneDescription* description) {
@@ -100,6 +90,7 @@ Strategies running(const RenderSettings& s, const PossibleStrategies& possible) 
 /// What does not depend on the sampling.
 struct Renderer::World {
   PossibleStrategies possible;
+  int light_exponent;
   RenderScene scene;
   Accel accel;
   Camera camera;
@@ -111,6 +102,7 @@ struct Renderer::World {
 
   World(SceneDescription description, const RenderSettings& s, const BuildOptions& options)
       : possible(possible_strategies(description)),
+        light_exponent(options.normalised_light ? normalise_light(&description) : 0),
         scene((options.unused_textures ? void() : drop_unused_materials(&description),
                build_scene(description, s.energy_compensation, s.overrides, options))),
         accel((drop_geometry(&description), scene), options.threads),
@@ -129,6 +121,12 @@ struct Renderer::World {
 
   /// What the stages read, under these settings.
   StageContext context_of(const RenderSettings& s, Strategies strategies) const {
+    StageContext context = learning_context(s, strategies);
+    context.light_factor = std::ldexp(1.0f, light_exponent);
+    return context;
+  }
+  /// The same for what learns or chooses: light stays normalised.
+  StageContext learning_context(const RenderSettings& s, Strategies strategies) const {
     const SamplingPlan sampling = plan_of(s);
     StageContext context{scene,  accel,  camera,
                          filter, s.grid, scene.lights_of(uses_emission_guide(scene, sampling, strategies))};
@@ -161,10 +159,10 @@ struct Renderer::World {
     settings.seed = kLearningSeed;
     settings.integrator = Integrator::kPt;
     VisibleRange seen =
-        measure_visible_range(context_of(settings, possible.set & (kEmissionHits | kNextEvent)));
+        measure_visible_range(learning_context(settings, possible.set & (kEmissionHits | kNextEvent)));
     if (!(seen.bright > 0) && possible.set & kLightPaths) {
       settings.integrator = Integrator::kBdpt;
-      seen = measure_visible_range(context_of(settings, possible.set));
+      seen = measure_visible_range(learning_context(settings, possible.set));
     }
     radiance = radiance_scale(scene, imaging_ratio, seen);
   }
@@ -179,13 +177,13 @@ struct Renderer::World {
     settings.max_depth = kLearntDepth;
     settings.seed = kLearningSeed;
     const Strategies strategies = light_paths ? possible.set : possible.set & (kEmissionHits | kNextEvent);
-    const StageContext context = context_of(settings, strategies);
+    const StageContext context = learning_context(settings, strategies);
     if (strategies & kEmissionHits) train_photon_guide(context, threads, &scene);
-    missing = estimate_missing_light(context_of(settings, strategies), threads);
-    train_manifold_seeds(context_of(settings, strategies), threads, &scene, &missing);
+    missing = estimate_missing_light(learning_context(settings, strategies), threads);
+    train_manifold_seeds(learning_context(settings, strategies), threads, &scene, &missing);
     // Last: the emission guide serves what light paths bring to the camera and are joined to, and would keep
     // them away from what only camera paths meet.
-    if (light_paths) train_emission_guide(context_of(settings, strategies), threads, &scene);
+    if (light_paths) train_emission_guide(learning_context(settings, strategies), threads, &scene);
   }
 };
 
@@ -202,7 +200,8 @@ struct Renderer::Impl {
         world(std::move(w)),
         plan(analyse_scene(world->scene, world->camera, world->radiance, world->missing, s,
                            world->possible.set, running(s, world->possible))),
-        context(world->context_of(s, running(s, world->possible))) {
+        context(of_pilot ? world->learning_context(s, running(s, world->possible))
+                         : world->context_of(s, running(s, world->possible))) {
     if (of_pilot) {
       context.pixel_subset = *of_pilot;
     } else {
@@ -246,7 +245,7 @@ std::vector<std::string> Renderer::missing_light() const {
   return lines;
 }
 const RenderSettings& Renderer::settings() const { return impl_->settings; }
-int Renderer::quantum_exponent() const { return impl_->plan.quantum_exponent; }
+int Renderer::quantum_exponent() const { return impl_->plan.quantum_exponent + impl_->world->light_exponent; }
 bool Renderer::has_camera_layer() const { return lightmill::has_camera_layer(impl_->settings); }
 bool Renderer::has_splat_layer() const { return impl_->context.strategies & kLightTracing; }
 

@@ -31,12 +31,19 @@ void check_memory(const RenderSettings& settings) {
   }
 }
 
+/// The images of strategies are made of what is recorded.
+BuildOptions with_own_light(int threads) {
+  BuildOptions options(threads);
+  options.normalised_light = false;
+  return options;
+}
+
 class Run {
  public:
   Run(const SceneDescription& scene, const RenderSettings& settings, int threads,
       const std::function<bool()>& go_on)
       : settings_(settings),
-        renderer_(scene, settings, threads),
+        renderer_(scene, settings, with_own_light(threads)),
         go_on_(go_on),
         result_(settings.grid, statistics()) {
     const TileSpec tile{settings.grid.cells(), 0, settings.spp};

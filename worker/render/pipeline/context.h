@@ -42,6 +42,7 @@ struct StageContext {
   /// Where the pixels of a cell lie. Null: beside each other, as pilots and preview passes take them.
   const PixelInterleave* interleave = nullptr;
   float imaging_ratio = 1;                 // exposure: multiplies every contribution
+  float light_factor = 1;                  // 2^k of normalised_light.h: of what leaves the pipeline
   const FilmResponse* response = nullptr;  // of the sensor; null: that of the plain film
   bool signed_film = false;                // sums may be negative: of a filter's lobes or a sensor's colours
   float tiny_contribution = 0;             // connections below this play Russian roulette; 0: never

@@ -18,7 +18,8 @@ void film_add_to_paths(Wavefront& w) {
 
 void film_add_splats(const StageContext& context, Wavefront& w) {
   const ShadowRays& q = w.shadow;
-  const auto add = [&](int i, int32_t pixel, float f) {
+  const auto add = [&](int i, int32_t pixel, float share) {
+    const float f = share * context.light_factor;
     w.splats.push_back({static_cast<uint32_t>(pixel), f * q.r[i], f * q.g[i], f * q.b[i]});
     if (context.response) context.response->mix(&w.splats.back().r, &w.splats.back().g, &w.splats.back().b);
   };

@@ -80,4 +80,10 @@ RadianceScale radiance_scale(const RenderScene& scene, double imaging_ratio, con
   return {std::max(faint / kFaintBelow, bright / kMostAbove), true};
 }
 
+float tiny_contribution(const RenderScene& scene) {
+  if (!(scene.surface_area > 0)) return 0;
+  const double radius = scene.bounds_radius, area = std::max(double{scene.surface_area}, 8 * radius * radius);
+  return static_cast<float>(0.05 * scene.lights.total_power / (M_PI * area));
+}
+
 }  // namespace lightmill

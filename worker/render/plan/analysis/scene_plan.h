@@ -35,7 +35,7 @@ struct MissingShare {
 
 struct ScenePlan {
   std::vector<PlanItem> items;
-  /// Exponent of the exact sums' quantum (radiance_scale.h).
+  /// Exponent of the exact sums' quantum, of normalised light (radiance_scale.h).
   int quantum_exponent = 0;
   /// Families of strategies that the scene allows, and those of them that can add light at all.
   Strategies possible = kAllStrategies, useful = kAllStrategies;
