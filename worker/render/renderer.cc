@@ -22,7 +22,6 @@
 #include "worker/render/plan/analysis/scene_analysis.h"
 #include "worker/render/plan/analysis/stage_kernels.h"
 #include "worker/render/plan/plan_set.h"
-#include "worker/render/scene/lights/normalised_light.h"
 
 namespace lightmill {
 namespace {
@@ -90,7 +89,6 @@ Strategies running(const RenderSettings& s, const PossibleStrategies& possible) 
 /// What does not depend on the sampling.
 struct Renderer::World {
   PossibleStrategies possible;
-  int light_exponent;
   RenderScene scene;
   Accel accel;
   Camera camera;
@@ -102,7 +100,6 @@ struct Renderer::World {
 
   World(SceneDescription description, const RenderSettings& s, const BuildOptions& options)
       : possible(possible_strategies(description)),
-        light_exponent(options.normalised_light ? normalise_light(&description) : 0),
         scene((options.unused_textures ? void() : drop_unused_materials(&description),
                build_scene(description, s.energy_compensation, s.overrides, options))),
         accel((drop_geometry(&description), scene), options.threads),
@@ -122,7 +119,7 @@ struct Renderer::World {
   /// What the stages read, under these settings.
   StageContext context_of(const RenderSettings& s, Strategies strategies) const {
     StageContext context = learning_context(s, strategies);
-    context.light_factor = std::ldexp(1.0f, light_exponent);
+    context.light_factor = std::ldexp(1.0f, scene.light_exponent);
     return context;
   }
   /// The same for what learns or chooses: light stays normalised.
@@ -245,7 +242,9 @@ std::vector<std::string> Renderer::missing_light() const {
   return lines;
 }
 const RenderSettings& Renderer::settings() const { return impl_->settings; }
-int Renderer::quantum_exponent() const { return impl_->plan.quantum_exponent + impl_->world->light_exponent; }
+int Renderer::quantum_exponent() const {
+  return impl_->plan.quantum_exponent + impl_->world->scene.light_exponent;
+}
 bool Renderer::has_camera_layer() const { return lightmill::has_camera_layer(impl_->settings); }
 bool Renderer::has_splat_layer() const { return impl_->context.strategies & kLightTracing; }
 

@@ -87,6 +87,7 @@ struct RenderScene {
   explicit RenderScene(TextureTable table) : textures(std::move(table)) {}
 
   int scale_exponent = 0;
+  int light_exponent = 0;  // all light is divided by 2^this (lights/normalised_light.h)
   Vec3d origin;  // camera position in scene units
 
   std::vector<float> positions;   // 3 per vertex, padded by 4 floats for vector loads

@@ -11,6 +11,7 @@
 #include "worker/render/scene/geometry/geometry_builder.h"
 #include "worker/render/scene/geometry/instancing.h"
 #include "worker/render/scene/lights/emitter_builder.h"
+#include "worker/render/scene/lights/normalised_light.h"
 #include "worker/render/scene/materials/bump.h"
 #include "worker/render/scene/materials/material_builder.h"
 #include "worker/render/scene/media/media_builder.h"
@@ -27,12 +28,14 @@ constexpr float kEndlessReach = 1024;
 
 class SceneBuilder {
  public:
-  SceneBuilder(const SceneDescription& description, const PartsInUse& parts, int threads, RenderScene* scene)
+  SceneBuilder(const SceneDescription& description, const PartsInUse& parts, const BuildOptions& options,
+               RenderScene* scene)
       : in_(description),
         parts_(parts),
         out_(*scene),
         split_(split_instances(description)),
-        threads_(threads),
+        threads_(options.threads),
+        normalised_light_(options.normalised_light),
         emitters_(description, scene) {
     for (const ShapeDescription& s : in_.shapes) {
       if (s.moves_to < 0) world_.push_back(&s);
@@ -249,6 +252,7 @@ class SceneBuilder {
     }
     const SceneExtent extent = measure_extent(world_, split_, in_.lights, out_.origin, camera);
     out_.scale_exponent = extent.scale_exponent;
+    if (normalised_light_) out_.light_exponent = light_exponent(in_, extent.scale_exponent);
     if (extent.empty) return;
     std::copy_n(extent.center, 3, out_.bounds_center);
     out_.bounds_radius = extent.radius;
@@ -261,6 +265,7 @@ class SceneBuilder {
   std::vector<const ShapeDescription*> world_, shapes_;  // in normalised space; and those of objects, too
   std::vector<double> object_area_, object_moved_, object_rounding_;  // in the object's space
   int threads_;
+  bool normalised_light_;
   uint64_t kinds_ = 0, joined_kinds_ = 0;
   EmitterBuilder emitters_;
   std::optional<MediaBuilder> media_;
@@ -277,7 +282,7 @@ RenderScene build_scene(const SceneDescription& description, bool energy_compens
   scene.warnings = check_textures(description, scene.textures);
   scene.energy_compensation = energy_compensation;
   scene.overrides = overrides;
-  SceneBuilder(description, parts, options.threads, &scene).build();
+  SceneBuilder(description, parts, options, &scene).build();
   return scene;
 }
 

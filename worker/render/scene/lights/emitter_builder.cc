@@ -177,12 +177,14 @@ int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, doubl
   const AreaLightDescription& light = in_.area_lights[static_cast<size_t>(shape.area_light)];
   const Source& from = source(shape.area_light);
   if (is_black(from.radiance)) return -1;
-  record[kLightRadiance] = from.radiance.r;
-  record[kLightRadiance + 1] = from.radiance.g;
-  record[kLightRadiance + 2] = from.radiance.b;
+  const auto normalised = [&](float x) { return std::ldexp(x, -out_.light_exponent); };
+  const Rgb radiance{normalised(from.radiance.r), normalised(from.radiance.g), normalised(from.radiance.b)};
+  record[kLightRadiance] = radiance.r;
+  record[kLightRadiance + 1] = radiance.g;
+  record[kLightRadiance + 2] = radiance.b;
   record[kLightArea] = static_cast<float>(area);
   record[kLightTwoSided] = light.two_sided ? 1 : 0;
-  double power = M_PI * area * mean(from.radiance) * (light.two_sided ? 2 : 1);
+  double power = M_PI * area * mean(radiance) * (light.two_sided ? 2 : 1);
   if (!patterned(in_, shape) && !unseen) {
     out_.lights.add(type, record, power);
     return out_.lights.count() - 1;

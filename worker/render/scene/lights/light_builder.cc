@@ -11,10 +11,10 @@ namespace {
 
 using Record = std::array<float, kLightFloats>;
 
-void set_radiance(Record& r, const Rgb& c, float scale = 1) {
-  r[kLightRadiance] = c.r * scale;
-  r[kLightRadiance + 1] = c.g * scale;
-  r[kLightRadiance + 2] = c.b * scale;
+void set_radiance(Record& r, const Rgb& c) {
+  r[kLightRadiance] = c.r;
+  r[kLightRadiance + 1] = c.g;
+  r[kLightRadiance + 2] = c.b;
 }
 void set_vec(Record& r, size_t slot, const Vec3d& v) {
   r[slot] = static_cast<float>(v.x);
@@ -91,13 +91,13 @@ class LightBuilder {
     set_vec(r, kLightN, l.direction);
     const double power = M_PI * double{r[3]} * r[3];
     if (l.half_angle_degrees == 0) {
-      set_radiance(r, l.irradiance);
+      set_radiance(r, scaled(l.irradiance, light_scale()));
       out_.lights.add(kDistantLight, r, power * mean(r));
       return;
     }
     // A cone of even radiance: facing it, E = pi L sin^2(half angle).
     const double width = one_minus_cos(l.half_angle_degrees), solid = M_PI * width * (2 - width);
-    set_radiance(r, l.irradiance, static_cast<float>(1 / solid));
+    set_radiance(r, scaled(l.irradiance, light_scale() * double{static_cast<float>(1 / solid)}));
     if (!std::isfinite(mean(r))) {
       throw Error(ErrorKind::kBadScene,
                   "a sun so small and bright is more than float can hold; widen its \"angle\"");
@@ -109,15 +109,15 @@ class LightBuilder {
   void add(const InfiniteLight& l) {
     if (is_black(l.radiance)) return;
     Record r = at_infinity();
-    set_radiance(r, l.radiance);
+    set_radiance(r, scaled(l.radiance, light_scale()));
     r[4] = kEvenSky;
     double power = 4 * M_PI * M_PI * double{r[3]} * r[3] * mean(r);
     if (l.portal || !l.image_path.empty()) {
       r[4] = static_cast<float>(out_.lights.environments.size());
       LightImage image = l.image_path.empty() ? even_image() : read_environment(l.image_path, l.lat_long);
       const double f = l.illuminance > 0 ? l.illuminance / illuminance(image) : 1;
-      EnvironmentMap& map =
-          out_.lights.environments.emplace_back(std::move(image), scaled(l.radiance, f), l.light_to_world);
+      EnvironmentMap& map = out_.lights.environments.emplace_back(
+          std::move(image), scaled(l.radiance, f * light_scale()), l.light_to_world);
       power = 4 * M_PI * M_PI * double{r[3]} * r[3] * map.mean_radiance;
       if (l.portal) {
         const Portal& portal = out_.lights.portals.emplace_back(portal_of(*l.portal));
@@ -172,8 +172,9 @@ class LightBuilder {
     for (size_t i = 0; i < corners.size(); ++i) corners[i] = out_.normalised_point(world[i]);
     return make_portal(corners, out_.bounds_center, out_.bounds_radius);
   }
-  /// Intensities are scaled with the square of lengths.
-  double area_scale() const { return std::ldexp(1.0, 2 * out_.scale_exponent); }
+  double light_scale() const { return std::ldexp(1.0, -out_.light_exponent); }
+  /// Intensities are scaled with the square of lengths, too.
+  double area_scale() const { return std::ldexp(light_scale(), 2 * out_.scale_exponent); }
   Record at_origin(const Transform& light_to_world) const {
     const auto& m = light_to_world.m;
     return at_point({m[0][3], m[1][3], m[2][3]}, {});
@@ -181,7 +182,7 @@ class LightBuilder {
   Record at_point(const Vec3d& position, const Rgb& intensity) const {
     Record r{};
     set_vec(r, kLightP, out_.normalised_point(position));
-    set_radiance(r, intensity, std::ldexp(1.0f, 2 * out_.scale_exponent));
+    set_radiance(r, scaled(intensity, area_scale()));
     r[kLightArea] = 1;
     return r;
   }

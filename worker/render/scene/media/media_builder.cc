@@ -56,7 +56,7 @@ void MediaBuilder::write(RenderScene* scene) const {
       record[kMediumExtinction + c] = scaled(extinction);
       record[kMediumScattering + c] = scaled(s[c]);
       record[kMediumCollision + c] = collides ? scaled(extinction) : 0.0f;
-      record[kMediumEmission + c] = scaled(double{a[c]} * e[c]);
+      record[kMediumEmission + c] = scaled(std::ldexp(double{a[c]} * e[c], -scene->light_exponent));
       if (collides) rate += extinction / 3;
     }
     record[kMediumMeanRate] = scaled(rate);

@@ -44,32 +44,31 @@ TEST(RadianceScale, HiddenLampsDoNotCount) {
 
 TEST(NormalisedLight, LeavesPlainScenesAlone) {
   for (const float radiance : {1e-11f, 1.0f, 1e11f}) {
-    SceneDescription scene = lit_floor(radiance).scene;
-    EXPECT_EQ(normalise_light(&scene), 0);
-    EXPECT_EQ(scene.area_lights[0].radiance.r, radiance);
+    EXPECT_EQ(light_exponent(lit_floor(radiance).scene, 0), 0) << radiance;
   }
 }
 
 TEST(NormalisedLight, BringsOthersToTheMiddle) {
-  SceneDescription bright = lit_floor(0x1p100f).scene;
-  EXPECT_EQ(normalise_light(&bright), 100);
-  EXPECT_EQ(bright.area_lights[0].radiance.r, 1);
-
+  EXPECT_EQ(light_exponent(lit_floor(0x1p100f).scene, 0), 100);
   TestScene two = lit_floor(0x1p-60f);
   two.point_light({0, 3, 0}, {0x1p20f, 0, 0});
-  EXPECT_EQ(normalise_light(&two.scene), -20);
-  EXPECT_EQ(two.scene.area_lights[0].radiance.r, 0x1p-40f);
-
+  EXPECT_EQ(light_exponent(two.scene, 0), -20);
   TestScene far = lit_floor(0x1p-120f);
   far.point_light({0, 3, 0}, {0x1p120f, 0, 0});
-  EXPECT_EQ(normalise_light(&far.scene), 70);
-  EXPECT_EQ(std::get<PointLight>(far.scene.lights[0].kind).intensity.r, 0x1p50f);
+  EXPECT_EQ(light_exponent(far.scene, 0), 70);
+}
+
+TEST(NormalisedLight, IntensitiesGoWithTheSize) {
+  TestScene s;
+  s.point_light({0, 3, 0}, {0x1p100f, 0, 0});
+  EXPECT_EQ(light_exponent(s.scene, -50), 0);
+  EXPECT_EQ(light_exponent(s.scene, 0), 100);
 }
 
 TEST(NormalisedLight, LeavesAFilmWithALimitAlone) {
   SceneDescription scene = lit_floor(0x1p100f).scene;
   scene.film.most = 5;
-  EXPECT_EQ(normalise_light(&scene), 0);
+  EXPECT_EQ(light_exponent(scene, 0), 0);
 }
 
 }  // namespace
