@@ -15,7 +15,8 @@ constexpr double kDegree = std::numbers::pi / 180;
 float look_at_floor(Draw& d, double half, double around, RandomScene* s) {
   const auto rho = static_cast<float>(d.uniform(0.05, 1));
   s->test.quad({-half, 0, -half}, {0, 0, 2 * half}, {2 * half, 0, 0}, s->test.diffuse(rho));
-  const Vec3d eye = normalized({3, 8, -4}) * half;
+  // Aslant from where no lamp is in the way.
+  const Vec3d eye = normalized({-3, 1.5, -4}) * (2 * half);
   s->test.camera(eye, {0, 0, 0}, 2 * std::atan(around / std::sqrt(dot(eye, eye))) / kDegree).film(8, 8);
   s->max_depth = 1;
   return rho;

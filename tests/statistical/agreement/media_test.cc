@@ -4,6 +4,7 @@
 // alpha = 1e-4 per comparison; `resolution` states the error that a comparison would notice.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/statistical/agreement/strategy_set.h"
@@ -225,10 +226,14 @@ TEST(MediaOfLights, AreThoseThatCameraPathsMeetThere) {
     if (!shape.media.transition()) shape.media = {};
   }
   const RenderSettings settings = settings_for(silent, Integrator::kBdpt, 256, 4);
-  EXPECT_EQ(Renderer(said.scene, settings, 1).warnings().size(), 0u);
-  const auto warnings = Renderer(silent, settings, 1).warnings();
-  ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find("2 of 2 lights stand in another medium"), std::string::npos);
+  const auto warns = [&](const SceneDescription& scene) {
+    const std::vector<std::string> lines = Renderer(scene, settings, 1).warnings();
+    return std::count_if(lines.begin(), lines.end(), [](const std::string& line) {
+      return line.find("2 of 2 lights stand in another medium") != std::string::npos;
+    });
+  };
+  EXPECT_EQ(warns(said.scene), 0);
+  EXPECT_EQ(warns(silent), 1);
   EXPECT_EQ(render_batches(said.scene, settings, 1).images[0].data,
             render_batches(silent, settings, 1).images[0].data);
 }
