@@ -114,8 +114,11 @@ def test_paths(bin_dir):
             changed = {**bundle, "entries": [{**good, "digest": digest}]}
             request = pb.SubmitJobRequest(bundle_json=json.dumps(changed), settings_json=json.dumps(settings))
             assert code_of(lambda: client.SubmitJob(request)) == grpc.StatusCode.INVALID_ARGUMENT, digest
-        for job in ["../j1", "j1/../j1", "", "x" * 100000, "j99", "j-1", "' OR 1=1 --"]:
+        for job in ["../j1", "j1/../j1", "", "x" * 2000, "j99", "j-1", "' OR 1=1 --"]:
             assert code_of(lambda: client.GetJob(pb.GetJobRequest(job_id=job))) == grpc.StatusCode.NOT_FOUND, job
+        # Beyond the bound of the request (common/rpc/request_limits.cc).
+        long = pb.GetJobRequest(job_id="x" * 100000)
+        assert code_of(lambda: client.GetJob(long)) == grpc.StatusCode.RESOURCE_EXHAUSTED
         outside = [p for p in target.folder.rglob("*") if p.is_symlink() or p.name in ("x", "passwd", "b")]
         assert not outside, outside
 
