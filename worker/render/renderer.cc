@@ -71,7 +71,7 @@ void drop_geometry(SceneDescription* description) {
 /// are not those of the image.
 constexpr int kLearntDepth = 8;
 constexpr uint64_t kLearningSeed = 0x61696d73;
-/// Of the paths that show how bright the image is.
+/// Of the paths that show how bright the image is; not the job's, as jobs of other depths share the scene.
 constexpr int kSeenDepth = 64;
 
 /// What runs under the settings; before its pilot, all that the scene allows. Throws Error(kUsage) if it does
@@ -152,7 +152,7 @@ struct Renderer::World {
     RenderSettings settings = s;
     settings.grid.crop = {0, 0, s.grid.width, s.grid.height};
     settings.plan = SamplingPlan{};
-    settings.max_depth = std::min(s.max_depth, kSeenDepth);
+    settings.max_depth = kSeenDepth;
     settings.seed = kLearningSeed;
     settings.integrator = Integrator::kPt;
     VisibleRange seen =

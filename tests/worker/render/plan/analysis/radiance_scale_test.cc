@@ -42,6 +42,16 @@ TEST(RadianceScale, HiddenLampsDoNotCount) {
   }
 }
 
+// Workers keep scenes for jobs of other depths: all have to sum by one quantum, whichever came first.
+TEST(RadianceScale, IsThatOfTheSceneWhateverTheDepth) {
+  TestScene s = lit_floor(1);
+  s.sphere({0, -5, 0}, 1, s.diffuse(0)).point_light({0, -5, 0}, {1e18f, 1e18f, 1e18f});
+  const RenderSettings shallow = settings_for(s.scene, Integrator::kBdpt, 16, 0),
+                       deep = settings_for(s.scene, Integrator::kBdpt, 16, 5);
+  const Renderer first(s.scene, shallow, 1);
+  EXPECT_EQ(Renderer(first, deep).quantum_exponent(), Renderer(s.scene, deep, 1).quantum_exponent());
+}
+
 TEST(NormalisedLight, LeavesPlainScenesAlone) {
   for (const float radiance : {1e-11f, 1.0f, 1e11f}) {
     EXPECT_EQ(light_exponent(lit_floor(radiance).scene, 0), 0) << radiance;
