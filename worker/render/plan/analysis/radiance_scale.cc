@@ -55,10 +55,16 @@ Brightest brightest_light(const LightTable& lights) {
   return most;
 }
 
+/// That the lights' power is spread over: of all surfaces, at least of the cube in the scene's bounding
+/// sphere.
+double lit_area(const RenderScene& scene) {
+  const double radius = scene.bounds_radius;
+  return std::max(double{scene.surface_area}, 8 * radius * radius);
+}
+
 double scale_of_lights(const RenderScene& scene, double imaging_ratio) {
   const Brightest most = brightest_light(scene.lights);
-  const double radius = scene.bounds_radius, area = std::max(scene.surface_area, 8 * radius * radius);
-  const double spread = scene.lights.total_power / (M_PI * area);
+  const double spread = scene.lights.total_power / (M_PI * lit_area(scene));
   const double lamps = std::max(most.radiance / kTinyLampRoom, std::min(most.radiance, spread * kFaintRoom));
   return std::max(lamps, most.intensity * kPointLightRoom) * imaging_ratio;
 }
@@ -82,8 +88,7 @@ RadianceScale radiance_scale(const RenderScene& scene, double imaging_ratio, con
 
 float tiny_contribution(const RenderScene& scene) {
   if (!(scene.surface_area > 0)) return 0;
-  const double radius = scene.bounds_radius, area = std::max(double{scene.surface_area}, 8 * radius * radius);
-  return static_cast<float>(0.05 * scene.lights.total_power / (M_PI * area));
+  return static_cast<float>(0.05 * scene.lights.total_power / (M_PI * lit_area(scene)));
 }
 
 }  // namespace lightmill

@@ -11,7 +11,7 @@ namespace lightmill {
 namespace {
 
 constexpr int kPaths = 1024;
-/// Cells of the film that are looked at, with one of kOneIn pixels each.
+/// Cells of the film that are looked at. The more there are, the fewer of their pixels.
 constexpr int kMostCells = 16;
 constexpr int64_t kMostSamples = 16;
 constexpr size_t kFainter = 16;
@@ -26,8 +26,7 @@ VisibleRange measure_visible_range(const StageContext& given) {
   StageContext context = given;
   const CellRect cells = context.grid.cells();
   const int count = std::min<int>(static_cast<int>(cells.count()), kMostCells);
-  const int one_in = static_cast<int>(std::bit_floor(static_cast<unsigned>(count)));
-  context.pixel_subset = {static_cast<uint32_t>(one_in)};
+  context.pixel_subset = {std::bit_floor(static_cast<uint32_t>(count))};
   const auto wavefront = std::make_unique<Wavefront>();
   Wavefront& w = *wavefront;
   std::vector<float> values;
