@@ -202,7 +202,8 @@ int run(const Options& options) {
                                  overridden("LIGHTMILL_TEST_BUILD_ID", build_id),
                                  kPartialSchema,
                                  overridden("LIGHTMILL_TEST_ARITHMETIC_CLASS", arithmetic_class),
-                                 options.pool};
+                                 options.pool,
+                                 sandbox.memory_bytes};
   spdlog::info("{}; {} threads; arithmetic class {}", runner_options.registration.build, threads,
                runner_options.registration.arithmetic_class.substr(0, 12));
 

@@ -122,8 +122,8 @@ agent::CommitAnswer MeasuredLink::commit(const LeaseKey& key, const std::string&
   return answer;
 }
 
-void MeasuredLink::fail(const LeaseKey& key, const std::string& reason) {
-  link_.fail(key, reason);
+void MeasuredLink::fail(const LeaseKey& key, const std::string& reason, FailureKind kind) {
+  link_.fail(key, reason, kind);
   metrics_.failed_.Increment();
 }
 

@@ -31,9 +31,9 @@ void InProcessLink::hand_back(const LeaseKey& key) {
   farm_.hand_back(worker_, key);
 }
 
-void InProcessLink::fail(const LeaseKey& key, const std::string& reason) {
+void InProcessLink::fail(const LeaseKey& key, const std::string& reason, FailureKind kind) {
   throw_if_cancelled();
-  farm_.fail(worker_, key, reason);
+  farm_.fail(worker_, key, reason, kind);
 }
 
 void InProcessLink::warn(const LeaseKey& key, const std::vector<std::string>& missing_light) {

@@ -16,7 +16,7 @@ class InProcessLink : public agent::FarmLink {
   std::optional<LeaseGrant> lease(double wait_seconds) override;
   std::vector<LeaseKey> renew(const std::vector<LeaseKey>& held) override;
   agent::CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) override;
-  void fail(const LeaseKey& key, const std::string& reason) override;
+  void fail(const LeaseKey& key, const std::string& reason, FailureKind kind) override;
   void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) override;
   void hand_back(const LeaseKey& key) override;
   void drain() override;

@@ -81,6 +81,10 @@ struct TileStatus {
   std::string digest;  // of the committed partial
 };
 
+/// Why a worker did not render a tile: something of this tile or of the worker; the scene, with which every
+/// worker must fail; memory, of which a larger worker may have enough.
+enum class FailureKind { kTile, kScene, kMemory };
+
 struct WorkerRegistration {
   std::string host;
   int threads = 1;
@@ -88,6 +92,7 @@ struct WorkerRegistration {
   int schema = 0;                // of the partial's encoding
   std::string arithmetic_class;  // digest of the built-in render
   std::string pool;
+  uint64_t memory_bytes = 0;  // that it may take; 0: it doesn't say
 };
 
 struct WorkerStatus {

@@ -277,6 +277,7 @@ v1::WorkerRegistration to_proto(const WorkerRegistration& r) {
   m.set_schema(r.schema);
   m.set_arithmetic_class(r.arithmetic_class);
   m.set_pool(one_line(r.pool));
+  m.set_memory_bytes(r.memory_bytes);
   return m;
 }
 
@@ -285,7 +286,7 @@ WorkerRegistration from_proto(const v1::WorkerRegistration& m) {
   for (const std::string* text : {&m.host(), &m.build(), &m.arithmetic_class(), &m.pool()}) {
     if (text->size() > 1000) bad("a text of a registration is longer than 1000 bytes");
   }
-  return {m.host(), m.threads(), m.build(), m.schema(), m.arithmetic_class(), m.pool()};
+  return {m.host(), m.threads(), m.build(), m.schema(), m.arithmetic_class(), m.pool(), m.memory_bytes()};
 }
 
 v1::WorkerStatus to_proto(const WorkerStatus& s) {
@@ -305,6 +306,23 @@ WorkerStatus from_proto(const v1::WorkerStatus& m) {
       WorkerId{m.id()},    from_proto(m.registration()), domain_of(kWorkerStates, m.state(), "worker state"),
       m.tiles_committed(), m.samples_per_second(),       m.seconds_since_seen(),
       m.partials_refused()};
+}
+
+v1::FailureKind to_proto(FailureKind kind) {
+  switch (kind) {
+    case FailureKind::kTile:
+      return v1::FAILURE_KIND_TILE;
+    case FailureKind::kScene:
+      return v1::FAILURE_KIND_SCENE;
+    case FailureKind::kMemory:
+      return v1::FAILURE_KIND_MEMORY;
+  }
+  return v1::FAILURE_KIND_UNSPECIFIED;
+}
+
+FailureKind from_proto(v1::FailureKind kind) {
+  if (kind == v1::FAILURE_KIND_SCENE) return FailureKind::kScene;
+  return kind == v1::FAILURE_KIND_MEMORY ? FailureKind::kMemory : FailureKind::kTile;
 }
 
 v1::LeaseKey to_proto(const LeaseKey& key) {

@@ -35,6 +35,10 @@ std::string grant_digest(v1::LeaseGrant grant);
 v1::LeaseGrant to_proto(const LeaseGrant& grant);
 LeaseGrant from_proto(const v1::LeaseGrant& message);
 
+v1::FailureKind to_proto(FailureKind kind);
+/// kTile for one that this version does not know.
+FailureKind from_proto(v1::FailureKind kind);
+
 v1::CommitOutcome to_proto(CommitResult result);
 CommitResult from_proto(v1::CommitOutcome outcome);
 

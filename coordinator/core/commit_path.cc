@@ -175,6 +175,7 @@ bool CommitPath::record_locked(const Delivery& delivery, const Claim& claim, con
   Job* job = farm_.scheduler.find(lease.job);
   if (!job || !job->tiles.holds(lease.tile, delivery.worker, lease.attempt)) return false;
   const double now = farm_.clock.now();
+  leases_.store_lease(*job, lease, now);
   TileRecord committed = job->tiles.committed(lease.tile, lease.attempt, digest);
   if (checks_.draw(delivery.worker)) committed.check = TileCheck::kWanted;
   JobRecord record = with_partial(JobTable::record_at(*job, now), partial, claim.tile, delivery.bytes.size());

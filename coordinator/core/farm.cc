@@ -104,8 +104,8 @@ std::optional<LeaseGrant> Farm::lease_at_once(const WorkerId& worker) {
 std::vector<LeaseKey> Farm::renew(const WorkerId& worker, const std::vector<LeaseKey>& held) {
   return impl_->workers.renew(worker, held);
 }
-void Farm::fail(const WorkerId& worker, const LeaseKey& lease, const std::string& reason) {
-  impl_->workers.fail(worker, lease, reason);
+void Farm::fail(const WorkerId& worker, const LeaseKey& lease, const std::string& reason, FailureKind kind) {
+  impl_->workers.fail(worker, lease, reason, kind);
 }
 void Farm::warn(const WorkerId& worker, const LeaseKey& lease,
                 const std::vector<std::string>& missing_light) {
@@ -138,6 +138,7 @@ void Farm::tick() {
   {
     const std::lock_guard lock(impl_->state.mutex);
     impl_->leases.release_expired(impl_->state.clock.now());
+    impl_->leases.release_overdue(impl_->state.clock.now());
     impl_->checks.drop_lonely(impl_->state.clock.now());
   }
   impl_->checks.take_back_lies();

@@ -118,8 +118,10 @@ class Farm {
   /// Makes all durable that was committed before the call; calls at the same time share the work. Throws
   /// StoreError.
   void flush();
-  /// The worker could not render the tile; leased again elsewhere, and after max_attempts the job fails.
-  void fail(const WorkerId& worker, const LeaseKey& lease, const std::string& reason);
+  /// The worker could not render the tile; leased again elsewhere, and after max_attempts the job fails: at
+  /// once if the scene is at fault, or if no worker has enough memory (Scheduler::is_believed).
+  void fail(const WorkerId& worker, const LeaseKey& lease, const std::string& reason,
+            FailureKind kind = FailureKind::kTile);
   /// What light the job's image will lack, as the worker found that holds the lease; a pilot's report brings
   /// its own. Throws Error(kUsage) for more than kMaxMissingLight lines, none, or one of more than
   /// kMaxNoteBytes.

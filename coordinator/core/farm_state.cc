@@ -11,10 +11,9 @@ FarmState::FarmState(std::unique_ptr<JobStore> job_store, const Clock& the_clock
     : clock(the_clock),
       store(std::make_unique<GuardedJobStore>(std::move(job_store), health, the_clock)),
       options(farm_options),
-      scheduler(
-          {farm_options.target_tile_seconds, farm_options.film_memory_bytes,
-           farm_options.ingest_bytes_per_second, farm_options.commits_per_second, farm_options.max_workers},
-          farm_options.lease_seconds),
+      scheduler({farm_options.target_tile_seconds, farm_options.film_memory_bytes,
+                 farm_options.ingest_bytes_per_second, farm_options.commits_per_second,
+                 farm_options.max_workers, farm_options.lease_seconds}),
       merger(*store, farm_options.film_memory_bytes, farm_options.spot_check > 0) {}
 
 void FarmState::touch_quietly(Job& job) {

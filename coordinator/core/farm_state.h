@@ -42,6 +42,7 @@ struct FarmState {
   bool stopping = false;
   uint64_t version = 0;  // of the newest change of a job
   FarmStats stats;
+  double undisturbed_since = 0;  // clock time since when the disk has taken commits
   Scheduler scheduler;
 
   Merger merger;  // has locks of its own

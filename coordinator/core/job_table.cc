@@ -104,6 +104,11 @@ void JobTable::end(Job& job, JobState state, const std::string& message, double 
   job.tiles = LeaseTable();  // from now on the store has it; tiles that it calls leased are void
   job.ledger_loaded = false;
   job.failed_on.clear();
+  job.unable.clear();
+  job.memory_faults.clear();
+  job.silent_ends.clear();
+  job.overdue.clear();
+  job.least_memory = 0;
   job.recent.clear();
   farm_.scheduler.state_changed(job);
   farm_.touch(job);

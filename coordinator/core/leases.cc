@@ -1,5 +1,6 @@
 #include "coordinator/core/leases.h"
 
+#include <cmath>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -10,7 +11,7 @@ namespace lightmill {
 namespace {
 
 /// Leases that end in silence are nobody's fault (a killed worker), up to a point.
-constexpr int64_t kSilentAttemptsPerAllowed = 10;
+constexpr int kSilentEndsPerAllowed = 10;
 /// A job whose tiles fail this many times the allowed attempts in a row, without one commit, is hopeless.
 constexpr int kRowOfFailures = 3;
 
@@ -145,17 +146,22 @@ void Leases::release(Job& job, const LeaseTable::Lease& lease, bool failed, cons
 void Leases::fail_if_hopeless(Job& job, const TileRecord& record, const WorkerId& worker, bool failed,
                               const std::string& reason, double now) {
   const int allowed = farm_.options.max_attempts;
-  if (failed && (record.failures >= allowed || job.failures_in_row >= kRowOfFailures * allowed)) {
+  const bool often = record.failures >= allowed || job.failures_in_row >= kRowOfFailures * allowed;
+  if (failed && often && farm_.scheduler.is_believed(job, record.id, now)) {
     const std::string times =
         record.failures > 1 ? std::to_string(record.failures) + " times, last " : std::string();
     jobs_.end(job, JobState::kFailed,
               tile_text(record) + " failed " + times + "on worker " + worker.value + ": " + reason, now);
-  } else if (!failed && record.attempt >= kSilentAttemptsPerAllowed * allowed) {
-    jobs_.end(job, JobState::kFailed,
-              tile_text(record) + " was leased " + std::to_string(record.attempt) +
-                  " times and its workers never came back, last " + worker.value,
-              now);
   }
+}
+
+void Leases::fail_if_deadly(Job& job, const TileRecord& record, const WorkerId& worker, double now) {
+  const int ends = ++job.silent_ends[record.id];
+  if (ends < kSilentEndsPerAllowed * farm_.options.max_attempts) return;
+  jobs_.end(job, JobState::kFailed,
+            tile_text(record) + " was leased to " + std::to_string(ends) +
+                " workers that never came back, last " + worker.value,
+            now);
 }
 
 void Leases::release(const WorkerId& worker, const LeaseKey& key, bool failed, const std::string& reason,
@@ -180,6 +186,33 @@ void Leases::end_check(Job& job, const LeaseTable::Lease& lease, double cpu_seco
   farm_.scheduler.settled(job, lease.tile, lease.attempt, cpu_seconds);
 }
 
+void Leases::store_lease(Job& job, const LeaseKey& lease, double now) {
+  const TileRecord row = job.tiles.with_stored(lease.tile, lease.attempt);
+  if (row == *job.tiles.find(lease.tile)) return;
+  farm_.store->save_tile(JobTable::record_at(job, now), row);
+  job.tiles.apply(row);
+}
+
+void Leases::release_overdue(double now) {
+  if (farm_.health.fault()) {
+    farm_.undisturbed_since = now;
+    return;
+  }
+  for (Job* active : farm_.scheduler.active_jobs()) {
+    for (const LeaseTable::Lease& lease : farm_.scheduler.overdue(*active, farm_.undisturbed_since, now)) {
+      if (is_final(active->record.state)) break;
+      const LeaseKey key{active->record.id, lease.tile, lease.attempt};
+      const LogScope scope({key.job.value, key.tile.value, key.attempt, lease.worker.value});
+      farm_.log("lease of " + tile_name(key, is_pilot(active->tiles.find(lease.tile)->tile)) + " by " +
+                lease.worker.value + " ended: it took " + std::to_string(std::lround(now - lease.since)) +
+                " s, and others can do it");
+      ++active->overdue[lease.tile];
+      farm_.scheduler.workers.undelivered(lease.worker, now);
+      release(*active, lease, false, "", now);
+    }
+  }
+}
+
 void Leases::release_expired(double now) {
   if (farm_.health.fault()) return;  // nothing can be recorded; workers that live keep renewing
   for (Job* active : farm_.scheduler.active_jobs()) {
@@ -191,6 +224,12 @@ void Leases::release_expired(double now) {
       farm_.log("lease of " + tile_name(key, is_pilot(active->tiles.find(lease.tile)->tile)) + " by " +
                 lease.worker.value + " expired");
       release(*active, lease, false, "", now);
+      const Worker* worker = farm_.scheduler.workers.find(lease.worker);
+      if (worker && farm_.scheduler.workers.was_heard(*worker, now)) {  // it lives, and does not renew
+        farm_.scheduler.workers.undelivered(lease.worker, now);
+      } else if (!is_final(active->record.state)) {
+        fail_if_deadly(*active, *active->tiles.find(lease.tile), lease.worker, now);
+      }
     }
     for (const LeaseTable::Lease& lease : active->checks.expired(now)) {
       ++farm_.stats.leases_expired;
@@ -210,6 +249,13 @@ void Leases::apply_commit(Job& job, JobRecord record, const TileRecord& tile, co
   job.tiles.apply(tile);
   jobs_.forget_old_tiles(job);
   job.failures_in_row = 0;
+  job.silent_ends.erase(tile.id);
+  job.overdue.erase(tile.id);
+  std::erase_if(job.unable, [&](const auto& report) {
+    if (report.second != FailureKind::kScene) return false;
+    farm_.scheduler.workers.failed(report.first, now);  // it can be rendered after all
+    return true;
+  });
   ++farm_.stats.commits;
 }
 

@@ -32,6 +32,10 @@ class Leases {
                double now);
   /// Ends those whose time is over.
   void release_expired(double now);
+  /// Ends those that are renewed and renewed while others could do the work.
+  void release_overdue(double now);
+  /// Makes sure that the store knows the lease, as a commit under it needs.
+  void store_lease(Job& job, const LeaseKey& lease, double now);
   /// The worker has one lease less: a check's has ended, after so much processor time.
   void end_check(Job& job, const LeaseTable::Lease& lease, double cpu_seconds);
   /// The store has the commit: memory follows. Other leases of the tile end.
@@ -48,7 +52,9 @@ class Leases {
   LeaseGrant grant_tile(Job& job, TileId tile, const WorkerId& worker, double now);
   LeaseGrant grant_check(Job& job, TileId tile, const WorkerId& worker, double now);
   void release_check(Job& job, const LeaseTable::Lease& lease);
-  /// Fails the job if its tile, just released as `record`, has failed or vanished too often.
+  /// Fails the job if too many workers never came back from this tile.
+  void fail_if_deadly(Job& job, const TileRecord& record, const WorkerId& worker, double now);
+  /// Fails the job if its tile, just released as `record`, has failed too often.
   void fail_if_hopeless(Job& job, const TileRecord& record, const WorkerId& worker, bool failed,
                         const std::string& reason, double now);
 

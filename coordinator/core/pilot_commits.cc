@@ -17,6 +17,7 @@ CommitResult PilotCommits::commit(const WorkerId& worker, const LeaseKey& lease,
     return CommitResult::kStale;
   }
   const double now = farm_.clock.now();
+  leases_.store_lease(*job, lease, now);
   const TileRecord committed = job->tiles.committed(lease.tile, lease.attempt, sha256_hex(report));
   JobRecord record = JobTable::record_at(*job, now);
   record.settings.plan = result.report.chosen;

@@ -154,17 +154,37 @@ Job* WorkerDesk::job_of(const WorkerId& worker, const LeaseKey& lease) {
   return job && Leases::holds(*job, worker, lease) ? job : nullptr;
 }
 
-void WorkerDesk::fail(const WorkerId& worker, const LeaseKey& key, const std::string& reason) {
+void WorkerDesk::fail(const WorkerId& worker, const LeaseKey& key, const std::string& reason,
+                      FailureKind kind) {
   const std::lock_guard lock(farm_.mutex);
   const double now = farm_.clock.now();
   farm_.scheduler.workers.seen(worker, now);
-  const Job* job = job_of(worker, key);
+  Job* job = job_of(worker, key);
   if (!job) return;
   ++farm_.stats.failures;
-  farm_.scheduler.workers.failed(worker, now);
+  if (kind == FailureKind::kTile) farm_.scheduler.workers.failed(worker, now);
   farm_.log("worker " + worker.value + " failed " +
             tile_name(key, is_pilot(job->tiles.find(key.tile)->tile)) + ": " + reason);
+  if (kind == FailureKind::kScene) job->unable[worker] = kind;
+  if (kind == FailureKind::kMemory) lacks_memory(*job, worker);
   leases_.release(worker, key, true, reason, now);
+  if (is_final(job->record.state) || !job->unable.contains(worker)) return;
+  if (!farm_.scheduler.is_believed(*job, key.tile, now)) return;
+  const std::string why =
+      kind == FailureKind::kScene
+          ? "the scene can't be rendered (worker " + worker.value + "): "
+          : "no worker here has enough memory for the scene; start one with more. Worker " + worker.value +
+                ": ";
+  jobs_.end(*job, JobState::kFailed, why + reason, now);
+}
+
+void WorkerDesk::lacks_memory(Job& job, const WorkerId& worker) {
+  // The first time another scene may have been in the way.
+  if (++job.memory_faults[worker] < 2) return;
+  job.unable[worker] = FailureKind::kMemory;
+  const Worker* reporter = farm_.scheduler.workers.find(worker);
+  if (reporter && WorkerTable::is_proven(*reporter))
+    job.least_memory = std::max(job.least_memory, reporter->registration.memory_bytes);
 }
 
 void WorkerDesk::warn(const WorkerId& worker, const LeaseKey& key,
@@ -184,6 +204,7 @@ void WorkerDesk::hand_back(const WorkerId& worker, const LeaseKey& key) {
   const std::lock_guard lock(farm_.mutex);
   const double now = farm_.clock.now();
   farm_.scheduler.workers.seen(worker, now);
+  if (job_of(worker, key)) farm_.scheduler.workers.handed_back(worker, now);
   leases_.release(worker, key, false, "", now);
 }
 

@@ -24,7 +24,7 @@ class WorkerDesk {
   std::optional<LeaseGrant> lease(const WorkerId& worker, double wait_s);
   std::optional<LeaseGrant> lease_at_once(const WorkerId& worker);
   std::vector<LeaseKey> renew(const WorkerId& worker, const std::vector<LeaseKey>& held);
-  void fail(const WorkerId& worker, const LeaseKey& lease, const std::string& reason);
+  void fail(const WorkerId& worker, const LeaseKey& lease, const std::string& reason, FailureKind kind);
   void warn(const WorkerId& worker, const LeaseKey& lease, const std::vector<std::string>& missing_light);
   void hand_back(const WorkerId& worker, const LeaseKey& lease);
   void drain(const WorkerId& worker);
@@ -36,6 +36,8 @@ class WorkerDesk {
   bool may_ask(Worker& worker, double now);
   /// The job whose lease the worker holds; null if it holds it no more.
   Job* job_of(const WorkerId& worker, const LeaseKey& lease);
+  /// The worker ran out of memory over a tile of this job.
+  void lacks_memory(Job& job, const WorkerId& worker);
 
   FarmState& farm_;
   JobTable& jobs_;

@@ -2,6 +2,7 @@
 // A job in memory: its row, its tiles and what else the scheduler goes by.
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -34,10 +35,15 @@ struct Job {
   double running_since = -1;  // clock time up to which wall_seconds is summed; negative: does not run
   int64_t batch_group = 1;    // BatchFilm::max_tile_superblocks() of its layers
   std::set<std::pair<TileId, WorkerId>> failed_on;  // do not give it to the same worker again if others can
-  int failures_in_row = 0;                          // failed tiles without a commit in between
-  std::optional<ErrorPoint> last_point;             // of the curve
-  std::optional<ErrorPoint> last_estimate;          // last one with a relMSE
-  std::deque<std::pair<double, double>> recent;     // (clock time, pixel samples) of the newest commits
+  std::map<WorkerId, FailureKind> unable;        // who reported that it can't render the job at all, and why
+  std::map<WorkerId, int> memory_faults;         // tiles for which it had not enough memory
+  std::map<TileId, int> silent_ends;             // leases of a tile whose workers were never heard of again
+  std::map<TileId, int> overdue;                 // leases of a tile that lasted for too long
+  uint64_t least_memory = 0;                     // bytes with which proven workers ran out of memory
+  int failures_in_row = 0;                       // failed tiles without a commit in between
+  std::optional<ErrorPoint> last_point;          // of the curve
+  std::optional<ErrorPoint> last_estimate;       // last one with a relMSE
+  std::deque<std::pair<double, double>> recent;  // (clock time, pixel samples) of the newest commits
   double commit_bytes = 0,
          commit_pixels = 0;  // of partials since the start: bytes, and pixels of their tiles
   uint64_t version = 0;
@@ -56,11 +62,15 @@ inline bool is_runnable(const Job& job) {
          (job.record.state == JobState::kQueued || job.record.state == JobState::kRunning);
 }
 
-/// The worker may work for the job: its pool and its arithmetic class are the job's.
+/// The worker may work for the job: its pool and its arithmetic class are the job's, and it has more memory
+/// than those that ran out of it. A worker that doesn't say how much it has may have enough.
 inline bool fits(const Job& job, const Worker& worker) {
   const JobRecord& record = job.record;
   return (record.pool.empty() || record.pool == worker.registration.pool) &&
-         (record.arithmetic_class.empty() || record.arithmetic_class == worker.registration.arithmetic_class);
+         (record.arithmetic_class.empty() ||
+          record.arithmetic_class == worker.registration.arithmetic_class) &&
+         (job.least_memory == 0 || worker.registration.memory_bytes == 0 ||
+          worker.registration.memory_bytes > job.least_memory);
 }
 
 }  // namespace lightmill

@@ -59,7 +59,7 @@ const char* tile_state_name(TileState state) {
 }
 
 std::vector<LeaseToken> lease_tokens(const TileRecord& tile) {
-  std::vector<LeaseToken> tokens;
+  std::vector<LeaseToken> tokens = tile.others;
   if (tile.rival_attempt > 0) tokens.push_back({tile.rival_attempt, tile.rival_worker});
   if (!tile.worker.empty()) tokens.push_back({tile.attempt, tile.worker});
   return tokens;
@@ -74,6 +74,7 @@ TileRecord voided(TileRecord tile) {
   if (tile.worker.empty()) tile.worker = tile.rival_worker;
   tile.rival_attempt = 0;
   tile.rival_worker = {};
+  tile.others.clear();
   return tile;
 }
 

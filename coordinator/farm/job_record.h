@@ -26,9 +26,9 @@ enum class TileCheck : int { kNone = 0, kWanted = 1, kPassed = 2 };
 
 /// A row of the ledger: a tile, or first of all the job's pilot (common/farm/pilot_result.h).
 ///
-/// A tile may be leased to two workers at the same time, who race for it. Then `rival_…` is the earlier
-/// lease. If the later one ends first, `worker` is empty and the earlier one goes on alone. Of a committed
-/// tile only the lease stays that counted, in the place where it was.
+/// A tile may be leased to several workers at the same time, who race for it. The store keeps the newest
+/// lease and the one before as `rival_…`; all others are in memory only. If the newest one ends first,
+/// `worker` is empty and the others go on. Of a committed tile only the lease stays that counted.
 struct TileRecord {
   TileId id;
   TileSpec tile;
@@ -39,12 +39,13 @@ struct TileRecord {
   std::string digest;         // of the committed partial's content
   int64_t rival_attempt = 0;  // 0: no race
   WorkerId rival_worker;
+  std::vector<LeaseToken> others{};  // in memory only: leases before the rival's
   TileCheck check = TileCheck::kNone;
   bool operator==(const TileRecord&) const = default;
 };
 
-/// The leases that are good, of a leased tile: one or two. The one that counted, of a committed tile. The
-/// last one, of a pending tile, if it ever had one.
+/// The leases that are good, of a leased tile: one or more, the newest last. The one that counted, of a
+/// committed tile. The last one, of a pending tile, if it ever had one.
 std::vector<LeaseToken> lease_tokens(const TileRecord& tile);
 /// True if the tile was committed under this lease.
 bool committed_under(const TileRecord& tile, const LeaseToken& token);

@@ -28,6 +28,11 @@ constexpr double kLateFactor = 1.5, kSlackSeconds = 0.25;
 // Whoever will have the tile in less than so much of the time that its holder still needs may race for it.
 constexpr double kMuchSooner = 0.5;
 constexpr double kLateWithoutEstimate = 3;  // target tile times
+constexpr size_t kMostRacers = 64;          // for one tile
+// A lease ends after so many times what makes its holder late, and some lease times for a scene that has to
+// be fetched; after twice as long each time that this happens to the tile: it may be a heavy one.
+constexpr double kLifeFactor = 8, kLeasesOfLife = 3;
+constexpr int kMostDoubled = 12;
 
 // With as many workers their counts are a moment old: counting takes about so long for each of them, and the
 // pause until the next time is that times kCountPause; kLookPause where tiles to race for are looked for.
@@ -130,33 +135,77 @@ std::vector<CellRect> JobTail::parts_for_idle(const Job& job, TileId id, const W
   return cut_off(tile.cells, mine / seconds);
 }
 
-std::optional<TileId> JobTail::tile_to_race(const Job& job, const Worker& worker, double now) const {
-  if (job.tiles.leased_count() == 0 || !is_planned_out(job, now)) return std::nullopt;
+double JobTail::late_after(const Job& job, const LeaseTable::Lease& lease) const {
+  const TileSpec& tile = job.tiles.find(lease.tile)->tile;
+  const Worker* holder = workers_.find(lease.worker);
+  const double theirs = holder && !is_pilot(tile) ? expected_seconds(job, tile, *holder) : -1;
+  return theirs >= 0 ? kLateFactor * theirs + kSlackSeconds
+                     : kLateWithoutEstimate * options_.target_tile_seconds;
+}
+
+bool JobTail::may_join(const Job& job, const std::vector<LeaseTable::Lease>& leases, const Worker& worker,
+                       double now, double patience) const {
+  const TileId id = leases.front().tile;
+  if (leases.size() >= kMostRacers || job.failed_on.contains({id, worker.id})) return false;
+  bool unproven = true;
+  for (const LeaseTable::Lease& lease : leases) {
+    if (lease.worker == worker.id) return false;
+    const Worker* holder = workers_.find(lease.worker);
+    unproven = unproven && (!holder || !WorkerTable::is_proven(*holder));
+  }
+  const LeaseTable::Lease& newest = leases.back();
+  const double age = now - newest.since, late = late_after(job, newest);
+  if (leases.size() > 1) {
+    const double pause = unproven ? std::min(late, options_.target_tile_seconds)
+                                  : std::ldexp(late, static_cast<int>(leases.size()) - 1);
+    return age > patience * pause;
+  }
+  if (age > patience * late) return true;
+  const TileSpec& tile = job.tiles.find(id)->tile;
+  const Worker* holder = workers_.find(newest.worker);
+  if (is_pilot(tile) || !holder) return false;
+  const double theirs = expected_seconds(job, tile, *holder), ours = expected_seconds(job, tile, worker);
+  return theirs >= 0 && ours >= 0 && patience * (ours + kSlackSeconds) < kMuchSooner * (theirs - age);
+}
+
+std::optional<TileId> JobTail::tile_to_race(const Job& job, const Worker& worker, double now,
+                                            double patience) const {
+  if (job.tiles.leased_count() == 0) return std::nullopt;
+  if (!needs_pilot(job.record.settings) && !is_planned_out(job, now)) return std::nullopt;
   const size_t many = workers_.all().size();
   if (many >= kManyWorkers && now < job.tail.look_for_race_at) return std::nullopt;
   std::optional<TileId> slowest;
   double since = 0;
   const std::vector<LeaseTable::Lease> leases = job.tiles.leases();
   job.tail.look_for_race_at = now + static_cast<double>(leases.size()) * kCountSeconds * kLookPause;
-  for (size_t i = 0; i < leases.size(); ++i) {
-    const LeaseTable::Lease& lease = leases[i];
-    const bool raced = (i > 0 && leases[i - 1].tile == lease.tile) ||
-                       (i + 1 < leases.size() && leases[i + 1].tile == lease.tile);
-    const TileSpec& tile = job.tiles.find(lease.tile)->tile;
-    if (raced || lease.worker == worker.id || is_pilot(tile)) continue;
-    if (job.failed_on.contains({lease.tile, worker.id}) || (slowest && lease.since >= since)) continue;
-    const Worker* holder = workers_.find(lease.worker);
-    const double age = now - lease.since;
-    const double theirs = holder ? expected_seconds(job, tile, *holder) : -1;
-    const double ours = expected_seconds(job, tile, worker);
-    const bool late = age > (theirs >= 0 ? kLateFactor * theirs + kSlackSeconds
-                                         : kLateWithoutEstimate * options_.target_tile_seconds);
-    const bool sooner = theirs >= 0 && ours >= 0 && ours + kSlackSeconds < kMuchSooner * (theirs - age);
-    if (!late && !sooner) continue;
-    slowest = lease.tile;
-    since = lease.since;
+  for (size_t i = 0; i < leases.size();) {
+    std::vector<LeaseTable::Lease> same;
+    for (; i < leases.size() && (same.empty() || same[0].tile == leases[i].tile); ++i)
+      same.push_back(leases[i]);
+    if (slowest && same.front().since >= since) continue;
+    if (!may_join(job, same, worker, now, patience)) continue;
+    slowest = same.front().tile;
+    since = same.front().since;
   }
   return slowest;
+}
+
+std::vector<LeaseTable::Lease> JobTail::overdue(const Job& job, double undisturbed_since, double now) const {
+  std::vector<LeaseTable::Lease> over;
+  for (const LeaseTable::Lease& lease : job.tiles.leases()) {
+    const double age = now - std::max(lease.since, undisturbed_since);
+    const double least = kLifeFactor * kSlackSeconds + kLeasesOfLife * options_.lease_seconds;
+    if (lease.pins > 0 || age < least) continue;  // mostly
+    const auto ended = job.overdue.find(lease.tile);
+    const int doubled = ended == job.overdue.end() ? 0 : std::min(ended->second, kMostDoubled);
+    const double life = kLifeFactor * late_after(job, lease) + kLeasesOfLife * options_.lease_seconds;
+    if (age < std::ldexp(life, doubled)) continue;
+    const auto other = [&](const auto& entry) {
+      return entry.first != lease.worker && workers_.may_work(entry.second, now) && fits(job, entry.second);
+    };
+    if (std::any_of(workers_.all().begin(), workers_.all().end(), other)) over.push_back(lease);
+  }
+  return over;
 }
 
 }  // namespace lightmill

@@ -9,6 +9,22 @@ namespace {
 
 constexpr size_t kSpareExpiries = 64;  // of leases that ended, beyond as many as there are leases
 
+/// Puts the leases of a leased tile, the newest last, into the row.
+void set_tokens(TileRecord* row, std::vector<LeaseToken> tokens) {
+  row->worker = row->rival_worker = {};
+  row->rival_attempt = 0;
+  if (!tokens.empty() && tokens.back().attempt == row->attempt) {
+    row->worker = tokens.back().worker;
+    tokens.pop_back();
+  }
+  if (!tokens.empty()) {
+    row->rival_attempt = tokens.back().attempt;
+    row->rival_worker = tokens.back().worker;
+    tokens.pop_back();
+  }
+  row->others = std::move(tokens);
+}
+
 }  // namespace
 
 void LeaseTable::add(const std::vector<TileRecord>& tiles) {
@@ -85,16 +101,12 @@ std::vector<LeaseTable::Lease> LeaseTable::leases_of(TileId id) const {
 
 TileRecord LeaseTable::leased_to(TileId id, const WorkerId& worker) const {
   TileRecord record = *find(id);
-  if (record.state == TileState::kCommitted || (record.rival_attempt > 0 && !record.worker.empty())) {
-    throw std::logic_error("only a pending tile, or one that one worker has, can be leased");
-  }
-  if (record.state == TileState::kLeased && !record.worker.empty()) {
-    record.rival_attempt = record.attempt;
-    record.rival_worker = record.worker;
-  }
+  if (record.state == TileState::kCommitted) throw std::logic_error("a committed tile can't be leased");
+  std::vector<LeaseToken> tokens =
+      record.state == TileState::kLeased ? lease_tokens(record) : std::vector<LeaseToken>();
   record.state = TileState::kLeased;
-  ++record.attempt;
-  record.worker = worker;
+  tokens.push_back({++record.attempt, worker});
+  set_tokens(&record, std::move(tokens));
   return record;
 }
 
@@ -102,25 +114,32 @@ TileRecord LeaseTable::released(TileId id, int64_t attempt, bool failed) const {
   TileRecord record = *find(id);
   if (!leases_.contains({id.value, attempt})) throw std::logic_error("only a lease can be released");
   if (failed) ++record.failures;
-  if (attempt == record.rival_attempt) {
-    if (record.worker.empty()) {
-      record.state = TileState::kPending;
-      record.worker = record.rival_worker;
-    }
-    record.rival_attempt = 0;
-    record.rival_worker = {};
-  } else if (record.rival_attempt > 0) {
-    record.worker = {};
-  } else {
-    record.state = TileState::kPending;
+  std::vector<LeaseToken> tokens = lease_tokens(record);
+  const auto ended = std::find_if(tokens.begin(), tokens.end(),
+                                  [&](const LeaseToken& token) { return token.attempt == attempt; });
+  const WorkerId last = ended->worker;
+  tokens.erase(ended);
+  if (tokens.empty()) record.state = TileState::kPending;
+  set_tokens(&record, std::move(tokens));
+  if (record.state == TileState::kPending) record.worker = last;
+  return record;
+}
+
+TileRecord LeaseTable::with_stored(TileId id, int64_t attempt) const {
+  TileRecord record = *find(id);
+  for (LeaseToken& other : record.others) {
+    if (other.attempt != attempt) continue;
+    std::swap(other.attempt, record.rival_attempt);
+    std::swap(other.worker, record.rival_worker);
   }
   return record;
 }
 
 TileRecord LeaseTable::committed(TileId id, int64_t attempt, const std::string& digest) const {
-  TileRecord record = *find(id);
+  TileRecord record = with_stored(id, attempt);
   record.state = TileState::kCommitted;
   record.digest = digest;
+  record.others.clear();
   if (attempt == record.rival_attempt) {
     record.worker = {};
   } else {

@@ -73,11 +73,13 @@ class LeaseTable {
   /// The leases of one tile.
   std::vector<Lease> leases_of(TileId id) const;
 
-  /// The tile's row after a lease: attempt + 1. A leased tile may be leased once more (TileRecord).
+  /// The tile's row after a lease: attempt + 1. A leased tile may be leased again (TileRecord).
   TileRecord leased_to(TileId id, const WorkerId& worker) const;
   /// The row after this lease ends without a commit.
   TileRecord released(TileId id, int64_t attempt, bool failed) const;
-  /// The row after a commit under this lease, which ends the tile's other lease.
+  /// The row with this lease among those that the store keeps, as a commit under it needs.
+  TileRecord with_stored(TileId id, int64_t attempt) const;
+  /// The row after a commit under this lease, which ends the tile's other leases.
   TileRecord committed(TileId id, int64_t attempt, const std::string& digest) const;
   /// Replaces the row. Leases that it does not name any more end. `since` and `expires`, in seconds of the
   /// clock, are those of a lease that is new.

@@ -10,6 +10,11 @@ namespace lightmill {
 namespace {
 
 constexpr int kRunTiles = 8;  // that a worker gets of a job before another one's turn
+// Whoever idles races those who are late. In a farm that never idles they are raced once they are as many
+// times as late.
+constexpr double kIdlePatience = 1, kBusyPatience = 4;
+// So many workers that have delivered something are believed; of others so many in the end.
+constexpr size_t kProvenReports = 2, kManyReports = 64;
 
 /// Somebody works for it, or has worked.
 bool begun(const Job& job) { return job.record.state != JobState::kQueued || job.tiles.leased_count() > 0; }
@@ -96,7 +101,7 @@ std::vector<Job*> Scheduler::candidates(const Worker& worker) {
   for (const auto& [rank, job] : active_) {
     const bool wants = wants_workers(*job);
     if (wants != job->share.competes) compete(*job, wants);
-    if (!wants || !fits(*job, worker)) continue;
+    if (!wants || !fits(*job, worker) || job->unable.contains(worker.id)) continue;
     const int most = job->record.max_workers;
     if (most > 0 && job->tiles.workers() >= most && !job->tiles.has_worker(worker.id)) continue;
     fitting.push_back({{}, job});
@@ -121,7 +126,8 @@ std::vector<Job*> Scheduler::candidates(const Worker& worker) {
   return jobs;
 }
 
-Offer Scheduler::offer_of(const Job& job, const WorkerId& worker_id, double now) const {
+Offer Scheduler::offer_of(const Job& job, const Worker& worker, double now) const {
+  const WorkerId& worker_id = worker.id;
   if (const auto tile = job.checks.next(worker_id)) return CheckOffer{job.record.id, *tile};
   const bool up = time_is_up(job, now);
   // A tile that failed here goes to somebody else, if there is anybody else who has not failed it too.
@@ -136,18 +142,33 @@ Offer Scheduler::offer_of(const Job& job, const WorkerId& worker_id, double now)
     return true;
   };
   if (const auto tile = job.tiles.next_pending(acceptable)) {
-    std::vector<CellRect> parts = tail_.parts_for_idle(job, *tile, *workers.find(worker_id), now);
+    std::vector<CellRect> parts = tail_.parts_for_idle(job, *tile, worker, now);
     if (!parts.empty()) return SplitOffer{job.record.id, *tile, std::move(parts)};
     return LeaseOffer{job.record.id, *tile};
   }
   std::vector<TileSpec> round = rounds_.next_round(job, now);
   if (!round.empty()) return RoundOffer{job.record.id, std::move(round)};
+  if (const auto late = tail_.tile_to_race(job, worker, now, kBusyPatience))
+    return LeaseOffer{job.record.id, *late};
   return {};
+}
+
+bool Scheduler::is_believed(const Job& job, TileId tile, double now) const {
+  size_t reports = 0, proven = 0;
+  bool another_could = false;
+  for (const auto& [id, worker] : workers.all()) {
+    const bool reported = job.unable.contains(id) || job.failed_on.contains({tile, id});
+    reports += reported;
+    proven += reported && WorkerTable::is_proven(worker);
+    another_could = another_could || (!reported && workers.may_work(worker, now) && fits(job, worker));
+  }
+  return !another_could || proven >= kProvenReports || reports >= kManyReports;
 }
 
 Offer Scheduler::offer(const WorkerId& worker_id, double now) {
   const Worker* worker = workers.find(worker_id);
   if (!worker || !workers.may_work(*worker, now)) return {};
+  if (worker->leases >= WorkerTable::most_leases(*worker)) return {};
   const std::vector<Job*> jobs = candidates(*worker);
   bool claims_are_new = false;
   const auto may_take = [&](const Job& job) {
@@ -162,14 +183,15 @@ Offer Scheduler::offer(const WorkerId& worker_id, double now) {
       const JobId& id = job->record.id;
       const bool is_admitted = admission_.admitted(id);
       if (admitted ? !is_admitted && !may_take(*job) : is_admitted) continue;
-      Offer found = offer_of(*job, worker_id, now);
+      Offer found = offer_of(*job, *worker, now);
       if (std::holds_alternative<std::monostate>(found)) continue;
       if (admitted && !is_admitted) admission_.take(id, claim(*job), now);
       return found;
     }
   }
   for (const Job* job : jobs) {
-    if (const auto tile = tail_.tile_to_race(*job, *worker, now)) return LeaseOffer{job->record.id, *tile};
+    if (const auto tile = tail_.tile_to_race(*job, *worker, now, kIdlePatience))
+      return LeaseOffer{job->record.id, *tile};
   }
   return {};
 }

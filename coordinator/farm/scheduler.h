@@ -42,8 +42,8 @@ using Offer = std::variant<std::monostate, LeaseOffer, CheckOffer, SplitOffer, R
 
 class Scheduler {
  public:
-  Scheduler(const SchedulerOptions& options, double lease_seconds)
-      : workers(lease_seconds, options.max_workers),
+  explicit Scheduler(const SchedulerOptions& options)
+      : workers(options.lease_seconds, options.max_workers),
         options_(options),
         rounds_(workers, options),
         tail_(workers, options),
@@ -72,12 +72,20 @@ class Scheduler {
   /// are in memory together (film_admission.h). A worker gets several tiles of a job in a row, so that
   /// neither its scenes nor the films change with every tile, but a job that has just come begins at once.
   /// When a job comes to its end, pending tiles are cut for those who idle, and then they race those who are
-  /// late.
+  /// late; those who are very late are raced in the job's turn, too. Nobody gets more than
+  /// WorkerTable::most_leases().
   Offer offer(const WorkerId& worker, double now);
   /// To be called when what was offered is leased, and when a lease has ended after `seconds` of processor
   /// time; 0 if it came to nothing.
   void granted(Job& job, const TileRecord& tile);
   void settled(Job& job, TileId tile, int64_t attempt, double seconds);
+  /// Leases that have lasted for too long (JobTail::overdue).
+  std::vector<LeaseTable::Lease> overdue(const Job& job, double undisturbed_since, double now) const {
+    return tail_.overdue(job, undisturbed_since, now);
+  }
+  /// Whether reports that the job, or this tile, can't be rendered are to be believed. Those of two workers
+  /// that have delivered something are, but not those of mere names, as long as there is anybody else to try.
+  bool is_believed(const Job& job, TileId tile, double now) const;
   /// True if nothing is left to lease or to wait for: the job is done.
   bool complete(const Job& job, double now) const;
   /// The same, but for spot checks.
@@ -94,7 +102,7 @@ class Scheduler {
   FilmAdmission::Claim claim(const Job& job) const;
   /// Jobs that the worker may work for, the one that comes next first.
   std::vector<Job*> candidates(const Worker& worker);
-  Offer offer_of(const Job& job, const WorkerId& worker, double now) const;
+  Offer offer_of(const Job& job, const Worker& worker, double now) const;
 
   SchedulerOptions options_;
   RoundPlanner rounds_;

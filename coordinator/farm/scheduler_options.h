@@ -10,6 +10,7 @@ struct SchedulerOptions {
   double ingest_bytes_per_second = 0;  // that all commits together may bring; 0: no limit
   double commits_per_second = 0;       // of all workers, so many at most: tiles get larger; 0: no limit
   size_t max_workers = 4096;
+  double lease_seconds = 10;
 };
 
 }  // namespace lightmill

@@ -44,6 +44,10 @@ std::string note_of_workers(const WorkerTable& workers, const Job& job, double n
   if (live == 0 && present > 0) return "waits for a worker: those connected are being drained" + refused;
   if (live == 0) return "waits for a worker: none is connected" + refused;
   if (pool == 0) return "waits for a worker of pool \"" + job.record.pool + "\"" + refused;
+  if (fitting_workers(workers, job, now) == 0 && job.least_memory > 0) {
+    return "waits for a worker with more than " + std::to_string(job.least_memory >> 20) +
+           " MiB of memory, with which others ran out of it" + refused;
+  }
   if (fitting_workers(workers, job, now) == 0) {
     return "waits for a worker of arithmetic class " + job.record.arithmetic_class.substr(0, 12) +
            "; those connected compute other bits" + refused;

@@ -11,6 +11,10 @@ constexpr double kLostAfterLeases = 3;  // lease times without a word
 // A worker with as much blame is benched. A good tile takes less away than a refused partial brings: who
 // sends rubbish every other time does not get away with it, who fails now and then does.
 constexpr double kBenchingBlame = 8, kFailureBlame = 1, kRefusalBlame = 8 / 3.0, kMadeGood = 1;
+constexpr double kHandBackBlame = 0.5;
+// A worker leases the next tile before it has rendered the last one. The first few are few for any number of
+// threads: until it has delivered one, nobody knows that it renders at all.
+constexpr int64_t kFewLeases = 4, kThreadsPerLease = 16, kMostLeases = 64;
 constexpr double kFirstBenchSeconds = 30;
 constexpr double kLongestBenchSeconds = 600;
 constexpr double kSmoothing = 0.3;  // weight of the newest tile in a worker's speed
@@ -122,8 +126,17 @@ bool WorkerTable::is_lost(const Worker& worker, double now) const {
   return worker.polling == 0 && now - worker.last_seen > kLostAfterLeases * lease_seconds_;
 }
 
+bool WorkerTable::was_heard(const Worker& worker, double now) const {
+  return worker.polling > 0 || now - worker.last_seen < lease_seconds_;
+}
+
 bool WorkerTable::may_work(const Worker& worker, double now) const {
   return !worker.draining && now >= worker.benched_until && !is_lost(worker, now);
+}
+
+int64_t WorkerTable::most_leases(const Worker& worker) {
+  if (!is_proven(worker)) return kFewLeases;
+  return std::min(kFewLeases + worker.registration.threads / kThreadsPerLease, kMostLeases);
 }
 
 void WorkerTable::committed(const WorkerId& id, double samples, double seconds, double since, double now) {
@@ -148,6 +161,13 @@ double WorkerTable::slowdown(const Worker& worker) {
 }
 
 void WorkerTable::failed(const WorkerId& id, double now) { blame(find(id), kFailureBlame, now); }
+
+void WorkerTable::undelivered(const WorkerId& id, double now) {
+  Worker* worker = find(id);
+  blame(worker, worker && is_proven(*worker) ? kFailureBlame : kRefusalBlame, now);
+}
+
+void WorkerTable::handed_back(const WorkerId& id, double now) { blame(find(id), kHandBackBlame, now); }
 
 void WorkerTable::refused(const WorkerId& id, double now) {
   Worker* worker = find(id);

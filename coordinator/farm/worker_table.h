@@ -74,13 +74,25 @@ class WorkerTable {
   const Worker* find(const WorkerId& id) const;
   void seen(const WorkerId& id, double now);
   bool is_lost(const Worker& worker, double now) const;
+  /// Whether it has said anything for a lease time.
+  bool was_heard(const Worker& worker, double now) const;
   /// Whether it may get leases: it is neither lost nor draining nor benched.
   bool may_work(const Worker& worker, double now) const;
+  /// It has delivered something, so that it is no mere name.
+  static bool is_proven(const Worker& worker) { return worker.tiles_committed > 0; }
+  /// Leases that it may hold at once: enough to keep its threads busy from one tile to the next.
+  static int64_t most_leases(const Worker& worker);
   /// A tile, leased at `since`, was rendered: `samples` pixel samples in `seconds` of each of its threads'
   /// processors.
   void committed(const WorkerId& id, double samples, double seconds, double since, double now);
   /// Time of a tile over its processors' time, 1 or more: they may have other things to do.
   static double slowdown(const Worker& worker);
+  /// It held a lease for far too long, or let one run out. It counts as a failure, and much more for a worker
+  /// that has never delivered anything.
+  void undelivered(const WorkerId& id, double now);
+  /// It gave a lease back unrendered. Half a failure: who leaves does so a few times, who plays does for
+  /// ever.
+  void handed_back(const WorkerId& id, double now);
   /// A failure report. Too many of them bench the worker, each time for twice as long, until it has made up
   /// for all.
   void failed(const WorkerId& id, double now);

@@ -303,7 +303,8 @@ grpc::Status WorkerService::Fail(grpc::ServerContext*, const v1::FailRequest* re
       farm_.hand_back(WorkerId{request->worker_id()}, key);
       tile_log_.add("handed back");
     } else {
-      farm_.fail(WorkerId{request->worker_id()}, key, one_line(request->reason()));
+      farm_.fail(WorkerId{request->worker_id()}, key, one_line(request->reason()),
+                 from_proto(request->kind()));
     }
     return grpc::Status::OK;
   });

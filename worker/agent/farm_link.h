@@ -59,7 +59,7 @@ class FarmLink {
   virtual std::vector<LeaseKey> renew(const std::vector<LeaseKey>& held) = 0;
   virtual CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) = 0;
   /// The tile can't be rendered here; `reason` is one line.
-  virtual void fail(const LeaseKey& key, const std::string& reason) = 0;
+  virtual void fail(const LeaseKey& key, const std::string& reason, FailureKind kind) = 0;
   /// What light the image of the lease's job will lack, lines for people: at least one.
   virtual void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) = 0;
   /// There is no time left for the tile; another worker may have it at once.

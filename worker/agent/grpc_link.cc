@@ -181,12 +181,13 @@ CommitAnswer GrpcLink::commit(const LeaseKey& key, const std::string& partial_by
   return {from_proto(response.outcome()), response.message()};
 }
 
-void GrpcLink::fail(const LeaseKey& key, const std::string& reason) {
+void GrpcLink::fail(const LeaseKey& key, const std::string& reason, FailureKind kind) {
   Call call(*impl_, kCallSeconds);
   v1::FailRequest request;
   request.set_worker_id(impl_->worker());
   *request.mutable_key() = to_proto(key);
   request.set_reason(one_line(reason));
+  request.set_kind(to_proto(kind));
   v1::FailResponse response;
   call.check(call.stub()->Fail(call.context(), request, &response), true);
 }

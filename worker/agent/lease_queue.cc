@@ -84,7 +84,7 @@ void LeaseQueue::start(std::shared_ptr<ActiveLease> lease) {
   const std::lock_guard lock(mutex_);
   if (!held_.count(key_of(lease->lease))) return;  // lost while it was loading
   if (lease->packets_.size() == 0) {
-    finished_.push_back({lease, "the tile is empty"});
+    finished_.push_back({lease, {"the tile is empty"}});
   } else {
     rendering_.push_back(std::move(lease));
   }
@@ -128,13 +128,13 @@ std::optional<LeaseQueue::Work> LeaseQueue::take() {
   return std::nullopt;
 }
 
-void LeaseQueue::finish(const Work& work, const std::string& error) {
+void LeaseQueue::finish(const Work& work, const TileFailure& failure) {
   const std::lock_guard lock(mutex_);
   ActiveLease& lease = *work.lease;
   measure(work);
   --lease.unfinished_;
-  if (!error.empty() && lease.error_.empty()) {
-    lease.error_ = error;
+  if (!failure.text.empty() && lease.failure_.text.empty()) {
+    lease.failure_ = failure;
     lease.next_ = lease.packets_.size();  // the rest would be thrown away
   }
   if (lease.unfinished_ == 0 && lease.next_ == lease.packets_.size()) retire(work.lease);
@@ -145,7 +145,7 @@ void LeaseQueue::retire(const std::shared_ptr<ActiveLease>& lease) {
   const auto position = std::find(rendering_.begin(), rendering_.end(), lease);
   if (position == rendering_.end()) return;
   rendering_.erase(position);
-  if (!lease->lost_) finished_.push_back({lease, lease->error_});
+  if (!lease->lost_) finished_.push_back({lease, lease->failure_});
   changed_.notify_all();
 }
 

@@ -20,6 +20,7 @@
 #include "common/film/partial.h"
 #include "worker/agent/farm_link.h"
 #include "worker/agent/packet_renderer.h"
+#include "worker/agent/tile_failure.h"
 
 namespace lightmill::agent {
 
@@ -49,7 +50,7 @@ struct ActiveLease {
   int64_t next_ = 0;        // first packet that was not handed out
   int64_t unfinished_ = 0;  // handed out, still being rendered
   bool lost_ = false;
-  std::string error_;  // why a packet could not be rendered
+  TileFailure failure_;  // of a packet
 };
 
 /// A pilot that waits to be run.
@@ -85,8 +86,8 @@ class LeaseQueue {
   };
   /// The next packet; blocks. Empty once the queue is closed.
   std::optional<Work> take();
-  /// The packet is done; `error` is empty unless it failed.
-  void finish(const Work& work, const std::string& error);
+  /// The packet is done, or has failed.
+  void finish(const Work& work, const TileFailure& failure = {});
 
   // --- the pilot thread ---
   /// The next pilot; blocks. Empty once the queue is closed. release() ends it.
@@ -95,7 +96,7 @@ class LeaseQueue {
   // --- the thread that commits ---
   struct Finished {
     std::shared_ptr<ActiveLease> lease;
-    std::string error;  // the tile failed: report it instead
+    TileFailure failure;  // if the tile failed: report it instead
   };
   /// The next lease all of whose packets are done; blocks. Empty once the queue is closed.
   std::optional<Finished> take_finished();

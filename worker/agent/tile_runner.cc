@@ -235,7 +235,7 @@ void TileRunner::lease_loop() {
       queue_.set_lead(lead.seconds());
       failures.reset();
     } catch (const std::exception& error) {
-      give_up(key_of(*lease), failure_text(error));
+      give_up(key_of(*lease), failure_of(error));
       queue_.release(key_of(*lease));
       sleep(failures.next(), wanted);  // do not ask for the same scene in a tight loop
     }
@@ -263,14 +263,14 @@ void TileRunner::render_loop() {
   set_float_mode();
   Workspaces workspaces;
   while (const auto work = queue_.take()) {
-    std::string error;
+    TileFailure failure;
     try {
       ActiveLease& lease = *work->lease;
       lease.renderer->render_packet(work->packet, workspaces.of(lease.renderer), lease.builder);
     } catch (const std::exception& thrown) {
-      error = failure_text(thrown);
+      failure = failure_of(thrown);
     }
-    queue_.finish(*work, error);
+    queue_.finish(*work, failure);
   }
 }
 
@@ -278,21 +278,21 @@ void TileRunner::commit_loop() {
   while (auto finished = queue_.take_finished()) {
     const LeaseKey key = key_of(finished->lease->lease);
     const LogScope scope(about(key));
-    std::string failure;
+    TileFailure failure;
     try {
       commit_one(*finished);
     } catch (const std::exception& error) {
-      failure = failure_text(error);
+      failure = failure_of(error);
     }
     finished->lease.reset();  // if memory is what it lacks, the farm is to hear of it
-    if (!failure.empty()) give_up(key, failure);
+    if (!failure.text.empty()) give_up(key, failure);
     queue_.release(key);
   }
 }
 
 void TileRunner::commit_one(const LeaseQueue::Finished& finished) {
   const LeaseKey key = key_of(finished.lease->lease);
-  if (!finished.error.empty()) return report_failure(key, finished.error);
+  if (!finished.failure.text.empty()) return report_failure(key, finished.failure);
   RenderCounters counters;
   double cpu_seconds = 0;
   std::string bytes;
@@ -307,14 +307,14 @@ void TileRunner::commit_one(const LeaseQueue::Finished& finished) {
   options_.accepted(counters, cpu_seconds);
 }
 
-void TileRunner::report_failure(const LeaseKey& key, const std::string& error) {
-  options_.log(describe(key) + ": " + error);
-  retry([&] { return queue_.is_held(key); }, [&] { link_.fail(key, error); });
+void TileRunner::report_failure(const LeaseKey& key, const TileFailure& failure) {
+  options_.log(describe(key) + ": " + failure.text);
+  retry([&] { return queue_.is_held(key); }, [&] { link_.fail(key, failure.text, failure.kind); });
 }
 
-void TileRunner::give_up(const LeaseKey& key, const std::string& error) {
+void TileRunner::give_up(const LeaseKey& key, const TileFailure& failure) {
   try {
-    report_failure(key, error);
+    report_failure(key, failure);
   } catch (const std::exception& refused) {  // then its lease runs out
     options_.log(describe(key) + ": " + refused.what());
   }
@@ -333,7 +333,7 @@ bool TileRunner::hand_in(const LeaseKey& key, const std::string& bytes) {
   try {
     if (!retry([&] { return queue_.is_held(key); }, [&] { answer = link_.commit(key, bytes); })) return false;
   } catch (const Error& error) {  // give it back at once: another worker, or another try, may do better
-    report_failure(key, std::string("the partial can't be handed in: ") + error.what());
+    report_failure(key, {std::string("the partial can't be handed in: ") + error.what()});
     return false;
   }
   const std::string line = describe(key) + ": " + outcome_name(answer.outcome);
@@ -368,7 +368,7 @@ void TileRunner::run_pilot(const PilotLease& pilot) {
     result.report = pilot.renderer->run_pilot(options_.threads, go_on);
   } catch (const std::exception& error) {
     if (go_on()) {
-      report_failure(key, failure_text(error));
+      report_failure(key, failure_of(error));
     } else if (queue_.is_held(key) && !is_stopping()) {
       hand_back(key);
     }

@@ -58,9 +58,9 @@ class TileRunner {
   /// Hands in a lease's result, or its failure; true if it was accepted.
   bool hand_in(const LeaseKey& key, const std::string& bytes);
   /// Throws what the farm answers.
-  void report_failure(const LeaseKey& key, const std::string& error);
+  void report_failure(const LeaseKey& key, const TileFailure& failure);
   /// The same, but logs what it answers.
-  void give_up(const LeaseKey& key, const std::string& error);
+  void give_up(const LeaseKey& key, const TileFailure& failure);
   void commit_one(const LeaseQueue::Finished& finished);
   void renew_loop();
   void finish_held();

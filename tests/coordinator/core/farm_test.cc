@@ -52,7 +52,9 @@ TEST_F(FarmTest, TellsTheShareOfTheImageThatWasDropped) {
     EXPECT_EQ(farm.commit(worker, key(*grant), encode_partial(partial)), CommitResult::kAccepted);
     const JobStatus status = farm.job(job);
     EXPECT_NEAR(status.dropped[0].share.value_or(0), 1.0 / 8, 1e-12);
-    if (first && status.state != JobState::kDone) EXPECT_EQ(status.dropped[3].share, std::nullopt);
+    if (first && status.state != JobState::kDone) {
+      EXPECT_EQ(status.dropped[3].share, std::nullopt);
+    }
     first = false;
   }
   const JobStatus status = farm.job(job);

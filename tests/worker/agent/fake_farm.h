@@ -123,7 +123,7 @@ class FakeFarm : public FarmLink {
     changed_.notify_all();
     return {CommitResult::kAccepted, ""};
   }
-  void fail(const LeaseKey& key, const std::string& reason) override {
+  void fail(const LeaseKey& key, const std::string& reason, FailureKind) override {
     const std::lock_guard lock(mutex_);
     check();
     --held;

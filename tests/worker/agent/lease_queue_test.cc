@@ -45,12 +45,12 @@ TEST(LeaseQueue, FinishesALeaseWhenItsLastPacketIsDone) {
   queue.hold(key_of(lease->lease));
   queue.start(lease);
   const auto first = queue.take(), second = queue.take();
-  queue.finish(*first, "");
-  queue.finish(*second, "");
+  queue.finish(*first);
+  queue.finish(*second);
   const auto finished = queue.take_finished();
   ASSERT_TRUE(finished);
   EXPECT_EQ(finished->lease, lease);
-  EXPECT_TRUE(finished->error.empty());
+  EXPECT_TRUE(finished->failure.text.empty());
   EXPECT_TRUE(queue.is_held(key_of(lease->lease)));  // until committed
 }
 
@@ -59,10 +59,10 @@ TEST(LeaseQueue, AFailedPacketEndsItsLeaseWithTheReason) {
   const auto lease = make_lease(0, {{0, 0, 3, 2}, 0, 1});
   queue.hold(key_of(lease->lease));
   queue.start(lease);
-  queue.finish(*queue.take(), "broken");
+  queue.finish(*queue.take(), {"broken"});
   const auto finished = queue.take_finished();
   ASSERT_TRUE(finished);
-  EXPECT_EQ(finished->error, "broken");
+  EXPECT_EQ(finished->failure.text, "broken");
 }
 
 TEST(LeaseQueue, ALostLeaseIsNoLongerHandedOutNorCommitted) {
@@ -77,8 +77,8 @@ TEST(LeaseQueue, ALostLeaseIsNoLongerHandedOutNorCommitted) {
   queue.lose({key_of(lost->lease)});
   const auto of_kept = queue.take();
   EXPECT_EQ(of_kept->lease, kept);
-  queue.finish(*of_lost, "");
-  queue.finish(*of_kept, "");
+  queue.finish(*of_lost);
+  queue.finish(*of_kept);
   EXPECT_EQ(queue.take_finished()->lease, kept);
   EXPECT_EQ(queue.held().size(), 1u);
 }
@@ -111,11 +111,11 @@ TEST(LeaseQueue, AsksForMoreOnlyWhenTheEndIsNear) {
   for (int i = 0; i < 20; ++i) {
     const auto work = queue.take();
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    queue.finish(*work, "");
+    queue.finish(*work);
   }
   EXPECT_EQ(rooms, 0) << "another worker may have the next tile sooner";
   queue.set_lead(1e6);
-  queue.finish(*queue.take(), "");
+  queue.finish(*queue.take());
   asker.join();
   EXPECT_EQ(rooms, 1);
 }
