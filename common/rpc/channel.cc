@@ -22,6 +22,8 @@ constexpr int kKeepaliveMs = 10000;
 constexpr int kKeepaliveTimeoutMs = 10000;
 constexpr int kMaxBackoffMs = 5000;
 constexpr int kHandshakeTimeoutMs = 10000;  // a peer that says nothing is cut off
+// Of what peers have sent and nobody has read yet. Whoever holds most is cut off when it is used up.
+constexpr size_t kServerBuffers = size_t{96} << 20;
 
 [[noreturn]] void bad_address(const std::string& address) {
   throw Error(ErrorKind::kUsage,
@@ -134,7 +136,7 @@ void configure_server(grpc::ServerBuilder& builder) {
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, kMaxPollers);
   grpc::ResourceQuota quota("lightmill");
   quota.SetMaxThreads(512);
-  quota.Resize(size_t{2} << 30);
+  quota.Resize(kServerBuffers);
   builder.SetResourceQuota(quota);
 }
 

@@ -114,6 +114,7 @@ void Farm::warn(const WorkerId& worker, const LeaseKey& lease,
 void Farm::hand_back(const WorkerId& worker, const LeaseKey& lease) {
   impl_->workers.hand_back(worker, lease);
 }
+bool Farm::is_proven(const WorkerId& worker) const { return impl_->workers.is_proven(worker); }
 void Farm::drain(const WorkerId& worker) { impl_->workers.drain(worker); }
 
 CommitResult Farm::commit(const WorkerId& worker, const LeaseKey& lease, const std::string& partial_bytes,

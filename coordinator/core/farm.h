@@ -128,6 +128,8 @@ class Farm {
   void warn(const WorkerId& worker, const LeaseKey& lease, const std::vector<std::string>& missing_light);
   /// The worker has no time for the tile any more; leased again at once, and nobody is blamed.
   void hand_back(const WorkerId& worker, const LeaseKey& lease);
+  /// Whether it has delivered a tile; false for one that is not registered.
+  bool is_proven(const WorkerId& worker) const;
   /// The worker takes no more leases; those it holds stay until committed or expired.
   void drain(const WorkerId& worker);
   /// Expires leases; called by a timer (and by lease()).

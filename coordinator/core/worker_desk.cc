@@ -208,6 +208,12 @@ void WorkerDesk::hand_back(const WorkerId& worker, const LeaseKey& key) {
   leases_.release(worker, key, false, "", now);
 }
 
+bool WorkerDesk::is_proven(const WorkerId& worker) const {
+  const std::lock_guard lock(farm_.mutex);
+  const Worker* found = farm_.scheduler.workers.find(worker);
+  return found && WorkerTable::is_proven(*found);
+}
+
 void WorkerDesk::drain(const WorkerId& worker) {
   const std::lock_guard lock(farm_.mutex);
   get(worker).draining = true;

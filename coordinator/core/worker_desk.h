@@ -28,6 +28,7 @@ class WorkerDesk {
   void warn(const WorkerId& worker, const LeaseKey& lease, const std::vector<std::string>& missing_light);
   void hand_back(const WorkerId& worker, const LeaseKey& lease);
   void drain(const WorkerId& worker);
+  bool is_proven(const WorkerId& worker) const;
 
  private:
   // FarmState::mutex held:

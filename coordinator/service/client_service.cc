@@ -5,32 +5,37 @@
 #include <chrono>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <optional>
-#include <thread>
+#include <vector>
 
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "coordinator/service/in_flight_limit.h"
+#include "coordinator/service/sending_call.h"
 #include "coordinator/service/service_status.h"
+#include "coordinator/service/upload_call.h"
 
 namespace lightmill {
 namespace {
 
-// Streams have a thread each, of the 512 that all calls share (common/rpc/channel.cc): together they must
-// leave some to others.
-constexpr int kMaxFetches = 8;  // an image is resolved in memory for each
-constexpr int kMaxWatches = 256, kMaxUploads = 32, kMaxListings = 32;
+// Calls at once. Beyond, the slowest peer of the kind makes room.
+constexpr size_t kMaxAnswers = 768, kMaxWatches = 4096, kMaxUploads = 256;
+/// Of the images and ledgers that are being sent.
+constexpr uint64_t kAnswerBytes = uint64_t{96} << 20;
+/// Threads that resolve images and read ledgers, and that make messages and write files.
+constexpr size_t kOpeningThreads = 8, kStreamingThreads = 8;
+/// A peer that takes less makes room for others where memory is short.
+constexpr double kSlowBytesPerSecond = 1e6;
+constexpr int kMaxWaitingSubmissions = 16;
 constexpr int kMaxAskedBlobs = 100000;
-constexpr int kTilesPerMessage = 1000;
-constexpr int kLinesPerMessage = 1000;
+constexpr int kTilesPerMessage = 400, kLinesPerMessage = 200;  // some 64 KiB
+constexpr uint64_t kTileBytes = 256, kLogLineBytes = 512;
 constexpr size_t kMaxListed = 1000;      // jobs or workers of a page
 constexpr size_t kJobsPerLock = 100;     // others get at the farm in between
 constexpr size_t kPageBytes = 8u << 20;  // a page that is longer ends early: half of the largest message
 constexpr std::string_view kJobsPageToken = "job-";       // and how many jobs came before
 constexpr std::string_view kWorkersPageToken = "after-";  // and the last worker before
-constexpr size_t kMaxUploadChunk = size_t{4} << 20;
-constexpr double kWatchBeatSeconds = 1;
-constexpr std::chrono::milliseconds kWatchSpacing(200);
 
 /// A manifest larger than this waits until few others are unpacked: that takes several times its bytes.
 constexpr size_t kLargeSubmission = 64 << 10;
@@ -67,11 +72,47 @@ size_t page_size(const Request& request) {
   return request.page_token().empty() ? 0 : kMaxListed;
 }
 
-grpc::Status too_many(const char* what) {
-  return {grpc::StatusCode::RESOURCE_EXHAUSTED, std::string("too many ") + what + " at once; try again"};
+/// Sends rows, so many to a message.
+template <class Response, class Row, class Add>
+MessageSource<Response> rows_of(std::vector<Row> rows, std::shared_ptr<const void> share, int per_message,
+                                Add add) {
+  return [rows = std::move(rows), share = std::move(share), per_message, add,
+          next = size_t{0}](Response* message) mutable {
+    message->Clear();
+    for (int i = 0; i < per_message && next < rows.size(); ++i) add(rows[next++], message);
+    return message->ByteSizeLong() > 0;
+  };
 }
 
 }  // namespace
+
+ClientService::ClientService(Farm& farm, BlobStore& blobs, const TileLog& tile_log, StallWatch& stalls,
+                             const Quotas& quotas, std::shared_ptr<SubmitLimit> submissions, Caller caller)
+    : farm_(farm),
+      blobs_(blobs),
+      tile_log_(tile_log),
+      stalls_(stalls),
+      quotas_(quotas),
+      submissions_(std::move(submissions)),
+      caller_(std::move(caller)),
+      memory_(kAnswerBytes),
+      images_(farm, memory_),
+      watches_(farm, stalls, kMaxWatches),
+      answers_(stalls, kMaxAnswers),
+      uploads_(stalls, kMaxUploads),
+      opening_(kOpeningThreads),
+      streaming_(kStreamingThreads) {}
+
+template <class Response>
+grpc::ServerWriteReactor<Response>* ClientService::send(grpc::CallbackServerContext* context,
+                                                        std::function<MessageSource<Response>()> open) {
+  return new SendingCall<Response>(*context, stalls_, answers_, {opening_, streaming_},
+                                   "images, ledgers and logs are being sent at once", std::move(open));
+}
+
+std::shared_ptr<const void> ClientService::memory_for(uint64_t bytes) {
+  return memory_.take(bytes, [this] { answers_.cut_slowest(kSlowBytesPerSecond); });
+}
 
 Image ClientService::read_reference(const v1::Reference& reference, const RenderSettings& settings) const {
   const PixelRect& crop = settings.grid.crop;
@@ -100,10 +141,12 @@ grpc::Status ClientService::SubmitJob(grpc::ServerContext* context, const v1::Su
     if (!refusal.empty()) throw LimitReached(refusal);
     JobRequest job;
     job.name = harmless(request->name());
+    std::optional<Slot> waits;
     std::optional<Turn> turn;
     if (request->ByteSizeLong() > kLargeSubmission) {
-      turn.emplace(large_submissions_, kSubmissionPatience);
-      if (!turn->granted())
+      waits.emplace(waiting_submissions_, kMaxWaitingSubmissions);
+      if (waits->granted()) turn.emplace(large_submissions_, kSubmissionPatience);
+      if (!turn || !turn->granted())
         throw LimitReached("too many scenes of thousands of files come in at once; try again");
     }
     try {
@@ -170,50 +213,39 @@ grpc::Status ClientService::ListJobs(grpc::ServerContext*, const v1::ListJobsReq
   });
 }
 
-grpc::Status ClientService::ListTiles(grpc::ServerContext* context, const v1::ListTilesRequest* request,
-                                      grpc::ServerWriter<v1::ListTilesResponse>* writer) {
-  return guarded([&]() -> grpc::Status {
-    const Slot slot(listings_, kMaxListings);
-    if (!slot.granted()) return too_many("ledgers and logs are being listed");
-    StallWatch::Call call(stalls_, *context);
-    v1::ListTilesResponse message;
-    for (const TileStatus& tile : farm_.tiles(JobId{request->job_id()})) {
-      *message.add_tiles() = to_proto(tile);
-      if (message.tiles_size() < kTilesPerMessage) continue;
-      if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
-      message.clear_tiles();
-    }
-    if (message.tiles_size() > 0) call.write(*writer, message);
-    return grpc::Status::OK;
+grpc::ServerWriteReactor<v1::ListTilesResponse>* ClientService::ListTiles(
+    grpc::CallbackServerContext* context, const v1::ListTilesRequest* request) {
+  return send<v1::ListTilesResponse>(context, [this, job = JobId{request->job_id()}] {
+    const JobStatus status = farm_.job(job);
+    auto share = memory_for(kTileBytes * static_cast<uint64_t>(status.tiles_committed + status.tiles_leased +
+                                                               status.tiles_pending));
+    return rows_of<v1::ListTilesResponse>(farm_.tiles(job), std::move(share), kTilesPerMessage,
+                                          [](const TileStatus& tile, v1::ListTilesResponse* message) {
+                                            *message->add_tiles() = to_proto(tile);
+                                          });
   });
 }
 
-grpc::Status ClientService::GetLogs(grpc::ServerContext* context, const v1::GetLogsRequest* request,
-                                    grpc::ServerWriter<v1::GetLogsResponse>* writer) {
-  return guarded([&]() -> grpc::Status {
-    const Slot slot(listings_, kMaxListings);
-    if (!slot.granted()) return too_many("ledgers and logs are being listed");
-    StallWatch::Call call(stalls_, *context);
-    const int64_t most = request->max_lines();
+grpc::ServerWriteReactor<v1::GetLogsResponse>* ClientService::GetLogs(grpc::CallbackServerContext* context,
+                                                                      const v1::GetLogsRequest* request) {
+  return send<v1::GetLogsResponse>(context, [this, asked = *request] {
+    const int64_t most = asked.max_lines();
     if (most < 1 || most > static_cast<int64_t>(TileLog::kMaxLines))
       throw Error(ErrorKind::kUsage, "max_lines must be 1 to 20000");
-    const JobId job = farm_.job(JobId{request->job_id()}).id;
+    const JobId job = farm_.job(JobId{asked.job_id()}).id;
     std::optional<TileId> tile;
-    if (request->has_tile_id()) tile = TileId{request->tile_id()};
-    v1::GetLogsResponse message;
-    for (const TileLog::Line& line : tile_log_.of(job, tile, static_cast<size_t>(most))) {
-      v1::LogLine* const out = message.add_lines();
-      out->set_time(line.time);
-      out->set_tile_id(line.about.tile);
-      out->set_attempt(line.about.attempt);
-      out->set_worker_id(line.about.worker);
-      out->set_text(one_line(line.text));
-      if (message.lines_size() < kLinesPerMessage) continue;
-      if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
-      message.clear_lines();
-    }
-    if (message.lines_size() > 0) call.write(*writer, message);
-    return grpc::Status::OK;
+    if (asked.has_tile_id()) tile = TileId{asked.tile_id()};
+    auto share = memory_for(static_cast<uint64_t>(most) * kLogLineBytes);
+    return rows_of<v1::GetLogsResponse>(tile_log_.of(job, tile, static_cast<size_t>(most)), std::move(share),
+                                        kLinesPerMessage,
+                                        [](const TileLog::Line& line, v1::GetLogsResponse* message) {
+                                          v1::LogLine* const out = message->add_lines();
+                                          out->set_time(line.time);
+                                          out->set_tile_id(line.about.tile);
+                                          out->set_attempt(line.about.attempt);
+                                          out->set_worker_id(line.about.worker);
+                                          out->set_text(one_line(line.text));
+                                        });
   });
 }
 
@@ -238,25 +270,9 @@ grpc::Status ClientService::ListWorkers(grpc::ServerContext*, const v1::ListWork
   });
 }
 
-grpc::Status ClientService::WatchJob(grpc::ServerContext* context, const v1::WatchJobRequest* request,
-                                     grpc::ServerWriter<v1::WatchJobResponse>* writer) {
-  return guarded([&]() -> grpc::Status {
-    const Slot slot(watches_, kMaxWatches);
-    if (!slot.granted()) return too_many("jobs are being watched");
-    StallWatch::Call call(stalls_, *context);
-    const JobId id{request->job_id()};
-    JobStatus status = farm_.job(id);
-    for (;;) {
-      v1::WatchJobResponse message;
-      *message.mutable_job() = to_proto(status);
-      if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
-      if (is_final(status.state)) return grpc::Status::OK;
-      std::this_thread::sleep_for(kWatchSpacing);
-      status = farm_.wait(id, status.version, kWatchBeatSeconds);
-      if (context->IsCancelled()) return grpc::Status::CANCELLED;
-      if (stopping_) return {grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"};
-    }
-  });
+grpc::ServerWriteReactor<v1::WatchJobResponse>* ClientService::WatchJob(grpc::CallbackServerContext* context,
+                                                                        const v1::WatchJobRequest* request) {
+  return watches_.watch(*context, JobId{request->job_id()});
 }
 
 grpc::Status ClientService::PauseJob(grpc::ServerContext*, const v1::PauseJobRequest* request,
@@ -309,42 +325,10 @@ grpc::Status ClientService::ExtendJob(grpc::ServerContext*, const v1::ExtendJobR
   });
 }
 
-grpc::Status ClientService::FetchImage(grpc::ServerContext* context, const v1::FetchImageRequest* request,
-                                       grpc::ServerWriter<v1::FetchImageResponse>* writer) {
-  return guarded([&]() -> grpc::Status {
-    const Slot slot(fetches_, kMaxFetches);
-    if (!slot.granted()) {
-      return too_many("images are being fetched");
-    }
-    StallWatch::Call call(stalls_, *context);
-    const JobId id{request->job_id()};
-    if (request->max_side() < 0) throw Error(ErrorKind::kUsage, "max_side must be 0 or above");
-    Image image;
-    ChannelImage aovs;
-    if (request->max_side() > 0) {
-      image = reduced(farm_.display_image(id), request->max_side());
-    } else if (request->with_aovs()) {
-      aovs = farm_.aovs(id, &image);
-    } else {
-      image = request->for_display() ? farm_.display_image(id) : farm_.image(id);
-    }
-    v1::FetchImageResponse message;
-    v1::FetchImageResponse::Header& header = *message.mutable_header();
-    header.set_width(image.width);
-    header.set_height(image.height);
-    header.set_channels(image.channels);
-    for (const auto& [key, value] : farm_.image_metadata(id)) (*header.mutable_metadata())[key] = value;
-    for (const std::string& name : aovs.channels) header.add_aov_channels(name);
-    if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
-    for (const Image* part : {&image, &aovs.image}) {
-      const std::string_view bytes(reinterpret_cast<const char*>(part->data.data()),
-                                   part->data.size() * sizeof(float));
-      for (size_t at = 0; at < bytes.size(); at += kChunkBytes) {
-        message.set_chunk(std::string(bytes.substr(at, kChunkBytes)));
-        if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
-      }
-    }
-    return grpc::Status::OK;
+grpc::ServerWriteReactor<v1::FetchImageResponse>* ClientService::FetchImage(
+    grpc::CallbackServerContext* context, const v1::FetchImageRequest* request) {
+  return send<v1::FetchImageResponse>(context, [this, asked = *request] {
+    return chunks_of(images_.get(asked, [this] { answers_.cut_slowest(kSlowBytesPerSecond); }));
   });
 }
 
@@ -368,40 +352,9 @@ grpc::Status ClientService::FindMissingBlobs(grpc::ServerContext*, const v1::Fin
   });
 }
 
-grpc::Status ClientService::UploadBlobs(grpc::ServerContext* context,
-                                        grpc::ServerReader<v1::UploadBlobsRequest>* reader,
-                                        v1::UploadBlobsResponse* response) {
-  return guarded([&]() -> grpc::Status {
-    const Slot slot(uploads_, kMaxUploads);
-    if (!slot.granted()) return too_many("scenes are being uploaded");
-    StallWatch::Call call(stalls_, *context);
-    std::optional<BlobStore::Writer> writer;
-    int64_t blobs = 0;
-    uint64_t bytes = 0;
-    v1::UploadBlobsRequest message;
-    while (call.read(*reader, &message)) {
-      if (message.has_header()) {
-        if (writer) writer->finish();
-        writer.reset();
-        if (message.header().size() > quotas_.max_bundle_bytes - bytes) {
-          throw LimitReached("an upload of more than " + std::to_string(quotas_.max_bundle_bytes) +
-                             " bytes (the coordinator's --max-bundle-mb)");
-        }
-        writer.emplace(blobs_.begin(message.header().digest(), message.header().size()));
-        ++blobs;
-        bytes += message.header().size();
-      } else if (writer && message.chunk().size() <= kMaxUploadChunk) {
-        writer->write(message.chunk());
-      } else {
-        throw Error(ErrorKind::kUsage,
-                    writer ? "an upload chunk is over 4 MiB" : "an upload begins with a header");
-      }
-    }
-    if (writer) writer->finish();
-    response->set_blobs(blobs);
-    response->set_bytes(bytes);
-    return grpc::Status::OK;
-  });
+grpc::ServerReadReactor<v1::UploadBlobsRequest>* ClientService::UploadBlobs(
+    grpc::CallbackServerContext* context, v1::UploadBlobsResponse* response) {
+  return new UploadCall(*context, stalls_, uploads_, streaming_, blobs_, quotas_, response);
 }
 
 }  // namespace lightmill

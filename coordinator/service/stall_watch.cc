@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 namespace lightmill {
 namespace {
@@ -17,7 +18,11 @@ StallWatch::StallWatch(const Clock& clock, double seconds, bool by_itself)
   thread_ = std::thread([this] {
     const std::chrono::duration<double> pause(std::min(kLongestPause, seconds_ / kLooksPerPatience));
     std::unique_lock lock(mutex_);
-    while (!ending_.wait_for(lock, pause, [&] { return ended_; })) cut_stalled();
+    while (!ending_.wait_for(lock, pause, [&] { return ended_; })) {
+      lock.unlock();
+      cut_stalled();
+      lock.lock();
+    }
   });
 }
 
@@ -30,15 +35,63 @@ StallWatch::~StallWatch() {
   if (thread_.joinable()) thread_.join();
 }
 
+void StallWatch::cut(std::unique_lock<std::mutex>& lock, Call* call) {
+  if (call->waits_) waiting_.erase(call->place_);
+  call->waits_ = false;
+  call->was_cut_ = true;
+  const std::shared_ptr<Cut> cut = call->cut_;
+  cut->by = std::this_thread::get_id();
+  lock.unlock();
+  cut->cancel();
+  lock.lock();
+  cut->by.reset();
+  cut_done_.notify_all();
+}
+
 void StallWatch::cut_stalled() {
-  const std::lock_guard lock(mutex_);
-  while (!waiting_.empty() && waiting_.begin()->first <= clock_.now()) {
-    Call& call = *waiting_.begin()->second;
-    waiting_.erase(waiting_.begin());
-    call.waits_ = false;
-    const auto cut = call.cut_;  // the call may be gone before it returns
-    cut();
+  std::unique_lock lock(mutex_);
+  while (!waiting_.empty() && waiting_.begin()->first <= clock_.now()) cut(lock, waiting_.begin()->second);
+}
+
+StallWatch::Call* StallWatch::Group::slowest(double rate) const {
+  const double now = watch_.clock_.now();
+  Call* found = nullptr;
+  for (Call* call : calls_) {
+    if (call->was_cut_ || now - call->begun_ < kGraceSeconds) continue;
+    const double its_rate = call->bytes_ / std::max(call->waited(now), 1e-3);
+    if (its_rate > rate) continue;
+    found = call;
+    rate = its_rate;
   }
+  return found;
+}
+
+bool StallWatch::Group::cut_slowest(double rate) {
+  std::unique_lock lock(watch_.mutex_);
+  Call* const call = slowest(rate);
+  if (call) watch_.cut(lock, call);
+  return call;
+}
+
+void StallWatch::Call::enter() {
+  if (!group_) return;
+  std::unique_lock lock(watch_.mutex_);
+  begun_ = watch_.clock_.now();
+  const size_t count = group_->calls_.size();
+  Call* const other =
+      count < group_->most_ ? nullptr : group_->slowest(std::numeric_limits<double>::infinity());
+  // Those that are being cut need a moment to end.
+  admitted_ = count < group_->most_ || (other && count < 2 * group_->most_);
+  if (!admitted_) return;
+  group_->calls_.insert(this);
+  if (other) watch_.cut(lock, other);
+}
+
+StallWatch::Call::~Call() {
+  end(0);
+  std::unique_lock lock(watch_.mutex_);
+  if (group_) group_->calls_.erase(this);
+  watch_.cut_done_.wait(lock, [&] { return !cut_->by || cut_->by == std::this_thread::get_id(); });
 }
 
 void StallWatch::Call::begin() {
@@ -50,10 +103,12 @@ void StallWatch::Call::begin() {
 
 void StallWatch::Call::end(size_t bytes) {
   const std::lock_guard lock(watch_.mutex_);
+  bytes_ += static_cast<double>(bytes);
   if (!waits_) return;
   watch_.waiting_.erase(place_);
   waits_ = false;
   const double waited = watch_.clock_.now() - since_;
+  waited_ += waited;
   left_ =
       std::clamp(left_ - waited + static_cast<double>(bytes) / kLeastBytesPerSecond, 0.0, watch_.seconds_);
 }

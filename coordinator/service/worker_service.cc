@@ -17,10 +17,10 @@ namespace {
 
 constexpr int kMaxHeld = 10000;
 constexpr int kMaxAskedBlobs = 10000;
-/// Workers that fetch scene files at once, each with a thread; others try again.
-constexpr int kMaxFetches = 64;
+/// Workers that fetch scene files at once, each with a thread. Beyond, the slowest makes room.
+constexpr size_t kMaxFetches = 64;
 /// As many calls may wait for work, each with a thread; others are answered at once and come again.
-constexpr int kMaxWaiting = 200;
+constexpr int kMaxWaiting = 200, kMaxWaitingStrangers = 100;
 /// As many partials are decoded and merged at once.
 constexpr size_t kMaxCommitting = 32;
 /// A long poll looks this often whether its caller is still there.
@@ -48,8 +48,8 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-LogContext about(const std::string& worker, const LeaseKey& key) {
-  return {key.job.value, key.tile.value, key.attempt, worker};
+LogContext about(const WorkerId& worker, const LeaseKey& key) {
+  return {key.job.value, key.tile.value, key.attempt, worker.value};
 }
 
 const char* outcome_text(CommitResult result) {
@@ -79,7 +79,7 @@ grpc::Status WorkerService::Register(grpc::ServerContext* context, const v1::Reg
   }
   return guarded([&] {
     const std::string owner = caller_ ? caller_(*context) : "";
-    response->set_worker_id(farm_.register_worker(from_proto(request->registration()), owner).value);
+    response->set_worker_id(keys_.name_of(farm_.register_worker(from_proto(request->registration()), owner)));
     response->set_lease_seconds(lease_seconds_);
     return grpc::Status::OK;
   });
@@ -95,14 +95,15 @@ WorkerService::WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, Til
       lease_seconds_(lease_seconds),
       caller_(std::move(caller)),
       most_incoming_bytes_(quotas.incoming_bytes),
+      fetches_(stalls, kMaxFetches),
       flush_queue_([this] { farm_.flush(); }),
       waiting_pool_(kMaxWaiting + kMaxCommitting),
       commit_pool_(kMaxCommitting) {}
 
-void WorkerService::grant(const v1::LeaseRequest& request, const LeaseGrant& granted, double waited,
+void WorkerService::grant(const WorkerId& worker, const LeaseGrant& granted, double waited,
                           v1::LeaseResponse* response) {
   metrics_.lease_granted(waited);
-  const LogScope scope(about(request.worker_id(), {granted.job, granted.tile_id, granted.attempt}));
+  const LogScope scope(about(worker, {granted.job, granted.tile_id, granted.attempt}));
   tile_log_.add("leased");
   *response->mutable_grant() = to_proto(granted);
 }
@@ -111,36 +112,42 @@ grpc::ServerUnaryReactor* WorkerService::Lease(grpc::CallbackServerContext* cont
                                                const v1::LeaseRequest* request, v1::LeaseResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   bool wait = false;
+  WorkerId worker;
   const grpc::Status status = guarded([&]() -> grpc::Status {
     const double seconds = request->wait_seconds();
     if (!(seconds >= 0 && seconds <= kMaxPollSeconds))
       throw Error(ErrorKind::kUsage, "wait_seconds must be 0 to 20");
     const auto begin = std::chrono::steady_clock::now();
-    const auto granted = farm_.lease_at_once(WorkerId{request->worker_id()});
-    if (granted) grant(*request, *granted, seconds_since(begin), response);
+    worker = keys_.worker_of(request->worker_id());
+    const auto granted = farm_.lease_at_once(worker);
+    if (granted) grant(worker, *granted, seconds_since(begin), response);
     wait = !granted;
     return grpc::Status::OK;
   });
   if (wait) {
-    waiting_pool_.run(
-        [=, this] { reactor->Finish(guarded([&] { return wait_for_lease(context, *request, response); })); });
+    waiting_pool_.run([=, this, seconds = request->wait_seconds()] {
+      reactor->Finish(guarded([&] { return wait_for_lease(context, worker, seconds, response); }));
+    });
   } else {
     reactor->Finish(status);
   }
   return reactor;
 }
 
-grpc::Status WorkerService::wait_for_lease(grpc::CallbackServerContext* context,
-                                           const v1::LeaseRequest& request, v1::LeaseResponse* response) {
-  const Slot may_wait(waiting_, kMaxWaiting);
+grpc::Status WorkerService::wait_for_lease(grpc::CallbackServerContext* context, const WorkerId& worker,
+                                           double seconds, v1::LeaseResponse* response) {
+  const Slot slot(waiting_, kMaxWaiting);
+  std::optional<Slot> as_stranger;  // who has delivered something has places that others can't take
+  if (!farm_.is_proven(worker)) as_stranger.emplace(waiting_strangers_, kMaxWaitingStrangers);
+  const bool may_wait = slot.granted() && (!as_stranger || as_stranger->granted());
   const auto begin = std::chrono::steady_clock::now();
-  const auto end = begin + std::chrono::duration<double>(may_wait.granted() ? request.wait_seconds() : 0.0);
+  const auto end = begin + std::chrono::duration<double>(may_wait ? seconds : 0.0);
   for (;;) {
     const double left = std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
     // In slices, so that a caller that hung up gets no lease.
-    const auto granted = farm_.lease(WorkerId{request.worker_id()}, std::clamp(left, 0.0, kPollSliceSeconds));
+    const auto granted = farm_.lease(worker, std::clamp(left, 0.0, kPollSliceSeconds));
     if (granted) {
-      grant(request, *granted, seconds_since(begin), response);
+      grant(worker, *granted, seconds_since(begin), response);
       return grpc::Status::OK;
     }
     if (stopping_) return {grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"};
@@ -155,7 +162,7 @@ grpc::Status WorkerService::Renew(grpc::ServerContext*, const v1::RenewRequest* 
     if (request->held_size() > kMaxHeld) throw Error(ErrorKind::kUsage, "more than 10000 leases at once");
     std::vector<LeaseKey> held;
     for (const v1::LeaseKey& key : request->held()) held.push_back(from_proto(key));
-    for (const LeaseKey& key : farm_.renew(WorkerId{request->worker_id()}, held)) {
+    for (const LeaseKey& key : farm_.renew(keys_.worker_of(request->worker_id()), held)) {
       *response->add_lost() = to_proto(key);
     }
     return grpc::Status::OK;
@@ -201,6 +208,7 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
     if (!ok || !message_.has_header()) throw Error(ErrorKind::kUsage, "a commit begins with a header");
     begun_ = true;
     header_ = message_.header();
+    service_.keys_.worker_of(header_.worker_id());  // throws UnknownWorker before memory is spent
     const uint64_t limit = service_.farm_.max_partial_bytes(from_proto(header_.key()));
     if (limit == 0) {
       response_->set_outcome(v1::COMMIT_OUTCOME_UNKNOWN_JOB);
@@ -277,13 +285,14 @@ CommitResult WorkerService::merge(const v1::CommitRequest::Header& header, const
     throw Error(ErrorKind::kUsage, "the partial was damaged on its way: its digest differs");
   }
   const LeaseKey key = from_proto(header.key());
-  const LogScope scope(about(header.worker_id(), key));
-  return farm_.commit_unflushed(WorkerId{header.worker_id()}, key, bytes, reason);
+  const WorkerId worker = keys_.worker_of(header.worker_id());
+  const LogScope scope(about(worker, key));
+  return farm_.commit_unflushed(worker, key, bytes, reason);
 }
 
 void WorkerService::answer(const v1::CommitRequest::Header& header, CommitResult result,
                            const std::string& reason, double seconds, v1::CommitResponse* response) {
-  const LogScope scope(about(header.worker_id(), from_proto(header.key())));
+  const LogScope scope(about(WorkerKeys::shown(header.worker_id()), from_proto(header.key())));
   response->set_outcome(to_proto(result));
   response->set_message(reason.empty() ? outcome_text(result) : one_line(reason));
   if (result == CommitResult::kAccepted) {
@@ -298,13 +307,13 @@ void WorkerService::answer(const v1::CommitRequest::Header& header, CommitResult
 grpc::Status WorkerService::Fail(grpc::ServerContext*, const v1::FailRequest* request, v1::FailResponse*) {
   return guarded([&] {
     const LeaseKey key = from_proto(request->key());
-    const LogScope scope(about(request->worker_id(), key));
+    const WorkerId worker = keys_.worker_of(request->worker_id());
+    const LogScope scope(about(worker, key));
     if (request->handed_back()) {
-      farm_.hand_back(WorkerId{request->worker_id()}, key);
+      farm_.hand_back(worker, key);
       tile_log_.add("handed back");
     } else {
-      farm_.fail(WorkerId{request->worker_id()}, key, one_line(request->reason()),
-                 from_proto(request->kind()));
+      farm_.fail(worker, key, one_line(request->reason()), from_proto(request->kind()));
     }
     return grpc::Status::OK;
   });
@@ -313,17 +322,18 @@ grpc::Status WorkerService::Fail(grpc::ServerContext*, const v1::FailRequest* re
 grpc::Status WorkerService::Warn(grpc::ServerContext*, const v1::WarnRequest* request, v1::WarnResponse*) {
   return guarded([&] {
     const LeaseKey key = from_proto(request->key());
-    const LogScope scope(about(request->worker_id(), key));
+    const WorkerId worker = keys_.worker_of(request->worker_id());
+    const LogScope scope(about(worker, key));
     std::vector<std::string> lines;
     for (const std::string& line : request->missing_light()) lines.push_back(one_line(line));
-    farm_.warn(WorkerId{request->worker_id()}, key, lines);
+    farm_.warn(worker, key, lines);
     return grpc::Status::OK;
   });
 }
 
 grpc::Status WorkerService::Drain(grpc::ServerContext*, const v1::DrainRequest* request, v1::DrainResponse*) {
   return guarded([&] {
-    farm_.drain(WorkerId{request->worker_id()});
+    farm_.drain(keys_.worker_of(request->worker_id()));
     return grpc::Status::OK;
   });
 }
@@ -345,11 +355,10 @@ grpc::Status WorkerService::GetBundle(grpc::ServerContext*, const v1::GetBundleR
 grpc::Status WorkerService::FetchBlobs(grpc::ServerContext* context, const v1::FetchBlobsRequest* request,
                                        grpc::ServerWriter<v1::FetchBlobsResponse>* writer) {
   return guarded([&]() -> grpc::Status {
-    const Slot slot(fetches_, kMaxFetches);
-    if (!slot.granted()) {
+    StallWatch::Call call(stalls_, *context, &fetches_);
+    if (!call.admitted()) {
       return {grpc::StatusCode::RESOURCE_EXHAUSTED, "too many workers fetch scene files at once; try again"};
     }
-    StallWatch::Call call(stalls_, *context);
     if (request->digests_size() > kMaxAskedBlobs)
       throw Error(ErrorKind::kUsage, "more than 10000 blobs at once");
     std::string chunk;

@@ -14,6 +14,7 @@
 #include "coordinator/service/stall_watch.h"
 #include "coordinator/service/task_pool.h"
 #include "coordinator/service/tile_log.h"
+#include "coordinator/service/worker_keys.h"
 #include "coordinator/store/blob_store.h"
 #include "lightmill/v1/worker.grpc.pb.h"
 
@@ -44,15 +45,14 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
  private:
   class CommitCall;
   /// Long poll.
-  grpc::Status wait_for_lease(grpc::CallbackServerContext* context, const v1::LeaseRequest& request,
+  grpc::Status wait_for_lease(grpc::CallbackServerContext* context, const WorkerId& worker, double seconds,
                               v1::LeaseResponse* response);
   /// Once all of the partial has arrived.
   CommitResult merge(const v1::CommitRequest::Header& header, const std::string& bytes, std::string* reason);
   /// Once the commit is durable, if it must be; `seconds` after the partial had arrived.
   void answer(const v1::CommitRequest::Header& header, CommitResult result, const std::string& reason,
               double seconds, v1::CommitResponse* response);
-  void grant(const v1::LeaseRequest& request, const LeaseGrant& grant, double waited,
-             v1::LeaseResponse* response);
+  void grant(const WorkerId& worker, const LeaseGrant& grant, double waited, v1::LeaseResponse* response);
 
   Farm& farm_;
   BlobStore& blobs_;
@@ -61,9 +61,11 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   StallWatch& stalls_;
   const double lease_seconds_;
   const Caller caller_;
+  const WorkerKeys keys_;
   const uint64_t most_incoming_bytes_;
   std::atomic<bool> stopping_{false};
-  std::atomic<int> waiting_ = 0, fetches_ = 0;
+  std::atomic<int> waiting_ = 0, waiting_strangers_ = 0;
+  StallWatch::Group fetches_;
   std::atomic<uint64_t> incoming_bytes_{0};  // of partials that are being received
   FlushQueue flush_queue_;
   TaskPool waiting_pool_, commit_pool_;  // ended first: their tasks use what is above

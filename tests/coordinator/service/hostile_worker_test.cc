@@ -260,7 +260,10 @@ TEST_F(HostileWorker, CannotCommitWhatItWasNotLeased) {
   }
   EXPECT_EQ(outcome(liar, {JobId{"j99"}, mine.tile_id, 1}, mine), v1::COMMIT_OUTCOME_UNKNOWN_JOB);
   EXPECT_EQ(outcome(liar, key(mine), theirs), v1::COMMIT_OUTCOME_CORRUPT) << "the bytes of another tile";
-  EXPECT_EQ(outcome("w999", key(theirs), theirs), v1::COMMIT_OUTCOME_STALE) << "a worker that nobody knows";
+  for (const std::string& name : {std::string("w999"), honest.substr(0, honest.find('.'))}) {
+    outcome(name, key(theirs), theirs);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND) << "nobody, or another one without its key";
+  }
   EXPECT_EQ(outcome(honest, key(theirs), theirs), v1::COMMIT_OUTCOME_ACCEPTED);
   EXPECT_EQ(outcome(liar, key(theirs), theirs), v1::COMMIT_OUTCOME_STALE) << "what is committed already";
   finish_honestly();

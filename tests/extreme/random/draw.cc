@@ -1,12 +1,17 @@
 #include "tests/extreme/random/draw.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lightmill::test {
 namespace {
 
+/// A hidden lamp that is drawn large, made brighter and placed in a large scene is no more than a scene may
+/// have.
+constexpr double kBrightest = 1e38;
+
 Rgb times(const Rgb& c, double f) {
-  const auto x = [f](float v) { return static_cast<float>(v * f); };
+  const auto x = [f](float v) { return static_cast<float>(std::min(v * f, kBrightest)); };
   return {x(c.r), x(c.g), x(c.b)};
 }
 
