@@ -45,8 +45,10 @@ void add_serving_options(CLI::App& app, Options& o) {
       ->capture_default_str();
   app.add_option("--port-file", o.port_file, "Write the ports to this file once both listen (rpc=N, http=N)")
       ->envname("LIGHTMILL_PORT_FILE");
-  app.add_flag("--check", o.check,
-               "Compare every job's image with its ledger, say what does not agree, and exit");
+  app.add_flag(
+      "--check", o.check,
+      "Compare every job's image with its ledger and every scene file with its digest, say what does "
+      "not agree, and exit");
   app.add_flag("--insecure", o.server.insecure, "Allow plain text on addresses other than loopback")
       ->envname("LIGHTMILL_INSECURE");
   add_security_flags(app, &o.server.security, Side::kServer);

@@ -27,6 +27,7 @@
 #include "coordinator/merge/store_check.h"
 #include "coordinator/scene/reader_process.h"
 #include "coordinator/server.h"
+#include "coordinator/store/blob_check.h"
 #include "coordinator/store/data_folder.h"
 #include "coordinator/store/postgres/postgres_job_store.h"
 #include "coordinator/store/sqlite/sqlite_job_store.h"
@@ -75,11 +76,16 @@ void serve_until_signal(Farm& farm, const sigset_t& signals, const std::function
 }
 
 /// What the store holds, looked at while no coordinator runs on it. The exit code.
-int report_problems(JobStore& store) {
-  const std::vector<std::string> problems = check_store(store);
+int report_problems(JobStore& store, const DataFolder& data) {
+  BlobStore blobs(data.blob_folder());
+  std::vector<std::string> problems = check_store(store);
+  for (std::string& problem : check_blobs(store, blobs)) problems.push_back(std::move(problem));
   for (const std::string& problem : problems)
     std::fprintf(stderr, "lightmill-coordinator: %s\n", problem.c_str());
-  if (problems.empty()) std::printf("%zu jobs agree with their ledgers\n", store.jobs().size());
+  if (problems.empty()) {
+    std::printf("%zu jobs agree with their ledgers; %zu scene files are right\n", store.jobs().size(),
+                blobs.digests().size());
+  }
   return problems.empty() ? 0 : 1;
 }
 
@@ -88,7 +94,7 @@ int check_data(const CoordinatorOptions& options) {
   const DataFolder data(options.data, shared);
   if (!shared) {
     SqliteJobStore store(data.store_path());
-    return report_problems(store);
+    return report_problems(store, data);
   }
   PostgresLease lease(PostgresUrl(options.leadership.store), options.leadership.lease_seconds);
   if (!lease.try_take()) {
@@ -96,7 +102,7 @@ int check_data(const CoordinatorOptions& options) {
                                         " is at work on this database; stop it before --check");
   }
   PostgresJobStore store(lease, options.data);
-  return report_problems(store);
+  return report_problems(store, data);
 }
 
 /// SIGTERM and SIGINT, blocked from now on: for the only thread that there is yet, and all that it starts.
