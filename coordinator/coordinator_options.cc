@@ -77,6 +77,12 @@ void add_tile_options(CLI::App& app, Options& o) {
       ->envname("LIGHTMILL_CHECKPOINT_MB")
       ->check(CLI::Range(1.0, 1e6).description("1 to 1000000"))
       ->capture_default_str();
+  app.add_option(
+         "--scrub-rate", o.scrub_rate,
+         "Bytes a second at which scene files are read again to find those that the disk has damaged; 0: "
+         "none")
+      ->envname("LIGHTMILL_SCRUB_RATE")
+      ->capture_default_str();
   app.add_option("--spot-check", o.farm.spot_check,
                  "One in so many tiles is rendered again by another worker and compared; 0: none")
       ->envname("LIGHTMILL_SPOT_CHECK")
@@ -178,6 +184,8 @@ void resolve_sizes(CoordinatorOptions& o) {
   o.farm.checkpoint_bytes = o.checkpoint_megabytes * 1e6;
   if (o.ingest_limit != "0")
     o.farm.ingest_bytes_per_second = static_cast<double>(parse_size(o.ingest_limit, "--ingest-limit"));
+  if (o.scrub_rate != "0")
+    o.scrub_bytes_per_second = static_cast<double>(parse_size(o.scrub_rate, "--scrub-rate"));
   o.farm.film_memory_bytes = static_cast<double>(parse_size(o.film_memory, "--film-memory"));
   o.server.quotas.incoming_bytes = parse_size(o.commit_memory, "--commit-memory");
   o.farm.decode_memory_bytes = static_cast<double>(o.server.quotas.incoming_bytes);

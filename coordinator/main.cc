@@ -27,7 +27,9 @@
 #include "coordinator/merge/store_check.h"
 #include "coordinator/scene/reader_process.h"
 #include "coordinator/server.h"
+#include "coordinator/service/background.h"
 #include "coordinator/store/blob_check.h"
+#include "coordinator/store/blob_scrub.h"
 #include "coordinator/store/data_folder.h"
 #include "coordinator/store/postgres/postgres_job_store.h"
 #include "coordinator/store/sqlite/sqlite_job_store.h"
@@ -125,7 +127,7 @@ void write_ports(const std::string& file, const Ports& ports) {
 /// Is the farm, on the turn's store, until a signal comes or the turn ends.
 void serve(const CoordinatorOptions& options, const DataFolder& data, const Clock& clock,
            const sigset_t& signals, Leadership::Turn turn) {
-  BlobStore blobs(data.blob_folder());
+  BlobStore blobs(data.blob_folder(), options.server.log);
   Farm farm(std::move(turn.store), clock, options.farm);
   ReaderProcess reader(
       {"/proc/self/exe", kReadScene, "--memory", std::to_string(options.reader_memory_bytes)}, {});
@@ -135,6 +137,10 @@ void serve(const CoordinatorOptions& options, const DataFolder& data, const Cloc
   spdlog::info("listening: rpc port {}, http port {}, {}", server.rpc_port(), server.http_port(),
                options.server.security.tls() ? "TLS and tokens" : "plain text for everybody");
   turn.ready({server.rpc_port(), server.http_port()});
+  BlobScrub scrub(blobs, options.scrub_bytes_per_second, options.server.log);
+  Background background(clock, options.server.log);
+  if (options.scrub_bytes_per_second > 0)
+    background.start({[&scrub](double now) { return scrub.step(now); }});
   serve_until_signal(farm, signals, turn.ended);
   reader.stop();
 }

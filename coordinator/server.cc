@@ -123,6 +123,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
   builder.RegisterService(&impl_->worker_service);
   impl_->rpc = builder.BuildAndStart();
   if (!impl_->rpc) throw Error(ErrorKind::kFailed, "gRPC does not start");
+  impl_->metrics.count_damaged_blobs([&blobs] { return blobs.damaged(); });
   count_refusals(impl_->metrics, *impl_->listener, *impl_->submissions, authenticator);
   if (!options.http.empty()) {
     const bool loopback_only = !tls && is_loopback(parse_address(options.http).host);

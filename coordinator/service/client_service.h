@@ -67,7 +67,7 @@ class ClientService final : public v1::ClientService::Service {
   const Caller caller_;
   std::atomic<bool> stopping_{false};
   std::counting_semaphore<> large_submissions_{2};  // that are unpacked at once
-  std::atomic<int> fetches_{0}, watches_{0}, uploads_{0}, listings_{0};
+  std::atomic<int> fetches_{0}, watches_{0}, uploads_{0}, listings_{0}, verifications_{0};
 };
 
 }  // namespace lightmill

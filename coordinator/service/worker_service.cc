@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
+#include <optional>
 
 #include "common/base/digest.h"
 #include "common/base/log.h"
@@ -351,22 +351,20 @@ grpc::Status WorkerService::FetchBlobs(grpc::ServerContext* context, const v1::F
     StallWatch::Call call(stalls_, *context);
     if (request->digests_size() > kMaxAskedBlobs)
       throw Error(ErrorKind::kUsage, "more than 10000 blobs at once");
-    std::string chunk;
     for (const std::string& digest : request->digests()) {
-      if (!blobs_.contains(digest)) {
-        return {grpc::StatusCode::NOT_FOUND, "the coordinator has no blob " + digest};
-      }
-      std::ifstream in(blobs_.path(digest), std::ios::binary);
+      std::optional<BlobStore::Reader> blob = blobs_.open(digest);
+      if (!blob) return {grpc::StatusCode::NOT_FOUND, "the coordinator has no blob " + digest};
       v1::FetchBlobsResponse message;
       message.mutable_header()->set_digest(digest);
-      message.mutable_header()->set_size(blobs_.size(digest));
+      message.mutable_header()->set_size(blob->size());
       if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
-      chunk.resize(kChunkBytes);
-      while (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0) {
-        message.set_chunk(chunk.substr(0, static_cast<size_t>(in.gcount())));
+      for (std::string_view chunk = blob->next(kChunkBytes); !chunk.empty();
+           chunk = blob->next(kChunkBytes)) {
+        message.set_chunk(chunk.data(), chunk.size());
         if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
       }
-      if (in.bad()) throw StoreError("blob " + digest + " can't be read");
+      // The worker throws away what it got, and finds out when it asks again.
+      if (!blob->finish()) return {grpc::StatusCode::DATA_LOSS, "blob " + digest + " is damaged; ask again"};
     }
     return grpc::Status::OK;
   });

@@ -34,6 +34,9 @@ namespace lightmill {
 class BlobStore {
  public:
   static constexpr uint64_t kMaxBlobBytes = uint64_t{64} << 30;
+  /// What a caller who wants to send blobs has verified, a second's work or less: so whoever submits a scene
+  /// again mends what is damaged. Scrubs, and workers that fetch it, look at the rest.
+  static constexpr uint64_t kVerifyBytes = uint64_t{256} << 20;
   static constexpr size_t kMostDamagedKept = 8;
   static constexpr uint64_t kMostDamagedBytes = uint64_t{1} << 30;  // of these; the newest stays in any case
 

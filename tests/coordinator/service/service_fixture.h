@@ -2,6 +2,10 @@
 // A coordinator's servers in this process over a farm in memory, and what clients and workers call there.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+
 #include "common/base/digest.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
@@ -23,6 +27,14 @@ class ServiceTest : public ::testing::Test {
     channel = make_channel({"127.0.0.1:" + std::to_string(server->rpc_port())});
     client = v1::ClientService::NewStub(channel);
     worker = v1::WorkerService::NewStub(channel);
+  }
+
+  /// Another content under a blob's name, as a disk may give it back. The file's times differ, whatever the
+  /// resolution of the system's clock.
+  void blobs_damage(const std::string& digest, const std::string& content) {
+    const std::string path = blobs.path(digest);
+    std::ofstream(path, std::ios::binary | std::ios::trunc) << content;
+    std::filesystem::last_write_time(path, std::filesystem::last_write_time(path) + std::chrono::hours(1));
   }
 
   template <class Stub, class Request, class Response>
