@@ -7,6 +7,7 @@
 #include "coordinator/core/commit_path.h"
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/farm_view.h"
+#include "coordinator/core/film_repair.h"
 #include "coordinator/core/job_desk.h"
 #include "coordinator/core/job_results.h"
 #include "coordinator/core/job_table.h"
@@ -29,6 +30,7 @@ struct Farm::Impl {
   Leases leases{state, jobs};                                // who renders what, until when
   RoundEnds ends{state, jobs, storage};                      // error curve, stop rules, the end of a job
   SpotChecks checks{state, jobs, storage, leases, ends};     // tiles rendered twice; liars
+  FilmRepair repair{state, jobs, leases};                    // films that the disk has damaged
   CommitPath commits{state, storage, leases, ends, checks};  // a partial's way into the film
   JobDesk clients{state, jobs, ends};                        // what clients do to jobs
   WorkerDesk workers{state, jobs, leases, ends};             // what workers ask for
@@ -135,6 +137,7 @@ uint64_t Farm::max_partial_bytes(const LeaseKey& lease) const {
 
 void Farm::tick() {
   impl_->storage.look_again();
+  impl_->repair.repair_damaged();
   {
     const std::lock_guard lock(impl_->state.mutex);
     impl_->leases.release_expired(impl_->state.clock.now());

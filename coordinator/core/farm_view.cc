@@ -70,7 +70,8 @@ TileMap map_of(const LeaseTable& tiles, double now) {
 
 JobStatus FarmView::status(const Job& job, double now) const {
   JobStatus s = status_of(job.record);
-  if (s.message.empty()) s.message = waiting_note(farm_.scheduler, job, now);
+  if (const std::string note = waiting_note(farm_.scheduler, job, now); !note.empty())
+    s.message += (s.message.empty() ? "" : "; ") + note;
   if (const std::optional<std::string> fault = job.fault.empty() ? farm_.health.fault() : job.fault;
       fault && (s.state == JobState::kQueued || s.state == JobState::kRunning)) {
     s.state = JobState::kPaused;

@@ -41,8 +41,10 @@ struct Job {
   double commit_bytes = 0,
          commit_pixels = 0;  // of partials since the start: bytes, and pixels of their tiles
   uint64_t version = 0;
-  std::string fault;   // why its layers can't be read; empty if they can, or nobody tried
-  double look_at = 0;  // clock time to try again
+  std::string fault;          // why its layers can't be read; empty if they can, or nobody tried
+  double look_at = 0;         // clock time to try again
+  bool needs_repair = false;  // they were found damaged twice, a while apart
+  int repairs = 0;            // since the start
   JobShare share;
   CheckTable checks;         // of a final job only while `ledger_loaded`
   std::set<WorkerId> liars;  // whose tiles are to be taken back

@@ -27,6 +27,13 @@ class StoreError : public Error {
   explicit StoreError(const std::string& message) : Error(ErrorKind::kFailed, message) {}
 };
 
+/// A job's stored layers are there and wrong, or are gone for good: proof of damage, where a plain Error says
+/// that they can't be read now.
+class DamagedLayers : public Error {
+ public:
+  explicit DamagedLayers(const std::string& message) : Error(ErrorKind::kFailed, message) {}
+};
+
 class JobStore {
  public:
   virtual ~JobStore() = default;

@@ -75,6 +75,8 @@ std::string LayerFiles::get(const std::string& name, const std::string& digest) 
   const std::string path = folder_ + "/" + name;
   const File file(path, O_RDONLY);
   struct stat status {};
+  // A shared folder that is not mounted looks empty, or is not there at all.
+  if (file.fd() < 0 && errno == ENOENT && !empty()) throw DamagedLayers(path + ": is gone");
   if (file.fd() < 0 || fstat(file.fd(), &status) != 0) {
     throw Error(ErrorKind::kFailed,
                 path + ": can't be read: " + std::strerror(errno) + "; is the shared folder there?");
@@ -90,7 +92,7 @@ std::string LayerFiles::get(const std::string& name, const std::string& digest) 
   }
   bytes.resize(got);
   if (sha256_hex(bytes) != digest) {
-    throw Error(ErrorKind::kFailed, path + ": corrupt: it is not what the database has the digest of");
+    throw DamagedLayers(path + ": corrupt: it is not what the database has the digest of");
   }
   return bytes;
 }
