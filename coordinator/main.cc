@@ -132,6 +132,8 @@ void serve(const CoordinatorOptions& options, const DataFolder& data, const Cloc
   ReaderProcess reader(
       {"/proc/self/exe", kReadScene, "--memory", std::to_string(options.reader_memory_bytes)}, {});
   turn.server.read_scene = [&reader](const SceneQuestion& question) { return reader.read(question); };
+  WantedBlobs wanted(farm, blobs);
+  turn.server.wanted = &wanted;
   const Server server(turn.server, farm, blobs);
   spdlog::info("{}; data in {}", build_id(), options.data);
   spdlog::info("listening: rpc port {}, http port {}, {}", server.rpc_port(), server.http_port(),
@@ -139,8 +141,13 @@ void serve(const CoordinatorOptions& options, const DataFolder& data, const Cloc
   turn.ready({server.rpc_port(), server.http_port()});
   BlobScrub scrub(blobs, options.scrub_bytes_per_second, options.server.log);
   Background background(clock, options.server.log);
-  if (options.scrub_bytes_per_second > 0)
-    background.start({[&scrub](double now) { return scrub.step(now); }});
+  Background::Task step;
+  if (options.scrub_bytes_per_second > 0) step = [&scrub](double now) { return scrub.step(now); };
+  const auto look_around = [&wanted](double) {
+    wanted.look_around();
+    return WantedBlobs::kLookSeconds;
+  };
+  background.start({look_around, step});
   serve_until_signal(farm, signals, turn.ended);
   reader.stop();
 }

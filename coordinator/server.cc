@@ -75,7 +75,7 @@ struct Server::Impl {
                        options.security.tls() ? nullptr : submissions,
                        callers(authenticator, "/lightmill.v1.ClientService/SubmitJob")),
         worker_service(farm, blobs, metrics, tile_log, stalls, options.quotas, options.lease_seconds,
-                       callers(authenticator, "/lightmill.v1.WorkerService/Register")) {}
+                       callers(authenticator, "/lightmill.v1.WorkerService/Register"), options.wanted) {}
   Farm& farm;
   const std::shared_ptr<SubmitLimit> submissions;
   std::optional<Listener> listener;

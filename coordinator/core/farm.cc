@@ -13,6 +13,7 @@
 #include "coordinator/core/job_table.h"
 #include "coordinator/core/leases.h"
 #include "coordinator/core/round_ends.h"
+#include "coordinator/core/scene_files.h"
 #include "coordinator/core/spot_checks.h"
 #include "coordinator/core/storage_guard.h"
 #include "coordinator/core/worker_desk.h"
@@ -34,6 +35,7 @@ struct Farm::Impl {
   CommitPath commits{state, storage, leases, ends, checks};  // a partial's way into the film
   JobDesk clients{state, jobs, ends};                        // what clients do to jobs
   WorkerDesk workers{state, jobs, leases, ends};             // what workers ask for
+  SceneFiles files{state};                                   // jobs whose scene files are lost
   FarmView view{state, jobs};                                // states of jobs, tiles, workers
   JobResults results{state, jobs, storage, view};            // images, curves, reports
 };
@@ -89,6 +91,11 @@ Bundle Farm::bundle(const std::string& bundle_digest) const {
   const std::optional<std::string> text = impl_->state.store->bundle_json(bundle_digest);
   if (!text) throw Error(ErrorKind::kFailed, "no job has the bundle " + bundle_digest);
   return bundle_from_json(*text);
+}
+std::vector<std::string> Farm::open_bundles() const { return impl_->files.open_bundles(); }
+std::string Farm::bundle_of(const JobId& id) const { return impl_->files.bundle_of(id); }
+void Farm::set_missing_file(const std::string& bundle_digest, const std::string& what, bool in_vain) {
+  impl_->files.set_missing(bundle_digest, what, in_vain);
 }
 
 // --- workers ---

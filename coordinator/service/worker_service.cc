@@ -52,6 +52,13 @@ LogContext about(const std::string& worker, const LeaseKey& key) {
   return {key.job.value, key.tile.value, key.attempt, worker};
 }
 
+/// Tells a worker which blobs the coordinator has lost.
+template <class Response>
+void name_wanted(const WantedBlobs* wanted, Response* response) {
+  if (!wanted) return;
+  for (std::string& digest : wanted->named()) response->add_wanted_blobs(std::move(digest));
+}
+
 const char* outcome_text(CommitResult result) {
   switch (result) {
     case CommitResult::kAccepted:
@@ -86,7 +93,8 @@ grpc::Status WorkerService::Register(grpc::ServerContext* context, const v1::Reg
 }
 
 WorkerService::WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log,
-                             StallWatch& stalls, const Quotas& quotas, double lease_seconds, Caller caller)
+                             StallWatch& stalls, const Quotas& quotas, double lease_seconds, Caller caller,
+                             WantedBlobs* wanted)
     : farm_(farm),
       blobs_(blobs),
       metrics_(metrics),
@@ -94,6 +102,7 @@ WorkerService::WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, Til
       stalls_(stalls),
       lease_seconds_(lease_seconds),
       caller_(std::move(caller)),
+      wanted_(wanted),
       most_incoming_bytes_(quotas.incoming_bytes),
       flush_queue_([this] { farm_.flush(); }),
       waiting_pool_(kMaxWaiting + kMaxCommitting),
@@ -105,6 +114,7 @@ void WorkerService::grant(const v1::LeaseRequest& request, const LeaseGrant& gra
   const LogScope scope(about(request.worker_id(), {granted.job, granted.tile_id, granted.attempt}));
   tile_log_.add("leased");
   *response->mutable_grant() = to_proto(granted);
+  name_wanted(wanted_, response);
 }
 
 grpc::ServerUnaryReactor* WorkerService::Lease(grpc::CallbackServerContext* context,
@@ -145,7 +155,10 @@ grpc::Status WorkerService::wait_for_lease(grpc::CallbackServerContext* context,
     }
     if (stopping_) return {grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"};
     if (context->IsCancelled()) return grpc::Status::CANCELLED;
-    if (std::chrono::steady_clock::now() >= end) return grpc::Status::OK;
+    if (std::chrono::steady_clock::now() >= end) {
+      name_wanted(wanted_, response);
+      return grpc::Status::OK;
+    }
   }
 }
 
@@ -158,6 +171,7 @@ grpc::Status WorkerService::Renew(grpc::ServerContext*, const v1::RenewRequest* 
     for (const LeaseKey& key : farm_.renew(WorkerId{request->worker_id()}, held)) {
       *response->add_lost() = to_proto(key);
     }
+    name_wanted(wanted_, response);
     return grpc::Status::OK;
   });
 }
@@ -300,8 +314,10 @@ grpc::Status WorkerService::Fail(grpc::ServerContext*, const v1::FailRequest* re
     const LeaseKey key = from_proto(request->key());
     const LogScope scope(about(request->worker_id(), key));
     if (request->handed_back()) {
+      // First, so that the tile is not leased once more.
+      if (request->missing_blob() && wanted_) wanted_->missed(farm_.bundle_of(key.job));
       farm_.hand_back(WorkerId{request->worker_id()}, key);
-      tile_log_.add("handed back");
+      tile_log_.add(request->missing_blob() ? "handed back: a file of the scene is missing" : "handed back");
     } else {
       farm_.fail(WorkerId{request->worker_id()}, key, one_line(request->reason()));
     }

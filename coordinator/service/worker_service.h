@@ -14,6 +14,7 @@
 #include "coordinator/service/stall_watch.h"
 #include "coordinator/service/task_pool.h"
 #include "coordinator/service/tile_log.h"
+#include "coordinator/service/wanted_blobs.h"
 #include "coordinator/store/blob_store.h"
 #include "lightmill/v1/worker.grpc.pb.h"
 
@@ -22,9 +23,10 @@ namespace lightmill {
 class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
                                 v1::WorkerService::WithCallbackMethod_Commit<v1::WorkerService::Service>> {
  public:
-  /// All references must outlive the service.
+  /// All references, and `wanted` unless it is null, must outlive the service.
   WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log, StallWatch& stalls,
-                const Quotas& quotas, double lease_seconds, Caller caller = {});
+                const Quotas& quotas, double lease_seconds, Caller caller = {},
+                WantedBlobs* wanted = nullptr);
   /// Ends long polls soon with UNAVAILABLE.
   void stop() { stopping_ = true; }
 
@@ -40,6 +42,8 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   grpc::Status GetBundle(grpc::ServerContext*, const v1::GetBundleRequest*, v1::GetBundleResponse*) override;
   grpc::Status FetchBlobs(grpc::ServerContext*, const v1::FetchBlobsRequest*,
                           grpc::ServerWriter<v1::FetchBlobsResponse>*) override;
+  grpc::Status HandInBlob(grpc::ServerContext*, grpc::ServerReader<v1::HandInBlobRequest>*,
+                          v1::HandInBlobResponse*) override;
 
  private:
   class CommitCall;
@@ -61,9 +65,10 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   StallWatch& stalls_;
   const double lease_seconds_;
   const Caller caller_;
+  WantedBlobs* const wanted_;
   const uint64_t most_incoming_bytes_;
   std::atomic<bool> stopping_{false};
-  std::atomic<int> waiting_ = 0, fetches_ = 0;
+  std::atomic<int> waiting_ = 0, fetches_ = 0, hand_ins_ = 0;
   std::atomic<uint64_t> incoming_bytes_{0};  // of partials that are being received
   FlushQueue flush_queue_;
   TaskPool waiting_pool_, commit_pool_;  // ended first: their tasks use what is above

@@ -119,6 +119,12 @@ bool BlobStore::verify(const std::string& digest) {
   return reader->finish();
 }
 
+bool BlobStore::contains(const std::string& digest, uint64_t size) {
+  if (!contains(digest)) return false;
+  const FileStamp file = FileStamp::of(folder_ + "/" + digest);
+  return file.size >= 0 && static_cast<uint64_t>(file.size) == size ? true : verify(digest);
+}
+
 std::vector<std::string> BlobStore::missing(const std::vector<std::string>& digests, uint64_t bytes) {
   std::vector<std::string> missing;
   for (const std::string& digest : digests) {

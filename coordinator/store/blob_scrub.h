@@ -3,7 +3,7 @@
 // damaged goes out of the store (blob_store.h).
 //
 //   BlobScrub scrub(blobs, 4e6, log);
-//   for (;;) sleep(scrub.step(clock.now()));   // BlobCare (coordinator/blob_care.h) does, on a thread
+//   for (;;) sleep(scrub.step(clock.now()));  // Background (coordinator/service/background.h) does
 #include <cstddef>
 #include <functional>
 #include <optional>

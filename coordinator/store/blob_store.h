@@ -45,6 +45,8 @@ class BlobStore {
   explicit BlobStore(const std::string& folder, std::function<void(const std::string&)> log = {});
 
   bool contains(const std::string& digest) const;
+  /// The same for one of so many bytes. One of another size is damaged, and goes.
+  bool contains(const std::string& digest, uint64_t size);
   /// Path of a blob that is there. Throws Error(kFailed) if it isn't, Error(kUsage) if that is not a digest.
   std::string path(const std::string& digest) const;
   uint64_t size(const std::string& digest) const;

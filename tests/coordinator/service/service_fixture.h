@@ -22,8 +22,8 @@ class ServiceTest : public ::testing::Test {
   ServiceTest()
       : blobs(folder.file("blobs")),
         farm(std::make_unique<MemoryJobStore>(), clock, fake_options()),
-        server(
-            std::make_unique<Server>(ServerOptions{"127.0.0.1:0", "127.0.0.1:0", false, 10}, farm, blobs)) {
+        wanted(farm, blobs),
+        server(std::make_unique<Server>(options(&wanted), farm, blobs)) {
     channel = make_channel({"127.0.0.1:" + std::to_string(server->rpc_port())});
     client = v1::ClientService::NewStub(channel);
     worker = v1::WorkerService::NewStub(channel);
@@ -120,10 +120,17 @@ class ServiceTest : public ::testing::Test {
     return response.outcome();
   }
 
+  static ServerOptions options(WantedBlobs* wanted) {
+    ServerOptions options{"127.0.0.1:0", "127.0.0.1:0", false, 10};
+    options.wanted = wanted;
+    return options;
+  }
+
   TemporaryFolder folder;
   SteadyClock clock;
   BlobStore blobs;
   Farm farm;
+  WantedBlobs wanted;
   std::unique_ptr<Server> server;
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::ClientService::Stub> client;
