@@ -93,7 +93,9 @@ Bundle Farm::bundle(const std::string& bundle_digest) const {
   return bundle_from_json(*text);
 }
 std::vector<std::string> Farm::open_bundles() const { return impl_->files.open_bundles(); }
-std::string Farm::bundle_of(const JobId& id) const { return impl_->files.bundle_of(id); }
+std::string Farm::bundle_of(const WorkerId& worker, const LeaseKey& lease) const {
+  return impl_->files.bundle_of(worker, lease);
+}
 void Farm::set_missing_file(const std::string& bundle_digest, const std::string& what, bool in_vain) {
   impl_->files.set_missing(bundle_digest, what, in_vain);
 }

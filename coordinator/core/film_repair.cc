@@ -1,6 +1,7 @@
 #include "coordinator/core/film_repair.h"
 
-#include <set>
+#include <algorithm>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -24,6 +25,24 @@ TileRecord uncommitted(TileRecord tile) {
   tile.digest.clear();
   tile.check = TileCheck::kNone;
   return tile;
+}
+
+bool is_committed(const TileRecord& tile) {
+  return tile.state == TileState::kCommitted && !is_pilot(tile.tile);
+}
+
+/// Folds a stored partial if it is the one that was committed; empty if not.
+std::optional<Partial> fold(const std::string& bytes, const TileRecord& tile, Merger::Layers& layers) {
+  if (bytes.empty()) return std::nullopt;
+  try {
+    Partial partial = decode_partial(bytes);
+    if (!(partial.tile == tile.tile) || encoded_digest(bytes) != tile.digest) return std::nullopt;
+    layers.film.fold(partial);
+    layers.batches.fold(partial);
+    return partial;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -60,33 +79,68 @@ void FilmRepair::repair(const JobId& id, JobRecord record, const std::string& wh
   const std::lock_guard lock(farm_.mutex);
   Job& job = jobs_.get(id);
   JobRecord mended = JobTable::record_at(job, farm_.clock.now());
-  if (!is_final(mended.state)) mended.message = said(why, "it was built again from its partials");
+  if (!is_final(mended.state)) mended.message = said(why, "it was built again from what is left");
   farm_.log("job " + id.value + ": " + mended.message);
   job.fault.clear();
   jobs_.update(job, std::move(mended), farm_.clock.now());
 }
 
 FilmRepair::Salvage FilmRepair::salvage(const JobRecord& record) const {
+  const std::vector<TileId> ids = farm_.store->kept_partials(record.id);
+  const std::set<TileId> kept(ids.begin(), ids.end());
+  const std::vector<TileRecord> ledger = farm_.store->tiles(record.id);
+  Salvage found = from_partials(record, ledger, kept);
+  // Where partials are kept from the beginning they say it all. Else the snapshot has the other tiles.
+  const bool all_kept = std::all_of(ledger.begin(), ledger.end(), [&](const TileRecord& tile) {
+    return !is_committed(tile) || kept.contains(tile.id);
+  });
+  if (all_kept) return found;
+  try {
+    return from_snapshot(record, ledger, kept);
+  } catch (const StoreError&) {
+    throw;
+  } catch (const Error&) {
+    return found;
+  }
+}
+
+FilmRepair::Salvage FilmRepair::from_partials(const JobRecord& record, const std::vector<TileRecord>& ledger,
+                                              const std::set<TileId>& kept) const {
   Salvage result{std::make_unique<Merger::Layers>(), without_partials(record), {}};
   result.layers->film = Film(record.settings.grid);
   result.layers->batches = BatchFilm(record.settings.grid);
-  const std::vector<TileId> ids = farm_.store->kept_partials(record.id);
-  const std::set<TileId> kept(ids.begin(), ids.end());
-  for (const TileRecord& tile : farm_.store->tiles(record.id)) {
-    if (tile.state != TileState::kCommitted || is_pilot(tile.tile)) continue;
+  for (const TileRecord& tile : ledger) {
+    if (!is_committed(tile)) continue;
     const std::string bytes = kept.contains(tile.id) ? farm_.store->partial(record.id, tile.id) : "";
-    try {
-      if (bytes.empty()) throw Error(ErrorKind::kFailed, "no partial is kept");
-      const Partial partial = decode_partial(bytes);
-      if (!(partial.tile == tile.tile) || encoded_digest(bytes) != tile.digest)
-        throw Error(ErrorKind::kFailed, "the partial is not the one that was committed");
-      result.layers->film.fold(partial);
-      result.layers->batches.fold(partial);
-      result.totals = with_partial(std::move(result.totals), partial, tile.tile, bytes.size());
-    } catch (const Error&) {
+    if (const std::optional<Partial> partial = fold(bytes, tile, *result.layers)) {
+      result.totals = with_partial(std::move(result.totals), *partial, tile.tile, bytes.size());
+    } else {
       result.lost.push_back(uncommitted(tile));
     }
   }
+  return result;
+}
+
+FilmRepair::Salvage FilmRepair::from_snapshot(const JobRecord& record, std::vector<TileRecord> ledger,
+                                              const std::set<TileId>& kept) const {
+  Salvage result{std::make_unique<Merger::Layers>(), record, {}, true};
+  const LayerSnapshot snapshot = farm_.store->snapshot(record.id);
+  result.layers->film = Film::restore(snapshot.film);
+  result.layers->batches = BatchFilm::restore(snapshot.batches);
+  JobRecord& totals = result.totals;
+  for (TileRecord& tile : ledger) {
+    if (!is_committed(tile) || !kept.contains(tile.id)) continue;
+    if (fold(farm_.store->partial(record.id, tile.id), tile, *result.layers)) continue;
+    // What its partial counted can't be read: the sums of times, bytes and drops stay a little too high.
+    totals.packets_done -= packets_completed(tile.tile, record.settings.spp);
+    --totals.tiles_committed;
+    totals.pixel_samples -= record.settings.grid.pixels(tile.tile.cells).area() * tile.tile.samples();
+    tile = uncommitted(std::move(tile));
+    result.lost.push_back(tile);
+  }
+  totals.counters = result.layers->film.counters();
+  totals.target_met = false;
+  check_film(record.id, record.settings, ledger, result.layers->film);
   return result;
 }
 
@@ -123,7 +177,9 @@ void FilmRepair::render_again(const JobId& id, Salvage salvage, const std::strin
   }
   record.message = said(why, std::to_string(salvage.lost.size()) + " of " +
                                  std::to_string(before.tiles_committed) + " tiles are rendered again");
-  farm_.store->take_back(record, salvage.lost);
+  LayerSnapshot rest;
+  if (salvage.has_snapshot) rest = {salvage.layers->film.snapshot(), salvage.layers->batches.snapshot()};
+  farm_.store->take_back(record, salvage.lost, rest);
 
   farm_.log("job " + id.value + ": " + record.message);
   job.record = std::move(record);

@@ -4,6 +4,7 @@
 
 #include "common/base/log.h"
 #include "coordinator/core/job_table.h"
+#include "coordinator/core/leases.h"
 
 namespace lightmill {
 
@@ -15,10 +16,10 @@ std::vector<std::string> SceneFiles::open_bundles() const {
   return {digests.begin(), digests.end()};
 }
 
-std::string SceneFiles::bundle_of(const JobId& id) const {
+std::string SceneFiles::bundle_of(const WorkerId& worker, const LeaseKey& lease) const {
   const std::lock_guard lock(farm_.mutex);
-  const Job* job = farm_.scheduler.find(id);
-  return job ? job->record.bundle_digest : "";
+  const Job* job = farm_.scheduler.find(lease.job);
+  return job && Leases::holds(*job, worker, lease) ? job->record.bundle_digest : "";
 }
 
 void SceneFiles::set_missing(const std::string& bundle_digest, const std::string& what, bool in_vain) {

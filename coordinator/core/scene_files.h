@@ -17,8 +17,8 @@ class SceneFiles {
 
   /// Digests of the bundles of all jobs that have not ended, ascending.
   std::vector<std::string> open_bundles() const;
-  /// The bundle of a job; empty if there is no such job.
-  std::string bundle_of(const JobId& id) const;
+  /// The bundle of the lease's job; empty if the worker does not hold the lease.
+  std::string bundle_of(const WorkerId& worker, const LeaseKey& lease) const;
   /// What is missing of this bundle, for people; empty: nothing. `in_vain`: a worker has asked for it.
   void set_missing(const std::string& bundle_digest, const std::string& what, bool in_vain);
 

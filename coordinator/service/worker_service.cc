@@ -315,7 +315,10 @@ grpc::Status WorkerService::Fail(grpc::ServerContext*, const v1::FailRequest* re
     const LogScope scope(about(request->worker_id(), key));
     if (request->handed_back()) {
       // First, so that the tile is not leased once more.
-      if (request->missing_blob() && wanted_) wanted_->missed(farm_.bundle_of(key.job));
+      if (request->missing_blob() && wanted_) {
+        const std::string bundle = farm_.bundle_of(WorkerId{request->worker_id()}, key);
+        if (!bundle.empty()) wanted_->missed(bundle);
+      }
       farm_.hand_back(WorkerId{request->worker_id()}, key);
       tile_log_.add(request->missing_blob() ? "handed back: a file of the scene is missing" : "handed back");
     } else {

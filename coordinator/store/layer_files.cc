@@ -75,11 +75,12 @@ std::string LayerFiles::get(const std::string& name, const std::string& digest) 
   const std::string path = folder_ + "/" + name;
   const File file(path, O_RDONLY);
   struct stat status {};
-  // A shared folder that is not mounted looks empty, or is not there at all.
-  if (file.fd() < 0 && errno == ENOENT && !empty()) throw DamagedLayers(path + ": is gone");
   if (file.fd() < 0 || fstat(file.fd(), &status) != 0) {
+    const int why = errno;
+    // A shared folder that is not mounted looks empty, or is not there at all.
+    if (why == ENOENT && !empty()) throw DamagedLayers(path + ": is gone");
     throw Error(ErrorKind::kFailed,
-                path + ": can't be read: " + std::strerror(errno) + "; is the shared folder there?");
+                path + ": can't be read: " + std::strerror(why) + "; is the shared folder there?");
   }
   std::string bytes(static_cast<size_t>(status.st_size), '\0');
   size_t got = 0;

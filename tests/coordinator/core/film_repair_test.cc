@@ -111,7 +111,7 @@ TEST_F(FilmRepairTest, AFilmWhosePartialsAreKeptIsBuiltAgain) {
   find_and_mend();
   EXPECT_EQ(farm->job(job).tiles_committed, 9);
   EXPECT_EQ(farm->curve(job).points.size(), points);
-  EXPECT_THAT(farm->job(job).message, HasSubstr("built again from its partials"));
+  EXPECT_THAT(farm->job(job).message, HasSubstr("built again from what is left"));
   restart_with("DELETE FROM spool");  // the snapshot is whole again
   EXPECT_EQ(farm->job(job).tiles_committed, 9);
   expect_done_and_right(request.settings);
@@ -129,6 +129,26 @@ TEST_F(FilmRepairTest, OfPartialsOnlyTheDamagedAreRenderedAgain) {
   EXPECT_LT(farm->job(job).spp, before.spp);
   EXPECT_GT(farm->job(job).spp, 0);
   EXPECT_THAT(farm->job(job).message, HasSubstr("1 of 9 tiles are rendered again"));
+  expect_done_and_right(request.settings);
+}
+
+TEST_F(FilmRepairTest, ASnapshotIsUsedWhereOnlyAPartialIsDamaged) {
+  const JobRequest request = small_job(96, 64, 20);
+  begin(request, 6);  // each in the snapshot
+  options.checkpoint_bytes = 1e9;
+  restart_with("SELECT 1");
+  work(*farm, worker, 3);
+  const JobStatus before = farm->job(job);
+  restart_with(
+      "UPDATE spool SET bytes = substr(bytes, 1, 90) || x'DEADBEEF' || substr(bytes, 95) WHERE tile = "
+      "(SELECT MAX(tile) FROM spool)");
+  find_and_mend();
+  EXPECT_EQ(farm->job(job).tiles_committed, before.tiles_committed - 1);
+  EXPECT_THAT(farm->job(job).message, HasSubstr("1 of 9 tiles are rendered again"));
+  restart_with("SELECT 1");
+  work(*farm, worker);
+  const JobStatus after = farm->job(job);
+  EXPECT_EQ(after.counters.camera_paths, 96u * 64 * 20) << "each counts once";
   expect_done_and_right(request.settings);
 }
 

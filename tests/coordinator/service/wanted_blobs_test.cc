@@ -99,6 +99,14 @@ TEST_F(WantedBlobsTest, AfterAnAskInVainTheJobPausesAndFailsNoTile) {
   EXPECT_EQ(grant.job, job);
 }
 
+TEST_F(WantedBlobsTest, WhoHoldsNoLeasePausesNoJob) {
+  const std::string id = register_worker(), stranger = register_worker();
+  lose();
+  told_with_a_lease(id);
+  hand_back(stranger);
+  EXPECT_EQ(farm.job(job).state, JobState::kRunning);
+}
+
 TEST_F(WantedBlobsTest, AWorkerBringsWhatWasLostAndTheJobIsDone) {
   const std::string id = register_worker();
   lose();
