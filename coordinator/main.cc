@@ -132,7 +132,7 @@ void serve(const CoordinatorOptions& options, const DataFolder& data, const Cloc
   ReaderProcess reader(
       {"/proc/self/exe", kReadScene, "--memory", std::to_string(options.reader_memory_bytes)}, {});
   turn.server.read_scene = [&reader](const SceneQuestion& question) { return reader.read(question); };
-  WantedBlobs wanted(farm, blobs);
+  WantedBlobs wanted(farm, blobs, clock);
   turn.server.wanted = &wanted;
   const Server server(turn.server, farm, blobs);
   spdlog::info("{}; data in {}", build_id(), options.data);

@@ -79,8 +79,9 @@ void FilmRepair::repair(const JobId& id, JobRecord record, const std::string& wh
   const std::lock_guard lock(farm_.mutex);
   Job& job = jobs_.get(id);
   JobRecord mended = JobTable::record_at(job, farm_.clock.now());
-  if (!is_final(mended.state)) mended.message = said(why, "it was built again from what is left");
-  farm_.log("job " + id.value + ": " + mended.message);
+  const std::string text = said(why, "it was built again from what is left");
+  farm_.log("job " + id.value + ": " + text);
+  if (!is_final(mended.state)) mended.message = text;
   job.fault.clear();
   jobs_.update(job, std::move(mended), farm_.clock.now());
 }
@@ -95,6 +96,7 @@ FilmRepair::Salvage FilmRepair::salvage(const JobRecord& record) const {
     return !is_committed(tile) || kept.contains(tile.id);
   });
   if (all_kept) return found;
+  found.layers.reset();  // one film at a time in memory
   try {
     return from_snapshot(record, ledger, kept);
   } catch (const StoreError&) {

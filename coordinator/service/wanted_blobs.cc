@@ -99,15 +99,22 @@ std::vector<std::string> WantedBlobs::named() const {
     for (const auto& [digest, size] : gaps) {
       if (digests.size() == kMostNamed) return digests;
       const bool told = std::find(digests.begin(), digests.end(), digest) != digests.end();
-      if (!told && !coming_.contains(digest)) digests.push_back(digest);
+      if (!told && !is_coming(digest)) digests.push_back(digest);
     }
   }
   return digests;
 }
 
+bool WantedBlobs::is_coming(const std::string& digest) const {
+  const auto coming = coming_.find(digest);
+  if (coming == coming_.end()) return false;
+  return coming->second.claims >= kMostClaims || clock_.now() - coming->second.since < kClaimSeconds;
+}
+
 WantedBlobs::Claim::~Claim() {
   const std::lock_guard lock(wanted_->mutex_);
-  wanted_->coming_.erase(digest_);
+  const auto coming = wanted_->coming_.find(digest_);
+  if (--coming->second.claims == 0) wanted_->coming_.erase(coming);
 }
 
 std::unique_ptr<WantedBlobs::Claim> WantedBlobs::claim(const std::string& digest) {
@@ -115,7 +122,10 @@ std::unique_ptr<WantedBlobs::Claim> WantedBlobs::claim(const std::string& digest
   for (const auto& [bundle, gaps] : gaps_) {
     const auto gap = gaps.find(digest);
     if (gap == gaps.end()) continue;
-    if (!coming_.insert(digest).second) return nullptr;
+    if (is_coming(digest)) return nullptr;
+    Coming& coming = coming_[digest];
+    ++coming.claims;
+    coming.since = clock_.now();
     return std::make_unique<Claim>(this, digest, gap->second);
   }
   return nullptr;

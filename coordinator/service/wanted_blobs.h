@@ -2,7 +2,7 @@
 // Which blobs the coordinator has lost that jobs need. The farm is told, so that those jobs say so. Workers
 // are told, and who has such a blob hands it in.
 //
-//   WantedBlobs wanted(farm, blobs);
+//   WantedBlobs wanted(farm, blobs, clock);
 //   background: wanted.look_around();             // one bundle after the other, and those with gaps each
 //   time a worker got NOT_FOUND: wanted.missed(bundle); WantedBlobs::Claim claim = wanted.claim(digest);   //
 //   one worker at a time brings it
@@ -10,12 +10,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
+#include "common/base/clock.h"
 #include "coordinator/core/farm.h"
 #include "coordinator/store/blob_store.h"
 
@@ -27,9 +28,12 @@ class WantedBlobs {
   static constexpr size_t kMostNamed = 16;      // to a worker at once, and of a bundle
   static constexpr size_t kMostBundles = 1000;  // whose gaps are remembered
   static constexpr double kLookSeconds = 1;
+  /// Who brings a blob that slowly lets others try as well, up to so many.
+  static constexpr double kClaimSeconds = 60;
+  static constexpr int kMostClaims = 4;
 
-  /// Both must outlive this object.
-  WantedBlobs(Farm& farm, BlobStore& blobs) : farm_(farm), blobs_(blobs) {}
+  /// All must outlive this object.
+  WantedBlobs(Farm& farm, BlobStore& blobs, const Clock& clock) : farm_(farm), blobs_(blobs), clock_(clock) {}
 
   /// Looks at the bundles that had gaps, and at the next one of those of jobs that have not ended.
   void look_around();
@@ -63,13 +67,21 @@ class WantedBlobs {
   void remember(const std::string& bundle_digest, Gaps gaps);
   std::optional<std::string> next_bundle();
 
+  /// Somebody is bringing it, and fast enough so far. Wants mutex_ held.
+  bool is_coming(const std::string& digest) const;
+
   Farm& farm_;
   BlobStore& blobs_;
+  const Clock& clock_;
   std::atomic<bool> any_{false};  // gaps: most calls need no lock
   mutable std::mutex mutex_;      // never held while the disk is asked
   // Guarded by mutex_.
   std::map<std::string, Gaps> gaps_;  // by bundle
-  std::set<std::string> coming_;
+  struct Coming {
+    int claims = 0;
+    double since = 0;  // of the newest
+  };
+  std::map<std::string, Coming> coming_;
   std::vector<std::string> round_;  // bundles yet to be looked at, the next one last
 };
 

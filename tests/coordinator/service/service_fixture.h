@@ -22,7 +22,7 @@ class ServiceTest : public ::testing::Test {
   ServiceTest()
       : blobs(folder.file("blobs")),
         farm(std::make_unique<MemoryJobStore>(), clock, fake_options()),
-        wanted(farm, blobs),
+        wanted(farm, blobs, clock),
         server(std::make_unique<Server>(options(&wanted), farm, blobs)) {
     channel = make_channel({"127.0.0.1:" + std::to_string(server->rpc_port())});
     client = v1::ClientService::NewStub(channel);

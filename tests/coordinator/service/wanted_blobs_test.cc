@@ -139,6 +139,24 @@ TEST_F(WantedBlobsTest, OneWorkerAtATimeBringsIt) {
   EXPECT_THAT(wanted.named(), ElementsAre(digest)) << "it has given up";
 }
 
+TEST_F(WantedBlobsTest, ASlowOneKeepsNobodyFromBringingIt) {
+  FakeClock time;
+  WantedBlobs patient(farm, blobs, time);
+  lose();
+  patient.look_around();
+  std::vector<std::unique_ptr<WantedBlobs::Claim>> claims;
+  for (int i = 0; i < WantedBlobs::kMostClaims; ++i) {
+    claims.push_back(patient.claim(digest));
+    EXPECT_TRUE(claims.back());
+    EXPECT_FALSE(patient.claim(digest));
+    time.advance(WantedBlobs::kClaimSeconds);
+  }
+  EXPECT_FALSE(patient.claim(digest)) << "all are slow";
+  EXPECT_THAT(patient.named(), IsEmpty());
+  claims.pop_back();
+  EXPECT_TRUE(patient.claim(digest));
+}
+
 TEST_F(WantedBlobsTest, WhatNoJobNeedsAnyMoreIsNotWanted) {
   lose();
   wanted.look_around();
