@@ -45,8 +45,10 @@ void add_serving_options(CLI::App& app, Options& o) {
       ->capture_default_str();
   app.add_option("--port-file", o.port_file, "Write the ports to this file once both listen (rpc=N, http=N)")
       ->envname("LIGHTMILL_PORT_FILE");
-  app.add_flag("--check", o.check,
-               "Compare every job's image with its ledger, say what does not agree, and exit");
+  app.add_flag(
+      "--check", o.check,
+      "Compare every job's image with its ledger and every scene file with its digest, say what does "
+      "not agree, and exit");
   app.add_flag("--insecure", o.server.insecure, "Allow plain text on addresses other than loopback")
       ->envname("LIGHTMILL_INSECURE");
   add_security_flags(app, &o.server.security, Side::kServer);
@@ -74,6 +76,12 @@ void add_tile_options(CLI::App& app, Options& o) {
                  "Committed megabytes after which a job is compacted")
       ->envname("LIGHTMILL_CHECKPOINT_MB")
       ->check(CLI::Range(1.0, 1e6).description("1 to 1000000"))
+      ->capture_default_str();
+  app.add_option(
+         "--scrub-rate", o.scrub_rate,
+         "Bytes a second at which scene files are read again to find those that the disk has damaged; 0: "
+         "none")
+      ->envname("LIGHTMILL_SCRUB_RATE")
       ->capture_default_str();
   app.add_option("--spot-check", o.farm.spot_check,
                  "One in so many tiles is rendered again by another worker and compared; 0: none")
@@ -176,6 +184,8 @@ void resolve_sizes(CoordinatorOptions& o) {
   o.farm.checkpoint_bytes = o.checkpoint_megabytes * 1e6;
   if (o.ingest_limit != "0")
     o.farm.ingest_bytes_per_second = static_cast<double>(parse_size(o.ingest_limit, "--ingest-limit"));
+  if (o.scrub_rate != "0")
+    o.scrub_bytes_per_second = static_cast<double>(parse_size(o.scrub_rate, "--scrub-rate"));
   o.farm.film_memory_bytes = static_cast<double>(parse_size(o.film_memory, "--film-memory"));
   o.server.quotas.incoming_bytes = parse_size(o.commit_memory, "--commit-memory");
   o.farm.decode_memory_bytes = static_cast<double>(o.server.quotas.incoming_bytes);

@@ -20,6 +20,8 @@ struct CoordinatorOptions {
   std::string port_file;
   LeadershipOptions leadership;
   bool check = false;
+  std::string scrub_rate = "4M";
+  double scrub_bytes_per_second = 0;  // that resolve_sizes() fills in
   double checkpoint_megabytes = 256;
   std::string film_memory = "1G";
   std::string commit_memory = "512M", ingest_limit = "100M";

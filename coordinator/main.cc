@@ -27,6 +27,9 @@
 #include "coordinator/merge/store_check.h"
 #include "coordinator/scene/reader_process.h"
 #include "coordinator/server.h"
+#include "coordinator/service/background.h"
+#include "coordinator/store/blob_check.h"
+#include "coordinator/store/blob_scrub.h"
 #include "coordinator/store/data_folder.h"
 #include "coordinator/store/postgres/postgres_job_store.h"
 #include "coordinator/store/sqlite/sqlite_job_store.h"
@@ -75,11 +78,16 @@ void serve_until_signal(Farm& farm, const sigset_t& signals, const std::function
 }
 
 /// What the store holds, looked at while no coordinator runs on it. The exit code.
-int report_problems(JobStore& store) {
-  const std::vector<std::string> problems = check_store(store);
+int report_problems(JobStore& store, const DataFolder& data) {
+  BlobStore blobs(data.blob_folder());
+  std::vector<std::string> problems = check_store(store);
+  for (std::string& problem : check_blobs(store, blobs)) problems.push_back(std::move(problem));
   for (const std::string& problem : problems)
     std::fprintf(stderr, "lightmill-coordinator: %s\n", problem.c_str());
-  if (problems.empty()) std::printf("%zu jobs agree with their ledgers\n", store.jobs().size());
+  if (problems.empty()) {
+    std::printf("%zu jobs agree with their ledgers; %zu scene files are right\n", store.jobs().size(),
+                blobs.digests().size());
+  }
   return problems.empty() ? 0 : 1;
 }
 
@@ -88,7 +96,7 @@ int check_data(const CoordinatorOptions& options) {
   const DataFolder data(options.data, shared);
   if (!shared) {
     SqliteJobStore store(data.store_path());
-    return report_problems(store);
+    return report_problems(store, data);
   }
   PostgresLease lease(PostgresUrl(options.leadership.store), options.leadership.lease_seconds);
   if (!lease.try_take()) {
@@ -96,7 +104,7 @@ int check_data(const CoordinatorOptions& options) {
                                         " is at work on this database; stop it before --check");
   }
   PostgresJobStore store(lease, options.data);
-  return report_problems(store);
+  return report_problems(store, data);
 }
 
 /// SIGTERM and SIGINT, blocked from now on: for the only thread that there is yet, and all that it starts.
@@ -119,16 +127,27 @@ void write_ports(const std::string& file, const Ports& ports) {
 /// Is the farm, on the turn's store, until a signal comes or the turn ends.
 void serve(const CoordinatorOptions& options, const DataFolder& data, const Clock& clock,
            const sigset_t& signals, Leadership::Turn turn) {
-  BlobStore blobs(data.blob_folder());
+  BlobStore blobs(data.blob_folder(), options.server.log);
   Farm farm(std::move(turn.store), clock, options.farm);
   ReaderProcess reader(
       {"/proc/self/exe", kReadScene, "--memory", std::to_string(options.reader_memory_bytes)}, {});
   turn.server.read_scene = [&reader](const SceneQuestion& question) { return reader.read(question); };
+  WantedBlobs wanted(farm, blobs, clock);
+  turn.server.wanted = &wanted;
   const Server server(turn.server, farm, blobs);
   spdlog::info("{}; data in {}", build_id(), options.data);
   spdlog::info("listening: rpc port {}, http port {}, {}", server.rpc_port(), server.http_port(),
                options.server.security.tls() ? "TLS and tokens" : "plain text for everybody");
   turn.ready({server.rpc_port(), server.http_port()});
+  BlobScrub scrub(blobs, options.scrub_bytes_per_second, options.server.log);
+  Background background(clock, options.server.log);
+  Background::Task step;
+  if (options.scrub_bytes_per_second > 0) step = [&scrub](double now) { return scrub.step(now); };
+  const auto look_around = [&wanted](double) {
+    wanted.look_around();
+    return WantedBlobs::kLookSeconds;
+  };
+  background.start({look_around, step});
   serve_until_signal(farm, signals, turn.ended);
   reader.stop();
 }

@@ -75,7 +75,7 @@ struct Server::Impl {
                        options.security.tls() ? nullptr : submissions,
                        callers(authenticator, "/lightmill.v1.ClientService/SubmitJob")),
         worker_service(farm, blobs, metrics, tile_log, stalls, options.quotas, options.lease_seconds,
-                       callers(authenticator, "/lightmill.v1.WorkerService/Register")) {}
+                       callers(authenticator, "/lightmill.v1.WorkerService/Register"), options.wanted) {}
   Farm& farm;
   const std::shared_ptr<SubmitLimit> submissions;
   std::optional<Listener> listener;
@@ -123,6 +123,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
   builder.RegisterService(&impl_->worker_service);
   impl_->rpc = builder.BuildAndStart();
   if (!impl_->rpc) throw Error(ErrorKind::kFailed, "gRPC does not start");
+  impl_->metrics.count_damaged_blobs([&blobs] { return blobs.damaged(); });
   count_refusals(impl_->metrics, *impl_->listener, *impl_->submissions, authenticator);
   if (!options.http.empty()) {
     const bool loopback_only = !tls && is_loopback(parse_address(options.http).host);

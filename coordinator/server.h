@@ -12,6 +12,7 @@
 #include "coordinator/service/event_log.h"
 #include "coordinator/service/quotas.h"
 #include "coordinator/service/tile_log.h"
+#include "coordinator/service/wanted_blobs.h"
 #include "coordinator/store/blob_store.h"
 
 namespace lightmill {
@@ -28,6 +29,7 @@ struct ServerOptions {
   MetricsOptions metrics{};
   /// Reads scenes that come by HTTP (web/web_api.h); may be empty.
   std::function<SceneAnswer(const SceneQuestion&)> read_scene{};
+  WantedBlobs* wanted = nullptr;  // lost blobs that workers may hand in; outlives the server; null: none
   TileLog* tile_log =
       nullptr;  // what happens to tiles is added to it; outlives the server; null: one of its own
 };

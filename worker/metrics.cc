@@ -127,8 +127,8 @@ void MeasuredLink::fail(const LeaseKey& key, const std::string& reason, FailureK
   metrics_.failed_.Increment();
 }
 
-void MeasuredLink::hand_back(const LeaseKey& key) {
-  link_.hand_back(key);
+void MeasuredLink::hand_back(const LeaseKey& key, agent::HandBack why) {
+  link_.hand_back(key, why);
   metrics_.handed_back_.Increment();
 }
 

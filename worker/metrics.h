@@ -56,10 +56,14 @@ class MeasuredLink : public agent::FarmLink {
   void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) override {
     link_.warn(key, missing_light);
   }
-  void hand_back(const LeaseKey& key) override;
+  void hand_back(const LeaseKey& key, agent::HandBack why) override;
   void drain() override { link_.drain(); }
   Bundle bundle(const std::string& digest) override;
   void fetch_blobs(const std::vector<std::string>& digests, agent::BlobSink& sink) override;
+  std::vector<std::string> take_wanted_blobs() override { return link_.take_wanted_blobs(); }
+  bool hand_in_blob(const std::string& digest, const std::string& path) override {
+    return link_.hand_in_blob(digest, path);
+  }
   void cancel() override { link_.cancel(); }
 
  private:
@@ -73,6 +77,7 @@ class MeasuredSource : public agent::RenderSource {
   MeasuredSource(agent::RenderSource& source, WorkerMetrics& metrics) : source_(source), metrics_(metrics) {}
   std::shared_ptr<const agent::PacketRenderer> open(const std::string& bundle_digest,
                                                     const RenderSettings& settings) override;
+  std::string find_blob(const std::string& digest) const override { return source_.find_blob(digest); }
 
  private:
   agent::RenderSource& source_;

@@ -26,7 +26,7 @@ agent::CommitAnswer InProcessLink::commit(const LeaseKey& key, const std::string
   return {farm_.commit(worker_, key, partial_bytes), ""};
 }
 
-void InProcessLink::hand_back(const LeaseKey& key) {
+void InProcessLink::hand_back(const LeaseKey& key, agent::HandBack /*why*/) {
   throw_if_cancelled();
   farm_.hand_back(worker_, key);
 }

@@ -57,10 +57,12 @@ void add_control(CLI::App& app, Action& action) {
     const char* description;
     Method method;
   };
-  for (const Verb& v : {Verb{"pause", "Stop handing out a job's tiles", &FarmClient::pause},
-                        Verb{"resume", "Go on with a paused job", &FarmClient::resume},
-                        Verb{"cancel", "End a job; what was rendered stays", &FarmClient::cancel},
-                        Verb{"retry", "Go on with a failed or cancelled job", &FarmClient::retry}}) {
+  for (const Verb& v :
+       {Verb{"pause", "Stop handing out a job's tiles", &FarmClient::pause},
+        Verb{"resume", "Go on with a paused job", &FarmClient::resume},
+        Verb{"cancel", "End a job; what was rendered stays", &FarmClient::cancel},
+        Verb{"retry", "Go on with a failed or cancelled job, or render again what the disk has damaged",
+             &FarmClient::retry}}) {
     const auto options = add_control_verb(app, v.name, v.description);
     app.get_subcommand(v.name)->callback([&action, options, method = v.method] {
       action = [options, method] {

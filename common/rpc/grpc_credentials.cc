@@ -6,7 +6,7 @@
 #include <mutex>
 
 #include "common/base/error.h"
-#include "common/rpc/file_stamp.h"
+#include "common/base/file_stamp.h"
 
 namespace lightmill {
 namespace {

@@ -39,7 +39,8 @@ const std::map<std::string_view, RequestLimit>& limits() {
                                                             {"WarnRequest", kLines},
                                                             {"DrainRequest", kPlain},
                                                             {"GetBundleRequest", kPlain},
-                                                            {"FetchBlobsRequest", kLeases}};
+                                                            {"FetchBlobsRequest", kLeases},
+                                                            {"HandInBlobRequest", kChunk}};
   return all;
 }
 

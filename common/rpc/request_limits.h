@@ -61,5 +61,7 @@ template <>
 class SerializationTraits<lightmill::v1::CommitRequest, void> : public lightmill::LimitedReading {};
 template <>
 class SerializationTraits<lightmill::v1::UploadBlobsRequest, void> : public lightmill::LimitedReading {};
+template <>
+class SerializationTraits<lightmill::v1::HandInBlobRequest, void> : public lightmill::LimitedReading {};
 
 }  // namespace grpc

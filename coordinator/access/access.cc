@@ -73,6 +73,7 @@ const std::vector<AccessRule>& access_rules() {
       {"/lightmill.v1.WorkerService/Drain", kWork},
       {"/lightmill.v1.WorkerService/GetBundle", kWork},
       {"/lightmill.v1.WorkerService/FetchBlobs", kWork},
+      {"/lightmill.v1.WorkerService/HandInBlob", kWork},
       {"/grpc.health.v1.Health/Check", 0, true},  // probes have a certificate, and no secret to learn
       {"/grpc.health.v1.Health/Watch", kLook | kWork},
       {"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", kLook | kWork},

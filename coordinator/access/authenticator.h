@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/rpc/file_stamp.h"
+#include "common/base/file_stamp.h"
 #include "coordinator/access/token_table.h"
 
 namespace lightmill {

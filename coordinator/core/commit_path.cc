@@ -9,23 +9,6 @@
 #include "coordinator/merge/expected_partial.h"
 
 namespace lightmill {
-namespace {
-
-/// The job's totals with one more tile.
-JobRecord with_partial(JobRecord record, const Partial& partial, const TileSpec& tile, size_t bytes) {
-  record.quantum_exponent = partial.quantum_exponent;
-  record.cpu_seconds += partial.cpu_seconds;
-  record.packets_done += packets_completed(tile, record.settings.spp);
-  ++record.tiles_committed;
-  record.pixel_samples += record.settings.grid.pixels(tile.cells).area() * tile.samples();
-  record.commit_bytes += bytes;
-  record.counters += partial.counters;
-  record.dropped.add(partial.dropped);
-  return record;
-}
-
-}  // namespace
-
 CommitPath::CommitPath(FarmState& farm, StorageGuard& storage, Leases& leases, RoundEnds& ends,
                        SpotChecks& checks)
     : farm_(farm),

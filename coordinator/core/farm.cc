@@ -7,11 +7,13 @@
 #include "coordinator/core/commit_path.h"
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/farm_view.h"
+#include "coordinator/core/film_repair.h"
 #include "coordinator/core/job_desk.h"
 #include "coordinator/core/job_results.h"
 #include "coordinator/core/job_table.h"
 #include "coordinator/core/leases.h"
 #include "coordinator/core/round_ends.h"
+#include "coordinator/core/scene_files.h"
 #include "coordinator/core/spot_checks.h"
 #include "coordinator/core/storage_guard.h"
 #include "coordinator/core/worker_desk.h"
@@ -29,9 +31,11 @@ struct Farm::Impl {
   Leases leases{state, jobs};                                // who renders what, until when
   RoundEnds ends{state, jobs, storage};                      // error curve, stop rules, the end of a job
   SpotChecks checks{state, jobs, storage, leases, ends};     // tiles rendered twice; liars
+  FilmRepair repair{state, jobs, leases};                    // films that the disk has damaged
   CommitPath commits{state, storage, leases, ends, checks};  // a partial's way into the film
   JobDesk clients{state, jobs, ends};                        // what clients do to jobs
   WorkerDesk workers{state, jobs, leases, ends};             // what workers ask for
+  SceneFiles files{state};                                   // jobs whose scene files are lost
   FarmView view{state, jobs};                                // states of jobs, tiles, workers
   JobResults results{state, jobs, storage, view};            // images, curves, reports
 };
@@ -88,6 +92,13 @@ Bundle Farm::bundle(const std::string& bundle_digest) const {
   if (!text) throw Error(ErrorKind::kFailed, "no job has the bundle " + bundle_digest);
   return bundle_from_json(*text);
 }
+std::vector<std::string> Farm::open_bundles() const { return impl_->files.open_bundles(); }
+std::string Farm::bundle_of(const WorkerId& worker, const LeaseKey& lease) const {
+  return impl_->files.bundle_of(worker, lease);
+}
+void Farm::set_missing_file(const std::string& bundle_digest, const std::string& what, bool in_vain) {
+  impl_->files.set_missing(bundle_digest, what, in_vain);
+}
 
 // --- workers ---
 
@@ -136,6 +147,7 @@ uint64_t Farm::max_partial_bytes(const LeaseKey& lease) const {
 
 void Farm::tick() {
   impl_->storage.look_again();
+  impl_->repair.repair_damaged();
   {
     const std::lock_guard lock(impl_->state.mutex);
     impl_->leases.release_expired(impl_->state.clock.now());

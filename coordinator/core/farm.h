@@ -71,6 +71,13 @@ class Farm {
   /// Where the noise is: BatchFilm::error_map of the job's batches.
   Image error_map(const JobId& id) const;
   Bundle bundle(const std::string& bundle_digest) const;
+  /// Digests of the bundles of all jobs that have not ended, ascending.
+  std::vector<std::string> open_bundles() const;
+  /// The bundle of a lease's job; empty if the worker does not hold the lease.
+  std::string bundle_of(const WorkerId& worker, const LeaseKey& lease) const;
+  /// Which file of a bundle the coordinator has lost, for people; empty: none. Its jobs say so. `in_vain`: a
+  /// worker has asked for it, so they pause until it is back.
+  void set_missing_file(const std::string& bundle_digest, const std::string& what, bool in_vain);
   void pause(const JobId& id);
   void resume(const JobId& id);
   void cancel(const JobId& id);

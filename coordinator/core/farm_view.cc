@@ -68,14 +68,24 @@ TileMap map_of(const LeaseTable& tiles, double now) {
 
 }  // namespace
 
+/// What the record's message does not say: why nothing happens, and what is lost.
+void FarmView::add_notes(const Job& job, double now, JobStatus* s) const {
+  const auto add = [&](const std::string& note) {
+    if (!note.empty()) s->message += (s->message.empty() ? "" : "; ") + note;
+  };
+  add(waiting_note(farm_.scheduler, job, now));
+  if (is_final(s->state)) return;
+  add(job.missing_file);
+  if (s->state == JobState::kPaused) return;
+  const std::optional<std::string> fault = job.fault.empty() ? farm_.health.fault() : job.fault;
+  if (fault) s->message = *fault + "; the job goes on by itself once that is mended";
+  if (!fault && job.lacks_file) add("the job goes on by itself once it is back");
+  if (fault || job.lacks_file) s->state = JobState::kPaused;
+}
+
 JobStatus FarmView::status(const Job& job, double now) const {
   JobStatus s = status_of(job.record);
-  if (s.message.empty()) s.message = waiting_note(farm_.scheduler, job, now);
-  if (const std::optional<std::string> fault = job.fault.empty() ? farm_.health.fault() : job.fault;
-      fault && (s.state == JobState::kQueued || s.state == JobState::kRunning)) {
-    s.state = JobState::kPaused;
-    s.message = *fault + "; the job goes on by itself once that is mended";
-  }
+  add_notes(job, now, &s);
   s.tiles_leased = job.tiles.leased_count();
   s.tiles_pending = job.tiles.pending_count();
   s.wall_seconds = wall_seconds(job, now);

@@ -35,6 +35,8 @@ class FarmView {
   JobStatus status(const Job& job, double now) const;
 
  private:
+  void add_notes(const Job& job, double now, JobStatus* status) const;
+
   FarmState& farm_;
   JobTable& jobs_;
 };

@@ -137,7 +137,8 @@ void JobDesk::cancel(const JobId& id) {
 void JobDesk::retry(const JobId& id) {
   const std::lock_guard lock(farm_.mutex);
   Job& job = jobs_.get(id);
-  if (job.record.state != JobState::kFailed && job.record.state != JobState::kCancelled) {
+  const bool unreadable = job.record.state == JobState::kDone && !job.fault.empty();
+  if (job.record.state != JobState::kFailed && job.record.state != JobState::kCancelled && !unreadable) {
     throw wrong_state(job.record, "failed or cancelled", "retried");
   }
   jobs_.load_ledger(job);

@@ -205,7 +205,7 @@ void SpotChecks::retract(Job& job, Retraction retraction, Merger::Open& layers) 
     tile.digest.clear();
     tile.check = TileCheck::kNone;
   }
-  farm_.store->take_back(retraction.record, retraction.tiles);
+  farm_.store->take_back(retraction.record, retraction.tiles, {});
   Merger::reset(layers);
   for (const TileRecord& tile : retraction.tiles) {
     for (const LeaseTable::Lease& lease : job.checks.leases()) {

@@ -23,12 +23,15 @@ Merger::Open StorageGuard::open_layers(const JobId& id, const RenderSettings& se
     const std::lock_guard lock(farm_.mutex);
     const double now = farm_.clock.now();
     Job& damaged = jobs_.get(id);
-    if (damaged.fault.empty()) farm_.log("job " + id.value + " pauses: " + error.what());
+    const bool final = is_final(damaged.record.state);
+    if (damaged.fault.empty() && !final) farm_.log("job " + id.value + " pauses: " + error.what());
     damaged.fault = error.what();
     damaged.look_at = now + kLookAgainSeconds;
     JobTable::stop_clock(damaged, now);
     farm_.touch(damaged);
-    throw;
+    if (!final) throw;
+    throw Error(ErrorKind::kFailed,
+                std::string(error.what()) + "; `lightmill retry " + id.value + "` renders it again");
   }
 }
 
@@ -93,9 +96,14 @@ void StorageGuard::look_at_damaged_jobs() {
     try {
       const Merger::Open layers = open_layers(id, settings);
       const std::lock_guard lock(farm_.mutex);
-      jobs_.get(id).fault.clear();
+      Job& mended = jobs_.get(id);
+      mended.fault.clear();
+      mended.needs_repair = false;
       farm_.log("job " + id.value + " can be read again and goes on");
-      farm_.touch(jobs_.get(id));
+      farm_.touch(mended);
+    } catch (const DamagedLayers&) {  // still, and proven
+      const std::lock_guard lock(farm_.mutex);
+      jobs_.get(id).needs_repair = true;
     } catch (const Error&) {
       continue;  // its status says why
     }

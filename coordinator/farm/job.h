@@ -47,8 +47,12 @@ struct Job {
   double commit_bytes = 0,
          commit_pixels = 0;  // of partials since the start: bytes, and pixels of their tiles
   uint64_t version = 0;
-  std::string fault;   // why its layers can't be read; empty if they can, or nobody tried
-  double look_at = 0;  // clock time to try again
+  std::string fault;          // why its layers can't be read; empty if they can, or nobody tried
+  double look_at = 0;         // clock time to try again
+  bool needs_repair = false;  // they were found damaged twice, a while apart
+  int repairs = 0;            // since the start
+  std::string missing_file;   // of its scene, for people; empty: all are there, as far as is known
+  bool lacks_file = false;    // a worker could not get it: nothing is leased until it is back
   JobShare share;
   CheckTable checks;         // of a final job only while `ledger_loaded`
   std::set<WorkerId> liars;  // whose tiles are to be taken back
@@ -56,9 +60,9 @@ struct Job {
   double lonely_since = -1;  // clock time since when only checks are left, without anybody to do them
 };
 
-/// It has not ended, is not paused, and its layers can be read.
+/// It has not ended, is not paused, and its layers and files can be read.
 inline bool is_runnable(const Job& job) {
-  return job.fault.empty() &&
+  return job.fault.empty() && !job.lacks_file &&
          (job.record.state == JobState::kQueued || job.record.state == JobState::kRunning);
 }
 

@@ -36,6 +36,44 @@ double recent_rate(const Job& job, double now) {
   return first >= 0 && now > first ? samples / (now - first) : 0;
 }
 
+JobRecord with_partial(JobRecord record, const Partial& partial, const TileSpec& tile, size_t bytes) {
+  record.quantum_exponent = partial.quantum_exponent;
+  record.cpu_seconds += partial.cpu_seconds;
+  record.packets_done += packets_completed(tile, record.settings.spp);
+  ++record.tiles_committed;
+  record.pixel_samples += record.settings.grid.pixels(tile.cells).area() * tile.samples();
+  record.commit_bytes += bytes;
+  record.counters += partial.counters;
+  record.dropped.add(partial.dropped);
+  return record;
+}
+
+JobRecord without_partials(JobRecord record) {
+  record.quantum_exponent.reset();
+  record.cpu_seconds = 0;
+  record.packets_done = record.tiles_committed = record.pixel_samples = 0;
+  record.commit_bytes = 0;
+  record.counters = {};
+  record.dropped = {};
+  record.image_mean.reset();
+  record.target_met = false;
+  return record;
+}
+
+JobRecord with_totals_of(JobRecord record, const JobRecord& other) {
+  record.quantum_exponent = other.quantum_exponent;
+  record.cpu_seconds = other.cpu_seconds;
+  record.packets_done = other.packets_done;
+  record.tiles_committed = other.tiles_committed;
+  record.pixel_samples = other.pixel_samples;
+  record.commit_bytes = other.commit_bytes;
+  record.counters = other.counters;
+  record.dropped = other.dropped;
+  record.image_mean = other.image_mean;
+  record.target_met = other.target_met;
+  return record;
+}
+
 double eta_seconds(const Job& job, double now) {
   const RenderSettings& settings = job.record.settings;
   if (is_final(job.record.state)) return 0;

@@ -12,6 +12,12 @@ bool time_is_up(const Job& job, double now);
 void count_commit(Job& job, double now, double pixel_samples);
 /// Pixel samples per second over the newest commits; 0 if unknown.
 double recent_rate(const Job& job, double now);
+/// The job's totals with one more tile, whose encoded partial has so many bytes.
+JobRecord with_partial(JobRecord record, const Partial& partial, const TileSpec& tile, size_t bytes);
+/// The job's record as if nothing was committed.
+JobRecord without_partials(JobRecord record);
+/// The record with what `other` says of the committed tiles.
+JobRecord with_totals_of(JobRecord record, const JobRecord& other);
 /// Remaining seconds until spp or the time limit, whichever comes first; -1 if unknown.
 double eta_seconds(const Job& job, double now);
 

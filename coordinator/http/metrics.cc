@@ -244,6 +244,11 @@ void Metrics::count_refusals(const std::string& reason, std::function<uint64_t()
   refusals_[reason] = std::move(count);
 }
 
+void Metrics::count_damaged_blobs(std::function<uint64_t()> count) {
+  const std::lock_guard lock(mutex_);
+  damaged_blobs_ = std::move(count);
+}
+
 std::string standby_metrics() {
   Families out;
   add_leading(false, out);
@@ -272,6 +277,8 @@ std::string Metrics::text() const {
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [reason, count] : refusals_) out.sample(count(), "reason", reason);
+    out.counter("lightmill_blobs_damaged_total", "Scene files that were found damaged on the disk.",
+                damaged_blobs_ ? damaged_blobs_() : 0);
   }
   std::vector<MetricFamily> families = out.take();
   for (MetricFamily& family : registry_.Collect()) families.push_back(std::move(family));

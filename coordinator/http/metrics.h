@@ -40,6 +40,8 @@ class Metrics {
   void committed(double seconds) { fold_lag_.Observe(seconds); }
   /// `count`, as long as this object lives, says how often something was refused for `reason`.
   void count_refusals(const std::string& reason, std::function<uint64_t()> count);
+  /// `count`, as long as this object lives, says how many blobs were found damaged.
+  void count_damaged_blobs(std::function<uint64_t()> count);
   std::string text() const;
 
  private:
@@ -49,6 +51,7 @@ class Metrics {
   prometheus::Histogram &lease_wait_, &fold_lag_;
   mutable std::mutex mutex_;
   std::map<std::string, std::function<uint64_t()>> refusals_;  // guarded by mutex_
+  std::function<uint64_t()> damaged_blobs_;                    // guarded by mutex_
 };
 
 /// What a coordinator that stands by answers in place of Metrics::text(): that it does not lead.

@@ -11,9 +11,27 @@ namespace {
 /// takes time by the layers' size, folding a spool once more by the spool's, each time anew.
 constexpr double kSpoolWorthACheckpoint = 1 / 8.0;
 
+/// What is wrong with stored bytes is damage. That the store fails is not.
+template <class Action>
+void as_damage(Action&& action) {
+  try {
+    action();
+  } catch (const StoreError&) {
+    throw;
+  } catch (const Error& error) {
+    throw DamagedLayers(error.what());
+  }
+}
+
 }  // namespace
 
 Merger::Open Merger::open(const JobId& job, const RenderSettings& settings) {
+  Open open = hold(job, settings);
+  if (!open.slot_->layers) open.slot_->layers = load(job, settings);
+  return open;
+}
+
+Merger::Open Merger::hold(const JobId& job, const RenderSettings& settings) {
   Slot* slot = nullptr;
   {
     std::unique_lock lock(mutex_);
@@ -29,27 +47,47 @@ Merger::Open Merger::open(const JobId& job, const RenderSettings& settings) {
   }
   Open open(std::unique_ptr<Slot, Release>(slot, {this}));
   make_room(slot, film_bytes(settings));  // also of layers in memory, which grow when the job is extended
-  if (!slot->layers) slot->layers = load(job, settings);
   return open;
 }
 
 std::unique_ptr<Merger::Layers> Merger::load(const JobId& job, const RenderSettings& settings) {
   auto layers = std::make_unique<Layers>();
+  load_film(job, settings, *layers);
+  try {
+    layers->reference = store_.reference(job);
+  } catch (const DamagedLayers& damage) {  // of which rendering again mends nothing
+    throw Error(ErrorKind::kFailed, std::string("the reference image: ") + damage.what());
+  }
+  return layers;
+}
+
+void Merger::load_film(const JobId& job, const RenderSettings& settings, Layers& layers) {
   const FilmGrid& grid = settings.grid;
   {
     const LayerSnapshot snapshot = store_.snapshot(job);
-    layers->film = snapshot.film.empty() ? Film(grid) : Film::restore(snapshot.film);
-    layers->batches = snapshot.batches.empty() ? BatchFilm(grid) : BatchFilm::restore(snapshot.batches);
+    as_damage([&] {
+      layers.film = snapshot.film.empty() ? Film(grid) : Film::restore(snapshot.film);
+      layers.batches = snapshot.batches.empty() ? BatchFilm(grid) : BatchFilm::restore(snapshot.batches);
+    });
   }
   store_.for_each_spooled(job, [&](const std::string& bytes) {
-    const Partial partial = decode_partial(bytes);
-    layers->film.fold(partial);
-    layers->batches.fold(partial);
-    layers->spool_bytes += static_cast<double>(bytes.size());
+    as_damage([&] {
+      const Partial partial = decode_partial(bytes);
+      layers.film.fold(partial);
+      layers.batches.fold(partial);
+    });
+    layers.spool_bytes += static_cast<double>(bytes.size());
   });
-  check_film(job, settings, store_.tiles(job), layers->film);
+  const std::vector<TileRecord> tiles = store_.tiles(job);
+  as_damage([&] { check_film(job, settings, tiles, layers.film); });
+}
+
+void Merger::replace(const JobId& job, Open& open, std::unique_ptr<Layers> layers) {
+  open.slot_->layers.reset();  // if the store fails now, what it had is loaded again
+  store_.checkpoint(job, {layers->film.snapshot(), layers->batches.snapshot()}, keep_partials_);
   layers->reference = store_.reference(job);
-  return layers;
+  layers->spool_bytes = 0;
+  open.slot_->layers = std::move(layers);
 }
 
 /// Wants the slot locked. Evicts what nobody uses, then waits for those in use. Nobody waits for whoever

@@ -65,8 +65,13 @@ class Merger {
       : store_(store), max_bytes_(max_bytes), keep_partials_(keep_partials) {}
 
   /// Waits until nobody else has the job open, and for room. Loads it if it isn't in memory. Throws
-  /// Error(kFailed) if the store's content is damaged, StoreError if it can't be read.
+  /// DamagedLayers if the store's content is damaged, Error(kFailed) or StoreError if it can't be read.
   Open open(const JobId& job, const RenderSettings& settings);
+  /// The same without loading: whoever has it keeps others out. Nothing but replace() and reset() may follow
+  /// unless it was in memory.
+  Open hold(const JobId& job, const RenderSettings& settings);
+  /// Puts layers that were made anew in place of what the store has, in memory and as a snapshot.
+  void replace(const JobId& job, Open& open, std::unique_ptr<Layers> layers);
   /// Forgets what is in memory, after a fold that did not become durable. `layers` may only be destroyed
   /// then.
   static void reset(Open& layers) { layers.slot_->layers.reset(); }
@@ -81,6 +86,7 @@ class Merger {
   void make_room(Slot* slot, double wanted);
   void evict(Slot* slot);
   std::unique_ptr<Layers> load(const JobId& job, const RenderSettings& settings);
+  void load_film(const JobId& job, const RenderSettings& settings, Layers& layers);
 
   JobStore& store_;
   const double max_bytes_;

@@ -29,6 +29,7 @@ constexpr size_t kOpeningThreads = 8, kStreamingThreads = 8;
 constexpr double kSlowBytesPerSecond = 1e6;
 constexpr int kMaxWaitingSubmissions = 16;
 constexpr int kMaxAskedBlobs = 100000;
+constexpr int kMaxVerifications = 4;
 constexpr int kTilesPerMessage = 400, kLinesPerMessage = 200;  // some 64 KiB
 constexpr uint64_t kTileBytes = 256, kLogLineBytes = 512;
 constexpr size_t kMaxListed = 1000;      // jobs or workers of a page
@@ -167,6 +168,10 @@ grpc::Status ClientService::SubmitJob(grpc::ServerContext* context, const v1::Su
     }
     for (const BundleEntry& entry : job.bundle.entries) {
       if (blobs_.size(entry.digest) == entry.size) continue;
+      if (!blobs_.verify(entry.digest)) {
+        throw Error(ErrorKind::kFailed,
+                    "file " + entry.name + " of the bundle was damaged on the coordinator; submit it again");
+      }
       throw Error(ErrorKind::kUsage, "file " + entry.name + " of the bundle has another size than it says");
     }
     if (request->has_reference()) job.reference = read_reference(request->reference(), job.settings);
@@ -345,9 +350,11 @@ grpc::Status ClientService::FindMissingBlobs(grpc::ServerContext*, const v1::Fin
   return guarded([&] {
     if (request->digests_size() > kMaxAskedBlobs)
       throw Error(ErrorKind::kUsage, "more than 100000 blobs at once");
-    for (const std::string& digest : request->digests()) {
-      if (!blobs_.contains(digest)) response->add_digests(digest);
-    }
+    // Beyond the limit the answer is what is known already.
+    const Slot slot(verifications_, kMaxVerifications);
+    const std::vector<std::string> digests(request->digests().begin(), request->digests().end());
+    for (const std::string& digest : blobs_.missing(digests, slot.granted() ? BlobStore::kVerifyBytes : 0))
+      response->add_digests(digest);
     return grpc::Status::OK;
   });
 }

@@ -76,6 +76,7 @@ class ClientService final
   const Caller caller_;
   std::counting_semaphore<> large_submissions_{1};  // that are unpacked at once
   std::atomic<int> waiting_submissions_{0};         // that are large, too
+  std::atomic<int> verifications_{0};
   AnswerMemory memory_;
   ImageAnswers images_;
   WatchFeed watches_;

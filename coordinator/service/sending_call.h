@@ -1,6 +1,7 @@
 #pragma once
 // A call that answers with a stream, without a thread of its own: a peer that takes its time costs the memory
 // of one message. What makes messages may block, so that runs in a pool.
+#include <grpcpp/server_context.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <functional>

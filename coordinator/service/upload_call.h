@@ -1,5 +1,6 @@
 #pragma once
 // A call of UploadBlobs, without a thread of its own: a peer that takes its time costs a file that is begun.
+#include <grpcpp/server_context.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <optional>

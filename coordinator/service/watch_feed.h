@@ -1,6 +1,7 @@
 #pragma once
 // Streams of WatchJob. One thread looks at the jobs that are watched and sends to all; a watcher costs no
 // thread, and one that takes nothing costs a message. Who is slow gets fewer, newer states.
+#include <grpcpp/server_context.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <condition_variable>

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
+#include <optional>
 
 #include "common/base/digest.h"
 #include "common/base/log.h"
@@ -52,6 +52,13 @@ LogContext about(const WorkerId& worker, const LeaseKey& key) {
   return {key.job.value, key.tile.value, key.attempt, worker.value};
 }
 
+/// Tells a worker which blobs the coordinator has lost.
+template <class Response>
+void name_wanted(const WantedBlobs* wanted, Response* response) {
+  if (!wanted) return;
+  for (std::string& digest : wanted->named()) response->add_wanted_blobs(std::move(digest));
+}
+
 const char* outcome_text(CommitResult result) {
   switch (result) {
     case CommitResult::kAccepted:
@@ -86,7 +93,8 @@ grpc::Status WorkerService::Register(grpc::ServerContext* context, const v1::Reg
 }
 
 WorkerService::WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log,
-                             StallWatch& stalls, const Quotas& quotas, double lease_seconds, Caller caller)
+                             StallWatch& stalls, const Quotas& quotas, double lease_seconds, Caller caller,
+                             WantedBlobs* wanted)
     : farm_(farm),
       blobs_(blobs),
       metrics_(metrics),
@@ -94,6 +102,7 @@ WorkerService::WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, Til
       stalls_(stalls),
       lease_seconds_(lease_seconds),
       caller_(std::move(caller)),
+      wanted_(wanted),
       most_incoming_bytes_(quotas.incoming_bytes),
       fetches_(stalls, kMaxFetches),
       flush_queue_([this] { farm_.flush(); }),
@@ -106,6 +115,7 @@ void WorkerService::grant(const WorkerId& worker, const LeaseGrant& granted, dou
   const LogScope scope(about(worker, {granted.job, granted.tile_id, granted.attempt}));
   tile_log_.add("leased");
   *response->mutable_grant() = to_proto(granted);
+  name_wanted(wanted_, response);
 }
 
 grpc::ServerUnaryReactor* WorkerService::Lease(grpc::CallbackServerContext* context,
@@ -152,7 +162,10 @@ grpc::Status WorkerService::wait_for_lease(grpc::CallbackServerContext* context,
     }
     if (stopping_) return {grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"};
     if (context->IsCancelled()) return grpc::Status::CANCELLED;
-    if (std::chrono::steady_clock::now() >= end) return grpc::Status::OK;
+    if (std::chrono::steady_clock::now() >= end) {
+      name_wanted(wanted_, response);
+      return grpc::Status::OK;
+    }
   }
 }
 
@@ -165,6 +178,7 @@ grpc::Status WorkerService::Renew(grpc::ServerContext*, const v1::RenewRequest* 
     for (const LeaseKey& key : farm_.renew(keys_.worker_of(request->worker_id()), held)) {
       *response->add_lost() = to_proto(key);
     }
+    name_wanted(wanted_, response);
     return grpc::Status::OK;
   });
 }
@@ -310,8 +324,13 @@ grpc::Status WorkerService::Fail(grpc::ServerContext*, const v1::FailRequest* re
     const WorkerId worker = keys_.worker_of(request->worker_id());
     const LogScope scope(about(worker, key));
     if (request->handed_back()) {
+      // First, so that the tile is not leased once more.
+      if (request->missing_blob() && wanted_) {
+        const std::string bundle = farm_.bundle_of(worker, key);
+        if (!bundle.empty()) wanted_->missed(bundle);
+      }
       farm_.hand_back(worker, key);
-      tile_log_.add("handed back");
+      tile_log_.add(request->missing_blob() ? "handed back: a file of the scene is missing" : "handed back");
     } else {
       farm_.fail(worker, key, one_line(request->reason()), from_proto(request->kind()));
     }
@@ -361,22 +380,20 @@ grpc::Status WorkerService::FetchBlobs(grpc::ServerContext* context, const v1::F
     }
     if (request->digests_size() > kMaxAskedBlobs)
       throw Error(ErrorKind::kUsage, "more than 10000 blobs at once");
-    std::string chunk;
     for (const std::string& digest : request->digests()) {
-      if (!blobs_.contains(digest)) {
-        return {grpc::StatusCode::NOT_FOUND, "the coordinator has no blob " + digest};
-      }
-      std::ifstream in(blobs_.path(digest), std::ios::binary);
+      std::optional<BlobStore::Reader> blob = blobs_.open(digest);
+      if (!blob) return {grpc::StatusCode::NOT_FOUND, "the coordinator has no blob " + digest};
       v1::FetchBlobsResponse message;
       message.mutable_header()->set_digest(digest);
-      message.mutable_header()->set_size(blobs_.size(digest));
+      message.mutable_header()->set_size(blob->size());
       if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
-      chunk.resize(kChunkBytes);
-      while (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0) {
-        message.set_chunk(chunk.substr(0, static_cast<size_t>(in.gcount())));
+      for (std::string_view chunk = blob->next(kChunkBytes); !chunk.empty();
+           chunk = blob->next(kChunkBytes)) {
+        message.set_chunk(chunk.data(), chunk.size());
         if (!call.write(*writer, message)) return grpc::Status::CANCELLED;
       }
-      if (in.bad()) throw StoreError("blob " + digest + " can't be read");
+      // The worker throws away what it got, and finds out when it asks again.
+      if (!blob->finish()) return {grpc::StatusCode::DATA_LOSS, "blob " + digest + " is damaged; ask again"};
     }
     return grpc::Status::OK;
   });

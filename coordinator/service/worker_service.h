@@ -14,6 +14,7 @@
 #include "coordinator/service/stall_watch.h"
 #include "coordinator/service/task_pool.h"
 #include "coordinator/service/tile_log.h"
+#include "coordinator/service/wanted_blobs.h"
 #include "coordinator/service/worker_keys.h"
 #include "coordinator/store/blob_store.h"
 #include "lightmill/v1/worker.grpc.pb.h"
@@ -23,9 +24,10 @@ namespace lightmill {
 class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
                                 v1::WorkerService::WithCallbackMethod_Commit<v1::WorkerService::Service>> {
  public:
-  /// All references must outlive the service.
+  /// All references, and `wanted` unless it is null, must outlive the service.
   WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log, StallWatch& stalls,
-                const Quotas& quotas, double lease_seconds, Caller caller = {});
+                const Quotas& quotas, double lease_seconds, Caller caller = {},
+                WantedBlobs* wanted = nullptr);
   /// Ends long polls soon with UNAVAILABLE.
   void stop() { stopping_ = true; }
 
@@ -41,6 +43,8 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   grpc::Status GetBundle(grpc::ServerContext*, const v1::GetBundleRequest*, v1::GetBundleResponse*) override;
   grpc::Status FetchBlobs(grpc::ServerContext*, const v1::FetchBlobsRequest*,
                           grpc::ServerWriter<v1::FetchBlobsResponse>*) override;
+  grpc::Status HandInBlob(grpc::ServerContext*, grpc::ServerReader<v1::HandInBlobRequest>*,
+                          v1::HandInBlobResponse*) override;
 
  private:
   class CommitCall;
@@ -62,9 +66,10 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   const double lease_seconds_;
   const Caller caller_;
   const WorkerKeys keys_;
+  WantedBlobs* const wanted_;
   const uint64_t most_incoming_bytes_;
   std::atomic<bool> stopping_{false};
-  std::atomic<int> waiting_ = 0, waiting_strangers_ = 0;
+  std::atomic<int> waiting_ = 0, waiting_strangers_ = 0, hand_ins_ = 0;
   StallWatch::Group fetches_;
   std::atomic<uint64_t> incoming_bytes_{0};  // of partials that are being received
   FlushQueue flush_queue_;

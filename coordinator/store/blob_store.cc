@@ -1,11 +1,14 @@
 #include "coordinator/store/blob_store.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include "common/base/error.h"
 
@@ -14,6 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kTemporary = "incoming-";
+constexpr const char* kDamaged = "damaged-";
+/// Files that are remembered as right. Beyond it memory begins anew, which costs reading them again.
+constexpr size_t kMostRemembered = 200'000;
 
 [[noreturn]] void disk_failed(const std::string& path) {
   throw Error(ErrorKind::kFailed, path + ": can't store the blob: " + std::strerror(errno));
@@ -36,13 +42,15 @@ void require_digest(const std::string& digest) {
 }  // namespace
 
 struct BlobStore::Writer::State {
-  std::string folder, digest, temporary;
+  BlobStore* store = nullptr;
+  std::string digest, temporary;
   uint64_t size = 0, written = 0;
   int fd = -1;
   Sha256 hash;
 };
 
-BlobStore::BlobStore(const std::string& folder) : folder_(folder) {
+BlobStore::BlobStore(const std::string& folder, std::function<void(const std::string&)> log)
+    : folder_(folder), log_(std::move(log)) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw Error(ErrorKind::kFailed, folder + ": can't make the folder: " + error.message());
@@ -73,7 +81,7 @@ BlobStore::Writer BlobStore::begin(const std::string& digest, uint64_t size) {
   require_digest(digest);
   if (size > kMaxBlobBytes) throw Error(ErrorKind::kUsage, "blob " + digest + " is larger than 64 GiB");
   auto state = std::make_unique<Writer::State>();
-  state->folder = folder_;
+  state->store = this;
   state->digest = digest;
   state->size = size;
   state->temporary = folder_ + "/" + kTemporary + "XXXXXX";
@@ -115,12 +123,79 @@ void BlobStore::Writer::finish() {
                 "blob " + digest + " arrived with another digest; did the file change meanwhile?");
   }
   if (fsync(state_->fd) != 0) disk_failed(state_->temporary);
-  const std::string path = state_->folder + "/" + digest;
-  if (rename(state_->temporary.c_str(), path.c_str()) != 0) disk_failed(path);
+  BlobStore& store = *state_->store;
+  const std::string path = store.folder_ + "/" + digest;
+  {
+    const std::lock_guard lock(store.mutex_);
+    if (rename(state_->temporary.c_str(), path.c_str()) != 0) disk_failed(path);
+  }
+  store.remember(digest, FileStamp::of(state_->fd));
   close(state_->fd);
-  const std::string folder = state_->folder;
   state_.reset();  // nothing is left to clean up
-  sync_folder(folder);
+  sync_folder(store.folder_);
+}
+
+std::vector<std::string> BlobStore::digests() const {
+  std::vector<std::string> digests;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
+    std::string name = entry.path().filename().string();
+    if (is_sha256_hex(name)) digests.push_back(std::move(name));
+  }
+  std::sort(digests.begin(), digests.end());
+  return digests;
+}
+
+bool BlobStore::is_verified(const std::string& digest) const {
+  const FileStamp now = FileStamp::of(folder_ + "/" + digest);
+  const std::lock_guard lock(mutex_);
+  const auto found = verified_.find(digest);
+  return found != verified_.end() && found->second == now;
+}
+
+void BlobStore::remember(const std::string& digest, const FileStamp& stamp) {
+  const std::lock_guard lock(mutex_);
+  if (verified_.size() >= kMostRemembered) verified_.clear();
+  verified_[digest] = stamp;
+}
+
+void BlobStore::set_aside(const std::string& digest, const FileStamp& read, const std::string& why) {
+  const std::string path = folder_ + "/" + digest, kept = folder_ + "/" + kDamaged + digest;
+  {
+    const std::lock_guard lock(mutex_);
+    verified_.erase(digest);
+    // A good one may have come meanwhile.
+    const FileStamp now = FileStamp::of(path);
+    if (now.inode != read.inode || now.device != read.device) return;
+    if (rename(path.c_str(), kept.c_str()) != 0 && unlink(path.c_str()) != 0) disk_failed(path);
+    ++damaged_;
+  }
+  drop_old_damaged();
+  if (log_) log_(why + "; it is needed again from a client or worker that has it");
+}
+
+void BlobStore::drop_old_damaged() const {
+  struct Kept {
+    fs::path path;
+    struct timespec since;
+    uint64_t bytes;
+  };
+  std::vector<Kept> all;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
+    struct stat s {};
+    if (!entry.path().filename().string().starts_with(kDamaged)) continue;
+    if (stat(entry.path().c_str(), &s) == 0)
+      all.push_back({entry.path(), s.st_ctim, static_cast<uint64_t>(s.st_size)});
+  }
+  std::sort(all.begin(), all.end(), [](const Kept& a, const Kept& b) {
+    return std::pair(a.since.tv_sec, a.since.tv_nsec) > std::pair(b.since.tv_sec, b.since.tv_nsec);
+  });
+  uint64_t bytes = 0;
+  for (size_t i = 0; i < all.size(); ++i) {
+    bytes += all[i].bytes;
+    if (i >= kMostDamagedKept || (i > 0 && bytes > kMostDamagedBytes)) fs::remove(all[i].path, error);
+  }
 }
 
 }  // namespace lightmill

@@ -79,8 +79,9 @@ class GuardedJobStore : public JobStore {
   void checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) override {
     guarded([&] { store_->checkpoint(job, snapshot, keep_partials); });
   }
-  void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) override {
-    guarded([&] { store_->take_back(job, tiles); });
+  void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles,
+                 const LayerSnapshot& rest) override {
+    guarded([&] { store_->take_back(job, tiles, rest); });
   }
   void probe() override { store_->probe(); }
 

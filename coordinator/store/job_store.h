@@ -27,6 +27,13 @@ class StoreError : public Error {
   explicit StoreError(const std::string& message) : Error(ErrorKind::kFailed, message) {}
 };
 
+/// A job's stored layers are there and wrong, or are gone for good: proof of damage, where a plain Error says
+/// that they can't be read now.
+class DamagedLayers : public Error {
+ public:
+  explicit DamagedLayers(const std::string& message) : Error(ErrorKind::kFailed, message) {}
+};
+
 class JobStore {
  public:
   virtual ~JobStore() = default;
@@ -80,10 +87,11 @@ class JobStore {
   /// Replaces the snapshot. It must contain all partials of the spool. These are deleted unless
   /// `keep_partials`.
   virtual void checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) = 0;
-  /// Takes committed tiles back: writes the rows as they are given, deletes their partials and the snapshot,
-  /// and has the kept partials folded anew. These must be all other partials that the job has committed. The
-  /// curve begins anew.
-  virtual void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) = 0;
+  /// Takes committed tiles back: writes the rows as they are given, and deletes their partials. `rest`, the
+  /// layers of all other tiles that the job has committed, becomes the snapshot. If it is empty the kept
+  /// partials, which must then be all others, are folded anew. The curve begins anew.
+  virtual void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles,
+                         const LayerSnapshot& rest) = 0;
   /// Throws StoreError unless as much as the largest recent write can be written, and all that was written
   /// before is durable. This tells whether a store that failed is mended.
   virtual void probe() = 0;

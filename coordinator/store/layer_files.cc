@@ -76,8 +76,11 @@ std::string LayerFiles::get(const std::string& name, const std::string& digest) 
   const File file(path, O_RDONLY);
   struct stat status {};
   if (file.fd() < 0 || fstat(file.fd(), &status) != 0) {
+    const int why = errno;
+    // A shared folder that is not mounted looks empty, or is not there at all.
+    if (why == ENOENT && !empty()) throw DamagedLayers(path + ": is gone");
     throw Error(ErrorKind::kFailed,
-                path + ": can't be read: " + std::strerror(errno) + "; is the shared folder there?");
+                path + ": can't be read: " + std::strerror(why) + "; is the shared folder there?");
   }
   std::string bytes(static_cast<size_t>(status.st_size), '\0');
   size_t got = 0;
@@ -90,7 +93,7 @@ std::string LayerFiles::get(const std::string& name, const std::string& digest) 
   }
   bytes.resize(got);
   if (sha256_hex(bytes) != digest) {
-    throw Error(ErrorKind::kFailed, path + ": corrupt: it is not what the database has the digest of");
+    throw DamagedLayers(path + ": corrupt: it is not what the database has the digest of");
   }
   return bytes;
 }

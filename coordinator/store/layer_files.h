@@ -16,7 +16,8 @@ class LayerFiles {
   explicit LayerFiles(const std::string& folder);
   /// Durable when it returns. Throws StoreError.
   void put(const std::string& name, std::string_view bytes) const;
-  /// Throws Error(kFailed) if the file is gone, can't be read or does not have this SHA-256.
+  /// Throws DamagedLayers if the file does not have this SHA-256 or is gone while others are there,
+  /// Error(kFailed) if it can't be read now.
   std::string get(const std::string& name, const std::string& digest) const;
   /// Removes a file that no row names any more. If that fails now, keep_only() will do it.
   void remove(const std::string& name) const;

@@ -170,15 +170,19 @@ void MemoryJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot,
   for (const auto& [tile, partial] : e.spool) e.folded.insert(tile);
 }
 
-void MemoryJobStore::take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) {
+void MemoryJobStore::take_back(const JobRecord& job, const std::vector<TileRecord>& tiles,
+                               const LayerSnapshot& rest) {
   const std::lock_guard lock(mutex_);
   Entry& e = entry(job.id);
   for (const TileRecord& tile : tiles) {
     row(e, tile.id) = tile;
     e.spool.erase(tile.id);
   }
-  e.snapshot = {};
+  e.snapshot = rest;
   e.folded.clear();
+  if (!rest.film.empty()) {
+    for (const auto& [tile, partial] : e.spool) e.folded.insert(tile);
+  }
   e.curve.clear();
   e.record = job;
 }

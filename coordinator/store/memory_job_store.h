@@ -36,7 +36,8 @@ class MemoryJobStore : public JobStore {
   void flush() override {}
   void add_point(const JobId& job, const ErrorPoint& point) override;
   void checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) override;
-  void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) override;
+  void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles,
+                 const LayerSnapshot& rest) override;
   void probe() override {}
 
  private:

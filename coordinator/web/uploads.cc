@@ -28,7 +28,7 @@ Uploads::Progress Uploads::put(const std::string& user, const std::string& diges
     throw LimitReached("a file of more than " + std::to_string(max_bytes_) +
                        " bytes (the coordinator's --max-bundle-mb)");
   }
-  if (blobs_.contains(digest)) {
+  if (blobs_.missing({digest}, BlobStore::kVerifyBytes).empty()) {
     if (blobs_.size(digest) != size)
       throw Error(ErrorKind::kUsage, "blob " + digest + " has another size than it says");
     return {size, true};

@@ -1,10 +1,13 @@
 """One answer: the farm, whoever rendered what and whatever died on the way, gives the pixels of `lightmill render`.
 
-    process_test.py --bin build/release/bin [workers] [restart] [pilot] [strangers] [wire] [moving]
+    process_test.py --bin build/release/bin [workers] [restart] [pilot] [strangers] [wire] [moving] [healing]
 """
 import argparse
+import hashlib
 import pathlib
 import signal
+import sqlite3
+import subprocess
 import sys
 import time
 
@@ -192,9 +195,88 @@ def test_moving(bin_dir, _):
             assert_same_pixels(reference, farm.finish_and_fetch(farm.submit(*moving), f"farm-{integrator}.exr"))
 
 
+def sha256(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def damage(path):
+    """Flips a byte in the middle of a file."""
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    path.write_bytes(content)
+
+
+def two_files(folder):
+    """The scene in two files, as a bundle has them."""
+    head, world = SCENE.read_text().split("WorldBegin\n")
+    parts = [folder / "main.pbrt", folder / "world.pbrt"]
+    parts[0].write_text(head + 'WorldBegin\nInclude "world.pbrt"\n')
+    parts[1].write_text(world)
+    return parts
+
+
+def test_healing(bin_dir, kill_at):
+    """Scene files that the disk loses or damages come back from a worker or a client, a damaged film by rendering."""
+    with Farm(bin_dir) as farm:
+        scene = two_files(farm.folder)
+        long_job = [scene[0], *options(LONG_SPP)[1:]]
+        short_job = [scene[0], *options(16)[1:]]
+        long_reference = farm.render("long.exr", *long_job)
+        short_reference = farm.render("short.exr", *short_job)
+        farm.start_coordinator()
+        blobs = [farm.folder / "data" / "blobs" / sha256(file) for file in scene]
+
+        def all_are_right():
+            return all(blob.exists() and sha256(blob) == blob.name for blob in blobs)
+
+        # A worker has the files, a second one comes when the coordinator has lost one and damaged the other.
+        owner = farm.start_worker(2)
+        job = farm.submit(*long_job)
+        farm.wait_for_packets(job, kill_at)
+        farm.lightmill("pause", job)
+        assert all_are_right()
+        owner.send_signal(signal.SIGSTOP)
+        blobs[0].unlink()
+        damage(blobs[1])
+        farm.start_worker(1)
+        farm.lightmill("resume", job)
+        status = wait_until("the job to say what is lost", lambda: (
+            s := farm.json("job", job))["state"] == "paused" and "lost on the coordinator" in s["message"] and s)
+        assert "main.pbrt" in status["message"] and "submit the scene again" in status["message"], status
+        owner.send_signal(signal.SIGCONT)
+        assert_same_pixels(long_reference, farm.finish_and_fetch(job, "handed-in.exr"))
+        wait_until("both files", all_are_right)
+        assert len({t["worker"] for t in farm.json("tiles", job)}) == 2, "the second worker has rendered nothing"
+        assert (blobs[1].parent / f"damaged-{blobs[1].name}").exists(), "what was damaged is kept, to be looked at"
+
+        # Nobody needs them now; whoever submits the scene again brings them.
+        blobs[1].unlink()
+        damage(blobs[0])
+        second = farm.submit(*short_job)
+        assert all_are_right(), "a submission mends at once"
+        assert_same_pixels(short_reference, farm.finish_and_fetch(second, "again.exr"))
+
+        farm.kill_coordinator()
+        damage(blobs[0])
+        with sqlite3.connect(farm.folder / "data" / "jobs.sqlite") as store:
+            store.execute("UPDATE layers SET bytes = substr(bytes, 1, 99) || x'DEADBEEF' || substr(bytes, 104) "
+                          "WHERE job = ? AND kind = 'film' AND part = 0", [second])
+        store.close()
+        check = subprocess.run([farm.bin / "lightmill-coordinator", "--check", "--data", farm.folder / "data"],
+                               capture_output=True, text=True, timeout=GENEROUS_S)
+        assert check.returncode == 1, check
+        lines = check.stderr.splitlines()
+        assert len(lines) == 2 and any(f"{blobs[0]}: damaged" in line for line in lines), lines
+        assert any(f"job {second}" in line or "film" in line for line in lines), lines
+        farm.start_coordinator()
+        farm.lightmill("fetch", second, "-o", farm.folder / "damaged.exr", expect=1)
+        farm.lightmill("retry", second)
+        assert_same_pixels(short_reference, farm.finish_and_fetch(second, "rendered-again.exr"))
+
+
 def main():
     tests = {"workers": test_workers, "restart": test_restart, "pilot": test_pilot, "strangers": test_strangers,
-             "wire": test_wire, "moving": test_moving}
+             "wire": test_wire, "moving": test_moving, "healing": test_healing}
     parser = argparse.ArgumentParser()
     parser.add_argument("--bin", required=True, help="folder of the programs")
     parser.add_argument("--kill-at", type=int, default=60, help="packets merged before something is killed")

@@ -170,4 +170,12 @@ void BlobCache::ensure(const Bundle& bundle, FarmLink& link) {
   }
 }
 
+std::string BlobCache::find(const std::string& digest) const {
+  std::error_code error;
+  for (const fs::directory_entry& file : fs::directory_iterator(folder_, error)) {
+    if (file.path().filename().string().starts_with(digest)) return file.path();
+  }
+  return {};
+}
+
 }  // namespace lightmill::agent

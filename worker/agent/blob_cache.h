@@ -19,6 +19,8 @@ class BlobCache {
   /// bundle alone is larger than the cache, the disk fails, or a blob's content does not match
   /// its digest; LinkDown if it can't be fetched now.
   void ensure(const Bundle& bundle, FarmLink& link);
+  /// A file that is named for this blob; empty: none is here. Any thread.
+  std::string find(const std::string& digest) const;
   /// The blobs, under `blob_file_name`.
   const std::string& folder() const { return folder_; }
 

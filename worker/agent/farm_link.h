@@ -6,6 +6,7 @@
 //   LinkDown       the other side can't be reached now: try again with backoff; all calls may be repeated
 //   Damaged        bytes changed on their way: try again a few times
 //   NotRegistered  it has forgotten this worker (it was restarted): register again
+//   MissingBlob    it has lost a file of the scene: hand the tile back
 //   Error          it refuses for good (register_worker: another build) or has no such thing (bundle).
 // All calls but register_worker are thread-safe with each other.
 #include <cstdint>
@@ -28,10 +29,18 @@ struct NotRegistered : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The coordinator has lost a file of the scene. Another worker may have it, or a client send it again.
+struct MissingBlob : Error {
+  explicit MissingBlob(const std::string& message) : Error(ErrorKind::kFailed, message) {}
+};
+
 /// A digest does not fit what arrived, here or there.
 struct Damaged : Error {
   explicit Damaged(const std::string& message) : Error(ErrorKind::kFailed, message) {}
 };
+
+/// Why a tile is handed back, of which nobody is to blame.
+enum class HandBack { kNoTime, kMissingBlob };
 
 inline LeaseKey key_of(const LeaseGrant& lease) { return {lease.job, lease.tile_id, lease.attempt}; }
 
@@ -62,12 +71,21 @@ class FarmLink {
   virtual void fail(const LeaseKey& key, const std::string& reason, FailureKind kind) = 0;
   /// What light the image of the lease's job will lack, lines for people: at least one.
   virtual void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) = 0;
-  /// There is no time left for the tile; another worker may have it at once.
-  virtual void hand_back(const LeaseKey& key) = 0;
+  /// Another worker may have the tile at once or, for lack of a file, once that is back.
+  virtual void hand_back(const LeaseKey& key, HandBack why) = 0;
   /// No more leases, please.
   virtual void drain() = 0;
   virtual Bundle bundle(const std::string& digest) = 0;
+  /// Throws MissingBlob if the coordinator lacks one.
   virtual void fetch_blobs(const std::vector<std::string>& digests, BlobSink& sink) = 0;
+  /// Blobs that the coordinator has lost, of its newest answer to lease() or renew(); each answer is told
+  /// once.
+  virtual std::vector<std::string> take_wanted_blobs() { return {}; }
+  /// Hands in the blob, which is in this file. False if it is not wanted, or somebody else brings it.
+  virtual bool hand_in_blob(const std::string& digest, const std::string& path) {
+    (void)digest, (void)path;
+    return false;
+  }
   /// Makes calls in progress, and later ones, throw LinkDown soon. Any thread.
   virtual void cancel() = 0;
 };

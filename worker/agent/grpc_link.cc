@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <set>
+#include <utility>
 
 #include "common/base/digest.h"
 #include "common/base/error.h"
@@ -33,6 +36,7 @@ struct GrpcLink::Impl {
   std::vector<std::unique_ptr<v1::WorkerService::Stub>> stubs;  // one to a coordinator
   std::mutex mutex;
   std::string worker_id;                  // guarded by mutex
+  std::vector<std::string> wanted;        // guarded by mutex: what the newest answer named
   std::set<grpc::ClientContext*> active;  // guarded by mutex: what cancel() ends
   bool cancelled = false;                 // guarded by mutex
   std::atomic<bool> met{false};           // the coordinator has answered
@@ -42,6 +46,11 @@ struct GrpcLink::Impl {
   std::string worker() {
     const std::lock_guard lock(mutex);
     return worker_id;
+  }
+  template <class Response>
+  void note_wanted(const Response& response) {
+    const std::lock_guard lock(mutex);
+    wanted.assign(response.wanted_blobs().begin(), response.wanted_blobs().end());
   }
 };
 
@@ -144,6 +153,7 @@ std::optional<LeaseGrant> GrpcLink::lease(double wait_seconds) {
   request.set_wait_seconds(wait_seconds);
   v1::LeaseResponse response;
   call.check(call.stub()->Lease(call.context(), request, &response), true);
+  impl_->note_wanted(response);
   if (!response.has_grant()) return std::nullopt;
   if (response.grant().digest() != grant_digest(response.grant())) {
     throw Damaged("a lease arrived damaged: its digest does not fit");
@@ -165,6 +175,7 @@ std::vector<LeaseKey> GrpcLink::renew(const std::vector<LeaseKey>& held) {
   for (const LeaseKey& key : held) *request.add_held() = to_proto(key);
   v1::RenewResponse response;
   call.check(call.stub()->Renew(call.context(), request, &response), true);
+  impl_->note_wanted(response);
   std::vector<LeaseKey> lost;
   for (const v1::LeaseKey& key : response.lost()) lost.push_back(from_proto(key));
   return lost;
@@ -202,12 +213,13 @@ void GrpcLink::warn(const LeaseKey& key, const std::vector<std::string>& missing
   call.check(call.stub()->Warn(call.context(), request, &response), true);
 }
 
-void GrpcLink::hand_back(const LeaseKey& key) {
+void GrpcLink::hand_back(const LeaseKey& key, HandBack why) {
   Call call(*impl_, kCallSeconds);
   v1::FailRequest request;
   request.set_worker_id(impl_->worker());
   *request.mutable_key() = to_proto(key);
   request.set_handed_back(true);
+  request.set_missing_blob(why == HandBack::kMissingBlob);
   v1::FailResponse response;
   call.check(call.stub()->Fail(call.context(), request, &response), true);
 }
@@ -253,9 +265,42 @@ void GrpcLink::fetch_blobs(const std::vector<std::string>& digests, BlobSink& si
       reader->Finish();
       throw;
     }
-    call.check(reader->Finish(), false);
+    const grpc::Status status = reader->Finish();
+    if (status.error_code() == grpc::StatusCode::NOT_FOUND)
+      throw MissingBlob(one_line(status.error_message()));
+    call.check(status, false);
     if (begun) sink.end();
   }
+}
+
+std::vector<std::string> GrpcLink::take_wanted_blobs() {
+  const std::lock_guard lock(impl_->mutex);
+  return std::exchange(impl_->wanted, {});
+}
+
+bool GrpcLink::hand_in_blob(const std::string& digest, const std::string& path) {
+  std::error_code error;
+  const uint64_t size = std::filesystem::file_size(path, error);
+  std::ifstream in(path, std::ios::binary);
+  if (error || !in) throw Error(ErrorKind::kFailed, path + ": can't be read");
+  Call call(*impl_, kTransferSeconds);
+  v1::HandInBlobResponse response;
+  const auto writer = call.stub()->HandInBlob(call.context(), &response);
+  v1::HandInBlobRequest message;
+  message.mutable_header()->set_worker_id(impl_->worker());
+  message.mutable_header()->set_digest(digest);
+  message.mutable_header()->set_size(size);
+  bool open = writer->Write(message);
+  std::string chunk(kChunkBytes, '\0');
+  while (open && (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0)) {
+    message.set_chunk(chunk.data(), static_cast<size_t>(in.gcount()));
+    open = writer->Write(message);
+  }
+  writer->WritesDone();
+  const grpc::Status status = writer->Finish();
+  if (status.error_code() == grpc::StatusCode::ABORTED) return false;
+  call.check(status, false);
+  return true;
 }
 
 void GrpcLink::cancel() {

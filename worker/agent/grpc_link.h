@@ -21,10 +21,12 @@ class GrpcLink : public FarmLink {
   CommitAnswer commit(const LeaseKey& key, const std::string& partial_bytes) override;
   void fail(const LeaseKey& key, const std::string& reason, FailureKind kind) override;
   void warn(const LeaseKey& key, const std::vector<std::string>& missing_light) override;
-  void hand_back(const LeaseKey& key) override;
+  void hand_back(const LeaseKey& key, HandBack why) override;
   void drain() override;
   Bundle bundle(const std::string& digest) override;
   void fetch_blobs(const std::vector<std::string>& digests, BlobSink& sink) override;
+  std::vector<std::string> take_wanted_blobs() override;
+  bool hand_in_blob(const std::string& digest, const std::string& path) override;
   void cancel() override;
 
  private:

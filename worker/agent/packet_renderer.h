@@ -45,6 +45,11 @@ class RenderSource {
   /// text) and LinkDown if it can't be fetched now.
   virtual std::shared_ptr<const PacketRenderer> open(const std::string& bundle_digest,
                                                      const RenderSettings& settings) = 0;
+  /// A file that holds this blob; empty: it is not here. Any thread.
+  virtual std::string find_blob(const std::string& digest) const {
+    (void)digest;
+    return {};
+  }
 };
 
 }  // namespace lightmill::agent

@@ -26,6 +26,7 @@ class SceneCache : public RenderSource {
   SceneCache(FarmLink& link, SceneCacheOptions options);
   std::shared_ptr<const PacketRenderer> open(const std::string& bundle_digest,
                                              const RenderSettings& settings) override;
+  std::string find_blob(const std::string& digest) const override { return blobs_.find(digest); }
   /// Scenes that were read and built so far.
   int64_t scenes_built() const { return scenes_built_; }
   /// Memory of the scenes that are warm.

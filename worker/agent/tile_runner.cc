@@ -12,6 +12,7 @@
 #include "common/farm/pilot_result.h"
 #include "common/sandbox/sandbox.h"
 #include "worker/agent/backoff.h"
+#include "worker/agent/blob_giver.h"
 #include "worker/agent/float_mode.h"
 #include "worker/agent/processor_time.h"
 
@@ -44,6 +45,8 @@ LogContext about(const LeaseKey& key) { return {key.job.value, key.tile.value, k
 /// So often in a row is not an accident on the way any more.
 constexpr int kMostDamaged = 3;
 constexpr int kMostRefusals = 2;
+/// Between looks at what the coordinator has lost.
+constexpr double kGiveSeconds = 1;
 
 /// How long it takes to get a tile ready: what the quickest of the newest calls took, as the others may have
 /// waited for work, twice over, and what opening the last scene took.
@@ -97,6 +100,7 @@ void TileRunner::run() {
     threads.emplace_back([this] { commit_loop(); });
     threads.emplace_back([this] { pilot_loop(); });
     threads.emplace_back([this] { renew_loop(); });
+    threads.emplace_back([this] { give_loop(); });
   } catch (...) {  // the system has no more: those that there are must not wait for work
     stop();
     throw;
@@ -234,6 +238,11 @@ void TileRunner::lease_loop() {
       lead.opened(since(granted));
       queue_.set_lead(lead.seconds());
       failures.reset();
+    } catch (const MissingBlob& missing) {
+      options_.log(describe(key_of(*lease)) + ": handed back: " + missing.what());
+      hand_back(key_of(*lease), HandBack::kMissingBlob);
+      queue_.release(key_of(*lease));
+      sleep(failures.next(), wanted);
     } catch (const std::exception& error) {
       give_up(key_of(*lease), failure_of(error));
       queue_.release(key_of(*lease));
@@ -320,9 +329,9 @@ void TileRunner::give_up(const LeaseKey& key, const TileFailure& failure) {
   }
 }
 
-void TileRunner::hand_back(const LeaseKey& key) {
+void TileRunner::hand_back(const LeaseKey& key, HandBack why) {
   try {
-    link_.hand_back(key);
+    link_.hand_back(key, why);
   } catch (const std::exception& error) {  // then its lease runs out
     options_.log(describe(key) + ": " + error.what());
   }
@@ -370,7 +379,7 @@ void TileRunner::run_pilot(const PilotLease& pilot) {
     if (go_on()) {
       report_failure(key, failure_of(error));
     } else if (queue_.is_held(key) && !is_stopping()) {
-      hand_back(key);
+      hand_back(key, HandBack::kNoTime);
     }
     return;
   }
@@ -401,6 +410,14 @@ void TileRunner::renew_loop() {
   }
 }
 
+void TileRunner::give_loop() {
+  BlobGiver giver(link_, source_, options_.log);
+  const auto start = std::chrono::steady_clock::now();
+  while (sleep(kGiveSeconds)) {
+    giver.give(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+}
+
 void TileRunner::finish_held() {
   try {
     link_.drain();
@@ -410,7 +427,7 @@ void TileRunner::finish_held() {
   const double timeout = std::clamp(options_.drain_timeout_seconds, 0.0, 1e6);
   if (queue_.wait_until_empty(timeout)) return;
   options_.log("drain timeout: the tiles still held are handed back");
-  for (const LeaseKey& key : queue_.held()) hand_back(key);
+  for (const LeaseKey& key : queue_.held()) hand_back(key, HandBack::kNoTime);
 }
 
 }  // namespace lightmill::agent

@@ -7,7 +7,8 @@
 //
 // Threads: the caller of run() leases and opens scenes; N threads render packets of up to a few leases at
 // once, so that none idles at the end of a tile; one encodes and commits; one runs pilots, on N threads of
-// their own; one renews at a third of the lease time. None of them waits for another's RPC.
+// their own; one renews at a third of the lease time; one hands in lost scene files. None of them waits for
+// another's RPC.
 #include <atomic>
 #include <condition_variable>
 #include <functional>
@@ -54,7 +55,7 @@ class TileRunner {
   void commit_loop();
   void pilot_loop();
   void run_pilot(const PilotLease& pilot);
-  void hand_back(const LeaseKey& key);
+  void hand_back(const LeaseKey& key, HandBack why);
   /// Hands in a lease's result, or its failure; true if it was accepted.
   bool hand_in(const LeaseKey& key, const std::string& bytes);
   /// Throws what the farm answers.
@@ -63,6 +64,7 @@ class TileRunner {
   void give_up(const LeaseKey& key, const TileFailure& failure);
   void commit_one(const LeaseQueue::Finished& finished);
   void renew_loop();
+  void give_loop();
   void finish_held();
   template <class F>
   bool retry(const std::function<bool()>& wanted, F call);

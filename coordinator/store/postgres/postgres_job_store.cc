@@ -277,6 +277,13 @@ std::vector<std::string> PostgresJobStore::snapshot_files(PostgresConnection& db
   return files;
 }
 
+void PostgresJobStore::mark_folded(PostgresConnection& db, const JobId& job) {
+  db.query(
+      "INSERT INTO folded SELECT $1, MAX(number) FROM spool WHERE job=$1 HAVING MAX(number) > 0 "
+      "ON CONFLICT(job) DO UPDATE SET number = excluded.number",
+      {job.value});
+}
+
 void PostgresJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) {
   const Layer film = put_file(job, "film", snapshot.film);
   const Layer batches = put_file(job, "batches", snapshot.batches);
@@ -288,10 +295,7 @@ void PostgresJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapsho
     postgres_rows::set_layer(db, job, "film", film.file, film.digest);
     postgres_rows::set_layer(db, job, "batches", batches.file, batches.digest);
     if (keep_partials) {
-      db.query(
-          "INSERT INTO folded SELECT $1, MAX(number) FROM spool WHERE job=$1 HAVING MAX(number) > 0 "
-          "ON CONFLICT(job) DO UPDATE SET number = excluded.number",
-          {job.value});
+      mark_folded(db, job);
     } else {
       db.query("DELETE FROM spool WHERE job=$1", {job.value});
       db.query("DELETE FROM folded WHERE job=$1", {job.value});
@@ -301,7 +305,11 @@ void PostgresJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapsho
   for (const std::string& file : replaced) files_.remove(file);
 }
 
-void PostgresJobStore::take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) {
+void PostgresJobStore::take_back(const JobRecord& job, const std::vector<TileRecord>& tiles,
+                                 const LayerSnapshot& rest) {
+  const bool has_rest = !rest.film.empty();
+  const Layer film = has_rest ? put_file(job.id, "film", rest.film) : Layer{};
+  const Layer batches = has_rest ? put_file(job.id, "batches", rest.batches) : Layer{};
   const std::lock_guard lock(layers_mutex_);
   std::vector<std::string> replaced;
   db_.write(Durability::kNow, [&](PostgresConnection& db) {
@@ -312,6 +320,11 @@ void PostgresJobStore::take_back(const JobRecord& job, const std::vector<TileRec
     replaced = snapshot_files(db, job.id);
     db.query("DELETE FROM layers WHERE job=$1 AND kind IN ('film', 'batches')", {job.id.value});
     db.query("DELETE FROM folded WHERE job=$1", {job.id.value});
+    if (has_rest) {
+      postgres_rows::set_layer(db, job.id, "film", film.file, film.digest);
+      postgres_rows::set_layer(db, job.id, "batches", batches.file, batches.digest);
+      mark_folded(db, job.id);
+    }
     db.query("DELETE FROM points WHERE job=$1", {job.id.value});
     postgres_rows::update_job(db, job);
     return true;

@@ -42,7 +42,8 @@ class PostgresJobStore : public JobStore {
   void flush() override;
   void add_point(const JobId& job, const ErrorPoint& point) override;
   void checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) override;
-  void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) override;
+  void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles,
+                 const LayerSnapshot& rest) override;
   void probe() override;
 
  private:
@@ -59,6 +60,8 @@ class PostgresJobStore : public JobStore {
   std::string get_layer(const JobId& job, const std::string& kind);
   /// Files of the job's film and batches that its rows name.
   static std::vector<std::string> snapshot_files(PostgresConnection& db, const JobId& job);
+  /// All partials of the job are in its snapshot.
+  static void mark_folded(PostgresConnection& db, const JobId& job);
 
   PostgresLease& lease_;
   FencedConnection db_;

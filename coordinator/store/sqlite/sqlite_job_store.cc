@@ -260,6 +260,13 @@ void SqliteJobStore::add_point(const JobId& job, const ErrorPoint& point) {
   transaction.commit();
 }
 
+void SqliteJobStore::mark_folded(const JobId& job) {
+  Statement(db_,
+            "INSERT OR REPLACE INTO folded SELECT ?1, MAX(rowid) FROM spool WHERE job=?1 HAVING MAX(rowid)")
+      .bind(job.value)
+      .run();
+}
+
 void SqliteJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) {
   const std::lock_guard lock(mutex_);
   attempted_bytes_ = snapshot.film.size() + snapshot.batches.size();
@@ -267,10 +274,7 @@ void SqliteJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot,
   set_layer(job, "film", snapshot.film);
   set_layer(job, "batches", snapshot.batches);
   if (keep_partials) {
-    Statement(db_,
-              "INSERT OR REPLACE INTO folded SELECT ?1, MAX(rowid) FROM spool WHERE job=?1 HAVING MAX(rowid)")
-        .bind(job.value)
-        .run();
+    mark_folded(job);
   } else {
     Statement(db_, "DELETE FROM spool WHERE job=?").bind(job.value).run();
     Statement(db_, "DELETE FROM folded WHERE job=?").bind(job.value).run();
@@ -278,16 +282,18 @@ void SqliteJobStore::checkpoint(const JobId& job, const LayerSnapshot& snapshot,
   transaction.commit();
 }
 
-void SqliteJobStore::take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) {
+void SqliteJobStore::take_back(const JobRecord& job, const std::vector<TileRecord>& tiles,
+                               const LayerSnapshot& rest) {
   const std::lock_guard lock(mutex_);
   Transaction transaction(db_);
   for (const TileRecord& tile : tiles) {
     sqlite_rows::update_tile(db_, job.id, tile);
     Statement(db_, "DELETE FROM spool WHERE job=? AND tile=?").bind(job.id.value).bind(tile.id.value).run();
   }
-  set_layer(job.id, "film", "");
-  set_layer(job.id, "batches", "");
+  set_layer(job.id, "film", rest.film);
+  set_layer(job.id, "batches", rest.batches);
   Statement(db_, "DELETE FROM folded WHERE job=?").bind(job.id.value).run();
+  if (!rest.film.empty()) mark_folded(job.id);
   Statement(db_, "DELETE FROM points WHERE job=?").bind(job.id.value).run();
   write_job(job);
   transaction.commit();

@@ -40,7 +40,8 @@ class SqliteJobStore : public JobStore {
   void flush() override;
   void add_point(const JobId& job, const ErrorPoint& point) override;
   void checkpoint(const JobId& job, const LayerSnapshot& snapshot, bool keep_partials) override;
-  void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles) override;
+  void take_back(const JobRecord& job, const std::vector<TileRecord>& tiles,
+                 const LayerSnapshot& rest) override;
   void probe() override;
 
  private:
@@ -54,6 +55,8 @@ class SqliteJobStore : public JobStore {
     bool operator==(const LeasedState&) const = default;
   };
   static LeasedState leased_state(const JobRecord& job);
+  /// All partials of the job are in its snapshot.
+  void mark_folded(const JobId& job);
   void set_layer(const JobId& job, const std::string& kind, std::string_view bytes);
 
   std::mutex mutex_;

@@ -81,8 +81,8 @@ class WatchedStore : public JobStore {
   void checkpoint(const JobId& job, const LayerSnapshot& s, bool keep) override {
     write(), store_.checkpoint(job, s, keep);
   }
-  void take_back(const JobRecord& job, const std::vector<TileRecord>& t) override {
-    write(), store_.take_back(job, t);
+  void take_back(const JobRecord& job, const std::vector<TileRecord>& t, const LayerSnapshot& s) override {
+    write(), store_.take_back(job, t, s);
   }
   void probe() override { write(), store_.probe(); }
 

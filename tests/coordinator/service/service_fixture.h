@@ -2,6 +2,10 @@
 // A coordinator's servers in this process over a farm in memory, and what clients and workers call there.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+
 #include "common/base/digest.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
@@ -18,11 +22,19 @@ class ServiceTest : public ::testing::Test {
   ServiceTest()
       : blobs(folder.file("blobs")),
         farm(std::make_unique<MemoryJobStore>(), clock, fake_options()),
-        server(
-            std::make_unique<Server>(ServerOptions{"127.0.0.1:0", "127.0.0.1:0", false, 10}, farm, blobs)) {
+        wanted(farm, blobs, clock),
+        server(std::make_unique<Server>(options(&wanted), farm, blobs)) {
     channel = make_channel({"127.0.0.1:" + std::to_string(server->rpc_port())});
     client = v1::ClientService::NewStub(channel);
     worker = v1::WorkerService::NewStub(channel);
+  }
+
+  /// Another content under a blob's name, as a disk may give it back. The file's times differ, whatever the
+  /// resolution of the system's clock.
+  void blobs_damage(const std::string& digest, const std::string& content) {
+    const std::string path = blobs.path(digest);
+    std::ofstream(path, std::ios::binary | std::ios::trunc) << content;
+    std::filesystem::last_write_time(path, std::filesystem::last_write_time(path) + std::chrono::hours(1));
   }
 
   template <class Stub, class Request, class Response>
@@ -108,10 +120,17 @@ class ServiceTest : public ::testing::Test {
     return response.outcome();
   }
 
+  static ServerOptions options(WantedBlobs* wanted) {
+    ServerOptions options{"127.0.0.1:0", "127.0.0.1:0", false, 10};
+    options.wanted = wanted;
+    return options;
+  }
+
   TemporaryFolder folder;
   SteadyClock clock;
   BlobStore blobs;
   Farm farm;
+  WantedBlobs wanted;
   std::unique_ptr<Server> server;
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::ClientService::Stub> client;

@@ -311,6 +311,48 @@ TEST_F(ServiceTest, BlobsAreVerifiedAndComeBack) {
   }
 }
 
+TEST_F(ServiceTest, ADamagedBlobIsNamedWhenItIsSubmittedAgain) {
+  const std::string digest = sha256_hex("scene");
+  submit(4);
+  blobs_damage(digest, "skene");
+  v1::FindMissingBlobsRequest find;
+  find.add_digests(digest);
+  v1::FindMissingBlobsResponse missing;
+  ASSERT_TRUE(call(*client, &v1::ClientService::Stub::FindMissingBlobs, find, &missing).ok());
+  ASSERT_EQ(missing.digests_size(), 1);
+  submit(8);  // uploads it
+  missing.Clear();
+  ASSERT_TRUE(call(*client, &v1::ClientService::Stub::FindMissingBlobs, find, &missing).ok());
+  EXPECT_EQ(missing.digests_size(), 0);
+}
+
+TEST_F(ServiceTest, ADamagedBlobIsFoundWhileItIsSentAndSentNoMore) {
+  const std::string digest = sha256_hex("scene");
+  submit(4);
+  blobs_damage(digest, "skene");
+  for (const grpc::StatusCode expected : {grpc::StatusCode::DATA_LOSS, grpc::StatusCode::NOT_FOUND}) {
+    grpc::ClientContext context;
+    v1::FetchBlobsRequest request;
+    request.add_digests(digest);
+    const auto reader = worker->FetchBlobs(&context, request);
+    v1::FetchBlobsResponse message;
+    while (reader->Read(&message)) continue;
+    EXPECT_EQ(reader->Finish().error_code(), expected);
+  }
+  EXPECT_EQ(blobs.damaged(), 1u);
+}
+
+TEST_F(ServiceTest, AJobWhoseFileHasLostItsEndIsAskedToSendItAgain) {
+  submit(4);
+  blobs_damage(sha256_hex("scene"), "sc");
+  v1::SubmitJobResponse response;
+  const grpc::Status status =
+      call(*client, &v1::ClientService::Stub::SubmitJob, submit_request(8), &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(status.error_message(), ::testing::HasSubstr("damaged on the coordinator; submit it again"));
+  submit(8);
+}
+
 TEST_F(ServiceTest, CommitsThatLieAreRefused) {
   submit(4);
   const std::string id = register_worker();

@@ -88,7 +88,7 @@ TEST_P(LedgerStore, EitherOfTwoLeasesMayCommitAndNoOther) {
     reopen();
     EXPECT_EQ(row(0), good);
     EXPECT_EQ(spool(), (std::vector<std::string>{"p"}));
-    store->take_back(job, {raced});
+    store->take_back(job, {raced}, {});
     EXPECT_TRUE(spool().empty());
   }
 }
@@ -121,7 +121,7 @@ TEST_P(LedgerStore, KeptPartialsAreFoldedOnceUntilSomeAreTakenBack) {
   again.state = TileState::kPending;
   again.digest.clear();
   again.check = TileCheck::kNone;
-  store->take_back(job, {again});
+  store->take_back(job, {again}, {});
   reopen();
   EXPECT_EQ(row(1), again);
   EXPECT_EQ(store->snapshot(job.id).film + store->snapshot(job.id).batches, "");
@@ -134,6 +134,24 @@ TEST_P(LedgerStore, KeptPartialsAreFoldedOnceUntilSomeAreTakenBack) {
   EXPECT_TRUE(store->kept_partials(job.id).empty());
   reopen();
   EXPECT_EQ(store->snapshot(job.id).film, "film");
+}
+
+TEST_P(LedgerStore, WhatIsLeftBecomesTheSnapshotWhenTilesAreTakenBack) {
+  commit(0, "a");
+  store->checkpoint(job.id, {"film", "batches"}, false);
+  commit(1, "b");
+  commit(2, "c");
+  TileRecord again = row(2);
+  again.state = TileState::kPending;
+  again.digest.clear();
+  store->take_back(job, {again}, {"film 2", "batches 2"});
+  reopen();
+  EXPECT_EQ(row(2), again);
+  EXPECT_EQ(store->snapshot(job.id).film + store->snapshot(job.id).batches, "film 2batches 2");
+  EXPECT_TRUE(spool().empty()) << "the new snapshot has it";
+  commit(2, "c2");
+  reopen();
+  EXPECT_EQ(spool(), (std::vector<std::string>{"c2"}));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, LedgerStore, testing::kAllStores, testing::store_name);

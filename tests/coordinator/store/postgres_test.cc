@@ -207,9 +207,21 @@ TEST_F(Postgres, FilesWithoutARowGoAndDamagedOnesAreNamed) {
   EXPECT_EQ(farm.store->snapshot(JobId{"j1"}).batches, "batches 2");
   for (const std::string& file : files()) std::ofstream(folder.file("layers/" + file)) << "film 3";
   EXPECT_THAT(message_of([&] { farm.store->snapshot(JobId{"j1"}); }), HasSubstr("corrupt"));
+  EXPECT_THROW(farm.store->snapshot(JobId{"j1"}), DamagedLayers);
+  std::ofstream(folder.file("layers/of-another-job")) << "film";
+  std::filesystem::remove(folder.file("layers/" + files().front()));
+  EXPECT_THROW(farm.store->snapshot(JobId{"j1"}), DamagedLayers) << "it is gone, and the folder is there";
   for (const std::string& file : files()) std::filesystem::remove(folder.file("layers/" + file));
   EXPECT_THAT(message_of([&] { farm.store->snapshot(JobId{"j1"}); }),
               HasSubstr("is the shared folder there"));
+  EXPECT_THROW(
+      {
+        try {
+          farm.store->snapshot(JobId{"j1"});
+        } catch (const DamagedLayers&) {  // which would have the job rendered again
+        }
+      },
+      Error);
 }
 
 TEST_F(Postgres, DatabaseAndFolderBelongTogether) {

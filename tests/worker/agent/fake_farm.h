@@ -77,10 +77,17 @@ class FixedSource : public RenderSource {
  public:
   std::shared_ptr<const PacketRenderer> open(const std::string&, const RenderSettings&) override {
     if (!error.empty()) throw Error(ErrorKind::kBadScene, error);
+    if (lost_file) throw MissingBlob("the coordinator has no blob");
     return renderer;
+  }
+  std::string find_blob(const std::string& digest) const override {
+    const auto found = files.find(digest);
+    return found == files.end() ? "" : found->second;
   }
   std::shared_ptr<CountingRenderer> renderer = std::make_shared<CountingRenderer>();
   std::string error;
+  std::atomic<bool> lost_file{false};        // by the coordinator
+  std::map<std::string, std::string> files;  // digest -> path
 };
 
 /// Hands out the tiles that it was given; may be told to misbehave.
@@ -135,11 +142,12 @@ class FakeFarm : public FarmLink {
     check();
     warnings.emplace_back(key, missing_light);
   }
-  void hand_back(const LeaseKey& key) override {
+  void hand_back(const LeaseKey& key, HandBack why) override {
     const std::lock_guard lock(mutex_);
     check();
     --held;
     handed_back.insert(key);
+    if (why == HandBack::kMissingBlob) ++missing_blobs;
     changed_.notify_all();
   }
   void drain() override {
@@ -156,6 +164,17 @@ class FakeFarm : public FarmLink {
       sink.end();
       ++blobs_sent;
     }
+  }
+  std::vector<std::string> take_wanted_blobs() override {
+    const std::lock_guard lock(mutex_);
+    return wanted;
+  }
+  bool hand_in_blob(const std::string& digest, const std::string&) override {
+    const std::lock_guard lock(mutex_);
+    if (down_calls > 0 && down_calls--) throw LinkDown("no route");
+    handed_in.push_back(digest);
+    changed_.notify_all();
+    return true;
   }
   void cancel() override {
     const std::lock_guard lock(mutex_);
@@ -189,6 +208,8 @@ class FakeFarm : public FarmLink {
   std::map<std::string, Bundle> bundles;
   std::map<std::string, std::string> blobs;  // digest -> content, which may be a lie
   int blobs_sent = 0;
+  std::vector<std::string> wanted, handed_in;
+  int missing_blobs = 0;  // tiles that were handed back for lack of one
   bool registered = false, drained = false, cancelled = false;
   int registrations = 0, renewals = 0, held = 0, most_held = 0;
   WorkerRegistration last_registration;

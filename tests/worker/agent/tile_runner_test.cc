@@ -4,12 +4,15 @@
 #include <gtest/gtest.h>
 #include <xmmintrin.h>
 
+#include <fstream>
 #include <thread>
 
+#include "common/base/digest.h"
 #include "common/base/error.h"
 #include "common/farm/pilot_result.h"
 #include "common/film/film.h"
 #include "tests/worker/agent/fake_farm.h"
+#include "tests/worker/agent/temporary_folder.h"
 
 namespace lightmill::agent {
 namespace {
@@ -291,6 +294,37 @@ TEST_F(TileRunnerTest, DrainBeforeTheCoordinatorIsReachableReturns) {
   runner_->drain();
   join();
   EXPECT_TRUE(farm_.commits.empty());
+}
+
+TEST_F(TileRunnerTest, ATileWhoseSceneHasLostAFileIsHandedBackAndDoesNotFail) {
+  source_.lost_file = true;
+  add_tiles(2);
+  start(1);
+  const auto handed_back = [&] {
+    const std::lock_guard lock(farm_.mutex_);
+    return farm_.missing_blobs;
+  };
+  ASSERT_TRUE(wait_until([&] { return handed_back() == 2; }));
+  EXPECT_EQ(answers(), 0u);
+  source_.lost_file = false;
+  add_tiles(1);
+  ASSERT_TRUE(farm_.wait_for_answers(1));
+  EXPECT_EQ(farm_.commits.size(), 1u);
+  const std::lock_guard lock(log_mutex_);
+  EXPECT_THAT(log_, HasSubstr("handed back: the coordinator has no blob"));
+}
+
+TEST_F(TileRunnerTest, HandsInWhatTheCoordinatorHasLost) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.path.string() + "/file";
+  std::ofstream(path) << "scene";
+  source_.files[sha256_hex("scene")] = path;
+  farm_.wanted = {sha256_hex("scene")};
+  start(1);
+  EXPECT_TRUE(wait_until([&] {
+    const std::lock_guard lock(farm_.mutex_);
+    return !farm_.handed_in.empty();
+  }));
 }
 
 }  // namespace

@@ -16,7 +16,16 @@ struct FileStamp {
 
   static FileStamp of(const std::string& path) {
     struct stat s {};
-    if (::stat(path.c_str(), &s) != 0) return {};
+    return ::stat(path.c_str(), &s) == 0 ? of(s) : FileStamp{};
+  }
+  /// Of an open file.
+  static FileStamp of(int fd) {
+    struct stat s {};
+    return ::fstat(fd, &s) == 0 ? of(s) : FileStamp{};
+  }
+
+ private:
+  static FileStamp of(const struct stat& s) {
     return {s.st_dev, s.st_ino, s.st_size, s.st_mtim.tv_sec, s.st_mtim.tv_nsec};
   }
 };
