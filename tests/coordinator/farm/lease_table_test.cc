@@ -174,12 +174,13 @@ TEST(LeaseTable, TwoMayRaceAndWhoeverEndsFirstLeavesTheOther) {
   EXPECT_FALSE(table.holds(TileId{0}, kAnn, 2) || table.holds(TileId{0}, kBob, 1));
   EXPECT_EQ(table.leased_count(), 1);
   EXPECT_EQ(table.workers(), 2);
-  lease(table, TileId{0}, WorkerId{"w3"}, 14);  // a third one, of which the store knows as of the newest two
-  EXPECT_TRUE(table.holds(TileId{0}, kAnn, 1) && table.holds(TileId{0}, WorkerId{"w3"}, 3));
-  EXPECT_EQ(table.find(TileId{0})->rival_worker, kBob);
-  EXPECT_EQ(table.with_stored(TileId{0}, 1).rival_worker, kAnn);
-  EXPECT_EQ(table.with_stored(TileId{0}, 1).others, (std::vector{LeaseToken{2, kBob}}));
-  EXPECT_EQ(table.with_stored(TileId{0}, 3), *table.find(TileId{0}));
+  LeaseTable three = raced();
+  lease(three, TileId{0}, WorkerId{"w3"}, 14);  // a third one, of which the store knows as of the newest two
+  EXPECT_TRUE(three.holds(TileId{0}, kAnn, 1) && three.holds(TileId{0}, WorkerId{"w3"}, 3));
+  EXPECT_EQ(three.find(TileId{0})->rival_worker, kBob);
+  EXPECT_EQ(three.with_stored(TileId{0}, 1).rival_worker, kAnn);
+  EXPECT_EQ(three.with_stored(TileId{0}, 1).others, (std::vector{LeaseToken{2, kBob}}));
+  EXPECT_EQ(three.with_stored(TileId{0}, 3), *three.find(TileId{0}));
 
   for (const int64_t winner : {1, 2}) {
     LeaseTable won = raced();
