@@ -1,6 +1,7 @@
 #include "common/rpc/channel.h"
 
 #include <absl/synchronization/mutex.h>
+#include <google/protobuf/stubs/logging.h>
 #include <grpc/support/log.h>
 #include <grpcpp/create_channel.h>
 #include <grpcpp/resource_quota.h>
@@ -32,14 +33,16 @@ constexpr size_t kServerBuffers = size_t{96} << 20;
 
 }  // namespace
 
-// What goes wrong is said once, by us. GRPC_VERBOSITY in the environment brings gRPC's own lines back.
-// Debian's Abseil is built with its search for deadlocks on: each lock that gRPC takes goes into a graph
-// under a global lock, which took a twelfth of a coordinator's processor time.
+// What goes wrong is said once, by us. GRPC_VERBOSITY in the environment brings gRPC's and Protobuf's own
+// lines back. Debian's Abseil is built with its search for deadlocks on: each lock that gRPC takes goes into
+// a graph under a global lock, which took a twelfth of a coordinator's processor time.
 void prepare_grpc() {
   static std::once_flag once;
   std::call_once(once, [] {
     absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
-    if (!std::getenv("GRPC_VERBOSITY")) gpr_set_log_function([](gpr_log_func_args*) {});
+    if (std::getenv("GRPC_VERBOSITY")) return;
+    gpr_set_log_function([](gpr_log_func_args*) {});
+    google::protobuf::SetLogHandler(nullptr);
   });
 }
 

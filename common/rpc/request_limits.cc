@@ -84,8 +84,12 @@ grpc::Status read_message(grpc::ByteBuffer* buffer, google::protobuf::MessageLit
   }
   const grpc::Status status =
       grpc::GenericDeserialize<grpc::ProtoBufferReader, google::protobuf::MessageLite>(buffer, message);
-  if (status.ok()) static_cast<google::protobuf::Message*>(message)->DiscardUnknownFields();
-  return status;
+  if (!status.ok()) {
+    return {grpc::StatusCode::INVALID_ARGUMENT,
+            "the request is no message of this method, or a text in it is not UTF-8"};
+  }
+  static_cast<google::protobuf::Message*>(message)->DiscardUnknownFields();
+  return grpc::Status::OK;
 }
 
 }  // namespace lightmill

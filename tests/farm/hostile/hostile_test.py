@@ -311,12 +311,11 @@ def test_hung(bin_dir):
 
         crowd = [target.client() for _ in range(8)]
         watching = [crowd[i % 8].WatchJob(pb.WatchJobRequest(job_id=job)) for i in range(600)]
-        wait("watchers to be turned away", lambda: len(ended(watching)) >= 344)
-        assert {c.code() for c in ended(watching)} == {grpc.StatusCode.RESOURCE_EXHAUSTED}
+        assert next(client.WatchJob(pb.WatchJobRequest(job_id=job))).job.id == job, "watchers take no places from others"
         assert code_of(lambda: client.GetJob(pb.GetJobRequest(job_id=job), timeout=GENEROUS_S)) == grpc.StatusCode.OK
         who = target.register(worker)
         assert code_of(lambda: worker.Renew(work.RenewRequest(worker_id=who), timeout=GENEROUS_S)) == grpc.StatusCode.OK
-        assert len(ended(watching)) < 600, "some watch on"
+        assert not ended(watching), "all watch on"
         for call in watching:
             call.cancel()
 
@@ -338,21 +337,20 @@ def test_hung(bin_dir):
         assert target.megabytes() < 500, target.megabytes()
 
         begin = pb.UploadBlobsRequest(header=pb.UploadBlobsRequest.Header(digest=hashlib.sha256(b"abc").hexdigest(), size=3))
-        hung = [client.UploadBlobs.future(silent_after(begin)) for _ in range(40)]
-        wait("hung uploads to end", lambda: len(ended(hung)) == len(hung))
-        assert any(c.code() == grpc.StatusCode.RESOURCE_EXHAUSTED for c in hung), [c.code() for c in hung]
+        hung = [crowd[i % 8].UploadBlobs.future(silent_after(begin)) for i in range(400)]
         content = bytes(32 << 20)
         digest = hashlib.sha256(content).hexdigest()
         whole = [pb.UploadBlobsRequest(header=pb.UploadBlobsRequest.Header(digest=digest, size=len(content)))]
         whole += [pb.UploadBlobsRequest(chunk=content[i:i + (1 << 20)]) for i in range(0, len(content), 1 << 20)]
-        assert code_of(lambda: client.UploadBlobs(iter(whole))) == grpc.StatusCode.OK
+        wait("an upload to be let in", lambda: code_of(lambda: client.UploadBlobs(iter(whole))) == grpc.StatusCode.OK)
+        wait("hung uploads to end", lambda: len(ended(hung)) == len(hung))
+        assert {c.code() for c in hung} <= {grpc.StatusCode.RESOURCE_EXHAUSTED, grpc.StatusCode.CANCELLED}
         assert not list((target.folder / "data").rglob("incoming-*")), "half uploads stay"
 
         ask = work.FetchBlobsRequest(digests=[digest])
         unread = [worker.FetchBlobs(ask) for _ in range(80)]
         wait("fetches to be turned away", lambda: ended(unread))
-        assert {c.code() for c in ended(unread)} == {grpc.StatusCode.RESOURCE_EXHAUSTED}
-        assert code_of(lambda: worker.FetchBlobs(ask)) == grpc.StatusCode.RESOURCE_EXHAUSTED
+        assert {c.code() for c in ended(unread)} <= {grpc.StatusCode.RESOURCE_EXHAUSTED, grpc.StatusCode.CANCELLED}
         wait("a fetch to be let in", lambda: code_of(lambda: worker.FetchBlobs(ask)) == grpc.StatusCode.OK)
         assert sum(len(m.chunk) for m in worker.FetchBlobs(ask)) == len(content)
         released.set()
