@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/terminal/progress.h"
-#include "common/base/json_aliases.h"
+#include "common/base/json/json_aliases.h"
 #include "common/error/box_figures.h"
 #include "common/farm/pilot_result.h"
 

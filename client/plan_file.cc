@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
-#include "common/base/json_depth.h"
+#include "common/base/json/json_depth.h"
 #include "common/image/image.h"
 #include "common/job/pilot_report.h"
 #include "common/job/settings.h"

@@ -15,8 +15,8 @@
 #include "common/rpc/grpc_credentials.h"
 #include "coordinator/http/http_server.h"
 #include "coordinator/service/client_service.h"
-#include "coordinator/service/listener.h"
-#include "coordinator/service/stream_limit.h"
+#include "coordinator/service/limits/listener.h"
+#include "coordinator/service/limits/stream_limit.h"
 #include "coordinator/service/token_processor.h"
 #include "coordinator/service/worker_service.h"
 

@@ -10,7 +10,7 @@
 #include "coordinator/http/metrics.h"
 #include "coordinator/scene/scene_reader.h"
 #include "coordinator/service/event_log.h"
-#include "coordinator/service/quotas.h"
+#include "coordinator/service/limits/quotas.h"
 #include "coordinator/service/tile_log.h"
 #include "coordinator/service/wanted_blobs.h"
 #include "coordinator/store/blob_store.h"

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
-#include "common/base/json_depth.h"
+#include "common/base/json/json_depth.h"
 
 namespace lightmill {
 namespace {

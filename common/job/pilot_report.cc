@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
-#include "common/base/json_aliases.h"
+#include "common/base/json/json_aliases.h"
 
 namespace lightmill {
 namespace {

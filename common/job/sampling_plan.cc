@@ -5,7 +5,7 @@
 #include <span>
 
 #include "common/base/error.h"
-#include "common/base/json_aliases.h"
+#include "common/base/json/json_aliases.h"
 
 namespace lightmill {
 namespace {

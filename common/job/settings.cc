@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
-#include "common/base/json_aliases.h"
-#include "common/base/json_depth.h"
-#include "common/base/json_text.h"
+#include "common/base/json/json_aliases.h"
+#include "common/base/json/json_depth.h"
+#include "common/base/json/json_text.h"
 #include "common/job/plan_text.h"
 
 namespace lightmill {

@@ -6,7 +6,7 @@
 
 #include "common/base/digest.h"
 #include "common/base/error.h"
-#include "common/base/json_depth.h"
+#include "common/base/json/json_depth.h"
 #include "common/scene/scene_files.h"
 
 namespace lightmill {

@@ -20,9 +20,9 @@
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/leases.h"
 #include "coordinator/core/pilot_commits.h"
+#include "coordinator/core/repair/storage_guard.h"
 #include "coordinator/core/round_ends.h"
 #include "coordinator/core/spot_checks.h"
-#include "coordinator/core/storage_guard.h"
 #include "coordinator/merge/decoder_pool.h"
 
 namespace lightmill {

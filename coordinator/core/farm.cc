@@ -7,15 +7,15 @@
 #include "coordinator/core/commit_path.h"
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/farm_view.h"
-#include "coordinator/core/film_repair.h"
 #include "coordinator/core/job_desk.h"
 #include "coordinator/core/job_results.h"
 #include "coordinator/core/job_table.h"
 #include "coordinator/core/leases.h"
+#include "coordinator/core/repair/film_repair.h"
+#include "coordinator/core/repair/scene_files.h"
+#include "coordinator/core/repair/storage_guard.h"
 #include "coordinator/core/round_ends.h"
-#include "coordinator/core/scene_files.h"
 #include "coordinator/core/spot_checks.h"
-#include "coordinator/core/storage_guard.h"
 #include "coordinator/core/worker_desk.h"
 
 namespace lightmill {

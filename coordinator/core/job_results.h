@@ -11,7 +11,7 @@
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/farm_view.h"
 #include "coordinator/core/job_table.h"
-#include "coordinator/core/storage_guard.h"
+#include "coordinator/core/repair/storage_guard.h"
 
 namespace lightmill {
 

@@ -9,7 +9,7 @@
 
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/job_table.h"
-#include "coordinator/core/storage_guard.h"
+#include "coordinator/core/repair/storage_guard.h"
 
 namespace lightmill {
 

@@ -16,8 +16,8 @@
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/job_table.h"
 #include "coordinator/core/leases.h"
+#include "coordinator/core/repair/storage_guard.h"
 #include "coordinator/core/round_ends.h"
-#include "coordinator/core/storage_guard.h"
 
 namespace lightmill {
 

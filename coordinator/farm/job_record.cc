@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "common/base/json_text.h"
+#include "common/base/json/json_text.h"
 
 namespace lightmill {
 namespace {

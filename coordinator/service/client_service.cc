@@ -11,10 +11,10 @@
 
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
-#include "coordinator/service/in_flight_limit.h"
-#include "coordinator/service/sending_call.h"
+#include "coordinator/service/limits/in_flight_limit.h"
 #include "coordinator/service/service_status.h"
-#include "coordinator/service/upload_call.h"
+#include "coordinator/service/streams/sending_call.h"
+#include "coordinator/service/streams/upload_call.h"
 
 namespace lightmill {
 namespace {

@@ -9,16 +9,16 @@
 #include <semaphore>
 
 #include "coordinator/core/farm.h"
-#include "coordinator/service/answer_memory.h"
 #include "coordinator/service/caller.h"
-#include "coordinator/service/image_answers.h"
-#include "coordinator/service/quotas.h"
-#include "coordinator/service/sending_call.h"
-#include "coordinator/service/stall_watch.h"
-#include "coordinator/service/submit_limit.h"
+#include "coordinator/service/limits/answer_memory.h"
+#include "coordinator/service/limits/quotas.h"
+#include "coordinator/service/limits/stall_watch.h"
+#include "coordinator/service/limits/submit_limit.h"
+#include "coordinator/service/streams/image_answers.h"
+#include "coordinator/service/streams/sending_call.h"
+#include "coordinator/service/streams/watch_feed.h"
 #include "coordinator/service/task_pool.h"
 #include "coordinator/service/tile_log.h"
-#include "coordinator/service/watch_feed.h"
 #include "coordinator/store/blob_store.h"
 #include "lightmill/v1/client.grpc.pb.h"
 

@@ -1,5 +1,5 @@
 // WorkerService::HandInBlob: a worker brings a scene file that the coordinator has lost.
-#include "coordinator/service/in_flight_limit.h"
+#include "coordinator/service/limits/in_flight_limit.h"
 #include "coordinator/service/service_status.h"
 #include "coordinator/service/worker_service.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "coordinator/access/authenticator.h"
-#include "coordinator/service/submit_limit.h"
+#include "coordinator/service/limits/submit_limit.h"
 
 namespace lightmill {
 

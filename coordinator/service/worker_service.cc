@@ -9,7 +9,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "common/rpc/registration_digest.h"
-#include "coordinator/service/in_flight_limit.h"
+#include "coordinator/service/limits/in_flight_limit.h"
 #include "coordinator/service/service_status.h"
 
 namespace lightmill {

@@ -9,7 +9,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "coordinator/service/in_flight_limit.h"
+#include "coordinator/service/limits/in_flight_limit.h"
 #include "coordinator/web/actions.h"
 #include "coordinator/web/answers.h"
 #include "coordinator/web/assets.h"

@@ -9,8 +9,8 @@
 #include "coordinator/core/farm.h"
 #include "coordinator/scene/scene_reader.h"
 #include "coordinator/service/event_log.h"
-#include "coordinator/service/quotas.h"
-#include "coordinator/service/submit_limit.h"
+#include "coordinator/service/limits/quotas.h"
+#include "coordinator/service/limits/submit_limit.h"
 #include "coordinator/service/tile_log.h"
 #include "coordinator/store/blob_store.h"
 

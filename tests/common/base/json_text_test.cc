@@ -1,4 +1,4 @@
-#include "common/base/json_text.h"
+#include "common/base/json/json_text.h"
 
 #include <gtest/gtest.h>
 

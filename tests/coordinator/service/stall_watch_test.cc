@@ -1,12 +1,12 @@
 // Calls of peers that are silent while it is their turn are cut off; those of slow ones are not.
-#include "coordinator/service/stall_watch.h"
+#include "coordinator/service/limits/stall_watch.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 
 #include "coordinator/farm/farm_errors.h"
-#include "coordinator/service/answer_memory.h"
+#include "coordinator/service/limits/answer_memory.h"
 #include "coordinator/service/worker_keys.h"
 
 namespace lightmill {

@@ -1,4 +1,4 @@
-#include "coordinator/service/stall_watch.h"
+#include "coordinator/service/limits/stall_watch.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,4 +1,4 @@
-#include "common/base/json_depth.h"
+#include "common/base/json/json_depth.h"
 
 #include "common/base/error.h"
 

@@ -1,4 +1,4 @@
-#include "coordinator/service/upload_call.h"
+#include "coordinator/service/streams/upload_call.h"
 
 #include <string>
 

@@ -1,4 +1,4 @@
-#include "coordinator/service/image_answers.h"
+#include "coordinator/service/streams/image_answers.h"
 
 #include <string_view>
 #include <utility>

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "coordinator/core/farm.h"
-#include "coordinator/service/answer_memory.h"
-#include "coordinator/service/sending_call.h"
+#include "coordinator/service/limits/answer_memory.h"
+#include "coordinator/service/streams/sending_call.h"
 #include "lightmill/v1/client.pb.h"
 
 namespace lightmill {

@@ -1,4 +1,4 @@
-#include "coordinator/service/answer_memory.h"
+#include "coordinator/service/limits/answer_memory.h"
 
 #include <chrono>
 

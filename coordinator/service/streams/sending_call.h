@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "coordinator/service/limits/stall_watch.h"
 #include "coordinator/service/service_status.h"
-#include "coordinator/service/stall_watch.h"
 #include "coordinator/service/task_pool.h"
 
 namespace lightmill {

@@ -1,4 +1,4 @@
-#include "coordinator/service/listener.h"
+#include "coordinator/service/limits/listener.h"
 
 #include <fcntl.h>
 #include <netdb.h>
@@ -23,7 +23,7 @@
 
 #include "common/base/error.h"
 #include "common/rpc/channel.h"
-#include "coordinator/service/rate_limiter.h"
+#include "coordinator/service/limits/rate_limiter.h"
 
 namespace lightmill {
 namespace {

@@ -1,4 +1,4 @@
-#include "coordinator/core/film_repair.h"
+#include "coordinator/core/repair/film_repair.h"
 
 #include <algorithm>
 #include <optional>

@@ -1,4 +1,4 @@
-#include "coordinator/service/watch_feed.h"
+#include "coordinator/service/streams/watch_feed.h"
 
 #include <chrono>
 #include <utility>

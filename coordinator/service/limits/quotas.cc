@@ -1,4 +1,4 @@
-#include "coordinator/service/quotas.h"
+#include "coordinator/service/limits/quotas.h"
 
 #include "coordinator/farm/farm_errors.h"
 

@@ -5,8 +5,8 @@
 
 #include <optional>
 
-#include "coordinator/service/quotas.h"
-#include "coordinator/service/stall_watch.h"
+#include "coordinator/service/limits/quotas.h"
+#include "coordinator/service/limits/stall_watch.h"
 #include "coordinator/service/task_pool.h"
 #include "coordinator/store/blob_store.h"
 #include "lightmill/v1/client.pb.h"

@@ -1,4 +1,4 @@
-#include "coordinator/core/storage_guard.h"
+#include "coordinator/core/repair/storage_guard.h"
 
 #include <utility>
 #include <vector>

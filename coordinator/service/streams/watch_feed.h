@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "coordinator/core/farm.h"
-#include "coordinator/service/stall_watch.h"
+#include "coordinator/service/limits/stall_watch.h"
 #include "lightmill/v1/client.pb.h"
 
 namespace lightmill {

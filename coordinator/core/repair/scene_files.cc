@@ -1,4 +1,4 @@
-#include "coordinator/core/scene_files.h"
+#include "coordinator/core/repair/scene_files.h"
 
 #include <set>
 

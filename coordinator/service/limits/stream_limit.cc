@@ -1,4 +1,4 @@
-#include "coordinator/service/stream_limit.h"
+#include "coordinator/service/limits/stream_limit.h"
 
 #include <grpcpp/server_context.h>
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "coordinator/service/rate_limiter.h"
+#include "coordinator/service/limits/rate_limiter.h"
 
 namespace lightmill {
 
