@@ -286,7 +286,9 @@ WorkerRegistration from_proto(const v1::WorkerRegistration& m) {
   for (const std::string* text : {&m.host(), &m.build(), &m.arithmetic_class(), &m.pool()}) {
     if (text->size() > 1000) bad("a text of a registration is longer than 1000 bytes");
   }
-  return {m.host(), m.threads(), m.build(), m.schema(), m.arithmetic_class(), m.pool(), m.memory_bytes()};
+  return {
+      one_line(m.host()), m.threads(),     one_line(m.build()), m.schema(), one_line(m.arithmetic_class()),
+      one_line(m.pool()), m.memory_bytes()};
 }
 
 v1::WorkerStatus to_proto(const WorkerStatus& s) {

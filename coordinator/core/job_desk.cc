@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/utf8.h"
 #include "common/error/metrics.h"
 #include "coordinator/farm/farm_errors.h"
 
@@ -71,12 +72,13 @@ JobId JobDesk::submit(const JobRequest& request) {
   settings.grid.interleaved = true;  // whatever the client knows of it: only jobs of older versions are not
   check_request(request, settings);
   Job job;
-  job.record.name = request.name;
+  // Names are shown in terminals, pages and files, wherever they came from.
+  job.record.name = printable_line(request.name, kMaxNameBytes);
   job.record.bundle_digest = request.bundle.digest();
   job.record.settings = settings;
   job.record.priority = request.priority;
-  job.record.pool = request.pool;
-  job.record.submitter = request.submitter;
+  job.record.pool = printable_line(request.pool, kMaxNameBytes);
+  job.record.submitter = printable_line(request.submitter, kMaxNameBytes);
   job.record.max_workers = request.max_workers;
   job.record.after = request.after;
   const std::string bundle_json = bundle_to_json(request.bundle);

@@ -42,9 +42,6 @@ constexpr std::string_view kWorkersPageToken = "after-";  // and the last worker
 constexpr size_t kLargeSubmission = 64 << 10;
 constexpr std::chrono::seconds kSubmissionPatience(10);
 
-/// A name as it is kept and shown; one that is too long stays, to be refused.
-std::string harmless(const std::string& name) { return name.size() > kMaxNameBytes ? name : one_line(name); }
-
 /// How many jobs the pages before had. Throws Error(kUsage) for a token that no answer gave.
 size_t listed_before(const std::string& token) {
   if (token.empty()) return 0;
@@ -141,7 +138,7 @@ grpc::Status ClientService::SubmitJob(grpc::ServerContext* context, const v1::Su
     const std::string refusal = submissions_ ? submissions_->refusal("") : "";
     if (!refusal.empty()) throw LimitReached(refusal);
     JobRequest job;
-    job.name = harmless(request->name());
+    job.name = request->name();
     std::optional<Slot> waits;
     std::optional<Turn> turn;
     if (request->ByteSizeLong() > kLargeSubmission) {
@@ -157,8 +154,8 @@ grpc::Status ClientService::SubmitJob(grpc::ServerContext* context, const v1::Su
     }
     job.settings = settings_from_json(request->settings_json());
     job.priority = request->priority();
-    job.pool = harmless(request->pool());
-    job.submitter = caller_ ? caller_(*context) : harmless(request->submitter());
+    job.pool = request->pool();
+    job.submitter = caller_ ? caller_(*context) : request->submitter();
     job.max_workers = request->max_workers();
     for (const std::string& id : request->after()) job.after.push_back(JobId{id});
     check_quotas(quotas_, job);

@@ -29,6 +29,7 @@ using httplib::Response;
 using nlohmann::json;
 
 constexpr double kBeatSeconds = 2;       // a browser that hears nothing for some of these has lost us
+constexpr int kSpareStreams = 8;         // until the oldest has made room
 constexpr int kMaxPictures = 8;          // made or encoded at once
 constexpr double kMostStops = 100;       // of exposure
 constexpr int64_t kMaxTileLines = 500;   // of one answer
@@ -107,6 +108,7 @@ struct WebApi::Impl {
   Pictures pictures;
   Uploads uploads;
   std::atomic<int> streams{0}, making{0}, reading{0};
+  std::atomic<uint64_t> streams_begun{0};
 };
 
 const std::vector<WebApi::Impl::Entry>& WebApi::Impl::entries() {
@@ -206,8 +208,17 @@ void WebApi::Impl::tile_log(const Request& request, Response& response) {
 
 void WebApi::Impl::events(const Request& request, Response& response) {
   struct Stream {
-    Stream(Impl& impl, Feed::Cursor at) : slot(impl.streams, kMaxStreams), listener(impl.feed), cursor(at) {}
+    Stream(Impl& impl, Feed::Cursor at)
+        : slot(impl.streams, kMaxStreams + kSpareStreams),
+          number(impl.streams_begun++),
+          listener(impl.feed),
+          cursor(at) {}
+    /// The oldest ends where there are too many. Its browser comes back, and goes on where it was.
+    bool makes_room(const Impl& impl) const {
+      return impl.streams > kMaxStreams && impl.streams_begun - number > uint64_t{kMaxStreams};
+    }
     const Slot slot;
+    const uint64_t number;
     const Feed::Listener listener;
     Feed::Cursor cursor;
     std::string begin;
@@ -225,6 +236,7 @@ void WebApi::Impl::events(const Request& request, Response& response) {
   response.set_header("Cache-Control", "no-store");
   response.set_header("X-Accel-Buffering", "no");  // of proxies that would collect what must flow
   response.set_chunked_content_provider("text/event-stream", [this, stream](size_t, httplib::DataSink& sink) {
+    if (stream->makes_room(*this)) return false;
     std::string text = std::exchange(stream->begin, "");
     // The first events go out at once, before anything is waited for.
     if (text.empty()) {

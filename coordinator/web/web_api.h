@@ -36,7 +36,7 @@ struct WebOptions {
 
 class WebApi {
  public:
-  /// Most streams at a time; each takes a thread of the server.
+  /// Most streams at a time; each takes a thread of the server. When another one comes the oldest ends.
   static constexpr int kMaxStreams = 64;
   /// Most bytes of a request's body.
   static constexpr size_t kMaxBody = size_t{1} << 20;

@@ -234,5 +234,16 @@ TEST_F(JobLife, ALongPollWakesUpForAJobAndForShutdown) {
   stopper.join();
 }
 
+TEST_F(JobLife, NamesCommandNoTerminalAndReadAsNothingElse) {
+  JobRequest request = small_job(32, 32, 1);
+  request.name = "a\x1b[2Jb\nc";
+  request.pool = "caf\xe9";
+  request.submitter = "\u202eann";
+  const JobStatus job = farm.job(farm.submit(request));
+  EXPECT_EQ(job.name, "a [2Jb");
+  EXPECT_EQ(job.pool, "caf\ufffd");
+  EXPECT_EQ(job.submitter, "\ufffdann");
+}
+
 }  // namespace
 }  // namespace lightmill
