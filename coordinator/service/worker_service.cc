@@ -9,6 +9,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "common/rpc/registration_digest.h"
+#include "coordinator/farm/farm_errors.h"
 #include "coordinator/service/limits/in_flight_limit.h"
 #include "coordinator/service/service_status.h"
 
@@ -23,6 +24,10 @@ constexpr size_t kMaxFetches = 64;
 constexpr int kMaxWaiting = 200, kMaxWaitingStrangers = 100;
 /// As many partials are decoded and merged at once.
 constexpr size_t kMaxCommitting = 32;
+/// Partials that come in at once, as far as their memory allows. Where that is used up, a peer that sends
+/// less makes room.
+constexpr size_t kMaxCommits = 8192;
+constexpr double kSlowBytesPerSecond = 1e6;
 /// A long poll looks this often whether its caller is still there.
 constexpr double kPollSliceSeconds = 0.5;
 
@@ -105,6 +110,7 @@ WorkerService::WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, Til
       wanted_(wanted),
       most_incoming_bytes_(quotas.incoming_bytes),
       fetches_(stalls, kMaxFetches),
+      commits_(stalls, kMaxCommits),
       flush_queue_([this] { farm_.flush(); }),
       waiting_pool_(kMaxWaiting + kMaxCommitting),
       commit_pool_(kMaxCommitting) {}
@@ -190,7 +196,7 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
       : service_(service),
         response_(response),
         reservation_(service.incoming_bytes_, service.most_incoming_bytes_),
-        stall_(service.stalls_, context) {
+        stall_(service.stalls_, context, &service.commits_) {
     read();
   }
 
@@ -220,6 +226,7 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
   }
   grpc::Status begin(bool ok) {
     if (!ok || !message_.has_header()) throw Error(ErrorKind::kUsage, "a commit begins with a header");
+    if (!stall_.admitted()) throw LimitReached("too many partials come in at once; try again");
     begun_ = true;
     header_ = message_.header();
     service_.keys_.worker_of(header_.worker_id());  // throws UnknownWorker before memory is spent
@@ -234,6 +241,7 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
       return {grpc::StatusCode::RESOURCE_EXHAUSTED, "the partial is larger than any of its tile can be"};
     }
     if (!reservation_.take(header_.size())) {
+      service_.commits_.cut_slowest(kSlowBytesPerSecond);  // whoever tries again finds room
       return {grpc::StatusCode::RESOURCE_EXHAUSTED,
               "partials that are coming in fill the coordinator's --commit-memory; try again"};
     }

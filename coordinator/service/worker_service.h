@@ -70,7 +70,7 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   const uint64_t most_incoming_bytes_;
   std::atomic<bool> stopping_{false};
   std::atomic<int> waiting_ = 0, waiting_strangers_ = 0, hand_ins_ = 0;
-  StallWatch::Group fetches_;
+  StallWatch::Group fetches_, commits_;
   std::atomic<uint64_t> incoming_bytes_{0};  // of partials that are being received
   FlushQueue flush_queue_;
   TaskPool waiting_pool_, commit_pool_;  // ended first: their tasks use what is above
