@@ -229,7 +229,7 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
     if (!stall_.admitted()) throw LimitReached("too many partials come in at once; try again");
     begun_ = true;
     header_ = message_.header();
-    service_.keys_.worker_of(header_.worker_id());  // throws UnknownWorker before memory is spent
+    worker_ = service_.keys_.worker_of(header_.worker_id());  // throws UnknownWorker before memory is spent
     const uint64_t limit = service_.farm_.max_partial_bytes(from_proto(header_.key()));
     if (limit == 0) {
       response_->set_outcome(v1::COMMIT_OUTCOME_UNKNOWN_JOB);
@@ -263,7 +263,7 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
   void merge() {
     arrived_ = std::chrono::steady_clock::now();
     const grpc::Status status = guarded([this] {
-      result_ = service_.merge(header_, bytes_, &reason_);
+      result_ = service_.merge(worker_, header_, bytes_, &reason_);
       return grpc::Status::OK;
     });
     if (!status.ok() || !must_be_durable(result_)) return answer(status);
@@ -288,6 +288,7 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
   StallWatch::Call stall_;
   v1::CommitRequest message_;
   v1::CommitRequest::Header header_;
+  WorkerId worker_;
   std::string bytes_;  // grows as chunks arrive: an announced size alone allocates nothing
   bool begun_ = false, answered_ = false;
   std::chrono::steady_clock::time_point arrived_;  // all of it
@@ -300,14 +301,13 @@ grpc::ServerReadReactor<v1::CommitRequest>* WorkerService::Commit(grpc::Callback
   return new CommitCall(*this, *context, response);
 }
 
-CommitResult WorkerService::merge(const v1::CommitRequest::Header& header, const std::string& bytes,
-                                  std::string* reason) {
+CommitResult WorkerService::merge(const WorkerId& worker, const v1::CommitRequest::Header& header,
+                                  const std::string& bytes, std::string* reason) {
   if (bytes.size() != header.size()) throw Error(ErrorKind::kUsage, "the partial is shorter than announced");
   if (sha256_hex(bytes) != header.digest()) {
     throw Error(ErrorKind::kUsage, "the partial was damaged on its way: its digest differs");
   }
   const LeaseKey key = from_proto(header.key());
-  const WorkerId worker = keys_.worker_of(header.worker_id());
   const LogScope scope(about(worker, key));
   return farm_.commit_unflushed(worker, key, bytes, reason);
 }

@@ -52,7 +52,8 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   grpc::Status wait_for_lease(grpc::CallbackServerContext* context, const WorkerId& worker, double seconds,
                               v1::LeaseResponse* response);
   /// Once all of the partial has arrived.
-  CommitResult merge(const v1::CommitRequest::Header& header, const std::string& bytes, std::string* reason);
+  CommitResult merge(const WorkerId& worker, const v1::CommitRequest::Header& header,
+                     const std::string& bytes, std::string* reason);
   /// Once the commit is durable, if it must be; `seconds` after the partial had arrived.
   void answer(const v1::CommitRequest::Header& header, CommitResult result, const std::string& reason,
               double seconds, v1::CommitResponse* response);
