@@ -117,17 +117,18 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchFeed::watch(grpc::CallbackS
 }
 
 WatchFeed::Message WatchFeed::state(const JobId& job) {
-  const auto [place, is_new] = states_.try_emplace(job);
-  if (is_new) {
+  const auto added = states_.try_emplace(job);
+  Message& made = added.first->second;
+  if (added.second) {
     const grpc::Status known = guarded([&] {
       auto message = std::make_shared<v1::WatchJobResponse>();
       *message->mutable_job() = to_proto(farm_.job(job));
-      place->second = std::move(message);
+      made = std::move(message);
       return grpc::Status::OK;
     });
-    if (!known.ok()) place->second = nullptr;
+    if (!known.ok()) made = nullptr;
   }
-  return place->second;
+  return made;
 }
 
 void WatchFeed::look() {
