@@ -193,6 +193,13 @@ void Leases::store_lease(Job& job, const LeaseKey& lease, double now) {
   job.tiles.apply(row);
 }
 
+void Leases::log_end(const Job& job, const LeaseTable::Lease& lease, const std::string& how) const {
+  const LeaseKey key{job.record.id, lease.tile, lease.attempt};
+  const LogScope scope({key.job.value, key.tile.value, key.attempt, lease.worker.value});
+  farm_.log("lease of " + tile_name(key, is_pilot(job.tiles.find(lease.tile)->tile)) + " by " +
+            lease.worker.value + " " + how);
+}
+
 void Leases::release_overdue(double now) {
   if (farm_.health.fault()) {
     farm_.undisturbed_since = now;
@@ -201,11 +208,9 @@ void Leases::release_overdue(double now) {
   for (Job* active : farm_.scheduler.active_jobs()) {
     for (const LeaseTable::Lease& lease : farm_.scheduler.overdue(*active, farm_.undisturbed_since, now)) {
       if (is_final(active->record.state)) break;
-      const LeaseKey key{active->record.id, lease.tile, lease.attempt};
-      const LogScope scope({key.job.value, key.tile.value, key.attempt, lease.worker.value});
-      farm_.log("lease of " + tile_name(key, is_pilot(active->tiles.find(lease.tile)->tile)) + " by " +
-                lease.worker.value + " ended: it took " + std::to_string(std::lround(now - lease.since)) +
-                " s, and others can do it");
+      log_end(
+          *active, lease,
+          "ended: it took " + std::to_string(std::lround(now - lease.since)) + " s, and others can do it");
       ++active->overdue[lease.tile];
       farm_.scheduler.workers.undelivered(lease.worker, now);
       release(*active, lease, false, "", now);
@@ -219,10 +224,7 @@ void Leases::release_expired(double now) {
     for (const LeaseTable::Lease& lease : active->tiles.expired(now)) {
       if (is_final(active->record.state)) break;
       ++farm_.stats.leases_expired;
-      const LeaseKey key{active->record.id, lease.tile, lease.attempt};
-      const LogScope scope({key.job.value, key.tile.value, key.attempt, lease.worker.value});
-      farm_.log("lease of " + tile_name(key, is_pilot(active->tiles.find(lease.tile)->tile)) + " by " +
-                lease.worker.value + " expired");
+      log_end(*active, lease, "expired");
       release(*active, lease, false, "", now);
       const Worker* worker = farm_.scheduler.workers.find(lease.worker);
       if (worker && farm_.scheduler.workers.was_heard(*worker, now)) {  // it lives, and does not renew

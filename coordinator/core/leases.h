@@ -51,6 +51,7 @@ class Leases {
   void split(const SplitOffer& cut);
   LeaseGrant grant_tile(Job& job, TileId tile, const WorkerId& worker, double now);
   LeaseGrant grant_check(Job& job, TileId tile, const WorkerId& worker, double now);
+  void log_end(const Job& job, const LeaseTable::Lease& lease, const std::string& how) const;
   void release_check(Job& job, const LeaseTable::Lease& lease);
   /// Fails the job if too many workers never came back from this tile.
   void fail_if_deadly(Job& job, const TileRecord& record, const WorkerId& worker, double now);

@@ -25,8 +25,6 @@ constexpr size_t kMaxAnswers = 768, kMaxWatches = 4096, kMaxUploads = 256;
 constexpr uint64_t kAnswerBytes = uint64_t{96} << 20;
 /// Threads that resolve images and read ledgers, and that make messages and write files.
 constexpr size_t kOpeningThreads = 8, kStreamingThreads = 8;
-/// A peer that takes less makes room for others where memory is short.
-constexpr double kSlowBytesPerSecond = 1e6;
 constexpr int kMaxWaitingSubmissions = 16;
 constexpr int kMaxAskedBlobs = 100000;
 constexpr int kMaxVerifications = 4;
@@ -93,10 +91,10 @@ ClientService::ClientService(Farm& farm, BlobStore& blobs, const TileLog& tile_l
       quotas_(quotas),
       submissions_(std::move(submissions)),
       caller_(std::move(caller)),
-      memory_(kAnswerBytes),
+      answers_(stalls, kMaxAnswers),
+      memory_(kAnswerBytes, [this] { answers_.cut_slowest(StallWatch::kSlowBytesPerSecond); }),
       images_(farm, memory_),
       watches_(farm, stalls, kMaxWatches),
-      answers_(stalls, kMaxAnswers),
       uploads_(stalls, kMaxUploads),
       opening_(kOpeningThreads),
       streaming_(kStreamingThreads) {}
@@ -106,10 +104,6 @@ grpc::ServerWriteReactor<Response>* ClientService::send(grpc::CallbackServerCont
                                                         std::function<MessageSource<Response>()> open) {
   return new SendingCall<Response>(*context, stalls_, answers_, {opening_, streaming_},
                                    "images, ledgers and logs are being sent at once", std::move(open));
-}
-
-std::shared_ptr<const void> ClientService::memory_for(uint64_t bytes) {
-  return memory_.take(bytes, [this] { answers_.cut_slowest(kSlowBytesPerSecond); });
 }
 
 Image ClientService::read_reference(const v1::Reference& reference, const RenderSettings& settings) const {
@@ -219,8 +213,8 @@ grpc::ServerWriteReactor<v1::ListTilesResponse>* ClientService::ListTiles(
     grpc::CallbackServerContext* context, const v1::ListTilesRequest* request) {
   return send<v1::ListTilesResponse>(context, [this, job = JobId{request->job_id()}] {
     const JobStatus status = farm_.job(job);
-    auto share = memory_for(kTileBytes * static_cast<uint64_t>(status.tiles_committed + status.tiles_leased +
-                                                               status.tiles_pending));
+    auto share = memory_.take(kTileBytes * static_cast<uint64_t>(status.tiles_committed +
+                                                                 status.tiles_leased + status.tiles_pending));
     return rows_of<v1::ListTilesResponse>(farm_.tiles(job), std::move(share), kTilesPerMessage,
                                           [](const TileStatus& tile, v1::ListTilesResponse* message) {
                                             *message->add_tiles() = to_proto(tile);
@@ -237,7 +231,7 @@ grpc::ServerWriteReactor<v1::GetLogsResponse>* ClientService::GetLogs(grpc::Call
     const JobId job = farm_.job(JobId{asked.job_id()}).id;
     std::optional<TileId> tile;
     if (asked.has_tile_id()) tile = TileId{asked.tile_id()};
-    auto share = memory_for(static_cast<uint64_t>(most) * kLogLineBytes);
+    auto share = memory_.take(static_cast<uint64_t>(most) * kLogLineBytes);
     return rows_of<v1::GetLogsResponse>(tile_log_.of(job, tile, static_cast<size_t>(most)), std::move(share),
                                         kLinesPerMessage,
                                         [](const TileLog::Line& line, v1::GetLogsResponse* message) {
@@ -329,9 +323,8 @@ grpc::Status ClientService::ExtendJob(grpc::ServerContext*, const v1::ExtendJobR
 
 grpc::ServerWriteReactor<v1::FetchImageResponse>* ClientService::FetchImage(
     grpc::CallbackServerContext* context, const v1::FetchImageRequest* request) {
-  return send<v1::FetchImageResponse>(context, [this, asked = *request] {
-    return chunks_of(images_.get(asked, [this] { answers_.cut_slowest(kSlowBytesPerSecond); }));
-  });
+  return send<v1::FetchImageResponse>(context,
+                                      [this, asked = *request] { return chunks_of(images_.get(asked)); });
 }
 
 grpc::Status ClientService::GetCurve(grpc::ServerContext*, const v1::GetCurveRequest* request,

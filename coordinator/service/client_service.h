@@ -66,7 +66,6 @@ class ClientService final
   template <class Response>
   grpc::ServerWriteReactor<Response>* send(grpc::CallbackServerContext* context,
                                            std::function<MessageSource<Response>()> open);
-  std::shared_ptr<const void> memory_for(uint64_t bytes);
   Farm& farm_;
   BlobStore& blobs_;
   const TileLog& tile_log_;
@@ -77,10 +76,11 @@ class ClientService final
   std::counting_semaphore<> large_submissions_{1};  // that are unpacked at once
   std::atomic<int> waiting_submissions_{0};         // that are large, too
   std::atomic<int> verifications_{0};
+  StallWatch::Group answers_;
   AnswerMemory memory_;
   ImageAnswers images_;
   WatchFeed watches_;
-  StallWatch::Group answers_, uploads_;
+  StallWatch::Group uploads_;
   TaskPool opening_, streaming_;  // ended first: their tasks use what is above
 };
 

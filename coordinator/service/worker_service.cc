@@ -24,10 +24,8 @@ constexpr size_t kMaxFetches = 64;
 constexpr int kMaxWaiting = 200, kMaxWaitingStrangers = 100;
 /// As many partials are decoded and merged at once.
 constexpr size_t kMaxCommitting = 32;
-/// Partials that come in at once, as far as their memory allows. Where that is used up, a peer that sends
-/// less makes room.
+/// Partials that come in at once, as far as their memory allows.
 constexpr size_t kMaxCommits = 8192;
-constexpr double kSlowBytesPerSecond = 1e6;
 /// A long poll looks this often whether its caller is still there.
 constexpr double kPollSliceSeconds = 0.5;
 
@@ -241,7 +239,7 @@ class WorkerService::CommitCall final : public grpc::ServerReadReactor<v1::Commi
       return {grpc::StatusCode::RESOURCE_EXHAUSTED, "the partial is larger than any of its tile can be"};
     }
     if (!reservation_.take(header_.size())) {
-      service_.commits_.cut_slowest(kSlowBytesPerSecond);  // whoever tries again finds room
+      service_.commits_.cut_slowest(StallWatch::kSlowBytesPerSecond);  // whoever tries again finds room
       return {grpc::StatusCode::RESOURCE_EXHAUSTED,
               "partials that are coming in fill the coordinator's --commit-memory; try again"};
     }

@@ -11,7 +11,7 @@ constexpr std::chrono::milliseconds kLookAgain(50);
 
 }  // namespace
 
-std::shared_ptr<const void> AnswerMemory::take(uint64_t bytes, const std::function<void()>& make_room) {
+std::shared_ptr<const void> AnswerMemory::take(uint64_t bytes) {
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                       std::chrono::duration<double>(kPatienceSeconds));
@@ -21,7 +21,7 @@ std::shared_ptr<const void> AnswerMemory::take(uint64_t bytes, const std::functi
       throw LimitReached(
           "images and ledgers that are being sent fill the coordinator's memory for them; try again");
     lock.unlock();
-    make_room();
+    make_room_();
     lock.lock();
     room_.wait_for(lock, kLookAgain, [&] { return fits(bytes); });
   }

@@ -29,6 +29,8 @@ class StallWatch {
  public:
   /// A peer that moves fewer bytes counts as stalled: a tenth of the slowest line that anybody renders over.
   static constexpr double kLeastBytesPerSecond = 10e3;
+  /// A peer that moves less makes room where memory is short and others wait for it.
+  static constexpr double kSlowBytesPerSecond = 1e6;
   /// A call that is as young is not the slowest yet.
   static constexpr double kGraceSeconds = 1;
 

@@ -43,8 +43,7 @@ MessageSource<v1::FetchImageResponse> chunks_of(std::shared_ptr<const ImageAnswe
   };
 }
 
-std::shared_ptr<const ImageAnswer> ImageAnswers::get(const v1::FetchImageRequest& request,
-                                                     const std::function<void()>& make_room) {
+std::shared_ptr<const ImageAnswer> ImageAnswers::get(const v1::FetchImageRequest& request) {
   if (request.max_side() < 0) throw Error(ErrorKind::kUsage, "max_side must be 0 or above");
   const JobStatus job = farm_.job(JobId{request.job_id()});
   const std::string key = key_of(request, job);
@@ -54,7 +53,7 @@ std::shared_ptr<const ImageAnswer> ImageAnswers::get(const v1::FetchImageRequest
       if (auto answer = found->second.lock()) return answer;
     }
   }
-  std::shared_ptr<const ImageAnswer> answer = resolve(request, job, make_room);
+  std::shared_ptr<const ImageAnswer> answer = resolve(request, job);
   const std::lock_guard lock(mutex_);
   std::erase_if(answers_, [](const auto& entry) { return entry.second.expired(); });
   answers_[key] = answer;
@@ -62,12 +61,11 @@ std::shared_ptr<const ImageAnswer> ImageAnswers::get(const v1::FetchImageRequest
 }
 
 std::shared_ptr<const ImageAnswer> ImageAnswers::resolve(const v1::FetchImageRequest& request,
-                                                         const JobStatus& job,
-                                                         const std::function<void()>& make_room) const {
+                                                         const JobStatus& job) const {
   auto answer = std::make_shared<ImageAnswer>();
   const size_t channels = 3 + (request.with_aovs() ? aov_channels(job.settings.aovs).size() : 0);
   const auto pixels = static_cast<uint64_t>(job.settings.grid.crop.area());
-  answer->share = memory_.take(pixels * channels * sizeof(float), make_room);
+  answer->share = memory_.take(pixels * channels * sizeof(float));
   if (request.max_side() > 0) {
     answer->image = reduced(farm_.display_image(job.id), request.max_side());
   } else if (request.with_aovs()) {

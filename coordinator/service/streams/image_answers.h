@@ -28,14 +28,12 @@ class ImageAnswers {
  public:
   /// Both must outlive this.
   ImageAnswers(const Farm& farm, AnswerMemory& memory) : farm_(farm), memory_(memory) {}
-  /// Resolves the image, unless somebody is sending it already. Throws as Farm::image, and LimitReached
-  /// (AnswerMemory::take, which gets `make_room`).
-  std::shared_ptr<const ImageAnswer> get(const v1::FetchImageRequest& request,
-                                         const std::function<void()>& make_room);
+  /// Resolves the image, unless somebody is sending it already. Throws as Farm::image and AnswerMemory::take.
+  std::shared_ptr<const ImageAnswer> get(const v1::FetchImageRequest& request);
 
  private:
-  std::shared_ptr<const ImageAnswer> resolve(const v1::FetchImageRequest& request, const JobStatus& job,
-                                             const std::function<void()>& make_room) const;
+  std::shared_ptr<const ImageAnswer> resolve(const v1::FetchImageRequest& request,
+                                             const JobStatus& job) const;
 
   const Farm& farm_;
   AnswerMemory& memory_;
