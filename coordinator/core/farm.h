@@ -133,7 +133,8 @@ class Farm {
   /// its own. Throws Error(kUsage) for more than kMaxMissingLight lines, none, or one of more than
   /// kMaxNoteBytes.
   void warn(const WorkerId& worker, const LeaseKey& lease, const std::vector<std::string>& missing_light);
-  /// The worker has no time for the tile any more; leased again at once, and nobody is blamed.
+  /// The worker has no time for the tile any more; leased again at once. A few times are nobody's fault, many
+  /// are (WorkerTable::handed_back).
   void hand_back(const WorkerId& worker, const LeaseKey& lease);
   /// Whether it has delivered a tile; false for one that is not registered.
   bool is_proven(const WorkerId& worker) const;
