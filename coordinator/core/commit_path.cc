@@ -34,10 +34,9 @@ CommitResult CommitPath::commit(const WorkerId& worker, const LeaseKey& lease, c
   return is_pilot(pinned.tile) ? take_pilot(delivery) : take_partial(delivery, pinned);
 }
 
-std::variant<CommitResult, CommitPath::Claim> CommitPath::claim(const Delivery& delivery) {
-  const LeaseKey& lease = delivery.lease;
-  const std::lock_guard lock(farm_.mutex);
-  farm_.scheduler.workers.seen(delivery.worker, farm_.clock.now());
+std::variant<CommitResult, CommitPath::Held> CommitPath::look_up(const WorkerId& worker,
+                                                                 const LeaseKey& lease) {
+  farm_.scheduler.workers.seen(worker, farm_.clock.now());
   Job* job = farm_.scheduler.find(lease.job);
   if (!job || job->record.state == JobState::kCancelled) {
     ++farm_.stats.refusals["commit_unknown_job"];
@@ -47,20 +46,39 @@ std::variant<CommitResult, CommitPath::Claim> CommitPath::claim(const Delivery& 
     ++farm_.stats.commits_stale;
     return CommitResult::kStale;
   }
-  const std::optional<TileRecord> tile = find_tile(*job, lease.tile);
+  std::optional<TileRecord> tile = find_tile(*job, lease.tile);
   if (!tile) {
     ++farm_.stats.refusals["commit_unknown_job"];
     return CommitResult::kUnknownJob;
   }
-  if (committed_under(*tile, {lease.attempt, delivery.worker})) {
+  if (committed_under(*tile, {lease.attempt, worker})) {
     ++farm_.stats.commits_repeated;
     return CommitResult::kAlreadyCommitted;
   }
   storage_.require();  // the worker keeps its partial and tries again
-  if (!Leases::holds(*job, delivery.worker, lease)) {
+  if (!Leases::holds(*job, worker, lease)) {
     ++farm_.stats.commits_stale;
     return CommitResult::kStale;
   }
+  return Held{job, std::move(*tile)};
+}
+
+std::variant<CommitResult, uint64_t> CommitPath::announce(const WorkerId& worker, const LeaseKey& lease) {
+  const std::lock_guard lock(farm_.mutex);
+  const std::variant<CommitResult, Held> found = look_up(worker, lease);
+  if (const auto* answer = std::get_if<CommitResult>(&found)) return *answer;
+  const auto& [job, tile] = std::get<Held>(found);
+  if (is_pilot(tile.tile)) return uint64_t{kMaxPilotResultBytes};
+  const RenderSettings& settings = job->record.settings;
+  return max_encoded_bytes(static_cast<uint64_t>(settings.grid.pixels(tile.tile.cells).area()), settings);
+}
+
+std::variant<CommitResult, CommitPath::Claim> CommitPath::claim(const Delivery& delivery) {
+  const LeaseKey& lease = delivery.lease;
+  const std::lock_guard lock(farm_.mutex);
+  const std::variant<CommitResult, Held> found = look_up(delivery.worker, lease);
+  if (const auto* answer = std::get_if<CommitResult>(&found)) return *answer;
+  const auto& [job, tile] = std::get<Held>(found);
   const bool is_check = job->checks.holds(lease.tile, delivery.worker, lease.attempt);
   // Decoding and folding take a moment; the lease must not run out meanwhile.
   if (is_check) {
@@ -68,7 +86,7 @@ std::variant<CommitResult, CommitPath::Claim> CommitPath::claim(const Delivery& 
   } else {
     job->tiles.pin(lease.tile, lease.attempt);
   }
-  return Claim{tile->tile, job->record.settings, job->record.quantum_exponent, is_check};
+  return Claim{tile.tile, job->record.settings, job->record.quantum_exponent, is_check};
 }
 
 std::optional<TileRecord> CommitPath::find_tile(const Job& job, TileId id) const {
@@ -76,9 +94,7 @@ std::optional<TileRecord> CommitPath::find_tile(const Job& job, TileId id) const
     const TileRecord* found = job.tiles.find(id);
     return found ? std::optional(*found) : std::nullopt;
   }
-  const std::vector<TileRecord> stored = farm_.store->tiles(job.record.id);
-  if (id.value < 0 || id.value >= static_cast<int64_t>(stored.size())) return std::nullopt;
-  return stored[static_cast<size_t>(id.value)];
+  return farm_.store->tile(job.record.id, id);
 }
 
 CommitResult CommitPath::take_pilot(const Delivery& delivery) {
@@ -218,19 +234,6 @@ CommitResult CommitPath::refuse(const Delivery& delivery, const std::string& why
             why);
   leases_.release(delivery.worker, lease, true, why, now);
   return CommitResult::kCorrupt;
-}
-
-uint64_t CommitPath::max_partial_bytes(const LeaseKey& lease) const {
-  const std::lock_guard lock(farm_.mutex);
-  const Job* job = farm_.scheduler.find(lease.job);
-  if (!job) return 0;
-  const FilmGrid& grid = job->record.settings.grid;
-  // Without the ledger at hand, the tile may be as large as the crop window.
-  const TileRecord* tile = job->tiles.find(lease.tile);
-  if (tile && is_pilot(tile->tile)) return kMaxPilotResultBytes;
-  const auto tile_pixels =
-      static_cast<uint64_t>(tile ? grid.pixels(tile->tile.cells).area() : grid.crop.area());
-  return max_encoded_bytes(tile_pixels, job->record.settings);
 }
 
 }  // namespace lightmill

@@ -34,8 +34,8 @@ class CommitPath {
   /// Farm::commit_unflushed.
   CommitResult commit(const WorkerId& worker, const LeaseKey& lease, const std::string& bytes,
                       std::string* reason);
-  /// Farm::max_partial_bytes.
-  uint64_t max_partial_bytes(const LeaseKey& lease) const;
+  /// Farm::announce_commit.
+  std::variant<CommitResult, uint64_t> announce(const WorkerId& worker, const LeaseKey& lease);
 
  private:
   /// What a worker hands in.
@@ -52,6 +52,11 @@ class CommitPath {
     std::optional<int> quantum_exponent;
     bool is_check = false;
   };
+  /// A good lease's tile.
+  struct Held {
+    Job* job;
+    TileRecord tile;
+  };
   /// Lets a pinned lease expire again, at the end of its scope.
   struct Unpin {
     CommitPath& path;
@@ -59,6 +64,9 @@ class CommitPath {
     ~Unpin();
   };
 
+  /// The lease's tile if the lease is good; otherwise what its commit is answered, which is then counted.
+  /// Wants FarmState::mutex held.
+  std::variant<CommitResult, Held> look_up(const WorkerId& worker, const LeaseKey& lease);
   /// Pins the lease, or says what the commit is answered.
   std::variant<CommitResult, Claim> claim(const Delivery& delivery);
   /// The tile's row, of a job that has ended from the store.

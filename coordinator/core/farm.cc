@@ -139,8 +139,8 @@ CommitResult Farm::commit_unflushed(const WorkerId& worker, const LeaseKey& leas
   return impl_->commits.commit(worker, lease, partial_bytes, reason);
 }
 void Farm::flush() { impl_->state.store->flush(); }
-uint64_t Farm::max_partial_bytes(const LeaseKey& lease) const {
-  return impl_->commits.max_partial_bytes(lease);
+std::variant<CommitResult, uint64_t> Farm::announce_commit(const WorkerId& worker, const LeaseKey& lease) {
+  return impl_->commits.announce(worker, lease);
 }
 
 // --- time ---

@@ -17,6 +17,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -96,8 +97,6 @@ class Farm {
   FarmStats stats() const;
   /// What an image file of the job should record: job, settings, samples, arithmetic class.
   std::map<std::string, std::string> image_metadata(const JobId& id) const;
-  /// Largest encoded partial that a tile of this job can need, bytes; 0 for an unknown job or tile.
-  uint64_t max_partial_bytes(const LeaseKey& lease) const;
 
   // --- workers ---
   /// Throws Error(kUnreachable) with a sentence if the build or schema does not fit, or no more may come.
@@ -122,6 +121,9 @@ class Farm {
   /// before a flush() that was called later has returned.
   CommitResult commit_unflushed(const WorkerId& worker, const LeaseKey& lease,
                                 const std::string& partial_bytes, std::string* reason = nullptr);
+  /// Before a partial is sent: what its commit would be answered unless the worker holds the lease, as
+  /// commit_unflushed() answers; otherwise the most encoded bytes that the tile's partial can have.
+  std::variant<CommitResult, uint64_t> announce_commit(const WorkerId& worker, const LeaseKey& lease);
   /// Makes all durable that was committed before the call; calls at the same time share the work. Throws
   /// StoreError.
   void flush();

@@ -22,6 +22,7 @@ grpc::Status WorkerService::HandInBlob(grpc::ServerContext* context,
     v1::HandInBlobRequest message;
     if (!call.read(*reader, &message) || !message.has_header())
       throw Error(ErrorKind::kUsage, "a blob that is handed in begins with a header");
+    keys_.worker_of(message.header().worker_id());  // throws UnknownWorker
     const std::string digest = message.header().digest();
     const std::unique_ptr<WantedBlobs::Claim> claim = wanted_ ? wanted_->claim(digest) : nullptr;
     if (!claim) return {grpc::StatusCode::ABORTED, "this blob is not wanted, or another worker brings it"};

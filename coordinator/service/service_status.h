@@ -3,6 +3,7 @@
 #include <grpcpp/support/status.h>
 
 #include <new>
+#include <stdexcept>
 
 #include "common/rpc/status.h"
 #include "coordinator/core/farm.h"
@@ -10,11 +11,20 @@
 
 namespace lightmill {
 
+/// A status that no Error stands for.
+struct StatusError : std::runtime_error {
+  explicit StatusError(const grpc::Status& status)
+      : std::runtime_error(status.error_message()), status(status) {}
+  grpc::Status status;
+};
+
 /// Runs a handler that returns a grpc::Status.
 template <class Handler>
 grpc::Status guarded(Handler&& handler) {
   try {
     return handler();
+  } catch (const StatusError& e) {
+    return e.status;
   } catch (const UnknownJob& e) {
     return {grpc::StatusCode::NOT_FOUND, one_line(e.what())};
   } catch (const UnknownWorker& e) {

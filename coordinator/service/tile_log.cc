@@ -5,6 +5,10 @@
 
 namespace lightmill {
 
+LogContext log_context(const WorkerId& worker, const LeaseKey& key) {
+  return {key.job.value, key.tile.value, key.attempt, worker.value};
+}
+
 void TileLog::add(std::string text) {
   const LogContext& about = log_context();
   if (about.job.empty()) return;

@@ -14,8 +14,12 @@
 
 #include "common/base/ids.h"
 #include "common/base/log.h"
+#include "common/farm/farm_types.h"
 
 namespace lightmill {
+
+/// What lines about a lease are about.
+LogContext log_context(const WorkerId& worker, const LeaseKey& key);
 
 class TileLog {
  public:

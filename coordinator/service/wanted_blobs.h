@@ -3,9 +3,9 @@
 // are told, and who has such a blob hands it in.
 //
 //   WantedBlobs wanted(farm, blobs, clock);
-//   background: wanted.look_around();             // one bundle after the other, and those with gaps each
-//   time a worker got NOT_FOUND: wanted.missed(bundle); WantedBlobs::Claim claim = wanted.claim(digest);   //
-//   one worker at a time brings it
+//   wanted.look_around();             // in the background: one bundle after the other, those with gaps often
+//   wanted.missed(bundle);            // a worker got NOT_FOUND
+//   auto claim = wanted.claim(digest);  // one worker at a time brings it
 #include <atomic>
 #include <cstddef>
 #include <cstdint>

@@ -1,17 +1,17 @@
 #pragma once
 // v1.WorkerService over a Farm and a BlobStore. It translates, bounds and streams; it decides nothing.
 //
-// Lease and Commit come thousands of times a second, so they are callbacks. gRPC's few threads receive and
-// send. What may block (a worker that waits for work, a partial that is merged) goes to threads of our own. A
-// commit that waits for the disk holds no thread. All other calls have a thread each while they last.
+// Lease, Commit and FetchBlobs are many, so they are callbacks. gRPC's few threads receive and send. What may
+// block (a worker that waits for work, a partial that is merged, a file that is read) goes to threads of our
+// own. All other calls have a thread each while they last.
 #include <atomic>
 
 #include "coordinator/core/farm.h"
 #include "coordinator/http/metrics.h"
-#include "coordinator/merge/flush_queue.h"
 #include "coordinator/service/caller.h"
 #include "coordinator/service/limits/quotas.h"
 #include "coordinator/service/limits/stall_watch.h"
+#include "coordinator/service/streams/commits.h"
 #include "coordinator/service/task_pool.h"
 #include "coordinator/service/tile_log.h"
 #include "coordinator/service/wanted_blobs.h"
@@ -21,8 +21,9 @@
 
 namespace lightmill {
 
-class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
-                                v1::WorkerService::WithCallbackMethod_Commit<v1::WorkerService::Service>> {
+class WorkerService final
+    : public v1::WorkerService::WithCallbackMethod_Lease<v1::WorkerService::WithCallbackMethod_Commit<
+          v1::WorkerService::WithCallbackMethod_FetchBlobs<v1::WorkerService::Service>>> {
  public:
   /// All references, and `wanted` unless it is null, must outlive the service.
   WorkerService(Farm& farm, BlobStore& blobs, Metrics& metrics, TileLog& tile_log, StallWatch& stalls,
@@ -41,22 +42,15 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   grpc::Status Warn(grpc::ServerContext*, const v1::WarnRequest*, v1::WarnResponse*) override;
   grpc::Status Drain(grpc::ServerContext*, const v1::DrainRequest*, v1::DrainResponse*) override;
   grpc::Status GetBundle(grpc::ServerContext*, const v1::GetBundleRequest*, v1::GetBundleResponse*) override;
-  grpc::Status FetchBlobs(grpc::ServerContext*, const v1::FetchBlobsRequest*,
-                          grpc::ServerWriter<v1::FetchBlobsResponse>*) override;
+  grpc::ServerWriteReactor<v1::FetchBlobsResponse>* FetchBlobs(grpc::CallbackServerContext*,
+                                                               const v1::FetchBlobsRequest*) override;
   grpc::Status HandInBlob(grpc::ServerContext*, grpc::ServerReader<v1::HandInBlobRequest>*,
                           v1::HandInBlobResponse*) override;
 
  private:
-  class CommitCall;
   /// Long poll.
   grpc::Status wait_for_lease(grpc::CallbackServerContext* context, const WorkerId& worker, double seconds,
                               v1::LeaseResponse* response);
-  /// Once all of the partial has arrived.
-  CommitResult merge(const WorkerId& worker, const v1::CommitRequest::Header& header,
-                     const std::string& bytes, std::string* reason);
-  /// Once the commit is durable, if it must be; `seconds` after the partial had arrived.
-  void answer(const v1::CommitRequest::Header& header, CommitResult result, const std::string& reason,
-              double seconds, v1::CommitResponse* response);
   void grant(const WorkerId& worker, const LeaseGrant& grant, double waited, v1::LeaseResponse* response);
 
   Farm& farm_;
@@ -68,13 +62,11 @@ class WorkerService final : public v1::WorkerService::WithCallbackMethod_Lease<
   const Caller caller_;
   const WorkerKeys keys_;
   WantedBlobs* const wanted_;
-  const uint64_t most_incoming_bytes_;
   std::atomic<bool> stopping_{false};
   std::atomic<int> waiting_ = 0, waiting_strangers_ = 0, hand_ins_ = 0;
-  StallWatch::Group fetches_, commits_;
-  std::atomic<uint64_t> incoming_bytes_{0};  // of partials that are being received
-  FlushQueue flush_queue_;
-  TaskPool waiting_pool_, commit_pool_;  // ended first: their tasks use what is above
+  Commits commits_;
+  StallWatch::Group fetches_;
+  TaskPool waiting_pool_, fetch_pool_;  // ended first: their tasks use what is above
 };
 
 }  // namespace lightmill

@@ -21,6 +21,9 @@ class GuardedJobStore : public JobStore {
   std::vector<TileRecord> tiles(const JobId& job) override {
     return guarded([&] { return store_->tiles(job); });
   }
+  std::optional<TileRecord> tile(const JobId& job, TileId id) override {
+    return guarded([&] { return store_->tile(job, id); });
+  }
   std::vector<ErrorPoint> curve(const JobId& job) override {
     return guarded([&] { return store_->curve(job); });
   }

@@ -5,6 +5,7 @@
 // can, until flush() returns or another write is durable. Thread-safe.
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,6 +35,9 @@ class DamagedLayers : public Error {
   explicit DamagedLayers(const std::string& message) : Error(ErrorKind::kFailed, message) {}
 };
 
+/// No ledger goes beyond.
+inline constexpr TileId kLastTile{std::numeric_limits<int64_t>::max()};
+
 class JobStore {
  public:
   virtual ~JobStore() = default;
@@ -46,6 +50,8 @@ class JobStore {
   virtual std::vector<JobRecord> jobs() = 0;
   /// The job's ledger, ascending by id.
   virtual std::vector<TileRecord> tiles(const JobId& job) = 0;
+  /// One row of it; absent if there is none. Costs no more in a long ledger.
+  virtual std::optional<TileRecord> tile(const JobId& job, TileId id) = 0;
   virtual std::vector<ErrorPoint> curve(const JobId& job) = 0;
   /// Manifest text of a bundle that some job names.
   virtual std::optional<std::string> bundle_json(const std::string& digest) = 0;

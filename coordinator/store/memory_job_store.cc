@@ -30,6 +30,13 @@ std::vector<TileRecord> MemoryJobStore::tiles(const JobId& job) {
   return entry(job).tiles;
 }
 
+std::optional<TileRecord> MemoryJobStore::tile(const JobId& job, TileId id) {
+  const std::lock_guard lock(mutex_);
+  const std::vector<TileRecord>& ledger = entry(job).tiles;
+  if (id.value < 0 || static_cast<size_t>(id.value) >= ledger.size()) return std::nullopt;
+  return ledger[static_cast<size_t>(id.value)];
+}
+
 std::vector<ErrorPoint> MemoryJobStore::curve(const JobId& job) {
   const std::lock_guard lock(mutex_);
   return entry(job).curve;

@@ -16,6 +16,7 @@ class MemoryJobStore : public JobStore {
   bool keeps_layers() const override { return keep_layers_; }
   std::vector<JobRecord> jobs() override;
   std::vector<TileRecord> tiles(const JobId& job) override;
+  std::optional<TileRecord> tile(const JobId& job, TileId id) override;
   std::vector<ErrorPoint> curve(const JobId& job) override;
   std::optional<std::string> bundle_json(const std::string& digest) override;
   Image reference(const JobId& job) override;

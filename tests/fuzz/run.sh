@@ -9,7 +9,7 @@ source tests/deploy/checks.sh
 seconds=${1:-30}
 [[ $# -gt 0 ]] && shift
 targets=("$@")
-[[ $# == 0 ]] && targets=(pbrt gltf webp ply measured partial checkpoint messages)
+[[ $# == 0 ]] && targets=(pbrt gltf webp ply measured partial checkpoint messages streams)
 command -v clang++ >/dev/null || skip_all "clang is not installed"
 
 build=$root/build/fuzz
@@ -22,7 +22,7 @@ fuzz() {
   mkdir -p "$new"
   # Libraries are not instrumented, so containers that cross them confuse ASan's container checks.
   ASAN_OPTIONS=detect_container_overflow=0 UBSAN_OPTIONS=print_stacktrace=1 "$build/bin/fuzz_$target" \
-    -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 -max_len=16384 -print_final_stats=1 \
+    -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 -max_len=32768 -print_final_stats=1 \
     -artifact_prefix="$build/crashes/$target-" "$new" "tests/fuzz/corpus/$target" >"$build/$target.log" 2>&1 || status=1
   grep -E 'number_of_executed_units|SUMMARY|ERROR:' "$build/$target.log" | tail -n 2
   return $status

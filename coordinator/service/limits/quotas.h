@@ -1,6 +1,6 @@
 #pragma once
 // What one caller may ask of the coordinator. The bounds of a single message are in common/rpc/channel.h;
-// those of partials follow from their tile (Farm::max_partial_bytes).
+// those of partials follow from their tile (Farm::announce_commit).
 #include <cstdint>
 
 #include "common/farm/farm_types.h"

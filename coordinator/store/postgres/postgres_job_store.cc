@@ -80,7 +80,14 @@ std::vector<JobRecord> PostgresJobStore::jobs() {
 }
 
 std::vector<TileRecord> PostgresJobStore::tiles(const JobId& job) {
-  return db_.read([&](PostgresConnection& db) { return postgres_rows::tiles(db, job); });
+  return db_.read(
+      [&](PostgresConnection& db) { return postgres_rows::tiles(db, job, TileId{0}, kLastTile); });
+}
+
+std::optional<TileRecord> PostgresJobStore::tile(const JobId& job, TileId id) {
+  const std::vector<TileRecord> found =
+      db_.read([&](PostgresConnection& db) { return postgres_rows::tiles(db, job, id, id); });
+  return found.empty() ? std::nullopt : std::optional(found.front());
 }
 
 std::vector<ErrorPoint> PostgresJobStore::curve(const JobId& job) {

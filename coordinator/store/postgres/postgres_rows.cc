@@ -31,11 +31,12 @@ std::string quoted(const std::string& value) {
 
 }  // namespace
 
-std::vector<TileRecord> tiles(PostgresConnection& db, const JobId& job) {
+std::vector<TileRecord> tiles(PostgresConnection& db, const JobId& job, TileId first, TileId last) {
   const PostgresResult rows = db.query(
       "SELECT tile, x0, y0, x1, y1, sample_begin, sample_end, state, attempt, failures, worker, digest, "
-      "rival_attempt, rival_worker, check_state FROM tiles WHERE job=$1 ORDER BY tile",
-      {job.value});
+      "rival_attempt, rival_worker, check_state FROM tiles WHERE job=$1 AND tile BETWEEN $2 AND $3 "
+      "ORDER BY tile",
+      {job.value, first.value, last.value});
   std::vector<TileRecord> records;
   for (int row = 0; row < rows.rows(); ++row) {
     TileRecord tile;
@@ -53,7 +54,7 @@ std::vector<TileRecord> tiles(PostgresConnection& db, const JobId& job) {
     tile.rival_attempt = rows.integer(row, 12);
     tile.rival_worker = WorkerId{rows.text(row, 13)};
     tile.check = static_cast<TileCheck>(check);
-    if (tile.id.value != row) throw StoreError("the ledger of job " + job.value + " has gaps");
+    if (tile.id.value - first.value != row) throw StoreError("the ledger of job " + job.value + " has gaps");
     records.push_back(std::move(tile));
   }
   return records;

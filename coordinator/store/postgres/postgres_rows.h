@@ -8,8 +8,8 @@
 
 namespace lightmill::postgres_rows {
 
-/// Throws StoreError for a ledger that is damaged.
-std::vector<TileRecord> tiles(PostgresConnection& db, const JobId& job);
+/// Both, and all between. Throws StoreError for a ledger that is damaged.
+std::vector<TileRecord> tiles(PostgresConnection& db, const JobId& job, TileId first, TileId last);
 /// The first column.
 std::vector<TileId> ids(const PostgresResult& rows);
 void insert_tiles(PostgresConnection& db, const JobId& job, const std::vector<TileRecord>& tiles);

@@ -33,7 +33,13 @@ std::vector<JobRecord> SqliteJobStore::jobs() {
 
 std::vector<TileRecord> SqliteJobStore::tiles(const JobId& job) {
   const std::lock_guard lock(mutex_);
-  return sqlite_rows::tiles(db_, path_, job);
+  return sqlite_rows::tiles(db_, path_, job, TileId{0}, kLastTile);
+}
+
+std::optional<TileRecord> SqliteJobStore::tile(const JobId& job, TileId id) {
+  const std::lock_guard lock(mutex_);
+  const std::vector<TileRecord> found = sqlite_rows::tiles(db_, path_, job, id, id);
+  return found.empty() ? std::nullopt : std::optional(found.front());
 }
 
 std::vector<ErrorPoint> SqliteJobStore::curve(const JobId& job) {

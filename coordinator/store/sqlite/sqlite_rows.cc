@@ -6,12 +6,14 @@
 
 namespace lightmill::sqlite_rows {
 
-std::vector<TileRecord> tiles(Database& db, const std::string& path, const JobId& job) {
+std::vector<TileRecord> tiles(Database& db, const std::string& path, const JobId& job, TileId first,
+                              TileId last) {
   Statement select(
       db,
       "SELECT tile, x0, y0, x1, y1, sample_begin, sample_end, state, attempt, failures, worker, digest, "
-      "rival_attempt, rival_worker, check_state FROM tiles WHERE job=? ORDER BY tile");
-  select.bind(job.value);
+      "rival_attempt, rival_worker, check_state FROM tiles WHERE job=? AND tile BETWEEN ? AND ? "
+      "ORDER BY tile");
+  select.bind(job.value).bind(first.value).bind(last.value);
   std::vector<TileRecord> records;
   while (select.step()) {
     TileRecord tile;
@@ -30,7 +32,7 @@ std::vector<TileRecord> tiles(Database& db, const std::string& path, const JobId
     const int64_t check = select.integer(14);
     if (check < 0 || check > 2) throw StoreError(path + ": unknown state of a check in the ledger");
     tile.check = static_cast<TileCheck>(check);
-    if (tile.id.value != static_cast<int64_t>(records.size())) {
+    if (tile.id.value - first.value != static_cast<int64_t>(records.size())) {
       throw StoreError(path + ": the ledger of job " + job.value + " has gaps");
     }
     records.push_back(std::move(tile));

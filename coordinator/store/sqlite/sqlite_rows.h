@@ -9,8 +9,9 @@
 
 namespace lightmill::sqlite_rows {
 
-/// Throws StoreError, which names `path`, for a ledger that is damaged.
-std::vector<TileRecord> tiles(Database& db, const std::string& path, const JobId& job);
+/// Both, and all between. Throws StoreError, which names `path`, for a ledger that is damaged.
+std::vector<TileRecord> tiles(Database& db, const std::string& path, const JobId& job, TileId first,
+                              TileId last);
 void insert_tiles(Database& db, const JobId& job, const std::vector<TileRecord>& tiles);
 /// Updates all but cells and samples. Throws std::logic_error if there is no such tile.
 void update_tile(Database& db, const JobId& job, const TileRecord& tile);

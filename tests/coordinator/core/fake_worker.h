@@ -44,6 +44,7 @@ class WatchedStore : public JobStore {
       : store_(store), before_write_(std::move(before_write)) {}
   std::vector<JobRecord> jobs() override { return store_.jobs(); }
   std::vector<TileRecord> tiles(const JobId& job) override { return store_.tiles(job); }
+  std::optional<TileRecord> tile(const JobId& job, TileId id) override { return store_.tile(job, id); }
   std::vector<ErrorPoint> curve(const JobId& job) override { return store_.curve(job); }
   std::optional<std::string> bundle_json(const std::string& d) override { return store_.bundle_json(d); }
   Image reference(const JobId& job) override { return store_.reference(job); }

@@ -385,6 +385,33 @@ TEST_F(ServiceTest, CommitsThatLieAreRefused) {
   EXPECT_EQ(commit(id, grant), v1::COMMIT_OUTCOME_ALREADY_COMMITTED);
 }
 
+TEST_F(ServiceTest, CommitsWithoutALeaseAreAnsweredAtTheirHeader) {
+  submit(8);
+  const std::string id = register_worker(), other = register_worker();
+  const LeaseGrant grant = lease(id).value();
+  const auto announced = [&](const std::string& who, LeaseKey key) {
+    grpc::ClientContext context;
+    set_deadline(context, 30);
+    v1::CommitResponse response;
+    const auto writer = worker->Commit(&context, &response);
+    v1::CommitRequest message;
+    message.mutable_header()->set_worker_id(who);
+    *message.mutable_header()->mutable_key() = to_proto(key);
+    message.mutable_header()->set_size(uint64_t{1} << 50);  // that nobody makes room for
+    writer->Write(message);
+    const grpc::Status status = writer->Finish();  // and it sends no more
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response.outcome();
+  };
+  const LeaseKey key{grant.job, grant.tile_id, grant.attempt};
+  EXPECT_EQ(announced(other, key), v1::COMMIT_OUTCOME_STALE) << "the lease of another";
+  EXPECT_EQ(announced(id, {grant.job, grant.tile_id, grant.attempt + 1}), v1::COMMIT_OUTCOME_STALE);
+  EXPECT_EQ(announced(id, {grant.job, TileId{1000000}, 1}), v1::COMMIT_OUTCOME_UNKNOWN_JOB);
+  EXPECT_EQ(announced(id, {JobId{"j404"}, TileId{0}, 1}), v1::COMMIT_OUTCOME_UNKNOWN_JOB);
+  EXPECT_EQ(commit(id, grant), v1::COMMIT_OUTCOME_ACCEPTED);
+  EXPECT_EQ(announced(id, key), v1::COMMIT_OUTCOME_ALREADY_COMMITTED);
+}
+
 TEST_F(ServiceTest, PortsInUseAndPlainTextAreRefused) {
   const std::string rpc = "127.0.0.1:" + std::to_string(server->rpc_port());
   const std::string http = "127.0.0.1:" + std::to_string(server->http_port());

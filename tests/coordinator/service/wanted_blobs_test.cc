@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "coordinator/service/worker_keys.h"
 #include "tests/coordinator/service/service_fixture.h"
 
 namespace lightmill {
@@ -43,6 +44,7 @@ class WantedBlobsTest : public ServiceTest {
     v1::HandInBlobResponse response;
     const auto writer = worker->HandInBlob(&context, &response);
     v1::HandInBlobRequest message;
+    message.mutable_header()->set_worker_id(bringer);
     message.mutable_header()->set_digest(name);
     message.mutable_header()->set_size(size);
     writer->Write(message);
@@ -56,6 +58,7 @@ class WantedBlobsTest : public ServiceTest {
 
   const std::string digest = sha256_hex("scene");
   const JobId job;
+  std::string bringer = register_worker();
   LeaseGrant grant;
 };
 
@@ -124,6 +127,18 @@ TEST_F(WantedBlobsTest, AWorkerBringsWhatWasLostAndTheJobIsDone) {
   EXPECT_EQ(hand_in(digest, 5, "scene").error_code(), grpc::StatusCode::ABORTED) << "it is there";
   while (const auto next = lease(id)) EXPECT_EQ(commit(id, *next), v1::COMMIT_OUTCOME_ACCEPTED);
   EXPECT_EQ(farm.job(job).state, JobState::kDone);
+}
+
+TEST_F(WantedBlobsTest, OnlyARegisteredWorkerBringsIt) {
+  lose();
+  wanted.look_around();
+  const std::string right = bringer;
+  for (const std::string& wrong : {std::string(), WorkerKeys::shown(right).value, right + "0"}) {
+    bringer = wrong;
+    EXPECT_EQ(hand_in(digest, 5, "scene").error_code(), grpc::StatusCode::NOT_FOUND) << wrong;
+  }
+  bringer = right;
+  EXPECT_TRUE(hand_in(digest, 5, "scene").ok());
 }
 
 TEST_F(WantedBlobsTest, OneWorkerAtATimeBringsIt) {

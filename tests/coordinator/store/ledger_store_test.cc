@@ -93,6 +93,15 @@ TEST_P(LedgerStore, EitherOfTwoLeasesMayCommitAndNoOther) {
   }
 }
 
+TEST_P(LedgerStore, OneRowIsReadAlone) {
+  commit(1, "p");
+  reopen();
+  for (int64_t id = 0; id < 3; ++id) EXPECT_EQ(store->tile(job.id, TileId{id}), row(id));
+  EXPECT_EQ(row(1).state, TileState::kCommitted);
+  for (const int64_t id : {int64_t{-1}, int64_t{3}, std::numeric_limits<int64_t>::max()})
+    EXPECT_EQ(store->tile(job.id, TileId{id}), std::nullopt) << id;
+}
+
 TEST_P(LedgerStore, ATileIsCutInOneStep) {
   TileRecord smaller = row(2), other = smaller;
   smaller.tile.cells = {0, 0, 1, 2};
