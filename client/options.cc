@@ -92,7 +92,24 @@ void add_unavailable(CLI::App* verb, const std::string& option, const std::strin
 void add_scene(CLI::App* verb, SceneOptions* scene) {
   verb->add_option("SCENE", scene->scene, "A scene file: pbrt-v4 (.pbrt) or glTF 2.0 (.gltf, .glb)")
       ->required();
-  verb->add_flag("--strict", scene->strict, "Unsupported scene features are errors");
+  verb->add_flag("--strict", scene->strict, "Warnings about the scene are errors");
+  verb->add_flag("--missing-textures", scene->missing_textures,
+                 "Render images that are not there as one grey");
+  verb->add_flag("--strict-lights", scene->strict_lights,
+                 "A scene without lights is black; without this it gets a white sky");
+  verb->add_option_function<std::vector<std::string>>(
+          "--map",
+          [scene](const std::vector<std::string>& pairs) {
+            for (const std::string& pair : pairs) {
+              const size_t at = pair.find('=');
+              if (at == std::string::npos || at == 0)
+                throw CLI::ValidationError("--map", "needs FROM=TO, not \"" + pair + "\"");
+              scene->map.emplace_back(pair.substr(0, at), pair.substr(at + 1));
+            }
+          },
+          "Files whose names begin with FROM are taken from TO, as FROM=TO; may be given again")
+      ->take_all()
+      ->allow_extra_args(false);
   verb->add_option("--camera", scene->camera,
                    "glTF: the camera or node of this name (default: the first camera)");
   verb->add_option("--environment", scene->environment,
@@ -216,15 +233,23 @@ void add_display(CLI::App* verb, std::string* display) {
 }
 
 LoadOptions load_options(const SceneOptions& options) {
-  LoadOptions load{options.strict, options.camera, options.environment};
+  LoadOptions load;
+  load.strict = options.strict;
+  load.camera = options.camera;
+  load.environment = options.environment;
+  load.missing_textures = options.missing_textures;
+  load.strict_lights = options.strict_lights;
   if (!load.environment.empty()) load.environment = std::filesystem::absolute(load.environment).string();
   return load;
 }
 
 SceneDescription load_scene_for(const SceneOptions& options, bool quiet) {
-  return load_scene_file(options.scene, load_options(options), [quiet](const Problem& problem) {
-    if (!quiet) print_warning(format_problem(problem));
-  });
+  return load_scene_file(
+      options.scene, load_options(options),
+      [quiet](const Problem& problem) {
+        if (!quiet) print_warning(format_problem(problem));
+      },
+      options.map);
 }
 
 }  // namespace lightmill::client

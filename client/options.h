@@ -39,6 +39,8 @@ struct SceneOptions {
   std::string scene;
   bool strict = false;
   std::string camera, environment;  // for glTF, see LoadOptions
+  bool missing_textures = false, strict_lights = false;
+  PathMap map;
   RenderOptions render;
   // As typed; `finish_scene_options` turns them into `render`.
   std::string max_depth, resolution, crop, plan;

@@ -49,11 +49,13 @@ void add_render_problems(const SceneDescription& scene, const std::string& scene
   }
 }
 
-std::vector<Problem> find_problems(const CheckOptions& options) {
+std::vector<Problem> find_problems(const CheckOptions& options, std::string* format) {
   const std::filesystem::path path(options.scene.scene);
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   const LoadResult result =
-      load_scene(path.filename().string(), DirectoryFiles(folder.string()), load_options(options.scene));
+      load_scene(path.filename().string(), DirectoryFiles(folder.string(), options.scene.map),
+                 load_options(options.scene));
+  *format = result.scene.format;
   std::vector<Problem> problems = result.problems;
   if (result.ok()) add_render_problems(result.scene, path.filename().string(), &problems);
   for (Problem& problem : problems) {  // the reader names files relative to the scene's folder
@@ -75,7 +77,8 @@ std::vector<Problem> find_problems(const CheckOptions& options) {
 }
 
 int check(const CheckOptions& options) {
-  const std::vector<Problem> problems = find_problems(options);
+  std::string format;
+  const std::vector<Problem> problems = find_problems(options, &format);
   int errors = 0;
   nlohmann::json list = nlohmann::json::array();
   for (const Problem& problem : problems) {
@@ -92,7 +95,7 @@ int check(const CheckOptions& options) {
     }
   }
   if (options.common.json) {
-    const nlohmann::json document = {{"problems", list}};
+    const nlohmann::json document = {{"format", format}, {"problems", list}};
     std::printf("%s\n", document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
   }
   const auto warnings = static_cast<int>(problems.size()) - errors;
@@ -101,7 +104,7 @@ int check(const CheckOptions& options) {
                                           std::to_string(warnings) + " warning(s)");
   }
   if (!options.common.quiet && !options.common.json) {
-    std::printf("%s: no errors, %d warning(s)\n", options.scene.scene.c_str(), warnings);
+    std::printf("%s: %s, no errors, %d warning(s)\n", options.scene.scene.c_str(), format.c_str(), warnings);
   }
   return 0;
 }

@@ -53,6 +53,8 @@ std::string bundle_to_json(const Bundle& bundle) {
   nlohmann::json j{{"entries", std::move(entries)}, {"main", bundle.main}, {"version", 1}};
   if (!bundle.camera.empty()) j["camera"] = bundle.camera;
   if (!bundle.environment.empty()) j["environment"] = bundle.environment;
+  if (bundle.missing_textures) j["missing_textures"] = true;
+  if (bundle.strict_lights) j["strict_lights"] = true;
   return j.dump();
 }
 
@@ -65,6 +67,8 @@ Bundle bundle_from_json(const std::string& text) {
     bundle.main = j.at("main").get<std::string>();
     bundle.camera = j.value("camera", "");
     bundle.environment = j.value("environment", "");
+    bundle.missing_textures = j.value("missing_textures", false);
+    bundle.strict_lights = j.value("strict_lights", false);
     if (!j.at("entries").is_array()) fail_bundle("\"entries\" must be an array");
     for (const auto& e : j.at("entries")) {
       if (!e.at("size").is_number_unsigned()) fail_bundle("a size must be a whole number from 0");
@@ -84,6 +88,8 @@ Bundle make_bundle(const SceneDescription& scene, std::map<std::string, std::str
   bundle.main = scene.files.front().name;
   bundle.camera = scene.chosen_camera;
   bundle.environment = scene.chosen_environment;
+  bundle.missing_textures = scene.missing_textures;
+  bundle.strict_lights = scene.strict_lights;
   for (const SourceFile& file : scene.files) {
     std::error_code error;
     const uint64_t size = std::filesystem::file_size(file.path, error);
@@ -116,7 +122,16 @@ BundleFiles::BundleFiles(const Bundle& bundle, const std::string& folder) {
   }
 }
 
-std::string BundleFiles::resolve(const std::string& name) const {
+LoadOptions load_options(const Bundle& bundle) {
+  LoadOptions options;
+  options.camera = bundle.camera;
+  options.environment = bundle.environment;
+  options.missing_textures = bundle.missing_textures;
+  options.strict_lights = bundle.strict_lights;
+  return options;
+}
+
+std::string BundleFiles::resolve(const std::string& name, std::string*) const {
   auto found = path_by_name_.find(name);  // names of the manifest itself, such as the main file's
   if (found == path_by_name_.end()) found = path_by_name_.find(bundle_name(name));
   return found == path_by_name_.end() ? "" : found->second;

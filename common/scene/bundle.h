@@ -20,11 +20,15 @@ struct BundleEntry {
 /// empty.
 struct Bundle {
   std::string main;
-  std::string camera, environment;  // as in LoadOptions
+  std::string camera, environment;                       // as in LoadOptions
   std::vector<BundleEntry> entries;
+  bool missing_textures = false, strict_lights = false;  // as in LoadOptions
   /// SHA-256 of the canonical text of the manifest.
   std::string digest() const;
 };
+
+/// What the scene is to be loaded with.
+LoadOptions load_options(const Bundle& bundle);
 
 /// Canonical text, and back (throws Error(kFailed) on malformed, unsorted or unsafe input).
 std::string bundle_to_json(const Bundle& bundle);
@@ -40,7 +44,8 @@ std::string blob_file_name(const BundleEntry& entry);
 class BundleFiles : public FileSource {
  public:
   BundleFiles(const Bundle& bundle, const std::string& folder);
-  std::string resolve(const std::string& name) const override;
+  using FileSource::resolve;
+  std::string resolve(const std::string& name, std::string* how) const override;
   bool has_unused_files() const override { return false; }
 
  private:

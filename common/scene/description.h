@@ -136,7 +136,8 @@ struct GoniometricLight {
   Rgb intensity;
   std::string image_path;  // resolved
   Transform light_to_world = {};
-  double power = 0;  // W; > 0: `intensity` is scaled as if the image alone shone with this power
+  double power = 0;       // W; > 0: `intensity` is scaled as if the image alone shone with this power
+  bool lat_long = false;  // as InfiniteLight's
 };
 /// Point light at the origin of its space that throws an image through a window around +z: `intensity` (W/sr)
 /// times the image, whose top is at +y and whose left at -x.
@@ -260,8 +261,10 @@ struct SceneDescription {
   ShutterDescription shutter;
   std::vector<LightDescription> lights;
   std::vector<SourceFile> files;  // the scene file first
+  std::string format;             // of the scene file: "pbrt-v4", "pbrt-v3" or "glTF 2.0"
   // What LoadOptions chose, the environment by its name in a bundle; empty: as the scene file says.
   std::string chosen_camera, chosen_environment;
+  bool missing_textures = false, strict_lights = false;  // as LoadOptions said
 };
 
 /// A mix among `materials` that contains itself, directly or not; -1 if there is none.

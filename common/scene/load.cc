@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "common/base/error.h"
+#include "common/base/lower_case.h"
 #include "common/scene/gltf/reader.h"
 #include "common/scene/pbrt/parser.h"
 
@@ -17,7 +18,9 @@ bool LoadResult::ok() const {
 LoadResult load_scene(const std::string& name, const FileSource& files, const LoadOptions& options) {
   ProblemList problems(options.strict);
   LoadResult result;
-  const std::string extension = std::filesystem::path(name).extension().string();
+  std::filesystem::path file(name);
+  if (lower_case(file.extension().string()) == ".gz") file = file.stem();
+  const std::string extension = lower_case(file.extension().string());
   if (extension == ".pbrt") {
     if (!options.camera.empty())
       problems.error({name, 1, 1}, "--camera is for glTF scenes; a .pbrt file has one camera");
@@ -37,15 +40,17 @@ LoadResult load_scene(const std::string& name, const FileSource& files, const Lo
   } else {
     problems.error({name, 1, 1}, "a scene file ends in .pbrt, .gltf or .glb, not " + in_quotes(extension));
   }
+  result.scene.missing_textures = options.missing_textures;
+  result.scene.strict_lights = options.strict_lights;
   result.problems = problems.take();
   return result;
 }
 
 SceneDescription load_scene_file(const std::string& path, const LoadOptions& options,
-                                 const std::function<void(const Problem&)>& warn) {
+                                 const std::function<void(const Problem&)>& warn, const PathMap& map) {
   const std::filesystem::path file(path);
   const std::string folder = file.has_parent_path() ? file.parent_path().string() : ".";
-  LoadResult result = load_scene(file.filename().string(), DirectoryFiles(folder), options);
+  LoadResult result = load_scene(file.filename().string(), DirectoryFiles(folder, map), options);
   const Problem* first = nullptr;
   size_t errors = 0;
   for (const Problem& p : result.problems) {

@@ -4,6 +4,51 @@
 #include <numeric>
 
 namespace lightmill {
+namespace {
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// What messages of a kind share: numbers become 0, and the name after `the WORD ` goes.
+std::string kind_of(const std::string& message) {
+  std::string kind;
+  size_t at = 0;
+  const auto is_named = [&] {  // kind ends in "the WORD "
+    if (kind.size() < 6 || kind.back() != ' ') return false;
+    const size_t word = kind.find_last_of(' ', kind.size() - 2);
+    return word != std::string::npos && word >= 3 && kind.compare(word - 3, 3, "the") == 0;
+  };
+  while (at < message.size()) {
+    const char c = message[at];
+    if (c == '"' && is_named()) {
+      const size_t end = message.find('"', at + 1);
+      at = end == std::string::npos ? message.size() : end + 1;
+    } else if (is_digit(c)) {
+      while (at < message.size() && (is_digit(message[at]) || message[at] == '.')) ++at;
+      kind += '0';
+    } else {
+      kind += c;
+      ++at;
+    }
+  }
+  return kind;
+}
+
+}  // namespace
+
+bool ProblemList::is_new(const std::string& message) {
+  const auto [known, is_first] = kinds_.try_emplace(kind_of(message), Kind{problems_.size()});
+  if (!is_first) ++known->second.more;
+  return is_first;
+}
+
+std::vector<Problem> ProblemList::take() {
+  for (const auto& [key, kind] : kinds_) {
+    if (kind.more > 0)
+      problems_[kind.first].message += " (and " + std::to_string(kind.more) + " more like it)";
+  }
+  kinds_.clear();
+  return std::move(problems_);
+}
 
 void ProblemList::error(const SourceLocation& where, const std::string& message) {
   ++errors_;
@@ -14,6 +59,8 @@ void ProblemList::error(const SourceLocation& where, const std::string& message)
 }
 
 void ProblemList::warning(const SourceLocation& where, const std::string& message) {
+  if (strict_) return error(where, message);
+  if (warnings_ >= kMaxWarnings || !is_new(message)) return;
   ++warnings_;
   if (warnings_ < kMaxWarnings) problems_.push_back({where, Severity::kWarning, message});
   if (warnings_ == kMaxWarnings) {
@@ -22,12 +69,7 @@ void ProblemList::warning(const SourceLocation& where, const std::string& messag
 }
 
 void ProblemList::unsupported(const SourceLocation& where, const std::string& what) {
-  const std::string message = "not supported yet: " + what;
-  if (strict_) {
-    error(where, message);
-  } else {
-    warning(where, message);
-  }
+  warning(where, "not supported yet: " + what);
 }
 
 std::string in_quotes(std::string_view text) {
@@ -73,6 +115,14 @@ std::string nearest_hint(std::string_view word, const std::vector<std::string_vi
     }
   }
   return best.empty() ? "" : "; did you mean \"" + std::string(best) + "\"?";
+}
+
+std::string nearest_hint(std::string_view word, const std::vector<std::string_view>& candidates,
+                         std::string consequence) {
+  const std::string hint = nearest_hint(word, candidates);
+  if (hint.empty()) return "; " + consequence;
+  if (consequence[0] >= 'a' && consequence[0] <= 'z') consequence[0] = static_cast<char>(consequence[0] - 32);
+  return hint + " " + consequence;
 }
 
 }  // namespace lightmill

@@ -13,7 +13,6 @@
 #include "common/base/digest.h"
 #include "common/base/error.h"
 #include "common/base/utf8.h"
-#include "common/scene/load.h"
 
 namespace lightmill {
 namespace {
@@ -122,15 +121,6 @@ std::string read_scene_file(const std::string& path, size_t max_bytes) {
   }
   contents.resize(have);
   return contents.starts_with("\x1f\x8b") ? inflate_all(contents, max_bytes) : contents;
-}
-
-std::string DirectoryFiles::resolve(const std::string& name) const {
-  if (name.empty() || name.find('\0') != std::string::npos) return "";
-  // Normalised as bundle_name does it, so that both mean the same file even across symbolic links.
-  const fs::path path = fs::path(name).lexically_normal();
-  const fs::path full = path.is_absolute() ? path : fs::path(folder_) / path;
-  std::error_code ignored;
-  return fs::exists(full, ignored) ? full.string() : "";
 }
 
 }  // namespace lightmill

@@ -19,7 +19,8 @@ class Uploaded : public FileSource {
     for (size_t i = 0; i < question.paths.size(); ++i)
       paths_[question.files.entries[i].name] = question.paths[i];
   }
-  std::string resolve(const std::string& name) const override {
+  using FileSource::resolve;
+  std::string resolve(const std::string& name, std::string*) const override {
     auto found = paths_.find(name);  // names of the manifest itself, such as the main file's
     const std::string known = bundle_name(name);
     if (found == paths_.end()) found = paths_.find(known);
@@ -53,7 +54,8 @@ void keep_some(std::vector<std::string>* lines) {
 
 SceneAnswer read_scene(const SceneQuestion& question) {
   const Uploaded files(question);
-  const LoadOptions load{question.strict, question.files.camera, question.files.environment};
+  LoadOptions load = load_options(question.files);
+  load.strict = question.strict;
   LoadResult result = load_scene(question.files.main, files, load);
   SceneAnswer answer;
   for (const Problem& problem : result.problems) {

@@ -37,8 +37,9 @@ bool move_to_front(List& list, Matches matches) {
 }
 
 SceneDescription load(const Bundle& bundle, const std::string& folder, int threads) {
-  LoadResult result = load_scene(bundle.main, BundleFiles(bundle, folder),
-                                 {false, bundle.camera, bundle.environment, threads});
+  LoadOptions options = load_options(bundle);
+  options.threads = threads;
+  LoadResult result = load_scene(bundle.main, BundleFiles(bundle, folder), options);
   if (result.ok()) return std::move(result.scene);
   const auto first = std::find_if(result.problems.begin(), result.problems.end(), [](const Problem& problem) {
     return problem.severity == Severity::kError;

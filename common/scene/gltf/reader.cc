@@ -78,6 +78,7 @@ SceneDescription read_gltf(const std::string& name, const FileSource& files, con
   out.scene.film.filename = std::filesystem::path(name).stem().string() + ".exr";
   out.scene.sampling.max_depth = kUnlimitedDepth;
   out.scene.chosen_camera = options.camera;
+  out.scene.format = "glTF 2.0";
   SourceLocation place{name, 1, 1};
   try {
     const std::string path = out.open_reference(name, "");

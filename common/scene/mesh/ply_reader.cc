@@ -224,8 +224,8 @@ TriangleMesh read_elements(const PlyHeader& header, Values values) {
       skip_element(element, values);
     }
   }
-  if (!vertices || mesh.positions.empty()) fail_scene("has no vertices");
-  if (!faces || mesh.triangles.empty()) fail_scene("has no faces");
+  if (!vertices) fail_scene("has no vertices");
+  if (!faces) fail_scene("has no faces");
   require_valid_mesh(mesh);
   return mesh;
 }

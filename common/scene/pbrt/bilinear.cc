@@ -15,19 +15,18 @@ std::optional<std::vector<std::array<uint32_t, 4>>> read_corners(ParameterList& 
   if (indices == nullptr) {
     if (params.has("indices")) return std::nullopt;  // reported
     if (vertices == 4) return {{{0, 1, 2, 3}}};
-    params.problems().error(params.where(),
-                            params.owner() + " needs \"integer indices\" unless it is one patch");
+    params.left_out("needs \"integer indices\" unless it is one patch");
     return std::nullopt;
   }
   if (indices->size() % 4 != 0) {
-    params.bad_value("indices", "has " + std::to_string(indices->size()) + " numbers; it needs 4 per patch");
+    params.left_out("has " + std::to_string(indices->size()) + " indices; it needs 4 per patch");
     return std::nullopt;
   }
   std::vector<std::array<uint32_t, 4>> patches(indices->size() / 4);
   for (size_t i = 0; i < indices->size(); ++i) {
     const double at = (*indices)[i];
     if (at < 0 || at >= static_cast<double>(vertices)) {
-      params.bad_value("indices", "refers to a vertex that does not exist");
+      params.left_out("refers to a vertex that does not exist");
       return std::nullopt;
     }
     patches[i / 4][i % 4] = static_cast<uint32_t>(at);
@@ -47,7 +46,7 @@ std::optional<ReadShape> read_bilinear_mesh(PbrtScene& out, ParameterList& param
   const auto* uvs = params.numbers("uv", ParamType::kPoint2);
   params.accept({"faceIndices", "indices", "emissionfilename"});  // the last guides pbrt's sampling alone
   if (positions == nullptr) {
-    if (!params.has("P")) out.problems->error(params.where(), params.owner() + " needs \"point3 P\"");
+    if (!params.has("P")) params.left_out("needs \"point3 P\"");
     return std::nullopt;
   }
   // What is given at the vertices is checked as a mesh of them alone.
@@ -60,7 +59,7 @@ std::optional<ReadShape> read_bilinear_mesh(PbrtScene& out, ParameterList& param
   try {
     require_valid_mesh(vertices);
   } catch (const Error& e) {
-    out.problems->error(params.where(), params.owner() + ": " + e.what());
+    params.left_out(e.what());
     return std::nullopt;
   }
   const auto indices = read_corners(params, vertices.positions.size());

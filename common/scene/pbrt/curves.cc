@@ -17,7 +17,8 @@ constexpr double kWidest = 1e37;  // as far as positions may go
 std::string one_of(ParameterList& params, std::string_view name, const std::vector<std::string_view>& words) {
   std::string word = params.text(name, std::string(words.front()));
   if (std::find(words.begin(), words.end(), word) != words.end()) return word;
-  params.bad_value(name, "is unknown: " + in_quotes(word) + nearest_hint(word, words));
+  params.odd_value(name, "is unknown: " + in_quotes(word) + nearest_hint(word, words, "") +
+                             in_quotes(words.front()) + " is taken");
   return std::string(words.front());
 }
 
@@ -31,20 +32,19 @@ std::vector<Vec3d> to_vec3d(const std::vector<double>& v) {
 std::vector<Vec3d> read_normals(ParameterList& params, size_t pieces) {
   const auto* numbers = params.numbers("N", ParamType::kNormal);
   if (numbers == nullptr) {
-    if (!params.has("N"))
-      params.problems().error(params.where(), params.owner() + " of type \"ribbon\" needs \"normal N\"");
+    if (!params.has("N")) params.left_out("of type \"ribbon\" needs \"normal N\"");
     return {};
   }
   std::vector<Vec3d> normals = to_vec3d(*numbers);
   if (normals.size() != pieces + 1) {
-    params.bad_value("N", "has " + std::to_string(normals.size()) + " normals; the curve needs " +
-                              std::to_string(pieces + 1));
+    params.left_out("has " + std::to_string(normals.size()) + " normals; the curve needs " +
+                    std::to_string(pieces + 1));
     return {};
   }
   for (Vec3d& n : normals) {
     const double size = length(n);
     if (!(size > 0) || !std::isfinite(size)) {
-      params.bad_value("N", "has a normal without direction");
+      params.left_out("has a normal without direction");
       return {};
     }
     n = {n.x / size, n.y / size, n.z / size};
@@ -64,24 +64,25 @@ std::shared_ptr<TriangleMesh> read_curve(PbrtScene& out, ParameterList& params) 
   params.accept({"splitdepth"});
   const auto* numbers = params.numbers("P", ParamType::kPoint3);
   if (numbers == nullptr) {
-    if (!params.has("P")) out.problems->error(params.where(), params.owner() + " needs \"point3 P\"");
+    if (!params.has("P")) params.left_out("needs \"point3 P\"");
     return nullptr;
   }
   const std::vector<Vec3d> points = to_vec3d(*numbers);
   const size_t order = static_cast<size_t>(degree) + 1;
   if (points.size() < order) {
-    params.bad_value("P", "has " + std::to_string(points.size()) + " points; a curve of degree " +
-                              std::to_string(degree) + " needs at least " + std::to_string(order));
+    params.left_out("has " + std::to_string(points.size()) + " points; a curve of degree " +
+                    std::to_string(degree) + " needs at least " + std::to_string(order));
     return nullptr;
   }
   if (basis == "bezier" && (points.size() - 1) % (order - 1) != 0) {
-    params.bad_value("P", "has " + std::to_string(points.size()) + " points; Bezier curves of degree " +
-                              std::to_string(degree) + " need " + std::to_string(order) + ", " +
-                              std::to_string(2 * order - 1) + ", " + std::to_string(3 * order - 2) + ", ...");
+    params.left_out("has " + std::to_string(points.size()) + " points; Bezier curves of degree " +
+                    std::to_string(degree) + " need " + std::to_string(order) + ", " +
+                    std::to_string(2 * order - 1) + ", " + std::to_string(3 * order - 2) + ", ...");
     return nullptr;
   }
   if (!(static_cast<float>(std::max(width0, width1)) > 0)) {
-    params.bad_value(params.has("width0") ? "width0" : "width", "must be above 0 at one end of the curve");
+    params.left_out(std::string("has a \"") + (params.has("width0") ? "width0" : "width") +
+                    "\" that is not above 0 at either end of the curve");
     return nullptr;
   }
   BezierChain chain;

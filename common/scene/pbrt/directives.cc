@@ -5,6 +5,7 @@
 
 #include "common/base/lower_case.h"
 #include "common/scene/pbrt/parser.h"
+#include "common/scene/pbrt/v3/materials.h"
 #include "common/scene/transform.h"
 
 namespace lightmill {
@@ -47,16 +48,21 @@ const std::map<std::string_view, PbrtParser::Handler>& PbrtParser::handlers() {
       {"Option", &PbrtParser::on_option},
       {"PixelFilter", &PbrtParser::on_pixel_filter},
       {"ReverseOrientation", &PbrtParser::on_reverse_orientation},
+      {"Renderer", &PbrtParser::on_left_out},
       {"Rotate", &PbrtParser::on_rotate},
       {"Sampler", &PbrtParser::on_sampler},
       {"Scale", &PbrtParser::on_scale},
+      {"SearchPath", &PbrtParser::on_left_out},
       {"Shape", &PbrtParser::on_shape},
+      {"SurfaceIntegrator", &PbrtParser::on_integrator},
       {"Texture", &PbrtParser::on_texture},
       {"Transform", &PbrtParser::on_transform},
       {"TransformBegin", &PbrtParser::on_transform_begin},
       {"TransformEnd", &PbrtParser::on_transform_end},
       {"TransformTimes", &PbrtParser::on_transform_times},
       {"Translate", &PbrtParser::on_translate},
+      {"Volume", &PbrtParser::on_left_out},
+      {"VolumeIntegrator", &PbrtParser::on_left_out},
       {"WorldBegin", &PbrtParser::on_world_begin},
       {"WorldEnd", &PbrtParser::on_world_end},
   };
@@ -124,7 +130,10 @@ void PbrtParser::on_medium_interface(const Token& d) {
 void PbrtParser::on_make_named_medium(const Token& d) {
   const auto name = take_string(d, "a name");
   if (!name) return;
-  ParameterList params = take_parameters(d, "the medium " + in_quotes(*name), "medium");
+  std::vector<Parameter> given = take_values("medium");
+  if (std::string none; out_.dialect == Dialect::kV3)
+    v3::upgrade(v3::Directive::kMedium, d.where.location(), &none, &given, problems_);
+  ParameterList params("the medium " + in_quotes(*name), d.where.location(), std::move(given), problems_);
   MediumDescription medium = translate_medium(out_, *name, params);
   if (name->empty()) {
     problems_->error(d.where.location(), "a medium needs a name; \"\" is empty space");
@@ -161,53 +170,59 @@ void PbrtParser::on_import(const Token& d) {
 
 void PbrtParser::on_camera(const Token& d) {
   if (!require_options(d)) return;
-  const auto type = take_string(d, "a type");
-  if (!type) return;
-  ParameterList params = take_parameters(d, owner_of("camera", *type), "");
-  translate_camera(out_, *type, params, state_.shape.ctm, &times_);
+  auto typed = take_typed(d, v3::Directive::kCamera, "camera", "");
+  if (!typed) return;
+  auto& [type, params] = *typed;
+  translate_camera(out_, type, params, state_.shape.ctm, &times_);
   CameraDescription& camera = out_.scene.camera;
   camera.medium = state_.shape.media.outside;
-  const Transform end = inverse(state_.ctm_end);
+  Transform end = inverse(state_.ctm_end);
+  coordinate_systems_["camera"] = {camera.camera_to_world, end};
+  for (Transform* t : {&camera.camera_to_world, &end}) {
+    for (auto& row : t->m) {
+      if (out_.flips_x) row[0] = -row[0];
+      if (out_.flips_y) row[1] = -row[1];
+    }
+  }
   camera.moves_to = moves_to(d, camera.camera_to_world, end);
   if (camera.moves_to >= 0 && !Motion(camera.camera_to_world, end).is_rigid()) {
     problems_->unsupported(d.where.location(), "a camera whose Scale changes: it stays as at its start time");
     camera.moves_to = -1;
   }
-  coordinate_systems_["camera"] = {camera.camera_to_world, end};
 }
 
 void PbrtParser::on_film(const Token& d) {
   if (!require_options(d)) return;
-  const auto type = take_string(d, "a type");
-  if (!type) return;
-  ParameterList params = take_parameters(d, owner_of("film", *type), "");
+  auto typed = take_typed(d, v3::Directive::kFilm, "film", "");
+  if (!typed) return;
+  auto& [type, params] = *typed;
   double explicit_time = 0;
-  translate_film(out_, *type, params, &iso_ratio_, &explicit_time);
+  translate_film(out_, type, params, &iso_ratio_, &explicit_time);
   if (explicit_time > 0) film_exposure_time_ = explicit_time;
 }
 
 void PbrtParser::on_pixel_filter(const Token& d) {
   if (!require_options(d)) return;
-  const auto type = take_string(d, "a type");
-  if (!type) return;
-  ParameterList params = take_parameters(d, owner_of("pixel filter", *type), "");
-  translate_filter(out_, *type, params);
+  auto typed = take_typed(d, v3::Directive::kPixelFilter, "pixel filter", "");
+  if (!typed) return;
+  auto& [type, params] = *typed;
+  translate_filter(out_, type, params);
 }
 
 void PbrtParser::on_sampler(const Token& d) {
   if (!require_options(d)) return;
-  const auto type = take_string(d, "a type");
-  if (!type) return;
-  ParameterList params = take_parameters(d, owner_of("sampler", *type), "");
-  translate_sampler(out_, *type, params);
+  auto typed = take_typed(d, v3::Directive::kSampler, "sampler", "");
+  if (!typed) return;
+  auto& [type, params] = *typed;
+  translate_sampler(out_, type, params);
 }
 
 void PbrtParser::on_integrator(const Token& d) {
   if (!require_options(d)) return;
-  const auto type = take_string(d, "a type");
-  if (!type) return;
-  ParameterList params = take_parameters(d, owner_of("integrator", *type), "");
-  translate_integrator(out_, *type, params);
+  auto typed = take_typed(d, v3::Directive::kIntegrator, "integrator", "");
+  if (!typed) return;
+  auto& [type, params] = *typed;
+  translate_integrator(out_, type, params);
 }
 
 void PbrtParser::on_accelerator(const Token& d) {
@@ -216,6 +231,11 @@ void PbrtParser::on_accelerator(const Token& d) {
   if (!type) return;
   ParameterList params = take_parameters(d, owner_of("accelerator", *type), "");
   translate_accelerator(out_, *type, params);
+}
+
+void PbrtParser::on_left_out(const Token& d) {
+  problems_->warning(d.where.location(), std::string(d.text) + " is pbrt-v2's and is left out");
+  skip_to_directive();
 }
 
 void PbrtParser::on_option(const Token& d) {
@@ -253,31 +273,54 @@ void PbrtParser::on_world_end(const Token& d) {
 
 // --- content --------------------------------------------------------------------------------------
 
+int PbrtParser::add_material(const Token& d, const std::string& name, std::string type,
+                             std::vector<Parameter> given) {
+  if (out_.dialect == Dialect::kV3 || v3::is_material(type)) {
+    if (out_.dialect == Dialect::kV4) {
+      problems_->warning(d.where.location(), "material " + in_quotes(type) +
+                                                 " is pbrt-v3's; it is read as by pbrt-v4's --upgrade");
+    }
+    v3::upgrade_material(d.where.location(), &type, &given, problems_);
+  }
+  ParameterList params(name.empty() ? owner_of("material", type) : "the material " + in_quotes(name),
+                       d.where.location(), std::move(given), problems_);
+  params.accept({"type"});
+  const std::optional<FloatInput> opacity = v3::read_opacity(out_, params);
+  MaterialDescription material = translate_material(out_, type, params);
+  material.name = name;
+  int index = -1;
+  if (name.empty()) {
+    index = out_.add_material(std::move(material));
+  } else {
+    out_.define_material(std::move(material));
+    index = out_.material_named(name, d.where.location());
+  }
+  if (is_interface_material(type)) out_.invisible_materials.insert(index);
+  if (opacity) out_.opacities[index] = *opacity;
+  return index;
+}
+
 void PbrtParser::on_material(const Token& d) {
   if (!require_world(d)) return;
   const auto type = take_string(d, "a type");
   if (!type) return;
-  ParameterList params = take_parameters(d, owner_of("material", *type), "material");
-  state_.shape.material = out_.add_material(translate_material(out_, *type, params));
-  if (is_interface_material(*type)) out_.invisible_materials.insert(state_.shape.material);
+  state_.shape.material = add_material(d, "", *type, take_values("material"));
 }
 
 void PbrtParser::on_make_named_material(const Token& d) {
   if (!require_world(d)) return;
   const auto name = take_string(d, "a name");
   if (!name) return;
-  ParameterList params = take_parameters(d, "the material " + in_quotes(*name), "material");
-  const std::string type = params.text("type", "");
-  if (type.empty()) {
-    if (!params.has("type"))
-      problems_->error(d.where.location(), "the material " + in_quotes(*name) + " needs a \"string type\"");
-    return;
+  std::vector<Parameter> given = take_values("material");
+  const auto found = std::ranges::find_if(given, [](const Parameter& p) { return p.name == "type"; });
+  std::string type = "diffuse";
+  if (found != given.end() && found->strings.size() == 1) {
+    type = found->strings[0];
+  } else {
+    problems_->warning(d.where.location(),
+                       "the material " + in_quotes(*name) + " needs a \"string type\"; \"diffuse\" is taken");
   }
-  MaterialDescription material = translate_material(out_, type, params);
-  material.name = *name;
-  out_.define_material(std::move(material));
-  if (is_interface_material(type))
-    out_.invisible_materials.insert(out_.material_named(*name, d.where.location()));
+  add_material(d, *name, type, std::move(given));
 }
 
 void PbrtParser::on_named_material(const Token& d) {
@@ -294,37 +337,41 @@ void PbrtParser::on_texture(const Token& d) {
   if (!value_type) return;
   const auto type = take_string(d, "a type");
   if (!type) return;
-  ParameterList params = take_parameters(d, owner_of("texture", *type), "texture");
+  std::vector<Parameter> given = take_values("texture");
+  std::string upgraded = *type;
+  if (out_.dialect == Dialect::kV3)
+    v3::upgrade(v3::Directive::kTexture, d.where.location(), &upgraded, &given, problems_);
+  ParameterList params(owner_of("texture", *type), d.where.location(), std::move(given), problems_);
   stays(d, "a texture's space");
   translate_texture(out_, *name, *value_type, *type, params, state_.shape.ctm);
 }
 
 void PbrtParser::on_light(const Token& d) {
   if (!require_world(d)) return;
-  const auto type = take_string(d, "a type");
-  if (!type) return;
-  ParameterList params = take_parameters(d, owner_of("light", *type), "light");
+  auto typed = take_typed(d, v3::Directive::kLight, "light", "light");
+  if (!typed) return;
+  auto& [type, params] = *typed;
   if (refuse_if_flat()) return;
   stays(d, "a light");
   const size_t before = out_.scene.lights.size();
-  translate_light(out_, *type, params, state_.shape.ctm);
+  translate_light(out_, type, params, state_.shape.ctm);
   for (size_t i = before; i < out_.scene.lights.size(); ++i)
     out_.scene.lights[i].medium = state_.shape.media.outside;
 }
 
 void PbrtParser::on_area_light(const Token& d) {
   if (!require_world(d)) return;
-  const auto type = take_string(d, "a type");
-  if (!type) return;
-  ParameterList params = take_parameters(d, owner_of("area light", *type), "light");
-  state_.shape.area_light = translate_area_light(out_, *type, params);
+  auto typed = take_typed(d, v3::Directive::kAreaLight, "area light", "light");
+  if (!typed) return;
+  auto& [type, params] = *typed;
+  state_.shape.area_light = translate_area_light(out_, type, params);
 }
 
 void PbrtParser::on_shape(const Token& d) {
   if (!require_world(d)) return;
-  const auto type = take_string(d, "a type");
-  if (!type) return;
-  ParameterList params = take_parameters(d, owner_of("shape", *type), "shape");
+  auto typed = take_typed(d, v3::Directive::kShape, "shape", "shape");
+  if (!typed) return;
+  auto& [type, params] = *typed;
   if (refuse_if_flat()) return;
   ShapeAttributes attributes = state_.shape;
   if (open_object_ && attributes.area_light != nullptr) {
@@ -336,7 +383,7 @@ void PbrtParser::on_shape(const Token& d) {
   } else {
     attributes.moves_to = moves_to(d, state_.shape.ctm, state_.ctm_end);
   }
-  translate_shape(out_, *type, params, attributes);
+  translate_shape(out_, type, params, attributes);
 }
 
 }  // namespace lightmill

@@ -6,17 +6,26 @@
 namespace lightmill {
 
 std::string PbrtScene::readable(const std::string& reference, const SourceLocation& where) {
-  std::string path = files.resolve(reference);
+  std::string how;
+  std::string path = files.resolve(reference, &how);
   if (path.empty()) {
-    problems->error(
-        where, "there is no file " + in_quotes(reference) + "; names are relative to the main scene file");
+    problems->error(where, "there is no file " + in_quotes(reference) +
+                               "; names are relative to the main scene file" + files.hint(reference));
     return "";
   }
+  if (!how.empty()) problems->warning(where, "there is no file " + in_quotes(reference) + "; " + how);
   if (const std::string why = why_unreadable(path); !why.empty()) {
     problems->error(where, "can't read the file " + in_quotes(reference) + ": " + why);
     return "";
   }
   return path;
+}
+
+bool PbrtScene::may_be_missing(const std::string& reference, const SourceLocation& where) {
+  if (!missing_textures || !files.resolve(reference).empty()) return false;
+  problems->warning(
+      where, "there is no file " + in_quotes(reference) + "; one grey is taken" + files.hint(reference));
+  return true;
 }
 
 void PbrtScene::list(const SourceFile& file) {
@@ -46,6 +55,7 @@ std::string PbrtScene::open_mesh(const std::string& reference, const SourceLocat
 
 std::optional<std::string> PbrtScene::open_image(const std::string& reference, const SourceLocation& where) {
   if (!files.has_unused_files() && files.resolve(reference).empty()) return "";
+  if (may_be_missing(reference, where)) return "";
   std::string path = readable(reference, where);
   if (path.empty()) return std::nullopt;
   image_names_[path].insert(bundle_name(reference));
@@ -55,10 +65,12 @@ std::optional<std::string> PbrtScene::open_image(const std::string& reference, c
 void PbrtScene::list_images() {
   const PartsInUse parts = parts_in_use(scene);
   for (size_t i = 0; i < scene.textures.size(); ++i) {
-    const TextureDescription& texture = scene.textures[i];
+    TextureDescription& texture = scene.textures[i];
     const auto* image = std::get_if<ImageTexture>(&texture.kind);
     if (!parts.textures[i] || image == nullptr) continue;
-    if (image->path.empty()) {
+    if (image->path.empty() && missing_textures) {
+      texture.kind = ConstantTexture{{0.5f, 0.5f, 0.5f}};
+    } else if (image->path.empty()) {
       problems->error(texture.location, "the image of the texture " + in_quotes(texture.name) +
                                             " is missing; submit the scene again");
     } else {

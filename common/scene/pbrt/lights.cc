@@ -49,6 +49,14 @@ double magnitude(ParameterList& params, const char* name) {
   return x;
 }
 
+/// A colour beside an image, which pbrt-v4 refuses and pbrt-v3 multiplies: so do we.
+Rgb image_tint(ParameterList& params, PbrtScene& out, const char* name) {
+  if (params.has(name) && out.dialect == Dialect::kV4) {
+    params.odd_value(name, "is given beside an image, which it multiplies; leave one out");
+  }
+  return out.spectrum(params, name, SpectrumUse::kEmission, {1, 1, 1});
+}
+
 Vec3d end_point(ParameterList& params, const char* name, const Vec3d& fallback) {
   const auto* p = params.numbers(name, ParamType::kPoint3, 3);
   return p ? Vec3d{(*p)[0], (*p)[1], (*p)[2]} : fallback;
@@ -61,8 +69,9 @@ Vec3d axis(PbrtScene& out, ParameterList& params, const Transform& ctm) {
   const Vec3d d{to.x - from.x, to.y - from.y, to.z - from.z};
   const double length = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
   if (!(length > 0) || !std::isfinite(length)) {
-    out.problems->error(params.where(),
-                        params.owner() + " has no direction; \"from\" and \"to\" must differ");
+    out.problems->warning(params.where(), params.owner() +
+                                              " has no direction; \"from\" and \"to\" must differ; +z is "
+                                              "taken");
     return {0, 0, 1};
   }
   return {d.x / length, d.y / length, d.z / length};
@@ -81,6 +90,7 @@ std::string image_file(PbrtScene& out, ParameterList& params, const Transform& c
                                               " is stretched or sheared by its transform; its image is only "
                                               "turned");
   }
+  if (out.may_be_missing(file, params.where_of("filename"))) return "";
   return out.open_reference(file, params.where_of("filename"));
 }
 
@@ -99,7 +109,8 @@ std::optional<std::array<Vec3d, 4>> portal(ParameterList& params) {
   const Vec3d bend{across.x - e2.x, across.y - e2.y, across.z - e2.z};
   const double off = std::max(std::abs(dot(e1, e2)), dot(bend, bend));
   if (!(size > 0) || !std::isfinite(size) || !(off <= 1e-3 * size)) {
-    params.bad_value("portal", "is not a rectangle; give its four corners in turn");
+    params.odd_value("portal", "is not a rectangle and is left out; give its four corners in turn");
+    return std::nullopt;
   }
   return corners;
 }
@@ -129,14 +140,14 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     const double illuminance = magnitude(params, "illuminance");
     light.image_path = image_file(out, params, ctm, false);
     if (!light.image_path.empty()) {
-      if (params.has("L")) {
-        out.problems->error(params.where_of("L"),
-                            params.owner() + " has both \"L\" and \"filename\"; leave one out");
-      }
-      params.accept({"L"});
+      const Rgb tint = image_tint(params, out, "L");
       light.light_to_world = ctm;
+      if (out.dialect == Dialect::kV3) {  // whose panoramas have +z at the top
+        light.lat_long = true;
+        for (auto& row : light.light_to_world.m) std::swap(row[1], row[2]);
+      }
       light.illuminance = std::max(illuminance, 0.0);
-      light.radiance = scaled({1, 1, 1}, scale);
+      light.radiance = checked(scaled(tint, scale), params);
       out.scene.lights.push_back({light, params.where()});
       params.finish();
       return;
@@ -183,16 +194,16 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
     const double power = magnitude(params, "power");
     GoniometricLight light{checked(scaled(intensity, scale), params), image_file(out, params, ctm, true), ctm,
-                           std::max(power, 0.0)};
+                           std::max(power, 0.0), out.dialect == Dialect::kV3};
     if (!light.image_path.empty()) out.scene.lights.push_back({std::move(light), params.where()});
   } else if (type == "projection") {
     const double power = magnitude(params, "power");
     const double fov = params.number("fov", 90, kLeastFov, kGreatestFov);
-    ProjectionLight light{scaled({1, 1, 1}, scale), image_file(out, params, ctm, true), ctm, fov,
-                          std::max(power, 0.0)};
+    ProjectionLight light{checked(scaled(image_tint(params, out, "I"), scale), params),
+                          image_file(out, params, ctm, true), ctm, fov, std::max(power, 0.0)};
     if (!light.image_path.empty()) out.scene.lights.push_back({std::move(light), params.where()});
   } else {
-    report_unknown_word(params, "light", type, known);
+    report_unknown_word(params, "light", type, known, "it is left out");
     return;
   }
   params.finish();
@@ -201,8 +212,7 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
 std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std::string& type,
                                                        ParameterList& params) {
   if (type != "diffuse") {
-    report_unknown_word(params, "area light", type, {"diffuse"});
-    return nullptr;
+    report_unknown_word(params, "area light", type, {"diffuse"}, "\"diffuse\" is taken");
   }
   auto light = std::make_shared<PendingAreaLight>();
   light->where = params.where();
@@ -210,12 +220,9 @@ std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std
   if (const std::string file = params.text("filename", ""); !file.empty()) {
     light->image_where = params.where_of("filename");
     light->image_path = out.open_image(file, light->image_where);
-    if (params.has("L")) {
-      out.problems->error(params.where_of("L"),
-                          params.owner() + " has both \"L\" and \"filename\"; leave one out");
-    }
   }
-  const Rgb radiance = out.spectrum(params, "L", SpectrumUse::kEmission, {1, 1, 1});
+  const Rgb radiance = light->image_path ? image_tint(params, out, "L")
+                                         : out.spectrum(params, "L", SpectrumUse::kEmission, {1, 1, 1});
   light->radiance = checked(scaled(radiance, scale), params);
   light->power = magnitude(params, "power");
   light->two_sided = params.boolean("twosided", false);

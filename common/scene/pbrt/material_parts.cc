@@ -51,7 +51,7 @@ float read_eta(PbrtScene& out, ParameterList& params, std::string_view name, flo
     }
   }
   if (!(eta > 0)) {
-    params.bad_value(name, "must be above 0");
+    params.odd_value(name, "must be above 0; " + std::to_string(fallback) + " is taken");
     return fallback;
   }
   return eta;

@@ -1,4 +1,6 @@
 // Material and MakeNamedMaterial.
+#include "common/scene/pbrt/v3/materials.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -30,19 +32,6 @@ const std::vector<std::string_view>& known_materials() {
   return names;
 }
 
-/// pbrt-v4's name of a material that only pbrt-v3 has, or "".
-std::string_view successor_of(std::string_view type) {
-  constexpr std::string_view kRenamed[][2] = {
-      {"matte", "diffuse"},           {"plastic", "coateddiffuse"},
-      {"substrate", "coateddiffuse"}, {"uber", "coateddiffuse"},
-      {"glass", "dielectric"},        {"metal", "conductor"},
-      {"mirror", "conductor"},        {"translucent", "diffusetransmission"}};
-  for (const auto& [old_name, new_name] : kRenamed) {
-    if (old_name == type) return new_name;
-  }
-  return "";
-}
-
 /// Names of a metal's parameters.
 struct MetalNames {
   const char *eta = "eta", *k = "k";
@@ -55,7 +44,7 @@ ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params, const Me
     m.reflectance = out.spectrum_input(params, "reflectance", SpectrumUse::kReflectance, {0.5f, 0.5f, 0.5f});
     for (const char* other : {names.eta, names.k}) {
       if (params.has(other))
-        params.bad_value(other, "can't be given together with \"reflectance\"; keep one of them");
+        params.odd_value(other, "can't be given together with \"reflectance\", which counts");
     }
   }
   m.eta = out.spectrum_input(params, names.eta, SpectrumUse::kFactor, *named_metal(kDefaultMetal[0]));
@@ -63,7 +52,10 @@ ConductorMaterial read_conductor(PbrtScene& out, ParameterList& params, const Me
   params.accept({"reflectance"});
   const Rgb &eta = m.eta.value, &k = m.k.value;
   if (m.eta.texture < 0 && m.k.texture < 0 && (eta.r + k.r <= 0 || eta.g + k.g <= 0 || eta.b + k.b <= 0)) {
-    params.bad_value(names.eta, "must be above 0 where k is 0: no matter has an index of 0");
+    params.odd_value(names.eta, "must be above 0 where k is 0: no matter has an index of 0; 1 is taken");
+    for (const auto channel : {&Rgb::r, &Rgb::g, &Rgb::b}) {
+      if (eta.*channel + k.*channel <= 0) m.eta.value.*channel = 1;
+    }
   }
   m.roughness = read_roughness(out, params, names.roughness);
   return m;
@@ -199,7 +191,7 @@ MixMaterial read_mix(PbrtScene& out, ParameterList& params) {
   MixMaterial m;
   const Parameter* p = params.find("materials", {ParamType::kString});
   if (p == nullptr || p->strings.size() != 2) {
-    params.bad_value("materials", "needs the names of two materials");
+    params.odd_value("materials", "needs the names of two materials; grey is taken");
     m.materials.fill(out.default_material(params.where()));
   } else {
     for (size_t i = 0; i < 2; ++i) m.materials[i] = out.material_named(p->strings[i], p->where);
@@ -241,17 +233,13 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
     material.kind = read_measured(out, params);
   } else if (type == "mix") {
     material.kind = read_mix(out, params);
+  } else if (type == "disney") {
+    material.kind = v3::read_disney(out, params);
   } else if (type == "coatedconductor") {
     material.kind = read_coated_conductor(out, params);
   } else {
     if (is_interface_material(type)) return material;  // nothing is seen of it
-    const std::string_view successor = successor_of(type);
-    if (successor.empty()) {
-      report_unknown_word(params, "material", type, known_materials());
-    } else {
-      out.problems->error(params.where(), "unknown material " + in_quotes(type) +
-                                              " (of pbrt-v3); pbrt-v4 calls it " + in_quotes(successor));
-    }
+    report_unknown_word(params, "material", type, known_materials(), "grey is taken");
     return material;  // its parameters are another material's: not checked
   }
   params.finish();

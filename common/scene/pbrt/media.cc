@@ -22,7 +22,7 @@ void read_homogeneous(PbrtScene& out, ParameterList& params, MediumDescription* 
   const std::string preset = params.text("preset", "");
   const MeasuredMedium* measured = preset.empty() ? nullptr : find_measured_medium(preset);
   if (!preset.empty() && measured == nullptr) {
-    params.bad_value("preset", "names no measured medium: " + in_quotes(preset) +
+    params.odd_value("preset", "names no measured medium, and is left out: " + in_quotes(preset) +
                                    nearest_hint(preset, measured_medium_names()));
   }
   medium->sigma_a = out.spectrum(params, "sigma_a", SpectrumUse::kFactor, {1, 1, 1});
@@ -58,12 +58,13 @@ MediumDescription translate_medium(PbrtScene& out, const std::string& name, Para
   }
   medium.sigma_a = medium.sigma_s = {0, 0, 0};
   if (type.empty()) {
-    if (!params.has("type")) out.problems->error(params.where(), params.owner() + " needs a \"string type\"");
+    if (!params.has("type"))
+      out.problems->warning(params.where(), params.owner() + " needs a \"string type\"; it is empty space");
   } else if (std::find(known.begin(), known.end(), type) != known.end()) {
     out.problems->unsupported(params.where(),
                               params.owner() + " of type " + in_quotes(type) + " is rendered as empty space");
   } else {
-    report_unknown_word(params, "medium", type, known);
+    report_unknown_word(params, "medium", type, known, "it is empty space");
   }
   return medium;  // its parameters are another medium's: not checked
 }

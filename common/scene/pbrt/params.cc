@@ -7,6 +7,7 @@
 
 #include "common/base/lower_case.h"
 #include "common/base/parse_number.h"
+#include "common/scene/pbrt/coerce.h"
 
 namespace lightmill {
 namespace {
@@ -25,6 +26,7 @@ constexpr TypeName kTypeNames[] = {
     {"spectrum", ParamType::kSpectrum}, {"blackbody", ParamType::kBlackbody},
     {"texture", ParamType::kTexture},   {"point", ParamType::kPoint3},
     {"vector", ParamType::kVector3},    {"normal3", ParamType::kNormal},
+    {"color", ParamType::kRgb},         {"xyz", ParamType::kXyz},
 };
 
 size_t components(ParamType type) {
@@ -36,10 +38,26 @@ size_t components(ParamType type) {
     case ParamType::kVector3:
     case ParamType::kNormal:
     case ParamType::kRgb:
+    case ParamType::kXyz:
       return 3;
     default:
       return 1;
   }
+}
+
+/// What "nan", "inf" and the like of other programs stand for in a number's place.
+std::optional<double> odd_number(std::string_view text) {
+  std::string word;
+  for (const char c : text) word += lower_case(c);
+  const bool negative = word.starts_with('-');
+  if (negative || word.starts_with('+')) word.erase(0, 1);
+  if (word.starts_with("inf") || word.starts_with("1.#inf")) return negative ? -kAnySize : kAnySize;
+  if (word.starts_with("nan") || word.starts_with("1.#ind") || word.starts_with("1.#qnan")) return 0;
+  // Beyond double, as 1e400: parse_number takes finite numbers alone.
+  char* end = nullptr;
+  const double value = std::strtod(word.c_str(), &end);
+  if (end != word.c_str() + word.size() || word.empty() || !(word[0] >= '0' && word[0] <= '9')) return {};
+  return std::isfinite(value) ? std::nullopt : std::optional(negative ? -kAnySize : kAnySize);
 }
 
 bool takes_strings(ParamType type) { return type == ParamType::kString || type == ParamType::kTexture; }
@@ -76,7 +94,8 @@ bool parse_declaration(const Token& token, Parameter* out, ProblemList* problems
   }
   out->where = token.where.location();
   if (words.size() != 2) {
-    problems->error(out->where, "a parameter is declared as \"type name\", not " + in_quotes(token.text));
+    problems->warning(out->where, "a parameter is declared as \"type name\", not " + in_quotes(token.text) +
+                                      "; it is left out");
     return false;
   }
   for (const TypeName& t : kTypeNames) {
@@ -88,9 +107,8 @@ bool parse_declaration(const Token& token, Parameter* out, ProblemList* problems
   }
   std::vector<std::string_view> names;
   for (const TypeName& t : kTypeNames) names.push_back(t.name);
-  std::string hint = nearest_hint(words[0], names);
-  if (words[0] == "color") hint = "; did you mean \"rgb\"?";
-  problems->error(out->where, "unknown parameter type " + in_quotes(words[0]) + hint);
+  problems->warning(out->where, "unknown parameter type " + in_quotes(words[0]) +
+                                    nearest_hint(words[0], names, "the parameter is left out"));
   return false;
 }
 
@@ -114,15 +132,23 @@ bool add_value(const Token& token, Parameter* out, ProblemList* problems) {
     return true;
   }
   double value = 0;
-  if (is_string || !parse_number(token.text, &value)) {
-    return fail("finite numbers");
+  const auto taken = [&](double other) {
+    problems->warning(token.where.location(),
+                      "parameter " + in_quotes(out->name) + " (" + std::string(param_type_name(out->type)) +
+                          ") has the value " + shown(token) + ", which is taken as " + plain(other));
+    value = other;
+  };
+  if (!parse_number(token.text, &value)) {
+    const std::optional<double> odd = is_string ? std::nullopt : odd_number(token.text);
+    if (!odd) return fail("finite numbers");
+    taken(*odd);
   }
   if (out->type == ParamType::kInteger) {
-    if (value != std::trunc(value) || std::abs(value) > std::numeric_limits<int32_t>::max()) {
-      return fail("whole 32-bit numbers");
-    }
-  } else if (std::abs(value) > std::numeric_limits<float>::max()) {
-    return fail("numbers in float's range");
+    constexpr double kMost = std::numeric_limits<int32_t>::max();
+    const double whole = std::clamp(std::round(value), -kMost, kMost);
+    if (whole != value) taken(whole);
+  } else if (constexpr double kMost = std::numeric_limits<float>::max(); std::abs(value) > kMost) {
+    taken(std::copysign(kMost, value));
   }
   out->numbers.push_back(value);
   return true;
@@ -201,9 +227,6 @@ std::vector<Parameter> parse_parameters(PbrtTokenizer& tokens, ColorSpace color_
         std::find_if(list.begin(), list.end(), [&](const Parameter& p) { return p.name == parameter.name; });
     if (earlier == list.end()) {
       list.push_back(std::move(parameter));
-    } else if (earlier->type != parameter.type) {
-      problems->error(parameter.where, "parameter " + in_quotes(parameter.name) +
-                                           " is given twice, by values of two types; keep one");
     } else {
       if (!parameter.malformed) {
         problems->warning(parameter.where, "parameter " + in_quotes(parameter.name) +
@@ -265,41 +288,55 @@ bool ParameterList::has(std::string_view name) const {
                      [&](const Parameter& p) { return p.name == name; });
 }
 
+void ParameterList::odd_value(std::string_view name, const std::string& message) {
+  problems_->warning(where_of(name), "parameter " + in_quotes(name) + " of " + owner_ + " " + message);
+}
+
+void ParameterList::left_out(const std::string& why) {
+  problems_->warning(where_, owner_ + " " + why + "; it is left out");
+}
+
 void ParameterList::bad_value(std::string_view name, const std::string& message) {
   problems_->error(where_of(name), "parameter " + in_quotes(name) + " of " + owner_ + " " + message);
 }
 
 const Parameter* ParameterList::find(std::string_view name, std::initializer_list<ParamType> types) {
-  const Parameter* p = lookup(name);
+  Parameter* p = lookup(name);
   if (p != nullptr && p->malformed) return nullptr;
   if (p == nullptr || std::find(types.begin(), types.end(), p->type) != types.end()) return p;
   std::string expected;
   for (ParamType type : types)
     expected += (expected.empty() ? "" : " or ") + in_quotes(param_type_name(type));
-  bad_value(name, "has type " + in_quotes(param_type_name(p->type)) + "; it must be " + expected);
-  return nullptr;
+  const std::string type = "has type " + in_quotes(param_type_name(p->type)) + "; it must be " + expected;
+  const bool can_be = coerce(types, p);
+  odd_value(name, type + (can_be ? ", as which it is taken" : "; it is left out"));
+  p->malformed = !can_be;
+  return can_be ? p : nullptr;
 }
 
 const std::vector<double>* ParameterList::numbers(std::string_view name, ParamType type) {
   const Parameter* p = find(name, {type});
   if (p == nullptr) return nullptr;
-  if (p->numbers.size() % components(type) != 0) {
-    bad_value(name, "has " + std::to_string(p->numbers.size()) + " numbers; it needs a multiple of " +
-                        std::to_string(components(type)));
-    return nullptr;
+  if (const size_t extra = p->numbers.size() % components(type); extra != 0) {
+    odd_value(name, "has " + std::to_string(p->numbers.size()) + " numbers; it needs a multiple of " +
+                        std::to_string(components(type)) + "; the last are left out");
+    std::vector<double>& numbers = lookup(name)->numbers;
+    numbers.resize(numbers.size() - extra);
   }
   return &p->numbers;
 }
 
 const std::vector<double>* ParameterList::numbers(std::string_view name, ParamType type, size_t count) {
-  const Parameter* p = find(name, {type});
-  if (p == nullptr) return nullptr;
-  if (p->numbers.size() != count) {
-    bad_value(name,
-              "has " + std::to_string(p->numbers.size()) + " numbers; it needs " + std::to_string(count));
-    return nullptr;
-  }
-  return &p->numbers;
+  const Parameter* found = find(name, {type});
+  if (found == nullptr) return nullptr;
+  if (found->numbers.size() == count) return &found->numbers;
+  const bool enough = found->numbers.size() > count;
+  odd_value(name, "has " + std::to_string(found->numbers.size()) + " numbers; it needs " +
+                      std::to_string(count) + (enough ? "; the first are taken" : "; it is left out"));
+  Parameter* const p = lookup(name);
+  p->numbers.resize(enough ? count : 0);
+  p->malformed = !enough;
+  return enough ? &p->numbers : nullptr;
 }
 
 double ParameterList::number(std::string_view name, double fallback, double min, double max) {
@@ -307,11 +344,11 @@ double ParameterList::number(std::string_view name, double fallback, double min,
   if (values == nullptr) return fallback;
   const double value = values->front();
   if (value >= min && value <= max) return value;
-  bad_value(name, value < min
-                      ? (min > 0 && min < 1e-30 ? "must be above 0" : "must be at least " + plain(min)) +
-                            ", not " + plain(value)
-                      : "must be at most " + plain(max) + ", not " + plain(value));
-  return fallback;
+  odd_value(name,
+            (value < min ? (min > 0 && min < 1e-30 ? "must be above 0" : "must be at least " + plain(min))
+                         : "must be at most " + plain(max)) +
+                ", not " + plain(value) + "; that is taken");
+  return std::clamp(value, min, max);
 }
 
 int64_t ParameterList::integer(std::string_view name, int64_t fallback, int64_t min, int64_t max) {
@@ -319,9 +356,10 @@ int64_t ParameterList::integer(std::string_view name, int64_t fallback, int64_t 
   if (values == nullptr) return fallback;
   const auto value = static_cast<int64_t>(values->front());
   if (value >= min && value <= max) return value;
-  bad_value(name, value < min ? "must be at least " + std::to_string(min) + ", not " + std::to_string(value)
-                              : "must be at most " + std::to_string(max) + ", not " + std::to_string(value));
-  return fallback;
+  odd_value(name, (value < min ? "must be at least " + std::to_string(min)
+                               : "must be at most " + std::to_string(max)) +
+                      ", not " + std::to_string(value) + "; that is taken");
+  return std::clamp(value, min, max);
 }
 
 bool ParameterList::boolean(std::string_view name, bool fallback) {
@@ -332,10 +370,8 @@ bool ParameterList::boolean(std::string_view name, bool fallback) {
 std::string ParameterList::text(std::string_view name, const std::string& fallback) {
   const Parameter* p = find(name, {ParamType::kString});
   if (p == nullptr) return fallback;
-  if (p->strings.size() != 1) {
-    bad_value(name, "needs one string, not " + std::to_string(p->strings.size()));
-    return fallback;
-  }
+  if (p->strings.size() != 1)
+    odd_value(name, "needs one string, not " + std::to_string(p->strings.size()) + "; the first is taken");
   return p->strings.front();
 }
 
@@ -353,8 +389,8 @@ void ParameterList::unsupported(std::string_view name, const std::string& conseq
 void ParameterList::finish() {
   for (const Parameter& p : parameters_) {
     if (p.used || p.inherited) continue;
-    problems_->error(
-        p.where, "unknown parameter " + in_quotes(p.name) + " of " + owner_ + nearest_hint(p.name, known_));
+    problems_->warning(p.where, "unknown parameter " + in_quotes(p.name) + " of " + owner_ +
+                                    nearest_hint(p.name, known_, "it is left out"));
   }
 }
 

@@ -1,8 +1,11 @@
 #pragma once
 // Typed parameter lists of pbrt directives: `"float radius" 2 "rgb L" [1 1 1]`.
 //
-// A translator asks for every parameter that it knows; `finish` then reports what nobody asked for, with
-// the nearest known name, at the parameter's own declaration.
+// A translator asks for every parameter that it knows; `finish` then warns of what nobody asked for, with the
+// nearest known name, at the parameter's own declaration.
+//
+// What real programs write is read: a value out of its range is clamped, a type that can stand for the right
+// one is taken for it (common/scene/pbrt/coerce.h), and what means nothing is left out, each with a warning.
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -28,6 +31,7 @@ enum class ParamType {
   kBool,
   kString,
   kRgb,
+  kXyz,
   kSpectrum,
   kBlackbody,
   kTexture,
@@ -67,7 +71,8 @@ class ParameterList {
   SourceLocation where_of(std::string_view name) const;
   bool has(std::string_view name) const;
 
-  /// One value; `fallback` if absent or (reported) of another type, count or range [min, max].
+  /// One value, clamped (with a warning) to [min, max]; `fallback` if absent, or (reported) of another type
+  /// or count.
   double number(std::string_view name, double fallback, double min, double max);
   int64_t integer(std::string_view name, int64_t fallback, int64_t min, int64_t max);
   bool boolean(std::string_view name, bool fallback);
@@ -78,18 +83,23 @@ class ParameterList {
   const std::vector<double>* numbers(std::string_view name, ParamType type);
   /// The same with exactly `count` numbers.
   const std::vector<double>* numbers(std::string_view name, ParamType type, size_t count);
-  /// The parameter of this name if its type is among `types`; another type is reported. Null also if its
-  /// value was malformed: then `has` is true all the same.
+  /// The parameter of this name if its type is among `types` or can be made one of them. Null also if its
+  /// value was malformed, or of a type that means nothing here (reported): then `has` is true all the same.
   const Parameter* find(std::string_view name, std::initializer_list<ParamType> types);
 
   /// Declares parameters that are legal and change nothing here (such as a BVH's split method).
   void accept(std::initializer_list<std::string_view> names);
   /// Declares a legal parameter that is not supported yet: warns with `consequence` if it is given.
   void unsupported(std::string_view name, const std::string& consequence);
-  /// Reports a value of `name` that can't be used: `parameter "name" ` + `message`.
+  /// An error about a value of `name` that leaves nothing to render: `parameter "name" ` + `message`.
   void bad_value(std::string_view name, const std::string& message);
+  /// A warning about one that is rendered otherwise; the message says how.
+  void odd_value(std::string_view name, const std::string& message);
 
-  /// Reports the parameters that nobody asked for.
+  /// Warns that what the directive makes is left out: its owner, then `why`.
+  void left_out(const std::string& why);
+
+  /// Warns of the parameters that nobody asked for.
   void finish();
 
  private:

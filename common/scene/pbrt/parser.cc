@@ -18,7 +18,7 @@ constexpr size_t kMaxIncludeDepth = 32;
 // Files may include one another so that the text grows exponentially; these bound it.
 constexpr size_t kMaxFilesRead = 200000;
 constexpr size_t kMaxTextBytes = size_t{1} << 31;
-constexpr size_t kMaxScopes = 10000;
+constexpr size_t kMaxScopes = 200000;
 
 /// Whether there is a medium around the camera or on a side of a shape.
 bool has_media(const SceneDescription& scene) {
@@ -57,6 +57,7 @@ void PbrtParser::parse_file(const std::string& reference, const SourceLocation& 
     problems_->error(where, "the file " + in_quotes(reference) + " " + e.what());
     return;
   }
+  if (open_files_.empty()) choose_dialect(text);
   bytes_read_ += text.size();
   out_.expect_meshes(text);
   PbrtTokenizer tokenizer(std::move(text), &file_names_.emplace_back(reference), problems_);
@@ -81,8 +82,14 @@ void PbrtParser::parse_tokens() {
     if (found == handlers().end()) {
       std::vector<std::string_view> names;
       for (const auto& [name, handler] : handlers()) names.push_back(name);
-      problems_->error(token.where.location(),
-                       "unknown directive " + in_quotes(token.text) + nearest_hint(token.text, names));
+      const SourceLocation where = token.where.location();
+      if (tokens_->peek().kind == Token::Kind::kEnd) {
+        problems_->error(where, "unknown directive " + in_quotes(token.text) +
+                                    nearest_hint(token.text, names, "the file ends here; is it cut off?"));
+      } else {
+        problems_->warning(where, "unknown directive " + in_quotes(token.text) +
+                                      nearest_hint(token.text, names, "it is left out"));
+      }
       skip_to_directive();
       continue;
     }
@@ -132,8 +139,7 @@ bool PbrtParser::take_numbers(const Token& directive, double* numbers, size_t co
   return true;
 }
 
-ParameterList PbrtParser::take_parameters(const Token& directive, const std::string& owner,
-                                          const char* inherited_from) {
+std::vector<Parameter> PbrtParser::take_values(const char* inherited_from) {
   std::vector<Parameter> parameters = parse_parameters(*tokens_, state_.color_space, problems_);
   if (const auto found = state_.inherited->find(inherited_from); found != state_.inherited->end()) {
     for (const Parameter& p : found->second) {
@@ -142,7 +148,49 @@ ParameterList PbrtParser::take_parameters(const Token& directive, const std::str
       if (!given) parameters.push_back(p);
     }
   }
-  return ParameterList(owner, directive.where.location(), std::move(parameters), problems_);
+  return parameters;
+}
+
+ParameterList PbrtParser::take_parameters(const Token& directive, const std::string& owner,
+                                          const char* inherited_from) {
+  return ParameterList(owner, directive.where.location(), take_values(inherited_from), problems_);
+}
+
+std::optional<PbrtParser::Typed> PbrtParser::take_typed(const Token& directive, v3::Directive kind,
+                                                        const char* owner, const char* inherited_from) {
+  const auto type = take_string(directive, "a type");
+  if (!type) return std::nullopt;
+  std::vector<Parameter> parameters = take_values(inherited_from);
+  std::string upgraded = *type;
+  const SourceLocation where = directive.where.location();
+  if (out_.dialect == Dialect::kV3) v3::upgrade(kind, where, &upgraded, &parameters, problems_);
+  if (kind == v3::Directive::kLight || kind == v3::Directive::kAreaLight) v3::upgrade_blackbody(&parameters);
+  return Typed{std::move(upgraded), ParameterList(std::string(owner) + " " + in_quotes(*type), where,
+                                                  std::move(parameters), problems_)};
+}
+
+void PbrtParser::choose_dialect(const std::string& text) {
+  constexpr size_t kMostFiles = 64, kMostBytes = size_t{64} << 20;
+  std::vector<std::string> included;
+  const auto include = [&](const std::string& file) {
+    if (included.size() < kMostFiles) included.push_back(file);
+  };
+  std::optional<Dialect> found = dialect_of(text, include);
+  for (size_t i = 0; i < included.size() && !found; ++i) {
+    const std::string path = out_.files.resolve(included[i]);
+    try {
+      if (!path.empty()) found = dialect_of(read_scene_file(path, kMostBytes), include);
+    } catch (const Error&) {  // who includes it for good says what is wrong with it
+    }
+  }
+  out_.dialect = found.value_or(Dialect::kV4);
+  out_.scene.format = dialect_name(out_.dialect);
+  if (out_.dialect == Dialect::kV3) {
+    out_.scene.filter = {FilterKind::kBox, 0.5, 0.5};
+    out_.scene.film.width = 640;
+    out_.scene.film.height = 480;
+    film_exposure_time_ = 1;
+  }
 }
 
 bool PbrtParser::require_world(const Token& directive) {
@@ -238,7 +286,7 @@ bool PbrtParser::refuse_if_flat() {
 
 void PbrtParser::push(Scope::Kind kind, const Token& directive) {
   if (scopes_.size() >= kMaxScopes) {
-    problems_->error(directive.where.location(), "attribute scopes are nested more than 10000 deep");
+    problems_->error(directive.where.location(), "attribute scopes are nested more than 200000 deep");
     return;
   }
   scopes_.push_back({kind, state_, directive.where.location()});
@@ -297,10 +345,11 @@ void PbrtParser::finish() {
       film_exposure_time_.value_or(times_.shutter_closes - times_.shutter_opens) * iso_ratio_;
   const bool emits = !scene.lights.empty() || std::any_of(scene.shapes.begin(), scene.shapes.end(),
                                                           [](const auto& s) { return s.area_light >= 0; });
-  if (!emits && problems_->errors() == 0) {
-    problems_->error(top,
-                     "the scene has no light that is supported: the picture would be black; add an "
-                     "AreaLightSource to a shape, or a LightSource");
+  if (!emits && problems_->errors() == 0 && !out_.strict_lights) {
+    problems_->warning(top,
+                       "the scene has no light that is supported; an even white sky of radiance 1 is put in "
+                       "(--strict-lights leaves it black)");
+    scene.lights.push_back({InfiniteLight{{1, 1, 1}}, top});
   }
   if (out_.media_left_out && has_media(scene)) {
     problems_->warning(*out_.media_left_out,

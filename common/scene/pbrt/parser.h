@@ -11,6 +11,7 @@
 #include "common/scene/motion.h"
 #include "common/scene/pbrt/scene.h"
 #include "common/scene/pbrt/tokenizer.h"
+#include "common/scene/pbrt/v3/upgrade.h"
 
 namespace lightmill {
 
@@ -56,7 +57,21 @@ class PbrtParser {
   // Pieces of directives; nullopt/false means "reported".
   std::optional<std::string> take_string(const Token& directive, const char* what);
   bool take_numbers(const Token& directive, double* numbers, size_t count);
+  /// The parameters, with those that an Attribute directive gives.
+  std::vector<Parameter> take_values(const char* inherited_from);
   ParameterList take_parameters(const Token& directive, const std::string& owner, const char* inherited_from);
+  /// The type and the parameters, in pbrt-v4's words.
+  struct Typed {
+    std::string type;
+    ParameterList parameters;
+  };
+  std::optional<Typed> take_typed(const Token& directive, v3::Directive kind, const char* owner,
+                                  const char* inherited_from);
+  /// Index of the material, which is named unless `name` is empty.
+  int add_material(const Token& directive, const std::string& name, std::string type,
+                   std::vector<Parameter> parameters);
+  /// Sets the dialect by the words of the main file, or of those that it includes.
+  void choose_dialect(const std::string& text);
   bool require_world(const Token& directive);
   bool require_options(const Token& directive);
   void apply(const Token& directive, const Transform& transform, bool replace = false);
@@ -90,6 +105,7 @@ class PbrtParser {
   void on_import(const Token& d);
   void on_include(const Token& d);
   void on_integrator(const Token& d);
+  void on_left_out(const Token& d);
   void on_light(const Token& d);
   void on_look_at(const Token& d);
   void on_make_named_material(const Token& d);

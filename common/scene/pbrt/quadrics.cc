@@ -19,27 +19,28 @@ std::optional<ReadShape> tessellated(PbrtScene& out, ParameterList& params, Tria
   return ReadShape{MeshShape{std::make_shared<const TriangleMesh>(std::move(mesh))}, 1};
 }
 
-/// A radius above 0, or 0 if the value was refused.
+/// A radius above 0, or 0 if the shape is left out (reported).
 double read_radius(ParameterList& params) {
-  const double radius = params.number("radius", 1, -kAnySize, kAnySize);
-  if (radius > 0 && static_cast<float>(radius) > 0) return radius;
-  params.bad_value("radius", "must be above 0");
+  const double given = params.number("radius", 1, -kAnySize, kAnySize), radius = std::abs(given);
+  if (given < 0) params.odd_value("radius", "must be above 0; it is taken without its sign");
+  if (static_cast<float>(radius) > 0) return radius;
+  params.left_out("has a \"radius\" of 0; it must be above 0");
   return 0;
 }
 
 double read_phimax(ParameterList& params) {
   const double phi = params.number("phimax", 360, 0, 360);
   if (phi > 0) return phi * kDegree;
-  params.bad_value("phimax", "must be above 0");
+  params.odd_value("phimax", "must be above 0; 360 is taken");
   return 2 * std::numbers::pi;
 }
 
-/// zmin < zmax after pbrt's reordering; reports an empty range.
+/// zmin < zmax after pbrt's reordering; nothing of an empty range, which is reported.
 std::optional<std::pair<double, double>> read_range(ParameterList& params, double low, double high) {
   const double a = params.number("zmin", low, -kAnySize, kAnySize),
                b = params.number("zmax", high, -kAnySize, kAnySize);
   if (a != b) return std::pair{std::min(a, b), std::max(a, b)};
-  params.bad_value("zmax", "must differ from \"zmin\"");
+  params.left_out("has a \"zmax\" that must differ from \"zmin\"");
   return std::nullopt;
 }
 
@@ -54,7 +55,7 @@ std::optional<ReadShape> read_sphere(PbrtScene& out, ParameterList& params) {
     return ReadShape{SphereShape{static_cast<float>(r)}, 1};
   }
   if (range->first >= r || range->second <= -r) {
-    params.bad_value("zmin", "and \"zmax\" leave nothing of the sphere");
+    params.left_out("has a \"zmin\" and a \"zmax\" that leave nothing of the sphere");
     return std::nullopt;
   }
   return tessellated(out, params,
@@ -68,7 +69,7 @@ std::optional<ReadShape> read_disk(PbrtScene& out, ParameterList& params) {
   const double phimax = read_phimax(params);
   if (r == 0) return std::nullopt;
   if (inner >= r) {
-    params.bad_value("innerradius", "must be below \"radius\"");
+    params.left_out("has an \"innerradius\" that must be below \"radius\"");
     return std::nullopt;
   }
   return tessellated(out, params, disk_mesh(height, r, inner, phimax));

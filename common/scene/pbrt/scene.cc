@@ -1,8 +1,10 @@
 #include "common/scene/pbrt/scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <utility>
 
 #include "common/base/parse_number.h"
 #include "common/scene/spectrum/spectrum.h"
@@ -28,15 +30,20 @@ int PbrtScene::texture_named(const std::string& name, bool is_spectrum, const So
   return entry.index;
 }
 
+void PbrtScene::warn_of_redefinition(const SourceLocation& where, const char* what, const std::string& name) {
+  if (dialect == Dialect::kV3) return;  // where this is how it is done
+  problems->warning(where, std::string("the ") + what + " " + in_quotes(name) +
+                               " is defined twice; each definition holds until the next");
+}
+
 void PbrtScene::define_material(MaterialDescription material) {
   const int index = material_named(material.name, material.location);
   Named& entry = named_materials_[material.name];
-  if (entry.defined) {
-    problems->error(material.location,
-                    "the material " + in_quotes(material.name) + " is defined twice; rename one");
+  if (std::exchange(entry.defined, true)) {
+    warn_of_redefinition(material.location, "material", material.name);
+    entry.index = add_material(std::move(material));
     return;
   }
-  entry.defined = true;
   scene.materials[static_cast<size_t>(index)] = std::move(material);
 }
 
@@ -54,30 +61,40 @@ int PbrtScene::medium_named(const std::string& name, const SourceLocation& where
 void PbrtScene::define_medium(MediumDescription medium) {
   const int index = medium_named(medium.name, medium.location);
   Named& entry = named_media_[medium.name];
-  if (entry.defined) {
-    problems->error(medium.location,
-                    "the medium " + in_quotes(medium.name) + " is defined twice; rename one");
+  if (std::exchange(entry.defined, true)) {
+    warn_of_redefinition(medium.location, "medium", medium.name);
+    entry.index = static_cast<int>(scene.media.size());
+    scene.media.push_back(std::move(medium));
     return;
   }
-  entry.defined = true;
   scene.media[static_cast<size_t>(index)] = std::move(medium);
 }
 
 void PbrtScene::define_texture(TextureDescription texture) {
   const int index = texture_named(texture.name, texture.is_spectrum, texture.location);
   Named& entry = named_textures_[{texture.is_spectrum, texture.name}];
-  if (entry.defined) {
-    problems->error(texture.location,
-                    "the texture " + in_quotes(texture.name) + " is defined twice; rename one");
+  if (std::exchange(entry.defined, true)) {
+    warn_of_redefinition(texture.location, "texture", texture.name);
+    entry.index = static_cast<int>(scene.textures.size());
+    scene.textures.push_back(std::move(texture));
     return;
   }
-  entry.defined = true;
   scene.textures[static_cast<size_t>(index)] = std::move(texture);
 }
 
 bool PbrtScene::texture_defined(const std::string& name, bool is_spectrum) const {
   const auto found = named_textures_.find({is_spectrum, name});
   return found != named_textures_.end() && found->second.defined;
+}
+
+int PbrtScene::float_copy(const std::string& spectrum_texture) {
+  const auto found = named_textures_.find({true, spectrum_texture});
+  if (found == named_textures_.end()) return -1;
+  TextureDescription copy = scene.textures[static_cast<size_t>(found->second.index)];
+  if (!std::holds_alternative<ImageTexture>(copy.kind)) return -1;
+  copy.is_spectrum = false;
+  scene.textures.push_back(std::move(copy));
+  return static_cast<int>(scene.textures.size()) - 1;
 }
 
 int PbrtScene::add_material(MaterialDescription material) {
@@ -104,20 +121,20 @@ bool PbrtScene::may_generate(size_t triangles, ParameterList& params) {
 
 void PbrtScene::report_undefined() {
   std::vector<std::string_view> names;
-  const auto report = [&](const std::map<std::string, Named>& table, const char* what) {
+  const auto report = [&](const std::map<std::string, Named>& table, const char* what, const char* instead) {
     names.clear();
     for (const auto& [name, entry] : table) {
       if (entry.defined) names.push_back(name);
     }
     for (const auto& [name, entry] : table) {
       if (!entry.defined) {
-        problems->error(entry.first_use, std::string("there is no ") + what + " named " + in_quotes(name) +
-                                             nearest_hint(name, names));
+        problems->warning(entry.first_use, std::string("there is no ") + what + " named " + in_quotes(name) +
+                                               nearest_hint(name, names, "") + instead + " is taken");
       }
     }
   };
-  report(named_materials_, "material");
-  report(named_media_, "medium");
+  report(named_materials_, "material", "grey");
+  report(named_media_, "medium", "empty space");
   if (const int cycle = mix_in_a_cycle(scene.materials); cycle >= 0) {
     const MaterialDescription& m = scene.materials[static_cast<size_t>(cycle)];
     problems->error(m.location, "the mix " + in_quotes(m.name) +
@@ -129,9 +146,9 @@ void PbrtScene::report_undefined() {
     for (const auto& [other, other_entry] : named_textures_) {
       if (other_entry.defined && other.first == key.first) names.push_back(other.second);
     }
-    problems->error(entry.first_use, std::string("there is no ") + (key.first ? "spectrum" : "float") +
-                                         " texture named " + in_quotes(key.second) +
-                                         nearest_hint(key.second, names));
+    problems->warning(entry.first_use, std::string("there is no ") + (key.first ? "spectrum" : "float") +
+                                           " texture named " + in_quotes(key.second) +
+                                           nearest_hint(key.second, names, "the constant 1 is taken"));
   }
 }
 
@@ -146,21 +163,18 @@ Rgb reduce(const SampledSpectrum& spectrum, SpectrumUse use) {
 std::optional<SampledSpectrum> from_pairs(const std::vector<double>& pairs, ParameterList& params,
                                           const std::string& name, bool factor) {
   if (pairs.size() < 2 || pairs.size() % 2 != 0) {
-    params.bad_value(name, "needs pairs of wavelength and value");
+    params.odd_value(name, "needs pairs of wavelength and value; it is left out");
     return std::nullopt;
   }
   SampledSpectrum s;
   for (size_t i = 0; i < pairs.size(); i += 2) {
     if (pairs[i] <= 0 || (i > 0 && pairs[i] <= pairs[i - 2])) {
-      params.bad_value(name, "needs wavelengths in nm that increase");
+      params.odd_value(name, "needs wavelengths in nm that increase; it is left out");
       return std::nullopt;
     }
-    if (pairs[i + 1] < 0) {
-      params.bad_value(name, "needs values >= 0");
-      return std::nullopt;
-    }
+    if (pairs[i + 1] < 0) params.odd_value(name, "needs values >= 0; 0 is taken");
     s.wavelengths.push_back(pairs[i]);
-    s.values.push_back(pairs[i + 1]);
+    s.values.push_back(std::max(pairs[i + 1], 0.0));
   }
   const double largest = *std::max_element(s.values.begin(), s.values.end());
   if (factor && largest > 1) {
@@ -196,16 +210,18 @@ Rgb PbrtScene::read_spectrum(const Parameter& p, SpectrumUse use, ParameterList&
   const bool reflectance = use == SpectrumUse::kReflectance;
   if (p.type == ParamType::kRgb) {
     if (p.numbers.size() != 3) {
-      params.bad_value(p.name, "has " + std::to_string(p.numbers.size()) + " numbers; rgb needs 3");
+      params.odd_value(p.name,
+                       "has " + std::to_string(p.numbers.size()) + " numbers; rgb needs 3; it is left out");
       return fallback;
     }
-    const auto [low, high] = std::minmax_element(p.numbers.begin(), p.numbers.end());
+    std::array<double, 3> c{p.numbers[0], p.numbers[1], p.numbers[2]};
+    const auto [low, high] = std::minmax_element(c.begin(), c.end());
     if (*low < 0 || (reflectance && *high > 1)) {
-      params.bad_value(p.name, reflectance ? "must be within [0, 1]" : "must not be negative");
-      return fallback;
+      params.odd_value(p.name, std::string(reflectance ? "must be within [0, 1]" : "must not be negative") +
+                                   "; it is cut to that");
+      for (double& x : c) x = std::clamp(x, 0.0, reflectance ? 1.0 : kAnySize);
     }
-    const auto rgb =
-        to_rec709(p.color_space, {p.numbers[0], p.numbers[1], p.numbers[2]}, use == SpectrumUse::kEmission);
+    const auto rgb = to_rec709(p.color_space, c, use == SpectrumUse::kEmission);
     // Colours outside Rec.709 go to its border.
     const auto within = [&](double x) {
       return static_cast<float>(std::max(0.0, reflectance ? std::min(x, 1.0) : x));
@@ -213,11 +229,12 @@ Rgb PbrtScene::read_spectrum(const Parameter& p, SpectrumUse use, ParameterList&
     return {within(rgb[0]), within(rgb[1]), within(rgb[2])};
   }
   if (p.type == ParamType::kBlackbody) {
-    if (p.numbers.size() != 1 || p.numbers[0] < 200 || p.numbers[0] > 1e6) {
-      params.bad_value(p.name, "needs one temperature from 200 to 1000000 kelvin");
-      return fallback;
+    const double kelvin = std::clamp(p.numbers.empty() ? 6500 : p.numbers[0], 200.0, 1e6);
+    if (p.numbers.size() != 1 || p.numbers[0] != kelvin) {
+      params.odd_value(p.name, "needs one temperature from 200 to 1000000 kelvin; " + std::to_string(kelvin) +
+                                   " is taken");
     }
-    const Rgb c = blackbody_to_rgb(p.numbers[0]);
+    const Rgb c = blackbody_to_rgb(kelvin);
     if (use == SpectrumUse::kEmission) return c;
     const float peak = std::max({c.r, c.g, c.b});  // as a factor: a tint whose largest component is 1
     return {c.r / peak, c.g / peak, c.b / peak};
@@ -234,15 +251,15 @@ Rgb PbrtScene::read_spectrum(const Parameter& p, SpectrumUse use, ParameterList&
       if (const auto glass = named_glass(name)) return {*glass, *glass, *glass};
     }
     if (name.find('.') == std::string::npos && name.find('/') == std::string::npos) {
-      params.bad_value(
-          p.name, "names no spectrum of that use: " + in_quotes(name) + nearest_hint(name, spectrum_names()));
+      params.odd_value(p.name, "names no spectrum of that use: " + in_quotes(name) +
+                                   nearest_hint(name, spectrum_names(), "it is left out"));
       return fallback;
     }
     const std::string path = open_reference(name, p.where);
     if (path.empty()) return fallback;
     sampled = from_pairs(read_number_file(path), params, p.name, reflectance);
   } else {
-    params.bad_value(p.name, "needs one name or pairs of wavelength and value");
+    params.odd_value(p.name, "needs one name or pairs of wavelength and value; it is left out");
   }
   return sampled ? reduce(*sampled, use) : fallback;
 }
@@ -258,10 +275,7 @@ SpectrumInput PbrtScene::spectrum_input(ParameterList& params, std::string_view 
       params.find(name, {ParamType::kRgb, ParamType::kSpectrum, ParamType::kBlackbody, ParamType::kTexture});
   if (p == nullptr) return {fallback, -1};
   if (p->type != ParamType::kTexture) return {read_spectrum(*p, use, params, fallback), -1};
-  if (p->strings.size() != 1) {
-    params.bad_value(name, "needs one texture name");
-    return {fallback, -1};
-  }
+  if (p->strings.size() != 1) params.odd_value(name, "needs one texture name; the first is taken");
   return {fallback, texture_named(p->strings[0], true, p->where)};
 }
 
@@ -270,17 +284,14 @@ FloatInput PbrtScene::float_input(ParameterList& params, std::string_view name, 
   const Parameter* p = params.find(name, {ParamType::kFloat, ParamType::kTexture});
   if (p == nullptr) return {fallback, -1};
   if (p->type == ParamType::kFloat) return {static_cast<float>(params.number(name, fallback, min, max)), -1};
-  if (p->strings.size() != 1) {
-    params.bad_value(name, "needs one texture name");
-    return {fallback, -1};
-  }
+  if (p->strings.size() != 1) params.odd_value(name, "needs one texture name; the first is taken");
   return {fallback, texture_named(p->strings[0], false, p->where)};
 }
 
 void report_unknown_word(ParameterList& params, const std::string& kind, const std::string& word,
-                         const std::vector<std::string_view>& known) {
-  params.problems().error(params.where(),
-                          "unknown " + kind + " " + in_quotes(word) + nearest_hint(word, known));
+                         const std::vector<std::string_view>& known, const std::string& consequence) {
+  params.problems().warning(params.where(), "unknown " + kind + " " + in_quotes(word) +
+                                                nearest_hint(word, known, "") + consequence);
 }
 
 }  // namespace lightmill

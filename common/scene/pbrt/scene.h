@@ -14,6 +14,7 @@
 #include "common/scene/mesh/ply_read_ahead.h"
 #include "common/scene/motion.h"
 #include "common/scene/pbrt/params.h"
+#include "common/scene/pbrt/v3/dialect.h"
 
 namespace lightmill {
 
@@ -56,12 +57,16 @@ struct PbrtScene {
   PbrtScene(const FileSource& file_source, ProblemList* problem_list, const LoadOptions& options)
       : files(file_source),
         problems(problem_list),
+        missing_textures(options.missing_textures),
+        strict_lights(options.strict_lights),
         read_ahead(options.threads),
         most_generated_(options.most_generated_triangles) {}
 
   SceneDescription scene;
   const FileSource& files;
   ProblemList* problems;
+  const bool missing_textures, strict_lights;  // as in LoadOptions
+  Dialect dialect = Dialect::kV4;
   /// Where an integrator is chosen that in pbrt takes no account of media.
   std::optional<SourceLocation> media_left_out;
 
@@ -71,6 +76,8 @@ struct PbrtScene {
   /// in scene.files by list_images, if something in the scene shows it. A source that may do without images
   /// gives "" for one that is not there, which is an error only then.
   std::optional<std::string> open_image(const std::string& reference, const SourceLocation& where);
+  /// True (and warned of) for an image that is not there where that is no error.
+  bool may_be_missing(const std::string& reference, const SourceLocation& where);
   /// Once the scene is complete, and free of errors.
   void list_images();
   /// Of the object that is being defined, if one is.
@@ -81,10 +88,12 @@ struct PbrtScene {
   /// Index of a named material or texture; made a placeholder on first use.
   int material_named(const std::string& name, const SourceLocation& where);
   int texture_named(const std::string& name, bool is_spectrum, const SourceLocation& where);
-  /// Fills the named slot; reports a second definition.
+  /// Fills the named slot. A second definition holds for what comes after it.
   void define_material(MaterialDescription material);
   void define_texture(TextureDescription texture);
   bool texture_defined(const std::string& name, bool is_spectrum) const;
+  /// Index of a float texture that shows the image of a spectrum texture; -1 if it has none.
+  int float_copy(const std::string& spectrum_texture);
   /// Index of a named medium, made a placeholder on first use; -1 for "": empty space.
   int medium_named(const std::string& name, const SourceLocation& where);
   void define_medium(MediumDescription medium);
@@ -113,10 +122,13 @@ struct PbrtScene {
   void expect_meshes(std::string_view text);
   /// The mesh of the last shape if that is of curves and may take more of them; see curves.h.
   std::shared_ptr<TriangleMesh> open_curves;
-  double film_diagonal = 35;        // mm; of a realistic camera
-  bool named_empty_curves = false;  // what is said once a scene
+  double film_diagonal = 35;              // mm; of a realistic camera
+  bool flips_x = false, flips_y = false;  // the picture: the camera's x and y axes point the other way
+  bool named_empty_curves = false;        // what is said once a scene
   /// Materials of which nothing is seen; shapes of them are boundaries of media, or left out at the end.
   std::set<int> invisible_materials;
+  /// By material: the alpha of its shapes that have none of their own (pbrt-v3's "uber").
+  std::map<int, FloatInput> opacities;
 
  private:
   struct Named {
@@ -127,6 +139,7 @@ struct PbrtScene {
   /// Path that can be read, or "" (reported at `where`).
   std::string readable(const std::string& reference, const SourceLocation& where);
   void list(const SourceFile& file);
+  void warn_of_redefinition(const SourceLocation& where, const char* what, const std::string& name);
   Rgb read_spectrum(const Parameter& parameter, SpectrumUse use, ParameterList& params, Rgb fallback);
 
   std::map<std::string, Named> named_materials_, named_media_;
@@ -170,8 +183,8 @@ void translate_option(PbrtScene& out, ParameterList& params);
 
 /// Numbers of a file in free form, with '#' comments; empty if a word is no number, or for too many.
 std::vector<double> read_number_file(const std::string& path);
-/// Error for a word that pbrt doesn't have, with the nearest one.
+/// Warns of a word that pbrt doesn't have, with the nearest one, and says what comes of it.
 void report_unknown_word(ParameterList& params, const std::string& kind, const std::string& word,
-                         const std::vector<std::string_view>& known);
+                         const std::vector<std::string_view>& known, const std::string& consequence);
 
 }  // namespace lightmill

@@ -1,4 +1,6 @@
 // Shape, and how it takes over the material and the area light in force.
+#include "common/scene/pbrt/v3/shapes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -50,32 +52,28 @@ bool read_triangles(PbrtScene& out, ParameterList& params, TriangleMesh* mesh) {
   const auto* positions = params.numbers("P", ParamType::kPoint3);
   const auto* indices = params.numbers("indices", ParamType::kInteger);
   if (positions == nullptr) {
-    if (!params.has("P")) out.problems->error(params.where(), params.owner() + " needs \"point3 P\"");
+    if (!params.has("P")) params.left_out("needs \"point3 P\"");
     return false;
   }
   mesh->positions = to_vec3(*positions);
   if (indices == nullptr) {
     if (params.has("indices")) return false;  // reported
     if (mesh->positions.size() != 3) {
-      out.problems->error(params.where(),
-                          params.owner() + " needs \"integer indices\" unless it is one triangle");
+      params.left_out("needs \"integer indices\" unless it is one triangle");
       return false;
     }
     mesh->triangles.push_back({0, 1, 2});
     return true;
   }
   if (indices->size() % 3 != 0) {
-    params.bad_value("indices",
-                     "has " + std::to_string(indices->size()) + " numbers; it needs 3 per triangle");
+    params.odd_value("indices", "has " + std::to_string(indices->size()) +
+                                    " numbers; it needs 3 per triangle; the last are left out");
+  }
+  if (std::ranges::any_of(*indices, [](double i) { return i < 0; })) {
+    params.left_out("has a negative index");
     return false;
   }
-  for (size_t i = 0; i < indices->size(); ++i) {
-    if ((*indices)[i] < 0) {
-      params.bad_value("indices", "has a negative index");
-      return false;
-    }
-  }
-  for (size_t i = 0; i < indices->size(); i += 3) {
+  for (size_t i = 0; i + 2 < indices->size(); i += 3) {
     const auto at = [&](size_t k) { return static_cast<uint32_t>((*indices)[i + k]); };
     mesh->triangles.push_back({at(0), at(1), at(2)});
   }
@@ -97,7 +95,7 @@ std::shared_ptr<const TriangleMesh> read_triangle_mesh(PbrtScene& out, Parameter
   try {
     require_valid_mesh(*mesh);
   } catch (const Error& e) {
-    out.problems->error(params.where(), params.owner() + ": " + e.what());
+    params.left_out(e.what());
     return nullptr;
   }
   clean(mesh.get(), params.owner(), params.where(), out.problems);
@@ -116,7 +114,7 @@ std::shared_ptr<const TriangleMesh> read_loop_subdivision(PbrtScene& out, Parame
     if (!out.may_generate(subdivided_count(control, levels), params)) return nullptr;
     mesh = std::make_shared<TriangleMesh>(loop_subdivide(control, levels));
   } catch (const Error& e) {
-    out.problems->error(params.where(), params.owner() + ": " + e.what());
+    params.left_out(e.what());
     return nullptr;
   }
   clean(mesh.get(), params.owner(), params.where(), out.problems);
@@ -225,7 +223,11 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   shape.media = attributes.media;
   // Constants are within [0, 1]; a texture's values are cut to that where they are used.
   shape.alpha = out.float_input(params, "alpha", 1, 0, 1);
-  const bool plain_curve = type == "curve" && !params.has("alpha") && attributes.area_light == nullptr;
+  if (const auto opacity = out.opacities.find(attributes.material);
+      opacity != out.opacities.end() && !params.has("alpha"))
+    shape.alpha = opacity->second;
+  const bool plain_curve = type == "curve" && shape.alpha.texture < 0 && shape.alpha.value == 1 &&
+                           attributes.area_light == nullptr;
   size_t emitters = 1;
   std::shared_ptr<TriangleMesh> curve;
   if (type == "trianglemesh" || type == "plymesh" || type == "loopsubdiv") {
@@ -236,8 +238,10 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
     if (mesh == nullptr) return;
     emitters = mesh->triangles.size();
     shape.kind = MeshShape{std::move(mesh)};
-  } else if (type == "sphere" || type == "disk" || type == "cylinder" || type == "bilinearmesh") {
-    auto read = type == "sphere"     ? read_sphere(out, params)
+  } else if (type == "sphere" || type == "disk" || type == "cylinder" || type == "bilinearmesh" ||
+             v3::is_shape(type)) {
+    auto read = v3::is_shape(type)   ? v3::read_shape(type, out, params)
+                : type == "sphere"   ? read_sphere(out, params)
                 : type == "disk"     ? read_disk(out, params)
                 : type == "cylinder" ? read_cylinder(out, params)
                                      : read_bilinear_mesh(out, params);
@@ -256,7 +260,7 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
     if (curve == nullptr) return;
     shape.kind = MeshShape{curve};
   } else {
-    report_unknown_word(params, "shape", type, kKnownShapes);
+    report_unknown_word(params, "shape", type, kKnownShapes, "it is left out");
     return;
   }
   if (const auto* mesh = std::get_if<MeshShape>(&shape.kind);
@@ -269,8 +273,7 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   if (!extent_is_finite(shape, shape.object_to_world) ||
       (shape.moves_to >= 0 &&
        !extent_is_finite(shape, out.scene.later[static_cast<size_t>(shape.moves_to)]))) {
-    out.problems->error(params.where(),
-                        params.owner() + " lies outside the range of numbers; check its transform");
+    params.left_out("lies outside the range of numbers; check its transform");
     return;
   }
   shape.material = attributes.material >= 0 ? attributes.material : out.default_material(params.where());

@@ -39,7 +39,7 @@ void read_medium(PbrtScene& out, ParameterList& params, SubsurfaceMaterial* m) {
   if (!name.empty()) {
     const MeasuredMedium* measured = find_measured_medium(name);
     if (measured == nullptr) {
-      params.bad_value("name", "names no measured medium: " + in_quotes(name) +
+      params.odd_value("name", "names no measured medium, and is left out: " + in_quotes(name) +
                                    nearest_hint(name, measured_medium_names()));
       return;
     }
@@ -54,12 +54,11 @@ void read_medium(PbrtScene& out, ParameterList& params, SubsurfaceMaterial* m) {
     return;
   }
   if (params.has("sigma_a") != params.has("sigma_s")) {
-    params.bad_value(
-        params.has("sigma_a") ? "sigma_a" : "sigma_s",
-        std::string("needs \"") + (params.has("sigma_a") ? "sigma_s" : "sigma_a") + "\" beside it");
-    return;
+    params.odd_value(params.has("sigma_a") ? "sigma_a" : "sigma_s",
+                     std::string("needs \"") + (params.has("sigma_a") ? "sigma_s" : "sigma_a") +
+                         "\" beside it; pbrt's default is taken");
   }
-  if (params.has("sigma_a") || !params.has("reflectance")) {
+  if (params.has("sigma_a") || params.has("sigma_s") || !params.has("reflectance")) {
     m->sigma_a = scaled_within_bounds(a, scale);
     m->sigma_s = scaled_within_bounds(s, scale);
     return;
@@ -67,7 +66,8 @@ void read_medium(PbrtScene& out, ParameterList& params, SubsurfaceMaterial* m) {
   m->reflectance = reflectance;
   m->mfp = scaled_within_bounds(mfp, scale);
   if (!(std::min({m->mfp.r, m->mfp.g, m->mfp.b}) > 0)) {
-    params.bad_value(params.has("mfp") ? "mfp" : "scale", "must be above 0: no body is opaque at once");
+    params.odd_value(params.has("mfp") ? "mfp" : "scale",
+                     "must be above 0: no body is opaque at once; a mean free path of 1 is taken");
     m->mfp = {1, 1, 1};
   }
 }

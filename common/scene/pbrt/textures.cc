@@ -37,8 +37,9 @@ UvMapping read_mapping(ParameterList& params, const Transform& ctm) {
   } else if (kind == "planar") {
     m.kind = MappingKind::kPlanar;
   } else if (kind != "uv") {
-    params.bad_value("mapping", "is unknown: " + in_quotes(kind) +
-                                    nearest_hint(kind, {"uv", "spherical", "cylindrical", "planar"}));
+    params.odd_value("mapping",
+                     "is unknown: " + in_quotes(kind) +
+                         nearest_hint(kind, {"uv", "spherical", "cylindrical", "planar"}, "\"uv\" is taken"));
   }
   return m;
 }
@@ -49,8 +50,9 @@ Wrap read_wrap(ParameterList& params) {
   if (name == "clamp") return Wrap::kClamp;
   if (name == "black") return Wrap::kBlack;
   if (name == "octahedralsphere") return Wrap::kOctahedral;
-  params.bad_value("wrap", "is unknown: " + in_quotes(name) +
-                               nearest_hint(name, {"repeat", "clamp", "black", "octahedralsphere"}));
+  params.odd_value("wrap", "is unknown: " + in_quotes(name) +
+                               nearest_hint(name, {"repeat", "clamp", "black", "octahedralsphere"},
+                                            "\"repeat\" is taken"));
   return Wrap::kRepeat;
 }
 
@@ -65,8 +67,8 @@ void read_encoding(ParameterList& params, ImageTexture* image) {
     image->encoding = ColorEncoding::kGamma;
     image->gamma = static_cast<float>(gamma);
   } else if (!name.empty()) {
-    params.bad_value("encoding",
-                     "is unknown: " + in_quotes(name) + "; use \"sRGB\", \"linear\" or \"gamma 2.2\"");
+    params.odd_value("encoding", "is unknown: " + in_quotes(name) +
+                                     "; use \"sRGB\", \"linear\" or \"gamma 2.2\"; it is left out");
   }
 }
 
@@ -80,14 +82,15 @@ ImageTexture read_image(PbrtScene& out, ParameterList& params, const Transform& 
   }
   image.wrap = read_wrap(params);
   read_encoding(params, &image);
-  image.scale = static_cast<float>(params.number("scale", 1, 0, kAnySize));
+  image.scale = static_cast<float>(params.number("scale", 1, -kAnySize, kAnySize));
   image.invert = params.boolean("invert", false);
   image.mapping = read_mapping(params, ctm);
   // Others are about how a renderer makes do with few samples; this one shows its texels.
   const std::string filter = params.text("filter", "bilinear");
   static const std::vector<std::string_view> filters = {"point", "bilinear", "trilinear", "ewa", "EWA"};
   if (std::find(filters.begin(), filters.end(), filter) == filters.end())
-    params.bad_value("filter", "is unknown: " + in_quotes(filter) + nearest_hint(filter, filters));
+    params.odd_value("filter", "is unknown: " + in_quotes(filter) +
+                                   nearest_hint(filter, filters, "\"bilinear\" is taken"));
   image.nearest = filter == "point";
   params.accept({"maxanisotropy"});
   return image;
@@ -108,11 +111,24 @@ class Inputs {
     return {{f.value, f.value, f.value}, f.texture};
   }
   FloatInput number(std::string_view name, float fallback) {
+    if (const auto copy = image_as_float(name)) return *copy;
     if (!check(name, false)) return {fallback, -1};
     return out_.float_input(params_, name, fallback, -kAnySize, kAnySize);
   }
 
  private:
+  /// Where a number names a spectrum texture, as pbrt-v3 lets it: the mean of its image's channels.
+  std::optional<FloatInput> image_as_float(std::string_view name) {
+    if (!params_.has(name)) return std::nullopt;
+    const Parameter* p = params_.find(name, {ParamType::kTexture, ParamType::kFloat, ParamType::kRgb,
+                                             ParamType::kSpectrum, ParamType::kBlackbody});
+    if (p == nullptr || p->type != ParamType::kTexture || p->strings.size() != 1) return std::nullopt;
+    if (out_.texture_defined(p->strings[0], false)) return std::nullopt;
+    const int copy = out_.float_copy(p->strings[0]);
+    if (copy < 0) return std::nullopt;
+    params_.odd_value(name, "names a spectrum texture where a float one belongs; its mean is taken");
+    return FloatInput{1, copy};
+  }
   /// Reports a texture name that is not defined yet.
   bool check(std::string_view name, bool is_spectrum) {
     if (!params_.has(name)) return true;
@@ -121,8 +137,8 @@ class Inputs {
     if (p == nullptr) return false;
     if (p->type != ParamType::kTexture || p->strings.size() != 1) return true;
     if (out_.texture_defined(p->strings[0], is_spectrum)) return true;
-    params_.bad_value(name, "names the " + std::string(is_spectrum ? "spectrum" : "float") + " texture " +
-                                in_quotes(p->strings[0]) + ", which is not defined above");
+    params_.odd_value(name, "names the " + std::string(is_spectrum ? "spectrum" : "float") + " texture " +
+                                in_quotes(p->strings[0]) + ", which is not defined above; it is left out");
     return false;
   }
 
@@ -190,9 +206,11 @@ TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum,
   if (type == "directionmix") {
     const Vec3d dir = transform_vector(ctm, read_axis(params, "dir", {0, 1, 0}));
     const double length = std::sqrt(dir.x * dir.x + dir.y * dir.y + dir.z * dir.z);
-    if (!(length > 0)) params.bad_value("dir", "must not be zero");
+    const bool is_direction = length > 0 && std::isfinite(length);
+    if (!is_direction) params.odd_value("dir", "must not be zero; 0 1 0 is taken");
     return DirectionMixTexture{
-        inputs.color("tex1", 0), inputs.color("tex2", 1), {dir.x / length, dir.y / length, dir.z / length}};
+        inputs.color("tex1", 0), inputs.color("tex2", 1),
+        is_direction ? Vec3d{dir.x / length, dir.y / length, dir.z / length} : Vec3d{0, 1, 0}};
   }
   if (type == "bilerp") {
     const auto corner = [&](const char* name, float fallback) {
@@ -204,9 +222,9 @@ TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum,
   if (const auto noise = noise_kind(type)) {
     const bool wants_spectrum = *noise == NoiseKind::kMarble;
     if (is_spectrum != wants_spectrum) {
-      out.problems->error(params.where(), params.owner() + " is a " +
-                                              (wants_spectrum ? "spectrum" : "float") +
-                                              " texture; declare it as that");
+      out.problems->warning(params.where(), params.owner() + " is a " +
+                                                (wants_spectrum ? "spectrum" : "float") +
+                                                " texture; declare it as that");
     }
     return read_noise(*noise, params, ctm);
   }
@@ -226,12 +244,11 @@ bool among(const std::vector<std::string_view>& names, const std::string& name) 
 
 void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type,
                        const std::string& type, ParameterList& params, const Transform& ctm) {
-  if (value_type != "float" && value_type != "spectrum") {
-    out.problems->error(params.where(),
-                        "a texture is of type \"float\" or \"spectrum\", not " + in_quotes(value_type));
-    return;
+  const bool is_spectrum = value_type != "float";
+  if (is_spectrum && value_type != "spectrum" && value_type != "color") {
+    out.problems->warning(params.where(), "a texture is of type \"float\" or \"spectrum\", not " +
+                                              in_quotes(value_type) + "; \"spectrum\" is taken");
   }
-  const bool is_spectrum = value_type == "spectrum";
   TextureDescription texture{name, is_spectrum, read_kind(out, type, is_spectrum, params, ctm),
                              params.where()};
   if (among(kUnsupported, type)) {
@@ -239,7 +256,7 @@ void translate_texture(PbrtScene& out, const std::string& name, const std::strin
   } else if (among(kKnown, type)) {
     params.finish();
   } else {
-    report_unknown_word(params, "texture", type, kKnown);
+    report_unknown_word(params, "texture", type, kKnown, "the constant 0.5 is taken");
   }
   out.define_texture(std::move(texture));
 }

@@ -83,7 +83,11 @@ Token PbrtTokenizer::scan() {
     advance();
   } else {
     token.kind = Token::Kind::kWord;
-    while (at_ < text_.size() && !ends_word(text_[at_])) advance();
+    // "1.#IND" and "1.#INF" are numbers of Microsoft's C library, not comments.
+    const auto is_odd_number = [&] {
+      return text_[at_] == '#' && at_ >= begin + 2 && text_[at_ - 1] == '.' && text_[at_ - 2] == '1';
+    };
+    while (at_ < text_.size() && (!ends_word(text_[at_]) || is_odd_number())) advance();
   }
   token.text = std::string_view(text_).substr(begin, at_ - begin);
   return token;

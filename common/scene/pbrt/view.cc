@@ -71,35 +71,42 @@ void read_lenses(PbrtScene& out, ParameterList& params, LensSystem* lens) {
 
 }  // namespace
 
+namespace {
+
+/// x0 x1 y0 y1, in any order: one that goes backwards turns the picture's right into its left, or its top
+/// into its bottom, as in pbrt. The caller turns the camera then.
+void set_screen_window(PbrtScene& out, const std::vector<double>& w, CameraDescription* camera) {
+  out.flips_x = w[0] > w[1];
+  out.flips_y = w[2] > w[3];
+  const double x = out.flips_x ? -1 : 1, y = out.flips_y ? -1 : 1;
+  camera->screen_window = {x * w[0], x * w[1], y * w[2], y * w[3]};
+}
+
+}  // namespace
+
 void translate_camera(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm,
                       MotionTimes* times) {
   static const std::vector<std::string_view> known = {"perspective", "orthographic", "realistic",
                                                       "spherical"};
-  if (!is_one_of(type, known)) {
-    report_unknown_word(params, "camera", type, known);
-    return;
-  }
+  if (!is_one_of(type, known)) report_unknown_word(params, "camera", type, known, "\"perspective\" is taken");
   CameraDescription& camera = out.scene.camera;
   camera = CameraDescription{};
   camera.camera_to_world = inverse(ctm);
-  if (type == "perspective") {
-    camera.fov_degrees = params.number("fov", 90, 1e-4, 179.99);
-    camera.lens_radius = params.number("lensradius", 0, 0, kAnySize);
-    camera.focal_distance = params.number("focaldistance", 1e6, 1e-38, kAnySize);
-  } else if (type == "spherical") {
+  if (type == "spherical") {
     camera.kind = CameraKind::kSpherical;
     const std::string mapping = params.text("mapping", "equalarea");
     if (mapping == "equirectangular") {
       camera.mapping = SphericalMapping::kEquirectangular;
     } else if (mapping != "equalarea") {
-      params.bad_value("mapping", "must be \"equalarea\" or \"equirectangular\", not " + in_quotes(mapping));
+      params.odd_value("mapping", "must be \"equalarea\" or \"equirectangular\", not " + in_quotes(mapping) +
+                                      "; \"equalarea\" is taken");
     }
     params.accept({"lensradius", "focaldistance"});  // without meaning here, as in pbrt
   } else if (type == "realistic") {
     camera.kind = CameraKind::kRealistic;
     read_lenses(out, params, &camera.lens);
     params.accept({"screenwindow", "frameaspectratio"});  // the film has a size of its own
-  } else {
+  } else if (type == "orthographic") {
     camera.kind = CameraKind::kOrthographic;
     camera.lens_radius = params.number("lensradius", 0, 0, kAnySize);
     camera.focal_distance = params.number("focaldistance", 1e6, 1e-38, kAnySize);
@@ -109,11 +116,17 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
           "an orthographic camera with a lens stays orthographic here; pbrt-v4 lets all its rays "
           "start around one point, as a perspective camera's");
     }
+  } else {
+    camera.fov_degrees = params.number("fov", 90, 1e-4, 179.99);
+    camera.lens_radius = params.number("lensradius", 0, 0, kAnySize);
+    camera.focal_distance = params.number("focaldistance", 1e6, 1e-38, kAnySize);
   }
   if (const auto* window = params.numbers("screenwindow", ParamType::kFloat, 4)) {
-    camera.screen_window = {(*window)[0], (*window)[1], (*window)[2], (*window)[3]};
-    if (!((*window)[0] < (*window)[1] && (*window)[2] < (*window)[3])) {
-      params.bad_value("screenwindow", "must be x0 < x1, y0 < y1");
+    const std::vector<double>& w = *window;
+    if (w[0] == w[1] || w[2] == w[3]) {
+      params.odd_value("screenwindow", "must be x0 < x1, y0 < y1; it is left out");
+    } else {
+      set_screen_window(out, w, &camera);
     }
   }
   if (params.has("frameaspectratio"))
@@ -122,8 +135,10 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
   times->shutter_opens = params.number("shutteropen", 0, -kAnySize, kAnySize);
   times->shutter_closes = params.number("shutterclose", 1, -kAnySize, kAnySize);
   if (!(times->shutter_opens < times->shutter_closes)) {
-    out.problems->error(params.where_of("shutterclose"), "the shutter must close after it opens");
-    *times = {};
+    out.problems->warning(params.where_of("shutterclose"),
+                          "the shutter must close after it opens; 0 and 1 are taken");
+    times->shutter_opens = 0;
+    times->shutter_closes = 1;
   }
   params.finish();
 }
@@ -134,11 +149,13 @@ void read_sensor(ParameterList& params, FilmDescription* film) {
   const std::string name = params.text("sensor", "cie1931");
   const std::optional<ColorMatrix> sensor = sensor_named(name);
   if (!sensor)
-    params.bad_value("sensor", "is unknown: " + in_quotes(name) + nearest_hint(name, sensor_names()));
+    params.odd_value("sensor",
+                     "is unknown, and is left out: " + in_quotes(name) + nearest_hint(name, sensor_names()));
   const double white = params.number("whitebalance", 0, 0, 1e6);
   if (white != 0 && white < kLeastWhiteBalance) {
-    params.bad_value("whitebalance", "needs a temperature of at least " +
-                                         std::to_string(static_cast<int>(kLeastWhiteBalance)) + " kelvin");
+    params.odd_value("whitebalance", "needs a temperature of at least " +
+                                         std::to_string(static_cast<int>(kLeastWhiteBalance)) +
+                                         " kelvin; it is left out");
   } else if (sensor) {
     // Sensors that pbrt has measured are balanced for 6500 K unless they are told otherwise.
     film->sensor = white == 0 ? *sensor : product(*sensor, white_balance(white));
@@ -152,7 +169,7 @@ void read_gbuffer(PbrtScene& out, ParameterList& params, FilmDescription* film) 
   film->aovs = kAovAlbedo | kAovNormal | kAovPosition | kAovVariance;
   const std::string system = params.text("coordinatesystem", "camera");
   if (system != "camera" && system != "world")
-    params.bad_value("coordinatesystem", "must be \"camera\" or \"world\", not " + in_quotes(system));
+    params.odd_value("coordinatesystem", "must be \"camera\" or \"world\", not " + in_quotes(system));
   out.problems->unsupported(params.where(), params.owner() + " records the layers " + aov_names(film->aovs) +
                                                 (system == "camera" ? ", in world space," : "") +
                                                 " and no others");
@@ -160,13 +177,29 @@ void read_gbuffer(PbrtScene& out, ParameterList& params, FilmDescription* film) 
 
 }  // namespace
 
+namespace {
+
+/// x0 x1 y0 y1 in [0, 1] of the film, in order; nothing (reported) if they are none, or hold no pixel.
+std::optional<std::array<double, 4>> crop_within(const char* name, std::array<double, 4> c,
+                                                 ParameterList& params) {
+  const std::array<double, 4> given = c;
+  if (c[0] > c[1]) std::swap(c[0], c[1]);
+  if (c[2] > c[3]) std::swap(c[2], c[3]);
+  for (double& x : c) x = std::clamp(x, 0.0, 1.0);
+  const bool is_empty = !(c[0] < c[1] && c[2] < c[3]);
+  if (is_empty || c != given) {
+    params.odd_value(name, std::string("must be x0 < x1, y0 < y1, not empty and inside the film; ") +
+                               (is_empty ? "it is left out" : "it is cut to that"));
+  }
+  return is_empty ? std::nullopt : std::optional(c);
+}
+
+}  // namespace
+
 void translate_film(PbrtScene& out, const std::string& type, ParameterList& params, double* iso_ratio,
                     double* exposure_time) {
   static const std::vector<std::string_view> known = {"rgb", "gbuffer", "spectral"};
-  if (!is_one_of(type, known)) {
-    report_unknown_word(params, "film", type, known);
-    return;
-  }
+  if (!is_one_of(type, known)) report_unknown_word(params, "film", type, known, "\"rgb\" is taken");
   FilmDescription& film = out.scene.film;
   film = FilmDescription{};
   if (type == "spectral")
@@ -180,23 +213,12 @@ void translate_film(PbrtScene& out, const std::string& type, ParameterList& para
                      "makes an image of more than " + std::to_string(kMaxPixels) + " pixels; lower it");
   }
   film.filename = params.text("filename", "pbrt.exr");
-  if (const auto* c = params.numbers("cropwindow", ParamType::kFloat, 4)) {
-    film.crop = {(*c)[0], (*c)[1], (*c)[2], (*c)[3]};
-    if (!(0 <= (*c)[0] && (*c)[0] < (*c)[1] && (*c)[1] <= 1 && 0 <= (*c)[2] && (*c)[2] < (*c)[3] &&
-          (*c)[3] <= 1)) {
-      params.bad_value("cropwindow", "must be x0 x1 y0 y1 with 0 <= x0 < x1 <= 1 and 0 <= y0 < y1 <= 1");
-      film.crop.reset();
-    }
-  }
+  if (const auto* c = params.numbers("cropwindow", ParamType::kFloat, 4))
+    film.crop = crop_within("cropwindow", {(*c)[0], (*c)[1], (*c)[2], (*c)[3]}, params);
   if (const auto* b = params.numbers("pixelbounds", ParamType::kInteger, 4)) {
     const double w = film.width, h = film.height;
-    if (film.crop) params.bad_value("pixelbounds", "can't be given together with \"cropwindow\"; keep one");
-    if (0 <= (*b)[0] && (*b)[0] < (*b)[1] && (*b)[1] <= w && 0 <= (*b)[2] && (*b)[2] < (*b)[3] &&
-        (*b)[3] <= h) {
-      film.crop = {(*b)[0] / w, (*b)[1] / w, (*b)[2] / h, (*b)[3] / h};
-    } else {
-      params.bad_value("pixelbounds", "must be x0 x1 y0 y1, not empty and inside the film");
-    }
+    if (film.crop) params.odd_value("pixelbounds", "is given together with \"cropwindow\", and counts");
+    film.crop = crop_within("pixelbounds", {(*b)[0] / w, (*b)[1] / w, (*b)[2] / h, (*b)[3] / h}, params);
   }
   *iso_ratio = params.number("iso", 100, 1e-6, 1e9) / 100;
   if (params.has("exposuretime")) *exposure_time = params.number("exposuretime", 1, 1e-9, 1e9);
@@ -231,8 +253,7 @@ void translate_filter(PbrtScene& out, const std::string& type, ParameterList& pa
     radius = 4;
     filter.tau = params.number("tau", 3, 1e-3, 1e3);
   } else {
-    report_unknown_word(params, "pixel filter", type, known);
-    return;
+    report_unknown_word(params, "pixel filter", type, known, "\"gaussian\" is taken");
   }
   filter.xradius = params.number("xradius", radius, kMinRadius, kMaxRadius);
   filter.yradius = params.number("yradius", radius, kMinRadius, kMaxRadius);
@@ -243,10 +264,7 @@ void translate_sampler(PbrtScene& out, const std::string& type, ParameterList& p
   static const std::vector<std::string_view> known = {"halton", "independent", "paddedsobol", "pmj02bn",
                                                       "sobol",  "stratified",  "zsobol"};
   constexpr int64_t kMaxInt = 2147483647;
-  if (!is_one_of(type, known)) {
-    report_unknown_word(params, "sampler", type, known);
-    return;
-  }
+  if (!is_one_of(type, known)) report_unknown_word(params, "sampler", type, known, "ours is taken");
   SamplingDescription& sampling = out.scene.sampling;
   if (type == "stratified") {
     sampling.spp = params.integer("xsamples", 4, 1, 46340) * params.integer("ysamples", 4, 1, 46340);
@@ -264,14 +282,13 @@ void translate_integrator(PbrtScene& out, const std::string& type, ParameterList
   static const std::vector<std::string_view> known = {
       "path", "simplepath",       "lightpath",  "simplevolpath", "volpath", "bdpt",
       "mlt",  "ambientocclusion", "randomwalk", "sppm",          "function"};
-  if (!is_one_of(type, known)) {
-    report_unknown_word(params, "integrator", type, known);
-    return;
-  }
+  const bool is_known = is_one_of(type, known);
+  if (!is_known) report_unknown_word(params, "integrator", type, known, "\"volpath\" is taken");
   SamplingDescription& sampling = out.scene.sampling;
-  sampling.integrator = type;
+  sampling.integrator = is_known ? type : "volpath";
   out.media_left_out.reset();
-  if (!is_one_of(type, {"volpath", "simplevolpath", "bdpt", "mlt"})) out.media_left_out = params.where();
+  if (is_known && !is_one_of(type, {"volpath", "simplevolpath", "bdpt", "mlt"}))
+    out.media_left_out = params.where();
   sampling.max_depth = static_cast<int>(params.integer("maxdepth", 5, 0, 2147483647));
   sampling.max_depth = std::min(sampling.max_depth, kUnlimitedDepth);
   if (params.boolean("regularize", false)) params.unsupported("regularize", "is ignored");
@@ -300,12 +317,9 @@ void translate_integrator(PbrtScene& out, const std::string& type, ParameterList
 }
 
 void translate_accelerator(PbrtScene& out, const std::string& type, ParameterList& params) {
-  static const std::vector<std::string_view> known = {"bvh", "kdtree"};
-  (void)out;
-  if (!is_one_of(type, known)) {
-    report_unknown_word(params, "accelerator", type, known);
-    return;
-  }
+  static const std::vector<std::string_view> known = {"bvh", "kdtree"}, old = {"grid", "qbvh", "none"};
+  if (out.dialect == Dialect::kV3 && is_one_of(type, old)) return;
+  if (!is_one_of(type, known)) report_unknown_word(params, "accelerator", type, known, "ours is taken");
   params.accept({"maxnodeprims", "splitmethod", "intersectcost", "traversalcost", "emptybonus", "maxprims",
                  "maxdepth"});
   params.finish();

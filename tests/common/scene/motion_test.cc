@@ -212,7 +212,7 @@ TEST_F(MovingThings, BadMotionIsRefused) {
       {"\nTransformTimes 0 1", "must come before WorldBegin"},
   };
   for (const auto& [text, message] : cases) {
-    const LoadResult r = load_world(text);
+    const LoadResult r = strictly_world(text);
     EXPECT_TRUE(has_error(r, message)) << text;
     EXPECT_TRUE(mentions(r, "scene.pbrt:3:")) << listed(r);
   }

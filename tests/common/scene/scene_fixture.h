@@ -42,6 +42,14 @@ class SceneTest : public testing::Test {
     folder_.write("scene.pbrt", text);
     return load_scene("scene.pbrt", DirectoryFiles(folder_.path()), options);
   }
+  /// The same with warnings as errors.
+  LoadResult strictly(const std::string& text) { return load(text, strict()); }
+  LoadResult strictly_world(const std::string& body) { return load_world(body, strict()); }
+  static LoadOptions strict() {
+    LoadOptions options;
+    options.strict = true;
+    return options;
+  }
   /// Loads a world that has a light (so that it is complete) on line 1, and `body` from line 2.
   LoadResult load_world(const std::string& body, const LoadOptions& options = {}) {
     return load("WorldBegin LightSource \"point\"\n" + body, options);

@@ -24,7 +24,10 @@ class MemoryFile : public FileSource {
   ~MemoryFile() override { close(fd_); }
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
-  std::string resolve(const std::string&) const override { return "/proc/self/fd/" + std::to_string(fd_); }
+  using FileSource::resolve;
+  std::string resolve(const std::string&, std::string*) const override {
+    return "/proc/self/fd/" + std::to_string(fd_);
+  }
 
  private:
   int fd_;

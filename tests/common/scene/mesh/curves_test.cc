@@ -177,10 +177,10 @@ TEST_F(CurveShapes, ACurveWithoutLengthIsLeftOut) {
 TEST_F(CurveShapes, Mistakes) {
   const std::pair<std::string, const char*> cases[] = {
       {"Shape \"curve\"", "2:1: shape \"curve\" needs \"point3 P\""},
-      {"Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 nan 0 0 3]", "finite numbers"},
-      {"Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2]", "2:15: parameter \"P\""},
+      {"Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 nan 0 0 3]", "has the value \"nan\""},
+      {"Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2]", "2:1: shape \"curve\" has 3 points"},
       {"Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2 0 0 3 0 0 4]", "need 4, 7, 10"},
-      {"Shape \"curve\" \"float width\" 0 " + line_, "2:15: parameter \"width\""},
+      {"Shape \"curve\" \"float width\" 0 " + line_, "has a \"width\" that is not above 0"},
       {"Shape \"curve\" \"float width0\" -1 " + line_, "must be at least 0"},
       {"Shape \"curve\" \"integer degree\" 4 " + line_, "must be at most 3"},
       {"Shape \"curve\" \"string basis\" \"bspine\" " + line_, "did you mean \"bspline\"?"},
@@ -195,7 +195,7 @@ TEST_F(CurveShapes, Mistakes) {
        "[0 0 1 0 0 0]",
        "normal without direction"},
   };
-  for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(load_world(text), message)) << text;
+  for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(strictly_world(text), message)) << text;
 }
 
 }  // namespace

@@ -174,13 +174,13 @@ TEST_F(LoopShapes, AreReadAndMistakesNamed) {
       {"Shape \"loopsubdiv\" \"integer levels\" 30 " + tetrahedron, "2:20: parameter \"levels\""},
       {"Shape \"loopsubdiv\" \"integer levels\" -1 " + tetrahedron, "must be at least 0"},
       {"Shape \"loopsubdiv\" \"integer levels\" 11 " + tetrahedron, "use fewer levels"},
-      {"Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 nan]", "finite numbers"},
+      {"Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 nan]", "has the value \"nan\""},
       {"Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 3]",
        "refers to vertex 3"},
       {"Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 0 0 0 1] \"integer indices\" [0 1 2 0 1 3]",
-       "2:1: shape \"loopsubdiv\": has an edge from vertex 0 to vertex 1"},
+       "2:1: shape \"loopsubdiv\" has an edge from vertex 0 to vertex 1"},
   };
-  for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(load_world(text), message)) << text;
+  for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(strictly_world(text), message)) << text;
 }
 
 TEST_F(LoopShapes, ShareABoundWithAllTessellatedShapes) {

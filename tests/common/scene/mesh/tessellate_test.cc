@@ -188,7 +188,7 @@ TEST_F(QuadricShapes, Mistakes) {
       {"Shape \"sphere\" \"float zmin\" 2 \"float zmax\" 3", "leave nothing"},
       {"Shape \"sphere\" \"float phimax\" 0", "must be above 0"},
       {"Shape \"disk\" \"float phimax\" 361", "2:14: parameter \"phimax\""},
-      {"Shape \"cylinder\" \"float radius\" nan", "finite numbers"},
+      {"Shape \"cylinder\" \"float radius\" nan", "has the value \"nan\""},
       {"Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0] \"normal N\" [0 0 1]",
        "1 normals for 4 vertices"},
       {"Shape \"bilinearmesh\"", "needs \"point3 P\""},
@@ -196,7 +196,7 @@ TEST_F(QuadricShapes, Mistakes) {
       {"Shape \"bilinearmesh\" \"point3 P\" [0 0 0] \"integer indices\" [0 0 0 1]", "does not exist"},
       {"Shape \"bilinearmesh\" \"point3 P\" [0 0 0] \"integer indices\" [0 0 0]", "4 per patch"},
   };
-  for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(load_world(text), message)) << text;
+  for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(strictly_world(text), message)) << text;
 }
 
 TEST_F(QuadricShapes, InterfaceShapesAreLeftOut) {

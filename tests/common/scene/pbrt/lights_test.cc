@@ -51,7 +51,7 @@ TEST_F(Lights, RefusesWhatNoLightCanBe) {
         "\"infinite\" \"blackbody L\" 10", "\"spot\" \"float coneangle\" 181",
         "\"spot\" \"float coneangle\" -3", "\"spot\" \"point3 from\" [1 1 1] \"point3 to\" [1 1 1]",
         "\"distant\" \"float angle\" 91", "\"distant\" \"float angle\" -1"}) {
-    const LoadResult r = load("WorldBegin\nLightSource " + std::string(text));
+    const LoadResult r = strictly("WorldBegin\nLightSource " + std::string(text));
     EXPECT_TRUE(has_error(r, "scene.pbrt:2:")) << text;
   }
 }
@@ -73,7 +73,7 @@ TEST_F(Lights, ImagesShineAtAPointAndFromAfar) {
        {"\"goniometric\"", "\"projection\"", "\"projection\" \"float fov\" 0 \"string filename\" \"x.exr\"",
         "\"goniometric\" \"string filename\" \"absent.exr\"",
         "\"infinite\" \"rgb L\" [1 1 1] \"string filename\" \"x.exr\""}) {
-    EXPECT_TRUE(has_error(load("WorldBegin\nLightSource " + std::string(text)), "scene.pbrt:2:")) << text;
+    EXPECT_TRUE(has_error(strictly("WorldBegin\nLightSource " + std::string(text)), "scene.pbrt:2:")) << text;
   }
   const LoadResult stretched = load("WorldBegin\nScale 1 2 1 LightSource \"projection\"" + file);
   EXPECT_TRUE(mentions(stretched, "scene.pbrt:2:13: ")) << listed(stretched);
@@ -101,10 +101,11 @@ Shape "bilinearmesh" "point3 P" [0 0 0 2 0 0 0 1 0 2 1 0] "string emissionfilena
   EXPECT_TRUE(power.of_mean_luminance);
   EXPECT_NEAR(power.radiance.g, 10 / (M_PI * 2), 1e-5);
   EXPECT_TRUE(has_error(
-      load("WorldBegin\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"string filename\" \"x.exr\""),
+      strictly("WorldBegin\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"string filename\" \"x.exr\""),
       "scene.pbrt:2:27: "));
-  EXPECT_TRUE(has_error(load("WorldBegin\nAreaLightSource \"diffuse\" \"string filename\" \"absent.exr\""),
-                        "scene.pbrt:2:"));
+  EXPECT_TRUE(
+      has_error(strictly("WorldBegin\nAreaLightSource \"diffuse\" \"string filename\" \"absent.exr\""),
+                "scene.pbrt:2:"));
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ TEST_F(Materials, SubsurfaceIsByNameCoefficientsOrReflectance) {
                 .reflectance->texture,
             0);
   const auto fails = [&](const std::string& p, const std::string& message) {
-    EXPECT_TRUE(has_error(load_world("Material \"subsurface\" " + p), message));
+    EXPECT_TRUE(has_error(strictly_world("Material \"subsurface\" " + p), message));
   };
   fails("\"string name\" \"Milk\"", "names no measured medium");
   fails("\"rgb sigma_a\" [1 1 1]", "needs \"sigma_s\" beside it");
@@ -101,8 +101,9 @@ TEST_F(Materials, ConductorByReflectance) {
       last<ConductorMaterial>(clean_world("Material \"conductor\" \"rgb reflectance\" [0.9 0.8 0.7]"));
   ASSERT_TRUE(m.reflectance);
   EXPECT_FLOAT_EQ(m.reflectance->value.g, 0.8f);
-  EXPECT_TRUE(has_error(
-      load_world("Material \"conductor\" \"rgb reflectance\" [0.9 0.8 0.7] \"rgb k\" [1 1 1]"), "together"));
+  EXPECT_TRUE(
+      has_error(strictly_world("Material \"conductor\" \"rgb reflectance\" [0.9 0.8 0.7] \"rgb k\" [1 1 1]"),
+                "together"));
 }
 
 TEST_F(Materials, NamedGlassIsANumber) {
@@ -120,7 +121,7 @@ TEST_F(Materials, ThinDielectric) {
   const LoadResult r = load_world("Material \"thindielectric\" \"spectrum eta\" \"glass-F11\"");
   EXPECT_TRUE(r.ok());
   EXPECT_FLOAT_EQ(last<ThinDielectricMaterial>(r.scene).eta, 1.7847f);
-  EXPECT_TRUE(has_error(load_world("Material \"thindielectric\" \"float eta\" 0"), "must be at least"));
+  EXPECT_TRUE(has_error(strictly_world("Material \"thindielectric\" \"float eta\" 0"), "must be at least"));
 }
 
 TEST_F(Materials, CoatedConductor) {
@@ -146,10 +147,11 @@ TEST_F(Materials, CoatedConductor) {
   EXPECT_TRUE(last<CoatedConductorMaterial>(
                   clean_world("Material \"coatedconductor\" \"rgb reflectance\" [0.9 0.5 0.1]"))
                   .conductor.reflectance);
-  EXPECT_TRUE(has_error(load_world("Material \"coatedconductor\" \"float interface.eta\" 0"), "at least"));
   EXPECT_TRUE(
-      has_error(load_world("Material \"coatedconductor\" \"float conductor.roughness\" -1"), "at least 0"));
-  EXPECT_TRUE(has_error(load_world("Material \"coatedconductor\" \"float roughness\" 1"), "roughness"));
+      has_error(strictly_world("Material \"coatedconductor\" \"float interface.eta\" 0"), "at least"));
+  EXPECT_TRUE(has_error(strictly_world("Material \"coatedconductor\" \"float conductor.roughness\" -1"),
+                        "at least 0"));
+  EXPECT_TRUE(has_error(strictly_world("Material \"coatedconductor\" \"float roughness\" 1"), "roughness"));
 }
 
 TEST_F(Materials, CoatsThatScatter) {
@@ -164,7 +166,7 @@ TEST_F(Materials, CoatsThatScatter) {
       board + "Material \"coatedconductor\" \"rgb albedo\" [0.1 0.2 0.3] \"texture reflectance\" \"t\"");
   EXPECT_TRUE(mentions(textured, "is ignored over a metal"));
   EXPECT_EQ(last<CoatedConductorMaterial>(textured.scene).medium.albedo, Rgb{});
-  EXPECT_TRUE(has_error(load_world("Material \"coateddiffuse\" \"float g\" 1"), "at most"));
+  EXPECT_TRUE(has_error(strictly_world("Material \"coateddiffuse\" \"float g\" 1"), "at most"));
 }
 
 TEST_F(Materials, Mix) {
@@ -177,14 +179,16 @@ TEST_F(Materials, Mix) {
   EXPECT_EQ(s.materials[static_cast<size_t>(m.materials[0])].name, "a");
   EXPECT_EQ(s.materials[static_cast<size_t>(m.materials[1])].name, "b");
   EXPECT_FLOAT_EQ(m.amount.value, 0.3f);
-  EXPECT_TRUE(has_error(load_world(two + "Material \"mix\" \"string materials\" [\"a\"]"), "two materials"));
-  EXPECT_TRUE(has_error(load_world(two + "Material \"mix\" \"string materials\" [\"a\" \"c\"]"),
+  EXPECT_TRUE(
+      has_error(strictly_world(two + "Material \"mix\" \"string materials\" [\"a\"]"), "two materials"));
+  EXPECT_TRUE(has_error(strictly_world(two + "Material \"mix\" \"string materials\" [\"a\" \"c\"]"),
                         "no material named \"c\""));
   EXPECT_TRUE(has_error(
-      load_world(two + "Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" 2"), "amount"));
+      strictly_world(two + "Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" 2"),
+      "amount"));
   EXPECT_TRUE(has_error(
-      load_world("MakeNamedMaterial \"a\" \"string type\" \"mix\" \"string materials\" [\"b\" \"b\"]"
-                 " MakeNamedMaterial \"b\" \"string type\" \"mix\" \"string materials\" [\"a\" \"a\"]"),
+      strictly_world("MakeNamedMaterial \"a\" \"string type\" \"mix\" \"string materials\" [\"b\" \"b\"]"
+                     " MakeNamedMaterial \"b\" \"string type\" \"mix\" \"string materials\" [\"a\" \"a\"]"),
       "contains itself"));
 }
 
@@ -242,41 +246,45 @@ TEST_F(Materials, TexelsAreShownIfTheFilterIsAPoint) {
            filter + "\"";
   };
   EXPECT_TRUE(std::get<ImageTexture>(clean_world(texture("point")).textures[0].kind).nearest);
-  EXPECT_TRUE(refused_on_line_2(load_world(texture("points")), "did you mean \"point\"?"));
+  EXPECT_TRUE(refused_on_line_2(strictly_world(texture("points")), "did you mean \"point\"?"));
 }
 
 TEST_F(Materials, TextureMistakes) {
-  EXPECT_TRUE(has_error(load_world("Material \"diffuse\" \"texture reflectance\" \"none\""),
+  EXPECT_TRUE(has_error(strictly_world("Material \"diffuse\" \"texture reflectance\" \"none\""),
                         "no spectrum texture named \"none\""));
-  EXPECT_TRUE(has_error(load_world("Texture \"t\" \"spectrum\" \"scale\" \"texture tex\" \"t\""),
+  EXPECT_TRUE(has_error(strictly_world("Texture \"t\" \"spectrum\" \"scale\" \"texture tex\" \"t\""),
                         "not defined above"));
   EXPECT_TRUE(
-      has_error(load_world("Texture \"t\" \"rgb\" \"constant\""), "of type \"float\" or \"spectrum\""));
-  EXPECT_TRUE(has_error(load_world("Texture \"t\" \"float\" \"constnt\""), "did you mean \"constant\"?"));
+      has_error(strictly_world("Texture \"t\" \"rgb\" \"constant\""), "of type \"float\" or \"spectrum\""));
+  EXPECT_TRUE(has_error(strictly_world("Texture \"t\" \"float\" \"constnt\""), "did you mean \"constant\"?"));
   EXPECT_TRUE(
-      has_error(load_world("Texture \"t\" \"float\" \"constant\" Texture \"t\" \"float\" \"constant\""),
+      has_error(strictly_world("Texture \"t\" \"float\" \"constant\" Texture \"t\" \"float\" \"constant\""),
                 "defined twice"));
-  EXPECT_TRUE(has_error(load_world("Texture \"t\" \"float\" \"imagemap\""), "needs a \"string filename\""));
-  EXPECT_TRUE(has_error(load_world("Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"no.png\""),
+  EXPECT_TRUE(
+      has_error(strictly_world("Texture \"t\" \"float\" \"imagemap\""), "needs a \"string filename\""));
+  EXPECT_TRUE(has_error(strictly_world("Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"no.png\""),
                         "2:32: there is no file \"no.png\""));
 }
 
 TEST_F(Materials, Mistakes) {
-  EXPECT_TRUE(has_error(load_world("Material \"diffus\""), "did you mean \"diffuse\"?"));
-  EXPECT_TRUE(has_error(load_world("Material \"matte\""), "pbrt-v4 calls it \"diffuse\""));
-  EXPECT_TRUE(has_error(load_world("Material \"diffuse\" \"rgb reflectance\" [1.5 0 0]"), "within [0, 1]"));
-  EXPECT_TRUE(has_error(load_world("Material \"diffuse\" \"rgb reflectance\" [0.5 0.5]"), "rgb needs 3"));
-  EXPECT_TRUE(has_error(load_world("Material \"dielectric\" \"float eta\" -1"), "must be at least"));
-  EXPECT_TRUE(has_error(load_world("Material \"conductor\" \"float roughness\" -0.1"), "must be at least 0"));
-  EXPECT_TRUE(has_error(load_world("Material \"conductor\" \"rgb eta\" [0 1 1] \"rgb k\" [0 1 1]"),
+  EXPECT_TRUE(has_error(strictly_world("Material \"diffus\""), "did you mean \"diffuse\"?"));
+  EXPECT_TRUE(mentions(load_world("Material \"diffuse\" Material \"matte\""), "is pbrt-v3's"));
+  EXPECT_TRUE(
+      has_error(strictly_world("Material \"diffuse\" \"rgb reflectance\" [1.5 0 0]"), "within [0, 1]"));
+  EXPECT_TRUE(has_error(strictly_world("Material \"diffuse\" \"rgb reflectance\" [0.5 0.5]"), "rgb needs 3"));
+  EXPECT_TRUE(has_error(strictly_world("Material \"dielectric\" \"float eta\" -1"), "must be at least"));
+  EXPECT_TRUE(
+      has_error(strictly_world("Material \"conductor\" \"float roughness\" -0.1"), "must be at least 0"));
+  EXPECT_TRUE(has_error(strictly_world("Material \"conductor\" \"rgb eta\" [0 1 1] \"rgb k\" [0 1 1]"),
                         "must be above 0 where k is 0"));
   EXPECT_TRUE(
       mentions(load_world("Material \"conductor\" \"float roughness\" 3"), "the roughest surface has 1"));
-  EXPECT_TRUE(has_error(load_world("NamedMaterial \"x\" Shape \"sphere\""), "no material named \"x\""));
-  EXPECT_TRUE(has_error(load_world("MakeNamedMaterial \"x\""), "needs a \"string type\""));
-  EXPECT_TRUE(has_error(load_world("MakeNamedMaterial \"x\" \"string type\" \"diffuse\" MakeNamedMaterial "
-                                   "\"x\" \"string type\" \"diffuse\""),
-                        "defined twice"));
+  EXPECT_TRUE(has_error(strictly_world("NamedMaterial \"x\" Shape \"sphere\""), "no material named \"x\""));
+  EXPECT_TRUE(has_error(strictly_world("MakeNamedMaterial \"x\""), "needs a \"string type\""));
+  EXPECT_TRUE(
+      has_error(strictly_world("MakeNamedMaterial \"x\" \"string type\" \"diffuse\" MakeNamedMaterial "
+                               "\"x\" \"string type\" \"diffuse\""),
+                "defined twice"));
 }
 
 TEST_F(Materials, PointAndInfiniteLights) {
@@ -313,7 +321,7 @@ TEST_F(Materials, ShapesShareOneAreaLight) {
 }
 
 TEST_F(Materials, ASceneWithoutLightIsRefused) {
-  EXPECT_TRUE(has_error(load("WorldBegin Shape \"sphere\""), "no light"));
+  EXPECT_TRUE(has_error(strictly("WorldBegin Shape \"sphere\""), "no light"));
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ TEST_F(PbrtMedia, BadOnesAreRefusedWithTheirLine) {
       {"MakeNamedMedium \"\" \"string type\" \"homogeneous\"", "needs a name"},
   };
   for (const auto& [text, message] : cases) {
-    const LoadResult r = load_world(text);
+    const LoadResult r = strictly_world(text);
     EXPECT_TRUE(has_error(r, message)) << text << "\n" << listed(r);
     EXPECT_TRUE(mentions(r, "scene.pbrt:2:")) << text << "\n" << listed(r);
   }

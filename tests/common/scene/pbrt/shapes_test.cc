@@ -91,7 +91,7 @@ TEST_F(Shapes, Mistakes) {
       {"Shape \"trianglemesh\"", "needs \"point3 P\""},
       {"Shape \"trianglemesh\" \"float P\" [0 0 0]", "it must be \"point3\""},
       {"Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1]", "multiple of 3"},
-      {"Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 nan]", "finite numbers"},
+      {"Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 nan]", "has the value \"nan\""},
       {"Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 1]", "needs \"integer indices\""},
       {"Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 3]",
        "refers to vertex 3, but there are 3"},
@@ -108,7 +108,7 @@ TEST_F(Shapes, Mistakes) {
       {"AreaLightSource \"difuse\"", "did you mean \"diffuse\"?"},
       {"AreaLightSource \"diffuse\" \"rgb L\" [1e38 1 1] \"float scale\" 1e10", "brighter than float"},
   };
-  for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(load_world(text), message)) << text;
+  for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(strictly_world(text), message)) << text;
 }
 
 }  // namespace

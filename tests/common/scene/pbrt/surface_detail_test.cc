@@ -30,7 +30,8 @@ TEST_F(SurfaceDetail, BadAlphaIsNamedWithItsPlace) {
       {"Shape \"sphere\" \"texture alpha\" \"leaf\"", "no float texture named \"leaf\""},
       {"Shape \"sphere\" \"string alpha\" \"leaf.png\"", "parameter \"alpha\""},
   };
-  for (const auto& [text, message] : cases) EXPECT_TRUE(refused_on_line_2(load_world(text), message)) << text;
+  for (const auto& [text, message] : cases)
+    EXPECT_TRUE(refused_on_line_2(strictly_world(text), message)) << text;
 }
 
 TEST_F(SurfaceDetail, NormalMapsAreLinearImagesAndBumpsFloatTextures) {
@@ -56,7 +57,8 @@ TEST_F(SurfaceDetail, BadBumpsAreNamedWithTheirPlace) {
       {"Material \"diffuse\" \"texture normalmap\" \"t\"", "parameter \"normalmap\""},
       {"Material \"diffuse\" \"texture displacement\" \"waves\"", "no float texture named \"waves\""},
   };
-  for (const auto& [text, message] : cases) EXPECT_TRUE(refused_on_line_2(load_world(text), message)) << text;
+  for (const auto& [text, message] : cases)
+    EXPECT_TRUE(refused_on_line_2(strictly_world(text), message)) << text;
 }
 
 }  // namespace

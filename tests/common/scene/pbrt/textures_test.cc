@@ -82,7 +82,8 @@ TEST_F(Textures, BadOnesAreNamedWithTheirPlace) {
       {"Texture \"t\" \"float\" \"directionmix\" \"vector3 dir\" [0 0 0]", "must not be zero"},
       {"Texture \"t\" \"float\" \"bilerp\" \"string mapping\" \"spheric\"", "did you mean \"spherical\""},
   };
-  for (const auto& [text, message] : cases) EXPECT_TRUE(refused_on_line_2(load_world(text), message)) << text;
+  for (const auto& [text, message] : cases)
+    EXPECT_TRUE(refused_on_line_2(strictly_world(text), message)) << text;
 }
 
 }  // namespace

@@ -101,12 +101,12 @@ TEST_F(SpectrumParameters, Mistakes) {
       {"LightSource \"point\" \"blackbody I\" -5", "temperature"},
       {"LightSource \"point\" \"rgb I\" [1 -1 1]", "must not be negative"},
   };
-  for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(load_world(text), message)) << text;
+  for (const auto& [text, message] : cases) EXPECT_TRUE(has_error(strictly_world(text), message)) << text;
   const LoadResult bright = load_world("Material \"diffuse\" \"spectrum reflectance\" [300 1.5 800 1.5]");
   EXPECT_TRUE(bright.ok()) << "as pbrt does";
   EXPECT_TRUE(mentions(bright, "values up to 1.5")) << listed(bright);
   folder_.write("bad.spd", "400 x");
-  EXPECT_TRUE(has_error(load_world("LightSource \"point\" \"spectrum I\" \"bad.spd\""),
+  EXPECT_TRUE(has_error(strictly_world("LightSource \"point\" \"spectrum I\" \"bad.spd\""),
                         "pairs of wavelength and value"));
 }
 

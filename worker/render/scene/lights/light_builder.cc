@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "common/base/error.h"
 
@@ -69,7 +70,7 @@ double one_minus_cos(double degrees) {
 /// The lights that are not shapes, a kind to an overload.
 class LightBuilder {
  public:
-  explicit LightBuilder(RenderScene* scene) : out_(*scene) {}
+  LightBuilder(RenderScene* scene, SourceLocation where) : out_(*scene), where_(std::move(where)) {}
 
   void add(const PointLight& l) {
     if (is_black(l.intensity)) return;
@@ -115,6 +116,7 @@ class LightBuilder {
     if (l.portal || !l.image_path.empty()) {
       r[4] = static_cast<float>(out_.lights.environments.size());
       LightImage image = l.image_path.empty() ? even_image() : read_environment(l.image_path, l.lat_long);
+      if (!shines(image)) return;
       const double f = l.illuminance > 0 ? l.illuminance / illuminance(image) : 1;
       EnvironmentMap& map = out_.lights.environments.emplace_back(
           std::move(image), scaled(l.radiance, f * light_scale()), l.light_to_world);
@@ -130,14 +132,17 @@ class LightBuilder {
 
   void add(const GoniometricLight& l) {
     if (is_black(l.intensity)) return;
-    LightImage image = read_light_image(l.image_path, "goniometric image");
+    LightImage image = l.lat_long ? read_environment(l.image_path, true)
+                                  : read_light_image(l.image_path, "goniometric image");
+    if (!shines(image)) return;
     image.make_grey();
     const double f = l.power > 0 ? l.power / (4 * M_PI * image.mean()) : 1;
     Record r = at_origin(l.light_to_world);
     r[4] = static_cast<float>(out_.lights.goniometers.size());
-    // pbrt's image has the light's y axis in its middle.
     Transform image_to_world = l.light_to_world;
-    for (auto& row : image_to_world.m) std::swap(row[1], row[2]);
+    if (!l.lat_long) {  // pbrt's square image has the light's y axis in its middle
+      for (auto& row : image_to_world.m) std::swap(row[1], row[2]);
+    }
     const EnvironmentMap& map = out_.lights.goniometers.emplace_back(
         std::move(image), scaled(l.intensity, f * area_scale()), image_to_world);
     set_radiance(r, {map.brightest, map.brightest, map.brightest});
@@ -146,6 +151,7 @@ class LightBuilder {
   void add(const ProjectionLight& l) {
     if (is_black(l.intensity)) return;
     LightImage image = read_light_image(l.image_path, "projected image");
+    if (!shines(image)) return;
     double f = 1;
     if (l.power > 0) {
       // The power of the image by its luminance.
@@ -167,6 +173,13 @@ class LightBuilder {
   }
 
  private:
+  /// False, and said, for a black image: other lights may be there.
+  bool shines(const LightImage& image) {
+    if (image.mean() > 0) return true;
+    out_.warnings.push_back(
+        {where_, Severity::kWarning, image.path + ": the light's image is black; the light is left out"});
+    return false;
+  }
   Portal portal_of(const std::array<Vec3d, 4>& world) const {
     std::array<Vec3d, 4> corners;
     for (size_t i = 0; i < corners.size(); ++i) corners[i] = out_.normalised_point(world[i]);
@@ -196,6 +209,7 @@ class LightBuilder {
   }
 
   RenderScene& out_;
+  const SourceLocation where_;
 };
 
 }  // namespace
@@ -205,7 +219,7 @@ std::string place(const SourceLocation& where) {
 }
 
 void add_light(const LightDescription& light, RenderScene* scene) {
-  LightBuilder builder(scene);
+  LightBuilder builder(scene, light.location);
   try {
     std::visit([&](const auto& l) { builder.add(l); }, light.kind);
   } catch (const Error& e) {

@@ -1,0 +1,71 @@
+#include "common/scene/pbrt/v3/shapes.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "common/scene/mesh/revolution.h"
+
+namespace lightmill::v3 {
+namespace {
+
+constexpr int64_t kMostHeights = 4096;  // a side of a height field
+
+double read_angle(ParameterList& params) {
+  const double phi = params.number("phimax", 360, 0, 360);
+  return (phi > 0 ? phi : 360) * std::numbers::pi / 180;
+}
+
+Vec3d read_point(ParameterList& params, const char* name, const Vec3d& fallback) {
+  const auto* p = params.numbers(name, ParamType::kPoint3, 3);
+  return p == nullptr ? fallback : Vec3d{(*p)[0], (*p)[1], (*p)[2]};
+}
+
+std::optional<TriangleMesh> read_height_field(ParameterList& params) {
+  const int64_t nu = params.integer("nu", 2, 2, kMostHeights), nv = params.integer("nv", 2, 2, kMostHeights);
+  const auto* heights = params.numbers("Pz", ParamType::kFloat);
+  if (heights == nullptr || static_cast<int64_t>(heights->size()) != nu * nv) {
+    params.left_out("needs nu x nv numbers \"Pz\"");
+    return std::nullopt;
+  }
+  return height_field_mesh(static_cast<int>(nu), static_cast<int>(nv), *heights);
+}
+
+}  // namespace
+
+bool is_shape(const std::string& type) {
+  return type == "cone" || type == "paraboloid" || type == "hyperboloid" || type == "heightfield";
+}
+
+std::optional<ReadShape> read_shape(const std::string& type, PbrtScene& out, ParameterList& params) {
+  std::optional<TriangleMesh> mesh;
+  if (type == "heightfield") {
+    mesh = read_height_field(params);
+  } else if (type == "hyperboloid") {
+    const Vec3d a = read_point(params, "p1", {0, 0, 0}), b = read_point(params, "p2", {1, 1, 1});
+    const auto line = [&](double v) {
+      return Vec3d{(1 - v) * a.x + v * b.x, (1 - v) * a.y + v * b.y, (1 - v) * a.z + v * b.z};
+    };
+    mesh = revolution_mesh(line, read_angle(params));
+  } else {
+    const double radius = params.number("radius", 1, 1e-30, kAnySize);
+    const double phi = read_angle(params);
+    if (type == "cone") {
+      const double height = params.number("height", 1, -kAnySize, kAnySize);
+      mesh = revolution_mesh([&](double v) { return Vec3d{radius * (1 - v), 0, height * v}; }, phi);
+    } else {
+      const double low = params.number("zmin", 0, 0, kAnySize),
+                   high = params.number("zmax", 1, 1e-30, kAnySize);
+      mesh = revolution_mesh(
+          [&](double v) {
+            const double z = low + (high - low) * v;
+            return Vec3d{radius * std::sqrt(std::max(z, 0.0) / std::max(low, high)), 0, z};
+          },
+          phi);
+    }
+  }
+  if (!mesh || !out.may_generate(mesh->triangles.size(), params)) return std::nullopt;
+  const size_t emitters = mesh->triangles.size();
+  return ReadShape{MeshShape{std::make_shared<const TriangleMesh>(std::move(*mesh))}, emitters};
+}
+
+}  // namespace lightmill::v3
