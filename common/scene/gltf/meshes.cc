@@ -4,7 +4,6 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "common/base/error.h"
 #include "common/scene/mesh/mesh_check.h"
 
 namespace lightmill {
@@ -53,11 +52,13 @@ const std::vector<GltfPrimitive>& GltfMeshes::primitives(size_t index) {
   std::vector<GltfPrimitive> list;
   scene_.attempt([&] {
     const GltfValue mesh = root_.require("meshes")[index];
-    const GltfValue primitives = mesh.require("primitives");
+    const size_t count = mesh.count("primitives");
+    if (count == 0) mesh.mended("has no primitives, so there is nothing to see");
     bool morphs = false;
-    for (size_t i = 0; i < primitives.size(); ++i) {
+    for (size_t i = 0; i < count; ++i) {
+      const GltfValue primitives = mesh.require("primitives");
       scene_.attempt([&] { add(primitives[i], &list); });
-      scene_.attempt([&] { morphs = morphs || primitives[i].count("targets") > 0; });
+      scene_.attempt_optional([&] { morphs = morphs || primitives[i].count("targets") > 0; });
     }
     if (morphs) scene_.unsupported(mesh.pointer(), "morph targets; the mesh keeps its rest shape");
   });
@@ -65,7 +66,7 @@ const std::vector<GltfPrimitive>& GltfMeshes::primitives(size_t index) {
 }
 
 std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& primitive, size_t vertices) {
-  const int64_t mode = primitive.integer_or("mode", kTriangles, kPoints, kFan);
+  const auto mode = static_cast<int>(primitive.number_or("mode", kTriangles, kPoints, kFan));
   const int of = primitive.index_or_none("indices", root_.count("accessors"), "accessor");
   std::vector<uint32_t> order;
   if (of >= 0) {
@@ -76,10 +77,6 @@ std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& prim
     order.resize(indices.count());
     for (size_t i = 0; i < order.size(); ++i) {
       order[i] = indices.read_index(i);
-      if (order[i] >= vertices) {
-        where.fail("index " + std::to_string(i) + " is " + std::to_string(order[i]) + ", but there are " +
-                   std::to_string(vertices) + " vertices");
-      }
     }
   } else {
     constexpr size_t kMaxVertices = size_t{1} << 31;
@@ -91,11 +88,11 @@ std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& prim
   std::vector<std::array<uint32_t, 3>> out;
   if (mode == kTriangles) {
     if (order.size() % 3 != 0)
-      primitive.fail("has " + std::to_string(order.size()) + " corners, which are no whole triangles");
+      primitive.mended("has " + std::to_string(order.size()) +
+                       " corners, which are no whole triangles; the rest is left out");
     for (size_t i = 0; i + 2 < order.size(); i += 3) out.push_back({order[i], order[i + 1], order[i + 2]});
-    return out;
   }
-  for (size_t i = 0; i + 2 < order.size(); ++i) {
+  for (size_t i = 0; mode != kTriangles && i + 2 < order.size(); ++i) {
     if (mode == kFan) {
       out.push_back({order[i + 1], order[i + 2], order[0]});
     } else {  // every other triangle of a strip is wound the other way round
@@ -103,7 +100,15 @@ std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& prim
     }
   }
   // Strips repeat vertices to begin anew.
-  std::erase_if(out, [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[0] == t[2]; });
+  if (mode != kTriangles)
+    std::erase_if(out, [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[0] == t[2]; });
+  const size_t beyond = std::erase_if(out, [&](const auto& t) {
+    return std::any_of(t.begin(), t.end(), [&](uint32_t v) { return v >= vertices; });
+  });
+  const std::string there = std::to_string(beyond) + " triangles refer to vertices beyond the " +
+                            std::to_string(vertices) + " that there are";
+  if (beyond > 0 && out.empty()) primitive.require("indices").fail(there);
+  if (beyond > 0) primitive.mended(there + "; they are left out");
   return out;
 }
 
@@ -118,7 +123,7 @@ std::optional<DracoMesh> GltfMeshes::unpacked(const GltfValue& primitive) {
 
 void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out) {
   const size_t accessors = root_.count("accessors");
-  const int64_t mode = primitive.integer_or("mode", kTriangles, kPoints, kFan);
+  const auto mode = static_cast<int>(primitive.number_or("mode", kTriangles, kPoints, kFan));
   if (mode < kTriangles) {
     scene_.unsupported(primitive.pointer(), "points and lines; they are left out");
     return;
@@ -136,25 +141,30 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
     return buffers_.accessor(static_cast<size_t>(of), components);
   };
   const auto positions = attribute("POSITION", {3});
-  if (!positions) {
-    scene_.warning(primitive.pointer(), "has no POSITION, so there is nothing to see");
+  if (!positions || positions->count() == 0) {
+    primitive.mended("has no POSITION, so there is nothing to see");
     return;
   }
   if (draco && positions->count() != draco->vertices)  // of an accessor beside it
     attributes.fail("have " + std::to_string(positions->count()) + " positions, but the Draco mesh has " +
                     std::to_string(draco->vertices) + " vertices");
-  const auto colors = attribute("COLOR_0", {3, 4});
+  // What a picture can do without.
+  const auto optional = [&](const std::string& name,
+                            std::initializer_list<int> components) -> std::optional<GltfAccessor> {
+    std::optional<GltfAccessor> found;
+    scene_.attempt_optional([&] { found = attribute(name, components); });
+    if (!found || found->count() >= positions->count()) return found;
+    attributes.mended(name + " has " + std::to_string(found->count()) + " elements for " +
+                      std::to_string(positions->count()) + " vertices; it is left out");
+    return std::nullopt;
+  };
+  const auto colors = optional("COLOR_0", {3, 4});
   const int material = primitive.index_or_none("material", root_.count("materials"), "material");
   GltfPrimitive result;
   result.surface = materials_.surface(material, colors.has_value());
   if (result.surface.invisible) return;
-  const auto normals = attribute("NORMAL", {3});
-  const auto uvs = attribute("TEXCOORD_" + std::to_string(result.surface.uv_set), {2});
-  for (const auto* a : {&normals, &uvs, &colors}) {
-    if (*a && (*a)->count() != positions->count())
-      attributes.fail("have different counts: " + std::to_string(positions->count()) + " positions, " +
-                      std::to_string((*a)->count()) + " of another");
-  }
+  const auto normals = optional("NORMAL", {3});
+  const auto uvs = optional("TEXCOORD_" + std::to_string(result.surface.uv_set), {2});
   auto mesh = std::make_shared<TriangleMesh>();
   mesh->triangles = draco ? std::move(draco->triangles) : triangles(primitive, positions->count());
   const std::vector<uint32_t> used = keep_used(&mesh->triangles, positions->count());
@@ -179,17 +189,20 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
       mesh->colors.push_back({c.r, c.g, c.b, clamped(x + 1).b});
     }
   }
-  try {
-    require_valid_mesh(*mesh);
-  } catch (const Error& error) {
-    primitive.fail(error.what());
+  const bool had_triangles = !mesh->triangles.empty();
+  const MeshRepairs repairs = mend_values(mesh.get());
+  const auto say = [&](size_t n, const char* what) {
+    if (n > 0) primitive.mended(std::to_string(n) + what);
+  };
+  say(repairs.triangles, " triangles with a vertex that is not finite are left out");
+  if (repairs.triangles > 0 && mesh->triangles.empty()) primitive.fail("no vertex is finite");
+  say(repairs.uvs, " texture coordinates that are not finite count as 0");
+  say(drop_zero_area_triangles(mesh.get()), " triangles without area are left out");
+  say(mend_zero_normals(mesh.get()), " normals without direction are taken from the triangles");
+  if (mesh->triangles.empty()) {
+    if (!had_triangles) primitive.mended("has no triangles, so there is nothing to see");
+    return;
   }
-  if (const size_t n = drop_zero_area_triangles(mesh.get()); n > 0)
-    scene_.warning(primitive.pointer(), std::to_string(n) + " triangles without area are left out");
-  if (const size_t n = mend_zero_normals(mesh.get()); n > 0)
-    scene_.warning(primitive.pointer(),
-                   std::to_string(n) + " normals without direction are taken from the triangles");
-  if (mesh->triangles.empty()) return;
   result.mesh = std::move(mesh);
   result.location = {scene_.name, 1, 1};
   out->push_back(std::move(result));

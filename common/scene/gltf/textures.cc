@@ -12,15 +12,24 @@ std::string extension_of(const std::string& bytes) {
   if (bytes.starts_with("\x89PNG")) return ".png";
   if (bytes.starts_with("\xff\xd8")) return ".jpg";
   if (bytes.starts_with("RIFF") && bytes.substr(8, 4) == "WEBP") return ".webp";
+  // Not glTF's, but files have them.
+  if (bytes.starts_with("BM")) return ".bmp";
+  if (bytes.starts_with("GIF8")) return ".gif";
+  if (bytes.starts_with("DDS ")) return ".dds";
+  if (bytes.starts_with("qoif")) return ".qoi";
+  if (bytes.starts_with("v/1\x01")) return ".exr";
+  if (bytes.starts_with("#?R")) return ".hdr";
+  if (bytes.starts_with("II*") || bytes.starts_with("MM")) return ".tif";
   return "";
 }
 
 Wrap wrap_mode(const GltfValue& sampler, const char* key) {
   constexpr int64_t kClampToEdge = 33071, kMirroredRepeat = 33648, kRepeat = 10497;
-  const int64_t mode = sampler.integer_or(key, kRepeat, 0, 100'000);
+  const int64_t mode = static_cast<int64_t>(sampler.number_or(key, kRepeat, 0, 100'000));
   if (mode == kClampToEdge) return Wrap::kClamp;
   if (mode == kMirroredRepeat) return Wrap::kMirror;
-  if (mode != kRepeat) sampler.fail(std::string("\"") + key + "\" must be 10497, 33071 or 33648");
+  if (mode != kRepeat)
+    sampler.mended(std::string("\"") + key + "\" is none of 10497, 33071 and 33648; the image is repeated");
   return Wrap::kRepeat;
 }
 
@@ -82,7 +91,7 @@ int GltfTextures::add(TextureKind kind, const GltfValue& at, bool is_spectrum) {
 
 int GltfTextures::image(const GltfValue& owner, const char* key, ImageChannel channel, bool srgb, float scale,
                         bool invert) {
-  const auto info = owner.find(key);
+  const auto info = owner.find_object(key);
   if (!info) return -1;
   int result = -1;
   scene_.attempt([&] {
@@ -103,17 +112,17 @@ int GltfTextures::image(const GltfValue& owner, const char* key, ImageChannel ch
     image.encoding = srgb ? ColorEncoding::kSrgb : ColorEncoding::kLinear;
     image.scale = scale;
     image.invert = invert;
-    constexpr int64_t kNearest = 9728;
+    constexpr double kNearest = 9728;
     if (const int s = texture.index_or_none("sampler", root_.count("samplers"), "sampler"); s >= 0) {
       const GltfValue sampler = root_.require("samplers")[static_cast<size_t>(s)];
       image.wrap = wrap_mode(sampler, "wrapS");
       image.wrap_t = wrap_mode(sampler, "wrapT");
-      image.nearest = sampler.integer_or("magFilter", 0, 0, 100'000) == kNearest;
+      image.nearest = sampler.number_or("magFilter", 0, 0, 100'000) == kNearest;
     }
-    int64_t set = info->integer_or("texCoord", 0, 0, 1000);
+    auto set = static_cast<int64_t>(info->number_or("texCoord", 0, 0, 1000));
     if (const auto transform = info->extension("KHR_texture_transform")) {
       image.mapping = mapping_of(*transform);
-      set = transform->integer_or("texCoord", set, 0, 1000);
+      set = static_cast<int64_t>(transform->number_or("texCoord", static_cast<double>(set), 0, 1000));
     }
     if (uv_set_ < 0) uv_set_ = static_cast<int>(set);
     if (set != uv_set_) {

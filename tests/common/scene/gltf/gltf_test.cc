@@ -201,7 +201,7 @@ TEST_F(GltfTest, SparseAccessorsReplaceElements) {
   EXPECT_EQ(positions[2].x, 1);
   EXPECT_EQ(positions[3].y, 6);
   a["sparse"]["count"] = 5;
-  EXPECT_TRUE(has_error(load_document(), "/accessors/0/sparse/count: must be a number from 1 to 4"));
+  EXPECT_TRUE(has_error(load_document(), "/accessors/0/sparse/count: must be a number from 0 to 4"));
 }
 
 TEST_F(GltfTest, StripsAndFans) {
@@ -257,7 +257,7 @@ TEST_F(GltfTest, MatricesAreColumnByColumn) {
   document_["nodes"][0]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, 4, 5, 1};
   EXPECT_EQ(clean_document().shapes.at(0).object_to_world.m[1][3], 4);
   document_["nodes"][0]["matrix"][15] = 2;
-  EXPECT_TRUE(has_error(load_document(), "/nodes/0/matrix: must have 0 0 0 1 as its last row"));
+  EXPECT_TRUE(mentions(load_document(), "/nodes/0/matrix: must have 0 0 0 1 as its last row"));
 }
 
 TEST_F(GltfTest, NodesShareMeshes) {

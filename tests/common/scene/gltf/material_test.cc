@@ -90,7 +90,7 @@ TEST_F(GltfMaterialTest, AlphaModes) {
   EXPECT_EQ(image(s, step.value.texture).channel, ImageChannel::kAlpha);
   EXPECT_EQ(image(s, step.value.texture).scale, 0.3f);
   m["alphaMode"] = "GLASS";
-  EXPECT_TRUE(has_error(load_document(), "/materials/0/alphaMode: must be OPAQUE, MASK or BLEND"));
+  EXPECT_TRUE(mentions(load_document(), "/materials/0/alphaMode: is neither OPAQUE, MASK nor BLEND"));
 }
 
 TEST_F(GltfMaterialTest, Emission) {
@@ -150,7 +150,7 @@ TEST_F(GltfMaterialTest, AVolumeAbsorbsInside) {
   EXPECT_TRUE(clean_document().media.empty());  // a sheet has no inside
   volume["thicknessFactor"] = 1;
   volume["attenuationDistance"] = 0;
-  EXPECT_TRUE(has_error(load_document(), "must be above 0"));
+  EXPECT_TRUE(mentions(load_document(), "is not above 0; nothing is absorbed"));
 }
 
 TEST_F(GltfMaterialTest, CoatAndSpecular) {
@@ -180,7 +180,7 @@ TEST_F(GltfMaterialTest, Sheen) {
   EXPECT_EQ(image(s, textured.sheen_roughness.texture).channel, ImageChannel::kAlpha);
   EXPECT_EQ(image(s, textured.sheen_color.texture).encoding, ColorEncoding::kSrgb);
   sheen["sheenRoughnessFactor"] = 2;
-  EXPECT_FALSE(load_document().ok());
+  EXPECT_TRUE(mentions(load_document(), "it is clamped"));
 }
 
 TEST_F(GltfMaterialTest, Iridescence) {
@@ -201,7 +201,7 @@ TEST_F(GltfMaterialTest, Iridescence) {
   EXPECT_EQ(image(s, textured.iridescence.texture).channel, ImageChannel::kRed);
   EXPECT_EQ(image(s, textured.iridescence_thickness.texture).channel, ImageChannel::kGreen);
   film["iridescenceIor"] = 0.5;
-  EXPECT_FALSE(load_document().ok());
+  EXPECT_TRUE(mentions(load_document(), "it is clamped"));
 }
 
 TEST_F(GltfMaterialTest, Anisotropy) {
@@ -216,7 +216,7 @@ TEST_F(GltfMaterialTest, Anisotropy) {
   material()["extensions"]["KHR_materials_iridescence"]["iridescenceFactor"] = 1;
   EXPECT_TRUE(mentions(load_document(), "a material with sheen or iridescence has no anisotropy"));
   brushed["anisotropyStrength"] = 2;
-  EXPECT_FALSE(load_document().ok());
+  EXPECT_TRUE(mentions(load_document(), "it is clamped"));
 }
 
 TEST_F(GltfMaterialTest, DiffuseTransmission) {
@@ -236,7 +236,7 @@ TEST_F(GltfMaterialTest, DiffuseTransmission) {
       {"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {0.5, 0.5, 0.5}}};
   EXPECT_EQ(clean_document().media.size(), 1u);
   through["diffuseTransmissionFactor"] = -1;
-  EXPECT_FALSE(load_document().ok());
+  EXPECT_TRUE(mentions(load_document(), "it is clamped"));
 }
 
 TEST_F(GltfMaterialTest, SpecularGlossiness) {
