@@ -174,6 +174,10 @@ Rgb GltfValue::color_or(const char* key, const Rgb& fallback, double high) const
 int GltfValue::index_or_none(const char* key, size_t count, const char* what) const {
   const auto value = find(key);
   if (!value) return -1;
+  if (!value->json_->is_number()) {
+    value->mended("should be a number; it is left out");
+    return -1;
+  }
   const int64_t i = value->integer(-1, (int64_t{1} << 31) - 1);
   if (i < 0) {
     value->mended("is -1; it is left out");

@@ -74,7 +74,7 @@ class GltfValue {
   std::vector<double> numbers_or(const char* key, std::vector<double> fallback, double low,
                                  double high) const;
   Rgb color_or(const char* key, const Rgb& fallback, double high) const;
-  /// An index into an array of `count` elements called `what`; -1 if the member is absent or -1.
+  /// An index into an array of `count` elements called `what`; -1 if the member is absent, -1 or no number.
   int index_or_none(const char* key, size_t count, const char* what) const;
 
  private:

@@ -31,6 +31,10 @@ void check_version(const GltfValue& root) {
     root.fail("this is glTF " + version + "; convert it: gltf-pipeline -i old.gltf -o new.gltf");
   if (version.starts_with("0"))
     root.fail("this is glTF " + version + ", which came before 1.0; export the scene anew as glTF 2.0");
+  if (version.empty()) {
+    asset->mended("does not say its version; it is read as glTF 2.0");
+    return;
+  }
   if (!version.starts_with("2")) asset->fail("glTF version " + in_quotes(version) + "; 2.0 is needed");
 }
 
@@ -54,6 +58,7 @@ bool can_do_without(const std::string& extension) {
                              "OMI_",
                              "VRM",
                              "FB_",
+                             "KHR_technique",
                              "CESIUM_primitive_outline",
                              "CESIUM_RTC",
                              "EXT_mesh_features",
@@ -152,7 +157,8 @@ SceneDescription read_gltf(const std::string& name, const FileSource& files, con
     GltfMeshes meshes(out, buffers, materials, root);
     GltfNodes nodes(out, buffers, meshes, root);
     nodes.visit_scene();
-    if (out.scene.shapes.empty() && out.scene.instances.empty() && options.environment.empty())
+    const bool empty = out.scene.shapes.empty() && out.scene.instances.empty();
+    if (empty && options.environment.empty() && problems->errors() == 0)
       throw GltfProblem{"/scenes", "the file shows nothing: none of its nodes has a mesh that can be seen"};
     choose_gltf_camera(out, nodes.cameras(), options.camera);
     add_environment(out, options.environment);

@@ -96,7 +96,10 @@ int GltfTextures::image(const GltfValue& owner, const char* key, ImageChannel ch
   int result = -1;
   scene_.attempt([&] {
     const int index = info->index_or_none("index", root_.count("textures"), "texture");
-    if (index < 0) info->fail("needs \"index\"");
+    if (index < 0) {
+      info->mended("needs \"index\"; the texture is left out");
+      return;
+    }
     const GltfValue texture = root_.require("textures")[static_cast<size_t>(index)];
     const auto webp = texture.extension("EXT_texture_webp");
     const int source_index = (webp ? *webp : texture).index_or_none("source", root_.count("images"), "image");
