@@ -5,6 +5,7 @@
 
 #include "common/base/error.h"
 #include "common/base/parallel.h"
+#include "common/image/qoi_file.h"
 #include "worker/render/scene/textures/procedural.h"
 #include "worker/render/scene/textures/webp_image.h"
 
@@ -25,7 +26,7 @@ std::vector<bool> kept_images(const std::vector<uint64_t>& bytes, const std::vec
   const auto room = std::max(max_bytes, TextureCache::kLeastBytes) - TextureCache::kLeastBytes;
   const auto mebibytes = [](uint64_t b) { return std::to_string((b + (1 << 20) - 1) >> 20) + " MiB"; };
   if (needed > room && needed > 0) {
-    throw Error(ErrorKind::kFailed, "the images inside the scene's file, and WebP images, take " +
+    throw Error(ErrorKind::kFailed, "the images inside the scene's file, and WebP and QOI images, take " +
                                         mebibytes(needed) + " of texture memory and there are " +
                                         mebibytes(room) + " for them; raise --texture-memory");
   }
@@ -76,7 +77,7 @@ TextureTable::TextureTable(const std::vector<TextureDescription>& textures, cons
   if (max_bytes != kUnboundedTextures) {
     std::vector<bool> inside;
     for (size_t i = 0; i < described.size(); ++i)
-      inside.push_back(image_at(i).contents != nullptr || is_webp(image_at(i)));
+      inside.push_back(image_at(i).contents != nullptr || is_webp(image_at(i)) || is_qoi(image_at(i).path));
     kept = kept_images(bytes, inside, max_bytes);
   }
   for (size_t i = 0; i < bytes.size(); ++i) bytes_ += kept[i] ? bytes[i] : 0;
