@@ -94,7 +94,7 @@ void add_scene(CLI::App* verb, SceneOptions* scene) {
       ->required();
   verb->add_flag("--strict", scene->strict, "Unsupported scene features are errors");
   verb->add_option("--camera", scene->camera,
-                   "glTF: the camera or node of this name (default: the first camera)");
+                   "glTF: the camera or node of this name, or its number from 0 (default: the first camera)");
   verb->add_option("--environment", scene->environment,
                    "glTF: light from all around by this lat-long picture (.exr, .hdr, ...)");
 }

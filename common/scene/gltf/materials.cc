@@ -183,7 +183,7 @@ void GltfMaterials::emission(const GltfValue& material, GltfSurface* surface) {
 }
 
 GltfSurface GltfMaterials::translate(const GltfValue& material, bool vertex_colors) {
-  textures_.begin_material();
+  textures_.begin_material(material);
   name_unsupported(material);
   MaterialDescription d;
   d.name = material.text_or("name", "");
@@ -223,6 +223,8 @@ GltfSurface GltfMaterials::translate(const GltfValue& material, bool vertex_colo
     d.normal_follows_v = true;
   }
   surface.uv_set = textures_.uv_set();
+  surface.second_uv_set = textures_.second_uv_set();
+  surface.textured = textures_.used();
   // A mix takes the normal map of what it mixes.
   for (int child : {0, 1}) {
     const auto* mix = std::get_if<MixMaterial>(&d.kind);

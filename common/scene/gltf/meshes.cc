@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 
 #include "common/scene/mesh/mesh_check.h"
+#include "common/scene/mesh/point_line_mesh.h"
 
 namespace lightmill {
 namespace {
@@ -40,6 +42,13 @@ std::vector<uint32_t> keep_used(std::vector<std::array<uint32_t, 3>>* triangles,
   return used;
 }
 
+int mode_of(const GltfValue& primitive) {
+  return static_cast<int>(primitive.number_or("mode", kTriangles, kPoints, kFan));
+}
+
+/// What a point or a line takes in numbers.
+constexpr size_t kLooseCharge = 12 * 6;
+
 Rgb clamped(const float* c) {
   const auto one = [](float x) { return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f) : 0.0f; };
   return {one(c[0]), one(c[1]), one(c[2])};
@@ -65,8 +74,7 @@ const std::vector<GltfPrimitive>& GltfMeshes::primitives(size_t index) {
   return meshes_[index] = std::move(list);
 }
 
-std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& primitive, size_t vertices) {
-  const auto mode = static_cast<int>(primitive.number_or("mode", kTriangles, kPoints, kFan));
+std::vector<uint32_t> GltfMeshes::order_of(const GltfValue& primitive, size_t vertices) {
   const int of = primitive.index_or_none("indices", root_.count("accessors"), "accessor");
   std::vector<uint32_t> order;
   if (of >= 0) {
@@ -75,9 +83,7 @@ std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& prim
     if (!indices.holds_indices()) where.fail("must be unsigned whole numbers");
     buffers_.charge(indices.count(), where);
     order.resize(indices.count());
-    for (size_t i = 0; i < order.size(); ++i) {
-      order[i] = indices.read_index(i);
-    }
+    for (size_t i = 0; i < order.size(); ++i) order[i] = indices.read_index(i);
   } else {
     constexpr size_t kMaxVertices = size_t{1} << 31;
     if (vertices > kMaxVertices) primitive.fail("has more than 2147483648 vertices");
@@ -85,6 +91,12 @@ std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& prim
     order.resize(vertices);
     for (size_t i = 0; i < vertices; ++i) order[i] = static_cast<uint32_t>(i);
   }
+  return order;
+}
+
+std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& primitive, size_t vertices) {
+  const int mode = mode_of(primitive);
+  const std::vector<uint32_t> order = order_of(primitive, vertices);
   std::vector<std::array<uint32_t, 3>> out;
   if (mode == kTriangles) {
     if (order.size() % 3 != 0)
@@ -112,6 +124,43 @@ std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& prim
   return out;
 }
 
+std::shared_ptr<TriangleMesh> GltfMeshes::loose(const GltfValue& primitive, const GltfAccessor& positions,
+                                                const std::optional<GltfAccessor>& colors) {
+  const int mode = mode_of(primitive);
+  const std::vector<uint32_t> order = order_of(primitive, positions.count());
+  LooseVertices vertices;
+  buffers_.charge(kLooseCharge * std::min(order.size(), kMostLoose) + order.size(), primitive);
+  for (const uint32_t v : order) {
+    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();  // what is there is left out
+    float x[4] = {kNowhere, kNowhere, kNowhere, 1};
+    const bool there = v < positions.count();
+    if (there) positions.read(v, x);
+    vertices.positions.push_back({x[0], x[1], x[2]});
+    if (!colors) continue;
+    if (!there) {
+      vertices.colors.push_back({});
+      continue;
+    }
+    x[3] = 1;
+    colors->read(v, x);
+    const Rgb c = clamped(x);
+    vertices.colors.push_back({c.r, c.g, c.b, clamped(x + 1).b});
+  }
+  const std::string most = std::to_string(kMostLoose);
+  if (mode == kPoints) {
+    scene_.warning(primitive.pointer(), "points are shown as small spheres, of 1/500 of their extent");
+    if (order.size() > kMostLoose) primitive.mended("has over " + most + " points; some are left out");
+    return std::make_shared<TriangleMesh>(spheres_at(vertices, loose_radius(vertices)));
+  }
+  std::vector<std::array<uint32_t, 2>> segments;
+  const auto count = static_cast<uint32_t>(order.size());
+  for (uint32_t i = 0; i + 1 < count; i += mode == kLines ? 2 : 1) segments.push_back({i, i + 1});
+  if (mode == kLineLoop && count > 2) segments.push_back({count - 1, 0});
+  scene_.warning(primitive.pointer(), "lines are shown as thin tubes, of 1/1000 of their extent");
+  if (segments.size() > kMostLoose) primitive.mended("has over " + most + " lines; some are left out");
+  return std::make_shared<TriangleMesh>(tubes_along(vertices, segments, loose_radius(vertices) / 2));
+}
+
 std::optional<DracoMesh> GltfMeshes::unpacked(const GltfValue& primitive) {
   const auto extension = primitive.extension("KHR_draco_mesh_compression");
   if (!extension) return std::nullopt;
@@ -123,11 +172,6 @@ std::optional<DracoMesh> GltfMeshes::unpacked(const GltfValue& primitive) {
 
 void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out) {
   const size_t accessors = root_.count("accessors");
-  const auto mode = static_cast<int>(primitive.number_or("mode", kTriangles, kPoints, kFan));
-  if (mode < kTriangles) {
-    scene_.unsupported(primitive.pointer(), "points and lines; they are left out");
-    return;
-  }
   std::optional<DracoMesh> draco = unpacked(primitive);
   const GltfValue attributes = primitive.require("attributes");
   const auto attribute = [&](const std::string& name,
@@ -163,8 +207,20 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
   GltfPrimitive result;
   result.surface = materials_.surface(material, colors.has_value());
   if (result.surface.invisible) return;
+  result.location = {scene_.name, 1, 1};
+  if (mode_of(primitive) < kTriangles) {
+    result.mesh = loose(primitive, *positions, colors);
+    if (!result.mesh->triangles.empty()) out->push_back(std::move(result));
+    return;
+  }
   const auto normals = optional("NORMAL", {3});
-  const auto uvs = optional("TEXCOORD_" + std::to_string(result.surface.uv_set), {2});
+  const auto uv_set = [&](int n) { return optional("TEXCOORD_" + std::to_string(n), {2}); };
+  const auto uvs = uv_set(result.surface.uv_set);
+  std::optional<GltfAccessor> second_uvs;
+  if (result.surface.second_uv_set >= 0) second_uvs = uv_set(result.surface.second_uv_set);
+  if (result.surface.textured && !uvs)
+    attributes.mended("has no TEXCOORD_" + std::to_string(result.surface.uv_set) +
+                      ", by which its material has textures");
   auto mesh = std::make_shared<TriangleMesh>();
   mesh->triangles = draco ? std::move(draco->triangles) : triangles(primitive, positions->count());
   const std::vector<uint32_t> used = keep_used(&mesh->triangles, positions->count());
@@ -181,6 +237,10 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
     if (uvs) {
       uvs->read(v, x);
       mesh->uvs.push_back({x[0], 1 - x[1]});  // v points up here
+    }
+    if (second_uvs) {
+      second_uvs->read(v, x);
+      mesh->second_uvs.push_back({x[0], 1 - x[1]});
     }
     if (colors) {
       x[3] = 1;
@@ -204,7 +264,6 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
     return;
   }
   result.mesh = std::move(mesh);
-  result.location = {scene_.name, 1, 1};
   out->push_back(std::move(result));
 }
 

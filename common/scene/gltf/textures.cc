@@ -52,7 +52,23 @@ UvMapping mapping_of(const GltfValue& transform) {
   return m;
 }
 
+/// n of the TEXCOORD_n that a texture is looked up by.
+int uv_set_of(const GltfValue& info) {
+  constexpr double kMost = 1000;
+  double set = info.number_or("texCoord", 0, 0, kMost);
+  if (const auto transform = info.extension("KHR_texture_transform"))
+    set = transform->number_or("texCoord", set, 0, kMost);
+  return static_cast<int>(set);
+}
+
 }  // namespace
+
+void GltfTextures::begin_material(const GltfValue& material) {
+  uv_sets_ = {-1, -1};
+  used_ = false;
+  const auto normal = material.find_object("normalTexture");
+  if (normal) uv_sets_[0] = uv_set_of(*normal);
+}
 
 const GltfTextures::Image& GltfTextures::source(size_t index) {
   if (const auto found = images_.find(index); found != images_.end()) return found->second;
@@ -122,16 +138,17 @@ int GltfTextures::image(const GltfValue& owner, const char* key, ImageChannel ch
       image.wrap_t = wrap_mode(sampler, "wrapT");
       image.nearest = sampler.number_or("magFilter", 0, 0, 100'000) == kNearest;
     }
-    auto set = static_cast<int64_t>(info->number_or("texCoord", 0, 0, 1000));
-    if (const auto transform = info->extension("KHR_texture_transform")) {
+    const int set = uv_set_of(*info);
+    if (const auto transform = info->extension("KHR_texture_transform"))
       image.mapping = mapping_of(*transform);
-      set = static_cast<int64_t>(transform->number_or("texCoord", static_cast<double>(set), 0, 1000));
+    if (uv_sets_[0] < 0) uv_sets_[0] = set;
+    if (uv_sets_[1] < 0 && set != uv_sets_[0]) uv_sets_[1] = set;
+    image.second_uvs = set != uv_sets_[0];
+    if (image.second_uvs && set != uv_sets_[1]) {
+      scene_.unsupported(info->pointer(), "a third set of texture coordinates in one material; TEXCOORD_" +
+                                              std::to_string(uv_sets_[1]) + " is used");
     }
-    if (uv_set_ < 0) uv_set_ = static_cast<int>(set);
-    if (set != uv_set_) {
-      scene_.unsupported(info->pointer(), "a second set of texture coordinates in one material; TEXCOORD_" +
-                                              std::to_string(uv_set_) + " is used");
-    }
+    used_ = true;
     result = add(image, *info, channel == ImageChannel::kRgb);
   });
   return result;

@@ -70,10 +70,12 @@ MeshRepairs mend_values(TriangleMesh* mesh) {
     n = {};
     ++repairs.normals;
   }
-  for (Vec2f& uv : mesh->uvs) {
-    if (std::isfinite(uv.x) && std::isfinite(uv.y)) continue;
-    uv = {};
-    ++repairs.uvs;
+  for (std::vector<Vec2f>* uvs : {&mesh->uvs, &mesh->second_uvs}) {
+    for (Vec2f& uv : *uvs) {
+      if (std::isfinite(uv.x) && std::isfinite(uv.y)) continue;
+      uv = {};
+      ++repairs.uvs;
+    }
   }
   std::vector<Vec3f>& positions = mesh->positions;
   repairs.triangles = std::erase_if(mesh->triangles, [&](const std::array<uint32_t, 3>& t) {

@@ -261,8 +261,23 @@ TEST_F(GltfMaterialTest, ASecondSetOfCoordinates) {
   primitive()["attributes"].erase("TEXCOORD_0");
   material()["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}, {"texCoord", 1}};
   EXPECT_EQ(mesh_of(clean_document()).uvs.size(), 4u);
+  EXPECT_TRUE(mesh_of(clean_document()).second_uvs.empty());
+  // The normal map's is the first, whose tangents it follows.
+  primitive()["attributes"]["TEXCOORD_0"] =
+      add_accessor(raw_bytes<float>({5, 1, 6, 1, 7, 1, 8, 1}), 5126, 4, "VEC2");
   material()["normalTexture"] = {{"index", 0}};
-  EXPECT_TRUE(mentions(load_document(), "a second set of texture coordinates"));
+  const SceneDescription s = clean_document();
+  EXPECT_EQ(mesh_of(s).uvs[0].x, 5);
+  EXPECT_EQ(mesh_of(s).second_uvs[1].x, 1);
+  EXPECT_TRUE(image(s, only<MetallicRoughnessMaterial>(s).base_color.texture).second_uvs);
+  EXPECT_FALSE(image(s, s.materials[0].normal_map).second_uvs);
+  // More than two, and one that the mesh does not have.
+  material()["emissiveFactor"] = {1, 1, 1};
+  material()["emissiveTexture"] = {{"index", 0}, {"texCoord", 2}};
+  EXPECT_TRUE(mentions(load_document(), "a third set of texture coordinates"));
+  material().erase("emissiveTexture");
+  primitive()["attributes"].erase("TEXCOORD_0");
+  EXPECT_TRUE(mentions(load_document(), "has no TEXCOORD_0, by which its material has textures"));
 }
 
 TEST_F(GltfMaterialTest, EmbeddedImages) {

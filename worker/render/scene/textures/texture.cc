@@ -95,6 +95,18 @@ size_t TextureTable::cached_images() const {
       std::count_if(images_.begin(), images_.end(), [](const ImageMap& image) { return image.cached(); }));
 }
 
+namespace {
+
+/// Where an image is looked up.
+MappedPoint image_point(const ImageTexture& image, const TexturePoint& at) {
+  if (!image.second_uvs) return map_point(image.mapping, at);
+  TexturePoint second = at;
+  second.u = at.second_u, second.v = at.second_v;
+  return map_point(image.mapping, second);
+}
+
+}  // namespace
+
 Rgb TextureTable::input(const SpectrumInput& in, const TexturePoint& at) const {
   return in.texture < 0 ? in.value : evaluate(in.texture, at);
 }
@@ -102,7 +114,7 @@ Rgb TextureTable::input(const SpectrumInput& in, const TexturePoint& at) const {
 void TextureTable::prefetch(int id, const TexturePoint& at) const {
   const ImageMap* const map = image(id);
   if (!map) return;
-  const MappedPoint m = map_point(std::get<ImageTexture>(nodes_[static_cast<size_t>(id)]).mapping, at);
+  const MappedPoint m = image_point(std::get<ImageTexture>(nodes_[static_cast<size_t>(id)]), at);
   map->prefetch(m.s, m.t);
 }
 
@@ -111,7 +123,7 @@ Rgb TextureTable::evaluate(int id, const TexturePoint& at) const {
   const TextureKind& node = nodes_[index];
   auto grey = [&](const FloatInput& in) { return in.texture < 0 ? in.value : evaluate(in.texture, at).r; };
   if (const auto* t = std::get_if<ImageTexture>(&node)) {
-    const MappedPoint m = map_point(t->mapping, at);
+    const MappedPoint m = image_point(*t, at);
     return images_[static_cast<size_t>(image_of_[index])].lookup(m.s, m.t);
   }
   if (const auto* t = std::get_if<ConstantTexture>(&node)) return t->value;
