@@ -131,13 +131,15 @@ bool GltfNodes::visit(const GltfValue& node, const Transform& to_world, bool hid
                      "is flattened to nothing by its scale; it and its children are left out");
     return false;
   }
-  if (const int camera = node.index_or_none("camera", root_.count("cameras"), "camera"); camera >= 0) {
+  scene_.attempt_optional([&] {
+    const int camera = node.index_or_none("camera", root_.count("cameras"), "camera");
+    if (camera < 0) return;
     const GltfValue value = root_.require("cameras")[static_cast<size_t>(camera)];
     cameras_.push_back({node.text_or("name", ""), value.text_or("name", ""), value, to_world});
-  }
+  });
   if (hidden) return true;  // but for its cameras
   if (const auto punctual = node.extension("KHR_lights_punctual")) {
-    scene_.attempt([&] {
+    scene_.attempt_optional([&] {
       const auto extension = root_.extension("KHR_lights_punctual");
       const size_t lights = extension ? extension->count("lights") : 0;
       const int light = punctual->index_or_none("light", lights, "light");

@@ -274,7 +274,9 @@ TEST_F(BadGltf, CamerasAndLights) {
     EXPECT_TRUE(mended(load_document(), key)) << value;
   }
   document_["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 1;
-  EXPECT_TRUE(has_error(load_document(), "refers to light 1, but there are 1"));
+  EXPECT_TRUE(mended(load_document(), "refers to light 1, but there are 1; it is left out"));
+  document_["nodes"][1]["camera"] = 9;
+  EXPECT_TRUE(mended(load_document(), "refers to camera 9, but there are 1; it is left out"));
 }
 
 TEST_F(BadGltf, CamerasAreChosenByNumberAndRepeatedNamesAreToldApart) {
