@@ -111,7 +111,7 @@ void add_scene(CLI::App* verb, SceneOptions* scene) {
       ->take_all()
       ->allow_extra_args(false);
   verb->add_option("--camera", scene->camera,
-                   "glTF: the camera or node of this name (default: the first camera)");
+                   "glTF: the camera or node of this name, or its number from 0 (default: the first camera)");
   verb->add_option("--environment", scene->environment,
                    "glTF: light from all around by this lat-long picture (.exr, .hdr, ...)");
 }

@@ -1,5 +1,5 @@
 #pragma once
-// An image file that is open for reading: a PFM by our own reader, all else through the image library
+// An image file that is open for reading: a PFM or QOI by our own readers, all else through the image library
 // (image_library.h). Which it is the name says.
 #include <memory>
 #include <optional>
@@ -7,6 +7,7 @@
 
 #include "common/image/image_library.h"
 #include "common/image/pfm_file.h"
+#include "common/image/qoi_file.h"
 
 namespace lightmill {
 
@@ -31,8 +32,11 @@ class ImageReader {
       : file_(std::move(file)), header_(header) {}
   explicit ImageReader(PfmFile file)
       : file_(nullptr, nullptr), pfm_(std::make_unique<PfmFile>(std::move(file))), header_(pfm_->header()) {}
+  explicit ImageReader(QoiFile file)
+      : file_(nullptr, nullptr), qoi_(std::make_unique<QoiFile>(std::move(file))), header_(qoi_->header()) {}
   LibraryFile file_;
-  std::unique_ptr<PfmFile> pfm_;  // in place of it
+  std::unique_ptr<PfmFile> pfm_;  // in place of it,
+  std::unique_ptr<QoiFile> qoi_;  // or this
   ImageHeader header_;
 };
 

@@ -40,11 +40,12 @@ struct MediumInterface {
 
 // --- shapes ---------------------------------------------------------------------------------------
 
-/// Object-space triangles. `normals`, `uvs` and `colors` (linear RGB and alpha) are empty or one per vertex.
+/// Object-space triangles. `normals`, `uvs`, `second_uvs` and `colors` (linear RGB and alpha) are empty or
+/// one per vertex. Tangents follow `uvs`; image textures may choose either set.
 struct TriangleMesh {
   std::vector<Vec3f> positions;
   std::vector<Vec3f> normals;
-  std::vector<Vec2f> uvs;
+  std::vector<Vec2f> uvs, second_uvs;
   std::vector<std::array<float, 4>> colors;
   std::vector<std::array<uint32_t, 3>> triangles;
   /// Round tubes, their normals outwards. A fibre (of hair, or flat) is shaded as a ribbon along the tube's

@@ -23,7 +23,12 @@ struct FloatInput {
 enum class Wrap { kRepeat, kClamp, kBlack, kOctahedral, kMirror };
 /// What a texel is: its colour, or one of its channels as a grey (alpha is 1 where the file has none).
 enum class ImageChannel { kRgb, kRed, kGreen, kBlue, kAlpha };
-enum class ColorEncoding { kAuto, kSrgb, kLinear, kGamma };  // kAuto: sRGB for 8-bit files, else linear
+enum class ColorEncoding {
+  kAuto,
+  kSrgb,
+  kLinear,
+  kGamma
+};  // kAuto: sRGB for integers. Floats are linear always
 
 /// How a surface point becomes (s, t). Over texture space, p_t = world_to_texture p with p in scene units:
 ///   kUv           (su u + sv_u v + du, sv v + su_v u + dv); the mixed factors turn the picture
@@ -51,6 +56,7 @@ struct ImageTexture {
   float gamma = 1;
   float scale = 1;
   bool invert = false;
+  bool second_uvs = false;  // looked up by the mesh's second set of texture coordinates
   UvMapping mapping;
 };
 struct ProductTexture {

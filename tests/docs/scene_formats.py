@@ -171,7 +171,7 @@ def page(reader):
     lines += table([(s, n, reader.says("scene.pbrt", text)) for s, n, text in pbrt_scenes()])
     lines += ["", "## glTF 2.0", "",
               "All of the core specification but animations, skins and morph targets (the rest pose is shown, with a",
-              "warning), points and lines. Extensions, as asked for by `extensionsRequired`:"]
+              "warning). Extensions, as asked for by `extensionsRequired`:"]
     # The probe has neither camera nor light on purpose; what is said of those is no answer.
     probe = ("camera", "light")
     lines += table([(s, n, reader.says("scene.gltf", text, probe)) for s, n, text in gltf_scenes()])

@@ -1,10 +1,9 @@
 #include "common/scene/gltf/accessors.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 
 #include "common/base/error.h"
+#include "common/scene/gltf/component_types.h"
 #include "common/scene/gltf/container.h"
 #include "common/scene/gltf/meshopt.h"
 #include "common/scene/scene_files.h"
@@ -13,28 +12,11 @@ namespace lightmill {
 namespace {
 
 constexpr int64_t kMaxBytes = int64_t{1} << 40;
+constexpr int64_t kMaxStride = int64_t{1} << 20;  // the specification's is 252
+constexpr size_t kPadding = 3;                    // bytes at the end that files leave out
 constexpr size_t kMaxBufferBytes = size_t{1} << 34;
 /// Elements of an accessor without bytes of its own (all zeros but what is sparse).
 constexpr int64_t kMaxZeros = int64_t{1} << 24;
-
-enum ComponentType { kByte = 5120, kUnsignedByte, kShort, kUnsignedShort, kUnsignedInt = 5125, kFloat };
-
-/// Bytes of a component; 0 for what glTF does not have.
-size_t component_size(int64_t type) {
-  switch (type) {
-    case kByte:
-    case kUnsignedByte:
-      return 1;
-    case kShort:
-    case kUnsignedShort:
-      return 2;
-    case kUnsignedInt:
-    case kFloat:
-      return 4;
-    default:
-      return 0;
-  }
-}
 
 int components_of(const GltfValue& type) {
   const std::string name = type.text();
@@ -44,45 +26,9 @@ int components_of(const GltfValue& type) {
   type.fail("must be SCALAR, VEC2 to VEC4 or MAT2 to MAT4, not " + in_quotes(name));
 }
 
-template <class T>
-T load_number(const unsigned char* from) {
-  T x;
-  std::memcpy(&x, from, sizeof x);
-  return x;
-}
-
-/// Integers of N bits stand for [0, 1] or [-1, 1] when normalised.
-template <class T>
-float decoded(const unsigned char* from, bool normalized) {
-  const auto x = static_cast<float>(load_number<T>(from));
-  return normalized ? std::max(x / static_cast<float>(std::numeric_limits<T>::max()), -1.0f) : x;
-}
-
-float decode(const unsigned char* from, int type, bool normalized) {
-  switch (type) {
-    case kByte:
-      return decoded<int8_t>(from, normalized);
-    case kUnsignedByte:
-      return decoded<uint8_t>(from, normalized);
-    case kShort:
-      return decoded<int16_t>(from, normalized);
-    case kUnsignedShort:
-      return decoded<uint16_t>(from, normalized);
-    case kUnsignedInt:
-      return decoded<uint32_t>(from, normalized);
-    default:
-      return load_number<float>(from);
-  }
-}
-
-uint32_t decode_index(const unsigned char* from, int type) {
-  if (type == kUnsignedByte) return load_number<uint8_t>(from);
-  if (type == kUnsignedShort) return load_number<uint16_t>(from);
-  return load_number<uint32_t>(from);
-}
-
-bool is_index_type(int type) {
-  return type == kUnsignedByte || type == kUnsignedShort || type == kUnsignedInt;
+void check_components(const GltfValue& value, int components, std::initializer_list<int> allowed) {
+  if (std::find(allowed.begin(), allowed.end(), components) == allowed.end())
+    value.fail("has " + std::to_string(components) + " component(s), which does not fit what it is used for");
 }
 
 const unsigned char* data_of(const std::shared_ptr<const std::string>& bytes, size_t offset) {
@@ -155,7 +101,10 @@ std::shared_ptr<const std::string> GltfBuffers::buffer(size_t index) {
   } else {
     value.fail("has no \"uri\", and the file brings no bytes of its own");
   }
-  if (bytes->size() < length) {
+  if (bytes->size() < length && length - bytes->size() <= kPadding) {
+    value.mended("should hold " + std::to_string(length) + " bytes and has " + std::to_string(bytes->size()) +
+                 ": its padding is missing");
+  } else if (bytes->size() < length) {
     value.fail("should hold " + std::to_string(length) + " bytes, but there are only " +
                std::to_string(bytes->size()) + "; the file is cut off");
   }
@@ -170,7 +119,9 @@ GltfBuffers::View GltfBuffers::part_of_buffer(const GltfValue& value) {
   v.bytes = buffer(static_cast<size_t>(of));
   v.offset = static_cast<size_t>(value.integer_or("byteOffset", 0, 0, kMaxBytes));
   v.size = static_cast<size_t>(value.require("byteLength").integer(1, kMaxBytes));
-  if (v.offset > v.bytes->size() || v.size > v.bytes->size() - v.offset) {
+  const size_t there = v.bytes->size() - std::min(v.bytes->size(), v.offset);
+  if (v.size > there && v.size - there <= kPadding && there > 0) v.size = there;
+  if (v.size > there) {
     value.fail("reaches to byte " + std::to_string(v.offset + v.size) + " of buffer " + std::to_string(of) +
                ", which has " + std::to_string(v.bytes->size()));
   }
@@ -195,7 +146,7 @@ GltfBuffers::View GltfBuffers::view(size_t index) {
   } else {
     v = part_of_buffer(value);
   }
-  v.stride = static_cast<size_t>(value.integer_or("byteStride", 0, 1, 252));
+  v.stride = static_cast<size_t>(value.integer_or("byteStride", 0, 0, kMaxStride));
   return v;
 }
 
@@ -207,24 +158,26 @@ std::shared_ptr<const std::string> GltfBuffers::view_contents(size_t index) {
 GltfAccessor GltfBuffers::without_elements(const GltfValue& value, std::initializer_list<int> allowed) {
   GltfAccessor a;
   a.components_ = components_of(value.require("type"));
-  if (std::find(allowed.begin(), allowed.end(), a.components_) == allowed.end())
-    value.fail("has " + std::to_string(a.components_) +
-               " component(s), which does not fit what it is used for");
+  check_components(value, a.components_, allowed);
   a.component_type_ = static_cast<int>(value.require("componentType").integer(0, 100'000));
   a.stride_ = component_size(a.component_type_) * static_cast<size_t>(a.components_);
   if (a.stride_ == 0) value.require("componentType").fail("is none that glTF has");
   a.normalized_ = value.boolean_or("normalized", false);
-  a.count_ = static_cast<size_t>(value.require("count").integer(1, kMaxBytes));
+  a.count_ = static_cast<size_t>(value.require("count").integer(0, kMaxBytes));
   return a;
 }
 
 GltfAccessor GltfBuffers::unpacked(size_t index, std::initializer_list<int> allowed,
                                    const DracoMesh::Attribute& held) {
   const GltfValue value = root_.require("accessors")[index];
-  GltfAccessor a = without_elements(value, allowed);
-  if (held.component_type != a.component_type_ || held.components != a.components_ ||
-      held.bytes->size() / a.stride_ != a.count_)
-    value.fail("is of another type or count than what Draco holds for it");
+  // What the accessor says of them is often wrong; the stream is what decoders go by.
+  GltfAccessor a;
+  a.components_ = held.components;
+  check_components(value, a.components_, allowed);
+  a.component_type_ = held.component_type;
+  a.normalized_ = held.component_type != kFloat && (held.normalized || value.boolean_or("normalized", false));
+  a.stride_ = component_size(a.component_type_) * static_cast<size_t>(a.components_);
+  a.count_ = held.bytes->size() / a.stride_;
   a.bytes_ = held.bytes;
   return a;
 }
@@ -236,6 +189,7 @@ GltfAccessor GltfBuffers::accessor(size_t index, std::initializer_list<int> allo
   const size_t size = a.stride_;
   const auto count = static_cast<int64_t>(a.count_);
 
+  if (a.count_ == 0) return a;
   // Last byte + 1 of `n` elements within a view of which `room` bytes are left.
   const auto check_fits = [&](const GltfValue& who, size_t n, size_t stride, size_t element, size_t offset,
                               size_t room) {
@@ -247,15 +201,20 @@ GltfAccessor GltfBuffers::accessor(size_t index, std::initializer_list<int> allo
     const View v = view(static_cast<size_t>(of));
     const auto offset = static_cast<size_t>(value.integer_or("byteOffset", 0, 0, kMaxBytes));
     if (v.stride != 0) a.stride_ = v.stride;
-    if (a.stride_ < size) value.fail("has elements that are larger than their view's \"byteStride\"");
+    if (a.stride_ < size) {
+      value.mended(
+          "has elements that are larger than their view's \"byteStride\"; they are taken as packed tightly");
+      a.stride_ = size;
+    }
     check_fits(value, a.count_, a.stride_, size, offset, v.size);
     a.bytes_ = v.bytes;
     a.offset_ = v.offset + offset;
   } else if (count > kMaxZeros) {
     value.fail("has more than " + std::to_string(kMaxZeros) + " elements but no \"bufferView\"");
   }
-  if (const auto sparse = value.find("sparse")) {
-    a.sparse_count_ = static_cast<size_t>(sparse->require("count").integer(1, count));
+  const auto sparse = value.find("sparse");
+  if (sparse && sparse->require("count").integer(0, count) > 0) {
+    a.sparse_count_ = static_cast<size_t>(sparse->require("count").integer(0, count));
     const GltfValue indices = sparse->require("indices"), values = sparse->require("values");
     a.sparse_index_type_ = static_cast<int>(indices.require("componentType").integer(0, 100'000));
     if (!is_index_type(a.sparse_index_type_)) indices.fail("must be unsigned whole numbers");

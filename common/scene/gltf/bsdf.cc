@@ -1,6 +1,5 @@
 // What a glTF material reflects: metallic-roughness and the extensions that add to it.
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "common/scene/gltf/materials.h"
 
@@ -33,7 +32,10 @@ MaterialKind GltfMaterials::bsdf(const GltfValue& material, const SpectrumInput&
     m.roughness = textures_.number(metal_rough, texture, ImageChannel::kGreen, m.roughness.value);
   if (const auto ior = material.extension("KHR_materials_ior")) {
     m.ior = static_cast<float>(ior->number_or("ior", 1.5, 0, 1000));
-    if (m.ior != 0 && m.ior < 1) ior->fail("\"ior\" must be 0 or at least 1");
+    if (m.ior != 0 && m.ior < 1) {
+      ior->require("ior").mended("must be 0 or at least 1; it is clamped to 1");
+      m.ior = 1;
+    }
   }
   if (const auto specular = material.extension("KHR_materials_specular")) {
     m.specular = textures_.number(*specular, "specularTexture", ImageChannel::kAlpha,

@@ -48,14 +48,16 @@ std::string base64_decoded(std::string_view text) {
     constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     for (size_t i = 0; i < kAlphabet.size(); ++i)
       v[static_cast<unsigned char>(kAlphabet[i])] = static_cast<int8_t>(i);
+    v['-'] = 62, v['_'] = 63;  // of the alphabet for URLs
     return v;
   }();
-  while (text.ends_with('=')) text.remove_suffix(1);
+  while (text.ends_with('=') || text.ends_with('\n')) text.remove_suffix(1);
   std::string out;
   out.reserve(text.size() / 4 * 3 + 3);
   uint32_t bits = 0;
   int have = 0;
   for (const char c : text) {
+    if (c == '\n' || c == '\r' || c == ' ') continue;  // lines of a mail
     const signed char value = kValues[static_cast<unsigned char>(c)];
     if (value < 0) fail_container("the data URI holds a character that is not base64");
     bits = bits << 6 | static_cast<unsigned char>(value);
@@ -65,33 +67,36 @@ std::string base64_decoded(std::string_view text) {
       out += static_cast<char>(bits >> have & 0xff);
     }
   }
-  if (text.size() % 4 == 1) fail_container("the data URI is cut off");
+  if (have >= 6) fail_container("the data URI is cut off");
   return out;
 }
 
 }  // namespace
 
 GltfContainer open_gltf_container(std::string contents) {
-  constexpr size_t kHeader = 12, kChunkHeader = 8;
+  constexpr size_t kHeader = 12, kChunkHeader = 8, kPadding = 3;  // bytes; chunks are padded to 4
   if (contents.size() < 4 || word_at(contents, 0) != kMagic) return {std::move(contents), std::nullopt};
   if (contents.size() < kHeader) fail_container("the .glb file is cut off within its header");
   if (const uint32_t version = word_at(contents, 4); version != 2)
-    fail_container("this .glb file is of version " + std::to_string(version) + "; export it as glTF 2.0");
-  const size_t length = word_at(contents, 8);
-  if (length > contents.size()) {
-    fail_container("the .glb file is cut off: its header says " + std::to_string(length) +
-                   " bytes, there are " + std::to_string(contents.size()));
-  }
+    fail_container("this .glb file is of version " + std::to_string(version) +
+                   "; convert it: gltf-pipeline -i old.glb -o new.glb");
+  // What its header says of its length is wrong in many files; the chunks are what counts.
+  const size_t length = contents.size();
   GltfContainer out;
   bool first = true;
   for (size_t at = kHeader; at + kChunkHeader <= length; first = false) {
     const size_t size = word_at(contents, at);
     const uint32_t type = word_at(contents, at + 4);
     at += kChunkHeader;
-    if (size > length - at) fail_container("a chunk of the .glb file reaches beyond its end");
+    const bool wanted = first || (type == kBinaryChunk && !out.binary);
+    if (wanted && size > length - at + kPadding) {
+      fail_container("the .glb file is cut off: a chunk of " + std::to_string(size) + " bytes has " +
+                     std::to_string(length - at));
+    }
     if (first && type != kJsonChunk) fail_container("the .glb file must begin with a JSON chunk");
     if (first) out.json = contents.substr(at, size);
     if (type == kBinaryChunk && !out.binary) out.binary = contents.substr(at, size);
+    if (size > length - at) break;
     at += size;
   }
   if (first) fail_container("the .glb file has no JSON chunk");

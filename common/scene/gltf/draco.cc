@@ -66,7 +66,6 @@ Size claimed_size(const GltfValue& extension, std::string_view packed) {
 DracoMesh::Attribute values_of(const GltfValue& where, const draco::Mesh& mesh,
                                const draco::PointAttribute& attribute) {
   const int type = component_type(attribute.data_type());
-  if (type == 0) where.fail("is of a type that glTF does not have");
   const size_t width = static_cast<size_t>(draco::DataTypeLength(attribute.data_type())) *
                        static_cast<size_t>(attribute.num_components());
   std::string bytes(width * mesh.num_points(), '\0');
@@ -75,7 +74,8 @@ DracoMesh::Attribute values_of(const GltfValue& where, const draco::Mesh& mesh,
     if (value.value() >= attribute.size()) where.fail("is damaged in the Draco mesh");
     attribute.GetValue(value, bytes.data() + width * i);
   }
-  return {std::make_shared<const std::string>(std::move(bytes)), type, attribute.num_components()};
+  return {std::make_shared<const std::string>(std::move(bytes)), type, attribute.num_components(),
+          attribute.normalized()};
 }
 
 }  // namespace
@@ -106,7 +106,12 @@ DracoMesh unpack_draco(const GltfValue& extension, std::string_view packed,
     const GltfValue id = attributes.require(name.c_str());
     const draco::PointAttribute* attribute =
         mesh.GetAttributeByUniqueId(static_cast<uint32_t>(id.integer(0, 0xffffffff)));
-    if (attribute == nullptr) id.fail("is no attribute of the Draco mesh");
+    const bool usable = attribute != nullptr && component_type(attribute->data_type()) != 0;
+    if (!usable && name == "POSITION") id.fail("is no attribute of the Draco mesh that glTF can have");
+    if (!usable) {
+      id.mended("is no attribute of the Draco mesh that glTF can have; it is left out");
+      continue;
+    }
     charge(size_t{mesh.num_points()} * static_cast<size_t>(attribute->num_components()));
     out.attributes[name] = values_of(id, mesh, *attribute);
   }

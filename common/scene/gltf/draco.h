@@ -18,6 +18,7 @@ struct DracoMesh {
   struct Attribute {
     std::shared_ptr<const std::string> bytes;  // elements one after the other
     int component_type, components;            // glTF's numbers
+    bool normalized = false;
   };
   size_t vertices = 0;
   std::vector<std::array<uint32_t, 3>> triangles;  // of vertices that exist

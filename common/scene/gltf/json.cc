@@ -11,9 +11,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr size_t kMaxDepth = 64;
-constexpr size_t kMaxValues = 50'000'000;
-
 std::string range_text(double low, double high) {
   const auto shown = [](double x) {
     std::string text = json(x).dump();
@@ -22,22 +19,29 @@ std::string range_text(double low, double high) {
   return "from " + shown(low) + " to " + shown(high);
 }
 
-/// "~" and "/" within a pointer's token (RFC 6901).
-std::string escaped(const std::string& key) {
+}  // namespace
+
+std::string json_pointer_token(const std::string& key) {
   std::string out;
   for (const char c : key) out += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
   return out;
 }
 
-}  // namespace
-
 void GltfValue::fail(const std::string& message) const { throw GltfProblem{pointer_, message}; }
+
+GltfValue GltfValue::nothing() const {
+  static const json kEmpty = json::object();
+  return {kEmpty, pointer_, mended_};
+}
 
 std::optional<GltfValue> GltfValue::find(const char* key) const {
   if (!json_->is_object()) fail("must be an object");
   const auto found = json_->find(key);
   if (found == json_->end()) return std::nullopt;
-  return GltfValue(*found, pointer_ + "/" + escaped(key));
+  GltfValue value(*found, pointer_ + "/" + json_pointer_token(key), mended_);
+  if (!found->is_null()) return value;
+  value.mended("is null; it is left out");
+  return std::nullopt;
 }
 
 GltfValue GltfValue::require(const char* key) const {
@@ -46,9 +50,16 @@ GltfValue GltfValue::require(const char* key) const {
   return *value;
 }
 
+std::optional<GltfValue> GltfValue::find_object(const char* key) const {
+  auto value = find(key);
+  if (!value || value->is_object()) return value;
+  value->mended("should be an object; it is left out");
+  return std::nullopt;
+}
+
 std::optional<GltfValue> GltfValue::extension(const char* name) const {
-  const auto extensions = find("extensions");
-  return extensions ? extensions->find(name) : std::nullopt;
+  const auto extensions = find_object("extensions");
+  return extensions ? extensions->find_object(name) : std::nullopt;
 }
 
 std::vector<std::string> GltfValue::keys() const {
@@ -65,23 +76,32 @@ size_t GltfValue::size() const {
 
 GltfValue GltfValue::operator[](size_t i) const {
   if (i >= size()) fail("has no element " + std::to_string(i));
-  return {(*json_)[i], pointer_ + "/" + std::to_string(i)};
+  return {(*json_)[i], pointer_ + "/" + std::to_string(i), mended_};
 }
 
 size_t GltfValue::count(const char* key) const {
   const auto list = find(key);
-  return list ? list->size() : 0;
+  if (!list) return 0;
+  if (list->json_->is_array()) return list->size();
+  list->mended("should be an array; it is left out");
+  return 0;
 }
+
+bool GltfValue::is_object() const { return json_->is_object(); }
 
 double GltfValue::number(double low, double high) const {
   if (!json_->is_number()) fail("must be a number");
   const auto x = json_->get<double>();
-  if (!(x >= low && x <= high)) fail("must be a number " + range_text(low, high));
-  return x;
+  if (x >= low && x <= high) return x;
+  mended(json_->dump() + " is not " + range_text(low, high) + "; it is clamped");
+  return std::clamp(x, low, high);
 }
 
 int64_t GltfValue::integer(int64_t low, int64_t high) const {
-  const double x = number(static_cast<double>(low), static_cast<double>(high));
+  if (!json_->is_number()) fail("must be a number");
+  const auto x = json_->get<double>();
+  const auto least = static_cast<double>(low), most = static_cast<double>(high);
+  if (!(x >= least && x <= most)) fail("must be a number " + range_text(least, most));
   if (x != std::floor(x)) fail("must be a whole number");
   return static_cast<int64_t>(x);
 }
@@ -93,33 +113,56 @@ std::string GltfValue::text() const {
 
 double GltfValue::number_or(const char* key, double fallback, double low, double high) const {
   const auto value = find(key);
-  return value ? value->number(low, high) : fallback;
+  if (!value) return fallback;
+  if (value->json_->is_number()) return value->number(low, high);
+  value->mended("should be a number; it is left out");
+  return fallback;
 }
 
 int64_t GltfValue::integer_or(const char* key, int64_t fallback, int64_t low, int64_t high) const {
   const auto value = find(key);
-  return value ? value->integer(low, high) : fallback;
+  if (!value) return fallback;
+  if (value->json_->is_number()) return value->integer(low, high);
+  value->mended("should be a number; it is left out");
+  return fallback;
 }
 
 std::string GltfValue::text_or(const char* key, const std::string& fallback) const {
   const auto value = find(key);
-  return value ? value->text() : fallback;
+  if (!value) return fallback;
+  if (value->json_->is_string()) return value->text();
+  value->mended("should be a string; it is left out");
+  return fallback;
+}
+
+std::string GltfValue::text_or_number(const char* key) const {
+  const GltfValue value = require(key);
+  return value.json_->is_number() ? value.json_->dump() : value.text();
 }
 
 bool GltfValue::boolean_or(const char* key, bool fallback) const {
   const auto value = find(key);
   if (!value) return fallback;
-  if (!value->json_->is_boolean()) value->fail("must be true or false");
-  return value->json_->get<bool>();
+  if (value->json_->is_boolean()) return value->json_->get<bool>();
+  value->mended("should be true or false; it is left out");
+  return fallback;
 }
 
 std::vector<double> GltfValue::numbers_or(const char* key, std::vector<double> fallback, double low,
                                           double high) const {
   const auto value = find(key);
   if (!value) return fallback;
-  if (value->size() != fallback.size())
-    value->fail("must hold " + std::to_string(fallback.size()) + " numbers");
-  for (size_t i = 0; i < fallback.size(); ++i) fallback[i] = (*value)[i].number(low, high);
+  const size_t there = value->json_->is_array() ? value->size() : 0;
+  if (there != fallback.size())
+    value->mended("should hold " + std::to_string(fallback.size()) + " numbers; what is there counts");
+  for (size_t i = 0; i < std::min(there, fallback.size()); ++i) {
+    const GltfValue x = (*value)[i];
+    if (x.json_->is_number()) {
+      fallback[i] = x.number(low, high);
+    } else {
+      x.mended("should be a number; it is left out");
+    }
+  }
   return fallback;
 }
 
@@ -131,163 +174,20 @@ Rgb GltfValue::color_or(const char* key, const Rgb& fallback, double high) const
 int GltfValue::index_or_none(const char* key, size_t count, const char* what) const {
   const auto value = find(key);
   if (!value) return -1;
-  const int64_t i = value->integer(0, (int64_t{1} << 31) - 1);
+  if (!value->json_->is_number()) {
+    value->mended("should be a number; it is left out");
+    return -1;
+  }
+  const int64_t i = value->integer(-1, (int64_t{1} << 31) - 1);
+  if (i < 0) {
+    value->mended("is -1; it is left out");
+    return -1;
+  }
   if (static_cast<size_t>(i) >= count) {
     value->fail("refers to " + std::string(what) + " " + std::to_string(i) + ", but there are " +
                 std::to_string(count));
   }
   return static_cast<int>(i);
-}
-
-namespace {
-
-SourceLocation place_of(const std::string& text, size_t offset, const std::string& file) {
-  offset = std::min(offset, text.size());
-  const auto end = text.begin() + static_cast<std::ptrdiff_t>(offset);
-  const size_t line_start = offset == 0 ? std::string::npos : text.rfind('\n', offset - 1);
-  const size_t column = line_start == std::string::npos ? offset : offset - line_start - 1;
-  // Files may be one line of gigabytes: what does not fit is said as well as an int can.
-  const auto number = [](size_t n) { return static_cast<int>(std::min<size_t>(n, 2'000'000'000)) + 1; };
-  return {file, number(static_cast<size_t>(std::count(text.begin(), end, '\n'))), number(column)};
-}
-
-/// Walks valid JSON text without building anything.
-class Scanner {
- public:
-  explicit Scanner(const std::string& text) : text_(text) {}
-
-  void skip_space() {
-    while (at_ < text_.size() && std::string_view(" \t\r\n").find(text_[at_]) != std::string_view::npos)
-      ++at_;
-  }
-  char peek() {
-    skip_space();
-    return at_ < text_.size() ? text_[at_] : '\0';
-  }
-  size_t offset() const { return at_; }
-  void advance() { ++at_; }
-
-  /// The raw characters between the quotes.
-  std::string string() {
-    const size_t begin = ++at_;
-    while (at_ < text_.size() && text_[at_] != '"') at_ += text_[at_] == '\\' ? 2 : 1;
-    at_ = std::min(at_, text_.size());
-    std::string raw = text_.substr(begin, at_ - begin);
-    ++at_;
-    return raw;
-  }
-  void skip_value() {
-    size_t depth = 0;
-    do {
-      const char c = peek();
-      if (c == '\0') return;
-      if (c == '"') {
-        string();
-      } else {
-        depth += c == '{' || c == '[' ? 1 : 0;
-        depth -= (c == '}' || c == ']') && depth > 0 ? 1 : 0;
-        ++at_;
-        if (depth == 0 && c != '}' && c != ']') {
-          while (at_ < text_.size() &&
-                 std::string_view(",]} \t\r\n").find(text_[at_]) == std::string_view::npos)
-            ++at_;
-        }
-      }
-    } while (depth > 0);
-  }
-
- private:
-  const std::string& text_;
-  size_t at_ = 0;
-};
-
-}  // namespace
-
-SourceLocation locate_in_json(const std::string& text, const std::string& pointer, const std::string& file) {
-  Scanner scan(text);
-  scan.skip_space();
-  size_t found = scan.offset();
-  for (size_t begin = 1; begin <= pointer.size() && !pointer.empty();) {
-    const size_t end = std::min(pointer.find('/', begin), pointer.size());
-    const std::string token = pointer.substr(begin, end - begin);
-    begin = end + 1;
-    const char open = scan.peek();
-    if (open != '{' && open != '[') break;
-    scan.advance();
-    bool inside = false;
-    for (size_t i = 0; scan.peek() != '}' && scan.peek() != ']' && scan.peek() != '\0'; ++i) {
-      const size_t key_at = scan.offset();
-      const std::string key = open == '{' ? escaped(scan.string()) : std::to_string(i);
-      if (open == '{' && scan.peek() == ':') scan.advance();
-      if (key == token) {
-        scan.skip_space();
-        found = open == '{' ? key_at : scan.offset();
-        inside = true;
-        break;
-      }
-      scan.skip_value();
-      if (scan.peek() == ',') scan.advance();
-    }
-    if (!inside) break;
-  }
-  return place_of(text, found, file);
-}
-
-namespace {
-
-/// Reads without building anything: bounds, and the place of a syntax error.
-class BoundsCheck : public nlohmann::json_sax<json> {
- public:
-  size_t error_at = 0;
-  std::string problem;  // empty: none
-
-  bool null() override { return count(); }
-  bool boolean(bool) override { return count(); }
-  bool number_integer(number_integer_t) override { return count(); }
-  bool number_unsigned(number_unsigned_t) override { return count(); }
-  bool number_float(number_float_t, const string_t&) override { return count(); }
-  bool string(string_t&) override { return count(); }
-  bool binary(binary_t&) override { return count(); }
-  bool key(string_t&) override { return true; }
-  bool start_object(size_t) override { return enter(); }
-  bool start_array(size_t) override { return enter(); }
-  bool end_object() override { return depth_-- > 0; }
-  bool end_array() override { return depth_-- > 0; }
-  bool parse_error(size_t position, const std::string&, const nlohmann::detail::exception& e) override {
-    error_at = position > 0 ? position - 1 : 0;
-    // By its documented number: a number that double can't hold.
-    problem =
-        e.id == 406 ? "the JSON holds a number that is out of range" : "the JSON is damaged or cut off here";
-    return false;
-  }
-
- private:
-  bool count() {
-    return ++values_ <= kMaxValues || refuse("has more than " + std::to_string(kMaxValues) + " values");
-  }
-  bool enter() {
-    return (++depth_ <= kMaxDepth ||
-            refuse("is nested deeper than " + std::to_string(kMaxDepth) + " levels")) &&
-           count();
-  }
-  bool refuse(const std::string& what) {
-    problem = "the JSON " + what;
-    return false;
-  }
-  size_t depth_ = 0, values_ = 0;
-};
-
-}  // namespace
-
-json parse_gltf_json(const std::string& text, SourceLocation* where) {
-  BoundsCheck check;
-  if (!json::sax_parse(text, &check)) {
-    *where = place_of(text, check.error_at, where->file);
-    throw GltfProblem{"", check.problem};
-  }
-  json document = json::parse(text);
-  if (!document.is_object()) throw GltfProblem{"", "a glTF file must be a JSON object"};
-  return document;
 }
 
 }  // namespace lightmill

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <string_view>
 
 namespace lightmill {
@@ -33,15 +32,6 @@ bool among(std::string_view name, const auto& list) {
   return std::find(list.begin(), list.end(), name) != list.end();
 }
 
-const nlohmann::json& empty_object() {
-  static const nlohmann::json kEmpty = nlohmann::json::object();
-  return kEmpty;
-}
-
-GltfValue or_empty(const std::optional<GltfValue>& value, const GltfValue& owner) {
-  return value ? *value : GltfValue(empty_object(), owner.pointer());
-}
-
 }  // namespace
 
 bool knows_gltf_extension(const std::string& name) {
@@ -54,7 +44,7 @@ const GltfSurface& GltfMaterials::surface(int index, bool vertex_colors) {
   GltfSurface result;
   const bool good = scene_.attempt([&] {
     const GltfValue material =
-        index >= 0 ? root_.require("materials")[static_cast<size_t>(index)] : GltfValue(empty_object(), "");
+        index >= 0 ? root_.require("materials")[static_cast<size_t>(index)] : root_.nothing();
     result = translate(material, vertex_colors);
   });
   if (!good) {  // reported: a place holder
@@ -65,7 +55,7 @@ const GltfSurface& GltfMaterials::surface(int index, bool vertex_colors) {
 }
 
 void GltfMaterials::name_unsupported(const GltfValue& material) {
-  const auto extensions = material.find("extensions");
+  const auto extensions = material.find_object("extensions");
   if (!extensions) return;
   for (const std::string& name : extensions->keys()) {
     if (name.starts_with("KHR_materials_") && !knows_gltf_extension(name)) {
@@ -77,9 +67,12 @@ void GltfMaterials::name_unsupported(const GltfValue& material) {
 FloatInput GltfMaterials::alpha(const GltfValue& material, const GltfValue& base, const char* texture,
                                 float factor, bool vertex_colors) {
   const std::string mode = material.text_or("alphaMode", "OPAQUE");
-  if (mode == "OPAQUE") return {1, -1};
-  if (mode != "MASK" && mode != "BLEND")
-    material.require("alphaMode").fail("must be OPAQUE, MASK or BLEND, not " + in_quotes(mode));
+  if (mode != "MASK" && mode != "BLEND") {
+    if (mode != "OPAQUE")
+      material.require("alphaMode")
+          .mended("is neither OPAQUE, MASK nor BLEND: " + in_quotes(mode) + "; OPAQUE is used");
+    return {1, -1};
+  }
   FloatInput a{factor, textures_.image(base, texture, ImageChannel::kAlpha, false, factor)};
   if (vertex_colors) {
     const int of_vertex = textures_.add(VertexColorTexture{true}, material, false);
@@ -98,7 +91,10 @@ MediumInterface GltfMaterials::volume(const GltfValue& volume) {
   const auto distance = volume.find("attenuationDistance");
   if (!distance) return {};  // glTF's default: infinitely far
   const double d = volume.number_or("attenuationDistance", 0, 0, 1e30);
-  if (!(d > 0)) distance->fail("must be above 0");
+  if (!(d > 0)) {
+    distance->mended("is not above 0; nothing is absorbed");
+    return {};
+  }
   const Rgb color = volume.color_or("attenuationColor", {1, 1, 1}, 1);
   // What of a white beam is left after that distance; black lets next to nothing through.
   const auto absorption = [&](float x) {
@@ -108,8 +104,10 @@ MediumInterface GltfMaterials::volume(const GltfValue& volume) {
   medium.sigma_a = {absorption(color.r), absorption(color.g), absorption(color.b)};
   medium.sigma_s = {0, 0, 0};
   medium.location = scene_.likely_place(volume.pointer());
-  if (!std::isfinite(medium.sigma_a.r + medium.sigma_a.g + medium.sigma_a.b))
-    distance->fail("is smaller than float can hold the absorption of");
+  if (!std::isfinite(medium.sigma_a.r + medium.sigma_a.g + medium.sigma_a.b)) {
+    distance->mended("is smaller than float can hold the absorption of; nothing is absorbed");
+    return {};
+  }
   scene_.scene.media.push_back(std::move(medium));
   return {static_cast<int>(scene_.scene.media.size()) - 1, -1};
 }
@@ -169,8 +167,11 @@ void GltfMaterials::emission(const GltfValue& material, GltfSurface* surface) {
   if (const auto strength = material.extension("KHR_materials_emissive_strength")) {
     const auto s = static_cast<float>(strength->number_or("emissiveStrength", 1, 0, kMaxEmission));
     factor = {factor.r * s, factor.g * s, factor.b * s};
-    if (!std::isfinite(factor.r + factor.g + factor.b))
-      strength->fail("the emission is brighter than float can hold");
+    if (!std::isfinite(factor.r + factor.g + factor.b)) {
+      strength->mended("the emission is brighter than float can hold; it is clamped");
+      const auto finite = [](float x) { return std::min(x, static_cast<float>(kMaxEmission)); };
+      factor = {finite(factor.r), finite(factor.g), finite(factor.b)};
+    }
   }
   AreaLightDescription light;
   light.radiance = factor;
@@ -182,13 +183,14 @@ void GltfMaterials::emission(const GltfValue& material, GltfSurface* surface) {
 }
 
 GltfSurface GltfMaterials::translate(const GltfValue& material, bool vertex_colors) {
-  textures_.begin_material();
+  textures_.begin_material(material);
   name_unsupported(material);
   MaterialDescription d;
   d.name = material.text_or("name", "");
   d.location = scene_.likely_place(material.pointer());
   const auto gloss = material.extension("KHR_materials_pbrSpecularGlossiness");
-  const GltfValue base = gloss ? *gloss : or_empty(material.find("pbrMetallicRoughness"), material);
+  const auto metal_rough = material.find_object("pbrMetallicRoughness");
+  const GltfValue base = gloss ? *gloss : metal_rough ? *metal_rough : material.nothing();
   const char* factor_key = gloss ? "diffuseFactor" : "baseColorFactor";
   const char* texture_key = gloss ? "diffuseTexture" : "baseColorTexture";
   const auto factor = base.numbers_or(factor_key, {1, 1, 1, 1}, 0, 1);
@@ -215,12 +217,14 @@ GltfSurface GltfMaterials::translate(const GltfValue& material, bool vertex_colo
       surface.media = volume(*inside);
     emission(material, &surface);
   }
-  if (const auto normal = material.find("normalTexture")) {
+  if (const auto normal = material.find_object("normalTexture")) {
     d.normal_map = textures_.image(material, "normalTexture", ImageChannel::kRgb, false);
     d.normal_scale = static_cast<float>(normal->number_or("scale", 1, -1e6, 1e6));
     d.normal_follows_v = true;
   }
   surface.uv_set = textures_.uv_set();
+  surface.second_uv_set = textures_.second_uv_set();
+  surface.textured = textures_.used();
   // A mix takes the normal map of what it mixes.
   for (int child : {0, 1}) {
     const auto* mix = std::get_if<MixMaterial>(&d.kind);

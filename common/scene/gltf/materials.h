@@ -9,7 +9,8 @@ struct GltfSurface {
   int material = -1;
   int area_light = -1;
   FloatInput alpha{1, -1};
-  int uv_set = 0;
+  int uv_set = 0, second_uv_set = -1;  // TEXCOORD_n; -1: none
+  bool textured = false;
   MediumInterface media{};  // a volume that absorbs, inside
   bool invisible = false;   // alpha is 0 everywhere
 };

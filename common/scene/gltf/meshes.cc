@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 
-#include "common/base/error.h"
 #include "common/scene/mesh/mesh_check.h"
+#include "common/scene/mesh/point_line_mesh.h"
 
 namespace lightmill {
 namespace {
@@ -41,6 +42,13 @@ std::vector<uint32_t> keep_used(std::vector<std::array<uint32_t, 3>>* triangles,
   return used;
 }
 
+int mode_of(const GltfValue& primitive) {
+  return static_cast<int>(primitive.number_or("mode", kTriangles, kPoints, kFan));
+}
+
+/// What a point or a line takes in numbers.
+constexpr size_t kLooseCharge = 12 * 6;
+
 Rgb clamped(const float* c) {
   const auto one = [](float x) { return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f) : 0.0f; };
   return {one(c[0]), one(c[1]), one(c[2])};
@@ -53,19 +61,20 @@ const std::vector<GltfPrimitive>& GltfMeshes::primitives(size_t index) {
   std::vector<GltfPrimitive> list;
   scene_.attempt([&] {
     const GltfValue mesh = root_.require("meshes")[index];
-    const GltfValue primitives = mesh.require("primitives");
+    const size_t count = mesh.count("primitives");
+    if (count == 0) mesh.mended("has no primitives, so there is nothing to see");
     bool morphs = false;
-    for (size_t i = 0; i < primitives.size(); ++i) {
+    for (size_t i = 0; i < count; ++i) {
+      const GltfValue primitives = mesh.require("primitives");
       scene_.attempt([&] { add(primitives[i], &list); });
-      scene_.attempt([&] { morphs = morphs || primitives[i].count("targets") > 0; });
+      scene_.attempt_optional([&] { morphs = morphs || primitives[i].count("targets") > 0; });
     }
     if (morphs) scene_.unsupported(mesh.pointer(), "morph targets; the mesh keeps its rest shape");
   });
   return meshes_[index] = std::move(list);
 }
 
-std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& primitive, size_t vertices) {
-  const int64_t mode = primitive.integer_or("mode", kTriangles, kPoints, kFan);
+std::vector<uint32_t> GltfMeshes::order_of(const GltfValue& primitive, size_t vertices) {
   const int of = primitive.index_or_none("indices", root_.count("accessors"), "accessor");
   std::vector<uint32_t> order;
   if (of >= 0) {
@@ -74,13 +83,7 @@ std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& prim
     if (!indices.holds_indices()) where.fail("must be unsigned whole numbers");
     buffers_.charge(indices.count(), where);
     order.resize(indices.count());
-    for (size_t i = 0; i < order.size(); ++i) {
-      order[i] = indices.read_index(i);
-      if (order[i] >= vertices) {
-        where.fail("index " + std::to_string(i) + " is " + std::to_string(order[i]) + ", but there are " +
-                   std::to_string(vertices) + " vertices");
-      }
-    }
+    for (size_t i = 0; i < order.size(); ++i) order[i] = indices.read_index(i);
   } else {
     constexpr size_t kMaxVertices = size_t{1} << 31;
     if (vertices > kMaxVertices) primitive.fail("has more than 2147483648 vertices");
@@ -88,14 +91,20 @@ std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& prim
     order.resize(vertices);
     for (size_t i = 0; i < vertices; ++i) order[i] = static_cast<uint32_t>(i);
   }
+  return order;
+}
+
+std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& primitive, size_t vertices) {
+  const int mode = mode_of(primitive);
+  const std::vector<uint32_t> order = order_of(primitive, vertices);
   std::vector<std::array<uint32_t, 3>> out;
   if (mode == kTriangles) {
     if (order.size() % 3 != 0)
-      primitive.fail("has " + std::to_string(order.size()) + " corners, which are no whole triangles");
+      primitive.mended("has " + std::to_string(order.size()) +
+                       " corners, which are no whole triangles; the rest is left out");
     for (size_t i = 0; i + 2 < order.size(); i += 3) out.push_back({order[i], order[i + 1], order[i + 2]});
-    return out;
   }
-  for (size_t i = 0; i + 2 < order.size(); ++i) {
+  for (size_t i = 0; mode != kTriangles && i + 2 < order.size(); ++i) {
     if (mode == kFan) {
       out.push_back({order[i + 1], order[i + 2], order[0]});
     } else {  // every other triangle of a strip is wound the other way round
@@ -103,8 +112,53 @@ std::vector<std::array<uint32_t, 3>> GltfMeshes::triangles(const GltfValue& prim
     }
   }
   // Strips repeat vertices to begin anew.
-  std::erase_if(out, [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[0] == t[2]; });
+  if (mode != kTriangles)
+    std::erase_if(out, [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[0] == t[2]; });
+  const size_t beyond = std::erase_if(out, [&](const auto& t) {
+    return std::any_of(t.begin(), t.end(), [&](uint32_t v) { return v >= vertices; });
+  });
+  const std::string there = std::to_string(beyond) + " triangles refer to vertices beyond the " +
+                            std::to_string(vertices) + " that there are";
+  if (beyond > 0 && out.empty()) primitive.require("indices").fail(there);
+  if (beyond > 0) primitive.mended(there + "; they are left out");
   return out;
+}
+
+std::shared_ptr<TriangleMesh> GltfMeshes::loose(const GltfValue& primitive, const GltfAccessor& positions,
+                                                const std::optional<GltfAccessor>& colors) {
+  const int mode = mode_of(primitive);
+  const std::vector<uint32_t> order = order_of(primitive, positions.count());
+  LooseVertices vertices;
+  buffers_.charge(kLooseCharge * std::min(order.size(), kMostLoose) + order.size(), primitive);
+  for (const uint32_t v : order) {
+    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();  // what is there is left out
+    float x[4] = {kNowhere, kNowhere, kNowhere, 1};
+    const bool there = v < positions.count();
+    if (there) positions.read(v, x);
+    vertices.positions.push_back({x[0], x[1], x[2]});
+    if (!colors) continue;
+    if (!there) {
+      vertices.colors.push_back({});
+      continue;
+    }
+    x[3] = 1;
+    colors->read(v, x);
+    const Rgb c = clamped(x);
+    vertices.colors.push_back({c.r, c.g, c.b, clamped(x + 1).b});
+  }
+  const std::string most = std::to_string(kMostLoose);
+  if (mode == kPoints) {
+    scene_.warning(primitive.pointer(), "points are shown as small spheres, of 1/500 of their extent");
+    if (order.size() > kMostLoose) primitive.mended("has over " + most + " points; some are left out");
+    return std::make_shared<TriangleMesh>(spheres_at(vertices, loose_radius(vertices)));
+  }
+  std::vector<std::array<uint32_t, 2>> segments;
+  const auto count = static_cast<uint32_t>(order.size());
+  for (uint32_t i = 0; i + 1 < count; i += mode == kLines ? 2 : 1) segments.push_back({i, i + 1});
+  if (mode == kLineLoop && count > 2) segments.push_back({count - 1, 0});
+  scene_.warning(primitive.pointer(), "lines are shown as thin tubes, of 1/1000 of their extent");
+  if (segments.size() > kMostLoose) primitive.mended("has over " + most + " lines; some are left out");
+  return std::make_shared<TriangleMesh>(tubes_along(vertices, segments, loose_radius(vertices) / 2));
 }
 
 std::optional<DracoMesh> GltfMeshes::unpacked(const GltfValue& primitive) {
@@ -118,11 +172,6 @@ std::optional<DracoMesh> GltfMeshes::unpacked(const GltfValue& primitive) {
 
 void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out) {
   const size_t accessors = root_.count("accessors");
-  const int64_t mode = primitive.integer_or("mode", kTriangles, kPoints, kFan);
-  if (mode < kTriangles) {
-    scene_.unsupported(primitive.pointer(), "points and lines; they are left out");
-    return;
-  }
   std::optional<DracoMesh> draco = unpacked(primitive);
   const GltfValue attributes = primitive.require("attributes");
   const auto attribute = [&](const std::string& name,
@@ -136,25 +185,42 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
     return buffers_.accessor(static_cast<size_t>(of), components);
   };
   const auto positions = attribute("POSITION", {3});
-  if (!positions) {
-    scene_.warning(primitive.pointer(), "has no POSITION, so there is nothing to see");
+  if (!positions || positions->count() == 0) {
+    primitive.mended("has no POSITION, so there is nothing to see");
     return;
   }
   if (draco && positions->count() != draco->vertices)  // of an accessor beside it
     attributes.fail("have " + std::to_string(positions->count()) + " positions, but the Draco mesh has " +
                     std::to_string(draco->vertices) + " vertices");
-  const auto colors = attribute("COLOR_0", {3, 4});
+  // What a picture can do without.
+  const auto optional = [&](const std::string& name,
+                            std::initializer_list<int> components) -> std::optional<GltfAccessor> {
+    std::optional<GltfAccessor> found;
+    scene_.attempt_optional([&] { found = attribute(name, components); });
+    if (!found || found->count() >= positions->count()) return found;
+    attributes.mended(name + " has " + std::to_string(found->count()) + " elements for " +
+                      std::to_string(positions->count()) + " vertices; it is left out");
+    return std::nullopt;
+  };
+  const auto colors = optional("COLOR_0", {3, 4});
   const int material = primitive.index_or_none("material", root_.count("materials"), "material");
   GltfPrimitive result;
   result.surface = materials_.surface(material, colors.has_value());
   if (result.surface.invisible) return;
-  const auto normals = attribute("NORMAL", {3});
-  const auto uvs = attribute("TEXCOORD_" + std::to_string(result.surface.uv_set), {2});
-  for (const auto* a : {&normals, &uvs, &colors}) {
-    if (*a && (*a)->count() != positions->count())
-      attributes.fail("have different counts: " + std::to_string(positions->count()) + " positions, " +
-                      std::to_string((*a)->count()) + " of another");
+  result.location = {scene_.name, 1, 1};
+  if (mode_of(primitive) < kTriangles) {
+    result.mesh = loose(primitive, *positions, colors);
+    if (!result.mesh->triangles.empty()) out->push_back(std::move(result));
+    return;
   }
+  const auto normals = optional("NORMAL", {3});
+  const auto uv_set = [&](int n) { return optional("TEXCOORD_" + std::to_string(n), {2}); };
+  const auto uvs = uv_set(result.surface.uv_set);
+  std::optional<GltfAccessor> second_uvs;
+  if (result.surface.second_uv_set >= 0) second_uvs = uv_set(result.surface.second_uv_set);
+  if (result.surface.textured && !uvs)
+    attributes.mended("has no TEXCOORD_" + std::to_string(result.surface.uv_set) +
+                      ", by which its material has textures");
   auto mesh = std::make_shared<TriangleMesh>();
   mesh->triangles = draco ? std::move(draco->triangles) : triangles(primitive, positions->count());
   const std::vector<uint32_t> used = keep_used(&mesh->triangles, positions->count());
@@ -172,6 +238,10 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
       uvs->read(v, x);
       mesh->uvs.push_back({x[0], 1 - x[1]});  // v points up here
     }
+    if (second_uvs) {
+      second_uvs->read(v, x);
+      mesh->second_uvs.push_back({x[0], 1 - x[1]});
+    }
     if (colors) {
       x[3] = 1;
       colors->read(v, x);
@@ -179,19 +249,21 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
       mesh->colors.push_back({c.r, c.g, c.b, clamped(x + 1).b});
     }
   }
-  try {
-    require_valid_mesh(*mesh);
-  } catch (const Error& error) {
-    primitive.fail(error.what());
+  const bool had_triangles = !mesh->triangles.empty();
+  const MeshRepairs repairs = mend_values(mesh.get());
+  const auto say = [&](size_t n, const char* what) {
+    if (n > 0) primitive.mended(std::to_string(n) + what);
+  };
+  say(repairs.triangles, " triangles with a vertex that is not finite are left out");
+  if (repairs.triangles > 0 && mesh->triangles.empty()) primitive.fail("no vertex is finite");
+  say(repairs.uvs, " texture coordinates that are not finite count as 0");
+  say(drop_zero_area_triangles(mesh.get()), " triangles without area are left out");
+  say(mend_zero_normals(mesh.get()), " normals without direction are taken from the triangles");
+  if (mesh->triangles.empty()) {
+    if (!had_triangles) primitive.mended("has no triangles, so there is nothing to see");
+    return;
   }
-  if (const size_t n = drop_zero_area_triangles(mesh.get()); n > 0)
-    scene_.warning(primitive.pointer(), std::to_string(n) + " triangles without area are left out");
-  if (const size_t n = mend_zero_normals(mesh.get()); n > 0)
-    scene_.warning(primitive.pointer(),
-                   std::to_string(n) + " normals without direction are taken from the triangles");
-  if (mesh->triangles.empty()) return;
   result.mesh = std::move(mesh);
-  result.location = {scene_.name, 1, 1};
   out->push_back(std::move(result));
 }
 

@@ -21,6 +21,11 @@ class GltfMeshes {
 
  private:
   void add(const GltfValue& primitive, std::vector<GltfPrimitive>* out);
+  /// The vertices' numbers, as the indices say or one after the other.
+  std::vector<uint32_t> order_of(const GltfValue& primitive, size_t vertices);
+  /// Points and lines.
+  std::shared_ptr<TriangleMesh> loose(const GltfValue& primitive, const GltfAccessor& positions,
+                                      const std::optional<GltfAccessor>& colors);
   std::vector<std::array<uint32_t, 3>> triangles(const GltfValue& primitive, size_t vertices);
   std::optional<DracoMesh> unpacked(const GltfValue& primitive);
 

@@ -20,20 +20,37 @@ bool rotation_of(const double* q, Transform* out) {
   return true;
 }
 
+/// The same; what is no rotation, or of a length other than 1, is mended at `where`.
+Transform rotation_at(const GltfValue& where, const double* q) {
+  constexpr double kSlack = 0.01;
+  Transform rotation;
+  if (!rotation_of(q, &rotation)) {
+    where.mended("is no rotation: all four are 0; it does not turn");
+    return Transform{};
+  }
+  const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  if (std::abs(n - 1) > kSlack) where.mended("is a quaternion of a length that is not 1; it is normalised");
+  return rotation;
+}
+
 Transform local_transform(const GltfValue& node) {
   if (node.find("matrix")) {
-    const auto m = node.numbers_or("matrix", std::vector<double>(16), -kLargestEntry, kLargestEntry);
+    const auto m = node.numbers_or("matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, -kLargestEntry,
+                                   kLargestEntry);
     std::array<double, 16> columns;
     std::copy(m.begin(), m.end(), columns.begin());
     const Transform t = from_columns(columns);
-    if (!is_affine(t)) node.require("matrix").fail("must have 0 0 0 1 as its last row");
-    return t;
+    if (is_affine(t)) return t;
+    node.require("matrix").mended("must have 0 0 0 1 as its last row; it gets that");
+    Transform affine = t;
+    affine.m[3] = {0, 0, 0, 1};
+    return affine;
   }
   const auto t = node.numbers_or("translation", {0, 0, 0}, -kLargestEntry, kLargestEntry);
   const auto r = node.numbers_or("rotation", {0, 0, 0, 1}, -1e6, 1e6);
   const auto s = node.numbers_or("scale", {1, 1, 1}, -kLargestEntry, kLargestEntry);
-  Transform rotation;
-  if (!rotation_of(r.data(), &rotation)) node.require("rotation").fail("is no rotation: all four are 0");
+  const auto given = node.find("rotation");
+  const Transform rotation = given ? rotation_at(*given, r.data()) : Transform{};
   return translation({t[0], t[1], t[2]}) * rotation * scaling({s[0], s[1], s[2]});
 }
 
@@ -87,7 +104,10 @@ void GltfNodes::visit_scene() {
       if (seen[index]) node.fail("is reached twice: a node has one parent, and there are no cycles");
       seen[index] = true;
       const Transform to_world = parent * local_transform(node);
-      if (!is_in_range(to_world)) node.fail("lies outside the range of numbers; check the transforms");
+      if (!is_in_range(to_world)) {
+        node.mended("lies outside the range of numbers; it and its children are left out");
+        return;
+      }
       const auto visibility = node.extension("KHR_node_visibility");
       const bool hidden = parent_hidden || (visibility && !visibility->boolean_or("visible", true));
       if (!visit(node, to_world, hidden)) return;
@@ -111,13 +131,15 @@ bool GltfNodes::visit(const GltfValue& node, const Transform& to_world, bool hid
                      "is flattened to nothing by its scale; it and its children are left out");
     return false;
   }
-  if (const int camera = node.index_or_none("camera", root_.count("cameras"), "camera"); camera >= 0) {
+  scene_.attempt_optional([&] {
+    const int camera = node.index_or_none("camera", root_.count("cameras"), "camera");
+    if (camera < 0) return;
     const GltfValue value = root_.require("cameras")[static_cast<size_t>(camera)];
     cameras_.push_back({node.text_or("name", ""), value.text_or("name", ""), value, to_world});
-  }
+  });
   if (hidden) return true;  // but for its cameras
   if (const auto punctual = node.extension("KHR_lights_punctual")) {
-    scene_.attempt([&] {
+    scene_.attempt_optional([&] {
       const auto extension = root_.extension("KHR_lights_punctual");
       const size_t lights = extension ? extension->count("lights") : 0;
       const int light = punctual->index_or_none("light", lights, "light");
@@ -151,6 +173,7 @@ std::vector<Transform> GltfNodes::instances(const GltfValue& instancing) {
   if (count == 0) attributes.fail("needs one of TRANSLATION, ROTATION and SCALE");
   buffers_.charge(16 * count, attributes);
   std::vector<Transform> out(count);
+  const GltfValue rotations = r ? attributes.require("ROTATION") : attributes;
   for (size_t i = 0; i < count; ++i) {
     float x[4];
     const auto vec = [&] { return Vec3d{x[0], x[1], x[2]}; };
@@ -161,9 +184,7 @@ std::vector<Transform> GltfNodes::instances(const GltfValue& instancing) {
     if (r) {
       r->read(i, x);
       const double q[4] = {x[0], x[1], x[2], x[3]};
-      Transform rotation;
-      if (!rotation_of(q, &rotation)) attributes.fail("rotation " + std::to_string(i) + " is none");
-      out[i] = out[i] * rotation;
+      out[i] = out[i] * rotation_at(rotations, q);
     }
     if (s) {
       s->read(i, x);

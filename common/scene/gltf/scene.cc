@@ -12,6 +12,23 @@ namespace {
 std::string at_pointer(const std::string& pointer, const std::string& message) {
   return pointer.empty() ? message : pointer + ": " + message;
 }
+
+/// What problems of one kind have in common.
+std::string without_numbers(const std::string& text) {
+  std::string out;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const bool digit = text[i] >= '0' && text[i] <= '9';
+    if (!digit && text[i] != '-' && text[i] != '+') {
+      out += text[i];
+      continue;
+    }
+    out += digit ? "#" : "";
+    while (digit && i + 1 < text.size() &&
+           std::string_view("0123456789.e+-").find(text[i + 1]) != std::string_view::npos)
+      ++i;
+  }
+  return out;
+}
 }  // namespace
 
 void GltfScene::error(const GltfProblem& problem) {
@@ -19,11 +36,42 @@ void GltfScene::error(const GltfProblem& problem) {
 }
 
 void GltfScene::warning(const std::string& pointer, const std::string& message) {
-  problems->warning(place_of_problem(pointer), at_pointer(pointer, message));
+  note(Gravity::kWarning, pointer, message);
+}
+
+void GltfScene::mended(const std::string& pointer, const std::string& message) {
+  note(Gravity::kMended, pointer, message);
 }
 
 void GltfScene::unsupported(const std::string& pointer, const std::string& what) {
-  problems->unsupported(place_of_problem(pointer), at_pointer(pointer, what));
+  note(Gravity::kUnsupported, pointer, what);
+}
+
+void GltfScene::note(Gravity gravity, const std::string& pointer, const std::string& message) {
+  constexpr size_t kMaxKinds = ProblemList::kMaxWarnings;
+  const auto [entry, is_new] =
+      kind_of_.try_emplace(without_numbers(pointer) + '\n' + without_numbers(message), kinds_.size());
+  if (is_new && kinds_.size() < kMaxKinds) kinds_.push_back({gravity, pointer, message, 0});
+  if (entry->second < kinds_.size()) ++kinds_[entry->second].count;
+  if (is_new && kinds_.size() == kMaxKinds) kind_of_.erase(entry);
+}
+
+void GltfScene::say_kinds() {
+  for (const Kind& kind : kinds_) {
+    const SourceLocation place =
+        kind.pointer.empty() ? SourceLocation{name, 1, 1} : place_of_problem(kind.pointer);
+    std::string text = at_pointer(kind.pointer, kind.message);
+    if (kind.count > 1) text += ", and " + std::to_string(kind.count - 1) + " more like it";
+    if (kind.gravity == Gravity::kUnsupported) {
+      problems->unsupported(place, text);
+    } else if (kind.gravity == Gravity::kMended && strict) {
+      problems->error(place, text);
+    } else {
+      problems->warning(place, text);
+    }
+  }
+  kinds_.clear();
+  kind_of_.clear();
 }
 
 std::string GltfScene::open_reference(const std::string& reference, const std::string& pointer) {

@@ -16,12 +16,13 @@
 namespace lightmill {
 
 struct GltfScene {
-  GltfScene(const FileSource& file_source, ProblemList* problem_list)
-      : files(file_source), problems(problem_list) {}
+  GltfScene(const FileSource& file_source, ProblemList* problem_list, bool is_strict)
+      : files(file_source), problems(problem_list), strict(is_strict) {}
 
   SceneDescription scene;
   const FileSource& files;
   ProblemList* problems;
+  bool strict;                            // what is mended or left out is an error
   std::string name;                       // of the scene file
   std::string json_text;                  // for places
   std::optional<std::string> glb_binary;  // taken by the buffer without a URI
@@ -34,8 +35,13 @@ struct GltfScene {
   }
   /// "/meshes/0: message".
   void error(const GltfProblem& problem);
+  /// Problems that differ by numbers only are of one kind, and each kind is said once, by say_kinds().
   void warning(const std::string& pointer, const std::string& message);
+  /// Something a little wrong, which was put right or left out. An error if `strict`.
+  void mended(const std::string& pointer, const std::string& message);
   void unsupported(const std::string& pointer, const std::string& what);
+  /// Reports the kinds of warnings: "/meshes/3: message, and 41 more like it".
+  void say_kinds();
 
   /// Runs `part`; false if it threw a GltfProblem, which is reported.
   template <class Part>
@@ -48,6 +54,17 @@ struct GltfScene {
       return false;
     }
   }
+  /// The same for something that the picture can do without: what is wrong with it is a warning.
+  template <class Part>
+  bool attempt_optional(Part&& part) {
+    try {
+      part();
+      return true;
+    } catch (const GltfProblem& problem) {
+      mended(problem.pointer, problem.message + "; it is left out");
+      return false;
+    }
+  }
 
   /// Path of a referenced file, listed in scene.files; throws GltfProblem at `pointer`.
   std::string open_reference(const std::string& reference, const std::string& pointer);
@@ -57,6 +74,16 @@ struct GltfScene {
   static constexpr int kMaxPlaces = 100;
   SourceLocation place_of_problem(const std::string& pointer);
 
+  enum class Gravity { kWarning, kMended, kUnsupported };
+  struct Kind {
+    Gravity gravity;
+    std::string pointer, message;  // of the first
+    size_t count = 0;
+  };
+  void note(Gravity gravity, const std::string& pointer, const std::string& message);
+
+  std::vector<Kind> kinds_;
+  std::map<std::string, size_t> kind_of_;
   std::set<std::string> listed_files_;
   int places_ = 0;
 };

@@ -12,15 +12,24 @@ std::string extension_of(const std::string& bytes) {
   if (bytes.starts_with("\x89PNG")) return ".png";
   if (bytes.starts_with("\xff\xd8")) return ".jpg";
   if (bytes.starts_with("RIFF") && bytes.substr(8, 4) == "WEBP") return ".webp";
+  // Not glTF's, but files have them.
+  if (bytes.starts_with("BM")) return ".bmp";
+  if (bytes.starts_with("GIF8")) return ".gif";
+  if (bytes.starts_with("DDS ")) return ".dds";
+  if (bytes.starts_with("qoif")) return ".qoi";
+  if (bytes.starts_with("v/1\x01")) return ".exr";
+  if (bytes.starts_with("#?R")) return ".hdr";
+  if (bytes.starts_with("II*") || bytes.starts_with("MM")) return ".tif";
   return "";
 }
 
 Wrap wrap_mode(const GltfValue& sampler, const char* key) {
   constexpr int64_t kClampToEdge = 33071, kMirroredRepeat = 33648, kRepeat = 10497;
-  const int64_t mode = sampler.integer_or(key, kRepeat, 0, 100'000);
+  const int64_t mode = static_cast<int64_t>(sampler.number_or(key, kRepeat, 0, 100'000));
   if (mode == kClampToEdge) return Wrap::kClamp;
   if (mode == kMirroredRepeat) return Wrap::kMirror;
-  if (mode != kRepeat) sampler.fail(std::string("\"") + key + "\" must be 10497, 33071 or 33648");
+  if (mode != kRepeat)
+    sampler.mended(std::string("\"") + key + "\" is none of 10497, 33071 and 33648; the image is repeated");
   return Wrap::kRepeat;
 }
 
@@ -43,7 +52,23 @@ UvMapping mapping_of(const GltfValue& transform) {
   return m;
 }
 
+/// n of the TEXCOORD_n that a texture is looked up by.
+int uv_set_of(const GltfValue& info) {
+  constexpr double kMost = 1000;
+  double set = info.number_or("texCoord", 0, 0, kMost);
+  if (const auto transform = info.extension("KHR_texture_transform"))
+    set = transform->number_or("texCoord", set, 0, kMost);
+  return static_cast<int>(set);
+}
+
 }  // namespace
+
+void GltfTextures::begin_material(const GltfValue& material) {
+  uv_sets_ = {-1, -1};
+  used_ = false;
+  const auto normal = material.find_object("normalTexture");
+  if (normal) uv_sets_[0] = uv_set_of(*normal);
+}
 
 const GltfTextures::Image& GltfTextures::source(size_t index) {
   if (const auto found = images_.find(index); found != images_.end()) return found->second;
@@ -82,12 +107,15 @@ int GltfTextures::add(TextureKind kind, const GltfValue& at, bool is_spectrum) {
 
 int GltfTextures::image(const GltfValue& owner, const char* key, ImageChannel channel, bool srgb, float scale,
                         bool invert) {
-  const auto info = owner.find(key);
+  const auto info = owner.find_object(key);
   if (!info) return -1;
   int result = -1;
   scene_.attempt([&] {
     const int index = info->index_or_none("index", root_.count("textures"), "texture");
-    if (index < 0) info->fail("needs \"index\"");
+    if (index < 0) {
+      info->mended("needs \"index\"; the texture is left out");
+      return;
+    }
     const GltfValue texture = root_.require("textures")[static_cast<size_t>(index)];
     const auto webp = texture.extension("EXT_texture_webp");
     const int source_index = (webp ? *webp : texture).index_or_none("source", root_.count("images"), "image");
@@ -103,23 +131,24 @@ int GltfTextures::image(const GltfValue& owner, const char* key, ImageChannel ch
     image.encoding = srgb ? ColorEncoding::kSrgb : ColorEncoding::kLinear;
     image.scale = scale;
     image.invert = invert;
-    constexpr int64_t kNearest = 9728;
+    constexpr double kNearest = 9728;
     if (const int s = texture.index_or_none("sampler", root_.count("samplers"), "sampler"); s >= 0) {
       const GltfValue sampler = root_.require("samplers")[static_cast<size_t>(s)];
       image.wrap = wrap_mode(sampler, "wrapS");
       image.wrap_t = wrap_mode(sampler, "wrapT");
-      image.nearest = sampler.integer_or("magFilter", 0, 0, 100'000) == kNearest;
+      image.nearest = sampler.number_or("magFilter", 0, 0, 100'000) == kNearest;
     }
-    int64_t set = info->integer_or("texCoord", 0, 0, 1000);
-    if (const auto transform = info->extension("KHR_texture_transform")) {
+    const int set = uv_set_of(*info);
+    if (const auto transform = info->extension("KHR_texture_transform"))
       image.mapping = mapping_of(*transform);
-      set = transform->integer_or("texCoord", set, 0, 1000);
+    if (uv_sets_[0] < 0) uv_sets_[0] = set;
+    if (uv_sets_[1] < 0 && set != uv_sets_[0]) uv_sets_[1] = set;
+    image.second_uvs = set != uv_sets_[0];
+    if (image.second_uvs && set != uv_sets_[1]) {
+      scene_.unsupported(info->pointer(), "a third set of texture coordinates in one material; TEXCOORD_" +
+                                              std::to_string(uv_sets_[1]) + " is used");
     }
-    if (uv_set_ < 0) uv_set_ = static_cast<int>(set);
-    if (set != uv_set_) {
-      scene_.unsupported(info->pointer(), "a second set of texture coordinates in one material; TEXCOORD_" +
-                                              std::to_string(uv_set_) + " is used");
-    }
+    used_ = true;
     result = add(image, *info, channel == ImageChannel::kRgb);
   });
   return result;

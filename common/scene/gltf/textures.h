@@ -1,6 +1,8 @@
 #pragma once
 // Texture references of glTF materials: images, samplers, texture transforms, and the factors that go with
 // them.
+#include <array>
+
 #include "common/scene/gltf/accessors.h"
 
 namespace lightmill {
@@ -10,10 +12,14 @@ class GltfTextures {
   GltfTextures(GltfScene& scene, GltfBuffers& buffers, const GltfValue& root)
       : scene_(scene), buffers_(buffers), root_(root) {}
 
-  /// Textures from here on are of one material, which can have one set of texture coordinates only.
-  void begin_material() { uv_set_ = -1; }
-  /// The set that the material's textures use.
-  int uv_set() const { return uv_set_ < 0 ? 0 : uv_set_; }
+  /// Textures from here on are of one material, which can have two sets of texture coordinates. The first is
+  /// the normal map's, whose tangents follow it.
+  void begin_material(const GltfValue& material);
+  /// The set that the material's textures use, and another one; -1: there is none.
+  int uv_set() const { return uv_sets_[0] < 0 ? 0 : uv_sets_[0]; }
+  int second_uv_set() const { return uv_sets_[1]; }
+  /// Some image is used.
+  bool used() const { return used_; }
 
   /// Index into the scene's textures of the texture that member `key` of `owner` refers to, one channel of it
   /// times `scale` (alpha: 1 where the image has none); -1 if absent, or reported and left out. `srgb`:
@@ -38,7 +44,8 @@ class GltfTextures {
   GltfBuffers& buffers_;
   GltfValue root_;
   std::map<size_t, Image> images_;
-  int uv_set_ = -1;
+  std::array<int, 2> uv_sets_{-1, -1};
+  bool used_ = false;
 };
 
 }  // namespace lightmill

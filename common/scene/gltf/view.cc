@@ -1,6 +1,7 @@
 #include "common/scene/gltf/view.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numbers>
 
@@ -45,17 +46,32 @@ void use_camera(GltfScene& out, const GltfPlacedCamera& placed) {
   const std::string type = value.require("type").text();
   if (type == "perspective") {
     const GltfValue lens = value.require("perspective");
-    const double yfov = lens.require("yfov").number(1e-4, 179.9 / kDegrees);
-    const double aspect = lens.number_or("aspectRatio", kDefaultAspect, 1 / kWidestAspect, kWidestAspect);
+    constexpr double kLeast = 1e-4, kMost = 179.9 / kDegrees, kUsual = 45 / kDegrees;
+    double yfov = lens.number_or("yfov", 0, -1e30, 1e30);
+    if (!(yfov >= kLeast && yfov <= kMost)) {
+      lens.mended("\"yfov\" must be above 0 and below pi; the camera gets 45 degrees");
+      yfov = kUsual;
+    }
+    double aspect = lens.number_or("aspectRatio", kDefaultAspect, 0, kWidestAspect);
+    if (!(aspect >= 1 / kWidestAspect)) {
+      lens.mended("\"aspectRatio\" must be above 0; the picture is 16 to 9");
+      aspect = kDefaultAspect;
+    }
     set_resolution(&out.scene.film, aspect);
     // Ours is of the shorter side.
     camera.fov_degrees = (aspect >= 1 ? yfov : 2 * std::atan(std::tan(yfov / 2) * aspect)) * kDegrees;
   } else if (type == "orthographic") {
     const GltfValue lens = value.require("orthographic");
-    const double x = std::abs(lens.require("xmag").number(-kLargest, kLargest));
-    const double y = std::abs(lens.require("ymag").number(-kLargest, kLargest));
-    if (!(x >= kSmallest && y >= kSmallest && x / y <= kWidestAspect && y / x <= kWidestAspect))
-      lens.fail("\"xmag\" and \"ymag\" must not be 0, nor one of them over 1000 times the other");
+    double x = std::abs(lens.number_or("xmag", 0, -kLargest, kLargest));
+    double y = std::abs(lens.number_or("ymag", 0, -kLargest, kLargest));
+    if (!(x >= kSmallest && y >= kSmallest && x / y <= kWidestAspect && y / x <= kWidestAspect)) {
+      const double larger = std::max(x, y);
+      lens.mended(
+          "\"xmag\" and \"ymag\" must not be 0, nor one of them over 1000 times the other; the larger is "
+          "used "
+          "for both");
+      x = y = larger >= kSmallest ? larger : 1;
+    }
     camera.kind = CameraKind::kOrthographic;
     camera.screen_window = {-x, x, -y, y};
     set_resolution(&out.scene.film, x / y);
@@ -120,9 +136,12 @@ LightKind gltf_light(const GltfValue& light, const Transform& node_to_world) {
   constexpr double kBrightest = 1e30;
   const Rgb color = light.color_or("color", {1, 1, 1}, kBrightest);
   const auto i = static_cast<float>(light.number_or("intensity", 1, 0, kBrightest));
-  const Rgb intensity{color.r * i, color.g * i, color.b * i};
-  if (!std::isfinite(intensity.r + intensity.g + intensity.b))
-    light.fail("is brighter than float can hold; lower its \"intensity\"");
+  Rgb intensity{color.r * i, color.g * i, color.b * i};
+  if (!std::isfinite(intensity.r + intensity.g + intensity.b)) {
+    light.mended("is brighter than float can hold; it is clamped");
+    const auto finite = [](float x) { return std::min(x, static_cast<float>(kBrightest)); };
+    intensity = {finite(intensity.r), finite(intensity.g), finite(intensity.b)};
+  }
   const Vec3d position{node_to_world.m[0][3], node_to_world.m[1][3], node_to_world.m[2][3]};
   Vec3d direction = transform_vector(node_to_world, {0, 0, -1});
   const double n = length(direction);
@@ -135,34 +154,76 @@ LightKind gltf_light(const GltfValue& light, const Transform& node_to_world) {
   constexpr double kNarrowest = kLeastCone / kDegrees;
   SpotLight spot{intensity, position, direction};
   double inner = 0, outer = std::numbers::pi / 4;
-  if (const auto cone = light.find("spot")) {
+  if (const auto cone = light.find_object("spot")) {
     inner = cone->number_or("innerConeAngle", inner, 0, std::numbers::pi / 2);
     outer = cone->number_or("outerConeAngle", outer, kNarrowest, std::numbers::pi / 2 + 1e-6);
-    if (inner > outer) cone->fail("\"innerConeAngle\" must not be larger than \"outerConeAngle\"");
+    if (inner > outer) {
+      cone->mended("\"innerConeAngle\" is larger than \"outerConeAngle\"; it is made as large");
+      inner = outer;
+    }
   }
   spot.total_width = outer * kDegrees;
   spot.falloff_start = inner * kDegrees;
   return spot;
 }
 
+namespace {
+
+/// What each camera answers to: the name of its node, else its own, else its number. A name that was there
+/// before gets a number: "name.1".
+std::vector<std::string> labels_of(const std::vector<GltfPlacedCamera>& cameras) {
+  std::vector<std::string> labels;
+  std::map<std::string, int> seen;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    const GltfPlacedCamera& c = cameras[i];
+    const std::string& name = c.node_name.empty() ? c.camera_name : c.node_name;
+    const int before = seen[name]++;
+    labels.push_back(name.empty() ? std::to_string(i)
+                     : before > 0 ? name + "." + std::to_string(before)
+                                  : name);
+  }
+  return labels;
+}
+
+/// Index of the camera that is meant: by its label, by a name of its own, or by its number. -1: none.
+int find_camera(const std::vector<GltfPlacedCamera>& cameras, const std::vector<std::string>& labels,
+                const std::string& wanted) {
+  if (const auto l = std::find(labels.begin(), labels.end(), wanted); l != labels.end())
+    return static_cast<int>(l - labels.begin());
+  const auto named = std::find_if(cameras.begin(), cameras.end(), [&](const GltfPlacedCamera& c) {
+    return c.node_name == wanted || c.camera_name == wanted;
+  });
+  if (named != cameras.end()) return static_cast<int>(named - cameras.begin());
+  size_t number = 0;
+  const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
+  const bool is_number = error == std::errc() && end == wanted.data() + wanted.size();
+  return is_number && number < cameras.size() ? static_cast<int>(number) : -1;
+}
+
+std::string list_of(const std::vector<std::string>& labels) {
+  constexpr size_t kMaxShown = 400;
+  std::string list;
+  for (const std::string& label : labels) {
+    if (list.size() > kMaxShown) return list + ", ...";
+    list += (list.empty() ? "" : ", ") + in_quotes(label);
+  }
+  return list;
+}
+
+}  // namespace
+
 void choose_gltf_camera(GltfScene& scene, const std::vector<GltfPlacedCamera>& cameras,
                         const std::string& wanted) {
-  const auto names = [&] {
-    std::string list;
-    for (const GltfPlacedCamera& c : cameras) {
-      if (list.size() > 400) return list + ", ...";
-      list += (list.empty() ? "" : ", ") + in_quotes(c.node_name.empty() ? c.camera_name : c.node_name);
-    }
-    return list;
-  };
+  const std::vector<std::string> labels = labels_of(cameras);
   if (!wanted.empty()) {
-    for (const GltfPlacedCamera& c : cameras) {
-      if (c.node_name != wanted && c.camera_name != wanted) continue;
-      scene.attempt([&] { use_camera(scene, c); });
+    if (const int chosen = find_camera(cameras, labels, wanted); chosen >= 0) {
+      scene.attempt([&] { use_camera(scene, cameras[static_cast<size_t>(chosen)]); });
       return;
     }
-    scene.error({"/cameras", "no camera of the scene is called " + in_quotes(wanted) +
-                                 (cameras.empty() ? "; there is none" : "; there are " + names())});
+    scene.error(
+        {"/cameras", "no camera of the scene is called " + in_quotes(wanted) +
+                         (cameras.empty() ? "; there is none" : "; there are " + list_of(labels)) +
+                         (cameras.size() > 1 ? ", or 0 to " + std::to_string(cameras.size() - 1) : "")});
     return;
   }
   if (cameras.empty()) {
@@ -172,7 +233,7 @@ void choose_gltf_camera(GltfScene& scene, const std::vector<GltfPlacedCamera>& c
   scene.attempt([&] { use_camera(scene, cameras.front()); });
   if (cameras.size() > 1)
     scene.warning("/cameras",
-                  "there are several cameras, and the first is used; --camera chooses of " + names());
+                  "there are several cameras, and the first is used; --camera chooses of " + list_of(labels));
 }
 
 }  // namespace lightmill

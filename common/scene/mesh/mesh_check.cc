@@ -1,5 +1,7 @@
 #include "common/scene/mesh/mesh_check.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -59,6 +61,31 @@ void require_valid_mesh(const TriangleMesh& mesh) {
       }
     }
   }
+}
+
+MeshRepairs mend_values(TriangleMesh* mesh) {
+  MeshRepairs repairs;
+  for (Vec3f& n : mesh->normals) {
+    if (finite(n)) continue;
+    n = {};
+    ++repairs.normals;
+  }
+  for (std::vector<Vec2f>* uvs : {&mesh->uvs, &mesh->second_uvs}) {
+    for (Vec2f& uv : *uvs) {
+      if (std::isfinite(uv.x) && std::isfinite(uv.y)) continue;
+      uv = {};
+      ++repairs.uvs;
+    }
+  }
+  std::vector<Vec3f>& positions = mesh->positions;
+  repairs.triangles = std::erase_if(mesh->triangles, [&](const std::array<uint32_t, 3>& t) {
+    return std::any_of(t.begin(), t.end(),
+                       [&](uint32_t v) { return v >= positions.size() || !finite(positions[v]); });
+  });
+  for (Vec3f& p : positions) {
+    if (!finite(p)) p = {};  // of no triangle
+  }
+  return repairs;
 }
 
 size_t drop_zero_area_triangles(TriangleMesh* mesh) {

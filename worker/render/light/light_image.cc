@@ -6,6 +6,7 @@
 #include "common/base/error.h"
 #include "common/image/image.h"
 #include "common/image/image_reader.h"
+#include "common/image/qoi_file.h"
 
 namespace lightmill {
 namespace {
@@ -46,7 +47,9 @@ void LightImage::make_grey() {
 
 LightImage read_light_image(const std::string& path, const std::string& what, int max_side) {
   std::string why;
-  const auto in = ImageReader::open({path}, &why);
+  ImageSource source{path};
+  source.as_stored = true;  // alpha means nothing here
+  const auto in = ImageReader::open(source, &why);
   if (!in) throw Error(ErrorKind::kBadScene, path + ": " + what + " can't be read: " + why);
   const ImageHeader& file = in->header();
   if (file.width < 1 || file.height < 1 || file.width > max_side || file.height > max_side ||
@@ -69,7 +72,7 @@ LightImage read_light_image(const std::string& path, const std::string& what, in
   if (file.is_floating_point) {
     check_texels(image, what);
     for (float& x : image.rgb) x = std::max(x, 0.0f);
-  } else {
+  } else if (!(file.says_linear && is_qoi(path))) {
     for (float& x : image.rgb) x = srgb_to_linear(x);
   }
   return image;

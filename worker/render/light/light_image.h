@@ -19,10 +19,11 @@ struct LightImage {
   void make_grey();
 };
 
-/// Reads `path`: any format of the image library. Integers count as sRGB, one channel as grey. `what` is its
-/// name in messages ("environment image"). Throws Error(kBadScene) if it can't be read or has more than
-/// `max_side` texels a side; and, naming the texel, for values that are no radiance: NaN, infinity, and
-/// negative ones beyond a filter's ringing, which counts as 0.
+/// Reads `path`: any format of the image library. Integers of any size count as sRGB (a QOI file may say that
+/// it is linear), one channel as grey; alpha does not count. `what` is its name in messages ("environment
+/// image"). Throws Error(kBadScene) if it can't be read or has more than `max_side` texels a side; and,
+/// naming the texel, for values that are no radiance: NaN, infinity, and negative ones beyond a filter's
+/// ringing, which counts as 0.
 LightImage read_light_image(const std::string& path, const std::string& what, int max_side = 8192);
 
 /// The columns of a rotation (or a mirrored one) without its scale, row-major by the light's axes: to_light[3

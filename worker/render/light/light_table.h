@@ -70,7 +70,8 @@ struct EmitterPattern {
   bool unseen = false;      // no ray meets the light: it has no primitive
   /// Triangle: texture coordinates (u, v) of the corners. Sphere: the axes x, y, z of its object space.
   std::array<float, 9> frame{};
-  std::array<std::array<float, 4>, 3> colors{};  // of a triangle's vertices, if scene.any_colors
+  std::array<std::array<float, 4>, 3> colors{};      // of a triangle's vertices, if scene.any_colors
+  std::array<std::array<float, 2>, 3> second_uvs{};  // the same, if scene.any_second_uvs
 };
 
 struct LightTable {

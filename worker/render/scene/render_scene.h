@@ -88,12 +88,13 @@ struct RenderScene {
 
   int scale_exponent = 0;
   int light_exponent = 0;  // all light is divided by 2^this (lights/normalised_light.h)
-  Vec3d origin;  // camera position in scene units
+  Vec3d origin;            // camera position in scene units
 
   std::vector<float> positions;   // 3 per vertex, padded by 4 floats for vector loads
   std::vector<float> normals;     // 3 per vertex or empty; (0,0,0) where the mesh has none
   std::vector<float> colors;      // 4 per vertex or empty; 1 where the mesh has none
   std::vector<float> uvs;         // 2 per vertex or empty
+  std::vector<float> second_uvs;  // the same
   std::vector<int32_t> indices;   // 3 per triangle
   std::vector<MeshRange> meshes;  // those of objects last
   std::vector<float> spheres;     // 4 per sphere: centre, radius
@@ -142,6 +143,7 @@ struct RenderScene {
   bool any_texture = false;          // some material or emitter is textured
   bool any_normals = false;          // some mesh has shading normals
   bool any_colors = false;           // some mesh has vertex colours, and some texture reads them
+  bool any_second_uvs = false;       // some mesh has a second set of uvs, and some image is looked up by it
   bool any_delta = false;            // some material has a delta lobe
   bool any_bumps = false;            // some material has a normal map or a displacement
   bool any_tangent = false;          // something reads dp/du (a normal map, bumps, anisotropy)

@@ -31,6 +31,7 @@ bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim
     TexturePoint at{uv.u(h), uv.v(h), scene.scene_point({p.x, p.y, p.z})};
     at.n = normalize(cross(e1, e2));
     if (scene.any_colors) interpolate_colors(scene, h, at.color.data());
+    if (scene.any_second_uvs) interpolate_second_uvs(scene, h, &at.second_u, &at.second_v);
     a = scene.textures.evaluate(alpha.texture, at).r;
   }
   if (a >= 1) return true;

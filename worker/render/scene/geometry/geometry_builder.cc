@@ -18,7 +18,7 @@ constexpr double kLeastLightArea = 1e-36;
 
 void GeometryBuilder::reserve(const std::vector<const ShapeDescription*>& shapes, const PartsInUse& parts) {
   size_t vertices = 0, triangles = 0, spheres = 0;
-  bool normals = false, uvs = false, colors = false, read_uvs = false;
+  bool normals = false, uvs = false, second_uvs = false, colors = false, read_uvs = false;
   for (const ShapeDescription* shape : shapes) {
     const ShapeDescription& s = *shape;
     if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
@@ -30,6 +30,7 @@ void GeometryBuilder::reserve(const std::vector<const ShapeDescription*>& shapes
       read_uvs = read_uvs || is_of_fibres(s) || s.alpha.texture >= 0 ||
                  (s.area_light >= 0 && in_.area_lights[static_cast<size_t>(s.area_light)].texture >= 0);
       colors = colors || !mesh->mesh->colors.empty();
+      second_uvs = second_uvs || !mesh->mesh->second_uvs.empty();
     } else {
       ++spheres;
     }
@@ -49,11 +50,14 @@ void GeometryBuilder::reserve(const std::vector<const ShapeDescription*>& shapes
   keep_uvs_ = uvs && read_uvs;
   keep_uvs_ = keep_uvs_ || out_.overrides & kTextureCoordinates;
   if (keep_uvs_) out_.uvs.reserve(2 * vertices);
-  bool read_colors = false;
+  bool read_colors = false, read_second_uvs = false;
   for (size_t i = 0; i < in_.textures.size(); ++i) {
     const bool reads = std::holds_alternative<VertexColorTexture>(in_.textures[i].kind);
     read_colors = read_colors || (reads && parts.textures[i]);
+    const auto* image = std::get_if<ImageTexture>(&in_.textures[i].kind);
+    read_second_uvs = read_second_uvs || (image && image->second_uvs && parts.textures[i]);
   }
+  out_.any_second_uvs = second_uvs && read_second_uvs;
   out_.any_colors = colors && read_colors;
   out_.indices.reserve(3 * triangles);
   out_.primitive_material.reserve(triangles + spheres);
@@ -169,6 +173,12 @@ void GeometryBuilder::add_vertices(const ShapeDescription& s, const TriangleMesh
     for (size_t i = 0; i < mesh.positions.size(); ++i) {
       const Vec2f uv = mesh.uvs.empty() ? Vec2f{} : mesh.uvs[i];
       out_.uvs.insert(out_.uvs.end(), {uv.x, uv.y});
+    }
+  }
+  if (out_.any_second_uvs) {
+    for (size_t i = 0; i < mesh.positions.size(); ++i) {
+      const Vec2f uv = mesh.second_uvs.empty() ? Vec2f{} : mesh.second_uvs[i];
+      out_.second_uvs.insert(out_.second_uvs.end(), {uv.x, uv.y});
     }
   }
   if (out_.any_colors) {

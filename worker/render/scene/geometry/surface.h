@@ -22,7 +22,8 @@ struct Surface {
   // Derivatives of the position by u and v if scene.any_tangent (dpdu is zero at a sphere's
   // poles); else zero.
   Vec3<F> dpdu, dpdv;
-  F color[4]{};  // of the vertices, with alpha, if scene.any_colors
+  F color[4]{};              // of the vertices, with alpha, if scene.any_colors
+  F second_u{}, second_v{};  // if scene.any_second_uvs
 };
 
 /// The unit tangent along +u: dp/du made perpendicular to the unit normal `n` (the shading normal in use).
@@ -75,6 +76,7 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
       s.ns = select(smooth, unit, s.ng);
     }
     if (colors) interpolate_colors(scene, h, s.color);
+    if (kAnySurface && scene.any_second_uvs) interpolate_second_uvs(scene, h, &s.second_u, &s.second_v);
     if (coordinates) {
       const CornerUv<F> uv(scene, h, flags);
       s.u = uv.u(h);
@@ -164,6 +166,7 @@ inline TexturePoint texture_point(const RenderScene& scene, const Surface<F>& s,
   if (scene.any_colors) {
     for (size_t c = 0; c < 4; ++c) at.color[c] = lane(s.color[c], l);
   }
+  if (scene.any_second_uvs) at.second_u = lane(s.second_u, l), at.second_v = lane(s.second_v, l);
   return at;
 }
 

@@ -46,6 +46,16 @@ inline void interpolate_colors(const RenderScene& scene, const TriangleHit<F>& h
   }
 }
 
+/// The second set of texture coordinates at the hit; scene.any_second_uvs.
+template <class F>
+inline void interpolate_second_uvs(const RenderScene& scene, const TriangleHit<F>& h, F* u, F* v) {
+  const auto at = [&](const float* base) {
+    return gather(base, h.i0 * 2) * h.b0 + gather(base, h.i1 * 2) * h.b1 + gather(base, h.i2 * 2) * h.b2;
+  };
+  *u = at(scene.second_uvs.data());
+  *v = at(scene.second_uvs.data() + 1);
+}
+
 /// Texture coordinates of the three corners. Without coordinates a triangle has (0,0), (1,0), (1,1).
 template <class F>
 struct CornerUv {

@@ -113,9 +113,14 @@ bool EmitterBuilder::shows_black(LightType type, const EmitterPattern& pattern) 
   if (!image) return false;
   const auto& texture = std::get<ImageTexture>(in_.textures[static_cast<size_t>(pattern.texture)].kind);
   if (texture.mapping.kind != MappingKind::kUv) return false;
+  const auto corner = [&](size_t k) {
+    return texture.second_uvs ? pattern.second_uvs[k]
+                              : std::array<float, 2>{pattern.frame[2 * k], pattern.frame[2 * k + 1]};
+  };
   float s[3], t[3];
   for (size_t k = 0; k < 3; ++k) {
-    const MappedPoint m = map_point(texture.mapping, {pattern.frame[2 * k], pattern.frame[2 * k + 1], {}});
+    const auto uv = corner(k);
+    const MappedPoint m = map_point(texture.mapping, {uv[0], uv[1], {}});
     s[k] = m.s, t[k] = m.t;
   }
   const auto [s0, s1] = std::minmax({s[0], s[1], s[2]});
@@ -189,10 +194,14 @@ int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, doubl
     out_.lights.add(type, record, power);
     return out_.lights.count() - 1;
   }
-  EmitterPattern pattern{light.texture, shape.alpha, from.brightest, unseen, frame, {}};
+  EmitterPattern pattern{light.texture, shape.alpha, from.brightest, unseen, frame, {}, {}};
   if (vertices && out_.any_colors) {
     for (size_t k = 0; k < 3; ++k)
       std::copy_n(&out_.colors[static_cast<size_t>(vertices[k]) * 4], 4, pattern.colors[k].begin());
+  }
+  if (vertices && out_.any_second_uvs) {
+    for (size_t k = 0; k < 3; ++k)
+      std::copy_n(&out_.second_uvs[static_cast<size_t>(vertices[k]) * 2], 2, pattern.second_uvs[k].begin());
   }
   if (is_unseen_emitter(shape)) pattern.alpha = {1, -1};
   if (shows_black(type, pattern)) return -1;

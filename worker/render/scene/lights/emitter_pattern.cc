@@ -37,6 +37,11 @@ Vec3<float> pattern_at_sample(const RenderScene& scene, const EmitterPattern& pa
     const auto& c = pattern.colors;
     for (size_t k = 0; k < 4; ++k) at.color[k] = c[0][k] * (1.0f - b1 - b2) + c[1][k] * b1 + c[2][k] * b2;
   }
+  if (scene.any_second_uvs && !sphere) {
+    const auto& uv = pattern.second_uvs;
+    const auto along = [&](size_t k) { return uv[0][k] * (1.0f - b1 - b2) + uv[1][k] * b1 + uv[2][k] * b2; };
+    at.second_u = along(0), at.second_v = along(1);
+  }
   at.p = scene.scene_point({p.x, p.y, p.z});
   at.n = n;
   const FloatInput& alpha = pattern.alpha;

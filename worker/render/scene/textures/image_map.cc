@@ -7,6 +7,7 @@
 #include "common/base/error.h"
 #include "common/image/image.h"
 #include "common/image/image_reader.h"
+#include "common/image/qoi_file.h"
 #include "worker/render/scene/textures/webp_image.h"
 
 namespace lightmill {
@@ -145,8 +146,11 @@ ImageMap::ImageMap(const ImageTexture& texture, TextureCache* cache)
   const ChannelRange take = channels_to_read(texture.channel, image.header.channels);
   first_channel_ = take.begin;
   read_channels_ = static_cast<size_t>(take.end - take.begin);
-  if (encoding_ == ColorEncoding::kAuto)
-    encoding_ = is_bytes_ ? ColorEncoding::kSrgb : ColorEncoding::kLinear;
+  // Floats are linear, whatever the scene says. Integers are sRGB, of 8 bits and of 16, unless the scene says
+  // otherwise or (QOI) the file; what other files say is often wrong, and pbrt does not heed it.
+  const bool linear = image.header.is_floating_point || (image.header.says_linear && is_qoi(texture.path));
+  if (image.header.is_floating_point || encoding_ == ColorEncoding::kAuto)
+    encoding_ = linear ? ColorEncoding::kLinear : ColorEncoding::kSrgb;
   for (int i = 0; i < 256; ++i) {
     const float x = static_cast<float>(i) / 255.0f;
     decode_[i] = encoding_ == ColorEncoding::kSrgb    ? srgb_to_linear(x)

@@ -5,6 +5,7 @@
 
 #include "common/base/error.h"
 #include "common/base/parallel.h"
+#include "common/image/qoi_file.h"
 #include "worker/render/scene/textures/procedural.h"
 #include "worker/render/scene/textures/webp_image.h"
 
@@ -25,7 +26,7 @@ std::vector<bool> kept_images(const std::vector<uint64_t>& bytes, const std::vec
   const auto room = std::max(max_bytes, TextureCache::kLeastBytes) - TextureCache::kLeastBytes;
   const auto mebibytes = [](uint64_t b) { return std::to_string((b + (1 << 20) - 1) >> 20) + " MiB"; };
   if (needed > room && needed > 0) {
-    throw Error(ErrorKind::kFailed, "the images inside the scene's file, and WebP images, take " +
+    throw Error(ErrorKind::kFailed, "the images inside the scene's file, and WebP and QOI images, take " +
                                         mebibytes(needed) + " of texture memory and there are " +
                                         mebibytes(room) + " for them; raise --texture-memory");
   }
@@ -76,7 +77,7 @@ TextureTable::TextureTable(const std::vector<TextureDescription>& textures, cons
   if (max_bytes != kUnboundedTextures) {
     std::vector<bool> inside;
     for (size_t i = 0; i < described.size(); ++i)
-      inside.push_back(image_at(i).contents != nullptr || is_webp(image_at(i)));
+      inside.push_back(image_at(i).contents != nullptr || is_webp(image_at(i)) || is_qoi(image_at(i).path));
     kept = kept_images(bytes, inside, max_bytes);
   }
   for (size_t i = 0; i < bytes.size(); ++i) bytes_ += kept[i] ? bytes[i] : 0;
@@ -94,6 +95,18 @@ size_t TextureTable::cached_images() const {
       std::count_if(images_.begin(), images_.end(), [](const ImageMap& image) { return image.cached(); }));
 }
 
+namespace {
+
+/// Where an image is looked up.
+MappedPoint image_point(const ImageTexture& image, const TexturePoint& at) {
+  if (!image.second_uvs) return map_point(image.mapping, at);
+  TexturePoint second = at;
+  second.u = at.second_u, second.v = at.second_v;
+  return map_point(image.mapping, second);
+}
+
+}  // namespace
+
 Rgb TextureTable::input(const SpectrumInput& in, const TexturePoint& at) const {
   return in.texture < 0 ? in.value : evaluate(in.texture, at);
 }
@@ -101,7 +114,7 @@ Rgb TextureTable::input(const SpectrumInput& in, const TexturePoint& at) const {
 void TextureTable::prefetch(int id, const TexturePoint& at) const {
   const ImageMap* const map = image(id);
   if (!map) return;
-  const MappedPoint m = map_point(std::get<ImageTexture>(nodes_[static_cast<size_t>(id)]).mapping, at);
+  const MappedPoint m = image_point(std::get<ImageTexture>(nodes_[static_cast<size_t>(id)]), at);
   map->prefetch(m.s, m.t);
 }
 
@@ -110,7 +123,7 @@ Rgb TextureTable::evaluate(int id, const TexturePoint& at) const {
   const TextureKind& node = nodes_[index];
   auto grey = [&](const FloatInput& in) { return in.texture < 0 ? in.value : evaluate(in.texture, at).r; };
   if (const auto* t = std::get_if<ImageTexture>(&node)) {
-    const MappedPoint m = map_point(t->mapping, at);
+    const MappedPoint m = image_point(*t, at);
     return images_[static_cast<size_t>(image_of_[index])].lookup(m.s, m.t);
   }
   if (const auto* t = std::get_if<ConstantTexture>(&node)) return t->value;

@@ -19,6 +19,7 @@ struct TexturePoint {
   Vec3d p{};                               // position in scene units
   std::array<float, 4> color{1, 1, 1, 1};  // of the vertices, interpolated
   Vec3<float> n{0, 0, 1};                  // unit geometric normal, of either side
+  float second_u = 0, second_v = 0;        // of the mesh's second set
 };
 
 /// All textures of a scene, evaluated per point.
