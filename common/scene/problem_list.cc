@@ -44,7 +44,7 @@ bool ProblemList::is_new(const std::string& message) {
 std::vector<Problem> ProblemList::take() {
   for (const auto& [key, kind] : kinds_) {
     if (kind.more > 0)
-      problems_[kind.first].message += " (and " + std::to_string(kind.more) + " more like it)";
+      problems_[kind.first].message += ", and " + std::to_string(kind.more) + " more like it";
   }
   kinds_.clear();
   return std::move(problems_);

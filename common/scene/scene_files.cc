@@ -75,6 +75,7 @@ std::string bundle_name(const std::string& reference) {
   std::string text = normal.generic_string();
   if (is_safe_bundle_name(text) && !text.starts_with("external/")) return text;
   std::string base = normal.filename().string();
+  base.erase(0, base.rfind('\\') + 1);  // npos + 1 is 0
   if (!is_safe_bundle_name(base)) base = "file";
   return "external/" + sha256_hex(text).substr(0, 16) + "/" + base;
 }

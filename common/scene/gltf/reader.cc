@@ -134,6 +134,7 @@ SceneDescription read_gltf(const std::string& name, const FileSource& files, con
     out.mended(pointer, message);
   };
   out.name = name;
+  out.missing_textures = options.missing_textures;
   out.scene.film.filename = std::filesystem::path(name).stem().string() + ".exr";
   out.scene.sampling.max_depth = kUnlimitedDepth;
   out.scene.chosen_camera = options.camera;

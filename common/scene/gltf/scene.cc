@@ -75,11 +75,13 @@ void GltfScene::say_kinds() {
 }
 
 std::string GltfScene::open_reference(const std::string& reference, const std::string& pointer) {
-  std::string path = files.resolve(reference);
+  std::string how;
+  std::string path = files.resolve(reference, &how);
   if (path.empty()) {
-    throw GltfProblem{pointer,
-                      "there is no file " + in_quotes(reference) + "; names are relative to the scene file"};
+    throw GltfProblem{pointer, "there is no file " + in_quotes(reference) +
+                                   "; names are relative to the scene file" + files.hint(reference)};
   }
+  if (!how.empty()) mended(pointer, "there is no file " + in_quotes(reference) + "; " + how);
   if (const std::string why = why_unreadable(path); !why.empty())
     throw GltfProblem{pointer, "can't read the file " + in_quotes(reference) + ": " + why};
   const std::string known_as = bundle_name(reference);

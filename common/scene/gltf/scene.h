@@ -23,6 +23,7 @@ struct GltfScene {
   const FileSource& files;
   ProblemList* problems;
   bool strict;                            // what is mended or left out is an error
+  bool missing_textures = false;          // as in LoadOptions
   std::string name;                       // of the scene file
   std::string json_text;                  // for places
   std::optional<std::string> glb_binary;  // taken by the buffer without a URI

@@ -99,6 +99,16 @@ const GltfTextures::Image& GltfTextures::source(size_t index) {
   return images_[index] = std::move(image);
 }
 
+bool GltfTextures::is_missing(const GltfValue& image) {
+  if (!scene_.missing_textures) return false;
+  const auto uri = image.find("uri");
+  if (!uri || decode_data_uri(uri->text()) || !scene_.files.resolve(path_of_uri(uri->text())).empty())
+    return false;
+  scene_.mended(uri->pointer(), "there is no file " + in_quotes(path_of_uri(uri->text())) +
+                                    "; what uses it goes by its factors alone");
+  return true;
+}
+
 int GltfTextures::add(TextureKind kind, const GltfValue& at, bool is_spectrum) {
   scene_.scene.textures.push_back(
       {at.pointer(), is_spectrum, std::move(kind), scene_.likely_place(at.pointer())});
@@ -124,6 +134,7 @@ int GltfTextures::image(const GltfValue& owner, const char* key, ImageChannel ch
       return;
     }
     ImageTexture image;
+    if (is_missing(root_.require("images")[static_cast<size_t>(source_index)])) return;
     const Image& from = source(static_cast<size_t>(source_index));
     image.path = from.path;
     image.contents = from.contents;

@@ -39,6 +39,8 @@ class GltfTextures {
     std::shared_ptr<const std::string> contents;
   };
   const Image& source(size_t index);
+  /// True (and warned of) for an image that is not there where that is no error.
+  bool is_missing(const GltfValue& image);
 
   GltfScene& scene_;
   GltfBuffers& buffers_;

@@ -17,7 +17,7 @@ TEST(BundleNames, DependOnTheTextAlone) {
   EXPECT_EQ(bundle_name("models/a.ply"), "models/a.ply");
   EXPECT_EQ(bundle_name("./models//x/../a.ply"), "models/a.ply");
   EXPECT_EQ(bundle_name("with space.png"), "with space.png");
-  for (const char* outside : {"/abs/a.ply", "../a.ply", "x/../../a.ply", "external/1/a.ply"}) {
+  for (const char* outside : {"/abs/a.ply", "../a.ply", "x/../../a.ply", "external/1/a.ply", "C:\\job\\a.ply"}) {
     const std::string name = bundle_name(outside);
     EXPECT_TRUE(name.starts_with("external/") && name.ends_with("/a.ply")) << name;
     EXPECT_TRUE(is_safe_bundle_name(name));

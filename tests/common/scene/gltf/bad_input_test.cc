@@ -314,5 +314,21 @@ TEST_F(BadGltf, Extensions) {
   EXPECT_TRUE(mentions(r, "skins"));
 }
 
+TEST_F(BadGltf, ImagesThatAreNotThereAreErrorsUnlessAskedOtherwise) {
+  document_["images"] = {{{"uri", "Maps/wood.png"}}};
+  document_["textures"] = {{{"source", 0}}};
+  document_["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+  EXPECT_TRUE(has_error(load_document(), "there is no file \"Maps/wood.png\""));
+  LoadOptions options;
+  options.missing_textures = true;
+  const LoadResult without = load_document(options);
+  EXPECT_TRUE(without.ok()) << listed(without);
+  EXPECT_TRUE(mentions(without, "goes by its factors alone")) << listed(without);
+  folder_.write("maps/Wood.PNG", "");
+  const LoadResult other_case = load_document();
+  EXPECT_TRUE(other_case.ok()) << listed(other_case);
+  EXPECT_TRUE(mentions(other_case, "the file \"maps/Wood.PNG\" is taken")) << listed(other_case);
+}
+
 }  // namespace
 }  // namespace lightmill

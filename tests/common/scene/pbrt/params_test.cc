@@ -139,7 +139,7 @@ TEST(Params, AKindOfWarningIsSaidOnceAndCounted) {
   problems.warning({"a.pbrt", 9, 1}, "parameter \"b\" of shape \"sphere\" is odd");
   const std::vector<Problem> all = problems.take();
   ASSERT_EQ(all.size(), 3u);
-  EXPECT_EQ(all[0].message, "the mesh \"m0.ply\" has 7 triangles without area (and 2 more like it)");
+  EXPECT_EQ(all[0].message, "the mesh \"m0.ply\" has 7 triangles without area, and 2 more like it");
   EXPECT_EQ(all[0].where.line, 1);
   EXPECT_EQ(all[2].message, "parameter \"b\" of shape \"sphere\" is odd");
 }
