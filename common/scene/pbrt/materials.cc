@@ -166,17 +166,21 @@ HairMaterial read_hair(PbrtScene& out, ParameterList& params) {
   return m;
 }
 
-MeasuredMaterial read_measured(PbrtScene& out, ParameterList& params) {
+MaterialKind read_measured(PbrtScene& out, ParameterList& params) {
   const std::string file = params.text("filename", "");
+  if (out.dialect == Dialect::kV3) {  // v2's, in MERL's format
+    out.problems->unsupported(params.where(), params.owner() + " of pbrt-v2 is rendered grey");
+    return DiffuseMaterial{};
+  }
   if (file.empty()) {
     params.bad_value("filename", "must name a file of a measured BSDF (.bsdf)");
-    return {};
+    return MeasuredMaterial{};
   }
   const SourceLocation where = params.where_of("filename");
   const std::string path = out.open_reference(file, where);
-  if (path.empty()) return {};
+  if (path.empty()) return MeasuredMaterial{};
   const auto [known, is_new] = out.measured.try_emplace(path);  // a broken file is reported once
-  if (!is_new) return {known->second};
+  if (!is_new) return MeasuredMaterial{known->second};
   try {
     known->second = std::make_shared<MeasuredTable>(read_measured_file(path));
   } catch (const Error& e) {
@@ -184,7 +188,7 @@ MeasuredMaterial read_measured(PbrtScene& out, ParameterList& params) {
   } catch (const std::bad_alloc&) {
     out.problems->error(where, "the measured BSDF " + in_quotes(file) + " does not fit into memory");
   }
-  return {known->second};
+  return MeasuredMaterial{known->second};
 }
 
 MixMaterial read_mix(PbrtScene& out, ParameterList& params) {

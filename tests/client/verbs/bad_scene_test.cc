@@ -18,15 +18,23 @@ using testing::Outcome;
 struct BadScene {
   const char* name;
   std::string text;
-  std::string says;  // part of the message, with its line where there is one
+  std::string says;         // part of the message, with its line where there is one
+  bool is_warning = false;  // it renders all the same, unless --strict
 };
 
 class BadSceneTest : public testing::CliTest, public ::testing::WithParamInterface<BadScene> {};
 
 TEST_P(BadSceneTest, IsRefusedWithItsPlace) {
   write("bad.pbrt", GetParam().text);
+  if (GetParam().is_warning) {
+    const Outcome outcome = run({"check", "bad.pbrt"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr(GetParam().says));
+  }
   for (const char* verb : {"check", "render"}) {
-    const Outcome outcome = run({verb, "bad.pbrt", "--quiet"});
+    std::vector<std::string> arguments = {verb, "bad.pbrt", "--quiet"};
+    if (GetParam().is_warning) arguments.push_back("--strict");
+    const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.code, 2) << verb;
     EXPECT_EQ(lines(outcome.err), 1) << verb << ": " << outcome.err;
     EXPECT_THAT(outcome.out + outcome.err, HasSubstr(GetParam().says)) << verb;
@@ -41,23 +49,23 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"Empty", "", "bad.pbrt:"},
         BadScene{"Binary", std::string("\x7f\x45\x00\x01\xff", 5), "bad.pbrt:1:"},
         BadScene{"Truncated", std::string(kBox).substr(0, 420), "bad.pbrt:"},
-        BadScene{"UnknownDirective", box_and("Shap \"sphere\"\n"), "bad.pbrt:12:1"},
-        BadScene{"UnknownShape", box_and("Shape \"sphear\"\n"), "bad.pbrt:12:"},
-        BadScene{"UnknownMaterial", box_and("Material \"difuse\"\n"), "bad.pbrt:12:"},
-        BadScene{"UnknownParameter", box_and("Shape \"sphere\" \"float radios\" 1\n"), "bad.pbrt:12:"},
+        BadScene{"UnknownDirective", box_and("Shap \"sphere\"\n"), "bad.pbrt:12:1", true},
+        BadScene{"UnknownShape", box_and("Shape \"sphear\"\n"), "bad.pbrt:12:", true},
+        BadScene{"UnknownMaterial", box_and("Material \"difuse\"\n"), "bad.pbrt:12:", true},
+        BadScene{"UnknownParameter", box_and("Shape \"sphere\" \"float radios\" 1\n"), "bad.pbrt:12:", true},
         BadScene{"WrongParameterType", box_and("Shape \"sphere\" \"string radius\" \"big\"\n"),
-                 "bad.pbrt:12:"},
+                 "bad.pbrt:12:", true},
         BadScene{"UnbalancedAttribute", box_and("AttributeBegin\n"), "bad.pbrt:"},
         BadScene{"SingularTransform", box_and("Scale 0 1 1\nShape \"sphere\"\n"), "bad.pbrt:1"},
         BadScene{
             "NanVertex",
             box_and(
                 "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 nan 1 0] \"integer indices\" [0 1 2]\n"),
-            "bad.pbrt:12:"},
+            "bad.pbrt:12:", true},
         BadScene{
             "IndexOutOfRange",
             box_and("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 9]\n"),
-            "bad.pbrt:12:"},
+            "bad.pbrt:12:", true},
         BadScene{"MissingMesh", box_and("Shape \"plymesh\" \"string filename\" \"none.ply\"\n"), "none.ply"},
         BadScene{"MissingTexture",
                  box_and("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"none.png\"\n"),
@@ -65,13 +73,13 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"MissingInclude", box_and("Include \"none.pbrt\"\n"), "none.pbrt"},
         BadScene{"ZeroResolution",
                  "Film \"rgb\" \"integer xresolution\" 0 \"integer yresolution\" 64\nWorldBegin\n",
-                 "bad.pbrt:"},
+                 "bad.pbrt:", true},
         BadScene{"HugeResolution",
                  "Film \"rgb\" \"integer xresolution\" 100000 \"integer yresolution\" 100000\nWorldBegin\n"
                  "LightSource \"infinite\"\nShape \"sphere\"\n",
                  "bad.pbrt:"},
         BadScene{"NegativeSamples", "Sampler \"sobol\" \"integer pixelsamples\" -4\nWorldBegin\n",
-                 "bad.pbrt:1:"}),
+                 "bad.pbrt:1:", true}),
     [](const auto& info) { return info.param.name; });
 
 class BadMesh : public testing::CliTest {};
@@ -103,8 +111,9 @@ class Check : public testing::CliTest {};
 
 TEST_F(Check, ListsEveryProblemWithItsKeys) {
   write("bad.pbrt", box_and("Shape \"sphere\" \"float radios\" 1\nMaterial \"difuse\"\n"));
-  const Outcome outcome = run({"check", "bad.pbrt", "--json"});
+  const Outcome outcome = run({"check", "bad.pbrt", "--json", "--strict"});
   EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["format"], "pbrt-v4");
   const auto problems = nlohmann::json::parse(outcome.out)["problems"];
   ASSERT_GE(problems.size(), 2u);
   for (const auto& problem : problems) {

@@ -33,7 +33,7 @@ const Words kMaterials = {
     {"conductor", Dialect::kV4},      {"dielectric", Dialect::kV4},
     {"coateddiffuse", Dialect::kV4},  {"coatedconductor", Dialect::kV4},
     {"thindielectric", Dialect::kV4}, {"diffusetransmission", Dialect::kV4},
-    {"measured", Dialect::kV4},       {"interface", Dialect::kV4},
+    {"interface", Dialect::kV4},
 };
 
 /// The type that follows a directive, or, of a named material, that its parameter "type" says.

@@ -235,6 +235,8 @@ TEST_F(PbrtV3, WhatOnlyV2HasIsLeftOut) {
   EXPECT_TRUE(r.ok()) << listed(r);
   EXPECT_EQ(r.scene.sampling.max_depth, 7);
   EXPECT_TRUE(mentions(r, "VolumeIntegrator is pbrt-v2's and is left out"));
+  material<DiffuseMaterial>("Material \"measured\" \"string filename\" \"brdfs/mystique.brdf\"");
+  EXPECT_NE(messages.find("of pbrt-v2 is rendered grey"), std::string::npos) << messages;
 }
 
 TEST_F(PbrtV3, ItsMaterialsAreReadInV4FilesToo) {
