@@ -120,7 +120,7 @@ TEST_F(SceneCacheTest, TheLastSceneStaysHoweverLittleFits) {
 
 TEST_F(SceneCacheTest, ABadSceneIsAnErrorWithItsPlace) {
   try {
-    cache_.open(add("Shape \"sphear\""), settings_);
+    cache_.open(add("Shape 7"), settings_);
     FAIL() << "the scene was accepted";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("ball.pbrt:1:"));

@@ -79,6 +79,7 @@ class SceneBuilder {
       geometry_->surround_lights(media_->around(l.medium));
     }
     out_.lights.finish();
+    warn_if_dark();
     out_.media_reach = out_.bounds_radius * (out_.lights.any_infinite() ? 1 : kEndlessReach);
     const std::vector<bool> used = materials_in_use();
     for (size_t i = 0; i < out_.materials.size(); ++i) {
@@ -104,6 +105,15 @@ class SceneBuilder {
   }
 
  private:
+  /// The readers see to it that a scene has lights; what they shine by may still be black.
+  void warn_if_dark() {
+    const auto glows = [](const MediumDescription& m) { return !is_black(m.emission); };
+    if (out_.lights.count() > 0 || in_.strict_lights || std::ranges::any_of(in_.media, glows)) return;
+    if (in_.lights.empty() && in_.area_lights.empty()) return;  // made so, by a program
+    const std::string file = in_.files.empty() ? "" : in_.files.front().name;
+    out_.warnings.push_back(
+        {{file, 1, 1}, Severity::kWarning, "no light of the scene shines: the picture will be black"});
+  }
   /// Sets the flags of what is to be kept; each of them guards code that does nothing where nothing needs it.
   void apply_overrides() {
     const auto keep = [&](Features feature, bool* flag) { *flag = *flag || out_.overrides & feature; };

@@ -2,6 +2,7 @@
 // image may hold.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/base/error.h"
@@ -178,10 +179,10 @@ TEST_P(Imaged, LanesHaveTheBitsOfScalars) {
 
 TEST_P(Imaged, RefusesWhatIsNoIntensity) {
   const std::pair<float, const char*> bad[] = {
-      {NAN, "not a number"}, {INFINITY, "infinite"}, {-1.0f, "negative"}, {0.0f, "black"}};
+      {NAN, "not a number"}, {INFINITY, "infinite"}, {-1.0f, "negative"}};
   for (const auto& [value, word] : bad) {
     Image image(4, 4);
-    for (float& x : image.data) x = value == 0 ? 0.0f : 1.0f;
+    std::ranges::fill(image.data, 1.0f);
     image.data[3 * 6 + 1] = value;
     try {
       build_scene(scene(image).scene);
@@ -192,6 +193,17 @@ TEST_P(Imaged, RefusesWhatIsNoIntensity) {
       EXPECT_NE(message.find(word), std::string::npos) << message;
     }
   }
+}
+
+TEST_P(Imaged, BlackOnesAreLeftOut) {
+  Image image(4, 4);
+  std::ranges::fill(image.data, 0.0f);
+  const RenderScene built = build_scene(scene(image).scene);
+  EXPECT_EQ(built.lights.count(), 0);
+  ASSERT_EQ(built.warnings.size(), 2u);
+  EXPECT_EQ(built.warnings[0].where.line, 4);
+  EXPECT_NE(built.warnings[0].message.find("black"), std::string::npos);
+  EXPECT_NE(built.warnings[1].message.find("the picture will be black"), std::string::npos);
 }
 
 INSTANTIATE_TEST_SUITE_P(Lights, Imaged, ::testing::Bool(),
