@@ -349,10 +349,12 @@ def test_hung(bin_dir):
 
         ask = work.FetchBlobsRequest(digests=[digest])
         unread = [worker.FetchBlobs(ask) for _ in range(80)]
-        wait("fetches to be turned away", lambda: ended(unread))
-        assert {c.code() for c in ended(unread)} <= {grpc.StatusCode.RESOURCE_EXHAUSTED, grpc.StatusCode.CANCELLED}
-        wait("a fetch to be let in", lambda: code_of(lambda: worker.FetchBlobs(ask)) == grpc.StatusCode.OK)
-        assert sum(len(m.chunk) for m in worker.FetchBlobs(ask)) == len(content)
+        reader = target.worker()  # a connection of its own: who reads nothing fills the other's window
+        assert sum(len(m.chunk) for m in reader.FetchBlobs(ask)) == len(content), "others are served meanwhile"
+        assert target.megabytes() < 500, target.megabytes()
+        time.sleep(12)  # three times what a peer may stall; a call that is not read does not say that it has ended
+        for call in unread[:3]:
+            assert code_of(lambda: call) == grpc.StatusCode.CANCELLED, "who takes nothing is cut off"
         released.set()
 
 
