@@ -129,7 +129,7 @@ void add_environment(GltfScene& out, const std::string& file) {
 
 SceneDescription read_gltf(const std::string& name, const FileSource& files, const LoadOptions& options,
                            ProblemList* problems) {
-  GltfScene out(files, problems, options.strict);
+  GltfScene out(files, problems);
   const GltfMended mended = [&](const std::string& pointer, const std::string& message) {
     out.mended(pointer, message);
   };

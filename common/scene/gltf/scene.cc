@@ -40,7 +40,7 @@ void GltfScene::warning(const std::string& pointer, const std::string& message) 
 }
 
 void GltfScene::mended(const std::string& pointer, const std::string& message) {
-  note(Gravity::kMended, pointer, message);
+  note(Gravity::kWarning, pointer, message);
 }
 
 void GltfScene::unsupported(const std::string& pointer, const std::string& what) {
@@ -64,8 +64,6 @@ void GltfScene::say_kinds() {
     if (kind.count > 1) text += ", and " + std::to_string(kind.count - 1) + " more like it";
     if (kind.gravity == Gravity::kUnsupported) {
       problems->unsupported(place, text);
-    } else if (kind.gravity == Gravity::kMended && strict) {
-      problems->error(place, text);
     } else {
       problems->warning(place, text);
     }

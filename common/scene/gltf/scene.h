@@ -16,13 +16,12 @@
 namespace lightmill {
 
 struct GltfScene {
-  GltfScene(const FileSource& file_source, ProblemList* problem_list, bool is_strict)
-      : files(file_source), problems(problem_list), strict(is_strict) {}
+  GltfScene(const FileSource& file_source, ProblemList* problem_list)
+      : files(file_source), problems(problem_list) {}
 
   SceneDescription scene;
   const FileSource& files;
   ProblemList* problems;
-  bool strict;                            // what is mended or left out is an error
   bool missing_textures = false;          // as in LoadOptions
   std::string name;                       // of the scene file
   std::string json_text;                  // for places
@@ -38,7 +37,7 @@ struct GltfScene {
   void error(const GltfProblem& problem);
   /// Problems that differ by numbers only are of one kind, and each kind is said once, by say_kinds().
   void warning(const std::string& pointer, const std::string& message);
-  /// Something a little wrong, which was put right or left out. An error if `strict`.
+  /// Something a little wrong, which was put right or left out. A warning.
   void mended(const std::string& pointer, const std::string& message);
   void unsupported(const std::string& pointer, const std::string& what);
   /// Reports the kinds of warnings: "/meshes/3: message, and 41 more like it".
@@ -75,7 +74,7 @@ struct GltfScene {
   static constexpr int kMaxPlaces = 100;
   SourceLocation place_of_problem(const std::string& pointer);
 
-  enum class Gravity { kWarning, kMended, kUnsupported };
+  enum class Gravity { kWarning, kUnsupported };
   struct Kind {
     Gravity gravity;
     std::string pointer, message;  // of the first

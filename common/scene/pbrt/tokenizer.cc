@@ -37,7 +37,16 @@ char unescape(char c) {
 }  // namespace
 
 PbrtTokenizer::PbrtTokenizer(std::string text, const std::string* file, ProblemList* problems)
-    : text_(std::move(text)), problems_(problems) {
+    : owned_(std::move(text)), text_(owned_), problems_(problems) {
+  begin(file);
+}
+
+PbrtTokenizer::PbrtTokenizer(Borrowed text, const std::string* file, ProblemList* problems)
+    : text_(text.text), problems_(problems) {
+  begin(file);
+}
+
+void PbrtTokenizer::begin(const std::string* file) {
   here_.file = file;
   if (text_.starts_with("\xef\xbb\xbf")) at_ = 3;  // UTF-8 byte order mark
 }
@@ -89,7 +98,7 @@ Token PbrtTokenizer::scan() {
     };
     while (at_ < text_.size() && (!ends_word(text_[at_]) || is_odd_number())) advance();
   }
-  token.text = std::string_view(text_).substr(begin, at_ - begin);
+  token.text = text_.substr(begin, at_ - begin);
   return token;
 }
 
@@ -105,7 +114,7 @@ Token PbrtTokenizer::scan_string(Token token) {
     }
     advance();
   }
-  const std::string_view raw = std::string_view(text_).substr(begin, at_ - begin);
+  const std::string_view raw = text_.substr(begin, at_ - begin);
   if (at_ < text_.size() && text_[at_] == '"') {
     advance();
   } else {

@@ -27,6 +27,11 @@ class PbrtTokenizer {
  public:
   /// `file` (the name in messages) and `problems` must outlive the tokenizer and its tokens.
   PbrtTokenizer(std::string text, const std::string* file, ProblemList* problems);
+  /// The same of a text that is not copied, and must outlive the tokenizer.
+  struct Borrowed {
+    std::string_view text;
+  };
+  PbrtTokenizer(Borrowed text, const std::string* file, ProblemList* problems);
   PbrtTokenizer(const PbrtTokenizer&) = delete;
   PbrtTokenizer& operator=(const PbrtTokenizer&) = delete;
 
@@ -35,6 +40,7 @@ class PbrtTokenizer {
   const Token& peek();
 
  private:
+  void begin(const std::string* file);
   Token scan();
   Token scan_string(Token token);
   void skip_blanks();
@@ -47,7 +53,8 @@ class PbrtTokenizer {
     ++at_;
   }
 
-  std::string text_;
+  const std::string owned_;
+  std::string_view text_;
   size_t at_ = 0;
   TextPosition here_;
   ProblemList* problems_;

@@ -103,7 +103,7 @@ std::optional<Dialect> dialect_of(std::string_view text,
                                   const std::function<void(const std::string& file)>& include) {
   const std::string name;
   ProblemList unheard(false);
-  PbrtTokenizer tokens(std::string(text), &name, &unheard);
+  PbrtTokenizer tokens(PbrtTokenizer::Borrowed{text}, &name, &unheard);
   std::string_view directive;
   bool is_value = false, in_list = false;  // what comes after a declaration
   for (Token token = tokens.next(); token.kind != Token::Kind::kEnd; token = tokens.next()) {
