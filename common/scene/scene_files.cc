@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <string_view>
 
 #include "common/base/digest.h"
 #include "common/base/error.h"
@@ -99,7 +101,13 @@ std::string why_unreadable(const std::string& path) {
   struct stat info {};
   if (stat(path.c_str(), &info) != 0) return std::strerror(errno);
   if (!S_ISREG(info.st_mode)) return "it is not a regular file";
-  return access(path.c_str(), R_OK) == 0 ? "" : std::strerror(errno);
+  if (access(path.c_str(), R_OK) != 0) return std::strerror(errno);
+  constexpr off_t kLongestPointer = 1023;  // by the specification of Git LFS
+  if (info.st_size > kLongestPointer) return "";
+  constexpr std::string_view kPointer = "version https://git-lfs.github.com/spec/";
+  std::string start(kPointer.size(), '\0');
+  std::ifstream(path, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start == kPointer ? "it is a pointer of Git LFS; `git lfs pull` fetches the file itself" : "";
 }
 
 std::string read_scene_file(const std::string& path, size_t max_bytes) {

@@ -22,7 +22,8 @@ import time
 SUFFIXES = (".pbrt", ".pbrt.gz", ".gltf", ".glb")
 COLUMNS = ("file", "result", "warnings", "seconds", "colour", "why")
 # A file that says this lacks another.
-MISSING = ("there is no file", "no such file", "No such file", "is no file beside the scene")
+MISSING = ("there is no file", "no such file", "No such file", "is no file beside the scene",
+           "Git LFS")
 
 # What is no scene of ours to begin with.
 OTHER_KINDS = {"no scene": ("WorldBegin", "the file shows nothing"), "version": ("this is glTF", ".glb file is of version")}

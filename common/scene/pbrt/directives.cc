@@ -1,21 +1,12 @@
-// The table of pbrt-v4's directives, and one handler for each; those of transforms are in
-// transform_directives.cc, those of objects and their instances in object_directives.cc.
+// The table of the directives, and the handlers of those of scopes, attributes and files. The others are in
+// option_directives.cc, transform_directives.cc, content_directives.cc and object_directives.cc.
 #include <algorithm>
 #include <utility>
 
 #include "common/base/lower_case.h"
 #include "common/scene/pbrt/parser.h"
-#include "common/scene/pbrt/v3/materials.h"
-#include "common/scene/transform.h"
 
 namespace lightmill {
-namespace {
-
-std::string owner_of(const char* kind, const std::string& type) {
-  return std::string(kind) + " " + in_quotes(type);
-}
-
-}  // namespace
 
 const std::map<std::string_view, PbrtParser::Handler>& PbrtParser::handlers() {
   static const std::map<std::string_view, Handler> table = {
@@ -146,7 +137,7 @@ void PbrtParser::on_make_named_medium(const Token& d) {
 
 void PbrtParser::on_include(const Token& d) {
   const SourceLocation where = tokens_->peek().where.location();
-  if (const auto file = take_string(d, "a file name")) parse_file(*file, where);
+  if (const auto file = take_string(d, "a file name")) parse_file(*file, where, true);
 }
 
 void PbrtParser::on_import(const Token& d) {
@@ -164,226 +155,6 @@ void PbrtParser::on_import(const Token& d) {
     scopes_.pop_back();
   }
   if (scopes_.size() == depth + 1) pop(Scope::Kind::kImport, d, "Import");
-}
-
-// --- options --------------------------------------------------------------------------------------
-
-void PbrtParser::on_camera(const Token& d) {
-  if (!require_options(d)) return;
-  auto typed = take_typed(d, v3::Directive::kCamera, "camera", "");
-  if (!typed) return;
-  auto& [type, params] = *typed;
-  translate_camera(out_, type, params, state_.shape.ctm, &times_);
-  CameraDescription& camera = out_.scene.camera;
-  camera.medium = state_.shape.media.outside;
-  Transform end = inverse(state_.ctm_end);
-  coordinate_systems_["camera"] = {camera.camera_to_world, end};
-  for (Transform* t : {&camera.camera_to_world, &end}) {
-    for (auto& row : t->m) {
-      if (out_.flips_x) row[0] = -row[0];
-      if (out_.flips_y) row[1] = -row[1];
-    }
-  }
-  camera.moves_to = moves_to(d, camera.camera_to_world, end);
-  if (camera.moves_to >= 0 && !Motion(camera.camera_to_world, end).is_rigid()) {
-    problems_->unsupported(d.where.location(), "a camera whose Scale changes: it stays as at its start time");
-    camera.moves_to = -1;
-  }
-}
-
-void PbrtParser::on_film(const Token& d) {
-  if (!require_options(d)) return;
-  auto typed = take_typed(d, v3::Directive::kFilm, "film", "");
-  if (!typed) return;
-  auto& [type, params] = *typed;
-  double explicit_time = 0;
-  translate_film(out_, type, params, &iso_ratio_, &explicit_time);
-  if (explicit_time > 0) film_exposure_time_ = explicit_time;
-}
-
-void PbrtParser::on_pixel_filter(const Token& d) {
-  if (!require_options(d)) return;
-  auto typed = take_typed(d, v3::Directive::kPixelFilter, "pixel filter", "");
-  if (!typed) return;
-  auto& [type, params] = *typed;
-  translate_filter(out_, type, params);
-}
-
-void PbrtParser::on_sampler(const Token& d) {
-  if (!require_options(d)) return;
-  auto typed = take_typed(d, v3::Directive::kSampler, "sampler", "");
-  if (!typed) return;
-  auto& [type, params] = *typed;
-  translate_sampler(out_, type, params);
-}
-
-void PbrtParser::on_integrator(const Token& d) {
-  if (!require_options(d)) return;
-  auto typed = take_typed(d, v3::Directive::kIntegrator, "integrator", "");
-  if (!typed) return;
-  auto& [type, params] = *typed;
-  translate_integrator(out_, type, params);
-}
-
-void PbrtParser::on_accelerator(const Token& d) {
-  if (!require_options(d)) return;
-  const auto type = take_string(d, "a type");
-  if (!type) return;
-  ParameterList params = take_parameters(d, owner_of("accelerator", *type), "");
-  translate_accelerator(out_, *type, params);
-}
-
-void PbrtParser::on_left_out(const Token& d) {
-  problems_->warning(d.where.location(), std::string(d.text) + " is pbrt-v2's and is left out");
-  skip_to_directive();
-}
-
-void PbrtParser::on_option(const Token& d) {
-  // pbrt-v4 writes `Option "seed" 3`; `Option "integer seed" 3` is understood, too.
-  if (const Token& next = tokens_->peek();
-      next.kind == Token::Kind::kString && next.text.find(' ') == std::string_view::npos) {
-    ParameterList params("Option", d.where.location(), parse_untyped_parameter(*tokens_, problems_),
-                         problems_);
-    translate_option(out_, params);
-    return;
-  }
-  ParameterList params = take_parameters(d, "Option", "");
-  translate_option(out_, params);
-}
-
-void PbrtParser::on_world_begin(const Token& d) {
-  if (in_world_) {
-    problems_->error(d.where.location(), "WorldBegin is given twice");
-    return;
-  }
-  for (const Scope& scope : scopes_) {
-    problems_->error(scope.where, "the scope that begins here is not closed before WorldBegin");
-  }
-  scopes_.clear();
-  in_world_ = true;
-  state_.shape.ctm = state_.ctm_end = Transform{};
-  state_.transforms_start = state_.transforms_end = true;
-  coordinate_systems_["world"] = {};
-}
-
-void PbrtParser::on_world_end(const Token& d) {
-  // pbrt-v3's last line; v4 allows and ignores it.
-  require_world(d);
-}
-
-// --- content --------------------------------------------------------------------------------------
-
-int PbrtParser::add_material(const Token& d, const std::string& name, std::string type,
-                             std::vector<Parameter> given) {
-  if (out_.dialect == Dialect::kV3 || v3::is_material(type)) {
-    if (out_.dialect == Dialect::kV4) {
-      problems_->warning(d.where.location(), "material " + in_quotes(type) +
-                                                 " is pbrt-v3's; it is read as by pbrt-v4's --upgrade");
-    }
-    v3::upgrade_material(d.where.location(), &type, &given, problems_);
-  }
-  ParameterList params(name.empty() ? owner_of("material", type) : "the material " + in_quotes(name),
-                       d.where.location(), std::move(given), problems_);
-  params.accept({"type"});
-  const std::optional<FloatInput> opacity = v3::read_opacity(out_, params);
-  MaterialDescription material = translate_material(out_, type, params);
-  material.name = name;
-  int index = -1;
-  if (name.empty()) {
-    index = out_.add_material(std::move(material));
-  } else {
-    out_.define_material(std::move(material));
-    index = out_.material_named(name, d.where.location());
-  }
-  if (is_interface_material(type)) out_.invisible_materials.insert(index);
-  if (opacity) out_.opacities[index] = *opacity;
-  return index;
-}
-
-void PbrtParser::on_material(const Token& d) {
-  if (!require_world(d)) return;
-  const auto type = take_string(d, "a type");
-  if (!type) return;
-  state_.shape.material = add_material(d, "", *type, take_values("material"));
-}
-
-void PbrtParser::on_make_named_material(const Token& d) {
-  if (!require_world(d)) return;
-  const auto name = take_string(d, "a name");
-  if (!name) return;
-  std::vector<Parameter> given = take_values("material");
-  const auto found = std::ranges::find_if(given, [](const Parameter& p) { return p.name == "type"; });
-  std::string type = "diffuse";
-  if (found != given.end() && found->strings.size() == 1) {
-    type = found->strings[0];
-  } else {
-    problems_->warning(d.where.location(),
-                       "the material " + in_quotes(*name) + " needs a \"string type\"; \"diffuse\" is taken");
-  }
-  add_material(d, *name, type, std::move(given));
-}
-
-void PbrtParser::on_named_material(const Token& d) {
-  if (!require_world(d)) return;
-  const SourceLocation where = tokens_->peek().where.location();
-  if (const auto name = take_string(d, "a name")) state_.shape.material = out_.material_named(*name, where);
-}
-
-void PbrtParser::on_texture(const Token& d) {
-  if (!require_world(d)) return;
-  const auto name = take_string(d, "a name");
-  if (!name) return;
-  const auto value_type = take_string(d, "\"float\" or \"spectrum\"");
-  if (!value_type) return;
-  const auto type = take_string(d, "a type");
-  if (!type) return;
-  std::vector<Parameter> given = take_values("texture");
-  std::string upgraded = *type;
-  if (out_.dialect == Dialect::kV3)
-    v3::upgrade(v3::Directive::kTexture, d.where.location(), &upgraded, &given, problems_);
-  ParameterList params(owner_of("texture", *type), d.where.location(), std::move(given), problems_);
-  stays(d, "a texture's space");
-  translate_texture(out_, *name, *value_type, *type, params, state_.shape.ctm);
-}
-
-void PbrtParser::on_light(const Token& d) {
-  if (!require_world(d)) return;
-  auto typed = take_typed(d, v3::Directive::kLight, "light", "light");
-  if (!typed) return;
-  auto& [type, params] = *typed;
-  if (refuse_if_flat()) return;
-  stays(d, "a light");
-  const size_t before = out_.scene.lights.size();
-  translate_light(out_, type, params, state_.shape.ctm);
-  for (size_t i = before; i < out_.scene.lights.size(); ++i)
-    out_.scene.lights[i].medium = state_.shape.media.outside;
-}
-
-void PbrtParser::on_area_light(const Token& d) {
-  if (!require_world(d)) return;
-  auto typed = take_typed(d, v3::Directive::kAreaLight, "area light", "light");
-  if (!typed) return;
-  auto& [type, params] = *typed;
-  state_.shape.area_light = translate_area_light(out_, type, params);
-}
-
-void PbrtParser::on_shape(const Token& d) {
-  if (!require_world(d)) return;
-  auto typed = take_typed(d, v3::Directive::kShape, "shape", "shape");
-  if (!typed) return;
-  auto& [type, params] = *typed;
-  if (refuse_if_flat()) return;
-  ShapeAttributes attributes = state_.shape;
-  if (open_object_ && attributes.area_light != nullptr) {
-    problems_->unsupported(d.where.location(), "area lights in objects: the shape does not emit");
-    attributes.area_light = nullptr;
-  }
-  if (attributes.area_light != nullptr) {
-    stays(d, "an area light");
-  } else {
-    attributes.moves_to = moves_to(d, state_.shape.ctm, state_.ctm_end);
-  }
-  translate_shape(out_, type, params, attributes);
 }
 
 }  // namespace lightmill

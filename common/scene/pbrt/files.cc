@@ -1,13 +1,17 @@
 // The files that a .pbrt scene refers to: opened where they are named, and listed for the scene's bundle.
+#include <algorithm>
+
 #include "common/scene/parts_in_use.h"
 #include "common/scene/pbrt/scene.h"
 #include "common/scene/scene_files.h"
 
 namespace lightmill {
 
-std::string PbrtScene::readable(const std::string& reference, const SourceLocation& where) {
+std::string PbrtScene::readable(const std::string& reference, const SourceLocation& where,
+                                const std::vector<std::string>* in_use) {
   std::string how;
   std::string path = files.resolve(reference, &how);
+  if (!how.empty() && in_use != nullptr && std::ranges::find(*in_use, path) != in_use->end()) path.clear();
   if (path.empty()) {
     problems->error(where, "there is no file " + in_quotes(reference) +
                                "; names are relative to the main scene file" + files.hint(reference));
@@ -36,8 +40,9 @@ void PbrtScene::list(const std::vector<SourceFile>& found) {
   for (const SourceFile& file : found) list(file);
 }
 
-std::string PbrtScene::open_reference(const std::string& reference, const SourceLocation& where) {
-  std::string path = readable(reference, where);
+std::string PbrtScene::open_reference(const std::string& reference, const SourceLocation& where,
+                                      const std::vector<std::string>* in_use) {
+  std::string path = readable(reference, where, in_use);
   if (!path.empty()) list(SourceFile{bundle_name(reference), path});
   return path;
 }

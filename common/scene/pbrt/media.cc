@@ -7,16 +7,16 @@
 namespace lightmill {
 namespace {
 
-constexpr double kMaxScale = 1e30;
+constexpr double kMaxDensityScale = 1e30;
 /// Beyond this mean cosine a phase function is a beam that float can hardly tell from no scattering.
 constexpr double kMostForward = 0.9999;
 
-Rgb scaled(const Rgb& c, double s) {
+Rgb times(const Rgb& c, double s) {
   const auto f = [&](float x) { return static_cast<float>(x * s); };
   return {f(c.r), f(c.g), f(c.b)};
 }
 
-bool fits(const Rgb& c) { return std::max({c.r, c.g, c.b}) <= kMaxScale; }
+bool fits(const Rgb& c) { return std::max({c.r, c.g, c.b}) <= kMaxDensityScale; }
 
 void read_homogeneous(PbrtScene& out, ParameterList& params, MediumDescription* medium) {
   const std::string preset = params.text("preset", "");
@@ -31,12 +31,12 @@ void read_homogeneous(PbrtScene& out, ParameterList& params, MediumDescription* 
     medium->sigma_a = measured->sigma_a;
     medium->sigma_s = measured->reduced_sigma_s;
   }
-  const double scale = params.number("scale", 1, 0, kMaxScale);
-  medium->sigma_a = scaled(medium->sigma_a, scale);
-  medium->sigma_s = scaled(medium->sigma_s, scale);
+  const double scale = params.number("scale", 1, 0, kMaxDensityScale);
+  medium->sigma_a = times(medium->sigma_a, scale);
+  medium->sigma_s = times(medium->sigma_s, scale);
   medium->g = static_cast<float>(params.number("g", 0, -kMostForward, kMostForward));
-  medium->emission = scaled(out.spectrum(params, "Le", SpectrumUse::kEmission, {0, 0, 0}),
-                            params.number("Lescale", 1, 0, kMaxScale));
+  medium->emission = times(out.spectrum(params, "Le", SpectrumUse::kEmission, {0, 0, 0}),
+                           params.number("Lescale", 1, 0, kMaxDensityScale));
   if (!fits(medium->sigma_a) || !fits(medium->sigma_s) || !fits(medium->emission))
     out.problems->error(params.where(),
                         params.owner() + " has coefficients beyond 1e30; lower its \"scale\"");

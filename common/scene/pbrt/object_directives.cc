@@ -59,8 +59,12 @@ void PbrtParser::on_object_begin(const Token& d) {
     return;
   }
   if (objects_.contains(*name)) {
-    problems_->error(d.where.location(), "the object " + in_quotes(*name) + " is defined twice; rename one");
-    return;
+    const std::string message = "the object " + in_quotes(*name) + " is defined twice; ";
+    if (out_.dialect == Dialect::kV4) {
+      problems_->error(d.where.location(), message + "rename one");
+      return;
+    }
+    problems_->warning(d.where.location(), message + "this one holds from here on");
   }
   push(Scope::Kind::kObject, d);
   open_object_ = *name;
@@ -70,7 +74,12 @@ void PbrtParser::on_object_begin(const Token& d) {
 }
 
 void PbrtParser::on_object_end(const Token& d) {
-  if (!require_world(d) || !pop(Scope::Kind::kObject, d, "ObjectBegin")) return;
+  if (!require_world(d)) return;
+  if (!open_object_) {
+    misplaced(d.where.location(), "ObjectEnd without ObjectBegin");
+    return;
+  }
+  if (!pop(Scope::Kind::kObject, d, "ObjectBegin") && out_.dialect == Dialect::kV4) return;
   auto& shapes = out_.scene.shapes;
   const auto first = shapes.begin() + static_cast<std::ptrdiff_t>(object_first_shape_);
   ObjectDescription object{*open_object_,
@@ -89,15 +98,15 @@ void PbrtParser::on_object_instance(const Token& d) {
   const auto name = take_string(d, "a name");
   if (!name) return;
   if (open_object_) {
-    problems_->error(d.where.location(), "ObjectInstance inside of an object");
+    misplaced(d.where.location(), "ObjectInstance inside of an object");
     return;
   }
   const auto found = objects_.find(*name);
   if (found == objects_.end()) {
     std::vector<std::string_view> names;
     for (const auto& [known, shapes] : objects_) names.push_back(known);
-    problems_->error(d.where.location(),
-                     "there is no object named " + in_quotes(*name) + nearest_hint(*name, names));
+    misplaced(d.where.location(),
+              "there is no object named " + in_quotes(*name) + nearest_hint(*name, names));
     return;
   }
   if (refuse_if_flat()) return;

@@ -7,7 +7,7 @@
 #include "common/base/parse_number.h"
 #include "common/scene/fold_constants.h"
 #include "common/scene/motion.h"
-#include "common/scene/pbrt/quadrics.h"
+#include "common/scene/pbrt/shapes/quadrics.h"
 #include "common/scene/scene_files.h"
 #include "common/scene/transform.h"
 
@@ -18,7 +18,6 @@ constexpr size_t kMaxIncludeDepth = 32;
 // Files may include one another so that the text grows exponentially; these bound it.
 constexpr size_t kMaxFilesRead = 200000;
 constexpr size_t kMaxTextBytes = size_t{1} << 31;
-constexpr size_t kMaxScopes = 200000;
 
 /// Whether there is a medium around the camera or on a side of a shape.
 bool has_media(const SceneDescription& scene) {
@@ -37,8 +36,8 @@ SceneDescription PbrtParser::parse(const std::string& name) {
   return std::move(out_.scene);
 }
 
-void PbrtParser::parse_file(const std::string& reference, const SourceLocation& where) {
-  const std::string path = out_.open_reference(reference, where);
+void PbrtParser::parse_file(const std::string& reference, const SourceLocation& where, bool is_include) {
+  const std::string path = out_.open_reference(reference, where, &open_files_);
   if (path.empty()) return;
   if (std::find(open_files_.begin(), open_files_.end(), path) != open_files_.end()) {
     problems_->error(where, "the file " + in_quotes(reference) + " includes itself");
@@ -52,7 +51,9 @@ void PbrtParser::parse_file(const std::string& reference, const SourceLocation& 
   }
   std::string text;
   try {
-    text = read_scene_file(path, kMaxTextBytes - bytes_read_);
+    text = read_scene_file(path, kMaxTextBytes);
+    if (text.size() > kMaxTextBytes - bytes_read_)
+      fail_scene("makes the text of all included files longer than the limit of 2048 MiB");
   } catch (const Error& e) {
     problems_->error(where, "the file " + in_quotes(reference) + " " + e.what());
     return;
@@ -62,6 +63,7 @@ void PbrtParser::parse_file(const std::string& reference, const SourceLocation& 
   out_.expect_meshes(text);
   PbrtTokenizer tokenizer(std::move(text), &file_names_.emplace_back(reference), problems_);
   PbrtTokenizer* const outer = tokens_;
+  if (is_include) tokenizer.parameters_follow_in(outer);
   tokens_ = &tokenizer;
   open_files_.push_back(path);
   parse_tokens();
@@ -193,133 +195,20 @@ void PbrtParser::choose_dialect(const std::string& text) {
   }
 }
 
-bool PbrtParser::require_world(const Token& directive) {
-  if (in_world_) return true;
-  problems_->error(directive.where.location(), std::string(directive.text) + " must come after WorldBegin");
-  return false;
-}
-
-bool PbrtParser::require_options(const Token& directive) {
-  const SourceLocation where = directive.where.location();
-  if (in_world_) {
-    problems_->error(where, std::string(directive.text) + " must come before WorldBegin");
-    return false;
-  }
-  const auto [previous, is_first] = once_.try_emplace(std::string(directive.text), where);
-  if (!is_first) {
-    problems_->warning(where, std::string(directive.text) + " is given again; it replaces the one at line " +
-                                  std::to_string(previous->second.line));
-    previous->second = where;
-  }
-  return true;
-}
-
-void PbrtParser::apply(const Token& directive, const Transform& transform, bool replace) {
-  const SourceLocation where = directive.where.location();
-  if (!is_affine(transform)) {
-    problems_->error(where, std::string(directive.text) + " is not affine: the last row must be 0 0 0 1");
-    return;
-  }
-  if (is_singular(transform)) {
-    // Exporters write such nodes with nothing in them: what is put there is refused.
-    if (in_world_ && state_.transforms_start && state_.transforms_end) {
-      state_.flat = where;
-      return;
-    }
-    problems_->error(where,
-                     std::string(directive.text) + " is singular: it flattens space; no factor may be 0");
-    return;
-  }
-  if (replace) state_.flat.reset();
-  const auto apply_to = [&](Transform* ctm) {
-    const Transform next = replace ? transform : *ctm * transform;
-    const bool good = is_in_range(next) && !is_singular(next) && is_in_range(inverse(next));
-    if (good) *ctm = next;
-    return good;
-  };
-  const bool together = state_.transforms_start && state_.transforms_end && !ctm_moves();
-  bool good = !state_.transforms_start || apply_to(&state_.shape.ctm);
-  if (together) {
-    state_.ctm_end = state_.shape.ctm;
-  } else if (good && state_.transforms_end) {
-    good = apply_to(&state_.ctm_end);
-  }
-  if (!good) {
-    problems_->error(
-        where, std::string(directive.text) + " makes the transform singular or leave the range of numbers");
-  }
-}
-
-int PbrtParser::moves_to(const Token& directive, const Transform& start, const Transform& end) {
-  if (start.m == end.m) return -1;
-  if (!can_move(start, end)) {
-    problems_->error(
-        directive.where.location(),
-        "what moves here would be turned inside out on its way: a Scale of one sign at the start "
-        "and of the other at the end");
-    return -1;
-  }
-  std::vector<Transform>& later = out_.scene.later;
-  if (later.empty() || later.back().m != end.m || last_start_.m != start.m) {
-    later.push_back(end);
-    last_start_ = start;
-  }
-  return static_cast<int>(later.size()) - 1;
-}
-
-void PbrtParser::stays(const Token& directive, const char* what) {
-  if (ctm_moves()) {
-    problems_->unsupported(directive.where.location(),
-                           std::string(what) + " that moves: it stays as at its start time");
-  }
-}
-
-bool PbrtParser::refuse_if_flat() {
-  if (!state_.flat) return false;
-  const SourceLocation& where = *state_.flat;
-  if (flat_reported_.file != where.file || flat_reported_.line != where.line) {
-    problems_->error(where, "the transform is singular: it flattens what is put there; no factor may be 0");
-    flat_reported_ = where;
-  }
-  return true;
-}
-
-void PbrtParser::push(Scope::Kind kind, const Token& directive) {
-  if (scopes_.size() >= kMaxScopes) {
-    problems_->error(directive.where.location(), "attribute scopes are nested more than 200000 deep");
-    return;
-  }
-  scopes_.push_back({kind, state_, directive.where.location()});
-}
-
-bool PbrtParser::pop(Scope::Kind kind, const Token& directive, const char* opener) {
-  if (scopes_.empty() || scopes_.back().kind != kind) {
-    const std::string open =
-        scopes_.empty() ? ""
-                        : "; the scope open here began at line " + std::to_string(scopes_.back().where.line);
-    problems_->error(directive.where.location(), std::string(directive.text) + " without " + opener + open);
-    return false;
-  }
-  if (kind == Scope::Kind::kTransform) {
-    const State& saved = scopes_.back().saved;
-    state_.shape.ctm = saved.shape.ctm;
-    state_.ctm_end = saved.ctm_end;
-    state_.transforms_start = saved.transforms_start;
-    state_.transforms_end = saved.transforms_end;
-    state_.flat = saved.flat;
-  } else {
-    state_ = std::move(scopes_.back().saved);
-  }
-  scopes_.pop_back();
-  return true;
-}
-
 void PbrtParser::finish() {
   if (file_names_.empty()) return;  // the scene file itself could not be read
   if (problems_->full()) return;
   for (const Scope& scope : scopes_) {
-    problems_->error(scope.where, "the scope that begins here is never closed; is the file cut off?");
+    if (!world_ended_ || scope.kind == Scope::Kind::kObject) {
+      problems_->error(scope.where, "the scope that begins here is never closed; is the file cut off?");
+    } else {
+      misplaced(scope.where, "the scope that begins here is never closed");
+    }
   }
+  if (open_object_ &&
+      std::ranges::none_of(scopes_, [](const Scope& s) { return s.kind == Scope::Kind::kObject; }))
+    problems_->error({file_names_.front(), 1, 1},
+                     "the object " + in_quotes(*open_object_) + " is never closed");
   const SourceLocation top{file_names_.front(), 1, 1};
   if (!in_world_) {
     problems_->error(top, "there is no WorldBegin: the scene has no content");

@@ -10,7 +10,7 @@
 
 #include "common/scene/motion.h"
 #include "common/scene/pbrt/scene.h"
-#include "common/scene/pbrt/tokenizer.h"
+#include "common/scene/pbrt/syntax/tokenizer.h"
 #include "common/scene/pbrt/v3/upgrade.h"
 
 namespace lightmill {
@@ -37,6 +37,9 @@ class PbrtParser {
     bool transforms_start = true, transforms_end = true;
     // The directive that flattened space, where one did: the CTM is then the one before it.
     std::optional<SourceLocation> flat;
+
+    /// All that TransformBegin saves.
+    void take_transforms(const State& other);
   };
   struct CoordinateSystem {
     Transform start, end;
@@ -50,7 +53,8 @@ class PbrtParser {
   using Handler = void (PbrtParser::*)(const Token& directive);
   static const std::map<std::string_view, Handler>& handlers();
 
-  void parse_file(const std::string& reference, const SourceLocation& where);
+  /// `is_include`: parameters of the file's last directive may follow.
+  void parse_file(const std::string& reference, const SourceLocation& where, bool is_include = false);
   void parse_tokens();
   void skip_to_directive();
 
@@ -74,6 +78,9 @@ class PbrtParser {
   void choose_dialect(const std::string& text);
   bool require_world(const Token& directive);
   bool require_options(const Token& directive);
+  /// An error of pbrt-v4's; what pbrt-v3 passes over is left out with a warning. Returns whether it is an
+  /// error.
+  bool misplaced(const SourceLocation& where, const std::string& message);
   void apply(const Token& directive, const Transform& transform, bool replace = false);
   bool ctm_moves() const { return state_.shape.ctm.m != state_.ctm_end.m; }
   /// ShapeDescription::moves_to of what moves from `start` to `end`; -1 if they are the same, or if nothing
@@ -86,6 +93,9 @@ class PbrtParser {
   bool refuse_if_flat();
   void push(Scope::Kind kind, const Token& directive);
   bool pop(Scope::Kind kind, const Token& directive, const char* opener);
+  /// pbrt-v3 keeps transforms and attributes on stacks of their own, and does not look who began what: its
+  /// scenes close objects by AttributeEnd. False if there is nothing to close.
+  bool pop_across(const Token& directive);
   void finish();
 
   // One per directive, in the order of handlers().
@@ -137,7 +147,7 @@ class PbrtParser {
   State state_;
   std::vector<Scope> scopes_;
   std::map<std::string, CoordinateSystem> coordinate_systems_;
-  bool in_world_ = false;
+  bool in_world_ = false, world_ended_ = false;
   std::map<std::string, SourceLocation> once_;  // directives that count once, and where they were
 
   /// Object instancing: a finished object and the corners of its box, in the space of its instances.

@@ -13,7 +13,7 @@
 #include "common/scene/load.h"
 #include "common/scene/mesh/ply_read_ahead.h"
 #include "common/scene/motion.h"
-#include "common/scene/pbrt/params.h"
+#include "common/scene/pbrt/syntax/params.h"
 #include "common/scene/pbrt/v3/dialect.h"
 
 namespace lightmill {
@@ -71,7 +71,9 @@ struct PbrtScene {
   std::optional<SourceLocation> media_left_out;
 
   /// Path of a referenced file, listed in scene.files; "" (reported at `where`) if it can't be opened.
-  std::string open_reference(const std::string& reference, const SourceLocation& where);
+  /// `in_use`: files that another name does not stand for.
+  std::string open_reference(const std::string& reference, const SourceLocation& where,
+                             const std::vector<std::string>* in_use = nullptr);
   /// Path of an image that a texture shows; nothing (reported at `where`) if it can't be opened. It is listed
   /// in scene.files by list_images, if something in the scene shows it. A source that may do without images
   /// gives "" for one that is not there, which is an error only then.
@@ -137,7 +139,8 @@ struct PbrtScene {
     SourceLocation first_use;
   };
   /// Path that can be read, or "" (reported at `where`).
-  std::string readable(const std::string& reference, const SourceLocation& where);
+  std::string readable(const std::string& reference, const SourceLocation& where,
+                       const std::vector<std::string>* in_use = nullptr);
   void list(const SourceFile& file);
   void warn_of_redefinition(const SourceLocation& where, const char* what, const std::string& name);
   Rgb read_spectrum(const Parameter& parameter, SpectrumUse use, ParameterList& params, Rgb fallback);
@@ -152,23 +155,23 @@ struct PbrtScene {
 
 // Translators; each asks for its parameters and reports the rest. `type` is the directive's first string.
 
-/// materials.cc: reports an unknown type; an unsupported one becomes grey diffuse.
+/// materials/materials.cc: reports an unknown type; an unsupported one becomes grey diffuse.
 MaterialDescription translate_material(PbrtScene& out, const std::string& type, ParameterList& params);
 /// pbrt's material for a boundary between media that has no surface: nothing is seen of it.
 bool is_interface_material(const std::string& type);
 /// media.cc: a medium of an unsupported kind is empty.
 MediumDescription translate_medium(PbrtScene& out, const std::string& name, ParameterList& params);
-/// textures.cc: `ctm` is the texture's space.
+/// materials/textures.cc: `ctm` is the texture's space.
 void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type,
                        const std::string& type, ParameterList& params, const Transform& ctm);
-/// shapes.cc: appends to scene.shapes unless the shape is left out.
+/// shapes/shapes.cc: appends to scene.shapes unless the shape is left out.
 void translate_shape(PbrtScene& out, const std::string& type, ParameterList& params,
                      const ShapeAttributes& attributes);
 /// lights.cc
 void translate_light(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm);
 std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std::string& type,
                                                        ParameterList& params);
-/// view.cc: camera, film and the directives about sampling.
+/// view/: camera, film and the directives about sampling.
 /// `times` receives those of the shutter.
 void translate_camera(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm,
                       MotionTimes* times);

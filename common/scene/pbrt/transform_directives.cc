@@ -24,7 +24,7 @@ void PbrtParser::on_rotate(const Token& d) {
   if (!take_numbers(d, v, 4)) return;
   const Vec3d axis{v[1], v[2], v[3]};
   if (!(length(axis) > 0)) {
-    problems_->error(d.where.location(), "Rotate needs an axis that is not 0 0 0");
+    problems_->warning(d.where.location(), "Rotate needs an axis that is not 0 0 0; it is left out");
     return;
   }
   apply(d, rotation(v[0], axis));

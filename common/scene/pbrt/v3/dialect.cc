@@ -3,7 +3,7 @@
 #include <map>
 #include <set>
 
-#include "common/scene/pbrt/tokenizer.h"
+#include "common/scene/pbrt/syntax/tokenizer.h"
 
 namespace lightmill {
 namespace {

@@ -234,4 +234,23 @@ void upgrade_material(const SourceLocation& where, std::string* type, std::vecto
   if (const auto found = table().find(*type); found != table().end()) found->second.upgrade(w);
 }
 
+std::optional<FloatInput> read_opacity(PbrtScene& out, ParameterList& params) {
+  if (!params.has("opacity")) return std::nullopt;
+  const Parameter* const p =
+      params.find("opacity", {ParamType::kRgb, ParamType::kFloat, ParamType::kSpectrum, ParamType::kTexture});
+  if (p == nullptr) return std::nullopt;
+  if (p->type == ParamType::kTexture && p->strings.size() == 1) {
+    const int texture = out.float_copy(p->strings[0]);
+    if (texture >= 0) return FloatInput{1, texture};
+    params.unsupported("opacity", "by a texture that is no image is left out");
+    return std::nullopt;
+  }
+  const Rgb c = p->type == ParamType::kFloat
+                    ? Rgb{static_cast<float>(p->numbers[0]), static_cast<float>(p->numbers[0]),
+                          static_cast<float>(p->numbers[0])}
+                    : out.spectrum(params, "opacity", SpectrumUse::kReflectance, {1, 1, 1});
+  if (c.r != c.g || c.g != c.b) params.odd_value("opacity", "is a colour; its mean is taken");
+  return FloatInput{std::clamp((c.r + c.g + c.b) / 3, 0.0f, 1.0f), -1};
+}
+
 }  // namespace lightmill::v3

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "common/scene/pbrt/quadrics.h"
+#include "common/scene/pbrt/shapes/quadrics.h"
 
 namespace lightmill::v3 {
 

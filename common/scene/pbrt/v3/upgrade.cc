@@ -29,6 +29,9 @@ void upgrade_camera(Work& w) {
     w.edit.set_words("mapping", ParamType::kString, {"equirectangular"});
   }
   w.edit.remove({"simpleweighting"});
+  // The realistic camera of pbrt-v2's exercises.
+  w.edit.rename("specfile", "lensfile");
+  w.edit.rename("aperture_diameter", "aperturediameter");
   if (const Parameter* half = w.edit.find("halffov"); half != nullptr && half->numbers.size() == 1) {
     w.edit.set("fov", ParamType::kFloat, {2 * half->numbers[0]});
     w.edit.remove({"halffov"});

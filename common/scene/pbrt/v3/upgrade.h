@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/scene/pbrt/params.h"
+#include "common/scene/pbrt/syntax/params.h"
 
 namespace lightmill::v3 {
 

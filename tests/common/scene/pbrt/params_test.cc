@@ -1,4 +1,4 @@
-#include "common/scene/pbrt/params.h"
+#include "common/scene/pbrt/syntax/params.h"
 
 #include <gtest/gtest.h>
 
@@ -85,6 +85,7 @@ TEST(Params, WhatCanStandForANumberIsTakenAndSaid) {
       {"\"float f\" [1e300]", 10, "has the value \"1e300\""},
       {"\"float f\" [1e400]", 10, "has the value \"1e400\""},
       {"\"float f\" 7 \"integer f\" 2", 2, "is given twice"},
+      {"\"float f\" []", 7, "has no value; it is left out"},
       {"\"f\" 1", 7, "declared as \"type name\""},
       {"\"flaot f\" 1", 7, "unknown parameter type \"flaot\"; did you mean \"float\"?"},
   };
@@ -102,7 +103,6 @@ TEST(Params, WhatIsNoValueIsAnError) {
       {"\"float f\" \"two\"", "needs finite numbers, not the string \"two\""},
       {"\"float f\" [two2]", "needs finite numbers"},
       {"\"float f\"", "has no value"},
-      {"\"float f\" []", "has no value"},
       {"\"float f\" Shape", "has no value"},
       {"\"float f\" [1", "never closed"},
   };

@@ -1,4 +1,4 @@
-#include "common/scene/pbrt/tokenizer.h"
+#include "common/scene/pbrt/syntax/tokenizer.h"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "common/base/parse_number.h"
-#include "common/scene/pbrt/params.h"
 #include "common/scene/pbrt/scene.h"
+#include "common/scene/pbrt/syntax/params.h"
 #include "common/scene/transform.h"
 
 namespace lightmill {
@@ -88,7 +88,7 @@ ImageTexture read_image(PbrtScene& out, ParameterList& params, const Transform& 
   // Others are about how a renderer makes do with few samples; this one shows its texels.
   const std::string filter = params.text("filter", "bilinear");
   static const std::vector<std::string_view> filters = {"point", "bilinear", "trilinear", "ewa", "EWA"};
-  if (std::find(filters.begin(), filters.end(), filter) == filters.end())
+  if (!is_one_of(filter, filters))
     params.odd_value("filter", "is unknown: " + in_quotes(filter) +
                                    nearest_hint(filter, filters, "\"bilinear\" is taken"));
   image.nearest = filter == "point";
@@ -117,13 +117,17 @@ class Inputs {
   }
 
  private:
-  /// Where a number names a spectrum texture, as pbrt-v3 lets it: the mean of its image's channels.
-  std::optional<FloatInput> image_as_float(std::string_view name) {
-    if (!params_.has(name)) return std::nullopt;
+  /// The parameter if it names one texture; nullptr if it has a value of its own, or none.
+  const Parameter* texture_name(std::string_view name) {
+    if (!params_.has(name)) return nullptr;
     const Parameter* p = params_.find(name, {ParamType::kTexture, ParamType::kFloat, ParamType::kRgb,
                                              ParamType::kSpectrum, ParamType::kBlackbody});
-    if (p == nullptr || p->type != ParamType::kTexture || p->strings.size() != 1) return std::nullopt;
-    if (out_.texture_defined(p->strings[0], false)) return std::nullopt;
+    return p != nullptr && p->type == ParamType::kTexture && p->strings.size() == 1 ? p : nullptr;
+  }
+  /// Where a number names a spectrum texture, as pbrt-v3 lets it: the mean of its image's channels.
+  std::optional<FloatInput> image_as_float(std::string_view name) {
+    const Parameter* const p = texture_name(name);
+    if (p == nullptr || out_.texture_defined(p->strings[0], false)) return std::nullopt;
     const int copy = out_.float_copy(p->strings[0]);
     if (copy < 0) return std::nullopt;
     params_.odd_value(name, "names a spectrum texture where a float one belongs; its mean is taken");
@@ -131,12 +135,8 @@ class Inputs {
   }
   /// Reports a texture name that is not defined yet.
   bool check(std::string_view name, bool is_spectrum) {
-    if (!params_.has(name)) return true;
-    const Parameter* p = params_.find(name, {ParamType::kTexture, ParamType::kFloat, ParamType::kRgb,
-                                             ParamType::kSpectrum, ParamType::kBlackbody});
-    if (p == nullptr) return false;
-    if (p->type != ParamType::kTexture || p->strings.size() != 1) return true;
-    if (out_.texture_defined(p->strings[0], is_spectrum)) return true;
+    const Parameter* const p = texture_name(name);
+    if (p == nullptr || out_.texture_defined(p->strings[0], is_spectrum)) return true;
     params_.odd_value(name, "names the " + std::string(is_spectrum ? "spectrum" : "float") + " texture " +
                                 in_quotes(p->strings[0]) + ", which is not defined above; it is left out");
     return false;
@@ -236,10 +236,6 @@ const std::vector<std::string_view> kKnown = {"imagemap",     "constant", "scale
                                               "windy",        "marble",   "ptex"};
 const std::vector<std::string_view> kUnsupported = {"ptex"};
 
-bool among(const std::vector<std::string_view>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
 }  // namespace
 
 void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type,
@@ -251,9 +247,9 @@ void translate_texture(PbrtScene& out, const std::string& name, const std::strin
   }
   TextureDescription texture{name, is_spectrum, read_kind(out, type, is_spectrum, params, ctm),
                              params.where()};
-  if (among(kUnsupported, type)) {
+  if (is_one_of(type, kUnsupported)) {
     out.problems->unsupported(params.where(), params.owner() + " is replaced by the constant 0.5");
-  } else if (among(kKnown, type)) {
+  } else if (is_one_of(type, kKnown)) {
     params.finish();
   } else {
     report_unknown_word(params, "texture", type, kKnown, "the constant 0.5 is taken");

@@ -1,4 +1,4 @@
-#include "common/scene/pbrt/curves.h"
+#include "common/scene/pbrt/shapes/curves.h"
 
 #include <algorithm>
 #include <cmath>

@@ -35,6 +35,10 @@ class PbrtTokenizer {
   PbrtTokenizer(const PbrtTokenizer&) = delete;
   PbrtTokenizer& operator=(const PbrtTokenizer&) = delete;
 
+  /// Parameters of the last directive may follow in the file that includes this one, after its Include, as
+  /// pbrt's scenes have it: `Include "cloud.pbrt" "rgb sigma_a" [1 1 1]`. `outer` must outlive the tokenizer.
+  void parameters_follow_in(PbrtTokenizer* outer) { outer_ = outer; }
+
   /// The next token, or kEnd forever. Token texts live as long as the tokenizer.
   Token next();
   const Token& peek();
@@ -42,6 +46,7 @@ class PbrtTokenizer {
  private:
   void begin(const std::string* file);
   Token scan();
+  Token scan_outer();
   Token scan_string(Token token);
   void skip_blanks();
   void advance() {
@@ -59,6 +64,9 @@ class PbrtTokenizer {
   TextPosition here_;
   ProblemList* problems_;
   std::deque<std::string> unescaped_;  // texts of strings that held escapes
+  PbrtTokenizer* outer_ = nullptr;
+  bool in_outer_ = false;  // what follows is the outer file's,
+  int outer_depth_ = 0;    // inside so many brackets
   Token peeked_;
   bool has_peeked_ = false;
 };

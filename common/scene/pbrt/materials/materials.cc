@@ -7,7 +7,7 @@
 
 #include "common/base/error.h"
 #include "common/scene/measured/measured_table.h"
-#include "common/scene/pbrt/material_parts.h"
+#include "common/scene/pbrt/materials/material_parts.h"
 #include "common/scene/spectrum/spectrum.h"
 
 namespace lightmill {

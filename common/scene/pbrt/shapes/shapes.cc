@@ -8,9 +8,9 @@
 #include "common/base/error.h"
 #include "common/scene/mesh/loop_subdivision.h"
 #include "common/scene/mesh/mesh_check.h"
-#include "common/scene/pbrt/curves.h"
-#include "common/scene/pbrt/quadrics.h"
 #include "common/scene/pbrt/scene.h"
+#include "common/scene/pbrt/shapes/curves.h"
+#include "common/scene/pbrt/shapes/quadrics.h"
 #include "common/scene/spectrum/spectrum.h"
 #include "common/scene/transform.h"
 

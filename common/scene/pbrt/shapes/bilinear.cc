@@ -4,7 +4,7 @@
 #include "common/base/error.h"
 #include "common/scene/mesh/mesh_check.h"
 #include "common/scene/mesh/tessellate.h"
-#include "common/scene/pbrt/quadrics.h"
+#include "common/scene/pbrt/shapes/quadrics.h"
 
 namespace lightmill {
 namespace {

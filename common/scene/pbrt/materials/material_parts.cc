@@ -1,4 +1,4 @@
-#include "common/scene/pbrt/material_parts.h"
+#include "common/scene/pbrt/materials/material_parts.h"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "common/scene/pbrt/tokenizer.h"
+#include "common/scene/pbrt/syntax/tokenizer.h"
 
 #include <charconv>
 #include <cmath>
@@ -8,7 +8,7 @@ namespace lightmill {
 namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
-bool ends_word(char c) { return is_blank(c) || c == '"' || c == '[' || c == ']' || c == '#'; }
+bool ends_word(char c) { return is_blank(c) || c == '"' || c == '[' || c == ']' || c == '#' || c == ','; }
 
 /// The character that `\c` stands for, or 0 if that is no escape.
 char unescape(char c) {
@@ -73,6 +73,9 @@ void PbrtTokenizer::skip_blanks() {
       while (at_ < text_.size() && text_[at_] != '\n') advance();
     } else if (is_blank(text_[at_])) {
       advance();
+    } else if (text_[at_] == ',') {
+      problems_->warning(here_.location(), "a comma stands between values; it is passed over");
+      advance();
     } else {
       return;
     }
@@ -83,7 +86,7 @@ Token PbrtTokenizer::scan() {
   skip_blanks();
   Token token;
   token.where = here_;
-  if (at_ == text_.size()) return token;
+  if (at_ == text_.size()) return outer_ == nullptr ? token : scan_outer();
   const size_t begin = at_;
   const char c = text_[at_];
   if (c == '"') return scan_string(token);
@@ -100,6 +103,21 @@ Token PbrtTokenizer::scan() {
   }
   token.text = text_.substr(begin, at_ - begin);
   return token;
+}
+
+Token PbrtTokenizer::scan_outer() {
+  const Token& token = outer_->peek();
+  const bool is_directive =
+      token.kind == Token::Kind::kWord && outer_depth_ == 0 && token.text[0] >= 'A' && token.text[0] <= 'Z';
+  if ((!in_outer_ && token.kind != Token::Kind::kString) || is_directive || token.kind == Token::Kind::kEnd) {
+    Token end;
+    end.where = here_;
+    return end;
+  }
+  in_outer_ = true;
+  if (token.kind == Token::Kind::kOpen) ++outer_depth_;
+  if (token.kind == Token::Kind::kClose) --outer_depth_;
+  return outer_->next();
 }
 
 Token PbrtTokenizer::scan_string(Token token) {

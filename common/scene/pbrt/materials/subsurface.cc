@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/scene/pbrt/material_parts.h"
+#include "common/scene/pbrt/materials/material_parts.h"
 #include "common/scene/spectrum/medium_presets.h"
 
 namespace lightmill {

@@ -5,14 +5,16 @@
 // nearest known name, at the parameter's own declaration.
 //
 // What real programs write is read: a value out of its range is clamped, a type that can stand for the right
-// one is taken for it (common/scene/pbrt/coerce.h), and what means nothing is left out, each with a warning.
+// one is taken for it (common/scene/pbrt/syntax/coerce.h), and what means nothing is left out, each with a
+// warning.
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "common/scene/pbrt/tokenizer.h"
+#include "common/scene/pbrt/syntax/tokenizer.h"
 #include "common/scene/spectrum/color_space.h"
 
 namespace lightmill {
@@ -38,6 +40,13 @@ enum class ParamType {
 };
 /// The type's name in a scene file ("point3").
 std::string_view param_type_name(ParamType type);
+
+/// A number as messages show it: "0.5", without a tail of zeros.
+std::string plain_number(double x);
+/// Whether `word` is among `words`.
+inline bool is_one_of(std::string_view word, const std::vector<std::string_view>& words) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
 
 struct Parameter {
   ParamType type = ParamType::kFloat;

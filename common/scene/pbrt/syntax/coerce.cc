@@ -1,4 +1,4 @@
-#include "common/scene/pbrt/coerce.h"
+#include "common/scene/pbrt/syntax/coerce.h"
 
 #include <algorithm>
 #include <array>

@@ -1,11 +1,11 @@
-#include "common/scene/pbrt/quadrics.h"
+#include "common/scene/pbrt/shapes/quadrics.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "common/scene/mesh/tessellate.h"
-#include "common/scene/pbrt/params.h"
+#include "common/scene/pbrt/syntax/params.h"
 #include "common/scene/transform.h"
 
 namespace lightmill {

@@ -3,7 +3,7 @@
 // "true" for a bool, three floats for a colour, a point for a vector.
 #include <initializer_list>
 
-#include "common/scene/pbrt/params.h"
+#include "common/scene/pbrt/syntax/params.h"
 
 namespace lightmill {
 
