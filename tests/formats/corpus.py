@@ -82,7 +82,7 @@ def look_at(program, path, options):
     warnings = [p["message"] for p in problems if p["severity"] == "warning"]
     if errors:
         missing = [e for e in errors if any(m in e for m in MISSING)]
-        others = [e for e in errors if e not in missing]
+        others = [e for e in errors if e not in missing and not (missing and "too many errors" in e)]
         result = "refused" if others else "incomplete"
         for kind, words in OTHER_KINDS.items():
             result = kind if any(word in e for word in words for e in others) else result

@@ -4,7 +4,7 @@
 
 #include "common/base/error.h"
 #include "common/scene/gltf/component_types.h"
-#include "common/scene/gltf/container.h"
+#include "common/scene/gltf/json/container.h"
 #include "common/scene/gltf/meshopt.h"
 #include "common/scene/scene_files.h"
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/scene/gltf/json.h"
+#include "common/scene/gltf/json/json.h"
 
 namespace lightmill {
 

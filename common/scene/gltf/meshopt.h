@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/scene/gltf/json.h"
+#include "common/scene/gltf/json/json.h"
 
 namespace lightmill {
 

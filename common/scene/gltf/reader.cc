@@ -6,7 +6,8 @@
 
 #include "common/base/error.h"
 #include "common/job/settings.h"
-#include "common/scene/gltf/container.h"
+#include "common/scene/gltf/default_light.h"
+#include "common/scene/gltf/json/container.h"
 #include "common/scene/gltf/view.h"
 #include "common/scene/scene_files.h"
 #include "common/scene/transform.h"
@@ -88,31 +89,9 @@ void check_extensions(GltfScene& out, const GltfValue& root) {
     out.unsupported("/animations", "animations; the scene is shown as its nodes stand");
 }
 
-bool shines(const SceneDescription& scene) {
-  const auto emits = [](const std::vector<ShapeDescription>& shapes) {
-    return std::any_of(shapes.begin(), shapes.end(), [](const auto& s) { return s.area_light >= 0; });
-  };
-  return !scene.lights.empty() || emits(scene.shapes) ||
-         std::any_of(scene.objects.begin(), scene.objects.end(),
-                     [&](const auto& o) { return emits(o.shapes); });
-}
-
-/// Light for scenes that say nothing of it: what viewers do, so that there is something to see.
-void light_up(GltfScene& out) {
-  constexpr float kSky = 0.4f, kLamp = 2;
-  out.warning("",
-              "nothing in the scene emits light; it is lit by a grey sky and from above the camera's left "
-              "(--environment FILE gives it a picture)");
-  const SourceLocation where{out.name, 1, 1};
-  Vec3d d = transform_vector(out.scene.camera.camera_to_world, {0.5, -0.7, 0.8});
-  const double n = length(d);
-  out.scene.lights.push_back({DistantLight{{kLamp, kLamp, kLamp}, {d.x / n, d.y / n, d.z / n}}, where});
-  out.scene.lights.push_back({InfiniteLight{{kSky, kSky, kSky}}, where});
-}
-
 void add_environment(GltfScene& out, const std::string& file) {
   if (file.empty()) {
-    if (!shines(out.scene)) light_up(out);
+    light_up_if_dark(out);
     return;
   }
   InfiniteLight light;
@@ -145,7 +124,7 @@ SceneDescription read_gltf(const std::string& name, const FileSource& files, con
     GltfContainer container = open_gltf_container(read_scene_file(path, kMaxFileBytes));
     out.json_text = std::move(container.json);
     out.glb_binary = std::move(container.binary);
-    const nlohmann::json document = parse_gltf_json(out.json_text, &place);
+    const nlohmann::json document = parse_gltf_json(out.json_text, &place, problems);
     const GltfValue root(document, "", &mended);
     check_version(root);
     check_extensions(out, root);

@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "common/scene/gltf/json.h"
+#include "common/scene/gltf/json/json.h"
 #include "common/scene/load.h"
 #include "common/scene/problem_list.h"
 

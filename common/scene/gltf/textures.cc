@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/scene/gltf/container.h"
+#include "common/scene/gltf/json/container.h"
 
 namespace lightmill {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/scene/mesh/grid.h"
 #include "common/scene/mesh/mesh_check.h"
 #include "common/scene/transform.h"
 
@@ -31,17 +32,6 @@ Vec3d normal_at(const std::function<Vec3d(double)>& profile, double v) {
   const double length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
   if (!(length > 0)) return {};
   return {n.x / length, n.y / length, n.z / length};
-}
-
-/// Two triangles for each quad of a grid of (nu + 1) x (nv + 1) vertices.
-void add_grid(int nu, int nv, TriangleMesh* mesh) {
-  const auto index = [&](int i, int j) { return static_cast<uint32_t>(j * (nu + 1) + i); };
-  for (int j = 0; j < nv; ++j) {
-    for (int i = 0; i < nu; ++i) {
-      mesh->triangles.push_back({index(i, j), index(i + 1, j), index(i + 1, j + 1)});
-      mesh->triangles.push_back({index(i, j), index(i + 1, j + 1), index(i, j + 1)});
-    }
-  }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // Directives before WorldBegin: camera, film, sampling; WorldBegin and WorldEnd.
 #include "common/scene/pbrt/parser.h"
+#include "common/scene/pbrt/v3/direct_lighting.h"
 #include "common/scene/transform.h"
 
 namespace lightmill {
@@ -55,8 +56,11 @@ void PbrtParser::on_sampler(const Token& d) {
 
 void PbrtParser::on_integrator(const Token& d) {
   if (!require_options(d)) return;
+  const bool direct = v3::is_direct_lighting(std::string(tokens_->peek().text));
   auto typed = take_typed(d, v3::Directive::kIntegrator, "integrator", "");
   if (!typed) return;
+  direct_lighting_.reset();
+  if (direct && out_.dialect == Dialect::kV3) direct_lighting_ = d.where.location();
   auto& [type, params] = *typed;
   translate_integrator(out_, type, params);
 }

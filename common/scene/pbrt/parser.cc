@@ -8,6 +8,7 @@
 #include "common/scene/fold_constants.h"
 #include "common/scene/motion.h"
 #include "common/scene/pbrt/shapes/quadrics.h"
+#include "common/scene/pbrt/v3/direct_lighting.h"
 #include "common/scene/scene_files.h"
 #include "common/scene/transform.h"
 
@@ -225,6 +226,7 @@ void PbrtParser::finish() {
     for (ShapeDescription& s : *shapes) s.boundary = unseen(s);
   };
   if (problems_->errors() == 0) fold_constants(&scene);
+  if (direct_lighting_ && problems_->errors() == 0) v3::choose_depth(*direct_lighting_, &scene, problems_);
   drop_invisible(&scene.shapes);
   for (ObjectDescription& object : scene.objects) drop_invisible(&object.shapes);
   tessellate_stretched_spheres(&scene, problems_);

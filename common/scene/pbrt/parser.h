@@ -160,6 +160,8 @@ class PbrtParser {
   std::optional<std::string> open_object_;
   size_t object_first_shape_ = 0;
 
+  std::optional<SourceLocation> direct_lighting_;  // pbrt-v3's integrator of that kind
+
   MotionTimes times_;
   Transform last_start_;  // of what scene.later ends with
   double iso_ratio_ = 1;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "common/scene/pbrt/v3/direct_lighting.h"
 #include "common/scene/pbrt/v3/edit.h"
 
 namespace lightmill::v3 {
@@ -78,11 +79,7 @@ void upgrade_sampler(Work& w) {
 void upgrade_integrator(Work& w) {
   w.edit.remove({"rrthreshold", "imagewritefrequency", "numiterations", "lightsamplestrategy", "strategy",
                  "pixelbounds", "nsamples", "regularize"});
-  if (*w.type != "directlighting" && *w.type != "whitted") return;
-  w.warn("integrator " + in_quotes(*w.type) +
-         " is read as \"path\" of \"maxdepth\" 1, as by pbrt-v4's --upgrade; raise it by --max-depth");
-  *w.type = "path";
-  w.edit.set("maxdepth", ParamType::kInteger, {1});
+  if (is_direct_lighting(*w.type)) *w.type = "path";  // and its depth is chosen when the scene is complete
 }
 
 /// A colour named "scale" becomes a factor: of the light's colour where that is a colour, too.

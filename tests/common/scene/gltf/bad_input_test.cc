@@ -25,7 +25,30 @@ TEST_F(BadGltf, Json) {
                         "this is glTF 1.0; convert it: gltf-pipeline"));
   EXPECT_TRUE(has_error(load_text("{\"meshes\": {}}"), "this is glTF 1.0"));
   EXPECT_TRUE(has_error(load_text("{\"asset\": {\"version\": \"3.0\"}}"), "2.0 is needed"));
-  EXPECT_TRUE(has_error(load_text("{\"asset\": {\"version\": 1e999}}"), "out of range"));
+  EXPECT_TRUE(mentions(load_text("{\"asset\": {\"version\": 1e999}}"), "the JSON holds \"1e999\""));
+  EXPECT_FALSE(load_text("{\"asset\": {\"version\": 1e999}}").ok());
+}
+
+TEST_F(BadGltf, NumbersThatJsonHasNot) {
+  document_["nodes"][0]["translation"] = {0, 0, 7};
+  document_["accessors"][0]["max"] = {8, 8, 9};
+  std::string text = document_.dump(1);
+  const auto put = [&](const std::string& from, const std::string& to) {
+    const size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos);
+    text.replace(at, from.size(), to);
+  };
+  put("8,\n", "NaN,\n");
+  put("8,\n", "-Infinity,\n");
+  put("9\n", "1e999\n");
+  put("7\n", "-nan\n");
+  const LoadResult r = load_text(text);
+  EXPECT_TRUE(r.ok()) << listed(r);
+  EXPECT_TRUE(mentions(r, "the JSON holds \"NaN\", which is no finite number; 0 is taken")) << listed(r);
+  EXPECT_TRUE(mentions(r, "the JSON holds \"-Infinity\", which is no finite number; -3.4e38 is taken"));
+  EXPECT_EQ(r.scene.shapes.at(0).object_to_world.m[2][3], 0);
+  EXPECT_FALSE(
+      load_text("{\"asset\": {\"version\": \"2.0\"}, \"nodes\": [{\"translation\": [NaN, 0, }]}").ok());
 }
 
 TEST_F(BadGltf, PlacesAreLinesOfTheFile) {

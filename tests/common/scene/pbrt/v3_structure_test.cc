@@ -130,6 +130,26 @@ TEST_F(PbrtV3Structure, PointersOfGitLfs) {
   EXPECT_TRUE(mentions(r, "it is a pointer of Git LFS; `git lfs pull` fetches the file itself")) << listed(r);
 }
 
+TEST_F(PbrtV3Structure, DirectLightingGoesThroughGlass) {
+  const auto depth = [&](const std::string& materials) {
+    const LoadResult r = load(
+        "Integrator \"whitted\" \"integer maxdepth\" 7 Film \"image\"\nWorldBegin LightSource "
+        "\"point\" " +
+        materials + " Shape \"sphere\" WorldEnd");
+    EXPECT_TRUE(r.ok()) << listed(r);
+    EXPECT_TRUE(mentions(r, "1:1: warning: an integrator of direct light is read as \"path\"")) << listed(r);
+    return r.scene.sampling.max_depth;
+  };
+  EXPECT_EQ(depth("Material \"glass\" Material \"matte\""), 1) << "no glass in use";
+  EXPECT_EQ(depth("Material \"metal\""), 1);
+  EXPECT_EQ(depth("Material \"glass\""), 7);
+  EXPECT_EQ(depth("Material \"mirror\""), 7);
+  EXPECT_EQ(depth("MakeNamedMaterial \"g\" \"string type\" \"glass\" MakeNamedMaterial \"m\" \"string type\" "
+                  "\"matte\" "
+                  "Material \"mix\" \"string namedmaterial1\" \"m\" \"string namedmaterial2\" \"g\""),
+            7);
+}
+
 TEST_F(PbrtV3Structure, RealisticCameraOfExercises) {
   folder_.write("lens.dat", "# radius sep n aperture\n35 1 1.5 20\n0 2 0 8\n-30 1 1 20\n");
   const LoadResult r = load(

@@ -227,6 +227,33 @@ TEST_F(PbrtV3, ItsShapesHaveTheirAreas) {
   }
 }
 
+TEST_F(PbrtV3, NurbsAreRational) {
+  // A quarter of a cylinder of radius 1 and height 2: its arc is a rational parabola.
+  const std::string surface =
+      "Shape \"nurbs\" \"integer nu\" 3 \"integer uorder\" 3 \"float uknots\" [0 0 0 1 1 1]\n"
+      "\"integer nv\" 2 \"integer vorder\" 2 \"float vknots\" [0 0 1 1]\n";
+  const double w = std::sqrt(0.5);
+  const std::string s = std::to_string(w), z = std::to_string(2 * w);
+  const SceneDescription scene = v3(surface + "\"float Pw\" [1 0 0 1 " + s + " " + s + " 0 " + s +
+                                    " 0 1 0 1\n 1 0 2 1 " + s + " " + s + " " + z + " " + s + " 0 1 2 1]");
+  EXPECT_EQ(messages, "");
+  ASSERT_EQ(scene.shapes.size(), 2u);
+  const TriangleMesh& mesh = *std::get<MeshShape>(scene.shapes[0].kind).mesh;
+  EXPECT_NEAR(mesh_area(mesh, {}), M_PI, 1e-3 * M_PI);
+  for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Vec3f &p = mesh.positions[i], &n = mesh.normals[i];
+    EXPECT_NEAR(std::hypot(p.x, p.y), 1, 1e-5);
+    EXPECT_NEAR(n.x * p.x + n.y * p.y, 1, 1e-4) << "dp/du x dp/dv";
+  }
+  const SceneDescription part =
+      v3(surface + "\"float u1\" 0.5 \"point P\" [0 0 0 1 0 0 2 0 0  0 1 0 1 1 0 2 1 0]");
+  EXPECT_NEAR(mesh_area(*std::get<MeshShape>(part.shapes[0].kind).mesh, {}), 1, 1e-5);
+  EXPECT_EQ(v3(surface + "\"point P\" [0 0 0]").shapes.size(), 1u) << "left out";
+  EXPECT_NE(messages.find("needs nu x nv points"), std::string::npos) << messages;
+  v3("Shape \"nurbs\" \"integer nu\" 3 \"integer uorder\" 5 \"float uknots\" [0 1]");
+  EXPECT_NE(messages.find("an order of at least 2"), std::string::npos) << messages;
+}
+
 TEST_F(PbrtV3, WhatOnlyV2HasIsLeftOut) {
   const LoadResult r = load(
       "Renderer \"sampler\" SurfaceIntegrator \"path\" \"integer maxdepth\" 7 VolumeIntegrator \"single\"\n"

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "common/scene/description.h"
+#include "common/scene/problem_list.h"
 
 namespace lightmill {
 
@@ -86,8 +86,9 @@ class GltfValue {
 /// A key within a JSON pointer: "~" and "/" are escaped (RFC 6901).
 std::string json_pointer_token(const std::string& key);
 /// Parses JSON text: bounded in depth and number of values. Throws GltfProblem; the message of a syntax error
-/// comes with `*where` (line and column).
-nlohmann::json parse_gltf_json(const std::string& text, SourceLocation* where);
+/// comes with `*where` (line and column). NaN, Infinity and numbers beyond double become finite, with a
+/// warning.
+nlohmann::json parse_gltf_json(const std::string& text, SourceLocation* where, ProblemList* problems);
 /// Line and column of the value at `pointer` in valid JSON `text`, or of the last of its ancestors that
 /// exists.
 SourceLocation locate_in_json(const std::string& text, const std::string& pointer, const std::string& file);

@@ -1,4 +1,4 @@
-#include "common/scene/gltf/json.h"
+#include "common/scene/gltf/json/json.h"
 
 #include <algorithm>
 #include <cmath>

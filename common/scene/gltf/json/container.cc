@@ -1,11 +1,11 @@
-#include "common/scene/gltf/container.h"
+#include "common/scene/gltf/json/container.h"
 
 #include <array>
 #include <bit>
 #include <cstdint>
 #include <cstring>
 
-#include "common/scene/gltf/json.h"
+#include "common/scene/gltf/json/json.h"
 #include "common/scene/problem_list.h"
 
 namespace lightmill {

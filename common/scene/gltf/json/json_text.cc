@@ -1,9 +1,13 @@
 // The text of a glTF file's JSON: its bounds, and where in it a value is.
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
 
-#include "common/scene/gltf/json.h"
+#include "common/base/lower_case.h"
+#include "common/scene/gltf/json/json.h"
 
 namespace lightmill {
 namespace {
@@ -149,17 +153,66 @@ class BoundsCheck : public nlohmann::json_sax<json> {
   size_t depth_ = 0, values_ = 0;
 };
 
-}  // namespace
+/// What stands for a word that other programs write in a number's place; nullptr if it is none of those.
+const char* finite_number(std::string_view word) {
+  const bool negative = word.starts_with('-');
+  const std::string plain = lower_case(std::string(word.substr(negative || word.starts_with('+') ? 1 : 0)));
+  if (plain == "nan") return "0";
+  const char* const most = negative ? "-3.4e38" : "3.4e38";
+  if (plain == "inf" || plain == "infinity") return most;
+  if (plain.empty() || plain[0] < '0' || plain[0] > '9') return nullptr;
+  char* end = nullptr;
+  const double value = std::strtod(plain.c_str(), &end);
+  return *end == '\0' && std::isinf(value) ? most : nullptr;
+}
 
-json parse_gltf_json(const std::string& text, SourceLocation* where) {
-  BoundsCheck check;
-  if (!json::sax_parse(text, &check)) {
-    *where = place_of(text, check.error_at, where->file);
-    throw GltfProblem{"", check.problem};
+/// The text with finite numbers in place of NaN, Infinity and 1e999, which are warned of.
+std::string with_finite_numbers(const std::string& text, const std::string& file, ProblemList* problems) {
+  constexpr std::string_view kEnds = ",:[]{}\" \t\r\n";
+  std::string out;
+  std::optional<SourceLocation> first;
+  for (size_t at = 0; at < text.size();) {
+    size_t end = at + 1;
+    const char* number = nullptr;
+    if (text[at] == '"') {
+      while (end < text.size() && text[end] != '"') end += text[end] == '\\' ? 2 : 1;
+      end = std::min(end + 1, text.size());
+    } else if (kEnds.find(text[at]) == std::string_view::npos) {
+      end = std::min(text.find_first_of(kEnds, at), text.size());
+      const std::string_view word = std::string_view(text).substr(at, end - at);
+      number = finite_number(word);
+      if (number != nullptr) {
+        if (!first) first = place_of(text, at, file);
+        problems->warning(*first, "the JSON holds " + in_quotes(word) + ", which is no finite number; " +
+                                      number + " is taken");
+      }
+    }
+    if (number == nullptr) {
+      out.append(text, at, end - at);
+    } else {
+      out += number;
+    }
+    at = end;
   }
-  json document = json::parse(text);
+  return out;
+}
+
+json object_in(const std::string& valid) {
+  json document = json::parse(valid);
   if (!document.is_object()) throw GltfProblem{"", "a glTF file must be a JSON object"};
   return document;
+}
+
+}  // namespace
+
+json parse_gltf_json(const std::string& text, SourceLocation* where, ProblemList* problems) {
+  BoundsCheck check;
+  if (json::sax_parse(text, &check)) return object_in(text);
+  BoundsCheck of_mended;
+  const std::string mended = with_finite_numbers(text, where->file, problems);
+  if (mended != text && json::sax_parse(mended, &of_mended)) return object_in(mended);
+  *where = place_of(text, check.error_at, where->file);
+  throw GltfProblem{"", check.problem};
 }
 
 }  // namespace lightmill
