@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "common/base/lower_case.h"
+#include "common/base/unicode/canonical_form.h"
 #include "common/scene/problem_list.h"
 
 namespace lightmill {
@@ -41,17 +42,18 @@ std::string without_percents(const std::string& text) {
   return out;
 }
 
-/// The one entry of `folder` whose name is `name` but for capitals; empty if there are none or several.
+/// The one entry of `folder` whose name is `name` but for capitals and the two ways to spell accents; empty if
+/// there are none or several.
 std::string but_for_case(const fs::path& folder, const std::string& name) {
   std::string found;
   int looked_at = 0;
   std::error_code error;
-  const std::string wanted = lower_case(name);
+  const std::string wanted = lower_case(decomposed(name));
   for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end; !error && entry != end;
        entry.increment(error)) {
     if (++looked_at > kMostEntries) return "";
     std::string other = entry->path().filename().string();
-    if (lower_case(other) != wanted) continue;
+    if (lower_case(decomposed(other)) != wanted) continue;
     if (!found.empty()) return "";
     found = std::move(other);
   }

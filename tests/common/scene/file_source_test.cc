@@ -44,6 +44,21 @@ TEST_F(FileNames, OfOtherSystems) {
   EXPECT_EQ(found("C:\\elsewhere\\sky.exr"), "sky.exr");
 }
 
+TEST_F(FileNames, AccentsAreSpelledInTwoWays) {
+  const std::string one = "caf\xc3\xa9.png",
+                    two = "cafe\xcc\x81.png";  // U+00E9; e and U+0301, as macOS has it
+  folder.write("a/" + one, "");
+  folder.write("b/" + two, "");
+  folder.write("c/" + one, "");
+  folder.write("c/" + two, "");
+  EXPECT_EQ(found("a/" + two), "a/" + one);
+  EXPECT_EQ(how, "the file \"a/" + one + "\" is taken");
+  EXPECT_EQ(found("b/" + one), "b/" + two);
+  EXPECT_EQ(found("B/CAF\xc3\x89.png"), "b/" + two) << "capitals, too";
+  EXPECT_EQ(found("c/" + one), "c/" + one);
+  EXPECT_EQ(how, "") << "the very name goes first";
+}
+
 TEST_F(FileNames, MapsComeFirst) {
   const PathMap map = {{"P:/show", folder.path() + "/textures"}};
   EXPECT_EQ(found("P:\\show\\Wood.png", map), "textures/Wood.png");
