@@ -9,6 +9,8 @@ namespace lightmill {
 
 int PbrtParser::add_material(const Token& d, const std::string& name, std::string type,
                              std::vector<Parameter> given) {
+  MaterialText text;
+  if (out_.dialect == Dialect::kV3) text = {type, given};
   if (out_.dialect == Dialect::kV3 || v3::is_material(type)) {
     if (out_.dialect == Dialect::kV4) {
       problems_->warning(d.where.location(), "material " + in_quotes(type) +
@@ -31,7 +33,51 @@ int PbrtParser::add_material(const Token& d, const std::string& name, std::strin
   }
   if (is_interface_material(type)) out_.invisible_materials.insert(index);
   if (opacity) out_.opacities[index] = *opacity;
+  if (out_.dialect == Dialect::kV3) material_texts_[index] = std::move(text);
   return index;
+}
+
+int PbrtParser::material_of_shape(const Token& d, ParameterList& shape) {
+  static const std::vector<std::string_view> names = {"Kd",
+                                                      "Ks",
+                                                      "Kr",
+                                                      "Kt",
+                                                      "sigma",
+                                                      "roughness",
+                                                      "uroughness",
+                                                      "vroughness",
+                                                      "eta",
+                                                      "index",
+                                                      "k",
+                                                      "opacity",
+                                                      "bumpmap",
+                                                      "reflect",
+                                                      "transmit",
+                                                      "color",
+                                                      "metallic",
+                                                      "speculartint",
+                                                      "sheen",
+                                                      "sheentint",
+                                                      "anisotropic",
+                                                      "clearcoat",
+                                                      "clearcoatgloss",
+                                                      "spectrans",
+                                                      "sigma_a",
+                                                      "sigma_s",
+                                                      "mfp",
+                                                      "amount",
+                                                      "remaproughness"};
+  const int current = state_.shape.material;
+  const auto text = material_texts_.find(current);
+  if (text == material_texts_.end()) return current;
+  const std::vector<Parameter> own = shape.take(names);
+  if (own.empty()) return current;
+  MaterialText merged = text->second;
+  for (const Parameter& p : own) {
+    std::erase_if(merged.parameters, [&](const Parameter& q) { return q.name == p.name; });
+    merged.parameters.push_back(p);
+  }
+  return add_material(d, "", merged.type, std::move(merged.parameters));
 }
 
 void PbrtParser::on_material(const Token& d) {
@@ -60,7 +106,14 @@ void PbrtParser::on_make_named_material(const Token& d) {
 void PbrtParser::on_named_material(const Token& d) {
   if (!require_world(d)) return;
   const SourceLocation where = tokens_->peek().where.location();
-  if (const auto name = take_string(d, "a name")) state_.shape.material = out_.material_named(*name, where);
+  const auto name = take_string(d, "a name");
+  if (!name) return;
+  if (out_.dialect == Dialect::kV3 && !out_.material_defined(*name)) {
+    problems_->warning(where, "there is no material named " + in_quotes(*name) +
+                                  "; the one before it is kept, as by pbrt-v3");
+    return;
+  }
+  state_.shape.material = out_.material_named(*name, where);
 }
 
 void PbrtParser::on_texture(const Token& d) {
@@ -108,6 +161,7 @@ void PbrtParser::on_shape(const Token& d) {
   auto& [type, params] = *typed;
   if (refuse_if_flat()) return;
   ShapeAttributes attributes = state_.shape;
+  attributes.material = material_of_shape(d, params);
   if (open_object_ && attributes.area_light != nullptr) {
     problems_->unsupported(d.where.location(), "area lights in objects: the shape does not emit");
     attributes.area_light = nullptr;

@@ -74,6 +74,8 @@ class PbrtParser {
   /// Index of the material, which is named unless `name` is empty.
   int add_material(const Token& directive, const std::string& name, std::string type,
                    std::vector<Parameter> parameters);
+  /// The current material, or one of its kind with those of its parameters that a pbrt-v3 shape gives itself.
+  int material_of_shape(const Token& directive, ParameterList& shape);
   /// Sets the dialect by the words of the main file, or of those that it includes.
   void choose_dialect(const std::string& text);
   bool require_world(const Token& directive);
@@ -160,6 +162,11 @@ class PbrtParser {
   std::optional<std::string> open_object_;
   size_t object_first_shape_ = 0;
 
+  struct MaterialText {
+    std::string type;
+    std::vector<Parameter> parameters;
+  };
+  std::map<int, MaterialText> material_texts_;  // of pbrt-v3's materials, by index
   std::optional<SourceLocation> direct_lighting_;  // pbrt-v3's integrator of that kind
 
   MotionTimes times_;

@@ -82,19 +82,14 @@ void PbrtScene::define_texture(TextureDescription texture) {
   scene.textures[static_cast<size_t>(index)] = std::move(texture);
 }
 
+bool PbrtScene::material_defined(const std::string& name) const {
+  const auto found = named_materials_.find(name);
+  return found != named_materials_.end() && found->second.defined;
+}
+
 bool PbrtScene::texture_defined(const std::string& name, bool is_spectrum) const {
   const auto found = named_textures_.find({is_spectrum, name});
   return found != named_textures_.end() && found->second.defined;
-}
-
-int PbrtScene::float_copy(const std::string& spectrum_texture) {
-  const auto found = named_textures_.find({true, spectrum_texture});
-  if (found == named_textures_.end()) return -1;
-  TextureDescription copy = scene.textures[static_cast<size_t>(found->second.index)];
-  if (!std::holds_alternative<ImageTexture>(copy.kind)) return -1;
-  copy.is_spectrum = false;
-  scene.textures.push_back(std::move(copy));
-  return static_cast<int>(scene.textures.size()) - 1;
 }
 
 int PbrtScene::add_material(MaterialDescription material) {
@@ -275,8 +270,7 @@ SpectrumInput PbrtScene::spectrum_input(ParameterList& params, std::string_view 
       params.find(name, {ParamType::kRgb, ParamType::kSpectrum, ParamType::kBlackbody, ParamType::kTexture});
   if (p == nullptr) return {fallback, -1};
   if (p->type != ParamType::kTexture) return {read_spectrum(*p, use, params, fallback), -1};
-  if (p->strings.size() != 1) params.odd_value(name, "needs one texture name; the first is taken");
-  return {fallback, texture_named(p->strings[0], true, p->where)};
+  return {fallback, texture_given(params, name, *p, true).value_or(-1)};
 }
 
 FloatInput PbrtScene::float_input(ParameterList& params, std::string_view name, float fallback, double min,
@@ -284,8 +278,7 @@ FloatInput PbrtScene::float_input(ParameterList& params, std::string_view name, 
   const Parameter* p = params.find(name, {ParamType::kFloat, ParamType::kTexture});
   if (p == nullptr) return {fallback, -1};
   if (p->type == ParamType::kFloat) return {static_cast<float>(params.number(name, fallback, min, max)), -1};
-  if (p->strings.size() != 1) params.odd_value(name, "needs one texture name; the first is taken");
-  return {fallback, texture_named(p->strings[0], false, p->where)};
+  return {fallback, texture_given(params, name, *p, false).value_or(-1)};
 }
 
 void report_unknown_word(ParameterList& params, const std::string& kind, const std::string& word,

@@ -94,7 +94,8 @@ struct PbrtScene {
   void define_material(MaterialDescription material);
   void define_texture(TextureDescription texture);
   bool texture_defined(const std::string& name, bool is_spectrum) const;
-  /// Index of a float texture that shows the image of a spectrum texture; -1 if it has none.
+  bool material_defined(const std::string& name) const;
+  /// Index of a float texture that shows the mean of a spectrum texture's channels; -1 if there can be none.
   int float_copy(const std::string& spectrum_texture);
   /// Index of a named medium, made a placeholder on first use; -1 for "": empty space.
   int medium_named(const std::string& name, const SourceLocation& where);
@@ -143,10 +144,15 @@ struct PbrtScene {
                        const std::vector<std::string>* in_use = nullptr);
   void list(const SourceFile& file);
   void warn_of_redefinition(const SourceLocation& where, const char* what, const std::string& name);
+  int float_copy(int texture);
+  /// Index of the texture that a parameter names; nothing (reported) if pbrt-v3 would take none.
+  std::optional<int> texture_given(ParameterList& params, std::string_view name, const Parameter& parameter,
+                                   bool is_spectrum);
   Rgb read_spectrum(const Parameter& parameter, SpectrumUse use, ParameterList& params, Rgb fallback);
 
   std::map<std::string, Named> named_materials_, named_media_;
   std::map<std::pair<bool, std::string>, Named> named_textures_;
+  std::map<int, int> float_copies_;  // by the index of the spectrum texture
   std::set<std::string> listed_files_;
   std::map<std::string, std::set<std::string>> image_names_;  // in a bundle, by path
   int default_material_ = -1;

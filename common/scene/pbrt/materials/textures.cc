@@ -111,7 +111,6 @@ class Inputs {
     return {{f.value, f.value, f.value}, f.texture};
   }
   FloatInput number(std::string_view name, float fallback) {
-    if (const auto copy = image_as_float(name)) return *copy;
     if (!check(name, false)) return {fallback, -1};
     return out_.float_input(params_, name, fallback, -kAnySize, kAnySize);
   }
@@ -124,19 +123,11 @@ class Inputs {
                                              ParamType::kSpectrum, ParamType::kBlackbody});
     return p != nullptr && p->type == ParamType::kTexture && p->strings.size() == 1 ? p : nullptr;
   }
-  /// Where a number names a spectrum texture, as pbrt-v3 lets it: the mean of its image's channels.
-  std::optional<FloatInput> image_as_float(std::string_view name) {
-    const Parameter* const p = texture_name(name);
-    if (p == nullptr || out_.texture_defined(p->strings[0], false)) return std::nullopt;
-    const int copy = out_.float_copy(p->strings[0]);
-    if (copy < 0) return std::nullopt;
-    params_.odd_value(name, "names a spectrum texture where a float one belongs; its mean is taken");
-    return FloatInput{1, copy};
-  }
   /// Reports a texture name that is not defined yet.
   bool check(std::string_view name, bool is_spectrum) {
     const Parameter* const p = texture_name(name);
     if (p == nullptr || out_.texture_defined(p->strings[0], is_spectrum)) return true;
+    if (!is_spectrum && out_.float_copy(p->strings[0]) >= 0) return true;
     params_.odd_value(name, "names the " + std::string(is_spectrum ? "spectrum" : "float") + " texture " +
                                 in_quotes(p->strings[0]) + ", which is not defined above; it is left out");
     return false;

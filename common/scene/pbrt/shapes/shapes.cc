@@ -48,7 +48,7 @@ std::vector<Vec3f> to_vec3(const std::vector<double>& v) {
 }
 
 /// Positions and triangles from "P" and "indices"; false: reported.
-bool read_triangles(PbrtScene& out, ParameterList& params, TriangleMesh* mesh) {
+bool read_triangles(ParameterList& params, TriangleMesh* mesh) {
   const auto* positions = params.numbers("P", ParamType::kPoint3);
   const auto* indices = params.numbers("indices", ParamType::kInteger);
   if (positions == nullptr) {
@@ -85,7 +85,7 @@ std::shared_ptr<const TriangleMesh> read_triangle_mesh(PbrtScene& out, Parameter
   const auto* normals = params.numbers("N", ParamType::kNormal);
   const auto* uvs = params.numbers("uv", ParamType::kPoint2);
   params.accept({"S", "faceIndices"});
-  if (!read_triangles(out, params, mesh.get())) return nullptr;
+  if (!read_triangles(params, mesh.get())) return nullptr;
   if (normals != nullptr) mesh->normals = to_vec3(*normals);
   if (uvs != nullptr) {
     for (size_t i = 0; i + 1 < uvs->size(); i += 2) {
@@ -107,7 +107,7 @@ std::shared_ptr<const TriangleMesh> read_loop_subdivision(PbrtScene& out, Parame
   const auto levels = static_cast<int>(params.integer("levels", 3, 0, kMaxLevels));
   params.accept({"scheme"});
   TriangleMesh control;
-  if (!read_triangles(out, params, &control)) return nullptr;
+  if (!read_triangles(params, &control)) return nullptr;
   std::shared_ptr<TriangleMesh> mesh;
   try {
     require_valid_mesh(control);

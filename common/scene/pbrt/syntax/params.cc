@@ -152,6 +152,15 @@ std::string ParameterList::text(std::string_view name, const std::string& fallba
   return p->strings.front();
 }
 
+std::vector<Parameter> ParameterList::take(const std::vector<std::string_view>& names) {
+  std::vector<Parameter> taken;
+  for (const Parameter& p : parameters_) {
+    if (is_one_of(p.name, names)) taken.push_back(p);
+  }
+  std::erase_if(parameters_, [&](const Parameter& p) { return is_one_of(p.name, names); });
+  return taken;
+}
+
 void ParameterList::accept(std::initializer_list<std::string_view> names) {
   for (std::string_view name : names) lookup(name);
 }

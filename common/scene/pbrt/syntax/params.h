@@ -96,6 +96,8 @@ class ParameterList {
   /// value was malformed, or of a type that means nothing here (reported): then `has` is true all the same.
   const Parameter* find(std::string_view name, std::initializer_list<ParamType> types);
 
+  /// Takes the parameters of these names out of the list.
+  std::vector<Parameter> take(const std::vector<std::string_view>& names);
   /// Declares parameters that are legal and change nothing here (such as a BVH's split method).
   void accept(std::initializer_list<std::string_view> names);
   /// Declares a legal parameter that is not supported yet: warns with `consequence` if it is given.

@@ -95,6 +95,12 @@ std::optional<Dialect> found_in(const Words& words, std::string_view word) {
   return found == words.end() ? std::nullopt : std::optional(found->second);
 }
 
+/// Whether the string of this number after its directive is the type, not a name.
+bool says_type(std::string_view directive, int number, std::string_view declaration) {
+  if (directive == "MakeNamedMaterial") return declaration == "string type";
+  return number == (directive == "Texture" ? 2 : 1);
+}
+
 }  // namespace
 
 const char* dialect_name(Dialect dialect) { return dialect == Dialect::kV3 ? "pbrt-v3" : "pbrt-v4"; }
@@ -104,7 +110,8 @@ std::optional<Dialect> dialect_of(std::string_view text,
   const std::string name;
   ProblemList unheard(false);
   PbrtTokenizer tokens(PbrtTokenizer::Borrowed{text}, &name, &unheard);
-  std::string_view directive;
+  std::string_view directive, declaration;
+  int strings = 0;                         // since the directive
   bool is_value = false, in_list = false;  // what comes after a declaration
   for (Token token = tokens.next(); token.kind != Token::Kind::kEnd; token = tokens.next()) {
     if (token.kind == Token::Kind::kWord) {
@@ -114,6 +121,8 @@ std::optional<Dialect> dialect_of(std::string_view text,
         continue;
       }
       directive = token.text;
+      declaration = {};
+      strings = 0;
       is_value = in_list = false;
       if (const auto found = found_in(kDirectives, directive)) return found;
     } else if (token.kind == Token::Kind::kOpen || token.kind == Token::Kind::kClose) {
@@ -121,13 +130,16 @@ std::optional<Dialect> dialect_of(std::string_view text,
       is_value = false;
     } else if (token.kind == Token::Kind::kString) {
       if (directive == "Include" || directive == "Import") include(std::string(token.text));
-      if (const auto words = kTypes.find(directive); words != kTypes.end()) {
+      ++strings;
+      const auto words = kTypes.find(directive);
+      if (words != kTypes.end() && says_type(directive, strings, declaration)) {
         if (const auto found = found_in(words->second, token.text)) return found;
       }
       const size_t blank = token.text.find(' ');
       const bool declares = blank != std::string_view::npos && !is_value && !in_list;
       is_value = declares;
       if (!declares) continue;
+      declaration = token.text;
       if (const auto found = found_in(kDeclarations, token.text)) return found;
       if (const auto found = found_in(kDeclarations, token.text.substr(0, blank))) return found;
     }

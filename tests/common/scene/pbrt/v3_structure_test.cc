@@ -130,6 +130,58 @@ TEST_F(PbrtV3Structure, PointersOfGitLfs) {
   EXPECT_TRUE(mentions(r, "it is a pointer of Git LFS; `git lfs pull` fetches the file itself")) << listed(r);
 }
 
+TEST_F(PbrtV3Structure, NamesThatAreNotThere) {
+  const SceneDescription scene =
+      v3("Material \"matte\" \"rgb Kd\" [1 0 0]\nNamedMaterial \"none such\" Shape \"sphere\"\n"
+         "Material \"matte\" \"texture Kd\" \"no such\" Shape \"sphere\"");
+  EXPECT_TRUE(
+      says("scene.pbrt:4:15: warning: there is no material named \"none such\"; the one before it is kept"))
+      << messages;
+  EXPECT_TRUE(says("names the spectrum texture \"no such\", which is not defined above; it is left out"));
+  const auto red = [&](size_t shape) {
+    const auto material = static_cast<size_t>(scene.shapes.at(shape).material);
+    return std::get<DiffuseMaterial>(scene.materials.at(material).kind).reflectance.value;
+  };
+  EXPECT_EQ(red(0), (Rgb{1, 0, 0}));
+  EXPECT_EQ(red(1), (Rgb{.5f, .5f, .5f})) << "the default";
+}
+
+TEST_F(PbrtV3Structure, SpectrumTexturesStandForNumbers) {
+  const SceneDescription scene = v3(
+      "Texture \"a\" \"color\" \"constant\" \"rgb value\" [.3 .6 .9]\n"
+      "Texture \"b\" \"color\" \"checkerboard\" \"texture tex1\" \"a\" \"rgb tex2\" [0 .3 0]\n"
+      "MakeNamedMaterial \"m\" \"string type\" \"matte\" MakeNamedMaterial \"n\" \"string type\" \"mirror\"\n"
+      "Material \"mix\" \"string namedmaterial1\" \"m\" \"string namedmaterial2\" \"n\" \"texture amount\" "
+      "\"b\"\n"
+      "Shape \"sphere\"");
+  EXPECT_TRUE(says("names a spectrum texture where a float one belongs; its mean is taken")) << messages;
+  const auto& mix =
+      std::get<MixMaterial>(scene.materials.at(static_cast<size_t>(scene.shapes[0].material)).kind);
+  ASSERT_GE(mix.amount.texture, 0);
+  const TextureDescription& amount = scene.textures.at(static_cast<size_t>(mix.amount.texture));
+  EXPECT_FALSE(amount.is_spectrum);
+  const auto& board = std::get<CheckerboardTexture>(amount.kind);
+  EXPECT_FLOAT_EQ(board.tex2.value.r, .1f);
+  const TextureDescription& first = scene.textures.at(static_cast<size_t>(board.tex1.texture));
+  EXPECT_FLOAT_EQ(std::get<ConstantTexture>(first.kind).value.g, .6f);
+}
+
+TEST_F(PbrtV3Structure, ShapesMayChangeTheirMaterial) {
+  const SceneDescription scene =
+      v3("MakeNamedMaterial \"m\" \"string type\" \"plastic\" \"rgb Kd\" [1 0 0] \"float roughness\" .5\n"
+         "NamedMaterial \"m\" Shape \"sphere\" \"rgb Kd\" [0 1 0] Shape \"sphere\"\n"
+         "Texture \"t\" \"color\" \"scale\" Shape \"sphere\" \"texture Kd\" \"t\"");
+  EXPECT_EQ(messages, "");
+  const auto coat = [&](size_t shape) {
+    const auto material = static_cast<size_t>(scene.shapes.at(shape).material);
+    return std::get<CoatedDiffuseMaterial>(scene.materials.at(material).kind);
+  };
+  EXPECT_EQ(coat(0).reflectance.value, (Rgb{0, 1, 0}));
+  EXPECT_FLOAT_EQ(coat(0).roughness.u.value, .5f);
+  EXPECT_EQ(coat(1).reflectance.value, (Rgb{1, 0, 0}));
+  EXPECT_EQ(coat(2).reflectance.value, (Rgb{1, 1, 1})) << "the texture, folded";
+}
+
 TEST_F(PbrtV3Structure, DirectLightingGoesThroughGlass) {
   const auto depth = [&](const std::string& materials) {
     const LoadResult r = load(

@@ -49,7 +49,9 @@ TEST_F(PbrtV3, WordsTellTheDialect) {
         "Material \"x\" \"color Kd\" [1 1 1]"})
     EXPECT_EQ(told(text), Dialect::kV3) << text;
   for (const char* text : {"Film \"rgb\"", "Material \"diffuse\"", "Option \"seed\" 3",
-                           "Texture \"matte\" \"spectrum\" \"constant\"", "Sampler \"zsobol\""})
+                           "Texture \"matte\" \"spectrum\" \"constant\"", "Sampler \"zsobol\"",
+                           "MakeNamedMaterial \"glass\" \"string type\" \"dielectric\"",
+                           "NamedMaterial \"mirror\" Texture \"color\" \"spectrum\" \"constant\""})
     EXPECT_EQ(told(text), Dialect::kV4) << text;
   for (const char* text :
        {"", "WorldBegin Shape \"sphere\"", "# Film \"image\"", "Film \"string a\" \"color x\""})
