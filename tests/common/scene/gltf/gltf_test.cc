@@ -107,6 +107,39 @@ TEST_F(GltfTest, WithoutALightTheSceneIsLit) {
   EXPECT_TRUE(std::holds_alternative<InfiniteLight>(r.scene.lights[1].kind));
 }
 
+TEST_F(GltfTest, WhatOnlyGlowsIsLitToo) {
+  const auto lights = [&] {
+    const LoadResult r = load_document();
+    EXPECT_TRUE(r.ok()) << listed(r);
+    const bool lit = !r.scene.lights.empty();
+    EXPECT_EQ(mentions(r, "the scene has no light but surfaces that glow; it is lit by a grey sky"), lit);
+    return r.scene.lights.size();
+  };
+  EXPECT_EQ(lights(), 0u) << "a lamp";
+  document_["materials"].push_back(nlohmann::json::object());
+  document_["meshes"].push_back(document_["meshes"][0]);
+  document_["meshes"][1]["primitives"][0]["material"] = 1;
+  document_["nodes"].push_back({{"mesh", 1}, {"scale", {5, 5, 5}}});
+  document_["scenes"][0]["nodes"].push_back(2);
+  EXPECT_EQ(lights(), 0u) << "in a room of 25 times its area";
+  document_["nodes"][2]["scale"] = {10, 10, 10};
+  EXPECT_EQ(lights(), 2u) << "of 100 times: a light of a car";
+  document_["materials"][0]["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 17;
+  EXPECT_EQ(lights(), 0u);
+  // Most models have a texture of emission.
+  document_["nodes"][2]["scale"] = {0.1, 0.1, 0.1};
+  folder_.write("glow.png", "not read by the reader");
+  document_["images"] = {{{"uri", "glow.png"}}};
+  document_["textures"] = {{{"source", 0}}};
+  document_["materials"][0]["emissiveTexture"]["index"] = 0;
+  EXPECT_EQ(lights(), 0u) << "a strength of 17";
+  document_["materials"][0].erase("extensions");
+  EXPECT_EQ(lights(), 2u);
+  document_["materials"][1]["extensions"]["KHR_materials_unlit"] = nlohmann::json::object();
+  document_["materials"][0] = document_["materials"][1];
+  EXPECT_EQ(lights(), 0u) << "nothing needs light";
+}
+
 TEST_F(GltfTest, AnEnvironmentIsPartOfTheBundle) {
   const std::string sky = folder_.write("elsewhere/sky.exr", "pixels");
   const SceneDescription s = clean(load_document({false, "front", sky}));
