@@ -170,7 +170,9 @@ const char* finite_number(std::string_view word) {
 std::string with_finite_numbers(const std::string& text, const std::string& file, ProblemList* problems) {
   constexpr std::string_view kEnds = ",:[]{}\" \t\r\n";
   std::string out;
+  constexpr int kMostWarnings = 1000;
   std::optional<SourceLocation> first;
+  int words = 0;
   for (size_t at = 0; at < text.size();) {
     size_t end = at + 1;
     const char* number = nullptr;
@@ -183,8 +185,9 @@ std::string with_finite_numbers(const std::string& text, const std::string& file
       number = finite_number(word);
       if (number != nullptr) {
         if (!first) first = place_of(text, at, file);
-        problems->warning(*first, "the JSON holds " + in_quotes(word) + ", which is no finite number; " +
-                                      number + " is taken");
+        if (++words <= kMostWarnings)
+          problems->warning(*first, "the JSON holds " + in_quotes(word) + ", which is no finite number; " +
+                                        number + " is taken");
       }
     }
     if (number == nullptr) {

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 namespace lightmill {
 namespace {
@@ -74,7 +75,8 @@ void PbrtTokenizer::skip_blanks() {
     } else if (is_blank(text_[at_])) {
       advance();
     } else if (text_[at_] == ',') {
-      problems_->warning(here_.location(), "a comma stands between values; it is passed over");
+      if (!std::exchange(said_comma_, true))
+        problems_->warning(here_.location(), "commas stand between values; they are passed over");
       advance();
     } else {
       return;

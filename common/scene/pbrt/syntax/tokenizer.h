@@ -69,6 +69,7 @@ class PbrtTokenizer {
   int outer_depth_ = 0;    // inside so many brackets
   Token peeked_;
   bool has_peeked_ = false;
+  bool said_comma_ = false;
 };
 
 }  // namespace lightmill

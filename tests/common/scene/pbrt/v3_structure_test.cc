@@ -114,7 +114,7 @@ TEST_F(PbrtV3Structure, CommasAndEmptyLists) {
       v3("Translate 1, 2,3 Shape \"disk\" \"float radius\" [2,] Shape \"trianglemesh\" \"point P\" []");
   ASSERT_EQ(scene.shapes.size(), 1U);
   EXPECT_EQ(scene.shapes[0].object_to_world.m[2][3], 3);
-  EXPECT_TRUE(says("a comma stands between values; it is passed over, and 2 more like it")) << messages;
+  EXPECT_TRUE(says("3:12: warning: commas stand between values; they are passed over\n")) << messages;
   EXPECT_TRUE(says("parameter \"P\" has no value; it is left out")) << messages;
 }
 
