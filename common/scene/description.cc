@@ -1,8 +1,32 @@
 #include "common/scene/description.h"
 
+#include <algorithm>
+
+#include "common/scene/spectrum/spectrum.h"
 #include "common/scene/transform.h"
 
 namespace lightmill {
+
+Rgb brightest(const MediumDescription& medium) {
+  Rgb most = medium.emission;
+  if (!medium.grid) return most;
+  const auto largest = [](const VolumeField& f) {
+    return *std::max_element(f.values.begin(), f.values.end());
+  };
+  float factor = 1;
+  if (medium.grid->emission) factor = largest(*medium.grid->emission);
+  if (medium.grid->temperature) {
+    // The hottest is the brightest in no channel, but near enough for a bound within a factor of 3.
+    const Rgb c = black_body_radiance(largest(*medium.grid->temperature));
+    factor *= 3 * std::max({c.r, c.g, c.b});
+  }
+  return {most.r * factor, most.g * factor, most.b * factor};
+}
+
+bool is_empty(const MediumDescription& m) {
+  if (m.grid && (m.grid->sigma_a || m.grid->sigma_s)) return false;
+  return is_black(m.sigma_a) && is_black(m.sigma_s);
+}
 
 bool surface_flips_normal(const ShapeDescription& shape) {
   // A sphere's outward normal stays outward under a mirror; only a winding is swapped by one.

@@ -14,29 +14,9 @@
 
 #include "common/job/aovs.h"
 #include "common/scene/material_description.h"
+#include "common/scene/medium_description.h"
 
 namespace lightmill {
-
-// --- media ----------------------------------------------------------------------------------------
-
-/// A homogeneous participating medium. Coefficients are per scene unit, any scale applied; `emission` is the
-/// radiance that it would show in infinite depth if it only absorbed. The phase function is Henyey and
-/// Greenstein's with mean cosine g in (-1, 1): g > 0 scatters forwards.
-struct MediumDescription {
-  std::string name;
-  Rgb sigma_a{1, 1, 1}, sigma_s{1, 1, 1};
-  Rgb emission;
-  float g = 0;
-  SourceLocation location;
-};
-/// The media on either side of a surface (indices into SceneDescription::media; -1: empty space); outside is
-/// where its outward normal points. If both are the same, what passes stays in the medium that it came
-/// through, as in pbrt.
-struct MediumInterface {
-  int inside = -1, outside = -1;
-  bool transition() const { return inside != outside; }
-  bool operator==(const MediumInterface&) const = default;
-};
 
 // --- shapes ---------------------------------------------------------------------------------------
 

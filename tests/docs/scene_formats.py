@@ -41,7 +41,8 @@ OPTIONS = {
     "Accelerators": ("Accelerator", ["bvh", "kdtree"]),
     "Colour spaces": ("ColorSpace", ["aces2065-1", "dci-p3", "rec2020", "srgb"]),
 }
-MEDIA = ["cloud", "homogeneous", "nanovdb", "rgbgrid", "uniformgrid"]
+MEDIA = {"cloud": "", "homogeneous": "", "nanovdb": "", "rgbgrid": '"rgb sigma_s" [1 1 1]',
+         "uniformgrid": '"float density" 1'}
 GLTF = {  # extension: what a material, light, node or texture of it looks like
     "KHR_draco_mesh_compression": None, "EXT_meshopt_compression": None, "EXT_mesh_gpu_instancing": None,
     "KHR_lights_punctual": None, "KHR_materials_anisotropy": {}, "KHR_materials_clearcoat": {},
@@ -109,9 +110,9 @@ def pbrt_scenes():
     for name, parameters in LIGHTS.items():
         yield "Lights", name, f'WorldBegin\nLightSource "{name.split(",")[0]}" {parameters}\nShape "sphere"\n'
     yield "Lights", "area", 'WorldBegin\nAreaLightSource "diffuse"\nShape "sphere"\n'
-    for name in MEDIA:
+    for name, parameters in MEDIA.items():
         yield ("Participating media", name, f'WorldBegin\nLightSource "point"\nMakeNamedMedium "m" "string type" '
-               f'"{name}"\nMediumInterface "m" ""\nShape "sphere"\n')
+               f'"{name}" {parameters}\nMediumInterface "m" ""\nShape "sphere"\n')
 
 
 def gltf_scenes():

@@ -85,7 +85,7 @@ inline std::array<double, 3> grey(double x) { return {x, x, x}; }
 // 3 glass in an environment, 4 inside glass, 5 sphere around a point light, 6 concentric spheres, 7 point
 // light over a plane, 8 sphere light, 9 disk, 10 polygon, 11 corner, 12 sun, 13 mirrors, 14 slab, 15 GGX, 16
 // emissive wall, 17 scale, 18 to 21 media, 22 to 24 light that a surface sends to itself, hidden lamps,
-// narrow cones.
+// narrow cones, 25 to 28 media that vary over a grid.
 std::vector<Case> enclosure_cases();
 std::vector<Case> direct_light_cases();
 std::vector<Case> near_light_cases();
@@ -97,5 +97,6 @@ std::vector<Case> identity_cases();
 std::vector<Case> odd_cases();
 std::vector<Case> media_cases();
 std::vector<Case> own_light_cases();
+std::vector<Case> volume_cases();
 
 }  // namespace lightmill::test

@@ -15,7 +15,7 @@ std::vector<Case> all_cases() {
   std::vector<Case> all;
   for (const auto& family :
        {enclosure_cases, specular_cases, direct_light_cases, near_light_cases, range_cases, contact_cases,
-        coincident_cases, odd_cases, identity_cases, media_cases, own_light_cases}) {
+        coincident_cases, odd_cases, identity_cases, media_cases, own_light_cases, volume_cases}) {
     for (Case& c : family()) all.push_back(std::move(c));
   }
   return all;

@@ -51,6 +51,12 @@ SceneDescription scaled_scene(const SceneDescription& scene, int k) {
     const float f = std::ldexp(1.0f, -k);
     m.sigma_a = {m.sigma_a.r * f, m.sigma_a.g * f, m.sigma_a.b * f};
     m.sigma_s = {m.sigma_s.r * f, m.sigma_s.g * f, m.sigma_s.b * f};
+    if (!m.grid) continue;
+    auto grid = std::make_shared<MediumGrid>(*m.grid);
+    for (size_t row = 0; row < 3; ++row) {
+      for (double& x : grid->medium_to_world.m[row]) x *= length;
+    }
+    m.grid = std::move(grid);
   }
   for (MaterialDescription& m : out.materials) {
     auto* body = std::get_if<SubsurfaceMaterial>(&m.kind);

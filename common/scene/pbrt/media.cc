@@ -18,7 +18,12 @@ Rgb times(const Rgb& c, double s) {
 
 bool fits(const Rgb& c) { return std::max({c.r, c.g, c.b}) <= kMaxDensityScale; }
 
-void read_homogeneous(PbrtScene& out, ParameterList& params, MediumDescription* medium) {
+float mean_cosine(ParameterList& params) {
+  return static_cast<float>(params.number("g", 0, -kMostForward, kMostForward));
+}
+
+/// Coefficients, phase function and emission: what media of all kinds have, "rgbgrid" apart.
+void read_coefficients(PbrtScene& out, ParameterList& params, bool varies, MediumDescription* medium) {
   const std::string preset = params.text("preset", "");
   const MeasuredMedium* measured = preset.empty() ? nullptr : find_measured_medium(preset);
   if (!preset.empty() && measured == nullptr) {
@@ -34,9 +39,9 @@ void read_homogeneous(PbrtScene& out, ParameterList& params, MediumDescription* 
   const double scale = params.number("scale", 1, 0, kMaxDensityScale);
   medium->sigma_a = times(medium->sigma_a, scale);
   medium->sigma_s = times(medium->sigma_s, scale);
-  medium->g = static_cast<float>(params.number("g", 0, -kMostForward, kMostForward));
-  medium->emission = times(out.spectrum(params, "Le", SpectrumUse::kEmission, {0, 0, 0}),
-                           params.number("Lescale", 1, 0, kMaxDensityScale));
+  medium->g = mean_cosine(params);
+  medium->emission = out.spectrum(params, "Le", SpectrumUse::kEmission, {0, 0, 0});
+  if (!varies) medium->emission = times(medium->emission, params.number("Lescale", 1, 0, kMaxDensityScale));
   if (!fits(medium->sigma_a) || !fits(medium->sigma_s) || !fits(medium->emission))
     out.problems->error(params.where(),
                         params.owner() + " has coefficients beyond 1e30; lower its \"scale\"");
@@ -44,7 +49,8 @@ void read_homogeneous(PbrtScene& out, ParameterList& params, MediumDescription* 
 
 }  // namespace
 
-MediumDescription translate_medium(PbrtScene& out, const std::string& name, ParameterList& params) {
+MediumDescription translate_medium(PbrtScene& out, const std::string& name, ParameterList& params,
+                                   const Transform& ctm) {
   MediumDescription medium;
   medium.name = name;
   medium.location = params.where();
@@ -52,8 +58,19 @@ MediumDescription translate_medium(PbrtScene& out, const std::string& name, Para
   static const std::vector<std::string_view> known = {"homogeneous", "uniformgrid", "rgbgrid", "cloud",
                                                       "nanovdb"};
   if (type == "homogeneous") {
-    read_homogeneous(out, params, &medium);
+    read_coefficients(out, params, false, &medium);
     params.finish();
+    return medium;
+  }
+  if (type == "uniformgrid" || type == "rgbgrid") {
+    if (type == "uniformgrid") {
+      read_coefficients(out, params, true, &medium);
+    } else {
+      medium.g = mean_cosine(params);
+    }
+    medium.grid = read_medium_grid(type, params, ctm, &medium);
+    params.finish();
+    if (medium.grid == nullptr) medium.sigma_a = medium.sigma_s = {0, 0, 0};
     return medium;
   }
   medium.sigma_a = medium.sigma_s = {0, 0, 0};

@@ -234,8 +234,10 @@ void PbrtParser::finish() {
   scene.camera.lens.film_diagonal = out_.film_diagonal;
   scene.film.imaging_ratio =
       film_exposure_time_.value_or(times_.shutter_closes - times_.shutter_opens) * iso_ratio_;
-  const bool emits = !scene.lights.empty() || std::any_of(scene.shapes.begin(), scene.shapes.end(),
-                                                          [](const auto& s) { return s.area_light >= 0; });
+  const bool emits =
+      !scene.lights.empty() ||
+      std::ranges::any_of(scene.shapes, [](const ShapeDescription& s) { return s.area_light >= 0; }) ||
+      std::ranges::any_of(scene.media, [](const MediumDescription& m) { return !is_black(brightest(m)); });
   if (!emits && problems_->errors() == 0 && !out_.strict_lights) {
     problems_->warning(top,
                        "the scene has no light that is supported; an even white sky of radiance 1 is put in "

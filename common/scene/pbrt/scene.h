@@ -166,7 +166,12 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
 /// pbrt's material for a boundary between media that has no surface: nothing is seen of it.
 bool is_interface_material(const std::string& type);
 /// media.cc: a medium of an unsupported kind is empty.
-MediumDescription translate_medium(PbrtScene& out, const std::string& name, ParameterList& params);
+MediumDescription translate_medium(PbrtScene& out, const std::string& name, ParameterList& params,
+                                   const Transform& ctm);
+/// media_grids.cc: the grid of a medium of type "uniformgrid" or "rgbgrid", and the coefficients of the
+/// latter; null (reported) if there is none.
+std::shared_ptr<const MediumGrid> read_medium_grid(const std::string& type, ParameterList& params,
+                                                   const Transform& ctm, MediumDescription* medium);
 /// materials/textures.cc: `ctm` is the texture's space.
 void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type,
                        const std::string& type, ParameterList& params, const Transform& ctm);

@@ -132,6 +132,14 @@ constexpr Chromaticity kIlluminants[] = {
     {"stdillum-F12", 0.43700, 0.40420}, {"illum-acesD60", 0.32168, 0.33767},
 };
 
+/// Planck's law: the logarithm of a black body's power at a wavelength, up to a constant. Relative to 560 nm
+/// so that nothing leaves double's range.
+double log_black_body(double nm, double kelvin) {
+  constexpr double kSecondRadiation = 1.438776877e7;  // hc/k in nm K
+  const double e = kSecondRadiation / (nm * kelvin);
+  return -5 * std::log(nm / 560) - (e > 500 ? e : std::log(std::expm1(e)));
+}
+
 }  // namespace
 
 Rgb factor_to_rgb(const SampledSpectrum& spectrum) {
@@ -171,15 +179,18 @@ Rgb emitter_to_rgb(const SampledSpectrum& spectrum) {
 }
 
 Rgb blackbody_to_rgb(double kelvin) {
-  // Planck's law up to a constant; relative to 560 nm so that nothing leaves double's range.
-  constexpr double kSecondRadiation = 1.438776877e7;  // hc/k in nm K
-  const auto exponent = [&](double nm) { return kSecondRadiation / (nm * kelvin); };
-  const auto log_power = [&](double nm) {
-    const double e = exponent(nm);
-    return -5 * std::log(nm / 560) - (e > 500 ? e : std::log(std::expm1(e)));
-  };
-  const double reference = log_power(kLast);
-  return unit_luminance(integrate_xyz([&](double nm) { return std::exp(log_power(nm) - reference); }));
+  const double reference = log_black_body(kLast, kelvin);
+  return unit_luminance(
+      integrate_xyz([&](double nm) { return std::exp(log_black_body(nm, kelvin) - reference); }));
+}
+
+Rgb black_body_radiance(double kelvin) {
+  if (!(kelvin > 100)) return {};
+  constexpr double kWien = 2.897771955e6;  // wavelength of the peak times temperature, nm K
+  const double peak = log_black_body(kWien / kelvin, kelvin);
+  const Triple c =
+      xyz_to_rgb(integrate_xyz([&](double nm) { return std::exp(log_black_body(nm, kelvin) - peak); }));
+  return non_negative(c);
 }
 
 std::optional<Rgb> named_metal(std::string_view name) {

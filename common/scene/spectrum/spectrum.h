@@ -28,6 +28,9 @@ std::vector<std::array<double, 3>> factor_weights(const std::vector<double>& wav
 Rgb emitter_to_rgb(const SampledSpectrum& spectrum);
 /// Black body of `kelvin` > 0, scaled to luminance 1.
 Rgb blackbody_to_rgb(double kelvin);
+/// What pbrt's camera shows of a spectrum that is a black body's, scaled to 1 at its peak: its products with
+/// the colour matching functions, integrated over nm. Black below 100 kelvin.
+Rgb black_body_radiance(double kelvin);
 
 /// "metal-Cu-eta", "metal-Cu-k", ...: RGB figures.
 std::optional<Rgb> named_metal(std::string_view name);

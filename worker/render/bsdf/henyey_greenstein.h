@@ -9,7 +9,9 @@
 
 namespace lightmill {
 
-/// Slot 0 of the parameters is g.
+/// Slot 0 of the parameters is g. This one is for whoever joins vertices: the mean collision rate there.
+inline constexpr int kPhaseRateSlot = 1;
+
 template <class F>
 inline F henyey_greenstein(F g, const Vec3<F>& wi) {
   // From the peak, which is backwards for g < 0: there by the sine, which is known better.

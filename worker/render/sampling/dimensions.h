@@ -40,7 +40,9 @@ enum VertexDim : uint32_t {
   kDimConnectRoulette = 9  // + number of the draw modulo kConnectRouletteDims: 1D
 };
 inline constexpr uint32_t kDimPane = kDimsPerVertex - 1;  // 1D: which pane on the way to the vertex reflects
-inline constexpr uint32_t kConnectRouletteDims = kDimPane - kDimConnectRoulette;
+/// Seeds of walks through grids of media: to the vertex, and of what is joined to it.
+inline constexpr uint32_t kDimVolume = kDimsPerVertex - 2, kDimJoinedVolume = kDimsPerVertex - 3;
+inline constexpr uint32_t kConnectRouletteDims = kDimJoinedVolume - kDimConnectRoulette;
 constexpr uint32_t vertex_dim(int vertex, uint32_t dim) {
   return kDimVertex0 + static_cast<uint32_t>(vertex) * kDimsPerVertex + dim;
 }

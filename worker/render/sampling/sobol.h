@@ -108,7 +108,9 @@ struct SampleStream {
     return unit_float<F>(reverse_bits(owen_hash(i, hash32(k ^ 0x68bc21ebu))));
   }
   /// Independent uniform, for decisions that gain nothing from stratification.
-  F get_random(uint32_t dim) const { return unit_float<F>(hash32(hash_combine(key, dim) ^ hash32(index))); }
+  F get_random(uint32_t dim) const { return unit_float<F>(get_seed(dim)); }
+  /// A seed of more independent numbers.
+  U get_seed(uint32_t dim) const { return hash32(hash_combine(key, dim) ^ hash32(index)); }
 };
 
 }  // namespace lightmill

@@ -17,6 +17,7 @@
 #include "worker/render/guiding/photon_guide.h"
 #include "worker/render/light/light_table.h"
 #include "worker/render/scene/media/medium.h"
+#include "worker/render/scene/media/volume_table.h"
 #include "worker/render/scene/textures/texture.h"
 
 namespace lightmill {
@@ -124,6 +125,7 @@ struct RenderScene {
   // Participating media (medium.h) and panes (pane.h); empty without any.
   std::vector<float> media;              // kMediumFloats per medium, of which the first is empty space
   std::vector<int32_t> primitive_media;  // sides per primitive
+  VolumeTable volumes;                   // of media that vary
   bool any_boundaries = false;           // that rays pass straight through: of media, or panes
   bool any_panes = false;
   int32_t camera_medium = 0;  // that camera paths start in

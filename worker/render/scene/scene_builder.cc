@@ -107,7 +107,7 @@ class SceneBuilder {
  private:
   /// The readers see to it that a scene has lights; what they shine by may still be black.
   void warn_if_dark() {
-    const auto glows = [](const MediumDescription& m) { return !is_black(m.emission); };
+    const auto glows = [](const MediumDescription& m) { return !is_black(brightest(m)); };
     if (out_.lights.count() > 0 || in_.strict_lights || std::ranges::any_of(in_.media, glows)) return;
     if (in_.lights.empty() && in_.area_lights.empty()) return;  // made so, by a program
     const std::string file = in_.files.empty() ? "" : in_.files.front().name;
@@ -254,6 +254,7 @@ class SceneBuilder {
     // A medium that the camera stands in may have no boundary but the scene's.
     std::vector<Vec3d> camera;
     if (media_->any()) {
+      camera = media_->grid_corners();
       camera.push_back(out_.origin);
       if (in_.camera.moves_to >= 0) {
         const Matrix& end = in_.later[static_cast<size_t>(in_.camera.moves_to)].m;
@@ -318,7 +319,8 @@ uint64_t bytes_of(const RenderScene& s) {
   return lights + s.textures.bytes() +
          bytes(s.positions, s.normals, s.colors, s.uvs, s.second_uvs, s.indices, s.meshes, s.spheres,
                s.sphere_axes, s.instance_records, s.instance_object, s.poses, s.ways, s.primitive_material,
-               s.primitive_light, s.primitive_flags, s.bsdf_tables);
+               s.primitive_light, s.primitive_flags, s.bsdf_tables, s.volumes.bricks, s.volumes.majorants,
+               s.volumes.values);
 }
 
 }  // namespace lightmill

@@ -66,6 +66,71 @@ TEST_F(PbrtMedia, ThatPbrtsIntegratorLeavesOutAreWarnedOf) {
   clean(load(path + fog + "WorldBegin LightSource \"point\" Shape \"sphere\"\n"));
 }
 
+TEST_F(PbrtMedia, GridsAreReadWithTheirBoxAndTransform) {
+  const SceneDescription s = clean_world(
+      "Translate 1 2 3 MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"integer "
+      "nz\" 2\n"
+      "  \"float density\" [0 1 2 3] \"point3 p0\" [1 0 -1] \"point3 p1\" [-1 2 1] \"rgb sigma_s\" [4 5 6]\n"
+      "  \"float scale\" 0.5 \"float g\" 0.25 \"rgb Le\" [1 0.5 0] \"float Lescale\" [1 2 3 4]\n");
+  ASSERT_EQ(s.media.size(), 1u);
+  const MediumDescription& m = s.media[0];
+  EXPECT_EQ(m.sigma_s, (Rgb{2, 2.5f, 3}));
+  EXPECT_EQ(m.sigma_a, (Rgb{0.5f, 0.5f, 0.5f}));
+  EXPECT_EQ(m.g, 0.25f);
+  EXPECT_EQ(m.emission, (Rgb{1, 0.5f, 0}));
+  ASSERT_NE(m.grid, nullptr);
+  EXPECT_EQ(m.grid->medium_to_world.m[1][3], 2);
+  EXPECT_EQ(m.grid->lo.x, -1);
+  EXPECT_EQ(m.grid->hi.y, 2);
+  EXPECT_EQ(m.grid->density->nx, 2);
+  EXPECT_EQ(m.grid->density->ny, 1);
+  EXPECT_EQ(m.grid->density->values, (std::vector<float>{0, 1, 2, 3}));
+  EXPECT_EQ(m.grid->emission->values, (std::vector<float>{1, 2, 3, 4}));
+  EXPECT_EQ(brightest(m), (Rgb{4, 2, 0}));
+}
+
+TEST_F(PbrtMedia, FireHasATemperature) {
+  const SceneDescription s = clean_world(
+      "MakeNamedMedium \"fire\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"float density\" [1 2]\n"
+      "  \"float temperature\" [1300 800] \"float temperatureoffset\" 300 \"float temperaturescale\" 2\n");
+  const MediumGrid& grid = *s.media[0].grid;
+  EXPECT_EQ(grid.temperature->values, (std::vector<float>{2000, 1000}));
+  EXPECT_EQ(grid.emission->nx, 1);  // one factor, which falls off from the middle, as pbrt has it
+  EXPECT_EQ(s.media[0].emission, (Rgb{1, 1, 1}));
+}
+
+TEST_F(PbrtMedia, RgbGridsHaveCoefficientsOfTheirOwn) {
+  const SceneDescription s = clean_world(
+      "MakeNamedMedium \"dye\" \"string type\" \"rgbgrid\" \"integer ny\" 2 \"rgb sigma_a\" [1 2 3 4 5 6]\n"
+      "  \"float scale\" 2 \"rgb Le\" [0 0 0 1 1 1] \"float Lescale\" 3\n");
+  const MediumDescription& m = s.media[0];
+  EXPECT_EQ(m.grid->density, nullptr);
+  EXPECT_EQ(m.grid->sigma_a->values, (std::vector<float>{2, 4, 6, 8, 10, 12}));
+  EXPECT_EQ(m.grid->sigma_s, nullptr);
+  EXPECT_EQ(m.sigma_s, (Rgb{2, 2, 2}));  // pbrt's 1, scaled
+  EXPECT_EQ(m.emission, (Rgb{3, 3, 3}));
+  EXPECT_FLOAT_EQ(m.grid->emission->values[3], 106.856895f);  // pbrt does not scale this light
+}
+
+TEST_F(PbrtMedia, BadGridsAreEmptySpaceAndSaySo) {
+  const std::string grid = "MakeNamedMedium \"m\" \"string type\" \"uniformgrid\" ";
+  const std::pair<std::string, const char*> cases[] = {
+      {grid, "needs a \"float density\" with a value for each voxel; it is empty space"},
+      {grid + "\"integer nx\" 2 \"float density\" [1 2 3]", "has 3 values, where nx, ny and nz ask for 2"},
+      {grid + "\"integer nx\" 0 \"float density\" 1", "nx"},
+      {grid + "\"integer nx\" 100000 \"integer ny\" 100000 \"float density\" 1", "more than 2^31 voxels"},
+      {grid + "\"float density\" -1", "must be within 0 and 1e30"},
+      {grid + "\"float density\" 1 \"point3 p1\" [1 0 1]", "without a volume"},
+      {"Scale 1 1 0 " + grid + "\"float density\" 1", "flattened by its transform"},
+      {"MakeNamedMedium \"m\" \"string type\" \"rgbgrid\" \"rgb Le\" [1 1 1]", "needs \"rgb sigma_a\" or"},
+  };
+  for (const auto& [text, message] : cases) {
+    const LoadResult r = strictly_world(text);
+    EXPECT_TRUE(has_error(r, message)) << text << "\n" << listed(r);
+    EXPECT_TRUE(mentions(r, "scene.pbrt:2:")) << text << "\n" << listed(r);
+  }
+}
+
 TEST_F(PbrtMedia, BadOnesAreRefusedWithTheirLine) {
   const std::string fog = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" ";
   const std::pair<std::string, const char*> cases[] = {

@@ -68,13 +68,15 @@ Lane adjoint_cosine(const VertexLanes<Lane>& v, const Vec3<Lane>& wi) {
 /// Turns a density per unit solid angle into one at the vertex, seen along `w`: the cosine to the geometric
 /// normal, in a medium the mean collision rate (mis.h).
 template <class K>
-Lane density_cosine(const RenderScene& scene, const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
+Lane density_cosine(const VertexLanes<Lane>& v, const Vec3<Lane>& w) {
   const Lane cosine = abs(dot(v.ng, w));
   if constexpr (!K::kMedia) return cosine;
-  const LaneMask inside = LaneMask(v.kind == kPhaseFunction);
-  if (!any(inside)) return cosine;
-  const MediumRecord<Lane> medium(scene.media.data(), v.media & kMaxMedia);
-  return select(inside, medium.scalar(kMediumMeanRate), cosine);
+  return select(LaneMask(v.kind == kPhaseFunction), v.params.p[kPhaseRateSlot], cosine);
+}
+
+/// The seed of a connection's walk through grids, if there are any.
+inline UintOf<Lane> volume_seed(const StageContext& context, const SampleStream<Lane>& stream, uint32_t dim) {
+  return context.scene.volumes.empty() ? UintOf<Lane>{} : stream.get_seed(dim);
 }
 
 /// The medium that a segment from `v` in direction `w` starts in.

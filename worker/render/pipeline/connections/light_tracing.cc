@@ -60,14 +60,17 @@ void light_tracing(const StageContext& context, const LayerContext& layer, int d
         eval_bsdf<Lane, K::kSurfaces>(v.kind, valid, v.params, frame.to_local(v.wo),
                                       local_viewer(context, v, frame, to_camera), Mode::kImportance);
     f.pdf_reverse = camera_density(context.scene, v, f.pdf_reverse);
-    const Lane p_camera = lens.density * density_cosine<K>(context.scene, v, to_camera);
+    const Lane p_camera = lens.density * density_cosine<K>(v, to_camera);
     const Lane light_ratio = p_camera * (1.0f / context.light_samples);
     const Lane w_light = light_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M8
     const Lane mis = mis_weight(w_light, Lane{});
     const Lane scale =
         lens.density * adjoint_cosine<K>(v, to_camera) * mis * (context.imaging_ratio * context.splat_scale);
     Candidates c;
-    if constexpr (K::kMedia) c.medium = medium_towards(v, to_camera), c.ratio = w_light;
+    if constexpr (K::kMedia) {
+      c.medium = medium_towards(v, to_camera), c.ratio = w_light;
+      c.seed = volume_seed(context, stream, vertex_dim(depth, kDimJoinedVolume));
+    }
     c.value = select(valid, v.throughput * f.f * scale, Vec3<Lane>{});
     c.origin = offset_origin(v.p, v.error, v.ng, to_camera);
     c.direction = -(c.origin - lens.lens);
@@ -116,6 +119,7 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
     const LaneInt sides = gather(context.lights.media.data(), e.light);
     c.medium = medium_on_side<Lane>(sides, LaneMask(dot(e.normal, to_camera) > 0.0f));
     c.ratio = w_hit;
+    c.seed = volume_seed(context, stream, vertex_dim(0, kDimJoinedVolume));
   }
   c.value = select(valid, radiance * scale, Vec3<Lane>{});
   c.origin = offset_origin(e.point, e.error, e.normal, to_camera);

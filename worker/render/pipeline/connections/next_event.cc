@@ -43,7 +43,7 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     const Lane w_light = context.on(kEmissionHits) ? select(d.delta, Lane{}, f.pdf * inv_pdf) : Lane{};
     Lane camera_ratio{}, w_camera{};
     if (weigh_connections) {
-      const Lane cos_surface = density_cosine<K>(context.scene, v, d.wi);
+      const Lane cos_surface = density_cosine<K>(v, d.wi);
       const Lane cos_light = select(lit, d.cos_light, splat<Lane>(1.0f));
       camera_ratio = d.pdf_emission * cos_surface * inv_pdf / cos_light;
       w_camera = camera_ratio * (v.dvcm + v.dvc * f.pdf_reverse);  // M7
@@ -53,6 +53,7 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     Candidates c;
     if constexpr (K::kMedia) {
       c.medium = medium_towards(v, d.wi), c.ratio = w_light + w_camera;
+      c.seed = volume_seed(context, stream, vertex_dim(depth, kDimJoinedVolume));
       c.light = d.light * 2 + select(LaneMask(dot(d.normal, d.wi) < 0.0f), splat_int<Lane>(1), LaneInt{});
     }
     c.value = select(lit, v.throughput * f.f * d.radiance * scale, Vec3<Lane>{});

@@ -29,7 +29,8 @@ struct Candidates {
   // With media: the one that the segment starts in, and w_light + w_camera without P~ of the segment.
   LaneInt medium{};
   Lane ratio{};
-  LaneInt light{};  // of next event: MediaWork::shadow_light
+  LaneInt light{};      // of next event: MediaWork::shadow_light
+  UintOf<Lane> seed{};  // of the walk through grids
 };
 
 /// Drops zero contributions and counts them, plays roulette with `u` for those below `tiny_contribution`, and
@@ -74,7 +75,7 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   if (context.scene.any_moving()) add(q.time, gather(w.paths.time, c.path));
   if constexpr (K::kMedia)
     add(w.media->shadow_medium, c.medium), add(w.media->shadow_ratio, c.ratio),
-        add(w.media->shadow_light, c.light);
+        add(w.media->shadow_light, c.light), add(w.media->shadow_seed, as_int(c.seed));
   if (StrategyRecorder* recorder = recorder_of<K>(w)) {
     int i = q.count;
     for (unsigned left = bits; left; left &= left - 1) {

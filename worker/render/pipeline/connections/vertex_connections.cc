@@ -51,8 +51,7 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
                                         local_viewer(context, l, light_frame, -wi), Mode::kImportance);
       if (context.scene.any_shading_normals()) fl.pdf = fl.pdf * viewer_density(l, -wi);
       fl.pdf_reverse = camera_density(context.scene, l, fl.pdf_reverse);
-      const Lane cos_v = density_cosine<K>(context.scene, v, wi),
-                 cos_l = density_cosine<K>(context.scene, l, wi);
+      const Lane cos_v = density_cosine<K>(v, wi), cos_l = density_cosine<K>(l, wi);
       const Lane light_ratio = f.pdf * cos_l * inv_d2, camera_ratio = fl.pdf * cos_v * inv_d2;
       const Lane w_light = light_ratio * (l.dvcm + l.dvc * fl.pdf_reverse);
       const Lane w_camera = camera_ratio * (v.dvcm + v.dvc * f.pdf_reverse);
@@ -61,8 +60,11 @@ void connections(const StageContext& context, const LayerContext& layer, int dep
       const Lane geometry =
           inv_connections * shading_cosine<K>(v, abs(wi_local.z)) * adjoint_cosine<K>(l, -wi) * inv_d2;
       Candidates c;
-      if constexpr (K::kMedia)
+      if constexpr (K::kMedia) {
         c.medium = medium_towards(v, wi), c.ratio = (w_light + w_camera) * inv_connections;
+        // The draws after next event's.
+        c.seed = hash32(volume_seed(context, stream, vertex_dim(depth, kDimJoinedVolume)) + (j + 1));
+      }
       c.value =
           select(valid, v.throughput * l.throughput * f.f * fl.f * (geometry * mis * context.imaging_ratio),
                  Vec3<Lane>{});

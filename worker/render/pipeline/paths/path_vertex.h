@@ -86,13 +86,13 @@ inline Hit collision(const RenderScene& scene, const Wavefront& w, const Group& 
   v.throughput = h.path.throughput;
   v.kind = splat_int<Lane>(kPhaseFunction);
   v.params.p[0] = medium.scalar(kMediumG);
+  v.params.p[kPhaseRateSlot] = h.cos_in = gather(m.end_rate, g.slot);
   v.params.tables = scene.bsdf_tables.data();
   v.media = h.path.medium | (h.path.medium << kMediumBits);
   v.path = g.slot;
   v.depth = splat_int<Lane>(depth);
   const Vec3<Lane> segment = v.p - h.path.origin;
   h.distance2 = dot(segment, segment);
-  h.cos_in = medium.scalar(kMediumMeanRate);
   h.valid = mask_and(g.active, LaneMask(max_component(v.throughput) > 0.0f));
   v.dvcm = h.path.dvcm;
   v.dvc = h.path.dvc;

@@ -10,6 +10,7 @@
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/recording/stage_probe.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
+#include "worker/render/pipeline/walks/volume_walk.h"
 #include "worker/render/scene/geometry/surface.h"
 #include "worker/render/scene/materials/pane.h"
 
@@ -71,6 +72,23 @@ void draw_depths(const SampleStream<Lane>& stream, uint32_t dim, const Vec3<Lane
   *left = minus_log_one_minus(u + more * 0x1p-24f, (1.0f - u) - more * 0x1p-24f);
 }
 
+LaneMask shining(const Vec3<Lane>& glow) { return mask_not(LaneMask(max_component(glow) <= 0.0f)); }
+
+/// Adds what media emit, times the path's throughput, to the paths in `mask`.
+void add_glow(int depth, LaneInt slot, LaneMask mask, Vec3<Lane> glow, const StageContext& context,
+              Wavefront& w) {
+  if (!any(mask)) return;
+  glow = glow * splat<Lane>(context.imaging_ratio);
+  for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
+    const int l = std::countr_zero(bits);
+    add_to_path(w, static_cast<size_t>(lane(slot, l)), lane(glow.x, l), lane(glow.y, l), lane(glow.z, l));
+  }
+  if (!w.recorder) return;
+  FamilyRatios ratios{};
+  add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
+  w.recorder->emission(depth + 1, slot, mask, glow, splat<Lane>(1.0f), ratios);
+}
+
 /// One step of the walk for `e`: as far as the next surface, boundary or collision. Returns the lanes at a
 /// boundary, whose next ray is stored.
 template <bool kLight>
@@ -82,11 +100,13 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
   const Vec3<Lane>&o = path.origin, &d = path.direction;
   Lane left;
   LaneInt channel;
-  Vec3<Lane> optical{}, rate{};
+  Vec3<Lane> optical{}, rate{}, nulls = splat3<Lane>(1, 1, 1);
+  LaneInt drawn{};
   Lane pane_draw{}, panes = splat<Lane>(1.0f);
+  const bool grids = !scene.volumes.empty();
+  const SampleStream<Lane> stream =
+      kLight ? layer.light_stream<Lane>(e.slot) : layer.camera_stream<Lane>(e.slot);
   if (first) {
-    const SampleStream<Lane> stream =
-        kLight ? layer.light_stream<Lane>(e.slot) : layer.camera_stream<Lane>(e.slot);
     const uint32_t dim = vertex_dim(depth, kLight ? kDimLightDistance : kDimCameraDistance);
     draw_depths(stream, dim, path.throughput, &channel, &left);
     if (scene.any_panes) pane_draw = stream.get_1d(vertex_dim(depth, kDimPane));
@@ -97,6 +117,7 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
     rate = gather_rgb(m.rate, e.slot);
     pane_draw = gather(m.pane_draw, e.slot);
     panes = gather(m.panes, e.slot);
+    if (grids) nulls = gather_rgb(m.nulls, e.slot), drawn = gather(m.drawn, e.slot);
   }
 
   const LaneMask hit = mask_and(e.active, LaneMask(path.prim >= 0));
@@ -118,15 +139,45 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
     const LaneMask infinite = mask_or(LaneMask(type == kInfiniteLight), LaneMask(type == kDistantLight));
     near = select(infinite, outermost.enter, Lane{});
   }
-  const Lane length = select(filled, max(far - near, Lane{}), Lane{});
-
   const MediumRecord<Lane> medium(scene.media.data(), path.medium);
+  const LaneMask varies = grids ? mask_and(e.active, LaneMask(medium.grid() != 0)) : splat_mask<Lane>(false);
+  const Lane length = select(mask_and(filled, mask_not(varies)), max(far - near, Lane{}), Lane{});
+
   const Lane chosen = medium.channel(kMediumCollision, channel);
-  const LaneMask collides = mask_and(e.active, LaneMask(chosen * length > left));
-  const Lane travelled = select(collides, left / select(collides, chosen, splat<Lane>(1.0f)), length);
+  LaneMask collides = mask_and(e.active, LaneMask(chosen * length > left));
+  Lane travelled = select(collides, left / select(collides, chosen, splat<Lane>(1.0f)), length);
   optical = optical + medium.rgb(kMediumExtinction) * travelled;
   rate = rate + medium.rgb(kMediumCollision) * travelled;
   left = max(left - chosen * length, Lane{});
+
+  // Coefficients where the segment ends, if in a medium.
+  Vec3<Lane> mu = medium.rgb(kMediumCollision), scattering = medium.rgb(kMediumScattering), glow{};
+  const bool shines = !kLight && context.on(kEmissionHits);
+  if (any(varies)) {
+    VolumeWalk walk{.active = varies,
+                    .medium = path.medium,
+                    .origin = o,
+                    .direction = d,
+                    .from = near,
+                    .until = far,
+                    .seed = stream.get_seed(vertex_dim(depth, kDimVolume)),
+                    .drawn = drawn,
+                    .left = left,
+                    .optical = optical,
+                    .rate = rate,
+                    .nulls = nulls};
+    const VolumeCollision found = walk_through_volumes(scene, channel, path.throughput, shines, &walk);
+    left = select(varies, walk.left, left);
+    drawn = walk.drawn;
+    optical = select(varies, walk.optical, optical);
+    rate = select(varies, walk.rate, rate);
+    nulls = walk.nulls;
+    glow = found.glow;
+    collides = mask_or(collides, found.collides);
+    travelled = select(found.collides, found.at - near, travelled);
+    mu = select(found.collides, found.rate, mu);
+    scattering = select(found.collides, found.scattering, scattering);
+  }
 
   LaneMask crosses = mask_and(mask_and(hit, LaneMask(sides < 0)), mask_not(collides));
   if (scene.any_panes && any(crosses)) {
@@ -146,37 +197,35 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
     scatter_rgb(m.rate, e.slot, rate, crosses);
     scatter(m.pane_draw, e.slot, pane_draw, crosses);
     scatter(m.panes, e.slot, panes, crosses);
+    if (grids) {
+      scatter_rgb(m.nulls, e.slot, nulls, crosses);
+      scatter(m.drawn, e.slot, drawn, crosses);
+    }
   }
   const LaneMask done = mask_and(e.active, mask_not(crosses));
+  if (shines && any(varies)) add_glow(depth, e.slot, mask_and(varies, shining(glow)), glow, context, w);
   if (!any(done)) return crosses;
 
   // At the segment's end: its weight, and P~.
-  const Vec3<Lane> passed = exp_minus(rate), transmitted = exp_minus(optical);
+  Vec3<Lane> passed = exp_minus(rate), transmitted = exp_minus(optical);
+  if (grids) passed = passed * nulls, transmitted = transmitted * nulls;
   const Lane sum = path.throughput.x + path.throughput.y + path.throughput.z;
   const Vec3<Lane> share = path.throughput * (1.0f / select(LaneMask(sum > 0.0f), sum, splat<Lane>(1.0f)));
-  const Vec3<Lane> mu = medium.rgb(kMediumCollision);
   const Lane density = select(collides, dot(share, mu * passed), dot(share, passed));
   const Lane inv = 1.0f / select(LaneMask(density > 0.0f), density, splat<Lane>(1.0f));
   const Vec3<Lane> arrived = path.throughput * transmitted * inv;
-  if (!kLight && any(collides) && context.on(kEmissionHits)) {
-    const Vec3<Lane> glow = arrived * medium.rgb(kMediumEmission) * splat<Lane>(context.imaging_ratio);
-    const Lane brightest = max_component(glow);
-    const LaneMask glows = mask_and(collides, mask_not(LaneMask(brightest <= 0.0f)));
-    for (unsigned bits = mask_bits(glows); bits; bits &= bits - 1) {
-      const int l = std::countr_zero(bits);
-      add_to_path(w, static_cast<size_t>(lane(e.slot, l)), lane(glow.x, l), lane(glow.y, l), lane(glow.z, l));
-    }
-    if (w.recorder && any(glows)) {
-      FamilyRatios ratios{};
-      add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
-      w.recorder->emission(depth + 1, e.slot, glows, glow, splat<Lane>(1.0f), ratios);
-    }
+  if (shines && any(collides)) {
+    const Vec3<Lane> shown = arrived * medium.rgb(kMediumEmission);
+    add_glow(depth, e.slot, mask_and(mask_and(collides, mask_not(varies)), shining(shown)), shown, context,
+             w);
   }
-  path.throughput = select(collides, arrived * medium.rgb(kMediumScattering), arrived);
+  path.throughput = select(collides, arrived * scattering, arrived);
   path.dvcm = path.dvcm / (mean(passed) * panes);  // M3
   path.prim = select(collides, splat_int<Lane>(kInMedium), path.prim);
   store_paths(path, e.slot, mask_bits(done), &w.paths);
   scatter_rgb(m.end, e.slot, o + d * (near + travelled), mask_and(done, collides));
+  scatter(m.end_rate, e.slot, select(varies, mean(mu), medium.scalar(kMediumMeanRate)),
+          mask_and(done, collides));
   return crosses;
 }
 
@@ -214,6 +263,32 @@ void cast(const StageContext& context, const LayerContext& layer, int depth, Wav
   }
 }
 
+/// Continues shadow rays through grids up to `until`.
+void shadow_grids(const RenderScene& scene, LaneInt slot, LaneMask mask, LaneInt medium, const Vec3<Lane>& o,
+                  const Vec3<Lane>& d, Lane until, MediaWork& m) {
+  const auto rows = [&](const float(*from)[ShadowRays::kCapacity]) {
+    return Vec3<Lane>{gather(from[0], slot), gather(from[1], slot), gather(from[2], slot)};
+  };
+  VolumeWalk walk{.active = mask,
+                  .medium = medium,
+                  .origin = o,
+                  .direction = d,
+                  .from = Lane{},
+                  .until = until,
+                  .seed = as_uint(gather(m.shadow_seed, slot)),
+                  .drawn = gather(m.shadow_drawn, slot),
+                  .left = gather(m.shadow_left, slot),
+                  .optical = rows(m.shadow_depth),
+                  .rate = rows(m.shadow_rate),
+                  .nulls = rows(m.shadow_nulls)};
+  pass_through_volumes(scene, &walk);
+  scatter(m.shadow_drawn, slot, walk.drawn, mask);
+  scatter(m.shadow_left, slot, walk.left, mask);
+  scatter_rgb(m.shadow_depth, slot, walk.optical, mask);
+  scatter_rgb(m.shadow_rate, slot, walk.rate, mask);
+  scatter_rgb(m.shadow_nulls, slot, walk.nulls, mask);
+}
+
 /// One step of shadow rays: as far as the next boundary or their end. Returns the lanes at a boundary.
 LaneMask shadow_step(const StageContext& context, const Group& e, ShadowRays& q, MediaWork& m,
                      bool visible_to_end) {
@@ -246,10 +321,16 @@ LaneMask shadow_step(const StageContext& context, const Group& e, ShadowRays& q,
         q.occluded[lane(e.slot, std::countr_zero(bits))] = 1;
     }
   }
-  const LaneMask filled = mask_and(free, LaneMask(medium != 0));
-  const Lane end = select(finite, length_d, Outermost(scene, o, d).leave);
-  const Lane length = select(filled, select(crosses, far, end), Lane{});
   const MediumRecord<Lane> record(scene.media.data(), medium);
+  LaneMask filled = mask_and(free, LaneMask(medium != 0));
+  const Lane end = select(finite, length_d, Outermost(scene, o, d).leave);
+  const Lane all = select(crosses, far, end);
+  if (!scene.volumes.empty()) {
+    const LaneMask varies = mask_and(filled, LaneMask(record.grid() != 0));
+    filled = mask_and(filled, mask_not(varies));
+    if (any(varies)) shadow_grids(scene, e.slot, varies, medium, o, d, all / length_d, m);
+  }
+  const Lane length = select(filled, all, Lane{});
   const auto add = [&](float(*rows)[ShadowRays::kCapacity], int slot) {
     for (int c = 0; c < 3; ++c)
       scatter(rows[c], e.slot, gather(rows[c], e.slot) + record.scalar(slot + c) * length, filled);
@@ -287,6 +368,22 @@ void cast_camera_paths_through_media(const StageContext& context, const LayerCon
   cast<false>(context, layer, depth, w);
 }
 
+namespace {
+
+/// The first number of each shadow ray says how far its first tentative collision is.
+void begin_grids(size_t count, MediaWork& m) {
+  const size_t padded = (count + kLanes - 1) / kLanes * kLanes;
+  for (auto& channel : m.shadow_nulls) std::fill_n(channel, padded, 1.0f);
+  std::fill(m.shadow_seed + count, m.shadow_seed + padded, 0);
+  std::fill_n(m.shadow_drawn, padded, 1);
+  for (size_t base = 0; base < count; base += kLanes) {
+    const Lane u = unit_float<Lane>(hash32(as_uint(load_int<Lane>(m.shadow_seed + base))));
+    store(m.shadow_left + base, minus_log_one_minus(u + 0x1p-25f, (1.0f - u) - 0x1p-25f));
+  }
+}
+
+}  // namespace
+
 void trace_transmittance(const StageContext& context, Wavefront& w) {
   ShadowRays& q = w.shadow;
   MediaWork& m = *w.media;
@@ -300,6 +397,8 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
   }
   std::fill_n(m.shadow_panes, (count + kLanes - 1) / kLanes * kLanes, 1.0f);
   const bool boundaries = context.scene.any_boundaries;
+  const bool grids = !context.scene.volumes.empty();
+  if (grids) begin_grids(count, m);
   const RayView view = view_of(context.scene, q);
   context.accel.occluded(view, q.tfar, q.count, q.occluded, boundaries ? m.shadow_crossed : nullptr);
   m.casting.clear();
@@ -334,8 +433,14 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
       return exp_minus({load<Lane>(from[0] + base), load<Lane>(from[1] + base), load<Lane>(from[2] + base)});
     };
     const Lane panes = load<Lane>(m.shadow_panes + base);
-    const Vec3<Lane> transmitted = rows(m.shadow_depth) * panes;
-    const Lane passed = mean(rows(m.shadow_rate)) * panes, ratio = load<Lane>(m.shadow_ratio + base);
+    Vec3<Lane> transmitted = rows(m.shadow_depth), reached = rows(m.shadow_rate);
+    if (grids) {
+      const Vec3<Lane> nulls{load<Lane>(m.shadow_nulls[0] + base), load<Lane>(m.shadow_nulls[1] + base),
+                             load<Lane>(m.shadow_nulls[2] + base)};
+      transmitted = transmitted * nulls, reached = reached * nulls;
+    }
+    transmitted = transmitted * panes;
+    const Lane passed = mean(reached) * panes, ratio = load<Lane>(m.shadow_ratio + base);
     const Lane reweighted = (1.0f + ratio) / (1.0f + ratio * passed);
     store(m.passed + base, passed);
     store(q.r + base, load<Lane>(q.r + base) * transmitted.x * reweighted);

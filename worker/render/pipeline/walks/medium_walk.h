@@ -18,6 +18,9 @@
 // the camera, so that light from infinity has a finite way through it. If there is no such light, it goes on
 // without end, as far as light is worth it there (RenderScene::media_reach).
 //
+// Media that vary over a grid: volume_walk.h. There mu is a function of the place, and P_c has a factor for
+// every null collision.
+//
 // Panes (materials/pane.h) are boundaries that a segment passes with the probability T of each. One number u
 // is drawn for the whole segment, which ends at the first pane where the product of all T so far is not above
 // u. The product is part of the P~ of the segment, and of the transmittance of a connection.
@@ -40,6 +43,9 @@ struct MediaWork {
   alignas(32) float left[kWavefront];      // until it ends, in the chosen channel
   alignas(32) int32_t channel[kWavefront];
   alignas(32) float pane_draw[kWavefront], panes[kWavefront];  // u, and the product of T so far
+  alignas(32) float end_rate[kWavefront];  // mean collision rate where it ended in a medium
+  alignas(32) float nulls[3][kWavefront];  // volume_walk.h; set where there are grids
+  alignas(32) int32_t drawn[kWavefront];
 
   // Of the shadow rays in the queue: the medium that they start in, and w_light + w_camera without P~ of
   // their segment, which is known once they are traced. What is queued is weighted as if it were 1.
@@ -49,7 +55,10 @@ struct MediaWork {
   alignas(32) float passed[ShadowRays::kCapacity];
   alignas(32) float shadow_depth[3][ShadowRays::kCapacity], shadow_rate[3][ShadowRays::kCapacity];
   alignas(32) float shadow_panes[ShadowRays::kCapacity];  // product of their T
-  uint8_t shadow_crossed[ShadowRays::kCapacity];          // whether boundaries may lie on their way
+  // Where there are grids: seeds, and as above.
+  alignas(32) int32_t shadow_seed[ShadowRays::kCapacity], shadow_drawn[ShadowRays::kCapacity];
+  alignas(32) float shadow_nulls[3][ShadowRays::kCapacity], shadow_left[ShadowRays::kCapacity];
+  uint8_t shadow_crossed[ShadowRays::kCapacity];  // whether boundaries may lie on their way
   TracedRay shadow_rays[ShadowRays::kCapacity];
 
   /// A shadow ray of next-event estimation that got to a light, and the medium that it was in there.

@@ -237,9 +237,10 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, const Ra
        "a time per path, and a transform that is made anew for every ray that meets what moves");
   const size_t media = scene.medium_count();
   item("participating media", media > 0,
-       media > 0 ? text(media) + " homogeneous, with " +
-                       (scene.any_boundaries ? "boundaries" : "no boundary but surfaces")
-                 : "none in the scene",
+       media > 0
+           ? text(media) + (scene.volumes.empty() ? " homogeneous, with " : ", some over a grid, with ") +
+                 (scene.any_boundaries ? "boundaries" : "no boundary but surfaces")
+           : "none in the scene",
        "distance sampling, the walk through boundaries and transmittance");
   item("panes", scene.any_panes,
        scene.any_panes ? "thin smooth glass is looked through" : "no thin smooth glass in the scene",

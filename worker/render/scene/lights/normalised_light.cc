@@ -34,7 +34,7 @@ int light_exponent(const SceneDescription& scene, int scale_exponent) {
   if (scene.film.most > 0) return 0;
   Exponents e;
   for (const AreaLightDescription& light : scene.area_lights) e.add(light.radiance);
-  for (const MediumDescription& medium : scene.media) e.add(medium.emission);
+  for (const MediumDescription& medium : scene.media) e.add(brightest(medium));
   for (const LightDescription& light : scene.lights) {
     std::visit(
         [&](const auto& kind) {

@@ -1,18 +1,14 @@
 #include "worker/render/scene/media/media_builder.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "common/base/error.h"
+#include "common/scene/transform.h"
+#include "worker/render/scene/media/volume_builder.h"
 
 namespace lightmill {
-namespace {
-
-bool is_empty(const MediumDescription& m) {
-  return std::max({m.sigma_a.r, m.sigma_a.g, m.sigma_a.b, m.sigma_s.r, m.sigma_s.g, m.sigma_s.b}) <= 0;
-}
-
-}  // namespace
 
 MediaBuilder::MediaBuilder(const SceneDescription& description,
                            const std::vector<const ShapeDescription*>& shapes)
@@ -34,6 +30,20 @@ MediaBuilder::MediaBuilder(const SceneDescription& description,
   }
 }
 
+std::vector<Vec3d> MediaBuilder::grid_corners() const {
+  std::vector<Vec3d> corners;
+  for (size_t i = 0; i < in_.media.size(); ++i) {
+    if (number_[i] == 0 || !in_.media[i].grid) continue;
+    const MediumGrid& g = *in_.media[i].grid;
+    for (int corner = 0; corner < 8; ++corner) {
+      corners.push_back(transform_point(
+          g.medium_to_world,
+          {corner & 1 ? g.hi.x : g.lo.x, corner & 2 ? g.hi.y : g.lo.y, corner & 4 ? g.hi.z : g.lo.z}));
+    }
+  }
+  return corners;
+}
+
 void MediaBuilder::write(RenderScene* scene) const {
   if (!any()) return;
   if (count_ > kMaxMedia)
@@ -47,7 +57,9 @@ void MediaBuilder::write(RenderScene* scene) const {
     const float a[3] = {m.sigma_a.r, m.sigma_a.g, m.sigma_a.b},
                 s[3] = {m.sigma_s.r, m.sigma_s.g, m.sigma_s.b},
                 e[3] = {m.emission.r, m.emission.g, m.emission.b};
-    const bool collides = std::max({s[0], s[1], s[2]}) > 0 || std::max({e[0], e[1], e[2]}) > 0;
+    // Grids with coefficients of their own at every point: those of the record are not read.
+    const bool own = m.grid && !m.grid->density;
+    const bool collides = std::max({s[0], s[1], s[2]}) > 0 || own || !is_black(brightest(m));
     // Lengths are 2^scale_exponent times what they are in scene units.
     const auto scaled = [&](double x) { return static_cast<float>(std::ldexp(x, -scene->scale_exponent)); };
     double rate = 0;
@@ -56,11 +68,13 @@ void MediaBuilder::write(RenderScene* scene) const {
       record[kMediumExtinction + c] = scaled(extinction);
       record[kMediumScattering + c] = scaled(s[c]);
       record[kMediumCollision + c] = collides ? scaled(extinction) : 0.0f;
-      record[kMediumEmission + c] = scaled(std::ldexp(double{a[c]} * e[c], -scene->light_exponent));
+      const double shown = std::ldexp(double{e[c]}, -scene->light_exponent);
+      record[kMediumEmission + c] = own ? static_cast<float>(shown) : scaled(a[c] * shown);
       if (collides) rate += extinction / 3;
     }
     record[kMediumMeanRate] = scaled(rate);
     record[kMediumG] = m.g;
+    record[kMediumCollides] = collides;
     // Products of two of them stay within float.
     constexpr float kLimit = 1e18f;
     if (!(*std::max_element(record, record + kMediumFloats) < kLimit)) {
@@ -69,6 +83,7 @@ void MediaBuilder::write(RenderScene* scene) const {
                       std::to_string(m.location.column) + ": the medium \"" + m.name +
                       "\" is opaque within 1e-18 of the scene's extent; lower its \"scale\"");
     }
+    if (m.grid) record[kMediumGrid] = std::bit_cast<float>(1 + add_grid(m, record, collides, scene));
   }
   scene->camera_medium = number(in_.camera.medium);
 }

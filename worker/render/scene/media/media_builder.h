@@ -19,8 +19,10 @@ class MediaBuilder {
   bool is_nothing(const ShapeDescription& shape) const { return shape.boundary && count_ == 0; }
   /// See pane.h.
   bool is_pane(const ShapeDescription& shape) const;
-  /// Writes the records. scene->scale_exponent must be known. Throws Error(kBadScene) if there are too many,
-  /// or if float cannot hold their coefficients at the scene's scale.
+  /// Corners of the boxes of grids, in the world.
+  std::vector<Vec3d> grid_corners() const;
+  /// Writes the records and grids. scene->scale_exponent must be known. Throws Error(kBadScene) if there are
+  /// too many, or if float cannot hold their coefficients at the scene's scale.
   void write(RenderScene* scene) const;
   /// The shape's sides, as in RenderScene::primitive_media.
   int32_t sides(const ShapeDescription& shape) const;

@@ -1,5 +1,5 @@
 #pragma once
-// Homogeneous participating media as the kernels read them.
+// Participating media as the kernels read them. Where they vary: volume_table.h.
 //
 // A medium is its number in RenderScene::media; 0 is empty space. The media on both sides of something are
 // one integer, its *sides*: the medium inside in bits 0-14, the one outside in bits 15-29. A primitive's
@@ -18,13 +18,18 @@ namespace lightmill {
 ///   mean_rate    mean of `collision` over the channels
 ///   g            mean cosine of the phase function
 ///   emission     Le sigma_a: radiance per unit length
+///   grid         0, or 1 + the number of its grid (an integer by bits), by whose values the coefficients are
+///                multiplied, or in whose place those stand
+///   collides     1 if paths may end a segment in it, else 0
 enum MediumSlot {
   kMediumExtinction = 0,
   kMediumScattering = 3,
   kMediumCollision = 6,
   kMediumMeanRate = 9,
   kMediumG = 10,
-  kMediumEmission = 11
+  kMediumEmission = 11,
+  kMediumGrid = 14,
+  kMediumCollides = 15
 };
 inline constexpr int kMediumFloats = 16;
 
@@ -59,6 +64,7 @@ struct MediumRecord {
   IntOf<F> offset;
   MediumRecord(const float* media, IntOf<F> medium) : base(media), offset(medium * kMediumFloats) {}
   F scalar(int slot) const { return gather(base + slot, offset); }
+  IntOf<F> grid() const { return as_int(float_bits(scalar(kMediumGrid))); }
   /// The coefficient of the channel `which` per lane.
   F channel(int slot, IntOf<F> which) const { return gather(base + slot, offset + which); }
   Vec3<F> rgb(int slot) const { return {scalar(slot), scalar(slot + 1), scalar(slot + 2)}; }

@@ -1,0 +1,57 @@
+#pragma once
+// Participating media as a scene file describes them: even ones, and media that vary over a grid.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/scene/scene_values.h"
+
+namespace lightmill {
+
+/// Values over a box: at the centres of nx * ny * nz equal cells, x running fastest, and linear between them.
+/// From half a cell within the box's faces they go to `outside`, which they have half a cell beyond (pbrt).
+struct VolumeField {
+  int nx = 1, ny = 1, nz = 1;
+  int channels = 1;  // of a value; side by side
+  Vec3d lo{0, 0, 0}, hi{1, 1, 1};
+  float outside = 0;
+  std::vector<float> values;  // finite, not negative
+};
+
+/// Where a medium varies. Coefficients are per scene unit, whatever the transform.
+struct MediumGrid {
+  Transform medium_to_world;                   // affine, not singular
+  Vec3d lo{0, 0, 0}, hi{1, 1, 1};              // the box of medium space beyond which there is nothing
+  std::shared_ptr<const VolumeField> density;  // a factor of both coefficients; or null, and
+  std::shared_ptr<const VolumeField> sigma_a, sigma_s;  // RGB in their place (null: they are constant)
+  // What shines: MediumDescription::emission times the first of these that there are,
+  std::shared_ptr<const VolumeField> emission;     // RGB, or one channel
+  std::shared_ptr<const VolumeField> temperature;  // kelvin: and times a black body's colour; none below 100
+};
+
+/// A participating medium. Coefficients are per scene unit, any scale applied; `emission` is the radiance
+/// that it would show in infinite depth if it only absorbed. The phase function is Henyey and Greenstein's
+/// with mean cosine g in (-1, 1): g > 0 scatters forwards.
+struct MediumDescription {
+  std::string name;
+  Rgb sigma_a{1, 1, 1}, sigma_s{1, 1, 1};
+  Rgb emission;
+  float g = 0;
+  SourceLocation location;
+  std::shared_ptr<const MediumGrid> grid = nullptr;  // null: the same everywhere
+};
+/// An upper bound of the radiance that it would show in infinite depth.
+Rgb brightest(const MediumDescription& medium);
+/// Whether it does nothing to light.
+bool is_empty(const MediumDescription& medium);
+
+/// The media on either side of a surface (indices into SceneDescription::media; -1: empty space); outside is
+/// where its outward normal points. If both are the same, what passes stays in the medium that it came
+/// through, as in pbrt.
+struct MediumInterface {
+  int inside = -1, outside = -1;
+  bool transition() const { return inside != outside; }
+  bool operator==(const MediumInterface&) const = default;
+};
+
+}  // namespace lightmill

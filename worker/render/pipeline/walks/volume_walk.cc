@@ -1,0 +1,415 @@
+#include "worker/render/pipeline/walks/volume_walk.h"
+
+#include <limits>
+
+#include "worker/render/math/exp.h"
+#include "worker/render/sampling/sobol.h"
+
+namespace lightmill {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+Vec3<Lane> exp_minus(const Vec3<Lane>& x) {
+  return {exp_negative(-x.x), exp_negative(-x.y), exp_negative(-x.z)};
+}
+Lane component(const Vec3<Lane>& v, LaneInt which) {
+  return select(LaneMask(which == 0), v.x, select(LaneMask(which == 1), v.y, v.z));
+}
+Vec3<Lane> non_negative(const Vec3<Lane>& v) {
+  return {max(v.x, Lane{}), max(v.y, Lane{}), max(v.z, Lane{})};
+}
+
+/// Cells or bricks, per axis.
+struct Cells {
+  LaneInt x, y, z;
+};
+
+/// A line through a lattice, and where it leaves the cell of it that it is in.
+struct Line {
+  Vec3<Lane> o, d, inverse;
+  LaneInt step_x, step_y, step_z;
+
+  Line(const Vec3<Lane>& origin, const Vec3<Lane>& direction) : o(origin), d(direction) {
+    const auto invert = [](Lane x) { return 1.0f / select(LaneMask(x == 0.0f), splat<Lane>(1.0f), x); };
+    inverse = {invert(d.x), invert(d.y), invert(d.z)};
+    const auto sign = [](Lane x) {
+      return select(LaneMask(x < 0.0f), splat_int<Lane>(-1), splat_int<Lane>(1));
+    };
+    step_x = sign(d.x), step_y = sign(d.y), step_z = sign(d.z);
+  }
+  Vec3<Lane> at(Lane t) const { return {o.x + d.x * t, o.y + d.y * t, o.z + d.z * t}; }
+  /// Where it meets the next plane of each axis. `side`: of the cells.
+  Vec3<Lane> exits(const Cells& c, int side) const {
+    const auto exit = [&](Lane o1, Lane d1, Lane inverse1, LaneInt cell) {
+      const LaneInt plane = (cell + select(LaneMask(d1 > 0.0f), splat_int<Lane>(1), LaneInt{})) * side;
+      return select(LaneMask(d1 == 0.0f), splat<Lane>(kInfinity), (to_float(plane) - o1) * inverse1);
+    };
+    return {exit(o.x, d.x, inverse.x, c.x), exit(o.y, d.y, inverse.y, c.y), exit(o.z, d.z, inverse.z, c.z)};
+  }
+  /// Goes on to the next cell, across the nearest plane.
+  void advance(const Vec3<Lane>& exits, LaneMask mask, Cells* c) const {
+    const LaneMask x = mask_and(LaneMask(exits.x <= exits.y), LaneMask(exits.x <= exits.z));
+    const LaneMask y = mask_and(mask_not(x), LaneMask(exits.y <= exits.z));
+    const LaneMask z = mask_and(mask, mask_not(mask_or(x, y)));
+    c->x = select(mask_and(mask, x), c->x + step_x, c->x);
+    c->y = select(mask_and(mask, y), c->y + step_y, c->y);
+    c->z = select(z, c->z + step_z, c->z);
+  }
+};
+
+Lane least(const Vec3<Lane>& v) { return min(v.x, min(v.y, v.z)); }
+
+struct Coefficients {
+  Vec3<Lane> extinction, scattering;
+};
+
+/// The grids of one medium per lane.
+class Grids {
+ public:
+  Grids(const RenderScene& scene, LaneInt medium, LaneMask active)
+      : table_(scene.volumes),
+        medium_(scene.media.data(), medium),
+        record_(select(active, (medium_.grid() - 1) * kGridFloats, LaneInt{})),
+        coefficients_{table_, record_ + kGridCoefficients},
+        own_(LaneMask(integer(kGridChannels) != 1)),
+        any_own_(any(mask_and(active, own_))),
+        collides_(medium_.scalar(kMediumCollides)) {}
+
+  const FieldLanes<Lane>& field() const { return coefficients_; }
+  Vec3<Lane> rgb(int slot) const { return {number(slot), number(slot + 1), number(slot + 2)}; }
+  LaneInt integer(int slot) const {
+    return gather(reinterpret_cast<const int32_t*>(table_.records.data()) + slot, record_);
+  }
+  Lane majorant(LaneInt brick) const { return gather(table_.majorants.data(), brick); }
+  /// 1 where paths may end a segment.
+  Lane collides() const { return collides_; }
+
+  Coefficients at(const FieldCell<Lane>& c) const {
+    const Lane density = field_value<Lane>(table_, c);
+    Coefficients k{medium_.rgb(kMediumExtinction) * density, medium_.rgb(kMediumScattering) * density};
+    if (!any_own_) return k;
+    // Lanes with one channel read something that exists, and leave it.
+    FieldCell<Lane> own = c;
+    own.brick = select(own_, c.brick, splat_int<Lane>(some_own_brick()));
+    const auto value = [&](int channel) { return field_value<Lane>(table_, own, channel); };
+    const Vec3<Lane> a{value(0), value(1), value(2)}, s{value(3), value(4), value(5)};
+    return {select(own_, a + s, k.extinction), select(own_, s, k.scattering)};
+  }
+
+  /// Radiance per unit length at a point of normalised space with these coefficients.
+  Vec3<Lane> emission(const FieldCell<Lane>& c, const Coefficients& k, const Vec3<Lane>& p,
+                      LaneMask mask) const {
+    const LaneInt kind = integer(kGridEmissionKind);
+    mask = mask_and(mask, LaneMask(kind != kNoEmission));
+    if (!any(mask)) return {};
+    const Lane density = field_value<Lane>(table_, c);
+    Vec3<Lane> e = medium_.rgb(kMediumEmission);
+    e = e * select(own_, non_negative(k.extinction - k.scattering), splat3<Lane>(1, 1, 1) * density);
+    const LaneMask scaled = mask_and(mask, LaneMask(kind == kScaledEmission)),
+                   colored = mask_and(mask, LaneMask(kind == kRgbEmission));
+    if (any(scaled)) {
+      const Lane factor = look_up(kGridEmission, p, scaled, 0);
+      e = select(scaled, e * factor, e);
+    }
+    if (any(colored)) {
+      const Vec3<Lane> shown{look_up(kGridEmission, p, colored, 0), look_up(kGridEmission, p, colored, 1),
+                             look_up(kGridEmission, p, colored, 2)};
+      e = select(colored, e * shown, e);
+    }
+    const LaneInt colors = integer(kGridColors);
+    const LaneMask hot = mask_and(mask, LaneMask(colors >= 0));
+    if (any(hot)) {
+      const Lane entry = clamp(look_up(kGridTemperature, p, hot, 0) * number(kGridColorRate), 0.0f,
+                               kGridColorCount - 1.001f);
+      const LaneInt below = to_int(entry);
+      const Lane t = entry - to_float(below);
+      const LaneInt first = select(hot, colors + below * 3, LaneInt{});
+      const auto color = [&](int channel) {
+        const Lane a = gather(table_.values.data() + channel, first),
+                   b = gather(table_.values.data() + channel + 3, first);
+        return a + (b - a) * t;
+      };
+      e = select(hot, e * Vec3<Lane>{color(0), color(1), color(2)}, e);
+    }
+    return select(mask, e, Vec3<Lane>{});
+  }
+
+ private:
+  Lane number(int slot) const { return gather(table_.records.data() + slot, record_); }
+  int32_t some_own_brick() const {
+    const unsigned bits = mask_bits(own_);
+    return lane(coefficients_.integer(kFieldFirst), std::countr_zero(bits));
+  }
+  /// A field of another lattice at a point of normalised space; lanes outside of `mask` read the first one.
+  Lane look_up(int field_slot, const Vec3<Lane>& p, LaneMask mask, int channel) const {
+    const int some = std::countr_zero(mask_bits(mask));
+    const FieldLanes<Lane> field{table_,
+                                 select(mask, record_, splat_int<Lane>(lane(record_, some))) + field_slot};
+    return field_value<Lane>(table_, field_cell<Lane>(field, field.point(p)), channel);
+  }
+
+  const VolumeTable& table_;
+  MediumRecord<Lane> medium_;
+  LaneInt record_;
+  FieldLanes<Lane> coefficients_;
+  LaneMask own_;
+  bool any_own_;
+  Lane collides_;
+};
+
+/// Uniform number `index` of a seed.
+Lane number_of(UintOf<Lane> seed, LaneInt index) {
+  return unit_float<Lane>(hash32(seed + as_uint(index) * 0x9e3779b9u));
+}
+
+template <bool kPath>
+class Walk {
+ public:
+  Walk(const RenderScene& scene, LaneInt channel, const Vec3<Lane>& throughput, bool shines, VolumeWalk* walk)
+      : w_(*walk),
+        grids_(scene, w_.medium, w_.active),
+        channel_(channel),
+        throughput_(throughput),
+        shines_(shines),
+        length_(sqrt(dot(w_.direction, w_.direction))),
+        line_(grids_.field().point(w_.origin), grids_.field().direction(w_.direction)) {
+    if constexpr (kPath) {
+      const Lane sum = throughput.x + throughput.y + throughput.z;
+      share_ = throughput * (1.0f / select(LaneMask(sum > 0.0f), sum, splat<Lane>(1.0f)));
+    }
+    found_.collides = splat_mask<Lane>(false);
+  }
+
+  VolumeCollision run() {
+    Lane t, end;
+    clip(&t, &end);
+    const FieldLanes<Lane>& field = grids_.field();
+    const LaneInt nx = field.integer(kFieldBricks), ny = field.integer(kFieldBricks + 1),
+                  nz = field.integer(kFieldBricks + 2), first = field.integer(kFieldFirst);
+    Cells b = cells_at(t, {nx - 1, ny - 1, nz - 1}, kBrick);
+    LaneMask go = mask_and(w_.active, LaneMask(t < end));
+    while (any(go)) {
+      const Vec3<Lane> exits = line_.exits(b, kBrick);
+      const Lane exit = max(min(least(exits), end), t);
+      const Lane majorant = grids_.majorant(select(go, first + (b.z * ny + b.y) * nx + b.x, LaneInt{}));
+      const LaneMask tracked = mask_and(go, LaneMask(majorant > 0.0f)),
+                     integrated = mask_and(go, LaneMask(majorant < 0.0f));
+      const Lane rate = majorant * length_, need = rate * (exit - t);
+      const LaneMask tentative = mask_and(tracked, LaneMask(need > w_.left));
+      const LaneMask passed = mask_and(tracked, mask_not(tentative));
+      w_.left = select(passed, w_.left - need, w_.left);
+      t = select(tentative, min(t + w_.left / select(tentative, rate, splat<Lane>(1.0f)), exit), t);
+      if (any(tentative)) collide(t, b, majorant, tentative);
+      if (any(integrated)) integrate(t, exit, b, integrated);
+      go = mask_and(go, mask_not(found_.collides));
+      if constexpr (!kPath) go = mask_and(go, LaneMask(max_component(w_.nulls) > 0.0f));
+      const LaneMask leaves = mask_and(go, mask_not(tentative));
+      t = select(leaves, exit, t);
+      line_.advance(exits, leaves, &b);
+      const auto within = [](LaneInt i, LaneInt n) { return mask_and(LaneMask(i >= 0), LaneMask(i < n)); };
+      const LaneMask stays = mask_and(mask_and(within(b.x, nx), within(b.y, ny)), within(b.z, nz));
+      go = mask_and(go, mask_or(tentative, mask_and(LaneMask(exit < end), stays)));
+    }
+    return found_;
+  }
+
+ private:
+  /// The part of the way within the grid's box.
+  void clip(Lane* from, Lane* until) const {
+    *from = w_.from, *until = w_.until;
+    const Vec3<Lane> lo = grids_.rgb(kGridLo), hi = grids_.rgb(kGridHi);
+    const auto slab = [&](Lane o, Lane d, Lane inverse, Lane near, Lane far) {
+      const Lane a = (near - o) * inverse, b = (far - o) * inverse;
+      const LaneMask along = LaneMask(d == 0.0f), inside = mask_and(LaneMask(o >= near), LaneMask(o <= far));
+      const Lane enter =
+          select(along, select(inside, splat<Lane>(-kInfinity), splat<Lane>(kInfinity)), min(a, b));
+      const Lane leave = select(along, splat<Lane>(kInfinity), max(a, b));
+      *from = max(*from, enter);
+      *until = min(*until, leave);
+    };
+    slab(line_.o.x, line_.d.x, line_.inverse.x, lo.x, hi.x);
+    slab(line_.o.y, line_.d.y, line_.inverse.y, lo.y, hi.y);
+    slab(line_.o.z, line_.d.z, line_.inverse.z, lo.z, hi.z);
+  }
+
+  Cells cells_at(Lane t, const Cells& last, int side) const {
+    const Vec3<Lane> p = line_.at(t) * splat<Lane>(1.0f / static_cast<float>(side));
+    const auto index = [](Lane x, LaneInt most) {
+      return clamp_int<Lane>(to_int(floor(clamp(x, -1.0f, 1e9f))), LaneInt{}, most);
+    };
+    return {index(p.x, last.x), index(p.y, last.y), index(p.z, last.z)};
+  }
+
+  /// The cell at t, within brick b.
+  FieldCell<Lane> cell_at(Lane t, const Cells& b) const {
+    const Vec3<Lane> p = line_.at(t);
+    const auto index = [&](Lane x, LaneInt brick, int axis) {
+      const LaneInt lo = brick * kBrick, last = grids_.field().integer(kFieldLast + axis);
+      const LaneInt most = lo + (kBrick - 1);
+      return clamp_int<Lane>(to_int(floor(clamp(x, -1.0f, 1e9f))), lo,
+                             select(LaneMask(last < most), last, most));
+    };
+    return field_cell<Lane>(grids_.field(), index(p.x, b.x, 0), index(p.y, b.y, 1), index(p.z, b.z, 2), p);
+  }
+
+  /// Tentative collisions at t.
+  void collide(Lane t, const Cells& b, Lane majorant, LaneMask mask) {
+    const FieldCell<Lane> cell = some_cell(cell_at(t, b), mask);
+    const Coefficients k = grids_.at(cell);
+    const Lane inv = 1.0f / select(mask, majorant, splat<Lane>(1.0f));
+    LaneMask real = splat_mask<Lane>(false);
+    if constexpr (kPath) {
+      if (shines_) add_glow(grids_.emission(cell, k, point_at(t), mask) * inv, mask);
+      real = mask_and(mask, LaneMask(number_of(w_.seed, w_.drawn) < component(k.extinction, channel_) * inv));
+      end_at(real, t, k);
+    }
+    const LaneMask null = mask_and(mask, mask_not(real));
+    const Vec3<Lane> kept = splat3<Lane>(1, 1, 1) - k.extinction * inv;
+    w_.nulls = select(null, w_.nulls * non_negative(kept), w_.nulls);
+    const Lane u = number_of(w_.seed, w_.drawn + 1);
+    w_.left = select(null, minus_log_one_minus(u + 0x1p-25f, (1.0f - u) - 0x1p-25f), w_.left);
+    w_.drawn = select(mask, w_.drawn + 2, w_.drawn);
+  }
+
+  /// Goes through the cells of a brick from t to `exit` without tracking.
+  void integrate(Lane t, Lane exit, const Cells& b, LaneMask mask) {
+    const FieldLanes<Lane>& field = grids_.field();
+    Cells last{field.integer(kFieldLast), field.integer(kFieldLast + 1), field.integer(kFieldLast + 2)};
+    Cells c = cells_at(t, last, 1);
+    const auto keep = [&](LaneInt* i, LaneInt brick) {
+      *i = clamp_int<Lane>(*i, brick * kBrick, brick * kBrick + (kBrick - 1));
+    };
+    keep(&c.x, b.x), keep(&c.y, b.y), keep(&c.z, b.z);
+    while (any(mask)) {
+      const Vec3<Lane> exits = line_.exits(c, 1);
+      const Lane until = max(min(least(exits), exit), t), step = (until - t) * (1.0f / 3);
+      Coefficients k[4];
+      for (int i = 0; i < 4; ++i) k[i] = grids_.at(in_cell(c, t + step * static_cast<float>(i), mask));
+      const auto depth = [&](Lane a0, Lane a1, Lane a2, Lane a3) {
+        return (a0 + a3 + (a1 + a2) * 3.0f) * (step * length_ * 0.375f);
+      };
+      const Vec3<Lane>&e0 = k[0].extinction, &e1 = k[1].extinction, &e2 = k[2].extinction,
+            &e3 = k[3].extinction;
+      const Vec3<Lane> through{depth(e0.x, e1.x, e2.x, e3.x), depth(e0.y, e1.y, e2.y, e3.y),
+                               depth(e0.z, e1.z, e2.z, e3.z)};
+      const Lane collides = grids_.collides();
+      if constexpr (kPath) {
+        const Lane own = component(through, channel_) * collides;
+        const LaneMask ends = mask_and(mask, LaneMask(own > w_.left));
+        if (any(ends)) {
+          const Lane s = place_of(w_.left / (step * length_ * 3.0f), component(e0, channel_),
+                                  component(e1, channel_), component(e2, channel_), component(e3, channel_));
+          const Lane at = t + (until - t) * s;
+          const FieldCell<Lane> cell = in_cell(c, at, mask);
+          const Coefficients there = grids_.at(cell);
+          // Up to there, in each channel as in the chosen one.
+          const Vec3<Lane> part = partial_depth(s, k, step * length_ * 3.0f);
+          w_.optical = select(ends, w_.optical + part, w_.optical);
+          w_.rate = select(ends, w_.rate + part, w_.rate);
+          if (shines_) {
+            const Vec3<Lane> shown = grids_.emission(cell, there, point_at(at), ends);
+            const Lane density = dot(share_, there.extinction * reached());
+            add_glow_over(shown, density, ends);
+          }
+          end_at(ends, at, there);
+          mask = mask_and(mask, mask_not(ends));
+        }
+        w_.left = select(mask, max(w_.left - own, Lane{}), w_.left);
+      }
+      w_.optical = select(mask, w_.optical + through, w_.optical);
+      w_.rate = select(mask, w_.rate + through * collides, w_.rate);
+      t = select(mask, until, t);
+      line_.advance(exits, mask, &c);
+      const auto stays = [](LaneInt i, LaneInt brick, LaneInt last_cell) {
+        const LaneMask in_brick = LaneMask((i >> kBrickBits) == brick);
+        return mask_and(in_brick, mask_and(LaneMask(i >= 0), LaneMask(i <= last_cell)));
+      };
+      mask = mask_and(mask, mask_and(mask_and(stays(c.x, b.x, last.x), stays(c.y, b.y, last.y)),
+                                     mask_and(stays(c.z, b.z, last.z), LaneMask(until < exit))));
+    }
+  }
+
+  /// The cell c at t; of lanes outside of `mask` a cell that exists.
+  FieldCell<Lane> in_cell(const Cells& c, Lane t, LaneMask mask) const {
+    return some_cell(field_cell<Lane>(grids_.field(), c.x, c.y, c.z, line_.at(t)), mask);
+  }
+  static FieldCell<Lane> some_cell(FieldCell<Lane> c, LaneMask mask) {
+    const int some = std::countr_zero(mask_bits(mask));
+    c.brick = select(mask, c.brick, splat_int<Lane>(lane(c.brick, some)));
+    c.corner = select(mask, c.corner, LaneInt{});
+    return c;
+  }
+  Vec3<Lane> point_at(Lane t) const { return w_.origin + w_.direction * t; }
+
+  /// The integral from 0 to s of the cubic through values at 0, 1/3, 2/3 and 1.
+  struct Cubic {
+    Lane a0, a1, a2, a3;
+    Cubic(Lane f0, Lane f1, Lane f2, Lane f3)
+        : a0(f0),
+          a1((18.0f * f1 - 11.0f * f0 - 9.0f * f2 + 2.0f * f3) * (0.5f / 2)),
+          a2((2.0f * f0 - 5.0f * f1 + 4.0f * f2 - f3) * (4.5f / 3)),
+          a3((3.0f * f1 - f0 - 3.0f * f2 + f3) * (4.5f / 4)) {}
+    Lane integral(Lane s) const { return s * (a0 + s * (a1 + s * (a2 + s * a3))); }
+  };
+  /// Where the integral is `value`.
+  static Lane place_of(Lane value, Lane f0, Lane f1, Lane f2, Lane f3) {
+    const Cubic cubic(f0, f1, f2, f3);
+    Lane lo{}, hi = splat<Lane>(1.0f);
+    for (int i = 0; i < 24; ++i) {
+      const Lane mid = (lo + hi) * 0.5f;
+      const LaneMask before = LaneMask(cubic.integral(mid) < value);
+      lo = select(before, mid, lo);
+      hi = select(before, hi, mid);
+    }
+    return (lo + hi) * 0.5f;
+  }
+  static Vec3<Lane> partial_depth(Lane s, const Coefficients k[4], Lane length) {
+    const auto one = [&](auto channel) {
+      return max(Cubic(channel(k[0]), channel(k[1]), channel(k[2]), channel(k[3])).integral(s) * length,
+                 Lane{});
+    };
+    return {one([](const Coefficients& c) { return c.extinction.x; }),
+            one([](const Coefficients& c) { return c.extinction.y; }),
+            one([](const Coefficients& c) { return c.extinction.z; })};
+  }
+
+  /// P_c so far.
+  Vec3<Lane> reached() const { return exp_minus(w_.rate) * w_.nulls; }
+  /// Adds what shines where a path arrives with density sum w_c P_c; `over`: the estimate's radiance.
+  void add_glow(const Vec3<Lane>& over, LaneMask mask) { add_glow_over(over, dot(share_, reached()), mask); }
+  void add_glow_over(const Vec3<Lane>& shown, Lane density, LaneMask mask) {
+    mask = mask_and(mask, LaneMask(density > 0.0f));
+    const Lane inv = 1.0f / select(mask, density, splat<Lane>(1.0f));
+    const Vec3<Lane> glow = throughput_ * exp_minus(w_.optical) * w_.nulls * shown * inv;
+    found_.glow = select(mask, found_.glow + glow, found_.glow);
+  }
+  void end_at(LaneMask mask, Lane t, const Coefficients& k) {
+    found_.collides = mask_or(found_.collides, mask);
+    found_.at = select(mask, t, found_.at);
+    found_.rate = select(mask, k.extinction, found_.rate);
+    found_.scattering = select(mask, k.scattering, found_.scattering);
+  }
+
+  VolumeWalk& w_;
+  Grids grids_;
+  LaneInt channel_;
+  Vec3<Lane> throughput_, share_{};
+  bool shines_;
+  Lane length_;
+  Line line_;
+  VolumeCollision found_{};
+};
+
+}  // namespace
+
+VolumeCollision walk_through_volumes(const RenderScene& scene, LaneInt channel, const Vec3<Lane>& throughput,
+                                     bool shines, VolumeWalk* walk) {
+  return Walk<true>(scene, channel, throughput, shines, walk).run();
+}
+
+void pass_through_volumes(const RenderScene& scene, VolumeWalk* walk) {
+  Walk<false>(scene, LaneInt{}, {}, false, walk).run();
+}
+
+}  // namespace lightmill

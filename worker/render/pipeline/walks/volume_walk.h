@@ -1,0 +1,53 @@
+#pragma once
+// The part of a segment that lies in a grid (scene/media/volume_table.h).
+//
+// Null-collision tracking (Woodcock; survey: Novak et al. 2018) against the majorant m of each brick, which
+// the way meets one after the other. Tentative collisions come at the rate m in all channels alike. One at x
+// is a real collision with probability mu_c(x) / m in the channel c that was drawn for the segment, else a
+// null one. So with
+//   P_c = product over the null collisions x of (1 - mu_c(x) / m)
+// a segment that ends at x_e has the density sum_c w_c mu_c(x_e) P_c, times one of where the tentative
+// collisions lie that is the same for all channels and for connections. It cancels: medium_walk.h's formulas
+// hold with this P_c, and it is also the estimate of the transmittance by a connection, whose tentative
+// collisions are all null (ratio tracking). This is MIS in the space of paths with null vertices (Miller,
+// Georgiev and Jarosz 2019): P~ of mis.h is the mean of P_c, known to whoever made the segment.
+//
+// Bricks whose majorant is negative are integrated, cell by cell: along a straight line in a cell the value
+// is a cubic, so four of its values give the optical depth exactly. Collisions there are found by bisection.
+// Which bricks those are depends on the brick alone, so that both ends of a segment agree.
+//
+// What shines is added at every tentative collision: radiance per length over m.
+#include "worker/render/pipeline/work_items.h"
+#include "worker/render/scene/render_scene.h"
+
+namespace lightmill {
+
+/// A way per lane, and what has been found on it.
+struct VolumeWalk {
+  LaneMask active;
+  LaneInt medium;                // has a grid where active
+  Vec3<Lane> origin, direction;  // of normalised space
+  Lane from, until;              // from origin + from * direction on; direction need not be a unit vector
+  UintOf<Lane> seed;             // of its random numbers,
+  LaneInt drawn;                 // of which so many have been drawn
+  Lane left;                     // optical depth to the next (tentative) collision
+  Vec3<Lane> optical{}, rate{};  // depth by extinction and by collision rate, of what is integrated
+  Vec3<Lane> nulls = splat3<Lane>(1, 1, 1);  // the product above
+};
+
+/// Where segments end in a grid.
+struct VolumeCollision {
+  LaneMask collides;
+  Lane at{};                        // in units of the direction
+  Vec3<Lane> rate{}, scattering{};  // coefficients there
+  Vec3<Lane> glow{};                // emission found on the way, times the path's throughput
+};
+
+/// Walks until the way ends or a path does. `channel` is the one drawn; `throughput` at the segment's start.
+/// `shines`: what is emitted is wanted.
+VolumeCollision walk_through_volumes(const RenderScene& scene, LaneInt channel, const Vec3<Lane>& throughput,
+                                     bool shines, VolumeWalk* walk);
+/// The same for a connection, which nothing ends.
+void pass_through_volumes(const RenderScene& scene, VolumeWalk* walk);
+
+}  // namespace lightmill
