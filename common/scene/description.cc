@@ -7,6 +7,9 @@
 
 namespace lightmill {
 
+/// What no channel of black_body_radiance exceeds, with room to spare.
+constexpr float kBrightestBlackBody = 300;
+
 Rgb brightest(const MediumDescription& medium) {
   Rgb most = medium.emission;
   if (!medium.grid) return most;
@@ -15,6 +18,7 @@ Rgb brightest(const MediumDescription& medium) {
   };
   float factor = 1;
   if (medium.grid->emission) factor = largest(*medium.grid->emission);
+  if (medium.grid->file) factor = medium.grid->file->temperature.empty() ? 0 : kBrightestBlackBody;
   if (medium.grid->temperature) {
     // The hottest is the brightest in no channel, but near enough for a bound within a factor of 3.
     const Rgb c = black_body_radiance(largest(*medium.grid->temperature));

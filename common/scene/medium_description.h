@@ -1,6 +1,7 @@
 #pragma once
 // Participating media as a scene file describes them: even ones, and media that vary over a grid.
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,13 +17,48 @@ struct VolumeField {
   Vec3d lo{0, 0, 0}, hi{1, 1, 1};
   float outside = 0;
   std::vector<float> values;  // finite, not negative
+  /// Not empty: only some blocks of 8^3 cells have values, the others are `outside`. By block, x fastest:
+  /// where its 8^3 values begin, or -1. Blocks may share theirs. One channel.
+  std::vector<int32_t> blocks;
+
+  /// The value of a cell, which exists.
+  float at(int x, int y, int z, int channel = 0) const {
+    if (!blocks.empty()) return in_block(x, y, z);
+    const auto index = [](int i) { return static_cast<size_t>(i); };
+    const size_t cell = (index(z) * index(ny) + index(y)) * index(nx) + index(x);
+    return values[cell * index(channels) + index(channel)];
+  }
+
+ private:
+  float in_block(int x, int y, int z) const {
+    const auto index = [](int i) { return static_cast<size_t>(i); };
+    const auto count = [&](int n) { return index((n + 7) / 8); };
+    const int32_t first = blocks[(index(z / 8) * count(ny) + index(y / 8)) * count(nx) + index(x / 8)];
+    return first < 0 ? outside : values[index(first) + index((z % 8 * 8 + y % 8) * 8 + x % 8)];
+  }
+};
+
+/// pbrt's cloud: a density within [0, 1] made of noise at points of medium space, which gets thinner from y =
+/// 0 to y = 1. `density` scales the noise, `frequency` is that of its coarsest octave, and `wispiness` how
+/// much finer noise bends it.
+struct CloudDensity {
+  float density = 1, wispiness = 1, frequency = 5;
+};
+
+/// Grids of a file, which whoever renders reads. Medium space is the file's world.
+struct VolumeFile {
+  std::string path;                                      // resolved
+  std::string density, temperature;                      // names of grids; the second may be empty
+  double temperature_offset = 0, temperature_scale = 1;  // kelvin: (value - offset) * scale
 };
 
 /// Where a medium varies. Coefficients are per scene unit, whatever the transform.
 struct MediumGrid {
   Transform medium_to_world;                   // affine, not singular
   Vec3d lo{0, 0, 0}, hi{1, 1, 1};              // the box of medium space beyond which there is nothing
-  std::shared_ptr<const VolumeField> density;  // a factor of both coefficients; or null, and
+  std::shared_ptr<const VolumeField> density;  // a factor of both coefficients; or
+  std::optional<CloudDensity> cloud;           // the same; or
+  std::optional<VolumeFile> file;              // the same, with temperature and box; or none of them, and
   std::shared_ptr<const VolumeField> sigma_a, sigma_s;  // RGB in their place (null: they are constant)
   // What shines: MediumDescription::emission times the first of these that there are,
   std::shared_ptr<const VolumeField> emission;     // RGB, or one channel

@@ -321,10 +321,23 @@ SceneDescription diffuse_balls() {
   return scene;
 }
 
+/// A density over a lattice of a few bricks, of which one is dense.
+std::shared_ptr<const MediumGrid> uneven_grid() {
+  auto density = std::make_shared<VolumeField>();
+  density->nx = 9, density->ny = 3, density->nz = 5;
+  density->lo = {-0.2, -0.5, 1.6}, density->hi = {1, 0.7, 2.8};
+  for (int i = 0; i < 9 * 3 * 5; ++i) density->values.push_back(static_cast<float>(i % 7) * 0.25f);
+  density->values.back() = 100;
+  auto grid = std::make_shared<MediumGrid>();
+  grid->lo = density->lo, grid->hi = density->hi;
+  grid->density = std::move(density);
+  return grid;
+}
+
 /// Everything in a coloured fog, and a cloud that glows behind a boundary.
 void fill_with_media(SceneDescription* scene) {
   scene->media = {{"", {0.02f, 0.05f, 0.1f}, {0.1f, 0.05f, 0.02f}, {}, 0.6f, {}},
-                  {"", {0.5f, 0.2f, 0.1f}, {2, 3, 1}, {0.1f, 0.1f, 0.2f}, -0.3f, {}}};
+                  {"", {0.5f, 0.2f, 0.1f}, {2, 3, 1}, {0.1f, 0.1f, 0.2f}, -0.3f, {}, uneven_grid()}};
   for (ShapeDescription& shape : scene->shapes) shape.media = {0, 0};
   for (LightDescription& light : scene->lights) light.medium = 0;
   scene->camera.medium = 0;

@@ -126,6 +126,7 @@ void PbrtParser::on_make_named_medium(const Token& d) {
     v3::upgrade(v3::Directive::kMedium, d.where.location(), &none, &given, problems_);
   ParameterList params("the medium " + in_quotes(*name), d.where.location(), std::move(given), problems_);
   MediumDescription medium = translate_medium(out_, *name, params, state_.shape.ctm);
+  if (medium.grid && refuse_if_flat()) return;
   if (medium.grid && ctm_moves())
     problems_->unsupported(d.where.location(), "a medium that moves stays where it is at first");
   if (name->empty()) {

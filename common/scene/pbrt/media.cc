@@ -55,20 +55,20 @@ MediumDescription translate_medium(PbrtScene& out, const std::string& name, Para
   medium.name = name;
   medium.location = params.where();
   const std::string type = params.text("type", "");
-  static const std::vector<std::string_view> known = {"homogeneous", "uniformgrid", "rgbgrid", "cloud",
-                                                      "nanovdb"};
   if (type == "homogeneous") {
     read_coefficients(out, params, false, &medium);
     params.finish();
     return medium;
   }
-  if (type == "uniformgrid" || type == "rgbgrid") {
-    if (type == "uniformgrid") {
+  static const std::vector<std::string_view> varying = {"uniformgrid", "rgbgrid", "cloud", "nanovdb"};
+  if (std::ranges::find(varying, type) != varying.end()) {
+    if (type != "rgbgrid") {
       read_coefficients(out, params, true, &medium);
     } else {
       medium.g = mean_cosine(params);
     }
-    medium.grid = read_medium_grid(type, params, ctm, &medium);
+    medium.grid = type == "nanovdb" ? refer_to_volume_file(out, params, ctm, &medium)
+                                    : read_medium_grid(type, params, ctm, &medium);
     params.finish();
     if (medium.grid == nullptr) medium.sigma_a = medium.sigma_s = {0, 0, 0};
     return medium;
@@ -77,10 +77,9 @@ MediumDescription translate_medium(PbrtScene& out, const std::string& name, Para
   if (type.empty()) {
     if (!params.has("type"))
       out.problems->warning(params.where(), params.owner() + " needs a \"string type\"; it is empty space");
-  } else if (std::find(known.begin(), known.end(), type) != known.end()) {
-    out.problems->unsupported(params.where(),
-                              params.owner() + " of type " + in_quotes(type) + " is rendered as empty space");
   } else {
+    static const std::vector<std::string_view> known = {"homogeneous", "uniformgrid", "rgbgrid", "cloud",
+                                                        "nanovdb"};
     report_unknown_word(params, "medium", type, known, "it is empty space");
   }
   return medium;  // its parameters are another medium's: not checked

@@ -1,9 +1,10 @@
-// Media that vary over a grid: "uniformgrid" and "rgbgrid".
+// Media that vary: "uniformgrid", "rgbgrid", "cloud" and "nanovdb".
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/error.h"
 #include "common/scene/pbrt/scene.h"
-#include "common/scene/transform.h"
+#include "common/scene/volume/nanovdb.h"
 
 namespace lightmill {
 namespace {
@@ -26,8 +27,8 @@ class GridReader {
   GridReader(ParameterList& params) : params_(params) {}
 
   /// False (reported) if there is no such grid.
-  bool read_lattice() {
-    const auto side = [&](const char* name) { return params_.integer(name, 1, 1, kMostSide); };
+  bool read_lattice(bool voxels) {
+    const auto side = [&](const char* name) { return voxels ? params_.integer(name, 1, 1, kMostSide) : 1; };
     const int64_t nx = side("nx"), ny = side("ny"), nz = side("nz");
     const auto corner = [&](const char* name, double fallback) -> Vec3d {
       const std::vector<double>* p = params_.numbers(name, ParamType::kPoint3, 3);
@@ -108,6 +109,11 @@ class GridReader {
   Lattice lattice_;
 };
 
+double temperature_offset(ParameterList& params) {
+  const double cutoff = params.number("temperaturecutoff", 0, -1e6, 1e6);
+  return params.number("temperatureoffset", cutoff, -1e6, 1e6);
+}
+
 void read_uniform(GridReader& reader, ParameterList& params, MediumGrid* grid, MediumDescription* medium) {
   grid->density = reader.field("density", ParamType::kFloat, 1);
   grid->temperature = reader.field("temperature", ParamType::kFloat, 1);
@@ -121,8 +127,7 @@ void read_uniform(GridReader& reader, ParameterList& params, MediumGrid* grid, M
   } else {
     grid->emission = reader.one_voxel();
   }
-  const double offset =
-      params.number("temperatureoffset", params.number("temperaturecutoff", 0, -1e6, 1e6), -1e6, 1e6);
+  const double offset = temperature_offset(params);
   const double scale = params.number("temperaturescale", 1, 0, 1e6);
   if (grid->temperature == nullptr) return;
   if (!is_black(medium->emission)) params.odd_value("Le", "is not taken where there is a \"temperature\"");
@@ -152,12 +157,17 @@ std::shared_ptr<const MediumGrid> read_medium_grid(const std::string& type, Para
   GridReader reader(params);
   auto grid = std::make_shared<MediumGrid>();
   grid->medium_to_world = ctm;
-  if (!is_affine(ctm) || is_singular(ctm)) {
-    reader.empty("is flattened by its transform");
-    return nullptr;
-  }
-  if (!reader.read_lattice()) return nullptr;
+  if (!reader.read_lattice(type != "cloud")) return nullptr;
   grid->lo = reader.lattice().lo, grid->hi = reader.lattice().hi;
+  if (type == "cloud") {
+    const auto number = [&](const char* name, double fallback, double most) {
+      return static_cast<float>(params.number(name, fallback, 0, most));
+    };
+    grid->cloud =
+        CloudDensity{number("density", 1, 1e6), number("wispiness", 1, 1e3), number("frequency", 5, 1e4)};
+    medium->emission = {};
+    return grid;
+  }
   const bool uniform = type == "uniformgrid";
   uniform ? read_uniform(reader, params, grid.get(), medium) : read_rgb(reader, params, grid.get(), medium);
   if (!grid->density && !grid->sigma_a && !grid->sigma_s) {
@@ -165,6 +175,54 @@ std::shared_ptr<const MediumGrid> read_medium_grid(const std::string& type, Para
                          : "needs \"rgb sigma_a\" or \"rgb sigma_s\" with a value for each voxel");
     return nullptr;
   }
+  return grid;
+}
+
+std::shared_ptr<const MediumGrid> refer_to_volume_file(PbrtScene& out, ParameterList& params,
+                                                       const Transform& ctm, MediumDescription* medium) {
+  const auto empty = [&](const std::string& why) {
+    params.problems().warning(params.where(), params.owner() + " " + why + "; it is empty space");
+    return nullptr;
+  };
+  const std::string name = params.text("filename", "");
+  VolumeFile file;
+  file.density = params.text("gridname", "density");
+  file.temperature = params.text("temperaturename", "temperature");
+  file.temperature_offset = temperature_offset(params);
+  file.temperature_scale = params.number("temperaturescale", 1, 0, 1e6);
+  const auto shown = static_cast<float>(params.number("Lescale", 1, 0, kMostCoefficient));
+  medium->emission = {shown, shown, shown};
+  if (name.empty()) return empty("needs a \"string filename\"");
+  file.path = out.open_reference(name, params.where_of("filename"));
+  if (file.path.empty()) return nullptr;
+  std::vector<VolumeGridEntry> grids;
+  try {
+    grids = list_nanovdb(file.path);
+  } catch (const Error& error) {
+    return empty("has a file, " + in_quotes(name) + ", that " + error.what());
+  }
+  const auto find = [&](const std::string& grid) {
+    return std::ranges::find(grids, grid, &VolumeGridEntry::name);
+  };
+  if (find(file.density) == grids.end()) {
+    std::string there;
+    for (const VolumeGridEntry& g : grids) there += (there.empty() ? "" : ", ") + in_quotes(g.name);
+    return empty("names the grid " + in_quotes(file.density) + ", which is not in " + in_quotes(name) +
+                 (there.empty() ? "" : "; there are: " + there));
+  }
+  if (const std::string& why = find(file.density)->why_not; !why.empty())
+    return empty("names the grid " + in_quotes(file.density) + ", which " + why);
+  const auto hot = find(file.temperature);
+  if (hot == grids.end() || !hot->why_not.empty()) {
+    if (params.has("temperaturename"))
+      params.odd_value("temperaturename",
+                       "names no grid of temperatures in " + in_quotes(name) + "; nothing glows");
+    file.temperature.clear();
+    medium->emission = {};
+  }
+  auto grid = std::make_shared<MediumGrid>();
+  grid->medium_to_world = ctm;
+  grid->file = std::move(file);
   return grid;
 }
 

@@ -168,10 +168,13 @@ bool is_interface_material(const std::string& type);
 /// media.cc: a medium of an unsupported kind is empty.
 MediumDescription translate_medium(PbrtScene& out, const std::string& name, ParameterList& params,
                                    const Transform& ctm);
-/// media_grids.cc: the grid of a medium of type "uniformgrid" or "rgbgrid", and the coefficients of the
-/// latter; null (reported) if there is none.
+/// media_grids.cc: the grid of a medium of type "uniformgrid", "rgbgrid" or "cloud", and the coefficients
+/// of the second; null (reported) if there is none.
 std::shared_ptr<const MediumGrid> read_medium_grid(const std::string& type, ParameterList& params,
                                                    const Transform& ctm, MediumDescription* medium);
+/// The same of a medium of type "nanovdb", whose values stay in their file.
+std::shared_ptr<const MediumGrid> refer_to_volume_file(PbrtScene& out, ParameterList& params,
+                                                       const Transform& ctm, MediumDescription* medium);
 /// materials/textures.cc: `ctm` is the texture's space.
 void translate_texture(PbrtScene& out, const std::string& name, const std::string& value_type,
                        const std::string& type, ParameterList& params, const Transform& ctm);

@@ -44,7 +44,7 @@ class SceneBuilder {
     shapes_ = world_;
     for (const InstancedObject& o : split_.objects)
       shapes_.insert(shapes_.end(), o.shapes.begin(), o.shapes.end());
-    media_.emplace(in_, shapes_);
+    media_.emplace(in_, shapes_, &out_.warnings);
     std::erase_if(world_, [&](const ShapeDescription* s) { return media_->is_nothing(*s); });
     std::erase_if(shapes_, [&](const ShapeDescription* s) { return media_->is_nothing(*s); });
     for (InstancedObject& o : split_.objects)
@@ -57,7 +57,7 @@ class SceneBuilder {
     const Matrix& c2w = in_.camera.camera_to_world.m;
     out_.origin = {c2w[0][3], c2w[1][3], c2w[2][3]};
     measure();
-    media_->write(&out_);
+    media_->write(threads_, &out_);
     if (const int cycle = mix_in_a_cycle(in_.materials); cycle >= 0) {
       throw Error(ErrorKind::kBadScene, "the mix " + in_.materials[static_cast<size_t>(cycle)].name +
                                             " contains itself; take it out of what it mixes");

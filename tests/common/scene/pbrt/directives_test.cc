@@ -351,8 +351,6 @@ TEST_F(Directives, InstancesThatCannotBeAreRefusedWithTheirLine) {
 
 TEST_F(Directives, UnsupportedOnesAreNamed) {
   const std::pair<const char*, const char*> cases[] = {
-      {"MakeNamedMedium \"fog\" \"string type\" \"uniformgrid\"", "is rendered as empty space"},
-      {"MakeNamedMedium \"fog\" \"string type\" \"nanovdb\"", "is rendered as empty space"},
       {"ActiveTransform EndTime Translate 1 1 1 LightSource \"point\"", "a light that moves"},
       {"Texture \"t\" \"spectrum\" \"constant\" Material \"subsurface\" \"texture mfp\" \"t\" "
        "\"rgb reflectance\" [.5 .5 .5]",

@@ -112,6 +112,27 @@ TEST_F(PbrtMedia, RgbGridsHaveCoefficientsOfTheirOwn) {
   EXPECT_FLOAT_EQ(m.grid->emission->values[3], 106.856895f);  // pbrt does not scale this light
 }
 
+TEST_F(PbrtMedia, VolumeFilesAreReferredTo) {
+  // The header of a NanoVDB file without grids.
+  std::string none = "NanoVDB0";
+  none += std::string("\x02\x10\x00\x04\x00\x00\x00\x00", 8);
+  folder_.write("none.nvdb", none);
+  folder_.write("text.nvdb", "hello, hello, hello");
+  const std::string medium = "MakeNamedMedium \"m\" \"string type\" \"nanovdb\" ";
+  const std::pair<std::string, const char*> cases[] = {
+      {medium, "needs a \"string filename\"; it is empty space"},
+      {medium + "\"string filename\" \"some.nvdb\"", "there is no file \"some.nvdb\""},
+      {medium + "\"string filename\" \"text.nvdb\"", "has a file, \"text.nvdb\", that is not a NanoVDB file"},
+      {medium + "\"string filename\" \"none.nvdb\"",
+       "names the grid \"density\", which is not in \"none.nvdb\""},
+  };
+  for (const auto& [text, message] : cases) {
+    const LoadResult r = strictly_world(text);
+    EXPECT_TRUE(has_error(r, message)) << text << "\n" << listed(r);
+    EXPECT_TRUE(mentions(r, "scene.pbrt:2:")) << text << "\n" << listed(r);
+  }
+}
+
 TEST_F(PbrtMedia, BadGridsAreEmptySpaceAndSaySo) {
   const std::string grid = "MakeNamedMedium \"m\" \"string type\" \"uniformgrid\" ";
   const std::pair<std::string, const char*> cases[] = {
@@ -121,7 +142,7 @@ TEST_F(PbrtMedia, BadGridsAreEmptySpaceAndSaySo) {
       {grid + "\"integer nx\" 100000 \"integer ny\" 100000 \"float density\" 1", "more than 2^31 voxels"},
       {grid + "\"float density\" -1", "must be within 0 and 1e30"},
       {grid + "\"float density\" 1 \"point3 p1\" [1 0 1]", "without a volume"},
-      {"Scale 1 1 0 " + grid + "\"float density\" 1", "flattened by its transform"},
+      {"Scale 1 1 0 " + grid + "\"float density\" 1", "the transform is singular"},
       {"MakeNamedMedium \"m\" \"string type\" \"rgbgrid\" \"rgb Le\" [1 1 1]", "needs \"rgb sigma_a\" or"},
   };
   for (const auto& [text, message] : cases) {

@@ -2,161 +2,15 @@
 
 #include <limits>
 
-#include "worker/render/math/exp.h"
+#include "worker/render/pipeline/walks/grid_lanes.h"
+#include "worker/render/pipeline/walks/lattice_line.h"
+#include "worker/render/pipeline/walks/medium_lanes.h"
 #include "worker/render/sampling/sobol.h"
 
 namespace lightmill {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-Vec3<Lane> exp_minus(const Vec3<Lane>& x) {
-  return {exp_negative(-x.x), exp_negative(-x.y), exp_negative(-x.z)};
-}
-Lane component(const Vec3<Lane>& v, LaneInt which) {
-  return select(LaneMask(which == 0), v.x, select(LaneMask(which == 1), v.y, v.z));
-}
-Vec3<Lane> non_negative(const Vec3<Lane>& v) {
-  return {max(v.x, Lane{}), max(v.y, Lane{}), max(v.z, Lane{})};
-}
-
-/// Cells or bricks, per axis.
-struct Cells {
-  LaneInt x, y, z;
-};
-
-/// A line through a lattice, and where it leaves the cell of it that it is in.
-struct Line {
-  Vec3<Lane> o, d, inverse;
-  LaneInt step_x, step_y, step_z;
-
-  Line(const Vec3<Lane>& origin, const Vec3<Lane>& direction) : o(origin), d(direction) {
-    const auto invert = [](Lane x) { return 1.0f / select(LaneMask(x == 0.0f), splat<Lane>(1.0f), x); };
-    inverse = {invert(d.x), invert(d.y), invert(d.z)};
-    const auto sign = [](Lane x) {
-      return select(LaneMask(x < 0.0f), splat_int<Lane>(-1), splat_int<Lane>(1));
-    };
-    step_x = sign(d.x), step_y = sign(d.y), step_z = sign(d.z);
-  }
-  Vec3<Lane> at(Lane t) const { return {o.x + d.x * t, o.y + d.y * t, o.z + d.z * t}; }
-  /// Where it meets the next plane of each axis. `side`: of the cells.
-  Vec3<Lane> exits(const Cells& c, int side) const {
-    const auto exit = [&](Lane o1, Lane d1, Lane inverse1, LaneInt cell) {
-      const LaneInt plane = (cell + select(LaneMask(d1 > 0.0f), splat_int<Lane>(1), LaneInt{})) * side;
-      return select(LaneMask(d1 == 0.0f), splat<Lane>(kInfinity), (to_float(plane) - o1) * inverse1);
-    };
-    return {exit(o.x, d.x, inverse.x, c.x), exit(o.y, d.y, inverse.y, c.y), exit(o.z, d.z, inverse.z, c.z)};
-  }
-  /// Goes on to the next cell, across the nearest plane.
-  void advance(const Vec3<Lane>& exits, LaneMask mask, Cells* c) const {
-    const LaneMask x = mask_and(LaneMask(exits.x <= exits.y), LaneMask(exits.x <= exits.z));
-    const LaneMask y = mask_and(mask_not(x), LaneMask(exits.y <= exits.z));
-    const LaneMask z = mask_and(mask, mask_not(mask_or(x, y)));
-    c->x = select(mask_and(mask, x), c->x + step_x, c->x);
-    c->y = select(mask_and(mask, y), c->y + step_y, c->y);
-    c->z = select(z, c->z + step_z, c->z);
-  }
-};
-
-Lane least(const Vec3<Lane>& v) { return min(v.x, min(v.y, v.z)); }
-
-struct Coefficients {
-  Vec3<Lane> extinction, scattering;
-};
-
-/// The grids of one medium per lane.
-class Grids {
- public:
-  Grids(const RenderScene& scene, LaneInt medium, LaneMask active)
-      : table_(scene.volumes),
-        medium_(scene.media.data(), medium),
-        record_(select(active, (medium_.grid() - 1) * kGridFloats, LaneInt{})),
-        coefficients_{table_, record_ + kGridCoefficients},
-        own_(LaneMask(integer(kGridChannels) != 1)),
-        any_own_(any(mask_and(active, own_))),
-        collides_(medium_.scalar(kMediumCollides)) {}
-
-  const FieldLanes<Lane>& field() const { return coefficients_; }
-  Vec3<Lane> rgb(int slot) const { return {number(slot), number(slot + 1), number(slot + 2)}; }
-  LaneInt integer(int slot) const {
-    return gather(reinterpret_cast<const int32_t*>(table_.records.data()) + slot, record_);
-  }
-  Lane majorant(LaneInt brick) const { return gather(table_.majorants.data(), brick); }
-  /// 1 where paths may end a segment.
-  Lane collides() const { return collides_; }
-
-  Coefficients at(const FieldCell<Lane>& c) const {
-    const Lane density = field_value<Lane>(table_, c);
-    Coefficients k{medium_.rgb(kMediumExtinction) * density, medium_.rgb(kMediumScattering) * density};
-    if (!any_own_) return k;
-    // Lanes with one channel read something that exists, and leave it.
-    FieldCell<Lane> own = c;
-    own.brick = select(own_, c.brick, splat_int<Lane>(some_own_brick()));
-    const auto value = [&](int channel) { return field_value<Lane>(table_, own, channel); };
-    const Vec3<Lane> a{value(0), value(1), value(2)}, s{value(3), value(4), value(5)};
-    return {select(own_, a + s, k.extinction), select(own_, s, k.scattering)};
-  }
-
-  /// Radiance per unit length at a point of normalised space with these coefficients.
-  Vec3<Lane> emission(const FieldCell<Lane>& c, const Coefficients& k, const Vec3<Lane>& p,
-                      LaneMask mask) const {
-    const LaneInt kind = integer(kGridEmissionKind);
-    mask = mask_and(mask, LaneMask(kind != kNoEmission));
-    if (!any(mask)) return {};
-    const Lane density = field_value<Lane>(table_, c);
-    Vec3<Lane> e = medium_.rgb(kMediumEmission);
-    e = e * select(own_, non_negative(k.extinction - k.scattering), splat3<Lane>(1, 1, 1) * density);
-    const LaneMask scaled = mask_and(mask, LaneMask(kind == kScaledEmission)),
-                   colored = mask_and(mask, LaneMask(kind == kRgbEmission));
-    if (any(scaled)) {
-      const Lane factor = look_up(kGridEmission, p, scaled, 0);
-      e = select(scaled, e * factor, e);
-    }
-    if (any(colored)) {
-      const Vec3<Lane> shown{look_up(kGridEmission, p, colored, 0), look_up(kGridEmission, p, colored, 1),
-                             look_up(kGridEmission, p, colored, 2)};
-      e = select(colored, e * shown, e);
-    }
-    const LaneInt colors = integer(kGridColors);
-    const LaneMask hot = mask_and(mask, LaneMask(colors >= 0));
-    if (any(hot)) {
-      const Lane entry = clamp(look_up(kGridTemperature, p, hot, 0) * number(kGridColorRate), 0.0f,
-                               kGridColorCount - 1.001f);
-      const LaneInt below = to_int(entry);
-      const Lane t = entry - to_float(below);
-      const LaneInt first = select(hot, colors + below * 3, LaneInt{});
-      const auto color = [&](int channel) {
-        const Lane a = gather(table_.values.data() + channel, first),
-                   b = gather(table_.values.data() + channel + 3, first);
-        return a + (b - a) * t;
-      };
-      e = select(hot, e * Vec3<Lane>{color(0), color(1), color(2)}, e);
-    }
-    return select(mask, e, Vec3<Lane>{});
-  }
-
- private:
-  Lane number(int slot) const { return gather(table_.records.data() + slot, record_); }
-  int32_t some_own_brick() const {
-    const unsigned bits = mask_bits(own_);
-    return lane(coefficients_.integer(kFieldFirst), std::countr_zero(bits));
-  }
-  /// A field of another lattice at a point of normalised space; lanes outside of `mask` read the first one.
-  Lane look_up(int field_slot, const Vec3<Lane>& p, LaneMask mask, int channel) const {
-    const int some = std::countr_zero(mask_bits(mask));
-    const FieldLanes<Lane> field{table_,
-                                 select(mask, record_, splat_int<Lane>(lane(record_, some))) + field_slot};
-    return field_value<Lane>(table_, field_cell<Lane>(field, field.point(p)), channel);
-  }
-
-  const VolumeTable& table_;
-  MediumRecord<Lane> medium_;
-  LaneInt record_;
-  FieldLanes<Lane> coefficients_;
-  LaneMask own_;
-  bool any_own_;
-  Lane collides_;
-};
 
 /// Uniform number `index` of a seed.
 Lane number_of(UintOf<Lane> seed, LaneInt index) {
@@ -187,7 +41,7 @@ class Walk {
     const FieldLanes<Lane>& field = grids_.field();
     const LaneInt nx = field.integer(kFieldBricks), ny = field.integer(kFieldBricks + 1),
                   nz = field.integer(kFieldBricks + 2), first = field.integer(kFieldFirst);
-    Cells b = cells_at(t, {nx - 1, ny - 1, nz - 1}, kBrick);
+    LatticeCell b = cells_at(t, {nx - 1, ny - 1, nz - 1}, kBrick);
     LaneMask go = mask_and(w_.active, LaneMask(t < end));
     while (any(go)) {
       const Vec3<Lane> exits = line_.exits(b, kBrick);
@@ -233,7 +87,7 @@ class Walk {
     slab(line_.o.z, line_.d.z, line_.inverse.z, lo.z, hi.z);
   }
 
-  Cells cells_at(Lane t, const Cells& last, int side) const {
+  LatticeCell cells_at(Lane t, const LatticeCell& last, int side) const {
     const Vec3<Lane> p = line_.at(t) * splat<Lane>(1.0f / static_cast<float>(side));
     const auto index = [](Lane x, LaneInt most) {
       return clamp_int<Lane>(to_int(floor(clamp(x, -1.0f, 1e9f))), LaneInt{}, most);
@@ -242,7 +96,7 @@ class Walk {
   }
 
   /// The cell at t, within brick b.
-  FieldCell<Lane> cell_at(Lane t, const Cells& b) const {
+  FieldCell<Lane> cell_at(Lane t, const LatticeCell& b) const {
     const Vec3<Lane> p = line_.at(t);
     const auto index = [&](Lane x, LaneInt brick, int axis) {
       const LaneInt lo = brick * kBrick, last = grids_.field().integer(kFieldLast + axis);
@@ -254,9 +108,9 @@ class Walk {
   }
 
   /// Tentative collisions at t.
-  void collide(Lane t, const Cells& b, Lane majorant, LaneMask mask) {
+  void collide(Lane t, const LatticeCell& b, Lane majorant, LaneMask mask) {
     const FieldCell<Lane> cell = some_cell(cell_at(t, b), mask);
-    const Coefficients k = grids_.at(cell);
+    const MediumCoefficients k = grids_.at(cell);
     const Lane inv = 1.0f / select(mask, majorant, splat<Lane>(1.0f));
     LaneMask real = splat_mask<Lane>(false);
     if constexpr (kPath) {
@@ -273,10 +127,10 @@ class Walk {
   }
 
   /// Goes through the cells of a brick from t to `exit` without tracking.
-  void integrate(Lane t, Lane exit, const Cells& b, LaneMask mask) {
+  void integrate(Lane t, Lane exit, const LatticeCell& b, LaneMask mask) {
     const FieldLanes<Lane>& field = grids_.field();
-    Cells last{field.integer(kFieldLast), field.integer(kFieldLast + 1), field.integer(kFieldLast + 2)};
-    Cells c = cells_at(t, last, 1);
+    LatticeCell last{field.integer(kFieldLast), field.integer(kFieldLast + 1), field.integer(kFieldLast + 2)};
+    LatticeCell c = cells_at(t, last, 1);
     const auto keep = [&](LaneInt* i, LaneInt brick) {
       *i = clamp_int<Lane>(*i, brick * kBrick, brick * kBrick + (kBrick - 1));
     };
@@ -284,7 +138,7 @@ class Walk {
     while (any(mask)) {
       const Vec3<Lane> exits = line_.exits(c, 1);
       const Lane until = max(min(least(exits), exit), t), step = (until - t) * (1.0f / 3);
-      Coefficients k[4];
+      MediumCoefficients k[4];
       for (int i = 0; i < 4; ++i) k[i] = grids_.at(in_cell(c, t + step * static_cast<float>(i), mask));
       const auto depth = [&](Lane a0, Lane a1, Lane a2, Lane a3) {
         return (a0 + a3 + (a1 + a2) * 3.0f) * (step * length_ * 0.375f);
@@ -302,7 +156,7 @@ class Walk {
                                   component(e1, channel_), component(e2, channel_), component(e3, channel_));
           const Lane at = t + (until - t) * s;
           const FieldCell<Lane> cell = in_cell(c, at, mask);
-          const Coefficients there = grids_.at(cell);
+          const MediumCoefficients there = grids_.at(cell);
           // Up to there, in each channel as in the chosen one.
           const Vec3<Lane> part = partial_depth(s, k, step * length_ * 3.0f);
           w_.optical = select(ends, w_.optical + part, w_.optical);
@@ -331,7 +185,7 @@ class Walk {
   }
 
   /// The cell c at t; of lanes outside of `mask` a cell that exists.
-  FieldCell<Lane> in_cell(const Cells& c, Lane t, LaneMask mask) const {
+  FieldCell<Lane> in_cell(const LatticeCell& c, Lane t, LaneMask mask) const {
     return some_cell(field_cell<Lane>(grids_.field(), c.x, c.y, c.z, line_.at(t)), mask);
   }
   static FieldCell<Lane> some_cell(FieldCell<Lane> c, LaneMask mask) {
@@ -364,14 +218,14 @@ class Walk {
     }
     return (lo + hi) * 0.5f;
   }
-  static Vec3<Lane> partial_depth(Lane s, const Coefficients k[4], Lane length) {
+  static Vec3<Lane> partial_depth(Lane s, const MediumCoefficients k[4], Lane length) {
     const auto one = [&](auto channel) {
       return max(Cubic(channel(k[0]), channel(k[1]), channel(k[2]), channel(k[3])).integral(s) * length,
                  Lane{});
     };
-    return {one([](const Coefficients& c) { return c.extinction.x; }),
-            one([](const Coefficients& c) { return c.extinction.y; }),
-            one([](const Coefficients& c) { return c.extinction.z; })};
+    return {one([](const MediumCoefficients& c) { return c.extinction.x; }),
+            one([](const MediumCoefficients& c) { return c.extinction.y; }),
+            one([](const MediumCoefficients& c) { return c.extinction.z; })};
   }
 
   /// P_c so far.
@@ -384,7 +238,7 @@ class Walk {
     const Vec3<Lane> glow = throughput_ * exp_minus(w_.optical) * w_.nulls * shown * inv;
     found_.glow = select(mask, found_.glow + glow, found_.glow);
   }
-  void end_at(LaneMask mask, Lane t, const Coefficients& k) {
+  void end_at(LaneMask mask, Lane t, const MediumCoefficients& k) {
     found_.collides = mask_or(found_.collides, mask);
     found_.at = select(mask, t, found_.at);
     found_.rate = select(mask, k.extinction, found_.rate);
@@ -397,7 +251,7 @@ class Walk {
   Vec3<Lane> throughput_, share_{};
   bool shines_;
   Lane length_;
-  Line line_;
+  LatticeLine line_;
   VolumeCollision found_{};
 };
 

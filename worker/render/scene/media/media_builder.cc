@@ -7,12 +7,13 @@
 #include "common/base/error.h"
 #include "common/scene/transform.h"
 #include "worker/render/scene/media/volume_builder.h"
+#include "worker/render/scene/media/volume_files.h"
 
 namespace lightmill {
 
 MediaBuilder::MediaBuilder(const SceneDescription& description,
-                           const std::vector<const ShapeDescription*>& shapes)
-    : in_(description), number_(description.media.size(), 0) {
+                           const std::vector<const ShapeDescription*>& shapes, std::vector<Problem>* warnings)
+    : in_(description), media_(description.media), number_(description.media.size(), 0) {
   std::vector<bool> used(in_.media.size(), false);
   const auto use = [&](int index) {
     if (index >= 0) used[static_cast<size_t>(index)] = true;
@@ -26,15 +27,17 @@ MediaBuilder::MediaBuilder(const SceneDescription& description,
   for (const LightDescription& l : in_.lights) use(l.medium);
   use(in_.camera.medium);
   for (size_t i = 0; i < used.size(); ++i) {
-    if (used[i] && !is_empty(in_.media[i])) number_[i] = ++count_;
+    if (!used[i] || is_empty(media_[i])) continue;
+    number_[i] = ++count_;
+    media_[i] = with_file_read(media_[i], warnings);
   }
 }
 
 std::vector<Vec3d> MediaBuilder::grid_corners() const {
   std::vector<Vec3d> corners;
-  for (size_t i = 0; i < in_.media.size(); ++i) {
-    if (number_[i] == 0 || !in_.media[i].grid) continue;
-    const MediumGrid& g = *in_.media[i].grid;
+  for (size_t i = 0; i < media_.size(); ++i) {
+    if (number_[i] == 0 || !media_[i].grid) continue;
+    const MediumGrid& g = *media_[i].grid;
     for (int corner = 0; corner < 8; ++corner) {
       corners.push_back(transform_point(
           g.medium_to_world,
@@ -44,21 +47,21 @@ std::vector<Vec3d> MediaBuilder::grid_corners() const {
   return corners;
 }
 
-void MediaBuilder::write(RenderScene* scene) const {
+void MediaBuilder::write(int threads, RenderScene* scene) const {
   if (!any()) return;
   if (count_ > kMaxMedia)
     throw Error(ErrorKind::kBadScene,
                 "the scene has more than " + std::to_string(kMaxMedia) + " media, which is the limit");
   scene->media.assign((static_cast<size_t>(count_) + 1) * kMediumFloats, 0.0f);
-  for (size_t i = 0; i < in_.media.size(); ++i) {
+  for (size_t i = 0; i < media_.size(); ++i) {
     if (number_[i] == 0) continue;
-    const MediumDescription& m = in_.media[i];
+    const MediumDescription& m = media_[i];
     float* record = &scene->media[static_cast<size_t>(number_[i]) * kMediumFloats];
     const float a[3] = {m.sigma_a.r, m.sigma_a.g, m.sigma_a.b},
                 s[3] = {m.sigma_s.r, m.sigma_s.g, m.sigma_s.b},
                 e[3] = {m.emission.r, m.emission.g, m.emission.b};
     // Grids with coefficients of their own at every point: those of the record are not read.
-    const bool own = m.grid && !m.grid->density;
+    const bool own = m.grid && !m.grid->density && !m.grid->cloud;
     const bool collides = std::max({s[0], s[1], s[2]}) > 0 || own || !is_black(brightest(m));
     // Lengths are 2^scale_exponent times what they are in scene units.
     const auto scaled = [&](double x) { return static_cast<float>(std::ldexp(x, -scene->scale_exponent)); };
@@ -83,7 +86,7 @@ void MediaBuilder::write(RenderScene* scene) const {
                       std::to_string(m.location.column) + ": the medium \"" + m.name +
                       "\" is opaque within 1e-18 of the scene's extent; lower its \"scale\"");
     }
-    if (m.grid) record[kMediumGrid] = std::bit_cast<float>(1 + add_grid(m, record, collides, scene));
+    if (m.grid) record[kMediumGrid] = std::bit_cast<float>(1 + add_grid(m, record, collides, threads, scene));
   }
   scene->camera_medium = number(in_.camera.medium);
 }

@@ -9,9 +9,11 @@ namespace lightmill {
 
 class MediaBuilder {
  public:
-  /// The arguments must outlive the builder. Left out are media that do nothing, and those that are not used
-  /// by `shapes`, a light or the camera. If none is left, the scene has no media.
-  MediaBuilder(const SceneDescription& description, const std::vector<const ShapeDescription*>& shapes);
+  /// `description` must outlive the builder. Left out are media that do nothing, and those that are not used
+  /// by `shapes`, a light or the camera. If none is left, the scene has no media. Reads the files of grids,
+  /// and throws Error(kBadScene) where one can't be read.
+  MediaBuilder(const SceneDescription& description, const std::vector<const ShapeDescription*>& shapes,
+               std::vector<Problem>* warnings);
 
   /// Whether there are media or panes.
   bool any() const { return count_ > 0 || any_panes_; }
@@ -23,7 +25,7 @@ class MediaBuilder {
   std::vector<Vec3d> grid_corners() const;
   /// Writes the records and grids. scene->scale_exponent must be known. Throws Error(kBadScene) if there are
   /// too many, or if float cannot hold their coefficients at the scene's scale.
-  void write(RenderScene* scene) const;
+  void write(int threads, RenderScene* scene) const;
   /// The shape's sides, as in RenderScene::primitive_media.
   int32_t sides(const ShapeDescription& shape) const;
   /// Sides of something that stands in medium `index` of the description.
@@ -32,7 +34,8 @@ class MediaBuilder {
 
  private:
   const SceneDescription& in_;
-  std::vector<int32_t> number_;  // per medium of the description; 0: it does nothing or is not used
+  std::vector<MediumDescription> media_;  // those of the description, with what is in their files
+  std::vector<int32_t> number_;           // per medium of the description; 0: it does nothing or is not used
   int32_t count_ = 0;
   bool any_panes_ = false;
 };

@@ -8,6 +8,7 @@
 #include "common/base/error.h"
 #include "common/scene/spectrum/spectrum.h"
 #include "common/scene/transform.h"
+#include "worker/render/scene/media/cloud.h"
 #include "worker/render/scene/media/volume_table.h"
 
 namespace lightmill {
@@ -41,11 +42,26 @@ struct Lattice {
     if (f == nullptr) return constants[half] * factor;
     if (x < 0 || y < 0 || z < 0 || x >= count[0] || y >= count[1] || z >= count[2])
       return f->outside * factor;
-    const size_t voxel = (static_cast<size_t>(z) * static_cast<size_t>(count[1]) + static_cast<size_t>(y)) *
-                             static_cast<size_t>(count[0]) +
-                         static_cast<size_t>(x);
-    return f->values[voxel * static_cast<size_t>(f->channels) + static_cast<size_t>(channel % f->channels)] *
-           factor;
+    return f->at(x, y, z, channel % f->channels) * factor;
+  }
+  /// Whether the brick whose first cell is `cell` touches no block of a field that has only some.
+  bool is_absent(const Counts& cell) const {
+    const VolumeField* const f = fields[0];
+    if (channels != 1 || f->blocks.empty() || f->outside != 0) return false;
+    constexpr int kBlock = 8;
+    const auto blocks = [&](size_t axis) { return (count[axis] + kBlock - 1) / kBlock; };
+    const auto first = [&](size_t axis) { return std::max(0, (cell[axis] - 1) / kBlock); };
+    const auto last = [&](size_t axis) {
+      return std::min(blocks(axis) - 1, (cell[axis] + kBrick - 1) / kBlock);
+    };
+    for (int z = first(2); z <= last(2); ++z) {
+      for (int y = first(1); y <= last(1); ++y) {
+        for (int x = first(0); x <= last(0); ++x) {
+          if (f->blocks[static_cast<size_t>((z * blocks(1) + y) * blocks(0) + x)] >= 0) return false;
+        }
+      }
+    }
+    return true;
   }
 };
 
@@ -135,6 +151,7 @@ class GridBuilder {
  private:
   /// The values of the brick whose first cell is `at`. False if all are 0.
   bool fill(const Lattice& l, const Counts& at, std::vector<float>* block) const {
+    if (l.is_absent(at)) return false;
     bool any = false;
     float* out = block->data();
     for (int c = 0; c < l.channels; ++c) {
@@ -171,7 +188,8 @@ double brick_length(const Lattice& l, const Transform& medium_to_world, const Re
 
 }  // namespace
 
-int32_t add_grid(const MediumDescription& m, const float* medium, bool collides, RenderScene* scene) {
+int32_t add_grid(const MediumDescription& m, const float* medium, bool collides, int threads,
+                 RenderScene* scene) {
   const MediumGrid& grid = *m.grid;
   VolumeTable& table = scene->volumes;
   const size_t record = table.records.size();
@@ -180,8 +198,10 @@ int32_t add_grid(const MediumDescription& m, const float* medium, bool collides,
 
   Lattice l;
   double extinction = 0;
-  if (grid.density) {
-    l = lattice_of(*grid.density);
+  VolumeField cloud;
+  if (grid.cloud) cloud = cloud_field(*grid.cloud, grid.lo, grid.hi, threads);
+  if (grid.density || grid.cloud) {
+    l = lattice_of(grid.cloud ? cloud : *grid.density);
     for (int c = 0; c < 3; ++c) extinction = std::max(extinction, double{medium[kMediumExtinction + c]});
   } else {
     const VolumeField& some = grid.sigma_a ? *grid.sigma_a : *grid.sigma_s;
