@@ -17,7 +17,8 @@ namespace {
 
 constexpr int kBlock = 8;  // voxels a side of a leaf
 constexpr int kBlockValues = kBlock * kBlock * kBlock;
-constexpr int64_t kMostBlocks = int64_t{1} << 27;
+constexpr int64_t kMostBlocks = int64_t{1} << 25;  // of its box
+constexpr size_t kMostValues = (size_t{1} << 31) - 2 * kBlockValues;
 constexpr int64_t kFarthest = int64_t{1} << 24;  // indices beyond it are not known to a voxel in float
 
 [[noreturn]] void damaged(const std::string& what) {
@@ -81,7 +82,7 @@ class TreeReader {
         determinant3(grid.index_to_world) == 0)
       damaged("its transform is singular");
     read_root();
-    if (blocks_.empty()) throw Error(ErrorKind::kBadScene, "has no voxels");
+    if (cubes_.empty()) throw Error(ErrorKind::kBadScene, "has no voxels");
     write_field(&grid);
     return grid;
   }
@@ -144,10 +145,8 @@ class TreeReader {
       any = any || v[static_cast<size_t>(to)] != 0;
     }
     if (!any) return;
-    add_block(origin, static_cast<int32_t>(values_.size()));
+    add_cube(origin, kBlock, static_cast<int32_t>(values_.size()));
     values_.insert(values_.end(), v.begin(), v.end());
-    if (values_.size() > (size_t{1} << 31) - kBlockValues)
-      throw Error(ErrorKind::kBadScene, "has more than 2^31 voxels");
   }
 
   float value(uint64_t leaf, uint64_t i) const {
@@ -176,21 +175,15 @@ class TreeReader {
     auto [known, is_new] =
         tiles_.try_emplace(std::bit_cast<uint32_t>(x), static_cast<int32_t>(values_.size()));
     if (is_new) values_.insert(values_.end(), kBlockValues, x);
-    for (int64_t z = 0; z < side; z += kBlock) {
-      for (int64_t y = 0; y < side; y += kBlock) {
-        for (int64_t i = 0; i < side; i += kBlock)
-          add_block({origin.x + i, origin.y + y, origin.z + z}, known->second);
-      }
-    }
+    add_cube(origin, side, known->second);
   }
 
-  void add_block(const Index& origin, int32_t first) {
-    if (static_cast<int64_t>(blocks_.size()) >= kMostBlocks)
-      throw Error(ErrorKind::kBadScene, "has more than 2^27 blocks of voxels");
+  void add_cube(const Index& origin, int64_t side, int32_t first) {
     for (const int64_t x : {origin.x, origin.y, origin.z}) {
       if (std::abs(x) > kFarthest) throw Error(ErrorKind::kBadScene, "has voxels beyond index 2^24");
     }
-    blocks_.push_back({origin, first});
+    if (values_.size() > kMostValues) throw Error(ErrorKind::kBadScene, "has more than 2^31 voxels");
+    cubes_.push_back({origin, side, first});
   }
 
   /// A file may refer to a node again and again; there can't be more of them than fit into the grid.
@@ -199,15 +192,17 @@ class TreeReader {
   }
 
   void write_field(VolumeGrid* grid) {
-    Index lo = blocks_.front().origin, hi = lo;
-    for (const Block& b : blocks_) {
-      lo = {std::min(lo.x, b.origin.x), std::min(lo.y, b.origin.y), std::min(lo.z, b.origin.z)};
-      hi = {std::max(hi.x, b.origin.x), std::max(hi.y, b.origin.y), std::max(hi.z, b.origin.z)};
+    Index lo = cubes_.front().origin, hi = lo;
+    for (const Cube& c : cubes_) {
+      lo = {std::min(lo.x, c.origin.x), std::min(lo.y, c.origin.y), std::min(lo.z, c.origin.z)};
+      const int64_t more = c.side - kBlock;
+      hi = {std::max(hi.x, c.origin.x + more), std::max(hi.y, c.origin.y + more),
+            std::max(hi.z, c.origin.z + more)};
     }
     const auto blocks = [](int64_t from, int64_t to) { return (to - from) / kBlock + 1; };
     const int64_t nx = blocks(lo.x, hi.x), ny = blocks(lo.y, hi.y), nz = blocks(lo.z, hi.z);
     if (nx * ny > kMostBlocks || nx * ny * nz > kMostBlocks)
-      throw Error(ErrorKind::kBadScene, "spans more than 2^27 blocks of voxels");
+      throw Error(ErrorKind::kBadScene, "spans more than 2^25 blocks of voxels");
     VolumeField& f = grid->field;
     f.nx = static_cast<int>(nx * kBlock), f.ny = static_cast<int>(ny * kBlock),
     f.nz = static_cast<int>(nz * kBlock);
@@ -215,10 +210,13 @@ class TreeReader {
             static_cast<double>(lo.z) - 0.5};
     f.hi = {f.lo.x + f.nx, f.lo.y + f.ny, f.lo.z + f.nz};
     f.blocks.assign(static_cast<size_t>(nx * ny * nz), -1);
-    for (const Block& b : blocks_) {
-      const int64_t at = ((b.origin.z - lo.z) / kBlock * ny + (b.origin.y - lo.y) / kBlock) * nx +
-                         (b.origin.x - lo.x) / kBlock;
-      f.blocks[static_cast<size_t>(at)] = b.first;
+    for (const Cube& c : cubes_) {
+      const int64_t x = (c.origin.x - lo.x) / kBlock, y = (c.origin.y - lo.y) / kBlock,
+                    z = (c.origin.z - lo.z) / kBlock, n = c.side / kBlock;
+      for (int64_t k = z; k < z + n; ++k) {
+        for (int64_t j = y; j < y + n; ++j)
+          std::fill_n(f.blocks.begin() + ((k * ny + j) * nx + x), n, c.first);
+      }
     }
     f.values = std::move(values_);
     const auto within = [](int32_t box, double least, double most) {
@@ -231,15 +229,16 @@ class TreeReader {
     grid->odd_values = odd_;
   }
 
-  struct Block {
+  struct Cube {
     Index origin;
+    int64_t side;
     int32_t first;
   };
   Bytes in_;
   VolumeValueKind kind_;
   uint64_t uppers_ = 0, lowers_ = 0, leaves_ = 0;
   std::array<int32_t, 3> box_lo_{}, box_hi_{};
-  std::vector<Block> blocks_;
+  std::vector<Cube> cubes_;
   std::vector<float> values_;
   std::map<uint32_t, int32_t> tiles_;
   bool odd_ = false;
