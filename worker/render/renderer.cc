@@ -64,6 +64,7 @@ void drop_geometry(SceneDescription* description) {
   description->shapes = {};
   description->objects = {};
   description->instances = {};
+  for (MediumDescription& medium : description->media) medium.grid = nullptr;
   malloc_trim(0);  // large arrays, which the allocator would keep
 }
 

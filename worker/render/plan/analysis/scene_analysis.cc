@@ -1,6 +1,7 @@
 #include "worker/render/plan/analysis/scene_analysis.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <string>
 
@@ -19,6 +20,29 @@ Strategies with_walks(const RenderScene& scene, Strategies set) {
 }
 PathClasses found_by(const RenderScene& scene, int max_depth, Strategies set) {
   return paths_made(scene, max_depth, with_walks(scene, set));
+}
+
+/// How much of the grids is walked through, and how.
+std::string grids_in_words(const VolumeTable& volumes) {
+  if (volumes.empty()) return "no medium varies";
+  size_t bricks = 0, tracked = 0, integrated = 0;
+  for (size_t record = 0; record < volumes.records.size(); record += kGridFloats) {
+    const float* const field = &volumes.records[record + kGridCoefficients];
+    const auto integer = [&](size_t slot) {
+      return static_cast<size_t>(std::bit_cast<int32_t>(field[slot]));
+    };
+    const size_t first = integer(kFieldFirst);
+    const size_t count = integer(kFieldBricks) * integer(kFieldBricks + 1) * integer(kFieldBricks + 2);
+    for (size_t b = first; b < first + count; ++b) {
+      tracked += volumes.majorants[b] > 0;
+      integrated += volumes.majorants[b] < 0;
+    }
+    bricks += count;
+  }
+  const auto count = [](size_t n) { return std::to_string(n); };
+  return count(volumes.records.size() / kGridFloats) + " grid(s): of " + count(bricks) + " bricks " +
+         count(tracked) + " are tracked, " + count(integrated) +
+         " are integrated, as they only absorb or are dense, and the others are skipped";
 }
 
 /// What each set of strategies finds.
@@ -242,6 +266,8 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, const Ra
                  (scene.any_boundaries ? "boundaries" : "no boundary but surfaces")
            : "none in the scene",
        "distance sampling, the walk through boundaries and transmittance");
+  item("media that vary", !scene.volumes.empty(), grids_in_words(scene.volumes),
+       "tentative collisions against upper bounds, and a look-up of eight values for each");
   item("panes", scene.any_panes,
        scene.any_panes ? "thin smooth glass is looked through" : "no thin smooth glass in the scene",
        "the walk of paths and shadow rays through them");

@@ -7,7 +7,9 @@
 #include <random>
 
 #include "common/base/error.h"
+#include "tests/support/render.h"
 #include "tests/support/volumes.h"
+#include "worker/render/renderer.h"
 #include "worker/render/scene/media/cloud.h"
 #include "worker/render/scene/render_scene.h"
 
@@ -98,6 +100,18 @@ TEST(VolumeTable, BricksThatAreTooDenseToTrackAreIntegrated) {
     return build_scene(s.scene);
   }();
   EXPECT_LT(absorbs.volumes.majorants.front(), 0);
+}
+
+TEST(VolumeTable, ThePlanSaysHowItIsWalkedThrough) {
+  const auto ball = [](double x, double y, double z) { return x * x + y * y + z * z < 0.01 ? 1.0 : 0.0; };
+  const SceneDescription scene = around(grid_of(field_of({63, 63, 63, {-1, -1, -1}, {1, 1, 1}}, ball))).scene;
+  const Renderer renderer(scene, settings_for(scene, Integrator::kPt, 4, 5), 1);
+  const auto& items = renderer.plan().items;
+  const auto item = std::ranges::find(items, "media that vary", &PlanItem::feature);
+  ASSERT_NE(item, items.end());
+  EXPECT_TRUE(item->needed);
+  EXPECT_NE(item->reason.find("1 grid(s): of 512 bricks 8 are tracked, 0 are integrated"), std::string::npos)
+      << item->reason;
 }
 
 TEST(VolumeTable, WhatIsTooDenseForFloatIsRefused) {
