@@ -60,8 +60,9 @@ MediumDescription translate_medium(PbrtScene& out, const std::string& name, Para
     params.finish();
     return medium;
   }
-  static const std::vector<std::string_view> varying = {"uniformgrid", "rgbgrid", "cloud", "nanovdb"};
-  if (std::ranges::find(varying, type) != varying.end()) {
+  static const std::vector<std::string_view> known = {"homogeneous", "uniformgrid", "rgbgrid", "cloud",
+                                                      "nanovdb"};
+  if (std::ranges::find(known, type) != known.end()) {
     if (type != "rgbgrid") {
       read_coefficients(out, params, true, &medium);
     } else {
@@ -78,8 +79,6 @@ MediumDescription translate_medium(PbrtScene& out, const std::string& name, Para
     if (!params.has("type"))
       out.problems->warning(params.where(), params.owner() + " needs a \"string type\"; it is empty space");
   } else {
-    static const std::vector<std::string_view> known = {"homogeneous", "uniformgrid", "rgbgrid", "cloud",
-                                                        "nanovdb"};
     report_unknown_word(params, "medium", type, known, "it is empty space");
   }
   return medium;  // its parameters are another medium's: not checked

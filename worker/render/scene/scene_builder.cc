@@ -251,17 +251,17 @@ class SceneBuilder {
                     place(s.location) + "an alpha mask on a sphere is not supported; use a mesh");
       }
     }
-    // A medium that the camera stands in may have no boundary but the scene's.
-    std::vector<Vec3d> camera;
+    // A medium that the camera stands in may have no boundary but the scene's, or its grid's.
+    std::vector<Vec3d> also;
     if (media_->any()) {
-      camera = media_->grid_corners();
-      camera.push_back(out_.origin);
+      also = media_->grid_corners();
+      also.push_back(out_.origin);
       if (in_.camera.moves_to >= 0) {
         const Matrix& end = in_.later[static_cast<size_t>(in_.camera.moves_to)].m;
-        camera.push_back({end[0][3], end[1][3], end[2][3]});
+        also.push_back({end[0][3], end[1][3], end[2][3]});
       }
     }
-    const SceneExtent extent = measure_extent(world_, split_, in_.lights, out_.origin, camera);
+    const SceneExtent extent = measure_extent(world_, split_, in_.lights, out_.origin, also);
     out_.scale_exponent = extent.scale_exponent;
     if (normalised_light_) out_.light_exponent = light_exponent(in_, extent.scale_exponent);
     if (extent.empty) return;

@@ -10,13 +10,6 @@
 
 namespace lightmill {
 
-inline void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c) {
-  for (unsigned bits = mask_bits(m); bits; bits &= bits - 1) {
-    const int l = std::countr_zero(bits);
-    add_to_path(w, static_cast<size_t>(lane(slot, l)), lane(c.x, l), lane(c.y, l), lane(c.z, l));
-  }
-}
-
 /// `w_other`: the ratio of next-event estimation, at depth 1 that of light tracing.
 inline void record_emission(int depth, LaneInt slot, LaneMask mask, const Vec3<Lane>& c, Lane mis,
                             Lane w_other, Lane p_emission, Lane dvc, Wavefront& w) {

@@ -1,5 +1,6 @@
 #pragma once
 // Adds contributions to the radiance of camera paths.
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -31,6 +32,14 @@ inline void add_to_path(Wavefront& w, size_t slot, float r, float g, float b) {
   w.radiance_r[slot] += r;
   w.radiance_g[slot] += g;
   w.radiance_b[slot] += b;
+}
+
+/// The same for the lanes in `m`, in lane order.
+inline void add_radiance(Wavefront& w, LaneInt slot, LaneMask m, const Vec3<Lane>& c) {
+  for (unsigned bits = mask_bits(m); bits; bits &= bits - 1) {
+    const int l = std::countr_zero(bits);
+    add_to_path(w, static_cast<size_t>(lane(slot, l)), lane(c.x, l), lane(c.y, l), lane(c.z, l));
+  }
 }
 
 }  // namespace lightmill

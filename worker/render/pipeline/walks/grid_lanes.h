@@ -1,5 +1,5 @@
 #pragma once
-// MediumCoefficients and emission of media that vary, at points of their grids; a medium per lane.
+// Coefficients and emission of media that vary, at points of their grids; a medium per lane.
 #include <bit>
 
 #include "worker/render/pipeline/work_items.h"
@@ -16,6 +16,7 @@ inline Vec3<Lane> non_negative(const Vec3<Lane>& v) {
 
 struct MediumCoefficients {
   Vec3<Lane> extinction, scattering;
+  Lane density;  // of a grid with one channel
 };
 
 /// The grids of one medium per lane.
@@ -41,25 +42,24 @@ class Grids {
 
   MediumCoefficients at(const FieldCell<Lane>& c) const {
     const Lane density = field_value<Lane>(table_, c);
-    MediumCoefficients k{medium_.rgb(kMediumExtinction) * density, medium_.rgb(kMediumScattering) * density};
+    MediumCoefficients k{medium_.rgb(kMediumExtinction) * density, medium_.rgb(kMediumScattering) * density,
+                         density};
     if (!any_own_) return k;
     // Lanes with one channel read something that exists, and leave it.
     FieldCell<Lane> own = c;
     own.brick = select(own_, c.brick, splat_int<Lane>(some_own_brick()));
     const auto value = [&](int channel) { return field_value<Lane>(table_, own, channel); };
     const Vec3<Lane> a{value(0), value(1), value(2)}, s{value(3), value(4), value(5)};
-    return {select(own_, a + s, k.extinction), select(own_, s, k.scattering)};
+    return {select(own_, a + s, k.extinction), select(own_, s, k.scattering), density};
   }
 
   /// Radiance per unit length at a point of normalised space with these coefficients.
-  Vec3<Lane> emission(const FieldCell<Lane>& c, const MediumCoefficients& k, const Vec3<Lane>& p,
-                      LaneMask mask) const {
+  Vec3<Lane> emission(const MediumCoefficients& k, const Vec3<Lane>& p, LaneMask mask) const {
     const LaneInt kind = integer(kGridEmissionKind);
     mask = mask_and(mask, LaneMask(kind != kNoEmission));
     if (!any(mask)) return {};
-    const Lane density = field_value<Lane>(table_, c);
     Vec3<Lane> e = medium_.rgb(kMediumEmission);
-    e = e * select(own_, non_negative(k.extinction - k.scattering), splat3<Lane>(1, 1, 1) * density);
+    e = e * select(own_, non_negative(k.extinction - k.scattering), splat3<Lane>(1, 1, 1) * k.density);
     const LaneMask scaled = mask_and(mask, LaneMask(kind == kScaledEmission)),
                    colored = mask_and(mask, LaneMask(kind == kRgbEmission));
     if (any(scaled)) {

@@ -25,6 +25,12 @@ inline Vec3<Lane> exp_minus(const Vec3<Lane>& x) {
 }
 inline Lane mean(const Vec3<Lane>& v) { return (v.x + v.y + v.z) * (1.0f / 3); }
 
+/// The probability of each channel to be the one by which a segment is drawn.
+inline Vec3<Lane> channel_shares(const Vec3<Lane>& throughput) {
+  const Lane sum = throughput.x + throughput.y + throughput.z;
+  return throughput * (1.0f / select(LaneMask(sum > 0.0f), sum, splat<Lane>(1.0f)));
+}
+
 /// Where rays enter and leave the sphere at which media without boundary end, at or after their origin.
 struct Outermost {
   Lane enter, leave;

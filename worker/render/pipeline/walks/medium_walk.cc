@@ -38,10 +38,7 @@ void add_glow(int depth, LaneInt slot, LaneMask mask, Vec3<Lane> glow, const Sta
               Wavefront& w) {
   if (!any(mask)) return;
   glow = glow * splat<Lane>(context.imaging_ratio);
-  for (unsigned bits = mask_bits(mask); bits; bits &= bits - 1) {
-    const int l = std::countr_zero(bits);
-    add_to_path(w, static_cast<size_t>(lane(slot, l)), lane(glow.x, l), lane(glow.y, l), lane(glow.z, l));
-  }
+  add_radiance(w, slot, mask, glow);
   if (!w.recorder) return;
   FamilyRatios ratios{};
   add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
@@ -168,8 +165,7 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
   // At the segment's end: its weight, and P~.
   Vec3<Lane> passed = exp_minus(rate), transmitted = exp_minus(optical);
   if (grids) passed = passed * nulls, transmitted = transmitted * nulls;
-  const Lane sum = path.throughput.x + path.throughput.y + path.throughput.z;
-  const Vec3<Lane> share = path.throughput * (1.0f / select(LaneMask(sum > 0.0f), sum, splat<Lane>(1.0f)));
+  const Vec3<Lane> share = channel_shares(path.throughput);
   const Lane density = select(collides, dot(share, mu * passed), dot(share, passed));
   const Lane inv = 1.0f / select(LaneMask(density > 0.0f), density, splat<Lane>(1.0f));
   const Vec3<Lane> arrived = path.throughput * transmitted * inv;

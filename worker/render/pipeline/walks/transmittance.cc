@@ -112,8 +112,7 @@ void begin_grids(size_t count, MediaWork& m) {
   std::fill(m.shadow_seed + count, m.shadow_seed + padded, 0);
   std::fill_n(m.shadow_drawn, padded, 1);
   for (size_t base = 0; base < count; base += kLanes) {
-    const Lane u = unit_float<Lane>(hash32(as_uint(load_int<Lane>(m.shadow_seed + base))));
-    store(m.shadow_left + base, minus_log_one_minus(u + 0x1p-25f, (1.0f - u) - 0x1p-25f));
+    store(m.shadow_left + base, walk_depth(as_uint(load_int<Lane>(m.shadow_seed + base)), LaneInt{}));
   }
 }
 

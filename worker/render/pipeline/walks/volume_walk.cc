@@ -5,17 +5,11 @@
 #include "worker/render/pipeline/walks/grid_lanes.h"
 #include "worker/render/pipeline/walks/lattice_line.h"
 #include "worker/render/pipeline/walks/medium_lanes.h"
-#include "worker/render/sampling/sobol.h"
 
 namespace lightmill {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-/// Uniform number `index` of a seed.
-Lane number_of(UintOf<Lane> seed, LaneInt index) {
-  return unit_float<Lane>(hash32(seed + as_uint(index) * 0x9e3779b9u));
-}
 
 template <bool kPath>
 class Walk {
@@ -28,10 +22,7 @@ class Walk {
         shines_(shines),
         length_(sqrt(dot(w_.direction, w_.direction))),
         line_(grids_.field().point(w_.origin), grids_.field().direction(w_.direction)) {
-    if constexpr (kPath) {
-      const Lane sum = throughput.x + throughput.y + throughput.z;
-      share_ = throughput * (1.0f / select(LaneMask(sum > 0.0f), sum, splat<Lane>(1.0f)));
-    }
+    if constexpr (kPath) share_ = channel_shares(throughput);
     found_.collides = splat_mask<Lane>(false);
   }
 
@@ -41,7 +32,7 @@ class Walk {
     const FieldLanes<Lane>& field = grids_.field();
     const LaneInt nx = field.integer(kFieldBricks), ny = field.integer(kFieldBricks + 1),
                   nz = field.integer(kFieldBricks + 2), first = field.integer(kFieldFirst);
-    LatticeCell b = cells_at(t, {nx - 1, ny - 1, nz - 1}, kBrick);
+    LatticeCell b = brick_at(t, {nx - 1, ny - 1, nz - 1});
     LaneMask go = mask_and(w_.active, LaneMask(t < end));
     while (any(go)) {
       const Vec3<Lane> exits = line_.exits(b, kBrick);
@@ -87,54 +78,51 @@ class Walk {
     slab(line_.o.z, line_.d.z, line_.inverse.z, lo.z, hi.z);
   }
 
-  LatticeCell cells_at(Lane t, const LatticeCell& last, int side) const {
-    const Vec3<Lane> p = line_.at(t) * splat<Lane>(1.0f / static_cast<float>(side));
-    const auto index = [](Lane x, LaneInt most) {
-      return clamp_int<Lane>(to_int(floor(clamp(x, -1.0f, 1e9f))), LaneInt{}, most);
-    };
-    return {index(p.x, last.x), index(p.y, last.y), index(p.z, last.z)};
+  static LaneInt index_of(Lane x, LaneInt least, LaneInt most) {
+    return clamp_int<Lane>(to_int(floor(clamp(x, -1.0f, 1e9f))), least, most);
   }
-
-  /// The cell at t, within brick b.
-  FieldCell<Lane> cell_at(Lane t, const LatticeCell& b) const {
+  /// The brick at t; `last`: the one farthest along all axes.
+  LatticeCell brick_at(Lane t, const LatticeCell& last) const {
+    const Vec3<Lane> p = line_.at(t) * splat<Lane>(1.0f / kBrick);
+    return {index_of(p.x, LaneInt{}, last.x), index_of(p.y, LaneInt{}, last.y),
+            index_of(p.z, LaneInt{}, last.z)};
+  }
+  /// The cell at t, within brick b; `last` as above.
+  LatticeCell cell_at(Lane t, const LatticeCell& b, const LatticeCell& last) const {
     const Vec3<Lane> p = line_.at(t);
-    const auto index = [&](Lane x, LaneInt brick, int axis) {
-      const LaneInt lo = brick * kBrick, last = grids_.field().integer(kFieldLast + axis);
-      const LaneInt most = lo + (kBrick - 1);
-      return clamp_int<Lane>(to_int(floor(clamp(x, -1.0f, 1e9f))), lo,
-                             select(LaneMask(last < most), last, most));
+    const auto index = [](Lane x, LaneInt brick, LaneInt last_cell) {
+      const LaneInt lo = brick * kBrick, hi = lo + (kBrick - 1);
+      return index_of(x, lo, select(LaneMask(last_cell < hi), last_cell, hi));
     };
-    return field_cell<Lane>(grids_.field(), index(p.x, b.x, 0), index(p.y, b.y, 1), index(p.z, b.z, 2), p);
+    return {index(p.x, b.x, last.x), index(p.y, b.y, last.y), index(p.z, b.z, last.z)};
+  }
+  LatticeCell last_cell() const {
+    const FieldLanes<Lane>& field = grids_.field();
+    return {field.integer(kFieldLast), field.integer(kFieldLast + 1), field.integer(kFieldLast + 2)};
   }
 
   /// Tentative collisions at t.
   void collide(Lane t, const LatticeCell& b, Lane majorant, LaneMask mask) {
-    const FieldCell<Lane> cell = some_cell(cell_at(t, b), mask);
-    const MediumCoefficients k = grids_.at(cell);
+    const MediumCoefficients k = grids_.at(in_cell(cell_at(t, b, last_cell()), t, mask));
     const Lane inv = 1.0f / select(mask, majorant, splat<Lane>(1.0f));
     LaneMask real = splat_mask<Lane>(false);
     if constexpr (kPath) {
-      if (shines_) add_glow(grids_.emission(cell, k, point_at(t), mask) * inv, mask);
-      real = mask_and(mask, LaneMask(number_of(w_.seed, w_.drawn) < component(k.extinction, channel_) * inv));
+      if (shines_) add_glow(grids_.emission(k, point_at(t), mask) * inv, mask);
+      real =
+          mask_and(mask, LaneMask(walk_number(w_.seed, w_.drawn) < component(k.extinction, channel_) * inv));
       end_at(real, t, k);
     }
     const LaneMask null = mask_and(mask, mask_not(real));
     const Vec3<Lane> kept = splat3<Lane>(1, 1, 1) - k.extinction * inv;
     w_.nulls = select(null, w_.nulls * non_negative(kept), w_.nulls);
-    const Lane u = number_of(w_.seed, w_.drawn + 1);
-    w_.left = select(null, minus_log_one_minus(u + 0x1p-25f, (1.0f - u) - 0x1p-25f), w_.left);
+    w_.left = select(null, walk_depth(w_.seed, w_.drawn + 1), w_.left);
     w_.drawn = select(mask, w_.drawn + 2, w_.drawn);
   }
 
   /// Goes through the cells of a brick from t to `exit` without tracking.
   void integrate(Lane t, Lane exit, const LatticeCell& b, LaneMask mask) {
-    const FieldLanes<Lane>& field = grids_.field();
-    LatticeCell last{field.integer(kFieldLast), field.integer(kFieldLast + 1), field.integer(kFieldLast + 2)};
-    LatticeCell c = cells_at(t, last, 1);
-    const auto keep = [&](LaneInt* i, LaneInt brick) {
-      *i = clamp_int<Lane>(*i, brick * kBrick, brick * kBrick + (kBrick - 1));
-    };
-    keep(&c.x, b.x), keep(&c.y, b.y), keep(&c.z, b.z);
+    const LatticeCell last = last_cell();
+    LatticeCell c = cell_at(t, b, last);
     while (any(mask)) {
       const Vec3<Lane> exits = line_.exits(c, 1);
       const Lane until = max(min(least(exits), exit), t), step = (until - t) * (1.0f / 3);
@@ -155,14 +143,13 @@ class Walk {
           const Lane s = place_of(w_.left / (step * length_ * 3.0f), component(e0, channel_),
                                   component(e1, channel_), component(e2, channel_), component(e3, channel_));
           const Lane at = t + (until - t) * s;
-          const FieldCell<Lane> cell = in_cell(c, at, mask);
-          const MediumCoefficients there = grids_.at(cell);
+          const MediumCoefficients there = grids_.at(in_cell(c, at, mask));
           // Up to there, in each channel as in the chosen one.
           const Vec3<Lane> part = partial_depth(s, k, step * length_ * 3.0f);
           w_.optical = select(ends, w_.optical + part, w_.optical);
           w_.rate = select(ends, w_.rate + part, w_.rate);
           if (shines_) {
-            const Vec3<Lane> shown = grids_.emission(cell, there, point_at(at), ends);
+            const Vec3<Lane> shown = grids_.emission(there, point_at(at), ends);
             const Lane density = dot(share_, there.extinction * reached());
             add_glow_over(shown, density, ends);
           }
@@ -186,13 +173,11 @@ class Walk {
 
   /// The cell c at t; of lanes outside of `mask` a cell that exists.
   FieldCell<Lane> in_cell(const LatticeCell& c, Lane t, LaneMask mask) const {
-    return some_cell(field_cell<Lane>(grids_.field(), c.x, c.y, c.z, line_.at(t)), mask);
-  }
-  static FieldCell<Lane> some_cell(FieldCell<Lane> c, LaneMask mask) {
+    FieldCell<Lane> found = field_cell<Lane>(grids_.field(), c.x, c.y, c.z, line_.at(t));
     const int some = std::countr_zero(mask_bits(mask));
-    c.brick = select(mask, c.brick, splat_int<Lane>(lane(c.brick, some)));
-    c.corner = select(mask, c.corner, LaneInt{});
-    return c;
+    found.brick = select(mask, found.brick, splat_int<Lane>(lane(found.brick, some)));
+    found.corner = select(mask, found.corner, LaneInt{});
+    return found;
   }
   Vec3<Lane> point_at(Lane t) const { return w_.origin + w_.direction * t; }
 

@@ -17,7 +17,9 @@
 // Which bricks those are depends on the brick alone, so that both ends of a segment agree.
 //
 // What shines is added at every tentative collision: radiance per length over m.
+#include "worker/render/math/exp.h"
 #include "worker/render/pipeline/work_items.h"
+#include "worker/render/sampling/sobol.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
@@ -34,6 +36,16 @@ struct VolumeWalk {
   Vec3<Lane> optical{}, rate{};  // depth by extinction and by collision rate, of what is integrated
   Vec3<Lane> nulls = splat3<Lane>(1, 1, 1);  // the product above
 };
+
+/// Uniform number `index` of a walk's seed.
+inline Lane walk_number(UintOf<Lane> seed, LaneInt index) {
+  return unit_float<Lane>(hash32(seed + as_uint(index) * 0x9e3779b9u));
+}
+/// Optical depth to the next tentative collision, by a number of the walk.
+inline Lane walk_depth(UintOf<Lane> seed, LaneInt index) {
+  const Lane u = walk_number(seed, index);
+  return minus_log_one_minus(u + 0x1p-25f, (1.0f - u) - 0x1p-25f);
+}
 
 /// Where segments end in a grid.
 struct VolumeCollision {

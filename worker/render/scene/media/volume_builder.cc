@@ -8,6 +8,7 @@
 #include "common/base/error.h"
 #include "common/scene/spectrum/spectrum.h"
 #include "common/scene/transform.h"
+#include "worker/render/scene/lights/light_builder.h"
 #include "worker/render/scene/media/cloud.h"
 #include "worker/render/scene/media/volume_table.h"
 
@@ -22,9 +23,7 @@ constexpr size_t kMostValues = size_t{1} << 31;
 using Counts = std::array<int, 3>;
 
 Error bad_grid(const MediumDescription& m, const std::string& what) {
-  return Error(ErrorKind::kBadScene, m.location.file + ":" + std::to_string(m.location.line) + ":" +
-                                         std::to_string(m.location.column) + ": the medium \"" + m.name +
-                                         "\" " + what);
+  return Error(ErrorKind::kBadScene, place(m.location) + "the medium \"" + m.name + "\" " + what);
 }
 
 /// One or more fields of the same lattice, side by side as the channels of one.

@@ -6,15 +6,15 @@
 #include "common/base/error.h"
 #include "common/scene/transform.h"
 #include "common/scene/volume/nanovdb.h"
+#include "worker/render/scene/lights/light_builder.h"
 
 namespace lightmill {
 namespace {
 
 constexpr double kHottest = 1e6;
 
-std::string place(const MediumDescription& m) {
-  return m.location.file + ":" + std::to_string(m.location.line) + ":" + std::to_string(m.location.column) +
-         ": the medium \"" + m.name + "\": the file ";
+std::string file_of(const MediumDescription& m) {
+  return place(m.location) + "the medium \"" + m.name + "\": the file ";
 }
 
 /// Whether the transform only stretches and moves, so that boxes stay boxes.
@@ -58,7 +58,7 @@ MediumDescription with_file_read(const MediumDescription& medium, std::vector<Pr
         warn("the grid \"" + name + "\" has values that are negative or no numbers; they are taken for 0");
       return grid;
     } catch (const Error& error) {
-      throw Error(error.kind(), place(medium) + error.what());
+      throw Error(error.kind(), file_of(medium) + error.what());
     }
   };
   VolumeGrid density = read(file.density);
@@ -66,7 +66,7 @@ MediumDescription with_file_read(const MediumDescription& medium, std::vector<Pr
   auto grid = std::make_shared<MediumGrid>();
   grid->medium_to_world = medium.grid->medium_to_world * density.index_to_world;
   if (is_singular(grid->medium_to_world) || determinant3(grid->medium_to_world) == 0)
-    throw Error(ErrorKind::kBadScene, place(medium) + "has a grid that its transform flattens");
+    throw Error(ErrorKind::kBadScene, file_of(medium) + "has a grid that its transform flattens");
   grid->lo = density.lo, grid->hi = density.hi;
   grid->density = std::make_shared<const VolumeField>(std::move(density.field));
   if (file.temperature.empty()) {
