@@ -42,7 +42,7 @@ OPTIONS = {
     "Colour spaces": ("ColorSpace", ["aces2065-1", "dci-p3", "rec2020", "srgb"]),
 }
 MEDIA = {"cloud": "", "homogeneous": "", "nanovdb": "", "rgbgrid": '"rgb sigma_s" [1 1 1]',
-         "uniformgrid": '"float density" 1'}
+         "uniformgrid": '"float density" 1', "vdb": ""}
 GLTF = {  # extension: what a material, light, node or texture of it looks like
     "KHR_draco_mesh_compression": None, "EXT_meshopt_compression": None, "EXT_mesh_gpu_instancing": None,
     "KHR_lights_punctual": None, "KHR_materials_anisotropy": {}, "KHR_materials_clearcoat": {},

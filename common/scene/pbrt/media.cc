@@ -60,16 +60,16 @@ MediumDescription translate_medium(PbrtScene& out, const std::string& name, Para
     params.finish();
     return medium;
   }
-  static const std::vector<std::string_view> known = {"homogeneous", "uniformgrid", "rgbgrid", "cloud",
-                                                      "nanovdb"};
+  static const std::vector<std::string_view> known = {"homogeneous", "uniformgrid", "rgbgrid",
+                                                      "cloud",       "nanovdb",     "vdb"};
   if (std::ranges::find(known, type) != known.end()) {
     if (type != "rgbgrid") {
       read_coefficients(out, params, true, &medium);
     } else {
       medium.g = mean_cosine(params);
     }
-    medium.grid = type == "nanovdb" ? refer_to_volume_file(out, params, ctm, &medium)
-                                    : read_medium_grid(type, params, ctm, &medium);
+    medium.grid = type == "nanovdb" || type == "vdb" ? refer_to_volume_file(out, params, ctm, &medium)
+                                                     : read_medium_grid(type, params, ctm, &medium);
     params.finish();
     if (medium.grid == nullptr) medium.sigma_a = medium.sigma_s = {0, 0, 0};
     return medium;

@@ -4,7 +4,7 @@
 
 #include "common/base/error.h"
 #include "common/scene/pbrt/scene.h"
-#include "common/scene/volume/nanovdb.h"
+#include "common/scene/volume/volume_grid.h"
 
 namespace lightmill {
 namespace {
@@ -197,7 +197,7 @@ std::shared_ptr<const MediumGrid> refer_to_volume_file(PbrtScene& out, Parameter
   if (file.path.empty()) return nullptr;
   std::vector<VolumeGridEntry> grids;
   try {
-    grids = list_nanovdb(file.path);
+    grids = list_grids(file.path);
   } catch (const Error& error) {
     return empty("has a file, " + in_quotes(name) + ", that " + error.what());
   }

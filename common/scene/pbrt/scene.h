@@ -172,7 +172,7 @@ MediumDescription translate_medium(PbrtScene& out, const std::string& name, Para
 /// of the second; null (reported) if there is none.
 std::shared_ptr<const MediumGrid> read_medium_grid(const std::string& type, ParameterList& params,
                                                    const Transform& ctm, MediumDescription* medium);
-/// The same of a medium of type "nanovdb", whose values stay in their file.
+/// The same of a medium of type "nanovdb" or "vdb", whose values stay in their file.
 std::shared_ptr<const MediumGrid> refer_to_volume_file(PbrtScene& out, ParameterList& params,
                                                        const Transform& ctm, MediumDescription* medium);
 /// materials/textures.cc: `ctm` is the texture's space.

@@ -133,6 +133,28 @@ TEST_F(PbrtMedia, VolumeFilesAreReferredTo) {
   }
 }
 
+// Whichever type a file has, its first bytes say how it is read.
+TEST_F(PbrtMedia, OpenVdbFilesAreReferredTo) {
+  const std::filesystem::path files =
+      std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "tests/common/scene/volume/openvdb/files";
+  std::filesystem::copy_file(files / "several.vdb", std::filesystem::path(folder_.path()) / "several.vdb");
+  for (const char* type : {"vdb", "nanovdb"}) {
+    const std::string medium = std::string("MakeNamedMedium \"m\" \"string type\" \"") + type +
+                               "\" \"string filename\" \"several.vdb\" ";
+    const LoadResult good = strictly_world(medium);
+    ASSERT_TRUE(good.ok()) << listed(good);
+    const MediumDescription& m = good.scene.media[0];
+    ASSERT_TRUE(m.grid && m.grid->file) << type;
+    EXPECT_EQ(m.grid->file->density, "density");
+    EXPECT_EQ(m.grid->file->temperature, "");
+    EXPECT_TRUE(has_error(strictly_world(medium + "\"string gridname\" \"surface\""), "is a level set"));
+    EXPECT_TRUE(
+        has_error(strictly_world(medium + "\"string gridname\" \"color\""), "has values that are no floats"));
+    EXPECT_TRUE(has_error(strictly_world(medium + "\"string gridname\" \"heat\""),
+                          "which is not in \"several.vdb\"; there are: \"color\", \"density\""));
+  }
+}
+
 TEST_F(PbrtMedia, BadGridsAreEmptySpaceAndSaySo) {
   const std::string grid = "MakeNamedMedium \"m\" \"string type\" \"uniformgrid\" ";
   const std::pair<std::string, const char*> cases[] = {

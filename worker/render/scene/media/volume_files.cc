@@ -5,7 +5,7 @@
 
 #include "common/base/error.h"
 #include "common/scene/transform.h"
-#include "common/scene/volume/nanovdb.h"
+#include "common/scene/volume/volume_grid.h"
 #include "worker/render/scene/lights/light_builder.h"
 
 namespace lightmill {
@@ -53,7 +53,7 @@ MediumDescription with_file_read(const MediumDescription& medium, std::vector<Pr
   };
   const auto read = [&](const std::string& name) {
     try {
-      VolumeGrid grid = read_nanovdb(file.path, name);
+      VolumeGrid grid = read_grid(file.path, name);
       if (grid.odd_values)
         warn("the grid \"" + name + "\" has values that are negative or no numbers; they are taken for 0");
       return grid;

@@ -1,5 +1,5 @@
 // Our reader of NanoVDB files against the library's own writer and accessors, and files made to harm.
-#include "common/scene/volume/nanovdb.h"
+#include "common/scene/volume/nanovdb/nanovdb.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/scene/volume/nanovdb_file.h"
+#include "common/scene/volume/nanovdb/nanovdb_file.h"
 
 #include <blosc.h>
 #include <zlib.h>

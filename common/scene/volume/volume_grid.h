@@ -1,9 +1,5 @@
 #pragma once
-// Grids of NanoVDB files (OpenVDB's read-only layout; versions 32.x, as pbrt-v4 has it).
-//
-// The layout is a tree of nodes that refer to each other by offsets. A reader that trusts them reads
-// anywhere, so this one checks each offset against the grid, and counts what it visits against what fits into
-// one.
+// Grids of files of volumes, whatever their format.
 #include <string>
 #include <vector>
 
@@ -25,9 +21,10 @@ struct VolumeGrid {
   bool odd_values = false;  // some were cut to 0
 };
 
-/// The grids of a file. Throws Error(kBadScene), without the path, if it is not a NanoVDB file.
-std::vector<VolumeGridEntry> list_nanovdb(const std::string& path);
+/// The grids of an OpenVDB or NanoVDB file; which of them it is its first bytes say. Throws Error(kBadScene),
+/// without the path, if it is neither or damaged.
+std::vector<VolumeGridEntry> list_grids(const std::string& path);
 /// The grid of this name. Throws Error(kBadScene), without the path, if there is none or it is damaged.
-VolumeGrid read_nanovdb(const std::string& path, const std::string& name);
+VolumeGrid read_grid(const std::string& path, const std::string& name);
 
 }  // namespace lightmill
