@@ -152,6 +152,45 @@ Case emission(float sigma, bool scatters) {
           }};
 }
 
+/// What a floor gets from a grid that shines, 1 to 3 in depth, and reflects once.
+Case lit_floor(float sigma) {
+  return {"29 a floor by a grid that shines", "sigma " + text(sigma), "quadrature",
+          without_lens(area_light_sight(1, 1)), [sigma] {
+            constexpr float kRho = 0.7f;
+            TestScene s;
+            auto grid = std::make_shared<MediumGrid>(*linear_grid(13));
+            grid->emission =
+                field_of({3, 3, 13, {-4, -4, -1}, {4, 4, 5}}, [](double, double, double z) { return 2 + z; });
+            const int medium = add_grid_medium(&s, {sigma, sigma, sigma}, {}, grid, 0, {1, 1, 1});
+            bounding_box(&s, {-1, -1, 1}, {1, 1, 3}, medium);
+            s.quad({-9, -2, -9}, {0, 0, 18}, {18, 0, 0}, s.diffuse(kRho));
+            s.camera({0, -1.2, -6}, {0, -2, 2}, 0.01).film(16, 16);
+            const Vec3d p{0, -2, 2};
+            constexpr int kSide = 40,
+                          kLayers = 600;  // the light of thick grids comes from their lowest layers
+            double sum = 0;
+            for (int k = 0; k < kLayers; ++k) {
+              for (int i = 0; i < kSide; ++i) {
+                for (int j = 0; j < kSide; ++j) {
+                  // Layers are thinner below.
+                  const double u = (k + 0.5) / kLayers, v = 6 * u * u * u * u * u / kLayers;
+                  const Vec3d x{-1 + 2 * (i + 0.5) / kSide, -1 + 2 * u * u * u * u * u * u,
+                                1 + 2 * (j + 0.5) / kSide};
+                  const Vec3d way = p - x;
+                  const double d2 = dot(way, way), d = std::sqrt(d2);
+                  // From x to where the way leaves by the lowest face, the only one that p sees.
+                  const double out = (-1 - x.y) / way.y, z = x.z + out * way.z;
+                  const double depth = sigma * mean_density(x.z, z) * out * d;
+                  const double cosine = -way.y / d;
+                  sum += sigma * mean_density(x.z, x.z) * (2 + x.z) * std::exp(-depth) * cosine / d2 * 2 * v *
+                         4 / (kSide * kSide);
+                }
+              }
+            }
+            return Setup{s.scene, 1, grey(kRho / M_PI * sum), 2e-3};
+          }};
+}
+
 }  // namespace
 
 std::vector<Case> volume_cases() {
@@ -175,6 +214,7 @@ std::vector<Case> volume_cases() {
   for (const float sigma : {1e-6f, 0.1f, 2.0f, 100.0f}) {
     for (const bool scatters : {false, true}) cases.push_back(emission(sigma, scatters));
   }
+  for (const float sigma : {1e-6f, 0.1f, 2.0f, 10.0f}) cases.push_back(lit_floor(sigma));
   return cases;
 }
 

@@ -15,6 +15,7 @@ struct DirectSample {
   F distance2{};     // squared distance to `point`
   Vec3<F> radiance;  // towards the reference point; 0 on the dark side
   F pdf{};           // direct density
+  F selection{};     // the probability of `light` in it
   F pdf_emission{};  // density of emission sampling producing the reversed ray
   F cos_light{};     // |cos| at the light (1 for all but area lights)
   F error{};         // bound of the position error of `point` per component
@@ -155,7 +156,8 @@ inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference
 /// image, and extends `u_select` if there is a light tree; else it is not used. Where one of several lights
 /// is chosen by power alone, what is left of `u_select` replaces `u`, so `u_select` may be that coordinate
 /// itself. Then each light has stratified points. A number of its own for the choice would give it any of the
-/// points that are stratified together.
+/// points that are stratified together. Of a volume light only `light` and `selection` are of use
+/// (pipeline/connections/volume_light_sampling.h).
 template <class F, bool kAnyLight = true>
 inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& reference, F u_select, F texel,
                                      F u, F v) {
@@ -165,6 +167,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   s.light = light;
+  s.selection = selection;
   // Triangle.
   square_to_triangle(u, v, &s.b1, &s.b2);
   s.point = r.vec(kLightP) + r.vec(kLightE1) * s.b1 + r.vec(kLightE2) * s.b2;

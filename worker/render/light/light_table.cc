@@ -27,6 +27,22 @@ LightBound bound_of(LightType type, const float* r, double power) {
     for (int i = 0; i < 3; ++i) diagonal2 += (b.hi[i] - b.lo[i]) * (b.hi[i] - b.lo[i]);
     b.radius = 0.5 * std::sqrt(diagonal2);
   };
+  if (type == kVolumeLight) {
+    double diagonal2 = 0;
+    for (int i = 0; i < 3; ++i) {
+      b.lo[i] = b.hi[i] = double{r[kLightP + i]};
+      for (const int edge : {kLightE1, kLightE2, kLightN}) {
+        b.lo[i] += std::min(double{r[edge + i]}, 0.0);
+        b.hi[i] += std::max(double{r[edge + i]}, 0.0);
+      }
+      b.center[i] = 0.5 * (b.lo[i] + b.hi[i]);
+      diagonal2 += (b.hi[i] - b.lo[i]) * (b.hi[i] - b.lo[i]);
+    }
+    b.radius = 0.5 * std::sqrt(diagonal2);
+    b.intensity = power / (4 * M_PI);
+    b.cos_emission = -1;
+    return b;
+  }
   double p[3][3];
   for (int i = 0; i < 3; ++i) {
     p[0][i] = r[kLightP + i];

@@ -21,7 +21,8 @@ namespace lightmill {
 
 using LightType = int32_t;
 inline constexpr LightType kTriangleLight = 0, kSphereLight = 1, kPointLight = 2, kSpotLight = 3,
-                           kGoniometricLight = 4, kProjectionLight = 5, kInfiniteLight = 6, kDistantLight = 7;
+                           kGoniometricLight = 4, kProjectionLight = 5, kInfiniteLight = 6, kDistantLight = 7,
+                           kVolumeLight = 8;
 constexpr bool is_at_a_point(LightType type) { return type >= kPointLight && type < kInfiniteLight; }
 
 /// With more lights than this that are not at infinity, next-event estimation selects by the light tree.
@@ -46,6 +47,7 @@ inline constexpr int kLightFloats = 20;
 ///             direction in which it shines
 ///   distant   0 and 3 as infinite, 7 1 + number of its emission cells or 0, 9 unit direction in which it
 ///             shines
+///   volume    0 a corner of a box around what shines, 3, 6 and 9 its edges from there
 ///   all       13 radiance rgb (at a point: intensity; with a map the brightest texel's), 16 area,
 ///             17 selection probability of light paths, 18 two-sided (0 or 1), 19 selection probability of
 ///             next-event estimation without a guide; with a light tree, of lights at infinity alone
@@ -74,6 +76,16 @@ struct EmitterPattern {
   std::array<std::array<float, 2>, 3> second_uvs{};  // the same, if scene.any_second_uvs
 };
 
+/// A grid that shines (scene/lights/volume_lights.h). A point on it is drawn by a brick, then evenly within
+/// that.
+struct VolumeLight {
+  int32_t light = 0, medium = 0;
+  std::array<float, 3> first{}, cells{};  // the box of its record, in cell coordinates: where it begins, size
+  std::vector<std::array<uint16_t, 3>> bricks;  // those that shine, by place in the grid
+  std::vector<float> keep;                      // alias method: a brick in proportion to what leaves it
+  std::vector<int32_t> alias;
+};
+
 struct LightTable {
   std::vector<float> records;        // kLightFloats per light
   std::vector<int32_t> type;         // LightType per light
@@ -97,6 +109,7 @@ struct LightTable {
   std::vector<int32_t> emission_guide_of;  // per light: its table, or -1; empty if there are none
   SharedList<EnvironmentMap> goniometers;  // of intensity
   SharedList<ProjectionMap> projectors;
+  SharedList<VolumeLight> volumes;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly
   std::vector<int32_t> pattern_of;       // per light: index into patterns, or -1; empty if there are none
   bool any_delta = false;                // lights at a point or distant ones present

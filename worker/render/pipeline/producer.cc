@@ -2,6 +2,7 @@
 
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/math/ray_offset.h"
+#include "worker/render/pipeline/connections/volume_light_sampling.h"
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/paths/path_io.h"
@@ -96,7 +97,13 @@ void light_paths(const StageContext& context, const LayerContext& layer, Wavefro
     EmissionSample<Lane> e =
         sample_emission<Lane, K::kLights>(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
     if (K::kLights && !lights.patterns.empty()) apply_pattern(context.scene, started, &e);
-    if (context.on(kLightTracing)) queue_emitter_to_lens(context, layer, slot, started, e, wavefront);
+    LaneMask seen = started;
+    if (K::kMedia && !lights.volumes.empty()) {
+      sample_volume_emission(context, stream, pu, pv, du, dv,
+                             context.scene.any_moving() ? paths.time + base : nullptr, started, &e);
+      seen = mask_and(started, mask_not(volume_lanes(lights, e.light, started)));
+    }
+    if (context.on(kLightTracing)) queue_emitter_to_lens(context, layer, slot, seen, e, wavefront);
     PathLanes<Lane> path{offset_origin(e.point, e.error, e.normal, e.direction), e.direction, e.power};
     path.dvcm = 1.0f / e.pdf;  // M1; p_direct follows at the first hit, which it may depend on
     if (context.on(kEmissionHits)) path.dvc = select(e.delta, Lane{}, e.cos_light * path.dvcm);

@@ -129,6 +129,7 @@ struct RenderScene {
   bool any_boundaries = false;           // that rays pass straight through: of media, or panes
   bool any_panes = false;
   int32_t camera_medium = 0;  // that camera paths start in
+  int32_t outer_medium = 0;   // beyond all boundaries
 
   std::vector<float> bodies;  // kBodyFloats per material with a subsurface walk (subsurface_body.h)
 

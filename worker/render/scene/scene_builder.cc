@@ -12,6 +12,7 @@
 #include "worker/render/scene/geometry/instancing.h"
 #include "worker/render/scene/lights/emitter_builder.h"
 #include "worker/render/scene/lights/normalised_light.h"
+#include "worker/render/scene/lights/volume_lights.h"
 #include "worker/render/scene/materials/bump.h"
 #include "worker/render/scene/materials/material_builder.h"
 #include "worker/render/scene/media/media_builder.h"
@@ -78,6 +79,7 @@ class SceneBuilder {
       add_light(l, &out_);
       geometry_->surround_lights(media_->around(l.medium));
     }
+    add_volume_lights(threads_, &out_);
     out_.lights.finish();
     warn_if_dark();
     out_.media_reach = out_.bounds_radius * (out_.lights.any_infinite() ? 1 : kEndlessReach);
@@ -320,7 +322,7 @@ uint64_t bytes_of(const RenderScene& s) {
          bytes(s.positions, s.normals, s.colors, s.uvs, s.second_uvs, s.indices, s.meshes, s.spheres,
                s.sphere_axes, s.instance_records, s.instance_object, s.poses, s.ways, s.primitive_material,
                s.primitive_light, s.primitive_flags, s.bsdf_tables, s.volumes.bricks, s.volumes.majorants,
-               s.volumes.values);
+               s.volumes.drawn, s.volumes.values);
 }
 
 }  // namespace lightmill

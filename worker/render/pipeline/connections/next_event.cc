@@ -5,6 +5,7 @@
 #include "worker/render/pipeline/connections/guided_density.h"
 #include "worker/render/pipeline/connections/joined_vertices.h"
 #include "worker/render/pipeline/connections/shadow_queue.h"
+#include "worker/render/pipeline/connections/volume_light_sampling.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/scene/lights/emitter_pattern.h"
 
@@ -31,6 +32,9 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
                            : stream.get_1d(vertex_dim(depth, kDimNeeTexel));
     DirectSample<Lane> d = sample_direct<Lane, K::kLights>(lights, v.p, pick, texel, lu, lv);
     if (K::kLights && !lights.patterns.empty()) apply_pattern(context.scene, g.active, &d);
+    LaneInt volume{};
+    if (K::kMedia && !lights.volumes.empty())
+      volume = sample_volume_lights(context, v.p, stream, depth, g.active, &d);
     const LaneMask lit = mask_and(mask_and(g.active, LaneMask(max_component(d.radiance) > 0.0f)),
                                   mask_and(LaneMask(d.pdf > 0.0f), consistent<K>(v, d.wi)));
     const Frame<Lane> frame(v.ns);
@@ -54,6 +58,7 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     if constexpr (K::kMedia) {
       c.medium = medium_towards(v, d.wi), c.ratio = w_light + w_camera;
       c.seed = volume_seed(context, stream, vertex_dim(depth, kDimJoinedVolume));
+      c.volume = volume;
       c.light = d.light * 2 + select(LaneMask(dot(d.normal, d.wi) < 0.0f), splat_int<Lane>(1), LaneInt{});
     }
     c.value = select(lit, v.throughput * f.f * d.radiance * scale, Vec3<Lane>{});

@@ -30,6 +30,7 @@ struct Candidates {
   LaneInt medium{};
   Lane ratio{};
   LaneInt light{};      // of next event: MediaWork::shadow_light
+  LaneInt volume{};     // MediaWork::shadow_volume
   UintOf<Lane> seed{};  // of the walk through grids
 };
 
@@ -75,7 +76,8 @@ void queue(const StageContext& context, const Candidates& c, LaneMask active, fl
   if (context.scene.any_moving()) add(q.time, gather(w.paths.time, c.path));
   if constexpr (K::kMedia)
     add(w.media->shadow_medium, c.medium), add(w.media->shadow_ratio, c.ratio),
-        add(w.media->shadow_light, c.light), add(w.media->shadow_seed, as_int(c.seed));
+        add(w.media->shadow_light, c.light), add(w.media->shadow_volume, c.volume),
+        add(w.media->shadow_seed, as_int(c.seed));
   if (StrategyRecorder* recorder = recorder_of<K>(w)) {
     int i = q.count;
     for (unsigned left = bits; left; left &= left - 1) {

@@ -2,10 +2,12 @@
 
 #include <bit>
 
+#include "worker/render/light/direct_sampling.h"
 #include "worker/render/pipeline/lane_group.h"
 #include "worker/render/pipeline/paths/path_io.h"
 #include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_times.h"
+#include "worker/render/pipeline/paths/path_vertex.h"
 #include "worker/render/pipeline/recording/stage_probe.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/pipeline/walks/medium_lanes.h"
@@ -31,18 +33,61 @@ void draw_depths(const SampleStream<Lane>& stream, uint32_t dim, const Vec3<Lane
   *left = minus_log_one_minus(u + more * 0x1p-24f, (1.0f - u) - more * 0x1p-24f);
 }
 
-LaneMask shining(const Vec3<Lane>& glow) { return mask_not(LaneMask(max_component(glow) <= 0.0f)); }
-
-/// Adds what media emit, times the path's throughput, to the paths in `mask`.
-void add_glow(int depth, LaneInt slot, LaneMask mask, Vec3<Lane> glow, const StageContext& context,
-              Wavefront& w) {
+/// Adds what media emit, times the path's throughput and weight, to the paths in `mask`. `ratios`: of the
+/// other strategies.
+void add_glow(int depth, LaneInt slot, LaneMask mask, Vec3<Lane> glow, Lane mis, FamilyRatios ratios,
+              const StageContext& context, Wavefront& w) {
   if (!any(mask)) return;
   glow = glow * splat<Lane>(context.imaging_ratio);
   add_radiance(w, slot, mask, glow);
   if (!w.recorder) return;
-  FamilyRatios ratios{};
   add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
-  w.recorder->emission(depth + 1, slot, mask, glow, splat<Lane>(1.0f), ratios);
+  w.recorder->emission(depth + 1, slot, mask, glow, mis, ratios);
+}
+
+/// The same of what was found in grids. Weights differ from point to point: what is recorded is their mean.
+void add_grid_glow(int depth, LaneInt slot, LaneMask mask, const VolumeCollision& found, Lane dvc,
+                   const StageContext& context, Wavefront& w) {
+  const Lane weighted = found.glow.x + found.glow.y + found.glow.z;
+  const LaneMask shines = mask_and(mask, mask_not(LaneMask(weighted <= 0.0f)));
+  const Lane mis = select(shines, weighted / found.all_glow, splat<Lane>(1.0f));
+  FamilyRatios ratios{};
+  if (w.recorder) {
+    const Lane inv = select(LaneMask(weighted > 0x1p-100f), 1.0f / weighted, Lane{});  // else lost anyway
+    const Lane light_paths = found.light_path_glow * inv;
+    add_ratio(&ratios, &FamilyShares::next_event, max(found.all_glow * inv - 1.0f - light_paths, Lane{}));
+    const LaneMask joined = mask_and(shines, LaneMask(dvc > 0.0f));
+    w.recorder->add_camera_path(
+        slot, select(joined, light_paths / select(joined, dvc, splat<Lane>(1.0f)), Lane{}), dvc, &ratios);
+  }
+  add_glow(depth, slot, shines, found.glow, mis, ratios, context, w);
+}
+
+/// What is wanted of the emission that the segments of `path` meet.
+GlowSight glow_sight(const StageContext& context, int depth, LaneInt slot, LaneMask varies, Lane panes,
+                     const PathLanes<Lane>& path, const MediaWork& m) {
+  GlowSight sight{.wanted = context.on(kEmissionHits) && !context.scene.volumes.drawn.empty(),
+                  .start = segment_start(m, slot),
+                  .panes = panes};
+  // What the camera sees directly nothing else finds.
+  if (!sight.wanted || depth == 1) return sight;
+  const RenderScene& scene = context.scene;
+  const LaneInt grid = MediumRecord<Lane>(scene.media.data(), select(varies, path.medium, LaneInt{})).grid();
+  const LaneInt record = select(varies, (grid - 1) * kGridFloats, LaneInt{});
+  const LaneInt light =
+      gather(reinterpret_cast<const int32_t*>(scene.volumes.records.data()) + kGridLight, record);
+  const LaneMask shines = mask_and(varies, LaneMask(light >= 0));
+  if (!any(shines)) return sight;
+  const LaneInt of = select(shines, light, LaneInt{});
+  if (context.on(kNextEvent)) {
+    const Lane chosen = direct_selection<Lane>(context.lights, of, sight.start, shines);
+    sight.next_event = select(shines, chosen * path.dvcm, Lane{});
+  }
+  if (context.on(kLightPaths) && depth - 1 <= kMaxLightVertices) {
+    const Lane chosen = LightRecord<Lane>(context.lights, of).scalar(kLightSelect);
+    sight.light_paths = select(shines, chosen * path.dvc * (1 / (4 * kPi)), Lane{});
+  }
+  return sight;
 }
 
 /// One step of the walk for `e`: as far as the next surface, boundary or collision. Returns the lanes at a
@@ -107,7 +152,7 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
   left = max(left - chosen * length, Lane{});
 
   // Coefficients where the segment ends, if in a medium.
-  Vec3<Lane> mu = medium.rgb(kMediumCollision), scattering = medium.rgb(kMediumScattering), glow{};
+  Vec3<Lane> mu = medium.rgb(kMediumCollision), scattering = medium.rgb(kMediumScattering);
   const bool shines = !kLight && context.on(kEmissionHits);
   if (any(varies)) {
     VolumeWalk walk{.active = varies,
@@ -122,13 +167,14 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
                     .optical = optical,
                     .rate = rate,
                     .nulls = nulls};
-    const VolumeCollision found = walk_through_volumes(scene, channel, path.throughput, shines, &walk);
+    const GlowSight sight = kLight ? GlowSight() : glow_sight(context, depth, e.slot, varies, panes, path, m);
+    const VolumeCollision found = walk_through_volumes(scene, channel, path.throughput, sight, &walk);
+    if (shines) add_grid_glow(depth, e.slot, varies, found, path.dvc, context, w);
     left = select(varies, walk.left, left);
     drawn = walk.drawn;
     optical = select(varies, walk.optical, optical);
     rate = select(varies, walk.rate, rate);
     nulls = walk.nulls;
-    glow = found.glow;
     collides = mask_or(collides, found.collides);
     travelled = select(found.collides, found.at - near, travelled);
     mu = select(found.collides, found.rate, mu);
@@ -159,7 +205,6 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
     }
   }
   const LaneMask done = mask_and(e.active, mask_not(crosses));
-  if (shines && any(varies)) add_glow(depth, e.slot, mask_and(varies, shining(glow)), glow, context, w);
   if (!any(done)) return crosses;
 
   // At the segment's end: its weight, and P~.
@@ -171,8 +216,8 @@ LaneMask step(const StageContext& context, const LayerContext& layer, int depth,
   const Vec3<Lane> arrived = path.throughput * transmitted * inv;
   if (shines && any(collides)) {
     const Vec3<Lane> shown = arrived * medium.rgb(kMediumEmission);
-    add_glow(depth, e.slot, mask_and(mask_and(collides, mask_not(varies)), shining(shown)), shown, context,
-             w);
+    const LaneMask shining = mask_and(collides, mask_not(LaneMask(max_component(shown) <= 0.0f)));
+    add_glow(depth, e.slot, mask_and(shining, mask_not(varies)), shown, splat<Lane>(1.0f), {}, context, w);
   }
   path.throughput = select(collides, arrived * scattering, arrived);
   path.dvcm = path.dvcm / (mean(passed) * panes);  // M3

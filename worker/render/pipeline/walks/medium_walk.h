@@ -51,6 +51,7 @@ struct MediaWork {
   // their segment, which is known once they are traced. What is queued is weighted as if it were 1.
   alignas(32) int32_t shadow_medium[ShadowRays::kCapacity];
   alignas(32) float shadow_ratio[ShadowRays::kCapacity];
+  alignas(32) int32_t shadow_volume[ShadowRays::kCapacity];  // the medium that they must end in, or 0
   // Set by trace_transmittance: P~, and optical depths while it runs.
   alignas(32) float passed[ShadowRays::kCapacity];
   alignas(32) float shadow_depth[3][ShadowRays::kCapacity], shadow_rate[3][ShadowRays::kCapacity];

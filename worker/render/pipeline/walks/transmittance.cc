@@ -173,7 +173,10 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
                              load<Lane>(m.shadow_nulls[2] + base)};
       transmitted = transmitted * nulls, reached = reached * nulls;
     }
-    transmitted = transmitted * panes;
+    const LaneInt volume = load_int<Lane>(m.shadow_volume + base);
+    const LaneMask shines =
+        mask_or(LaneMask(volume == 0), LaneMask(volume == load_int<Lane>(m.shadow_medium + base)));
+    transmitted = select(shines, transmitted * panes, Vec3<Lane>{});
     const Lane passed = mean(reached) * panes, ratio = load<Lane>(m.shadow_ratio + base);
     const Lane reweighted = (1.0f + ratio) / (1.0f + ratio * passed);
     store(m.passed + base, passed);

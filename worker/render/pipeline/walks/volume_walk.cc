@@ -2,9 +2,9 @@
 
 #include <limits>
 
-#include "worker/render/pipeline/walks/grid_lanes.h"
 #include "worker/render/pipeline/walks/lattice_line.h"
 #include "worker/render/pipeline/walks/medium_lanes.h"
+#include "worker/render/scene/media/grid_lanes.h"
 
 namespace lightmill {
 namespace {
@@ -14,12 +14,14 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 template <bool kPath>
 class Walk {
  public:
-  Walk(const RenderScene& scene, LaneInt channel, const Vec3<Lane>& throughput, bool shines, VolumeWalk* walk)
+  Walk(const RenderScene& scene, LaneInt channel, const Vec3<Lane>& throughput, const GlowSight& sight,
+       VolumeWalk* walk)
       : w_(*walk),
+        drawn_(scene.volumes.drawn),
         grids_(scene, w_.medium, w_.active),
         channel_(channel),
         throughput_(throughput),
-        shines_(shines),
+        sight_(sight),
         length_(sqrt(dot(w_.direction, w_.direction))),
         line_(grids_.field().point(w_.origin), grids_.field().direction(w_.direction)) {
     if constexpr (kPath) share_ = channel_shares(throughput);
@@ -37,7 +39,8 @@ class Walk {
     while (any(go)) {
       const Vec3<Lane> exits = line_.exits(b, kBrick);
       const Lane exit = max(min(least(exits), end), t);
-      const Lane majorant = grids_.majorant(select(go, first + (b.z * ny + b.y) * nx + b.x, LaneInt{}));
+      brick_ = select(go, first + (b.z * ny + b.y) * nx + b.x, LaneInt{});
+      const Lane majorant = grids_.majorant(brick_);
       const LaneMask tracked = mask_and(go, LaneMask(majorant > 0.0f)),
                      integrated = mask_and(go, LaneMask(majorant < 0.0f));
       const Lane rate = majorant * length_, need = rate * (exit - t);
@@ -103,11 +106,14 @@ class Walk {
 
   /// Tentative collisions at t.
   void collide(Lane t, const LatticeCell& b, Lane majorant, LaneMask mask) {
-    const MediumCoefficients k = grids_.at(in_cell(cell_at(t, b, last_cell()), t, mask));
+    const MediumCoefficients<Lane> k = grids_.at(in_cell(cell_at(t, b, last_cell()), t, mask));
     const Lane inv = 1.0f / select(mask, majorant, splat<Lane>(1.0f));
     LaneMask real = splat_mask<Lane>(false);
     if constexpr (kPath) {
-      if (shines_) add_glow(grids_.emission(k, point_at(t), mask) * inv, mask);
+      if (sight_.wanted) {
+        const Vec3<Lane> p = point_at(t);
+        add_glow(grids_.emission(k, p, mask) * inv, dot(share_, reached()), p, majorant, mask);
+      }
       real =
           mask_and(mask, LaneMask(walk_number(w_.seed, w_.drawn) < component(k.extinction, channel_) * inv));
       end_at(real, t, k);
@@ -126,7 +132,7 @@ class Walk {
     while (any(mask)) {
       const Vec3<Lane> exits = line_.exits(c, 1);
       const Lane until = max(min(least(exits), exit), t), step = (until - t) * (1.0f / 3);
-      MediumCoefficients k[4];
+      MediumCoefficients<Lane> k[4];
       for (int i = 0; i < 4; ++i) k[i] = grids_.at(in_cell(c, t + step * static_cast<float>(i), mask));
       const auto depth = [&](Lane a0, Lane a1, Lane a2, Lane a3) {
         return (a0 + a3 + (a1 + a2) * 3.0f) * (step * length_ * 0.375f);
@@ -143,15 +149,15 @@ class Walk {
           const Lane s = place_of(w_.left / (step * length_ * 3.0f), component(e0, channel_),
                                   component(e1, channel_), component(e2, channel_), component(e3, channel_));
           const Lane at = t + (until - t) * s;
-          const MediumCoefficients there = grids_.at(in_cell(c, at, mask));
+          const MediumCoefficients<Lane> there = grids_.at(in_cell(c, at, mask));
           // Up to there, in each channel as in the chosen one.
           const Vec3<Lane> part = partial_depth(s, k, step * length_ * 3.0f);
           w_.optical = select(ends, w_.optical + part, w_.optical);
           w_.rate = select(ends, w_.rate + part, w_.rate);
-          if (shines_) {
-            const Vec3<Lane> shown = grids_.emission(there, point_at(at), ends);
-            const Lane density = dot(share_, there.extinction * reached());
-            add_glow_over(shown, density, ends);
+          if (sight_.wanted) {
+            const Vec3<Lane> p = point_at(at);
+            add_glow(grids_.emission(there, p, ends), dot(share_, there.extinction * reached()), p,
+                     mean(there.extinction), ends);
           }
           end_at(ends, at, there);
           mask = mask_and(mask, mask_not(ends));
@@ -203,27 +209,39 @@ class Walk {
     }
     return (lo + hi) * 0.5f;
   }
-  static Vec3<Lane> partial_depth(Lane s, const MediumCoefficients k[4], Lane length) {
+  static Vec3<Lane> partial_depth(Lane s, const MediumCoefficients<Lane> k[4], Lane length) {
     const auto one = [&](auto channel) {
       return max(Cubic(channel(k[0]), channel(k[1]), channel(k[2]), channel(k[3])).integral(s) * length,
                  Lane{});
     };
-    return {one([](const MediumCoefficients& c) { return c.extinction.x; }),
-            one([](const MediumCoefficients& c) { return c.extinction.y; }),
-            one([](const MediumCoefficients& c) { return c.extinction.z; })};
+    return {one([](const MediumCoefficients<Lane>& c) { return c.extinction.x; }),
+            one([](const MediumCoefficients<Lane>& c) { return c.extinction.y; }),
+            one([](const MediumCoefficients<Lane>& c) { return c.extinction.z; })};
   }
 
   /// P_c so far.
   Vec3<Lane> reached() const { return exp_minus(w_.rate) * w_.nulls; }
-  /// Adds what shines where a path arrives with density sum w_c P_c; `over`: the estimate's radiance.
-  void add_glow(const Vec3<Lane>& over, LaneMask mask) { add_glow_over(over, dot(share_, reached()), mask); }
-  void add_glow_over(const Vec3<Lane>& shown, Lane density, LaneMask mask) {
+  /// Adds what shines at p where a path arrives with `density`; `rate` of the collisions there.
+  void add_glow(const Vec3<Lane>& shown, Lane density, const Vec3<Lane>& p, Lane rate, LaneMask mask) {
     mask = mask_and(mask, LaneMask(density > 0.0f));
     const Lane inv = 1.0f / select(mask, density, splat<Lane>(1.0f));
-    const Vec3<Lane> glow = throughput_ * exp_minus(w_.optical) * w_.nulls * shown * inv;
-    found_.glow = select(mask, found_.glow + glow, found_.glow);
+    const Vec3<Lane> all = throughput_ * exp_minus(w_.optical) * w_.nulls * shown * inv;
+    const Lane sum = all.x + all.y + all.z;
+    found_.all_glow = select(mask, found_.all_glow + sum, found_.all_glow);
+    const Vec3<Lane> way = p - sight_.start;
+    const Lane passed = mean(reached()) * sight_.panes, drawn = gather(drawn_.data(), brick_);
+    // M6.
+    const Lane hit = rate * passed, next_event = sight_.next_event * drawn * dot(way, way),
+               light_paths = sight_.light_paths * drawn * passed, others = next_event + light_paths;
+    const LaneMask shared = LaneMask(others > 0.0f);
+    const Lane inv_all = 1.0f / select(shared, hit + others, splat<Lane>(1.0f));
+    const Lane weight = select(shared, hit * inv_all, splat<Lane>(1.0f));
+    found_.glow = select(mask, found_.glow + all * weight, found_.glow);
+    found_.light_path_glow =
+        select(mask_and(mask, shared), found_.light_path_glow + sum * (light_paths * inv_all),
+               found_.light_path_glow);
   }
-  void end_at(LaneMask mask, Lane t, const MediumCoefficients& k) {
+  void end_at(LaneMask mask, Lane t, const MediumCoefficients<Lane>& k) {
     found_.collides = mask_or(found_.collides, mask);
     found_.at = select(mask, t, found_.at);
     found_.rate = select(mask, k.extinction, found_.rate);
@@ -231,10 +249,12 @@ class Walk {
   }
 
   VolumeWalk& w_;
-  Grids grids_;
+  const std::vector<float>& drawn_;
+  Grids<Lane> grids_;
   LaneInt channel_;
   Vec3<Lane> throughput_, share_{};
-  bool shines_;
+  const GlowSight& sight_;
+  LaneInt brick_{};
   Lane length_;
   LatticeLine line_;
   VolumeCollision found_{};
@@ -243,12 +263,12 @@ class Walk {
 }  // namespace
 
 VolumeCollision walk_through_volumes(const RenderScene& scene, LaneInt channel, const Vec3<Lane>& throughput,
-                                     bool shines, VolumeWalk* walk) {
-  return Walk<true>(scene, channel, throughput, shines, walk).run();
+                                     const GlowSight& sight, VolumeWalk* walk) {
+  return Walk<true>(scene, channel, throughput, sight, walk).run();
 }
 
 void pass_through_volumes(const RenderScene& scene, VolumeWalk* walk) {
-  Walk<false>(scene, LaneInt{}, {}, false, walk).run();
+  Walk<false>(scene, LaneInt{}, {}, GlowSight{}, walk).run();
 }
 
 }  // namespace lightmill

@@ -16,7 +16,9 @@
 // is a cubic, so four of its values give the optical depth exactly. Collisions there are found by bisection.
 // Which bricks those are depends on the brick alone, so that both ends of a segment agree.
 //
-// What shines is added at every tentative collision: radiance per length over m.
+// What shines is added at every tentative collision: radiance per length over m. Where the segment comes from
+// a vertex at which next-event estimation could have drawn the point, it has the weight of M6
+// (connections/volume_light_sampling.h).
 #include "worker/render/math/exp.h"
 #include "worker/render/pipeline/work_items.h"
 #include "worker/render/sampling/sobol.h"
@@ -47,18 +49,29 @@ inline Lane walk_depth(UintOf<Lane> seed, LaneInt index) {
   return minus_log_one_minus(u + 0x1p-25f, (1.0f - u) - 0x1p-25f);
 }
 
+/// What is wanted of the emission that paths meet.
+struct GlowSight {
+  bool wanted = false;
+  Vec3<Lane> start;                // of the segment
+  Lane panes = splat<Lane>(1.0f);  // medium_walk.h
+  // M6: dVCM x the probability that next-event estimation at `start` chooses the grid, and dVC x that with
+  // which light paths do, over 4 pi.
+  Lane next_event{}, light_paths{};
+};
+
 /// Where segments end in a grid.
 struct VolumeCollision {
   LaneMask collides;
   Lane at{};                        // in units of the direction
   Vec3<Lane> rate{}, scattering{};  // coefficients there
-  Vec3<Lane> glow{};                // emission found on the way, times the path's throughput
+  Vec3<Lane> glow{};                // emission found on the way, times the path's throughput and its weight
+  // Sums over the channels of the same without weights, and with the weight of light paths in its place.
+  Lane all_glow{}, light_path_glow{};
 };
 
 /// Walks until the way ends or a path does. `channel` is the one drawn; `throughput` at the segment's start.
-/// `shines`: what is emitted is wanted.
 VolumeCollision walk_through_volumes(const RenderScene& scene, LaneInt channel, const Vec3<Lane>& throughput,
-                                     bool shines, VolumeWalk* walk);
+                                     const GlowSight& sight, VolumeWalk* walk);
 /// The same for a connection, which nothing ends.
 void pass_through_volumes(const RenderScene& scene, VolumeWalk* walk);
 

@@ -6,6 +6,7 @@
 
 #include "worker/render/pipeline/pipeline.h"
 #include "worker/render/pipeline/walks/medium_walk.h"
+#include "worker/render/pipeline/walks/straight_line.h"
 #include "worker/render/renderer.h"
 
 namespace lightmill {
@@ -55,6 +56,12 @@ int32_t sides_by(const Arrivals& arrivals, LightType type, int32_t sides) {
 void find_light_media(const Accel& accel, const Camera& camera, const PixelFilter& filter, int width,
                       int height, const SourceLocation& where, RenderScene* scene) {
   if (!scene->any_media() || scene->lights.count() == 0) return;
+  scene->outer_medium = scene->camera_medium;
+  for_each_transition(*scene, accel, {0, 0, 0}, normalize(Vec3<float>{0.3f, 0.9f, 0.31f}), 0,
+                      [&](int32_t, int32_t far) {
+                        scene->outer_medium = far;
+                        return true;
+                      });
   StageContext context{*scene, accel, camera, filter, {width, height, {0, 0, width, height}}};
   context.strategies = kNextEvent;
   context.max_depth = kDepth;
@@ -66,6 +73,7 @@ void find_light_media(const Accel& accel, const Camera& camera, const PixelFilte
   std::map<int32_t, std::set<int32_t>> found;  // by declared sides
   for (const auto& [light, arrivals] : by_light) {
     const auto i = static_cast<size_t>(light);
+    if (scene->lights.type[i] == kVolumeLight) continue;  // it is the medium
     media[i] = sides_by(arrivals, scene->lights.type[i], declared[i]);
     found[declared[i]].insert(media[i]);
   }

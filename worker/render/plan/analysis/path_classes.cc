@@ -46,13 +46,25 @@ void for_each_class(Visit&& visit) {
   }
 }
 
+/// What the camera sees directly of media that shine, and all of that of homogeneous ones: camera paths alone
+/// find it. Grids that shine are lights.
+constexpr PathClasses kOfMedia = PathClasses{1} << 62;
+
+bool any_medium_shines(const RenderScene& scene) {
+  for (size_t m = 0; m < scene.media.size(); m += kMediumFloats) {
+    const float* const e = &scene.media[m + kMediumEmission];
+    if (e[0] > 0 || e[1] > 0 || e[2] > 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 PathClasses paths_made(const RenderScene& scene, int max_depth, Strategies strategies) {
   bool any_hit = false, any_missed = false;
   for (size_t i = 0; i < scene.lights.type.size(); ++i)
     (is_never_hit(scene.lights, i) ? any_missed : any_hit) = true;
-  PathClasses made = 0;
+  PathClasses made = strategies & kEmissionHits && any_medium_shines(scene) ? kOfMedia : 0;
   for_each_class([&](const PathClass& path) {
     const bool there = (path.hit ? any_hit : any_missed) && path.events <= max_depth &&
                        (path.specular == 0 || scene.any_delta);
@@ -69,6 +81,7 @@ std::string shortest_path(PathClasses classes) {
     for (int i = 0; i < path.events; ++i) text += path.diffuse(i) ? 'D' : 'S';
     text += path.hit ? "E" : "E from lights at a point or far away";
   });
+  if (text.empty() && classes & kOfMedia) text = "LE from media";
   return text;
 }
 

@@ -17,7 +17,7 @@ using PathClasses = uint64_t;
 /// The classes of the scene's light paths, of at most `max_depth` events, that one of `strategies` can make.
 PathClasses paths_made(const RenderScene& scene, int max_depth, Strategies strategies);
 
-/// The shortest path of `classes`, e.g. "LSDE from a light at a point or far away". Empty if there is none.
+/// The shortest path of `classes`, e.g. "LSDE from lights at a point or far away". Empty if there is none.
 std::string shortest_path(PathClasses classes);
 
 }  // namespace lightmill

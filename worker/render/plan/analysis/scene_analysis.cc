@@ -268,6 +268,11 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, const Ra
        "distance sampling, the walk through boundaries and transmittance");
   item("media that vary", !scene.volumes.empty(), grids_in_words(scene.volumes),
        "tentative collisions against upper bounds, and a look-up of eight values for each");
+  size_t shining = 0;
+  for (const VolumeLight& light : scene.lights.volumes) shining += light.bricks.size();
+  item("grids that shine", shining > 0,
+       shining > 0 ? text(shining) + " bricks of them are sampled as lights" : "no grid shines",
+       "a brick and a point in it per light sample, and a weight per tentative collision there");
   item("panes", scene.any_panes,
        scene.any_panes ? "thin smooth glass is looked through" : "no thin smooth glass in the scene",
        "the walk of paths and shadow rays through them");

@@ -246,6 +246,7 @@ int32_t add_grid(const MediumDescription& m, const float* medium, bool collides,
     }
   }
   builder.set_integer(record + kGridEmissionKind, kind);
+  builder.set_integer(record + kGridLight, -1);  // until volume_lights.h
   return static_cast<int32_t>(record / kGridFloats);
 }
 

@@ -5,6 +5,9 @@
 // and n + 1 have the value outside. The lattice is cut into bricks of kBrick^3 cells, each with the
 // (kBrick + 1)^3 values at its corners, so a value is looked up within one brick. Bricks without anything in
 // them are one. Each brick of the coefficients has a majorant: an upper bound of the extinction in it.
+#include <algorithm>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -30,12 +33,12 @@ inline constexpr int32_t kNoEmission = 0, kEvenEmission = 1, kScaledEmission = 2
 /// Slots of a grid's record: its box in the cell coordinates of its coefficients; channels of these (1: a
 /// factor of the medium's; 6: absorption and scattering, RGB, by themselves); which emission; where its
 /// colours of black bodies begin in VolumeTable::values (or -1), and how many of them a kelvin has; its
-/// fields.
+/// fields; its light (or -1).
 inline constexpr int kGridLo = 0, kGridHi = 3, kGridChannels = 6, kGridEmissionKind = 7, kGridColors = 8,
                      kGridColorRate = 9, kGridCoefficients = 10,
                      kGridEmission = kGridCoefficients + kFieldFloats,
                      kGridTemperature = kGridEmission + kFieldFloats,
-                     kGridFloats = kGridTemperature + kFieldFloats;
+                     kGridLight = kGridTemperature + kFieldFloats, kGridFloats = kGridLight + 1;
 /// Colours of black bodies, evenly spaced from 0 kelvin to the hottest of a grid.
 inline constexpr int kGridColorCount = 512;
 
@@ -43,7 +46,10 @@ struct VolumeTable {
   std::vector<float> records;    // kGridFloats per grid
   std::vector<int32_t> bricks;   // where a brick's values begin in `values`, x fastest
   std::vector<float> majorants;  // of the same bricks: see below
-  std::vector<float> values;     // channels of a brick one after the other, x fastest
+  /// Of the same bricks: density per unit of normalised volume with which next-event estimation draws points
+  /// in them, given the grid's light. Empty if no grid shines.
+  std::vector<float> drawn;
+  std::vector<float> values;  // channels of a brick one after the other, x fastest
   bool empty() const { return records.empty(); }
 };
 // A majorant is the extinction per unit of normalised space that no channel exceeds in the brick. Paths are
@@ -55,6 +61,18 @@ struct VolumeTable {
 // density, CPU seconds for the same samples and nearly the same variance with 16, 64, 128 and
 // 1000: 15.7, 10.8, 9.7, 12.0; of a hundred times, with 16, 128 and 512: 12.3, 15.5, 17.3.
 inline constexpr float kMostTracked = 64;
+
+/// Where a brick of a grid's coefficients lies along an axis, within the grid's box.
+struct BrickSide {
+  float from, until;  // in cell coordinates
+  int32_t first_cell, last_cell;
+  BrickSide(const float* grid, size_t axis, int32_t brick)
+      : from(std::max(static_cast<float>(brick * kBrick), grid[kGridLo + axis])),
+        until(std::max(from, std::min(static_cast<float>((brick + 1) * kBrick), grid[kGridHi + axis]))),
+        first_cell(brick * kBrick),
+        last_cell(std::min(brick * kBrick + kBrick - 1,
+                           std::bit_cast<int32_t>(grid[kGridCoefficients + kFieldLast + axis]))) {}
+};
 
 /// A field per lane, of the record that begins at `record`.
 template <class F>
