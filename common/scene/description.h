@@ -6,6 +6,7 @@
 // position. Units are the file's.
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,6 +21,10 @@ namespace lightmill {
 
 // --- shapes ---------------------------------------------------------------------------------------
 
+/// The vertices of a mesh at one time; `normals` is empty or as long as `positions`.
+struct MeshStep {
+  std::vector<Vec3f> positions, normals;
+};
 /// Object-space triangles. `normals`, `uvs`, `second_uvs` and `colors` (linear RGB and alpha) are empty or
 /// one per vertex. Tangents follow `uvs`; image textures may choose either set.
 struct TriangleMesh {
@@ -31,6 +36,10 @@ struct TriangleMesh {
   /// Round tubes, their normals outwards. A fibre (of hair, or flat) is shaded as a ribbon along the tube's
   /// axis that faces whoever looks at it, and does not shade itself: rays leave it freely.
   bool tube = false, flat = false;
+  /// Of a mesh that bends while the shutter is open: its vertices at even times after that of `positions`, up
+  /// to the closing; a power of two of them, with normals if there are `normals`. Between two steps vertices
+  /// go straight.
+  std::vector<MeshStep> later;
 };
 struct MeshShape {
   std::shared_ptr<const TriangleMesh> mesh;
@@ -239,6 +248,9 @@ struct SceneDescription {
   /// Transforms that things which move end up with, affine and of the handedness that they begin with; things
   /// of the same index begin alike, too.
   std::vector<Transform> later;
+  /// Where what ends with later[i] is at even times before that, if not on the way of motion.h from its
+  /// beginning: a power of two less one of transforms, by i.
+  std::map<int, std::vector<Transform>> between;
   ShutterDescription shutter;
   std::vector<LightDescription> lights;
   std::vector<SourceFile> files;  // the scene file first

@@ -124,6 +124,26 @@ bool Motion::is_rigid() const {
   return largest_difference(stretch_, stretched_) <= 1e-5 * size;
 }
 
+Way::Way(const Transform& start, int moves_to, const SceneDescription& scene) {
+  std::vector<Transform> poses{start};
+  if (const auto between = scene.between.find(moves_to); between != scene.between.end())
+    poses.insert(poses.end(), between->second.begin(), between->second.end());
+  poses.push_back(moves_to < 0 ? start : scene.later[static_cast<size_t>(moves_to)]);
+  for (size_t i = 0; i + 1 < poses.size(); ++i) parts_.emplace_back(poses[i], poses[i + 1]);
+}
+
+Transform Way::at(double s) const {
+  const double along = s * static_cast<double>(parts_.size());
+  const size_t part = std::min(static_cast<size_t>(along), parts_.size() - 1);
+  return parts_[part].at(along - static_cast<double>(part));
+}
+
+double Way::degrees() const {
+  double sum = 0;
+  for (const Motion& part : parts_) sum += part.degrees();
+  return sum;
+}
+
 bool can_move(const Transform& start, const Transform& end) {
   return (determinant3(start) < 0) == (determinant3(end) < 0);
 }

@@ -28,6 +28,21 @@ class Motion {
   bool linear_part_moves_ = true;
 };
 
+/// The way of a thing of a scene, from `start`: a motion, or several in equal times
+/// (SceneDescription::between).
+class Way {
+ public:
+  /// `moves_to` as a shape's; if it is -1 the thing stands still.
+  Way(const Transform& start, int moves_to, const SceneDescription& scene);
+  /// At `s` in [0, 1].
+  Transform at(double s) const;
+  /// That it turns by, in all.
+  double degrees() const;
+
+ private:
+  std::vector<Motion> parts_;
+};
+
 /// Whether something can move from `start` to `end`: between transforms of different handedness it would be
 /// flat on its way.
 bool can_move(const Transform& start, const Transform& end);

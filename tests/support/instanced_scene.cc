@@ -1,6 +1,8 @@
 #include "tests/support/instanced_scene.h"
 
+#include <algorithm>
 #include <numbers>
+#include <utility>
 
 #include "common/scene/mesh/tessellate.h"
 #include "common/scene/motion.h"
@@ -48,19 +50,74 @@ int ends_at(TestScene* s, const Transform& end) {
   return static_cast<int>(s->scene.later.size()) - 1;
 }
 
+std::shared_ptr<const TriangleMesh> bending(const TriangleMesh& mesh, size_t steps,
+                                            const std::function<Vec3f(const Vec3f&, double)>& bend) {
+  TriangleMesh out = mesh;
+  const auto at = [&](double time) {
+    MeshStep step{mesh.positions, mesh.normals};
+    for (size_t i = 0; i < mesh.positions.size(); ++i) {
+      const Vec3f& p = mesh.positions[i];
+      const Vec3f q = step.positions[i] = bend(p, time);
+      if (mesh.normals.empty()) continue;
+      constexpr float kFar = 0.125f;
+      const Vec3f& n = mesh.normals[i];
+      const Vec3f tip = bend({p.x + kFar * n.x, p.y + kFar * n.y, p.z + kFar * n.z}, time);
+      step.normals[i] = {tip.x - q.x, tip.y - q.y, tip.z - q.z};
+    }
+    return step;
+  };
+  MeshStep first = at(0);
+  out.positions = std::move(first.positions);
+  out.normals = std::move(first.normals);
+  for (size_t i = 1; i <= steps; ++i)
+    out.later.push_back(at(static_cast<double>(i) / static_cast<double>(steps)));
+  return std::make_shared<const TriangleMesh>(std::move(out));
+}
+
+namespace {
+
+/// A mesh that bends as it is at `time`.
+std::shared_ptr<const TriangleMesh> still_mesh(const TriangleMesh& mesh, double time) {
+  TriangleMesh out = mesh;
+  out.later.clear();
+  const double along = time * static_cast<double>(mesh.later.size());
+  const size_t step = std::min(static_cast<size_t>(along), mesh.later.size() - 1);
+  const auto f = static_cast<float>(along - static_cast<double>(step));
+  const auto between = [&](std::vector<Vec3f>* values, const std::vector<Vec3f>& first,
+                           std::vector<Vec3f> MeshStep::*of) {
+    const std::vector<Vec3f>& a = step == 0 ? first : mesh.later[step - 1].*of;
+    const std::vector<Vec3f>& b = mesh.later[step].*of;
+    for (size_t i = 0; i < a.size(); ++i) {
+      (*values)[i] = {a[i].x + (b[i].x - a[i].x) * f, a[i].y + (b[i].y - a[i].y) * f,
+                      a[i].z + (b[i].z - a[i].z) * f};
+    }
+  };
+  between(&out.positions, mesh.positions, &MeshStep::positions);
+  between(&out.normals, mesh.normals, &MeshStep::normals);
+  return std::make_shared<const TriangleMesh>(std::move(out));
+}
+
+}  // namespace
+
 SceneDescription still_at(const SceneDescription& scene, double time) {
   SceneDescription out = scene;
   const auto stop = [&](Transform* t, int* moves_to) {
-    if (*moves_to >= 0) *t = Motion(*t, scene.later[static_cast<size_t>(*moves_to)]).at(time);
+    if (*moves_to >= 0) *t = Way(*t, *moves_to, scene).at(time);
     *moves_to = -1;
   };
-  for (ShapeDescription& s : out.shapes) stop(&s.object_to_world, &s.moves_to);
+  const auto stop_shape = [&](ShapeDescription& s) {
+    stop(&s.object_to_world, &s.moves_to);
+    auto* mesh = std::get_if<MeshShape>(&s.kind);
+    if (mesh && !mesh->mesh->later.empty()) mesh->mesh = still_mesh(*mesh->mesh, time);
+  };
+  for (ShapeDescription& s : out.shapes) stop_shape(s);
   for (ObjectDescription& o : out.objects) {
-    for (ShapeDescription& s : o.shapes) stop(&s.object_to_world, &s.moves_to);
+    for (ShapeDescription& s : o.shapes) stop_shape(s);
   }
   for (InstanceDescription& i : out.instances) stop(&i.object_to_world, &i.moves_to);
   stop(&out.camera.camera_to_world, &out.camera.moves_to);
   out.later.clear();
+  out.between.clear();
   return out;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 // Scenes with objects and instances, and the same scenes without.
+#include <functional>
+
 #include "common/scene/transform.h"
 #include "tests/support/test_scene.h"
 
@@ -18,6 +20,10 @@ SceneDescription flattened(const SceneDescription& scene);
 
 /// Index of one more end of a way, for `moves_to`.
 int ends_at(TestScene* s, const Transform& end);
+/// A mesh whose vertices are at bend(p, s) at the fraction s of the exposure, in `steps` straight parts. Its
+/// normals go along.
+std::shared_ptr<const TriangleMesh> bending(const TriangleMesh& mesh, size_t steps,
+                                            const std::function<Vec3f(const Vec3f&, double)>& bend);
 /// The scene as it is at `time`, 0 and 1 being the ends of its ways: nothing moves.
 SceneDescription still_at(const SceneDescription& scene, double time);
 

@@ -347,7 +347,17 @@ void fill_with_media(SceneDescription* scene) {
   scene->shapes.push_back(cloud);
 }
 
-/// An instance that turns, a veil that passes, and a camera that does both.
+/// The mesh, bent in two steps.
+MeshShape bending(const TriangleMesh& mesh) {
+  TriangleMesh out = mesh;
+  for (const float by : {0.1f, 0.15f}) {
+    MeshStep& step = out.later.emplace_back(MeshStep{mesh.positions, mesh.normals});
+    for (size_t i = 0; i < step.positions.size(); i += 2) step.positions[i].y += by;
+  }
+  return {std::make_shared<const TriangleMesh>(std::move(out))};
+}
+
+/// An instance that turns, a veil that passes and bends, and a camera that moves and turns.
 void set_moving(SceneDescription* scene) {
   Transform turn;  // by an angle of rational sine and cosine
   turn.m = {{{0.8, 0, 0.6, 0.3}, {0, 1, 0, -0.1}, {-0.6, 0, 0.8, 1}, {0, 0, 0, 1}}};
@@ -355,6 +365,7 @@ void set_moving(SceneDescription* scene) {
   scene->instances.front().moves_to = 0;
   scene->later[1].m[0][3] -= 0.7;
   scene->shapes.back().moves_to = 1;
+  scene->shapes.back().kind = bending(*std::get<MeshShape>(scene->shapes.back().kind).mesh);
   scene->later[2].m = {{{0.96, 0, 0.28, 0.1}, {0, 1, 0, 0}, {-0.28, 0, 0.96, 0}, {0, 0, 0, 1}}};
   scene->camera.moves_to = 2;
 }

@@ -45,8 +45,8 @@ Batches mean_of_stills(const SceneDescription& scene, RenderSettings settings) {
   return result;
 }
 
-/// A room with a ball that passes, a masked leaf that turns, an instance that flies with a part that turns
-/// about it, and a camera that moves and turns.
+/// A room with a ball that passes, a masked leaf that turns, a masked one that bends, an instance that flies
+/// with a part that turns about it, and a camera that moves and turns.
 TestScene moving_room() {
   TestScene s = cornell_room();
   s.film(24, 24);
@@ -66,6 +66,14 @@ TestScene moving_room() {
   const Transform leaf = translation({-0.4, 0.3, 0.5}) * scaling({0.35, 0.5, 0.05});
   moving(ball, blue, leaf, leaf * rotation(150, {0, 0, 1}))->alpha.texture =
       static_cast<int>(s.scene.textures.size()) - 1;
+  ShapeDescription& sail = s.scene.shapes.emplace_back();
+  sail.kind = MeshShape{bending(*ball.mesh, 4, [](const Vec3f& p, double time) {
+    const auto by = static_cast<float>(time * (1.5 - time));
+    return Vec3f{p.x + by * p.y * p.y, p.y * (1 + 0.5f * by), p.z + 2 * by * p.x};
+  })};
+  sail.material = shiny;
+  sail.object_to_world = translation({0.1, -0.2, 0.6}) * scaling({0.2, 0.4, 0.1});
+  sail.alpha.texture = static_cast<int>(s.scene.textures.size()) - 1;
   const int o = begin_object(&s, "o");
   add_to_object(&s, o, ball, blue, scaling({0.15, 0.1, 0.1}));
   const Transform part = translation({0.25, 0, 0}) * scaling({0.08, 0.08, 0.08});
@@ -79,7 +87,8 @@ TestScene moving_room() {
 
 TEST(MotionBlur, IsTheMeanOfStillsToEveryEstimator) {
   const SceneDescription room = moving_room().scene;
-  ASSERT_EQ(build_scene(room).ways.size(), 4u);
+  ASSERT_EQ(build_scene(room).ways.size(), 5u);
+  ASSERT_TRUE(build_scene(room).any_bending());
   ASSERT_TRUE(build_scene(room).camera_motion.moves);
   const RenderSettings pt = settings_of(room, Integrator::kPt), bdpt = settings_of(room, Integrator::kBdpt),
                        lt = settings_of(room, Integrator::kLt, 8192);
@@ -146,6 +155,49 @@ TEST(MotionBlur, ACameraThatPassesAnEdgeBlursItByABox) {
       } else {
         EXPECT_TRUE(mean_is(
             e, exact, {.alpha = 1e-4 / 96, .resolution = std::max(0.1, 0.01 / exact), .rounding = 2e-4}));
+      }
+    }
+  }
+}
+
+// A black bar, 2 wide, goes from x = -3 to 2 before a plane that shines, under parallel rays: a place is dark
+// for the part of the time that the bar needs to pass it. The bar moves, or the mesh does.
+TEST(MotionBlur, ABarDarkensEachPlaceForAsLongAsItIsThere) {
+  constexpr double kHalf = 1, kFrom = -3, kTo = 2;
+  for (const bool bends : {false, true}) {
+    for (const Integrator integrator : {Integrator::kPt, Integrator::kBdpt}) {
+      TestScene s;
+      const int black = s.diffuse(0);
+      s.quad({-40, -20, 5}, {0, 40, 0}, {40, 0, 0}, black, {.radiance = {1, 1, 1}});
+      s.quad({0, -20, 5}, {0, 40, 0}, {40, 0, 0}, black, {.radiance = {1, 1, 1}});
+      s.quad({-kHalf, -20, 2}, {0, 40, 0}, {2 * kHalf, 0, 0}, black);
+      ShapeDescription& bar = s.scene.shapes.back();
+      if (bends) {
+        bar.kind =
+            MeshShape{bending(*std::get<MeshShape>(bar.kind).mesh, 2, [&](const Vec3f& p, double time) {
+              return Vec3f{static_cast<float>(p.x + kFrom + (kTo - kFrom) * time), p.y, p.z};
+            })};
+      } else {
+        bar.object_to_world = translation({kFrom, 0, 0}) * bar.object_to_world;
+        bar.moves_to = ends_at(&s, translation({kTo - kFrom, 0, 0}) * bar.object_to_world);
+      }
+      s.camera({0, 0, 0}, {0, 0, 1}, 60).film(32, 16);
+      s.scene.camera.kind = CameraKind::kOrthographic;
+      s.scene.camera.screen_window = {-4, 4, -2, 2};
+      const Batches b = render(s.scene, settings_for(s.scene, integrator, 4096, 1));
+      for (int x = 0; x < 32; ++x) {
+        double exact = 0;
+        constexpr int kParts = 1000;
+        for (int i = 0; i < kParts; ++i) {
+          const double at = -4 + 8 * (x + (i + 0.5) / kParts) / 32;
+          const double begins = std::clamp((at - kHalf - kFrom) / (kTo - kFrom), 0.0, 1.0),
+                       ends = std::clamp((at + kHalf - kFrom) / (kTo - kFrom), 0.0, 1.0);
+          exact += (1 - (ends - begins)) / kParts;
+        }
+        const Estimate e = b.mean({x, 0, x + 1, 16}, 0);
+        SCOPED_TRACE(testing::Message()
+                     << name_of(integrator) << (bends ? ", bends" : "") << ", column " << x);
+        EXPECT_TRUE(mean_is(e, exact, {.alpha = 1e-4 / 128, .resolution = 0.1, .rounding = 2e-4}));
       }
     }
   }

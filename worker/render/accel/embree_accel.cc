@@ -189,8 +189,15 @@ struct Accel::Impl {
     for (size_t i = first; i < first + count; ++i) {
       const MeshRange& mesh = scene.meshes[i];
       RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-      rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, scene.positions.data(), 0,
-                                 12, vertices);
+      const MeshBend bend = scene.any_bending() ? scene.bends[static_cast<size_t>(mesh.bend)] : MeshBend{};
+      const size_t steps = bend.vertices > 0 ? static_cast<size_t>(bend.segments) + 1 : 1,
+                   block = static_cast<size_t>(bend.vertices);
+      if (steps > 1) rtcSetGeometryTimeStepCount(g, static_cast<unsigned>(steps));
+      for (size_t step = 0; step < steps; ++step) {
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, static_cast<unsigned>(step), RTC_FORMAT_FLOAT3,
+                                   scene.positions.data(), step * block * 12, 12,
+                                   vertices - (steps - 1) * block);
+      }
       rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.indices.data(),
                                  static_cast<size_t>(mesh.first_triangle) * 12, 12,
                                  static_cast<size_t>(mesh.triangle_count));

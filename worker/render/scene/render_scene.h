@@ -28,6 +28,13 @@ struct MeshRange {
   /// For fibres, whose backs let rays pass: 1 if cross(p1 - p0, p2 - p0) points outwards, -1 if inwards. Else
   /// 0.
   int32_t fibres = 0;
+  int32_t bend = 0;  // index into RenderScene::bends
+};
+/// A mesh that bends while the shutter is open. Its vertices are there segments + 1 times, one block of them
+/// after the other, at even times; between two they go straight.
+struct MeshBend {
+  int32_t vertices = 0;  // of a block
+  int32_t segments = 1;  // a power of two, kMostSegments at most
 };
 
 /// A material: constant inputs in place, and textures for the others.
@@ -114,6 +121,10 @@ struct RenderScene {
   int32_t first_moving = 0;
   std::vector<InstanceWay> ways;  // per moving instance
   std::vector<float> poses;       // kPoseFloats each
+  // Meshes that bend are in objects, whose instances count as moving. If there are some: the first of `bends`
+  // is that of meshes that do not, and each triangle has an index into them.
+  std::vector<MeshBend> bends;
+  std::vector<int32_t> triangle_bend;
   CameraMotion camera_motion;
   float moves_from = 0, moves_rate = 1;  // time = (u - from) rate, cut to [0, 1], u through the exposure
 
@@ -203,6 +214,7 @@ struct RenderScene {
   int32_t instance_count() const { return static_cast<int32_t>(instance_object.size()); }
   bool any_instances() const { return !instance_object.empty(); }
   bool any_moving() const { return !ways.empty(); }
+  bool any_bending() const { return !bends.empty(); }
   bool moves() const { return any_moving() || camera_motion.moves; }
   /// The time at fraction `u` of the exposure.
   template <class F>

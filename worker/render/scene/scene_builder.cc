@@ -39,7 +39,7 @@ class SceneBuilder {
         normalised_light_(options.normalised_light),
         emitters_(description, scene) {
     for (const ShapeDescription& s : in_.shapes) {
-      if (s.moves_to < 0) world_.push_back(&s);
+      if (!changes(s)) world_.push_back(&s);
     }
     for (const ShapeDescription& s : split_.flattened) world_.push_back(&s);
     shapes_ = world_;
@@ -71,6 +71,7 @@ class SceneBuilder {
     geometry_->add_spheres(world_);
     add_object_spheres();
     add_instances();
+    geometry_->finish_bends();
     set_times();
     emitters_.report();
     geometry_->report();
@@ -320,9 +321,9 @@ uint64_t bytes_of(const RenderScene& s) {
   std::for_each(s.lights.projectors.begin(), s.lights.projectors.end(), add_map);
   return lights + s.textures.bytes() +
          bytes(s.positions, s.normals, s.colors, s.uvs, s.second_uvs, s.indices, s.meshes, s.spheres,
-               s.sphere_axes, s.instance_records, s.instance_object, s.poses, s.ways, s.primitive_material,
-               s.primitive_light, s.primitive_flags, s.bsdf_tables, s.volumes.bricks, s.volumes.majorants,
-               s.volumes.drawn, s.volumes.values);
+               s.sphere_axes, s.instance_records, s.instance_object, s.poses, s.ways, s.triangle_bend,
+               s.primitive_material, s.primitive_light, s.primitive_flags, s.bsdf_tables, s.volumes.bricks,
+               s.volumes.majorants, s.volumes.drawn, s.volumes.values);
 }
 
 }  // namespace lightmill

@@ -21,7 +21,13 @@ bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim
                  float time, const Vec3<float>& o, const Vec3<float>& d) {
   float a = alpha.value;
   if (alpha.texture >= 0) {
-    const TriangleHit<float> h = triangle_hit<float>(scene, prim, o, d);
+    TriangleHit<float> h;
+    if (scene.any_bending()) {
+      Vec3<float> rounded[3];
+      h = bent_triangle_hit<float>(scene, prim, o, d, {scene, prim, time}, rounded);
+    } else {
+      h = triangle_hit<float>(scene, prim, o, d);
+    }
     const CornerUv<float> uv(scene, h, scene.primitive_flags[static_cast<size_t>(prim)]);
     Vec3<float> p = h.p0 * h.b0 + h.p1 * h.b1 + h.p2 * h.b2, e1 = h.e1, e2 = h.e2;
     if (instance >= 0) {

@@ -22,7 +22,7 @@ void GeometryBuilder::reserve(const std::vector<const ShapeDescription*>& shapes
   for (const ShapeDescription* shape : shapes) {
     const ShapeDescription& s = *shape;
     if (const auto* mesh = std::get_if<MeshShape>(&s.kind)) {
-      vertices += mesh->mesh->positions.size();
+      vertices += mesh->mesh->positions.size() * (1 + mesh->mesh->later.size());
       triangles += mesh->mesh->triangles.size();
       normals = normals || !mesh->mesh->normals.empty();
       uvs = uvs || !mesh->mesh->uvs.empty();
@@ -90,7 +90,9 @@ std::vector<FaceId> GeometryBuilder::separate(const std::vector<const ShapeDescr
   std::vector<SurfaceTraits> traits;
   for (size_t i = 0; i < shapes.size(); ++i) {
     traits.push_back(surface_traits(in_, *shapes[i]));
-    if (is_of_fibres(*shapes[i]) || is_unseen_emitter(*shapes[i])) met[i].mesh = nullptr;
+    // What bends lies on other surfaces but for moments.
+    if (is_of_fibres(*shapes[i]) || is_unseen_emitter(*shapes[i]) || bends_here(*shapes[i]))
+      met[i].mesh = nullptr;
   }
   CoincidentFaces found = separate_faces(met, traits, out_.any_normals ? out_.normals.data() : nullptr,
                                          coincidence_, out_.positions.data());
@@ -149,18 +151,25 @@ void GeometryBuilder::add_primitive(const ShapeDescription& s, int32_t light, in
 }
 
 void GeometryBuilder::add_vertices(const ShapeDescription& s, const TriangleMesh& mesh) {
+  add_block(s, mesh, mesh.positions, mesh.normals);
+  if (!bends_here(s)) return;
+  for (const MeshStep& step : mesh.later) add_block(s, mesh, step.positions, step.normals);
+}
+
+void GeometryBuilder::add_block(const ShapeDescription& s, const TriangleMesh& mesh,
+                                const std::vector<Vec3f>& positions, const std::vector<Vec3f>& normals) {
   const Matrix& m = s.object_to_world.m;
-  for (const Vec3f& v : mesh.positions) {
+  for (const Vec3f& v : positions) {
     const Vec3d p = space_.relative(transform_point(m, v.x, v.y, v.z));
     out_.positions.insert(out_.positions.end(),
                           {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
   }
   if (out_.any_normals) {
     const double sign = s.reverse_orientation ? -1 : 1;
-    for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    for (size_t i = 0; i < positions.size(); ++i) {
       Vec3d n;
-      if (!mesh.normals.empty()) {
-        n = transform_normal(m, mesh.normals[i].x, mesh.normals[i].y, mesh.normals[i].z);
+      if (!normals.empty()) {
+        n = transform_normal(m, normals[i].x, normals[i].y, normals[i].z);
         const double length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
         const double f = length > 0 && std::isfinite(length) ? sign / length : 0;
         n = {n.x * f, n.y * f, n.z * f};
@@ -170,22 +179,42 @@ void GeometryBuilder::add_vertices(const ShapeDescription& s, const TriangleMesh
     }
   }
   if (keep_uvs_) {
-    for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    for (size_t i = 0; i < positions.size(); ++i) {
       const Vec2f uv = mesh.uvs.empty() ? Vec2f{} : mesh.uvs[i];
       out_.uvs.insert(out_.uvs.end(), {uv.x, uv.y});
     }
   }
   if (out_.any_second_uvs) {
-    for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    for (size_t i = 0; i < positions.size(); ++i) {
       const Vec2f uv = mesh.second_uvs.empty() ? Vec2f{} : mesh.second_uvs[i];
       out_.second_uvs.insert(out_.second_uvs.end(), {uv.x, uv.y});
     }
   }
   if (out_.any_colors) {
-    for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    for (size_t i = 0; i < positions.size(); ++i) {
       const auto color = mesh.colors.empty() ? std::array<float, 4>{1, 1, 1, 1} : mesh.colors[i];
       out_.colors.insert(out_.colors.end(), color.begin(), color.end());
     }
+  }
+}
+
+double GeometryBuilder::largest_area(const int32_t* corners, size_t vertices, size_t steps) const {
+  double most = 0;
+  for (size_t step = 0; step < steps; ++step) {
+    const auto shift = static_cast<int32_t>(step * vertices);
+    const int32_t i[3] = {corners[0] + shift, corners[1] + shift, corners[2] + shift};
+    const double area = triangle_area(rounded_corners(i)).area;
+    // Written so that NaN stays.
+    if (!(area <= most)) most = area;
+  }
+  return most;
+}
+
+void GeometryBuilder::finish_bends() {
+  if (out_.bends.empty()) return;
+  out_.triangle_bend.assign(static_cast<size_t>(out_.triangle_count()), 0);
+  for (const MeshRange& mesh : out_.meshes) {
+    std::fill_n(out_.triangle_bend.begin() + mesh.first_triangle, mesh.triangle_count, mesh.bend);
   }
 }
 
@@ -198,6 +227,7 @@ void GeometryBuilder::add_mesh(const ShapeDescription& s, const PlacedMesh& plac
   if (keep_uvs_ && !mesh.uvs.empty()) flags |= RenderScene::kHasUv;
   if (is_of_fibres(s)) flags |= RenderScene::kFibre;
   MeshRange range{out_.triangle_count(), 0, s.alpha};
+  const size_t steps = bends_here(s) ? mesh.later.size() + 1 : 1;
   size_t collapsed = 0, too_small = 0;
   for (const auto& t : mesh.triangles) {
     if (!left_out.empty() && left_out.front().triangle == &t - mesh.triangles.data()) {
@@ -207,7 +237,7 @@ void GeometryBuilder::add_mesh(const ShapeDescription& s, const PlacedMesh& plac
     const int32_t i[3] = {first_vertex + static_cast<int32_t>(t[0]),
                           first_vertex + static_cast<int32_t>(t[1]),
                           first_vertex + static_cast<int32_t>(t[2])};
-    const double area = triangle_area(rounded_corners(i)).area;
+    const double area = largest_area(i, mesh.positions.size(), steps);
     // Collapsed when rounded to float: nothing can hit it.
     const bool unseen = !(area > 0) || !std::isfinite(area);
     collapsed += unseen;
@@ -235,6 +265,11 @@ void GeometryBuilder::add_mesh(const ShapeDescription& s, const PlacedMesh& plac
   }
   if (range.triangle_count > 0) {
     if (flags & RenderScene::kFibre) range.fibres = outwards(range, s.reverse_orientation);
+    if (steps > 1) {
+      if (out_.bends.empty()) out_.bends.emplace_back();
+      range.bend = static_cast<int32_t>(out_.bends.size());
+      out_.bends.push_back({static_cast<int32_t>(mesh.positions.size()), static_cast<int32_t>(steps) - 1});
+    }
     out_.meshes.push_back(range);
     out_.any_alpha = out_.any_alpha || has_alpha_mask(range.alpha);
     use_material(s);

@@ -8,6 +8,7 @@
 
 #include "common/scene/parts_in_use.h"
 #include "worker/render/scene/coincidence/coincident_spheres.h"
+#include "worker/render/scene/geometry/instancing.h"
 #include "worker/render/scene/geometry/shape_space.h"
 #include "worker/render/scene/lights/emitter_builder.h"
 #include "worker/render/scene/media/media_builder.h"
@@ -39,6 +40,8 @@ class GeometryBuilder {
   /// Surfaces among them that coincide are set apart (coincident_faces.h).
   void add_meshes(const std::vector<const ShapeDescription*>& shapes);
   void add_spheres(const std::vector<const ShapeDescription*>& shapes);
+  /// Tells triangles that bend from others, if there are some. Call after all meshes.
+  void finish_bends();
   /// Warns of the surfaces that coincide. Call after all shapes.
   void report();
   /// Gives `sides` to the lights that were added since the last call.
@@ -57,7 +60,13 @@ class GeometryBuilder {
   TriangleArea unrounded(const Matrix& m, const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) const;
   bool is_of_fibres(const ShapeDescription& s) const;
   int32_t outwards(const MeshRange& range, bool reversed) const;
+  /// Objects bend; what is copied into the world is as it is at first.
+  bool bends_here(const ShapeDescription& s) const { return !coincidence_.has_viewer && bends(s); }
   void add_vertices(const ShapeDescription& s, const TriangleMesh& mesh);
+  void add_block(const ShapeDescription& s, const TriangleMesh& mesh, const std::vector<Vec3f>& positions,
+                 const std::vector<Vec3f>& normals);
+  /// The largest area that a triangle has at the steps of a mesh.
+  double largest_area(const int32_t* corners, size_t vertices, size_t steps) const;
   std::vector<FaceId> separate(const std::vector<const ShapeDescription*>& shapes,
                                const std::vector<PlacedMesh>& meshes);
   void add_mesh(const ShapeDescription& s, const PlacedMesh& placed, std::span<const FaceId> left_out);

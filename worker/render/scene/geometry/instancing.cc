@@ -9,6 +9,7 @@
 #include "common/scene/motion.h"
 #include "common/scene/transform.h"
 #include "worker/render/scene/geometry/instance_pose.h"
+#include "worker/render/scene/geometry/shape_space.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
@@ -71,8 +72,13 @@ void measure(InstancedObject* o) {
   };
   for (const ShapeDescription* s : o->shapes) {
     if (const auto* mesh = std::get_if<MeshShape>(&s->kind)) {
-      for (const Vec3f& p : mesh->mesh->positions)
-        add(transform_point(s->object_to_world, {p.x, p.y, p.z}), 0);
+      const auto add_all = [&](const std::vector<Vec3f>& positions) {
+        for (const Vec3f& p : positions) add(transform_point(s->object_to_world, {p.x, p.y, p.z}), 0);
+      };
+      add_all(mesh->mesh->positions);
+      if (bends(*s)) {
+        for (const MeshStep& step : mesh->mesh->later) add_all(step.positions);
+      }
     } else {
       const Transform& t = s->object_to_world;  // a similarity
       const double scale = length({t.m[0][0], t.m[1][0], t.m[2][0]});
@@ -108,9 +114,9 @@ class Flattener {
 };
 
 /// Where things are that move by all of `links`, the outermost first.
-Transform along(const std::vector<Motion>& links, double s) {
+Transform along(const std::vector<Way>& links, double s) {
   Transform t;
-  for (const Motion& link : links) t = t * link.at(s);
+  for (const Way& link : links) t = t * link.at(s);
   return t;
 }
 
@@ -134,10 +140,10 @@ double bend(const InstancedObject& o, const Transform& a, const Transform& middl
 
 /// As many transforms as keep everything within kMostBend of its way: a tenth of a pixel for an object of a
 /// thousand. A turn of 180 degrees takes 128 segments, a straight way one.
-std::vector<Transform> way_of(const InstancedObject& object, const std::vector<Motion>& links) {
+std::vector<Transform> way_of(const InstancedObject& object, const std::vector<Way>& links) {
   constexpr double kMostBend = 1e-4, kDegrees = 2;  // of a turn that bends about as much
   double degrees = 0;
-  for (const Motion& link : links) degrees += link.degrees();
+  for (const Way& link : links) degrees += link.degrees();
   int32_t segments = 1;
   while (segments < kMostSegments && degrees > kDegrees * segments) segments *= 2;
   for (;; segments *= 2) {
@@ -158,16 +164,16 @@ class Mover {
   Mover(const SceneDescription& scene, SplitScene* out, Flattener* flattener)
       : in_(scene), out_(*out), flattener_(*flattener) {}
 
-  Motion motion(const Transform& start, int moves_to) const {
-    return {start, moves_to < 0 ? start : in_.later[static_cast<size_t>(moves_to)]};
-  }
+  Way way(const Transform& start, int moves_to) const { return {start, moves_to, in_}; }
   /// Builds objects of those of `shapes` that move, one for each way; their indices and first shapes.
   std::vector<std::pair<size_t, const ShapeDescription*>> build(const std::vector<ShapeDescription>& shapes) {
-    std::map<int, size_t> by_way;
+    // Those that bend where they are go together if they are in the same place.
+    std::map<std::pair<int, Matrix>, size_t> by_way;
     std::vector<std::pair<size_t, const ShapeDescription*>> built;
     for (const ShapeDescription& s : shapes) {
-      if (s.moves_to < 0) continue;
-      const auto [found, is_new] = by_way.try_emplace(s.moves_to, out_.objects.size());
+      if (!changes(s)) continue;
+      const Matrix place = s.moves_to < 0 ? s.object_to_world.m : Matrix{};
+      const auto [found, is_new] = by_way.try_emplace({s.moves_to, place}, out_.objects.size());
       if (is_new) {
         out_.objects.emplace_back();
         built.emplace_back(found->second, &s);
@@ -181,7 +187,7 @@ class Mover {
     return built;
   }
   /// One more occurrence of an object that moves by `links`.
-  void place(size_t object, const std::vector<Motion>& links) {
+  void place(size_t object, const std::vector<Way>& links) {
     const InstancedObject& o = out_.objects[object];
     std::vector<Transform> way = way_of(o, links);
     if (std::all_of(way.begin(), way.end(), fit_for_rays)) {
@@ -204,9 +210,14 @@ class Mover {
 
 }  // namespace
 
+bool bends(const ShapeDescription& shape) {
+  const auto* mesh = std::get_if<MeshShape>(&shape.kind);
+  return mesh && !mesh->mesh->later.empty() && shape.area_light < 0;
+}
+
 SplitScene split_instances(const SceneDescription& scene) {
   SplitScene out;
-  if (scene.instances.empty() && scene.later.empty()) return out;
+  if (scene.instances.empty() && scene.later.empty() && std::ranges::none_of(scene.shapes, bends)) return out;
   const size_t count = scene.objects.size();
   std::vector<size_t> uses(count, 0);
   std::vector<bool> moves(count, false);
@@ -221,7 +232,7 @@ SplitScene split_instances(const SceneDescription& scene) {
     InstancedObject o;
     size_t primitives = 0;
     for (const ShapeDescription& s : scene.objects[i].shapes) {
-      if (s.area_light >= 0 || s.moves_to >= 0) continue;
+      if (s.area_light >= 0 || changes(s)) continue;
       o.shapes.push_back(&s);
       primitives += primitives_of(s);
     }
@@ -240,7 +251,7 @@ SplitScene split_instances(const SceneDescription& scene) {
   Flattener flattener(&out);
   Mover mover(scene, &out, &flattener);
   for (const auto& [object, shape] : mover.build(scene.shapes))
-    mover.place(object, {mover.motion(shape->object_to_world, shape->moves_to)});
+    mover.place(object, {mover.way(shape->object_to_world, shape->moves_to)});
   std::vector<std::vector<std::pair<size_t, const ShapeDescription*>>> parts(count);  // of it that move
   for (size_t i = 0; i < count; ++i) {
     if (uses[i] > 0) parts[i] = mover.build(scene.objects[i].shapes);
@@ -249,17 +260,17 @@ SplitScene split_instances(const SceneDescription& scene) {
     const auto object = static_cast<size_t>(i.object);
     const size_t before = out.flattened.size();
     for (const auto& [part, shape] : parts[object]) {
-      mover.place(part, {mover.motion(i.object_to_world, i.moves_to),
-                         mover.motion(shape->object_to_world, shape->moves_to)});
+      mover.place(part, {mover.way(i.object_to_world, i.moves_to),
+                         mover.way(shape->object_to_world, shape->moves_to)});
     }
     const bool instanced = built[object] != kNone && (i.moves_to >= 0 || fit_for_rays(i.object_to_world));
     if (instanced && i.moves_to >= 0) {
-      mover.place(built[object], {mover.motion(i.object_to_world, i.moves_to)});
+      mover.place(built[object], {mover.way(i.object_to_world, i.moves_to)});
     } else if (instanced) {
       out.instances.push_back({built[object], &i.object_to_world});
     }
     for (const ShapeDescription& s : scene.objects[object].shapes) {
-      if (s.moves_to < 0 && (!instanced || s.area_light >= 0)) flattener.add(s, i.object_to_world);
+      if (!changes(s) && (!instanced || s.area_light >= 0)) flattener.add(s, i.object_to_world);
     }
     out.flattened_instances += out.flattened.size() > before;
   }

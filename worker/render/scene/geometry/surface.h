@@ -3,6 +3,9 @@
 //
 // The acceleration structure only names the primitive. Distance, barycentrics and position are recomputed
 // here by our own arithmetic, because its reciprocal estimates round differently between CPU vendors.
+#include <optional>
+#include <type_traits>
+
 #include "worker/render/math/angle.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/scene/geometry/placement.h"
@@ -39,7 +42,7 @@ inline Vec3<F> unit_tangent(const Vec3<F>& dpdu, const Vec3<F>& n) {
 /// See surface_at; the ray is (world_o, world_d) before `place` takes it to the primitive's space.
 template <class F, bool kAnySurface, class Place>
 inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const Place& place,
-                                 const Vec3<F>& world_o, const Vec3<F>& world_d) {
+                                 const Vec3<F>& world_o, const Vec3<F>& world_d, F time = F{}) {
   Surface<F> s;
   const Vec3<F> o = place.origin(world_o), d = place.direction(world_d);
   const int32_t triangles = scene.triangle_count();
@@ -52,21 +55,37 @@ inline Surface<F> placed_surface(const RenderScene& scene, IntOf<F> prim, const 
   const F flip = select(MaskOf<F>((flags & RenderScene::kFlip) != 0), splat<F>(-1.0f), splat<F>(1.0f));
   if (triangles > 0) {
     const IntOf<F> tri = spheres ? select(is_sphere, IntOf<F>{}, prim) : prim;
-    TriangleHit<F> h = triangle_hit<F>(scene, tri, o, d);
+    // What bends is in instances.
+    constexpr bool kMayBend = !std::is_same_v<Place, NoPlacement<F>>;
+    const bool bends = kMayBend && scene.any_bending();
+    std::optional<BendStep<F>> step;
+    if (bends) step.emplace(scene, tri, time);
+    Vec3<F> rounded[3];
+    TriangleHit<F> h =
+        bends ? bent_triangle_hit<F>(scene, tri, o, d, *step, rounded) : triangle_hit<F>(scene, tri, o, d);
     const F b0 = h.b0, b1 = h.b1, b2 = h.b2;
     const Vec3<F> p = h.p0 * b0 + h.p1 * b1 + h.p2 * b2;
     s.p = place.point(p);
     // |p| error <= gamma_7 sum |b_i p_i| (pbrt-v4 §6.8.1); one bound for all three axes.
     auto bound = [&](F a, F b, F c) { return abs(a * b0) + abs(b * b1) + abs(c * b2); };
-    const Vec3<F> error{bound(h.p0.x, h.p1.x, h.p2.x), bound(h.p0.y, h.p1.y, h.p2.y),
-                        bound(h.p0.z, h.p1.z, h.p2.z)};
+    Vec3<F> error{bound(h.p0.x, h.p1.x, h.p2.x), bound(h.p0.y, h.p1.y, h.p2.y),
+                  bound(h.p0.z, h.p1.z, h.p2.z)};
+    // The corners of what bends are rounded, too, here and in the ray tracing library: three operations each.
+    if (bends) {
+      error = error + Vec3<F>{bound(rounded[0].x, rounded[1].x, rounded[2].x),
+                              bound(rounded[0].y, rounded[1].y, rounded[2].y),
+                              bound(rounded[0].z, rounded[1].z, rounded[2].z)};
+    }
     s.error = place.error(error, gamma_bound(7), p);
     s.ng = place.handed(normalize(cross(place.scaled_vector(h.e1), place.scaled_vector(h.e2))) * flip);
     s.ns = s.ng;
     if (scene.any_normals) {
       const float* nor = scene.normals.data();
-      const Vec3<F> n = place.normal(gather3<F>(nor, h.i0)) * b0 + place.normal(gather3<F>(nor, h.i1)) * b1 +
-                        place.normal(gather3<F>(nor, h.i2)) * b2;
+      const auto at = [&](IntOf<F> vertex) {
+        return bends ? step->at(nor, vertex) : gather3<F>(nor, vertex);
+      };
+      const Vec3<F> n =
+          place.normal(at(h.i0)) * b0 + place.normal(at(h.i1)) * b1 + place.normal(at(h.i2)) * b2;
       const F n2 = dot(n, n);
       const MaskOf<F> smooth = MaskOf<F>(n2 > 0.0f);
       const Vec3<F> unit = n * (1.0f / sqrt(select(smooth, n2, splat<F>(1.0f))));
@@ -149,7 +168,7 @@ template <class F, bool kAnySurface = true>
 inline Surface<F> surface_at(const RenderScene& scene, IntOf<F> prim, IntOf<F> instance, const Vec3<F>& o,
                              const Vec3<F>& d, F time = F{}) {
   if (kAnySurface && scene.any_instances() && any(MaskOf<F>(instance >= 0)))
-    return placed_surface<F, kAnySurface>(scene, prim, Placement<F>::at(scene, instance, time), o, d);
+    return placed_surface<F, kAnySurface>(scene, prim, Placement<F>::at(scene, instance, time), o, d, time);
   return placed_surface<F, kAnySurface>(scene, prim, NoPlacement<F>{}, o, d);
 }
 template <class F>

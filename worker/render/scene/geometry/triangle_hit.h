@@ -14,6 +14,51 @@ struct TriangleHit {
   F b0{}, b1{}, b2{};   // barycentrics in [0, 1]
 };
 
+/// Where bending meshes are between two blocks of their vertices.
+template <class F>
+struct BendStep {
+  IntOf<F> from{},
+      block{};  // what to add to a vertex's number for the one before, and from there to the next
+  F part{};     // of the way
+
+  /// Of triangles `tri` at `time` in [0, 1]; scene.any_bending().
+  BendStep(const RenderScene& scene, IntOf<F> tri, F time) {
+    static_assert(sizeof(MeshBend) == 2 * sizeof(int32_t));
+    const IntOf<F> bend = gather(scene.triangle_bend.data(), tri) * 2;
+    block = gather(&scene.bends.data()->vertices, bend);
+    const IntOf<F> segments = gather(&scene.bends.data()->segments, bend);
+    const F at = time * to_float(segments);  // exact: a power of two
+    const IntOf<F> whole = to_int(at), last = segments - 1;
+    const IntOf<F> step = select(MaskOf<F>(whole < last), whole, last);
+    from = step * block;
+    part = at - to_float(step);
+  }
+  /// Of three floats per vertex. `size`, if given, gets as much as their interpolation rounds.
+  Vec3<F> at(const float* base, IntOf<F> vertex, Vec3<F>* size = nullptr) const {
+    const Vec3<F> a = gather3<F>(base, vertex + from), b = gather3<F>(base, vertex + from + block);
+    if (size) {
+      const Vec3<F> both{abs(a.x) + abs(b.x), abs(a.y) + abs(b.y), abs(a.z) + abs(b.z)};
+      *size = select(MaskOf<F>(block > 0), both, Vec3<F>{});
+    }
+    return a + (b - a) * part;
+  }
+};
+
+/// From the corners' positions.
+template <class F>
+inline void finish_hit(const Vec3<F>& o, const Vec3<F>& d, TriangleHit<F>* hit) {
+  TriangleHit<F>& h = *hit;
+  h.e1 = h.p1 - h.p0, h.e2 = h.p2 - h.p0;
+  // Moller & Trumbore 1997.
+  const Vec3<F> q = cross(d, h.e2);
+  const F det = dot(h.e1, q);
+  const F inv = 1.0f / select(MaskOf<F>(det == 0.0f), splat<F>(1.0f), det);
+  const Vec3<F> w = o - h.p0;
+  h.b1 = clamp(dot(w, q) * inv, 0.0f, 1.0f);
+  h.b2 = min(max(dot(d, cross(w, h.e1)) * inv, F{}), 1.0f - h.b1);
+  h.b0 = 1.0f - h.b1 - h.b2;
+}
+
 /// The hit of ray (o, d) with the plane of triangles `tri`, clamped into the triangle.
 template <class F>
 inline TriangleHit<F> triangle_hit(const RenderScene& scene, IntOf<F> tri, const Vec3<F>& o,
@@ -25,15 +70,20 @@ inline TriangleHit<F> triangle_hit(const RenderScene& scene, IntOf<F> tri, const
   h.i2 = as_int(float_bits(corners[2]));
   const float* pos = scene.positions.data();
   h.p0 = gather3<F>(pos, h.i0), h.p1 = gather3<F>(pos, h.i1), h.p2 = gather3<F>(pos, h.i2);
-  h.e1 = h.p1 - h.p0, h.e2 = h.p2 - h.p0;
-  // Moller & Trumbore 1997.
-  const Vec3<F> q = cross(d, h.e2);
-  const F det = dot(h.e1, q);
-  const F inv = 1.0f / select(MaskOf<F>(det == 0.0f), splat<F>(1.0f), det);
-  const Vec3<F> w = o - h.p0;
-  h.b1 = clamp(dot(w, q) * inv, 0.0f, 1.0f);
-  h.b2 = min(max(dot(d, cross(w, h.e1)) * inv, F{}), 1.0f - h.b1);
-  h.b0 = 1.0f - h.b1 - h.b2;
+  finish_hit(o, d, &h);
+  return h;
+}
+/// The same of triangles that may bend. `size` gets, per corner, as much as bending rounds.
+template <class F>
+inline TriangleHit<F> bent_triangle_hit(const RenderScene& scene, IntOf<F> tri, const Vec3<F>& o,
+                                        const Vec3<F>& d, const BendStep<F>& step, Vec3<F> size[3]) {
+  TriangleHit<F> h;
+  const int32_t* corner = scene.indices.data();
+  h.i0 = gather(corner, tri * 3), h.i1 = gather(corner + 1, tri * 3), h.i2 = gather(corner + 2, tri * 3);
+  const float* pos = scene.positions.data();
+  h.p0 = step.at(pos, h.i0, &size[0]), h.p1 = step.at(pos, h.i1, &size[1]),
+  h.p2 = step.at(pos, h.i2, &size[2]);
+  finish_hit(o, d, &h);
   return h;
 }
 

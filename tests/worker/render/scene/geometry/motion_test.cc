@@ -38,7 +38,17 @@ Transform any_turn(Random& random) {
                   {random.between(0.1, 1), random.between(-1, 1), random.between(-1, 1)});
 }
 
-/// A ball that moves and turns, a sphere, an instance of a ball whose own part moves, a still ball.
+/// What a ball becomes that is twisted about z and pressed, by `much`.
+std::shared_ptr<const TriangleMesh> twisting_ball(int segments, double much) {
+  return bending(*ball_mesh(1, segments), 8, [=](const Vec3f& p, double time) {
+    const double angle = much * time * (0.5 + double{p.z}), c = std::cos(angle), s = std::sin(angle);
+    return Vec3f{static_cast<float>(c * p.x - s * p.y), static_cast<float>(s * p.x + c * p.y),
+                 static_cast<float>(p.z * (1 - 0.4 * much * time * (1 - time)))};
+  });
+}
+
+/// A ball that moves and turns, a sphere, an instance of a ball whose own part moves, a still ball, and two
+/// that bend, of which one moves, too.
 TestScene moving_things(Random& random) {
   TestScene s;
   const int grey = s.diffuse(0.5f);
@@ -61,6 +71,10 @@ TestScene moving_things(Random& random) {
   shape(SphereShape{0.7f}, at() * scaling({-1, 1, 1}), at() * any_turn(random) * scaling({-1.3, 1.3, 1.3}));
   const Transform stays = at();
   shape(ball, stays, stays);
+  const MeshShape bends{twisting_ball(48, 1)};
+  const Transform bent = at() * any_turn(random) * scaling({1.2, 0.5, 0.8});
+  shape(bends, bent, bent);
+  shape(bends, at() * any_turn(random), at() * any_turn(random));
   const int o = begin_object(&s, "o");
   add_to_object(&s, o, ball, grey, scaling({0.5, 0.5, 0.5}));
   ShapeDescription& part =
@@ -108,12 +122,46 @@ TEST(Motion, IsBuiltOfWaysThatLookRound) {
   EXPECT_FALSE(build_scene(still_at(s.scene, 0)).moves());
 }
 
+TEST(Motion, WhatBendsIsAnObjectOfItsOwnWithABoxAroundAllSteps) {
+  TestScene s;
+  const int grey = s.diffuse(0.5f);
+  const auto grows = bending(*ball_mesh(1, 16), 2, [](const Vec3f& p, double time) {
+    const auto f = static_cast<float>(1 + 4 * time);
+    return Vec3f{p.x * f, p.y, p.z};
+  });
+  const auto add = [&](const Transform& at) {
+    ShapeDescription& d = s.scene.shapes.emplace_back();
+    d.kind = MeshShape{grows};
+    d.material = grey;
+    d.object_to_world = at;
+  };
+  add(translation({1, 2, 3}));
+  add(translation({1, 2, 3}));
+  add(translation({9, 2, 3}));
+  const SplitScene split = split_instances(s.scene);
+  ASSERT_EQ(split.objects.size(), 2u) << "those in one place go together";
+  EXPECT_EQ(split.objects[0].shapes.size(), 2u);
+  EXPECT_NEAR(split.objects[0].lo[0], -5, 0.2);
+  EXPECT_NEAR(split.objects[0].hi[1], 1, 0.2);
+  s.camera({0, 0, -5}, {0, 0, 1}, 60);
+  const RenderScene scene = build_scene(s.scene);
+  EXPECT_TRUE(scene.moves());
+  EXPECT_EQ(scene.bends.size(), 4u);
+  EXPECT_EQ(scene.triangle_bend.size(), static_cast<size_t>(scene.triangle_count()));
+  EXPECT_FALSE(build_scene(still_at(s.scene, 0.5)).any_bending());
+  // Emitters do not bend.
+  s.scene.area_lights.push_back({{1, 1, 1}});
+  for (ShapeDescription& d : s.scene.shapes) d.area_light = 0;
+  EXPECT_FALSE(build_scene(s.scene).any_bending());
+}
+
 TEST(Motion, SurfacesAreWhereAStillSceneHasThem) {
   Random random(3);
   for (int trial = 0; trial < 10; ++trial) {
     const TestScene s = moving_things(random);
     const RenderScene a = build_scene(s.scene);
-    ASSERT_EQ(a.ways.size(), 5u);
+    ASSERT_EQ(a.ways.size(), 7u);
+    ASSERT_EQ(a.bends.size(), 3u);
     const Accel trace_a(a, 1);
     for (const float time : {0.0f, 0.125f, 0.5f, 0.7390625f, 1.0f}) {
       const RenderScene b = build_scene(flattened(still_at(s.scene, double{time})));
@@ -158,7 +206,7 @@ TEST(Motion, NoTriangleIsHitByTheRaysThatLeaveIt) {
                  any_turn(random) * scaling({size, size * random.between(0.3, 1), size});
         };
         ShapeDescription& d = s.scene.shapes.emplace_back();
-        d.kind = MeshShape{ball_mesh(1, 32)};
+        d.kind = MeshShape{i == 1 ? ball_mesh(1, 32) : twisting_ball(32, 1)};
         d.material = grey;
         d.object_to_world = place();
         d.moves_to = ends_at(&s, place());
