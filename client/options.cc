@@ -89,6 +89,48 @@ void add_unavailable(CLI::App* verb, const std::string& option, const std::strin
       ->trigger_on_parse();
 }
 
+/// When a scene that is animated is shown.
+void add_pose(CLI::App* verb, SceneOptions* scene) {
+  constexpr double kLongest = 1e9;
+  verb->add_option(
+      "--animation", scene->pose.animation,
+      "glTF: the animation of this name, or its number from 0; all; or none (default: the first, and "
+      "those that move nothing that it moves)");
+  add_ranged<double>(verb, "--time-of", &scene->pose.time, -kLongest, kLongest, "a number of seconds",
+                     "glTF: the time in the animation, in seconds (default: as the file's nodes stand)");
+  verb->add_option_function<std::string>(
+      "--shutter",
+      [scene](const std::string& text) {
+        const std::string form = "OPEN,CLOSE, two numbers of frames such as -0.25,0.25";
+        const size_t comma = text.find(',');
+        if (comma == std::string::npos)
+          throw Error(ErrorKind::kUsage, "--shutter " + text + ": expected " + form);
+        const auto number = [&](const std::string& part) {
+          const auto x = parse_number<double>(part, "--shutter", form);
+          if (!(std::abs(x) <= kLongest))
+            throw Error(ErrorKind::kUsage, "--shutter " + text + ": expected " + form);
+          return x;
+        };
+        const double opens = number(text.substr(0, comma)), closes = number(text.substr(comma + 1));
+        if (!(opens < closes)) {
+          throw Error(ErrorKind::kUsage,
+                      "--shutter " + text + ": it must close after it opens; expected " + form);
+        }
+        scene->shutter = {opens, closes};
+      },
+      "glTF: blur what moves from OPEN to CLOSE, in frames after --time-of, as 0,0.5");
+  verb->add_option_function<std::string>(
+          "--fps",
+          [scene](const std::string& text) {
+            const std::string form = "a number of frames a second above 0";
+            scene->fps = parse_number<double>(text, "--fps", form);
+            if (!(scene->fps >= 1e-6 && scene->fps <= 1e9))
+              throw Error(ErrorKind::kUsage, "--fps " + text + ": expected " + form);
+          },
+          "Frames a second, for --shutter")
+      ->default_str("24");
+}
+
 void add_scene(CLI::App* verb, SceneOptions* scene) {
   verb->add_option("SCENE", scene->scene, "A scene file: pbrt-v4 (.pbrt) or glTF 2.0 (.gltf, .glb)")
       ->required();
@@ -114,6 +156,7 @@ void add_scene(CLI::App* verb, SceneOptions* scene) {
                    "glTF: the camera or node of this name, or its number from 0 (default: the first camera)");
   verb->add_option("--environment", scene->environment,
                    "glTF: light from all around by this lat-long picture (.exr, .hdr, ...)");
+  add_pose(verb, scene);
 }
 
 void add_stop_rule(CLI::App* verb, SceneOptions* scene) {
@@ -239,6 +282,11 @@ LoadOptions load_options(const SceneOptions& options) {
   load.environment = options.environment;
   load.missing_textures = options.missing_textures;
   load.strict_lights = options.strict_lights;
+  load.pose = options.pose;
+  if (options.shutter) {
+    load.pose.opens = (*options.shutter)[0] / options.fps;
+    load.pose.closes = (*options.shutter)[1] / options.fps;
+  }
   if (!load.environment.empty()) load.environment = std::filesystem::absolute(load.environment).string();
   return load;
 }

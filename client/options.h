@@ -1,5 +1,6 @@
 #pragma once
 // Option groups that several verbs share.
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -40,6 +41,9 @@ struct SceneOptions {
   bool strict = false;
   std::string camera, environment;  // for glTF, see LoadOptions
   bool missing_textures = false, strict_lights = false;
+  PoseChoice pose;  // but for its shutter, which is in frames:
+  std::optional<std::array<double, 2>> shutter;
+  double fps = 24;
   PathMap map;
   RenderOptions render;
   // As typed; `finish_scene_options` turns them into `render`.

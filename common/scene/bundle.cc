@@ -1,6 +1,7 @@
 #include "common/scene/bundle.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -27,6 +28,11 @@ void check(const Bundle& bundle) {
     fail_bundle("it must hold from 1 to 1000000 files");
   constexpr size_t kMaxCameraName = 4096;
   if (bundle.camera.size() > kMaxCameraName) fail_bundle("the camera's name is too long");
+  const PoseChoice& pose = bundle.pose;
+  if (pose.animation.size() > kMaxCameraName) fail_bundle("the animation's name is too long");
+  if (!std::isfinite(pose.time.value_or(0)) || !std::isfinite(pose.opens) || !(pose.closes >= pose.opens) ||
+      !std::isfinite(pose.closes))
+    fail_bundle("its times are not finite, or the shutter closes before it opens");
   bool has_main = false, has_environment = bundle.environment.empty();
   for (size_t i = 0; i < bundle.entries.size(); ++i) {
     const BundleEntry& e = bundle.entries[i];
@@ -39,6 +45,24 @@ void check(const Bundle& bundle) {
   }
   if (!has_main) fail_bundle("its main file is not among its files");
   if (!has_environment) fail_bundle("its environment is not among its files");
+}
+
+nlohmann::json pose_to_json(const PoseChoice& pose) {
+  auto j = nlohmann::json::object();
+  if (!pose.animation.empty()) j["animation"] = pose.animation;
+  if (pose.time) j["time"] = *pose.time;
+  if (pose.opens != 0 || pose.closes != 0) j["shutter"] = {pose.opens, pose.closes};
+  return j;
+}
+PoseChoice pose_from_json(const nlohmann::json& j) {
+  PoseChoice pose;
+  pose.animation = j.value("animation", "");
+  if (j.contains("time")) pose.time = j.at("time").get<double>();
+  if (j.contains("shutter")) {
+    pose.opens = j.at("shutter").at(0).get<double>();
+    pose.closes = j.at("shutter").at(1).get<double>();
+  }
+  return pose;
 }
 
 }  // namespace
@@ -55,6 +79,7 @@ std::string bundle_to_json(const Bundle& bundle) {
   if (!bundle.environment.empty()) j["environment"] = bundle.environment;
   if (bundle.missing_textures) j["missing_textures"] = true;
   if (bundle.strict_lights) j["strict_lights"] = true;
+  if (bundle.pose.is_given()) j["pose"] = pose_to_json(bundle.pose);
   return j.dump();
 }
 
@@ -69,6 +94,7 @@ Bundle bundle_from_json(const std::string& text) {
     bundle.environment = j.value("environment", "");
     bundle.missing_textures = j.value("missing_textures", false);
     bundle.strict_lights = j.value("strict_lights", false);
+    if (j.contains("pose")) bundle.pose = pose_from_json(j.at("pose"));
     if (!j.at("entries").is_array()) fail_bundle("\"entries\" must be an array");
     for (const auto& e : j.at("entries")) {
       if (!e.at("size").is_number_unsigned()) fail_bundle("a size must be a whole number from 0");
@@ -90,6 +116,7 @@ Bundle make_bundle(const SceneDescription& scene, std::map<std::string, std::str
   bundle.environment = scene.chosen_environment;
   bundle.missing_textures = scene.missing_textures;
   bundle.strict_lights = scene.strict_lights;
+  bundle.pose = scene.pose;
   for (const SourceFile& file : scene.files) {
     std::error_code error;
     const uint64_t size = std::filesystem::file_size(file.path, error);
@@ -128,6 +155,7 @@ LoadOptions load_options(const Bundle& bundle) {
   options.environment = bundle.environment;
   options.missing_textures = bundle.missing_textures;
   options.strict_lights = bundle.strict_lights;
+  options.pose = bundle.pose;
   return options;
 }
 

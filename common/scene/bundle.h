@@ -20,9 +20,10 @@ struct BundleEntry {
 /// empty.
 struct Bundle {
   std::string main;
-  std::string camera, environment;                       // as in LoadOptions
+  std::string camera, environment;  // as in LoadOptions
   std::vector<BundleEntry> entries;
   bool missing_textures = false, strict_lights = false;  // as in LoadOptions
+  PoseChoice pose = {};                                  // likewise
   /// SHA-256 of the canonical text of the manifest.
   std::string digest() const;
 };

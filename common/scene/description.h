@@ -233,6 +233,18 @@ struct Problem {
   std::string message;
 };
 
+/// When a glTF scene with animations is shown.
+struct PoseChoice {
+  /// Of the animation that is shown, or its number from 0; "all", "none", or empty: the first, and those that
+  /// move nothing that an earlier one does.
+  std::string animation;
+  std::optional<double> time;  // seconds; not given, and nothing else either: as the nodes of the file stand
+  double opens = 0, closes = 0;  // of the shutter, in seconds after that; equal: nothing blurs
+
+  bool operator==(const PoseChoice&) const = default;
+  bool is_given() const { return *this != PoseChoice{}; }
+};
+
 struct SceneDescription {
   CameraDescription camera;
   FilmDescription film;
@@ -258,6 +270,7 @@ struct SceneDescription {
   // What LoadOptions chose, the environment by its name in a bundle; empty: as the scene file says.
   std::string chosen_camera, chosen_environment;
   bool missing_textures = false, strict_lights = false;  // as LoadOptions said
+  PoseChoice pose;                                       // likewise
 };
 
 /// A mix among `materials` that contains itself, directly or not; -1 if there is none.

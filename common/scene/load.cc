@@ -26,6 +26,10 @@ LoadResult load_scene(const std::string& name, const FileSource& files, const Lo
       problems.error({name, 1, 1}, "--camera is for glTF scenes; a .pbrt file has one camera");
     if (!options.environment.empty())
       problems.error({name, 1, 1}, "--environment is for glTF scenes; a .pbrt file lists its lights");
+    if (options.pose.is_given())
+      problems.error({name, 1, 1},
+                     "--time-of, --animation and --shutter are for glTF scenes; a .pbrt file says "
+                     "itself what moves");
     try {
       result.scene = PbrtParser(files, &problems, options).parse(name);
     } catch (const std::bad_alloc&) {
@@ -42,6 +46,7 @@ LoadResult load_scene(const std::string& name, const FileSource& files, const Lo
   }
   result.scene.missing_textures = options.missing_textures;
   result.scene.strict_lights = options.strict_lights;
+  result.scene.pose = options.pose;
   result.problems = problems.take();
   return result;
 }

@@ -24,6 +24,7 @@ struct LoadOptions {
   bool missing_textures = false;
   // A scene without lights is black; otherwise it gets an even white sky, with a warning.
   bool strict_lights = false;
+  PoseChoice pose = {};  // of glTF files
   // Of all shapes of a .pbrt file that are tessellated from few numbers: a small file can't fill the memory.
   size_t most_generated_triangles = 32'000'000;
 };

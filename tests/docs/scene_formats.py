@@ -171,8 +171,8 @@ def page(reader):
              "names, of which `scene` takes the nearest to the file's."]
     lines += table([(s, n, reader.says("scene.pbrt", text)) for s, n, text in pbrt_scenes()])
     lines += ["", "## glTF 2.0", "",
-              "All of the core specification but animations, skins and morph targets (the rest pose is shown, with a",
-              "warning). Extensions, as asked for by `extensionsRequired`:"]
+              "All of the core specification; [animations](scenes.md) are shown at a time. Extensions, as asked for by",
+              "`extensionsRequired`:"]
     # The probe has neither camera nor light on purpose; what is said of those is no answer.
     probe = ("camera", "light")
     lines += table([(s, n, reader.says("scene.gltf", text, probe)) for s, n, text in gltf_scenes()])

@@ -20,11 +20,14 @@ constexpr std::array<std::string_view, 12> kMaterialExtensions = {"KHR_materials
                                                                   "KHR_materials_iridescence",
                                                                   "KHR_materials_anisotropy",
                                                                   "KHR_materials_diffuse_transmission"};
-constexpr std::array<std::string_view, 11> kOtherExtensions = {
-    "KHR_texture_transform",      "KHR_lights_punctual",     "KHR_mesh_quantization",
-    "EXT_mesh_gpu_instancing",    "KHR_materials_variants",  // of variants, the default
-    "EXT_texture_webp",           "EXT_meshopt_compression", "KHR_meshopt_compression",
-    "KHR_draco_mesh_compression", "KHR_node_visibility",     "KHR_xmp_json_ld"};  // of which nothing is shown
+constexpr std::array<std::string_view, 12> kOtherExtensions = {
+    "KHR_texture_transform",   "KHR_lights_punctual",
+    "KHR_mesh_quantization",   "EXT_mesh_gpu_instancing",
+    "KHR_materials_variants",  // of variants, the default
+    "EXT_texture_webp",        "EXT_meshopt_compression",
+    "KHR_meshopt_compression", "KHR_draco_mesh_compression",
+    "KHR_node_visibility",     "KHR_animation_pointer",
+    "KHR_xmp_json_ld"};  // of which nothing is shown
 
 constexpr double kMaxEmission = 1e30;
 

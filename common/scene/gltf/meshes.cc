@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <unordered_map>
 
+#include "common/scene/gltf/animation/mesh_steps.h"
 #include "common/scene/mesh/mesh_check.h"
 #include "common/scene/mesh/point_line_mesh.h"
 
@@ -58,20 +60,34 @@ Rgb clamped(const float* c) {
 
 const std::vector<GltfPrimitive>& GltfMeshes::primitives(size_t index) {
   if (const auto found = meshes_.find(index); found != meshes_.end()) return found->second;
+  return meshes_[index] = read(index, nullptr);
+}
+
+std::vector<GltfPrimitive> GltfMeshes::bent(size_t index, const GltfBending& bending) {
+  return read(index, &bending);
+}
+
+bool GltfMeshes::has_targets(size_t index) const {
+  const GltfValue mesh = root_.require("meshes")[index].silent();
+  for (size_t i = 0; i < mesh.count("primitives"); ++i) {
+    const GltfValue primitive = mesh.require("primitives")[i];
+    if (primitive.is_object() && primitive.count("targets") > 0) return true;
+  }
+  return false;
+}
+
+std::vector<GltfPrimitive> GltfMeshes::read(size_t index, const GltfBending* bending) {
   std::vector<GltfPrimitive> list;
   scene_.attempt([&] {
     const GltfValue mesh = root_.require("meshes")[index];
     const size_t count = mesh.count("primitives");
     if (count == 0) mesh.mended("has no primitives, so there is nothing to see");
-    bool morphs = false;
     for (size_t i = 0; i < count; ++i) {
       const GltfValue primitives = mesh.require("primitives");
-      scene_.attempt([&] { add(primitives[i], &list); });
-      scene_.attempt_optional([&] { morphs = morphs || primitives[i].count("targets") > 0; });
+      scene_.attempt([&] { add(primitives[i], bending, &list); });
     }
-    if (morphs) scene_.unsupported(mesh.pointer(), "morph targets; the mesh keeps its rest shape");
   });
-  return meshes_[index] = std::move(list);
+  return list;
 }
 
 std::vector<uint32_t> GltfMeshes::order_of(const GltfValue& primitive, size_t vertices) {
@@ -170,7 +186,25 @@ std::optional<DracoMesh> GltfMeshes::unpacked(const GltfValue& primitive) {
   return unpack_draco(*extension, *packed, [&](size_t numbers) { buffers_.charge(numbers, *extension); });
 }
 
-void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out) {
+void GltfMeshes::bend(const GltfValue& primitive, const GltfDeformer& deformer, const GltfBending& bending,
+                      TriangleMesh* mesh) {
+  if (!deformer.skinned() && !deformer.morphs()) return;
+  const MeshStep rest{std::move(mesh->positions), std::move(mesh->normals)};
+  if (!bending.moves) {
+    MeshStep step = deformer.bent(rest, bending.still);
+    mesh->positions = std::move(step.positions);
+    mesh->normals = std::move(step.normals);
+    return;
+  }
+  std::vector<MeshStep> steps = steps_of(deformer, rest, bending);
+  buffers_.charge(6 * steps.size() * rest.positions.size(), primitive);
+  mesh->positions = std::move(steps.front().positions);
+  mesh->normals = std::move(steps.front().normals);
+  mesh->later.assign(std::make_move_iterator(steps.begin() + 1), std::make_move_iterator(steps.end()));
+}
+
+void GltfMeshes::add(const GltfValue& primitive, const GltfBending* bending,
+                     std::vector<GltfPrimitive>* out) {
   const size_t accessors = root_.count("accessors");
   std::optional<DracoMesh> draco = unpacked(primitive);
   const GltfValue attributes = primitive.require("attributes");
@@ -209,6 +243,7 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
   if (result.surface.invisible) return;
   result.location = {scene_.name, 1, 1};
   if (mode_of(primitive) < kTriangles) {
+    if (bending != nullptr) scene_.unsupported(primitive.pointer(), "points and lines that bend");
     result.mesh = loose(primitive, *positions, colors);
     if (!result.mesh->triangles.empty()) out->push_back(std::move(result));
     return;
@@ -249,6 +284,19 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
       mesh->colors.push_back({c.r, c.g, c.b, clamped(x + 1).b});
     }
   }
+  if (bending != nullptr) {
+    const GltfDeformer deformer(scene_, buffers_, root_, primitive, used, optional, positions->count(),
+                                bending->still.joints.size());
+    result.skinned = deformer.skinned();
+    if (result.surface.area_light >= 0 && bending->moves) {
+      scene_.warning(primitive.pointer(), "shines and bends; it is as it is at the picture's time");
+      GltfBending still = *bending;
+      still.moves = false;
+      bend(primitive, deformer, still, mesh.get());
+    } else {
+      bend(primitive, deformer, *bending, mesh.get());
+    }
+  }
   const bool had_triangles = !mesh->triangles.empty();
   const MeshRepairs repairs = mend_values(mesh.get());
   const auto say = [&](size_t n, const char* what) {
@@ -257,8 +305,10 @@ void GltfMeshes::add(const GltfValue& primitive, std::vector<GltfPrimitive>* out
   say(repairs.triangles, " triangles with a vertex that is not finite are left out");
   if (repairs.triangles > 0 && mesh->triangles.empty()) primitive.fail("no vertex is finite");
   say(repairs.uvs, " texture coordinates that are not finite count as 0");
-  say(drop_zero_area_triangles(mesh.get()), " triangles without area are left out");
+  if (mesh->later.empty())  // else they may have some later
+    say(drop_zero_area_triangles(mesh.get()), " triangles without area are left out");
   say(mend_zero_normals(mesh.get()), " normals without direction are taken from the triangles");
+  mend_later(mesh.get());
   if (mesh->triangles.empty()) {
     if (!had_triangles) primitive.mended("has no triangles, so there is nothing to see");
     return;

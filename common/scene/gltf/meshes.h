@@ -1,5 +1,6 @@
 #pragma once
 // glTF primitives as triangle meshes.
+#include "common/scene/gltf/animation/deformation.h"
 #include "common/scene/gltf/materials.h"
 
 namespace lightmill {
@@ -9,6 +10,7 @@ struct GltfPrimitive {
   std::shared_ptr<const TriangleMesh> mesh;
   GltfSurface surface;
   SourceLocation location;
+  bool skinned = false;  // its vertices are where the joints take them
 };
 
 class GltfMeshes {
@@ -18,9 +20,16 @@ class GltfMeshes {
 
   /// The primitives of mesh `index` that can be seen; read once. What can't be used is reported.
   const std::vector<GltfPrimitive>& primitives(size_t index);
+  /// The same, bent.
+  std::vector<GltfPrimitive> bent(size_t index, const GltfBending& bending);
+  /// Whether morph targets are there that could bend the mesh.
+  bool has_targets(size_t index) const;
 
  private:
-  void add(const GltfValue& primitive, std::vector<GltfPrimitive>* out);
+  std::vector<GltfPrimitive> read(size_t index, const GltfBending* bending);
+  void add(const GltfValue& primitive, const GltfBending* bending, std::vector<GltfPrimitive>* out);
+  void bend(const GltfValue& primitive, const GltfDeformer& deformer, const GltfBending& bending,
+            TriangleMesh* mesh);
   /// The vertices' numbers, as the indices say or one after the other.
   std::vector<uint32_t> order_of(const GltfValue& primitive, size_t vertices);
   /// Points and lines.

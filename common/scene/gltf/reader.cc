@@ -85,8 +85,11 @@ void check_extensions(GltfScene& out, const GltfValue& root) {
                                      ", which is not supported; export it without"});
     }
   }
-  if (root.count("animations") > 0)
-    out.unsupported("/animations", "animations; the scene is shown as its nodes stand");
+}
+
+GltfExposure exposure_of(const PoseChoice& pose) {
+  const double time = pose.time.value_or(0);
+  return {time, time + pose.opens, time + pose.closes};
 }
 
 void add_environment(GltfScene& out, const std::string& file) {
@@ -124,7 +127,7 @@ SceneDescription read_gltf(const std::string& name, const FileSource& files, con
     GltfContainer container = open_gltf_container(read_scene_file(path, kMaxFileBytes));
     out.json_text = std::move(container.json);
     out.glb_binary = std::move(container.binary);
-    const nlohmann::json document = parse_gltf_json(out.json_text, &place, problems);
+    nlohmann::json document = parse_gltf_json(out.json_text, &place, problems);
     const GltfValue root(document, "", &mended);
     check_version(root);
     check_extensions(out, root);
@@ -133,15 +136,21 @@ SceneDescription read_gltf(const std::string& name, const FileSource& files, con
       return std::move(out.scene);
     }
     GltfBuffers buffers(out, root);
+    const GltfExposure exposure = exposure_of(options.pose);
+    // Before all that depends on it is read.
+    const GltfAnimations animations(out, buffers, root, document, options.pose);
+    animations.prepare(&document);
+    animations.pose(exposure.time, &document);
+    GltfNodeTree tree(out, root, animations, exposure);
     GltfTextures textures(out, buffers, root);
     GltfMaterials materials(out, textures, root);
     GltfMeshes meshes(out, buffers, materials, root);
-    GltfNodes nodes(out, buffers, meshes, root);
+    GltfNodes nodes(out, buffers, meshes, tree, animations, root);
     nodes.visit_scene();
     const bool empty = out.scene.shapes.empty() && out.scene.instances.empty();
     if (empty && options.environment.empty() && problems->errors() == 0)
       throw GltfProblem{"/scenes", "the file shows nothing: none of its nodes has a mesh that can be seen"};
-    choose_gltf_camera(out, nodes.cameras(), options.camera);
+    choose_gltf_camera(out, nodes.cameras(), options.camera, nodes.reach());
     add_environment(out, options.environment);
   } catch (const GltfProblem& problem) {
     if (problem.pointer.empty()) {

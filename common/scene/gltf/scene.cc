@@ -32,6 +32,7 @@ std::string without_numbers(const std::string& text) {
 }  // namespace
 
 void GltfScene::error(const GltfProblem& problem) {
+  if (quiet_ > 0) return;
   problems->error(place_of_problem(problem.pointer), at_pointer(problem.pointer, problem.message));
 }
 
@@ -48,6 +49,7 @@ void GltfScene::unsupported(const std::string& pointer, const std::string& what)
 }
 
 void GltfScene::note(Gravity gravity, const std::string& pointer, const std::string& message) {
+  if (quiet_ > 0) return;
   constexpr size_t kMaxKinds = ProblemList::kMaxWarnings;
   const auto [entry, is_new] =
       kind_of_.try_emplace(without_numbers(pointer) + '\n' + without_numbers(message), kinds_.size());

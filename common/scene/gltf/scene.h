@@ -66,6 +66,18 @@ struct GltfScene {
     }
   }
 
+  /// While there is one, what is wrong is not noted.
+  class Quiet {
+   public:
+    explicit Quiet(GltfScene& scene) : scene_(scene) { ++scene_.quiet_; }
+    ~Quiet() { --scene_.quiet_; }
+    Quiet(const Quiet&) = delete;
+    Quiet& operator=(const Quiet&) = delete;
+
+   private:
+    GltfScene& scene_;
+  };
+
   /// Path of a referenced file, listed in scene.files; throws GltfProblem at `pointer`.
   std::string open_reference(const std::string& reference, const std::string& pointer);
 
@@ -85,7 +97,7 @@ struct GltfScene {
   std::vector<Kind> kinds_;
   std::map<std::string, size_t> kind_of_;
   std::set<std::string> listed_files_;
-  int places_ = 0;
+  int places_ = 0, quiet_ = 0;
 };
 
 }  // namespace lightmill

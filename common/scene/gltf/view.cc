@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/scene/motion.h"
 #include "common/scene/transform.h"
 
 namespace lightmill {
@@ -36,6 +37,30 @@ void set_resolution(FilmDescription* film, double aspect) {
   film->height = static_cast<int>(std::lround(aspect >= 1 ? shorter : longer));
 }
 
+/// A camera turns about one axis and goes straight.
+void set_camera_way(GltfScene& out, const GltfPlacedCamera& placed, CameraDescription* camera) {
+  Transform first, last;
+  const Transform& middle = placed.way[placed.way.size() / 2];
+  if (!without_scale(placed.way.front(), &first) || !without_scale(placed.way.back(), &last)) return;
+  const Motion motion(camera_space(first), camera_space(last));
+  if (!motion.is_rigid()) {
+    placed.camera.mended("its node is skewed while the shutter is open; it stands still");
+    return;
+  }
+  camera->camera_to_world = camera_space(first);
+  if (placed.way.size() == 1) return;
+  camera->moves_to = static_cast<int>(out.scene.later.size());
+  out.scene.later.push_back(camera_space(last));
+  if (placed.way.size() == 2) return;
+  // What turns while it goes round something is a little off a straight way.
+  constexpr double kMuch = 0.05;
+  const auto &a = placed.way.front().m, &b = placed.way.back().m, &m = middle.m;
+  const auto s = motion.at(0.5).m;
+  const double length = std::hypot(b[0][3] - a[0][3], b[1][3] - a[1][3], b[2][3] - a[2][3]);
+  if (std::hypot(m[0][3] - s[0][3], m[1][3] - s[1][3], m[2][3] - s[2][3]) > kMuch * length)
+    placed.camera.mended("goes along a curve while the shutter is open; it goes straight");
+}
+
 void use_camera(GltfScene& out, const GltfPlacedCamera& placed) {
   constexpr double kSmallest = 1e-6, kLargest = 1e30, kWidestAspect = 1000;
   const GltfValue& value = placed.camera;
@@ -43,6 +68,7 @@ void use_camera(GltfScene& out, const GltfPlacedCamera& placed) {
   Transform rigid;
   if (!without_scale(placed.node_to_world, &rigid)) value.fail("its node has no orientation");
   camera.camera_to_world = camera_space(rigid);
+  if (!placed.way.empty()) set_camera_way(out, placed, &camera);
   const std::string type = value.require("type").text();
   if (type == "perspective") {
     const GltfValue lens = value.require("perspective");
@@ -81,18 +107,9 @@ void use_camera(GltfScene& out, const GltfPlacedCamera& placed) {
   out.scene.camera = camera;
 }
 
-struct Box {
-  Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  void add(const Vec3d& p) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-};
-
-/// The whole scene from the front, a little from the right and above.
-void frame_scene(GltfScene& out) {
-  constexpr double kFov = 40, kMargin = 1.05;
-  Box box;
+/// Around all that is in the scene.
+GltfBox bounds_of(const GltfScene& out) {
+  GltfBox box;
   const auto add = [&](const ShapeDescription& s, const Transform& to_world) {
     for (const Vec3f& v : std::get<MeshShape>(s.kind).mesh->positions)
       box.add(transform_point(to_world, {v.x, v.y, v.z}));
@@ -102,7 +119,13 @@ void frame_scene(GltfScene& out) {
     for (const ShapeDescription& s : out.scene.objects[static_cast<size_t>(i.object)].shapes)
       add(s, i.object_to_world);
   }
-  if (box.low.x > box.high.x) box.low = box.high = {};
+  return box;
+}
+
+/// A box from the front, a little from the right and above.
+void frame_scene(GltfScene& out, GltfBox box) {
+  constexpr double kFov = 40, kMargin = 1.05;
+  if (box.empty()) box.low = box.high = {};
   const Vec3d center{(box.low.x + box.high.x) / 2, (box.low.y + box.high.y) / 2,
                      (box.low.z + box.high.z) / 2};
   const Vec3d towards{0.35, 0.35, 0.87};
@@ -119,9 +142,7 @@ void frame_scene(GltfScene& out) {
   const Transform to_camera = inverse(camera_at(size));
   double distance = 0;
   for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d p =
-        transform_point(to_camera, {corner & 1 ? box.high.x : box.low.x, corner & 2 ? box.high.y : box.low.y,
-                                    corner & 4 ? box.high.z : box.low.z});
+    const Vec3d p = transform_point(to_camera, box.corner(corner));
     distance = std::max({distance, size - p.z + std::abs(p.y) / up, size - p.z + std::abs(p.x) / right});
   }
   out.scene.camera = CameraDescription{};
@@ -213,7 +234,7 @@ std::string list_of(const std::vector<std::string>& labels) {
 }  // namespace
 
 void choose_gltf_camera(GltfScene& scene, const std::vector<GltfPlacedCamera>& cameras,
-                        const std::string& wanted) {
+                        const std::string& wanted, const GltfBox& reach) {
   const std::vector<std::string> labels = labels_of(cameras);
   if (!wanted.empty()) {
     if (const int chosen = find_camera(cameras, labels, wanted); chosen >= 0) {
@@ -228,7 +249,7 @@ void choose_gltf_camera(GltfScene& scene, const std::vector<GltfPlacedCamera>& c
   }
   if (cameras.empty()) {
     scene.warning("", "the scene has no camera; it is shown as a whole, from the front");
-    return frame_scene(scene);
+    return frame_scene(scene, reach.empty() ? bounds_of(scene) : reach);
   }
   scene.attempt([&] { use_camera(scene, cameras.front()); });
   if (cameras.size() > 1)

@@ -17,7 +17,8 @@ TEST(BundleNames, DependOnTheTextAlone) {
   EXPECT_EQ(bundle_name("models/a.ply"), "models/a.ply");
   EXPECT_EQ(bundle_name("./models//x/../a.ply"), "models/a.ply");
   EXPECT_EQ(bundle_name("with space.png"), "with space.png");
-  for (const char* outside : {"/abs/a.ply", "../a.ply", "x/../../a.ply", "external/1/a.ply", "C:\\job\\a.ply"}) {
+  for (const char* outside :
+       {"/abs/a.ply", "../a.ply", "x/../../a.ply", "external/1/a.ply", "C:\\job\\a.ply"}) {
     const std::string name = bundle_name(outside);
     EXPECT_TRUE(name.starts_with("external/") && name.ends_with("/a.ply")) << name;
     EXPECT_TRUE(is_safe_bundle_name(name));
@@ -191,6 +192,30 @@ TEST(BundleText, UnsafeInputIsRefused) {
                            "{\"version\":1,\"main\":\"a\",\"entries\":{}}"}) {
     EXPECT_THROW(bundle_from_json(text), Error) << text;
   }
+}
+
+TEST(BundleText, ThePoseIsPartOfTheScene) {
+  const std::string digest = sha256_hex("x");
+  const Bundle still{"a.glb", "", "", {{"a.glb", digest, 1}}};
+  Bundle posed = still;
+  posed.pose = {"Run", 1.0 / 3, -0.25 / 24, 0.1};
+  EXPECT_NE(posed.digest(), still.digest());
+  EXPECT_EQ(bundle_from_json(bundle_to_json(posed)).pose, posed.pose) << "to the last bit";
+  EXPECT_EQ(load_options(posed).pose, posed.pose);
+  EXPECT_EQ(bundle_to_json(still).find("pose"), std::string::npos)
+      << "digests of scenes that stand are as before";
+  posed.pose = {"", 0, 0, 0};
+  EXPECT_TRUE(bundle_from_json(bundle_to_json(posed)).pose.time.has_value())
+      << "time 0 is not the pose of the file";
+  const std::string text = bundle_to_json(posed);
+  const auto with = [&](const std::string& pose) {
+    const size_t at = text.find("{\"time\":0.0}");
+    return std::string(text).replace(at, 12, pose);
+  };
+  ASSERT_NO_THROW(bundle_from_json(with("{}")));
+  for (const char* pose : {"5", "{\"time\":\"x\"}", "{\"time\":1e999}", "{\"shutter\":[1,0]}",
+                           "{\"shutter\":[1]}", "{\"shutter\":5}", "{\"animation\":5}"})
+    EXPECT_THROW(bundle_from_json(with(pose)), Error) << pose;
 }
 
 TEST(BundleText, BlobNamesKeepPlainExtensionsOnly) {

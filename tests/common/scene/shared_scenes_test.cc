@@ -1,4 +1,6 @@
 // The project's own scenes, and the shared ones beside the checkout where they exist.
+#include <algorithm>
+
 #include "common/scene/bundle.h"
 #include "common/scene/resolve_settings.h"
 #include "tests/common/scene/scene_fixture.h"
@@ -41,6 +43,28 @@ TEST(OwnScenes, MaterialsAsGltf) {
   EXPECT_EQ(r.scene.lights.size(), 1u);
   EXPECT_EQ(r.scene.area_lights.size(), 1u);
   EXPECT_EQ(resolve_settings(r.scene, {}).grid.height, 720);
+}
+
+TEST(OwnScenes, TheWindmillTurns) {
+  const auto load = [](double time, double closes) {
+    LoadOptions options;
+    options.pose.animation = "Storm";
+    options.pose.time = time;
+    options.pose.closes = closes;
+    const fs::path folder = fs::path(LIGHTMILL_SOURCE_DIR) / "scenes";
+    LoadResult r = load_scene("windmill.gltf", DirectoryFiles(folder.string()), options);
+    EXPECT_EQ(listed(r), "");
+    return std::move(r.scene);
+  };
+  const SceneDescription still = load(1, 0), moving = load(1, 1.0 / 48);
+  EXPECT_EQ(still.shapes.size(), 3u);
+  EXPECT_EQ(still.instances.size(), 4u) << "the sails";
+  EXPECT_EQ(std::ranges::count_if(moving.instances, [](const auto& i) { return i.moves_to >= 0; }), 4);
+  EXPECT_EQ(
+      std::ranges::count_if(moving.shapes,
+                            [](const auto& s) { return !std::get<MeshShape>(s.kind).mesh->later.empty(); }),
+      2)
+      << "the hill and the pennant";
 }
 
 TEST(OwnScenes, TheGlassBallIsHollow) {

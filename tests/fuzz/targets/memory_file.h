@@ -49,6 +49,10 @@ inline void check_load(const LoadResult& result) {
         if (vertex >= mesh->mesh->positions.size()) abort();
       }
     }
+    for (const MeshStep& step : mesh->mesh->later) {
+      if (step.positions.size() != mesh->mesh->positions.size()) abort();
+      if (step.normals.size() != mesh->mesh->normals.size()) abort();
+    }
   }
 }
 

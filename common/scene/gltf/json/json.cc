@@ -89,6 +89,8 @@ size_t GltfValue::count(const char* key) const {
 
 bool GltfValue::is_object() const { return json_->is_object(); }
 
+bool GltfValue::is_number() const { return json_->is_number(); }
+
 double GltfValue::number(double low, double high) const {
   if (!json_->is_number()) fail("must be a number");
   const auto x = json_->get<double>();

@@ -38,6 +38,8 @@ class GltfValue {
   void mended(const std::string& message) const {
     if (mended_) (*mended_)(pointer_, message);
   }
+  /// The same value, of which nobody is told what is mended.
+  GltfValue silent() const { return {*json_, pointer_, nullptr}; }
   /// An object without members in this one's place, for what is absent.
   GltfValue nothing() const;
 
@@ -55,6 +57,7 @@ class GltfValue {
   /// Elements of a member that is an array; 0 if it is absent or (mended) something else.
   size_t count(const char* key) const;
   bool is_object() const;
+  bool is_number() const;
 
   /// Clamped. Throws if it is no number.
   double number(double low, double high) const;

@@ -1,0 +1,135 @@
+// Meshes of nodes as shapes and instances of the scene.
+#include <algorithm>
+
+#include "common/scene/gltf/nodes.h"
+#include "common/scene/motion.h"
+#include "common/scene/transform.h"
+
+namespace lightmill {
+namespace {
+
+/// Whether a thing can go this way: it is flat nowhere, nor turned inside out.
+bool is_passable(const std::vector<Transform>& way) {
+  for (const Transform& t : way) {
+    if (!is_in_range(t) || is_singular(t) || !can_move(way.front(), t)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+GltfNodes::Group& GltfNodes::group_of(size_t mesh, const GltfBending* bending) {
+  if (bending == nullptr) {
+    Group& group = groups_[{mesh, 0}];
+    group.primitives = &meshes_.primitives(mesh);
+    return group;
+  }
+  size_t shape = 0;
+  if (!bending->skinned && !bending->moves) shape = bent_[{mesh, bending->still.weights}];
+  if (shape == 0) {
+    shape = ++shapes_of_mesh_[mesh];
+    own_.push_back(meshes_.bent(mesh, *bending));
+    groups_[{mesh, shape}].primitives = &own_.back();
+    if (!bending->skinned && !bending->moves) bent_[{mesh, bending->still.weights}] = shape;
+  }
+  return groups_[{mesh, shape}];
+}
+
+void GltfNodes::widen_reach(size_t index, size_t mesh, const GltfBending* bending, const Group& group,
+                            const std::vector<Transform>& places) {
+  if (animations_.empty() || root_.count("cameras") > 0) return;
+  constexpr int kTimes = 16;
+  const auto [first, last] = animations_.span();
+  const GltfScene::Quiet quiet(scene_);  // what is wrong has been said
+  for (int i = 0; i <= kTimes; ++i) {
+    const double time = first + (last - first) * i / kTimes;
+    std::vector<GltfPrimitive> bent;
+    if (bending != nullptr) bent = meshes_.bent(mesh, bending->still_at(time));
+    const Transform to_world = tree_.to_world(index, time);
+    for (const GltfPrimitive& p : bending != nullptr ? bent : *group.primitives) {
+      GltfBox box;
+      for (const Vec3f& v : p.mesh->positions) box.add({double{v.x}, double{v.y}, double{v.z}});
+      for (const Transform& place : places) {
+        for (int corner = 0; !box.empty() && corner < 8; ++corner)
+          reach_.add(transform_point(p.skinned ? group.carried : to_world * place, box.corner(corner)));
+      }
+    }
+    if (bending == nullptr && !tree_.moves(index)) return;
+  }
+}
+
+void GltfNodes::set_way(const Place& place, const SourceLocation& where, Transform* begin, int* moves_to) {
+  *begin = place.to_world;
+  *moves_to = -1;
+  if (place.way.empty()) return;
+  if (!is_passable(place.way)) {
+    scene_.problems->warning(where,
+                             "a mesh is flattened or turned inside out while the shutter is open; it "
+                             "stands still");
+    return;
+  }
+  *begin = place.way.front();
+  if (place.way.size() == 1) return;
+  SceneDescription& scene = scene_.scene;
+  *moves_to = static_cast<int>(scene.later.size());
+  scene.later.push_back(place.way.back());
+  if (place.way.size() > 2)
+    scene.between[*moves_to] = std::vector<Transform>(place.way.begin() + 1, place.way.end() - 1);
+}
+
+void GltfNodes::place_once(const Group& group, std::vector<ShapeDescription> shapes) {
+  const Place& place = group.places.front();
+  Transform begin;
+  int moves_to = -1;
+  const bool carried_all = std::all_of(group.primitives->begin(), group.primitives->end(),
+                                       [](const GltfPrimitive& p) { return p.skinned; });
+  if (!carried_all) set_way(place, shapes.front().location, &begin, &moves_to);
+  for (size_t i = 0; i < shapes.size(); ++i) {
+    ShapeDescription& s = shapes[i];
+    if ((*group.primitives)[i].skinned) {
+      s.object_to_world = group.carried;
+    } else {
+      if (is_singular(place.to_world)) continue;
+      const bool stands = moves_to >= 0 && s.area_light >= 0;
+      if (stands) {
+        scene_.problems->unsupported(
+            s.location, "a mesh that shines and moves while the shutter is open; it stands still");
+      }
+      s.object_to_world = stands ? place.to_world : begin;
+      s.moves_to = stands ? -1 : moves_to;
+    }
+    scene_.scene.shapes.push_back(std::move(s));
+  }
+}
+
+void GltfNodes::place_meshes() {
+  for (const auto& [key, group] : groups_) {
+    if (group.places.empty()) continue;
+    std::vector<ShapeDescription> shapes;
+    for (const GltfPrimitive& p : *group.primitives) {
+      ShapeDescription shape;
+      shape.kind = MeshShape{p.mesh};
+      shape.material = p.surface.material;
+      shape.area_light = p.surface.area_light;
+      shape.alpha = p.surface.alpha;
+      shape.media = p.surface.media;
+      shape.location = p.location;
+      shapes.push_back(std::move(shape));
+    }
+    if (group.places.size() == 1) {
+      place_once(group, std::move(shapes));
+      continue;
+    }
+    SceneDescription& scene = scene_.scene;
+    const auto object = static_cast<int>(scene.objects.size());
+    scene.objects.push_back({"mesh " + std::to_string(key.first), std::move(shapes)});
+    for (const Place& place : group.places) {
+      InstanceDescription instance;
+      instance.object = object;
+      set_way(place, {scene_.name, 1, 1}, &instance.object_to_world, &instance.moves_to);
+      scene.instances.push_back(instance);
+    }
+  }
+}
+
+}  // namespace lightmill
