@@ -144,6 +144,9 @@ struct LightDescription {
   LightKind kind;
   SourceLocation location;
   int medium = -1;  // that it stands in, or that lies between the scene and a light at infinity
+  /// Of a point, spot or distant light of no width that moves while the shutter is open: it at even times
+  /// after that of `kind`, up to the closing; a power of two of them. Positions and axes go straight between.
+  std::vector<LightKind> later = {};
 };
 
 // --- camera, film, sampling -----------------------------------------------------------------------

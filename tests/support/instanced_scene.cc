@@ -97,6 +97,28 @@ std::shared_ptr<const TriangleMesh> still_mesh(const TriangleMesh& mesh, double 
   return std::make_shared<const TriangleMesh>(std::move(out));
 }
 
+/// A point or spot light that moves as it is at `time`.
+LightKind still_light(const LightDescription& light, double time) {
+  const double along = time * static_cast<double>(light.later.size());
+  const size_t step = std::min(static_cast<size_t>(along), light.later.size() - 1);
+  const double f = along - static_cast<double>(step);
+  LightKind out = step == 0 ? light.kind : light.later[step - 1];
+  const LightKind& next = light.later[step];
+  const auto between = [&](const Vec3d& a, const Vec3d& b) {
+    return Vec3d{a.x + (b.x - a.x) * f, a.y + (b.y - a.y) * f, a.z + (b.z - a.z) * f};
+  };
+  if (auto* point = std::get_if<PointLight>(&out))
+    point->position = between(point->position, std::get<PointLight>(next).position);
+  if (auto* spot = std::get_if<SpotLight>(&out)) {
+    const auto& to = std::get<SpotLight>(next);
+    spot->position = between(spot->position, to.position);
+    const Vec3d d = between(spot->direction, to.direction);
+    const double n = length(d);
+    spot->direction = {d.x / n, d.y / n, d.z / n};
+  }
+  return out;
+}
+
 }  // namespace
 
 SceneDescription still_at(const SceneDescription& scene, double time) {
@@ -116,6 +138,10 @@ SceneDescription still_at(const SceneDescription& scene, double time) {
   }
   for (InstanceDescription& i : out.instances) stop(&i.object_to_world, &i.moves_to);
   stop(&out.camera.camera_to_world, &out.camera.moves_to);
+  for (LightDescription& l : out.lights) {
+    if (!l.later.empty()) l.kind = still_light(l, time);
+    l.later.clear();
+  }
   out.later.clear();
   out.between.clear();
   return out;

@@ -288,14 +288,7 @@ void GltfMeshes::add(const GltfValue& primitive, const GltfBending* bending,
     const GltfDeformer deformer(scene_, buffers_, root_, primitive, used, optional, positions->count(),
                                 bending->still.joints.size());
     result.skinned = deformer.skinned();
-    if (result.surface.area_light >= 0 && bending->moves) {
-      scene_.warning(primitive.pointer(), "shines and bends; it is as it is at the picture's time");
-      GltfBending still = *bending;
-      still.moves = false;
-      bend(primitive, deformer, still, mesh.get());
-    } else {
-      bend(primitive, deformer, *bending, mesh.get());
-    }
+    bend(primitive, deformer, *bending, mesh.get());
   }
   const bool had_triangles = !mesh->triangles.empty();
   const MeshRepairs repairs = mend_values(mesh.get());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/scene/gltf/view.h"
 #include "common/scene/transform.h"
@@ -106,9 +107,19 @@ void GltfNodes::add_light(size_t index, const GltfValue& node, const Transform& 
   const int light = punctual->index_or_none("light", lights, "light");
   if (light < 0) punctual->fail("needs \"light\"");
   const GltfValue value = extension->require("lights")[static_cast<size_t>(light)];
-  scene_.scene.lights.push_back({gltf_light(value, to_world), scene_.where(value.pointer())});
-  if (way_of(index).size() > 1)
-    scene_.unsupported(node.pointer(), "a light that moves while the shutter is open; it stands still");
+  const std::vector<Transform> way = way_of(index);
+  LightDescription out{gltf_light(value, to_world), scene_.where(value.pointer())};
+  const GltfScene::Quiet quiet(scene_);  // what is wrong with it has been said
+  for (size_t i = 0; i < way.size(); ++i) {
+    const bool flat = !is_in_range(way[i]) || is_singular(way[i]);
+    const LightKind here = flat ? out.kind : gltf_light(value, way[i]);
+    if (i == 0) {
+      out.kind = here;
+    } else {
+      out.later.push_back(here);
+    }
+  }
+  scene_.scene.lights.push_back(std::move(out));
 }
 
 std::vector<Transform> GltfNodes::way_of(size_t index) {

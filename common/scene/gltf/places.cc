@@ -90,13 +90,8 @@ void GltfNodes::place_once(const Group& group, std::vector<ShapeDescription> sha
       s.object_to_world = group.carried;
     } else {
       if (is_singular(place.to_world)) continue;
-      const bool stands = moves_to >= 0 && s.area_light >= 0;
-      if (stands) {
-        scene_.problems->unsupported(
-            s.location, "a mesh that shines and moves while the shutter is open; it stands still");
-      }
-      s.object_to_world = stands ? place.to_world : begin;
-      s.moves_to = stands ? -1 : moves_to;
+      s.object_to_world = begin;
+      s.moves_to = moves_to;
     }
     scene_.scene.shapes.push_back(std::move(s));
   }

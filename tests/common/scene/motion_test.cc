@@ -180,12 +180,21 @@ TEST_F(MovingThings, SpheresUnderAStretchAtEitherEndAreMeshes) {
   EXPECT_NEAR(s.later.at(static_cast<size_t>(s.shapes[0].moves_to)).m[1][1], 6, 1e-6);
 }
 
+TEST_F(MovingThings, MeshesThatEmitMove) {
+  const LoadResult r =
+      load_world("AreaLightSource \"diffuse\" ActiveTransform EndTime Translate 1 0 0\nShape \"disk\"");
+  EXPECT_EQ(listed(r), "");
+  ASSERT_EQ(r.scene.shapes.size(), 1u);
+  EXPECT_GE(r.scene.shapes[0].area_light, 0);
+  EXPECT_GE(r.scene.shapes[0].moves_to, 0);
+}
+
 TEST_F(MovingThings, WhatCannotMoveStays) {
   const std::pair<const char*, const char*> cases[] = {
       {"ActiveTransform EndTime Translate 1 0 0\nLightSource \"point\"", "a light that moves"},
       {"ActiveTransform EndTime Translate 1 0 0\nTexture \"t\" \"float\" \"constant\"", "a texture's space"},
       {"AreaLightSource \"diffuse\" ActiveTransform EndTime Translate 1 0 0\nShape \"sphere\"",
-       "an area light that moves"},
+       "an emitting sphere that moves"},
   };
   for (const auto& [text, message] : cases) {
     const LoadResult r = load_world(text);

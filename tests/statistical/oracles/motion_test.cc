@@ -108,6 +108,74 @@ TEST(MotionBlur, IsTheMeanOfStillsToEveryEstimator) {
   EXPECT_FALSE(images_agree(by_pt, render(still_at(room, 0.5), pt)));
 }
 
+/// A room whose lamps move: one that passes and turns, one that bends, an instance, a spot light that swings
+/// and a point light, and a ball that casts shadows.
+TestScene room_of_moving_lamps() {
+  TestScene s = cornell_room();
+  s.film(24, 24);
+  const int black = s.diffuse(0), grey = s.diffuse(0.6f);
+  s.scene.shapes.pop_back();  // the lamp of the room
+  s.scene.area_lights.clear();
+  s.scene.area_lights.push_back({{9, 8, 6}});
+  s.scene.area_lights.push_back({{2, 4, 7}, true});
+  const auto lamp = [&](const std::shared_ptr<const TriangleMesh>& mesh, int light, const Transform& at) {
+    ShapeDescription d;
+    d.kind = MeshShape{mesh};
+    d.material = black;
+    d.area_light = light;
+    d.object_to_world = at;
+    return d;
+  };
+  const auto pane = std::make_shared<TriangleMesh>();
+  pane->positions = {{-1, 0, -1}, {1, 0, -1}, {1, 0, 1}, {-1, 0, 1}};
+  pane->triangles = {{0, 1, 2}, {0, 2, 3}};
+  const Transform first = translation({-0.5, 0.8, 0}) * scaling({0.2, 0.2, 0.2});
+  s.scene.shapes.push_back(lamp(pane, 0, first));
+  s.scene.shapes.back().moves_to =
+      ends_at(&s, translation({0.5, 0.7, 0.4}) * rotation(70, {1, 0, 0.3}) * scaling({0.3, 0.2, 0.1}));
+  s.scene.shapes.push_back(lamp(bending(*pane, 4,
+                                        [](const Vec3f& p, double time) {
+                                          const auto by = static_cast<float>(time * (2 - time));
+                                          return Vec3f{p.x * (1 + by), p.y + by * p.x, p.z - by};
+                                        }),
+                                1, translation({0.5, -0.3, 0.2}) * scaling({0.15, 0.15, 0.15})));
+  const int o = begin_object(&s, "o");
+  s.scene.objects.back().shapes.push_back(lamp(ball_mesh(0.1, 8), 1, translation({0.2, 0, 0})));
+  instance(&s, o, translation({-0.7, -0.4, -0.2}));
+  s.scene.instances.back().moves_to = ends_at(&s, translation({-0.4, 0.2, -0.2}) * rotation(120, {0, 1, 0}));
+  LightDescription spot{SpotLight{{2, 1.5f, 1}, {0.3, 0.9, -0.5}, {0, -1, 0}, 20, 40}};
+  spot.later = {SpotLight{{2, 1.5f, 1}, {0.3, 0.9, 0}, {0.6, -0.8, 0}, 20, 40},
+                SpotLight{{2, 1.5f, 1}, {0.1, 0.6, 0.2}, {0, -0.8, 0.6}, 20, 40}};
+  s.scene.lights.push_back(spot);
+  LightDescription point{PointLight{{0.2f, 0.5f, 0.3f}, {-0.8, -0.8, -0.6}}};
+  point.later = {PointLight{{0.2f, 0.5f, 0.3f}, {0.8, -0.6, -0.6}}};
+  s.scene.lights.push_back(point);
+  ShapeDescription& ball = s.scene.shapes.emplace_back();
+  ball.kind = SphereShape{0.25f};
+  ball.material = grey;
+  ball.object_to_world = translation({0, -0.6, 0.2});
+  return s;
+}
+
+TEST(MotionBlur, LampsThatMoveAreTheMeanOfStillsToEveryEstimator) {
+  const SceneDescription room = room_of_moving_lamps().scene;
+  const RenderScene built = build_scene(room);
+  ASSERT_EQ(built.ways.size(), 3u);
+  ASSERT_TRUE(built.lights.any_moving());
+  const RenderSettings pt = settings_of(room, Integrator::kPt), bdpt = settings_of(room, Integrator::kBdpt),
+                       lt = settings_of(room, Integrator::kLt, 8192);
+  const Batches by_pt = render(room, pt), by_bdpt = render(room, bdpt);
+  const Batches stills = mean_of_stills(room, pt);
+  EXPECT_TRUE(images_agree(by_pt, stills));
+  EXPECT_TRUE(images_agree(by_bdpt, stills));
+  EXPECT_TRUE(images_agree(render(room, lt), stills, {.max_excluded = 0.4}));
+  RenderSettings hits = pt;
+  hits.plan = SamplingPlan{.strategies = kEmissionHits | kNextEvent | kLightTracing};
+  EXPECT_TRUE(images_agree(render(room, hits), stills));
+  // It can fail.
+  EXPECT_FALSE(images_agree(by_pt, render(still_at(room, 0.5), pt)));
+}
+
 // Under a sky, where all that matters is what a turning blade hides when.
 TEST(MotionBlur, ATurningBladeIsTheMeanOfStills) {
   TestScene s;

@@ -47,8 +47,9 @@ inline MaskOf<F> outside_sphere(const Vec3<F>& center, F radius, const Vec3<F>& 
 /// Infinite lights: per unit solid angle.
 template <class F, bool kAnyLight = true>
 inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
-                             const Vec3<F>& wi, F distance2, F cos_light) {
-  const LightRecord<F> r(lights, light);
+                             const Vec3<F>& wi, F distance2, F cos_light, F time = F{}) {
+  LightRecord<F> r(lights, light);
+  if constexpr (kAnyLight) r.move_to(lights, light, time);
   const IntOf<F> type = gather(lights.type.data(), light);
   F pdf = 1.0f / r.scalar(kLightArea);
   if (lights.any_sphere) {
@@ -99,9 +100,9 @@ inline F direct_selection(const LightTable& lights, IntOf<F> light, const Vec3<F
 /// direct_pdf_of_light times the probability of selecting the light.
 template <class F, bool kAnyLight = true>
 inline F direct_pdf_area(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
-                         const Vec3<F>& wi, F distance2, F cos_light,
-                         MaskOf<F> active = splat_mask<F>(true)) {
-  return direct_pdf_of_light<F, kAnyLight>(lights, light, reference, wi, distance2, cos_light) *
+                         const Vec3<F>& wi, F distance2, F cos_light, MaskOf<F> active = splat_mask<F>(true),
+                         F time = F{}) {
+  return direct_pdf_of_light<F, kAnyLight>(lights, light, reference, wi, distance2, cos_light, time) *
          direct_selection<F, kAnyLight>(lights, light, reference, active);
 }
 
@@ -156,15 +157,16 @@ inline IntOf<F> select_direct(const LightTable& lights, const Vec3<F>& reference
 /// image, and extends `u_select` if there is a light tree; else it is not used. Where one of several lights
 /// is chosen by power alone, what is left of `u_select` replaces `u`, so `u_select` may be that coordinate
 /// itself. Then each light has stratified points. A number of its own for the choice would give it any of the
-/// points that are stratified together. Of a volume light only `light` and `selection` are of use
-/// (pipeline/connections/volume_light_sampling.h).
+/// points that are stratified together. Lights that move are where they are at `time`. Of a volume light only
+/// `light` and `selection` are of use (pipeline/connections/volume_light_sampling.h).
 template <class F, bool kAnyLight = true>
 inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& reference, F u_select, F texel,
-                                     F u, F v) {
+                                     F u, F v, F time = F{}) {
   DirectSample<F> s;
   F selection;
   const IntOf<F> light = select_direct<F, kAnyLight>(lights, reference, u_select, texel, &selection, &u);
-  const LightRecord<F> r(lights, light);
+  LightRecord<F> r(lights, light);
+  if constexpr (kAnyLight) r.move_to(lights, light, time);
   const IntOf<F> type = gather(lights.type.data(), light);
   s.light = light;
   s.selection = selection;
@@ -242,7 +244,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
   s.infinite = splat_mask<F>(false);
   const F safe_cos = select(MaskOf<F>(s.cos_light > 0.0f), s.cos_light, splat<F>(1.0f));
   s.pdf = direct_pdf_of_light<F, kAnyLight>(lights, light, reference, s.wi,
-                                            select(apart, s.distance2, splat<F>(1.0f)), safe_cos) *
+                                            select(apart, s.distance2, splat<F>(1.0f)), safe_cos, time) *
           selection * s.distance2 / safe_cos;
   if (kAnyLight && lights.any_infinite()) {
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
@@ -292,7 +294,7 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
     s.cos_light = select(s.infinite, splat<F>(1.0f), s.cos_light);
     s.pdf = select(s.infinite, selection * pdf, s.pdf);
   }
-  s.pdf_emission = emission_pdf<F, kAnyLight>(lights, light, reference, s.wi, s.cos_light);
+  s.pdf_emission = emission_pdf<F, kAnyLight>(lights, light, reference, s.wi, s.cos_light, time);
   return s;
 }
 

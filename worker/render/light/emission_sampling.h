@@ -20,10 +20,11 @@ struct EmissionSample {
 
 template <class F, bool kAnyLight = true>
 inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F texel, F pu, F pv, F du,
-                                         F dv) {
+                                         F dv, F time = F{}) {
   EmissionSample<F> s;
   s.light = select_light(lights, u_select);
-  const LightRecord<F> r(lights, s.light);
+  LightRecord<F> r(lights, s.light);
+  if constexpr (kAnyLight) r.move_to(lights, s.light, time);
   const IntOf<F> type = gather(lights.type.data(), s.light);
   const EmitterPoint<F> p =
       emitter_point<F>(lights, r, type, pu, pv, [&] { return square_to_sphere(pu, pv); });
@@ -119,7 +120,7 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
     }
     radiance = select(mask_and(guide.mask, d.lost), Vec3<F>{}, radiance);
   }
-  s.pdf = emission_pdf<F, kAnyLight>(lights, s.light, s.point, -s.direction, s.cos_light);
+  s.pdf = emission_pdf<F, kAnyLight>(lights, s.light, s.point, -s.direction, s.cos_light, time);
   if (kAnyLight && lights.any_texels())
     s.pdf = select(MaskOf<F>(of_texel > 0.0f), of_texel * r.scalar(kLightSelect), s.pdf);
   const F cos_over_pdf = s.cos_light / s.pdf;

@@ -20,12 +20,28 @@ struct LightRecord {
   IntOf<F> offset;
   LightRecord(const LightTable& lights, IntOf<F> index)
       : base(lights.records.data()), offset(index * kLightFloats) {}
+  LightRecord(const LightRecord&) = delete;
+  LightRecord& operator=(const LightRecord&) = delete;
+  /// Goes on to what it is at `time` in [0, 1], for lights that move.
+  void move_to(const LightTable& lights, IntOf<F> index, F time) {
+    if (!lights.any_moving()) return;
+    int32_t first[kWidth<F>];
+    for (int l = 0; l < kWidth<F>; ++l) {
+      first[l] = l * kLightFloats;
+      lights.record_at(lane(index, l), lane(time, l), moved_ + first[l]);
+    }
+    base = moved_;
+    offset = load_int<F>(first);
+  }
   F scalar(int slot) const { return gather(base + slot, offset); }
   Vec3<F> vec(int slot) const {
     F r[3];
     load_triples(base + slot, offset, r);
     return {r[0], r[1], r[2]};
   }
+
+ private:
+  alignas(32) float moved_[kWidth<F> * kLightFloats + 4];  // vector loads read past the last one
 };
 
 /// Spot falloff. It takes 1 - the cosine between the axis and the direction of emission, as cosines of narrow
@@ -219,8 +235,9 @@ inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<
 /// normal.
 template <class F, bool kAnyLight = true>
 inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& at, const Vec3<F>& wi,
-                      F cos_light) {
-  const LightRecord<F> r(lights, light);
+                      F cos_light, F time = F{}) {
+  LightRecord<F> r(lights, light);
+  if constexpr (kAnyLight) r.move_to(lights, light, time);
   const IntOf<F> type = gather(lights.type.data(), light);
   F pdf = cos_light * kInvPi / (r.scalar(kLightArea) * (1.0f + r.scalar(kLightTwoSided)));
   if (kAnyLight && lights.any_delta) {

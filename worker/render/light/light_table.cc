@@ -95,6 +95,58 @@ void LightTable::add(LightType light_type, const std::array<float, kLightFloats>
   powers_.push_back(power);
 }
 
+namespace {
+
+/// Makes normal, axis and area fit the rest of a record. Normals keep their side.
+void mend_record(LightType type, float* r) {
+  float* n = r + kLightN;
+  if (type == kTriangleLight) {
+    const float *a = r + kLightE1, *b = r + kLightE2;
+    const float c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    const float length = std::sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
+    if (!(length > 0)) return;
+    const float side = n[0] * c[0] + n[1] * c[1] + n[2] * c[2] < 0 ? -1.0f : 1.0f;
+    for (int i = 0; i < 3; ++i) n[i] = side * c[i] / length;
+    r[kLightArea] = 0.5f * length;
+    return;
+  }
+  const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  for (int i = 0; length > 0 && i < 3; ++i) n[i] /= length;
+}
+
+}  // namespace
+
+void LightTable::record_at(int32_t light, float time, float* record) const {
+  const auto i = static_cast<size_t>(light);
+  std::copy_n(&records[i * kLightFloats], kLightFloats, record);
+  const MovingLight& m = moving[i];
+  if (m.segments == 0) return;
+  const float at = time * static_cast<float>(m.segments);  // exact: a power of two
+  const int32_t step = std::min(static_cast<int32_t>(at), m.segments - 1);
+  const float f = at - static_cast<float>(step);
+  const float* from = &moving_steps[(m.first + static_cast<size_t>(step)) * kMovingFloats];
+  for (int k = 0; k < kMovingFloats; ++k) record[k] = from[k] + (from[k + kMovingFloats] - from[k]) * f;
+  mend_record(type[i], record);
+}
+
+void LightTable::set_moving(int32_t light, const std::vector<float>& steps) {
+  const auto i = static_cast<size_t>(light);
+  float* record = &records[i * kLightFloats];
+  moving.resize(type.size());
+  moving[i] = {moving_steps.size() / kMovingFloats, static_cast<int32_t>(steps.size() / kMovingFloats) - 1};
+  moving_steps.insert(moving_steps.end(), steps.begin(), steps.end());
+  const double area = double{record[kLightArea]};
+  std::copy_n(steps.begin(), kMovingFloats, record);
+  mend_record(type[i], record);
+  if (type[i] == kTriangleLight) powers_[i] *= double{record[kLightArea]} / area;
+}
+
+void LightTable::darken(int32_t light) {
+  const auto i = static_cast<size_t>(light);
+  std::fill_n(&records[i * kLightFloats + kLightRadiance], 3, 0.0f);
+  powers_[i] = 0;
+}
+
 void LightTable::add_pattern(const EmitterPattern& pattern) {
   pattern_of.resize(type.size(), -1);
   pattern_of.back() = static_cast<int32_t>(patterns.size());
@@ -121,6 +173,7 @@ std::vector<double> guarded(const std::vector<double>& powers) {
 
 void LightTable::finish() {
   if (!patterns.empty()) pattern_of.resize(type.size(), -1);
+  if (!moving.empty()) moving.resize(type.size());
   choose_emitters_by(guarded(powers_));
   direct_keep = alias_keep;
   direct_alias = alias;
@@ -143,6 +196,28 @@ void LightTable::choose_emitters_by(const std::vector<double>& weights) {
     records[i * kLightFloats + kLightSelect] = static_cast<float>(probability[i]);
 }
 
+/// To what the light takes up on its way, where it may shine to all sides.
+void LightTable::widen(size_t light, LightBound* bound) const {
+  const MovingLight& m = moving[light];
+  std::array<float, kLightFloats> record;
+  std::copy_n(&records[light * kLightFloats], kLightFloats, record.begin());
+  for (size_t step = 0; step <= static_cast<size_t>(m.segments); ++step) {
+    std::copy_n(&moving_steps[(m.first + step) * kMovingFloats], kMovingFloats, record.begin());
+    const LightBound there = bound_of(type[light], record.data(), powers_[light]);
+    for (size_t i = 0; i < 3; ++i) {
+      bound->lo[i] = std::min(bound->lo[i], there.lo[i]);
+      bound->hi[i] = std::max(bound->hi[i], there.hi[i]);
+    }
+  }
+  double diagonal2 = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    bound->center[i] = 0.5 * (bound->lo[i] + bound->hi[i]);
+    diagonal2 += (bound->hi[i] - bound->lo[i]) * (bound->hi[i] - bound->lo[i]);
+  }
+  bound->radius = 0.5 * std::sqrt(diagonal2);
+  bound->cos_emission = -1;
+}
+
 void LightTable::build_tree() {
   std::vector<LightBound> bounds;
   std::vector<double> far;
@@ -152,6 +227,7 @@ void LightTable::build_tree() {
       far.push_back(powers_[i]);
     } else if (powers_[i] > 0) {
       bounds.push_back(bound_of(type[i], &records[i * kLightFloats], powers_[i]));
+      if (any_moving() && moving[i].segments > 0) widen(i, &bounds.back());
       bounds.back().light = static_cast<int32_t>(i);
     }
   }

@@ -64,6 +64,15 @@ enum LightSlot {
   kLightDirectSelect = 19
 };
 
+/// Slots of the record of a light that moves which change: the first ones. Its steps have them at even times.
+inline constexpr int kMovingFloats = 12;
+/// A light that moves or bends while the shutter is open: `segments` + 1 steps. Between two, floats change
+/// evenly; normals, axes and areas follow from them.
+struct MovingLight {
+  size_t first = 0;      // index into LightTable::moving_steps
+  int32_t segments = 0;  // a power of two; 0: it stands
+};
+
 /// What varies over an emitter's surface.
 struct EmitterPattern {
   int texture = -1;         // multiplies the radiance
@@ -112,6 +121,8 @@ struct LightTable {
   SharedList<VolumeLight> volumes;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly
   std::vector<int32_t> pattern_of;       // per light: index into patterns, or -1; empty if there are none
+  std::vector<MovingLight> moving;       // per light; empty if none moves
+  std::vector<float> moving_steps;       // kMovingFloats each
   bool any_delta = false;                // lights at a point or distant ones present
   bool any_spot = false;
   bool any_sun = false;  // infinite lights that fill a cone
@@ -138,6 +149,14 @@ struct LightTable {
   void add(LightType light_type, const std::array<float, kLightFloats>& record, double power);
   /// Gives the last light a pattern.
   void add_pattern(const EmitterPattern& pattern);
+  bool any_moving() const { return !moving.empty(); }
+  /// Lets light `light` move: kMovingFloats numbers for each of segments + 1 steps. An emitter's power is
+  /// that of the area that its record has until now; it gets that of its first step.
+  void set_moving(int32_t light, const std::vector<float>& steps);
+  /// Makes a light shine no more.
+  void darken(int32_t light);
+  /// The record of `light` at `time` in [0, 1].
+  void record_at(int32_t light, float time, float* record) const;
   /// Builds the selection tables. Call once after the last add().
   void finish();
   /// Makes light paths choose lights in proportion to `weights`.
@@ -145,6 +164,7 @@ struct LightTable {
 
  private:
   void build_tree();
+  void widen(size_t light, LightBound* bound) const;
   std::vector<double> powers_;
 };
 

@@ -123,7 +123,8 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
       const LaneInt light = h.path.light;
       const Lane cos_light = h.path.cos_light;
       h.v.dvcm = h.v.dvcm * direct_pdf_area<Lane, K::kLights>(context.lights, light, h.v.p, h.v.wo,
-                                                              h.distance2, cos_light, g.active);
+                                                              h.distance2, cos_light, g.active,
+                                                              light_times<K>(context.lights, paths, g.slot));
       LaneMask finite = splat_mask<Lane>(true);
       if (K::kLights && context.lights.any_infinite()) {
         const LaneInt type = gather(context.lights.type.data(), light);

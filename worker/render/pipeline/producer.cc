@@ -94,8 +94,8 @@ void light_paths(const StageContext& context, const LayerContext& layer, Wavefro
     stream.get_2d(kDimLightPosition, &pu, &pv);
     stream.get_2d(kDimLightDirection, &du, &dv);
     const Lane texel = K::kLights && lights.any_texels() ? stream.get_1d(kDimLightTexel) : Lane{};
-    EmissionSample<Lane> e =
-        sample_emission<Lane, K::kLights>(lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv);
+    EmissionSample<Lane> e = sample_emission<Lane, K::kLights>(
+        lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv, light_times<K>(lights, paths, slot));
     if (K::kLights && !lights.patterns.empty()) apply_pattern(context.scene, started, &e);
     LaneMask seen = started;
     if (K::kMedia && !lights.volumes.empty()) {

@@ -11,6 +11,7 @@
 #include "worker/render/scene/geometry/geometry_builder.h"
 #include "worker/render/scene/geometry/instancing.h"
 #include "worker/render/scene/lights/emitter_builder.h"
+#include "worker/render/scene/lights/emitter_steps.h"
 #include "worker/render/scene/lights/normalised_light.h"
 #include "worker/render/scene/lights/volume_lights.h"
 #include "worker/render/scene/materials/bump.h"
@@ -72,6 +73,7 @@ class SceneBuilder {
     add_object_spheres();
     add_instances();
     geometry_->finish_bends();
+    move_emitters();
     set_times();
     emitters_.report();
     geometry_->report();
@@ -171,6 +173,7 @@ class SceneBuilder {
     out_.objects.resize(split_.objects.size());
     in_objects([&](const InstancedObject& from, ObjectRange& range) {
       range.first_mesh = out_.meshes.size();
+      first_emitter_.push_back(geometry_->object_emitters().size());
       geometry_->add_meshes(from.shapes);
       range.mesh_count = out_.meshes.size() - range.first_mesh;
     });
@@ -238,6 +241,24 @@ class SceneBuilder {
     }
   }
 
+  /// Takes the lights of objects to where their one instance has them.
+  void move_emitters() {
+    const std::vector<ObjectEmitter>& emitters = geometry_->object_emitters();
+    first_emitter_.push_back(emitters.size());
+    std::vector<bool> placed(split_.objects.size(), false);
+    for (int32_t i = 0; i < out_.instance_count(); ++i) {
+      const auto object = static_cast<size_t>(out_.instance_object[static_cast<size_t>(i)]);
+      placed[object] = true;
+      for (size_t e = first_emitter_[object]; e < first_emitter_[object + 1]; ++e)
+        out_.lights.set_moving(emitters[e].light, emitter_steps(out_, emitters[e], i));
+    }
+    for (size_t object = 0; object < placed.size(); ++object) {
+      if (placed[object]) continue;
+      for (size_t e = first_emitter_[object]; e < first_emitter_[object + 1]; ++e)
+        out_.lights.darken(emitters[e].light);
+    }
+  }
+
   void set_times() {
     out_.camera_motion = camera_motion_of(in_, out_.scale_exponent);
     const ShutterDescription& shutter = in_.shutter;
@@ -278,6 +299,7 @@ class SceneBuilder {
   SplitScene split_;
   std::vector<const ShapeDescription*> world_, shapes_;  // in normalised space; and those of objects, too
   std::vector<double> object_area_, object_moved_, object_rounding_;  // in the object's space
+  std::vector<size_t> first_emitter_;                                 // of each object, and their number
   int threads_;
   bool normalised_light_;
   uint64_t kinds_ = 0, joined_kinds_ = 0;

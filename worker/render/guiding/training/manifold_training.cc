@@ -144,6 +144,8 @@ void train_manifold_seeds(const StageContext& context, int threads, RenderScene*
                           MissingLight* missing) {
   // In media, segments are not simply free or blocked.
   if (scene->any_media()) return;
+  // Nor do walks know times.
+  if (context.lights.any_moving()) return;
   const MissingShare share = missing->up_to(2 * kPhotonDepth);
   if (!(share.never + share.seldom >= kMissing || share.noise >= kNoisy)) return;
   std::vector<Photon> photons;

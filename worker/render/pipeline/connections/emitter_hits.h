@@ -4,6 +4,7 @@
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/pipeline/connections/manifold_next_event.h"
 #include "worker/render/pipeline/paths/path_radiance.h"
+#include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/paths/path_vertex.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/scene/lights/emitter_pattern.h"
@@ -68,17 +69,19 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
   Vec3<Lane> radiance = emitted_radiance(lights, light, h.v.ng, h.v.wo);
   if (K::kLights && !lights.patterns.empty())
     radiance = radiance * hit_pattern(scene, light, emits, h.u, h.tv, h.v.p);
+  const Lane time = light_times<K>(lights, w.paths, h.v.path);
   Lane w_other{}, p_emission{};
   if (depth > 1) {
     if (context.on(kNextEvent)) {
       w_other = direct_pdf_area<Lane, K::kLights>(lights, light, h.path.origin, -h.v.wo, h.distance2,
-                                                  h.cos_in, emits) *
+                                                  h.cos_in, emits, time) *
                 h.v.dvcm;
     }
     if (weigh_connections)
-      p_emission = emission_pdf<Lane, K::kLights>(lights, light, h.v.p, -h.v.wo, h.cos_in);
+      p_emission = emission_pdf<Lane, K::kLights>(lights, light, h.v.p, -h.v.wo, h.cos_in, time);
   } else if (context.on(kLightTracing)) {
-    const LightRecord<Lane> r(lights, light);
+    LightRecord<Lane> r(lights, light);
+    if constexpr (K::kLights) r.move_to(lights, light, time);
     w_other = r.scalar(kLightSelect) / r.scalar(kLightArea) * h.v.dvcm;  // M10
   }
   const Lane mis = mis_weight(Lane{}, weigh_connections ? w_other + p_emission * h.v.dvc : w_other);

@@ -4,6 +4,7 @@
 #include "worker/render/pipeline/connections/joined_vertices.h"
 #include "worker/render/pipeline/connections/shadow_queue.h"
 #include "worker/render/pipeline/connections/splat_target.h"
+#include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/shadow_caster.h"
 
 namespace lightmill {
@@ -107,7 +108,8 @@ void emitter_to_lens(const StageContext& context, const LayerContext& layer, Lan
   Vec3<Lane> radiance = emitted_radiance(context.lights, e.light, e.normal, to_camera);
   if (K::kLights && !context.lights.patterns.empty()) radiance = radiance * e.pattern;
   // Density of the point alone: selection / area.
-  const LightRecord<Lane> r(context.lights, e.light);
+  LightRecord<Lane> r(context.lights, e.light);
+  if constexpr (K::kLights) r.move_to(context.lights, e.light, light_times<K>(context.lights, w.paths, slot));
   const Lane inv_pdf = r.scalar(kLightArea) / r.scalar(kLightSelect);
   const Lane p_camera = lens.density * abs(dot(e.normal, to_camera));
   Lane w_hit{};

@@ -6,6 +6,7 @@
 #include "worker/render/pipeline/connections/joined_vertices.h"
 #include "worker/render/pipeline/connections/shadow_queue.h"
 #include "worker/render/pipeline/connections/volume_light_sampling.h"
+#include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/scene/lights/emitter_pattern.h"
 
@@ -30,7 +31,8 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     const Lane texel = !K::kLights || (lights.environments.empty() && lights.tree.empty())
                            ? Lane{}
                            : stream.get_1d(vertex_dim(depth, kDimNeeTexel));
-    DirectSample<Lane> d = sample_direct<Lane, K::kLights>(lights, v.p, pick, texel, lu, lv);
+    DirectSample<Lane> d = sample_direct<Lane, K::kLights>(lights, v.p, pick, texel, lu, lv,
+                                                           light_times<K>(lights, w.paths, v.path));
     if (K::kLights && !lights.patterns.empty()) apply_pattern(context.scene, g.active, &d);
     LaneInt volume{};
     if (K::kMedia && !lights.volumes.empty())

@@ -29,6 +29,11 @@ inline Lane times_of_paths(const StageContext& context, const LayerContext& laye
 inline Lane times_of_slots(const RenderScene& scene, const Paths& paths, LaneInt slot) {
   return scene.any_moving() ? gather(paths.time, slot) : Lane{};
 }
+/// The same, to ask where lights are.
+template <class K>
+inline Lane light_times(const LightTable& lights, const Paths& paths, LaneInt slot) {
+  return K::kLights && lights.any_moving() ? gather(paths.time, slot) : Lane{};
+}
 /// The times that Accel gets; null if nothing moves.
 inline const float* times_of_rays(const RenderScene& scene, const Paths& paths) {
   return scene.any_moving() ? paths.time : nullptr;

@@ -256,6 +256,9 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, const Ra
        : scene.any_moving()
            ? text(scene.ways.size()) + " instance(s) or shape(s) move on " +
                  text(scene.poses.size() / kPoseFloats - scene.ways.size()) + " straight segment(s)" +
+                 (scene.any_bending() ? ", " + text(scene.bends.size() - 1) + " of them mesh(es) that bend"
+                                      : "") +
+                 (scene.lights.any_moving() ? "; some light moves" : "") +
                  (scene.camera_motion.moves ? ", and so does the camera" : "")
            : "the camera moves",
        "a time per path, and a transform that is made anew for every ray that meets what moves");

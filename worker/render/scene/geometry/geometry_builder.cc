@@ -245,10 +245,15 @@ void GeometryBuilder::add_mesh(const ShapeDescription& s, const PlacedMesh& plac
     if (s.area_light >= 0) {
       const TriangleArea exact = unrounded(m, mesh, t);
       const EmittingTriangle emitter{i, exact.normal, exact.area, flags, unseen || is_unseen_emitter(s)};
-      if (emitters_.is_copy(s, emitter)) continue;
+      if (!in_object() && emitters_.is_copy(s, emitter)) continue;
       const bool dark = emitter.area < kLeastLightArea;
       too_small += dark;
       if (!dark) light = emitters_.add_triangle(s, emitter);
+      if (in_object() && light >= 0) {
+        ObjectEmitter& e = object_emitters_.emplace_back(ObjectEmitter{light, {i[0], i[1], i[2]}, {}});
+        if (steps > 1)
+          e.bend = {static_cast<int32_t>(mesh.positions.size()), static_cast<int32_t>(steps) - 1};
+      }
     }
     if (unseen || is_unseen_emitter(s)) continue;
     out_.surface_area += area;

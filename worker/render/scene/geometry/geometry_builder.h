@@ -16,6 +16,13 @@
 
 namespace lightmill {
 
+/// A triangle of an object that emits. Its light's record is in the object's space until its place is known.
+struct ObjectEmitter {
+  int32_t light = -1;
+  std::array<int32_t, 3> vertices{};
+  MeshBend bend;
+};
+
 class GeometryBuilder {
  public:
   /// The arguments must outlive the builder.
@@ -47,6 +54,8 @@ class GeometryBuilder {
   /// Gives `sides` to the lights that were added since the last call.
   void surround_lights(int32_t sides);
 
+  /// All that there are, in the order of their objects.
+  const std::vector<ObjectEmitter>& object_emitters() const { return object_emitters_; }
   /// Per material of the scene: whether some primitive is made of it.
   const std::vector<bool>& materials_in_use() const { return used_; }
 
@@ -61,7 +70,8 @@ class GeometryBuilder {
   bool is_of_fibres(const ShapeDescription& s) const;
   int32_t outwards(const MeshRange& range, bool reversed) const;
   /// Objects bend; what is copied into the world is as it is at first.
-  bool bends_here(const ShapeDescription& s) const { return !coincidence_.has_viewer && bends(s); }
+  bool in_object() const { return !coincidence_.has_viewer; }
+  bool bends_here(const ShapeDescription& s) const { return in_object() && bends(s); }
   void add_vertices(const ShapeDescription& s, const TriangleMesh& mesh);
   void add_block(const ShapeDescription& s, const TriangleMesh& mesh, const std::vector<Vec3f>& positions,
                  const std::vector<Vec3f>& normals);
@@ -86,6 +96,7 @@ class GeometryBuilder {
   double moved_ = 0;
   size_t faces_on_others_ = 0, spheres_on_others_ = 0;
   std::vector<SourceLocation> coincident_;  // the shapes
+  std::vector<ObjectEmitter> object_emitters_;
   bool keep_uvs_ = false;
   std::vector<bool> used_;
 };

@@ -90,6 +90,10 @@ void measure(InstancedObject* o) {
   o->exponent = size > 0 ? -std::ilogb(size) : 0;
 }
 
+bool is_sphere_emitter(const ShapeDescription& s) {
+  return s.area_light >= 0 && std::holds_alternative<SphereShape>(s.kind);
+}
+
 /// Appends copies of shapes to the world.
 class Flattener {
  public:
@@ -166,12 +170,14 @@ class Mover {
 
   Way way(const Transform& start, int moves_to) const { return {start, moves_to, in_}; }
   /// Builds objects of those of `shapes` that move, one for each way; their indices and first shapes.
-  std::vector<std::pair<size_t, const ShapeDescription*>> build(const std::vector<ShapeDescription>& shapes) {
+  /// `shared`: by several instances, so emitters are not among them.
+  std::vector<std::pair<size_t, const ShapeDescription*>> build(const std::vector<ShapeDescription>& shapes,
+                                                                bool shared) {
     // Those that bend where they are go together if they are in the same place.
     std::map<std::pair<int, Matrix>, size_t> by_way;
     std::vector<std::pair<size_t, const ShapeDescription*>> built;
     for (const ShapeDescription& s : shapes) {
-      if (!changes(s)) continue;
+      if (!changes(s) || (shared && s.area_light >= 0)) continue;
       const Matrix place = s.moves_to < 0 ? s.object_to_world.m : Matrix{};
       const auto [found, is_new] = by_way.try_emplace({s.moves_to, place}, out_.objects.size());
       if (is_new) {
@@ -185,6 +191,15 @@ class Mover {
     }
     for (const auto& [object, first] : built) measure(&out_.objects[object]);
     return built;
+  }
+  /// Builds an object of one shape alone, in which it is as `to_object` says.
+  size_t build_alone(const ShapeDescription& s, const Transform& to_object) {
+    ShapeDescription& own = out_.moving.emplace_back(s);
+    own.object_to_world = to_object;
+    own.moves_to = -1;
+    out_.objects.emplace_back().shapes.push_back(&own);
+    measure(&out_.objects.back());
+    return out_.objects.size() - 1;
   }
   /// One more occurrence of an object that moves by `links`.
   void place(size_t object, const std::vector<Way>& links) {
@@ -212,7 +227,11 @@ class Mover {
 
 bool bends(const ShapeDescription& shape) {
   const auto* mesh = std::get_if<MeshShape>(&shape.kind);
-  return mesh && !mesh->mesh->later.empty() && shape.area_light < 0;
+  return mesh && !mesh->mesh->later.empty();
+}
+
+bool changes(const ShapeDescription& shape) {
+  return (shape.moves_to >= 0 && !is_sphere_emitter(shape)) || bends(shape);
 }
 
 SplitScene split_instances(const SceneDescription& scene) {
@@ -250,11 +269,11 @@ SplitScene split_instances(const SceneDescription& scene) {
   }
   Flattener flattener(&out);
   Mover mover(scene, &out, &flattener);
-  for (const auto& [object, shape] : mover.build(scene.shapes))
+  for (const auto& [object, shape] : mover.build(scene.shapes, false))
     mover.place(object, {mover.way(shape->object_to_world, shape->moves_to)});
   std::vector<std::vector<std::pair<size_t, const ShapeDescription*>>> parts(count);  // of it that move
   for (size_t i = 0; i < count; ++i) {
-    if (uses[i] > 0) parts[i] = mover.build(scene.objects[i].shapes);
+    if (uses[i] > 0) parts[i] = mover.build(scene.objects[i].shapes, true);
   }
   for (const InstanceDescription& i : scene.instances) {
     const auto object = static_cast<size_t>(i.object);
@@ -270,7 +289,14 @@ SplitScene split_instances(const SceneDescription& scene) {
       out.instances.push_back({built[object], &i.object_to_world});
     }
     for (const ShapeDescription& s : scene.objects[object].shapes) {
-      if (!changes(s) && (!instanced || s.area_light >= 0)) flattener.add(s, i.object_to_world);
+      if (s.area_light >= 0 && !is_sphere_emitter(s) && (changes(s) || i.moves_to >= 0)) {
+        const size_t alone = mover.build_alone(s, s.moves_to >= 0 ? Transform{} : s.object_to_world);
+        std::vector<Way> links{mover.way(i.object_to_world, i.moves_to)};
+        if (s.moves_to >= 0) links.push_back(mover.way(s.object_to_world, s.moves_to));
+        mover.place(alone, links);
+      } else if (!changes(s) && (!instanced || s.area_light >= 0)) {
+        flattener.add(s, i.object_to_world);
+      }
     }
     out.flattened_instances += out.flattened.size() > before;
   }

@@ -5,6 +5,8 @@
 // instances whose matrix is too near to singular for float rays. Flattened is also what is cheaper so:
 // objects used once, and small ones, as long as all their copies together are few.
 //
+// Shapes that emit and move have an object for each of their places: each of its triangles is one light.
+//
 // What moves is an instance, too: shapes that move together are an object of their own. So are those that
 // bend, as if they moved, be it nowhere.
 #include <deque>
@@ -46,10 +48,11 @@ struct SplitScene {
   size_t flattened_instances = 0;           // that have something in `flattened`
 };
 
-/// A mesh that bends while the shutter is open; emitters do not.
+/// A mesh that bends while the shutter is open.
 bool bends(const ShapeDescription& shape);
-/// Whether a shape of its own, beside what its object does, is not all the time as it is at first.
-inline bool changes(const ShapeDescription& shape) { return shape.moves_to >= 0 || bends(shape); }
+/// Whether a shape of its own, beside what its object does, is not all the time as it is at first. Spheres
+/// that emit stand still.
+bool changes(const ShapeDescription& shape);
 
 /// The result has pointers into `scene`. Throws Error(kBadScene) if too much must be flattened.
 SplitScene split_instances(const SceneDescription& scene);

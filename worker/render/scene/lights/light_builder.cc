@@ -218,10 +218,32 @@ std::string place(const SourceLocation& where) {
   return where.file + ":" + std::to_string(where.line) + ":" + std::to_string(where.column) + ": ";
 }
 
+namespace {
+
+/// Gives the last light of `scene` its steps, as if each were a light of its own.
+void add_steps(const LightDescription& light, LightBuilder& builder, RenderScene* scene) {
+  LightTable lights = std::exchange(scene->lights, LightTable{});
+  const int32_t last = lights.count() - 1;
+  const float* record = &lights.records[static_cast<size_t>(last) * kLightFloats];
+  std::vector<float> steps(record, record + kMovingFloats);
+  for (const LightKind& kind : light.later) {
+    scene->lights = {};
+    std::visit([&](const auto& l) { builder.add(l); }, kind);
+    if (scene->lights.count() == 1) record = scene->lights.records.data();
+    steps.insert(steps.end(), record, record + kMovingFloats);
+  }
+  scene->lights = std::move(lights);
+  scene->lights.set_moving(last, steps);
+}
+
+}  // namespace
+
 void add_light(const LightDescription& light, RenderScene* scene) {
   LightBuilder builder(scene, light.location);
+  const int32_t before = scene->lights.count();
   try {
     std::visit([&](const auto& l) { builder.add(l); }, light.kind);
+    if (!light.later.empty() && scene->lights.count() == before + 1) add_steps(light, builder, scene);
   } catch (const Error& e) {
     if (light.location.file.empty()) throw;
     throw Error(e.kind(), place(light.location) + e.what());

@@ -149,10 +149,71 @@ TEST(Motion, WhatBendsIsAnObjectOfItsOwnWithABoxAroundAllSteps) {
   EXPECT_EQ(scene.bends.size(), 4u);
   EXPECT_EQ(scene.triangle_bend.size(), static_cast<size_t>(scene.triangle_count()));
   EXPECT_FALSE(build_scene(still_at(s.scene, 0.5)).any_bending());
-  // Emitters do not bend.
+}
+
+TEST(Motion, EmittersAreWhereTheirTrianglesAre) {
+  Random random(8);
+  TestScene s;
   s.scene.area_lights.push_back({{1, 1, 1}});
-  for (ShapeDescription& d : s.scene.shapes) d.area_light = 0;
-  EXPECT_FALSE(build_scene(s.scene).any_bending());
+  const int grey = s.diffuse(0.5f);
+  const auto add = [&](const std::shared_ptr<const TriangleMesh>& mesh, const Transform& start,
+                       const Transform& end) {
+    ShapeDescription d;
+    d.kind = MeshShape{mesh};
+    d.material = grey;
+    d.area_light = 0;
+    d.object_to_world = start;
+    if (start.m != end.m) d.moves_to = ends_at(&s, end);
+    return d;
+  };
+  const auto place = [&] {
+    return translation({random.between(-2, 2), random.between(-2, 2), random.between(5, 9)}) *
+           any_turn(random) * scaling({-0.5, 1, 0.7});
+  };
+  const Transform at = place();
+  s.scene.shapes.push_back(add(ball_mesh(1, 8), place(), place()));
+  s.scene.shapes.push_back(add(twisting_ball(8, 1), at, at));
+  s.scene.shapes.push_back(add(twisting_ball(8, 1), place(), place()));
+  const int o = begin_object(&s, "o");
+  s.scene.objects.back().shapes.push_back(
+      add(ball_mesh(1, 8), scaling({0.5, 0.5, 0.5}), scaling({0.5, 0.5, 0.5})));
+  for (int i = 0; i < 2; ++i) {
+    instance(&s, o, place());
+    s.scene.instances.back().moves_to = ends_at(&s, place());
+  }
+  s.camera({0, 0, 0}, {0, 0, 1}, 60);
+  const RenderScene scene = build_scene(s.scene);
+  ASSERT_EQ(scene.ways.size(), 5u);
+  ASSERT_TRUE(scene.lights.any_moving());
+  for (const float time : {0.0f, 0.3f, 0.5f, 1.0f}) {
+    double power = 0, still_power = 0;
+    const RenderScene still = build_scene(still_at(s.scene, double{time}));
+    for (int32_t prim = 0; prim < scene.triangle_count(); ++prim) {
+      const int32_t light = scene.primitive_light[static_cast<size_t>(prim)];
+      ASSERT_GE(light, 0);
+      float r[kLightFloats];
+      scene.lights.record_at(light, time, r);
+      power += double{r[kLightArea]};
+      // A ray that comes from before the triangle's middle meets it there, from the side that shines.
+      const Vec3<float> middle{r[0] + (r[3] + r[6]) / 3, r[1] + (r[4] + r[7]) / 3, r[2] + (r[5] + r[8]) / 3};
+      const Vec3<float> n{r[9], r[10], r[11]};
+      int32_t instance = 0;
+      for (int32_t i = 0; i < scene.instance_count(); ++i) {
+        const ObjectRange& range =
+            scene.objects[static_cast<size_t>(scene.instance_object[static_cast<size_t>(i)])];
+        const MeshRange& mesh = scene.meshes[range.first_mesh];
+        if (prim >= mesh.first_triangle && prim < mesh.first_triangle + mesh.triangle_count) instance = i;
+      }
+      const Surface<float> hit = surface_at<float>(scene, prim, instance, middle + n * 0.25f, -n, time);
+      const Vec3<float> off = hit.p - middle;
+      EXPECT_LT(std::sqrt(dot(off, off)), 2e-4f) << prim << " at " << time;
+      EXPECT_GT(dot(hit.ng, n), 0.999f) << prim;
+    }
+    for (int32_t i = 0; i < still.lights.count(); ++i)
+      still_power += double{still.lights.records[static_cast<size_t>(i) * kLightFloats + kLightArea]};
+    const double units = std::ldexp(1.0, 2 * (scene.scale_exponent - still.scale_exponent));
+    EXPECT_NEAR(power, still_power * units, 2e-3 * power);
+  }
 }
 
 TEST(Motion, SurfacesAreWhereAStillSceneHasThem) {
