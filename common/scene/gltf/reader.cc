@@ -148,8 +148,11 @@ SceneDescription read_gltf(const std::string& name, const FileSource& files, con
     GltfNodes nodes(out, buffers, meshes, tree, animations, root);
     nodes.visit_scene();
     const bool empty = out.scene.shapes.empty() && out.scene.instances.empty();
-    if (empty && options.environment.empty() && problems->errors() == 0)
-      throw GltfProblem{"/scenes", "the file shows nothing: none of its nodes has a mesh that can be seen"};
+    if (empty && options.environment.empty() && problems->errors() == 0) {
+      if (animations.empty())
+        throw GltfProblem{"/scenes", "the file shows nothing: none of its nodes has a mesh that can be seen"};
+      out.warning("/scenes", "nothing is seen at this time of the animation");
+    }
     choose_gltf_camera(out, nodes.cameras(), options.camera, nodes.reach());
     add_environment(out, options.environment);
   } catch (const GltfProblem& problem) {
