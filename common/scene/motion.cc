@@ -148,16 +148,73 @@ bool can_move(const Transform& start, const Transform& end) {
   return (determinant3(start) < 0) == (determinant3(end) < 0);
 }
 
-void settle_motion(const MotionTimes& t, SceneDescription* scene) {
+namespace {
+
+/// The part of all ways that is gone while the shutter is open, and when that is. Nothing moves if it is
+/// none.
+struct SettledPart {
+  double first = 0, last = 0;
+  bool moves = false;
+};
+SettledPart settle_shutter(const MotionTimes& t, ShutterDescription* shutter) {
   // How far along its way everything is when the shutter is open for the fraction u: begin + u rate.
   const double begin = (t.shutter_opens - t.starts) / (t.ends - t.starts),
                close = (t.shutter_closes - t.starts) / (t.ends - t.starts), rate = close - begin;
   const double first = std::clamp(begin, 0.0, 1.0), last = std::clamp(close, 0.0, 1.0);
   const bool moves = first < last;
   if (moves) {
-    scene->shutter.moves_from = begin < 0 ? -begin / rate : 0;
-    scene->shutter.moves_until = close > 1 ? (1 - begin) / rate : 1;
+    shutter->moves_from = begin < 0 ? -begin / rate : 0;
+    shutter->moves_until = close > 1 ? (1 - begin) / rate : 1;
   }
+  return {first, last, moves};
+}
+
+/// A light as it is when its space has gone on by `motion`.
+LightKind moved_light(LightKind light, const Transform& motion) {
+  const auto turn = [&](Vec3d* direction) {
+    const Vec3d d = transform_vector(motion, *direction);
+    const double n = length(d);
+    if (n > 0) *direction = {d.x / n, d.y / n, d.z / n};
+  };
+  if (auto* point = std::get_if<PointLight>(&light))
+    point->position = transform_point(motion, point->position);
+  if (auto* spot = std::get_if<SpotLight>(&light)) {
+    spot->position = transform_point(motion, spot->position);
+    turn(&spot->direction);
+  }
+  if (auto* distant = std::get_if<DistantLight>(&light)) turn(&distant->direction);
+  return light;
+}
+
+}  // namespace
+
+void settle_lights(const MotionTimes& times, const std::vector<LightMotion>& lights,
+                   SceneDescription* scene) {
+  if (lights.empty()) return;
+  const SettledPart part = settle_shutter(times, &scene->shutter);
+  for (const LightMotion& l : lights) {
+    LightDescription& light = scene->lights[l.light];
+    const LightKind described = light.kind;
+    const Motion motion(l.start, l.end);
+    const Transform back = inverse(l.start);
+    const auto at = [&](double s) {
+      return moved_light(described, motion.at(part.first + s * (part.last - part.first)) * back);
+    };
+    light.kind = at(0);
+    if (!part.moves) continue;
+    constexpr double kDegrees = 2;
+    constexpr int kMostSegments = 64;
+    int segments = 1;
+    while (segments < kMostSegments && motion.degrees() * (part.last - part.first) > kDegrees * segments)
+      segments *= 2;
+    for (int i = 1; i <= segments; ++i) light.later.push_back(at(static_cast<double>(i) / segments));
+  }
+}
+
+void settle_motion(const MotionTimes& t, SceneDescription* scene) {
+  const SettledPart part = settle_shutter(t, &scene->shutter);
+  const double first = part.first, last = part.last;
+  const bool moves = part.moves;
   if (moves && first == 0 && last == 1) return;
   // Those of the same index have the same transforms.
   std::map<int, std::pair<Transform, Transform>> settled;

@@ -57,5 +57,12 @@ struct MotionTimes {
 /// sets scene->shutter. Before the start things stand where they start, after the end where they end; if
 /// nothing moves while the shutter is open, nothing moves.
 void settle_motion(const MotionTimes& times, SceneDescription* scene);
+/// A point, spot or distant light of no width whose space moves from `start`, at which it has been described.
+struct LightMotion {
+  size_t light = 0;  // index into SceneDescription::lights
+  Transform start, end;
+};
+/// The same for lights: their places at the shutter's opening, and later ones. After settle_motion.
+void settle_lights(const MotionTimes& times, const std::vector<LightMotion>& lights, SceneDescription* scene);
 
 }  // namespace lightmill

@@ -139,11 +139,20 @@ void PbrtParser::on_light(const Token& d) {
   if (!typed) return;
   auto& [type, params] = *typed;
   if (refuse_if_flat()) return;
-  stays(d, "a light");
   const size_t before = out_.scene.lights.size();
   translate_light(out_, type, params, state_.shape.ctm);
-  for (size_t i = before; i < out_.scene.lights.size(); ++i)
-    out_.scene.lights[i].medium = state_.shape.media.outside;
+  bool can_go = true;
+  for (size_t i = before; i < out_.scene.lights.size(); ++i) {
+    LightDescription& light = out_.scene.lights[i];
+    light.medium = state_.shape.media.outside;
+    const auto* distant = std::get_if<DistantLight>(&light.kind);
+    const bool narrow = distant != nullptr && distant->half_angle_degrees == 0;
+    can_go = narrow || std::holds_alternative<PointLight>(light.kind) ||
+             std::holds_alternative<SpotLight>(light.kind);
+    can_go = can_go && can_move(state_.shape.ctm, state_.ctm_end);
+    if (ctm_moves() && can_go) moving_lights_.push_back({i, state_.shape.ctm, state_.ctm_end});
+  }
+  if (!can_go) stays(d, "a light of this kind");
 }
 
 void PbrtParser::on_area_light(const Token& d) {

@@ -231,6 +231,7 @@ void PbrtParser::finish() {
   for (ObjectDescription& object : scene.objects) drop_invisible(&object.shapes);
   tessellate_stretched_spheres(&scene, problems_);
   if (!scene.later.empty()) settle_motion(times_, &scene);
+  settle_lights(times_, moving_lights_, &scene);
   scene.camera.lens.film_diagonal = out_.film_diagonal;
   scene.film.imaging_ratio =
       film_exposure_time_.value_or(times_.shutter_closes - times_.shutter_opens) * iso_ratio_;

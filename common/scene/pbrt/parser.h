@@ -166,10 +166,11 @@ class PbrtParser {
     std::string type;
     std::vector<Parameter> parameters;
   };
-  std::map<int, MaterialText> material_texts_;  // of pbrt-v3's materials, by index
+  std::map<int, MaterialText> material_texts_;     // of pbrt-v3's materials, by index
   std::optional<SourceLocation> direct_lighting_;  // pbrt-v3's integrator of that kind
 
   MotionTimes times_;
+  std::vector<LightMotion> moving_lights_;
   Transform last_start_;  // of what scene.later ends with
   double iso_ratio_ = 1;
   std::optional<double> film_exposure_time_;

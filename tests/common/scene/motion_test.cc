@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "common/scene/transform.h"
 #include "tests/common/scene/scene_fixture.h"
@@ -180,6 +181,33 @@ TEST_F(MovingThings, SpheresUnderAStretchAtEitherEndAreMeshes) {
   EXPECT_NEAR(s.later.at(static_cast<size_t>(s.shapes[0].moves_to)).m[1][1], 6, 1e-6);
 }
 
+TEST_F(MovingThings, LightsMove) {
+  SceneDescription s = clean_world(
+      "AttributeBegin ActiveTransform EndTime Translate 4 0 0 ActiveTransform All LightSource \"point\" "
+      "\"point3 from\" "
+      "[0 1 0] AttributeEnd\n"
+      "AttributeBegin ActiveTransform EndTime Rotate 90 0 1 0 ActiveTransform All LightSource \"spot\" "
+      "\"point3 from\" "
+      "[2 0 0] \"point3 to\" [3 0 0] AttributeEnd Shape \"sphere\"");
+  std::erase_if(s.lights, [](const LightDescription& l) { return l.later.empty(); });
+  ASSERT_EQ(s.lights.size(), 2u);
+  const auto point = [](const LightKind& l) { return std::get<PointLight>(l).position; };
+  EXPECT_EQ(point(s.lights[0].kind).x, 0);
+  ASSERT_EQ(s.lights[0].later.size(), 1u);
+  EXPECT_NEAR(point(s.lights[0].later[0]).x, 4, 1e-12);
+  EXPECT_NEAR(point(s.lights[0].later[0]).y, 1, 1e-12);
+  const size_t steps = s.lights[1].later.size();
+  ASSERT_GE(steps, 32u);
+  for (size_t i = 1; i <= steps; ++i) {
+    const auto& spot = std::get<SpotLight>(s.lights[1].later[i - 1]);
+    const double angle = std::numbers::pi / 2 * static_cast<double>(i) / static_cast<double>(steps);
+    EXPECT_NEAR(spot.position.x, 2 * std::cos(angle), 1e-6);
+    EXPECT_NEAR(spot.position.z, -2 * std::sin(angle), 1e-6);
+    EXPECT_NEAR(spot.direction.x, std::cos(angle), 1e-6);
+    EXPECT_NEAR(spot.direction.z, -std::sin(angle), 1e-6);
+  }
+}
+
 TEST_F(MovingThings, MeshesThatEmitMove) {
   const LoadResult r =
       load_world("AreaLightSource \"diffuse\" ActiveTransform EndTime Translate 1 0 0\nShape \"disk\"");
@@ -191,7 +219,8 @@ TEST_F(MovingThings, MeshesThatEmitMove) {
 
 TEST_F(MovingThings, WhatCannotMoveStays) {
   const std::pair<const char*, const char*> cases[] = {
-      {"ActiveTransform EndTime Translate 1 0 0\nLightSource \"point\"", "a light that moves"},
+      {"ActiveTransform EndTime Translate 1 0 0\nLightSource \"infinite\"",
+       "a light of this kind that moves"},
       {"ActiveTransform EndTime Translate 1 0 0\nTexture \"t\" \"float\" \"constant\"", "a texture's space"},
       {"AreaLightSource \"diffuse\" ActiveTransform EndTime Translate 1 0 0\nShape \"sphere\"",
        "an emitting sphere that moves"},

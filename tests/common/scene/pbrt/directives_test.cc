@@ -351,7 +351,7 @@ TEST_F(Directives, InstancesThatCannotBeAreRefusedWithTheirLine) {
 
 TEST_F(Directives, UnsupportedOnesAreNamed) {
   const std::pair<const char*, const char*> cases[] = {
-      {"ActiveTransform EndTime Translate 1 1 1 LightSource \"point\"", "a light that moves"},
+      {"ActiveTransform EndTime Translate 1 1 1 LightSource \"infinite\"", "a light of this kind that moves"},
       {"Texture \"t\" \"spectrum\" \"constant\" Material \"subsurface\" \"texture mfp\" \"t\" "
        "\"rgb reflectance\" [.5 .5 .5]",
        "of a body the reflectance alone may vary"},
