@@ -2,14 +2,12 @@
 
 #include <bit>
 
-#include "worker/render/light/direct_sampling.h"
 #include "worker/render/pipeline/lane_group.h"
 #include "worker/render/pipeline/paths/path_io.h"
-#include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/paths/path_vertex.h"
 #include "worker/render/pipeline/recording/stage_probe.h"
-#include "worker/render/pipeline/recording/strategy_recorder.h"
+#include "worker/render/pipeline/walks/medium_glow.h"
 #include "worker/render/pipeline/walks/medium_lanes.h"
 #include "worker/render/pipeline/walks/volume_walk.h"
 #include "worker/render/scene/materials/pane.h"
@@ -33,201 +31,224 @@ void draw_depths(const SampleStream<Lane>& stream, uint32_t dim, const Vec3<Lane
   *left = minus_log_one_minus(u + more * 0x1p-24f, (1.0f - u) - more * 0x1p-24f);
 }
 
-/// Adds what media emit, times the path's throughput and weight, to the paths in `mask`. `ratios`: of the
-/// other strategies.
-void add_glow(int depth, LaneInt slot, LaneMask mask, Vec3<Lane> glow, Lane mis, FamilyRatios ratios,
-              const StageContext& context, Wavefront& w) {
-  if (!any(mask)) return;
-  glow = glow * splat<Lane>(context.imaging_ratio);
-  add_radiance(w, slot, mask, glow);
-  if (!w.recorder) return;
-  add_ratio(&ratios, &FamilyShares::hit, splat<Lane>(1.0f));
-  w.recorder->emission(depth + 1, slot, mask, glow, mis, ratios);
-}
-
-/// The same of what was found in grids. Weights differ from point to point: what is recorded is their mean.
-void add_grid_glow(int depth, LaneInt slot, LaneMask mask, const VolumeCollision& found, Lane dvc,
-                   const StageContext& context, Wavefront& w) {
-  const Lane weighted = found.glow.x + found.glow.y + found.glow.z;
-  const LaneMask shines = mask_and(mask, mask_not(LaneMask(weighted <= 0.0f)));
-  const Lane mis = select(shines, weighted / found.all_glow, splat<Lane>(1.0f));
-  FamilyRatios ratios{};
-  if (w.recorder) {
-    const Lane inv = select(LaneMask(weighted > 0x1p-100f), 1.0f / weighted, Lane{});  // else lost anyway
-    const Lane light_paths = found.light_path_glow * inv;
-    add_ratio(&ratios, &FamilyShares::next_event, max(found.all_glow * inv - 1.0f - light_paths, Lane{}));
-    const LaneMask joined = mask_and(shines, LaneMask(dvc > 0.0f));
-    w.recorder->add_camera_path(
-        slot, select(joined, light_paths / select(joined, dvc, splat<Lane>(1.0f)), Lane{}), dvc, &ratios);
-  }
-  add_glow(depth, slot, shines, found.glow, mis, ratios, context, w);
-}
-
-/// What is wanted of the emission that the segments of `path` meet.
-GlowSight glow_sight(const StageContext& context, int depth, LaneInt slot, LaneMask varies, Lane panes,
-                     const PathLanes<Lane>& path, const MediaWork& m) {
-  GlowSight sight{.wanted = context.on(kEmissionHits) && !context.scene.volumes.drawn.empty(),
-                  .start = segment_start(m, slot),
-                  .panes = panes};
-  // What the camera sees directly nothing else finds.
-  if (!sight.wanted || depth == 1) return sight;
-  const RenderScene& scene = context.scene;
-  const LaneInt grid = MediumRecord<Lane>(scene.media.data(), select(varies, path.medium, LaneInt{})).grid();
-  const LaneInt record = select(varies, (grid - 1) * kGridFloats, LaneInt{});
-  const LaneInt light =
-      gather(reinterpret_cast<const int32_t*>(scene.volumes.records.data()) + kGridLight, record);
-  const LaneMask shines = mask_and(varies, LaneMask(light >= 0));
-  if (!any(shines)) return sight;
-  const LaneInt of = select(shines, light, LaneInt{});
-  if (context.on(kNextEvent)) {
-    const Lane chosen = direct_selection<Lane>(context.lights, of, sight.start, shines);
-    sight.next_event = select(shines, chosen * path.dvcm, Lane{});
-  }
-  if (context.on(kLightPaths) && depth - 1 <= kMaxLightVertices) {
-    const Lane chosen = LightRecord<Lane>(context.lights, of).scalar(kLightSelect);
-    sight.light_paths = select(shines, chosen * path.dvc * (1 / (4 * kPi)), Lane{});
-  }
-  return sight;
-}
-
-/// One step of the walk for `e`: as far as the next surface, boundary or collision. Returns the lanes at a
-/// boundary, whose next ray is stored.
-template <bool kLight>
-LaneMask step(const StageContext& context, const LayerContext& layer, int depth, bool first, const Group& e,
-              Wavefront& w) {
-  const RenderScene& scene = context.scene;
-  MediaWork& m = *w.media;
-  PathLanes<Lane> path = load_paths<Lane>(w.paths, e.slot);
-  const Vec3<Lane>&o = path.origin, &d = path.direction;
-  Lane left;
-  LaneInt channel;
+/// A segment per lane, as far as the next surface or boundary.
+struct Segment {
+  PathLanes<Lane> path;
+  // Of MediaWork, so far.
+  Lane left{}, pane_draw{}, panes = splat<Lane>(1.0f);
+  LaneInt channel{}, drawn{};
   Vec3<Lane> optical{}, rate{}, nulls = splat3<Lane>(1, 1, 1);
-  LaneInt drawn{};
-  Lane pane_draw{}, panes = splat<Lane>(1.0f);
-  const bool grids = !scene.volumes.empty();
-  const SampleStream<Lane> stream =
-      kLight ? layer.light_stream<Lane>(e.slot) : layer.camera_stream<Lane>(e.slot);
-  if (first) {
-    const uint32_t dim = vertex_dim(depth, kLight ? kDimLightDistance : kDimCameraDistance);
-    draw_depths(stream, dim, path.throughput, &channel, &left);
-    if (scene.any_panes) pane_draw = stream.get_1d(vertex_dim(depth, kDimPane));
-  } else {
-    left = gather(m.left, e.slot);
-    channel = gather(m.channel, e.slot);
-    optical = gather_rgb(m.depth, e.slot);
-    rate = gather_rgb(m.rate, e.slot);
-    pane_draw = gather(m.pane_draw, e.slot);
-    panes = gather(m.panes, e.slot);
-    if (grids) nulls = gather_rgb(m.nulls, e.slot), drawn = gather(m.drawn, e.slot);
-  }
-
-  const LaneMask hit = mask_and(e.active, LaneMask(path.prim >= 0));
+  LaneMask hit;
   Surface<Lane> s{};
   LaneInt sides{};
-  Lane far{};
-  if (any(hit)) {
-    s = surfaces(scene, path.prim, path.instance, hit, o, d, times_of_slots(scene, w.paths, e.slot));
-    sides = gather(scene.primitive_media.data(), select(hit, path.prim, LaneInt{}));
-    const Vec3<Lane> segment = s.p - o;
-    far = sqrt(dot(segment, segment));
-  }
-  const LaneMask filled = LaneMask(path.medium != 0);
-  const Outermost outermost(scene, o, d);
-  far = select(hit, far, outermost.leave);
-  Lane near{};
-  if (kLight && depth == 1 && first && context.lights.any_infinite()) {
-    const LaneInt type = gather(context.lights.type.data(), path.light);
-    const LaneMask infinite = mask_or(LaneMask(type == kInfiniteLight), LaneMask(type == kDistantLight));
-    near = select(infinite, outermost.enter, Lane{});
-  }
-  const MediumRecord<Lane> medium(scene.media.data(), path.medium);
-  const LaneMask varies = grids ? mask_and(e.active, LaneMask(medium.grid() != 0)) : splat_mask<Lane>(false);
-  const Lane length = select(mask_and(filled, mask_not(varies)), max(far - near, Lane{}), Lane{});
+  Lane near{}, far{};  // its part in the medium, by the distance from its origin
+  LaneMask varies;     // the medium is a grid
+};
 
-  const Lane chosen = medium.channel(kMediumCollision, channel);
-  LaneMask collides = mask_and(e.active, LaneMask(chosen * length > left));
-  Lane travelled = select(collides, left / select(collides, chosen, splat<Lane>(1.0f)), length);
-  optical = optical + medium.rgb(kMediumExtinction) * travelled;
-  rate = rate + medium.rgb(kMediumCollision) * travelled;
-  left = max(left - chosen * length, Lane{});
+/// One step of the walk of paths that are cast at `depth`.
+template <bool kLight>
+class Step {
+ public:
+  Step(const StageContext& context, const LayerContext& layer, int depth, bool first, Wavefront& w)
+      : context_(context),
+        scene_(context.scene),
+        layer_(layer),
+        depth_(depth),
+        first_(first),
+        grids_(!context.scene.volumes.empty()),
+        shines_(!kLight && context.on(kEmissionHits)),
+        w_(w),
+        m_(*w.media) {}
 
-  // Coefficients where the segment ends, if in a medium.
-  Vec3<Lane> mu = medium.rgb(kMediumCollision), scattering = medium.rgb(kMediumScattering);
-  const bool shines = !kLight && context.on(kEmissionHits);
-  if (any(varies)) {
-    VolumeWalk walk{.active = varies,
-                    .medium = path.medium,
-                    .origin = o,
-                    .direction = d,
-                    .from = near,
-                    .until = far,
-                    .seed = stream.get_seed(vertex_dim(depth, kDimVolume)),
-                    .drawn = drawn,
-                    .left = left,
-                    .optical = optical,
-                    .rate = rate,
-                    .nulls = nulls};
-    const GlowSight sight = kLight ? GlowSight() : glow_sight(context, depth, e.slot, varies, panes, path, m);
-    const VolumeCollision found = walk_through_volumes(scene, channel, path.throughput, sight, &walk);
-    if (shines) add_grid_glow(depth, e.slot, varies, found, path.dvc, context, w);
-    left = select(varies, walk.left, left);
-    drawn = walk.drawn;
-    optical = select(varies, walk.optical, optical);
-    rate = select(varies, walk.rate, rate);
-    nulls = walk.nulls;
-    collides = mask_or(collides, found.collides);
-    travelled = select(found.collides, found.at - near, travelled);
-    mu = select(found.collides, found.rate, mu);
-    scattering = select(found.collides, found.scattering, scattering);
-  }
-
-  LaneMask crosses = mask_and(mask_and(hit, LaneMask(sides < 0)), mask_not(collides));
-  if (scene.any_panes && any(crosses)) {
-    const Lane passed = panes * pane_transmittance<Lane>(scene, path.prim, crosses, abs(dot(s.ng, d)));
-    crosses = mask_and(crosses, LaneMask(pane_draw < passed));
-    panes = select(crosses, passed, panes);
-  }
-  if (any(crosses)) {
-    const LaneMask out = LaneMask(dot(s.ng, d) > 0.0f);
-    PathLanes<Lane> next = path;
-    next.origin = offset_origin(s.p, s.error, s.ng, d);
-    next.medium = medium_on_side<Lane>(sides_met<Lane>(sides, path.medium), out);
-    store_paths(next, e.slot, mask_bits(crosses), &w.paths);
-    scatter(m.left, e.slot, left, crosses);
-    scatter(m.channel, e.slot, channel, crosses);
-    scatter_rgb(m.depth, e.slot, optical, crosses);
-    scatter_rgb(m.rate, e.slot, rate, crosses);
-    scatter(m.pane_draw, e.slot, pane_draw, crosses);
-    scatter(m.panes, e.slot, panes, crosses);
-    if (grids) {
-      scatter_rgb(m.nulls, e.slot, nulls, crosses);
-      scatter(m.drawn, e.slot, drawn, crosses);
+  /// Walks `slots` to the next surface, boundary or collision. Those at a boundary, whose next ray is stored,
+  /// are added to `crossing`.
+  void run(const std::vector<int32_t>& slots, std::vector<int32_t>* crossing) {
+    const auto finish_at = [&](const Group& e, const Segment& s, const VolumeWay<Lane>& found) {
+      append(crossing, e.slot, finish(e, s, found));
+    };
+    if (!grids_) {
+      for (size_t base = 0; base < slots.size(); base += kLanes) {
+        const Group e(slots, base);
+        finish_at(e, begin(e), {});
+      }
+      return;
+    }
+    // Ways through grids differ much in length: those of many paths are walked together.
+    for (size_t chunk = 0; chunk < slots.size(); chunk += kWaysAtOnce) {
+      const size_t end = std::min(chunk + kWaysAtOnce, slots.size());
+      m_.ways.clear();
+      for (size_t base = chunk; base < end; base += kLanes) {
+        const Group e(slots, base);
+        add_ways(e, begin(e));
+      }
+      walk_through_volumes(scene_, shines_ && !scene_.volumes.drawn.empty(), &m_.ways);
+      size_t next = 0;
+      for (size_t base = chunk; base < end; base += kLanes) {
+        const Group e(slots, base);
+        const Segment s = begin(e);
+        finish_at(e, s, take_ways(m_.ways, &next, s.varies));
+      }
     }
   }
-  const LaneMask done = mask_and(e.active, mask_not(crosses));
-  if (!any(done)) return crosses;
 
-  // At the segment's end: its weight, and P~.
-  Vec3<Lane> passed = exp_minus(rate), transmitted = exp_minus(optical);
-  if (grids) passed = passed * nulls, transmitted = transmitted * nulls;
-  const Vec3<Lane> share = channel_shares(path.throughput);
-  const Lane density = select(collides, dot(share, mu * passed), dot(share, passed));
-  const Lane inv = 1.0f / select(LaneMask(density > 0.0f), density, splat<Lane>(1.0f));
-  const Vec3<Lane> arrived = path.throughput * transmitted * inv;
-  if (shines && any(collides)) {
-    const Vec3<Lane> shown = arrived * medium.rgb(kMediumEmission);
-    const LaneMask shining = mask_and(collides, mask_not(LaneMask(max_component(shown) <= 0.0f)));
-    add_glow(depth, e.slot, mask_and(shining, mask_not(varies)), shown, splat<Lane>(1.0f), {}, context, w);
+ private:
+  SampleStream<Lane> stream_of(LaneInt slot) const {
+    return kLight ? layer_.light_stream<Lane>(slot) : layer_.camera_stream<Lane>(slot);
   }
-  path.throughput = select(collides, arrived * scattering, arrived);
-  path.dvcm = path.dvcm / (mean(passed) * panes);  // M3
-  path.prim = select(collides, splat_int<Lane>(kInMedium), path.prim);
-  store_paths(path, e.slot, mask_bits(done), &w.paths);
-  scatter_rgb(m.end, e.slot, o + d * (near + travelled), mask_and(done, collides));
-  scatter(m.end_rate, e.slot, select(varies, mean(mu), medium.scalar(kMediumMeanRate)),
-          mask_and(done, collides));
-  return crosses;
-}
+
+  Segment begin(const Group& e) const {
+    Segment g;
+    g.path = load_paths<Lane>(w_.paths, e.slot);
+    const PathLanes<Lane>& path = g.path;
+    if (first_) {
+      const SampleStream<Lane> stream = stream_of(e.slot);
+      const uint32_t dim = vertex_dim(depth_, kLight ? kDimLightDistance : kDimCameraDistance);
+      draw_depths(stream, dim, path.throughput, &g.channel, &g.left);
+      if (scene_.any_panes) g.pane_draw = stream.get_1d(vertex_dim(depth_, kDimPane));
+    } else {
+      g.left = gather(m_.left, e.slot);
+      g.channel = gather(m_.channel, e.slot);
+      g.optical = gather_rgb(m_.depth, e.slot);
+      g.rate = gather_rgb(m_.rate, e.slot);
+      g.pane_draw = gather(m_.pane_draw, e.slot);
+      g.panes = gather(m_.panes, e.slot);
+      if (grids_) g.nulls = gather_rgb(m_.nulls, e.slot), g.drawn = gather(m_.drawn, e.slot);
+    }
+    const Vec3<Lane>&o = path.origin, &d = path.direction;
+    g.hit = mask_and(e.active, LaneMask(path.prim >= 0));
+    if (any(g.hit)) {
+      g.s = surfaces(scene_, path.prim, path.instance, g.hit, o, d, times_of_slots(scene_, w_.paths, e.slot));
+      g.sides = gather(scene_.primitive_media.data(), select(g.hit, path.prim, LaneInt{}));
+      const Vec3<Lane> segment = g.s.p - o;
+      g.far = sqrt(dot(segment, segment));
+    }
+    const Outermost outermost(scene_, o, d);
+    g.far = select(g.hit, g.far, outermost.leave);
+    if (kLight && depth_ == 1 && first_ && context_.lights.any_infinite()) {
+      const LaneInt type = gather(context_.lights.type.data(), path.light);
+      const LaneMask infinite = mask_or(LaneMask(type == kInfiniteLight), LaneMask(type == kDistantLight));
+      g.near = select(infinite, outermost.enter, Lane{});
+    }
+    const MediumRecord<Lane> medium(scene_.media.data(), path.medium);
+    g.varies = grids_ ? mask_and(e.active, LaneMask(medium.grid() != 0)) : splat_mask<Lane>(false);
+    return g;
+  }
+
+  void add_ways(const Group& e, const Segment& g) {
+    if (!any(g.varies)) return;
+    VolumeWay<Lane> way{.medium = g.path.medium,
+                        .origin = g.path.origin,
+                        .direction = g.path.direction,
+                        .from = g.near,
+                        .until = g.far,
+                        .seed = as_int(stream_of(e.slot).get_seed(vertex_dim(depth_, kDimVolume))),
+                        .channel = g.channel,
+                        .throughput = g.path.throughput,
+                        .start = segment_start(m_, e.slot),
+                        .panes = g.panes,
+                        .drawn = g.drawn,
+                        .left = g.left,
+                        .optical = g.optical,
+                        .rate = g.rate,
+                        .nulls = g.nulls};
+    if (shines_) compete(context_, depth_, g.varies, g.path, &way);
+    append_ways(way, g.varies, &m_.ways);
+  }
+
+  /// `found`: on the ways of the lanes that vary.
+  LaneMask finish(const Group& e, Segment g, const VolumeWay<Lane>& found) {
+    PathLanes<Lane>& path = g.path;
+    const MediumRecord<Lane> medium(scene_.media.data(), path.medium);
+    const LaneMask even = mask_and(LaneMask(path.medium != 0), mask_not(g.varies));
+    const Lane length = select(even, max(g.far - g.near, Lane{}), Lane{});
+    const Lane chosen = medium.channel(kMediumCollision, g.channel);
+    LaneMask collides = mask_and(e.active, LaneMask(chosen * length > g.left));
+    Lane travelled = select(collides, g.left / select(collides, chosen, splat<Lane>(1.0f)), length);
+    g.optical = g.optical + medium.rgb(kMediumExtinction) * travelled;
+    g.rate = g.rate + medium.rgb(kMediumCollision) * travelled;
+    g.left = max(g.left - chosen * length, Lane{});
+
+    // Coefficients where the segment ends, if in a medium.
+    Vec3<Lane> mu = medium.rgb(kMediumCollision), scattering = medium.rgb(kMediumScattering);
+    if (any(g.varies)) {
+      if (shines_) add_grid_glow(depth_, e.slot, g.varies, found, path.dvc, context_, w_);
+      g.left = select(g.varies, found.left, g.left);
+      g.drawn = select(g.varies, found.drawn, g.drawn);
+      g.optical = select(g.varies, found.optical, g.optical);
+      g.rate = select(g.varies, found.rate, g.rate);
+      g.nulls = select(g.varies, found.nulls, g.nulls);
+      const LaneMask ends = mask_and(g.varies, LaneMask(found.collides != 0));
+      collides = mask_or(collides, ends);
+      travelled = select(ends, found.at - g.near, travelled);
+      mu = select(ends, found.end_rate, mu);
+      scattering = select(ends, found.end_scattering, scattering);
+    }
+    const LaneMask crosses = cross(e, collides, &g);
+    const LaneMask done = mask_and(e.active, mask_not(crosses));
+    if (!any(done)) return crosses;
+
+    // At the segment's end: its weight, and P~.
+    Vec3<Lane> passed = exp_minus(g.rate), transmitted = exp_minus(g.optical);
+    if (grids_) passed = passed * g.nulls, transmitted = transmitted * g.nulls;
+    const Vec3<Lane> share = channel_shares(path.throughput);
+    const Lane density = select(collides, dot(share, mu * passed), dot(share, passed));
+    const Lane inv = 1.0f / select(LaneMask(density > 0.0f), density, splat<Lane>(1.0f));
+    const Vec3<Lane> arrived = path.throughput * transmitted * inv;
+    if (shines_ && any(collides)) {
+      const Vec3<Lane> shown = arrived * medium.rgb(kMediumEmission);
+      const LaneMask shining = mask_and(collides, mask_not(LaneMask(max_component(shown) <= 0.0f)));
+      add_glow(depth_, e.slot, mask_and(shining, mask_not(g.varies)), shown, splat<Lane>(1.0f), {}, context_,
+               w_);
+    }
+    path.throughput = select(collides, arrived * scattering, arrived);
+    path.dvcm = path.dvcm / (mean(passed) * g.panes);  // M3
+    path.prim = select(collides, splat_int<Lane>(kInMedium), path.prim);
+    const Vec3<Lane> end = path.origin + path.direction * (g.near + travelled);
+    store_paths(path, e.slot, mask_bits(done), &w_.paths);
+    scatter_rgb(m_.end, e.slot, end, mask_and(done, collides));
+    scatter(m_.end_rate, e.slot, select(g.varies, mean(mu), medium.scalar(kMediumMeanRate)),
+            mask_and(done, collides));
+    return crosses;
+  }
+
+  /// Stores the next rays of those that pass a boundary, and returns which do.
+  LaneMask cross(const Group& e, LaneMask collides, Segment* g) {
+    const PathLanes<Lane>& path = g->path;
+    const Surface<Lane>& s = g->s;
+    LaneMask crosses = mask_and(mask_and(g->hit, LaneMask(g->sides < 0)), mask_not(collides));
+    if (scene_.any_panes && any(crosses)) {
+      const Lane passed =
+          g->panes * pane_transmittance<Lane>(scene_, path.prim, crosses, abs(dot(s.ng, path.direction)));
+      crosses = mask_and(crosses, LaneMask(g->pane_draw < passed));
+      g->panes = select(crosses, passed, g->panes);
+    }
+    if (!any(crosses)) return crosses;
+    const LaneMask out = LaneMask(dot(s.ng, path.direction) > 0.0f);
+    PathLanes<Lane> next = path;
+    next.origin = offset_origin(s.p, s.error, s.ng, path.direction);
+    next.medium = medium_on_side<Lane>(sides_met<Lane>(g->sides, path.medium), out);
+    store_paths(next, e.slot, mask_bits(crosses), &w_.paths);
+    scatter(m_.left, e.slot, g->left, crosses);
+    scatter(m_.channel, e.slot, g->channel, crosses);
+    scatter_rgb(m_.depth, e.slot, g->optical, crosses);
+    scatter_rgb(m_.rate, e.slot, g->rate, crosses);
+    scatter(m_.pane_draw, e.slot, g->pane_draw, crosses);
+    scatter(m_.panes, e.slot, g->panes, crosses);
+    if (grids_) {
+      scatter_rgb(m_.nulls, e.slot, g->nulls, crosses);
+      scatter(m_.drawn, e.slot, g->drawn, crosses);
+    }
+    return crosses;
+  }
+
+  const StageContext& context_;
+  const RenderScene& scene_;
+  const LayerContext& layer_;
+  int depth_;
+  bool first_, grids_, shines_;
+  Wavefront& w_;
+  MediaWork& m_;
+};
 
 template <bool kLight>
 void cast(const StageContext& context, const LayerContext& layer, int depth, Wavefront& w) {
@@ -256,10 +277,7 @@ void cast(const StageContext& context, const LayerContext& layer, int depth, Wav
       if (!first || boundary || medium != 0) m.walking.push_back(slot);
     }
     m.casting.clear();
-    for (size_t base = 0; base < m.walking.size(); base += kLanes) {
-      const Group e(m.walking, base);
-      append(&m.casting, e.slot, step<kLight>(context, layer, depth, first, e, w));
-    }
+    Step<kLight>(context, layer, depth, first, w).run(m.walking, &m.casting);
   }
 }
 

@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "worker/render/pipeline/context.h"
+#include "worker/render/pipeline/walks/volume_walk.h"
 
 namespace lightmill {
 
@@ -72,6 +73,7 @@ struct MediaWork {
   alignas(32) int32_t shadow_light[ShadowRays::kCapacity];  // of next event: light * 2 + outside
 
   std::vector<int32_t> casting, walking;  // slots with a ray to cast; those that it is not done with
+  VolumeWays ways;                        // of some of them, while they are walked
 };
 
 /// Casts all paths and walks on through boundaries, until each ends on a surface, ends in a medium (its

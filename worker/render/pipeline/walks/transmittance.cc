@@ -11,99 +11,155 @@
 namespace lightmill {
 namespace {
 
-/// Continues shadow rays through grids up to `until`.
-void shadow_grids(const RenderScene& scene, LaneInt slot, LaneMask mask, LaneInt medium, const Vec3<Lane>& o,
-                  const Vec3<Lane>& d, Lane until, MediaWork& m) {
-  const auto rows = [&](const float(*from)[ShadowRays::kCapacity]) {
-    return Vec3<Lane>{gather(from[0], slot), gather(from[1], slot), gather(from[2], slot)};
-  };
-  VolumeWalk walk{.active = mask,
-                  .medium = medium,
-                  .origin = o,
-                  .direction = d,
-                  .from = Lane{},
-                  .until = until,
-                  .seed = as_uint(gather(m.shadow_seed, slot)),
-                  .drawn = gather(m.shadow_drawn, slot),
-                  .left = gather(m.shadow_left, slot),
-                  .optical = rows(m.shadow_depth),
-                  .rate = rows(m.shadow_rate),
-                  .nulls = rows(m.shadow_nulls)};
-  pass_through_volumes(scene, &walk);
-  scatter(m.shadow_drawn, slot, walk.drawn, mask);
-  scatter(m.shadow_left, slot, walk.left, mask);
-  scatter_rgb(m.shadow_depth, slot, walk.optical, mask);
-  scatter_rgb(m.shadow_rate, slot, walk.rate, mask);
-  scatter_rgb(m.shadow_nulls, slot, walk.nulls, mask);
+Vec3<Lane> gather_rows(const float (*from)[ShadowRays::kCapacity], LaneInt slot) {
+  return {gather(from[0], slot), gather(from[1], slot), gather(from[2], slot)};
 }
 
-/// One step of shadow rays: as far as the next boundary or their end. Returns the lanes at a boundary.
-LaneMask shadow_step(const StageContext& context, const Group& e, ShadowRays& q, MediaWork& m,
-                     bool visible_to_end) {
-  const RenderScene& scene = context.scene;
-  Lane r[8];
-  load_records(as_records(m.shadow_rays), e.slot, r);
-  const Vec3<Lane> o{r[0], r[1], r[2]}, d{r[3], r[4], r[5]};
-  const LaneInt prim = as_int(float_bits(r[6])), instance = as_int(float_bits(r[7]));
-  const Lane tfar = gather(q.tfar, e.slot);
-  const LaneMask finite = LaneMask(tfar <= 1.0f);
-  const LaneInt medium = gather(m.shadow_medium, e.slot);
-  const Lane length_d = sqrt(dot(d, d));
-  LaneMask crosses = splat_mask<Lane>(false), free = e.active;
+/// A part of a shadow ray per lane, as far as the next boundary or its end.
+struct ShadowSegment {
+  Vec3<Lane> o, d;
+  LaneInt prim, instance, medium;
+  LaneMask finite, crosses, free;  // whether it has an end; is at a boundary; is not blocked
+  Lane length{};                   // of the part
+  Lane length_d{};                 // of d
   Surface<Lane> s{};
   LaneInt sides{};
-  Lane far{};
-  if (!visible_to_end) {
-    LaneMask hit = mask_and(e.active, LaneMask(prim >= 0));
-    if (any(hit)) {
-      const Lane time = scene.any_moving() ? gather(q.time, e.slot) : Lane{};
-      s = surfaces(scene, prim, instance, hit, o, d, time);
-      sides = gather(scene.primitive_media.data(), select(hit, prim, LaneInt{}));
-      const Vec3<Lane> segment = s.p - o;
-      far = sqrt(dot(segment, segment));
-      hit = mask_and(hit, LaneMask(far < tfar * length_d));
-      crosses = mask_and(hit, LaneMask(sides < 0));
-      const LaneMask blocked = mask_and(hit, mask_not(crosses));
-      free = mask_and(free, mask_not(blocked));
-      for (unsigned bits = mask_bits(blocked); bits; bits &= bits - 1)
-        q.occluded[lane(e.slot, std::countr_zero(bits))] = 1;
+  LaneMask varies;  // the medium is a grid
+};
+
+/// One step of shadow rays.
+class ShadowStep {
+ public:
+  ShadowStep(const StageContext& context, bool visible_to_end, ShadowRays& q, MediaWork& m)
+      : scene_(context.scene), visible_to_end_(visible_to_end), q_(q), m_(m) {}
+
+  /// Takes rays `slots` on to the next boundary or their end. Those at a boundary are added to `crossing`.
+  void run(const std::vector<int32_t>& slots, std::vector<int32_t>* crossing) {
+    for (size_t chunk = 0; chunk < slots.size(); chunk += kWaysAtOnce) {
+      const size_t end = std::min(chunk + kWaysAtOnce, slots.size());
+      m_.ways.clear();
+      for (size_t base = chunk; base < end && !scene_.volumes.empty(); base += kLanes) {
+        const Group e(slots, base);
+        add_ways(e, begin(e));
+      }
+      if (!m_.ways.empty()) pass_through_volumes(scene_, &m_.ways);
+      size_t next = 0;
+      for (size_t base = chunk; base < end; base += kLanes) {
+        const Group e(slots, base);
+        const ShadowSegment g = begin(e);
+        if (any(g.varies)) take(e, g.varies, take_ways(m_.ways, &next, g.varies));
+        append(crossing, e.slot, finish(e, g));
+      }
     }
   }
-  const MediumRecord<Lane> record(scene.media.data(), medium);
-  LaneMask filled = mask_and(free, LaneMask(medium != 0));
-  const Lane end = select(finite, length_d, Outermost(scene, o, d).leave);
-  const Lane all = select(crosses, far, end);
-  if (!scene.volumes.empty()) {
-    const LaneMask varies = mask_and(filled, LaneMask(record.grid() != 0));
-    filled = mask_and(filled, mask_not(varies));
-    if (any(varies)) shadow_grids(scene, e.slot, varies, medium, o, d, all / length_d, m);
-  }
-  const Lane length = select(filled, all, Lane{});
-  const auto add = [&](float(*rows)[ShadowRays::kCapacity], int slot) {
-    for (int c = 0; c < 3; ++c)
-      scatter(rows[c], e.slot, gather(rows[c], e.slot) + record.scalar(slot + c) * length, filled);
-  };
-  add(m.shadow_depth, kMediumExtinction);
-  add(m.shadow_rate, kMediumCollision);
-  if (!any(crosses)) return crosses;
 
-  if (scene.any_panes) {
-    const Lane cosine = min(abs(dot(s.ng, d)) / length_d, splat<Lane>(1.0f));
-    scatter(m.shadow_panes, e.slot,
-            gather(m.shadow_panes, e.slot) * pane_transmittance<Lane>(scene, prim, crosses, cosine), crosses);
+ private:
+  ShadowSegment begin(const Group& e) const {
+    ShadowSegment g;
+    Lane r[8];
+    load_records(as_records(m_.shadow_rays), e.slot, r);
+    g.o = {r[0], r[1], r[2]}, g.d = {r[3], r[4], r[5]};
+    g.prim = as_int(float_bits(r[6])), g.instance = as_int(float_bits(r[7]));
+    const Lane tfar = gather(q_.tfar, e.slot);
+    g.finite = LaneMask(tfar <= 1.0f);
+    g.medium = gather(m_.shadow_medium, e.slot);
+    g.length_d = sqrt(dot(g.d, g.d));
+    g.crosses = splat_mask<Lane>(false), g.free = e.active;
+    Lane far{};
+    if (!visible_to_end_) {
+      LaneMask hit = mask_and(e.active, LaneMask(g.prim >= 0));
+      if (any(hit)) {
+        const Lane time = scene_.any_moving() ? gather(q_.time, e.slot) : Lane{};
+        g.s = surfaces(scene_, g.prim, g.instance, hit, g.o, g.d, time);
+        g.sides = gather(scene_.primitive_media.data(), select(hit, g.prim, LaneInt{}));
+        const Vec3<Lane> segment = g.s.p - g.o;
+        far = sqrt(dot(segment, segment));
+        hit = mask_and(hit, LaneMask(far < tfar * g.length_d));
+        g.crosses = mask_and(hit, LaneMask(g.sides < 0));
+        g.free = mask_and(g.free, mask_not(mask_and(hit, mask_not(g.crosses))));
+      }
+    }
+    const Lane end = select(g.finite, g.length_d, Outermost(scene_, g.o, g.d).leave);
+    g.length = select(g.crosses, far, end);
+    const LaneMask filled = mask_and(g.free, LaneMask(g.medium != 0));
+    const MediumRecord<Lane> record(scene_.media.data(), g.medium);
+    g.varies =
+        scene_.volumes.empty() ? splat_mask<Lane>(false) : mask_and(filled, LaneMask(record.grid() != 0));
+    return g;
   }
-  const LaneMask out = LaneMask(dot(s.ng, d) > 0.0f);
-  scatter(m.shadow_medium, e.slot, medium_on_side<Lane>(sides_met<Lane>(sides, medium), out), crosses);
-  const Vec3<Lane> from = offset_origin(s.p, s.error, s.ng, d);
-  const Vec3<Lane> target{gather(q.ox, e.slot) + gather(q.dx, e.slot),
-                          gather(q.oy, e.slot) + gather(q.dy, e.slot),
-                          gather(q.oz, e.slot) + gather(q.dz, e.slot)};
-  const Vec3<Lane> rest = select(finite, target - from, d);
-  const Lane next[8] = {from.x, from.y, from.z, rest.x, rest.y, rest.z, r[6], r[7]};
-  store_records(as_records(m.shadow_rays), e.slot, mask_bits(crosses), next);
-  // The boundary may be as near to the end as the offset is long.
-  return mask_and(crosses, LaneMask(dot(rest, d) > 0.0f));
-}
+
+  void add_ways(const Group& e, const ShadowSegment& g) {
+    if (!any(g.varies)) return;
+    append_ways({.medium = g.medium,
+                 .origin = g.o,
+                 .direction = g.d,
+                 .until = g.length / g.length_d,
+                 .seed = gather(m_.shadow_seed, e.slot),
+                 .drawn = gather(m_.shadow_drawn, e.slot),
+                 .left = gather(m_.shadow_left, e.slot),
+                 .optical = gather_rows(m_.shadow_depth, e.slot),
+                 .rate = gather_rows(m_.shadow_rate, e.slot),
+                 .nulls = gather_rows(m_.shadow_nulls, e.slot)},
+                g.varies, &m_.ways);
+  }
+  void take(const Group& e, LaneMask mask, const VolumeWay<Lane>& found) {
+    scatter(m_.shadow_drawn, e.slot, found.drawn, mask);
+    scatter(m_.shadow_left, e.slot, found.left, mask);
+    scatter_rgb(m_.shadow_depth, e.slot, found.optical, mask);
+    scatter_rgb(m_.shadow_rate, e.slot, found.rate, mask);
+    scatter_rgb(m_.shadow_nulls, e.slot, found.nulls, mask);
+  }
+
+  LaneMask finish(const Group& e, const ShadowSegment& g) {
+    for (unsigned bits = mask_bits(mask_and(e.active, mask_not(g.free))); bits; bits &= bits - 1)
+      q_.occluded[lane(e.slot, std::countr_zero(bits))] = 1;
+    const MediumRecord<Lane> record(scene_.media.data(), g.medium);
+    const LaneMask even = mask_and(mask_and(g.free, LaneMask(g.medium != 0)), mask_not(g.varies));
+    const Lane length = select(even, g.length, Lane{});
+    const auto add = [&](float(*rows)[ShadowRays::kCapacity], int slot) {
+      for (int c = 0; c < 3; ++c)
+        scatter(rows[c], e.slot, gather(rows[c], e.slot) + record.scalar(slot + c) * length, even);
+    };
+    add(m_.shadow_depth, kMediumExtinction);
+    add(m_.shadow_rate, kMediumCollision);
+    return any(g.crosses) ? cross(e, g) : g.crosses;
+  }
+
+  /// Stores the rest of those that pass a boundary, and returns which have one.
+  LaneMask cross(const Group& e, const ShadowSegment& g) {
+    const Surface<Lane>& s = g.s;
+    if (scene_.any_panes) {
+      const Lane cosine = min(abs(dot(s.ng, g.d)) / g.length_d, splat<Lane>(1.0f));
+      scatter(m_.shadow_panes, e.slot,
+              gather(m_.shadow_panes, e.slot) * pane_transmittance<Lane>(scene_, g.prim, g.crosses, cosine),
+              g.crosses);
+    }
+    const LaneMask out = LaneMask(dot(s.ng, g.d) > 0.0f);
+    scatter(m_.shadow_medium, e.slot, medium_on_side<Lane>(sides_met<Lane>(g.sides, g.medium), out),
+            g.crosses);
+    const Vec3<Lane> from = offset_origin(s.p, s.error, s.ng, g.d);
+    const Vec3<Lane> target{gather(q_.ox, e.slot) + gather(q_.dx, e.slot),
+                            gather(q_.oy, e.slot) + gather(q_.dy, e.slot),
+                            gather(q_.oz, e.slot) + gather(q_.dz, e.slot)};
+    const Vec3<Lane> rest = select(g.finite, target - from, g.d);
+    const Lane next[8] = {from.x,
+                          from.y,
+                          from.z,
+                          rest.x,
+                          rest.y,
+                          rest.z,
+                          bits_float(as_uint(g.prim)),
+                          bits_float(as_uint(g.instance))};
+    store_records(as_records(m_.shadow_rays), e.slot, mask_bits(g.crosses), next);
+    // The boundary may be as near to the end as the offset is long.
+    return mask_and(g.crosses, LaneMask(dot(rest, g.d) > 0.0f));
+  }
+
+  const RenderScene& scene_;
+  bool visible_to_end_;
+  ShadowRays& q_;
+  MediaWork& m_;
+};
 
 /// The first number of each shadow ray says how far its first tentative collision is.
 void begin_grids(size_t count, MediaWork& m) {
@@ -142,10 +198,7 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
     (boundaries && m.shadow_crossed[i] ? m.casting : m.walking).push_back(i);
   }
   const auto walk = [&](bool visible_to_end) {
-    for (size_t base = 0; base < m.walking.size(); base += kLanes) {
-      const Group e(m.walking, base);
-      append(&m.casting, e.slot, shadow_step(context, e, q, m, visible_to_end));
-    }
+    ShadowStep(context, visible_to_end, q, m).run(m.walking, &m.casting);
   };
   walk(true);  // without boundaries on its way a segment has one medium
   while (!m.casting.empty()) {

@@ -1,6 +1,8 @@
 #include "worker/render/pipeline/walks/volume_walk.h"
 
+#include <bit>
 #include <limits>
+#include <optional>
 
 #include "worker/render/pipeline/walks/lattice_line.h"
 #include "worker/render/pipeline/walks/medium_lanes.h"
@@ -11,62 +13,103 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+/// Walks many ways, a lane each. A lane whose way has ended takes the next one: ways differ much in length.
 template <bool kPath>
 class Walk {
  public:
-  Walk(const RenderScene& scene, LaneInt channel, const Vec3<Lane>& throughput, const GlowSight& sight,
-       VolumeWalk* walk)
-      : w_(*walk),
-        drawn_(scene.volumes.drawn),
-        grids_(scene, w_.medium, w_.active),
-        channel_(channel),
-        throughput_(throughput),
-        sight_(sight),
-        length_(sqrt(dot(w_.direction, w_.direction))),
-        line_(grids_.field().point(w_.origin), grids_.field().direction(w_.direction)) {
-    if constexpr (kPath) share_ = channel_shares(throughput);
-    found_.collides = splat_mask<Lane>(false);
-  }
+  Walk(const RenderScene& scene, bool shines, VolumeWays* ways)
+      : scene_(scene), ways_(*ways), drawn_(scene.volumes.drawn), shines_(shines) {}
 
-  VolumeCollision run() {
-    Lane t, end;
-    clip(&t, &end);
-    const FieldLanes<Lane>& field = grids_.field();
-    const LaneInt nx = field.integer(kFieldBricks), ny = field.integer(kFieldBricks + 1),
-                  nz = field.integer(kFieldBricks + 2), first = field.integer(kFieldFirst);
-    LatticeCell b = brick_at(t, {nx - 1, ny - 1, nz - 1});
-    LaneMask go = mask_and(w_.active, LaneMask(t < end));
-    while (any(go)) {
-      const Vec3<Lane> exits = line_.exits(b, kBrick);
-      const Lane exit = max(min(least(exits), end), t);
-      brick_ = select(go, first + (b.z * ny + b.y) * nx + b.x, LaneInt{});
-      const Lane majorant = grids_.majorant(brick_);
-      const LaneMask tracked = mask_and(go, LaneMask(majorant > 0.0f)),
-                     integrated = mask_and(go, LaneMask(majorant < 0.0f));
-      const Lane rate = majorant * length_, need = rate * (exit - t);
-      const LaneMask tentative = mask_and(tracked, LaneMask(need > w_.left));
-      const LaneMask passed = mask_and(tracked, mask_not(tentative));
-      w_.left = select(passed, w_.left - need, w_.left);
-      t = select(tentative, min(t + w_.left / select(tentative, rate, splat<Lane>(1.0f)), exit), t);
-      if (any(tentative)) collide(t, b, majorant, tentative);
-      if (any(integrated)) integrate(t, exit, b, integrated);
-      go = mask_and(go, mask_not(found_.collides));
-      if constexpr (!kPath) go = mask_and(go, LaneMask(max_component(w_.nulls) > 0.0f));
-      const LaneMask leaves = mask_and(go, mask_not(tentative));
-      t = select(leaves, exit, t);
-      line_.advance(exits, leaves, &b);
-      const auto within = [](LaneInt i, LaneInt n) { return mask_and(LaneMask(i >= 0), LaneMask(i < n)); };
-      const LaneMask stays = mask_and(mask_and(within(b.x, nx), within(b.y, ny)), within(b.z, nz));
-      go = mask_and(go, mask_or(tentative, mask_and(LaneMask(exit < end), stays)));
+  void run() {
+    LaneMask go = splat_mask<Lane>(false);
+    for (;;) {
+      if (next_ < ways_.size() && kLanes - std::popcount(busy_) >= kRefill) go = refill(go);
+      if (!any(go)) return;
+      go = advance(go);
+      for (unsigned ended = busy_ & ~mask_bits(go); ended; ended &= ended - 1) end(std::countr_zero(ended));
     }
-    return found_;
   }
 
  private:
+  /// Lanes are given new ways as soon as so many are free.
+  static constexpr int kRefill = 3;
+
+  /// Gives free lanes new ways. `go`: the lanes that are on their way; returns them with the new ones.
+  LaneMask refill(LaneMask go) {
+    do {
+      unsigned fresh_bits = 0;
+      for (unsigned free = ~busy_ & 0xffu; free && next_ < ways_.size(); free &= free - 1) {
+        const int l = std::countr_zero(free);
+        for_each_given(ways_[next_], w_, ToLane{l});
+        VolumeWay<float> unfound;
+        unfound.optical = ways_[next_].optical, unfound.rate = ways_[next_].rate,
+        unfound.nulls = ways_[next_].nulls;
+        unfound.drawn = ways_[next_].drawn, unfound.left = ways_[next_].left;
+        for_each_found(unfound, w_, ToLane{l});
+        way_of_[l] = next_++;
+        fresh_bits |= 1u << l;
+      }
+      busy_ |= fresh_bits;
+      const LaneMask fresh = lanes_of(fresh_bits);
+      grids_.emplace(scene_, w_.medium, lanes_of(busy_));
+      line_ = LatticeLine(grids_->field().point(w_.origin), grids_->field().direction(w_.direction));
+      length_ = sqrt(dot(w_.direction, w_.direction));
+      if constexpr (kPath) share_ = channel_shares(w_.throughput);
+      const FieldLanes<Lane>& field = grids_->field();
+      nx_ = field.integer(kFieldBricks), ny_ = field.integer(kFieldBricks + 1),
+      nz_ = field.integer(kFieldBricks + 2);
+      first_ = field.integer(kFieldFirst);
+      Lane from;
+      clip(&from, &end_);
+      const LatticeCell at = brick_at(from, {nx_ - 1, ny_ - 1, nz_ - 1});
+      t_ = select(fresh, from, t_);
+      b_ = {select(fresh, at.x, b_.x), select(fresh, at.y, b_.y), select(fresh, at.z, b_.z)};
+      const LaneMask goes = mask_and(fresh, LaneMask(from < end_));
+      for (unsigned ended = fresh_bits & ~mask_bits(goes); ended; ended &= ended - 1)
+        end(std::countr_zero(ended));
+      go = mask_or(go, goes);
+    } while (!any(go) && next_ < ways_.size());
+    return go;
+  }
+  void end(int l) {
+    for_each_found(w_, ways_[way_of_[l]], FromLane{l});
+    busy_ &= ~(1u << l);
+  }
+  static LaneMask lanes_of(unsigned bits) {
+    LaneInt lanes{};
+    for (; bits; bits &= bits - 1) set_lane(&lanes, std::countr_zero(bits), 1);
+    return LaneMask(lanes != 0);
+  }
+
+  /// Goes on to the next tentative collision or the next brick. Returns the lanes whose way has not ended.
+  LaneMask advance(LaneMask go) {
+    const Vec3<Lane> exits = line_.exits(b_, kBrick);
+    const Lane exit = max(min(least(exits), end_), t_);
+    brick_ = select(go, first_ + (b_.z * ny_ + b_.y) * nx_ + b_.x, LaneInt{});
+    const Lane majorant = grids_->majorant(brick_);
+    const LaneMask tracked = mask_and(go, LaneMask(majorant > 0.0f)),
+                   integrated = mask_and(go, LaneMask(majorant < 0.0f));
+    const Lane rate = majorant * length_, need = rate * (exit - t_);
+    const LaneMask tentative = mask_and(tracked, LaneMask(need > w_.left));
+    const LaneMask passed = mask_and(tracked, mask_not(tentative));
+    w_.left = select(passed, w_.left - need, w_.left);
+    t_ = select(tentative, min(t_ + w_.left / select(tentative, rate, splat<Lane>(1.0f)), exit), t_);
+    if (any(tentative)) collide(t_, b_, majorant, tentative);
+    if (any(integrated)) integrate(t_, exit, b_, integrated);
+    go = mask_and(go, LaneMask(w_.collides == 0));
+    if constexpr (!kPath) go = mask_and(go, LaneMask(max_component(w_.nulls) > 0.0f));
+    const LaneMask leaves = mask_and(go, mask_not(tentative));
+    t_ = select(leaves, exit, t_);
+    line_.advance(exits, leaves, &b_);
+    const auto within = [](LaneInt i, LaneInt n) { return mask_and(LaneMask(i >= 0), LaneMask(i < n)); };
+    const LaneMask stays = mask_and(mask_and(within(b_.x, nx_), within(b_.y, ny_)), within(b_.z, nz_));
+    return mask_and(go, mask_or(tentative, mask_and(LaneMask(exit < end_), stays)));
+  }
+
   /// The part of the way within the grid's box.
   void clip(Lane* from, Lane* until) const {
     *from = w_.from, *until = w_.until;
-    const Vec3<Lane> lo = grids_.rgb(kGridLo), hi = grids_.rgb(kGridHi);
+    const Vec3<Lane> lo = grids_->rgb(kGridLo), hi = grids_->rgb(kGridHi);
     const auto slab = [&](Lane o, Lane d, Lane inverse, Lane near, Lane far) {
       const Lane a = (near - o) * inverse, b = (far - o) * inverse;
       const LaneMask along = LaneMask(d == 0.0f), inside = mask_and(LaneMask(o >= near), LaneMask(o <= far));
@@ -100,28 +143,28 @@ class Walk {
     return {index(p.x, b.x, last.x), index(p.y, b.y, last.y), index(p.z, b.z, last.z)};
   }
   LatticeCell last_cell() const {
-    const FieldLanes<Lane>& field = grids_.field();
+    const FieldLanes<Lane>& field = grids_->field();
     return {field.integer(kFieldLast), field.integer(kFieldLast + 1), field.integer(kFieldLast + 2)};
   }
 
   /// Tentative collisions at t.
   void collide(Lane t, const LatticeCell& b, Lane majorant, LaneMask mask) {
-    const MediumCoefficients<Lane> k = grids_.at(in_cell(cell_at(t, b, last_cell()), t, mask));
+    const MediumCoefficients<Lane> k = grids_->at(in_cell(cell_at(t, b, last_cell()), t, mask));
     const Lane inv = 1.0f / select(mask, majorant, splat<Lane>(1.0f));
     LaneMask real = splat_mask<Lane>(false);
     if constexpr (kPath) {
-      if (sight_.wanted) {
+      if (shines_) {
         const Vec3<Lane> p = point_at(t);
-        add_glow(grids_.emission(k, p, mask) * inv, dot(share_, reached()), p, majorant, mask);
+        add_glow(grids_->emission(k, p, mask) * inv, dot(share_, reached()), p, majorant, mask);
       }
-      real =
-          mask_and(mask, LaneMask(walk_number(w_.seed, w_.drawn) < component(k.extinction, channel_) * inv));
+      real = mask_and(mask, LaneMask(walk_number(as_uint(w_.seed), w_.drawn) <
+                                     component(k.extinction, w_.channel) * inv));
       end_at(real, t, k);
     }
     const LaneMask null = mask_and(mask, mask_not(real));
     const Vec3<Lane> kept = splat3<Lane>(1, 1, 1) - k.extinction * inv;
     w_.nulls = select(null, w_.nulls * non_negative(kept), w_.nulls);
-    w_.left = select(null, walk_depth(w_.seed, w_.drawn + 1), w_.left);
+    w_.left = select(null, walk_depth(as_uint(w_.seed), w_.drawn + 1), w_.left);
     w_.drawn = select(mask, w_.drawn + 2, w_.drawn);
   }
 
@@ -133,7 +176,7 @@ class Walk {
       const Vec3<Lane> exits = line_.exits(c, 1);
       const Lane until = max(min(least(exits), exit), t), step = (until - t) * (1.0f / 3);
       MediumCoefficients<Lane> k[4];
-      for (int i = 0; i < 4; ++i) k[i] = grids_.at(in_cell(c, t + step * static_cast<float>(i), mask));
+      for (int i = 0; i < 4; ++i) k[i] = grids_->at(in_cell(c, t + step * static_cast<float>(i), mask));
       const auto depth = [&](Lane a0, Lane a1, Lane a2, Lane a3) {
         return (a0 + a3 + (a1 + a2) * 3.0f) * (step * length_ * 0.375f);
       };
@@ -141,22 +184,23 @@ class Walk {
             &e3 = k[3].extinction;
       const Vec3<Lane> through{depth(e0.x, e1.x, e2.x, e3.x), depth(e0.y, e1.y, e2.y, e3.y),
                                depth(e0.z, e1.z, e2.z, e3.z)};
-      const Lane collides = grids_.collides();
+      const Lane collides = grids_->collides();
       if constexpr (kPath) {
-        const Lane own = component(through, channel_) * collides;
+        const Lane own = component(through, w_.channel) * collides;
         const LaneMask ends = mask_and(mask, LaneMask(own > w_.left));
         if (any(ends)) {
-          const Lane s = place_of(w_.left / (step * length_ * 3.0f), component(e0, channel_),
-                                  component(e1, channel_), component(e2, channel_), component(e3, channel_));
+          const Lane s =
+              place_of(w_.left / (step * length_ * 3.0f), component(e0, w_.channel),
+                       component(e1, w_.channel), component(e2, w_.channel), component(e3, w_.channel));
           const Lane at = t + (until - t) * s;
-          const MediumCoefficients<Lane> there = grids_.at(in_cell(c, at, mask));
+          const MediumCoefficients<Lane> there = grids_->at(in_cell(c, at, mask));
           // Up to there, in each channel as in the chosen one.
           const Vec3<Lane> part = partial_depth(s, k, step * length_ * 3.0f);
           w_.optical = select(ends, w_.optical + part, w_.optical);
           w_.rate = select(ends, w_.rate + part, w_.rate);
-          if (sight_.wanted) {
+          if (shines_) {
             const Vec3<Lane> p = point_at(at);
-            add_glow(grids_.emission(there, p, ends), dot(share_, there.extinction * reached()), p,
+            add_glow(grids_->emission(there, p, ends), dot(share_, there.extinction * reached()), p,
                      mean(there.extinction), ends);
           }
           end_at(ends, at, there);
@@ -179,7 +223,7 @@ class Walk {
 
   /// The cell c at t; of lanes outside of `mask` a cell that exists.
   FieldCell<Lane> in_cell(const LatticeCell& c, Lane t, LaneMask mask) const {
-    FieldCell<Lane> found = field_cell<Lane>(grids_.field(), c.x, c.y, c.z, line_.at(t));
+    FieldCell<Lane> found = field_cell<Lane>(grids_->field(), c.x, c.y, c.z, line_.at(t));
     const int some = std::countr_zero(mask_bits(mask));
     found.brick = select(mask, found.brick, splat_int<Lane>(lane(found.brick, some)));
     found.corner = select(mask, found.corner, LaneInt{});
@@ -225,50 +269,55 @@ class Walk {
   void add_glow(const Vec3<Lane>& shown, Lane density, const Vec3<Lane>& p, Lane rate, LaneMask mask) {
     mask = mask_and(mask, LaneMask(density > 0.0f));
     const Lane inv = 1.0f / select(mask, density, splat<Lane>(1.0f));
-    const Vec3<Lane> all = throughput_ * exp_minus(w_.optical) * w_.nulls * shown * inv;
+    const Vec3<Lane> all = w_.throughput * exp_minus(w_.optical) * w_.nulls * shown * inv;
     const Lane sum = all.x + all.y + all.z;
-    found_.all_glow = select(mask, found_.all_glow + sum, found_.all_glow);
-    const Vec3<Lane> way = p - sight_.start;
-    const Lane passed = mean(reached()) * sight_.panes, drawn = gather(drawn_.data(), brick_);
+    w_.all_glow = select(mask, w_.all_glow + sum, w_.all_glow);
+    const Vec3<Lane> way = p - w_.start;
+    const Lane passed = mean(reached()) * w_.panes, drawn = gather(drawn_.data(), brick_);
     // M6.
-    const Lane hit = rate * passed, next_event = sight_.next_event * drawn * dot(way, way),
-               light_paths = sight_.light_paths * drawn * passed, others = next_event + light_paths;
+    const Lane hit = rate * passed, next_event = w_.next_event * drawn * dot(way, way),
+               light_paths = w_.light_paths * drawn * passed, others = next_event + light_paths;
     const LaneMask shared = LaneMask(others > 0.0f);
     const Lane inv_all = 1.0f / select(shared, hit + others, splat<Lane>(1.0f));
     const Lane weight = select(shared, hit * inv_all, splat<Lane>(1.0f));
-    found_.glow = select(mask, found_.glow + all * weight, found_.glow);
-    found_.light_path_glow =
-        select(mask_and(mask, shared), found_.light_path_glow + sum * (light_paths * inv_all),
-               found_.light_path_glow);
+    w_.glow = select(mask, w_.glow + all * weight, w_.glow);
+    w_.light_path_glow = select(mask_and(mask, shared), w_.light_path_glow + sum * (light_paths * inv_all),
+                                w_.light_path_glow);
   }
   void end_at(LaneMask mask, Lane t, const MediumCoefficients<Lane>& k) {
-    found_.collides = mask_or(found_.collides, mask);
-    found_.at = select(mask, t, found_.at);
-    found_.rate = select(mask, k.extinction, found_.rate);
-    found_.scattering = select(mask, k.scattering, found_.scattering);
+    w_.collides = select(mask, splat_int<Lane>(1), w_.collides);
+    w_.at = select(mask, t, w_.at);
+    w_.end_rate = select(mask, k.extinction, w_.end_rate);
+    w_.end_scattering = select(mask, k.scattering, w_.end_scattering);
   }
 
-  VolumeWalk& w_;
+  const RenderScene& scene_;
+  VolumeWays& ways_;
   const std::vector<float>& drawn_;
-  Grids<Lane> grids_;
-  LaneInt channel_;
-  Vec3<Lane> throughput_, share_{};
-  const GlowSight& sight_;
-  LaneInt brick_{};
-  Lane length_;
-  LatticeLine line_;
-  VolumeCollision found_{};
+  bool shines_;
+  size_t next_ = 0;    // of ways_ to be walked
+  unsigned busy_ = 0;  // lanes that have a way, and which
+  size_t way_of_[kLanes] = {};
+
+  VolumeWay<Lane> w_;
+  std::optional<Grids<Lane>> grids_;
+  LatticeLine line_{{}, {}};
+  Vec3<Lane> share_{};                    // of the channels
+  Lane length_{};                         // of a unit of the direction
+  LaneInt nx_{}, ny_{}, nz_{}, first_{};  // the grid's bricks
+  Lane t_{}, end_{};                      // where it is, and where it leaves the grid
+  LatticeCell b_{};                       // the brick there,
+  LaneInt brick_{};                       // and its number
 };
 
 }  // namespace
 
-VolumeCollision walk_through_volumes(const RenderScene& scene, LaneInt channel, const Vec3<Lane>& throughput,
-                                     const GlowSight& sight, VolumeWalk* walk) {
-  return Walk<true>(scene, channel, throughput, sight, walk).run();
+void walk_through_volumes(const RenderScene& scene, bool shines, VolumeWays* ways) {
+  Walk<true>(scene, shines, ways).run();
 }
 
-void pass_through_volumes(const RenderScene& scene, VolumeWalk* walk) {
-  Walk<false>(scene, LaneInt{}, {}, GlowSight{}, walk).run();
+void pass_through_volumes(const RenderScene& scene, VolumeWays* ways) {
+  Walk<false>(scene, false, ways).run();
 }
 
 }  // namespace lightmill

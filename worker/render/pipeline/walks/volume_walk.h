@@ -20,24 +20,11 @@
 // a vertex at which next-event estimation could have drawn the point, it has the weight of M6
 // (connections/volume_light_sampling.h).
 #include "worker/render/math/exp.h"
-#include "worker/render/pipeline/work_items.h"
+#include "worker/render/pipeline/walks/volume_way.h"
 #include "worker/render/sampling/sobol.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
-
-/// A way per lane, and what has been found on it.
-struct VolumeWalk {
-  LaneMask active;
-  LaneInt medium;                // has a grid where active
-  Vec3<Lane> origin, direction;  // of normalised space
-  Lane from, until;              // from origin + from * direction on; direction need not be a unit vector
-  UintOf<Lane> seed;             // of its random numbers,
-  LaneInt drawn;                 // of which so many have been drawn
-  Lane left;                     // optical depth to the next (tentative) collision
-  Vec3<Lane> optical{}, rate{};  // depth by extinction and by collision rate, of what is integrated
-  Vec3<Lane> nulls = splat3<Lane>(1, 1, 1);  // the product above
-};
 
 /// Uniform number `index` of a walk's seed.
 inline Lane walk_number(UintOf<Lane> seed, LaneInt index) {
@@ -49,30 +36,9 @@ inline Lane walk_depth(UintOf<Lane> seed, LaneInt index) {
   return minus_log_one_minus(u + 0x1p-25f, (1.0f - u) - 0x1p-25f);
 }
 
-/// What is wanted of the emission that paths meet.
-struct GlowSight {
-  bool wanted = false;
-  Vec3<Lane> start;                // of the segment
-  Lane panes = splat<Lane>(1.0f);  // medium_walk.h
-  // M6: dVCM x the probability that next-event estimation at `start` chooses the grid, and dVC x that with
-  // which light paths do, over 4 pi.
-  Lane next_event{}, light_paths{};
-};
-
-/// Where segments end in a grid.
-struct VolumeCollision {
-  LaneMask collides;
-  Lane at{};                        // in units of the direction
-  Vec3<Lane> rate{}, scattering{};  // coefficients there
-  Vec3<Lane> glow{};                // emission found on the way, times the path's throughput and its weight
-  // Sums over the channels of the same without weights, and with the weight of light paths in its place.
-  Lane all_glow{}, light_path_glow{};
-};
-
-/// Walks until the way ends or a path does. `channel` is the one drawn; `throughput` at the segment's start.
-VolumeCollision walk_through_volumes(const RenderScene& scene, LaneInt channel, const Vec3<Lane>& throughput,
-                                     const GlowSight& sight, VolumeWalk* walk);
-/// The same for a connection, which nothing ends.
-void pass_through_volumes(const RenderScene& scene, VolumeWalk* walk);
+/// Walks each way until it ends or a path does. `shines`: what is emitted is wanted.
+void walk_through_volumes(const RenderScene& scene, bool shines, VolumeWays* ways);
+/// The same for connections, which nothing ends.
+void pass_through_volumes(const RenderScene& scene, VolumeWays* ways);
 
 }  // namespace lightmill
