@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/base/parallel.h"
-#include "worker/render/scene/textures/noise.h"
+#include "worker/render/scene/textures/gradient_noise.h"
 
 namespace lightmill {
 namespace {
@@ -14,40 +14,42 @@ constexpr float kLacunarity = 1.99f;
 constexpr int kOctaves = 5, kBends = 2;
 constexpr float kFirstBend = 10;
 
-NoisePoint scaled(const NoisePoint& p, float s) { return {p.x * s, p.y * s, p.z * s}; }
-
 /// The gradient of the noise by differences.
-NoisePoint noise_gradient(const NoisePoint& p) {
+template <class F>
+Vec3<F> noise_gradient(const Vec3<F>& p) {
   constexpr float kDelta = 0.01f;
-  const float n = gradient_noise(p);
-  return {(gradient_noise({p.x + kDelta, p.y, p.z}) - n) / kDelta,
-          (gradient_noise({p.x, p.y + kDelta, p.z}) - n) / kDelta,
-          (gradient_noise({p.x, p.y, p.z + kDelta}) - n) / kDelta};
+  const F n = gradient_noise<F>(p);
+  const auto slope = [&](const Vec3<F>& beside) { return (gradient_noise<F>(beside) - n) / kDelta; };
+  return {slope({p.x + kDelta, p.y, p.z}), slope({p.x, p.y + kDelta, p.z}), slope({p.x, p.y, p.z + kDelta})};
+}
+
+template <class F>
+F density_at(const CloudDensity& cloud, const Vec3<F>& p) {
+  Vec3<F> at = p * splat<F>(cloud.frequency);
+  if (cloud.wispiness > 0) {
+    float omega = 0.05f * cloud.wispiness, lambda = kFirstBend;
+    for (int i = 0; i < kBends; ++i) {
+      at = at + noise_gradient<F>(at * splat<F>(lambda)) * splat<F>(omega);
+      omega *= 0.5f;
+      lambda *= kLacunarity;
+    }
+  }
+  F noise{};
+  float omega = 0.5f, lambda = 1;
+  for (int i = 0; i < kOctaves; ++i) {
+    noise += omega * gradient_noise<F>(at * splat<F>(lambda));
+    omega *= 0.5f;
+    lambda *= kLacunarity;
+  }
+  const F d = clamp((1.0f - p.y) * 4.5f * cloud.density * noise, 0.0f, 1.0f);
+  return clamp(d + 2.0f * max(F{}, 0.5f - p.y), 0.0f, 1.0f);
 }
 
 }  // namespace
 
 float cloud_density(const CloudDensity& cloud, const Vec3d& p) {
-  NoisePoint at =
-      scaled({static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}, cloud.frequency);
-  if (cloud.wispiness > 0) {
-    float omega = 0.05f * cloud.wispiness, lambda = kFirstBend;
-    for (int i = 0; i < kBends; ++i) {
-      const NoisePoint bend = noise_gradient(scaled(at, lambda));
-      at = {at.x + omega * bend.x, at.y + omega * bend.y, at.z + omega * bend.z};
-      omega *= 0.5f;
-      lambda *= kLacunarity;
-    }
-  }
-  float noise = 0, omega = 0.5f, lambda = 1;
-  for (int i = 0; i < kOctaves; ++i) {
-    noise += omega * gradient_noise(scaled(at, lambda));
-    omega *= 0.5f;
-    lambda *= kLacunarity;
-  }
-  const auto y = static_cast<float>(p.y);
-  const float d = std::clamp((1 - y) * 4.5f * cloud.density * noise, 0.0f, 1.0f);
-  return std::clamp(d + 2 * std::max(0.0f, 0.5f - y), 0.0f, 1.0f);
+  return density_at<float>(cloud,
+                           {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
 }
 
 VolumeField cloud_field(const CloudDensity& cloud, const Vec3d& lo, const Vec3d& hi, int threads) {
@@ -69,14 +71,18 @@ VolumeField cloud_field(const CloudDensity& cloud, const Vec3d& lo, const Vec3d&
   field.hi = {hi.x + half[0], hi.y + half[1], hi.z + half[2]};
   const auto row = static_cast<size_t>(count[0]), layer = row * static_cast<size_t>(count[1]);
   field.values.resize(layer * static_cast<size_t>(count[2]));
+  const auto at = [&](double from, int axis, size_t i) {
+    return static_cast<float>(from + 2 * half[axis] * static_cast<double>(i));
+  };
+  constexpr size_t kLanes = kWidth<Float8>;
   parallel_for(static_cast<size_t>(count[2]), threads, [&](size_t z) {
     for (size_t y = 0; y < static_cast<size_t>(count[1]); ++y) {
-      for (size_t x = 0; x < row; ++x) {
-        const auto at = [&](double from, int axis, size_t i) {
-          return from + 2 * half[axis] * static_cast<double>(i);
-        };
-        field.values[z * layer + y * row + x] =
-            cloud_density(cloud, {at(lo.x, 0, x), at(lo.y, 1, y), at(lo.z, 2, z)});
+      for (size_t x = 0; x < row; x += kLanes) {
+        float xs[kLanes], density[kLanes];
+        for (size_t l = 0; l < kLanes; ++l) xs[l] = at(lo.x, 0, x + l);
+        store(density, density_at<Float8>(cloud, {load<Float8>(xs), splat<Float8>(at(lo.y, 1, y)),
+                                                  splat<Float8>(at(lo.z, 2, z))}));
+        std::copy_n(density, std::min(kLanes, row - x), &field.values[z * layer + y * row + x]);
       }
     }
   });
