@@ -72,8 +72,8 @@ struct VolumePoints {
     p = r.vec(kLightP) + r.vec(kLightE1) * place.x + r.vec(kLightE2) * place.y + r.vec(kLightN) * place.z;
     const Grids<Lane> grids(scene, medium, ours);
     FieldCell<Lane> cell =
-        field_cell<Lane>(grids.field(), load_int<Lane>(points.cell[0]), load_int<Lane>(points.cell[1]),
-                         load_int<Lane>(points.cell[2]), lanes(points.at));
+        field_cell<Lane>(bricks_of(grids.field()), load_int<Lane>(points.cell[0]),
+                         load_int<Lane>(points.cell[1]), load_int<Lane>(points.cell[2]), lanes(points.at));
     const int some = std::countr_zero(mask_bits(ours));
     cell.brick = select(ours, cell.brick, splat_int<Lane>(lane(cell.brick, some)));
     cell.corner = select(ours, cell.corner, LaneInt{});

@@ -56,12 +56,12 @@ class Walk {
       length_ = sqrt(dot(w_.direction, w_.direction));
       if constexpr (kPath) share_ = channel_shares(w_.throughput);
       const FieldLanes<Lane>& field = grids_->field();
-      nx_ = field.integer(kFieldBricks), ny_ = field.integer(kFieldBricks + 1),
+      bricks_ = bricks_of(field);
       nz_ = field.integer(kFieldBricks + 2);
-      first_ = field.integer(kFieldFirst);
+      last_cell_ = {field.integer(kFieldLast), field.integer(kFieldLast + 1), field.integer(kFieldLast + 2)};
       Lane from;
       clip(&from, &end_);
-      const LatticeCell at = brick_at(from, {nx_ - 1, ny_ - 1, nz_ - 1});
+      const LatticeCell at = brick_at(from, {bricks_.nx - 1, bricks_.ny - 1, nz_ - 1});
       t_ = select(fresh, from, t_);
       b_ = {select(fresh, at.x, b_.x), select(fresh, at.y, b_.y), select(fresh, at.z, b_.z)};
       const LaneMask goes = mask_and(fresh, LaneMask(from < end_));
@@ -85,7 +85,7 @@ class Walk {
   LaneMask advance(LaneMask go) {
     const Vec3<Lane> exits = line_.exits(b_, kBrick);
     const Lane exit = max(min(least(exits), end_), t_);
-    brick_ = select(go, first_ + (b_.z * ny_ + b_.y) * nx_ + b_.x, LaneInt{});
+    brick_ = select(go, bricks_.first + (b_.z * bricks_.ny + b_.y) * bricks_.nx + b_.x, LaneInt{});
     const Lane majorant = grids_->majorant(brick_);
     const LaneMask tracked = mask_and(go, LaneMask(majorant > 0.0f)),
                    integrated = mask_and(go, LaneMask(majorant < 0.0f));
@@ -102,7 +102,8 @@ class Walk {
     t_ = select(leaves, exit, t_);
     line_.advance(exits, leaves, &b_);
     const auto within = [](LaneInt i, LaneInt n) { return mask_and(LaneMask(i >= 0), LaneMask(i < n)); };
-    const LaneMask stays = mask_and(mask_and(within(b_.x, nx_), within(b_.y, ny_)), within(b_.z, nz_));
+    const LaneMask stays =
+        mask_and(mask_and(within(b_.x, bricks_.nx), within(b_.y, bricks_.ny)), within(b_.z, nz_));
     return mask_and(go, mask_or(tentative, mask_and(LaneMask(exit < end_), stays)));
   }
 
@@ -142,14 +143,9 @@ class Walk {
     };
     return {index(p.x, b.x, last.x), index(p.y, b.y, last.y), index(p.z, b.z, last.z)};
   }
-  LatticeCell last_cell() const {
-    const FieldLanes<Lane>& field = grids_->field();
-    return {field.integer(kFieldLast), field.integer(kFieldLast + 1), field.integer(kFieldLast + 2)};
-  }
-
   /// Tentative collisions at t.
   void collide(Lane t, const LatticeCell& b, Lane majorant, LaneMask mask) {
-    const MediumCoefficients<Lane> k = grids_->at(in_cell(cell_at(t, b, last_cell()), t, mask));
+    const MediumCoefficients<Lane> k = grids_->at(in_cell(cell_at(t, b, last_cell_), t, mask));
     const Lane inv = 1.0f / select(mask, majorant, splat<Lane>(1.0f));
     LaneMask real = splat_mask<Lane>(false);
     if constexpr (kPath) {
@@ -170,7 +166,7 @@ class Walk {
 
   /// Goes through the cells of a brick from t to `exit` without tracking.
   void integrate(Lane t, Lane exit, const LatticeCell& b, LaneMask mask) {
-    const LatticeCell last = last_cell();
+    const LatticeCell& last = last_cell_;
     LatticeCell c = cell_at(t, b, last);
     while (any(mask)) {
       const Vec3<Lane> exits = line_.exits(c, 1);
@@ -223,7 +219,7 @@ class Walk {
 
   /// The cell c at t; of lanes outside of `mask` a cell that exists.
   FieldCell<Lane> in_cell(const LatticeCell& c, Lane t, LaneMask mask) const {
-    FieldCell<Lane> found = field_cell<Lane>(grids_->field(), c.x, c.y, c.z, line_.at(t));
+    FieldCell<Lane> found = field_cell<Lane>(bricks_, c.x, c.y, c.z, line_.at(t));
     const int some = std::countr_zero(mask_bits(mask));
     found.brick = select(mask, found.brick, splat_int<Lane>(lane(found.brick, some)));
     found.corner = select(mask, found.corner, LaneInt{});
@@ -302,12 +298,14 @@ class Walk {
   VolumeWay<Lane> w_;
   std::optional<Grids<Lane>> grids_;
   LatticeLine line_{{}, {}};
-  Vec3<Lane> share_{};                    // of the channels
-  Lane length_{};                         // of a unit of the direction
-  LaneInt nx_{}, ny_{}, nz_{}, first_{};  // the grid's bricks
-  Lane t_{}, end_{};                      // where it is, and where it leaves the grid
-  LatticeCell b_{};                       // the brick there,
-  LaneInt brick_{};                       // and its number
+  Vec3<Lane> share_{};        // of the channels
+  Lane length_{};             // of a unit of the direction
+  FieldBricks<Lane> bricks_;  // of the grid,
+  LaneInt nz_{};              // along z
+  LatticeCell last_cell_{};   // the farthest one
+  Lane t_{}, end_{};          // where it is, and where it leaves the grid
+  LatticeCell b_{};           // the brick there,
+  LaneInt brick_{};           // and its number
 };
 
 }  // namespace

@@ -144,8 +144,8 @@ class GridLight {
       const auto lanes = [](const float(*rows)[kWidth<F>]) {
         return Vec3<F>{load<F>(rows[0]), load<F>(rows[1]), load<F>(rows[2])};
       };
-      const auto k = grids.at(field_cell<F>(grids.field(), load_int<F>(cell[0]), load_int<F>(cell[1]),
-                                            load_int<F>(cell[2]), lanes(at)));
+      const auto k = grids.at(field_cell<F>(bricks_of(grids.field()), load_int<F>(cell[0]),
+                                            load_int<F>(cell[1]), load_int<F>(cell[2]), lanes(at)));
       const Vec3<F> shown = grids.emission(k, lanes(place), all);
       for (int l = 0; l < kWidth<F>; ++l) {
         b->rgb[0] += double{lane(shown.x, l)} / kAll;

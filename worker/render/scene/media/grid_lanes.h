@@ -28,6 +28,8 @@ class Grids {
   Grids(const RenderScene& scene, IntOf<F> medium, MaskOf<F> active)
       : table_(scene.volumes),
         medium_(scene.media.data(), medium),
+        extinction_(medium_.rgb(kMediumExtinction)),
+        scattering_(medium_.rgb(kMediumScattering)),
         record_(select(active, (medium_.grid() - 1) * kGridFloats, IntOf<F>{})),
         coefficients_{table_, record_ + kGridCoefficients},
         own_(MaskOf<F>(integer(kGridChannels) != 1)),
@@ -43,7 +45,7 @@ class Grids {
   /// 1 where paths may end a segment.
   F collides() const { return collides_; }
 
-  MediumCoefficients<F> at(const FieldCell<F>& c) const {
+  [[gnu::always_inline]] MediumCoefficients<F> at(const FieldCell<F>& c) const {
     const F density = field_value<F>(table_, c);
     MediumCoefficients<F> k{medium_.rgb(kMediumExtinction) * density,
                             medium_.rgb(kMediumScattering) * density, density};
@@ -107,6 +109,7 @@ class Grids {
 
   const VolumeTable& table_;
   MediumRecord<F> medium_;
+  Vec3<F> extinction_, scattering_;  // of the medium
   IntOf<F> record_;
   FieldLanes<F> coefficients_;
   MaskOf<F> own_;

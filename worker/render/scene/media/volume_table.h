@@ -110,14 +110,23 @@ inline IntOf<F> clamp_int(IntOf<F> x, IntOf<F> lo, IntOf<F> hi) {
   return select(MaskOf<F>(x > hi), hi, x);
 }
 
+/// The bricks of a field: how many along x and y, and the number of the first.
+template <class F>
+struct FieldBricks {
+  IntOf<F> nx{}, ny{}, first{};
+};
+template <class F>
+inline FieldBricks<F> bricks_of(const FieldLanes<F>& field) {
+  return {field.integer(kFieldBricks), field.integer(kFieldBricks + 1), field.integer(kFieldFirst)};
+}
+
 /// The cell with indices x, y, z, at cell coordinates p.
 template <class F>
-inline FieldCell<F> field_cell(const FieldLanes<F>& field, IntOf<F> x, IntOf<F> y, IntOf<F> z,
+inline FieldCell<F> field_cell(const FieldBricks<F>& bricks, IntOf<F> x, IntOf<F> y, IntOf<F> z,
                                const Vec3<F>& p) {
-  const IntOf<F> nx = field.integer(kFieldBricks), ny = field.integer(kFieldBricks + 1);
   FieldCell<F> c;
   c.brick =
-      field.integer(kFieldFirst) + ((z >> kBrickBits) * ny + (y >> kBrickBits)) * nx + (x >> kBrickBits);
+      bricks.first + ((z >> kBrickBits) * bricks.ny + (y >> kBrickBits)) * bricks.nx + (x >> kBrickBits);
   c.corner = ((z & (kBrick - 1)) * kBrickSide + (y & (kBrick - 1))) * kBrickSide + (x & (kBrick - 1));
   c.at = {clamp(p.x - to_float(x), 0.0f, 1.0f), clamp(p.y - to_float(y), 0.0f, 1.0f),
           clamp(p.z - to_float(z), 0.0f, 1.0f)};
@@ -130,7 +139,7 @@ inline FieldCell<F> field_cell(const FieldLanes<F>& field, const Vec3<F>& p) {
     const IntOf<F> last = field.integer(kFieldLast + axis);
     return clamp_int<F>(to_int(floor(clamp(x, -1.0f, 1e9f))), IntOf<F>{}, last);
   };
-  return field_cell(field, index(p.x, 0), index(p.y, 1), index(p.z, 2), p);
+  return field_cell<F>(bricks_of(field), index(p.x, 0), index(p.y, 1), index(p.z, 2), p);
 }
 
 /// The value of a channel.
