@@ -90,8 +90,8 @@ struct EmitterPattern {
 struct VolumeLight {
   int32_t light = 0, medium = 0;
   std::array<float, 3> first{}, cells{};  // the box of its record, in cell coordinates: where it begins, size
-  std::vector<std::array<uint16_t, 3>> bricks;  // those that shine, by place in the grid
-  std::vector<float> keep;                      // alias method: a brick in proportion to what leaves it
+  std::vector<std::array<int32_t, 3>> bricks;  // those that shine, by place in the grid
+  std::vector<float> keep;                     // alias method: a brick in proportion to what leaves it
   std::vector<int32_t> alias;
 };
 

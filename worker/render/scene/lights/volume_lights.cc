@@ -22,7 +22,7 @@ constexpr int kPoints = 4;
 
 /// What a brick sends out.
 struct Brick {
-  std::array<uint16_t, 3> at{};
+  std::array<int32_t, 3> at{};
   size_t number = 0;   // in VolumeTable::bricks
   double volume = 0;   // of normalised space, within the grid's box
   double rgb[3] = {};  // mean radiance per unit length
@@ -51,7 +51,7 @@ class GridLight {
         for (int32_t x = 0; x < count(0); ++x, ++number) {
           if (scene_.volumes.majorants[number] == 0) continue;
           Brick b;
-          b.at = {static_cast<uint16_t>(x), static_cast<uint16_t>(y), static_cast<uint16_t>(z)};
+          b.at = {x, y, z};
           b.number = number;
           b.volume = cell_volume_;
           for (size_t i = 0; i < 3; ++i) {
