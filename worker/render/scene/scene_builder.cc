@@ -115,9 +115,11 @@ class SceneBuilder {
     const auto glows = [](const MediumDescription& m) { return !is_black(brightest(m)); };
     if (out_.lights.count() > 0 || in_.strict_lights || std::ranges::any_of(in_.media, glows)) return;
     if (in_.lights.empty() && in_.area_lights.empty()) return;  // made so, by a program
-    const std::string file = in_.files.empty() ? "" : in_.files.front().name;
+    SourceLocation start;
+    if (!in_.files.empty()) start.file = in_.files.front().name;
+    start.line = start.column = 1;
     out_.warnings.push_back(
-        {{file, 1, 1}, Severity::kWarning, "no light of the scene shines: the picture will be black"});
+        {start, Severity::kWarning, "no light of the scene shines: the picture will be black"});
   }
   /// Sets the flags of what is to be kept; each of them guards code that does nothing where nothing needs it.
   void apply_overrides() {
