@@ -1,6 +1,7 @@
 // NanoVDB files.
-#include "common/base/error.h"
 #include "common/scene/volume/nanovdb/nanovdb.h"
+
+#include "common/base/error.h"
 #include "tests/fuzz/targets/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

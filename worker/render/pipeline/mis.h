@@ -54,8 +54,8 @@
 // known once the segment has been traced through the boundaries of media, so those weights are completed
 // then. medium_walk.h says what stands in for mu and P where their true values depend on the path's colour.
 // Grids that shine are lights, where a vertex on the light has a rate, too
-// (connections/volume_light_sampling.h). What a homogeneous medium emits is found by camera paths alone and has
-// no weight.
+// (connections/volume_light_sampling.h). What a homogeneous medium emits is found by camera paths alone and
+// has no weight.
 //
 // Guides. Where the photon guide directs a part of the camera paths (guided_density.h), pdf and pdf_rev of
 // how they scatter are those of both ways together, in M4 and M7 to M9 alike.

@@ -61,8 +61,8 @@ struct VolumeTable {
 // density, CPU seconds for the same samples and nearly the same variance with 16, 64, 128 and
 // 1000: 15.7, 10.8, 9.7, 12.0; of a hundred times, with 16, 128 and 512: 12.3, 15.5, 17.3.
 //
-// Bricks of 4^3 cells were tried: a plume takes 0.96 and a fire in a room 1.15 times as long for 0.98 and 0.79
-// times the variance, with 1.4 times the memory.
+// Bricks of 4^3 cells were tried: a plume takes 0.96 and a fire in a room 1.15 times as long for 0.98 and
+// 0.79 times the variance, with 1.4 times the memory.
 inline constexpr float kMostTracked = 64;
 
 /// Where a brick of a grid's coefficients lies along an axis, within the grid's box.
