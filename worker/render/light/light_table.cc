@@ -11,6 +11,16 @@ namespace {
 /// With a tree, lights at infinity are chosen this often: nothing tells which of the two matter where.
 constexpr float kInfinityShare = 0.5f;
 
+/// Puts the sphere around the box.
+void enclose(LightBound* b) {
+  double diagonal2 = 0;
+  for (int i = 0; i < 3; ++i) {
+    b->center[i] = 0.5 * (b->lo[i] + b->hi[i]);
+    diagonal2 += (b->hi[i] - b->lo[i]) * (b->hi[i] - b->lo[i]);
+  }
+  b->radius = 0.5 * std::sqrt(diagonal2);
+}
+
 /// Bounds of a light that is not at infinity.
 LightBound bound_of(LightType type, const float* r, double power) {
   LightBound b;
@@ -21,24 +31,18 @@ LightBound bound_of(LightType type, const float* r, double power) {
         b.lo[i] = std::min(b.lo[i], points[k][i]);
         b.hi[i] = std::max(b.hi[i], points[k][i]);
       }
-      b.center[i] = 0.5 * (b.lo[i] + b.hi[i]);
     }
-    double diagonal2 = 0;
-    for (int i = 0; i < 3; ++i) diagonal2 += (b.hi[i] - b.lo[i]) * (b.hi[i] - b.lo[i]);
-    b.radius = 0.5 * std::sqrt(diagonal2);
+    enclose(&b);
   };
   if (type == kVolumeLight) {
-    double diagonal2 = 0;
     for (int i = 0; i < 3; ++i) {
       b.lo[i] = b.hi[i] = double{r[kLightP + i]};
       for (const int edge : {kLightE1, kLightE2, kLightN}) {
         b.lo[i] += std::min(double{r[edge + i]}, 0.0);
         b.hi[i] += std::max(double{r[edge + i]}, 0.0);
       }
-      b.center[i] = 0.5 * (b.lo[i] + b.hi[i]);
-      diagonal2 += (b.hi[i] - b.lo[i]) * (b.hi[i] - b.lo[i]);
     }
-    b.radius = 0.5 * std::sqrt(diagonal2);
+    enclose(&b);
     b.intensity = power / (4 * M_PI);
     b.cos_emission = -1;
     return b;
@@ -209,12 +213,7 @@ void LightTable::widen(size_t light, LightBound* bound) const {
       bound->hi[i] = std::max(bound->hi[i], there.hi[i]);
     }
   }
-  double diagonal2 = 0;
-  for (size_t i = 0; i < 3; ++i) {
-    bound->center[i] = 0.5 * (bound->lo[i] + bound->hi[i]);
-    diagonal2 += (bound->hi[i] - bound->lo[i]) * (bound->hi[i] - bound->lo[i]);
-  }
-  bound->radius = 0.5 * std::sqrt(diagonal2);
+  enclose(bound);
   bound->cos_emission = -1;
 }
 

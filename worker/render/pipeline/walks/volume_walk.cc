@@ -41,11 +41,7 @@ class Walk {
       for (unsigned free = ~busy_ & 0xffu; free && next_ < ways_.size(); free &= free - 1) {
         const int l = std::countr_zero(free);
         for_each_given(ways_[next_], w_, ToLane{l});
-        VolumeWay<float> unfound;
-        unfound.optical = ways_[next_].optical, unfound.rate = ways_[next_].rate,
-        unfound.nulls = ways_[next_].nulls;
-        unfound.drawn = ways_[next_].drawn, unfound.left = ways_[next_].left;
-        for_each_found(unfound, w_, ToLane{l});
+        for_each_found(ways_[next_], w_, ToLane{l});  // nothing yet
         way_of_[l] = next_++;
         fresh_bits |= 1u << l;
       }
