@@ -17,6 +17,7 @@
 #include "coordinator/service/client_service.h"
 #include "coordinator/service/limits/listener.h"
 #include "coordinator/service/limits/stream_limit.h"
+#include "coordinator/service/sequence_service.h"
 #include "coordinator/service/token_processor.h"
 #include "coordinator/service/worker_service.h"
 
@@ -71,9 +72,12 @@ struct Server::Impl {
         metrics(farm, options.metrics),
         tile_log(options.tile_log ? *options.tile_log : own_tile_log),
         stalls(clock, options.quotas.stall_seconds),
-        client_service(farm, blobs, tile_log, stalls, options.quotas,
+        client_service(farm, blobs, tile_log, stalls, options.quotas, submission_gate,
                        options.security.tls() ? nullptr : submissions,
                        callers(authenticator, "/lightmill.v1.ClientService/SubmitJob")),
+        sequence_service(farm, blobs, stalls, options.quotas, submission_gate,
+                         options.security.tls() ? nullptr : submissions,
+                         callers(authenticator, "/lightmill.v1.SequenceService/SubmitSequence")),
         worker_service(farm, blobs, metrics, tile_log, stalls, options.quotas, options.lease_seconds,
                        callers(authenticator, "/lightmill.v1.WorkerService/Register"), options.wanted) {}
   Farm& farm;
@@ -84,7 +88,9 @@ struct Server::Impl {
   TileLog& tile_log;
   const SteadyClock clock;
   StallWatch stalls;
+  SubmissionGate submission_gate;
   ClientService client_service;
+  SequenceService sequence_service;
   WorkerService worker_service;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
   std::unique_ptr<grpc::Server> rpc;
@@ -120,6 +126,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
   impl_->acceptor = builder.experimental().AddExternalConnectionAcceptor(
       Experimental::ExternalConnectionType::FROM_FD, credentials);
   builder.RegisterService(&impl_->client_service);
+  builder.RegisterService(&impl_->sequence_service);
   builder.RegisterService(&impl_->worker_service);
   impl_->rpc = builder.BuildAndStart();
   if (!impl_->rpc) throw Error(ErrorKind::kFailed, "gRPC does not start");
@@ -145,6 +152,7 @@ Server::~Server() {
   impl_->http.reset();  // its metrics ask the listener
   impl_->listener.reset();
   impl_->client_service.stop();
+  impl_->sequence_service.stop();
   impl_->worker_service.stop();
   impl_->farm.stop_waiting();
   impl_->rpc->Shutdown(std::chrono::system_clock::now() + kShutdownGrace);

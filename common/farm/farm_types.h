@@ -38,6 +38,7 @@ struct JobRequest {
   std::string submitter;     // shares the farm with others by this name; empty: all without one together
   int max_workers = 0;       // that render it at the same time; 0: any number
   std::vector<JobId> after;  // it starts once these are done
+  double deadline = 0;       // when it is to be done, seconds since 1970; 0: no matter
   Image reference;           // empty, or what --reference gave: adds the true errors to the curve
 };
 
@@ -53,6 +54,7 @@ struct JobStatus {
   std::string submitter;
   int max_workers = 0;  // 0: any number
   std::vector<JobId> after;
+  double deadline = 0;  // seconds since 1970; 0: none
   int64_t packets_done = 0, packets_total = 0;
   int64_t tiles_committed = 0, tiles_leased = 0;
   int64_t tiles_pending = 0;      // of the round at hand; not told to clients

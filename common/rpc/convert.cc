@@ -164,6 +164,7 @@ v1::JobStatus to_proto(const JobStatus& s) {
   m.set_pool(valid_utf8(s.pool));
   m.set_submitter(valid_utf8(s.submitter));
   m.set_max_workers(s.max_workers);
+  m.set_deadline(s.deadline);
   for (const JobId& id : s.after) m.add_after(id.value);
   m.set_packets_done(s.packets_done);
   m.set_packets_total(s.packets_total);
@@ -200,6 +201,7 @@ JobStatus from_proto(const v1::JobStatus& m) {
   s.pool = m.pool();
   s.submitter = m.submitter();
   s.max_workers = m.max_workers();
+  s.deadline = m.deadline();
   for (const std::string& id : m.after()) s.after.push_back(JobId{id});
   s.packets_done = m.packets_done();
   s.packets_total = m.packets_total();

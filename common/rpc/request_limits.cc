@@ -10,9 +10,10 @@ namespace lightmill {
 namespace {
 
 // Ids and numbers; names and lines for people; lists of leases or of digests of 64 digits; chunks, of 1 MiB
-// from our own programs; a bundle's manifest, and up to 1000 jobs to wait for.
+// from our own programs; a bundle's manifest, and up to 1000 jobs to wait for; of up to 1000 frames.
 constexpr RequestLimit kPlain{4096, 16}, kLines{65536, 32}, kLeases{1 << 20, 10016},
-    kDigests{7 << 20, 100016}, kChunk{(4 << 20) + 4096, 16}, kSubmission{16 << 20, 1100};
+    kDigests{7 << 20, 100016}, kChunk{(4 << 20) + 4096, 16}, kSubmission{16 << 20, 1100},
+    kFrames{16 << 20, 2100};
 
 const std::map<std::string_view, RequestLimit>& limits() {
   static const std::map<std::string_view, RequestLimit> all{{"SubmitJobRequest", kSubmission},
@@ -26,11 +27,24 @@ const std::map<std::string_view, RequestLimit>& limits() {
                                                             {"CancelJobRequest", kPlain},
                                                             {"RetryJobRequest", kPlain},
                                                             {"ExtendJobRequest", kPlain},
+                                                            {"SetJobPriorityRequest", kPlain},
                                                             {"FetchImageRequest", kPlain},
                                                             {"GetLogsRequest", kPlain},
                                                             {"GetCurveRequest", kPlain},
                                                             {"FindMissingBlobsRequest", kDigests},
                                                             {"UploadBlobsRequest", kChunk},
+                                                            {"SubmitSequenceRequest", kFrames},
+                                                            {"AddFramesRequest", kFrames},
+                                                            {"GetSequenceRequest", kPlain},
+                                                            {"ListSequencesRequest", kPlain},
+                                                            {"ListFramesRequest", kPlain},
+                                                            {"WatchSequenceRequest", kPlain},
+                                                            {"PauseSequenceRequest", kPlain},
+                                                            {"ResumeSequenceRequest", kPlain},
+                                                            {"CancelSequenceRequest", kPlain},
+                                                            {"RetrySequenceRequest", kPlain},
+                                                            {"ExtendSequenceRequest", kPlain},
+                                                            {"SetSequencePriorityRequest", kPlain},
                                                             {"RegisterRequest", kLines},
                                                             {"LeaseRequest", kPlain},
                                                             {"RenewRequest", kLeases},

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "lightmill/v1/client.pb.h"
+#include "lightmill/v1/sequence.pb.h"
 #include "lightmill/v1/worker.pb.h"
 
 namespace lightmill {
@@ -49,6 +50,8 @@ template <>
 class SerializationTraits<lightmill::v1::ListTilesRequest, void> : public lightmill::LimitedReading {};
 template <>
 class SerializationTraits<lightmill::v1::WatchJobRequest, void> : public lightmill::LimitedReading {};
+template <>
+class SerializationTraits<lightmill::v1::WatchSequenceRequest, void> : public lightmill::LimitedReading {};
 template <>
 class SerializationTraits<lightmill::v1::FetchImageRequest, void> : public lightmill::LimitedReading {};
 template <>

@@ -37,7 +37,7 @@ CommitResult CommitPath::commit(const WorkerId& worker, const LeaseKey& lease, c
 std::variant<CommitResult, CommitPath::Held> CommitPath::look_up(const WorkerId& worker,
                                                                  const LeaseKey& lease) {
   farm_.scheduler.workers.seen(worker, farm_.clock.now());
-  Job* job = farm_.scheduler.find(lease.job);
+  Job* job = farm_.scheduler.jobs.find(lease.job);
   if (!job || job->record.state == JobState::kCancelled) {
     ++farm_.stats.refusals["commit_unknown_job"];
     return CommitResult::kUnknownJob;
@@ -171,7 +171,7 @@ bool CommitPath::record(const Delivery& delivery, const Claim& claim, const Part
 bool CommitPath::record_locked(const Delivery& delivery, const Claim& claim, const Partial& partial,
                                const std::string& digest) {
   const LeaseKey& lease = delivery.lease;
-  Job* job = farm_.scheduler.find(lease.job);
+  Job* job = farm_.scheduler.jobs.find(lease.job);
   if (!job || !job->tiles.holds(lease.tile, delivery.worker, lease.attempt)) return false;
   const double now = farm_.clock.now();
   leases_.store_lease(*job, lease, now);
@@ -195,7 +195,9 @@ void CommitPath::count(Job& job, const Delivery& delivery, const Claim& claim, c
                        double since, double now) {
   const auto pixels = claim.settings.grid.pixels(claim.tile.cells).area();
   const auto samples = pixels * claim.tile.samples();
-  count_commit(job, now, static_cast<double>(samples));
+  count_commit(job.recent, now, static_cast<double>(samples));
+  if (Sequence* sequence = farm_.scheduler.jobs.sequence_of(job))
+    count_commit(sequence->recent, now, static_cast<double>(samples));
   if (const Worker* taker = farm_.scheduler.workers.find(delivery.worker)) {
     const double seconds = partial.cpu_seconds / std::max(1, taker->registration.threads);
     farm_.scheduler.workers.committed(delivery.worker, static_cast<double>(samples), seconds, since, now);
@@ -228,7 +230,7 @@ CommitResult CommitPath::refuse(const Delivery& delivery, const std::string& why
   const double now = farm_.clock.now();
   ++farm_.stats.commits_corrupt;
   farm_.scheduler.workers.refused(delivery.worker, now);
-  Job* owner = farm_.scheduler.find(lease.job);
+  Job* owner = farm_.scheduler.jobs.find(lease.job);
   const TileRecord* tile = owner ? owner->tiles.find(lease.tile) : nullptr;
   farm_.log(tile_name(lease, tile && is_pilot(tile->tile)) + " from worker " + delivery.worker.value + ": " +
             why);

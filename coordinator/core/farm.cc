@@ -15,6 +15,9 @@
 #include "coordinator/core/repair/scene_files.h"
 #include "coordinator/core/repair/storage_guard.h"
 #include "coordinator/core/round_ends.h"
+#include "coordinator/core/sequences/budget_keeper.h"
+#include "coordinator/core/sequences/sequence_desk.h"
+#include "coordinator/core/sequences/sequence_view.h"
 #include "coordinator/core/spot_checks.h"
 #include "coordinator/core/worker_desk.h"
 
@@ -34,9 +37,12 @@ struct Farm::Impl {
   FilmRepair repair{state, jobs, leases};                    // films that the disk has damaged
   CommitPath commits{state, storage, leases, ends, checks};  // a partial's way into the film
   JobDesk clients{state, jobs, ends};                        // what clients do to jobs
+  SequenceDesk sequences{state, jobs, ends, clients};        // and to sequences
+  BudgetKeeper budgets{state, jobs, clients};                // more samples where the error falls most
   WorkerDesk workers{state, jobs, leases, ends};             // what workers ask for
   SceneFiles files{state};                                   // jobs whose scene files are lost
   FarmView view{state, jobs};                                // states of jobs, tiles, workers
+  SequenceView sequence_view{state, jobs, view};             // and of sequences
   JobResults results{state, jobs, storage, view};            // images, curves, reports
 };
 
@@ -59,7 +65,33 @@ void Farm::extend(const JobId& id, std::optional<int64_t> spp, std::optional<dou
   impl_->clients.extend(id, spp, time_s, target_error);
 }
 
-std::vector<JobStatus> Farm::jobs(size_t begin, size_t count) const { return impl_->view.jobs(begin, count); }
+SequenceId Farm::submit(const SequenceRequest& request, const std::vector<FrameRequest>& frames) {
+  return impl_->sequences.submit(request, frames);
+}
+void Farm::add_frames(const SequenceId& id, const std::vector<FrameRequest>& frames) {
+  impl_->sequences.add_frames(id, frames);
+}
+void Farm::pause(const SequenceId& id) { impl_->sequences.pause(id); }
+void Farm::resume(const SequenceId& id) { impl_->sequences.resume(id); }
+void Farm::cancel(const SequenceId& id) { impl_->sequences.cancel(id); }
+void Farm::retry(const SequenceId& id) { impl_->sequences.retry(id); }
+void Farm::set_priority(const SequenceId& id, int priority) { impl_->sequences.set_priority(id, priority); }
+void Farm::extend(const SequenceId& id, std::optional<int64_t> spp, std::optional<double> time_s,
+                  std::optional<double> target_error) {
+  impl_->sequences.extend(id, spp, time_s, target_error);
+}
+SequenceStatus Farm::sequence(const SequenceId& id) const { return impl_->sequence_view.sequence(id); }
+std::vector<SequenceStatus> Farm::sequences(size_t begin, size_t count) const {
+  return impl_->sequence_view.sequences(begin, count);
+}
+size_t Farm::sequence_count() const { return impl_->sequence_view.sequence_count(); }
+FramePage Farm::frames(const SequenceId& id, std::optional<int> after, size_t most, uint64_t version) const {
+  return impl_->sequence_view.frames(id, after, most, version);
+}
+
+std::vector<JobStatus> Farm::jobs(size_t begin, size_t count, bool frames) const {
+  return impl_->view.jobs(begin, count, frames);
+}
 std::vector<JobStatus> Farm::jobs() const { return impl_->view.newest_jobs(); }
 size_t Farm::job_count() const { return impl_->view.job_count(); }
 JobPage Farm::page(size_t begin, size_t count, uint64_t version, bool waiting) const {
@@ -156,6 +188,7 @@ void Farm::tick() {
   }
   impl_->checks.take_back_lies();
   impl_->ends.settle_complete();
+  impl_->budgets.spend();
 }
 
 void Farm::stop_waiting() {

@@ -24,6 +24,7 @@
 #include "common/base/ids.h"
 #include "common/error/error_curve.h"
 #include "common/farm/farm_types.h"
+#include "common/farm/sequence_types.h"
 #include "common/film/film.h"
 #include "common/job/pilot_report.h"
 #include "common/job/settings.h"
@@ -44,9 +45,10 @@ class Farm {
   ~Farm();
 
   // --- clients ---
-  JobId submit(const JobRequest& request);
+  JobId submit(const JobRequest& request);  // `after` may name sequences, too
   /// Of all jobs in the order of submission [begin, begin + count); less where there are not as many.
-  std::vector<JobStatus> jobs(size_t begin, size_t count) const;
+  /// Without `frames` those of sequences are left out of the answer.
+  std::vector<JobStatus> jobs(size_t begin, size_t count, bool frames = true) const;
   /// The newest 1000.
   std::vector<JobStatus> jobs() const;
   size_t job_count() const;
@@ -88,6 +90,28 @@ class Farm {
   /// New *totals*, in place of the old ones: without `spp` only the others stop the job.
   /// Reopens a finished job.
   void extend(const JobId& id, std::optional<int64_t> spp, std::optional<double> time_s,
+              std::optional<double> target_error);
+  // --- sequences; all but submit throw UnknownSequence ---
+  /// A sequence with its first frames, at most kMaxFramesOfCall; add_frames adds the others.
+  SequenceId submit(const SequenceRequest& request, const std::vector<FrameRequest>& frames);
+  /// A frame that is there with the same scene is left as it is, so that a call may be repeated. Throws
+  /// Error(kUsage) if another frame has its number.
+  void add_frames(const SequenceId& id, const std::vector<FrameRequest>& frames);
+  SequenceStatus sequence(const SequenceId& id) const;
+  /// In the order of submission [begin, begin + count); less where there are not as many.
+  std::vector<SequenceStatus> sequences(size_t begin, size_t count) const;
+  size_t sequence_count() const;
+  /// At most so many frames with larger numbers than `after` (empty: the first ones) that have changed after
+  /// `version`.
+  FramePage frames(const SequenceId& id, std::optional<int> after, size_t most, uint64_t version) const;
+  // These do to all frames what the methods of the same names do to a job. Frames whose state does not allow
+  // it stay as they are; Error(kFailed) if that is all of them.
+  void pause(const SequenceId& id);
+  void resume(const SequenceId& id);
+  void cancel(const SequenceId& id);
+  void retry(const SequenceId& id);
+  void set_priority(const SequenceId& id, int priority);
+  void extend(const SequenceId& id, std::optional<int64_t> spp, std::optional<double> time_s,
               std::optional<double> target_error);
   /// Blocks until job(id).version > version or `timeout_s` passed; returns the newest status.
   JobStatus wait(const JobId& id, uint64_t version, double timeout_s) const;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "common/base/ids.h"
@@ -23,6 +24,8 @@ struct FarmOptions {
   double ingest_bytes_per_second = 0;   // that tile sizes obey; 0: no limit
   double commits_per_second = 1000;     // that tile sizes obey, well below what one bears; 0: no limit
   size_t max_workers = 4096;            // registered and alive
+  /// What the clock lacks of the seconds since 1970; not given: what it is when the farm starts.
+  std::optional<double> unix_offset{};
   int spot_check = 0;  // one in so many committed tiles is rendered again by another worker; 0: none
   uint64_t spot_check_seed = 0;  // of the draw of these tiles; 0: one that no worker can foretell
   /// Receives one line about what an operator should know (refused partials, lost leases); may be empty.

@@ -1,10 +1,20 @@
 #include "coordinator/core/farm_state.h"
 
+#include <chrono>
 #include <utility>
 
 #include "coordinator/store/guarded_job_store.h"
 
 namespace lightmill {
+namespace {
+
+double unix_offset(const Clock& clock, const FarmOptions& options) {
+  if (options.unix_offset) return *options.unix_offset;
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration<double>(now).count() - clock.now();
+}
+
+}  // namespace
 
 FarmState::FarmState(std::unique_ptr<JobStore> job_store, const Clock& the_clock,
                      const FarmOptions& farm_options)
@@ -13,11 +23,12 @@ FarmState::FarmState(std::unique_ptr<JobStore> job_store, const Clock& the_clock
       options(farm_options),
       scheduler({farm_options.target_tile_seconds, farm_options.film_memory_bytes,
                  farm_options.ingest_bytes_per_second, farm_options.commits_per_second,
-                 farm_options.max_workers, farm_options.lease_seconds}),
+                 farm_options.max_workers, farm_options.lease_seconds, unix_offset(the_clock, farm_options)}),
       merger(*store, farm_options.film_memory_bytes, farm_options.spot_check > 0) {}
 
 void FarmState::touch_quietly(Job& job) {
   job.version = ++version;
+  if (Sequence* sequence = scheduler.jobs.sequence_of(job)) sequence->version = version;
   changed.notify_all();
 }
 

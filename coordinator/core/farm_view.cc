@@ -27,12 +27,10 @@ JobStatus status_of(const JobRecord& r) {
   s.pool = r.pool;
   s.submitter = r.submitter;
   s.max_workers = r.max_workers;
+  s.deadline = r.deadline;
   s.after = r.after;
   s.packets_done = r.packets_done;
-  // A job that stopped before its spp (time, target) is complete with what it has.
-  s.packets_total = r.state == JobState::kDone
-                        ? r.packets_done
-                        : r.settings.grid.cells().count() * block_count(r.settings.spp);
+  s.packets_total = FarmView::packets_total(r);
   s.tiles_committed = r.tiles_committed;
   s.leases_reassigned = r.leases_reassigned;
   s.commit_bytes = r.commit_bytes;
@@ -68,6 +66,11 @@ TileMap map_of(const LeaseTable& tiles, double now) {
 
 }  // namespace
 
+int64_t FarmView::packets_total(const JobRecord& job) {
+  if (job.state == JobState::kDone) return job.packets_done;
+  return job.settings.grid.cells().count() * block_count(job.settings.spp);
+}
+
 /// What the record's message does not say: why nothing happens, and what is lost.
 void FarmView::add_notes(const Job& job, double now, JobStatus* s) const {
   const auto add = [&](const std::string& note) {
@@ -75,6 +78,7 @@ void FarmView::add_notes(const Job& job, double now, JobStatus* s) const {
   };
   add(waiting_note(farm_.scheduler, job, now));
   if (is_final(s->state)) return;
+  add(farm_.scheduler.deadline_note(job, now));
   add(job.missing_file);
   if (s->state == JobState::kPaused) return;
   const std::optional<std::string> fault = job.fault.empty() ? farm_.health.fault() : job.fault;
@@ -89,7 +93,7 @@ JobStatus FarmView::status(const Job& job, double now) const {
   s.tiles_leased = job.tiles.leased_count();
   s.tiles_pending = job.tiles.pending_count();
   s.wall_seconds = wall_seconds(job, now);
-  s.samples_per_second = recent_rate(job, now);
+  s.samples_per_second = recent_rate(job.recent, now);
   s.eta_seconds = eta_seconds(job, now);
   if (job.last_estimate) {
     s.relmse = job.last_estimate->relmse;
@@ -102,14 +106,17 @@ JobStatus FarmView::status(const Job& job, double now) const {
   return s;
 }
 
-std::vector<JobStatus> FarmView::jobs(size_t begin, size_t count) const {
+std::vector<JobStatus> FarmView::jobs(size_t begin, size_t count, bool frames) const {
   const std::lock_guard lock(farm_.mutex);
   const double now = farm_.clock.now();
-  const std::vector<JobId>& order = farm_.scheduler.order();
+  const std::vector<JobId>& order = farm_.scheduler.jobs.order();
   std::vector<JobStatus> result;
   begin = std::min(begin, order.size());
   const size_t end = begin + std::min(count, order.size() - begin);
-  for (size_t i = begin; i < end; ++i) result.push_back(status(jobs_.get(order[i]), now));
+  for (size_t i = begin; i < end; ++i) {
+    const Job& job = jobs_.get(order[i]);
+    if (frames || !job.record.frame) result.push_back(status(job, now));
+  }
   return result;
 }
 
@@ -120,19 +127,19 @@ std::vector<JobStatus> FarmView::newest_jobs() const {
 
 size_t FarmView::job_count() const {
   const std::lock_guard lock(farm_.mutex);
-  return farm_.scheduler.order().size();
+  return farm_.scheduler.jobs.order().size();
 }
 
 JobPage FarmView::page(size_t begin, size_t count, uint64_t version, bool waiting) const {
   const std::lock_guard lock(farm_.mutex);
   const double now = farm_.clock.now();
-  const std::vector<JobId>& order = farm_.scheduler.order();
+  const std::vector<JobId>& order = farm_.scheduler.jobs.order();
   JobPage page;
   page.total = order.size();
   page.version = farm_.version;
   const size_t end = std::min(order.size(), begin + std::min(count, order.size()));
   for (size_t i = begin; i < end; ++i) {
-    const Job& job = *farm_.scheduler.find(order[i]);
+    const Job& job = *farm_.scheduler.jobs.find(order[i]);
     const bool open = waiting && !is_final(job.record.state);
     if (job.version > version || job.tiles.leased_count() > 0 || open) page.jobs.push_back(status(job, now));
   }
@@ -184,8 +191,8 @@ TileMap FarmView::tile_map(const JobId& id) const {
 std::vector<std::pair<WorkerId, LeaseKey>> FarmView::holdings() const {
   const std::lock_guard lock(farm_.mutex);
   std::vector<std::pair<WorkerId, LeaseKey>> held;
-  for (const JobId& id : farm_.scheduler.active()) {
-    for (const LeaseTable::Lease& lease : farm_.scheduler.find(id)->tiles.leases()) {
+  for (const JobId& id : farm_.scheduler.jobs.active()) {
+    for (const LeaseTable::Lease& lease : farm_.scheduler.jobs.find(id)->tiles.leases()) {
       held.push_back({lease.worker, {id, lease.tile, lease.attempt}});
     }
   }

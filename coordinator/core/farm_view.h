@@ -19,7 +19,7 @@ class FarmView {
  public:
   FarmView(FarmState& farm, JobTable& jobs) : farm_(farm), jobs_(jobs) {}
 
-  std::vector<JobStatus> jobs(size_t begin, size_t count) const;
+  std::vector<JobStatus> jobs(size_t begin, size_t count, bool frames = true) const;
   std::vector<JobStatus> newest_jobs() const;
   size_t job_count() const;
   JobPage page(size_t begin, size_t count, uint64_t version, bool waiting) const;
@@ -31,6 +31,8 @@ class FarmView {
   WorkerPage workers(const WorkerId& after, size_t most) const;
   FarmStats stats() const;
 
+  /// Packets of the whole job; of one that stopped before its samples (time, target) those that it has.
+  static int64_t packets_total(const JobRecord& job);
   /// Wants FarmState::mutex held.
   JobStatus status(const Job& job, double now) const;
 

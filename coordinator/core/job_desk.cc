@@ -15,6 +15,7 @@ namespace {
 constexpr size_t kMaxJobs = 100000;
 constexpr size_t kMaxAfter = 1000;
 constexpr int kMaxMaxWorkers = 100000;
+constexpr double kLastDeadline = 1e12;
 
 /// "job j1 is done; only a job that is running can be paused"
 Error wrong_state(const JobRecord& job, const char* wanted, const char* verb) {
@@ -43,6 +44,9 @@ void check_request(const JobRequest& request, const RenderSettings& settings) {
   if (request.max_workers < 0 || request.max_workers > kMaxMaxWorkers) {
     throw Error(ErrorKind::kUsage, "a job's limit of workers must be 1 to 100000, or 0 for none");
   }
+  if (!(request.deadline >= 0 && request.deadline <= kLastDeadline)) {
+    throw Error(ErrorKind::kUsage, "a deadline is a time in seconds since 1970, or 0 for none");
+  }
   if (request.after.size() > kMaxAfter) {
     throw Error(ErrorKind::kUsage, "a job may come after at most 1000 others");
   }
@@ -67,38 +71,51 @@ JobState runnable_state(const Job& job) {
 
 }  // namespace
 
-JobId JobDesk::submit(const JobRequest& request) {
+JobRecord JobDesk::record_of(const JobRequest& request) {
   RenderSettings settings = settings_from_json(settings_to_json(request.settings));  // checks the ranges
   settings.grid.interleaved = true;  // whatever the client knows of it: only jobs of older versions are not
   check_request(request, settings);
-  Job job;
+  JobRecord record;
   // Names are shown in terminals, pages and files, wherever they came from.
-  job.record.name = printable_line(request.name, kMaxNameBytes);
-  job.record.bundle_digest = request.bundle.digest();
-  job.record.settings = settings;
-  job.record.priority = request.priority;
-  job.record.pool = printable_line(request.pool, kMaxNameBytes);
-  job.record.submitter = printable_line(request.submitter, kMaxNameBytes);
-  job.record.max_workers = request.max_workers;
-  job.record.after = request.after;
+  record.name = printable_line(request.name, kMaxNameBytes);
+  record.bundle_digest = request.bundle.digest();
+  record.settings = settings;
+  record.priority = request.priority;
+  record.pool = printable_line(request.pool, kMaxNameBytes);
+  record.submitter = printable_line(request.submitter, kMaxNameBytes);
+  record.max_workers = request.max_workers;
+  record.deadline = request.deadline;
+  record.after = request.after;
+  return record;
+}
+
+JobId JobDesk::submit(const JobRequest& request) {
+  Job job;
+  job.record = record_of(request);
   const std::string bundle_json = bundle_to_json(request.bundle);
 
   const std::lock_guard lock(farm_.mutex);
-  for (const JobId& id : request.after) jobs_.get(id);  // throws UnknownJob
-  require_room();
+  require_known(request.after);
+  require_room(1, 1);
   job.record.id = JobId{farm_.new_id("j", "job")};
   farm_.store->add_job(job.record, bundle_json, request.reference);
   farm_.touch(farm_.scheduler.add(std::move(job)));
-  return farm_.scheduler.order().back();
+  return farm_.scheduler.jobs.order().back();
 }
 
-void JobDesk::require_room() {
+void JobDesk::require_known(const std::vector<JobId>& earlier) {
+  for (const JobId& id : earlier) {
+    if (!farm_.scheduler.jobs.find(SequenceId{id.value})) jobs_.get(id);
+  }
+}
+
+void JobDesk::require_room(size_t jobs, size_t open) {
   const size_t most_open = farm_.options.max_open_jobs;
   std::string refusal;
-  if (farm_.scheduler.order().size() >= kMaxJobs) {
+  if (farm_.scheduler.jobs.order().size() + jobs > kMaxJobs) {
     refusal = "the coordinator has its limit of " + std::to_string(kMaxJobs) +
               " jobs; start one with a new data folder";
-  } else if (farm_.scheduler.active().size() >= most_open) {
+  } else if (farm_.scheduler.jobs.open_count() + open > most_open) {
     refusal = "there are " + std::to_string(most_open) +
               " jobs that have not ended (the coordinator's --max-open-jobs); wait, or cancel some";
   }
@@ -110,23 +127,32 @@ void JobDesk::require_room() {
 void JobDesk::pause(const JobId& id) {
   const std::lock_guard lock(farm_.mutex);
   Job& job = jobs_.get(id);
-  if (job.record.state != JobState::kQueued && job.record.state != JobState::kRunning) {
-    throw wrong_state(job.record, "queued or running", "paused");
-  }
   const double now = farm_.clock.now();
+  std::optional<JobRecord> record = paused(job, now);
+  if (!record) throw wrong_state(job.record, "queued or running", "paused");
+  jobs_.update(job, std::move(*record), now);
+}
+
+std::optional<JobRecord> JobDesk::paused(const Job& job, double now) {
+  if (job.record.state != JobState::kQueued && job.record.state != JobState::kRunning) return std::nullopt;
   JobRecord record = JobTable::record_at(job, now);
   record.state = JobState::kPaused;
-  jobs_.update(job, std::move(record), now);
-  job.running_since = -1;
+  return record;
 }
 
 void JobDesk::resume(const JobId& id) {
   const std::lock_guard lock(farm_.mutex);
   Job& job = jobs_.get(id);
-  if (job.record.state != JobState::kPaused) throw wrong_state(job.record, "paused", "resumed");
+  std::optional<JobRecord> record = resumed(job);
+  if (!record) throw wrong_state(job.record, "paused", "resumed");
+  jobs_.update(job, std::move(*record), farm_.clock.now());
+}
+
+std::optional<JobRecord> JobDesk::resumed(const Job& job) {
+  if (job.record.state != JobState::kPaused) return std::nullopt;
   JobRecord record = job.record;
   record.state = runnable_state(job);
-  jobs_.update(job, std::move(record), farm_.clock.now());
+  return record;
 }
 
 void JobDesk::cancel(const JobId& id) {
@@ -139,17 +165,21 @@ void JobDesk::cancel(const JobId& id) {
 void JobDesk::retry(const JobId& id) {
   const std::lock_guard lock(farm_.mutex);
   Job& job = jobs_.get(id);
+  std::optional<JobRecord> record = retried(job);
+  if (!record) throw wrong_state(job.record, "failed or cancelled", "retried");
+  jobs_.update(job, std::move(*record), farm_.clock.now());
+}
+
+std::optional<JobRecord> JobDesk::retried(Job& job) {
   const bool unreadable = job.record.state == JobState::kDone && !job.fault.empty();
-  if (job.record.state != JobState::kFailed && job.record.state != JobState::kCancelled && !unreadable) {
-    throw wrong_state(job.record, "failed or cancelled", "retried");
-  }
+  if (job.record.state != JobState::kFailed && job.record.state != JobState::kCancelled && !unreadable)
+    return std::nullopt;
   jobs_.load_ledger(job);
-  const double now = farm_.clock.now();
   forgive_tiles(job);
   JobRecord record = job.record;
   record.state = runnable_state(job);
   record.message.clear();
-  jobs_.update(job, std::move(record), now);
+  return record;
 }
 
 void JobDesk::forgive_tiles(Job& job) {
@@ -169,6 +199,10 @@ void JobDesk::forgive_tiles(Job& job) {
 void JobDesk::set_priority(const JobId& id, int priority) {
   const std::lock_guard lock(farm_.mutex);
   Job& job = jobs_.get(id);
+  if (job.record.frame) {
+    throw Error(ErrorKind::kUsage, "job " + id.value + " is a frame; set the priority of sequence " +
+                                       job.record.frame->sequence.value);
+  }
   if (is_final(job.record.state)) {
     throw Error(ErrorKind::kFailed, "job " + id.value + " is " + job_state_name(job.record.state) +
                                         "; priority matters to jobs that have not ended");
@@ -189,23 +223,29 @@ void JobDesk::extend(const JobId& id, std::optional<int64_t> spp, std::optional<
       throw Error(ErrorKind::kFailed, "job " + id.value + " is " + job_state_name(job.record.state) +
                                           "; run `lightmill retry` before extending it");
     }
-    if ((spp && *spp < 1) || (time_s && !(*time_s >= 0)) || (target_error && !(*target_error >= 0))) {
-      throw Error(ErrorKind::kUsage,
-                  "extend: samples must be at least 1, a time and a target error at least 0");
-    }
-    RenderSettings settings = job.record.settings;
-    if (spp || time_s || target_error) {
-      // The new totals replace the old ones: a job that had run out of time goes on to the samples asked for.
-      settings.spp = spp.value_or(kMaxSpp);
-      settings.time_s = time_s.value_or(0);
-      settings.target_error = target_error.value_or(0);
-    }
-    apply_settings(job, settings_from_json(settings_to_json(settings)));  // checks the ranges
+    const double now = farm_.clock.now();
+    const RenderSettings settings = with_totals(job.record.settings, spp, time_s, target_error);
+    jobs_.update(job, extended(job, settings, now), now);
   }
   ends_.settle_complete();
 }
 
-void JobDesk::apply_settings(Job& job, const RenderSettings& settings) {
+RenderSettings JobDesk::with_totals(RenderSettings settings, std::optional<int64_t> spp,
+                                    std::optional<double> time_s, std::optional<double> target_error) {
+  if ((spp && *spp < 1) || (time_s && !(*time_s >= 0)) || (target_error && !(*target_error >= 0))) {
+    throw Error(ErrorKind::kUsage,
+                "extend: samples must be at least 1, a time and a target error at least 0");
+  }
+  if (spp || time_s || target_error) {
+    // The new totals replace the old ones: a job that had run out of time goes on to the samples asked for.
+    settings.spp = spp.value_or(kMaxSpp);
+    settings.time_s = time_s.value_or(0);
+    settings.target_error = target_error.value_or(0);
+  }
+  return settings_from_json(settings_to_json(settings));  // checks the ranges
+}
+
+JobRecord JobDesk::extended(Job& job, const RenderSettings& settings, double now) {
   jobs_.load_ledger(job);
   if (settings.spp < job.tiles.planned_samples()) {
     throw Error(ErrorKind::kUsage,
@@ -213,13 +253,12 @@ void JobDesk::apply_settings(Job& job, const RenderSettings& settings) {
                     " samples per pixel planned already; --spp is the new total and must not "
                     "be below");
   }
-  const double now = farm_.clock.now();
   JobRecord record = JobTable::record_at(job, now);
   record.settings = settings;
   record.target_met = job.last_estimate && meets_target(*job.last_estimate, settings.target_error);
   record.packets_done = count_packets(jobs_.ledger(job), settings.spp);
   if (record.state == JobState::kDone) record.state = runnable_state(job);
-  jobs_.update(job, std::move(record), now);
+  return record;
 }
 
 }  // namespace lightmill

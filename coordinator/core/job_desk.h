@@ -5,6 +5,7 @@
 // The caller must not hold FarmState::mutex.
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/job_table.h"
@@ -17,6 +18,9 @@ class JobDesk {
   JobDesk(FarmState& farm, JobTable& jobs, RoundEnds& ends) : farm_(farm), jobs_(jobs), ends_(ends) {}
 
   JobId submit(const JobRequest& request);
+  /// The row of a new job but for its id. Throws Error(kUsage) if the request is out of range; whether jobs
+  /// that it names exist is another question.
+  static JobRecord record_of(const JobRequest& request);
   void pause(const JobId& id);
   void resume(const JobId& id);
   void cancel(const JobId& id);
@@ -25,14 +29,25 @@ class JobDesk {
   void extend(const JobId& id, std::optional<int64_t> spp, std::optional<double> time_s,
               std::optional<double> target_error);
 
+  // FarmState::mutex held:
+  /// Throws LimitReached unless so many jobs may come, of which so many count as open.
+  void require_room(size_t jobs, size_t open);
+  /// Throws UnknownJob unless each is a job or a sequence.
+  void require_known(const std::vector<JobId>& earlier);
+  // The job's row after the change; empty if its state does not allow it.
+  static std::optional<JobRecord> paused(const Job& job, double now);
+  static std::optional<JobRecord> resumed(const Job& job);
+  std::optional<JobRecord> retried(Job& job);
+  /// With new totals. Throws Error(kUsage) if they would cut what is planned.
+  JobRecord extended(Job& job, const RenderSettings& totals, double now);
+  /// The settings with new totals in place of the old ones. Throws Error(kUsage) if they are out of range.
+  static RenderSettings with_totals(RenderSettings settings, std::optional<int64_t> spp,
+                                    std::optional<double> time_s, std::optional<double> target_error);
+
  private:
   // FarmState::mutex held:
-  /// Throws LimitReached if there are as many jobs as may be.
-  void require_room();
   /// Tiles of the job have not failed, from now on.
   void forgive_tiles(Job& job);
-  /// The job goes on with these settings; they must not cut what is planned.
-  void apply_settings(Job& job, const RenderSettings& settings);
 
   FarmState& farm_;
   JobTable& jobs_;

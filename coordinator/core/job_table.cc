@@ -15,9 +15,11 @@ constexpr size_t kTilesInMemory = 50000;
 }  // namespace
 
 JobTable::JobTable(FarmState& farm) : farm_(farm) {
+  for (SequenceRecord& sequence : farm_.store->sequences()) farm_.scheduler.jobs.add(std::move(sequence));
   for (const JobRecord& record : farm_.store->jobs()) {
     Job loaded;
     loaded.record = record;
+    if (record.frame) take_from_sequence(&loaded.record);
     loaded.ledger_loaded = false;
     loaded.version = ++farm_.version;
     loaded.curve_loaded = false;
@@ -28,14 +30,37 @@ JobTable::JobTable(FarmState& farm) : farm_(farm) {
   }
 }
 
+void JobTable::take_from_sequence(JobRecord* frame) const {
+  const Sequence* sequence = farm_.scheduler.jobs.find(frame->frame->sequence);
+  if (!sequence)
+    throw StoreError("the job store has frame " + frame->id.value + " and not its sequence; it is damaged");
+  const SequenceRequest& request = sequence->record.request;
+  frame->priority = request.priority;
+  frame->pool = request.pool;
+  frame->submitter = request.submitter;
+  frame->max_workers = request.max_workers;
+  frame->deadline = request.deadline;
+  frame->after = request.after;
+}
+
 Job& JobTable::get(const JobId& id) {
-  Job* found = farm_.scheduler.find(id);
+  Job* found = farm_.scheduler.jobs.find(id);
   if (!found) throw UnknownJob(id);
   try {
     load_curve(*found);
   } catch (const StoreError&) {  // its status is shown without, and the next look tries again
   }
   return *found;
+}
+
+bool JobTable::load_curves(const Sequence& sequence, size_t most) {
+  size_t loaded = 0;
+  for (const auto& [number, frame] : sequence.frames) {
+    if (frame.job->curve_loaded) continue;
+    if (loaded++ == most) return false;
+    load_curve(*frame.job);
+  }
+  return true;
 }
 
 void JobTable::load_curve(Job& job) {
@@ -85,8 +110,19 @@ JobRecord JobTable::record_at(const Job& job, double now) {
 
 void JobTable::update(Job& job, JobRecord record, double now) {
   farm_.store->save_job(record);
+  become(job, std::move(record), now);
+}
+
+void JobTable::update_all(std::vector<Change> changes, double now) {
+  std::vector<JobRecord> records;
+  for (const Change& change : changes) records.push_back(change.record);
+  farm_.store->save_jobs(records);
+  for (Change& change : changes) become(*change.job, std::move(change.record), now);
+}
+
+void JobTable::become(Job& job, JobRecord record, double now) {
   job.record = std::move(record);
-  if (job.running_since >= 0) job.running_since = now;
+  if (job.running_since >= 0) job.running_since = job.record.state == JobState::kPaused ? -1 : now;
   farm_.scheduler.state_changed(job);
   farm_.touch(job);
 }
@@ -96,6 +132,22 @@ void JobTable::end(Job& job, JobState state, const std::string& message, double 
   record.state = state;
   record.message = message;
   farm_.store->save_job(record);
+  become_ended(job, std::move(record));
+}
+
+void JobTable::end_all(const std::vector<Job*>& jobs, JobState state, const std::string& message,
+                       double now) {
+  std::vector<JobRecord> records;
+  for (const Job* job : jobs) {
+    records.push_back(record_at(*job, now));
+    records.back().state = state;
+    records.back().message = message;
+  }
+  farm_.store->save_jobs(records);
+  for (size_t i = 0; i < jobs.size(); ++i) become_ended(*jobs[i], std::move(records[i]));
+}
+
+void JobTable::become_ended(Job& job, JobRecord record) {
   forget_leases(job.tiles.leases());
   forget_leases(job.checks.leases());
   job.checks = CheckTable();

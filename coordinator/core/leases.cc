@@ -106,7 +106,7 @@ bool Leases::holds(const Job& job, const WorkerId& worker, const LeaseKey& lease
 }
 
 bool Leases::renew(const WorkerId& worker, const LeaseKey& lease, double now) {
-  Job* job = farm_.scheduler.find(lease.job);
+  Job* job = farm_.scheduler.jobs.find(lease.job);
   const double expires = now + farm_.options.lease_seconds;
   if (job && job->tiles.holds(lease.tile, worker, lease.attempt)) {
     job->tiles.renew(lease.tile, lease.attempt, expires);
@@ -120,7 +120,7 @@ bool Leases::renew(const WorkerId& worker, const LeaseKey& lease, double now) {
 }
 
 void Leases::unpin(const WorkerId& worker, const LeaseKey& lease) {
-  Job* job = farm_.scheduler.find(lease.job);
+  Job* job = farm_.scheduler.jobs.find(lease.job);
   if (job && job->tiles.holds(lease.tile, worker, lease.attempt)) {
     job->tiles.unpin(lease.tile, lease.attempt);
   } else if (job && job->checks.holds(lease.tile, worker, lease.attempt)) {
@@ -166,7 +166,7 @@ void Leases::fail_if_deadly(Job& job, const TileRecord& record, const WorkerId& 
 
 void Leases::release(const WorkerId& worker, const LeaseKey& key, bool failed, const std::string& reason,
                      double now) {
-  Job* owner = farm_.scheduler.find(key.job);
+  Job* owner = farm_.scheduler.jobs.find(key.job);
   if (owner && owner->checks.holds(key.tile, worker, key.attempt)) {
     release_check(*owner, {key.tile, key.attempt, worker});
     return;
@@ -205,7 +205,7 @@ void Leases::release_overdue(double now) {
     farm_.undisturbed_since = now;
     return;
   }
-  for (Job* active : farm_.scheduler.active_jobs()) {
+  for (Job* active : farm_.scheduler.jobs.in_work()) {
     for (const LeaseTable::Lease& lease : farm_.scheduler.overdue(*active, farm_.undisturbed_since, now)) {
       if (is_final(active->record.state)) break;
       log_end(
@@ -220,7 +220,7 @@ void Leases::release_overdue(double now) {
 
 void Leases::release_expired(double now) {
   if (farm_.health.fault()) return;  // nothing can be recorded; workers that live keep renewing
-  for (Job* active : farm_.scheduler.active_jobs()) {
+  for (Job* active : farm_.scheduler.jobs.in_work()) {
     for (const LeaseTable::Lease& lease : active->tiles.expired(now)) {
       if (is_final(active->record.state)) break;
       ++farm_.stats.leases_expired;
@@ -263,7 +263,7 @@ void Leases::apply_commit(Job& job, JobRecord record, const TileRecord& tile, co
 
 CommitResult Leases::standing(const WorkerId& worker, const LeaseKey& lease) {
   const std::lock_guard lock(farm_.mutex);
-  Job* owner = farm_.scheduler.find(lease.job);
+  Job* owner = farm_.scheduler.jobs.find(lease.job);
   if (owner && owner->tiles.holds(lease.tile, worker, lease.attempt)) return CommitResult::kAccepted;
   const TileRecord* tile = owner ? owner->tiles.find(lease.tile) : nullptr;
   if (tile && committed_under(*tile, {lease.attempt, worker})) {

@@ -11,7 +11,7 @@ CommitResult PilotCommits::commit(const WorkerId& worker, const LeaseKey& lease,
                                   size_t bytes) {
   const std::string report = pilot_to_json(result.report);
   const std::lock_guard lock(farm_.mutex);
-  Job* job = farm_.scheduler.find(lease.job);
+  Job* job = farm_.scheduler.jobs.find(lease.job);
   if (!job || !job->tiles.holds(lease.tile, worker, lease.attempt)) {
     ++farm_.stats.commits_stale;
     return CommitResult::kStale;

@@ -25,9 +25,8 @@ void measure_errors(const Merger::Open& layers, ErrorPoint* point) {
 std::vector<JobId> RoundEnds::complete_jobs(double now) const {
   std::vector<JobId> ids;
   if (farm_.health.fault()) return ids;
-  for (const JobId& id : farm_.scheduler.active()) {
-    const Job& job = *farm_.scheduler.find(id);
-    if (job.fault.empty() && farm_.scheduler.complete(job, now)) ids.push_back(id);
+  for (const Job* job : farm_.scheduler.jobs.in_work()) {
+    if (job->fault.empty() && farm_.scheduler.complete(*job, now)) ids.push_back(job->record.id);
   }
   return ids;
 }

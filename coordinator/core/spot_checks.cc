@@ -44,7 +44,7 @@ CommitResult SpotChecks::commit(const WorkerId& worker, const LeaseKey& lease, c
   std::string difference_text;
   {
     const std::lock_guard lock(farm_.mutex);
-    Job* job = farm_.scheduler.find(lease.job);
+    Job* job = farm_.scheduler.jobs.find(lease.job);
     if (!job || !job->checks.holds(lease.tile, worker, lease.attempt)) {
       ++farm_.stats.commits_stale;
       return CommitResult::kStale;
@@ -112,7 +112,7 @@ void SpotChecks::convict(const WorkerId& liar, const std::string& what, double n
   farm_.scheduler.workers.convict(liar, now);
   farm_.log("worker " + liar.value + " rendered " + what +
             " wrongly: benched, and its tiles are rendered again");
-  for (const JobId& id : farm_.scheduler.order()) {
+  for (const JobId& id : farm_.scheduler.jobs.order()) {
     Job& other = jobs_.get(id);
     other.checks.forget(liar);
     if (!is_final(other.record.state)) other.liars.insert(liar);
@@ -123,7 +123,7 @@ void SpotChecks::take_back_lies() {
   std::vector<std::pair<JobId, RenderSettings>> doubtful;
   {
     const std::lock_guard lock(farm_.mutex);
-    for (const Job* active : farm_.scheduler.active_jobs()) {
+    for (const Job* active : farm_.scheduler.jobs.active_jobs()) {
       if (!active->liars.empty()) doubtful.emplace_back(active->record.id, active->record.settings);
     }
   }
@@ -222,7 +222,7 @@ void SpotChecks::retract(Job& job, Retraction retraction, Merger::Open& layers) 
 
 void SpotChecks::drop_lonely(double now) {
   if (farm_.health.fault()) return;
-  for (Job* active : farm_.scheduler.active_jobs()) {
+  for (Job* active : farm_.scheduler.jobs.in_work()) {
     if (active->checks.empty() || !farm_.scheduler.rendered(*active, now)) {
       active->lonely_since = -1;
       continue;

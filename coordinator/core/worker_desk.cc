@@ -150,7 +150,7 @@ std::vector<LeaseKey> WorkerDesk::renew(const WorkerId& worker, const std::vecto
 }
 
 Job* WorkerDesk::job_of(const WorkerId& worker, const LeaseKey& lease) {
-  Job* job = farm_.scheduler.find(lease.job);
+  Job* job = farm_.scheduler.jobs.find(lease.job);
   return job && Leases::holds(*job, worker, lease) ? job : nullptr;
 }
 

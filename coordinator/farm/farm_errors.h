@@ -4,6 +4,7 @@
 
 #include "common/base/error.h"
 #include "common/base/ids.h"
+#include "common/farm/sequence_types.h"
 
 namespace lightmill {
 
@@ -12,6 +13,12 @@ class UnknownJob : public Error {
  public:
   explicit UnknownJob(const JobId& id)
       : Error(ErrorKind::kFailed, "no job \"" + id.value + "\"; see `lightmill jobs`") {}
+};
+/// The coordinator does not know this sequence (services answer NOT_FOUND).
+class UnknownSequence : public Error {
+ public:
+  explicit UnknownSequence(const SequenceId& id)
+      : Error(ErrorKind::kFailed, "no sequence \"" + id.value + "\"; see `lightmill sequences`") {}
 };
 /// The coordinator does not know this worker, because it was restarted: it must register again.
 class UnknownWorker : public Error {

@@ -26,6 +26,16 @@ struct TailCounts {
   double look_for_race_at = 0;  // not before this clock time
 };
 
+/// (clock time, pixel samples) of the newest commits, oldest first (job_progress.h).
+using RecentSamples = std::deque<std::pair<double, double>>;
+
+/// Whether a job or a sequence will be done in time, looked at now and then (sharing/deadlines.h).
+struct Punctuality {
+  double looked_at = -1;    // clock time; negative: not yet
+  bool late = false;        // or nobody knows
+  double seconds_late = 0;  // by its rate; 0 if it is in time, or that is not known
+};
+
 /// A job as the scheduler sees it.
 struct Job {
   JobRecord record;
@@ -35,15 +45,16 @@ struct Job {
   double running_since = -1;  // clock time up to which wall_seconds is summed; negative: does not run
   int64_t batch_group = 1;    // BatchFilm::max_tile_superblocks() of its layers
   std::set<std::pair<TileId, WorkerId>> failed_on;  // do not give it to the same worker again if others can
-  std::map<WorkerId, FailureKind> unable;        // who reported that it can't render the job at all, and why
-  std::map<WorkerId, int> memory_faults;         // tiles for which it had not enough memory
-  std::map<TileId, int> silent_ends;             // leases of a tile whose workers were never heard of again
-  std::map<TileId, int> overdue;                 // leases of a tile that lasted for too long
-  uint64_t least_memory = 0;                     // bytes with which proven workers ran out of memory
-  int failures_in_row = 0;                       // failed tiles without a commit in between
-  std::optional<ErrorPoint> last_point;          // of the curve
-  std::optional<ErrorPoint> last_estimate;       // last one with a relMSE
-  std::deque<std::pair<double, double>> recent;  // (clock time, pixel samples) of the newest commits
+  std::map<WorkerId, FailureKind> unable;   // who reported that it can't render the job at all, and why
+  std::map<WorkerId, int> memory_faults;    // tiles for which it had not enough memory
+  std::map<TileId, int> silent_ends;        // leases of a tile whose workers were never heard of again
+  std::map<TileId, int> overdue;            // leases of a tile that lasted for too long
+  uint64_t least_memory = 0;                // bytes with which proven workers ran out of memory
+  int failures_in_row = 0;                  // failed tiles without a commit in between
+  std::optional<ErrorPoint> last_point;     // of the curve
+  std::optional<ErrorPoint> last_estimate;  // last one with a relMSE
+  RecentSamples recent;
+  Punctuality punctuality;
   double commit_bytes = 0,
          commit_pixels = 0;  // of partials since the start: bytes, and pixels of their tiles
   uint64_t version = 0;

@@ -17,15 +17,15 @@ bool time_is_up(const Job& job, double now) {
   return job.record.settings.time_s > 0 && wall_seconds(job, now) >= job.record.settings.time_s;
 }
 
-void count_commit(Job& job, double now, double pixel_samples) {
-  job.recent.emplace_back(now, pixel_samples);
-  while (job.recent.size() > 2 && job.recent.front().first < now - kRateWindowSeconds) job.recent.pop_front();
+void count_commit(RecentSamples& recent, double now, double pixel_samples) {
+  recent.emplace_back(now, pixel_samples);
+  while (recent.size() > 2 && recent.front().first < now - kRateWindowSeconds) recent.pop_front();
 }
 
-double recent_rate(const Job& job, double now) {
+double recent_rate(const RecentSamples& recent, double now) {
   // The oldest entry of the window only marks its beginning: what it took to render lies before it.
   double samples = 0, first = -1;
-  for (const auto& [time, count] : job.recent) {
+  for (const auto& [time, count] : recent) {
     if (time < now - kRateWindowSeconds) continue;
     if (first < 0) {
       first = time;
@@ -78,7 +78,7 @@ double eta_seconds(const Job& job, double now) {
   const RenderSettings& settings = job.record.settings;
   if (is_final(job.record.state)) return 0;
   double eta = -1;
-  const double rate = recent_rate(job, now);
+  const double rate = recent_rate(job.recent, now);
   if (rate > 1e-3) {
     const double total = static_cast<double>(settings.spp) * static_cast<double>(settings.grid.crop.area());
     eta = std::max(0.0, total - static_cast<double>(job.record.pixel_samples)) / rate;

@@ -9,9 +9,9 @@ double wall_seconds(const Job& job, double now);
 /// Its time limit is over.
 bool time_is_up(const Job& job, double now);
 /// So many samples were committed now, for recent_rate().
-void count_commit(Job& job, double now, double pixel_samples);
+void count_commit(RecentSamples& recent, double now, double pixel_samples);
 /// Pixel samples per second over the newest commits; 0 if unknown.
-double recent_rate(const Job& job, double now);
+double recent_rate(const RecentSamples& recent, double now);
 /// The job's totals with one more tile, whose encoded partial has so many bytes.
 JobRecord with_partial(JobRecord record, const Partial& partial, const TileSpec& tile, size_t bytes);
 /// The job's record as if nothing was committed.

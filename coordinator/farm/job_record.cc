@@ -101,6 +101,49 @@ std::string tile_text(const TileRecord& tile) {
          std::to_string(tile.tile.sample_begin) + " to " + std::to_string(tile.tile.sample_end) + ")";
 }
 
+std::string sequence_record_to_json(const SequenceRecord& record) {
+  const SequenceRequest& r = record.request;
+  json after = json::array();
+  for (const JobId& id : r.after) after.push_back(id.value);
+  const json j = {{"name", r.name},
+                  {"priority", r.priority},
+                  {"pool", r.pool},
+                  {"submitter", r.submitter},
+                  {"max_workers", r.max_workers},
+                  {"deadline", r.deadline},
+                  {"after", after},
+                  {"order", frame_order_name(r.order)},
+                  {"fps", r.fps},
+                  {"budget_seconds", r.budget_seconds},
+                  {"most_spp", r.most_spp}};
+  return j.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+SequenceRecord sequence_record_from_json(const SequenceId& id, const std::string& text) {
+  try {
+    const json j = json::parse(text);
+    SequenceRecord record;
+    record.id = id;
+    SequenceRequest& r = record.request;
+    r.name = j.at("name").get<std::string>();
+    r.priority = j.at("priority").get<int>();
+    r.pool = j.at("pool").get<std::string>();
+    r.submitter = j.at("submitter").get<std::string>();
+    r.max_workers = j.at("max_workers").get<int>();
+    r.deadline = j.at("deadline").get<double>();
+    for (const json& job : j.at("after")) r.after.push_back(JobId{job.get<std::string>()});
+    const auto order = frame_order_from_name(j.at("order").get<std::string>());
+    if (!order) throw Error(ErrorKind::kFailed, "unknown order of frames");
+    r.order = *order;
+    r.fps = j.at("fps").get<double>();
+    r.budget_seconds = j.at("budget_seconds").get<double>();
+    r.most_spp = j.at("most_spp").get<int64_t>();
+    return record;
+  } catch (const std::exception& e) {
+    throw Error(ErrorKind::kFailed, "sequence " + id.value + " in the store: " + e.what());
+  }
+}
+
 std::string job_record_to_json(const JobRecord& r) {
   JsonText counters, text;
   for (const CounterField& field : kCounters) counters.add(field.name, r.counters.*field.member);
@@ -112,6 +155,7 @@ std::string job_record_to_json(const JobRecord& r) {
   text.add("commit_bytes", r.commit_bytes);
   text.add_raw("counters", counters.end());
   text.add("cpu_seconds", r.cpu_seconds);
+  if (r.deadline > 0) text.add("deadline", r.deadline);
   if (r.dropped.any()) text.add_raw("dropped", dropped_to_json(r.dropped));
   if (r.image_mean) text.add("image_mean", *r.image_mean);
   text.add("leases_reassigned", r.leases_reassigned);
@@ -139,6 +183,7 @@ JobRecord job_record_from_json(const JobId& id, const std::string& text) {
     const json j = json::parse(text);
     JobRecord r;
     r.id = id;
+    r.frame = frame_of(id);
     r.name = j.at("name").get<std::string>();
     r.bundle_digest = j.at("bundle").get<std::string>();
     r.settings = settings_from_json(j.at("settings").get<std::string>());
@@ -149,6 +194,7 @@ JobRecord job_record_from_json(const JobId& id, const std::string& text) {
       r.max_workers = j.at("max_workers").get<int>();
       for (const json& id_text : j.at("after")) r.after.push_back(JobId{id_text.get<std::string>()});
     }
+    r.deadline = j.value("deadline", 0.0);
     const auto state = job_state_from_name(j.at("state").get<std::string>());
     if (!state) throw Error(ErrorKind::kFailed, "job " + id.value + " in the store: unknown state");
     r.state = *state;

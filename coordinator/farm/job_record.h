@@ -7,6 +7,7 @@
 
 #include "common/farm/farm_types.h"
 #include "common/farm/pilot_result.h"
+#include "common/farm/sequence_types.h"
 
 namespace lightmill {
 
@@ -67,8 +68,10 @@ struct JobRecord {
   int priority = 0;
   std::string pool;
   std::string submitter;
-  int max_workers = 0;       // 0: any number
-  std::vector<JobId> after;  // jobs that must be done before its first lease
+  int max_workers = 0;           // 0: any number
+  std::vector<JobId> after;      // jobs that must be done before its first lease
+  double deadline = 0;           // seconds since 1970; 0: none
+  std::optional<FrameOf> frame;  // of a sequence; name, priority, pool and the like are the sequence's
   JobState state = JobState::kQueued;
   std::string message;
   std::string arithmetic_class;         // of the first worker that got a lease; empty before
@@ -86,6 +89,15 @@ struct JobRecord {
   std::optional<double> image_mean;  // Film::mean_magnitude when it was last needed: for shares of `dropped`
   std::vector<std::string> missing_light;  // as in JobStatus
 };
+
+/// A sequence without its frames, which are jobs.
+struct SequenceRecord {
+  SequenceId id;
+  SequenceRequest request;
+};
+/// JSON text of everything but the id, and back; throws Error(kFailed) on malformed text.
+std::string sequence_record_to_json(const SequenceRecord& record);
+SequenceRecord sequence_record_from_json(const SequenceId& id, const std::string& text);
 
 /// JSON text of everything but the id, and back; throws Error(kFailed) on malformed text.
 std::string job_record_to_json(const JobRecord& record);

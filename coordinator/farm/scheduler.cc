@@ -1,8 +1,11 @@
 #include "coordinator/farm/scheduler.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <tuple>
 
+#include "coordinator/farm/sharing/deadlines.h"
 #include "coordinator/farm/job_progress.h"
 #include "coordinator/farm/sharing/film_bytes.h"
 
@@ -16,8 +19,10 @@ constexpr double kIdlePatience = 1, kBusyPatience = 4;
 // So many workers that have delivered something are believed; of others so many in the end.
 constexpr size_t kProvenReports = 2, kManyReports = 64;
 
-/// Somebody works for it, or has worked.
-bool begun(const Job& job) { return job.record.state != JobState::kQueued || job.tiles.leased_count() > 0; }
+constexpr double kNoDeadline = std::numeric_limits<double>::infinity();
+/// Frames of a sequence that are looked at to find the next one: more than one only if jobs or workers
+/// differ.
+constexpr int kMostLooks = 64;
 
 /// A tile may be leased: in time, or one of the first round, without which the picture has holes.
 bool in_time(const TileRecord& tile, bool is_up) { return !is_up || tile.tile.sample_begin == 0; }
@@ -25,57 +30,39 @@ bool in_time(const TileRecord& tile, bool is_up) { return !is_up || tile.tile.sa
 }  // namespace
 
 Job& Scheduler::add(Job job) {
-  const JobId id = job.record.id;
-  order_.push_back(id);
-  rank_[id] = order_.size();
-  Job& added = jobs_.insert_or_assign(id, std::move(job)).first->second;
+  Job& added = jobs.add(std::move(job));
   state_changed(added);
   return added;
 }
 
-void Scheduler::state_changed(const Job& job) {
-  const size_t rank = rank_.at(job.record.id);
-  if (is_final(job.record.state)) {
-    withdraw(jobs_.at(job.record.id));
-    active_.erase(rank);
-  } else {
-    active_[rank] = &jobs_.at(job.record.id);
-  }
+void Scheduler::state_changed(Job& job) {
+  if (is_final(job.record.state)) withdraw(job);
+  jobs.place(job);
+  Sequence* const sequence = jobs.sequence_of(job);
+  if (sequence && sequence->not_final.empty()) withdraw(*sequence);
 }
 
 void Scheduler::withdraw(Job& job) {
-  shares_.settle_all(job.record, &job.share);
-  compete(job, false);
+  shares_.settle_all(job.record, &share_of(job));
+  admission_.leave(job.record.id);
+  if (!job.record.frame) compete(job, false);
 }
 
-std::vector<JobId> Scheduler::active() const {
-  std::vector<JobId> ids;
-  for (const auto& [rank, job] : active_) ids.push_back(job->record.id);
-  return ids;
+void Scheduler::withdraw(Sequence& sequence) {
+  if (sequence.frames.empty()) return;
+  shares_.leave(sequence.frames.begin()->second.job->record, &sequence.share);
 }
 
-std::vector<Job*> Scheduler::active_jobs() const {
-  std::vector<Job*> jobs;
-  for (const auto& [rank, job] : active_) jobs.push_back(job);
-  return jobs;
+JobShare& Scheduler::share_of(Job& job) {
+  Sequence* const sequence = jobs.sequence_of(job);
+  return sequence ? sequence->share : job.share;
+}
+const JobShare& Scheduler::share_of(const Job& job) const {
+  const Sequence* const sequence = jobs.sequence_of(job);
+  return sequence ? sequence->share : job.share;
 }
 
-Job* Scheduler::find(const JobId& id) {
-  const auto found = jobs_.find(id);
-  return found == jobs_.end() ? nullptr : &found->second;
-}
-const Job* Scheduler::find(const JobId& id) const { return const_cast<Scheduler*>(this)->find(id); }
-
-const Job* Scheduler::waits_for(const Job& job) const {
-  if (job.record.state != JobState::kQueued) return nullptr;  // what has begun goes on
-  for (const JobId& id : job.record.after) {
-    const Job* earlier = find(id);
-    if (earlier && earlier->record.state != JobState::kDone) return earlier;
-  }
-  return nullptr;
-}
-
-bool Scheduler::wants_workers(const Job& job) const { return is_runnable(job) && !waits_for(job); }
+bool Scheduler::wants_workers(const Job& job) const { return is_runnable(job) && !jobs.waits_for(job); }
 
 void Scheduler::compete(Job& job, bool wants) {
   if (wants) {
@@ -87,43 +74,91 @@ void Scheduler::compete(Job& job, bool wants) {
 }
 
 FilmAdmission::Claim Scheduler::claim(const Job& job) const {
-  return {job.record.priority, shares_.submitter_served(job.record), job.share.served,
+  return {job.record.priority, shares_.submitter_served(job.record), share_of(job).served,
           film_bytes(job.record.settings)};
 }
 
-std::vector<Job*> Scheduler::candidates(const Worker& worker) {
-  // Of a submitter's jobs those that nobody works for yet come first; of equals the older one, as in active_.
-  struct Candidate {
-    std::tuple<int64_t, double, bool, double> key;
-    Job* job;
+void Scheduler::add_single(Job& job, const Worker& worker, std::vector<Candidate>* fitting) {
+  const bool wants = wants_workers(job);
+  if (wants != job.share.competes) compete(job, wants);
+  if (!wants || !fits(job, worker) || job.unable.contains(worker.id)) return;
+  const int most = job.record.max_workers;
+  if (most > 0 && job.tiles.workers() >= most && !job.tiles.has_worker(worker.id)) return;
+  fitting->push_back({{}, &job});
+}
+
+void Scheduler::add_frames(Sequence& sequence, const Worker& worker, std::vector<Candidate>* fitting) {
+  bool wants = false;
+  const auto suits = [&](const Job& frame) {
+    if (!wants_workers(frame)) return false;
+    wants = true;
+    return fits(frame, worker) && !frame.unable.contains(worker.id);
   };
-  std::vector<Candidate> fitting;
-  for (const auto& [rank, job] : active_) {
-    const bool wants = wants_workers(*job);
-    if (wants != job->share.competes) compete(*job, wants);
-    if (!wants || !fits(*job, worker) || job->unable.contains(worker.id)) continue;
-    const int most = job->record.max_workers;
-    if (most > 0 && job->tiles.workers() >= most && !job->tiles.has_worker(worker.id)) continue;
-    fitting.push_back({{}, job});
+  std::vector<Job*> found;
+  for (const auto& [turn, frame] : sequence.open) {
+    if (suits(*frame)) found.push_back(frame);
   }
+  int looks = 0;
+  for (const auto& [turn, frame] : sequence.waiting) {
+    if (++looks > kMostLooks) break;
+    if (!suits(*frame)) continue;
+    found.push_back(frame);
+    break;
+  }
+  if (wants != sequence.share.competes) {
+    const JobRecord& any = sequence.frames.begin()->second.job->record;
+    wants ? shares_.join(any, &sequence.share) : shares_.leave(any, &sequence.share);
+  }
+  const int most = sequence.record.request.max_workers;
+  if (most > 0 && sequence.workers() >= most && !sequence.has_worker(worker.id)) return;
+  for (Job* frame : found) fitting->push_back({{}, frame});
+}
+
+double Scheduler::late_deadline(Job& job, double now) {
+  if (job.record.deadline <= 0) return kNoDeadline;
+  const double due = job.record.deadline - options_.unix_offset;
+  Sequence* const sequence = jobs.sequence_of(job);
+  const Punctuality& p = sequence ? look_at_deadline(*sequence, due, now) : look_at_deadline(job, due, now);
+  return p.late ? due : kNoDeadline;
+}
+
+std::string Scheduler::deadline_note(const Job& job, double now) const {
+  if (job.record.deadline <= 0 || is_final(job.record.state)) return {};
+  const double passed = now - (job.record.deadline - options_.unix_offset);
+  if (passed > 0) return "its deadline has passed";
+  const Sequence* const sequence = jobs.sequence_of(job);
+  const Punctuality& p = sequence ? sequence->punctuality : job.punctuality;
+  if (p.seconds_late < 60) return {};
+  return "expected about " + std::to_string(std::lround(p.seconds_late / 60)) + " min after its deadline";
+}
+
+std::vector<Job*> Scheduler::candidates(const Worker& worker, double now) {
+  // Of a submitter's jobs those that will miss their deadline come first, then those that nobody works for
+  // yet; of equals the older one. The frames of a sequence stand together, in the order of their turns.
+  std::vector<Candidate> fitting;
+  for (const auto& [rank, job] : jobs.singles()) add_single(*job, worker, &fitting);
+  for (const auto& [id, sequence] : jobs.live()) add_frames(*sequence, worker, &fitting);
   for (auto& [key, job] : fitting) {  // once all compete that do: who joins begins level with the others
-    key = {-int64_t{job->record.priority}, *job->share.submitters, begun(*job), job->share.served};
+    const JobShare& share = share_of(*job);
+    key = {-int64_t{job->record.priority}, *share.submitters, late_deadline(*job, now), jobs.begun(*job),
+           share.served};
   }
   std::stable_sort(fitting.begin(), fitting.end(),
                    [](const Candidate& a, const Candidate& b) { return a.key < b.key; });
-  std::vector<Job*> jobs;
-  for (const Candidate& candidate : fitting) jobs.push_back(candidate.job);
-  if (worker.run_left > 0 && !jobs.empty()) {
-    const int top = jobs.front()->record.priority;
-    const auto same = std::find_if(jobs.begin(), jobs.end(), [&](const Job* job) {
+  std::vector<Job*> ordered;
+  for (const Candidate& candidate : fitting) ordered.push_back(candidate.job);
+  if (worker.run_left > 0 && !ordered.empty()) {
+    const int top = ordered.front()->record.priority;
+    const auto same = std::find_if(ordered.begin(), ordered.end(), [&](const Job* job) {
       return job->record.id == worker.last_job && job->record.priority == top;
     });
-    // It goes on where it is, after those that nobody works for yet.
-    const auto first_begun =
-        std::find_if(jobs.begin(), jobs.end(), [](const Job* job) { return begun(*job); });
-    if (same != jobs.end() && first_begun < same) std::rotate(first_begun, same, same + 1);
+    // It goes on where it is, after those that are late and those that nobody works for yet.
+    const auto first_begun = std::find_if(ordered.begin(), ordered.end(), [&](Job* job) {
+      return jobs.begun(*job) && late_deadline(*job, now) == kNoDeadline;
+    });
+    if (same != ordered.end() && first_begun < same) std::rotate(first_begun, same, same + 1);
   }
-  return jobs;
+  return ordered;
 }
 
 Offer Scheduler::offer_of(const Job& job, const Worker& worker, double now) const {
@@ -169,7 +204,7 @@ Offer Scheduler::offer(const WorkerId& worker_id, double now) {
   const Worker* worker = workers.find(worker_id);
   if (!worker || !workers.may_work(*worker, now)) return {};
   if (worker->leases >= WorkerTable::most_leases(*worker)) return {};
-  const std::vector<Job*> jobs = candidates(*worker);
+  const std::vector<Job*> jobs = candidates(*worker, now);
   bool claims_are_new = false;
   const auto may_take = [&](const Job& job) {
     if (!claims_are_new) {  // mostly the first job is admitted already, and nobody asks
@@ -210,11 +245,12 @@ void Scheduler::granted(Job& job, const TileRecord& tile) {
     const int64_t samples = record.settings.grid.pixels(tile.tile.cells).area() * tile.tile.samples();
     seconds = record.cpu_seconds * static_cast<double>(samples) / static_cast<double>(record.pixel_samples);
   }
-  shares_.charge(record, &job.share, tile.id, tile.attempt, seconds);
+  shares_.charge(record, &share_of(job), tile.id, tile.attempt, seconds);
+  if (Sequence* sequence = jobs.sequence_of(job)) sequence->opened(job);
 }
 
 void Scheduler::settled(Job& job, TileId tile, int64_t attempt, double seconds) {
-  shares_.settle(job.record, &job.share, tile, attempt, seconds);
+  shares_.settle(job.record, &share_of(job), tile, attempt, seconds);
 }
 
 bool Scheduler::complete(const Job& job, double now) const {

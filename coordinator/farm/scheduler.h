@@ -3,11 +3,12 @@
 // on (state, now) and never waits, stores or renders; the farm makes a decision durable and then applies it.
 #include <cstddef>
 #include <cstdint>
-#include <map>
+#include <string>
+#include <tuple>
 #include <variant>
 #include <vector>
 
-#include "coordinator/farm/job.h"
+#include "coordinator/farm/job_index.h"
 #include "coordinator/farm/job_tail.h"
 #include "coordinator/farm/round_planner.h"
 #include "coordinator/farm/scheduler_options.h"
@@ -52,20 +53,15 @@ class Scheduler {
   Scheduler& operator=(const Scheduler&) = delete;
 
   WorkerTable workers;
+  JobIndex jobs;
 
   Job& add(Job job);
-  Job* find(const JobId& id);
-  const Job* find(const JobId& id) const;
-  /// In the order of submission.
-  const std::vector<JobId>& order() const { return order_; }
-  /// Those that are not final, in the order of submission.
-  std::vector<JobId> active() const;
-  std::vector<Job*> active_jobs() const;
-  /// Takes the job out of the sharing, before its priority changes; it joins again, beside its new equals,
-  /// when the next worker asks.
+  /// Takes the job, or the sequence, out of the sharing, before its priority changes; it joins again, beside
+  /// its new equals, when the next worker asks.
   void withdraw(Job& job);
-  /// To be called after record.state was changed.
-  void state_changed(const Job& job);
+  void withdraw(Sequence& sequence);
+  /// To be called after record.state, or what else is_runnable() goes by, was changed.
+  void state_changed(Job& job);
 
   /// What to do for a worker that asks for work: a tile of the runnable job of highest priority that has (or
   /// can open) something for it; of equal ones the one that has had least (fair_share.h) of those whose films
@@ -92,25 +88,32 @@ class Scheduler {
   bool rendered(const Job& job, double now) const;
   /// True if a worker is there, maybe benched, that could check the tile.
   bool has_checker(const Job& job, TileId tile, double now) const;
-  /// The first job that this one has to wait for; null: none.
-  const Job* waits_for(const Job& job) const;
+  /// "is expected about 12 min after its deadline"; empty if it is in time, or that is not known.
+  std::string deadline_note(const Job& job, double now) const;
 
  private:
   bool wants_workers(const Job& job) const;
+  JobShare& share_of(Job& job);
+  const JobShare& share_of(const Job& job) const;
   /// Takes part in the sharing, or ends that.
   void compete(Job& job, bool wants);
+  /// A job that may come next, with what it is ordered by.
+  struct Candidate {
+    std::tuple<int64_t, double, double, bool, double> key;
+    Job* job;
+  };
+  void add_single(Job& job, const Worker& worker, std::vector<Candidate>* fitting);
+  void add_frames(Sequence& sequence, const Worker& worker, std::vector<Candidate>* fitting);
+  /// When a job that will miss its deadline is to be done, clock time; of all others infinity.
+  double late_deadline(Job& job, double now);
   FilmAdmission::Claim claim(const Job& job) const;
   /// Jobs that the worker may work for, the one that comes next first.
-  std::vector<Job*> candidates(const Worker& worker);
+  std::vector<Job*> candidates(const Worker& worker, double now);
   Offer offer_of(const Job& job, const Worker& worker, double now) const;
 
   SchedulerOptions options_;
   RoundPlanner rounds_;
   JobTail tail_;
-  std::map<JobId, Job> jobs_;
-  std::vector<JobId> order_;
-  std::map<JobId, size_t> rank_;   // place in order_, from 1
-  std::map<size_t, Job*> active_;  // by rank
   FairShare shares_;
   FilmAdmission admission_;
 };

@@ -11,6 +11,7 @@ struct SchedulerOptions {
   double commits_per_second = 0;       // of all workers, so many at most: tiles get larger; 0: no limit
   size_t max_workers = 4096;
   double lease_seconds = 10;
+  double unix_offset = 0;  // what the clock's seconds lack of the seconds since 1970, for deadlines
 };
 
 }  // namespace lightmill

@@ -59,7 +59,10 @@ std::string note_of_workers(const WorkerTable& workers, const Job& job, double n
 
 std::string waiting_note(const Scheduler& scheduler, const Job& job, double now) {
   if (!is_runnable(job)) return {};
-  if (const Job* earlier = scheduler.waits_for(job)) return note_of_earlier_job(*earlier);
+  if (const Job* earlier = scheduler.jobs.waits_for(job)) return note_of_earlier_job(*earlier);
+  if (job.record.frame && job.record.state == JobState::kQueued && !scheduler.jobs.is_next(job)) {
+    return "waits for its turn in sequence " + job.record.frame->sequence.value;
+  }
   if (std::string note = note_of_checks(job.checks); !note.empty()) return note;
   if (job.tiles.leased_count() > 0) return needs_pilot(job.record.settings) ? "choosing strategies" : "";
   if (!job.checks.empty() && scheduler.rendered(job, now)) return "waits for spot checks of its tiles";

@@ -1,7 +1,6 @@
 #include "coordinator/service/client_service.h"
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cstring>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/convert.h"
 #include "coordinator/service/limits/in_flight_limit.h"
+#include "coordinator/service/page_tokens.h"
 #include "coordinator/service/service_status.h"
 #include "coordinator/service/streams/sending_call.h"
 #include "coordinator/service/streams/upload_call.h"
@@ -25,7 +25,6 @@ constexpr size_t kMaxAnswers = 768, kMaxWatches = 4096, kMaxUploads = 256;
 constexpr uint64_t kAnswerBytes = uint64_t{96} << 20;
 /// Threads that resolve images and read ledgers, and that make messages and write files.
 constexpr size_t kOpeningThreads = 8, kStreamingThreads = 8;
-constexpr int kMaxWaitingSubmissions = 16;
 constexpr int kMaxAskedBlobs = 100000;
 constexpr int kMaxVerifications = 4;
 constexpr int kTilesPerMessage = 400, kLinesPerMessage = 200;  // some 64 KiB
@@ -36,20 +35,9 @@ constexpr size_t kPageBytes = 8u << 20;  // a page that is longer ends early: ha
 constexpr std::string_view kJobsPageToken = "job-";       // and how many jobs came before
 constexpr std::string_view kWorkersPageToken = "after-";  // and the last worker before
 
-/// A manifest larger than this waits until few others are unpacked: that takes several times its bytes.
-constexpr size_t kLargeSubmission = 64 << 10;
-constexpr std::chrono::seconds kSubmissionPatience(10);
-
-/// How many jobs the pages before had. Throws Error(kUsage) for a token that no answer gave.
+/// How many jobs the pages before had.
 size_t listed_before(const std::string& token) {
-  if (token.empty()) return 0;
-  uint32_t count = 0;
-  const char* const end = token.data() + token.size();
-  if (token.starts_with(kJobsPageToken)) {
-    const auto [stop, error] = std::from_chars(token.data() + kJobsPageToken.size(), end, count);
-    if (error == std::errc() && stop == end && count > 0) return count;
-  }
-  throw Error(ErrorKind::kUsage, "page_token is none that an answer to ListJobs gave; begin without one");
+  return static_cast<size_t>(std::max<int64_t>(0, number_of_token(token, kJobsPageToken).value_or(0)));
 }
 
 /// The last worker of the pages before. Throws Error(kUsage) for a token that no answer gave.
@@ -83,18 +71,26 @@ MessageSource<Response> rows_of(std::vector<Row> rows, std::shared_ptr<const voi
 }  // namespace
 
 ClientService::ClientService(Farm& farm, BlobStore& blobs, const TileLog& tile_log, StallWatch& stalls,
-                             const Quotas& quotas, std::shared_ptr<SubmitLimit> submissions, Caller caller)
+                             const Quotas& quotas, SubmissionGate& gate,
+                             std::shared_ptr<SubmitLimit> submissions, Caller caller)
     : farm_(farm),
       blobs_(blobs),
       tile_log_(tile_log),
       stalls_(stalls),
       quotas_(quotas),
+      gate_(gate),
       submissions_(std::move(submissions)),
       caller_(std::move(caller)),
       answers_(stalls, kMaxAnswers),
       memory_(kAnswerBytes, [this] { answers_.cut_slowest(StallWatch::kSlowBytesPerSecond); }),
       images_(farm, memory_),
-      watches_(farm, stalls, kMaxWatches),
+      watches_(
+          [&farm](const std::string& id) {
+            v1::WatchJobResponse message;
+            *message.mutable_job() = to_proto(farm.job(JobId{id}));
+            return message;
+          },
+          stalls, kMaxWatches),
       uploads_(stalls, kMaxUploads),
       opening_(kOpeningThreads),
       streaming_(kStreamingThreads) {}
@@ -133,38 +129,17 @@ grpc::Status ClientService::SubmitJob(grpc::ServerContext* context, const v1::Su
     if (!refusal.empty()) throw LimitReached(refusal);
     JobRequest job;
     job.name = request->name();
-    std::optional<Slot> waits;
-    std::optional<Turn> turn;
-    if (request->ByteSizeLong() > kLargeSubmission) {
-      waits.emplace(waiting_submissions_, kMaxWaitingSubmissions);
-      if (waits->granted()) turn.emplace(large_submissions_, kSubmissionPatience);
-      if (!turn || !turn->granted())
-        throw LimitReached("too many scenes of thousands of files come in at once; try again");
-    }
-    try {
-      job.bundle = bundle_from_json(request->bundle_json());
-    } catch (const Error& e) {
-      throw Error(ErrorKind::kUsage, e.what());  // it came from outside: a wrong request, not a failed disk
-    }
+    const SubmissionGate::Pass pass(gate_, request->ByteSizeLong());
+    job.bundle = read_manifest(request->bundle_json());
     job.settings = settings_from_json(request->settings_json());
     job.priority = request->priority();
     job.pool = request->pool();
     job.submitter = caller_ ? caller_(*context) : request->submitter();
     job.max_workers = request->max_workers();
+    job.deadline = request->deadline();
     for (const std::string& id : request->after()) job.after.push_back(JobId{id});
     check_quotas(quotas_, job);
-    for (const BundleEntry& entry : job.bundle.entries) {
-      if (blobs_.contains(entry.digest)) continue;
-      throw Error(ErrorKind::kFailed, "file " + entry.name + " of the bundle was not uploaded");
-    }
-    for (const BundleEntry& entry : job.bundle.entries) {
-      if (blobs_.size(entry.digest) == entry.size) continue;
-      if (!blobs_.verify(entry.digest)) {
-        throw Error(ErrorKind::kFailed,
-                    "file " + entry.name + " of the bundle was damaged on the coordinator; submit it again");
-      }
-      throw Error(ErrorKind::kUsage, "file " + entry.name + " of the bundle has another size than it says");
-    }
+    require_files(blobs_, job.bundle);
     if (request->has_reference()) job.reference = read_reference(request->reference(), job.settings);
     response->set_job_id(farm_.submit(job).value);
     return grpc::Status::OK;
@@ -189,18 +164,20 @@ grpc::Status ClientService::ListJobs(grpc::ServerContext*, const v1::ListJobsReq
   return guarded([&] {
     const size_t page = page_size(*request);
     const size_t total = farm_.job_count();
-    size_t next = page > 0 ? listed_before(request->page_token()) : total - std::min(total, kMaxListed);
-    const size_t end = std::min(total, next) + (page > 0 ? page : kMaxListed);
-    size_t bytes = 0;
-    while (next < end && bytes < kPageBytes) {
-      const std::vector<JobStatus> part = farm_.jobs(next, std::min(end - next, kJobsPerLock));
-      if (part.empty()) break;
+    const size_t most = page > 0 ? page : kMaxListed;
+    size_t next = total - std::min(total, kMaxListed);
+    if (page > 0) next = listed_before(request->page_token());
+    size_t bytes = 0, rows = 0;
+    while (next < total && rows < most && bytes < kPageBytes) {
+      const size_t count = std::min({total - next, most - rows, kJobsPerLock});
+      const std::vector<JobStatus> part = farm_.jobs(next, count, !request->without_frames());
       for (const JobStatus& job : part) {
         v1::JobStatus& row = *response->add_jobs();
         row = to_proto(job);
         bytes += row.ByteSizeLong();
       }
-      next += part.size();
+      next += count;
+      rows += part.size();
     }
     if (page > 0 && next < total)
       response->set_next_page_token(std::string(kJobsPageToken) + std::to_string(next));
@@ -268,7 +245,7 @@ grpc::Status ClientService::ListWorkers(grpc::ServerContext*, const v1::ListWork
 
 grpc::ServerWriteReactor<v1::WatchJobResponse>* ClientService::WatchJob(grpc::CallbackServerContext* context,
                                                                         const v1::WatchJobRequest* request) {
-  return watches_.watch(*context, JobId{request->job_id()});
+  return watches_.watch(*context, request->job_id());
 }
 
 grpc::Status ClientService::PauseJob(grpc::ServerContext*, const v1::PauseJobRequest* request,
@@ -302,6 +279,15 @@ grpc::Status ClientService::RetryJob(grpc::ServerContext*, const v1::RetryJobReq
                                      v1::RetryJobResponse* response) {
   return guarded([&] {
     farm_.retry(JobId{request->job_id()});
+    *response->mutable_job() = to_proto(farm_.job(JobId{request->job_id()}));
+    return grpc::Status::OK;
+  });
+}
+
+grpc::Status ClientService::SetJobPriority(grpc::ServerContext*, const v1::SetJobPriorityRequest* request,
+                                           v1::SetJobPriorityResponse* response) {
+  return guarded([&] {
+    farm_.set_priority(JobId{request->job_id()}, request->priority());
     *response->mutable_job() = to_proto(farm_.job(JobId{request->job_id()}));
     return grpc::Status::OK;
   });

@@ -6,7 +6,6 @@
 #include <atomic>
 #include <functional>
 #include <memory>
-#include <semaphore>
 
 #include "coordinator/core/farm.h"
 #include "coordinator/service/caller.h"
@@ -17,6 +16,7 @@
 #include "coordinator/service/streams/image_answers.h"
 #include "coordinator/service/streams/sending_call.h"
 #include "coordinator/service/streams/watch_feed.h"
+#include "coordinator/service/submissions.h"
 #include "coordinator/service/task_pool.h"
 #include "coordinator/service/tile_log.h"
 #include "coordinator/store/blob_store.h"
@@ -33,7 +33,8 @@ class ClientService final
   /// callers together; may be null. `caller` may be empty: then submitters are taken for who they say they
   /// are.
   ClientService(Farm& farm, BlobStore& blobs, const TileLog& tile_log, StallWatch& stalls,
-                const Quotas& quotas, std::shared_ptr<SubmitLimit> submissions, Caller caller = {});
+                const Quotas& quotas, SubmissionGate& gate, std::shared_ptr<SubmitLimit> submissions,
+                Caller caller = {});
   /// Ends the streams of WatchJob soon with UNAVAILABLE.
   void stop() { watches_.stop(); }
 
@@ -50,6 +51,8 @@ class ClientService final
   grpc::Status ResumeJob(grpc::ServerContext*, const v1::ResumeJobRequest*, v1::ResumeJobResponse*) override;
   grpc::Status CancelJob(grpc::ServerContext*, const v1::CancelJobRequest*, v1::CancelJobResponse*) override;
   grpc::Status RetryJob(grpc::ServerContext*, const v1::RetryJobRequest*, v1::RetryJobResponse*) override;
+  grpc::Status SetJobPriority(grpc::ServerContext*, const v1::SetJobPriorityRequest*,
+                              v1::SetJobPriorityResponse*) override;
   grpc::Status ExtendJob(grpc::ServerContext*, const v1::ExtendJobRequest*, v1::ExtendJobResponse*) override;
   grpc::ServerWriteReactor<v1::FetchImageResponse>* FetchImage(grpc::CallbackServerContext*,
                                                                const v1::FetchImageRequest*) override;
@@ -71,15 +74,14 @@ class ClientService final
   const TileLog& tile_log_;
   StallWatch& stalls_;
   const Quotas quotas_;
+  SubmissionGate& gate_;
   const std::shared_ptr<SubmitLimit> submissions_;
   const Caller caller_;
-  std::counting_semaphore<> large_submissions_{1};  // that are unpacked at once
-  std::atomic<int> waiting_submissions_{0};         // that are large, too
   std::atomic<int> verifications_{0};
   StallWatch::Group answers_;
   AnswerMemory memory_;
   ImageAnswers images_;
-  WatchFeed watches_;
+  WatchFeed<v1::WatchJobResponse> watches_;
   StallWatch::Group uploads_;
   TaskPool opening_, streaming_;  // ended first: their tasks use what is above
 };

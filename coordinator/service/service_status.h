@@ -27,6 +27,8 @@ grpc::Status guarded(Handler&& handler) {
     return e.status;
   } catch (const UnknownJob& e) {
     return {grpc::StatusCode::NOT_FOUND, one_line(e.what())};
+  } catch (const UnknownSequence& e) {
+    return {grpc::StatusCode::NOT_FOUND, one_line(e.what())};
   } catch (const UnknownWorker& e) {
     return {grpc::StatusCode::NOT_FOUND, one_line(e.what())};
   } catch (const LimitReached& e) {

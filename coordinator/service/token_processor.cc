@@ -13,7 +13,8 @@ grpc::Status TokenProcessor::Process(const InputMetadata& metadata, grpc::AuthCo
                                      OutputMetadata* consumed, OutputMetadata*) {
   std::string_view path, authorization;
   if (const auto found = metadata.find(":path"); found != metadata.end()) path = view(found->second);
-  const bool submits = path.ends_with("/SubmitJob"), registers = path.ends_with("/Register");
+  const bool submits = path.ends_with("/SubmitJob") || path.ends_with("/SubmitSequence");
+  const bool registers = path.ends_with("/Register");
   if (const auto found = metadata.find("authorization"); found != metadata.end()) {
     authorization = view(found->second);
     // Jobs and workers bear the name of the token that they came with: these handlers ask once more.

@@ -18,6 +18,9 @@ class GuardedJobStore : public JobStore {
   std::vector<JobRecord> jobs() override {
     return guarded([&] { return store_->jobs(); });
   }
+  std::vector<SequenceRecord> sequences() override {
+    return guarded([&] { return store_->sequences(); });
+  }
   std::vector<TileRecord> tiles(const JobId& job) override {
     return guarded([&] { return store_->tiles(job); });
   }
@@ -56,6 +59,15 @@ class GuardedJobStore : public JobStore {
   }
   void save_job(const JobRecord& job) override {
     guarded([&] { store_->save_job(job); });
+  }
+  void save_sequence(const SequenceRecord& sequence) override {
+    guarded([&] { store_->save_sequence(sequence); });
+  }
+  void add_jobs(const std::vector<NewJob>& jobs) override {
+    guarded([&] { store_->add_jobs(jobs); });
+  }
+  void save_jobs(const std::vector<JobRecord>& jobs) override {
+    guarded([&] { store_->save_jobs(jobs); });
   }
   void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) override {
     guarded([&] { store_->add_tiles(job, tiles); });

@@ -35,6 +35,12 @@ class DamagedLayers : public Error {
   explicit DamagedLayers(const std::string& message) : Error(ErrorKind::kFailed, message) {}
 };
 
+/// A job that is to be stored, with its bundle's manifest.
+struct NewJob {
+  JobRecord record;
+  std::string bundle_json;
+};
+
 /// No ledger goes beyond.
 inline constexpr TileId kLastTile{std::numeric_limits<int64_t>::max()};
 
@@ -48,6 +54,8 @@ class JobStore {
   // --- reading ---
   /// All jobs, in the order of their submission.
   virtual std::vector<JobRecord> jobs() = 0;
+  /// All sequences, in the order of their submission.
+  virtual std::vector<SequenceRecord> sequences() = 0;
   /// The job's ledger, ascending by id.
   virtual std::vector<TileRecord> tiles(const JobId& job) = 0;
   /// One row of it; absent if there is none. Costs no more in a long ledger.
@@ -72,6 +80,11 @@ class JobStore {
   virtual int64_t next_number(const std::string& counter) = 0;
   virtual void add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) = 0;
   virtual void save_job(const JobRecord& job) = 0;
+  /// Adds the sequence, or replaces its row.
+  virtual void save_sequence(const SequenceRecord& sequence) = 0;
+  /// As add_job and save_job for each, in one transaction.
+  virtual void add_jobs(const std::vector<NewJob>& jobs) = 0;
+  virtual void save_jobs(const std::vector<JobRecord>& jobs) = 0;
   /// Flushed.
   virtual void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) = 0;
   /// Makes a pending tile smaller, and adds others with the next ids for the rest. Flushed.

@@ -25,6 +25,11 @@ std::vector<JobRecord> MemoryJobStore::jobs() {
   return records;
 }
 
+std::vector<SequenceRecord> MemoryJobStore::sequences() {
+  const std::lock_guard lock(mutex_);
+  return sequences_;
+}
+
 std::vector<TileRecord> MemoryJobStore::tiles(const JobId& job) {
   const std::lock_guard lock(mutex_);
   return entry(job).tiles;
@@ -98,6 +103,10 @@ int64_t MemoryJobStore::next_number(const std::string& counter) {
 
 void MemoryJobStore::add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) {
   const std::lock_guard lock(mutex_);
+  insert(job, bundle_json, reference);
+}
+
+void MemoryJobStore::insert(const JobRecord& job, const std::string& bundle_json, const Image& reference) {
   Entry added;
   added.record = job;
   added.reference = reference;
@@ -109,6 +118,27 @@ void MemoryJobStore::add_job(const JobRecord& job, const std::string& bundle_jso
 void MemoryJobStore::save_job(const JobRecord& job) {
   const std::lock_guard lock(mutex_);
   entry(job.id).record = job;
+}
+
+void MemoryJobStore::save_sequence(const SequenceRecord& sequence) {
+  const std::lock_guard lock(mutex_);
+  const auto same = std::find_if(sequences_.begin(), sequences_.end(),
+                                 [&](const SequenceRecord& other) { return other.id == sequence.id; });
+  if (same == sequences_.end()) {
+    sequences_.push_back(sequence);
+  } else {
+    *same = sequence;
+  }
+}
+
+void MemoryJobStore::add_jobs(const std::vector<NewJob>& jobs) {
+  const std::lock_guard lock(mutex_);
+  for (const NewJob& job : jobs) insert(job.record, job.bundle_json, {});
+}
+
+void MemoryJobStore::save_jobs(const std::vector<JobRecord>& jobs) {
+  const std::lock_guard lock(mutex_);
+  for (const JobRecord& job : jobs) entry(job.id).record = job;
 }
 
 void MemoryJobStore::add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) {

@@ -15,6 +15,7 @@ class MemoryJobStore : public JobStore {
   explicit MemoryJobStore(bool keep_layers = true) : keep_layers_(keep_layers) {}
   bool keeps_layers() const override { return keep_layers_; }
   std::vector<JobRecord> jobs() override;
+  std::vector<SequenceRecord> sequences() override;
   std::vector<TileRecord> tiles(const JobId& job) override;
   std::optional<TileRecord> tile(const JobId& job, TileId id) override;
   std::vector<ErrorPoint> curve(const JobId& job) override;
@@ -28,6 +29,9 @@ class MemoryJobStore : public JobStore {
   int64_t next_number(const std::string& counter) override;
   void add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) override;
   void save_job(const JobRecord& job) override;
+  void save_sequence(const SequenceRecord& sequence) override;
+  void add_jobs(const std::vector<NewJob>& jobs) override;
+  void save_jobs(const std::vector<JobRecord>& jobs) override;
   void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) override;
   void split_tile(const JobId& job, const TileRecord& smaller,
                   const std::vector<TileRecord>& others) override;
@@ -53,6 +57,7 @@ class MemoryJobStore : public JobStore {
     std::set<TileId> folded;  // of the spool: in the snapshot, too
   };
   Entry& entry(const JobId& job);
+  void insert(const JobRecord& job, const std::string& bundle_json, const Image& reference);
   TileRecord& row(Entry& entry, const TileId& id);
   /// Writes both rows if the tile is leased with this attempt by this worker.
   bool mark_committed(Entry& entry, const JobRecord& job, const TileRecord& tile);
@@ -61,6 +66,7 @@ class MemoryJobStore : public JobStore {
   std::mutex mutex_;
   std::vector<JobId> order_;
   std::map<JobId, Entry> jobs_;
+  std::vector<SequenceRecord> sequences_;
   std::map<std::string, std::string> bundles_;
   std::map<std::string, int64_t> counters_;
 };

@@ -46,6 +46,8 @@ void refuse(Response& response, int status, const std::string& why) {
 void guarded_answer(Response& response, const std::function<void()>& handler) {
   try {
     handler();
+  } catch (const UnknownSequence& e) {
+    refuse(response, 404, e.what());
   } catch (const UnknownJob& e) {
     refuse(response, 404, e.what());
   } catch (const LimitReached& e) {

@@ -26,5 +26,5 @@ def load_proto(folder):
     subprocess.run(["protoc", "--experimental_allow_proto3_optional", f"-I{ROOT / 'proto'}", f"--python_out={folder}",
                     f"--grpc_python_out={folder}", f"--plugin=protoc-gen-grpc_python={plugin}", *files], check=True)
     sys.path.insert(0, str(folder))
-    names = ["types_pb2", "client_pb2", "client_pb2_grpc", "worker_pb2", "worker_pb2_grpc"]
+    names = ["types_pb2", "client_pb2", "client_pb2_grpc", "sequence_pb2", "worker_pb2", "worker_pb2_grpc"]
     PB.update({name: importlib.import_module(f"lightmill.v1.{name}") for name in names})

@@ -52,7 +52,7 @@ void FilmRepair::repair_damaged() {
   std::vector<std::tuple<JobId, JobRecord, std::string>> damaged;
   {
     const std::lock_guard lock(farm_.mutex);
-    for (Job* job : farm_.scheduler.active_jobs()) {
+    for (Job* job : farm_.scheduler.jobs.active_jobs()) {
       if (!job->needs_repair) continue;
       job->needs_repair = false;
       if (++job->repairs > kMostRepairs) continue;

@@ -11,20 +11,20 @@ namespace lightmill {
 std::vector<std::string> SceneFiles::open_bundles() const {
   const std::lock_guard lock(farm_.mutex);
   std::set<std::string> digests;
-  for (const JobId& id : farm_.scheduler.active())
-    digests.insert(farm_.scheduler.find(id)->record.bundle_digest);
+  for (const JobId& id : farm_.scheduler.jobs.active())
+    digests.insert(farm_.scheduler.jobs.find(id)->record.bundle_digest);
   return {digests.begin(), digests.end()};
 }
 
 std::string SceneFiles::bundle_of(const WorkerId& worker, const LeaseKey& lease) const {
   const std::lock_guard lock(farm_.mutex);
-  const Job* job = farm_.scheduler.find(lease.job);
+  const Job* job = farm_.scheduler.jobs.find(lease.job);
   return job && Leases::holds(*job, worker, lease) ? job->record.bundle_digest : "";
 }
 
 void SceneFiles::set_missing(const std::string& bundle_digest, const std::string& what, bool in_vain) {
   const std::lock_guard lock(farm_.mutex);
-  for (Job* job : farm_.scheduler.active_jobs()) {
+  for (Job* job : farm_.scheduler.jobs.active_jobs()) {
     if (job->record.bundle_digest == bundle_digest) set_missing(*job, what, in_vain);
   }
 }
@@ -42,6 +42,7 @@ void SceneFiles::set_missing(Job& job, const std::string& what, bool in_vain) {
   if (lacks) JobTable::stop_clock(job, farm_.clock.now());
   job.missing_file = what;
   job.lacks_file = lacks;
+  farm_.scheduler.state_changed(job);
   farm_.touch(job);
 }
 

@@ -28,6 +28,7 @@ Merger::Open StorageGuard::open_layers(const JobId& id, const RenderSettings& se
     damaged.fault = error.what();
     damaged.look_at = now + kLookAgainSeconds;
     JobTable::stop_clock(damaged, now);
+    farm_.scheduler.state_changed(damaged);
     farm_.touch(damaged);
     if (!final) throw;
     throw Error(ErrorKind::kFailed,
@@ -66,14 +67,14 @@ bool StorageGuard::store_works() {
   const std::lock_guard lock(farm_.mutex);
   logged_fault_.reset();
   farm_.log("the job store works again; jobs go on");
-  for (const JobId& id : farm_.scheduler.active()) farm_.touch(jobs_.get(id));
+  for (const JobId& id : farm_.scheduler.jobs.active()) farm_.touch(jobs_.get(id));
   return true;
 }
 
 void StorageGuard::pause_all(const std::string& fault, double now) {
   farm_.log("all jobs pause: " + fault);
   logged_fault_ = fault;
-  for (const JobId& id : farm_.scheduler.active()) {
+  for (const JobId& id : farm_.scheduler.jobs.active()) {
     Job& job = jobs_.get(id);
     JobTable::stop_clock(job, now);
     farm_.touch(job);
@@ -85,7 +86,7 @@ void StorageGuard::look_at_damaged_jobs() {
   {
     const std::lock_guard lock(farm_.mutex);
     const double now = farm_.clock.now();
-    for (const JobId& id : farm_.scheduler.active()) {
+    for (const JobId& id : farm_.scheduler.jobs.active()) {
       Job& active = jobs_.get(id);
       if (active.fault.empty() || now < active.look_at) continue;
       active.look_at = now + kLookAgainSeconds;
@@ -99,6 +100,7 @@ void StorageGuard::look_at_damaged_jobs() {
       Job& mended = jobs_.get(id);
       mended.fault.clear();
       mended.needs_repair = false;
+      farm_.scheduler.state_changed(mended);
       farm_.log("job " + id.value + " can be read again and goes on");
       farm_.touch(mended);
     } catch (const DamagedLayers&) {  // still, and proven

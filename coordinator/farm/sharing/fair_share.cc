@@ -48,13 +48,13 @@ double FairShare::submitter_served(const JobRecord& job) const {
 }
 
 void FairShare::charge(const JobRecord& job, JobShare* share, TileId tile, int64_t attempt, double seconds) {
-  if (!share->charges.emplace(std::pair(tile, attempt), seconds).second) return;
+  if (!share->charges.emplace(LeaseKey{job.id, tile, attempt}, seconds).second) return;
   share->served += seconds;
   account(job).served += seconds;
 }
 
 void FairShare::settle(const JobRecord& job, JobShare* share, TileId tile, int64_t attempt, double seconds) {
-  const auto found = share->charges.find({tile, attempt});
+  const auto found = share->charges.find({job.id, tile, attempt});
   if (found == share->charges.end()) return;
   share->served += seconds - found->second;
   account(job).served += seconds - found->second;
@@ -62,9 +62,11 @@ void FairShare::settle(const JobRecord& job, JobShare* share, TileId tile, int64
 }
 
 void FairShare::settle_all(const JobRecord& job, JobShare* share) {
-  while (!share->charges.empty()) {
-    const auto [tile, attempt] = share->charges.begin()->first;
-    settle(job, share, tile, attempt, 0);
+  for (;;) {
+    const auto first = share->charges.lower_bound({job.id, TileId{}, 0});
+    if (first == share->charges.end() || first->first.job != job.id) return;
+    const LeaseKey key = first->first;
+    settle(job, share, key.tile, key.attempt, 0);
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // Fair shares: how much of the workers' time each job of equal priority has had, first by submitter, then by
-// job. Pure.
+// job. The frames of a sequence have one share together. Pure.
 //
 // Time is processor seconds. A lease is charged with what its tile is expected to take, and corrected when it
 // ends. The job that has had least comes next. A new job begins level with the one that has had least of
@@ -16,12 +16,12 @@
 
 namespace lightmill {
 
-/// The share of one job.
+/// The share of one job, or of one sequence.
 struct JobShare {
   bool competes = false;
-  double served = 0;                                     // processor seconds, on its submitter's scale
-  std::map<std::pair<TileId, int64_t>, double> charges;  // of present leases, by tile and attempt
-  const double* submitters = nullptr;                    // submitter_served, while it competes
+  double served = 0;                   // processor seconds, on its submitter's scale
+  std::map<LeaseKey, double> charges;  // of present leases
+  const double* submitters = nullptr;  // submitter_served, while it competes
 };
 
 class FairShare {
@@ -37,7 +37,7 @@ class FairShare {
   /// Settles it after it ended and took `seconds`; 0 if it had no result. Once per charge; does nothing
   /// without one.
   void settle(const JobRecord& job, JobShare* share, TileId tile, int64_t attempt, double seconds);
-  /// Settles all leases of the job, without a result.
+  /// Settles all leases of this job, without a result.
   void settle_all(const JobRecord& job, JobShare* share);
 
  private:

@@ -5,6 +5,8 @@
 
 #include "common/rpc/convert.h"
 #include "coordinator/service/service_status.h"
+#include "lightmill/v1/client.pb.h"
+#include "lightmill/v1/sequence.pb.h"
 
 namespace lightmill {
 namespace {
@@ -16,21 +18,28 @@ double now_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-bool is_last(const v1::WatchJobResponse& message) { return is_final(from_proto(message.job().state())); }
+const v1::JobStatus& what(const v1::WatchJobResponse& message) { return message.job(); }
+const v1::SequenceStatus& what(const v1::WatchSequenceResponse& message) { return message.sequence(); }
+
+template <class Response>
+bool is_last(const Response& message) {
+  return is_final(from_proto(what(message).state()));
+}
 
 }  // namespace
 
 /// Deletes itself once the stream has ended. Its methods want the feed's mutex held, but those of gRPC.
-class WatchFeed::Watcher final : public grpc::ServerWriteReactor<v1::WatchJobResponse> {
+template <class Response>
+class WatchFeed<Response>::Watcher final : public grpc::ServerWriteReactor<Response> {
  public:
-  Watcher(WatchFeed& feed, grpc::CallbackServerContext& context, JobId job)
-      : feed_(feed), job_(std::move(job)), call_(feed.stalls_, context, &feed.group_) {}
+  Watcher(WatchFeed& feed, grpc::CallbackServerContext& context, std::string id)
+      : feed_(feed), id_(std::move(id)), call_(feed.stalls_, context, &feed.group_) {}
 
-  const JobId& job() const { return job_; }
+  const std::string& id() const { return id_; }
   bool admitted() const { return call_.admitted(); }
-  bool wants(const v1::WatchJobResponse& message) const {
+  bool wants(const Response& message) const {
     if (writing_ || ended_) return false;
-    return !last_ || last_->job().version() < message.job().version() ||
+    return !last_ || what(*last_).version() < what(message).version() ||
            now_seconds() - sent_at_ >= kBeatSeconds;
   }
   void send(Message message) {
@@ -38,14 +47,14 @@ class WatchFeed::Watcher final : public grpc::ServerWriteReactor<v1::WatchJobRes
     last_ = std::move(message);
     sent_at_ = now_seconds();
     call_.begin();
-    StartWrite(last_.get());
+    this->StartWrite(last_.get());
   }
   /// Once what is being written has arrived.
   void end(const grpc::Status& status) {
     if (ended_) return;
     ended_ = true;
     status_ = status;
-    if (!writing_) Finish(status_);
+    if (!writing_) this->Finish(status_);
   }
 
   void OnWriteDone(bool ok) override {
@@ -53,7 +62,7 @@ class WatchFeed::Watcher final : public grpc::ServerWriteReactor<v1::WatchJobRes
     writing_ = false;
     call_.end(ok ? last_->ByteSizeLong() : 0);
     if (ended_) {
-      Finish(status_);
+      this->Finish(status_);
     } else if (!ok) {
       end(grpc::Status::CANCELLED);
     } else if (is_last(*last_)) {
@@ -74,7 +83,7 @@ class WatchFeed::Watcher final : public grpc::ServerWriteReactor<v1::WatchJobRes
 
  private:
   WatchFeed& feed_;
-  const JobId job_;
+  const std::string id_;
   StallWatch::Call call_;
   Message last_;  // sent or being sent
   double sent_at_ = 0;
@@ -82,33 +91,36 @@ class WatchFeed::Watcher final : public grpc::ServerWriteReactor<v1::WatchJobRes
   grpc::Status status_;
 };
 
-WatchFeed::WatchFeed(const Farm& farm, StallWatch& stalls, size_t most)
-    : farm_(farm), stalls_(stalls), group_(stalls, most), thread_([this] { loop(); }) {}
+template <class Response>
+WatchFeed<Response>::WatchFeed(State state, StallWatch& stalls, size_t most)
+    : state_(std::move(state)), stalls_(stalls), group_(stalls, most), thread_([this] { loop(); }) {}
 
-WatchFeed::~WatchFeed() {
+template <class Response>
+WatchFeed<Response>::~WatchFeed() {
   stop();
   thread_.join();
 }
 
-void WatchFeed::stop() {
+template <class Response>
+void WatchFeed<Response>::stop() {
   const std::lock_guard lock(mutex_);
   stopping_ = true;
   news_.notify_all();
 }
 
-grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchFeed::watch(grpc::CallbackServerContext& context,
-                                                                 const JobId& job) {
-  // Known jobs only: nobody waits for one that may never come.
-  const grpc::Status known = guarded([&] { return farm_.job(job), grpc::Status::OK; });
-  auto* const watcher = new Watcher(*this, context, job);
+template <class Response>
+grpc::ServerWriteReactor<Response>* WatchFeed<Response>::watch(grpc::CallbackServerContext& context,
+                                                               const std::string& id) {
+  // Known ones only: nobody waits for what may never come.
+  const grpc::Status known = guarded([&] { return state_(id), grpc::Status::OK; });
+  auto* const watcher = new Watcher(*this, context, id);
   const std::lock_guard lock(mutex_);
   if (!known.ok()) {
     watcher->end(known);
   } else if (stopping_) {
     watcher->end({grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"});
   } else if (!watcher->admitted()) {
-    watcher->end(
-        {grpc::StatusCode::RESOURCE_EXHAUSTED, "too many jobs are being watched at once; try again"});
+    watcher->end({grpc::StatusCode::RESOURCE_EXHAUSTED, "too many clients watch at once; try again"});
   } else {
     watchers_.insert(watcher);
     news_.notify_all();
@@ -116,14 +128,13 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchFeed::watch(grpc::CallbackS
   return watcher;
 }
 
-WatchFeed::Message WatchFeed::state(const JobId& job) {
-  const auto added = states_.try_emplace(job);
+template <class Response>
+typename WatchFeed<Response>::Message WatchFeed<Response>::state(const std::string& id) {
+  const auto added = states_.try_emplace(id);
   Message& made = added.first->second;
   if (added.second) {
     const grpc::Status known = guarded([&] {
-      auto message = std::make_shared<v1::WatchJobResponse>();
-      *message->mutable_job() = to_proto(farm_.job(job));
-      made = std::move(message);
+      made = std::make_shared<const Response>(state_(id));
       return grpc::Status::OK;
     });
     if (!known.ok()) made = nullptr;
@@ -131,19 +142,21 @@ WatchFeed::Message WatchFeed::state(const JobId& job) {
   return made;
 }
 
-void WatchFeed::look() {
+template <class Response>
+void WatchFeed<Response>::look() {
   for (Watcher* watcher : std::set(watchers_)) {
     if (stopping_) {
       watcher->end({grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"});
       continue;
     }
-    const Message message = state(watcher->job());
+    const Message message = state(watcher->id());
     if (message && watcher->wants(*message)) watcher->send(message);
   }
   states_.clear();
 }
 
-void WatchFeed::loop() {
+template <class Response>
+void WatchFeed<Response>::loop() {
   std::unique_lock lock(mutex_);
   for (;;) {
     look();
@@ -155,5 +168,8 @@ void WatchFeed::loop() {
     }
   }
 }
+
+template class WatchFeed<v1::WatchJobResponse>;
+template class WatchFeed<v1::WatchSequenceResponse>;
 
 }  // namespace lightmill

@@ -79,6 +79,16 @@ std::vector<JobRecord> PostgresJobStore::jobs() {
   });
 }
 
+std::vector<SequenceRecord> PostgresJobStore::sequences() {
+  return db_.read([](PostgresConnection& db) {
+    const PostgresResult rows = db.execute("SELECT id, record FROM sequences ORDER BY number");
+    std::vector<SequenceRecord> records;
+    for (int row = 0; row < rows.rows(); ++row)
+      records.push_back(sequence_record_from_json(SequenceId{rows.text(row, 0)}, rows.text(row, 1)));
+    return records;
+  });
+}
+
 std::vector<TileRecord> PostgresJobStore::tiles(const JobId& job) {
   return db_.read(
       [&](PostgresConnection& db) { return postgres_rows::tiles(db, job, TileId{0}, kLastTile); });
@@ -196,13 +206,10 @@ int64_t PostgresJobStore::next_number(const std::string& counter) {
 }
 
 void PostgresJobStore::add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) {
-  const std::string record = job_record_to_json(job);
   const Layer layer =
       reference.data.empty() ? Layer{} : put_file(job.id, "reference", image_to_bytes(reference));
   db_.write(Durability::kNow, [&](PostgresConnection& db) {
-    db.query("INSERT INTO bundles VALUES($1, $2) ON CONFLICT DO NOTHING", {job.bundle_digest, bundle_json});
-    db.query("INSERT INTO jobs(id, bundle, record) VALUES($1, $2, $3)",
-             {job.id.value, job.bundle_digest, record});
+    postgres_rows::insert_job(db, job, bundle_json);
     if (!layer.file.empty()) postgres_rows::set_layer(db, job.id, "reference", layer.file, layer.digest);
     return true;
   });
@@ -211,6 +218,28 @@ void PostgresJobStore::add_job(const JobRecord& job, const std::string& bundle_j
 void PostgresJobStore::save_job(const JobRecord& job) {
   db_.write(Durability::kNow, [&](PostgresConnection& db) {
     postgres_rows::update_job(db, job);
+    return true;
+  });
+}
+
+void PostgresJobStore::save_sequence(const SequenceRecord& sequence) {
+  db_.write(Durability::kNow, [&](PostgresConnection& db) {
+    db.query("INSERT INTO sequences(id, record) VALUES($1, $2) ON CONFLICT(id) DO UPDATE SET record=$2",
+             {sequence.id.value, sequence_record_to_json(sequence)});
+    return true;
+  });
+}
+
+void PostgresJobStore::add_jobs(const std::vector<NewJob>& jobs) {
+  db_.write(Durability::kNow, [&](PostgresConnection& db) {
+    for (const NewJob& job : jobs) postgres_rows::insert_job(db, job.record, job.bundle_json);
+    return true;
+  });
+}
+
+void PostgresJobStore::save_jobs(const std::vector<JobRecord>& jobs) {
+  db_.write(Durability::kNow, [&](PostgresConnection& db) {
+    for (const JobRecord& job : jobs) postgres_rows::update_job(db, job);
     return true;
   });
 }

@@ -95,6 +95,13 @@ void update_tile(PostgresConnection& db, const JobId& job, const TileRecord& til
   if (done.changes() != 1) throw std::logic_error("store: no tile " + std::to_string(tile.id.value));
 }
 
+void insert_job(PostgresConnection& db, const JobRecord& job, const std::string& bundle_json) {
+  const std::string record = job_record_to_json(job);
+  db.query("INSERT INTO bundles VALUES($1, $2) ON CONFLICT DO NOTHING", {job.bundle_digest, bundle_json});
+  db.query("INSERT INTO jobs(id, bundle, record) VALUES($1, $2, $3)",
+           {job.id.value, job.bundle_digest, record});
+}
+
 void update_job(PostgresConnection& db, const JobRecord& job) {
   const std::string record = job_record_to_json(job);
   const PostgresResult done = db.query("UPDATE jobs SET record=$1 WHERE id=$2", {record, job.id.value});

@@ -15,6 +15,8 @@ std::vector<TileId> ids(const PostgresResult& rows);
 void insert_tiles(PostgresConnection& db, const JobId& job, const std::vector<TileRecord>& tiles);
 /// Updates all but cells and samples. Throws std::logic_error if there is no such tile.
 void update_tile(PostgresConnection& db, const JobId& job, const TileRecord& tile);
+/// Adds the job's row, and its bundle's unless it is there.
+void insert_job(PostgresConnection& db, const JobRecord& job, const std::string& bundle_json);
 /// Throws std::logic_error if there is no such job.
 void update_job(PostgresConnection& db, const JobRecord& job);
 /// Writes both rows if the tile is leased under the token that it was committed under; else returns false.

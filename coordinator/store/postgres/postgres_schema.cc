@@ -1,11 +1,13 @@
 #include "coordinator/store/postgres/postgres_schema.h"
 
+#include <iterator>
+
 #include "coordinator/store/job_store.h"
 
 namespace lightmill {
 namespace {
 
-constexpr int64_t kSchemaVersion = 1;
+constexpr int64_t kSchemaVersion = 2;
 
 constexpr const char* kTables = R"sql(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL);
@@ -25,6 +27,8 @@ CREATE TABLE jobs(
   id TEXT NOT NULL UNIQUE,
   bundle TEXT NOT NULL REFERENCES bundles(digest),
   record TEXT NOT NULL);
+-- Their frames are jobs.
+CREATE TABLE sequences(number BIGSERIAL PRIMARY KEY, id TEXT NOT NULL UNIQUE, record TEXT NOT NULL);
 -- The ledger. state: 0 pending, 1 leased, 2 committed.
 CREATE TABLE tiles(
   job TEXT NOT NULL REFERENCES jobs(id),
@@ -51,6 +55,13 @@ CREATE TABLE pilots(job TEXT PRIMARY KEY REFERENCES jobs(id), report TEXT NOT NU
 CREATE TABLE points(job TEXT NOT NULL, number BIGINT NOT NULL, point TEXT NOT NULL, PRIMARY KEY(job, number));
 )sql";
 
+/// What turns the tables of version 1 + i into those of the next.
+constexpr const char* kMigrations[] = {
+    // Jobs may be frames of a sequence.
+    "CREATE TABLE sequences(number BIGSERIAL PRIMARY KEY, id TEXT NOT NULL UNIQUE, record TEXT NOT NULL)",
+};
+static_assert(std::size(kMigrations) == kSchemaVersion - 1);
+
 /// Of the lock that those who make tables hold: "lightmil" in ASCII.
 constexpr const char* kLockTables = "BEGIN; SELECT pg_advisory_xact_lock(7811887359634598252)";
 
@@ -68,16 +79,18 @@ void prepare_postgres_schema(PostgresConnection& db, const std::string& shown) {
     db.query("INSERT INTO meta VALUES('schema', $1)", {std::to_string(kSchemaVersion)});
   } else {
     const PostgresResult found = db.execute("SELECT value::bigint FROM meta WHERE key='schema'");
-    const int64_t version = found.empty() ? 0 : found.integer(0, 0);
+    int64_t version = found.empty() ? 0 : found.integer(0, 0);
     if (version > kSchemaVersion) {
       throw StoreError(shown + ": a newer version of Lightmill wrote this job store (schema " +
                        std::to_string(version) + ", this one knows up to " + std::to_string(kSchemaVersion) +
                        "); use that version or a new database");
     }
-    if (version < kSchemaVersion) {
+    if (version < 1) {
       throw StoreError(shown + ": the job store has schema " + std::to_string(version) +
                        ", which is too old or damaged; use the version that wrote it or a new database");
     }
+    for (; version < kSchemaVersion; ++version) db.execute(kMigrations[version - 1]);
+    db.query("UPDATE meta SET value=$1 WHERE key='schema'", {std::to_string(kSchemaVersion)});
   }
   db.execute("COMMIT");
 }

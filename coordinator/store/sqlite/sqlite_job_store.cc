@@ -31,6 +31,15 @@ std::vector<JobRecord> SqliteJobStore::jobs() {
   return records;
 }
 
+std::vector<SequenceRecord> SqliteJobStore::sequences() {
+  const std::lock_guard lock(mutex_);
+  std::vector<SequenceRecord> records;
+  Statement select(db_, "SELECT id, record FROM sequences ORDER BY number");
+  while (select.step())
+    records.push_back(sequence_record_from_json(SequenceId{select.text(0)}, select.text(1)));
+  return records;
+}
+
 std::vector<TileRecord> SqliteJobStore::tiles(const JobId& job) {
   const std::lock_guard lock(mutex_);
   return sqlite_rows::tiles(db_, path_, job, TileId{0}, kLastTile);
@@ -134,16 +143,19 @@ int64_t SqliteJobStore::next_number(const std::string& counter) {
 
 void SqliteJobStore::add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) {
   const std::lock_guard lock(mutex_);
-  const std::string record = job_record_to_json(job);
   Transaction transaction(db_);
+  insert_job(job, bundle_json);
+  if (!reference.data.empty()) set_layer(job.id, "reference", image_to_bytes(reference));
+  transaction.commit();
+}
+
+void SqliteJobStore::insert_job(const JobRecord& job, const std::string& bundle_json) {
   Statement(db_, "INSERT OR IGNORE INTO bundles VALUES(?,?)").bind(job.bundle_digest).bind(bundle_json).run();
   Statement(db_, "INSERT INTO jobs(id, bundle, record) VALUES(?,?,?)")
       .bind(job.id.value)
       .bind(job.bundle_digest)
-      .bind(record)
+      .bind(job_record_to_json(job))
       .run();
-  if (!reference.data.empty()) set_layer(job.id, "reference", image_to_bytes(reference));
-  transaction.commit();
 }
 
 SqliteJobStore::LeasedState SqliteJobStore::leased_state(const JobRecord& job) {
@@ -163,6 +175,30 @@ void SqliteJobStore::save_job(const JobRecord& job) {
   const std::lock_guard lock(mutex_);
   Transaction transaction(db_);
   write_job(job);
+  transaction.commit();
+}
+
+void SqliteJobStore::save_sequence(const SequenceRecord& sequence) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  Statement(db_, "INSERT INTO sequences(id, record) VALUES(?1,?2) ON CONFLICT(id) DO UPDATE SET record=?2")
+      .bind(sequence.id.value)
+      .bind(sequence_record_to_json(sequence))
+      .run();
+  transaction.commit();
+}
+
+void SqliteJobStore::add_jobs(const std::vector<NewJob>& jobs) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  for (const NewJob& job : jobs) insert_job(job.record, job.bundle_json);
+  transaction.commit();
+}
+
+void SqliteJobStore::save_jobs(const std::vector<JobRecord>& jobs) {
+  const std::lock_guard lock(mutex_);
+  Transaction transaction(db_);
+  for (const JobRecord& job : jobs) write_job(job);
   transaction.commit();
 }
 

@@ -19,6 +19,7 @@ class SqliteJobStore : public JobStore {
   explicit SqliteJobStore(const std::string& path, size_t chunk_bytes = size_t{256} << 20);
 
   std::vector<JobRecord> jobs() override;
+  std::vector<SequenceRecord> sequences() override;
   std::vector<TileRecord> tiles(const JobId& job) override;
   std::optional<TileRecord> tile(const JobId& job, TileId id) override;
   std::vector<ErrorPoint> curve(const JobId& job) override;
@@ -32,6 +33,9 @@ class SqliteJobStore : public JobStore {
   int64_t next_number(const std::string& counter) override;
   void add_job(const JobRecord& job, const std::string& bundle_json, const Image& reference) override;
   void save_job(const JobRecord& job) override;
+  void save_sequence(const SequenceRecord& sequence) override;
+  void add_jobs(const std::vector<NewJob>& jobs) override;
+  void save_jobs(const std::vector<JobRecord>& jobs) override;
   void add_tiles(const JobId& job, const std::vector<TileRecord>& tiles) override;
   void split_tile(const JobId& job, const TileRecord& smaller,
                   const std::vector<TileRecord>& others) override;
@@ -46,7 +50,8 @@ class SqliteJobStore : public JobStore {
   void probe() override;
 
  private:
-  /// Within a transaction.
+  // Within a transaction.
+  void insert_job(const JobRecord& job, const std::string& bundle_json);
   void write_job(const JobRecord& job);
   /// The part of a job's row that leases change.
   struct LeasedState {

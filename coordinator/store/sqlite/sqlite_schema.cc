@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-constexpr int64_t kSchemaVersion = 6;
+constexpr int64_t kSchemaVersion = 7;
 constexpr int64_t kOldestSchema = 2;
 
 constexpr const char* kTables = R"sql(
@@ -18,6 +18,11 @@ CREATE TABLE jobs(
   number INTEGER PRIMARY KEY AUTOINCREMENT,
   id TEXT NOT NULL UNIQUE,
   bundle TEXT NOT NULL REFERENCES bundles(digest),
+  record TEXT NOT NULL);
+-- Their frames are jobs.
+CREATE TABLE sequences(
+  number INTEGER PRIMARY KEY AUTOINCREMENT,
+  id TEXT NOT NULL UNIQUE,
   record TEXT NOT NULL);
 -- The ledger. state: 0 pending, 1 leased, 2 committed.
 CREATE TABLE tiles(
@@ -53,6 +58,9 @@ constexpr const char* kMigrations[] = {
     // A tile may be rendered again for comparison; partials may stay when a snapshot contains them.
     "ALTER TABLE tiles ADD COLUMN check_state INTEGER NOT NULL DEFAULT 0;"
     "CREATE TABLE folded(job TEXT PRIMARY KEY, row INTEGER NOT NULL) WITHOUT ROWID",
+    // Jobs may be frames of a sequence.
+    "CREATE TABLE sequences(number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL UNIQUE, "
+    "record TEXT NOT NULL)",
 };
 static_assert(std::size(kMigrations) == kSchemaVersion - kOldestSchema);
 

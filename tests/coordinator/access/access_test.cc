@@ -24,8 +24,10 @@ std::set<std::string> methods(const std::string& service) {
 
 TEST(Access, EveryRpcHasRoles) {
   v1::JobStatus::descriptor();  // so that the files are linked
+  v1::SequenceStatus::descriptor();
   std::set<std::string> all = methods("lightmill.v1.ClientService");
   all.merge(methods("lightmill.v1.WorkerService"));
+  all.merge(methods("lightmill.v1.SequenceService"));
   ASSERT_GT(all.size(), 20u);
   for (const std::string& path : all) {
     const AccessRule* const rule = access_rule(path);

@@ -43,6 +43,7 @@ class WatchedStore : public JobStore {
   WatchedStore(JobStore& store, std::function<void(int)> before_write)
       : store_(store), before_write_(std::move(before_write)) {}
   std::vector<JobRecord> jobs() override { return store_.jobs(); }
+  std::vector<SequenceRecord> sequences() override { return store_.sequences(); }
   std::vector<TileRecord> tiles(const JobId& job) override { return store_.tiles(job); }
   std::optional<TileRecord> tile(const JobId& job, TileId id) override { return store_.tile(job, id); }
   std::vector<ErrorPoint> curve(const JobId& job) override { return store_.curve(job); }
@@ -60,6 +61,9 @@ class WatchedStore : public JobStore {
     write(), store_.add_job(j, b, r);
   }
   void save_job(const JobRecord& job) override { write(), store_.save_job(job); }
+  void save_sequence(const SequenceRecord& s) override { write(), store_.save_sequence(s); }
+  void add_jobs(const std::vector<NewJob>& jobs) override { write(), store_.add_jobs(jobs); }
+  void save_jobs(const std::vector<JobRecord>& jobs) override { write(), store_.save_jobs(jobs); }
   void add_tiles(const JobId& job, const std::vector<TileRecord>& t) override {
     write(), store_.add_tiles(job, t);
   }

@@ -58,6 +58,49 @@ TEST_F(SharingTest, PriorityThenSubmittersThenJobs) {
   EXPECT_EQ(served[bob], before);
 }
 
+/// The simulated clock is the seconds since 1970 here.
+class DeadlineTest : public SharingTest {
+ protected:
+  static FarmOptions dated() {
+    FarmOptions options = fake_options();
+    options.unix_offset = 0;
+    return options;
+  }
+  DeadlineTest() : SharingTest(dated()) {}
+  JobId submit_by(const std::string& submitter, double seconds, int64_t spp) {
+    JobRequest request = small_job(64, 64, spp, Integrator::kPt);
+    request.submitter = submitter;
+    if (seconds > 0) request.deadline = clock.now() + seconds;
+    return farm.submit(request);
+  }
+};
+
+TEST_F(DeadlineTest, RaisesAJobThatWouldMissWithinItsSubmittersShare) {
+  hire(4);
+  const JobId bob = submit("bob");
+  const JobId ann1 = submit_by("ann", 0, kMaxSpp), ann2 = submit_by("ann", 0, kMaxSpp);
+  for (int i = 0; i < 40; ++i) turn();
+  // At a third of half the farm it would take far too long; with all of ann's share it is just in time.
+  const JobId urgent = submit_by("ann", 60, kMaxSpp);
+  served.clear();
+  for (int i = 0; i < 40; ++i) turn();
+  const double all = served[bob] + served[ann1] + served[ann2] + served[urgent];
+  EXPECT_NEAR(served[bob] / all, 0.5, 0.05) << "others keep their share";
+  EXPECT_GT(served[urgent] / all, 0.4);
+  EXPECT_THAT(farm.job(urgent).message, ::testing::HasSubstr("after its deadline"));
+  clock.advance(30);
+  EXPECT_THAT(farm.job(urgent).message, ::testing::HasSubstr("its deadline has passed"));
+}
+
+TEST_F(DeadlineTest, AJobInTimeIsNotRaised) {
+  hire(4);
+  const JobId other = submit_by("ann", 0, kMaxSpp), easy = submit_by("ann", 1e6, 4096);
+  for (int i = 0; i < 20; ++i) turn();
+  served.clear();
+  for (int i = 0; i < 60; ++i) turn();
+  EXPECT_NEAR(served[easy] / (served[easy] + served[other]), 0.5, 0.1);
+}
+
 TEST_F(SharingTest, ASmallJobBehindALongOneBeginsAtOnceAndEndsSoon) {
   hire(3);
   const JobId big = submit("ann");

@@ -20,6 +20,7 @@ using testing::TemporaryFolder;
 JobRecord record(const std::string& id) {
   JobRecord r;
   r.id = JobId{id};
+  r.frame = frame_of(r.id);
   r.name = "a \"name\" with \xff bytes";
   r.bundle_digest = "d1";
   r.settings = testing::small_settings(64, 32, 40);
@@ -63,6 +64,49 @@ class Stores : public ::testing::TestWithParam<StoreKind> {
   testing::AnyStore stores{GetParam()};
   JobStore* store = nullptr;
 };
+
+TEST_P(Stores, KeepSequencesAndTheirFrames) {
+  SequenceRecord shot;
+  shot.id = SequenceId{"s1"};
+  shot.request.name = "a \"shot\" with \xff";
+  shot.request.priority = 2;
+  shot.request.pool = "fast";
+  shot.request.submitter = "ann";
+  shot.request.max_workers = 7;
+  shot.request.after = {JobId{"j1"}, JobId{"s9"}};
+  shot.request.order = FrameOrder::kCoarseFirst;
+  shot.request.fps = 23.976;
+  store->save_sequence(shot);
+  SequenceRecord second = shot;
+  second.id = SequenceId{"s2"};
+  store->save_sequence(second);
+  store->add_jobs({{record("s1.-2"), "manifest"}, {record("s1.10"), "manifest"}});
+  shot.request.priority = 5;
+  store->save_sequence(shot);
+  JobRecord done = record("s1.10"), failed = record("s1.-2");
+  done.state = JobState::kDone;
+  failed.state = JobState::kFailed;
+  store->save_jobs({done, failed});
+  reopen();
+  const auto sequences = store->sequences();
+  ASSERT_EQ(sequences.size(), 2u);
+  EXPECT_EQ(sequences[0].id.value, "s1");
+  const SequenceRequest& r = sequences[0].request;
+  EXPECT_EQ(r.name.substr(0, 13), "a \"shot\" with");
+  EXPECT_EQ(r.priority, 5);
+  EXPECT_EQ(r.pool, "fast");
+  EXPECT_EQ(r.submitter, "ann");
+  EXPECT_EQ(r.max_workers, 7);
+  EXPECT_EQ(r.after, shot.request.after);
+  EXPECT_EQ(r.order, FrameOrder::kCoarseFirst);
+  EXPECT_EQ(r.fps, 23.976);
+  const auto jobs = store->jobs();
+  ASSERT_EQ(jobs.size(), 2u);
+  EXPECT_EQ(jobs[0].frame, (FrameOf{SequenceId{"s1"}, -2}));
+  EXPECT_EQ(jobs[0].state, JobState::kFailed);
+  EXPECT_EQ(jobs[1].frame, (FrameOf{SequenceId{"s1"}, 10}));
+  EXPECT_EQ(jobs[1].state, JobState::kDone);
+}
 
 TEST_P(Stores, KeepJobsInOrder) {
   for (const char* id : {"j1", "j2", "j10"}) store->add_job(record(id), "manifest", {});

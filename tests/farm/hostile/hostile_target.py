@@ -132,7 +132,8 @@ def code_of(call):
 
 def methods():
     """(path, streams requests, streams responses) of every RPC."""
-    for file, service in (("client_pb2", "ClientService"), ("worker_pb2", "WorkerService")):
+    for file, service in (("client_pb2", "ClientService"), ("sequence_pb2", "SequenceService"),
+                          ("worker_pb2", "WorkerService")):
         proto = PB[file].DESCRIPTOR.serialized_pb
         for method in descriptor_pb2.FileDescriptorProto.FromString(proto).service[0].method:
             yield f"/lightmill.v1.{service}/{method.name}", method.client_streaming, method.server_streaming

@@ -70,7 +70,8 @@ def test_strangers(bin_dir):
 def test_roles(bin_dir):
     """Each role reaches its own RPCs and no others; a revoked token is void at once."""
     with Target(bin_dir) as target:
-        looking = {"GetJob", "ListJobs", "ListTiles", "ListWorkers", "WatchJob", "FetchImage", "GetCurve", "GetLogs"}
+        looking = {"GetJob", "ListJobs", "ListTiles", "ListWorkers", "WatchJob", "FetchImage", "GetCurve", "GetLogs",
+                   "GetSequence", "ListSequences", "ListFrames", "WatchSequence"}
         for holder in ("worker", "client", "observer", "admin"):
             channel = target.channel(holder, target.token(holder))
             for path, streams_in, streams_out in methods():
