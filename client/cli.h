@@ -23,9 +23,9 @@ int run_cli(int argc, const char* const* argv);
 void add_render(CLI::App& app, Action& action);
 void add_submit(CLI::App& app, Action& action);
 void add_watch(CLI::App& app, Action& action);
-void add_listings(CLI::App& app, Action& action);  // jobs, job, workers, tiles
+void add_listings(CLI::App& app, Action& action);  // jobs, job, sequences, frames, workers, tiles
 void add_logs(CLI::App& app, Action& action);
-void add_control(CLI::App& app, Action& action);  // pause, resume, cancel, retry, extend
+void add_control(CLI::App& app, Action& action);  // pause, resume, cancel, retry, priority, extend
 void add_fetch(CLI::App& app, Action& action);
 void add_explain(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);

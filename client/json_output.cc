@@ -25,6 +25,57 @@ nlohmann::json dropped_to_json(const DroppedShares& dropped) {
 
 }  // namespace
 
+nlohmann::json sequence_to_json(const SequenceStatus& s) {
+  nlohmann::json after = nlohmann::json::array(), frames;
+  for (const JobId& id : s.request.after) after.push_back(id.value);
+  for (int state = 0; state < 6; ++state)
+    frames[job_state_name(static_cast<JobState>(state))] = s.frames[state];
+  const SequenceRequest& r = s.request;
+  return {
+      {"id", s.id.value},
+      {"name", r.name},
+      {"state", job_state_name(s.state)},
+      {"message", s.message},
+      {"priority", r.priority},
+      {"pool", r.pool},
+      {"submitter", r.submitter},
+      {"max_workers", r.max_workers == 0 ? nlohmann::json(nullptr) : nlohmann::json(r.max_workers)},
+      {"deadline", r.deadline > 0 ? nlohmann::json(r.deadline) : nlohmann::json(nullptr)},
+      {"after", std::move(after)},
+      {"order", frame_order_name(r.order)},
+      {"fps", r.fps},
+      {"budget_seconds", r.budget_seconds > 0 ? nlohmann::json(r.budget_seconds) : nlohmann::json(nullptr)},
+      {"frame_count", s.frame_count},
+      {"frames", std::move(frames)},
+      {"first_frame", s.first_frame},
+      {"last_frame", s.last_frame},
+      {"packets_done", s.packets_done},
+      {"packets_total", s.packets_total},
+      {"wall_seconds", s.wall_seconds},
+      {"cpu_seconds", s.cpu_seconds},
+      {"samples_per_second", s.samples_per_second},
+      {"eta_seconds", s.eta_seconds < 0 ? nlohmann::json(nullptr) : nlohmann::json(s.eta_seconds)},
+      {"relmse_mean", optional_number(s.relmse_mean)},
+      {"relmse_max", optional_number(s.relmse_max)},
+      {"workers", s.workers}};
+}
+
+nlohmann::json frame_to_json(const FrameStatus& s) {
+  return {{"frame", s.number},
+          {"id", s.job.value},
+          {"state", job_state_name(s.state)},
+          {"message", s.message},
+          {"scene", s.bundle_digest},
+          {"spp", s.spp},
+          {"packets_done", s.packets_done},
+          {"packets_total", s.packets_total},
+          {"wall_seconds", s.wall_seconds},
+          {"cpu_seconds", s.cpu_seconds},
+          {"relmse", optional_number(s.relmse)},
+          {"relmse_low", optional_number(s.relmse_low)},
+          {"relmse_high", optional_number(s.relmse_high)}};
+}
+
 nlohmann::json job_to_json(const JobStatus& s) {
   const RenderCounters& c = s.counters;
   nlohmann::json after = nlohmann::json::array();
@@ -42,6 +93,7 @@ nlohmann::json job_to_json(const JobStatus& s) {
       {"pool", s.pool},
       {"submitter", s.submitter},
       {"max_workers", s.max_workers == 0 ? nlohmann::json(nullptr) : nlohmann::json(s.max_workers)},
+      {"deadline", s.deadline > 0 ? nlohmann::json(s.deadline) : nlohmann::json(nullptr)},
       {"after", std::move(after)},
       {"packets_done", s.packets_done},
       {"packets_total", s.packets_total},

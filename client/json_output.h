@@ -11,6 +11,8 @@ namespace lightmill::client {
 nlohmann::json job_to_json(const JobStatus& status);
 /// Null without a pilot's report.
 nlohmann::json pilot_document(const std::optional<PilotReport>& pilot);
+nlohmann::json sequence_to_json(const SequenceStatus& sequence);
+nlohmann::json frame_to_json(const FrameStatus& frame);
 nlohmann::json tile_to_json(const TileStatus& tile);
 nlohmann::json worker_to_json(const WorkerStatus& worker);
 /// Indented; bytes that are not UTF-8 (names are free text) are replaced.

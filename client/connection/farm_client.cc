@@ -1,28 +1,13 @@
 #include "client/connection/farm_client.h"
 
-#include <chrono>
-#include <thread>
-
+#include "client/connection/answers.h"
 #include "client/connection/farm_connection.h"
-#include "common/base/error.h"
 #include "common/rpc/convert.h"
-#include "common/rpc/tls_diagnosis.h"
 
 namespace lightmill::client {
 namespace {
 
-constexpr double kWatchSeconds = 86400;   // a stream; it is opened again when it ends by this
-constexpr double kConnectSeconds = 6;     // patience of a first connection: a coordinator may be starting
-constexpr double kReconnectSeconds = 60;  // a coordinator that restarts is back by then
-
 constexpr int kJobsPerPage = 500, kWorkersPerPage = 1000;
-constexpr size_t kMostListed = 1000000;  // ten times the jobs that a coordinator takes
-
-bool is_loss(grpc::StatusCode code) {
-  return code == grpc::StatusCode::UNAVAILABLE || code == grpc::StatusCode::DEADLINE_EXCEEDED ||
-         code == grpc::StatusCode::CANCELLED || code == grpc::StatusCode::UNKNOWN ||
-         code == grpc::StatusCode::INTERNAL;
-}
 
 /// Calls that name a job and answer with its status.
 template <class Request, class Response>
@@ -33,23 +18,6 @@ JobStatus change(FarmConnection& farm,
   Request request;
   request.set_job_id(id.value);
   return from_proto(farm.call(method, request).job());
-}
-
-/// Asks for page after page. `take` returns how much there is by now, 0 for an empty page. A coordinator that
-/// repeats itself, or goes on for ever, does not hold us.
-template <class Request, class Response, class Take>
-void turn_pages(FarmConnection& farm,
-                grpc::Status (FarmConnection::Stub::*method)(grpc::ClientContext*, const Request&, Response*),
-                Request request, Take&& take) {
-  for (;;) {
-    const Response page = farm.call(method, request);
-    const size_t taken = take(page);
-    if (taken == 0 || taken >= kMostListed || page.next_page_token().empty() ||
-        page.next_page_token() == request.page_token()) {
-      return;
-    }
-    request.set_page_token(page.next_page_token());
-  }
 }
 
 }  // namespace
@@ -82,6 +50,13 @@ JobStatus FarmClient::extend(const JobId& id, std::optional<int64_t> spp, std::o
   return from_proto(farm_->call(&v1::ClientService::Stub::ExtendJob, request).job());
 }
 
+JobStatus FarmClient::set_priority(const JobId& id, int priority) {
+  v1::SetJobPriorityRequest request;
+  request.set_job_id(id.value);
+  request.set_priority(priority);
+  return from_proto(farm_->call(&v1::ClientService::Stub::SetJobPriority, request).job());
+}
+
 std::optional<PilotReport> FarmClient::pilot(const JobId& id) {
   v1::GetJobRequest request;
   request.set_job_id(id.value);
@@ -90,10 +65,11 @@ std::optional<PilotReport> FarmClient::pilot(const JobId& id) {
   return pilot_from_json(response.pilot_json());
 }
 
-std::vector<JobStatus> FarmClient::jobs() {
+std::vector<JobStatus> FarmClient::jobs(bool frames) {
   std::vector<JobStatus> list;
   v1::ListJobsRequest request;
   request.set_page_size(kJobsPerPage);
+  request.set_without_frames(!frames);
   turn_pages(*farm_, &v1::ClientService::Stub::ListJobs, request, [&](const v1::ListJobsResponse& page) {
     for (const v1::JobStatus& job : page.jobs()) list.push_back(from_proto(job));
     return page.jobs().empty() ? 0 : list.size();
@@ -148,45 +124,12 @@ std::vector<TileLogLine> FarmClient::logs(const JobId& id, const std::optional<i
 
 JobStatus FarmClient::watch(const JobId& id, const std::function<void(const JobStatus&)>& observe,
                             const std::function<void(const std::string&)>& lost) {
-  using Steady = std::chrono::steady_clock;
-  JobStatus last;
-  bool connected = false, complained = false;
-  bool is_lost = false;
-  Steady::time_point lost_at{};
-  for (;;) {
-    grpc::ClientContext context;
-    set_deadline(context, kWatchSeconds);
-    v1::WatchJobRequest request;
-    request.set_job_id(id.value);
-    const auto reader = farm_->stub()->WatchJob(&context, request);
-    v1::WatchJobResponse message;
-    while (reader->Read(&message)) {
-      last = from_proto(message.job());
-      connected = true;
-      complained = false;
-      is_lost = false;
-      observe(last);
-    }
-    const grpc::Status status = reader->Finish();
-    if (status.ok() && is_final(last.state)) return last;
-    if (!status.ok() && !is_loss(status.error_code())) farm_->require_ok(status);
-    if (!is_lost) lost_at = Steady::now();
-    is_lost = true;
-    const double seconds = std::chrono::duration<double>(Steady::now() - lost_at).count();
-    if (!connected && diagnose_tls(farm_->address(), farm_->security()).definite) farm_->require_ok(status);
-    if (!connected && seconds > kConnectSeconds) farm_->require_ok(status);
-    if (seconds > kReconnectSeconds) {
-      throw Error(ErrorKind::kUnreachable,
-                  "coordinator " + farm_->address() +
-                      " did not come back; the job goes on once it does: lightmill watch " + id.value);
-    }
-    if (connected && !complained && !status.ok()) {
-      lost("lost the coordinator at " + farm_->address() + "; trying again");
-      complained = true;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    farm_->connect_anew();
-  }
+  v1::WatchJobRequest request;
+  request.set_job_id(id.value);
+  return watch_stream<JobStatus, v1::WatchJobResponse>(
+      *farm_, "job", id.value,
+      [&](grpc::ClientContext* context) { return farm_->stub()->WatchJob(context, request); },
+      [](const v1::WatchJobResponse& message) { return from_proto(message.job()); }, observe, lost);
 }
 
 ErrorCurve FarmClient::curve(const JobId& id) {

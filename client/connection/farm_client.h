@@ -48,7 +48,8 @@ class FarmClient {
   JobStatus job(const JobId& id);
   /// What the job's pilot estimated and chose; empty if it had none, or none yet.
   std::optional<PilotReport> pilot(const JobId& id);
-  std::vector<JobStatus> jobs();
+  /// With `frames` also those of sequences.
+  std::vector<JobStatus> jobs(bool frames = false);
   std::vector<TileStatus> tiles(const JobId& id);
   /// The newest `most` (at most 20000) lines about the job, or one of its tiles, oldest first.
   std::vector<TileLogLine> logs(const JobId& id, const std::optional<int64_t>& tile, int64_t most);
@@ -59,6 +60,7 @@ class FarmClient {
   JobStatus retry(const JobId& id);
   JobStatus extend(const JobId& id, std::optional<int64_t> spp, std::optional<double> time_s,
                    std::optional<double> target_error);
+  JobStatus set_priority(const JobId& id, int priority);
   /// Calls `observe` with every status until the job is done, failed or cancelled; returns the last one. A
   /// coordinator that restarts meanwhile is waited for, up to a minute; `lost` is told once per loss.
   JobStatus watch(const JobId& id, const std::function<void(const JobStatus&)>& observe,

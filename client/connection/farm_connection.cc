@@ -22,20 +22,20 @@ void FarmConnection::connect_anew() {
   const std::lock_guard lock(mutex_);
   stubs_.clear();  // channels to one address share what they wait for as long as one is there
   for (size_t i = 0; i < coordinators_.size(); ++i) {
-    stubs_.push_back(
-        v1::ClientService::NewStub(make_channel({coordinators_.address(i), insecure_, security_})));
+    const auto channel = make_channel({coordinators_.address(i), insecure_, security_});
+    stubs_.push_back({v1::ClientService::NewStub(channel), v1::SequenceService::NewStub(channel)});
   }
   met_ = false;
 }
 
-std::shared_ptr<FarmConnection::Stub> FarmConnection::stub_of(size_t coordinator) const {
+FarmConnection::Stubs FarmConnection::stubs_of(size_t coordinator) const {
   const std::lock_guard lock(mutex_);
   return stubs_[coordinator];
 }
 
-std::shared_ptr<FarmConnection::Stub> FarmConnection::stub() {
+FarmConnection::Stubs FarmConnection::stubs() {
   if (!met_) find_leader();
-  return stub_of(coordinators_.current());
+  return stubs_of(coordinators_.current());
 }
 
 /// A call that changes nothing tells who leads: calls that do must not be repeated elsewhere.
@@ -45,7 +45,7 @@ void FarmConnection::find_leader() {
     grpc::ClientContext context;
     set_deadline(context, kLookSeconds);
     v1::GetJobResponse response;
-    const grpc::Status status = stub_of(current)->GetJob(&context, v1::GetJobRequest(), &response);
+    const grpc::Status status = stubs_of(current).client->GetJob(&context, v1::GetJobRequest(), &response);
     if (status.error_code() != grpc::StatusCode::UNAVAILABLE &&
         status.error_code() != grpc::StatusCode::DEADLINE_EXCEEDED) {
       break;

@@ -13,6 +13,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/coordinators.h"
 #include "lightmill/v1/client.grpc.pb.h"
+#include "lightmill/v1/sequence.grpc.pb.h"
 
 namespace lightmill::client {
 
@@ -22,6 +23,7 @@ inline constexpr double kTransferSeconds = 3600;  // uploads, images, long lists
 class FarmConnection {
  public:
   using Stub = v1::ClientService::Stub;
+  using SequenceStub = v1::SequenceService::Stub;
 
   /// Does not connect yet. Throws what the constructor of FarmClient throws.
   explicit FarmConnection(const ConnectionOptions& connection);
@@ -29,7 +31,8 @@ class FarmConnection {
   const std::string& address() const { return coordinators_.address(coordinators_.current()); }
   const SecurityFiles& security() const { return security_; }
   /// Of the one to call; of several, one that leads if any does.
-  std::shared_ptr<Stub> stub();
+  std::shared_ptr<Stub> stub() { return stubs().client; }
+  std::shared_ptr<SequenceStub> sequences() { return stubs().sequences; }
   /// The next stub() connects at once: after a failure gRPC lets seconds pass until it tries again, in which
   /// every call fails.
   void connect_anew();
@@ -39,26 +42,40 @@ class FarmConnection {
   template <class Request, class Response>
   Response call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                 const Request& request) {
-    const std::shared_ptr<Stub> leader = stub();
-    grpc::ClientContext context;
-    set_deadline(context, kFirstAnswerSeconds);
-    Response response;
-    require_ok(((*leader).*method)(&context, request, &response));
-    return response;
+    return call_within<Response>(kFirstAnswerSeconds, *stub(), method, request);
+  }
+  /// The same; a change of many frames takes its time.
+  template <class Request, class Response>
+  Response call(grpc::Status (SequenceStub::*method)(grpc::ClientContext*, const Request&, Response*),
+                const Request& request, double seconds = kFirstAnswerSeconds) {
+    return call_within<Response>(seconds, *sequences(), method, request);
   }
 
  private:
   static constexpr double kFirstAnswerSeconds = 8;  // "is anybody there?" within a few seconds
+  struct Stubs {
+    std::shared_ptr<Stub> client;
+    std::shared_ptr<SequenceStub> sequences;
+  };
 
+  template <class Response, class Service, class Method, class Request>
+  Response call_within(double seconds, Service& service, Method method, const Request& request) {
+    grpc::ClientContext context;
+    set_deadline(context, seconds);
+    Response response;
+    require_ok((service.*method)(&context, request, &response));
+    return response;
+  }
+  Stubs stubs();
   void find_leader();
-  std::shared_ptr<Stub> stub_of(size_t coordinator) const;
+  Stubs stubs_of(size_t coordinator) const;
 
   Coordinators coordinators_;
   SecurityFiles security_;
   bool insecure_ = false;
   mutable std::mutex mutex_;
-  std::vector<std::shared_ptr<Stub>> stubs_;  // guarded by mutex_; one to a coordinator
-  std::atomic<bool> met_ = false;             // one that leads was found
+  std::vector<Stubs> stubs_;       // guarded by mutex_; one to a coordinator
+  std::atomic<bool> met_ = false;  // one that leads was found
 };
 
 }  // namespace lightmill::client

@@ -3,10 +3,12 @@
 #include <bit>
 #include <cstring>
 #include <fstream>
+#include <set>
 #include <string_view>
 
 #include "client/connection/farm_client.h"
 #include "client/connection/farm_connection.h"
+#include "client/connection/sequence_client.h"
 #include "common/base/digest.h"
 #include "common/base/error.h"
 #include "common/rpc/convert.h"
@@ -107,16 +109,42 @@ void upload(FarmConnection& farm, const std::vector<PendingBlob>& blobs,
   farm.require_ok(writer->Finish());
 }
 
+std::vector<PendingBlob> blobs_of(const Bundle& bundle, const std::map<std::string, std::string>& paths) {
+  std::vector<PendingBlob> blobs;
+  for (const BundleEntry& entry : bundle.entries) {
+    const auto path = paths.find(entry.digest);
+    if (path == paths.end()) throw std::logic_error("a bundle entry without a file");
+    blobs.push_back({entry.digest, entry.size, path->second, ""});
+  }
+  return blobs;
+}
+
+void upload_missing(FarmConnection& farm, std::vector<PendingBlob> blobs, const UploadProgress& uploading) {
+  const std::vector<PendingBlob> missing = missing_of(farm, std::move(blobs));
+  if (missing.empty()) return;
+  uint64_t bytes = 0;
+  for (const PendingBlob& blob : missing) bytes += blob.size;
+  uploading(missing.size(), 0, bytes);
+  upload(farm, missing, [&](uint64_t sent) { uploading(missing.size(), sent, bytes); });
+}
+
 }  // namespace
+
+void upload_files(FarmConnection& farm, const std::vector<Bundle>& bundles,
+                  const std::map<std::string, std::string>& paths, const UploadProgress& uploading) {
+  std::vector<PendingBlob> blobs;
+  std::set<std::string> known;
+  for (const Bundle& bundle : bundles) {
+    for (PendingBlob& blob : blobs_of(bundle, paths)) {
+      if (known.insert(blob.digest).second) blobs.push_back(std::move(blob));
+    }
+  }
+  upload_missing(farm, std::move(blobs), uploading);
+}
 
 JobId FarmClient::submit(const JobRequest& request, const std::map<std::string, std::string>& blob_paths,
                          const UploadProgress& uploading) {
-  std::vector<PendingBlob> blobs;
-  for (const BundleEntry& entry : request.bundle.entries) {
-    const auto path = blob_paths.find(entry.digest);
-    if (path == blob_paths.end()) throw std::logic_error("a bundle entry without a file");
-    blobs.push_back({entry.digest, entry.size, path->second, ""});
-  }
+  std::vector<PendingBlob> blobs = blobs_of(request.bundle, blob_paths);
   v1::SubmitJobRequest message;
   if (!request.reference.data.empty()) {
     std::string bytes = pixel_bytes(request.reference);
@@ -127,13 +155,7 @@ JobId FarmClient::submit(const JobRequest& request, const std::map<std::string, 
     const uint64_t size = bytes.size();
     blobs.push_back({reference.digest(), size, "", std::move(bytes)});
   }
-  const std::vector<PendingBlob> missing = missing_of(*farm_, std::move(blobs));
-  if (!missing.empty()) {
-    uint64_t bytes = 0;
-    for (const PendingBlob& blob : missing) bytes += blob.size;
-    uploading(missing.size(), 0, bytes);
-    upload(*farm_, missing, [&](uint64_t sent) { uploading(missing.size(), sent, bytes); });
-  }
+  upload_missing(*farm_, std::move(blobs), uploading);
   message.set_name(one_line(request.name));
   message.set_bundle_json(bundle_to_json(request.bundle));
   message.set_settings_json(settings_to_json(request.settings));
@@ -141,6 +163,7 @@ JobId FarmClient::submit(const JobRequest& request, const std::map<std::string, 
   message.set_pool(one_line(request.pool));
   message.set_submitter(one_line(request.submitter));
   message.set_max_workers(request.max_workers);
+  message.set_deadline(request.deadline);
   for (const JobId& id : request.after) message.add_after(id.value);
   return JobId{farm_->call(&v1::ClientService::Stub::SubmitJob, message).job_id()};
 }

@@ -9,8 +9,10 @@
 #include "client/json_output.h"
 #include "client/options.h"
 #include "client/output.h"
+#include "client/terminal/sequence_progress.h"
 #include "client/terminal/terminal.h"
 #include "client/verbs/follow.h"
+#include "client/verbs/sequences.h"
 #include "common/base/error.h"
 
 namespace lightmill::client {
@@ -22,12 +24,39 @@ struct FetchOptions {
   CommonOptions common;
   ConnectionOptions connection;
   OutputOptions output;
-  std::string job;
+  std::string job, frames;
   bool preview = false;
 };
 
+int fetch_sequence(const FetchOptions& options) {
+  if (options.preview) {
+    throw Error(ErrorKind::kUsage, "--preview is of one picture; name a frame, as " + options.job + ".1");
+  }
+  const FrameFetch fetch{options.output, options.frames};
+  check_frame_output(fetch, 0);
+  FarmClient farm(options.connection);
+  SequenceClient sequences(options.connection);
+  const SequenceId id{options.job};
+  FrameFetcher fetcher(farm, sequences, id, fetch, options.common.quiet);
+  fetcher.fetch_new();
+  const SequenceStatus status = sequences.sequence(id);
+  if (options.common.json) {
+    nlohmann::json document = sequence_to_json(status);
+    document["written"] = fetcher.written();
+    document["left"] = fetcher.left();
+    std::printf("%s\n", dump(document).c_str());
+  } else if (!options.common.quiet) {
+    std::fprintf(stderr, "%d written, %d there already; sequence %s: %s\n", fetcher.written(), fetcher.left(),
+                 id.value.c_str(), sequence_line(status).c_str());
+  }
+  return 0;
+}
+
 int fetch(const FetchOptions& options) {
   const bool to_terminal = options.output.path.empty();
+  if (!to_terminal && is_sequence_id(options.job)) return fetch_sequence(options);
+  if (!options.frames.empty())
+    throw Error(ErrorKind::kUsage, "--frames: " + options.job + " is no sequence; leave it out");
   if (to_terminal && !options.preview)
     throw Error(ErrorKind::kUsage, "-o is required; see lightmill fetch --help");
   if (to_terminal && !is_terminal(stdout)) {
@@ -59,13 +88,18 @@ int fetch(const FetchOptions& options) {
 
 void add_fetch(CLI::App& app, Action& action) {
   auto options = std::make_shared<FetchOptions>();
-  CLI::App* verb = add_verb(app, "fetch", "Write the current or final image of a job", &options->common);
+  CLI::App* verb =
+      add_verb(app, "fetch", "Write the current or final image of a job, or the images of a sequence",
+               &options->common);
   add_json(verb, &options->common);
   add_connection(verb, &options->connection);
   add_output(verb, &options->output);
   verb->add_flag("--preview", options->preview,
                  "A small image, at most 512 pixels a side; without -o it is drawn on the terminal");
-  verb->add_option("JOB", options->job, "The job's id")->required();
+  verb->add_option("--frames", options->frames, "Of a sequence only these: A-B[xSTEP][,...]");
+  verb->add_option("JOB", options->job,
+                   "The id of a job, or of a sequence, whose frames that are done are fetched")
+      ->required();
   verb->callback([&action, options] { action = [options] { return fetch(*options); }; });
 }
 

@@ -1,4 +1,4 @@
-// lightmill jobs, job, workers, tiles: what the farm is doing.
+// lightmill jobs, job, sequences, frames, workers, tiles: what the farm is doing.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
@@ -6,9 +6,11 @@
 
 #include "client/cli.h"
 #include "client/connection/farm_client.h"
+#include "client/connection/sequence_client.h"
 #include "client/json_output.h"
 #include "client/options.h"
 #include "client/terminal/progress.h"
+#include "client/terminal/sequence_progress.h"
 #include "common/farm/pilot_result.h"
 #include "common/film/dropped_text.h"
 
@@ -19,6 +21,7 @@ struct ListOptions {
   CommonOptions common;
   ConnectionOptions connection;
   std::string job;
+  bool frames = false;  // jobs only: also those of sequences
 };
 
 template <class List, class ToJson, class PrintRow>
@@ -35,7 +38,7 @@ int print_list(bool json, const List& list, const char* header, ToJson to_json, 
 }
 
 int jobs(const ListOptions& options) {
-  const auto list = FarmClient(options.connection).jobs();
+  const auto list = FarmClient(options.connection).jobs(options.frames);
   return print_list(options.common.json, list, "ID       STATE      PROGRESS  NAME", job_to_json,
                     [](const JobStatus& s) {
                       std::printf("%-8s %-10s %s  %s\n", s.id.value.c_str(), job_state_name(s.state),
@@ -43,7 +46,46 @@ int jobs(const ListOptions& options) {
                     });
 }
 
+int sequences(const ListOptions& options) {
+  const auto list = SequenceClient(options.connection).sequences();
+  return print_list(options.common.json, list, "ID       STATE      NAME, PROGRESS", sequence_to_json,
+                    [](const SequenceStatus& s) {
+                      std::printf("%-8s %-10s %s: %s\n", s.id.value.c_str(), job_state_name(s.state),
+                                  s.request.name.c_str(), sequence_line(s).c_str());
+                    });
+}
+
+int frames(const ListOptions& options) {
+  const auto list = SequenceClient(options.connection).frames(SequenceId{options.job});
+  return print_list(options.common.json, list, "FRAME    STATE      SPP       RELMSE    TIME      JOB",
+                    frame_to_json, [](const FrameStatus& s) {
+                      char error[32] = "-";
+                      if (s.relmse) std::snprintf(error, sizeof error, "%.3g", *s.relmse);
+                      std::printf("%-8d %-10s %-9.4g %-9s %-9s %s%s%s\n", s.number, job_state_name(s.state),
+                                  s.spp, error, duration_text(s.wall_seconds).c_str(), s.job.value.c_str(),
+                                  s.message.empty() ? "" : "  ", s.message.c_str());
+                    });
+}
+
+int sequence(const ListOptions& options) {
+  const SequenceStatus s = SequenceClient(options.connection).sequence(SequenceId{options.job});
+  if (options.common.json) {
+    std::printf("%s\n", dump(sequence_to_json(s)).c_str());
+    return 0;
+  }
+  std::printf("sequence  %s  %s\n", s.id.value.c_str(), s.request.name.c_str());
+  std::printf("state     %s%s%s\n", job_state_name(s.state), s.message.empty() ? "" : ": ",
+              s.message.c_str());
+  std::printf("progress  %s\n", sequence_line(s).c_str());
+  std::printf("frames    %d to %d, at %.4g a second, %s\n", s.first_frame, s.last_frame, s.request.fps,
+              frame_order_name(s.request.order));
+  std::printf("time      %s wall over all frames, %s of processors\n", duration_text(s.wall_seconds).c_str(),
+              duration_text(s.cpu_seconds).c_str());
+  return 0;
+}
+
 int job(const ListOptions& options) {
+  if (is_sequence_id(options.job)) return sequence(options);
   FarmClient farm(options.connection);
   const JobStatus s = farm.job(JobId{options.job});
   if (options.common.json) {
@@ -113,14 +155,19 @@ void add_listings(CLI::App& app, Action& action) {
     bool takes_job;
     int (*run)(const ListOptions&);
   };
-  for (const Verb& v : {Verb{"jobs", "List all jobs", false, jobs}, Verb{"job", "Show one job", true, job},
-                        Verb{"workers", "List the workers", false, workers},
-                        Verb{"tiles", "List a job's tiles: the ledger", true, tiles}}) {
+  for (const Verb& v :
+       {Verb{"jobs", "List all jobs", false, jobs}, Verb{"job", "Show one job or sequence", true, job},
+        Verb{"sequences", "List all sequences", false, sequences},
+        Verb{"frames", "List a sequence's frames", true, frames},
+        Verb{"workers", "List the workers", false, workers},
+        Verb{"tiles", "List a job's tiles: the ledger", true, tiles}}) {
     auto options = std::make_shared<ListOptions>();
     CLI::App* verb = add_verb(app, v.name, v.description, &options->common);
     add_json(verb, &options->common);
     add_connection(verb, &options->connection);
-    if (v.takes_job) verb->add_option("JOB", options->job, "The job's id")->required();
+    if (v.takes_job)
+      verb->add_option(v.run == frames ? "SEQUENCE" : "JOB", options->job, "Its id")->required();
+    if (v.run == jobs) verb->add_flag("--frames", options->frames, "Also the frames of sequences");
     verb->callback([&action, options, run = v.run] { action = [options, run] { return run(*options); }; });
   }
 }
