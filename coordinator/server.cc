@@ -18,6 +18,7 @@
 #include "coordinator/service/limits/listener.h"
 #include "coordinator/service/limits/stream_limit.h"
 #include "coordinator/service/sequence_service.h"
+#include "coordinator/service/thin_client_service.h"
 #include "coordinator/service/token_processor.h"
 #include "coordinator/service/worker_service.h"
 
@@ -78,6 +79,10 @@ struct Server::Impl {
         sequence_service(farm, blobs, stalls, options.quotas, submission_gate,
                          options.security.tls() ? nullptr : submissions,
                          callers(authenticator, "/lightmill.v1.SequenceService/SubmitSequence")),
+        scenes(farm, blobs, options.quotas, options.read_scene),
+        uploads(blobs, options.quotas.max_bundle_bytes),
+        thin_client_service(farm, scenes, uploads, stalls, options.security.tls() ? nullptr : submissions,
+                            callers(authenticator, "/lightmill.v1.ThinClientService/SubmitScene")),
         worker_service(farm, blobs, metrics, tile_log, stalls, options.quotas, options.lease_seconds,
                        callers(authenticator, "/lightmill.v1.WorkerService/Register"), options.wanted) {}
   Farm& farm;
@@ -91,6 +96,9 @@ struct Server::Impl {
   SubmissionGate submission_gate;
   ClientService client_service;
   SequenceService sequence_service;
+  SceneDesk scenes;
+  Uploads uploads;
+  ThinClientService thin_client_service;
   WorkerService worker_service;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
   std::unique_ptr<grpc::Server> rpc;
@@ -127,6 +135,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
       Experimental::ExternalConnectionType::FROM_FD, credentials);
   builder.RegisterService(&impl_->client_service);
   builder.RegisterService(&impl_->sequence_service);
+  builder.RegisterService(&impl_->thin_client_service);
   builder.RegisterService(&impl_->worker_service);
   impl_->rpc = builder.BuildAndStart();
   if (!impl_->rpc) throw Error(ErrorKind::kFailed, "gRPC does not start");
@@ -137,7 +146,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
     impl_->http.emplace(options.http,
                         WebOptions{farm, blobs, options.events ? *options.events : impl_->no_events,
                                    options.quotas, impl_->submissions, authenticator, log, loopback_only,
-                                   options.read_scene, &impl_->tile_log},
+                                   &impl_->uploads, &impl_->scenes, &impl_->tile_log},
                         impl_->metrics, options.security);
   }
   impl_->listener->open([acceptor = impl_->acceptor.get()](int fd) {

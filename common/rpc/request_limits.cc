@@ -10,10 +10,11 @@ namespace lightmill {
 namespace {
 
 // Ids and numbers; names and lines for people; lists of leases or of digests of 64 digits; chunks, of 1 MiB
-// from our own programs; a bundle's manifest, and up to 1000 jobs to wait for; of up to 1000 frames.
+// from our own programs; a bundle's manifest, and up to 1000 jobs to wait for; of up to 1000 frames; a
+// scene's files, and as many jobs; a piece of a file.
 constexpr RequestLimit kPlain{4096, 16}, kLines{65536, 32}, kLeases{1 << 20, 10016},
     kDigests{7 << 20, 100016}, kChunk{(4 << 20) + 4096, 16}, kSubmission{16 << 20, 1100},
-    kFrames{16 << 20, 2100};
+    kFrames{16 << 20, 2100}, kScene{16 << 20, 51100}, kPiece{(1 << 20) + 4096, 16};
 
 const std::map<std::string_view, RequestLimit>& limits() {
   static const std::map<std::string_view, RequestLimit> all{{"SubmitJobRequest", kSubmission},
@@ -45,6 +46,9 @@ const std::map<std::string_view, RequestLimit>& limits() {
                                                             {"RetrySequenceRequest", kPlain},
                                                             {"ExtendSequenceRequest", kPlain},
                                                             {"SetSequencePriorityRequest", kPlain},
+                                                            {"PutBlobRequest", kPiece},
+                                                            {"SceneRequest", kScene},
+                                                            {"GetPictureRequest", kPlain},
                                                             {"RegisterRequest", kLines},
                                                             {"LeaseRequest", kPlain},
                                                             {"RenewRequest", kLeases},

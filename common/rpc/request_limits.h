@@ -12,6 +12,7 @@
 
 #include "lightmill/v1/client.pb.h"
 #include "lightmill/v1/sequence.pb.h"
+#include "lightmill/v1/thin_client.pb.h"
 #include "lightmill/v1/worker.pb.h"
 
 namespace lightmill {
@@ -54,6 +55,8 @@ template <>
 class SerializationTraits<lightmill::v1::WatchSequenceRequest, void> : public lightmill::LimitedReading {};
 template <>
 class SerializationTraits<lightmill::v1::FetchImageRequest, void> : public lightmill::LimitedReading {};
+template <>
+class SerializationTraits<lightmill::v1::GetPictureRequest, void> : public lightmill::LimitedReading {};
 template <>
 class SerializationTraits<lightmill::v1::GetLogsRequest, void> : public lightmill::LimitedReading {};
 template <>

@@ -29,7 +29,11 @@ json options_to_json(const RenderOptions& o) {
   put(&object, "seed", o.seed);
   put(&object, "width", o.width);
   put(&object, "height", o.height);
+  put(&object, "crop", o.crop);
   put(&object, "aovs", o.aovs);
+  put(&object, "overrides", o.overrides);
+  object["uniform_sampling"] = o.uniform_sampling;
+  object["energy_compensation"] = o.energy_compensation;
   return object;
 }
 
@@ -43,7 +47,11 @@ RenderOptions options_from_json(const json& object) {
   take(object, "seed", &o.seed);
   take(object, "width", &o.width);
   take(object, "height", &o.height);
+  take(object, "crop", &o.crop);
   take(object, "aovs", &o.aovs);
+  take(object, "overrides", &o.overrides);
+  o.uniform_sampling = object.at("uniform_sampling").get<bool>();
+  o.energy_compensation = object.at("energy_compensation").get<bool>();
   return o;
 }
 

@@ -13,12 +13,13 @@ grpc::Status TokenProcessor::Process(const InputMetadata& metadata, grpc::AuthCo
                                      OutputMetadata* consumed, OutputMetadata*) {
   std::string_view path, authorization;
   if (const auto found = metadata.find(":path"); found != metadata.end()) path = view(found->second);
-  const bool submits = path.ends_with("/SubmitJob") || path.ends_with("/SubmitSequence");
-  const bool registers = path.ends_with("/Register");
+  const bool submits = is_submission(path), registers = path.ends_with("/Register");
   if (const auto found = metadata.find("authorization"); found != metadata.end()) {
     authorization = view(found->second);
-    // Jobs and workers bear the name of the token that they came with: these handlers ask once more.
-    if (!submits && !registers) consumed->emplace("authorization", authorization);
+    // Jobs, workers and files in pieces bear the name of the token that they came with: these handlers ask
+    // once more.
+    const bool asks = submits || registers || path.ends_with("/PutBlob");
+    if (!asks) consumed->emplace("authorization", authorization);
   }
   const Verdict verdict = authenticator_->judge(path, authorization, std::time(nullptr));
   if (verdict.kind != Verdict::Kind::kAllowed && registers) turned_away_(verdict.message);

@@ -30,6 +30,10 @@ std::string forgery(const httplib::Request& request) {
   if (request.get_header_value("X-Lightmill") != "1") {
     return "a request that changes something needs the header \"X-Lightmill: 1\"";
   }
+  return foreign_page(request);
+}
+
+std::string foreign_page(const httplib::Request& request) {
   if (request.has_header("Origin")) {
     const std::string origin = request.get_header_value("Origin"), host = request.get_header_value("Host");
     if (origin != "http://" + host && origin != "https://" + host) {

@@ -15,6 +15,9 @@ httplib::Headers security_headers();
 /// tells whence it comes, that must be here.
 std::string forgery(const httplib::Request& request);
 
+/// The second half of that: why the page that a browser asks for is another site's, or nothing.
+std::string foreign_page(const httplib::Request& request);
+
 /// Why a request by this name of ours is refused, or nothing. In plain text on loopback, another site could
 /// have its own name lead here (DNS rebinding) and would then be "the same origin": only loopback's names are
 /// taken.

@@ -3,13 +3,11 @@
 #include <immintrin.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
+
+#include "coordinator/service/streams/picture_files.h"
 
 namespace lightmill {
 namespace {
@@ -27,25 +25,6 @@ std::string head(const char* magic, const Image& image) {
 
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-/// The image library writes files; `name` is part of a temporary one's.
-std::string file_bytes(const Image& image, const ImageWriteOptions& options, const std::string& name,
-                       const char* extension) {
-  static std::atomic<uint64_t> files{0};
-  const std::filesystem::path path = std::filesystem::temp_directory_path() /
-                                     ("lightmill-" + name + "-" + std::to_string(++files) + extension);
-  struct Remove {
-    const std::filesystem::path& path;
-    ~Remove() {
-      std::error_code ignored;
-      std::filesystem::remove(path, ignored);
-    }
-  } const remove{path};
-  write_image(image, path.string(), options);
-  std::ostringstream bytes;
-  bytes << std::ifstream(path, std::ios::binary).rdbuf();
-  return bytes.str();
 }
 
 }  // namespace
@@ -119,13 +98,13 @@ std::string exr_file(const Farm& farm, const JobId& job, const std::string& name
   ImageWriteOptions options;
   options.metadata = farm.image_metadata(job);
   options.layers = &aovs;
-  return file_bytes(image, options, name, ".exr");
+  return image_file(image, options, name, ".exr");
 }
 
 std::string png_file(const Image& image, const ViewTransform& view, const std::string& name) {
   ImageWriteOptions options;
   options.view = view;
-  return file_bytes(image, options, name, ".png");
+  return image_file(image, options, name, ".png");
 }
 
 }  // namespace lightmill

@@ -1,11 +1,7 @@
 #pragma once
 // A scene that a browser has uploaded file by file: what it still lacks, and the job that it becomes.
 //
-// A request's body is a JSON object:
-//   main, files: [{name, digest, size}…]    names relative to the scene file's folder
-//   camera, environment, strict             as the options of lightmill submit
-//   integrator, spp, time_seconds, target_error, max_depth (0: unlimited), seed, width, height, aovs
-//   name, priority, pool, max_workers       of the job
+// A request's body is a v1::SceneRequest as JSON (proto/lightmill/v1/thin_client.proto).
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
@@ -16,7 +12,7 @@ namespace lightmill {
 /// {"errors": […], "warnings": […], "missing": [{reference, name}…]}, the lines as lightmill check prints
 /// them; without errors also "files" that the scene uses, "bytes" of them, and "width", "height", "spp",
 /// "max_depth". Throws Error(kUsage) for a body that is wrong, LimitReached for quotas, Error(kFailed) for a
-/// file that was not uploaded, and what WebOptions::read_scene throws.
+/// file that was not uploaded, and what SceneDesk::check throws.
 nlohmann::json check_scene(const WebOptions& web, const std::string& body);
 
 /// Submits it. Throws as check_scene, Error(kBadScene) with the scene's first error, and what

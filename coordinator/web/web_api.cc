@@ -19,7 +19,6 @@
 #include "coordinator/web/json_views.h"
 #include "coordinator/web/pictures.h"
 #include "coordinator/web/scene_submit.h"
-#include "coordinator/web/uploads.h"
 
 namespace lightmill {
 namespace {
@@ -33,7 +32,6 @@ constexpr int kSpareStreams = 8;         // until the oldest has made room
 constexpr int kMaxPictures = 8;          // made or encoded at once
 constexpr double kMostStops = 100;       // of exposure
 constexpr int64_t kMaxTileLines = 500;   // of one answer
-constexpr int kMaxScenes = 2;            // read at once
 constexpr size_t kMaxListedJobs = 1000;  // of one answer
 
 /// The parameters "view" and "exposure", as the options of these names in lightmill fetch.
@@ -60,10 +58,7 @@ std::string pattern(const std::string& path) {
 
 struct WebApi::Impl {
   explicit Impl(const WebOptions& options)
-      : web(options),
-        feed(options.farm, options.events),
-        pictures(options.farm),
-        uploads(web.blobs, web.quotas.max_bundle_bytes) {}
+      : web(options), feed(options.farm, options.events), pictures(options.farm) {}
 
   using Handler = void (Impl::*)(const Request&, Response&);
   struct Entry {
@@ -106,8 +101,7 @@ struct WebApi::Impl {
   const WebOptions web;
   Feed feed;
   Pictures pictures;
-  Uploads uploads;
-  std::atomic<int> streams{0}, making{0}, reading{0};
+  std::atomic<int> streams{0}, making{0};
   std::atomic<uint64_t> streams_begun{0};
 };
 
@@ -291,18 +285,17 @@ void WebApi::Impl::exr(const Request& request, Response& response) {
 }
 
 void WebApi::Impl::upload(const Request& request, Response& response) {
+  if (!web.uploads) throw Error(ErrorKind::kFailed, "this coordinator takes no files");
   const double now =
       std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   const Uploads::Progress progress =
-      uploads.put(judge(request, request.path).name, request.matches[1].str(),
-                  static_cast<uint64_t>(whole(request, "size", 0)),
-                  static_cast<uint64_t>(whole(request, "offset", 0)), request.body, now);
+      web.uploads->put(judge(request, request.path).name, request.matches[1].str(),
+                       static_cast<uint64_t>(whole(request, "size", 0)),
+                       static_cast<uint64_t>(whole(request, "offset", 0)), request.body, now);
   answer(response, {{"received", progress.received}, {"complete", progress.complete}});
 }
 
 void WebApi::Impl::scene(const Request& request, Response& response) {
-  const Slot slot(reading, kMaxScenes);
-  if (!slot.granted()) throw LimitReached("other scenes are being read; try again in a moment");
   if (request.path.ends_with("/check")) return answer(response, check_scene(web, request.body));
   const std::string user = judge(request, request.path).name;
   const JobId made = submit_scene(web, request.body, user);

@@ -1,16 +1,18 @@
 #pragma once
 // The dashboard's routes: its files, JSON under /api/v1, pictures, and a stream of what changes.
 // docs/dashboard.md describes them. Every one has a line in coordinator/access/access.cc.
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "coordinator/access/authenticator.h"
 #include "coordinator/core/farm.h"
-#include "coordinator/scene/scene_reader.h"
 #include "coordinator/service/event_log.h"
 #include "coordinator/service/limits/quotas.h"
 #include "coordinator/service/limits/submit_limit.h"
+#include "coordinator/service/scenes/scene_desk.h"
+#include "coordinator/service/scenes/uploads.h"
 #include "coordinator/service/tile_log.h"
 #include "coordinator/store/blob_store.h"
 
@@ -29,8 +31,9 @@ struct WebOptions {
   std::shared_ptr<Authenticator> authenticator{};  // null: everybody may do everything
   std::function<void(const std::string&)> log{};   // who did what
   bool loopback_only = false;                      // plain text: other sites' names are refused (guard.h)
-  /// Reads what a browser uploaded, as read_scene does; empty: no scenes are submitted here.
-  std::function<SceneAnswer(const SceneQuestion&)> read_scene{};
+  // Where browsers send files and scenes; null: none are taken here.
+  Uploads* uploads = nullptr;
+  SceneDesk* scenes = nullptr;
   const TileLog* tile_log = nullptr;  // what happened to tiles; may be null
 };
 

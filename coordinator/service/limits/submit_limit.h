@@ -5,10 +5,16 @@
 #include <chrono>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "coordinator/service/limits/rate_limiter.h"
 
 namespace lightmill {
+
+/// Whether a call of this RPC ("/package.Service/SubmitJob") is a submission: those whose names begin so are.
+inline bool is_submission(std::string_view rpc) {
+  return rpc.substr(rpc.rfind('/') + 1).starts_with("Submit");
+}
 
 /// Thread-safe.
 class SubmitLimit {

@@ -9,6 +9,7 @@
 #include "common/base/log.h"
 #include "common/rpc/convert.h"
 #include "coordinator/farm/farm_errors.h"
+#include "coordinator/service/limits/reservation.h"
 #include "coordinator/service/service_status.h"
 
 namespace lightmill {
@@ -18,24 +19,6 @@ namespace {
 constexpr size_t kMaxMerging = 32;
 /// Partials that come in at once, as far as their memory allows.
 constexpr size_t kMaxCalls = 8192;
-
-/// Bytes that a call may hold, given back on every way out.
-class Reservation {
- public:
-  Reservation(std::atomic<uint64_t>& total, uint64_t most) : total_(total), most_(most) {}
-  ~Reservation() { total_ -= bytes_; }
-  Reservation(const Reservation&) = delete;
-  Reservation& operator=(const Reservation&) = delete;
-  bool take(uint64_t bytes) {
-    bytes_ = bytes;
-    return (total_ += bytes) <= most_ || total_ == bytes;  // a single one always fits
-  }
-
- private:
-  std::atomic<uint64_t>& total_;
-  const uint64_t most_;
-  uint64_t bytes_ = 0;
-};
 
 const char* outcome_text(CommitResult result) {
   switch (result) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "lightmill/v1/client.pb.h"
+#include "lightmill/v1/thin_client.pb.h"
 #include "lightmill/v1/worker.pb.h"
 
 namespace lightmill {
@@ -26,6 +27,8 @@ TEST(Access, EveryRpcHasRoles) {
   v1::JobStatus::descriptor();  // so that the files are linked
   v1::SequenceStatus::descriptor();
   std::set<std::string> all = methods("lightmill.v1.ClientService");
+  v1::PutBlobRequest::descriptor();
+  all.merge(methods("lightmill.v1.ThinClientService"));
   all.merge(methods("lightmill.v1.WorkerService"));
   all.merge(methods("lightmill.v1.SequenceService"));
   ASSERT_GT(all.size(), 20u);
@@ -43,9 +46,12 @@ TEST(Access, EveryRpcHasRoles) {
 }
 
 TEST(Access, ObserversChangeNothing) {
-  const std::set<std::string_view> looking = {"GetJob",   "ListJobs",   "ListTiles", "ListWorkers",
-                                              "WatchJob", "FetchImage", "GetCurve",  "GetLogs"};
-  for (const std::string& path : methods("lightmill.v1.ClientService")) {
+  const std::set<std::string_view> looking = {"GetJob",      "ListJobs", "ListTiles",
+                                              "ListWorkers", "WatchJob", "FetchImage",
+                                              "GetCurve",    "GetLogs",  "GetPicture"};
+  std::set<std::string> all = methods("lightmill.v1.ClientService");
+  all.merge(methods("lightmill.v1.ThinClientService"));
+  for (const std::string& path : all) {
     const AccessRule* const rule = access_rule(path);
     ASSERT_NE(rule, nullptr);
     const bool looks = looking.contains(std::string_view(path).substr(path.rfind('/') + 1));

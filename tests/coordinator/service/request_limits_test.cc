@@ -37,7 +37,8 @@ class RequestLimits : public ServiceTest {
 };
 
 TEST_F(RequestLimits, EveryRequestHasOne) {
-  for (const auto* file : {v1::GetJobRequest::descriptor()->file(), v1::RenewRequest::descriptor()->file()}) {
+  for (const auto* file : {v1::GetJobRequest::descriptor()->file(), v1::PutBlobRequest::descriptor()->file(),
+                           v1::RenewRequest::descriptor()->file()}) {
     for (int s = 0; s < file->service_count(); ++s) {
       for (int m = 0; m < file->service(s)->method_count(); ++m) {
         const std::string name = file->service(s)->method(m)->input_type()->full_name();

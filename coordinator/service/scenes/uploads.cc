@@ -1,4 +1,4 @@
-#include "coordinator/web/uploads.h"
+#include "coordinator/service/scenes/uploads.h"
 
 #include "coordinator/core/farm.h"
 

@@ -1,5 +1,5 @@
 // Files that come in pieces.
-#include "coordinator/web/uploads.h"
+#include "coordinator/service/scenes/uploads.h"
 
 #include <gtest/gtest.h>
 
