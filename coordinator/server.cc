@@ -5,6 +5,7 @@
 #include <grpcpp/security/server_credentials.h>
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
+#include <grpcpp/support/channel_arguments.h>
 
 #include <chrono>
 #include <ctime>
@@ -51,6 +52,13 @@ void count_refusals(Metrics& metrics, const Listener& listener, const SubmitLimi
 }  // namespace
 
 namespace {
+
+/// For calls from this process, whose tokens were judged before (coordinator/http_api).
+grpc::ChannelArguments in_process() {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  return arguments;
+}
 
 /// The name of the token that a call of this RPC carries, which the TokenProcessor has let through.
 Caller callers(const std::shared_ptr<Authenticator>& authenticator, const char* rpc) {
@@ -147,7 +155,7 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
                         WebOptions{farm, blobs, options.events ? *options.events : impl_->no_events,
                                    options.quotas, impl_->submissions, authenticator, log, loopback_only,
                                    &impl_->uploads, &impl_->scenes, &impl_->tile_log},
-                        impl_->metrics, options.security);
+                        impl_->metrics, options.security, impl_->rpc->InProcessChannel(in_process()));
   }
   impl_->listener->open([acceptor = impl_->acceptor.get()](int fd) {
     grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;

@@ -18,6 +18,8 @@
 #include "coordinator/http/http_base.h"
 #include "coordinator/http/http_watch.h"
 #include "coordinator/http/metrics.h"
+#include "coordinator/http_api/http_api.h"
+#include "coordinator/http_api/http_status.h"
 
 namespace lightmill {
 namespace {
@@ -103,6 +105,10 @@ Standby::Standby(const ServerOptions& options) : impl_(std::make_unique<Impl>())
       return httplib::Server::HandlerResponse::Handled;
     }
     response.status = request.path == "/livez" ? 200 : 503;
+    if (HttpApi::serves(request.path)) {
+      response.set_content(error_json({grpc::StatusCode::UNAVAILABLE, notice.text()}), "application/json");
+      return httplib::Server::HandlerResponse::Handled;
+    }
     response.set_content(notice.text() + "\n", "text/plain");
     return httplib::Server::HandlerResponse::Handled;
   });

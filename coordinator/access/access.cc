@@ -97,6 +97,8 @@ const std::vector<AccessRule>& access_rules() {
       {"/healthz", 0, true},
       {"/livez", 0, true},
       {"/metrics", kLook},
+      // Other paths below /v1 are RPCs, and have their roles (coordinator/http_api).
+      {"/v1/openapi.json", kLook},
       {"/", kLook},
       {"/assets/*", kLook},
       {"/api/v1/session", kLook},

@@ -1,5 +1,6 @@
 #pragma once
-// The coordinator's HTTP side: /healthz and /livez, /metrics and the dashboard (coordinator/web/web_api.h).
+// The coordinator's HTTP side: /healthz and /livez, /metrics, the dashboard (coordinator/web/web_api.h) and
+// the API (coordinator/http_api/http_api.h).
 #include <memory>
 #include <string>
 
@@ -14,10 +15,9 @@ namespace lightmill {
 class HttpServer {
  public:
   /// Binds HOST:PORT (port 0: any) and serves from threads of its own. Throws Error(kFailed) if the address
-  /// can't be bound. What `web` refers to, and `metrics`, must outlive the
-  /// server.
+  /// can't be bound. What `web` refers to, `metrics`, and the server that `rpc` leads to must outlive this.
   HttpServer(const std::string& address, const WebOptions& web, const Metrics& metrics,
-             const SecurityFiles& files);
+             const SecurityFiles& files, std::shared_ptr<grpc::Channel> rpc);
   ~HttpServer();
   int port() const { return port_; }
 

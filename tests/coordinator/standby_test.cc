@@ -54,6 +54,10 @@ TEST(Standby, SaysWhoLeads) {
   const auto alive = browser.Get("/livez");
   ASSERT_TRUE(alive);
   EXPECT_EQ(alive->status, 200) << "nobody should restart it for standing by";
+  const auto call = browser.Get("/v1/jobs");
+  ASSERT_TRUE(call);
+  EXPECT_EQ(call->status, 503);
+  EXPECT_THAT(call->body, HasSubstr("\"code\":14"));
   const auto metrics = browser.Get("/metrics");
   ASSERT_TRUE(metrics);
   EXPECT_EQ(metrics->status, 200) << "nor call it down";

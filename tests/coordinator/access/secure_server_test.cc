@@ -1,5 +1,6 @@
 // A coordinator with TLS and tokens: who gets in, what those are told who don't, and rotation.
 #include <gmock/gmock.h>
+#include <google/protobuf/util/json_util.h>
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 #include <httplib.h>
@@ -10,6 +11,7 @@
 #include <sstream>
 #include <thread>
 
+#include "common/base/digest.h"
 #include "common/base/error.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/tls_diagnosis.h"
@@ -282,6 +284,74 @@ TEST_F(SecureServerTest, ObserversOfTheDashboardChangeNothing) {
   EXPECT_EQ(farm.job(job).state, JobState::kPaused);
   https.set_basic_auth("anybody", read_token(root + "/gpu/token").c_str());
   EXPECT_EQ(https.Get("/api/v1/jobs")->status, 403);
+}
+
+TEST_F(SecureServerTest, TheHttpApiHasTheRolesOfTheRpcs) {
+  const JobId job = farm.submit(small_job(64, 64, 4));
+  const std::string path = "/v1/jobs/" + job.value;
+  httplib::SSLClient https("localhost", server->http_port());
+  https.set_ca_cert_path((root + "/ca/ca.crt").c_str());
+  const auto get = [&](const std::string& of) { return https.Get(of)->status; };
+  const auto pause = [&] { return https.Post(path + ":pause", "{}", "application/json")->status; };
+  for (const char* of : {"/v1/jobs", "/v1/openapi.json", "/v1/nothing", "/v1/"})
+    EXPECT_EQ(get(of), 401) << of;
+  EXPECT_EQ(get(path + "/image"), 401);
+  EXPECT_EQ(pause(), 401);
+  EXPECT_THAT(https.Get("/v1/jobs")->body, HasSubstr("\"code\":16"));
+  https.set_bearer_token_auth("no such token");
+  EXPECT_EQ(get("/v1/jobs"), 401);
+  https.set_bearer_token_auth(read_token(root + "/obi/token").c_str());
+  EXPECT_EQ(get("/v1/jobs"), 200);
+  EXPECT_EQ(get("/v1/openapi.json"), 200);
+  EXPECT_EQ(get("/v1/nothing"), 404);
+  EXPECT_EQ(pause(), 403);
+  EXPECT_THAT(https.Post(path + ":pause", "{}", "application/json")->body,
+              HasSubstr("this needs submitter or admin"));
+  EXPECT_EQ(https.Put("/v1/blobs/ab?size=1", "x", "application/octet-stream")->status, 403);
+  EXPECT_EQ(https.Post("/v1/scenes:submit", "{}", "application/json")->status, 403);
+  EXPECT_EQ(farm.job(job).state, JobState::kQueued);
+  https.set_bearer_token_auth(read_token(root + "/gpu/token").c_str());
+  EXPECT_EQ(get("/v1/jobs"), 403);
+  https.set_bearer_token_auth(read_token(root + "/ann/token").c_str());
+  EXPECT_EQ(pause(), 200);
+  EXPECT_EQ(farm.job(job).state, JobState::kPaused);
+  // A job bears the name of the token, whoever the request says submits it.
+  BlobStore::Writer writer = blobs.begin(sha256_hex("scene"), 5);
+  writer.write("scene");
+  writer.finish();
+  v1::SubmitJobRequest request;
+  request.set_submitter("eve");
+  request.set_bundle_json(bundle_to_json(fake_bundle()));
+  request.set_settings_json(settings_to_json(small_settings(64, 64, 4)));
+  std::string body;
+  ASSERT_TRUE(google::protobuf::util::MessageToJsonString(request, &body).ok());
+  const auto made = https.Post("/v1/jobs", body, "application/json");
+  ASSERT_EQ(made->status, 200) << made->body;
+  EXPECT_EQ(farm.jobs().back().submitter, "ann");
+  // A header that no gRPC metadata could hold.
+  https.set_bearer_token_auth("\x80\xff");
+  EXPECT_EQ(get("/v1/jobs"), 401);
+}
+
+TEST_F(SecureServerTest, SubmissionsOverHttpCountForTheToken) {
+  Quotas quotas;
+  quotas.submissions_per_minute = 6;  // one at once
+  server.reset();
+  server = std::make_unique<Server>(
+      ServerOptions{.listen = "127.0.0.1:0",
+                    .http = "127.0.0.1:0",
+                    .security = resolve({.folder = root + "/coordinator"}, Side::kServer),
+                    .quotas = quotas},
+      farm, blobs);
+  httplib::SSLClient https("localhost", server->http_port());
+  https.set_ca_cert_path((root + "/ca/ca.crt").c_str());
+  https.set_bearer_token_auth(read_token(root + "/ann/token").c_str());
+  EXPECT_EQ(https.Post("/v1/jobs", "{}", "application/json")->status, 400) << "it is no job, and counts";
+  const auto again = https.Post("/v1/jobs", "{}", "application/json");
+  EXPECT_EQ(again->status, 429);
+  EXPECT_THAT(again->body, HasSubstr("--submit-rate"));
+  EXPECT_EQ(https.Post("/v1/scenes:submit", "{}", "application/json")->status, 429);
+  EXPECT_EQ(https.Get("/v1/jobs")->status, 200);
 }
 
 }  // namespace

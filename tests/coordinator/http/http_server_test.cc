@@ -56,6 +56,16 @@ std::string first_line(int port, std::string_view request) {
 TEST_F(HttpServerTest, BodiesSayHowLongTheyAre) {
   EXPECT_THAT(first_line(server->http_port(), "POST /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\n\r\nx"),
               HasSubstr(" 411 "));
+  // A length that something else contradicts is none.
+  for (const char* path : {"/api/v1/jobs/j1/pause", "/v1/jobs/j1:pause"}) {
+    for (const char* method : {"POST ", "PUT ", "PATCH ", "DELETE "}) {
+      EXPECT_THAT(first_line(server->http_port(), std::string(method) + path +
+                                                      " HTTP/1.1\r\nHost: localhost\r\nContent-Length: 2\r\n"
+                                                      "Transfer-Encoding: chunked\r\n\r\n"),
+                  HasSubstr(" 411 "))
+          << method << path;
+    }
+  }
 }
 
 TEST_F(HttpServerTest, RangesComeOneAtATime) {
