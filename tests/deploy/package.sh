@@ -31,6 +31,12 @@ renders_elsewhere() {
     "$dir/link" render "$share/lightmill/$scene" "${settings[@]}" --quiet -o moved.exr && cd "$root" && same_pixels "$dir/elsewhere/moved.exr"
 }
 starts() { local program; for program in "$prefix"/bin/*; do "$program" --version || return 1; done; }
+python_finds_it() {
+  local version
+  version=$(sed -n 's/^project(lightmill VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
+  [[ $(PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$prefix/lib/python3/dist-packages /usr/bin/python3 -c 'import lightmill; print(lightmill.__version__)') == "$version" ]] &&
+    [[ -e $prefix/lib/python3/dist-packages/lightmill/py.typed ]]
+}
 no_build_path() { ! grep -rlF "$root/build" "$prefix/bin" "$prefix/lib"; }
 
 # The pages, and every option that --help has.
@@ -81,6 +87,7 @@ lints() { local said; said=$(lintian --fail-on none "$dir/lightmill.deb" 2>"$dir
 
 check "installs to a prefix" install_and_move
 check "the moved programs start" starts
+check "Python finds its package" python_finds_it
 check "a moved program renders from another folder, by a link" renders_elsewhere
 check "nothing installed names the build folder" no_build_path
 check "manual pages are clean roff" clean_roff

@@ -60,7 +60,7 @@ def checkout(folder, bin_dir):
     for part in ("proto", "deploy"):
         (folder / part).symlink_to(ROOT / part)
     shutil.copytree(ROOT / "client" / "python", folder / "client" / "python",
-                    ignore=shutil.ignore_patterns("generated"))
+                    ignore=shutil.ignore_patterns("__pycache__", ".mypy_cache"))
     shutil.copytree(ROOT / "scenes", folder / "scenes")
     for scene in (folder / "scenes").glob("*.pbrt"):
         text = re.sub(r'("integer [xy]resolution") \d+', r"\1 24", scene.read_text())

@@ -53,6 +53,7 @@ class Farm:
         self.bin = pathlib.Path(bin_dir)
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="lightmill-farm-"))
         self.address = None
+        self.http = None  # HOST:PORT
         self.coordinator = None
         self.workers = []
         self.logs = []
@@ -80,14 +81,15 @@ class Farm:
                                     env={**os.environ, **self.environment, **(environment or {})})
 
     def start_coordinator(self):
-        """The first time on a free port; after a kill on the same one, with the same data."""
+        """The first time on free ports; after a kill on the same ones, with the same data."""
         port_file = self.folder / "port"
         port_file.unlink(missing_ok=True)
         self.coordinator = self._start("coordinator", [
-            "lightmill-coordinator", "--listen", self.address or "127.0.0.1:0", "--http", "127.0.0.1:0",
+            "lightmill-coordinator", "--listen", self.address or "127.0.0.1:0", "--http", self.http or "127.0.0.1:0",
             "--data", self.folder / "data", "--port-file", port_file])
         text = wait_until("the coordinator's ports", lambda: self._ports(port_file))
         self.address = f"127.0.0.1:{text['rpc']}"
+        self.http = f"127.0.0.1:{text['http']}"
 
     def _ports(self, port_file):
         assert self.coordinator.poll() is None, "the coordinator ended"
