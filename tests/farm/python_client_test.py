@@ -169,6 +169,49 @@ def client_entry(path):
     return {"name": path.name, "digest": hashlib.sha256(content).hexdigest(), "size": len(content)}
 
 
+def sequences(farm):
+    """Frames of an animation as one thing, from submission to files."""
+    client = lightmill.Farm(f"http://{farm.http}")
+    scene, small = ROOT / "scenes" / "windmill.gltf", {"spp": 8, "integrator": "pt", "resolution": (48, 32), "seed": 2}
+    shot = client.submit(scene, frames="0-4x2", fps=8, order="coarse-first", name="shot", **small)
+    assert isinstance(shot, lightmill.Sequence)
+    last = shot.wait()
+    assert (last.state, last.frame_count, last.frames.done, last.fps) == (lightmill.JobState.DONE, 3, 3, 8.0), last
+    frames = list(shot.frames())
+    assert [(f.number, f.spp) for f in frames] == [(0, 8), (2, 8), (4, 8)], frames
+    assert not list(shot.frames(since=max(f.version for f in frames)))
+    names = shot.save(farm.folder / "shot.###.exr")
+    assert names == [str(farm.folder / f"shot.{n:03d}.exr") for n in (0, 2, 4)], names
+    alone = client.submit(scene, time_of=0.25, **small)
+    alone.wait()
+    assert alone.image().tobytes() == shot.frame(2).image().tobytes()
+    assert numpy.array_equal(pixels(farm.folder / "shot.002.exr"), alone.image())
+    raises(lightmill.FailedPrecondition, shot.pause, "no frame of sequence")
+    assert shot.extend(spp=16).state is not lightmill.JobState.DONE
+    assert shot.wait().state is lightmill.JobState.DONE and next(shot.frames()).spp == 16
+    assert shot.id in [s.id for s in client.sequences()]
+    jobs = [job.id for job in client.jobs()]
+    assert alone.id in jobs and f"{shot.id}.2" not in jobs
+    assert f"{shot.id}.2" in [job.id for job in client.jobs(frames=True)]
+    endless = client.submit(scene, frames=[1, 2], spp=1 << 30, integrator="pt", resolution=(48, 32))
+    assert endless.set_priority(2).priority == 2
+    assert endless.cancel().state is lightmill.JobState.CANCELLED
+    assert raises(lightmill.SequenceFailed, endless.wait).status.frames.cancelled == 2
+    raises(lightmill.NotFound, client.sequence("s404").status, "s404")
+    for bad in ("", "5-1", "1-99999", "x"):
+        raises(lightmill.InvalidArgument, lambda bad=bad: client.submit(scene, frames=bad))
+    raises(lightmill.InvalidArgument, lambda: client.submit(ROOM, frames="1-2"), "glTF")
+    raises(lightmill.InvalidArgument, lambda: shot.save("one.exr"), "shot.%04d.exr")
+
+    async def main():
+        async with lightmill.AsyncFarm(f"http://{farm.http}") as other:
+            made = await other.submit_frames(scene, "1-2", **small)
+            assert (await made.wait()).frames.done == 2
+            assert [f.number async for f in made.frames()] == [1, 2]
+
+    asyncio.run(main())
+
+
 def asynchronously(farm):
     async def main():
         async with lightmill.AsyncFarm(f"http://{farm.http}") as client:
@@ -289,7 +332,7 @@ def main():
         types(farm)
         farm.start_coordinator()
         farm.start_worker(2)
-        for part in (the_package, scenes, asynchronously, documentation, the_example, a_restart, tls):
+        for part in (the_package, scenes, sequences, asynchronously, documentation, the_example, a_restart, tls):
             part(farm)
             print(f"{part.__name__}: ok", flush=True)
 

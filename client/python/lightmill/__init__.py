@@ -12,21 +12,24 @@
 It speaks the coordinator's HTTP API (docs/http-api.md) with Python's standard library alone; only `Job.image` needs
 numpy. All errors are `LightmillError`s. `AsyncFarm` has the same verbs for asyncio.
 """
-from .aio import AsyncFarm, AsyncJob
+from .aio import AsyncFarm, AsyncJob, AsyncSequence
 from .errors import (AlreadyExists, FailedPrecondition, InvalidArgument, JobFailed, LightmillError, NotFound,
-                     PermissionDenied, ResourceExhausted, ServerError, Unauthenticated, Unreachable, WaitTimeout)
+                     PermissionDenied, ResourceExhausted, SequenceFailed, ServerError, Unauthenticated, Unreachable,
+                     WaitTimeout)
 from .farm import Farm
 from .job import Job
-from .model import (BoxError, DropKind, DroppedContributions, ErrorCurve, ErrorPoint, JobState, JobStatus, LogLine,
-                    RenderCounters, TileState, TileStatus, WorkerState, WorkerStatus)
+from .model import (BoxError, DropKind, DroppedContributions, ErrorCurve, ErrorPoint, FrameCounts, FrameStatus,
+                    JobState, JobStatus, LogLine, RenderCounters, SequenceStatus, TileState, TileStatus, WorkerState,
+                    WorkerStatus)
 from .picture import Picture
 from .scenes import SceneCheck
+from .sequence import Sequence
 
 __all__ = [
-    "AlreadyExists", "AsyncFarm", "AsyncJob", "BoxError", "DropKind", "DroppedContributions", "ErrorCurve",
-    "ErrorPoint", "FailedPrecondition", "Farm", "InvalidArgument", "Job", "JobFailed", "JobState", "JobStatus",
+    "AlreadyExists", "AsyncFarm", "AsyncJob", "AsyncSequence", "BoxError", "DropKind", "DroppedContributions", "ErrorCurve",
+    "ErrorPoint", "FailedPrecondition", "Farm", "FrameCounts", "FrameStatus", "InvalidArgument", "Job", "JobFailed", "JobState", "JobStatus",
     "LightmillError", "LogLine", "NotFound", "PermissionDenied", "Picture", "RenderCounters", "ResourceExhausted",
-    "SceneCheck", "ServerError", "TileState", "TileStatus", "Unauthenticated", "Unreachable", "WaitTimeout",
+    "SceneCheck", "Sequence", "SequenceFailed", "SequenceStatus", "ServerError", "TileState", "TileStatus", "Unauthenticated", "Unreachable", "WaitTimeout",
     "WorkerState", "WorkerStatus",
 ]
 __version__ = "0.1.0"

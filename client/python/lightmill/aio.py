@@ -5,13 +5,14 @@ import asyncio
 import contextlib
 import functools
 import threading
-from collections.abc import AsyncIterator, Callable, Coroutine
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterable
 from typing import TYPE_CHECKING, Any, Concatenate, Literal, ParamSpec, TypeVar, overload
 
 from .farm import Farm
 from .job import Job
-from .model import JobStatus, WorkerStatus
-from .transport import Scope, Transport
+from .model import FrameStatus, JobStatus, SequenceStatus, WorkerStatus
+from .sequence import Sequence
+from .transport import Path, Scope, Transport
 
 if TYPE_CHECKING:
     import numpy
@@ -70,6 +71,12 @@ async def _of_job(job: Job, call: Callable[[Job], T]) -> T:
     return await _in_thread(lambda: call(scoped), scope)
 
 
+async def _of_sequence(sequence: Sequence, call: Callable[[Sequence], T]) -> T:
+    scope = Scope()
+    scoped = sequence._scoped(sequence._transport.scoped(scope))
+    return await _in_thread(lambda: call(scoped), scope)
+
+
 async def _of_farm(farm: Farm, call: Callable[[Farm], T]) -> T:
     scope = Scope()
     scoped = farm._scoped(farm._transport.scoped(scope))
@@ -81,6 +88,14 @@ def _job_verb(method: Callable[Concatenate[Job, P], T]) -> Callable[Concatenate[
     @functools.wraps(method)
     async def verb(self: AsyncJob, /, *args: P.args, **options: P.kwargs) -> T:
         return await _of_job(self._job, lambda job: method(job, *args, **options))
+    return verb
+
+
+def _sequence_verb(method: Callable[Concatenate[Sequence, P], T]
+                   ) -> Callable[Concatenate[AsyncSequence, P], Coroutine[Any, Any, T]]:
+    @functools.wraps(method)
+    async def verb(self: AsyncSequence, /, *args: P.args, **options: P.kwargs) -> T:
+        return await _of_sequence(self._sequence, lambda sequence: method(sequence, *args, **options))
     return verb
 
 
@@ -123,6 +138,7 @@ class AsyncJob:
     resume = _job_verb(Job.resume)
     cancel = _job_verb(Job.cancel)
     retry = _job_verb(Job.retry)
+    set_priority = _job_verb(Job.set_priority)
     extend = _job_verb(Job.extend)
 
     async def watch(self) -> AsyncIterator[JobStatus]:
@@ -142,6 +158,44 @@ class AsyncJob:
         if aovs:
             return await _of_job(self._job, lambda job: job.image(aovs=True))
         return await _of_job(self._job, lambda job: job.image(max_side=max_side))
+
+
+class AsyncSequence:
+    """As Sequence, with the same verbs."""
+
+    def __init__(self, sequence: Sequence) -> None:
+        self._sequence = sequence
+        self.id = sequence.id
+        self.warnings = sequence.warnings
+
+    def __repr__(self) -> str:
+        return f"AsyncSequence({self.id!r})"
+
+    status = _sequence_verb(Sequence.status)
+    wait = _sequence_verb(Sequence.wait)
+    save = _sequence_verb(Sequence.save)
+    pause = _sequence_verb(Sequence.pause)
+    resume = _sequence_verb(Sequence.resume)
+    cancel = _sequence_verb(Sequence.cancel)
+    retry = _sequence_verb(Sequence.retry)
+    extend = _sequence_verb(Sequence.extend)
+    set_priority = _sequence_verb(Sequence.set_priority)
+
+    def frame(self, number: int) -> AsyncJob:
+        """As Sequence.frame."""
+        return AsyncJob(self._sequence.frame(number))
+
+    async def frames(self, *, since: int = 0) -> AsyncIterator[FrameStatus]:
+        """As Sequence.frames."""
+        async for frame in _items(lambda transport: self._sequence._scoped(transport).frames(since=since),
+                                  self._sequence._transport):
+            yield frame
+
+    async def watch(self) -> AsyncIterator[SequenceStatus]:
+        """As Sequence.watch."""
+        async for status in _items(lambda transport: self._sequence._scoped(transport).watch(),
+                                   self._sequence._transport):
+            yield status
 
 
 class AsyncFarm:
@@ -169,7 +223,17 @@ class AsyncFarm:
         return AsyncJob(self._farm.job(job_id))
 
     check = _farm_verb(Farm.check)
-    submit = _submitting(Farm.submit)
+    submit = _submitting(Farm._submit_job)
+
+    async def submit_frames(self, scene: Path, frames: str | Iterable[int], **options: Any) -> AsyncSequence:
+        """As Farm.submit with `frames`."""
+        made = await _of_farm(self._farm, lambda farm: farm.submit(scene, frames=frames, **options))
+        return AsyncSequence(made._scoped(self._farm._transport))
+
+    def sequence(self, sequence_id: str) -> AsyncSequence:
+        """As Farm.sequence."""
+        return AsyncSequence(self._farm.sequence(sequence_id))
+
     submit_bundle = _submitting(Farm.submit_bundle)
 
     async def jobs(self) -> AsyncIterator[JobStatus]:

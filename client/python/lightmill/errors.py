@@ -4,7 +4,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .model import JobStatus
+    from .model import JobStatus, SequenceStatus
 
 
 class LightmillError(Exception):
@@ -56,6 +56,14 @@ class JobFailed(LightmillError):
 
     def __init__(self, status: JobStatus) -> None:
         super().__init__(f"job {status.id} {status.state.value}" + (f": {status.message}" if status.message else ""))
+        self.status = status
+
+
+class SequenceFailed(LightmillError):
+    """A frame failed or was cancelled. `status` is the sequence's last status."""
+
+    def __init__(self, status: SequenceStatus) -> None:
+        super().__init__(f"sequence {status.id} {status.state.value}" + (f": {status.message}" if status.message else ""))
         self.status = status
 
 

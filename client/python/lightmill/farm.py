@@ -6,16 +6,19 @@ import json
 import os
 import pathlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Sequence as TypingSequence
+from typing import Any, overload
 
 from .errors import InvalidArgument, ServerError
 from .job import Job
-from .model import JobStatus, WorkerStatus, from_json
+from .model import JobStatus, SequenceStatus, WorkerStatus, from_json
 from .scenes import Content, Progress, SceneCheck, SceneFiles, Uploader, _file, submit
+from .sequence import Order, Sequence, frame_numbers, submit_sequence
 from .transport import DEFAULT_PORT, Path, Transport
 
 PAGE = 500
+_MOST_SPP = 1 << 40  # no bound
 
 
 class Farm:
@@ -28,7 +31,7 @@ class Farm:
     that is away. Nothing is sent before the first call.
     """
 
-    def __init__(self, url: str | Sequence[str] | None = None, *, token: str | None = None,
+    def __init__(self, url: str | TypingSequence[str] | None = None, *, token: str | None = None,
                  token_file: Path | None = None, ca: Path | None = None, cert: Path | None = None,
                  key: Path | None = None, credentials: Path | None = None, reconnect_seconds: float = 60.0) -> None:
         if credentials is not None:
@@ -63,24 +66,35 @@ class Farm:
 
     def job(self, job_id: str) -> Job:
         """A job by its id. It is not looked up before it is asked for something. Raises InvalidArgument for what is none."""
-        if not re.fullmatch(r"[A-Za-z0-9]+(\.[A-Za-z0-9]+)*", job_id):
+        if not re.fullmatch(r"[A-Za-z0-9]+(\.-?[A-Za-z0-9]+)*", job_id):
             raise InvalidArgument(f"{job_id!r} is no id of a job")
         return Job(self._transport, job_id, reconnect_seconds=self._reconnect_seconds)
 
-    def jobs(self) -> Iterator[JobStatus]:
-        """All jobs, oldest first, a page at a time."""
-        for row in self._pages("/v1/jobs", "jobs"):
+    def sequence(self, sequence_id: str) -> Sequence:
+        """A sequence by its id, as `job`."""
+        if not re.fullmatch(r"[A-Za-z0-9]+", sequence_id):
+            raise InvalidArgument(f"{sequence_id!r} is no id of a sequence")
+        return Sequence(self._transport, sequence_id, reconnect_seconds=self._reconnect_seconds)
+
+    def jobs(self, *, frames: bool = False) -> Iterator[JobStatus]:
+        """All jobs, oldest first, a page at a time; with `frames` also those of sequences."""
+        for row in self._pages("/v1/jobs", "jobs", {} if frames else {"without_frames": True}):
             yield from_json(JobStatus, row)
+
+    def sequences(self) -> Iterator[SequenceStatus]:
+        """All sequences, oldest first, a page at a time."""
+        for row in self._pages("/v1/sequences", "sequences"):
+            yield from_json(SequenceStatus, row)
 
     def workers(self) -> Iterator[WorkerStatus]:
         """All workers, a page at a time."""
         for row in self._pages("/v1/workers", "workers"):
             yield from_json(WorkerStatus, row)
 
-    def _pages(self, path: str, rows: str) -> Iterator[Any]:
+    def _pages(self, path: str, rows: str, fields: Mapping[str, Any] | None = None) -> Iterator[Any]:
         token: str | None = None
         while token != "":
-            page = self._transport.call("GET", path, query={"page_size": PAGE, "page_token": token})
+            page = self._transport.call("GET", path, query={"page_size": PAGE, "page_token": token, **(fields or {})})
             yield from page.get(rows, [])
             token = str(page.get("next_page_token", ""))
 
@@ -92,6 +106,11 @@ class Farm:
         request = scene_request(**options)
         return SceneFiles(scene, extra).complete(self._transport, request, progress)
 
+    @overload
+    def submit(self, scene: Path, *, frames: str | Iterable[int], fps: float = 24.0, order: Order = "sequential",
+               budget: float = 0.0, **options: Any) -> Sequence: ...
+
+    @overload
     def submit(self, scene: Path, *, spp: int | None = None, time: float | None = None,
                target_error: float | None = None, integrator: str | None = None, max_depth: int | None = None,
                seed: int | None = None, resolution: tuple[int, int] | None = None,
@@ -100,8 +119,10 @@ class Farm:
                environment: Path | None = None, animation: str | None = None, time_of: float | None = None,
                shutter: tuple[float, float] | None = None, strict: bool = False, missing_textures: bool = False,
                strict_lights: bool = False, name: str | None = None, priority: int = 0, pool: str | None = None,
-               max_workers: int = 0, after: Sequence[str | Job] = (), files: Mapping[str, Content] | None = None,
-               progress: Progress | None = None) -> Job:
+               max_workers: int = 0, after: TypingSequence[str | Job] = (), files: Mapping[str, Content] | None = None,
+               progress: Progress | None = None) -> Job: ...
+
+    def submit(self, scene: Path, *, frames: str | Iterable[int] | None = None, **options: Any) -> Job | Sequence:
         """Submits a scene file (.pbrt, .pbrt.gz, .gltf, .glb) with all that it refers to. The coordinator reads it, so
         what is not given is as the scene says. Files that the farm has are not sent again.
 
@@ -111,9 +132,48 @@ class Farm:
         `files` gives files of the scene that lie elsewhere or only in memory, by their names in the scene; `scene` may
         be one of them. `progress(sent, total)` is told of bytes.
 
+        With `frames` ("1-100", "1-100x2", or numbers) it returns a Sequence of these frames of a glTF file, at the times
+        number / `fps`. `order` says which come first; `budget` is in processor seconds for all frames together.
+
         Raises InvalidArgument for a scene that can't be rendered (with its first error, "file:line:column: message"),
         and ResourceExhausted where a quota of the farm is met.
         """
+        if frames is not None:
+            return self._submit_frames(scene, frames, **options)
+        return self._submit_job(scene, **options)
+
+    def _submit_frames(self, scene: Path, frames: str | Iterable[int], *, fps: float = 24.0, order: Order = "sequential",
+                       budget: float = 0.0, files: Mapping[str, Content] | None = None, progress: Progress | None = None,
+                       name: str | None = None, priority: int = 0, pool: str | None = None, max_workers: int = 0,
+                       after: TypingSequence[str | Job | Sequence] = (), **options: Any) -> Sequence:
+        numbers = frame_numbers(frames)
+        if pathlib.Path(os.fspath(scene)).suffix.lower() not in (".gltf", ".glb"):
+            raise InvalidArgument(f"{os.fspath(scene)}: only glTF files have frames; submit other files one by one")
+        if options.get("time_of") is not None:
+            raise InvalidArgument("time_of and frames: the frames say the times")
+        if budget > 0 and options.get("spp") is None:
+            options["spp"] = _MOST_SPP
+        options["time_of"] = numbers[0] / fps if fps > 0 else 0.0
+        check = self.check(scene, files=files, progress=progress, **options)
+        if check.errors:
+            raise InvalidArgument(check.errors[0])
+        fields = {"name": name or pathlib.Path(os.fspath(scene)).stem, "priority": priority, "pool": pool or "",
+                  "max_workers": max_workers, "after": [a if isinstance(a, str) else a.id for a in after]}
+        sequence = submit_sequence(self._transport, json.loads(check.bundle_json), check.settings_json, numbers, fps=fps,
+                                   order=order, budget_seconds=budget, fields=fields)
+        return Sequence(self._transport, sequence, reconnect_seconds=self._reconnect_seconds,
+                        warnings=tuple(check.warnings))
+
+    def _submit_job(self, scene: Path, *, spp: int | None = None, time: float | None = None,
+               target_error: float | None = None, integrator: str | None = None, max_depth: int | None = None,
+               seed: int | None = None, resolution: tuple[int, int] | None = None,
+               crop: tuple[float, float, float, float] | None = None, aovs: str | None = None,
+               uniform_sampling: bool = False, overrides: str | None = None, camera: str | None = None,
+               environment: Path | None = None, animation: str | None = None, time_of: float | None = None,
+               shutter: tuple[float, float] | None = None, strict: bool = False, missing_textures: bool = False,
+               strict_lights: bool = False, name: str | None = None, priority: int = 0, pool: str | None = None,
+               max_workers: int = 0, after: TypingSequence[str | Job] = (), files: Mapping[str, Content] | None = None,
+               progress: Progress | None = None) -> Job:
         extra = dict(files or {})
         request = scene_request(
             spp=spp, time=time, target_error=target_error, integrator=integrator, max_depth=max_depth, seed=seed,
@@ -124,7 +184,7 @@ class Farm:
         job_id, warnings = submit(self._transport, SceneFiles(scene, extra), request, progress)
         return Job(self._transport, job_id, reconnect_seconds=self._reconnect_seconds, warnings=tuple(warnings))
 
-    def submit_bundle(self, bundle: Mapping[str, Any], settings: Mapping[str, Any], contents: Sequence[Content] = (), *,
+    def submit_bundle(self, bundle: Mapping[str, Any], settings: Mapping[str, Any], contents: TypingSequence[Content] = (), *,
                       name: str = "", priority: int = 0, pool: str = "", max_workers: int = 0,
                       progress: Progress | None = None) -> Job:
         """Submits a ready manifest and settings, which nobody reads the scene for (common/scene/bundle.h,

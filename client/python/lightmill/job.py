@@ -187,6 +187,10 @@ class Job:
         """Starts a failed or cancelled job again from where it stopped."""
         return self._act("retry")
 
+    def set_priority(self, priority: int) -> JobStatus:
+        """Higher first. Of a job that has not ended and is no frame of a sequence."""
+        return self._act("setPriority", priority=priority)
+
     def extend(self, *, spp: int | None = None, time: float | None = None,
                target_error: float | None = None) -> JobStatus:
         """Sets new totals and reopens a finished job. `time` in seconds; 0 for `time` or `target_error`: none."""

@@ -122,6 +122,7 @@ class JobStatus:
     max_workers: int = 0
     after: list[str] = dataclasses.field(default_factory=list)
     commit_bytes: int = 0
+    deadline: float = 0.0  # seconds since 1970; 0: none
     missing_light: list[str] = dataclasses.field(default_factory=list)
     boxes: list[BoxError] = dataclasses.field(default_factory=list)
     dropped: list[DroppedContributions] = dataclasses.field(default_factory=list)
@@ -216,6 +217,67 @@ class LogLine:
     attempt: int = 0
     worker_id: str = ""
     text: str = ""
+
+
+@dataclasses.dataclass(frozen=True)
+class FrameCounts:
+    """Frames by their state."""
+    queued: int = 0
+    running: int = 0
+    paused: int = 0
+    done: int = 0
+    failed: int = 0
+    cancelled: int = 0
+
+
+@dataclasses.dataclass(frozen=True)
+class SequenceStatus:
+    """A sequence as it is at one moment. Times and packets are sums over its frames."""
+    id: str = ""
+    name: str = ""
+    state: JobState = JobState.UNSPECIFIED  # running if a frame is, else queued, paused, failed or cancelled, else done
+    message: str = ""  # which frames failed and why, or why nothing happens
+    priority: int = 0
+    pool: str = ""
+    submitter: str = ""
+    max_workers: int = 0
+    after: list[str] = dataclasses.field(default_factory=list)
+    fps: float = 0.0
+    budget_seconds: float = 0.0  # of processors; 0: none
+    deadline: float = 0.0  # seconds since 1970; 0: none
+    frame_count: int = 0
+    frames: FrameCounts = FrameCounts()
+    first_frame: int = 0
+    last_frame: int = 0
+    packets_done: int = 0
+    packets_total: int = 0
+    wall_seconds: float = 0.0
+    cpu_seconds: float = 0.0
+    samples_per_second: float = 0.0
+    eta_seconds: float = -1.0  # -1: unknown
+    relmse_mean: float | None = None
+    relmse_max: float | None = None
+    workers: int = 0
+    version: int = 0
+
+
+@dataclasses.dataclass(frozen=True)
+class FrameStatus:
+    """A frame among its sequence."""
+    number: int = 0
+    job_id: str = ""
+    state: JobState = JobState.UNSPECIFIED
+    message: str = ""
+    spp: float = 0.0
+    packets_done: int = 0
+    packets_total: int = 0
+    wall_seconds: float = 0.0
+    cpu_seconds: float = 0.0
+    relmse: float | None = None
+    relmse_low: float | None = None
+    relmse_high: float | None = None
+    version: int = 0
+    bundle_digest: str = ""
 
 
 @functools.lru_cache(maxsize=None)
