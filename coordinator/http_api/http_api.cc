@@ -186,6 +186,7 @@ void HttpApi::Impl::answer(const Request& request, Response& response, const Con
   }
   const std::string message = request_bytes(description, *match, request.params, body);
   std::string().swap(body);
+  check_message(route, message.size());
   served->call.emplace(calls, route.rpc,
                        options.authenticator ? request.get_header_value("Authorization") : "",
                        route.deadline_seconds, message);

@@ -41,7 +41,8 @@ int http_status(grpc::StatusCode code) {
 std::string error_json(const grpc::Status& status) {
   nlohmann::ordered_json body;
   body["code"] = static_cast<int>(status.error_code());
-  body["message"] = one_line(status.error_message());
+  const std::string message = one_line(status.error_message());
+  body["message"] = message.empty() ? "the call failed" : message;
   body["details"] = nlohmann::json::array();
   return body.dump();
 }

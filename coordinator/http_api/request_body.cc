@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <string>
 
 #include "common/rpc/request_limits.h"
+#include "coordinator/farm/farm_errors.h"
 
 namespace lightmill {
 namespace {
@@ -19,6 +21,13 @@ size_t body_limit(const ApiRoute& route) {
   const auto limit = request_limit(route.call->input_type()->full_name());
   const size_t bytes = limit ? limit->bytes : kUsualBody;
   return std::min(kMaxApiBody, route.body == ApiRoute::Body::kBytes ? bytes : bytes * kJsonFactor);
+}
+
+void check_message(const ApiRoute& route, size_t bytes) {
+  const auto limit = request_limit(route.call->input_type()->full_name());
+  if (!limit || bytes <= limit->bytes) return;
+  throw LimitReached("the request has " + std::to_string(bytes) + " bytes; it may have " +
+                     std::to_string(limit->bytes));
 }
 
 bool read_body(const httplib::ContentReader& reader, std::string* body) {

@@ -250,6 +250,11 @@ TEST_F(HttpApiTest, BodiesAreBoundedBeforeTheyAreUnpacked) {
   ASSERT_TRUE(large);
   EXPECT_EQ(large->status, 413) << large->body;
   EXPECT_THAT(why(json::parse(large->body)), HasSubstr("it may have 16384"));
+  for (const char* rest : {"", ":watch", "/tiles", "/image", "/logs?max_lines=1"}) {
+    const auto response = http.Get("/v1/jobs/" + std::string(5000, 'j') + rest);
+    EXPECT_EQ(response->status, 429) << rest;
+    EXPECT_THAT(response->body, HasSubstr("it may have 4096")) << rest;
+  }
   // Within the body's bound, and beyond that of the message.
   const auto id_bomb =
       http.Post("/v1/jobs/x:pause", R"({"job_id":")" + std::string(10000, 'j') + "\"}", "application/json");
