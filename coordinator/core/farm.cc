@@ -94,8 +94,8 @@ std::vector<JobStatus> Farm::jobs(size_t begin, size_t count, bool frames) const
 }
 std::vector<JobStatus> Farm::jobs() const { return impl_->view.newest_jobs(); }
 size_t Farm::job_count() const { return impl_->view.job_count(); }
-JobPage Farm::page(size_t begin, size_t count, uint64_t version, bool waiting) const {
-  return impl_->view.page(begin, count, version, waiting);
+JobPage Farm::page(size_t begin, size_t count, uint64_t version, bool waiting, bool frames) const {
+  return impl_->view.page(begin, count, version, waiting, frames);
 }
 JobStatus Farm::job(const JobId& id) const { return impl_->view.job(id); }
 JobStatus Farm::wait(const JobId& id, uint64_t version, double timeout_s) const {

@@ -53,8 +53,9 @@ class Farm {
   std::vector<JobStatus> jobs() const;
   size_t job_count() const;
   /// Of the jobs [begin, begin + count) in the order of submission those that changed after `version`, that
-  /// are being rendered or, with `waiting`, that have not ended. Pages keep the farm's lock short.
-  JobPage page(size_t begin, size_t count, uint64_t version, bool waiting) const;
+  /// are being rendered or, with `waiting`, that have not ended. Pages keep the farm's lock short. Without
+  /// `frames` those of sequences are left out.
+  JobPage page(size_t begin, size_t count, uint64_t version, bool waiting, bool frames = true) const;
   /// The tiles that are leased now, with their workers.
   std::vector<std::pair<WorkerId, LeaseKey>> holdings() const;
   /// The following throw Error(kFailed, "no job ...") for an unknown job.

@@ -130,7 +130,7 @@ size_t FarmView::job_count() const {
   return farm_.scheduler.jobs.order().size();
 }
 
-JobPage FarmView::page(size_t begin, size_t count, uint64_t version, bool waiting) const {
+JobPage FarmView::page(size_t begin, size_t count, uint64_t version, bool waiting, bool frames) const {
   const std::lock_guard lock(farm_.mutex);
   const double now = farm_.clock.now();
   const std::vector<JobId>& order = farm_.scheduler.jobs.order();
@@ -140,6 +140,7 @@ JobPage FarmView::page(size_t begin, size_t count, uint64_t version, bool waitin
   const size_t end = std::min(order.size(), begin + std::min(count, order.size()));
   for (size_t i = begin; i < end; ++i) {
     const Job& job = *farm_.scheduler.jobs.find(order[i]);
+    if (!frames && job.record.frame) continue;
     const bool open = waiting && !is_final(job.record.state);
     if (job.version > version || job.tiles.leased_count() > 0 || open) page.jobs.push_back(status(job, now));
   }

@@ -22,7 +22,7 @@ class FarmView {
   std::vector<JobStatus> jobs(size_t begin, size_t count, bool frames = true) const;
   std::vector<JobStatus> newest_jobs() const;
   size_t job_count() const;
-  JobPage page(size_t begin, size_t count, uint64_t version, bool waiting) const;
+  JobPage page(size_t begin, size_t count, uint64_t version, bool waiting, bool frames) const;
   JobStatus job(const JobId& id) const;
   JobStatus wait(const JobId& id, uint64_t version, double timeout_s) const;
   std::vector<TileStatus> tiles(const JobId& id) const;
