@@ -48,11 +48,41 @@ JobId resubmit(const WebOptions& web, const JobId& id, Fields& fields, const std
   return web.farm.submit(request);
 }
 
+/// What is done to a job and to a sequence alike.
+template <class Id>
+void change(Farm& farm, const std::string& action, const Id& id, Fields& fields) {
+  if (action == "extend") {
+    const StopRules rules(fields);
+    fields.end();
+    if (!rules.any()) throw Error(ErrorKind::kUsage, "give spp, time_seconds or target_error");
+    return farm.extend(id, rules.spp, rules.time_s, rules.target_error);
+  }
+  if (action == "priority") {
+    const auto priority = fields.integer("priority", -kMaxPriority, kMaxPriority);
+    fields.end();
+    if (!priority) throw Error(ErrorKind::kUsage, "give priority");
+    return farm.set_priority(id, static_cast<int>(*priority));
+  }
+  fields.end();
+  if (action == "pause") farm.pause(id);
+  if (action == "resume") farm.resume(id);
+  if (action == "cancel") farm.cancel(id);
+  if (action == "retry") farm.retry(id);
+}
+
 }  // namespace
 
+const std::vector<std::string>& sequence_action_names() {
+  static const std::vector<std::string> names = {"pause", "resume", "cancel", "retry", "extend", "priority"};
+  return names;
+}
+
 const std::vector<std::string>& action_names() {
-  static const std::vector<std::string> names = {"pause",  "resume",   "cancel",  "retry",
-                                                 "extend", "priority", "resubmit"};
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all = sequence_action_names();
+    all.push_back("resubmit");
+    return all;
+  }();
   return names;
 }
 
@@ -60,26 +90,14 @@ JobId act(const WebOptions& web, const std::string& action, const JobId& job, co
           const std::string& user) {
   Fields fields(body);
   if (action == "resubmit") return resubmit(web, job, fields, user);
-  if (action == "extend") {
-    const StopRules rules(fields);
-    fields.end();
-    if (!rules.any()) throw Error(ErrorKind::kUsage, "give spp, time_seconds or target_error");
-    web.farm.extend(job, rules.spp, rules.time_s, rules.target_error);
-    return job;
-  }
-  if (action == "priority") {
-    const auto priority = fields.integer("priority", -kMaxPriority, kMaxPriority);
-    fields.end();
-    if (!priority) throw Error(ErrorKind::kUsage, "give priority");
-    web.farm.set_priority(job, static_cast<int>(*priority));
-    return job;
-  }
-  fields.end();
-  if (action == "pause") web.farm.pause(job);
-  if (action == "resume") web.farm.resume(job);
-  if (action == "cancel") web.farm.cancel(job);
-  if (action == "retry") web.farm.retry(job);
+  change(web.farm, action, job, fields);
   return job;
+}
+
+void act(const WebOptions& web, const std::string& action, const SequenceId& sequence,
+         const std::string& body) {
+  Fields fields(body);
+  change(web.farm, action, sequence, fields);
 }
 
 }  // namespace lightmill

@@ -17,4 +17,9 @@ const std::vector<std::string>& action_names();
 JobId act(const WebOptions& web, const std::string& action, const JobId& job, const std::string& body,
           const std::string& user);
 
+/// The same without "resubmit", and to all frames of a sequence.
+const std::vector<std::string>& sequence_action_names();
+void act(const WebOptions& web, const std::string& action, const SequenceId& sequence,
+         const std::string& body);
+
 }  // namespace lightmill

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kSpacing(500);
 constexpr size_t kPage = 64;               // jobs per lock of the farm
+constexpr bool kFrames = false;            // of sequences: their page asks for them (sequence_routes.h)
 constexpr size_t kRowsPerEvent = 1000;     // so that a browser draws while it still reads
 constexpr uint64_t kLooksPerWaiting = 10;  // jobs that wait change only by what is said of them
 constexpr uint64_t kLooksPerWorkers = 2;
@@ -84,7 +85,7 @@ Feed::News Feed::look(bool waiting, bool workers) {
   news.with_workers = workers;
   uint64_t version = farm_version_;
   for (size_t begin = 0, total = 1; begin < total; begin += kPage) {
-    const JobPage page = farm_.page(begin, kPage, farm_version_, waiting);
+    const JobPage page = farm_.page(begin, kPage, farm_version_, waiting, kFrames);
     // What changes while the pages are read is found again by the next look.
     if (begin == 0) version = page.version;
     total = page.total;

@@ -25,6 +25,7 @@ std::string JobFollower::next() {
   }
   if (begun_ && status.version == version_) return {};
   version_ = status.version;
+  if (frame_of(job_)) data["row"] = job_view(status);  // the rows of all jobs lack it
 
   nlohmann::json view = job_detail_view(status, farm_.pilot(job_));
   view.erase("camera_paths");  // these change all the time; the row tells of progress

@@ -12,10 +12,8 @@ class JobFollower {
  public:
   JobFollower(const Farm& farm, JobId job) : farm_(farm), job_(std::move(job)) {}
   /// A "job" event with {"id", "full"} and, where they changed, "detail", "points" (from number
-  /// "points_from" on), "tiles"
-  /// and "first_tile" (those below have been left behind); empty if nothing changed. A job that is not there
-  /// is
-  /// {"id", "missing": true}, once.
+  /// "points_from" on), "tiles" and "first_tile" (those below have been left behind); of a frame of a
+  /// sequence "row", too. Empty if nothing changed. A job that is not there is {"id", "missing": true}, once.
   std::string next();
 
  private:

@@ -14,13 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// JSON has no infinity and no NaN: null.
-json number(double value) {
-  if (!std::isfinite(value)) return nullptr;
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return std::strtod(text, nullptr);
-}
+json number(double value) { return json_number(value); }
 
 void put(json* object, const char* key, const std::optional<double>& value) {
   if (value) (*object)[key] = number(*value);
@@ -165,6 +159,13 @@ json log_view(const std::vector<EventLog::Line>& lines) {
     view.push_back({{"number", line.number}, {"time", line.time}, {"text", line.text}});
   }
   return view;
+}
+
+json json_number(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return std::strtod(text, nullptr);
 }
 
 std::string json_text(const json& value) {

@@ -24,6 +24,8 @@ nlohmann::json curve_view(const ErrorCurve& curve, size_t from = 0);
 nlohmann::json tile_view(const TileStatus& tile);
 nlohmann::json tile_log_view(const std::vector<TileLog::Line>& lines);
 nlohmann::json log_view(const std::vector<EventLog::Line>& lines);
+/// Six digits; JSON has no infinity and no NaN: null.
+nlohmann::json json_number(double value);
 /// Text that came from outside may not be UTF-8: what is not is replaced.
 std::string json_text(const nlohmann::json& value);
 

@@ -19,6 +19,7 @@
 #include "coordinator/web/json_views.h"
 #include "coordinator/web/pictures.h"
 #include "coordinator/web/scene_submit.h"
+#include "coordinator/web/sequence_routes.h"
 
 namespace lightmill {
 namespace {
@@ -97,6 +98,9 @@ struct WebApi::Impl {
   void action(const Request& request, Response& response);
   void upload(const Request& request, Response& response);
   void scene(const Request& request, Response& response);
+  void sequence(const Request& request, Response& response) {
+    answer_sequence(web, judge(request, request.path).name, request, response);
+  }
 
   const WebOptions web;
   Feed feed;
@@ -127,6 +131,7 @@ const std::vector<WebApi::Impl::Entry>& WebApi::Impl::entries() {
     made.push_back({{"PUT", "/api/v1/blobs/*"}, &Impl::upload});
     for (const char* name : {"check", "submit"})
       made.push_back({{"POST", std::string("/api/v1/scene/") + name}, &Impl::scene});
+    for (const Route& route : sequence_routes()) made.push_back({route, &Impl::sequence});
     return made;
   }();
   return all;

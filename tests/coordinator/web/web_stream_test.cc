@@ -113,6 +113,18 @@ bool has_row(const EventReader::Event& event, const std::string& id, const std::
   return false;
 }
 
+TEST_F(WebStreamTest, FramesOfSequencesComeOnlyWhereOneIsFollowed) {
+  farm.submit(SequenceRequest{}, {{7, fake_bundle(), small_settings(64, 64, 20)}});
+  const JobId single = farm.submit(small_job(64, 64, 20));
+  EventReader reader(server->http_port(), "/api/v1/events?job=s1.7");
+  const auto all = reader.named("jobs");
+  ASSERT_EQ(all.data["rows"].size(), 1u);
+  EXPECT_EQ(all.data["rows"][0]["id"], single.value);
+  EXPECT_EQ(reader.named("job").data["row"]["id"], "s1.7");
+  EventReader other(server->http_port(), "/api/v1/events?job=" + single.value);
+  EXPECT_FALSE(other.named("job").data.contains("row"));
+}
+
 TEST_F(WebStreamTest, TheStreamBringsWhatChangedAndNoMore) {
   const JobId first = farm.submit(small_job(64, 64, 20)), second = farm.submit(small_job(64, 64, 20));
   std::string cursor;
