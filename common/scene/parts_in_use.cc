@@ -90,6 +90,9 @@ class Marker {
   void inputs_of(const DotsTexture& t) { read(t.inside, t.outside); }
   void inputs_of(const ProductTexture& t) { read(t.a, t.b); }
   void inputs_of(const StepTexture& t) { read(t.value); }
+  void inputs_of(const GraphTexture& t) {
+    for (const int image : t.images) texture(image);
+  }
 
   const SceneDescription& in_;
   PartsInUse used_;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "common/scene/scene_values.h"
 
@@ -112,9 +113,15 @@ struct NoiseTexture {
   float scale = 1, variation = 0.2f;  // marble
   Transform world_to_texture{};
 };
+struct TextureGraph;
+/// A graph of operations (`common/scene/texture_graph/texture_graph.h`).
+struct GraphTexture {
+  std::shared_ptr<const TextureGraph> graph;
+  std::vector<int> images;  // ImageTextures that come before it, by its own numbers; mappings are not used
+};
 using TextureKind = std::variant<ImageTexture, ConstantTexture, ScaleTexture, MixTexture, CheckerboardTexture,
                                  BilerpTexture, DirectionMixTexture, DotsTexture, NoiseTexture,
-                                 ProductTexture, VertexColorTexture, StepTexture>;
+                                 ProductTexture, VertexColorTexture, StepTexture, GraphTexture>;
 struct TextureDescription {
   std::string name;
   bool is_spectrum = true;  // false: "float"; then r == g == b

@@ -23,7 +23,7 @@ MATERIALS = {"coatedconductor": "", "coateddiffuse": "", "conductor": "", "diele
              "diffusetransmission": "", "hair": "", "interface": "", "measured": '"string filename" "m.bsdf"',
              "mix": '"string materials" ["a" "b"]', "subsurface": "", "thindielectric": ""}
 TEXTURES = {"bilerp": "", "checkerboard": "", "constant": "", "directionmix": "", "dots": "", "fbm": "",
-            "imagemap": '"string filename" "image.pfm"', "marble": "", "mix": "", "ptex": '"string filename" "p.ptx"',
+            "graph": '"string filename" "graph.json"', "imagemap": '"string filename" "image.pfm"', "marble": "", "mix": "", "ptex": '"string filename" "p.ptx"',
             "scale": "", "windy": "", "wrinkled": ""}
 FLOAT_ONLY, SPECTRUM_ONLY = ("fbm", "windy", "wrinkled"), ("marble",)
 LIGHTS = {"distant": "", "goniometric": '"string filename" "image.pfm"', "infinite": "", "point": "",
@@ -54,6 +54,7 @@ GLTF = {  # extension: what a material, light, node or texture of it looks like
     "KHR_animation_pointer": None, "KHR_materials_diffuse_transmission": {}, "KHR_meshopt_compression": None,
     "KHR_node_visibility": None, "KHR_xmp_json_ld": None,
 }
+GRAPH = '{"texture_graph": 1, "nodes": [{"name": "n", "type": "TEX_NOISE"}], "output": ["n", "Fac"]}'
 PLY = """ply
 format ascii 1.0
 element vertex 3
@@ -134,6 +135,7 @@ class Reader:
         self.program, self.folder = pathlib.Path(bin_dir) / "lightmill", folder
         (folder / "mesh.ply").write_text(PLY)
         (folder / "m.bsdf").write_bytes(measured_file())
+        (folder / "graph.json").write_text(GRAPH)
         (folder / "lens.dat").write_text("50 5 1.5 20\n-50 0 1 20\n")
         (folder / "image.pfm").write_bytes(b"PF\n2 2\n-1.0\n" + b"\0\0\x80\x3f" * 12)
 

@@ -19,6 +19,7 @@
 #include "worker/render/scene/media/media_builder.h"
 #include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/scene_extent.h"
+#include "worker/render/scene/textures/graph/constant_graphs.h"
 #include "worker/render/scene/textures/texture_check.h"
 
 namespace lightmill {
@@ -314,6 +315,8 @@ class SceneBuilder {
 
 RenderScene build_scene(const SceneDescription& description, bool energy_compensation, Features overrides,
                         const BuildOptions& options) {
+  if (const auto simpler = with_constant_graphs(description))
+    return build_scene(*simpler, energy_compensation, overrides, options);
   const PartsInUse parts = parts_in_use(description);
   RenderScene scene(TextureTable(description.textures, options,
                                  options.unused_textures ? std::vector<bool>() : parts.textures));

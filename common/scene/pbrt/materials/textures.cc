@@ -3,9 +3,11 @@
 #include <cmath>
 #include <optional>
 
+#include "common/base/error.h"
 #include "common/base/parse_number.h"
 #include "common/scene/pbrt/scene.h"
 #include "common/scene/pbrt/syntax/params.h"
+#include "common/scene/texture_graph/read_graph.h"
 #include "common/scene/transform.h"
 
 namespace lightmill {
@@ -170,10 +172,45 @@ Rgb read_corner(PbrtScene& out, ParameterList& params, const char* name, float f
   return {v, v, v};
 }
 
+ImageTexture image_of_graph(PbrtScene& out, const GraphImage& from, const SourceLocation& where) {
+  ImageTexture image;
+  image.path = out.open_image(from.file, where).value_or("");
+  image.wrap = from.extension == "EXTEND"   ? Wrap::kClamp
+               : from.extension == "CLIP"   ? Wrap::kBlack
+               : from.extension == "MIRROR" ? Wrap::kMirror
+                                            : Wrap::kRepeat;
+  image.encoding = from.color_space == "sRGB" && !from.alpha ? ColorEncoding::kSrgb : ColorEncoding::kLinear;
+  image.channel = from.alpha ? ImageChannel::kAlpha : ImageChannel::kRgb;
+  image.nearest = from.nearest;
+  return image;
+}
+
+/// Ours, not pbrt's: a texture graph (docs/texture-graph.md).
+TextureKind read_graph(PbrtScene& out, ParameterList& params, const Transform& ctm) {
+  const SourceLocation where = params.where_of("filename");
+  const std::string file = params.text("filename", "");
+  const std::string path = file.empty() ? "" : out.open_reference(file, where);
+  if (file.empty()) out.problems->error(where, params.owner() + " needs a \"string filename\"");
+  if (path.empty()) return ConstantTexture{{0.5f, 0.5f, 0.5f}};
+  try {
+    GraphFile graph = read_texture_graph_file(path, inverse(ctm));
+    GraphTexture texture{std::make_shared<const TextureGraph>(std::move(graph.graph)), {}};
+    for (const GraphImage& image : graph.images) {
+      texture.images.push_back(static_cast<int>(out.scene.textures.size()));
+      out.scene.textures.push_back({image.file, true, image_of_graph(out, image, where), params.where()});
+    }
+    return texture;
+  } catch (const Error& e) {
+    out.problems->error(where, "the texture graph " + in_quotes(file) + ": " + e.what());
+    return ConstantTexture{{0.5f, 0.5f, 0.5f}};
+  }
+}
+
 TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum, ParameterList& params,
                       const Transform& ctm) {
   Inputs inputs(out, params, is_spectrum);
   if (type == "imagemap") return read_image(out, params, ctm);
+  if (type == "graph") return read_graph(out, params, ctm);
   if (type == "constant") {
     if (is_spectrum) return ConstantTexture{out.spectrum(params, "value", SpectrumUse::kFactor, {1, 1, 1})};
     const auto v = static_cast<float>(params.number("value", 1, -kAnySize, kAnySize));
@@ -222,9 +259,9 @@ TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum,
   return ConstantTexture{{0.5f, 0.5f, 0.5f}};
 }
 
-const std::vector<std::string_view> kKnown = {"imagemap",     "constant", "scale", "mix", "checkerboard",
-                                              "directionmix", "bilerp",   "dots",  "fbm", "wrinkled",
-                                              "windy",        "marble",   "ptex"};
+const std::vector<std::string_view> kKnown = {"imagemap",     "constant", "scale", "mix",  "checkerboard",
+                                              "directionmix", "bilerp",   "dots",  "fbm",  "wrinkled",
+                                              "windy",        "marble",   "ptex",  "graph"};
 const std::vector<std::string_view> kUnsupported = {"ptex"};
 
 }  // namespace

@@ -186,11 +186,16 @@ inline TexturePoint texture_point(const RenderScene& scene, const Surface<F>& s,
     for (size_t c = 0; c < 4; ++c) at.color[c] = lane(s.color[c], l);
   }
   if (scene.any_second_uvs) at.second_u = lane(s.second_u, l), at.second_v = lane(s.second_v, l);
+  if (scene.textures.any_graph()) at.ns = {lane(s.ns.x, l), lane(s.ns.y, l), lane(s.ns.z, l)};
   return at;
 }
 
 /// Begins to fetch what apply_textures will read, as far as that is quickly found.
 void prefetch_textures(const RenderScene& scene, const MaterialEntry& material, const TexturePoint& at);
+/// Evaluates the graphs that `materials` read in the lanes of `mask`'s bits, all at once; at[l].known are the
+/// values.
+void evaluate_graphs(const RenderScene& scene, const int32_t materials[8], unsigned mask, TexturePoint at[8],
+                     KnownValues known[8]);
 /// Overwrites the parameters of a textured material at one point.
 void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params);
 
@@ -218,6 +223,12 @@ inline IntOf<F> bsdf_at(const RenderScene& scene, IntOf<F> material, MaskOf<F> a
       at[l] = texture_point(scene, s, l);
       // Texels are far away: the fetches of all lanes begin before the first one is needed.
       prefetch_textures(scene, m, at[l]);
+    }
+    KnownValues known[8];
+    if (kWidth<F> == 8 && textured && scene.textures.any_graph()) {
+      int32_t materials[8];
+      store(materials, material);
+      evaluate_graphs(scene, materials, textured, at, known);
     }
     for (unsigned left = textured; left; left &= left - 1) {
       const int l = std::countr_zero(left);

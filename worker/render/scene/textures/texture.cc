@@ -6,6 +6,7 @@
 #include "common/base/error.h"
 #include "common/base/parallel.h"
 #include "common/image/qoi_file.h"
+#include "worker/render/scene/textures/graph/graph_program.h"
 #include "worker/render/scene/textures/procedural.h"
 #include "worker/render/scene/textures/webp_image.h"
 
@@ -54,6 +55,10 @@ TextureTable::TextureTable(const std::vector<TextureDescription>& textures, cons
     image_of_.push_back(image && used ? static_cast<int>(described.size()) : -1);
     if (image && used) described.push_back(&t);
     unused_images_ += image && !used;
+    if (const auto* graph = std::get_if<GraphTexture>(&t.kind); graph && used) {
+      graphs_.resize(textures.size());
+      graphs_[nodes_.size() - 1] = std::make_shared<GraphProgram>(*graph->graph, graph->images);
+    }
   }
   const auto image_at = [&](size_t i) -> const ImageTexture& {
     return std::get<ImageTexture>(described[i]->kind);
@@ -161,7 +166,21 @@ Rgb TextureTable::evaluate(int id, const TexturePoint& at) const {
     const float x = grey(t->value) >= t->edge ? 1.0f : 0.0f;
     return {x, x, x};
   }
+  if (std::holds_alternative<GraphTexture>(node)) {
+    for (int i = 0; at.known && i < at.known->count; ++i) {
+      if (at.known->texture[i] == id) return at.known->value[i];
+    }
+    float c[3];
+    graphs_[index]->evaluate<float>(*this, &at, c);
+    return {c[0], c[1], c[2]};
+  }
   return noise_color(std::get<NoiseTexture>(node), at);
+}
+
+void TextureTable::evaluate_graph(int id, const TexturePoint at[8], Rgb values[8]) const {
+  Float8 c[3];
+  graphs_[static_cast<size_t>(id)]->evaluate<Float8>(*this, at, c);
+  for (int l = 0; l < 8; ++l) values[l] = {c[0][l], c[1][l], c[2][l]};
 }
 
 }  // namespace lightmill

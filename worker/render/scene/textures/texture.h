@@ -13,6 +13,16 @@
 
 namespace lightmill {
 
+class GraphProgram;
+
+/// Values of graphs at one point, worked out together with those of other points.
+struct KnownValues {
+  static constexpr int kMost = 4;
+  int count;
+  int texture[kMost];
+  Rgb value[kMost];
+};
+
 /// Where a texture is looked up.
 struct TexturePoint {
   float u = 0, v = 0;                      // surface coordinates
@@ -20,6 +30,8 @@ struct TexturePoint {
   std::array<float, 4> color{1, 1, 1, 1};  // of the vertices, interpolated
   Vec3<float> n{0, 0, 1};                  // unit geometric normal, of either side
   float second_u = 0, second_v = 0;        // of the mesh's second set
+  Vec3<float> ns{0, 0, 0};                 // unit shading normal where it is known, for graphs; else zero
+  const KnownValues* known = nullptr;      // of graphs
 };
 
 /// All textures of a scene, evaluated per point.
@@ -34,6 +46,10 @@ class TextureTable {
                         const std::vector<bool>& in_use = {});
   /// Value of texture `id` at a point; floats come as grey.
   Rgb evaluate(int id, const TexturePoint& at) const;
+  /// Values of a graph at eight points, with the bits that evaluate() has.
+  void evaluate_graph(int id, const TexturePoint at[8], Rgb values[8]) const;
+  bool is_graph(int id) const { return id >= 0 && !graphs_.empty() && graphs_[static_cast<size_t>(id)]; }
+  bool any_graph() const { return !graphs_.empty(); }
   /// Begins to fetch the texels that evaluate() will read, if the texture is an image.
   void prefetch(int id, const TexturePoint& at) const;
   /// The image behind texture `id`, or null if it is of another kind or not in use.
@@ -61,6 +77,7 @@ class TextureTable {
   uint64_t bytes_ = 0;
   size_t unused_images_ = 0;
   std::vector<ImageMap> images_;
+  std::vector<std::shared_ptr<const GraphProgram>> graphs_;  // per node, null if it is no graph; empty: none
   std::vector<int> image_of_;  // per node, -1 if it is not an image or not in use
 };
 

@@ -168,6 +168,7 @@ class Checker {
   Range bounds(const VertexColorTexture&, int) { return {0, 1}; }
   Range bounds(const StepTexture&, int) { return {0, 1}; }
   Range bounds(const NoiseTexture&, int) { return {0, 1}; }  // rings a little beyond
+  Range bounds(const GraphTexture&, int) { return {0, 1}; }  // a graph's range is what its author made it
 
   const SceneDescription& in_;
   const TextureTable& textures_;
