@@ -16,6 +16,8 @@ import bpy
 
 POINTS = [[0.13, 0.41, 0.77, 0.29, 0.6], [-1.37, 2.21, 0.58, 1.71, 0.2], [3.62, -0.83, -2.46, -0.64, 0.9],
           [0.91, 0.07, -0.35, 4.03, 0.4], [-0.28, -1.94, 1.12, -2.57, 0.75], [7.31, 5.57, 9.83, 0.03, 0.11]]
+# Unit normals that the squares have.
+NORMALS = [[0.48, 0.6, 0.64], [-0.8, 0.36, 0.48], [0.36, -0.48, 0.8], [0.1, 0.1, 0.98994949], [-0.64, -0.6, 0.48], [0.6, 0.64, 0.48]]
 P, W = ["p", "Vector"], ["w", "X"]
 BASE = [{"name": "p", "type": "ATTRIBUTE", "attribute_name": "P"}, {"name": "uv", "type": "UVMAP", "uv_map": "UVMap"},
         {"name": "w", "type": "SEPXYZ", "inputs": {"Vector": ["uv", "UV"]}}, {"name": "xyz", "type": "SEPXYZ", "inputs": {"Vector": P}},
@@ -80,6 +82,15 @@ def cases():
         yield from case(f"brick {k}", "Color", **t)
         yield from case(f"brick {k} Fac", "Fac", **t)
 
+    for projection, extension, blend in (("FLAT", "REPEAT", 0), ("FLAT", "EXTEND", 0), ("SPHERE", "REPEAT", 0), ("TUBE", "EXTEND", 0),
+                                         ("BOX", "REPEAT", 0), ("BOX", "REPEAT", 0.3), ("BOX", "REPEAT", 1)):
+        for interpolation in ("Linear", "Closest"):
+            yield from case(f"image {projection} {extension} {blend} {interpolation}", "Color", type="TEX_IMAGE", image="image.exr", colorspace="Non-Color",
+                            projection=projection, extension=extension, projection_blend=blend, interpolation=interpolation, inputs={"Vector": P})
+    yield from case("environment", "Color", type="TEX_ENVIRONMENT", image="image.exr", colorspace="Non-Color", inputs={"Vector": P})
+    yield from case("geometry Normal", "Normal", type="NEW_GEOMETRY")
+    yield from case("coordinates Normal", "Normal", type="TEX_COORD")
+
     a, b, c = ["xyz", "X"], ["xyz", "Y"], ["xyz", "Z"]
     for operation in bpy.types.ShaderNodeMath.bl_rna.properties["operation"].enum_items.keys():
         yield from case(f"math {operation}", "Value", type="MATH", operation=operation, inputs={"Value": a, "Value_001": b, "Value_002": c})
@@ -134,6 +145,15 @@ def cases():
         yield from case(f"ramp {mode} {hue}", "Color", type="VALTORGB", color_mode=mode, hue_interpolation=hue, elements=stops, inputs={"Fac": T})
 
 
+def picture():
+    """8 x 4 texels; the tests make the same."""
+    image = bpy.data.images.new("image", 8, 4, float_buffer=True, alpha=False)
+    image.colorspace_settings.name = "Non-Color"
+    image.pixels = [v for y in range(4) for x in range(8) for v in ((x * 3 + y * 5) % 7 / 8, (x + 2 * y) % 5 / 8, x / 8, 1)]
+    image.pack()
+    return image
+
+
 def needed(nodes, output):
     """The nodes that the output needs, in order."""
     wanted, kept = {output[0]}, []
@@ -156,6 +176,10 @@ def build(tree, types, nodes, output, sign):
                     e.position, e.color = v["position"], v["color"]
             elif key in ("color_mode", "hue_interpolation") or key == "interpolation" and n["type"] == "VALTORGB":
                 setattr(node.color_ramp, key, value)
+            elif key == "image":
+                node.image = bpy.data.images.get("image") or picture()
+            elif key == "colorspace":
+                pass  # the picture's own
             elif key == "normal":
                 made[n["name"]].outputs["Normal"].default_value = value
             elif key == "inputs":
@@ -198,6 +222,8 @@ def render(rows):
         for i in range(4 * len(POINTS)):
             p = POINTS[i // 4]
             uvs.data[i].uv, points.data[i].vector = p[3:], p[:3]
+        mesh.use_auto_smooth = True
+        mesh.normals_split_custom_set([NORMALS[i // 4] for i in range(4 * len(POINTS))])
         material = bpy.data.materials.new("m")
         material.use_nodes = True
         material.node_tree.nodes.clear()
@@ -235,7 +261,7 @@ def main():
         values = [[float(f"{a - b:.7g}") for a, b in zip(p, q)] for p, q in zip(up, down)]
         lines.append(json.dumps({"name": name, "node": nodes[-1], "output": output, "values": values}))
     with open(out, "w") as f:
-        f.write('{"blender": "%s",\n"points": %s,\n"base": %s,\n"cases": [\n%s\n]}\n' % (bpy.app.version_string, json.dumps(POINTS), json.dumps(BASE), ",\n".join(lines)))
+        f.write('{"blender": "%s",\n"points": %s,\n"normals": %s,\n"base": %s,\n"cases": [\n%s\n]}\n' % (bpy.app.version_string, json.dumps(POINTS), json.dumps(NORMALS), json.dumps(BASE), ",\n".join(lines)))
     print(len(lines), "cases")
 
 
