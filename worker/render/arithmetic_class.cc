@@ -11,6 +11,7 @@
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/renderer.h"
 #include "worker/render/scene/geometry/instancing.h"
+#include "worker/render/scene/textures/graph/every_operation.h"
 
 namespace lightmill {
 namespace {
@@ -451,6 +452,8 @@ std::string arithmetic_class() {
     hash_imaged_lights(&all);
     hash_photon_guide(&all);
     hash_lenses(&all);
+    const std::vector<float> graphs = every_graph_operation();
+    all.update(std::string(reinterpret_cast<const char*>(graphs.data()), graphs.size() * sizeof(float)));
     return all.hex();
   }();
   return digest;

@@ -15,7 +15,7 @@ constexpr double kLargestNumber = 1e30;
 
 }  // namespace
 
-GraphNumber as_number(const GraphSocket& socket) {
+GraphNumber number_of(const GraphSocket& socket) {
   const GraphVector& v = socket.value;
   if (socket.kind == GraphSocket::Kind::kColor) return luminance(v);
   if (socket.kind == GraphSocket::Kind::kVector) return (v.x + v.y + v.z) * (1.0f / 3.0f);
@@ -106,7 +106,7 @@ GraphSocket GraphNode::socket(const json& value, const std::string& what) {
 
 GraphNumber GraphNode::number(const char* name, float fallback) {
   const json* value = input(name);
-  return value ? as_number(socket(*value, "input " + in_quotes(name))) : builder().constant(fallback);
+  return value ? number_of(socket(*value, "input " + in_quotes(name))) : builder().constant(fallback);
 }
 
 GraphVector GraphNode::vector(const char* name, float x, float y, float z) {

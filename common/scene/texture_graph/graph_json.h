@@ -81,7 +81,7 @@ class GraphNode {
 /// What a reference ["node", "Output"] names.
 const GraphSocket& referred_socket(const GraphContext& graph, const nlohmann::json& reference,
                                    const std::string& who);
-GraphNumber as_number(const GraphSocket& socket);
+GraphNumber number_of(const GraphSocket& socket);
 
 /// Makes operations of one type of node.
 using GraphNodeReader = void (*)(GraphNode&);

@@ -103,7 +103,7 @@ void read_node(const json& json_node, const std::string& name, const std::string
 
 }  // namespace
 
-GraphFile read_texture_graph(const std::string& json_text, const Transform& to_texture) {
+GraphFile read_texture_graph(const std::string& json_text, const Transform& to_texture, bool as_number) {
   const json root = parse_graph(json_text);
   if (!root.is_object()) fail_scene("a texture graph is a JSON object");
   for (const auto& [key, value] : root.items()) {
@@ -128,7 +128,9 @@ GraphFile read_texture_graph(const std::string& json_text, const Transform& to_t
     read_node((*nodes)[i], names[i], text_of((*nodes)[i], "type", i), &graph);
     graph.later.erase(names[i]);
   }
-  const GraphVector output = referred_socket(graph, root["output"], "\"output\"").value;
+  const GraphSocket& socket = referred_socket(graph, root["output"], "\"output\"");
+  GraphVector output = socket.value;
+  if (as_number) output.x = output.y = output.z = number_of(socket);
   GraphFile out;
   out.graph = graph.builder.finish(output);
   // Of the images only those that are shown.
@@ -145,13 +147,13 @@ GraphFile read_texture_graph(const std::string& json_text, const Transform& to_t
   return out;
 }
 
-GraphFile read_texture_graph_file(const std::string& path, const Transform& to_texture) {
+GraphFile read_texture_graph_file(const std::string& path, const Transform& to_texture, bool as_number) {
   std::ifstream file(path, std::ios::binary);
   std::string text(kMostGraphBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad() || (!file && !file.eof())) fail_scene("can't be read");
   text.resize(static_cast<size_t>(file.gcount()));
-  return read_texture_graph(text, to_texture);
+  return read_texture_graph(text, to_texture, as_number);
 }
 
 }  // namespace lightmill

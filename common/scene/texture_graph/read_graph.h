@@ -16,9 +16,10 @@ struct GraphFile {
 /// Reads a graph whose spaces are those that the text gives; without, object coordinates are those that
 /// `to_texture` leads to from the scene's space. Its nodes are as many as kMostGraphNodes; whatever else
 /// strangers could make costly has a bound, too. Throws Error(kBadScene), with the name of the node that is
-/// wrong.
-GraphFile read_texture_graph(const std::string& json_text, const Transform& to_texture);
-/// The same of a file, whose name begins the error's message.
-GraphFile read_texture_graph_file(const std::string& path, const Transform& to_texture);
+/// wrong. With `as_number` the output is made a number, as where one is wanted of a colour or vector.
+GraphFile read_texture_graph(const std::string& json_text, const Transform& to_texture,
+                             bool as_number = false);
+/// The same of a file.
+GraphFile read_texture_graph_file(const std::string& path, const Transform& to_texture, bool as_number);
 
 }  // namespace lightmill

@@ -186,14 +186,14 @@ ImageTexture image_of_graph(PbrtScene& out, const GraphImage& from, const Source
 }
 
 /// Ours, not pbrt's: a texture graph (docs/texture-graph.md).
-TextureKind read_graph(PbrtScene& out, ParameterList& params, const Transform& ctm) {
+TextureKind read_graph(PbrtScene& out, bool is_spectrum, ParameterList& params, const Transform& ctm) {
   const SourceLocation where = params.where_of("filename");
   const std::string file = params.text("filename", "");
   const std::string path = file.empty() ? "" : out.open_reference(file, where);
   if (file.empty()) out.problems->error(where, params.owner() + " needs a \"string filename\"");
   if (path.empty()) return ConstantTexture{{0.5f, 0.5f, 0.5f}};
   try {
-    GraphFile graph = read_texture_graph_file(path, inverse(ctm));
+    GraphFile graph = read_texture_graph_file(path, inverse(ctm), !is_spectrum);
     GraphTexture texture{std::make_shared<const TextureGraph>(std::move(graph.graph)), {}};
     for (const GraphImage& image : graph.images) {
       texture.images.push_back(static_cast<int>(out.scene.textures.size()));
@@ -210,7 +210,7 @@ TextureKind read_kind(PbrtScene& out, const std::string& type, bool is_spectrum,
                       const Transform& ctm) {
   Inputs inputs(out, params, is_spectrum);
   if (type == "imagemap") return read_image(out, params, ctm);
-  if (type == "graph") return read_graph(out, params, ctm);
+  if (type == "graph") return read_graph(out, is_spectrum, params, ctm);
   if (type == "constant") {
     if (is_spectrum) return ConstantTexture{out.spectrum(params, "value", SpectrumUse::kFactor, {1, 1, 1})};
     const auto v = static_cast<float>(params.number("value", 1, -kAnySize, kAnySize));

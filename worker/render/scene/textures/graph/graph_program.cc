@@ -155,8 +155,11 @@ void GraphProgram::evaluate(const TextureTable& textures, const TexturePoint* at
         if (o.op == GraphOp::kPoint) {
           v = point_in(graph_.spaces[static_cast<size_t>(o.p)], at[l].p);
         } else {
-          const ImageMap* image = textures.image(images_[static_cast<size_t>(o.p)]);
-          const Rgb c = image ? image->lookup(lane(a[0], l), lane(a[1], l)) : Rgb{};
+          // Where images may be missing, a constant is in the place of one.
+          const int id = images_[static_cast<size_t>(o.p)];
+          const ImageMap* const image = textures.image(id);
+          const Rgb c =
+              image ? image->lookup(lane(a[0], l), lane(a[1], l)) : textures.evaluate(id, TexturePoint{});
           v = {c.r, c.g, c.b};
         }
         for (size_t k = 0; k < 3; ++k) set_lane(&r[k], l, v[k]);
