@@ -9,7 +9,7 @@ source tests/deploy/checks.sh
 seconds=${1:-30}
 [[ $# -gt 0 ]] && shift
 targets=("$@")
-[[ $# == 0 ]] && targets=(pbrt gltf webp qoi ply nanovdb openvdb measured partial checkpoint messages streams)
+[[ $# == 0 ]] && targets=(pbrt gltf texture_graph webp qoi ply nanovdb openvdb measured partial checkpoint messages streams)
 command -v clang++ >/dev/null || skip_all "clang is not installed"
 
 build=$root/build/fuzz

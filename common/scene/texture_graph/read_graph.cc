@@ -16,6 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr int kMostDepth = 8;
+constexpr int64_t kMostGraphWork = 100'000;
 
 using GraphNodeTypes = std::unordered_map<std::string_view, GraphNodeType>;
 
@@ -29,6 +30,27 @@ const GraphNodeTypes& graph_node_types() {
     return types;
   }();
   return all;
+}
+
+/// About how many lattice points or cells an operation looks at; 1 for one that looks at none.
+int64_t work_of(const GraphOperation& o) {
+  const auto power = [&](int64_t base) {
+    int64_t n = 1;
+    for (int i = 0; i < o.p; ++i) n *= base;
+    return n;
+  };
+  constexpr int64_t kMostOctaves = 17;
+  switch (o.op) {
+    case GraphOp::kPerlin:
+      return power(2);
+    case GraphOp::kFractal:
+    case GraphOp::kMusgrave:
+      return kMostOctaves * power(2);
+    case GraphOp::kVoronoi:
+      return o.q == static_cast<int32_t>(VoronoiFeature::kSmoothF1) ? power(5) : 2 * power(3);
+    default:
+      return 1;
+  }
 }
 
 json parse_graph(const std::string& text) {
@@ -133,6 +155,11 @@ GraphFile read_texture_graph(const std::string& json_text, const Transform& to_t
   if (as_number) output.x = output.y = output.z = number_of(socket);
   GraphFile out;
   out.graph = graph.builder.finish(output);
+  int64_t work = 0;
+  for (const GraphOperation& o : out.graph.operations) work += work_of(o);
+  if (work > kMostGraphWork)
+    fail_scene("it looks at " + std::to_string(work) + " cells of noise for every point; at most " +
+               std::to_string(kMostGraphWork) + " are");
   // Of the images only those that are shown.
   std::vector<int> number(graph.images.size(), -1);
   for (GraphOperation& o : out.graph.operations) {

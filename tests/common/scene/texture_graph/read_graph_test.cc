@@ -94,6 +94,16 @@ TEST(ReadGraph, WhatStrangersCouldMakeCostlyIsBounded) {
   EXPECT_THAT(complaint(std::string(100000, '[')), HasSubstr("deep"));
   EXPECT_THAT(complaint_of(R"({"name": ")" + std::string(300, 'n') + R"(", "type": "VALUE"})"),
               HasSubstr("256 bytes"));
+  std::string cells;
+  for (int i = 0; i < 200; ++i) {
+    const std::string from = i == 0 ? "1" : "[\"v" + std::to_string(i - 1) + "\", \"Distance\"]";
+    cells +=
+        R"({"name": "v)" + std::to_string(i) +
+        R"(", "type": "TEX_VORONOI", "voronoi_dimensions": "4D", "feature": "SMOOTH_F1", "inputs": {"W": )" +
+        from + "}},";
+  }
+  EXPECT_THAT(complaint_of(cells + R"({"name": "a", "type": "VALUE"})", R"(["v199", "Distance"])"),
+              HasSubstr("cells of noise"));
   std::string many = R"({"name": "a", "type": "VALUE"})", curve = "0", images;
   for (int i = 0; i < 1100; ++i) many += R"(,{"name": "n)" + std::to_string(i) + R"(", "type": "VALUE"})";
   EXPECT_THAT(complaint_of(many), HasSubstr("at most 1024 nodes"));
