@@ -116,8 +116,8 @@ void read_node(const json& json_node, const std::string& name, const std::string
     node.fail("is of the unknown type " + in_quotes(type) + nearest_hint(type, known));
   }
   if (!found->second.read) node.fail("(" + type + ") is not supported: " + found->second.why);
-  graph->outputs[name];
   found->second.read(node);
+  graph->outputs[name];  // it is there even if it has none
   node.finish();
   if (graph->builder.operations() > kMostGraphOperations)
     node.fail("makes the graph larger than " + std::to_string(kMostGraphOperations) + " operations");

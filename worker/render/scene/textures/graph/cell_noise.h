@@ -264,8 +264,10 @@ template <int D, class F>
 
 /// Operands: x, y, mortar size, smoothness, bias, width, height, offset, squash. out: tint, mortar.
 template <class F>
-[[gnu::noinline]] void brick(const F* a, int offset_frequency, int squash_frequency, F out[2]) {
-  const F x = usable(a[0]), y = usable(a[1]), height = a[6], one = splat<F>(1.0f);
+[[gnu::noinline]] void brick(const F* operands, int offset_frequency, int squash_frequency, F out[2]) {
+  F a[9];
+  for (int i = 0; i < 9; ++i) a[i] = usable(operands[i]);
+  const F x = a[0], y = a[1], height = a[6], one = splat<F>(1.0f);
   F width = a[5], shift{};
   const F row = floor(usable(quotient(y, height)));
   if (offset_frequency > 0 && squash_frequency > 0) {

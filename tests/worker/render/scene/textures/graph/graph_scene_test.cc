@@ -103,7 +103,7 @@ class GraphScene : public ::testing::Test {
       Texture "t" "spectrum" "graph" "string filename" "graph.json"
       Material "diffuse" "texture reflectance" "t"
       Shape "bilinearmesh" "point3 P" [-1 -1 0  1 -1 0  -1 1 0  1 1 0] "point2 uv" [0 0 1 0 0 1 1 1])");
-    LoadResult result = load_scene("scene.pbrt", DirectoryFiles(folder_.path()), {});
+    LoadResult result = load_scene("scene.pbrt", DirectoryFiles(folder_.file("")), {});
     for (const Problem& p : result.problems) ADD_FAILURE() << format_problem(p);
     return result.scene;
   }
