@@ -108,18 +108,22 @@ template <int D, class F>
   const auto share = [&](int i) { return clamp(octaves - static_cast<float>(i), 0.0f, 1.0f); };
   F frequency = one, power_of_fall = one;
   const auto step = [&] { frequency = frequency * lacunarity, power_of_fall = power_of_fall * fall; };
+  // Lanes that are done stay as they are, whatever others go on with.
+  const auto where = [](F part_of, F yes, F no) { return select(MaskOf<F>(part_of > 0.0f), yes, no); };
   const auto running = [&](int i) { return any(MaskOf<F>(octaves > static_cast<float>(i))); };
   switch (kind) {
     case MusgraveKind::kFbm: {
       F value{};
       for (int i = 0; running(i); ++i, step())
-        value = value + share(i) * noise_at<D>(x, frequency) * power_of_fall;
+        value = where(share(i), value + share(i) * noise_at<D>(x, frequency) * power_of_fall, value);
       return value;
     }
     case MusgraveKind::kMultifractal: {
       F value = one;
-      for (int i = 0; running(i); ++i, step())
-        value = value * (share(i) * power_of_fall * noise_at<D>(x, frequency) + 1.0f);
+      for (int i = 0; running(i); ++i, step()) {
+        const F factor = share(i) * power_of_fall * noise_at<D>(x, frequency) + 1.0f;
+        value = where(share(i), value * factor, value);
+      }
       return value;
     }
     case MusgraveKind::kHeteroTerrain: {
@@ -132,7 +136,8 @@ template <int D, class F>
         const MaskOf<F> whole = MaskOf<F>(floor(octaves) > number), partly = MaskOf<F>(after == number);
         const F s = select(whole, one, select(partly, part, F{}));
         if (!any(MaskOf<F>(s > 0.0f))) break;
-        value = value + s * (noise_at<D>(x, frequency) + offset) * power_of_fall * value;
+        const F more = value + s * (noise_at<D>(x, frequency) + offset) * power_of_fall * value;
+        value = where(s, more, value);
       }
       return value;
     }
