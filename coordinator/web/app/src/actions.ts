@@ -101,7 +101,7 @@ export function actByKey(key: string, job: Job | undefined): boolean {
   return true;
 }
 
-interface Field {
+export interface Field {
   name: string;
   label: string;
   kind: "number" | "text";
@@ -111,7 +111,7 @@ interface Field {
 }
 
 /** Asks for values; undefined if the user thought better of it. Empty fields are left out. */
-function ask(title: string, text: string, ok: string, fields: Field[]): Promise<Record<string, string> | undefined> {
+export function ask(title: string, text: string, ok: string, fields: Field[]): Promise<Record<string, string> | undefined> {
   return new Promise((resolve) => {
     const inputs = fields.map((field) =>
       h("input", {
@@ -164,7 +164,7 @@ const stopRules = (job: Job): Field[] => [
   { name: "target_error", label: "Target relMSE", kind: "number", value: job.target_error ? String(job.target_error) : "", hint: "stop below" },
 ];
 
-function numbers(values: Record<string, string>, texts: string[] = []): object {
+export function numbers(values: Record<string, string>, texts: string[] = []): object {
   return Object.fromEntries(Object.entries(values).map(([k, v]) => [k, texts.includes(k) ? v : Number(v)]));
 }
 

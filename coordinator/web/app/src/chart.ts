@@ -13,7 +13,7 @@ const kMostAway = 1000;
 const kLabelWidth = 34; // pixels
 const kLabelHeight = 16;
 
-function colour(name: string): string {
+export function colour(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
@@ -163,7 +163,7 @@ export function labelled(decades: number, pixels: number, room: number): number[
 
 /** A range that shows at least a decade or so, with air around. uPlot walks along a logarithmic axis by steps that it
  * rounds: between ends that are not of one digit, 0, or infinite (as of a series without values) it may never arrive. */
-function decades(low: number | null, high: number | null, air: number): [number, number] {
+export function decades(low: number | null, high: number | null, air: number): [number, number] {
   if (!low || !high || !(low > 0) || !(high >= low) || !Number.isFinite(high)) return [0.1, 10];
   const middle = Math.sqrt(low * high);
   const half = Math.max(Math.sqrt(high / low) * air, 3);

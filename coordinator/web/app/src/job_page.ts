@@ -6,7 +6,7 @@ import * as format from "./format";
 import { drawProgress, eta, note, progress as progressOf } from "./jobs_page";
 import { drawLines } from "./log_page";
 import { drawFeatures, drawPlan } from "./plan_panel";
-import { store } from "./store";
+import { sequenceOf, store } from "./store";
 import { followJob } from "./stream";
 import { TileMap } from "./tile_map";
 import type { CurvePoint, Job, JobDetail, LogLine } from "./types";
@@ -30,8 +30,10 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     values[name] = h("dd");
     figures.append(h("div", { title: name === kScales ? kScalesHint : undefined }, h("dt", {}, name), values[name]!));
   }
+  const sequence = sequenceOf(id);
+  const home = sequence ? `#/sequences/${sequence}?frame=${id.slice(sequence.length + 1)}` : "#/jobs";
   const buttons = actions.map((action) =>
-    h("button", { type: "button", title: `key: ${action.key}`, onclick: () => { const job = store.jobs.get(id); if (job) action.run(job); } }),
+    h("button", { type: "button", title: `key: ${action.key}`, onclick: () => { const job = store.job(id); if (job) action.run(job); } }),
   );
   const actionBar = h("div", { class: "actions", role: "group", "aria-label": "Actions" }, ...buttons);
 
@@ -63,7 +65,7 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
   let acting: boolean | undefined;
   const update = () => {
     drawLog();
-    const job = store.jobs.get(id);
+    const job = store.job(id);
     if (!job) {
       setText(title, id);
       why.hidden = !missing;
@@ -142,7 +144,7 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
   update();
 
   const element = h("main", { class: "page job-page" },
-    h("div", { class: "job-head" }, h("a", { href: "#/jobs", class: "back", title: "all jobs (Esc)" }, "‹ Jobs"), title, state, progress, h("span", { class: "grow" }), actionBar),
+    h("div", { class: "job-head" }, h("a", { href: home, class: "back", title: `${sequence ? "its sequence" : "all jobs"} (Esc)` }, sequence ? `‹ Sequence ${sequence}` : "‹ Jobs"), title, state, progress, h("span", { class: "grow" }), actionBar),
     why,
     figures,
     dropped,
@@ -153,8 +155,8 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
   return {
     element,
     key: (key) => {
-      if (key === "Escape") location.hash = "#/jobs";
-      else return viewer.key(key) || actByKey(key, store.jobs.get(id));
+      if (key === "Escape") location.hash = home;
+      else return viewer.key(key) || actByKey(key, store.job(id));
       return true;
     },
   };

@@ -140,15 +140,12 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
       return words.every((word) => hay.includes(word));
     };
     table.setRows(all.filter(fits));
-    let rate = 0;
     let running = 0;
-    for (const job of all) {
-      if (job.state !== "running") continue;
-      rate += job.rate;
-      if (job.tiles_leased > 0) running++;
-    }
+    for (const job of all) if (job.state === "running" && job.tiles_leased > 0) running++;
+    let rate = 0; // also of frames of sequences, which are no rows here
     const workers = { rendering: 0, idle: 0, lost: 0 };
     for (const worker of store.workers.values()) {
+      if (worker.state === "rendering") rate += worker.rate;
       if (worker.state === "rendering") workers.rendering++;
       else if (worker.state === "idle") workers.idle++;
       else if (worker.state === "lost" || worker.state === "benched" || worker.state === "refused") workers.lost++;

@@ -6,14 +6,15 @@ import type { LogLine } from "./types";
 
 const kMost = 500; // in the document; the filter reaches the others
 
-/** Lines with links to the jobs they name. */
+/** Lines with links to the jobs and sequences they name. */
 export function drawLines(list: HTMLElement, lines: LogLine[]): void {
   list.replaceChildren(
     ...lines.map((line) => {
       const text = h("span", { class: "log-text" });
       let at = 0;
-      for (const match of line.text.matchAll(/\bj\d+\b/g)) {
-        text.append(line.text.slice(at, match.index), h("a", { href: `#/jobs/${match[0]}` }, match[0]));
+      for (const match of line.text.matchAll(/\b(?:j\d+|s\d+(?:\.-?\d+)?)\b/g)) {
+        const page = /^s\d+$/.test(match[0]) ? "sequences" : "jobs";
+        text.append(line.text.slice(at, match.index), h("a", { href: `#/${page}/${match[0]}` }, match[0]));
         at = match.index + match[0].length;
       }
       text.append(line.text.slice(at));

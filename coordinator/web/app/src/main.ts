@@ -1,5 +1,6 @@
 // The frame around the pages: where we are, whether the numbers are live, keys and colours.
 import "./style.css";
+import "./sequences/sequences.css";
 
 import { installToasts } from "./actions";
 import { Cleanup, h, setText } from "./dom";
@@ -9,6 +10,8 @@ import { jobPage } from "./job_page";
 import { jobsPage } from "./jobs_page";
 import { logPage } from "./log_page";
 import { installDrop, newJobPage } from "./new_job_page";
+import { sequencesPage } from "./sequences/list_page";
+import { sequencePage } from "./sequences/sequence_page";
 import { store } from "./store";
 import { startStream } from "./stream";
 import { workersPage } from "./workers_page";
@@ -22,7 +25,7 @@ const kThemes = ["system", "light", "dark"] as const;
 type Theme = (typeof kThemes)[number];
 const systemIsDark = matchMedia("(prefers-color-scheme: dark)");
 
-const links = [["jobs", "Jobs"], ["workers", "Workers"], ["log", "Log"], ["new", "New job"]] as const;
+const links = [["jobs", "Jobs"], ["sequences", "Sequences"], ["workers", "Workers"], ["log", "Log"], ["new", "New job"]] as const;
 const nav = links.map(([key, label]) => h("a", { href: `#/${key}`, "data-page": key }, label, h("small")));
 const connection = h("span", { class: "connection", role: "status" });
 const user = h("span", { class: "muted" });
@@ -38,8 +41,11 @@ function route(): void {
   cleanup = new Cleanup();
   const [path, query] = location.hash.replace(/^#\/?/, "").split("?");
   const [name, id] = (path || "jobs").split("/");
+  const parameter = (key: string) => new URLSearchParams(query ?? "").get(key) ?? "";
   document.title = "Lightmill";
-  if (name === "jobs" && id) page = jobPage(decodeURIComponent(id), new URLSearchParams(query ?? "").get("b") ?? "", cleanup);
+  if (name === "jobs" && id) page = jobPage(decodeURIComponent(id), parameter("b"), cleanup);
+  else if (name === "sequences" && id) page = sequencePage(decodeURIComponent(id), parameter("frame"), cleanup);
+  else if (name === "sequences") page = sequencesPage(cleanup);
   else if (name === "workers") page = workersPage(cleanup);
   else if (name === "log") page = logPage(cleanup);
   else if (name === "new") page = newJobPage(cleanup);
@@ -75,8 +81,9 @@ function nextTheme(): void {
 }
 
 function frame(): void {
-  setText(nav[0]!.lastElementChild!, store.jobs.size ? ` ${format.count(store.jobs.size)}` : "");
-  setText(nav[1]!.lastElementChild!, store.workers.size ? ` ${format.count(store.workers.size)}` : "");
+  const counted = (key: string, count: number) => setText(nav.find((link) => link.dataset["page"] === key)!.lastElementChild!, count ? ` ${format.count(count)}` : "");
+  counted("jobs", store.jobs.size);
+  counted("workers", store.workers.size);
   setText(user, store.session?.roles ? `${store.session.user}${store.session.may_act ? "" : " (looks only)"}` : "");
   const now = store.connection;
   connection.dataset["state"] = now.state;
@@ -89,26 +96,27 @@ function frame(): void {
 let going = 0; // until when a letter after "g" goes somewhere
 
 function onKey(event: KeyboardEvent): void {
-  if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
+  if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
   const target = event.target as HTMLElement;
+  if (event.key === " " && target.matches("button, a")) return; // it presses them
   const typing = target.matches("input:not([type=range]), select, textarea");
   if (typing) {
-    if (event.key === "Escape") (document.querySelector<HTMLElement>(".vt-scroll, .log, .viewer canvas") ?? page?.element)?.focus();
+    if (event.key === "Escape") (document.querySelector<HTMLElement>(".vt-scroll, .film-scroll, .log, .viewer canvas") ?? page?.element)?.focus();
     else if (event.key === "Enter" && target.matches(".filter")) document.querySelector<HTMLElement>(".vt-scroll")?.focus();
     return;
   }
   if (event.key === "?") showHelp();
   else if (event.key === "t") nextTheme();
   else if (event.key === "g") going = Date.now() + 1500;
-  else if (Date.now() < going && ["j", "w", "l", "n"].includes(event.key)) {
+  else if (Date.now() < going && ["j", "s", "w", "l", "n"].includes(event.key)) {
     going = 0;
-    location.hash = { j: "#/jobs", w: "#/workers", l: "#/log", n: "#/new" }[event.key]!;
+    location.hash = { j: "#/jobs", s: "#/sequences", w: "#/workers", l: "#/log", n: "#/new" }[event.key]!;
   } else if (!page?.key(event.key)) return;
   event.preventDefault();
 }
 
 document.querySelector("#app")!.append(
-  h("a", { class: "skip", href: "#main", onclick: (event: Event) => { event.preventDefault(); document.querySelector<HTMLElement>(".vt-scroll, .viewer canvas, .log")?.focus(); } }, "Skip to content"),
+  h("a", { class: "skip", href: "#main", onclick: (event: Event) => { event.preventDefault(); document.querySelector<HTMLElement>(".film-scroll, .vt-scroll, .viewer canvas, .log")?.focus(); } }, "Skip to content"),
   h("header", { class: "top" }, h("strong", {}, "Lightmill"), h("nav", { "aria-label": "Pages" }, ...nav), h("span", { class: "grow" }), connection, user, themeButton,
     h("button", { type: "button", title: "keys (?)", "aria-label": "Keys", onclick: showHelp }, "?")),
   banner,

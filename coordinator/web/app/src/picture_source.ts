@@ -23,7 +23,7 @@ export class PictureSource {
 
   /** Fetches if the job got on since, no sooner than is good for both sides. */
   poll(): void {
-    const row = store.jobs.get(this.job);
+    const row = store.job(this.job);
     if (!row || this.busy || document.hidden || store.connection.state === "lost") return;
     const mark = `${row.spp} ${row.state}`;
     if (mark === this.fetched) return;

@@ -18,6 +18,8 @@ class Store {
   /** Grows with every change of the jobs' (workers') rows. */
   jobsVersion = 0;
   workersVersion = 0;
+  /** The row of the frame of a sequence that the stream follows: frames are no rows among the jobs. */
+  private frame: Job | undefined;
   private readonly watchers = new Set<() => void>();
   private readonly jobWatchers = new Set<(news: JobNews) => void>();
   private readonly announce = perFrame(() => {
@@ -33,12 +35,18 @@ class Store {
     this.jobWatchers.add(watcher);
     return () => this.jobWatchers.delete(watcher);
   }
+  /** A job, or the frame that is followed. */
+  job(id: string): Job | undefined {
+    return this.jobs.get(id) ?? (this.frame?.id === id ? this.frame : undefined);
+  }
   /** What the stream looked up before an action may come after the action's answer, which is newer. */
   putJobs(rows: Job[], full: boolean): void {
     if (full) this.jobs.clear();
     for (const row of rows) {
-      const known = this.jobs.get(row.id);
-      if (!known || row.version >= known.version) this.jobs.set(row.id, row);
+      const known = this.job(row.id);
+      if (known && row.version < known.version) continue;
+      if (sequenceOf(row.id)) this.frame = row;
+      else this.jobs.set(row.id, row);
     }
     this.jobsVersion++;
     this.announce();
@@ -54,6 +62,10 @@ class Store {
     this.announce();
   }
   putJobNews(news: JobNews): void {
+    if (news.row) {
+      this.frame = news.row;
+      this.announce();
+    }
     for (const watcher of [...this.jobWatchers]) watcher(news);
   }
   begin(session: Session): void {
@@ -69,6 +81,11 @@ class Store {
 }
 
 export const store = new Store();
+
+/** Of a frame's job, "s3.17", the sequence "s3"; "" of any other job. */
+export function sequenceOf(job: string): string {
+  return job.includes(".") ? job.slice(0, job.indexOf(".")) : "";
+}
 
 /** "j12" before "j7"? Ids are a letter and a number. */
 export function idNumber(id: string): number {

@@ -134,6 +134,8 @@ export interface JobNews {
   id: string;
   full: boolean;
   missing?: boolean;
+  /** Of a frame of a sequence, which is none of the jobs' rows. */
+  row?: Job;
   detail?: JobDetail;
   points?: CurvePoint[];
   points_from?: number;

@@ -115,7 +115,7 @@ export class Viewer {
     this.fillChoices();
   }
   private fillChoices(): void {
-    const mine = store.jobs.get(this.job);
+    const mine = store.job(this.job);
     if (!mine || document.activeElement === this.other) return;
     // Of the same size first: those are the ones to compare with.
     const rank = (width: number, height: number) => (width === mine.width && height === mine.height ? 0 : 1);
@@ -125,7 +125,7 @@ export class Viewer {
       .slice(0, 200);
     const chosen = this.b?.job ?? "";
     if (chosen && !jobs.some((job) => job.id === chosen)) {
-      const row = store.jobs.get(chosen);
+      const row = store.job(chosen);
       if (row) jobs.unshift(row);
     }
     const key = chosen + jobs.map((job) => job.id).join();
@@ -160,7 +160,7 @@ export class Viewer {
     this.png.href = `/api/v1/jobs/${this.job}/image.png?view=${this.curve}&exposure=${this.exposure}`;
   }
   private size(): { width: number; height: number } {
-    const row = store.jobs.get(this.job);
+    const row = store.job(this.job);
     return { width: row?.width ?? 1, height: row?.height ?? 1 };
   }
   private fitScale(): number {
@@ -277,7 +277,7 @@ export class Viewer {
     }
     canvas.dataset.ready = String(!!this.a.picture);
     setText(this.zoomText, `${Math.round(scale * 100)}%`);
-    const row = store.jobs.get(this.job);
+    const row = store.job(this.job);
     const empty = this.a.picture ? "" : this.a.problem || (row && row.spp === 0 ? "no samples yet" : "loading the picture…");
     setText(this.message, empty || (this.b && !this.b.picture ? `B: ${this.b.problem || "loading…"}` : ""));
     this.message.hidden = this.message.textContent === "";
