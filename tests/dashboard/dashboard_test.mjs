@@ -8,6 +8,7 @@ import { chromium } from "playwright-core";
 
 import { madeUpJob, serveMadeUpFarm } from "./fake_farm.mjs";
 import { Farm, kGenerousMs, until } from "./farm.mjs";
+import { sequenceTests } from "./sequence_tests.mjs";
 
 const root = process.argv[2];
 const option = (name) => (process.argv.includes(name) ? process.argv[process.argv.indexOf(name) + 1] : undefined);
@@ -313,6 +314,7 @@ const tests = {
 
   async "pages can be read by everybody"() {
     const id = await farm.submit(scene, ...small, "--spp", "64", "--name", "readable");
+    const sequence = await farm.submit(join(root, "scenes/windmill.gltf"), "--frames", "1-3", "--spp", "16", "--resolution", "64x36");
     // A line for the log.
     await fetch(`${farm.url}api/v1/jobs/${id}/extend`, { method: "POST", headers: { "X-Lightmill": "1" }, body: '{"spp": 70}' });
     for (const colorScheme of ["light", "dark"]) {
@@ -320,9 +322,10 @@ const tests = {
       const page = await open(`${farm.url}#/jobs/${id}`, { colorScheme, bypassCSP: true });
       await page.locator(".job-head .state", { hasText: "done" }).waitFor();
       await page.addScriptTag({ path: join(process.cwd(), "node_modules/axe-core/axe.min.js") });
-      for (const hash of [`#/jobs/${id}`, "#/jobs", "#/workers", "#/log", "#/new"]) {
+      for (const hash of [`#/jobs/${id}`, "#/jobs", "#/sequences", `#/sequences/${sequence}`, "#/workers", "#/log", "#/new"]) {
         await page.evaluate((to) => (location.hash = to), hash);
         await page.waitForSelector("main");
+        if (hash.endsWith(sequence)) await page.waitForSelector(".film-picture canvas");
         await page.waitForTimeout(300); // transitions
         const { violations } = await page.evaluate(() => globalThis.axe.run());
         const told = violations.map((v) => `${v.id}: ${v.help}: ${v.nodes.slice(0, 3).map((n) => `${n.html.slice(0, 120)} ${n.any.map((a) => a.message).join("; ")}`).join(" | ")}`);
@@ -345,7 +348,7 @@ const tests = {
     assert.equal(await background(), light, "the choice is kept");
     await shot(page, "jobs-light");
     await page.setViewportSize({ width: 390, height: 800 });
-    for (const hash of ["#/jobs", "#/workers", "#/log", "#/new", "#/jobs/j1"]) {
+    for (const hash of ["#/jobs", "#/sequences", "#/sequences/s1", "#/workers", "#/log", "#/new", "#/jobs/j1"]) {
       await page.goto(farm.url + hash);
       await page.waitForSelector("main");
       const wide = await page.evaluate(() => document.documentElement.scrollWidth);
@@ -450,6 +453,8 @@ const tests = {
       made.close();
     }
   },
+
+  ...sequenceTests({ root, farm, open, live, shot }),
 };
 
 let passed = 0;

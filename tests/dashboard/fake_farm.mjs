@@ -23,8 +23,8 @@ export function madeUpWorker(i) {
   };
 }
 
-/** Serves until close(); `send(event, data)` goes to every stream. */
-export async function serveMadeUpFarm(dist, jobs, workers) {
+/** Serves until close(); `send(event, data)` goes to every stream. `other` may answer what is not here: it returns whether it did. */
+export async function serveMadeUpFarm(dist, jobs, workers, other = () => false) {
   const streams = new Set();
   const write = (response, event, data) => response.write(`event: ${event}\ndata: ${JSON.stringify(data)}\n\n`);
   const server = createServer((request, response) => {
@@ -40,6 +40,7 @@ export async function serveMadeUpFarm(dist, jobs, workers) {
       request.on("close", () => streams.delete(response));
       return;
     }
+    if (other(request, response)) return;
     const file = path === "/" ? "index.html" : path.slice(1);
     try {
       const types = { html: "text/html", js: "text/javascript", css: "text/css", svg: "image/svg+xml" };
