@@ -5,8 +5,8 @@
 #include <limits>
 #include <tuple>
 
-#include "coordinator/farm/sharing/deadlines.h"
 #include "coordinator/farm/job_progress.h"
+#include "coordinator/farm/sharing/deadlines.h"
 #include "coordinator/farm/sharing/film_bytes.h"
 
 namespace lightmill {
