@@ -2,15 +2,14 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import pathlib
-import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-from .errors import InvalidArgument, JobFailed, ServerError, Unreachable, WaitTimeout, error_of
-from .model import ErrorCurve, JobState, JobStatus, LogLine, TileStatus, from_json
+from .errors import InvalidArgument, JobFailed, Unreachable
+from .following import last_state, message_of, states
+from .model import ErrorCurve, JobStatus, LogLine, TileStatus, from_json
 from .picture import Picture, picture_of
 from .transport import Answer, Path, Transport
 
@@ -18,11 +17,8 @@ if TYPE_CHECKING:
     import numpy
     from numpy.typing import NDArray
 
-SILENCE_SECONDS = 15.0  # a status comes every five seconds at the latest
-RETRY_SECONDS = 1.0
 PICTURE_SECONDS = 300.0  # until the first byte of a picture
 PICTURE_TRIES = 3
-_LOST_CODES = (1, 2, 4, 13, 14)  # a stream that ends with these goes on elsewhere
 
 
 class Job:
@@ -53,41 +49,13 @@ class Job:
     def watch(self) -> Iterator[JobStatus]:
         """The status at once, after every change and now and then; the last one is final. When the coordinator is lost it
         goes on with the one that leads then. Raises Unreachable if none does for the farm's `reconnect_seconds`."""
-        give_up: float | None = None
-        while True:
-            try:
-                for status in self._stream():
-                    give_up = None
-                    yield status
-                    if status.state.final:
-                        return
-            except Unreachable:
-                self._transport.scope.check()
-                give_up = give_up or time.monotonic() + self._reconnect_seconds
-                if time.monotonic() > give_up:
-                    raise
-            self._transport.scope.ended.wait(RETRY_SECONDS)
-
-    def _stream(self) -> Iterator[JobStatus]:
-        answer = self._transport.open("GET", self._path(":watch"), timeout=SILENCE_SECONDS)
-        try:
-            while line := answer.line():
-                yield from_json(JobStatus, _message(line).get("job"))
-        finally:
-            answer.close()
+        return states(self._transport, self._path(":watch"), lambda said: from_json(JobStatus, said.get("job")),
+                      self._reconnect_seconds)
 
     def wait(self, timeout: float | None = None) -> JobStatus:
         """Waits until the job is done and returns its last status. Raises JobFailed if it fails or is cancelled,
         WaitTimeout after `timeout` seconds."""
-        end = None if timeout is None else time.monotonic() + timeout
-        for status in self.watch():
-            if status.state is JobState.DONE:
-                return status
-            if status.state.final:
-                raise JobFailed(status)
-            if end is not None and time.monotonic() >= end:
-                raise WaitTimeout(f"job {self.id} is {status.state.value} after {timeout:g} s")
-        raise ServerError(f"job {self.id}: the stream of its states ended")
+        return last_state(f"job {self.id}", self.watch(), timeout, JobFailed)
 
     # Its picture.
 
@@ -161,7 +129,7 @@ class Job:
         answer: Answer = self._transport.open("GET", self._path(rest), query=query)
         try:
             while line := answer.line():
-                yield _message(line)
+                yield message_of(line)
         finally:
             answer.close()
 
@@ -195,17 +163,3 @@ class Job:
                target_error: float | None = None) -> JobStatus:
         """Sets new totals and reopens a finished job. `time` in seconds; 0 for `time` or `target_error`: none."""
         return self._act("extend", spp=spp, time_seconds=time, target_error=target_error)
-
-
-def _message(line: bytes) -> Any:
-    """The message of a line of a stream. Raises what the line says."""
-    try:
-        said = json.loads(line)
-    except ValueError as error:  # cut off
-        raise Unreachable("the connection was lost") from error
-    if isinstance(said, dict) and isinstance(said.get("result"), dict):
-        return said["result"]
-    status = said.get("error") if isinstance(said, dict) else None
-    if isinstance(status, dict) and status.get("code") in _LOST_CODES:
-        raise Unreachable(str(status.get("message", "")) or "the stream ended")
-    raise error_of(status)

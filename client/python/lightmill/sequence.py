@@ -4,12 +4,12 @@ from __future__ import annotations
 import json
 import os
 import re
-import time
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal
 
-from .errors import InvalidArgument, SequenceFailed, ServerError, Unreachable, WaitTimeout
-from .job import RETRY_SECONDS, SILENCE_SECONDS, Job, _message
+from .errors import InvalidArgument, SequenceFailed, ServerError
+from .following import last_state, states
+from .job import Job
 from .model import FrameStatus, JobState, SequenceStatus, from_json
 from .transport import Path, Transport
 
@@ -110,41 +110,13 @@ class Sequence:
 
     def watch(self) -> Iterator[SequenceStatus]:
         """As Job.watch."""
-        give_up: float | None = None
-        while True:
-            try:
-                for status in self._stream():
-                    give_up = None
-                    yield status
-                    if status.state.final:
-                        return
-            except Unreachable:
-                self._transport.scope.check()
-                give_up = give_up or time.monotonic() + self._reconnect_seconds
-                if time.monotonic() > give_up:
-                    raise
-            self._transport.scope.ended.wait(RETRY_SECONDS)
-
-    def _stream(self) -> Iterator[SequenceStatus]:
-        answer = self._transport.open("GET", self._path(":watch"), timeout=SILENCE_SECONDS)
-        try:
-            while line := answer.line():
-                yield from_json(SequenceStatus, _message(line).get("sequence"))
-        finally:
-            answer.close()
+        return states(self._transport, self._path(":watch"),
+                      lambda said: from_json(SequenceStatus, said.get("sequence")), self._reconnect_seconds)
 
     def wait(self, timeout: float | None = None) -> SequenceStatus:
         """Waits until all frames are done and returns the last status. Raises SequenceFailed if one failed or was
         cancelled, WaitTimeout after `timeout` seconds."""
-        end = None if timeout is None else time.monotonic() + timeout
-        for status in self.watch():
-            if status.state is JobState.DONE:
-                return status
-            if status.state.final:
-                raise SequenceFailed(status)
-            if end is not None and time.monotonic() >= end:
-                raise WaitTimeout(f"sequence {self.id} is {status.state.value} after {timeout:g} s")
-        raise ServerError(f"sequence {self.id}: the stream of its states ended")
+        return last_state(f"sequence {self.id}", self.watch(), timeout, SequenceFailed)
 
     def save(self, pattern: Path, *, aovs: bool = False, view: str = "", exposure: float = 0.0) -> list[str]:
         """Writes the frames that are done, as Job.save, and returns the names of their files. `pattern` has the place of
