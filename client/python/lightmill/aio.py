@@ -236,9 +236,15 @@ class AsyncFarm:
 
     submit_bundle = _submitting(Farm.submit_bundle)
 
-    async def jobs(self) -> AsyncIterator[JobStatus]:
+    async def jobs(self, *, frames: bool = False) -> AsyncIterator[JobStatus]:
         """As Farm.jobs."""
-        async for status in _items(lambda transport: self._farm._scoped(transport).jobs(), self._farm._transport):
+        async for status in _items(lambda transport: self._farm._scoped(transport).jobs(frames=frames),
+                                   self._farm._transport):
+            yield status
+
+    async def sequences(self) -> AsyncIterator[SequenceStatus]:
+        """As Farm.sequences."""
+        async for status in _items(lambda transport: self._farm._scoped(transport).sequences(), self._farm._transport):
             yield status
 
     async def workers(self) -> AsyncIterator[WorkerStatus]:

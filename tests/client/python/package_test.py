@@ -308,7 +308,8 @@ class Asynchronous(unittest.TestCase):
             asyncio.run(main(server.url))
 
     def test_every_verb_is_there(self):
-        for plain, other in ((lightmill.Farm, lightmill.AsyncFarm), (lightmill.Job, lightmill.AsyncJob)):
+        for plain, other in ((lightmill.Farm, lightmill.AsyncFarm), (lightmill.Job, lightmill.AsyncJob),
+                             (lightmill.Sequence, lightmill.AsyncSequence)):
             verbs = {name for name in vars(plain) if not name.startswith("_")}
             self.assertLessEqual(verbs, set(vars(other)), plain.__name__)
 
