@@ -7,6 +7,7 @@
 #include <set>
 
 #include "lightmill/v1/client.pb.h"
+#include "lightmill/v1/sequence.pb.h"
 #include "lightmill/v1/thin_client.pb.h"
 #include "lightmill/v1/worker.pb.h"
 
