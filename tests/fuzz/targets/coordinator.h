@@ -21,7 +21,8 @@ struct FuzzedCoordinator {
   TileLog tile_log;
   StallWatch stalls{clock, 60, false};
   WantedBlobs wanted{farm, blobs, clock};
-  ClientService client{farm, blobs, tile_log, stalls, Quotas{}, nullptr};
+  SubmissionGate gate;
+  ClientService client{farm, blobs, tile_log, stalls, Quotas{}, gate, nullptr};
   WorkerService worker{farm, blobs, metrics, tile_log, stalls, Quotas{}, 10, {}, &wanted};
   JobId job = farm.submit(small_job(64, 33, 8));
   std::string me = enter();  // as the worker calls itself
