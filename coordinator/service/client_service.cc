@@ -37,7 +37,7 @@ constexpr std::string_view kWorkersPageToken = "after-";  // and the last worker
 
 /// How many jobs the pages before had.
 size_t listed_before(const std::string& token) {
-  return static_cast<size_t>(std::max<int64_t>(0, number_of_token(token, kJobsPageToken).value_or(0)));
+  return static_cast<size_t>(number_of_token(token, kJobsPageToken, 1, INT64_MAX).value_or(0));
 }
 
 /// The last worker of the pages before. Throws Error(kUsage) for a token that no answer gave.

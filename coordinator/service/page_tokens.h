@@ -11,14 +11,16 @@
 
 namespace lightmill {
 
-/// The number of a token; empty for an empty one. Throws Error(kUsage) for a token that no answer gave.
-inline std::optional<int64_t> number_of_token(const std::string& token, std::string_view word) {
+/// The number of a token, from `least` to `most`; empty for an empty one. Throws Error(kUsage) for a token
+/// that no answer gave.
+inline std::optional<int64_t> number_of_token(const std::string& token, std::string_view word, int64_t least,
+                                              int64_t most) {
   if (token.empty()) return std::nullopt;
   int64_t number = 0;
   const char* const end = token.data() + token.size();
   if (token.starts_with(word)) {
     const auto [stop, error] = std::from_chars(token.data() + word.size(), end, number);
-    if (error == std::errc() && stop == end && number > INT32_MIN && number < INT32_MAX) return number;
+    if (error == std::errc() && stop == end && number >= least && number <= most) return number;
   }
   throw Error(ErrorKind::kUsage, "page_token is none that an answer gave; begin without one");
 }

@@ -123,7 +123,7 @@ grpc::Status SequenceService::ListSequences(grpc::ServerContext*, const v1::List
                                             v1::ListSequencesResponse* response) {
   return guarded([&] {
     const size_t most = page_size(*request, kMaxListedSequences);
-    const size_t begin = number_of_token(request->page_token(), "sequence-").value_or(0);
+    const size_t begin = number_of_token(request->page_token(), "sequence-", 1, INT32_MAX).value_or(0);
     const std::vector<SequenceStatus> found = farm_.sequences(begin, most);
     for (const SequenceStatus& sequence : found) *response->add_sequences() = to_proto(sequence);
     const size_t total = farm_.sequence_count();
@@ -140,7 +140,7 @@ grpc::Status SequenceService::ListFrames(grpc::ServerContext*, const v1::ListFra
     const size_t most = page_size(*request, kMaxListedFrames);
     const SequenceId id{request->sequence_id()};
     FramePage part;
-    if (const auto after = number_of_token(request->page_token(), "frame-"))
+    if (const auto after = number_of_token(request->page_token(), "frame-", INT32_MIN, INT32_MAX))
       part.last = static_cast<int>(*after);
     do {
       const size_t left = most - static_cast<size_t>(response->frames_size());
