@@ -53,6 +53,12 @@ Job& JobTable::get(const JobId& id) {
   return *found;
 }
 
+Sequence& JobTable::get(const SequenceId& id) {
+  Sequence* found = farm_.scheduler.jobs.find(id);
+  if (!found) throw UnknownSequence(id);
+  return *found;
+}
+
 bool JobTable::load_curves(const Sequence& sequence, size_t most) {
   size_t loaded = 0;
   for (const auto& [number, frame] : sequence.frames) {

@@ -17,6 +17,8 @@ class JobTable {
 
   /// Throws UnknownJob.
   Job& get(const JobId& id);
+  /// Throws UnknownSequence.
+  Sequence& get(const SequenceId& id);
   /// Loads the ends of the curves of a sequence's frames that ended before a restart, at most so many. False:
   /// there are more.
   bool load_curves(const Sequence& sequence, size_t most);

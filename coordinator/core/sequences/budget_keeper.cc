@@ -8,12 +8,10 @@ namespace {
 constexpr size_t kFramesAhead = 2, kMostFramesAhead = 64;
 constexpr size_t kMostCurves = 500;  // that are read at once, after a restart
 
-/// What the frame is expected to cost from now on, processor seconds.
+/// What the frame is expected to cost from now on, processor seconds; 0 once it has ended.
 double expected_seconds(const JobRecord& frame) {
-  const double done = static_cast<double>(frame.pixel_samples);
-  const double total =
-      static_cast<double>(frame.settings.spp) * static_cast<double>(frame.settings.grid.crop.area());
-  return done > 0 ? frame.cpu_seconds * std::max(0.0, total / done - 1) : 0;
+  if (frame.pixel_samples == 0) return 0;
+  return frame.cpu_seconds * missing_samples(frame) / static_cast<double>(frame.pixel_samples);
 }
 
 }  // namespace
@@ -56,8 +54,7 @@ void BudgetKeeper::spend(Sequence& sequence, double now) {
   bool stopped = false;
   for (const auto& [number, frame] : sequence.frames) {
     const JobRecord& record = frame.job->record;
-    left -= record.cpu_seconds;
-    if (!is_final(record.state)) left -= expected_seconds(record);
+    left -= record.cpu_seconds + expected_seconds(record);
     stopped = stopped || record.state == JobState::kCancelled || record.state == JobState::kPaused;
   }
   if (stopped) return;  // whoever stopped frames wants no others

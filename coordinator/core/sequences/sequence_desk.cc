@@ -28,12 +28,6 @@ void check_sequence(const SequenceRequest& request) {
 
 }  // namespace
 
-Sequence& SequenceDesk::get(const SequenceId& id) {
-  Sequence* found = farm_.scheduler.jobs.find(id);
-  if (!found) throw UnknownSequence(id);
-  return *found;
-}
-
 std::vector<NewJob> SequenceDesk::rows_of(const SequenceRecord& sequence,
                                           const std::vector<FrameRequest>& frames) {
   if (frames.empty() || frames.size() > kMaxFramesOfCall) {
@@ -93,7 +87,7 @@ void SequenceDesk::add_frames(const SequenceId& id, const std::vector<FrameReque
   SequenceRecord record;
   {
     const std::lock_guard lock(farm_.mutex);
-    record = get(id).record;
+    record = jobs_.get(id).record;
   }
   store_frames(id, rows_of(record, frames));
 }
@@ -111,7 +105,7 @@ bool SequenceDesk::is_there(const Sequence& sequence, const JobRecord& frame) {
 void SequenceDesk::store_frames(const SequenceId& id, std::vector<NewJob> frames) {
   for (size_t at = 0; at < frames.size(); at += kPart) {
     const std::lock_guard lock(farm_.mutex);
-    const Sequence& sequence = get(id);
+    Sequence& sequence = jobs_.get(id);
     std::vector<NewJob> fresh;
     for (size_t i = at; i < std::min(frames.size(), at + kPart); ++i) {
       JobRecord& record = frames[i].record;
@@ -125,7 +119,7 @@ void SequenceDesk::store_frames(const SequenceId& id, std::vector<NewJob> frames
                          " frames; submit the others as a sequence of their own");
     }
     desk_.require_room(fresh.size(), 0);
-    farm_.scheduler.jobs.find(id)->budget_spent = false;
+    sequence.budget_spent = false;
     farm_.store->add_jobs(fresh);
     for (NewJob& row : fresh) {
       Job job;
@@ -142,7 +136,7 @@ void SequenceDesk::change_all(const SequenceId& id, size_t part, const std::stri
   for (bool more = true; more;) {
     const std::lock_guard lock(farm_.mutex);
     const double now = farm_.clock.now();
-    Sequence& sequence = get(id);
+    Sequence& sequence = jobs_.get(id);
     std::vector<JobTable::Change> changes;
     size_t looks = 0;
     auto at = last ? sequence.frames.upper_bound(*last) : sequence.frames.begin();
@@ -176,7 +170,7 @@ void SequenceDesk::retry(const SequenceId& id) {
 
 bool SequenceDesk::end_budget(const SequenceId& id) {
   const std::lock_guard lock(farm_.mutex);
-  Sequence& sequence = get(id);
+  Sequence& sequence = jobs_.get(id);
   if (sequence.record.request.budget_seconds == 0) return false;
   SequenceRecord record = sequence.record;
   record.request.budget_seconds = 0;
@@ -188,7 +182,7 @@ bool SequenceDesk::end_budget(const SequenceId& id) {
 void SequenceDesk::cancel(const SequenceId& id) {
   for (bool any = end_budget(id);; any = true) {
     const std::lock_guard lock(farm_.mutex);
-    Sequence& sequence = get(id);
+    Sequence& sequence = jobs_.get(id);
     if (sequence.not_final.empty()) {
       if (any) return;
       throw Error(ErrorKind::kFailed, "no frame of sequence " + id.value + " is queued, running or paused");
@@ -204,7 +198,7 @@ void SequenceDesk::cancel(const SequenceId& id) {
 
 void SequenceDesk::set_priority(const SequenceId& id, int priority) {
   const std::lock_guard lock(farm_.mutex);
-  Sequence& sequence = get(id);
+  Sequence& sequence = jobs_.get(id);
   SequenceRecord record = sequence.record;
   record.request.priority = priority;
   farm_.store->save_sequence(record);

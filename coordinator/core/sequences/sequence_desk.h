@@ -41,7 +41,6 @@ class SequenceDesk {
   /// The sequence has no budget any more. True if it had, and it was not spent.
   bool end_budget(const SequenceId& id);
   // FarmState::mutex held:
-  Sequence& get(const SequenceId& id);
   /// Whether the frame is there already, just as it is. Throws Error(kUsage) if another one has its number.
   static bool is_there(const Sequence& sequence, const JobRecord& frame);
 

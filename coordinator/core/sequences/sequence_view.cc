@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <string>
 
-#include "coordinator/farm/farm_errors.h"
 #include "coordinator/farm/job_progress.h"
 
 namespace lightmill {
@@ -23,12 +22,6 @@ JobState state_of(const SequenceStatus& s) {
 }
 
 }  // namespace
-
-const Sequence& SequenceView::get(const SequenceId& id) const {
-  const Sequence* found = farm_.scheduler.jobs.find(id);
-  if (!found) throw UnknownSequence(id);
-  return *found;
-}
 
 SequenceStatus SequenceView::status(const Sequence& sequence, double now) const {
   SequenceStatus s;
@@ -99,7 +92,7 @@ void SequenceView::load(const SequenceId& id) const {
   try {
     for (bool all = false; !all;) {
       const std::lock_guard lock(farm_.mutex);
-      all = table_.load_curves(get(id), kMostCurvesOfLook);
+      all = table_.load_curves(table_.get(id), kMostCurvesOfLook);
     }
   } catch (const StoreError&) {  // it is shown without, and the next look tries again
   }
@@ -108,7 +101,7 @@ void SequenceView::load(const SequenceId& id) const {
 SequenceStatus SequenceView::sequence(const SequenceId& id) const {
   load(id);
   const std::lock_guard lock(farm_.mutex);
-  return status(get(id), farm_.clock.now());
+  return status(table_.get(id), farm_.clock.now());
 }
 
 std::vector<SequenceStatus> SequenceView::sequences(size_t begin, size_t count) const {
@@ -133,7 +126,7 @@ FramePage SequenceView::frames(const SequenceId& id, std::optional<int> after, s
   load(id);
   const std::lock_guard lock(farm_.mutex);
   const double now = farm_.clock.now();
-  const Sequence& sequence = get(id);
+  const Sequence& sequence = table_.get(id);
   FramePage page;
   page.total = sequence.frames.size();
   auto at = after ? sequence.frames.upper_bound(*after) : sequence.frames.begin();

@@ -25,7 +25,6 @@ class SequenceView {
   /// Reads what memory lacks of its frames' errors, in parts. FarmState::mutex not held.
   void load(const SequenceId& id) const;
   // FarmState::mutex held:
-  const Sequence& get(const SequenceId& id) const;
   SequenceStatus status(const Sequence& sequence, double now) const;
   FrameStatus frame_status(const Job& frame, double now) const;
 
