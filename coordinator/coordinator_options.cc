@@ -11,6 +11,7 @@ namespace lightmill {
 namespace {
 
 constexpr uint64_t kLeastReaderMemory = uint64_t{1} << 26;
+constexpr int kMostHooks = 8;
 
 using Options = CoordinatorOptions;
 
@@ -45,6 +46,13 @@ void add_serving_options(CLI::App& app, Options& o) {
       ->capture_default_str();
   app.add_option("--port-file", o.port_file, "Write the ports to this file once both listen (rpc=N, http=N)")
       ->envname("LIGHTMILL_PORT_FILE");
+  app.add_option("--on-done", o.on_done,
+                 "Tell this URL (POST, signed) or command (on its standard input) when a job or sequence "
+                 "ends; may be given several times")
+      ->envname("LIGHTMILL_ON_DONE")
+      ->type_name("URL|COMMAND")
+      ->allow_extra_args(false)
+      ->expected(1, kMostHooks);
   app.add_flag(
       "--check", o.check,
       "Compare every job's image with its ledger and every scene file with its digest, say what does "

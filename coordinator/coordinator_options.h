@@ -2,6 +2,7 @@
 // The options of lightmill-coordinator: command line, environment and configuration file.
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "coordinator/core/farm_options.h"
 #include "coordinator/leadership.h"
@@ -18,6 +19,7 @@ struct CoordinatorOptions {
   FarmOptions farm;
   std::string data = "lightmill-data";
   std::string port_file;
+  std::vector<std::string> on_done;  // whom to tell when a job ends: URLs and commands
   LeadershipOptions leadership;
   bool check = false;
   std::string scrub_rate = "4M";

@@ -6,10 +6,12 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <ctime>
 #include <functional>
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/base/error_line.h"
 #include "common/base/log.h"
@@ -21,6 +23,8 @@
 #include "common/rpc/security_flags.h"
 #include "coordinator/access/credential_commands.h"
 #include "coordinator/coordinator_options.h"
+#include "coordinator/hooks/end_message.h"
+#include "coordinator/hooks/hook_runner.h"
 #include "coordinator/leadership.h"
 #include "coordinator/manual.h"
 #include "coordinator/merge/quarantine.h"
@@ -124,10 +128,25 @@ void write_ports(const std::string& file, const Ports& ports) {
                         "rpc=" + std::to_string(ports.rpc) + "\nhttp=" + std::to_string(ports.http) + "\n");
 }
 
+std::vector<std::unique_ptr<Hook>> hooks_of(const CoordinatorOptions& options, const DataFolder& data) {
+  std::vector<std::unique_ptr<Hook>> hooks;
+  if (options.on_done.empty()) return hooks;
+  const WebhookSecret secret = webhook_secret_of(data.hook_secret_path());
+  for (const std::string& what : options.on_done) hooks.push_back(make_hook(what, secret));
+  return hooks;
+}
+
+HookNews news_of(Farm& farm) {
+  return {[&farm](size_t most) { return farm.untold_ends(most); },
+          [&farm](const EndNote& note) { return end_message(farm, note, std::time(nullptr)); },
+          [&farm](const EndNote& note) { farm.told(note); }};
+}
+
 /// Is the farm, on the turn's store, until a signal comes or the turn ends.
 void serve(const CoordinatorOptions& options, const DataFolder& data, const Clock& clock,
            const sigset_t& signals, Leadership::Turn turn) {
   BlobStore blobs(data.blob_folder(), options.server.log);
+  std::vector<std::unique_ptr<Hook>> hooks = hooks_of(options, data);
   Farm farm(std::move(turn.store), clock, options.farm);
   ReaderProcess reader(
       {"/proc/self/exe", kReadScene, "--memory", std::to_string(options.reader_memory_bytes)}, {});
@@ -148,6 +167,7 @@ void serve(const CoordinatorOptions& options, const DataFolder& data, const Cloc
     return WantedBlobs::kLookSeconds;
   };
   background.start({look_around, step});
+  const HookRunner runner(std::move(hooks), news_of(farm), clock, options.server.log);
   serve_until_signal(farm, signals, turn.ended);
   reader.stop();
 }
@@ -169,9 +189,11 @@ int run(CoordinatorOptions options) {
   // to another build, nothing depends on this coordinator yet.
   image_library();
   const DataFolder data(options.data, !options.leadership.store.empty());
+  hooks_of(options, data);  // says now what is wrong with them, and not once this coordinator leads
   Quarantine quarantine(data.quarantine_folder());
   const SteadyClock clock;
   options.farm.build = build_id();
+  options.farm.tells_ends = !options.on_done.empty();
   options.farm.schema = kPartialSchema;
   resolve_sizes(options);
   TileLog tile_log;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "coordinator/core/commit_path.h"
+#include "coordinator/core/end_news.h"
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/farm_view.h"
 #include "coordinator/core/job_desk.h"
@@ -44,6 +45,7 @@ struct Farm::Impl {
   FarmView view{state, jobs};                                // states of jobs, tiles, workers
   SequenceView sequence_view{state, jobs, view};             // and of sequences
   JobResults results{state, jobs, storage, view};            // images, curves, reports
+  EndNews news{state, jobs};                                 // ends that hooks are to be told
 };
 
 Farm::Farm(std::unique_ptr<JobStore> store, const Clock& clock, const FarmOptions& options)
@@ -131,6 +133,9 @@ std::string Farm::bundle_of(const WorkerId& worker, const LeaseKey& lease) const
 void Farm::set_missing_file(const std::string& bundle_digest, const std::string& what, bool in_vain) {
   impl_->files.set_missing(bundle_digest, what, in_vain);
 }
+
+std::vector<EndNote> Farm::untold_ends(size_t most) const { return impl_->news.untold(most); }
+void Farm::told(const EndNote& note) { impl_->news.told(note); }
 
 // --- workers ---
 

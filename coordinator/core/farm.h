@@ -120,6 +120,10 @@ class Farm {
   /// Some of them, see WorkerTable::page.
   WorkerPage workers(const WorkerId& after, size_t most) const;
   FarmStats stats() const;
+  /// Jobs and sequences that ended and of which nobody was told yet, of at most so many; none without
+  /// FarmOptions::tells_ends. They stay until told(), also after a restart.
+  std::vector<EndNote> untold_ends(size_t most) const;
+  void told(const EndNote& note);
   /// What an image file of the job should record: job, settings, samples, arithmetic class.
   std::map<std::string, std::string> image_metadata(const JobId& id) const;
 

@@ -37,6 +37,13 @@ struct FarmStats {
   bool storage_fault = false;  // right now: jobs pause until the disk is mended
 };
 
+/// A job or sequence that ended, as hooks are told of it.
+struct EndNote {
+  std::string id;  // "j7", "s3"
+  int count = 1;   // it may end again, once extended or retried
+  bool operator==(const EndNote&) const = default;
+};
+
 /// Some of all jobs, for views of the whole farm.
 struct JobPage {
   std::vector<JobStatus> jobs;

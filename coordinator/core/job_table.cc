@@ -133,10 +133,25 @@ void JobTable::become(Job& job, JobRecord record, double now) {
   farm_.touch(job);
 }
 
+void JobTable::count_end(JobRecord* record) {
+  if (!farm_.options.tells_ends) return;
+  if (!record->frame) {
+    ++record->ends.count;
+    return;
+  }
+  Sequence& sequence = get(record->frame->sequence);
+  if (sequence.record.ends.untold()) return;
+  SequenceRecord changed = sequence.record;
+  ++changed.ends.count;
+  farm_.store->save_sequence(changed);
+  sequence.record = std::move(changed);
+}
+
 void JobTable::end(Job& job, JobState state, const std::string& message, double now) {
   JobRecord record = record_at(job, now);
   record.state = state;
   record.message = message;
+  count_end(&record);
   farm_.store->save_job(record);
   become_ended(job, std::move(record));
 }
@@ -148,6 +163,7 @@ void JobTable::end_all(const std::vector<Job*>& jobs, JobState state, const std:
     records.push_back(record_at(*job, now));
     records.back().state = state;
     records.back().message = message;
+    count_end(&records.back());
   }
   farm_.store->save_jobs(records);
   for (size_t i = 0; i < jobs.size(); ++i) become_ended(*jobs[i], std::move(records[i]));

@@ -49,6 +49,8 @@ class JobTable {
   void take_from_sequence(JobRecord* frame) const;
   /// Loads the end of the curve, if it is not there: of a job that ended before a restart.
   void load_curve(Job& job);
+  /// Of a job that is about to end: hooks are to be told. Of a frame: once its sequence has ended.
+  void count_end(JobRecord* record);
   // What the store has:
   void become(Job& job, JobRecord record, double now);
   void become_ended(Job& job, JobRecord record);

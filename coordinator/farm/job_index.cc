@@ -48,6 +48,11 @@ void JobIndex::place(Job& job) {
     active_[rank] = &job;
     if (!sequence) singles_[rank] = &job;
   }
+  if (!sequence && is_final(job.record.state) && job.record.ends.untold()) {
+    untold_[rank] = &job;
+  } else {
+    untold_.erase(rank);
+  }
   if (!sequence) return;
   sequence->place(job);
   if (sequence->not_final.empty()) {

@@ -39,6 +39,8 @@ class JobIndex {
   const std::map<size_t, Job*>& singles() const { return singles_; }
   /// Sequences with frames that are not final.
   const std::map<SequenceId, Sequence*>& live() const { return live_; }
+  /// Final ones that are no frames and whose end was not told, in the order of submission.
+  const std::map<size_t, Job*>& untold() const { return untold_; }
   /// Those that may have leases or be complete: of a sequence those that somebody works on, and the next one.
   std::vector<Job*> in_work() const;
   /// Jobs and sequences; the frames of a sequence count as one.
@@ -57,6 +59,7 @@ class JobIndex {
   std::map<JobId, size_t> rank_;   // place in order_, from 1
   std::map<size_t, Job*> active_;  // these by rank
   std::map<size_t, Job*> singles_;
+  std::map<size_t, Job*> untold_;
   std::map<SequenceId, Sequence> sequences_;
   std::vector<SequenceId> sequence_order_;
   std::map<SequenceId, Sequence*> live_;

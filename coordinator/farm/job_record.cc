@@ -101,21 +101,34 @@ std::string tile_text(const TileRecord& tile) {
          std::to_string(tile.tile.sample_begin) + " to " + std::to_string(tile.tile.sample_end) + ")";
 }
 
+namespace {
+
+json ends_to_json(const Ends& ends) { return json::array({ends.count, ends.told}); }
+
+/// Those of a record of an older version, or without hooks, are none.
+Ends ends_from_json(const json& record) {
+  if (!record.contains("ends")) return {};
+  return {record.at("ends").at(0).get<int>(), record.at("ends").at(1).get<int>()};
+}
+
+}  // namespace
+
 std::string sequence_record_to_json(const SequenceRecord& record) {
   const SequenceRequest& r = record.request;
   json after = json::array();
   for (const JobId& id : r.after) after.push_back(id.value);
-  const json j = {{"name", r.name},
-                  {"priority", r.priority},
-                  {"pool", r.pool},
-                  {"submitter", r.submitter},
-                  {"max_workers", r.max_workers},
-                  {"deadline", r.deadline},
-                  {"after", after},
-                  {"order", frame_order_name(r.order)},
-                  {"fps", r.fps},
-                  {"budget_seconds", r.budget_seconds},
-                  {"most_spp", r.most_spp}};
+  json j = {{"name", r.name},
+            {"priority", r.priority},
+            {"pool", r.pool},
+            {"submitter", r.submitter},
+            {"max_workers", r.max_workers},
+            {"deadline", r.deadline},
+            {"after", after},
+            {"order", frame_order_name(r.order)},
+            {"fps", r.fps},
+            {"budget_seconds", r.budget_seconds},
+            {"most_spp", r.most_spp}};
+  if (record.ends.count > 0) j["ends"] = ends_to_json(record.ends);
   return j.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
@@ -138,6 +151,7 @@ SequenceRecord sequence_record_from_json(const SequenceId& id, const std::string
     r.fps = j.at("fps").get<double>();
     r.budget_seconds = j.at("budget_seconds").get<double>();
     r.most_spp = j.at("most_spp").get<int64_t>();
+    record.ends = ends_from_json(j);
     return record;
   } catch (const std::exception& e) {
     throw Error(ErrorKind::kFailed, "sequence " + id.value + " in the store: " + e.what());
@@ -157,6 +171,7 @@ std::string job_record_to_json(const JobRecord& r) {
   text.add("cpu_seconds", r.cpu_seconds);
   if (r.deadline > 0) text.add("deadline", r.deadline);
   if (r.dropped.any()) text.add_raw("dropped", dropped_to_json(r.dropped));
+  if (r.ends.count > 0) text.add_raw("ends", ends_to_json(r.ends).dump());
   if (r.image_mean) text.add("image_mean", *r.image_mean);
   text.add("leases_reassigned", r.leases_reassigned);
   text.add("max_workers", r.max_workers);
@@ -198,6 +213,7 @@ JobRecord job_record_from_json(const JobId& id, const std::string& text) {
     const auto state = job_state_from_name(j.at("state").get<std::string>());
     if (!state) throw Error(ErrorKind::kFailed, "job " + id.value + " in the store: unknown state");
     r.state = *state;
+    r.ends = ends_from_json(j);
     r.message = j.at("message").get<std::string>();
     r.arithmetic_class = j.at("class").get<std::string>();
     if (j.contains("quantum")) r.quantum_exponent = j.at("quantum").get<int>();

@@ -59,6 +59,12 @@ std::string tile_name(const LeaseKey& key, bool pilot);
 /// "tile 3 (cells 0,0 to 2,2, samples 16 to 32)", "the pilot".
 std::string tile_text(const TileRecord& tile);
 
+/// How often a job or sequence has ended, and up to which of these ends hooks were told (coordinator/hooks/).
+struct Ends {
+  int count = 0, told = 0;
+  bool untold() const { return told < count; }
+};
+
 /// A job without its tiles. The totals are over the committed tiles.
 struct JobRecord {
   JobId id;
@@ -73,6 +79,7 @@ struct JobRecord {
   double deadline = 0;           // seconds since 1970; 0: none
   std::optional<FrameOf> frame;  // of a sequence; name, priority, pool and the like are the sequence's
   JobState state = JobState::kQueued;
+  Ends ends;
   std::string message;
   std::string arithmetic_class;         // of the first worker that got a lease; empty before
   std::optional<int> quantum_exponent;  // of the first committed partial
@@ -94,6 +101,7 @@ struct JobRecord {
 struct SequenceRecord {
   SequenceId id;
   SequenceRequest request;
+  Ends ends;  // the last one may not have come yet
 };
 /// JSON text of everything but the id, and back; throws Error(kFailed) on malformed text.
 std::string sequence_record_to_json(const SequenceRecord& record);

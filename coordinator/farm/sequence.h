@@ -48,6 +48,8 @@ struct Sequence {
   bool has_worker(const WorkerId& worker) const;
 };
 
+/// Nothing happens to it by itself any more.
+bool has_ended(const Sequence& sequence);
 /// Camera samples that a frame lacks up to its total; 0 if other rules will end it.
 double missing_samples(const JobRecord& frame);
 /// Remaining seconds until all frames have their samples, at the present rate; -1 if unknown.

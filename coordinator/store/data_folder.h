@@ -18,6 +18,7 @@ class DataFolder {
   DataFolder& operator=(const DataFolder&) = delete;
   std::string store_path() const { return path_ + "/jobs.sqlite"; }
   std::string quarantine_folder() const { return path_ + "/quarantine"; }
+  std::string hook_secret_path() const { return path_ + "/hook-secret"; }
   std::string blob_folder() const { return path_ + "/blobs"; }
 
  private:

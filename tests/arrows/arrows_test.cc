@@ -152,7 +152,7 @@ TEST(Arrows, FoldersOfTheCoordinatorPointDown) {
   expect_without("merge", {"coordinator/core/", "coordinator/service/", "coordinator/http/",
                            "coordinator/web/", "coordinator/access/", "grpc", "lightmill/v1/"});
   expect_without("core", {"coordinator/service/", "coordinator/http/", "coordinator/web/",
-                          "coordinator/access/", "grpc", "lightmill/v1/"});
+                          "coordinator/hooks/", "coordinator/access/", "grpc", "lightmill/v1/"});
   expect_without("access",
                  {"coordinator/core/", "coordinator/service/", "coordinator/http/", "coordinator/web/"});
 }

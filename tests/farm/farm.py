@@ -58,6 +58,7 @@ class Farm:
         self.workers = []
         self.logs = []
         self.environment = {}  # of all that is started
+        self.coordinator_options = []
 
     def __enter__(self):
         return self
@@ -86,7 +87,7 @@ class Farm:
         port_file.unlink(missing_ok=True)
         self.coordinator = self._start("coordinator", [
             "lightmill-coordinator", "--listen", self.address or "127.0.0.1:0", "--http", self.http or "127.0.0.1:0",
-            "--data", self.folder / "data", "--port-file", port_file])
+            "--data", self.folder / "data", "--port-file", port_file, *self.coordinator_options])
         text = wait_until("the coordinator's ports", lambda: self._ports(port_file))
         self.address = f"127.0.0.1:{text['rpc']}"
         self.http = f"127.0.0.1:{text['http']}"

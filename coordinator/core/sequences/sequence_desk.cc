@@ -75,6 +75,7 @@ SequenceId SequenceDesk::submit(const SequenceRequest& request, const std::vecto
                          " sequences; start one with a new data folder");
     }
     record.id = SequenceId{farm_.new_id("s", "sequence")};
+    record.ends.count = farm_.options.tells_ends ? 1 : 0;
     farm_.store->save_sequence(record);
     farm_.scheduler.jobs.add(record);
   }
