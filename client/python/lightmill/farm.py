@@ -53,6 +53,10 @@ class Farm:
         """Closes the connections that are kept; `with Farm(...) as farm` does it, too. Later calls make new ones."""
         self._transport.close()
 
+    def give_up(self) -> None:
+        """From another thread: ends all calls that are under way with Unreachable, soon. Later ones end so, too."""
+        self._transport.scope.cancel()
+
     def __enter__(self) -> Farm:
         return self
 
