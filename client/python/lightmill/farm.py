@@ -18,7 +18,7 @@ from .sequence import Order, Sequence, frame_numbers, submit_sequence
 from .transport import DEFAULT_PORT, Path, Transport
 
 PAGE = 500
-_MOST_SPP = 1 << 40  # no bound
+_MOST_SPP = 1 << 31  # no bound: as many as there can be
 
 
 class Farm:

@@ -51,17 +51,15 @@ class WrongSettings(Exception):
 def order_of(scene, view_layer, frame, passes):
     """The options of api.Farm.submit for a final picture. Raises WrongSettings."""
     settings = scene.lightmill
-    stops = {"spp": settings.samples or None, "time": settings.time_limit or None,
-             "target_error": settings.target_error or None}
-    if not any(stops.values()):
+    # With a time or an error and without samples there is no bound of samples, whatever the scene file says.
+    stops = _given(spp=settings.samples or None, time=settings.time_limit or None,
+                   target_error=settings.target_error or None)
+    if not stops:
         raise WrongSettings("nothing ends the render: set samples, a time limit or an error in the sampling panel")
-    if stops["spp"] is None:
-        stops["spp"] = 1 << 40  # no bound; else the scene's would hold
     width, height = frame.size
     if width < 1 or height < 1:
         raise WrongSettings("the render border holds no pixel: enlarge it")
-    return {**{name: value for name, value in stops.items() if value is not None},
-            "integrator": settings.integrator, "max_depth": settings.max_depth, "seed": settings.seed,
+    return {**stops, "integrator": settings.integrator, "max_depth": settings.max_depth, "seed": settings.seed,
             "resolution": (frame.width, frame.height), **_given(crop=frame.crop()),
             **_given(aovs=aovs_of(passes, scene.render.film_transparent)),
             "name": f"{scene.name[:200]} {view_layer.name[:200]} {scene.frame_current}", "priority": settings.priority,
