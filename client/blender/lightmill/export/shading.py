@@ -1,0 +1,68 @@
+"""Materials by way of `nodes/`: what stands before a shape, and what its mesh must carry."""
+from dataclasses import dataclass
+
+from . import mesh_arrays
+from .pbrt_text import quoted
+
+MOST_OWN = 10_000  # places of materials that depend on the object
+
+
+@dataclass(frozen=True)
+class Shading:
+    text: str  # NamedMaterial, AreaLightSource, MediumInterface
+    emits: bool = False
+    is_own: bool = False  # of one place alone
+
+
+class Materials:
+    """Definitions of materials, each written once."""
+
+    def __init__(self, export):
+        self.export = export
+        self._written = set()
+        self.own_places = 0
+
+    def write(self, lines):
+        """Adds lines that are not in the file yet."""
+        for line in lines:
+            if line not in self._written:
+                self._written.add(line)
+                self.export.lines.append(line.rstrip("\n") + "\n")
+
+    def mesh_needs(self, mesh, materials, owner):
+        """(names of up to two uv maps, an attribute or "") that the materials look up, of those that the mesh has.
+        What has no room is reported."""
+        maps, attributes = [], []
+        for material in dict.fromkeys(materials):
+            if material is None:
+                continue
+            needs = self.export.nodes.needs(material)
+            maps += needs.uv_maps
+            attributes += needs.attributes
+        if maps or attributes:
+            active = mesh_arrays.active_uv_layer(mesh)
+            named = [m for m in maps + attributes if m in mesh.uv_layers]
+            maps = list(dict.fromkeys(([active.name] if active else []) + named))
+        attributes = [a or mesh_arrays.active_color(mesh) for a in attributes]
+        attributes = [a for a in dict.fromkeys(attributes) if a and a in mesh.attributes and a not in mesh.uv_layers]
+        if len(maps) > 2:
+            self.export.report.warn("third uv map", owner, f'uses more than two UV maps; "{maps[2]}" is left out')
+        if len(attributes) > 1:
+            self.export.report.warn("second attribute", owner,
+                                    f'uses more than one attribute; "{attributes[1]}" is left out')
+        return tuple(maps[:2]), attributes[0] if attributes else ""
+
+    def find(self, material, place):
+        """The shading of a material (None: Blender's default) at a place (nodes.Place)."""
+        found = self.export.nodes.surface(material, self.export.context, place)
+        self.write(found.lines)
+        text = f"NamedMaterial {quoted(found.name)}\n"
+        if found.emission:
+            self.write(found.emission.lines)
+            text += f'AreaLightSource "diffuse" {found.emission.parameters}\n'
+        outside = self.export.outside
+        if found.volume:
+            self.write(found.volume.lines)
+        if found.volume or outside:
+            text += f"MediumInterface {quoted(found.volume.name if found.volume else outside)} {quoted(outside)}\n"
+        return Shading(text, bool(found.emission), bool(found.uses))
