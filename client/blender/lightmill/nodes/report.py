@@ -1,6 +1,8 @@
 """What could not be written as Blender has it."""
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 MOST_MESSAGES = 1000
@@ -26,9 +28,19 @@ class Report:
     def __init__(self) -> None:
         self.messages: list[Message] = []
         self._seen: set[tuple[str, str]] = set()
+        self._paused = False
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Drops messages: for a try whose result may not be used."""
+        before, self._paused = self._paused, True
+        try:
+            yield
+        finally:
+            self._paused = before
 
     def add(self, kind: str, owner: str, node: str, text: str) -> None:
-        if (kind, owner) in self._seen or len(self.messages) >= MOST_MESSAGES:
+        if self._paused or (kind, owner) in self._seen or len(self.messages) >= MOST_MESSAGES:
             return
         self._seen.add((kind, owner))
         self.messages.append(Message(kind, owner, node, text))
