@@ -2,7 +2,7 @@
 
     blender -b --factory-startup -P draw_world.py -- FOLDER
 
-FOLDER has world.blend and task.json, and gets answer.json and the pictures. Suns are drawn apart: the picture
+FOLDER has world.blend and task.json, and gets answer.json and the pictures, as numpy arrays. Suns are drawn apart: the picture
 has none, and each is measured from what its disc adds.
 """
 import json
@@ -13,7 +13,7 @@ import sys
 import bpy
 import numpy
 
-SAMPLES, SUN_SAMPLES = 8, 2048
+SAMPLES, SUN_SAMPLES = 4, 1024
 SUN_MARGIN = 3  # pixels around what a first look finds
 FLAT = 1e-6  # relative differences below it are none
 
@@ -54,8 +54,8 @@ def set_up(task):
         wanted.worlds = [task["world"]]
     scene = bpy.context.scene
     scene.world = wanted.worlds[0]
-    flags = scene.world.cycles_visibility
-    flags.camera = True
+    scene.world.cycles_visibility.camera = True
+    scene.world.cycles.sampling_method = "NONE"
     for output in [n for n in scene.world.node_tree.nodes if n.type == "OUTPUT_WORLD"]:
         for link in list(output.inputs["Volume"].links):
             scene.world.node_tree.links.remove(link)
@@ -101,8 +101,8 @@ def directions(width, height):
     """Of the middles of pixels, and the solid angles of rows."""
     v, u = (numpy.arange(height) + 0.5) / height, (numpy.arange(width) + 0.5) / width
     up, around = (v - 0.5) * math.pi, math.pi * (1 - 2 * u)
-    x, y = numpy.cos(up)[:, None] * numpy.cos(around) , numpy.cos(up)[:, None] * numpy.sin(around)
-    # The middle of the picture is -x... see Blender's environment texture: u = (atan2(y, -x) + pi) / 2 pi.
+    # As an environment texture: u = (atan2(y, -x) + pi) / 2 pi.
+    x, y = numpy.cos(up)[:, None] * numpy.cos(around), numpy.cos(up)[:, None] * numpy.sin(around)
     z = numpy.repeat(numpy.sin(up)[:, None], width, axis=1)
     edges = numpy.sin((numpy.arange(height + 1) / height - 0.5) * math.pi)
     return numpy.stack([x, y, z], axis=2), numpy.diff(edges) * 2 * math.pi / width
@@ -113,7 +113,7 @@ def suns_of(scene, skies, folder, plain):
     found = []
     for sky in skies:
         sky.sun_disc = True
-        look = draw(scene, folder / "look.exr", SAMPLES) - plain
+        look = draw(scene, folder / "look.exr", 1) - plain
         ys, xs = numpy.nonzero(look.max(axis=2) > 0.02 * look.max())
         if look.max() > 1e-6 * max(plain.max(), 1e-6) and len(ys):
             h, w = look.shape[:2]
@@ -145,11 +145,13 @@ def main():
     answers = []
     for number, values in enumerate(task["light_paths"]):
         undo = fix_light_path(scene.world, values) if values else []
-        name = f"{number}.exr"
-        plain = draw(scene, folder / name, SAMPLES)
+        name = f"{number}.npy"
+        plain = draw(scene, folder / "plain.exr", SAMPLES)
         mean = plain.mean(axis=(0, 1))
         if plain.max() - plain.min() <= FLAT * max(abs(plain.max()), 1e-6) or (numpy.abs(plain - mean) <= FLAT * numpy.maximum(mean, 1e-6)).all():
             name = ""
+        else:
+            numpy.save(folder / name, numpy.ascontiguousarray(plain[::-1], numpy.float32))
         answers.append({"file": name, "rgb": mean.tolist(), "suns": suns_of(scene, skies, folder, plain)})
         restore(undo)
     (folder / "answer.json").write_text(json.dumps(answers), encoding="utf-8")

@@ -12,7 +12,12 @@ MOST_TILES = 60
 
 
 def _written(graph: Graph, node: Any, tile: int | None = None) -> ImageFile | None:
-    return graph.context.images.write(node.image, graph.context.frame, node.image_user, owner=graph.owner, node=node.name, tile=tile)
+    return graph.context.images.write(node.image, graph.context.frame, node.image_user, owner=graph.owner, node=node.name, tile=tile,
+                                      multiplied=not _alpha_is_used(node))
+
+
+def _alpha_is_used(node: Any) -> bool:
+    return "Alpha" in node.outputs and node.outputs["Alpha"].is_linked
 
 
 def _interpolation(graph: Graph, node: Any) -> str:
@@ -23,7 +28,9 @@ def _interpolation(graph: Graph, node: Any) -> str:
 
 
 def _lookup(graph: Graph, node: Any, file: ImageFile, output: str, inputs: dict[str, Value], **parameters: Any) -> Value:
-    """Colour or alpha of a picture. Cycles shows colours multiplied by alpha, unless the node's Alpha is used."""
+    """Colour or alpha of a picture. Cycles shows colours multiplied by alpha, unless the node's Alpha is used.
+
+    Straight alpha that is still there is of float files (linear), sequences and tiles."""
     def look(what: str) -> Value:
         return graph.add(node.type, what, "color" if what == "Color" else "number", inputs, image=file.name, colorspace=file.colorspace,
                          interpolation=_interpolation(graph, node), **parameters)
@@ -31,7 +38,7 @@ def _lookup(graph: Graph, node: Any, file: ImageFile, output: str, inputs: dict[
     if output == "Alpha":
         return 1.0 if file.alpha == "none" else look("Alpha")
     color = look("Color")
-    alpha_is_used = node.outputs["Alpha"].is_linked if "Alpha" in node.outputs else False
+    alpha_is_used = _alpha_is_used(node)
     if file.alpha == "straight" and not alpha_is_used:
         alpha = look("Alpha")
         return graph.add("MIX_RGB", "Color", "color", {"Fac": 1.0, "Color1": color, "Color2": alpha}, blend_type="MULTIPLY")

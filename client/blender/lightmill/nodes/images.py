@@ -38,14 +38,19 @@ class ImageFiles:
         self._done: dict[Any, ImageFile | None] = {}
         self._by_file: dict[Any, str] = {}
 
-    def write(self, image: Any, frame: int, user: Any = None, *, owner: str = "", node: str = "", tile: int | None = None) -> ImageFile | None:
+    def write(self, image: Any, frame: int, user: Any = None, *, owner: str = "", node: str = "", tile: int | None = None,
+              multiplied: bool = False) -> ImageFile | None:
         """The file of an image at a frame; None (reported) if it can't be had. `user` is the node's ImageUser, of a sequence;
-        `tile` the number of a UDIM tile."""
+        `tile` the number of a UDIM tile. With `multiplied` colours are multiplied by a straight alpha as Cycles does, in the
+        encoding of the file, and there is no alpha."""
         number = _sequence_number(image, user, frame) if image.source == "SEQUENCE" else tile
-        key = (image.as_pointer(), number)
+        key = (image.as_pointer(), number, multiplied)
         if key not in self._done:
             try:
-                self._done[key] = self._written(image, number, owner, node)
+                found = self._written(image, number, owner, node)
+                if multiplied and found is not None and found.alpha == "straight":
+                    found = self._multiplied(image, found, number, owner, node)
+                self._done[key] = found
             except OSError as error:
                 self.report.add(f"image {image.name}", owner, node, f"the image {image.name!r} can't be read: {error}")
                 self._done[key] = None
@@ -125,6 +130,22 @@ class ImageFiles:
         name = self.write_bytes(image_files.png((numpy.clip(pixels, 0, 1) * 255 + 0.5).astype(numpy.uint8)), ".png")
         return ImageFile(name, _colorspace(image), _alpha(image, "straight") if channels == 4 else "none")
 
+    def _multiplied(self, image: Any, straight: ImageFile, number: int | None, owner: str, node: str) -> ImageFile:
+        import numpy
+
+        from . import image_files
+
+        width, height = image.size
+        if image.source in ("SEQUENCE", "TILED") or image.channels != 4 or not 0 < width * height <= MOST_PIXELS:
+            return straight
+        pixels = numpy.empty(width * height * 4, numpy.float32)
+        image.pixels.foreach_get(pixels)
+        pixels = pixels.reshape(height, width, 4)[::-1]
+        if image.is_float or (pixels[:, :, 3] >= 1).all():
+            return ImageFile(straight.name, straight.colorspace, "none" if not image.is_float else straight.alpha)
+        colors = (pixels[:, :, :3] * pixels[:, :, 3:] * 255 + 0.5).astype(numpy.uint8)
+        return ImageFile(self.write_bytes(image_files.png(colors), ".png"), straight.colorspace, "none")
+
     def _as_file(self, image: Any, name: str) -> ImageFile:
         space = _colorspace(image)
         if space == "":
@@ -146,21 +167,7 @@ def _alpha(image: Any, usual: str) -> str:
         return "none"
     if image.alpha_mode == "CHANNEL_PACKED" or _colorspace(image) == "Non-Color":
         return "data"
-    if image.depth not in (0, 32, 64, 128):  # bits of a pixel: no alpha
-        return "none"
-    return "none" if _is_opaque(image) else usual
-
-
-def _is_opaque(image: Any) -> bool:
-    """True if it is known that alpha is 1 everywhere. Images that Blender has not loaded stay so."""
-    width, height = image.size if image.has_data else (0, 0)
-    if image.channels != 4 or not 0 < width * height <= 1 << 24:
-        return False
-    import numpy
-
-    pixels = numpy.empty(width * height * 4, numpy.float32)
-    image.pixels.foreach_get(pixels)
-    return bool((pixels[3::4] >= 1).all())
+    return usual if image.depth in (0, 32, 64, 128) else "none"  # bits of a pixel that may have alpha
 
 
 def _packed(image: Any, number: int | None) -> bytes | None:

@@ -126,9 +126,8 @@ def _transform(graph: Graph, source: Source) -> Value:
     if "CAMERA" in (node.convert_from, node.convert_to):
         graph.uses.add("camera")
         spaces["CAMERA"] = graph.context.to_camera().inverted_safe()
+    # Normals turn as directions do, as in Cycles.
     matrix = spaces[node.convert_to].inverted_safe() @ spaces[node.convert_from]
-    if node.vector_type == "NORMAL":
-        matrix = matrix.inverted_safe().transposed()
     value = graph.transformed(graph.value(node.inputs["Vector"], source.scope), matrix, translate=node.vector_type == "POINT")
     if node.vector_type == "NORMAL":
         value = graph.add("VECT_MATH", "Vector", "vector", {"Vector": value}, operation="NORMALIZE")

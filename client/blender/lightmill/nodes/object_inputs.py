@@ -65,7 +65,7 @@ def _attribute(graph: Graph, source: Source) -> Value:
     if uv is not None:
         if output == "Alpha":
             return 1.0
-        return graph.number(uv) if output == "Fac" else uv
+        return graph.add("SEPXYZ", "X", "number", {"Vector": uv}) if output == "Fac" else uv  # as in Cycles
     return _mesh_attribute(graph, node, name, output)
 
 

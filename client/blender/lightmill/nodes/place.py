@@ -19,6 +19,27 @@ def _generated(data: Any) -> Matrix:
     return matrix
 
 
+def _rotated(x: int, k: int) -> int:
+    return (x << k | x >> 32 - k) & 0xFFFFFFFF
+
+
+def random_of_name(name: str) -> float:
+    """What Object Info calls Random of an object that is no instance: Jenkins' hash (lookup3) of a hash of its name."""
+    word = 0
+    for byte in name.encode("utf-8", "surrogateescape"):
+        word = (word * 37 + (byte if byte < 128 else byte - 256)) & 0xFFFFFFFF
+    a = b = c = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
+    a = (a + word) & 0xFFFFFFFF
+    c = ((c ^ b) - _rotated(b, 14)) & 0xFFFFFFFF
+    a = ((a ^ c) - _rotated(c, 11)) & 0xFFFFFFFF
+    b = ((b ^ a) - _rotated(a, 25)) & 0xFFFFFFFF
+    c = ((c ^ b) - _rotated(b, 16)) & 0xFFFFFFFF
+    a = ((a ^ c) - _rotated(c, 4)) & 0xFFFFFFFF
+    b = ((b ^ a) - _rotated(a, 14)) & 0xFFFFFFFF
+    c = ((c ^ b) - _rotated(b, 24)) & 0xFFFFFFFF
+    return c / 0xFFFFFFFF
+
+
 @dataclass
 class Place:
     """An object, or one instance of it. Matrices are 4 x 4, of columns, as Blender has them."""
@@ -40,11 +61,10 @@ class Place:
     def of(cls, obj: Any, instance: Any = None, **more: Any) -> "Place":
         """Of an evaluated object, or of a `DepsgraphObjectInstance` of it."""
         place = cls(name=obj.name, matrix_world=(instance or obj).matrix_world.copy(), generated=_generated(obj.data),
-                    object=obj, color=tuple(obj.color), pass_index=obj.pass_index)
-        if instance is not None:
-            # The upper bits as Cycles takes them.
+                    object=obj, color=tuple(obj.color), pass_index=obj.pass_index, random=random_of_name(obj.name))
+        if instance is not None and instance.is_instance:
             place.random = (instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF
-            place.instancer = instance.parent if instance.is_instance else None
+            place.instancer = instance.parent
         for key, value in more.items():
             setattr(place, key, value)
         return place

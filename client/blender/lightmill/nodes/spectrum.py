@@ -1,8 +1,6 @@
 """Colours of temperatures and wavelengths, in linear Rec.709."""
 from __future__ import annotations
 
-import math
-
 Color = tuple[float, float, float]
 
 # Rational fits to a black body of luminance 1 that Cycles has: from this many kelvin, a / T + b T + c of red and
@@ -36,20 +34,34 @@ def blackbody(kelvin: float) -> Color:
     return (max(r, 0.0), max(g, 0.0), max(b, 0.0))
 
 
-def _lobe(x: float, middle: float, below: float, above: float) -> float:
-    t = (x - middle) * (below if x < middle else above)
-    return math.exp(-0.5 * t * t)
+# CIE 1931 colour matching functions (x, y, z) from 380 to 780 nm, every 10 nm.
+_MATCHING = ((0.0014, 0, 0.0065), (0.0042, 0.0001, 0.0201), (0.0143, 0.0004, 0.0679), (0.0435, 0.0012, 0.2074),
+             (0.1344, 0.004, 0.6456), (0.2839, 0.0116, 1.3856), (0.3483, 0.023, 1.7471), (0.3362, 0.038, 1.7721),
+             (0.2908, 0.06, 1.6692), (0.1954, 0.091, 1.2876), (0.0956, 0.139, 0.813), (0.032, 0.208, 0.4652),
+             (0.0049, 0.323, 0.272), (0.0093, 0.503, 0.1582), (0.0633, 0.71, 0.0782), (0.1655, 0.862, 0.0422),
+             (0.2904, 0.954, 0.0203), (0.4334, 0.995, 0.0087), (0.5945, 0.995, 0.0039), (0.7621, 0.952, 0.0021),
+             (0.9163, 0.87, 0.0017), (1.0263, 0.757, 0.0011), (1.0622, 0.631, 0.0008), (1.0026, 0.503, 0.0003),
+             (0.8544, 0.381, 0.0002), (0.6424, 0.265, 0), (0.4479, 0.175, 0), (0.2835, 0.107, 0), (0.1649, 0.061, 0),
+             (0.0874, 0.032, 0), (0.0468, 0.017, 0), (0.0227, 0.0082, 0), (0.0114, 0.0041, 0), (0.0058, 0.0021, 0),
+             (0.0029, 0.001, 0), (0.0014, 0.0005, 0), (0.0007, 0.0003, 0), (0.0003, 0.0001, 0), (0.0002, 0.0001, 0),
+             (0.0001, 0, 0), (0, 0, 0))
+
+
+def _matching(nm: float) -> list[float]:
+    """Between the table's values: Catmull and Rom's spline."""
+    at = (nm - 380) / 10
+    i = min(int(at), len(_MATCHING) - 2)
+    t = at - i
+    rows = [_MATCHING[min(max(i + k, 0), len(_MATCHING) - 1)] for k in (-1, 0, 1, 2)]
+    weights = (-0.5 * t + t * t - 0.5 * t ** 3, 1 - 2.5 * t * t + 1.5 * t ** 3, 0.5 * t + 2 * t * t - 1.5 * t ** 3, -0.5 * t * t + 0.5 * t ** 3)
+    return [sum(w * row[k] for w, row in zip(weights, rows)) for k in range(3)]
 
 
 def wavelength(nm: float) -> Color:
-    """Colour of light of one wavelength, as Cycles scales it. The matching functions are the fits of Wyman,
-    Sloan and Shirley, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions" (2013)."""
+    """Colour of light of one wavelength, as Cycles scales it."""
     if not 380 <= nm <= 780:
         return (0.0, 0.0, 0.0)
-    x = (0.362 * _lobe(nm, 442.0, 0.0624, 0.0374) + 1.056 * _lobe(nm, 599.8, 0.0264, 0.0323)
-         - 0.065 * _lobe(nm, 501.1, 0.0490, 0.0382))
-    y = 0.821 * _lobe(nm, 568.8, 0.0213, 0.0247) + 0.286 * _lobe(nm, 530.9, 0.0613, 0.0322)
-    z = 1.217 * _lobe(nm, 437.0, 0.0845, 0.0278) + 0.681 * _lobe(nm, 459.0, 0.0385, 0.0725)
+    x, y, z = _matching(nm)
     rgb = (3.2404542 * x - 1.5371385 * y - 0.4985314 * z, -0.9692660 * x + 1.8760108 * y + 0.0415560 * z,
            0.0556434 * x - 0.2040259 * y + 1.0572252 * z)
     return tuple(max(c / 2.52, 0.0) for c in rgb)  # 2.52: the largest component of a pure colour

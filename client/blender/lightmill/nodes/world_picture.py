@@ -13,6 +13,7 @@ import tempfile
 from dataclasses import dataclass
 from typing import Any
 
+from . import image_files
 from .context import Context, digest
 
 MOST_KEPT = 8
@@ -143,6 +144,7 @@ def pictures(data: Any, context: Context, light_paths: list[dict[str, float]]) -
 
 def _drawn(data: Any, context: Context, light_paths: list[dict[str, float]]) -> list[Picture]:
     import bpy
+    import numpy
 
     if not bpy.app.binary_path:
         raise RuntimeError("this Blender is a Python module, and another one can't be started")
@@ -162,7 +164,7 @@ def _drawn(data: Any, context: Context, light_paths: list[dict[str, float]]) -> 
             raise RuntimeError(f"another Blender failed: {last[0] if last else done.returncode}")
         found = []
         for one in json.loads(answer.read_text(encoding="utf-8")):
-            exr = (at / one["file"]).read_bytes() if one["file"] else b""
+            exr = image_files.exr(numpy.load(at / one["file"])) if one["file"] else b""
             suns = tuple(Sun(tuple(s["direction"]), tuple(s["irradiance"]), s["angle"]) for s in one["suns"])
             found.append(Picture(exr, tuple(one["rgb"]), suns))
         return found
