@@ -40,7 +40,7 @@ def take(depsgraph, connection, export, order):
 
 
 def send(engine, depsgraph, connection, passes, export):
-    """Exports and submits the frames that come next, as many as the scene's settings say. `export(depsgraph, size)`."""
+    """Exports and submits the frames that come next, as many as the scene's settings say. `export(engine, depsgraph, size)`."""
     scene = depsgraph.scene
     current, step = scene.frame_current, scene.frame_step
     last = min(scene.frame_end, current + step * scene.lightmill.frames_ahead)
@@ -94,7 +94,7 @@ def _is_rendered(scene, number):
 def _send(engine, depsgraph, connection, passes, export, number):
     frame = frame_of(depsgraph.scene.render, engine.resolution_x, engine.resolution_y)
     order = orders.order_of(depsgraph.scene, depsgraph.view_layer, frame, passes)
-    made = export(depsgraph, (frame.width, frame.height))
+    made = export(engine, depsgraph, (frame.width, frame.height))
     # Beside the other files, under a name of its own: the next export writes the scene file again.
     main = made.main.with_name(f"ahead-{number}-{made.main.name}")
     main.write_bytes(made.main.read_bytes())

@@ -26,9 +26,10 @@ class RenderFailed(Exception):
     """One line for the user."""
 
 
-def _export(depsgraph, size, use="final"):
+def _export(engine, depsgraph, size, use="final"):
     space = workspace(use)
-    return export_frame(depsgraph, depsgraph.scene, depsgraph.view_layer, space.folder, size=size, cache=space.cache)
+    return export_frame(depsgraph, depsgraph.scene, depsgraph.view_layer, space.folder, size=size, cache=space.cache,
+                        frame_set=engine.frame_set)
 
 
 def _kept(main):
@@ -88,7 +89,7 @@ class LightmillRenderEngine(bpy.types.RenderEngine):
         connection = orders.connection_of(scene)
         connection.warm_up()  # while the scene is exported
         self.update_stats("", "Lightmill: exporting the scene")
-        export = _export(depsgraph, (frame.width, frame.height))
+        export = _export(self, depsgraph, (frame.width, frame.height))
         for message in export.report:
             _once.warn(self, str(message))
         rendering = (frames_ahead.take(depsgraph, connection, export, order)
@@ -148,7 +149,7 @@ class LightmillRenderEngine(bpy.types.RenderEngine):
         """A picture of a material, world, light or texture: few samples, without passes."""
         scene = depsgraph.scene
         frame = frame_of(scene.render, self.resolution_x, self.resolution_y)
-        export = _export(depsgraph, (frame.width, frame.height), "preview")
+        export = _export(self, depsgraph, (frame.width, frame.height), "preview")
         order = orders.preview_order(frame.width, frame.height, transparent=scene.render.film_transparent)
         rendering = Rendering(orders.local_connection_of(scene), export.main, order)
         self._follow(rendering, depsgraph, frame, ())

@@ -5,6 +5,8 @@ import shutil
 
 import bpy
 
+from ..export import Cache
+
 _workspaces = {}
 
 
@@ -14,7 +16,7 @@ class Workspace:
     def __init__(self, use):
         self.folder = pathlib.Path(bpy.app.tempdir) / "lightmill" / use
         self.folder.mkdir(parents=True, exist_ok=True)
-        self.cache = {}
+        self.cache = Cache()
 
 
 def workspace(use):
