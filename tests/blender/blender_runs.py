@@ -55,20 +55,29 @@ class Blender:
 
     def start(self, *arguments, script="", background=True, environment=None):
         """As a user starts it, but with the first scene, made small, and what `script` changes."""
-        command = ["blender", *(["-b"] if background else []), "--factory-startup", "--python-exit-code", "1",
-                   "--addons", "lightmill", "--python-expr", SMALL + script, "-E", "LIGHTMILL",
-                   "-o", f"{self.folder}/frame####", *map(str, arguments)]
-        log = open(self.folder / f"log{len(self.processes)}", "w+b")
-        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
-                                   env={**os.environ, **self.environment, **(environment or {})})
-        process.log = pathlib.Path(log.name)
-        log.close()
+        return self._start([*(["-b"] if background else []), "--factory-startup", "--python-exit-code", "1",
+                            "--addons", "lightmill", "--python-expr", SMALL + script, "-E", "LIGHTMILL",
+                            "-o", f"{self.folder}/frame####", *map(str, arguments)], environment or {})
+
+    def _start(self, arguments, environment):
+        log = self.folder / f"log{len(self.processes)}"
+        with open(log, "wb") as out:
+            process = subprocess.Popen(["blender", *arguments], stdin=subprocess.DEVNULL, stdout=out, stderr=out,
+                                       env={**os.environ, **self.environment, **environment})
+        process.log = log
         self.processes.append(process)
         return process
 
     def run(self, *arguments, expect=0, **options):
         """Runs Blender to its end and returns what it said."""
-        process = self.start(*arguments, **options)
+        return self._end(self.start(*arguments, **options), expect)
+
+    def run_plain(self, script):
+        """A script in a Blender without the add-on."""
+        return self._end(self._start(["-b", "--factory-startup", "--python-exit-code", "1", "--python-expr",
+                                      "import bpy\n" + script], {}), 0)
+
+    def _end(self, process, expect):
         try:
             code = process.wait(GENEROUS_S)
         except subprocess.TimeoutExpired:

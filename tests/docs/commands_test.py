@@ -34,7 +34,7 @@ ELSEWHERE = [  # a pattern, and what runs such commands
     (r"^tests/run\.sh|^cmake --preset|^ctest ", "this very run"),
     (r"farm\.example\.org:7070|--credentials farm-credentials", "tests/farm/hostile/hostile_test.py, on the machines it has"),
     (r"^build/release/tests/extreme_suite|^tests/bench", "CTest, as the suite's own tests"),
-    (r"^blender ", "tests/farm/blender_test.py"),
+    (r"^blender ", "tests/blender/engine_test.py, with a scene of its own"),
     (r"^cmake --(build|install) |^\(cd build && cpack |^~/lightmill/|^sudo (apt|systemctl|systemd-run) |^journalctl ",
      "tests/deploy/package.sh"),
     (r"^sudo -u postgres ", "tests/support/postgres.py, as far as a server of its own goes"),
