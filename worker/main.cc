@@ -203,12 +203,12 @@ int run(const Options& options) {
   runner_options.lease_wait_seconds = 2;
   runner_options.log = [](const std::string& line) { spdlog::info("{}", line); };
   runner_options.debug = [](const std::string& line) { spdlog::debug("{}", line); };
+  std::string (*const found_class)() = options.one_machine ? one_machine : arithmetic_class;
   runner_options.registration = {agent::host_name(),
                                  threads,
                                  overridden("LIGHTMILL_TEST_BUILD_ID", build_id),
                                  kPartialSchema,
-                                 overridden("LIGHTMILL_TEST_ARITHMETIC_CLASS",
-                                            options.one_machine ? one_machine : arithmetic_class),
+                                 overridden("LIGHTMILL_TEST_ARITHMETIC_CLASS", found_class),
                                  options.pool,
                                  sandbox.memory_bytes};
   spdlog::info("{}; {} threads; arithmetic class {}", runner_options.registration.build, threads,

@@ -24,9 +24,6 @@ def frames(blender):
     return [pixels(blender.picture(number)) for number in range(1, 5)]
 
 
-def jobs(farm):
-    return {job["name"]: job for job in farm.json("jobs")}
-
 
 def dying_worker(blender, farm):
     """The farm needs nothing on this machine. Frames are under way before Blender comes to them; a worker dies meanwhile,
@@ -38,10 +35,10 @@ def dying_worker(blender, farm):
     want = frames(blender)
     for number in range(3):
         assert numpy.abs(want[number] - want[number + 1]).mean() > 0.005, "the cube moves"
-    assert len(jobs(farm)) == 4, "each frame is one job"
+    assert len(farm.json("jobs")) == 4, "each frame is one job"
     script = MOVING.format(http=farm.http, samples=64) + "s.lightmill.priority = 3\n"
     process = blender.start("-a", script=script, environment=NO_PROGRAM)
-    wait_until("frames ahead", lambda: len(jobs(farm)) > 5)
+    wait_until("frames ahead", lambda: len(farm.json("jobs")) > 5)
     farm.workers[0].kill()
     farm.workers[0].wait()
     farm.start_worker(2)
@@ -49,7 +46,7 @@ def dying_worker(blender, farm):
     got = frames(blender)
     for number in range(4):
         assert (want[number] == got[number]).all(), f"frame {number + 1} differs"
-    assert all(job["state"] == "done" for job in farm.json("jobs")), jobs(farm)
+    assert all(job["state"] == "done" for job in farm.json("jobs")), farm.json("jobs")
 
 
 def lost_coordinator(blender, farm):
@@ -75,7 +72,34 @@ def lost_coordinator(blender, farm):
     assert len(error_lines(said(process))) == 1, said(process)
 
 
-PARTS = {f.__name__: f for f in (dying_worker, lost_coordinator)}
+SUBMIT = """
+bpy.context.scene.render.engine = "LIGHTMILL"
+bpy.context.scene.view_layers[0].use_pass_z = True
+assert bpy.ops.lightmill.submit_animation() == {{"FINISHED"}}
+print("submitted", s.lightmill.sequence)
+import lightmill_api
+lightmill_api.Farm("http://{http}").sequence(s.lightmill.sequence).wait(300)
+s.render.filepath = {folder!r} + "/fetched####"
+assert bpy.ops.lightmill.fetch_animation() == {{"FINISHED"}}
+assert s.frame_current == 1
+"""
+
+
+def left_to_the_farm(blender, farm):
+    """The operators submit all frames as one sequence, and fetch them. A render after it is a render."""
+    farm.start_coordinator()
+    farm.start_worker(2)
+    text = blender.run("-f", 1, environment=NO_PROGRAM, script=MOVING.format(http=farm.http, samples=16)
+                       + SUBMIT.format(http=farm.http, folder=str(blender.folder)))
+    assert "submitted s" in text, text
+    fetched = [pixels(blender.folder / f"fetched{number:04}.exr") for number in range(1, 5)]
+    assert fetched[0].shape == (64, 96, 4), fetched[0].shape  # with the depth
+    for number in range(3):
+        assert numpy.abs(fetched[number] - fetched[number + 1]).mean() > 0.001, "the cube moves"
+    assert numpy.allclose(fetched[0][..., :3], pixels(blender.picture())[..., :3], atol=1e-5), "the same job"
+
+
+PARTS = {f.__name__: f for f in (dying_worker, lost_coordinator, left_to_the_farm)}
 
 
 def main():

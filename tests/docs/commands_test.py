@@ -57,10 +57,11 @@ def checkout(folder, bin_dir):
     programs.mkdir(parents=True)
     for name in ("lightmill", "lightmill-coordinator", "lightmill-worker"):
         (programs / name).symlink_to(pathlib.Path(bin_dir).resolve() / name)
-    for part in ("proto", "deploy"):
+    for part in ("proto", "deploy", "LICENSE"):
         (folder / part).symlink_to(ROOT / part)
     shutil.copytree(ROOT / "client" / "python", folder / "client" / "python",
                     ignore=shutil.ignore_patterns("__pycache__", ".mypy_cache"))
+    shutil.copytree(ROOT / "client" / "blender", folder / "client" / "blender", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "scenes", folder / "scenes")
     for scene in (folder / "scenes").glob("*.pbrt"):
         text = re.sub(r'("integer [xy]resolution") \d+', r"\1 24", scene.read_text())

@@ -6,7 +6,7 @@ import traceback
 import bpy
 
 from ..export import export_frame
-from . import frames_ahead, orders, viewport
+from . import frames_ahead, orders, submission, viewport
 from .connection import ERRORS
 from .frame import frame_of
 from .messages import Once, tell
@@ -63,6 +63,8 @@ class LightmillRenderEngine(bpy.types.RenderEngine):
                 self._preview(depsgraph)
             else:
                 self._render(depsgraph)
+        except submission.Stopped:
+            pass
         except (RenderFailed, orders.WrongSettings, *ERRORS) as error:
             self._fail(str(error))
         except Exception as error:  # a mistake of ours is told as such, and Blender goes on
@@ -88,6 +90,9 @@ class LightmillRenderEngine(bpy.types.RenderEngine):
         order = orders.order_of(scene, view_layer, frame, passes)
         connection = orders.connection_of(scene)
         connection.warm_up()  # while the scene is exported
+        if submission.is_asked(scene):
+            submission.submit(self, depsgraph, connection, passes, _export)
+            return
         self.update_stats("", "Lightmill: exporting the scene")
         export = _export(self, depsgraph, (frame.width, frame.height))
         for message in export.report:

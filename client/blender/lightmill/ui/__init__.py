@@ -1,9 +1,9 @@
 """Settings, preferences and panels."""
 import bpy
 
-from . import panels, preferences, settings, shared_panels
+from . import panels, preferences, settings, shared_panels, submission
 
-CLASSES = (*settings.CLASSES, *preferences.CLASSES, *panels.CLASSES)
+CLASSES = (*settings.CLASSES, *preferences.CLASSES, *submission.CLASSES, *panels.CLASSES)
 
 
 def register():
