@@ -22,7 +22,7 @@ if not ctypes.util.find_library("Xtst"):
     sys.exit(77)
 
 WATCH = """
-import gpu, time
+import gpu, time, traceback
 bpy.context.preferences.view.render_display_type = "AREA"
 bpy.context.preferences.view.show_splash = False
 s.lightmill.samples = 1 << 20
@@ -49,9 +49,9 @@ class Rendered:
 
 seen = Rendered()
 stats = []
-bpy.app.handlers.render_stats.append(lambda text: stats.append(str(text)))
-steps = iter(())
-
+from lightmill.engine import render_engine
+text_of = render_engine.text_of
+render_engine.text_of = lambda rendering: stats.append(text_of(rendering)) or stats[-1]  # the status line
 def plan():
     say("window ready")
     while not bpy.app.is_job_running("RENDER"):
@@ -94,23 +94,18 @@ def plan():
     while True:
         yield
 
+steps = plan()
+
 def tick():
-    global steps
     try:
         next(steps)
-    except Exception as error:
-        import traceback
+    except Exception:
         traceback.print_exc()
-        say(f"error {error}")
+        say("error")
         return None
     return 0.05
 
-def begin():
-    global steps
-    steps = plan()
-    return tick()
-bpy.app.timers.register(begin, first_interval=1.0)
-bpy.app.timers.register(tick, first_interval=1.5, persistent=True)
+bpy.app.timers.register(tick, first_interval=1.0)
 """
 
 

@@ -7,7 +7,6 @@ bl_info = {
     "version": (0, 1, 0),
     "blender": (3, 4, 0),
     "category": "Render",
-    "doc_url": "",
 }
 
 

@@ -9,7 +9,7 @@ import threading
 
 from . import programs
 
-START_SECONDS = 35.0  # a little more than the guardian waits
+START_SECONDS = 130.0  # a little more than the guardian waits
 
 _lock = threading.Lock()
 _farm = None

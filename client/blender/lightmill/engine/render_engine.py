@@ -5,7 +5,6 @@ import traceback
 
 import bpy
 
-from ..export import export_frame
 from . import frames_ahead, orders, submission, viewport
 from .connection import ERRORS
 from .frame import frame_of
@@ -27,9 +26,7 @@ class RenderFailed(Exception):
 
 
 def _export(engine, depsgraph, size, use="final"):
-    space = workspace(use)
-    return export_frame(depsgraph, depsgraph.scene, depsgraph.view_layer, space.folder, size=size, cache=space.cache,
-                        frame_set=engine.frame_set)
+    return workspace(use).export(depsgraph, size, frame_set=engine.frame_set)
 
 
 def _kept(main):

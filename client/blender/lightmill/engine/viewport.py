@@ -12,7 +12,6 @@ import gpu
 import numpy
 from gpu_extras.presets import draw_texture_2d
 
-from ..export import export_frame
 from . import orders
 from .passes import channels_of, combined
 from .rendering import Rendering
@@ -46,10 +45,8 @@ class Session:
         """The scene changed."""
         scene = depsgraph.scene
         view = view_of(context)
-        space = workspace("viewport")
         try:
-            export = export_frame(depsgraph, scene, depsgraph.view_layer, space.folder, size=(view.width, view.height),
-                                  cache=space.cache, camera=CAMERA_MARK)
+            export = workspace("viewport").export(depsgraph, (view.width, view.height), camera=CAMERA_MARK)
             text = export.main.read_text("utf-8")
         except Exception as error:  # the viewport must not raise at every draw
             traceback.print_exc(file=sys.stderr)

@@ -32,7 +32,7 @@ class LightmillSceneSettings(bpy.types.PropertyGroup):
     priority: IntProperty(name="Priority", description="Higher first", default=0, soft_min=-10, soft_max=10)
     frames_ahead: IntProperty(
         name="Frames Ahead", description="Frames of an animation that the farm begins before Blender comes to them",
-        default=3, min=0, max=64)
+        default=3, min=0, max=16)
     sequence: StringProperty(name="Sequence", description="Of the last animation that was submitted")
 
 
