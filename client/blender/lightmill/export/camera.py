@@ -8,8 +8,6 @@ from .pbrt_text import columns, is_usable, moving, numbers
 
 # pbrt's camera looks along +z with +x to the right and +y up; Blender's along -z.
 TO_PBRT = Matrix.Diagonal((1, 1, -1, 1))
-# Of a panorama: the middle of pbrt's picture is -x, its left +z. Columns: where pbrt's axes are in Blender's camera.
-PANORAMA = Matrix(((0, 0, -1, 0), (0, 1, 0, 0), (1, 0, 0, 0), (0, 0, 0, 1)))
 FISHEYES = {"FISHEYE_EQUIDISTANT": "equidistant", "FISHEYE_EQUISOLID": "equisolid", "MIRRORBALL": "mirrorball"}
 
 
@@ -83,19 +81,19 @@ def camera_lines(camera_object, scene, size, motion, report):
     camera = camera_object.data
     matrix = without_scale(camera_object.matrix_world)
     settings = getattr(camera, "cycles", None)
-    kind, to_pbrt = camera_type(camera, settings, matrix, scene, size, camera_object.name, report), TO_PBRT
-    if camera.type == "PANO" and '"spherical"' in kind:
-        to_pbrt = PANORAMA
+    kind = camera_type(camera, settings, matrix, scene, size, camera_object.name, report)
     if not is_usable(columns(matrix)):
         report.warn("flat camera", camera_object.name, "has a scale of 0 or is nowhere; nothing can be seen by it")
         return None
 
-    def to_camera(m):
-        return columns((without_scale(m) @ to_pbrt).inverted())
+    way = motion.way("camera", columns(camera_object.matrix_world))
+    if len(way) > 2:  # the reader's cameras go straight
+        way = (way[0], way[-1])
+    return moving([columns((without_scale(from_columns(m)) @ TO_PBRT).inverted()) for m in way]) + kind + "\n"
 
-    start, end = motion.of("camera", columns(camera_object.matrix_world))
-    first, last = (None if m is None else to_camera(Matrix([m[k::4] for k in range(4)])) for m in (start, end))
-    return moving(first, last) + kind + "\n"
+
+def from_columns(m):
+    return Matrix([m[k::4] for k in range(4)])
 
 
 def camera_type(camera, settings, matrix, scene, size, name, report):
@@ -117,10 +115,10 @@ def panorama(camera, settings, size, name, report):
         report.warn("panorama lens", name, "panoramas have no depth of field")
     if kind == "EQUIRECTANGULAR":
         text = 'Camera "spherical" "string mapping" "equirectangular"'
-        whole = {"longitude_min": -180, "longitude_max": 180, "latitude_min": -90, "latitude_max": 90}
-        angles = {key: math.degrees(getattr(s, key)) for key in whole}
-        if any(abs(angles[key] - whole[key]) > 1e-4 for key in whole):
-            text += "".join(f' "float {key.replace("_", "")}" {angle:.9g}' for key, angle in angles.items())
+        for key, most in (("longitude_min", 180), ("longitude_max", 180), ("latitude_min", 90), ("latitude_max", 90)):
+            # Their presence says that the picture is laid out as Blender's.
+            angle = min(max(math.degrees(getattr(s, key)), -most), most)
+            text += f' "float {key.replace("_", "")}" {angle:.9g}'
         return text
     if kind not in FISHEYES:
         report.warn("panorama type", name, f"a panorama of type {kind} is drawn as an equidistant fisheye")

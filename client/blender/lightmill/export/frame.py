@@ -52,7 +52,7 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
 
     export = FrameExport(depsgraph, scene, view_layer, folder, cache if cache is not None else Cache(), nodes)
     motion = Motion()
-    if scene.render.use_motion_blur and camera is None:
+    if camera is None:
         motion = sample(depsgraph, scene, frame_set or scene.frame_set, export.report)
     sky = world(export)
     medium_lines = sky.medium.lines if sky.medium else []
@@ -61,7 +61,7 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
     view = camera if camera is not None else scene_camera(export, size or resolution(scene), motion)
     objects = Objects(export, motion)
     objects.add_all()
-    text = [HEADER, film_lines(scene, size), *ended(medium_lines + [around, view]), "WorldBegin\n",
+    text = [HEADER, film_lines(scene, size), *ended([*medium_lines, around, view]), "WorldBegin\n",
             *ended([around, *sky.lines]), *export.lines, *objects.lines]
     main = export.folder.path / MAIN
     files = [main, *export.folder.files, *(export.folder.path / name for name in sorted(export.context.files))]

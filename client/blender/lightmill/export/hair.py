@@ -123,7 +123,7 @@ def hair_file(key, strands, owner, export):
     return made or None
 
 
-def hair_of(object, report):
+def hair_of(object):
     """(slot, key, strands) of everything hairy of an evaluated object."""
     if object.type == "CURVES":
         yield 0, "curves", object_strands(object.data)

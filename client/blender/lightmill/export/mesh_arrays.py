@@ -4,7 +4,7 @@ Read by `foreach_get`, a collection at a time. Corners of one vertex that have t
 and colour share one vertex of the file; the others get vertices of their own.
 """
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy
 
@@ -16,6 +16,7 @@ class Triangles:
     positions: numpy.ndarray
     triangles: numpy.ndarray
     attributes: dict
+    later: list = field(default_factory=list)  # (positions, normals or None) at later times
 
 
 @dataclass
@@ -57,7 +58,12 @@ class Source:
             parts.append(self.color)
         if self.splits:
             parts.append(corner_normals(self.mesh))
-        return (self.splits, len(self.uvs)) + tuple((p.size, zlib.crc32(p)) for p in parts if p is not None)
+        return (self.splits, len(self.uvs)) + tuple(map(digest, parts))
+
+
+def digest(array):
+    """A short number that changes with the array, or None."""
+    return None if array is None else (array.size, zlib.crc32(array))
 
 
 def or_zeros(values, mesh, width):
@@ -170,45 +176,63 @@ def share_vertices(positions, corner_vertex, corner_values):
             numpy.concatenate([values, corner_values[extra]]), vertex)
 
 
-def triangles_by_slot(source, slots, repairs):
-    """Triangles of each material slot that has any: {slot: Triangles}. Faces of a slot beyond `slots` take the
-    last one, as in Blender."""
+def triangles_by_slot(source, slots, repairs, bends=None):
+    """Triangles of each material slot that has any: {slot: Triangles}. Faces of a slot beyond `slots` take the last
+    one, as in Blender. `bends`: (positions, corner normals or None) at even times, the first of which counts for the
+    mesh itself."""
     mesh = source.mesh
     mesh.calc_loop_triangles()
     corners = get(mesh.loop_triangles, "loops", "i4", 3)
     if not len(corners):
         return {}
-    vertex_normals, normals = shading_normals(source)
-    wanted = {"normals": normals, "uvs": None, "second_uvs": None, "colors": source.color}
-    wanted.update(zip(("uvs", "second_uvs"), source.uvs))
-    present = {key: value for key, value in wanted.items() if value is not None}
-    positions, vertex = source.positions, source.corner_vertex
-    if vertex_normals is not None and present:
-        present = {"normals": vertex_normals[vertex], **present}
-    attributes = {} if vertex_normals is None else {"normals": vertex_normals}
-    if present:
-        positions, values, vertex = share_vertices(positions, vertex, numpy.concatenate(list(present.values()), axis=1))
-        ends = numpy.cumsum([value.shape[1] for value in present.values()])
-        attributes = {key: part for key, part in zip(present, numpy.split(values, ends[:-1], axis=1))}
+    if bends:
+        positions, vertex, attributes = each_corner(source, bends[0])
+    else:
+        positions, vertex, attributes = shared_corners(source)
     for key, value in attributes.items():
         attributes[key] = numpy.nan_to_num(value, copy=False, nan=0, posinf=0, neginf=0)
     triangles = vertex[corners]
     mask = usable_triangles(positions, triangles, repairs)
-    positions = numpy.nan_to_num(positions, nan=0, posinf=0, neginf=0)  # of no triangle
+    whole = Triangles(numpy.nan_to_num(positions, nan=0, posinf=0, neginf=0),  # bad ones are of no triangle
+                      triangles if mask.all() else triangles[mask], attributes)
+    whole.later = [(numpy.nan_to_num(p[source.corner_vertex]), None if n is None else numpy.nan_to_num(n))
+                   for p, n in (bends or ())[1:]]
     slot = numpy.minimum(source.slots, max(slots - 1, 0))
-    if len(slot) == 0 or slot.min() == slot.max():
-        parts = {int(slot[0]) if len(slot) else 0: triangles if mask.all() else triangles[mask]}
-    else:
-        of_triangle = slot[get(mesh.loop_triangles, "polygon_index", "i4")]
-        parts = {int(s): triangles[mask & (of_triangle == s)] for s in numpy.unique(of_triangle)}
-    whole = len(parts) == 1
-    return {s: Triangles(positions, t, attributes) if whole else part_of(positions, t, attributes)
-            for s, t in parts.items() if len(t)}
+    if slot.min() == slot.max():
+        return {int(slot[0]): whole} if len(whole.triangles) else {}
+    of_triangle = slot[get(mesh.loop_triangles, "polygon_index", "i4")][mask]
+    return {int(s): part_of(whole, whole.triangles[of_triangle == s]) for s in numpy.unique(of_triangle)}
 
 
-def part_of(positions, triangles, attributes):
+def each_corner(source, shape):
+    """(positions, vertex of each corner, attributes) with a vertex for each corner, so that all times have the same
+    vertices."""
+    positions, normals = shape
+    present = {"normals": normals, "colors": source.color, **dict(zip(("uvs", "second_uvs"), source.uvs))}
+    return (positions[source.corner_vertex], numpy.arange(len(source.corner_vertex), dtype="i4"),
+            {key: value for key, value in present.items() if value is not None})
+
+
+def shared_corners(source):
+    """(positions, vertex of each corner, attributes) with as few vertices as can be."""
+    vertex_normals, normals = shading_normals(source)
+    present = {"normals": normals, "colors": source.color, **dict(zip(("uvs", "second_uvs"), source.uvs))}
+    present = {key: value for key, value in present.items() if value is not None}
+    if not present:
+        return source.positions, source.corner_vertex, {} if vertex_normals is None else {"normals": vertex_normals}
+    if vertex_normals is not None:
+        present["normals"] = vertex_normals[source.corner_vertex]
+    positions, values, vertex = share_vertices(source.positions, source.corner_vertex,
+                                               numpy.concatenate(list(present.values()), axis=1))
+    ends = numpy.cumsum([value.shape[1] for value in present.values()])
+    return positions, vertex, dict(zip(present, numpy.split(values, ends[:-1], axis=1)))
+
+
+def part_of(whole, triangles):
     """The triangles with the vertices that they use alone."""
-    used = numpy.zeros(len(positions), bool)
+    used = numpy.zeros(len(whole.positions), bool)
     used[triangles.ravel()] = True
     number = numpy.cumsum(used, dtype="i4") - 1
-    return Triangles(positions[used], number[triangles], {key: value[used] for key, value in attributes.items()})
+    return Triangles(whole.positions[used], number[triangles],
+                     {key: value[used] for key, value in whole.attributes.items()},
+                     [(p[used], None if n is None else n[used]) for p, n in whole.later])

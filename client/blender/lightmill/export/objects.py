@@ -7,8 +7,10 @@ for each place: their mesh is the same file.
 import dataclasses
 from dataclasses import dataclass, field
 
+import numpy
+
 from . import hair, mesh_arrays
-from .lamps import lamp_lines
+from .lamps import hidden_parameter, lamp_lines
 from .motion import instance_key, stands_still
 from .pbrt_text import columns, is_usable, moving, quoted
 from .ply import ply
@@ -21,6 +23,7 @@ NOT_DRAWN = {"CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE",
              "CURVE", "SURFACE", "FONT", "META"}
 RAY_KINDS = ("camera", "diffuse", "glossy", "transmission", "volume_scatter", "shadow")
 
+NO_TRIANGLES = numpy.empty((0, 3), "i4")
 HOLDOUT = Shading('Material "holdout"\n')
 
 
@@ -32,7 +35,7 @@ class Geometry:
     shapes: list = field(default_factory=list)  # (Shading, text of the shape)
     is_own: bool = False  # some material depends on the place
     emits: bool = False  # then it is no instance: each of its triangles is a light
-    places: list = field(default_factory=list)  # (transform at the opening, at the closing or None, hidden)
+    places: list = field(default_factory=list)  # (way, kinds of rays that do not see it)
 
 
 class Objects:
@@ -68,20 +71,20 @@ class Objects:
         if self._count > MOST_INSTANCES:
             self.export.report.warn("instances", thing.name, f"more than {MOST_INSTANCES} objects are left out")
             return
-        start, end = matrix, None
-        if self.motion.opening and not stands_still(instance):
-            start, end = self.motion.of(instance_key(instance), matrix)
-            if not is_usable(start) or (end is not None and not is_usable(end)):
-                start, end = matrix, None
+        way = (matrix,)
+        if self.motion.steps and not stands_still(instance):
+            way = self.motion.way(instance_key(instance), matrix)
+            if not all(map(is_usable, way)):
+                way = (matrix,)
         hidden = self.hidden_from(instance)
         if len(hidden) == len(RAY_KINDS):
             return
         if kind == "LIGHT":
-            self.lines += lamp_lines(thing, start, end, hidden, self.export)
+            self.lines += lamp_lines(thing, way, hidden, self.export)
         elif kind == "VOLUME":
-            self.lines += volume_lines(thing, start, end, hidden, self.export)
+            self.lines += volume_lines(thing, way, hidden, self.export)
         else:
-            self._add_geometry(instance, thing, start, end, hidden)
+            self._add_geometry(instance, thing, way, hidden)
 
     def hidden_from(self, instance):
         """Kinds of rays that do not see an instance: those of its object and of what it is instanced by."""
@@ -98,7 +101,7 @@ class Objects:
             self._hidden[key] = tuple(kinds)
         return self._hidden[key]
 
-    def _add_geometry(self, instance, thing, start, end, hidden):
+    def _add_geometry(self, instance, thing, way, hidden):
         show = (instance.show_self, instance.show_particles)
         if not any(show):
             return
@@ -117,94 +120,103 @@ class Objects:
         if geometry.is_own and geometry.places:
             self.materials.own_places += 1
             if self.materials.own_places <= MOST_OWN:
-                self._place_once(self._shapes(instance, thing), start, end, hidden)
+                self._place_once(self._shapes(instance, thing), way, hidden)
                 return
             self.export.report.warn("materials of objects", thing.name, "has a material that depends on the object, as "
                                     f"{MOST_OWN} others do; further ones look as the first of them")
         if geometry.shapes:
-            geometry.places.append((start, end, hidden))
+            geometry.places.append((way, hidden))
 
     def _shapes(self, instance, thing):
         """The shapes of a thing, with the materials that it has here."""
         geometry = Geometry(thing.name)
         materials = materials_of(thing) or [None]
         held_out = holds_out(thing, self.export.view_layer)
-        uv_maps, attribute = (), ""
-        if thing.type == "MESH":
-            uv_maps, attribute = self.materials.mesh_needs(thing.data, materials, thing.name)
-        place = self.export.nodes.Place.of(thing, instance, uv_maps=uv_maps, attribute=attribute,
-                                           random=random_of(instance), is_strand=False)
-        strand = dataclasses.replace(place, is_strand=True, uv_maps=(), attribute="")
+        is_mesh = thing.type == "MESH" and instance.show_self and len(thing.data.polygons) > 0
+        uv_maps, attribute = self.materials.mesh_needs(thing.data, materials, thing.name) if is_mesh else ((), "")
+        place = self.export.nodes.Place.of(thing, instance, uv_maps=uv_maps, attribute=attribute)
 
-        def add(slot, text, place):
+        def shading(slot, at):
             material = materials[min(slot, len(materials) - 1)]
-            shading = HOLDOUT if held_out else self.materials.find(material, place)
-            geometry.shapes.append((shading, text))
+            return HOLDOUT if held_out else self.materials.find(material, at)
 
-        if thing.type == "MESH" and instance.show_self:
-            for slot, file in self._mesh_files(thing, len(materials), uv_maps, attribute).items():
-                add(slot, f'Shape "plymesh" "string filename" {quoted(file)}\n', place)
-        if instance.show_particles or thing.type == "CURVES":
-            for slot, name, strands in hair.hair_of(thing, self.export.report):
+        if is_mesh:
+            used = set(mesh_arrays.get(thing.data.polygons, "material_index", "i4").tolist())
+            shadings = {slot: shading(slot, place) for slot in sorted({min(s, len(materials) - 1) for s in used})}
+            if not any(s.looks_at_mesh for s in shadings.values()):
+                uv_maps, attribute = (), ""
+            for slot, names in self._mesh_files(thing, len(materials), uv_maps, attribute).items():
+                later = f' "string later" [{" ".join(map(quoted, names[1:]))}]' if len(names) > 1 else ""
+                geometry.shapes.append((shadings[slot],
+                                        f'Shape "plymesh" "string filename" {quoted(names[0])}{later}\n'))
+        if thing.type == "CURVES" or (instance.show_particles and len(thing.particle_systems)):
+            strand = dataclasses.replace(place, is_strand=True, uv_maps=(), attribute="")
+            for slot, name, strands in hair.hair_of(thing):
                 file = hair.hair_file(("hair", identity(thing), name), strands, thing.name, self.export)
                 if file:
-                    add(slot, f"Include {quoted(file)}\n", strand)
-        geometry.is_own = any(shading.is_own for shading, _ in geometry.shapes)
-        geometry.emits = any(shading.emits for shading, _ in geometry.shapes)
+                    geometry.shapes.append((shading(slot, strand), f"Include {quoted(file)}\n"))
+        geometry.is_own = any(s.is_own for s, _ in geometry.shapes)
+        geometry.emits = any(s.emits for s, _ in geometry.shapes)
         return geometry
 
     def _mesh_files(self, thing, slots, uvs, color):
-        if not len(thing.data.polygons):
-            return {}
+        """{slot: files of a mesh} of the slots that have triangles. The first file is the mesh, the others are its
+        vertices later on."""
+        bends = self.motion.bends.get(thing.original.as_pointer())
+        if bends and thing.original.evaluated_get(self.export.depsgraph).data != thing.data:
+            bends = None  # a piece of other geometry that the object makes
         known = (thing.data.as_pointer(), slots, uvs, color)
         if known not in self._files:
-            self._files[known] = self._write_mesh(thing, slots, uvs, color)
+            self._files[known] = self._write_mesh(thing, slots, uvs, color, bends)
         return self._files[known]
 
-    def _write_mesh(self, thing, slots, uvs, color):
+    def _write_mesh(self, thing, slots, uvs, color, bends):
         export = self.export
         source = mesh_arrays.Source(thing.data, uvs, color or None)
-        fingerprint = source.fingerprint()
+        if bends and bends[0][0].shape != source.positions.shape:
+            bends = None
+        fingerprint = source.fingerprint() + tuple(mesh_arrays.digest(a) for step in bends or () for a in step)
         key = ("mesh", identity(thing), slots, uvs, color)
         files = export.cache.find(key, fingerprint, export.folder)
         if files is not None:
             return files
         repairs = mesh_arrays.Repairs()
-        parts = mesh_arrays.triangles_by_slot(source, slots, repairs)
-        files = {slot: export.folder.write(ply(p.positions, p.triangles, **p.attributes), "meshes", "ply")
-                 for slot, p in parts.items()}
+        parts = mesh_arrays.triangles_by_slot(source, slots, repairs, bends)
+        files = {}
+        for slot, part in parts.items():
+            names = [export.folder.write(ply(part.positions, part.triangles, **part.attributes), "meshes", "ply")]
+            names += [export.folder.write(ply(positions, NO_TRIANGLES, normals=normals), "meshes", "ply")
+                      for positions, normals in part.later]
+            files[slot] = names
         if repairs.not_finite:
             export.report.warn("vertices that are not finite", thing.name,
                                f"{repairs.not_finite} triangles have vertices that are not finite; they are left out")
         if repairs.no_area:
             export.report.warn("faces without area", thing.name,
                                f"{repairs.no_area} triangles have no area; they are left out")
-        export.cache.store(key, fingerprint, files, files.values())
+        export.cache.store(key, fingerprint, files, [name for names in files.values() for name in names])
         return files
 
     def _place(self, geometry):
         places = geometry.places
-        if len(places) == 1 or geometry.emits:
-            for start, end, hidden in places:
-                self._place_once(geometry, start, end, hidden)
-            return
-        if not places:
+        if len(places) <= 1 or geometry.emits:
+            for way, hidden in places:
+                self._place_once(geometry, way, hidden)
             return
         name = self.export.names.unique(geometry.name)
         lines = self.lines
         lines.append(f"ObjectBegin {quoted(name)}\n")
         lines += [f"AttributeBegin\n{shading.text}{text}AttributeEnd\n" for shading, text in geometry.shapes]
         lines.append("ObjectEnd\n")
-        for start, end, hidden in places:
-            unseen = f' "string hidden" [{" ".join(map(quoted, hidden))}]' if hidden else ""
-            lines.append(f"{moving(start, end)}ObjectInstance {quoted(name)}{unseen}\n")
+        for way, hidden in places:
+            lines.append(f"{moving(way)}ObjectInstance {quoted(name)}{hidden_parameter(hidden)}\n")
         lines.append("Identity\n")
 
-    def _place_once(self, geometry, start, end, hidden):
+    def _place_once(self, geometry, way, hidden):
         lines = self.lines
-        lines += ["AttributeBegin\n", moving(start, end)]
+        lines += ["AttributeBegin\n", moving(way)]
         if hidden:
-            lines.append(f'Attribute "shape" "string hidden" [{" ".join(map(quoted, hidden))}]\n')
+            lines.append(f'Attribute "shape"{hidden_parameter(hidden)}\n')
         lines += [f"AttributeBegin\n{shading.text}{text}AttributeEnd\n" for shading, text in geometry.shapes]
         lines.append("AttributeEnd\n")
 
@@ -225,24 +237,3 @@ def materials_of(thing):
     own = list(thing.data.materials)
     slots = [slot.material for slot in thing.material_slots]
     return [m or (own[i] if i < len(own) else None) for i, m in enumerate(slots)] + own[len(slots):]
-
-
-def random_of(instance):
-    """Object Info's Random, 0 to 1."""
-    number = instance.random_id if instance.is_instance else name_hash(instance.object.name)
-    return (number & 0xFFFFFFFF) / 0xFFFFFFFF
-
-
-def name_hash(name):
-    """Blender's number of an object by its name: a string hash, mixed by Jenkins' lookup3 (public domain)."""
-    mask, string = 0xFFFFFFFF, 0
-    for byte in name.encode():
-        string = (string * 37 + byte) & mask
-    a = b = c = (0xDEADBEEF + (2 << 2) + 13) & mask
-    a, b = (a + string) & mask, b
-    for x in (14, 11, 25, 16, 4, 14, 24):
-        rotated = ((b << x) | (b >> (32 - x))) & mask
-        c ^= b
-        c = (c - rotated) & mask
-        a, b, c = b, c, a
-    return b

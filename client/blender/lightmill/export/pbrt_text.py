@@ -60,9 +60,11 @@ def is_usable(m):
     return lengths > 1e-30 and abs(volume) > 1e-12 * lengths and m[3] == m[7] == m[11] == 0
 
 
-def moving(start, end):
-    """The directives for a transform at the shutter's opening and one at its closing."""
-    if end is None or end == start:
-        return transform(start)
-    return (f"ActiveTransform StartTime\n{transform(start)}ActiveTransform EndTime\n{transform(end)}"
-            "ActiveTransform All\n")
+def moving(way):
+    """The directives for a way: transforms at even times from the shutter's opening to its closing, or one alone."""
+    if len(way) == 1:
+        return transform(way[0])
+    if len(way) == 2:
+        return (f"ActiveTransform StartTime\n{transform(way[0])}ActiveTransform EndTime\n{transform(way[1])}"
+                "ActiveTransform All\n")
+    return f"TransformSteps {len(way)} {numbers(x for m in way for x in m)}\n"

@@ -12,6 +12,7 @@ class Shading:
     text: str  # NamedMaterial, AreaLightSource, MediumInterface
     emits: bool = False
     is_own: bool = False  # of one place alone
+    looks_at_mesh: bool = False  # at its texture coordinates or attribute
 
 
 class Materials:
@@ -32,18 +33,11 @@ class Materials:
     def mesh_needs(self, mesh, materials, owner):
         """(names of up to two uv maps, an attribute or "") that the materials look up, of those that the mesh has.
         What has no room is reported."""
-        maps, attributes = [], []
-        for material in dict.fromkeys(materials):
-            if material is None:
-                continue
-            needs = self.export.nodes.needs(material)
-            maps += needs.uv_maps
-            attributes += needs.attributes
-        if maps or attributes:
-            active = mesh_arrays.active_uv_layer(mesh)
-            named = [m for m in maps + attributes if m in mesh.uv_layers]
-            maps = list(dict.fromkeys(([active.name] if active else []) + named))
-        attributes = [a or mesh_arrays.active_color(mesh) for a in attributes]
+        needs = [self.export.nodes.needs(m) for m in dict.fromkeys(materials) if m is not None]
+        asked = [name for n in needs for name in (*n.uv_maps, *n.attributes)]
+        active = mesh_arrays.active_uv_layer(mesh)
+        maps = list(dict.fromkeys(([active.name] if active else []) + [a for a in asked if a in mesh.uv_layers]))
+        attributes = [a or mesh_arrays.active_color(mesh) for n in needs for a in n.attributes]
         attributes = [a for a in dict.fromkeys(attributes) if a and a in mesh.attributes and a not in mesh.uv_layers]
         if len(maps) > 2:
             self.export.report.warn("third uv map", owner, f'uses more than two UV maps; "{maps[2]}" is left out')
@@ -65,4 +59,4 @@ class Materials:
             self.write(found.volume.lines)
         if found.volume or outside:
             text += f"MediumInterface {quoted(found.volume.name if found.volume else outside)} {quoted(outside)}\n"
-        return Shading(text, bool(found.emission), bool(found.uses))
+        return Shading(text, bool(found.emission), bool(found.uses - {"mesh"}), "mesh" in found.uses)

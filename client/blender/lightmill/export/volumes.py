@@ -1,12 +1,13 @@
 """OpenVDB objects: the file as it is, in a box without a surface."""
+from .lamps import hidden_parameter
 from .pbrt_text import moving, quoted
 
 MARGIN = 1e-3  # of the box, of its size: the grid's outermost voxels lie inside
 FACES = "0 2 1 0 3 2 4 5 6 4 6 7 0 1 5 0 5 4 1 2 6 1 6 5 2 3 7 2 7 6 3 0 4 3 4 7"
 
 
-def volume_lines(object, start, end, hidden, export):
-    """Lines of an evaluated VOLUME object at the transforms `start` and `end` (None: it stands still)."""
+def volume_lines(object, way, hidden, export):
+    """Lines of an evaluated VOLUME object; `way`: see Motion."""
     grids = object.data.grids
     name = object.name
     if not grids.load():
@@ -22,10 +23,10 @@ def volume_lines(object, start, end, hidden, export):
     except OSError as error:
         export.report.warn("volume file", name, f"{grids.frame_filepath}: {error.strerror}")
         return []
-    if end is not None:
+    if len(way) > 1:
         export.report.warn("moving volume", name, "is a volume that moves; it stands as at the shutter's opening")
     place = export.nodes.Place.of(object)
-    medium = export.nodes.volume(slot, export.context, place, grid=file)
+    medium = export.nodes.volume(slot, export.context, place, grid=export.nodes.Grid(file, tuple(g.name for g in grids)))
     if not medium:
         return []
     export.materials.write(medium.lines)
@@ -35,7 +36,7 @@ def volume_lines(object, start, end, hidden, export):
     corners = [(x, y, z) for z in (low[2], high[2]) for x, y in ((low[0], low[1]), (high[0], low[1]),
                                                                  (high[0], high[1]), (low[0], high[1]))]
     points = " ".join("%.9g %.9g %.9g" % c for c in corners)
-    unseen = f'Attribute "shape" "string hidden" [{" ".join(map(quoted, hidden))}]\n' if hidden else ""
-    return ["AttributeBegin\n", moving(start, None), unseen, 'Material "interface"\n',
+    return ["AttributeBegin\n", moving(way[:1]), 'Material "interface"\n',
             f"MediumInterface {quoted(medium.name)} {quoted(export.outside)}\n",
-            f'Shape "trianglemesh" "point3 P" [{points}] "integer indices" [{FACES}]\n', "AttributeEnd\n"]
+            f'Shape "trianglemesh" "point3 P" [{points}] "integer indices" [{FACES}]{hidden_parameter(hidden)}\n',
+            "AttributeEnd\n"]

@@ -47,11 +47,12 @@ class _Sky:
     suns: tuple[world_picture.Sun, ...] = ()
 
 
-def world(data: Any, context: Context) -> World:
-    """Lines of the scene's world; `data` may be None: black."""
+def world(data: Any, context: Context, hidden: tuple[str, ...] = ()) -> World:
+    """Lines of the scene's world; `data` may be None: black. `hidden`: kinds of rays that do not see it, beside those
+    that its visibility says."""
     if data is None:
         return World(())
-    invisible = _invisible(data)
+    invisible = tuple(dict.fromkeys((*_invisible(data), *hidden)))
     if not data.use_nodes or data.node_tree is None:
         return World(tuple(_lines(_Sky(tuple(data.color)), invisible)))
     output = output_node(data.node_tree)
