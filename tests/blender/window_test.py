@@ -34,8 +34,9 @@ def say(text):
 def view():
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                return window, area, next(r for r in area.regions if r.type == "WINDOW")
+            if area.type in ("VIEW_3D", "IMAGE_EDITOR"):  # the render's picture took its place
+                area.type = "VIEW_3D"
+                return area
 
 class Rendered:
     \"\"\"The viewport's middle and corner, when its picture is there.\"\"\"
@@ -62,7 +63,12 @@ def plan():
     say("samples")
     path = bpy.app.tempdir + "growing.png"
     s.render.image_settings.file_format = "PNG"
-    bpy.data.images["Render Result"].save_render(path)
+    while True:
+        try:
+            bpy.data.images["Render Result"].save_render(path)
+            break
+        except RuntimeError:  # it is being written
+            yield
     image = bpy.data.images.load(path)
     middle = image.pixels[4 * (32 * 96 + 48):][:3]
     say(f"picture {sum(middle) > 0.1}")
@@ -70,8 +76,10 @@ def plan():
     while bpy.app.is_job_running("RENDER"):
         yield
     say("cancelled")
-    window, area, region = view()
+    area = view()
+    yield
     began = time.monotonic()
+    area.spaces.active.overlay.show_overlays = False
     area.spaces.active.shading.type = "RENDERED"
     from lightmill.engine import viewport
     while not any(x._texture for x in viewport._sessions):
