@@ -98,6 +98,12 @@ def plan():
     for _ in range(20):
         yield
     say(f"changed {seen.values != before} {seen.values}")
+    material = bpy.data.materials["Material"]
+    material.asset_mark()
+    material.asset_generate_preview()
+    while not any(material.preview.image_pixels_float[:]):
+        yield
+    say("material preview")
     say("end")
     while True:
         yield
@@ -169,6 +175,7 @@ def main():
         display.press(ESCAPE)
         sees("cancelled")
         sees("changed True")
+        sees("material preview")
         sees("end")
         print("\n".join(line for line in said(process).splitlines() if line.startswith("saw:")))
         process.terminate()
