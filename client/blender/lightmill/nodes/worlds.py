@@ -47,12 +47,11 @@ class _Sky:
     suns: tuple[world_picture.Sun, ...] = ()
 
 
-def world(data: Any, context: Context, hidden: tuple[str, ...] = ()) -> World:
-    """Lines of the scene's world; `data` may be None: black. `hidden`: kinds of rays that do not see it, beside those
-    that its visibility says."""
+def world(data: Any, context: Context) -> World:
+    """Lines of the scene's world; `data` may be None: black."""
     if data is None:
         return World(())
-    invisible = tuple(dict.fromkeys((*_invisible(data), *hidden)))
+    invisible = _invisible(data)
     if not data.use_nodes or data.node_tree is None:
         return World(tuple(_lines(_Sky(tuple(data.color)), invisible)))
     output = output_node(data.node_tree)
