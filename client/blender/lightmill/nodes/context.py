@@ -24,11 +24,13 @@ def digest(text: str) -> str:
 class Context:
     """One export. Not for several threads."""
 
-    def __init__(self, folder: pathlib.Path, scene: Any, depsgraph: Any = None, *, view_layer: Any = None, report: Report | None = None) -> None:
+    def __init__(self, folder: pathlib.Path, scene: Any, depsgraph: Any = None, *, view_layer: Any = None, report: Report | None = None,
+                 memory: dict[Any, Any] | None = None) -> None:
+        """`memory` lives on between exports: digests of files by path, size and time."""
         self.folder, self.scene, self.depsgraph, self.view_layer = pathlib.Path(folder), scene, depsgraph, view_layer
         self.report = report or Report()
         self.files: set[str] = set()  # names relative to the folder
-        self.images = ImageFiles(self.folder, self.files, self.report)
+        self.images = ImageFiles(self.folder, self.files, self.report, memory)
         self.surfaces: dict[Any, Any] = {}  # of surface.py, by material and what it uses
         # What Light Path gives where the kind of the ray is known (a world's picture), else None.
         self.light_path: dict[str, float] | None = None

@@ -101,7 +101,7 @@ def directions(width, height):
     """Of the middles of pixels, and the solid angles of rows."""
     v, u = (numpy.arange(height) + 0.5) / height, (numpy.arange(width) + 0.5) / width
     up, around = (v - 0.5) * math.pi, math.pi * (1 - 2 * u)
-    # As an environment texture: u = (atan2(y, -x) + pi) / 2 pi.
+    # As Blender's environment texture: u = 1/2 - atan2(y, x) / 2 pi.
     x, y = numpy.cos(up)[:, None] * numpy.cos(around), numpy.cos(up)[:, None] * numpy.sin(around)
     z = numpy.repeat(numpy.sin(up)[:, None], width, axis=1)
     edges = numpy.sin((numpy.arange(height + 1) / height - 0.5) * math.pi)

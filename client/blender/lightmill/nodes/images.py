@@ -33,10 +33,10 @@ class ImageFile:
 class ImageFiles:
     """Writes each image once. `files` gets the names."""
 
-    def __init__(self, folder: pathlib.Path, files: set[str], report: Report) -> None:
+    def __init__(self, folder: pathlib.Path, files: set[str], report: Report, memory: dict[Any, Any] | None = None) -> None:
         self.folder, self.files, self.report = folder, files, report
         self._done: dict[Any, ImageFile | None] = {}
-        self._by_file: dict[Any, str] = {}
+        self._by_file: dict[Any, str] = memory if memory is not None else {}
 
     def write(self, image: Any, frame: int, user: Any = None, *, owner: str = "", node: str = "", tile: int | None = None,
               multiplied: bool = False) -> ImageFile | None:
@@ -72,22 +72,22 @@ class ImageFiles:
     def write_copy(self, path: pathlib.Path, extension: str) -> str:
         """A copy of a file, by its content."""
         stat = path.stat()
-        key = (str(path), stat.st_mtime_ns, stat.st_size)
+        key = ("image file", str(path), stat.st_mtime_ns, stat.st_size)
         if key not in self._by_file:
             sha = hashlib.sha256()
             with open(path, "rb") as file:
                 while block := file.read(1 << 20):
                     sha.update(block)
-            name = f"images/{sha.hexdigest()[:40]}{extension}"
-            target = self.folder / name
-            if not target.exists():
-                target.parent.mkdir(parents=True, exist_ok=True)
-                partial = target.with_name(target.name + f".{os.getpid()}.part")
-                shutil.copyfile(path, partial)
-                os.replace(partial, target)
-            self._by_file[key] = name
-        self.files.add(self._by_file[key])
-        return self._by_file[key]
+            self._by_file[key] = sha.hexdigest()
+        name = f"images/{self._by_file[key][:40]}{extension}"
+        target = self.folder / name
+        if not target.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            partial = target.with_name(target.name + f".{os.getpid()}.part")
+            shutil.copyfile(path, partial)
+            os.replace(partial, target)
+        self.files.add(name)
+        return name
 
     def _written(self, image: Any, number: int | None, owner: str, node: str) -> ImageFile | None:
         if image.source in ("FILE", "SEQUENCE", "TILED") and not image.is_dirty:

@@ -23,15 +23,16 @@ _SOCKETS: tuple[tuple[str | None, tuple[tuple[tuple[str, ...], str, str, Any], .
 _COLORS = {"base_color", "subsurface_color"}
 
 
-def _socket(node: Any, names: tuple[str, ...]) -> Any:
-    return next((node.inputs[n] for n in names if n in node.inputs), None)
+def _socket(inputs: dict[str, Any], names: tuple[str, ...]) -> Any:
+    return next((inputs[n] for n in names if n in inputs), None)
 
 
 def _parameters(b: Builder, node: Any, scope: Scope) -> list[str]:
     parameters = []
+    inputs = {s.identifier: s for s in node.inputs}
     for weight, rows in _SOCKETS:
         for names, name, kind, default in rows:
-            socket = _socket(node, names)
+            socket = _socket(inputs, names)
             if socket is None or not socket.enabled:
                 continue
             if kind == "float" and socket.type == "RGBA":  # a tint that is a colour in Blender 4
@@ -76,7 +77,7 @@ def _principled(b: Builder, node: Any, scope: Scope, inner: Inner) -> Closure:
 
 
 def _emitted(b: Builder, node: Any, scope: Scope) -> tuple[Term, ...]:
-    color, strength = _socket(node, ("Emission", "Emission Color")), node.inputs.get("Emission Strength")
+    color, strength = _socket({s.identifier: s for s in node.inputs}, ("Emission", "Emission Color")), node.inputs.get("Emission Strength")
     if color is None:
         return ()
     for socket in (color, strength):

@@ -43,6 +43,8 @@ class Scope:
     def source(self, socket: Any) -> "Source":
         """What an input socket of a node of this tree gets."""
         key = socket.as_pointer()
+        if key not in self._links:
+            return Source(None, socket, self, ())
         if key not in self._sources:
             self._sources[key] = _find(self, socket)
         return self._sources[key]

@@ -47,13 +47,14 @@ class _Sky:
     suns: tuple[world_picture.Sun, ...] = ()
 
 
-def world(data: Any, context: Context) -> World:
-    """Lines of the scene's world; `data` may be None: black."""
+def world(data: Any, context: Context, hidden: tuple[str, ...] = ()) -> World:
+    """Lines of the scene's world; `data` may be None: black. `hidden` are kinds of rays that do not see it, beside those
+    that its own settings hide it from."""
     if data is None:
         return World(())
-    invisible = _invisible(data)
+    invisible = (*hidden, *_invisible(data))
     if not data.use_nodes or data.node_tree is None:
-        return World(tuple(_lines(_Sky(tuple(data.color)), invisible)))
+        return World(tuple(_lines(_Sky(tuple(data.color)), tuple(k for k in ALL_KINDS if k in invisible))))
     output = output_node(data.node_tree)
     if output is None:
         return World(())
@@ -61,8 +62,7 @@ def world(data: Any, context: Context) -> World:
     by_kind = _skies(data, output, scope, context)
     lines: list[str] = []
     for sky in dict.fromkeys(by_kind.values()):
-        hidden = tuple(k for k in ALL_KINDS if by_kind[k] != sky or k in invisible)
-        lines += _lines(sky, hidden)
+        lines += _lines(sky, tuple(k for k in ALL_KINDS if by_kind[k] != sky or k in invisible))
     b = Builder(context, Place(), data.name_full)
     return World(tuple(lines), medium_of_tree(b, output.inputs["Volume"], scope))
 
