@@ -22,6 +22,7 @@ class Cache:
 
     def __init__(self):
         self._entries = {}
+        self.pictures = {}  # of nodes.Context
 
     def find(self, key, fingerprint, folder):
         """What was made of data with this fingerprint, if all of its files are in `folder`, else None."""

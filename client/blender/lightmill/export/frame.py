@@ -33,7 +33,7 @@ class FrameExport:
         self.depsgraph, self.scene, self.view_layer, self.nodes = depsgraph, scene, view_layer, nodes
         self.report, self.names, self.cache = Report(), Names(), cache
         self.folder = Folder(folder)
-        self.context = nodes.Context(self.folder.path, scene, depsgraph, view_layer=view_layer)
+        self.context = nodes.Context(self.folder.path, scene, depsgraph, view_layer=view_layer, memory=cache.pictures)
         self.outside = ""  # the medium around everything
         self.lines = []  # of the world block: materials, textures, media
         self.materials = Materials(self)

@@ -143,8 +143,6 @@ class Objects:
         if is_mesh:
             used = set(mesh_arrays.get(thing.data.polygons, "material_index", "i4").tolist())
             shadings = {slot: shading(slot, place) for slot in sorted({min(s, len(materials) - 1) for s in used})}
-            if not any(s.looks_at_mesh for s in shadings.values()):
-                uv_maps, attribute = (), ""
             for slot, names in self._mesh_files(thing, len(materials), uv_maps, attribute).items():
                 later = f' "string later" [{" ".join(map(quoted, names[1:]))}]' if len(names) > 1 else ""
                 geometry.shapes.append((shadings[slot],
@@ -208,8 +206,9 @@ class Objects:
         lines.append(f"ObjectBegin {quoted(name)}\n")
         lines += [f"AttributeBegin\n{shading.text}{text}AttributeEnd\n" for shading, text in geometry.shapes]
         lines.append("ObjectEnd\n")
+        directive = f"ObjectInstance {quoted(name)}"
         for way, hidden in places:
-            lines.append(f"{moving(way)}ObjectInstance {quoted(name)}{hidden_parameter(hidden)}\n")
+            lines.append(f"{moving(way)}{directive}{hidden_parameter(hidden)}\n")
         lines.append("Identity\n")
 
     def _place_once(self, geometry, way, hidden):

@@ -51,7 +51,7 @@ def transform(matrix_columns):
 
 def is_usable(m):
     """Whether 16 numbers are finite and an affine transform that does not flatten space."""
-    if not all(map(math.isfinite, m)) or max(map(abs, m)) > GREATEST:
+    if not (max(m) < GREATEST and min(m) > -GREATEST and sum(m) < math.inf):  # neither is true of NaN
         return False
     a, b, c = m[0:3], m[4:7], m[8:11]
     volume = (a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
