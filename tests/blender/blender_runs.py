@@ -91,27 +91,22 @@ class Blender:
     def picture(self, number=1):
         return self.folder / f"frame{number:04}.exr"
 
-    def children(self):
-        """Command lines of the farm's processes that were started from this folder's Blender."""
+    def farm_processes(self):
+        """(number, command line) of the farm's processes that this folder's Blender started."""
         found = []
         for process in pathlib.Path("/proc").glob("[0-9]*"):
             try:
                 line = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode("utf-8", "replace")
+                ours = f"TMPDIR={self.folder}/tmp".encode() in (process / "environ").read_bytes()
             except OSError:
                 continue
-            if str(self.folder) in line or "guardian.py" in line and self._is_ours(process):
-                found.append(line)
-        return [line for line in found if "lightmill-" in line.split(" ", 1)[0] or "guardian.py" in line]
-
-    def _is_ours(self, process):
-        try:
-            return str(self.folder).encode() in (process / "environ").read_bytes()
-        except OSError:
-            return False
+            if ours and ("lightmill-" in line.split(" ", 1)[0] or "guardian.py" in line):
+                found.append((int(process.name), line))
+        return found
 
     def assert_nothing_left(self):
         """The processes of this machine's farm end with Blender, and their data goes with them."""
-        wait_until("the end of the local farm", lambda: not self.children())
+        wait_until("the end of the local farm", lambda: not self.farm_processes())
         assert not list((self.folder / "tmp").glob("lightmill-farm-*")), list((self.folder / "tmp").iterdir())
 
 

@@ -3,15 +3,13 @@
     engine_test.py --bin build/release/bin [PART...]
 """
 import argparse
-import sys
+import os
+import signal
 
-from blender_runs import Blender, error_lines, interrupt, pixels, said, wait_until
+from blender_runs import GENEROUS_S, Blender, error_lines, interrupt, pixels, said, wait_until
 
-try:
-    import numpy
-    import OpenImageIO
-except ImportError as error:  # farm.py has said so
-    sys.exit(77)
+import numpy  # farm.py, which comes first, has said so if they are not there
+import OpenImageIO
 
 PASSES = """
 v = bpy.context.view_layer
@@ -127,12 +125,23 @@ def killed(blender):
     for end in (interrupt, lambda process: (process.kill(), process.wait())):
         process = blender.start("-f", 1, script=ENDLESS)
         wait_until("samples", lambda: " samples" in said(process))
-        assert blender.children(), "there is a farm while it renders"
+        assert blender.farm_processes(), "there is a farm while it renders"
         end(process)
         blender.assert_nothing_left()
 
 
-PARTS = {f.__name__: f for f in (still, passes, border, layered, failing, killed)}
+def lost(blender):
+    """This machine's coordinator ends by itself: one line says so, at once."""
+    process = blender.start("-f", 1, script=ENDLESS)
+    wait_until("samples", lambda: " samples" in said(process))
+    coordinator, = (number for number, line in blender.farm_processes() if "lightmill-coordinator" in line.split(" ", 1)[0])
+    os.kill(coordinator, signal.SIGKILL)
+    assert process.wait(GENEROUS_S) == 1, said(process)
+    assert len(error_lines(said(process))) == 1 and "lightmill-coordinator ended" in said(process), said(process)
+    blender.assert_nothing_left()
+
+
+PARTS = {f.__name__: f for f in (still, passes, border, layered, failing, killed, lost)}
 
 
 def main():

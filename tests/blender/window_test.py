@@ -22,7 +22,7 @@ if not ctypes.util.find_library("Xtst"):
     sys.exit(77)
 
 WATCH = """
-import gpu, time, traceback
+import time, traceback
 bpy.context.preferences.view.render_display_type = "AREA"
 bpy.context.preferences.view.show_splash = False
 s.lightmill.samples = 1 << 20
@@ -38,17 +38,17 @@ def view():
                 area.type = "VIEW_3D"
                 return area
 
-class Rendered:
-    \"\"\"The viewport's middle and corner, when its picture is there.\"\"\"
-    def __init__(self):
-        self.values = None
-        self.handler = bpy.types.SpaceView3D.draw_handler_add(self.look, (), "WINDOW", "POST_PIXEL")
-    def look(self):
-        x, y, width, height = gpu.state.viewport_get()
-        buffer = gpu.state.active_framebuffer_get().read_color(x + width // 2, y + height // 2, 1, 1, 4, 0, "FLOAT")
-        self.values = [round(v, 3) for v in buffer.to_list()[0][0]]
+def look(area):
+    \"\"\"The colour that the window shows in the middle of the viewport.\"\"\"
+    path = bpy.app.tempdir + "window.png"
+    bpy.ops.screen.screenshot(filepath=path)
+    image = bpy.data.images.load(path)
+    x, y = area.x + area.width // 2, area.y + area.height // 2
+    start = 4 * (y * image.size[0] + x)
+    colour = [round(v, 3) for v in image.pixels[start:start + 3]]
+    bpy.data.images.remove(image)
+    return colour
 
-seen = Rendered()
 stats = []
 from lightmill.engine import render_engine
 text_of = render_engine.text_of
@@ -87,7 +87,7 @@ def plan():
     say(f"viewport after {time.monotonic() - began:.2f} s")
     for _ in range(20):
         yield
-    before = seen.values
+    before = look(area)
     say(f"middle {before}")
     bpy.data.materials["Material"].node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (1, 0, 0, 1)
     bpy.data.objects["Cube"].scale = (3, 3, 3)
@@ -97,7 +97,8 @@ def plan():
         yield
     for _ in range(20):
         yield
-    say(f"changed {seen.values != before} {seen.values}")
+    after = look(area)
+    say(f"changed {after != before} {after}")
     material = bpy.data.materials["Material"]
     material.asset_mark()
     material.asset_generate_preview()

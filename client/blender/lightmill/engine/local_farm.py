@@ -26,11 +26,13 @@ class LocalFarm:
         self.key = (tuple(paths), threads)
         self._failure = ""
         self._ready, self._said = threading.Event(), None
+        guardian = pathlib.Path(__file__).resolve().with_name("guardian.py")
         try:
             self._process = subprocess.Popen(
-                [programs.python(), "-I", "-S", str(pathlib.Path(__file__).resolve().with_name("guardian.py")), *paths, str(threads)],
+                [programs.python(), "-I", "-S", str(guardian), *paths, str(threads)],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                start_new_session=True)  # Ctrl+C in Blender's terminal is Blender's
+                start_new_session=True,  # Ctrl+C in Blender's terminal is Blender's
+                creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0))  # of Windows
         except OSError as error:
             raise LocalFarmError(f"the farm of this machine can't start: {error}") from error
         threading.Thread(target=self._listen, name="lightmill-local", daemon=True).start()
@@ -80,6 +82,13 @@ def running(paths, threads):
         if _farm is None:
             _farm = LocalFarm(paths, threads)
         return _farm
+
+
+def check():
+    """Raises LocalFarmError if the farm that was started has ended by itself."""
+    farm = _farm
+    if farm is not None and farm.failure():
+        raise LocalFarmError(farm.failure())
 
 
 def stop():

@@ -10,6 +10,7 @@ import threading
 import time
 import traceback
 
+from . import local_farm
 from .connection import ERRORS
 from .farm_api import api
 
@@ -109,6 +110,8 @@ class Rendering:
             except api.Unreachable as error:
                 if self._cancelled.is_set():
                     return
+                if self._connection.local:
+                    local_farm.check()  # why it has ended says more
                 lost_since = lost_since or time.monotonic()
                 if time.monotonic() - lost_since > self._connection.reconnect_seconds:
                     raise

@@ -27,7 +27,8 @@ class Workspace:
 
     def export(self, depsgraph, size, **options):
         """As export_frame. Files that only long past exports needed are removed."""
-        made = export_frame(depsgraph, depsgraph.scene, depsgraph.view_layer, self.folder, size=size, cache=self._cache, **options)
+        made = export_frame(depsgraph, depsgraph.scene, depsgraph.view_layer, self.folder, size=size, cache=self._cache,
+                            **options)
         files = frozenset(made.files)
         self._kept.append(files)
         self._uses.update(files)
