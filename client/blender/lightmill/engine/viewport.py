@@ -109,8 +109,8 @@ class Session:
         if self._rendering is not None:
             self._rendering.cancel()
         self._number += 1
-        # Two names in turn: the job before may still be sending its file.
-        main = workspace("viewport").folder / f"view-{self._number % 2}.pbrt"
+        # Two names in turn: the job before may still be sending its file. Another viewport has others.
+        main = workspace("viewport").folder / f"view-{id(self):x}-{self._number % 2}.pbrt"
         main.write_text(self._scene_text.replace(CAMERA_MARK, self._view.camera(), 1), "utf-8")
         order = orders.preview_order(self._view.width, self._view.height, samples=self._samples, depth=self._depth,
                                      transparent=self._transparent)
