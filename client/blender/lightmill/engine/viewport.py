@@ -20,6 +20,8 @@ from .view import CAMERA_MARK, view_of
 from .workspace import workspace
 
 TICK_SECONDS = 0.02
+SMALL_SIDE = 256        # pixels; larger viewports get a coarse picture first
+COARSE_STEP, COARSE_SAMPLES = 4, 4
 PATIENCE_SECONDS = 0.5  # that a job gets for its first picture when the view moves on
 
 _sessions = weakref.WeakSet()
@@ -34,7 +36,7 @@ class Session:
         self._connection = self._view = None
         self._samples, self._depth, self._transparent = 0, 0, False
         self._wanted = False     # a job is to be started
-        self._rendering, self._started, self._shown = None, 0.0, False
+        self._rendering, self._started, self._shown, self._coarse = None, 0.0, False, False
         self._picture = None     # the newest; not yet a texture
         self._texture = None
         self._number = 0
@@ -94,27 +96,34 @@ class Session:
     def _advance(self):
         """Takes what has come, and starts the newest job. Returns whether there is something new to draw."""
         rendering, note = self._rendering, self.note
+        ended = rendering is not None and rendering.ended  # asked first, so that no last picture is missed
         if rendering is not None:
             picture = rendering.take_picture()
             if picture is not None:
                 self._picture, self._shown = combined(channels_of(picture), self._transparent), True
             self.note = rendering.error or text_of(rendering)
         if self._wanted and self._scene_text is not None and self._view is not None:
-            busy = rendering is not None and not rendering.ended and not self._shown
+            busy = rendering is not None and not ended and not self._shown
             if not busy or time.monotonic() - self._started > PATIENCE_SECONDS:
-                self._restart()
+                self._start(coarse=max(self._view.width, self._view.height) > SMALL_SIDE)
+        elif self._coarse and ended and not rendering.error:
+            self._start(coarse=False)
         return self._picture is not None or self.note != note
 
-    def _restart(self):
+    def _start(self, coarse):
+        """`coarse`: few pixels first, so that something is seen soon."""
         if self._rendering is not None:
             self._rendering.cancel()
         self._number += 1
         # Two names in turn: the job before may still be sending its file. Another viewport has others.
         main = workspace("viewport").folder / f"view-{id(self):x}-{self._number % 2}.pbrt"
         main.write_text(self._scene_text.replace(CAMERA_MARK, self._view.camera(), 1), "utf-8")
-        order = orders.preview_order(self._view.width, self._view.height, samples=self._samples, depth=self._depth,
-                                     transparent=self._transparent)
-        self._rendering = Rendering(self._connection, main, order)
+        step = COARSE_STEP if coarse else 1
+        order = orders.preview_order(
+            max(1, self._view.width // step), max(1, self._view.height // step),
+            samples=min(COARSE_SAMPLES, self._samples) if coarse else self._samples, depth=self._depth,
+            transparent=self._transparent)
+        self._rendering, self._coarse = Rendering(self._connection, main, order), coarse
         self._started, self._shown, self._wanted = time.monotonic(), False, False
 
 
