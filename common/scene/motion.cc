@@ -222,10 +222,14 @@ void settle_motion(const MotionTimes& t, SceneDescription* scene) {
     if (*moves_to < 0) return;
     const auto [found, is_new] = settled.try_emplace(*moves_to);
     if (is_new) {
-      Transform& end = scene->later[static_cast<size_t>(*moves_to)];
-      const Motion motion(*start, end);
-      found->second = {motion.at(first), motion.at(last)};
-      end = found->second.second;
+      const Way way(*start, *moves_to, *scene);
+      found->second = {way.at(first), way.at(last)};
+      scene->later[static_cast<size_t>(*moves_to)] = found->second.second;
+      if (const auto between = scene->between.find(*moves_to); between != scene->between.end()) {
+        const double parts = static_cast<double>(between->second.size() + 1);
+        for (size_t i = 0; i < between->second.size(); ++i)
+          between->second[i] = way.at(first + (last - first) * static_cast<double>(i + 1) / parts);
+      }
     }
     *start = found->second.first;
     if (!moves) *moves_to = -1;

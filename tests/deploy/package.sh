@@ -37,6 +37,7 @@ python_finds_it() {
   [[ $(PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$prefix/lib/python3/dist-packages /usr/bin/python3 -c 'import lightmill; print(lightmill.__version__)') == "$version" ]] &&
     [[ -e $prefix/lib/python3/dist-packages/lightmill/py.typed ]]
 }
+has_addon() { /usr/bin/python3 -m zipfile -l "$share/lightmill/lightmill-blender.zip" | grep -q "^lightmill/api/farm.py "; }
 no_build_path() { ! grep -rlF "$root/build" "$prefix/bin" "$prefix/lib"; }
 
 # The pages, and every option that --help has.
@@ -88,6 +89,7 @@ lints() { local said; said=$(lintian --fail-on none "$dir/lightmill.deb" 2>"$dir
 check "installs to a prefix" install_and_move
 check "the moved programs start" starts
 check "Python finds its package" python_finds_it
+check "the add-on for Blender has the package, too" has_addon
 check "a moved program renders from another folder, by a link" renders_elsewhere
 check "nothing installed names the build folder" no_build_path
 check "manual pages are clean roff" clean_roff

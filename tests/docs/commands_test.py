@@ -34,7 +34,7 @@ ELSEWHERE = [  # a pattern, and what runs such commands
     (r"^tests/run\.sh|^cmake --preset|^ctest ", "this very run"),
     (r"farm\.example\.org:7070|--credentials farm-credentials", "tests/farm/hostile/hostile_test.py, on the machines it has"),
     (r"^build/release/tests/extreme_suite|^tests/bench", "CTest, as the suite's own tests"),
-    (r"^blender ", "tests/farm/blender_test.py"),
+    (r"^blender ", "tests/blender/engine_test.py, with a scene of its own"),
     (r"^cmake --(build|install) |^\(cd build && cpack |^~/lightmill/|^sudo (apt|systemctl|systemd-run) |^journalctl ",
      "tests/deploy/package.sh"),
     (r"^sudo -u postgres ", "tests/support/postgres.py, as far as a server of its own goes"),
@@ -57,10 +57,11 @@ def checkout(folder, bin_dir):
     programs.mkdir(parents=True)
     for name in ("lightmill", "lightmill-coordinator", "lightmill-worker"):
         (programs / name).symlink_to(pathlib.Path(bin_dir).resolve() / name)
-    for part in ("proto", "deploy"):
+    for part in ("proto", "deploy", "LICENSE"):
         (folder / part).symlink_to(ROOT / part)
     shutil.copytree(ROOT / "client" / "python", folder / "client" / "python",
                     ignore=shutil.ignore_patterns("__pycache__", ".mypy_cache"))
+    shutil.copytree(ROOT / "client" / "blender", folder / "client" / "blender", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "scenes", folder / "scenes")
     for scene in (folder / "scenes").glob("*.pbrt"):
         text = re.sub(r'("integer [xy]resolution") \d+', r"\1 24", scene.read_text())

@@ -4,8 +4,7 @@
 
 namespace lightmill {
 
-/// Equal digests mean equal bits: such machines may share a job. Rendered once per process; takes a few
-/// milliseconds.
+/// Equal digests mean equal bits: such machines may share a job. Rendered once per process; takes seconds.
 std::string arithmetic_class();
 
 }  // namespace lightmill

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Concatenate, Literal, ParamSpec, TypeVar,
 from .farm import Farm
 from .job import Job
 from .model import FrameStatus, JobStatus, SequenceStatus, WorkerStatus
+from .scenes import SceneCheck
 from .sequence import Sequence
 from .transport import Path, Scope, Transport
 
@@ -212,6 +213,10 @@ class AsyncFarm:
         """As Farm.close."""
         self._farm.close()
 
+    def give_up(self) -> None:
+        """As Farm.give_up. A call of its own ends when its task is cancelled."""
+        self._farm.give_up()
+
     async def __aenter__(self) -> AsyncFarm:
         return self
 
@@ -228,6 +233,11 @@ class AsyncFarm:
     async def submit_frames(self, scene: Path, frames: str | Iterable[int], **options: Any) -> AsyncSequence:
         """As Farm.submit with `frames`."""
         made = await _of_farm(self._farm, lambda farm: farm.submit(scene, frames=frames, **options))
+        return AsyncSequence(made._scoped(self._farm._transport))
+
+    async def submit_checked(self, frames: Iterable[tuple[int, SceneCheck]], **options: Any) -> AsyncSequence:
+        """As Farm.submit_checked."""
+        made = await _of_farm(self._farm, lambda farm: farm.submit_checked(frames, **options))
         return AsyncSequence(made._scoped(self._farm._transport))
 
     def sequence(self, sequence_id: str) -> AsyncSequence:

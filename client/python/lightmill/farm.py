@@ -14,11 +14,11 @@ from .errors import InvalidArgument, ServerError
 from .job import Job
 from .model import JobStatus, SequenceStatus, WorkerStatus, from_json
 from .scenes import Content, Progress, SceneCheck, SceneFiles, Uploader, _file, submit
-from .sequence import Order, Sequence, frame_numbers, submit_sequence
+from .sequence import Order, Sequence, frame_numbers, submit_scenes, submit_sequence
 from .transport import DEFAULT_PORT, Path, Transport
 
 PAGE = 500
-_MOST_SPP = 1 << 40  # no bound
+_MOST_SPP = 1 << 31  # no bound: as many as there can be
 
 
 class Farm:
@@ -52,6 +52,10 @@ class Farm:
     def close(self) -> None:
         """Closes the connections that are kept; `with Farm(...) as farm` does it, too. Later calls make new ones."""
         self._transport.close()
+
+    def give_up(self) -> None:
+        """From another thread: ends all calls that are under way with Unreachable, soon. Later ones end so, too."""
+        self._transport.scope.cancel()
 
     def __enter__(self) -> Farm:
         return self
@@ -105,6 +109,15 @@ class Farm:
         options["environment"] = _with_environment(options.get("environment"), extra)
         request = scene_request(**options)
         return SceneFiles(scene, extra).complete(self._transport, request, progress)
+
+    def submit_checked(self, frames: Iterable[tuple[int, SceneCheck]], *, name: str, fps: float = 24.0, priority: int = 0,
+                       pool: str = "", max_workers: int = 0) -> Sequence:
+        """Submits scenes that `check` has read, by their frames' numbers, as one Sequence. `frames` may make them one by
+        one: the farm begins with the first while the others come. If it raises, the frames before it are cancelled.
+        Raises InvalidArgument if there is none, or with the first error of a scene."""
+        fields = {"name": name, "priority": priority, "pool": pool, "max_workers": max_workers}
+        sequence = submit_scenes(self._transport, frames, fps=fps, fields=fields)
+        return Sequence(self._transport, sequence, reconnect_seconds=self._reconnect_seconds)
 
     @overload
     def submit(self, scene: Path, *, frames: str | Iterable[int], fps: float = 24.0, order: Order = "sequential",

@@ -1,16 +1,18 @@
 """The frames of a shot or a turntable, as one thing."""
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal
 
-from .errors import InvalidArgument, SequenceFailed, ServerError
+from .errors import InvalidArgument, LightmillError, SequenceFailed, ServerError
 from .following import last_state, states
 from .job import Job
 from .model import FrameStatus, JobState, SequenceStatus, from_json
+from .scenes import SceneCheck
 from .transport import Path, Transport
 
 Order = Literal["sequential", "coarse-first"]
@@ -69,6 +71,33 @@ def submit_sequence(transport: Transport, bundle: Mapping[str, Any], settings_js
     for part in parts[1:]:
         transport.call("POST", f"/v1/sequences/{sequence}:addFrames",
                        body={"settings_json": settings_json, "frames": part}, timeout=_CHANGE_SECONDS)
+    return sequence
+
+
+def submit_scenes(transport: Transport, frames: Iterable[tuple[int, SceneCheck]], *, fps: float,
+                  fields: Mapping[str, Any]) -> str:
+    """Queues frames that are scenes of their own. Returns the id."""
+    sequence = ""
+    try:
+        for number, check in frames:
+            if check.errors:
+                raise InvalidArgument(check.errors[0])
+            frame = {"number": number, "bundle_json": check.bundle_json, "settings_json": check.settings_json}
+            if sequence:
+                transport.call("POST", f"/v1/sequences/{sequence}:addFrames", body={"frames": [frame]},
+                               timeout=_CHANGE_SECONDS)
+                continue
+            body = {**fields, "settings_json": check.settings_json, "fps": fps, "frames": [frame]}
+            sequence = str(transport.call("POST", "/v1/sequences", body=body, timeout=_CHANGE_SECONDS).get("sequence_id") or "")
+            if not sequence:
+                raise ServerError("the coordinator named no sequence")
+    except BaseException:
+        if sequence:
+            with contextlib.suppress(LightmillError):
+                transport.call("POST", f"/v1/sequences/{sequence}:cancel", body={}, timeout=_CHANGE_SECONDS)
+        raise
+    if not sequence:
+        raise InvalidArgument("a sequence has at least one frame")
     return sequence
 
 

@@ -73,7 +73,8 @@ class Address:
             port = url.port
         except ValueError:
             port = -1
-        if url.scheme not in ("http", "https") or not url.hostname or port == -1 or url.path.strip("/"):
+        if (url.scheme not in ("http", "https") or not url.hostname or port == -1 or url.path.strip("/")
+                or not url.hostname.isprintable() or " " in url.hostname):
             raise InvalidArgument(f"{text!r} is no address of a coordinator; give http(s)://HOST:PORT")
         self.host, self.port, self.tls = url.hostname, port or DEFAULT_PORT, url.scheme == "https"
 

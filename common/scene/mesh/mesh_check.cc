@@ -53,6 +53,14 @@ void require_valid_mesh(const TriangleMesh& mesh) {
       fail_scene("the uv of vertex " + std::to_string(i) + " is not finite");
     }
   }
+  for (size_t i = 0; i < mesh.second_uvs.size(); ++i) {
+    if (!std::isfinite(mesh.second_uvs[i].x) || !std::isfinite(mesh.second_uvs[i].y))
+      fail_scene("the second uv of vertex " + std::to_string(i) + " is not finite");
+  }
+  for (size_t i = 0; i < mesh.colors.size(); ++i) {
+    if (!std::ranges::all_of(mesh.colors[i], [](float x) { return std::isfinite(x); }))
+      fail_scene("the colour of vertex " + std::to_string(i) + " is not finite");
+  }
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (uint32_t v : mesh.triangles[i]) {
       if (v >= count) {

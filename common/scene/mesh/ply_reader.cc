@@ -16,9 +16,9 @@ namespace lightmill {
 namespace {
 
 /// Where a property's value goes: a component of a vertex, or nowhere.
-enum Slot { kX, kY, kZ, kNx, kNy, kNz, kU, kV, kSlots, kNowhere = kSlots };
+enum Slot { kX, kY, kZ, kNx, kNy, kNz, kU, kV, kU2, kV2, kRed, kGreen, kBlue, kAlpha, kSlots, kNowhere = kSlots };
 
-Slot slot_of(const std::string& name) {
+Slot slot_of(const PlyProperty& property) {
   struct Entry {
     std::string_view name;
     Slot slot;
@@ -26,9 +26,13 @@ Slot slot_of(const std::string& name) {
   constexpr Entry kEntries[] = {{"x", kX},         {"y", kY},        {"z", kZ},         {"nx", kNx},
                                 {"ny", kNy},       {"nz", kNz},      {"u", kU},         {"v", kV},
                                 {"s", kU},         {"t", kV},        {"texture_u", kU}, {"texture_v", kV},
-                                {"texture_s", kU}, {"texture_t", kV}};
+                                {"texture_s", kU}, {"texture_t", kV}, {"u2", kU2},       {"v2", kV2},
+                                {"red", kRed},     {"green", kGreen}, {"blue", kBlue},   {"alpha", kAlpha}};
   for (const Entry& e : kEntries) {
-    if (e.name == name) return e.slot;
+    if (e.name != property.name) continue;
+    // Bytes are display colours of scanners and the like, which are no part of pbrt's scenes.
+    const bool is_color = e.slot >= kRed;
+    return is_color && is_ply_integer(property.type) ? kNowhere : e.slot;
   }
   return kNowhere;
 }
@@ -71,12 +75,14 @@ struct VertexLayout {
   bool used[kSlots] = {};
   bool has_normals() const { return used[kNx] && used[kNy] && used[kNz]; }
   bool has_uvs() const { return used[kU] && used[kV]; }
+  bool has_second_uvs() const { return used[kU2] && used[kV2]; }
+  bool has_colors() const { return used[kRed] && used[kGreen] && used[kBlue]; }
 };
 
 VertexLayout layout_of(const PlyElement& element) {
   VertexLayout layout;
   for (const PlyProperty& p : element.properties) {
-    Slot slot = p.is_list ? kNowhere : slot_of(p.name);
+    Slot slot = p.is_list ? kNowhere : slot_of(p);
     if (slot != kNowhere && layout.used[slot]) slot = kNowhere;  // "u" and "s": the first counts
     if (slot != kNowhere) layout.used[slot] = true;
     layout.slots.push_back(slot);
@@ -90,6 +96,9 @@ void add_vertex(const VertexLayout& layout, const double* v, TriangleMesh* mesh)
   mesh->positions.push_back({f(kX), f(kY), f(kZ)});
   if (layout.has_normals()) mesh->normals.push_back({f(kNx), f(kNy), f(kNz)});
   if (layout.has_uvs()) mesh->uvs.push_back({f(kU), f(kV)});
+  if (layout.has_second_uvs()) mesh->second_uvs.push_back({f(kU2), f(kV2)});
+  if (layout.has_colors())
+    mesh->colors.push_back({f(kRed), f(kGreen), f(kBlue), layout.used[kAlpha] ? f(kAlpha) : 1.0f});
 }
 
 template <class Values>
@@ -100,6 +109,8 @@ void read_vertices(const PlyElement& element, Values& values, TriangleMesh* mesh
   mesh->positions.reserve(element.count);
   if (layout.has_normals()) mesh->normals.reserve(element.count);
   if (layout.has_uvs()) mesh->uvs.reserve(element.count);
+  if (layout.has_second_uvs()) mesh->second_uvs.reserve(element.count);
+  if (layout.has_colors()) mesh->colors.reserve(element.count);
   std::array<double, kSlots + 1> v{};  // the last entry takes what goes nowhere
   for (uint64_t row = 0; row < element.count; ++row) {
     for (size_t i = 0; i < element.properties.size(); ++i) {

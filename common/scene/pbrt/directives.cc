@@ -50,6 +50,7 @@ const std::map<std::string_view, PbrtParser::Handler>& PbrtParser::handlers() {
       {"Transform", &PbrtParser::on_transform},
       {"TransformBegin", &PbrtParser::on_transform_begin},
       {"TransformEnd", &PbrtParser::on_transform_end},
+      {"TransformSteps", &PbrtParser::on_transform_steps},
       {"TransformTimes", &PbrtParser::on_transform_times},
       {"Translate", &PbrtParser::on_translate},
       {"Volume", &PbrtParser::on_left_out},

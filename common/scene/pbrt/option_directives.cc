@@ -1,4 +1,6 @@
 // Directives before WorldBegin: camera, film, sampling; WorldBegin and WorldEnd.
+#include <utility>
+
 #include "common/scene/pbrt/parser.h"
 #include "common/scene/pbrt/v3/direct_lighting.h"
 #include "common/scene/transform.h"
@@ -13,6 +15,8 @@ void PbrtParser::on_camera(const Token& d) {
   translate_camera(out_, type, params, state_.shape.ctm, &times_);
   CameraDescription& camera = out_.scene.camera;
   camera.medium = state_.shape.media.outside;
+  if (std::exchange(state_.steps, nullptr))
+    problems_->unsupported(d.where.location(), "a camera with TransformSteps: it goes straight to the last");
   Transform end = inverse(state_.ctm_end);
   coordinate_systems_["camera"] = {camera.camera_to_world, end};
   for (Transform* t : {&camera.camera_to_world, &end}) {

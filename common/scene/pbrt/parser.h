@@ -35,6 +35,8 @@ class PbrtParser {
     // ActiveTransform chose.
     Transform ctm_end;
     bool transforms_start = true, transforms_end = true;
+    // TransformSteps: the CTM at even times between the two.
+    std::shared_ptr<const std::vector<Transform>> steps;
     // The directive that flattened space, where one did: the CTM is then the one before it.
     std::optional<SourceLocation> flat;
 
@@ -84,6 +86,8 @@ class PbrtParser {
   /// error.
   bool misplaced(const SourceLocation& where, const std::string& message);
   void apply(const Token& directive, const Transform& transform, bool replace = false);
+  /// Whether a CTM can be this: in range, and not singular.
+  static bool is_good_ctm(const Transform& transform);
   bool ctm_moves() const { return state_.shape.ctm.m != state_.ctm_end.m; }
   /// ShapeDescription::moves_to of what moves from `start` to `end`; -1 if they are the same, or if nothing
   /// can (reported).
@@ -139,6 +143,7 @@ class PbrtParser {
   void on_transform(const Token& d);
   void on_transform_begin(const Token& d);
   void on_transform_end(const Token& d);
+  void on_transform_steps(const Token& d);
   void on_transform_times(const Token& d);
   void on_translate(const Token& d);
   void on_world_begin(const Token& d);
@@ -171,7 +176,8 @@ class PbrtParser {
 
   MotionTimes times_;
   std::vector<LightMotion> moving_lights_;
-  Transform last_start_;  // of what scene.later ends with
+  Transform last_start_;  // of what scene.later ends with, and its steps
+  std::shared_ptr<const std::vector<Transform>> last_steps_;
   double iso_ratio_ = 1;
   std::optional<double> film_exposure_time_;
   SourceLocation flat_reported_;

@@ -72,10 +72,17 @@ void PbrtParser::apply(const Token& directive, const Transform& given, bool repl
   if (replace) state_.flat.reset();
   const auto apply_to = [&](Transform* ctm) {
     const Transform next = replace ? transform : *ctm * transform;
-    const bool good = is_in_range(next) && !is_singular(next) && is_in_range(inverse(next));
+    const bool good = is_good_ctm(next);
     if (good) *ctm = next;
     return good;
   };
+  if (replace || !state_.transforms_start || !state_.transforms_end) {
+    state_.steps.reset();
+  } else if (state_.steps) {
+    std::vector<Transform> steps = *state_.steps;
+    for (Transform& step : steps) apply_to(&step);
+    state_.steps = std::make_shared<const std::vector<Transform>>(std::move(steps));
+  }
   const bool together = state_.transforms_start && state_.transforms_end && !ctm_moves();
   bool good = !state_.transforms_start || apply_to(&state_.shape.ctm);
   if (together) {
@@ -89,8 +96,13 @@ void PbrtParser::apply(const Token& directive, const Transform& given, bool repl
   }
 }
 
+bool PbrtParser::is_good_ctm(const Transform& transform) {
+  return is_in_range(transform) && !is_singular(transform) && is_in_range(inverse(transform));
+}
+
 int PbrtParser::moves_to(const Token& directive, const Transform& start, const Transform& end) {
-  if (start.m == end.m) return -1;
+  const std::vector<Transform>* steps = state_.steps.get();
+  if (start.m == end.m && steps == nullptr) return -1;
   if (!can_move(start, end)) {
     problems_->error(
         directive.where.location(),
@@ -99,9 +111,11 @@ int PbrtParser::moves_to(const Token& directive, const Transform& start, const T
     return -1;
   }
   std::vector<Transform>& later = out_.scene.later;
-  if (later.empty() || later.back().m != end.m || last_start_.m != start.m) {
+  if (later.empty() || later.back().m != end.m || last_start_.m != start.m || last_steps_ != state_.steps) {
     later.push_back(end);
     last_start_ = start;
+    last_steps_ = state_.steps;
+    if (steps != nullptr) out_.scene.between[static_cast<int>(later.size()) - 1] = *steps;
   }
   return static_cast<int>(later.size()) - 1;
 }
@@ -137,6 +151,7 @@ void PbrtParser::State::take_transforms(const State& other) {
   transforms_start = other.transforms_start;
   transforms_end = other.transforms_end;
   flat = other.flat;
+  steps = other.steps;
 }
 
 bool PbrtParser::pop(Scope::Kind kind, const Token& directive, const char* opener) {

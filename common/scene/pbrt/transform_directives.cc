@@ -1,7 +1,9 @@
 // The directives that move things: transforms and named coordinate systems.
+#include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "common/scene/motion.h"
 #include "common/scene/pbrt/parser.h"
 #include "common/scene/transform.h"
 
@@ -81,6 +83,38 @@ void PbrtParser::on_active_transform(const Token&) {
   }
   state_.transforms_start = which.text != "EndTime";
   state_.transforms_end = which.text != "StartTime";
+}
+
+void PbrtParser::on_transform_steps(const Token& d) {
+  const SourceLocation where = d.where.location();
+  double count = 0;
+  if (!take_numbers(d, &count, 1)) return;
+  constexpr double kCounts[] = {3, 5, 9, 17, 33, 65};
+  if (std::ranges::count(kCounts, count) == 0) {
+    problems_->error(where, "TransformSteps needs 3, 5, 9, 17, 33 or 65 matrices, and their number first");
+    skip_to_directive();
+    return;
+  }
+  std::vector<double> numbers(static_cast<size_t>(16 * count));
+  if (!take_numbers(d, numbers.data(), numbers.size())) return;
+  auto steps = std::make_shared<std::vector<Transform>>();
+  for (size_t i = 0; i < numbers.size(); i += 16) {
+    std::array<double, 16> m;
+    std::copy_n(&numbers[i], 16, m.begin());
+    const Transform t = from_columns(m);
+    if (!is_affine(t) || !is_good_ctm(t) || (i > 0 && !can_move(steps->front(), t))) {
+      problems_->error(where,
+                       "TransformSteps needs matrices that are affine, not singular, and of one handedness");
+      return;
+    }
+    steps->push_back(t);
+  }
+  state_.flat.reset();
+  state_.shape.ctm = steps->front();
+  state_.ctm_end = steps->back();
+  steps->pop_back();
+  steps->erase(steps->begin());
+  state_.steps = std::move(steps);
 }
 
 void PbrtParser::on_transform_times(const Token& d) {

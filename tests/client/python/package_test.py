@@ -307,6 +307,26 @@ class Asynchronous(unittest.TestCase):
         with Coordinator(stream, stream, (404, {"code": 5, "message": "no"})) as server:
             asyncio.run(main(server.url))
 
+    def test_scenes_become_frames_one_by_one_and_are_cancelled_if_one_fails(self):
+        good = scenes.SceneCheck(bundle_json="{}", settings_json="{}")
+        with Coordinator((200, {"sequence_id": "s1"}), (200, {})) as server:
+            made = lightmill.Farm(server.url).submit_checked([(3, good), (4, good)], name="shot", fps=25)
+            self.assertEqual(made.id, "s1")
+            first, second = (json.loads(body) for *_, body in server.seen)
+            self.assertEqual(([f["number"] for f in first["frames"]], first["fps"], second["frames"][0]["number"]), ([3], 25, 4))
+        with Coordinator((200, {"sequence_id": "s1"}), (200, {})) as server:
+            bad = scenes.SceneCheck(errors=["scene.pbrt:1:1: no"])
+            with self.assertRaisesRegex(lightmill.InvalidArgument, "scene.pbrt:1:1: no"):
+                lightmill.Farm(server.url).submit_checked([(3, good), (4, bad)], name="shot")
+            self.assertEqual([path for _, path, *_ in server.seen], ["/v1/sequences", "/v1/sequences/s1:cancel"])
+            with self.assertRaises(lightmill.InvalidArgument):
+                lightmill.Farm(server.url).submit_checked([], name="shot")
+
+    def test_addresses_that_are_none(self):
+        for address in ("what is this", "ftp://farm", "farm:port", ""):
+            with self.assertRaises(lightmill.InvalidArgument):
+                lightmill.Farm([address])
+
     def test_every_verb_is_there(self):
         for plain, other in ((lightmill.Farm, lightmill.AsyncFarm), (lightmill.Job, lightmill.AsyncJob),
                              (lightmill.Sequence, lightmill.AsyncSequence)):

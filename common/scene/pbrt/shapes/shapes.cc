@@ -121,6 +121,49 @@ std::shared_ptr<const TriangleMesh> read_loop_subdivision(PbrtScene& out, Parame
   return mesh;
 }
 
+/// A PLY file, cleaned; an empty pointer if it can't be read (reported).
+std::shared_ptr<TriangleMesh> read_ply_file(PbrtScene& out, const std::string& file, const std::string& path,
+                                            const SourceLocation& where) {
+  try {
+    CleanMesh read = out.read_ahead.take(path);
+    warn_of_cleaning(read.dropped_triangles, read.mended_normals, "the mesh " + in_quotes(file), where,
+                     out.problems);
+    return std::make_shared<TriangleMesh>(std::move(read.mesh));
+  } catch (const Error& e) {
+    out.problems->error(where, "the mesh " + in_quotes(file) + " " + e.what());
+  } catch (const std::bad_alloc&) {
+    out.problems->error(where, "the mesh " + in_quotes(file) + " does not fit into memory");
+  }
+  return nullptr;
+}
+
+/// "later" (ours): files of the mesh's vertices at even times while the shutter is open, the last at its
+/// closing. False: reported, and nothing is taken.
+bool read_later_steps(PbrtScene& out, ParameterList& params, TriangleMesh* mesh) {
+  constexpr size_t kMostSteps = 64;
+  const Parameter* given = params.find("later", {ParamType::kString});
+  if (given == nullptr) return true;
+  const std::vector<std::string> files = given->strings;
+  const SourceLocation where = params.where_of("later");
+  if (files.empty() || files.size() > kMostSteps || (files.size() & (files.size() - 1)) != 0) {
+    params.odd_value("later", "needs 1, 2, 4, ... files, up to 64; the mesh does not bend");
+    return false;
+  }
+  for (const std::string& file : files) {
+    const std::string path = out.open_mesh(file, where);
+    if (path.empty()) return false;
+    const auto step = read_ply_file(out, file, path, where);
+    if (step == nullptr) return false;
+    if (step->positions.size() != mesh->positions.size() || step->normals.size() != mesh->normals.size()) {
+      params.odd_value("later", "has other vertices than the mesh: " + in_quotes(file) + "; the mesh does not bend");
+      mesh->later.clear();
+      return false;
+    }
+    mesh->later.push_back({std::move(step->positions), std::move(step->normals)});
+  }
+  return true;
+}
+
 std::shared_ptr<const TriangleMesh> read_ply_mesh(PbrtScene& out, ParameterList& params) {
   const std::string file = params.text("filename", "");
   params.unsupported("displacement", "is ignored");
@@ -132,20 +175,12 @@ std::shared_ptr<const TriangleMesh> read_ply_mesh(PbrtScene& out, ParameterList&
   }
   const std::string path = out.open_mesh(file, where);
   if (path.empty()) return nullptr;
-  if (const auto found = out.meshes.find(path); found != out.meshes.end()) return found->second;
-  std::shared_ptr<TriangleMesh> mesh;
-  try {
-    CleanMesh read = out.read_ahead.take(path);
-    warn_of_cleaning(read.dropped_triangles, read.mended_normals, "the mesh " + in_quotes(file), where,
-                     out.problems);
-    mesh = std::make_shared<TriangleMesh>(std::move(read.mesh));
-  } catch (const Error& e) {
-    out.problems->error(where, "the mesh " + in_quotes(file) + " " + e.what());
-  } catch (const std::bad_alloc&) {
-    out.problems->error(where, "the mesh " + in_quotes(file) + " does not fit into memory");
-  }
-  out.meshes[path] = mesh;  // also null: a broken file is reported once
-  return mesh;
+  // Also null: a broken file is reported once.
+  auto [found, is_new] = out.meshes.try_emplace(path);
+  if (is_new) found->second = read_ply_file(out, file, path, where);
+  if (found->second == nullptr || !params.has("later")) return found->second;
+  auto bent = std::make_shared<TriangleMesh>(*found->second);
+  return read_later_steps(out, params, bent.get()) ? bent : found->second;
 }
 
 /// Area after the transform. A sphere's is that of its mean scale: exact when the scale is uniform.

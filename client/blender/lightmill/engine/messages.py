@@ -1,0 +1,20 @@
+"""What the user is told: in Blender's report, and in a line on stderr."""
+import sys
+
+
+def tell(engine, kind, text):
+    """`kind`: INFO, WARNING or ERROR. After an error Blender saves no picture, and in background mode ends with 1."""
+    engine.report({kind}, text)
+    print(f"lightmill: {text}" if kind != "WARNING" else f"lightmill: warning: {text}", file=sys.stderr, flush=True)
+
+
+class Once:
+    """Warnings that were said before are not said again for the next frame."""
+
+    def __init__(self):
+        self._said = set()
+
+    def warn(self, engine, text):
+        if text not in self._said:
+            self._said.add(text)
+            tell(engine, "WARNING", text)

@@ -1,0 +1,93 @@
+"""Render passes: what Lightmill records of each pixel (common/job/aovs.h), under Blender's names of passes."""
+import dataclasses
+
+import numpy
+
+FAR = 1e10  # Blender's depth where nothing is hit
+
+
+@dataclasses.dataclass(frozen=True)
+class Pass:
+    """`aov`: its name in a job. `channels`: a letter each, as Blender has them."""
+    name: str
+    aov: str
+    channels: str
+    kind: str  # COLOR, VECTOR or VALUE: the socket of the compositor
+
+
+# By the property of the view layer that asks for them, or of its `lightmill`.
+OF_VIEW_LAYER = {
+    "use_pass_z": (Pass("Depth", "depth", "Z", "VALUE"),),
+    "use_pass_position": (Pass("Position", "position", "XYZ", "VECTOR"),),
+    "use_pass_normal": (Pass("Normal", "normal", "XYZ", "VECTOR"),),
+    # What the surface reflects of white light, speculars and all: of a diffuse surface it is Cycles' DiffCol.
+    "use_pass_diffuse_color": (Pass("DiffCol", "albedo", "RGB", "COLOR"),),
+}
+OF_LIGHTMILL = {
+    "use_pass_denoising": (Pass("Denoising Normal", "normal", "XYZ", "VECTOR"),
+                           Pass("Denoising Albedo", "albedo", "RGB", "COLOR"),
+                           Pass("Denoising Depth", "depth", "Z", "VALUE")),
+    "use_pass_alpha": (Pass("Alpha", "alpha", "A", "VALUE"),),
+    "use_pass_direct": (Pass("Direct", "direct", "RGB", "COLOR"),),
+    "use_pass_indirect": (Pass("Indirect", "indirect", "RGB", "COLOR"),),
+    "use_pass_variance": (Pass("Variance", "variance", "RGB", "COLOR"),),
+    "use_pass_sample_count": (Pass("Debug Sample Count", "samples", "X", "VALUE"),),
+}
+# Passes of Blender that Lightmill has nothing for.
+UNSUPPORTED = {
+    "use_pass_mist": "Mist", "use_pass_uv": "UV", "use_pass_vector": "Vector", "use_pass_object_index": "Object Index",
+    "use_pass_material_index": "Material Index", "use_pass_shadow": "Shadow", "use_pass_ambient_occlusion": "Ambient Occlusion",
+    "use_pass_emit": "Emission", "use_pass_environment": "Environment", "use_pass_diffuse_direct": "Diffuse Direct",
+    "use_pass_diffuse_indirect": "Diffuse Indirect", "use_pass_glossy_direct": "Glossy Direct",
+    "use_pass_glossy_indirect": "Glossy Indirect", "use_pass_glossy_color": "Glossy Color",
+    "use_pass_transmission_direct": "Transmission Direct", "use_pass_transmission_indirect": "Transmission Indirect",
+    "use_pass_transmission_color": "Transmission Color", "use_pass_subsurface_direct": "Subsurface Direct",
+    "use_pass_subsurface_indirect": "Subsurface Indirect", "use_pass_subsurface_color": "Subsurface Color",
+    "use_pass_cryptomatte_object": "Cryptomatte Object", "use_pass_cryptomatte_material": "Cryptomatte Material",
+    "use_pass_cryptomatte_asset": "Cryptomatte Asset",
+}
+
+
+def passes_of(view_layer):
+    """The passes beside Combined that it asks for."""
+    wanted = [p for name, passes in OF_VIEW_LAYER.items() if getattr(view_layer, name, False) for p in passes]
+    settings = getattr(view_layer, "lightmill", None)
+    return wanted + [p for name, passes in OF_LIGHTMILL.items() if getattr(settings, name, False) for p in passes]
+
+
+def unsupported_of(view_layer):
+    """Names of the passes that it asks for and that are not made."""
+    return [name for flag, name in UNSUPPORTED.items() if getattr(view_layer, flag, False)]
+
+
+def aovs_of(passes, transparent):
+    """The option `aovs` of a job, or None."""
+    names = sorted({p.aov for p in passes} | ({"alpha"} if transparent else set()))
+    return ",".join(names) or None
+
+
+def channels_of(picture):
+    """An api.Picture -> AOV name -> float32 rows x columns x channels, from below as Blender wants it; "rgb" is the colour."""
+    values = picture.array()[::-1]
+    groups = {"rgb": [0, 1, 2]}
+    for i, name in enumerate(picture.channels[3:], 3):
+        groups.setdefault("alpha" if name == "A" else name.rsplit(".", 1)[0], []).append(i)
+    return {name: values[:, :, channels] for name, channels in groups.items()}
+
+
+def combined(channels, transparent):
+    """Blender's Combined: RGBA with colours multiplied by alpha, which is 1 if the film is not transparent or the picture
+    has none yet."""
+    rgb = channels["rgb"]
+    alpha = channels.get("alpha") if transparent else None
+    if alpha is None:
+        alpha = numpy.ones((*rgb.shape[:2], 1), "f4")
+    return numpy.concatenate([rgb, alpha], axis=2)
+
+
+def pixels_of(wanted, channels):
+    """The pixels of a pass; None if the picture has none yet."""
+    values = channels.get(wanted.aov)
+    if values is not None and wanted.aov == "depth":
+        values = numpy.where(values > 0, values, numpy.float32(FAR))
+    return values

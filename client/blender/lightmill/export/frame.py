@@ -1,0 +1,97 @@
+"""One frame of a scene as a folder that Lightmill renders."""
+from dataclasses import dataclass
+from pathlib import Path
+
+from .camera import camera_lines, resolution
+from .content import Cache, Folder
+from .film import film_lines
+from .motion import Motion, sample
+from .objects import RAY_KINDS, Objects
+from .pbrt_text import Names, quoted
+from .report import Message, Report
+from .shading import Materials
+
+MAIN = "scene.pbrt"
+HEADER = "# Written by Lightmill's exporter for Blender. Units are metres, z is up.\n"
+FAR = ("camera", "diffuse", "glossy", "transmission", "scatter", "shadow")  # of a world's visibility
+
+
+@dataclass
+class Export:
+    """What was written. `files`: all that the scene needs, `main` first; `report`: one Message a kind."""
+
+    main: Path
+    files: list
+    report: list
+    written: int  # files that were not there before, `main` apart
+
+
+class FrameExport:
+    """The state of one export; modules of this package write to it."""
+
+    def __init__(self, depsgraph, scene, view_layer, folder, cache, nodes):
+        self.depsgraph, self.scene, self.view_layer, self.nodes = depsgraph, scene, view_layer, nodes
+        self.report, self.names, self.cache = Report(), Names(), cache
+        self.folder = Folder(folder)
+        self.context = nodes.Context(self.folder.path, scene, depsgraph, view_layer=view_layer, memory=cache.pictures)
+        self.outside = ""  # the medium around everything
+        self.lines = []  # of the world block: materials, textures, media
+        self.materials = Materials(self)
+
+
+def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None, camera=None, frame_set=None):
+    """Writes the scene as the evaluated `depsgraph` shows it into `folder` and returns an Export.
+
+    size: (width, height) of the whole picture in pixels; None: the render settings', with their border.
+    cache: a Cache that lives from export to export, so that what stays is neither hashed nor written again.
+    camera: lines of pbrt in the place of the scene's camera.
+    frame_set(frame, subframe): moves the depsgraph's time; a render engine gives its own. None: scene.frame_set.
+    Raises OSError if the folder can't be written. Everything else that goes wrong is in the report.
+    """
+    from .. import nodes
+
+    export = FrameExport(depsgraph, scene, view_layer, folder, cache if cache is not None else Cache(), nodes)
+    motion = Motion()
+    if camera is None:
+        motion = sample(depsgraph, scene, frame_set or scene.frame_set, export.report)
+    sky = world(export)
+    medium_lines = sky.medium.lines if sky.medium else []
+    export.outside = sky.medium.name if sky.medium else ""
+    around = f"MediumInterface {quoted(export.outside)} {quoted(export.outside)}" if sky.medium else ""
+    view = camera if camera is not None else scene_camera(export, size or resolution(scene), motion)
+    objects = Objects(export, motion)
+    objects.add_all()
+    text = [HEADER, film_lines(scene, size), *ended([*medium_lines, around, view]), "WorldBegin\n",
+            *ended([around, *sky.lines]), *export.lines, *objects.lines]
+    main = export.folder.path / MAIN
+    files = [main, *export.folder.files, *(export.folder.path / name for name in sorted(export.context.files))]
+    written = export.folder.written
+    export.folder.replace(MAIN, ["".join(text).encode("utf-8", "replace")])
+    messages = export.report.messages + [Message(m.kind, m.owner, str(m)) for m in export.context.report.messages]
+    return Export(main, list(dict.fromkeys(files)), messages, written)
+
+
+def ended(lines):
+    """Lines with their ends, without empty ones."""
+    return [line.rstrip("\n") + "\n" for line in lines if line]
+
+
+def world(export):
+    """The scene's world, by nodes.world."""
+    evaluated = export.scene.world.evaluated_get(export.depsgraph) if export.scene.world else None
+    visibility = getattr(evaluated, "cycles_visibility", None)
+    hidden = [ours for ours, theirs in zip(RAY_KINDS, FAR) if not getattr(visibility, theirs, True)]
+    if export.scene.render.film_transparent and "camera" not in hidden:
+        hidden.insert(0, "camera")
+    return export.nodes.world(evaluated, export.context, hidden=tuple(hidden))
+
+
+def scene_camera(export, size, motion):
+    """Lines of the scene's camera; without one, of a camera at Blender's usual place, reported."""
+    camera = export.scene.camera
+    lines = None
+    if camera is None:
+        export.report.warn("no camera", export.scene.name, "has no camera; it is seen from above")
+    else:
+        lines = camera_lines(camera.evaluated_get(export.depsgraph), export.scene, size, motion, export.report)
+    return lines or 'LookAt 7.36 -6.93 4.96 0 0 0 0 0 1\nScale -1 1 1\nCamera "perspective" "float fov" 40'

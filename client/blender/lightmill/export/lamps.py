@@ -1,0 +1,92 @@
+"""Blender's lamps, with the units of Cycles.
+
+A lamp's energy P, in watts, times its colour and what its nodes give:
+
+    point, spot  intensity P / (4 pi), W/sr
+    sun          irradiance P, W/m2; of a disc of half angle a, P times the mean cosine over a disc of radius tan(a)
+    area         radiance P / (4 A), of one side: a lamp of P watts gives pi / 4 of them
+
+Measured with Cycles, and held by tests/blender/lamps_test.py. Cycles' lamps are not seen by the camera and cast no
+shadow; the lamp's size grows with its object's scale only where it is an area.
+"""
+import math
+
+from .camera import from_columns, without_scale
+from .pbrt_text import columns, moving, numbers, quoted
+
+NEVER = 1024  # Cycles' default for the most bounces of a lamp's light
+
+
+def lamp_lines(lamp, way, hidden, export):
+    """Lines of a lamp. `lamp`: evaluated object; `way`: see Motion."""
+    light = lamp.data
+    settings = getattr(light, "cycles", None)
+    if getattr(settings, "is_portal", False):
+        return []  # guides Cycles' sampling and gives no light
+    note_unsupported(lamp, settings, export.report)
+    if len(way) > 2:  # the reader's lights go straight
+        way = (way[0], way[-1])
+    given = export.nodes.light(light, export.context, export.nodes.Place.of(lamp))
+    if given.texture:
+        export.report.warn("lamp texture", lamp.name, "its light is even: a texture over a lamp is not drawn")
+    color = [light.energy * c * f for c, f in zip(light.color, given.rgb)]
+    hidden = tuple(dict.fromkeys(("camera", *hidden)))
+    if max(map(abs, color)) == 0 or not all(map(math.isfinite, color)):
+        return []
+    color = [max(c, 0.0) for c in color]
+    kind = {"POINT": point, "SPOT": spot, "SUN": sun, "AREA": area}[light.type]
+    return ["AttributeBegin\n", *kind(light, color, way, hidden), "AttributeEnd\n"]
+
+
+def note_unsupported(lamp, settings, report):
+    if getattr(settings, "max_bounces", NEVER) < NEVER:
+        report.warn("lamp bounces", lamp.name, "its light has no limit of bounces of its own")
+    if not getattr(settings, "cast_shadow", True):
+        report.warn("shadowless lamp", lamp.name, "its light casts shadows all the same")
+
+
+def rigid(way):
+    """The directives of a lamp that its object's scale does not touch."""
+    return moving([columns(without_scale(from_columns(m))) for m in way])
+
+
+def hidden_parameter(hidden):
+    return f' "string hidden" [{" ".join(map(quoted, hidden))}]' if hidden else ""
+
+
+def point(light, color, way, hidden):
+    intensity = [c / (4 * math.pi) for c in color]
+    radius = f' "float radius" {light.shadow_soft_size:.9g}' if light.shadow_soft_size > 0 else ""
+    return [rigid(way), f'LightSource "point" "rgb I" {numbers(intensity)}{radius}{hidden_parameter(hidden)}\n']
+
+
+def spot(light, color, way, hidden):
+    intensity = [c / (4 * math.pi) for c in color]
+    half = math.degrees(light.spot_size) / 2
+    radius = f' "float radius" {light.shadow_soft_size:.9g}' if light.shadow_soft_size > 0 else ""
+    return [rigid(way), f'LightSource "spot" "rgb I" {numbers(intensity)} "point3 to" [0 0 -1]'
+            f' "float coneangle" {half:.9g} "float blend" {light.spot_blend:.9g}{radius}{hidden_parameter(hidden)}\n']
+
+
+def sun(light, color, way, hidden):
+    tangent = math.tan(min(light.angle / 2, math.radians(89.9)))
+    if tangent > 1e-4:
+        mean = 2 / (1 + math.sqrt(1 + tangent * tangent))  # = 2 (sqrt(1 + t^2) - 1) / t^2
+        color = [c * mean for c in color]
+    return [rigid(way), f'LightSource "distant" "rgb L" {numbers(color)} "point3 to" [0 0 -1]'
+            f' "float angle" {min(math.degrees(light.angle) / 2, 89.9):.9g}{hidden_parameter(hidden)}\n']
+
+
+def area(light, color, way, hidden):
+    """A rectangle or an ellipse that shines along its -z."""
+    width = light.size
+    height = light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else width
+    is_round = light.shape in ("DISK", "ELLIPSE")
+    m = from_columns(way[0])
+    surface = (m.col[0].xyz * width).cross(m.col[1].xyz * height).length * (math.pi / 4 if is_round else 1)
+    if not surface > 0:
+        return []
+    spread = getattr(light, "spread", math.pi)
+    return [moving(way), f'LightSource "area" "string shape" "{"ellipse" if is_round else "rectangle"}"'
+            f' "float width" {width:.9g} "float height" {height:.9g} "rgb L" {numbers(c / (4 * surface) for c in color)}'
+            f' "float spread" {math.degrees(spread):.9g}{hidden_parameter(hidden)}\n']

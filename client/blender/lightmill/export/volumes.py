@@ -1,0 +1,42 @@
+"""OpenVDB objects: the file as it is, in a box without a surface."""
+from .lamps import hidden_parameter
+from .pbrt_text import moving, quoted
+
+MARGIN = 1e-3  # of the box, of its size: the grid's outermost voxels lie inside
+FACES = "0 2 1 0 3 2 4 5 6 4 6 7 0 1 5 0 5 4 1 2 6 1 6 5 2 3 7 2 7 6 3 0 4 3 4 7"
+
+
+def volume_lines(object, way, hidden, export):
+    """Lines of an evaluated VOLUME object; `way`: see Motion."""
+    grids = object.data.grids
+    name = object.name
+    if not grids.load():
+        export.report.warn("volume file", name, f"its OpenVDB file can't be read: {grids.error_message or 'none is set'}")
+        return []
+    slot = next((s.material for s in object.material_slots if s.material), None)
+    slot = slot or next((m for m in object.data.materials if m), None)
+    if slot is None:
+        export.report.warn("volume material", name, "is a volume without material and is left out")
+        return []
+    try:
+        file = export.folder.copy(grids.frame_filepath, "volumes", "vdb", export.cache)
+    except OSError as error:
+        export.report.warn("volume file", name, f"{grids.frame_filepath}: {error.strerror}")
+        return []
+    if len(way) > 1:
+        export.report.warn("moving volume", name, "is a volume that moves; it stands as at the shutter's opening")
+    place = export.nodes.Place.of(object)
+    medium = export.nodes.volume(slot, export.context, place, grid=export.nodes.Grid(file, tuple(g.name for g in grids)))
+    if not medium:
+        return []
+    export.materials.write(medium.lines)
+    low, high = ([f(corner[k] for corner in object.bound_box) for k in range(3)] for f in (min, max))
+    room = [MARGIN * (b - a) or MARGIN for a, b in zip(low, high)]
+    low, high = [a - r for a, r in zip(low, room)], [b + r for b, r in zip(high, room)]
+    corners = [(x, y, z) for z in (low[2], high[2]) for x, y in ((low[0], low[1]), (high[0], low[1]),
+                                                                 (high[0], high[1]), (low[0], high[1]))]
+    points = " ".join("%.9g %.9g %.9g" % c for c in corners)
+    return ["AttributeBegin\n", moving(way[:1]), 'Material "interface"\n',
+            f"MediumInterface {quoted(medium.name)} {quoted(export.outside)}\n",
+            f'Shape "trianglemesh" "point3 P" [{points}] "integer indices" [{FACES}]{hidden_parameter(hidden)}\n',
+            "AttributeEnd\n"]
