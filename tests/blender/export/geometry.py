@@ -225,4 +225,20 @@ def test_pictures_from_memory():
     assert "u" in out.meshes()[0]
 
 
+def test_volumes():
+    thing = cube()
+    thing.hide_render = True
+    volume = add("Smoke", bpy.data.volumes.new("Smoke"), location=(0, 0, 5))
+    modifier = volume.modifiers.new("Fill", "MESH_TO_VOLUME")
+    modifier.object, modifier.voxel_amount = thing, 8
+    found = material("Smoke")
+    nodes = found.node_tree.nodes
+    smoke = nodes.new("ShaderNodeVolumePrincipled")
+    found.node_tree.links.new(smoke.outputs[0], nodes["Material Output"].inputs["Volume"])
+    volume.data.materials.append(found)
+    out = written()
+    (name,) = re.findall(r'"(volumes/\w+\.vdb)"', out.text)
+    assert (out.folder / name).read_bytes()[:3] == b" BD" and "MediumInterface" in out.text, out.text
+
+
 run(sys.modules[__name__])
