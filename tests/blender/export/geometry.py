@@ -101,6 +101,17 @@ def test_what_emits_is_no_instance():
     assert "ObjectInstance" not in out.text and out.text.count("AreaLightSource") == 2 and len(out.meshes()) == 1
 
 
+def test_particles_are_instances():
+    shown = cube("Shown", size=0.1)
+    shown.location = (9, 9, 9)
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    system = bpy.context.object.modifiers.new("Particles", "PARTICLE_SYSTEM").particle_system.settings
+    system.count, system.frame_start, system.frame_end, system.lifetime = 12, 0, 0, 100
+    system.physics_type, system.render_type, system.instance_object = "NO", "OBJECT", shown
+    bpy.context.scene.frame_set(5)
+    assert written().text.count("ObjectInstance") == 13
+
+
 def test_text_curves_and_metaballs_are_meshes():
     bpy.ops.object.text_add()
     bpy.ops.object.metaball_add(location=(3, 0, 0))
