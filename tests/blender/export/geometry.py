@@ -143,6 +143,16 @@ def test_hair_goes_through_its_points():
         assert float(root) == 0.02 and float(tip) == 0.01
 
 
+def test_hair_of_the_viewport():
+    hair_scene()
+    scene = bpy.context.scene
+    result = export.export_frame(bpy.context.evaluated_depsgraph_get(), scene, scene.view_layers[0], FOLDER / "viewport")
+    (name,) = re.findall(r'Include "(curves/\w+\.pbrt)"', result.main.read_text())
+    for numbers in re.findall(r"point3 P\" \[(.*?)\]", (result.main.parent / name).read_text()):
+        control = np.array(numbers.split(), float).reshape(-1, 3)
+        assert np.isclose(np.linalg.norm(control[-1] - control[0]), 0.5, rtol=0.02)
+
+
 def test_hair_objects():
     curves = bpy.data.hair_curves.new("Curves")
     if not hasattr(curves, "add_curves"):

@@ -150,7 +150,7 @@ class Objects:
                                         f'Shape "plymesh" "string filename" {quoted(names[0])}{later}\n'))
         if thing.type == "CURVES" or (instance.show_particles and len(thing.particle_systems)):
             strand = dataclasses.replace(place, is_strand=True, uv_maps=(), attribute="")
-            for slot, name, strands in hair.hair_of(thing):
+            for slot, name, strands in hair.hair_of(thing, self.export.depsgraph.mode == "VIEWPORT"):
                 file = hair.hair_file(("hair", identity(thing), name), strands, thing.name, self.export)
                 if file:
                     geometry.shapes.append((shading(slot, strand), f"Include {quoted(file)}\n"))
