@@ -241,7 +241,10 @@ void settle_motion(const MotionTimes& t, SceneDescription* scene) {
   for (ObjectDescription& object : scene->objects) settle_shapes(&object.shapes);
   for (InstanceDescription& i : scene->instances) settle(&i.object_to_world, &i.moves_to);
   settle(&scene->camera.camera_to_world, &scene->camera.moves_to);
-  if (!moves) scene->later.clear();
+  if (!moves) {
+    scene->later.clear();
+    scene->between.clear();
+  }
 }
 
 }  // namespace lightmill

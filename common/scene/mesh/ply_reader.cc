@@ -16,16 +16,33 @@ namespace lightmill {
 namespace {
 
 /// Where a property's value goes: a component of a vertex, or nowhere.
-enum Slot { kX, kY, kZ, kNx, kNy, kNz, kU, kV, kU2, kV2, kRed, kGreen, kBlue, kAlpha, kSlots, kNowhere = kSlots };
+enum Slot {
+  kX,
+  kY,
+  kZ,
+  kNx,
+  kNy,
+  kNz,
+  kU,
+  kV,
+  kU2,
+  kV2,
+  kRed,
+  kGreen,
+  kBlue,
+  kAlpha,
+  kSlots,
+  kNowhere = kSlots
+};
 
 Slot slot_of(const PlyProperty& property) {
   struct Entry {
     std::string_view name;
     Slot slot;
   };
-  constexpr Entry kEntries[] = {{"x", kX},         {"y", kY},        {"z", kZ},         {"nx", kNx},
-                                {"ny", kNy},       {"nz", kNz},      {"u", kU},         {"v", kV},
-                                {"s", kU},         {"t", kV},        {"texture_u", kU}, {"texture_v", kV},
+  constexpr Entry kEntries[] = {{"x", kX},         {"y", kY},         {"z", kZ},         {"nx", kNx},
+                                {"ny", kNy},       {"nz", kNz},       {"u", kU},         {"v", kV},
+                                {"s", kU},         {"t", kV},         {"texture_u", kU}, {"texture_v", kV},
                                 {"texture_s", kU}, {"texture_t", kV}, {"u2", kU2},       {"v2", kV2},
                                 {"red", kRed},     {"green", kGreen}, {"blue", kBlue},   {"alpha", kAlpha}};
   for (const Entry& e : kEntries) {

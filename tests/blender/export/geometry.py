@@ -101,6 +101,17 @@ def test_what_emits_is_no_instance():
     assert "ObjectInstance" not in out.text and out.text.count("AreaLightSource") == 2 and len(out.meshes()) == 1
 
 
+def test_particles_are_instances():
+    shown = cube("Shown", size=0.1)
+    shown.location = (9, 9, 9)
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    system = bpy.context.object.modifiers.new("Particles", "PARTICLE_SYSTEM").particle_system.settings
+    system.count, system.frame_start, system.frame_end, system.lifetime = 12, 0, 0, 100
+    system.physics_type, system.render_type, system.instance_object = "NO", "OBJECT", shown
+    bpy.context.scene.frame_set(5)
+    assert written().text.count("ObjectInstance") == 13
+
+
 def test_text_curves_and_metaballs_are_meshes():
     bpy.ops.object.text_add()
     bpy.ops.object.metaball_add(location=(3, 0, 0))
@@ -130,6 +141,16 @@ def test_hair_goes_through_its_points():
         assert len(control) % 3 == 1 and np.isclose(np.abs(control[0]).max(), 1, atol=1e-3)  # on the cube
         assert np.isclose(np.linalg.norm(control[-1] - control[0]), 0.5, rtol=0.02)
         assert float(root) == 0.02 and float(tip) == 0.01
+
+
+def test_hair_of_the_viewport():
+    hair_scene()
+    scene = bpy.context.scene
+    result = export.export_frame(bpy.context.evaluated_depsgraph_get(), scene, scene.view_layers[0], FOLDER / "viewport")
+    (name,) = re.findall(r'Include "(curves/\w+\.pbrt)"', result.main.read_text())
+    for numbers in re.findall(r"point3 P\" \[(.*?)\]", (result.main.parent / name).read_text()):
+        control = np.array(numbers.split(), float).reshape(-1, 3)
+        assert np.isclose(np.linalg.norm(control[-1] - control[0]), 0.5, rtol=0.02)
 
 
 def test_hair_objects():
@@ -223,6 +244,22 @@ def test_pictures_from_memory():
     out = written()
     assert any(f.parent.name == "images" and f.is_file() for f in out.result.files)
     assert "u" in out.meshes()[0]
+
+
+def test_volumes():
+    thing = cube()
+    thing.hide_render = True
+    volume = add("Smoke", bpy.data.volumes.new("Smoke"), location=(0, 0, 5))
+    modifier = volume.modifiers.new("Fill", "MESH_TO_VOLUME")
+    modifier.object, modifier.voxel_amount = thing, 8
+    found = material("Smoke")
+    nodes = found.node_tree.nodes
+    smoke = nodes.new("ShaderNodeVolumePrincipled")
+    found.node_tree.links.new(smoke.outputs[0], nodes["Material Output"].inputs["Volume"])
+    volume.data.materials.append(found)
+    out = written()
+    (name,) = re.findall(r'"(volumes/\w+\.vdb)"', out.text)
+    assert (out.folder / name).read_bytes()[:3] == b" BD" and "MediumInterface" in out.text, out.text
 
 
 run(sys.modules[__name__])

@@ -1,4 +1,4 @@
-"""Writes scenes that the program must load without a warning."""
+"""Writes scenes that the program must load."""
 import pathlib
 import sys
 
@@ -21,11 +21,22 @@ hair.type, hair.count, hair.hair_length = "HAIR", 20, 0.3
 monkey.visible_glossy = False
 bpy.ops.mesh.primitive_cube_add(location=(3, 0, 0))
 for k in range(3):
-    add("Copy", bpy.context.object.data, location=(3, 0, 3 * k))
+    add("Copy", bpy.context.object.data, location=(3, 0, 3 * k + 3))
 written("still")
 scene.render.use_motion_blur = True
 for frame, where in ((0, (0, 0, 0)), (1, (1, 0, 0)), (2, (1, 1, 0))):
     monkey.location = where
     monkey.keyframe_insert("location", frame=frame)
+bpy.ops.mesh.primitive_cube_add(location=(-3, 0, 0))
+bent = bpy.context.object
+bpy.ops.object.shade_smooth()
+bent.shape_key_add(name="Basis")
+key = bent.shape_key_add(name="Tall")
+for point in key.data:
+    point.co.z *= 3
+for frame in (0, 2):
+    key.value = frame / 2
+    key.keyframe_insert("value", frame=frame)
 scene.frame_set(1)
-written("moving")
+moving = written("moving")
+assert "TransformSteps" in moving.text and '"string later"' in moving.text

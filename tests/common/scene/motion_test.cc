@@ -173,6 +173,53 @@ TEST_F(MovingThings, TimesAreThoseOfTheShutter) {
   EXPECT_TRUE(s.later.empty());
 }
 
+/// Of TransformSteps: moves by the given x.
+std::string steps_along_x(const std::vector<int>& xs) {
+  std::string text = "TransformSteps " + std::to_string(xs.size()) + " [";
+  for (const int x : xs) text += " 1 0 0 0  0 1 0 0  0 0 1 0  " + std::to_string(x) + " 0 0 1";
+  return text + "]\n";
+}
+
+TEST_F(MovingThings, TransformsInSteps) {
+  const SceneDescription s = clean_world(
+      "AttributeBegin " + steps_along_x({0, 4, 5}) +
+      "Shape \"sphere\" Shape \"sphere\" Scale 2 2 2 Shape \"sphere\" " + steps_along_x({0, 4, 0}) +
+      "Shape \"sphere\" Identity Shape \"sphere\" AttributeEnd Shape \"sphere\"");
+  ASSERT_EQ(s.shapes.size(), 6u);
+  EXPECT_EQ(s.shapes[1].moves_to, s.shapes[0].moves_to) << "they move together";
+  const auto x = [&](size_t i, double time) {
+    return Way(s.shapes[i].object_to_world, s.shapes[i].moves_to, s).at(time).m[0][3];
+  };
+  EXPECT_NEAR(x(0, 0.25), 2, 1e-12);
+  EXPECT_NEAR(x(0, 0.75), 4.5, 1e-12);
+  EXPECT_NEAR(x(0, 1), 5, 1e-12);
+  EXPECT_EQ(s.between.at(s.shapes[2].moves_to).at(0).m[0][0], 2);
+  EXPECT_NEAR(x(3, 0.5), 4, 1e-12) << "it goes, and comes back";
+  EXPECT_NEAR(x(3, 1), 0, 1e-12);
+  EXPECT_EQ(s.shapes[4].moves_to, -1);
+  EXPECT_EQ(s.shapes[5].moves_to, -1);
+}
+
+TEST_F(MovingThings, TheShutterIsOpenForSomeOfTheSteps) {
+  const SceneDescription s =
+      clean(load("Camera \"perspective\" \"float shutteropen\" 0.25 \"float shutterclose\" 0.75 WorldBegin "
+                 "LightSource \"point\" " +
+                 steps_along_x({0, 4, 0}) + "Shape \"sphere\""));
+  const Way way(s.shapes[0].object_to_world, s.shapes[0].moves_to, s);
+  EXPECT_NEAR(way.at(0).m[0][3], 2, 1e-12);
+  EXPECT_NEAR(way.at(0.5).m[0][3], 4, 1e-12);
+  EXPECT_NEAR(way.at(1).m[0][3], 2, 1e-12);
+}
+
+TEST_F(MovingThings, BadStepsAreNamed) {
+  EXPECT_TRUE(has_error(load_world(steps_along_x({0, 1})), "3, 5, 9, 17, 33 or 65 matrices"));
+  EXPECT_TRUE(has_error(load_world("TransformSteps 1e9 [1]"), "3, 5, 9, 17, 33 or 65 matrices"));
+  EXPECT_TRUE(has_error(load_world("TransformSteps 3 [1 2]"), "finite numbers"));
+  std::string flat = steps_along_x({0, 1, 2});
+  flat.replace(flat.find("[ 1"), 3, "[ 0");
+  EXPECT_TRUE(has_error(load_world(flat), "not singular"));
+}
+
 TEST_F(MovingThings, SpheresUnderAStretchAtEitherEndAreMeshes) {
   const SceneDescription s = clean_world(
       "ActiveTransform EndTime Scale 1 2 1 ActiveTransform All Shape \"sphere\" \"float radius\" 3");

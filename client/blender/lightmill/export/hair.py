@@ -54,10 +54,10 @@ def curves_text(strands):
     return lines, bad
 
 
-def particle_strands(object, system):
-    """Strands of a hair system in the space of its object, which is evaluated for rendering."""
+def particle_strands(object, system, for_viewport):
+    """Strands of a hair system in the space of its evaluated object."""
     settings = system.settings
-    steps = 2 ** settings.render_step + 1
+    steps = 2 ** (settings.display_step if for_viewport else settings.render_step) + 1
     if settings.kink == "SPIRAL":
         steps += settings.kink_extra_steps
     parents, children = len(system.particles), len(system.child_particles)
@@ -123,8 +123,8 @@ def hair_file(key, strands, owner, export):
     return made or None
 
 
-def hair_of(object):
-    """(slot, key, strands) of everything hairy of an evaluated object."""
+def hair_of(object, for_viewport):
+    """(slot, key, strands) of everything hairy of an object, which is evaluated for rendering or the viewport."""
     if object.type == "CURVES":
         yield 0, "curves", object_strands(object.data)
         return
@@ -132,6 +132,6 @@ def hair_of(object):
     for modifier in modifiers:
         system = modifier.particle_system
         settings = system.settings
-        if settings.type != "HAIR" or settings.render_type != "PATH" or not modifier.show_render:
-            continue
-        yield max(settings.material - 1, 0), system.name, particle_strands(object, system)
+        shown = modifier.show_viewport if for_viewport else modifier.show_render
+        if settings.type == "HAIR" and settings.render_type == "PATH" and shown:
+            yield max(settings.material - 1, 0), system.name, particle_strands(object, system, for_viewport)

@@ -6,7 +6,7 @@ A lamp's energy P, in watts, times its colour and what its nodes give:
     sun          irradiance P, W/m2; of a disc of half angle a, P times the mean cosine over a disc of radius tan(a)
     area         radiance P / (4 A), of one side: a lamp of P watts gives pi / 4 of them
 
-Measured with Cycles, and held by tests/blender/lamps_test.py. Cycles' lamps are not seen by the camera and cast no
+Measured with Cycles, and held by tests/blender/export/lamps.py. Cycles' lamps are not seen by the camera and cast no
 shadow; the lamp's size grows with its object's scale only where it is an area.
 """
 import math

@@ -134,7 +134,8 @@ class Objects:
         held_out = holds_out(thing, self.export.view_layer)
         is_mesh = thing.type == "MESH" and instance.show_self and len(thing.data.polygons) > 0
         uv_maps, attribute = self.materials.mesh_needs(thing.data, materials, thing.name) if is_mesh else ((), "")
-        place = self.export.nodes.Place.of(thing, instance, uv_maps=uv_maps, attribute=attribute)
+        place = self.export.nodes.Place.of(thing, instance, uv_maps=uv_maps, attribute=attribute,
+                                           particle=particle_of(instance, self.export.scene))
 
         def shading(slot, at):
             material = materials[min(slot, len(materials) - 1)]
@@ -149,7 +150,7 @@ class Objects:
                                         f'Shape "plymesh" "string filename" {quoted(names[0])}{later}\n'))
         if thing.type == "CURVES" or (instance.show_particles and len(thing.particle_systems)):
             strand = dataclasses.replace(place, is_strand=True, uv_maps=(), attribute="")
-            for slot, name, strands in hair.hair_of(thing):
+            for slot, name, strands in hair.hair_of(thing, self.export.depsgraph.mode == "VIEWPORT"):
                 file = hair.hair_file(("hair", identity(thing), name), strands, thing.name, self.export)
                 if file:
                     geometry.shapes.append((shading(slot, strand), f"Include {quoted(file)}\n"))
@@ -229,6 +230,19 @@ def identity(thing):
     original = thing.original
     library = original.library.filepath if original.library else ""
     return (library, original.name, thing.data.name if thing.data else "")
+
+
+def particle_of(instance, scene):
+    """What Particle Info says of an instance, by its outputs; {} if it is no particle's."""
+    system = instance.particle_system if instance.is_instance else None
+    number = instance.persistent_id[0]
+    if system is None or not 0 <= number < len(system.particles):
+        return {}
+    particle = system.particles[number]
+    age = scene.frame_current + scene.frame_subframe - particle.birth_time
+    return {"Index": number, "Age": age, "Lifetime": particle.lifetime, "Size": particle.size,
+            "Location": tuple(particle.location), "Velocity": tuple(particle.velocity),
+            "Angular Velocity": tuple(particle.angular_velocity)}
 
 
 def materials_of(thing):

@@ -1,4 +1,7 @@
 """OpenVDB objects: the file as it is, in a box without a surface."""
+import os
+import tempfile
+
 from .lamps import hidden_parameter
 from .pbrt_text import moving, quoted
 
@@ -19,9 +22,9 @@ def volume_lines(object, way, hidden, export):
         export.report.warn("volume material", name, "is a volume without material and is left out")
         return []
     try:
-        file = export.folder.copy(grids.frame_filepath, "volumes", "vdb", export.cache)
-    except OSError as error:
-        export.report.warn("volume file", name, f"{grids.frame_filepath}: {error.strerror}")
+        file = volume_file(object, grids, export)
+    except (OSError, RuntimeError) as error:
+        export.report.warn("volume file", name, f"{grids.frame_filepath or 'its grids'}: {error}")
         return []
     if len(way) > 1:
         export.report.warn("moving volume", name, "is a volume that moves; it stands as at the shutter's opening")
@@ -40,3 +43,18 @@ def volume_lines(object, way, hidden, export):
             f"MediumInterface {quoted(medium.name)} {quoted(export.outside)}\n",
             f'Shape "trianglemesh" "point3 P" [{points}] "integer indices" [{FACES}]{hidden_parameter(hidden)}\n',
             "AttributeEnd\n"]
+
+
+def volume_file(object, grids, export):
+    """A copy of the object's OpenVDB file, or of what its modifiers make."""
+    if grids.frame_filepath and not object.modifiers:
+        return export.folder.copy(grids.frame_filepath, "volumes", "vdb", export.cache)
+    handle, path = tempfile.mkstemp(suffix=".vdb", dir=export.folder.path)
+    os.close(handle)
+    try:
+        if not grids.save(filepath=path):
+            raise OSError(grids.error_message or "Blender can't save them")
+        with open(path, "rb") as source:
+            return export.folder.write(source.read(), "volumes", "vdb")
+    finally:
+        os.unlink(path)

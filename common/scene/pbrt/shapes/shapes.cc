@@ -155,7 +155,8 @@ bool read_later_steps(PbrtScene& out, ParameterList& params, TriangleMesh* mesh)
     const auto step = read_ply_file(out, file, path, where);
     if (step == nullptr) return false;
     if (step->positions.size() != mesh->positions.size() || step->normals.size() != mesh->normals.size()) {
-      params.odd_value("later", "has other vertices than the mesh: " + in_quotes(file) + "; the mesh does not bend");
+      params.odd_value("later",
+                       "has other vertices than the mesh: " + in_quotes(file) + "; the mesh does not bend");
       mesh->later.clear();
       return false;
     }

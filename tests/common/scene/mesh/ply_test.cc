@@ -239,5 +239,48 @@ TEST_F(PlyFiles, AFileUsedTwiceIsReadOnceAndListedOnce) {
   EXPECT_EQ(s.files.size(), 2u);
 }
 
+/// Two triangles whose vertices lie at `height`, with a second set of uvs and colours.
+std::string tall_ply(float height) {
+  PlyWriter w(Encoding::kAscii);
+  for (const auto& p : kQuad) {
+    for (const float x : {p[0], p[1], height, p[0] / 2, p[1] / 4, 0.25f, p[0], p[1], 0.5f}) w.put<float>(x);
+    w.end_row();
+  }
+  w.body += "3 0 1 2\n3 0 2 3\n";
+  std::string header = "ply\nformat ascii 1.0\nelement vertex 4\n";
+  for (const char* name : {"x", "y", "z", "u2", "v2", "red", "green", "blue", "alpha"})
+    header += "property float " + std::string(name) + "\n";
+  return header + "element face 2\nproperty list uchar int vertex_indices\nend_header\n" + w.body;
+}
+
+TEST(Ply, SecondCoordinatesAndColours) {
+  const TriangleMesh mesh = parse_ply(tall_ply(0));
+  ASSERT_EQ(mesh.second_uvs.size(), 4u);
+  EXPECT_EQ(mesh.second_uvs[2].x, 0.5f);
+  EXPECT_EQ(mesh.second_uvs[2].y, 0.25f);
+  EXPECT_TRUE(mesh.uvs.empty());
+  ASSERT_EQ(mesh.colors.size(), 4u);
+  EXPECT_EQ(mesh.colors[1], (std::array{0.25f, 1.0f, 0.0f, 0.5f}));
+}
+
+TEST_F(PlyFiles, LaterStepsBendAMesh) {
+  folder_.write("now.ply", tall_ply(0));
+  folder_.write("soon.ply", tall_ply(1));
+  folder_.write("then.ply", tall_ply(3));
+  folder_.write("other.ply", plain_ply(Encoding::kLittle, {{0, 1, 2}}));
+  const auto shape = [](const std::string& later) {
+    return "Shape \"plymesh\" \"string filename\" \"now.ply\" \"string later\" [" + later + "]";
+  };
+  const SceneDescription s =
+      clean_world(shape("\"soon.ply\" \"then.ply\"") + " Shape \"plymesh\" \"string filename\" \"now.ply\"");
+  const TriangleMesh& mesh = *std::get<MeshShape>(s.shapes.at(0).kind).mesh;
+  ASSERT_EQ(mesh.later.size(), 2u);
+  EXPECT_EQ(mesh.later[1].positions[0].z, 3);
+  EXPECT_TRUE(std::get<MeshShape>(s.shapes.at(1).kind).mesh->later.empty());
+  EXPECT_EQ(s.files.size(), 4u);
+  EXPECT_TRUE(mentions(load_world(shape("\"soon.ply\" \"then.ply\" \"then.ply\"")), "1, 2, 4, ... files"));
+  EXPECT_TRUE(has_error(load_world(shape("\"none.ply\"")), "there is no file \"none.ply\""));
+}
+
 }  // namespace
 }  // namespace lightmill
