@@ -130,8 +130,8 @@ DiffuseTransmissionMaterial read_diffuse_transmission(PbrtScene& out, ParameterL
   return m;
 }
 
-/// "normalmap" (an image, always linear, or, as no pbrt has it, a spectrum texture) and "displacement" (a float
-/// texture; a constant lifts all alike).
+/// "normalmap" (an image, always linear, or, as no pbrt has it, a spectrum texture) and "displacement" (a
+/// float texture; a constant lifts all alike).
 void read_bumps(PbrtScene& out, ParameterList& params, MaterialDescription* material) {
   const Parameter* given = params.find("normalmap", {ParamType::kString, ParamType::kTexture});
   if (given && given->type == ParamType::kTexture) {
