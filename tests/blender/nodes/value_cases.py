@@ -3,7 +3,6 @@
 A case is a name and a function that builds nodes in a tree and returns the socket to look at. `Make` is the builder.
 """
 import itertools
-import math
 import random
 
 import bpy
@@ -127,7 +126,6 @@ for kind, (convert_from, convert_to) in itertools.product(("POINT", "VECTOR", "N
 
     CASES.append((f"vector transform {kind} {convert_from} {convert_to}", build))
 
-P = 0.9  # a power of coordinates that stays in range
 for operation in bpy.types.ShaderNodeMath.bl_rna.properties["operation"].enum_items.keys():
     def build(m, operation=operation):
         xyz = m.add("SeparateXYZ", {"Vector": m.coordinates("Generated")})

@@ -31,7 +31,7 @@ class Context:
         self.report = report or Report()
         self.files: set[str] = set()  # names relative to the folder
         self.images = ImageFiles(self.folder, self.files, self.report, memory)
-        self.surfaces: dict[Any, Any] = {}  # of surface.py, by material and what it uses
+        self.surfaces: dict[Any, Any] = {}  # of surfaces.py, by material and what it uses
         # What Light Path gives where the kind of the ray is known (a world's picture), else None.
         self.light_path: dict[str, float] | None = None
         self._to_camera: Matrix | None = None

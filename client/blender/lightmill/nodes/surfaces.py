@@ -4,7 +4,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from . import normals  # noqa: F401
 from . import principled  # noqa: F401  (registers its shader)
 from .context import Context, number_text
 from .emitters import Emission, emission

@@ -49,6 +49,8 @@ _INPUT_NAMES = {("VECT_MATH", "Vector_003"): "Vector_002"}
 
 def inputs_of(node: Any, scope: Scope) -> list[Source]:
     """What a node must wait for."""
+    if node.type == "BUMP":
+        return []  # here it is only its base (normals.py)
     sources = []
     for socket in node.inputs:
         if socket.enabled and socket.type not in ("SHADER", "STRING"):

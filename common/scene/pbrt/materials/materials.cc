@@ -130,9 +130,13 @@ DiffuseTransmissionMaterial read_diffuse_transmission(PbrtScene& out, ParameterL
   return m;
 }
 
-/// "normalmap" (an image, always linear) and "displacement" (a float texture; a constant lifts all alike).
+/// "normalmap" (an image, always linear, or, as no pbrt has it, a spectrum texture) and "displacement" (a
+/// float texture; a constant lifts all alike).
 void read_bumps(PbrtScene& out, ParameterList& params, MaterialDescription* material) {
-  if (const std::string file = params.text("normalmap", ""); !file.empty()) {
+  const Parameter* given = params.find("normalmap", {ParamType::kString, ParamType::kTexture});
+  if (given && given->type == ParamType::kTexture) {
+    material->normal_map = out.spectrum_input(params, "normalmap", SpectrumUse::kFactor, {}).texture;
+  } else if (const std::string file = params.text("normalmap", ""); !file.empty()) {
     ImageTexture image;
     image.encoding = ColorEncoding::kLinear;
     if (const auto path = out.open_image(file, params.where_of("normalmap"))) {
