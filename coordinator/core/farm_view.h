@@ -12,6 +12,7 @@
 
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/job_table.h"
+#include "coordinator/farm/waiting/turns.h"
 
 namespace lightmill {
 
@@ -41,6 +42,7 @@ class FarmView {
 
   FarmState& farm_;
   JobTable& jobs_;
+  mutable Turns turns_;  // guarded by FarmState::mutex
 };
 
 }  // namespace lightmill

@@ -57,6 +57,9 @@ json job_view(const JobStatus& job) {
               {"nonfinite", job.counters.nonfinite},
               {"leases_reassigned", job.leases_reassigned}};
   if (!job.message.empty()) row["message"] = job.message;
+  if (!job.waiting.empty()) row["waiting"] = job.waiting;
+  if (!job.waits_behind.empty()) row["waits_behind"] = job.waits_behind.value;
+  if (job.turn_seconds >= 0) row["turn_seconds"] = number(job.turn_seconds);
   if (!job.pool.empty()) row["pool"] = job.pool;
   if (!job.submitter.empty()) row["submitter"] = job.submitter;
   if (job.max_workers > 0) row["max_workers"] = job.max_workers;

@@ -36,6 +36,13 @@ export function secondsLeft(job: Job): number | undefined {
   return Number.isFinite(left) ? left : undefined;
 }
 
+/** When its turn comes, and when it is done then; "" if that is not known, or it does not wait. */
+export function turn(job: Job): string {
+  if (job.turn_seconds === undefined) return "";
+  const end = job.eta_seconds >= 0 ? `, done in ${format.about(job.eta_seconds)}` : "";
+  return `its turn comes in ${format.about(job.turn_seconds)}${end}`;
+}
+
 export function eta(job: Job): string {
   const left = secondsLeft(job);
   if (left === undefined) return "";
@@ -103,7 +110,7 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
           },
         },
         { key: "name", title: "Name", width: "minmax(130px, 2fr)", text: (job) => job.name, sort: (job) => job.name.toLowerCase() },
-        { key: "state", title: "State", width: "74px", text: (job) => job.state, sort: (job) => kRank[job.state] ?? 9, style: (job) => `state ${isWaiting(job) ? "waiting " : ""}${job.state}` },
+        { key: "state", title: "State", width: "74px", text: (job) => job.state, sort: (job) => kRank[job.state] ?? 9, style: (job) => `state ${isWaiting(job) ? "waiting " : ""}${job.state}`, tooltip: note },
         { key: "progress", title: "Progress", width: "84px", number: true, text: (job) => String(progress(job)), sort: progress, draw: drawProgress },
         { key: "spp", title: "Samples", hint: "per pixel, so far and in all", width: "100px", number: true, sort: (job) => job.spp, text: (job) => `${format.samples(job.spp)}${job.spp_total ? " / " + format.samples(job.spp_total) : ""}` },
         { key: "relmse", title: "relMSE", hint: "estimated relative error", width: "70px", number: true, sort: (job) => job.relmse, text: (job) => format.error(job.relmse), style: (job) => (job.target_error && (job.relmse_high ?? Infinity) <= job.target_error ? "good" : "") },
@@ -197,6 +204,7 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
 export function note(job: Job): string {
   const parts = [];
   if (job.message) parts.push(job.message);
+  if (turn(job)) parts.push(turn(job));
   for (const line of job.dropped_lines ?? []) if (line.warning) parts.push(`Dropped light: ${line.text}`);
   if (!job.message && job.state === "queued") parts.push("queued behind other jobs");
   if (!job.message && job.state === "running" && job.tiles_leased === 0) parts.push("runs, but no worker has a tile of it");

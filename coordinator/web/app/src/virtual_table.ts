@@ -13,6 +13,8 @@ export interface Column<Row> {
   /** Draws more than text into a cell that is used again for other rows. */
   draw?: (cell: HTMLElement, row: Row) => void;
   style?: (row: Row) => string;
+  /** What the pointer reads over the cell; the text if absent. */
+  tooltip?: (row: Row) => string;
 }
 
 export interface TableOptions<Row> {
@@ -213,7 +215,8 @@ export class VirtualTable<Row> {
         else {
           const text = column.text(data);
           setText(cell, text);
-          if (cell.title !== text) cell.title = text;
+          const title = column.tooltip?.(data) || text;
+          if (cell.title !== title) cell.title = title;
         }
       });
     });
