@@ -113,6 +113,7 @@ const std::vector<AccessRule>& access_rules() {
       {"/api/v1/jobs/*/image.exr", kLook},
       {"/api/v1/jobs/*/error-map", kLook},
       {"/api/v1/workers", kLook},
+      {"/api/v1/workers/timeline", kLook},
       {"/api/v1/log", kLook},
       {"/api/v1/jobs/*/pause", kChange},
       {"/api/v1/jobs/*/resume", kChange},

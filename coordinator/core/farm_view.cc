@@ -210,6 +210,13 @@ WorkerPage FarmView::workers(const WorkerId& after, size_t most) const {
   return farm_.scheduler.workers.page(after, most, farm_.clock.now());
 }
 
+TimelinePage FarmView::timelines(const WorkerId& after, size_t most, int64_t since) const {
+  const std::lock_guard lock(farm_.mutex);
+  TimelinePage page = farm_.scheduler.workers.timelines(after, most, since, farm_.clock.now());
+  page.cell_origin = farm_.scheduler.unix_offset();
+  return page;
+}
+
 FarmStats FarmView::stats() const {
   const std::lock_guard lock(farm_.mutex);
   FarmStats stats = farm_.stats;

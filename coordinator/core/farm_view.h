@@ -30,6 +30,7 @@ class FarmView {
   TileMap tile_map(const JobId& id) const;
   std::vector<std::pair<WorkerId, LeaseKey>> holdings() const;
   WorkerPage workers(const WorkerId& after, size_t most) const;
+  TimelinePage timelines(const WorkerId& after, size_t most, int64_t since) const;
   FarmStats stats() const;
 
   /// Packets of the whole job; of one that stopped before its samples (time, target) those that it has.

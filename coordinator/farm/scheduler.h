@@ -70,6 +70,9 @@ class Scheduler {
   /// To be called after record.state, or what else is_runnable() goes by, was changed.
   void state_changed(Job& job);
 
+  /// What the clock lacks of the seconds since 1970.
+  double unix_offset() const { return options_.unix_offset; }
+
   /// What to do for a worker that asks for work: a tile of the runnable job of highest priority that has (or
   /// can open) something for it; of equal ones the one that has had least (fair_share.h) of those whose films
   /// are in memory together (film_admission.h). A worker gets several tiles of a job in a row, so that

@@ -112,6 +112,25 @@ json worker_view(const WorkerStatus& worker, const std::vector<LeaseKey>& held) 
   return row;
 }
 
+json timeline_view(const TimelinePage& page) {
+  json view = {{"cell", page.cell},
+               {"cell_seconds", WorkerActivity::kCellSeconds},
+               {"cells", WorkerActivity::kCells},
+               {"origin", page.cell_origin}};
+  if (!page.last.empty()) view["next"] = page.last.value;
+  json& workers = view["workers"] = json::array();
+  for (const WorkerTimeline& worker : page.workers) {
+    auto spans = json::array();
+    for (const WorkerActivity::Span& s : worker.spans)
+      spans.push_back({s.job.value, s.cell, s.cells, number(s.busy_seconds), s.tiles});
+    workers.push_back({{"id", worker.id.value},
+                       {"present_seconds", number(worker.present_seconds)},
+                       {"busy_seconds", number(worker.busy_seconds)},
+                       {"spans", std::move(spans)}});
+  }
+  return view;
+}
+
 json curve_view(const ErrorCurve& curve, size_t from) {
   auto points = json::array();
   for (size_t i = from; i < curve.points.size(); ++i) {

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "coordinator/service/limits/in_flight_limit.h"
@@ -34,6 +35,7 @@ constexpr int kMaxPictures = 8;          // made or encoded at once
 constexpr double kMostStops = 100;       // of exposure
 constexpr int64_t kMaxTileLines = 500;   // of one answer
 constexpr size_t kMaxListedJobs = 1000;  // of one answer
+constexpr size_t kMaxListedWorkers = 1000, kTimelinesOfLock = 100;
 
 /// The parameters "view" and "exposure", as the options of these names in lightmill fetch.
 ViewTransform view_of(const Request& request) {
@@ -59,7 +61,9 @@ std::string pattern(const std::string& path) {
 
 struct WebApi::Impl {
   explicit Impl(const WebOptions& options)
-      : web(options), feed(options.farm, options.events), pictures(options.farm) {}
+      : web(options),
+        feed(options.farm, options.events),
+        pictures(options.farm) {}
 
   using Handler = void (Impl::*)(const Request&, Response&);
   struct Entry {
@@ -87,6 +91,7 @@ struct WebApi::Impl {
   void curve(const Request& request, Response& response);
   void tiles(const Request& request, Response& response);
   void workers(const Request& request, Response& response);
+  void timeline(const Request& request, Response& response);
   void log(const Request& request, Response& response);
   void tile_log(const Request& request, Response& response);
   void events(const Request& request, Response& response);
@@ -125,6 +130,7 @@ const std::vector<WebApi::Impl::Entry>& WebApi::Impl::entries() {
                                {{"GET", "/api/v1/jobs/*/image.exr"}, &Impl::exr},
                                {{"GET", "/api/v1/jobs/*/error-map"}, &Impl::error_map},
                                {{"GET", "/api/v1/workers"}, &Impl::workers},
+                               {{"GET", "/api/v1/workers/timeline"}, &Impl::timeline},
                                {{"GET", "/api/v1/log"}, &Impl::log}};
     for (const std::string& name : action_names())
       made.push_back({{"POST", "/api/v1/jobs/*/" + name}, &Impl::action});
@@ -190,6 +196,20 @@ void WebApi::Impl::workers(const Request&, Response& response) {
   auto rows = json::array();
   for (const WorkerStatus& worker : web.farm.workers()) rows.push_back(worker_view(worker, held[worker.id]));
   answer(response, rows);
+}
+
+void WebApi::Impl::timeline(const Request& request, Response& response) {
+  const auto count = static_cast<size_t>(whole(request, "count", kMaxListedWorkers));
+  const int64_t since = request.has_param("since") ? whole(request, "since", 0) : INT64_MIN;
+  const size_t most = std::clamp(count, size_t{1}, kMaxListedWorkers);
+  TimelinePage all, page;
+  page.last = WorkerId{request.get_param_value("after")};
+  do {  // others get at the farm in between
+    page = web.farm.timelines(page.last, std::min(most - all.workers.size(), kTimelinesOfLock), since);
+    std::move(page.workers.begin(), page.workers.end(), std::back_inserter(all.workers));
+  } while (!page.last.empty() && all.workers.size() < most);
+  page.workers = std::move(all.workers);
+  answer(response, timeline_view(page));
 }
 
 void WebApi::Impl::log(const Request& request, Response& response) {
