@@ -108,6 +108,7 @@ const std::vector<AccessRule>& access_rules() {
       {"/api/v1/jobs/*/curve", kLook},
       {"/api/v1/jobs/*/tiles", kLook},
       {"/api/v1/jobs/*/log", kLook},
+      {"/api/v1/jobs/*/thumbnail", kLook},
       {"/api/v1/jobs/*/image", kLook},
       {"/api/v1/jobs/*/image.png", kLook},
       {"/api/v1/jobs/*/image.exr", kLook},

@@ -19,6 +19,7 @@ class DataFolder {
   std::string store_path() const { return path_ + "/jobs.sqlite"; }
   std::string quarantine_folder() const { return path_ + "/quarantine"; }
   std::string blob_folder() const { return path_ + "/blobs"; }
+  std::string thumbnail_folder() const { return path_ + "/thumbnails"; }
 
  private:
   std::string path_;

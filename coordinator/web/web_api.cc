@@ -21,6 +21,7 @@
 #include "coordinator/web/pictures.h"
 #include "coordinator/web/scene_submit.h"
 #include "coordinator/web/sequence_routes.h"
+#include "coordinator/web/thumbnails/thumbnails.h"
 
 namespace lightmill {
 namespace {
@@ -63,7 +64,8 @@ struct WebApi::Impl {
   explicit Impl(const WebOptions& options)
       : web(options),
         feed(options.farm, options.events),
-        pictures(options.farm) {}
+        pictures(options.farm),
+        thumbnails(options.farm, options.thumbnail_folder, options.log) {}
 
   using Handler = void (Impl::*)(const Request&, Response&);
   struct Entry {
@@ -97,6 +99,7 @@ struct WebApi::Impl {
   void events(const Request& request, Response& response);
   std::shared_ptr<const Image> image_of(const JobId& id, Pictures::Kind kind, Response& response);
   void picture(const Request& request, Response& response);
+  void thumbnail(const Request& request, Response& response);
   void error_map(const Request& request, Response& response);
   void png(const Request& request, Response& response);
   void exr(const Request& request, Response& response);
@@ -110,6 +113,7 @@ struct WebApi::Impl {
   const WebOptions web;
   Feed feed;
   Pictures pictures;
+  Thumbnails thumbnails;
   std::atomic<int> streams{0}, making{0};
   std::atomic<uint64_t> streams_begun{0};
 };
@@ -126,6 +130,7 @@ const std::vector<WebApi::Impl::Entry>& WebApi::Impl::entries() {
                                {{"GET", "/api/v1/jobs/*/tiles"}, &Impl::tiles},
                                {{"GET", "/api/v1/jobs/*/log"}, &Impl::tile_log},
                                {{"GET", "/api/v1/jobs/*/image"}, &Impl::picture},
+                               {{"GET", "/api/v1/jobs/*/thumbnail"}, &Impl::thumbnail},
                                {{"GET", "/api/v1/jobs/*/image.png"}, &Impl::png},
                                {{"GET", "/api/v1/jobs/*/image.exr"}, &Impl::exr},
                                {{"GET", "/api/v1/jobs/*/error-map"}, &Impl::error_map},
@@ -285,6 +290,23 @@ void WebApi::Impl::picture(const Request& request, Response& response) {
   const auto image = image_of(job_of(request), Pictures::Kind::kBeauty, response);
   const bool whole_size = side == 0 || side >= std::max(image->width, image->height);
   response.set_content(half_picture(whole_size ? *image : reduced(*image, side)), "application/octet-stream");
+}
+
+void WebApi::Impl::thumbnail(const Request& request, Response& response) {
+  const std::optional<Thumbnails::Answer> found = thumbnails.get(job_of(request));
+  response.set_header("Cache-Control", "no-cache");  // ask, as the job may have got on
+  if (!found) {
+    response.status = 204;
+    return;
+  }
+  const std::string tag = "\"" + found->thumbnail.mark + "\"";
+  response.set_header("ETag", tag);
+  if (!found->current) response.set_header("X-Lightmill-Stale", "1");
+  if (request.get_header_value("If-None-Match") == tag) {
+    response.status = 304;
+  } else {
+    response.set_content(*found->thumbnail.png, "image/png");
+  }
 }
 
 void WebApi::Impl::error_map(const Request& request, Response& response) {

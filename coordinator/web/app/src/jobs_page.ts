@@ -2,6 +2,7 @@
 import { actByKey } from "./actions";
 import { Cleanup, h, setText } from "./dom";
 import * as format from "./format";
+import { RowThumbnails } from "./row_thumbnails";
 import { idNumber, isActive, isWaiting, store } from "./store";
 import type { Job } from "./types";
 import { VirtualTable } from "./virtual_table";
@@ -14,6 +15,7 @@ const kStates: { key: string; label: string; has: (job: Job) => boolean }[] = [
   { key: "done", label: "Done", has: (job) => job.state === "done" },
 ];
 
+const kRowHeight = 34;
 const kRank: Record<string, number> = { running: 0, failed: 1, paused: 2, queued: 3, done: 4, cancelled: 5 };
 
 /** How far the job is to what ends it first: its packets, its time, or its target, to which the error falls as
@@ -91,9 +93,11 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
     h("button", { type: "button", class: "chip", onclick: () => { shown = state.key; sessionStorage.setItem("jobs.state", shown); update(); } }, state.label, h("small")),
   );
 
+  const pictures = new RowThumbnails(() => table.redraw(), cleanup);
   const table = new VirtualTable<Job>(
     {
       label: "Jobs",
+      rowHeight: kRowHeight,
       id: (job) => job.id,
       open: (job) => (location.hash = `#/jobs/${job.id}`),
       sort: { key: "state", down: false },
@@ -109,6 +113,7 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
             setText(link, job.id);
           },
         },
+        { key: "picture", title: "Picture", plain: true, width: "46px", text: () => "", draw: (cell, job) => pictures.draw(cell, job), style: () => "thumb" },
         { key: "name", title: "Name", width: "minmax(130px, 2fr)", text: (job) => job.name, sort: (job) => job.name.toLowerCase() },
         { key: "state", title: "State", width: "74px", text: (job) => job.state, sort: (job) => kRank[job.state] ?? 9, style: (job) => `state ${isWaiting(job) ? "waiting " : ""}${job.state}`, tooltip: note },
         { key: "progress", title: "Progress", width: "84px", number: true, text: (job) => String(progress(job)), sort: progress, draw: drawProgress },
