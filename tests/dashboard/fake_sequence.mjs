@@ -24,7 +24,7 @@ function crc32(bytes) {
 }
 
 /** A PNG file of the same grey. */
-function thumbnail(share) {
+export function thumbnail(share) {
   const chunk = (type, data) => {
     const body = Buffer.concat([Buffer.from(type), data]);
     const ends = Buffer.alloc(8);

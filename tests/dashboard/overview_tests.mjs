@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { join } from "node:path";
 
 import { serveMadeUpFarm } from "./fake_farm.mjs";
+import { thumbnail } from "./fake_sequence.mjs";
 import { MadeUpTimeline } from "./fake_timeline.mjs";
 import { until } from "./farm.mjs";
 
@@ -37,13 +38,16 @@ export function overviewTests({ root, farm, open, live, shot, small }) {
         const job = /^\/api\/v1\/jobs\/(j\d+)\/thumbnail$/.exec(request.url);
         if (!job) return false;
         asked.add(job[1]);
-        response.writeHead(204).end();
+        if (job[1].endsWith("3")) response.writeHead(204).end(); // none yet
+        else response.writeHead(200, { "Content-Type": "image/png" }).end(thumbnail(Number(job[1].slice(1)) / 10000));
         return true;
       });
       try {
         const page = await open(made.url);
         await until("the first ones", () => asked.size > 10);
         await page.waitForTimeout(300);
+        await page.waitForFunction(() => document.querySelectorAll(".thumb canvas").length > 10);
+        await shot(page, "ten-thousand-thumbnails");
         assert.ok(asked.size < 60, `${asked.size} thumbnails for those in sight`);
         const frames = await page.evaluate(async () => {
           const list = document.querySelector(".vt-scroll");

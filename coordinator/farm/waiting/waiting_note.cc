@@ -108,9 +108,9 @@ WaitingNote waiting_note(const Scheduler& scheduler, Turns& turns, const Job& jo
   if (!job.checks.empty() && scheduler.rendered(job, now)) {
     return {"waits for spot checks of its tiles", {}};
   }
-  if (std::string note = note_of_workers(scheduler.workers, job, now); !note.empty()) return {note, {}};
-  const Worker* const worker = gets_on(job, now) ? nullptr : some_worker(scheduler.workers, job, now);
-  return worker ? turns.note(scheduler, job, *worker, now) : WaitingNote{};
+  const Worker* const worker = some_worker(scheduler.workers, job, now);
+  if (!worker) return {note_of_workers(scheduler.workers, job, now), {}};
+  return gets_on(job, now) ? WaitingNote{} : turns.note(scheduler, job, *worker, now);
 }
 
 }  // namespace lightmill
