@@ -2,8 +2,8 @@
 import { actByKey } from "./actions";
 import { Cleanup, h, setText } from "./dom";
 import * as format from "./format";
-import { RowThumbnails } from "./row_thumbnails";
 import { idNumber, isActive, isWaiting, store } from "./store";
+import { RowThumbnails } from "./thumbnails/row_thumbnails";
 import type { Job } from "./types";
 import { VirtualTable } from "./virtual_table";
 

@@ -1,6 +1,6 @@
 // The frames side by side: only those in sight are in the document, and only their pictures are fetched.
 import { Cleanup, h, perFrame, setClass, setText } from "../dom";
-import { hasPicture, PictureCache, thumbnails } from "../picture_cache";
+import { hasPicture, PictureCache, thumbnails } from "../thumbnails/picture_cache";
 import type { Frame } from "./types";
 
 const kCell = 116; // pixels from one frame to the next

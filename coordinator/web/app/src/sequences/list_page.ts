@@ -1,7 +1,7 @@
 // All sequences: how far, how noisy, and when they end.
 import { Cleanup, h, setText } from "../dom";
 import * as format from "../format";
-import { RowThumbnails } from "../row_thumbnails";
+import { RowThumbnails } from "../thumbnails/row_thumbnails";
 import { idNumber } from "../store";
 import { VirtualTable } from "../virtual_table";
 import { actByKey } from "./actions";

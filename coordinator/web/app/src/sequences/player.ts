@@ -1,7 +1,7 @@
 // The chosen frame, large, and the sequence as it moves. A frame is shown once its picture is there, so playing
 // waits for slow ones; frames without a picture are passed over.
 import { Cleanup, h, perFrame, setText } from "../dom";
-import { hasPicture, PictureCache, reducedPictures } from "../picture_cache";
+import { hasPicture, PictureCache, reducedPictures } from "../thumbnails/picture_cache";
 import type { Frame } from "./types";
 
 const kSide = 960; // of a picture

@@ -1,5 +1,5 @@
 // Thumbnails in the rows of a list: of those in sight only, and once scrolling has come to rest.
-import { Cleanup } from "./dom";
+import { Cleanup } from "../dom";
 import { hasPicture, PictureCache, type Pictured, thumbnails } from "./picture_cache";
 
 const kMostKept = 200;

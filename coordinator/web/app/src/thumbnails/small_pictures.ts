@@ -1,6 +1,6 @@
 // Small pictures of jobs, drawn into canvases.
-import { failure, readPicture } from "./api";
-import { toned } from "./tone";
+import { failure, readPicture } from "../api";
+import { toned } from "../tone";
 
 export interface SmallPicture {
   canvas: HTMLCanvasElement;
