@@ -153,6 +153,7 @@ void serve(const CoordinatorOptions& options, const DataFolder& data, const Cloc
   turn.server.read_scene = [&reader](const SceneQuestion& question) { return reader.read(question); };
   WantedBlobs wanted(farm, blobs, clock);
   turn.server.wanted = &wanted;
+  turn.server.thumbnail_folder = data.thumbnail_folder();
   const Server server(turn.server, farm, blobs);
   spdlog::info("{}; data in {}", build_id(), options.data);
   spdlog::info("listening: rpc port {}, http port {}, {}", server.rpc_port(), server.http_port(),

@@ -151,11 +151,12 @@ Server::Server(const ServerOptions& options, Farm& farm, BlobStore& blobs) {
   count_refusals(impl_->metrics, *impl_->listener, *impl_->submissions, authenticator);
   if (!options.http.empty()) {
     const bool loopback_only = !tls && is_loopback(parse_address(options.http).host);
-    impl_->http.emplace(options.http,
-                        WebOptions{farm, blobs, options.events ? *options.events : impl_->no_events,
-                                   options.quotas, impl_->submissions, authenticator, log, loopback_only,
-                                   &impl_->uploads, &impl_->scenes, &impl_->tile_log},
-                        impl_->metrics, options.security, impl_->rpc->InProcessChannel(in_process()));
+    impl_->http.emplace(
+        options.http,
+        WebOptions{farm, blobs, options.events ? *options.events : impl_->no_events, options.quotas,
+                   impl_->submissions, authenticator, log, loopback_only, &impl_->uploads, &impl_->scenes,
+                   &impl_->tile_log, options.thumbnail_folder},
+        impl_->metrics, options.security, impl_->rpc->InProcessChannel(in_process()));
   }
   impl_->listener->open([acceptor = impl_->acceptor.get()](int fd) {
     grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;

@@ -32,6 +32,7 @@ struct ServerOptions {
   WantedBlobs* wanted = nullptr;  // lost blobs that workers may hand in; outlives the server; null: none
   TileLog* tile_log =
       nullptr;  // what happens to tiles is added to it; outlives the server; null: one of its own
+  std::string thumbnail_folder{};  // where the dashboard's thumbnails are kept; empty: in memory
 };
 
 class Server {

@@ -72,6 +72,14 @@ std::string duration_text(double seconds) {
   return std::to_string(whole / 3600) + " h " + std::to_string(whole % 3600 / 60) + " min";
 }
 
+std::string about_text(double seconds) {
+  constexpr double kMinute = 60, kHour = 3600, kDay = 86400;
+  if (seconds < kMinute) return "less than a minute";
+  if (seconds < 2 * kHour) return "about " + format("%.0f", seconds / kMinute) + " min";
+  if (seconds < 2 * kDay) return "about " + format("%.0f", seconds / kHour) + " h";
+  return "about " + format("%.0f", seconds / kDay) + " days";
+}
+
 std::string progress_line(const JobStatus& status) {
   std::string line = format("%3.0f %%", std::floor(100 * fraction_done(status)));
   line += "  " + format("%.4g", status.spp);
@@ -90,7 +98,8 @@ std::string progress_line(const JobStatus& status) {
     line += std::string("  ") + job_state_name(status.state) + " after " + duration_text(status.wall_seconds);
   } else {
     if (needs_pilot(status.settings) && status.workers > 0) line += "  choosing strategies";
-    if (status.eta_seconds >= 0) line += "  ETA " + duration_text(status.eta_seconds);
+    if (status.eta_seconds >= 0 && status.turn_seconds < 0)
+      line += "  ETA " + duration_text(status.eta_seconds);
     if (status.state != JobState::kRunning) line += std::string("  ") + job_state_name(status.state);
   }
   return line;
@@ -109,6 +118,12 @@ std::string scales_text(const JobStatus& status) {
 std::string waiting_note(const JobStatus& status) {
   if (is_final(status.state) || status.workers > 0 || status.message.empty()) return "";
   return "job " + status.id.value + " is " + job_state_name(status.state) + ": " + status.message;
+}
+
+std::string turn_text(const JobStatus& status) {
+  if (status.turn_seconds < 0) return "";
+  const std::string end = status.eta_seconds < 0 ? "" : ", done in " + about_text(status.eta_seconds);
+  return "comes in " + about_text(status.turn_seconds) + end;
 }
 
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(is_terminal(stderr)) {}

@@ -21,6 +21,9 @@ std::string scales_text(const JobStatus& status);
 
 /// Why nobody works for a job that has not ended, one line; empty if somebody does, or nobody knows.
 std::string waiting_note(const JobStatus& status);
+/// "comes in about 12 min, done in about 20 min"; empty if it does not wait for its turn, or that is not
+/// known.
+std::string turn_text(const JobStatus& status);
 
 /// Whether the upper end of the error's interval is below --target-error; empty without one.
 std::optional<bool> target_met(const JobStatus& status);
@@ -71,5 +74,7 @@ class Phase {
 std::string short_number(double value);
 /// "12 s", "3 min 5 s", "2 h 4 min".
 std::string duration_text(double seconds);
+/// "about 12 min", of what is only estimated: "less than a minute", then minutes, hours, days.
+std::string about_text(double seconds);
 
 }  // namespace lightmill::client

@@ -98,6 +98,7 @@ int job(const ListOptions& options) {
   std::printf("job       %s  %s\n", s.id.value.c_str(), s.name.c_str());
   std::printf("state     %s%s%s\n", job_state_name(s.state), s.message.empty() ? "" : ": ",
               s.message.c_str());
+  if (const std::string turn = turn_text(s); !turn.empty()) std::printf("turn      %s\n", turn.c_str());
   std::printf("progress  %s\n", progress_line(s).c_str());
   std::printf("packets   %lld of %lld, tiles committed %lld, leases reassigned %lld\n",
               static_cast<long long>(s.packets_done), static_cast<long long>(s.packets_total),

@@ -65,6 +65,9 @@ struct JobStatus {
   double cpu_seconds = 0;         // of the workers, from the partials
   double samples_per_second = 0;  // recent
   double eta_seconds = -1;        // -1: unknown
+  std::string waiting;            // why no worker has a tile of it; empty: it does not wait
+  JobId waits_behind;             // the job that is before it, if it waits for one
+  double turn_seconds = -1;       // until its turn comes, about; -1: unknown, or it does not wait
   std::optional<double> relmse, relmse_low, relmse_high;  // last point of the curve
   BoxErrors boxes;                                        // of that point
   RenderCounters counters;

@@ -177,6 +177,9 @@ v1::JobStatus to_proto(const JobStatus& s) {
   m.set_cpu_seconds(s.cpu_seconds);
   m.set_samples_per_second(s.samples_per_second);
   m.set_eta_seconds(s.eta_seconds);
+  m.set_waiting(valid_utf8(s.waiting));
+  m.set_waits_behind(s.waits_behind.value);
+  if (s.turn_seconds >= 0) m.set_turn_seconds(s.turn_seconds);
   set_if(s.relmse, [&](double v) { m.set_relmse(v); });
   set_if(s.relmse_low, [&](double v) { m.set_relmse_low(v); });
   set_if(s.relmse_high, [&](double v) { m.set_relmse_high(v); });
@@ -214,6 +217,9 @@ JobStatus from_proto(const v1::JobStatus& m) {
   s.cpu_seconds = m.cpu_seconds();
   s.samples_per_second = m.samples_per_second();
   s.eta_seconds = m.eta_seconds();
+  s.waiting = m.waiting();
+  s.waits_behind = JobId{m.waits_behind()};
+  s.turn_seconds = m.has_turn_seconds() ? m.turn_seconds() : -1;
   s.relmse = get_if(m.has_relmse(), m.relmse());
   s.relmse_low = get_if(m.has_relmse_low(), m.relmse_low());
   s.relmse_high = get_if(m.has_relmse_high(), m.relmse_high());

@@ -110,6 +110,9 @@ std::vector<WorkerStatus> Farm::workers() const { return impl_->view.workers({},
 WorkerPage Farm::workers(const WorkerId& after, size_t most) const {
   return impl_->view.workers(after, most);
 }
+TimelinePage Farm::timelines(const WorkerId& after, size_t most, int64_t since) const {
+  return impl_->view.timelines(after, most, since);
+}
 FarmStats Farm::stats() const { return impl_->view.stats(); }
 
 Image Farm::image(const JobId& id) const { return impl_->results.image(id); }

@@ -32,6 +32,7 @@
 #include "coordinator/core/farm_options.h"
 #include "coordinator/core/farm_report.h"
 #include "coordinator/farm/farm_errors.h"
+#include "coordinator/farm/worker_table.h"
 
 namespace lightmill {
 
@@ -119,6 +120,9 @@ class Farm {
   std::vector<WorkerStatus> workers() const;
   /// Some of them, see WorkerTable::page.
   WorkerPage workers(const WorkerId& after, size_t most) const;
+  /// What at most `most` workers after `after` (empty: from the first) did in the last hour, of that what
+  /// ends after the cell `since` (WorkerActivity).
+  TimelinePage timelines(const WorkerId& after, size_t most, int64_t since) const;
   FarmStats stats() const;
   /// Jobs and sequences that ended and of which nobody was told yet, of at most so many; none without
   /// FarmOptions::tells_ends. They stay until told(), also after a restart.

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "coordinator/farm/job_progress.h"
-#include "coordinator/farm/waiting_note.h"
+#include "coordinator/farm/waiting/waiting_note.h"
 
 namespace lightmill {
 namespace {
@@ -76,7 +76,12 @@ void FarmView::add_notes(const Job& job, double now, JobStatus* s) const {
   const auto add = [&](const std::string& note) {
     if (!note.empty()) s->message += (s->message.empty() ? "" : "; ") + note;
   };
-  add(waiting_note(farm_.scheduler, job, now));
+  const WaitingNote waits = waiting_note(farm_.scheduler, turns_, job, now);
+  add(waits.why);
+  if (job.tiles.leased_count() == 0) s->waiting = waits.why;
+  s->waits_behind = waits.behind;
+  s->turn_seconds = waits.turn_seconds;
+  if (waits.end_seconds >= 0) s->eta_seconds = waits.end_seconds;
   if (is_final(s->state)) return;
   add(farm_.scheduler.deadline_note(job, now));
   add(job.missing_file);
@@ -89,12 +94,12 @@ void FarmView::add_notes(const Job& job, double now, JobStatus* s) const {
 
 JobStatus FarmView::status(const Job& job, double now) const {
   JobStatus s = status_of(job.record);
+  s.eta_seconds = eta_seconds(job, now);
   add_notes(job, now, &s);
   s.tiles_leased = job.tiles.leased_count();
   s.tiles_pending = job.tiles.pending_count();
   s.wall_seconds = wall_seconds(job, now);
   s.samples_per_second = recent_rate(job.recent, now);
-  s.eta_seconds = eta_seconds(job, now);
   if (job.last_estimate) {
     s.relmse = job.last_estimate->relmse;
     s.relmse_low = job.last_estimate->relmse_low;
@@ -203,6 +208,13 @@ std::vector<std::pair<WorkerId, LeaseKey>> FarmView::holdings() const {
 WorkerPage FarmView::workers(const WorkerId& after, size_t most) const {
   const std::lock_guard lock(farm_.mutex);
   return farm_.scheduler.workers.page(after, most, farm_.clock.now());
+}
+
+TimelinePage FarmView::timelines(const WorkerId& after, size_t most, int64_t since) const {
+  const std::lock_guard lock(farm_.mutex);
+  TimelinePage page = farm_.scheduler.workers.timelines(after, most, since, farm_.clock.now());
+  page.cell_origin = farm_.scheduler.unix_offset();
+  return page;
 }
 
 FarmStats FarmView::stats() const {

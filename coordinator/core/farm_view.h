@@ -12,6 +12,7 @@
 
 #include "coordinator/core/farm_state.h"
 #include "coordinator/core/job_table.h"
+#include "coordinator/farm/waiting/turns.h"
 
 namespace lightmill {
 
@@ -29,6 +30,7 @@ class FarmView {
   TileMap tile_map(const JobId& id) const;
   std::vector<std::pair<WorkerId, LeaseKey>> holdings() const;
   WorkerPage workers(const WorkerId& after, size_t most) const;
+  TimelinePage timelines(const WorkerId& after, size_t most, int64_t since) const;
   FarmStats stats() const;
 
   /// Packets of the whole job; of one that stopped before its samples (time, target) those that it has.
@@ -41,6 +43,7 @@ class FarmView {
 
   FarmState& farm_;
   JobTable& jobs_;
+  mutable Turns turns_;  // guarded by FarmState::mutex
 };
 
 }  // namespace lightmill

@@ -170,8 +170,8 @@ void JobTable::end_all(const std::vector<Job*>& jobs, JobState state, const std:
 }
 
 void JobTable::become_ended(Job& job, JobRecord record) {
-  forget_leases(job.tiles.leases());
-  forget_leases(job.checks.leases());
+  forget_leases(job, job.tiles.leases());
+  forget_leases(job, job.checks.leases());
   job.checks = CheckTable();
   job.record = std::move(record);
   job.running_since = -1;
@@ -188,10 +188,10 @@ void JobTable::become_ended(Job& job, JobRecord record) {
   farm_.touch(job);
 }
 
-void JobTable::forget_leases(const std::vector<LeaseTable::Lease>& leases) {
-  for (const LeaseTable::Lease& lease : leases) {
-    if (Worker* worker = farm_.scheduler.workers.find(lease.worker)) --worker->leases;
-  }
+void JobTable::forget_leases(const Job& job, const std::vector<LeaseTable::Lease>& leases) {
+  const double now = farm_.clock.now();
+  for (const LeaseTable::Lease& lease : leases)
+    farm_.scheduler.workers.released(lease.worker, job.record.id, false, now);
 }
 
 void JobTable::stop_clock(Job& job, double now) {

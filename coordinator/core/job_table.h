@@ -55,7 +55,7 @@ class JobTable {
   void become(Job& job, JobRecord record, double now);
   void become_ended(Job& job, JobRecord record);
   /// The workers of these leases hold one less.
-  void forget_leases(const std::vector<LeaseTable::Lease>& leases);
+  void forget_leases(const Job& job, const std::vector<LeaseTable::Lease>& leases);
 
   FarmState& farm_;
 };

@@ -57,7 +57,7 @@ void Leases::split(const SplitOffer& cut) {
 }
 
 LeaseGrant Leases::grant_tile(Job& job, TileId id, const WorkerId& worker, double now) {
-  Worker& taker = *farm_.scheduler.workers.find(worker);
+  const Worker& taker = *farm_.scheduler.workers.find(worker);
   const bool race = job.tiles.find(id)->state == TileState::kLeased;
   const TileRecord tile = job.tiles.leased_to(id, worker);
   JobRecord record = JobTable::record_at(job, now);
@@ -70,7 +70,7 @@ LeaseGrant Leases::grant_tile(Job& job, TileId id, const WorkerId& worker, doubl
   job.running_since = now;
   job.tiles.apply(tile, now + farm_.options.lease_seconds, now);
   farm_.scheduler.granted(job, tile);
-  ++taker.leases;
+  farm_.scheduler.workers.leased(worker, job.record.id, now);
   ++farm_.stats.leases;
   farm_.touch_quietly(job);
   return {job.record.id,
@@ -88,7 +88,7 @@ LeaseGrant Leases::grant_check(Job& job, TileId tile, const WorkerId& worker, do
   row.attempt = attempt;
   row.worker = worker;
   farm_.scheduler.granted(job, row);
-  ++farm_.scheduler.workers.find(worker)->leases;
+  farm_.scheduler.workers.leased(worker, job.record.id, now);
   ++farm_.stats.leases;
   farm_.touch_quietly(job);
   return {job.record.id,
@@ -134,7 +134,7 @@ void Leases::release(Job& job, const LeaseTable::Lease& lease, bool failed, cons
   farm_.store->save_tile(JobTable::record_at(job, now), record);
   job.tiles.apply(record);
   farm_.scheduler.settled(job, lease.tile, lease.attempt, 0);
-  if (Worker* worker = farm_.scheduler.workers.find(lease.worker)) --worker->leases;
+  farm_.scheduler.workers.released(lease.worker, job.record.id, false, now);
   if (failed) {
     job.failed_on.insert({lease.tile, lease.worker});
     ++job.failures_in_row;
@@ -182,7 +182,7 @@ void Leases::release_check(Job& job, const LeaseTable::Lease& lease) {
 }
 
 void Leases::end_check(Job& job, const LeaseTable::Lease& lease, double cpu_seconds) {
-  if (Worker* worker = farm_.scheduler.workers.find(lease.worker)) --worker->leases;
+  farm_.scheduler.workers.released(lease.worker, job.record.id, cpu_seconds > 0, farm_.clock.now());
   farm_.scheduler.settled(job, lease.tile, lease.attempt, cpu_seconds);
 }
 
@@ -243,8 +243,9 @@ void Leases::release_expired(double now) {
 void Leases::apply_commit(Job& job, JobRecord record, const TileRecord& tile, const LeaseKey& lease,
                           double cpu_seconds, double now) {
   for (const LeaseTable::Lease& ended : job.tiles.leases_of(tile.id)) {
-    if (Worker* worker = farm_.scheduler.workers.find(ended.worker)) --worker->leases;
-    farm_.scheduler.settled(job, tile.id, ended.attempt, ended.attempt == lease.attempt ? cpu_seconds : 0);
+    const bool counted = ended.attempt == lease.attempt;
+    farm_.scheduler.workers.released(ended.worker, job.record.id, counted, now);
+    farm_.scheduler.settled(job, tile.id, ended.attempt, counted ? cpu_seconds : 0);
   }
   job.record = std::move(record);
   if (job.running_since >= 0) job.running_since = now;

@@ -54,7 +54,7 @@ struct Job {
   std::optional<ErrorPoint> last_point;     // of the curve
   std::optional<ErrorPoint> last_estimate;  // last one with a relMSE
   RecentSamples recent;
-  Punctuality punctuality;
+  mutable Punctuality punctuality;
   double commit_bytes = 0,
          commit_pixels = 0;  // of partials since the start: bytes, and pixels of their tiles
   uint64_t version = 0;

@@ -20,5 +20,7 @@ JobRecord without_partials(JobRecord record);
 JobRecord with_totals_of(JobRecord record, const JobRecord& other);
 /// Remaining seconds until spp or the time limit, whichever comes first; -1 if unknown.
 double eta_seconds(const Job& job, double now);
+/// The same, or until the target, to which the error falls as 1/time; -1 if unknown.
+double seconds_left(const Job& job, double now);
 
 }  // namespace lightmill

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
+#include <utility>
 
 #include "coordinator/farm/job_progress.h"
 #include "coordinator/farm/sharing/deadlines.h"
@@ -78,46 +78,57 @@ FilmAdmission::Claim Scheduler::claim(const Job& job) const {
           film_bytes(job.record.settings)};
 }
 
-void Scheduler::add_single(Job& job, const Worker& worker, std::vector<Candidate>* fitting) {
-  const bool wants = wants_workers(job);
-  if (wants != job.share.competes) compete(job, wants);
-  if (!wants || !fits(job, worker) || job.unable.contains(worker.id)) return;
+bool Scheduler::wants_workers(const Sequence& sequence) const {
+  const auto wants = [&](const auto& item) { return wants_workers(*item.second); };
+  if (std::any_of(sequence.open.begin(), sequence.open.end(), wants)) return true;
+  int looks = 0;
+  for (const auto& item : sequence.waiting) {
+    if (++looks > kMostLooks) return false;
+    if (wants(item)) return true;
+  }
+  return false;
+}
+
+void Scheduler::update_competing() {
+  for (const auto& [rank, job] : jobs.singles()) {
+    const bool wants = wants_workers(*job);
+    if (wants != job->share.competes) compete(*job, wants);
+  }
+  for (const auto& [id, sequence] : jobs.live()) {
+    const bool wants = wants_workers(*sequence);
+    if (wants == sequence->share.competes) continue;
+    const JobRecord& any = sequence->frames.begin()->second.job->record;
+    wants ? shares_.join(any, &sequence->share) : shares_.leave(any, &sequence->share);
+  }
+}
+
+void Scheduler::add_single(const Job& job, const Worker& worker, std::vector<Turn>* fitting) const {
+  if (!wants_workers(job) || !fits(job, worker) || job.unable.contains(worker.id)) return;
   const int most = job.record.max_workers;
   if (most > 0 && job.tiles.workers() >= most && !job.tiles.has_worker(worker.id)) return;
   fitting->push_back({{}, &job});
 }
 
-void Scheduler::add_frames(Sequence& sequence, const Worker& worker, std::vector<Candidate>* fitting) {
-  bool wants = false;
+void Scheduler::add_frames(const Sequence& sequence, const Worker& worker, std::vector<Turn>* fitting) const {
   const auto suits = [&](const Job& frame) {
-    if (!wants_workers(frame)) return false;
-    wants = true;
-    return fits(frame, worker) && !frame.unable.contains(worker.id);
+    return wants_workers(frame) && fits(frame, worker) && !frame.unable.contains(worker.id);
   };
-  std::vector<Job*> found;
+  const int most = sequence.record.request.max_workers;
+  if (most > 0 && sequence.workers() >= most && !sequence.has_worker(worker.id)) return;
   for (const auto& [turn, frame] : sequence.open) {
-    if (suits(*frame)) found.push_back(frame);
+    if (suits(*frame)) fitting->push_back({{}, frame});
   }
   int looks = 0;
   for (const auto& [turn, frame] : sequence.waiting) {
-    if (++looks > kMostLooks) break;
-    if (!suits(*frame)) continue;
-    found.push_back(frame);
-    break;
+    if (++looks > kMostLooks) return;
+    if (suits(*frame)) return fitting->push_back({{}, frame});
   }
-  if (wants != sequence.share.competes) {
-    const JobRecord& any = sequence.frames.begin()->second.job->record;
-    wants ? shares_.join(any, &sequence.share) : shares_.leave(any, &sequence.share);
-  }
-  const int most = sequence.record.request.max_workers;
-  if (most > 0 && sequence.workers() >= most && !sequence.has_worker(worker.id)) return;
-  for (Job* frame : found) fitting->push_back({{}, frame});
 }
 
-double Scheduler::late_deadline(Job& job, double now) {
+double Scheduler::late_deadline(const Job& job, double now) const {
   if (job.record.deadline <= 0) return kNoDeadline;
   const double due = job.record.deadline - options_.unix_offset;
-  Sequence* const sequence = jobs.sequence_of(job);
+  const Sequence* const sequence = jobs.sequence_of(job);
   const Punctuality& p = sequence ? look_at_deadline(*sequence, due, now) : look_at_deadline(job, due, now);
   return p.late ? due : kNoDeadline;
 }
@@ -132,29 +143,32 @@ std::string Scheduler::deadline_note(const Job& job, double now) const {
   return "expected about " + std::to_string(std::lround(p.seconds_late / 60)) + " min after its deadline";
 }
 
-std::vector<Job*> Scheduler::candidates(const Worker& worker, double now) {
+std::vector<Turn> Scheduler::turns(const Worker& worker, double now) const {
   // Of a submitter's jobs those that will miss their deadline come first, then those that nobody works for
   // yet; of equals the older one. The frames of a sequence stand together, in the order of their turns.
-  std::vector<Candidate> fitting;
+  std::vector<Turn> fitting;
   for (const auto& [rank, job] : jobs.singles()) add_single(*job, worker, &fitting);
   for (const auto& [id, sequence] : jobs.live()) add_frames(*sequence, worker, &fitting);
-  for (auto& [key, job] : fitting) {  // once all compete that do: who joins begins level with the others
-    const JobShare& share = share_of(*job);
-    key = {-int64_t{job->record.priority}, *share.submitters, late_deadline(*job, now), jobs.begun(*job),
-           share.served};
+  for (auto& [key, job] : fitting) {
+    const auto [submitters, own] = shares_.standing(job->record, share_of(*job));
+    key = {-int64_t{job->record.priority}, submitters, late_deadline(*job, now), jobs.begun(*job), own};
   }
   std::stable_sort(fitting.begin(), fitting.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.key < b.key; });
-  std::vector<Job*> ordered;
-  for (const Candidate& candidate : fitting) ordered.push_back(candidate.job);
+                   [](const Turn& a, const Turn& b) { return a.key < b.key; });
+  return fitting;
+}
+
+std::vector<Turn> Scheduler::candidates(const Worker& worker, double now) {
+  update_competing();  // who joins begins level with the others
+  std::vector<Turn> ordered = turns(worker, now);
   if (worker.run_left > 0 && !ordered.empty()) {
-    const int top = ordered.front()->record.priority;
-    const auto same = std::find_if(ordered.begin(), ordered.end(), [&](const Job* job) {
-      return job->record.id == worker.last_job && job->record.priority == top;
+    const int top = ordered.front().job->record.priority;
+    const auto same = std::find_if(ordered.begin(), ordered.end(), [&](const Turn& turn) {
+      return turn.job->record.id == worker.last_job && turn.job->record.priority == top;
     });
     // It goes on where it is, after those that are late and those that nobody works for yet.
-    const auto first_begun = std::find_if(ordered.begin(), ordered.end(), [&](Job* job) {
-      return jobs.begun(*job) && late_deadline(*job, now) == kNoDeadline;
+    const auto first_begun = std::find_if(ordered.begin(), ordered.end(), [](const Turn& turn) {
+      return turn.key.begun && turn.key.late_deadline == kNoDeadline;
     });
     if (same != ordered.end() && first_begun < same) std::rotate(first_begun, same, same + 1);
   }
@@ -200,33 +214,50 @@ bool Scheduler::is_believed(const Job& job, TileId tile, double now) const {
   return !another_could || proven >= kProvenReports || reports >= kManyReports;
 }
 
+template <class MayTake>
+std::optional<Scheduler::Found> Scheduler::first_offer(const std::vector<Turn>& turns, const Worker& worker,
+                                                       double now, MayTake may_take) const {
+  for (const bool in_memory : {true, false}) {
+    for (const Turn& turn : turns) {
+      const bool is_admitted = admission_.admitted(turn.job->record.id);
+      if (in_memory ? !is_admitted && !may_take(*turn.job) : is_admitted) continue;
+      Offer offer = offer_of(*turn.job, worker, now);
+      if (!std::holds_alternative<std::monostate>(offer)) return Found{turn.job, std::move(offer)};
+    }
+  }
+  return std::nullopt;
+}
+
+const Job* Scheduler::next_served(const std::vector<Turn>& turns, const Worker& worker, double now) const {
+  const auto found = first_offer(turns, worker, now, [&](const Job& job) { return has_room(job, now); });
+  return found ? found->job : nullptr;
+}
+
+bool Scheduler::has_room(const Job& job, double now) const {
+  return admission_.may_take(job.record.id, claim(job), now);
+}
+
 Offer Scheduler::offer(const WorkerId& worker_id, double now) {
   const Worker* worker = workers.find(worker_id);
   if (!worker || !workers.may_work(*worker, now)) return {};
   if (worker->leases >= WorkerTable::most_leases(*worker)) return {};
-  const std::vector<Job*> jobs = candidates(*worker, now);
+  const std::vector<Turn> turns = candidates(*worker, now);
   bool claims_are_new = false;
   const auto may_take = [&](const Job& job) {
     if (!claims_are_new) {  // mostly the first job is admitted already, and nobody asks
-      for (const Job* other : jobs) admission_.update(other->record.id, claim(*other));
+      for (const Turn& turn : turns) admission_.update(turn.job->record.id, claim(*turn.job));
       claims_are_new = true;
     }
-    return admission_.may_take(job.record.id, claim(job), now);
+    return has_room(job, now);
   };
-  for (const bool admitted : {true, false}) {  // rather a film from the disk than an idle worker
-    for (Job* job : jobs) {
-      const JobId& id = job->record.id;
-      const bool is_admitted = admission_.admitted(id);
-      if (admitted ? !is_admitted && !may_take(*job) : is_admitted) continue;
-      Offer found = offer_of(*job, *worker, now);
-      if (std::holds_alternative<std::monostate>(found)) continue;
-      if (admitted && !is_admitted) admission_.take(id, claim(*job), now);
-      return found;
-    }
+  if (std::optional<Found> found = first_offer(turns, *worker, now, may_take)) {
+    const JobId& id = found->job->record.id;
+    if (!admission_.admitted(id) && may_take(*found->job)) admission_.take(id, claim(*found->job), now);
+    return std::move(found->offer);
   }
-  for (const Job* job : jobs) {
-    if (const auto tile = tail_.tile_to_race(*job, *worker, now, kIdlePatience))
-      return LeaseOffer{job->record.id, *tile};
+  for (const Turn& turn : turns) {
+    if (const auto tile = tail_.tile_to_race(*turn.job, *worker, now, kIdlePatience))
+      return LeaseOffer{turn.job->record.id, *tile};
   }
   return {};
 }

@@ -3,8 +3,8 @@
 // on (state, now) and never waits, stores or renders; the farm makes a decision durable and then applies it.
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
-#include <tuple>
 #include <variant>
 #include <vector>
 
@@ -14,6 +14,7 @@
 #include "coordinator/farm/scheduler_options.h"
 #include "coordinator/farm/sharing/fair_share.h"
 #include "coordinator/farm/sharing/film_admission.h"
+#include "coordinator/farm/sharing/turn_key.h"
 #include "coordinator/farm/worker_table.h"
 
 namespace lightmill {
@@ -41,6 +42,12 @@ struct RoundOffer {
 };
 using Offer = std::variant<std::monostate, LeaseOffer, CheckOffer, SplitOffer, RoundOffer>;
 
+/// A job that a worker may work for, and what it is ordered by.
+struct Turn {
+  TurnKey key;
+  const Job* job;
+};
+
 class Scheduler {
  public:
   explicit Scheduler(const SchedulerOptions& options)
@@ -62,6 +69,9 @@ class Scheduler {
   void withdraw(Sequence& sequence);
   /// To be called after record.state, or what else is_runnable() goes by, was changed.
   void state_changed(Job& job);
+
+  /// What the clock lacks of the seconds since 1970.
+  double unix_offset() const { return options_.unix_offset; }
 
   /// What to do for a worker that asks for work: a tile of the runnable job of highest priority that has (or
   /// can open) something for it; of equal ones the one that has had least (fair_share.h) of those whose films
@@ -91,25 +101,41 @@ class Scheduler {
   /// "is expected about 12 min after its deadline"; empty if it is in time, or that is not known.
   std::string deadline_note(const Job& job, double now) const;
 
+  /// The jobs that the worker may work for, the one that comes next first.
+  std::vector<Turn> turns(const Worker& worker, double now) const;
+  /// Of `turns` the job that the worker would get a tile of; null: none has one for it.
+  const Job* next_served(const std::vector<Turn>& turns, const Worker& worker, double now) const;
+  /// Whether the job's film is in memory, or may come there now.
+  bool has_room(const Job& job, double now) const;
+  /// What the job's time is counted in: its own share, or its sequence's.
+  const JobShare& share_of(const Job& job) const;
+
  private:
   bool wants_workers(const Job& job) const;
+  bool wants_workers(const Sequence& sequence) const;
   JobShare& share_of(Job& job);
-  const JobShare& share_of(const Job& job) const;
   /// Takes part in the sharing, or ends that.
   void compete(Job& job, bool wants);
-  /// A job that may come next, with what it is ordered by.
-  struct Candidate {
-    std::tuple<int64_t, double, double, bool, double> key;
-    Job* job;
-  };
-  void add_single(Job& job, const Worker& worker, std::vector<Candidate>* fitting);
-  void add_frames(Sequence& sequence, const Worker& worker, std::vector<Candidate>* fitting);
+  /// All jobs and sequences compete that want workers, and no others.
+  void update_competing();
+  void add_single(const Job& job, const Worker& worker, std::vector<Turn>* fitting) const;
+  void add_frames(const Sequence& sequence, const Worker& worker, std::vector<Turn>* fitting) const;
   /// When a job that will miss its deadline is to be done, clock time; of all others infinity.
-  double late_deadline(Job& job, double now);
+  double late_deadline(const Job& job, double now) const;
   FilmAdmission::Claim claim(const Job& job) const;
-  /// Jobs that the worker may work for, the one that comes next first.
-  std::vector<Job*> candidates(const Worker& worker, double now);
+  /// turns(), but that the worker goes on with the job that it is at, for a while.
+  std::vector<Turn> candidates(const Worker& worker, double now);
   Offer offer_of(const Job& job, const Worker& worker, double now) const;
+  /// What is offered, and of which job.
+  struct Found {
+    const Job* job;
+    Offer offer;
+  };
+  /// The first offer of those whose films are in memory, or that `may_take(job)` lets in; then of the others:
+  /// rather a film from the disk than an idle worker.
+  template <class MayTake>
+  std::optional<Found> first_offer(const std::vector<Turn>& turns, const Worker& worker, double now,
+                                   MayTake may_take) const;
 
   SchedulerOptions options_;
   RoundPlanner rounds_;

@@ -23,7 +23,7 @@ struct Sequence {
   SequenceRecord record;
   JobShare share;
   RecentSamples recent;  // over all frames
-  Punctuality punctuality;
+  mutable Punctuality punctuality;
   uint64_t version = 0;
   struct Frame {
     Job* job = nullptr;

@@ -83,6 +83,7 @@ void WorkerTable::add(const WorkerId& id, const WorkerRegistration& registration
   worker.registration = registration;
   worker.owner = owner;
   worker.last_seen = now;
+  worker.activity = WorkerActivity(now);
   workers_[id] = worker;
 }
 
@@ -139,6 +140,20 @@ int64_t WorkerTable::most_leases(const Worker& worker) {
   return std::min(kFewLeases + worker.registration.threads / kThreadsPerLease, kMostLeases);
 }
 
+void WorkerTable::leased(const WorkerId& id, const JobId& job, double now) {
+  Worker* worker = find(id);
+  if (!worker) return;
+  ++worker->leases;
+  worker->activity.begin(job, now);
+}
+
+void WorkerTable::released(const WorkerId& id, const JobId& job, bool delivered, double now) {
+  Worker* worker = find(id);
+  if (!worker) return;
+  --worker->leases;
+  worker->activity.end(job, delivered, now);
+}
+
 void WorkerTable::committed(const WorkerId& id, double samples, double seconds, double since, double now) {
   Worker* worker = find(id);
   if (!worker) return;
@@ -192,6 +207,21 @@ void WorkerTable::blame(Worker* worker, double weight, double now) {
   worker->benched_until =
       now + std::min(kLongestBenchSeconds, std::ldexp(kFirstBenchSeconds, worker->times_benched));
   worker->times_benched = std::min(worker->times_benched + 1, 10);
+}
+
+TimelinePage WorkerTable::timelines(const WorkerId& after, size_t most, int64_t since, double now) {
+  TimelinePage result;
+  result.cell = WorkerActivity::cell_of(now);
+  for (auto it = workers_.upper_bound(after); it != workers_.end(); ++it) {
+    if (result.workers.size() == most) {
+      result.last = result.workers.back().id;
+      break;
+    }
+    WorkerActivity& activity = it->second.activity;
+    result.workers.push_back(
+        {it->first, activity.present_seconds(now), activity.busy_seconds(now), activity.spans(now, since)});
+  }
+  return result;
 }
 
 WorkerPage WorkerTable::page(const WorkerId& after, size_t most, double now) const {

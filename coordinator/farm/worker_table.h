@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/farm/farm_types.h"
+#include "coordinator/farm/activity/worker_activity.h"
 
 namespace lightmill {
 
@@ -34,6 +35,21 @@ struct Worker {
   double last_commit = 0;
   JobId last_job;    // of its newest lease
   int run_left = 0;  // tiles of that job that it gets before another one's turn
+  WorkerActivity activity;
+};
+
+/// What a worker did lately.
+struct WorkerTimeline {
+  WorkerId id;
+  double present_seconds = 0, busy_seconds = 0;  // of the last hour
+  std::vector<WorkerActivity::Span> spans;
+};
+/// Of some workers, in the order of their ids.
+struct TimelinePage {
+  std::vector<WorkerTimeline> workers;
+  WorkerId last;           // the next page begins after it; empty: there is none
+  int64_t cell = 0;        // the present one
+  double cell_origin = 0;  // when cell 0 began, seconds since 1970
 };
 
 /// The newest of a host's workers that were turned away for the same reason. Services that are started again
@@ -82,6 +98,10 @@ class WorkerTable {
   static bool is_proven(const Worker& worker) { return worker.tiles_committed > 0; }
   /// Leases that it may hold at once: enough to keep its threads busy from one tile to the next.
   static int64_t most_leases(const Worker& worker);
+  /// A lease of a job's tile begins, or has ended, `delivered` or for nothing. Of workers that are forgotten
+  /// nothing is counted.
+  void leased(const WorkerId& id, const JobId& job, double now);
+  void released(const WorkerId& id, const JobId& job, bool delivered, double now);
   /// A tile, leased at `since`, was rendered: `samples` pixel samples in `seconds` of each of its threads'
   /// processors.
   void committed(const WorkerId& id, double samples, double seconds, double since, double now);
@@ -104,6 +124,8 @@ class WorkerTable {
   /// the last ones, beyond `most`.
   WorkerPage page(const WorkerId& after, size_t most, double now) const;
   const std::map<WorkerId, Worker>& all() const { return workers_; }
+  /// What at most `most` workers after `after` (empty: from the first) did lately (WorkerActivity::spans).
+  TimelinePage timelines(const WorkerId& after, size_t most, int64_t since, double now);
 
  private:
   void blame(Worker* worker, double weight, double now);

@@ -20,6 +20,7 @@ class DataFolder {
   std::string quarantine_folder() const { return path_ + "/quarantine"; }
   std::string hook_secret_path() const { return path_ + "/hook-secret"; }
   std::string blob_folder() const { return path_ + "/blobs"; }
+  std::string thumbnail_folder() const { return path_ + "/thumbnails"; }
 
  private:
   std::string path_;

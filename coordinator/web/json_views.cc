@@ -57,6 +57,9 @@ json job_view(const JobStatus& job) {
               {"nonfinite", job.counters.nonfinite},
               {"leases_reassigned", job.leases_reassigned}};
   if (!job.message.empty()) row["message"] = job.message;
+  if (!job.waiting.empty()) row["waiting"] = job.waiting;
+  if (!job.waits_behind.empty()) row["waits_behind"] = job.waits_behind.value;
+  if (job.turn_seconds >= 0) row["turn_seconds"] = number(job.turn_seconds);
   if (!job.pool.empty()) row["pool"] = job.pool;
   if (!job.submitter.empty()) row["submitter"] = job.submitter;
   if (job.max_workers > 0) row["max_workers"] = job.max_workers;
@@ -107,6 +110,25 @@ json worker_view(const WorkerStatus& worker, const std::vector<LeaseKey>& held) 
   for (const LeaseKey& key : held) tiles.push_back({key.job.value, key.tile.value, key.attempt});
   row["held"] = std::move(tiles);
   return row;
+}
+
+json timeline_view(const TimelinePage& page) {
+  json view = {{"cell", page.cell},
+               {"cell_seconds", WorkerActivity::kCellSeconds},
+               {"cells", WorkerActivity::kCells},
+               {"origin", page.cell_origin}};
+  if (!page.last.empty()) view["next"] = page.last.value;
+  json& workers = view["workers"] = json::array();
+  for (const WorkerTimeline& worker : page.workers) {
+    auto spans = json::array();
+    for (const WorkerActivity::Span& s : worker.spans)
+      spans.push_back({s.job.value, s.cell, s.cells, number(s.busy_seconds), s.tiles});
+    workers.push_back({{"id", worker.id.value},
+                       {"present_seconds", number(worker.present_seconds)},
+                       {"busy_seconds", number(worker.busy_seconds)},
+                       {"spans", std::move(spans)}});
+  }
+  return view;
 }
 
 json curve_view(const ErrorCurve& curve, size_t from) {

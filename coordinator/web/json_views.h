@@ -19,6 +19,8 @@ nlohmann::json job_view(const JobStatus& job);
 nlohmann::json job_detail_view(const JobStatus& job, const std::optional<PilotReport>& pilot);
 /// `held`: what the worker renders now.
 nlohmann::json worker_view(const WorkerStatus& worker, const std::vector<LeaseKey>& held);
+/// Spans are [job, cell, cells, busy seconds, tiles].
+nlohmann::json timeline_view(const TimelinePage& page);
 /// Points [from, end).
 nlohmann::json curve_view(const ErrorCurve& curve, size_t from = 0);
 nlohmann::json tile_view(const TileStatus& tile);

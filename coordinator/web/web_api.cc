@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "coordinator/service/limits/in_flight_limit.h"
@@ -20,6 +21,7 @@
 #include "coordinator/web/pictures.h"
 #include "coordinator/web/scene_submit.h"
 #include "coordinator/web/sequence_routes.h"
+#include "coordinator/web/thumbnails/thumbnails.h"
 
 namespace lightmill {
 namespace {
@@ -34,6 +36,7 @@ constexpr int kMaxPictures = 8;          // made or encoded at once
 constexpr double kMostStops = 100;       // of exposure
 constexpr int64_t kMaxTileLines = 500;   // of one answer
 constexpr size_t kMaxListedJobs = 1000;  // of one answer
+constexpr size_t kMaxListedWorkers = 1000, kTimelinesOfLock = 100;
 
 /// The parameters "view" and "exposure", as the options of these names in lightmill fetch.
 ViewTransform view_of(const Request& request) {
@@ -59,7 +62,10 @@ std::string pattern(const std::string& path) {
 
 struct WebApi::Impl {
   explicit Impl(const WebOptions& options)
-      : web(options), feed(options.farm, options.events), pictures(options.farm) {}
+      : web(options),
+        feed(options.farm, options.events),
+        pictures(options.farm),
+        thumbnails(options.farm, options.thumbnail_folder, options.log) {}
 
   using Handler = void (Impl::*)(const Request&, Response&);
   struct Entry {
@@ -87,11 +93,13 @@ struct WebApi::Impl {
   void curve(const Request& request, Response& response);
   void tiles(const Request& request, Response& response);
   void workers(const Request& request, Response& response);
+  void timeline(const Request& request, Response& response);
   void log(const Request& request, Response& response);
   void tile_log(const Request& request, Response& response);
   void events(const Request& request, Response& response);
   std::shared_ptr<const Image> image_of(const JobId& id, Pictures::Kind kind, Response& response);
   void picture(const Request& request, Response& response);
+  void thumbnail(const Request& request, Response& response);
   void error_map(const Request& request, Response& response);
   void png(const Request& request, Response& response);
   void exr(const Request& request, Response& response);
@@ -105,6 +113,7 @@ struct WebApi::Impl {
   const WebOptions web;
   Feed feed;
   Pictures pictures;
+  Thumbnails thumbnails;
   std::atomic<int> streams{0}, making{0};
   std::atomic<uint64_t> streams_begun{0};
 };
@@ -121,10 +130,12 @@ const std::vector<WebApi::Impl::Entry>& WebApi::Impl::entries() {
                                {{"GET", "/api/v1/jobs/*/tiles"}, &Impl::tiles},
                                {{"GET", "/api/v1/jobs/*/log"}, &Impl::tile_log},
                                {{"GET", "/api/v1/jobs/*/image"}, &Impl::picture},
+                               {{"GET", "/api/v1/jobs/*/thumbnail"}, &Impl::thumbnail},
                                {{"GET", "/api/v1/jobs/*/image.png"}, &Impl::png},
                                {{"GET", "/api/v1/jobs/*/image.exr"}, &Impl::exr},
                                {{"GET", "/api/v1/jobs/*/error-map"}, &Impl::error_map},
                                {{"GET", "/api/v1/workers"}, &Impl::workers},
+                               {{"GET", "/api/v1/workers/timeline"}, &Impl::timeline},
                                {{"GET", "/api/v1/log"}, &Impl::log}};
     for (const std::string& name : action_names())
       made.push_back({{"POST", "/api/v1/jobs/*/" + name}, &Impl::action});
@@ -190,6 +201,20 @@ void WebApi::Impl::workers(const Request&, Response& response) {
   auto rows = json::array();
   for (const WorkerStatus& worker : web.farm.workers()) rows.push_back(worker_view(worker, held[worker.id]));
   answer(response, rows);
+}
+
+void WebApi::Impl::timeline(const Request& request, Response& response) {
+  const auto count = static_cast<size_t>(whole(request, "count", kMaxListedWorkers));
+  const int64_t since = request.has_param("since") ? whole(request, "since", 0) : INT64_MIN;
+  const size_t most = std::clamp(count, size_t{1}, kMaxListedWorkers);
+  TimelinePage all, page;
+  page.last = WorkerId{request.get_param_value("after")};
+  do {  // others get at the farm in between
+    page = web.farm.timelines(page.last, std::min(most - all.workers.size(), kTimelinesOfLock), since);
+    std::move(page.workers.begin(), page.workers.end(), std::back_inserter(all.workers));
+  } while (!page.last.empty() && all.workers.size() < most);
+  page.workers = std::move(all.workers);
+  answer(response, timeline_view(page));
 }
 
 void WebApi::Impl::log(const Request& request, Response& response) {
@@ -265,6 +290,23 @@ void WebApi::Impl::picture(const Request& request, Response& response) {
   const auto image = image_of(job_of(request), Pictures::Kind::kBeauty, response);
   const bool whole_size = side == 0 || side >= std::max(image->width, image->height);
   response.set_content(half_picture(whole_size ? *image : reduced(*image, side)), "application/octet-stream");
+}
+
+void WebApi::Impl::thumbnail(const Request& request, Response& response) {
+  const std::optional<Thumbnails::Answer> found = thumbnails.get(job_of(request));
+  response.set_header("Cache-Control", "no-cache");  // ask, as the job may have got on
+  if (!found) {
+    response.status = 204;
+    return;
+  }
+  const std::string tag = "\"" + found->thumbnail.mark + "\"";
+  response.set_header("ETag", tag);
+  if (!found->current) response.set_header("X-Lightmill-Stale", "1");
+  if (request.get_header_value("If-None-Match") == tag) {
+    response.status = 304;
+  } else {
+    response.set_content(*found->thumbnail.png, "image/png");
+  }
 }
 
 void WebApi::Impl::error_map(const Request& request, Response& response) {

@@ -35,6 +35,7 @@ struct WebOptions {
   Uploads* uploads = nullptr;
   SceneDesk* scenes = nullptr;
   const TileLog* tile_log = nullptr;  // what happened to tiles; may be null
+  std::string thumbnail_folder{};     // where thumbnails are kept; empty: in memory
 };
 
 class WebApi {

@@ -47,6 +47,19 @@ TEST(JobJson, HasWhatWasDroppedByKind) {
     EXPECT_EQ(job["dropped"][kind], nlohmann::json::parse(R"({"count":0,"share":0.0})")) << kind;
 }
 
+TEST(JobJson, SaysWhyAJobWaits) {
+  JobStatus status = some_job();
+  EXPECT_EQ(job_to_json(status)["waiting"], "");
+  EXPECT_TRUE(job_to_json(status)["waits_behind"].is_null());
+  EXPECT_TRUE(job_to_json(status)["turn_seconds"].is_null());
+  status.waiting = "waits behind job j3";
+  status.waits_behind = JobId{"j3"};
+  status.turn_seconds = 90;
+  EXPECT_EQ(job_to_json(status)["waiting"], "waits behind job j3");
+  EXPECT_EQ(job_to_json(status)["waits_behind"], "j3");
+  EXPECT_EQ(job_to_json(status)["turn_seconds"], 90);
+}
+
 TEST(JobJson, HasTheErrorAtSeveralScales) {
   JobStatus status = some_job();
   status.boxes = {BoxError{0.1, 0.05, 0.2, {}}, BoxError{0.3, {}, {}, {}}, BoxError{}};

@@ -8,6 +8,7 @@ import { chromium } from "playwright-core";
 
 import { madeUpJob, serveMadeUpFarm } from "./fake_farm.mjs";
 import { Farm, kGenerousMs, until } from "./farm.mjs";
+import { overviewTests } from "./overview_tests.mjs";
 import { sequenceTests } from "./sequence_tests.mjs";
 
 const root = process.argv[2];
@@ -322,7 +323,7 @@ const tests = {
       const page = await open(`${farm.url}#/jobs/${id}`, { colorScheme, bypassCSP: true });
       await page.locator(".job-head .state", { hasText: "done" }).waitFor();
       await page.addScriptTag({ path: join(process.cwd(), "node_modules/axe-core/axe.min.js") });
-      for (const hash of [`#/jobs/${id}`, "#/jobs", "#/sequences", `#/sequences/${sequence}`, "#/workers", "#/log", "#/new"]) {
+      for (const hash of [`#/jobs/${id}`, "#/jobs", "#/sequences", `#/sequences/${sequence}`, "#/workers", "#/workers/timeline", "#/log", "#/new"]) {
         await page.evaluate((to) => (location.hash = to), hash);
         await page.waitForSelector("main");
         if (hash.endsWith(sequence)) await page.waitForSelector(".film-picture canvas");
@@ -348,7 +349,7 @@ const tests = {
     assert.equal(await background(), light, "the choice is kept");
     await shot(page, "jobs-light");
     await page.setViewportSize({ width: 390, height: 800 });
-    for (const hash of ["#/jobs", "#/sequences", "#/sequences/s1", "#/workers", "#/log", "#/new", "#/jobs/j1"]) {
+    for (const hash of ["#/jobs", "#/sequences", "#/sequences/s1", "#/workers", "#/workers/timeline", "#/log", "#/new", "#/jobs/j1"]) {
       await page.goto(farm.url + hash);
       await page.waitForSelector("main");
       const wide = await page.evaluate(() => document.documentElement.scrollWidth);
@@ -454,6 +455,7 @@ const tests = {
     }
   },
 
+  ...overviewTests({ root, farm, open, live, shot, small }),
   ...sequenceTests({ root, farm, open, live, shot }),
 };
 

@@ -1,4 +1,5 @@
 // A sequence of made-up frames and pictures, as many as no test renders: what serveMadeUpFarm() does not have.
+import { deflateSync } from "node:zlib";
 
 const kWidth = 32;
 const kHeight = 18;
@@ -11,6 +12,33 @@ function picture(share) {
   const half = 0x2c00 + Math.round(share * 0x1000); // from 1/16 to 1
   for (let at = 16; at < bytes.length; at += 2) bytes.writeUInt16LE(half, at);
   return bytes;
+}
+
+function crc32(bytes) {
+  let crc = 0xffffffff;
+  for (const byte of bytes) {
+    crc ^= byte;
+    for (let i = 0; i < 8; i++) crc = (crc >>> 1) ^ (crc & 1 ? 0xedb88320 : 0);
+  }
+  return (crc ^ 0xffffffff) >>> 0;
+}
+
+/** A PNG file of the same grey. */
+export function thumbnail(share) {
+  const chunk = (type, data) => {
+    const body = Buffer.concat([Buffer.from(type), data]);
+    const ends = Buffer.alloc(8);
+    ends.writeUInt32BE(data.length, 0);
+    ends.writeUInt32BE(crc32(body), 4);
+    return Buffer.concat([ends.subarray(0, 4), body, ends.subarray(4)]);
+  };
+  const head = Buffer.alloc(13);
+  head.writeUInt32BE(kWidth, 0);
+  head.writeUInt32BE(kHeight, 4);
+  head[8] = 8; // bits, of one grey channel
+  const rows = Buffer.alloc((kWidth + 1) * kHeight, Math.round(64 + 191 * share));
+  for (let y = 0; y < kHeight; y++) rows[y * (kWidth + 1)] = 0; // no filter
+  return Buffer.concat([Buffer.from("\x89PNG\r\n\x1a\n", "latin1"), chunk("IHDR", head), chunk("IDAT", deflateSync(rows)), chunk("IEND", Buffer.alloc(0))]);
 }
 
 export class MadeUpSequence {
@@ -40,11 +68,13 @@ export class MadeUpSequence {
   answer(request, response) {
     const url = new URL(request.url, "http://x");
     const json = (value) => response.writeHead(200, { "Content-Type": "application/json" }).end(JSON.stringify(value));
-    const image = /^\/api\/v1\/jobs\/s1\.(\d+)\/image$/.exec(url.pathname);
+    const image = /^\/api\/v1\/jobs\/s1\.(\d+)\/(image|thumbnail)$/.exec(url.pathname);
     if (image) {
       const number = Number(image[1]);
+      const share = number / this.frames.length;
+      const small = image[2] === "thumbnail";
       this.pictures.push(number);
-      response.writeHead(200, { "Content-Type": "application/octet-stream" }).end(picture(number / this.frames.length));
+      response.writeHead(200, { "Content-Type": small ? "image/png" : "application/octet-stream" }).end(small ? thumbnail(share) : picture(share));
     } else if (url.pathname === "/api/v1/sequences") {
       json({ total: 1, sequences: [this.row()] });
     } else if (url.pathname === "/api/v1/sequences/s1/frames") {

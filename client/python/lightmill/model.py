@@ -126,6 +126,9 @@ class JobStatus:
     missing_light: list[str] = dataclasses.field(default_factory=list)
     boxes: list[BoxError] = dataclasses.field(default_factory=list)
     dropped: list[DroppedContributions] = dataclasses.field(default_factory=list)
+    waiting: str = ""  # why no worker has a tile of it; empty: it does not wait
+    waits_behind: str = ""  # id of the job that it waits for, of a sequence a frame's
+    turn_seconds: float | None = None  # until its turn comes, about; None: unknown, or it does not wait
 
     @property
     def progress(self) -> float:

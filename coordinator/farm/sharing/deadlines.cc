@@ -22,11 +22,11 @@ const Punctuality& look(Punctuality& p, double due, double now, Eta eta_of) {
 
 }  // namespace
 
-const Punctuality& look_at_deadline(Job& job, double due, double now) {
+const Punctuality& look_at_deadline(const Job& job, double due, double now) {
   return look(job.punctuality, due, now, [&] { return eta_seconds(job, now); });
 }
 
-const Punctuality& look_at_deadline(Sequence& sequence, double due, double now) {
+const Punctuality& look_at_deadline(const Sequence& sequence, double due, double now) {
   return look(sequence.punctuality, due, now, [&] { return eta_seconds(sequence, now); });
 }
 

@@ -8,7 +8,7 @@
 namespace lightmill {
 
 // `due` and `now` are clock times. Looks once a second, and remembers the answer.
-const Punctuality& look_at_deadline(Job& job, double due, double now);
-const Punctuality& look_at_deadline(Sequence& sequence, double due, double now);
+const Punctuality& look_at_deadline(const Job& job, double due, double now);
+const Punctuality& look_at_deadline(const Sequence& sequence, double due, double now);
 
 }  // namespace lightmill

@@ -2,27 +2,38 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 
 namespace lightmill {
 
 FairShare::Account& FairShare::account(const JobRecord& job) { return levels_[job.priority][job.submitter]; }
 
+std::pair<double, double> FairShare::standing(const JobRecord& job, const JobShare& share) const {
+  if (share.competes) return {*share.submitters, share.served};
+  const auto level = levels_.find(job.priority);
+  if (level == levels_.end()) return {0, share.served};
+  const auto own = level->second.find(job.submitter);
+  const bool known = own != level->second.end();
+  double submitters = known ? own->second.served : 0, served = share.served;
+  constexpr double kNobody = std::numeric_limits<double>::infinity();
+  double least = kNobody;
+  if (known && !own->second.competing.empty()) {
+    for (const JobShare* other : own->second.competing) least = std::min(least, other->served);
+    served = std::max(served, least);
+    return {submitters, served};
+  }
+  for (const auto& [name, other] : level->second) {
+    if (!other.competing.empty()) least = std::min(least, other.served);
+  }
+  if (least < kNobody) submitters = std::max(submitters, least);
+  return {submitters, served};
+}
+
 void FairShare::join(const JobRecord& job, JobShare* share) {
   if (share->competes) return;
+  Account& own = account(job);
+  std::tie(own.served, share->served) = standing(job, *share);
   share->competes = true;
-  Level& level = levels_[job.priority];
-  Account& own = level[job.submitter];
-  constexpr double kNobody = std::numeric_limits<double>::infinity();
-  if (own.competing.empty()) {
-    double least = kNobody;
-    for (const auto& [name, other] : level) {
-      if (!other.competing.empty()) least = std::min(least, other.served);
-    }
-    if (least < kNobody) own.served = std::max(own.served, least);
-  }
-  double least = kNobody;
-  for (const JobShare* other : own.competing) least = std::min(least, other->served);
-  if (least < kNobody) share->served = std::max(share->served, least);
   own.competing.insert(share);
   share->submitters = &own.served;  // an account with such a job stays
 }

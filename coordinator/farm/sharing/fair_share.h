@@ -29,6 +29,9 @@ class FairShare {
   /// The job wants workers from now on; or wants none for a while.
   void join(const JobRecord& job, JobShare* share);
   void leave(const JobRecord& job, JobShare* share);
+  /// What jobs of equal priority are ordered by: (submitter_served, share.served), of a job that does not
+  /// compete as join() would make them.
+  std::pair<double, double> standing(const JobRecord& job, const JobShare& share) const;
   /// What the job's submitter has had, on the scale of the job's priority. Of the jobs that compete, the one
   /// with the lesser pair (submitter's, its own `served`) comes first.
   double submitter_served(const JobRecord& job) const;

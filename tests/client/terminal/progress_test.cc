@@ -50,6 +50,18 @@ TEST(WaitingNote, SaysWhyNobodyWorksForAJob) {
   EXPECT_EQ(waiting_note(status), "") << "why it failed is an error";
 }
 
+TEST(TurnText, IsHonestAboutWhatIsOnlyEstimated) {
+  JobStatus status;
+  EXPECT_EQ(turn_text(status), "");
+  status.turn_seconds = 12 * 60 + 11;
+  EXPECT_EQ(turn_text(status), "comes in about 12 min");
+  status.eta_seconds = 3 * 3600;
+  EXPECT_EQ(turn_text(status), "comes in about 12 min, done in about 3 h");
+  status.turn_seconds = 0;
+  status.eta_seconds = 3 * 86400;
+  EXPECT_EQ(turn_text(status), "comes in less than a minute, done in about 3 days");
+}
+
 TEST(TargetNote, SaysWhatWasReachedAndWhatIsMissing) {
   JobStatus status;
   status.state = JobState::kDone;

@@ -29,6 +29,10 @@ TEST(Convert, JobStatusRoundTrip) {
   s.dropped[3] = {uint64_t{1} << 40, std::nullopt};
   s.missing_light = {"a tenth", "and more"};
   s.version = 77;
+  EXPECT_EQ(from_proto(to_proto(s)).turn_seconds, -1);
+  s.waiting = "waits behind job j3";
+  s.waits_behind = JobId{"j3"};
+  s.turn_seconds = 0;
   const JobStatus back = from_proto(to_proto(s));
   EXPECT_EQ(back.id, s.id);
   EXPECT_EQ(back.state, s.state);
@@ -43,6 +47,9 @@ TEST(Convert, JobStatusRoundTrip) {
   EXPECT_EQ(back.dropped, s.dropped);
   EXPECT_EQ(back.missing_light, s.missing_light);
   EXPECT_EQ(back.version, 77u);
+  EXPECT_EQ(back.waiting, s.waiting);
+  EXPECT_EQ(back.waits_behind, s.waits_behind);
+  EXPECT_EQ(back.turn_seconds, 0);
 }
 
 TEST(Convert, KindsOfDroppedLightThatAreUnknownAreLeftOut) {

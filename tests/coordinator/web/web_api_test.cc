@@ -81,6 +81,23 @@ TEST_F(WebApiTest, JobsWorkersCurveAndTiles) {
   EXPECT_EQ(workers[0]["state"], "rendering");
   EXPECT_EQ(workers[0]["held"][0], json({open.value, held.tile_id.value, 1}));
   EXPECT_THAT(std::string(get("/api/v1/jobs/j404", 404)["error"]), HasSubstr("no job \"j404\""));
+
+  farm.register_worker(registration());
+  const json timeline = get("/api/v1/workers/timeline");
+  ASSERT_EQ(timeline["workers"].size(), 2u);
+  const json& spans = timeline["workers"][0]["spans"];
+  ASSERT_FALSE(spans.empty());
+  EXPECT_TRUE(spans[0][0] == done.value || spans[0][0] == open.value);
+  EXPECT_GE(timeline["cell"], spans[0][1]);
+  EXPECT_GT(timeline["workers"][0]["busy_seconds"], 0);
+  EXPECT_TRUE(timeline["workers"][1]["spans"].empty());
+  EXPECT_FALSE(timeline.contains("next"));
+  const json page = get("/api/v1/workers/timeline?count=1");
+  EXPECT_EQ(page["next"], worker.value);
+  EXPECT_EQ(get("/api/v1/workers/timeline?after=" + worker.value)["workers"].size(), 1u);
+  const int64_t later = timeline["cell"].get<int64_t>() + 100;
+  EXPECT_TRUE(get("/api/v1/workers/timeline?since=" + std::to_string(later))["workers"][0]["spans"].empty());
+  get("/api/v1/workers/timeline?since=x", 400);
 }
 
 TEST(JsonViews, RowsAndPointsHaveTheErrorAtSeveralScalesWhereItIsKnown) {

@@ -31,6 +31,14 @@ export function duration(seconds: number): string {
   return `${Math.floor(s / 86400)}d ${Math.floor((s % 86400) / 3600)}h`;
 }
 
+/** Of what is only estimated: "less than a minute", "about 12 min". */
+export function about(seconds: number): string {
+  if (seconds < 60) return "less than a minute";
+  if (seconds < 7200) return `about ${Math.round(seconds / 60)} min`;
+  if (seconds < 172800) return `about ${Math.round(seconds / 3600)} h`;
+  return `about ${Math.round(seconds / 86400)} days`;
+}
+
 function pad(value: number): string {
   return String(value).padStart(2, "0");
 }

@@ -22,7 +22,9 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
   const title = h("h1");
   const state = h("span", { class: "state" });
   const progress = h("div", { class: "job-progress" });
-  const why = h("p", { class: "job-note", hidden: true });
+  const whyText = h("span");
+  const before = h("a", { hidden: true });
+  const why = h("p", { class: "job-note", hidden: true }, whyText, " ", before);
   const figures = h("dl", { class: "job-figures" });
   const dropped = h("p", { class: "chart-text", hidden: true });
   const values: { [name: string]: HTMLElement } = {};
@@ -69,7 +71,7 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     if (!job) {
       setText(title, id);
       why.hidden = !missing;
-      if (missing) setText(why, `This coordinator has no job ${id}.`);
+      if (missing) setText(whyText, `This coordinator has no job ${id}.`);
       return;
     }
     if (job === drawn && acting === mayAct()) return;
@@ -83,7 +85,10 @@ export function jobPage(id: string, other: string, cleanup: Cleanup): { element:
     const text = note(job);
     why.hidden = text === "";
     why.className = `job-note ${job.state === "failed" ? "bad" : ""}`;
-    setText(why, text);
+    setText(whyText, text);
+    before.hidden = !job.waits_behind;
+    before.href = `#/jobs/${job.waits_behind ?? ""}`;
+    setText(before, `Show ${job.waits_behind ?? ""}`);
     const put = (name: string, value: string) => {
       setText(values[name]!, value || "–");
       values[name]!.parentElement!.hidden = value === "" && (name === kScales || name === "Pool" || name === "By" || name === "After" || name === "Target" || name === "Leased again");

@@ -3,6 +3,7 @@ import { actByKey } from "./actions";
 import { Cleanup, h, setText } from "./dom";
 import * as format from "./format";
 import { idNumber, isActive, isWaiting, store } from "./store";
+import { RowThumbnails } from "./thumbnails/row_thumbnails";
 import type { Job } from "./types";
 import { VirtualTable } from "./virtual_table";
 
@@ -14,6 +15,7 @@ const kStates: { key: string; label: string; has: (job: Job) => boolean }[] = [
   { key: "done", label: "Done", has: (job) => job.state === "done" },
 ];
 
+const kRowHeight = 34;
 const kRank: Record<string, number> = { running: 0, failed: 1, paused: 2, queued: 3, done: 4, cancelled: 5 };
 
 /** How far the job is to what ends it first: its packets, its time, or its target, to which the error falls as
@@ -34,6 +36,13 @@ export function secondsLeft(job: Job): number | undefined {
     left = Math.min(left, Math.max(0, job.wall_seconds * (job.relmse_high / job.target_error - 1)));
   }
   return Number.isFinite(left) ? left : undefined;
+}
+
+/** When its turn comes, and when it is done then; "" if that is not known, or it does not wait. */
+export function turn(job: Job): string {
+  if (job.turn_seconds === undefined) return "";
+  const end = job.eta_seconds >= 0 ? `, done in ${format.about(job.eta_seconds)}` : "";
+  return `its turn comes in ${format.about(job.turn_seconds)}${end}`;
 }
 
 export function eta(job: Job): string {
@@ -84,9 +93,11 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
     h("button", { type: "button", class: "chip", onclick: () => { shown = state.key; sessionStorage.setItem("jobs.state", shown); update(); } }, state.label, h("small")),
   );
 
+  const pictures = new RowThumbnails(() => table.redraw(), cleanup);
   const table = new VirtualTable<Job>(
     {
       label: "Jobs",
+      rowHeight: kRowHeight,
       id: (job) => job.id,
       open: (job) => (location.hash = `#/jobs/${job.id}`),
       sort: { key: "state", down: false },
@@ -102,8 +113,9 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
             setText(link, job.id);
           },
         },
+        { key: "picture", title: "Picture", plain: true, width: "46px", text: () => "", draw: (cell, job) => pictures.draw(cell, job), style: () => "thumb" },
         { key: "name", title: "Name", width: "minmax(130px, 2fr)", text: (job) => job.name, sort: (job) => job.name.toLowerCase() },
-        { key: "state", title: "State", width: "74px", text: (job) => job.state, sort: (job) => kRank[job.state] ?? 9, style: (job) => `state ${isWaiting(job) ? "waiting " : ""}${job.state}` },
+        { key: "state", title: "State", width: "74px", text: (job) => job.state, sort: (job) => kRank[job.state] ?? 9, style: (job) => `state ${isWaiting(job) ? "waiting " : ""}${job.state}`, tooltip: note },
         { key: "progress", title: "Progress", width: "84px", number: true, text: (job) => String(progress(job)), sort: progress, draw: drawProgress },
         { key: "spp", title: "Samples", hint: "per pixel, so far and in all", width: "100px", number: true, sort: (job) => job.spp, text: (job) => `${format.samples(job.spp)}${job.spp_total ? " / " + format.samples(job.spp_total) : ""}` },
         { key: "relmse", title: "relMSE", hint: "estimated relative error", width: "70px", number: true, sort: (job) => job.relmse, text: (job) => format.error(job.relmse), style: (job) => (job.target_error && (job.relmse_high ?? Infinity) <= job.target_error ? "good" : "") },
@@ -197,6 +209,7 @@ export function jobsPage(cleanup: Cleanup): { element: HTMLElement; key: (key: s
 export function note(job: Job): string {
   const parts = [];
   if (job.message) parts.push(job.message);
+  if (turn(job)) parts.push(turn(job));
   for (const line of job.dropped_lines ?? []) if (line.warning) parts.push(`Dropped light: ${line.text}`);
   if (!job.message && job.state === "queued") parts.push("queued behind other jobs");
   if (!job.message && job.state === "running" && job.tiles_leased === 0) parts.push("runs, but no worker has a tile of it");

@@ -1,8 +1,10 @@
 // The frame around the pages: where we are, whether the numbers are live, keys and colours.
 import "./style.css";
 import "./sequences/sequences.css";
+import "./activity/activity.css";
 
 import { installToasts } from "./actions";
+import { timelinePage } from "./activity/timeline_page";
 import { Cleanup, h, setText } from "./dom";
 import * as format from "./format";
 import { showHelp } from "./help";
@@ -46,6 +48,7 @@ function route(): void {
   if (name === "jobs" && id) page = jobPage(decodeURIComponent(id), parameter("b"), cleanup);
   else if (name === "sequences" && id) page = sequencePage(decodeURIComponent(id), parameter("frame"), cleanup);
   else if (name === "sequences") page = sequencesPage(cleanup);
+  else if (name === "workers" && id === "timeline") page = timelinePage(cleanup);
   else if (name === "workers") page = workersPage(cleanup);
   else if (name === "log") page = logPage(cleanup);
   else if (name === "new") page = newJobPage(cleanup);

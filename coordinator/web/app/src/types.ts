@@ -9,6 +9,12 @@ export interface Job {
   name: string;
   state: JobState;
   message?: string;
+  /** Why no worker has a tile of it, as the message says too. */
+  waiting?: string;
+  /** The job that it waits for. */
+  waits_behind?: string;
+  /** Until its turn comes, about. */
+  turn_seconds?: number;
   priority: number;
   pool?: string;
   submitter?: string;

@@ -5,6 +5,8 @@ export interface Column<Row> {
   key: string;
   title: string;
   hint?: string;
+  /** Not sorted by; its title is for screen readers. */
+  plain?: boolean;
   width: string; // of a CSS grid track
   number?: boolean;
   text: (row: Row) => string;
@@ -13,6 +15,10 @@ export interface Column<Row> {
   /** Draws more than text into a cell that is used again for other rows. */
   draw?: (cell: HTMLElement, row: Row) => void;
   style?: (row: Row) => string;
+  /** What the pointer reads over the cell; the text if absent. */
+  tooltip?: (row: Row) => string;
+  /** Stands in the header, over the title's cell. */
+  head?: Node;
 }
 
 export interface TableOptions<Row> {
@@ -20,13 +26,17 @@ export interface TableOptions<Row> {
   columns: Column<Row>[];
   id: (row: Row) => string;
   open?: (row: Row) => void;
+  /** A row was chosen. */
+  chosen?: (row: Row) => void;
   sort: { key: string; down: boolean };
+  /** In pixels, 26 unless given. */
+  rowHeight?: number;
   rowStyle?: (row: Row) => string;
   /** What is said in place of rows. */
   empty: () => string;
 }
 
-const kRowHeight = 26;
+const kHeadHeight = 26;
 const kOverscan = 6;
 
 export class VirtualTable<Row> {
@@ -40,19 +50,23 @@ export class VirtualTable<Row> {
   private selectedId = "";
   private sort: { key: string; down: boolean };
   private readonly draw: () => void;
+  private readonly rowHeight: number;
 
   constructor(
     private readonly options: TableOptions<Row>,
     cleanup: Cleanup,
   ) {
     this.sort = { ...options.sort };
+    this.rowHeight = options.rowHeight ?? kHeadHeight;
     this.draw = perFrame(() => this.drawNow());
     const tracks = options.columns.map((column) => column.width).join(" ");
     const head = h("div", { class: "vt-head", role: "row" });
     head.style.gridTemplateColumns = tracks;
     for (const column of options.columns) {
-      const button = h("button", { type: "button", title: column.hint ?? "", onclick: () => this.sortBy(column.key) }, column.title);
-      const cell = h("div", { class: column.number ? "vt-h num" : "vt-h", role: "columnheader" }, button);
+      const button = column.plain
+        ? h("span", { class: "spoken" }, column.title)
+        : h("button", { type: "button", title: column.hint ?? "", onclick: () => this.sortBy(column.key) }, column.title);
+      const cell = h("div", { class: column.number ? "vt-h num" : "vt-h", role: "columnheader" }, button, column.head);
       this.heads.set(column.key, cell);
       head.append(cell);
     }
@@ -75,6 +89,7 @@ export class VirtualTable<Row> {
       this.nothing,
     );
     this.body.style.setProperty("--tracks", tracks);
+    this.body.style.setProperty("--row", `${this.rowHeight}px`);
     this.element = h("div", { class: "vt" }, this.scroller);
     const observer = new ResizeObserver(this.draw);
     observer.observe(this.scroller);
@@ -96,9 +111,13 @@ export class VirtualTable<Row> {
   focus(): void {
     this.scroller.focus();
   }
+  /** To be called when what the rows show has changed. */
+  redraw(): void {
+    this.draw();
+  }
   /** The next column sorts, for the keyboard; the other way round when `turn`. */
   cycleSort(turn: boolean): void {
-    const keys = this.options.columns.map((column) => column.key);
+    const keys = this.options.columns.filter((column) => !column.plain).map((column) => column.key);
     if (turn) this.sortBy(this.sort.key);
     else this.sortBy(keys[(keys.indexOf(this.sort.key) + 1) % keys.length]!);
   }
@@ -138,16 +157,21 @@ export class VirtualTable<Row> {
     const row = this.selected;
     if (row && this.options.open) this.options.open(row);
   }
+  private tellChosen(): void {
+    const row = this.selected;
+    if (row) this.options.chosen?.(row);
+  }
   private click(event: MouseEvent): void {
     const element = (event.target as Element).closest<HTMLElement>(".vt-row");
     if (!element?.dataset.id) return;
     this.selectedId = element.dataset.id;
     this.drawNow();
+    this.tellChosen();
     // A link in the row is followed by the browser.
   }
   private key(event: KeyboardEvent): void {
     if (event.altKey || event.ctrlKey || event.metaKey) return;
-    const page = Math.max(1, Math.floor(this.scroller.clientHeight / kRowHeight) - 2);
+    const page = Math.max(1, Math.floor(this.scroller.clientHeight / this.rowHeight) - 2);
     const at = this.index();
     const to: { [key: string]: number } = {
       ArrowDown: at + 1,
@@ -164,26 +188,27 @@ export class VirtualTable<Row> {
       this.selectedId = this.options.id(this.rows[next]!);
       this.reveal(next);
       this.drawNow();
+      this.tellChosen();
     } else {
       return;
     }
     event.preventDefault();
   }
   private reveal(index: number): void {
-    const head = kRowHeight; // it stays in sight, above the rows
-    const top = index * kRowHeight;
+    const head = kHeadHeight; // it stays in sight, above the rows
+    const top = index * this.rowHeight;
     const view = this.scroller;
     if (top < view.scrollTop) view.scrollTop = top;
-    else if (top + kRowHeight + head > view.scrollTop + view.clientHeight) {
-      view.scrollTop = top + kRowHeight + head - view.clientHeight;
+    else if (top + this.rowHeight + head > view.scrollTop + view.clientHeight) {
+      view.scrollTop = top + this.rowHeight + head - view.clientHeight;
     }
   }
   private drawNow(): void {
     const { columns } = this.options;
     const view = this.scroller;
-    const first = Math.max(0, Math.floor(view.scrollTop / kRowHeight) - kOverscan);
-    const last = Math.min(this.rows.length, Math.ceil((view.scrollTop + view.clientHeight) / kRowHeight) + kOverscan);
-    this.body.style.height = `${this.rows.length * kRowHeight}px`;
+    const first = Math.max(0, Math.floor(view.scrollTop / this.rowHeight) - kOverscan);
+    const last = Math.min(this.rows.length, Math.ceil((view.scrollTop + view.clientHeight) / this.rowHeight) + kOverscan);
+    this.body.style.height = `${this.rows.length * this.rowHeight}px`;
     this.nothing.hidden = this.rows.length > 0;
     if (!this.nothing.hidden) setText(this.nothing, this.options.empty());
     view.setAttribute("aria-rowcount", String(this.rows.length + 1));
@@ -202,7 +227,7 @@ export class VirtualTable<Row> {
       const chosen = id === this.selectedId;
       if (chosen) active = slot.row.id;
       slot.row.dataset.id = id;
-      slot.row.style.transform = `translateY(${(first + i) * kRowHeight}px)`;
+      slot.row.style.transform = `translateY(${(first + i) * this.rowHeight}px)`;
       slot.row.setAttribute("aria-rowindex", String(first + i + 2));
       slot.row.setAttribute("aria-selected", String(chosen));
       setClass(slot.row, `vt-row ${this.options.rowStyle?.(data) ?? ""}`);
@@ -213,7 +238,8 @@ export class VirtualTable<Row> {
         else {
           const text = column.text(data);
           setText(cell, text);
-          if (cell.title !== text) cell.title = text;
+          const title = column.tooltip?.(data) || text;
+          if (cell.title !== title) cell.title = title;
         }
       });
     });

@@ -23,6 +23,12 @@ function health(worker: Worker): string {
   return parts.filter(Boolean).join(" · ");
 }
 
+/** Goes from the list to the timeline and back. */
+export function workerViews(now: "list" | "timeline"): HTMLElement {
+  const view = (key: string, hash: string, label: string) => h("a", { href: hash, title: "the other one: v", "aria-current": key === now ? "true" : undefined }, label);
+  return h("div", { class: "views", role: "group", "aria-label": "View" }, view("list", "#/workers", "List"), view("timeline", "#/workers/timeline", "Timeline"));
+}
+
 export function workersPage(cleanup: Cleanup): { element: HTMLElement; key: (key: string) => boolean } {
   const filter = h("input", {
     type: "search",
@@ -94,9 +100,10 @@ export function workersPage(cleanup: Cleanup): { element: HTMLElement; key: (key
   update();
   queueMicrotask(() => table.focus());
   return {
-    element: h("main", { class: "page" }, h("h1", { class: "spoken" }, "Workers"), h("div", { class: "toolbar" }, filter, total), table.element),
+    element: h("main", { class: "page" }, h("h1", { class: "spoken" }, "Workers"), h("div", { class: "toolbar" }, workerViews("list"), filter, total), table.element),
     key: (key) => {
       if (key === "/") filter.focus();
+      else if (key === "v") location.hash = "#/workers/timeline";
       else if (key === "o" || key === "O") table.cycleSort(key === "O");
       else return false;
       return true;

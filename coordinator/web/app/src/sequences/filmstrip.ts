@@ -1,13 +1,11 @@
 // The frames side by side: only those in sight are in the document, and only their pictures are fetched.
 import { Cleanup, h, perFrame, setClass, setText } from "../dom";
-import { hasPicture, PictureCache } from "./picture_cache";
+import { hasPicture, PictureCache, thumbnails } from "../thumbnails/picture_cache";
 import type { Frame } from "./types";
 
 const kCell = 116; // pixels from one frame to the next
 const kOverscan = 2; // frames beyond either edge
-const kSide = 104; // of a thumbnail; as in style.css
 const kMostKept = 80; // thumbnails, but for those in sight
-const kAtOnce = 3; // fetches
 const kSettleMs = 120; // after scrolling, before pictures are asked for
 
 interface Slot {
@@ -36,8 +34,7 @@ export class Filmstrip {
     cleanup: Cleanup,
   ) {
     this.draw = perFrame(() => this.drawNow());
-    const ratio = Math.min(2, devicePixelRatio);
-    this.cache = new PictureCache(Math.round(kSide * ratio), kMostKept, kAtOnce, this.draw);
+    this.cache = new PictureCache(thumbnails(kMostKept), this.draw);
     this.scroller = h("div", {
       class: "film-scroll", tabIndex: 0, role: "listbox", "aria-label": "Frames", "aria-orientation": "horizontal",
       onscroll: this.draw,

@@ -1,6 +1,7 @@
 // All sequences: how far, how noisy, and when they end.
 import { Cleanup, h, setText } from "../dom";
 import * as format from "../format";
+import { RowThumbnails } from "../thumbnails/row_thumbnails";
 import { idNumber } from "../store";
 import { VirtualTable } from "../virtual_table";
 import { actByKey } from "./actions";
@@ -9,6 +10,7 @@ import { fetchSequences } from "./requests";
 import type { Sequence } from "./types";
 
 const kSpacingMs = 2000;
+const kRowHeight = 34;
 const kRank: Record<string, number> = { running: 0, failed: 1, paused: 2, queued: 3, done: 4, cancelled: 5 };
 
 export function sequencesPage(cleanup: Cleanup): { element: HTMLElement; key: (key: string) => boolean } {
@@ -16,9 +18,13 @@ export function sequencesPage(cleanup: Cleanup): { element: HTMLElement; key: (k
   let told = false;
   let problem = "";
   const filter = h("input", { type: "search", class: "filter", placeholder: "Filter: name, id, who, pool, note  ( / )", "aria-label": "Filter sequences", oninput: () => update() });
+  const pictures = new RowThumbnails(() => table.redraw(), cleanup);
+  /** Its first frame stands for it. */
+  const pictured = (s: Sequence) => ({ id: `${s.id}.${s.first_frame}`, state: s.state, spp: s.packets_done });
   const table = new VirtualTable<Sequence>(
     {
       label: "Sequences",
+      rowHeight: kRowHeight,
       id: (s) => s.id,
       open: (s) => (location.hash = `#/sequences/${s.id}`),
       sort: { key: "state", down: false },
@@ -33,6 +39,7 @@ export function sequencesPage(cleanup: Cleanup): { element: HTMLElement; key: (k
             setText(link, s.id);
           },
         },
+        { key: "picture", title: "Picture", plain: true, width: "46px", text: () => "", draw: (cell, s) => pictures.draw(cell, pictured(s)), style: () => "thumb" },
         { key: "name", title: "Name", width: "minmax(130px, 2fr)", text: (s) => s.name, sort: (s) => s.name.toLowerCase() },
         { key: "state", title: "State", width: "74px", text: (s) => s.state, sort: (s) => kRank[s.state] ?? 9, style: (s) => `state ${s.state}` },
         { key: "progress", title: "Progress", width: "84px", number: true, text: (s) => String(progress(s)), sort: progress, draw: drawProgress },

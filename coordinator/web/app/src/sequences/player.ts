@@ -1,7 +1,7 @@
 // The chosen frame, large, and the sequence as it moves. A frame is shown once its picture is there, so playing
 // waits for slow ones; frames without a picture are passed over.
 import { Cleanup, h, perFrame, setText } from "../dom";
-import { hasPicture, PictureCache } from "./picture_cache";
+import { hasPicture, PictureCache, reducedPictures } from "../thumbnails/picture_cache";
 import type { Frame } from "./types";
 
 const kSide = 960; // of a picture
@@ -34,7 +34,7 @@ export class Player {
     cleanup: Cleanup,
   ) {
     this.draw = perFrame(() => this.drawNow());
-    this.cache = new PictureCache(kSide, kMostKept, kAtOnce, this.draw);
+    this.cache = new PictureCache(reducedPictures(kSide, kMostKept, kAtOnce), this.draw);
     const button = (text: string, label: string, run: () => void) => h("button", { type: "button", title: label, "aria-label": label, onclick: run }, text);
     this.element = h("section", { class: "viewer player", "aria-label": "Player" },
       h("div", { class: "stage" }, this.canvas, this.message),

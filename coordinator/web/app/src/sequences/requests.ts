@@ -1,5 +1,5 @@
 // Requests about sequences. Errors are the coordinator's own sentences.
-import { failure, type Picture, readPicture } from "../api";
+import { failure } from "../api";
 import type { FramePage, Sequence } from "./types";
 
 async function json<T>(path: string, init: RequestInit): Promise<T> {
@@ -30,11 +30,4 @@ export async function actOnSequence(sequence: string, action: string, body: obje
     body: JSON.stringify(body),
   });
   return answer.sequence;
-}
-
-/** The picture of a job, at most so many pixels wide and high. */
-export async function fetchSmallPicture(job: string, side: number, signal: AbortSignal): Promise<Picture> {
-  const answer = await fetch(`/api/v1/jobs/${encodeURIComponent(job)}/image?side=${side}`, { signal });
-  if (!answer.ok) throw await failure(answer);
-  return { ...readPicture(await answer.arrayBuffer()), stale: answer.headers.has("X-Lightmill-Stale") };
 }

@@ -1,11 +1,31 @@
-// Small pictures of the frames that are wanted now, a few fetched at a time. The others are dropped, the least
-// recently wanted first.
-import { toned } from "../tone";
-import { fetchSmallPicture } from "./requests";
-import type { Frame } from "./types";
+// Small pictures of the jobs or frames that are wanted now, a few fetched at a time. The others are dropped, the
+// least recently wanted first.
+import { fetchReduced, fetchThumbnail, type SmallPicture } from "./small_pictures";
 
-const kLeastSpacingMs = 2000; // between two fetches of a frame's picture
-const kAgainMs = 1000; // after one that failed, or was a little old
+/** A job, or a frame of a sequence. */
+export interface Pictured {
+  id: string;
+  state: string;
+  spp: number;
+}
+
+/** Where pictures come from, how many are kept beyond those that are wanted, and how many are fetched at once. */
+export interface PictureOptions {
+  load: (job: string, signal: AbortSignal) => Promise<SmallPicture | undefined>;
+  most: number;
+  atOnce: number;
+  spacingMs: number; // between two fetches of a job's picture
+  againMs: number; // after one that failed, or was a little old
+}
+
+/** Pictures of at most `side` pixels, as new as they can be. */
+export function reducedPictures(side: number, most: number, atOnce: number): PictureOptions {
+  return { load: (job, signal) => fetchReduced(job, side, signal), most, atOnce, spacingMs: 2000, againMs: 1000 };
+}
+/** Thumbnails, which the coordinator has at hand, and makes anew seldom. */
+export function thumbnails(most: number): PictureOptions {
+  return { load: fetchThumbnail, most, atOnce: 6, spacingMs: 15000, againMs: 3000 };
+}
 
 interface Entry {
   canvas?: HTMLCanvasElement;
@@ -15,24 +35,21 @@ interface Entry {
 }
 
 /** Whether there is anything to see of it. */
-export function hasPicture(frame: Frame): boolean {
+export function hasPicture(frame: Pictured): boolean {
   return frame.spp > 0;
 }
 
-const markOf = (frame: Frame) => `${frame.state} ${frame.spp}`;
+const markOf = (frame: Pictured) => `${frame.state} ${frame.spp}`;
 
 export class PictureCache {
   private readonly entries = new Map<string, Entry>(); // least recently wanted first
   private readonly running = new Map<string, AbortController>();
-  private wanted: Frame[] = [];
+  private wanted: Pictured[] = [];
   private timer = 0;
   private closed = false;
 
-  /** Pictures of at most `side` pixels, at most `most` beyond those that are wanted. */
   constructor(
-    private readonly side: number,
-    private readonly most: number,
-    private readonly atOnce: number,
+    private readonly options: PictureOptions,
     private readonly changed: (job: string) => void,
   ) {}
 
@@ -44,7 +61,7 @@ export class PictureCache {
     return this.entries.size;
   }
   /** These are fetched, the first of them first, and those that are not among them no more. */
-  want(frames: Frame[]): void {
+  want(frames: Pictured[]): void {
     this.wanted = frames.filter(hasPicture);
     const ids = new Set(this.wanted.map((frame) => frame.id));
     for (const [job, abort] of this.running) if (!ids.has(job)) abort.abort();
@@ -55,7 +72,7 @@ export class PictureCache {
       this.entries.set(id, entry);
     }
     for (const id of this.entries.keys()) {
-      if (this.entries.size <= Math.max(this.most, ids.size)) break;
+      if (this.entries.size <= Math.max(this.options.most, ids.size)) break;
       if (!ids.has(id)) this.entries.delete(id);
     }
     this.pump();
@@ -74,7 +91,7 @@ export class PictureCache {
     const now = performance.now();
     let soonest = Infinity;
     for (const frame of this.wanted) {
-      if (this.running.size >= this.atOnce) return;
+      if (this.running.size >= this.options.atOnce) return;
       const entry = this.entries.get(frame.id);
       if (this.running.has(frame.id) || entry?.mark === markOf(frame)) continue;
       if (entry && entry.next > now) soonest = Math.min(soonest, entry.next);
@@ -82,20 +99,17 @@ export class PictureCache {
     }
     if (soonest < Infinity) this.timer = window.setTimeout(() => this.pump(), soonest - now);
   }
-  private async fetch(frame: Frame): Promise<void> {
+  private async fetch(frame: Pictured): Promise<void> {
     const abort = new AbortController();
     this.running.set(frame.id, abort);
     const old = this.entries.get(frame.id);
     try {
-      const picture = await fetchSmallPicture(frame.id, this.side, abort.signal);
-      const canvas = document.createElement("canvas");
-      canvas.width = picture.width;
-      canvas.height = picture.height;
-      canvas.getContext("2d")!.putImageData(toned(picture, 0, "srgb"), 0, 0);
-      const stale = picture.stale ?? false;
-      this.entries.set(frame.id, { canvas, mark: stale ? "" : markOf(frame), next: performance.now() + (stale ? kAgainMs : kLeastSpacingMs) });
+      const picture = await this.options.load(frame.id, abort.signal);
+      const fresh = picture && !picture.stale;
+      const wait = fresh ? this.options.spacingMs : this.options.againMs;
+      this.entries.set(frame.id, { ...old, ...(picture && { canvas: picture.canvas }), mark: fresh ? markOf(frame) : "", next: performance.now() + wait });
     } catch {
-      if (!abort.signal.aborted) this.entries.set(frame.id, { ...old, mark: "", next: performance.now() + kAgainMs });
+      if (!abort.signal.aborted) this.entries.set(frame.id, { ...old, mark: "", next: performance.now() + this.options.againMs });
     } finally {
       this.running.delete(frame.id);
     }

@@ -1,6 +1,9 @@
-#include "coordinator/farm/waiting_note.h"
+#include "coordinator/farm/waiting/waiting_note.h"
 
+#include <algorithm>
 #include <vector>
+
+#include "coordinator/farm/job_progress.h"
 
 namespace lightmill {
 namespace {
@@ -55,18 +58,59 @@ std::string note_of_workers(const WorkerTable& workers, const Job& job, double n
   return {};
 }
 
+/// Until the jobs are done that this one has to wait for; -1 if that is not known of one.
+double seconds_until_earlier_end(const JobIndex& jobs, const Job& job, double now) {
+  double longest = 0;
+  for (const JobId& id : job.record.after) {
+    double seconds = 0;
+    if (const Sequence* sequence = jobs.find(SequenceId{id.value})) {
+      seconds = eta_seconds(*sequence, now);
+    } else if (const Job* earlier = jobs.find(id)) {
+      const JobState state = earlier->record.state;
+      const bool goes_on = state == JobState::kRunning && is_runnable(*earlier);
+      seconds = state == JobState::kDone ? 0 : goes_on ? seconds_left(*earlier, now) : -1;
+    }
+    if (seconds < 0) return -1;
+    longest = std::max(longest, seconds);
+  }
+  return longest;
+}
+
+/// A live worker that the job could have; null: none.
+const Worker* some_worker(const WorkerTable& workers, const Job& job, double now) {
+  for (const auto& [id, worker] : workers.all()) {
+    if (workers.may_work(worker, now) && fits(job, worker) && !job.unable.contains(id)) return &worker;
+  }
+  return nullptr;
+}
+
+/// A job that shares the workers has none now and then: that is no news while its tiles keep coming.
+bool gets_on(const Job& job, double now) {
+  constexpr double kPatienceSeconds = 10;
+  return !job.recent.empty() && now - job.recent.back().first < kPatienceSeconds;
+}
+
 }  // namespace
 
-std::string waiting_note(const Scheduler& scheduler, const Job& job, double now) {
+WaitingNote waiting_note(const Scheduler& scheduler, Turns& turns, const Job& job, double now) {
   if (!is_runnable(job)) return {};
-  if (const Job* earlier = scheduler.jobs.waits_for(job)) return note_of_earlier_job(*earlier);
-  if (job.record.frame && job.record.state == JobState::kQueued && !scheduler.jobs.is_next(job)) {
-    return "waits for its turn in sequence " + job.record.frame->sequence.value;
+  if (const Job* earlier = scheduler.jobs.waits_for(job)) {
+    return {note_of_earlier_job(*earlier), earlier->record.id,
+            seconds_until_earlier_end(scheduler.jobs, job, now)};
   }
-  if (std::string note = note_of_checks(job.checks); !note.empty()) return note;
-  if (job.tiles.leased_count() > 0) return needs_pilot(job.record.settings) ? "choosing strategies" : "";
-  if (!job.checks.empty() && scheduler.rendered(job, now)) return "waits for spot checks of its tiles";
-  return note_of_workers(scheduler.workers, job, now);
+  if (job.record.frame && job.record.state == JobState::kQueued && !scheduler.jobs.is_next(job)) {
+    return {"waits for its turn in sequence " + job.record.frame->sequence.value, {}};
+  }
+  if (std::string note = note_of_checks(job.checks); !note.empty()) return {note, {}};
+  if (job.tiles.leased_count() > 0) {
+    return {needs_pilot(job.record.settings) ? "choosing strategies" : "", {}};
+  }
+  if (!job.checks.empty() && scheduler.rendered(job, now)) {
+    return {"waits for spot checks of its tiles", {}};
+  }
+  const Worker* const worker = some_worker(scheduler.workers, job, now);
+  if (!worker) return {note_of_workers(scheduler.workers, job, now), {}};
+  return gets_on(job, now) ? WaitingNote{} : turns.note(scheduler, job, *worker, now);
 }
 
 }  // namespace lightmill
