@@ -19,7 +19,7 @@ TestScene stage() {
   s.camera({0, 1.5, -3}, {0, 0.3, 0}, 50).film(16, 16);
   return s;
 }
-void add(TestScene* s, LightKind light) {
+void add_lamp(TestScene* s, LightKind light) {
   s->scene.lights.push_back({std::move(light), {}});
   s->scene.lights.back().hidden = kCameraRays;
 }
@@ -29,19 +29,19 @@ class HiddenSets : public ::testing::TestWithParam<unsigned> {};
 
 TEST_P(HiddenSets, AgreeUnderAnAreaLamp) {
   TestScene s = stage();
-  add(&s, AreaLamp{{4, 3, 2}, shining_down({-0.2, 1.6, -0.3}), 0.6, 0.4, true});
+  add_lamp(&s, AreaLamp{{4, 3, 2}, shining_down({-0.2, 1.6, -0.3}), 0.6, 0.4, true});
   expect_agrees_with_all(s, GetParam(), {.max_depth = 4});
 }
 
 TEST_P(HiddenSets, AgreeUnderALampWithASpread) {
   TestScene s = stage();
-  add(&s, AreaLamp{{4, 3, 2}, shining_down({-0.2, 1.6, -0.3}), 0.6, 0.4, false, 100});
+  add_lamp(&s, AreaLamp{{4, 3, 2}, shining_down({-0.2, 1.6, -0.3}), 0.6, 0.4, false, 100});
   expect_agrees_with_all(s, GetParam(), {.max_depth = 3});
 }
 
 TEST_P(HiddenSets, AgreeUnderALampThatFacesThem) {
   TestScene s = stage();
-  add(&s, PointLight{{3, 2.5f, 2}, {-0.4, 1.1, -0.5}, 0.4});
+  add_lamp(&s, PointLight{{3, 2.5f, 2}, {-0.4, 1.1, -0.5}, 0.4});
   expect_agrees_with_all(s, GetParam(), {.max_depth = 4});
 }
 
@@ -50,7 +50,7 @@ TEST_P(HiddenSets, AgreeUnderASoftSpot) {
   SpotLight spot{{6, 5, 4}, {-0.4, 1.6, -0.6}, normalized({0.2, -1, 0.3}), 10, 60};
   spot.falls_as_cosine = true;
   spot.radius = 0.3;
-  add(&s, spot);
+  add_lamp(&s, spot);
   expect_agrees_with_all(s, GetParam(), {.max_depth = 3});
 }
 
@@ -66,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(All, HiddenSets, ::testing::Values(3u, 7u, 11u, 15u), s
 // The camera sees the background alone, and all else the sky.
 TEST(HiddenTest, ABackgroundGivesNoLight) {
   TestScene s = stage();
-  add(&s, InfiniteLight{{1, 1.2f, 1.5f}});
+  add_lamp(&s, InfiniteLight{{1, 1.2f, 1.5f}});
   TestScene with_background = s;
   with_background.scene.lights.push_back({InfiniteLight{{5, 0, 0}}, {}});
   with_background.scene.lights.back().hidden = kScatteredRays | kShadowRays;
