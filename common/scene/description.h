@@ -16,6 +16,7 @@
 #include "common/job/aovs.h"
 #include "common/scene/material_description.h"
 #include "common/scene/medium_description.h"
+#include "common/scene/visibility/ray_kinds.h"
 
 namespace lightmill {
 
@@ -59,6 +60,7 @@ struct ShapeDescription {
   MediumInterface media{};
   bool boundary = false;  // of media alone, without a surface: rays pass straight on
   int moves_to = -1;      // index into SceneDescription::later, or -1: it stands still
+  RayKinds hidden = 0;    // that do not meet it
 };
 
 /// Shapes that are there once, wherever instances put them; their object_to_world goes to the object's space.
@@ -71,6 +73,7 @@ struct InstanceDescription {
   int object = -1;    // index into SceneDescription::objects
   int moves_to = -1;  // as a shape's
   Transform object_to_world;
+  RayKinds hidden = 0;  // that do not meet it, beside those of the object's shapes
 };
 
 // --- lights ---------------------------------------------------------------------------------------
@@ -89,6 +92,17 @@ struct AreaLightDescription {
 struct PointLight {
   Rgb intensity;
   Vec3d position;
+  double radius = 0;  // > 0: a facing lamp (worker/render/light/lamp.h) of this intensity from afar
+};
+/// A rectangle or an ellipse of even radiance, [-1, 1] x [-1, 1] of the lamp's plane z = 0 by the half sides,
+/// which shines along -z and stops no ray.
+struct AreaLamp {
+  Rgb radiance;  // of a lamp without a spread, which keeps the power
+  Transform light_to_world = {};
+  double half_width = 0.5, half_height = 0.5;
+  bool ellipse = false;
+  /// Below 180: radiance falls as 1 - tan(a) / tan(spread / 2) with the angle a to -z.
+  double spread_degrees = 180;
 };
 /// Environment radiance: constant, or `radiance` times a square equal-area image (pbrt-v4's mapping, +z of
 /// the light's space in the middle of the picture) or a panorama.
@@ -99,6 +113,7 @@ struct InfiniteLight {
   double illuminance = 0;  // of an image: > 0 scales the radiance so that what faces +z receives this much
   /// The image is a panorama of any resolution instead: its middle is -x, right of that -z, its top +y.
   bool lat_long = false;
+  int least_side = 0;  // of the panorama's picture by area: finer than this, texels go over into each other
   /// World space. The light comes only along rays that leave through this rectangle, to the side of (fourth -
   /// first) x (second - first).
   std::optional<std::array<Vec3d, 4>> portal = {};
@@ -119,6 +134,8 @@ struct SpotLight {
   Rgb intensity;
   Vec3d position, direction;
   double falloff_start = 25, total_width = 30;
+  bool falls_as_cosine = false;  // too: Cycles' spots
+  double radius = 0;             // as a point light's
 };
 /// Point light at the origin of its space: `intensity` (W/sr) times the mean channel of a square equal-area
 /// image, the mapping's z axis being the light's y and its y the light's z (pbrt).
@@ -138,24 +155,48 @@ struct ProjectionLight {
   double fov_degrees = 90;  // full angle of the window's shorter side, within (0, 180)
   double power = 0;         // as above, of the image's luminance
 };
-using LightKind =
-    std::variant<PointLight, InfiniteLight, DistantLight, SpotLight, GoniometricLight, ProjectionLight>;
+using LightKind = std::variant<PointLight, InfiniteLight, DistantLight, SpotLight, GoniometricLight,
+                               ProjectionLight, AreaLamp>;
 struct LightDescription {
   LightKind kind;
   SourceLocation location;
   int medium = -1;  // that it stands in, or that lies between the scene and a light at infinity
-  /// Of a point, spot or distant light of no width that moves while the shutter is open: it at even times
-  /// after that of `kind`, up to the closing; a power of two of them. Positions and axes go straight between.
+  /// Of a point, a spot, a lamp or a distant light of no width that moves while the shutter is open: it at
+  /// even times after that of `kind`, up to the closing; a power of two of them. Positions and axes go
+  /// straight between.
   std::vector<LightKind> later = {};
+  /// That do not see it; of shadow rays, nothing follows.
+  RayKinds hidden = 0;
 };
 
 // --- camera, film, sampling -----------------------------------------------------------------------
 
-enum class CameraKind { kPerspective, kOrthographic, kSpherical, kRealistic };
+enum class CameraKind { kPerspective, kOrthographic, kSpherical, kRealistic, kFisheye };
 /// Of a spherical camera, whose picture shows all directions. Equirectangular: the azimuth from
 /// +x over +z grows with x, the angle from +y with y. Equal-area: the octahedral square of
 /// pbrt-v4, its y and z exchanged.
 enum class SphericalMapping { kEqualArea, kEquirectangular };
+/// Of an equirectangular picture that is laid out as Blender's: degrees. Longitude 0 is +z, and grows to +x;
+/// latitude grows to +y.
+struct PanoramaRange {
+  double longitude_min = -180, longitude_max = 180, latitude_min = -90, latitude_max = 90;
+};
+/// Of a fisheye camera: what the angle to +z grows with from the middle of the picture. Equidistant: as the
+/// distance, to half the field of view at the middles of the edges. Equisolid: its half's sine, by a lens
+/// before a sensor. Mirror ball: its half's sine, to 180 degrees at the middles of the edges.
+enum class FisheyeProjection { kEquidistant, kEquisolid, kMirrorBall };
+struct FisheyeLens {
+  FisheyeProjection projection = FisheyeProjection::kEquidistant;
+  double fov_degrees = 180;    // full; nothing is seen beyond
+  double focal_length = 10.5;  // mm; equisolid, as the sensor
+  double sensor_width = 36, sensor_height = 24;
+};
+/// The stop of a thin lens, Blender's: a regular polygon in the disk of its radius, if it has three blades or
+/// more, turned, and then squeezed in width by the ratio.
+struct LensBlades {
+  int count = 0;
+  double rotation_degrees = 0, ratio = 1;
+};
 /// One interface of a lens system, in mm: radius of curvature (> 0: its centre lies towards the film; 0: the
 /// aperture stop), distance to the next one, index of what lies between (0: air), diameter.
 struct LensElement {
@@ -182,7 +223,10 @@ struct CameraDescription {
   std::optional<double> frame_aspect_ratio;
   double lens_radius = 0;       // 0: pinhole
   double focal_distance = 1e6;  // > 0
+  LensBlades blades;            // of a perspective camera
   SphericalMapping mapping = SphericalMapping::kEqualArea;
+  std::optional<PanoramaRange> range;  // of an equirectangular picture; none: as SphericalMapping says
+  FisheyeLens fisheye;
   int medium = -1;    // that it stands in
   LensSystem lens;    // realistic
   int moves_to = -1;  // as a shape's, of camera_to_world, whose stretch stays the same

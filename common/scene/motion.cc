@@ -182,6 +182,7 @@ LightKind moved_light(LightKind light, const Transform& motion) {
     spot->position = transform_point(motion, spot->position);
     turn(&spot->direction);
   }
+  if (auto* lamp = std::get_if<AreaLamp>(&light)) lamp->light_to_world = motion * lamp->light_to_world;
   if (auto* distant = std::get_if<DistantLight>(&light)) turn(&distant->direction);
   return light;
 }

@@ -22,6 +22,21 @@ bool any_hair(const SceneDescription& scene) {
   return false;
 }
 
+/// Whether something is hidden from rays that are not the camera's, other than a light that only the camera
+/// sees.
+bool hides_from_others(const SceneDescription& scene) {
+  constexpr RayKinds kOthers = kScatteredRays | kShadowRays;
+  const auto hides = [](const auto& thing) { return (thing.hidden & kOthers) != 0; };
+  return std::ranges::any_of(scene.shapes, hides) || std::ranges::any_of(scene.instances, hides) ||
+         std::ranges::any_of(
+             scene.objects,
+             [&](const ObjectDescription& o) { return std::ranges::any_of(o.shapes, hides); }) ||
+         std::ranges::any_of(scene.lights, [](const LightDescription& light) {
+           const RayKinds scattered = light.hidden & kScatteredRays;
+           return scattered != 0 && scattered != kScatteredRays;
+         });
+}
+
 }  // namespace
 
 PossibleStrategies possible_strategies(const SceneDescription& scene) {
@@ -30,6 +45,9 @@ PossibleStrategies possible_strategies(const SceneDescription& scene) {
                                 [](const ObjectDescription& object) { return any_flat_tube(object.shapes); });
   if (flat || any_hair(scene))
     return {kAllStrategies & ~kLightPaths, "hair and flat curves are seen by camera paths alone"};
+  if (hides_from_others(scene))
+    return {kAllStrategies & ~kLightPaths,
+            "what is \"hidden\" from other rays than the camera's is right by camera paths alone"};
   if (scene.camera.kind == CameraKind::kRealistic)
     return {kAllStrategies & ~kLightTracing, "a realistic camera can't be joined to light paths"};
   return {};

@@ -26,13 +26,16 @@ TEXTURES = {"bilerp": "", "checkerboard": "", "constant": "", "directionmix": ""
             "graph": '"string filename" "graph.json"', "imagemap": '"string filename" "image.pfm"', "marble": "", "mix": "", "ptex": '"string filename" "p.ptx"',
             "scale": "", "windy": "", "wrinkled": ""}
 FLOAT_ONLY, SPECTRUM_ONLY = ("fbm", "windy", "wrinkled"), ("marble",)
-LIGHTS = {"distant": "", "goniometric": '"string filename" "image.pfm"', "infinite": "", "point": "",
+LIGHTS = {"area, a lamp": '"string shape" "ellipse" "float spread" 90', "distant": "", "goniometric": '"string filename" "image.pfm"', "infinite": "", "point": "",
           "projection": '"string filename" "image.pfm"', "spot": "",
           "infinite, with an image": '"string filename" "image.pfm"',
+          "infinite, with a panorama": '"string filename" "image.pfm" "string mapping" "equirectangular"',
+          "spot, with a blend and a radius": '"float blend" 0.5 "float radius" 0.1',
+          "point, hidden from the camera": '"string hidden" "camera"',
           "infinite, with a portal": '"string filename" "image.pfm" "point3 portal" [0 0 1 1 0 1 1 1 1 0 1 1]'}
 # kind of directive: {name: scene}; HEAD stands before WorldBegin, the rest after it.
 OPTIONS = {
-    "Cameras": ("Camera", ["orthographic", "perspective", "realistic", "spherical"]),
+    "Cameras": ("Camera", ["fisheye", "orthographic", "perspective", "realistic", "spherical"]),
     "Samplers": ("Sampler", ["halton", "independent", "paddedsobol", "sobol", "stratified", "zsobol"]),
     "Filters": ("PixelFilter", ["box", "gaussian", "mitchell", "sinc", "triangle"]),
     "Films": ("Film", ["gbuffer", "rgb", "spectral"]),

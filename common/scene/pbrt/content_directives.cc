@@ -140,15 +140,17 @@ void PbrtParser::on_light(const Token& d) {
   auto& [type, params] = *typed;
   if (refuse_if_flat()) return;
   const size_t before = out_.scene.lights.size();
+  const RayKinds hidden = hidden_from(params);
   translate_light(out_, type, params, state_.shape.ctm);
   bool can_go = true;
   for (size_t i = before; i < out_.scene.lights.size(); ++i) {
     LightDescription& light = out_.scene.lights[i];
     light.medium = state_.shape.media.outside;
+    light.hidden = hidden;
     const auto* distant = std::get_if<DistantLight>(&light.kind);
     const bool narrow = distant != nullptr && distant->half_angle_degrees == 0;
     can_go = narrow || std::holds_alternative<PointLight>(light.kind) ||
-             std::holds_alternative<SpotLight>(light.kind);
+             std::holds_alternative<SpotLight>(light.kind) || std::holds_alternative<AreaLamp>(light.kind);
     can_go = can_go && can_move(state_.shape.ctm, state_.ctm_end);
     if (ctm_moves() && can_go) moving_lights_.push_back({i, state_.shape.ctm, state_.ctm_end});
   }

@@ -13,6 +13,12 @@ namespace {
 constexpr double kMaxScale = 3e38;
 /// Narrower suns (degrees) are lost in the rounding of directions.
 constexpr double kLeastSunAngle = 1e-5;
+/// Of lamps (degrees): what Cycles takes as its least, too.
+constexpr double kLeastSpread = 1;
+/// 180, but for rounding.
+constexpr double kNoSpread = 180.001;
+/// Of small panoramas, whose texels Blender lets go over into each other.
+constexpr int kSmoothSide = 256;
 
 /// Of projections (degrees): beyond, the window is a point or the whole half space.
 constexpr double kLeastFov = 1e-3, kGreatestFov = 179.9;
@@ -77,6 +83,50 @@ Vec3d axis(PbrtScene& out, ParameterList& params, const Transform& ctm) {
   return {d.x / length, d.y / length, d.z / length};
 }
 
+/// Whether "mapping" asks for a panorama (ours: pbrt-v4's are equal-area alone).
+bool is_equirectangular(ParameterList& params) {
+  const std::string mapping = params.text("mapping", "equalarea");
+  if (mapping != "equalarea" && mapping != "equirectangular") {
+    params.odd_value("mapping", "must be \"equalarea\" or \"equirectangular\", not " + in_quotes(mapping) +
+                                    "; \"equalarea\" is taken");
+  }
+  return mapping == "equirectangular";
+}
+
+/// "radius" of a lamp at a point: how large a disk it is (ours).
+double lamp_radius(ParameterList& params) { return params.number("radius", 0, 0, kAnySize); }
+
+/// A lamp with an area and without a surface (ours): Blender's area lamps.
+AreaLamp area_lamp(PbrtScene& out, ParameterList& params, const Transform& ctm, double scale) {
+  AreaLamp lamp;
+  const std::string shape = params.text("shape", "rectangle");
+  lamp.ellipse = shape == "ellipse";
+  if (shape != "rectangle" && shape != "ellipse") {
+    params.odd_value("shape", "must be \"rectangle\" or \"ellipse\", not " + in_quotes(shape) +
+                                  "; \"rectangle\" is taken");
+  }
+  lamp.half_width = params.number("width", 1, 1e-30, kAnySize) / 2;
+  lamp.half_height = params.number("height", 1, 1e-30, kAnySize) / 2;
+  lamp.spread_degrees = std::min(180.0, params.number("spread", 180, kLeastSpread, kNoSpread));
+  lamp.radiance =
+      checked(scaled(out.spectrum(params, "L", SpectrumUse::kEmission, {1, 1, 1}), scale), params);
+  lamp.light_to_world = ctm;
+  return lamp;
+}
+
+/// "blend" of a spot (ours): Cycles' rule. The light falls as the cosine to the axis, and by a smoothstep of
+/// it over this part of the way from the axis to the cone's edge.
+void read_blend(ParameterList& params, SpotLight* spot) {
+  const double blend = params.number("blend", 0, 0, 1);
+  const double edge = versine(spot->total_width), start = edge * (1 - blend);
+  spot->falloff_start = 2 * std::asin(std::min(1.0, std::sqrt(start / 2))) * 180 / std::numbers::pi;
+  spot->falls_as_cosine = true;
+  if (spot->total_width > 90) {
+    params.odd_value("coneangle", "is above 90, where a spot with \"blend\" gives no light; 90 is taken");
+    spot->total_width = 90;
+  }
+}
+
 /// The file of a light that shines by an image, whose transform should only turn and move it; "" if there is
 /// none (`needed`: reported) or it can't be opened (reported).
 std::string image_file(PbrtScene& out, ParameterList& params, const Transform& ctm, bool needed) {
@@ -118,8 +168,8 @@ std::optional<std::array<Vec3d, 4>> portal(ParameterList& params) {
 }  // namespace
 
 void translate_light(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm) {
-  const std::vector<std::string_view> known = {"point", "infinite",    "distant",
-                                               "spot",  "goniometric", "projection"};
+  const std::vector<std::string_view> known = {"point",       "infinite",   "distant", "spot",
+                                               "goniometric", "projection", "area"};
   double scale = params.number("scale", 1, 0, kMaxScale);
   if (type == "point") {
     const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
@@ -133,7 +183,8 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
                           params.owner() + " lies outside the range of numbers; check the transform");
     }
     out.scene.lights.push_back(
-        {PointLight{checked(scaled(intensity, scale), params), position}, params.where()});
+        {PointLight{checked(scaled(intensity, scale), params), position, lamp_radius(params)},
+         params.where()});
   } else if (type == "infinite") {
     InfiniteLight light;
     light.portal = portal(params);
@@ -145,6 +196,14 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
       if (out.dialect == Dialect::kV3) {  // whose panoramas have +z at the top
         light.lat_long = true;
         for (auto& row : light.light_to_world.m) std::swap(row[1], row[2]);
+      } else if (is_equirectangular(
+                     params)) {  // Blender's: +z at the top, +x in the middle, -y right of that
+        light.lat_long = true;
+        light.least_side = kSmoothSide;
+        for (auto& row : light.light_to_world.m) {
+          std::swap(row[1], row[2]);
+          row[0] = -row[0];
+        }
       }
       light.illuminance = std::max(illuminance, 0.0);
       light.radiance = checked(scaled(tint, scale), params);
@@ -180,7 +239,12 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
           "a cone narrower than 1e-6 degrees is taken as that: directions are not known better");
       spot.total_width = kLeastCone;
     }
-    spot.falloff_start = std::max(0.0, spot.total_width - params.number("conedeltaangle", 5, 0, 180));
+    if (params.has("blend")) {
+      read_blend(params, &spot);
+    } else {
+      spot.falloff_start = std::max(0.0, spot.total_width - params.number("conedeltaangle", 5, 0, 180));
+    }
+    spot.radius = lamp_radius(params);
     const double power = magnitude(params, "power");
     if (power > 0) {
       // Power of intensity 1: the full cone plus half of the falloff's (pbrt's rule).
@@ -190,6 +254,8 @@ void translate_light(PbrtScene& out, const std::string& type, ParameterList& par
     spot.position = transform_point(ctm, end_point(params, "from", {0, 0, 0}));
     spot.direction = axis(out, params, ctm);
     out.scene.lights.push_back({spot, params.where()});
+  } else if (type == "area") {
+    out.scene.lights.push_back({area_lamp(out, params, ctm, scale), params.where()});
   } else if (type == "goniometric") {
     const Rgb intensity = out.spectrum(params, "I", SpectrumUse::kEmission, {1, 1, 1});
     const double power = magnitude(params, "power");
@@ -221,8 +287,14 @@ std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std
     light->image_where = params.where_of("filename");
     light->image_path = out.open_image(file, light->image_where);
   }
-  const Rgb radiance = light->image_path ? image_tint(params, out, "L")
-                                         : out.spectrum(params, "L", SpectrumUse::kEmission, {1, 1, 1});
+  SpectrumInput emitted{{1, 1, 1}, -1};
+  if (light->image_path) {
+    emitted.value = image_tint(params, out, "L");
+  } else {
+    emitted = out.spectrum_input(params, "L", SpectrumUse::kEmission, {1, 1, 1});  // a texture is ours
+  }
+  light->texture = emitted.texture;
+  const Rgb radiance = emitted.value;
   light->radiance = checked(scaled(radiance, scale), params);
   light->power = magnitude(params, "power");
   light->two_sided = params.boolean("twosided", false);

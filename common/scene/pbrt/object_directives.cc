@@ -97,6 +97,9 @@ void PbrtParser::on_object_instance(const Token& d) {
   if (!require_world(d)) return;
   const auto name = take_string(d, "a name");
   if (!name) return;
+  ParameterList params = take_parameters(d, "the instance of " + in_quotes(*name), "shape");
+  const RayKinds hidden = hidden_from(params);
+  params.finish();
   if (open_object_) {
     misplaced(d.where.location(), "ObjectInstance inside of an object");
     return;
@@ -132,7 +135,7 @@ void PbrtParser::on_object_instance(const Token& d) {
     return;
   }
   out_.list(std::exchange(found->second.files.found, {}));
-  out_.scene.instances.push_back({found->second.index, moves_to(d, ctm, end), ctm});
+  out_.scene.instances.push_back({found->second.index, moves_to(d, ctm, end), ctm, hidden});
 }
 
 }  // namespace lightmill

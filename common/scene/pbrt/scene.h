@@ -33,7 +33,7 @@ struct PendingAreaLight {
   SourceLocation where;
   std::optional<std::string> image_path;  // emission image, as open_image gives it; none: even
   SourceLocation image_where;
-  int texture = -1;  // in SceneDescription::textures once a shape took the image
+  int texture = -1;  // in SceneDescription::textures: as given, or once a shape took the image
   int index = -1;    // in SceneDescription::area_lights once a shape took it (without `power`)
 };
 
@@ -185,6 +185,8 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
 void translate_light(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm);
 std::shared_ptr<PendingAreaLight> translate_area_light(PbrtScene& out, const std::string& type,
                                                        ParameterList& params);
+/// visibility.cc: the kinds of rays in "string hidden".
+RayKinds hidden_from(ParameterList& params);
 /// view/: camera, film and the directives about sampling.
 /// `times` receives those of the shutter.
 void translate_camera(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm,

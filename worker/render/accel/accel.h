@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 
+#include "common/scene/visibility/ray_kinds.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
@@ -33,6 +34,13 @@ struct RayView {
   const float* time = nullptr;  // in [0, 1]; null: 0, or nothing moves
 };
 
+/// The kinds of rays: ray i is of[i], where that is given; else all are of `all`.
+struct KindsOfRays {
+  const RayKinds* of = nullptr;
+  RayKinds all = kAllRays;
+  RayKinds operator[](int32_t i) const { return of ? of[i] : all; }
+};
+
 enum class Structure { kFastest, kTree };
 
 class Accel {
@@ -45,13 +53,14 @@ class Accel {
   Accel& operator=(const Accel&) = delete;
 
   /// Sets the primitive that ray ids[i], i < count, hits first in (0, infinity), and the instance that it is
-  /// hit in. Its time is times[ids[i]], in [0, 1]; null: 0, or nothing moves.
-  void closest_hits(TracedRay* rays, const int32_t* ids, int count, const float* times = nullptr) const;
+  /// hit in. Its time is times[ids[i]], in [0, 1]; null: 0, or nothing moves. Its kinds are kinds[ids[i]].
+  void closest_hits(TracedRay* rays, const int32_t* ids, int count, const float* times = nullptr,
+                    KindsOfRays kinds = {}) const;
   /// For i < count: occluded[i] = 1 if anything lies on ray i in (0, tfar[i]), else 0. With `crossed`, what
   /// light passes straight (boundaries of media, panes) stops no ray, and crossed[i] = 1 if such may lie on
   /// it.
   void occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded,
-                uint8_t* crossed = nullptr) const;
+                uint8_t* crossed = nullptr, RayKinds kinds = kAllRays) const;
   /// Memory of the tree.
   uint64_t bytes() const;
 

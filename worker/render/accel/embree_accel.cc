@@ -38,6 +38,17 @@ bool passes(const RTCIntersectContext* context, const RenderScene& scene, int32_
   return true;
 }
 
+/// Whether something that is `hidden` from some rays is so from the one in lane `i` of `n`. Kinds are the
+/// library's masks of rays, which it may be built to ignore; so its geometries have none.
+bool hides(RayKinds hidden, RTCRayN* ray, unsigned n, unsigned i) {
+  return hidden != 0 && is_hidden(hidden, static_cast<RayKinds>(RTCRayN_mask(ray, n, i)));
+}
+RayKinds hidden_sphere(const void* user_data, unsigned prim) {
+  const auto& set = *static_cast<const SphereSet*>(user_data);
+  const std::vector<RayKinds>& hidden = set.scene->sphere_hidden;
+  return hidden.empty() ? 0 : hidden[static_cast<size_t>(set.first) + prim];
+}
+
 void sphere_bounds(const RTCBoundsFunctionArguments* args) {
   const float* s = sphere_of(args->geometryUserPtr, args->primID);
   // One ulp of slack: the box must hold the rounded sphere.
@@ -53,8 +64,9 @@ void sphere_intersect(const RTCIntersectFunctionNArguments* args) {
   const float* s = sphere_of(args->geometryUserPtr, args->primID);
   RTCRayN* ray = RTCRayHitN_RayN(args->rayhit, args->N);
   RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, args->N);
+  const RayKinds hidden = hidden_sphere(args->geometryUserPtr, args->primID);
   for (unsigned i = 0; i < args->N; ++i) {
-    if (!args->valid[i]) continue;
+    if (!args->valid[i] || hides(hidden, ray, args->N, i)) continue;
     const float o[3] = {RTCRayN_org_x(ray, args->N, i), RTCRayN_org_y(ray, args->N, i),
                         RTCRayN_org_z(ray, args->N, i)};
     const float d[3] = {RTCRayN_dir_x(ray, args->N, i), RTCRayN_dir_y(ray, args->N, i),
@@ -72,9 +84,10 @@ void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
   const auto& set = *static_cast<const SphereSet*>(args->geometryUserPtr);
   const float* s = sphere_of(args->geometryUserPtr, args->primID);
   const int32_t prim = set.scene->triangle_count() + set.first + static_cast<int32_t>(args->primID);
+  const RayKinds hidden = hidden_sphere(args->geometryUserPtr, args->primID);
   for (unsigned i = 0; i < args->N; ++i) {
-    if (!args->valid[i]) continue;
     RTCRayN* ray = args->ray;
+    if (!args->valid[i] || hides(hidden, ray, args->N, i)) continue;
     const float o[3] = {RTCRayN_org_x(ray, args->N, i), RTCRayN_org_y(ray, args->N, i),
                         RTCRayN_org_z(ray, args->N, i)};
     const float d[3] = {RTCRayN_dir_x(ray, args->N, i), RTCRayN_dir_y(ray, args->N, i),
@@ -86,14 +99,15 @@ void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
   }
 }
 
-/// A mesh with hits that do not count, as it has an alpha mask, is of fibres or passed straight; its
+/// A mesh with hits that do not count, as it has an alpha mask, is hidden, of fibres or passed straight; its
 /// geometry's user data.
 struct FilteredMesh {
   const RenderScene* scene;
   const MeshRange* mesh;
 };
 
-/// Rejects the hits that alpha or the back of a fibre lets through, of closest-hit and shadow rays alike.
+/// Rejects the hits that alpha, the back of a fibre or the kind of the ray lets through, of closest-hit and
+/// shadow rays alike.
 void alpha_filter(const RTCFilterFunctionNArguments* args) {
   const auto* masked = static_cast<const FilteredMesh*>(args->geometryUserPtr);
   for (unsigned i = 0; i < args->N; ++i) {
@@ -104,6 +118,10 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
                         RTCRayN_dir_z(args->ray, args->N, i)};
     const auto prim = static_cast<int32_t>(RTCHitN_primID(args->hit, args->N, i));
     const MeshRange& mesh = *masked->mesh;
+    if (hides(mesh.hidden, args->ray, args->N, i)) {
+      args->valid[i] = 0;
+      continue;
+    }
     if (mesh.fibres != 0 && meets_back(*masked->scene, mesh.first_triangle + prim, mesh.fibres, d)) {
       args->valid[i] = 0;
       continue;
@@ -201,7 +219,8 @@ struct Accel::Impl {
       rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.indices.data(),
                                  static_cast<size_t>(mesh.first_triangle) * 12, 12,
                                  static_cast<size_t>(mesh.triangle_count));
-      const bool masked = has_alpha_mask(mesh.alpha) || mesh.fibres != 0 || scene.overrides & kAlphaMasks;
+      const bool masked =
+          has_alpha_mask(mesh.alpha) || mesh.fibres != 0 || mesh.hidden != 0 || scene.overrides & kAlphaMasks;
       bool straight = false;
       for (int32_t t = 0; t < mesh.triangle_count; ++t) straight |= scene.is_passed(mesh.first_triangle + t);
       if (masked || straight) rtcSetGeometryUserData(g, &filtered.emplace_back(FilteredMesh{&scene, &mesh}));
@@ -263,7 +282,8 @@ uint64_t Accel::bytes() const { return static_cast<uint64_t>(std::max<int64_t>(i
 // Eight rays at a time, traversed as incoherent ones. Against that, of the time of pt on coffee: coherent
 // traversal takes 1.7 times as much, single rays for closest hits 1.1, single rays for occlusion 1.1 to 1.2;
 // a tree of high quality gains nothing (all +- 0.1).
-void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count, const float* times) const {
+void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count, const float* times,
+                         KindsOfRays kinds) const {
   if (impl_->few) return impl_->few->closest_hits(rays, ids, count);
   const std::vector<int32_t>& first = impl_->world.first_primitive;
   TraceContext context;
@@ -285,8 +305,9 @@ void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count, const f
     store(packet.ray.tnear, splat<Float8>(std::numeric_limits<float>::min()));
     store(packet.ray.tfar, splat<Float8>(std::numeric_limits<float>::infinity()));
     for (int l = 0; l < kPacket; ++l) {
-      packet.ray.time[l] = times ? times[ids[begin + std::min(l, n - 1)]] : 0;
-      packet.ray.mask[l] = ~0u;
+      const int32_t id = ids[begin + std::min(l, n - 1)];
+      packet.ray.time[l] = times ? times[id] : 0;
+      packet.ray.mask[l] = kinds[id];
       packet.ray.id[l] = 0;
       packet.ray.flags[l] = 0;
       packet.hit.geomID[l] = RTC_INVALID_GEOMETRY_ID;
@@ -303,8 +324,8 @@ void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count, const f
   }
 }
 
-void Accel::occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded,
-                     uint8_t* crossed) const {
+void Accel::occluded(const RayView& rays, const float* tfar, int count, uint8_t* occluded, uint8_t* crossed,
+                     RayKinds kinds) const {
   if (impl_->few) return impl_->few->occluded(rays, tfar, count, occluded, crossed);
   unsigned met = 0;
   TraceContext context(-1, crossed ? &met : nullptr);
@@ -324,7 +345,7 @@ void Accel::occluded(const RayView& rays, const float* tfar, int count, uint8_t*
       packet.tnear[l] = 0;
       packet.tfar[l] = tfar[i];
       packet.time[l] = rays.time ? rays.time[i] : 0;
-      packet.mask[l] = ~0u;
+      packet.mask[l] = kinds;
       packet.id[l] = static_cast<unsigned>(l);
       packet.flags[l] = 0;
     }

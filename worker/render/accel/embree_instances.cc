@@ -78,20 +78,27 @@ void instance_bounds(const RTCBoundsFunctionArguments* args) {
 
 /// The valid rays of a packet in the object's space.
 struct ObjectRays {
-  unsigned lanes = 0;  // bits
+  unsigned lanes = 0;  // bits; if there are none, nothing else is set
   alignas(32) float ox[kMaxLanes], oy[kMaxLanes], oz[kMaxLanes], dx[kMaxLanes], dy[kMaxLanes], dz[kMaxLanes];
   alignas(32) float tnear[kMaxLanes], tfar[kMaxLanes], time[kMaxLanes];
   unsigned id[kMaxLanes];
+  RayKinds kinds[kMaxLanes] = {};
   float time_scale;
 
   ObjectRays(const RenderScene& scene, int32_t instance, const int* valid, RTCRayN* ray, unsigned n) {
     alignas(32) float o[3][kMaxLanes], d[3][kMaxLanes];
     unsigned some = 0;
+    const RayKinds hidden =
+        scene.instance_hidden.empty() ? 0 : scene.instance_hidden[static_cast<size_t>(instance)];
     for (unsigned i = 0; i < n; ++i) {
       if (!valid[i]) continue;
+      const auto of_ray = static_cast<RayKinds>(RTCRayN_mask(ray, n, i));
+      if (hidden != 0 && is_hidden(hidden, of_ray)) continue;
+      kinds[i] = of_ray;
       lanes |= 1u << i;
       some = i;
     }
+    if (lanes == 0) return;
     for (unsigned l = 0; l < kMaxLanes; ++l) time[l] = RTCRayN_time(ray, n, lanes >> l & 1 ? l : some);
     const auto place = Placement<Float8>::of(scene, instance, load<Float8>(time), lanes);
     const float t = time_scale =
@@ -117,7 +124,7 @@ struct ObjectRays {
     r->org_x = ox[l], r->org_y = oy[l], r->org_z = oz[l];
     r->dir_x = dx[l], r->dir_y = dy[l], r->dir_z = dz[l];
     r->tnear = tnear[l], r->tfar = tfar[l];
-    r->time = time[l], r->mask = ~0u, r->id = id[l], r->flags = 0;
+    r->time = time[l], r->mask = kinds[l], r->id = id[l], r->flags = 0;
   }
   void fill(RTCRay8* r, int* valid) const {
     for (unsigned l = 0; l < kMaxLanes; ++l) {
@@ -125,7 +132,7 @@ struct ObjectRays {
       r->org_x[l] = ox[l], r->org_y[l] = oy[l], r->org_z[l] = oz[l];
       r->dir_x[l] = dx[l], r->dir_y[l] = dy[l], r->dir_z[l] = dz[l];
       r->tnear[l] = tnear[l], r->tfar[l] = tfar[l];
-      r->time[l] = time[l], r->mask[l] = ~0u, r->id[l] = id[l], r->flags[l] = 0;
+      r->time[l] = time[l], r->mask[l] = kinds[l], r->id[l] = id[l], r->flags[l] = 0;
     }
   }
 };
@@ -139,6 +146,7 @@ void instance_intersect(const RTCIntersectFunctionNArguments* args) {
   RTCRayN* ray = RTCRayHitN_RayN(args->rayhit, n);
   RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, n);
   const ObjectRays rays(*all.scene, instance, args->valid, ray, n);
+  if (rays.lanes == 0) return;
   TraceContext context(instance);
   const auto report = [&](unsigned l, float t, unsigned geometry, unsigned prim) {
     if (geometry == RTC_INVALID_GEOMETRY_ID) return;
@@ -173,6 +181,7 @@ void instance_occluded(const RTCOccludedFunctionNArguments* args) {
   const int32_t instance = geometry.instance(args->primID);
   const TracedObject& object = object_of(all, instance);
   const ObjectRays rays(*all.scene, instance, args->valid, args->ray, args->N);
+  if (rays.lanes == 0) return;
   TraceContext context(instance, TraceContext::of(args->context).crossed);
   const auto report = [&](unsigned l, float t) {
     if (t < 0) RTCRayN_tfar(args->ray, args->N, l) = -kInfinity;

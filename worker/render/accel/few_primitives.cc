@@ -39,9 +39,11 @@ struct FewPrimitives::Rays {
 };
 
 bool FewPrimitives::suits(const RenderScene& scene) {
-  return !scene.any_instances() && scene.triangle_count() + scene.sphere_count() <= kMostPrimitives &&
-         std::none_of(scene.meshes.begin(), scene.meshes.end(),
-                      [](const MeshRange& m) { return has_alpha_mask(m.alpha) || m.fibres != 0; });
+  return !scene.any_instances() && scene.sphere_hidden.empty() &&
+         scene.triangle_count() + scene.sphere_count() <= kMostPrimitives &&
+         std::none_of(scene.meshes.begin(), scene.meshes.end(), [](const MeshRange& m) {
+           return has_alpha_mask(m.alpha) || m.fibres != 0 || m.hidden != 0;
+         });
 }
 
 FewPrimitives::FewPrimitives(const RenderScene& scene)

@@ -9,6 +9,8 @@ Camera make_camera(const CameraDescription& description, int width, int height, 
       return OrthographicCamera(description, width, height, scale_exponent);
     case CameraKind::kSpherical:
       return SphericalCamera(description, width, height);
+    case CameraKind::kFisheye:
+      return FisheyeCamera(description, width, height);
     case CameraKind::kRealistic:
       return RealisticCamera(description, width, height, scale_exponent);
     case CameraKind::kPerspective:

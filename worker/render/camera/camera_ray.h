@@ -4,7 +4,7 @@
 // Each camera of camera.h has
 //   static constexpr bool kHasLens;    // ray() and connect() use their lens sample; else it is not drawn
 //   static constexpr bool kParallel;   // directions are fixed and positions are sampled
-//   static constexpr bool kWeighted;   // rays have weights, and connect() finds nothing
+//   static constexpr bool kWeighted;   // rays have weights; where that is 0 there is none
 //   CameraRay<F> ray(F x, F y, F lens_u, F lens_v) const;
 //   LensConnection<F> connect(const Vec3<F>& p, F lens_u, F lens_v) const;
 // Raster coordinates are continuous pixels: pixel (x, y) covers [x, x+1) x [y, y+1), y down.

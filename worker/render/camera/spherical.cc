@@ -1,5 +1,7 @@
 #include "worker/render/camera/spherical.h"
 
+#include <cmath>
+
 #include "worker/render/camera/camera_frame.h"
 
 namespace lightmill {
@@ -14,11 +16,26 @@ SphericalCamera::SphericalCamera(const CameraDescription& description, int raste
   height = static_cast<float>(raster_height);
   inv_width = 1 / width;
   inv_height = 1 / height;
+  if (!description.range) return;
+  const PanoramaRange& range = *description.range;
+  const double wide = (range.longitude_max - range.longitude_min) / 360,
+               high = (range.latitude_max - range.latitude_min) / 180;
+  ranged = true;
+  s_from = static_cast<float>(0.25 - range.longitude_min / 360);
+  s_step = static_cast<float>(-wide);
+  t_from = static_cast<float>(0.5 - range.latitude_max / 180);
+  t_step = static_cast<float>(high);
+  round_x = std::fabs(wide - 1) < 1e-6;
+  round_y = round_x && std::fabs(high - 1) < 1e-6;
 }
 
 void SphericalCamera::wrap(int* x, int* y) const {
   const int w = static_cast<int>(width), h = static_cast<int>(height);
   if (!equal_area) {
+    if (!round_y) {
+      *x = (*x % w + w) % w;
+      return;
+    }
     *y = (*y % (2 * h) + 2 * h) % (2 * h);  // the meridian's full circle
     if (*y >= h) {
       *y = 2 * h - 1 - *y;

@@ -2,8 +2,9 @@
 // Camera at the origin of normalised space that sees all directions, in both directions; pbrt-v4's mappings.
 //
 // Equal-area: the square picture of Clarberg's octahedral mapping, one density everywhere. Equirectangular: y
-// is the polar angle from up, x the azimuth; the density grows as 1 / sin towards the poles. The raster goes
-// on past its edges, where pixel filters reach: wrap() says which pixel is meant there.
+// is the polar angle from up, x the azimuth; the density grows as 1 / sin towards the poles. Or a part of
+// that, laid out as Blender's (PanoramaRange). The raster goes on past its edges, where pixel filters reach:
+// wrap() says which pixel is meant there.
 #include "common/scene/description.h"
 #include "worker/render/camera/camera_ray.h"
 #include "worker/render/math/equal_area.h"
@@ -17,14 +18,19 @@ struct SphericalCamera {
   bool equal_area;
   float width, height;  // of the raster
   float inv_width, inv_height;
+  // Of a range: azimuth = s_from + s_step s in turns, polar angle = t_from + t_step t in half turns.
+  bool ranged = false;
+  float s_from = 0, s_step = 1, t_from = 0, t_step = 1;
+  bool round_x = true, round_y = true;  // the raster's edges meet
 
   SphericalCamera(const CameraDescription& description, int raster_width, int raster_height);
 
   template <class F>
   CameraRay<F> ray(F x, F y, F, F) const {
     CameraRay<F> r;
-    const Vec3<F> w = equal_area ? from_equal_area(x * inv_width, y * inv_height)
-                                 : from_equirectangular(x * inv_width, y * inv_height);
+    const Vec3<F> w =
+        equal_area ? from_equal_area(x * inv_width, y * inv_height)
+                   : from_equirectangular(x * inv_width * s_step + s_from, y * inv_height * t_step + t_from);
     r.direction = {right[0] * w.x + up[0] * w.y + forward[0] * w.z,
                    right[1] * w.x + up[1] * w.y + forward[1] * w.z,
                    right[2] * w.x + up[2] * w.y + forward[2] * w.z};
@@ -49,6 +55,13 @@ struct SphericalCamera {
       const F sine = sqrt(w.x * w.x + w.z * w.z);
       s = turns(w.z, w.x);
       t = 2.0f * turns(sine, w.y);
+      if (ranged) {
+        // From the middle of the range, the shorter way round.
+        F apart = s - (s_from + 0.5f * s_step);
+        apart = apart - floor(apart + 0.5f);
+        s = 0.5f + apart * (1.0f / s_step);
+        t = (t - t_from) * (1.0f / t_step);
+      }
     }
     c.x = s * width;
     c.y = t * height;
@@ -59,7 +72,7 @@ struct SphericalCamera {
   /// The pixel, inside the raster, that shows what pixel (*x, *y) of the continued raster
   /// shows. Both mappings continue as a group that maps pixel centres to pixel centres, but for
   /// the poles of an equirectangular raster of odd width, where half a turn is half a pixel
-  /// off: there *x may be either neighbour.
+  /// off: there *x may be either neighbour. Of a range, only edges that meet are continued.
   void wrap(int* x, int* y) const;
 
  private:
@@ -68,7 +81,8 @@ struct SphericalCamera {
   F pdf_solid_angle(const Vec3<F>& w) const {
     if (equal_area) return splat<F>(width * height / (4 * kPi));
     const F sine = sqrt(w.x * w.x + w.z * w.z);
-    return width * height / (2 * kPi * kPi) / max(sine, splat<F>(1e-6f));
+    return width * height / ((2 * kPi * kPi) * (s_step * t_step < 0 ? -s_step * t_step : s_step * t_step)) /
+           max(sine, splat<F>(1e-6f));
   }
   template <class F>
   static Vec3<F> from_equirectangular(F s, F t) {

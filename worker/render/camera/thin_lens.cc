@@ -25,9 +25,23 @@ LensScale lens_scale(const CameraFrame& frame, const CameraDescription& descript
           static_cast<float>(y / focus)};
 }
 
+LensStop::LensStop(const LensBlades& blades) {
+  if (blades.count < 3) return;
+  corners = blades.count;
+  const double turns = blades.rotation_degrees / 360;
+  rotation = static_cast<float>(turns - std::floor(turns));
+  apothem = static_cast<float>(std::cos(M_PI / blades.count));
+  half_side = static_cast<float>(std::sin(M_PI / blades.count));
+}
+
 ThinLensCamera::ThinLensCamera(const CameraDescription& description, int width, int height,
                                int scale_exponent)
     : pinhole(description, width, height),
-      lens(lens_scale(CameraFrame(description, width, height), description, scale_exponent)) {}
+      lens(lens_scale(CameraFrame(description, width, height), description, scale_exponent)),
+      stop(description.blades) {
+  const auto squeeze = static_cast<float>(1 / description.blades.ratio);
+  lens.radius_x *= squeeze;
+  lens.shear_x *= squeeze;
+}
 
 }  // namespace lightmill

@@ -8,6 +8,7 @@ namespace lightmill {
 /// Whether a light has such points: all do but those that shine from all around.
 inline bool has_targets(const LightTable& lights, int32_t light) {
   const auto i = static_cast<size_t>(light);
+  if (lights.type[i] == kFacingLamp) return false;
   if (lights.type[i] != kInfiniteLight) return lights.pattern_of.empty() || lights.pattern_of[i] < 0;
   const float* r = &lights.records[i * kLightFloats];
   return r[4] == kSunCone && r[6] == 0;
@@ -72,7 +73,7 @@ inline Vec3<F> target_light(const LightTable& lights, IntOf<F> light, const Ligh
   const LightRecord<F> r(lights, light);
   const IntOf<F> type = gather(lights.type.data(), light);
   Vec3<F> shines = r.vec(kLightRadiance);
-  const MaskOf<F> area = MaskOf<F>(type <= kSphereLight);
+  const MaskOf<F> area = MaskOf<F>(type <= kLastWithNormal);
   shines = select(area, emitted_radiance(lights, light, t.normal, -d) * abs(dot(t.normal, d)), shines);
   if (lights.any_spot) {
     const MaskOf<F> spot = MaskOf<F>(type == kSpotLight);

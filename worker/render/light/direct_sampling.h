@@ -3,7 +3,7 @@
 // reference point. See light_sampling.h.
 #include <bit>
 
-#include "worker/render/light/light_record.h"
+#include "worker/render/light/lamp.h"
 
 namespace lightmill {
 
@@ -44,7 +44,7 @@ inline MaskOf<F> outside_sphere(const Vec3<F>& center, F radius, const Vec3<F>& 
 
 /// Density of direct sampling from `reference` for a point of `light`, given the light, per unit *area at the
 /// light*. `wi`: unit direction in which the reference sees the point. Point, spot and distant lights: 1.
-/// Infinite lights: per unit solid angle.
+/// Infinite lights and facing lamps: per unit solid angle.
 template <class F, bool kAnyLight = true>
 inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec3<F>& reference,
                              const Vec3<F>& wi, F distance2, F cos_light, F time = F{}) {
@@ -69,6 +69,11 @@ inline F direct_pdf_of_light(const LightTable& lights, IntOf<F> light, const Vec
       const F of_direction = infinite_pdf_at(lights, r, infinite, reference, wi);
       pdf = select(infinite, through_portal_pdf(lights, r, infinite, reference, wi, of_direction), pdf);
     }
+  }
+  if (kAnyLight && lights.any_facing) {
+    const MaskOf<F> facing = MaskOf<F>(type == kFacingLamp);
+    const FacingCone<F> cone(r, facing, reference);
+    pdf = select(facing, select(cone.holds(wi, kConeRounding), cone.pdf(), F{}), pdf);
   }
   return pdf;
 }
@@ -174,6 +179,10 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
   square_to_triangle(u, v, &s.b1, &s.b2);
   s.point = r.vec(kLightP) + r.vec(kLightE1) * s.b1 + r.vec(kLightE2) * s.b2;
   s.normal = r.vec(kLightN);
+  if (kAnyLight && lights.any_flat_lamp) {
+    const MaskOf<F> lamp = flat_lamps<F>(type);
+    s.point = select(lamp, flat_lamp_point(r, type, u, v), s.point);
+  }
   s.error = position_error(s.point, 0x1p-21f);
   if (lights.any_sphere) {
     const MaskOf<F> sphere = MaskOf<F>(type == kSphereLight);
@@ -241,11 +250,32 @@ inline DirectSample<F> sample_direct(const LightTable& lights, const Vec3<F>& re
       s.radiance = select(mask_and(m, apart), map.template towards<F>(-s.wi), s.radiance);
     });
   }
+  if (kAnyLight && lights.any_flat_lamp) {
+    const MaskOf<F> lamp = mask_and(flat_lamps<F>(type), lit);
+    s.radiance = select(lamp, s.radiance * lamp_spread(r, select(lamp, cosine, splat<F>(1.0f))), s.radiance);
+  }
   s.infinite = splat_mask<F>(false);
   const F safe_cos = select(MaskOf<F>(s.cos_light > 0.0f), s.cos_light, splat<F>(1.0f));
   s.pdf = direct_pdf_of_light<F, kAnyLight>(lights, light, reference, s.wi,
                                             select(apart, s.distance2, splat<F>(1.0f)), safe_cos, time) *
           selection * s.distance2 / safe_cos;
+  if (kAnyLight && lights.any_facing) {
+    const MaskOf<F> facing = MaskOf<F>(type == kFacingLamp);
+    const FacingCone<F> cone(r, facing, reference);
+    const Vec3<F> w = cone.sample(u, v);
+    const F distance = cone.distance * dot(cone.axis, w);
+    s.wi = select(facing, w, s.wi);
+    s.point = select(facing, reference + w * distance, s.point);
+    s.normal = select(facing, -w, s.normal);
+    s.distance2 = select(facing, distance * distance, s.distance2);
+    s.cos_light = select(facing, splat<F>(1.0f), s.cos_light);
+    const MaskOf<F> seen = MaskOf<F>(cone.width > 0.0f);
+    s.radiance = select(facing, select(seen, facing_radiance(r, -w), Vec3<F>{}), s.radiance);
+    s.pdf = select(facing, cone.pdf() * selection, s.pdf);
+    s.delta = mask_and(s.delta, mask_not(facing));
+  }
+  if (kAnyLight && (lights.any_flat_lamp || lights.any_facing) && lights.lamps.empty())
+    s.delta = mask_or(s.delta, mask_or(flat_lamps<F>(type), MaskOf<F>(type == kFacingLamp)));
   if (kAnyLight && lights.any_infinite()) {
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
     Vec3<F> w = square_to_sphere(u, v);

@@ -39,12 +39,14 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
   const F half = select(back, du * 2.0f, du * 2.0f - 1.0f);
   const Vec3<F> local = square_to_cosine_hemisphere(select(two_sided, half, du), dv);
   s.delta = s.infinite = splat_mask<F>(false);
-  const MaskOf<F> has_normal = MaskOf<F>(type <= kSphereLight);
+  const MaskOf<F> has_normal = MaskOf<F>(type <= kLastWithNormal);
   const Vec3<F> n = select(has_normal, s.normal, splat3<F>(0, 0, 1));
   const Frame<F> frame(select(back, -n, n));
   s.direction = frame.to_world(local);
   s.cos_light = local.z;
   Vec3<F> radiance = r.vec(kLightRadiance);
+  if (kAnyLight && lights.any_flat_lamp)
+    radiance = select(flat_lamps<F>(type), radiance * lamp_spread(r, s.cos_light), radiance);
   // Density by the chosen texel: at its border the direction may round into the next one.
   F of_texel{};
   if (kAnyLight && (lights.any_delta || !lights.infinite.empty())) {
@@ -107,6 +109,27 @@ inline EmissionSample<F> sample_emission(const LightTable& lights, F u_select, F
           });
     }
   }
+  if (kAnyLight && lights.any_facing) {
+    const MaskOf<F> facing = MaskOf<F>(type == kFacingLamp);
+    const F end = r.scalar(5);
+    const MaskOf<F> spot = mask_and(facing, MaskOf<F>(end > 0.0f));  // others have no axis
+    const F q = du * select(spot, end, splat<F>(2.0f)), sine = safe_sqrt(q * (2.0f - q));
+    F sp, cp, x, y;
+    sincos_2pi(dv, &sp, &cp);
+    square_to_disk(pu, pv, &x, &y);
+    const Frame<F> cone(select(spot, r.vec(kLightN), splat3<F>(0, 0, 1)));
+    const Vec3<F> w = cone.to_world({sine * cp, sine * sp, 1.0f - q});
+    const Frame<F> disk(w);
+    const F radius = r.scalar(3);
+    s.direction = select(facing, w, s.direction);
+    s.point = select(facing, r.vec(kLightP) + (disk.s * x + disk.t * y) * radius, s.point);
+    s.normal = select(facing, w, s.normal);
+    s.error = select(facing, F{}, s.error);
+    s.cos_light = select(facing, splat<F>(1.0f), s.cos_light);
+    radiance = select(facing, facing_radiance(r, w), radiance);
+  }
+  if (kAnyLight && (lights.any_flat_lamp || lights.any_facing) && lights.lamps.empty())
+    s.delta = mask_or(s.delta, mask_or(flat_lamps<F>(type), MaskOf<F>(type == kFacingLamp)));
   if (kAnyLight && lights.has_emission_guide()) {
     const EmissionGuide<F> guide(lights, s.light, type, r.vec(kLightN), r.scalar(kLightTwoSided));
     const GuidedDirection<F> d = guide.draw(texel, du, dv);

@@ -1,6 +1,6 @@
 #pragma once
 // Points of lamps that have an area, uniform by area, over a lane type.
-#include "worker/render/light/light_record.h"
+#include "worker/render/light/lamp.h"
 
 namespace lightmill {
 
@@ -11,8 +11,8 @@ struct EmitterPoint {
   F b1{}, b2{};  // of a triangle: barycentrics
 };
 
-/// A point of the triangle or sphere that is the light of `r`; undefined for other types. `sphere_normal()`
-/// gives the point of a unit sphere to take, and is called if there are sphere lights.
+/// A point of the triangle, sphere or flat lamp that is the light of `r`; undefined for other types.
+/// `sphere_normal()` gives the point of a unit sphere to take, and is called if there are sphere lights.
 template <class F, class SphereNormal>
 inline EmitterPoint<F> emitter_point(const LightTable& lights, const LightRecord<F>& r, IntOf<F> type, F u,
                                      F v, SphereNormal&& sphere_normal) {
@@ -20,6 +20,7 @@ inline EmitterPoint<F> emitter_point(const LightTable& lights, const LightRecord
   EmitterPoint<F> s;
   square_to_triangle(u, v, &s.b1, &s.b2);
   s.at = r.vec(kLightP) + r.vec(kLightE1) * s.b1 + r.vec(kLightE2) * s.b2;
+  if (lights.any_flat_lamp) s.at = select(flat_lamps<F>(type), flat_lamp_point(r, type, u, v), s.at);
   s.normal = r.vec(kLightN);
   s.error = position_error(s.at, kRounding);
   if (lights.any_sphere) {

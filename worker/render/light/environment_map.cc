@@ -31,12 +31,12 @@ void look_up(const std::vector<float>& rgb, int width, int height, const Vec3<fl
   }
 }
 
-/// The same radiance as an equal-area image of about as many texels.
-LightImage equal_area_of_panorama(const LightImage& from) {
+/// The same radiance as an equal-area image of about as many texels, or more.
+LightImage equal_area_of_panorama(const LightImage& from, int least_side) {
   constexpr int kSamples = 3;  // a side, per texel
   // A multiple of what next-event guides divide a side by.
   constexpr int kStep = BinnedDensity::kMostBins;
-  const int about = static_cast<int>(std::sqrt(double{1.0} * from.width * from.height));
+  const int about = std::max(static_cast<int>(std::sqrt(double{1.0} * from.width * from.height)), least_side);
   const int n = std::clamp((about + kStep / 2) / kStep * kStep, kStep, kMaxResampledSide);
   LightImage out{from.path, n, n, {}};
   out.rgb.resize(3 * static_cast<size_t>(n) * static_cast<size_t>(n));
@@ -59,9 +59,9 @@ LightImage equal_area_of_panorama(const LightImage& from) {
 
 }  // namespace
 
-LightImage read_environment(const std::string& path, bool lat_long) {
+LightImage read_environment(const std::string& path, bool lat_long, int least_side) {
   if (!lat_long) return read_light_image(path, "environment image");
-  return equal_area_of_panorama(read_light_image(path, "environment image", kMaxPanorama));
+  return equal_area_of_panorama(read_light_image(path, "environment image", kMaxPanorama), least_side);
 }
 
 EnvironmentMap::EnvironmentMap(const std::string& path, const Rgb& scale, const Transform& light_to_world,

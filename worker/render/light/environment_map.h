@@ -14,8 +14,8 @@
 namespace lightmill {
 
 /// Reads a square equal-area image, or a lat-long one of any resolution (InfiniteLight), which is resampled
-/// to about as many texels. Throws as read_light_image.
-LightImage read_environment(const std::string& path, bool lat_long);
+/// to about as many texels, at least `least_side` a side. Throws as read_light_image.
+LightImage read_environment(const std::string& path, bool lat_long, int least_side = 0);
 
 struct EnvironmentMap {
   int32_t side = 0;               // texels per row and column

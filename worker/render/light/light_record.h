@@ -45,12 +45,12 @@ struct LightRecord {
 };
 
 /// Spot falloff. It takes 1 - the cosine between the axis and the direction of emission, as cosines of narrow
-/// cones are all 1.
+/// cones are all 1. Cycles' spots fall as the cosine, too.
 template <class F>
 inline F spot_falloff(const LightRecord<F>& r, F one_minus_cos) {
   const F start = r.scalar(4), end = r.scalar(5);
   const F x = clamp((end - one_minus_cos) / max(end - start, splat<F>(1e-30f)), 0.0f, 1.0f);
-  return x * x * (3.0f - 2.0f * x);
+  return x * x * (3.0f - 2.0f * x) * (1.0f - r.scalar(6) * one_minus_cos);
 }
 
 /// 1 - the cosine between unit vectors, by their chord.
@@ -58,6 +58,13 @@ template <class F>
 inline F one_minus_cos(const Vec3<F>& a, const Vec3<F>& b) {
   const Vec3<F> chord = a - b;
   return 0.5f * dot(chord, chord);
+}
+
+/// The part of a flat lamp's radiance that its spread leaves at the cosine to its normal; 1 without one.
+template <class F>
+inline F lamp_spread(const LightRecord<F>& r, F cosine) {
+  const F tangent = safe_sqrt(1.0f - cosine * cosine) / max(cosine, splat<F>(1e-12f));
+  return max(1.0f - tangent * r.scalar(kLightOrientation), F{});
 }
 
 /// Calls fn(map, mask) for the environment maps among the `infinite` lanes.
@@ -230,6 +237,15 @@ inline F area_density(const LightTable& lights, const LightRecord<F>& r, MaskOf<
   return density;
 }
 
+/// Density of facing lamps for lines along which light paths leave, per unit area across and solid angle,
+/// given the lamp.
+template <class F>
+inline F facing_emission_pdf(const LightRecord<F>& r) {
+  const F end = r.scalar(5);
+  const F width = select(MaskOf<F>(end > 0.0f), end, splat<F>(2.0f));
+  return 1.0f / ((2 * kPi) * width * max(r.scalar(kLightArea), splat<F>(1e-30f)));
+}
+
 /// Density of emission sampling, per unit area x unit solid angle, for the ray that leaves `light` against
 /// unit direction `wi` (which points to the light) and gets to `at`. `cos_light`: its cosine to the light's
 /// normal.
@@ -250,6 +266,8 @@ inline F emission_pdf(const LightTable& lights, IntOf<F> light, const Vec3<F>& a
       pdf = select(m, map.template pdf_towards<F>(-wi), pdf);
     });
   }
+  if (kAnyLight && lights.any_facing)
+    pdf = select(MaskOf<F>(type == kFacingLamp), facing_emission_pdf(r), pdf);
   if (kAnyLight && lights.any_infinite()) {
     const MaskOf<F> infinite = MaskOf<F>(type == kInfiniteLight), distant = MaskOf<F>(type == kDistantLight);
     const F disk = area_density(lights, r, mask_or(infinite, distant), infinite, wi);
@@ -274,7 +292,14 @@ inline Vec3<F> emitted_radiance(const LightTable& lights, IntOf<F> light, const 
                                 const Vec3<F>& w) {
   const LightRecord<F> r(lights, light);
   const MaskOf<F> lit = mask_or(MaskOf<F>(dot(n, w) > 0.0f), MaskOf<F>(r.scalar(kLightTwoSided) > 0.0f));
-  return select(lit, r.vec(kLightRadiance), Vec3<F>{});
+  Vec3<F> radiance = r.vec(kLightRadiance);
+  if (lights.any_flat_lamp) {
+    const IntOf<F> type = gather(lights.type.data(), light);
+    const MaskOf<F> lamp = mask_or(MaskOf<F>(type == kRectangleLamp), MaskOf<F>(type == kEllipseLamp));
+    const F cosine = select(mask_and(lamp, lit), dot(n, w), splat<F>(1.0f));
+    radiance = select(lamp, radiance * lamp_spread(r, cosine), radiance);
+  }
+  return select(lit, radiance, Vec3<F>{});
 }
 
 template <class F>

@@ -24,7 +24,7 @@ void enclose(LightBound* b) {
 /// Bounds of a light that is not at infinity.
 LightBound bound_of(LightType type, const float* r, double power) {
   LightBound b;
-  const auto set = [&](const double(&points)[3][3], int count) {
+  const auto set = [&](const double(*points)[3], int count) {
     for (int i = 0; i < 3; ++i) {
       b.lo[i] = b.hi[i] = points[0][i];
       for (int k = 1; k < count; ++k) {
@@ -47,11 +47,26 @@ LightBound bound_of(LightType type, const float* r, double power) {
     b.cos_emission = -1;
     return b;
   }
+  // In its brightest direction: kLightArea is 1 for a light at a point.
+  const double brightest =
+      (double{r[kLightRadiance]} + r[kLightRadiance + 1] + r[kLightRadiance + 2]) / 3 * double{r[kLightArea]};
   double p[3][3];
   for (int i = 0; i < 3; ++i) {
     p[0][i] = r[kLightP + i];
     p[1][i] = p[0][i] + r[kLightE1 + i];
     p[2][i] = p[0][i] + r[kLightE2 + i];
+  }
+  if (type == kRectangleLamp || type == kEllipseLamp) {
+    double corners[4][3];
+    for (int i = 0; i < 3; ++i) {
+      const double c = p[0][i], x = double{r[kLightE1 + i]}, y = double{r[kLightE2 + i]};
+      corners[0][i] = c + x + y, corners[1][i] = c + x - y, corners[2][i] = c - x + y,
+      corners[3][i] = c - x - y;
+    }
+    set(corners, 4);
+    std::copy(r + kLightN, r + kLightN + 3, b.axis);
+    b.intensity = brightest;
+    return b;
   }
   if (type == kTriangleLight) {
     set(p, 3);
@@ -63,16 +78,17 @@ LightBound bound_of(LightType type, const float* r, double power) {
   set(p, 1);
   b.intensity = power / (4 * M_PI);
   b.cos_emission = -1;
-  if (type == kSphereLight) {
+  if (type == kSphereLight || type == kFacingLamp) {
     b.radius = double{r[3]};
     for (int i = 0; i < 3; ++i) {
       b.lo[i] -= b.radius;
       b.hi[i] += b.radius;
     }
-  } else if (type == kSpotLight) {
+  }
+  if (type == kSpotLight || (type == kFacingLamp && r[5] > 0)) {
     std::copy(r + kLightN, r + kLightN + 3, b.axis);
     b.cos_emission = 1 - double{r[5]};
-    b.intensity = (double{r[kLightRadiance]} + r[kLightRadiance + 1] + r[kLightRadiance + 2]) / 3;
+    b.intensity = brightest;
   } else if (type == kProjectionLight) {
     std::copy(r + kLightN, r + kLightN + 3, b.axis);
     b.cos_emission = double{r[5]};
@@ -85,6 +101,8 @@ LightBound bound_of(LightType type, const float* r, double power) {
 
 void LightTable::add(LightType light_type, const std::array<float, kLightFloats>& record, double power) {
   if (light_type == kInfiniteLight) infinite.push_back(count());
+  any_flat_lamp = any_flat_lamp || light_type == kRectangleLamp || light_type == kEllipseLamp;
+  any_facing = any_facing || light_type == kFacingLamp;
   any_sun = any_sun || (light_type == kInfiniteLight && record[4] == kSunCone);
   any_spot = any_spot || light_type == kSpotLight;
   any_distant = any_distant || light_type == kDistantLight;
@@ -99,19 +117,30 @@ void LightTable::add(LightType light_type, const std::array<float, kLightFloats>
   powers_.push_back(power);
 }
 
+void LightTable::meet_lamps() {
+  for (int32_t i = 0; i < count(); ++i) {
+    const LightType t = type[static_cast<size_t>(i)];
+    if (t == kRectangleLamp || t == kEllipseLamp || t == kFacingLamp) lamps.push_back(i);
+  }
+}
+
 namespace {
 
 /// Makes normal, axis and area fit the rest of a record. Normals keep their side.
 void mend_record(LightType type, float* r) {
   float* n = r + kLightN;
-  if (type == kTriangleLight) {
+  const float area = type == kTriangleLight   ? 0.5f
+                     : type == kRectangleLamp ? 4.0f
+                     : type == kEllipseLamp   ? static_cast<float>(M_PI)
+                                              : 0.0f;  // of the parallelogram of the edges
+  if (area > 0) {
     const float *a = r + kLightE1, *b = r + kLightE2;
     const float c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
     const float length = std::sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
     if (!(length > 0)) return;
     const float side = n[0] * c[0] + n[1] * c[1] + n[2] * c[2] < 0 ? -1.0f : 1.0f;
     for (int i = 0; i < 3; ++i) n[i] = side * c[i] / length;
-    r[kLightArea] = 0.5f * length;
+    r[kLightArea] = area * length;
     return;
   }
   const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
@@ -151,6 +180,13 @@ void LightTable::darken(int32_t light) {
   powers_[i] = 0;
 }
 
+void LightTable::hide(RayKinds kinds) {
+  if (kinds == 0) return;
+  hidden.resize(type.size());
+  hidden.back() |= kinds;
+  if (is_hidden(hidden.back(), kScatteredRays)) powers_.back() = 0;
+}
+
 void LightTable::add_pattern(const EmitterPattern& pattern) {
   pattern_of.resize(type.size(), -1);
   pattern_of.back() = static_cast<int32_t>(patterns.size());
@@ -177,6 +213,7 @@ std::vector<double> guarded(const std::vector<double>& powers) {
 
 void LightTable::finish() {
   if (!patterns.empty()) pattern_of.resize(type.size(), -1);
+  if (!hidden.empty()) hidden.resize(type.size());
   if (!moving.empty()) moving.resize(type.size());
   choose_emitters_by(guarded(powers_));
   direct_keep = alias_keep;

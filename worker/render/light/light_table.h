@@ -20,9 +20,11 @@
 namespace lightmill {
 
 using LightType = int32_t;
-inline constexpr LightType kTriangleLight = 0, kSphereLight = 1, kPointLight = 2, kSpotLight = 3,
-                           kGoniometricLight = 4, kProjectionLight = 5, kInfiniteLight = 6, kDistantLight = 7,
-                           kVolumeLight = 8;
+inline constexpr LightType kTriangleLight = 0, kSphereLight = 1, kRectangleLamp = 2, kEllipseLamp = 3,
+                           kPointLight = 4, kSpotLight = 5, kGoniometricLight = 6, kProjectionLight = 7,
+                           kInfiniteLight = 8, kDistantLight = 9, kVolumeLight = 10, kFacingLamp = 11;
+/// The last of those whose points have a normal.
+inline constexpr LightType kLastWithNormal = kEllipseLamp;
 constexpr bool is_at_a_point(LightType type) { return type >= kPointLight && type < kInfiniteLight; }
 
 /// With more lights than this that are not at infinity, next-event estimation selects by the light tree.
@@ -38,8 +40,12 @@ inline constexpr int kLightFloats = 20;
 /// Slots of one light's record (stride kLightFloats):
 ///   triangle  0 v0, 3 e1, 6 e2, 9 unit normal of the emitting side
 ///   sphere    0 centre, 3 radius, 9 unused, 12 orientation (+1 emits outwards, -1 inwards)
+///   rectangle, ellipse: lamps (lamp.h); 0 centre, 3 and 6 from there to the middles of two sides or the ends
+///             of two half axes, 9 unit normal of the emitting side, 12 1 / tan of the spread's half angle
 ///   point     0 position
-///   spot      0 position, 4 and 5 1 - cos of the half angles where the falloff starts and ends, 9 unit axis
+///   spot      0 position, 4 and 5 1 - cos of the half angles where the falloff starts and ends, 6 1 if
+///             it also falls as the cosine, else 0, 9 unit axis
+///   facing    a lamp; 0 centre, 3 radius, 4, 5, 6 and 9 as a spot, 5 being 0 for a lamp without a cone
 ///   goniometric  0 position, 4 number of its map
 ///   projection   0 position, 4 number of its map, 5 cosine of its half angle, to the corners, 9 unit axis
 ///   infinite  0 centre of the scene's bounding sphere, 3 its radius, 4 environment map number, kEvenSky or
@@ -121,11 +127,14 @@ struct LightTable {
   SharedList<VolumeLight> volumes;
   std::vector<EmitterPattern> patterns;  // of the emitters that do not shine evenly
   std::vector<int32_t> pattern_of;       // per light: index into patterns, or -1; empty if there are none
+  std::vector<RayKinds> hidden;          // per light: rays that do not see it; empty if none is hidden
   std::vector<MovingLight> moving;       // per light; empty if none moves
   std::vector<float> moving_steps;       // kMovingFloats each
   bool any_delta = false;                // lights at a point or distant ones present
   bool any_spot = false;
   bool any_sun = false;  // infinite lights that fill a cone
+  bool any_flat_lamp = false, any_facing = false;
+  std::vector<int32_t> lamps;  // those that paths count as they go by; the others are sampled alone
   bool any_distant = false;
   bool only_delta = true;  // nothing that a ray can hit or escape to
   bool any_sphere = false;
@@ -149,10 +158,18 @@ struct LightTable {
   void add(LightType light_type, const std::array<float, kLightFloats>& record, double power);
   /// Gives the last light a pattern.
   void add_pattern(const EmitterPattern& pattern);
+  /// Hides the last light from rays of these kinds. From all but the camera's: it gives no light.
+  void hide(RayKinds kinds);
+  /// Whether the light is hidden from rays of these kinds.
+  bool hides(int32_t light, RayKinds kinds) const {
+    return !hidden.empty() && is_hidden(hidden[static_cast<size_t>(light)], kinds);
+  }
   bool any_moving() const { return !moving.empty(); }
   /// Lets light `light` move: kMovingFloats numbers for each of segments + 1 steps. An emitter's power is
   /// that of the area that its record has until now; it gets that of its first step.
   void set_moving(int32_t light, const std::vector<float>& steps);
+  /// Makes paths count the lamps. Without it they are delta lights, which only the sampling of lights finds.
+  void meet_lamps();
   /// Makes a light shine no more.
   void darken(int32_t light);
   /// The record of `light` at `time` in [0, 1].

@@ -2,6 +2,7 @@
 
 #include "worker/render/math/compress.h"
 #include "worker/render/pipeline/connections/emitter_hits.h"
+#include "worker/render/pipeline/connections/lamp_hits.h"
 #include "worker/render/pipeline/paths/path_scatter.h"
 #include "worker/render/pipeline/recording/aov_recorder.h"
 
@@ -102,7 +103,7 @@ void for_each_leaving(const StageContext& context, const LayerContext& layer, Mo
   const auto count = static_cast<int>(slots.size());
   for (int base = 0; base < count; base += kLanes) {
     const Group g(slots.data() + base, std::min(kLanes, count - base));
-    const Hit h = leave_body<K>(context.scene, w, g, mode, depth);
+    Hit h = leave_body<K>(context.scene, w, g, mode, depth);
     if (recorder_of<K>(w)) record_vertex(h, g, light, depth, w);
     leave(g, h);
   }
@@ -126,13 +127,18 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
                                                               h.distance2, cos_light, g.active,
                                                               light_times<K>(context.lights, paths, g.slot));
       LaneMask finite = splat_mask<Lane>(true);
-      if (K::kLights && context.lights.any_infinite()) {
+      if (K::kLights && (context.lights.any_infinite() || context.lights.any_facing)) {
         const LaneInt type = gather(context.lights.type.data(), light);
         finite = mask_and(LaneMask(type != kInfiniteLight), LaneMask(type != kDistantLight));
+        finite = mask_and(finite, LaneMask(type != kFacingLamp));
       }
       h.v.dvcm = h.v.dvcm * select(finite, h.distance2, splat<Lane>(1.0f));
       // A surface before the portal does not see the light through it.
       h.valid = mask_and(h.valid, through_portals<Lane, K::kLights>(context.lights, light, h.v.p, h.v.wo));
+      // Nor one beside the cone in which it would see the lamp.
+      h.valid =
+          mask_and(h.valid, in_facing_cones<Lane, K::kLights>(context.lights, light, h.v.p, h.v.wo,
+                                                              light_times<K>(context.lights, paths, g.slot)));
     } else {
       h.v.dvcm = h.v.dvcm * h.distance2;
     }
@@ -144,6 +150,7 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
         h.v.dvcm * (depth == 1 ? context.samples_of(kNextEvent) : context.samples_of(kVertexConnections));
     const LaneMask connectable = connectable_lanes<K>(h);
     add_guide(scene, connectable, &h.v);
+    mark_unseen(scene, h.path, connectable, &h.v);
     if (StrategyRecorder* recorder = recorder_of<K>(w)) {
       recorder->hit(true, g.slot, g.active, inv_cos);
       recorder->store(true, w.light_vertices.size(), g.slot, connectable);
@@ -155,7 +162,8 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
                                          Mode::kImportance, depth, true, w);
     if (go_on) append_survivors(g.slot, go, paths.active, &survivors);
   });
-  for_each_leaving<K>(context, layer, Mode::kImportance, depth, w, [&](const Group& g, const Hit& h) {
+  for_each_leaving<K>(context, layer, Mode::kImportance, depth, w, [&](const Group& g, Hit& h) {
+    mark_unseen(scene, h.path, h.valid, &h.v);
     if (StrategyRecorder* recorder = recorder_of<K>(w))
       recorder->store(true, w.light_vertices.size(), g.slot, h.valid);
     append_vertices(h.v, mask_bits(h.valid), &w.light_vertices);
@@ -182,10 +190,19 @@ void camera_vertices(const StageContext& context, const LayerContext& layer, int
                          depth, weigh_connections, w);
     }
   }
+  const bool lamps = K::kLights && context.on(kEmissionHits) && !context.lights.lamps.empty();
+  if (lamps) {
+    for (int base = ends.collisions; base < paths.active_count; base += kLanes) {
+      const Group g(paths.active + base, std::min(kLanes, paths.active_count - base));
+      add_lamps<K>(context, g, load_paths<Lane>(paths, g.slot), splat<Lane>(kInfinity), depth,
+                   weigh_connections, w);
+    }
+  }
   int survivors = 0;
   for_each_vertex<K>(scene, ends, Mode::kRadiance, depth, w, [&](const Group& g, Hit& h) {
     const bool in_medium = K::kMedia && lane(h.v.kind, 0) == kPhaseFunction;
     if (recorder_of<K>(w)) record_vertex(h, g, false, depth, w);
+    if (lamps) add_lamps<K>(context, g, h.path, sqrt(h.distance2), depth, weigh_connections, w);
     if (K::kObserved && w.aovs && !in_medium) w.aovs->hits(context, h.v, g.active, depth, w.paths);
     if (K::kObserved && w.aovs && in_medium) w.aovs->ends_in_medium(g.slot, g.active);
     const Lane inv_cos = 1.0f / h.cos_in;

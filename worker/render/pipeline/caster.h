@@ -3,17 +3,18 @@
 #include <memory>
 
 #include "worker/render/pipeline/context.h"
+#include "worker/render/pipeline/paths/path_kinds.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/recording/stage_probe.h"
 #include "worker/render/pipeline/walks/medium_walk.h"
 
 namespace lightmill {
 
-inline void cast_paths(const StageContext& context, Wavefront& wavefront) {
+inline void cast_paths(const StageContext& context, Wavefront& wavefront, KindsOfRays kinds = {}) {
   Paths& p = wavefront.paths;
   if (wavefront.probe) wavefront.probe->cast(p);
   const StageScope scope(wavefront, Stage::kCast);
-  context.accel.closest_hits(p.rays, p.active, p.active_count, times_of_rays(context.scene, p));
+  context.accel.closest_hits(p.rays, p.active, p.active_count, times_of_rays(context.scene, p), kinds);
   wavefront.counters.closest_hit_rays += static_cast<uint64_t>(p.active_count);
 }
 
@@ -29,7 +30,8 @@ inline void cast_light_paths(const StageContext& context, const LayerContext& la
 }
 inline void cast_camera_paths(const StageContext& context, const LayerContext& layer, int depth,
                               Wavefront& w) {
-  w.media ? cast_camera_paths_through_media(context, layer, depth, w) : cast_paths(context, w);
+  w.media ? cast_camera_paths_through_media(context, layer, depth, w)
+          : cast_paths(context, w, kinds_of_camera_rays(context.scene, w.paths));
 }
 
 }  // namespace lightmill

@@ -1,11 +1,14 @@
 #include "worker/render/pipeline/producer.h"
 
+#include <algorithm>
+
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/math/ray_offset.h"
 #include "worker/render/pipeline/connections/volume_light_sampling.h"
 #include "worker/render/pipeline/context.h"
 #include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/paths/path_io.h"
+#include "worker/render/pipeline/paths/path_kinds.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/recording/strategy_recorder.h"
 #include "worker/render/pipeline/shadow_caster.h"
@@ -72,6 +75,7 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
     path.dvcm = splat<Lane>(context.light_samples) / ray.density;  // M2
     path.medium = splat_int<Lane>(context.scene.camera_medium);
     store_paths(path, g.slot, mask_bits(started), &paths);
+    if (context.scene.hides != 0) std::fill_n(paths.kinds + base, kLanes, kCameraRays);
     activate(paths, g.slot, started);
     wavefront.counters.camera_paths += static_cast<uint64_t>(std::popcount(mask_bits(g.taken)));
   }
@@ -98,6 +102,8 @@ void light_paths(const StageContext& context, const LayerContext& layer, Wavefro
         lights, stream.get_1d(kDimLightSelect), texel, pu, pv, du, dv, light_times<K>(lights, paths, slot));
     if (K::kLights && !lights.patterns.empty()) apply_pattern(context.scene, started, &e);
     LaneMask seen = started;
+    const LaneMask shines = seen_lights(lights, e.light, started, [](int) { return kScatteredRays; });
+    if (!lights.hidden.empty()) e.power = select(shines, e.power, Vec3<Lane>{});
     if (K::kMedia && !lights.volumes.empty()) {
       sample_volume_emission(context, stream, pu, pv, du, dv,
                              context.scene.any_moving() ? paths.time + base : nullptr, started, &e);

@@ -12,15 +12,16 @@ namespace lightmill {
 void flush_shadow_rays(const StageContext& context, bool splats, Wavefront& w) {
   ShadowRays& q = w.shadow;
   if (q.count == 0) return;
+  const RayKinds kinds = splats ? kCameraRays : kShadowRays;
   const bool timed = w.recorder && w.recorder->timed;
   const double start = timed ? thread_cpu_seconds() : 0;
   if (w.probe) w.probe->occluded(q);
   {
     const StageScope scope(w, Stage::kOcclude);
     if (w.media) {
-      trace_transmittance(context, w);
+      trace_transmittance(context, kinds, w);
     } else {
-      context.accel.occluded(view_of(context.scene, q), q.tfar, q.count, q.occluded);
+      context.accel.occluded(view_of(context.scene, q), q.tfar, q.count, q.occluded, nullptr, kinds);
     }
   }
   w.counters.shadow_rays += static_cast<uint64_t>(q.count);

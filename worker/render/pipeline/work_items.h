@@ -38,6 +38,7 @@ struct Paths {
   alignas(32) float carried[kWavefront][8];  // integers by bits; kLight, kCosLight are of light paths alone
   alignas(32) int32_t active[kWavefront + kLanes];  // slots with a ray, `active_count` of them
   alignas(32) float time[kWavefront];               // in [0, 1]; set if anything moves
+  alignas(32) RayKinds kinds[kWavefront];           // of camera paths' rays; set if the scene hides something
   int active_count = 0;
 
   /// Ends the paths whose slots are set in `ended`.
@@ -63,16 +64,16 @@ struct alignas(64) Vertex {
     kDvcm = 16,
     kDvc = 17,
     kKind = 18,
-    kPathAndDepth = 19,  // slot + (depth << kDepthShift)
+    kPathAndDepth = 19,  // slot, or kUnseen + slot, + (depth << kDepthShift)
     kParams = 20,
     kGuide = 30,  // see VertexLanes
     kMedia = 31   // sides (medium.h)
   };
-  static constexpr int kDepthShift = 16;
+  static constexpr int kDepthShift = 16, kUnseen = 1 << 15;
   float f[32];
   Vertex() {}  // not zeroed: the code that appends one fills it
   Vec3<float> vec(int slot) const { return {f[slot], f[slot + 1], f[slot + 2]}; }
-  int32_t path() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) & ((1 << kDepthShift) - 1); }
+  int32_t path() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) & (kUnseen - 1); }
   BsdfKind kind() const { return static_cast<BsdfKind>(std::bit_cast<int32_t>(f[kKind])); }
   int32_t depth() const { return std::bit_cast<int32_t>(f[kPathAndDepth]) >> kDepthShift; }
 };

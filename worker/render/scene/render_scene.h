@@ -29,6 +29,7 @@ struct MeshRange {
   /// 0.
   int32_t fibres = 0;
   int32_t bend = 0;  // index into RenderScene::bends
+  RayKinds hidden = 0;
 };
 /// A mesh that bends while the shutter is open. Its vertices are there segments + 1 times, one block of them
 /// after the other, at even times; between two they go straight.
@@ -108,13 +109,15 @@ struct RenderScene {
   std::vector<float> spheres;     // 4 per sphere: centre, radius
   /// 9 per sphere: the unit axes x, y, z of its object space, for its texture coordinates.
   std::vector<float> sphere_axes;
+  std::vector<RayKinds> sphere_hidden;  // per sphere; empty if none is
 
   // Instanced objects. Their primitives follow those of the world, triangles and spheres alike. Their
   // positions and normals are in the object's space.
   std::vector<ObjectRange> objects;
-  std::vector<float> instance_records;   // kInstanceFloats per instance
-  std::vector<int32_t> instance_object;  // per instance
-  size_t flattened_instances = 0;        // built as shapes of their own
+  std::vector<float> instance_records;    // kInstanceFloats per instance
+  std::vector<int32_t> instance_object;   // per instance
+  std::vector<RayKinds> instance_hidden;  // per instance; empty if none is
+  size_t flattened_instances = 0;         // built as shapes of their own
 
   // What moves while the shutter is open: instances from `first_moving` on, and the camera. If anything does,
   // a path has a time in [0, 1]. Records are those at time 0.
@@ -130,14 +133,16 @@ struct RenderScene {
 
   std::vector<int32_t> primitive_material;  // per primitive
   std::vector<int32_t> primitive_light;     // per primitive: index into lights, or -1
-  std::vector<int32_t> primitive_flags;     // per primitive: kFlip...
-  static constexpr int32_t kFlip = 1, kHasUv = 2, kFibre = 4, kPane = 8;
+  std::vector<int32_t> primitive_flags;  // per primitive: kFlip..., of which kUnseen: hidden from the camera
+  static constexpr int32_t kFlip = 1, kHasUv = 2, kFibre = 4, kPane = 8, kUnseen = 16;
 
   // Participating media (medium.h) and panes (pane.h); empty without any.
   std::vector<float> media;              // kMediumFloats per medium, of which the first is empty space
   std::vector<int32_t> primitive_media;  // sides per primitive
   VolumeTable volumes;                   // of media that vary
-  bool any_boundaries = false;           // that rays pass straight through: of media, or panes
+  /// Kinds of rays that something is hidden from: shapes, instances or lights. 0: rays have no kinds.
+  RayKinds hides = 0;
+  bool any_boundaries = false;  // that rays pass straight through: of media, or panes
   bool any_panes = false;
   int32_t camera_medium = 0;  // that camera paths start in
   int32_t outer_medium = 0;   // beyond all boundaries
@@ -206,6 +211,12 @@ struct RenderScene {
   /// Whether light passes the primitive straight: a boundary of media, or a pane.
   bool is_passed(int32_t prim) const {
     return any_boundaries && primitive_media[static_cast<size_t>(prim)] < 0;
+  }
+  /// Whether the camera does not see the primitive (in an instance, or -1).
+  bool is_unseen(int32_t prim, int32_t instance) const {
+    if (primitive_flags[static_cast<size_t>(prim)] & kUnseen) return true;
+    return instance >= 0 && !instance_hidden.empty() &&
+           is_hidden(instance_hidden[static_cast<size_t>(instance)], kCameraRays);
   }
   /// Whether shading normals may differ from geometric ones.
   bool any_shading_normals() const { return any_normals || any_bumps; }

@@ -84,6 +84,7 @@ class SceneBuilder {
       geometry_->surround_lights(media_->around(l.medium));
     }
     add_volume_lights(threads_, &out_);
+    if (!out_.any_media()) out_.lights.meet_lamps();
     out_.lights.finish();
     warn_if_dark();
     out_.media_reach = out_.bounds_radius * (out_.lights.any_infinite() ? 1 : kEndlessReach);
@@ -232,6 +233,9 @@ class SceneBuilder {
       }
       out_.instance_records.insert(out_.instance_records.end(), record.begin(), record.end());
       out_.instance_object.push_back(static_cast<int32_t>(i.object));
+      out_.hides |= i.hidden;
+      if (i.hidden != 0) out_.instance_hidden.resize(out_.instance_object.size() - 1);
+      if (i.hidden != 0 || !out_.instance_hidden.empty()) out_.instance_hidden.push_back(i.hidden);
       // Exact for a similarity, and near enough for what it is used for.
       const double scale = std::cbrt(std::fabs(determinant3(t)));
       out_.surface_area +=

@@ -52,8 +52,19 @@ void add_instances(const SplitScene& split, Bounds* b) {
 }
 
 void add_light_origin(const LightDescription& l, Bounds* b) {
-  if (const auto* p = std::get_if<PointLight>(&l.kind)) b->add(p->position);
-  if (const auto* p = std::get_if<SpotLight>(&l.kind)) b->add(p->position);
+  const auto add_around = [&](const Vec3d& p, double x, double y, double z) {
+    for (const double sign : {-1.0, 1.0}) b->add({p.x + sign * x, p.y + sign * y, p.z + sign * z});
+  };
+  if (const auto* p = std::get_if<PointLight>(&l.kind))
+    add_around(p->position, p->radius, p->radius, p->radius);
+  if (const auto* p = std::get_if<SpotLight>(&l.kind))
+    add_around(p->position, p->radius, p->radius, p->radius);
+  if (const auto* p = std::get_if<AreaLamp>(&l.kind)) {
+    for (const double sign : {-1.0, 1.0}) {
+      for (const double x : {-1.0, 1.0})
+        b->add(transform_point(p->light_to_world.m, x * p->half_width, sign * p->half_height, 0));
+    }
+  }
   const auto origin = [](const Transform& t) { return Vec3d{t.m[0][3], t.m[1][3], t.m[2][3]}; };
   if (const auto* p = std::get_if<GoniometricLight>(&l.kind)) b->add(origin(p->light_to_world));
   if (const auto* p = std::get_if<ProjectionLight>(&l.kind)) b->add(origin(p->light_to_world));

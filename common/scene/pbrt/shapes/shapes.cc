@@ -262,8 +262,9 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   if (const auto opacity = out.opacities.find(attributes.material);
       opacity != out.opacities.end() && !params.has("alpha"))
     shape.alpha = opacity->second;
+  shape.hidden = hidden_from(params);
   const bool plain_curve = type == "curve" && shape.alpha.texture < 0 && shape.alpha.value == 1 &&
-                           attributes.area_light == nullptr;
+                           attributes.area_light == nullptr && shape.hidden == 0;
   size_t emitters = 1;
   std::shared_ptr<TriangleMesh> curve;
   if (type == "trianglemesh" || type == "plymesh" || type == "loopsubdiv") {

@@ -9,6 +9,7 @@ namespace lightmill {
 namespace {
 
 constexpr size_t kMostElements = 100;
+constexpr int kMostBlades = 1000;
 
 /// Elements of a lens description file: four numbers each, radius, thickness, index and diameter, in mm.
 std::vector<LensElement> read_lens_file(PbrtScene& out, ParameterList& params) {
@@ -63,6 +64,51 @@ void read_lenses(PbrtScene& out, ParameterList& params, LensSystem* lens) {
   }
 }
 
+/// Blender's range of an equirectangular camera (ours), if some of it is given.
+void read_range(ParameterList& params, CameraDescription* camera) {
+  const PanoramaRange whole;
+  PanoramaRange range;
+  range.longitude_min = params.number("longitudemin", whole.longitude_min, -360, 360);
+  range.longitude_max = params.number("longitudemax", whole.longitude_max, -360, 360);
+  range.latitude_min = params.number("latitudemin", whole.latitude_min, -90, 90);
+  range.latitude_max = params.number("latitudemax", whole.latitude_max, -90, 90);
+  const bool given = params.has("longitudemin") || params.has("longitudemax") || params.has("latitudemin") ||
+                     params.has("latitudemax");
+  if (!given) return;
+  if (camera->mapping != SphericalMapping::kEquirectangular) {
+    params.odd_value("longitudemin",
+                     "and its like are for the mapping \"equirectangular\"; they are left out");
+    return;
+  }
+  constexpr double kLeast = 1e-3;
+  if (!(range.longitude_max - range.longitude_min >= kLeast) ||
+      !(range.longitude_max - range.longitude_min <= 360 + kLeast) ||
+      !(range.latitude_max - range.latitude_min >= kLeast)) {
+    params.odd_value("longitudemin",
+                     "and its like must be a range that grows, of 360 degrees at most; the whole "
+                     "one is taken");
+    range = whole;
+  }
+  camera->range = range;
+}
+
+/// Blender's fisheyes (ours).
+void read_fisheye(ParameterList& params, FisheyeLens* lens) {
+  const std::string projection = params.text("projection", "equidistant");
+  if (projection == "equisolid") {
+    lens->projection = FisheyeProjection::kEquisolid;
+  } else if (projection == "mirrorball") {
+    lens->projection = FisheyeProjection::kMirrorBall;
+  } else if (projection != "equidistant") {
+    params.odd_value("projection", "must be \"equidistant\", \"equisolid\" or \"mirrorball\", not " +
+                                       in_quotes(projection) + "; \"equidistant\" is taken");
+  }
+  lens->fov_degrees = params.number("fov", 180, 1e-3, 360);
+  lens->focal_length = params.number("lens", 10.5, 1e-6, 1e6);
+  lens->sensor_width = params.number("sensorwidth", 36, 1e-6, 1e6);
+  lens->sensor_height = params.number("sensorheight", 24, 1e-6, 1e6);
+}
+
 /// x0 x1 y0 y1, in any order: one that goes backwards turns the picture's right into its left, or its top
 /// into its bottom, as in pbrt. The caller turns the camera then.
 void set_screen_window(PbrtScene& out, const std::vector<double>& w, CameraDescription* camera) {
@@ -76,8 +122,8 @@ void set_screen_window(PbrtScene& out, const std::vector<double>& w, CameraDescr
 
 void translate_camera(PbrtScene& out, const std::string& type, ParameterList& params, const Transform& ctm,
                       MotionTimes* times) {
-  static const std::vector<std::string_view> known = {"perspective", "orthographic", "realistic",
-                                                      "spherical"};
+  static const std::vector<std::string_view> known = {"perspective", "orthographic", "realistic", "spherical",
+                                                      "fisheye"};
   if (!is_one_of(type, known)) report_unknown_word(params, "camera", type, known, "\"perspective\" is taken");
   CameraDescription& camera = out.scene.camera;
   camera = CameraDescription{};
@@ -91,7 +137,12 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
       params.odd_value("mapping", "must be \"equalarea\" or \"equirectangular\", not " + in_quotes(mapping) +
                                       "; \"equalarea\" is taken");
     }
+    read_range(params, &camera);
     params.accept({"lensradius", "focaldistance"});  // without meaning here, as in pbrt
+  } else if (type == "fisheye") {
+    camera.kind = CameraKind::kFisheye;
+    read_fisheye(params, &camera.fisheye);
+    params.accept({"lensradius", "focaldistance"});
   } else if (type == "realistic") {
     camera.kind = CameraKind::kRealistic;
     read_lenses(out, params, &camera.lens);
@@ -108,6 +159,9 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
     }
   } else {
     camera.fov_degrees = params.number("fov", 90, 1e-4, 179.99);
+    camera.blades.count = static_cast<int>(params.integer("blades", 0, 0, kMostBlades));
+    camera.blades.rotation_degrees = params.number("bladerotation", 0, -kAnySize, kAnySize);
+    camera.blades.ratio = params.number("apertureratio", 1, 1e-3, 1e3);
     camera.lens_radius = params.number("lensradius", 0, 0, kAnySize);
     camera.focal_distance = params.number("focaldistance", 1e6, 1e-38, kAnySize);
   }

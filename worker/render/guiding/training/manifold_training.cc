@@ -177,7 +177,7 @@ void train_manifold_seeds(const StageContext& context, int threads, RenderScene*
   });
   for (const ManifoldGroup& group : seeds.groups) {
     const LightType type = scene->lights.type[static_cast<size_t>(group.light)];
-    seeds.meetable |= type <= kSphereLight || type == kInfiniteLight;
+    seeds.meetable |= type <= kLastWithNormal || type == kInfiniteLight;
   }
 }
 

@@ -3,6 +3,7 @@
 // mis.h).
 #include "worker/render/light/light_sampling.h"
 #include "worker/render/pipeline/connections/manifold_next_event.h"
+#include "worker/render/pipeline/paths/path_kinds.h"
 #include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/paths/path_vertex.h"
@@ -46,6 +47,7 @@ void add_environment(const StageContext& context, const Group& g, int depth, boo
     const Lane w_camera = weigh_connections ? w_next_event + p_emission * dvc : w_next_event;
     const Lane mis = mis_weight(Lane{}, w_camera);
     LaneMask seen = mask_and(g.active, through_portals(lights, light, from, wi));
+    seen = seen_lights(lights, light, seen, [&](int l) { return w.paths.kinds[lane(g.slot, l)]; });
     if (K::kSurfaces && w.manifolds) {
       const LaneMask counted = counted_by_manifolds(context, g.slot, seen, light, wi, all, depth, w);
       seen = mask_and(seen, mask_not(counted));

@@ -4,6 +4,7 @@
 #include "worker/render/pipeline/connections/joined_vertices.h"
 #include "worker/render/pipeline/connections/shadow_queue.h"
 #include "worker/render/pipeline/connections/splat_target.h"
+#include "worker/render/pipeline/paths/path_kinds.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/shadow_caster.h"
 
@@ -51,7 +52,8 @@ void light_tracing(const StageContext& context, const LayerContext& layer, int d
     const LensConnection<Lane> lens =
         connect_lens(context, stream, vertex_dim(depth, kDimSplatLens), v.p, v.path, w);
     const Vec3<Lane>& to_camera = lens.direction;
-    const LaneMask seen = mask_and(mask_and(g.active, lens.seen), faces_viewer<K>(v, to_camera));
+    LaneMask seen = mask_and(mask_and(g.active, lens.seen), faces_viewer<K>(v, to_camera));
+    if (context.scene.hides != 0) seen = mask_and(seen, LaneMask(v.unseen == 0));
     if (!any(seen)) continue;
     const SplatTarget target(context, lens.x, lens.y, seen);
     const LaneMask valid = target.valid;
@@ -95,13 +97,20 @@ void light_tracing(const StageContext& context, const LayerContext& layer, int d
 template <class K>
 void emitter_to_lens(const StageContext& context, const LayerContext& layer, LaneInt slot, LaneMask active,
                      const EmissionSample<Lane>& e, Wavefront& w) {
-  const LaneMask surface = mask_and(active, mask_not(mask_or(e.delta, e.infinite)));
-  if (!any(surface)) return;
+  const LaneMask surface =
+      seen_lights(context.lights, e.light, mask_and(active, mask_not(mask_or(e.delta, e.infinite))),
+                  [](int) { return kCameraRays; });
+  // Nor are lamps joined to the camera by themselves.
+  const LaneMask joins =
+      K::kLights && !context.lights.lamps.empty()
+          ? mask_and(surface, LaneMask(gather(context.lights.type.data(), e.light) <= kSphereLight))
+          : surface;
+  if (!any(joins)) return;
   const SampleStream<Lane> stream = layer.light_stream<Lane>(slot);
   const LensConnection<Lane> lens =
       connect_lens(context, stream, vertex_dim(0, kDimSplatLens), e.point, slot, w);
   const Vec3<Lane>& to_camera = lens.direction;
-  const LaneMask seen = mask_and(surface, lens.seen);
+  const LaneMask seen = mask_and(joins, lens.seen);
   if (!any(seen)) return;
   const SplatTarget target(context, lens.x, lens.y, seen);
   const LaneMask valid = target.valid;

@@ -6,6 +6,7 @@
 #include "worker/render/pipeline/connections/joined_vertices.h"
 #include "worker/render/pipeline/connections/shadow_queue.h"
 #include "worker/render/pipeline/connections/volume_light_sampling.h"
+#include "worker/render/pipeline/paths/path_kinds.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/shadow_caster.h"
 #include "worker/render/scene/lights/emitter_pattern.h"
@@ -37,8 +38,9 @@ void next_event(const StageContext& context, const LayerContext& layer, int dept
     LaneInt volume{};
     if (K::kMedia && !lights.volumes.empty())
       volume = sample_volume_lights(context, v.p, stream, depth, g.active, &d);
-    const LaneMask lit = mask_and(mask_and(g.active, LaneMask(max_component(d.radiance) > 0.0f)),
-                                  mask_and(LaneMask(d.pdf > 0.0f), consistent<K>(v, d.wi)));
+    LaneMask lit = mask_and(mask_and(g.active, LaneMask(max_component(d.radiance) > 0.0f)),
+                            mask_and(LaneMask(d.pdf > 0.0f), consistent<K>(v, d.wi)));
+    lit = seen_lights(lights, d.light, lit, [&](int l) { return kinds_of_scattering(v, d.wi, l); });
     const Frame<Lane> frame(v.ns);
     const Vec3<Lane> wi = frame.to_local(d.wi);
     BsdfEval<Lane> f = eval_bsdf<Lane, K::kSurfaces>(

@@ -13,7 +13,7 @@ struct SplatTarget {
   LaneMask valid{};  // false: too far from the crop window
 
   SplatTarget(const StageContext& context, Lane x, Lane y, LaneMask active) {
-    const auto* sphere = std::get_if<SphericalCamera>(&context.camera);
+    const auto* sphere = round_sphere(context.camera);
     const PixelRect& crop = context.grid.crop;
     // A sphere has no edge: what a filter receives beyond the raster belongs to pixels elsewhere in it.
     const PixelRect bounds = sphere ? PixelRect{0, 0, context.grid.width, context.grid.height} : crop;
@@ -66,7 +66,7 @@ void spread_splats(const StageContext& context, Lane x, Lane y, const float* u, 
   const PixelFilter& filter = context.filter;
   const int width = context.grid.width;
   const PixelRect& crop = context.grid.crop;
-  const auto* sphere = std::get_if<SphericalCamera>(&context.camera);
+  const auto* sphere = round_sphere(context.camera);
   // On a sphere what is beyond the raster belongs to pixels elsewhere in it.
   const FilterReach<Lane> reach =
       sphere ? FilterReach<Lane>(filter, x, y) : FilterReach<Lane>(filter, x, y, crop);
@@ -99,7 +99,7 @@ inline DrawnSplat draw_splat(const StageContext& context, float x, float y, floa
     if (left >= 0) px = i, py = j, weight = std::copysign(all, f);
     left -= std::fabs(f);
   });
-  if (const auto* sphere = std::get_if<SphericalCamera>(&context.camera)) sphere->wrap(&px, &py);
+  if (const auto* sphere = round_sphere(context.camera)) sphere->wrap(&px, &py);
   const PixelRect& crop = context.grid.crop;
   const bool inside = px >= crop.x0 && px < crop.x1 && py >= crop.y0 && py < crop.y1;
   return {inside ? py * context.grid.width + px : -1, weight};

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "worker/render/pipeline/connections/guided_density.h"
+#include "worker/render/pipeline/paths/path_kinds.h"
 #include "worker/render/pipeline/paths/path_radiance.h"
 #include "worker/render/pipeline/paths/path_vertex.h"
 #include "worker/render/pipeline/paths/roulette.h"
@@ -144,6 +145,7 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
     next.dvcm = dvcm;
   }
   store_paths(next, v.path, mask_bits(go), &w.paths);
+  if (context.scene.hides != 0 && mode == Mode::kRadiance) set_ray_kinds(v, wi, s.delta, go, w.paths);
   return go;
 }
 

@@ -4,6 +4,7 @@
 
 #include "worker/render/pipeline/lane_group.h"
 #include "worker/render/pipeline/paths/path_io.h"
+#include "worker/render/pipeline/paths/path_kinds.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/paths/path_vertex.h"
 #include "worker/render/pipeline/recording/stage_probe.h"
@@ -266,7 +267,8 @@ void cast(const StageContext& context, const LayerContext& layer, int depth, Wav
   }
   for (bool first = true; !m.casting.empty(); first = false) {
     const auto count = static_cast<int>(m.casting.size());
-    context.accel.closest_hits(paths.rays, m.casting.data(), count, times_of_rays(scene, paths));
+    context.accel.closest_hits(paths.rays, m.casting.data(), count, times_of_rays(scene, paths),
+                               kLight ? KindsOfRays{} : kinds_of_camera_rays(scene, paths));
     w.counters.closest_hit_rays += static_cast<uint64_t>(count);
     // Most paths of most scenes are in empty space and meet a surface: nothing is left to do for them.
     m.walking.clear();

@@ -86,6 +86,6 @@ void cast_camera_paths_through_media(const StageContext& context, const LayerCon
 
 /// Tests the queued shadow rays as Accel::occluded does, but through boundaries. Multiplies those that are
 /// free by their transmittance and completes their MIS weights, which depend on it.
-void trace_transmittance(const StageContext& context, Wavefront& w);
+void trace_transmittance(const StageContext& context, RayKinds kinds, Wavefront& w);
 
 }  // namespace lightmill

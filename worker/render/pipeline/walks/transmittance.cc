@@ -174,7 +174,7 @@ void begin_grids(size_t count, MediaWork& m) {
 
 }  // namespace
 
-void trace_transmittance(const StageContext& context, Wavefront& w) {
+void trace_transmittance(const StageContext& context, RayKinds kinds, Wavefront& w) {
   ShadowRays& q = w.shadow;
   MediaWork& m = *w.media;
   const auto count = static_cast<size_t>(q.count);
@@ -190,7 +190,7 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
   const bool grids = !context.scene.volumes.empty();
   if (grids) begin_grids(count, m);
   const RayView view = view_of(context.scene, q);
-  context.accel.occluded(view, q.tfar, q.count, q.occluded, boundaries ? m.shadow_crossed : nullptr);
+  context.accel.occluded(view, q.tfar, q.count, q.occluded, boundaries ? m.shadow_crossed : nullptr, kinds);
   m.casting.clear();
   m.walking.clear();
   for (int32_t i = 0; i < q.count; ++i) {
@@ -202,8 +202,8 @@ void trace_transmittance(const StageContext& context, Wavefront& w) {
   };
   walk(true);  // without boundaries on its way a segment has one medium
   while (!m.casting.empty()) {
-    context.accel.closest_hits(m.shadow_rays, m.casting.data(), static_cast<int>(m.casting.size()),
-                               view.time);
+    context.accel.closest_hits(m.shadow_rays, m.casting.data(), static_cast<int>(m.casting.size()), view.time,
+                               {nullptr, kinds});
     w.counters.shadow_rays += m.casting.size();
     m.walking.swap(m.casting);
     m.casting.clear();

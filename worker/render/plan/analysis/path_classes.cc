@@ -7,9 +7,12 @@ namespace {
 
 constexpr int kMostEvents = 4;
 
-/// Whether no ray ends on light `i`: it is at a point, far away, or of a shape that rays do not meet.
+/// Whether no ray ends on light `i`: it is at a point, far away, a lamp among media, or of a shape that rays
+/// do not meet.
 bool is_never_hit(const LightTable& lights, size_t i) {
   if (is_at_a_point(lights.type[i]) || lights.type[i] == kDistantLight) return true;
+  const LightType type = lights.type[i];
+  if (type == kRectangleLamp || type == kEllipseLamp || type == kFacingLamp) return lights.lamps.empty();
   const int32_t pattern = lights.pattern_of.empty() ? -1 : lights.pattern_of[i];
   return pattern >= 0 && lights.patterns[static_cast<size_t>(pattern)].unseen;
 }

@@ -209,6 +209,20 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, const Ra
        scene.lights.any_delta ? "a light at a point or a distant one"
                               : "no light at a point and no distant one",
        "their cases in light sampling", kDeltaLights);
+  const bool lamps = scene.lights.any_flat_lamp || scene.lights.any_facing;
+  item("lamps", lamps,
+       !lamps ? "no light has an area without a surface"
+       : scene.lights.lamps.empty()
+           ? "they are sampled alone, as there are media or panes: mirrors do not show them"
+           : text(scene.lights.lamps.size()) + " that paths go through",
+       "a look at each of them per segment of a camera path");
+  item("kinds of rays", scene.hides != 0,
+       scene.hides == 0 ? "nothing is hidden from some rays"
+       : (scene.hides & kScatteredRays) != 0
+           ? "something is hidden from rays by how they scatter, or from all but the camera's"
+       : (scene.hides & kShadowRays) != 0 ? "something casts no shadow"
+                                          : "something is hidden from the camera",
+       "a callback per crossing of what is hidden, and a kind per ray");
   item("environment", !scene.lights.infinite.empty(),
        scene.lights.infinite.empty() ? "no infinite light" : "an infinite light",
        "the escape branch of camera paths");
@@ -227,10 +241,11 @@ ScenePlan analyse_scene(const RenderScene& scene, const Camera& camera, const Ra
     const std::string lost = shortest_path(paths_made(scene, settings.max_depth, family) &
                                            ~found_by(scene, settings.max_depth, strategies));
     item(feature, on,
-         on                     ? chosen + " includes it"
-         : !(possible & family) ? std::string("what hair or a realistic camera is in can't have it")
-         : lost.empty()         ? chosen + " leaves it out"
-                                : chosen + " leaves it out, and light with it: " + lost,
+         on ? chosen + " includes it"
+         : !(possible & family)
+             ? std::string("hair, what is hidden from some rays, or the camera does not allow it")
+         : lost.empty() ? chosen + " leaves it out"
+                        : chosen + " leaves it out, and light with it: " + lost,
          saving, family);
   };
   strategy("emission hits (s = 0)", kEmissionHits, "emission look-ups at hits and escapes");

@@ -9,6 +9,7 @@ namespace {
 const char* needs_general_lights(const LightTable& lights) {
   if (!lights.patterns.empty()) return "an emitter varies over its surface";
   if (lights.any_delta || lights.any_infinite()) return "a light has no surface";
+  if (lights.any_flat_lamp || lights.any_facing) return "a lamp has no surface";
   if (lights.any_moving()) return "a light moves";
   if (!lights.tree.empty()) return "lights are many";
   if (!lights.guide.empty()) return "there is a next-event guide";

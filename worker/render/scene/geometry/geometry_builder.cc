@@ -226,7 +226,10 @@ void GeometryBuilder::add_mesh(const ShapeDescription& s, const PlacedMesh& plac
   int32_t flags = surface_flips_normal(s) ? RenderScene::kFlip : 0;
   if (keep_uvs_ && !mesh.uvs.empty()) flags |= RenderScene::kHasUv;
   if (is_of_fibres(s)) flags |= RenderScene::kFibre;
+  if (is_hidden(s.hidden, kCameraRays)) flags |= RenderScene::kUnseen;
   MeshRange range{out_.triangle_count(), 0, s.alpha};
+  range.hidden = s.hidden;
+  out_.hides |= s.hidden;
   const size_t steps = bends_here(s) ? mesh.later.size() + 1 : 1;
   size_t collapsed = 0, too_small = 0;
   for (const auto& t : mesh.triangles) {
@@ -370,7 +373,11 @@ void GeometryBuilder::add_sphere(const ShapeDescription& s, const std::array<flo
   }
   out_.surface_area += 4 * M_PI * radius * radius;
   // The normal is computed outwards, so handedness does not matter: only ReverseOrientation flips.
-  const int32_t flags = s.reverse_orientation ? RenderScene::kFlip : 0;
+  out_.hides |= s.hidden;
+  if (s.hidden != 0) out_.sphere_hidden.resize(static_cast<size_t>(out_.sphere_count()) - 1);
+  if (s.hidden != 0 || !out_.sphere_hidden.empty()) out_.sphere_hidden.push_back(s.hidden);
+  int32_t flags = s.reverse_orientation ? RenderScene::kFlip : 0;
+  if (is_hidden(s.hidden, kCameraRays)) flags |= RenderScene::kUnseen;
   add_primitive(s, light, flags);
   use_material(s);
 }

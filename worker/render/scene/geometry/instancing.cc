@@ -99,7 +99,7 @@ class Flattener {
  public:
   explicit Flattener(SplitScene* out) : out_(*out) {}
 
-  void add(const ShapeDescription& shape, const Transform& object_to_world) {
+  void add(const ShapeDescription& shape, const Transform& object_to_world, RayKinds hidden = 0) {
     primitives_ += primitives_of(shape);
     if (primitives_ > kMaxFlattened) {
       throw Error(
@@ -110,6 +110,7 @@ class Flattener {
     ShapeDescription& s = out_.flattened.emplace_back(shape);
     s.object_to_world = object_to_world * shape.object_to_world;
     s.moves_to = -1;
+    s.hidden |= hidden;
   }
 
  private:
@@ -202,15 +203,15 @@ class Mover {
     return out_.objects.size() - 1;
   }
   /// One more occurrence of an object that moves by `links`.
-  void place(size_t object, const std::vector<Way>& links) {
+  void place(size_t object, const std::vector<Way>& links, RayKinds hidden = 0) {
     const InstancedObject& o = out_.objects[object];
     std::vector<Transform> way = way_of(o, links);
     if (std::all_of(way.begin(), way.end(), fit_for_rays)) {
-      moving_.push_back({object, way.data(), static_cast<int32_t>(out_.ways.size())});
+      moving_.push_back({object, way.data(), static_cast<int32_t>(out_.ways.size()), hidden});
       out_.ways.push_back(std::move(way));
       return;
     }
-    for (const ShapeDescription* s : o.shapes) flattener_.add(*s, way.front());
+    for (const ShapeDescription* s : o.shapes) flattener_.add(*s, way.front(), hidden);
     out_.stopped.push_back(o.shapes.front());
   }
   /// Once everything that stands still is there.
@@ -279,23 +280,25 @@ SplitScene split_instances(const SceneDescription& scene) {
     const auto object = static_cast<size_t>(i.object);
     const size_t before = out.flattened.size();
     for (const auto& [part, shape] : parts[object]) {
-      mover.place(part, {mover.way(i.object_to_world, i.moves_to),
-                         mover.way(shape->object_to_world, shape->moves_to)});
+      mover.place(
+          part,
+          {mover.way(i.object_to_world, i.moves_to), mover.way(shape->object_to_world, shape->moves_to)},
+          i.hidden);
     }
     const bool instanced = built[object] != kNone && (i.moves_to >= 0 || fit_for_rays(i.object_to_world));
     if (instanced && i.moves_to >= 0) {
-      mover.place(built[object], {mover.way(i.object_to_world, i.moves_to)});
+      mover.place(built[object], {mover.way(i.object_to_world, i.moves_to)}, i.hidden);
     } else if (instanced) {
-      out.instances.push_back({built[object], &i.object_to_world});
+      out.instances.push_back({built[object], &i.object_to_world, -1, i.hidden});
     }
     for (const ShapeDescription& s : scene.objects[object].shapes) {
       if (s.area_light >= 0 && !is_sphere_emitter(s) && (changes(s) || i.moves_to >= 0)) {
         const size_t alone = mover.build_alone(s, s.moves_to >= 0 ? Transform{} : s.object_to_world);
         std::vector<Way> links{mover.way(i.object_to_world, i.moves_to)};
         if (s.moves_to >= 0) links.push_back(mover.way(s.object_to_world, s.moves_to));
-        mover.place(alone, links);
+        mover.place(alone, links, i.hidden);
       } else if (!changes(s) && (!instanced || s.area_light >= 0)) {
-        flattener.add(s, i.object_to_world);
+        flattener.add(s, i.object_to_world, i.hidden);
       }
     }
     out.flattened_instances += out.flattened.size() > before;

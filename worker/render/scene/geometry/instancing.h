@@ -35,6 +35,7 @@ struct PlacedObject {
   size_t object = 0;  // index into SplitScene::objects
   const Transform* object_to_world = nullptr;
   int32_t way = -1;  // index into SplitScene::ways of one that moves; `object_to_world` is its first
+  RayKinds hidden = 0;
 };
 struct SplitScene {
   std::vector<InstancedObject> objects;

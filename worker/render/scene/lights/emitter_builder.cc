@@ -128,9 +128,10 @@ bool EmitterBuilder::shows_black(LightType type, const EmitterPattern& pattern) 
   return image->brightest(s0, s1, t0, t1, std::max(samples_, kFewTexels)) <= 0;
 }
 
-/// Mean over the emitter's area, channels and points, of what its radiance is multiplied by.
-double EmitterBuilder::mean_factor(LightType type, const Source& source, const EmitterPattern& pattern,
-                                   const std::array<float, kLightFloats>& r) const {
+/// What the emitter's radiance is multiplied by: its mean over area and channels, and the most of any point.
+EmitterBuilder::Factor EmitterBuilder::factor(LightType type, const Source& source,
+                                              const EmitterPattern& pattern,
+                                              const std::array<float, kLightFloats>& r) const {
   const auto& f = pattern.frame;
   double side = kProceduralSide;
   if (pattern.texture < 0 && pattern.alpha.texture < 0) side = 1;
@@ -144,6 +145,7 @@ double EmitterBuilder::mean_factor(LightType type, const Source& source, const E
     if (pattern.alpha.texture >= 0) side = std::max(side, kProceduralSide);
   }
   const auto n = static_cast<int>(std::ceil(std::min(side, std::floor(std::sqrt(samples_)))));
+  float most = 0;
   const auto value = [&](float b1, float b2, const Vec3<float>& normal) {
     Vec3<float> p{r[0], r[1], r[2]};
     if (type == kSphereLight) {
@@ -152,6 +154,7 @@ double EmitterBuilder::mean_factor(LightType type, const Source& source, const E
       p = p + Vec3<float>{r[3], r[4], r[5]} * b1 + Vec3<float>{r[6], r[7], r[8]} * b2;
     }
     const Vec3<float> c = pattern_at_sample(out_, pattern, type == kSphereLight, b1, b2, normal, p);
+    most = std::max(most, max_component(c));
     return mean({c.x, c.y, c.z});
   };
   const double step = 1.0 / n;
@@ -173,7 +176,7 @@ double EmitterBuilder::mean_factor(LightType type, const Source& source, const E
       if (x + y < n - 1) sum += at(x + 2.0 / 3, y + 2.0 / 3);
     }
   }
-  return sum / (static_cast<double>(n) * n);
+  return {sum / (static_cast<double>(n) * n), most};
 }
 
 int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, double area,
@@ -192,6 +195,7 @@ int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, doubl
   double power = M_PI * area * mean(radiance) * (light.two_sided ? 2 : 1);
   if (!patterned(in_, shape) && !unseen) {
     out_.lights.add(type, record, power);
+    out_.lights.hide(shape.hidden);
     return out_.lights.count() - 1;
   }
   EmitterPattern pattern{light.texture, shape.alpha, from.brightest, unseen, frame, {}, {}};
@@ -206,9 +210,12 @@ int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, doubl
   if (is_unseen_emitter(shape)) pattern.alpha = {1, -1};
   if (shows_black(type, pattern)) return -1;
   any_texture_ = any_texture_ || pattern.texture >= 0 || pattern.alpha.texture >= 0;
-  power *= std::max(mean_factor(type, from, pattern, record), from.least_mean);
+  const Factor shown = factor(type, from, pattern, record);
+  if (from.width == 0) pattern.brightest = std::max(1.0f, shown.most);  // as far as is known without texels
+  power *= std::max(shown.mean, from.least_mean);
   out_.lights.add(type, record, power);
   out_.lights.add_pattern(pattern);
+  out_.lights.hide(shape.hidden);
   return out_.lights.count() - 1;
 }
 

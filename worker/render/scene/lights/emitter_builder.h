@@ -63,8 +63,12 @@ class EmitterBuilder {
   void count_copy(const ShapeDescription& shape);
   double emitting_side(const EmittingTriangle& t) const;
   bool shows_black(LightType type, const EmitterPattern& pattern) const;
-  double mean_factor(LightType type, const Source& source, const EmitterPattern& pattern,
-                     const std::array<float, kLightFloats>& record) const;
+  struct Factor {
+    double mean = 0;
+    float most = 0;
+  };
+  Factor factor(LightType type, const Source& source, const EmitterPattern& pattern,
+                const std::array<float, kLightFloats>& record) const;
 
   const SceneDescription& in_;
   RenderScene& out_;

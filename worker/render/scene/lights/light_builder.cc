@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/error.h"
+#include "common/scene/transform.h"
 
 namespace lightmill {
 namespace {
@@ -67,6 +68,15 @@ double one_minus_cos(double degrees) {
   return 2 * half * half;
 }
 
+/// Least area of a lamp, in normalised space.
+constexpr double kLeastArea = 1e-30;
+
+/// Power of a spot of intensity 1 that falls as the cosine and by a smoothstep between these two 1 - cos.
+double cosine_spot_power(double start, double end) {
+  const double inner = 1 - start, outer = 1 - end, width = end - start;
+  return 2 * M_PI * ((1 - inner * inner) / 2 + width * (outer / 2 + 0.35 * width));
+}
+
 /// The lights that are not shapes, a kind to an overload.
 class LightBuilder {
  public:
@@ -75,7 +85,8 @@ class LightBuilder {
   void add(const PointLight& l) {
     if (is_black(l.intensity)) return;
     Record r = at_point(l.position, l.intensity);
-    out_.lights.add(kPointLight, r, 4 * M_PI * mean(r));
+    const double power = 4 * M_PI * mean(r);
+    out_.lights.add(face(l.radius, &r) ? kFacingLamp : kPointLight, r, power);
   }
   void add(const SpotLight& l) {
     if (is_black(l.intensity)) return;
@@ -84,7 +95,42 @@ class LightBuilder {
     const double start = one_minus_cos(l.falloff_start), end = one_minus_cos(l.total_width);
     r[4] = static_cast<float>(start);
     r[5] = static_cast<float>(end);
-    out_.lights.add(kSpotLight, r, M_PI * (start + end) * mean(r));
+    r[6] = l.falls_as_cosine ? 1 : 0;
+    const double power = mean(r) * (l.falls_as_cosine ? cosine_spot_power(start, end) : M_PI * (start + end));
+    out_.lights.add(face(l.radius, &r) ? kFacingLamp : kSpotLight, r, power);
+  }
+  void add(const AreaLamp& l) {
+    if (is_black(l.radiance)) return;
+    Record r{};
+    const auto& m = l.light_to_world.m;
+    const auto along = [&](size_t axis, double length) {
+      const double s = std::ldexp(length, out_.scale_exponent);
+      return Vec3d{m[0][axis] * s, m[1][axis] * s, m[2][axis] * s};
+    };
+    const Vec3d e1 = along(0, l.half_width), e2 = along(1, l.half_height), down = along(2, -1);
+    Vec3d n = cross(e1, e2);
+    const double across = length(n);
+    const double area = across * (l.ellipse ? M_PI : 4);
+    if (!(area >= kLeastArea)) {
+      out_.warnings.push_back({where_, Severity::kWarning,
+                               "the lamp is so small that float can't hold its area; it does not shine"});
+      return;
+    }
+    const double side = (n.x * down.x + n.y * down.y + n.z * down.z < 0 ? -1 : 1) / across;
+    n = {n.x * side, n.y * side, n.z * side};
+    set_vec(r, kLightP, out_.normalised_point({m[0][3], m[1][3], m[2][3]}));
+    set_vec(r, kLightE1, e1);
+    set_vec(r, kLightE2, e2);
+    set_vec(r, kLightN, n);
+    r[kLightArea] = static_cast<float>(area);
+    set_radiance(r, scaled(l.radiance, light_scale()));
+    const double power = M_PI * area * mean(r);  // whatever the spread
+    if (l.spread_degrees < 180) {
+      const double h = l.spread_degrees * M_PI / 360, cotangent = 1 / std::tan(h);
+      r[kLightOrientation] = static_cast<float>(cotangent);
+      set_radiance(r, scaled(l.radiance, light_scale() / (1 - h * cotangent)));
+    }
+    out_.lights.add(l.ellipse ? kEllipseLamp : kRectangleLamp, r, power);
   }
   void add(const DistantLight& l) {
     if (is_black(l.irradiance)) return;
@@ -115,7 +161,8 @@ class LightBuilder {
     double power = 4 * M_PI * M_PI * double{r[3]} * r[3] * mean(r);
     if (l.portal || !l.image_path.empty()) {
       r[4] = static_cast<float>(out_.lights.environments.size());
-      LightImage image = l.image_path.empty() ? even_image() : read_environment(l.image_path, l.lat_long);
+      LightImage image =
+          l.image_path.empty() ? even_image() : read_environment(l.image_path, l.lat_long, l.least_side);
       if (!shines(image)) return;
       const double f = l.illuminance > 0 ? l.illuminance / illuminance(image) : 1;
       EnvironmentMap& map = out_.lights.environments.emplace_back(
@@ -173,6 +220,16 @@ class LightBuilder {
   }
 
  private:
+  /// Makes a light at a point a facing lamp, if it has a radius.
+  bool face(double radius, Record* r) const {
+    const double size = std::ldexp(radius, out_.scale_exponent), area = M_PI * size * size;
+    if (!(area >= kLeastArea)) return false;  // a point, as far as float can tell
+    (*r)[3] = static_cast<float>(size);
+    (*r)[kLightArea] = static_cast<float>(area);
+    for (size_t i = 0; i < 3; ++i)
+      (*r)[kLightRadiance + i] = static_cast<float>((*r)[kLightRadiance + i] / area);
+    return true;
+  }
   /// False, and said, for a black image: other lights may be there.
   bool shines(const LightImage& image) {
     if (image.mean() > 0) return true;
@@ -244,6 +301,8 @@ void add_light(const LightDescription& light, RenderScene* scene) {
   try {
     std::visit([&](const auto& l) { builder.add(l); }, light.kind);
     if (!light.later.empty() && scene->lights.count() == before + 1) add_steps(light, builder, scene);
+    if (scene->lights.count() > before) scene->lights.hide(light.hidden);
+    scene->hides |= light.hidden;
   } catch (const Error& e) {
     if (light.location.file.empty()) throw;
     throw Error(e.kind(), place(light.location) + e.what());

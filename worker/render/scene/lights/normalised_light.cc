@@ -39,7 +39,7 @@ int light_exponent(const SceneDescription& scene, int scale_exponent) {
     std::visit(
         [&](const auto& kind) {
           using Kind = std::decay_t<decltype(kind)>;
-          if constexpr (std::is_same_v<Kind, InfiniteLight>) {
+          if constexpr (std::is_same_v<Kind, InfiniteLight> || std::is_same_v<Kind, AreaLamp>) {
             e.add(kind.radiance);
           } else if constexpr (std::is_same_v<Kind, DistantLight>) {
             e.add(kind.irradiance);
