@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <optional>
 
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/pipeline/kernel_choice.h"
@@ -65,10 +66,10 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
   v.wo = -d;
   v.throughput = h.path.throughput;
   LaneInt material = gather(scene.primitive_material.data(), prim);
-  std::array<RayAtPoint, kLanes> rays;
+  std::optional<std::array<RayAtPoint, kLanes>> rays;
   if (K::kSurfaces && scene.textures.any_of_ray() && mode == Mode::kRadiance) {
-    describe_rays(scene, g, v.wo, s.p - o, depth, rays);
-    s.rays = rays.data();
+    describe_rays(scene, g, v.wo, s.p - o, depth, rays.emplace());
+    s.rays = rays->data();
   }
   Lane mix_scale = splat<Lane>(1.0f);
   if (K::kSurfaces && scene.any_mix)
