@@ -179,8 +179,9 @@ ClosureMaterial read_closure(PbrtScene& out, const std::string& type, ParameterL
 
 const std::vector<std::string_view>& blender_materials() {
   static const std::vector<std::string_view> names = {
-      "principled",       "diffuse_bsdf", "glossy_bsdf", "glass_bsdf", "refraction_bsdf", "translucent_bsdf",
-      "transparent_bsdf", "velvet_bsdf",  "toon_bsdf",   "mix_bsdf",   "add_bsdf",        "holdout"};
+      "principled",       "diffuse_bsdf",         "glossy_bsdf", "glass_bsdf", "refraction_bsdf",
+      "translucent_bsdf", "transparent_bsdf",     "velvet_bsdf", "toon_bsdf",  "subsurface_bsdf",
+      "hair_bsdf",        "principled_hair_bsdf", "holdout",     "mix_bsdf",   "add_bsdf"};
   return names;
 }
 
