@@ -63,12 +63,11 @@ struct MaterialEntry {
   // Blender's materials: index into RenderScene::principled or closures, and which of them.
   int blender = -1;
   bool principled = false;
-  bool holdout = false;  // where it is seen there is no picture
-  bool passed = false;   // a Transparent BSDF: what stops at the surface is another part of its mix
-  float brightness = 1;  // about what it scatters, for choices
-  bool hair_reflectance = false;        // hair: the colour is a reflectance; `scale` says how it is taken
-  bool conductor_reflectance = false;   // color gives F0 by eta = 1, k = 2 sqrt(r / (1 - r))
-  Rgb eta, k;                           // coated conductor: of the metal against air, where not textured
+  bool passed = false;            // a Transparent BSDF: what stops at the surface is another part of its mix
+  float brightness = 1;           // about what it scatters, for choices
+  bool hair_reflectance = false;  // hair: the colour is a reflectance; `scale` says how it is taken
+  bool conductor_reflectance = false;  // color gives F0 by eta = 1, k = 2 sqrt(r / (1 - r))
+  Rgb eta, k;                          // coated conductor: of the metal against air, where not textured
   float coat_eta = 1, coat_alpha = 0;
   int first_row = -1;        // textured roughness: in bsdf_tables, where the tables over alpha begin
   int floats_per_alpha = 0;  // and the size of one

@@ -213,7 +213,6 @@ void build_closure(const ClosureMaterial& m, RenderScene* scene, MaterialEntry* 
   if (m.closure == ClosureKind::kTransparent || m.closure == ClosureKind::kHoldout) {
     entry->brightness = 0;
     entry->passed = m.closure == ClosureKind::kTransparent;
-    entry->holdout = !entry->passed;
   } else {
     textures_of(m, [&](int t) { entry->textured = entry->textured || t >= 0; });
   }
