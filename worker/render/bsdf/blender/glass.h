@@ -6,6 +6,9 @@
 // <wo, m>; each has facets of its own (facets.h) and a colour. A Refraction BSDF has F = 0: what would be
 // reflected in full is black. Radiance is not scaled by 1/eta^2 where it enters a body.
 //
+// Where F is 1 on one side, no path from there is refracted, while paths from the other side may come out
+// there: they alone find such light.
+//
 // So f is neither reciprocal nor an interface's. That of a path from the light is f with its directions
 // exchanged: for smooth glass, refracted importance is scaled by 1/eta^2, as radiance is elsewhere.
 //
