@@ -122,13 +122,13 @@ class Principled {
     e.f = diffuse_ * (burley * kInvPi) + sheen_ * fibres + specular;
     e.pdf = o.diffuse * i.cosine * kInvPi + o.specular * d * facets_.reflection_density(wo);
     e.pdf_reverse = i.diffuse * o.cosine * kInvPi + i.specular * d * facets_.reflection_density(wi);
-    if (any(mask_and(valid, MaskOf<F>(coat_ > 0.0f)))) {
+    const MaskOf<F> coated = mask_and(valid, MaskOf<F>(coat_ > 0.0f));
+    if (any(coated)) {
       const F dc = coat_d(m);
       const F fc = 0.04f + 0.96f * StretchedFresnel<F>(splat<F>(kPrincipledCoatIor))(facet);
-      const F reflected =
-          select(MaskOf<F>(coat_ > 0.0f), coat_ * fc * dc * o.coat_g1 * i.coat_g1 * quarter, F{});
+      const F reflected = select(coated, coat_ * fc * dc * o.coat_g1 * i.coat_g1 * quarter, F{});
       e.f = e.f + Vec3<F>{reflected, reflected, reflected};
-      const F density = dc * abs(m.z) * 0.25f / max(facet, splat<F>(1e-6f));
+      const F density = select(coated, dc * abs(m.z) * 0.25f / max(facet, splat<F>(1e-6f)), F{});
       e.pdf = e.pdf + max(1.0f - o.diffuse - o.specular, F{}) * density;
       e.pdf_reverse = e.pdf_reverse + max(1.0f - i.diffuse - i.specular, F{}) * density;
     }
@@ -141,7 +141,8 @@ class Principled {
     const Vec3<F> up{wo.x, wo.y, abs(wo.z)};
     const MaskOf<F> diffuse = choose_lobe(o.diffuse, &u);
     const F rest = max(1.0f - o.diffuse, splat<F>(1e-12f));
-    const MaskOf<F> not_of_coat = choose_lobe(select(diffuse, splat<F>(1.0f), o.specular / rest), &u);
+    const MaskOf<F> bare = mask_or(diffuse, mask_not(MaskOf<F>(coat_ > 0.0f)));
+    const MaskOf<F> not_of_coat = choose_lobe(select(bare, splat<F>(1.0f), o.specular / rest), &u);
     Vec3<F> m = facets_.sample_reflecting(up, u, v);
     if (any(mask_not(not_of_coat))) m = select(not_of_coat, m, sample_coat(u, v));
     Vec3<F> wi = select(diffuse, square_to_cosine_hemisphere(u, v), m * (2.0f * dot(up, m)) - up);
