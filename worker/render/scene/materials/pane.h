@@ -8,8 +8,9 @@
 // The probability that a path is not reflected by the panes of an edge belongs to that edge, both ways, like
 // that of not being stopped in media. It is part of P in mis.h.
 //
-// Surfaces of Transparent BSDFs with a colour (common/scene/materials/see_through.h) are panes, too: those of a mix
-// stop a path for another part with the probability of their opacity, and what passes is absorbed by channel.
+// Surfaces of Transparent BSDFs with a colour (common/scene/materials/see_through.h) are panes, too: those of
+// a mix stop a path for another part with the probability of their opacity, and what passes is absorbed by
+// channel.
 #include <algorithm>
 #include <bit>
 
