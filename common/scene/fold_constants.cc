@@ -82,6 +82,7 @@ class Folder {
   void run() {
     for (MaterialDescription& m : scene_.materials) {
       std::visit([&](auto& kind) { inputs_of(kind); }, m.kind);
+      fold(&m.opacity);
       if (m.displacement >= 0 && looks_.of_texture(m.displacement).value) m.displacement = -1;
     }
     find_shown();
@@ -130,7 +131,19 @@ class Folder {
     fold(&m.sigma_a, kAny);
     if (m.reflectance) fold(&*m.reflectance);
   }
-  void inputs_of(MixMaterial& m) const { fold(&m.amount); }
+  void inputs_of(MixMaterial& m) const { fold(&m.amount), fold(&m.metallic); }
+  void inputs_of(PrincipledMaterial& m) const {
+    fold(&m.base_color, kAny);
+    for (FloatInput* in :
+         {&m.metallic, &m.specular, &m.specular_tint, &m.roughness, &m.anisotropic, &m.sheen, &m.sheen_tint,
+          &m.clearcoat, &m.clearcoat_roughness, &m.transmission, &m.transmission_roughness})
+      fold(in);
+    fold(&m.anisotropic_rotation, kAny), fold(&m.ior, kAny);
+  }
+  void inputs_of(ClosureMaterial& m) const {
+    fold(&m.color, kAny), fold(&m.roughness);
+    fold(&m.anisotropy), fold(&m.rotation, kAny), fold(&m.ior, kAny);
+  }
   // glTF's textures are images.
   void inputs_of(MetallicRoughnessMaterial&) const {}
   void inputs_of(TransmissionMaterial&) const {}
@@ -145,6 +158,7 @@ class Folder {
     const auto* mix = std::get_if<MixMaterial>(&scene_.materials[static_cast<size_t>(material)].kind);
     if (!mix) return -1;
     const auto& [first, second] = mix->materials;
+    if (mix->rule != MixRule::kChance && mix->rule != MixRule::kMixShader) return -1;
     if (first == second) return first;
     if (mix->amount.texture >= 0) return -1;
     return mix->amount.value <= 0 ? first : mix->amount.value >= 1 ? second : -1;

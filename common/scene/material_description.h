@@ -6,6 +6,7 @@
 #include <string>
 #include <variant>
 
+#include "common/scene/materials/blender_materials.h"
 #include "common/scene/texture_description.h"
 
 namespace lightmill {
@@ -67,9 +68,18 @@ struct CoatedConductorMaterial {
 };
 /// At every point either materials[0] or, with probability `amount`, materials[1] (indices into
 /// SceneDescription::materials; they may be mixes, too).
+///
+/// Blender's rules weigh what the chosen one scatters, so that it stands for both: kMixShader has
+/// (1 - amount) of the first and `amount` of the second, kAddShader all of both. Those of a Principled BSDF
+/// have all of its first part, which weighs itself, and of the second, its glass or its body:
+/// kTransmission amount (1 - metallic), kBody (1 - amount) (1 - metallic).
+enum class MixRule { kChance, kMixShader, kAddShader, kTransmission, kBody };
 struct MixMaterial {
   std::array<int, 2> materials{-1, -1};
   FloatInput amount{0.5f, -1};
+  MixRule rule = MixRule::kChance;
+  FloatInput metallic{0, -1};  // kTransmission, kBody
+  bool coated = false;         // kTransmission: the first part shines however much is transmitted
 };
 /// glTF's material: a diffuse base under a dielectric's specular reflection, blended with a metal of the
 /// base's colour; a clear coat over both. GGX with alpha = roughness^2. The dielectric reflects min(1,
@@ -131,10 +141,11 @@ struct MeasuredTable;
 struct MeasuredMaterial {
   std::shared_ptr<const MeasuredTable> table;
 };
-using MaterialKind = std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial,
-                                  CoatedDiffuseMaterial, ThinDielectricMaterial, DiffuseTransmissionMaterial,
-                                  CoatedConductorMaterial, MixMaterial, MetallicRoughnessMaterial,
-                                  TransmissionMaterial, HairMaterial, MeasuredMaterial, SubsurfaceMaterial>;
+using MaterialKind =
+    std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, CoatedDiffuseMaterial,
+                 ThinDielectricMaterial, DiffuseTransmissionMaterial, CoatedConductorMaterial, MixMaterial,
+                 MetallicRoughnessMaterial, TransmissionMaterial, HairMaterial, MeasuredMaterial,
+                 SubsurfaceMaterial, PrincipledMaterial, ClosureMaterial>;
 struct MaterialDescription {
   std::string name;  // empty for an unnamed Material
   MaterialKind kind;
@@ -147,6 +158,16 @@ struct MaterialDescription {
   /// Index of a float texture of heights (scene units) along the normal that tilts the shading normal alone.
   /// -1: none. A normal map goes before it.
   int displacement = -1;
+  /// Index of a texture graph that is the shading normal, in the space "world" of the graph and not of unit
+  /// length; the zero vector stands for the surface's own. -1: none. A displacement tilts it.
+  int shading_normal = -1;
+  /// The share of rays that the surface stops, in [0, 1], because it is made of Transparent BSDFs in part:
+  /// the other parts have their weights over it. Set by cut_out_transparent().
+  FloatInput opacity{1, -1};
+  /// The colour of what passes, if it is none of the greys. Set likewise.
+  Rgb tint{1, 1, 1};
 };
+/// Whether light gets another colour where it passes the material.
+inline bool is_tinted(const MaterialDescription& m) { return !(m.tint == Rgb{1, 1, 1}); }
 
 }  // namespace lightmill

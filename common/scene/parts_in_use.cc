@@ -28,6 +28,8 @@ class Marker {
     const MaterialDescription& m = in_.materials[static_cast<size_t>(index)];
     texture(m.normal_map);
     texture(m.displacement);
+    texture(m.shading_normal);
+    texture(m.opacity.texture);
     std::visit([&](const auto& kind) { inputs_of(kind); }, m.kind);
   }
   void texture(int index) {
@@ -63,7 +65,7 @@ class Marker {
     if (m.reflectance) read(*m.reflectance);
   }
   void inputs_of(const MixMaterial& m) {
-    read(m.amount);
+    read(m.amount, m.metallic);
     for (const int part : m.materials) material(part);
   }
   void inputs_of(const MetallicRoughnessMaterial& m) {
@@ -77,6 +79,13 @@ class Marker {
     if (m.reflectance) read(*m.reflectance);
     read_roughness(m.roughness);
   }
+
+  void inputs_of(const PrincipledMaterial& m) {
+    read(m.base_color, m.metallic, m.specular, m.specular_tint, m.roughness, m.anisotropic,
+         m.anisotropic_rotation, m.sheen, m.sheen_tint, m.clearcoat, m.clearcoat_roughness, m.ior,
+         m.transmission, m.transmission_roughness);
+  }
+  void inputs_of(const ClosureMaterial& m) { read(m.color, m.roughness, m.anisotropy, m.rotation, m.ior); }
 
   void inputs_of(const ImageTexture&) {}
   void inputs_of(const ConstantTexture&) {}

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/scene/parts_in_use.h"
+#include "common/scene/texture_graph/texture_graph.h"
 
 namespace lightmill {
 namespace {
@@ -12,6 +13,16 @@ bool any_flat_tube(const std::vector<ShapeDescription>& shapes) {
     const auto* mesh = std::get_if<MeshShape>(&shape.kind);
     return mesh && mesh->mesh->tube && mesh->mesh->flat;
   });
+}
+
+/// Whether a texture in use asks for the ray that meets it.
+bool any_of_ray(const SceneDescription& scene) {
+  const PartsInUse parts = parts_in_use(scene);
+  for (size_t i = 0; i < scene.textures.size(); ++i) {
+    const auto* graph = std::get_if<GraphTexture>(&scene.textures[i].kind);
+    if (parts.textures[i] && graph && reads_ray(*graph->graph)) return true;
+  }
+  return false;
 }
 
 bool any_hair(const SceneDescription& scene) {
@@ -48,6 +59,10 @@ PossibleStrategies possible_strategies(const SceneDescription& scene) {
   if (hides_from_others(scene))
     return {kAllStrategies & ~kLightPaths,
             "what is \"hidden\" from other rays than the camera's is right by camera paths alone"};
+  if (any_of_ray(scene))
+    return {kAllStrategies & ~kLightPaths,
+            "a texture depends on the ray that meets it (Fresnel, Layer Weight, Light Path, Incoming, "
+            "Backfacing, Reflection), which camera paths alone know"};
   if (scene.camera.kind == CameraKind::kRealistic)
     return {kAllStrategies & ~kLightTracing, "a realistic camera can't be joined to light paths"};
   return {};

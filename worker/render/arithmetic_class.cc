@@ -270,6 +270,34 @@ SceneDescription every_kernel() {
   }
   add(measured({0}));
   add(measured({-3.1415927f, 0, 3.1415927f}));
+  const int blenders = static_cast<int>(scene.materials.size());
+  PrincipledMaterial principled;
+  principled.base_color = {{0.8f, 0.6f, 0.3f}, 0};
+  principled.metallic.value = 0.3f;
+  principled.sheen.value = principled.clearcoat.value = 0.5f;
+  add(principled);
+  principled.anisotropic.value = 0.6f;
+  add(principled);
+  principled.part = PrincipledMaterial::Part::kGlass;
+  add(principled);
+  for (const auto closure : {ClosureKind::kDiffuse, ClosureKind::kGlossy, ClosureKind::kGlass,
+                             ClosureKind::kRefraction, ClosureKind::kVelvet, ClosureKind::kToon}) {
+    ClosureMaterial m;
+    m.closure = closure;
+    m.roughness.value = 0.5f;
+    for (const FacetShape facets :
+         {FacetShape::kAshikhminShirley, FacetShape::kBeckmann, FacetShape::kSharp}) {
+      const bool glass = closure == ClosureKind::kGlass || closure == ClosureKind::kRefraction;
+      if (facets != FacetShape::kBeckmann && closure != ClosureKind::kGlossy && !glass) continue;
+      if (glass && facets == FacetShape::kAshikhminShirley) continue;
+      m.facets = facets;
+      add(m);
+    }
+  }
+  MixMaterial sum;
+  sum.materials = {blenders, blenders + 2};
+  sum.rule = MixRule::kAddShader;
+  add(sum);
   scene.area_lights.push_back({{9, 8, 7}, false, {}});
   scene.area_lights.push_back({{20, 30, 40}, true, {}});
   scene.area_lights.push_back({{4, 3, 2}, false, {}, 0});
@@ -283,8 +311,10 @@ SceneDescription every_kernel() {
   scene.shapes.push_back(sphere(0, 1.5, 1, 0.2f, 0, 1));
   scene.shapes.back().alpha.value = 0;
   const int materials = static_cast<int>(scene.materials.size());
-  for (int i = 1; i < materials; ++i)
+  for (int i = 1; i < blenders; ++i)
     scene.shapes.push_back(sphere(-3.0 + i * 0.5, -0.8 + 0.15 * i, 4.0, 0.3f, i));
+  for (int i = blenders; i < materials; ++i)
+    scene.shapes.push_back(sphere(-2.0 + (i - blenders) * 0.25, -1.4, 3.5, 0.12f, i));
   ShapeDescription veil =
       quad({-0.5f, -1, 2.5f}, {1.5f, -1, 2.5f}, {1.5f, 0.5f, 2.5f}, {-0.5f, 0.5f, 2.5f}, 0);
   veil.alpha.texture = 0;

@@ -6,6 +6,7 @@
 #include "common/base/error.h"
 #include "common/base/parse_number.h"
 #include "common/scene/fold_constants.h"
+#include "common/scene/materials/see_through.h"
 #include "common/scene/motion.h"
 #include "common/scene/pbrt/shapes/quadrics.h"
 #include "common/scene/pbrt/v3/direct_lighting.h"
@@ -225,7 +226,10 @@ void PbrtParser::finish() {
     std::erase_if(*shapes, [&](const auto& s) { return unseen(s) && !s.media.transition(); });
     for (ShapeDescription& s : *shapes) s.boundary = unseen(s);
   };
-  if (problems_->errors() == 0) fold_constants(&scene);
+  if (problems_->errors() == 0) {
+    fold_constants(&scene);
+    cut_out_transparent(&scene, problems_);
+  }
   if (direct_lighting_ && problems_->errors() == 0) v3::choose_depth(*direct_lighting_, &scene, problems_);
   drop_invisible(&scene.shapes);
   for (ObjectDescription& object : scene.objects) drop_invisible(&object.shapes);

@@ -50,6 +50,12 @@ int32_t GraphBuilder::table(const std::vector<float>& values) {
   return first;
 }
 
+bool reads_ray(const TextureGraph& graph) {
+  return std::ranges::any_of(graph.operations, [](const GraphOperation& o) {
+    return o.op == GraphOp::kInput && is_of_ray(static_cast<GraphInput>(o.p));
+  });
+}
+
 TextureGraph GraphBuilder::finish(const GraphVector& output) {
   graph_.output = {output.x.operand, output.y.operand, output.z.operand};
   drop_unused(&graph_);
@@ -74,7 +80,7 @@ void drop_unused(TextureGraph* graph) {
   // What is left is numbered anew.
   TextureGraph out;
   out.constants = std::move(graph->constants), out.tables = std::move(graph->tables),
-  out.spaces = std::move(graph->spaces);
+  out.spaces = std::move(graph->spaces), out.to_world = graph->to_world;
   std::vector<int32_t> number(needed.size(), -1);
   const auto renumbered = [&](int32_t operand) {
     return operand < 0 ? operand : number[static_cast<size_t>(operand)];

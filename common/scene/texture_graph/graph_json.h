@@ -27,6 +27,7 @@ struct GraphSocket {
 struct GraphContext {
   GraphBuilder builder;
   std::map<std::string, int32_t> spaces;  // by name
+  Transform world;                        // the space of that name
   Transform to_world, to_object_normals;  // of the scene's normals
   std::vector<GraphImage> images;
   std::map<std::string, std::map<std::string, GraphSocket>> outputs;  // of nodes so far

@@ -7,9 +7,7 @@
 namespace lightmill {
 namespace {
 
-constexpr const char* kNeedsRay =
-    "it depends on the ray that meets the surface, which textures don't know; paths from both sides could "
-    "not be joined";
+constexpr const char* kNeedsView = "it depends on the camera, which textures don't know";
 constexpr const char* kNeedsObject =
     "the objects of a scene are not known here; write what is known as VALUE or RGB nodes";
 
@@ -33,6 +31,13 @@ GraphVector uv_of(GraphNode& node, bool second) {
           g.input(second ? GraphInput::kSecondV : GraphInput::kV), g.constant(0)};
 }
 
+GraphVector normal_in_world(GraphContext& c) {
+  return turned(c.to_world, inputs(c.builder, GraphInput::kNormalX));
+}
+GraphVector incoming_in_world(GraphContext& c) {
+  return turned(c.world, inputs(c.builder, GraphInput::kIncomingX));
+}
+
 void read_coordinates(GraphNode& node) {
   GraphContext& c = node.graph();
   node.out_vector("Generated", c.builder.point(c.spaces["generated"]));
@@ -45,7 +50,8 @@ void read_coordinates(GraphNode& node) {
     node.no_output("Camera", "the graph gives no space \"camera\"");
   }
   node.no_output("Window", "the camera's projection is not known here");
-  node.no_output("Reflection", kNeedsRay);
+  const GraphVector normal = normal_in_world(c), incoming = incoming_in_world(c);
+  node.out_vector("Reflection", normal * (dot(normal, incoming) * 2.0f) - incoming);
 }
 
 void read_uv_map(GraphNode& node) {
@@ -56,14 +62,63 @@ void read_uv_map(GraphNode& node) {
 void read_geometry(GraphNode& node) {
   GraphContext& c = node.graph();
   node.out_vector("Position", c.builder.point(c.spaces["world"]));
-  node.out_vector("Normal", turned(c.to_world, inputs(node.builder(), GraphInput::kNormalX)));
+  node.out_vector("Normal", normal_in_world(c));
   node.out_vector("True Normal", turned(c.to_world, inputs(node.builder(), GraphInput::kTrueNormalX)));
-  node.no_output("Incoming", kNeedsRay);
-  node.no_output("Backfacing", kNeedsRay);
+  node.out_vector("Incoming", incoming_in_world(c));
+  node.out("Backfacing", node.builder().input(GraphInput::kBackfacing));
   node.no_output("Tangent", "tangents are not known here");
   node.no_output("Parametric", "what a point is within its triangle is not known here");
   node.no_output("Pointiness", "what the mesh looks like around the point is not known here");
   node.no_output("Random Per Island", "the parts of a mesh are not known here");
+}
+
+/// |cos| of the angle between the ray and the node's Normal.
+GraphNumber facing_cosine(GraphNode& node) {
+  GraphContext& c = node.graph();
+  const GraphVector given = node.vector("Normal", 0, 0, 0);
+  const GraphVector n = node.has_input("Normal") ? normalized(given) : normal_in_world(c);
+  return minimum(absolute(dot(n, incoming_in_world(c))), c.builder.constant(1));
+}
+
+/// Reflectance of a dielectric of relative index `eta`.
+GraphNumber fresnel(const GraphNumber& cosine, const GraphNumber& eta) {
+  const GraphNumber g2 = eta * eta - 1.0f + cosine * cosine,
+                    g = square_root(maximum(g2, g2.builder->constant(0)));
+  const GraphNumber a = (g - cosine) / (g + cosine);
+  const GraphNumber b = (cosine * (g + cosine) - 1.0f) / (cosine * (g - cosine) + 1.0f);
+  return choose(g2, a * a * (b * b + 1.0f) * 0.5f, g2.builder->constant(1));
+}
+
+void read_fresnel(GraphNode& node) {
+  GraphBuilder& g = node.builder();
+  const GraphNumber ior = maximum(node.number("IOR", 1.45f), g.constant(1e-5f));
+  const GraphNumber eta = choose(g.input(GraphInput::kBackfacing), g.constant(1) / ior, ior);
+  node.out("Fac", fresnel(facing_cosine(node), eta));
+}
+
+void read_layer_weight(GraphNode& node) {
+  GraphBuilder& g = node.builder();
+  const GraphNumber blend = node.number("Blend", 0.5f), cosine = facing_cosine(node);
+  const GraphNumber eta = maximum(1.0f - blend, g.constant(1e-5f));
+  node.out("Fresnel", fresnel(cosine, choose(g.input(GraphInput::kBackfacing), eta, g.constant(1) / eta)));
+  const GraphNumber b = minimum(maximum(blend, g.constant(0)), g.constant(1 - 1e-5f));
+  const GraphNumber exponent = choose(g.constant(0.5f) - b, b * 2.0f, g.constant(0.5f) / (1.0f - b));
+  node.out("Facing", 1.0f - apply(GraphOp::kPower, cosine, exponent));
+}
+
+void read_light_path(GraphNode& node) {
+  GraphBuilder& g = node.builder();
+  node.out("Is Camera Ray", g.input(GraphInput::kIsCameraRay));
+  node.out("Is Shadow Ray", g.input(GraphInput::kIsShadowRay));
+  node.out("Is Diffuse Ray", g.input(GraphInput::kIsDiffuseRay));
+  node.out("Is Glossy Ray", g.input(GraphInput::kIsGlossyRay));
+  node.out("Is Singular Ray", g.input(GraphInput::kIsSingularRay));
+  node.out("Is Reflection Ray", g.input(GraphInput::kIsReflectionRay));
+  node.out("Is Transmission Ray", g.input(GraphInput::kIsTransmissionRay));
+  node.out("Ray Length", g.input(GraphInput::kRayLength));
+  node.out("Ray Depth", g.input(GraphInput::kRayDepth));
+  for (const char* depth : {"Diffuse Depth", "Glossy Depth", "Transparent Depth", "Transmission Depth"})
+    node.no_output(depth, "how often a path was scattered is known, but not in which way");
 }
 
 void read_attribute(GraphNode& node) {
@@ -116,11 +171,11 @@ std::vector<GraphNodeType> input_node_types() {
           {"VERTEX_COLOR", read_attribute},
           {"VALUE", read_value},
           {"RGB", read_rgb},
-          {"FRESNEL", nullptr, kNeedsRay},
-          {"LAYER_WEIGHT", nullptr, kNeedsRay},
-          {"LIGHT_PATH", nullptr, kNeedsRay},
-          {"CAMERA", nullptr, kNeedsRay},
-          {"LIGHT_FALLOFF", nullptr, kNeedsRay},
+          {"FRESNEL", read_fresnel},
+          {"LAYER_WEIGHT", read_layer_weight},
+          {"LIGHT_PATH", read_light_path},
+          {"CAMERA", nullptr, kNeedsView},
+          {"LIGHT_FALLOFF", nullptr, "it belongs to a lamp"},
           {"OBJECT_INFO", nullptr, kNeedsObject},
           {"PARTICLE_INFO", nullptr, kNeedsObject},
           {"POINT_INFO", nullptr, kNeedsObject},

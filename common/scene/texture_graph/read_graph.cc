@@ -90,6 +90,7 @@ void read_spaces(const json& root, const Transform& to_texture, GraphContext* gr
     }
   }
   for (const auto& [name, t] : spaces) graph->spaces[name] = graph->builder.space(t);
+  graph->world = spaces["world"];
   graph->to_world = for_normals(spaces["world"]);
   graph->to_object_normals = for_normals(spaces["object"]);
 }
@@ -155,6 +156,7 @@ GraphFile read_texture_graph(const std::string& json_text, const Transform& to_t
   if (as_number) output.x = output.y = output.z = number_of(socket);
   GraphFile out;
   out.graph = graph.builder.finish(output);
+  out.graph.to_world = graph.world;
   int64_t work = 0;
   for (const GraphOperation& o : out.graph.operations) work += work_of(o);
   if (work > kMostGraphWork)

@@ -149,7 +149,24 @@ enum class GraphInput {
   kNormalX,
   kNormalY,
   kNormalZ,
+  // Of the ray that meets the surface: the unit direction to where it comes from, in the scene's space;
+  // whether it meets the surface from inside; what it is (0 or 1), its length in scene units, and how often
+  // its path was scattered before. Camera paths alone know them.
+  kIncomingX,
+  kIncomingY,
+  kIncomingZ,
+  kBackfacing,
+  kIsCameraRay,
+  kIsShadowRay,
+  kIsDiffuseRay,
+  kIsGlossyRay,
+  kIsSingularRay,
+  kIsReflectionRay,
+  kIsTransmissionRay,
+  kRayLength,
+  kRayDepth,
 };
+constexpr bool is_of_ray(GraphInput which) { return which >= GraphInput::kIncomingX; }
 enum class MusgraveKind { kMultifractal, kFbm, kHybridMultifractal, kRidgedMultifractal, kHeteroTerrain };
 enum class VoronoiFeature { kF1, kF2, kSmoothF1, kDistanceToEdge, kNSphereRadius };
 enum class VoronoiMetric { kEuclidean, kManhattan, kChebychev, kMinkowski };
@@ -175,6 +192,10 @@ struct TextureGraph {
   std::vector<Transform> spaces;              // from the scene's space
   std::array<int32_t, 3> output{-1, -1, -1};  // operands
   int32_t results = 0;                        // of all operations
+  Transform to_world;                         // the space "world", from the scene's
 };
+
+/// Whether what it shows depends on the ray that meets the surface.
+bool reads_ray(const TextureGraph& graph);
 
 }  // namespace lightmill

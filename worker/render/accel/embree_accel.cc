@@ -108,6 +108,7 @@ struct FilteredMesh {
 
 /// Rejects the hits that alpha, the back of a fibre or the kind of the ray lets through, of closest-hit and
 /// shadow rays alike.
+template <bool kShadow>
 void alpha_filter(const RTCFilterFunctionNArguments* args) {
   const auto* masked = static_cast<const FilteredMesh*>(args->geometryUserPtr);
   for (unsigned i = 0; i < args->N; ++i) {
@@ -127,7 +128,8 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
       continue;
     }
     if (!alpha_stops(*masked->scene, mesh.alpha, mesh.first_triangle + prim,
-                     TraceContext::of(args->context).instance, RTCRayN_time(args->ray, args->N, i), o, d))
+                     TraceContext::of(args->context).instance, RTCRayN_time(args->ray, args->N, i), o, d,
+                     kShadow))
       args->valid[i] = 0;
   }
 }
@@ -143,7 +145,7 @@ void straight_filter(const RTCFilterFunctionNArguments* args) {
   }
 }
 void alpha_and_straight_filter(const RTCFilterFunctionNArguments* args) {
-  alpha_filter(args);
+  alpha_filter<true>(args);
   straight_filter(args);
 }
 
@@ -224,11 +226,11 @@ struct Accel::Impl {
       bool straight = false;
       for (int32_t t = 0; t < mesh.triangle_count; ++t) straight |= scene.is_passed(mesh.first_triangle + t);
       if (masked || straight) rtcSetGeometryUserData(g, &filtered.emplace_back(FilteredMesh{&scene, &mesh}));
-      if (masked) rtcSetGeometryIntersectFilterFunction(g, alpha_filter);
+      if (masked) rtcSetGeometryIntersectFilterFunction(g, alpha_filter<false>);
       if (masked && straight) {
         rtcSetGeometryOccludedFilterFunction(g, alpha_and_straight_filter);
       } else if (masked || straight) {
-        rtcSetGeometryOccludedFilterFunction(g, masked ? alpha_filter : straight_filter);
+        rtcSetGeometryOccludedFilterFunction(g, masked ? alpha_filter<true> : straight_filter);
       }
       attach(g, mesh.first_triangle, o);
     }

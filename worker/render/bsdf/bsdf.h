@@ -30,7 +30,9 @@ inline constexpr BsdfKind kDiffuse = 0, kRoughConductor = 1, kSmoothConductor = 
                           kRoughScatteringCoatedConductor = 25, kMeasured = 26, kAnisotropicCoated = 27,
                           kAnisotropicCoatedConductor = 28, kAnisotropicRoughCoatedConductor = 29,
                           kSubsurface = 30, kRoughSubsurface = 31, kIridescent = 32,
-                          kAnisotropicMetallicRoughness = 33, kTranslucent = 34, kBsdfKinds = 35;
+                          kAnisotropicMetallicRoughness = 33, kTranslucent = 34, kPrincipled = 35,
+                          kAnisotropicPrincipled = 36, kOrenNayar = 37, kGlossy = 38, kAnisotropicGlossy = 39,
+                          kSharpGlass = 40, kRoughGlass = 41, kVelvet = 42, kToon = 43, kBsdfKinds = 44;
 /// Of a material alone: a vertex has the kind of what the mix is there. Sorts after the others.
 inline constexpr BsdfKind kMix = kBsdfKinds, kMaterialKinds = kBsdfKinds + 1;
 /// Of a vertex in a medium (henyey_greenstein.h); no material has it.
@@ -41,7 +43,8 @@ inline constexpr BsdfKind kSubsurfaceExit = kMaterialKinds + 1, kRoughSubsurface
 /// True if every lobe is a delta: no connection can be made at such a vertex.
 constexpr bool is_pure_delta(int32_t kind) {
   return kind == kSmoothConductor || kind == kSmoothDielectric || kind == kThinDielectric ||
-         kind == kSmoothCoatedConductor || kind == kTintedDielectric || kind == kTintedSheet;
+         kind == kSmoothCoatedConductor || kind == kTintedDielectric || kind == kTintedSheet ||
+         kind == kSharpGlass;
 }
 /// True if some lobe is a delta.
 constexpr bool has_delta(int32_t kind) {
@@ -71,7 +74,7 @@ inline MaskOf<F> pure_delta(IntOf<F> kind) {
     return mask_or(MaskOf<F>(kind == a), MaskOf<F>(kind == b));
   };
   return mask_or(
-      either(kTintedDielectric, kTintedSheet),
+      mask_or(either(kTintedDielectric, kTintedSheet), MaskOf<F>(kind == kSharpGlass)),
       mask_or(either(kSmoothConductor, kSmoothDielectric), either(kThinDielectric, kSmoothCoatedConductor)));
 }
 
@@ -82,7 +85,8 @@ inline MaskOf<F> anisotropic(IntOf<F> kind) {
     return mask_or(MaskOf<F>(kind == a), MaskOf<F>(kind == b));
   };
   const MaskOf<F> gltf = MaskOf<F>(kind == kAnisotropicMetallicRoughness);
-  return mask_or(mask_or(gltf, either(kAnisotropicConductor, kAnisotropicDielectric)),
+  const MaskOf<F> blender = either(kAnisotropicPrincipled, kAnisotropicGlossy);
+  return mask_or(mask_or(mask_or(gltf, blender), either(kAnisotropicConductor, kAnisotropicDielectric)),
                  mask_or(mask_or(either(kHair, kMeasured), MaskOf<F>(kind == kAnisotropicCoated)),
                          either(kAnisotropicCoatedConductor, kAnisotropicRoughCoatedConductor)));
 }
@@ -108,6 +112,7 @@ inline constexpr int kBsdfParams = 10;
 ///               0-2 F0 of the metal in the coat, 3 eta of the coat, 4 rise of F, 5 thickness, 6 alpha of the
 ///               metal seen through the coat, 7 alpha of the coat, 8 table row (coated_conductor.h;
 ///               scattering: a block of coat_scattering.h follows)
+///   Blender's as the headers of blender/ say
 ///   subsurface, of both sides of the walk
 ///               0-2 single-scattering albedo, 3, 4, 6 and 8 as coated, 7 number of the body
 ///               (subsurface_body.h)

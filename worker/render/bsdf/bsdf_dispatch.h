@@ -4,6 +4,12 @@
 // surfaces, the commonest, are computed in place, all others in functions of their own: inlined beside them,
 // they would cost diffuse surfaces their registers.
 #include "worker/render/bsdf/anisotropic.h"
+#include "worker/render/bsdf/blender/glass.h"
+#include "worker/render/bsdf/blender/glossy.h"
+#include "worker/render/bsdf/blender/oren_nayar.h"
+#include "worker/render/bsdf/blender/principled.h"
+#include "worker/render/bsdf/blender/toon.h"
+#include "worker/render/bsdf/blender/velvet.h"
 #include "worker/render/bsdf/brushed.h"
 #include "worker/render/bsdf/conductor.h"
 #include "worker/render/bsdf/dielectric.h"
@@ -91,6 +97,22 @@ template <class F>
         return merge(m, eval_brushed(params, m, wo, wi), &result);
       case kTranslucent:
         return merge(m, eval_translucent(params, m, wo, wi), &result);
+      case kPrincipled:
+        return merge(m, eval_principled<F, false>(params, m, wo, wi), &result);
+      case kAnisotropicPrincipled:
+        return merge(m, eval_principled<F, true>(params, m, wo, wi), &result);
+      case kOrenNayar:
+        return merge(m, eval_oren_nayar(params, wo, wi), &result);
+      case kGlossy:
+        return merge(m, eval_glossy<F, false>(params, m, wo, wi), &result);
+      case kAnisotropicGlossy:
+        return merge(m, eval_glossy<F, true>(params, m, wo, wi), &result);
+      case kRoughGlass:
+        return merge(m, eval_rough_glass(params, m, wo, wi, mode), &result);
+      case kVelvet:
+        return merge(m, eval_velvet(params, wo, wi), &result);
+      case kToon:
+        return merge(m, eval_toon(params, m, wo, wi, mode), &result);
       case kRoughTintedDielectric:
         return merge(m, eval_rough_tinted_dielectric(params, wo, wi, mode), &result);
       case kRoughTintedSheet:
@@ -200,6 +222,24 @@ template <class F>
         return take(m, sample_brushed(params, m, wo, u, v));
       case kTranslucent:
         return take(m, sample_translucent(params, m, wo, u, v));
+      case kPrincipled:
+        return take(m, sample_principled<F, false>(params, m, wo, u, v));
+      case kAnisotropicPrincipled:
+        return take(m, sample_principled<F, true>(params, m, wo, u, v));
+      case kOrenNayar:
+        return take(m, sample_oren_nayar(params, wo, u, v));
+      case kGlossy:
+        return take(m, sample_glossy<F, false>(params, m, wo, u, v));
+      case kAnisotropicGlossy:
+        return take(m, sample_glossy<F, true>(params, m, wo, u, v));
+      case kSharpGlass:
+        return take(m, sample_sharp_glass(params, wo, lobe, mode));
+      case kRoughGlass:
+        return take(m, sample_rough_glass(params, m, wo, lobe, u, v, mode));
+      case kVelvet:
+        return take(m, sample_velvet(params, wo, u, v));
+      case kToon:
+        return take(m, sample_toon(params, m, wo, u, v, mode));
       case kTintedDielectric:
         return take(m, sample_tinted_dielectric(params, wo, lobe, mode));
       case kRoughTintedDielectric:

@@ -39,6 +39,22 @@ inline Vec3<F> unpacked_color(F packed, MaskOf<F> of_kind) {
   return {channel(color >> 16), channel(color >> 8), channel(color)};
 }
 
+/// Three values in [0, 1], in steps of 1/255.
+inline float packed_triple(float a, float b, float c) {
+  const auto step = [](float x) { return static_cast<int>(x * kColorSteps + 0.5f); };
+  return static_cast<float>((step(a) * 256 + step(b)) * 256 + step(c));
+}
+template <class F>
+struct UnpackedTriple {
+  F first, second, third;
+  UnpackedTriple(F packed, MaskOf<F> of_kind) {
+    const IntOf<F> triple = to_int(select(of_kind, packed, F{}));
+    first = to_float(triple >> 16) * (1 / kColorSteps);
+    second = to_float((triple >> 8) & 255) * (1 / kColorSteps);
+    third = to_float(triple & 255) * (1 / kColorSteps);
+  }
+};
+
 /// Whole steps beside a fraction, as a roughness alpha, which is above 0 and below 1.
 template <class F>
 struct UnpackedSteps {

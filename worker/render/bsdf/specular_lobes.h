@@ -16,7 +16,11 @@ inline F pass_probability(IntOf<F> kind, const BsdfParams<F>& params, const Vec3
   F unused;
   const F face = fresnel_dielectric(cosine, select(refracts, relative_eta(index, wo), index), &unused);
   const F reflects = select(thin, thin_reflectance(cosine, index), face);
-  return select(glass, 1.0f - reflects, F{});
+  const MaskOf<F> sharp = MaskOf<F>(kind == kSharpGlass);
+  if (!any(sharp)) return select(glass, 1.0f - reflects, F{});
+  BsdfParams<F> own = params;
+  own.p[0] = select(sharp, params.p[0], splat<F>(1.5f));
+  return select(sharp, 1.0f - glass_reflects(own, wo), select(glass, 1.0f - reflects, F{}));
 }
 
 /// The BSDF's sample that passes or is reflected, as `passes` says; its weight is that of the lobe alone:

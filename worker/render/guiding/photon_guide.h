@@ -62,7 +62,8 @@ PhotonGuide make_photon_guide(const std::vector<Photon>& photons);
 /// be chosen less often then, and makes much of the noise where a lamp is seen in a polished floor.
 constexpr bool is_guided(BsdfKind kind) {
   return kind == kDiffuse || kind == kDiffuseTransmission || kind == kRoughCoated ||
-         kind == kRoughScatteringCoated || kind == kAnisotropicCoated || is_metallic_roughness(kind);
+         kind == kRoughScatteringCoated || kind == kAnisotropicCoated || is_metallic_roughness(kind) ||
+         kind == kPrincipled || kind == kAnisotropicPrincipled || kind == kOrenNayar;
 }
 
 /// Paths beside a photon's direction, by the square q of the chord between: q has density K s / (s + q)^2 up

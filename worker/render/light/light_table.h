@@ -83,8 +83,10 @@ struct MovingLight {
 struct EmitterPattern {
   int texture = -1;         // multiplies the radiance
   FloatInput alpha{1, -1};  // multiplies what is sampled on the light; for rays see alpha_mask.h
-  float brightest = 1;      // of the texture, where that is an image
-  bool unseen = false;      // no ray meets the light: it has no primitive
+  /// What is emitted does not get less where alpha lets rays pass (MaterialDescription::opacity).
+  bool whole = false;
+  float brightest = 1;  // of the texture, where that is an image
+  bool unseen = false;  // no ray meets the light: it has no primitive
   /// Triangle: texture coordinates (u, v) of the corners. Sphere: the axes x, y, z of its object space.
   std::array<float, 9> frame{};
   std::array<std::array<float, 4>, 3> colors{};      // of a triangle's vertices, if scene.any_colors

@@ -46,7 +46,9 @@ struct MaterialEntry {
   int texture_eta = -1, texture_k = -1;
   int texture_transmittance = -1;
   int texture_u_roughness = -1, texture_v_roughness = -1;
-  int normal_map = -1, displacement = -1;  // as in MaterialDescription
+  int normal_map = -1, displacement = -1, shading_normal = -1;  // as in MaterialDescription
+  FloatInput opacity{1, -1};                                    // the same
+  Rgb tint{1, 1, 1};                                            // the same
   float normal_scale = 1;
   bool normal_follows_v = false;
   int gltf = -1;             // metallic roughness and tinted: index into RenderScene::metallic or tinted
@@ -56,9 +58,17 @@ struct MaterialEntry {
   bool remap_roughness = true;
   int coat_base_encounters = 1;
   int mix_first = -1, mix_second = -1;  // mix: materials; `scale` is the second's share, or texture_color
-  bool hair_reflectance = false;        // hair: the colour is a reflectance; `scale` says how it is taken
-  bool conductor_reflectance = false;   // color gives F0 by eta = 1, k = 2 sqrt(r / (1 - r))
-  Rgb eta, k;                           // coated conductor: of the metal against air, where not textured
+  MixRule mix_rule = MixRule::kChance;
+  FloatInput mix_metallic{0, -1};  // kTransmission, kBody
+  bool mix_coated = false;         // the same
+  // Blender's materials: index into RenderScene::principled or closures, and which of them.
+  int blender = -1;
+  bool principled = false;
+  bool passed = false;            // a Transparent BSDF: what stops at the surface is another part of its mix
+  float brightness = 1;           // about what it scatters, for choices
+  bool hair_reflectance = false;  // hair: the colour is a reflectance; `scale` says how it is taken
+  bool conductor_reflectance = false;  // color gives F0 by eta = 1, k = 2 sqrt(r / (1 - r))
+  Rgb eta, k;                          // coated conductor: of the metal against air, where not textured
   float coat_eta = 1, coat_alpha = 0;
   int first_row = -1;        // textured roughness: in bsdf_tables, where the tables over alpha begin
   int floats_per_alpha = 0;  // and the size of one
@@ -156,9 +166,12 @@ struct RenderScene {
   std::vector<float> bsdf_tables;
   std::vector<MetallicRoughnessMaterial> metallic;
   std::vector<TransmissionMaterial> tinted;
+  std::vector<PrincipledMaterial> principled;
+  std::vector<ClosureMaterial> closures;
   bool energy_compensation = false;  // see conductor.h
   bool any_anisotropy = false;       // some lobe follows dp/du
   bool any_mix = false;              // some material is a mix
+  bool any_weighted_mix = false;     // the same by one of Blender's rules
   bool any_texture = false;          // some material or emitter is textured
   bool any_normals = false;          // some mesh has shading normals
   bool any_colors = false;           // some mesh has vertex colours, and some texture reads them

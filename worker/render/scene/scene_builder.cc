@@ -96,6 +96,8 @@ class SceneBuilder {
       out_.any_bumps = out_.any_bumps || has_bumps(out_.materials[i]);
       out_.any_delta = out_.any_delta || has_delta(kind);
       out_.any_mix = out_.any_mix || kind == kMix;
+      out_.any_weighted_mix =
+          out_.any_weighted_mix || (kind == kMix && out_.materials[i].mix_rule != MixRule::kChance);
       out_.any_anisotropy = out_.any_anisotropy || anisotropic<float>(kind);
       out_.any_fibres = out_.any_fibres || kind == kHair;
       out_.any_bodies = out_.any_bodies || enters_bodies<float>(kind);

@@ -21,6 +21,12 @@ float read_eta(PbrtScene& out, ParameterList& params, std::string_view name = "e
 float read_constant(PbrtScene& out, ParameterList& params, std::string_view name, float fallback, double low,
                     double high);
 
+/// Names of the materials that are Blender's shader nodes, and one of them. `like` has what its parts share
+/// with it: its place, its bumps.
+const std::vector<std::string_view>& blender_materials();
+MaterialKind read_blender_material(PbrtScene& out, const std::string& type, ParameterList& params,
+                                   const MaterialDescription& like);
+
 /// Material "subsurface".
 SubsurfaceMaterial read_subsurface(PbrtScene& out, ParameterList& params);
 

@@ -146,6 +146,8 @@ void read_bumps(PbrtScene& out, ParameterList& params, MaterialDescription* mate
     }
   }
   material->displacement = out.float_input(params, "displacement", 0, -kMaxHeight, kMaxHeight).texture;
+  // Ours, not pbrt's.
+  material->shading_normal = out.spectrum_input(params, "normal", SpectrumUse::kFactor, {}).texture;
 }
 
 HairMaterial read_hair(PbrtScene& out, ParameterList& params) {
@@ -243,6 +245,8 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
     material.kind = read_mix(out, params);
   } else if (type == "disney") {
     material.kind = v3::read_disney(out, params);
+  } else if (is_one_of(type, blender_materials())) {
+    material.kind = read_blender_material(out, type, params, material);
   } else if (type == "coatedconductor") {
     material.kind = read_coated_conductor(out, params);
   } else {

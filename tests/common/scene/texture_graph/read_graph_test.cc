@@ -80,8 +80,8 @@ TEST(ReadGraph, WhatIsWrongIsSaidWithTheNode) {
 }
 
 TEST(ReadGraph, WhatIsNotSupportedIsSaidByName) {
-  EXPECT_THAT(complaint_of(R"({"name": "a", "type": "FRESNEL"})"),
-              HasSubstr("(FRESNEL) is not supported: it depends on the ray"));
+  EXPECT_THAT(complaint_of(R"({"name": "a", "type": "CAMERA"})"),
+              HasSubstr("(CAMERA) is not supported: it depends on the camera"));
   EXPECT_THAT(complaint_of(R"({"name": "a", "type": "NEW_GEOMETRY"})", R"(["a", "Pointiness"])"),
               HasSubstr("\"Pointiness\" of the node \"a\", which is not supported"));
   EXPECT_THAT(complaint_of(R"({"name": "a", "type": "TEX_IMAGE", "image": "x.png", "projection": "BALL"})",
@@ -138,12 +138,12 @@ TEST_F(GraphInPbrt, IsReadWithItsPlaceInTheSceneFile) {
   folder_.write("g.json", file_of(R"({"name": "a", "type": "VALUE", "value": 2})", R"(["a", "Value"])"));
   const SceneDescription scene = clean_world(R"(Texture "t" "float" "graph" "string filename" "g.json")");
   ASSERT_TRUE(std::holds_alternative<GraphTexture>(scene.textures.at(0).kind));
-  folder_.write("g.json", file_of(R"({"name": "a", "type": "LIGHT_PATH"})", R"(["a", "Is Camera Ray"])"));
+  folder_.write("g.json", file_of(R"({"name": "a", "type": "OBJECT_INFO"})", R"(["a", "Random"])"));
   const LoadResult bad = load_world(R"(Texture "t" "float" "graph" "string filename" "g.json")");
   ASSERT_EQ(bad.problems.size(), 1u);
   EXPECT_EQ(bad.problems[0].where.line, 2);
   EXPECT_THAT(bad.problems[0].message,
-              HasSubstr("the texture graph \"g.json\": the node \"a\" (LIGHT_PATH) is not supported"));
+              HasSubstr("the texture graph \"g.json\": the node \"a\" (OBJECT_INFO) is not supported"));
 }
 
 }  // namespace

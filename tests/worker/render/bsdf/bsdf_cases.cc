@@ -220,6 +220,82 @@ std::vector<BsdfCase> all_bsdfs() {
       0.1f);
   add("brushed_lacquer_milky",
       milky(brushed_layers(s.coated_conductor(gold, 1.5f, 0, 0), 0, 0, 0.4f, 0.1f), milk, 0.4f), 0.1f);
+  const auto principled = [&](const auto& edit) {
+    PrincipledMaterial m;
+    m.base_color.value = colour;
+    edit(m);
+    return gltf(m);
+  };
+  add("blender_principled", principled([](PrincipledMaterial&) {}), 0.25f);
+  add("blender_principled_metal", principled([](PrincipledMaterial& m) {
+        m.metallic.value = 1;
+        m.roughness.value = 0.4f;
+      }),
+      0.16f);
+  add("blender_principled_velvet", principled([](PrincipledMaterial& m) {
+        m.sheen.value = 1;
+        m.specular.value = 0;
+        m.roughness.value = 1;
+      }),
+      1);
+  add("blender_principled_coated", principled([](PrincipledMaterial& m) {
+        m.metallic.value = 0.3f;
+        m.clearcoat.value = 1;
+        m.clearcoat_roughness.value = 0.4f;
+        m.sheen.value = 0.5f;
+      }),
+      0.16f);
+  add("blender_principled_brushed", principled([](PrincipledMaterial& m) {
+        m.metallic.value = 1;
+        m.anisotropic.value = 0.8f;
+      }),
+      0.13f);
+  const auto glass_part = [](float roughness, float tint) {
+    return [=](PrincipledMaterial& m) {
+      m.part = PrincipledMaterial::Part::kGlass;
+      m.transmission.value = 1;
+      m.roughness.value = roughness;
+      m.transmission_roughness.value = 0.4f;
+      m.specular_tint.value = tint;
+    };
+  };
+  add("blender_principled_glass", principled(glass_part(0.5f, 0.5f)), 0.25f);
+  const auto closure = [&](ClosureKind kind, float roughness, FacetShape facets = FacetShape::kGgx,
+                           float anisotropy = 0) {
+    ClosureMaterial m;
+    m.closure = kind;
+    m.color.value = colour;
+    m.roughness.value = roughness;
+    m.facets = facets;
+    m.anisotropy.value = anisotropy;
+    return gltf(m);
+  };
+  add("blender_diffuse", closure(ClosureKind::kDiffuse, 0.7f), 0);
+  const FacetShape shapes[] = {FacetShape::kGgx, FacetShape::kBeckmann, FacetShape::kAshikhminShirley};
+  for (const FacetShape shape : shapes) {
+    const std::string number = std::to_string(static_cast<int>(shape));
+    add("blender_glossy_" + number, closure(ClosureKind::kGlossy, 0.5f, shape), 0.25f);
+    add("blender_brushed_" + number, closure(ClosureKind::kGlossy, 0.6f, shape, 0.5f), 0.18f);
+  }
+  add("blender_mirror", closure(ClosureKind::kGlossy, 0), 0);
+  add("blender_glass", closure(ClosureKind::kGlass, 0), 0);
+  add("blender_glass_rough", closure(ClosureKind::kGlass, 0.5f), 0.25f);
+  add("blender_glass_beckmann", closure(ClosureKind::kGlass, 0.6f, FacetShape::kBeckmann), 0.36f);
+  add("blender_refraction", closure(ClosureKind::kRefraction, 0.5f), 0.25f);
+  add("blender_translucent", closure(ClosureKind::kTranslucent, 0), 0);
+  add("blender_velvet", closure(ClosureKind::kVelvet, 0.7f), 0);
+  add("blender_toon", closure(ClosureKind::kToon, 0.4f, FacetShape::kGgx, 0.3f), 0);
+  s.scene.materials.push_back({"",
+                               [] {
+                                 ClosureMaterial m;
+                                 m.closure = ClosureKind::kToon;
+                                 m.roughness.value = 0.3f;
+                                 m.anisotropy.value = 0.2f;
+                                 m.glossy = true;
+                                 return m;
+                               }(),
+                               {}});
+  add("blender_toon_glossy", 0, 0);
   // For ever: the cases point into its tables.
   static const std::vector<float> tables = build_scene(s.scene).bsdf_tables;
   const RenderScene scene = build_scene(s.scene);

@@ -63,7 +63,9 @@ TEST(BsdfSymmetry, ReflectionIsReciprocalAndTransmissionByTheSquaredIndex) {
       const float scale = tolerance(bsdf) * std::max(importance.f.y, 3e-2f);
       // The adjoint: importance from wo to wi scatters as radiance from wi to wo.
       ASSERT_NEAR(importance.f.y, exchanged.f.y, scale) << wo.z << " " << wi.z;
-      if (bsdf.kind == kMeasured) {
+      if (bsdf.kind == kRoughGlass || bsdf.kind == kToon) {
+        // Not reciprocal: what the adjoint says is all.
+      } else if (bsdf.kind == kMeasured) {
         // Tables are reciprocal only as far as their nodes go: measured_test.cc.
       } else if (wo.z * wi.z > 0) {
         ASSERT_EQ(radiance.f.y, importance.f.y);

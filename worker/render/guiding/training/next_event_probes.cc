@@ -19,7 +19,8 @@ constexpr size_t kSkyRays = 8, kLightRays = 2;
 
 bool transmits(int32_t kind) {
   return kind == kRoughDielectric || kind == kDiffuseTransmission || kind == kAnisotropicDielectric ||
-         kind == kRoughTintedDielectric || kind == kRoughTintedSheet || kind == kTranslucent || kind == kHair;
+         kind == kRoughTintedDielectric || kind == kRoughTintedSheet || kind == kTranslucent ||
+         kind == kHair || kind == kRoughGlass;
 }
 
 LitPlace place_of(const Vertex& v, float time) {

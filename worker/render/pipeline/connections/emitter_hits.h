@@ -87,7 +87,7 @@ void add_emission(const StageContext& context, const Hit& h, LaneMask active, in
     w_other = r.scalar(kLightSelect) / r.scalar(kLightArea) * h.v.dvcm;  // M10
   }
   const Lane mis = mis_weight(Lane{}, weigh_connections ? w_other + p_emission * h.v.dvc : w_other);
-  const Vec3<Lane> c = h.v.throughput * radiance * (mis * context.imaging_ratio);
+  const Vec3<Lane> c = h.path.throughput * radiance * (mis * context.imaging_ratio);
   LaneMask shines = mask_and(emits, LaneMask(max_component(radiance) > 0.0f));
   if (K::kSurfaces && w.manifolds) {
     const LaneMask counted =

@@ -102,7 +102,7 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   if (weighs) recorder->scatter_by_guide(v.path, active, odds);
   Vec3<Lane> throughput = v.throughput * weight;
   const Lane after = max_component(throughput) * s.roulette_scale;
-  Lane before = K::kMedia ? gather(w.media->before, v.path) : max_component(v.throughput);
+  Lane before = K::kMedia ? gather(w.media->before, v.path) : max_component(h.path.throughput);
   if (bodies) before = select(leaves_bodies<Lane>(v.kind), gather(w.bodies->before, v.path), before);
   const LaneMask lost = mask_and(go, mask_not(LaneMask(after == after)));
   if (any(lost)) count_lost_paths(v.path, lost, mode, w);

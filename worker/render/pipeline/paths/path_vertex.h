@@ -1,6 +1,11 @@
 #pragma once
 // Stage 3's view of paths: groups of them in lanes, and the vertex that each ends at before anything is
 // sampled there.
+#include <array>
+#include <bit>
+#include <cmath>
+#include <optional>
+
 #include "worker/render/bsdf/bsdf_dispatch.h"
 #include "worker/render/pipeline/kernel_choice.h"
 #include "worker/render/pipeline/lane_group.h"
@@ -30,14 +35,30 @@ inline Vec3<Lane> segment_start(const MediaWork& m, LaneInt slot) {
   return {gather(m.start[0], slot), gather(m.start[1], slot), gather(m.start[2], slot)};
 }
 
+/// What textures may ask of the rays of a group, which are `segment` long.
+inline void describe_rays(const RenderScene& scene, const Group& g, const Vec3<Lane>& wo,
+                          const Vec3<Lane>& segment, int depth, std::array<RayAtPoint, kLanes>& rays) {
+  const Lane length = sqrt(dot(segment, segment));
+  for (unsigned bits = mask_bits(g.active); bits; bits &= bits - 1) {
+    const int l = std::countr_zero(bits);
+    RayAtPoint& ray = rays[static_cast<size_t>(l)];
+    ray = {{lane(wo.x, l), lane(wo.y, l), lane(wo.z, l)}};
+    ray.length = std::ldexp(lane(length, l), -scene.scale_exponent);
+    ray.depth = depth - 1;
+    ray.camera = depth == 1;
+  }
+}
+
+/// `bodies`: where these paths leave the bodies of these numbers.
 template <class K>
-Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mode mode, int depth) {
+Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mode mode, int depth,
+                const LaneInt* bodies = nullptr) {
   Hit h;
   h.path = load_paths<Lane>(w.paths, g.slot);
   const LaneInt prim = h.path.prim;
   const Vec3<Lane>&o = h.path.origin, &d = h.path.direction;
-  const Surface<Lane> s = surface_at<Lane, K::kSurfaces>(scene, prim, h.path.instance, o, d,
-                                                         times_of_slots(scene, w.paths, g.slot));
+  Surface<Lane> s = surface_at<Lane, K::kSurfaces>(scene, prim, h.path.instance, o, d,
+                                                   times_of_slots(scene, w.paths, g.slot));
   VertexLanes<Lane>& v = h.v;
   v.p = s.p;
   v.error = s.error;
@@ -45,7 +66,15 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
   v.wo = -d;
   v.throughput = h.path.throughput;
   LaneInt material = gather(scene.primitive_material.data(), prim);
-  if (K::kSurfaces && scene.any_mix) material = resolve_mixes<Lane>(scene, material, g.active, prim, s);
+  std::optional<std::array<RayAtPoint, kLanes>> rays;
+  if (K::kSurfaces && scene.textures.any_of_ray() && mode == Mode::kRadiance) {
+    describe_rays(scene, g, v.wo, s.p - o, depth, rays.emplace());
+    s.rays = rays->data();
+  }
+  Lane mix_scale = splat<Lane>(1.0f);
+  if (K::kSurfaces && scene.any_mix)
+    material = resolve_mixes<Lane>(scene, material, g.active, prim, s, &mix_scale, bodies);
+  if (K::kSurfaces && scene.any_weighted_mix) v.throughput = v.throughput * mix_scale;
   v.ns = K::kSurfaces && scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
   v.kind = bsdf_at<Lane, K::kSurfaces>(scene, material, g.active, s, &v.params);
   if (K::kSurfaces && scene.any_fibres)
@@ -58,7 +87,10 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
     const LaneInt sides = gather(scene.primitive_media.data(), prim);
     v.media = sides_met<Lane>(sides, h.path.medium);
     // A pane that is met at all reflects.
-    if (scene.any_panes) v.params.p[1] = select(LaneMask(sides < 0), splat<Lane>(1.0f), v.params.p[1]);
+    if (scene.any_panes) {
+      const LaneMask pane = mask_and(LaneMask(sides < 0), LaneMask(v.kind == kThinDielectric));
+      v.params.p[1] = select(pane, splat<Lane>(1.0f), v.params.p[1]);
+    }
     h.path.origin = segment_start(*w.media, g.slot);
   }
   const Vec3<Lane> segment = s.p - o;
@@ -104,8 +136,9 @@ inline Hit collision(const RenderScene& scene, const Wavefront& w, const Group& 
 /// For light paths it is the direction on which both normals agree, so that nothing is corrected.
 template <class K>
 Hit leave_body(const RenderScene& scene, const Wavefront& w, const Group& g, Mode mode, int depth) {
-  Hit h = reconstruct<K>(scene, w, g, mode, depth);
   const BodyWalks& walks = *w.bodies;
+  const LaneInt bodies = gather(walks.body, g.slot);
+  Hit h = reconstruct<K>(scene, w, g, mode, depth, &bodies);
   VertexLanes<Lane>& v = h.v;
   const Lane outside = gather(walks.outside, g.slot), tilt = dot(v.ng, v.ns);
   h.valid = mask_and(g.active, LaneMask(tilt > 0.0f));

@@ -218,10 +218,12 @@ class Step {
     const Surface<Lane>& s = g->s;
     LaneMask crosses = mask_and(mask_and(g->hit, LaneMask(g->sides < 0)), mask_not(collides));
     if (scene_.any_panes && any(crosses)) {
-      const Lane passed =
-          g->panes * pane_transmittance<Lane>(scene_, path.prim, crosses, abs(dot(s.ng, path.direction)));
+      Vec3<Lane> optical = g->optical;
+      const Lane passed = g->panes * pane_transmittance<Lane>(scene_, path.prim, crosses,
+                                                              abs(dot(s.ng, path.direction)), s, &optical);
       crosses = mask_and(crosses, LaneMask(g->pane_draw < passed));
       g->panes = select(crosses, passed, g->panes);
+      g->optical = select(crosses, optical, g->optical);
     }
     if (!any(crosses)) return crosses;
     const LaneMask out = LaneMask(dot(s.ng, path.direction) > 0.0f);

@@ -65,11 +65,12 @@ Lane draw_way(const SampleStream<Lane>& stream, uint32_t dim, const Vec3<Lane>& 
 }
 
 /// Which of the lanes in `arrives`, on surfaces with the boundary's material, are at the body. Elsewhere a
-/// mix is another material there, and lets nothing out.
+/// mix, but by Blender's rules, is another material there, and lets nothing out.
 LaneMask at_body(const RenderScene& scene, LaneInt boundary, LaneInt body, LaneMask arrives, LaneInt prim,
                  const Surface<Lane>& s) {
   if (!scene.any_mix) return arrives;
-  const LaneInt material = resolve_mixes<Lane>(scene, boundary, arrives, prim, s);
+  Lane unused = splat<Lane>(1.0f);
+  const LaneInt material = resolve_mixes<Lane>(scene, boundary, arrives, prim, s, &unused, &body);
   const LaneMask right = enters_bodies<Lane>(gather(scene.material_kind.data(), material));
   const Lane number = gather(scene.material_params.data() + kBodyNumberSlot, material * kBsdfParams);
   return mask_and(arrives, mask_and(right, LaneMask(to_int(select(right, number, Lane{})) == body)));

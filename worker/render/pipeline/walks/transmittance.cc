@@ -130,9 +130,10 @@ class ShadowStep {
     const Surface<Lane>& s = g.s;
     if (scene_.any_panes) {
       const Lane cosine = min(abs(dot(s.ng, g.d)) / g.length_d, splat<Lane>(1.0f));
-      scatter(m_.shadow_panes, e.slot,
-              gather(m_.shadow_panes, e.slot) * pane_transmittance<Lane>(scene_, g.prim, g.crosses, cosine),
-              g.crosses);
+      Vec3<Lane> depth = gather_rows(m_.shadow_depth, e.slot);
+      const Lane passed = pane_transmittance<Lane>(scene_, g.prim, g.crosses, cosine, s, &depth);
+      scatter(m_.shadow_panes, e.slot, gather(m_.shadow_panes, e.slot) * passed, g.crosses);
+      scatter_rgb(m_.shadow_depth, e.slot, depth, g.crosses);
     }
     const LaneMask out = LaneMask(dot(s.ng, g.d) > 0.0f);
     scatter(m_.shadow_medium, e.slot, medium_on_side<Lane>(sides_met<Lane>(g.sides, g.medium), out),

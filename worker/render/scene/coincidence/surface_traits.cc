@@ -14,6 +14,12 @@ bool passes_light(const SceneDescription& scene, int material, int depth) {
     return passes_light(scene, mix->materials[0], depth + 1) ||
            passes_light(scene, mix->materials[1], depth + 1);
   }
+  if (const auto* m = std::get_if<PrincipledMaterial>(&kind))
+    return m->part == PrincipledMaterial::Part::kGlass;
+  if (const auto* m = std::get_if<ClosureMaterial>(&kind)) {
+    return m->closure == ClosureKind::kGlass || m->closure == ClosureKind::kRefraction ||
+           m->closure == ClosureKind::kTranslucent || m->closure == ClosureKind::kTransparent;
+  }
   return std::holds_alternative<DielectricMaterial>(kind) ||
          std::holds_alternative<ThinDielectricMaterial>(kind) ||
          std::holds_alternative<DiffuseTransmissionMaterial>(kind) ||

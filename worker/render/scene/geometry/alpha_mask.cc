@@ -1,8 +1,7 @@
 #include "worker/render/scene/geometry/alpha_mask.h"
 
 #include "worker/render/sampling/sobol.h"
-#include "worker/render/scene/geometry/placement.h"
-#include "worker/render/scene/geometry/triangle_hit.h"
+#include "worker/render/scene/geometry/surface.h"
 
 namespace lightmill {
 namespace {
@@ -15,10 +14,29 @@ float hash_ray(int32_t prim, int32_t instance, const Vec3<float>& o, const Vec3<
   return static_cast<float>(h >> 8) * 0x1p-24f;
 }
 
+/// The ray as textures see it, and normals of the point that know their outside. Whose it is, is not known
+/// here.
+RayAtPoint ray_that_meets(const RenderScene& scene, int32_t prim, int32_t instance, float time,
+                          const Vec3<float>& o, const Vec3<float>& d, TexturePoint* at) {
+  RayAtPoint ray;
+  ray.camera = false;
+  if (instance >= 0) {
+    const bool flips = (scene.primitive_flags[static_cast<size_t>(prim)] & RenderScene::kFlip) != 0;
+    if (flips) at->n = -at->n;
+    ray.towards = normalize(-Placement<float>::of(scene, instance, time, 1).scaled_vector(d));
+    return ray;
+  }
+  const Surface<float> s = placed_surface<float, true>(scene, prim, NoPlacement<float>{}, o, d);
+  at->n = s.ng;
+  at->ns = s.ns;
+  ray.towards = normalize(-d);
+  return ray;
+}
+
 }  // namespace
 
 bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim, int32_t instance,
-                 float time, const Vec3<float>& o, const Vec3<float>& d) {
+                 float time, const Vec3<float>& o, const Vec3<float>& d, bool shadow) {
   float a = alpha.value;
   if (alpha.texture >= 0) {
     TriangleHit<float> h;
@@ -38,6 +56,12 @@ bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim
     at.n = normalize(cross(e1, e2));
     if (scene.any_colors) interpolate_colors(scene, h, at.color.data());
     if (scene.any_second_uvs) interpolate_second_uvs(scene, h, &at.second_u, &at.second_v);
+    RayAtPoint ray;
+    if (scene.textures.any_of_ray()) {
+      ray = ray_that_meets(scene, prim, instance, time, o, d, &at);
+      ray.shadow = shadow;
+      at.ray = &ray;
+    }
     a = scene.textures.evaluate(alpha.texture, at).r;
   }
   if (a >= 1) return true;

@@ -18,9 +18,10 @@ struct RenderScene;
 inline bool has_alpha_mask(const FloatInput& alpha) { return alpha.texture >= 0 || alpha.value < 1; }
 
 /// Whether triangle `prim` of a mesh with `alpha`, in `instance` (-1: in none) at `time`, stops ray (o, d),
-/// which is known to hit it. The ray is in the triangle's space.
+/// which is known to hit it. The ray is in the triangle's space. `shadow`: it asks whether a light is seen,
+/// for textures that make a difference of that.
 bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim, int32_t instance,
-                 float time, const Vec3<float>& o, const Vec3<float>& d);
+                 float time, const Vec3<float>& o, const Vec3<float>& d, bool shadow = false);
 
 /// Whether direction `d` meets triangle `prim` from behind. `outwards`: as in MeshRange::fibres.
 bool meets_back(const RenderScene& scene, int32_t prim, int32_t outwards, const Vec3<float>& d);

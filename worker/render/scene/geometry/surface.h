@@ -25,8 +25,9 @@ struct Surface {
   // Derivatives of the position by u and v if scene.any_tangent (dpdu is zero at a sphere's
   // poles); else zero.
   Vec3<F> dpdu, dpdv;
-  F color[4]{};              // of the vertices, with alpha, if scene.any_colors
-  F second_u{}, second_v{};  // if scene.any_second_uvs
+  F color[4]{};                      // of the vertices, with alpha, if scene.any_colors
+  F second_u{}, second_v{};          // if scene.any_second_uvs
+  const RayAtPoint* rays = nullptr;  // of the lanes that met it, where textures ask for them
 };
 
 /// The unit tangent along +u: dp/du made perpendicular to the unit normal `n` (the shading normal in use).
@@ -186,6 +187,7 @@ inline TexturePoint texture_point(const RenderScene& scene, const Surface<F>& s,
     for (size_t c = 0; c < 4; ++c) at.color[c] = lane(s.color[c], l);
   }
   if (scene.any_second_uvs) at.second_u = lane(s.second_u, l), at.second_v = lane(s.second_v, l);
+  at.ray = s.rays ? s.rays + l : nullptr;
   if (scene.textures.any_graph()) at.ns = {lane(s.ns.x, l), lane(s.ns.y, l), lane(s.ns.z, l)};
   return at;
 }

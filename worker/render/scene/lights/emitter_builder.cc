@@ -198,7 +198,11 @@ int32_t EmitterBuilder::add(LightType type, const ShapeDescription& shape, doubl
     out_.lights.hide(shape.hidden);
     return out_.lights.count() - 1;
   }
-  EmitterPattern pattern{light.texture, shape.alpha, from.brightest, unseen, frame, {}, {}};
+  EmitterPattern pattern{light.texture, shape.alpha, false, from.brightest, unseen, frame, {}, {}};
+  if (shape.material >= 0) {
+    const FloatInput& opacity = in_.materials[static_cast<size_t>(shape.material)].opacity;
+    pattern.whole = opacity.texture >= 0 || opacity.value < 1;
+  }
   if (vertices && out_.any_colors) {
     for (size_t k = 0; k < 3; ++k)
       std::copy_n(&out_.colors[static_cast<size_t>(vertices[k]) * 4], 4, pattern.colors[k].begin());

@@ -21,12 +21,23 @@ void coordinates(const EmitterPattern& pattern, bool sphere, float b1, float b2,
   *v = f[1] * b0 + f[3] * b1 + f[5] * b2;
 }
 
-}  // namespace
-
-Vec3<float> pattern_at_hit(const RenderScene& scene, const EmitterPattern& pattern, const TexturePoint& at) {
+/// The radiance's factor, and the probability that a ray is stopped.
+Vec3<float> shown(const RenderScene& scene, const EmitterPattern& pattern, const TexturePoint& at) {
   if (pattern.texture < 0) return {1, 1, 1};
   const Rgb c = scene.textures.evaluate(pattern.texture, at);
   return {std::max(c.r, 0.0f), std::max(c.g, 0.0f), std::max(c.b, 0.0f)};
+}
+float stops(const RenderScene& scene, const FloatInput& alpha, const TexturePoint& at) {
+  const float a = alpha.texture < 0 ? alpha.value : scene.textures.evaluate(alpha.texture, at).r;
+  return a > 0 ? std::min(a, 1.0f) : 0.0f;
+}
+
+}  // namespace
+
+Vec3<float> pattern_at_hit(const RenderScene& scene, const EmitterPattern& pattern, const TexturePoint& at) {
+  const Vec3<float> c = shown(scene, pattern, at);
+  const float a = pattern.whole ? stops(scene, pattern.alpha, at) : 1.0f;
+  return a > 0 ? c * (1 / a) : c;
 }
 
 Vec3<float> pattern_at_sample(const RenderScene& scene, const EmitterPattern& pattern, bool sphere, float b1,
@@ -44,9 +55,7 @@ Vec3<float> pattern_at_sample(const RenderScene& scene, const EmitterPattern& pa
   }
   at.p = scene.scene_point({p.x, p.y, p.z});
   at.n = n;
-  const FloatInput& alpha = pattern.alpha;
-  const float a = alpha.texture < 0 ? alpha.value : scene.textures.evaluate(alpha.texture, at).r;
-  return pattern_at_hit(scene, pattern, at) * (a > 0 ? std::min(a, 1.0f) : 0.0f);
+  return shown(scene, pattern, at) * (pattern.whole ? 1.0f : stops(scene, pattern.alpha, at));
 }
 
 }  // namespace lightmill

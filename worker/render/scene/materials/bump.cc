@@ -43,6 +43,13 @@ Vec lifted(const RenderScene& scene, int texture, const Surface<float>& s) {
 }  // namespace
 
 Vec bumped_normal(const RenderScene& scene, const MaterialEntry& material, const Surface<float>& s) {
+  if (material.shading_normal >= 0) {
+    Surface<float> turned = s;
+    const Rgb given = scene.textures.evaluate(material.shading_normal, texture_point(scene, s, 0));
+    turned.ns = finish(s, scene.textures.normal_of_graph(material.shading_normal, given));
+    if (material.displacement < 0) return turned.ns;
+    return finish(turned, lifted(scene, material.displacement, turned));
+  }
   return finish(
       s, material.normal_map >= 0 ? mapped(scene, material, s) : lifted(scene, material.displacement, s));
 }

@@ -4,16 +4,19 @@
 
 namespace lightmill {
 
-inline bool has_bumps(const MaterialEntry& m) { return m.normal_map >= 0 || m.displacement >= 0; }
+inline bool has_bumps(const MaterialEntry& m) {
+  return m.normal_map >= 0 || m.displacement >= 0 || m.shading_normal >= 0;
+}
 
 /// Step of u and v for the slopes of a bump map: that of pbrt-v4 where it has no ray differentials.
 inline constexpr float kBumpStep = 0.0005f;
 
 /// The shading normal of surface `s` after the map of its material, which has_bumps: unit, on the side of
-/// s.ng. Normal map: the texture's 2 rgb - 1 with x along dp/du, z along the normal, and y their cross
-/// product (or, if the map follows v, that side of it on which dp/dv lies). Bump map: the normal of the
-/// surface lifted along s.ns by the texture (Blinn 1978, without the term of the surface's curvature), by
-/// forward differences. A map that gives no direction leaves the normal as it is.
+/// s.ng. A graph's normal is taken as it is, and then bumped. Normal map: the texture's 2 rgb - 1 with x
+/// along dp/du, z along the normal, and y their cross product (or, if the map follows v, that side of it on
+/// which dp/dv lies). Bump map: the normal of the surface lifted along s.ns by the texture (Blinn 1978,
+/// without the term of the surface's curvature), by forward differences. A map that gives no direction leaves
+/// the normal as it is.
 Vec3<float> bumped_normal(const RenderScene& scene, const MaterialEntry& material, const Surface<float>& s);
 
 /// The same in lanes: where an active lane's material has a map, else s.ns.
@@ -36,6 +39,7 @@ inline Vec3<F> bumped_normals(const RenderScene& scene, IntOf<F> material, MaskO
     one.v = lane(s.v, l);
     one.dpdu = vec(s.dpdu);
     one.dpdv = vec(s.dpdv);
+    one.rays = s.rays ? s.rays + l : nullptr;
     const Vec3<float> n = bumped_normal(scene, m, one);
     ns[0][l] = n.x, ns[1][l] = n.y, ns[2][l] = n.z;
     changed = true;

@@ -16,6 +16,12 @@ inline void orient_lobes(const Surface<F>& surface, const Vec3<F>& ns, IntOf<F> 
   const Vec3<F> tangent = frame.to_local(unit_tangent(surface.dpdu, ns));
   F rotation = turns(tangent.y, tangent.x);
   const MaskOf<F> gltf = MaskOf<F>(kind == kAnisotropicMetallicRoughness);
+  const MaskOf<F> blender =
+      mask_or(MaskOf<F>(kind == kAnisotropicPrincipled), MaskOf<F>(kind == kAnisotropicGlossy));
+  if (any(blender)) {
+    const F turned = rotation + select(blender, params->p[9], F{});
+    rotation = turned - floor(turned);
+  }
   if (any(gltf)) {
     const F of_material = copysign(params->p[9], dot(cross(ns, surface.dpdu), surface.dpdv));
     const F turned = rotation + select(gltf, of_material, F{});

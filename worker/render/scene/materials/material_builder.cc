@@ -6,6 +6,7 @@
 #include "worker/render/bsdf/tables/metallic_table.h"
 #include "worker/render/bsdf/tables/sheen_table.h"
 #include "worker/render/scene/geometry/hair_builder.h"
+#include "worker/render/scene/materials/blender_builder.h"
 #include "worker/render/scene/materials/coat_builder.h"
 #include "worker/render/scene/materials/material_slots.h"
 #include "worker/render/scene/materials/measured_builder.h"
@@ -107,20 +108,31 @@ struct Builder {
     if (m.table) entry.kind = kMeasured;  // else black
   }
   void operator()(const SubsurfaceMaterial&) { build_subsurface(material, coats, scene, &entry, params); }
+  void operator()(const PrincipledMaterial& m) { build_principled(m, scene, &entry, params); }
+  void operator()(const ClosureMaterial& m) { build_closure(m, scene, &entry, params); }
   void operator()(const MixMaterial& m) {
     entry.kind = kMix;
     entry.mix_first = m.materials[0];
     entry.mix_second = m.materials[1];
     entry.scale = m.amount.value;
     entry.texture_color = m.amount.texture;
+    entry.mix_rule = m.rule;
+    entry.mix_metallic = m.metallic;
+    entry.mix_coated = m.coated;
   }
 };
+
+bool has_several_bounces(const MaterialKind& kind) {
+  const auto* principled = std::get_if<PrincipledMaterial>(&kind);
+  const auto* closure = std::get_if<ClosureMaterial>(&kind);
+  return (principled && principled->multi_ggx) || (closure && closure->facets == FacetShape::kMultiGgx);
+}
 
 /// Puts what has a fixed place there into scene.bsdf_tables.
 void begin_tables(const std::vector<MaterialDescription>& materials, RenderScene* scene) {
   const bool metallic = std::any_of(materials.begin(), materials.end(), [](const MaterialDescription& m) {
     return std::holds_alternative<MetallicRoughnessMaterial>(m.kind) ||
-           std::holds_alternative<TransmissionMaterial>(m.kind);
+           std::holds_alternative<TransmissionMaterial>(m.kind) || has_several_bounces(m.kind);
   });
   if (metallic) scene->bsdf_tables = metallic_table();
   const bool sheen = std::any_of(materials.begin(), materials.end(), [](const MaterialDescription& m) {
@@ -141,11 +153,27 @@ void add_material(const MaterialDescription& material, CoatMemo* coats, RenderSc
                e.texture_u_roughness >= 0 || e.texture_v_roughness >= 0 || e.texture_transmittance >= 0;
   e.normal_map = material.normal_map;
   e.displacement = material.displacement;
+  e.shading_normal = material.shading_normal;
+  e.opacity = material.opacity;
+  e.tint = material.tint;
   e.normal_scale = material.normal_scale;
   e.normal_follows_v = material.normal_follows_v;
   scene->materials.push_back(e);
   scene->material_kind.push_back(e.kind);
   scene->material_params.insert(scene->material_params.end(), b.params, b.params + kBsdfParams);
+}
+
+/// What mixes scatter, from what their parts do; those that are defined before their parts are taken as
+/// white.
+void set_mix_brightness(RenderScene* scene) {
+  for (MaterialEntry& e : scene->materials) {
+    if (e.kind != kMix) continue;
+    const auto of = [&](int part) { return scene->materials[static_cast<size_t>(part)].brightness; };
+    const float first = of(e.mix_first), second = of(e.mix_second);
+    const float share = e.texture_color >= 0 ? 0.5f : e.scale;
+    const float both = e.mix_rule == MixRule::kAddShader ? first + second : first + (second - first) * share;
+    e.brightness = e.mix_rule == MixRule::kTransmission ? 1 : both;
+  }
 }
 
 }  // namespace
@@ -154,6 +182,7 @@ void add_materials(const std::vector<MaterialDescription>& materials, RenderScen
   begin_tables(materials, scene);
   CoatMemo coats;
   for (const MaterialDescription& m : materials) add_material(m, &coats, scene);
+  set_mix_brightness(scene);
   add_measured(materials, scene);  // last: where others' tables are must stay within a float's 24 bits
 }
 
@@ -173,6 +202,7 @@ void prefetch_textures(const RenderScene& scene, const MaterialEntry& material, 
 void apply_textures(const RenderScene& scene, int32_t material, const TexturePoint& at, float* params) {
   const MaterialEntry& e = scene.materials[static_cast<size_t>(material)];
   if (e.gltf >= 0) return apply_gltf_textures(scene, e, at, params);
+  if (e.blender >= 0) return apply_blender_textures(scene, e, at, params);
   if (enters_bodies<float>(e.kind))
     return set_subsurface_reflectance(scene, scene.textures.evaluate(e.texture_color, at), params);
   if (e.kind == kHair) return set_hair_colour(e, scene.textures.evaluate(e.texture_color, at), params);

@@ -2,13 +2,15 @@
 #include <bit>
 
 #include "worker/render/scene/geometry/surface.h"
+#include "worker/render/scene/materials/blender_builder.h"
 
 namespace lightmill {
 namespace {
 
 /// Calls visit(texture) for what the material reads; glTF's have no graphs.
 template <class Visit>
-void textures_read(const MaterialEntry& m, const Visit& visit) {
+void textures_read(const RenderScene& scene, const MaterialEntry& m, const Visit& visit) {
+  if (m.blender >= 0) return visit_blender_textures(scene, m, visit);
   visit(m.texture_color);
   if (m.texture_u_roughness != m.texture_color) visit(m.texture_u_roughness);
   if (m.texture_v_roughness != m.texture_u_roughness) visit(m.texture_v_roughness);
@@ -31,7 +33,7 @@ void evaluate_graphs(const RenderScene& scene, const int32_t materials[8], unsig
     TexturePoint points[8];
     for (int l = 0; l < 8; ++l) points[l] = at[same >> l & 1 ? l : std::countr_zero(same)];
     for (int l = 0; l < 8; ++l) known[l].count = same >> l & 1 ? 0 : known[l].count;
-    textures_read(m, [&](int texture) {
+    textures_read(scene, m, [&](int texture) {
       if (!scene.textures.is_graph(texture)) return;
       Rgb values[8];
       scene.textures.evaluate_graph(texture, points, values);

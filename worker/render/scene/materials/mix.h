@@ -4,19 +4,32 @@
 // As in pbrt a hash of the point makes the choice. So it needs no random numbers and is the same in every
 // lane width and on every machine. A vertex keeps the choice with its kind and parameters. A mix's children
 // may be mixes; cycles have been refused before.
+//
+// By Blender's rules (MixRule) a choice stands for both parts: what the chosen one scatters is scaled by its
+// weight over the probability of the choice, which follows what the parts scatter. The vertex's throughput
+// takes that factor, whichever way the path goes. Transparent parts are never chosen: they are not met at all
+// (common/scene/materials/see_through.h), and the others have their weights over the probability that a ray
+// is stopped.
 #include "worker/render/scene/geometry/surface.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
 
-/// The material, not a mix, at point `p` (three floats) of primitive `prim`.
-int32_t resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, const float p[3],
-                    const TexturePoint& at);
+/// A material, not a mix, and the factor of what it scatters.
+struct MixChoice {
+  int32_t material;
+  float scale = 1;
+};
 
-/// Replaces the mixes among the active lanes' materials.
+/// The choice at point `p` (three floats) of primitive `prim`. `body`: where light that walks through the
+/// body of this number would leave it, which by Blender's rules is everywhere; -1: nowhere.
+MixChoice resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, const float p[3],
+                      const TexturePoint& at, int32_t body = -1);
+
+/// Replaces the mixes among the active lanes' materials; `scale` is multiplied by their factors.
 template <class F>
 inline IntOf<F> resolve_mixes(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, IntOf<F> prim,
-                              const Surface<F>& s) {
+                              const Surface<F>& s, F* scale, const IntOf<F>* bodies = nullptr) {
   const MaskOf<F> mixed = mask_and(active, MaskOf<F>(gather(scene.material_kind.data(), material) == kMix));
   unsigned bits = mask_bits(mixed);
   if (bits == 0) return material;
@@ -25,7 +38,10 @@ inline IntOf<F> resolve_mixes(const RenderScene& scene, IntOf<F> material, MaskO
   for (; bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
     const float p[3] = {lane(s.p.x, l), lane(s.p.y, l), lane(s.p.z, l)};
-    m[l] = resolve_mix(scene, m[l], lane(prim, l), p, texture_point(scene, s, l));
+    const MixChoice choice = resolve_mix(scene, m[l], lane(prim, l), p, texture_point(scene, s, l),
+                                         bodies ? lane(*bodies, l) : -1);
+    m[l] = choice.material;
+    if (choice.scale != 1) set_lane(scale, l, lane(*scale, l) * choice.scale);
   }
   return load_int<F>(m);
 }

@@ -94,6 +94,7 @@ void MediaBuilder::write(int threads, RenderScene* scene) const {
 bool MediaBuilder::is_pane(const ShapeDescription& shape) const {
   if (shape.boundary || shape.area_light >= 0 || shape.material < 0) return false;
   const MaterialDescription& material = in_.materials[static_cast<size_t>(shape.material)];
+  if (is_tinted(material)) return true;
   return std::holds_alternative<ThinDielectricMaterial>(material.kind) && material.normal_map < 0 &&
          material.displacement < 0;
 }

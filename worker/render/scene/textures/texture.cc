@@ -58,6 +58,8 @@ TextureTable::TextureTable(const std::vector<TextureDescription>& textures, cons
     if (const auto* graph = std::get_if<GraphTexture>(&t.kind); graph && used) {
       graphs_.resize(textures.size());
       graphs_[nodes_.size() - 1] = std::make_shared<GraphProgram>(*graph->graph, graph->images);
+      const bool used = in_use.empty() || in_use[nodes_.size() - 1];
+      any_of_ray_ = any_of_ray_ || (used && reads_ray(*graph->graph));
     }
   }
   const auto image_at = [&](size_t i) -> const ImageTexture& {
@@ -175,6 +177,18 @@ Rgb TextureTable::evaluate(int id, const TexturePoint& at) const {
     return {c[0], c[1], c[2]};
   }
   return noise_color(std::get<NoiseTexture>(node), at);
+}
+
+Vec3<float> TextureTable::normal_of_graph(int id, const Rgb& given) const {
+  const auto* graph = std::get_if<GraphTexture>(&nodes_[static_cast<size_t>(id)]);
+  if (!graph) return {given.r, given.g, given.b};
+  // Normals turn by the inverse's transpose on the way there.
+  const auto& m = graph->graph->to_world.m;
+  const auto row = [&](size_t k) {
+    return static_cast<float>(m[0][k] * double{given.r} + m[1][k] * double{given.g} +
+                              m[2][k] * double{given.b});
+  };
+  return {row(0), row(1), row(2)};
 }
 
 void TextureTable::evaluate_graph(int id, const TexturePoint at[8], Rgb values[8]) const {

@@ -23,6 +23,14 @@ struct KnownValues {
   Rgb value[kMost];
 };
 
+/// The ray that meets the point, for graphs that ask; without one it comes along the normal, from the camera.
+struct RayAtPoint {
+  Vec3<float> towards{};  // unit, to where it comes from
+  float length = 0;       // in scene units
+  int32_t depth = 0;      // scattering events before
+  bool camera = true, shadow = false, diffuse = false, glossy = false, singular = false, transmitted = false;
+};
+
 /// Where a texture is looked up.
 struct TexturePoint {
   float u = 0, v = 0;                      // surface coordinates
@@ -32,6 +40,7 @@ struct TexturePoint {
   float second_u = 0, second_v = 0;        // of the mesh's second set
   Vec3<float> ns{0, 0, 0};                 // unit shading normal where it is known, for graphs; else zero
   const KnownValues* known = nullptr;      // of graphs
+  const RayAtPoint* ray = nullptr;         // for graphs
 };
 
 /// All textures of a scene, evaluated per point.
@@ -50,6 +59,10 @@ class TextureTable {
   void evaluate_graph(int id, const TexturePoint at[8], Rgb values[8]) const;
   bool is_graph(int id) const { return id >= 0 && !graphs_.empty() && graphs_[static_cast<size_t>(id)]; }
   bool any_graph() const { return !graphs_.empty(); }
+  /// Whether a graph asks for the ray.
+  bool any_of_ray() const { return any_of_ray_; }
+  /// The direction of the scene's space that a shading normal stands for which graph `id` gave.
+  Vec3<float> normal_of_graph(int id, const Rgb& given) const;
   /// Begins to fetch the texels that evaluate() will read, if the texture is an image.
   void prefetch(int id, const TexturePoint& at) const;
   /// The image behind texture `id`, or null if it is of another kind or not in use.
@@ -78,6 +91,7 @@ class TextureTable {
   size_t unused_images_ = 0;
   std::vector<ImageMap> images_;
   std::vector<std::shared_ptr<const GraphProgram>> graphs_;  // per node, null if it is no graph; empty: none
+  bool any_of_ray_ = false;
   std::vector<int> image_of_;  // per node, -1 if it is not an image or not in use
 };
 

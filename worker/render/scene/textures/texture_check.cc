@@ -66,6 +66,9 @@ class Checker {
     if (m.reflectance) unit("reflectance", *m.reflectance);
   }
   void inputs_of(const MixMaterial& m) { unit("amount", m.amount.texture); }
+  // Blender clamps what its nodes are given, and says nothing.
+  void inputs_of(const PrincipledMaterial&) {}
+  void inputs_of(const ClosureMaterial&) {}
   // glTF's own: factors are checked by the reader, and images of a glTF file are of bytes.
   void inputs_of(const MetallicRoughnessMaterial& m) { unit("baseColorTexture", m.base_color); }
   void inputs_of(const TransmissionMaterial& m) { unit("baseColorTexture", m.color); }

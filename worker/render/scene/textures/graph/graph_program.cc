@@ -14,6 +14,39 @@ bool reads_the_surface(GraphOp op) {
   return op == GraphOp::kInput || op == GraphOp::kPoint || op == GraphOp::kImage;
 }
 
+float ray_input(GraphInput which, const TexturePoint& at, const Vec3<float>& normal) {
+  const RayAtPoint ray = at.ray ? *at.ray : RayAtPoint{normal};
+  const auto truth = [](bool x) { return x ? 1.0f : 0.0f; };
+  switch (which) {
+    case GraphInput::kIncomingX:
+      return ray.towards.x;
+    case GraphInput::kIncomingY:
+      return ray.towards.y;
+    case GraphInput::kIncomingZ:
+      return ray.towards.z;
+    case GraphInput::kBackfacing:
+      return truth(dot(at.n, ray.towards) < 0);
+    case GraphInput::kIsCameraRay:
+      return truth(ray.camera);
+    case GraphInput::kIsShadowRay:
+      return truth(ray.shadow);
+    case GraphInput::kIsDiffuseRay:
+      return truth(ray.diffuse);
+    case GraphInput::kIsGlossyRay:
+      return truth(ray.glossy);
+    case GraphInput::kIsSingularRay:
+      return truth(ray.singular);
+    case GraphInput::kIsReflectionRay:
+      return truth(!ray.camera && !ray.shadow && !ray.transmitted);
+    case GraphInput::kIsTransmissionRay:
+      return truth(ray.transmitted);
+    case GraphInput::kRayLength:
+      return ray.length;
+    default:
+      return static_cast<float>(ray.depth);
+  }
+}
+
 float surface_input(GraphInput which, const TexturePoint& at) {
   const bool shaded = at.ns.x != 0 || at.ns.y != 0 || at.ns.z != 0;
   const Vec3<float>& n = shaded ? at.ns : at.n;
@@ -43,8 +76,9 @@ float surface_input(GraphInput which, const TexturePoint& at) {
       return n.y;
     case GraphInput::kNormalZ:
       return n.z;
+    default:
+      return ray_input(which, at, n);
   }
-  return 0;
 }
 
 /// The point in a space, rounded once.

@@ -1,0 +1,21 @@
+#pragma once
+// Materials that are Blender's shader nodes (bsdf/blender/): descriptions to parameters.
+#include <functional>
+
+#include "worker/render/scene/geometry/surface.h"
+#include "worker/render/scene/render_scene.h"
+
+namespace lightmill {
+
+void build_principled(const PrincipledMaterial& m, RenderScene* scene, MaterialEntry* entry, float* params);
+void build_closure(const ClosureMaterial& m, RenderScene* scene, MaterialEntry* entry, float* params);
+
+/// Overwrites the parameters of a textured one at a point.
+void apply_blender_textures(const RenderScene& scene, const MaterialEntry& entry, const TexturePoint& at,
+                            float* params);
+
+/// Calls visit(texture) for the textures of its inputs; -1 where there is none.
+void visit_blender_textures(const RenderScene& scene, const MaterialEntry& entry,
+                            const std::function<void(int)>& visit);
+
+}  // namespace lightmill
