@@ -3,7 +3,7 @@
 #   tests/run.sh           what a change must pass: unit tests, statistics, farms of real processes, the command line,
 #                          the dashboard in Chromium, the quickstart; 25 minutes on 2 cores
 #   tests/run.sh --fast    unit tests and what the tree promises of itself; 10 minutes on 2 cores
-#   tests/run.sh --all     also the largest farms, more chaos, benches, containers (Compose, Swarm), Kubernetes,
+#   tests/run.sh --all     also the largest farms, more chaos, benches, Blender, containers (Compose, Swarm), Kubernetes,
 #                          Slurm, the package, sanitizers, half a minute of each fuzzer, formatting and lint
 #   --no-install           packages are there already (no root needed)
 # Logs stay in build/test-logs. Exit codes: 0 all passed, 1 some failed or the build did, 2 wrong usage.
@@ -106,7 +106,7 @@ if $install; then
   part "packages"
   groups=(build test)
   [[ $tier != fast ]] && groups+=(browser)
-  [[ $tier == all ]] && groups+=(fuzz lint)
+  [[ $tier == all ]] && groups+=(blender fuzz lint)
   deploy/install_packages.sh "${groups[@]}" || { count packages 0 1 0; finish; }
 fi
 
