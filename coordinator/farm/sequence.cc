@@ -52,9 +52,8 @@ bool has_ended(const Sequence& sequence) {
   if (sequence.frames.empty() || !sequence.not_final.empty()) return false;
   if (sequence.record.request.budget_seconds == 0 || sequence.budget_spent) return true;
   // Frames of a budget get more samples, unless somebody stopped one.
-  return std::any_of(sequence.frames.begin(), sequence.frames.end(), [](const auto& item) {
-    return item.second.job->record.state == JobState::kCancelled;
-  });
+  return std::any_of(sequence.frames.begin(), sequence.frames.end(),
+                     [](const auto& item) { return item.second.job->record.state == JobState::kCancelled; });
 }
 
 double missing_samples(const JobRecord& frame) {
