@@ -6,14 +6,13 @@ from .camera import camera_lines, resolution
 from .content import Cache, Folder
 from .film import film_lines
 from .motion import Motion, sample
-from .objects import RAY_KINDS, Objects
+from .objects import Objects
 from .pbrt_text import Names, quoted
 from .report import Message, Report
 from .shading import Materials
 
 MAIN = "scene.pbrt"
 HEADER = "# Written by Lightmill's exporter for Blender. Units are metres, z is up.\n"
-FAR = ("camera", "diffuse", "glossy", "transmission", "scatter", "shadow")  # of a world's visibility
 
 
 @dataclass
@@ -67,7 +66,8 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
     files = [main, *export.folder.files, *(export.folder.path / name for name in sorted(export.context.files))]
     written = export.folder.written
     export.folder.replace(MAIN, ["".join(text).encode("utf-8", "replace")])
-    messages = export.report.messages + [Message(m.kind, m.owner, str(m)) for m in export.context.report.messages]
+    messages = export.report.messages + [Message(m.kind, f"{m.owner}, node {m.node}" if m.node else m.owner, m.text)
+                                         for m in export.context.report.messages]
     return Export(main, list(dict.fromkeys(files)), messages, written)
 
 
@@ -77,13 +77,10 @@ def ended(lines):
 
 
 def world(export):
-    """The scene's world, by nodes.world."""
+    """The scene's world, by nodes.world, which knows its visibility."""
     evaluated = export.scene.world.evaluated_get(export.depsgraph) if export.scene.world else None
-    visibility = getattr(evaluated, "cycles_visibility", None)
-    hidden = [ours for ours, theirs in zip(RAY_KINDS, FAR) if not getattr(visibility, theirs, True)]
-    if export.scene.render.film_transparent and "camera" not in hidden:
-        hidden.insert(0, "camera")
-    return export.nodes.world(evaluated, export.context, hidden=tuple(hidden))
+    hidden = ("camera",) if export.scene.render.film_transparent else ()
+    return export.nodes.world(evaluated, export.context, hidden=hidden)
 
 
 def scene_camera(export, size, motion):
