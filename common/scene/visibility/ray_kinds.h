@@ -15,7 +15,10 @@ inline constexpr RayKinds kCameraRays = 1, kDiffuseRays = 2, kGlossyRays = 4, kT
 inline constexpr RayKinds kScatteredRays = kDiffuseRays | kGlossyRays | kTransmissionRays | kVolumeRays;
 inline constexpr RayKinds kAllRays = kCameraRays | kScatteredRays | kShadowRays;
 
+/// Beside a ray's kinds: a mirror or smooth glass sent it. Nothing is hidden from such rays as such.
+inline constexpr RayKinds kSharpRays = 64;
+
 /// Whether a ray of `kinds`, not empty, does not see what is `hidden` from some.
-constexpr bool is_hidden(RayKinds hidden, RayKinds kinds) { return (kinds & ~hidden) == 0; }
+constexpr bool is_hidden(RayKinds hidden, RayKinds kinds) { return (kinds & kAllRays & ~hidden) == 0; }
 
 }  // namespace lightmill

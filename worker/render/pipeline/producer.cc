@@ -75,7 +75,7 @@ void camera_paths(const C& camera, const StageContext& context, const LayerConte
     path.dvcm = splat<Lane>(context.light_samples) / ray.density;  // M2
     path.medium = splat_int<Lane>(context.scene.camera_medium);
     store_paths(path, g.slot, mask_bits(started), &paths);
-    if (context.scene.hides != 0) std::fill_n(paths.kinds + base, kLanes, kCameraRays);
+    if (context.scene.tracks_ray_kinds()) std::fill_n(paths.kinds + base, kLanes, kCameraRays);
     activate(paths, g.slot, started);
     wavefront.counters.camera_paths += static_cast<uint64_t>(std::popcount(mask_bits(g.taken)));
   }

@@ -150,7 +150,7 @@ struct RenderScene {
   std::vector<float> media;              // kMediumFloats per medium, of which the first is empty space
   std::vector<int32_t> primitive_media;  // sides per primitive
   VolumeTable volumes;                   // of media that vary
-  /// Kinds of rays that something is hidden from: shapes, instances or lights. 0: rays have no kinds.
+  /// Kinds of rays that something is hidden from: shapes, instances or lights. 0: none is.
   RayKinds hides = 0;
   bool any_boundaries = false;  // that rays pass straight through: of media, or panes
   bool any_panes = false;
@@ -225,6 +225,8 @@ struct RenderScene {
   bool is_passed(int32_t prim) const {
     return any_boundaries && primitive_media[static_cast<size_t>(prim)] < 0;
   }
+  /// Whether camera paths keep the kinds of their rays.
+  bool tracks_ray_kinds() const { return hides != 0 || textures.any_of_ray(); }
   /// Whether the camera does not see the primitive (in an instance, or -1).
   bool is_unseen(int32_t prim, int32_t instance) const {
     if (primitive_flags[static_cast<size_t>(prim)] & kUnseen) return true;

@@ -1,5 +1,6 @@
 #pragma once
-// The kinds of camera paths' rays (common/scene/visibility/ray_kinds.h), in scenes that hide something.
+// The kinds of camera paths' rays (common/scene/visibility/ray_kinds.h), in scenes that hide something or
+// whose textures ask for them.
 //
 // Only shapes and lights that are hidden from the camera, or from all but the camera, go together with light
 // paths: there what a segment sees depends on its place in the path alone. With other kinds the scene is left
@@ -37,7 +38,8 @@ constexpr bool reflects_glossily(BsdfKind kind) {
          kind == kRoughCoatedConductor || kind == kRoughTintedDielectric || kind == kRoughTintedSheet ||
          kind == kMeasured || kind == kHair || kind == kScatteringCoatedConductor ||
          kind == kRoughScatteringCoatedConductor || kind == kAnisotropicCoatedConductor ||
-         kind == kAnisotropicRoughCoatedConductor;
+         kind == kAnisotropicRoughCoatedConductor || kind == kGlossy || kind == kAnisotropicGlossy ||
+         kind == kRoughGlass;
 }
 
 /// Kinds of a ray that leaves lane `l` of `v` in direction `wi`, not straight on.
@@ -67,7 +69,9 @@ inline void set_ray_kinds(const VertexLanes<Lane>& v, const Vec3<Lane>& wi, Lane
   const LaneMask straight = mask_and(delta, LaneMask(dot(bend, bend) < kStraight));
   for (unsigned bits = mask_bits(mask_and(go, mask_not(straight))); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
-    paths.kinds[lane(v.path, l)] = kinds_of_scattering(v, wi, l);
+    const bool sharp = (mask_bits(delta) >> l & 1) != 0;
+    paths.kinds[lane(v.path, l)] =
+        static_cast<RayKinds>(kinds_of_scattering(v, wi, l) | (sharp ? kSharpRays : 0));
   }
 }
 

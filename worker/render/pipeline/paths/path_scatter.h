@@ -145,7 +145,7 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
     next.dvcm = dvcm;
   }
   store_paths(next, v.path, mask_bits(go), &w.paths);
-  if (context.scene.hides != 0 && mode == Mode::kRadiance) set_ray_kinds(v, wi, s.delta, go, w.paths);
+  if (context.scene.tracks_ray_kinds() && mode == Mode::kRadiance) set_ray_kinds(v, wi, s.delta, go, w.paths);
   return go;
 }
 

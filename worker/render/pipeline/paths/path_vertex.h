@@ -36,7 +36,7 @@ inline Vec3<Lane> segment_start(const MediaWork& m, LaneInt slot) {
 }
 
 /// What textures may ask of the rays of a group, which are `segment` long.
-inline void describe_rays(const RenderScene& scene, const Group& g, const Vec3<Lane>& wo,
+inline void describe_rays(const RenderScene& scene, const Paths& paths, const Group& g, const Vec3<Lane>& wo,
                           const Vec3<Lane>& segment, int depth, std::array<RayAtPoint, kLanes>& rays) {
   const Lane length = sqrt(dot(segment, segment));
   for (unsigned bits = mask_bits(g.active); bits; bits &= bits - 1) {
@@ -45,7 +45,12 @@ inline void describe_rays(const RenderScene& scene, const Group& g, const Vec3<L
     ray = {{lane(wo.x, l), lane(wo.y, l), lane(wo.z, l)}};
     ray.length = std::ldexp(lane(length, l), -scene.scale_exponent);
     ray.depth = depth - 1;
-    ray.camera = depth == 1;
+    const RayKinds kinds = paths.kinds[lane(g.slot, l)];
+    ray.camera = (kinds & kCameraRays) != 0;
+    ray.diffuse = (kinds & (kDiffuseRays | kVolumeRays)) == kDiffuseRays;
+    ray.singular = (kinds & kSharpRays) != 0;
+    ray.glossy = (kinds & kGlossyRays) != 0;
+    ray.transmitted = (kinds & kTransmissionRays) != 0;
   }
 }
 
@@ -68,7 +73,7 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
   LaneInt material = gather(scene.primitive_material.data(), prim);
   std::optional<std::array<RayAtPoint, kLanes>> rays;
   if (K::kSurfaces && scene.textures.any_of_ray() && mode == Mode::kRadiance) {
-    describe_rays(scene, g, v.wo, s.p - o, depth, rays.emplace());
+    describe_rays(scene, w.paths, g, v.wo, s.p - o, depth, rays.emplace());
     s.rays = rays->data();
   }
   Lane mix_scale = splat<Lane>(1.0f);
