@@ -245,10 +245,10 @@ class Lines(unittest.TestCase):
     def test_deep_trees(self):
         material, m, output = self.material()
         shader, value = m.add("BsdfDiffuse"), m.add("TexNoise")
-        for _ in range(700):
+        for _ in range(300):
             shader, mix = m.add("MixShader", Fac=0.5), shader
             m.tree.links.new(mix.outputs[0], shader.inputs[1])
-        for _ in range(1500):
+        for _ in range(1030):
             value, last = m.add("Math", operation="SINE"), value
             m.tree.links.new(last.outputs[0], value.inputs[0])
         m.tree.links.new(value.outputs[0], shader.inputs[0])
