@@ -27,12 +27,14 @@ TEST(Mix, SharesAreTheAmounts) {
   constexpr int kPoints = 60000;
   for (int i = 0; i < kPoints; ++i) {
     const float p[3] = {random.uniform(), random.uniform(), 0.5f};  // one coordinate may be constant
-    const int32_t m = resolve_mix(scene, outer, 0, p, {});
-    ASSERT_EQ(m, resolve_mix(scene, outer, 0, p, {}));
+    const MixChoice choice = resolve_mix(scene, outer, 0, p, {});
+    const int32_t m = choice.material;
+    ASSERT_EQ(m, resolve_mix(scene, outer, 0, p, {}).material);
+    ASSERT_EQ(choice.scale, 1);  // by pbrt's rule
     ASSERT_TRUE(m == a || m == b || m == c);
     ++counts[m == a ? 0u : m == b ? 1u : 2u];
-    ASSERT_EQ(resolve_mix(scene, all_first, 0, p, {}), a);
-    ASSERT_EQ(resolve_mix(scene, all_second, 0, p, {}), b);
+    ASSERT_EQ(resolve_mix(scene, all_first, 0, p, {}).material, a);
+    ASSERT_EQ(resolve_mix(scene, all_second, 0, p, {}).material, b);
   }
   const std::array<double, 3> expected = {0.4 * kPoints, 0.6 * 0.75 * kPoints, 0.6 * 0.25 * kPoints};
   EXPECT_TRUE(chi_square_passes(chi_square(counts, expected)));
@@ -52,10 +54,12 @@ TEST(Mix, LanesChooseAsTheScalar) {
       material[l] = l % 3 == 0 ? a : mixed;
       active[l] = l == 5 ? 0 : -1;
     }
-    const Int8 chosen = resolve_mixes<Float8>(scene, material, active, prim, at);
+    Float8 scale = splat<Float8>(1.0f);
+    const Int8 chosen = resolve_mixes<Float8>(scene, material, active, prim, at, &scale);
     for (int l = 0; l < 8; ++l) {
       const float p[3] = {at.p.x[l], at.p.y[l], at.p.z[l]};
-      EXPECT_EQ(chosen[l], active[l] ? resolve_mix(scene, material[l], 0, p, {}) : material[l]);
+      EXPECT_EQ(chosen[l], active[l] ? resolve_mix(scene, material[l], 0, p, {}).material : material[l]);
+      EXPECT_EQ(scale[l], 1);
     }
   }
 }
