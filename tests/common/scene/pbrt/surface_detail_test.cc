@@ -54,7 +54,7 @@ TEST_F(SurfaceDetail, NormalMapsAreLinearImagesAndBumpsFloatTextures) {
 TEST_F(SurfaceDetail, BadBumpsAreNamedWithTheirPlace) {
   const std::pair<const char*, const char*> cases[] = {
       {"Material \"diffuse\" \"string normalmap\" \"none.png\"", "there is no file \"none.png\""},
-      {"Material \"diffuse\" \"texture normalmap\" \"t\"", "parameter \"normalmap\""},
+      {"Material \"diffuse\" \"texture normalmap\" \"t\"", "no spectrum texture named \"t\""},
       {"Material \"diffuse\" \"texture displacement\" \"waves\"", "no float texture named \"waves\""},
   };
   for (const auto& [text, message] : cases)

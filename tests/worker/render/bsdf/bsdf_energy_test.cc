@@ -54,7 +54,8 @@ TEST(BsdfEnergy, LosslessKindsLoseNothing) {
     const bool lossless = bsdf.name == "diffuse_white" || bsdf.kind == kSmoothDielectric ||
                           bsdf.kind == kTintedSheet || bsdf.name == "gltf_glass" ||
                           bsdf.kind == kThinDielectric ||
-                          (bsdf.kind == kDiffuseTransmission && bsdf.name != "sheet_colour");
+                          (bsdf.kind == kDiffuseTransmission && bsdf.name != "sheet_colour" &&
+                           bsdf.name != "blender_translucent");
     if (!lossless) continue;
     for (const Vec3<float>& wo : outgoing_directions()) {
       const Estimate e = albedo(bsdf, wo, 3200);
