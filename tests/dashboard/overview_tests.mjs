@@ -138,8 +138,10 @@ export function overviewTests({ root, farm, open, live, shot, small }) {
           // The next look brings what is new.
           const looks = timeline.asked.length;
           timeline.cell += 2;
-          await until("the next look", () => timeline.asked.length > looks);
-          assert.match(timeline.asked.at(-1), new RegExp(`since=${timeline.cell - 3}$`));
+          // The first one may still have been under way.
+          const since = () => timeline.asked.slice(looks).map((query) => Number(query.match(/since=(\d+)$/)?.[1])).find((cell) => cell > 0);
+          await until("the next look", () => since() !== undefined);
+          assert.ok(since() === timeline.cell - 3 || since() === timeline.cell - 1, `since ${since()} at ${timeline.cell}`);
           console.log(`        1000 workers, 360 spans each, ${colorScheme}: first lanes after ${painted} ms; ${frames[60].toFixed(1)} ms a frame while scrolling (worst ${frames[119].toFixed(0)})`);
           timeline.cells = 24;
           await page.reload();
