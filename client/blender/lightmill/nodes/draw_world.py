@@ -19,6 +19,7 @@ FLAT = 1e-6  # relative differences below it are none
 
 
 def trees(tree):
+    """The tree and its groups."""
     found, waiting = [], [tree]
     while waiting:
         one = waiting.pop()
@@ -157,4 +158,5 @@ def main():
     (folder / "answer.json").write_text(json.dumps(answers), encoding="utf-8")
 
 
-main()
+if __name__ == "__main__":
+    main()

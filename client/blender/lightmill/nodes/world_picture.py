@@ -15,6 +15,7 @@ from typing import Any
 
 from . import image_files
 from .context import Context, digest
+from .draw_world import trees as trees_of
 
 MOST_KEPT = 8
 PATIENCE = 600  # seconds
@@ -46,19 +47,8 @@ class Picture:
 _kept: dict[str, list[Picture]] = {}
 
 
-def _trees(tree: Any) -> list[Any]:
-    """The tree and its groups."""
-    found, waiting = [], [tree]
-    while waiting:
-        one = waiting.pop()
-        if one is not None and one not in found:
-            found.append(one)
-            waiting += [n.node_tree for n in one.nodes if n.type == "GROUP"]
-    return found
-
-
 def has_node(tree: Any, type_: str) -> bool:
-    return any(n.type == type_ for t in _trees(tree) for n in t.nodes)
+    return any(n.type == type_ for t in trees_of(tree) for n in t.nodes)
 
 
 def _value(value: Any) -> Any:
@@ -104,7 +94,7 @@ def _image_state(image: Any) -> Any:
 
 def fingerprint(data: Any, frame: int) -> str:
     """Of all that a world's picture depends on."""
-    trees = _trees(data.node_tree)
+    trees = trees_of(data.node_tree)
     told: list[Any] = []
     for tree in trees:
         for node in tree.nodes:
@@ -119,7 +109,7 @@ def fingerprint(data: Any, frame: int) -> str:
 
 
 def _width(tree: Any) -> int:
-    nodes = [n for t in _trees(tree) for n in t.nodes]
+    nodes = [n for t in trees_of(tree) for n in t.nodes]
     width = FINE if any(n.type in _DETAILS for n in nodes) else SMOOTH
     for node in nodes:
         if node.type in ("TEX_ENVIRONMENT", "TEX_IMAGE") and node.image is not None:

@@ -124,13 +124,7 @@ MaterialKind principled(PbrtScene& out, ParameterList& params, const MaterialDes
 MixMaterial read_parts(PbrtScene& out, ParameterList& params, MixRule rule) {
   MixMaterial m;
   m.rule = rule;
-  const Parameter* p = params.find("materials", {ParamType::kString});
-  if (p == nullptr || p->strings.size() != 2) {
-    params.odd_value("materials", "needs the names of two materials; grey is taken");
-    m.materials.fill(out.default_material(params.where()));
-  } else {
-    for (size_t i = 0; i < 2; ++i) m.materials[i] = out.material_named(p->strings[i], p->where);
-  }
+  m.materials = read_two_materials(out, params);
   if (rule == MixRule::kMixShader) m.amount = out.float_input(params, "factor", 0.5f, 0, 1);
   return m;
 }

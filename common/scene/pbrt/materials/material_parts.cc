@@ -71,4 +71,16 @@ float read_constant(PbrtScene& out, ParameterList& params, std::string_view name
   return x.texture >= 0 ? fallback : x.value;
 }
 
+std::array<int, 2> read_two_materials(PbrtScene& out, ParameterList& params) {
+  std::array<int, 2> materials;
+  const Parameter* p = params.find("materials", {ParamType::kString});
+  if (p == nullptr || p->strings.size() != 2) {
+    params.odd_value("materials", "needs the names of two materials; grey is taken");
+    materials.fill(out.default_material(params.where()));
+  } else {
+    for (size_t i = 0; i < 2; ++i) materials[i] = out.material_named(p->strings[i], p->where);
+  }
+  return materials;
+}
+
 }  // namespace lightmill

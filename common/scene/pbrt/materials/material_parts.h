@@ -1,5 +1,6 @@
 #pragma once
 // What several of pbrt's materials have: roughness, index, numbers that may be textures.
+#include <array>
 #include <string_view>
 
 #include "common/scene/pbrt/scene.h"
@@ -20,6 +21,9 @@ float read_eta(PbrtScene& out, ParameterList& params, std::string_view name = "e
 /// A number that pbrt allows to be a texture, which we take at one value.
 float read_constant(PbrtScene& out, ParameterList& params, std::string_view name, float fallback, double low,
                     double high);
+
+/// The two materials that one is made of, by their names; grey ones where these are not given.
+std::array<int, 2> read_two_materials(PbrtScene& out, ParameterList& params);
 
 /// Names of the materials that are Blender's shader nodes, and one of them. `like` has what its parts share
 /// with it: its place, its bumps.

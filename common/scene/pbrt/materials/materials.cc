@@ -199,13 +199,7 @@ MaterialKind read_measured(PbrtScene& out, ParameterList& params) {
 
 MixMaterial read_mix(PbrtScene& out, ParameterList& params) {
   MixMaterial m;
-  const Parameter* p = params.find("materials", {ParamType::kString});
-  if (p == nullptr || p->strings.size() != 2) {
-    params.odd_value("materials", "needs the names of two materials; grey is taken");
-    m.materials.fill(out.default_material(params.where()));
-  } else {
-    for (size_t i = 0; i < 2; ++i) m.materials[i] = out.material_named(p->strings[i], p->where);
-  }
+  m.materials = read_two_materials(out, params);
   m.amount = out.float_input(params, "amount", 0.5f, 0, 1);
   return m;
 }
