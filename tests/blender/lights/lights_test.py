@@ -23,7 +23,7 @@ except ImportError as e:
     sys.exit(77)
 
 HERE = pathlib.Path(__file__).resolve().parent
-SAMPLES = "256"
+SAMPLES = "1024"
 
 
 def read(path):

@@ -14,7 +14,7 @@ import mathutils
 import numpy
 
 CASES = []
-WIDTH, HEIGHT, SAMPLES = 96, 64, 256
+WIDTH, HEIGHT, SAMPLES = 96, 64, 1024
 
 
 def case(build):
