@@ -61,6 +61,10 @@ struct ShapeDescription {
   bool boundary = false;  // of media alone, without a surface: rays pass straight on
   int moves_to = -1;      // index into SceneDescription::later, or -1: it stands still
   RayKinds hidden = 0;    // that do not meet it
+  /// How far the vertices of a mesh move along their normals, in the object's space. First its edges are
+  /// split until none is longer than edge_length (scene units); 0: they are not.
+  FloatInput displacement{0, -1};
+  float edge_length = 0;
 };
 
 /// Shapes that are there once, wherever instances put them; their object_to_world goes to the object's space.

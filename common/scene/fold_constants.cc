@@ -83,6 +83,7 @@ class Folder {
     for (MaterialDescription& m : scene_.materials) {
       std::visit([&](auto& kind) { inputs_of(kind); }, m.kind);
       fold(&m.opacity);
+      fold(&m.bump_strength, kAny);
       if (m.displacement >= 0 && looks_.of_texture(m.displacement).value) m.displacement = -1;
     }
     find_shown();

@@ -156,11 +156,18 @@ struct MaterialDescription {
   float normal_scale = 1;         // of the map's x and y
   bool normal_follows_v = false;  // glTF: y points along +v even where u and v are mirrored
   /// Index of a float texture of heights (scene units) along the normal that tilts the shading normal alone.
-  /// -1: none. A normal map goes before it.
+  /// -1: none. What a normal map or a graph gives is tilted.
   int displacement = -1;
+  /// Blender's: slopes of the heights over a pixel's width rather than over a small step of u and v, and how
+  /// much of the tilt is kept (above 1: more than all).
+  bool bump_by_pixel = false;
+  FloatInput bump_strength{1, -1};
   /// Index of a texture graph that is the shading normal, in the space "world" of the graph and not of unit
-  /// length; the zero vector stands for the surface's own. -1: none. A displacement tilts it.
+  /// length; the zero vector stands for the surface's own. -1: none. Goes before a normal map.
   int shading_normal = -1;
+  /// Index of a texture graph that anisotropic lobes of Blender lie along instead of dp/du, likewise. -1:
+  /// none.
+  int tangent = -1;
   /// The share of rays that the surface stops, in [0, 1], because it is made of Transparent BSDFs in part:
   /// the other parts have their weights over it. Set by cut_out_transparent().
   FloatInput opacity{1, -1};

@@ -17,6 +17,7 @@ class Marker {
   void shape(const ShapeDescription& s) {
     if (s.material >= 0 && !s.boundary) material(s.material);
     texture(s.alpha.texture);
+    texture(s.displacement.texture);
     if (s.area_light >= 0) texture(in_.area_lights[static_cast<size_t>(s.area_light)].texture);
   }
   PartsInUse take() { return std::move(used_); }
@@ -28,7 +29,9 @@ class Marker {
     const MaterialDescription& m = in_.materials[static_cast<size_t>(index)];
     texture(m.normal_map);
     texture(m.displacement);
+    texture(m.bump_strength.texture);
     texture(m.shading_normal);
+    texture(m.tangent);
     texture(m.opacity.texture);
     std::visit([&](const auto& kind) { inputs_of(kind); }, m.kind);
   }

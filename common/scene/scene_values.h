@@ -21,6 +21,10 @@ struct Rgb {
 };
 inline bool is_black(const Rgb& c) { return !(c.r > 0 || c.g > 0 || c.b > 0); }
 
+/// How texels make a value: a blend of four, the nearest, or a uniform cubic B-spline of sixteen, which is
+/// smoother than they are.
+enum class TexelFilter { kBilinear, kNearest, kCubic };
+
 /// Row-major 4x4 matrix acting on column vectors: p' = M p.
 struct Transform {
   std::array<std::array<double, 4>, 4> m{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};

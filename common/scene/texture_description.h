@@ -52,7 +52,7 @@ struct ImageTexture {
   Wrap wrap = Wrap::kRepeat;
   std::optional<Wrap> wrap_t;  // where it differs along t
   ImageChannel channel = ImageChannel::kRgb;
-  bool nearest = false;  // the nearest texel instead of a blend of four
+  TexelFilter filter = TexelFilter::kBilinear;
   ColorEncoding encoding = ColorEncoding::kAuto;
   float gamma = 1;
   float scale = 1;

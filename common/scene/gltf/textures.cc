@@ -147,7 +147,7 @@ int GltfTextures::image(const GltfValue& owner, const char* key, ImageChannel ch
       const GltfValue sampler = root_.require("samplers")[static_cast<size_t>(s)];
       image.wrap = wrap_mode(sampler, "wrapS");
       image.wrap_t = wrap_mode(sampler, "wrapT");
-      image.nearest = sampler.number_or("magFilter", 0, 0, 100'000) == kNearest;
+      if (sampler.number_or("magFilter", 0, 0, 100'000) == kNearest) image.filter = TexelFilter::kNearest;
     }
     const int set = uv_set_of(*info);
     if (const auto transform = info->extension("KHR_texture_transform"))

@@ -126,6 +126,7 @@ struct PbrtScene {
   /// The mesh of the last shape if that is of curves and may take more of them; see curves.h.
   std::shared_ptr<TriangleMesh> open_curves;
   double film_diagonal = 35;              // mm; of a realistic camera
+  double displacement_edge_scale = 1;     // of "edgelength"
   bool flips_x = false, flips_y = false;  // the picture: the camera's x and y axes point the other way
   bool named_empty_curves = false;        // what is said once a scene
   /// Materials of which nothing is seen; shapes of them are boundaries of media, or left out at the end.

@@ -13,8 +13,9 @@ class Picture {
     image_.file = node.text("image");
     if (image_.file.empty()) node.fail("needs an \"image\", the name of a file");
     image_.color_space = node.choice("colorspace", {"sRGB", "Linear", "Non-Color"}, "sRGB");
-    const std::string interpolation = node.choice("interpolation", {"Linear", "Closest"}, "Linear");
-    image_.nearest = interpolation == "Closest";
+    const std::string interpolation = node.choice("interpolation", {"Linear", "Closest", "Cubic"}, "Linear");
+    if (interpolation == "Closest") image_.filter = TexelFilter::kNearest;
+    if (interpolation == "Cubic") image_.filter = TexelFilter::kCubic;
   }
   void extend(const std::string& extension) { image_.extension = extension; }
 

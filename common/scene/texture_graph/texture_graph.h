@@ -182,7 +182,8 @@ struct GraphOperation {
 struct GraphImage {
   std::string file;  // as the graph names it
   std::string extension = "REPEAT", color_space = "sRGB";
-  bool nearest = false, alpha = false;
+  TexelFilter filter = TexelFilter::kBilinear;
+  bool alpha = false;
 };
 
 struct TextureGraph {

@@ -65,6 +65,42 @@ def test_uv_maps_and_attributes_that_materials_name():
     assert np.allclose(points(mesh, "red", "green", "blue"), points(mesh)) and np.allclose(mesh["alpha"], 0.5)
 
 
+def made_value(thing, output):
+    """The values that the mesh carries for an output of the Geometry node."""
+    found = material("M")
+    thing.data.materials.append(found)
+    nodes, links = found.node_tree.nodes, found.node_tree.links
+    links.new(nodes.new("ShaderNodeNewGeometry").outputs[output], nodes["Principled BSDF"].inputs["Roughness"])
+    (mesh,) = written().meshes()
+    return mesh, mesh["red"]
+
+
+def test_pointiness():
+    # Corners of a cube: their three edges lie at the same angle to the normal, on the inner side.
+    mesh, values = made_value(cube(), "Pointiness")
+    mean = np.linalg.norm([1, 1, 1]) / 3  # of the edges, along the normal
+    assert np.allclose(values, 1 - np.arccos(mean) / np.pi, atol=1e-4)
+
+
+def test_pointiness_of_what_is_flat():
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=4, y_subdivisions=4)
+    _, values = made_value(bpy.context.object, "Pointiness")
+    assert np.allclose(values, 0.5, atol=1e-4)
+
+
+def test_random_per_island():
+    bpy.ops.mesh.primitive_cube_add()
+    one = bpy.context.object
+    bpy.ops.mesh.primitive_cube_add(location=(5, 0, 0))
+    bpy.context.object.select_set(True)
+    one.select_set(True)
+    bpy.context.view_layer.objects.active = one
+    bpy.ops.object.join()
+    mesh, values = made_value(one, "Random Per Island")
+    left = mesh["x"] < 2
+    assert len(set(values[left])) == 1 and len(set(values[~left])) == 1 and values[left][0] != values[~left][0]
+
+
 def test_each_used_slot_is_a_mesh():
     thing = cube()
     for k in range(3):

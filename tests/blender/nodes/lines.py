@@ -161,8 +161,42 @@ class Lines(unittest.TestCase):
 
         line = self.bumped(build)
         self.assertIn('"texture displacement"', line)
+        self.assertNotIn("bump_strength", line)  # they differ: each height has its own
         types = [n["type"] for n in self.graph(line[line.index("displacement"):])["nodes"]]
         self.assertEqual(sorted(types), ["MATH", "MATH", "MATH", "MATH", "TEX_MAGIC", "TEX_NOISE"])
+
+    def test_strength_of_a_bump(self):
+        def build(m, strength=None, **values):
+            links = {"Height": m.add("TexNoise").outputs[0], **({"Strength": strength} if strength else {})}
+            return m.add("Bump", links, **values).outputs[0]
+
+        self.assertIn('"float bump_strength" 0.25', self.bumped(lambda m: build(m, Strength=0.25)))
+        self.assertNotIn("bump_strength", self.bumped(lambda m: build(m, Strength=1)))
+        self.assertIn('"texture bump_strength"', self.bumped(lambda m: build(m, m.add("TexMagic").outputs[1])))
+
+    # Tangents.
+
+    def test_anisotropic_lobes_have_a_tangent(self):
+        def line(kind, tangent=None, **values):
+            material, m, output = self.material()
+            links = {"Tangent": m.add("Tangent", **tangent).outputs[0]} if tangent else {}
+            m.tree.links.new(m.add(kind, links, **values).outputs[0], output.inputs[0])
+            return self.last(self.surface(material, uv_maps=("UVMap",)))
+
+        self.assertIn('"texture tangent"', line("BsdfAnisotropic", Anisotropy=0.5))
+        self.assertIn('"texture tangent"', line("BsdfPrincipled", {"direction_type": "RADIAL", "axis": "X"}, Anisotropic=0.5))
+        self.assertNotIn("tangent", line("BsdfPrincipled", {"direction_type": "UV_MAP"}, Anisotropic=0.5))
+        self.assertNotIn("tangent", line("BsdfAnisotropic", Anisotropy=0))
+        self.assertNotIn("tangent", line("BsdfPrincipled"))
+        self.assertEqual(self.messages(), [])
+
+    def test_values_that_the_exporter_makes(self):
+        material, m, output = self.material()
+        m.tree.links.new(m.add("BsdfDiffuse", {"Color": m.add("NewGeometry").outputs["Pointiness"]}).outputs[0], output.inputs[0])
+        self.assertEqual(nodes.needs(material).attributes, (".pointiness",))
+        found = self.surface(material, attribute=".pointiness")
+        self.assertEqual([n["type"] for n in self.graph(next(x for x in found.lines if x.startswith("Texture")))["nodes"]][0], "ATTRIBUTE")
+        self.assertEqual(self.messages(), [])
 
     def test_normal_maps(self):
         image = bpy.data.images.new("normals", 4, 4)
@@ -181,9 +215,13 @@ class Lines(unittest.TestCase):
         m.tree.links.new(m.add("BsdfDiffuse").outputs[0], output.inputs[0])
         displacement = m.add("Displacement", {"Height": m.add("TexNoise").outputs[0]}, Scale=0.1)
         m.tree.links.new(displacement.outputs[0], output.inputs["Displacement"])
-        material.cycles.displacement_method = "DISPLACEMENT"
-        self.assertIn('"texture displacement"', self.last(self.surface(material)))
-        self.assertEqual(self.messages(), ["m, node Material Output: true displacement is drawn as bump: the outline stays as it is"])
+        for method, bump, moves in (("BUMP", True, False), ("DISPLACEMENT", False, True), ("BOTH", True, True)):
+            material.cycles.displacement_method = method
+            self.context.surfaces.clear()
+            found = self.surface(material)
+            self.assertEqual('"texture displacement"' in self.last(found), bump)
+            self.assertEqual('"texture displacement"' in found.displacement, moves)
+        self.assertEqual(self.messages(), [])
 
     # Media.
 

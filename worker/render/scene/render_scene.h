@@ -12,6 +12,7 @@
 #include "common/job/features.h"
 #include "common/scene/description.h"
 #include "worker/render/bsdf/bsdf.h"
+#include "worker/render/camera/camera.h"
 #include "worker/render/camera/camera_motion.h"
 #include "worker/render/guiding/manifold_seeds.h"
 #include "worker/render/guiding/photon_guide.h"
@@ -46,9 +47,11 @@ struct MaterialEntry {
   int texture_eta = -1, texture_k = -1;
   int texture_transmittance = -1;
   int texture_u_roughness = -1, texture_v_roughness = -1;
-  int normal_map = -1, displacement = -1, shading_normal = -1;  // as in MaterialDescription
-  FloatInput opacity{1, -1};                                    // the same
-  Rgb tint{1, 1, 1};                                            // the same
+  int normal_map = -1, displacement = -1, shading_normal = -1, tangent = -1;  // as in MaterialDescription
+  bool bump_by_pixel = false;                                                 // the same
+  FloatInput bump_strength{1, -1};                                            // the same
+  FloatInput opacity{1, -1};                                                  // the same
+  Rgb tint{1, 1, 1};                                                          // the same
   float normal_scale = 1;
   bool normal_follows_v = false;
   int gltf = -1;             // metallic roughness and tinted: index into RenderScene::metallic or tinted
@@ -108,6 +111,8 @@ struct RenderScene {
   int scale_exponent = 0;
   int light_exponent = 0;  // all light is divided by 2^this (lights/normalised_light.h)
   Vec3d origin;            // camera position in scene units
+  /// The camera, if some bump asks how wide a pixel is (bump.h).
+  std::optional<Camera> pixel_camera;
 
   std::vector<float> positions;   // 3 per vertex, padded by 4 floats for vector loads
   std::vector<float> normals;     // 3 per vertex or empty; (0,0,0) where the mesh has none

@@ -8,6 +8,7 @@
 #include "common/scene/parts_in_use.h"
 #include "common/scene/transform.h"
 #include "worker/render/scene/geometry/alpha_mask.h"
+#include "worker/render/scene/geometry/displacement.h"
 #include "worker/render/scene/geometry/geometry_builder.h"
 #include "worker/render/scene/geometry/instancing.h"
 #include "worker/render/scene/lights/emitter_builder.h"
@@ -89,11 +90,13 @@ class SceneBuilder {
     warn_if_dark();
     out_.media_reach = out_.bounds_radius * (out_.lights.any_infinite() ? 1 : kEndlessReach);
     const std::vector<bool> used = materials_in_use();
+    bool by_pixel = false;
     for (size_t i = 0; i < out_.materials.size(); ++i) {
       if (!used[i]) continue;
       const int32_t kind = out_.material_kind[i];
       out_.any_texture = out_.any_texture || out_.materials[i].textured;
       out_.any_bumps = out_.any_bumps || has_bumps(out_.materials[i]);
+      by_pixel = by_pixel || (out_.materials[i].bump_by_pixel && out_.materials[i].displacement >= 0);
       out_.any_delta = out_.any_delta || has_delta(kind);
       out_.any_mix = out_.any_mix || kind == kMix;
       out_.any_weighted_mix =
@@ -105,6 +108,9 @@ class SceneBuilder {
       // A mix is what it chooses, which is in use too.
       if (!is_pure_delta(kind) && kind != kMix) joined_kinds_ |= uint64_t{1} << kind;
     }
+    if (by_pixel)
+      out_.pixel_camera.emplace(
+          make_camera(in_.camera, in_.film.width, in_.film.height, out_.scale_exponent));
     out_.any_texture = out_.any_texture || emitters_.any_texture();
     out_.only_diffuse = !(kinds_ & ~(uint64_t{1} << kDiffuse));
     out_.only_diffuse_joined = !(joined_kinds_ & ~(uint64_t{1} << kDiffuse));
@@ -329,7 +335,8 @@ RenderScene build_scene(const SceneDescription& description, bool energy_compens
   scene.warnings = check_textures(description, scene.textures);
   scene.energy_compensation = energy_compensation;
   scene.overrides = overrides;
-  SceneBuilder(description, parts, options, &scene).build();
+  const auto displaced = with_displaced_meshes(description, scene.textures, options.threads, &scene.warnings);
+  SceneBuilder(displaced ? *displaced : description, parts, options, &scene).build();
   return scene;
 }
 

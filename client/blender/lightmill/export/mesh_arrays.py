@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy
 
+from . import mesh_values
+
 
 @dataclass
 class Triangles:
@@ -101,6 +103,8 @@ WIDTHS = {"FLOAT": ("value", "f4", 1), "INT": ("value", "i4", 1), "INT8": ("valu
 def corner_colors(mesh, name, source):
     """An attribute as RGBA at all corners, whatever its type and domain; None if it can't be had. A number is
     grey, a vector is a colour, alpha is 1."""
+    if name in mesh_values.NAMES:
+        return mesh_values.corner_values(mesh, name, source)
     name = name or active_color(mesh)
     attribute = mesh.attributes.get(name) if name else None
     if attribute is None or attribute.data_type not in WIDTHS:

@@ -35,6 +35,7 @@ class Geometry:
     shapes: list = field(default_factory=list)  # (Shading, text of the shape)
     is_own: bool = False  # some material depends on the place
     emits: bool = False  # then it is no instance: each of its triangles is a light
+    is_displaced: bool = False  # likewise: textures may say another height in each place
     places: list = field(default_factory=list)  # (way, kinds of rays that do not see it)
 
 
@@ -145,9 +146,14 @@ class Objects:
             used = set(mesh_arrays.get(thing.data.polygons, "material_index", "i4").tolist())
             shadings = {slot: shading(slot, place) for slot in sorted({min(s, len(materials) - 1) for s in used})}
             for slot, names in self._mesh_files(thing, len(materials), uv_maps, attribute).items():
-                later = f' "string later" [{" ".join(map(quoted, names[1:]))}]' if len(names) > 1 else ""
+                more = shadings[slot].displacement
+                if len(names) > 1:
+                    if more:
+                        self.export.report.warn("displaced bends", thing.name,
+                                                "bends while the shutter is open; its displacement is left out")
+                    more = f' "string later" [{" ".join(map(quoted, names[1:]))}]'
                 geometry.shapes.append((shadings[slot],
-                                        f'Shape "plymesh" "string filename" {quoted(names[0])}{later}\n'))
+                                        f'Shape "plymesh" "string filename" {quoted(names[0])}{more}\n'))
         if thing.type == "CURVES" or (instance.show_particles and len(thing.particle_systems)):
             strand = dataclasses.replace(place, is_strand=True, uv_maps=(), attribute="")
             for slot, name, strands in hair.hair_of(thing, self.export.depsgraph.mode == "VIEWPORT"):
@@ -156,6 +162,7 @@ class Objects:
                     geometry.shapes.append((shading(slot, strand), f"Include {quoted(file)}\n"))
         geometry.is_own = any(s.is_own for s, _ in geometry.shapes)
         geometry.emits = any(s.emits for s, _ in geometry.shapes)
+        geometry.is_displaced = any(s.displacement for s, _ in geometry.shapes)
         return geometry
 
     def _mesh_files(self, thing, slots, uvs, color):
@@ -198,7 +205,7 @@ class Objects:
 
     def _place(self, geometry):
         places = geometry.places
-        if len(places) <= 1 or geometry.emits:
+        if len(places) <= 1 or geometry.emits or geometry.is_displaced:
             for way, hidden in places:
                 self._place_once(geometry, way, hidden)
             return

@@ -1,12 +1,12 @@
 """Materials by way of `nodes/`: what stands before a shape, and what its mesh must carry."""
 from dataclasses import dataclass
 
-from . import mesh_arrays
+from . import mesh_arrays, mesh_values
 from .pbrt_text import quoted
 
 MOST_OWN = 10_000  # places of materials that depend on the object
 # Nodes that may look at texture coordinates or attributes of a mesh.
-LOOKING = {"TEX_IMAGE", "TEX_COORD", "UVMAP", "NORMAL_MAP", "TANGENT", "ATTRIBUTE", "VERTEX_COLOR"}
+LOOKING = {"TEX_IMAGE", "TEX_COORD", "UVMAP", "NORMAL_MAP", "TANGENT", "ATTRIBUTE", "VERTEX_COLOR", "NEW_GEOMETRY"}
 
 
 def has_node(tree, types):
@@ -30,6 +30,7 @@ class Shading:
     text: str  # NamedMaterial, AreaLightSource, MediumInterface
     emits: bool = False
     is_own: bool = False  # of one place alone
+    displacement: str = ""  # parameters of its shapes
 
 
 class Materials:
@@ -59,7 +60,7 @@ class Materials:
         active = mesh_arrays.active_uv_layer(mesh)
         maps = list(dict.fromkeys(([active.name] if active else []) + [a for a in asked if a in mesh.uv_layers]))
         attributes = [a or mesh_arrays.active_color(mesh) for n in needs for a in n.attributes]
-        attributes = [a for a in dict.fromkeys(attributes) if a and a in mesh.attributes and a not in mesh.uv_layers]
+        attributes = [a for a in dict.fromkeys(attributes) if a and (a in mesh.attributes and a not in mesh.uv_layers or a in mesh_values.NAMES)]
         if len(maps) > 2:
             self.export.report.warn("third uv map", owner, f'uses more than two UV maps; "{maps[2]}" is left out')
         if len(attributes) > 1:
@@ -86,4 +87,4 @@ class Materials:
             self.write(found.volume.lines)
         if found.volume or outside:
             text += f"MediumInterface {quoted(found.volume.name if found.volume else outside)} {quoted(outside)}\n"
-        return Shading(text, bool(found.emission), bool(found.uses - {"mesh"}))
+        return Shading(text, bool(found.emission), bool(found.uses - {"mesh"}), found.displacement)

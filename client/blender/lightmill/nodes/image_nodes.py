@@ -20,11 +20,8 @@ def _alpha_is_used(node: Any) -> bool:
     return "Alpha" in node.outputs and node.outputs["Alpha"].is_linked
 
 
-def _interpolation(graph: Graph, node: Any) -> str:
-    if node.interpolation in ("Cubic", "Smart"):
-        graph.report("interpolation", node.name, f"{node.interpolation} interpolation of images is drawn as Linear")
-        return "Linear"
-    return node.interpolation
+def _interpolation(node: Any) -> str:
+    return "Cubic" if node.interpolation == "Smart" else node.interpolation  # on a CPU both are one
 
 
 def _lookup(graph: Graph, node: Any, file: ImageFile, output: str, inputs: dict[str, Value], **parameters: Any) -> Value:
@@ -33,7 +30,7 @@ def _lookup(graph: Graph, node: Any, file: ImageFile, output: str, inputs: dict[
     Straight alpha that is still there is of float files (linear), sequences and tiles."""
     def look(what: str) -> Value:
         return graph.add(node.type, what, "color" if what == "Color" else "number", inputs, image=file.name, colorspace=file.colorspace,
-                         interpolation=_interpolation(graph, node), **parameters)
+                         interpolation=_interpolation(node), **parameters)
 
     if output == "Alpha":
         return 1.0 if file.alpha == "none" else look("Alpha")

@@ -5,8 +5,9 @@ from typing import Any
 
 from mathutils import Matrix, Vector
 
-from . import fold, spectrum
+from . import fold, spectrum, tangents
 from .graph import Graph, Value, is_constant, kind_of_socket
+from .place import MADE_ATTRIBUTES
 from .tree import Source
 
 
@@ -74,11 +75,17 @@ def uv_of_name(graph: Graph, name: str, node: Any) -> Value | None:
     return _uv(graph, name, node) if name in graph.place.uv_maps[:2] else None
 
 
-_GEOMETRY_LEFT_OUT = {"Tangent": (0.0, 0.0, 0.0), "Parametric": (0.0, 0.0, 0.0), "Pointiness": 0.5, "Random Per Island": 0.5}
+_GEOMETRY_LEFT_OUT = {"Parametric": (0.0, 0.0, 0.0), "Pointiness": 0.5, "Random Per Island": 0.5}
 
 
 def _geometry(graph: Graph, source: Source) -> Value:
     output = source.socket.identifier
+    if output == "Tangent":
+        return tangents.within_surface(graph, tangents.radial(graph, "Z"))
+    made = MADE_ATTRIBUTES.get(output)
+    if made is not None and made == graph.place.attribute:
+        graph.uses.add("mesh")
+        return graph.add("ATTRIBUTE", "Fac", "number")
     if output in _GEOMETRY_LEFT_OUT:
         graph.report(f"geometry {output}", source.node.name, f"the output {output} is not known here; it is {_GEOMETRY_LEFT_OUT[output]}")
         return _GEOMETRY_LEFT_OUT[output]

@@ -4,6 +4,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from .context import number_text
 from .graph import Graph, Ref, Value, is_constant
 from .tree import Scope, Source
 
@@ -33,19 +34,20 @@ def turned(socket: Any, scope: Scope) -> Turned:
 
 
 def bump_height(graph: Graph, node: Any, scope: Scope) -> Value:
-    """Height in metres of a Bump node. Below a strength of 1 Cycles blends normals; for slopes that are not steep that is
-    the height times the strength."""
+    """Height in metres of a Bump node, at the strength 1."""
     if not graph.is_linked(node.inputs["Height"], scope):
         return 0.0
-    height = graph.number(graph.value(node.inputs["Height"], scope))
-    strength = graph.number(graph.value(node.inputs["Strength"], scope))
-    distance = graph.number(graph.value(node.inputs["Distance"], scope))
-    height = graph.product(graph.product(height, graph.math("MAXIMUM", strength, 0.0)), distance)
+    height = graph.product(graph.number(graph.value(node.inputs["Height"], scope)), graph.number(graph.value(node.inputs["Distance"], scope)))
     return graph.product(height, -1.0) if node.invert else height
 
 
-def displacement_height(graph: Graph, socket: Any, scope: Scope) -> Value:
-    """Height in metres of a material's displacement."""
+def bump_strength(graph: Graph, node: Any, scope: Scope) -> Value:
+    """The share of a Bump node's tilt that is kept; may be above 1."""
+    return graph.math("MAXIMUM", graph.number(graph.value(node.inputs["Strength"], scope)), 0.0)
+
+
+def displacement_height(graph: Graph, socket: Any, scope: Scope, *, in_object: bool = False) -> Value:
+    """Height of a material's displacement, in metres or in the object's units."""
     source = scope.source(socket)
     if not source.linked:
         return 0.0
@@ -55,11 +57,22 @@ def displacement_height(graph: Graph, socket: Any, scope: Scope) -> Value:
         return 0.0
     value = {name: graph.number(graph.value(node.inputs[name], source.scope)) for name in ("Height", "Midlevel", "Scale")}
     height = graph.product(graph.math("SUBTRACT", value["Height"], value["Midlevel"]), value["Scale"])
-    if node.space == "OBJECT":
+    if (node.space == "OBJECT") != in_object:
         graph.uses.add("instance")
         scale = graph.place.matrix_world.to_scale()
-        height = graph.product(height, (abs(scale.x) + abs(scale.y) + abs(scale.z)) / 3)
+        mean = (abs(scale.x) + abs(scale.y) + abs(scale.z)) / 3
+        height = graph.product(height, 1 / max(mean, 1e-12) if in_object else mean)
     return height
+
+
+def moved_vertices(builder: Any, displacement: tuple[Any, Scope]) -> str:
+    """pbrt parameter of shapes whose vertices the displacement moves; empty if it moves none."""
+    graph = builder.graph()
+    height = displacement_height(graph, *displacement, in_object=True)
+    builder.took(graph)
+    if isinstance(height, Ref):
+        return f' "texture displacement" "{builder.context.texture(graph, height, "float", builder.lines)}" "float edgelength" 0'
+    return f' "float displacement" {number_text(height)} "float edgelength" 0' if height else ""
 
 
 def plain_normal_map(graph: Graph, source: Source) -> str | None:
@@ -124,17 +137,32 @@ def normal_parameters(builder: Any, socket: Any, scope: Scope) -> list[str]:
     normal = turned(socket, scope) if socket is not None else Turned((), None)
     parameters = []
     graph = builder.graph()
-    height: Value = 0.0
-    for node, inner in normal.bumps:
-        height = graph.add_numbers(height, bump_height(graph, node, inner))
-    if builder.displacement is not None:
-        height = graph.add_numbers(height, displacement_height(graph, *builder.displacement))
+    height, strength = _lift(builder, graph, normal.bumps)
     builder.took(graph)
     if isinstance(height, Ref):  # a constant lifts all alike
         parameters.append(f'"texture displacement" "{builder.context.texture(graph, height, "float", builder.lines)}"')
+        if isinstance(strength, Ref):
+            parameters.append(f'"texture bump_strength" "{builder.context.texture(graph, strength, "float", builder.lines)}"')
+        elif strength != 1.0:
+            parameters.append(f'"float bump_strength" {number_text(strength)}')
     if normal.base is not None:
         parameters += _base_parameters(builder, normal.base)
     return parameters
+
+
+def _lift(builder: Any, graph: Graph, bumps: tuple[tuple[Any, Scope], ...]) -> tuple[Value, Value]:
+    """Height and strength of the Bump nodes and the displacement together. Bumps that follow each other add up. Where their
+    strengths differ, each height is multiplied by its own, which is the same for slopes that are not steep."""
+    heights = [bump_height(graph, node, scope) for node, scope in bumps]
+    strengths = [graph.number(bump_strength(graph, node, scope)) for node, scope in bumps]
+    if builder.displacement is not None:
+        heights.append(displacement_height(graph, *builder.displacement))
+        strengths.append(1.0)
+    alike = all(s == strengths[0] for s in strengths)
+    height: Value = 0.0
+    for one, strength in zip(heights, strengths):
+        height = graph.add_numbers(height, one if alike else graph.product(one, strength))
+    return height, strengths[0] if strengths and alike else 1.0
 
 
 def _base_parameters(builder: Any, source: Source) -> list[str]:

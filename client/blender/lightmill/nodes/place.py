@@ -7,6 +7,10 @@ from typing import Any
 from mathutils import Matrix
 
 
+# Attributes that the exporter makes where the Geometry node's outputs ask for them.
+MADE_ATTRIBUTES = {"Pointiness": ".pointiness", "Random Per Island": ".random_per_island"}
+
+
 def _generated(data: Any) -> Matrix:
     """From the object's coordinates to generated ones: 0 to 1 over the texture space."""
     if data is None or not hasattr(data, "texspace_location"):

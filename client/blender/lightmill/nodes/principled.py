@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from . import normals
+from . import normals, tangents
 from .fold import as_number, as_triple
 from .graph import is_constant
 from .shaders import SHADERS, Builder, Closure, Inner, Term
@@ -61,7 +61,9 @@ def _principled(b: Builder, node: Any, scope: Scope, inner: Inner) -> Closure:
         parameters.append(f'"string distribution" "{distribution}"')
     if getattr(node, "subsurface_method", "") == "BURLEY" and any(p.split()[1].startswith("subsurface") for p in parameters):
         b.report("subsurface", node, "Christensen-Burley subsurface scattering is drawn as random walk")
-    for name in ("Clearcoat Normal", "Coat Normal", "Tangent"):
+    if any(p.split()[1] == 'anisotropic"' for p in parameters):
+        parameters += tangents.tangent_parameters(b, node.inputs["Tangent"], scope)
+    for name in ("Clearcoat Normal", "Coat Normal"):
         if name in node.inputs and scope.source(node.inputs[name]).linked:
             b.report(f"input {name}", node, f"the input {name} is not looked at")
     if "Coat Tint" in node.inputs and b.constant(node, scope, "Thin Film Thickness") not in (None, 0.0):

@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, Callable
 
-from . import normals
+from . import normals, tangents
 from .context import Context, digest, number_text
 from .fold import as_number, as_triple
 from .graph import Graph, Value, is_constant
@@ -189,12 +189,6 @@ def _holdout(b: Builder, node: Any, scope: Scope, inner: Inner) -> Closure:
     return Closure(b.material("holdout", []))
 
 
-def _tangent(b: Builder, node: Any, scope: Scope) -> None:
-    socket = node.inputs.get("Tangent")
-    if socket is not None and scope.source(socket).linked:
-        b.report("tangent", node, "the Tangent input is not looked at; tangents run along u")
-
-
 # Shaders that are one material: its type, and (socket, parameter, kind) of each.
 Parameters = tuple[tuple[str, str, str], ...]
 _COLOR = ("Color", "color", "spectrum")
@@ -229,7 +223,9 @@ def _plain(b: Builder, node: Any, scope: Scope, inner: Inner) -> Closure:
         b.report("subsurface", node, "Christensen-Burley subsurface scattering is drawn as random walk")
     if node.type not in ("BSDF_TRANSPARENT", "BSDF_HAIR"):
         parameters += normals.normal_parameters(b, node.inputs.get("Normal"), scope)
-    _tangent(b, node, scope)
+    socket = node.inputs.get("Tangent")
+    if type_ == "glossy_bsdf" and socket is not None and b.constant(node, scope, "Anisotropy") != 0.0:
+        parameters += tangents.tangent_parameters(b, socket, scope)
     return Closure(b.material(type_, parameters))
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from . import normals
 from . import principled  # noqa: F401  (registers its shader)
 from .context import Context, number_text
 from .emitters import Emission, emission
-from .place import Place
+from .place import MADE_ATTRIBUTES, Place
 from .shaders import Builder
 from .tree import Scope
 from .media import Grid, Medium, medium_of_tree
@@ -23,6 +24,7 @@ class Surface:
     lines: tuple[str, ...]  # Texture, MakeNamedMaterial and MakeNamedMedium directives, each a whole one
     emission: Emission | None = None
     volume: Medium | None = None
+    displacement: str = ""  # parameters of shapes whose vertices it moves
     uses: frozenset[str] = frozenset()  # of the place: "object", "generated", "instance", "mesh"
 
 
@@ -79,10 +81,13 @@ def _translated(material: Any, context: Context, place: Place) -> Surface:
         return Surface(b.black(), tuple(b.lines))
     scope = Scope(material.node_tree, owner, context.report)
     displacement = output.inputs["Displacement"]
+    moved = ""
     if scope.source(displacement).linked:
-        b.displacement = (displacement, scope)
-        if getattr(getattr(material, "cycles", None), "displacement_method", "BUMP") != "BUMP":
-            b.report("displacement", output, "true displacement is drawn as bump: the outline stays as it is")
+        method = getattr(material, "displacement_method", None) or getattr(getattr(material, "cycles", None), "displacement_method", "BUMP")
+        if method != "BUMP":
+            moved = normals.moved_vertices(b, (displacement, scope))
+        if method != "DISPLACEMENT":
+            b.displacement = (displacement, scope)
     closure = b.closure(output.inputs["Surface"], scope)
     light = emission(b, closure.terms)
     volume = medium_of_tree(b, output.inputs["Volume"], scope)
@@ -97,7 +102,7 @@ def _translated(material: Any, context: Context, place: Place) -> Surface:
         lines += light.lines
     if volume is not None:
         lines += volume.lines
-    return Surface(name, tuple(dict.fromkeys(lines)), light, volume, frozenset(b.uses - {"camera"}))
+    return Surface(name, tuple(dict.fromkeys(lines)), light, volume, moved, frozenset(b.uses - {"camera"}))
 
 
 def volume(material: Any, context: Context, place: Place | None = None, grid: Grid | None = None) -> Medium | None:
@@ -131,4 +136,6 @@ def needs(material: Any) -> Needs:
                 attributes[node.attribute_name] = None
             elif node.type == "VERTEX_COLOR":
                 attributes[node.layer_name] = None
+            elif node.type == "NEW_GEOMETRY":
+                attributes.update({name: None for output, name in MADE_ATTRIBUTES.items() if node.outputs[output].is_linked})
     return Needs(tuple(uv_maps), tuple(attributes))

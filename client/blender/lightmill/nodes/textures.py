@@ -100,9 +100,9 @@ TRANSLATORS: dict[str, Translator] = {type_: _plain for type_ in PLAIN}
 
 def _translators() -> dict[str, Translator]:
     if "TEX_COORD" not in TRANSLATORS:
-        from . import curves, image_nodes, inputs, normals, object_inputs
+        from . import curves, image_nodes, inputs, normals, object_inputs, tangents
 
-        for module in (curves, image_nodes, inputs, normals, object_inputs):
+        for module in (curves, image_nodes, inputs, normals, object_inputs, tangents):
             TRANSLATORS.update(module.TRANSLATORS)
     return TRANSLATORS
 

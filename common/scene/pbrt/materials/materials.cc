@@ -240,6 +240,9 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
   } else if (type == "disney") {
     material.kind = v3::read_disney(out, params);
   } else if (is_one_of(type, blender_materials())) {
+    material.bump_by_pixel = true;
+    material.tangent = out.spectrum_input(params, "tangent", SpectrumUse::kFactor, {}).texture;
+    material.bump_strength = out.float_input(params, "bump_strength", 1, 0, 1e6);
     material.kind = read_blender_material(out, type, params, material);
   } else if (type == "coatedconductor") {
     material.kind = read_coated_conductor(out, params);
@@ -248,6 +251,8 @@ MaterialDescription translate_material(PbrtScene& out, const std::string& type, 
     report_unknown_word(params, "material", type, known_materials(), "grey is taken");
     return material;  // its parameters are another material's: not checked
   }
+  // pbrt has no bump over a normal map; Blender has.
+  if (material.normal_map >= 0 && !material.bump_by_pixel) material.displacement = -1;
   params.finish();
   return material;
 }

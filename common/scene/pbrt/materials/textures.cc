@@ -93,7 +93,7 @@ ImageTexture read_image(PbrtScene& out, ParameterList& params, const Transform& 
   if (!is_one_of(filter, filters))
     params.odd_value("filter", "is unknown: " + in_quotes(filter) +
                                    nearest_hint(filter, filters, "\"bilinear\" is taken"));
-  image.nearest = filter == "point";
+  if (filter == "point") image.filter = TexelFilter::kNearest;
   params.accept({"maxanisotropy"});
   return image;
 }
@@ -181,7 +181,7 @@ ImageTexture image_of_graph(PbrtScene& out, const GraphImage& from, const Source
                                             : Wrap::kRepeat;
   image.encoding = from.color_space == "sRGB" && !from.alpha ? ColorEncoding::kSrgb : ColorEncoding::kLinear;
   image.channel = from.alpha ? ImageChannel::kAlpha : ImageChannel::kRgb;
-  image.nearest = from.nearest;
+  image.filter = from.filter;
   return image;
 }
 

@@ -167,8 +167,6 @@ bool read_later_steps(PbrtScene& out, ParameterList& params, TriangleMesh* mesh)
 
 std::shared_ptr<const TriangleMesh> read_ply_mesh(PbrtScene& out, ParameterList& params) {
   const std::string file = params.text("filename", "");
-  params.unsupported("displacement", "is ignored");
-  params.accept({"edgelength"});
   const SourceLocation where = params.where_of("filename");
   if (file.empty()) {
     out.problems->error(where, params.owner() + " needs a \"string filename\"");
@@ -182,6 +180,22 @@ std::shared_ptr<const TriangleMesh> read_ply_mesh(PbrtScene& out, ParameterList&
   if (found->second == nullptr || !params.has("later")) return found->second;
   auto bent = std::make_shared<TriangleMesh>(*found->second);
   return read_later_steps(out, params, bent.get()) ? bent : found->second;
+}
+
+/// "displacement" and "edgelength" of a PLY mesh.
+void read_displacement(PbrtScene& out, ParameterList& params, ShapeDescription* shape) {
+  if (!params.has("displacement")) {
+    params.accept({"edgelength"});
+    return;
+  }
+  constexpr double kMost = 1e18;
+  shape->displacement = out.float_input(params, "displacement", 0, -kMost, kMost);
+  shape->edge_length =
+      static_cast<float>(params.number("edgelength", 1, 0, kMost) * out.displacement_edge_scale);
+  if (params.has("later")) {
+    params.odd_value("displacement", "is of a mesh that bends, which is not displaced");
+    shape->displacement = {};
+  }
 }
 
 /// Area after the transform. A sphere's is that of its mean scale: exact when the scale is uniform.
@@ -268,6 +282,7 @@ void translate_shape(PbrtScene& out, const std::string& type, ParameterList& par
   size_t emitters = 1;
   std::shared_ptr<TriangleMesh> curve;
   if (type == "trianglemesh" || type == "plymesh" || type == "loopsubdiv") {
+    if (type == "plymesh") read_displacement(out, params, &shape);
     auto mesh = type == "plymesh"        ? read_ply_mesh(out, params)
                 : type == "trianglemesh" ? read_triangle_mesh(out, params)
                                          : read_loop_subdivision(out, params);

@@ -109,8 +109,8 @@ void translate_option(PbrtScene& out, ParameterList& params) {
   for (const char* name : {"disablepixeljitter", "forcediffuse"}) {
     if (params.boolean(name, false)) params.unsupported(name, "is ignored");
   }
-  // The edge scale is of displacements of shapes, each of which is warned of.
-  params.accept({"seed", "displacementedgescale", "disabletexturefiltering", "disablewavelengthjitter",
+  out.displacement_edge_scale = params.number("displacementedgescale", out.displacement_edge_scale, 0, 1e6);
+  params.accept({"seed", "disabletexturefiltering", "disablewavelengthjitter",
                  "msereferenceimage", "msereferenceout", "rendercoordsys", "pixelstats", "wavefront"});
   params.finish();
 }

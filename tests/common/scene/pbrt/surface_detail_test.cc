@@ -51,6 +51,47 @@ TEST_F(SurfaceDetail, NormalMapsAreLinearImagesAndBumpsFloatTextures) {
   EXPECT_EQ(scene.files.size(), 2u);  // the scene and the map
 }
 
+TEST_F(SurfaceDetail, BlendersMaterialsTakeBumpsOverNormalMapsAndTheirStrength) {
+  folder_.write("n.png", "not looked into by the reader");
+  const std::string bumps =
+      "\"string normalmap\" \"n.png\" \"texture displacement\" \"waves\"\nShape \"sphere\"\n";
+  const SceneDescription scene =
+      clean_world("Texture \"waves\" \"float\" \"checkerboard\"\nMaterial \"diffuse\" " + bumps +
+                  "Material \"diffuse_bsdf\" \"float bump_strength\" 0.25 " + bumps);
+  const MaterialDescription& pbrts = scene.materials[static_cast<size_t>(scene.shapes[0].material)];
+  const MaterialDescription& blenders = scene.materials[static_cast<size_t>(scene.shapes[1].material)];
+  EXPECT_GE(pbrts.normal_map, 0);
+  EXPECT_EQ(pbrts.displacement, -1);
+  EXPECT_FALSE(pbrts.bump_by_pixel);
+  EXPECT_GE(blenders.normal_map, 0);
+  EXPECT_EQ(blenders.displacement, 0);
+  EXPECT_TRUE(blenders.bump_by_pixel);
+  EXPECT_EQ(blenders.bump_strength.value, 0.25f);
+}
+
+constexpr const char* kPly =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+TEST_F(SurfaceDetail, DisplacementOfPlyMeshes) {
+  folder_.write("m.ply", kPly);
+  const std::string shape = "Shape \"plymesh\" \"string filename\" \"m.ply\" ";
+  const SceneDescription scene = clean(
+      load("Option \"displacementedgescale\" 0.5\nWorldBegin\nLightSource \"point\"\n"
+           "Texture \"waves\" \"float\" \"checkerboard\"\n" +
+           shape + "\"texture displacement\" \"waves\"\n" + shape +
+           "\"float displacement\" 0.5 \"float edgelength\" 0.25\n" + shape + "\"float edgelength\" 2\n"));
+  ASSERT_EQ(scene.shapes.size(), 3u);
+  EXPECT_EQ(scene.shapes[0].displacement.texture, 0);
+  EXPECT_EQ(scene.shapes[0].edge_length, 0.5f);
+  EXPECT_EQ(scene.shapes[1].displacement.value, 0.5f);
+  EXPECT_EQ(scene.shapes[1].edge_length, 0.125f);
+  EXPECT_EQ(scene.shapes[2].displacement.texture, -1);
+  EXPECT_EQ(scene.shapes[2].displacement.value, 0);
+  EXPECT_TRUE(refused_on_line_2(strictly_world(shape + "\"string later\" \"m.ply\" \"float displacement\" 1"),
+                                "bends"));
+}
+
 TEST_F(SurfaceDetail, BadBumpsAreNamedWithTheirPlace) {
   const std::pair<const char*, const char*> cases[] = {
       {"Material \"diffuse\" \"string normalmap\" \"none.png\"", "there is no file \"none.png\""},

@@ -84,7 +84,8 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
   v.kind = bsdf_at<Lane, K::kSurfaces>(scene, material, g.active, s, &v.params);
   if (K::kSurfaces && scene.any_fibres)
     face_fibres<Lane>(scene, s, prim, v.wo, v.kind, &v.p, &v.ng, &v.ns, &v.params);
-  if (K::kSurfaces && scene.any_anisotropy) orient_lobes<Lane>(s, v.ns, v.kind, &v.params);
+  if (K::kSurfaces && scene.any_anisotropy)
+    orient_lobes<Lane>(scene, material, g.active, s, v.ns, v.kind, &v.params);
   h.u = s.u, h.tv = s.v;
   v.path = g.slot;
   v.depth = splat_int<Lane>(depth);

@@ -11,12 +11,13 @@ inline bool has_bumps(const MaterialEntry& m) {
 /// Step of u and v for the slopes of a bump map: that of pbrt-v4 where it has no ray differentials.
 inline constexpr float kBumpStep = 0.0005f;
 
-/// The shading normal of surface `s` after the map of its material, which has_bumps: unit, on the side of
-/// s.ng. A graph's normal is taken as it is, and then bumped. Normal map: the texture's 2 rgb - 1 with x
-/// along dp/du, z along the normal, and y their cross product (or, if the map follows v, that side of it on
-/// which dp/dv lies). Bump map: the normal of the surface lifted along s.ns by the texture (Blinn 1978,
-/// without the term of the surface's curvature), by forward differences. A map that gives no direction leaves
-/// the normal as it is.
+/// The shading normal of surface `s` after the maps of its material, which has_bumps: unit, on the side of
+/// s.ng. First comes the graph's normal, as it is, or the normal map: the texture's 2 rgb - 1 with x along
+/// dp/du, z along the normal, and y their cross product (or, if the map follows v, that side of it on which
+/// dp/dv lies). Then the bump map: the normal of the surface lifted along that normal by the texture (Blinn
+/// 1978, without the term of the surface's curvature), by forward differences. If the bump is by pixel, the
+/// steps are as wide as a pixel of the camera is at the point, so that what is finer does not tilt it, as in
+/// Cycles. A map that gives no direction leaves the normal as it is.
 Vec3<float> bumped_normal(const RenderScene& scene, const MaterialEntry& material, const Surface<float>& s);
 
 /// The same in lanes: where an active lane's material has a map, else s.ns.

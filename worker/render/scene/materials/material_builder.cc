@@ -154,6 +154,9 @@ void add_material(const MaterialDescription& material, CoatMemo* coats, RenderSc
   e.normal_map = material.normal_map;
   e.displacement = material.displacement;
   e.shading_normal = material.shading_normal;
+  e.tangent = material.tangent;
+  e.bump_by_pixel = material.bump_by_pixel;
+  e.bump_strength = material.bump_strength;
   e.opacity = material.opacity;
   e.tint = material.tint;
   e.normal_scale = material.normal_scale;

@@ -134,7 +134,7 @@ ImageMap::ImageMap(const ImageTexture& texture, TextureCache* cache)
       wrap_t_(texture.wrap_t.value_or(texture.wrap)),
       scale_(texture.scale),
       invert_(texture.invert),
-      nearest_(texture.nearest),
+      filter_(texture.filter),
       channels_(channels_of(texture)),
       cache_(cache),
       encoding_(texture.encoding),
@@ -403,16 +403,47 @@ void ImageMap::prefetch(float s, float t) const {
   }
 }
 
+Rgb ImageMap::cubic(int x, int y, float dx, float dy) const {
+  const auto weights = [](float t) {
+    const float u = 1 - t;
+    constexpr float kSixth = 1.0f / 6;
+    return std::array<float, 4>{u * u * u * kSixth, (3 * t * t * t - 6 * t * t + 4) * kSixth,
+                                (3 * u * u * u - 6 * u * u + 4) * kSixth, t * t * t * kSixth};
+  };
+  const std::array<float, 4> across = weights(dx), down = weights(dy);
+  Rgb sum;
+  const auto add = [&](const Rgb& texel, float weight) {
+    sum.r += texel.r * weight, sum.g += texel.g * weight, sum.b += texel.b * weight;
+  };
+  for (size_t j = 0; j < 4; j += 2) {
+    for (size_t i = 0; i < 4; i += 2) {
+      const auto [a, b, c, d] = square(x - 1 + static_cast<int>(i), y - 1 + static_cast<int>(j));
+      add(a, across[i] * down[j]);
+      add(b, across[i + 1] * down[j]);
+      add(c, across[i] * down[j + 1]);
+      add(d, across[i + 1] * down[j + 1]);
+    }
+  }
+  return sum;
+}
+
 Rgb ImageMap::lookup(float s, float t) const {
   float dx, dy;
   const auto [ix, iy] = texel_before(s, t, &dx, &dy);
-  const float wx = nearest_ ? std::round(dx) : dx, wy = nearest_ ? std::round(dy) : dy;
-  const auto [a, b, c, d] = square(ix, iy);
-  auto mix = [&](float p, float q, float r, float u) {
-    const float top = p + (q - p) * wx, bottom = r + (u - r) * wx;
-    float v = top + (bottom - top) * wy;
+  const auto finish = [&](float v) {
     v *= scale_;
     return invert_ ? std::max(0.0f, 1.0f - v) : v;
+  };
+  if (filter_ == TexelFilter::kCubic) {
+    const Rgb c = cubic(ix, iy, dx, dy);
+    return {finish(c.r), finish(c.g), finish(c.b)};
+  }
+  const bool nearest = filter_ == TexelFilter::kNearest;
+  const float wx = nearest ? std::round(dx) : dx, wy = nearest ? std::round(dy) : dy;
+  const auto [a, b, c, d] = square(ix, iy);
+  const auto mix = [&](float p, float q, float r, float u) {
+    const float top = p + (q - p) * wx, bottom = r + (u - r) * wx;
+    return finish(top + (bottom - top) * wy);
   };
   return {mix(a.r, b.r, c.r, d.r), mix(a.g, b.g, c.g, d.g), mix(a.b, b.b, c.b, d.b)};
 }

@@ -31,7 +31,7 @@ class ImageMap {
   explicit ImageMap(const ImageTexture& texture, TextureCache* cache = nullptr);
   /// Memory that an image's texels would take, from its header. Throws as the constructor.
   static uint64_t bytes_needed(const ImageTexture& texture);
-  /// Bilinear value (or the nearest texel's) at (s, t), t up. Scale and invert applied.
+  /// Value at (s, t), t up. Scale and invert applied.
   Rgb lookup(float s, float t) const;
   /// Begins to fetch what lookup(s, t) will read.
   void prefetch(float s, float t) const;
@@ -61,6 +61,8 @@ class ImageMap {
   Rgb stored_texel(int x, int y) const;
   /// Texels (x, y) to (x + 1, y + 1), row by row.
   std::array<Rgb, 4> square(int x, int y) const;
+  /// The cubic B-spline of the texels around the one at (x, y), `dx` and `dy` beyond its centre.
+  Rgb cubic(int x, int y, float dx, float dy) const;
   /// Index of the first channel. Not for a cached image.
   size_t index_of(int x, int y) const {
     return channels_ * (static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x));
@@ -76,7 +78,8 @@ class ImageMap {
   int width_ = 0, height_ = 0;
   Wrap wrap_, wrap_t_;
   float scale_;
-  bool invert_, nearest_;
+  bool invert_;
+  TexelFilter filter_;
   bool is_bytes_ = false;
   size_t channels_ = 3;         // per texel: 3, or 1 for a grey
   std::vector<uint8_t> bytes_;  // channels_ per texel, or empty

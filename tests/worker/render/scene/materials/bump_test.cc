@@ -7,6 +7,7 @@
 
 #include "tests/support/statistics.h"
 #include "tests/support/test_scene.h"
+#include "worker/render/scene/materials/lobe_axes.h"
 
 namespace lightmill::test {
 namespace {
@@ -84,6 +85,87 @@ TEST(Bump, SlopesDoNotDependOnTheSceneScale) {
     EXPECT_NEAR(n.x / n.z, -kHeight / (2 * kBumpStep), 1e-3f) << far;
     EXPECT_NEAR(n.y, 0, 1e-6f);
     EXPECT_NEAR(normal_at(scene, 0, {0.3f, -0.1f, 2}).z, 1, 1e-6f);  // flat beyond it
+  }
+}
+
+/// A float texture of 0 at u = 0 and `height` at u = 1.
+int ramp_texture(TestScene* s, float height) {
+  TextureDescription t;
+  t.is_spectrum = false;
+  const Rgb top{height, height, height};
+  t.kind = BilerpTexture{{}, {}, top, top, {}};
+  s->scene.textures.push_back(t);
+  return static_cast<int>(s->scene.textures.size()) - 1;
+}
+
+// Blender's bumps: as much of the tilt as the strength says, on scenes of any size, over a normal map, too.
+TEST(Bump, ByPixelARampTiltsByItsSlopeAndStrength) {
+  for (const double far : {2.0, 3000.0}) {
+    for (const float strength : {0.0f, 0.5f, 1.0f, 2.0f}) {
+      for (const bool mapped : {false, true}) {
+        TestScene s;
+        const int m = s.diffuse(0.5f);
+        constexpr float kHeight = 0.6f, kSlope = kHeight / 2;  // the quad is 2 wide
+        MaterialDescription& material = s.scene.materials[0];
+        material.displacement = ramp_texture(&s, kHeight);
+        material.bump_by_pixel = true;
+        material.bump_strength.value = strength;
+        if (mapped) material.normal_map = constant(&s, {0.5f, 0.5f, 1});
+        add_quad(&s, m);
+        s.point_light({0, 0, far}, {1, 1, 1});  // part of the extent
+        const Vec3<float> n = normal_at(build_scene(s.scene), 0, {0.05f, -0.1f, 2});
+        const float length = std::sqrt(1 + kSlope * kSlope);
+        const Vec3<float> kept =
+            normalize(Vec3<float>{-kSlope / length * strength, 0, 1 - strength + strength / length});
+        EXPECT_NEAR(n.x, kept.x, 1e-3f) << far << " " << strength;
+        EXPECT_NEAR(n.y, 0, 1e-3f);
+        EXPECT_NEAR(n.z, kept.z, 1e-3f);
+      }
+    }
+  }
+}
+
+TEST(Bump, ByPixelAStepIsAsSteepAsAPixelIsWide) {
+  for (const int size : {50, 400}) {
+    TestScene s;
+    const int m = s.diffuse(0.5f);
+    constexpr float kHeight = 0.002f;
+    s.scene.materials[0].displacement = step_texture(&s, kHeight);
+    s.scene.materials[0].bump_by_pixel = true;
+    add_quad(&s, m);
+    s.film(size, size);
+    const RenderScene scene = build_scene(s.scene);
+    const float pixel = 2 * 2 * std::tan(static_cast<float>(M_PI) / 6) / static_cast<float>(size);
+    const auto slope = [&](float x) {
+      const Vec3<float> n = normal_at(scene, 0, {x, -0.01f, 2});
+      return -n.x / n.z;
+    };
+    EXPECT_NEAR(slope(-0.5f * pixel), kHeight / pixel, 0.01f * kHeight / pixel) << size;
+    EXPECT_NEAR(slope(-1.5f * pixel), 0, 1e-6f);
+    EXPECT_NEAR(slope(0.5f * pixel), 0, 1e-6f);
+  }
+}
+
+TEST(Bump, LobesLieAlongTheTangentOfTheMaterial) {
+  for (const bool given : {false, true}) {
+    TestScene s;
+    s.diffuse(0.5f);
+    MaterialDescription& material = s.scene.materials[0];
+    ClosureMaterial glossy;
+    glossy.closure = ClosureKind::kGlossy;
+    glossy.roughness.value = 0.5f;
+    glossy.anisotropy.value = 0.5f;
+    material.kind = glossy;
+    if (given) material.tangent = constant(&s, {0, 3, 0.2f});
+    add_quad(&s, 0);
+    const RenderScene scene = build_scene(s.scene);
+    const Surface<float> hit = surface_at<float>(scene, 0, {}, normalize(Vec3<float>{0.2f, 0.1f, 2}));
+    BsdfParams<float> params;
+    const int32_t kind = bsdf_at<float>(scene, 0, true, hit, &params);
+    ASSERT_TRUE(anisotropic<float>(kind));
+    orient_lobes<float>(scene, 0, true, hit, hit.ns, kind, &params);
+    // In turns from the first axis of the frame, which is +x.
+    EXPECT_NEAR(params.p[9], given ? (hit.ns.z > 0 ? 0.25f : 0.75f) : 0, 1e-5f);
   }
 }
 

@@ -22,7 +22,7 @@ class SecondUvs : public ::testing::Test {
     for (const bool second : {false, true}) {
       ImageTexture t;
       t.path = folder_.file("halves.exr");
-      t.nearest = true;
+      t.filter = TexelFilter::kNearest;
       t.second_uvs = second;
       s_.scene.textures.push_back({"", true, t, {}});
     }

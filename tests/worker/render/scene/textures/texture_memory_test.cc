@@ -63,7 +63,7 @@ class TextureMemory : public testing::Test {
     t.encoding = ColorEncoding::kSrgb;
     t.invert = true;
     all.push_back(described(t));
-    t.nearest = true;
+    t.filter = TexelFilter::kNearest;
     t.encoding = ColorEncoding::kGamma;
     t.gamma = 2.2f;
     t.channel = ImageChannel::kBlue;

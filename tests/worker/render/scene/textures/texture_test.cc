@@ -211,7 +211,7 @@ TEST(EmbeddedTexture, WebpIsTakenAsItIsStored) {
 TEST(EmbeddedTexture, MirrorsPerAxisAndTheNearestTexel) {
   ImageTexture t = embedded();
   t.channel = ImageChannel::kBlue;
-  t.nearest = true;
+  t.filter = TexelFilter::kNearest;
   t.wrap = Wrap::kMirror;
   t.wrap_t = Wrap::kClamp;
   const ImageMap map(t);
@@ -220,6 +220,23 @@ TEST(EmbeddedTexture, MirrorsPerAxisAndTheNearestTexel) {
   EXPECT_FLOAT_EQ(map.lookup(1.25f, 0.5f).r, 1);
   EXPECT_FLOAT_EQ(map.lookup(1.75f, 0.5f).r, 0);
   EXPECT_FLOAT_EQ(map.lookup(-0.75f, 0.5f).r, 1);
+}
+
+// A uniform cubic B-spline: flat stays flat, a step is 1/6, 1/2, 5/6 around its middle.
+TEST(EmbeddedTexture, CubicIsABSpline) {
+  ImageTexture t = embedded();
+  t.channel = ImageChannel::kBlue;
+  t.wrap = Wrap::kClamp;
+  const ImageMap plain(t);
+  ASSERT_FLOAT_EQ(plain.lookup(0.25f, 0.5f).r, 0);
+  ASSERT_FLOAT_EQ(plain.lookup(0.75f, 0.5f).r, 1);
+  t.filter = TexelFilter::kCubic;
+  const ImageMap map(t);
+  EXPECT_NEAR(map.lookup(0.25f, 0.5f).r, 1.0f / 6, 1e-6f);
+  EXPECT_NEAR(map.lookup(0.5f, 0.5f).r, 0.5f, 1e-6f);
+  EXPECT_NEAR(map.lookup(0.75f, 0.5f).r, 5.0f / 6, 1e-6f);
+  EXPECT_NEAR(map.lookup(3, 0.5f).r, 1, 1e-6f);
+  EXPECT_NEAR(map.lookup(-3, 0.5f).r, 0, 1e-6f);
 }
 
 TEST(TextureGraph, ProductsStepsAndVertexColours) {

@@ -60,7 +60,7 @@ TEST(TextureGraph, HasTheValuesOfBlender) {
       numbers.push_back(static_cast<int>(images.size()));
       ImageTexture t;
       t.path = folder.file(image.file);
-      t.nearest = image.nearest;
+      t.filter = image.filter;
       t.wrap = image.extension == "EXTEND" ? Wrap::kClamp : Wrap::kRepeat;
       images.push_back({"", true, t, {}});
     }
