@@ -177,11 +177,7 @@ void PbrtParser::on_shape(const Token& d) {
     problems_->unsupported(d.where.location(), "area lights in objects: the shape does not emit");
     attributes.area_light = nullptr;
   }
-  if (attributes.area_light != nullptr && type == "sphere") {
-    stays(d, "an emitting sphere");
-  } else {
-    attributes.moves_to = moves_to(d, state_.shape.ctm, state_.ctm_end);
-  }
+  attributes.moves_to = moves_to(d, state_.shape.ctm, state_.ctm_end);
   translate_shape(out_, type, params, attributes);
 }
 

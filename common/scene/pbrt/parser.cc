@@ -233,7 +233,7 @@ void PbrtParser::finish() {
   if (direct_lighting_ && problems_->errors() == 0) v3::choose_depth(*direct_lighting_, &scene, problems_);
   drop_invisible(&scene.shapes);
   for (ObjectDescription& object : scene.objects) drop_invisible(&object.shapes);
-  tessellate_stretched_spheres(&scene, problems_);
+  tessellate_spheres(&scene, problems_);
   if (!scene.later.empty()) settle_motion(times_, &scene);
   settle_lights(times_, moving_lights_, &scene);
   scene.camera.lens.film_diagonal = out_.film_diagonal;

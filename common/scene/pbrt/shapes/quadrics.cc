@@ -44,6 +44,33 @@ std::optional<std::pair<double, double>> read_range(ParameterList& params, doubl
   return std::nullopt;
 }
 
+/// Puts a mesh of the unit sphere in place of a sphere.
+void make_mesh(SceneDescription* scene, ShapeDescription* shape,
+               const std::shared_ptr<const TriangleMesh>& unit) {
+  const double r = std::get<SphereShape>(shape->kind).radius;
+  shape->object_to_world = shape->object_to_world * scaling({r, r, r});
+  if (shape->moves_to >= 0) {
+    const Transform end = scene->later[static_cast<size_t>(shape->moves_to)] * scaling({r, r, r});
+    shape->moves_to = static_cast<int>(scene->later.size());
+    scene->later.push_back(end);
+  }
+  shape->kind = MeshShape{unit};
+}
+
+/// Spheres that emit and move become meshes: only those can do both. Each triangle is a light, so there are
+/// not many.
+void tessellate_moving_emitters(SceneDescription* scene) {
+  constexpr int kSegments = 32;  // within 0.7 % of the radius
+  std::shared_ptr<const TriangleMesh> unit;
+  for (ShapeDescription& shape : scene->shapes) {
+    if (shape.area_light < 0 || shape.moves_to < 0 || !std::holds_alternative<SphereShape>(shape.kind))
+      continue;
+    if (unit == nullptr)
+      unit = std::make_shared<const TriangleMesh>(sphere_mesh(1, -1, 1, 2 * std::numbers::pi, kSegments));
+    make_mesh(scene, &shape, unit);
+  }
+}
+
 }  // namespace
 
 std::optional<ReadShape> read_sphere(PbrtScene& out, ParameterList& params) {
@@ -83,7 +110,8 @@ std::optional<ReadShape> read_cylinder(PbrtScene& out, ParameterList& params) {
   return tessellated(out, params, cylinder_mesh(r, range->first, range->second, phimax));
 }
 
-void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems) {
+void tessellate_spheres(SceneDescription* scene, ProblemList* problems) {
+  tessellate_moving_emitters(scene);
   constexpr size_t kBudget = 8'000'000;  // triangles of all of them
   constexpr int kFineSegments = 64;      // within 0.2 % of the radius: half a pixel of a sphere of 600
   std::vector<ShapeDescription*> found;
@@ -126,16 +154,7 @@ void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems
   }
   const auto unit =
       std::make_shared<const TriangleMesh>(sphere_mesh(1, -1, 1, 2 * std::numbers::pi, segments));
-  for (ShapeDescription* shape : found) {
-    const double r = std::get<SphereShape>(shape->kind).radius;
-    shape->object_to_world = shape->object_to_world * scaling({r, r, r});
-    if (shape->moves_to >= 0) {
-      const Transform end = scene->later[static_cast<size_t>(shape->moves_to)] * scaling({r, r, r});
-      shape->moves_to = static_cast<int>(scene->later.size());
-      scene->later.push_back(end);
-    }
-    shape->kind = MeshShape{unit};
-  }
+  for (ShapeDescription* shape : found) make_mesh(scene, shape, unit);
 }
 
 }  // namespace lightmill

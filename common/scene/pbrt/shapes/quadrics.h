@@ -19,8 +19,8 @@ std::optional<ReadShape> read_cylinder(PbrtScene& out, ParameterList& params);
 std::optional<ReadShape> read_bilinear_mesh(PbrtScene& out, ParameterList& params);
 
 /// Replaces spheres whose transform (their own, or that of an instance of their object) stretches them, and
-/// those with an alpha mask, by meshes of kSphereSegments; if there are more than about 120, of fewer, so
-/// that the memory lasts, and with a warning from about 2000 on.
-void tessellate_stretched_spheres(SceneDescription* scene, ProblemList* problems);
+/// those with an alpha mask, by meshes of kSphereSegments, and those that emit and move by coarser ones; if
+/// there are more than about 120, of fewer, so that the memory lasts, and with a warning from about 2000 on.
+void tessellate_spheres(SceneDescription* scene, ProblemList* problems);
 
 }  // namespace lightmill
