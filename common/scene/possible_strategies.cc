@@ -33,6 +33,15 @@ bool any_hair(const SceneDescription& scene) {
   return false;
 }
 
+bool any_blender_bump(const SceneDescription& scene) {
+  const PartsInUse parts = parts_in_use(scene);
+  for (size_t i = 0; i < scene.materials.size(); ++i) {
+    if (parts.materials[i] && scene.materials[i].bump_by_pixel && scene.materials[i].displacement >= 0)
+      return true;
+  }
+  return false;
+}
+
 /// Whether something is hidden from rays that are not the camera's, other than a light that only the camera
 /// sees.
 bool hides_from_others(const SceneDescription& scene) {
@@ -63,6 +72,9 @@ PossibleStrategies possible_strategies(const SceneDescription& scene) {
     return {kAllStrategies & ~kLightPaths,
             "a texture depends on the ray that meets it (Fresnel, Layer Weight, Light Path, Incoming, "
             "Backfacing, Reflection), which camera paths alone know"};
+  if (any_blender_bump(scene))
+    return {kAllStrategies & ~kLightPaths,
+            "a bump of Blender's turns to whoever looks at it, whom camera paths alone know"};
   if (scene.camera.kind == CameraKind::kRealistic)
     return {kAllStrategies & ~kLightTracing, "a realistic camera can't be joined to light paths"};
   return {};

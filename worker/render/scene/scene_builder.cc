@@ -96,7 +96,7 @@ class SceneBuilder {
       const int32_t kind = out_.material_kind[i];
       out_.any_texture = out_.any_texture || out_.materials[i].textured;
       out_.any_bumps = out_.any_bumps || has_bumps(out_.materials[i]);
-      by_pixel = by_pixel || (out_.materials[i].bump_by_pixel && out_.materials[i].displacement >= 0);
+      by_pixel = by_pixel || faces_viewer(out_.materials[i]);
       out_.any_delta = out_.any_delta || has_delta(kind);
       out_.any_mix = out_.any_mix || kind == kMix;
       out_.any_weighted_mix =

@@ -1,4 +1,5 @@
 // What changes a surface without changing its shape or its material: alpha masks, normal maps, bumps.
+#include "common/scene/possible_strategies.h"
 #include "tests/common/scene/scene_fixture.h"
 
 namespace lightmill {
@@ -67,6 +68,7 @@ TEST_F(SurfaceDetail, BlendersMaterialsTakeBumpsOverNormalMapsAndTheirStrength) 
   EXPECT_EQ(blenders.displacement, 0);
   EXPECT_TRUE(blenders.bump_by_pixel);
   EXPECT_EQ(blenders.bump_strength.value, 0.25f);
+  EXPECT_EQ(possible_strategies(scene).set & kLightPaths, 0u);  // it turns to the viewer
 }
 
 constexpr const char* kPly =

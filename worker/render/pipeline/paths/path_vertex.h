@@ -81,6 +81,8 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
     material = resolve_mixes<Lane>(scene, material, g.active, prim, s, &mix_scale, bodies);
   if (K::kSurfaces && scene.any_weighted_mix) v.throughput = v.throughput * mix_scale;
   v.ns = K::kSurfaces && scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
+  if (K::kSurfaces && scene.pixel_camera && mode == Mode::kRadiance)
+    v.ns = normals_to_viewer<Lane>(scene, material, g.active, v.ns, v.ng, v.wo);
   v.kind = bsdf_at<Lane, K::kSurfaces>(scene, material, g.active, s, &v.params);
   if (K::kSurfaces && scene.any_fibres)
     face_fibres<Lane>(scene, s, prim, v.wo, v.kind, &v.p, &v.ng, &v.ns, &v.params);

@@ -48,4 +48,45 @@ inline Vec3<F> bumped_normals(const RenderScene& scene, IntOf<F> material, MaskO
   return changed ? Vec3<F>{load<F>(ns[0]), load<F>(ns[1]), load<F>(ns[2])} : s.ns;
 }
 
+/// Whether the material's normals turn to whoever looks at them, as Blender's bumps do. Only camera paths
+/// know the viewer.
+inline bool faces_viewer(const MaterialEntry& m) { return m.bump_by_pixel && m.displacement >= 0; }
+
+/// `ns` turned towards `ng`, as far as it takes for the mirror image of `wo` to be above the surface (by a
+/// hundredth, or nearly as far as wo is). All are unit vectors; ng and ns are on the side of wo.
+template <class F>
+inline Vec3<F> reflecting_normal(const Vec3<F>& ns, const Vec3<F>& ng, const Vec3<F>& wo) {
+  const F height = dot(wo, ng);
+  const F least = min(height * 0.9f, splat<F>(0.01f));
+  const MaskOf<F> below = MaskOf<F>(dot(wo, ns) * 2.0f * dot(ns, ng) - height < least);
+  if (!any(below)) return ns;
+  // In the plane of ng and ns, ns being at the angle x from ng, the mirror image's height is
+  // |w| cos(2 x - d), w being wo in that plane and d its own angle.
+  const Vec3<F> across = ns - ng * dot(ns, ng);
+  const F across2 = dot(across, across);
+  const MaskOf<F> tilted = MaskOf<F>(across2 > 1e-12f);
+  const Vec3<F> axis = across * (1.0f / sqrt(select(tilted, across2, splat<F>(1.0f))));
+  const F along = dot(wo, axis);
+  const F inv = 1.0f / sqrt(max(along * along + height * height, splat<F>(1e-20f)));
+  const F cos_d = height * inv, sin_d = along * inv, c = min(least * inv, splat<F>(1.0f));
+  const F cos_2x = clamp(cos_d * c - sin_d * sqrt(max(1.0f - c * c, F{})), -1.0f, 1.0f);
+  const Vec3<F> turned = ng * sqrt((1.0f + cos_2x) * 0.5f) + axis * sqrt((1.0f - cos_2x) * 0.5f);
+  return select(mask_and(below, tilted), turned, ns);
+}
+
+/// The shading normals of the lanes as camera paths that come from `wo` have them.
+template <class F>
+inline Vec3<F> normals_to_viewer(const RenderScene& scene, IntOf<F> material, MaskOf<F> active,
+                                 const Vec3<F>& ns, const Vec3<F>& ng, const Vec3<F>& wo) {
+  float turns[8] = {};
+  for (unsigned bits = mask_bits(active); bits; bits &= bits - 1) {
+    const int l = std::countr_zero(bits);
+    turns[l] = faces_viewer(scene.materials[static_cast<size_t>(lane(material, l))]) ? 1.0f : 0.0f;
+  }
+  const MaskOf<F> turned = MaskOf<F>(load<F>(turns) > 0.0f);
+  if (!any(turned)) return ns;
+  const F side = copysign(splat<F>(1.0f), dot(ng, wo));
+  return select(turned, reflecting_normal<F>(ns * side, ng * side, wo) * side, ns);
+}
+
 }  // namespace lightmill

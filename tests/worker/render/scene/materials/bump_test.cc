@@ -146,6 +146,35 @@ TEST(Bump, ByPixelAStepIsAsSteepAsAPixelIsWide) {
   }
 }
 
+// A normal whose mirror image of the viewer lies below the surface is turned until it is just above; others
+// stay.
+TEST(Bump, NormalsTurnToTheViewerAsFarAsTheMirrorImageNeeds) {
+  Random random(11);
+  int turned = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const auto upwards = [&](double low) {
+      const double z = random.between(low, 1), phi = random.between(0, 2 * M_PI), r = std::sqrt(1 - z * z);
+      return Vec3<float>{static_cast<float>(r * std::cos(phi)), static_cast<float>(r * std::sin(phi)),
+                         static_cast<float>(z)};
+    };
+    const Vec3<float> ng{0, 0, 1}, ns = upwards(0.02), wo = upwards(0.02);
+    const auto height = [&](const Vec3<float>& n) { return 2 * dot(wo, n) * n.z - wo.z; };
+    const float least = std::min(0.9f * wo.z, 0.01f);
+    const Vec3<float> n = reflecting_normal<float>(ns, ng, wo);
+    EXPECT_NEAR(dot(n, n), 1, 1e-5f);
+    if (height(ns) >= least) {
+      EXPECT_EQ(n.x, ns.x);
+      continue;
+    }
+    ++turned;
+    EXPECT_NEAR(height(n), least, 1e-4f);
+    EXPECT_GT(n.z, ns.z);
+    EXPECT_NEAR(n.x * ns.y, n.y * ns.x, 1e-5f);  // in the plane of both normals
+    EXPECT_GE(n.x * ns.x + n.y * ns.y, 0);
+  }
+  EXPECT_GT(turned, 300);
+}
+
 TEST(Bump, LobesLieAlongTheTangentOfTheMaterial) {
   for (const bool given : {false, true}) {
     TestScene s;
