@@ -64,7 +64,7 @@ TEST_F(GltfMaterialTest, SamplersAndTransforms) {
   const ImageTexture& t = image(s, m.normal_map);
   EXPECT_EQ(t.wrap, Wrap::kClamp);
   EXPECT_EQ(t.wrap_t, Wrap::kMirror);
-  EXPECT_TRUE(t.nearest);
+  EXPECT_EQ(t.filter, TexelFilter::kNearest);
   // glTF's (u, v) = (0.7, 0.4), v downwards, by the extension's matrices.
   const double c = std::cos(0.3), n = std::sin(0.3), u = 0.7, v = 0.4;
   const double want_s = c * 4 * u + n * 5 * v + 0.1, want_t = -n * 4 * u + c * 5 * v + 0.2;

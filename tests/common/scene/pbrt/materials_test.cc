@@ -225,7 +225,7 @@ TEST_F(Materials, Textures) {
   EXPECT_FLOAT_EQ(image.gamma, 1.8f);
   EXPECT_FLOAT_EQ(image.scale, 2);
   EXPECT_TRUE(image.invert);
-  EXPECT_FALSE(image.nearest);
+  EXPECT_EQ(image.filter, TexelFilter::kBilinear);
   EXPECT_FLOAT_EQ(image.mapping.su, 3);
   EXPECT_FLOAT_EQ(image.mapping.dv, 0.5f);
   EXPECT_FALSE(s.textures[1].is_spectrum);
@@ -245,7 +245,8 @@ TEST_F(Materials, TexelsAreShownIfTheFilterIsAPoint) {
     return "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\" \"string filter\" \"" +
            filter + "\"";
   };
-  EXPECT_TRUE(std::get<ImageTexture>(clean_world(texture("point")).textures[0].kind).nearest);
+  EXPECT_EQ(std::get<ImageTexture>(clean_world(texture("point")).textures[0].kind).filter,
+            TexelFilter::kNearest);
   EXPECT_TRUE(refused_on_line_2(strictly_world(texture("points")), "did you mean \"point\"?"));
 }
 
