@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/scene/problem_list.h"
+#include "common/scene/texture_graph/texture_graph.h"
 
 namespace lightmill {
 namespace {
@@ -81,6 +82,21 @@ class CutOuts {
     return a;
   }
 
+  bool depends_on_ray(const FloatInput& x) const {
+    if (x.texture < 0) return false;
+    const auto* graph = std::get_if<GraphTexture>(&scene_.textures[static_cast<size_t>(x.texture)].kind);
+    return graph && reads_ray(*graph->graph);
+  }
+  /// What lets shadow rays alone pass, say, can be no pane, which all rays pass alike.
+  Passing without_tint(const MaterialDescription& material, const Passing& passing) {
+    const Rgb& c = passing.tint;
+    if (c == kWhite) return passing;
+    problems_.unsupported(material.location,
+                          "the colour of a Transparent BSDF whose share depends on the ray is taken as grey");
+    const float grey = 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b;
+    return {mixed({1, -1}, passing.opacity, {std::clamp(grey, 0.0f, 1.0f), -1})};
+  }
+
   /// Fills known_ for a material, after its parts; without recursion, as mixes may be nested deeply.
   void find(int root) {
     std::vector<int> open{root};
@@ -111,6 +127,7 @@ class CutOuts {
       const FloatInput amount = mix->amount;
       known_[at] =
           Passing{adds ? added(a->opacity, b->opacity) : mixed(a->opacity, b->opacity, amount), tint};
+      if (!adds && depends_on_ray(amount)) known_[at] = without_tint(material, *known_[at]);
     }
   }
 

@@ -86,6 +86,25 @@ TEST_F(BlenderMaterials, RayNodesLeaveCameraPathsAlone) {
   EXPECT_THAT(possible.why_no_more, HasSubstr("Fresnel"));
 }
 
+// Glass for all rays but those to lights, the usual window of Blender's rooms.
+TEST_F(BlenderMaterials, AColourThatOnlySomeRaysPassIsGrey) {
+  folder_.write(
+      "g.json",
+      R"({"texture_graph": 1, "nodes": [{"name": "n", "type": "LIGHT_PATH"}], "output": ["n", "Is Shadow Ray"]})");
+  const LoadResult r =
+      load_world("Texture \"t\" \"float\" \"graph\" \"string filename\" \"g.json\"\n" +
+                 named("a", "glass_bsdf") + named("b", "transparent_bsdf", "\"rgb color\" [1 0.5 0]") +
+                 mixed("mix_bsdf", "\"texture factor\" \"t\"") + shown("both"));
+  EXPECT_TRUE(mentions(r, "depends on the ray is taken as grey")) << listed(r);
+  const ShapeDescription& shape = r.scene.shapes.at(0);
+  const MaterialDescription& m = r.scene.materials.at(static_cast<size_t>(shape.material));
+  EXPECT_EQ(m.tint, (Rgb{1, 1, 1}));
+  ASSERT_GE(shape.alpha.texture, 0);
+  const auto& outer =
+      std::get<MixTexture>(r.scene.textures.at(static_cast<size_t>(shape.alpha.texture)).kind);
+  EXPECT_NEAR(outer.amount.value, 0.2126f + 0.5f * 0.7152f, 1e-6f);
+}
+
 TEST_F(BlenderMaterials, WhatIsUnknownIsSaid) {
   const auto complaint = [&](const std::string& text) {
     const LoadResult r = load_world(text + shown("m"));
