@@ -1,9 +1,10 @@
-"""Writes a .blend file for each feature, or for those named.
+"""Writes a .blend file for each feature, or for those named (`lamp_*` names all that begin so).
 
     blender -b --factory-startup -P make.py -- FOLDER [FEATURE...]
 
 features_test.py renders them with Cycles and with Lightmill. Each module here holds one area's features.
 """
+import fnmatch
 import importlib
 import pathlib
 import sys
@@ -14,7 +15,7 @@ sys.path.insert(0, str(HERE))
 import bpy  # noqa: E402
 import stage  # noqa: E402
 
-NOT_FEATURES = {"make", "stage", "features_test"}
+NOT_FEATURES = {"make", "stage", "draw", "features_test"}
 
 
 def main():
@@ -22,15 +23,14 @@ def main():
     for module in sorted(HERE.glob("*.py")):
         if module.stem not in NOT_FEATURES:
             importlib.import_module(module.stem)
-    unknown = set(wanted) - {build.__name__ for build in stage.FEATURES}
-    if unknown:
-        sys.exit(f"no feature is called {', '.join(sorted(unknown))}")
+    builds = [b for b in stage.FEATURES if not wanted or any(fnmatch.fnmatch(b.__name__, w) for w in wanted)]
+    if not builds:
+        sys.exit(f"no feature is called {' or '.join(wanted)}")
     out = pathlib.Path(folder).resolve()
     out.mkdir(parents=True, exist_ok=True)
-    for build in stage.FEATURES:
-        if not wanted or build.__name__ in wanted:
-            build(stage.Stage())
-            bpy.ops.wm.save_as_mainfile(filepath=str(out / f"{build.__name__}.blend"), copy=True)
+    for build in builds:
+        build(stage.Stage())
+        bpy.ops.wm.save_as_mainfile(filepath=str(out / f"{build.__name__}.blend"), copy=True)
 
 
 main()
