@@ -33,6 +33,8 @@ def lamp_lines(lamp, way, hidden, export):
     hidden = tuple(dict.fromkeys(("camera", *hidden)))
     if max(map(abs, color)) == 0 or not all(map(math.isfinite, color)):
         return []
+    if min(color) < 0:
+        export.report.warn("negative lamp", lamp.name, "can't take light away; what is negative of its light is 0")
     color = [max(c, 0.0) for c in color]
     kind = {"POINT": point, "SPOT": spot, "SUN": sun, "AREA": area}[light.type]
     return ["AttributeBegin\n", *kind(light, color, way, hidden), "AttributeEnd\n"]

@@ -14,6 +14,7 @@ from .lamps import hidden_parameter, lamp_lines
 from .motion import instance_key, stands_still
 from .pbrt_text import columns, is_usable, moving, quoted
 from .ply import ply
+from .points import SPHERE, spheres
 from .shading import MOST_OWN, Shading
 from .volumes import volume_lines
 
@@ -60,7 +61,7 @@ class Objects:
         kind = thing.type
         if kind in NOT_DRAWN:
             return
-        if kind not in ("MESH", "LIGHT", "CURVES", "VOLUME"):
+        if kind not in ("MESH", "LIGHT", "CURVES", "VOLUME", "POINTCLOUD"):
             self.export.report.warn(f"object type {kind}", thing.name, f"objects of type {kind} are not drawn")
             return
         matrix = columns(instance.matrix_world)
@@ -83,8 +84,19 @@ class Objects:
             self.lines += lamp_lines(thing, way, hidden, self.export)
         elif kind == "VOLUME":
             self.lines += volume_lines(thing, way, hidden, self.export)
+        elif kind == "POINTCLOUD":
+            self._add_points(instance, thing, way, hidden)
         else:
             self._add_geometry(instance, thing, way, hidden)
+
+    def _add_points(self, instance, thing, way, hidden):
+        material = materials_of(thing)[0] if materials_of(thing) else None
+        shading = self.materials.find(material, self.export.nodes.Place.of(thing, instance))
+        if holds_out(thing, self.export.view_layer):
+            shading = HOLDOUT
+        cloud = Geometry(thing.name, shapes=[(shading, SPHERE)], emits=shading.emits)
+        cloud.places = [(place, hidden) for place in spheres(thing, way, self.export.report)]
+        self._place(cloud)
 
     def hidden_from(self, instance):
         """Kinds of rays that do not see an instance: those of its object and of what it is instanced by."""

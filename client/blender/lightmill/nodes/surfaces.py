@@ -85,7 +85,7 @@ def _translated(material: Any, context: Context, place: Place) -> Surface:
             b.report("displacement", output, "true displacement is drawn as bump: the outline stays as it is")
     closure = b.closure(output.inputs["Surface"], scope)
     light = emission(b, closure.terms)
-    volume = medium_of_tree(b, output.inputs["Volume"], scope)
+    volume = medium_of_tree(b, output.inputs["Volume"], scope, material=material)
     if closure.material is not None:
         name = closure.material
     elif not scope.source(output.inputs["Surface"]).linked and volume is not None:
