@@ -225,7 +225,7 @@ def keyed(s, thing, path, first, last, frames=(0, 2)):
     for frame, value in zip(frames, (first, last)):
         setattr(thing, path, value)
         thing.keyframe_insert(path, frame=frame)
-    for curve in thing.animation_data.action.fcurves:
+    for curve in thing.id_data.animation_data.action.fcurves:
         for key in curve.keyframe_points:
             key.interpolation = "LINEAR"
     s.scene.frame_set(1)

@@ -2,12 +2,13 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from .camera import camera_lines, resolution
+from .camera import camera_lines, resolution, without_scale
+from .clip import Clip
 from .content import Cache, Folder
 from .film import film_lines
 from .motion import Motion, sample
 from .objects import Objects
-from .pbrt_text import Names, quoted
+from .pbrt_text import Names, columns, is_usable, quoted
 from .report import Message, Report
 from .shading import Materials
 
@@ -52,13 +53,13 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
     export = FrameExport(depsgraph, scene, view_layer, folder, cache if cache is not None else Cache(), nodes)
     motion = Motion()
     if camera is None:
-        motion = sample(depsgraph, scene, frame_set or scene.frame_set, export.report)
+        motion = sample(depsgraph, scene, frame_set or by_scene(scene), export.report)
     sky = world(export)
     medium_lines = sky.medium.lines if sky.medium else []
     export.outside = sky.medium.name if sky.medium else ""
     around = f"MediumInterface {quoted(export.outside)} {quoted(export.outside)}" if sky.medium else ""
     view = camera if camera is not None else scene_camera(export, size or resolution(scene), motion)
-    objects = Objects(export, motion)
+    objects = Objects(export, motion, clip_of(export, size) if camera is None else None)
     objects.add_all()
     text = [HEADER, film_lines(scene, size), *ended([*medium_lines, around, view]), "WorldBegin\n",
             *ended([around, *sky.lines]), *export.lines, *objects.lines]
@@ -71,6 +72,11 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
     return Export(main, list(dict.fromkeys(files)), messages, written)
 
 
+def by_scene(scene):
+    """Moves time by the scene itself."""
+    return lambda frame, subframe: scene.frame_set(frame, subframe=subframe)
+
+
 def ended(lines):
     """Lines with their ends, without empty ones."""
     return [line.rstrip("\n") + "\n" for line in lines if line]
@@ -81,6 +87,15 @@ def world(export):
     evaluated = export.scene.world.evaluated_get(export.depsgraph) if export.scene.world else None
     hidden = ("camera",) if export.scene.render.film_transparent else ()
     return export.nodes.world(evaluated, export.context, hidden=hidden)
+
+
+def clip_of(export, size):
+    """The Clip of the scene's camera; None of none, of a panorama, and in the fog of a world: its ends would be cut, too."""
+    eye = export.scene.camera
+    if eye is None or eye.type != "CAMERA" or eye.data.type == "PANO" or export.outside:
+        return None
+    eye = eye.evaluated_get(export.depsgraph)
+    return Clip(eye, export.scene, size) if is_usable(columns(without_scale(eye.matrix_world))) else None
 
 
 def scene_camera(export, size, motion):

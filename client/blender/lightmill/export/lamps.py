@@ -29,8 +29,10 @@ def lamp_lines(lamp, way, hidden, export):
     given = export.nodes.light(light, export.context, export.nodes.Place.of(lamp))
     if given.texture:
         export.report.warn("lamp texture", lamp.name, "its light is even: a texture over a lamp is not drawn")
-    color = [light.energy * c * f for c, f in zip(light.color, given.rgb)]
     hidden = tuple(dict.fromkeys(("camera", *hidden)))
+    if given.pictures:
+        return ["AttributeBegin\n", rigid(way), *(pictured(color, file, hidden) for color, file in given.pictures), "AttributeEnd\n"]
+    color = [light.energy * c * f for c, f in zip(light.color, given.rgb)]
     if max(map(abs, color)) == 0 or not all(map(math.isfinite, color)):
         return []
     if min(color) < 0:
@@ -68,6 +70,11 @@ def spot(light, color, way, hidden):
     radius = f' "float radius" {light.shadow_soft_size:.9g}' if light.shadow_soft_size > 0 else ""
     return [rigid(way), f'LightSource "spot" "rgb I" {numbers(intensity)} "point3 to" [0 0 -1]'
             f' "float coneangle" {half:.9g} "float blend" {light.spot_blend:.9g}{radius}{hidden_parameter(hidden)}\n']
+
+
+def pictured(color, file, hidden):
+    """A lamp without size that shines as a picture says."""
+    return f'LightSource "goniometric" "string filename" {quoted(file)} "rgb I" {numbers(color)}{hidden_parameter(hidden)}\n'
 
 
 def sun(light, color, way, hidden):

@@ -40,8 +40,8 @@ class Geometry:
 
 
 class Objects:
-    def __init__(self, export, motion):
-        self.export, self.materials, self.motion = export, export.materials, motion
+    def __init__(self, export, motion, clip=None):
+        self.export, self.materials, self.motion, self.clip = export, export.materials, motion, clip
         self.geometry = {}  # by data and materials
         self._recent = {}  # the same, by object and data: quicker to find
         self._files = {}  # of meshes: {slot: file}
@@ -117,6 +117,11 @@ class Objects:
         show = (instance.show_self, instance.show_particles)
         if not any(show):
             return
+        if self.clip is not None and thing.type == "MESH" and len(way) == 1 and "camera" not in hidden:
+            matrix = numpy.array(way[0]).reshape(4, 4).T
+            if self.clip.touches(thing, matrix):
+                self._place_once(self._shapes(instance, thing, (matrix, hidden)), way, hidden)
+                return
         recent = (thing.original.as_pointer(), thing.data.as_pointer(), show)
         geometry = self._recent.get(recent)
         if geometry is None:
@@ -139,8 +144,9 @@ class Objects:
         if geometry.shapes:
             geometry.places.append((way, hidden))
 
-    def _shapes(self, instance, thing):
-        """The shapes of a thing, with the materials that it has here."""
+    def _shapes(self, instance, thing, cut=None):
+        """The shapes of a thing, with the materials that it has here. `cut`: its matrix, and the kinds of rays that do not
+        see it, if the camera's clip planes cut it."""
         geometry = Geometry(thing.name)
         materials = materials_of(thing) or [None]
         held_out = holds_out(thing, self.export.view_layer)
@@ -156,10 +162,17 @@ class Objects:
         if is_mesh:
             used = set(mesh_arrays.get(thing.data.polygons, "material_index", "i4").tolist())
             shadings = {slot: shading(slot, place) for slot in sorted({min(s, len(materials) - 1) for s in used})}
-            for slot, names in self._mesh_files(thing, len(materials), uv_maps, attribute).items():
+            if cut is None or any("MediumInterface" in s.text for s in shadings.values()):  # a volume needs its whole hull
+                files = [(slot, names, True) for slot, names in
+                         self._mesh_files(thing, len(materials), uv_maps, attribute).items()]
+            else:
+                matrix, hidden = cut
+                files = self._cut_files(thing, len(materials), uv_maps, attribute, matrix)
+            for slot, names, seen in files:
                 later = f' "string later" [{" ".join(map(quoted, names[1:]))}]' if len(names) > 1 else ""
+                unseen = "" if seen else hidden_parameter(tuple(dict.fromkeys(("camera", *hidden))))
                 geometry.shapes.append((shadings[slot],
-                                        f'Shape "plymesh" "string filename" {quoted(names[0])}{later}\n'))
+                                        f'Shape "plymesh" "string filename" {quoted(names[0])}{later}{unseen}\n'))
         if thing.type == "CURVES" or (instance.show_particles and len(thing.particle_systems)):
             strand = dataclasses.replace(place, is_strand=True, uv_maps=(), attribute="")
             for slot, name, strands in hair.hair_of(thing, self.export.depsgraph.mode == "VIEWPORT"):
@@ -191,22 +204,37 @@ class Objects:
         files = export.cache.find(key, fingerprint, export.folder)
         if files is not None:
             return files
-        repairs = mesh_arrays.Repairs()
-        parts = mesh_arrays.triangles_by_slot(source, slots, repairs, bends)
-        files = {}
-        for slot, part in parts.items():
-            names = [export.folder.write(ply(part.positions, part.triangles, **part.attributes), "meshes", "ply")]
-            names += [export.folder.write(ply(positions, NO_TRIANGLES, normals=normals), "meshes", "ply")
-                      for positions, normals in part.later]
-            files[slot] = names
-        if repairs.not_finite:
-            export.report.warn("vertices that are not finite", thing.name,
-                               f"{repairs.not_finite} triangles have vertices that are not finite; they are left out")
-        if repairs.no_area:
-            export.report.warn("faces without area", thing.name,
-                               f"{repairs.no_area} triangles have no area; they are left out")
+        files = {slot: self._part_files(part) for slot, part in self._parts(thing, source, slots, bends).items()}
         export.cache.store(key, fingerprint, files, [name for names in files.values() for name in names])
         return files
+
+    def _parts(self, thing, source, slots, bends):
+        """The triangles of each slot, with a report of those that are dropped."""
+        repairs = mesh_arrays.Repairs()
+        parts = mesh_arrays.triangles_by_slot(source, slots, repairs, bends)
+        if repairs.not_finite:
+            self.export.report.warn("vertices that are not finite", thing.name,
+                                    f"{repairs.not_finite} triangles have vertices that are not finite; they are left out")
+        if repairs.no_area:
+            self.export.report.warn("faces without area", thing.name,
+                                    f"{repairs.no_area} triangles have no area; they are left out")
+        return parts
+
+    def _part_files(self, part):
+        write = self.export.folder.write
+        return [write(ply(part.positions, part.triangles, **part.attributes), "meshes", "ply"),
+                *(write(ply(positions, NO_TRIANGLES, normals=normals), "meshes", "ply") for positions, normals in part.later)]
+
+    def _cut_files(self, thing, slots, uvs, color, matrix):
+        """As _mesh_files, of a mesh of which the camera's clip planes hide something: [(slot, files, whether the camera
+        sees it)]."""
+        source = mesh_arrays.Source(thing.data, uvs, color or None)
+        found = []
+        for slot, part in self._parts(thing, source, slots, None).items():
+            for piece, seen in zip(self.clip.split(part, matrix), (True, False)):
+                if piece is not None:
+                    found.append((slot, self._part_files(piece), seen))
+        return found
 
     def _place(self, geometry):
         places = geometry.places
