@@ -4,8 +4,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from . import lamp_picture
 from .context import Context
+from .drawn import lamp_picture
+from .drawn.world_picture import has_node
 from .emitters import sum_of
 from .fold import as_triple
 from .graph import Value, is_constant
@@ -13,7 +14,6 @@ from .place import Place
 from .shaders import Builder
 from .surfaces import output_node
 from .tree import Scope
-from .world_picture import has_node
 
 
 @dataclass(frozen=True)

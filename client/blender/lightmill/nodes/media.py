@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy
 
-from . import spectrum, volume_texture
+from . import spectrum
 from .context import digest, number_text
+from .drawn import volume_texture
+from .drawn.volume_texture import Input
 from .fold import as_number, as_triple
 from .graph import is_constant
 from .place import Place
 from .shaders import Builder
 from .tree import Scope, Source, translate_in_order
-from .volume_texture import Input
 
 # Media shine by what they absorb. What only shines absorbs this little, per metre.
 LEAST_ABSORPTION = 1e-4

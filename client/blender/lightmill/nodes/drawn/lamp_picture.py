@@ -7,8 +7,9 @@ import subprocess
 import tempfile
 from typing import Any
 
-from . import image_files, other_blender
-from .context import Context, digest
+from .. import image_files
+from ..context import Context, digest
+from . import other_blender
 from .draw_world import trees
 from .world_picture import fingerprint
 

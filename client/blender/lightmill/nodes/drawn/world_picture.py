@@ -12,8 +12,9 @@ import tempfile
 from dataclasses import dataclass
 from typing import Any
 
-from . import image_files, other_blender
-from .context import Context, digest
+from .. import image_files
+from ..context import Context, digest
+from . import other_blender
 from .draw_world import trees as trees_of
 
 MOST_KEPT = 8

@@ -7,9 +7,9 @@ import subprocess
 import tempfile
 from typing import Any
 
+from ..context import Context, digest
+from ..place import Place
 from . import other_blender
-from .context import Context, digest
-from .place import Place
 from .world_picture import fingerprint
 
 SIDE = 64  # cells along each side of the object's box
