@@ -71,6 +71,7 @@ def main():
     thing.data.materials.append(white)
     scene.collection.objects.link(thing)
     scene.render.engine, scene.cycles.samples, scene.cycles.device = "CYCLES", 1, "CPU"
+    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
     scene.cycles.sample_clamp_direct = 0
     if task["threads"]:
         scene.render.threads_mode, scene.render.threads = "FIXED", task["threads"]

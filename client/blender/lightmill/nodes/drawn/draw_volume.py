@@ -64,6 +64,7 @@ def main():
     scene = bpy.context.scene
     scene.collection.objects.link(thing)
     scene.render.engine, scene.cycles.samples, scene.cycles.device = "CYCLES", 1, "CPU"
+    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
     if task["threads"]:
         scene.render.threads_mode, scene.render.threads = "FIXED", task["threads"]
     scene.frame_set(task["frame"], subframe=task["subframe"])
