@@ -229,10 +229,12 @@ def vol_of_nodes(s):
     fog = group.nodes.new("GeometryNodeVolumeCube")
     for name, value in (("Resolution X", 24), ("Resolution Y", 24), ("Resolution Z", 24), ("Density", 0.6)):
         fog.inputs[name].default_value = value
-    group.links.new(fog.outputs[0], group.nodes.new("NodeGroupOutput").inputs[0])
+    paint = group.nodes.new("GeometryNodeSetMaterial")
+    group.links.new(fog.outputs[0], paint.inputs["Geometry"])
+    group.links.new(paint.outputs[0], group.nodes.new("NodeGroupOutput").inputs[0])
     cloud.modifiers.new("Fog", "NODES").node_group = group
     material = principled("Fog", (1, 1, 1))
     nodes = material.node_tree
     nodes.nodes.remove(nodes.nodes["Principled BSDF"])
     link(nodes, add(nodes, "VolumePrincipled", Density=1), nodes.nodes["Material Output"], "Volume")
-    cloud.data.materials.append(material)
+    paint.inputs["Material"].default_value = material

@@ -16,7 +16,7 @@ from .pbrt_text import columns, is_usable, moving, quoted
 from .ply import ply
 from .points import SPHERE, spheres
 from .shading import MOST_OWN, Shading
-from .volumes import volume_lines
+from .volumes import Overlaps, volume_lines
 
 MOST_INSTANCES = 8_000_000  # the reader's limit
 NOT_DRAWN = {"CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE",
@@ -47,6 +47,7 @@ class Objects:
         self._files = {}  # of meshes: {slot: file}
         self._hidden = {}  # by object
         self._count = 0
+        self._overlaps = Overlaps(export.report)
         self.lines = []  # of the world block, beside those of materials
 
     def add_all(self):
@@ -84,6 +85,7 @@ class Objects:
             self.lines += lamp_lines(thing, way, hidden, self.export)
         elif kind == "VOLUME":
             self.lines += volume_lines(thing, way, hidden, self.export)
+            self._overlaps.add(thing, way[0])
         elif kind == "POINTCLOUD":
             self._add_points(instance, thing, way, hidden)
         else:
@@ -134,6 +136,8 @@ class Objects:
             if geometry is None:
                 geometry = self.geometry[key] = self._shapes(instance, thing)
             self._recent[recent] = geometry
+        if any(s.fills for s, _ in geometry.shapes):
+            self._overlaps.add(thing, way[0])
         if geometry.is_own and geometry.places:
             self.materials.own_places += 1
             if self.materials.own_places <= MOST_OWN:
@@ -162,7 +166,7 @@ class Objects:
         if is_mesh:
             used = set(mesh_arrays.get(thing.data.polygons, "material_index", "i4").tolist())
             shadings = {slot: shading(slot, place) for slot in sorted({min(s, len(materials) - 1) for s in used})}
-            if cut is None or any("MediumInterface" in s.text for s in shadings.values()):  # a volume needs its whole hull
+            if cut is None or any(s.fills for s in shadings.values()):  # a volume needs its whole hull
                 files = [(slot, names, True) for slot, names in
                          self._mesh_files(thing, len(materials), uv_maps, attribute).items()]
             else:

@@ -30,6 +30,7 @@ class Shading:
     text: str  # NamedMaterial, AreaLightSource, MediumInterface
     emits: bool = False
     is_own: bool = False  # of one place alone
+    fills: bool = False  # there is a volume inside
 
 
 class Materials:
@@ -86,4 +87,4 @@ class Materials:
             self.write(found.volume.lines)
         if found.volume or outside:
             text += f"MediumInterface {quoted(found.volume.name if found.volume else outside)} {quoted(outside)}\n"
-        return Shading(text, bool(found.emission), bool(found.uses - {"mesh"}))
+        return Shading(text, bool(found.emission), bool(found.uses - {"mesh"}), found.volume is not None)

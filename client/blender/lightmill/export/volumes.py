@@ -2,11 +2,34 @@
 import os
 import tempfile
 
+import numpy
+
 from .lamps import hidden_parameter
 from .pbrt_text import moving, quoted
 
+MOST_COMPARED = 200  # volumes that are looked at for overlaps
 MARGIN = 1e-3  # of the box, of its size: the grid's outermost voxels lie inside
 FACES = "0 2 1 0 3 2 4 5 6 4 6 7 0 1 5 0 5 4 1 2 6 1 6 5 2 3 7 2 7 6 3 0 4 3 4 7"
+
+
+class Overlaps:
+    """Names volumes that share space: there Cycles adds them up, and here the one that was entered last counts."""
+
+    def __init__(self, report):
+        self.report, self._boxes = report, []
+
+    def add(self, thing, matrix_columns):
+        """`thing`: an evaluated object with a volume inside."""
+        matrix = numpy.array(matrix_columns).reshape(4, 4).T
+        corners = numpy.array(thing.bound_box) @ matrix[:3, :3].T + matrix[:3, 3]
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        if len(self._boxes) >= MOST_COMPARED:
+            return
+        other = next((name for name, a, b in self._boxes if (a < high).all() and (low < b).all()), None)
+        if other is not None:
+            self.report.warn("volumes that overlap", thing.name, f"its volume shares space with that of {other}, and they are "
+                             "not added up: the one that was entered last counts")
+        self._boxes.append((thing.name, low, high))
 
 
 def volume_lines(object, way, hidden, export):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy
+from mathutils import Vector
 
 from . import spectrum
 from .context import digest, number_text
@@ -18,7 +19,9 @@ from .place import Place
 from .shaders import Builder
 from .tree import Scope, Source, translate_in_order
 
-# Media shine by what they absorb. What only shines absorbs this little, per metre.
+# Media shine where light would be scattered or absorbed. What only shines absorbs this part of what crosses its box, which
+# makes little noise and is hardly seen; or, without a box or with fog, this little per metre.
+THIN = 0.02
 LEAST_ABSORPTION = 1e-4
 MOST_COEFFICIENT = 1e6
 # pbrt's "rgbgrid" shows Le this many times: the integral of the colour matching function of luminance.
@@ -191,6 +194,10 @@ def medium_of_tree(b: Builder, socket: Any, scope: Scope, grid: Grid | None = No
             full = _with_textures(b, source, material, textures) or full
     else:
         full = _Reader(b, grid, 1.0).read(source)
+    if material is None and grid is None:
+        b.context.fog = full
+    elif grid is None and b.context.fog is not None:
+        full = full.plus(b.context.fog)  # volumes of Cycles add up
     if grid is not None:
         empty = _Reader(b, grid, 0.0).read(source)
         if numpy.any(empty.scatter) or numpy.any(empty.absorb):
@@ -225,7 +232,7 @@ def _medium(b: Builder, c: Coefficients, grid: Grid | None) -> Medium | None:
                              for x in (c.scatter, c.absorb, c.emit))
     if not scatter.any() and not absorb.any() and not emit.any():
         return None
-    absorb = numpy.where(emit > 0, numpy.maximum(absorb, LEAST_ABSORPTION), absorb)
+    absorb = numpy.where(emit > 0, numpy.maximum(absorb, _least_absorption(b.place, scatter)), absorb)
     grey = scatter.mean()
     cosine = float(numpy.mean(c.forward)) / grey if grey > 0 else 0.0
     g = f'"float g" {number_text(cosine)}'
@@ -242,6 +249,14 @@ def _medium(b: Builder, c: Coefficients, grid: Grid | None) -> Medium | None:
         return Medium(name, (f'MakeNamedMedium "{name}" {body}',))
     which = "density" if "density" in grid.names else grid.names[0]
     return _placed(b.place, " ".join(['"string type" "vdb"', f'"string filename" "{grid.file}" "string gridname" "{which}"', *parameters]))
+
+
+def _least_absorption(place: Place, scatter: Any) -> Any:
+    if place.box is None:
+        return LEAST_ABSORPTION
+    low, high = place.box
+    across = (place.matrix_world.to_3x3() @ Vector([b - a for a, b in zip(low, high)])).length
+    return numpy.where(scatter * across > THIN, LEAST_ABSORPTION, THIN / max(across, 1e-6))
 
 
 def _grid_body(place: Place, scatter: Any, absorb: Any, shine: Any, g: str) -> str:

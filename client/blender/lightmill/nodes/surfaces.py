@@ -108,7 +108,7 @@ def volume(material: Any, context: Context, place: Place | None = None, grid: Gr
     if output is None:
         return None
     b = Builder(context, place or Place(), material.name_full, material.pass_index)
-    return medium_of_tree(b, output.inputs["Volume"], Scope(material.node_tree, b.owner, context.report), grid)
+    return medium_of_tree(b, output.inputs["Volume"], Scope(material.node_tree, b.owner, context.report), grid, material)
 
 
 def needs(material: Any) -> Needs:
