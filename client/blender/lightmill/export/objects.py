@@ -122,7 +122,7 @@ class Objects:
         if self.clip is not None and thing.type == "MESH" and len(way) == 1 and "camera" not in hidden:
             matrix = numpy.array(way[0]).reshape(4, 4).T
             if self.clip.touches(thing, matrix):
-                self._place_once(self._shapes(instance, thing, (matrix, hidden)), way, hidden)
+                self._place_once(self._shapes(instance, thing, hidden, matrix), way, hidden)
                 return
         recent = (thing.original.as_pointer(), thing.data.as_pointer(), show)
         geometry = self._recent.get(recent)
@@ -134,23 +134,23 @@ class Objects:
                    holds_out(thing, self.export.view_layer))
             geometry = self.geometry.get(key)
             if geometry is None:
-                geometry = self.geometry[key] = self._shapes(instance, thing)
+                geometry = self.geometry[key] = self._shapes(instance, thing, hidden)
             self._recent[recent] = geometry
         if any(s.fills for s, _ in geometry.shapes):
             self._overlaps.add(thing, way[0])
         if geometry.is_own and geometry.places:
             self.materials.own_places += 1
             if self.materials.own_places <= MOST_OWN:
-                self._place_once(self._shapes(instance, thing), way, hidden)
+                self._place_once(self._shapes(instance, thing, hidden), way, hidden)
                 return
             self.export.report.warn("materials of objects", thing.name, "has a material that depends on the object, as "
                                     f"{MOST_OWN} others do; further ones look as the first of them")
         if geometry.shapes:
             geometry.places.append((way, hidden))
 
-    def _shapes(self, instance, thing, cut=None):
-        """The shapes of a thing, with the materials that it has here. `cut`: its matrix, and the kinds of rays that do not
-        see it, if the camera's clip planes cut it."""
+    def _shapes(self, instance, thing, hidden, cut=None):
+        """The shapes of a thing, with the materials that it has here. `hidden`: kinds of rays that do not see it, here;
+        `cut`: its matrix, if the camera's clip planes cut it."""
         geometry = Geometry(thing.name)
         materials = materials_of(thing) or [None]
         held_out = holds_out(thing, self.export.view_layer)
@@ -170,13 +170,13 @@ class Objects:
                 files = [(slot, names, True) for slot, names in
                          self._mesh_files(thing, len(materials), uv_maps, attribute).items()]
             else:
-                matrix, hidden = cut
-                files = self._cut_files(thing, len(materials), uv_maps, attribute, matrix)
+                files = self._cut_files(thing, len(materials), uv_maps, attribute, cut)
             for slot, names, seen in files:
                 later = f' "string later" [{" ".join(map(quoted, names[1:]))}]' if len(names) > 1 else ""
-                unseen = "" if seen else hidden_parameter(tuple(dict.fromkeys(("camera", *hidden))))
-                geometry.shapes.append((shadings[slot],
-                                        f'Shape "plymesh" "string filename" {quoted(names[0])}{later}{unseen}\n'))
+                for kind in filter(None, (shadings[slot], shadings[slot].twin)):
+                    kinds = (*kind.hidden, *(() if seen else ("camera",)))
+                    unseen = hidden_parameter(tuple(dict.fromkeys((*kinds, *hidden)))) if kinds else ""
+                    geometry.shapes.append((kind, f'Shape "plymesh" "string filename" {quoted(names[0])}{later}{unseen}\n'))
         if thing.type == "CURVES" or (instance.show_particles and len(thing.particle_systems)):
             strand = dataclasses.replace(place, is_strand=True, uv_maps=(), attribute="")
             for slot, name, strands in hair.hair_of(thing, self.export.depsgraph.mode == "VIEWPORT"):

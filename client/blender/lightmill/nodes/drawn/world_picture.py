@@ -18,6 +18,7 @@ from . import other_blender
 from .draw_world import trees as trees_of
 
 MOST_KEPT = 8
+FIXED_TO_CAMERA = {"Window", "Camera"}
 SMOOTH, FINE, MOST = 1024, 4096, 8192  # pixels around
 # Nodes whose details are finer than a smooth sky's.
 _DETAILS = {"TEX_NOISE", "TEX_MUSGRAVE", "TEX_VORONOI", "TEX_WHITE_NOISE", "TEX_WAVE", "TEX_MAGIC", "TEX_CHECKER", "TEX_BRICK"}
@@ -118,6 +119,8 @@ def _width(tree: Any) -> int:
 
 def pictures(data: Any, context: Context, light_paths: list[dict[str, float]]) -> list[Picture]:
     """A picture for each kind of ray, given by what Light Path says of it. Black (reported) if Blender can't be started."""
+    if any(k.from_node.type == "TEX_COORD" and k.from_socket.identifier in FIXED_TO_CAMERA for t in trees_of(data.node_tree) for k in t.links):
+        context.report.add("world coordinates", data.name_full, "Texture Coordinate", "a world that is fixed to the camera is drawn as seen from the origin")
     name = digest(fingerprint(data, context.frame) + json.dumps(light_paths))
     if name not in _kept:
         try:
