@@ -34,6 +34,7 @@ class FrameExport:
         self.report, self.names, self.cache = Report(), Names(), cache
         self.folder = Folder(folder)
         self.context = nodes.Context(self.folder.path, scene, depsgraph, view_layer=view_layer, memory=cache.pictures)
+        self.has_volumes = False
         self.outside = ""  # the medium around everything
         self.lines = []  # of the world block: materials, textures, media
         self.materials = Materials(self)
@@ -58,6 +59,7 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
     medium_lines = sky.medium.lines if sky.medium else []
     export.outside = sky.medium.name if sky.medium else ""
     around = f"MediumInterface {quoted(export.outside)} {quoted(export.outside)}" if sky.medium else ""
+    export.has_volumes = bool(sky.medium) or any(map(may_have_volume, depsgraph.objects))
     view = camera if camera is not None else scene_camera(export, size or resolution(scene), motion)
     objects = Objects(export, motion, clip_of(export, size) if camera is None else None)
     objects.add_all()
@@ -87,6 +89,16 @@ def world(export):
     evaluated = export.scene.world.evaluated_get(export.depsgraph) if export.scene.world else None
     hidden = ("camera",) if export.scene.render.film_transparent else ()
     return export.nodes.world(evaluated, export.context, hidden=hidden)
+
+
+def may_have_volume(thing):
+    """Whether an evaluated object is or holds a volume."""
+    def has(material):
+        tree = material.node_tree if material is not None and material.use_nodes else None
+        end = tree.get_output_node("CYCLES") if tree else None
+        return end is not None and end.inputs["Volume"].is_linked
+
+    return thing.type == "VOLUME" or any(has(slot.material) for slot in thing.material_slots)
 
 
 def clip_of(export, size):
