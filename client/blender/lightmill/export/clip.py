@@ -6,7 +6,7 @@ distance and not at a plane, are not.
 import numpy
 
 from .camera import resolution, window, without_scale
-from .mesh_arrays import Triangles, part_of
+from .mesh_arrays import Triangles, get, part_of
 
 SAFE = 1e-5  # relative: what reaches so little over a plane is not cut
 
@@ -19,7 +19,8 @@ class Clip:
         self.to_camera = numpy.array(without_scale(eye.matrix_world).inverted())
         self.start, self.end = max(camera.clip_start, 0.0), camera.clip_end
         w = window(camera, scene, size or resolution(scene))
-        reach = 1 if camera.type == "ORTHO" else self.start
+        self.is_parallel = camera.type == "ORTHO"
+        reach = 1 if self.is_parallel else self.start
         self.near_window = numpy.array([w.left, w.bottom, w.right, w.top]) * reach
 
     def depths(self, points, matrix):
@@ -36,17 +37,34 @@ class Clip:
         return near, depth[1] > self.end * (1 + SAFE)
 
     def touches(self, thing, matrix):
-        """Whether some of an object may be hidden."""
+        """Whether some of an evaluated mesh object is hidden."""
         seen, depth = self.depths(numpy.array(thing.bound_box), matrix)
         near, far = self.cuts(seen.min(axis=0)[None], seen.max(axis=0)[None], (depth.min()[None], depth.max()[None]))
-        return bool(near[0] or far[0])
+        if far[0] or not near[0]:
+            return bool(far[0])
+        thing.data.calc_loop_triangles()
+        triangles = get(thing.data.loop_triangles, "vertices", "i4", 3)
+        seen, depth = self.depths(get(thing.data.vertices, "co", "f4", 3), matrix)
+        return bool(len(triangles)) and bool(self.cut_triangles(seen[triangles], depth[triangles])[0].any())
+
+    def cut_triangles(self, corners, depth):
+        """As `cuts`, of triangles by their corners in camera space and the depths of these."""
+        near, far = self.cuts(corners.min(axis=1), corners.max(axis=1), (depth.min(axis=1), depth.max(axis=1)))
+        some = numpy.flatnonzero(near)
+        if len(some):  # a plane beside the pyramid between the eye and the near window hides nothing
+            left, bottom, right, top = self.near_window
+            window = [(x, y, -self.start) for x in (left, right) for y in (bottom, top)]
+            points = numpy.array([*((x, y, 0.0) for x, y, _ in window), *window] if self.is_parallel else [(0.0, 0.0, 0.0), *window])
+            a, b, c = corners[some].transpose(1, 0, 2)
+            normal = numpy.cross(b - a, c - a)
+            sides = numpy.einsum("ij,ikj->ik", normal, points[None] - a[:, None])
+            near[some] = (sides.min(axis=1) <= 0) & (sides.max(axis=1) >= 0)
+        return near, far
 
     def split(self, part, matrix):
         """(what the camera may see, what is hidden from it): Triangles, or None where there are none."""
         seen, depth = self.depths(part.positions, matrix)
-        corners = seen[part.triangles]
-        ends = depth[part.triangles].min(axis=1), depth[part.triangles].max(axis=1)
-        near, far = self.cuts(corners.min(axis=1), corners.max(axis=1), ends)
+        near, far = self.cut_triangles(seen[part.triangles], depth[part.triangles])
         hidden = []
         if near.any():
             part, gone = sliced(part, depth - self.start, near)

@@ -61,9 +61,15 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
     around = f"MediumInterface {quoted(export.outside)} {quoted(export.outside)}" if sky.medium else ""
     export.has_volumes = bool(sky.medium) or any(map(may_have_volume, depsgraph.objects))
     view = camera if camera is not None else scene_camera(export, size or resolution(scene), motion)
-    objects = Objects(export, motion, clip_of(export, size) if camera is None else None)
+    objects = Objects(export, motion, clip_of(export, size) if camera is None else None, eye_of(export) if camera is None else None)
     objects.add_all()
-    text = [HEADER, film_lines(scene, size), *ended([*medium_lines, around, view]), "WorldBegin\n",
+    camera_in = around
+    if objects.around_camera:
+        inside = objects.around_camera
+        medium_lines = list(dict.fromkeys([*medium_lines, *inside.lines]))
+        export.lines = [line for line in export.lines if line.rstrip("\n") not in inside.lines]
+        camera_in, around = f"MediumInterface {quoted(inside.name)} {quoted(inside.name)}", around or 'MediumInterface "" ""'
+    text = [HEADER, film_lines(scene, size), *ended([*medium_lines, camera_in, view]), "WorldBegin\n",
             *ended([around, *sky.lines]), *export.lines, *objects.lines]
     main = export.folder.path / MAIN
     files = [main, *export.folder.files, *(export.folder.path / name for name in sorted(export.context.files))]
@@ -99,6 +105,12 @@ def may_have_volume(thing):
         return end is not None and end.inputs["Volume"].is_linked
 
     return thing.type == "VOLUME" or any(has(slot.material) for slot in thing.material_slots)
+
+
+def eye_of(export):
+    """Where the scene's camera stands."""
+    eye = export.scene.camera
+    return tuple(eye.evaluated_get(export.depsgraph).matrix_world.translation) if eye is not None else None
 
 
 def clip_of(export, size):

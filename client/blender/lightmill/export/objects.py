@@ -16,7 +16,7 @@ from .pbrt_text import columns, is_usable, moving, quoted
 from .ply import ply
 from .points import SPHERE, spheres
 from .shading import MOST_OWN, Shading
-from .volumes import Overlaps, volume_lines
+from .volumes import Overlaps, is_inside, volume_lines
 
 MOST_INSTANCES = 8_000_000  # the reader's limit
 NOT_DRAWN = {"CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE",
@@ -40,8 +40,10 @@ class Geometry:
 
 
 class Objects:
-    def __init__(self, export, motion, clip=None):
-        self.export, self.materials, self.motion, self.clip = export, export.materials, motion, clip
+    def __init__(self, export, motion, clip=None, eye=None):
+        """`eye`: where the camera stands, if that is the scene's; None: elsewhere."""
+        self.export, self.materials, self.motion, self.clip, self.eye = export, export.materials, motion, clip, eye
+        self.around_camera = None  # nodes.Medium of the object that the camera is in
         self.geometry = {}  # by data and materials
         self._recent = {}  # the same, by object and data: quicker to find
         self._files = {}  # of meshes: {slot: file}
@@ -122,7 +124,9 @@ class Objects:
         if self.clip is not None and thing.type == "MESH" and len(way) == 1 and "camera" not in hidden:
             matrix = numpy.array(way[0]).reshape(4, 4).T
             if self.clip.touches(thing, matrix):
-                self._place_once(self._shapes(instance, thing, hidden, matrix), way, hidden)
+                geometry = self._shapes(instance, thing, hidden, matrix)
+                self._note_volume(geometry, thing, way)
+                self._place_once(geometry, way, hidden)
                 return
         recent = (thing.original.as_pointer(), thing.data.as_pointer(), show)
         geometry = self._recent.get(recent)
@@ -136,8 +140,7 @@ class Objects:
             if geometry is None:
                 geometry = self.geometry[key] = self._shapes(instance, thing, hidden)
             self._recent[recent] = geometry
-        if any(s.fills for s, _ in geometry.shapes):
-            self._overlaps.add(thing, way[0])
+        self._note_volume(geometry, thing, way)
         if geometry.is_own and geometry.places:
             self.materials.own_places += 1
             if self.materials.own_places <= MOST_OWN:
@@ -147,6 +150,13 @@ class Objects:
                                     f"{MOST_OWN} others do; further ones look as the first of them")
         if geometry.shapes:
             geometry.places.append((way, hidden))
+
+    def _note_volume(self, geometry, thing, way):
+        volume = next((s.volume for s, _ in geometry.shapes if s.volume), None)
+        if volume:
+            self._overlaps.add(thing, way[0])
+            if self.eye is not None and is_inside(thing, way[0], self.eye):
+                self.around_camera = volume
 
     def _shapes(self, instance, thing, hidden, cut=None):
         """The shapes of a thing, with the materials that it has here. `hidden`: kinds of rays that do not see it, here;
@@ -166,7 +176,7 @@ class Objects:
         if is_mesh:
             used = set(mesh_arrays.get(thing.data.polygons, "material_index", "i4").tolist())
             shadings = {slot: shading(slot, place) for slot in sorted({min(s, len(materials) - 1) for s in used})}
-            if cut is None or any(s.fills for s in shadings.values()):  # a volume needs its whole hull
+            if cut is None or any(s.volume for s in shadings.values()):  # a volume needs its whole hull
                 files = [(slot, names, True) for slot, names in
                          self._mesh_files(thing, len(materials), uv_maps, attribute).items()]
             else:

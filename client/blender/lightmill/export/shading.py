@@ -32,7 +32,7 @@ class Shading:
     text: str  # NamedMaterial, AreaLightSource, MediumInterface
     emits: bool = False
     is_own: bool = False  # of one place alone
-    fills: bool = False  # there is a volume inside
+    volume: object = None  # nodes.Medium of what is inside
     hidden: tuple = ()  # kinds of rays that do not see a shape with it
     twin: "Shading | None" = None  # of a second shape in the same place, which those rays see
 
@@ -91,7 +91,7 @@ class Materials:
             self.write(found.volume.lines)
         if found.volume or outside:
             text += f"MediumInterface {quoted(found.volume.name if found.volume else outside)} {quoted(outside)}\n"
-        facts = {"is_own": bool(found.uses - {"mesh"}), "fills": found.volume is not None}
+        facts = {"is_own": bool(found.uses - {"mesh"}), "volume": found.volume}
         if found.emission and found.emission.hidden:  # two shapes: one shines, and is not there for the rays that see the other
             hidden = found.emission.hidden
             seers = tuple(k for k in LIGHT_RAYS if k not in hidden)
