@@ -219,8 +219,10 @@ def geo_nodes_attribute(s):
     store, = chain(group, source, target, "StoreNamedAttribute")
     store.data_type, store.domain = "FLOAT_COLOR", "POINT"
     store.inputs["Name"].default_value = "tint"
-    position = group.nodes.new("GeometryNodeInputPosition")
-    group.links.new(position.outputs[0], next(i for i in store.inputs if i.type == "RGBA"))
+    position, positive = group.nodes.new("GeometryNodeInputPosition"), group.nodes.new("ShaderNodeVectorMath")
+    positive.operation = "ABSOLUTE"
+    group.links.new(position.outputs[0], positive.inputs[0])
+    group.links.new(positive.outputs[0], next(i for i in store.inputs if i.type == "RGBA"))
     attribute = add(tree(s.monkey), "Attribute")
     attribute.attribute_name = "tint"
     base_color(s.monkey, attribute.outputs["Color"])
