@@ -104,9 +104,9 @@ class Verdict:
         return figures + self.said
 
 
-def write(verdicts):
+def write(verdicts, samples, percent):
     """The table of the page, between its markers, two features in a row."""
-    rows = ["| feature | mean | error | feature | mean | error |", "| --- | --- | --- | --- | --- | --- |"]
+    rows = [f"Pictures of {192 * percent // 100}x{128 * percent // 100} pixels, {samples} samples.", "", "| feature | mean | error | feature | mean | error |", "| --- | --- | --- | --- | --- | --- |"]
     cells = [f"{name} | {'-' if v.mean is None else f'{v.mean:.3f}'} | {'-' if v.error is None else f'{v.error:.4f}'}"
              f"{'' if v.good else ' **no**'}" for name, v in verdicts.items()]
     rows += [f"| {left} | {right} |" for left, right in zip(cells[::2], [*cells[1::2], *([" | | "] * (len(cells) % 2))])]
@@ -135,7 +135,7 @@ def main():
     for name, verdict in verdicts.items():
         print(f'{"ok  " if verdict.good else "FAIL"} {name:28s} {verdict}')
     if options.write:
-        write(verdicts)
+        write(verdicts, options.samples, options.percent)
     bad = sum(not v.good for v in verdicts.values())
     print(f"{bad} of {len(verdicts)} fell short")
     sys.exit(bad > 0)

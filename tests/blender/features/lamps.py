@@ -148,7 +148,7 @@ def lamp_ies(s):
     text = bpy.data.texts.new("narrow.ies")
     text.write("IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 7 1 1 2 0 0 0\n1 1 100\n0 15 30 45 60 75 90\n0\n"
                "1000 900 500 200 50 10 0\n")
-    lamp = s.light("POINT", 600, (1, -1, 4), shadow_soft_size=0)
+    lamp = s.light("POINT", 15, (1, -1, 4), shadow_soft_size=0)
     lamp.rotation_euler = (0, 0, 0)
     nodes, emission = lamp_nodes(lamp)
     ies = add(nodes, "TexIES", Strength=1)

@@ -219,7 +219,7 @@ for name, build in WORLDS.items():
         continue
     build()
     context = nodes.Context(folder, scene, bpy.context.evaluated_depsgraph_get())
-    from lightmill.nodes import world_picture
+    from lightmill.nodes.drawn import world_picture
 
     world_picture._kept.clear()
     found = nodes.world(scene.world, context)

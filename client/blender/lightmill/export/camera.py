@@ -8,6 +8,7 @@ from .pbrt_text import columns, is_usable, moving, numbers
 
 # pbrt's camera looks along +z with +x to the right and +y up; Blender's along -z.
 TO_PBRT = Matrix.Diagonal((1, 1, -1, 1))
+ZOOMING = {"lens", "ortho_scale", "sensor_width", "sensor_height", "shift_x", "shift_y"}
 FISHEYES = {"FISHEYE_EQUIDISTANT": "equidistant", "FISHEYE_EQUISOLID": "equisolid", "MIRRORBALL": "mirrorball"}
 
 
@@ -86,10 +87,19 @@ def camera_lines(camera_object, scene, size, motion, report):
         report.warn("flat camera", camera_object.name, "has a scale of 0 or is nowhere; nothing can be seen by it")
         return None
 
+    if motion.steps and zooms(camera):
+        report.warn("zoom", camera_object.name, "its lens stays as it is while the shutter is open")
     way = motion.way("camera", columns(camera_object.matrix_world))
     if len(way) > 2:  # the reader's cameras go straight
         way = (way[0], way[-1])
     return moving([columns((without_scale(from_columns(m)) @ TO_PBRT).inverted()) for m in way]) + kind + "\n"
+
+
+def zooms(camera):
+    """Whether what the camera shows at a place is animated."""
+    animation = camera.original.animation_data
+    action = animation.action if animation else None
+    return action is not None and any(c.data_path in ZOOMING for c in action.fcurves)
 
 
 def from_columns(m):

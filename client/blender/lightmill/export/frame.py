@@ -2,12 +2,13 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from .camera import camera_lines, resolution
+from .camera import camera_lines, resolution, without_scale
+from .clip import Clip
 from .content import Cache, Folder
 from .film import film_lines
 from .motion import Motion, sample
 from .objects import Objects
-from .pbrt_text import Names, quoted
+from .pbrt_text import Names, columns, is_usable, quoted
 from .report import Message, Report
 from .shading import Materials
 
@@ -33,6 +34,7 @@ class FrameExport:
         self.report, self.names, self.cache = Report(), Names(), cache
         self.folder = Folder(folder)
         self.context = nodes.Context(self.folder.path, scene, depsgraph, view_layer=view_layer, memory=cache.pictures)
+        self.has_volumes = False
         self.outside = ""  # the medium around everything
         self.lines = []  # of the world block: materials, textures, media
         self.materials = Materials(self)
@@ -52,15 +54,22 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
     export = FrameExport(depsgraph, scene, view_layer, folder, cache if cache is not None else Cache(), nodes)
     motion = Motion()
     if camera is None:
-        motion = sample(depsgraph, scene, frame_set or scene.frame_set, export.report)
+        motion = sample(depsgraph, scene, frame_set or by_scene(scene), export.report)
     sky = world(export)
     medium_lines = sky.medium.lines if sky.medium else []
     export.outside = sky.medium.name if sky.medium else ""
     around = f"MediumInterface {quoted(export.outside)} {quoted(export.outside)}" if sky.medium else ""
+    export.has_volumes = bool(sky.medium) or any(map(may_have_volume, depsgraph.objects))
     view = camera if camera is not None else scene_camera(export, size or resolution(scene), motion)
-    objects = Objects(export, motion)
+    objects = Objects(export, motion, clip_of(export, size) if camera is None else None, eye_of(export) if camera is None else None)
     objects.add_all()
-    text = [HEADER, film_lines(scene, size), *ended([*medium_lines, around, view]), "WorldBegin\n",
+    camera_in = around
+    if objects.around_camera:
+        inside = objects.around_camera
+        medium_lines = list(dict.fromkeys([*medium_lines, *inside.lines]))
+        export.lines = [line for line in export.lines if line.rstrip("\n") not in inside.lines]
+        camera_in, around = f"MediumInterface {quoted(inside.name)} {quoted(inside.name)}", around or 'MediumInterface "" ""'
+    text = [HEADER, film_lines(scene, size), *ended([*medium_lines, camera_in, view]), "WorldBegin\n",
             *ended([around, *sky.lines]), *export.lines, *objects.lines]
     main = export.folder.path / MAIN
     files = [main, *export.folder.files, *(export.folder.path / name for name in sorted(export.context.files))]
@@ -69,6 +78,11 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
     messages = export.report.messages + [Message(m.kind, f"{m.owner}, node {m.node}" if m.node else m.owner, m.text)
                                          for m in export.context.report.messages]
     return Export(main, list(dict.fromkeys(files)), messages, written)
+
+
+def by_scene(scene):
+    """Moves time by the scene itself."""
+    return lambda frame, subframe: scene.frame_set(frame, subframe=subframe)
 
 
 def ended(lines):
@@ -81,6 +95,31 @@ def world(export):
     evaluated = export.scene.world.evaluated_get(export.depsgraph) if export.scene.world else None
     hidden = ("camera",) if export.scene.render.film_transparent else ()
     return export.nodes.world(evaluated, export.context, hidden=hidden)
+
+
+def may_have_volume(thing):
+    """Whether an evaluated object is or holds a volume."""
+    def has(material):
+        tree = material.node_tree if material is not None and material.use_nodes else None
+        end = tree.get_output_node("CYCLES") if tree else None
+        return end is not None and end.inputs["Volume"].is_linked
+
+    return thing.type == "VOLUME" or any(has(slot.material) for slot in thing.material_slots)
+
+
+def eye_of(export):
+    """Where the scene's camera stands."""
+    eye = export.scene.camera
+    return tuple(eye.evaluated_get(export.depsgraph).matrix_world.translation) if eye is not None else None
+
+
+def clip_of(export, size):
+    """The Clip of the scene's camera; None of none, of a panorama, and in the fog of a world: its ends would be cut, too."""
+    eye = export.scene.camera
+    if eye is None or eye.type != "CAMERA" or eye.data.type == "PANO" or export.outside:
+        return None
+    eye = eye.evaluated_get(export.depsgraph)
+    return Clip(eye, export.scene, size) if is_usable(columns(without_scale(eye.matrix_world))) else None
 
 
 def scene_camera(export, size, motion):

@@ -14,6 +14,7 @@ import math
 from .camera import from_columns, without_scale
 from .pbrt_text import columns, moving, numbers, quoted
 
+ROUND = ("DISK", "ELLIPSE")
 NEVER = 1024  # Cycles' default for the most bounces of a lamp's light
 
 
@@ -29,12 +30,16 @@ def lamp_lines(lamp, way, hidden, export):
     given = export.nodes.light(light, export.context, export.nodes.Place.of(lamp))
     if given.texture:
         export.report.warn("lamp texture", lamp.name, "its light is even: a texture over a lamp is not drawn")
-    color = [light.energy * c * f for c, f in zip(light.color, given.rgb)]
     hidden = tuple(dict.fromkeys(("camera", *hidden)))
+    if given.pictures:
+        return ["AttributeBegin\n", rigid(way), *(pictured(color, file, hidden) for color, file in given.pictures), "AttributeEnd\n"]
+    color = [light.energy * c * f for c, f in zip(light.color, given.rgb)]
     if max(map(abs, color)) == 0 or not all(map(math.isfinite, color)):
         return []
+    if min(color) < 0:
+        export.report.warn("negative lamp", lamp.name, "can't take light away; what is negative of its light is 0")
     color = [max(c, 0.0) for c in color]
-    kind = {"POINT": point, "SPOT": spot, "SUN": sun, "AREA": area}[light.type]
+    kind = {"POINT": point, "SPOT": spot, "SUN": sun, "AREA": panel if export.has_volumes else area}[light.type]
     return ["AttributeBegin\n", *kind(light, color, way, hidden), "AttributeEnd\n"]
 
 
@@ -68,6 +73,11 @@ def spot(light, color, way, hidden):
             f' "float coneangle" {half:.9g} "float blend" {light.spot_blend:.9g}{radius}{hidden_parameter(hidden)}\n']
 
 
+def pictured(color, file, hidden):
+    """A lamp without size that shines as a picture says."""
+    return f'LightSource "goniometric" "string filename" {quoted(file)} "rgb I" {numbers(color)}{hidden_parameter(hidden)}\n'
+
+
 def sun(light, color, way, hidden):
     tangent = math.tan(min(light.angle / 2, math.radians(89.9)))
     if tangent > 1e-4:
@@ -77,16 +87,42 @@ def sun(light, color, way, hidden):
             f' "float angle" {min(math.degrees(light.angle) / 2, 89.9):.9g}{hidden_parameter(hidden)}\n']
 
 
+def sides(light):
+    return light.size, light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else light.size
+
+
+def radiance_of(light, color, way):
+    """Of an area lamp, W/(m2 sr); None if it has no area."""
+    width, height = sides(light)
+    m = from_columns(way[0])
+    surface = (m.col[0].xyz * width).cross(m.col[1].xyz * height).length * (math.pi / 4 if light.shape in ROUND else 1)
+    return [c / (4 * surface) for c in color] if surface > 0 else None
+
+
+def panel(light, color, way, hidden):
+    """As `area`, in a scene with volumes: there mirrors show shapes, and no lamps. Without a spread, which shapes do not
+    have."""
+    lines = area(light, color, way, hidden)
+    if not lines or getattr(light, "spread", math.pi) < math.pi - 1e-3:
+        return lines
+    x, y = (side / 2 for side in sides(light))
+    unseen = hidden_parameter(tuple(dict.fromkeys((*hidden, "shadow"))))
+    radiance = numbers(radiance_of(light, color, way))
+    light_lines = [lines[0], 'Material "diffuse_bsdf" "rgb color" [0 0 0]\n', f'AreaLightSource "diffuse" "rgb L" {radiance}\n']
+    if light.shape in ROUND:
+        return [*light_lines, f"Scale {x:.9g} {y:.9g} 1\nReverseOrientation\n", f'Shape "disk" "float radius" 1{unseen}\n']
+    corners = numbers(c for p in ((-x, -y), (-x, y), (x, y), (x, -y)) for c in (*p, 0))
+    return [*light_lines, f'Shape "trianglemesh" "point3 P" {corners} "integer indices" [0 1 2 0 2 3]{unseen}\n']
+
+
 def area(light, color, way, hidden):
     """A rectangle or an ellipse that shines along its -z."""
-    width = light.size
-    height = light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else width
-    is_round = light.shape in ("DISK", "ELLIPSE")
-    m = from_columns(way[0])
-    surface = (m.col[0].xyz * width).cross(m.col[1].xyz * height).length * (math.pi / 4 if is_round else 1)
-    if not surface > 0:
+    radiance = radiance_of(light, color, way)
+    if radiance is None:
         return []
+    width, height = sides(light)
+    is_round = light.shape in ROUND
     spread = getattr(light, "spread", math.pi)
     return [moving(way), f'LightSource "area" "string shape" "{"ellipse" if is_round else "rectangle"}"'
-            f' "float width" {width:.9g} "float height" {height:.9g} "rgb L" {numbers(c / (4 * surface) for c in color)}'
+            f' "float width" {width:.9g} "float height" {height:.9g} "rgb L" {numbers(radiance)}'
             f' "float spread" {math.degrees(spread):.9g}{hidden_parameter(hidden)}\n']

@@ -6,7 +6,7 @@ from .pbrt_text import columns
 
 MOST_STEPS = 16  # of the shutter's time
 SAME = 1e-6  # of a thing's way, within which it goes straight
-DRAWN = ("MESH", "LIGHT", "CURVES", "VOLUME")
+DRAWN = ("MESH", "LIGHT", "CURVES", "VOLUME", "POINTCLOUD")
 
 
 @dataclass

@@ -14,8 +14,10 @@ from .lamps import hidden_parameter, lamp_lines
 from .motion import instance_key, stands_still
 from .pbrt_text import columns, is_usable, moving, quoted
 from .ply import ply
+from .points import SPHERE, spheres
 from .shading import MOST_OWN, Shading
-from .volumes import volume_lines
+from .things import holds_out, identity, materials_of, particle_of
+from .volumes import Overlaps, is_inside, volume_lines
 
 MOST_INSTANCES = 8_000_000  # the reader's limit
 NOT_DRAWN = {"CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE",
@@ -40,13 +42,16 @@ class Geometry:
 
 
 class Objects:
-    def __init__(self, export, motion):
-        self.export, self.materials, self.motion = export, export.materials, motion
+    def __init__(self, export, motion, clip=None, eye=None):
+        """`eye`: where the camera stands, if that is the scene's; None: elsewhere."""
+        self.export, self.materials, self.motion, self.clip, self.eye = export, export.materials, motion, clip, eye
+        self.around_camera = None  # nodes.Medium of the object that the camera is in
         self.geometry = {}  # by data and materials
         self._recent = {}  # the same, by object and data: quicker to find
         self._files = {}  # of meshes: {slot: file}
         self._hidden = {}  # by object
         self._count = 0
+        self._overlaps = Overlaps(export.report)
         self.lines = []  # of the world block, beside those of materials
 
     def add_all(self):
@@ -61,7 +66,7 @@ class Objects:
         kind = thing.type
         if kind in NOT_DRAWN:
             return
-        if kind not in ("MESH", "LIGHT", "CURVES", "VOLUME"):
+        if kind not in ("MESH", "LIGHT", "CURVES", "VOLUME", "POINTCLOUD"):
             self.export.report.warn(f"object type {kind}", thing.name, f"objects of type {kind} are not drawn")
             return
         matrix = columns(instance.matrix_world)
@@ -84,8 +89,20 @@ class Objects:
             self.lines += lamp_lines(thing, way, hidden, self.export)
         elif kind == "VOLUME":
             self.lines += volume_lines(thing, way, hidden, self.export)
+            self._overlaps.add(thing, way[0])
+        elif kind == "POINTCLOUD":
+            self._add_points(instance, thing, way, hidden)
         else:
             self._add_geometry(instance, thing, way, hidden)
+
+    def _add_points(self, instance, thing, way, hidden):
+        material = materials_of(thing)[0] if materials_of(thing) else None
+        shading = self.materials.find(material, self.export.nodes.Place.of(thing, instance))
+        if holds_out(thing, self.export.view_layer):
+            shading = HOLDOUT
+        cloud = Geometry(thing.name, shapes=[(shading, SPHERE)], emits=shading.emits)
+        cloud.places = [(place, hidden) for place in spheres(thing, way, self.export.report)]
+        self._place(cloud)
 
     def hidden_from(self, instance):
         """Kinds of rays that do not see an instance: those of its object and of what it is instanced by."""
@@ -106,6 +123,13 @@ class Objects:
         show = (instance.show_self, instance.show_particles)
         if not any(show):
             return
+        if self.clip is not None and thing.type == "MESH" and len(way) == 1 and "camera" not in hidden:
+            matrix = numpy.array(way[0]).reshape(4, 4).T
+            if self.clip.touches(thing, matrix):
+                geometry = self._shapes(instance, thing, hidden, matrix)
+                self._note_volume(geometry, thing, way)
+                self._place_once(geometry, way, hidden)
+                return
         recent = (thing.original.as_pointer(), thing.data.as_pointer(), show)
         geometry = self._recent.get(recent)
         if geometry is None:
@@ -116,23 +140,34 @@ class Objects:
                    holds_out(thing, self.export.view_layer))
             geometry = self.geometry.get(key)
             if geometry is None:
-                geometry = self.geometry[key] = self._shapes(instance, thing)
+                geometry = self.geometry[key] = self._shapes(instance, thing, hidden)
             self._recent[recent] = geometry
+        self._note_volume(geometry, thing, way)
         if geometry.is_own and geometry.places:
             self.materials.own_places += 1
             if self.materials.own_places <= MOST_OWN:
-                self._place_once(self._shapes(instance, thing), way, hidden)
+                self._place_once(self._shapes(instance, thing, hidden), way, hidden)
                 return
             self.export.report.warn("materials of objects", thing.name, "has a material that depends on the object, as "
                                     f"{MOST_OWN} others do; further ones look as the first of them")
         if geometry.shapes:
             geometry.places.append((way, hidden))
 
-    def _shapes(self, instance, thing):
-        """The shapes of a thing, with the materials that it has here."""
+    def _note_volume(self, geometry, thing, way):
+        volume = next((s.volume for s, _ in geometry.shapes if s.volume), None)
+        if volume:
+            self._overlaps.add(thing, way[0])
+            if self.eye is not None and is_inside(thing, way[0], self.eye):
+                self.around_camera = volume
+
+    def _shapes(self, instance, thing, hidden, cut=None):
+        """The shapes of a thing, with the materials that it has here. `hidden`: kinds of rays that do not see it, here;
+        `cut`: its matrix, if the camera's clip planes cut it."""
         geometry = Geometry(thing.name)
         materials = materials_of(thing) or [None]
         held_out = holds_out(thing, self.export.view_layer)
+        if held_out and self.export.scene.render.film_transparent:
+            self.export.report.warn("holdout alpha", thing.name, "holds out colour, but its alpha is 1")
         is_mesh = thing.type == "MESH" and instance.show_self and len(thing.data.polygons) > 0
         uv_maps, attribute = self.materials.mesh_needs(thing.data, materials, thing.name) if is_mesh else ((), "")
         place = self.export.nodes.Place.of(thing, instance, uv_maps=uv_maps, attribute=attribute,
@@ -145,15 +180,17 @@ class Objects:
         if is_mesh:
             used = set(mesh_arrays.get(thing.data.polygons, "material_index", "i4").tolist())
             shadings = {slot: shading(slot, place) for slot in sorted({min(s, len(materials) - 1) for s in used})}
-            for slot, names in self._mesh_files(thing, len(materials), uv_maps, attribute).items():
-                more = shadings[slot].displacement
-                if len(names) > 1:
-                    if more:
-                        self.export.report.warn("displaced bends", thing.name,
-                                                "bends while the shutter is open; its displacement is left out")
-                    more = f' "string later" [{" ".join(map(quoted, names[1:]))}]'
-                geometry.shapes.append((shadings[slot],
-                                        f'Shape "plymesh" "string filename" {quoted(names[0])}{more}\n'))
+            if cut is None or any(s.volume for s in shadings.values()):  # a volume needs its whole hull
+                files = [(slot, names, True) for slot, names in
+                         self._mesh_files(thing, len(materials), uv_maps, attribute).items()]
+            else:
+                files = self._cut_files(thing, len(materials), uv_maps, attribute, cut)
+            for slot, names, seen in files:
+                more = self._later_or_displaced(thing, names, shadings[slot])
+                for kind in filter(None, (shadings[slot], shadings[slot].twin)):
+                    kinds = (*kind.hidden, *(() if seen else ("camera",)))
+                    unseen = hidden_parameter(tuple(dict.fromkeys((*kinds, *hidden)))) if kinds else ""
+                    geometry.shapes.append((kind, f'Shape "plymesh" "string filename" {quoted(names[0])}{more}{unseen}\n'))
         if thing.type == "CURVES" or (instance.show_particles and len(thing.particle_systems)):
             strand = dataclasses.replace(place, is_strand=True, uv_maps=(), attribute="")
             for slot, name, strands in hair.hair_of(thing, self.export.depsgraph.mode == "VIEWPORT"):
@@ -164,6 +201,14 @@ class Objects:
         geometry.emits = any(s.emits for s, _ in geometry.shapes)
         geometry.is_displaced = any(s.displacement for s, _ in geometry.shapes)
         return geometry
+
+    def _later_or_displaced(self, thing, names, shading):
+        """Parameters of a mesh that bends, or whose material moves its vertices."""
+        if len(names) == 1:
+            return shading.displacement
+        if shading.displacement:
+            self.export.report.warn("displaced bends", thing.name, "bends while the shutter is open; its displacement is left out")
+        return f' "string later" [{" ".join(map(quoted, names[1:]))}]'
 
     def _mesh_files(self, thing, slots, uvs, color):
         """{slot: files of a mesh} of the slots that have triangles. The first file is the mesh, the others are its
@@ -186,22 +231,37 @@ class Objects:
         files = export.cache.find(key, fingerprint, export.folder)
         if files is not None:
             return files
-        repairs = mesh_arrays.Repairs()
-        parts = mesh_arrays.triangles_by_slot(source, slots, repairs, bends)
-        files = {}
-        for slot, part in parts.items():
-            names = [export.folder.write(ply(part.positions, part.triangles, **part.attributes), "meshes", "ply")]
-            names += [export.folder.write(ply(positions, NO_TRIANGLES, normals=normals), "meshes", "ply")
-                      for positions, normals in part.later]
-            files[slot] = names
-        if repairs.not_finite:
-            export.report.warn("vertices that are not finite", thing.name,
-                               f"{repairs.not_finite} triangles have vertices that are not finite; they are left out")
-        if repairs.no_area:
-            export.report.warn("faces without area", thing.name,
-                               f"{repairs.no_area} triangles have no area; they are left out")
+        files = {slot: self._part_files(part) for slot, part in self._parts(thing, source, slots, bends).items()}
         export.cache.store(key, fingerprint, files, [name for names in files.values() for name in names])
         return files
+
+    def _parts(self, thing, source, slots, bends):
+        """The triangles of each slot, with a report of those that are dropped."""
+        repairs = mesh_arrays.Repairs()
+        parts = mesh_arrays.triangles_by_slot(source, slots, repairs, bends)
+        if repairs.not_finite:
+            self.export.report.warn("vertices that are not finite", thing.name,
+                                    f"{repairs.not_finite} triangles have vertices that are not finite; they are left out")
+        if repairs.no_area:
+            self.export.report.warn("faces without area", thing.name,
+                                    f"{repairs.no_area} triangles have no area; they are left out")
+        return parts
+
+    def _part_files(self, part):
+        write = self.export.folder.write
+        return [write(ply(part.positions, part.triangles, **part.attributes), "meshes", "ply"),
+                *(write(ply(positions, NO_TRIANGLES, normals=normals), "meshes", "ply") for positions, normals in part.later)]
+
+    def _cut_files(self, thing, slots, uvs, color, matrix):
+        """As _mesh_files, of a mesh of which the camera's clip planes hide something: [(slot, files, whether the camera
+        sees it)]."""
+        source = mesh_arrays.Source(thing.data, uvs, color or None)
+        found = []
+        for slot, part in self._parts(thing, source, slots, None).items():
+            for piece, seen in zip(self.clip.split(part, matrix), (True, False)):
+                if piece is not None:
+                    found.append((slot, self._part_files(piece), seen))
+        return found
 
     def _place(self, geometry):
         places = geometry.places
@@ -226,34 +286,3 @@ class Objects:
             lines.append(f'Attribute "shape"{hidden_parameter(hidden)}\n')
         lines += [f"AttributeBegin\n{shading.text}{text}AttributeEnd\n" for shading, text in geometry.shapes]
         lines.append("AttributeEnd\n")
-
-
-def holds_out(thing, view_layer):
-    return thing.is_holdout or bool(thing.original.holdout_get(view_layer=view_layer))
-
-
-def identity(thing):
-    """What a piece of evaluated geometry is known by in later exports."""
-    original = thing.original
-    library = original.library.filepath if original.library else ""
-    return (library, original.name, thing.data.name if thing.data else "")
-
-
-def particle_of(instance, scene):
-    """What Particle Info says of an instance, by its outputs; {} if it is no particle's."""
-    system = instance.particle_system if instance.is_instance else None
-    number = instance.persistent_id[0]
-    if system is None or not 0 <= number < len(system.particles):
-        return {}
-    particle = system.particles[number]
-    age = scene.frame_current + scene.frame_subframe - particle.birth_time
-    return {"Index": number, "Age": age, "Lifetime": particle.lifetime, "Size": particle.size,
-            "Location": tuple(particle.location), "Velocity": tuple(particle.velocity),
-            "Angular Velocity": tuple(particle.angular_velocity)}
-
-
-def materials_of(thing):
-    """The materials of a geometry's slots. A slot counts before the geometry's own, which may have more."""
-    own = list(thing.data.materials)
-    slots = [slot.material for slot in thing.material_slots]
-    return [m or (own[i] if i < len(own) else None) for i, m in enumerate(slots)] + own[len(slots):]

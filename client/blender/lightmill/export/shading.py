@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from . import mesh_arrays, mesh_values
 from .pbrt_text import quoted
 
+# Of rays that may meet a light.
+LIGHT_RAYS = ("camera", "diffuse", "glossy", "transmission", "volume_scatter")
 MOST_OWN = 10_000  # places of materials that depend on the object
 # Nodes that may look at texture coordinates or attributes of a mesh.
 LOOKING = {"TEX_IMAGE", "TEX_COORD", "UVMAP", "NORMAL_MAP", "TANGENT", "ATTRIBUTE", "VERTEX_COLOR", "NEW_GEOMETRY"}
@@ -31,6 +33,9 @@ class Shading:
     emits: bool = False
     is_own: bool = False  # of one place alone
     displacement: str = ""  # parameters of its shapes
+    volume: object = None  # nodes.Medium of what is inside
+    hidden: tuple = ()  # kinds of rays that do not see a shape with it
+    twin: "Shading | None" = None  # of a second shape in the same place, which those rays see
 
 
 class Materials:
@@ -78,13 +83,18 @@ class Materials:
         """The shading of a material (None: Blender's default) at a place (nodes.Place)."""
         found = self.export.nodes.surface(material, self.export.context, place)
         self.write(found.lines)
-        text = f"NamedMaterial {quoted(found.name)}\n"
+        text, light = f"NamedMaterial {quoted(found.name)}\n", ""
         if found.emission:
             self.write(found.emission.lines)
-            text += f'AreaLightSource "diffuse" {found.emission.parameters}\n'
+            light = f'AreaLightSource "diffuse" {found.emission.parameters}\n'
         outside = self.export.outside
         if found.volume:
             self.write(found.volume.lines)
         if found.volume or outside:
             text += f"MediumInterface {quoted(found.volume.name if found.volume else outside)} {quoted(outside)}\n"
-        return Shading(text, bool(found.emission), bool(found.uses - {"mesh"}), found.displacement)
+        facts = {"is_own": bool(found.uses - {"mesh"}), "volume": found.volume, "displacement": found.displacement}
+        if found.emission and found.emission.hidden:  # two shapes: one shines, and is not there for the rays that see the other
+            hidden = found.emission.hidden
+            seers = tuple(k for k in LIGHT_RAYS if k not in hidden)
+            return Shading(text + light, emits=True, hidden=(*hidden, "shadow"), twin=Shading(text, hidden=seers, **facts), **facts)
+        return Shading(text + light, emits=bool(found.emission), **facts)

@@ -2,11 +2,54 @@
 import os
 import tempfile
 
+import numpy
+
 from .lamps import hidden_parameter
 from .pbrt_text import moving, quoted
 
+AWAY = (0.36, 0.48, 0.8)  # a direction along which few meshes have edges
+MOST_CROSSINGS, STEP = 1000, 1e-6
+MOST_COMPARED = 200  # volumes that are looked at for overlaps
 MARGIN = 1e-3  # of the box, of its size: the grid's outermost voxels lie inside
 FACES = "0 2 1 0 3 2 4 5 6 4 6 7 0 1 5 0 5 4 1 2 6 1 6 5 2 3 7 2 7 6 3 0 4 3 4 7"
+
+
+def is_inside(thing, matrix_columns, point):
+    """Whether a point of the world is inside of an evaluated mesh object: a ray from there leaves it once more than it
+    comes in."""
+    matrix = numpy.array(matrix_columns).reshape(4, 4).T
+    at = numpy.linalg.solve(matrix, [*point, 1.0])[:3]
+    box = numpy.array(thing.bound_box)
+    if (at < box.min(axis=0)).any() or (at > box.max(axis=0)).any():
+        return False
+    step, crossings = STEP * float(numpy.linalg.norm(box.max(axis=0) - box.min(axis=0))), 0
+    while crossings < MOST_CROSSINGS:
+        hit, where, _, _ = thing.ray_cast(tuple(at), AWAY)
+        if not hit:
+            break
+        crossings += 1
+        at = numpy.array(where) + step * numpy.array(AWAY)
+    return crossings % 2 == 1
+
+
+class Overlaps:
+    """Names volumes that share space: there Cycles adds them up, and here the one that was entered last counts."""
+
+    def __init__(self, report):
+        self.report, self._boxes = report, []
+
+    def add(self, thing, matrix_columns):
+        """`thing`: an evaluated object with a volume inside."""
+        matrix = numpy.array(matrix_columns).reshape(4, 4).T
+        corners = numpy.array(thing.bound_box) @ matrix[:3, :3].T + matrix[:3, 3]
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        if len(self._boxes) >= MOST_COMPARED:
+            return
+        other = next((name for name, a, b in self._boxes if (a < high).all() and (low < b).all()), None)
+        if other is not None:
+            self.report.warn("volumes that overlap", thing.name, f"its volume shares space with that of {other}, and they are "
+                             "not added up: the one that was entered last counts")
+        self._boxes.append((thing.name, low, high))
 
 
 def volume_lines(object, way, hidden, export):

@@ -34,6 +34,7 @@ class Context:
         self.surfaces: dict[Any, Any] = {}  # of surfaces.py, by material and what it uses
         # What Light Path gives where the kind of the ray is known (a world's picture), else None.
         self.light_path: dict[str, float] | None = None
+        self.fog: Any = None  # coefficients of the world's volume (media.py), which is inside of volumes, too
         self._to_camera: Matrix | None = None
 
     @property

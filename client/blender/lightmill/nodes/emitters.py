@@ -22,7 +22,7 @@ class Emission:
     parameters: str
     lines: tuple[str, ...]
     two_sided: bool
-    hidden: tuple[str, ...]  # kinds of rays that do not see the light
+    hidden: tuple[str, ...]  # kinds of rays that do not see the light, but the surface
 
 
 def _factor_source(socket: Any, scope: Any) -> Source | None:
@@ -87,6 +87,4 @@ def emission(b: Builder, terms: tuple[Term, ...]) -> Emission | None:
     if len(hidden) == len(ALL_KINDS):
         return None
     parameters = [b.context.parameter("L", "spectrum", graph, value, lines), f'"bool twosided" {"true" if two_sided else "false"}']
-    if hidden:
-        parameters.append(f'"string hidden" [{" ".join(chr(34) + k + chr(34) for k in hidden)}]')
     return Emission(" ".join(parameters), tuple(lines), two_sided, hidden)

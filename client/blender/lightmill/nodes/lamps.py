@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from .context import Context
+from .drawn import lamp_picture
+from .drawn.world_picture import has_node
 from .emitters import sum_of
 from .fold import as_triple
 from .graph import Value, is_constant
@@ -21,6 +23,9 @@ class LampColor:
     rgb: tuple[float, float, float]
     texture: str = ""  # of an area lamp: a spectrum texture that varies over it, to be multiplied as well
     lines: tuple[str, ...] = ()
+    # In place of everything else, of a point lamp or a spot that shines unevenly: colours and the files of goniometric
+    # pictures in W/sr.
+    pictures: tuple[tuple[tuple[float, float, float], str], ...] = ()
 
 
 def light(lamp: Any, context: Context, place: Place | None = None) -> LampColor:
@@ -32,6 +37,8 @@ def light(lamp: Any, context: Context, place: Place | None = None) -> LampColor:
         return LampColor((0.0, 0.0, 0.0))
     b = Builder(context, place or Place(), lamp.name_full)
     b.scatters = False
+    if lamp.type in ("POINT", "SPOT") and has_node(lamp.node_tree, "TEX_IES"):
+        return _pictured(b, lamp, output)
     closure = b.closure(output.inputs["Surface"], Scope(lamp.node_tree, b.owner, context.report))
     graph = b.graph()
     value: Value = sum_of(b, graph, closure.terms)
@@ -41,5 +48,18 @@ def light(lamp: Any, context: Context, place: Place | None = None) -> LampColor:
         lines: list[str] = []
         texture = context.texture(graph, value, "spectrum", lines)
         return LampColor((1.0, 1.0, 1.0), texture, tuple(lines))
-    b.report("lamp texture", output, "a lamp's strength that varies with direction is not supported; it shines alike in all")
+    if lamp.type in ("POINT", "SPOT"):
+        return _pictured(b, lamp, output)
+    b.report("lamp texture", output, "a sun's strength that varies with direction is not supported; it shines alike in all")
     return LampColor((1.0, 1.0, 1.0))
+
+
+def _pictured(b: Builder, lamp: Any, output: Any) -> LampColor:
+    if lamp.shadow_soft_size > 0:
+        b.report("lamp size", output, "a lamp that shines unevenly is drawn without its size: its shadows are sharp")
+    try:
+        found = lamp_picture.pictures(lamp, b.context)
+    except lamp_picture.FAILURES as error:
+        b.report("lamp texture", output, f"how the lamp shines could not be measured; it shines alike in all directions: {error}")
+        return LampColor((1.0, 1.0, 1.0))
+    return LampColor((1.0, 1.0, 1.0) if found else (0.0, 0.0, 0.0), pictures=found)

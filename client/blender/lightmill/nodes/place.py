@@ -59,6 +59,7 @@ class Place:
     pass_index: int = 0
     random: float = 0.0
     is_strand: bool = False
+    box: tuple[tuple[float, ...], tuple[float, ...]] | None = None  # of a mesh, in the object's coordinates
     particle: dict[str, Any] = field(default_factory=dict)  # by the outputs of Particle Info
 
     @classmethod
@@ -69,6 +70,8 @@ class Place:
         if instance is not None and instance.is_instance:
             place.random = (instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF
             place.instancer = instance.parent
+        if obj.type == "MESH":
+            place.box = tuple(tuple(f(corner[k] for corner in obj.bound_box) for k in range(3)) for f in (min, max))
         for key, value in more.items():
             setattr(place, key, value)
         return place

@@ -90,7 +90,7 @@ def _translated(material: Any, context: Context, place: Place) -> Surface:
             b.displacement = (displacement, scope)
     closure = b.closure(output.inputs["Surface"], scope)
     light = emission(b, closure.terms)
-    volume = medium_of_tree(b, output.inputs["Volume"], scope)
+    volume = medium_of_tree(b, output.inputs["Volume"], scope, material=material)
     if closure.material is not None:
         name = closure.material
     elif not scope.source(output.inputs["Surface"]).linked and volume is not None:
@@ -113,7 +113,7 @@ def volume(material: Any, context: Context, place: Place | None = None, grid: Gr
     if output is None:
         return None
     b = Builder(context, place or Place(), material.name_full, material.pass_index)
-    return medium_of_tree(b, output.inputs["Volume"], Scope(material.node_tree, b.owner, context.report), grid)
+    return medium_of_tree(b, output.inputs["Volume"], Scope(material.node_tree, b.owner, context.report), grid, material)
 
 
 def needs(material: Any) -> Needs:

@@ -1,7 +1,7 @@
 """World trees as infinite lights, suns and a medium.
 
 A constant stays one, an environment texture stays an image. Every other tree is drawn by Cycles as a picture
-of all directions, in a Blender of its own (world_picture.py).
+of all directions, in a Blender of its own (drawn/world_picture.py).
 """
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 
 from mathutils import Euler, Matrix
 
-from . import world_picture
 from .context import Context, number_text
+from .drawn import world_picture
 from .emitters import ALL_KINDS, sum_of
 from .fold import as_number, as_triple
 from .graph import is_constant

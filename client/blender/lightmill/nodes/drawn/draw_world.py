@@ -2,7 +2,7 @@
 
     blender -b --factory-startup -P draw_world.py -- FOLDER
 
-FOLDER has world.blend and task.json, and gets answer.json and the pictures, as numpy arrays. Suns are drawn apart: the picture
+FOLDER has data.blend and task.json, and gets answer.json and the pictures, as numpy arrays. Suns are drawn apart: the picture
 has none, and each is measured from what its disc adds.
 """
 import json
@@ -51,7 +51,7 @@ def restore(undo):
 def set_up(task):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     folder = pathlib.Path(task["folder"])
-    with bpy.data.libraries.load(str(folder / "world.blend")) as (_, wanted):
+    with bpy.data.libraries.load(str(folder / "data.blend")) as (_, wanted):
         wanted.worlds = [task["world"]]
     scene = bpy.context.scene
     scene.world = wanted.worlds[0]

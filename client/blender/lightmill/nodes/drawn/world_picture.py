@@ -1,7 +1,6 @@
 """Pictures of worlds, drawn by Cycles.
 
-A render engine can't start a render of its own while Blender renders with it, so another Blender is started
-without a window. It gets a file with the world alone and runs draw_world.py. Pictures are kept by what the
+Another Blender (other_blender.py) gets a file with the world alone and runs draw_world.py. Pictures are kept by what the
 tree says, so the frames of an animation and the restarts of a viewport draw an unchanged world once.
 """
 from __future__ import annotations
@@ -13,12 +12,13 @@ import tempfile
 from dataclasses import dataclass
 from typing import Any
 
-from . import image_files
-from .context import Context, digest
+from .. import image_files
+from ..context import Context, digest
+from . import other_blender
 from .draw_world import trees as trees_of
 
 MOST_KEPT = 8
-PATIENCE = 600  # seconds
+FIXED_TO_CAMERA = {"Window", "Camera"}
 SMOOTH, FINE, MOST = 1024, 4096, 8192  # pixels around
 # Nodes whose details are finer than a smooth sky's.
 _DETAILS = {"TEX_NOISE", "TEX_MUSGRAVE", "TEX_VORONOI", "TEX_WHITE_NOISE", "TEX_WAVE", "TEX_MAGIC", "TEX_CHECKER", "TEX_BRICK"}
@@ -119,6 +119,8 @@ def _width(tree: Any) -> int:
 
 def pictures(data: Any, context: Context, light_paths: list[dict[str, float]]) -> list[Picture]:
     """A picture for each kind of ray, given by what Light Path says of it. Black (reported) if Blender can't be started."""
+    if any(k.from_node.type == "TEX_COORD" and k.from_socket.identifier in FIXED_TO_CAMERA for t in trees_of(data.node_tree) for k in t.links):
+        context.report.add("world coordinates", data.name_full, "Texture Coordinate", "a world that is fixed to the camera is drawn as seen from the origin")
     name = digest(fingerprint(data, context.frame) + json.dumps(light_paths))
     if name not in _kept:
         try:
@@ -133,27 +135,15 @@ def pictures(data: Any, context: Context, light_paths: list[dict[str, float]]) -
 
 
 def _drawn(data: Any, context: Context, light_paths: list[dict[str, float]]) -> list[Picture]:
-    import bpy
     import numpy
 
-    if not bpy.app.binary_path:
-        raise RuntimeError("this Blender is a Python module, and another one can't be started")
     original = data.original
     with tempfile.TemporaryDirectory(prefix="lightmill-world-") as folder:
         at = pathlib.Path(folder)
-        bpy.data.libraries.write(str(at / "world.blend"), {original}, path_remap="ABSOLUTE", fake_user=True)
-        task = {"world": original.name, "frame": context.frame, "subframe": context.scene.frame_subframe, "width": _width(data.node_tree),
-                "light_paths": light_paths, "threads": context.scene.render.threads if context.scene.render.threads_mode == "FIXED" else 0}
-        (at / "task.json").write_text(json.dumps(task), encoding="utf-8")
-        script = pathlib.Path(__file__).with_name("draw_world.py")
-        command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-exit-code", "1", "-P", str(script), "--", folder]
-        done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=PATIENCE, check=False)
-        answer = at / "answer.json"
-        if done.returncode != 0 or not answer.is_file():
-            last = done.stdout.decode("utf-8", "replace").strip().splitlines()[-1:]
-            raise RuntimeError(f"another Blender failed: {last[0] if last else done.returncode}")
+        task = {"world": original.name, "width": _width(data.node_tree), "light_paths": light_paths,
+                **other_blender.moment(context.scene, context.frame)}
         found = []
-        for one in json.loads(answer.read_text(encoding="utf-8")):
+        for one in other_blender.answer_of("draw_world.py", at, original, task):
             exr = image_files.exr(numpy.load(at / one["file"])) if one["file"] else b""
             suns = tuple(Sun(tuple(s["direction"]), tuple(s["irradiance"]), s["angle"]) for s in one["suns"])
             found.append(Picture(exr, tuple(one["rgb"]), suns))

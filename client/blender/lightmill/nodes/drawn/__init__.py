@@ -1,0 +1,1 @@
+"""What only Cycles can tell, by a second Blender: pictures of worlds, of lamps, and textures of volumes."""
