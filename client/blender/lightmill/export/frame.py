@@ -104,7 +104,8 @@ def may_have_volume(thing):
         end = tree.get_output_node("CYCLES") if tree else None
         return end is not None and end.inputs["Volume"].is_linked
 
-    return thing.type == "VOLUME" or any(has(slot.material) for slot in thing.material_slots)
+    # Blender 3.4 may crash over the slots of evaluated objects once time has moved.
+    return thing.type == "VOLUME" or any(has(slot.material) for slot in thing.original.material_slots)
 
 
 def eye_of(export):
