@@ -277,6 +277,20 @@ class Lines(unittest.TestCase):
         self.assertEqual(len(self.messages()), 1)
         self.assertIn("is missing", self.messages()[0])
 
+    def test_missing_images_of_worlds_are_said_once(self):
+        world = bpy.data.worlds.new("w")
+        world.use_nodes = True
+        world.node_tree.nodes.clear()
+        m = Make(world.node_tree, None)
+        image = bpy.data.images.new("gone", 2, 2)
+        image.source, image.filepath = "FILE", "//not/there.hdr"
+        sky = m.add("TexEnvironment", image=image)
+        mix = m.add("MixShader", {"Fac": m.add("LightPath").outputs["Is Camera Ray"], "Shader": m.add("Background", {"Color": sky.outputs[0]}).outputs[0]})
+        m.tree.links.new(mix.outputs[0], m.add("OutputWorld").inputs["Surface"])
+        self.assertIn('"rgb L" [1 0 1]', "".join(nodes.world(world, self.context).lines))
+        self.assertEqual(len(self.messages()), 1, self.messages())
+        self.assertIn("the image 'gone' is missing", self.messages()[0])
+
     def test_no_output(self):
         material, m, output = self.material()
         m.tree.nodes.remove(output)
