@@ -265,6 +265,20 @@ class Lines(unittest.TestCase):
         m.tree.links.new(m.add("BsdfDiffuse", {"Color": b.outputs[0]}).outputs[0], output.inputs[0])
         self.surface(material)
 
+    def test_bodies_of_a_radius_of_0(self):
+        # Cycles draws a colour whose radius is 0 as diffuse. A walk needs a way to go.
+        material, m, node = self.single("BsdfPrincipled", Subsurface=0.5)
+        node.inputs["Subsurface Radius"].default_value = (0, 0.09, 0.09)
+        self.assertIn('"rgb subsurface_radius" [0.0009', self.last(self.surface(material)))
+        node.inputs["Subsurface Radius"].default_value = (0, 0, 0)
+        node.inputs["Base Color"].default_value, node.inputs["Subsurface Color"].default_value = (0.5, 0, 0, 1), (0, 1, 0.5, 1)
+        flat = self.last(nodes.surface(material, nodes.Context(self.folder, bpy.context.scene)))
+        self.assertIn('"rgb base_color" [0.25 0.5 0.25]', flat)
+        self.assertNotIn("subsurface", flat)
+        material, m, node = self.single("SubsurfaceScattering")
+        node.inputs["Radius"].default_value = (0, 0, 0)
+        self.assertIn('"diffuse_bsdf"', self.last(self.surface(material)))
+
     def test_missing_groups_and_images(self):
         material, m, output = self.material()
         group = m.add("Group")
