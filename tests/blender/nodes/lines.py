@@ -265,6 +265,12 @@ class Lines(unittest.TestCase):
         m.tree.links.new(m.add("BsdfDiffuse", {"Color": b.outputs[0]}).outputs[0], output.inputs[0])
         self.surface(material)
 
+    def test_normal_maps_of_one_colour(self):
+        for color, is_written in (((0.5, 0.5, 1, 1), False), ((1, 0, 1, 1), True)):
+            material, m, node = self.single("BsdfDiffuse", name=f"d{is_written}")
+            m.tree.links.new(m.add("NormalMap", Color=color).outputs[0], node.inputs["Normal"])
+            self.assertEqual("normalmap" in self.last(self.surface(material)), is_written)
+
     def test_bodies_of_a_radius_of_0(self):
         # Cycles draws a colour whose radius is 0 as diffuse. A walk needs a way to go.
         material, m, node = self.single("BsdfPrincipled", Subsurface=0.5)
