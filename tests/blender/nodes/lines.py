@@ -303,6 +303,26 @@ class Lines(unittest.TestCase):
         m.tree.links.new(m.add("BsdfDiffuse", {"Color": b.outputs[0]}).outputs[0], output.inputs[0])
         self.surface(material)
 
+    def test_normal_maps_of_one_colour(self):
+        for color, is_written in (((0.5, 0.5, 1, 1), False), ((1, 0, 1, 1), True)):
+            material, m, node = self.single("BsdfDiffuse", name=f"d{is_written}")
+            m.tree.links.new(m.add("NormalMap", Color=color).outputs[0], node.inputs["Normal"])
+            self.assertEqual("normalmap" in self.last(self.surface(material)), is_written)
+
+    def test_bodies_of_a_radius_of_0(self):
+        # Cycles draws a colour whose radius is 0 as diffuse. A walk needs a way to go.
+        material, m, node = self.single("BsdfPrincipled", Subsurface=0.5)
+        node.inputs["Subsurface Radius"].default_value = (0, 0.09, 0.09)
+        self.assertIn('"rgb subsurface_radius" [0.0009', self.last(self.surface(material)))
+        node.inputs["Subsurface Radius"].default_value = (0, 0, 0)
+        node.inputs["Base Color"].default_value, node.inputs["Subsurface Color"].default_value = (0.5, 0, 0, 1), (0, 1, 0.5, 1)
+        flat = self.last(nodes.surface(material, nodes.Context(self.folder, bpy.context.scene)))
+        self.assertIn('"rgb base_color" [0.25 0.5 0.25]', flat)
+        self.assertNotIn("subsurface", flat)
+        material, m, node = self.single("SubsurfaceScattering")
+        node.inputs["Radius"].default_value = (0, 0, 0)
+        self.assertIn('"diffuse_bsdf"', self.last(self.surface(material)))
+
     def test_missing_groups_and_images(self):
         material, m, output = self.material()
         group = m.add("Group")
@@ -314,6 +334,20 @@ class Lines(unittest.TestCase):
         m.tree.nodes.remove(group)
         self.assertEqual(len(self.messages()), 1)
         self.assertIn("is missing", self.messages()[0])
+
+    def test_missing_images_of_worlds_are_said_once(self):
+        world = bpy.data.worlds.new("w")
+        world.use_nodes = True
+        world.node_tree.nodes.clear()
+        m = Make(world.node_tree, None)
+        image = bpy.data.images.new("gone", 2, 2)
+        image.source, image.filepath = "FILE", "//not/there.hdr"
+        sky = m.add("TexEnvironment", image=image)
+        mix = m.add("MixShader", {"Fac": m.add("LightPath").outputs["Is Camera Ray"], "Shader": m.add("Background", {"Color": sky.outputs[0]}).outputs[0]})
+        m.tree.links.new(mix.outputs[0], m.add("OutputWorld").inputs["Surface"])
+        self.assertIn('"rgb L" [1 0 1]', "".join(nodes.world(world, self.context).lines))
+        self.assertEqual(len(self.messages()), 1, self.messages())
+        self.assertIn("the image 'gone' is missing", self.messages()[0])
 
     def test_no_output(self):
         material, m, output = self.material()

@@ -166,8 +166,8 @@ class Graph:
     def is_linked(self, socket: Any, scope: Scope) -> bool:
         return scope.source(socket).linked
 
-    def report(self, kind: str, node: str, text: str) -> None:
-        self.context.report.add(kind, self.owner, node, text)
+    def report(self, kind: str, node: str, text: str, lasting: bool = False) -> None:
+        self.context.report.add(kind, self.owner, node, text, lasting)
 
     @staticmethod
     def _key(source: Source) -> Any:

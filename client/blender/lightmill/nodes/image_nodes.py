@@ -48,7 +48,7 @@ def _lookup(graph: Graph, node: Any, file: ImageFile, output: str, inputs: dict[
 def _image(graph: Graph, source: Source) -> Value:
     node, output = source.node, source.socket.identifier
     if node.image is None:
-        graph.report("no image", node.name, "the node has no image; it is drawn in magenta")
+        graph.report("no image", node.name, "the node has no image; it is drawn in magenta", lasting=True)
         return 1.0 if output == "Alpha" else MISSING
     socket = node.inputs["Vector"]
     inputs = {"Vector": graph.value(socket, source.scope)} if graph.is_linked(socket, source.scope) else {}
@@ -86,9 +86,11 @@ def _tiles(graph: Graph, node: Any, output: str, inputs: dict[str, Value]) -> Va
 
 def _environment(graph: Graph, source: Source) -> Value:
     node = source.node
-    file = _written(graph, node) if node.image is not None else None
+    if node.image is None:
+        graph.report("no image", node.name, "the node has no image; it is drawn in magenta", lasting=True)
+        return MISSING
+    file = _written(graph, node)
     if file is None:
-        graph.report("no image", node.name, "the node has no image; it is drawn in magenta")
         return MISSING
     if node.projection != "EQUIRECTANGULAR":
         graph.report("projection", node.name, "a mirror ball as a surface's texture is read as equirectangular")

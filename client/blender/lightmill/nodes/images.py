@@ -99,7 +99,8 @@ class ImageFiles:
             else:
                 path = _path(image, number)
                 if not path.is_file():
-                    self.report.add(f"image {image.name}", owner, node, f"the image {image.name!r} is missing ({path}); it is drawn in magenta")
+                    self.report.add(f"image {image.name}", owner, node, f"the image {image.name!r} is missing ({path}); it is drawn in magenta",
+                                    lasting=True)
                     return None
                 extension = KNOWN.get(path.suffix.lower())
                 if extension:

@@ -9,6 +9,7 @@ from .graph import Graph, Ref, Value, is_constant
 from .tree import Scope, Source
 
 MOST_BUMPS = 32
+FLAT = (0.5, 0.5, 1.0)  # the colour of a tangent-space normal map that turns nothing
 
 
 @dataclass(frozen=True)
@@ -102,10 +103,9 @@ def tangent_color(graph: Graph, source: Source) -> Value:
     strength = graph.value(node.inputs["Strength"], source.scope)
     if is_constant(strength) and graph.number(strength) == 1.0:
         return color
-    flat = (0.5, 0.5, 1.0)
-    turned_by = graph.vector_math("SUBTRACT", graph.triple(color), flat)
+    turned_by = graph.vector_math("SUBTRACT", graph.triple(color), FLAT)
     strength = graph.math("MAXIMUM", graph.number(strength), 0.0)
-    return graph.vector_math("ADD", graph.add("VECT_MATH", "Vector", "vector", {"Vector": turned_by, "Scale": strength}, operation="SCALE"), flat)
+    return graph.vector_math("ADD", graph.add("VECT_MATH", "Vector", "vector", {"Vector": turned_by, "Scale": strength}, operation="SCALE"), FLAT)
 
 
 def world_normal(graph: Graph, source: Source) -> Value:
@@ -179,8 +179,8 @@ def _base_parameters(builder: Any, source: Source) -> list[str]:
         name, value = "normal", world_normal(graph, source)
     builder.took(graph)
     if not isinstance(value, Ref):
-        if name == "normalmap":
-            return []  # one colour everywhere, nearly always the flat one
+        if name == "normalmap" and max(abs(a - b) for a, b in zip(graph.triple(value), FLAT)) < 1e-5:
+            return []
         value = graph.add("RGB", "Color", "color", color=list(graph.triple(value)))
     return [f'"texture {name}" "{builder.context.texture(graph, value, "spectrum", builder.lines)}"']
 

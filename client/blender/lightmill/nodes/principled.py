@@ -5,8 +5,8 @@ from typing import Any
 
 from . import normals, tangents
 from .fold import as_number, as_triple
-from .graph import is_constant
-from .shaders import SHADERS, Builder, Closure, Inner, Term
+from .graph import Graph, Value, is_constant
+from .shaders import SHADERS, Builder, Closure, Inner, Term, walkable
 from .tree import Scope
 
 # (names of the socket, parameter, kind, Blender's default), by the weight without which they don't count.
@@ -30,7 +30,10 @@ def _socket(inputs: dict[str, Any], names: tuple[str, ...]) -> Any:
 def _parameters(b: Builder, node: Any, scope: Scope) -> list[str]:
     parameters = []
     inputs = {s.identifier: s for s in node.inputs}
+    flat = b.is_flat(inputs["Subsurface Radius"], scope)
     for weight, rows in _SOCKETS:
+        if weight == "subsurface" and flat:
+            continue
         for names, name, kind, default in rows:
             socket = _socket(inputs, names)
             if socket is None or not socket.enabled:
@@ -40,6 +43,11 @@ def _parameters(b: Builder, node: Any, scope: Scope) -> list[str]:
                     b.report(f"input {socket.name}", node, f"{socket.name} as a colour is not supported; it is left out")
                 continue
             graph, value = b.value(socket, scope)
+            if name == "base_color" and flat:
+                value = _color_of_flat_body(graph, value, inputs, scope)
+                b.took(graph)
+            if name == "subsurface_radius" and is_constant(value):
+                value = walkable(value)
             if name == weight and is_constant(value) and as_number(value) <= 0:
                 break  # what follows does not count
             if name == "subsurface_radius" and "Subsurface Scale" in node.inputs:
@@ -52,6 +60,15 @@ def _parameters(b: Builder, node: Any, scope: Scope) -> list[str]:
                 value = graph.number(value)
             parameters.append(b.context.parameter(name, kind, graph, value, b.lines))
     return parameters
+
+
+def _color_of_flat_body(graph: Graph, base: Value, inputs: dict[str, Any], scope: Scope) -> Value:
+    """The colour of a body that light does not get into."""
+    weight, color = _socket(inputs, ("Subsurface", "Subsurface Weight")), inputs.get("Subsurface Color")
+    if weight is None or color is None:
+        return base
+    share = graph.clamped(graph.number(graph.value(weight, scope)))
+    return graph.add("MIX_RGB", "Color", "color", {"Fac": share, "Color1": base, "Color2": graph.value(color, scope)}, blend_type="MIX")
 
 
 def _principled(b: Builder, node: Any, scope: Scope, inner: Inner) -> Closure:

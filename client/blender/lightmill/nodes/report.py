@@ -32,15 +32,16 @@ class Report:
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """Drops messages: for a try whose result may not be used."""
+        """Drops messages, but lasting ones: for a try whose result may not be used."""
         before, self._paused = self._paused, True
         try:
             yield
         finally:
             self._paused = before
 
-    def add(self, kind: str, owner: str, node: str, text: str) -> None:
-        if self._paused or (kind, owner) in self._seen or len(self.messages) >= MOST_MESSAGES:
+    def add(self, kind: str, owner: str, node: str, text: str, lasting: bool = False) -> None:
+        """`lasting`: it holds in whatever way the thing is drawn in the end, as of a file that is not there."""
+        if (self._paused and not lasting) or (kind, owner) in self._seen or len(self.messages) >= MOST_MESSAGES:
             return
         self._seen.add((kind, owner))
         self.messages.append(Message(kind, owner, node, text))

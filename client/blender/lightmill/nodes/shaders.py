@@ -70,12 +70,19 @@ class Builder:
         value = self.value(socket, scope)[1]
         return as_number(value) if is_constant(value) else None
 
+    def is_flat(self, radius: Any, scope: Scope) -> bool:
+        """Whether a subsurface radius is 0 for all colours: what Cycles draws as diffuse."""
+        value = self.value(radius, scope)[1]
+        return is_constant(value) and max(as_triple(value)) <= 0
+
     def parameter(self, name: str, kind: str, socket: Any, scope: Scope, *, bounded: bool = False) -> str:
         graph, value = self.value(socket, scope)
         if kind == "float" and not is_constant(value):
             value = graph.number(value)
         if bounded and is_constant(value) and kind == "spectrum":
             value = tuple(min(max(c, 0.0), 1.0) for c in as_triple(value))
+        if name == "radius" and is_constant(value):
+            value = walkable(value)
         return self.context.parameter(name, kind, graph, value, self.lines)
 
     def material(self, type_: str, parameters: list[str]) -> str:
@@ -144,6 +151,13 @@ class Builder:
         return all_terms[:MOST_TERMS]
 
 
+def walkable(radius: Value) -> tuple[float, ...]:
+    """A subsurface radius that light can walk by in every colour. Where Cycles has 0, the colour is diffuse: it leaves where
+    it entered, as it all but does at a hundredth of the longest way."""
+    longest = max(as_triple(radius))
+    return tuple(max(c, longest / 100) for c in as_triple(radius))
+
+
 def _key(source: Source) -> Any:
     return source.node.as_pointer(), id(source.scope), source.socket.identifier
 
@@ -210,6 +224,8 @@ _DISTRIBUTIONS = {"BSDF_GLOSSY", "BSDF_ANISOTROPIC", "BSDF_GLASS", "BSDF_REFRACT
 
 def _plain(b: Builder, node: Any, scope: Scope, inner: Inner) -> Closure:
     type_, table = _PLAIN[node.type]
+    if type_ == "subsurface_bsdf" and (b.is_flat(node.inputs["Radius"], scope) or b.constant(node, scope, "Scale") == 0):
+        type_, table = "diffuse_bsdf", (_COLOR,)
     parameters = []
     for socket_name, name, kind in table:
         socket = node.inputs.get(socket_name)
@@ -219,7 +235,7 @@ def _plain(b: Builder, node: Any, scope: Scope, inner: Inner) -> Closure:
         parameters.append(f'"string distribution" "{node.distribution.lower()}"')
     if node.type in ("BSDF_TOON", "BSDF_HAIR"):
         parameters.append(f'"string component" "{node.component.lower()}"')
-    if node.type == "SUBSURFACE_SCATTERING" and node.falloff == "BURLEY":
+    if type_ == "subsurface_bsdf" and node.falloff == "BURLEY":
         b.report("subsurface", node, "Christensen-Burley subsurface scattering is drawn as random walk")
     if node.type not in ("BSDF_TRANSPARENT", "BSDF_HAIR"):
         parameters += normals.normal_parameters(b, node.inputs.get("Normal"), scope)
