@@ -93,7 +93,7 @@ class CutOuts {
     if (c == kWhite) return passing;
     problems_.unsupported(material.location,
                           "the colour of a Transparent BSDF whose share depends on the ray is taken as grey");
-    const float grey = 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b;
+    const float grey = (c.r + c.g + c.b) / 3;
     return {mixed({1, -1}, passing.opacity, {std::clamp(grey, 0.0f, 1.0f), -1})};
   }
 

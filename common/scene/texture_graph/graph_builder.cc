@@ -50,10 +50,24 @@ int32_t GraphBuilder::table(const std::vector<float>& values) {
   return first;
 }
 
-bool reads_ray(const TextureGraph& graph) {
-  return std::ranges::any_of(graph.operations, [](const GraphOperation& o) {
-    return o.op == GraphOp::kInput && is_of_ray(static_cast<GraphInput>(o.p));
+namespace {
+
+template <class Wanted>
+bool reads_input(const TextureGraph& graph, Wanted wanted) {
+  return std::ranges::any_of(graph.operations, [&](const GraphOperation& o) {
+    return o.op == GraphOp::kInput && wanted(static_cast<GraphInput>(o.p));
   });
+}
+
+}  // namespace
+
+bool reads_ray(const TextureGraph& graph) { return reads_input(graph, is_of_ray); }
+bool reads_colors(const TextureGraph& graph) {
+  return reads_input(graph, [](GraphInput i) { return i >= GraphInput::kRed && i <= GraphInput::kAlpha; });
+}
+bool reads_second_uvs(const TextureGraph& graph) {
+  return reads_input(graph,
+                     [](GraphInput i) { return i == GraphInput::kSecondU || i == GraphInput::kSecondV; });
 }
 
 TextureGraph GraphBuilder::finish(const GraphVector& output) {

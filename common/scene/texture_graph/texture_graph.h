@@ -198,5 +198,8 @@ struct TextureGraph {
 
 /// Whether what it shows depends on the ray that meets the surface.
 bool reads_ray(const TextureGraph& graph);
+/// Whether it asks for the colours of vertices, or for the second texture coordinates.
+bool reads_colors(const TextureGraph& graph);
+bool reads_second_uvs(const TextureGraph& graph);
 
 }  // namespace lightmill

@@ -84,7 +84,9 @@ def tex_white_noise(s):
     nodes = tree(s.floor)
     snap = nodes.nodes.new("ShaderNodeVectorMath")
     snap.operation = "FLOOR"
-    nodes.links.new(add(nodes, "TexCoord").outputs["Object"], snap.inputs[0])
+    lifted = add(nodes, "Mapping", Location=(0.1, 0.1, 0.5))  # off the edges of the cells
+    nodes.links.new(add(nodes, "TexCoord").outputs["Object"], lifted.inputs[0])
+    nodes.links.new(lifted.outputs[0], snap.inputs[0])
     noise = add(nodes, "TexWhiteNoise")
     nodes.links.new(snap.outputs[0], noise.inputs["Vector"])
     base_color(s.floor, noise.outputs["Color"])

@@ -56,8 +56,8 @@ def pointiness(positions, normals, edges):
 
 def islands(count, edges):
     """A random number for each vertex, the same for all that edges join: Jenkins' hash (lookup3) of the vertex that stands
-    for them. Which one that is depends on the order of the edges, as in Cycles: the larger set keeps its own."""
-    parents, sizes = list(range(count)), [1] * count
+    for them. Which one that is depends on the order of the edges, as in Cycles: the deeper tree keeps its own."""
+    parents, ranks = list(range(count)), [0] * count
 
     def find(x):
         root = x
@@ -71,10 +71,10 @@ def islands(count, edges):
         x, y = find(a), find(b)
         if x == y:
             continue
-        if sizes[x] < sizes[y]:
+        if ranks[x] < ranks[y]:
             x, y = y, x
         parents[y] = x
-        sizes[x] += sizes[y]
+        ranks[x] += ranks[x] == ranks[y]
     return random_of(numpy.array([find(x) for x in range(count)], "u4"))
 
 

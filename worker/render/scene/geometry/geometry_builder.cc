@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/base/error.h"
+#include "common/scene/texture_graph/texture_graph.h"
 #include "worker/render/scene/geometry/alpha_mask.h"
 #include "worker/render/scene/materials/bump.h"
 
@@ -52,10 +53,14 @@ void GeometryBuilder::reserve(const std::vector<const ShapeDescription*>& shapes
   if (keep_uvs_) out_.uvs.reserve(2 * vertices);
   bool read_colors = false, read_second_uvs = false;
   for (size_t i = 0; i < in_.textures.size(); ++i) {
-    const bool reads = std::holds_alternative<VertexColorTexture>(in_.textures[i].kind);
-    read_colors = read_colors || (reads && parts.textures[i]);
-    const auto* image = std::get_if<ImageTexture>(&in_.textures[i].kind);
-    read_second_uvs = read_second_uvs || (image && image->second_uvs && parts.textures[i]);
+    if (!parts.textures[i]) continue;
+    const TextureKind& kind = in_.textures[i].kind;
+    const auto* graph = std::get_if<GraphTexture>(&kind);
+    const auto* image = std::get_if<ImageTexture>(&kind);
+    read_colors = read_colors || std::holds_alternative<VertexColorTexture>(kind) ||
+                  (graph && reads_colors(*graph->graph));
+    read_second_uvs =
+        read_second_uvs || (image && image->second_uvs) || (graph && reads_second_uvs(*graph->graph));
   }
   out_.any_second_uvs = second_uvs && read_second_uvs;
   out_.any_colors = colors && read_colors;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/image/image.h"
+#include "common/scene/texture_graph/graph_builder.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scene.h"
 #include "worker/render/scene/geometry/alpha_mask.h"
@@ -64,6 +65,23 @@ TEST_F(SecondUvs, AsColours) {
     EXPECT_NEAR(at.second_u, 0.5f + (x + 1) / 4, 1e-5f);
     EXPECT_EQ(scene.textures.evaluate(1, at).r, 0.75f) << x;
   }
+}
+
+TEST_F(SecondUvs, AndVertexColoursInGraphs) {
+  auto mesh = std::make_shared<TriangleMesh>(*std::get<MeshShape>(shape().kind).mesh);
+  for (const Vec3f& p : mesh->positions) mesh->colors.push_back({(p.x + 1) / 2, 0, 0, 1});
+  shape().kind = MeshShape{mesh};
+  GraphBuilder g;
+  TextureDescription t;
+  t.kind = GraphTexture{std::make_shared<const TextureGraph>(g.finish(
+                            {g.input(GraphInput::kSecondU), g.input(GraphInput::kRed), g.constant(0)})),
+                        {}};
+  s_.scene.textures.push_back(t);
+  reflect(2);
+  const RenderScene scene = build_scene(s_.scene);
+  const Rgb c = scene.textures.evaluate(2, point(scene, 0.4f));
+  EXPECT_NEAR(c.r, 0.5f + 1.4f / 4, 1e-5f);
+  EXPECT_NEAR(c.g, 0.7f, 1e-5f);
 }
 
 TEST_F(SecondUvs, AreNotKeptWhereNothingReadsThem) {
