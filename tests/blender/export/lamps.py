@@ -90,7 +90,23 @@ def test_colours_and_what_is_dark():
     found = np.array(re.search(r'"rgb I" \[(.*?)\]', text).group(1).split(), float)
     assert np.allclose(found / found[0], (1, 0.5, 0))
     thing.data.energy = 0
-    assert "LightSource" not in written("lamp").text
+    # One that is black: without any the reader would put in a sky.
+    assert re.findall(r"LightSource .*", written("lamp").text) == ['LightSource "infinite" "rgb L" [0 0 0]']
+
+
+def test_fog_of_the_world_hides_what_is_infinitely_far():
+    lamp("SUN")
+    world = bpy.context.scene.world = bpy.data.worlds.new("World")
+    world.use_nodes = True
+    tree = world.node_tree
+    assert "distant" in written("lamp").text
+    fog = tree.nodes.new("ShaderNodeVolumeAbsorption")
+    fog.inputs["Density"].default_value = 0.1
+    tree.links.new(fog.outputs[0], tree.nodes["World Output"].inputs["Volume"])
+    fog.inputs["Color"].default_value = (0, 0, 1, 1)  # blue gets through
+    assert re.findall(r'LightSource "(\w+)"', written("lamp").text) == ["infinite", "distant"]
+    fog.inputs["Color"].default_value = (0.5, 0.5, 0.5, 1)
+    assert re.findall(r"LightSource .*", written("lamp").text) == ['LightSource "infinite" "rgb L" [0 0 0]']
 
 
 run(sys.modules[__name__])

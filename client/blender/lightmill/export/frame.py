@@ -14,6 +14,7 @@ from .shading import Materials
 
 MAIN = "scene.pbrt"
 HEADER = "# Written by Lightmill's exporter for Blender. Units are metres, z is up.\n"
+DARKNESS = 'LightSource "infinite" "rgb L" [0 0 0]\n'  # a file without any light would be shown under a white sky
 
 
 @dataclass
@@ -36,6 +37,7 @@ class FrameExport:
         self.context = nodes.Context(self.folder.path, scene, depsgraph, view_layer=view_layer, memory=cache.pictures)
         self.has_volumes = False
         self.outside = ""  # the medium around everything
+        self.hides_suns = False  # it is so wide that no light comes from infinitely far
         self.lines = []  # of the world block: materials, textures, media
         self.materials = Materials(self)
 
@@ -59,6 +61,7 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
     medium_lines = sky.medium.lines if sky.medium else []
     export.outside = sky.medium.name if sky.medium else ""
     around = f"MediumInterface {quoted(export.outside)} {quoted(export.outside)}" if sky.medium else ""
+    export.hides_suns = bool(sky.medium) and sky.medium.is_opaque
     export.has_volumes = bool(sky.medium) or any(map(may_have_volume, depsgraph.objects))
     view = camera if camera is not None else scene_camera(export, size or resolution(scene), motion)
     objects = Objects(export, motion, clip_of(export, size) if camera is None else None, eye_of(export) if camera is None else None)
@@ -71,6 +74,8 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
         camera_in, around = f"MediumInterface {quoted(inside.name)} {quoted(inside.name)}", around or 'MediumInterface "" ""'
     text = [HEADER, film_lines(scene, size), *ended([*medium_lines, camera_in, view]), "WorldBegin\n",
             *ended([around, *sky.lines]), *export.lines, *objects.lines]
+    if not any("LightSource" in line for line in text):
+        text.append(DARKNESS)
     main = export.folder.path / MAIN
     files = [main, *export.folder.files, *(export.folder.path / name for name in sorted(export.context.files))]
     written = export.folder.written

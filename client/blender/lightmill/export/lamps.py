@@ -24,6 +24,8 @@ def lamp_lines(lamp, way, hidden, export):
     settings = getattr(light, "cycles", None)
     if getattr(settings, "is_portal", False):
         return []  # guides Cycles' sampling and gives no light
+    if light.type == "SUN" and export.hides_suns:
+        return []  # as in Cycles
     note_unsupported(lamp, settings, export.report)
     if len(way) > 2:  # the reader's lights go straight
         way = (way[0], way[-1])

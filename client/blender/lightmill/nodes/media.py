@@ -40,6 +40,7 @@ class Grid:
 class Medium:
     name: str
     lines: tuple[str, ...]
+    is_opaque: bool = False  # over a long way: no light of any colour gets through
 
 
 @dataclass(frozen=True)
@@ -232,6 +233,7 @@ def _medium(b: Builder, c: Coefficients, grid: Grid | None) -> Medium | None:
                              for x in (c.scatter, c.absorb, c.emit))
     if not scatter.any() and not absorb.any() and not emit.any():
         return None
+    is_opaque = bool((scatter + absorb).min() > 0)
     absorb = numpy.where(emit > 0, numpy.maximum(absorb, _least_absorption(b.place, scatter)), absorb)
     grey = scatter.mean()
     cosine = float(numpy.mean(c.forward)) / grey if grey > 0 else 0.0
@@ -246,7 +248,7 @@ def _medium(b: Builder, c: Coefficients, grid: Grid | None) -> Medium | None:
     if grid is None:
         body = " ".join(['"string type" "homogeneous"', *parameters])
         name = f"v_{digest(body)[:32]}"
-        return Medium(name, (f'MakeNamedMedium "{name}" {body}',))
+        return Medium(name, (f'MakeNamedMedium "{name}" {body}',), is_opaque)
     which = "density" if "density" in grid.names else grid.names[0]
     return _placed(b.place, " ".join(['"string type" "vdb"', f'"string filename" "{grid.file}" "string gridname" "{which}"', *parameters]))
 

@@ -64,7 +64,9 @@ def world(data: Any, context: Context, hidden: tuple[str, ...] = ()) -> World:
     for sky in dict.fromkeys(by_kind.values()):
         lines += _lines(sky, tuple(k for k in ALL_KINDS if by_kind[k] != sky or k in invisible))
     b = Builder(context, Place(), data.name_full)
-    return World(tuple(lines), medium_of_tree(b, output.inputs["Volume"], scope))
+    medium = medium_of_tree(b, output.inputs["Volume"], scope)
+    # What is infinitely far is behind infinitely much of it.
+    return World(() if medium is not None and medium.is_opaque else tuple(lines), medium)
 
 
 def _invisible(data: Any) -> tuple[str, ...]:

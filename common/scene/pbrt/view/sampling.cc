@@ -110,8 +110,8 @@ void translate_option(PbrtScene& out, ParameterList& params) {
     if (params.boolean(name, false)) params.unsupported(name, "is ignored");
   }
   out.displacement_edge_scale = params.number("displacementedgescale", out.displacement_edge_scale, 0, 1e6);
-  params.accept({"seed", "disabletexturefiltering", "disablewavelengthjitter",
-                 "msereferenceimage", "msereferenceout", "rendercoordsys", "pixelstats", "wavefront"});
+  params.accept({"seed", "disabletexturefiltering", "disablewavelengthjitter", "msereferenceimage",
+                 "msereferenceout", "rendercoordsys", "pixelstats", "wavefront"});
   params.finish();
 }
 
