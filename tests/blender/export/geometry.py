@@ -65,6 +65,12 @@ def test_uv_maps_and_attributes_that_materials_name():
     assert np.allclose(points(mesh, "red", "green", "blue"), points(mesh)) and np.allclose(mesh["alpha"], 0.5)
 
 
+def test_files_have_owners():
+    cube("Box")
+    found = written()
+    assert list(found.result.owners.values()) == ["Box"] and all(name in found.text for name in found.result.owners)
+
+
 def made_value(thing, output):
     """The values that the mesh carries for an output of the Geometry node."""
     found = material("M")

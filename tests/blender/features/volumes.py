@@ -20,7 +20,8 @@ def filled(thing, *shaders, hollow=True):
     return made[0]
 
 
-def box(location=(0, 0, 1.5), size=3):
+def box(location=(0, 0, 1.52), size=3):
+    """Above the floor. Where its bottom and the floor were one, half of Cycles' rays would pass both."""
     return cube(location, size)
 
 

@@ -8,7 +8,7 @@ import bpy
 from . import frames_ahead, orders, submission, viewport
 from .connection import ERRORS
 from .frame import frame_of
-from .messages import Once, tell
+from .messages import Once, tell, with_owners
 from .passes import channels_of, combined, passes_of, pixels_of, unsupported_of
 from .rendering import Rendering
 from .status_text import progress_of, text_of
@@ -102,7 +102,7 @@ class LightmillRenderEngine(bpy.types.RenderEngine):
             self.add_pass(p.name, len(p.channels), p.channels, layer=view_layer.name)
         self._follow(rendering, depsgraph, frame, passes)
         for line in rendering.warnings:
-            _once.warn(self, line)
+            _once.warn(self, with_owners(line, export.owners))
         if rendering.error:
             raise RenderFailed(rendering.error)
 

@@ -19,12 +19,14 @@ DARKNESS = 'LightSource "infinite" "rgb L" [0 0 0]\n'  # a file without any ligh
 
 @dataclass
 class Export:
-    """What was written. `files`: all that the scene needs, `main` first; `report`: one Message a kind."""
+    """What was written. `files`: all that the scene needs, `main` first; `report`: one Message a kind; `owners`: an object of
+    each file of a mesh."""
 
     main: Path
     files: list
     report: list
     written: int  # files that were not there before, `main` apart
+    owners: dict
 
 
 class FrameExport:
@@ -38,6 +40,7 @@ class FrameExport:
         self.has_volumes = False
         self.outside = ""  # the medium around everything
         self.hides_suns = False  # it is so wide that no light comes from infinitely far
+        self.owners = {}  # names of objects by files of meshes
         self.lines = []  # of the world block: materials, textures, media
         self.materials = Materials(self)
 
@@ -82,7 +85,7 @@ def export_frame(depsgraph, scene, view_layer, folder, *, size=None, cache=None,
     export.folder.replace(MAIN, ["".join(text).encode("utf-8", "replace")])
     messages = export.report.messages + [Message(m.kind, f"{m.owner}, node {m.node}" if m.node else m.owner, m.text)
                                          for m in export.context.report.messages]
-    return Export(main, list(dict.fromkeys(files)), messages, written)
+    return Export(main, list(dict.fromkeys(files)), messages, written, export.owners)
 
 
 def by_scene(scene):

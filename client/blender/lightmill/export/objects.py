@@ -219,6 +219,8 @@ class Objects:
         known = (thing.data.as_pointer(), slots, uvs, color)
         if known not in self._files:
             self._files[known] = self._write_mesh(thing, slots, uvs, color, bends)
+            for names in self._files[known].values():
+                self.export.owners.update((name, thing.name) for name in names)
         return self._files[known]
 
     def _write_mesh(self, thing, slots, uvs, color, bends):
