@@ -171,16 +171,16 @@ def vol_textured_emission(s):
 def vol_scaled(s):
     """Density is by the world's metre, whatever the object's scale."""
     s.lit()
-    cloud = cube((0, 0, 1), 1, scale=(4, 3, 2))
+    cloud = cube((0, 0, 1.02), 1, scale=(4, 3, 2))
     filled(cloud, ("VolumeScatter", dict(Density=0.5)))
 
 
 @feature
 def vol_instances(s):
     s.lit()
-    cloud = cube((-1.5, -1, 0.6), 1.2)
+    cloud = cube((-1.5, -1, 0.62), 1.2)
     filled(cloud, ("VolumeScatter", dict(Density=1, Color=(0.9, 0.9, 0.4, 1))))
-    s.put(cloud.data, (1.5, -1, 0.6))
+    s.put(cloud.data, (1.5, -1, 0.62))
 
 
 @feature
