@@ -154,24 +154,24 @@ def mat_toon(s):
     surface(s.monkey, "BsdfToon", Color=(0.7, 0.4, 0.2, 1), Size=0.6, Smooth=0.2)
 
 
-@feature
-def mat_hair_bsdf(s):
+def furry(s, kind, **values):
+    """Hair on the monkey with this shader."""
     s.lit()
     hair = s.monkey.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings
     hair.type, hair.count, hair.hair_length, hair.use_modifier_stack, hair.material = "HAIR", 1500, 0.4, True, 2
     s.monkey.data.materials.append(principled("Hair", (0.5, 0.3, 0.1)))
     nodes = s.monkey.data.materials[1].node_tree
-    nodes.links.new(add(nodes, "BsdfHair", Color=(0.6, 0.4, 0.2, 1)).outputs[0], nodes.nodes["Material Output"].inputs[0])
+    nodes.links.new(add(nodes, kind, **values).outputs[0], nodes.nodes["Material Output"].inputs[0])
+
+
+@feature
+def mat_hair_bsdf(s):
+    furry(s, "BsdfHair", Color=(0.6, 0.4, 0.2, 1))
 
 
 @feature
 def mat_hair_principled(s):
-    s.lit()
-    hair = s.monkey.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings
-    hair.type, hair.count, hair.hair_length, hair.use_modifier_stack, hair.material = "HAIR", 1500, 0.4, True, 2
-    s.monkey.data.materials.append(principled("Hair", (0.5, 0.3, 0.1)))
-    nodes = s.monkey.data.materials[1].node_tree
-    nodes.links.new(add(nodes, "BsdfHairPrincipled").outputs[0], nodes.nodes["Material Output"].inputs[0])
+    furry(s, "BsdfHairPrincipled")
 
 
 @feature
