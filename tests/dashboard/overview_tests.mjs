@@ -104,7 +104,7 @@ export function overviewTests({ root, farm, open, live, shot, small }) {
       await page.keyboard.press("ArrowDown");
       await page.locator(".lane-readout", { hasText: /^w\d+ \S+ · busy for / }).waitFor();
       await page.keyboard.press("ArrowLeft");
-      await page.locator(".lane-readout", { hasText: /\d\d:\d\d:\d\d – now · \d+ tiles? · busy \d+ %/ }).waitFor();
+      await page.locator(".lane-readout", { hasText: /\d\d:\d\d:\d\d – (now|\d\d:\d\d:\d\d) · \d+ tiles? · busy \d+ %/ }).waitFor();
       await page.locator(".tile-legend a", { hasText: id }).waitFor();
       await page.keyboard.press("Enter");
       await page.waitForFunction(() => /^#\/jobs\/[js]\d+/.test(location.hash));
