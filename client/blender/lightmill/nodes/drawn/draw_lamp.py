@@ -13,6 +13,9 @@ import sys
 import bpy
 import numpy
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from baking import make_ready, pixels_of  # noqa: E402
+
 QUADS = 128  # along each side of the square
 
 
@@ -69,20 +72,11 @@ def main():
     nodes.nodes.active = texture
     thing = bpy.data.objects.new("room", room())
     thing.data.materials.append(white)
-    scene.collection.objects.link(thing)
-    scene.render.engine, scene.cycles.samples, scene.cycles.device = "CYCLES", 1, "CPU"
-    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
     scene.cycles.sample_clamp_direct = 0
-    if task["threads"]:
-        scene.render.threads_mode, scene.render.threads = "FIXED", task["threads"]
-    scene.frame_set(task["frame"], subframe=task["subframe"])
-    bpy.context.view_layer.objects.active = thing
-    thing.select_set(True)
+    make_ready(task, thing)
     bpy.ops.object.bake(type="DIFFUSE", pass_filter={"DIRECT"}, margin=0, use_clear=True)
-    pixels = numpy.empty(len(texture.image.pixels), numpy.float32)
-    texture.image.pixels.foreach_get(pixels)
     # A white, diffuse wall at 1 m shows the intensity over pi.
-    picture = pixels.reshape(task["side"], task["side"], 4)[::-1, :, :3] * math.pi
+    picture = pixels_of(texture.image).reshape(task["side"], task["side"], 4)[::-1, :, :3] * math.pi
     numpy.save(folder / "picture.npy", picture)
     (folder / "answer.json").write_text(json.dumps("picture.npy"), encoding="utf-8")
 

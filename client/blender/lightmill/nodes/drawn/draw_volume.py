@@ -15,6 +15,9 @@ import bpy
 import mathutils
 import numpy
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from baking import make_ready, pixels_of  # noqa: E402
+
 
 def stack(low, high, n):
     """A mesh of n squares."""
@@ -61,15 +64,7 @@ def main():
     mesh.materials.append(material)
     thing = bpy.data.objects.new(task["name"], mesh)
     thing.matrix_world = mathutils.Matrix(task["matrix"])
-    scene = bpy.context.scene
-    scene.collection.objects.link(thing)
-    scene.render.engine, scene.cycles.samples, scene.cycles.device = "CYCLES", 1, "CPU"
-    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
-    if task["threads"]:
-        scene.render.threads_mode, scene.render.threads = "FIXED", task["threads"]
-    scene.frame_set(task["frame"], subframe=task["subframe"])
-    bpy.context.view_layer.objects.active = thing
-    thing.select_set(True)
+    make_ready(task, thing)
 
     tree = material.node_tree
     output = tree.get_output_node("CYCLES")
@@ -93,9 +88,7 @@ def main():
             value = number.outputs[0]
         tree.links.new(value, shine.inputs["Color"])
         bpy.ops.object.bake(type="EMIT", margin=0, use_clear=True)
-        pixels = numpy.empty(len(texture.image.pixels), numpy.float32)
-        texture.image.pixels.foreach_get(pixels)
-        tiles = pixels.reshape(rows, n, columns, n, 4)[..., :3].transpose(0, 2, 1, 3, 4).reshape(rows * columns, n, n, 3)
+        tiles = pixels_of(texture.image).reshape(rows, n, columns, n, 4)[..., :3].transpose(0, 2, 1, 3, 4).reshape(rows * columns, n, n, 3)
         numpy.save(folder / f"{which}.npy", tiles[:n])
         answers.append(f"{which}.npy")
     (folder / "answer.json").write_text(json.dumps(answers), encoding="utf-8")
