@@ -71,14 +71,16 @@ void append_survivors(LaneInt slot, LaneMask go, int32_t* out, int* count) {
 
 /// Calls meet(group, hit) for all paths that have a vertex, eight at a time.
 template <class K, class Meet>
-void for_each_vertex(const RenderScene& scene, const Ends& ends, Mode mode, int depth, Wavefront& w,
-                     Meet&& meet) {
+void for_each_vertex(const RenderScene& scene, const LayerContext& layer, const Ends& ends, Mode mode,
+                     int depth, Wavefront& w, Meet&& meet) {
   // Survivors are compacted into the active list while it is read, whole vectors at a time: they would run
   // over the end of a range that is not the last. sort_paths leaves a copy.
   const int32_t* slots = K::kMedia ? w.sorted.data() : w.paths.active;
   for (int base = 0; base < ends.hits; base += kLanes) {
     const Group g(slots + base, std::min(kLanes, ends.hits - base));
-    Hit h = reconstruct<K>(scene, w, g, mode, depth);
+    const SampleStream<Lane> stream =
+        mode == Mode::kImportance ? layer.light_stream<Lane>(g.slot) : layer.camera_stream<Lane>(g.slot);
+    Hit h = reconstruct<K>(scene, w, g, mode, depth, &stream);
     meet(g, h);
   }
   if constexpr (K::kMedia) {
@@ -117,7 +119,7 @@ void light_vertices(const StageContext& context, const LayerContext& layer, int 
   // A vertex at `depth` is the depth-th scattering event of a path that light tracing makes of it.
   const bool go_on = depth < context.max_depth && (context.lens_alone() || depth < kMaxLightVertices);
   int survivors = 0;
-  for_each_vertex<K>(scene, ends, Mode::kImportance, depth, w, [&](const Group& g, Hit& h) {
+  for_each_vertex<K>(scene, layer, ends, Mode::kImportance, depth, w, [&](const Group& g, Hit& h) {
     if (recorder_of<K>(w)) record_vertex(h, g, true, depth, w);
     // M3; the first segment also receives p_direct of M1.
     if (depth == 1) {
@@ -199,7 +201,7 @@ void camera_vertices(const StageContext& context, const LayerContext& layer, int
     }
   }
   int survivors = 0;
-  for_each_vertex<K>(scene, ends, Mode::kRadiance, depth, w, [&](const Group& g, Hit& h) {
+  for_each_vertex<K>(scene, layer, ends, Mode::kRadiance, depth, w, [&](const Group& g, Hit& h) {
     const bool in_medium = K::kMedia && lane(h.v.kind, 0) == kPhaseFunction;
     if (recorder_of<K>(w)) record_vertex(h, g, false, depth, w);
     if (lamps) add_lamps<K>(context, g, h.path, sqrt(h.distance2), depth, weigh_connections, w);

@@ -54,10 +54,11 @@ inline void describe_rays(const RenderScene& scene, const Paths& paths, const Gr
   }
 }
 
-/// `bodies`: where these paths leave the bodies of these numbers.
+/// `stream`: of the paths, which choose parts of mixes by it; null: a hash of the point does. `bodies`: where
+/// these paths leave the bodies of these numbers.
 template <class K>
 Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mode mode, int depth,
-                const LaneInt* bodies = nullptr) {
+                const SampleStream<Lane>* stream = nullptr, const LaneInt* bodies = nullptr) {
   Hit h;
   h.path = load_paths<Lane>(w.paths, g.slot);
   const LaneInt prim = h.path.prim;
@@ -77,8 +78,10 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
     s.rays = rays->data();
   }
   Lane mix_scale = splat<Lane>(1.0f);
-  if (K::kSurfaces && scene.any_mix)
-    material = resolve_mixes<Lane>(scene, material, g.active, prim, s, &mix_scale, bodies);
+  if (K::kSurfaces && scene.any_mix) {
+    const Lane u = stream ? stream->get_1d(vertex_dim(depth, kDimMix)) : splat<Lane>(-1.0f);
+    material = resolve_mixes<Lane>(scene, material, g.active, prim, s, &mix_scale, &u, bodies);
+  }
   if (K::kSurfaces && scene.any_weighted_mix) v.throughput = v.throughput * mix_scale;
   v.ns = K::kSurfaces && scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;
   if (K::kSurfaces && scene.pixel_camera && mode == Mode::kRadiance)
@@ -146,7 +149,7 @@ template <class K>
 Hit leave_body(const RenderScene& scene, const Wavefront& w, const Group& g, Mode mode, int depth) {
   const BodyWalks& walks = *w.bodies;
   const LaneInt bodies = gather(walks.body, g.slot);
-  Hit h = reconstruct<K>(scene, w, g, mode, depth, &bodies);
+  Hit h = reconstruct<K>(scene, w, g, mode, depth, nullptr, &bodies);
   VertexLanes<Lane>& v = h.v;
   const Lane outside = gather(walks.outside, g.slot), tilt = dot(v.ng, v.ns);
   h.valid = mask_and(g.active, LaneMask(tilt > 0.0f));

@@ -70,7 +70,7 @@ LaneMask at_body(const RenderScene& scene, LaneInt boundary, LaneInt body, LaneM
                  const Surface<Lane>& s) {
   if (!scene.any_mix) return arrives;
   Lane unused = splat<Lane>(1.0f);
-  const LaneInt material = resolve_mixes<Lane>(scene, boundary, arrives, prim, s, &unused, &body);
+  const LaneInt material = resolve_mixes<Lane>(scene, boundary, arrives, prim, s, &unused, nullptr, &body);
   const LaneMask right = enters_bodies<Lane>(gather(scene.material_kind.data(), material));
   const Lane number = gather(scene.material_params.data() + kBodyNumberSlot, material * kBsdfParams);
   return mask_and(arrives, mask_and(right, LaneMask(to_int(select(right, number, Lane{})) == body)));

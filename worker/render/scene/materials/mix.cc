@@ -40,6 +40,21 @@ float chance_of_second(const RenderScene& scene, const MaterialEntry& e, const W
   return scene.materials[static_cast<size_t>(e.mix_first)].passed ? 1.0f : 0.0f;
 }
 
+/// A uniform in [0, 1) that is the same for the same point.
+float uniform_of(int32_t prim, const float p[3]) {
+  uint32_t h = hash32(static_cast<uint32_t>(prim));
+  for (int i = 0; i < 3; ++i) h = hash_combine(h, float_bits(p[i] + 0.0f));  // -0 is 0
+  return static_cast<float>(h >> 8) * 0x1p-24f;
+}
+
+/// Whether `u` chooses the second part, whose probability is `second`; `u` becomes uniform again.
+bool takes_second(float second, float* u) {
+  const bool is_second = *u < second;
+  *u = is_second ? *u / second : (*u - second) / (1 - second);
+  *u = std::clamp(*u, 0.0f, 1 - 0x1p-24f);
+  return is_second;
+}
+
 /// Whether the material is body `body`, or has it among its parts.
 bool leads_to(const RenderScene& scene, int32_t material, int32_t body) {
   std::vector<int32_t> open{material};
@@ -61,9 +76,8 @@ bool leads_to(const RenderScene& scene, int32_t material, int32_t body) {
 }  // namespace
 
 MixChoice resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, const float p[3],
-                      const TexturePoint& at, int32_t body) {
-  uint32_t h = hash32(static_cast<uint32_t>(prim));
-  for (int i = 0; i < 3; ++i) h = hash_combine(h, float_bits(p[i] + 0.0f));  // -0 is 0
+                      const TexturePoint& at, float u, int32_t body) {
+  if (u < 0) u = uniform_of(prim, p);
   MixChoice choice{material};
   const FloatInput& opacity = scene.materials[static_cast<size_t>(material)].opacity;
   if (body < 0 && (opacity.texture >= 0 || opacity.value < 1)) {
@@ -74,11 +88,9 @@ MixChoice resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, 
   for (;;) {
     const MaterialEntry& e = scene.materials[static_cast<size_t>(choice.material)];
     if (e.kind != kMix) return choice;
-    h = hash_combine(h, static_cast<uint32_t>(choice.material));
-    const float chance = static_cast<float>(h >> 8) * 0x1p-24f;  // in [0, 1)
     if (e.mix_rule == MixRule::kChance) {
       const float amount = e.texture_color >= 0 ? scene.textures.evaluate(e.texture_color, at).r : e.scale;
-      choice.material = chance < amount ? e.mix_second : e.mix_first;
+      choice.material = takes_second(amount, &u) ? e.mix_second : e.mix_first;
       continue;
     }
     if (body >= 0) {
@@ -87,9 +99,9 @@ MixChoice resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, 
     }
     const Weights w = weights_of(scene, e, at);
     const float second = chance_of_second(scene, e, w);
-    const bool takes_second = chance < second;
-    choice.scale *= takes_second ? w.second / second : w.first / (1 - second);
-    choice.material = takes_second ? e.mix_second : e.mix_first;
+    const bool is_second = takes_second(second, &u);
+    choice.scale *= is_second ? w.second / second : w.first / (1 - second);
+    choice.material = is_second ? e.mix_second : e.mix_first;
   }
 }
 

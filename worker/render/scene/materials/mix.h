@@ -1,9 +1,10 @@
 #pragma once
 // Mixes of materials: each point of the surface has one or the other, by chance.
 //
-// As in pbrt a hash of the point makes the choice. So it needs no random numbers and is the same in every
-// lane width and on every machine. A vertex keeps the choice with its kind and parameters. A mix's children
-// may be mixes; cycles have been refused before.
+// A path chooses by a number of its sample stream: it is stratified over the samples of a pixel, so that each
+// part gets its share of them. Where there is no stream a hash of the point makes the choice, as in pbrt. A
+// vertex keeps the choice with its kind and parameters. A mix's children may be mixes, which take what is
+// left of the number; cycles have been refused before.
 //
 // By Blender's rules (MixRule) a choice stands for both parts: what the chosen one scatters is scaled by its
 // weight over the probability of the choice, which follows what the parts scatter. The vertex's throughput
@@ -21,15 +22,18 @@ struct MixChoice {
   float scale = 1;
 };
 
-/// The choice at point `p` (three floats) of primitive `prim`. `body`: where light that walks through the
+/// The choice at point `p` (three floats) of primitive `prim`. `u`: a uniform in [0, 1); -1: a hash of the
+/// point makes the choice, the same for the same point. `body`: where light that walks through the
 /// body of this number would leave it, which by Blender's rules is everywhere; -1: nowhere.
 MixChoice resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, const float p[3],
-                      const TexturePoint& at, int32_t body = -1);
+                      const TexturePoint& at, float u = -1, int32_t body = -1);
 
-/// Replaces the mixes among the active lanes' materials; `scale` is multiplied by their factors.
+/// Replaces the mixes among the active lanes' materials; `scale` is multiplied by their factors. `u`:
+/// uniforms to choose by, or null.
 template <class F>
 inline IntOf<F> resolve_mixes(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, IntOf<F> prim,
-                              const Surface<F>& s, F* scale, const IntOf<F>* bodies = nullptr) {
+                              const Surface<F>& s, F* scale, const F* u = nullptr,
+                              const IntOf<F>* bodies = nullptr) {
   const MaskOf<F> mixed = mask_and(active, MaskOf<F>(gather(scene.material_kind.data(), material) == kMix));
   unsigned bits = mask_bits(mixed);
   if (bits == 0) return material;
@@ -39,7 +43,7 @@ inline IntOf<F> resolve_mixes(const RenderScene& scene, IntOf<F> material, MaskO
     const int l = std::countr_zero(bits);
     const float p[3] = {lane(s.p.x, l), lane(s.p.y, l), lane(s.p.z, l)};
     const MixChoice choice = resolve_mix(scene, m[l], lane(prim, l), p, texture_point(scene, s, l),
-                                         bodies ? lane(*bodies, l) : -1);
+                                         u ? lane(*u, l) : -1, bodies ? lane(*bodies, l) : -1);
     m[l] = choice.material;
     if (choice.scale != 1) set_lane(scale, l, lane(*scale, l) * choice.scale);
   }

@@ -40,6 +40,27 @@ TEST(Mix, SharesAreTheAmounts) {
   EXPECT_TRUE(chi_square_passes(chi_square(counts, expected)));
 }
 
+// Evenly spaced numbers give every part of nested mixes its share, to within the ends of its intervals.
+TEST(Mix, EvenNumbersGiveExactShares) {
+  TestScene s;
+  const int a = s.diffuse(0.1f), b = s.conductor(0.9f, 0.2f), c = s.dielectric(1.5f, 0);
+  const int inner = s.mix(b, c, 0.25f), outer = s.mix(a, inner, 0.6f);
+  s.sphere({0, 0, 0}, 1, outer);
+  const RenderScene scene = build_scene(s.scene);
+  const float p[3] = {0.3f, 0.4f, 0.5f};
+  std::array<int, 3> counts{};
+  constexpr int kNumbers = 1000;
+  for (int i = 0; i < kNumbers; ++i) {
+    const float u = (static_cast<float>(i) + 0.5f) / kNumbers;
+    const int32_t m = resolve_mix(scene, outer, 0, p, {}, u).material;
+    ++counts[m == a ? 0u : m == b ? 1u : 2u];
+  }
+  EXPECT_NEAR(counts[0], 0.4 * kNumbers, 1);
+  EXPECT_NEAR(counts[1], 0.6 * 0.75 * kNumbers, 1);
+  EXPECT_NEAR(counts[2], 0.6 * 0.25 * kNumbers, 1);
+  EXPECT_EQ(resolve_mix(scene, outer, 0, p, {}, 1 - 0x1p-24f).material, a);
+}
+
 TEST(Mix, LanesChooseAsTheScalar) {
   TestScene s;
   const int a = s.diffuse(0.1f), b = s.diffuse(0.9f), mixed = s.mix(a, b, 0.5f);
