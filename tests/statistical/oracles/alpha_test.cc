@@ -1,6 +1,8 @@
 // Alpha masks: what passes is 1 - alpha of every kind of ray, and the three estimators agree. alpha = 1e-4.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/support/agreement.h"
 #include "tests/support/test_scene.h"
 
@@ -64,6 +66,26 @@ TEST_P(Alpha, ScreensInARowMultiply) {
                       {.resolution = GetParam() == Integrator::kLt ? 0.05 : 0.03}));
 }
 
+// More screens than are decided by one number of the path (PassedSurfaces::kMost); every other one is in an
+// instance.
+TEST_P(Alpha, ManyScreensInARowMultiply) {
+  constexpr int kScreens = 9;
+  TestScene s;
+  s.quad({-2, -2, 4}, {0, 4, 0}, {4, 0, 0}, s.diffuse(0.0f), {.radiance = {1, 1, 1}});
+  const int black = s.diffuse(0.0f);
+  for (int i = 0; i < kScreens; ++i) {
+    s.quad({-9, -9, 1 + 0.2 * i}, {0, 18, 0}, {18, 0, 0}, black).scene.shapes.back().alpha.value = 0.2f;
+    if (i % 2 == 0) continue;
+    s.scene.objects.push_back({});
+    s.scene.objects.back().shapes.push_back(s.scene.shapes.back());
+    s.scene.shapes.pop_back();
+    s.scene.instances.push_back({static_cast<int>(s.scene.objects.size()) - 1});
+  }
+  s.camera({0, 0, 0}, {0, 0, 1}, 40).film(8, 8);
+  const int64_t spp = GetParam() == Integrator::kLt ? 65536 : 4096;
+  EXPECT_TRUE(mean_is(render(s, GetParam(), 2, spp).mean(), std::pow(0.8, kScreens), {.resolution = 0.05}));
+}
+
 INSTANTIATE_TEST_SUITE_P(Integrators, Alpha,
                          ::testing::Values(Integrator::kPt, Integrator::kBdpt, Integrator::kLt),
                          [](const auto& info) { return name_of(info.param); });
@@ -91,6 +113,27 @@ TEST(AlphaAgreement, EstimatorsAgreeOnACutOutAndAVeil) {
   EXPECT_TRUE(images_agree(pt, bdpt));
   EXPECT_TRUE(images_agree(lt, bdpt, {.max_excluded = 0.2}));
   EXPECT_FALSE(images_agree(pt, scaled(bdpt, 1.03f)));
+}
+
+// Of a pixel's samples each part of a surface has its share: what passes, and of what is stopped the part of
+// a mix that is met. If each choice were made by itself, the variance would be 7 times this bound.
+TEST(AlphaAgreement, ChoicesAreStratified) {
+  TestScene s;
+  constexpr int64_t kSpp = 64;
+  constexpr double kStops = 0.4, kMirror = 0.25, kSeen = 1 - kStops * (1 - kMirror);
+  s.quad({-9, -9, 4}, {0, 18, 0}, {18, 0, 0}, s.diffuse(0.0f), {.radiance = {1, 1, 1}});
+  s.quad({-9, -9, -4}, {18, 0, 0}, {0, 18, 0}, s.diffuse(0.0f), {.radiance = {1, 1, 1}});
+  s.quad({-9, -9, 2}, {0, 18, 0}, {18, 0, 0}, s.mix(s.diffuse(0.0f), s.conductor(1, 0), kMirror))
+      .scene.shapes.back()
+      .alpha.value = kStops;
+  s.camera({0, 0, 0}, {0, 0, 1}, 40).film(16, 16);
+  double squares = 0;
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    const Image image =
+        render_batches(s.scene, settings_for(s.scene, Integrator::kPt, kSpp, 1, seed), 1).images[0];
+    for (size_t i = 0; i < image.data.size(); i += 3) squares += std::pow(double{image.data[i]} - kSeen, 2);
+  }
+  EXPECT_LT(squares / (8 * 256), kSeen * (1 - kSeen) / kSpp / 7);
 }
 
 // A board of 0 and 1 is exact: no ray is left to chance, so two seeds see the same pixels lit and dark.

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <vector>
 
 #include "common/scene/visibility/ray_kinds.h"
 #include "worker/render/scene/render_scene.h"
@@ -41,6 +42,21 @@ struct KindsOfRays {
   RayKinds operator[](int32_t i) const { return of ? of[i] : all; }
 };
 
+/// What the rays of a wavefront have been let through by, each by its id. Rays go on through that, and are
+/// stopped by all else that stops a part of them (alpha_mask.h), whose share the caller decides.
+struct PassedSurfaces {
+  static constexpr int kMost = 6;  // of a ray; then hashes decide, as they do without a list
+  struct OfRay {
+    int32_t count;
+    int32_t prim[kMost], instance[kMost];
+  };
+  std::vector<OfRay> of;
+
+  bool full(size_t ray) const { return of[ray].count == kMost; }
+  bool holds(size_t ray, int32_t prim, int32_t instance) const;
+  void add(size_t ray, int32_t prim, int32_t instance);
+};
+
 enum class Structure { kFastest, kTree };
 
 class Accel {
@@ -54,8 +70,9 @@ class Accel {
 
   /// Sets the primitive that ray ids[i], i < count, hits first in (0, infinity), and the instance that it is
   /// hit in. Its time is times[ids[i]], in [0, 1]; null: 0, or nothing moves. Its kinds are kinds[ids[i]].
+  /// `passed`: null, or that of rays 0 to the largest id.
   void closest_hits(TracedRay* rays, const int32_t* ids, int count, const float* times = nullptr,
-                    KindsOfRays kinds = {}) const;
+                    KindsOfRays kinds = {}, const PassedSurfaces* passed = nullptr) const;
   /// For i < count: occluded[i] = 1 if anything lies on ray i in (0, tfar[i]), else 0. With `crossed`, what
   /// light passes straight (boundaries of media, panes) stops no ray, and crossed[i] = 1 if such may lie on
   /// it.

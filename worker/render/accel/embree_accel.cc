@@ -106,6 +106,15 @@ struct FilteredMesh {
   const MeshRange* mesh;
 };
 
+/// Whether a ray that meets a surface of alpha `a` goes on; it stops where its caller is to decide.
+bool passes_alpha(const TraceContext& context, size_t ray, float a, int32_t prim, const Vec3<float>& o,
+                  const Vec3<float>& d) {
+  const PassedSurfaces* passed = context.passed;
+  if (!passed) return !alpha_stops(a, prim, context.instance, o, d);
+  if (passed->holds(ray, prim, context.instance)) return true;
+  return passed->full(ray) ? !alpha_stops(a, prim, context.instance, o, d) : !(a > 0);
+}
+
 /// Rejects the hits that alpha, the back of a fibre or the kind of the ray lets through, of closest-hit and
 /// shadow rays alike.
 template <bool kShadow>
@@ -127,9 +136,11 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
       args->valid[i] = 0;
       continue;
     }
-    if (!alpha_stops(*masked->scene, mesh.alpha, mesh.first_triangle + prim,
-                     TraceContext::of(args->context).instance, RTCRayN_time(args->ray, args->N, i), o, d,
-                     kShadow))
+    if (!has_alpha_mask(mesh.alpha)) continue;
+    const TraceContext& context = TraceContext::of(args->context);
+    const float a = alpha_at(*masked->scene, mesh.alpha, mesh.first_triangle + prim, context.instance,
+                             RTCRayN_time(args->ray, args->N, i), o, d, kShadow);
+    if (passes_alpha(context, RTCRayN_id(args->ray, args->N, i), a, mesh.first_triangle + prim, o, d))
       args->valid[i] = 0;
   }
 }
@@ -169,6 +180,20 @@ void alpha_and_straight_filter(const RTCFilterFunctionNArguments* args) {
 }
 
 }  // namespace
+
+bool PassedSurfaces::holds(size_t ray, int32_t prim, int32_t instance) const {
+  const OfRay& r = of[ray];
+  for (int i = 0; i < r.count; ++i) {
+    if (r.prim[i] == prim && r.instance[i] == instance) return true;
+  }
+  return false;
+}
+
+void PassedSurfaces::add(size_t ray, int32_t prim, int32_t instance) {
+  OfRay& r = of[ray];
+  r.prim[r.count] = prim;
+  r.instance[r.count++] = instance;
+}
 
 /// Keeps the count of a device's memory; called by any of its threads.
 bool count_bytes(void* counter, ssize_t bytes, bool /*after*/) {
@@ -285,10 +310,10 @@ uint64_t Accel::bytes() const { return static_cast<uint64_t>(std::max<int64_t>(i
 // traversal takes 1.7 times as much, single rays for closest hits 1.1, single rays for occlusion 1.1 to 1.2;
 // a tree of high quality gains nothing (all +- 0.1).
 void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count, const float* times,
-                         KindsOfRays kinds) const {
+                         KindsOfRays kinds, const PassedSurfaces* passed) const {
   if (impl_->few) return impl_->few->closest_hits(rays, ids, count);
   const std::vector<int32_t>& first = impl_->world.first_primitive;
-  TraceContext context;
+  TraceContext context(-1, nullptr, passed);
   for (int begin = 0; begin < count; begin += kPacket) {
     const int n = std::min(kPacket, count - begin);
     const Int8 lanes = lane_index<Float8>();
@@ -310,7 +335,7 @@ void Accel::closest_hits(TracedRay* rays, const int32_t* ids, int count, const f
       const int32_t id = ids[begin + std::min(l, n - 1)];
       packet.ray.time[l] = times ? times[id] : 0;
       packet.ray.mask[l] = kinds[id];
-      packet.ray.id[l] = 0;
+      packet.ray.id[l] = static_cast<unsigned>(id);
       packet.ray.flags[l] = 0;
       packet.hit.geomID[l] = RTC_INVALID_GEOMETRY_ID;
       packet.hit.instID[0][l] = RTC_INVALID_GEOMETRY_ID;

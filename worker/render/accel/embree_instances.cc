@@ -147,7 +147,7 @@ void instance_intersect(const RTCIntersectFunctionNArguments* args) {
   RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, n);
   const ObjectRays rays(*all.scene, instance, args->valid, ray, n);
   if (rays.lanes == 0) return;
-  TraceContext context(instance);
+  TraceContext context(instance, nullptr, TraceContext::of(args->context).passed);
   const auto report = [&](unsigned l, float t, unsigned geometry, unsigned prim) {
     if (geometry == RTC_INVALID_GEOMETRY_ID) return;
     RTCRayN_tfar(ray, n, l) = t / rays.time_scale;

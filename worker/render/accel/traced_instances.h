@@ -10,6 +10,7 @@
 #include <deque>
 #include <vector>
 
+#include "worker/render/accel/accel.h"
 #include "worker/render/scene/render_scene.h"
 
 namespace lightmill {
@@ -21,9 +22,11 @@ struct TraceContext {
   /// Of occlusion tests that go on through what light passes straight: bits of the rays' ids that met such.
   /// Null: nothing is passed.
   unsigned* crossed = nullptr;
+  const PassedSurfaces* passed = nullptr;  // of closest-hit rays, whose ids are theirs in it; or null
 
-  explicit TraceContext(int32_t of_instance = -1, unsigned* crossed_by = nullptr)
-      : instance(of_instance), crossed(crossed_by) {
+  explicit TraceContext(int32_t of_instance = -1, unsigned* crossed_by = nullptr,
+                        const PassedSurfaces* passed_by = nullptr)
+      : instance(of_instance), crossed(crossed_by), passed(passed_by) {
     rtcInitIntersectContext(&base);
     base.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   }

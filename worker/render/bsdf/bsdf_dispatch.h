@@ -235,7 +235,7 @@ template <class F>
       case kSharpGlass:
         return take(m, sample_sharp_glass(params, wo, lobe, mode));
       case kRoughGlass:
-        return take(m, sample_rough_glass(params, m, wo, lobe, u, v, mode));
+        return take(m, sample_rough_glass(params, m, wo, u, v, mode));
       case kVelvet:
         return take(m, sample_velvet(params, wo, u, v));
       case kToon:

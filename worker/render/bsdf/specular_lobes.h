@@ -20,7 +20,8 @@ inline F pass_probability(IntOf<F> kind, const BsdfParams<F>& params, const Vec3
   if (!any(sharp)) return select(glass, 1.0f - reflects, F{});
   BsdfParams<F> own = params;
   own.p[0] = select(sharp, params.p[0], splat<F>(1.5f));
-  return select(sharp, 1.0f - glass_reflects(own, wo), select(glass, 1.0f - reflects, F{}));
+  return select(sharp, 1.0f - glass_reflection_chance(glass_reflects(own, wo)),
+                select(glass, 1.0f - reflects, F{}));
 }
 
 /// The BSDF's sample that passes or is reflected, as `passes` says; its weight is that of the lobe alone:

@@ -96,9 +96,10 @@ struct ShadowRays {
 class StrategyRecorder;  // strategy_recorder.h
 class AovRecorder;       // aov_recorder.h
 class StageProbe;        // stage_probe.h
-struct MediaWork;        // medium_walk.h
-struct BodyWalks;        // subsurface_walk.h
-struct ManifoldWork;     // manifold_next_event.h
+struct AlphaWork;
+struct MediaWork;     // medium_walk.h
+struct BodyWalks;     // subsurface_walk.h
+struct ManifoldWork;  // manifold_next_event.h
 
 /// Everything that a thread needs to render packets.
 struct Wavefront {
@@ -116,6 +117,7 @@ struct Wavefront {
   StrategyRecorder* recorder = nullptr;     // not owned; null but for diagnosis
   AovRecorder* aovs = nullptr;              // not owned; null unless the tile has AOVs
   StageProbe* probe = nullptr;              // not owned; null but for benches
+  std::shared_ptr<AlphaWork> alphas;        // null unless surfaces stop a part of the rays, and without media
   std::shared_ptr<MediaWork> media;         // null unless the scene has media
   std::shared_ptr<BodyWalks> bodies;        // null unless light walks through bodies
   std::shared_ptr<ManifoldWork> manifolds;  // null unless the scene has seeds of manifold walks

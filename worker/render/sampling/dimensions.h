@@ -23,7 +23,7 @@ inline constexpr uint32_t kDimVertex0 = 8;
 inline constexpr uint32_t kDimsPerVertex = 64;
 enum VertexDim : uint32_t {
   kDimBsdfLobe = 0,        // 1D
-  kDimBsdfDirection = 1,   // 2D
+  kDimBsdfDirection = 1,   // 2D; its first number also chooses the part of a mix
   kDimRoulette = 2,        // 1D
   kDimNeeSelect = 3,       // 1D, camera
   kDimViewerSide = 3,      // 1D, light: a direction or its mirror image
@@ -42,8 +42,7 @@ enum VertexDim : uint32_t {
 inline constexpr uint32_t kDimPane = kDimsPerVertex - 1;  // 1D: which pane on the way to the vertex reflects
 /// Seeds of walks through grids of media: to the vertex, and of what is joined to it.
 inline constexpr uint32_t kDimVolume = kDimsPerVertex - 2, kDimJoinedVolume = kDimsPerVertex - 3;
-inline constexpr uint32_t kDimMix = kDimsPerVertex - 4;  // 1D: which part of a mix the vertex has
-inline constexpr uint32_t kConnectRouletteDims = kDimMix - kDimConnectRoulette;
+inline constexpr uint32_t kConnectRouletteDims = kDimJoinedVolume - kDimConnectRoulette;
 constexpr uint32_t vertex_dim(int vertex, uint32_t dim) {
   return kDimVertex0 + static_cast<uint32_t>(vertex) * kDimsPerVertex + dim;
 }

@@ -148,8 +148,9 @@ struct RenderScene {
 
   std::vector<int32_t> primitive_material;  // per primitive
   std::vector<int32_t> primitive_light;     // per primitive: index into lights, or -1
-  std::vector<int32_t> primitive_flags;  // per primitive: kFlip..., of which kUnseen: hidden from the camera
-  static constexpr int32_t kFlip = 1, kHasUv = 2, kFibre = 4, kPane = 8, kUnseen = 16;
+  /// Per primitive: kFlip...; kUnseen: hidden from the camera; kMasked: it has an alpha mask.
+  std::vector<int32_t> primitive_flags;
+  static constexpr int32_t kFlip = 1, kHasUv = 2, kFibre = 4, kPane = 8, kUnseen = 16, kMasked = 32;
 
   // Participating media (medium.h) and panes (pane.h); empty without any.
   std::vector<float> media;              // kMediumFloats per medium, of which the first is empty space

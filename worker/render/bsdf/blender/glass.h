@@ -25,13 +25,20 @@ namespace lightmill {
 /// The same colour as what is refracted; nothing is reflected; all is (a mirror).
 inline constexpr float kGlassOneColour = -1, kGlassRefractsAlone = -2, kGlassReflectsAlone = -3;
 
-/// Probability of reflection, F above.
+/// Weight of the reflection, F above.
 template <class F>
 inline F glass_reflects(const BsdfParams<F>& params, const Vec3<F>& wo) {
   F unused;
   const F r = fresnel_dielectric(min(abs(wo.z), splat<F>(1.0f)), relative_eta(params.p[0], wo), &unused);
   const F given = select(MaskOf<F>(params.p[4] < kGlassReflectsAlone + 0.5f), splat<F>(1.0f), F{});
   return select(MaskOf<F>(params.p[4] < kGlassRefractsAlone + 0.5f), given, r);
+}
+
+/// Probability with which reflection is sampled, F^(3/4): more than its weight, as a window's reflection of
+/// the sky is often much brighter than the room behind it.
+template <class F>
+inline F glass_reflection_chance(F weight) {
+  return sqrt(weight * sqrt(weight));
 }
 
 /// Colour of what a facet reflects that is met at `cosine`.
@@ -48,7 +55,7 @@ inline Vec3<F> glass_reflected_colour(const BsdfParams<F>& params, F cosine) {
 template <class F>
 inline BsdfSample<F> sample_sharp_glass(const BsdfParams<F>& params, const Vec3<F>& wo, F lobe, Mode mode) {
   const F eta = relative_eta(params.p[0], wo), inv = 1.0f / eta;
-  const F p = glass_reflects(params, wo);
+  const F weight = glass_reflects(params, wo), p = glass_reflection_chance(weight);
   F cos_t;
   const F whole = fresnel_dielectric(min(abs(wo.z), splat<F>(1.0f)), eta, &cos_t);
   const MaskOf<F> reflect = MaskOf<F>(lobe < p);
@@ -56,7 +63,10 @@ inline BsdfSample<F> sample_sharp_glass(const BsdfParams<F>& params, const Vec3<
   s.wi =
       select(reflect, Vec3<F>{-wo.x, -wo.y, wo.z}, Vec3<F>{-wo.x * inv, -wo.y * inv, -copysign(cos_t, wo.z)});
   const F scale = mode == Mode::kRadiance ? splat<F>(1.0f) : select(reflect, splat<F>(1.0f), inv * inv);
-  s.weight = select(reflect, glass_reflected_colour(params, abs(wo.z)), params.rgb(1)) * scale;
+  const F of_refraction = (1.0f - weight) / max(1.0f - p, splat<F>(1e-12f));
+  const F over_chance = select(reflect, weight / max(p, splat<F>(1e-12f)), of_refraction);
+  s.weight =
+      select(reflect, glass_reflected_colour(params, abs(wo.z)), params.rgb(1)) * (scale * over_chance);
   s.roulette_scale = 1.0f / scale;
   s.pdf = s.pdf_reverse = splat<F>(1.0f);
   const MaskOf<F> refracts = mask_and(MaskOf<F>(whole < 1.0f), MaskOf<F>(cos_t > 0.0f));
@@ -108,19 +118,20 @@ class RoughGlass {
     const Vec3<F> reflected =
         glass_reflected_colour(params_, min(abs(oh), splat<F>(1.0f))) * (weight * density * 0.25f);
     const F one = select(valid, splat<F>(1.0f), F{});
+    const F po = glass_reflection_chance(fo), pi = glass_reflection_chance(fi);
     BsdfEval<F> e;
     e.f = select(reflect, reflected, params_.rgb(1) * through) * one;
-    e.pdf = select(reflect, fo * d * g_o * 0.25f / co, (1.0f - fo) * d * g_o * abs(oh) / co * jacobian) * one;
+    e.pdf = select(reflect, po * d * g_o * 0.25f / co, (1.0f - po) * d * g_o * abs(oh) / co * jacobian) * one;
     e.pdf_reverse =
-        select(reflect, fi * d * g_i * 0.25f / ci, (1.0f - fi) * d * g_i * abs(ih) / ci * jacobian_reverse) *
+        select(reflect, pi * d * g_i * 0.25f / ci, (1.0f - pi) * d * g_i * abs(ih) / ci * jacobian_reverse) *
         one;
     return e;
   }
 
-  BsdfSample<F> sample(const Vec3<F>& wo, F lobe, F u, F v, Mode mode) const {
+  BsdfSample<F> sample(const Vec3<F>& wo, F u, F v, Mode mode) const {
     const F flip = copysign(splat<F>(1.0f), wo.z);
     const Vec3<F> up = wo * flip;  // rotate by pi rather than mirror: the facets are round
-    const MaskOf<F> reflect = MaskOf<F>(lobe < glass_reflects(params_, wo));
+    const MaskOf<F> reflect = choose_lobe(glass_reflection_chance(glass_reflects(params_, wo)), &u);
     const Vec3<F> m = select(reflect, reflecting_.ggx, refracting_.ggx).sample_visible(up, u, v);
     const F c = dot(up, m), eta = relative_eta(params_.p[0], wo), inv = 1.0f / eta;
     F cos_t;
@@ -160,8 +171,8 @@ inline BsdfEval<F> eval_rough_glass(const BsdfParams<F>& params, MaskOf<F> of_ki
 }
 template <class F>
 inline BsdfSample<F> sample_rough_glass(const BsdfParams<F>& params, MaskOf<F> of_kind, const Vec3<F>& wo,
-                                        F lobe, F u, F v, Mode mode) {
-  return RoughGlass<F>(params, of_kind).sample(wo, lobe, u, v, mode);
+                                        F u, F v, Mode mode) {
+  return RoughGlass<F>(params, of_kind).sample(wo, u, v, mode);
 }
 
 }  // namespace lightmill

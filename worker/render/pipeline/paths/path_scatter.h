@@ -34,8 +34,8 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   Vec3<Lane> wo = frame.to_local(v.wo);
   const bool tilted_normals = context.scene.any_shading_normals();
   if (tilted_normals && mode == Mode::kRadiance) wo = viewer_direction(wo, dot(v.ng, v.wo));
-  Lane du, dv;
-  stream.get_2d(vertex_dim(depth, kDimBsdfDirection), &du, &dv);
+  Lane du = h.du, dv = h.dv;
+  if (!h.drawn) stream.get_2d(vertex_dim(depth, kDimBsdfDirection), &du, &dv);
   const PhotonGuide& caustics = context.scene.caustics;
   const bool has_guide = K::kSurfaces && !caustics.empty();
   std::optional<PhotonGuideTables<Lane>> tables;
@@ -44,6 +44,8 @@ LaneMask scatter_paths(const StageContext& context, const SampleStream<Lane>& st
   // One lobe needs no choice.
   const bool lobes = K::kSurfaces && (guided || any(mask_not(LaneMask(v.kind == kDiffuse))));
   Lane lobe_u = lobes ? stream.get_1d(vertex_dim(depth, kDimBsdfLobe)) : Lane{};
+  // Sharp lobes have no other use for it: so it is stratified together with the choices before.
+  if (lobes && h.drawn) lobe_u = select(pure_delta<Lane>(v.kind), du, lobe_u);
   std::optional<GuidedScattering> by_guide;
   if (guided) by_guide.emplace(caustics, *tables, &lobe_u);
   BsdfSample<Lane> s = sample_bsdf<Lane, K::kSurfaces>(v.kind, active, v.params, wo, lobe_u, du, dv, mode);

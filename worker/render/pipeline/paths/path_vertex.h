@@ -12,6 +12,7 @@
 #include "worker/render/pipeline/paths/path_io.h"
 #include "worker/render/pipeline/paths/path_times.h"
 #include "worker/render/pipeline/paths/vertex_io.h"
+#include "worker/render/pipeline/walks/alpha_walk.h"
 #include "worker/render/pipeline/walks/medium_walk.h"
 #include "worker/render/pipeline/walks/subsurface_walk.h"
 #include "worker/render/scene/geometry/fibre.h"
@@ -28,6 +29,10 @@ struct Hit {
   Lane distance2{}, cos_in{};  // in a medium the mean collision rate stands in for the cosine (mis.h)
   LaneMask valid;              // both normals on wo's side; on camera paths the geometric one decides
   Lane u{}, tv{};              // texture coordinates
+  /// Uniforms for the direction that the path goes on in, if they are drawn: the first has let the path
+  /// through surfaces before, or has chosen a mix's part.
+  Lane du{}, dv{};
+  bool drawn = false;
 };
 
 /// Where the segment that ends now began. The path's ray begins at the last boundary of a medium.
@@ -54,8 +59,8 @@ inline void describe_rays(const RenderScene& scene, const Paths& paths, const Gr
   }
 }
 
-/// `stream`: of the paths, which choose parts of mixes by it; null: a hash of the point does. `bodies`: where
-/// these paths leave the bodies of these numbers.
+/// `stream`: of the paths, which choose parts of mixes by the number that also chooses a direction; null: a
+/// hash of the point does. `bodies`: where these paths leave the bodies of these numbers.
 template <class K>
 Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mode mode, int depth,
                 const SampleStream<Lane>* stream = nullptr, const LaneInt* bodies = nullptr) {
@@ -77,10 +82,16 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
     describe_rays(scene, w.paths, g, v.wo, s.p - o, depth, rays.emplace());
     s.rays = rays->data();
   }
+  h.drawn = stream && (w.alphas || scene.any_mix);
+  if (h.drawn) stream->get_2d(vertex_dim(depth, kDimBsdfDirection), &h.du, &h.dv);
+  if (h.drawn && w.alphas) {
+    const Lane left = gather(w.alphas->left, g.slot);
+    h.du = select(LaneMask(left < 0.0f), h.du, left);
+  }
   Lane mix_scale = splat<Lane>(1.0f);
   if (K::kSurfaces && scene.any_mix) {
-    const Lane u = stream ? stream->get_1d(vertex_dim(depth, kDimMix)) : splat<Lane>(-1.0f);
-    material = resolve_mixes<Lane>(scene, material, g.active, prim, s, &mix_scale, &u, bodies);
+    material = resolve_mixes<Lane>(scene, material, g.active, prim, s, &mix_scale, h.drawn ? &h.du : nullptr,
+                                   bodies);
   }
   if (K::kSurfaces && scene.any_weighted_mix) v.throughput = v.throughput * mix_scale;
   v.ns = K::kSurfaces && scene.any_bumps ? bumped_normals<Lane>(scene, material, g.active, s) : s.ns;

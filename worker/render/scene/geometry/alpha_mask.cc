@@ -35,35 +35,36 @@ RayAtPoint ray_that_meets(const RenderScene& scene, int32_t prim, int32_t instan
 
 }  // namespace
 
-bool alpha_stops(const RenderScene& scene, const FloatInput& alpha, int32_t prim, int32_t instance,
-                 float time, const Vec3<float>& o, const Vec3<float>& d, bool shadow) {
-  float a = alpha.value;
-  if (alpha.texture >= 0) {
-    TriangleHit<float> h;
-    if (scene.any_bending()) {
-      Vec3<float> rounded[3];
-      h = bent_triangle_hit<float>(scene, prim, o, d, {scene, prim, time}, rounded);
-    } else {
-      h = triangle_hit<float>(scene, prim, o, d);
-    }
-    const CornerUv<float> uv(scene, h, scene.primitive_flags[static_cast<size_t>(prim)]);
-    Vec3<float> p = h.p0 * h.b0 + h.p1 * h.b1 + h.p2 * h.b2, e1 = h.e1, e2 = h.e2;
-    if (instance >= 0) {
-      const auto place = Placement<float>::of(scene, instance, time, 1);
-      p = place.point(p), e1 = place.scaled_vector(e1), e2 = place.scaled_vector(e2);
-    }
-    TexturePoint at{uv.u(h), uv.v(h), scene.scene_point({p.x, p.y, p.z})};
-    at.n = normalize(cross(e1, e2));
-    if (scene.any_colors) interpolate_colors(scene, h, at.color.data());
-    if (scene.any_second_uvs) interpolate_second_uvs(scene, h, &at.second_u, &at.second_v);
-    RayAtPoint ray;
-    if (scene.textures.any_of_ray()) {
-      ray = ray_that_meets(scene, prim, instance, time, o, d, &at);
-      ray.shadow = shadow;
-      at.ray = &ray;
-    }
-    a = scene.textures.evaluate(alpha.texture, at).r;
+float alpha_at(const RenderScene& scene, const FloatInput& alpha, int32_t prim, int32_t instance, float time,
+               const Vec3<float>& o, const Vec3<float>& d, bool shadow) {
+  if (alpha.texture < 0) return alpha.value;
+  TriangleHit<float> h;
+  if (scene.any_bending()) {
+    Vec3<float> rounded[3];
+    h = bent_triangle_hit<float>(scene, prim, o, d, {scene, prim, time}, rounded);
+  } else {
+    h = triangle_hit<float>(scene, prim, o, d);
   }
+  const CornerUv<float> uv(scene, h, scene.primitive_flags[static_cast<size_t>(prim)]);
+  Vec3<float> p = h.p0 * h.b0 + h.p1 * h.b1 + h.p2 * h.b2, e1 = h.e1, e2 = h.e2;
+  if (instance >= 0) {
+    const auto place = Placement<float>::of(scene, instance, time, 1);
+    p = place.point(p), e1 = place.scaled_vector(e1), e2 = place.scaled_vector(e2);
+  }
+  TexturePoint at{uv.u(h), uv.v(h), scene.scene_point({p.x, p.y, p.z})};
+  at.n = normalize(cross(e1, e2));
+  if (scene.any_colors) interpolate_colors(scene, h, at.color.data());
+  if (scene.any_second_uvs) interpolate_second_uvs(scene, h, &at.second_u, &at.second_v);
+  RayAtPoint ray;
+  if (scene.textures.any_of_ray()) {
+    ray = ray_that_meets(scene, prim, instance, time, o, d, &at);
+    ray.shadow = shadow;
+    at.ray = &ray;
+  }
+  return scene.textures.evaluate(alpha.texture, at).r;
+}
+
+bool alpha_stops(float a, int32_t prim, int32_t instance, const Vec3<float>& o, const Vec3<float>& d) {
   if (a >= 1) return true;
   return a > 0 && hash_ray(prim, instance, o, d) < a;
 }

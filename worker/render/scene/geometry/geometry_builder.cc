@@ -232,6 +232,7 @@ void GeometryBuilder::add_mesh(const ShapeDescription& s, const PlacedMesh& plac
   if (keep_uvs_ && !mesh.uvs.empty()) flags |= RenderScene::kHasUv;
   if (is_of_fibres(s)) flags |= RenderScene::kFibre;
   if (is_hidden(s.hidden, kCameraRays)) flags |= RenderScene::kUnseen;
+  if (has_alpha_mask(s.alpha)) flags |= RenderScene::kMasked;
   MeshRange range{out_.triangle_count(), 0, s.alpha};
   range.hidden = s.hidden;
   out_.hides |= s.hidden;

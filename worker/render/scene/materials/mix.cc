@@ -78,7 +78,7 @@ bool leads_to(const RenderScene& scene, int32_t material, int32_t body) {
 MixChoice resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, const float p[3],
                       const TexturePoint& at, float u, int32_t body) {
   if (u < 0) u = uniform_of(prim, p);
-  MixChoice choice{material};
+  MixChoice choice{material, 1, u};
   const FloatInput& opacity = scene.materials[static_cast<size_t>(material)].opacity;
   if (body < 0 && (opacity.texture >= 0 || opacity.value < 1)) {
     // It was stopped with this probability.
@@ -90,7 +90,7 @@ MixChoice resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, 
     if (e.kind != kMix) return choice;
     if (e.mix_rule == MixRule::kChance) {
       const float amount = e.texture_color >= 0 ? scene.textures.evaluate(e.texture_color, at).r : e.scale;
-      choice.material = takes_second(amount, &u) ? e.mix_second : e.mix_first;
+      choice.material = takes_second(amount, &choice.u) ? e.mix_second : e.mix_first;
       continue;
     }
     if (body >= 0) {
@@ -99,7 +99,7 @@ MixChoice resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, 
     }
     const Weights w = weights_of(scene, e, at);
     const float second = chance_of_second(scene, e, w);
-    const bool is_second = takes_second(second, &u);
+    const bool is_second = takes_second(second, &choice.u);
     choice.scale *= is_second ? w.second / second : w.first / (1 - second);
     choice.material = is_second ? e.mix_second : e.mix_first;
   }

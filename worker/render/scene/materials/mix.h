@@ -1,10 +1,11 @@
 #pragma once
 // Mixes of materials: each point of the surface has one or the other, by chance.
 //
-// A path chooses by a number of its sample stream: it is stratified over the samples of a pixel, so that each
-// part gets its share of them. Where there is no stream a hash of the point makes the choice, as in pbrt. A
-// vertex keeps the choice with its kind and parameters. A mix's children may be mixes, which take what is
-// left of the number; cycles have been refused before.
+// A path chooses by the first number of the direction that it goes on in, as between the lobes of a material
+// (choose_lobe of bsdf.h): over the samples of a pixel each part gets its share, and directions that are
+// stratified. Where there is no such number a hash of the point makes the choice, as in pbrt. A vertex keeps
+// the choice with its kind and parameters. A mix's children may be mixes, which take what is left of the
+// number; cycles have been refused before.
 //
 // By Blender's rules (MixRule) a choice stands for both parts: what the chosen one scatters is scaled by its
 // weight over the probability of the choice, which follows what the parts scatter. The vertex's throughput
@@ -20,6 +21,7 @@ namespace lightmill {
 struct MixChoice {
   int32_t material;
   float scale = 1;
+  float u = 0;  // what is left of the number: a uniform again
 };
 
 /// The choice at point `p` (three floats) of primitive `prim`. `u`: a uniform in [0, 1); -1: a hash of the
@@ -29,10 +31,10 @@ MixChoice resolve_mix(const RenderScene& scene, int32_t material, int32_t prim, 
                       const TexturePoint& at, float u = -1, int32_t body = -1);
 
 /// Replaces the mixes among the active lanes' materials; `scale` is multiplied by their factors. `u`:
-/// uniforms to choose by, or null.
+/// uniforms to choose by, which are stretched over the part that was chosen; null: hashes of the points.
 template <class F>
 inline IntOf<F> resolve_mixes(const RenderScene& scene, IntOf<F> material, MaskOf<F> active, IntOf<F> prim,
-                              const Surface<F>& s, F* scale, const F* u = nullptr,
+                              const Surface<F>& s, F* scale, F* u = nullptr,
                               const IntOf<F>* bodies = nullptr) {
   const MaskOf<F> mixed = mask_and(active, MaskOf<F>(gather(scene.material_kind.data(), material) == kMix));
   unsigned bits = mask_bits(mixed);
@@ -45,6 +47,7 @@ inline IntOf<F> resolve_mixes(const RenderScene& scene, IntOf<F> material, MaskO
     const MixChoice choice = resolve_mix(scene, m[l], lane(prim, l), p, texture_point(scene, s, l),
                                          u ? lane(*u, l) : -1, bodies ? lane(*bodies, l) : -1);
     m[l] = choice.material;
+    if (u) set_lane(u, l, choice.u);
     if (choice.scale != 1) set_lane(scale, l, lane(*scale, l) * choice.scale);
   }
   return load_int<F>(m);

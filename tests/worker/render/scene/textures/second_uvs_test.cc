@@ -114,7 +114,7 @@ TEST_F(SecondUvs, AsAlpha) {
     int stopped = 0;
     for (int i = 0; i < 400; ++i) {
       const Vec3<float> d = normalize(Vec3<float>{-0.9f + 0.002f * static_cast<float>(i), -0.95f, 2});
-      stopped += alpha_stops(scene, shape().alpha, 0, -1, 0, {}, d);
+      stopped += alpha_stops(alpha_at(scene, shape().alpha, 0, -1, 0, {}, d), 0, -1, {}, d);
     }
     // All of these lie in the dark half of the first set.
     EXPECT_EQ(stopped > 0, texture == 1) << stopped;
