@@ -187,13 +187,15 @@ struct PanoramaRange {
 };
 /// Of a fisheye camera: what the angle to +z grows with from the middle of the picture. Equidistant: as the
 /// distance, to half the field of view at the middles of the edges. Equisolid: its half's sine, by a lens
-/// before a sensor. Mirror ball: its half's sine, to 180 degrees at the middles of the edges.
-enum class FisheyeProjection { kEquidistant, kEquisolid, kMirrorBall };
+/// before a sensor. Mirror ball: its half's sine, to 180 degrees at the middles of the edges. Polynomial: the
+/// angle is one of the distance on the sensor.
+enum class FisheyeProjection { kEquidistant, kEquisolid, kMirrorBall, kPolynomial };
 struct FisheyeLens {
   FisheyeProjection projection = FisheyeProjection::kEquidistant;
   double fov_degrees = 180;    // full; nothing is seen beyond
-  double focal_length = 10.5;  // mm; equisolid, as the sensor
+  double focal_length = 10.5;  // mm; equisolid
   double sensor_width = 36, sensor_height = 24;
+  std::array<double, 5> coefficients{0, 0.02, 0, 0, 0};  // of powers 0 to 4 of mm; radians
 };
 /// The stop of a thin lens, Blender's: a regular polygon in the disk of its radius, if it has three blades or
 /// more, turned, and then squeezed in width by the ratio.
@@ -239,6 +241,9 @@ struct CameraDescription {
 /// shutter is open. Before and after they stand still.
 struct ShutterDescription {
   double moves_from = 0, moves_until = 1;  // 0 <= from < until <= 1
+  /// How far the shutter is open, at even times from its opening to its closing, straight between them. Not
+  /// below 0, and somewhere above. Empty: all the time in full.
+  std::vector<double> openness;
 };
 struct FilmDescription {
   int width = 1280, height = 720;

@@ -87,5 +87,36 @@ TEST(HiddenTest, ABackgroundGivesNoLight) {
   EXPECT_LT(red, 5 * 0.6) << "at most where nothing else is seen";
 }
 
+// A Principled BSDF's diffuse lobes do not see what is hidden from diffuse rays, its specular ones do: what
+// the two see of a sky makes up the whole, and each is that of a material without the other lobes.
+TEST(HiddenTest, RaysAreOfTheKindOfTheirLobe) {
+  constexpr int64_t kSpp = 1024;
+  const auto image = [](const PrincipledMaterial& m, RayKinds hidden, uint64_t seed) {
+    TestScene s;
+    s.scene.materials.emplace_back().kind = m;
+    const int material = static_cast<int>(s.scene.materials.size()) - 1;
+    s.quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, material).sphere({0, 0.5, 0.2}, 0.5, material);
+    add_lamp(&s, InfiniteLight{{1, 1.2f, 1.5f}});
+    s.scene.lights.back().hidden = static_cast<RayKinds>(kCameraRays | hidden);
+    s.camera({0, 1.5, -3}, {0, 0.3, 0}, 50).film(16, 16);
+    return render_batches(s.scene, settings_for(s.scene, Integrator::kPt, kSpp, 1, seed), 16).mean();
+  };
+  PrincipledMaterial m;
+  m.base_color.value = {0.5f, 0.3f, 0.2f};
+  m.specular.value = 0.8f, m.clearcoat.value = 1, m.roughness.value = 0.3f, m.sheen.value = 0.5f;
+  const auto near = [](const Estimate& a, double b, double b_error) {
+    EXPECT_NEAR(a.mean, b, 5 * (a.standard_error + b_error));
+    EXPECT_LT(a.standard_error + b_error, 0.01 * b);
+  };
+  const Estimate whole = image(m, 0, 1), of_glossy = image(m, kDiffuseRays, 2),
+                 of_diffuse = image(m, kGlossyRays, 3);
+  near(whole, of_glossy.mean + of_diffuse.mean, of_glossy.standard_error + of_diffuse.standard_error);
+  PrincipledMaterial matte = m;
+  matte.specular.value = matte.clearcoat.value = 0;
+  const Estimate diffuse = image(matte, 0, 4);
+  near(of_diffuse, diffuse.mean, diffuse.standard_error);
+  EXPECT_GT(of_glossy.mean, 0.05 * whole.mean);
+}
+
 }  // namespace
 }  // namespace lightmill::test

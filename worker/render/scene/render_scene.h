@@ -145,6 +145,9 @@ struct RenderScene {
   std::vector<int32_t> triangle_bend;
   CameraMotion camera_motion;
   float moves_from = 0, moves_rate = 1;  // time = (u - from) rate, cut to [0, 1], u through the exposure
+  /// Through the exposure by which i / kShutterSteps of its light has come; empty if it comes evenly.
+  std::vector<float> shutter_times;
+  static constexpr int kShutterSteps = 256;
 
   std::vector<int32_t> primitive_material;  // per primitive
   std::vector<int32_t> primitive_light;     // per primitive: index into lights, or -1
@@ -248,9 +251,15 @@ struct RenderScene {
   bool any_moving() const { return !ways.empty() || lights.any_moving(); }
   bool any_bending() const { return !bends.empty(); }
   bool moves() const { return any_moving() || camera_motion.moves; }
-  /// The time at fraction `u` of the exposure.
+  /// The time at which the fraction `u` of the exposure's light has come, in [0, 1).
   template <class F>
   F time_at(F u) const {
+    if (!shutter_times.empty()) {
+      const F step = u * static_cast<float>(kShutterSteps);
+      const IntOf<F> i = to_int(step);
+      const F begin = gather(shutter_times.data(), i), end = gather(shutter_times.data() + 1, i);
+      u = begin + (end - begin) * (step - to_float(i));
+    }
     return clamp((u - moves_from) * moves_rate, 0.0f, 1.0f);
   }
   size_t world_mesh_count() const { return objects.empty() ? meshes.size() : objects.front().first_mesh; }

@@ -7,6 +7,7 @@
 #include "common/base/error.h"
 #include "common/scene/parts_in_use.h"
 #include "common/scene/transform.h"
+#include "worker/render/camera/shutter.h"
 #include "worker/render/scene/geometry/alpha_mask.h"
 #include "worker/render/scene/geometry/displacement.h"
 #include "worker/render/scene/geometry/geometry_builder.h"
@@ -279,6 +280,7 @@ class SceneBuilder {
     const ShutterDescription& shutter = in_.shutter;
     out_.moves_from = static_cast<float>(shutter.moves_from);
     out_.moves_rate = static_cast<float>(1 / (shutter.moves_until - shutter.moves_from));
+    out_.shutter_times = shutter_times(shutter.openness, RenderScene::kShutterSteps);
   }
 
   /// Scale and bounds. Points are computed twice: a second copy of all would not fit beside large scenes.

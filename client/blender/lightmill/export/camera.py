@@ -4,12 +4,15 @@ from dataclasses import dataclass
 
 from mathutils import Matrix
 
+from .motion import openness
 from .pbrt_text import columns, is_usable, moving, numbers
 
 # pbrt's camera looks along +z with +x to the right and +y up; Blender's along -z.
 TO_PBRT = Matrix.Diagonal((1, 1, -1, 1))
+MOST_SHEAR = 1e-4  # of cosines between axes
 ZOOMING = {"lens", "ortho_scale", "sensor_width", "sensor_height", "shift_x", "shift_y"}
-FISHEYES = {"FISHEYE_EQUIDISTANT": "equidistant", "FISHEYE_EQUISOLID": "equisolid", "MIRRORBALL": "mirrorball"}
+FISHEYES = {"FISHEYE_EQUIDISTANT": "equidistant", "FISHEYE_EQUISOLID": "equisolid", "MIRRORBALL": "mirrorball",
+            "FISHEYE_LENS_POLYNOMIAL": "polynomial"}
 
 
 @dataclass
@@ -68,11 +71,15 @@ def lens(camera, matrix):
 
 
 def without_scale(matrix):
-    """Blender's cameras do not scale; a mirrored one stays mirrored."""
-    axes = [matrix.col[k].xyz.normalized() for k in range(3)]
+    """Blender's cameras do not scale; a mirrored one stays mirrored. Nor do ours shear: the view's axis stays, and the
+    others are made perpendicular."""
+    x, y, z = (matrix.col[k].xyz for k in range(3))
+    z = z.normalized()
+    y = (y - y.dot(z) * z).normalized()
+    x = (x - x.dot(z) * z - x.dot(y) * y).normalized()
     out = Matrix.Identity(4)
-    for k in range(3):
-        out.col[k].xyz = axes[k]
+    for k, axis in enumerate((x, y, z)):
+        out.col[k].xyz = axis
     out.translation = matrix.translation
     return out
 
@@ -87,12 +94,21 @@ def camera_lines(camera_object, scene, size, motion, report):
         report.warn("flat camera", camera_object.name, "has a scale of 0 or is nowhere; nothing can be seen by it")
         return None
 
+    if shears(camera_object.matrix_world):
+        report.warn("sheared camera", camera_object.name, "is sheared by its parents' scales; its axes are made perpendicular")
     if motion.steps and zooms(camera):
         report.warn("zoom", camera_object.name, "its lens stays as it is while the shutter is open")
+    if motion.steps and (curve := openness(scene)):
+        kind += f' "float shuttercurve" {numbers(curve)}'
     way = motion.way("camera", columns(camera_object.matrix_world))
     if len(way) > 2:  # the reader's cameras go straight
         way = (way[0], way[-1])
     return moving([columns((without_scale(from_columns(m)) @ TO_PBRT).inverted()) for m in way]) + kind + "\n"
+
+
+def shears(matrix):
+    axes = [matrix.col[k].xyz.normalized() for k in range(3)]
+    return any(abs(a.dot(b)) > MOST_SHEAR for a, b in ((axes[0], axes[1]), (axes[1], axes[2]), (axes[2], axes[0])))
 
 
 def zooms(camera):
@@ -135,11 +151,14 @@ def panorama(camera, settings, size, name, report):
     text = f'Camera "fisheye" "string projection" "{FISHEYES.get(kind, "equidistant")}"'
     if kind != "MIRRORBALL":
         text += f' "float fov" {math.degrees(s.fisheye_fov):.9g}'
-    if kind == "FISHEYE_EQUISOLID":
+    if kind in ("FISHEYE_EQUISOLID", "FISHEYE_LENS_POLYNOMIAL"):
         # The sensor of a picture that is wider than its sensor is fitted along its longer side.
         width, height = size
         sensor = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width
         along = width if camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and width >= height) else height
         text += (f' "float lens" {s.fisheye_lens:.9g} "float sensorwidth" {sensor * width / along:.9g}'
                  f' "float sensorheight" {sensor * height / along:.9g}')
+    if kind == "FISHEYE_LENS_POLYNOMIAL":
+        # Blender's polynomial is the angle with the sign turned.
+        text += f' "float coefficients" {numbers([-getattr(s, f"fisheye_polynomial_k{i}") for i in range(5)])}'
     return text

@@ -5,6 +5,7 @@ from . import mesh_arrays
 from .pbrt_text import columns
 
 MOST_STEPS = 16  # of the shutter's time
+CURVE_PARTS = 64  # of the shutter's curve
 SAME = 1e-6  # of a thing's way, within which it goes straight
 DRAWN = ("MESH", "LIGHT", "CURVES", "VOLUME", "POINTCLOUD")
 
@@ -95,8 +96,6 @@ def sample(depsgraph, scene, frame_set, report):
     motion = Motion()
     if opens == closes:
         return motion
-    if is_shaped(scene):
-        report.warn("shutter curve", scene.name, "the shutter opens and closes at once, not by its curve")
     now = scene.frame_current + scene.frame_subframe
     parts = step_count(scene)
     bending = bending_objects(depsgraph, scene)
@@ -126,6 +125,12 @@ def mesh_shape(mesh):
     return mesh_arrays.get(mesh.vertices, "co", "f4", 3), mesh_arrays.corner_normals(mesh).copy() if smooth else None
 
 
-def is_shaped(scene):
-    """Whether the shutter's curve is not open all the time, as Blender's default is."""
-    return any(p.location[1] < 0.98 for p in scene.render.motion_blur_shutter_curve.curves[0].points)
+def openness(scene):
+    """How far the shutter is open at even times of its curve; None if it is so all the time, as by Blender's default."""
+    mapping = scene.render.motion_blur_shutter_curve
+    curve = mapping.curves[0]
+    if all(p.location[1] >= 0.98 for p in curve.points):
+        return None
+    mapping.initialize()
+    found = [max(mapping.evaluate(curve, k / CURVE_PARTS), 0.0) for k in range(CURVE_PARTS + 1)]
+    return found if any(found) else None

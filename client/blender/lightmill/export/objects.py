@@ -166,8 +166,6 @@ class Objects:
         geometry = Geometry(thing.name)
         materials = materials_of(thing) or [None]
         held_out = holds_out(thing, self.export.view_layer)
-        if held_out and self.export.scene.render.film_transparent:
-            self.export.report.warn("holdout alpha", thing.name, "holds out colour, but its alpha is 1")
         is_mesh = thing.type == "MESH" and instance.show_self and len(thing.data.polygons) > 0
         uv_maps, attribute = self.materials.mesh_needs(thing.data, materials, thing.name) if is_mesh else ((), "")
         place = self.export.nodes.Place.of(thing, instance, uv_maps=uv_maps, attribute=attribute,

@@ -1,4 +1,5 @@
 // Camera.
+#include <algorithm>
 #include <cmath>
 
 #include "common/scene/pbrt/scene.h"
@@ -10,6 +11,7 @@ namespace {
 
 constexpr size_t kMostElements = 100;
 constexpr int kMostBlades = 1000;
+constexpr size_t kMostOpenness = 1024;
 
 /// Elements of a lens description file: four numbers each, radius, thickness, index and diameter, in mm.
 std::vector<LensElement> read_lens_file(PbrtScene& out, ParameterList& params) {
@@ -99,14 +101,27 @@ void read_fisheye(ParameterList& params, FisheyeLens* lens) {
     lens->projection = FisheyeProjection::kEquisolid;
   } else if (projection == "mirrorball") {
     lens->projection = FisheyeProjection::kMirrorBall;
+  } else if (projection == "polynomial") {
+    lens->projection = FisheyeProjection::kPolynomial;
   } else if (projection != "equidistant") {
-    params.odd_value("projection", "must be \"equidistant\", \"equisolid\" or \"mirrorball\", not " +
-                                       in_quotes(projection) + "; \"equidistant\" is taken");
+    params.odd_value("projection",
+                     "must be \"equidistant\", \"equisolid\", \"mirrorball\" or \"polynomial\", not " +
+                         in_quotes(projection) + "; \"equidistant\" is taken");
   }
   lens->fov_degrees = params.number("fov", 180, 1e-3, 360);
   lens->focal_length = params.number("lens", 10.5, 1e-6, 1e6);
   lens->sensor_width = params.number("sensorwidth", 36, 1e-6, 1e6);
   lens->sensor_height = params.number("sensorheight", 24, 1e-6, 1e6);
+  if (const auto* given = params.numbers("coefficients", ParamType::kFloat, lens->coefficients.size())) {
+    const std::vector<double>& c = *given;
+    if (c[1] > 0 && std::all_of(c.begin(), c.end(), [](double x) { return std::abs(x) <= 1e6; })) {
+      std::copy(c.begin(), c.end(), lens->coefficients.begin());
+    } else {
+      params.odd_value("coefficients",
+                       "must make an angle that grows from the middle of the picture on; "
+                       "0.02 radians to a mm are taken");
+    }
+  }
 }
 
 /// x0 x1 y0 y1, in any order: one that goes backwards turns the picture's right into its left, or its top
@@ -116,6 +131,20 @@ void set_screen_window(PbrtScene& out, const std::vector<double>& w, CameraDescr
   out.flips_y = w[2] > w[3];
   const double x = out.flips_x ? -1 : 1, y = out.flips_y ? -1 : 1;
   camera->screen_window = {x * w[0], x * w[1], y * w[2], y * w[3]};
+}
+
+/// ShutterDescription::openness by "float shuttercurve", which is ours.
+std::vector<double> openness_of(ParameterList& params) {
+  const std::vector<double>* values = params.numbers("shuttercurve", ParamType::kFloat);
+  if (!values) return {};
+  const bool good =
+      values->size() >= 2 && values->size() <= kMostOpenness &&
+      std::all_of(values->begin(), values->end(), [](double x) { return x >= 0 && x <= 1e6; }) &&
+      std::any_of(values->begin(), values->end(), [](double x) { return x > 0; });
+  if (good) return *values;
+  params.odd_value("shuttercurve", "must be 2 to " + std::to_string(kMostOpenness) +
+                                       " numbers from 0 on, not all of them 0; it is left out");
+  return {};
 }
 
 }  // namespace
@@ -184,6 +213,7 @@ void translate_camera(PbrtScene& out, const std::string& type, ParameterList& pa
     times->shutter_opens = 0;
     times->shutter_closes = 1;
   }
+  out.scene.shutter.openness = openness_of(params);
   params.finish();
 }
 

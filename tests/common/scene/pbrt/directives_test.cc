@@ -103,6 +103,16 @@ TEST_F(Directives, ShutterIsAnExposureTime) {
   EXPECT_EQ(s.film.imaging_ratio, 2);
 }
 
+TEST_F(Directives, ShuttersMayOpenSlowly) {
+  const auto openness = [&](const std::string& values) {
+    return load("Camera \"perspective\" \"float shuttercurve\" [" + values +
+                "] WorldBegin LightSource \"point\"");
+  };
+  EXPECT_EQ(clean(openness("0 1 .5")).shutter.openness, (std::vector<double>{0, 1, 0.5}));
+  for (const char* bad : {"1", "0 0", "0 -1", ""})
+    EXPECT_TRUE(openness(bad).scene.shutter.openness.empty()) << bad;
+}
+
 TEST_F(Directives, PixelBoundsBecomeACrop) {
   const SceneDescription s =
       clean(load("Film \"rgb\" \"integer xresolution\" 300 \"integer yresolution\" 700 \"integer "

@@ -62,6 +62,37 @@ TEST(Fisheye, BothDirectionsAgree) {
   check(FisheyeCamera(d, 64, 48), 64, 48, "equisolid");
   d.fisheye = {FisheyeProjection::kMirrorBall};
   check(FisheyeCamera(d, 64, 48), 64, 48, "mirror ball");
+  d.fisheye = {FisheyeProjection::kPolynomial};
+  d.fisheye.coefficients = {1.2e-5, 0.05, 1e-4, -2e-5, 3e-7};
+  check(FisheyeCamera(d, 64, 48), 64, 48, "polynomial");
+}
+
+// A polynomial of one term is an equidistant lens.
+TEST(Fisheye, PolynomialOfOneTerm) {
+  CameraDescription d = description(CameraKind::kFisheye);
+  d.fisheye = {FisheyeProjection::kPolynomial, 160};
+  d.fisheye.sensor_height = d.fisheye.sensor_width;
+  d.fisheye.coefficients = {0, 80 * M_PI / 180 / 18, 0, 0, 0};
+  const FisheyeCamera camera(d, 100, 100);
+  d.fisheye.projection = FisheyeProjection::kEquidistant;
+  const FisheyeCamera equidistant(d, 100, 100);
+  for (const float x : {2.5f, 20.0f, 50.0f, 77.0f}) {
+    const CameraRay<float> a = camera.ray(x, 45.0f, 0.0f, 0.0f), b = equidistant.ray(x, 45.0f, 0.0f, 0.0f);
+    EXPECT_NEAR(dot(a.direction, b.direction), 1, 1e-5);
+    EXPECT_NEAR(a.density / b.density, 1, 1e-3);
+    EXPECT_EQ(a.weight, b.weight);
+  }
+  EXPECT_EQ(camera.ray(1.0f, 1.0f, 0.0f, 0.0f).weight, 0.0f);
+}
+
+// Where the angle would shrink again nothing is seen.
+TEST(Fisheye, PolynomialEndsWhereItTurns) {
+  CameraDescription d = description(CameraKind::kFisheye);
+  d.fisheye = {FisheyeProjection::kPolynomial};
+  d.fisheye.coefficients = {0, 0.05, -0.0025, 0, 0};  // up to 10 mm
+  const FisheyeCamera camera(d, 360, 240);            // 10 pixels to the mm
+  EXPECT_GT(camera.ray(180.0f + 98, 120.0f, 0.0f, 0.0f).weight, 0.0f);
+  EXPECT_EQ(camera.ray(180.0f + 102, 120.0f, 0.0f, 0.0f).weight, 0.0f);
 }
 
 TEST(Fisheye, BeyondTheFieldOfViewIsNothing) {

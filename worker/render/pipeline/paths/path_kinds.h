@@ -10,6 +10,7 @@
 #include "worker/render/pipeline/paths/path_io.h"
 #include "worker/render/pipeline/paths/vertex_io.h"
 #include "worker/render/pipeline/work_items.h"
+#include "worker/render/scene/materials/lobe_classes.h"
 
 namespace lightmill {
 
@@ -31,7 +32,7 @@ inline void mark_unseen(const RenderScene& scene, const PathLanes<Lane>& path, L
 }
 
 /// What is reflected is glossy if the material has no diffuse lobe; one with both kinds of lobes counts as
-/// diffuse.
+/// diffuse, but for a Principled BSDF (lobe_classes.h).
 constexpr bool reflects_glossily(BsdfKind kind) {
   return is_pure_delta(kind) || kind == kRoughConductor || kind == kRoughDielectric ||
          kind == kAnisotropicConductor || kind == kAnisotropicDielectric || kind == kCoatedConductor ||
@@ -47,7 +48,11 @@ inline RayKinds kinds_of_scattering(const VertexLanes<Lane>& v, const Vec3<Lane>
   const BsdfKind kind = lane(v.kind, l);
   if (kind == kPhaseFunction) return kVolumeRays | kDiffuseRays;  // as Cycles
   if (lane(dot(v.ng, wi), l) * lane(dot(v.ng, v.wo), l) < 0) return kTransmissionRays;
-  return reflects_glossily(kind) ? kGlossyRays : kDiffuseRays;
+  const bool principled = kind == kPrincipled || kind == kAnisotropicPrincipled;
+  const bool glossy =
+      principled ? is_glossy_alone(lane(v.params.p[0], l), lane(v.params.p[1], l), lane(v.params.p[2], l))
+                 : reflects_glossily(kind);
+  return glossy ? kGlossyRays : kDiffuseRays;
 }
 
 /// The lanes in `mask` whose light is seen by rays of kinds_of(lane).

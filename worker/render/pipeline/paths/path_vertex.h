@@ -18,6 +18,7 @@
 #include "worker/render/scene/geometry/fibre.h"
 #include "worker/render/scene/materials/bump.h"
 #include "worker/render/scene/materials/lobe_axes.h"
+#include "worker/render/scene/materials/lobe_classes.h"
 #include "worker/render/scene/materials/mix.h"
 
 namespace lightmill {
@@ -82,7 +83,8 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
     describe_rays(scene, w.paths, g, v.wo, s.p - o, depth, rays.emplace());
     s.rays = rays->data();
   }
-  h.drawn = stream && (w.alphas || scene.any_mix);
+  const bool separates = K::kSurfaces && mode == Mode::kRadiance && separates_lobes(scene);
+  h.drawn = stream && (w.alphas || scene.any_mix || separates);
   if (h.drawn) stream->get_2d(vertex_dim(depth, kDimBsdfDirection), &h.du, &h.dv);
   if (h.drawn && w.alphas) {
     const Lane left = gather(w.alphas->left, g.slot);
@@ -98,6 +100,9 @@ Hit reconstruct(const RenderScene& scene, const Wavefront& w, const Group& g, Mo
   if (K::kSurfaces && scene.pixel_camera && mode == Mode::kRadiance)
     v.ns = normals_to_viewer<Lane>(scene, material, g.active, v.ns, v.ng, v.wo);
   v.kind = bsdf_at<Lane, K::kSurfaces>(scene, material, g.active, s, &v.params);
+  if (separates && h.drawn)
+    v.throughput =
+        v.throughput * choose_lobe_class<Lane>(v.kind, g.active, dot(v.ns, v.wo), &v.params, &h.du);
   if (K::kSurfaces && scene.any_fibres)
     face_fibres<Lane>(scene, s, prim, v.wo, v.kind, &v.p, &v.ng, &v.ns, &v.params);
   if (K::kSurfaces && scene.any_anisotropy)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include "common/film/signed_sum.h"
@@ -9,6 +10,7 @@
 #include "worker/render/bsdf/tables/half_space.h"
 #include "worker/render/pipeline/paths/viewer_side.h"
 #include "worker/render/renderer.h"
+#include "worker/render/scene/materials/blender_builder.h"
 #include "worker/render/scene/media/subsurface_body.h"
 
 namespace lightmill {
@@ -57,6 +59,11 @@ void store_lanes(float out[3][kWavefront], LaneInt slot, LaneMask mask, const Ve
   scatter(out[2], slot, value.z, mask);
 }
 
+bool is_holdout(const VertexLanes<Lane>& v, int l) {
+  const float reflectance = lane(v.params.p[0], l);
+  return lane(v.kind, l) == kDiffuse && reflectance == 0 && std::signbit(reflectance);
+}
+
 /// Distance of a point of normalised space along the viewing direction; from the camera if it has none.
 Lane depth_of_point(const Camera& camera, const Vec3<Lane>& p) {
   const float* forward = nullptr;
@@ -97,7 +104,7 @@ void AovRecorder::hits(const StageContext& context, const VertexLanes<Lane>& v, 
   for (unsigned bits = mask_bits(active); bits; bits &= bits - 1) {
     const int l = std::countr_zero(bits);
     const auto slot = static_cast<size_t>(lane(v.path, l));
-    hit_[slot] = 1;
+    if (depth > 1 || !is_holdout(v, l)) hit_[slot] = 1;
     if (!(mask_bits(opaque) >> l & 1) || surface_found_[slot]) continue;
     surface_found_[slot] = 1;
     found[l] = 1;

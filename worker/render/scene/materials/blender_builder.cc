@@ -213,6 +213,7 @@ void build_closure(const ClosureMaterial& m, RenderScene* scene, MaterialEntry* 
   if (m.closure == ClosureKind::kTransparent || m.closure == ClosureKind::kHoldout) {
     entry->brightness = 0;
     entry->passed = m.closure == ClosureKind::kTransparent;
+    if (!entry->passed) std::fill_n(params, 3, kHoldoutReflectance);
   } else {
     textures_of(m, [&](int t) { entry->textured = entry->textured || t >= 0; });
   }

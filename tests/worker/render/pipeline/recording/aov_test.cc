@@ -110,6 +110,25 @@ TEST(Aovs, FirstHitsAreWhereTheSceneSays) {
   }
 }
 
+// A holdout hides what is behind it and is no part of the picture; what is black otherwise is.
+TEST(Aovs, HoldoutsHaveNoAlpha) {
+  for (const bool in_mix : {false, true}) {
+    TestScene s;
+    const int black = s.diffuse(0.0f);
+    ClosureMaterial holdout;
+    holdout.closure = ClosureKind::kHoldout;
+    s.scene.materials.emplace_back().kind = holdout;
+    const int held_out = static_cast<int>(s.scene.materials.size()) - 1;
+    s.quad({-4, -4, 4}, {0, 8, 0}, {8, 0, 0}, black);
+    s.quad({0, -4, 2}, {0, 8, 0}, {4, 0, 0}, in_mix ? s.mix(black, held_out, 0.25f) : held_out);
+    s.camera({0, 0, 0}, {0, 0, 1}, 50).film(8, 8);
+    const Layers layers(s.scene, with_aovs(settings_for(s.scene, Integrator::kPt, 64, 2)));
+    const bool left = camera_direction(s.scene, 1, 4).x < 0;
+    EXPECT_EQ(layers.at("A", left ? 1 : 6, 4), 1);
+    EXPECT_NEAR(layers.at("A", left ? 6 : 1, 4), in_mix ? 0.75 : 0, 0.05);
+  }
+}
+
 TEST(Aovs, PositionsAndDepthsAreThoseOfTheFileAtAnyScaleAndPlace) {
   TestScene s;
   const Vec3d eye{1e6, -2e6, 3e6};
