@@ -28,8 +28,8 @@ except ImportError as e:
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[2]
 PAGE = ROOT / "docs" / "blender-features.md"
-QUICK = ("lamp_ies", "world_sky_hosek", "cam_clip_end", "cam_fisheye_polynomial", "cam_on_scaled_parent", "film_filter_box", "geo_nodes_points", "vol_camera_inside",
-         "mat_displacement_bump", "tex_pointiness", "tex_second_uv")
+QUICK = ("lamp_ies", "world_sky_hosek", "cam_clip_end", "cam_fisheye_polynomial", "film_filter_box", "geo_nodes_points",
+         "vol_camera_inside", "mat_displacement_bump", "tex_pointiness", "tex_second_uv")
 
 
 class Pictures:

@@ -7,7 +7,6 @@
 #include "common/base/error.h"
 #include "common/scene/parts_in_use.h"
 #include "common/scene/transform.h"
-#include "worker/render/camera/shutter.h"
 #include "worker/render/scene/geometry/alpha_mask.h"
 #include "worker/render/scene/geometry/displacement.h"
 #include "worker/render/scene/geometry/geometry_builder.h"
@@ -21,6 +20,7 @@
 #include "worker/render/scene/media/media_builder.h"
 #include "worker/render/scene/render_scene.h"
 #include "worker/render/scene/scene_extent.h"
+#include "worker/render/scene/shutter.h"
 #include "worker/render/scene/textures/graph/constant_graphs.h"
 #include "worker/render/scene/textures/texture_check.h"
 

@@ -1,4 +1,4 @@
-#include "worker/render/camera/shutter.h"
+#include "worker/render/scene/shutter.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Shutters that open and close slowly: the times of an exposure against closed forms.
-#include "worker/render/camera/shutter.h"
+#include "worker/render/scene/shutter.h"
 
 #include <gtest/gtest.h>
 
